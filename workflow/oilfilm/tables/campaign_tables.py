@@ -1,7 +1,4 @@
-"""The finished tables of one campaign, read when they are first used.
-
-Decides: which tables a campaign may lack.
-"""
+"""The finished tables of one campaign, read when they are first used."""
 
 from collections.abc import Iterable, Mapping
 from functools import cached_property
@@ -11,19 +8,12 @@ from typing import Any
 import pandas as pd
 
 from oilfilm.errors import OilfilmError
-from oilfilm.tables import bearing
+from oilfilm.table_needs import NOT_IN_EVERY_CAMPAIGN
 from oilfilm.tables.fits import OF_FIT
 from oilfilm.tables.store import TABLES, read, write
 
 # Tables whose rows are those of another table.
 _SAME_COLUMNS = {"torque_quarantine": "quarantine"}
-# Tables that a campaign without torque logs, or with measured data, has not.
-_NOT_IN_EVERY_CAMPAIGN = {
-    *(table.name for table in bearing.TABLES),
-    "torque_quarantine",
-    "extrapolation",
-    "extrapolation_errors",
-}
 # Tables whose file is not `tables/<name>.parquet`.
 _FILES = {"refused_pages": "refused/index.parquet"}
 
@@ -65,7 +55,7 @@ class CampaignTables:
         }
         return cls(
             {
-                name: [] if name in _NOT_IN_EVERY_CAMPAIGN and not path.exists() else [path]
+                name: [] if name in NOT_IN_EVERY_CAMPAIGN and not path.exists() else [path]
                 for name, path in paths.items()
             }
         )

@@ -1,0 +1,27 @@
+"""Which part of a campaign a table needs; the Snakefile asks without importing pandas.
+
+Decides: which tables a campaign does not have.
+"""
+
+from oilfilm.settings.campaign import Campaign
+
+# By what a campaign must have, beside its traction logs; `paper` is a study.
+NEEDS = {
+    ("torque",): (
+        *("torque_runs", "torque_quarantine", "torque", "torque_control", "torque_inversion"),
+        *("cage_slip", "heat_balance", "size_effect", "test_plan"),
+    ),
+    ("paper",): ("printed_judged", "signs", "sign_verdicts", "claims", "selection"),
+    ("paper", "torque"): ("slip_advice", "advice_band", "published_tests"),
+    ("paper", "twin"): ("extrapolation", "extrapolation_errors"),
+}
+# Tables that some campaigns do not have.
+NOT_IN_EVERY_CAMPAIGN = frozenset(name for names in NEEDS.values() for name in names)
+
+
+def lacking(campaign: Campaign) -> frozenset[str]:
+    """Names of the tables that a campaign does not have."""
+    parts = {"torque": campaign.torque, "twin": campaign.twin}
+    has = {*campaign.studies, *(name for name, part in parts.items() if part is not None)}
+    missing = (names for needs, names in NEEDS.items() if not has.issuperset(needs))
+    return frozenset(name for names in missing for name in names)
