@@ -16,7 +16,7 @@ NEEDS = {
     ("paper", "twin"): ("extrapolation", "extrapolation_errors"),
 }
 # Tables that some campaigns do not have.
-NOT_IN_EVERY_CAMPAIGN = frozenset(name for names in NEEDS.values() for name in names)
+NOT_IN_EVERY_CAMPAIGN = tuple(name for names in NEEDS.values() for name in names)
 
 
 def lacking(campaign: Campaign) -> frozenset[str]:

@@ -20,6 +20,7 @@ from oilfilm.rig_twin.plan import planned_runs, planned_torque_runs
 from oilfilm.run.lock import lock_run
 from oilfilm.run.start import bring_dates_back, check_machine, start_python_by_name
 from oilfilm.settings.resolve import overrides_of, resolve
+from oilfilm.table_needs import NOT_IN_EVERY_CAMPAIGN, lacking
 from oilfilm.traction import LAW_FILES
 
 RECORDS = Path(".snakemake")
@@ -138,15 +139,6 @@ FIT_TABLES = (
     *("coefficients", "fit_quality", "refits", "correlations", "profiles", "curve_residuals"),
     "law_points",
 )
-# Tables that a campaign without torque logs lacks.
-TORQUE_TABLES = (
-    *("torque_runs", "torque_quarantine", "torque", "torque_control", "torque_inversion"),
-    *("cage_slip", "heat_balance", "size_effect", "test_plan"),
-)
-# Of the study of the paper: in any campaign, with torque logs, with a twin.
-PAPER_TABLES = ("printed_judged", "signs", "sign_verdicts", "claims", "selection")
-ADVICE_TABLES = ("slip_advice", "advice_band", "published_tests")
-EXTRAPOLATION_TABLES = ("extrapolation", "extrapolation_errors")
 
 
 def finished(*names):
@@ -154,15 +146,9 @@ def finished(*names):
 
     Several names may be one text with blanks between them.
     """
-    of_paper = "paper" in CAMPAIGN.studies
-    lacking = {
-        *(() if CAMPAIGN.torque is not None else TORQUE_TABLES),
-        *(() if of_paper else PAPER_TABLES),
-        *(() if of_paper and CAMPAIGN.torque is not None else ADVICE_TABLES),
-        *(() if of_paper and SIMULATED else EXTRAPOLATION_TABLES),
-    }
+    missing = lacking(CAMPAIGN)
     listed = " ".join(names).split()
-    return {name: [] if name in lacking else f"<tables>/{name}.parquet" for name in listed}
+    return {name: [] if name in missing else f"<tables>/{name}.parquet" for name in listed}
 
 
 def reference_file(name):

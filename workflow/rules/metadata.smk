@@ -3,8 +3,7 @@ TABLE_NAMES = (
     *("runs", "points", "quarantine", "coverage", "gate_counts"),
     *FIT_TABLES,
     *("law_verdicts", "lack_of_fit"),
-    *TORQUE_TABLES,
-    *(*PAPER_TABLES, *ADVICE_TABLES, *EXTRAPOLATION_TABLES),
+    *NOT_IN_EVERY_CAMPAIGN,
 )
 TABLE_FILES = {name: path for name, path in finished(*TABLE_NAMES).items() if path}
 
