@@ -4,6 +4,8 @@ A format finds names, units, header keys and numbers; everything that follows fr
 in the kind of log.
 
 Decides: what the columns of a log mean, and their units.
+
+Decides: which rows of a log are refused for their cells, and how many they are.
 """
 
 import unicodedata

@@ -1,4 +1,7 @@
-"""What the logs of one project have in common: columns, oils, rigs, set points."""
+"""What the logs of one project have in common: columns, oils, rigs, set points.
+
+Decides: what `oilfilm init` finds in a folder of logs.
+"""
 
 import re
 import unicodedata

@@ -1,4 +1,7 @@
-"""The rows of a text log as numbers: parsed by Arrow, cell by cell where a cell is no number."""
+"""The rows of a text log as numbers: parsed by Arrow, cell by cell where a cell is no number.
+
+Decides: which number a cell of a text log holds.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
