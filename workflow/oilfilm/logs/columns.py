@@ -3,9 +3,7 @@
 A format finds names, units, header keys and numbers; everything that follows from them is here and
 in the kind of log.
 
-Decides: what the columns of a log mean, and their units.
-
-Decides: which rows of a log are refused for their cells, and how many they are.
+Decides: what the columns of a log mean, and their units; which rows are refused for their cells.
 """
 
 import unicodedata
