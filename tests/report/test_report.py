@@ -182,20 +182,29 @@ def test_best_law_is_on_the_first_screen_with_the_meaning_of_each_word(
     judged = rows(
         "law_verdicts",
         verdict_of_law
-        | {"finding": "tanh is better. BIC: lower by 1515", "advice": "Write `fit: {law: tanh}`"}
-        | {"bic_ties": "tanh", "left_out_ties": "tanh", "bic_difference": 1515.0},
+        | {
+            "better_law": "tanh",
+            "bic_ties": "tanh",
+            "left_out_ties": "tanh",
+            "bic_difference": 1515.0,
+        },
     )
-    noise = rows("lack_of_fit", {"oil": "4102", "verdict": "shown", "finding": "misses 2.75%"})
+    misfit = {"verdict": "shown", "lack_of_fit_relative_rms": 0.0275}
+    noise = rows("lack_of_fit", {"oil": "4102"} | misfit)
+    quality = results.fit_quality
+    tanh = quality[(quality["oil"] == "4102") & quality["configured"]].assign(law="tanh")
+    fits = pd.concat([quality, tanh.assign(configured=False)], ignore_index=True)
     lines = dict(
         verdict(
-            results.replace(law_verdicts=judged, lack_of_fit=noise),
+            results.replace(law_verdicts=judged, lack_of_fit=noise, fit_quality=fits),
             sections.certainty(results),
             config,
         )
     )
-    assert lines["Law"] == "4102: tanh is better. Write `fit: {law: tanh}`."
-    assert lines["Noise"] == "4102: misses 2.75%."
-    page = write(law_verdicts=judged, lack_of_fit=noise)
+    assert lines["Law"].startswith("4102: tanh describes the data better than the configured law")
+    assert "`fit: {law: tanh}`" in lines["Law"]
+    assert "lack of fit of the law is 2.75%" in lines["Noise"]
+    page = write(law_verdicts=judged, lack_of_fit=noise, fit_quality=fits)
     first = page[page.index('<section id="verdict"') : page.index('<section id="constants"')]
     assert "1515" in first
     for word in ("certified", "BIC", "curves left out"):

@@ -181,22 +181,24 @@ def test_summary_says_what_was_not_judged_and_not_identifiable(etm: Campaign) ->
 
 def test_best_law_and_noise_are_told_with_what_to_do(demo: Campaign) -> None:
     fit = demo.fit("4010", bootstrap=20, searches=2)
-    better = "tanh describes the data better than the configured law deng2026. BIC: lower by 1515"
     verdict = {"oil": "4010", "law": "deng2026", "verdict": "another law is better"}
+    verdict |= {"better_law": "tanh"}
     verdict |= {"left_out_law": "tanh", "left_out_ties": "tanh", "left_out_difference": 0.003}
     verdict |= {"bic_law": "tanh", "bic_ties": "tanh", "bic_difference": 1515.0}
-    noise = {"oil": "4010", "law": "deng2026", "finding": "lack of fit of the law 2.75%"}
+    noise = {"oil": "4010", "law": "deng2026", "verdict": "shown"}
+    noise |= {"lack_of_fit_relative_rms": 0.0275}
+    tanh = fit.fit_quality.assign(law="tanh", configured=False)
     results = CampaignTables.in_memory(
         coefficients=fit.coefficients,
-        fit_quality=fit.fit_quality,
-        law_verdicts=rows("law_verdicts", verdict | {"finding": better, "advice": "Set it"}),
+        fit_quality=pd.concat([fit.fit_quality, tanh]),
+        law_verdicts=rows("law_verdicts", verdict),
         lack_of_fit=rows("lack_of_fit", noise),
     )
     text = summarise(results, without(demo.config, "torque"))
     head = "- 4010: hyperbolic tangent describes the data better than the configured law"
-    assert f"{head} Deng (Eq. 7).\n  What to do: Set it.\n" in text
+    assert f"{head} Deng (Eq. 7).\n  What to do: To use it, write `fit: {{law: tanh}}`" in text
     assert re.search(r"\n\| 4010 \| BIC +\| hyperbolic tangent +\| 1515 \+- ", text)
-    assert "- 4010: lack of fit of the law 2.75%.\n" in text
+    assert "lack of fit of the law is 2.75%" in " ".join(text.split())
     for word in ("certified", "BIC", "lack of fit"):
         assert f"\n- {word}: " in text
     # no claims were checked, so that nothing is said of any

@@ -19,6 +19,7 @@ from oilfilm.fits.fitted import SLIP, FittedLaw, Prediction, in_unit
 from oilfilm.fits.law_comparison import compare_laws
 from oilfilm.home import CONFIG
 from oilfilm.report.fit_remarks import fit_remarks
+from oilfilm.report.fit_verdicts import law_finding
 from oilfilm.settings.config import FitSettings
 from oilfilm.settings.messages import check
 from oilfilm.settings.resolve import read_config
@@ -116,7 +117,7 @@ class ArrayFit:
         judged = best_laws(made["fit_quality"], made["law_points"], points)
         columns = ["n_constants", "relative_rms", "left_out_rmse", "bic", "certified"]
         laws = made["fit_quality"].set_index("law")[columns]
-        return LawComparison(str(judged["finding"].item()), laws)
+        return LawComparison(law_finding(tables.rows(judged)[0], made["fit_quality"]), laws)
 
     def plot(self, axes: Any = None) -> Any:
         """Draw measured points and the law of each curve; returns the axes.

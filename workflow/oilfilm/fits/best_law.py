@@ -14,8 +14,6 @@ import pandas as pd
 import scipy
 
 from oilfilm import tables
-from oilfilm.traction import LAWS
-from oilfilm.traction.law import QUANTITIES
 from oilfilm.units import FloatArray
 
 # Of a difference, two-sided.
@@ -24,7 +22,7 @@ _CONFIDENCE = 0.95
 # R. E. Kass, A. E. Raftery, J. Am. Stat. Assoc. 90 (1995) 773, section 3.2.
 _BARE_MENTION = 2.0
 # Fewer curves give no error of a difference.
-_FEWEST_CURVES = 3
+FEWEST_CURVES = 3
 _ENDS = (
     "pressure_end_out_relative_rms",
     "speed_end_out_relative_rms",
@@ -68,29 +66,31 @@ def best_laws(
     return tables.from_rows(rows, "law_verdicts")
 
 
-def _verdict(fit: dict[str, Any], comparison: pd.DataFrame, beside: pd.DataFrame) -> dict[str, Any]:
-    law = fit["law"]
-    laws = comparison.set_index("law")
+def _verdict(fit: dict[str, Any], quality: pd.DataFrame, beside: pd.DataFrame) -> dict[str, Any]:
+    law, laws = fit["law"], quality.set_index("law")
     rms = {str(name): float(value) for name, value in laws["left_out_rmse"].items()}
-    if obstacle := _obstacle(law, laws):
-        return {**_NOTHING, "verdict": "not compared", "finding": obstacle}
+    fitted_laws = laws.index[laws["bic"].notna()]
+    if len(laws) == 1:
+        return _NOTHING | {"verdict": "no other law"}
+    if law not in fitted_laws:
+        return _NOTHING | {"verdict": "no fit"}
+    if len(fitted_laws) == 1:
+        return _NOTHING | {"verdict": "no other fit"}
     # other points, other sums: such laws cannot be set beside this one
     same = laws[(laws["n_points"] == laws.loc[law, "n_points"]) & laws["bic"].notna()]
     squares, counts = _squares(beside, same.index, "left_out_traction_coefficient")
     if law not in squares:
-        why = "the other curves leave a constant of the configured law open"
-        return {**_NOTHING, "verdict": "not compared", "finding": f"not compared: {why}"}
-    if len(counts) < _FEWEST_CURVES:
-        why = (
-            f"{len(counts)} curves are too few to tell differences between laws from errors of "
-            f"single curves; measure {_FEWEST_CURVES} at least"
-        )
-        return {**_NOTHING, "verdict": "not compared", "finding": f"not compared: {why}"}
+        return _NOTHING | {"verdict": "constants left open"}
+    if len(counts) < FEWEST_CURVES:
+        return _NOTHING | {"verdict": "too few curves"}
     unseen = _by_left_out(law, squares, counts)
     fitted, counts = _squares(beside, same.index, "traction_coefficient")
     by_bic = _by_bic(law, fitted, same)
     size = float(np.sqrt(np.mean(beside.loc[beside["law"] == law, _MEASURED] ** 2)))
-    numbers = {
+    verdict, better = _judgement(law, unseen, by_bic, same)
+    return {
+        "verdict": verdict,
+        "better_law": better,
         "left_out_law": unseen.best,
         "left_out_ties": ", ".join(unseen.ties),
         "left_out_relative_rms": rms[law] / size,
@@ -103,10 +103,6 @@ def _verdict(fit: dict[str, Any], comparison: pd.DataFrame, beside: pd.DataFrame
         "bic_difference_error": by_bic.error,
         "ends_out_law": _best_at_ends(same),
     }
-    verdict, better = _judgement(law, unseen, by_bic, same)
-    words = {"verdict": verdict, "better_law": better}
-    row = {**numbers, **words}
-    return {**row, "finding": _finding(law, row, len(counts)), "advice": _advice(law, row, laws)}
 
 
 _MEASURED = "traction_coefficient_measured"
@@ -114,26 +110,8 @@ _NUMBERS = (
     *("left_out_relative_rms", "best_left_out_relative_rms", "left_out_difference"),
     *("left_out_difference_error", "bic_difference", "bic_difference_error"),
 )
-_WORDS = (
-    *("left_out_law", "left_out_ties", "bic_law", "bic_ties", "ends_out_law", "better_law"),
-    *("finding", "advice"),
-)
-_NOTHING: dict[str, Any] = {**dict.fromkeys(_NUMBERS, np.nan), **dict.fromkeys(_WORDS, "")}
-
-
-def _obstacle(law: str, laws: pd.DataFrame) -> str:
-    """Why nothing can be said; empty where the configured law can be set beside others."""
-    if set(laws.index) == {law}:
-        return (
-            "not compared: compare.laws of the settings names no other law; name some, or leave it "
-            "out for all"
-        )
-    if law not in laws.index[laws["bic"].notna()]:
-        (why,) = laws.loc[[law], "certificate"]
-        return f"not compared: the configured law {law} has no fit ({why})"
-    if laws["bic"].notna().sum() == 1:
-        return f"not compared: no law but {law} could be fitted"
-    return ""
+_NAMES = ("left_out_law", "left_out_ties", "bic_law", "bic_ties", "ends_out_law", "better_law")
+_NOTHING: dict[str, Any] = {**dict.fromkeys(_NUMBERS, np.nan), **dict.fromkeys(_NAMES, "")}
 
 
 def _squares(
@@ -237,106 +215,3 @@ def _judgement(law: str, unseen: Judged, by_bic: Judged, laws: pd.DataFrame) -> 
         ["certified", "n_constants"], ascending=[False, True], kind="stable"
     )
     return "another law is better", str(order.index[0])
-
-
-def _finding(law: str, row: dict[str, Any], curves: int) -> str:
-    """The verdict with its numbers."""
-    shared = [name for name in _by_both(row) if name != law]
-    head = {
-        "best": f"the configured law {law} is the best of those compared",
-        "tie": f"the configured law {law} ties with {', '.join(shared)}: the data do not tell them "
-        "apart",
-        "criteria disagree": f"the two criteria disagree about the configured law {law}",
-        "another law is better": f"{row['better_law']} describes the data better than the "
-        f"configured law {law}",
-    }[row["verdict"]]
-    return f"{head}. {_left_out_sentence(law, row, curves)}. {_bic_sentence(law, row)}"
-
-
-def _by_both(row: dict[str, Any]) -> list[str]:
-    """The laws that are among the best by both criteria."""
-    by_bic = row["bic_ties"].split(", ")
-    return [name for name in row["left_out_ties"].split(", ") if name in by_bic]
-
-
-def _left_out_sentence(law: str, row: dict[str, Any], curves: int) -> str:
-    best = row["left_out_law"]
-    text = (
-        f"At the {curves} curves, each left out of the fit, the rms error of {law} is "
-        f"{row['left_out_relative_rms']:.2%} of mu"
-    )
-    if best == law:
-        return f"{text}, the least{_tied('left_out_ties', row)}"
-    apart = 100 * row["left_out_difference"], 100 * row["left_out_difference_error"]
-    text += f". That of {best} is {row['best_left_out_relative_rms']:.2%}"
-    text += f" (difference {apart[0]:.2g} +- {apart[1]:.2g} %"
-    return text + (", a tie)" if law in row["left_out_ties"].split(", ") else ")")
-
-
-def _bic_sentence(law: str, row: dict[str, Any]) -> str:
-    best = row["bic_law"]
-    if best == law:
-        return f"The BIC of {law} is the lowest{_tied('bic_ties', row)}"
-    text = (
-        f"The BIC of {best} is lower than that of {law} by {row['bic_difference']:.0f} +- "
-        f"{row['bic_difference_error']:.0f}"
-    )
-    return text + (", a tie" if law in row["bic_ties"].split(", ") else "")
-
-
-def _tied(column: str, row: dict[str, Any]) -> str:
-    _, *others = row[column].split(", ")
-    return f", a tie with {', '.join(others)}" if others else ""
-
-
-def _advice(law: str, row: dict[str, Any], laws: pd.DataFrame) -> str:
-    """Advice on the law; empty where the configured law is as good as any."""
-    if row["verdict"] == "criteria disagree":
-        return "Keep the configured law until more curves decide"
-    if row["verdict"] == "tie":
-        fewest = str(laws.loc[_by_both(row), "n_constants"].astype(int).idxmin())
-        key = f" (`fit: {{law: {fewest}}}`)" if fewest in LAWS else ""
-        simpler = f"Keep it, or take the law with the fewest constants: {fewest}{key}"
-        return "" if fewest == law else simpler
-    if row["verdict"] != "another law is better":
-        return ""
-    better = row["better_law"]
-    old, new = laws.loc[law], laws.loc[better]
-    sentences = []
-    if better in LAWS:
-        sentences.append(
-            f"To use it, write `fit: {{law: {better}}}` under `settings` of the campaign file"
-        )
-    else:
-        sentences.append(f"{better} is compared only: `fit.law` does not take it")
-    sentences.append(
-        f"It has {new['n_constants']} fitted constants in place of {old['n_constants']}"
-    )
-    sentences.append(
-        f"It misses the points by {new['relative_rms']:.2%} of mu in place of "
-        f"{old['relative_rms']:.2%}"
-    )
-    if not new["certified"]:
-        sentences.append("Its fit is not certified: set `fit: {allow_uncertified: true}` as well")
-    if row["ends_out_law"] not in ("", better):
-        sentences.append(
-            f"Beyond the tested levels {row['ends_out_law']} did best (end levels left out)"
-        )
-    return ". ".join([*sentences, *_conditions_sentence(law, better)])
-
-
-def _conditions_sentence(law: str, better: str) -> list[str]:
-    """What changes where a law takes other conditions: predictions, exports and the bearing."""
-    if better not in LAWS:
-        return []
-    taken = {name: LAWS[name].conditions for name in (law, better)}
-    if taken[law] == taken[better]:
-        return []
-    of_old, of_new = (
-        ", ".join(QUANTITIES[name].meaning.partition(",")[0] for name in taken[each])
-        for each in (law, better)
-    )
-    return [
-        f"It takes {of_new}. {law} takes {of_old}. What a law does not take, it cannot predict: "
-        "predictions and exports then need the other conditions"
-    ]

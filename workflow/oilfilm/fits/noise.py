@@ -22,10 +22,10 @@ _NOTHING = {
         (
             *("relative_rms", "repeat_relative_rms", "lack_of_fit_relative_rms"),
             *("plateau_relative_rms", "lack_of_fit_ratio", "lack_of_fit_limit"),
+            *(f"detectable_ratio_{repeats}_repeats" for repeats in ADVISED_REPEATS),
         ),
         np.nan,
     ),
-    "advice": "",
 }
 
 
@@ -42,8 +42,7 @@ def noise_and_misfit(results: CampaignTables, settings: Settings) -> pd.DataFram
     for quality in tables.rows(results.fit_quality):
         row = {"oil": quality["oil"], "law": quality["law"], **_NOTHING}
         if np.isnan(quality["rmse"]):
-            finding = "nothing was fitted, so that nothing is known of the noise"
-            rows.append({**row, "verdict": "no fit", "finding": finding})
+            rows.append({**row, "verdict": "no fit"})
             continue
         rows.append({**row, **_of_fit(quality, results, conditions, settings)})
     return tables.from_rows(rows, "lack_of_fit")
@@ -84,54 +83,19 @@ def _of_fit(
         "lack_of_fit_ratio": parts.ratio,
         "lack_of_fit_limit": parts.limit,
     }
-    return {**row, **_words(row, parts, run.max() + 1 - constants * (run.max() + 1) / len(run))}
-
-
-def _words(row: dict[str, Any], parts: LackOfFit, runs_above: float) -> dict[str, str]:
-    """Verdict, finding and advice.
-
-    Args:
-        row: Row of the table so far.
-        parts: Its numbers.
-        runs_above: Runs less the constants, each run counted as one observation.
-    """
-    residual = f"residuals are {row['relative_rms']:.2%} of mu (rms)"
-    plateaus = ""
-    if not np.isnan(row["plateau_relative_rms"]):
-        plateaus = (
-            f". Readings within plateaus alone scatter by {row['plateau_relative_rms']:.2%}, a "
-            "lower bound of the noise"
-        )
-    if np.isnan(parts.noise):
-        many = ". ".join(
-            f"{count} repeated runs show a lack of fit where residuals are over "
-            f"{np.sqrt(f_limit(max(runs_above, 1.0), count)):.1f} times the noise"
-            for count in ADVISED_REPEATS
-        )
-        return {
-            "verdict": "no repeats",
-            "finding": f"{residual}. Noise and lack of fit cannot be told apart, because no runs "
-            f"repeat a condition{plateaus}",
-            "advice": "Run some conditions again, best the extreme ones. Set "
-            f"`repeated_conditions: accept` in the campaign file. {many}",
-        }
-    runs = "run repeats" if parts.repeats == 1 else "runs repeat"
-    finding = (
-        f"{residual}. Repeats explain {row['repeat_relative_rms']:.2%} ({parts.repeats} {runs} an "
-        f"earlier one). The lack of fit of the law is {row['lack_of_fit_relative_rms']:.2%}"
-    )
-    test = f"F = {parts.ratio:.3g}, 95 % limit {parts.limit:.3g}"
-    if parts.shown:
-        return {
-            "verdict": "shown",
-            "finding": f"{finding}, which is more than chance ({test}){plateaus}",
-            "advice": "Another form of law may miss less; more repeats do not help",
-        }
-    return {
-        "verdict": "not shown",
-        "finding": f"{finding}, which may be chance ({test}){plateaus}",
-        "advice": "",
+    # runs less the constants, each run counted as one observation
+    runs = run.max() + 1 - constants * (run.max() + 1) / len(run)
+    detectable = {
+        f"detectable_ratio_{repeats}_repeats": float(np.sqrt(f_limit(max(runs, 1.0), repeats)))
+        for repeats in ADVISED_REPEATS
     }
+    return {**row, **detectable, "verdict": _verdict(parts)}
+
+
+def _verdict(parts: LackOfFit) -> str:
+    if np.isnan(parts.noise):
+        return "no repeats"
+    return "shown" if parts.shown else "not shown"
 
 
 def _conditions(results: CampaignTables, settings: Settings) -> "pd.Series[int]":

@@ -9,6 +9,7 @@ from oilfilm import tables
 from oilfilm.curation.coverage import planned_states
 from oilfilm.fits.law_comparison import TIE
 from oilfilm.logs.run_sheet import REMARKS
+from oilfilm.report.fit_verdicts import noise_finding
 from oilfilm.settings.campaign import Campaign
 from oilfilm.settings.oil import OilFile
 from oilfilm.tables.campaign_tables import CampaignTables
@@ -72,7 +73,7 @@ def noise_sentences(misfits: pd.DataFrame) -> list[str]:
                 "runs repeat a condition."
             )
         else:
-            sentences += [f"{row['oil']}: {row['finding']}." for row in tables.rows(rows)]
+            sentences += [f"{row['oil']}: {noise_finding(row)}." for row in tables.rows(rows)]
     return sentences
 
 

@@ -13,6 +13,7 @@ from oilfilm.paper.extrapolation import errors_by_law
 from oilfilm.report.constants import DETERMINED, by_certainty
 from oilfilm.report.facts import noise_sentences
 from oilfilm.report.fit_remarks import warnings_of_fit
+from oilfilm.report.fit_verdicts import law_advice, law_head, noise_advice
 from oilfilm.report.labels import in_words, law_name, law_names
 from oilfilm.report.plain_text import bullet, percent, section, sentence, text_table
 from oilfilm.tables.campaign_tables import CampaignTables
@@ -52,8 +53,9 @@ def law_lines(results: CampaignTables) -> list[str]:
     verdicts = results.law_verdicts
     findings: list[str] = []
     for row in tables.rows(verdicts):
-        head = re.sub(r"[\w-]+", _law_in_words, row["finding"].partition(". ")[0])
-        findings += bullet(f"{row['oil']}: {head}.", in_words(row["advice"]))
+        quality = results.fit_quality
+        head = re.sub(r"[\w-]+", _law_in_words, law_head(row, quality))
+        findings += bullet(f"{row['oil']}: {head}.", in_words(law_advice(row, quality)))
     blocks = findings, _judged(verdicts), _extrapolated(results.extrapolation)
     return section("Comparison of laws", *blocks) if any(blocks) else []
 
@@ -126,7 +128,7 @@ def conditions_in_words(text: str) -> str:
 
 def _noise(misfits: pd.DataFrame) -> list[str]:
     """What each fit misses beside the noise, and what to do."""
-    advised = [advice for advice in misfits["advice"].unique() if advice]
+    advised = dict.fromkeys(filter(None, map(noise_advice, tables.rows(misfits))))
     lines = [f"- {each}" for each in noise_sentences(misfits)]
     alone = misfits[misfits["verdict"] == "no repeats"]
     if alone["plateau_relative_rms"].notna().any():

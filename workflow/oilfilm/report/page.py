@@ -49,7 +49,7 @@ _SCALE = 0.4  # CSS pixels a pixel: a single column of a journal is 400 of them
 _LOOKS = {
     **dict.fromkeys(("known", "holds", "yes", "best", "tie", "not shown", "accepted"), "good"),
     **dict.fromkeys(("sign unknown", "no interval", "holds in part", "no"), "fair"),
-    **dict.fromkeys(("criteria disagree", "not compared", "no repeats", "shown"), "fair"),
+    **dict.fromkeys(("criteria disagree", "too few curves", "no repeats", "shown"), "fair"),
     **dict.fromkeys(
         ("at a bound", "not identifiable", "fails", "another law is better", "refused"), "bad"
     ),

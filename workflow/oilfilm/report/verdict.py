@@ -21,6 +21,7 @@ from oilfilm.report.facts import (
     stand_in_oils,
     unread_logs,
 )
+from oilfilm.report.fit_verdicts import law_advice, law_head, noise_advice
 from oilfilm.report.labels import gate_name, in_words
 from oilfilm.report.shown_table import percent
 from oilfilm.settings.resolved import Settings
@@ -40,7 +41,7 @@ def verdict(
     lines = [
         ("Data", _data(results, settings)),
         ("Fit", _fit(results.configured.fit_quality)),
-        ("Law", _law(results.law_verdicts)),
+        ("Law", _law(results.law_verdicts, results.fit_quality)),
         ("Noise", _noise(results.lack_of_fit)),
         ("Error", _error(results.configured.coefficients, sure)),
         ("Trouble", _trouble(results, settings)),
@@ -88,25 +89,23 @@ def _fit(quality: pd.DataFrame) -> str:
     )
 
 
-def _law(verdicts: pd.DataFrame) -> str:
+def _law(verdicts: pd.DataFrame, quality: pd.DataFrame) -> str:
     """The verdict on the configured law of each oil, and what to do; the numbers are in a table."""
     sentences = [
         " ".join(
-            f"{text}." for text in (f"{row['oil']}: {_head(row['finding'])}", row["advice"]) if text
+            f"{text}."
+            for text in (f"{row['oil']}: {law_head(row, quality)}", law_advice(row, quality))
+            if text
         )
         for row in tables.rows(verdicts)
     ]
     return " ".join(sentences) or "No law was compared."
 
 
-def _head(finding: str) -> str:
-    """A finding without its numbers."""
-    return finding.partition(". ")[0]
-
-
 def _noise(misfits: pd.DataFrame) -> str:
     """What the laws miss beside the noise, and what to do."""
-    advised = [f"{advice}." for advice in misfits["advice"].unique() if advice]
+    advice = dict.fromkeys(filter(None, map(noise_advice, tables.rows(misfits))))
+    advised = [f"{each}." for each in advice]
     return " ".join([*noise_sentences(misfits), *advised]) or "Nothing is known of the noise."
 
 

@@ -176,6 +176,11 @@ declare_columns(
         "without repeats", at_least=0),
     number("lack_of_fit_limit", "1", "95 % limit of F, each run counted as one observation; null "
         "without repeats", at_least=0),
+    *(
+        number(f"detectable_ratio_{repeats}_repeats", "1", "least ratio of the residuals to the "
+            f"noise at which {repeats} repeated runs show a lack of fit", at_least=0)
+        for repeats in (2, 5)
+    ),
     number("zero_slip_traction", "1", "largest mu by size at zero slip over the tested conditions; "
         "should be 0"),
     share("negative_share", "share of the tested box where mu is below zero"),
@@ -280,15 +285,18 @@ TABLES = (
         columns="""
             oil law verdict better_law left_out_law left_out_ties left_out_relative_rms
             best_left_out_relative_rms left_out_difference left_out_difference_error bic_law
-            bic_ties bic_difference bic_difference_error ends_out_law finding advice""",
+            bic_ties bic_difference bic_difference_error ends_out_law""",
         uses=(
             use("law", "configured"),
             use("verdict", "best: of the laws compared, by both criteria; tie: others are as good "
                 "within the uncertainty; another law is better: by both criteria; "
-                "criteria disagree: one of the two has the configured law among its best",
+                "criteria disagree: one of the two has the configured law among its best; "
+                "not compared: no other law (compare.laws names none), no fit (of the configured "
+                "law), no other fit, constants left open (by the curves that are not left out), "
+                "too few curves",
                 allowed=("best", "tie", "another law is better", "criteria disagree",
-                    "not compared")),
-            use("advice", "empty where there is nothing to do"),
+                    "no other law", "no fit", "no other fit", "constants left open",
+                    "too few curves")),
         ),
         key=("oil", "law"),
         references={"fit_quality": ("oil", "law")},
@@ -299,11 +307,10 @@ TABLES = (
         columns="""
             oil law n_repeats n_repeated_conditions relative_rms repeat_relative_rms
             lack_of_fit_relative_rms plateau_relative_rms lack_of_fit_ratio lack_of_fit_limit
-            verdict finding advice""",
+            detectable_ratio_2_repeats detectable_ratio_5_repeats verdict""",
         uses=(
             use("verdict", "shown: F is above its limit; not shown: it is not",
                 allowed=("shown", "not shown", "no repeats", "no fit")),
-            use("advice", "empty where there is nothing to do"),
         ),
         key=("oil", "law"),
         references={"fit_quality": ("oil", "law")},
