@@ -52,36 +52,24 @@ FITTED = ("coefficients", "fit_quality", "refits")
 
 
 rule torque:
-    "Measured torque against the law with each load variable, and the traction that it implies."
+    "Measured torque against the law with each load variable; the traction that it implies."
     input:
         **finished("torque_runs", *FITTED),
+        torque_truth=rules.torque_twin.output.truth if TORQUE_SIMULATED else [],
     output:
         torque="<tables>/torque.parquet",
         torque_inversion="<tables>/torque_inversion.parquet",
+        torque_control="<tables>/torque_control.parquet",
     log:
         "<logs>/torque.log",
     params:
         code=code("torque.py"),
-        config=part("rigs", "oils", "bearings", "bearing", "seed", campaign=("torque",)),
+        config=part(
+            *("audit", "rigs", "oils", "bearings", "bearing", "seed"),
+            campaign=("oils", "torque", "twin"),
+        ),
     script:
         "../scripts/torque.py"
-
-
-rule torque_control:
-    "What the comparison with simulated torque can show; no row where the torque was measured."
-    input:
-        **finished("torque", "fit_quality"),
-        torque_truth=rules.torque_twin.output.truth if TORQUE_SIMULATED else [],
-    output:
-        torque_control="<tables>/torque_control.parquet",
-    log:
-        "<logs>/torque-control.log",
-    localrule: True
-    params:
-        code=code("torque_control.py"),
-        config=part("audit", campaign=("oils", "twin")),
-    script:
-        "../scripts/torque_control.py"
 
 
 rule bearing_maps:

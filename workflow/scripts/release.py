@@ -2,11 +2,10 @@
 
 from pathlib import Path
 
-from oilfilm.releases.listing import list_releases
-
 from oilfilm.errors import OilfilmError
 from oilfilm.home import HOME
 from oilfilm.logs.raw_files import read_listings
+from oilfilm.releases.page import list_releases
 from oilfilm.releases.release import FinishedRun, make_release
 from oilfilm.releases.tree import code_tree_digest
 from oilfilm.run.job import job, say
