@@ -17,6 +17,7 @@ NOT_TRACKED = (
     "parts/",
     "tables/",
     ".venv",
+    ".snakemake/",
     "config/campaigns/june",
     "config/campaigns/etm.yaml",
     "config/rigs/my",

@@ -1,4 +1,7 @@
-"""Contact pressure, film thickness and lambda of points, as far as rig and oil are known."""
+"""Contact pressure, film thickness and lambda of points, as far as rig and oil are known.
+
+Decides: pressure, film and lambda of a point.
+"""
 
 import numpy as np
 import pandas as pd

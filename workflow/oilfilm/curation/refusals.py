@@ -1,4 +1,7 @@
-"""Refusals of curation: a finding gets its advice here, and a refusal becomes a row."""
+"""Refusals of curation: a finding gets its advice here, and a refusal becomes a row.
+
+Decides: the row of a refusal, with its advice.
+"""
 
 from dataclasses import asdict
 from typing import Any

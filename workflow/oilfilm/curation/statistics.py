@@ -3,6 +3,8 @@
 Plateaus differ in length. Their samples are cut out of the signals into arrays of shape
 (..., plateaus, longest plateau), and masks of shape (plateaus, longest plateau) say which of them
 count.
+
+Decides: standard errors of autocorrelated samples.
 """
 
 import numpy as np

@@ -1,4 +1,7 @@
-"""Which source of the zero of the force suits a log of a traction rig."""
+"""Which source of the zero of the force suits a log of a traction rig.
+
+Decides: what `oilfilm init` takes for the source of the zero.
+"""
 
 from collections.abc import Mapping
 

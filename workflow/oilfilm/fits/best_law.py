@@ -3,6 +3,8 @@
 Two criteria: the error at curves that the fit has not seen, and the Bayesian information criterion
 (BIC). A difference counts where it is larger than its uncertainty, which is that of whole curves,
 because the points of a run share its errors.
+
+Decides: which law is the best one for an oil, and when laws tie.
 """
 
 from collections.abc import Iterable, Sequence

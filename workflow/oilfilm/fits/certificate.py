@@ -1,4 +1,7 @@
-"""The proof that a fit is the best one: independent searches agree at a flat, physical spot."""
+"""The proof that a fit is the best one: independent searches agree at a flat, physical spot.
+
+Decides: when a fit is certified.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

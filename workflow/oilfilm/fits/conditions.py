@@ -3,6 +3,9 @@
 A condition that did not vary gives no exponent. Of conditions that varied in step only as many
 give exponents as varied independently: these exponents hold along the tested line, on which the
 others are functions of them. Away from that level or line mu is not known.
+
+Decides: which conditions give exponents, and where mu is refused because a condition did not vary
+alone.
 """
 
 import itertools

@@ -1,4 +1,7 @@
-"""How a fitted law does on curves that it has not seen."""
+"""How a fitted law does on curves that it has not seen.
+
+Decides: the errors of curves left out.
+"""
 
 import numpy as np
 

@@ -2,6 +2,8 @@
 
 All points of a run have the same error of load, speed, temperature and zero of the force. A new
 curve of 31 points is therefore no 31 independent pieces of information.
+
+Decides: which errors the points of a run share, and how large they are.
 """
 
 from dataclasses import dataclass

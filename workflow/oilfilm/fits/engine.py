@@ -3,6 +3,8 @@
 SciPy's defaults on the raw constants never reach the optimum of this problem. Searching the
 logarithms of |A0|, B0 and C0, a whole population in one call, and polishing with the analytic
 Jacobian does, every time.
+
+Decides: how constants are searched.
 """
 
 from dataclasses import dataclass

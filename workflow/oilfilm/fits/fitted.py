@@ -1,4 +1,8 @@
-"""A fitted law, read back from its tables: traction at any condition, with its interval."""
+"""A fitted law, read back from its tables: traction at any condition, with its interval.
+
+Decides: traction at a condition and its interval, wherever it is asked (`predict`, Python,
+explorer, exports, figures, torque); where it is refused.
+"""
 
 import warnings
 from dataclasses import dataclass

@@ -1,4 +1,7 @@
-"""Residuals of a fit in two parts: noise, which repeated runs show, and what the law misses."""
+"""Residuals of a fit in two parts: noise, which repeated runs show, and what the law misses.
+
+Decides: what is noise, and what is lack of fit.
+"""
 
 from dataclasses import dataclass
 

@@ -1,4 +1,7 @@
-"""What each fit misses beside the noise of its data: table `lack_of_fit`."""
+"""What each fit misses beside the noise of its data: table `lack_of_fit`.
+
+Decides: which runs repeat a condition.
+"""
 
 from typing import Any
 

@@ -2,6 +2,8 @@
 
 The paper's plain sum of squares (Eq. 10) is the reference. What others make of the same points
 says whether a few curves decide the constants.
+
+Decides: the weighted and the robust fit.
 """
 
 from dataclasses import dataclass

@@ -1,4 +1,7 @@
-"""Curves that do not belong to the others of their oil, and the oils that they may belong to."""
+"""Curves that do not belong to the others of their oil, and the oils that they may belong to.
+
+Decides: when a curve is named as odd, and with which oil.
+"""
 
 from collections.abc import Mapping
 

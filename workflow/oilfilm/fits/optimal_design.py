@@ -9,6 +9,8 @@ A-optimality (linear or L-optimality): A. C. Atkinson, A. N. Donev, R. D. Tobias
 Experimental Designs, with SAS (2007), chapters 10 and 17. The law is not linear in its constants,
 so the design is optimal at the constants known so far (locally optimal), and a plan of several
 curves is made one after the other.
+
+Decides: how much a further curve would tell.
 """
 
 from dataclasses import dataclass

@@ -1,4 +1,7 @@
-"""What is fitted: accepted points as curves, and which constants they can give at all."""
+"""What is fitted: accepted points as curves, and which constants they can give at all.
+
+Decides: which points are fitted.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace

@@ -1,4 +1,7 @@
-"""Profile likelihood: how the least SSE rises when one constant is held away from its optimum."""
+"""Profile likelihood: how the least SSE rises when one constant is held away from its optimum.
+
+Decides: intervals of constants by profile likelihood.
+"""
 
 import numpy as np
 import scipy

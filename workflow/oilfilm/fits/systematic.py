@@ -1,4 +1,7 @@
-"""What the calibration of a rig's sensors does to the constants: errors that runs share."""
+"""What the calibration of a rig's sensors does to the constants: errors that runs share.
+
+Decides: errors of constants from the calibration of the rig.
+"""
 
 from dataclasses import replace
 

@@ -1,4 +1,7 @@
-"""Errors of the constants: by the Jacobian, and by a bootstrap over whole curves."""
+"""Errors of the constants: by the Jacobian, and by a bootstrap over whole curves.
+
+Decides: the standard errors and the bootstrap of constants.
+"""
 
 from dataclasses import dataclass
 

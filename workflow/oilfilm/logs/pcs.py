@@ -3,6 +3,8 @@
 An export is a sequence of steps, each with lines of its own and, for some, a table. Steps are
 found by their structure; the lines above the first one are not relied on. Traction steps measure
 each slip in both directions: index 1 with the disc faster, index 2 with the ball faster.
+
+Decides: what a PCS export holds.
 """
 
 import re

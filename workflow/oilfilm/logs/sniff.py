@@ -1,4 +1,7 @@
-"""What logs of an unknown laboratory hold: read by the readers themselves, under guessed names."""
+"""What logs of an unknown laboratory hold: read by the readers themselves, under guessed names.
+
+Decides: what `oilfilm init` finds in a folder of logs.
+"""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass, field, replace

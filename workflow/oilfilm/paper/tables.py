@@ -1,4 +1,7 @@
-"""Tables about the paper: printed constants judged, claims audited, its advice on oils."""
+"""Tables about the paper: printed constants judged, claims audited, its advice on oils.
+
+Decides: columns and key of the tables of the paper.
+"""
 
 from oilfilm.tables import declare
 from oilfilm.tables.bearing import FRICTION, FRICTION_USES

@@ -1,4 +1,7 @@
-"""Pins: the small part of a release that a repository keeps as reference for later releases."""
+"""Pins: the small part of a release that a repository keeps as reference for later releases.
+
+Decides: what a pin keeps of a release.
+"""
 
 from pathlib import Path
 

@@ -1,4 +1,7 @@
-"""The code that a release is made by, as files and without version control."""
+"""The code that a release is made by, as files and without version control.
+
+Decides: which files are the code of a release.
+"""
 
 import platform
 import re

@@ -3,6 +3,8 @@
 `page.js` does there what `FittedLaw.predict` and `selection.select` do here; the tests hold the two
 against each other. So that the page needs neither the oils' formulas nor linear algebra, it is
 given the covariance as its root, and the film at each step of the temperature's slider.
+
+Decides: what the explorer computes with.
 """
 
 from collections.abc import Mapping

@@ -1,4 +1,7 @@
-"""One HTML text from the finished tables and figures of a campaign."""
+"""One HTML text from the finished tables and figures of a campaign.
+
+Decides: which pictures are in the page of the report.
+"""
 
 import base64
 import hashlib

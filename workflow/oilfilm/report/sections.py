@@ -1,4 +1,7 @@
-"""What each section of the report shows, from the finished tables."""
+"""What each section of the report shows, from the finished tables.
+
+Decides: where the equations are in the report, and what each table of it shows.
+"""
 
 from collections.abc import Sequence
 from typing import Any

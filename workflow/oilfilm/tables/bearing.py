@@ -1,4 +1,7 @@
-"""Tables of the bearing: measured torque, torque by model, cage slip, size effect."""
+"""Tables of the bearing: measured torque, torque by model, cage slip, size effect.
+
+Decides: columns and key of the tables of torque.
+"""
 
 from oilfilm.tables.columns import count, declare_columns, flag, number, share, table, text, use
 from oilfilm.tables.declaration import LARGEST

@@ -4,7 +4,7 @@ A column is declared once, beside the table that it belongs to: name, type, unit
 bounds. A table lists the names of its columns. It may narrow a column and add a note (`use`), but
 it has no unit and no meaning of its own: the same name is the same quantity everywhere.
 
-Decides: what a column of several rooms means, and its unit (conditions, origin).
+Decides: what a column of several modules means, and its unit.
 """
 
 from collections.abc import Mapping, Sequence

@@ -1,4 +1,7 @@
-"""The table of what a figure draws, the same for every figure."""
+"""The table of what a figure draws, the same for every figure.
+
+Decides: what is stored of a figure.
+"""
 
 from oilfilm.tables.columns import declare_columns, number, table, text, use
 from oilfilm.tables.declaration import BY_ROW

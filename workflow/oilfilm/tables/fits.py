@@ -1,4 +1,7 @@
-"""Tables of the fits: constants, their proof and uncertainty, the laws compared."""
+"""Tables of the fits: constants, their proof and uncertainty, the laws compared.
+
+Decides: columns and key of the tables of fits.
+"""
 
 from oilfilm.tables.columns import (
     TEST_CONDITIONS,

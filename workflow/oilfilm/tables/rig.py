@@ -1,4 +1,7 @@
-"""Tables of the rig: raw samples, runs, plateaus, what was refused, and a simulation's truth."""
+"""Tables of the rig: raw samples, runs, plateaus, what was refused, and a simulation's truth.
+
+Decides: columns and key of `samples`, `runs`, `points`, `quarantine` and coverage.
+"""
 
 import pandas as pd
 
