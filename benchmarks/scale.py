@@ -302,9 +302,13 @@ def report(rows: list[Row]) -> Iterator[str]:
                 f"- {runs:,} {campaign.replace('oils', 'short logs')}: dry run {dry[runs]:.1f} s "
                 f"of CPU; kB per run: {', '.join(sizes)}."
             )
-    of_long = {step: series(rows, "long logs", step, "mib") for step in ("ingest", "curate")}
-    if all(of_long.values()):
-        memory = ", ".join(f"{step} {max(of.values()):.0f} MiB" for step, of in of_long.items())
+    # rows of an earlier version have two steps for what is one now
+    steps = ("ingest", "curate", "points")
+    of_long = {step: series(rows, "long logs", step, "mib") for step in steps}
+    if any(of_long.values()):
+        memory = ", ".join(
+            f"{step} {max(of.values()):.0f} MiB" for step, of in of_long.items() if of
+        )
         yield f"- Long logs: {memory}."
 
 
