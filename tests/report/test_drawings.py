@@ -665,7 +665,8 @@ def test_law_on_load_is_drawn_at_the_load_of_its_points(
         )
         for oil in printed()
     )
-    _, drawn = drawing(name, coefficients=coefficients)
+    quality = results.fit_quality.assign(law=law.name)
+    _, drawn = drawing(name, coefficients=coefficients, fit_quality=quality)
     fits = drawn[(drawn["series"] == "fit") & (drawn["x"] == 0.3)]
     # all points were made at 80 N; by one slip, mu then follows speed and temperature alone
     at = np.array([(80.0, speed, temperature) for _, speed, temperature in matrix()])
