@@ -3,7 +3,6 @@
 from dataclasses import replace
 
 import numpy as np
-import pandas as pd
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -159,15 +158,6 @@ def test_unknown_law_and_impossible_conditions_are_told() -> None:
         predict("nonsense", printed()["4102"], 1, 30, 70, 0.1)
     with pytest.raises(ValueError, match="above zero"):
         predict("deng2026", printed()["4102"], 1, 30, -70, 0.1)
-
-
-def test_refits_in_the_table_are_the_ones_behind_the_interval(fit: OilFit) -> None:
-    resampled = fit.refits[fit.refits["cause"] == "resampled curves"]
-    spread = resampled.groupby("constant")["value"].quantile([0.025, 0.975]).unstack()
-    rows = fit.coefficients.set_index("constant")
-    pd.testing.assert_series_equal(
-        spread[0.025].sort_index(), rows["lower"].sort_index(), check_names=False
-    )
 
 
 def test_interval_below_zero_is_as_wide_as_the_constants_are_unsure() -> None:

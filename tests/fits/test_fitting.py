@@ -368,12 +368,15 @@ def test_joint_interval_is_the_one_that_the_verdict_on_the_sign_uses(
 ) -> None:
     for fit in refitted.values():
         rows = fit.coefficients
-        outside = (rows["joint_lower"] > 0) | (rows["joint_upper"] < 0)
+        outside = (rows["lower"] > 0) | (rows["upper"] < 0)
         assert (outside == (rows["verdict"] == "known")).all()
         # twelve constants at once: 2.865 by tables of the normal law
         error = np.hypot(rows["standard_error"], rows["systematic_standard_error"].fillna(0))
         wide = 2.8653 * error
-        assert (rows["joint_lower"] <= rows["value"] - 0.9999 * wide).all()
-        assert (rows["joint_upper"] >= rows["value"] + 0.9999 * wide).all()
-        assert (rows["joint_lower"] <= rows["lower"]).all()
-        assert (rows["joint_upper"] >= rows["upper"]).all()
+        assert (rows["lower"] <= rows["value"] - 0.9999 * wide).all()
+        assert (rows["upper"] >= rows["value"] + 0.9999 * wide).all()
+        resampled = fit.refits[fit.refits["cause"] == "resampled curves"]
+        spread = resampled.groupby("constant")["value"].quantile([0.025, 0.975]).unstack()
+        rows = rows.set_index("constant")
+        assert (rows["lower"] <= spread[0.025]).all()
+        assert (rows["upper"] >= spread[0.975]).all()

@@ -47,8 +47,6 @@ def tables_of(
         standard_error=constants["value"].abs() / 100,
         lower=constants["value"] - 0.01,
         upper=constants["value"] + 0.01,
-        joint_lower=constants["value"] - 0.03,
-        joint_upper=constants["value"] + 0.03,
         systematic_standard_error=np.nan,
         verdict=np.where(constants["value"].notna(), "known", "not identifiable"),
     )

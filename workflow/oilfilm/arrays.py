@@ -71,7 +71,7 @@ class ArrayFit:
 
     @property
     def constants(self) -> pd.DataFrame:
-        """Constants by name with their standard errors and 95 % intervals; NaN where unknown."""
+        """Constants by name with their standard errors and joint intervals; NaN where unknown."""
         columns = ["constant", "value", "standard_error", "lower", "upper"]
         return self.tables.coefficients[columns].set_index("constant")
 

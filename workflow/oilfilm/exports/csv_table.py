@@ -4,7 +4,6 @@ from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
 
-import numpy as np
 import pandas as pd
 
 from oilfilm.exports.description import SLIP, SLIP_MEANING, Condition, Description
@@ -18,10 +17,7 @@ def csv_table(description: Description) -> str:
     that gives no exponent), tested minimum or tested maximum.
     """
     constants = pd.DataFrame(description.constants)
-    ends = pd.DataFrame(
-        np.hstack([constants["interval_95"].tolist(), constants["interval_joint"].tolist()]),
-        columns=["lower_95", "upper_95", "lower_joint", "upper_joint"],
-    )
+    ends = pd.DataFrame(constants["interval"].tolist(), columns=["lower", "upper"])
     slip = replace(description.slip, name=f"|{SLIP}|", meaning=SLIP_MEANING)
     conditions = [row for condition in (*description.conditions, slip) for row in _rows(condition)]
     rows = pd.concat(
@@ -31,8 +27,8 @@ def csv_table(description: Description) -> str:
         ],
         ignore_index=True,
     )
-    columns = """kind quantity value unit standard_error lower_95 upper_95
-        lower_joint upper_joint systematic_standard_error verdict meaning""".split()
+    columns = """kind quantity value unit standard_error lower upper
+        systematic_standard_error verdict meaning""".split()
     rows = rows[columns].fillna({"verdict": ""}).astype({"value": float})
     return csv_text(pd.DataFrame(description.identity, index=rows.index).join(rows))
 

@@ -305,8 +305,7 @@ def _constant(row: Mapping[str, Any], meaning: str) -> dict[str, Any]:
         "value": number_or_none(row["value"]),
         "unit": "1",
         "standard_error": number_or_none(row["standard_error"]),
-        "interval_95": [number_or_none(row["lower"]), number_or_none(row["upper"])],
-        "interval_joint": [number_or_none(row["joint_lower"]), number_or_none(row["joint_upper"])],
+        "interval": [number_or_none(row["lower"]), number_or_none(row["upper"])],
         "systematic_standard_error": number_or_none(row["systematic_standard_error"]),
         "verdict": row["verdict"],
     }

@@ -220,12 +220,21 @@ def _constants(sheet: Any, description: Description) -> None:
     rows.add("Constants with their errors; the formulas use those of the sheet mu", font=_TITLE)
     rows.add(origin(description), font=_BOLD)
     rows.skip()
-    head = ("name", "value", "unit", "standard error", "95 % from", "95 % to", "verdict", "meaning")
+    head = (
+        "name",
+        "value",
+        "unit",
+        "standard error",
+        "interval from",
+        "interval to",
+        "verdict",
+        "meaning",
+    )
     rows.add(*head, font=_BOLD)
     for each in description.constants:
         rows.add(
             *(each["name"], each["value"], each["unit"], each["standard_error"]),
-            *each["interval_95"],
+            *each["interval"],
             *(each["verdict"], each["meaning"]),
         )
     _widths(sheet, (12, 18, 8, 16, 16, 16, 24, 60))

@@ -142,8 +142,6 @@ def _estimated(solution: Solution, sign_confidence: float) -> pd.DataFrame:
             "standard_error": np.nan,
             "lower": np.nan,
             "upper": np.nan,
-            "joint_lower": np.nan,
-            "joint_upper": np.nan,
             "naive_standard_error": estimates.naive_errors,
             "profile_lower": np.where(turned, upper, lower),
             "profile_upper": np.where(turned, lower, upper),
@@ -156,13 +154,13 @@ def _estimated(solution: Solution, sign_confidence: float) -> pd.DataFrame:
     )
     if len(estimates.refits):
         rows["standard_error"] = [constant.std(ddof=1) for constant in estimates.refits.T]
-        rows["lower"], rows["upper"] = np.quantile(estimates.refits, [0.025, 0.975], axis=0)
+        low, high = np.quantile(estimates.refits, [0.025, 0.975], axis=0)
         error = np.hypot(rows["standard_error"], rows["systematic_standard_error"].fillna(0.0))
         reach = sign_reach(len(rows), sign_confidence) * error
         # the refits may be skew
-        rows["joint_lower"] = np.minimum(rows["value"] - reach, rows["lower"])
-        rows["joint_upper"] = np.maximum(rows["value"] + reach, rows["upper"])
-        known = rows["joint_lower"] * rows["joint_upper"] > 0
+        rows["lower"] = np.minimum(rows["value"] - reach, low)
+        rows["upper"] = np.maximum(rows["value"] + reach, high)
+        known = rows["lower"] * rows["upper"] > 0
         rows["verdict"] = np.where(known, "known", "sign unknown")
     return rows
 

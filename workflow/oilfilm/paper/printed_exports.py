@@ -80,8 +80,7 @@ def _constant(name: str, value: float, meaning: str, stated_sign: int) -> dict[s
         "value": value,
         "unit": "1",
         "standard_error": None,
-        "interval_95": [None, None],
-        "interval_joint": [None, None],
+        "interval": [None, None],
         "systematic_standard_error": None,
         "verdict": "printed" if stated_sign else "printed, sign restored",
     }

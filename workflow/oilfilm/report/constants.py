@@ -59,7 +59,7 @@ def _words(row: Mapping[str, Any], partner: str) -> str:
     if row["verdict"] == "no interval":
         return f"not known, too few runs for errors{beside}"
     if row["verdict"] == "sign unknown":
-        span = f"{row['joint_lower']:.3g} to {row['joint_upper']:.3g}"
+        span = f"{row['lower']:.3g} to {row['upper']:.3g}"
         return f"no, the joint interval spans {span}{beside}"
     if row["verdict"] == "at a bound":
         return "no, it is at a bound of the search"

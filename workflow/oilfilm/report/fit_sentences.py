@@ -183,8 +183,9 @@ def _constants(fitted: pd.DataFrame, ranked: pd.DataFrame) -> list[str]:
         for row in tables.rows(unsure)
     ]
     note = (
-        "+- is half the width of the 95 % interval of that constant alone. The interval need not "
-        "be centred on the value: see lower and upper of coefficients.parquet."
+        "+- is half the width of the joint interval, which holds for all constants of a fit "
+        "together, calibration included. It need not be centred on the value: see lower and upper "
+        "of coefficients.parquet."
     )
     return section("Fitted constants", [note], *blocks, reasons)
 

@@ -148,7 +148,7 @@ def constants(coefficients: pd.DataFrame, oil: str, number_of_oil: int) -> Shown
         number_of_oil: In the page.
     """
     rows = coefficients[coefficients["oil"] == oil]
-    lower, upper = "joint_lower", "joint_upper"  # the interval that the verdict uses
+    lower, upper = "lower", "upper"
     errors = "standard_error", "systematic_standard_error"
     names = ["value", *errors, lower, upper]
     texts = rows.astype(object)

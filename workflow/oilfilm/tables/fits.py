@@ -33,12 +33,11 @@ declare_columns(
     number("standard_error", BY_ROW, "standard error of the constant, by bootstrap over curves, so "
         "that errors shared by a run are included",
         f'systematic part not included; {_CONSTANT_UNIT}', at_least=0),
-    number("lower", BY_ROW, "2.5 % quantile of the constant's refits", _CONSTANT_UNIT),
-    number("upper", BY_ROW, "97.5 % quantile of the constant's refits", _CONSTANT_UNIT),
     *(
-        number(f"joint_{end}", BY_ROW, f"{end} end of the interval that decides on the constant's "
-            "sign: for all constants of the fit together (fit.sign_confidence of config.yaml), "
-            "calibration included", _CONSTANT_UNIT)
+        number(end, BY_ROW, f"{end} end of the constant's interval, which also decides on its "
+            "sign: it holds for all constants of the fit together (fit.sign_confidence of "
+            "config.yaml, Bonferroni), calibration included; never narrower than the central 95 % "
+            "of the refits", _CONSTANT_UNIT)
         for end in ("lower", "upper")
     ),
     number("naive_standard_error", BY_ROW, "standard error of the constant from the Jacobian",
@@ -204,13 +203,13 @@ declare_columns(
 TABLES = (
     table("coefficients", "One constant of one traction law for one oil.",
         columns="""
-            oil law constant value standard_error lower upper joint_lower joint_upper
+            oil law constant value standard_error lower upper
             naive_standard_error
             systematic_standard_error profile_lower profile_upper weighted_value robust_value
             identifiable verdict printed_value""",
         uses=(
             use("value", "fitted constant; null where not identifiable"),
-            use("verdict", "sign unknown: zero is between joint_lower and joint_upper; "
+            use("verdict", "sign unknown: zero is between lower and upper; "
                 "at a bound: of the search, beyond which the data would have it; in step: exponent "
                 "along the tested line of conditions that varied in step, of none of them alone",
                 allowed=("known", "sign unknown", "no interval", "at a bound", "in step",
