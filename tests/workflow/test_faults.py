@@ -259,7 +259,7 @@ def test_clock_that_has_stepped_back_stops_no_run(undisturbed: Path) -> None:
 @pytest.mark.nightly
 def test_damaged_table_is_refused_and_made_again(undisturbed: Path) -> None:
     """A sector of the disk reads otherwise."""
-    table = "results/small/tables/extrapolation_errors.parquet"
+    table = "results/small/tables/correlations.parquet"
     path = undisturbed / table
     before = path.read_bytes()
     path.write_bytes(before[:100] + bytes(512) + before[612:])

@@ -92,10 +92,7 @@ def test_target_figures_makes_the_figures_and_no_more(project: Path) -> None:
 def test_tables_of_a_run_are_valid_and_say_that_they_are_simulated(
     results: Path, released_project: Path
 ) -> None:
-    for name in (
-        *("runs", "points", "quarantine", "coefficients", "fit_quality", "coverage"),
-        *("extrapolation", "extrapolation_errors"),
-    ):
+    for name in ("runs", "points", "quarantine", "coefficients", "fit_quality", "coverage"):
         path = results / f"tables/{name}.parquet"
         frame = tables.read(name, path)
         assert len(frame) > 0
