@@ -11,7 +11,7 @@ from oilfilm.fits.fit import fit_oil
 from oilfilm.fits.objectives import difference, robust_fit, weighted_fit
 from oilfilm.fits.problem import CurveData, Problem
 from oilfilm.randomness import generator
-from oilfilm.report.fit_remarks import fit_remarks
+from oilfilm.report.sections.fits import curve_facts
 from oilfilm.settings.resolved import Settings
 from oilfilm.traction.law import FloatArray, to_constants, to_internal
 from oilfilm.traction.laws.deng2026 import traction_coefficient
@@ -57,8 +57,8 @@ def test_the_curves_that_pull_are_named_with_what_they_cost(config: Settings) ->
     spoilt = fit_oil(with_two_curves_off(points), "4102", quick, config.seed)
     residuals = spoilt.tables["curve_residuals"]
     assert set(residuals.loc[residuals["odd"], "run_id"]) == {"run003", "run040"}
-    _, warning = fit_remarks(spoilt.fit_quality, residuals)
-    assert "run003 (mu 1.15 times the fit's)" in warning
+    warnings = [fact.text for fact in curve_facts(spoilt.fit_quality, residuals)]
+    assert any("run003 pulls the fit away: mu is 1.15 times the fit's." in w for w in warnings)
     gains = residuals.set_index("run_id")["gain"]
     # the factor that was planted, less what the two curves dragged the fit after them
     assert gains[["run003", "run040"]].between(1.10, 1.16).all()

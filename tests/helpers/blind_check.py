@@ -13,7 +13,6 @@ from oilfilm.curation.curate import Curated, check_logs
 from oilfilm.curation.doubts import DOUBTS
 from oilfilm.fits.fit import OilFit, fit_oil
 from oilfilm.fits.fitted import FittedLaw
-from oilfilm.report.fit_remarks import pulling_curves
 from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
 
@@ -108,13 +107,14 @@ def with_fits(
     sound = {log.file for log in laboratory.sound}
     for oil in laboratory.oils:
         fit = fit_oil(verdicts.points, oil, settings.fit, settings.seed)
-        odd = pulling_curves(fit.tables["curve_residuals"])
+        residuals = fit.tables["curve_residuals"]
+        odd = set(residuals.loc[residuals["odd"], "run_id"])
         for log in laboratory.logs:
             if log.file in odd and log.fault in outcome.silent and "curve_off" in log.rules:
                 outcome.silent.remove(log.fault)
                 outcome.named.append(log.fault)
             elif log.file in odd and not log.fault:
-                outcome.false_alarms.append(f"{log.file}: {odd}")
+                outcome.false_alarms.append(log.file)
         alone = fit_oil(_of(verdicts, sound), oil, settings.fit, settings.seed)
         outcome.inside.extend(_inside(alone, laboratory.oils[oil].constants))
         outcome.rms[oil] = _rms(fit, laboratory, oil)

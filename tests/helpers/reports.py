@@ -13,7 +13,8 @@ from fit_points import make_points, matrix
 from oilfilm import tables
 from oilfilm.fits.fit import fit_oil
 from oilfilm.randomness import generator
-from oilfilm.report.page import page
+from oilfilm.report.html import html
+from oilfilm.report.sections.build import sections
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 
@@ -87,7 +88,7 @@ def results_of(config: Settings, oils: tuple[str, ...] = OILS) -> CampaignTables
     about = {"rule": "stuck_sensor", "reason": "the force stays", "advice": "Check the sensor."}
     claim = {"claim": "zero-slip", "section": "3", "statement": "mu = 0 at S = 0"}
     unread = {"rule": "unreadable", "reason": "no data", "advice": "Log again."}
-    torque = {"oil": "4102", "torque_n_m": 1.0, "traction_torque_n_m": 0.2}
+    torque = {"oil": "4102", "torque_n_m": 1.0, "traction_torque_n_m": 0.2, "converged": True}
     return CampaignTables.in_memory(
         runs=rows("runs", *runs),
         points=points,
@@ -126,7 +127,8 @@ def report_of(
     for png in pngs:
         Image.new("RGB", (300, 200), "white").save(png)
         png.with_suffix(".svg").write_text("<svg xmlns='http://www.w3.org/2000/svg'/>")
-    return page(results, pngs[:-1], folder, config, PROVENANCE)
+    made = sections(results, config)
+    return html(made, results, pngs[:-1], folder, config, PROVENANCE)
 
 
 def with_hostile_names(results: CampaignTables) -> CampaignTables:

@@ -21,7 +21,7 @@ from oilfilm.fits.fit import fit_oil
 from oilfilm.paper.audit.audit import audit, printed_evidence, read_claims
 from oilfilm.paper.selection import select
 from oilfilm.report.figures import style
-from oilfilm.report.labels import printed as typeset
+from oilfilm.report.words import printed as typeset
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction.laws.deng2026 import traction_coefficient

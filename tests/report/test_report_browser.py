@@ -441,7 +441,7 @@ def test_hostile_names_are_shown_as_text(
     file.write_text(text, encoding="utf-8")
     tab = open_page(file, width=375)
     page = tab.page
-    shown = page.locator("#quarantine").inner_text()
+    shown = page.locator("#refused").inner_text()
     for name in HOSTILE:
         assert " ".join(name.split()) in " ".join(shown.split())
     # the names stand in the tooltips of the points as well
@@ -546,23 +546,20 @@ def test_tables_sort_by_number_and_by_word(page: Page, results: CampaignTables) 
 
 
 def test_search_leaves_the_rows_with_all_words(page: Page) -> None:
-    page.click("#runs summary")
-    page.locator("#runs input[type=search]").fill("REFUSED stuck")
+    page.locator("#data input[type=search]").fill("REFUSED stuck")
     assert cells_of(page, "run-list", 1) == ["stuck.csv"]
-    assert "1 of 55 rows" in page.inner_text("#runs .search")
+    assert "1 of 55 rows" in page.inner_text("#data .search")
 
 
 def test_search_hides_rows_on_a_narrow_screen_too(page: Page) -> None:
     page.set_viewport_size({"width": 390, "height": 800})
-    page.click("#runs summary")
-    page.locator("#runs input[type=search]").fill("stuck")
+    page.locator("#data input[type=search]").fill("stuck")
     assert page.locator("#run-list tbody tr:visible").count() == 1
 
 
 def test_every_run_has_a_page_with_its_curve_and_the_gates(
     page: Page, results: CampaignTables
 ) -> None:
-    page.click("#runs summary")
     page.locator("#run-list a").nth(1).click()
     page.wait_for_selector("#run[open]")
     name = page.inner_text("#run-heading")

@@ -1,7 +1,6 @@
 """The fitted law in bearings: load variables compared, traction found again, tables and figures."""
 
 import itertools
-import re
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
@@ -30,8 +29,8 @@ from oilfilm.fits.fitted import Coefficients, FittedLaw
 from oilfilm.paper.published_tests import published_tests_table
 from oilfilm.paper.reference import PublishedBearingTests
 from oilfilm.paper.slip_advice import advise
-from oilfilm.report.bearing_sentences import bearing_lines
 from oilfilm.report.figures import style
+from oilfilm.report.sections.bearing import bearing
 from oilfilm.rig_twin.truth import true_tractions
 from oilfilm.settings.campaign import Matrix
 from oilfilm.settings.messages import load as load_settings
@@ -426,30 +425,24 @@ def test_shares_beyond_an_unknown_box_are_unknown(config):
     assert table["share_beyond_speed"].between(0, 1).all()
 
 
-def test_the_summary_tells_of_logs_errors_and_advice(config, oils):
+def test_report_tells_of_logs_and_errors(config, oils):
     matrix = {"oil_temperature_c": [70]}
     campaign = {"oils": ["4050"], "torque": {"matrix": matrix}}
     _, curated, _ = curated_logs(config.with_changes({"campaign": campaign}))
     torque, inversion = torque_table(curated.points, oils, config)
-    slip = cage_slip_table(oils, config)
     results = CampaignTables.in_memory(
         torque_runs=curated.points,
         torque_quarantine=curated.quarantine,
         torque=torque,
         torque_inversion=inversion,
-        slip_advice=advise(slip, config.selection, config.gates.lambda_limit).assign(
-            best_oil_share=1.0
-        ),
     )
-    text = "\n".join(bearing_lines(results))
-    assert "Torque logs: 3 of 3 were read. 2 have runs that were not refused.\n" in text
-    assert "Plateaus: 8 of 8 are accepted.\n" in text
-    assert "- 4050_F05000_T070.csv: zero drift. The zero of the torque moves" in text
+    section = bearing(results, config)
+    text = " ".join(fact.text for fact in section.facts)
+    assert "Torque logs: 3 of 3 were read. 2 have runs that were not refused." in text
+    assert "8 of 8 plateaus of torque are accepted." in text
+    assert "4050_F05000_T070.csv: zero drift. The zero of the torque moves" in text
     # the printed constants have no refits
-    assert re.search(r"\| load-based +\| [\d.]+ +\| [\d.]+ +\| not known +\|", text)
+    assert {row[5] for row in section.tables[0].rows} == {"not known"}
     assert "The calculated torque has no uncertainty" in text
     assert "24 of 24 were found" in text
-    assert "pressure " in text
-    assert "The paper's advice agrees with the best oil at" in text
-    nothing = bearing_lines(CampaignTables.in_memory())
-    assert nothing[2] == "- Torque logs: 0 of 0 were read. 0 have runs that were not refused."
+    assert not bearing(CampaignTables.in_memory(), config)

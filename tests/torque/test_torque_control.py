@@ -10,7 +10,6 @@ from campaigns import CLAIMS, ROOT, printed
 from claim_evidence import evidence_of
 from oilfilm import tables
 from oilfilm.paper.audit.audit import audit, read_claims
-from oilfilm.report.bearing_sentences import control_sentences
 from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
@@ -78,7 +77,6 @@ def test_measured_torque_has_no_control_and_its_claims_are_judged() -> None:
     measured = results().replace(torque_truth=tables.empty("torque_truth"))
     assert torque_control(measured, settings).empty
     assert list(verdicts(measured, settings)["verdict"]) == ["holds", "holds in part"]
-    assert control_sentences(measured.torque_control) == []
 
 
 def test_limit_of_the_configuration_decides_which_truths_are_two() -> None:
@@ -98,22 +96,6 @@ def test_claims_on_torque_are_not_confirmed_by_the_law_that_made_it() -> None:
     assert refused["share"].isna().all()
 
 
-@pytest.mark.parametrize(
-    ("campaign", "misfit", "words"),
-    [
-        ("demo", 0.0, r"positive control: .* the paper's claim\. .* 4102 1.5%, 2.0%"),
-        ("thermal", 0.001, "no fitted law, .* 0.1% of mu apart"),
-        ("thermal", 0.4, "NOT COMPARABLE: .* 40.0% of mu apart"),
-    ],
-)
-def test_sentence_states_what_is_shown_and_the_misfit(
-    campaign: str, misfit: float, words: str
-) -> None:
-    control = torque_control(results(misfit), settings_of(campaign))
-    (sentence,) = control_sentences(control)
-    assert pd.Series([sentence]).str.contains(words).all()
-
-
 def test_points_where_the_cage_may_roll_or_skid_are_not_averaged_in() -> None:
     settings = settings_of("thermal")
     plain = results(0.001)
@@ -130,4 +112,3 @@ def test_control_without_a_calculated_torque_has_no_error() -> None:
     empty = results(torque=tables.empty("torque"))
     control = torque_control(empty, settings_of("demo"))
     assert np.isnan(control["largest_torque_error"]).all()
-    assert "pressure-based law" not in control_sentences(control)[0]

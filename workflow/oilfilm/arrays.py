@@ -18,8 +18,8 @@ from oilfilm.fits.fit import OilFit, fit_oil
 from oilfilm.fits.fitted import SLIP, FittedLaw, Prediction, in_unit
 from oilfilm.fits.law_comparison import compare_laws
 from oilfilm.home import CONFIG
-from oilfilm.report.fit_remarks import fit_remarks
-from oilfilm.report.fit_verdicts import law_finding
+from oilfilm.report.sections.fits import curve_facts
+from oilfilm.report.sections.laws import law_facts
 from oilfilm.settings.config import FitSettings
 from oilfilm.settings.messages import check
 from oilfilm.settings.resolve import read_config
@@ -79,8 +79,8 @@ class ArrayFit:
     def verdict(self) -> str:
         """Whether the fit is certified, and what its user must know."""
         fit = self.tables
-        remarks = fit_remarks(fit.fit_quality, fit.tables["curve_residuals"])
-        return "\n".join(text.removeprefix(f"{_OIL}, ") for text in remarks)
+        warnings = curve_facts(fit.fit_quality, fit.tables["curve_residuals"])
+        return "\n".join([fit.certificate, *(fact.text for fact in warnings)])
 
     def predict(
         self,
@@ -117,7 +117,8 @@ class ArrayFit:
         judged = best_laws(made["fit_quality"], made["law_points"], points)
         columns = ["n_constants", "relative_rms", "left_out_rmse", "bic", "certified"]
         laws = made["fit_quality"].set_index("law")[columns]
-        return LawComparison(law_finding(tables.rows(judged)[0], made["fit_quality"]), laws)
+        (finding,) = law_facts(judged, made["fit_quality"])
+        return LawComparison(f"{finding.text} {finding.advice}".rstrip(), laws)
 
     def plot(self, axes: Any = None) -> Any:
         """Draw measured points and the law of each curve; returns the axes.

@@ -4,7 +4,6 @@ rule enough:
         **finished("runs quarantine torque_runs torque_quarantine fit_quality"),
         # a person needs all of this to see why
         everything=[
-            rules.summary.output,
             rules.report.output,
             rules.refused.output,
             *finished("claims coverage").values(),

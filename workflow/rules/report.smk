@@ -1,28 +1,33 @@
-# The page itself, beside the code that fills it.
-PAGE = PACKAGE / "report/page"
+# Sentences, the page and its style: no digest of Python's modules covers these.
+PAGE_FILES = sorted(
+    path
+    for room in ("report", *CAMPAIGN.studies)
+    for end in ("jinja", "css", "js")
+    for path in (PACKAGE / room).rglob(f"*.{end}")
+)
 
 
 rule report:
-    "What a reader wants to know of the campaign, in one HTML file that needs no network."
+    "What a reader wants to know of the campaign: an HTML file that needs no network, and text."
     input:
         **finished(
             "runs points quarantine coverage gate_counts coefficients correlations",
-            "fit_quality law_verdicts lack_of_fit refits curve_residuals claims torque_runs",
-            "torque_quarantine torque torque_control torque_inversion slip_advice advice_band",
-            "heat_balance",
+            "fit_quality law_verdicts lack_of_fit refits curve_residuals extrapolation",
+            "printed_judged signs sign_verdicts claims torque_runs torque_quarantine torque",
+            "torque_control torque_inversion slip_advice advice_band heat_balance",
         ),
         refused_pages=rules.refused.output.pages,
         png=expand("<figures>/{figure}.png", figure=CAMPAIGN.figures),
         svg=expand("<figures>/{figure}.svg", figure=CAMPAIGN.figures),
     output:
         page="<results>/report.html",
+        summary="<results>/summary.txt",
     log:
         "<logs>/report.log",
     localrule: True
     params:
-        code=code("report.py", *LAW_FILES.values(), *TABLE_WORDS),
-        # no digest of Python's modules covers these
-        page=[file_digest(PAGE.with_suffix(end)) for end in (".html.jinja", ".css", ".js")],
+        code=code("report.py", *LAW_FILES.values(), *TABLE_WORDS, *STUDIES),
+        page=[file_digest(path) for path in PAGE_FILES],
         config=SETTINGS.plain(),
     script:
         "../scripts/report.py"

@@ -4,7 +4,7 @@ from pathlib import Path
 
 from oilfilm import studies, tables
 from oilfilm.atomic_write import write_text
-from oilfilm.report.facts import film_unjudged_oils
+from oilfilm.report.captions import film_unjudged_oils
 from oilfilm.report.metadata import data_package
 from oilfilm.report.rst import campaign_caption, figure_caption, table_caption
 from oilfilm.run.job import job

@@ -21,7 +21,7 @@ from pydantic import TypeAdapter, ValidationError
 from oilfilm import tables
 from oilfilm.errors import OilfilmError
 from oilfilm.settings.config import FitSettings
-from oilfilm.traction.law import BoolArray, FloatArray
+from oilfilm.traction.law import QUANTITIES, BoolArray, FloatArray
 
 # A temperature near 0 degC is no measure of its own variation: 10 % are 2 K at least.
 LEAST_SIZE = {"inlet_temperature_c": 20.0}
@@ -73,20 +73,25 @@ class FixedCondition:
     def sentence(self) -> str:
         """Where it was tested, in words."""
         if self.level is None:
-            return f"{self.condition} is not known of every run"
+            return f"{_in_words(self.condition)} is not known of every run"
         level = f"{self.level:.4g} {tables.unit_of(self.condition)}"
         if not self.in_step:
-            return f"{self.condition} was tested at {level} only (within {self.within:.1%})"
-        names = " and ".join(other.condition for other in self.in_step)
+            name = _in_words(self.condition)
+            return f"{name} was tested at {level} only (within {self.within:.1%})"
+        names = " and ".join(_in_words(other.condition) for other in self.in_step)
         powers = " ".join(
-            f"({other.condition} / {other.centre:.4g} {tables.unit_of(other.condition)})"
+            f"({_in_words(other.condition)} / {other.centre:.4g} {tables.unit_of(other.condition)})"
             f"^{other.exponent:.3g}"
             for other in self.in_step
         )
         return (
-            f"{self.condition} was tested in step with {names} only: {level} {powers} (within "
-            f"{self.within:.1%})"
+            f"{_in_words(self.condition)} was tested in step with {names} only: {level} {powers} "
+            f"(within {self.within:.1%})"
         )
+
+
+def _in_words(condition: str) -> str:
+    return QUANTITIES[condition].meaning.partition(",")[0]
 
 
 _FIXED = TypeAdapter(tuple[FixedCondition, ...])

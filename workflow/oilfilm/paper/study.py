@@ -6,6 +6,7 @@ from typing import Any
 from oilfilm.exports.campaign import in_folders
 from oilfilm.home import reference_file
 from oilfilm.paper.printed_exports import describe_printed
+from oilfilm.paper.sections import sections
 from oilfilm.settings.resolved import Settings
 from oilfilm.studies import Study
 
@@ -27,6 +28,7 @@ def _exports(
 STUDY = Study(
     name="paper",
     exports=_exports,
+    sections=sections,
     exported="The constants that the paper prints of these oils: "
     f"[{_FOLDER}]({_FOLDER}/README.md).",
 )

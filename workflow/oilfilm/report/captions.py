@@ -1,13 +1,16 @@
 """Captions of figures, with where their data are from.
 
-Decides: what a caption says of the origin of the data.
+Decides: how simulated data and data without a film thickness are named.
 """
 
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
+
+import pandas as pd
 
 from oilfilm.figure_catalogue import figures
 from oilfilm.fits.law_comparison import TIE
 from oilfilm.settings.campaign import Campaign
+from oilfilm.settings.oil import OilFile
 
 PAPER = "Deng et al., Lubricants 14 (2026) 33"
 
@@ -59,3 +62,14 @@ def caption(name: str, campaign: Campaign, unjudged: Collection[str]) -> str:
     if figure.compares_laws and (sentence := tie(campaign)):
         parts.append(sentence)
     return " ".join(parts)
+
+
+def film_unjudged_oils(points: pd.DataFrame) -> list[str]:
+    """Oils with accepted points of which no film thickness could be calculated."""
+    unjudged = points["accepted"] & (points["film_judgement"] == "cannot be judged")
+    return list(dict.fromkeys(points.loc[unjudged, "oil"]))
+
+
+def stand_in_oils(oils: Mapping[str, OilFile | None]) -> list[str]:
+    """Oils with the properties of another oil."""
+    return [name for name, oil in oils.items() if oil is not None and oil.stand_in]

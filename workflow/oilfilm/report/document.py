@@ -10,7 +10,8 @@ templates: each line of a template is one sentence and begins with a mark.
 Decides: what a section is, and which of its facts are in the verdict.
 """
 
-from collections.abc import Collection, Mapping, Sequence
+import re
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
@@ -21,9 +22,11 @@ import pandas as pd
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
 from oilfilm.report.shown_table import ShownTable
+from oilfilm.report.words import gate_name, law_name
 
 _LIBRARY = Path(__file__).parents[1]
 UNKNOWN = "not known"
+_LINE_END = re.compile(r"[\r\n]+")
 
 
 @dataclass(frozen=True)
@@ -67,6 +70,7 @@ class Section:
         tables: What it shows; the text has those that say so.
         entries: Details, which only a page shows.
         downloads: Whole tables, by the name of the file that a page offers.
+        words: Meanings of its own words, beside those of `oilfilm.report.words`.
         has_part: True where the page's template has a macro `part_<anchor>` for what only a
             page can show, as pictures.
     """
@@ -77,6 +81,7 @@ class Section:
     tables: Sequence[ShownTable] = ()
     entries: Sequence[Entry] = ()
     downloads: Mapping[str, pd.DataFrame] = field(default_factory=dict)
+    words: Mapping[str, str] = field(default_factory=dict)
     has_part: bool = False
 
     def __bool__(self) -> bool:
@@ -89,23 +94,23 @@ def facts(template: str, **numbers: Any) -> list[Fact]:
 
     Args:
         template: File below the library's folder, as `report/sections/data.jinja`.
-        numbers: What the template names. Blanks and line ends within a text become one blank.
+        numbers: What the template names. A line end within a text becomes a blank.
 
     Raises:
         ValueError: A line of the template begins with no mark.
 
     Examples:
-        >>> facts("report/sections/nothing_fitted.jinja")[0].text
-        'Nothing could be fitted.'
+        >>> facts("report/sections/laws.jinja", rows=[], tie="A tie by construction")[0].text
+        'A tie by construction.'
     """
     made: list[Fact] = []
-    for line in _environment().get_template(template).render(numbers).splitlines():
+    for line in _environment().get_template(template).render(numbers).split("\n"):
         mark, _, text = line.strip().partition(" ")
         match mark:
             case "":
                 continue
             case "+" | "-":
-                made.append(Fact(sentence(text), is_brief=mark == "+"))
+                made.append(Fact(_ended(text), is_brief=mark == "+"))
             case ">" if made:
                 made[-1] = Fact(made[-1].text, sentence(text), made[-1].is_brief)
             case _:
@@ -122,6 +127,11 @@ def sentence(text: str) -> str:
     """
     text = text.strip()
     return f"{text[:1].upper()}{text[1:].rstrip('.')}." if text else ""
+
+
+def _ended(text: str) -> str:
+    # what begins with a name keeps its small letter
+    return f"{text.strip().rstrip('.')}."
 
 
 def percent(share: float, digits: int = 1) -> str:
@@ -149,7 +159,7 @@ def counted(count: int, what: str) -> str:
     return f"{count} {what}{'' if count == 1 else 's'}"
 
 
-def listed(values: Collection[Any] | Mapping[Any, Any]) -> str:
+def listed(values: Iterable[Any]) -> str:
     """Values with commas; of a mapping each value with its count.
 
     Examples:
@@ -170,7 +180,7 @@ def _environment() -> Environment:
         trim_blocks=True,
         lstrip_blocks=True,
         # a name from a log cannot begin a line of its own
-        finalize=lambda value: " ".join(value.split()) if isinstance(value, str) else value,
+        finalize=lambda value: _LINE_END.sub(" ", value) if isinstance(value, str) else value,
     )
     environment.filters |= {
         "percent": percent,
@@ -178,5 +188,7 @@ def _environment() -> Environment:
         "counted": counted,
         "listed": listed,
         "sentence": sentence,
+        "law_name": law_name,
+        "gate_name": gate_name,
     }
     return environment

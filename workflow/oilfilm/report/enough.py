@@ -9,7 +9,6 @@ import pandas as pd
 
 from oilfilm.errors import OilfilmError
 from oilfilm.logs.run_sheet import REMARKS
-from oilfilm.report.facts import unread_logs
 from oilfilm.settings.campaign import Campaign
 from oilfilm.tables.campaign_tables import CampaignTables
 
@@ -47,6 +46,13 @@ def shortfalls(results: CampaignTables, campaign: Campaign) -> list[str]:
         for kind, runs in _kinds(results, campaign)
         for sentence in _shortfalls(kind, runs, campaign)
     ]
+
+
+def unread_logs(results: CampaignTables) -> set[str]:
+    """Logs of which no run could be read; remarks on the run sheet refuse nothing."""
+    quarantine = results.quarantine
+    refused = quarantine.loc[~quarantine["rule"].isin(REMARKS), "file"]
+    return set(refused) - set(results.runs["file"])
 
 
 def _kinds(results: CampaignTables, campaign: Campaign) -> Iterator[tuple[str, pd.DataFrame]]:

@@ -19,7 +19,6 @@ from oilfilm.fits.conditions import LEAST_SIZE, FixedCondition
 from oilfilm.fits.fitted import FittedLaw
 from oilfilm.physics.film import THERMAL_REDUCTION_FIT, InletOil
 from oilfilm.report.colours import oil_colour
-from oilfilm.report.fit_sentences import conditions_in_words
 from oilfilm.settings.config import Box, NearbySettings
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
@@ -254,7 +253,7 @@ def _over_axes(fixed: FixedCondition, law: Law, load_at_1_gpa: float | None) -> 
         "within": fixed.within / power,
         "least_size": LEAST_SIZE.get(fixed.condition, 0.0),
         "in_step": in_step,
-        "where": conditions_in_words(fixed.sentence()),
+        "where": fixed.sentence(),
     }
 
 

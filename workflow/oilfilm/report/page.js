@@ -463,9 +463,8 @@ function listenToTables() {
       button.addEventListener("click", () => sortTable(table, column));
       cell.append(button);
     });
-    if (rows >= SEARCHED && !table.matches(".quantities *")) {
-      const frame = table.closest(".tall") ?? table.closest(".scroll");
-      frame.before(searchOf(table));
+    if (rows >= SEARCHED) {
+      table.closest(".scroll").before(searchOf(table));
     }
   }
 }

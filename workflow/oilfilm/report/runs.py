@@ -12,8 +12,8 @@ from oilfilm import tables
 from oilfilm.curation.gate import TRACTION, Gate
 from oilfilm.curation.plateau_gates import PLATEAU_GATES
 from oilfilm.curation.run_gates import RUN_GATES
-from oilfilm.report.labels import gate_name
 from oilfilm.report.shown_table import Column, ShownTable, number, show
+from oilfilm.report.words import gate_name
 from oilfilm.tables import failed_gates
 from oilfilm.tables.campaign_tables import CampaignTables
 

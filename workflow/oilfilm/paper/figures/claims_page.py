@@ -12,9 +12,10 @@ from matplotlib.patches import Rectangle
 
 from oilfilm import tables
 from oilfilm.paper.audit.audit import percent
+from oilfilm.paper.sections import BASES
 from oilfilm.report.figures import style
 from oilfilm.report.figures.registry import Drawing, marks, register
-from oilfilm.report.labels import BASES, printed
+from oilfilm.report.words import printed
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 

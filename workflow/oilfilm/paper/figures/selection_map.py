@@ -12,7 +12,7 @@ from matplotlib.ticker import FixedLocator, NullFormatter, NullLocator
 
 from oilfilm.bearing.kinematics import pitch_speed_mm_rpm
 from oilfilm.paper.figures.advice_map import advice_handles, advice_marks, draw_advice
-from oilfilm.report.facts import stand_in_oils
+from oilfilm.report.captions import stand_in_oils
 from oilfilm.report.figures import style
 from oilfilm.report.figures.registry import Drawing, register
 from oilfilm.settings.resolved import Settings

@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 
 from oilfilm.curation.coverage import SET_POINTS, with_levels, with_measured
 from oilfilm.fits.fitted import FittedLaw
-from oilfilm.report.facts import counted
+from oilfilm.report.document import counted
 from oilfilm.report.figures import style
 from oilfilm.report.figures.registry import Drawing, marks, register
 from oilfilm.settings.resolved import Settings

@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 
 from oilfilm import tables
 from oilfilm.figure_catalogue import figures
-from oilfilm.report.facts import film_unjudged_oils
+from oilfilm.report.captions import film_unjudged_oils
 from oilfilm.report.figures import style
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables

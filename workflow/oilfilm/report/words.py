@@ -1,10 +1,27 @@
-"""What the words of a verdict mean: the one home of these sentences, for summary and report.
+"""Names and words of the report: laws, load variables, gates, and what the words of verdicts mean.
 
-Decides: what a word of a verdict means.
+Decides: the meaning of each word of a verdict, and the symbols of print.
 """
 
 import re
+from collections.abc import Mapping
 
+# Keys of the settings (`fit.law`) and of the column `law`; laws of users keep their names.
+LAWS = {
+    "deng2026": "Deng (Eq. 7)",
+    "wang-deng-load": "load-based Wang-Deng",
+    "wang-deng-critical-load": "critical-load Wang-Deng",
+    "wang-deng-groups": "dimensionless Wang-Deng",
+    "eyring": "Johnson-Tevaarwerk (Eyring)",
+    "carreau": "Carreau",
+    "tanh": "hyperbolic tangent",
+}
+LOAD_VARIABLES = {
+    **LAWS,
+    "stress": "pressure-based",
+    "load": "load-based",
+    "dimensionless_load": "dimensionless load",
+}
 MEANINGS = {
     "certified": "independent searches ended at the same constants, and the checks of the optimum "
     "hold: these are the best constants of this law. Another law may still be better",
@@ -38,20 +55,71 @@ MEANINGS = {
     "full film": "no contact of asperities: film thickness over roughness (lambda) is above its "
     "limit",
     "STAND-IN": "properties of another oil, used in place of unknown ones",
-    "CIRCULAR": "the data were made with the law that they are to test",
-    "holds in part": "true at some of the conditions only",
-    "by construction": "true for any constants, because the law's equation makes it so",
-    "cannot be checked": "the campaign lacks what the claim is about",
+}
+# What tables write in letters that every terminal has, as it is printed; in this order.
+_PRINTED = {
+    r"\bmu\b": "\N{GREEK SMALL LETTER MU}",
+    r"\bdegC\b": "\N{DEGREE SIGN}C",
+    r"\bum\b": "\N{MICRO SIGN}m",
+    r"\bR2\b": "R\N{SUPERSCRIPT TWO}",
+    ">=": "\N{GREATER-THAN OR EQUAL TO}",
+    # a number and its unit stay in one line
+    r"(?<=\d) (?=GPa|m/s|%|\N{DEGREE SIGN}|\N{MICRO SIGN})": "\N{NO-BREAK SPACE}",
+    r"(?<=\bS) (?=\d)": "\N{NO-BREAK SPACE}",
 }
 
 
-def meanings(text: str) -> list[tuple[str, str]]:
+def law_name(key: str) -> str:
+    """A law in words.
+
+    Examples:
+        >>> law_name("deng2026"), law_name("my-law")
+        ('Deng (Eq. 7)', 'my-law')
+    """
+    return LAWS.get(key, key)
+
+
+def load_variable(key: str) -> str:
+    """A law and what it is evaluated with in the bearing, in words.
+
+    Examples:
+        >>> load_variable("load")
+        'load-based'
+    """
+    return LOAD_VARIABLES.get(key, key.replace("_", " "))
+
+
+def gate_name(key: str) -> str:
+    """A gate, or another rule of refusal, in words.
+
+    Examples:
+        >>> gate_name("stuck_sensor")
+        'stuck sensor'
+    """
+    return key.replace("_", " ")
+
+
+def printed(text: str) -> str:
+    """A sentence with the symbols of print.
+
+    Examples:
+        >>> printed("mu >= 0")
+        'μ ≥ 0'
+    """
+    for plain, sign in _PRINTED.items():
+        text = re.sub(plain, sign, text)
+    return text
+
+
+def meanings(text: str, *more: Mapping[str, str]) -> list[tuple[str, str]]:
     """The words of a text that need a meaning, each with its meaning, in one order.
 
     Args:
         text: What is shown.
+        more: Meanings of further words.
     """
-    return [(word, meaning) for word, meaning in MEANINGS.items() if _occurs(word, text)]
+    known = {**MEANINGS, **{word: meaning for words in more for word, meaning in words.items()}}
+    return [(word, meaning) for word, meaning in known.items() if _occurs(word, text)]
 
 
 def _occurs(word: str, text: str) -> bool:

@@ -1,0 +1,410 @@
+"""The sections of the report tell the counts, the refusals, each fit's verdict, and what to do."""
+
+import re
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from campaigns import CLAIMS, Campaign, printed, sign_study, without
+from oilfilm import tables
+from oilfilm.curation.coverage import coverage, gate_counts
+from oilfilm.fits.fit import fit_oil
+from oilfilm.logs.run_sheet import CONTRADICTION, UNLISTED
+from oilfilm.paper.audit.audit import audit, printed_evidence, read_claims
+from oilfilm.paper.extrapolation import extrapolate
+from oilfilm.paper.printed.judge import judge_printed
+from oilfilm.paper.sections import OTHER_CHOICES
+from oilfilm.paper.selection import OUTSIDE
+from oilfilm.report import runs
+from oilfilm.report.document import Fact, Section, facts
+from oilfilm.report.sections.build import sections
+from oilfilm.report.sections.data import refusals
+from oilfilm.report.sections.fits import certainty
+from oilfilm.report.shown_table import ShownTable, percent
+from oilfilm.report.text import beginning, text
+from oilfilm.rig_twin.truth import truth_grid
+from oilfilm.settings.resolved import Settings
+from oilfilm.tables.campaign_tables import CampaignTables
+from reports import OILS, results_of, rows
+
+
+@pytest.fixture(scope="module")
+def results(config: Settings) -> CampaignTables:
+    return results_of(config)
+
+
+def finished(campaign: Campaign, oil: str) -> CampaignTables:
+    """The tables of one fit of a campaign."""
+    config, curated = campaign.config, campaign.curated
+    fit = campaign.fit(oil, bootstrap=20, searches=2)
+    results = CampaignTables.in_memory(
+        runs=curated.runs,
+        points=curated.points,
+        quarantine=curated.quarantine,
+        coverage=coverage(curated.runs, config),
+        gate_counts=gate_counts(curated.runs, curated.points, curated.quarantine),
+        coefficients=fit.coefficients,
+        fit_quality=fit.fit_quality,
+        refits=fit.refits,
+    )
+    if not config.campaign.twin:
+        return results
+    relative = config.same_set_point.relative
+    truth = truth_grid(config, printed())
+    fitted = (curated.points, fit.coefficients, fit.fit_quality)
+    signs, sign_verdicts = sign_study(config, curated.points)
+    basis = printed_evidence(printed(), list(printed()), config)
+    return results.replace(
+        extrapolation=extrapolate(truth, fit.coefficients, fit.refits, fit.fit_quality, relative),
+        printed_judged=judge_printed(
+            *fitted, printed(), list(config.oils), config.printed, fit.refits
+        ),
+        signs=signs,
+        sign_verdicts=sign_verdicts,
+        claims=audit(read_claims(CLAIMS), [basis], config),
+    )
+
+
+@pytest.fixture(scope="module")
+def demo_tables(demo: Campaign) -> CampaignTables:
+    return finished(demo, "4010")
+
+
+def by_anchor(results: CampaignTables, config: Settings) -> dict[str, Section]:
+    return {section.anchor: section for section in sections(results, config)}
+
+
+def told(section: Section) -> str:
+    """All sentences of a section."""
+    return " ".join(f"{fact.text} {fact.advice}" for fact in section.facts)
+
+
+def cells(section: Section, table: str, first: str) -> dict[str, str]:
+    """The row of a table that begins with a text, by heading."""
+    (shown,) = (each for each in section.tables if each.name == table)
+    (row,) = (row for row in shown.rows if row[0] == first)
+    return dict(zip((column.heading for column in shown.columns), row, strict=True))
+
+
+def test_demonstration(demo_tables: CampaignTables, demo: Campaign) -> None:
+    made = by_anchor(demo_tables, demo.config)
+    assert "212 of 218 runs and 6572 of 6743 points are accepted." in told(made["data"])
+    matrix = "212 of 216 conditions of the test matrix are accepted. Refused: 4. Missing: none."
+    assert f"{matrix} Tested outside the matrix: 1." in told(made["data"])
+    assert "STAND-IN properties are used for 4102, 4050" in told(made["data"])
+    (stuck,) = (fact for fact in made["refused"].facts if "stuck sensor. " in fact.text)
+    assert stuck.text.startswith("4050_P1.50_U35_T085.csv: stuck sensor. The traction force is")
+    assert stuck.advice.startswith("Check the traction force sensor")
+    assert cells(made["refused"], "gate_counts", "stuck sensor")["Points"] == "31"
+    fit = cells(made["fits"], "fit_quality", "4010")
+    assert (fit["Points"], fit["Curves"], fit["Certified"]) == ("2201", "71", "yes")
+    assert cells(made["fits"], "checks", "4010")["Searches agree"] == "2 of 2"
+    # near the truth: the law made the points
+    truth = cells(made["truth"], "truth-errors", "Deng (Eq. 7)")
+    inside, beyond = (float(truth[name].rstrip(" %")) for name in list(truth)[1:3])
+    assert inside < beyond < 5
+
+
+def test_report_tells_what_the_paper_printed_and_claims(
+    demo_tables: CampaignTables, demo: Campaign
+) -> None:
+    made = by_anchor(demo_tables, demo.config)
+    apart = cells(made["printed"], "printed_judged", "4010")
+    _, printed_sse, fitted_sse, tested, beyond = (
+        float(value.replace("\N{MINUS SIGN}", "-")) for value in apart.values()
+    )
+    assert fitted_sse <= printed_sse
+    assert tested < beyond
+    assert cells(made["printed"], "signs", "4050")["without effect"] == "C2"
+    assert int(cells(made["claims"], "claim-counts", "printed constants")["fails"]) > 0
+    order = "4102 > 4050 > 4010 across all loads, speeds and temperatures"
+    assert cells(made["claims"], "failing-claims", order)["printed constants"] == "fails"
+    # of nine exponents; the fit of 20 refits is not sure of those near zero
+    signs = r"The fits confirm [5-9] of 9 signs in use\.( Sign not known: 4010 .*\.)? CIRCULAR"
+    assert re.search(signs, told(made["printed"]))
+    assert "CIRCULAR on the refit" in told(made["claims"])
+
+
+def test_text_has_the_verdict_first_and_no_keys_of_the_code(
+    demo_tables: CampaignTables, demo: Campaign
+) -> None:
+    made = sections(demo_tables, demo.config)
+    lines = text(made, demo.config.campaign).splitlines()
+    assert "SIMULATED" in lines[1]
+    titles = [lines[i - 1] for i, line in enumerate(lines) if line and set(line) == {"-"}]
+    assert titles[:4] == ["Where to find what", "Verdict", "Data", "Refused"]
+    assert titles[-1] == "Words"
+    for key in ("->", "deng2026", "wang-deng", "stuck_sensor", "off_nominal"):
+        assert key not in "\n".join(lines)
+    # every sentence is there once
+    for section in made:
+        for fact in section.facts:
+            assert lines.count(f"- {fact.text}") == 1
+
+
+def test_laboratory_without_the_paper_reads_nothing_of_it(etm: Campaign) -> None:
+    made = sections(finished(etm, "unrecorded-oil"), etm.config)
+    written = text(made, etm.config.campaign)
+    assert "Measured data (moritzploss/tribology 09bf75d, MIT licence)" in written
+    assert "FILM NOT JUDGED for 20482 accepted points of unrecorded-oil. Neither oil" in written
+    assert re.search(
+        r"Not identifiable: A0, .*\. Maximum Hertz pressure is not known of every run\.", written
+    )
+    assert "1 of 1 tested conditions are accepted. The campaign has no test matrix" in written
+    for word in ("paper", "claim", "Printed", "Fig. "):
+        assert word not in written
+
+
+def test_sign_that_is_not_known_is_beside_the_interval_that_holds_zero(
+    demo_tables: CampaignTables, demo: Campaign
+) -> None:
+    coefficients = demo_tables.coefficients
+    chosen = coefficients["constant"] == "B2"
+    planted = {"lower": -0.0213, "upper": 0.774}
+    constants = coefficients.assign(
+        verdict=np.where(chosen, "sign unknown", "known"),
+        **{name: coefficients[name].mask(chosen, end) for name, end in planted.items()},
+    )
+    partner = {"oil": "4010", "law": "deng2026", "constant": "B1", "other": "B2"}
+    together = demo_tables.replace(
+        coefficients=constants, correlations=rows("correlations", partner | {"correlation": -0.97})
+    )
+    section = by_anchor(together, demo.config)["constants"]
+    assert "11 of 12 constants are known. Sign unknown: B2." in told(section)
+    assert "spans -0.0213 to 0.774. It is correlated -0.97 with B1." in told(section)
+    row = cells(section, "constants0", "B2")
+    assert row["Joint interval"].startswith("\N{MINUS SIGN}0.02")  # the one that decides
+    # the last of its table, because the data do not determine it
+    assert section.tables[0].rows[-1][0] == "B2"
+
+
+def test_signs_are_those_of_the_fit_and_not_of_the_printed_sizes(
+    demo_tables: CampaignTables, demo: Campaign
+) -> None:
+    """Printed sizes that suit no point may fit better with a turned sign: the fit decides."""
+    misleading = demo_tables.sign_verdicts.assign(least_sse=1.0, least_sse_turned=0.5)
+    fits = demo_tables.coefficients
+
+    def line(constants: pd.DataFrame, campaign: Settings = demo.config) -> str:
+        results = demo_tables.replace(coefficients=constants, sign_verdicts=misleading)
+        return told(by_anchor(results, campaign)["printed"])
+
+    sure = fits.assign(verdict="known", value=fits["printed_value"])
+    assert "The fits confirm 9 of 9 signs in use. CIRCULAR" in line(sure)
+    turned = sure.assign(value=sure["value"].where(sure["constant"] != "C1", -sure["value"]))
+    assert "8 of 9 signs in use. The other sign: 4010 C1. CIRCULAR" in line(turned)
+    open_sign = sure.assign(verdict=np.where(sure["constant"] == "A2", "sign unknown", "known"))
+    assert "8 of 9 signs in use. Sign not known: 4010 A2. CIRCULAR" in line(open_sign)
+    # logs that another program simulated need not have these signs
+    elsewhere = without(demo.config, "twin", "torque")
+    assert "signs in use. The points were SIMULATED: this says nothing of" in line(sure, elsewhere)
+
+
+def test_verdict_has_the_numbers(results: CampaignTables, config: Settings) -> None:
+    made = by_anchor(results, config)
+    brief = {
+        anchor: " ".join(fact.text for fact in section.facts if fact.is_brief)
+        for anchor, section in made.items()
+    }
+    assert "54 of 55 runs and 1674 of 1674 points" in brief["data"]
+    assert all(f"{oil}: the law Deng (Eq. 7) misses" in brief["fits"] for oil in OILS)
+    assert "1 run refused: stuck sensor 1." in brief["refused"]
+    assert "1 log without a run: unreadable 1." in brief["refused"]
+    assert "holds 1." in brief["claims"]
+    assert "4102 20.0 %, 30.0 %." in brief["bearing"]  # of 0.1 and -0.3
+
+
+@pytest.mark.parametrize(
+    ("verdict", "sentence", "advice"),
+    [
+        ("another law is better", "hyperbolic tangent describes the data better", "law: tanh"),
+        ("tie", "ties with hyperbolic tangent", "`fit: {law: tanh}`"),
+        ("criteria disagree", "the two criteria disagree", "until more curves decide"),
+        ("best", "is the best of those compared", ""),
+    ],
+)
+def test_law_is_judged_with_what_to_do(
+    results: CampaignTables, config: Settings, verdict: str, sentence: str, advice: str
+) -> None:
+    row = {"oil": "4102", "law": "deng2026", "verdict": verdict}
+    if verdict == "another law is better":
+        row |= {"better_law": "tanh", "left_out_ties": "tanh", "bic_ties": "tanh"}
+    if verdict == "tie":
+        row |= {"left_out_ties": "deng2026, tanh", "bic_ties": "tanh, deng2026"}
+    compared = [
+        {"oil": "4102", "law": law, "n_constants": count, "configured": law == "deng2026"}
+        for law, count in (("deng2026", 12), ("tanh", 8))
+    ]
+    changed = results.replace(
+        law_verdicts=rows("law_verdicts", row), fit_quality=rows("fit_quality", *compared)
+    )
+    fact = by_anchor(changed, config)["laws"].facts[0]
+    assert fact.is_brief
+    assert sentence in fact.text
+    assert advice in fact.advice
+    assert bool(advice) == bool(fact.advice)
+
+
+@pytest.mark.parametrize(
+    ("verdict", "words"), [("shown", "is more than chance"), ("not shown", "may be chance")]
+)
+def test_lack_of_fit_is_told_with_its_test(
+    results: CampaignTables, config: Settings, verdict: str, words: str
+) -> None:
+    numbers = {"repeat_relative_rms": 0.0797, "lack_of_fit_relative_rms": 0.0275, "n_repeats": 4}
+    noise = rows("lack_of_fit", {"oil": "4102", "verdict": verdict, **numbers})
+    section = by_anchor(results.replace(lack_of_fit=noise), config)["fits"]
+    sentences = told(section)
+    assert "repeats explain 7.97 % of mu (4 repeated runs)" in sentences
+    assert f"lack of fit of the law is 2.75 %, which {words}" in sentences
+
+
+def test_conditions_that_were_refused_differ_from_those_never_measured(
+    results: CampaignTables, config: Settings
+) -> None:
+    states = ("accepted", "refused", "missing")
+    conditions = [
+        {"oil": oil, "state": state, "planned": True, "nominal_inlet_temperature_c": level}
+        for oil in OILS[:2]
+        for level, state in zip((25.0, 70.0, 120.0), states, strict=True)
+    ]
+    covered = results.replace(coverage=rows("coverage", *conditions))
+    line = told(by_anchor(covered, config)["data"])
+    assert "2 of 6 conditions of the test matrix are accepted. Refused: 2. Missing: 2" in line
+    assert "Missing: 4102 at T = 120 degC." in line
+
+
+def test_oil_that_was_not_fitted_is_named_and_not_counted(
+    results: CampaignTables, config: Settings
+) -> None:
+    lost = fit_oil(results.points.assign(accepted=False), "4010", config.fit, config.seed)
+    kept = {
+        name: pd.concat([table[table["oil"] != "4010"], getattr(lost, name)])
+        for name, table in (
+            ("coefficients", results.coefficients),
+            ("fit_quality", results.fit_quality),
+        )
+    }
+    made = by_anchor(results.replace(**kept), config)
+    assert "4010 is not fitted." in told(made["fits"])
+    assert "4010: " not in told(made["constants"])
+
+
+def test_film_and_too_few_runs_are_in_the_verdict(
+    results: CampaignTables, config: Settings
+) -> None:
+    film = np.where(results.points["oil"] == "4050", "cannot be judged", "full film")
+    runs = results.runs.assign(oil=np.where(results.runs["verdict"] == "refused", "4010", "4050"))
+    changed = results.replace(points=results.points.assign(film_judgement=film), runs=runs)
+    brief = [fact.text for fact in by_anchor(changed, config)["data"].facts if fact.is_brief]
+    assert any(line.startswith("NOT ENOUGH: oil 4010: 0 of 1 runs accepted") for line in brief)
+    assert any("FILM NOT JUDGED for" in line and "of 4050." in line for line in brief)
+
+
+@pytest.mark.parametrize(
+    ("verdict", "words"),
+    [
+        ("positive control", "This checks the code"),
+        ("one truth", "0.1 % of mu apart"),
+        ("two truths", "NOT COMPARABLE"),
+    ],
+)
+def test_report_says_what_simulated_torque_is_worth(
+    results: CampaignTables, config: Settings, verdict: str, words: str
+) -> None:
+    control = rows("torque_control", {"oil": "4102", "verdict": verdict, "law_misfit": 0.001})
+    assert words in told(by_anchor(results.replace(torque_control=control), config)["bearing"])
+
+
+def test_verdict_says_why_no_claim_is_judged(results: CampaignTables, config: Settings) -> None:
+    why = "the campaign has none of the oils"
+    unjudged = results.claims.assign(verdict="cannot be checked", finding=why)
+    line = told(by_anchor(results.replace(claims=unjudged), config)["claims"])
+    assert "can be judged on this campaign's fits. The campaign has none of the oils." in line
+
+
+def test_bearing_errors_leave_out_and_name_where_the_cage_may_skid(
+    results: CampaignTables, config: Settings
+) -> None:
+    at = {"inner_speed_rpm": 12000.0, "axial_load_n": 5000.0, "inlet_temperature_c": 100.0}
+    torque = results.torque.assign(
+        **at, converged=True, run_id=["a", "b"], bistable=[False, True], energy_error=0.0
+    )
+    section = by_anchor(results.replace(torque=torque), config)["bearing"]
+    left_out = "Left out, because the cage may roll or skid: 1 of 2 plateaus."
+    assert f"{left_out} Operating points: 4102 at 12000 rpm, 5000 N, 100 degC." in told(section)
+    assert "Traction makes 20 % to 20 % of the torque." in told(section)  # 0.2 of 1.0 N m
+    row = cells(section, "torque", "4102")
+    assert row["Points"] == "1"
+    assert row["Median error"] == row["Largest error"] == percent(1)(0.1)
+
+
+def test_equilibrium_that_was_not_found_is_told_with_the_reason(
+    results: CampaignTables, config: Settings
+) -> None:
+    torque = results.torque.assign(converged=[True, False], why=["", "no equilibrium"])
+    line = told(by_anchor(results.replace(torque=torque), config)["bearing"])
+    assert "Friction equilibria: 1 of 2 were found." in line
+    assert "Not found: no equilibrium." in line
+
+
+def test_certainty_is_half_the_interval_over_mu(results: CampaignTables) -> None:
+    # curves with 1 % gain errors, 18 of them, and a calibration of 0.5 % of load, 1 % of mu or less
+    median, largest = certainty(results).loc["4102"]
+    assert 0.005 < median < 0.06
+    assert median < largest
+
+
+def test_remarks_on_the_run_sheet_are_not_among_what_was_refused(
+    results: CampaignTables, config: Settings
+) -> None:
+    remark = {"file": "runs.csv", "rule": UNLISTED, "reason": "no row for a log"}
+    counts = rows("gate_counts", {"gate": UNLISTED}, {"gate": "thin_film", "points": 4})
+    listed = pd.concat([results.quarantine, rows("quarantine", remark)], ignore_index=True)
+    changed = results.replace(quarantine=listed, gate_counts=counts)
+    section = by_anchor(changed, config)["refused"]
+    assert [row[0] for row in section.tables[0].rows] == ["thin film"]
+    assert "no row for a log" not in told(section)
+
+
+def test_runs_that_share_a_log_are_told_apart() -> None:
+    same = [{"file": "a.csv", "run_id": f"a.csv#{number}", "rule": "drift"} for number in (1, 2)]
+    shown = refusals(rows("quarantine", *same), "quarantine", 10)
+    assert [column.heading for column in shown.columns][:2] == ["Log", "Run"]
+    assert len(shown.rows) == 2
+
+
+def test_page_of_a_refused_run_has_the_advice_of_the_rule_that_refused_it(
+    results: CampaignTables,
+) -> None:
+    about = {"run_id": "stuck.csv", "file": "stuck.csv"}
+    remark = rows("quarantine", {**about, "rule": CONTRADICTION, "advice": "Correct the sheet."})
+    quarantine = pd.concat([remark, results.quarantine], ignore_index=True)
+    refused = results.runs[results.runs["run_id"] == "stuck.csv"]
+    (page,) = runs.run_pages(results.replace(quarantine=quarantine), refused, {})["runs"]
+    assert page["advice"] == "Check the sensor."
+
+
+def test_every_judgement_on_the_advice_that_differs_has_a_sentence() -> None:
+    allowed = tables.TABLES["slip_advice"]["judgement"].allowed
+    assert set(allowed) == {"agree", "no film", OUTSIDE, *OTHER_CHOICES}
+
+
+def test_name_from_a_log_can_begin_no_sentence_of_its_own() -> None:
+    forged = "a.csv\n+ Everything is certified"
+    case = {"name": forged, "gate": "drift", "count": 1, "reason": "it drifts", "advice": "Wait"}
+    (fact,) = facts("report/sections/cases.jinja", cases=[case], cases_in="quarantine.parquet")
+    assert fact == Fact("a.csv + Everything is certified: drift. It drifts.", "Wait.")
+
+
+def test_end_of_a_run_is_short_and_says_where_the_whole_is() -> None:
+    body = [f"line {number}" for number in range(100)]
+    short = beginning("\n".join(body) + "\n", "summary.txt").splitlines()
+    assert short == [*body[:75], "... 25 more lines: summary.txt"]
+    assert beginning("line\n", "summary.txt") == "line\n"
+
+
+def test_section_without_anything_to_say_is_left_out() -> None:
+    assert not Section("a", "A", tables=[ShownTable("t", "", [], [])])
+    assert Section("a", "A", [Fact("Something.")])

@@ -1,0 +1,101 @@
+"""The constants of each fit with their intervals, and which of them the data determine."""
+
+import numpy as np
+import pandas as pd
+
+from oilfilm import tables
+from oilfilm.fits.conditions import from_text
+from oilfilm.report.document import Section, facts
+from oilfilm.report.shown_table import Column, ShownTable, number, show, significant
+from oilfilm.tables.campaign_tables import CampaignTables
+
+# From what the data determine to what they cannot.
+_ORDER = ("known", "in step", "sign unknown", "no interval", "at a bound", "not identifiable")
+# Constants that move together so closely replace each other.
+_STRONG = 0.95
+
+
+def constants(results: CampaignTables) -> Section:
+    """A table per oil, and a sentence for each constant that the data do not determine."""
+    fits = results.configured
+    if fits.coefficients.empty:
+        return Section("constants", "Constants")
+    ranked = by_certainty(fits.coefficients, fits.correlations)
+    oils = list(dict.fromkeys(ranked["oil"]))
+    quality = {row["oil"]: row for row in tables.rows(fits.fit_quality)}
+    made = facts(
+        "report/sections/constants.jinja",
+        fits=[
+            {
+                "oil": oil,
+                "curves": quality[str(oil)]["n_curves"],
+                "constants": tables.rows(rows),
+                "fixed": [
+                    each.sentence() for each in from_text(quality[str(oil)]["fixed_conditions"])
+                ],
+            }
+            for oil, rows in ranked.groupby("oil", sort=False)
+            if rows["value"].notna().any()
+        ],
+    )
+    coefficients = fits.coefficients
+    return Section(
+        "constants",
+        "Constants",
+        made,
+        [_of_oil(ranked, oil, place) for place, oil in enumerate(oils)],
+        downloads={"coefficients.csv": coefficients, "coefficients.json": coefficients},
+        has_part=True,
+    )
+
+
+def by_certainty(coefficients: pd.DataFrame, correlations: pd.DataFrame) -> pd.DataFrame:
+    """Constants, those first that the data determine, with those that may replace them.
+
+    Args:
+        coefficients: Table of coefficients.
+        correlations: Table of correlations.
+
+    Returns:
+        The coefficients with columns `partner` (the constant that moves most with this one, empty
+        where none does so closely) and `correlation`.
+    """
+    other_way = correlations.rename(columns={"constant": "other", "other": "constant"})
+    both = pd.concat([correlations, other_way], ignore_index=True)
+    both = both.assign(size=both["correlation"].abs()).query("size >= @_STRONG")
+    closest = both.sort_values("size", ascending=False).drop_duplicates(["oil", "law", "constant"])
+    partners = closest[["oil", "law", "constant", "other", "correlation"]]
+    ranked = coefficients.merge(partners, how="left", on=["oil", "law", "constant"])
+    oils, _ = pd.factorize(ranked["oil"])
+    place = oils * len(_ORDER) + ranked["verdict"].map(_ORDER.index).to_numpy(int)
+    order = np.argsort(place, kind="stable")
+    return ranked.iloc[order].assign(partner=ranked["other"].fillna(""))
+
+
+def _of_oil(coefficients: pd.DataFrame, oil: str, place: int) -> ShownTable:
+    """Constants of one oil with their errors. Digits beyond the second of the error say nothing."""
+    rows = coefficients[coefficients["oil"] == oil]
+    lower, upper = "lower", "upper"
+    errors = "standard_error", "systematic_standard_error"
+    names = ["value", *errors, lower, upper]
+    texts = rows.astype(object)
+    for index, row in rows.iterrows():
+        error = row["standard_error"]
+        form = number(significant(row["naive_standard_error"] if np.isnan(error) else error))
+        texts.loc[index, names] = [form(row[name]) for name in names]
+    # every digit of the print
+    texts["printed_value"] = rows["printed_value"].map(number(".10g"))
+    interval = texts[lower] + " \N{HORIZONTAL ELLIPSIS} " + texts[upper]
+    texts[lower] = texts[lower].where(rows[lower].isna(), interval)
+    columns = [
+        Column("constant", "Constant"),
+        Column("value", "Value", unit=""),
+        Column(lower, "Joint interval", unit=""),
+        Column("standard_error", "Standard error, random", unit=""),
+        Column("systematic_standard_error", "Standard error, calibration", unit=""),
+        Column("verdict", "Verdict", is_verdict=True),
+    ]
+    if rows["printed_value"].notna().any():
+        columns.append(Column("printed_value", "Printed", unit=""))
+    name = f"constants{place}"
+    return show(texts, "coefficients", oil, columns, name=name, in_text=True, is_wordy=False)

@@ -1,0 +1,146 @@
+"""How near the configured law comes to the points of each oil, how sure it is, and the noise."""
+
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from oilfilm import tables
+from oilfilm.fits.fitted import FittedLaw
+from oilfilm.fits.lack_of_fit import ADVISED_REPEATS
+from oilfilm.report.document import Fact, Section, facts
+from oilfilm.report.shown_table import Column, ShownTable, number, percent, show, yes_or_no
+from oilfilm.report.words import law_name
+from oilfilm.tables.campaign_tables import CampaignTables
+
+_TWO = percent(2)
+# A curve of which mu differs less than this as a whole is odd by its shape.
+_SAME_GAIN = 0.03
+
+
+def fits(results: CampaignTables) -> Section:
+    """Misfit, certificate and certainty of each fit, noise and lack of fit."""
+    quality, sure = results.configured.fit_quality, certainty(results)
+    fitted = tables.rows(quality[quality["rmse"].notna()].join(sure, on="oil"))
+    made = facts(
+        "report/sections/fits.jinja",
+        fitted=fitted,
+        lost=tables.rows(quality[quality["rmse"].isna()]),
+        laws=list(dict.fromkeys(quality["law"].map(law_name))),
+        **_odd(results.configured.curve_residuals),
+        misfits=tables.rows(results.lack_of_fit),
+        unrepeated=tables.rows(results.lack_of_fit.query("verdict == 'no repeats'")),
+        repeats=ADVISED_REPEATS,
+    )
+    return Section(
+        "fits",
+        "Fits",
+        made,
+        [_fit_table(quality, sure), _checks(quality), _noise(results.lack_of_fit)],
+        downloads={"fit_quality.csv": quality},
+    )
+
+
+def curve_facts(quality: pd.DataFrame, residuals: pd.DataFrame) -> list[Fact]:
+    """Curves that are left out of fits, and curves that pull them away.
+
+    Args:
+        quality: Rows of the table of fit quality.
+        residuals: Table of curve residuals, of the same fits.
+    """
+    fitted = tables.rows(quality)
+    return facts("report/sections/curves.jinja", fitted=fitted, **_odd(residuals))
+
+
+def _odd(residuals: pd.DataFrame) -> dict[str, Any]:
+    odd = residuals[residuals["odd"]].sort_values("robust_weight", kind="stable")
+    of_oil = {str(oil): tables.rows(rows) for oil, rows in odd.groupby("oil")}
+    return {"odd_curves": of_oil, "same_gain": _SAME_GAIN}
+
+
+def certainty(results: CampaignTables) -> pd.DataFrame:
+    """How sure each fit is of mu at the accepted points: half of the 95 % interval over mu.
+
+    Columns median and largest by oil; null where the fit has no interval.
+    """
+    certainties = {}
+    accepted = results.points[results.points["accepted"]]
+    for oil in results.configured.fit_quality["oil"]:
+        fit = FittedLaw.of_configured(results, oil)
+        points = accepted[accepted["oil"] == oil]
+        conditions, slip = points[list(fit.law.conditions)], points["slide_roll_ratio"]
+        prediction = fit.predict(conditions.to_numpy(float), slip.to_numpy(float))
+        size = np.abs(prediction.traction_coefficient)
+        half = pd.Series((prediction.upper - prediction.lower)[size > 0] / 2 / size[size > 0])
+        certainties[oil] = half.median(), half.max()
+    index = pd.Index(certainties, dtype=str)
+    return pd.DataFrame([*certainties.values()], index, columns=["median", "largest"])
+
+
+def _fit_table(quality: pd.DataFrame, sure: pd.DataFrame) -> ShownTable:
+    meaning = (
+        "half of the 95 % interval of the fitted curve over mu, at the accepted points: random "
+        "errors of whole curves and calibration, true as far as the law is"
+    )
+    return show(
+        quality.join(sure, on="oil"),
+        "fit_quality",
+        "How near the law comes to the points, and how sure the fitted curves are",
+        [
+            Column("oil", "Oil"),
+            Column("law", "Law", law_name),
+            Column("n_points", "Points"),
+            Column("n_curves", "Curves"),
+            Column("relative_rms", "Misfit, rms of mu", _TWO, ""),
+            Column("max_error", "Largest error of mu", number(".2e"), ""),
+            Column("median", "mu known to, median", _TWO, "", meaning, is_number=True),
+            Column("largest", "at worst", _TWO, "", meaning, is_number=True),
+            Column("certified", "Certified", yes_or_no, is_verdict=True),
+        ],
+        in_text=True,
+    )
+
+
+def _checks(quality: pd.DataFrame) -> ShownTable:
+    short, fitted = number(".1e"), quality[quality["rmse"].notna()]
+    return show(
+        fitted.assign(
+            agree=[
+                f"{row['searches_agreeing']} of {row['searches']}" for row in tables.rows(fitted)
+            ]
+        ),
+        "fit_quality",
+        "Checks of the optimum, which certify a fit",
+        [
+            Column("oil", "Oil"),
+            Column("agree", "Searches agree"),
+            Column("sse_spread", "SSE differ by", short),
+            Column("constant_spread", "Constants differ by", short, "standard errors"),
+            Column("gradient_cosine", "Gradient cosine", short),
+            Column("min_traction", "Smallest mu in the tested box", short),
+            Column("hessian_smallest", "Smallest eigenvalue", short),
+            Column("active_bounds", "Bounds reached", lambda names: names or "none"),
+        ],
+        name="checks",
+        in_text=True,
+    )
+
+
+def _noise(misfits: pd.DataFrame) -> ShownTable:
+    return show(
+        misfits,
+        "lack_of_fit",
+        "Noise and lack of fit, rms of mu",
+        [
+            Column("oil", "Oil"),
+            Column("relative_rms", "Misfit", _TWO, ""),
+            Column("repeat_relative_rms", "Noise, by repeats", _TWO, ""),
+            Column("lack_of_fit_relative_rms", "Lack of fit", _TWO, ""),
+            Column("plateau_relative_rms", "Noise within plateaus", _TWO, ""),
+            Column("n_repeats", "Repeats"),
+            Column("lack_of_fit_ratio", "F", number(".3g"), ""),
+            Column("lack_of_fit_limit", "Limit of F", number(".3g"), ""),
+            Column("verdict", "Lack of fit is", is_verdict=True),
+        ],
+        in_text=True,
+    )

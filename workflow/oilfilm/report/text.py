@@ -1,0 +1,98 @@
+"""The report as plain text: the verdict first, then each section.
+
+Decides: what the summary shows, and how much of it a run prints at its end.
+"""
+
+from collections.abc import Iterable, Iterator, Sequence
+
+from oilfilm.errors import printable
+from oilfilm.report.captions import provenance
+from oilfilm.report.document import Fact, Section, sentence
+from oilfilm.report.shown_table import ShownTable
+from oilfilm.report.words import meanings
+from oilfilm.settings.campaign import Campaign
+from oilfilm.text_table import markdown_table
+
+# Lines of a summary that a run prints at its end.
+_LINES_MAX = 75
+_PLACES = (
+    ("Report", "report.html (open it in a browser; it needs no network)"),
+    ("Tables", "tables (start with quarantine.csv)"),
+    ("Figures", "figures"),
+    ("Exports", "exports (the fits for bearing codes; start with README.md)"),
+    ("Refused", "refused (one picture per run; index.parquet lists them)"),
+)
+
+
+def text(sections: Sequence[Section], campaign: Campaign) -> str:
+    """The sections as text.
+
+    Args:
+        sections: Of the campaign's report.
+        campaign: Name, description and origin of the data.
+    """
+    lines = [
+        sentence(f"Campaign {campaign.name}: {campaign.description}"),
+        sentence(provenance(campaign, ())),
+        "",
+        *_headed("Where to find what", [*_places(campaign.name)]),
+        *_headed("Verdict", [*_verdict(sections)]),
+    ]
+    for section in sections:
+        own = [fact for fact in section.facts if not fact.is_brief]
+        tables = [line for table in section.tables for line in _table(table)]
+        if own or tables:
+            lines += _headed(section.title, [*_bullets(own), *([""] if own else []), *tables])
+    words = meanings("\n".join(lines), *(section.words for section in sections))
+    lines += _headed("Words", [f"- {word}: {sentence(meaning)}" for word, meaning in words])
+    return "\n".join(map(printable, lines)).rstrip() + "\n"
+
+
+def beginning(summary: str, path: str) -> str:
+    """A summary as a terminal gets it at the end of a run: not too long.
+
+    Args:
+        summary: The whole of it.
+        path: The file that has the whole.
+    """
+    lines = summary.rstrip().split("\n")
+    left_out = len(lines) - _LINES_MAX
+    more = [f"... {left_out} more lines: {path}"] if left_out > 0 else []
+    return "\n".join([*lines[:_LINES_MAX], *more]) + "\n"
+
+
+def _headed(title: str, lines: Sequence[str]) -> list[str]:
+    return [title, "-" * len(title), *lines, *([] if lines[-1:] == [""] else [""])]
+
+
+def _places(name: str) -> Iterator[str]:
+    for what, place in _PLACES:
+        yield f"- {what}: results/{name}/{place}"
+
+
+def _verdict(sections: Iterable[Section]) -> Iterator[str]:
+    for section in sections:
+        brief = [fact for fact in section.facts if fact.is_brief]
+        if brief:
+            yield from (f"{section.title}:", *_bullets(brief), "")
+
+
+def _bullets(facts: Iterable[Fact]) -> Iterator[str]:
+    for fact in facts:
+        yield f"- {fact.text}"
+        if fact.advice:
+            yield f"  What to do: {fact.advice}"
+
+
+def _table(table: ShownTable) -> Iterator[str]:
+    if not table or not table.in_text:
+        return
+    heads = [
+        f"{column.heading} ({column.unit})" if column.unit else column.heading
+        for column in table.columns
+    ]
+    # a minus that a search for -0.1 finds
+    rows = [[cell.replace("\N{MINUS SIGN}", "-") for cell in row] for row in table.rows]
+    yield from (f"{table.caption}:", "", *markdown_table(heads, rows), "")
+    if table.left_out:
+        yield from (f"And {table.left_out} more rows: {table.source}.", "")
