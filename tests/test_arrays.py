@@ -82,7 +82,7 @@ def test_law_that_made_the_points_is_named_the_best(points: pd.DataFrame) -> Non
     noisy = points["mu"] + 1e-4 * random.standard_normal(len(points))
     fit = oilfilm.fit(*(points[name] for name in "PUTS"), noisy, law="tanh", **QUICK)
     compared = fit.compare()
-    assert compared.verdict.startswith("deng2026 describes the data better than the configured")
+    assert compared.verdict.startswith("Deng (Eq. 7) describes the data better than the configured")
     assert compared.laws["bic"].idxmin() == "deng2026"
     # laws of load cannot be compared, because the load is not known
     assert "wang-deng-load" not in compared.laws.index

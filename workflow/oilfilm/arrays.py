@@ -80,7 +80,8 @@ class ArrayFit:
         """Whether the fit is certified, and what its user must know."""
         fit = self.tables
         warnings = curve_facts(fit.fit_quality, fit.tables["curve_residuals"])
-        return "\n".join([fit.certificate, *(fact.text for fact in warnings)])
+        (law,) = fit.fit_quality["law"]
+        return "\n".join([f"{law}: {fit.certificate}", *(fact.text for fact in warnings)])
 
     def predict(
         self,
@@ -118,7 +119,8 @@ class ArrayFit:
         columns = ["n_constants", "relative_rms", "left_out_rmse", "bic", "certified"]
         laws = made["fit_quality"].set_index("law")[columns]
         (finding,) = law_facts(judged, made["fit_quality"])
-        return LawComparison(f"{finding.text} {finding.advice}".rstrip(), laws)
+        text = f"{finding.text} {finding.advice}".rstrip()
+        return LawComparison(text.removeprefix(f"{_OIL}: "), laws)
 
     def plot(self, axes: Any = None) -> Any:
         """Draw measured points and the law of each curve; returns the axes.
