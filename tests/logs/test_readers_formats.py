@@ -1,6 +1,7 @@
 """What all formats owe: the same run, read from any of them, gives the same samples."""
 
 import gzip
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -88,6 +89,23 @@ def test_format_is_known_by_content_whatever_the_extension(
     config: Settings, example: Example, name: str, file: str
 ) -> None:
     assert read_log(write(example, name, 5), file, config, example.kind)[0] == name
+
+
+@every_format
+def test_code_in_a_log_or_a_pickle_beside_it_is_never_run(
+    config: Settings, name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    code, pickle = "__import__('os').system('touch ran')", b'cos\nsystem\n(S"touch ran"\ntR.'
+    monkeypatch.chdir(tmp_path)
+    Path("log.pkl").write_bytes(pickle)
+    example = EXAMPLES["traction"]
+    values = {**example.columns(9), code: np.zeros(9)}
+    log = WRITERS[name](values, {**example.units, code: "1"}, {**KEYS, code: code})
+    # a count in the header of LVM is text too: brackets without end would stop an evaluation
+    for content in (log, log.replace(b"Channels\t", b"Channels\t" + 9000 * b"(")):
+        assert len(read(content, config, example).runs[0]) == 9
+    assert read(pickle, config, example).runs == []
+    assert [path.name for path in tmp_path.iterdir()] == ["log.pkl"]
 
 
 @every_log

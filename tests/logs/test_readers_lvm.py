@@ -1,5 +1,6 @@
 """LVM: segments, clocks, decimal marks, and files that were cut or edited."""
 
+import lvm_read
 import numpy as np
 import pytest
 
@@ -12,6 +13,16 @@ VALUES = formats.columns(40)
 def test_decimal_comma_of_a_german_labview_is_read(read) -> None:
     (run,) = read(formats.lvm(VALUES, mark=",")).runs
     np.testing.assert_allclose(run.samples["load_n"], VALUES["load"] * 9.80665, rtol=1e-12)
+
+
+@pytest.mark.parametrize("mark", [".", ","])
+def test_rows_are_read_as_the_package_lvm_read_reads_them(read, mark: str) -> None:
+    text = formats.lvm(VALUES, mark=mark)
+    (run,) = read(text).runs
+    time, load, force, *_ = lvm_read.read_lines(text.decode().splitlines(True))[0]["data"].T
+    np.testing.assert_array_equal(run.samples["time_s"], time)
+    np.testing.assert_allclose(run.samples["load_n"], load * 9.80665, rtol=1e-15)
+    np.testing.assert_array_equal(run.samples["traction_force_n"], force)
 
 
 def test_comma_as_separator_is_read(read) -> None:

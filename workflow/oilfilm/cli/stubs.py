@@ -85,7 +85,10 @@ def summary(found: Findings) -> Iterator[str]:
         yield f"{len(logs)} {'log' if len(logs) == 1 else 'logs'}: {', '.join(words)}"
     if others := sum(count for _, count in forms[_FORMS_LISTED:]):
         yield f"{others} logs that are written in other ways"
-    yield from (f"{log.file} could not be read: {log.problem}" for log in found.logs if log.problem)
+    for log in found.logs:
+        if log.problem:
+            yield f"{log.file} could not be read: {log.problem}"
+        yield from dict.fromkeys(f"{log.file}: {run.doubt}" for run in log.runs if run.doubt)
 
 
 def rig_of(name: str) -> Rig:
@@ -181,7 +184,7 @@ def _rows(log: Sniffed, found: Findings) -> Iterator[dict[str, str]]:
         row |= {key: f"{value:g}" for key, value in given.items()}
         if found.decimal_comma:
             row |= {key: row[key].replace(".", ",") for key in given}
-        remarks = []
+        remarks = [run.doubt] if run.doubt else []
         if set(given) - run.lines.keys():
             remarks.append("guess: set points are medians of the log")
         if found.unnamed_oil and not run.oil:

@@ -39,6 +39,8 @@ VOCABULARY = TRACTION.vocabulary
 # A header line without a unit is a set point where the signal is as near to it as this.
 _NEAR, _NEAR_C = 0.05, 3.0
 _SPEEDS = frozenset({"ball_speed", "disc_speed", "entrainment_speed"})
+# What a load that is labelled N may be in, by the definition of each unit.
+_MISTAKEN_FOR_N = {"kgf": 9.80665, "lbf": 4.4482216152605}
 _LOADS = {"N": "load_n", "GPa": "max_hertz_pressure_gpa"}
 # Units of set points as `plain_key` leaves them -> the set point.
 _UNITS = {unit: key for key, (*_, units) in SET_POINT_UNITS.items() for unit in units}
@@ -77,6 +79,7 @@ class Run:
         slower_body: The body that is slowed; empty where that cannot be told.
         traction_sign: -1 where the force is against the slip, 1 where it is with it, else 0.
         units: The unit of each quantity.
+        doubt: What contradicts the unit of the load; empty where nothing does.
     """
 
     part: str = ""
@@ -90,6 +93,7 @@ class Run:
     slower_body: str = ""
     traction_sign: int = 0
     units: Mapping[str, str] = field(default_factory=dict)
+    doubt: str = ""
 
 
 @dataclass(frozen=True)
@@ -273,6 +277,7 @@ def _run(
         _slower(slip) if "ball_speed" in units else "",
         _sign(slip, force[turning]) if len(force) == len(turning) else 0,
         units,
+        _doubt(keys, measured),
     )
 
 
@@ -378,6 +383,20 @@ def _possible_lines(name: str, text: str) -> Iterator[tuple[str, Line, bool]]:
             # a unit in brackets or behind the number is read; one in the name must be the key's
             plain = bool(behind or beside) or (to.scale, to.offset) == (1, 0)
             yield key, Line(words, value, plain), bool(given)
+
+
+def _doubt(keys: Mapping[str, str], measured: Mapping[str, float]) -> str:
+    """Whether a load labelled N is that of the header in another unit, as a question."""
+    level = measured.get("load_n", np.nan)
+    for name, text in keys.items():
+        for key, line, _ in _possible_lines(name, text):
+            for unit, newtons in _MISTAKEN_FOR_N.items():
+                if key == "load_n" and _is_near(key, line.value, {key: level * newtons}):
+                    return (
+                        f"{line.name} is {line.value:g} in the header and {level:g} in the log: "
+                        f"is the log in {unit}?"
+                    )
+    return ""
 
 
 def _is_near(key: str, value: float, measured: Mapping[str, float]) -> bool:
