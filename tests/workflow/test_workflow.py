@@ -47,7 +47,7 @@ def results(project: Path) -> Path:
 
 def test_run_ends_with_a_summary_of_what_was_made(results: Path, released_project: Path) -> None:
     output = released_project.with_suffix(".txt").read_text()
-    assert "Campaign small (SIMULATED data, rig twin)" in output
+    assert "SIMULATED data (rig twin, campaign 'small')" in output
     assert re.search(r"\n\| 4102 +\|.* yes +\|", output)
     assert re.search(r"\n\| 4102 +\| 2 of 2 +\|", (results / "summary.txt").read_text("utf-8"))
     for name in ("constants", "curves"):
