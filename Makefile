@@ -128,7 +128,7 @@ bench-attack: $(DEV) ## damaged logs, flipped bits, hostile releases, kills: who
 bench-fuzz: $(DEV) ## 20 000 damaged logs: a verdict for each (about half an hour)
 	$(BIN)/python benchmarks/fuzz.py 20000
 
-$(LOCKED): requirements.lock
+$(LOCKED): requirements/run.lock
 	@$(FIND_PYTHON); \
 	if [ -z "$$python" ]; then \
 		echo "No Python 3.11 to 3.14 was found (tried: $(PYTHONS))." >&2; \
@@ -138,15 +138,15 @@ $(LOCKED): requirements.lock
 		echo "$$python cannot make a virtual environment: its venv module is missing." >&2; \
 		echo "Debian and Ubuntu: sudo apt install python3-venv; or put uv on PATH." >&2; exit 1; \
 	fi; \
-	echo "Setting up $(VENV) from requirements.lock: $$python, $(if $(UV),uv,pip (a minute or two))"; \
+	echo "Setting up $(VENV) from requirements/run.lock: $$python, $(if $(UV),uv,pip (a minute or two))"; \
 	rm -rf $(VENV) && \
 	$(if $(UV),'$(UV)' venv --quiet --python "$$python" $(VENV),"$$python" -m venv $(VENV))
 # Some packages come as source only. They are built with the setuptools of the lock, not with
 # whatever is newest today in a build environment that no hash covers.
-	@awk '/^[^ ]/ {keep = /^setuptools==/} keep' requirements.lock > $(VENV)/setuptools.lock
+	@awk '/^[^ ]/ {keep = /^setuptools==/} keep' requirements/run.lock > $(VENV)/setuptools.lock
 	@$(INSTALL) --require-hashes --requirement $(VENV)/setuptools.lock
-	@$(INSTALL) --require-hashes --no-build-isolation --requirement requirements.lock || { \
-		echo "The packages of requirements.lock could not all be installed; the lines above say why." >&2; \
+	@$(INSTALL) --require-hashes --no-build-isolation --requirement requirements/run.lock || { \
+		echo "The packages of requirements/run.lock could not all be installed; the lines above say why." >&2; \
 		echo "On Python 3.14 a C compiler and Python's headers are needed (Debian, Ubuntu: sudo apt" >&2; \
 		echo "install build-essential python3-dev; macOS: xcode-select --install); 3.11 to 3.13 need none." >&2; \
 		exit 1; }
@@ -156,14 +156,14 @@ $(READY): $(LOCKED) pyproject.toml
 	@$(INSTALL) --no-deps --no-build-isolation --editable .
 	@touch $@
 
-$(DEV): $(READY) requirements-dev.lock
-	@echo "Adding what tests and checks need, from requirements-dev.lock"
-	@$(INSTALL) --require-hashes --no-build-isolation --requirement requirements-dev.lock
+$(DEV): $(READY) requirements/dev.lock
+	@echo "Adding what tests and checks need, from requirements/dev.lock"
+	@$(INSTALL) --require-hashes --no-build-isolation --requirement requirements/dev.lock
 	@touch $@
 
-$(DOCS): $(READY) requirements-docs.lock
-	@echo "Adding what the documentation needs, from requirements-docs.lock"
-	@$(INSTALL) --require-hashes --no-build-isolation --requirement requirements-docs.lock
+$(DOCS): $(READY) requirements/docs.lock
+	@echo "Adding what the documentation needs, from requirements/docs.lock"
+	@$(INSTALL) --require-hashes --no-build-isolation --requirement requirements/docs.lock
 	@touch $@
 
 bench-start: $(DEV) ## what a command takes to start, against `import numpy` (seconds)
@@ -249,19 +249,19 @@ EXTRAS = report workflow clone dev
 
 lock: ## renew the lock files after a change of pyproject.toml
 	@$(if $(UV),:,test -x $(BIN)/uv || $(MAKE) dev)
-	$(COMPILE) --extra workflow --extra clone pyproject.toml --output-file requirements.lock
-	$(COMPILE) --extra s3 --constraint requirements.lock pyproject.toml \
-		--output-file requirements-s3.lock
-	$(COMPILE) $(EXTRAS:%=--extra %) --constraint requirements.lock pyproject.toml \
-		--output-file requirements-dev.lock
-	$(COMPILE) --extra docs --constraint requirements-dev.lock pyproject.toml \
-		--output-file requirements-docs.lock
-	$(COMPILE) --extra slurm --constraint requirements.lock pyproject.toml \
-		--output-file requirements-slurm.lock
-	$(COMPILE) --constraint requirements.lock benchmarks/rivals.in \
+	$(COMPILE) --extra workflow --extra clone pyproject.toml --output-file requirements/run.lock
+	$(COMPILE) --extra s3 --constraint requirements/run.lock pyproject.toml \
+		--output-file requirements/s3.lock
+	$(COMPILE) $(EXTRAS:%=--extra %) --constraint requirements/run.lock pyproject.toml \
+		--output-file requirements/dev.lock
+	$(COMPILE) --extra docs --constraint requirements/dev.lock pyproject.toml \
+		--output-file requirements/docs.lock
+	$(COMPILE) --extra slurm --constraint requirements/run.lock pyproject.toml \
+		--output-file requirements/slurm.lock
+	$(COMPILE) --constraint requirements/run.lock benchmarks/rivals.in \
 		--output-file benchmarks/rivals.lock
 	$(COMPILE) tests/lint/audit.in --output-file tests/lint/audit.lock
-	$(COMPILE) --constraint requirements.lock --constraint requirements-dev.lock benchmarks/mutation.in \
+	$(COMPILE) --constraint requirements/run.lock --constraint requirements/dev.lock benchmarks/mutation.in \
 		--output-file benchmarks/mutation.lock
 
 schemas: $(DEV) ## renew schemas and reference pages; with RESULTS="results/demo ..." the examples of tables too
@@ -270,7 +270,7 @@ schemas: $(DEV) ## renew schemas and reference pages; with RESULTS="results/demo
 notebooks: $(READY) ## run docs/notebooks and store their text and pictures anew
 	$(BIN)/python tests/helpers/notebooks.py
 
-licences: $(DEV) ## renew docs/licences.csv after a change of requirements.lock
+licences: $(DEV) ## renew docs/licences.csv after a change of requirements/run.lock
 	$(BIN)/python tests/lint/licences.py --write
 
 upgrade: ## the same, with the newest release of everything

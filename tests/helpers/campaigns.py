@@ -118,10 +118,10 @@ def sign_study(
 
 def lay_out(project: Path) -> None:
     """A copy of the project, without logs and results; its bytecode spares each run a second."""
-    for name in ("config", "data/reference", "profiles", "workflow"):
+    for name in ("config", "data/reference", "profiles", "requirements", "workflow"):
         # other workers may write bytecode meanwhile, first under a temporary name
         shutil.copytree(ROOT / name, project / name, ignore=shutil.ignore_patterns("*.pyc.*"))
-    for name in ("Snakefile", "pyproject.toml", "requirements.lock"):
+    for name in ("Snakefile", "pyproject.toml"):
         shutil.copy(ROOT / name, project)
 
 

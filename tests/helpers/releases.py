@@ -13,6 +13,7 @@ import pytest
 from campaigns import ROOT, Campaign, without
 from oilfilm import home, tables
 from oilfilm.digests import file_digest
+from oilfilm.home import RUN_LOCK
 from oilfilm.releases import rebuild
 from oilfilm.releases.manifest import (
     CHECKSUMS,
@@ -37,8 +38,9 @@ def project(root: Path) -> Path:
     (root / "workflow/oilfilm/fit.py").write_text("answer = 42\n", encoding="utf-8")
     (root / "Snakefile").write_text("# rules\n", encoding="utf-8")
     shutil.copytree(ROOT / "data/reference", root / "data/reference")
-    for name in ("pyproject.toml", "requirements.lock"):
-        shutil.copy(ROOT / name, root)
+    (root / "requirements").mkdir()
+    for name in ("pyproject.toml", RUN_LOCK):
+        shutil.copy(ROOT / name, root / name)
     return root
 
 

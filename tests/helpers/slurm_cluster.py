@@ -61,7 +61,7 @@ def install_plugin(folder: Path) -> None:
     """
     lock, wanted = folder / "plugin.lock", False
     lines = []
-    for line in (ROOT / "requirements-slurm.lock").read_text(encoding="utf-8").splitlines():
+    for line in (ROOT / "requirements/slurm.lock").read_text(encoding="utf-8").splitlines():
         if not line.startswith((" ", "#")):
             wanted = line.split("==")[0] in (*PLUGINS, "throttler")
         if wanted:

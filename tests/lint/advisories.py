@@ -13,7 +13,7 @@ from typing import Any
 
 ROOT = Path(__file__).parents[2]
 LOCKS = [
-    *sorted(ROOT.glob("requirements*.lock")),
+    *sorted(ROOT.glob("requirements/*.lock")),
     *(ROOT / "benchmarks/rivals.lock", ROOT / "tests/lint/audit.lock"),
 ]
 # Advisories that do no harm here, each with the reason; they are still printed.

@@ -44,6 +44,7 @@ READ = {
     "snakemake-interface-report-plugins": "MIT",
     "snakemake-interface-scheduler-plugins": "MIT",
     "snakemake-interface-storage-plugins": "MIT",
+    "snakemake-logger-plugin-rich": "MIT",
     "text-unidecode": "Artistic-1.0-Perl",  # or the GPL, at the user's choice
 }
 
@@ -102,7 +103,7 @@ def table() -> str:
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(["package", "licence"])
-    lock = (ROOT / "requirements-dev.lock").read_text(encoding="utf-8")
+    lock = (ROOT / "requirements/dev.lock").read_text(encoding="utf-8")
     mistakes = []
     for name in locked(lock):
         try:

@@ -1,7 +1,7 @@
 """Run `snakemake --lint` and fail on every finding but one.
 
 Snakemake asks each rule for a conda environment or a container of its own. Here all rules share
-the one environment that requirements.lock pins, so that finding, and no other, is let through.
+the one environment that requirements/run.lock pins, so that finding, and no other, is let through.
 """
 
 import re

@@ -164,7 +164,7 @@ CHANGES: dict[str, Change] = {
     "code": write("workflow/oilfilm/fit.py", "answer = 43\n"),
     "new module": write("workflow/new.py", ""),
     "reference data": write("data/reference/claims.yaml", "x: 1\n"),
-    "lock": write("requirements.lock", "numpy==1\n"),
+    "lock": write("requirements/run.lock", "numpy==1\n"),
     "tag": set_keys(release={"tag": "v2"}),
     "setting": set_keys(gates={"lambda_limit": 2.9}),
 }

@@ -13,16 +13,16 @@ from packaging.utils import canonicalize_name
 
 from campaigns import ROOT
 
-LOCKS = [*ROOT.glob("requirements*.lock"), *ROOT.glob("requirements/*.lock")]
+LOCKS = [*ROOT.glob("requirements/*.lock")]
 BENCHMARKS = [*ROOT.glob("benchmarks/*.lock")]
 # The extras of pyproject.toml that each lock holds.
 RUNNING = ("report", "workflow", "clone")
 EXTRAS = {
-    "requirements": RUNNING,
-    "requirements-dev": (*RUNNING, "s3", "dev"),
-    "requirements-s3": ("workflow", "s3"),
-    "requirements-slurm": ("workflow", "slurm"),
-    "requirements-docs": ("report", "docs"),
+    "run": RUNNING,
+    "dev": (*RUNNING, "s3", "dev"),
+    "s3": ("workflow", "s3"),
+    "slurm": ("workflow", "slurm"),
+    "docs": ("report", "docs"),
 }
 
 
@@ -65,7 +65,7 @@ def test_locked_versions_are_installed_and_fit_each_other() -> None:
     installed = {canonicalize_name(each.name): each.version for each in metadata.distributions()}
     different = [
         f"{pin}: {installed.get(name)} is installed"
-        for name, several in pins(lock_named("requirements-dev")).items()
+        for name, several in pins(lock_named("dev")).items()
         for pin in several
         if pin.marker is None or pin.marker.evaluate()
         if installed.get(name) != version(pin)
@@ -79,7 +79,7 @@ def test_locked_versions_are_installed_and_fit_each_other() -> None:
 @pytest.mark.parametrize("lock", [*LOCKS, *BENCHMARKS], ids=lambda lock: lock.stem)
 def test_locks_agree_in_the_packages_that_they_share(lock: Path) -> None:
     """Optional packages and benchmarks run in one process with ours."""
-    ours, theirs = pins(lock_named("requirements-dev")), pins(lock)
+    ours, theirs = pins(lock_named("dev")), pins(lock)
     for name in ours.keys() & theirs.keys():
         assert {version(pin) for pin in theirs[name]} <= {version(pin) for pin in ours[name]}
 

@@ -36,7 +36,7 @@ BEFORE = {
     "docs/how-to/releases.md": (
         PIN,
         "ssh-keygen -qt ed25519 -N '' -f ada",
-        "git init -q && git add Snakefile data profiles *.toml requirements.lock workflow",
+        "git init -q && git add Snakefile data profiles *.toml requirements/run.lock workflow",
         "git -c user.name=Ada -c user.email=ada@lab.example commit -q -m code",
     ),
 }

@@ -9,7 +9,7 @@ from oilfilm import tables
 
 
 def test_script_of_a_rule_runs_in_one_process(tmp_path: Path) -> None:
-    for name in ("Snakefile", "workflow", "config", "requirements.lock"):
+    for name in ("Snakefile", "workflow", "config", "requirements"):
         (tmp_path / name).symlink_to(ROOT / name)
     (tmp_path / "data").mkdir()
     (tmp_path / "data/reference").symlink_to(ROOT / "data/reference")

@@ -11,6 +11,8 @@ PACKAGE = Path(__file__).resolve().parent
 _CLONE = PACKAGE.parents[1]
 HOME = _CLONE if (_CLONE / "workflow" / "rules").is_dir() else PACKAGE / "shipped"
 CONFIG = HOME / "config"
+# The packages that results are made with, by exact version.
+RUN_LOCK = "requirements/run.lock"
 _REFERENCE = "data/reference"
 
 

@@ -162,7 +162,7 @@ def caption_file(*place):
 
 
 # A release must not name packages that its results were not made with.
-PACKAGES = file_digest(HOME / "requirements.lock")[:8]
+PACKAGES = file_digest(HOME / home.RUN_LOCK)[:8]
 # Modules of the campaign's studies: no import of what loads them leads there.
 STUDIES = [PACKAGE / name / "study.py" for name in CAMPAIGN.studies]
 # What columns and tables mean, for the rules that print it.

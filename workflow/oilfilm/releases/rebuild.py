@@ -21,7 +21,7 @@ from oilfilm.settings.resolve import unresolve
 from oilfilm.settings.resolved import Settings
 
 # What a run needs beside its code. The configuration comes from the release.
-_OTHER_FILES = ("requirements.lock", "pyproject.toml", "profiles/default/config.yaml")
+_OTHER_FILES = (home.RUN_LOCK, "pyproject.toml", "profiles/default/config.yaml")
 
 
 def rebuild(release: Path, root: Path, cores: str) -> list[str]:

@@ -14,6 +14,7 @@ import pandas as pd
 from oilfilm import tables
 from oilfilm.atomic_write import flush, make_folder, rename_flushed
 from oilfilm.errors import OilfilmError
+from oilfilm.home import RUN_LOCK
 from oilfilm.releases.compare import logs_read
 from oilfilm.releases.crate import CRATE, run_crate
 from oilfilm.releases.manifest import (
@@ -120,7 +121,7 @@ def _made_from(run: FinishedRun, config: str) -> dict[str, Any]:
         "schema_version": tables.SCHEMA_VERSION,
         "config": sha256_of(config),
         "code": code_tree_digest(run.home),
-        "lock": FileRecord.of(run.home, LOCK).sha256,
+        "lock": FileRecord.of(run.home, RUN_LOCK).sha256,
         "environment": environment(run.home),
         "raw": [asdict(record) for record in raw],
     }
@@ -163,7 +164,7 @@ def _gather(
             copy_file(results / path, temporary / path)
     for path, file in code_files(run.home).items():
         copy_file(file, temporary / CODE / path)
-    copy_file(run.home / LOCK, temporary / LOCK)
+    copy_file(run.home / RUN_LOCK, temporary / LOCK)
     _write(temporary / CONFIG, config)
     _write(temporary / ENVIRONMENT, canonical(made_from["environment"]))
     if REPORT in paths:

@@ -15,8 +15,8 @@ from typing import Any
 
 import numpy as np
 
-from oilfilm.home import PACKAGE
-from oilfilm.releases.manifest import LOCK, FileRecord, records_digest
+from oilfilm.home import PACKAGE, RUN_LOCK
+from oilfilm.releases.manifest import FileRecord, records_digest
 
 # Configuration is not code: a release holds what it resolves to.
 _CODE = ("Snakefile", "workflow", "data/reference")
@@ -68,7 +68,7 @@ def code_tree_digest(home: Path) -> str:
 
 def environment(home: Path) -> dict[str, Any]:
     """Python, kind of machine and installed versions of the locked packages; no host."""
-    names = re.findall(r"^([\w.-]+)==", (home / LOCK).read_text(encoding="utf-8"), re.MULTILINE)
+    names = re.findall(r"^([\w.-]+)==", (home / RUN_LOCK).read_text(encoding="utf-8"), re.MULTILINE)
     versions = {}
     for name in names:
         with suppress(metadata.PackageNotFoundError):  # of another system
