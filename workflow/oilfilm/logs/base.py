@@ -1,7 +1,7 @@
 """What a reader gives: runs out of a raw file, and what it had to refuse."""
 
 from collections import Counter
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -10,7 +10,6 @@ import numpy.typing as npt
 
 from oilfilm import tables
 from oilfilm.logs.understood import NOTHING_UNDERSTOOD, Understood
-from oilfilm.settings.campaign import Campaign
 from oilfilm.units import ABSOLUTE_ZERO_C
 
 # Columns of the table of samples but for `run_id`: name -> array over the rows of one run.
@@ -33,17 +32,6 @@ class Nominal:
     load_n: float | None = None
     entrainment_speed_m_s: float | None = None
     inlet_temperature_c: float | None = None
-
-    @classmethod
-    def planned(cls, campaign: Campaign, header: Mapping[str, float] | None = None) -> "Nominal":
-        """Set points of a log: those of its header before those of the campaign file."""
-        header = header or {}
-        given = campaign.set_points.model_dump(exclude_none=True)
-        if header.keys() & LOADS:
-            # the load has one set point, as force or as pressure
-            given = {name: value for name, value in given.items() if name not in LOADS}
-        given |= header
-        return cls(**{name: given[name] for name in SET_POINTS if name in given})
 
 
 SET_POINTS = tuple(Nominal.__dataclass_fields__)

@@ -239,7 +239,11 @@ def _read_log(
         return "none", refused_file(0, "damaged_archive", reason, advice)
     name = recognised_format(content)
     if name is None:
-        return "none", _unknown(content)
+        seems = f"the format is not known: the file {_what_it_seems(content[:40])}"
+        advice = f"Formats read: {', '.join(READERS)}. data/raw/README.md describes them."
+        return "none", refused_file(
+            0, "unknown_format", seems if content else "the file is empty", advice
+        )
     reading = _without_absurd(READERS[name].read(content, file, settings, kind, sheet))
     if not reading.runs and not reading.refusals:
         reason = f"the file looks like {name}, but holds no row of data"
@@ -306,12 +310,6 @@ def _codec(content: bytes) -> str | None:
     return next((name for mark, name in _COMPRESSED.items() if content.startswith(mark)), None)
 
 
-def _unknown(content: bytes) -> Reading:
-    reason = f"the format is not known: the file {_what_it_seems(content[:40])}"
-    advice = f"Formats read: {', '.join(READERS)}. data/raw/README.md describes them."
-    return refused_file(0, "unknown_format", reason if content else "the file is empty", advice)
-
-
 def _what_it_seems(head: bytes) -> str:
     """What the first bytes of a file show, without bytes that no terminal can show."""
     kind = next((kind for mark, kind in _FOREIGN.items() if head.startswith(mark)), None)
@@ -344,13 +342,12 @@ def _about_run(run: LoggedRun, settings: Settings) -> dict[str, Any]:
 
 def _with_load(nominal: Nominal, rig: str, settings: Settings) -> Nominal:
     """Set points with the load that gives the nominal pressure, where only that is given."""
-    pressure_gpa = nominal.max_hertz_pressure_gpa
-    if nominal.load_n is not None or pressure_gpa is None:
+    if nominal.load_n is not None or nominal.max_hertz_pressure_gpa is None:
         return nominal
     contact: Contact | None = settings.rigs[rig].contact()
     if contact is None:
         return nominal
-    return replace(nominal, load_n=float(contact.load_n(pressure_gpa)))
+    return replace(nominal, load_n=float(contact.load_n(nominal.max_hertz_pressure_gpa)))
 
 
 def _together(runs: list[LoggedRun]) -> pd.DataFrame:

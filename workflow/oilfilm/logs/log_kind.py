@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
@@ -25,7 +26,6 @@ class Vocabulary:
     Attributes:
         name: Kind of log, in a word.
         columns_key: Key of the campaign file that says which columns have names of their own.
-        quantities: Quantity -> the units that can be used of it.
         own_names: Column names that carry their unit -> quantity and unit.
         always: Quantities that every log must have.
         either: Sets of quantities of which one must be there; the first is what a log is asked for,
@@ -35,11 +35,16 @@ class Vocabulary:
 
     name: str
     columns_key: str
-    quantities: Mapping[str, tuple[str, ...]]
     own_names: Mapping[str, tuple[str, str]]
     always: tuple[str, ...]
     either: tuple[tuple[str, ...], ...]
     optional: tuple[str, ...] = ()
+
+    @cached_property
+    def quantities(self) -> Mapping[str, tuple[str, ...]]:
+        """Quantity -> the units that can be used of it."""
+        known = self.own_names.values()
+        return {name: tuple(unit for each, unit in known if each == name) for name, _ in known}
 
 
 @dataclass(frozen=True)

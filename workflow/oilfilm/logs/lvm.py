@@ -19,7 +19,6 @@ from oilfilm.logs.run_sheet import SheetOfLog
 from oilfilm.logs.text_rows import TextTable, cut_row
 from oilfilm.settings.base import plain_key
 from oilfilm.settings.resolved import Settings
-from oilfilm.units import FloatArray
 
 Cells = Mapping[str, Sequence[str]]
 
@@ -142,9 +141,11 @@ def _table(
         if (header.get("x_columns") or ["One"])[0] == "No":
             steps = {place: _step(segment.header, place, mark) for place in range(1, len(names))}
             clocks = {place: (*step, unit) for place, step in steps.items() if step}
-        elif names and _one_clock(table.numbers([n for n, name in enumerate(names) if name == _X])):
-            # another column may be the time: this one means nothing then
-            names[0], units[0] = "time", unit
+        elif names:
+            xs = table.numbers([n for n, name in enumerate(names) if name == _X])
+            # if the X columns of all channels agree, they are the time
+            if all(np.array_equal(xs[0], each, equal_nan=True) for each in xs):
+                names[0], units[0] = "time", unit
     problem = "" if names else f"the segment has no line `{_X}` with the names of its channels"
     return LoggedTable(
         run_id,
@@ -169,11 +170,6 @@ def _row(line: str, width: int, separator: str) -> str:
         cells = line.split(separator)
         return separator.join(cells[:width]) if not any(map(str.strip, cells[width:])) else line
     return line + missing * separator
-
-
-def _one_clock(clocks: Sequence[FloatArray]) -> bool:
-    """Whether the X columns of all channels agree; if not, the segment lacks the time."""
-    return all(np.array_equal(clocks[0], clock, equal_nan=True) for clock in clocks)
 
 
 def _decimal_mark(header: Cells) -> str:

@@ -8,13 +8,13 @@ Decides: what a PCS export holds.
 """
 
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from datetime import datetime
 from itertools import pairwise
 
 import numpy as np
 import numpy.typing as npt
+import pandas as pd
 
 from oilfilm.logs.base import (
     LARGEST_READING,
@@ -165,24 +165,17 @@ def _steps(lines: Iterable[str]) -> Iterator[_Step]:
 
 def _misdated(steps: list[_Step]) -> Iterator[Refusal]:
     """Steps dated after a later one: the clock or the file's order is not to be trusted."""
-    for step, following in pairwise(steps):
-        this, later = _date(step.started), _date(following.started)
-        if this is not None and later is not None and this > later:
+    started = pd.Series([step.started for step in steps], dtype=str)
+    full, short = (pd.to_datetime(started, format=form, errors="coerce") for form in _DATE_FORMATS)
+    dates = full.fillna(short)
+    for (step, following), later in zip(pairwise(steps), dates > dates.shift(-1), strict=False):
+        if later:
             yield Refusal(
                 "misdated_step",
                 f"step {step.number} is dated {step.started}, after step {following.number} "
                 f"({following.started})",
                 "No row is refused for it; do not rely on the dates of these steps.",
             )
-
-
-def _date(text: str) -> datetime | None:
-    for form in _DATE_FORMATS:
-        try:
-            return datetime.strptime(text, form)
-        except ValueError:
-            continue
-    return None
 
 
 def _read_step(
@@ -201,8 +194,8 @@ def _read_step(
         reason = f"step {step.number} lacks the columns {', '.join(missing)}"
         problem = Refusal("columns", reason, "Export the step again with all columns.")
     if problem is not None:
-        rows = step.rows
-        return None, [problem.of_rows(run_id, int(rows[0]), int(rows[-1]))]
+        last = step.first_row + len(step.lines) - 1
+        return None, [problem.of_rows(run_id, step.first_row, last)]
     values, readable = _cells(step, columns)
     if cut:
         readable[-1] = False
@@ -273,20 +266,22 @@ def _cells(
 ) -> tuple[dict[str, FloatArray], npt.NDArray[np.bool_]]:
     """Numbers of the known columns (blank: NaN) and whether each row can be read."""
     cells = [line.split("\t") for line in step.lines]
-    values: dict[str, FloatArray] = {name: np.full(len(cells), np.nan) for name in _COLUMNS}
-    readable = np.ones(len(cells), dtype=bool)
-    for name, column in columns.items():
-        array = values[name]
-        for row, cells_of_row in enumerate(cells):
-            text = cells_of_row[column].strip() if column < len(cells_of_row) else ""
-            try:
-                array[row] = number(text) if text else np.nan
-            except ValueError:
-                readable[row] = False
-        readable &= ~(np.abs(array) > LARGEST_READING)
-        if name in _REQUIRED:
-            readable &= ~np.isnan(array)
-    return values, readable
+    values = {name: np.full(len(cells), np.nan) for name in _COLUMNS}
+    values |= {
+        name: np.array([_number(row[place : place + 1]) for row in cells])
+        for name, place in columns.items()
+    }
+    readable = [~(np.abs(numbers) > LARGEST_READING) for numbers in values.values()]
+    readable += [~np.isnan(values[name]) for name in _REQUIRED]
+    return values, np.logical_and.reduce(readable)
+
+
+def _number(cell: Sequence[str]) -> float:
+    """The number of a cell; NaN where it is blank or missing, infinity where it holds none."""
+    try:
+        return number(cell[0]) if cell and cell[0].strip() else np.nan
+    except ValueError:
+        return np.inf
 
 
 def _identities_hold(values: Mapping[str, FloatArray]) -> npt.NDArray[np.bool_]:
@@ -306,15 +301,14 @@ def _identities_hold(values: Mapping[str, FloatArray]) -> npt.NDArray[np.bool_]:
             (np.abs(force) / values["load_n"] - values["coefficient"], 5e-5 + 1e-4 / abs_load),
             (rolling - (ball + disc) / 2, 0.010),
             (values["sliding"] - (disc - ball), 0.015),
-            (srr - 100 * values["sliding"] / rolling, _srr_rounding(srr, abs_rolling)),
+            # both speeds rounded to 0.01 mm/s, SRR to 0.001 %
+            (
+                srr - 100 * values["sliding"] / rolling,
+                (0.5 + 0.005 * np.abs(srr)) / abs_rolling + 0.0005,
+            ),
         )
         broken = [np.abs(difference) > allowed + _FLOATING for difference, allowed in differences]
     return np.asarray(~np.any(broken, axis=0))
-
-
-def _srr_rounding(srr: FloatArray, rolling: FloatArray) -> FloatArray:
-    """Error of 100 sliding/rolling with both speeds rounded to 0.01 mm/s, SRR to 0.001 %."""
-    return (0.5 + 0.005 * np.abs(srr)) / rolling + 0.0005
 
 
 def _surface_speeds(values: Mapping[str, FloatArray]) -> tuple[FloatArray, FloatArray]:
@@ -346,14 +340,13 @@ def _run(
         inlet_temperature_c=values["inlet_temperature_c"],
         measured_film_thickness_um=values["film_nm"] * 1e-3,
     )
-    rig = labels.keys.get("rig", next(iter(settings.rigs)))
-    set_points = nominal(labels.keys, settings)
+    keys = labels.keys
     return LoggedRun(
         run_id,
-        labels.keys["oil"],
-        rig,
+        keys["oil"],
+        keys.get("rig", next(iter(settings.rigs))),
         "steps",
-        set_points,
+        nominal(keys, settings),
         samples,
         labels.excluded,
         understood=understood,

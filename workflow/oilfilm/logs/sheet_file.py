@@ -14,6 +14,7 @@ import zipfile
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from itertools import zip_longest
 from pathlib import Path
 
 import numpy as np
@@ -95,10 +96,17 @@ class _Sheet:
         return {**set_points, **{key: (key, own[key]) for key in own}, **listed}
 
     def key(self, cell: str) -> str | None:
-        """The key that a cell names."""
-        bare = apart(cell.translate(FULL_WIDTH))[0]
-        found = self.names.get(plain_key(cell)) or self.names.get(plain_key(bare))
-        return found[0] if found else None
+        """The key that a cell names, with its unit or without."""
+        names = cell, apart(cell.translate(FULL_WIDTH))[0]
+        known = (self.names.get(plain_key(name)) for name in names)
+        return next((key for key, _ in filter(None, known)), None)
+
+    @cached_property
+    def known(self) -> dict[str, list[str]]:
+        """The names that a cell may hold, by the key of its column."""
+        torque = self.settings.campaign.torque
+        bearings = [torque.bearing] if torque else []
+        return {"oil": [*self.settings.oils], "rig": [*self.settings.rigs], "bearing": bearings}
 
     def refuse(self, where: str, sentence: str) -> None:
         """Add a mistake."""
@@ -149,14 +157,20 @@ def read_run_sheet(
         strays += not found
         if not found and strays <= _LISTED:
             nearest = logs.nearest(row.file)
-            remarks.append(_unmatched(row_number, row.file, nearest))
+            hint = f"; did you mean {nearest!r}?" if nearest else ""
+            reason = printable(f"row {row_number}: {row.file!r} matches no log{hint}")
+            remarks.append(Refusal(UNMATCHED, reason, UNMATCHED_ADVICE))
             near |= {nearest: f"row {row_number}: {row.file!r}"} if nearest else {}
     sheet.stop()
     if strays > _LISTED:
         reason = f"{strays - _LISTED} more rows match no log"
         remarks.append(Refusal(UNMATCHED, reason, UNMATCHED_ADVICE))
-    if rows and len(matched) < len(files):
-        remarks.append(_unlisted([file for file in files if file not in matched], files))
+    unlisted = [file for file in files if file not in matched]
+    if rows and unlisted:
+        listed = ", ".join(unlisted[:_LISTED]) + (" ..." if len(unlisted) > _LISTED else "")
+        reason = printable(f"no row for {len(unlisted)} of {len(files)} logs: {listed}")
+        advice = "Only their headers count. Add rows where that is wrong."
+        remarks.append(Refusal(UNLISTED, reason, advice))
     near = {file: row for file, row in near.items() if file not in matched}
     rows_of = {file: tuple(of) for file, of in matched.items()}
     return RunSheet(path.name, rows_of, tuple(remarks), near)
@@ -180,33 +194,24 @@ def sheet_of_paths(paths: Iterable[Path], raw: Path, settings: Settings, kind: L
     Raises:
         OilfilmError: As by `read_run_sheet`.
     """
-    sheets: dict[str, RunSheet] = {}
-    rows: dict[str, tuple[SheetRow, ...]] = {}
-    near: dict[str, str] = {}
-    name, inside = "", raw.resolve()
+    inside = raw.resolve()
+    by_folder: dict[str, dict[str, Path]] = {}
     for path in paths:
-        real = path.resolve()
-        if not real.is_relative_to(inside):
+        if (real := path.resolve()).is_relative_to(inside):
+            top, *below = real.relative_to(inside).parts
+            by_folder.setdefault(top, {})["/".join(below)] = path
+    together = NO_SHEET
+    for top, logs in by_folder.items():
+        sheet_path = find_sheet(raw / top)
+        if sheet_path is None:
             continue
-        top, *below = real.relative_to(inside).parts
-        if top not in sheets:
-            sheets[top] = _sheet_of(raw / top, settings, kind)
-        sheet = sheets[top]
-        if sheet.name:
-            name = sheet.name
-            file = "/".join(below)
-            rows[str(path)] = sheet.rows.get(file, ())
-            near |= {str(path): sheet.near[file]} if file in sheet.near else {}
-    return RunSheet(name, rows, near=near)
-
-
-def _sheet_of(folder: Path, settings: Settings, kind: LogKind) -> RunSheet:
-    path = find_sheet(folder)
-    if path is None:
-        return NO_SHEET
-    # a log with an unfit name is no reason not to judge the others
-    files = [name for name, fault in named_logs(folder) if not fault]
-    return read_run_sheet(path.read_bytes(), path, files, settings, kind)
+        # a log with an unfit name is no reason not to judge the others
+        files = [name for name, fault in named_logs(raw / top) if not fault]
+        sheet = read_run_sheet(sheet_path.read_bytes(), sheet_path, files, settings, kind)
+        rows = {str(path): sheet.rows.get(file, ()) for file, path in logs.items()}
+        near = {str(path): sheet.near[file] for file, path in logs.items() if file in sheet.near}
+        together = RunSheet(sheet.name, {**together.rows, **rows}, (), {**together.near, **near})
+    return together
 
 
 def _rows(content: bytes, sheet: _Sheet) -> list[tuple[int, SheetRow]]:
@@ -314,8 +319,7 @@ def _columns(
 ) -> dict[int, _Column]:
     """The columns by their place; what is wrong with them goes to the mistakes of the sheet."""
     columns: dict[int, _Column] = {}
-    for index, name in enumerate(names):
-        unit = units[index] if index < len(units) else ""
+    for index, (name, unit) in enumerate(zip_longest(names, units[: len(names)], fillvalue="")):
         column = _column(row, name, unit, sheet) if name else None
         if column is None:
             continue
@@ -405,20 +409,14 @@ def _row(
 
 def _value(column: _Column, text: str, sheet: _Sheet) -> tuple[str | None, str]:
     """The value of a cell as its header key holds it, or None, and what is expected there."""
-    settings = sheet.settings
-    torque = settings.campaign.torque
-    names = {
-        "oil": [*settings.oils],
-        "rig": [*settings.rigs],
-        "bearing": [torque.bearing] if torque else [],
-    }
-    if column.key in names:
-        name = settings.oil_ids.get(plain_key(text), text) if column.key == "oil" else text
-        known = names[column.key]
-        expected = f"{column.key} of the campaign {settings.campaign.name}: {', '.join(known)}"
+    known, settings = sheet.known.get(column.key), sheet.settings
+    if known is not None:
+        name, others = text, ""
         if column.key == "oil":
-            expected += " (other names: `oil_aliases` of the campaign file)"
-        return (name if name in known else None), expected
+            name = settings.oil_ids.get(plain_key(text), text)
+            others = " (other names: `oil_aliases` of the campaign file)"
+        expected = f"{column.key} of the campaign {settings.campaign.name}: {', '.join(known)}"
+        return (name if name in known else None), expected + others
     least, most = set_point_range(column.key)
     expected = f"a number above {least:g}, below {most:g} {column.to.unit}"
     try:
@@ -427,15 +425,3 @@ def _value(column: _Column, text: str, sheet: _Sheet) -> tuple[str | None, str]:
         return None, f"a number; its column says the unit ({expected})"
     value = f"{float(column.to.of(np.array(logged))):.12g}"
     return (value if set_point(column.key, value) is not None else None), expected
-
-
-def _unmatched(row: int, cell: str, nearest: str | None) -> Refusal:
-    hint = f"; did you mean {nearest!r}?" if nearest else ""
-    reason = printable(f"row {row}: {cell!r} matches no log{hint}")
-    return Refusal(UNMATCHED, reason, UNMATCHED_ADVICE)
-
-
-def _unlisted(unlisted: Sequence[str], files: Sequence[str]) -> Refusal:
-    listed = ", ".join(unlisted[:_LISTED]) + (" ..." if len(unlisted) > _LISTED else "")
-    reason = printable(f"no row for {len(unlisted)} of {len(files)} logs: {listed}")
-    return Refusal(UNLISTED, reason, "Only their headers count. Add rows where that is wrong.")

@@ -28,9 +28,15 @@ def _header_problem(
     keys: Mapping[str, str], columns: Sequence[Column], settings: Settings
 ) -> Refusal | None:
     bearing = torque_of(settings.campaign).bearing
+    named = keys.get("bearing", bearing)
+    other = Refusal(
+        "other_bearing",
+        f"the header says bearing {named[:60]!r}; the campaign's is {bearing!r}",
+        "Correct the header, or put the log into a campaign of its own.",
+    )
     return (
         oil_problem(keys, settings)
-        or _bearing_problem(keys.get("bearing", bearing), bearing)
+        or (other if named != bearing else None)
         or simulation_problem(keys, settings)
     )
 
@@ -56,22 +62,11 @@ def torque_of(campaign: Campaign) -> Torque:
     return campaign.torque
 
 
-def _bearing_problem(named: str, bearing: str) -> Refusal | None:
-    if named == bearing:
-        return None
-    return Refusal(
-        "other_bearing",
-        f"the header says bearing {named[:60]!r}; the campaign's is {bearing!r}",
-        "Correct the header, or put the log into a campaign of its own.",
-    )
-
-
 # Axial load, speed, temperatures and friction torque of a bearing against time.
 TORQUE = LogKind(
     Vocabulary(
         "torque",
         "torque: columns",
-        {quantity: (unit,) for quantity, unit in _OWN_NAMES.values()},
         _OWN_NAMES,
         always=tuple(quantity for quantity, _ in _OWN_NAMES.values()),
         either=((),),

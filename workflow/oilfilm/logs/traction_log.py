@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from oilfilm.logs.base import (
+    LOADS,
     SET_POINTS,
     Flaw,
     LoggedRun,
@@ -40,19 +41,6 @@ from oilfilm.settings.resolved import Settings
 from oilfilm.settings.rig import Rig
 from oilfilm.units import rpm_to_surface_speed
 
-# What a log may hold -> the units that can be used of it.
-QUANTITIES = {
-    "time": ("s",),
-    "load": ("N", "GPa"),
-    "traction_force": ("N",),
-    "traction_force_1": ("N",),
-    "traction_force_2": ("N",),
-    "inlet_temperature": ("degC",),
-    "ball_speed": ("rpm", "m/s"),
-    "disc_speed": ("rpm", "m/s"),
-    "entrainment_speed": ("m/s",),
-    "slide_roll_ratio": ("1",),
-}
 _ALWAYS = ("time", "load", "traction_force", "inlet_temperature")
 # Either pair gives both surface speeds; the first is what a log is asked for.
 _SPEEDS = (("ball_speed", "disc_speed"), ("entrainment_speed", "slide_roll_ratio"))
@@ -95,6 +83,7 @@ def _run(log: ContinuousLog, settings: Settings) -> LoggedRun:
     rig_name, values = _rig_name(log.keys, settings), log.values
     rig, semantics = settings.rigs[rig_name], settings.campaign.semantics_for(rig_name)
     units = {column.quantity: column.to.unit for column in log.columns}
+    contact = rig.contact() if units["load"] == "GPa" else None
     ball, disc = _surface_speeds(values, units, rig, semantics)
     if log.flaw is None:
         flaw = _contradiction(values, ball, disc, log.rows, semantics, settings.logged_twice)
@@ -102,7 +91,8 @@ def _run(log: ContinuousLog, settings: Settings) -> LoggedRun:
     samples = samples_of_run(
         row=log.rows,
         time_s=values["time"],
-        load_n=_load_n(values["load"], units["load"], rig),
+        # a load as maximum Hertz pressure is refused of a rig whose contact is not known
+        load_n=values["load"] if contact is None else contact.load_n(values["load"]),
         traction_force_n=values["traction_force"],
         **{f"{name}_n": values[name] for name in _BOTH_WAYS if name in values},
         ball_speed_m_s=ball,
@@ -114,10 +104,13 @@ def _run(log: ContinuousLog, settings: Settings) -> LoggedRun:
 
 
 def nominal(keys: Mapping[str, str], settings: Settings) -> Nominal:
-    """Set points of a run with these header keys."""
+    """Set points of a run: those of its header keys before those of the campaign file."""
     given = {name: set_point(name, keys[name]) for name in SET_POINTS if name in keys}
     known = {name: value for name, value in given.items() if value is not None}
-    return Nominal.planned(settings.campaign, known)
+    # the load has one set point, as force or as pressure
+    over = LOADS if known.keys() & LOADS else frozenset()
+    planned = settings.campaign.set_points.model_dump(include=set(SET_POINTS) - over)
+    return Nominal(**planned | known)
 
 
 def _kind_problem(keys: Mapping[str, str]) -> Refusal | None:
@@ -165,12 +158,6 @@ def _rig_problem(columns: Sequence[Column], name: str, rig: Rig) -> Refusal | No
 
 def _rig_name(keys: Mapping[str, str], settings: Settings) -> str:
     return keys.get("rig", next(iter(settings.rigs)))
-
-
-def _load_n(values: FloatArray, unit: str, rig: Rig) -> FloatArray:
-    """Load in N; a load logged as maximum Hertz pressure by way of the rig's contact."""
-    contact = rig.contact()
-    return values if unit == "N" or contact is None else contact.load_n(values)
 
 
 def _surface_speeds(
@@ -246,7 +233,7 @@ def _contradiction(
 
 # Load, traction force, surface speeds and temperature against time.
 TRACTION = LogKind(
-    Vocabulary("traction", "columns", QUANTITIES, _OWN_NAMES, _ALWAYS, _SPEEDS, _BOTH_WAYS),
+    Vocabulary("traction", "columns", _OWN_NAMES, _ALWAYS, _SPEEDS, _BOTH_WAYS),
     lambda campaign: named_columns(campaign.columns),
     _header_problem,
     _run,
