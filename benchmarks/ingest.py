@@ -130,8 +130,7 @@ def carry_share(share: int, folder: Path, out: Path, config: Settings) -> Curate
     logs = ((file, read_bytes(folder / file)) for file in shares_in(folder)[share])
     with sample_files(paths, PROVENANCE) as keep:
         found = ingest_logs(logs, config, keep=keep)
-    samples = partial(tables.read_parts, "samples", *paths.values())
-    curated = curate_parts(samples, found.runs, config)
+    curated = curate_parts(tables.read_parts("samples", *paths.values()), found.runs, config)
     tables.write(curated.points, "points", out / f"parts/{share}/points.parquet", PROVENANCE)
     tables.write(curated.runs, "runs", out / f"parts/{share}/runs.parquet", PROVENANCE)
     refused = pd.concat([found.quarantine, curated.quarantine], ignore_index=True)

@@ -22,14 +22,16 @@ from oilfilm.curation.curate import (
     curate,
     first_fault,
 )
-from oilfilm.curation.measure import Measured, measure
+from oilfilm.curation.gate import Run
+from oilfilm.curation.measure import measure
+from oilfilm.curation.plateau_gates import PLATEAU_GATES
 from oilfilm.curation.plateaus import find_steps, settled_parts
-from oilfilm.curation.refusals import advice_for, plateau_gates, run_gates
 from oilfilm.curation.rig_kind import RigKind
+from oilfilm.curation.run_gates import RUN_GATES
 from oilfilm.curation.signals import Signals
 from oilfilm.curation.torque_rig import TORQUE_RIG
 from oilfilm.curation.traction_rig import TRACTION_RIG
-from oilfilm.curation.verdicts import judge_plateaus
+from oilfilm.curation.verdicts import advice_for, judge_plateaus
 from oilfilm.settings.campaign import Semantics
 from oilfilm.settings.resolved import Settings
 from oilfilm.traction.laws.deng2026 import traction_coefficient
@@ -256,7 +258,7 @@ def rig_log(force_n: np.ndarray, slip: np.ndarray, time_s: np.ndarray) -> Signal
 
 def measured(
     signals: Signals, config: Settings, zero: str = "rolling_phases", **of_zero: float
-) -> Measured:
+) -> Run:
     """Plateaus of a run, with the zero taken in one way and limits of the zero changed."""
     changes = {"curation": {"zero_reference": of_zero}, "campaign": {"semantics": {"zero": zero}}}
     return measure(signals, TRACTION_RIG, "ball-on-disc-20mm", config.with_changes(changes))
@@ -389,7 +391,7 @@ def test_sweep_whose_way_back_differs_is_refused(
     force = force + 0.001 * np.random.default_rng(1).standard_normal(len(force))
     signals = rig_log(force, slip, time_s)
     run = measured(signals, config)
-    fault = first_fault(signals, run, TRACTION_RIG, TRACTION_RIG.limits(config))
+    fault = first_fault(run, TRACTION_RIG, TRACTION_RIG.limits(config))
     assert (fault and fault[0]) == ("branches_differ" if refused else None)
 
 
@@ -498,7 +500,7 @@ def test_calibration_errors_stand_apart_and_are_null_where_none_is_stated(
 
 @pytest.mark.parametrize("kind", [TRACTION_RIG, TORQUE_RIG])
 def test_every_gate_says_what_to_do_in_the_words_of_the_rig(kind: RigKind) -> None:
-    for gate in (*run_gates(kind), *plateau_gates(kind)):
+    for gate in (*RUN_GATES.of(kind.name), *PLATEAU_GATES.of(kind.name)):
         advice = advice_for(gate.name, kind)
         assert len(advice) > 20
         assert "{" not in advice

@@ -3,7 +3,6 @@
 import gc
 import tracemalloc
 from collections.abc import Iterator
-from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +14,7 @@ import bad_logs
 from damages import DAMAGES, SOUND
 from oilfilm import tables
 from oilfilm.curation.curate import Curated, curate, curate_parts
-from oilfilm.curation.quantiles import median, quantile
+from oilfilm.curation.statistics import median, quantile
 from oilfilm.errors import OilfilmError
 from oilfilm.logs.ingest import Ingested, ingest_logs, sample_files
 from oilfilm.tables.table_file import content_digest
@@ -40,7 +39,7 @@ def in_parts(logs: Iterator[tuple[str, bytes]], folder: Path) -> tuple[Ingested,
     paths = {oil: folder / f"{oil}.parquet" for oil in CONFIG.oils}
     with sample_files(paths, ABOUT) as keep:
         ingested = ingest_logs(logs, CONFIG, keep=keep)
-    samples = partial(tables.read_parts, "samples", *paths.values())
+    samples = tables.read_parts("samples", *paths.values())
     return ingested, curate_parts(samples, ingested.runs, CONFIG)
 
 
@@ -113,7 +112,7 @@ def test_rows_of_one_run_in_two_parts_are_refused() -> None:
     samples = whole.all_samples()
     halves = samples.iloc[:200], samples.iloc[200:]
     with pytest.raises(OilfilmError, match="the rows of run sound are in two parts"):
-        curate_parts(lambda: halves, whole.runs, CONFIG)
+        curate_parts(halves, whole.runs, CONFIG)
 
 
 def test_part_that_breaks_the_contract_leaves_no_file(tmp_path: Path) -> None:

@@ -10,10 +10,10 @@ from pydantic import BaseModel
 from oilfilm.curation.gate import TORQUE, TRACTION, Gate
 from oilfilm.curation.hypotheses import ADVICE as HYPOTHESES
 from oilfilm.curation.plateau_gates import PLATEAU_GATES
-from oilfilm.curation.refusals import OTHER_ADVICE, advice_for
 from oilfilm.curation.run_gates import RUN_GATES
 from oilfilm.curation.torque_rig import TorqueRig
 from oilfilm.curation.traction_rig import TractionRig
+from oilfilm.curation.verdicts import OTHER_ADVICE, advice_for
 from oilfilm.home import HOME
 from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
@@ -41,7 +41,7 @@ def page() -> str:
     """The text of the page."""
     settings = resolve(HOME / "config", {"campaign": "demo"})
     parts: list[str] = [_BEGINS]
-    gates: tuple[tuple[Gate[Any], ...], ...] = (RUN_GATES, PLATEAU_GATES)
+    gates: tuple[list[Gate[Any]], ...] = (RUN_GATES, PLATEAU_GATES)
     for (title, about), several in zip(_PARTS.items(), gates, strict=True):
         parts += [f"## {title}\n", f"{about}\n"]
         parts += [_section(gate, settings) for gate in several]
@@ -97,10 +97,8 @@ def _keys(gate: Gate[Any]) -> list[tuple[str, str]]:
     for name in re.findall(r"\b(_\w+|median_sliding_traction)\(", source):
         helper = getattr(module, name, None)
         source += inspect.getsource(helper) if inspect.isfunction(helper) else ""
-    found = re.findall(r"limits\.(gates|signals|stuck)\.(\w+)", source)
-    return list(
-        dict.fromkeys(("gates" if group == "signals" else group, key) for group, key in found)
-    )
+    found = re.findall(r"limits\.(gates|stuck)\.(\w+)", source)
+    return list(dict.fromkeys(found))
 
 
 def _limit(where: str, key: str, group: BaseModel) -> str:

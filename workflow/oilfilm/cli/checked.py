@@ -13,8 +13,10 @@ import pandas as pd
 from oilfilm import tables
 from oilfilm.curation.curate import Curated
 from oilfilm.curation.gate import TORQUE, TRACTION, Gate, Limits
-from oilfilm.curation.refusals import advice_for, plateau_gates, run_gates
+from oilfilm.curation.plateau_gates import PLATEAU_GATES
 from oilfilm.curation.rig_kind import RigKind
+from oilfilm.curation.run_gates import RUN_GATES
+from oilfilm.curation.verdicts import advice_for
 from oilfilm.logs.base import LOADS, SET_POINTS
 from oilfilm.logs.ingest import Ingested, ReadLog
 from oilfilm.logs.run_sheet import RunSheet
@@ -280,7 +282,7 @@ def _not_applied(
     run: Mapping[str, Any], points: pd.DataFrame, kind: RigKind, limits: Limits
 ) -> Iterator[NotApplied]:
     """The gates that lack what they need, where the run has plateaus to be judged."""
-    gates: list[Gate[Any]] = [*run_gates(kind), *plateau_gates(kind)]
+    gates: list[Gate[Any]] = [*RUN_GATES.of(kind.name), *PLATEAU_GATES.of(kind.name)]
     for gate in gates if len(points) else []:
         if (need := gate.needs) is None:
             continue

@@ -4,9 +4,8 @@ samples -> signals -> zero -> plateaus -> derived quantities -> gates -> verdict
 says what differs between the rigs.
 """
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
-from functools import partial
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -16,15 +15,20 @@ import pandas as pd
 
 from oilfilm import tables
 from oilfilm.curation.doubts import warning
-from oilfilm.curation.gate import Columns, Finding, Limits, Run
+from oilfilm.curation.gate import Columns, Fault, Finding, Limits, Run
 from oilfilm.curation.hypotheses import DOUBTFUL, Hypothesis
-from oilfilm.curation.measure import Measured, measure
-from oilfilm.curation.refusals import quarantine_rows, refusal, run_gates
+from oilfilm.curation.measure import measure
 from oilfilm.curation.repeats import repeated
 from oilfilm.curation.rig_kind import RigKind
-from oilfilm.curation.signals import Signals
+from oilfilm.curation.run_gates import RUN_GATES
 from oilfilm.curation.traction_rig import TRACTION_RIG
-from oilfilm.curation.verdicts import not_usable, why_not_used, with_gates
+from oilfilm.curation.verdicts import (
+    judge_plateaus,
+    quarantine_rows,
+    refusal,
+    runs_not_usable,
+    with_gates,
+)
 from oilfilm.errors import OilfilmError
 from oilfilm.logs.base import Refusal
 from oilfilm.logs.ingest import Ingested, ingest_logs, sample_files
@@ -88,10 +92,50 @@ def curate_share(
     """
     with sample_files(samples, provenance) as keep:
         ingested = ingest_logs(logs, settings, sheet=sheet, keep=keep, verified=logs.digests)
-    parts = partial(tables.read_parts, "samples", *samples.values())
-    curated = curate_parts(parts, ingested.runs, settings)
+    curated = curate_parts(tables.read_parts("samples", *samples.values()), ingested.runs, settings)
     refused = pd.concat([ingested.quarantine, curated.quarantine], ignore_index=True)
     return replace(curated, quarantine=refused)
+
+
+def curate_parts(
+    samples: Iterable[pd.DataFrame],
+    runs: pd.DataFrame,
+    settings: Settings,
+    kind: RigKind = TRACTION_RIG,
+) -> Curated:
+    """As `curate`, of samples that come in parts, of which one is held at a time.
+
+    Args:
+        samples: Parts of the table of samples, each with whole runs.
+        runs: Table of runs as ingested.
+        settings: Settings of the run.
+        kind: The kind of rig.
+
+    Raises:
+        OilfilmError: Two parts have rows of one run.
+    """
+    place = {run_id: place for place, run_id in enumerate(runs["run_id"])}
+    left, curated = set(place), []
+    for part in samples:
+        run_ids = set(part["run_id"].unique())
+        if split := run_ids - left:
+            raise OilfilmError(
+                f"the rows of run {min(split)} are in two parts of the samples; expected them "
+                "together. Delete the samples and run snakemake again."
+            )
+        left -= run_ids
+        curated.append(curate(part, runs[runs["run_id"].isin(run_ids)], settings, kind))
+    without_rows = runs[runs["run_id"].isin(left)]
+    curated.append(curate(tables.empty("samples"), without_rows, settings, kind))
+
+    def joined(name: str) -> pd.DataFrame:
+        tables_of_parts = [getattr(part, name) for part in curated]
+        filled = [table for table in tables_of_parts if len(table)]
+        rows = pd.concat(filled or tables_of_parts[:1], ignore_index=True)
+        order = rows["run_id"].map(place).argsort(kind="stable")
+        return rows.take(order).reset_index(drop=True)
+
+    return Curated(joined("points"), joined("runs"), joined("quarantine"))
 
 
 def curate(
@@ -108,87 +152,39 @@ def curate(
         settings: Settings of the run.
         kind: The kind of rig.
     """
-    return curate_parts(lambda: [samples], runs, settings, kind)
-
-
-def curate_parts(
-    samples: Callable[[], Iterable[pd.DataFrame]],
-    runs: pd.DataFrame,
-    settings: Settings,
-    kind: RigKind = TRACTION_RIG,
-) -> Curated:
-    """The same of samples that come in parts, each with whole runs, of which one is held at a time.
-
-    Args:
-        samples: Gives the parts, from the first one, at each call: refused runs are read twice.
-        runs: Table of runs as ingested.
-        settings: Settings of the run.
-        kind: The kind of rig.
-
-    Raises:
-        OilfilmError: Two parts have rows of one run.
-    """
-    limits = kind.limits(settings)
-    labels = {run["run_id"]: run for run in tables.rows(runs)}
-    looks = {
-        run_id: _look(of_run, labels[run_id], settings, kind, limits)
-        for run_id, of_run in _by_run(samples())
-        if run_id in labels
-    }
+    limits, samples_of = kind.limits(settings), _by_run(samples)
     refused: dict[str, Refusal] = {}
     partly: list[Refusal] = []
-    for run_id, run in labels.items():
-        look = looks.get(run_id)
-        if run["rule"]:
-            refused[run_id] = refusal(run["rule"], Finding(run["reason"]), kind, run_id)
-        elif look is None:
-            finding = Finding("the log has no readable row of data")
-            refused[run_id] = refusal("no_rows", finding, kind, run_id)
-        elif look.fault is not None:
-            refused[run_id] = refusal(*look.fault, kind, run_id)
-        else:
-            partly += [refusal("too_short", each, kind, run_id) for each in look.too_short]
-    warnings = {run_id: look.warning for run_id, look in looks.items()}
-    runs = runs.assign(warning=[warnings.get(run_id, "") for run_id in labels])
+    plateaus, warnings = {}, []
+    for row in tables.rows(runs):
+        run_id, fault, doubt = row["run_id"], None, ""
+        if run_id in samples_of:
+            signals = kind.signals(samples_of[run_id], row["rig"], settings)
+            run = measure(signals, kind, row["rig"], settings, settled=row["log_kind"] == "steps")
+            plateaus[run_id] = run.plateaus
+        if row["rule"]:
+            fault = row["rule"], Finding(row["reason"])
+        elif run_id not in samples_of:
+            fault = "no_rows", Finding("the log has no readable row of data")
+        elif (fault := first_fault(run, kind, limits)) is None:
+            doubt = warning(run, limits)
+            partly += [refusal("too_short", each, kind, run_id) for each in run.too_short]
+        if fault is not None:
+            refused[run_id] = refusal(*fault, kind, run_id)
+        warnings.append(doubt)
+    runs = runs.assign(warning=warnings)
     by_run = runs.set_index("run_id")
-    plateaus_of = {run_id: looks[run_id].plateaus for run_id in labels if run_id in looks}
-    points = _table_of_plateaus(plateaus_of, by_run, settings, kind)
+    points = _table_of_plateaus(plateaus, by_run, settings, kind)
     judged = _judge(points, runs, refused, partly, kind, limits)
-    doubtful = judged.runs[judged.runs["rule"].isin(DOUBTFUL)]
-    doubted = {run["run_id"]: run for run in tables.rows(doubtful)}
     explained = {
-        run_id: cause
-        for run_id, of_run in _by_run(samples() if doubted else ())
-        if run_id in doubted
-        and (cause := _explanation(of_run, doubted[run_id], by_run, settings, kind)) is not None
+        row["run_id"]: cause
+        for row in tables.rows(judged.runs[judged.runs["rule"].isin(DOUBTFUL)])
+        if row["run_id"] in samples_of
+        and (cause := _explanation(samples_of[row["run_id"]], row, by_run, settings, kind))
     }
     if not explained:
         return judged
     return _judge(points, runs, {**refused, **explained}, partly, kind, limits)
-
-
-@dataclass(frozen=True)
-class _Look:
-    """What the samples of one run give: its plateaus, and the fault or the warning about it."""
-
-    plateaus: Columns
-    fault: tuple[str, Finding] | None = None
-    warning: str = ""
-    too_short: Sequence[Finding] = ()
-
-
-def _look(
-    samples: Columns, run: Mapping[str, Any], settings: Settings, kind: RigKind, limits: Limits
-) -> _Look:
-    signals = kind.signals(samples, run["rig"], settings)
-    measured = measure(signals, kind, run["rig"], settings, settled=run["log_kind"] == "steps")
-    if run["rule"]:
-        return _Look(measured.plateaus)
-    fault = first_fault(signals, measured, kind, limits)
-    if fault is not None:
-        return _Look(measured.plateaus, fault)
-    doubts = warning(_run(signals, measured, kind), limits)
-    return _Look(measured.plateaus, None, doubts, measured.too_short)
 
 
 def _explanation(
@@ -208,23 +204,21 @@ def _explanation(
         kind: The kind of rig.
     """
     run_id, rig, limits = run["run_id"], run["rig"], kind.limits(settings)
-    passing: list[tuple[int, Hypothesis]] = []
     if run["log_kind"] == "steps":
         return None  # readings that the rig's program has settled and converted
+    passing: list[tuple[int, Hypothesis]] = []
     for hypothesis in kind.hypotheses(rig, settings):
         if run["rule"] not in hypothesis.explains:
             continue
         signals = kind.signals(hypothesis.undo(samples), rig, settings)
-        measured = measure(signals, kind, rig, settings)
-        levels = len(measured.plateaus["time_s"])
-        if not hypothesis.plausible(samples, levels) or first_fault(
-            signals, measured, kind, limits
-        ):
+        undone = measure(signals, kind, rig, settings)
+        levels = len(undone.plateaus["time_s"])
+        if not hypothesis.plausible(samples, levels) or first_fault(undone, kind, limits):
             continue
-        points = _table_of_plateaus({run_id: measured.plateaus}, runs, settings, kind)
-        points, failed = with_gates(points, kind, limits)
-        accepted = int(points["accepted"].sum())
-        if accepted > levels / 2 and not not_usable(points, failed, kind, limits):
+        points = _table_of_plateaus({run_id: undone.plateaus}, runs, settings, kind)
+        failed = judge_plateaus(points, kind, limits)
+        accepted = int((~failed.any(axis=1)).sum())
+        if accepted > levels / 2 and not list(runs_not_usable(points, failed, kind, limits)):
             passing.append((accepted, hypothesis))
     if not passing:
         return None
@@ -271,51 +265,26 @@ def arrays_of(samples: pd.DataFrame) -> Columns:
     return {str(name): samples[name].to_numpy() for name in samples if name != "run_id"}
 
 
-def _by_run(parts: Iterable[pd.DataFrame]) -> Iterator[tuple[str, Columns]]:
-    """Each run of some parts of the samples with its columns."""
-    seen: set[str] = set()
-    for samples in parts:
-        arrays = arrays_of(samples)
-        for run_id, rows in _rows_by_run(samples).items():
-            if run_id in seen:
-                raise OilfilmError(
-                    f"the rows of run {run_id} are in two parts of the samples; expected them "
-                    "together. Delete the samples and run snakemake again."
-                )
-            seen.add(run_id)
-            yield run_id, {name: array[rows] for name, array in arrays.items()}
-
-
-def _rows_by_run(samples: pd.DataFrame) -> dict[str, slice]:
-    """The rows of each run, which are next to each other."""
-    run_ids = samples["run_id"].astype("category").cat
+def _by_run(samples: pd.DataFrame) -> dict[str, Columns]:
+    """The columns of each run, whose rows are next to each other."""
+    arrays, run_ids = arrays_of(samples), samples["run_id"].astype("category").cat
     codes, names = run_ids.codes.to_numpy(), run_ids.categories
-    edges = np.concatenate([[0], np.flatnonzero(np.diff(codes)) + 1, [len(codes)]])
+    edges = np.flatnonzero(np.diff(codes, prepend=-1, append=-1))
     return {
-        str(names[codes[start]]): slice(int(start), int(stop))
+        str(names[codes[start]]): {name: array[start:stop] for name, array in arrays.items()}
         for start, stop in pairwise(edges)
-        if stop > start
     }
 
 
-def _run(signals: Signals, measured: Measured, kind: RigKind) -> Run:
-    return Run(signals, measured.working, measured.plateaus, kind.sensor, kind.load, kind.channels)
-
-
-def first_fault(
-    signals: Signals, measured: Measured, kind: RigKind, limits: Limits
-) -> tuple[str, Finding] | None:
+def first_fault(run: Run, kind: RigKind, limits: Limits) -> Fault | None:
     """Rule and finding of the first gate that refuses a run, if one does."""
-    run = _run(signals, measured, kind)
-    for gate in run_gates(kind):
+    for gate in RUN_GATES.of(kind.name):
         finding = gate.judge(run, limits)
         if finding is not None:
             return gate.name, finding
-    if measured.flaw is not None:
-        return measured.flaw
-    if len(measured.plateaus["time_s"]) == 0:
+    if run.flaw is None and len(run.plateaus["time_s"]) == 0:
         return "no_plateau", Finding("no steady part was found")
-    return None
+    return run.flaw
 
 
 def _table_of_plateaus(
@@ -354,13 +323,10 @@ def _judge(
     limits: Limits,
 ) -> Curated:
     """Plateaus and runs with their verdicts, and the runs that were refused."""
-    points, failed = with_gates(points, kind, limits)
-    points = _refuse_plateaus(points, list(refused.values()), kind)
-    by_plateaus = [
-        why_not_used(points[points["run_id"] == run_id], failed, kind, limits)
-        for run_id in not_usable(points, failed, kind, limits)
-        if run_id not in refused
-    ]
+    failed = judge_plateaus(points, kind, limits)
+    unrefused = ~points["run_id"].isin(list(refused))
+    by_plateaus = list(runs_not_usable(points[unrefused], failed[unrefused], kind, limits))
+    points = _refuse_plateaus(with_gates(points, failed), list(refused.values()), kind)
     some_pass = set(points.loc[points["accepted"], "run_id"])
     # the plateaus stay, whatever the rig, with the gate of their run beside their own
     points = failed_gates.with_gate_of_run(

@@ -9,10 +9,8 @@ from typing import Any
 import numpy as np
 
 from oilfilm.curation.gate import Limits, Run, TractionLimits
-from oilfilm.curation.plateaus import MAD_TO_SIGMA
-from oilfilm.curation.quantiles import median, quantile
 from oilfilm.curation.run_gates import median_sliding_traction, possible_force_units
-from oilfilm.curation.statistics import changed, is_noise
+from oilfilm.curation.statistics import MAD_TO_SIGMA, changed, is_noise, median, quantile
 
 # Small and large readings, over the largest; so many give the noise to within a tenth.
 _SMALL, _LARGE, _ALMOST_ALL = 0.2, 0.8, 0.99

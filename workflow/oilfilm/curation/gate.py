@@ -11,19 +11,21 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, Generic, NamedTuple, TypeVar
 
-import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
 from oilfilm.curation.signals import Signals
+from oilfilm.curation.statistics import BoolArray
 from oilfilm.settings.config import (
     GateSettings,
+    PlateauSettings,
     SignalGateSettings,
     StuckSettings,
+    TareSettings,
     TorqueGateSettings,
+    TorquePlateauSettings,
+    ZeroReferenceSettings,
 )
-
-BoolArray = npt.NDArray[np.bool_]
 
 TRACTION, TORQUE = "traction", "torque"
 BOTH = (TRACTION, TORQUE)
@@ -41,17 +43,32 @@ class Channel:
     unit: str
 
 
+class Finding(NamedTuple):
+    """What a gate found in a run: a sentence and the rows concerned, 0 where none is meant."""
+
+    sentence: str
+    first_row: int = 0
+    last_row: int = 0
+
+
+# Rule and finding about a run.
+Fault = tuple[str, Finding]
+
+
 @dataclass(frozen=True)
 class Run:
-    """What a gate of runs looks at.
+    """One measured run, as the gates of runs look at it.
 
     Attributes:
         signals: All samples of the run.
         working: Those between the phases that give the zero at which the rig turns.
-        plateaus: Its measured plateaus.
+        plateaus: Columns over the plateaus. Tables are made of all runs at once, because a small
+            table costs as much as a large one.
         sensor: The signal whose zero is removed: traction force or torque.
         load: The signal of the load.
         channels: The other logged signals, the load among them.
+        flaw: Rule and finding where the run gives no zero.
+        too_short: Levels that give no plateau.
     """
 
     signals: Signals
@@ -60,14 +77,8 @@ class Run:
     sensor: Channel
     load: Channel
     channels: Sequence[Channel]
-
-
-class Finding(NamedTuple):
-    """What a gate found in a run: a sentence and the rows concerned, 0 where none is meant."""
-
-    sentence: str
-    first_row: int = 0
-    last_row: int = 0
+    flaw: Fault | None = None
+    too_short: Sequence[Finding] = ()
 
 
 class Judgement(NamedTuple):
@@ -81,12 +92,11 @@ class Judgement(NamedTuple):
 class Limits:
     """What the gates of every rig compare with; the drift of the zero in the sensor's unit."""
 
-    signals: SignalGateSettings
-    stuck: StuckSettings
-    min_duration_s: float
-    zero_min_duration_s: float
     zero_drift_max: float
-    faulty_share_max: float
+    gates: SignalGateSettings
+    stuck: StuckSettings
+    plateaus: PlateauSettings | TorquePlateauSettings
+    zero: ZeroReferenceSettings | TareSettings
 
 
 @dataclass(frozen=True)
@@ -94,8 +104,8 @@ class TractionLimits(Limits):
     """What the gates of traction rigs compare with."""
 
     gates: GateSettings
-    transient_share: float
-    rolling_slip_max: float
+    plateaus: PlateauSettings
+    zero: ZeroReferenceSettings
     planned_slips: Sequence[float]
     accept_unjudged_film: bool
 
@@ -105,7 +115,8 @@ class TorqueLimits(Limits):
     """What the gates of torque rigs compare with."""
 
     gates: TorqueGateSettings
-    standstill_rpm: float
+    plateaus: TorquePlateauSettings
+    zero: TareSettings
 
 
 # A check of one run: None where the run passes. The limits are those of the rigs that it judges.
@@ -153,15 +164,28 @@ class Gate(Generic[Judge]):
     needs: Need | None = None
 
 
-def gate(
-    *rigs: str, advice: str, blames_run: bool = True, needs: Need | None = None
-) -> Callable[[Judge], Gate[Judge]]:
-    """Make a function a gate under its own name.
+class Gates(list[Gate[Judge]]):
+    """Gates in the order in which they judge."""
 
-    Args:
-        rigs: Kinds of rig that it judges.
-        advice: What to do about a refusal. May hold words of the rig in braces (`RigKind.words`).
-        blames_run: See `Gate`.
-        needs: What it cannot be applied without.
-    """
-    return lambda judge: Gate(judge.__name__, rigs, advice, judge, blames_run, needs)
+    def gate(
+        self, *rigs: str, advice: str, blames_run: bool = True, needs: Need | None = None
+    ) -> Callable[[Judge], Gate[Judge]]:
+        """Make a function a gate under its own name, the last one so far.
+
+        Args:
+            rigs: Kinds of rig that it judges.
+            advice: What to do about a refusal. May hold words of the rig in braces
+                (`RigKind.words`).
+            blames_run: See `Gate`.
+            needs: What it cannot be applied without.
+        """
+
+        def add(judge: Judge) -> Gate[Judge]:
+            self.append(Gate(judge.__name__, rigs, advice, judge, blames_run, needs))
+            return self[-1]
+
+        return add
+
+    def of(self, rig: str) -> list[Gate[Judge]]:
+        """The gates that judge a kind of rig."""
+        return [gate for gate in self if rig in gate.rigs]

@@ -13,7 +13,7 @@ from itertools import permutations
 import numpy as np
 
 from oilfilm.curation.gate import Columns
-from oilfilm.curation.quantiles import median
+from oilfilm.curation.statistics import median
 from oilfilm.settings.rig import Rig
 from oilfilm.units import RAD_S_PER_RPM
 

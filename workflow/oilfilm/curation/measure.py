@@ -3,42 +3,22 @@
 Decides: mean and standard error of a plateau; when a missing zero refuses a run.
 """
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
-
 import numpy as np
 
 from oilfilm.curation import statistics
-from oilfilm.curation.gate import Columns, Finding
-from oilfilm.curation.rig_kind import Averaging, Division, RigKind, nothing
-from oilfilm.curation.signals import IndexArray, Signals
-from oilfilm.curation.statistics import BoolArray
+from oilfilm.curation.gate import Columns, Fault, Finding, Run
+from oilfilm.curation.rig_kind import Averaging, Division, Rest, RigKind, nothing
+from oilfilm.curation.signals import Signals
+from oilfilm.curation.statistics import BoolArray, IndexArray
 from oilfilm.curation.zero import phase_too_short, zero_reference
+from oilfilm.settings.config import CurationSettings
 from oilfilm.settings.resolved import Settings
 from oilfilm.units import FloatArray
 
 
-@dataclass(frozen=True)
-class Measured:
-    """Plateaus of one run, before the gates.
-
-    Attributes:
-        plateaus: Columns over the plateaus. Tables are made of all runs at once, because a small
-            table costs as much as a large one.
-        working: The samples between the phases at rest at which the rig turns.
-        flaw: Rule and finding where the run gives no zero.
-        too_short: Levels that give no plateau.
-    """
-
-    plateaus: Columns
-    working: Signals
-    flaw: tuple[str, Finding] | None = None
-    too_short: list[Finding] = field(default_factory=list)
-
-
 def measure(
     signals: Signals, kind: RigKind, rig: str, settings: Settings, settled: bool = False
-) -> Measured:
+) -> Run:
     """The plateaus of a run, less the zero of its sensor.
 
     Args:
@@ -48,28 +28,21 @@ def measure(
         settings: Settings of the run.
         settled: Each row is a settled reading already, the zero removed by the rig.
     """
+    channels = kind.sensor, kind.load, kind.channels
     if settled:
-        return Measured(_readings(signals, kind), signals)
+        return Run(signals, signals, _readings(signals, kind), *channels)
     curation, limits = settings.curation, kind.limits(settings)
-    spike = curation.spikes.threshold
-    logged, signals = signals, kind.usable(signals, settings)
+    spike, least_s = curation.spikes.threshold, limits.zero.min_duration_s
     division = kind.divide(signals, rig, settings)
-    phases, resting = division.rest, signals
-    still = kind.standstill(logged, settings)
-    at_standstill = kind.zero_at_standstill(rig, settings)
-    if at_standstill:
-        phases, resting = still, logged
-    usable, missing = _usable_phases(resting, phases, kind, settings, at_standstill)
-    served = [] if at_standstill else usable
-    starts, stops = _without(division, served, signals, curation.plateaus.min_duration_s)
-    averages = average(signals, starts, stops, kind, spike, curation.plateaus.transient_share)
-    averages["duration_s"] = (stops - starts) * signals.interval_s
-    flaw: tuple[str, Finding] | None = None
-    if missing is not None:
+    rest, usable = division.rest, division.signals
+    served, flaw = _usable_phases(rest, kind, settings, least_s)
+    starts, stops = _without(division, served if rest.in_levels else [], curation)
+    averages = average(usable, starts, stops, kind, spike, curation.plateaus.transient_share)
+    averages["duration_s"] = (stops - starts) * usable.interval_s
+    if flaw is not None:
         output = output_se = nothing(len(starts))
-        flaw = "zero_missing", missing
     else:
-        zero = zero_reference(resting, kind.sensor.column, phases, spike)
+        zero = zero_reference(rest.signals, kind.sensor.column, rest.phases, spike)
         output, output_se = zero.at(averages["time_s"]), zero.standard_error_at(averages["time_s"])
         if abs(zero.drift) > limits.zero_drift_max:
             sensor, unit = kind.sensor.name, kind.sensor.unit
@@ -79,36 +52,9 @@ def measure(
             )
             flaw = "zero_drift", Finding(sentence)
     plateaus = kind.derive(averages, output, output_se)
-    if not at_standstill:
-        rest = {name: resting.at(part) for name, part in phases.items()}
-        flaw = flaw or kind.zero_fault(rest, plateaus, rig, settings)
-        flaw = _by_standstill(flaw, logged, still, kind, rig, settings)
-    return Measured(plateaus, signals.at(division.working), flaw, division.too_short)
-
-
-def _by_standstill(
-    flaw: tuple[str, Finding] | None,
-    logged: Signals,
-    still: Mapping[str, slice],
-    kind: RigKind,
-    rig: str,
-    settings: Settings,
-) -> tuple[str, Finding] | None:
-    """What is wrong with the zero, with what the readings at standstill say of it."""
-    least_s = kind.limits(settings).zero_min_duration_s
-    spike = settings.curation.spikes.threshold
-    zeros = {
-        name: zero_reference(logged, kind.sensor.column, {name: part}, spike)
-        for name, part in still.items()
-        if phase_too_short(logged, part, name, least_s) is None
-    }
-    if flaw is None:
-        return kind.standstill_fault(zeros, rig, settings)
-    rule, finding = flaw
-    if rule != "zero_missing":
-        return flaw
-    hint = kind.standstill_hint(zeros, rig, settings)
-    return rule, finding._replace(sentence=f"{finding.sentence}{hint}")
+    flaw = kind.zero_fault(flaw, rest, signals, plateaus, rig, settings)
+    working = usable.at(division.working)
+    return Run(signals, working, plateaus, *channels, flaw, division.too_short)
 
 
 def _readings(signals: Signals, kind: RigKind) -> Columns:
@@ -131,38 +77,32 @@ def _readings(signals: Signals, kind: RigKind) -> Columns:
 
 
 def _usable_phases(
-    signals: Signals,
-    phases: Mapping[str, slice],
-    kind: RigKind,
-    settings: Settings,
-    at_standstill: bool,
-) -> tuple[list[slice], Finding | None]:
+    rest: Rest, kind: RigKind, settings: Settings, least_s: float
+) -> tuple[list[slice], Fault | None]:
     """The phases at rest up to the first that gives no zero, and what is wrong with that one."""
-    least_s = kind.limits(settings).zero_min_duration_s
-    rest = "standstill" if at_standstill else kind.words["rest"]
     usable: list[slice] = []
-    for name, part in phases.items():
-        problem = phase_too_short(signals, part, f"{name} phase of {rest}", least_s)
-        if not at_standstill:
-            problem = problem or kind.phase_problem(signals, part, name, settings)
+    for name, part in rest.phases.items():
+        words = f"{name} phase of {rest.words}"
+        problem = phase_too_short(rest.signals, part, words, least_s)
+        problem = problem or kind.phase_problem(rest, name, settings)
         if problem is not None:
-            return usable, problem
+            return usable, ("zero_missing", problem)
         usable.append(part)
     return usable, None
 
 
 def _without(
-    division: Division, phases: list[slice], signals: Signals, min_duration_s: float
+    division: Division, phases: list[slice], curation: CurationSettings
 ) -> tuple[IndexArray, IndexArray]:
     """Starts and stops of the levels less the phases that have served the zero.
 
     What is left of such a level is a plateau where it is long enough.
     """
-    starts, stops = division.starts, division.stops
+    signals, starts, stops = division.signals, division.starts, division.stops
     for phase in phases:
         served = (starts < phase.stop) & (stops > phase.start)
         starts = np.where(served, phase.stop, starts)
-        kept = ~served | ((stops - starts) * signals.interval_s >= min_duration_s)
+        kept = ~served | ((stops - starts) * signals.interval_s >= curation.plateaus.min_duration_s)
         starts, stops = starts[kept], stops[kept]
     if len(signals) == 0:
         return starts[:0], stops[:0]

@@ -16,16 +16,18 @@ from oilfilm.curation.gate import (
     MEASURED_TRACTION,
     TORQUE,
     TRACTION,
-    Gate,
+    Gates,
     Judgement,
     Limits,
     Need,
     PlateauJudge,
     TorqueLimits,
     TractionLimits,
-    gate,
 )
 from oilfilm.units import FloatArray, conversion
+
+PLATEAU_GATES: Gates[PlateauJudge] = Gates()
+gate = PLATEAU_GATES.gate
 
 # So many standard errors are no chance.
 _SURE = 5
@@ -53,7 +55,7 @@ def traction_missing(points: pd.DataFrame, limits: TractionLimits) -> Judgement:
 )
 def too_short(points: pd.DataFrame, limits: Limits) -> Judgement:
     """Little is left of a level once it has settled."""
-    duration_s, least_s = points["duration_s"], limits.min_duration_s
+    duration_s, least_s = points["duration_s"], limits.plateaus.min_duration_s
     return Judgement(
         duration_s < least_s,
         f"{duration_s.min():.2f} s to {duration_s.max():.2f} s are left of each plateau once it "
@@ -206,9 +208,9 @@ def transient_not_ended(points: pd.DataFrame, limits: TractionLimits) -> Judgeme
     most_slip, most_traction = limits.gates.slip_transient_max, limits.gates.traction_transient_max
     return Judgement(
         (slip > most_slip) | (traction > most_traction),
-        f"the first {limits.transient_share:.0%} of the plateaus differ from the rest by up to "
-        f"{slip.max():.4f} in slip and {traction.max():.4f} in traction; allowed {most_slip:g} and "
-        f"{most_traction:g}",
+        f"the first {limits.plateaus.transient_share:.0%} of the plateaus differ from the rest by "
+        f"up to {slip.max():.4f} in slip and {traction.max():.4f} in traction; allowed "
+        f"{most_slip:g} and {most_traction:g}",
     )
 
 
@@ -237,7 +239,7 @@ def _by_change(quantity: str, change: "pd.Series[float]", allowed: float) -> Jud
 )
 def load_changes(points: pd.DataFrame, limits: Limits) -> Judgement:
     """The load differs between the two halves of a plateau."""
-    return _by_change("load", points["load_change"].abs(), limits.signals.load_change_max)
+    return _by_change("load", points["load_change"].abs(), limits.gates.load_change_max)
 
 
 @gate(
@@ -249,7 +251,7 @@ def load_changes(points: pd.DataFrame, limits: Limits) -> Judgement:
 def temperature_changes(points: pd.DataFrame, limits: Limits) -> Judgement:
     """The oil's temperature differs between the two halves of a plateau."""
     change_c = points["temperature_change_c"].abs()
-    allowed_c = limits.signals.temperature_change_max_c
+    allowed_c = limits.gates.temperature_change_max_c
     return Judgement(
         change_c > allowed_c,
         f"the temperature changes within the plateaus by up to {change_c.max():.2f} degC; allowed "
@@ -265,7 +267,7 @@ def temperature_changes(points: pd.DataFrame, limits: Limits) -> Judgement:
 )
 def spiky(points: pd.DataFrame, limits: Limits) -> Judgement:
     """Too many readings of a plateau are spikes."""
-    spikes, allowed = points["n_spikes"], limits.signals.spike_share_max
+    spikes, allowed = points["n_spikes"], limits.gates.spike_share_max
     return Judgement(
         # a single one is left out of a plateau of few rows as well
         (spikes > 1) & (spikes > allowed * (points["n_samples"] + spikes)),
@@ -454,8 +456,3 @@ def unloaded(points: pd.DataFrame, limits: TorqueLimits) -> Judgement:
     load = points["axial_load_n"]
     sentence = f"the axial load is {_span(load, '.3g')} N; expected more than 0"
     return Judgement(~(load > 0), sentence)
-
-
-PLATEAU_GATES: tuple[Gate[PlateauJudge], ...] = tuple(
-    each for each in list(globals().values()) if isinstance(each, Gate)
-)

@@ -6,15 +6,11 @@ Decides: where a log is steady, and how much of a plateau is used.
 import numpy as np
 import scipy
 
-from oilfilm.curation.quantiles import median
-from oilfilm.curation.signals import IndexArray
+from oilfilm.curation.statistics import MAD_TO_SIGMA, IndexArray, median
 from oilfilm.settings.config import PlateauSettings, TorquePlateauSettings
 from oilfilm.units import FloatArray
 
 Levels = PlateauSettings | TorquePlateauSettings
-
-# The median absolute deviation of a normal distribution times this is its standard deviation.
-MAD_TO_SIGMA = 1.4826
 
 
 def find_steps(

@@ -17,8 +17,8 @@ from scipy.spatial import cKDTree
 
 from oilfilm.curation.coverage import SET_POINTS, with_levels
 from oilfilm.curation.gate import Finding
-from oilfilm.curation.refusals import refusal
 from oilfilm.curation.rig_kind import RigKind
+from oilfilm.curation.verdicts import refusal
 from oilfilm.logs.base import Refusal
 from oilfilm.settings.resolved import Settings
 from oilfilm.units import FloatArray

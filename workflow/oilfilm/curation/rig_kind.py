@@ -1,19 +1,36 @@
 """A kind of rig as curation sees it: the small part in which traction and torque rigs differ."""
 
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
 import pandas as pd
 
-from oilfilm.curation.gate import BoolArray, Channel, Columns, Finding, Limits
+from oilfilm.curation.gate import Channel, Columns, Fault, Finding, Limits
 from oilfilm.curation.hypotheses import Hypothesis
-from oilfilm.curation.signals import IndexArray, Signals
-from oilfilm.curation.zero import ZeroReference
+from oilfilm.curation.signals import Signals
+from oilfilm.curation.statistics import BoolArray, IndexArray
 from oilfilm.logs.log_kind import LogKind
 from oilfilm.settings.resolved import Settings
 from oilfilm.units import FloatArray
+
+
+@dataclass(frozen=True)
+class Rest:
+    """Where the zero of a run's sensor is read.
+
+    Attributes:
+        signals: The samples that the phases are parts of.
+        phases: The phases that give the zero, by name, in the order of time.
+        words: What the rig does there.
+        in_levels: Whether the phases are parts of levels, of which the rest gives plateaus.
+    """
+
+    signals: Signals
+    phases: Mapping[str, slice]
+    words: str
+    in_levels: bool = False
 
 
 @dataclass(frozen=True)
@@ -21,18 +38,20 @@ class Division:
     """Where a run is at rest and where it holds a level, as indices into its signals.
 
     Attributes:
-        rest: The phases that give the zero, by name, in the order of time.
+        signals: The samples from which plateaus can be made.
+        rest: Where the zero is read.
         starts: First sample of the settled part of each level.
         stops: The sample past its last one.
         working: The samples between the phases at rest at which the rig turns.
         too_short: Levels that ended before they settled and give no plateau.
     """
 
-    rest: Mapping[str, slice]
+    signals: Signals
+    rest: Rest
     starts: IndexArray
     stops: IndexArray
     working: BoolArray | slice
-    too_short: list[Finding] = field(default_factory=list)
+    too_short: Sequence[Finding] = ()
 
 
 @dataclass(frozen=True)
@@ -63,7 +82,7 @@ class RigKind(Protocol):
         load: The signal of the load.
         channels: The logged signals beside the sensor.
         averaging: What is made of each signal over a plateau.
-        words: Its words in sentences and advice: sensor, level, rest.
+        words: Its words in sentences and advice: sensor, level.
         advice: What to do about a refusal by a rule that is no gate.
         carried: Columns of the table of runs that every plateau carries.
         keeps_refused_runs: Whether the table has the plateaus of runs that were refused as a whole.
@@ -87,52 +106,34 @@ class RigKind(Protocol):
         """The signals of one run of a rig, in the senses that the gates take them."""
         ...
 
-    def usable(self, signals: Signals, settings: Settings) -> Signals:
-        """The samples from which plateaus can be made: all of them, where a rig has no reason."""
-        return signals
-
     def divide(self, signals: Signals, rig: str, settings: Settings) -> Division:
         """Rest and levels of a run."""
         ...
 
-    def phase_problem(
-        self, signals: Signals, part: slice, name: str, settings: Settings
-    ) -> Finding | None:
+    def phase_problem(self, rest: Rest, name: str, settings: Settings) -> Finding | None:
         """Why a phase that is long enough gives no zero, if a rig has such a reason."""
         return None
 
-    def standstill(self, signals: Signals, settings: Settings) -> Mapping[str, slice]:
-        """Opening and closing standstill of all samples, where a rig's zero is taken elsewhere."""
-        return {}
-
-    def zero_at_standstill(self, rig: str, settings: Settings) -> bool:
-        """Whether the phases of `standstill` give the zero, and not those of `divide`."""
-        return False
-
     def zero_fault(
-        self, rest: Mapping[str, Signals], plateaus: Columns, rig: str, settings: Settings
-    ) -> tuple[str, Finding] | None:
-        """Rule and finding where phases give a zero that the plateaus contradict.
+        self,
+        found: Fault | None,
+        rest: Rest,
+        logged: Signals,
+        plateaus: Columns,
+        rig: str,
+        settings: Settings,
+    ) -> Fault | None:
+        """What is wrong with the zero, by all that the run shows of it.
 
         Args:
+            found: What was found wrong before.
             rest: The phases that gave the zero.
-            plateaus: As derived with it.
+            logged: All samples.
+            plateaus: As derived with the zero.
             rig: Name of the rig.
             settings: Settings of the run.
         """
-        return None
-
-    def standstill_fault(
-        self, still: Mapping[str, ZeroReference], rig: str, settings: Settings
-    ) -> tuple[str, Finding] | None:
-        """Rule and finding where the readings at standstill contradict the source of the zero."""
-        return None
-
-    def standstill_hint(
-        self, still: Mapping[str, ZeroReference], rig: str, settings: Settings
-    ) -> str:
-        """What to write so that the readings at standstill give the zero."""
-        return ""
+        return found
 
     def derive(self, averages: Columns, zero: FloatArray, zero_se: FloatArray) -> Columns:
         """Plateaus with the zero removed and what follows from one plateau alone.

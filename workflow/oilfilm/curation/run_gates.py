@@ -11,18 +11,19 @@ from oilfilm.curation.gate import (
     TORQUE,
     TRACTION,
     Finding,
-    Gate,
+    Gates,
     Limits,
     Need,
     Run,
     RunJudge,
     TorqueLimits,
     TractionLimits,
-    gate,
 )
-from oilfilm.curation.quantiles import median
-from oilfilm.curation.statistics import changed, is_noise, longest_hold
+from oilfilm.curation.statistics import changed, is_noise, longest_hold, median
 from oilfilm.units import FloatArray, conversion
+
+RUN_GATES: Gates[RunJudge] = Gates()
+gate = RUN_GATES.gate
 
 
 @gate(
@@ -55,7 +56,7 @@ def missing_readings(run: Run, limits: Limits) -> Finding | None:
     row = run.signals.row
     steps = np.diff(row)
     # a log that writes a slow channel in every twentieth row only has steps of 20 rows
-    longest = limits.signals.clock_jump_intervals * median(steps) if len(steps) else 0.0
+    longest = limits.gates.clock_jump_intervals * median(steps) if len(steps) else 0.0
     if len(steps) == 0 or steps.max() <= longest:
         return None
     hole = int(np.argmax(steps))
@@ -72,7 +73,7 @@ def missing_readings(run: Run, limits: Limits) -> Finding | None:
 def clock_jump(run: Run, limits: Limits) -> Finding | None:
     """The clock jumps ahead."""
     gaps = np.diff(run.signals.time_s)
-    longest_s = limits.signals.clock_jump_intervals * run.signals.interval_s
+    longest_s = limits.gates.clock_jump_intervals * run.signals.interval_s
     if len(gaps) == 0 or gaps.max() <= longest_s:
         return None
     longest = int(np.argmax(gaps))
@@ -89,11 +90,11 @@ def clock_jump(run: Run, limits: Limits) -> Finding | None:
 def never_turns(run: Run, limits: TorqueLimits) -> Finding | None:
     """The bearing stands still from the first row to the last."""
     fastest_rpm = float(np.abs(run.signals["inner_speed_rpm"]).max())
-    if fastest_rpm > limits.standstill_rpm:
+    if fastest_rpm > limits.zero.max_speed_rpm:
         return None
     return Finding(
         f"the bearing never turns: its highest speed is {fastest_rpm:g} rpm; expected more than "
-        f"{limits.standstill_rpm:g} rpm"
+        f"{limits.zero.max_speed_rpm:g} rpm"
     )
 
 
@@ -217,16 +218,16 @@ def saturated(run: Run, limits: Limits) -> Finding | None:
             share = len(at_stop) / max(len(values), 1)
             if (
                 len(at_stop) >= limits.stuck.samples
-                and share > limits.signals.saturated_share
+                and share > limits.gates.saturated_share
                 and not _dead(run.signals[channel.column], extreme)
-                and _piled_up(values, extreme, limits.signals.piled_up_factor)
+                and _piled_up(values, extreme, limits.gates.piled_up_factor)
                 and is_noise(changed(np.delete(values, at_stop)))
             ):
                 first, last = row[at_stop[[0, -1]]]
                 return Finding(
                     f"the {channel.name} is at its extreme of {extreme:g} {channel.unit} in "
                     f"{share:.1%} of the rows, between row {first} and row {last}; allowed "
-                    f"{limits.signals.saturated_share:.1%}",
+                    f"{limits.gates.saturated_share:.1%}",
                     first,
                     last,
                 )
@@ -338,8 +339,3 @@ def _turning_point(slip: FloatArray, least: int) -> int | None:
     from_end = np.minimum(extremes, len(slip) - 1 - extremes)
     turn = int(extremes[np.argmax(from_end)])
     return turn if from_end.max() >= least else None
-
-
-RUN_GATES: tuple[Gate[RunJudge], ...] = tuple(
-    each for each in list(globals().values()) if isinstance(each, Gate)
-)

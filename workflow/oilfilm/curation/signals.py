@@ -5,12 +5,9 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-import numpy.typing as npt
 
-from oilfilm.curation.quantiles import median
+from oilfilm.curation.statistics import BoolArray, IndexArray, median
 from oilfilm.units import FloatArray
-
-IndexArray = npt.NDArray[np.int64]
 
 # No logger of a rig is faster; damaged time stamps are, and would give endless windows.
 _SHORTEST_INTERVAL_S = 1e-6
@@ -30,13 +27,13 @@ class Signals:
         usual = median(np.diff(self.time_s))
         return max(usual, _SHORTEST_INTERVAL_S) if usual > 0 else 1.0
 
-    def where(self, kept: npt.NDArray[np.bool_]) -> "Signals":
+    def where(self, kept: BoolArray) -> "Signals":
         """The samples that a mask keeps."""
         if kept.all():
             return self
         return self.at(kept)
 
-    def at(self, chosen: npt.NDArray[np.bool_] | slice) -> "Signals":
+    def at(self, chosen: BoolArray | slice) -> "Signals":
         """The samples that a mask or a slice chooses."""
         columns = {name: values[chosen] for name, values in self.columns.items()}
         return Signals(self.row[chosen], self.time_s[chosen], columns)

@@ -5,9 +5,8 @@ Decides: where a rig stands still.
 
 import numpy as np
 
-from oilfilm.curation.quantiles import quantile
 from oilfilm.curation.signals import Signals
-from oilfilm.curation.statistics import BoolArray
+from oilfilm.curation.statistics import BoolArray, quantile
 from oilfilm.curation.zero import phase_too_short
 from oilfilm.settings.config import CurationSettings
 from oilfilm.units import FloatArray

@@ -17,9 +17,9 @@ from oilfilm.curation.gate import TORQUE as NAME
 from oilfilm.curation.gate import Channel, Columns, Finding, TorqueLimits
 from oilfilm.curation.hypotheses import Hypothesis, time_hypotheses
 from oilfilm.curation.plateaus import find_steps, settled_parts
-from oilfilm.curation.quantiles import median
-from oilfilm.curation.rig_kind import Averaging, Division, RigKind
-from oilfilm.curation.signals import IndexArray, Signals
+from oilfilm.curation.rig_kind import Averaging, Division, Rest, RigKind
+from oilfilm.curation.signals import Signals
+from oilfilm.curation.statistics import IndexArray, median
 from oilfilm.logs.log_kind import LogKind
 from oilfilm.logs.torque_log import TORQUE
 from oilfilm.settings.config import TorquePlateauSettings
@@ -53,7 +53,7 @@ class TorqueRig(RigKind):
         errors=("torque_n_m",),
         changes=("torque_n_m", "oil_temperature_c", "axial_load_n"),
     )
-    words: Mapping[str, str] = {"sensor": sensor.name, "level": "speed", "rest": "standstill"}
+    words: Mapping[str, str] = {"sensor": sensor.name, "level": "speed"}
     advice: Mapping[str, str] = {
         "truncated": "Repeat the run: its closing phase of standstill is missing.",
         "zero_missing": "Let the bearing stand still, loaded, before and after the run.",
@@ -78,11 +78,13 @@ class TorqueRig(RigKind):
         turning = np.abs(signals["inner_speed_rpm"]) > torque_logs.tare.max_speed_rpm
         if not turning.any():
             none = np.array([], dtype=np.int64)
-            return Division({}, none, none, slice(0, len(signals)))
+            rest = Rest(signals, {}, "standstill")
+            return Division(signals, rest, none, none, slice(0, len(signals)))
         first, last = int(np.argmax(turning)), len(turning) - int(np.argmax(turning[::-1]))
         starts, stops, too_short = _levels(signals, first, last, torque_logs.plateaus)
-        rest = {"opening": slice(0, first), "closing": slice(last, len(turning))}
-        return Division(rest, starts, stops, turning, too_short)
+        phases = {"opening": slice(0, first), "closing": slice(last, len(turning))}
+        rest = Rest(signals, phases, "standstill")
+        return Division(signals, rest, starts, stops, turning, too_short)
 
     def derive(self, averages: Columns, zero: FloatArray, zero_se: FloatArray) -> Columns:
         """Torque above the zero, and how steady it is."""
@@ -109,17 +111,9 @@ class TorqueRig(RigKind):
 
     def limits(self, settings: Settings) -> TorqueLimits:
         """See `RigKind.limits`."""
-        torque_logs = settings.torque_logs
-        return TorqueLimits(
-            signals=torque_logs.gates,
-            stuck=settings.curation.stuck,
-            min_duration_s=torque_logs.plateaus.min_duration_s,
-            zero_min_duration_s=torque_logs.tare.min_duration_s,
-            faulty_share_max=torque_logs.gates.faulty_share_max,
-            zero_drift_max=torque_logs.tare.max_drift_n_m,
-            gates=torque_logs.gates,
-            standstill_rpm=torque_logs.tare.max_speed_rpm,
-        )
+        logs = settings.torque_logs
+        stuck = settings.curation.stuck
+        return TorqueLimits(logs.tare.max_drift_n_m, logs.gates, stuck, logs.plateaus, logs.tare)
 
     def repeats(self, settings: Settings) -> tuple[str, ...]:
         """Copies alone: a condition may be measured again."""

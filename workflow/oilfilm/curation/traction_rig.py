@@ -10,32 +10,31 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 import pandas as pd
 
-from oilfilm.curation import statistics
-from oilfilm.curation.calibration import with_calibration
-from oilfilm.curation.film_state import LEAST_LOAD_N, with_film
+from oilfilm.curation.derived import LEAST_LOAD_N, with_calibration, with_film
 from oilfilm.curation.gate import TRACTION as NAME
-from oilfilm.curation.gate import Channel, Columns, Finding, TractionLimits
+from oilfilm.curation.gate import Channel, Columns, Fault, Finding, TractionLimits
 from oilfilm.curation.hypotheses import Hypothesis, traction_hypotheses
 from oilfilm.curation.plateaus import find_steps, settled_parts
-from oilfilm.curation.rig_kind import Averaging, Division, RigKind, nothing
-from oilfilm.curation.rolling import initial_slope
+from oilfilm.curation.rig_kind import Averaging, Division, Rest, RigKind, nothing
 from oilfilm.curation.signals import Signals
 from oilfilm.curation.standstill import phases_at_standstill, turns_steadily
-from oilfilm.curation.zero import ZeroReference
+from oilfilm.curation.traction_zero import (
+    force_at_standstill,
+    left_at_standstill,
+    left_without_slip,
+    part_of_curve,
+    sliding_phase,
+    standstill_hint,
+)
 from oilfilm.logs.log_kind import LogKind
 from oilfilm.logs.traction_log import TRACTION
 from oilfilm.settings.resolved import Settings
 from oilfilm.units import FloatArray
 
-# No rig that means to roll slides so much, and no sweep begins with a negative slip.
-_ABSURD_SLIP = 0.5
-# So many standard errors are no chance.
-_SURE = 5
 # Phases of pure rolling that a zero procedure needs.
 _PHASES = {
     "rolling_phases": ("opening", "closing"),
     "opening_phase": ("opening",),
-    "standstill": (),
     "already_removed": (),
 }
 _LOGGED = (
@@ -73,7 +72,7 @@ class TractionRig(RigKind):
         changes=("slide_roll_ratio", "traction_force_n", "load_n", "inlet_temperature_c"),
         transients=("slide_roll_ratio", "traction_force_n"),
     )
-    words: Mapping[str, str] = {"sensor": sensor.name, "level": "slip", "rest": "pure rolling"}
+    words: Mapping[str, str] = {"sensor": sensor.name, "level": "slip"}
     advice: Mapping[str, str] = {
         "truncated": "Repeat the run; the disk may have been full or the program killed.",
         "columns_disagree": "Look at the columns' units, the track radii of the rig file and the "
@@ -117,108 +116,57 @@ class TractionRig(RigKind):
         }
         return Signals(samples["row"], samples["time_s"], columns)
 
-    def usable(self, signals: Signals, settings: Settings) -> Signals:
-        """The samples at which the rig turns, without ramps; at the others S has no value."""
-        turning = turns_steadily(signals, settings.curation)
-        return signals.where(np.isfinite(signals["slide_roll_ratio"]) & turning)
-
-    def standstill(self, signals: Signals, settings: Settings) -> Mapping[str, slice]:
-        """See `RigKind.standstill`."""
-        return phases_at_standstill(signals, settings.curation)
-
-    def zero_at_standstill(self, rig: str, settings: Settings) -> bool:
-        """As the campaign file says."""
-        return settings.campaign.semantics_for(rig).zero == "standstill"
-
     def divide(self, signals: Signals, rig: str, settings: Settings) -> Division:
         """Levels of slip; the first and the last of them are pure rolling."""
-        levels = settings.curation.plateaus
-        interval_s = signals.interval_s
-        steps = find_steps(signals["slide_roll_ratio"], interval_s, levels.min_step, levels)
-        starts, stops = settled_parts(len(signals), steps, interval_s, levels)
+        curation, levels = settings.curation, settings.curation.plateaus
+        # where nothing turns S has no value
+        turning = np.isfinite(signals["slide_roll_ratio"]) & turns_steadily(signals, curation)
+        usable = signals.where(turning)
+        interval_s = usable.interval_s
+        steps = find_steps(usable["slide_roll_ratio"], interval_s, levels.min_step, levels)
+        starts, stops = settled_parts(len(usable), steps, interval_s, levels)
+        zero = settings.campaign.semantics_for(rig).zero
+        if zero == "standstill":
+            rest = Rest(signals, phases_at_standstill(signals, curation), "standstill")
+            return Division(usable, rest, starts, stops, slice(None))
         # the opening phase gives the zero first; what is left of it is a plateau at no slip
-        zero_rows = round(settings.curation.zero_reference.duration_s / interval_s)
-        rest = {"opening": slice(0, 0), "closing": slice(0, 0)}
+        zero_rows = round(curation.zero_reference.duration_s / interval_s)
+        rolling = {"opening": slice(0, 0), "closing": slice(0, 0)}
         if len(steps):
-            rest["opening"] = slice(0, min(zero_rows, int(stops[0])))
-            rest["closing"] = slice(int(starts[-1]), int(stops[-1]))
-        needed = _PHASES[settings.campaign.semantics_for(rig).zero]
-        phases = {name: rest[name] for name in needed}
-        return Division(phases, starts, stops, slice(None))
+            rolling["opening"] = slice(0, min(zero_rows, int(stops[0])))
+            rolling["closing"] = slice(int(starts[-1]), int(stops[-1]))
+        phases = {name: rolling[name] for name in _PHASES[zero]}
+        rest = Rest(usable, phases, "pure rolling", in_levels=True)
+        return Division(usable, rest, starts, stops, slice(None))
 
-    def phase_problem(
-        self, signals: Signals, part: slice, name: str, settings: Settings
-    ) -> Finding | None:
+    def phase_problem(self, rest: Rest, name: str, settings: Settings) -> Finding | None:
         """A phase that slides."""
-        slip = float(np.mean(signals["slide_roll_ratio"][part]))
         limit = settings.curation.zero_reference.max_slide_roll_ratio
-        if abs(slip) <= limit:
-            return None
-        wrong = slip < -limit or slip > _ABSURD_SLIP
-        hint = "; such a slip may come from swapped speed columns or wrong track radii"
-        return Finding(
-            f"the {name} phase runs at a slide-roll ratio of {slip:.4f}; expected pure rolling, "
-            f"within {limit}{hint if wrong else ''}"
-        )
+        return sliding_phase(rest, name, limit) if rest.in_levels else None
 
     def zero_fault(
-        self, rest: Mapping[str, Signals], plateaus: Columns, rig: str, settings: Settings
-    ) -> tuple[str, Finding] | None:
-        """A phase taken for pure rolling that is part of the curve, or a force without slip."""
-        limits = settings.curation.zero_reference
-        if settings.campaign.semantics_for(rig).zero == "already_removed":
-            return _left_without_slip(plateaus, limits.max_drift_n)
-        slips, mu = plateaus["slide_roll_ratio"], plateaus["traction_coefficient"]
-        largest = float(np.nanmax(np.abs(mu), initial=0.0))
-        for name, phase in rest.items():
-            values = phase["slide_roll_ratio"][np.newaxis]
-            inside = np.ones(values.shape, dtype=bool)
-            mean = statistics.means(values, inside)
-            slip = float(mean[0])
-            if abs(slip) <= _SURE * float(statistics.standard_errors(values, inside, mean)[0]):
-                continue
-            slope = initial_slope(slips, mu, slip)
-            swallowed = abs(slope * slip)
-            if swallowed > limits.max_traction_share * largest:
-                return "zero_missing", Finding(
-                    f"the {name} phase is not pure rolling: its slide-roll ratio is {slip:.4f}. "
-                    f"By the initial slope of the run ({slope:.3g}) its traction coefficient is "
-                    f"{swallowed:.2g}, {swallowed / largest:.0%} of the largest one; allowed "
-                    f"{limits.max_traction_share:.0%}"
-                )
-        return None
-
-    def standstill_fault(
-        self, still: Mapping[str, ZeroReference], rig: str, settings: Settings
-    ) -> tuple[str, Finding] | None:
-        """A force at standstill although the rig is said to have removed its zero."""
-        if settings.campaign.semantics_for(rig).zero != "already_removed":
-            return None
-        allowed_n = settings.curation.zero_reference.max_drift_n
-        for name, zero in still.items():
-            force_n, error_n = float(zero.output[0]), float(zero.output_se[0])
-            if abs(force_n) > allowed_n + _SURE * error_n:
-                return _left(force_n, f"in the {name} phase of standstill", allowed_n)
-        return None
-
-    def standstill_hint(
-        self, still: Mapping[str, ZeroReference], rig: str, settings: Settings
-    ) -> str:
-        """See `RigKind.standstill_hint`."""
-        if "opening" not in still:
-            return ""
-        when = {"opening": "before", "closing": "after"}
-        forces = " and ".join(
-            f"{zero.output[0]:.3g} N {when[name]} the run" for name, zero in still.items()
-        )
-        setting = "semantics: {zero: standstill}"
-        if rig in settings.campaign.semantics_of_rig:
-            setting = f"semantics_of_rig: {{{rig}: {{zero: standstill}}}}"
-        return (
-            f". The rig stands still, with a force of {forces}. Where no load is held sideways "
-            f"there, that is the zero: write `{setting}` into the campaign's file in "
-            "config/campaigns"
-        )
+        self,
+        found: Fault | None,
+        rest: Rest,
+        logged: Signals,
+        plateaus: Columns,
+        rig: str,
+        settings: Settings,
+    ) -> Fault | None:
+        """A phase that is part of the curve, or a force where it should be zero."""
+        log, curation = settings.campaign.semantics_for(rig), settings.curation
+        if log.zero == "standstill":
+            return found
+        if log.zero == "already_removed":
+            allowed_n = curation.zero_reference.max_drift_n
+            still = force_at_standstill(logged, curation)
+            return left_without_slip(plateaus, allowed_n) or left_at_standstill(still, allowed_n)
+        found = found or part_of_curve(rest, plateaus, curation.zero_reference.max_traction_share)
+        if found is None or found[0] != "zero_missing":
+            return found
+        of_rig = rig if rig in settings.campaign.semantics_of_rig else ""
+        hint = standstill_hint(force_at_standstill(logged, curation), of_rig)
+        return found[0], found[1]._replace(sentence=found[1].sentence + hint)
 
     def derive(self, averages: Columns, zero: FloatArray, zero_se: FloatArray) -> Columns:
         """Traction force above the zero, mu = F/W and its standard error."""
@@ -257,15 +205,11 @@ class TractionRig(RigKind):
         curation, campaign = settings.curation, settings.campaign
         unjudged = campaign.film_unjudged
         return TractionLimits(
-            signals=settings.gates,
-            stuck=curation.stuck,
-            min_duration_s=curation.plateaus.min_duration_s,
-            zero_min_duration_s=curation.zero_reference.min_duration_s,
             zero_drift_max=curation.zero_reference.max_drift_n,
-            faulty_share_max=settings.gates.faulty_share_max,
             gates=settings.gates,
-            transient_share=curation.plateaus.transient_share,
-            rolling_slip_max=curation.zero_reference.max_slide_roll_ratio,
+            stuck=curation.stuck,
+            plateaus=curation.plateaus,
+            zero=curation.zero_reference,
             planned_slips=campaign.set_points.slide_roll_ratio or (),
             accept_unjudged_film=unjudged is not None and unjudged.accept,
         )
@@ -278,23 +222,6 @@ class TractionRig(RigKind):
 
 
 TRACTION_RIG = TractionRig()
-
-
-def _left_without_slip(plateaus: Columns, allowed_n: float) -> tuple[str, Finding] | None:
-    """A force on plateaus whose slip is none within its error; see `_left`."""
-    rolling = np.abs(plateaus["slide_roll_ratio"]) <= _SURE * plateaus["slide_roll_ratio_se"]
-    force_n = plateaus["traction_force_n"]
-    error_n = plateaus["traction_coefficient_se"] * plateaus["load_n"]
-    off = force_n[rolling & (np.abs(force_n) > allowed_n + _SURE * error_n)]
-    return _left(float(off[0]), "without slip", allowed_n) if len(off) else None
-
-
-def _left(force_n: float, where: str, allowed_n: float) -> tuple[str, Finding]:
-    """The refusal of a run whose zero its rig is said to have removed, and has not."""
-    return "zero_left", Finding(
-        f"the traction force is {force_n:.3g} N {where}, but semantics: zero is already_removed; "
-        f"allowed {allowed_n:g} N"
-    )
 
 
 def _asymmetry(averages: Columns) -> FloatArray:

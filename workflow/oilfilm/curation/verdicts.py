@@ -1,29 +1,81 @@
-"""Verdicts on plateaus, and on the runs of which too few of them can be trusted.
+"""Verdicts on plateaus and runs; a finding gets its advice here, and a refusal becomes a row.
 
-Decides: when faulty plateaus refuse their run.
+Decides: when faulty plateaus refuse their run; the row of a refusal, with its advice.
 """
+
+from collections.abc import Iterator
+from dataclasses import asdict
+from typing import Any
 
 import numpy as np
 import pandas as pd
 
-from oilfilm.curation.gate import Finding, Limits, TractionLimits
+from oilfilm import tables
+from oilfilm.curation.gate import Finding, Gate, Limits, TractionLimits
+from oilfilm.curation.hypotheses import ADVICE as HYPOTHESIS_ADVICE
 from oilfilm.curation.plateau_gates import (
+    PLATEAU_GATES,
     possible_load_units,
     slip_is_held,
     surely_unphysical,
 )
-from oilfilm.curation.refusals import plateau_gates, refusal
 from oilfilm.curation.rig_kind import RigKind
+from oilfilm.curation.run_gates import RUN_GATES
 from oilfilm.logs.base import Refusal
+from oilfilm.logs.run_sheet import EXCLUDED, EXCLUDED_ADVICE
 from oilfilm.tables import failed_gates
 
 # Two faulty plateaus may be two mishaps, where they are not most of a short run.
 _MANY = 3
+# What to do about a refusal by a rule that is no gate, on any rig.
+OTHER_ADVICE = {
+    "zero_drift": "Let the {sensor} sensor warm up, check its mounting, and repeat the run.",
+    "no_rows": "Check whether the logger wrote any data, or repeat the run.",
+    "no_plateau": "Hold each {level} longer than settle_s + min_duration_s of config.yaml.",
+    "no_point_left": "Look at the gates that are named, one by one.",
+    "many_plateaus_fail": "Look at the gates that are named, one by one, and repeat the run.",
+    "impossible_traction": "Check the units of force and load, and the zero and calibration of the "
+    "{sensor} sensor.",
+    EXCLUDED: EXCLUDED_ADVICE,
+    "duplicate_log": "Take one of the files out; a copy adds nothing.",
+    "repeated_label": "Give each run a name of its own, or take one of the logs out.",
+    "conflicting_labels": "Find out which oil was run, correct the other label or take it out.",
+    "conflicting_condition": "Find out which of the runs has the wrong label or went wrong, and "
+    "take it out; then the other one is used.",
+    "duplicate_condition": "Take one of the logs out, or set repeated_conditions: accept.",
+}
+
+
+def advice_for(rule: str, kind: RigKind) -> str:
+    """What to do about a refusal by the gate or rule of that name."""
+    gates: list[Gate[Any]] = [*RUN_GATES, *PLATEAU_GATES]
+    of_gates = {gate.name: gate.advice for gate in gates}
+    advice = {**of_gates, **OTHER_ADVICE, **HYPOTHESIS_ADVICE, **kind.advice}
+    return advice[rule].format(**kind.words)
+
+
+def refusal(rule: str, finding: Finding, kind: RigKind, run_id: str) -> Refusal:
+    """A finding about a run as a refusal, with the advice for the rig."""
+    sentence, first_row, last_row = finding
+    return Refusal(rule, sentence, advice_for(rule, kind), run_id, first_row, last_row)
+
+
+def quarantine_rows(refusals: list[Refusal], runs: pd.DataFrame) -> pd.DataFrame:
+    """The table of quarantine of refusals by curation; `runs` has the run of each."""
+    of_run = dict(
+        zip(runs["run_id"], zip(runs["campaign"], runs["file"], strict=True), strict=True)
+    )
+    rows = [
+        {"campaign": campaign, "file": file, "stage": "curate", **asdict(each)}
+        for each in refusals
+        for campaign, file in [of_run[each.run_id]]
+    ]
+    return tables.from_rows(rows, "quarantine")
 
 
 def judge_plateaus(points: pd.DataFrame, kind: RigKind, limits: Limits) -> pd.DataFrame:
     """Which gates each plateau fails: one boolean column per gate, one row per plateau."""
-    gates = plateau_gates(kind) if len(points) else []
+    gates = PLATEAU_GATES.of(kind.name) if len(points) else []
     return pd.DataFrame(
         {gate.name: np.asarray(gate.judge(points, limits).fails) for gate in gates},
         index=points.index,
@@ -31,68 +83,76 @@ def judge_plateaus(points: pd.DataFrame, kind: RigKind, limits: Limits) -> pd.Da
     )
 
 
-def with_gates(
-    points: pd.DataFrame, kind: RigKind, limits: Limits
-) -> tuple[pd.DataFrame, pd.DataFrame]:
-    """Plateaus with their verdicts, and which gates each of them fails."""
-    failed = judge_plateaus(points, kind, limits)
+def with_gates(points: pd.DataFrame, failed: pd.DataFrame) -> pd.DataFrame:
+    """Plateaus with the verdicts that follow from the gates that each of them fails."""
     accepted = ~failed.any(axis=1)
-    return points.assign(failed_gates=failed_gates.as_text(failed), accepted=accepted), failed
+    return points.assign(failed_gates=failed_gates.as_text(failed), accepted=accepted)
 
 
-def not_usable(
+def runs_not_usable(
     points: pd.DataFrame, failed: pd.DataFrame, kind: RigKind, limits: Limits
-) -> list[str]:
-    """Runs of which no plateau is left, or of which the others cannot be trusted either."""
-    run_id = points["run_id"]
-    left = (points["accepted"] & _wanted(points, limits)).groupby(run_id).any()
-    blamed = _blamed(points, failed, kind)
-    most = blamed.any(axis=1).groupby(run_id).mean() > max(1 / 2, limits.faulty_share_max)
-    held = _where_held(blamed, points, limits).any(axis=1).groupby(run_id)
-    many = (held.mean() > limits.faulty_share_max) & (held.sum() >= _MANY)
-    unphysical = _unphysical(points, failed, limits).groupby(run_id).any()
-    return [str(run_id) for run_id in left.index[~left | most | many | unphysical]]
+) -> Iterator[Refusal]:
+    """Refusals of runs of which no plateau is left, or the others cannot be trusted either.
+
+    Args:
+        points: Plateaus of any number of runs.
+        failed: The gates that each of them fails.
+        kind: The kind of rig.
+        limits: Its limits.
+    """
+    if points.empty:
+        return
+    judged = _judged(points, failed, kind, limits)
+    of_runs = judged.groupby(points["run_id"])
+    means, counts, some = of_runs.mean(), of_runs.sum(), of_runs.any()
+    share = limits.gates.faulty_share_max
+    many = (means["faulty_where_held"] > share) & (counts["faulty_where_held"] >= _MANY)
+    most = means["faulty"] > max(1 / 2, share)
+    for run_id in some.index[~some["left"] | most | many | some["unphysical"]]:
+        mine = points["run_id"] == run_id
+        finding = _why(points[mine], failed[mine], judged[mine], many[run_id], kind, limits)
+        yield refusal(*finding, kind, str(run_id))
 
 
-def _wanted(points: pd.DataFrame, limits: Limits) -> "pd.Series[bool]":
-    """The plateaus that a run is made for: those that slide, where it has any."""
-    if not isinstance(limits, TractionLimits):
-        return pd.Series(True, index=points.index)
-    sliding = points["slide_roll_ratio"].abs() > limits.rolling_slip_max
-    return sliding | ~points["run_id"].isin(points.loc[sliding, "run_id"])
-
-
-def _blamed(points: pd.DataFrame, failed: pd.DataFrame, kind: RigKind) -> pd.DataFrame:
-    """Failures of gates that show a fault of the run."""
-    names = [gate.name for gate in plateau_gates(kind) if gate.blames_run and len(failed)]
-    return failed.loc[points.index, names]
-
-
-def _where_held(blamed: pd.DataFrame, points: pd.DataFrame, limits: Limits) -> pd.DataFrame:
-    """The failures without those of ramps between two slips."""
-    if not isinstance(limits, TractionLimits) or blamed.empty:
-        return blamed
-    return blamed.mul(slip_is_held(points, limits), axis=0)
-
-
-def _unphysical(points: pd.DataFrame, failed: pd.DataFrame, limits: Limits) -> "pd.Series[bool]":
-    """Plateaus with slip and load as they should be and a traction that no oil has."""
-    failed = failed.loc[points.index]
-    if not isinstance(limits, TractionLimits) or len(failed) == 0:
-        return pd.Series(False, index=points.index)
-    causes = failed[["slip_out_of_range", "load_off_nominal", "load_changes"]].any(axis=1)
-    return ~causes & slip_is_held(points, limits) & surely_unphysical(points, limits)
-
-
-def why_not_used(
+def _judged(
     points: pd.DataFrame, failed: pd.DataFrame, kind: RigKind, limits: Limits
-) -> Refusal:
-    """The refusal of a run that no plateau is left of, or too few."""
-    run_id, failed = points["run_id"].iloc[0], failed.loc[points.index]
-    for gate in plateau_gates(kind):
+) -> pd.DataFrame:
+    """What each plateau means for its run.
+
+    A run is made for the plateaus that slide, where it has any (`wanted`). Gates that blame the
+    run find it `faulty`; ramps between two slips are left out of `faulty_where_held`. A plateau is
+    `unphysical` where slip and load are as they should be and the traction is one that no oil has.
+    """
+    blaming = [gate.name for gate in PLATEAU_GATES.of(kind.name) if gate.blames_run]
+    faulty = failed[blaming].any(axis=1)
+    judged = pd.DataFrame({"wanted": True, "held": True, "unphysical": False}, index=points.index)
+    if isinstance(limits, TractionLimits):
+        sliding = points["slide_roll_ratio"].abs() > limits.zero.max_slide_roll_ratio
+        held = slip_is_held(points, limits)
+        causes = failed[["slip_out_of_range", "load_off_nominal", "load_changes"]].any(axis=1)
+        judged = judged.assign(
+            wanted=sliding | ~points["run_id"].isin(points.loc[sliding, "run_id"]),
+            held=held,
+            unphysical=~causes & held & surely_unphysical(points, limits),
+        )
+    left = judged["wanted"] & ~failed.any(axis=1)
+    return judged.assign(left=left, faulty=faulty, faulty_where_held=faulty & judged["held"])
+
+
+def _why(
+    points: pd.DataFrame,
+    failed: pd.DataFrame,
+    judged: pd.DataFrame,
+    many_where_held: bool,
+    kind: RigKind,
+    limits: Limits,
+) -> tuple[str, Finding]:
+    """Rule and finding about one run that cannot be used."""
+    gates = PLATEAU_GATES.of(kind.name)
+    for gate in gates:
         if failed[gate.name].all():
-            return refusal(gate.name, Finding(gate.judge(points, limits).sentence), kind, run_id)
-    unphysical = _unphysical(points, failed, limits)
+            return gate.name, Finding(gate.judge(points, limits).sentence)
+    unphysical, wanted = judged["unphysical"], judged["wanted"]
     if unphysical.any() and isinstance(limits, TractionLimits):
         worst = points.iloc[points["traction_coefficient"].abs().where(unphysical).argmax()]
         sentence = (
@@ -103,25 +163,21 @@ def why_not_used(
             f"{possible_load_units(points, limits)}"
         )
         rows = int(worst["first_row"]), int(worst["last_row"])
-        return refusal("impossible_traction", Finding(sentence, *rows), kind, run_id)
-    wanted = _wanted(points, limits)
-    if not points.loc[wanted, "accepted"].any():
+        return "impossible_traction", Finding(sentence, *rows)
+    if not judged["left"].any():
         sentence = (
             f"none of the {wanted.sum()} plateaus{'' if wanted.all() else ' that slide'} passes "
             f"every gate ({_counts(failed[wanted])})"
         )
-        return refusal("no_point_left", Finding(sentence), kind, run_id)
-    blamed = _blamed(points, failed, kind)
-    held = _where_held(blamed, points, limits)
-    if held.any(axis=1).mean() > limits.faulty_share_max and held.any(axis=1).sum() >= _MANY:
-        blamed = held
-    count = blamed.any(axis=1).sum()
+        return "no_point_left", Finding(sentence)
+    faulty = judged["faulty_where_held" if many_where_held else "faulty"]
+    blaming = [gate.name for gate in gates if gate.blames_run]
     sentence = (
-        f"{count} of the {len(points)} plateaus ({count / len(points):.0%}) fail gates that show a "
-        f"fault of the run ({_counts(blamed)}), so that the others cannot be trusted; allowed "
-        f"{limits.faulty_share_max:.0%}"
+        f"{faulty.sum()} of the {len(points)} plateaus ({faulty.mean():.0%}) fail gates that show "
+        f"a fault of the run ({_counts(failed.loc[faulty, blaming])}), so that the others cannot "
+        f"be trusted; allowed {limits.gates.faulty_share_max:.0%}"
     )
-    return refusal("many_plateaus_fail", Finding(sentence), kind, run_id)
+    return "many_plateaus_fail", Finding(sentence)
 
 
 def _counts(failed: pd.DataFrame) -> str:

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy
 
-from oilfilm.curation.plateaus import MAD_TO_SIGMA
+from oilfilm.curation.statistics import MAD_TO_SIGMA
 from oilfilm.fits.engine import Optimum, polish
 from oilfilm.fits.problem import CurveData, Problem
 from oilfilm.settings.config import FitSettings

@@ -1,7 +1,10 @@
-"""Contact pressure, film thickness and lambda of points, as far as rig and oil are known.
+"""What points have of their rig and oil: pressure, film, lambda, errors of calibration.
 
-Decides: pressure, film and lambda of a point.
+Decides: pressure, film and lambda of a point; the error of calibration that the points of a run
+share.
 """
+
+from collections.abc import Mapping
 
 import numpy as np
 import pandas as pd
@@ -12,10 +15,17 @@ from oilfilm.physics.oils import Oil
 from oilfilm.physics.rigs import Contact
 from oilfilm.settings.config import FilmSettings
 from oilfilm.settings.resolved import Settings
+from oilfilm.settings.rig import Rig
 from oilfilm.units import M_PER_UM, PA_PER_GPA
 
 # No traction rig loads a contact less; below it F/W is noise over nothing.
 LEAST_LOAD_N = 1e-6
+# Column -> the column and the key of the rig file it comes from; relative but for temperature.
+_RELATIVE = {
+    "load_systematic_n": ("load_n", "load_relative"),
+    "traction_force_systematic_n": ("traction_force_n", "traction_force_relative"),
+    "entrainment_speed_systematic_m_s": ("entrainment_speed_m_s", "speed_relative"),
+}
 
 
 def with_film(points: pd.DataFrame, settings: Settings) -> pd.DataFrame:
@@ -65,3 +75,24 @@ def contact_state(
         slide_roll_ratio=points["slide_roll_ratio"].to_numpy(),
     )
     return derived.assign(film_thickness_um=thickness_m / M_PER_UM, lambda_ratio=lambda_ratio)
+
+
+def with_calibration(points: pd.DataFrame, rigs: Mapping[str, Rig]) -> pd.DataFrame:
+    """Points with the standard uncertainty of each sensor's calibration.
+
+    All points of a rig share these errors, so they are kept apart from the random ones; null
+    where the rig file states none.
+    """
+    rig = points["rig"].astype("category")
+
+    def from_rig(key: str) -> "pd.Series[float]":
+        values = {name: getattr(file.calibration, key, None) for name, file in rigs.items()}
+        return rig.map(values).astype(float)
+
+    return points.assign(
+        **{
+            column: points[quantity].abs() * from_rig(key)
+            for column, (quantity, key) in _RELATIVE.items()
+        },
+        inlet_temperature_systematic_c=from_rig("temperature_c"),
+    )
