@@ -19,6 +19,7 @@ from oilfilm.releases.manifest import (
     CHECKSUMS,
     MANIFEST,
     PINNED_MANIFEST,
+    Environment,
     FileRecord,
     Manifest,
     checksums,
@@ -139,13 +140,14 @@ def alter(release: Path, path: str, content: bytes) -> None:
     (release / path).write_bytes(content)
     record = FileRecord.of(release, path)
     manifest, _ = read_manifest(release)
-    made_from = dict(manifest.made_from)
+    stated: dict[str, object] = {}
     if path == "config.yaml":
-        made_from["config"] = record.sha256
+        stated = {"config": record.sha256}
     if path == "environment.json":
-        made_from["environment"] = json.loads(content)
-    files = tuple(record if each.path == path else each for each in manifest.files)
-    write_manifest(release, Manifest(made_from, files, manifest.samples))
+        stated = {"environment": Environment(**json.loads(content))}
+    made_from = manifest.made_from.model_copy(update=stated)
+    files = [record if each.path == path else each for each in manifest.files]
+    write_manifest(release, Manifest.of(made_from, files, manifest.samples))
 
 
 def write_manifest(release: Path, manifest: Manifest) -> None:

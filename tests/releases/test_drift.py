@@ -200,7 +200,7 @@ def test_changed_setting_is_named_with_its_key(make: Make, plain: Path, demo: Ca
 
 def test_changed_package_is_named(make: Make, plain: Path) -> None:
     after = make()
-    environment = read_manifest(after)[0].made_from["environment"]
+    environment = read_manifest(after)[0].made_from.environment.model_dump()
     packages = {**environment["packages"], "numpy": "99.0"}
     alter(after, "environment.json", canonical({**environment, "packages": packages}).encode())
     ((what, _, new),) = comparison_of(plain, after).of_inputs[3].rows
@@ -271,8 +271,8 @@ def test_release_of_another_schema_version_is_told_apart(
 ) -> None:
     after = make()
     manifest, _ = read_manifest(after)
-    made_from = {**manifest.made_from, "schema_version": 1}
-    write_manifest(after, Manifest(made_from, manifest.files, manifest.samples))
+    made_from = manifest.made_from.model_copy(update={"schema_version": 1})
+    write_manifest(after, Manifest.of(made_from, manifest.files, manifest.samples))
     assert main(["diff", str(after), str(before), *CONFIG]) == 2
     assert "its tables have schema version 1, and version" in capsys.readouterr().err
 

@@ -89,7 +89,7 @@ def test_release_holds_what_was_made_and_leaves_the_samples_out(release: Path) -
     } <= paths
     assert not [path for path in paths if "samples" in path or "snakemake_timestamp" in path]
     assert [record.path for record in manifest.samples] == ["tables/samples/oil=4102"]
-    assert [record.path for record in manifest.raw] == ["data/raw/demo/a.csv", SECOND]
+    assert [record.path for record in manifest.made_from.raw] == ["data/raw/demo/a.csv", SECOND]
     assert set(bytes_of(release)) == {*paths, MANIFEST, CHECKSUMS}
     package = json.loads((release / "tables/datapackage.json").read_text(encoding="utf-8"))
     assert [resource["name"] for resource in package["resources"]] == ["runs"]
@@ -491,7 +491,7 @@ def test_crate_has_every_file_and_every_raw_log_by_its_hash(
             entity = crate[record.path]
             assert entity["@id"] in parts
             assert (entity["sha256"], entity["contentSize"]) == (record.sha256, str(record.size))
-    for record in manifest.raw:
+    for record in manifest.made_from.raw:
         entity = crate[f"nih:sha-256;{record.sha256}"]
         assert entity["name"] == record.path
         assert entity["@id"] in ids(crate["#run"]["object"])

@@ -2,8 +2,6 @@
 
 import json
 import shutil
-from dataclasses import replace
-from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
@@ -191,12 +189,14 @@ def test_what_only_has_the_name_of_a_picture_is_no_part_of_the_page(
 def test_names_of_logs_files_and_settings_are_text(before: Path, stranger: Path) -> None:
     name = HOSTILE.partition("\x1b")[0]
     manifest, _ = read_manifest(stranger)
-    log = {"path": f"data/raw/demo/{name}.csv", "sha256": sha256(b"1").hexdigest(), "size": 1}
-    made_from = {**manifest.made_from, "raw": [log]}
-    first, *others = manifest.files
-    more = replace(first, path=f"figures/{name}.png")
-    files = tuple(sorted((first, *others, more)))
-    write_manifest(stranger, Manifest(made_from, files, manifest.samples))
+    first = manifest.files[0]
+    log, more = (
+        first.model_copy(update={"path": path})
+        for path in (f"data/raw/demo/{name}.csv", f"figures/{name}.png")
+    )
+    made_from = manifest.made_from.model_copy(update={"raw": [log]})
+    files = sorted([*manifest.files, more], key=lambda record: record.path)
+    write_manifest(stranger, Manifest.of(made_from, files, manifest.samples))
     (stranger / more.path).write_bytes((stranger / first.path).read_bytes())
     text = page_of(before, stranger)
     assert "<img src=x" not in text

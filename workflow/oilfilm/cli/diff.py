@@ -15,20 +15,12 @@ from oilfilm.settings.config import DriftSettings
 from oilfilm.settings.resolve import read_config, resolve
 
 
-class Differences(Group):
-    """One aspect in which two releases differ, as a table of text."""
-
-    title: str = key("The aspect.")
-    columns: list[str] = key("Heads of the columns.")
-    rows: list[list[str]] = key("One list of cells per row.")
-
-
 class ComparedReleases(Group):
     """Two releases, A and B, and all that differs."""
 
     before: str = key("Release A.")
     after: str = key("Release B.")
-    sections: list[Differences] = key("Aspects that differ; empty where none does.")
+    sections: list[Section] = key("Aspects that differ; empty where none does.")
     constants: list[dict[str, Any]] = key(
         "Oil, constant, `before`, `after` and `change` in standard errors of A; null where there "
         "is none."
@@ -37,13 +29,13 @@ class ComparedReleases(Group):
         "Where mu of each oil changed most, by `measure`: `change`, `before`, `after`, `where`; "
         "null where mu cannot be compared."
     )
-    beyond_limits: Differences = key("Changes beyond the limits of `drift` in the configuration.")
+    beyond_limits: Section = key("Changes beyond the limits of `drift` in the configuration.")
 
 
 def run(options: argparse.Namespace) -> int:
     """Run the command; exit code 1 where `--gate` finds a change beyond its limit."""
     before, after = StoredRelease.open(options.before), StoredRelease.open(options.after)
-    campaign = after.manifest.made_from["campaign"]
+    campaign = after.manifest.made_from.campaign
     drift = _drift(config_folder(options.config), campaign, options.gate)
     comparison = compare(before, after, drift)
     too_far = drift_table(comparison, drift)
@@ -68,16 +60,11 @@ def as_json(comparison: Comparison, too_far: Section) -> ComparedReleases:
     return ComparedReleases(
         before=comparison.before.name,
         after=comparison.after.name,
-        sections=[_differences(section) for section in comparison.sections if section.rows],
+        sections=[section for section in comparison.sections if section.rows],
         constants=_changed(comparison.constants),
         traction=_changed(comparison.traction),
-        beyond_limits=_differences(too_far),
+        beyond_limits=too_far,
     )
-
-
-def _differences(section: Section) -> Differences:
-    rows = [list(row) for row in section.rows]
-    return Differences(title=section.title, columns=list(section.columns), rows=rows)
 
 
 def _changed(table: pd.DataFrame) -> list[dict[str, Any]]:

@@ -17,6 +17,7 @@ from oilfilm.errors import OilfilmError
 from oilfilm.fits.fitted import FittedLaw
 from oilfilm.releases.manifest import CODE, FileRecord
 from oilfilm.releases.stored_release import StoredRelease
+from oilfilm.settings.base import Group, key
 from oilfilm.settings.config import DriftSettings
 from oilfilm.text_table import text_table
 from oilfilm.traction import LAWS
@@ -27,13 +28,12 @@ Row = tuple[str, ...]
 _PRINTED_ROWS = 12
 
 
-@dataclass(frozen=True)
-class Section:
+class Section(Group):
     """One aspect in which releases can differ: a table of text, empty where they agree."""
 
-    title: str
-    columns: Row
-    rows: Sequence[Row]
+    title: str = key("The aspect.")
+    columns: Row = key("Heads of the columns.")
+    rows: list[Row] = key("Cells of each row.")
 
     def text(self, most: int = sys.maxsize) -> str:
         """An aligned table of so many rows; control characters are escaped."""
@@ -72,12 +72,18 @@ class Comparison:
         """All of it as tables of text."""
         constants = self.constants[self.constants["change"] != 0]
         traction = self.traction[self.traction["change"] != 0]
-        columns = ("oil", "constant", "A", "B", "change")
-        at = ("oil", "", "A", "B", "largest change")
         return [
             *self.of_inputs,
-            Section("Constants", columns, _constant_rows(constants)),
-            Section("Traction coefficient over the tested box", at, _traction_rows(traction)),
+            Section(
+                title="Constants",
+                columns=("oil", "constant", "A", "B", "change"),
+                rows=_constant_rows(constants),
+            ),
+            Section(
+                title="Traction coefficient over the tested box",
+                columns=("oil", "", "A", "B", "largest change"),
+                rows=_traction_rows(traction),
+            ),
             self.files,
         ]
 
@@ -127,16 +133,16 @@ def drift_table(comparison: Comparison, drift: DriftSettings) -> Section:
     rows = [(*row, f"{drift.standard_errors:g}") for row in _constant_rows(constants)]
     rows += [(*row, f"{100 * drift.traction:g} %") for row in _traction_rows(traction)]
     columns = ("oil", "what", "A", "B", "change", "limit")
-    return Section("Moved by more than the drift gate lets pass", columns, rows)
+    return Section(title="Moved by more than the drift gate lets pass", columns=columns, rows=rows)
 
 
 def _changed(
     before: Mapping[str, Any], after: Mapping[str, Any]
 ) -> Iterator[tuple[str, Any | None, Any | None]]:
-    for key in sorted(before.keys() | after.keys()):
-        old, new = before.get(key), after.get(key)
+    for name in sorted(before.keys() | after.keys()):
+        old, new = before.get(name), after.get(name)
         if old != new:
-            yield key, old, new
+            yield name, old, new
 
 
 def _state(old: object, new: object) -> str:
@@ -148,13 +154,14 @@ def _inputs(before: StoredRelease, after: StoredRelease) -> Section:
         path: oil
         for stored in (after, before)
         for path, (oil, _) in logs_read(
-            stored.manifest.made_from["campaign"],
+            stored.manifest.made_from.campaign,
             stored.table,
-            {record.path for record in stored.manifest.raw},
+            {record.path for record in stored.manifest.made_from.raw},
         ).items()
     }
     old, new = (
-        {record.path: record for record in stored.manifest.raw} for stored in (before, after)
+        {record.path: record for record in stored.manifest.made_from.raw}
+        for stored in (before, after)
     )
     rows = [
         (oils.get(path, ""), path, _state(was, now), _hash(was), _hash(now))
@@ -163,7 +170,7 @@ def _inputs(before: StoredRelease, after: StoredRelease) -> Section:
     counts = sorted(Counter(row[0] for row in rows).items())
     of_oils = ", ".join(f"{count} of {oil or 'no run'}" for oil, count in counts)
     title = f"Raw logs ({of_oils})" if rows else "Raw logs"
-    return Section(title, ("oil", "raw log", "", "A", "B"), sorted(rows))
+    return Section(title=title, columns=("oil", "raw log", "", "A", "B"), rows=sorted(rows))
 
 
 def _hash(record: FileRecord | None) -> str:
@@ -197,18 +204,18 @@ def _config(before: StoredRelease, after: StoredRelease) -> Section:
     if old is not None and new is not None:
         rows = _changed_leaves(old, new)
     else:
-        same = before.manifest.made_from["config"] == after.manifest.made_from["config"]
+        same = before.manifest.made_from.config == after.manifest.made_from.config
         rows = [] if same else [("(not kept in the pin)", "", "")]
-    return Section("Configuration", ("key", "A", "B"), rows)
+    return Section(title="Configuration", columns=("key", "A", "B"), rows=rows)
 
 
 def _environment(before: StoredRelease, after: StoredRelease) -> Section:
     """Packages and what else a release was made with; the rest has sections of its own."""
     old, new = (
-        {k: v for k, v in stored.manifest.made_from.items() if k not in {"config", "code", "raw"}}
+        stored.manifest.made_from.model_dump(exclude={"config", "code", "raw"})
         for stored in (before, after)
     )
-    return Section("Packages", ("what", "A", "B"), _changed_leaves(old, new))
+    return Section(title="Packages", columns=("what", "A", "B"), rows=_changed_leaves(old, new))
 
 
 def _changed_leaves(old: Mapping[str, Any], new: Mapping[str, Any]) -> list[Row]:
@@ -234,8 +241,8 @@ def _files(before: StoredRelease, after: StoredRelease, *, of_code: bool) -> Sec
         }
         for stored in (before, after)
     )
-    rows = [(path, _state(was, now)) for path, was, now in _changed(old, new)]
-    return Section("Code" if of_code else "Other files", ("file", ""), rows)
+    rows: list[Row] = [(path, _state(was, now)) for path, was, now in _changed(old, new)]
+    return Section(title="Code" if of_code else "Other files", columns=("file", ""), rows=rows)
 
 
 # Tables with verdicts: the column of the verdict, then those that explain it.
@@ -260,7 +267,7 @@ def _verdicts(before: StoredRelease, after: StoredRelease) -> Section:
                 (table, *row)
                 for row in _verdicts_of(old.set_index(key), new.set_index(key), columns)
             ]
-    return Section("Verdicts", ("table", "row", "A", "B"), rows)
+    return Section(title="Verdicts", columns=("table", "row", "A", "B"), rows=rows)
 
 
 def _verdicts_of(old: pd.DataFrame, new: pd.DataFrame, columns: list[str]) -> Iterator[Row]:

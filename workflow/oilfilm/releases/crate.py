@@ -4,7 +4,7 @@ One action, the run, made the release's files from the raw logs and the configur
 workflow under `code`. Who ran it and when is not said: a release must not depend on either.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from mimetypes import MimeTypes
 from typing import Any
 
@@ -18,8 +18,8 @@ from oilfilm.releases.manifest import (
     ENVIRONMENT,
     LOCK,
     FileRecord,
+    MadeFrom,
     canonical,
-    version_of,
 )
 from oilfilm.settings.resolved import Settings
 
@@ -41,7 +41,7 @@ _MEDIA_TYPES.add_type("application/vnd.apache.parquet", ".parquet")
 _MEDIA_TYPES.add_type("application/yaml", ".yaml")
 
 
-def run_crate(settings: Settings, made_from: Mapping[str, Any], files: Sequence[FileRecord]) -> str:
+def run_crate(settings: Settings, made_from: MadeFrom, files: Sequence[FileRecord]) -> str:
     """The text of `ro-crate-metadata.json`.
 
     Args:
@@ -57,14 +57,14 @@ def run_crate(settings: Settings, made_from: Mapping[str, Any], files: Sequence[
     crate.license = dataset.licence or "not stated"
     # from the configuration; the library would write down the time of day
     crate.datePublished = settings.release.date
-    crate.root_dataset["version"] = version_of(made_from)
+    crate.root_dataset["version"] = made_from.version
     crate.root_dataset["conformsTo"] = [_profile(crate, *each) for each in _PROFILES.items()]
     crate.metadata["conformsTo"] = [
         {"@id": f"https://w3id.org/ro/crate/{_RO_CRATE}"},
         {"@id": "https://w3id.org/workflowhub/workflow-ro-crate/1.0"},
     ]
     made = {record.path: _file(crate, record) for record in files}
-    logs = _raw(crate, [FileRecord(**each) for each in made_from["raw"]])
+    logs = _raw(crate, made_from.raw)
     results = [file for path, file in made.items() if _is_result(path)]
     workflow = made[_WORKFLOW]
     _describe_workflow(crate, workflow, made_from)
@@ -133,9 +133,8 @@ def _raw(crate: ROCrate, records: Sequence[FileRecord]) -> list[Entity]:
     return logs
 
 
-def _describe_workflow(crate: ROCrate, workflow: Entity, made_from: Mapping[str, Any]) -> None:
-    packages = made_from["environment"]["packages"]
-    workflow["version"] = made_from["code"][:12]
+def _describe_workflow(crate: ROCrate, workflow: Entity, made_from: MadeFrom) -> None:
+    workflow["version"] = made_from.code[:12]
     workflow["conformsTo"] = {"@id": _BIOSCHEMAS}
     workflow["programmingLanguage"] = _add(
         crate,
@@ -144,5 +143,5 @@ def _describe_workflow(crate: ROCrate, workflow: Entity, made_from: Mapping[str,
         name="Snakemake",
         identifier={"@id": "https://doi.org/10.1093/bioinformatics/bts480"},
         url={"@id": "https://snakemake.readthedocs.io"},
-        version=packages.get("snakemake", ""),
+        version=made_from.environment.packages.get("snakemake", ""),
     )

@@ -8,8 +8,8 @@ Decides: what makes the version of a release.
 
 import hashlib
 import json
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+import re
+from collections.abc import Iterable
 from pathlib import Path, PurePosixPath, PureWindowsPath
 from typing import Annotated, Any, Literal
 
@@ -36,13 +36,16 @@ _UNFIT = {"\\", "\x7f"} | {chr(code) for code in range(32)}
 _LONGEST = 500
 
 
-@dataclass(frozen=True, order=True)
-class FileRecord:
+Sha256 = Annotated[str, Field(pattern=r"^[0-9a-f]{64}$", description="sha256 in hex.")]
+ShortText = Annotated[str, Field(max_length=200)]
+
+
+class FileRecord(Group):
     """One file: path below its folder, with `/` between the parts, hash and size in bytes."""
 
-    path: str
-    sha256: str
-    size: int
+    path: str = key("Below the folder.", min_length=1, max_length=1024)
+    sha256: Sha256
+    size: int = key("Bytes.", ge=0, le=2**53)
 
     @classmethod
     def of(cls, folder: Path, path: str) -> "FileRecord":
@@ -52,44 +55,80 @@ class FileRecord:
     @classmethod
     def of_file(cls, file: Path, path: str) -> "FileRecord":
         """The record of a file under another path."""
-        return cls(path, file_digest(file), file.stat().st_size)
+        return cls(path=path, sha256=file_digest(file), size=file.stat().st_size)
 
 
-@dataclass(frozen=True)
-class Manifest:
-    """What a release holds and what it was made from.
+class Environment(Group):
+    """The environment that a release was made in."""
 
-    Attributes:
-        made_from: Campaign, tag, digests of configuration, code and lock, the environment, and
-            every raw log. The version depends on it and on nothing else.
-        files: Every file of the release but the manifest itself.
-        samples: The samples of each oil, which a release leaves out: one hash over all their runs.
-    """
+    python: ShortText = key("Version of Python.", min_length=1)
+    platform: ShortText = key("System and processor.", min_length=1)
+    c_library: ShortText = key("Name and version; empty where none is known.")
+    cpu: str = key("Vector instructions that NumPy has found.", max_length=1000)
+    packages: Annotated[
+        dict[str, Annotated[ShortText, Field(min_length=1)]], Field(max_length=10000)
+    ] = key("Versions of packages.")
 
-    made_from: Mapping[str, Any]
-    files: tuple[FileRecord, ...]
-    samples: tuple[FileRecord, ...]
+
+class MadeFrom(Group):
+    """What a release was made from. The version depends on it and on nothing else."""
+
+    campaign: Annotated[str, Field(pattern=r"^[^./\\\x00-\x1f][^/\\\x00-\x1f]{0,99}$")] = key(
+        "Name of the campaign."
+    )
+    data: Literal["measured", "simulated"] = key("Whether the data are simulated.")
+    tag: Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]{0,31}$")] = key(
+        "Readable part of the version."
+    )
+    schema_version: int = key("Version of the tables' schema.", ge=1, le=1_000_000)
+    config: Sha256
+    code: Sha256
+    lock: Sha256
+    environment: Environment = key("The environment.")
+    raw: Annotated[list[FileRecord], Field(max_length=100_000)] = key(
+        "Raw logs; their paths are from the top folder of the project."
+    )
 
     @property
     def version(self) -> str:
         """Tag and the first 12 hex digits of the hash over what the release was made from."""
-        return version_of(self.made_from)
+        return f"{self.tag}-{_digest(self.model_dump())[:12]}"
 
-    @property
-    def raw(self) -> list[FileRecord]:
-        """The raw logs; paths from the top folder of the project."""
-        return [FileRecord(**each) for each in self.made_from["raw"]]
+
+class Manifest(Group):
+    """What a release holds and what it was made from: the content of manifest.json."""
+
+    format: Literal[2] = key(
+        "Read a release of another format by the code of its time; renew a pin with "
+        "`oilfilm pin RELEASE`."
+    )
+    version: ShortText = key("<tag>-<12 hex digits>", min_length=1)
+    made_from: MadeFrom = key("What the release was made from.")
+    files: Annotated[list[FileRecord], Field(max_length=100_000)] = key(
+        "Every file of the release but the manifest itself."
+    )
+    samples: Annotated[list[FileRecord], Field(max_length=100_000)] = key(
+        "Samples of each oil, which the release leaves out: one hash over all their runs."
+    )
+    sha256: Sha256
+
+    @classmethod
+    def of(
+        cls, made_from: MadeFrom, files: list[FileRecord], samples: list[FileRecord]
+    ) -> "Manifest":
+        """The manifest of a release, with its version and the hash over all the rest."""
+        content: dict[str, Any] = {
+            "format": 2,
+            "version": made_from.version,
+            "made_from": made_from.model_dump(),
+            "files": [record.model_dump() for record in files],
+            "samples": [record.model_dump() for record in samples],
+        }
+        return cls(**content, sha256=_digest(content))
 
     def text(self) -> str:
-        """The manifest as it is written; it ends with the hash over all the rest."""
-        content = {
-            "format": 2,
-            "version": self.version,
-            "made_from": self.made_from,
-            "files": [asdict(file) for file in self.files],
-            "samples": [asdict(file) for file in self.samples],
-        }
-        return canonical({**content, "sha256": _digest(content)})
+        """The manifest as it is written."""
+        return canonical(self.model_dump())
 
 
 def checksums(manifest: Manifest) -> str:
@@ -97,11 +136,6 @@ def checksums(manifest: Manifest) -> str:
     hashes = {MANIFEST: sha256_of(manifest.text())}
     hashes |= {record.path: record.sha256 for record in manifest.files}
     return "".join(f"{digest}  {path}\n" for path, digest in hashes.items())
-
-
-def version_of(made_from: Mapping[str, Any]) -> str:
-    """The version of a release that is made from this."""
-    return f"{made_from['tag']}-{_digest(made_from)[:12]}"
 
 
 def canonical(content: Any) -> str:
@@ -120,7 +154,7 @@ def _digest(content: Any) -> str:
 
 def records_digest(records: Iterable[FileRecord]) -> str:
     """One hash over several files: their paths, hashes and sizes."""
-    return _digest([asdict(each) for each in sorted(records)])
+    return _digest([each.model_dump() for each in sorted(records, key=lambda each: each.path)])
 
 
 def read_manifest(folder: Path) -> tuple[Manifest, bool]:
@@ -154,18 +188,16 @@ def _parse(path: Path) -> Manifest:
         canonical(content).encode()  # half a letter can be escaped, but not written
     except (OSError, ValueError, RecursionError) as error:
         raise OilfilmError(f"{path}: cannot be read as JSON ({error}).") from None
-    if mistake := first_mistake(content, ManifestFile):
+    if mistake := first_mistake(content, Manifest):
         # what is found may be as long as the file
         raise OilfilmError(f"{path}: {mistake[:_LONGEST]}")
-    files, samples = (
-        tuple(FileRecord(**each) for each in content[key]) for key in ("files", "samples")
-    )
-    manifest = Manifest(content["made_from"], files, samples)
-    if mistake := _mistake(manifest):
+    stated = Manifest(**content)
+    if mistake := _mistake(stated):
         raise OilfilmError(f"{path}: {mistake}")
+    manifest = Manifest.of(stated.made_from, stated.files, stated.samples)
     if manifest.text() != text:
         raise OilfilmError(
-            f"{path}: is not as it was written: version {content['version']}, but its content "
+            f"{path}: is not as it was written: version {stated.version}, but its content "
             f"gives {manifest.version}. It is damaged or was altered."
         )
     return manifest
@@ -175,30 +207,30 @@ def _mistake(manifest: Manifest) -> str:
     """What a manifest says that no release can hold, as a sentence; empty if nothing."""
     made_from = manifest.made_from
     files = {record.path: record for record in manifest.files}
-    for record in (*manifest.files, *manifest.samples, *manifest.raw):
+    for record in (*manifest.files, *manifest.samples, *made_from.raw):
         if not is_inside(record.path):
             return f"names {record.path!r}; expected a path below the folder."
+    for record in made_from.raw:
+        if not re.match(r"data/raw/[^/]+/.", record.path):
+            return f"names the raw log {record.path!r}; expected data/raw/<campaign>/<log>."
     if len(files) < len(manifest.files) or files.keys() & _OWN:
         return "names a file twice, or itself."
     code = [
-        replace(record, path=record.path.removeprefix(f"{CODE}/"))
-        for record in manifest.files
-        if record.path.startswith(f"{CODE}/")
+        record.model_copy(update={"path": path.removeprefix(f"{CODE}/")})
+        for path, record in files.items()
+        if path.startswith(f"{CODE}/")
     ]
+    found = {path: record.sha256 for path, record in files.items()} | {CODE: records_digest(code)}
     stated = {
-        CODE: (made_from["code"], records_digest(code)),
-        CONFIG: (made_from["config"], _digest_of(files, CONFIG)),
-        LOCK: (made_from["lock"], _digest_of(files, LOCK)),
-        ENVIRONMENT: (_digest(made_from["environment"]), _digest_of(files, ENVIRONMENT)),
+        CODE: made_from.code,
+        CONFIG: made_from.config,
+        LOCK: made_from.lock,
+        ENVIRONMENT: _digest(made_from.environment.model_dump()),
     }
-    for name, (expected, found) in stated.items():
-        if found != expected:
+    for name, digest in stated.items():
+        if found.get(name) != digest:
             return f"its {name} does not match the inputs that it states. It was altered."
     return ""
-
-
-def _digest_of(files: Mapping[str, FileRecord], name: str) -> str:
-    return files[name].sha256 if name in files else ""
 
 
 def is_inside(path: str) -> bool:
@@ -235,73 +267,6 @@ def files_below(folder: Path) -> list[str]:
     return sorted(paths)
 
 
-def records_of(folder: Path, paths: Sequence[str]) -> tuple[FileRecord, ...]:
-    """Records of files below a folder, sorted."""
-    return tuple(FileRecord.of(folder, path) for path in sorted(paths))
-
-
-# ---------------------------------------------------------------- form of a manifest.json
-
-Sha256 = Annotated[str, Field(pattern=r"^[0-9a-f]{64}$", description="sha256 in hex.")]
-ShortText = Annotated[str, Field(max_length=200)]
-FileName = Annotated[str, Field(min_length=1, max_length=1024)]
-
-
-class Record(Group):
-    """A file: its path, hash and size."""
-
-    path: FileName = key("Below the folder.")
-    sha256: Sha256
-    size: int = key("Bytes.", ge=0, le=2**53)
-
-
-class RawRecord(Record):
-    """A raw log."""
-
-    path: Annotated[FileName, Field(pattern=r"^data/raw/[^/]+/.")] = key("From the top folder.")
-
-
-class Environment(Group):
-    """The environment that a release was made in."""
-
-    python: ShortText = key("Version of Python.", min_length=1)
-    platform: ShortText = key("System and processor.", min_length=1)
-    c_library: ShortText = key("Name and version; empty where none is known.")
-    cpu: str = key("Vector instructions that NumPy has found.", max_length=1000)
-    packages: Annotated[
-        dict[str, Annotated[ShortText, Field(min_length=1)]], Field(max_length=10000)
-    ] = key("Versions of packages.")
-
-
-class MadeFrom(Group):
-    """What a release was made from."""
-
-    campaign: Annotated[str, Field(pattern=r"^[^./\\\x00-\x1f][^/\\\x00-\x1f]{0,99}$")] = key(
-        "Name of the campaign."
-    )
-    data: Literal["measured", "simulated"] = key("Whether the data are simulated.")
-    tag: Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]{0,31}$")] = key(
-        "Readable part of the version."
-    )
-    schema_version: int = key("Version of the tables' schema.", ge=1, le=1_000_000)
-    config: Sha256
-    code: Sha256
-    lock: Sha256
-    environment: Environment = key("The environment.")
-    raw: Annotated[list[RawRecord], Field(max_length=100_000)] = key("Raw logs.")
-
-
-class ManifestFile(Group):
-    """manifest.json of a release."""
-
-    format: Literal[2] = key(
-        "Read a release of another format by the code of its time; renew a pin with "
-        "`oilfilm pin RELEASE`."
-    )
-    version: ShortText = key("<tag>-<12 hex digits>", min_length=1)
-    made_from: MadeFrom = key("What the release was made from.")
-    files: Annotated[list[Record], Field(max_length=100_000)] = key("Files of the release.")
-    samples: Annotated[list[Record], Field(max_length=100_000)] = key(
-        "Samples of each oil, which the release leaves out."
-    )
-    sha256: Sha256
+def records_below(folder: Path) -> list[FileRecord]:
+    """Records of all files below a folder, sorted."""
+    return [FileRecord.of(folder, path) for path in files_below(folder)]

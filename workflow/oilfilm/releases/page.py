@@ -41,7 +41,7 @@ def page(comparison: Comparison, moved: Section) -> str:
     return _TEMPLATES.get_template("compare.html.jinja").render(
         before=before.name,
         after=after.name,
-        simulated="simulated" in {stored.manifest.made_from["data"] for stored in (before, after)},
+        simulated="simulated" in {stored.manifest.made_from.data for stored in (before, after)},
         moved=moved,
         sections=comparison.sections,
         same=[name for name in names if name not in differ],
@@ -103,8 +103,8 @@ def _listed(before: Path | None, folder: Path, drift: DriftSettings) -> dict[str
             listed["runs"] = ", ".join(f"{count} {verdict}" for verdict, count in counts)
             of_oils = runs.loc[runs["verdict"] == "accepted", "oil"].value_counts().sort_index()
             listed["oils"] = ", ".join(f"{oil}: {count}" for oil, count in of_oils.items())
-        listed["data"] = stored.manifest.made_from["data"]
-        listed["logs"] = len(stored.manifest.raw)
+        listed["data"] = stored.manifest.made_from.data
+        listed["logs"] = len(stored.manifest.made_from.raw)
         listed["report"] = _REPORT in stored.files
         listed["date"] = ((stored.config() or {}).get("release") or {}).get("date", "")
         if before is not None:

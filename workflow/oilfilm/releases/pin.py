@@ -31,7 +31,7 @@ def pin(release: Path, root: Path) -> Path:
     stored = StoredRelease.open(release)
     if stored.pinned:
         raise OilfilmError(f"{release}: is a pin already; expected a release.")
-    folder = root / PINS / stored.manifest.made_from["campaign"]
+    folder = root / PINS / stored.manifest.made_from.campaign
     with atomic_folder(folder) as temporary:
         for path in _KEPT:
             if path in stored.files:

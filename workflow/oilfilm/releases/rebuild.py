@@ -42,7 +42,7 @@ def rebuild(release: Path, root: Path, cores: str) -> list[str]:
         folder = Path(temporary)
         lay_out(stored, root, folder)
         _run(folder, stored, cores)
-        campaign = stored.manifest.made_from["campaign"]
+        campaign = stored.manifest.made_from.campaign
         rebuilt = StoredRelease.open(folder / "results" / "releases" / campaign / "latest")
         return differences(stored, rebuilt)
 
@@ -78,8 +78,8 @@ def lay_out(stored: StoredRelease, root: Path, folder: Path) -> None:
         target = folder / "config" / path
         target.parent.mkdir(parents=True, exist_ok=True)
         target.write_text(text, encoding="utf-8")
-    campaign = stored.manifest.made_from["campaign"]
-    for record in stored.manifest.raw:
+    campaign = stored.manifest.made_from.campaign
+    for record in stored.manifest.made_from.raw:
         # the rig twin writes these logs again
         if record.path.split("/")[2] in simulated:
             continue
@@ -125,7 +125,7 @@ def differences(before: StoredRelease, after: StoredRelease) -> list[str]:
     """Every file in which two releases differ, of the first one also where."""
     changes = []
     for what, old, new in (
-        ("raw log ", before.manifest.raw, after.manifest.raw),
+        ("raw log ", before.manifest.made_from.raw, after.manifest.made_from.raw),
         ("", before.manifest.files, after.manifest.files),
         ("samples ", before.manifest.samples, after.manifest.samples),
     ):

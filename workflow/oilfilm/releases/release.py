@@ -5,9 +5,8 @@ Decides: which files are part of a release.
 
 import shutil
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import pandas as pd
 
@@ -25,16 +24,17 @@ from oilfilm.releases.manifest import (
     LOCK,
     MANIFEST,
     FileRecord,
+    MadeFrom,
     Manifest,
     canonical,
     checksums,
     files_below,
     read_manifest,
-    records_of,
+    records_below,
+    records_digest,
     sha256_of,
-    version_of,
 )
-from oilfilm.releases.tree import code_files, code_tree_digest, copy_file, environment
+from oilfilm.releases.tree import code_files, copy_file, environment
 from oilfilm.releases.verify import verify
 from oilfilm.report.metadata import data_package
 from oilfilm.report.release_id import with_release
@@ -89,7 +89,7 @@ def make_release(run: FinishedRun, releases: Path) -> tuple[Path, bool]:
     """
     config = as_yaml(run.settings.plain())
     made_from = _made_from(run, config)
-    version = version_of(made_from)
+    version = made_from.version
     temporary, folder = releases / f".{version}.part", releases / version
     make_folder(releases)
     # left by a killed run
@@ -111,20 +111,20 @@ def make_release(run: FinishedRun, releases: Path) -> tuple[Path, bool]:
     return folder, new
 
 
-def _made_from(run: FinishedRun, config: str) -> dict[str, Any]:
-    """The stable part of the manifest: what the version depends on."""
-    raw = _raw_records(run)
-    return {
-        "campaign": run.settings.campaign.name,
-        "data": run.settings.campaign.data,
-        "tag": run.settings.release.tag,
-        "schema_version": tables.SCHEMA_VERSION,
-        "config": sha256_of(config),
-        "code": code_tree_digest(run.home),
-        "lock": FileRecord.of(run.home, RUN_LOCK).sha256,
-        "environment": environment(run.home),
-        "raw": [asdict(record) for record in raw],
-    }
+def _made_from(run: FinishedRun, config: str) -> MadeFrom:
+    return MadeFrom(
+        campaign=run.settings.campaign.name,
+        data=run.settings.campaign.data,
+        tag=run.settings.release.tag,
+        schema_version=tables.SCHEMA_VERSION,
+        config=sha256_of(config),
+        code=records_digest(
+            FileRecord.of_file(file, path) for path, file in code_files(run.home).items()
+        ),
+        lock=FileRecord.of(run.home, RUN_LOCK).sha256,
+        environment=environment(run.home),
+        raw=_raw_records(run),
+    )
 
 
 def _raw_records(run: FinishedRun) -> list[FileRecord]:
@@ -150,9 +150,7 @@ def _raw_records(run: FinishedRun) -> list[FileRecord]:
     return records
 
 
-def _gather(
-    run: FinishedRun, made_from: Mapping[str, Any], config: str, temporary: Path
-) -> Manifest:
+def _gather(run: FinishedRun, made_from: MadeFrom, config: str, temporary: Path) -> Manifest:
     """Copy every file of a release into a folder; returns the manifest."""
     results = run.root / run.results
     paths = _below(run)
@@ -166,27 +164,28 @@ def _gather(
         copy_file(file, temporary / CODE / path)
     copy_file(run.home / RUN_LOCK, temporary / LOCK)
     _write(temporary / CONFIG, config)
-    _write(temporary / ENVIRONMENT, canonical(made_from["environment"]))
+    _write(temporary / ENVIRONMENT, canonical(made_from.environment.model_dump()))
     if REPORT in paths:
         page = (temporary / REPORT).read_bytes().decode("utf-8")
-        _write(temporary / REPORT, with_release(page, version_of(made_from)))
+        _write(temporary / REPORT, with_release(page, made_from.version))
     described = [
         table_file(path, path.parent) for path in sorted(temporary.glob("tables/*.parquet"))
     ]
     _write(temporary / "tables/datapackage.json", data_package(run.settings, described))
-    inside = records_of(temporary, files_below(temporary))
+    inside = records_below(temporary)
     _write(temporary / CRATE, run_crate(run.settings, made_from, inside))
-    files = records_of(temporary, files_below(temporary))
+    files = records_below(temporary)
     # the content of each oil's samples: one hash over all runs, and bytes of all columns
     of_oil: dict[str, list[Path]] = {}
     for path in samples:
         of_oil.setdefault(path.rpartition("/")[0], []).append(results / path)
     width = 8 * (len(tables.columns("samples")) - 1)
     contents = {folder: content_digest(paths) for folder, paths in sorted(of_oil.items())}
-    left_out = tuple(
-        FileRecord(folder, digest, rows * width) for folder, (digest, rows) in contents.items()
-    )
-    manifest = Manifest(made_from, files, left_out)
+    left_out = [
+        FileRecord(path=folder, sha256=digest, size=rows * width)
+        for folder, (digest, rows) in contents.items()
+    ]
+    manifest = Manifest.of(made_from, files, left_out)
     _write(temporary / MANIFEST, manifest.text())
     _write(temporary / CHECKSUMS, checksums(manifest))
     return manifest
@@ -221,7 +220,7 @@ def _refuse_other(folder: Path, manifest: Manifest) -> None:
         return
     old, new = ({*each.files, *each.samples} for each in (before, manifest))
     # the crate repeats the hashes of the others
-    first = min(old ^ new, key=lambda record: (record.path == CRATE, record)).path
+    first = min(old ^ new, key=lambda record: (record.path == CRATE, record.path)).path
     raise OilfilmError(
         f"{folder}: exists and is left as it is, but the same inputs, configuration and code have "
         f"now given other bytes, first in {first}. A release never changes: "

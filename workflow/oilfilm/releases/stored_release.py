@@ -45,7 +45,7 @@ class StoredRelease:
     @property
     def name(self) -> str:
         """Campaign and version, fit to be printed."""
-        version = f"{self.manifest.made_from['campaign']} {self.manifest.version}"
+        version = f"{self.manifest.made_from.campaign} {self.manifest.version}"
         return printable(version) + (" (pin)" if self.pinned else "")
 
     def holds(self, path: str) -> bool:
@@ -79,7 +79,7 @@ class StoredRelease:
         path = f"tables/{name}.parquet"
         if not self.holds(path):
             return None
-        version = self.manifest.made_from["schema_version"]
+        version = self.manifest.made_from.schema_version
         if version != tables.SCHEMA_VERSION:
             raise OilfilmError(
                 f"{self.folder}: its tables have schema version {version}, and version "

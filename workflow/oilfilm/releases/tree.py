@@ -11,12 +11,11 @@ from collections.abc import Iterator
 from contextlib import suppress
 from importlib import metadata
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from oilfilm.home import PACKAGE, RUN_LOCK
-from oilfilm.releases.manifest import FileRecord, records_digest
+from oilfilm.releases.manifest import Environment
 
 # Configuration is not code: a release holds what it resolves to.
 _CODE = ("Snakefile", "workflow", "data/reference")
@@ -61,23 +60,18 @@ def copy_file(source: Path, target: Path) -> None:
     shutil.copyfile(source, target)
 
 
-def code_tree_digest(home: Path) -> str:
-    """One hash over all of the code."""
-    return records_digest(FileRecord.of_file(file, path) for path, file in code_files(home).items())
-
-
-def environment(home: Path) -> dict[str, Any]:
+def environment(home: Path) -> Environment:
     """Python, kind of machine and installed versions of the locked packages; no host."""
     names = re.findall(r"^([\w.-]+)==", (home / RUN_LOCK).read_text(encoding="utf-8"), re.MULTILINE)
     versions = {}
     for name in names:
         with suppress(metadata.PackageNotFoundError):  # of another system
             versions[name] = metadata.version(name)
-    return {
-        "python": platform.python_version(),
+    return Environment(
+        python=platform.python_version(),
         # bytes are promised on one kind of machine: mathematical libraries choose by it
-        "platform": f"{sys.platform} {platform.machine()}",
-        "c_library": " ".join(platform.libc_ver()).strip(),
-        "cpu": " ".join(np.show_config(mode="dicts")["SIMD Extensions"].get("found", [])),
-        "packages": versions,
-    }
+        platform=f"{sys.platform} {platform.machine()}",
+        c_library=" ".join(platform.libc_ver()).strip(),
+        cpu=" ".join(np.show_config(mode="dicts")["SIMD Extensions"].get("found", [])),
+        packages=versions,
+    )

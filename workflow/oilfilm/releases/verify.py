@@ -53,7 +53,7 @@ def _wrong_checksums(folder: Path, manifest: Manifest) -> list[str]:
     if not path.exists() and not path.is_symlink():
         return []
     text = checksums(manifest).encode()
-    expected = FileRecord(CHECKSUMS, sha256(text).hexdigest(), len(text))
+    expected = FileRecord(path=CHECKSUMS, sha256=sha256(text).hexdigest(), size=len(text))
     return [complaint] if (complaint := file_mismatch(folder, expected)) else []
 
 
