@@ -258,31 +258,26 @@ def test_a_rig_that_is_not_known_is_refused(
     table, reasons = plan_table(results, settings)
     assert table.empty
     assert sentence in reasons[0]
-    figure, drawn = draw("plan", results.replace(test_plan=table), settings)
-    assert drawn.empty
-    assert "oilfilm plan" in figure.axes[0].texts[0].get_text()
 
 
-def test_a_law_without_intervals_or_exponents_is_refused(
+def test_a_fit_or_levels_that_leave_nothing_to_plan_are_refused(
     results: CampaignTables, request_for: Request
 ) -> None:
     without = results.replace(refits=results.refits.iloc[:0])
     with pytest.raises(OilfilmError, match="too few curves"):
         plan_oil(without, SETTINGS, OIL, request_for)
+    one_run = results.points[results.points["run_id"] == "run000"]
+    with pytest.raises(OilfilmError, match="do not tell the law's constants apart"):
+        plan_oil(results.replace(points=one_run), SETTINGS, OIL, request_for)
+    beyond = SETTINGS.with_changes({"plan": {"levels": {"max_hertz_pressure_gpa": [2.5, 3.5]}}})
+    with pytest.raises(OilfilmError, match=r"largest pressure \(72\), the load sensor's .* \(72\)"):
+        plan_oil(results, beyond, OIL, request_for)
     one_speed = run_tests([(p, 30.0, t) for p, _, t in SMALL], generator(8, "speed"), RUN)
     quick = SETTINGS.with_changes({"fit": {"searches": 2, "bootstrap": 20}}).fit
     fit = fit_oil(one_speed, OIL, quick, 1)
     at_one_speed = CampaignTables.in_memory(**fit.tables, points=one_speed)
     with pytest.raises(OilfilmError, match="follows every condition"):
         plan_oil(at_one_speed, SETTINGS, OIL, request_for)
-
-
-def test_points_that_are_not_those_of_the_fit_are_refused(
-    results: CampaignTables, request_for: Request
-) -> None:
-    one_run = results.points[results.points["run_id"] == "run000"]
-    with pytest.raises(OilfilmError, match="do not tell the law's constants apart"):
-        plan_oil(results.replace(points=one_run), SETTINGS, OIL, request_for)
 
 
 def test_a_plan_is_for_one_rig_and_a_bearing_for_one_contact(
@@ -298,14 +293,6 @@ def test_a_plan_is_for_one_rig_and_a_bearing_for_one_contact(
     assert len(plan.design.chosen) == request_for.count
     settings = Settings.of({**plain, "rigs": {RIG_NAME: rig, "other": rig}})
     with pytest.raises(OilfilmError, match="A plan is for one rig"):
-        plan_oil(results, settings, OIL, request_for)
-
-
-def test_conditions_that_no_test_can_have_are_counted_by_reason(
-    results: CampaignTables, request_for: Request
-) -> None:
-    settings = SETTINGS.with_changes({"plan": {"levels": {"max_hertz_pressure_gpa": [2.5, 3.5]}}})
-    with pytest.raises(OilfilmError, match=r"largest pressure \(72\), the load sensor's .* \(72\)"):
         plan_oil(results, settings, OIL, request_for)
 
 

@@ -54,23 +54,19 @@ def planned_runs(campaign: Campaign) -> list[PlannedRun]:
     """
     matrix = present(campaign.matrix, "matrix", "the campaign")
     twin = present(campaign.twin, "twin", "the campaign")
-    runs = {
-        run.name: run
-        for run in (
-            PlannedRun(oil, pressure, speed, temperature)
-            for oil, pressure, speed, temperature in itertools.product(
-                campaign.oils,
-                matrix.max_hertz_pressure_gpa,
-                matrix.entrainment_speed_m_s,
-                matrix.inlet_temperature_c,
-            )
-        )
-    }
+    conditions = itertools.product(
+        campaign.oils,
+        matrix.max_hertz_pressure_gpa,
+        matrix.entrainment_speed_m_s,
+        matrix.inlet_temperature_c,
+    )
+    runs = [PlannedRun(*condition) for condition in conditions]
     for defect in twin.defects:
         pressure, speed, temperature = defect.condition
-        run = PlannedRun(defect.oil, pressure, speed, temperature, defect.kind)
-        runs[run.name] = run
-    return [runs[name] for name in sorted(runs)]
+        runs.append(PlannedRun(defect.oil, pressure, speed, temperature, defect.kind))
+    # of two runs of one name the second counts
+    by_name = {run.name: run for run in runs}
+    return [by_name[name] for name in sorted(by_name)]
 
 
 @dataclass(frozen=True)
@@ -101,9 +97,7 @@ def planned_torque_runs(campaign: Campaign) -> list[PlannedTorqueRun]:
     runs = [
         PlannedTorqueRun(*condition, defects.get(condition, ""))
         for condition in itertools.product(
-            campaign.oils,
-            matrix.axial_load_n,
-            matrix.oil_temperature_c,
+            campaign.oils, matrix.axial_load_n, matrix.oil_temperature_c
         )
     ]
     return sorted(runs, key=lambda run: run.name)

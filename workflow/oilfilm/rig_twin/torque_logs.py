@@ -7,11 +7,10 @@ import numpy as np
 
 from oilfilm.bearing.ellipse import grid
 from oilfilm.bearing.friction import HEATS, friction_equilibrium
-from oilfilm.bearing.geometry import Bearing
 from oilfilm.bearing.quasistatic import OperatingPoints
 from oilfilm.bearing.resistance import Lubrication
+from oilfilm.bearing.torque import inner_ring_torque_n_m
 from oilfilm.errors import OilfilmError
-from oilfilm.physics.oils import Oil
 from oilfilm.randomness import generator
 from oilfilm.rig_twin.plan import PlannedTorqueRun, planned_torque_runs
 from oilfilm.rig_twin.simulate import cut, log_content
@@ -37,40 +36,30 @@ def simulate_torque(
         settings: The settings.
         constants: The printed constants of each oil.
     """
-    bearing, twin = settings.tested_bearing(), _torque_twin(settings)
+    torque = present(settings.campaign.torque, "torque", "the campaign")
+    twin = present(torque.twin, "twin", "the campaign's `torque`")
     tractions = true_tractions(settings, constants)
     plans = planned_torque_runs(settings.campaign)
     for oil in dict.fromkeys(plan.oil for plan in plans):
         of_oil = [plan for plan in plans if plan.oil == oil]
-        properties = settings.known_oil(oil)
-        truths = _truth(bearing, of_oil, properties, tractions[oil], settings)
+        truths = _truth(of_oil, twin, tractions[oil], settings)
         for plan, truth in zip(of_oil, truths, strict=True):
             random = generator(settings.seed, "torque twin", plan.name)
             yield plan, _log(plan, truth, twin, random), truth
 
 
-def _torque_twin(settings: Settings) -> TorqueTwin:
-    torque = present(settings.campaign.torque, "torque", "the campaign")
-    return present(torque.twin, "twin", "the campaign's `torque`")
-
-
 def _truth(
-    bearing: Bearing,
-    plans: list[PlannedTorqueRun],
-    oil: Oil,
-    traction: Truth,
-    settings: Settings,
+    plans: list[PlannedTorqueRun], twin: TorqueTwin, traction: Truth, settings: Settings
 ) -> list[list[dict[str, Any]]]:
     """Rows of the truth of each log of one oil, one row per speed."""
-    twin = _torque_twin(settings)
+    bearing, oil = settings.tested_bearing(), settings.known_oil(plans[0].oil)
     torque_logs = present(settings.campaign.torque, "torque", "the campaign")
     speeds = present(torque_logs.matrix, "matrix", "the campaign's `torque`").inner_speed_rpm
     errors = np.array(
         [generator(settings.seed, "torque control", plan.name).standard_normal(2) for plan in plans]
     )
-    load = np.array([plan.axial_load_n for plan in plans])
+    load, temperature = np.array([(plan.axial_load_n, plan.oil_temperature_c) for plan in plans]).T
     load = load * (1 + twin.control_load * errors[:, 0])
-    temperature = np.array([plan.oil_temperature_c for plan in plans])
     temperature = temperature + twin.control_temperature_c * errors[:, 1]
     speed = np.tile(np.array(speeds, dtype=float), len(plans))
     loads, temperatures = np.repeat(load, len(speeds)), np.repeat(temperature, len(speeds))
@@ -93,7 +82,7 @@ def _truth(
             "simulated bearing comes to no steady motion. Ask for more load or less speed."
         )
     left = misfit(traction, settings)
-    torque = -motion.balls_per_row * motion.balance.ring_moment_n_m[..., 0].sum(axis=1)
+    torque = inner_ring_torque_n_m(motion.balance, motion.balls_per_row)
     heat = motion.balls_per_row * motion.balance.heat_w[..., HEATS.index("traction")].sum(axis=1)
     rows = [
         {

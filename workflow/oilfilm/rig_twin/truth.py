@@ -35,14 +35,12 @@ _COMPARED_NODES, _COMPARED_SLIPS = (12, 8), 8
 class Truth(Protocol):
     """The traction of one oil."""
 
-    def __call__(
-        self,
-        max_hertz_pressure_gpa: FloatArray,
-        entrainment_speed_m_s: FloatArray,
-        inlet_temperature_c: FloatArray,
-        slide_roll_ratio: FloatArray,
-    ) -> FloatArray:
-        """mu of the traction rig's contact; S is 0 or more."""
+    def __call__(self, *conditions: FloatArray) -> FloatArray:
+        """mu of the traction rig's contact.
+
+        Args:
+            conditions: Pressure in GPa, speed in m/s, temperature in degC, and S, 0 or more.
+        """
         ...
 
     def at_points(self, rule: Grid, radius_y_m: FloatArray) -> TractionLaw:
@@ -66,21 +64,9 @@ class LawTruth:
 
     constants: FloatArray
 
-    def __call__(
-        self,
-        max_hertz_pressure_gpa: FloatArray,
-        entrainment_speed_m_s: FloatArray,
-        inlet_temperature_c: FloatArray,
-        slide_roll_ratio: FloatArray,
-    ) -> FloatArray:
+    def __call__(self, *conditions: FloatArray) -> FloatArray:
         """See `Truth`."""
-        return traction_coefficient(
-            self.constants,
-            max_hertz_pressure_gpa,
-            entrainment_speed_m_s,
-            inlet_temperature_c,
-            slide_roll_ratio,
-        )
+        return traction_coefficient(self.constants, *conditions)
 
     def at_points(self, rule: Grid, radius_y_m: FloatArray) -> TractionLaw:
         """See `Truth`."""
@@ -110,21 +96,16 @@ class FilmTruth:
     constants: ThermalEhl
     rig: Contact
 
-    def __call__(
-        self,
-        max_hertz_pressure_gpa: FloatArray,
-        entrainment_speed_m_s: FloatArray,
-        inlet_temperature_c: FloatArray,
-        slide_roll_ratio: FloatArray,
-    ) -> FloatArray:
+    def __call__(self, *conditions: FloatArray) -> FloatArray:
         """See `Truth`."""
+        pressure_gpa, speed, temperature, slip = conditions
         return thermal_ehl_traction(
             self.oil,
             self.constants,
-            max_hertz_pressure_pa=np.asarray(max_hertz_pressure_gpa) * PA_PER_GPA,
-            entrainment_speed_m_s=entrainment_speed_m_s,
-            inlet_temperature_c=inlet_temperature_c,
-            slide_roll_ratio=slide_roll_ratio,
+            max_hertz_pressure_pa=np.asarray(pressure_gpa) * PA_PER_GPA,
+            entrainment_speed_m_s=speed,
+            inlet_temperature_c=temperature,
+            slide_roll_ratio=slip,
             radius_m=self.rig.radius_m,
             reduced_modulus_pa=self.rig.reduced_modulus_pa,
         )

@@ -24,9 +24,10 @@ from oilfilm.settings.config import BearingSettings
 from oilfilm.settings.resolved import Settings
 from oilfilm.torque.load_variables import LOAD_VARIABLES, LawInBearing
 from oilfilm.torque.torque_uncertainty import with_uncertainty
-from oilfilm.traction import BEARING_LAW_NAMES, LAWS
+from oilfilm.traction import BEARING_LAW_NAMES
 from oilfilm.units import MM_PER_M, RAD_S_PER_RPM, FloatArray
 
+_POINT = ["axial_load_n", "inner_speed_rpm", "inlet_temperature_c"]
 _TESTED = ("max_hertz_pressure_gpa", "entrainment_speed_m_s", "slide_roll_ratio")
 # Of a ball's load; a larger residual is no number worth a table.
 _LARGEST_RESIDUAL = 1e9
@@ -110,32 +111,6 @@ class OilInBearing:
             self.settings.oil_volume_fraction,
         )
 
-    def with_branches(self, bearing: Bearing, calculated: pd.DataFrame) -> pd.DataFrame:
-        """What `run` calculated with one load variable, and the other equilibrium of each point.
-
-        Args:
-            bearing: The bearing.
-            calculated: Of `run` without a factor on traction.
-
-        Returns:
-            The same with the columns `bistable`, `other_cage_slip` and `other_torque_n_m`.
-        """
-        other = other_equilibrium(
-            bearing,
-            OperatingPoints.axial(
-                calculated["axial_load_n"].to_numpy(),
-                calculated["inner_speed_rpm"].to_numpy() * RAD_S_PER_RPM,
-            ),
-            self.lubrication(calculated["inlet_temperature_c"].to_numpy()),
-            self.laws[calculated["load_variable"].iloc[0]],
-            calculated["cage_slip"].to_numpy(),
-        )
-        return calculated.assign(
-            bistable=~np.isnan(other.cage_slip),
-            other_cage_slip=other.cage_slip,
-            other_torque_n_m=other.torque_n_m,
-        )
-
     def with_uncertainty(
         self, bearing: Bearing, calculated: pd.DataFrame, seed: int
     ) -> pd.DataFrame:
@@ -161,15 +136,31 @@ class OilInBearing:
         )
 
     def assessed(self, bearing: Bearing, calculated: pd.DataFrame, seed: int) -> pd.DataFrame:
-        """What `run` calculated, with branches and uncertainty; `bistable` where either says so.
+        """What `run` calculated with one load variable, with uncertainty and the other equilibrium.
 
         Args:
             bearing: The bearing.
-            calculated: As for `with_branches`.
+            calculated: As for `with_uncertainty`.
             seed: As for `with_uncertainty`.
+
+        Returns:
+            See `with_uncertainty`; besides `other_cage_slip`, `other_torque_n_m` and `bistable`,
+            which is true where there is another equilibrium or the draws have two.
         """
-        terms = self.with_uncertainty(bearing, self.with_branches(bearing, calculated), seed)
-        return terms.assign(bistable=terms["bistable"] | terms["draws_split"])
+        load, speed, temperature = calculated[_POINT].to_numpy().T
+        other = other_equilibrium(
+            bearing,
+            OperatingPoints.axial(load, speed * RAD_S_PER_RPM),
+            self.lubrication(temperature),
+            self.laws[calculated["load_variable"].iloc[0]],
+            calculated["cage_slip"].to_numpy(),
+        )
+        terms = self.with_uncertainty(bearing, calculated, seed)
+        return terms.assign(
+            bistable=~np.isnan(other.cage_slip) | terms["draws_split"],
+            other_cage_slip=other.cage_slip,
+            other_torque_n_m=other.torque_n_m,
+        )
 
 
 def oils_in_bearings(
@@ -187,44 +178,34 @@ def oils_in_bearings(
         refits: Table of refits; without it results have no uncertainty.
     """
     # a law on load refers to the ball of its rig: several rigs must have the same one
-    rig = settings.common_contact()
+    if (rig := settings.common_contact()) is None:
+        return []
     floor = settings.bearing.law_floor.model_dump()
     oils = []
     configured = {row["oil"]: row for row in tables.rows(quality[quality["configured"]])}
     for name in [oil for oil in settings.oils if oil in configured]:
-        row, oil = configured[name], settings.properties_of(name)
-        fitted = FittedLaw.of(coefficients, name, refits, quality, LAWS[row["law"]])
-        if rig is None or oil is None or not _holds_anywhere(fitted):
-            continue
-        laws = {
-            variable: LawInBearing.of(fitted, variable, rig, floor) for variable in LOAD_VARIABLES
+        row, known = configured[name], laws_of(name, settings)
+        fitted = set(coefficients.loc[coefficients["oil"] == name, "law"])
+        law_names = {variable: row["law"] for variable in LOAD_VARIABLES}
+        law_names |= {law: law for law in BEARING_LAW_NAMES if law in fitted and law in known}
+        fits = {
+            law: FittedLaw.of(coefficients, name, refits, quality, known[law])
+            for law in set(law_names.values())
         }
-        for law, other in _load_laws(name, coefficients, quality, refits, settings).items():
-            laws[law] = LawInBearing.of(other, law, rig, floor)
+        laws = {
+            variable: LawInBearing.of(fits[law], variable, rig, floor)
+            for variable, law in law_names.items()
+            if _holds_anywhere(fits[law])
+        }
+        oil = settings.properties_of(name)
+        if oil is None or "stress" not in laws:
+            continue
         tested = {
             level: (float(row[f"tested_min_{level}"]), float(row[f"tested_max_{level}"]))
             for level in _TESTED
         }
         oils.append(OilInBearing(name, oil, laws, tested, settings.bearing))
     return oils
-
-
-def _load_laws(
-    oil: str,
-    coefficients: pd.DataFrame,
-    quality: pd.DataFrame,
-    refits: pd.DataFrame | None,
-    settings: Settings,
-) -> dict[str, FittedLaw]:
-    """The laws on load that were fitted to an oil's points as well, by name."""
-    known = laws_of(oil, settings)
-    fitted = set(coefficients.loc[coefficients["oil"] == oil, "law"])
-    laws = {
-        name: FittedLaw.of(coefficients, oil, refits, quality, known[name])
-        for name in BEARING_LAW_NAMES
-        if name in fitted and name in known
-    }
-    return {name: law for name, law in laws.items() if _holds_anywhere(law)}
 
 
 def _holds_anywhere(law: FittedLaw) -> bool:
@@ -296,8 +277,7 @@ def _run(
     traction_factor: Floats = 1.0,
 ) -> pd.DataFrame:
     """Calculated friction of each plateau."""
-    columns = ["axial_load_n", "inner_speed_rpm", "oil_temperature_c"]
-    load, speed, temperature = plateaus[columns].to_numpy().T
+    load, speed, temperature = plateaus[[*_POINT[:2], "oil_temperature_c"]].to_numpy().T
     return oil.run(bearing, load, speed, temperature, load_variable, traction_factor)
 
 
@@ -310,7 +290,8 @@ def _torque(
 ) -> pd.DataFrame:
     calculated = _run(bearing, plateaus, oil, load_variable)
     terms = oil.assessed(bearing, calculated, settings.seed)
-    measured, uncertainty = plateaus["torque_n_m"].to_numpy(), _measured_n_m(plateaus, settings)
+    measured, random = plateaus["torque_n_m"].to_numpy(), plateaus["torque_n_m_se"].to_numpy()
+    uncertainty = np.linalg.norm([random, *_calibration_n_m(plateaus, settings)], axis=0)
     difference = terms["torque_n_m"].to_numpy() - measured
     compatibility = difference / np.hypot(terms["torque_n_m_uncertainty"].to_numpy(), uncertainty)
     verdict = np.select(
@@ -367,11 +348,17 @@ def _inversion(
     distance = np.abs(np.log(_FACTORS[:-1] * _FACTORS[1:]))[:, np.newaxis]
     lower = np.where(encloses, distance, np.inf).argmin(axis=0), np.arange(len(plateaus))
     rise, span = np.diff(torque, axis=0)[lower], np.diff(coefficient, axis=0)[lower]
+    # of the traction's part in the torque: calibration and the other terms
+    terms = [
+        relative * by_law[f"{term}_torque_n_m"].to_numpy()
+        for term, relative in settings.bearing.term_uncertainty
+    ]
+    uncertain_n_m = np.linalg.norm([*_calibration_n_m(plateaus, settings), *terms], axis=0)
     with np.errstate(divide="ignore", invalid="ignore"):
         slope = np.where(rise != 0, span / rise, np.inf)
         value = np.where(encloses.any(axis=0), coefficient[lower], np.nan) - above[lower] * slope
         random = np.abs(slope) * plateaus["torque_n_m_se"].to_numpy()
-        systematic = np.abs(slope) * _systematic_n_m(plateaus, by_law, settings)
+        systematic = np.abs(slope) * uncertain_n_m
     solved = np.isfinite(value) & np.isfinite(random) & np.isfinite(systematic)
     uncertainty = np.where(solved, np.hypot(random, systematic), np.nan)
     verdict = np.select(
@@ -385,21 +372,6 @@ def _inversion(
         traction_coefficient_systematic=np.where(solved, systematic, np.nan),
         verdict=verdict,
     )
-
-
-def _systematic_n_m(plateaus: pd.DataFrame, by_law: pd.DataFrame, settings: Settings) -> FloatArray:
-    """Standard uncertainty of the traction's part in the torque, calibration and other terms."""
-    terms = [
-        relative * by_law[f"{term}_torque_n_m"].to_numpy()
-        for term, relative in settings.bearing.term_uncertainty
-    ]
-    return np.linalg.norm([*_calibration_n_m(plateaus, settings), *terms], axis=0)
-
-
-def _measured_n_m(plateaus: pd.DataFrame, settings: Settings) -> FloatArray:
-    """Standard uncertainty of the measured torque: random error and calibration."""
-    random = plateaus["torque_n_m_se"].to_numpy()
-    return np.linalg.norm([random, *_calibration_n_m(plateaus, settings)], axis=0)
 
 
 def _calibration_n_m(plateaus: pd.DataFrame, settings: Settings) -> list[FloatArray]:

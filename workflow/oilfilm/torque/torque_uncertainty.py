@@ -8,13 +8,13 @@ spread of the draws is true as far as this form is.
 Decides: the uncertainty of torque, cage slip and power.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 import pandas as pd
 import scipy
 
-from oilfilm.bearing.friction import friction_equilibrium
+from oilfilm.bearing.friction import FrictionEquilibrium, friction_equilibrium
 from oilfilm.bearing.geometry import Bearing
 from oilfilm.bearing.quasistatic import OperatingPoints
 from oilfilm.bearing.resistance import TERMS, Lubrication
@@ -41,44 +41,27 @@ _SAME_BRANCH = 0.01
 _QUANTITIES = ("torque_n_m", "cage_slip", "power_w")
 
 
-@dataclass(frozen=True)
-class Draws:
-    """What a torque is calculated with, at random; one row per draw.
+def _draws(
+    fitted: FittedLaw, terms: TermUncertaintySettings, count: int, random: np.random.Generator
+) -> tuple[FloatArray, FloatArray] | None:
+    """Constants of the law and a factor with mean 1 on each of `TERMS`; None without refits.
 
-    Attributes:
-        constants: Of the law, shape (draws, constants).
-        factors: On each of `TERMS`, shape (draws, terms), with mean 1.
+    Args:
+        fitted: The law with its refits.
+        terms: Relative standard uncertainty of each other term; its factors are log-normal.
+        count: Number of draws, which are rows of both arrays.
+        random: Source of the random numbers.
     """
-
-    constants: FloatArray
-    factors: FloatArray
-
-    @classmethod
-    def of(
-        cls,
-        fitted: FittedLaw,
-        terms: TermUncertaintySettings,
-        count: int,
-        random: np.random.Generator,
-    ) -> "Draws | None":
-        """Draws from the refits of a law; None where it has none.
-
-        Args:
-            fitted: The law with its refits.
-            terms: Relative standard uncertainty of each other term; its factors are log-normal.
-            count: Number of draws.
-            random: Source of the random numbers.
-        """
-        law, coefficients = fitted.law, fitted.coefficients
-        refits = coefficients.spread
-        if len(refits) < 2 or np.isnan(coefficients.constants).any():
-            return None
-        chosen = random.permutation(np.resize(random.permutation(len(refits)), count))
-        shifts = to_internal(law, coefficients.shifted) - to_internal(law, coefficients.constants)
-        moved = to_internal(law, refits[chosen]) + _normal(count, len(shifts), random) @ shifts
-        spread = np.sqrt(np.log1p(np.square([getattr(terms, term) for term in TERMS])))
-        factors = np.exp(spread * _normal(count, len(TERMS), random) - spread**2 / 2)
-        return cls(to_constants(law, moved), factors)
+    law, coefficients = fitted.law, fitted.coefficients
+    refits = coefficients.spread
+    if len(refits) < 2 or np.isnan(coefficients.constants).any():
+        return None
+    chosen = random.permutation(np.resize(random.permutation(len(refits)), count))
+    shifts = to_internal(law, coefficients.shifted) - to_internal(law, coefficients.constants)
+    moved = to_internal(law, refits[chosen]) + _normal(count, len(shifts), random) @ shifts
+    spread = np.sqrt(np.log1p(np.square([getattr(terms, term) for term in TERMS])))
+    factors = np.exp(spread * _normal(count, len(TERMS), random) - spread**2 / 2)
+    return to_constants(law, moved), factors
 
 
 def _normal(draws: int, variables: int, random: np.random.Generator) -> FloatArray:
@@ -114,11 +97,9 @@ def with_uncertainty(
     """
     speed = calculated["inner_speed_rpm"].to_numpy() * RAD_S_PER_RPM
     calculated = calculated.assign(power_w=calculated["torque_n_m"] * speed)
-    draws = Draws.of(law.fitted, terms, count, random)
-    size = len(calculated)
-    slip = torque = np.full((count, size), np.nan)
-    if draws is not None:
-        slip, torque = _drawn(bearing, calculated, lubrication, law, draws)
+    slip = torque = np.full((count, len(calculated)), np.nan)
+    if draws := _draws(law.fitted, terms, count, random):
+        slip, torque = _drawn(bearing, calculated, lubrication, law, *draws)
     drawn = dict(zip(_QUANTITIES, (torque, slip, torque * speed), strict=True))
     found = np.isfinite(torque).mean(axis=0) >= 1 - _LOST
     enough = found & calculated["converged"].to_numpy()
@@ -140,7 +121,8 @@ def _drawn(
     calculated: pd.DataFrame,
     lubrication: Lubrication,
     law: LawInBearing,
-    draws: Draws,
+    constants: FloatArray,
+    factors: FloatArray,
 ) -> tuple[FloatArray, FloatArray]:
     """Cage slip and torque of each draw at each point, shape (draws, points); NaN without them.
 
@@ -150,61 +132,43 @@ def _drawn(
     load, speed = calculated[["axial_load_n", "inner_speed_rpm"]].to_numpy().T
     points = OperatingPoints.axial(load, speed * RAD_S_PER_RPM)
     own = friction_equilibrium(bearing, points, lubrication, law, _QUADRATURE)
-    # each row of drawn bearings holds all draws of one point
-    count = len(draws.factors)
-    rows = [
-        _solved(bearing, points, lubrication, law, draws, own.solution, chunk)
-        for chunk in np.array_split(
-            np.arange(len(calculated)), -(-len(calculated) * count // _CHUNK)
-        )
-    ]
-    slip, torque = (np.concatenate(parts).T for parts in zip(*rows, strict=True))
-    slips = cage_slip(bearing, points, own.balance.contacts, own.balance.motion).mean(axis=1)
-    moments = inner_ring_torque_n_m(own.balance, own.balls_per_row)
+    count, size = len(factors), len(calculated)
+
+    def search(point: IntArray, draw: IntArray, near: Solution) -> tuple[Solution, FloatArray]:
+        at = points.at(point)
+        oil = replace(lubrication.at(point), factors=factors[draw])
+        drawn_law = law.with_constants(constants[draw])
+        found = friction_equilibrium(bearing, at, oil, drawn_law, _QUADRATURE, near)
+        return found.solution, _slip_and_torque(bearing, at, found)
+
+    def of_all_draws(which: IntArray) -> FloatArray:
+        """Cage slip and torque of all draws at some points, shape (2, points, draws)."""
+        point, draw = np.repeat(which, count), np.tile(np.arange(count), len(which))
+        solution, results = search(point, draw, own.solution.at(point))
+        # a draw whose branch has ended is on the other one: near the slowest cage of its point
+        slowest = np.nan_to_num(results[0].reshape(-1, count), nan=-np.inf).argmax(axis=1)
+        if len(lost := np.flatnonzero(np.isnan(results[0]))):
+            near = solution.at(count * (lost // count) + slowest[lost // count])
+            results[:, lost] = search(point[lost], draw[lost], near)[1]
+        return results.reshape(2, -1, count)
+
+    chunks = np.array_split(np.arange(size), -(-size * count // _CHUNK))
+    results = np.concatenate([of_all_draws(chunk) for chunk in chunks], axis=1)
+    off = calculated[["cage_slip", "torque_n_m"]].to_numpy().T
+    off = off - _slip_and_torque(bearing, points, own)
     # beside a fold the coarser quadrature may end on the other branch: there is no difference then
-    off = calculated["cage_slip"].to_numpy() - slips
-    same = own.solution.converged & (np.abs(off) < _SAME_BRANCH)
-    off_moments = calculated["torque_n_m"].to_numpy() - moments
-    return slip + np.where(same, off, 0.0), torque + np.where(same, off_moments, 0.0)
+    same = np.abs(off[0]) < _SAME_BRANCH
+    slip, torque = np.swapaxes(results, 1, 2) + np.where(same, off, 0.0)[:, np.newaxis]
+    return slip, torque
 
 
-def _solved(
-    bearing: Bearing,
-    points: OperatingPoints,
-    lubrication: Lubrication,
-    law: LawInBearing,
-    draws: Draws,
-    start: Solution,
-    which: IntArray,
-) -> tuple[FloatArray, FloatArray]:
-    """Cage slip and torque of all draws at some points, shape (points, draws)."""
-    count = len(draws.factors)
-    point, draw = np.repeat(which, count), np.tile(np.arange(count), len(which))
-    slip, torque = np.full((2, len(point)), np.nan)
-
-    def search(some: IntArray, near: Solution) -> Solution:
-        at = points.at(point[some])
-        found = friction_equilibrium(
-            bearing,
-            at,
-            replace(lubrication.at(point[some]), factors=draws.factors[draw[some]]),
-            law.with_constants(draws.constants[draw[some]]),
-            _QUADRATURE,
-            near,
-        )
-        good = found.solution.converged
-        slips = cage_slip(bearing, at, found.balance.contacts, found.balance.motion).mean(axis=1)
-        moments = inner_ring_torque_n_m(found.balance, found.balls_per_row)
-        slip[some], torque[some] = (np.where(good, part, np.nan) for part in (slips, moments))
-        return found.solution
-
-    solution = search(np.arange(len(point)), start.at(point))
-    # a draw whose branch has ended is on the other one: near the slowest cage of its point
-    slowest = np.nan_to_num(slip.reshape(-1, count), nan=-np.inf).argmax(axis=1)
-    lost = np.flatnonzero(np.isnan(slip))
-    if len(lost):
-        search(lost, solution.at(count * (lost // count) + slowest[lost // count]))
-    return slip.reshape(-1, count), torque.reshape(-1, count)
+def _slip_and_torque(
+    bearing: Bearing, points: OperatingPoints, found: FrictionEquilibrium
+) -> FloatArray:
+    """Cage slip and torque of equilibria, shape (2, points); NaN where there is none."""
+    slips = cage_slip(bearing, points, found.balance.contacts, found.balance.motion).mean(axis=1)
+    moments = inner_ring_torque_n_m(found.balance, found.balls_per_row)
+    return np.where(found.solution.converged, np.stack([slips, moments]), np.nan)
 
 
 def _split(slip: FloatArray) -> BoolArray:
