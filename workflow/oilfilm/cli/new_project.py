@@ -92,21 +92,15 @@ def make_project(
         # a mark at its beginning, so that spreadsheets read umlauts
         encoding = "utf-8-sig" if file.endswith(".csv") else "utf-8"
         (folder / file).write_text(text, encoding=encoding, newline="\n")
-    marked = [
+    lines = [
         (file, number, line)
         for file, text in files.items()
         for number, line in enumerate(text.splitlines(), start=1)
-        if any(mark in line for mark in (stubs.FILL_IN, stubs.FOR_FILM)) and file != "README.txt"
     ]
-    for_film = [each for each in marked if stubs.FOR_FILM in each[2]]
-    return NewProject(
-        name,
-        found,
-        no_logs,
-        [*files],
-        [each for each in marked if each not in for_film],
-        for_film,
+    to_fill_in, for_film = (
+        [each for each in lines if mark in each[2]] for mark in (stubs.FILL_IN, stubs.FOR_FILM)
     )
+    return NewProject(name, found, no_logs, [*files], to_fill_in, for_film)
 
 
 def _gathered(given: Iterable[Path]) -> tuple[dict[str, Path], Path | None]:

@@ -70,16 +70,14 @@ class Findings:
 
     def unit(self, quantity: str) -> tuple[str, bool]:
         """The unit for the campaign file, empty where the logs give it; whether it is unknown."""
-        given = [
-            (name, unit)
+        units = {
+            unit_in_name(name, quantity, VOCABULARY)
             for log in self._named
             for name, unit in log.guesses.get(quantity, [])[:1]
             if not unit
-        ]
-        units = {unit_in_name(name, quantity, VOCABULARY) for name, _ in given}
-        return (
-            (next(iter(units)), False) if len(units) == 1 and units != {""} else ("", bool(given))
-        )
+        }
+        known = next(iter(units)) if len(units) == 1 else ""
+        return known, bool(units) and not known
 
     @property
     def header(self) -> dict[str, list[str]]:
@@ -155,14 +153,12 @@ class Findings:
     @property
     def repeats(self) -> bool:
         """Whether two runs of one oil have the same set points."""
-        conditions = [
-            (
-                run.oil,
-                *sorted({**set_points(run), **{k: v.value for k, v in run.lines.items()}}.items()),
-            )
+        levels = (
+            (run.oil, set_points(run) | {key: line.value for key, line in run.lines.items()})
             for run in self.runs
             if run.measured
-        ]
+        )
+        conditions = [(oil, *sorted(of_run.items())) for oil, of_run in levels]
         return len(set(conditions)) < len(conditions)
 
     @property

@@ -18,7 +18,6 @@ from oilfilm.logs.base import (
     Nominal,
     TextForm,
     number,
-    samples_of_run,
     set_point,
 )
 from oilfilm.logs.columns import meaning
@@ -131,18 +130,21 @@ def _settings() -> Settings:
 
 def sniff(file: str, content: bytes, zero: ZeroSource) -> Sniffed:
     """What a log of a traction rig seems to hold."""
-    name, candidates = _candidates(content)
+    name, candidates, may_be_log = _candidates(content)
     found = [(guessed_columns(names, VOCABULARY), names) for names in candidates]
     guesses, names = max(found, key=lambda each: len(_known(*each)), default=({}, []))
     certain = {quantity: each[0] for quantity, each in guesses.items() if len(each) == 1}
-    renamed = {
-        quantity: Column(name=[column[0]], unit=_unit(quantity, column))
-        for quantity, column in certain.items()
-    }
-    unitless = {
-        quantity
+    # units that are not beside the name: in it, or unknown
+    units = {
+        quantity: unit_in_name(own, quantity, VOCABULARY)
         for quantity, (own, unit) in certain.items()
-        if not unit and not unit_in_name(own, quantity, VOCABULARY)
+        if not unit
+    }
+    unitless = {quantity for quantity, unit in units.items() if not unit}
+    read_as = {each: units[each] or VOCABULARY.quantities[each][0] for each in units}
+    renamed = {
+        quantity: Column(name=[own], unit=read_as.get(quantity))
+        for quantity, (own, _) in certain.items()
     }
     runs: list[Run] = []
 
@@ -153,7 +155,7 @@ def sniff(file: str, content: bytes, zero: ZeroSource) -> Sniffed:
         units = {column.quantity: column.to.unit for column in log.columns}
         part = log.run_id[len(file) + 1 :]
         runs.append(_run(part, keys, log.values, units, unitless, zero))
-        samples = samples_of_run(row=log.rows)
+        samples = {"row": log.rows}
         return LoggedRun(log.run_id, "", "", "continuous", Nominal(), samples)
 
     # the time of LabVIEW's logs need be no column
@@ -181,29 +183,27 @@ def sniff(file: str, content: bytes, zero: ZeroSource) -> Sniffed:
         list(dict.fromkeys(name for name, _ in names if name)),
         "" if runs else refused,
         runs,
-        bool(runs) or _may_be_log(content),
+        bool(runs) or may_be_log,
     )
 
 
-def _may_be_log(content: bytes) -> bool:
-    """Whether it has a format of logs, is packed and damaged, or is text with rows of numbers."""
+def _candidates(content: bytes) -> tuple[str | None, list[Names], bool]:
+    """The format of a file, what may be its columns, and whether it may be a log at all.
+
+    That is a file in a format of logs, a packed one that is damaged, or text with rows of numbers.
+    """
     try:
         content = unpack(content)
     except OSError:
-        return True
+        return None, [], True
     name = recognised_format(content)
-    return name not in (None, "csv") or (name == "csv" and may_be_table(content))
-
-
-def _candidates(content: bytes) -> tuple[str | None, list[Names]]:
-    """The format of a log, and what may be its columns; nothing where it is damaged."""
-    name = None
+    if name is None:
+        return None, [], False
     try:
-        content = unpack(content)
-        name = recognised_format(content)
-        return name, [*READERS[name].names(content)] if name else []
+        names = [*READERS[name].names(content)]
     except Exception:  # whatever a library stumbles over; reading the log says what it is
-        return name, []
+        names = []
+    return name, names, name != "csv" or may_be_table(content)
 
 
 def _known(guesses: Mapping[str, Names], names: Names) -> set[str]:
@@ -215,14 +215,6 @@ def _missing(guesses: Mapping[str, Names], names: Names) -> list[str]:
     known = _known({q: columns for q, columns in guesses.items() if len(columns) == 1}, names)
     speeds = max(VOCABULARY.either, key=lambda pair: len(known & {*pair}))
     return [quantity for quantity in (*VOCABULARY.always, *speeds) if quantity not in known]
-
-
-def _unit(quantity: str, column: tuple[str, str]) -> str | None:
-    """The unit for the campaign file: None where the log gives it as the readers need it."""
-    name, unit = column
-    if unit:
-        return None
-    return unit_in_name(name, quantity, VOCABULARY) or VOCABULARY.quantities[quantity][0]
 
 
 # ---------------------------------------------------------------- runs
@@ -243,19 +235,17 @@ def _run(
     slip = (disc - ball)[turning] / mean[turning]
     nothing = np.array([])
     load, force = values.get("load", nothing), values.get("traction_force", nothing)
-    speeds_known = units.get("ball_speed") != "rpm" and not _SPEEDS & unitless
     levels = {
-        _LOADS.get(units.get("load", ""), ""): nothing if "load" in unitless else load,
-        "entrainment_speed_m_s": mean if speeds_known else nothing,
-        "inlet_temperature_c": nothing
-        if "inlet_temperature" in unitless
-        else values.get("inlet_temperature", nothing),
+        _LOADS.get(units.get("load", ""), ""): ("load", load),
+        "inlet_temperature_c": ("inlet_temperature", values.get("inlet_temperature", nothing)),
     }
+    if units.get("ball_speed") != "rpm" and not _SPEEDS & unitless:
+        levels["entrainment_speed_m_s"] = ("entrainment_speed", mean)
     # what is logged at standstill is no level of the run
     measured = {
         key: _level(key, each[turning] if len(each) == len(turning) and turning.any() else each)
-        for key, each in levels.items()
-        if len(each)
+        for key, (quantity, each) in levels.items()
+        if len(each) and quantity not in unitless
     }
     settled = keys.get("log_kind") == "steps"
     time = values.get("time", nothing)
@@ -412,17 +402,10 @@ def set_points(run: Run) -> dict[str, float]:
     They are those of header lines in other units, then the levels of its signals.
     """
     others = {key: line.value for key, line in run.lines.items() if not line.listed}
-    read = {key for key, line in run.lines.items() if line.listed}
-    given = read | others.keys()
-    has_load = bool(given & LOADS)
-    return {
-        **others,
-        **{
-            key: value
-            for key, value in run.measured.items()
-            if key not in given and not (key in LOADS and has_load) and np.isfinite(value)
-        },
-    }
+    # the load has one set point, as force or as pressure
+    given = run.lines.keys() | (LOADS if run.lines.keys() & LOADS else frozenset())
+    levels = {key: each for key, each in run.measured.items() if np.isfinite(each)}
+    return others | {key: levels[key] for key in levels if key not in given}
 
 
 def rows_of_sheet(log: Sniffed) -> Sequence[Run]:
