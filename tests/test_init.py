@@ -13,8 +13,8 @@ import yaml
 
 import formats
 import standstill
-from blind_lab.bench import Recording
-from blind_lab.dialects import NAMES, draw_dialect
+from blind_lab.bench import Bench, Recording
+from blind_lab.dialects import NAMES, Dialect, draw_dialect
 from campaigns import ETM, ROOT
 from command_line import printed_objects
 from foreign_logs import (
@@ -53,9 +53,36 @@ def campaign_of(project: Path, made: NewProject) -> dict[str, Any]:
     return dict(yaml.safe_load(text))
 
 
+def made_of(
+    tmp_path: Path, dialect: Dialect = GERMAN, runs: slice = slice(1), lines: slice = slice(None)
+) -> NewProject:
+    """The project `p` of some runs of the bench, with some of their header lines."""
+    bench, recorded = bench_and_runs()
+    logs = write_logs(tmp_path / "logs", bench, recorded[runs], dialect, lines)
+    return make_project(tmp_path / "p", logs)
+
+
 def sheet_of(project: Path, made: NewProject) -> list[str]:
     path = project / f"data/raw/{made.campaign}/runs.csv"
     return path.read_text(encoding="utf-8-sig").splitlines()
+
+
+def accepted(
+    project: Path,
+    logs: list[Path],
+    bench: Bench,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> list[dict[str, Any]]:
+    """What `check` says of the three logs of a bench after at most three lines are filled in."""
+    made, machine = make_project(project, logs), bench.machine
+    tracks = {"ball": machine.ball_track, "disc": machine.disc_track}
+    assert edit(project, made, {f"{body}_track_radius_m": r for body, r in tracks.items()}) <= 3
+    monkeypatch.chdir(project)
+    raw = Path("data/raw", project.name)
+    checked = printed_objects(capsys, "check", *sorted(raw.rglob("M*.csv")))
+    assert [log["verdict"] for log in checked] == ["accepted"] * 3
+    return checked
 
 
 def test_german_logs_are_accepted_after_three_lines(
@@ -64,17 +91,7 @@ def test_german_logs_are_accepted_after_three_lines(
     """cp1252, semicolons, decimal commas, spindle speeds: only radii and film are the lab's."""
     bench, runs = bench_and_runs()
     logs = write_logs(tmp_path / "Prüfstand", bench, runs)
-    project = tmp_path / "juni"
-    made = make_project(project, logs)
-    machine = bench.machine
-    radii = {
-        "ball_track_radius_m": machine.ball_track,
-        "disc_track_radius_m": machine.disc_track,
-    }
-    assert edit(project, made, radii) <= 3
-    monkeypatch.chdir(project)
-    checked = printed_objects(capsys, "check", *sorted(Path("data/raw/juni").glob("M*.csv")))
-    assert [log["verdict"] for log in checked] == ["accepted"] * len(runs)
+    checked = accepted(tmp_path / "juni", logs, bench, monkeypatch, capsys)
     for log, condition in zip(checked, CONDITIONS, strict=True):
         (run,) = log["runs"]
         assert (log["encoding"], run["oil"]) == ("cp1252", "oel-b-12")
@@ -97,17 +114,7 @@ def test_english_french_and_chinese_logs_in_one_folder_are_accepted(
     del languages["german"]
     for run, (language, dialect) in zip(runs, languages.items(), strict=True):
         write_logs(tmp_path / "lab" / language, bench, [run], dialect)
-    project = tmp_path / "blind"
-    made = make_project(project, [tmp_path / "lab"])
-    machine = bench.machine
-    radii = {
-        "ball_track_radius_m": machine.ball_track,
-        "disc_track_radius_m": machine.disc_track,
-    }
-    assert edit(project, made, radii) <= 3
-    monkeypatch.chdir(project)
-    checked = printed_objects(capsys, "check", *sorted(Path("data/raw/blind").glob("*/*.csv")))
-    assert [log["verdict"] for log in checked] == ["accepted"] * 3
+    accepted(tmp_path / "blind", [tmp_path / "lab"], bench, monkeypatch, capsys)
 
 
 @pytest.mark.parametrize("name", ["tdms", "lvm", "parquet"])
@@ -133,9 +140,8 @@ def test_columns_of_binary_formats_are_recognised(tmp_path: Path, name: str) -> 
 
 
 def test_set_points_that_no_header_gives_are_those_of_the_bench(tmp_path: Path) -> None:
-    bench, runs = bench_and_runs()
-    logs = write_logs(tmp_path / "logs", bench, runs, METRES, slice(1))
-    made = make_project(tmp_path / "p", logs)
+    bench, _ = bench_and_runs()
+    made = made_of(tmp_path, METRES, slice(None), slice(1))
     names, *rows = sheet_of(tmp_path / "p", made)
     assert names == "file;load_n;entrainment_speed_m_s;inlet_temperature_c;exclude;remarks"
     for row, condition in zip(rows, CONDITIONS, strict=True):
@@ -275,8 +281,7 @@ def test_files_that_are_no_logs_are_named_and_not_copied(
 
 
 def test_what_is_left_empty_is_named_with_file_line_and_key(tmp_path: Path) -> None:
-    bench, runs = bench_and_runs()
-    made = make_project(tmp_path / "p", write_logs(tmp_path / "logs", bench, runs[:1]))
+    made = made_of(tmp_path)
     assert len(made.to_fill_in) == 3
     for file, number, line in made.to_fill_in:
         key = line.partition(":")[0]
@@ -388,29 +393,24 @@ def test_hostile_names_stay_text(tmp_path: Path) -> None:
     damaged.write_bytes(b"")
     made = make_project(tmp_path / "p", [log, damaged])
     campaign = campaign_of(tmp_path / "p", made)
-    assert "seed" not in campaign
-    assert set(campaign) <= {*"description data rigs oils columns figures".split()} | {
-        "oils_without_properties",
-        "oil_aliases",
-        "film_unjudged",
-        "header",
-    }
+    keys = "description data rigs oils columns figures header oil_aliases film_unjudged"
+    assert set(campaign) <= {*keys.split(), "oils_without_properties"}
 
 
 def test_damaged_and_foreign_files_are_named(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    damaged = {"a.gz": b"\x1f\x8bxx", "b.pdf": b"%PDF-1.4 \0\0", "c.tdms": b"TDSm\0", "d.csv": b""}
-    for name, content in damaged.items():
-        (tmp_path / name).write_bytes(content)
-    assert main(["init", str(tmp_path / "p"), *(str(tmp_path / name) for name in damaged)]) == 1
-    printed = capsys.readouterr().out
     # what may be a damaged log is copied, so that the workflow refuses it by name
-    copied = {path.name for path in (tmp_path / "p/data/raw/p").iterdir()} - {"runs.csv"}
-    assert copied == {"a.gz", "c.tdms"}
-    for name in damaged:
-        said = "could not be read" if name in copied else "is no log and was not copied"
-        assert f"{name} {said}: " in printed
+    damaged = {"a.gz": b"\x1f\x8bxx", "c.tdms": b"TDSm\0"}
+    foreign = {"b.pdf": b"%PDF-1.4 \0\0", "d.csv": b""}
+    for name, content in {**damaged, **foreign}.items():
+        (tmp_path / name).write_bytes(content)
+    logs = [str(tmp_path / name) for name in (*damaged, *foreign)]
+    assert main(["init", str(tmp_path / "p"), *logs]) == 1
+    printed = capsys.readouterr().out
+    assert {path.name for path in (tmp_path / "p/data/raw/p").iterdir()} == {*damaged, "runs.csv"}
+    assert all(f"{name} could not be read: " in printed for name in damaged)
+    assert all(f"{name} is no log and was not copied: " in printed for name in foreign)
 
 
 def test_project_without_logs_says_what_to_do(

@@ -200,13 +200,17 @@ def test_damaged_byte_does_not_change_the_encoding(
 @pytest.mark.parametrize(
     ("text", "encoding"),
     [
-        ("Gr\u00f6\u00dfe", "cp1252"),
+        ("\u00d6lzulauf [\u00b0C];K\u00fcvette", "cp1252"),
         ("\u6da6\u6ed1\u6cb9, \u5f20", "gb18030"),
         ("\u00b0C", "utf-8"),
+        ("load;1;2;3", "utf-16-le"),
+        ("load;1;2;3", "utf-16-be"),
     ],
 )
-def test_encoding_is_known_in_spite_of_damage(text: str, encoding: str) -> None:
-    assert encodings_of(text.encode(encoding) + b", \xff")[0] == encoding
+def test_encoding_is_known_without_a_mark_and_in_spite_of_damage(text: str, encoding: str) -> None:
+    content = text.encode(encoding)
+    for damage in (b"", b"" if encoding.startswith("utf-16") else b", \xff"):
+        assert encodings_of(content + damage)[0] == encoding
 
 
 @pytest.mark.parametrize(

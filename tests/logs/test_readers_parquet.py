@@ -17,11 +17,11 @@ from oilfilm.logs.base import LARGEST_LOG
 VALUES = formats.columns(40)
 
 
-def with_load(column: Any) -> bytes:
+def with_load(column: Any, **options: Any) -> bytes:
     table = formats.table(VALUES)
     column_number = table.schema.get_field_index("load")
     field = arrow.field("load", column.type, metadata={"unit": "N"})
-    return formats.parquet_file(table.set_column(column_number, field, column))
+    return formats.parquet_file(table.set_column(column_number, field, column), **options)
 
 
 @pytest.mark.parametrize(
@@ -59,19 +59,9 @@ def test_column_of_anything_else_is_refused_in_words(read, column: Any) -> None:
 def test_bit_changed_in_a_page_with_a_checksum_is_found(read) -> None:
     """The digit stays a plausible load: only the checksum shows it."""
     load = np.arange(80.0, 81.0, 0.025)
-    table = formats.table(VALUES)
-    field = arrow.field("load", arrow.float64(), metadata={"unit": "N"})
-    table = table.set_column(table.schema.get_field_index("load"), field, arrow.array(load))
+    plain = {"compression": "none", "use_dictionary": False}
     for checksums in (True, False):
-        buffer = io.BytesIO()
-        parquet.write_table(
-            table,
-            buffer,
-            compression="none",
-            use_dictionary=False,
-            write_page_checksum=checksums,
-        )
-        content = bytearray(buffer.getvalue())
+        content = bytearray(with_load(arrow.array(load), write_page_checksum=checksums, **plain))
         place = content.index(load.tobytes())
         content[place + 8 * 20 + 6] ^= 1  # of the twentieth row's 80.5
         reading = read(bytes(content))
@@ -111,14 +101,11 @@ def test_frame_of_pandas_with_attributes_and_own_names_is_a_log(read) -> None:
     assert run.nominal.max_hertz_pressure_gpa == 1.25
 
 
-def test_other_columns_of_any_type_are_not_read(read) -> None:
+def test_other_columns_of_any_type_are_not_read_and_doubled_ones_refused(read) -> None:
     table = formats.table(VALUES).append_column("note", arrow.array(40 * [{"a": ["x"]}]))
     assert len(read(formats.parquet_file(table)).runs[0]) == 40
-
-
-def test_doubled_column_is_refused(read) -> None:
-    table = formats.table(VALUES).append_column("Load", arrow.array(VALUES["load"]))
-    (refusal,) = read(formats.parquet_file(table)).refusals
+    twice = table.append_column("Load", arrow.array(VALUES["load"]))
+    (refusal,) = read(formats.parquet_file(twice)).refusals
     assert "repeats the column 'load'" in refusal.reason
 
 
