@@ -52,7 +52,15 @@ ROOMS = {
         ),
     ),
     "curation": (
-        ("zero", "zero_source", "standstill", "rolling", "plateaus", "plateau_gates", "statistics"),
+        (
+            "zero",
+            "zero_source",
+            "standstill",
+            "traction_zero",
+            "plateaus",
+            "plateau_gates",
+            "statistics",
+        ),
         ("test_curation", "test_zero_at_standstill", "test_unusual_logs"),
     ),
     "fits": (

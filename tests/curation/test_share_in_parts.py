@@ -17,7 +17,6 @@ from oilfilm.curation.curate import Curated, curate, curate_parts
 from oilfilm.curation.statistics import median, quantile
 from oilfilm.errors import OilfilmError
 from oilfilm.logs.ingest import Ingested, ingest_logs, sample_files
-from oilfilm.tables.table_file import content_digest
 
 ABOUT = {"campaign": "demo", "data": "simulated"}
 CONFIG = bad_logs.CONFIG
@@ -63,24 +62,6 @@ def test_share_in_parts_gives_what_it_gives_as_a_whole(
         groups = [file.metadata.row_group(group).num_rows for group in range(file.num_row_groups)]
         assert max(groups) <= 2 * rows
         assert len(groups) >= len(frame) / (2 * rows)
-
-
-def test_hash_of_samples_does_not_depend_on_shares_and_row_groups(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    rows = len(SOUND["traction"].values["time"])
-    digests = set()
-    for folder, shares, group in (
-        ("one", [LOGS], tables.ROW_GROUP),
-        ("two", [LOGS[2:][::-1], LOGS[:2]], 2 * rows),
-    ):
-        monkeypatch.setattr(tables, "ROW_GROUP", group)
-        for number, share in enumerate(shares):
-            in_parts(iter(share), tmp_path / folder / str(number))
-        digests.add(content_digest((tmp_path / folder).rglob("*.parquet")))
-    ((_, counted),) = digests
-    samples = ingest_logs(LOGS, CONFIG).all_samples()
-    assert counted == len(samples) > 4 * rows
 
 
 @pytest.mark.nightly

@@ -95,10 +95,6 @@ def test_a_tare_of_one_row_is_refused_and_stops_no_other_text(config):
     assert refused["rule"].tolist() == ["zero_missing"]
 
 
-def test_no_logs_give_empty_tables(config):
-    assert all(table.empty for table in measured([], config))
-
-
 @pytest.mark.parametrize("name", formats.WRITERS)
 def test_columns_with_names_of_their_own_are_found_in_any_format(config, name):
     values = by_quantity(signals())

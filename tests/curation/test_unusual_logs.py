@@ -70,6 +70,9 @@ SOUND: dict[str, Callable[[Columns], Columns]] = {
     "standstill before the run": lambda values: at_rest(values, 0),
     "standstill in the middle": lambda values: at_rest(values, 480),
     "coarse thermometer": coarse_thermometer,
+    "coarse force sensor": lambda values: {
+        **values, "traction_force": np.round(values["traction_force"], 2),
+    },
     "coarse load cell": lambda values: {**values, "load": np.round(values["load"])},
     "whole revolutions": lambda values: {
         **values, **{name: np.round(values[name]) for name in SPINDLES},
@@ -247,6 +250,7 @@ def test_light_contact_whose_zero_is_a_little_off_is_used() -> None:
         ({"ball_speed": 1 / 60, "disc_speed": 1 / 60}, "speed_unit", "1/s labelled 1/min"),
         ({"disc_speed": np.pi / 30}, "speed_unit", "disc's speed 9.549 times as large"),
         ({"load": 1e-3}, "load_off_nominal", "may be in kN"),
+        ({"load": 1 / 9.80665}, "load_off_nominal", "may be in kgf"),
         ({"load": 1 / 4.4482216}, "load_off_nominal", "may be in lbf"),
         ({"ball_speed": 1.3}, "zero_missing", "wrong track radii"),
     ],

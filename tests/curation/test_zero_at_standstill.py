@@ -1,6 +1,7 @@
 """The zero of logs that stand still at both ends, and phases that only seem to roll."""
 
 import re
+from typing import Any
 
 import numpy as np
 import pytest
@@ -55,15 +56,13 @@ def test_readings_at_standstill_give_the_zero(
     assert largest_error(curated) < NOISE
 
 
-@pytest.mark.parametrize("after_s", [0.0, 0.7])
-def test_standstill_before_a_run_gives_the_zero_alone(after_s: float) -> None:
-    curated = judged(log(still_s=(20.0, after_s)), "standstill")
+@pytest.mark.parametrize(
+    "values", [log(still_s=(20.0, 0.0)), log(still_s=(20.0, 0.7)), log(drift_n=0.15)]
+)
+def test_zero_of_one_standstill_or_with_little_drift_leaves_no_trace(values: Columns) -> None:
+    curated = judged(values, "standstill")
     assert curated.points["accepted"].all()
     assert largest_error(curated) < NOISE
-
-
-def test_zero_at_standstill_that_drifts_little_leaves_no_trace() -> None:
-    assert largest_error(judged(log(drift_n=0.15), "standstill")) < NOISE
 
 
 @pytest.mark.parametrize(
@@ -89,32 +88,27 @@ def test_refusal_names_the_standstill_and_what_to_write(zero: str, first: float)
         assert words in reason(curated)
 
 
-def test_first_level_that_is_part_of_the_curve_is_no_pure_rolling() -> None:
-    """At S = 0.002 the planted traction is 0.0091 of 0.05."""
-    sentence = reason(judged(log(still_s=(0.0, 0.0), ramp_s=0.0), "opening_phase"))
-    assert "slide-roll ratio is 0.0020" in sentence
-    assert "allowed 2%" in sentence
+ROLLING = {"levels": (0.0, *LEVELS[1:], 0.0), "still_s": (0.0, 0.0), "ramp_s": 0.0}
 
 
-@pytest.mark.parametrize(("offset_n", "refused"), [(0.35, True), (0.0, False), (0.1, False)])
-def test_force_at_standstill_contradicts_a_zero_that_was_removed(
-    offset_n: float, refused: bool
+@pytest.mark.parametrize(
+    ("run", "offset_n", "words"),
+    [
+        ({}, 0.35, "in the opening phase of standstill"),
+        ({}, 0.0, ""),
+        ({}, 0.1, ""),
+        (ROLLING, 0.35, "without slip"),
+        (ROLLING, -0.35, "without slip"),
+        (ROLLING, 0.0, ""),
+    ],
+)
+def test_force_at_standstill_or_without_slip_contradicts_a_zero_that_was_removed(
+    run: dict[str, Any], offset_n: float, words: str
 ) -> None:
-    curated = judged(log(offset_n=offset_n), "already_removed")
-    assert curated.quarantine["rule"].tolist() == (["zero_left"] if refused else [])
-    if refused:
-        assert re.search(r"is 0\.3[45]\d* N in the opening phase of standstill", reason(curated))
-
-
-@pytest.mark.parametrize(("offset_n", "refused"), [(0.35, True), (-0.35, True), (0.0, False)])
-def test_force_without_slip_contradicts_a_zero_that_was_removed(
-    offset_n: float, refused: bool
-) -> None:
-    values = log((0.0, *LEVELS[1:], 0.0), offset_n, still_s=(0.0, 0.0), ramp_s=0.0)
-    curated = judged(values, "already_removed")
-    assert curated.quarantine["rule"].tolist() == (["zero_left"] if refused else [])
-    if refused:
-        assert re.search(r"is -?0\.3[45]\d* N without slip", reason(curated))
+    curated = judged(log(offset_n=offset_n, **run), "already_removed")
+    assert curated.quarantine["rule"].tolist() == (["zero_left"] if words else [])
+    if words:
+        assert re.search(rf"is -?0\.3[45]\d* N {words}", reason(curated))
 
 
 def test_ramps_beside_a_standstill_are_no_part_of_the_levels() -> None:
@@ -127,7 +121,7 @@ def test_ramps_beside_a_standstill_are_no_part_of_the_levels() -> None:
 
 
 def test_unit_of_a_load_is_offered_where_only_the_traction_shows_it() -> None:
-    values = log(still_s=(0.0, 0.0), ramp_s=0.0, levels=(0.0, *LEVELS[1:], 0.0))
+    values = log(**ROLLING)
     curated = judged({**values, "load": values["load"] / 9.80665}, "rolling_phases")
     assert "may be in kgf (times 9.807)" in reason(curated)
     # a force that is ten times too large by another cause has no unit to offer

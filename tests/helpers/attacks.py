@@ -1,4 +1,4 @@
-"""Damages of other kinds than `mutations`: of lines, numbers, encodings, sectors and packings.
+"""Random damages of log files: what disks, cables, editors and people do to them.
 
 `rows_written` counts the rows of a log without any reader of oilfilm.
 """
@@ -7,10 +7,43 @@ import gzip
 import re
 from collections.abc import Callable
 
+import numpy as np
 from numpy.random import Generator
+
+from oilfilm.curation.curate import check_logs
+from oilfilm.curation.rig_kind import RigKind
+from oilfilm.curation.traction_rig import TRACTION_RIG
+from oilfilm.settings.resolved import Settings
 
 _NUMBER = re.compile(rb"-?\d+\.\d+(?:e-?\d+)?")
 _SECTOR = 512
+_ABSURD = [
+    b"\x00" * 50,
+    b"nan",
+    b"inf",
+    b"-inf",
+    b"1e999",
+    b"9" * 400,
+    b"\xff\xfe",
+    b"\r",
+    b"\n\n\n",
+    b",,,,,,,,",
+    b"\t" * 30,
+    b'"',
+    b"# oil: \n",
+    b"Step 1 started at 99/99/9999 99:99:99\n",
+    b"=HYPERLINK(1)",
+    b"-0",
+    b"1,5",
+    b"\xff" * 8,
+    b"\xff\xff\xff\x7f",
+    b"\x00" * 7 + b"\xf0\x7f",
+    b"TDSm",
+    b"PAR1",
+    b"***End_of_Header***\n",
+    b"Channels\t99999999999999999999\n",
+    b"X_Value\t",
+]
 
 
 def _lines(content: bytes) -> list[bytes]:
@@ -20,6 +53,39 @@ def _lines(content: bytes) -> list[bytes]:
 def _some(random: Generator, size: int) -> tuple[int, int]:
     start = int(random.integers(0, max(size, 1)))
     return start, min(size, start + int(random.integers(1, 40)))
+
+
+def _stretch(content: bytes, random: Generator) -> tuple[int, int]:
+    """A stretch of up to 4000 bytes."""
+    start, stop = sorted(int(position) for position in random.integers(0, len(content) + 1, 2))
+    return start, min(stop, start + int(random.integers(1, 4000)))
+
+
+def _flipped(content: bytes, _: bytes, random: Generator) -> bytes:
+    """One to twenty bits turned over."""
+    changed = bytearray(content)
+    for position in random.integers(0, len(content), random.integers(1, 20)) if content else ():
+        changed[position] ^= 1 << int(random.integers(0, 8))
+    return bytes(changed)
+
+
+def _cut(content: bytes, _: bytes, random: Generator) -> bytes:
+    """The beginning, the end or the middle is lost."""
+    start, stop = _stretch(content, random)
+    kept = (content[:start], content[stop:], content[:start] + content[stop:])
+    return kept[int(random.integers(0, len(kept)))]
+
+
+def _absurd(content: bytes, _: bytes, random: Generator) -> bytes:
+    """Something absurd between the bytes, over them, or in a cell."""
+    start, _stop = _stretch(content, random)
+    text, kind = _ABSURD[int(random.integers(0, len(_ABSURD)))], int(random.integers(0, 3))
+    if kind < 2:
+        # over what is there: lengths and offsets of a binary file stay in step
+        return content[:start] + text + content[start + kind * len(text) :]
+    cell = content.find(b",", start)
+    end = content.find(b",", cell + 1)
+    return content[: cell + 1] + text + content[end:] if 0 <= cell < end else content
 
 
 def _shuffled(content: bytes, _: bytes, random: Generator) -> bytes:
@@ -117,14 +183,15 @@ def _packed(content: bytes, _: bytes, random: Generator) -> bytes:
 
 
 MUTATORS = (
+    *(_flipped, _cut, _absurd),
     *(_shuffled, _interleaved, _spliced, _numbers, _sectors, _encoded),
     *(_line_ends, _repeated, _columns, _packed),
 )
 
 
 def attack(content: bytes, donor: bytes, random: Generator) -> bytes:
-    """One or two damages; `donor` is another log, from which some take a part."""
-    for _ in range(random.integers(1, 3)):
+    """One to three damages; `donor` is another log, from which some take a part."""
+    for _ in range(random.integers(1, 4)):
         content = MUTATORS[int(random.integers(0, len(MUTATORS)))](content, donor, random)
     return content
 
@@ -140,3 +207,18 @@ def rows_written(content: bytes) -> int | None:
     lines = [line for line in re.split(rb"\r\n|\n|\r", content) if re.search(rb"\w", line)]
     rows = [line for line in lines if not line.lstrip().startswith(b"#")]
     return len(rows) - 1 if sum(b"time [s]" in line for line in rows) == 1 else None
+
+
+def carry(content: bytes, config: Settings, kind: RigKind = TRACTION_RIG) -> str:
+    """Read and curate one damaged file; the rule or verdict it ends in.
+
+    Asserts what must hold for any bytes. Readers raise where a row is lost.
+    """
+    verdict = check_logs([("log", content)], config, kind)
+    points, runs, quarantine = verdict.points, verdict.runs, verdict.quarantine
+    assert len(points) == runs["plateaus"].sum()
+    assert not np.isinf(points.select_dtypes("float")).any(axis=None)
+    assert ((runs["verdict"] == "accepted") | (runs["reason"] != "")).all()
+    assert (quarantine["reason"] != "").all()
+    assert len(runs) + len(quarantine) > 0
+    return str(quarantine["rule"].iloc[0] if len(quarantine) else runs["verdict"].iloc[0])

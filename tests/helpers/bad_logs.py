@@ -200,7 +200,6 @@ TDMS, LVM, PARQUET = (
 )
 HTML = b"<!DOCTYPE html>\n<html><body><h1>502 Bad Gateway</h1></body></html>\n"
 ZST = arrow.compress(GOOD, "zstd", asbytes=True)
-BRIEF = good((0.0, 0.0, 0.0, 0.05, 0.1, 0.2, 0.0, 0.0, 0.0), 1.0)
 HALVED_SLIP, DOUBLED_SPEED = logged_twice(per_slip=50), logged_twice(speed=60e3)
 PCS_LACKING = pcs(table=PCS_TABLE.replace("Ball Load (N)", "Ball Weight (N)"))
 ENDLESS_STEP = pcs().replace(b"Step 1 ", b"Step " + 5000 * b"1" + b" ")
@@ -300,13 +299,6 @@ BAD_LOGS = (
         "zero_missing",
         speed_zero=(csv(good(speed_m_s=0.0)), "slide-roll ratio of"),
     ),
-    *bad(
-        "load_off_nominal",
-        load_in_kgf=(csv(changed("load", lambda load: load / 9.80665)), "may be in kgf"),
-    ),
-    *bad("speed_off_nominal", wrong_speed=(csv(good(speed_m_s=25.0)), "speed")),
-    *bad("temperature_off_nominal", cold=(csv(inlet_temperature_c=100), "temperature")),
-    *bad("not_steady", short_plateaus=(csv(BRIEF), "within the plateaus")),
     # --- exports of PCS rigs
     *bad("columns", config=PCS_CONFIG, pcs_missing_column=(PCS_LACKING, "the columns Ball Load")),
     *bad("not_a_sweep", warm_up=(csv(log_kind="warm-up"), "log_kind: 'warm-up'; expected cont")),

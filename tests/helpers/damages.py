@@ -81,20 +81,42 @@ SOUND = {
 }
 
 
+def in_rows(
+    log: SoundLog, name: str, rows: slice, change: Callable[[np.ndarray], np.ndarray | float]
+) -> bytes:
+    """One column changed in some rows."""
+
+    def changed(column: np.ndarray) -> np.ndarray:
+        column[rows] = change(column[rows])
+        return column
+
+    return log.column(name, changed)
+
+
 def clock_set(log: SoundLog, by_s: float) -> bytes:
     """The clock is set by some seconds within the held level."""
-    after = np.arange(len(log.values["time"])) >= log.held.start + 9
-    return log.column("time", lambda time: time + by_s * after)
+    return in_rows(log, "time", slice(log.held.start + 9, None), lambda time: time + by_s)
 
 
 def in_held_level(log: SoundLog, name: str, factor: Callable[[np.ndarray], np.ndarray]) -> bytes:
     """One column times a factor that depends on the position within one level, from 0 to 1."""
+    return in_rows(log, name, log.held, lambda held: held * factor(np.linspace(0, 1, len(held))))
 
-    def change(column: np.ndarray) -> np.ndarray:
-        column[log.held] *= factor(np.linspace(0, 1, len(column[log.held])))
-        return column
 
-    return log.column(name, change)
+def stuck(log: SoundLog) -> bytes:
+    """The sensor keeps its reading through the held level."""
+    return in_rows(log, log.sensor, log.held, lambda held: held[0])
+
+
+def stops_moving(log: SoundLog, name: str) -> bytes:
+    """A signal repeats one reading from the middle of the run on."""
+    half = slice(len(log.values["time"]) // 2, None)
+    return in_rows(log, name, half, lambda rest: rest[0])
+
+
+def without_readings(log: SoundLog) -> bytes:
+    """The sensor gives no numbers for most of a level."""
+    return in_rows(log, log.sensor, log.held, lambda held: np.nan)
 
 
 def held_for_1_5_s(log: SoundLog) -> bytes:
@@ -106,36 +128,6 @@ def without_ends(log: SoundLog, start: int, stop: int) -> bytes:
     """Without so many rows at the start and at the end."""
     rows = np.arange(len(log.values["time"]))
     return log.rows((rows >= start) & (rows < len(rows) - stop))
-
-
-def stuck(log: SoundLog) -> bytes:
-    """The sensor keeps its reading through the held level."""
-
-    def change(column: np.ndarray) -> np.ndarray:
-        column[log.held] = column[log.held.start]
-        return column
-
-    return log.column(log.sensor, change)
-
-
-def stops_moving(log: SoundLog, name: str) -> bytes:
-    """A signal repeats one reading from the middle of the run on."""
-
-    def change(column: np.ndarray) -> np.ndarray:
-        column[len(column) // 2 :] = column[len(column) // 2]
-        return column
-
-    return log.column(name, change)
-
-
-def without_readings(log: SoundLog) -> bytes:
-    """The sensor gives no numbers for most of a level."""
-
-    def change(column: np.ndarray) -> np.ndarray:
-        column[log.held] = np.nan
-        return column
-
-    return log.column(log.sensor, change)
 
 
 def saturated(log: SoundLog, name: str) -> bytes:

@@ -1,18 +1,16 @@
-"""Damages of another kind than those of the fuzz tests, and rows counted without a reader."""
-
-from collections.abc import Callable
+"""Whatever happens to a file: a verdict, never a traceback, and no row lost."""
 
 import pytest
-from numpy.random import Generator
 
-from attacks import MUTATORS, attack, rows_written
+from attacks import MUTATORS, attack, carry, rows_written
+from bad_logs import PCS_CONFIG
 from damages import SOUND
 from formats import WRITERS
-from mutations import carry
+from nights import nightly
 from oilfilm.curation.curate import check_logs
 from oilfilm.randomness import generator
-
-Mutator = Callable[[bytes, bytes, Generator], bytes]
+from oilfilm.settings.resolved import Settings
+from pcs_exports import film_export, traction_export
 
 
 @pytest.mark.parametrize("mutator", MUTATORS, ids=lambda mutator: mutator.__name__.strip("_"))
@@ -30,9 +28,32 @@ def test_every_row_of_a_damaged_log_is_accepted_or_refused(rig: str, mutator) ->
         assert samples <= written <= samples + runs["refused_rows"].sum()
 
 
+# How many files of each format are damaged; `make bench-fuzz` takes 20 000.
+NUMBERS = pytest.mark.parametrize("files", [12, nightly(200)])
+
+
+@pytest.mark.no_cover
+@NUMBERS
+def test_damaged_pcs_logs_end_in_a_verdict(files: int) -> None:
+    random = generator(1, "fuzz pcs")
+    etm, ehd = traction_export(range(1, 6)), film_export()
+    damaged = [attack(etm, ehd, random) for _ in range(files)]
+    damaged += [attack(ehd, etm, random) for _ in range(files)]
+    assert len({carry(each, PCS_CONFIG) for each in damaged}) >= 4
+
+
+@pytest.mark.no_cover
+@NUMBERS
+@pytest.mark.parametrize("rig", SOUND)
 @pytest.mark.parametrize("name", WRITERS)
-def test_several_damages_end_in_a_verdict(name: str) -> None:
-    log, random = SOUND["traction"], generator(1, "attacks", name)
-    content, donor = log.written(name), log.text()
-    verdicts = {carry(attack(content, donor, random), log.config) for _ in range(5)}
-    assert len(verdicts) >= 2
+def test_damaged_logs_of_every_format_end_in_a_verdict(rig: str, name: str, files: int) -> None:
+    log, random = SOUND[rig], generator(1, f"fuzz {rig} {name}")
+    content = log.written(name)
+    damaged = [content[: int(share * len(content))] for share in (0.03, 0.5, 0.9, 0.999)]
+    damaged += [attack(content, log.text(), random) for _ in range(files)]
+    assert len({carry(each, log.config, log.kind) for each in damaged}) >= 3
+
+
+@pytest.mark.parametrize("content", [b"", b"\n", b"\0", b"#", b"# oil: 4102", b"\xef\xbb\xbf"])
+def test_next_to_nothing_ends_in_a_verdict(config: Settings, content: bytes) -> None:
+    assert carry(content, config) in {"unknown_format", "columns"}

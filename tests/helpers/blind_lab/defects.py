@@ -56,7 +56,6 @@ class Fault:
         of_run: Changes the run before it is written (SI units).
         of_draft: Changes the log as it is written.
         condition: Changes what is asked of the rig.
-        plain: The dialect must be plain text that the fault can be made in.
     """
 
     rules: tuple[str, ...]
@@ -139,20 +138,15 @@ def load_step(recording: Recording, random: Random) -> Recording:
     return recording.changed(load=load)
 
 
-def backward_clock(recording: Recording, random: Random) -> Recording:
-    """The clock is set back by a minute."""
-    time = recording.signals["time"].copy()
-    start, _ = _middle(recording)
-    time[start:] -= 60.0
-    return recording.changed(time=time)
+def clock_set(by: float) -> Callable[[Recording, Random], Recording]:
+    """The clock jumps by so many seconds: it is set back, or the logger pauses."""
 
+    def change(recording: Recording, random: Random) -> Recording:
+        time = recording.signals["time"].copy()
+        time[_middle(recording)[0] :] += by
+        return recording.changed(time=time)
 
-def paused(recording: Recording, random: Random) -> Recording:
-    """The logger pauses for a minute."""
-    time = recording.signals["time"].copy()
-    start, _ = _middle(recording)
-    time[start:] += 60.0
-    return recording.changed(time=time)
+    return change
 
 
 def doubled_rows(recording: Recording, random: Random) -> Recording:
@@ -262,14 +256,31 @@ def without_unit(sound: Draft, random: Random) -> Draft:
     )
 
 
-def cut_off(sound: Draft, random: Random) -> Draft:
+def rewritten(change: Callable[[Draft, list[str]], list[str]]) -> Callable[[Draft, Random], Draft]:
+    """The lines of the written text are others."""
+
+    def changed(sound: Draft, random: Random) -> Draft:
+        plain, encoding = replace(sound.dialect, packed=False), sound.dialect.encoding
+        lines = replace(sound, dialect=plain).bytes().decode(encoding).splitlines(keepends=True)
+        content = "".join(change(sound, lines)).encode(encoding)
+        return replace(sound, dialect=plain, content=content)
+
+    return changed
+
+
+def cut_off(sound: Draft, lines: list[str]) -> list[str]:
     """The file ends in the middle of a row."""
-    plain = replace(sound, dialect=replace(sound.dialect, packed=False))
-    text = plain.bytes().decode(sound.dialect.encoding)
-    lines = text.splitlines(keepends=True)
-    half = lines[: int(0.7 * len(lines))]
-    half[-1] = half[-1][: len(half[-1]) // 2]
-    return replace(plain, content="".join(half).encode(sound.dialect.encoding))
+    last = int(0.7 * len(lines)) - 1
+    return [*lines[:last], lines[last][: len(lines[last]) // 2]]
+
+
+def torn_rows(sound: Draft, lines: list[str]) -> list[str]:
+    """A fifth of the rows lacks a cell."""
+    first = len(lines) - len(sound.recording)
+    return [
+        line.partition(sound.dialect.delimiter)[2] if index >= first and index % 5 == 0 else line
+        for index, line in enumerate(lines)
+    ]
 
 
 def junk(sound: Draft, random: Random) -> Draft:
@@ -281,19 +292,6 @@ def names_alone(sound: Draft, random: Random) -> Draft:
     """The logger wrote its header and no row."""
     empty = {name: (unit, values[:0]) for name, (unit, values) in sound.columns.items()}
     return replace(sound, columns=empty)
-
-
-def torn_rows(sound: Draft, random: Random) -> Draft:
-    """A fifth of the rows lacks a cell."""
-    plain = replace(sound, dialect=replace(sound.dialect, packed=False))
-    delimiter = sound.dialect.delimiter
-    lines = plain.bytes().decode(sound.dialect.encoding).splitlines(keepends=True)
-    first = len(lines) - len(sound.recording)
-    torn = [
-        line.partition(delimiter)[2] if index >= first and index % 5 == 0 else line
-        for index, line in enumerate(lines)
-    ]
-    return replace(plain, content="".join(torn).encode(sound.dialect.encoding))
 
 
 # ---------------------------------------------------------------- the list
@@ -348,8 +346,8 @@ FAULTS: dict[str, Fault] = {
     "15 % wild readings": Fault(("spiky", "not_steady", "no_point_left"), wild),
     "zero drifts by 1 N": Fault(("zero_drift",), drifting("force", 1.0)),
     "force cable off": Fault(("no_traction", "curve_off"), dead_force),
-    "clock set back": Fault(("time_disorder",), backward_clock),
-    "logger paused": Fault(("clock_jump",), paused),
+    "clock set back": Fault(("time_disorder",), clock_set(-60.0)),
+    "logger paused": Fault(("clock_jump",), clock_set(60.0)),
     "rows written twice": Fault(("time_disorder",), doubled_rows),
     "block of NaN": Fault(("missing_readings",), missing_block),
     "time in ms, labelled s": Fault(("time_unit",), scaled("time", 1e3)),
@@ -365,10 +363,10 @@ FAULTS: dict[str, Fault] = {
     "no temperature column": Fault(("columns",), of_draft=without_column("celsius")),
     "no unit of the load": Fault(("columns",), of_draft=without_unit),
     "force labelled in degrees": Fault(("columns",), of_draft=relabelled("force", "°C")),
-    "file cut off": Fault(("truncated",), of_draft=cut_off),
+    "file cut off": Fault(("truncated",), of_draft=rewritten(cut_off)),
     "no text": Fault(("unknown_format",), of_draft=junk),
     "names without rows": Fault(("no_rows",), of_draft=names_alone),
-    "torn rows": Fault(("unreadable_row", "clock_jump"), of_draft=torn_rows),
+    "torn rows": Fault(("unreadable_row", "clock_jump"), of_draft=rewritten(torn_rows)),
 }
 
 

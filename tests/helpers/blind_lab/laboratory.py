@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import yaml
 
-from blind_lab.bench import Bench, Condition, Recording, draw_bench
+from blind_lab.bench import Bench, Condition, draw_bench
 from blind_lab.defects import FAULTS, Draft, draft, faulty
 from blind_lab.dialects import HEADER, NAMES, Dialect, draw_dialect, suffix
 from blind_lab.truth import Oil, draw_machine, draw_oil
@@ -103,10 +103,7 @@ def build(project: Path, config: Path, seed: int, faults: bool = True) -> Labora
             name = str(random.choice(list(oils)))
             dialect = replace(draw_dialect(random), packed=False)
             # a condition of its own, so that no other run of the campaign takes its place
-            between = Condition(
-                *(round(random.uniform(min(each), max(each)), 3) for each in levels)
-            )
-            content = faulty(fault, oils[name], between, bench, dialect, random)
+            content = faulty(fault, oils[name], _between(levels, random), bench, dialect, random)
             file(content, dialect, f"fault_{number:03}", Filed("", name, kind, fault.rules))
         for kind, rules, name, sound in _misfiled(drafts, bench, oils, levels, random):
             file(
@@ -142,15 +139,9 @@ def _misfiled(
     first, second = list(oils)[:2]
     plain = replace(draw_dialect(random), packed=False)
 
-    def again(sound: Draft, header: dict[int, str] | None = None, oil: str | None = None) -> Draft:
-        recording: Recording = sound.recording
-        if oil is not None:
-            recording = replace(recording, oil=oils[oil].names)
-        fresh = draft(recording, plain, bench)
-        lines = list(fresh.header.items())
-        for index, text in (header or {}).items():
-            lines[index] = (lines[index][0], text)
-        return replace(fresh, header=dict(lines))
+    def again(sound: Draft, oil: str = first) -> Draft:
+        recording = replace(sound.recording, oil=oils[oil].names)
+        return draft(recording, plain, bench)
 
     def other_oil(number: int) -> Draft:
         """A run of the first oil at a condition, labelled as the second's."""
@@ -163,11 +154,9 @@ def _misfiled(
     )
     repeat = bench.run(oils[first], drafts[first][6].recording.condition, random)
     by_load = draft(repeat, plain, bench)
-    pressure = repeat.condition.pressure
-    keys = list(by_load.header)
-    values = list(by_load.header.values())
-    keys[1], values[1] = "load_n", f"{bench.machine.load(pressure * 1e9):.3f}"
-    by_load = replace(by_load, header=dict(zip(keys, values, strict=True)))
+    header = list(by_load.header.items())
+    header[1] = "load_n", f"{bench.machine.load(repeat.condition.pressure * 1e9):.3f}"
+    by_load = replace(by_load, header=dict(header))
     return [
         ("byte copy", ("duplicate_log",), first, drafts[first][2]),
         ("same samples in another format", ("duplicate_log",), first, again(drafts[first][3])),
