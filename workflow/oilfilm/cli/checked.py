@@ -17,10 +17,9 @@ from oilfilm.curation.plateau_gates import PLATEAU_GATES
 from oilfilm.curation.rig_kind import RigKind
 from oilfilm.curation.run_gates import RUN_GATES
 from oilfilm.curation.verdicts import advice_for
-from oilfilm.logs.base import LOADS, SET_POINTS
+from oilfilm.logs.base import LOADS, NOTHING_UNDERSTOOD, SET_POINTS
 from oilfilm.logs.ingest import Ingested, ReadLog
 from oilfilm.logs.run_sheet import RunSheet
-from oilfilm.logs.understood import NOTHING_UNDERSTOOD
 from oilfilm.settings.base import Group, Result, key
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables import failed_gates

@@ -3,12 +3,11 @@
 Decides: the files that `oilfilm init` writes.
 """
 
-import csv
-import io
 from collections import Counter
 from collections.abc import Iterator
 
 import numpy as np
+import pandas as pd
 import yaml
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
@@ -77,12 +76,11 @@ def campaign_yaml(name: str, found: Findings) -> str:
 def summary(found: Findings) -> Iterator[str]:
     """How the logs are written and what they cover, one line for each way of writing."""
     forms = Counter((log.format, log.form) for log in found.logs).most_common()
-    for form, _ in forms[:_FORMS_LISTED]:
-        logs = [log for log in found.logs if (log.format, log.form) == form]
-        words = [form[0], *([form[1].encoding] if form[1].encoding else [])]
-        if form[1].delimiter:
-            words += [f"delimiter {form[1].delimiter}", f"decimal {form[1].decimal_mark}"]
-        yield f"{len(logs)} {'log' if len(logs) == 1 else 'logs'}: {', '.join(words)}"
+    for (name, form), count in forms[:_FORMS_LISTED]:
+        words = [name, *([form.encoding] if form.encoding else [])]
+        if form.delimiter:
+            words += [f"delimiter {form.delimiter}", f"decimal {form.decimal_mark}"]
+        yield f"{count} {'log' if count == 1 else 'logs'}: {', '.join(words)}"
     if others := sum(count for _, count in forms[_FORMS_LISTED:]):
         yield f"{others} logs that are written in other ways"
     for log in found.logs:
@@ -160,30 +158,20 @@ def oil_yaml(oil: str, found: Findings) -> str:
 
 def run_sheet(found: Findings) -> str:
     """`data/raw/<name>/runs.csv`: what the headers of the logs do not say."""
-    rows = [row for log in found.logs for row in _rows(log, found)]
-    used = [key for key in SET_POINTS if any(key in row for row in rows)]
-    parts = ["run"] if any("run" in row for row in rows) else []
-    oil = ["oil"] if found.unnamed_oil else []
-    text = io.StringIO()
-    writer = csv.DictWriter(
-        text,
-        ["file", *parts, *oil, *used, "exclude", "remarks"],
-        delimiter=";" if found.decimal_comma else ",",
-        lineterminator="\n",
-        restval="",
+    rows = pd.DataFrame([row for log in found.logs for row in _rows(log, found)])
+    used = [name for name in ("run", "oil", *SET_POINTS) if name in rows]
+    columns = ["file", *used, "exclude", "remarks"]
+    sep, decimal = (";", ",") if found.decimal_comma else (",", ".")
+    return rows.reindex(columns=columns).to_csv(
+        index=False, sep=sep, decimal=decimal, float_format="%g", lineterminator="\n"
     )
-    writer.writeheader()
-    writer.writerows(rows)
-    return text.getvalue()
 
 
-def _rows(log: Sniffed, found: Findings) -> Iterator[dict[str, str]]:
+def _rows(log: Sniffed, found: Findings) -> Iterator[dict[str, object]]:
     for run in rows_of_sheet(log):
-        row = {"file": log.file, **({"run": run.part} if run.part else {})}
         given = set_points(run)
-        row |= {key: f"{value:g}" for key, value in given.items()}
-        if found.decimal_comma:
-            row |= {key: row[key].replace(".", ",") for key in given}
+        row = {"file": log.file, **({"run": run.part} if run.part else {}), **given}
+        row |= {"oil": ""} if found.unnamed_oil else {}
         remarks = [run.doubt] if run.doubt else []
         if set(given) - run.lines.keys():
             remarks.append("guess: set points are medians of the log")

@@ -19,16 +19,17 @@ from oilfilm.logs.base import (
     LARGEST_READING,
     NO_TEXT,
     Flaw,
+    LogColumn,
     LoggedRun,
     Reading,
     Refusal,
     TextForm,
+    Understood,
     as_ranges,
 )
 from oilfilm.logs.header import FORMAT_ADVICE, FULL_WIDTH, apart
 from oilfilm.logs.log_kind import Column, ContinuousLog, FloatArray, LogKind, Renamed, Vocabulary
 from oilfilm.logs.run_sheet import SheetOfLog
-from oilfilm.logs.understood import LogColumn, Understood
 from oilfilm.settings import campaign as campaign_file
 from oilfilm.settings.base import plain_key
 from oilfilm.settings.resolved import Settings

@@ -24,6 +24,7 @@ from oilfilm.logs.base import (
     Reading,
     Refusal,
     TextForm,
+    Understood,
     refused_file,
     refused_ranges,
 )
@@ -32,7 +33,6 @@ from oilfilm.logs.log_kind import LogKind
 from oilfilm.logs.registry import READERS, recognised_format
 from oilfilm.logs.run_sheet import NO_SHEET, RunSheet, SheetOfLog
 from oilfilm.logs.traction_log import TRACTION
-from oilfilm.logs.understood import Understood
 from oilfilm.physics.rigs import Contact
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables import LARGEST

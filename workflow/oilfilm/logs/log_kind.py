@@ -7,8 +7,15 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
-from oilfilm.logs.base import Columns, Flaw, LoggedRun, Nominal, Refusal
-from oilfilm.logs.understood import NOTHING_UNDERSTOOD, Understood
+from oilfilm.logs.base import (
+    NOTHING_UNDERSTOOD,
+    Columns,
+    Flaw,
+    LoggedRun,
+    Nominal,
+    Refusal,
+    Understood,
+)
 from oilfilm.settings import campaign as campaign_file
 from oilfilm.settings.campaign import Campaign
 from oilfilm.settings.resolved import Settings

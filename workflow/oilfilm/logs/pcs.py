@@ -18,11 +18,13 @@ import pandas as pd
 
 from oilfilm.logs.base import (
     LARGEST_READING,
+    LogColumn,
     LoggedRun,
     Names,
     Reading,
     Refusal,
     TextForm,
+    Understood,
     distinct,
     number,
     refused_file,
@@ -34,7 +36,6 @@ from oilfilm.logs.header import FORMAT_ADVICE
 from oilfilm.logs.log_kind import FloatArray, IndexArray, LogKind
 from oilfilm.logs.run_sheet import Labels, SheetOfLog
 from oilfilm.logs.traction_log import TRACTION, nominal
-from oilfilm.logs.understood import LogColumn, Understood
 from oilfilm.settings.resolved import Settings
 from oilfilm.units import Conversion
 

@@ -53,24 +53,17 @@ def named_logs(folder: Path) -> Iterator[tuple[str, str]]:
     inside = folder.resolve()
     for path in sorted(folder.rglob("*")):
         relative = path.relative_to(folder)
-        name, fault = relative.as_posix(), ""
-        hidden = _is_hidden(relative)
-        if path.is_symlink() and path.is_dir() and not hidden:
+        name = relative.as_posix()
+        if any(part.startswith((".", _LOCK_FILE)) for part in relative.parts):
+            continue
+        if path.is_symlink() and path.is_dir():
             yield name, f"{path}: is a link to a folder. Copy the logs into {folder}."
+        elif not path.is_file() or path.stem.upper() == "README" or is_sheet(path, folder):
             continue
-        if hidden or not path.is_file() or _is_readme(path) or is_sheet(path, folder):
-            continue
-        if not path.resolve().is_relative_to(inside):
-            fault = f"{path}: is a link that leads out of {folder}. Copy the log into the folder."
-        yield name, fault or unfit_name(name, path)
-
-
-def _is_hidden(relative: Path) -> bool:
-    return any(part.startswith((".", _LOCK_FILE)) for part in relative.parts)
-
-
-def _is_readme(path: Path) -> bool:
-    return path.stem.upper() == "README"
+        elif not path.resolve().is_relative_to(inside):
+            yield name, f"{path}: is a link that leads out of {folder}. Copy the log into it."
+        else:
+            yield name, unfit_name(name, path)
 
 
 def unfit_name(name: str, path: Path | str) -> str:
@@ -80,12 +73,11 @@ def unfit_name(name: str, path: Path | str) -> str:
         name: Its name there, text that others must be able to hold.
         path: Where it is.
     """
-    unfit = _UNFIT.search(name)
+    if (unfit := _UNFIT.search(name)) is None:
+        return ""
     return (
         f"{path}: {unfit[0]!r} cannot be in the name of a log: expected text in UTF-8 without "
         "braces, angle brackets, backslashes or control characters. Rename it."
-        if unfit
-        else ""
     )
 
 
@@ -204,10 +196,9 @@ def remove_others(folder: Path, oils: Collection[str], shares: Collection[int]) 
         oils: The oils of the campaign.
         shares: The shares of its logs.
     """
-    wanted = {f"oil={oil}/part-{share}.parquet" for oil in oils for share in shares}
-    for path in sorted(folder.glob("oil=*/part-*.parquet")):
-        if path.relative_to(folder).as_posix() not in wanted:
-            path.unlink()
+    wanted = {folder / f"oil={oil}/part-{share}.parquet" for oil in oils for share in shares}
+    for path in {*folder.glob("oil=*/part-*.parquet")} - wanted:
+        path.unlink()
 
 
 def shares_of(files: Sequence[str], runs: int) -> dict[int, list[str]]:

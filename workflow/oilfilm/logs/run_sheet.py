@@ -97,7 +97,7 @@ class SheetOfLog:
         problem = problem or self._two_loads(given, header, settings)
         over = LOADS if given.keys() & LOADS else frozenset()
         keys = {key: text for key, text in header.items() if key not in over} | given
-        remarks = [*self._contradictions(run_id, header, given, settings)]
+        remarks = self._contradictions(run_id, header, given, settings)
         if run_id == self.file and self.rows and not rows:
             remarks.append(self._unmatched(self.rows, [part], run_id))
         sources = {
@@ -179,8 +179,8 @@ class SheetOfLog:
         header: Mapping[str, str],
         given: Mapping[str, str],
         settings: Settings,
-    ) -> Iterable[Refusal]:
-        differing = []
+    ) -> list[Refusal]:
+        differing: list[str] = []
         rig = given.get("rig", header.get("rig"))
         for key, value in given.items():
             # the load has one set point, as force or as pressure
@@ -192,10 +192,9 @@ class SheetOfLog:
                 for other in sorted(others & header.keys())
                 if not _same(key, value, other, header[other], rig, settings)
             ]
-        if differing:
-            reason = f"{self.sheet} and the header disagree: {', '.join(differing)}"
-            advice = "The run sheet is used. Correct the one that is wrong."
-            yield Refusal(CONTRADICTION, reason, advice, run_id)
+        reason = f"{self.sheet} and the header disagree: {', '.join(differing)}"
+        advice = "The run sheet is used. Correct the one that is wrong."
+        return [Refusal(CONTRADICTION, reason, advice, run_id)] if differing else []
 
     def _unmatched(
         self, rows: Iterable[SheetRow], parts: Sequence[str], run_id: str = ""

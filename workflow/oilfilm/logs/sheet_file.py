@@ -10,12 +10,13 @@ import csv
 import difflib
 import io
 import os
+import unicodedata
 import zipfile
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import zip_longest
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 
 import numpy as np
 
@@ -24,7 +25,6 @@ from oilfilm.logs.base import Refusal, decimal_number, set_point, set_point_rang
 from oilfilm.logs.encoding import encodings_of
 from oilfilm.logs.header import FULL_WIDTH, SET_POINT_UNITS, apart
 from oilfilm.logs.log_kind import LogKind
-from oilfilm.logs.log_names import LogNames
 from oilfilm.logs.raw_files import find_sheet, is_sheet, named_logs
 from oilfilm.logs.run_sheet import (
     NO_SHEET,
@@ -33,6 +33,7 @@ from oilfilm.logs.run_sheet import (
     UNMATCHED_ADVICE,
     RunSheet,
     SheetRow,
+    matches,
 )
 from oilfilm.settings.base import plain_key
 from oilfilm.settings.resolved import Settings
@@ -50,7 +51,59 @@ _LINES_SEARCHED = 20
 _LARGEST = 1 << 24
 _AS_TEXT = Conversion("")
 
+_PACKED = (".gz", ".zst")
+
 Cells = list[list[str]]
+
+
+class _LogNames:
+    """The logs of a campaign by the names that the run sheet may give them."""
+
+    def __init__(self, files: Sequence[str]) -> None:
+        self.files = files
+        self._whole = {file: _plain(file) for file in files}
+        self._last = {file: PurePosixPath(name).name for file, name in self._whole.items()}
+        self._by_name: list[dict[str, list[str]]] = []
+        for names in (self._whole, self._last):
+            # a log keeps its name when it is packed
+            for name_of in (str, _unpacked):
+                by_name: dict[str, list[str]] = {}
+                for file, name in names.items():
+                    by_name.setdefault(name_of(name), []).append(file)
+                self._by_name.append(by_name)
+
+    def meant(self, cell: str) -> tuple[list[str], bool]:
+        """The logs that a cell of `file` means, and whether it is a name that several logs have.
+
+        A name without a folder means a log in any folder.
+        """
+        pattern = _plain(cell.replace("\\", "/").removeprefix("./"))
+        if not set(pattern) & set("*?"):
+            found: list[str] = next(filter(None, (by.get(pattern) for by in self._by_name)), [])
+            return found, len(found) > 1
+        names = self._whole if "/" in pattern else self._last
+        fitting = [
+            file
+            for file, name in names.items()
+            if matches(name, pattern) or matches(_unpacked(name), pattern)
+        ]
+        return fitting, False
+
+    def nearest(self, cell: str) -> str | None:
+        """The log whose name resembles a cell most."""
+        lasts = {_unpacked(last).casefold(): file for file, last in self._last.items()}
+        name = PurePosixPath(_plain(cell).replace("\\", "/")).name
+        near = difflib.get_close_matches(_unpacked(name).casefold(), lasts, 1)
+        return lasts[near[0]] if near else None
+
+
+def _plain(name: str) -> str:
+    """A name with its letters composed: some systems write an umlaut as two characters."""
+    return unicodedata.normalize("NFC", name)
+
+
+def _unpacked(name: str) -> str:
+    return next((name.removesuffix(end) for end in _PACKED if name.endswith(end)), name)
 
 
 @dataclass(frozen=True)
@@ -144,7 +197,7 @@ def read_run_sheet(
     remarks: list[Refusal] = []
     near: dict[str, str] = {}
     strays = 0
-    logs = LogNames(files)
+    logs = _LogNames(files)
     for row_number, row in rows:
         found, ambiguous = logs.meant(row.file)
         if ambiguous:
