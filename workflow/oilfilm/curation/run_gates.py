@@ -3,7 +3,10 @@
 Decides: when a whole run is refused (clock, stuck sensor, sign, temperature drift), and the advice.
 """
 
+from typing import Any
+
 import numpy as np
+import numpy.typing as npt
 
 from oilfilm.curation.gate import (
     BOTH,
@@ -53,13 +56,12 @@ def time_disorder(run: Run, limits: Limits) -> Finding | None:
 )
 def missing_readings(run: Run, limits: Limits) -> Finding | None:
     """So many rows in one place cannot be read that the run has a hole."""
-    row = run.signals.row
-    steps = np.diff(row)
+    row, steps = run.signals.row, np.diff(run.signals.row)
     # a log that writes a slow channel in every twentieth row only has steps of 20 rows
-    longest = limits.gates.clock_jump_intervals * median(steps) if len(steps) else 0.0
-    if len(steps) == 0 or steps.max() <= longest:
+    longest = limits.gates.clock_jump_intervals * median(steps)
+    hole = _first_largest(steps, longest)
+    if hole is None:
         return None
-    hole = int(np.argmax(steps))
     first, last = row[hole] + 1, row[hole + 1] - 1
     return Finding(
         f"no row from {first} to {last} can be used; expected no gap of more than "
@@ -74,9 +76,9 @@ def clock_jump(run: Run, limits: Limits) -> Finding | None:
     """The clock jumps ahead."""
     gaps = np.diff(run.signals.time_s)
     longest_s = limits.gates.clock_jump_intervals * run.signals.interval_s
-    if len(gaps) == 0 or gaps.max() <= longest_s:
+    longest = _first_largest(gaps, longest_s)
+    if longest is None:
         return None
-    longest = int(np.argmax(gaps))
     before, after = run.signals.row[[longest, longest + 1]]
     return Finding(
         f"{gaps[longest]:g} s pass between row {before} and row {after}; expected no gap over "
@@ -84,6 +86,11 @@ def clock_jump(run: Run, limits: Limits) -> Finding | None:
         before,
         after,
     )
+
+
+def _first_largest(steps: npt.NDArray[Any], allowed: float) -> int | None:
+    """Index of the largest step, where it is more than allowed."""
+    return int(np.argmax(steps)) if steps.max(initial=0) > allowed else None
 
 
 @gate(TORQUE, advice="Check the speed signal, its unit and its column.")
