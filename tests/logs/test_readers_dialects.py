@@ -154,12 +154,7 @@ SLIP_NAMES = "time_s,load_n,traction_force_n,inlet_temperature_c,entrainment spe
 
 @pytest.mark.parametrize(
     ("unit", "definition", "logged"),
-    [
-        ("-", "over_mean", 0.2),
-        ("%", "over_mean", 20),
-        ("%", "over_sum", 10),
-        ("1", "over_sum", 0.1),
-    ],
+    [("-", "over_mean", 0.2), ("%", "over_mean", 20), ("1", "over_sum", 0.1)],
 )
 def test_log_of_entrainment_speed_and_slip_gives_both_surface_speeds(
     unit: str, definition: str, logged: float
