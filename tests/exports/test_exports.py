@@ -396,12 +396,6 @@ def test_plain_text_can_end_no_comment_or_string(text: str) -> None:
     assert re.fullmatch(r"[A-Za-z0-9 .,:;()<>=+/%'_-]*", plain(text))
 
 
-def test_oils_that_differ_in_case_or_dots_alone_are_told_apart() -> None:
-    names = identifiers(["a-b", "A.b", "a_b_c"])
-    assert names["a_b_c"] == "a_b_c"
-    assert names["a-b"] != names["A.b"]
-
-
 # ------------------------------------------------------------------------- JSON, CSV, ADORE
 
 
@@ -472,16 +466,20 @@ def test_adore_form_is_the_law_at_its_operating_point(
         assert row["peak_mu"] >= mu.max()
 
 
-def test_law_without_the_form_of_adore_says_so(config: Settings) -> None:
-    content = json.loads(export(describe_law(config, "tanh"), PROVENANCE)["traction_4050.json"])
-    assert content["not_written"]["ADORE"].startswith("the law tanh has not the form")
-    assert content["adore"]["points"] == []
-
-
-def test_points_of_adore_without_a_load_are_told(config: Settings) -> None:
-    fit = replace(describe_law(config, "wang-deng-load"), adore_points=(MIDDLE,))
+@pytest.mark.parametrize(
+    ("law", "why"),
+    [
+        ("tanh", "the law tanh has not the form"),
+        ("wang-deng-load", "the points of exports.adore_points lack load_n"),
+    ],
+)
+def test_law_or_points_without_constants_of_adore_are_told(
+    config: Settings, law: str, why: str
+) -> None:
+    fit = replace(describe_law(config, law), adore_points=(MIDDLE,))
     content = json.loads(export(fit, PROVENANCE)["traction_4050.json"])
-    assert content["not_written"]["ADORE"] == "the points of exports.adore_points lack load_n"
+    assert content["not_written"]["ADORE"].startswith(why)
+    assert content["adore"]["points"] == []
 
 
 def test_adore_points_beyond_the_tested_box_say_so(fit: Description) -> None:
@@ -525,12 +523,6 @@ def test_every_source_says_whether_its_data_are_real(fit: Description) -> None:
         for name in ("traction_4050.h", "traction_4050.f90", "Traction_4050.mo"):
             assert sentence in texts[name]
         assert set(pd.read_csv(io.StringIO(texts["adore_4050.csv"]))["data"]) == {data}
-
-
-def test_uncertified_fit_carries_the_whole_verdict(fit: Description) -> None:
-    certificate = "not certified: 1 of 5; gradient 3"
-    quality = {**fit.quality, "certified": False, "certificate": certificate}
-    assert certificate in texts_of(replace(fit, quality=quality))["traction_4050.h"]
 
 
 def test_no_line_is_longer_than_fortran_reads(hostile: Any, fit: Description) -> None:

@@ -587,18 +587,6 @@ def test_rebuild_that_fails_ends_in_its_last_words_which_steer_no_terminal(
     assert "the rebuild failed. Its last lines:\nfirst\n\\x1b[31mred in ." in printed
 
 
-@pytest.mark.parametrize("campaign", [{"name": "demo", "torque": None}, [["name", "demo"]]])
-def test_rebuild_of_what_is_no_configuration_ends_in_a_sentence(
-    config: Settings, verify_rebuilt: Verify, monkeypatch: pytest.MonkeyPatch, campaign: Any
-) -> None:
-    plain = {**config.plain(), "campaign": campaign}
-    monkeypatch.setattr(rebuild.StoredRelease, "config", lambda _: plain)
-    code, printed = verify_rebuilt()
-    assert code == 2
-    # that the files are as released, and the sentence
-    assert printed.count("\n") == 2
-
-
 def test_rebuild_wants_the_very_logs(
     measured: making.FinishedRun, verify_rebuilt: Verify, monkeypatch: pytest.MonkeyPatch
 ) -> None:

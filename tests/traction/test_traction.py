@@ -5,9 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from campaigns import ROOT, printed
-from oilfilm.errors import OilfilmError
-from oilfilm.paper.reference import printed_constants
+from campaigns import printed
 from oilfilm.traction import LAWS
 from oilfilm.traction.law import Observations, bounds, to_constants, to_internal
 from oilfilm.traction.laws.deng2026 import traction_coefficient
@@ -107,8 +105,3 @@ def test_printed_magnitudes_are_the_papers() -> None:
     assert abs(printed()["4102"][0]) == 0.01567792
     assert abs(printed()["4050"][10]) == 0.0022
     assert abs(printed()["4010"][8]) == 49.8739777
-
-
-def test_missing_reference_file_is_told() -> None:
-    with pytest.raises(OilfilmError, match="there is no such file"):
-        printed_constants(ROOT / "data/reference/nothing.yaml")
