@@ -1,6 +1,6 @@
 """The one description of an oil's constants from which every form of export is made."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Literal
@@ -153,45 +153,33 @@ class Description:
         names = (constant.name for constant in self.law.constants)
         return dict(zip(names, self.fitted.coefficients.constants.tolist(), strict=True))
 
-    def coefficients(self, write: Callable[[str], str]) -> dict[str, str]:
-        """Each coefficient as a product of powers of the arguments over their references.
-
-        Args:
-            write: What stands for a constant, from its name.
-        """
-        values, products = self.values, {}
-        for name in self.law.local_constants:
-            powers = [
-                f"{condition.relative}**{write(f'{name}{number}')}"
-                for number, condition in enumerate(self.conditions, 1)
-                if condition.role == "argument" and values[f"{name}{number}"] != 0
-            ]
-            products[name] = " * ".join([write(f"{name}0"), *powers])
-        return products
-
     @cached_property
     def steps(self) -> list[tuple[str, Node]]:
         """mu in straight-line form: name and value of each step from the arguments to "mu".
 
         mu is that of |S|; the last thing a function does is to give it the sign of S.
         """
-        values = self.values
-        return self._steps(lambda name: repr(values[name]), ())
+        return self._steps({name: repr(value) for name, value in self.values.items()}, ())
 
     @cached_property
     def steps_of_named_constants(self) -> list[tuple[str, Node]]:
         """As `steps`, with the constants by their names."""
-        return self._steps(str, tuple(self.values))
+        names = tuple(self.values)
+        return self._steps({name: name for name in names}, names)
 
     def _steps(
-        self, write: Callable[[str], str], constants: Sequence[str]
+        self, written: Mapping[str, str], constants: Sequence[str]
     ) -> list[tuple[str, Node]]:
-        ratios = (
-            (condition.relative, f"{condition.name}/{condition.reference!r}")
-            for condition in self.arguments
-        )
-        products = self.coefficients(write).items()
-        steps = (*ratios, *products, ("S", f"abs({SLIP})"), *self.law.steps)
+        """Ratios to the references, coefficients, |S| and the law, from constants as `written`."""
+        steps = [(each.relative, f"{each.name}/{each.reference!r}") for each in self.arguments]
+        for name in self.law.local_constants:
+            powers = [
+                f"{condition.relative}**{written[f'{name}{number}']}"
+                for number, condition in enumerate(self.conditions, 1)
+                if condition.role == "argument" and self.values[f"{name}{number}"] != 0
+            ]
+            steps.append((name, " * ".join([written[f"{name}0"], *powers])))
+        steps += [("S", f"abs({SLIP})"), *self.law.steps]
         return expression.parse_steps(steps, (*self.argument_names, *constants))
 
     def coefficients_at(self, groups: FloatArray) -> dict[str, float]:

@@ -9,6 +9,7 @@ from oilfilm.report.captions import PAPER, credit
 
 # Fortran ends a line at 132 characters; an editor shows fewer.
 _WIDTH = 92
+KNOWN_WHERE_TESTED = "mu is known only where it was tested"
 
 
 def header(description: Description, sentences: Iterable[str], mark: str, *results: str) -> str:
@@ -20,7 +21,7 @@ def header(description: Description, sentences: Iterable[str], mark: str, *resul
         mark: What makes a line a comment.
         results: What the functions give back, and for which arguments they give nothing.
     """
-    oil = plain(description.oil)
+    oil, where_known = plain(description.oil), description.where_known
     lines = [
         *_lines(f"Traction coefficient mu (traction force over load) of the oil {oil}"),
         "",
@@ -34,7 +35,7 @@ def header(description: Description, sentences: Iterable[str], mark: str, *resul
         "",
         "Arguments, and the box tested",
         *_lines(*sentences, indent="  "),
-        *_lines(*_fixed(description)),
+        *_lines(where_known and f"Not an argument, because {KNOWN_WHERE_TESTED}: {where_known}"),
         "",
         *_lines(*results),
     ]
@@ -108,14 +109,6 @@ def slip_range(description: Description) -> str:
 def span(lower: float | None, upper: float | None) -> str:
     """A range in words."""
     return "unknown" if lower is None or upper is None else f"{lower:.4g} to {upper:.4g}"
-
-
-def _fixed(description: Description) -> list[str]:
-    if not description.where_known:
-        return []
-    return [
-        f"Not an argument, because mu is known only where it was tested: {description.where_known}"
-    ]
 
 
 def _lines(*texts: str, indent: str = "") -> list[str]:

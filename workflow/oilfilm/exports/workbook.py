@@ -19,7 +19,7 @@ from openpyxl.worksheet.datavalidation import DataValidation
 from openpyxl.worksheet.properties import PageSetupProperties
 
 from oilfilm.exports.description import SLIP, SLIP_MEANING, Description
-from oilfilm.exports.header import fit_sentences, law_sentences, origin
+from oilfilm.exports.header import KNOWN_WHERE_TESTED, fit_sentences, law_sentences, origin
 from oilfilm.exports.names import plain
 from oilfilm.report.spreadsheet import is_formula
 from oilfilm.traction.expression import Form, Language, Node
@@ -117,7 +117,7 @@ def _point(sheet: Any, description: Description) -> dict[str, str]:
     for line in (*fit_sentences(description), *law_sentences(description)):
         rows.add(line)
     if description.where_known:
-        rows.add(f"mu is known only where it was tested: {description.where_known}")
+        rows.add(f"{KNOWN_WHERE_TESTED}: {description.where_known}")
     cells, first = _inputs(rows, description)
     rows.skip()
     result = rows.add("mu", None, "1", font=_TITLE)

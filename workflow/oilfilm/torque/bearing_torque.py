@@ -266,7 +266,7 @@ def torque_table(
             }
             torque += by_law.values()
             inversion.append(_inversion(bearing, plateaus, oil, by_law["stress"], settings))
-    return _table(torque, "torque"), _table(inversion, "torque_inversion")
+    return joined(torque, "torque"), joined(inversion, "torque_inversion")
 
 
 def _run(
@@ -388,7 +388,7 @@ def cage_slip_table(oils: Sequence[OilInBearing], settings: Settings) -> pd.Data
     pitch_speed, load = (levels.ravel() for levels in grid)
     speed = pitch_speed / (bearing.pitch_diameter_m * MM_PER_M)
     maps = (oil.run(bearing, load, speed, cage_slip.inlet_temperature_c) for oil in oils)
-    return _table(
+    return joined(
         (
             oil.assessed(bearing, calculated, settings.seed).assign(pitch_speed_mm_rpm=pitch_speed)
             for oil, calculated in zip(oils, maps, strict=True)
@@ -399,7 +399,7 @@ def cage_slip_table(oils: Sequence[OilInBearing], settings: Settings) -> pd.Data
 
 def size_effect_table(oils: Sequence[OilInBearing], settings: Settings) -> pd.DataFrame:
     """Every load variable on balls of other sizes and closer grooves, by `bearing.size_effect`."""
-    return _table((part for oil in oils for part in _size_effect(oil, settings)), "size_effect")
+    return joined((part for oil in oils for part in _size_effect(oil, settings)), "size_effect")
 
 
 def _size_effect(oil: OilInBearing, settings: Settings) -> Iterator[pd.DataFrame]:
@@ -442,7 +442,8 @@ def _scaled(bearing: Bearing, factor: float) -> Bearing:
     )
 
 
-def _table(parts: Iterable[pd.DataFrame], table: str) -> pd.DataFrame:
+def joined(parts: Iterable[pd.DataFrame], table: str) -> pd.DataFrame:
+    """Parts of a table below each other, with the columns of its declaration alone."""
     frames = list(parts)
-    joined = pd.concat(frames, ignore_index=True) if frames else tables.empty(table)
-    return tables.conform(joined[tables.columns(table)], table, f"table {table}")
+    whole = pd.concat(frames, ignore_index=True) if frames else tables.empty(table)
+    return tables.conform(whole[tables.columns(table)], table, f"table {table}")

@@ -17,7 +17,7 @@ from oilfilm.bearing.heat_balance import heat_balance
 from oilfilm.bearing.solver import IntArray
 from oilfilm.settings.base import present
 from oilfilm.settings.resolved import Settings
-from oilfilm.torque.bearing_torque import OilInBearing
+from oilfilm.torque.bearing_torque import OilInBearing, joined
 from oilfilm.torque.best_oil import best_oils
 from oilfilm.units import RAD_S_PER_RPM, FloatArray
 
@@ -61,7 +61,7 @@ def heat_balance_table(
         best = best_oils(slip, *limits)[[*_POINT, "best_oil"]]
         of_point = frame[_POINT].merge(best, on=_POINT, how="left")["best_oil"]
         frame[column] = of_point.fillna("").where(on_map, "")
-    return tables.conform(frame[tables.columns("heat_balance")], "heat_balance", "heat balance")
+    return joined([frame], "heat_balance")
 
 
 def _heated(

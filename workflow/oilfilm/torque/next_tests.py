@@ -12,7 +12,6 @@ from itertools import compress
 import numpy as np
 import pandas as pd
 
-from oilfilm import tables
 from oilfilm.bearing.geometry import Bearing
 from oilfilm.errors import OilfilmError
 from oilfilm.fits.curve_errors import Curves
@@ -23,7 +22,7 @@ from oilfilm.settings.config import PlanSettings, PointOfTraction
 from oilfilm.settings.resolved import Settings
 from oilfilm.settings.rig import Rig
 from oilfilm.tables.campaign_tables import CampaignTables
-from oilfilm.torque.bearing_torque import OilInBearing, oils_in_bearings
+from oilfilm.torque.bearing_torque import OilInBearing, joined, oils_in_bearings
 from oilfilm.torque.feasible_tests import Candidates, candidates
 from oilfilm.torque.operating_grid import Film
 from oilfilm.traction.law import BoolArray, FloatArray, to_constants
@@ -304,5 +303,4 @@ def plan_table(results: CampaignTables, settings: Settings) -> tuple[pd.DataFram
             parts += [plan.table() for plan in plan_oil(results, settings, oil, request)]
         except OilfilmError as reason:
             reasons.append(str(reason))
-    table = pd.concat(parts, ignore_index=True) if parts else tables.empty("test_plan")
-    return tables.conform(table[tables.columns("test_plan")], "test_plan", "test_plan"), reasons
+    return joined(parts, "test_plan"), reasons
