@@ -86,7 +86,7 @@ def results_of(config: Settings, oils: tuple[str, ...] = OILS) -> CampaignTables
     stuck = {"run_id": "stuck.csv", "file": "stuck.csv", "verdict": "refused"}
     runs.append({**stuck, "rule": "stuck_sensor", "reason": "the force stays"})
     about = {"rule": "stuck_sensor", "reason": "the force stays", "advice": "Check the sensor."}
-    claim = {"claim": "zero-slip", "section": "3", "statement": "mu = 0 at S = 0"}
+    claim = {"claim": "zero-slip", "judged_on": "extrapolated", "cases": 10}
     unread = {"rule": "unreadable", "reason": "no data", "advice": "Log again."}
     torque = {"oil": "4102", "torque_n_m": 1.0, "traction_torque_n_m": 0.2, "converged": True}
     return CampaignTables.in_memory(
@@ -103,8 +103,8 @@ def results_of(config: Settings, oils: tuple[str, ...] = OILS) -> CampaignTables
         **together,
         claims=rows(
             "claims",
-            {**claim, "basis": "refit", "verdict": "holds", "finding": "Holds in 100%."},
-            {**claim, "basis": "printed", "verdict": "fails", "finding": "Holds in 10%."},
+            {**claim, "basis": "refit", "verdict": "holds", "share": 1.0},
+            {**claim, "basis": "printed", "verdict": "fails", "share": 0.1},
         ),
         torque_runs=rows("torque_runs", {"run_id": "torque2.csv", "accepted": True}),
         torque_quarantine=rows("quarantine", {"file": "torque.csv", "rule": "zero_drift"}),
@@ -132,7 +132,7 @@ def report_of(
 
 
 def with_hostile_names(results: CampaignTables) -> CampaignTables:
-    """The same results with every name of a log, and every finding, replaced by a hostile one."""
+    """The same results with every name of a log replaced by a hostile one."""
     names = dict(zip(results.points["run_id"].unique(), HOSTILE, strict=False))
     renamed = results.points.assign(run_id=results.points["run_id"].replace(names))
     refused = rows(
@@ -140,11 +140,9 @@ def with_hostile_names(results: CampaignTables) -> CampaignTables:
         *({"file": n, "run_id": n + "?", "rule": n, "reason": n, "advice": n} for n in HOSTILE),
     )
     pages = results.refused_pages.assign(run_id=HOSTILE[0], reason=HOSTILE[1], rule=HOSTILE[2])
-    claims = results.claims.assign(finding=HOSTILE[0], statement=HOSTILE[1], wording=HOSTILE[2])
     return results.replace(
         points=renamed,
         quarantine=refused,
         torque_quarantine=refused,
         refused_pages=pages,
-        claims=claims,
     )

@@ -18,7 +18,7 @@ from campaigns import CLAIMS, Campaign, printed, sign_study
 from oilfilm import tables
 from oilfilm.curation.coverage import coverage
 from oilfilm.fits.fit import fit_oil
-from oilfilm.paper.audit.audit import audit, printed_evidence, read_claims
+from oilfilm.paper.audit.audit import audit, checked_claims, printed_evidence
 from oilfilm.paper.selection import select
 from oilfilm.report.figures import style
 from oilfilm.report.words import printed as typeset
@@ -208,8 +208,8 @@ def audited(config: Settings) -> CampaignTables:
         for basis in ("refit", "printed")
     ]
     advice = select(bases, config.selection, config.printed.boxes.extrapolated.model_dump())
-    claims = audit(read_claims(CLAIMS), bases, config)
-    return CampaignTables.in_memory(claims=claims, selection=advice)
+    judged = audit(checked_claims(CLAIMS), bases, config)
+    return CampaignTables.in_memory(selection=advice, **judged)
 
 
 def test_bars_of_the_claims_are_as_long_as_their_shares(
@@ -222,7 +222,7 @@ def test_bars_of_the_claims_are_as_long_as_their_shares(
     np.testing.assert_allclose(lengths, drawn["x"].dropna())
     texts = {text.get_text() for text in figure.axes[0].texts}
     # in whole words
-    assert set(map(typeset, audited.claims["statement"])) <= {
+    assert {typeset(claim.claim) for claim in checked_claims(CLAIMS)} <= {
         text.replace("\n", " ") for text in texts
     }
     # signs and units as they are printed, no unit in another line than its number
@@ -236,8 +236,7 @@ def test_bars_of_the_claims_are_as_long_as_their_shares(
 
 
 def test_no_text_of_the_claims_lies_over_another(audited: CampaignTables, config: Settings) -> None:
-    why = "cannot be checked: " + "the logs have no readings of that condition, " * 6
-    claims = audited.claims.assign(verdict="cannot be checked", finding=why)
+    claims = audited.claims.assign(verdict="cannot be checked", reason_code="tie")
     for results in (audited, audited.replace(claims=claims)):
         figure, _ = draw("claims", results, config)
         figure.draw_without_rendering()

@@ -11,7 +11,7 @@ from oilfilm import tables
 from oilfilm.curation.coverage import coverage, gate_counts
 from oilfilm.fits.fit import fit_oil
 from oilfilm.logs.run_sheet import CONTRADICTION, UNLISTED
-from oilfilm.paper.audit.audit import audit, printed_evidence, read_claims
+from oilfilm.paper.audit.audit import audit, checked_claims, printed_evidence
 from oilfilm.paper.extrapolation import extrapolate
 from oilfilm.paper.printed.judge import judge_printed
 from oilfilm.paper.sections import OTHER_CHOICES
@@ -62,7 +62,7 @@ def finished(campaign: Campaign, oil: str) -> CampaignTables:
         ),
         signs=signs,
         sign_verdicts=sign_verdicts,
-        claims=audit(read_claims(CLAIMS), [basis], config),
+        **audit(checked_claims(CLAIMS), [basis], config),
     )
 
 
@@ -318,10 +318,12 @@ def test_report_says_what_simulated_torque_is_worth(
 
 
 def test_verdict_says_why_no_claim_is_judged(results: CampaignTables, config: Settings) -> None:
-    why = "the campaign has none of the oils"
-    unjudged = results.claims.assign(verdict="cannot be checked", finding=why)
+    unjudged = results.claims.assign(verdict="cannot be checked", reason_code="no lambda")
     line = told(by_anchor(results.replace(claims=unjudged), config)["claims"])
-    assert "can be judged on this campaign's fits. The campaign has none of the oils." in line
+    assert (
+        "can be judged on this campaign's fits. No point of an oil of the paper has a lambda."
+        in line
+    )
 
 
 def test_bearing_errors_leave_out_and_name_where_the_cage_may_skid(

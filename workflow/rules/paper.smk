@@ -70,7 +70,7 @@ rule audit:
         printed=reference_file("printed_coefficients"),
         claims=reference_file("claims"),
     output:
-        **finished("claims", "selection"),
+        **finished("claims", "claim_numbers", "selection"),
     log:
         "<logs>/audit.log",
     localrule: True

@@ -13,10 +13,11 @@ rule report:
         **finished(
             "runs points quarantine coverage gate_counts coefficients correlations",
             "fit_quality law_verdicts lack_of_fit refits curve_residuals extrapolation",
-            "printed_judged signs sign_verdicts claims torque_runs torque_quarantine torque",
-            "torque_control torque_inversion slip_advice advice_band heat_balance",
+            "printed_judged signs sign_verdicts claims claim_numbers torque_runs torque_quarantine",
+            "torque torque_control torque_inversion slip_advice advice_band heat_balance",
         ),
         refused_pages=rules.refused.output.pages,
+        claim_words=reference_file("claims") if "paper" in CAMPAIGN.studies else [],
         png=expand("<figures>/{figure}.png", figure=CAMPAIGN.figures),
         svg=expand("<figures>/{figure}.svg", figure=CAMPAIGN.figures),
     output:

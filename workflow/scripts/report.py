@@ -11,7 +11,7 @@ from oilfilm.run.job import job
 from oilfilm.tables.campaign_tables import CampaignTables
 
 with job(snakemake) as (settings, provenance):
-    studies.declare_tables(studies.available())
+    studies.declare_tables(settings.campaign.studies)
     inputs, outputs = snakemake.input, snakemake.output
     results = CampaignTables.of_job(inputs)
     made = sections(results, settings)

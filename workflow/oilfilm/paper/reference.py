@@ -81,6 +81,9 @@ class Claim(Group):
     section: Text = key("Section of the paper, in quotes where it is a number.")
     claim: Text = key("The claim in short.")
     wording: Text = key("The paper's own words.")
+    holds_where: Text = key("What would make the claim hold, with settings in braces.")
+    quantity: Text = key("What is judged in each case, with its format in braces.")
+    numbers: dict[str, Text] = key("What the claim's further numbers are.", default={})
 
 
 class Claims(Group):
@@ -141,6 +144,16 @@ def read_reference(path: Path) -> Group:
         OilfilmError: The file is missing or has a mistake.
     """
     return load(path, _MODELS[path.stem])
+
+
+def read_claims(path: Path) -> list[Claim]:
+    """The claims of the paper.
+
+    Raises:
+        OilfilmError: The file is missing or has a mistake.
+    """
+    claims: list[Claim] = load(path, Claims).claims
+    return claims
 
 
 def printed_constants(path: Path) -> dict[str, FloatArray]:

@@ -3,13 +3,17 @@
 Decides: what the report of a campaign tells about the paper.
 """
 
+from collections.abc import Mapping
 from typing import Any
 
 import pandas as pd
 
 from oilfilm import tables
 from oilfilm.fits.law_comparison import TIE
+from oilfilm.home import reference_file
+from oilfilm.paper.audit.reasons import REASONS
 from oilfilm.paper.extrapolation import errors_by_law
+from oilfilm.paper.reference import Claim, read_claims
 from oilfilm.paper.selection import OUTSIDE
 from oilfilm.report.document import Entry, Section, facts
 from oilfilm.report.shown_table import Column, ShownTable, number, percent, show
@@ -30,6 +34,19 @@ OTHER_CHOICES = {
 }
 _SIGN_VERDICTS = ("settled", "probable", "open", "against", "without effect")
 _CLAIM_VERDICTS = ("holds", "by construction", "holds in part", "fails", "cannot be checked")
+_JUDGED_ON = {
+    "tested": "the box tested by the paper",
+    "extrapolated": "the box of figs 7 to 10",
+    "data": "the campaign's data",
+    "formula": "the paper's Eq. 1",
+}
+# Levels of the worst case, by the end of their column's name.
+LEVEL_FORMS = {
+    "max_hertz_pressure_gpa": "{:.3g} GPa",
+    "entrainment_speed_m_s": "{:.3g} m/s",
+    "inlet_temperature_c": "{:.3g} \N{DEGREE SIGN}C",
+    "slide_roll_ratio": "S {:.3g}",
+}
 _WORDS = {
     "CIRCULAR": "the data were made with the law that they are to test",
     "holds in part": "true at some of the conditions only",
@@ -46,7 +63,7 @@ def sections(results: CampaignTables, settings: Settings) -> list[Section]:
         settings: All settings of the campaign.
     """
     return [
-        _claims(results.claims, settings.campaign),
+        _claims(results, settings),
         _printed(results, settings.campaign),
         _choice(results),
         _truth(results.extrapolation),
@@ -65,18 +82,21 @@ def circular(campaign: Campaign) -> str:
     return ""
 
 
-def _claims(claims: pd.DataFrame, campaign: Campaign) -> Section:
-    """How many of the paper's claims hold, by basis, and each claim with its findings."""
+def _claims(results: CampaignTables, settings: Settings) -> Section:
+    """How many of the paper's claims hold, by basis, and each claim with its numbers."""
+    claims = results.claims
     if claims.empty:
         return Section("claims", "Claims of the paper")
     counts = pd.crosstab(claims["basis"], claims["verdict"])
     counts = counts.reindex(columns=_CLAIM_VERDICTS, fill_value=0).loc[claims["basis"].unique()]
     refit = claims[claims["basis"] == "refit"]
+    by_oil = results.claim_numbers[results.claim_numbers["basis"] == "refit"]
     made = facts(
         "paper/claims.jinja",
         refit=refit["verdict"].value_counts().reindex(_CLAIM_VERDICTS).dropna().astype(int),
-        reasons=refit["finding"].unique(),
-        circular=circular(campaign),
+        reasons=[REASONS[code] for code in refit["reason_code"].unique() if code],
+        circular=circular(settings.campaign),
+        left_out=[oil for oil in settings.oils if oil not in set(by_oil["oil"])],
     )
     shown = ShownTable(
         "claim-counts",
@@ -88,37 +108,98 @@ def _claims(claims: pd.DataFrame, campaign: Campaign) -> Section:
         ],
         in_text=True,
     )
-    entries = [_entry(rows) for _, rows in claims.groupby("claim", sort=False)]
-    downloads = {"claims.csv": claims}
-    return Section(
-        "claims", "Claims of the paper", made, [shown, _failing(claims)], entries, downloads, _WORDS
-    )
+    said = {claim.id: claim for claim in read_claims(reference_file("claims"))}
+    entries = [
+        _entry(rows, said[str(claim)], results.claim_numbers, settings)
+        for claim, rows in claims.groupby("claim", sort=False)
+    ]
+    shown_tables = [shown, _failing(claims, said)]
+    downloads = {"claims.csv": claims, "claim_numbers.csv": results.claim_numbers}
+    return Section("claims", "Claims of the paper", made, shown_tables, entries, downloads, _WORDS)
 
 
-def _entry(rows: pd.DataFrame) -> Entry:
-    claim = rows.iloc[0]
-    verdicts = [(BASES[row["basis"]], row["verdict"]) for row in tables.rows(rows)]
-    findings = [
-        f"{BASES[row['basis']]}, {row['judged_on']}: {row['finding']}" for row in tables.rows(rows)
+def _entry(rows: pd.DataFrame, claim: Claim, numbers: pd.DataFrame, settings: Settings) -> Entry:
+    judged = list(tables.rows(rows))
+    of_claim = numbers[numbers["claim"] == claim.id]
+    paragraphs = [
+        f"{BASES[row['basis']]}, {_JUDGED_ON[row['judged_on']]}: "
+        f"{_finding(row, claim, of_claim[of_claim['basis'] == row['basis']], settings)}"
+        for row in judged
     ]
     source = (
-        f"Holds where: {claim['definition']} Section {claim['section']}: "
-        f"\N{LEFT DOUBLE QUOTATION MARK}{claim['wording']}\N{RIGHT DOUBLE QUOTATION MARK} "
-        f"({claim['claim']})"
+        f"Holds where {_filled(claim.holds_where, settings)}. Section {claim.section}: "
+        f"\N{LEFT DOUBLE QUOTATION MARK}{claim.wording.strip()}\N{RIGHT DOUBLE QUOTATION MARK}"
     )
-    return Entry(claim["statement"], verdicts, [*findings, source])
+    verdicts = [(BASES[row["basis"]], row["verdict"]) for row in judged]
+    return Entry(claim.claim, verdicts, [*paragraphs, source])
 
 
-def _failing(claims: pd.DataFrame) -> ShownTable:
+def _finding(
+    row: Mapping[str, Any], claim: Claim, numbers: pd.DataFrame, settings: Settings
+) -> str:
+    """Share, worst case and further numbers of a claim on one basis, in sentences."""
+    if row["reason_code"]:
+        return f"cannot be checked: {REASONS[row['reason_code']]}."
+    sentences = [f"Holds in {share_text(row['share'])} of {row['cases']} cases."]
+    if row["verdict"] == "by construction":
+        sentences.append("The equation makes it so for any constants that it allows.")
+    head = "Worst case" if row["share"] < 1 else "Case nearest to failing"
+    sentences.append(f"{head}: {worst_case(row, claim)}.")
+    labels = {"share": "cases in which it holds", **claim.numbers}
+    listed = [
+        _numbers(label, of_name, settings)
+        for name, label in labels.items()
+        if len(of_name := numbers[numbers["number"] == name])
+    ]
+    return " ".join([*sentences, f"Further numbers: {'; '.join(listed)}."] if listed else sentences)
+
+
+def _numbers(label: str, rows: pd.DataFrame, settings: Settings) -> str:
+    """A number of a claim, or one per oil: its label and the values in its format."""
+    meaning, _, form = label.partition(": {:")
+    values = [
+        (f"{value:{form.rstrip('}')}}" if form else share_text(value))
+        + (f" ({oil})" if oil else "")
+        for value, oil in zip(rows["value"], rows["oil"], strict=True)
+    ]
+    return f"{_filled(meaning, settings)}: {', '.join(values)}"
+
+
+def worst_case(row: Mapping[str, Any], claim: Claim) -> str:
+    """What was found in the worst case of a claim, and where that is."""
+    known = [row["worst_oil"]] if row["worst_oil"] else []
+    known += [
+        form.format(row[f"worst_{name}"])
+        for name, form in LEVEL_FORMS.items()
+        if not pd.isna(row[f"worst_{name}"])
+    ]
+    condition = f" at {', '.join(known)}" if known else ""
+    return f"{claim.quantity.format(row['worst_value'])}{condition}"
+
+
+def share_text(share: float) -> str:
+    """A share in percent, 100 or 0 only where it is all or none."""
+    near = not 0.01 <= share <= 0.99 and share not in (0.0, 1.0)
+    return f"{min(max(share, 0.001), 0.999):.1%}" if near else f"{share:.0%}"
+
+
+def _filled(text: str, settings: Settings) -> str:
+    """A text of a claim with settings in place of its braces."""
+    keys = {name: getattr(settings, name) for name in ("audit", "printed", "selection")}
+    return text.format(**keys)
+
+
+def _failing(claims: pd.DataFrame, said: Mapping[str, Claim]) -> ShownTable:
     """Claims that fail for some constants, with the verdict for each; the page has all claims."""
-    verdicts = claims.pivot(index="statement", columns="basis", values="verdict")
-    verdicts = verdicts.loc[claims["statement"].unique(), list(claims["basis"].unique())]
+    verdicts = claims.pivot(index="claim", columns="basis", values="verdict")
+    verdicts = verdicts.loc[claims["claim"].unique(), list(claims["basis"].unique())]
+    verdicts.index = pd.Index([said[str(claim)].claim for claim in verdicts.index], name="claim")
     failing = verdicts[(verdicts == "fails").any(axis=1)].fillna("not judged")
     columns = [Column(basis, BASES[basis], is_verdict=True) for basis in failing.columns]
     rows = failing.reset_index().to_numpy().tolist()
     caption = "Claims that fail"
     return ShownTable(
-        "failing-claims", caption, [Column("statement", "Claim"), *columns], rows, in_text=True
+        "failing-claims", caption, [Column("claim", "Claim"), *columns], rows, in_text=True
     )
 
 

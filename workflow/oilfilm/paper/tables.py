@@ -3,6 +3,7 @@
 Decides: columns and key of the tables of the paper.
 """
 
+from oilfilm.paper.audit.reasons import REASONS
 from oilfilm.tables import declare
 from oilfilm.tables.bearing import FRICTION, FRICTION_USES
 from oilfilm.tables.columns import (
@@ -137,21 +138,20 @@ declare_columns(
     number("least_sse_turned", "1", "least SSE of the sets with the other sign", _CIRCULAR,
         at_least=0),
     text("claim", "id of the claim in data/reference/claims.yaml"),
-    text("section", "section of the paper that makes the claim"),
-    text("statement", "the claim in short"),
-    text("wording", "the paper's own words"),
     text("basis", "refit: the campaign's own fits and points; printed: the paper's constants, "
         "signs restored, and its Eq. 1", allowed=("refit", "printed")),
-    text("definition", "what would make the claim hold"),
-    text("judged_on", "conditions at which the claim was judged"),
+    text("judged_on", "conditions at which the claim was judged: the box tested by the paper, the "
+        "box of its figs 7 to 10, the campaign's data or the paper's Eq. 1",
+        allowed=("tested", "extrapolated", "data", "formula")),
+    text("reason_code", "why the claim cannot be checked; empty where it was",
+        allowed=("", *REASONS)),
+    text("number", "name of the number; data/reference/claims.yaml says what it is"),
     count("cases", "conditions or rows at which the claim was judged"),
     share("share", "share of the cases in which the claim holds"),
     share("share_tested_box", "share of the cases in the tested box; null where there is none"),
     share("share_extrapolated_box", "share of the cases in the box of the paper's figs 7 to 10"),
-    text("worst_quantity", "what worst_value is; empty where the claim was not checked"),
     number("worst_value", BY_ROW, "value in the case that is farthest from holding",
-        "unit: that of worst_quantity"),
-    text("worst_detail", "what worst_value is made of; empty where it needs no explanation"),
+        "unit: that of the claim's quantity in data/reference/claims.yaml"),
     text("worst_oil", "oil in the worst case; empty where oils are compared"),
 )
 declare_columns(
@@ -238,8 +238,8 @@ TABLES = (
     ),
     table("claims", "One claim of the paper, judged on one basis.",
         columns="""
-            claim section statement wording basis definition judged_on verdict finding cases share
-            share_tested_box share_extrapolated_box worst_quantity worst_value worst_detail
+            claim basis judged_on verdict reason_code cases share share_tested_box
+            share_extrapolated_box worst_value
             worst_oil worst_max_hertz_pressure_gpa worst_entrainment_speed_m_s
             worst_inlet_temperature_c worst_slide_roll_ratio""",
         uses=(
@@ -250,6 +250,15 @@ TABLES = (
                     "cannot be checked")),
         ),
         key=("claim", "basis"),
+    ),
+    table("claim_numbers", "A further number of a claim, as the share of the cases in which a part "
+        "of it holds.",
+        columns="claim basis number oil value",
+        uses=(
+            use("oil", "empty where the number is of all oils"),
+            use("value", required=True),
+        ),
+        key=("claim", "basis", "number", "oil"),
     ),
     table("selection", "One operating point: the oil that the paper's rules advise, and the best "
         "one by the numbers.",

@@ -116,7 +116,6 @@ declare_columns(
 
 # Of tables in several modules.
 declare_columns(
-    text("finding", "the figures in words, or why there are none"),
     *(
         number(
             f"worst_{name}",

@@ -1,6 +1,6 @@
 """What claims are held against, and what a check finds."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Literal
@@ -13,9 +13,12 @@ from oilfilm.fits.fitted import FittedLaw
 from oilfilm.torque.operating_grid import AXES, Film, Grid, traction
 from oilfilm.units import BoolArray, FloatArray
 
+# Further numbers of a claim by name: one, or one per oil.
+Numbers = dict[str, float | dict[str, float]]
+
 
 class NotCheckableError(Exception):
-    """A claim cannot be checked; the message says why, as the end of a sentence."""
+    """A claim cannot be checked; the message is a code of `oilfilm.paper.audit.reasons`."""
 
 
 @dataclass(frozen=True)
@@ -26,7 +29,6 @@ class Evidence:
         basis: Name of it: `refit` or `printed`.
         falling_viscosity: The oils that the claims are about, the most viscous first.
         laws: Law of each oil that has all its constants.
-        unknown: Why an oil has no such law, by oil.
         films: Film of each oil whose properties are known, in the contact of the rig.
         lambda_limit: Full film above.
         points: Measured points with lambda; None where the basis has none.
@@ -34,14 +36,11 @@ class Evidence:
         torque: Table of bearing torque; empty where the basis has none.
         torque_control: Table of what simulated torque can show; empty where it was measured.
         truth_is_law: Whether the points were simulated with the paper's law.
-        obstacle: Why no claim can be checked on this basis, as the end of a sentence; empty where
-            some may be.
     """
 
     basis: str
     falling_viscosity: Sequence[str]
     laws: Mapping[str, FittedLaw]
-    unknown: Mapping[str, str]
     films: Mapping[str, Film]
     lambda_limit: float
     points: pd.DataFrame | None = None
@@ -49,13 +48,10 @@ class Evidence:
     torque: pd.DataFrame = field(default_factory=partial(tables.empty, "torque"))
     torque_control: pd.DataFrame = field(default_factory=partial(tables.empty, "torque_control"))
     truth_is_law: bool = False
-    obstacle: str = ""
 
     def of_paper(self) -> "Evidence":
         """The same of the oils that the claims are about: the paper says nothing of others."""
         paper = self.falling_viscosity
-        known = {*self.laws, *self.unknown}
-        own = {oil: "the paper did not test it" for oil in known if oil not in paper}
 
         def kept(table: pd.DataFrame) -> pd.DataFrame:
             return table[table["oil"].isin(paper)]
@@ -63,14 +59,10 @@ class Evidence:
         return replace(
             self,
             laws={oil: law for oil, law in self.laws.items() if oil in paper},
-            unknown={**self.unknown, **own},
             points=None if self.points is None else kept(self.points),
             comparison=kept(self.comparison),
             torque=kept(self.torque),
             torque_control=kept(self.torque_control),
-            obstacle=f"the campaign has none of the oils that the paper tested ({', '.join(paper)})"
-            if known and len(own) == len(known)
-            else "",
         )
 
     @property
@@ -81,7 +73,7 @@ class Evidence:
             NotCheckableError: None has.
         """
         if not self.laws:
-            raise NotCheckableError(self._reasons(self.unknown) or "no oil has a traction law")
+            raise NotCheckableError("no law")
         return tuple(self.laws)
 
     def traction(self, grid: Grid) -> FloatArray:
@@ -94,10 +86,8 @@ class Evidence:
         Raises:
             NotCheckableError: One of them has no law.
         """
-        lacking = [oil for oil in self.falling_viscosity if oil not in self.laws]
-        if lacking:
-            reasons = {oil: self.unknown.get(oil, "there is no fit of it") for oil in lacking}
-            raise NotCheckableError(self._reasons(reasons))
+        if not set(self.falling_viscosity) <= set(self.laws):
+            raise NotCheckableError("no law")
         return np.stack([traction(self.laws[oil], grid) for oil in self.falling_viscosity])
 
     def film(self, oil: str, grid: Grid) -> tuple[FloatArray, FloatArray]:
@@ -107,15 +97,14 @@ class Evidence:
             NotCheckableError: Oil or contact are not known well enough.
         """
         if oil not in self.films:
-            raise NotCheckableError(
-                f"the film of {oil} cannot be calculated: the campaign lacks the oil's properties "
-                "or the rig's geometry and roughness"
-            )
+            raise NotCheckableError("no film")
         return self.films[oil].over(grid)
 
-    @staticmethod
-    def _reasons(reasons: Mapping[str, str]) -> str:
-        return "; ".join(f"{oil}: {reason}" for oil, reason in reasons.items())
+    def by_oil(
+        self, summary: Callable[[FloatArray], float], values: FloatArray
+    ) -> dict[str, float]:
+        """One number per oil from an array whose first axis is that of the oils."""
+        return {oil: float(summary(part)) for oil, part in zip(self.oils, values, strict=True)}
 
 
 @dataclass(frozen=True)
@@ -123,25 +112,16 @@ class Outcome:
     """Every case in which a claim was checked, and how it fared.
 
     Attributes:
-        cases: Columns oil, holds, value, the grid's axes (null where a case spans an axis), and
-            `detail` where more is to be said of a case.
-        quantity: What `value` is, for a sentence.
-        form: How to print it.
-        worst: Which value is the worst.
-        parts: Where each part of the claim holds.
-        remarks: Further figures, a sentence each.
-        by_construction: Why the claim is true whatever the oils are; empty where it need not be.
+        cases: Columns oil, holds, value and the grid's axes (null where a case spans an axis).
+        numbers: Further numbers by name, as shares of parts of the claim.
+        by_construction: Whether the claim is true whatever the oils are.
         complete: False where something beside the cases fails, so that the claim holds in part
             at most.
     """
 
     cases: pd.DataFrame
-    quantity: str
-    form: str = ".2f"
-    worst: Literal["largest", "smallest"] = field(kw_only=True)
-    parts: Mapping[str, BoolArray] = field(default_factory=dict, kw_only=True)
-    remarks: Sequence[str] = field(default=(), kw_only=True)
-    by_construction: str = field(default="", kw_only=True)
+    numbers: Numbers = field(default_factory=dict)
+    by_construction: bool = field(default=False, kw_only=True)
     complete: bool = field(default=True, kw_only=True)
 
     @property
@@ -149,15 +129,13 @@ class Outcome:
         """Share of the cases in which the claim holds."""
         return float(self.cases["holds"].mean())
 
-    @property
-    def worst_case(self) -> pd.Series:
+    def worst_case(self, worst: Literal["largest", "smallest"]) -> pd.Series:
         """The case farthest from holding; of those that hold the nearest to failing."""
         failing = self.cases[~self.cases["holds"]]
         among = self.cases if failing.empty else failing
         values = among["value"].to_numpy()
-        index = (values if self.worst == "largest" else -values).argmax()
-        worst = among.iloc[int(index)].reindex(["oil", *AXES, "value", "detail"])
-        return worst.fillna({"detail": ""})
+        index = (values if worst == "largest" else -values).argmax()
+        return among.iloc[int(index)].reindex(["oil", *AXES, "value"])
 
 
 def share(holds: BoolArray) -> float:

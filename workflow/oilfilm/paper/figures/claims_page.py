@@ -1,6 +1,5 @@
 """The page of claims: what the paper says, and in how much of the domain it holds."""
 
-import re
 import textwrap
 from collections.abc import Mapping
 from typing import Any
@@ -11,8 +10,9 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Rectangle
 
 from oilfilm import tables
-from oilfilm.paper.audit.audit import percent
-from oilfilm.paper.sections import BASES
+from oilfilm.paper.audit.reasons import REASONS
+from oilfilm.paper.reference import Claim, Claims
+from oilfilm.paper.sections import BASES, share_text, worst_case
 from oilfilm.report.figures import style
 from oilfilm.report.figures.registry import Drawing, marks, register
 from oilfilm.report.words import printed
@@ -23,13 +23,6 @@ _ROW_IN = 0.40
 _BAR, _BAR_WIDTH = 0.40, 0.13  # of the page's width
 _TEXT = 0.62
 _STATEMENT_LETTERS, _TEXT_LETTERS = 35, 62
-_WORST = (
-    ("worst_oil", "{}"),
-    ("worst_max_hertz_pressure_gpa", "{:.3g} GPa"),
-    ("worst_entrainment_speed_m_s", "{:.3g} m/s"),
-    ("worst_inlet_temperature_c", "{:.3g} \N{DEGREE SIGN}C"),
-    ("worst_slide_roll_ratio", "S {:.3g}"),
-)
 
 
 @register(
@@ -41,14 +34,17 @@ _WORST = (
     category="Claims",
     family="bearing",
     tables=("claims",),
+    references=("claims",),
 )
-def claims_page(results: CampaignTables, settings: Settings) -> Drawing:
+def claims_page(results: CampaignTables, settings: Settings, claims: Claims) -> Drawing:
     """Each claim with one bar per basis: share of cases where it holds, and worst case."""
     if results.claims.empty:
         return style.sentences("The paper tested none of these oils:\nno claims."), []
-    drawn = results.claims.assign(words=list(map(_worst_case, tables.rows(results.claims))))
-    claims = list(dict.fromkeys(drawn["claim"]))
-    height_in, bottom = _ROW_IN * (len(claims) + 1.2), len(claims) + 0.1
+    said = {claim.id: claim for claim in claims.claims}
+    words = [_worst_case(row, said[row["claim"]]) for row in tables.rows(results.claims)]
+    drawn = results.claims.assign(words=words)
+    judged = list(dict.fromkeys(drawn["claim"]))
+    height_in, bottom = _ROW_IN * (len(judged) + 1.2), len(judged) + 0.1
     figure, axis = style.page(style.DOUBLE_COLUMN_IN, height_in, bottom=bottom, top=-0.7)
     for x, head in (
         (0.0, "claim of the paper"),
@@ -56,11 +52,11 @@ def claims_page(results: CampaignTables, settings: Settings) -> Drawing:
         (_TEXT, "worst case, or why it cannot be checked"),
     ):
         axis.text(x, -0.35, head, va="center", fontsize=7, color=style.GREY)
-    for row, claim in enumerate(claims):
+    for row, claim in enumerate(judged):
         of_claim = drawn[drawn["claim"] == claim].set_index("basis")
         axis.axhline(row, color="#dddddd", linewidth=0.5)
         statement = textwrap.fill(
-            printed(of_claim["statement"].iloc[0]), _STATEMENT_LETTERS, break_on_hyphens=False
+            printed(said[claim].claim), _STATEMENT_LETTERS, break_on_hyphens=False
         )
         look: dict[str, Any] = {"va": "center", "linespacing": 1.1, "parse_math": False}
         axis.text(0, row + 0.5, statement, fontsize=7, **look)
@@ -88,7 +84,7 @@ def _draw_line(axis: Axes, y: float, basis: str, line: "pd.Series[Any]") -> None
         outline = Rectangle(corner, _BAR_WIDTH, facecolor="white", edgecolor="#999999", **frame)
         axis.add_patch(outline)
         axis.add_patch(Rectangle(corner, width, facecolor=colour, **frame))
-        axis.text(_BAR + _BAR_WIDTH + 0.008, y, percent(line["share"]), va="center", fontsize=6)
+        axis.text(_BAR + _BAR_WIDTH + 0.008, y, share_text(line["share"]), va="center", fontsize=6)
     if not np.isnan(line["share_tested_box"]):
         at = _BAR + _BAR_WIDTH * line["share_tested_box"]
         axis.plot([at, at], [y - 0.2, y + 0.2], color="black", linewidth=1.2)
@@ -99,20 +95,9 @@ def _draw_line(axis: Axes, y: float, basis: str, line: "pd.Series[Any]") -> None
     axis.text(_TEXT, y, text, va="center", fontsize=5.5, linespacing=1.0, parse_math=False)
 
 
-def _worst_case(row: Mapping[str, Any]) -> str:
-    if row["verdict"] == "cannot be checked":
-        return re.split(r";|\. (?=[A-Z])", str(row["finding"]).removeprefix("cannot be checked: "))[
-            0
-        ]
+def _worst_case(row: Mapping[str, Any], claim: Claim) -> str:
+    if row["reason_code"]:
+        return REASONS[row["reason_code"]]
     if row["verdict"] == "by construction":
         return "the equation makes it so for any constants"
-    if row["share"] == 1:
-        return ""
-    known = [
-        form.format(row[name])
-        for name, form in _WORST
-        if row[name] != "" and not pd.isna(row[name])
-    ]
-    condition = f" at {', '.join(known)}" if known else ""
-    detail = f" ({row['worst_detail']})" if row["worst_detail"] else ""
-    return f"{row['worst_quantity']}: {row['worst_value']:.2g}{detail}{condition}"
+    return "" if row["share"] == 1 else worst_case(row, claim)
