@@ -31,10 +31,9 @@ from oilfilm.releases.manifest import (
     files_below,
     read_manifest,
     records_below,
-    records_digest,
     sha256_of,
 )
-from oilfilm.releases.tree import code_files, copy_file, environment
+from oilfilm.releases.tree import code_files, code_tree_digest, copy_file, environment
 from oilfilm.releases.verify import verify
 from oilfilm.report.metadata import data_package
 from oilfilm.report.release_id import with_release
@@ -118,9 +117,7 @@ def _made_from(run: FinishedRun, config: str) -> MadeFrom:
         tag=run.settings.release.tag,
         schema_version=tables.SCHEMA_VERSION,
         config=sha256_of(config),
-        code=records_digest(
-            FileRecord.of_file(file, path) for path, file in code_files(run.home).items()
-        ),
+        code=code_tree_digest(run.home),
         lock=FileRecord.of(run.home, RUN_LOCK).sha256,
         environment=environment(run.home),
         raw=_raw_records(run),

@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from oilfilm.home import PACKAGE, RUN_LOCK
-from oilfilm.releases.manifest import Environment
+from oilfilm.releases.manifest import Environment, FileRecord, records_digest
 
 # Configuration is not code: a release holds what it resolves to.
 _CODE = ("Snakefile", "workflow", "data/reference")
@@ -58,6 +58,11 @@ def copy_file(source: Path, target: Path) -> None:
     """Copy the content of a file; folders on the way to it are made."""
     target.parent.mkdir(parents=True, exist_ok=True)
     shutil.copyfile(source, target)
+
+
+def code_tree_digest(home: Path) -> str:
+    """One hash over all of the code."""
+    return records_digest(FileRecord.of_file(file, path) for path, file in code_files(home).items())
 
 
 def environment(home: Path) -> Environment:
