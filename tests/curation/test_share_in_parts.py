@@ -68,8 +68,9 @@ def test_share_in_parts_gives_what_it_gives_as_a_whole(
 def test_memory_does_not_grow_with_the_samples_of_a_share(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    log = bad_logs.csv(bad_logs.good(seconds=15.0))
-    rows = len(bad_logs.good(seconds=15.0)["time"])
+    # long runs: each part has tables of verdicts, of the same size for any number of samples
+    values = bad_logs.good(seconds=60.0)
+    log, rows = bad_logs.csv(values), len(values["time"])
     monkeypatch.setattr(tables, "ROW_GROUP", 2 * rows)
 
     def peak_of(runs: int) -> int:
