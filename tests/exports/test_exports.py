@@ -18,7 +18,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from campaigns import printed, printed_by_name
+from campaigns import printed
 from exported import (
     HOSTILE,
     arguments_of,
@@ -43,6 +43,14 @@ from oilfilm.traction.laws.deng2026 import traction_coefficient
 PROVENANCE = {"code": "c", "settings": "s", "inputs": {}}
 WARNINGS = ["-Wall", "-Wextra", "-pedantic", "-Werror"]
 MIDDLE = {"max_hertz_pressure_gpa": 1.2, "entrainment_speed_m_s": 30.0, "inlet_temperature_c": 70.0}
+
+PRINTED_4102 = dict(
+    zip(
+        [constant.name for constant in EVERY_LAW["deng2026"].constants],
+        printed()["4102"],
+        strict=True,
+    )
+)
 
 
 @pytest.fixture(scope="module")
@@ -321,7 +329,7 @@ def test_exports_of_a_campaign_hold_the_printed_constants_of_its_oils_only(
     config: Settings,
 ) -> None:
     law = EVERY_LAW["deng2026"]
-    tables = tables_of(law, ["4102", "own"], printed_by_name("4102"))
+    tables = tables_of(law, ["4102", "own"], PRINTED_4102)
     files = export_campaign(*tables, config, PROVENANCE)
     of_paper = [name.split("/")[1] for name in files if name.startswith("printed-constants/")]
     assert set(of_paper) == {"README.md", "4102_printed"}
@@ -351,7 +359,7 @@ def test_printed_constants_say_so_in_every_file(config: Settings) -> None:
 @pytest.fixture(scope="module")
 def hostile(config: Settings) -> tuple[list[Description], dict[str, str]]:
     law = EVERY_LAW["deng2026"]
-    points, coefficients, quality = tables_of(law, HOSTILE, printed_by_name("4102"))
+    points, coefficients, quality = tables_of(law, HOSTILE, PRINTED_4102)
     quality = quality.assign(certificate=" ".join(HOSTILE), certified=False)
     settings = config.with_changes({"campaign": {"description": " ".join(HOSTILE)}})
     fits = [

@@ -133,7 +133,7 @@ def test_one_level_only_is_known_there_and_nowhere_else(config: Settings) -> Non
     assert [each.condition for each in law.away_from(np.array([[1.25, 30.0, 90.0]]))] == [
         "inlet_temperature_c"
     ]
-    said = r"NaN at 1 of 2 points: inlet temperature was tested at 70 degC only"
+    said = r"NaN at 1 of 2 points: oil temperature at the inlet was tested at 70 degC only"
     with pytest.warns(UserWarning, match=said):
         predict("deng2026", law.coefficients, 1.25, 30.0, [70.0, 90.0], 0.1)
     # what is on the level, or asks for it, is no reason to warn

@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 from scipy.optimize import curve_fit
 
-from campaigns import ROOT, Campaign, printed, printed_by_name
+from campaigns import ROOT, Campaign, printed
 from fit_points import LAW, P, T, U, make_points, matrix, problem_of
 from nights import quick_ones
 from oilfilm.errors import OilfilmError
@@ -45,7 +45,7 @@ def refitted(demo: Campaign) -> dict[str, OilFit]:
 
 @pytest.mark.parametrize("oil", OILS)
 def test_noise_free_data_give_the_planted_constants(quick: FitSettings, oil: str) -> None:
-    fit = fit_oil(make_points(oil, matrix()), oil, quick, SEED, printed_by_name(oil))
+    fit = fit_oil(make_points(oil, matrix()), oil, quick, SEED)
     coefficients, quality = fit.coefficients, fit.fit_quality
     values = coefficients.set_index("constant")["value"]
     np.testing.assert_allclose(values, printed()[oil], rtol=1e-6)
@@ -131,7 +131,7 @@ def test_curve_bootstrap_gives_the_spread_that_shared_errors_really_cause() -> N
 
 def test_one_condition_gives_a_curve_but_no_exponents(quick: FitSettings) -> None:
     points = make_points("4102", 6 * [(1.25, 30.0, 70.0)], noise=1e-5)
-    fit = fit_oil(points, "4102", quick, SEED, printed_by_name("4102"))
+    fit = fit_oil(points, "4102", quick, SEED)
     coefficients, quality = fit.coefficients, fit.fit_quality
     rows = coefficients.set_index("constant")
     twelve = rows.loc[[constant.name for constant in LAW.constants]]
@@ -184,7 +184,7 @@ def test_data_that_cannot_be_fitted_end_in_a_verdict(
     quick: FitSettings, spoil: Any, reason: str
 ) -> None:
     points = spoil(make_points("4102", matrix()))
-    fit = fit_oil(points, "4102", quick, SEED, printed_by_name("4102"))
+    fit = fit_oil(points, "4102", quick, SEED)
     assert not fit.fit_quality["certified"].iloc[0]
     assert reason in fit.fit_quality["certificate"].iloc[0]
     assert fit.coefficients["value"].isna().all()

@@ -15,14 +15,13 @@ from oilfilm.curation.curate import Curated, collect, curate
 from oilfilm.fits.fit import OilFit, fit_oil
 from oilfilm.logs.ingest import Ingested, ingest_logs
 from oilfilm.paper.printed.signs import study_signs
-from oilfilm.paper.reference import falling_viscosity, printed_constants, printed_values
+from oilfilm.paper.reference import falling_viscosity, printed_constants
 from oilfilm.physics.oils import Oil
 from oilfilm.physics.rigs import Contact
 from oilfilm.settings.messages import load
 from oilfilm.settings.oil import OilFile
 from oilfilm.settings.resolved import Settings
 from oilfilm.settings.rig import Rig
-from oilfilm.traction.laws.deng2026 import DENG2026
 
 ROOT = Path(__file__).parents[2]
 REFERENCE = ROOT / "data/reference/printed_coefficients.yaml"
@@ -53,7 +52,7 @@ class Campaign:
 
     def fit(self, oil: str, **settings: Any) -> OilFit:
         config = self.config.with_changes({"fit": settings})
-        return fit_oil(self.curated.points, oil, config.fit, config.seed, printed_by_name(oil))
+        return fit_oil(self.curated.points, oil, config.fit, config.seed)
 
 
 def oil_of(name: str) -> Oil:
@@ -70,10 +69,6 @@ def rig_contact() -> Contact:
 
 def printed() -> dict[str, np.ndarray]:
     return printed_constants(REFERENCE)
-
-
-def printed_by_name(oil: str) -> dict[str, float]:
-    return printed_values(REFERENCE, DENG2026.name, oil)
 
 
 def carry_through(config: Settings, folder: Path, files: list[str]) -> Campaign:

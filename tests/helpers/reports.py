@@ -8,7 +8,6 @@ import numpy as np
 import pandas as pd
 from PIL import Image
 
-from campaigns import printed_by_name
 from fit_points import make_points, matrix
 from oilfilm import tables
 from oilfilm.fits.fit import fit_oil
@@ -71,7 +70,7 @@ def results_of(config: Settings, oils: tuple[str, ...] = OILS) -> CampaignTables
     """Three oils fitted; one run, one log and one torque log refused; two claims."""
     points = pd.concat([measured(oil) for oil in oils], ignore_index=True)
     settings = config.fit.model_copy(update={"searches": 2, "bootstrap": 40})
-    fits = [fit_oil(points, oil, settings, config.seed, printed_by_name(oil)) for oil in oils]
+    fits = [fit_oil(points, oil, settings, config.seed) for oil in oils]
     together = {
         name: pd.concat([fit.tables[name] for fit in fits], ignore_index=True)
         for name in ("coefficients", "fit_quality", "refits")

@@ -154,11 +154,10 @@ def test_hostile_names_are_text(
 def test_page_of_own_oils_has_no_claims_no_advice_and_no_print(
     write: Write, results: CampaignTables, config: Settings
 ) -> None:
-    plain = results.coefficients.assign(printed_value=np.nan)
     none = results.claims[:0]
     rules = [rule.model_copy(update={"prefer": ["other"]}) for rule in config.selection.rules]
     own = {"selection": {"rules": [rule.model_dump() for rule in rules]}}
-    page = Page(write(own, claims=none, coefficients=plain))
+    page = Page(write(own, claims=none))
     assert not [a for _, a in page.tags if a.get("href") == "#claims" or a.get("id") == "claims"]
     assert "claims.csv" not in page.data("downloads")
     texts = "".join(page.texts)
@@ -188,7 +187,7 @@ def test_data_that_could_not_be_fitted_make_a_page(write: Write, results: Campai
 
 def test_fit_without_refits_has_no_interval(results: CampaignTables, config: Settings) -> None:
     content = explorer(results.replace(refits=results.refits[:0]), config)
-    assert [oil["root"] for oil in content["oils"]] == [None] * 3
+    assert [oil["reach"] for oil in content["oils"]] == [None] * 3
 
 
 def test_condition_without_exponents_moves_no_slider(

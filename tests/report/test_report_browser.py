@@ -20,8 +20,7 @@ from browsers import CHROMIUM, QUIET
 from nights import nightly
 from oilfilm import predict
 from oilfilm.figure_catalogue import figures
-from oilfilm.fits.conditions import FixedCondition, InStep
-from oilfilm.fits.fitted import Coefficients, FittedLaw
+from oilfilm.fits.fitted import FittedLaw
 from oilfilm.paper.audit.audit import films
 from oilfilm.paper.audit.evidence import Evidence
 from oilfilm.paper.selection import select
@@ -31,7 +30,7 @@ from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.torque.operating_grid import AXES, Grid
 from oilfilm.traction import LAWS
-from oilfilm.traction.law import bounds, to_constants
+from planted_fits import planted_fit
 from reports import CONDITIONS, HOSTILE, OILS, report_of, results_of, with_hostile_names
 
 if sys.platform != "linux":
@@ -235,30 +234,15 @@ def test_sliders_move_the_curves_to_the_numbers_of_python(
 
 @pytest.mark.parametrize("name", LAWS)
 def test_every_law_of_the_page_is_that_of_python(calculator: Page, name: str) -> None:
-    law, random = LAWS[name], np.random.default_rng(9)
-    ends = bounds(law)
-    # thick and thin films, known and unknown exponents, refits scattered by 5 %
-    internal = ends[:, 0] + (ends[:, 1] - ends[:, 0]) * random.uniform(0.4, 0.6, len(ends))
-    fixed = [constant.known is not None for constant in law.constants]
-    internal = np.where(fixed, law.known, internal)
-    scattered = internal + np.where(fixed, 0, 0.05) * random.standard_normal((30, len(ends)))
-    factor, power = (42.0, 3) if "load_n" in law.conditions else (1.0, 1)
-    box = np.array([[1.0, 1.5], [25.0, 40.0], [25.0, 120.0], [0.0, 0.3]])
-    box[0] = factor * box[0] ** power
-    known = np.array([True, False, True])
-    # speed varied in step with load or pressure
-    line = InStep(law.conditions[0], box[0].mean(), 0.5)
-    fixed_speed = FixedCondition("entrainment_speed_m_s", 32.0, 2.0, (line,))
-    spread = to_constants(law, scattered)
-    constants = to_constants(law, internal)
-    fit = Coefficients(constants, known, spread, spread[:3], box, (fixed_speed,))
+    fit, factor, power = planted_fit(LAWS[name])
+    random = np.random.default_rng(9)
     points = random.uniform([0.5, 5, 5, 0], [3, 250, 180, 0.5], (300, 4))
     points[:20, 3] = 0
     conditions = np.column_stack([factor * points[:, 0] ** power, points[:, 1:3]])
-    expected = FittedLaw(law, fit).predict(conditions, points[:, 3])
+    expected = fit.predict(conditions, points[:, 3])
     predictions = calculator.evaluate(
         "([law, points]) => points.map(p => oilfilm.predict(law, p))",
-        [law_of(FittedLaw(law, fit), factor), points.tolist()],
+        [law_of(fit, factor), points.tolist()],
     )
     assert 20 < expected.away.sum() < 280
     assert [at["away"] for at in predictions] == expected.away.tolist()

@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from campaigns import CLAIMS, Campaign, printed, sign_study, without
+from campaigns import CLAIMS, REFERENCE, Campaign, printed, sign_study, without
 from oilfilm import tables
 from oilfilm.curation.coverage import coverage, gate_counts
 from oilfilm.fits.fit import fit_oil
@@ -14,6 +14,8 @@ from oilfilm.logs.run_sheet import CONTRADICTION, UNLISTED
 from oilfilm.paper.audit.audit import audit, checked_claims, printed_evidence
 from oilfilm.paper.extrapolation import extrapolate
 from oilfilm.paper.printed.judge import judge_printed
+from oilfilm.paper.printed_law import with_printed
+from oilfilm.paper.reference import PrintedCoefficients
 from oilfilm.paper.sections import OTHER_CHOICES
 from oilfilm.paper.selection import OUTSIDE
 from oilfilm.report import runs
@@ -24,6 +26,7 @@ from oilfilm.report.sections.fits import certainty
 from oilfilm.report.shown_table import ShownTable, percent
 from oilfilm.report.text import beginning, text
 from oilfilm.rig_twin.truth import truth_grid
+from oilfilm.settings.messages import load
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from reports import OILS, results_of, rows
@@ -190,7 +193,8 @@ def test_signs_are_those_of_the_fit_and_not_of_the_printed_sizes(
         results = demo_tables.replace(coefficients=constants, sign_verdicts=misleading)
         return told(by_anchor(results, campaign)["printed"])
 
-    sure = fits.assign(verdict="known", value=fits["printed_value"])
+    beside = with_printed(fits, load(REFERENCE, PrintedCoefficients))
+    sure = fits.assign(verdict="known", value=beside["printed_value"])
     assert "The fits confirm 9 of 9 signs in use. CIRCULAR" in line(sure)
     turned = sure.assign(value=sure["value"].where(sure["constant"] != "C1", -sure["value"]))
     assert "8 of 9 signs in use. The other sign: 4010 C1. CIRCULAR" in line(turned)

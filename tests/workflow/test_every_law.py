@@ -97,14 +97,6 @@ def check_results(results: Path, law: str, oils: tuple[str, ...]) -> None:
 @pytest.mark.parametrize("law", LAWS)
 def test_every_law_goes_through_the_whole_workflow(project: Path, law: str) -> None:
     run_with(project, law)
-    # the paper prints constants of its own law only
-    printed = oils_with_printed_values(project / "results/laws")
-    assert printed == ({"4102"} if law == "deng2026" else set())
-
-
-def oils_with_printed_values(results: Path) -> set[str]:
-    coefficients = tables.read("coefficients", results / "tables/coefficients.parquet")
-    return set(coefficients.loc[coefficients["printed_value"].notna(), "oil"])
 
 
 # It differs from the default law in all that laws differ in: of load, which must vary; another
@@ -140,7 +132,6 @@ def add_seventh_law(project: Path) -> None:
 
 
 def check_seventh_law(results: Path, oil: str) -> None:
-    assert oils_with_printed_values(results) == set()
     header = results / f"exports/{oil}/traction_{oil}.h"
     lines = [line.strip() for line in header.read_text(encoding="utf-8").splitlines()]
     assert "const double h = S / (S + C);" in lines

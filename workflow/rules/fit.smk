@@ -11,7 +11,6 @@ rule fit:
     "One law's constants for one oil, with their errors, the certificate and errors left out."
     input:
         points="<parts>/collect/{oil}/points.parquet",
-        printed=reference_file("printed_coefficients"),
     output:
         **{table: f"<parts>/fit/{{oil}}/{{law}}/{table}.parquet" for table in FIT_TABLES},
     log:

@@ -3,15 +3,13 @@
 from pathlib import Path
 
 from oilfilm.fits.law_comparison import fit_law
-from oilfilm.paper.reference import printed_values
 from oilfilm.run.job import job
 from oilfilm.tables.campaign_tables import CampaignTables, write_tables
 
 with job(snakemake) as (settings, provenance):
     oil, law = snakemake.wildcards.oil, snakemake.wildcards.law
     points = CampaignTables.of_job(snakemake.input).points
-    printed = printed_values(Path(snakemake.input.printed), law, oil)
-    fit = fit_law(points, oil, law, settings, printed)
+    fit = fit_law(points, oil, law, settings)
     write_tables(fit.tables, snakemake.output, provenance)
     with Path(snakemake.log[0]).open("a", encoding="utf-8") as log:
         log.write(f"{oil}, {law}: {fit.certificate}\n")

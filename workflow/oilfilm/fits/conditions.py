@@ -72,26 +72,23 @@ class FixedCondition:
 
     def sentence(self) -> str:
         """Where it was tested, in words."""
+        name = QUANTITIES[self.condition].short_meaning
         if self.level is None:
-            return f"{_in_words(self.condition)} is not known of every run"
-        level = f"{self.level:.4g} {tables.unit_of(self.condition)}"
+            return f"{name} is not known of every run"
+        level, nearby = (
+            f"{self.level:.4g} {tables.unit_of(self.condition)}",
+            f"(within {self.within:.1%})",
+        )
         if not self.in_step:
-            name = _in_words(self.condition)
-            return f"{name} was tested at {level} only (within {self.within:.1%})"
-        names = " and ".join(_in_words(other.condition) for other in self.in_step)
+            return f"{name} was tested at {level} only {nearby}"
+        others = [QUANTITIES[other.condition].short_meaning for other in self.in_step]
         powers = " ".join(
-            f"({_in_words(other.condition)} / {other.centre:.4g} {tables.unit_of(other.condition)})"
-            f"^{other.exponent:.3g}"
-            for other in self.in_step
+            f"({text} / {other.centre:.4g} {tables.unit_of(other.condition)})^{other.exponent:.3g}"
+            for text, other in zip(others, self.in_step, strict=True)
         )
         return (
-            f"{_in_words(self.condition)} was tested in step with {names} only: {level} {powers} "
-            f"(within {self.within:.1%})"
+            f"{name} was tested in step with {' and '.join(others)} only: {level} {powers} {nearby}"
         )
-
-
-def _in_words(condition: str) -> str:
-    return QUANTITIES[condition].meaning.partition(",")[0]
 
 
 _FIXED = TypeAdapter(tuple[FixedCondition, ...])

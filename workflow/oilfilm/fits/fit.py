@@ -1,7 +1,6 @@
 """One law fitted to one oil: searches, certificate, errors."""
 
 import itertools
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -79,7 +78,6 @@ def fit_oil(
     oil: str,
     settings: FitSettings,
     seed: int,
-    printed: Mapping[str, float] | None = None,
     law: Law | None = None,
 ) -> OilFit:
     """Fit a law to one oil's accepted points.
@@ -89,7 +87,6 @@ def fit_oil(
         oil: Oil to fit.
         settings: Config's `fit`.
         seed: Of all random numbers.
-        printed: Printed value of each constant that has one.
         law: The configured law if not given.
 
     Returns:
@@ -101,9 +98,9 @@ def fit_oil(
         prepared = _prepare(points, oil, settings, law)
     except _NotFittableError as error:
         names = fitted_names(law)
-        return OilFit(tables_without_fit(names, error.quality, printed or {}, str(error)), None)
+        return OilFit(tables_without_fit(names, error.quality, str(error)), None)
     solution = _solve(prepared, oil, settings, seed)
-    return OilFit(tables_of_fit(solution, prepared.quality, printed or {}, settings), solution)
+    return OilFit(tables_of_fit(solution, prepared.quality, settings), solution)
 
 
 @dataclass(frozen=True)

@@ -34,7 +34,6 @@ _UNSEEN = dict.fromkeys(
 def tables_of_fit(
     solution: Solution,
     quality: Mapping[str, Any],
-    printed: Mapping[str, float],
     settings: FitSettings,
 ) -> dict[str, pd.DataFrame]:
     """Each table of a fit, by its name.
@@ -42,13 +41,12 @@ def tables_of_fit(
     Args:
         solution: The fit.
         quality: Oil, law, counts and tested box: the row of `fit_quality` so far.
-        printed: Printed value of each constant that has one.
         settings: `sign_confidence` and `pulling_weight` of config's fit.
     """
     return _checked(
         quality,
         {
-            "coefficients": _judged(_coefficients(solution, settings), solution, quality, printed),
+            "coefficients": _judged(_coefficients(solution, settings), solution, quality),
             "fit_quality": pd.DataFrame([{**_UNSEEN, **quality, **_quality(solution)}]),
             "refits": _refits(solution),
             "correlations": _correlations(solution),
@@ -62,7 +60,6 @@ def tables_of_fit(
 def tables_without_fit(
     constants: Sequence[str],
     quality: Mapping[str, Any],
-    printed: Mapping[str, float],
     reason: str,
 ) -> dict[str, pd.DataFrame]:
     """The same of data that could not be fitted: no values, and the reason as the certificate.
@@ -70,7 +67,6 @@ def tables_without_fit(
     Args:
         constants: Names of the constants that were to be fitted.
         quality: As of `tables_of_fit`.
-        printed: As there.
         reason: Why there is no fit.
     """
     columns = tables.columns("coefficients")
@@ -86,7 +82,7 @@ def tables_without_fit(
         "certified": False,
         "certificate": f"not fitted: {reason}",
     }
-    filled = {"coefficients": _with_printed(rows, printed), "fit_quality": pd.DataFrame([row])}
+    filled = {"coefficients": rows, "fit_quality": pd.DataFrame([row])}
     return _checked(quality, {**dict.fromkeys(OF_FIT, pd.DataFrame()), **filled})
 
 
@@ -179,13 +175,8 @@ def sign_reach(constants: int, confidence: float) -> float:
     return float(scipy.special.ndtri(1 - (1 - confidence) / (2 * constants)))
 
 
-def _judged(
-    rows: pd.DataFrame,
-    solution: Solution,
-    quality: Mapping[str, Any],
-    printed: Mapping[str, float],
-) -> pd.DataFrame:
-    """The constants with those printed; exponents along a line are of no condition alone."""
+def _judged(rows: pd.DataFrame, solution: Solution, quality: Mapping[str, Any]) -> pd.DataFrame:
+    """The constants, with exponents along a line called so: they are of no condition alone."""
     law = solution.problem.law
     along = {
         other.condition
@@ -196,14 +187,8 @@ def _judged(
     groups = along if law.groups == law.conditions else set(law.groups if along else ())
     names = {constant.name for constant in law.constants if constant.condition in groups}
     in_step = rows["constant"].isin(names) & rows["identifiable"]
-    rows = _with_printed(rows, printed)
     rows.loc[in_step, "verdict"] = "in step"
-    rows.loc[in_step, "printed_value"] = np.nan
     return rows
-
-
-def _with_printed(rows: pd.DataFrame, printed: Mapping[str, float]) -> pd.DataFrame:
-    return rows.assign(printed_value=rows["constant"].map(dict(printed)).astype(float))
 
 
 def _quality(solution: Solution) -> dict[str, Any]:

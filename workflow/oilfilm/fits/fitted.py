@@ -1,7 +1,6 @@
 """A fitted law, read back from its tables: traction at any condition, with its interval.
 
-Decides: traction at a condition and its interval, wherever it is asked (`predict`, Python,
-explorer, exports, figures, torque); where it is refused.
+Decides: traction at a condition, wherever it is needed, and where it is refused.
 """
 
 import warnings
@@ -12,10 +11,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 import pandas as pd
-import scipy
 
 from oilfilm.errors import OilfilmError
 from oilfilm.fits.conditions import LEAST_SIZE, FixedCondition, away, from_text
+from oilfilm.fits.interval import Evaluated
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.tables.limits import refuse_unpacking
 from oilfilm.traction import LAWS
@@ -24,7 +23,6 @@ from oilfilm.traction.law import (
     QUANTITIES,
     FloatArray,
     Law,
-    Observations,
     to_internal,
 )
 
@@ -195,10 +193,8 @@ class FittedLaw:
     def predict(self, conditions: FloatArray, slip: FloatArray, level: float = 0.95) -> Prediction:
         """mu with its interval at each point.
 
-        The interval is mu exp(+-z s/mu), and mu +- z s where a law leads below zero, s by the
-        gradient of mu and the covariance of the constants (bootstrap over curves, and calibration
-        where it is stated): what the law's mean curve may be, not where one more measured point
-        may lie, and true as far as the law is.
+        The interval is that of `Evaluated.interval`: bootstrap over curves, and calibration where
+        it is stated.
 
         Args:
             conditions: Rows of the law's conditions, shape (points, conditions). NaN for a
@@ -207,27 +203,22 @@ class FittedLaw:
             slip: Slide-roll ratio of each point, shape (points,).
             level: Of confidence.
         """
-        root = self.coefficients.root(self.law)
         none = np.zeros(len(conditions), dtype=bool)
         off = np.any([none, *self.away_from(conditions).values()], axis=0)
         conditions = self.on_line(conditions)
         unknown = np.isnan(self.law.group_values(conditions)[:, self.coefficients.known])
         lost = off | unknown.any(axis=1)
-        # any value that the law can take; mu is not known there
-        conditions = np.where(lost[:, np.newaxis], 1.0, conditions)
-        mu, error = np.empty(len(slip)), np.empty(len(slip))
-        for start in range(0, len(slip), _CHUNK):
-            chunk = slice(start, start + _CHUNK)
-            mu[chunk], error[chunk] = self._predict_chunk(conditions[chunk], slip[chunk], root)
-        mu[lost], error[lost] = np.nan, np.nan
+        mu, lower, upper = np.full((3, len(slip)), np.nan)
+        if not np.isnan(self.coefficients.constants).any():
+            # any value that the law can take; mu is not known there
+            evaluable = np.where(lost[:, np.newaxis], 1.0, conditions)
+            root = self.coefficients.root(self.law)
+            for start in range(0, len(slip), _CHUNK):
+                chunk = slice(start, start + _CHUNK)
+                at = self._evaluated(evaluable[chunk], slip[chunk], root)
+                mu[chunk], (lower[chunk], upper[chunk]) = at.mu, at.interval(level)
+            mu[lost] = lower[lost] = upper[lost] = np.nan
         sign = np.where(slip < 0, -1.0, 1.0)
-        reach, above = scipy.special.ndtri(0.5 + level / 2) * error, mu > 0
-        relative = np.divide(reach, mu, out=np.zeros_like(mu), where=above)
-        # far out the interval may be endless
-        with np.errstate(over="ignore"):
-            factor = np.exp(relative)
-            lower = np.where(above, mu / factor, mu - reach)
-            upper = np.where(above, mu * factor, mu + reach)
         ends = np.sort([sign * lower, sign * upper], axis=0)
         distance = np.where(off, np.inf, self._distance(conditions, slip))
         return Prediction(sign * mu, ends[0], ends[1], distance > 0, distance, off)
@@ -281,22 +272,13 @@ class FittedLaw:
     def _by_name(self, conditions: FloatArray) -> dict[str, FloatArray]:
         return dict(zip(self.law.conditions, conditions.T, strict=True))
 
-    def _predict_chunk(
-        self, conditions: FloatArray, slip: FloatArray, root: FloatArray
-    ) -> tuple[FloatArray, FloatArray]:
+    def _evaluated(self, conditions: FloatArray, slip: FloatArray, root: FloatArray) -> Evaluated:
         law, coefficients = self.law, self.coefficients
-        if np.isnan(coefficients.constants).any():
-            return np.full(len(slip), np.nan), np.full(len(slip), np.nan)
-        internal = to_internal(law, coefficients.constants)
         design = law.design(conditions, coefficients.known)
-        at = Observations(design, np.arange(len(slip)), np.abs(slip))
-        sizes = law.sizes(internal, at.design)
-        mu, slopes = law.value_and_slopes(sizes, at.slip)
-        blocks = root.reshape(len(sizes), -1, root.shape[1])
-        along = np.zeros((len(slip), root.shape[1]))
-        for slope, block in zip(slopes, blocks, strict=True):
-            along += slope[:, np.newaxis] * (at.design @ block)
-        return mu, np.linalg.norm(along, axis=1)
+        sizes = law.sizes(to_internal(law, coefficients.constants), design)
+        mu, slopes = law.value_and_slopes(sizes, np.abs(slip))
+        gradient = np.hstack([slope[:, np.newaxis] * design for slope in slopes])
+        return Evaluated(mu, gradient, root)
 
     def _distance(self, conditions: FloatArray, slip: FloatArray) -> FloatArray:
         low, high = self.reach.T

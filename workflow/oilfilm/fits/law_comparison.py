@@ -36,7 +36,6 @@ def fit_law(
     oil: str,
     name: str,
     settings: Settings,
-    printed: Mapping[str, float] | None = None,
 ) -> OilFit:
     """Fit one law to one oil's accepted points, and judge it by curves left out of the fit.
 
@@ -48,7 +47,6 @@ def fit_law(
         name: The law.
         settings: `compare`, `fit` and `seed`; for a law that needs properties of the oil and the
             contact, `oils` and `rigs` as well.
-        printed: Printed value of each constant that has one.
 
     Returns:
         The tables of the fit. Data that cannot be fitted, or a law that needs unknown properties,
@@ -57,7 +55,7 @@ def fit_law(
     law = LAWS[name] if name in LAWS else laws_of(oil, settings).get(name)
     if law is None:
         return _without_properties(oil, name)
-    fit = fit_oil(points, oil, settings.fit, settings.seed, printed, law)
+    fit = fit_oil(points, oil, settings.fit, settings.seed, law)
     if fit.solution is None:
         return fit
     of_oil = points[points["oil"] == oil]
@@ -108,7 +106,7 @@ def _without_properties(oil: str, law: str) -> OilFit:
         **{"incomplete_curves": "", "fixed_conditions": ""},
     }
     reason = "the law needs the oil's properties and one known contact (config)"
-    return OilFit(tables_without_fit([], quality, {}, reason), None)
+    return OilFit(tables_without_fit([], quality, reason), None)
 
 
 def _law_points(

@@ -20,7 +20,6 @@ from oilfilm.settings.quantities import (
     TemperatureC,
     Text,
 )
-from oilfilm.traction import LAWS
 from oilfilm.units import FloatArray
 
 PowerW = Annotated[float, Field(gt=0, json_schema_extra={"unit": "W"})]
@@ -163,19 +162,6 @@ def printed_constants(path: Path) -> dict[str, FloatArray]:
         OilfilmError: The file is missing or has a mistake.
     """
     return load(path, PrintedCoefficients).constants()
-
-
-def printed_values(path: Path, law: str, oil: str) -> dict[str, float]:
-    """The printed constants of an oil by name; none where others than this law's are printed.
-
-    Raises:
-        OilfilmError: The file is missing or has a mistake.
-    """
-    printed = load(path, PrintedCoefficients)
-    if printed.law != law or oil not in printed.oils:
-        return {}
-    names = [constant.name for constant in LAWS[law].constants]
-    return dict(zip(names, printed.constants()[oil].tolist(), strict=True))
 
 
 def falling_viscosity(path: Path) -> list[str]:

@@ -13,10 +13,10 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-import scipy
 
 from oilfilm.fits.conditions import LEAST_SIZE, FixedCondition
 from oilfilm.fits.fitted import FittedLaw
+from oilfilm.fits.interval import normal_quantile
 from oilfilm.physics.film import THERMAL_REDUCTION_FIT, InletOil
 from oilfilm.report.colours import oil_colour
 from oilfilm.settings.config import Box, NearbySettings
@@ -107,7 +107,7 @@ def explorer(results: CampaignTables, settings: Settings) -> dict[str, Any]:
     chosen = _thinned(accepted[accepted["oil"].isin(shown)], settings.report.points_max)
     return {
         "axes": [_axis(axis, nearby) for axis in axes],
-        "factor": float(scipy.special.ndtri(0.5 + LEVEL / 2)),
+        "factor": normal_quantile(LEVEL),
         "oils": [
             {
                 "name": oil,
@@ -214,7 +214,7 @@ def law_of(fit: FittedLaw, load_at_1_gpa: float | None = None) -> dict[str, Any]
             the cube of the pressure.
     """
     law, coefficients = fit.law, fit.coefficients
-    root = coefficients.root(law)
+    reach = normal_quantile(LEVEL) * coefficients.root(law).T
     inputs: list[dict[str, Any]] = [
         {"axis": axis, "factor": 1.0, "power": 1, "reference": reference}
         for axis, reference in enumerate(law.reference)
@@ -227,7 +227,7 @@ def law_of(fit: FittedLaw, load_at_1_gpa: float | None = None) -> dict[str, Any]
         "internal": to_internal(law, coefficients.constants).tolist(),
         "known": coefficients.known.tolist(),
         "fixed": [_over_axes(fixed, law, load_at_1_gpa) for fixed in coefficients.fixed],
-        "root": None if np.isnan(root).any() else root.tolist(),
+        "reach": None if np.isnan(reach).any() else reach.tolist(),
         "box": [[_plain(end) for end in ends] for ends in _box_over_axes(fit, load_at_1_gpa)],
     }
 

@@ -1,7 +1,11 @@
-"""The traction laws as the page's script computes them, written from their equations."""
+"""Fitted laws as the page's script computes them, written from the equations that Python evaluates.
+
+Decides: how the explorer computes mu and its interval in the browser.
+"""
 
 from collections.abc import Iterable
 
+from oilfilm.fits.interval import ABSOLUTE_ENDS, RELATIVE_ENDS
 from oilfilm.traction.expression import Form, Language, in_steps
 from oilfilm.traction.law import Law
 
@@ -14,12 +18,37 @@ JAVASCRIPT = Language(
 )
 
 
-def law_script(laws: Iterable[Law]) -> str:
-    """`LAWS`: name -> function of the coefficients' sizes |X| and S, S not negative.
+# mu and its interval at `point` = [P, U, T, S], S not negative, by the numbers of
+# `explorer.law_of`.
+# `reach` is the root of the covariance times the quantile of the interval's level.
+_TRACTION = """
+function traction({ law, inputs, known, internal, reach }, point) {
+  const dot = (first, second) => first.reduce((total, value, i) => total + value * second[i], 0);
+  const design = [1, ...inputs.map(({ axis, factor, power, reference }, i) => (
+    known[i] ? Math.log(factor * point[axis] ** power / reference) : 0))];
+  const sizes = [];
+  for (let start = 0; start < internal.length; start += design.length) {
+    sizes.push(Math.exp(dot(design, internal.slice(start, start + design.length))));
+  }
+  const { mu, slopes } = LAWS[law](sizes, point[3]);
+  const gradient = slopes.flatMap((slope) => design.map((value) => slope * value));
+  const h = reach ? Math.hypot(...reach.map((column) => dot(gradient, column))) : NaN;
+  const [lower, upper] = mu > 0 ? %s : %s;
+  return { mu, lower, upper };
+}
+"""
 
-    Each gives mu, and its derivatives by each ln|X|.
+
+def law_script(laws: Iterable[Law]) -> str:
+    """JavaScript's `traction(fit, point)`: mu of a fitted law with its interval.
+
+    `LAWS` in it: name -> function of the coefficients' sizes |X| and S that gives mu, and its
+    derivatives by each ln|X|.
     """
-    return f"const LAWS = {{\n{''.join(map(_law, laws))}}};\n"
+    ends = tuple(
+        f"[{', '.join(map(JAVASCRIPT.write, nodes))}]" for nodes in (RELATIVE_ENDS, ABSOLUTE_ENDS)
+    )
+    return f"const LAWS = {{\n{''.join(map(_law, laws))}}};\n{_TRACTION % ends}"
 
 
 def _law(law: Law) -> str:

@@ -1,6 +1,6 @@
 // The explorer of the report: fitted laws with their intervals, points of the logs, the paper's advice.
 //
-// Laws and intervals are those of oilfilm.fits.fitted, the advice is that of oilfilm.paper.selection;
+// Laws and intervals are written by oilfilm.report.law_script, the advice is that of oilfilm.paper.selection;
 // tests/report/test_report_browser.py holds both against Python. Names from logs reach the page as text
 // only (textContent, Bokeh's escaped tooltips).
 "use strict";
@@ -18,8 +18,6 @@ const numbers = (values) => values.map((value) => value ?? NaN);
 
 // ---------------------------------------------------------------- laws
 
-const sum = (values) => values.reduce((total, value) => total + value, 0);
-
 // The point with conditions that a fit does not follow at their tested level or line, and the axes along
 // which it lies away from them. A slider that no oil follows asks for nothing.
 function onLine(oil, point) {
@@ -33,27 +31,11 @@ function onLine(oil, point) {
   return { tested, away };
 }
 
-// asked: [P, U, T, S], S not negative; LAWS are written by oilfilm.report.law_script
+// asked: [P, U, T, S], S not negative; `traction` is written by oilfilm.report.law_script
 function predict(oil, asked) {
   const { tested: point, away } = onLine(oil, asked);
-  const logs = oil.inputs.map(({ axis, factor, power, reference }, i) => (
-    oil.known[i] ? Math.log(factor * point[axis] ** power / reference) : 0));
-  const design = [1, ...logs];
-  const size = design.length;
-  const sizes = [];
-  for (let start = 0; start < oil.internal.length; start += size) {
-    sizes.push(Math.exp(sum(design.map((value, i) => value * oil.internal[start + i]))));
-  }
-  const { mu: value, slopes } = LAWS[oil.law](sizes, point[3]);
-  const mu = away.length ? NaN : value;
-  let reach = NaN;
-  if (oil.root) {
-    const gradient = slopes.flatMap((slope) => design.map((value) => slope * value));
-    const along = oil.root[0].map((_, k) => sum(gradient.map((g, i) => g * oil.root[i][k])));
-    reach = DATA.factor * Math.hypot(...along);
-  }
-  const factor = Math.exp(reach / mu);
-  const [lower, upper] = mu > 0 ? [mu / factor, mu * factor] : [mu - reach, mu + reach];
+  const unknown = { mu: NaN, lower: NaN, upper: NaN };
+  const { mu, lower, upper } = away.length ? unknown : traction(oil, point);
   const beyond = oil.box.map((ends, i) => {
     if (away.includes(i)) return Infinity;
     const { within, least_size: least } = oil.fixed.find(({ axis }) => axis === i) ?? { within: 0, least_size: 0 };

@@ -53,8 +53,6 @@ declare_columns(
     number("weighted_value", BY_ROW, "constant fitted with points weighted by their standard "
         "errors and the excess scatter", _CONSTANT_UNIT),
     number("robust_value", BY_ROW, "constant fitted with a Cauchy loss", _CONSTANT_UNIT),
-    number("printed_value", BY_ROW, "constant printed in the paper",
-        f'signs restored; {_CONSTANT_UNIT}'),
     flag("identifiable", "false where the tested conditions cannot give the constant"),
     flag("configured", "true for the law that the campaign uses (fit.law); the others are fitted "
         "to be compared with it (compare.laws)"),
@@ -206,7 +204,7 @@ TABLES = (
             oil law constant value standard_error lower upper
             naive_standard_error
             systematic_standard_error profile_lower profile_upper weighted_value robust_value
-            identifiable verdict printed_value""",
+            identifiable verdict""",
         uses=(
             use("value", "fitted constant; null where not identifiable"),
             use("verdict", "sign unknown: zero is between lower and upper; "

@@ -38,6 +38,11 @@ class Quantity:
     meaning: str
     unit: str
 
+    @property
+    def short_meaning(self) -> str:
+        """The meaning without what explains it."""
+        return self.meaning.partition(",")[0]
+
 
 QUANTITIES = {
     "max_hertz_pressure_gpa": Quantity("P", "maximum Hertz pressure", "GPa"),

@@ -83,8 +83,6 @@ def _of_oil(coefficients: pd.DataFrame, oil: str, place: int) -> ShownTable:
         error = row["standard_error"]
         form = number(significant(row["naive_standard_error"] if np.isnan(error) else error))
         texts.loc[index, names] = [form(row[name]) for name in names]
-    # every digit of the print
-    texts["printed_value"] = rows["printed_value"].map(number(".10g"))
     interval = texts[lower] + " \N{HORIZONTAL ELLIPSIS} " + texts[upper]
     texts[lower] = texts[lower].where(rows[lower].isna(), interval)
     columns = [
@@ -95,7 +93,5 @@ def _of_oil(coefficients: pd.DataFrame, oil: str, place: int) -> ShownTable:
         Column("systematic_standard_error", "Standard error, calibration", unit=""),
         Column("verdict", "Verdict", is_verdict=True),
     ]
-    if rows["printed_value"].notna().any():
-        columns.append(Column("printed_value", "Printed", unit=""))
     name = f"constants{place}"
     return show(texts, "coefficients", oil, columns, name=name, in_text=True, is_wordy=False)

@@ -52,7 +52,9 @@ def _compared(row: dict[str, Any], quality: pd.DataFrame) -> dict[str, Any]:
         "can_be_set": [law for law in (fewest, better) if law in LAWS],
         "old": by_law.get(row["law"]),
         "new": by_law.get(better),
-        "takes": {law: [_in_words(name) for name in names] for law, names in taken.items()}
+        "takes": {
+            law: [QUANTITIES[name].short_meaning for name in names] for law, names in taken.items()
+        }
         if other_conditions
         else {},
     }
@@ -60,10 +62,6 @@ def _compared(row: dict[str, Any], quality: pd.DataFrame) -> dict[str, Any]:
 
 def _laws(ties: str) -> list[str]:
     return ties.split(", ") if ties else []
-
-
-def _in_words(condition: str) -> str:
-    return QUANTITIES[condition].meaning.partition(",")[0]
 
 
 def _names(ties: str) -> str:
