@@ -2,13 +2,12 @@
 
 import numpy as np
 import pandas as pd
-import pytest
 
 from campaigns import printed
 from fit_points import LAW, P, T, U, make_points, matrix, problem_of
 from oilfilm.fits.engine import Optimum, polish
 from oilfilm.fits.fit import fit_oil
-from oilfilm.fits.objectives import difference, robust_fit, weighted_fit
+from oilfilm.fits.objectives import difference, robust_fit
 from oilfilm.fits.problem import CurveData, Problem
 from oilfilm.randomness import generator
 from oilfilm.report.sections.fits import curve_facts
@@ -81,38 +80,3 @@ def test_robust_fit_costs_little_where_nothing_is_wrong() -> None:
     plain_mean, robust_mean = np.mean(ratio, axis=0)
     # 1/0.95 in variance; 40 draws of a pair know it to about 3 %
     assert 0.97 < robust_mean / plain_mean < 1.15
-
-
-def test_weights_by_standard_errors_help_where_runs_differ_in_noise() -> None:
-    points = make_points("4102", matrix())
-    problem, data, _ = prepare(points)
-    truth = to_internal(LAW, printed()["4102"])
-    random = generator(9, "weights")
-    loud = np.where(data.curve % 2 == 0, 1e-3, 1e-4)
-    errors = []
-    for _ in range(20):
-        mu = data.mu + loud * random.standard_normal(len(data.mu))
-        noisy = Problem(LAW, problem.at, mu, problem.free)
-        known = CurveData(data.runs, data.conditions, data.curve, data.slip, mu, loud)
-        plain = polish(noisy, truth)
-        weighted = weighted_fit(noisy, known, plain)
-        assert weighted is not None
-        errors.append([error(plain.values), error(weighted.values)])
-    plain_rms, weighted_rms = np.sqrt(np.mean(np.square(errors), axis=0))
-    # half the points ten times quieter: var 2/(1/a + 1/b) against (a + b)/2, about 1/5 in error
-    assert weighted_rms < 0.4 * plain_rms
-
-
-def test_without_standard_errors_there_is_no_weighted_fit() -> None:
-    points = make_points("4102", matrix(), noise=1e-4).assign(traction_coefficient_se=np.nan)
-    problem, data, plain = prepare(points)
-    assert weighted_fit(problem, data, plain) is None
-    assert np.isnan(difference(problem, plain, None))
-
-
-@pytest.mark.parametrize("noise", [0.0, 1e-4])
-def test_equal_standard_errors_leave_the_plain_fit(noise: float) -> None:
-    problem, data, plain = prepare(make_points("4102", matrix(), noise=noise))
-    weighted = weighted_fit(problem, data, plain)
-    if weighted is not None:
-        np.testing.assert_allclose(weighted.values, plain.values, atol=1e-6)

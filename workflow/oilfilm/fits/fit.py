@@ -16,7 +16,7 @@ from oilfilm.fits.conditions import (
 )
 from oilfilm.fits.engine import Optimum, at_bounds, search
 from oilfilm.fits.fit_tables import fitted_names, tables_of_fit, tables_without_fit
-from oilfilm.fits.objectives import robust_fit, weighted_fit
+from oilfilm.fits.objectives import robust_fit
 from oilfilm.fits.problem import (
     CurveData,
     Problem,
@@ -198,7 +198,6 @@ def _solve(prepared: _Prepared, oil: str, settings: FitSettings, seed: int) -> S
         certify(problem, data, optima, errors, settings),
         Estimates(best.values, naive, refits, shifted),
         profiles(problem, best, errors),
-        weighted_fit(problem, data, best),
         robust_fit(problem, best),
     )
 

@@ -128,10 +128,6 @@ def _estimated(solution: Solution, sign_confidence: float) -> pd.DataFrame:
     lower, upper = problem.reported(ends.T)
     # a constant below zero falls where its logarithm rises
     turned = problem.signs < 0
-    weighted, robust = (
-        np.full(len(ends), np.nan) if other is None else problem.reported(other.values)
-        for other in (solution.weighted, solution.robust)
-    )
     rows = pd.DataFrame(
         {
             "value": estimates.values,
@@ -142,8 +138,6 @@ def _estimated(solution: Solution, sign_confidence: float) -> pd.DataFrame:
             "profile_lower": np.where(turned, upper, lower),
             "profile_upper": np.where(turned, lower, upper),
             "systematic_standard_error": estimates.systematic_errors,
-            "weighted_value": weighted,
-            "robust_value": robust,
             "verdict": "no interval",
         },
         index=problem.names,
@@ -211,7 +205,6 @@ def _quality(solution: Solution) -> dict[str, Any]:
         "zero_slip_traction": float(starts[np.argmax(np.abs(starts))]),
         "negative_share": negative,
         "second_rise_share": second_rise,
-        "weighted_difference": difference(problem, best, solution.weighted),
         "robust_difference": difference(problem, best, solution.robust),
         **asdict(solution.certificate),
     }

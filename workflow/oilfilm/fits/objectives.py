@@ -1,9 +1,9 @@
-"""The fit beside the plain one: weighted by standard errors, and with a robust loss.
+"""The fit with a robust loss beside the plain one, and the curves that pull the plain one away.
 
-The paper's plain sum of squares (Eq. 10) is the reference. What others make of the same points
-says whether a few curves decide the constants.
+The plain sum of squares (Eq. 10 of the paper) is the reference. What a robust loss makes of the
+same points says whether a few curves decide the constants.
 
-Decides: the weighted and the robust fit.
+Decides: the robust fit, and which curves are odd.
 """
 
 from dataclasses import dataclass
@@ -12,8 +12,8 @@ import numpy as np
 import scipy
 
 from oilfilm.curation.statistics import MAD_TO_SIGMA
-from oilfilm.fits.engine import Optimum, polish
-from oilfilm.fits.problem import CurveData, Problem
+from oilfilm.fits.engine import Optimum
+from oilfilm.fits.problem import Problem
 from oilfilm.settings.config import FitSettings
 from oilfilm.traction.law import BoolArray, FloatArray
 
@@ -32,27 +32,6 @@ class Alternative:
 
     values: FloatArray
     weight: FloatArray
-
-
-def weighted_fit(problem: Problem, data: CurveData, plain: Optimum) -> Alternative | None:
-    """Least squares weighted by 1/(se^2 + s0^2); None where no standard error is known.
-
-    s0^2 is what the plain fit's residuals have beyond the points' standard errors: errors that a
-    run's points share, and what the law cannot follow. Without it the quietest points alone would
-    decide. A point without a standard error of its own counts with the median one.
-    """
-    known = np.isfinite(data.mu_se)
-    if not known.any():
-        return None
-    variance = np.where(known, data.mu_se, np.median(data.mu_se[known])) ** 2
-    residual = problem.residual(plain.values)
-    excess = max(float(np.mean(residual**2 - variance)), 0.0)
-    if not np.any(variance + excess):
-        return None
-    # an exact fit of exact points leaves no variance at some of them: they count alike
-    weight = 1 / np.maximum(variance + excess, 1e-6 * float(np.mean(variance + excess)))
-    weight = weight / weight.max()
-    return Alternative(polish(problem, plain.values, weight).values, weight)
 
 
 def robust_fit(problem: Problem, plain: Optimum) -> Alternative | None:

@@ -31,7 +31,6 @@ class CurveData:
         curve: Curve of each point.
         slip: Slide-roll ratio of each point, 0 or more.
         mu: Traction coefficient of each point.
-        mu_se: Its standard error, NaN where unknown.
     """
 
     runs: list[str]
@@ -39,7 +38,6 @@ class CurveData:
     curve: IndexArray
     slip: FloatArray
     mu: FloatArray
-    mu_se: FloatArray
 
 
 @dataclass(frozen=True)
@@ -177,7 +175,6 @@ def curve_data(points: pd.DataFrame, conditions: Sequence[str] = CONDITIONS) -> 
         codes.astype(np.int64),
         side * accepted["slide_roll_ratio"].to_numpy(),
         side * accepted["traction_coefficient"].to_numpy(),
-        accepted["traction_coefficient_se"].to_numpy(dtype=float),
     )
 
 

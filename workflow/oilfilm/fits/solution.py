@@ -21,7 +21,6 @@ class Solution:
         certificate: Whether the searches agree, and at what kind of optimum.
         estimates: The free constants with their errors.
         profile: As `oilfilm.fits.profile.profiles`.
-        weighted: The fit weighted by standard errors; None where none is known.
         robust: The fit with a robust loss; None for an exact fit.
     """
 
@@ -31,5 +30,4 @@ class Solution:
     certificate: Certificate
     estimates: Estimates
     profile: tuple[FloatArray, FloatArray]
-    weighted: Alternative | None
     robust: Alternative | None

@@ -1,4 +1,4 @@
-"""Names and words of the report: laws, load variables, gates, and what the words of verdicts mean.
+"""Names and words of the report: load variables, gates, and what the words of verdicts mean.
 
 Decides: the meaning of each word of a verdict, and the symbols of print.
 """
@@ -6,18 +6,10 @@ Decides: the meaning of each word of a verdict, and the symbols of print.
 import re
 from collections.abc import Mapping
 
-# Keys of the settings (`fit.law`) and of the column `law`; laws of users keep their names.
-LAWS = {
-    "deng2026": "Deng (Eq. 7)",
-    "wang-deng-load": "load-based Wang-Deng",
-    "wang-deng-critical-load": "critical-load Wang-Deng",
-    "wang-deng-groups": "dimensionless Wang-Deng",
-    "eyring": "Johnson-Tevaarwerk (Eyring)",
-    "carreau": "Carreau",
-    "tanh": "hyperbolic tangent",
-}
+from oilfilm.traction import LAW_TITLES
+
 LOAD_VARIABLES = {
-    **LAWS,
+    **LAW_TITLES,
     "stress": "pressure-based",
     "load": "load-based",
     "dimensionless_load": "dimensionless load",
@@ -70,13 +62,13 @@ _PRINTED = {
 
 
 def law_name(key: str) -> str:
-    """A law in words.
+    """The title of a law; laws that are not installed keep their name.
 
     Examples:
         >>> law_name("deng2026"), law_name("my-law")
         ('Deng (Eq. 7)', 'my-law')
     """
-    return LAWS.get(key, key)
+    return LAW_TITLES.get(key, key)
 
 
 def load_variable(key: str) -> str:

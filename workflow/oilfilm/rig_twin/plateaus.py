@@ -63,5 +63,4 @@ def simulate_curves(
         np.repeat(np.arange(runs), steps),
         np.tile(slip, runs),
         (force_n / (load_n * load_gain)).ravel(),
-        (noise_n / load_n * np.ones_like(mu)).ravel(),
     )

@@ -50,9 +50,6 @@ declare_columns(
         "where the profile does not reach it", f'{_INDEPENDENT}; {_CONSTANT_UNIT}'),
     number("profile_upper", BY_ROW, "upper end of the 95 % interval by profile likelihood; null "
         "where the profile does not reach it", f'{_INDEPENDENT}; {_CONSTANT_UNIT}'),
-    number("weighted_value", BY_ROW, "constant fitted with points weighted by their standard "
-        "errors and the excess scatter", _CONSTANT_UNIT),
-    number("robust_value", BY_ROW, "constant fitted with a Cauchy loss", _CONSTANT_UNIT),
     flag("identifiable", "false where the tested conditions cannot give the constant"),
     flag("configured", "true for the law that the campaign uses (fit.law); the others are fitted "
         "to be compared with it (compare.laws)"),
@@ -69,10 +66,8 @@ declare_columns(
     number("mean_error", "1", "mean of fitted minus true mu"),
     number("left_out_traction_coefficient", "1", "mu by a fit to all curves but the point's own; "
         "null where the other curves leave a constant open"),
-    number("weighted_difference", "1", "root-mean-square difference of mu between the weighted fit "
-        "and this one, relative to mu; null where no point has a standard error", at_least=0),
-    number("robust_difference", "1", "root-mean-square difference of mu between the robust fit and "
-        "this one, relative to mu", at_least=0),
+    number("robust_difference", "1", "root-mean-square difference of mu between this fit and one "
+        "with a Cauchy loss, relative to mu", at_least=0),
     count("searches", "independent global searches, each with its own seed"),
     count("searches_agreeing", "searches that ended at the best optimum"),
     # of exact points only rounding is left: a search that ended elsewhere is 1e24 times worse
@@ -203,7 +198,7 @@ TABLES = (
         columns="""
             oil law constant value standard_error lower upper
             naive_standard_error
-            systematic_standard_error profile_lower profile_upper weighted_value robust_value
+            systematic_standard_error profile_lower profile_upper
             identifiable verdict""",
         uses=(
             use("value", "fitted constant; null where not identifiable"),
@@ -222,7 +217,7 @@ TABLES = (
             oil law configured n_points n_curves n_constants sse rmse relative_rms max_error aic bic
             left_out_rmse pressure_end_out_relative_rms speed_end_out_relative_rms
             temperature_end_out_relative_rms zero_slip_traction negative_share second_rise_share
-            weighted_difference robust_difference searches searches_agreeing sse_spread
+            robust_difference searches searches_agreeing sse_spread
             constant_spread gradient_cosine min_traction condition_number hessian_smallest
             hessian_largest
             active_bounds certified certificate incomplete_curves fixed_conditions

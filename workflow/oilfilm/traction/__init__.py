@@ -10,6 +10,7 @@ from oilfilm.traction.law import Law, LawOfContact
 
 _EVERY_LAW = [law for law in vars(laws).values() if isinstance(law, Law | LawOfContact)]
 LAW_NAMES = tuple(law.name for law in _EVERY_LAW)
+LAW_TITLES = {law.name: law.title or law.name for law in _EVERY_LAW}
 # Laws that need only the conditions.
 LAWS: dict[str, Law] = {law.name: law for law in _EVERY_LAW if isinstance(law, Law)}
 # The module of each law.

@@ -111,6 +111,7 @@ class Law:
 
     Attributes:
         name: Name in config and tables.
+        title: Name in texts; `name` where it is empty.
         source: Author, year, equation.
         equation: mu for S >= 0 by the coefficients and S, as text (`oilfilm.traction.expression`).
         parts: Parts of the equation that have a name of their own, in order: name and text.
@@ -135,6 +136,7 @@ class Law:
     must_vary: tuple[str, ...] = ()
     adore: tuple[str, str, str, str] | None = None
     in_bearings: bool = False
+    title: str = ""
 
     def group_values(self, conditions: FloatArray) -> FloatArray:
         """Rows of groups from rows of conditions."""
@@ -343,11 +345,13 @@ class LawOfContact:
         name: As of `Law`.
         of: Makes the law for an oil in a contact.
         in_bearings: As of `Law`.
+        title: As of `Law`.
     """
 
     name: str
     of: Callable[[Oil, Contact], Law]
     in_bearings: bool = False
+    title: str = ""
 
 
 def to_constants(law: Law, internal: FloatArray) -> FloatArray:

@@ -16,6 +16,7 @@ from oilfilm.traction.law import Coefficient, Law
 
 CARREAU = Law(
     name="carreau",
+    title="Carreau",
     source="Bair, High Pressure Rheology (2007), with the limit of Bair and Winer (1979)",
     equation="-L*expm1(-c/L)",
     parts=(("c", "N*S*(1 + (N*S/G)**2)**((n - 1)/2)"),),

@@ -17,6 +17,7 @@ from oilfilm.traction.law import Coefficient, FloatArray, Law
 
 DENG2026 = Law(
     name="deng2026",
+    title="Deng (Eq. 7)",
     source="K. Deng, X. Qing, F. Pape, Y. Wang, Lubricants 14 (2026) 33, Eqs 7-9",
     equation="(A + B*S)*exp(-C*S) - A",
     coefficients=(

@@ -18,6 +18,7 @@ from oilfilm.traction.law import Coefficient, Law
 
 EYRING = Law(
     name="eyring",
+    title="Johnson-Tevaarwerk (Eyring)",
     source=(
         "Johnson and Tevaarwerk, Proc. R. Soc. Lond. A 356 (1977) 215, with the limit of Bair and "
         "Winer (1979); the heat is ours"

@@ -11,6 +11,7 @@ from oilfilm.traction.law import Coefficient, Law
 
 TANH = Law(
     name="tanh",
+    title="hyperbolic tangent",
     source="in general use; no single source",
     equation="A*tanh(B*S/A)",
     coefficients=(

@@ -35,6 +35,7 @@ _COEFFICIENTS = (
 # On the dimensional load, which alone carries the size of the ball.
 WANG_DENG_LOAD = Law(
     name="wang-deng-load",
+    title="load-based Wang-Deng",
     source="Wang and Deng, as described by Deng et al., Lubricants 14 (2026) 33, section 4.1",
     equation="(A + B*S)*exp(-C*S) + D",
     coefficients=_COEFFICIENTS,
@@ -53,6 +54,7 @@ WANG_DENG_LOAD = Law(
 WANG_DENG_CRITICAL_LOAD = replace(
     WANG_DENG_LOAD,
     name="wang-deng-critical-load",
+    title="critical-load Wang-Deng",
     source="Yan et al., Mech. Syst. Signal Process. 224 (2025) 112133, after Wang (2006)",
     equation="(A*abs(K - 1) + B*S)*exp(-C*S) + D",
     coefficients=(
@@ -114,6 +116,7 @@ def wang_deng_groups(oil: Oil, contact: Contact) -> WangDengGroups:
     """The law on dimensionless groups of an oil in a contact."""
     return WangDengGroups(
         name=WANG_DENG_GROUPS.name,
+        title=WANG_DENG_GROUPS.title,
         source=f"{WANG_DENG_LOAD.source}; the groups are ours",
         equation=WANG_DENG_LOAD.equation,
         coefficients=_COEFFICIENTS,
@@ -127,4 +130,6 @@ def wang_deng_groups(oil: Oil, contact: Contact) -> WangDengGroups:
     )
 
 
-WANG_DENG_GROUPS = LawOfContact("wang-deng-groups", wang_deng_groups, in_bearings=True)
+WANG_DENG_GROUPS = LawOfContact(
+    "wang-deng-groups", wang_deng_groups, in_bearings=True, title="dimensionless Wang-Deng"
+)
