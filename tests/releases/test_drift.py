@@ -225,6 +225,20 @@ def test_lost_fits_are_stopped(
     assert "4050 is fitted in one release only" in str(rows)
 
 
+def test_fits_of_other_laws_are_not_compared(
+    make: Make, plain: Path, frames: dict[str, pd.DataFrame]
+) -> None:
+    """Each law has a fit for each oil; the campaign uses one."""
+    fits = ("coefficients", "fit_quality")
+    other = {name: frames[name].assign(law="tanh") for name in fits}
+    other["fit_quality"]["configured"] = False
+    other["coefficients"]["value"] *= 2
+    both = {name: pd.concat([frames[name], other[name]], ignore_index=True) for name in fits}
+    comparison = comparison_of(plain, make(**both))
+    assert (comparison.constants["change"] == 0).all()
+    assert (comparison.traction["change"] == 0).all()
+
+
 def test_constant_that_is_no_longer_known_is_stopped(
     make: Make, plain: Path, frames: dict[str, pd.DataFrame]
 ) -> None:

@@ -1,7 +1,6 @@
 """What every script does around its call: provenance, and mistakes in a sentence."""
 
 import errno
-import os
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -29,16 +28,6 @@ def a_job(tmp_path: Path) -> SimpleNamespace:
             config={"campaign": {"name": "june", "data": "measured"}}, code="0123"
         ),
     )
-
-
-def test_mistake_ends_a_job_in_its_sentence_and_in_the_log(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    with pytest.raises(SystemExit) as ended, job(a_job(tmp_path)):
-        raise OilfilmError("june.csv, row 3: found x, expected a number; correct it.")
-    assert ended.value.code == 1
-    assert "row 3: found x" in capsys.readouterr().err
-    assert "row 3: found x" in (tmp_path / "job.log").read_text(encoding="utf-8")
 
 
 def test_provenance_tells_measured_from_simulated_and_knows_no_clock(tmp_path: Path) -> None:
@@ -85,35 +74,24 @@ def test_provenance_names_the_logs_whatever_shares_they_were_read_in(copies: Pat
 @pytest.mark.parametrize(
     ("fault", "sentence"),
     [
-        (errno.ENOSPC, "The disk is full. Make room on it ("),
-        (errno.EROFS, "The disk can only be read. Mount it for writing ("),
-        (errno.EFBIG, "A file would be larger than is allowed here. Raise the limit (ulimit -f) ("),
+        (OSError(errno.ENOSPC, "-", "points.parquet"), "The disk is full. Make room on it ("),
+        (OSError(errno.EROFS, "-", "points.parquet"), "The disk can only be read. Mount it for"),
+        (OSError(errno.EFBIG, "-", "points.parquet"), "A file would be larger than is allowed"),
+        (MemoryError("points.parquet"), "There is not enough memory for this step"),
+        (OilfilmError("june.csv, row 3: found x; correct it."), "june.csv, row 3: found x"),
     ],
 )
-def test_disk_that_takes_no_file_ends_a_job_in_a_sentence(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], fault: int, sentence: str
+def test_what_the_user_can_mend_ends_a_job_in_a_sentence_and_in_the_log(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], fault: Exception, sentence: str
 ) -> None:
     with pytest.raises(SystemExit) as ended, job(a_job(tmp_path)):
-        raise OSError(fault, os.strerror(fault), "points.parquet")
+        raise fault
     assert ended.value.code == 1
-    message = capsys.readouterr().err
-    assert message.startswith(sentence)
-    assert "points.parquet" in message
+    assert capsys.readouterr().err.startswith(sentence)
+    assert (tmp_path / "job.log").read_text(encoding="utf-8").startswith(sentence)
 
 
-def test_lack_of_memory_ends_a_job_in_a_sentence(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    with pytest.raises(SystemExit), job(a_job(tmp_path)):
-        raise MemoryError
-    assert "There is not enough memory for this step" in capsys.readouterr().err
-
-
-def test_other_trouble_with_files_is_a_fault_of_the_program(tmp_path: Path) -> None:
-    with pytest.raises(FileNotFoundError), job(a_job(tmp_path)):
-        (tmp_path / "nothing").read_bytes()
-
-
-def test_fault_of_the_program_keeps_its_traceback(tmp_path: Path) -> None:
-    with pytest.raises(ZeroDivisionError), job(a_job(tmp_path)):
-        raise ZeroDivisionError
+@pytest.mark.parametrize("fault", [FileNotFoundError(errno.ENOENT, "nothing"), ZeroDivisionError()])
+def test_fault_of_the_program_keeps_its_traceback(tmp_path: Path, fault: Exception) -> None:
+    with pytest.raises(type(fault)), job(a_job(tmp_path)):
+        raise fault

@@ -5,6 +5,7 @@
 
 import os
 import shutil
+import signal
 import subprocess
 import sys
 import sysconfig
@@ -187,13 +188,14 @@ def test_second_run_is_refused_and_a_killed_one_is_in_nobodys_way(
 ) -> None:
     new = tmp_path / "new"
     shutil.copytree(undisturbed, new, symlinks=True)
-    # every step from the logs on, so that it lasts longer than the second run takes to start
     again = (POINTS, "--forcerun", "points", *SMALL, IN_ONE_SHARE)
-    with start(new, *again, stdout=subprocess.DEVNULL) as first:
+    with start(new, *again, stdout=subprocess.DEVNULL, new_session=True) as first:
         wait_for(lambda: bool(unfinished(new)))
+        os.killpg(first.pid, signal.SIGSTOP)  # it must not end while the second one starts
         assert "Another run is active in" in fail(new, *again)
         # the run alone, so that its job lives on
         first.kill()
+        os.killpg(first.pid, signal.SIGCONT)
     # another date, user, locale, time zone and order of hashes, and a Python without assertions
     around = Surroundings("1", unusual(tmp_path).environment)
     code, output = run(new, POINTS, *SMALL, IN_ONE_SHARE, around=around)

@@ -4,7 +4,6 @@ Decides: which units are converted, and into which.
 """
 
 import re
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
 from typing import Any
@@ -109,7 +108,7 @@ def conversion(unit: str, targets: tuple[str, ...]) -> Conversion:
             continue
         return Conversion(target, at_one - at_zero, at_zero)
     raise ValueError(
-        f"the unit {unit[:_LONGEST]!r} is none of {_in_words(targets)}, nor converts to one"
+        f"the unit {unit[:_LONGEST]!r} is none of {' or '.join(targets)}, nor converts to one"
     )
 
 
@@ -130,7 +129,3 @@ def _registry() -> Any:
     import pint  # noqa: PLC0415
 
     return pint.UnitRegistry()
-
-
-def _in_words(targets: Sequence[str]) -> str:
-    return " or ".join(targets)

@@ -9,14 +9,11 @@ from typing import Any
 import numpy as np
 
 from oilfilm import tables
-from oilfilm.bearing.geometry import Bearing
 from oilfilm.cli.arguments import campaign_folder, config_folder, quantity
 from oilfilm.cli.parser import DUTY_EXAMPLE
 from oilfilm.errors import OilfilmError
 from oilfilm.settings.base import Group, Result, key
-from oilfilm.settings.bearing import BearingFile
-from oilfilm.settings.messages import load
-from oilfilm.settings.resolve import resolve
+from oilfilm.settings.resolve import named_file, resolve
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.text_table import text_table
@@ -150,7 +147,9 @@ def run(options: argparse.Namespace) -> int:
 
 def _request(options: argparse.Namespace, settings: Settings, config: Path) -> Request:
     """What is asked for: the options over the settings."""
-    request = request_of(settings, _bearing(options.bearing, config))
+    name = options.bearing
+    bearing = named_file(config, "bearing", name, "--bearing").bearing(name) if name else None
+    request = request_of(settings, bearing)
     if options.duty:
         request = replace(request, duty=np.array([_duty(text) for text in options.duty]))
     if options.count is not None:
@@ -165,19 +164,6 @@ def _request(options: argparse.Namespace, settings: Settings, config: Path) -> R
             "with --bearing, or plan --for traction."
         )
     return replace(request, targets=(target,))
-
-
-def _bearing(name: str | None, config: Path) -> Bearing | None:
-    """The bearing that is named, from its file."""
-    if name is None:
-        return None
-    files = {path.stem: path for path in sorted((config / "bearings").glob("*.yaml"))}
-    if name not in files:
-        raise OilfilmError(
-            f"--bearing: there is no {config / 'bearings' / name}.yaml. Known: {', '.join(files)}. "
-            "Name one of them, or describe the bearing in that file."
-        )
-    return load(files[name], BearingFile).bearing(name)
 
 
 def _duty(text: str) -> list[float]:

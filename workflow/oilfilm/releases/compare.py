@@ -286,10 +286,8 @@ def _verdict_text(row: "pd.Series[Any]", columns: list[str], side: str) -> str:
 
 
 def _constants(before: StoredRelease, after: StoredRelease) -> pd.DataFrame:
-    old, new = before.table("coefficients"), after.table("coefficients")
+    (old, _), (new, _) = _configured_fits(before), _configured_fits(after)
     columns = ["oil", "constant", "before", "after", "change"]
-    if old is None or new is None:
-        return pd.DataFrame(columns=columns)
     error = old["standard_error"].fillna(old["naive_standard_error"])
     both = old.rename(columns={"value": "before"}).assign(error=error.where(error != 0))
     both = both.merge(
@@ -316,19 +314,26 @@ def _traction(before: StoredRelease, after: StoredRelease, drift: DriftSettings)
     return pd.DataFrame(rows, columns=columns)
 
 
-def _fits(stored: StoredRelease) -> dict[str, FittedLaw]:
+def _configured_fits(stored: StoredRelease) -> tuple[pd.DataFrame, pd.DataFrame]:
+    """Coefficients and quality of the configured law of each oil; none that a pin does not keep."""
     coefficients, quality = stored.table("coefficients"), stored.table("fit_quality")
     if coefficients is None or quality is None:
-        return {}
-    fits = coefficients[["oil", "law"]].drop_duplicates()
-    if fits["oil"].duplicated().any() or not set(fits["law"]) <= set(LAWS):
-        raise OilfilmError(
-            f"{stored.folder}: tables/coefficients.parquet has laws that are not known here, or "
-            "more than one of an oil."
-        )
-    if len(fits.merge(quality, on=["oil", "law"])) != len(fits):
+        return tables.empty("coefficients"), tables.empty("fit_quality")
+    if len(coefficients.merge(quality[["oil", "law"]])) != len(coefficients):
         raise OilfilmError(f"{stored.folder}: tables/fit_quality.parquet lacks a fit.")
-    return {oil: FittedLaw.of(coefficients, oil, quality=quality) for oil in fits["oil"]}
+    quality = quality[quality["configured"]]
+    if quality["oil"].duplicated().any() or not set(quality["law"]) <= set(LAWS):
+        raise OilfilmError(
+            f"{stored.folder}: tables/fit_quality.parquet has a configured law that is not known "
+            "here, or more than one of an oil."
+        )
+    return coefficients.merge(quality[["oil", "law"]]), quality
+
+
+def _fits(stored: StoredRelease) -> dict[str, FittedLaw]:
+    coefficients, quality = _configured_fits(stored)
+    oils = coefficients["oil"].unique()
+    return {oil: FittedLaw.of(coefficients, oil, quality=quality) for oil in oils}
 
 
 def _traction_of(

@@ -159,9 +159,6 @@ class BearingFile(Group):
             roughness_rq_m=float(combined_roughness(*rq_m)),
             cage=Cage(
                 guided_by_outer=self.cage.guidance == "outer",
-                land_diameter_m=self.cage.land_diameter_m,
-                land_width_m=self.cage.land_width_m,
-                land_clearance_m=self.cage.land_clearance_m,
-                pocket_friction_coefficient=self.cage.pocket_friction_coefficient,
+                **self.cage.model_dump(exclude={"guidance"}),
             ),
         )

@@ -67,15 +67,20 @@ class ZeroReferenceSettings(Group):
     )
 
 
-class PlateauSettings(Group):
-    """Steady plateaus between the steps of slip."""
+class StepSettings(Group):
+    """How steps are found, and what of the time between them is used."""
 
     window_s: q.DurationS = key("Time that is averaged before and after a step to find it.")
     noise_factor: q.Factor = key("Standard errors that a step must exceed.")
-    min_step: q.SlipChange = key("Smallest step of S.")
     settle_s: q.DurationOrZeroS = key("Time that is cut off after a step.")
     guard_s: q.DurationOrZeroS = key("Time that is cut off before the next step.")
     min_duration_s: q.DurationS = key("Shortest settled part that is used.")
+
+
+class PlateauSettings(StepSettings):
+    """Steady plateaus between the steps of slip."""
+
+    min_step: q.SlipChange = key("Smallest step of S.")
     transient_share: q.Tolerance = key("Share of a settled part that counts as its beginning.")
 
 
@@ -232,15 +237,10 @@ class TareSettings(Group):
     max_drift_n_m: float = key("Largest change of the tare during a run.", unit="N m", gt=0)
 
 
-class TorquePlateauSettings(Group):
+class TorquePlateauSettings(StepSettings):
     """Steady speeds of a torque log."""
 
-    window_s: q.DurationS = key("Time that is averaged before and after a step to find it.")
-    noise_factor: q.Factor = key("Standard errors that a step must exceed.")
     min_step_rpm: q.SpeedRpm = key("Smallest step of speed.")
-    settle_s: q.DurationOrZeroS = key("Time that is cut off after a step.")
-    guard_s: q.DurationOrZeroS = key("Time that is cut off before the next step.")
-    min_duration_s: q.DurationS = key("Shortest settled part that is used.")
 
 
 class TorqueGateSettings(SignalGateSettings):
@@ -267,13 +267,24 @@ class CompareSettings(Group):
     level_gap: q.PositiveShare = key("Levels differ by more than this share of the range.")
 
 
-class LawFloorSettings(Group):
-    """Smallest levels at which a law is evaluated."""
+class OperatingPoint(Group):
+    """An operating point of a law."""
 
     max_hertz_pressure_gpa: q.PressureGpa = key("Maximum Hertz pressure.")
-    load_n: q.LoadN = key("Load.")
     entrainment_speed_m_s: q.SpeedMs = key("Entrainment speed.")
     inlet_temperature_c: q.TemperatureC = key("Inlet temperature.")
+
+
+class PointOfTraction(OperatingPoint):
+    """An operating point of a law with its slip."""
+
+    slide_roll_ratio: q.SlideRollRatio = key("Slide-roll ratio.")
+
+
+class LawFloorSettings(OperatingPoint):
+    """Smallest levels at which a law is evaluated."""
+
+    load_n: q.LoadN = key("Load.")
 
 
 class TermUncertaintySettings(Group):
@@ -353,20 +364,6 @@ class BearingSettings(Group):
                 f"({low:g} to {high:g}); change one of the two.",
             )
         return self
-
-
-class OperatingPoint(Group):
-    """An operating point of a law."""
-
-    max_hertz_pressure_gpa: q.PressureGpa = key("Maximum Hertz pressure.")
-    entrainment_speed_m_s: q.SpeedMs = key("Entrainment speed.")
-    inlet_temperature_c: q.TemperatureC = key("Inlet temperature.")
-
-
-class PointOfTraction(OperatingPoint):
-    """An operating point of a law with its slip."""
-
-    slide_roll_ratio: q.SlideRollRatio = key("Slide-roll ratio.")
 
 
 class DutyPoint(Group):
@@ -596,14 +593,10 @@ class Fig06Settings(Group):
     )
 
 
-class ExtrapolationFigureSettings(Group):
+class ExtrapolationFigureSettings(PointOfTraction):
     """One cut through each figure of extrapolations."""
 
     oil: q.Name = key("Oil shown, in quotes.")
-    max_hertz_pressure_gpa: q.PressureGpa = key("Maximum Hertz pressure.")
-    entrainment_speed_m_s: q.SpeedMs = key("Entrainment speed.")
-    inlet_temperature_c: q.TemperatureC = key("Inlet temperature.")
-    slide_roll_ratio: q.SlideRollRatio = key("Slide-roll ratio.")
 
 
 class FigureSettings(Group):

@@ -3,7 +3,7 @@
 Decides: the keys of an oil file; when its coefficients contradict its grade.
 """
 
-from typing import Annotated, Any, Literal, Self, TypeVar
+from typing import Annotated, Any, ClassVar, Literal, Self, TypeVar
 
 from pydantic import AfterValidator, Field, Strict, model_validator
 
@@ -89,6 +89,8 @@ class OilUncertainty(Group):
 class OilKeys(Group):
     """Keys that every oil has, whatever its formulas."""
 
+    formulas: ClassVar[type[oils.Oil]]
+    coefficients: Group
     id: q.Name = key("The file's name without .yaml, in quotes.")
     name: q.Text = key("Full name.")
     display_name: q.Text = key("Full name, in quotes. Figures and tables show the id.")
@@ -127,24 +129,22 @@ class OilKeys(Group):
 
     def properties(self) -> oils.Oil:
         """The oil with its property formulas."""
-        raise NotImplementedError
-
-    def _shared(self) -> dict[str, Any]:
-        """What the formulas of every kind take, beside their coefficients."""
         tables = {
             "density": self.density_kg_m3,
             "specific_heat": self.specific_heat_j_kgk,
             "thermal_conductivity": self.thermal_conductivity_w_mk,
         }
         copied = {"id", "name", "display_name", "nominal_kinematic_viscosity_100c_cst"}
-        return {
+        plain: dict[str, Any] = {
             **self.model_dump(include={*copied, "stand_in", "note", "source"}),
-            "relative_uncertainty": self.relative_uncertainty.model_dump(exclude_none=True),
             **{
                 name: oils.PiecewiseLinear(*zip(*sorted(rows), strict=True))
                 for name, rows in tables.items()
             },
+            **self.coefficients.model_dump(),
         }
+        uncertainty = self.relative_uncertainty.model_dump(exclude_none=True)
+        return self.formulas(**plain, relative_uncertainty=uncertainty)
 
 
 class MilL7808Oil(OilKeys):
@@ -152,10 +152,7 @@ class MilL7808Oil(OilKeys):
 
     model: Literal["adore-mil-l-7808"] = key("Formulas of viscosity and pressure viscosity.")
     coefficients: MilL7808Coefficients = key("Numbers of the formulas.")
-
-    def properties(self) -> oils.MilL7808:
-        """The oil with its property formulas."""
-        return oils.MilL7808(**self._shared(), **self.coefficients.model_dump())
+    formulas: ClassVar[type[oils.Oil]] = oils.MilL7808
 
 
 class MilL23699Oil(OilKeys):
@@ -163,10 +160,7 @@ class MilL23699Oil(OilKeys):
 
     model: Literal["adore-mil-l-23699"] = key("Formulas of viscosity and pressure viscosity.")
     coefficients: MilL23699Coefficients = key("Numbers of the formulas.")
-
-    def properties(self) -> oils.MilL23699:
-        """The oil with its property formulas."""
-        return oils.MilL23699(**self._shared(), **self.coefficients.model_dump())
+    formulas: ClassVar[type[oils.Oil]] = oils.MilL23699
 
 
 class AstmD341Oil(OilKeys):
@@ -174,10 +168,7 @@ class AstmD341Oil(OilKeys):
 
     model: Literal["astm-d341"] = key("Formulas of viscosity and pressure viscosity.")
     coefficients: AstmD341Coefficients = key("Numbers of the formulas.")
-
-    def properties(self) -> oils.AstmD341:
-        """The oil with its property formulas."""
-        return oils.AstmD341(**self._shared(), **self.coefficients.model_dump())
+    formulas: ClassVar[type[oils.Oil]] = oils.AstmD341
 
 
 OilFile = Annotated[MilL7808Oil | MilL23699Oil | AstmD341Oil, Field(discriminator="model")]

@@ -54,7 +54,8 @@ def resolve(folder: Path, overrides: Mapping[str, Any]) -> Settings:
     keys = _merged_keys(config, file, given)
 
     def named(kind: str, names: list[str], *steps: str) -> dict[str, Any]:
-        return {name: _named(folder, kind, name, file.location_of(steps)) for name in names}
+        named_at = f"{file.location_of(steps)}, `{dotted(steps)}`"
+        return {name: named_file(folder, kind, name, named_at) for name in names}
 
     oils = named("oil", campaign.oils, "oils")
     bearings = []
@@ -174,12 +175,22 @@ def _campaign_file(folder: Path, name: str) -> YamlFile:
     return read_yaml(path)
 
 
-def _named(folder: Path, kind: str, name: str, named_at: str) -> Any:
-    """A rig, oil or bearing that a campaign names."""
+def named_file(folder: Path, kind: str, name: str, named_at: str) -> Any:
+    """A rig, oil or bearing by its name, from its file.
+
+    Args:
+        folder: The configuration folder.
+        kind: `rig`, `oil` or `bearing`.
+        name: Its name.
+        named_at: Where it was named, as the message begins.
+
+    Raises:
+        OilfilmError: There is no such file, or it has a mistake.
+    """
     path = _file(folder, f"{kind}s", safe_name(name, named_at))
     if not path.is_file():
         raise OilfilmError(
-            f"{named_at}: `{kind}s` names {name!r}, but {path} does not exist. "
+            f"{named_at}: names the {kind} {name!r}, but {path} does not exist. "
             f"Known: {_known(folder, f'{kind}s')}. Write that file, or correct the name."
         )
     file = read_yaml(path)
