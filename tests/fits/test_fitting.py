@@ -13,7 +13,7 @@ from nights import quick_ones
 from oilfilm.errors import OilfilmError
 from oilfilm.fits import engine
 from oilfilm.fits.certificate import certificates, certify, gradient_cosine, spectrum
-from oilfilm.fits.conditions import sentences
+from oilfilm.fits.conditions import from_text
 from oilfilm.fits.engine import Optimum
 from oilfilm.fits.fit import OilFit, fit_oil
 from oilfilm.fits.fit_tables import sign_reach
@@ -141,7 +141,8 @@ def test_one_condition_gives_a_curve_but_no_exponents(quick: FitSettings) -> Non
     slip = np.linspace(0, 0.3, 7)
     expected = traction_coefficient(printed()["4102"], 1.25, 30.0, 70.0, slip)
     np.testing.assert_allclose(law.traction(np.array([1.25, 30, 70]), slip), expected, atol=2e-5)
-    assert "entrainment speed was tested at 30 m/s only" in sentences(quality.iloc[0])
+    levels = {each.condition: each.level for each in from_text(quality["fixed_conditions"].iloc[0])}
+    assert levels["entrainment_speed_m_s"] == pytest.approx(30)
 
 
 def test_exponents_of_conditions_that_varied_are_given_beside_those_that_are_not(
@@ -245,7 +246,8 @@ def test_measured_curves_give_one_curve_and_the_fit_says_why_no_more(etm: Campai
     assert not rows.loc[[constant.name for constant in LAW.constants], "identifiable"].any()
     assert rows.loc[["A", "B", "C"], "identifiable"].all()
     assert quality["certified"].iloc[0]
-    assert "maximum Hertz pressure is not known of every run" in sentences(quality.iloc[0])
+    levels = {each.condition: each.level for each in from_text(quality["fixed_conditions"].iloc[0])}
+    assert levels["max_hertz_pressure_gpa"] is None
     # the rig file states no calibration
     assert rows["systematic_standard_error"].isna().all()
     # the same law by SciPy alone, from the numbers of the logs

@@ -12,7 +12,6 @@ import itertools
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -114,15 +113,6 @@ def from_text(text: str) -> tuple[FixedCondition, ...]:
             f"fit_quality: fixed_conditions holds {text[:60]!r}; expected the JSON of oilfilm's "
             "own fits. Refit with this version."
         ) from None
-
-
-def sentences(row: Mapping[str, Any]) -> str:
-    """Where the conditions were tested that a fit does not follow; empty where it follows all.
-
-    Args:
-        row: Row of the table of fit quality.
-    """
-    return "; ".join(fixed.sentence() for fixed in from_text(row["fixed_conditions"]))
 
 
 def followed_conditions(
