@@ -1,6 +1,7 @@
 """The sections of the report tell the counts, the refusals, each fit's verdict, and what to do."""
 
 import re
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -9,6 +10,7 @@ import pytest
 from campaigns import CLAIMS, REFERENCE, Campaign, printed, sign_study, without
 from oilfilm import tables
 from oilfilm.curation.coverage import coverage, gate_counts
+from oilfilm.figure_catalogue import figures
 from oilfilm.fits.fit import fit_oil
 from oilfilm.logs.run_sheet import CONTRADICTION, UNLISTED
 from oilfilm.paper.audit.audit import audit, checked_claims, printed_evidence
@@ -28,8 +30,11 @@ from oilfilm.report.text import beginning, text
 from oilfilm.rig_twin.truth import truth_grid
 from oilfilm.settings.messages import load
 from oilfilm.settings.resolved import Settings
+from oilfilm.table_needs import NOT_IN_EVERY_CAMPAIGN
 from oilfilm.tables.campaign_tables import CampaignTables
-from reports import OILS, results_of, rows
+from reports import OILS, report_of, results_of, rows
+
+_PAPER = re.compile(r"paper|claim|Printed|Fig\. ")
 
 
 @pytest.fixture(scope="module")
@@ -146,7 +151,7 @@ def test_text_has_the_verdict_first_and_no_keys_of_the_code(
             assert lines.count(f"- {fact.text}") == 1
 
 
-def test_laboratory_without_the_paper_reads_nothing_of_it(etm: Campaign) -> None:
+def test_laboratory_without_the_paper_reads_nothing_of_it(etm: Campaign, tmp_path: Path) -> None:
     made = sections(finished(etm, "unrecorded-oil"), etm.config)
     written = text(made, etm.config.campaign)
     assert "Measured data (moritzploss/tribology 09bf75d, MIT licence)" in written
@@ -155,8 +160,25 @@ def test_laboratory_without_the_paper_reads_nothing_of_it(etm: Campaign) -> None
         r"Not identifiable: A0, .*\. Maximum Hertz pressure is not known of every run\.", written
     )
     assert "1 of 1 tested conditions are accepted. The campaign has no test matrix" in written
-    for word in ("paper", "claim", "Printed", "Fig. "):
-        assert word not in written
+    page = report_of(finished(etm, "unrecorded-oil"), etm.config, tmp_path, ["coverage"])
+    shown = re.sub(r"<(script|style|pre).*?</\1>|<[^>]*>", "", page, flags=re.DOTALL)
+    assert not _PAPER.search(written + shown)
+
+
+def test_figures_and_tables_of_every_campaign_say_nothing_of_the_paper() -> None:
+    for figure in figures().values():
+        if not figure.study:
+            assert not _PAPER.search(f"{figure.title} {figure.caption}"), figure
+    of_studies = {*NOT_IN_EVERY_CAMPAIGN, "truth_grid"}
+    for table in tables.TABLES.values():
+        words = {
+            column.name: f"{column.meaning} {column.caveat} {column.note}"
+            for column in table.columns
+        }
+        # the one column of the paper that is still in a table of every campaign
+        words.pop("printed_value", None)
+        if table.name not in of_studies:
+            assert not _PAPER.search(" ".join([table.about, *words.values()])), table.name
 
 
 def test_sign_that_is_not_known_is_beside_the_interval_that_holds_zero(
