@@ -259,7 +259,7 @@ def test_page_advises_what_python_does(
     calculator: Page, results: CampaignTables, config: Settings, lambda_limit: float
 ) -> None:
     laws = {oil: fitted(results, oil) for oil in OILS}
-    evidence = Evidence("refit", OILS, laws, {}, films(config), lambda_limit)
+    evidence = Evidence("refit", OILS, laws, films(config), lambda_limit)
     grid = {"inlet_temperature_c": [30, 99, 100, 140], "slide_roll_ratio": [0.001, 0.05, 0.15, 0.3]}
     chosen = {"selection": {"map": {**grid, "levels": 9}}}
     settings = config.with_changes(chosen).selection
