@@ -420,8 +420,8 @@ def test_report_tells_of_logs_and_errors(config, oils):
     )
     section = bearing(results, config)
     text = " ".join(fact.text for fact in section.facts)
-    assert "Torque logs: 3 of 3 were read. 2 have runs that were not refused." in text
-    assert "8 of 8 plateaus of torque are accepted." in text
+    assert "3 of 3 torque logs were read; 2 of them" in text
+    assert "8 of 8 torque plateaus are accepted." in text
     assert "4050_F05000_T070.csv: zero drift. The zero of the torque moves" in text
     # the printed constants have no refits
     assert {row[5] for row in section.tables[0].rows} == {"not known"}

@@ -9,7 +9,6 @@ from typing import Any
 import pandas as pd
 
 from oilfilm import tables
-from oilfilm.fits.law_comparison import TIE
 from oilfilm.home import reference_file
 from oilfilm.paper.audit.reasons import REASONS
 from oilfilm.paper.extrapolation import errors_by_law
@@ -27,10 +26,10 @@ from oilfilm.traction import PAPER_LAW
 BASES = {"refit": "this campaign", "printed": "printed constants"}
 # Where the oil that the paper advises is not the best one, by column `judgement` of `slip_advice`.
 OTHER_CHOICES = {
-    "slips": "Its oil exceeds the limit of cage slip, another oil does not",
-    "heats more": "Its oil gives more friction heat than the best oil",
-    "slips more": "Its oil gives more cage slip than the best oil",
-    "rule has none": "None of its oils has enough film",
+    "slips": "The advised oil exceeds the limit of cage slip, and another oil does not,",
+    "heats more": "The advised oil gives more friction heat than the best oil",
+    "slips more": "The advised oil gives more cage slip than the best oil",
+    "rule has none": "None of the oils of the rule has enough film",
 }
 _SIGN_VERDICTS = ("settled", "probable", "open", "against", "without effect")
 _CLAIM_VERDICTS = ("holds", "by construction", "holds in part", "fails", "cannot be checked")
@@ -75,7 +74,7 @@ def circular(campaign: Campaign) -> str:
     if campaign.truth_is_law:
         return (
             "CIRCULAR on the refit: the points were SIMULATED with the printed constants. "
-            f"The verdicts are about these constants, not about the oils. Wang-Deng: {TIE}."
+            "The verdicts are about these constants, not about the oils."
         )
     if campaign.data == "simulated":
         return "The points were SIMULATED: verdicts on the refit say nothing of the real oils."

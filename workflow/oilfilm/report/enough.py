@@ -12,6 +12,9 @@ from oilfilm.logs.run_sheet import REMARKS
 from oilfilm.settings.campaign import Campaign
 from oilfilm.tables.campaign_tables import CampaignTables
 
+# Oil, empty for all of them -> accepted runs and runs.
+_Counts = dict[str, tuple[int, int]]
+
 
 def accepted_runs_text(results: CampaignTables, campaign: Campaign) -> str:
     """Accepted runs of each oil, a line each.
@@ -32,8 +35,11 @@ def accepted_runs_text(results: CampaignTables, campaign: Campaign) -> str:
             "accepted runs are enough, say so in the campaign file (min_accepted_runs, "
             "min_accepted_share)."
         )
-    lines = [line for kind, runs in _kinds(results, campaign) for line in _counts(kind, runs)]
-    return "\n".join(lines) + "\n"
+    return "".join(
+        f"  {oil}: {accepted} of {runs}\n" if oil else f"{kind}: {accepted} of {runs} accepted\n"
+        for kind, counts in _accepted_runs(results, campaign)
+        for oil, (accepted, runs) in counts.items()
+    )
 
 
 def shortfalls(results: CampaignTables, campaign: Campaign) -> list[str]:
@@ -41,11 +47,20 @@ def shortfalls(results: CampaignTables, campaign: Campaign) -> list[str]:
 
     Arguments are those of `accepted_runs_text`.
     """
-    return [
-        sentence
-        for kind, runs in _kinds(results, campaign)
-        for sentence in _shortfalls(kind, runs, campaign)
-    ]
+    fewest, share = campaign.min_accepted_runs, campaign.min_accepted_share
+    lacking = []
+    for kind, counts in _accepted_runs(results, campaign):
+        accepted, runs = counts[""]
+        few = [oil for oil, (accepted_of_oil, _) in counts.items() if accepted_of_oil < fewest]
+        for oil in [""] if "" in few else few:
+            name = f"oil {oil}: " if oil else ""
+            count = f"{counts[oil][0]} of {counts[oil][1]}"
+            lacking.append(f"{name}{count} {kind} accepted, expected at least {fewest}")
+        if "" not in few and accepted < share * runs:
+            lacking.append(
+                f"{accepted} of {runs} {kind} accepted, expected at least {share:.0%} of them"
+            )
+    return lacking
 
 
 def unread_logs(results: CampaignTables) -> set[str]:
@@ -55,11 +70,11 @@ def unread_logs(results: CampaignTables) -> set[str]:
     return set(refused) - set(results.runs["file"])
 
 
-def _kinds(results: CampaignTables, campaign: Campaign) -> Iterator[tuple[str, pd.DataFrame]]:
-    """Runs of each kind of rig: columns oil and accepted, one row per run or unread log."""
+def _accepted_runs(results: CampaignTables, campaign: Campaign) -> Iterator[tuple[str, _Counts]]:
+    """Accepted runs and runs of each kind of rig, by oil."""
     runs = results.runs
     known = runs[["oil"]].assign(accepted=runs["verdict"] == "accepted")
-    yield "runs", _with_lost(known, len(unread_logs(results)))
+    yield "runs", _counts(known, len(unread_logs(results)))
     if campaign.torque is not None:
         quarantine = results.torque_quarantine
         refused = quarantine[~quarantine["rule"].isin(REMARKS)]
@@ -69,35 +84,12 @@ def _kinds(results: CampaignTables, campaign: Campaign) -> Iterator[tuple[str, p
         # of a refused run, or a log that could not be read, there is no plateau
         names = refused["run_id"].where(refused["run_id"] != "", refused["file"])
         logs = {str(run).rpartition(":")[0] or run for run in runs.index}
-        yield "torque runs", _with_lost(runs, len({*names} - {*runs.index} - logs))
+        yield "torque runs", _counts(runs, len({*names} - {*runs.index} - logs))
 
 
-def _with_lost(runs: pd.DataFrame, lost: int) -> pd.DataFrame:
-    """The runs, and as many more of which not even the oil is known."""
-    unread = pd.DataFrame({"oil": [""] * lost, "accepted": [False] * lost})
-    return pd.concat([runs, unread], ignore_index=True).astype({"accepted": bool})
-
-
-def _shortfalls(kind: str, runs: pd.DataFrame, campaign: Campaign) -> Iterator[str]:
-    fewest, share, accepted = (
-        campaign.min_accepted_runs,
-        campaign.min_accepted_share,
-        runs["accepted"].sum(),
-    )
-    if accepted < fewest:
-        yield f"{accepted} of {len(runs)} {kind} accepted, expected at least {fewest}"
-        return
-    for oil, of_oil in runs[runs["oil"] != ""].groupby("oil", sort=False)["accepted"]:
-        if of_oil.sum() < fewest:
-            yield (
-                f"oil {oil}: {of_oil.sum()} of {len(of_oil)} {kind} accepted, expected at least "
-                f"{fewest}"
-            )
-    if accepted < share * len(runs):
-        yield f"{accepted} of {len(runs)} {kind} accepted, expected at least {share:.0%} of them"
-
-
-def _counts(kind: str, runs: pd.DataFrame) -> Iterator[str]:
-    yield f"{kind}: {runs['accepted'].sum()} of {len(runs)} accepted"
-    for oil, of_oil in runs[runs["oil"] != ""].groupby("oil", sort=False)["accepted"]:
-        yield f"  {oil}: {of_oil.sum()} of {len(of_oil)}"
+def _counts(runs: pd.DataFrame, lost: int) -> _Counts:
+    """Counts by oil, those of all runs first; of lost ones not even the oil is known."""
+    counts = {"": (int(runs["accepted"].sum()), len(runs) + lost)}
+    for oil, accepted in runs.loc[runs["oil"] != ""].groupby("oil", sort=False)["accepted"]:
+        counts[str(oil)] = int(accepted.sum()), len(accepted)
+    return counts

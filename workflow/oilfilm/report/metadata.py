@@ -7,7 +7,7 @@ folder of the tables, which can be moved as a whole.
 
 import json
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Container, Iterable, Sequence
 from typing import Any
 
 from frictionless import Package, system
@@ -50,23 +50,19 @@ def data_package(settings: Settings, files: Iterable[TableFile]) -> str:
                 f"{campaign.name!r} that they are {campaign.data}. Delete it and run snakemake "
                 "again."
             )
-    of_table = {
-        table: of_this
-        for table in tables.TABLES
-        if (of_this := [file for file in in_order if file.table == table])
-    }
+    of_table: dict[str, list[TableFile]] = {}
+    for file in sorted(in_order, key=lambda file: [*tables.TABLES].index(file.table)):
+        of_table.setdefault(file.table, []).append(file)
     creators = about.creators or ()
-    description = (
+    description = [
         campaign.description,
         _ORIGIN[campaign.data],
         f"Licence: {about.licence or _NOT_STATED}.",
         f"Creators: {', '.join(creators) or _NOT_STATED}.",
-        *(
-            f"Changed after it was first read: {each.log} ({each.was}, now {each.now}): "
-            f"{each.reason}"
-            for each in about.acknowledged_changes
-        ),
-    )
+    ]
+    for change in about.acknowledged_changes:
+        log = f"{change.log} ({change.was}, now {change.now})"
+        description.append(f"Changed after it was first read: {log}: {change.reason}")
     descriptor: dict[str, Any] = {
         # The standard allows fewer letters in a name than a campaign may have.
         "name": re.sub(r"[^a-z0-9._-]", "-", campaign.name.lower()),
@@ -77,7 +73,7 @@ def data_package(settings: Settings, files: Iterable[TableFile]) -> str:
             {"title": source.title, **({"path": source.address} if source.address else {})}
             for source in (_RAW_LOGS, *(about.sources or ()))
         ],
-        "resources": [_resource(table, of_table) for table in of_table],
+        "resources": [_resource(table, of_this, of_table) for table, of_this in of_table.items()],
     }
     if about.licence:
         descriptor["licenses"] = [{"path" if "://" in about.licence else "name": about.licence}]
@@ -89,8 +85,12 @@ def data_package(settings: Settings, files: Iterable[TableFile]) -> str:
         return json.dumps(package.to_descriptor(), indent=2, ensure_ascii=False) + "\n"
 
 
-def _resource(table: str, of_table: dict[str, list[TableFile]]) -> dict[str, Any]:
-    model, files = tables.TABLES[table], of_table[table]
+def _resource(table: str, files: Sequence[TableFile], present: Container[str]) -> dict[str, Any]:
+    model = tables.TABLES[table]
+    about_files = [
+        {"path": file.path, "hash": f"sha256:{file.sha256}", "bytes": file.bytes, "rows": file.rows}
+        for file in files
+    ]
     paths = [file.path for file in files]
     return {
         "name": table,
@@ -102,22 +102,14 @@ def _resource(table: str, of_table: dict[str, list[TableFile]]) -> dict[str, Any
         "format": "parquet",
         "mediatype": "application/vnd.apache.parquet",
         "bytes": sum(file.bytes for file in files),
-        **({"hash": f"sha256:{files[0].sha256}"} if len(files) == 1 else {}),
+        **({"hash": about_files[0]["hash"]} if len(files) == 1 else {}),
         "rows": sum(file.rows for file in files),
-        "files": [
-            {
-                "path": file.path,
-                "hash": f"sha256:{file.sha256}",
-                "bytes": file.bytes,
-                "rows": file.rows,
-            }
-            for file in files
-        ],
-        "schema": _schema(model, list(of_table)),
+        "files": about_files,
+        "schema": _schema(model, present),
     }
 
 
-def _schema(model: tables.Table, present: Sequence[str]) -> dict[str, Any]:
+def _schema(model: tables.Table, present: Container[str]) -> dict[str, Any]:
     """Columns and keys; only keys to tables that are in the package."""
     schema: dict[str, Any] = {
         "fields": [_field(column) for column in model.columns],

@@ -117,5 +117,6 @@ def meanings(text: str, *more: Mapping[str, str]) -> list[tuple[str, str]]:
 def _occurs(word: str, text: str) -> bool:
     if not word[-1].isalpha():
         return word in text.replace("\N{PLUS-MINUS SIGN}", "+-")
-    ending = "s?" if word.islower() else ""
+    # "steps" is no plural of the verdict "in step"
+    ending = "s?" if word.islower() and word.isalpha() else ""
     return re.search(rf"(?<![\w-]){re.escape(word)}{ending}(?![\w-])", text) is not None

@@ -9,8 +9,6 @@ from oilfilm.report.document import Section, facts
 from oilfilm.report.shown_table import Column, ShownTable, number, show, significant
 from oilfilm.tables.campaign_tables import CampaignTables
 
-# From what the data determine to what they cannot.
-_ORDER = ("known", "in step", "sign unknown", "no interval", "at a bound", "not identifiable")
 # Constants that move together so closely replace each other.
 _STRONG = 0.95
 
@@ -20,8 +18,8 @@ def constants(results: CampaignTables) -> Section:
     fits = results.configured
     if fits.coefficients.empty:
         return Section("constants", "Constants")
-    ranked = by_certainty(fits.coefficients, fits.correlations)
-    oils = list(dict.fromkeys(ranked["oil"]))
+    coefficients = with_partners(fits.coefficients, fits.correlations)
+    oils = coefficients["oil"].unique()
     quality = {row["oil"]: row for row in tables.rows(fits.fit_quality)}
     made = facts(
         "report/sections/constants.jinja",
@@ -34,23 +32,22 @@ def constants(results: CampaignTables) -> Section:
                     each.sentence() for each in from_text(quality[str(oil)]["fixed_conditions"])
                 ],
             }
-            for oil, rows in ranked.groupby("oil", sort=False)
+            for oil, rows in coefficients.groupby("oil", sort=False)
             if rows["value"].notna().any()
         ],
     )
-    coefficients = fits.coefficients
     return Section(
         "constants",
         "Constants",
         made,
-        [_of_oil(ranked, oil, place) for place, oil in enumerate(oils)],
-        downloads={"coefficients.csv": coefficients, "coefficients.json": coefficients},
+        [_of_oil(coefficients, oil, place) for place, oil in enumerate(oils)],
+        downloads=dict.fromkeys(("coefficients.csv", "coefficients.json"), fits.coefficients),
         has_part=True,
     )
 
 
-def by_certainty(coefficients: pd.DataFrame, correlations: pd.DataFrame) -> pd.DataFrame:
-    """Constants, those first that the data determine, with those that may replace them.
+def with_partners(coefficients: pd.DataFrame, correlations: pd.DataFrame) -> pd.DataFrame:
+    """Constants, each with the one that may replace it.
 
     Args:
         coefficients: Table of coefficients.
@@ -65,11 +62,8 @@ def by_certainty(coefficients: pd.DataFrame, correlations: pd.DataFrame) -> pd.D
     both = both.assign(size=both["correlation"].abs()).query("size >= @_STRONG")
     closest = both.sort_values("size", ascending=False).drop_duplicates(["oil", "law", "constant"])
     partners = closest[["oil", "law", "constant", "other", "correlation"]]
-    ranked = coefficients.merge(partners, how="left", on=["oil", "law", "constant"])
-    oils, _ = pd.factorize(ranked["oil"])
-    place = oils * len(_ORDER) + ranked["verdict"].map(_ORDER.index).to_numpy(int)
-    order = np.argsort(place, kind="stable")
-    return ranked.iloc[order].assign(partner=ranked["other"].fillna(""))
+    paired = coefficients.merge(partners, how="left", on=["oil", "law", "constant"])
+    return paired.assign(partner=paired["other"].fillna(""))
 
 
 def _of_oil(coefficients: pd.DataFrame, oil: str, place: int) -> ShownTable:
