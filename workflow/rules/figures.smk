@@ -26,10 +26,8 @@ def inputs_of_figures(figures):
         names.add("points")  # which say whose film thickness was not judged
     if names & set(FIT_TABLES):
         names.add("fit_quality")  # which says what law is configured
-    return {
-        **finished(*sorted(names)),
-        **{name: reference_file(name) for name in references},
-    }
+    # a list of their own: the reference file of the claims has the name of their table
+    return {**finished(*sorted(names)), "references": list(map(reference_file, references))}
 
 
 def settings_of_figures(figures):

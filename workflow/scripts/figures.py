@@ -9,11 +9,7 @@ from oilfilm.tables.campaign_tables import CampaignTables
 
 with job(snakemake) as (settings, provenance):
     inputs, outputs = snakemake.input, snakemake.output
-    references = {
-        name: read_reference(Path(path))
-        for name, path in inputs.items()
-        if str(path).endswith(".yaml")
-    }
+    references = {path.stem: read_reference(path) for path in map(Path, inputs.references)}
     draw_figures(
         zip(outputs.png, outputs.svg, outputs.drawn, strict=True),
         CampaignTables.of_job(inputs),

@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+from oilfilm import studies
 from oilfilm.errors import OilfilmError
 from oilfilm.home import HOME
 from oilfilm.logs.raw_files import read_listings
@@ -12,6 +13,7 @@ from oilfilm.run.job import job, say
 
 with job(snakemake) as (settings, _):
     inputs, params = snakemake.input, snakemake.params
+    studies.declare_tables(settings.campaign.studies)
     releases, package = Path(params.releases), Path(inputs.package)
     if code_tree_digest(HOME) != params.tree:
         raise OilfilmError("The code has changed while it ran. Run `snakemake release` again.")
