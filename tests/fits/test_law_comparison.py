@@ -206,10 +206,10 @@ def test_figure_of_errors_draws_what_the_table_says(
     config, results = starting
     figure, drawn = draw("law-errors", results, config)
     assert "SIMULATED" in " ".join(text.get_text() for text in figure.texts)
-    starts = drawn[drawn["kind"] == "zero slip"]
-    assert set(starts["law"]) == {STARTS.name}
+    starts = drawn[drawn["series"] == "zero slip"]
+    assert starts["words"].str.startswith(STARTS.name).all()
     np.testing.assert_allclose(np.sort(starts["y"]), np.sort(planted_starts()), atol=3 * NOISE)
-    errors = drawn[(drawn["law"] == "deng2026") & (drawn["kind"] == "fitted curves")]
+    errors = drawn[(drawn["words"] == "deng2026") & (drawn["series"] == "fitted curves")]
     row = results.fit_quality.set_index("law").loc["deng2026"]
     assert errors["x"].item() == pytest.approx(row["relative_rms"])
 
@@ -222,12 +222,12 @@ def test_fig04_shows_the_curve_with_the_largest_planted_traction_at_no_slip(
     planted = planted_starts()
     start = drawn[drawn["series"] == "zero slip"].iloc[0]
     largest = f"run{np.argmax(np.abs(planted)):03d}"
-    assert (start["run_id"], start["law"], start["slide_roll_ratio"]) == (largest, STARTS.name, 0)
-    assert start["traction_coefficient"] == pytest.approx(np.abs(planted).max(), abs=3 * NOISE)
+    assert (start["words"], start["x"]) == (f"{STARTS.name}, run {largest}", 0)
+    assert start["y"] == pytest.approx(np.abs(planted).max(), abs=3 * NOISE)
     measured = drawn[(drawn["panel"] == "a") & (drawn["series"] == "measured")]
     curve = results.points[results.points["run_id"] == largest]
     np.testing.assert_array_equal(
-        np.sort(measured["traction_coefficient"]),
+        np.sort(measured["y"]),
         np.sort(
             curve["traction_coefficient"].where(curve["slide_roll_ratio"] >= 0, lambda mu: -mu)
         ),
@@ -251,7 +251,8 @@ def test_fig04_shows_the_curve_whose_error_grows_most_by_brute_force(
         unseen = task.residual(end.values)[mine]
         growth.append(np.sqrt(np.mean(unseen**2)) - np.sqrt(np.mean(seen[mine] ** 2)))
     worst = int(np.argmax(growth))
-    assert set(drawn.loc[drawn["panel"] == "b", "run_id"]) == {f"run{worst:03d}"}
+    shown = drawn.loc[drawn["panel"] == "b", "words"]
+    assert set(shown.str.rpartition("run ")[2]) == {f"run{worst:03d}"}
 
 
 def test_points_beside_a_law_keep_the_direction_of_their_slip(
@@ -273,11 +274,10 @@ def test_fit_that_is_not_certified_has_an_open_symbol_and_its_bounds_are_named(
         bounds = "" if certified else "C3"
         table = results.fit_quality.assign(certified=certified, active_bounds=bounds)
         one_oil = Settings.of({**config.plain(), "oils": {"4050": config.plain()["oils"]["4050"]}})
-        figure, drawn = draw("fig04", results.replace(fit_quality=table), one_oil)
+        figure, _ = draw("fig04", results.replace(fit_quality=table), one_oil)
         handles, labels = figure.axes[2].get_legend_handles_labels()
         assert handles[0].get_markerfacecolor() == face
         assert ("(not certified, at bounds: C3)" in labels[0]) != certified
-        assert set(drawn["certified"]) == {certified}
         figure, _ = draw("law-errors", results.replace(fit_quality=table), one_oil)
         symbols = [line for line in figure.axes[1].get_lines() if line.get_linestyle() == "None"]
         assert {symbol.get_markerfacecolor() for symbol in symbols} == {face}
