@@ -1,0 +1,40 @@
+# Decides: which files figures are made of, and what they are drawn from.
+
+
+def files_of_figures(figures):
+    """Files of figures, each PNG with its caption in Snakemake's report."""
+    return {
+        "png": [
+            in_report(
+                f"<figures>/{figure.name}.png",
+                caption=caption_file("figures", figure.name),
+                category=figure.category,
+                labels={"figure": figure.paper or figure.title},
+            )
+            for figure in figures
+        ],
+        "svg": [f"<figures>/{figure.name}.svg" for figure in figures],
+        "drawn": [f"<figures>/{figure.name}.parquet" for figure in figures],
+    }
+
+
+def inputs_of_figures(figures):
+    """Finished tables and reference files that figures are drawn from."""
+    references = sorted({name for figure in figures for name in figure.references})
+    names = {name for figure in figures for name in figure.tables}
+    if any(figure.shows_data for figure in figures):
+        names.add("points")  # which say whose film thickness was not judged
+    if names & set(FIT_TABLES):
+        names.add("fit_quality")  # which says what law is configured
+    # a list of their own: the reference file of the claims has the name of their table
+    return {**finished(*sorted(names)), "references": list(map(reference_file, references))}
+
+
+def settings_of_figures(figures):
+    """Settings that figures depend on; each says where its data are from."""
+    keys = {key for figure in figures for key in figure.settings}
+    of_campaign = {key for key in keys if key.startswith("campaign.")}
+    return part(
+        *(keys - of_campaign),
+        campaign=(*ORIGIN, *(key.removeprefix("campaign.") for key in of_campaign)),
+    )
