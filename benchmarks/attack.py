@@ -32,7 +32,7 @@ from oilfilm.curation.curate import check_logs  # noqa: E402
 from oilfilm.errors import OilfilmError  # noqa: E402
 from oilfilm.randomness import generator  # noqa: E402
 from oilfilm.releases.manifest import files_below  # noqa: E402
-from oilfilm.releases.verify import verify  # noqa: E402
+from oilfilm.releases.stored_release import verify  # noqa: E402
 from reproduce import succeed  # noqa: E402
 
 NOT_FOUND = "NOT FOUND"

@@ -53,7 +53,7 @@ COMMANDS = {
     "verify empty_manifest": "manifest.json",
     "verify binary_manifest --rebuild": "manifest.json",
     "diff folder missing": "folder: is not a release",
-    "diff empty_manifest binary_manifest --html page.html": "manifest.json",
+    "diff empty_manifest binary_manifest": "manifest.json",
     "pin good.csv": "good.csv: is not a release",
     "pin binary_manifest": "manifest.json",
     "": "required",

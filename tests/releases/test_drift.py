@@ -2,7 +2,6 @@
 
 import re
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -13,14 +12,13 @@ from campaigns import ROOT, Campaign, carry_through
 from command_line import printed_objects
 from oilfilm.cli import main
 from oilfilm.releases.compare import Comparison, compare, drift_table
+from oilfilm.releases.copies import pin
 from oilfilm.releases.manifest import Manifest, canonical, read_manifest
-from oilfilm.releases.page import page
-from oilfilm.releases.pin import pin
 from oilfilm.releases.stored_release import StoredRelease
 from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
 from oilfilm.traction.laws.deng2026 import traction_coefficient
-from releases import PNG, alter, made, project, released, tables_of, write_manifest
+from releases import alter, made, project, released, tables_of, write_manifest
 
 OILS = ("4102", "4050")
 CONFIG = ["--config", str(ROOT / "config")]
@@ -286,44 +284,6 @@ def test_release_of_another_schema_version_is_told_apart(
     write_manifest(after, Manifest.of(made_from, manifest.files, manifest.samples))
     assert main(["diff", str(after), str(before), *CONFIG]) == 2
     assert "its tables have schema version 1, and version" in capsys.readouterr().err
-
-
-# ---------------------------------------------------------------- the page
-
-
-def test_page_holds_everything_and_asks_for_nothing(
-    before: Path, miscalibrated: Path, tmp_path: Path
-) -> None:
-    path = tmp_path / "diff.html"
-    assert main(["diff", str(before), str(miscalibrated), "--html", str(path), *CONFIG]) == 0
-    text = path.read_text(encoding="utf-8")
-    assert "SIMULATED data" in text
-    assert "data/raw/demo/4102_P1.50_U40_T120.csv" in text
-    assert not re.findall(r"""(?:src|href)=["'](?!data:image/png;base64,)""", text)
-    assert "<script" not in text
-    assert "://" not in text
-
-
-def test_figures_stand_side_by_side(
-    make: Make, plain: Path, demo: Campaign, frames: dict[str, pd.DataFrame], tmp_path: Path
-) -> None:
-    run = made(project(tmp_path / "p"), demo.config, {}, frames)
-    figures = {"fig02": PNG + b"2", "fig03": b"<svg onload=x>"}
-    for name, content in figures.items():
-        (run.root / run.results / f"figures/{name}.png").write_bytes(content)
-    extra = run.results / "figures/fig03.png"
-    after = released(replace(run, files=[*run.files, extra]))
-    comparison = comparison_of(plain, after)
-    text = page(comparison, drift_table(comparison, DRIFT))
-    # what is no PNG is not embedded
-    assert text.count("data:image/png;base64,") == 2
-    assert "onload" not in text
-    assert "<p>no such figure</p>" in text
-    assert "<p>no PNG</p>" in text
-    kept = comparison_of(pin(plain, tmp_path / "pinned"), after)
-    text = page(kept, drift_table(kept, DRIFT))
-    assert text.count("data:image/png;base64,") == 1
-    assert "<p>not kept in the pin</p>" in text
 
 
 @pytest.mark.parametrize("law", ["no-such-law", "tanh"])

@@ -8,6 +8,7 @@ import subprocess
 import sys
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from hashlib import sha256
 from html import escape
 from pathlib import Path
 from typing import Any
@@ -25,8 +26,8 @@ from oilfilm.cli import main
 from oilfilm.errors import OilfilmError
 from oilfilm.releases import rebuild
 from oilfilm.releases import release as making
-from oilfilm.releases.compare import logs_read
-from oilfilm.releases.crate import CRATE
+from oilfilm.releases.compare import oils_of_logs
+from oilfilm.releases.copies import pin
 from oilfilm.releases.manifest import (
     CHECKSUMS,
     MANIFEST,
@@ -35,8 +36,7 @@ from oilfilm.releases.manifest import (
     read_manifest,
     sha256_of,
 )
-from oilfilm.releases.pin import pin
-from oilfilm.releases.verify import verify
+from oilfilm.releases.stored_release import verify
 from oilfilm.report.release_id import UNRELEASED
 from oilfilm.settings.resolve import read_config, resolve, unresolve
 from oilfilm.settings.resolved import Settings
@@ -83,7 +83,7 @@ def test_release_holds_what_was_made_and_leaves_the_samples_out(release: Path) -
     paths = {record.path for record in manifest.files}
     assert not pinned
     assert {
-        *("config.yaml", "requirements.lock", "environment.json", "summary.txt", CRATE),
+        *("config.yaml", "requirements.lock", "environment.json", "summary.txt"),
         *("tables/runs.parquet", "tables/datapackage.json", "figures/fig02.png"),
         *("exports/4102/law.h", "code/Snakefile", "code/workflow/oilfilm/fit.py"),
     } <= paths
@@ -135,13 +135,10 @@ def test_second_release_finds_the_first(run: making.FinishedRun) -> None:
 
 
 def change_raw(run: making.FinishedRun) -> making.FinishedRun:
-    """A log changes, and the run has read it, as the tables say; it was not asked for by digest."""
-    changed = {**RAW, "a.csv": b"load_n\n1.01\n"}
-    folder = run.root / "data/raw/demo"
-    about = {"campaign": "demo", "data": "simulated", "rule": "test"}
-    path = run.root / run.results / "tables/runs.parquet"
-    tables.write(runs_of(changed, folder), "runs", path, about)
-    return run
+    """A log changes, and the run has read it as it is now."""
+    path, content = "data/raw/demo/a.csv", b"load_n\n1.01\n"
+    (run.root / path).write_bytes(content)
+    return replace(run, raw={**run.raw, path: sha256(content).hexdigest()})
 
 
 def write(path: str, text: str) -> Change:
@@ -174,7 +171,6 @@ CHANGES: dict[str, Change] = {
 def test_anything_that_a_release_is_made_from_changes_its_version(
     run: making.FinishedRun, change: str
 ) -> None:
-    run = replace(run, raw=dict.fromkeys(run.raw, ""))
     before = released(run)
     after = released(CHANGES[change](run))
     assert after.name != before.name
@@ -238,26 +234,17 @@ def test_interrupted_release_gives_its_room_back_and_the_next_run_makes_it(
     assert verify(release) == []
 
 
-@pytest.mark.parametrize("known", ["by its digest", "by the tables"])
-def test_log_that_changed_after_it_was_read_is_refused(run: making.FinishedRun, known: str) -> None:
-    if known == "by its digest":  # as a log that no table knows, because nothing of it was readable
-        (run.root / run.results / "tables/runs.parquet").unlink()
-        run = replace(run, files=run.files[1:])
-    else:
-        run = replace(run, raw=dict.fromkeys(run.raw, ""))
+def test_log_that_changed_after_it_was_read_is_refused(run: making.FinishedRun) -> None:
     (run.root / "data/raw/demo/a.csv").write_bytes(b"load_n\n9\n")
     with pytest.raises(OilfilmError, match=r"data/raw/demo/a\.csv: has changed since the run"):
         released(run)
 
 
 def test_logs_are_known_by_their_runs_in_files_of_one_run_and_of_several(tmp_path: Path) -> None:
-    torque = pd.DataFrame(
-        {"run_id": ["x.csv", "y.tdms:low", "y.tdms:high", "a:b.csv"], "oil": "4050", "sha256": "s"}
-    )
-    frames = {"runs": runs_of(RAW, tmp_path), "torque_runs": torque}
+    torque = pd.DataFrame({"run_id": ["x.csv", "y.tdms:low", "y.tdms:high", "a:b.csv"]})
+    frames = {"runs": runs_of(RAW, tmp_path), "torque_runs": torque.assign(oil="4050")}
     raw = [f"data/raw/demo-torque/{name}" for name in ("x.csv", "y.tdms", "a:b.csv")]
-    logs = logs_read("demo", frames.get, raw)
-    assert {path: oil for path, (oil, _) in logs.items()} == {
+    assert oils_of_logs("demo", frames, raw) == {
         **{f"data/raw/demo/{name}": "4102" for name in RAW},
         **dict.fromkeys(raw, "4050"),
     }
@@ -419,7 +406,7 @@ def test_path_inside_stays_below_its_folder(parts: list[str]) -> None:
         assert below != folder
 
 
-# ---------------------------------------------------------------- configuration, crate, pin
+# ---------------------------------------------------------------- configuration and pin
 
 
 @pytest.mark.parametrize("name", ["demo", "thermal", "etm-slim"])
@@ -434,74 +421,6 @@ def test_resolved_configuration_resolves_to_itself(name: str, tmp_path: Path) ->
     assert again == resolved
     # the order of oils and levels is the order of rows in the tables
     assert json.dumps(again.plain()) == json.dumps(resolved.plain())
-
-
-@pytest.fixture(scope="module")
-def crate(release: Path) -> dict[str, dict[str, Any]]:
-    content = json.loads((release / CRATE).read_text(encoding="utf-8"))
-    assert content["@context"] == [
-        "https://w3id.org/ro/crate/1.1/context",
-        "https://w3id.org/ro/terms/workflow-run/context",
-    ]
-    return {entity["@id"]: entity for entity in content["@graph"]}
-
-
-def ids(value: Any) -> list[str]:
-    return [each["@id"] for each in (value if isinstance(value, list) else [value])]
-
-
-def test_crate_is_a_workflow_run_crate(
-    release: Path, crate: dict[str, dict[str, Any]], config: Settings
-) -> None:
-    """Everything that the profile 0.5 and those it extends ask for with MUST."""
-    descriptor, root = crate[CRATE], crate["./"]
-    assert root["datePublished"] == config.release.date
-    assert descriptor["@type"] == "CreativeWork"
-    assert descriptor["about"] == {"@id": "./"}
-    assert "https://w3id.org/ro/crate/1.1" in ids(descriptor["conformsTo"])
-    assert root["@type"] == "Dataset"
-    assert all(root[key] for key in ("name", "description", "datePublished", "license"))
-    profiles = ids(root["conformsTo"])
-    assert profiles == [
-        "https://w3id.org/ro/wfrun/process/0.5",
-        "https://w3id.org/ro/wfrun/workflow/0.5",
-        "https://w3id.org/workflowhub/workflow-ro-crate/1.0",
-    ]
-    assert {crate[profile]["@type"] for profile in profiles} == {"CreativeWork"}
-    workflow = crate[root["mainEntity"]["@id"]]
-    assert set(workflow["@type"]) == {"File", "SoftwareSourceCode", "ComputationalWorkflow"}
-    assert (release / workflow["@id"]).is_file()
-    language = crate[workflow["programmingLanguage"]["@id"]]
-    assert (language["@type"], language["name"]) == ("ComputerLanguage", "Snakemake")
-    (action,) = ids(root["mentions"])
-    run = crate[action]
-    assert run["@type"] == "CreateAction"
-    assert run["instrument"] == {"@id": workflow["@id"]}
-    for thing in (*ids(run["object"]), *ids(run["result"])):
-        assert crate[thing]["@type"] == "File"
-
-
-def test_crate_has_every_file_and_every_raw_log_by_its_hash(
-    release: Path, crate: dict[str, dict[str, Any]]
-) -> None:
-    manifest, _ = read_manifest(release)
-    parts = set(ids(crate["./"]["hasPart"]))
-    for record in manifest.files:
-        if record.path != CRATE:
-            entity = crate[record.path]
-            assert entity["@id"] in parts
-            assert (entity["sha256"], entity["contentSize"]) == (record.sha256, str(record.size))
-    for record in manifest.made_from.raw:
-        entity = crate[f"nih:sha-256;{record.sha256}"]
-        assert entity["name"] == record.path
-        assert entity["@id"] in ids(crate["#run"]["object"])
-    known = set(crate)
-    for entity in crate.values():
-        for value in entity.values():
-            for each in value if isinstance(value, list) else [value]:
-                if isinstance(each, dict):
-                    address = each["@id"]
-                    assert address in known or address.startswith("http"), address
 
 
 def test_pin_keeps_a_part_and_is_verified(
@@ -568,9 +487,8 @@ def test_rebuild_names_every_difference_and_where_the_first_begins(
     code, printed = verify_rebuilt()
     assert code == 1
     assert printed.splitlines()[1:] == [
-        "rebuilt from the raw logs: 3 differences, the first:",
+        "rebuilt from the raw logs: 2 differences, the first:",
         "code/workflow/oilfilm/fit.py differs: line 1: 'answer = 42', then 'answer = 43'",
-        "ro-crate-metadata.json differs",
         "summary.txt differs",
     ]
 

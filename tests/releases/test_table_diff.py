@@ -67,13 +67,13 @@ def test_picture_that_cannot_be_opened_is_told(two: tuple[Path, Path]) -> None:
     content = before.read_bytes()
     pixels = content.index(b"IDAT") + 4
     after.write_bytes(content[:pixels] + bytes(8) + content[pixels + 8 :])
-    assert file_difference(before, after).startswith("cannot be read as PNG (")
+    assert file_difference(before, after).startswith("cannot be read (")
     # 100 000 pixels square, in a hundred bytes
     header = b"IHDR" + struct.pack(">IIBBBBB", 100_000, 100_000, 8, 2, 0, 0, 0)
     for path in two:
         png = path.read_bytes()
         path.write_bytes(png[:12] + header + struct.pack(">I", zlib.crc32(header)) + png[33:])
-    assert "cannot be read as PNG" in file_difference(before, after)
+    assert "cannot be read" in file_difference(before, after)
 
 
 @pytest.mark.parametrize(

@@ -22,7 +22,7 @@ from campaigns import (
 )
 from oilfilm import tables
 from oilfilm.digests import file_digest
-from oilfilm.releases.verify import verify
+from oilfilm.releases.stored_release import verify
 from oilfilm.rig_twin.simulate import simulate_campaign
 from oilfilm.settings.resolve import resolve
 from reproduce import compare, fail, killed, succeed

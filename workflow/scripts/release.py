@@ -6,7 +6,6 @@ from oilfilm import studies
 from oilfilm.errors import OilfilmError
 from oilfilm.home import HOME
 from oilfilm.logs.raw_files import read_listings
-from oilfilm.releases.page import list_releases
 from oilfilm.releases.release import FinishedRun, make_release
 from oilfilm.releases.tree import code_tree_digest
 from oilfilm.run.job import job, say
@@ -27,7 +26,6 @@ with job(snakemake) as (settings, _):
         copies=package.parents[3],  # of what is in object storage; else this folder
     )
     folder, new = make_release(finished, releases)
-    list_releases(releases, settings.drift)
     # a job killed after its release finds it when it runs again: the log must not tell
     Path(snakemake.log[0]).write_text(f"{folder}: the release of this run\n", encoding="utf-8")
     say(f"{folder}: {'released' if new else 'exists already, with the same bytes'}")

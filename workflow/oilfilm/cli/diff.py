@@ -39,12 +39,6 @@ def run(options: argparse.Namespace) -> int:
     drift = _drift(config_folder(options.config), campaign, options.gate)
     comparison = compare(before, after, drift)
     too_far = drift_table(comparison, drift)
-    if options.html:
-        from oilfilm.releases.page import page  # noqa: PLC0415 - needs the extra `report`
-
-        # YAML can escape half of a surrogate pair, which UTF-8 cannot encode
-        text = page(comparison, too_far)
-        options.html.write_text(text, encoding="utf-8", errors="backslashreplace")
     if options.json:
         print(as_json(comparison, too_far).model_dump_json())
     elif not options.gate:

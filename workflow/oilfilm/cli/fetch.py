@@ -2,7 +2,7 @@
 
 import argparse
 
-from oilfilm.releases.fetch import fetch_release
+from oilfilm.releases.copies import fetch_release
 
 
 def run(options: argparse.Namespace) -> int:

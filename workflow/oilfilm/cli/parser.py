@@ -165,9 +165,6 @@ def diff(command: argparse.ArgumentParser) -> None:
     _add_release(command, "before", "A")
     _add_release(command, "after", "B")
     command.add_argument(
-        "--html", type=Path, metavar="PAGE", help="write the full comparison as an HTML page"
-    )
-    command.add_argument(
         "--gate",
         action="store_true",
         help="show only changes beyond the limits of `drift` in config.yaml; exit with 1 if any",

@@ -3,7 +3,7 @@
 import argparse
 from pathlib import Path
 
-from oilfilm.releases.pin import pin
+from oilfilm.releases.copies import pin
 
 
 def run(options: argparse.Namespace) -> int:

@@ -4,8 +4,7 @@ import argparse
 from pathlib import Path
 
 from oilfilm.errors import printable
-from oilfilm.releases.manifest import read_manifest
-from oilfilm.releases.verify import verify
+from oilfilm.releases.stored_release import StoredRelease
 from oilfilm.settings.base import Group, key
 
 
@@ -41,13 +40,13 @@ class Verified(Group):
 def run(options: argparse.Namespace) -> int:
     """Run the command; exit code 1 where a file is not as released or the rebuild differs."""
     release: Path = options.release
-    manifest, pinned = read_manifest(release)
+    stored = StoredRelease.open(release)
     found = Verified(
         folder=str(release),
-        version=manifest.version,
-        pin=pinned,
-        files=len(manifest.files),
-        not_as_released=verify(release),
+        version=stored.manifest.version,
+        pin=stored.pinned,
+        files=len(stored.files),
+        not_as_released=stored.changes(),
         rebuilt=None,
     )
     if not options.json:

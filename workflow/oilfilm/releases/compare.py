@@ -5,7 +5,7 @@ Decides: the drift gate: when a refit has moved too far.
 
 import sys
 from collections import Counter
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -15,7 +15,7 @@ import pandas as pd
 from oilfilm import studies, tables
 from oilfilm.errors import OilfilmError
 from oilfilm.fits.fitted import FittedLaw
-from oilfilm.releases.manifest import CODE, FileRecord
+from oilfilm.releases.manifest import CODE
 from oilfilm.releases.stored_release import StoredRelease
 from oilfilm.settings.base import Group, key
 from oilfilm.settings.config import DriftSettings
@@ -26,6 +26,15 @@ from oilfilm.units import FloatArray
 Row = tuple[str, ...]
 # Rows of a section that are printed.
 _PRINTED_ROWS = 12
+# Tables with verdicts: the column of the verdict, then those that explain it.
+_JUDGED = {
+    "runs": ["verdict", "rule", "reason"],
+    "points": ["accepted", "failed_gates"],
+    "coefficients": ["verdict"],
+    "fit_quality": ["certified"],
+    "sign_verdicts": ["verdict"],
+    "claims": ["verdict"],
+}
 
 
 class Section(Group):
@@ -39,7 +48,7 @@ class Section(Group):
         """An aligned table of so many rows; control characters are escaped."""
         lines = text_table([self.columns, *self.rows[:most]], indent="  ")
         if len(self.rows) > most:
-            lines.append(f"  ... and {len(self.rows) - most} more; --html shows all")
+            lines.append(f"  ... and {len(self.rows) - most} more; --json has all")
         return "\n".join([f"{self.title}: {len(self.rows)}", *lines])
 
 
@@ -70,18 +79,15 @@ class Comparison:
     @property
     def sections(self) -> list[Section]:
         """All of it as tables of text."""
-        constants = self.constants[self.constants["change"] != 0]
-        traction = self.traction[self.traction["change"] != 0]
+        constants, traction = (t[t["change"] != 0] for t in (self.constants, self.traction))
+        columns = ("oil", "constant", "A", "B", "change")
+        over_box = ("oil", "", "A", "B", "largest change")
         return [
             *self.of_inputs,
-            Section(
-                title="Constants",
-                columns=("oil", "constant", "A", "B", "change"),
-                rows=_constant_rows(constants),
-            ),
+            Section(title="Constants", columns=columns, rows=_constant_rows(constants)),
             Section(
                 title="Traction coefficient over the tested box",
-                columns=("oil", "", "A", "B", "largest change"),
+                columns=over_box,
                 rows=_traction_rows(traction),
             ),
             self.files,
@@ -108,11 +114,17 @@ def compare(before: StoredRelease, after: StoredRelease, drift: DriftSettings) -
         OilfilmError: A file of one of them is missing or damaged.
     """
     both = before, after
+    made_from = [
+        each.manifest.made_from.model_dump(exclude={"config", "code", "raw"}) for each in both
+    ]
+    packages = Section(
+        title="Packages", columns=("what", "A", "B"), rows=_changed_leaves(*made_from)
+    )
     code, files = (_files(*both, of_code=of_code) for of_code in (True, False))
     return Comparison(
         before,
         after,
-        of_inputs=[_inputs(*both), _config(*both), code, _environment(*both), _verdicts(*both)],
+        of_inputs=[_inputs(*both), _config(*both), code, packages, _verdicts(*both)],
         constants=_constants(*both),
         traction=_traction(*both, drift),
         files=files,
@@ -136,67 +148,58 @@ def drift_table(comparison: Comparison, drift: DriftSettings) -> Section:
     return Section(title="Moved by more than the drift gate lets pass", columns=columns, rows=rows)
 
 
+# ---------------------------------------------------------------- inputs, files and verdicts
+
+
 def _changed(
     before: Mapping[str, Any], after: Mapping[str, Any]
-) -> Iterator[tuple[str, Any | None, Any | None]]:
+) -> Iterator[tuple[str, Any | None, Any | None, str]]:
+    """Names whose values differ: name, both values (None where there is none), what happened."""
     for name in sorted(before.keys() | after.keys()):
         old, new = before.get(name), after.get(name)
         if old != new:
-            yield name, old, new
-
-
-def _state(old: object, new: object) -> str:
-    return "new" if old is None else "gone" if new is None else "changed"
+            yield name, old, new, "new" if old is None else "gone" if new is None else "changed"
 
 
 def _inputs(before: StoredRelease, after: StoredRelease) -> Section:
-    oils = {
-        path: oil
-        for stored in (after, before)
-        for path, (oil, _) in logs_read(
+    logs: list[dict[str, str]] = []
+    oils: dict[str, str] = {}
+    for stored in (after, before):
+        logs.append({each.path: each.sha256[:12] for each in stored.manifest.made_from.raw})
+        oils |= oils_of_logs(
             stored.manifest.made_from.campaign,
-            stored.table,
-            {record.path for record in stored.manifest.made_from.raw},
-        ).items()
-    }
-    old, new = (
-        {record.path: record for record in stored.manifest.made_from.raw}
-        for stored in (before, after)
+            {name: stored.table(name) for name in ("runs", "torque_runs")},
+            logs[-1],
+        )
+    rows: list[Row] = sorted(
+        (oils.get(path, ""), path, state, old or "", new or "")
+        for path, old, new, state in _changed(logs[1], logs[0])
     )
-    rows = [
-        (oils.get(path, ""), path, _state(was, now), _hash(was), _hash(now))
-        for path, was, now in _changed(old, new)
-    ]
-    counts = sorted(Counter(row[0] for row in rows).items())
-    of_oils = ", ".join(f"{count} of {oil or 'no run'}" for oil, count in counts)
+    counts = sorted(Counter(oil or "no run" for oil, *_ in rows).items())
+    of_oils = ", ".join(f"{count} of {oil}" for oil, count in counts)
     title = f"Raw logs ({of_oils})" if rows else "Raw logs"
-    return Section(title=title, columns=("oil", "raw log", "", "A", "B"), rows=sorted(rows))
+    return Section(title=title, columns=("oil", "raw log", "", "A", "B"), rows=rows)
 
 
-def _hash(record: FileRecord | None) -> str:
-    return record.sha256[:12] if record else ""
-
-
-def logs_read(
-    campaign: str, table: Callable[[str], pd.DataFrame | None], raw: Collection[str]
-) -> dict[str, tuple[str, str]]:
-    """Oil and sha256 of each log behind the runs of a campaign, by its path from the top folder.
+def oils_of_logs(
+    campaign: str, frames: Mapping[str, pd.DataFrame | None], raw: Collection[str]
+) -> dict[str, str]:
+    """Oil of each log behind the runs of a campaign, by its path from the top folder.
 
     Args:
         campaign: Name of the campaign.
-        table: Gives the table of a name, None where there is none.
+        frames: The tables `runs` and `torque_runs`, as far as there are.
         raw: Paths of all raw logs.
     """
-    logs = {}
-    for name, folder, column in (("runs", "", "file"), ("torque_runs", "-torque", "run_id")):
-        if (frame := table(name)) is None:
-            continue
-        for log, oil, digest in frame[[column, "oil", "sha256"]].drop_duplicates().to_numpy():
-            path = f"data/raw/{campaign}{folder}/{log}"
+    oils: dict[str, str] = {}
+    if (runs := frames.get("runs")) is not None:
+        oils |= {f"data/raw/{campaign}/{file}": oil for file, oil in runs[["file", "oil"]].values}
+    if (runs := frames.get("torque_runs")) is not None:
+        for run, oil in runs[["run_id", "oil"]].drop_duplicates().values:
+            path = f"data/raw/{campaign}-torque/{run}"
             # the name of a torque run is that of its log, or file:group
-            path = path if path in raw or name == "runs" else path.rpartition(":")[0]
-            logs[path] = oil, digest
-    return logs
+            oils[path if path in raw else path.rpartition(":")[0]] = oil
+    return oils
 
 
 def _config(before: StoredRelease, after: StoredRelease) -> Section:
@@ -209,80 +212,55 @@ def _config(before: StoredRelease, after: StoredRelease) -> Section:
     return Section(title="Configuration", columns=("key", "A", "B"), rows=rows)
 
 
-def _environment(before: StoredRelease, after: StoredRelease) -> Section:
-    """Packages and what else a release was made with; the rest has sections of its own."""
-    old, new = (
-        stored.manifest.made_from.model_dump(exclude={"config", "code", "raw"})
-        for stored in (before, after)
-    )
-    return Section(title="Packages", columns=("what", "A", "B"), rows=_changed_leaves(old, new))
-
-
 def _changed_leaves(old: Mapping[str, Any], new: Mapping[str, Any]) -> list[Row]:
     changed = _changed(dict(_leaves(old)), dict(_leaves(new)))
-    return [(key, *("" if x is None else str(x[0]) for x in leaves)) for key, *leaves in changed]
+    return [
+        (name, *("" if leaf is None else str(leaf[0]) for leaf in leaves))
+        for name, *leaves, _ in changed
+    ]
 
 
 def _leaves(value: Any, path: str = "") -> Iterator[tuple[str, Any]]:
     """Keys of a tree, joined by points, and the values at their ends; lists are values."""
     if isinstance(value, Mapping) and value:
-        for key, below in value.items():
-            yield from _leaves(below, f"{path}.{key}" if path else str(key))
+        for name, below in value.items():
+            yield from _leaves(below, f"{path}.{name}" if path else str(name))
     else:
         yield path, [value]
 
 
 def _files(before: StoredRelease, after: StoredRelease, *, of_code: bool) -> Section:
-    old, new = (
-        {
-            path: file
-            for path, file in stored.files.items()
-            if path.startswith(f"{CODE}/") == of_code
-        }
-        for stored in (before, after)
-    )
-    rows: list[Row] = [(path, _state(was, now)) for path, was, now in _changed(old, new)]
+    changed = _changed(before.files, after.files)
+    rows: list[Row] = [
+        (path, state) for path, _, _, state in changed if path.startswith(f"{CODE}/") == of_code
+    ]
     return Section(title="Code" if of_code else "Other files", columns=("file", ""), rows=rows)
-
-
-# Tables with verdicts: the column of the verdict, then those that explain it.
-_JUDGED = {
-    "runs": ["verdict", "rule", "reason"],
-    "points": ["accepted", "failed_gates"],
-    "coefficients": ["verdict"],
-    "fit_quality": ["certified"],
-    "sign_verdicts": ["verdict"],
-    "claims": ["verdict"],
-}
 
 
 def _verdicts(before: StoredRelease, after: StoredRelease) -> Section:
     studies.declare_tables(studies.available())
     rows: list[Row] = []
     for table, columns in _JUDGED.items():
-        key = list(tables.TABLES[table].key)
+        keys = list(tables.TABLES[table].key)
         old, new = before.table(table), after.table(table)
-        if old is not None and new is not None:
-            rows += [
-                (table, *row)
-                for row in _verdicts_of(old.set_index(key), new.set_index(key), columns)
-            ]
+        if old is None or new is None:
+            continue
+        old, new = (frame.set_index(keys)[columns] for frame in (old, new))
+        both = old.add_suffix(" A").join(new.add_suffix(" B"), how="outer")
+        # the first column is the verdict, the others explain it
+        of_a, of_b = (both[f"{columns[0]} {side}"].astype(object) for side in "AB")
+        for index, row in both[of_a != of_b].iterrows():
+            name = ", ".join(map(str, index)) if isinstance(index, tuple) else str(index)
+            rows.append((table, name, *(_verdict_text(row, columns, side) for side in "AB")))
     return Section(title="Verdicts", columns=("table", "row", "A", "B"), rows=rows)
-
-
-def _verdicts_of(old: pd.DataFrame, new: pd.DataFrame, columns: list[str]) -> Iterator[Row]:
-    """Rows with different verdicts; the first column is the verdict, the others explain it."""
-    verdict = columns[0]
-    both = old[columns].add_suffix(" A").join(new[columns].add_suffix(" B"), how="outer")
-    differs = both[f"{verdict} A"].astype(object) != both[f"{verdict} B"].astype(object)
-    for index, row in both[differs].iterrows():
-        name = ", ".join(map(str, index)) if isinstance(index, tuple) else str(index)
-        yield (name, *(_verdict_text(row, columns, side) for side in "AB"))
 
 
 def _verdict_text(row: "pd.Series[Any]", columns: list[str], side: str) -> str:
     values = [row[f"{column} {side}"] for column in columns]
     return "" if pd.isna(values[0]) else ": ".join(str(value) for value in values if value != "")
+
+
+# ---------------------------------------------------------------- constants and traction
 
 
 def _constants(before: StoredRelease, after: StoredRelease) -> pd.DataFrame:
@@ -303,13 +281,12 @@ def _traction(before: StoredRelease, after: StoredRelease, drift: DriftSettings)
     old, new = _fits(before), _fits(after)
     rows: list[dict[str, Any]] = []
     for oil in sorted(old.keys() | new.keys()):
-        if oil not in old or oil not in new:
-            rows += _incomparable(oil, f"{oil} is fitted in one release only")
-        elif old[oil].law.conditions != new[oil].law.conditions:
-            names = f"{old[oil].law.name} and {new[oil].law.name}"
-            rows += _incomparable(oil, f"laws {names}")
-        else:
-            rows += _traction_of(oil, old[oil], new[oil], drift)
+        try:
+            changes = _largest_changes(oil, old.get(oil), new.get(oil), drift)
+        except ValueError as why:
+            unknown = {"change": np.inf, "before": np.nan, "after": np.nan, "where": str(why)}
+            changes = dict.fromkeys(("relative", "absolute"), unknown)
+        rows += [{"oil": oil, "measure": name, **row} for name, row in changes.items()]
     columns = ["oil", "measure", "change", "before", "after", "where"]
     return pd.DataFrame(rows, columns=columns)
 
@@ -336,23 +313,26 @@ def _fits(stored: StoredRelease) -> dict[str, FittedLaw]:
     return {oil: FittedLaw.of(coefficients, oil, quality=quality) for oil in oils}
 
 
-def _traction_of(
-    oil: str, before: FittedLaw, after: FittedLaw, drift: DriftSettings
-) -> list[dict[str, Any]]:
-    """Where mu of one oil changed most, relative and absolute."""
+def _largest_changes(
+    oil: str, before: FittedLaw | None, after: FittedLaw | None, drift: DriftSettings
+) -> dict[str, dict[str, Any]]:
+    """Where mu of one oil changed most, relative and absolute.
+
+    Raises:
+        ValueError: The fits cannot be compared.
+    """
+    if before is None or after is None:
+        raise ValueError(f"{oil} is fitted in one release only")
+    if before.law.conditions != after.law.conditions:
+        raise ValueError(f"laws {before.law.name} and {after.law.name}")
     *box, (_, slip_max) = before.coefficients.box
     slips = [slip for slip in drift.slide_roll_ratio if not slip > slip_max]
     axes = [_levels(low, high, drift.levels) for low, high in box]
     axes.append(np.array(slips or [slip_max]))
     conditions = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, len(axes))
-    try:
-        # where a condition is not followed, along its tested level or line
-        at = before.on_line(conditions[:, :-1])
-        old, new = (
-            law.predict(at, conditions[:, -1]).traction_coefficient for law in (before, after)
-        )
-    except ValueError as error:
-        return _incomparable(oil, f"its fits cannot be compared: {error}")
+    # where a condition is not followed, along its tested level or line
+    at = before.on_line(conditions[:, :-1])
+    old, new = (law.predict(at, conditions[:, -1]).traction_coefficient for law in (before, after))
     change = np.abs(new - old)
     # missing in both releases: no change; missing in one: infinite change
     change[np.isnan(change)] = np.inf
@@ -361,21 +341,17 @@ def _traction_of(
         relative = np.divide(change, np.abs(old), out=np.zeros_like(change), where=change > 0)
     relative[np.isnan(relative)] = np.inf
 
-    rows = []
+    largest = {}
     for measure, size in (("relative", relative), ("absolute", change)):
         worst = int(size.argmax())
-        slip = conditions[worst, -1]
         named = zip(before.law.conditions, at[worst], strict=True)
-        known = [(name, value) for name, value in named if np.isfinite(value)]
-        where = ", ".join(f"{value:.4g} {tables.unit_of(name)}" for name, value in known)
+        where = [
+            f"{value:.4g} {tables.unit_of(name)}" for name, value in named if np.isfinite(value)
+        ]
+        where.append(f"S {conditions[worst, -1]:.4g}")
         row = {"change": size[worst], "before": old[worst], "after": new[worst]}
-        rows.append({"oil": oil, "measure": measure, **row, "where": f"{where}, S {slip:.4g}"})
-    return rows
-
-
-def _incomparable(oil: str, why: str) -> list[dict[str, Any]]:
-    row = {"oil": oil, "change": np.inf, "before": np.nan, "after": np.nan, "where": why}
-    return [{**row, "measure": measure} for measure in ("relative", "absolute")]
+        largest[measure] = {**row, "where": ", ".join(where)}
+    return largest
 
 
 def _levels(low: float, high: float, count: int) -> FloatArray:

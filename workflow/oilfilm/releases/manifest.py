@@ -25,7 +25,8 @@ MANIFEST = "manifest.json"
 PINNED_MANIFEST = "pinned-manifest.json"
 # Beside a manifest: the same hashes for `sha256sum -c`, and their signature by `ssh-keygen`.
 CHECKSUMS, SIGNATURE = "SHA256SUMS", "SHA256SUMS.sig"
-_OWN = {MANIFEST, PINNED_MANIFEST, CHECKSUMS, SIGNATURE}
+# What a folder has beside the files that its manifest names.
+BESIDE = {MANIFEST, PINNED_MANIFEST, CHECKSUMS, SIGNATURE}
 # Files of every release, and the folder of its code.
 CONFIG, LOCK, ENVIRONMENT, CODE = "config.yaml", "requirements.lock", "environment.json", "code"
 # Most bytes of a manifest: about those of one with a hundred thousand files.
@@ -213,7 +214,7 @@ def _mistake(manifest: Manifest) -> str:
     for record in made_from.raw:
         if not re.match(r"data/raw/[^/]+/.", record.path):
             return f"names the raw log {record.path!r}; expected data/raw/<campaign>/<log>."
-    if len(files) < len(manifest.files) or files.keys() & _OWN:
+    if len(files) < len(manifest.files) or files.keys() & BESIDE:
         return "names a file twice, or itself."
     code = [
         record.model_copy(update={"path": path.removeprefix(f"{CODE}/")})
@@ -265,8 +266,3 @@ def files_below(folder: Path) -> list[str]:
             else:
                 paths.append(path.relative_to(folder).as_posix())
     return sorted(paths)
-
-
-def records_below(folder: Path) -> list[FileRecord]:
-    """Records of all files below a folder, sorted."""
-    return [FileRecord.of(folder, path) for path in files_below(folder)]

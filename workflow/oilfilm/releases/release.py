@@ -8,14 +8,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-import pandas as pd
-
 from oilfilm import tables
 from oilfilm.atomic_write import flush, make_folder, rename_flushed
 from oilfilm.errors import OilfilmError
 from oilfilm.home import RUN_LOCK
-from oilfilm.releases.compare import logs_read
-from oilfilm.releases.crate import CRATE, run_crate
 from oilfilm.releases.manifest import (
     CHECKSUMS,
     CODE,
@@ -29,20 +25,17 @@ from oilfilm.releases.manifest import (
     canonical,
     checksums,
     files_below,
-    read_manifest,
-    records_below,
     sha256_of,
 )
+from oilfilm.releases.stored_release import StoredRelease
 from oilfilm.releases.tree import code_files, code_tree_digest, copy_file, environment
-from oilfilm.releases.verify import verify
 from oilfilm.report.metadata import data_package
 from oilfilm.report.release_id import with_release
 from oilfilm.settings.resolved import Settings
 from oilfilm.settings.yaml_file import as_yaml
 from oilfilm.tables.table_file import content_digest, table_file
 
-REPORT = "report.html"
-_SAMPLES = "tables/samples/"
+_REPORT, _SAMPLES = "report.html", "tables/samples/"
 
 
 @dataclass(frozen=True)
@@ -68,6 +61,17 @@ class FinishedRun:
     raw: Mapping[str, str]
     copies: Path = Path()
 
+    def below_results(self) -> dict[str, Path]:
+        """Output files by their path below the results, without hidden files."""
+        found: dict[str, Path] = {}
+        for path in self.files:
+            inside = files_below(self.root / path) if (self.root / path).is_dir() else [""]
+            for each in (path / name for name in inside):
+                name = each.relative_to(self.results)
+                if not any(part.startswith(".") for part in name.parts):
+                    found[name.as_posix()] = self.root / each
+        return dict(sorted(found.items()))
+
 
 def make_release(run: FinishedRun, releases: Path) -> tuple[Path, bool]:
     """Make the release of a finished run. The same run gives the same release.
@@ -87,12 +91,20 @@ def make_release(run: FinishedRun, releases: Path) -> tuple[Path, bool]:
             release exists already with other content.
     """
     config = as_yaml(run.settings.plain())
-    made_from = _made_from(run, config)
-    version = made_from.version
-    temporary, folder = releases / f".{version}.part", releases / version
+    made_from = MadeFrom(
+        campaign=run.settings.campaign.name,
+        data=run.settings.campaign.data,
+        tag=run.settings.release.tag,
+        schema_version=tables.SCHEMA_VERSION,
+        config=sha256_of(config),
+        code=code_tree_digest(run.home),
+        lock=FileRecord.of(run.home, RUN_LOCK).sha256,
+        environment=environment(run.home),
+        raw=_raw_records(run),
+    )
+    temporary, folder = releases / f".{made_from.version}.part", releases / made_from.version
     make_folder(releases)
-    # left by a killed run
-    for leftover in releases.glob(".*.part"):
+    for leftover in releases.glob(".*.part"):  # of a killed run
         shutil.rmtree(leftover)
     new = not folder.exists()
     try:
@@ -106,131 +118,81 @@ def make_release(run: FinishedRun, releases: Path) -> tuple[Path, bool]:
             _refuse_other(folder, manifest)
     finally:
         shutil.rmtree(temporary, ignore_errors=True)  # a full disk needs the room
-    _point(releases / "latest", version)
+    # a link, so that `latest/report.html` opens and every command accepts it; in one step
+    link = releases / ".latest.new"
+    link.unlink(missing_ok=True)
+    link.symlink_to(made_from.version)
+    rename_flushed(link, releases / "latest")
     return folder, new
-
-
-def _made_from(run: FinishedRun, config: str) -> MadeFrom:
-    return MadeFrom(
-        campaign=run.settings.campaign.name,
-        data=run.settings.campaign.data,
-        tag=run.settings.release.tag,
-        schema_version=tables.SCHEMA_VERSION,
-        config=sha256_of(config),
-        code=code_tree_digest(run.home),
-        lock=FileRecord.of(run.home, RUN_LOCK).sha256,
-        environment=environment(run.home),
-        raw=_raw_records(run),
-    )
 
 
 def _raw_records(run: FinishedRun) -> list[FileRecord]:
     """The raw logs; refused where one has changed since the run read it."""
-
-    def table(name: str) -> pd.DataFrame | None:
-        path = run.results / "tables" / f"{name}.parquet"
-        return tables.read(name, run.root / path) if path in run.files else None
-
-    read = logs_read(run.settings.campaign.name, table, run.raw)
     records = []
     for path, digest in sorted(run.raw.items()):
         copied = (run.root / run.copies / path).is_file()
         record = FileRecord.of(run.root / run.copies if copied else run.root, path)
-        # a log that could not be read at all has no row in any table
-        _, in_table = read.get(path, ("", ""))
-        for other in {digest, in_table} - {"", record.sha256}:
+        if record.sha256 != digest:
             raise OilfilmError(
                 f"{path}: has changed since the run read it (sha256 {record.sha256[:12]}, "
-                f"then {other[:12]}). Put it back, or run `snakemake release` again to read it."
+                f"then {digest[:12]}). Put it back, or run `snakemake release` again to read it."
             )
         records.append(record)
     return records
 
 
-def _gather(run: FinishedRun, made_from: MadeFrom, config: str, temporary: Path) -> Manifest:
+def _gather(run: FinishedRun, made_from: MadeFrom, config: str, folder: Path) -> Manifest:
     """Copy every file of a release into a folder; returns the manifest."""
-    results = run.root / run.results
-    paths = _below(run)
-    samples = [path for path in paths if path.startswith(_SAMPLES)]
-    for path in paths:
-        if path.endswith(".parquet"):
-            tables.refuse_damaged(results / path)
-        if path not in samples:
-            copy_file(results / path, temporary / path)
-    for path, file in code_files(run.home).items():
-        copy_file(file, temporary / CODE / path)
-    copy_file(run.home / RUN_LOCK, temporary / LOCK)
-    _write(temporary / CONFIG, config)
-    _write(temporary / ENVIRONMENT, canonical(made_from.environment.model_dump()))
-    if REPORT in paths:
-        page = (temporary / REPORT).read_bytes().decode("utf-8")
-        _write(temporary / REPORT, with_release(page, made_from.version))
-    described = [
-        table_file(path, path.parent) for path in sorted(temporary.glob("tables/*.parquet"))
-    ]
-    _write(temporary / "tables/datapackage.json", data_package(run.settings, described))
-    inside = records_below(temporary)
-    _write(temporary / CRATE, run_crate(run.settings, made_from, inside))
-    files = records_below(temporary)
-    # the content of each oil's samples: one hash over all runs, and bytes of all columns
     of_oil: dict[str, list[Path]] = {}
-    for path in samples:
-        of_oil.setdefault(path.rpartition("/")[0], []).append(results / path)
+    copied = {LOCK: run.home / RUN_LOCK}
+    for name, path in run.below_results().items():
+        if name.endswith(".parquet"):
+            tables.refuse_damaged(path)
+        if name.startswith(_SAMPLES):
+            of_oil.setdefault(name.rpartition("/")[0], []).append(path)
+        else:
+            copied[name] = path
+    copied |= {f"{CODE}/{name}": path for name, path in code_files(run.home).items()}
+    for name, path in copied.items():
+        copy_file(path, folder / name)
+    described = [table_file(path, path.parent) for path in sorted(folder.glob("tables/*.parquet"))]
+    texts = {
+        CONFIG: config,
+        ENVIRONMENT: canonical(made_from.environment.model_dump()),
+        "tables/datapackage.json": data_package(run.settings, described),
+    }
+    if _REPORT in copied:
+        page = (folder / _REPORT).read_bytes().decode("utf-8")
+        texts[_REPORT] = with_release(page, made_from.version)
+    for name, text in texts.items():
+        (folder / name).write_bytes(text.encode("utf-8"))
+    # the content of each oil's samples: one hash over all runs, and bytes of all columns
     width = 8 * (len(tables.columns("samples")) - 1)
-    contents = {folder: content_digest(paths) for folder, paths in sorted(of_oil.items())}
-    left_out = [
-        FileRecord(path=folder, sha256=digest, size=rows * width)
-        for folder, (digest, rows) in contents.items()
+    samples = [
+        FileRecord(path=name, sha256=digest, size=rows * width)
+        for name, paths in sorted(of_oil.items())
+        for digest, rows in [content_digest(paths)]
     ]
-    manifest = Manifest.of(made_from, files, left_out)
-    _write(temporary / MANIFEST, manifest.text())
-    _write(temporary / CHECKSUMS, checksums(manifest))
+    files = [FileRecord.of(folder, name) for name in files_below(folder)]
+    manifest = Manifest.of(made_from, files, samples)
+    for name, text in {MANIFEST: manifest.text(), CHECKSUMS: checksums(manifest)}.items():
+        (folder / name).write_bytes(text.encode("utf-8"))
     return manifest
-
-
-def _below(run: FinishedRun) -> list[str]:
-    """Output files of a run, relative to the results, without hidden files."""
-    names: set[str] = set()
-    for path in run.files:
-        inside = files_below(run.root / path) if (run.root / path).is_dir() else [""]
-        names |= {
-            (path / name).relative_to(run.results).as_posix()
-            for name in inside
-            if not any(part.startswith(".") for part in name.split("/"))
-        }
-    return sorted(names)
-
-
-def _write(path: Path, text: str) -> None:
-    path.write_bytes(text.encode("utf-8"))
 
 
 def _refuse_other(folder: Path, manifest: Manifest) -> None:
     """Refuse an existing release that differs from the new one."""
-    if damaged := verify(folder):
+    stored = StoredRelease.open(folder)
+    if damaged := stored.changes():
         raise OilfilmError(
             f"{folder}: exists and is not as it was released: {damaged[0]} Move it away, then run "
             "`snakemake release` again."
         )
-    before, _ = read_manifest(folder)
-    if before.text() == manifest.text():
-        return
-    old, new = ({*each.files, *each.samples} for each in (before, manifest))
-    # the crate repeats the hashes of the others
-    first = min(old ^ new, key=lambda record: (record.path == CRATE, record.path)).path
-    raise OilfilmError(
-        f"{folder}: exists and is left as it is, but the same inputs, configuration and code have "
-        f"now given other bytes, first in {first}. A release never changes: "
-        f"`oilfilm verify {folder} --rebuild` says which of the two can be made again."
-    )
-
-
-def _point(link: Path, version: str) -> None:
-    """Point the link `latest` to a release, in one step.
-
-    It is a link, so that `latest/report.html` opens and every command accepts it.
-    """
-    temporary = link.with_name(".latest.new")
-    temporary.unlink(missing_ok=True)
-    temporary.symlink_to(version)
-    rename_flushed(temporary, link)
+    if stored.manifest.text() != manifest.text():
+        old, new = ({*each.files, *each.samples} for each in (stored.manifest, manifest))
+        first = min(old ^ new, key=lambda record: record.path).path
+        raise OilfilmError(
+            f"{folder}: exists and is left as it is, but the same inputs, configuration and code "
+            f"have now given other bytes, first in {first}. A release never changes: "
+            f"`oilfilm verify {folder} --rebuild` says which of the two can be made again."
+        )

@@ -1,23 +1,36 @@
-"""Read a release or a pin. Every file is checked against its hash before it is read."""
+"""Read and check a release or a pin. Every file is checked against its hash before it is read.
 
+Decides: when a release counts as unchanged.
+"""
+
+import os
+import stat
 from dataclasses import dataclass
 from functools import cached_property
+from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
 import pandas as pd
 
 from oilfilm import tables
+from oilfilm.digests import file_digest
 from oilfilm.errors import OilfilmError, printable
-from oilfilm.releases.manifest import CONFIG, FileRecord, Manifest, read_manifest
-from oilfilm.releases.verify import file_mismatch
+from oilfilm.releases.manifest import (
+    BESIDE,
+    CHECKSUMS,
+    CONFIG,
+    FileRecord,
+    Manifest,
+    checksums,
+    files_below,
+    read_manifest,
+)
 from oilfilm.settings.yaml_file import read_yaml
 from oilfilm.tables.limits import LARGEST_TABLE, UNREADABLE, refuse_unpacking
 
-# Bytes of one file that is read into memory, of a table once it is unpacked, of a configuration.
-_LARGEST_FILE = 1 << 28
-_LARGEST_TABLE = LARGEST_TABLE
-_LARGEST_CONFIG = 1 << 20
+# Bytes of one file that is read into memory, and of a configuration.
+_LARGEST_FILE, _LARGEST_CONFIG = 1 << 28, 1 << 20
 
 
 @dataclass(frozen=True)
@@ -48,6 +61,44 @@ class StoredRelease:
         version = f"{self.manifest.made_from.campaign} {self.manifest.version}"
         return printable(version) + (" (pin)" if self.pinned else "")
 
+    def changes(self) -> list[str]:
+        """A sentence for each file that differs from the manifest, is missing or is extra.
+
+        For a pin, only the files that it keeps are checked.
+        """
+        present = set(files_below(self.folder)) - BESIDE
+        named = [each for path, each in self.files.items() if path in present or not self.pinned]
+        if not self.pinned and os.path.lexists(self.folder / CHECKSUMS):
+            # what `sha256sum -c` would check
+            text = checksums(self.manifest).encode()
+            named.append(
+                FileRecord(path=CHECKSUMS, sha256=sha256(text).hexdigest(), size=len(text))
+            )
+        extra = [
+            f"{printable(path)}: is extra: the manifest does not name it."
+            for path in present - set(self.files)
+        ]
+        return sorted([*filter(None, map(self.mismatch, named)), *extra])
+
+    def mismatch(self, record: FileRecord) -> str:
+        """How a file differs from its record, in a sentence; empty where it does not."""
+        path, name = self.folder / record.path, printable(record.path)
+        above = path.parents[: record.path.count("/")]
+        try:
+            status = path.lstat()
+            # before anything is opened: a link may lead anywhere, a pipe never ends
+            if not stat.S_ISREG(status.st_mode) or any(folder.is_symlink() for folder in above):
+                return f"{name}: is not a plain file."
+            if status.st_size != record.size:
+                return f"{name}: differs: {status.st_size} bytes, {record.size} in the manifest."
+            digest = file_digest(path)
+        except FileNotFoundError:
+            return f"{name}: is missing."
+        except OSError as error:
+            return f"{name}: cannot be read ({error.strerror})."
+        hashes = f"sha256 {digest[:12]}..., {record.sha256[:12]}... in the manifest"
+        return "" if digest == record.sha256 else f"{name}: differs: {hashes}."
+
     def holds(self, path: str) -> bool:
         """Whether a file can be read: a pin lacks most of those that it names."""
         return path in self.files and (not self.pinned or (self.folder / path).exists())
@@ -64,10 +115,10 @@ class StoredRelease:
             raise OilfilmError(
                 f"{self.folder}: {path} has {record.size} bytes, more than are read ({largest})."
             )
-        if complaint := file_mismatch(self.folder, record):
+        if complaint := self.mismatch(record):
             raise OilfilmError(f"{self.folder}: {complaint}")
         if path.endswith(".parquet"):
-            refuse_unpacking(self.folder / path, _LARGEST_TABLE)
+            refuse_unpacking(self.folder / path, LARGEST_TABLE)
         return self.folder / path
 
     def table(self, name: str) -> pd.DataFrame | None:
@@ -105,3 +156,12 @@ class StoredRelease:
             return read_yaml(path).values
         except RecursionError:
             raise OilfilmError(f"{path}: its groups are nested too deeply.") from None
+
+
+def verify(folder: Path) -> list[str]:
+    """`StoredRelease.changes` of a folder.
+
+    Raises:
+        OilfilmError: The manifest is missing, damaged or altered.
+    """
+    return StoredRelease.open(folder).changes()

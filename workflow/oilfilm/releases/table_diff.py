@@ -10,28 +10,35 @@ import pyarrow.parquet as parquet
 from PIL import Image
 
 _PNG = b"\x89PNG\r\n\x1a\n"
-# Errors of the picture reader for a broken or far too large file.
-_DAMAGED = (OSError, SyntaxError, ValueError, Image.DecompressionBombError)
+# Errors of the readers for a broken or far too large file.
+_DAMAGED = (
+    *(OSError, SyntaxError, ValueError),
+    *(arrow.ArrowException, Image.DecompressionBombError),
+)
 
 
 def file_difference(before: Path, after: Path) -> str:
     """The first difference of two files: row and column, pixel, line or byte; empty if none."""
-    if before.is_symlink() or after.is_symlink():
-        targets = [path.readlink() if path.is_symlink() else "nowhere" for path in (before, after)]
-        return "" if targets[0] == targets[1] else f"links to {targets[0]}, then to {targets[1]}"
+    links = [str(path.readlink()) if path.is_symlink() else "" for path in (before, after)]
+    if any(links):
+        return "" if links[0] == links[1] else f"links to {links[0]}, then to {links[1]}"
     old, new = before.read_bytes(), after.read_bytes()
     if old == new:
         return ""
-    if old.startswith(b"PAR1") and new.startswith(b"PAR1"):
-        return _table_difference(before, after)
-    if old.startswith(_PNG) and new.startswith(_PNG):
-        return _picture_difference(before, after)
+    try:
+        if old.startswith(b"PAR1") and new.startswith(b"PAR1"):
+            tables = (parquet.read_table(path, partitioning=None) for path in (before, after))
+            return _table_difference(*tables)
+        if old.startswith(_PNG) and new.startswith(_PNG):
+            with Image.open(before) as first, Image.open(after) as second:
+                return _picture_difference(first, second)
+    except _DAMAGED as error:
+        return f"cannot be read ({error})"
     try:
         return _text_difference(old.decode(), new.decode())
     except UnicodeDecodeError:
         pairs = enumerate(zip(old, new, strict=False))
-        first = next((index for index, (a, b) in pairs if a != b), min(len(old), len(new)))
-        return f"byte {first}"
+        return f"byte {next((at for at, (a, b) in pairs if a != b), min(len(old), len(new)))}"
 
 
 def _text_difference(old: str, new: str) -> str:
@@ -42,50 +49,38 @@ def _text_difference(old: str, new: str) -> str:
     return f"{len(old)} letters, then {len(new)}"
 
 
-def _table_difference(before: Path, after: Path) -> str:
-    try:
-        old, new = (parquet.read_table(path, partitioning=None) for path in (before, after))
-    except (OSError, ValueError, arrow.ArrowException) as error:
-        return f"cannot be read as Parquet ({error})"
+def _table_difference(old: arrow.Table, new: arrow.Table) -> str:
     if old.column_names != new.column_names:
         return f"columns {old.column_names}, then {new.column_names}"
     if len(old) != len(new):
         return f"{len(old)} rows, then {len(new)}"
     for name in old.column_names:
-        first, then = (_column(table, name) for table in (old, new))
+        # categories become plain values, so that they can be compared
+        first, then = (pd.Series(table[name].to_pandas()).astype(object) for table in (old, new))
         same = ((first == then) | (first.isna() & then.isna())).to_numpy(bool)
         if not same.all():
             row = int(np.argmin(same))
             return f"column {name}, row {row}: {first.iloc[row]!r}, then {then.iloc[row]!r}"
-    footers = [table.schema.metadata or {} for table in (old, new)]
+    footers = [_footer(table) for table in (old, new)]
     for key in sorted(footers[0].keys() | footers[1].keys()):
-        texts = [_text(footer.get(key) or b"") for footer in footers]
+        texts = [footer.get(key, "") for footer in footers]
         if texts[0] != texts[1]:
-            return f"the same rows; {_text(key)} in the footer, {_text_difference(*texts)}"
+            return f"the same rows; {key} in the footer, {_text_difference(*texts)}"
     return "the same rows and footer, laid out differently"
 
 
-def _column(table: arrow.Table, name: str) -> "pd.Series[Any]":
-    """A column; categories become plain values, so that they can be compared."""
-    column = pd.Series(table[name].to_pandas())
-    return column.astype(object) if isinstance(column.dtype, pd.CategoricalDtype) else column
+def _footer(table: arrow.Table) -> dict[str, str]:
+    content: dict[bytes, bytes] = table.schema.metadata or {}
+    return {key.decode(): text.decode(errors="backslashreplace") for key, text in content.items()}
 
 
-def _text(content: bytes) -> str:
-    return content.decode(errors="backslashreplace")
-
-
-def _picture_difference(before: Path, after: Path) -> str:
-    try:
-        with Image.open(before) as old, Image.open(after) as new:
-            if old.info != new.info:
-                return f"metadata {old.info!r:.80}, then {new.info!r:.80}"
-            pixels, new_pixels = np.asarray(old), np.asarray(new)
-    except _DAMAGED as error:
-        return f"cannot be read as PNG ({error})"
-    if pixels.shape != new_pixels.shape:
-        return f"{pixels.shape} pixels, then {new_pixels.shape}"
-    unlike = (pixels != new_pixels).any(axis=-1)
+def _picture_difference(old: Any, new: Any) -> str:
+    if old.info != new.info:
+        return f"metadata {old.info!r:.80}, then {new.info!r:.80}"
+    pixels, other = np.asarray(old), np.asarray(new)
+    if pixels.shape != other.shape:
+        return f"{pixels.shape} pixels, then {other.shape}"
+    unlike = (pixels != other).any(axis=-1)
     if not unlike.any():
         return "the same pixels, compressed differently"
     line, column = np.unravel_index(int(np.argmax(unlike)), unlike.shape)

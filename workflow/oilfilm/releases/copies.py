@@ -1,4 +1,7 @@
-"""Copy a release from object storage; its folder appears when every file is as released."""
+"""Copies of releases: from object storage, and the small part that a repository keeps (a pin).
+
+Decides: what a pin keeps of a release.
+"""
 
 from pathlib import Path
 
@@ -7,11 +10,41 @@ from pyarrow import fs
 
 from oilfilm.atomic_write import atomic_folder
 from oilfilm.errors import OilfilmError, printable
-from oilfilm.releases.verify import verify
+from oilfilm.releases.manifest import PINNED_MANIFEST
+from oilfilm.releases.stored_release import StoredRelease
+from oilfilm.releases.tree import PINS, copy_file
+
+# What the drift gate and a comparison of settings and verdicts need; no points, for their size.
+_KEPT = (
+    "config.yaml",
+    "tables/claims.parquet",
+    "tables/coefficients.parquet",
+    "tables/fit_quality.parquet",
+    "tables/runs.parquet",
+    "tables/torque_runs.parquet",
+)
+
+
+def pin(release: Path, root: Path) -> Path:
+    """Keep a release as its campaign's pin, in folder of the one before; the pin's folder.
+
+    Raises:
+        OilfilmError: It is no release, is damaged, or is itself a pin.
+    """
+    stored = StoredRelease.open(release)
+    if stored.pinned:
+        raise OilfilmError(f"{release}: is a pin already; expected a release.")
+    folder = root / PINS / stored.manifest.made_from.campaign
+    with atomic_folder(folder) as temporary:
+        for path in _KEPT:
+            if path in stored.files:
+                copy_file(stored.file(path), temporary / path)
+        (temporary / PINNED_MANIFEST).write_bytes(stored.manifest.text().encode())
+    return folder
 
 
 def fetch_release(address: str, folder: Path) -> None:
-    """Copy a release and check every file of it.
+    """Copy a release and check every file; its folder appears when each is as released.
 
     Args:
         address: Its place, as s3://bucket/releases/june/v1-0123456789ab. Credentials and server
@@ -40,7 +73,7 @@ def fetch_release(address: str, folder: Path) -> None:
                 "then try again."
             ) from None
         try:
-            complaints = verify(temporary)
+            complaints = StoredRelease.open(temporary).changes()
         except OilfilmError as fault:
             raise OilfilmError(str(fault).replace(str(temporary), address)) from None
         if complaints:
