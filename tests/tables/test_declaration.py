@@ -6,8 +6,10 @@ import pandas as pd
 import pint
 import pytest
 
+import oilfilm
 from oilfilm import studies, tables
-from oilfilm.tables.columns import table, use
+from oilfilm.settings.yaml_file import read_yaml
+from oilfilm.tables.dictionary import declare, use
 from reference_pages import tables as tables_page
 from reference_pages.table_examples import examples, read_examples
 
@@ -72,16 +74,36 @@ def test_table_has_a_key_or_says_why_not(model: tables.Table) -> None:
 
 
 def test_table_narrows_a_column_and_never_widens_it() -> None:
-    assert use("load_n", required=True).nullable is False
+    assert use("load_n", "required | mean").nullable is False
     assert use("load_n", "mean").meaning == tables.COLUMNS["load_n"].meaning
-    with pytest.raises(ValueError, match="'lambda_ratio' cannot be widened"):
-        use("lambda_ratio", at_most=2 * tables.LARGEST)
-    with pytest.raises(ValueError, match="'stage' cannot be widened"):
-        use("stage", allowed=("ingest", "guess"))
-    with pytest.raises(KeyError, match="colour"):
-        table("t", "A table.", columns="run_id colour")
-    with pytest.raises(ValueError, match=r"'t' has no columns \['load_n'\]"):
-        table("t", "A table.", columns="run_id", uses=(use("load_n", "mean"),))
+    for name, text in (("lambda_ratio", "<= 2e12 |"), ("stage", "(ingest, guess) |")):
+        with pytest.raises(ValueError, match=f"'{name}' cannot be widened"):
+            use(name, text)
+
+
+@pytest.mark.parametrize(
+    ("content", "problem"),
+    [
+        ("columns: {}\ntables: {t: {row: A row, columns: run_id colour}}", "colour"),
+        ("columns: {}\ntables: {t: {row: A row, columns: run_id, uses: {oil: x}}}", "no columns"),
+        ("columns: {run_id: text | again}\ntables: {}", "'run_id' is declared twice"),
+        ("columns: {}\ntables: {runs: {row: A row, columns: run_id}}", "'runs' is declared twice"),
+        ("columns: {colour: text >> 1 | a colour}\ntables: {}", "no kind of column"),
+    ],
+)
+def test_wrong_declaration_is_refused(
+    tmp_path: Path, content: str, problem: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("oilfilm.tables.dictionary.COLUMNS", dict(tables.COLUMNS))
+    path = tmp_path / "tables.yaml"
+    path.write_text(content)
+    with pytest.raises((ValueError, KeyError), match=problem):
+        declare(path)
+
+
+@pytest.mark.parametrize("path", sorted(Path(oilfilm.__file__).parent.glob("*/*.yaml")), ids=str)
+def test_no_key_is_given_twice_in_a_declaration(path: Path) -> None:
+    assert read_yaml(path).values
 
 
 def test_new_table_and_new_column_have_a_dash_until_there_is_an_example(

@@ -123,7 +123,7 @@ def test_figure_is_drawn_again_with_its_family(due: Callable[[Path, str, str], s
 
 
 def test_meaning_of_a_column_is_described_again(due: Callable[[Path, str, str], set[str]]) -> None:
-    changed = due(LIBRARY / "tables/columns.py", "time on the log's clock", "time of the log")
+    changed = due(LIBRARY / "tables/rig.yaml", "time on the log's clock", "time of the log")
     assert changed == {"metadata", "report"}
 
 

@@ -59,7 +59,8 @@ def code_digest(script: Path, *modules: Path) -> str:
 
     Args:
         script: The script of the rule.
-        modules: Modules that no import leads to, as that of a law which the job takes by name.
+        modules: Modules that no import leads to, as that of a law which the job takes by name, and
+            files of data, every byte of which counts.
     """
     digest = hashlib.sha256()
     for path in [script, *sorted(modules_behind(script, *modules))]:
@@ -86,8 +87,11 @@ class _Code(NamedTuple):
 
 @cache
 def _code(path: Path) -> _Code:
+    content = path.read_bytes()
+    if path.suffix != ".py":
+        return _Code(hashlib.sha256(content).hexdigest(), frozenset())
     with _no_collection():  # a third of the time to parse a module
-        tree = ast.parse(path.read_bytes())
+        tree = ast.parse(content)
     inside = path.is_relative_to(_PACKAGE)
     package = ".".join(path.parent.relative_to(_PACKAGE.parent).parts) if inside else ""
     imports: set[Path] = set()

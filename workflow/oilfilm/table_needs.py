@@ -17,6 +17,11 @@ NEEDS = {
     ("paper", "torque"): ("slip_advice", "advice_band", "published_tests"),
     ("paper", "twin"): ("extrapolation", "extrapolation_errors"),
 }
+# What one fit writes: one fit per oil and law.
+OF_FIT = (
+    *("coefficients", "fit_quality", "refits", "correlations", "profiles", "curve_residuals"),
+    "law_points",
+)
 # Tables that some campaigns do not have.
 NOT_IN_EVERY_CAMPAIGN = tuple(name for names in NEEDS.values() for name in names)
 

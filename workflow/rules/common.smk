@@ -20,7 +20,7 @@ from oilfilm.rig_twin.plan import planned_runs, planned_torque_runs
 from oilfilm.run.lock import lock_run
 from oilfilm.run.start import bring_dates_back, check_machine, start_python_by_name
 from oilfilm.settings.resolve import overrides_of, resolve
-from oilfilm.table_needs import NOT_IN_EVERY_CAMPAIGN, lacking
+from oilfilm.table_needs import NOT_IN_EVERY_CAMPAIGN, OF_FIT, lacking
 from oilfilm.traction import LAW_FILES
 
 RECORDS = Path(".snakemake")
@@ -134,12 +134,6 @@ ACKNOWLEDGED = [change.model_dump() for change in SETTINGS.dataset.acknowledged_
 
 # ---------------------------------------------------------------- tables and code
 
-# What one fit writes (oilfilm.tables.fits.OF_FIT, whose import takes half a second).
-FIT_TABLES = (
-    *("coefficients", "fit_quality", "refits", "correlations", "profiles", "curve_residuals"),
-    "law_points",
-)
-
 
 def finished(*names):
     """Files of finished tables by name; no file of a table that this campaign does not have.
@@ -167,8 +161,8 @@ PACKAGES = file_digest(HOME / home.RUN_LOCK)[:8]
 STUDIES = [PACKAGE / name / "study.py" for name in CAMPAIGN.studies]
 # What columns and tables mean, for the rules that print it.
 TABLE_WORDS = [
-    *sorted((PACKAGE / "tables").glob("*.py")),
-    *(PACKAGE / name / "tables.py" for name in CAMPAIGN.studies),
+    *sorted((PACKAGE / "tables").glob("*.*")),
+    *(path for name in CAMPAIGN.studies for path in sorted((PACKAGE / name).glob("tables.*"))),
 ]
 
 

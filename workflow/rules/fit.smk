@@ -12,7 +12,7 @@ rule fit:
     input:
         points="<parts>/collect/{oil}/points.parquet",
     output:
-        **{table: f"<parts>/fit/{{oil}}/{{law}}/{table}.parquet" for table in FIT_TABLES},
+        **{table: f"<parts>/fit/{{oil}}/{{law}}/{table}.parquet" for table in OF_FIT},
     log:
         "<logs>/fit-{oil}/{law}.log",
     wildcard_constraints:
@@ -34,11 +34,11 @@ rule fits:
             table: expand(
                 f"<parts>/fit/{{oil}}/{{law}}/{table}.parquet", oil=OILS, law=FITTED_LAWS
             )
-            for table in FIT_TABLES
+            for table in OF_FIT
         },
         **finished("points", "runs"),
     output:
-        **finished(*FIT_TABLES, "law_verdicts", "lack_of_fit"),
+        **finished(*OF_FIT, "law_verdicts", "lack_of_fit"),
     log:
         "<logs>/fits.log",
     localrule: True

@@ -1,7 +1,7 @@
 # Every table but the samples, which are many files.
 TABLE_NAMES = (
     *("runs", "points", "quarantine", "coverage", "gate_counts"),
-    *FIT_TABLES,
+    *OF_FIT,
     *("law_verdicts", "lack_of_fit"),
     *NOT_IN_EVERY_CAMPAIGN,
 )

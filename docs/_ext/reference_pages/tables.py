@@ -6,7 +6,7 @@ import numpy as np
 
 from oilfilm import studies
 from oilfilm.tables.declaration import LARGEST, Column, Table
-from oilfilm.tables.store import TABLES
+from oilfilm.tables.dictionary import TABLES
 from reference_pages.table_examples import read_examples
 
 _BEGINS = """# All tables

@@ -6,8 +6,8 @@ from oilfilm.fits.best_law import best_laws
 from oilfilm.fits.noise import noise_and_misfit
 from oilfilm.fits.odd_curves import with_likely_oils
 from oilfilm.settings.resolved import Settings
+from oilfilm.table_needs import OF_FIT
 from oilfilm.tables.campaign_tables import CampaignTables
-from oilfilm.tables.fits import OF_FIT
 
 
 def finished_fits(results: CampaignTables, settings: Settings) -> dict[str, pd.DataFrame]:

@@ -16,7 +16,7 @@ from oilfilm.fits.profile import profile_interval
 from oilfilm.fits.solution import Solution
 from oilfilm.fits.systematic import SENSORS
 from oilfilm.settings.config import FitSettings
-from oilfilm.tables.fits import OF_FIT
+from oilfilm.table_needs import OF_FIT
 from oilfilm.traction.law import FloatArray, Law
 
 # Traction this small beside the largest is rounding: no dip below zero, no second rise.

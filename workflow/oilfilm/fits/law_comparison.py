@@ -19,7 +19,7 @@ from oilfilm.fits.problem import curve_data
 from oilfilm.fits.solution import Solution
 from oilfilm.randomness import generator
 from oilfilm.settings.resolved import Settings
-from oilfilm.tables.fits import OF_FIT
+from oilfilm.table_needs import OF_FIT
 from oilfilm.traction import LAWS, laws_for
 from oilfilm.traction.law import CONDITIONS, FloatArray, Law
 

@@ -8,9 +8,9 @@ from typing import Any
 import pandas as pd
 
 from oilfilm.errors import OilfilmError
-from oilfilm.table_needs import NOT_IN_EVERY_CAMPAIGN
-from oilfilm.tables.fits import OF_FIT
-from oilfilm.tables.store import TABLES, read, write
+from oilfilm.table_needs import NOT_IN_EVERY_CAMPAIGN, OF_FIT
+from oilfilm.tables.dictionary import TABLES
+from oilfilm.tables.store import read, write
 
 # Tables whose rows are those of another table.
 _SAME_COLUMNS = {"torque_quarantine": "quarantine"}

@@ -1,9 +1,9 @@
-"""What a column and a table are; `columns` and the modules of the tables declare them."""
+"""What a column and a table are; the YAML files beside it declare them."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any, Literal, TypeVar
+from typing import Any, Literal
 
 import numpy as np
 import pandas as pd
@@ -113,7 +113,7 @@ class Table:
 
     @cached_property
     def _by_name(self) -> Mapping[str, Column]:
-        return by_name(self.columns)
+        return {column.name: column for column in self.columns}
 
     @cached_property
     def schema(self) -> Any:
@@ -179,18 +179,3 @@ def _counts_up(frame: pd.DataFrame, key: Sequence[str]) -> bool:
     rises[begins - 1] = True
     blocks = codes[np.append(0, begins)]
     return bool(rises.all() and len(np.unique(blocks)) == len(blocks))
-
-
-Named = TypeVar("Named", Column, Table)
-
-
-def by_name(declared: Sequence[Named]) -> dict[str, Named]:
-    """Columns or tables by their names.
-
-    Raises:
-        ValueError: A name is declared twice.
-    """
-    names = [each.name for each in declared]
-    if repeats := sorted({name for name in names if names.count(name) > 1}):
-        raise ValueError(f"declared twice: {', '.join(repeats)}")
-    return dict(zip(names, declared, strict=True))

@@ -18,23 +18,10 @@ import pyarrow.parquet as parquet
 
 from oilfilm.atomic_write import atomic_file
 from oilfilm.errors import OilfilmError, cut
-from oilfilm.tables import bearing, drawn, fits, rig
-from oilfilm.tables.declaration import Column, Table, by_name
+from oilfilm.tables.declaration import Column, Table
+from oilfilm.tables.dictionary import TABLES
 from oilfilm.tables.limits import UNREADABLE
 from oilfilm.tables.schema_version import SCHEMA_VERSION
-
-# Every table by name, in the order in which they are described; figures add what they draw.
-TABLES: dict[str, Table] = by_name((*rig.TABLES, *fits.TABLES, *bearing.TABLES, *drawn.TABLES))
-
-
-def declare(table: Table) -> None:
-    """Add a table that is declared where it is used.
-
-    Raises:
-        ValueError: There is another table of this name.
-    """
-    if TABLES.setdefault(table.name, table) != table:
-        raise ValueError(f"two tables have the name {table.name!r}")
 
 
 def columns(table: str) -> list[str]:

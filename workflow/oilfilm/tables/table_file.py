@@ -13,7 +13,8 @@ import pyarrow.parquet as parquet
 
 from oilfilm.digests import file_digest, settings_digest
 from oilfilm.errors import OilfilmError
-from oilfilm.tables.store import TABLES, read_footer, read_run
+from oilfilm.tables.dictionary import TABLES
+from oilfilm.tables.store import read_footer, read_run
 
 
 @dataclass(frozen=True)
