@@ -262,15 +262,12 @@ def test_log_of_another_project_is_not_judged_by_the_settings_of_this_one(
 def test_many_refused_runs_of_one_log_are_counted() -> None:
     settings = resolve(ROOT / "config", {"campaign": "demo"})
     (log,) = check_files([("a.csv", stuck(SOUND["traction"]))], settings, TRACTION_RIG)
-    (run,), names = log.runs, [f"run{number:02}" for number in range(12)]
-    many = log.model_copy(
-        update={
-            "runs": [run.model_copy(update={"run_id": name}) for name in names],
-            "refusals": [
-                each.model_copy(update={"run_id": name}) for each in log.refusals for name in names
-            ],
-        }
-    )
+    (run,), names = log["runs"], [f"run{number:02}" for number in range(12)]
+    many = {
+        **log,
+        "runs": [{**run, "run_id": name} for name in names],
+        "refusals": [{**each, "run_id": name} for each in log["refusals"] for name in names],
+    }
     text = report([many])
     assert [name for name in names if f"{name}: REFUSED" in text] == names[:10]
     assert text.startswith("a.csv: 12 runs: 12 refused; --json shows all\n  12 stuck_sensor\n")

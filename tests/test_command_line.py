@@ -1,4 +1,4 @@
-"""The command itself: help without waiting, version, completion."""
+"""The command itself: help without waiting, version."""
 
 import argparse
 import re
@@ -13,7 +13,6 @@ from oilfilm.cli import main
 from oilfilm.cli.parser import CONDITION_OPTIONS, parser
 from oilfilm.traction.law import QUANTITIES
 from reference_pages.commands import page
-from reference_pages.schemas import PRINTED
 
 
 def commands() -> dict[str, argparse.ArgumentParser]:
@@ -44,22 +43,6 @@ def test_version_is_that_of_the_package(capsys: pytest.CaptureFixture[str]) -> N
     assert capsys.readouterr().out == f"oilfilm {__version__}\n"
 
 
-@pytest.mark.parametrize("shell", ["bash", "zsh", "tcsh"])
-def test_completion_knows_every_command(shell: str, capsys: pytest.CaptureFixture[str]) -> None:
-    with pytest.raises(SystemExit):
-        main(["--print-completion", shell])
-    script = capsys.readouterr().out
-    assert all(name in script for name in commands())
-    assert "rebuild" in script
-
-
-def test_completion_of_an_unknown_shell_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
-    with pytest.raises(SystemExit) as stop:
-        main(["--print-completion", "cmd"])
-    assert stop.value.code == 2
-    assert "found 'cmd'; expected one of bash" in capsys.readouterr().err
-
-
 def test_options_say_what_the_law_calls_its_conditions() -> None:
     for name, meaning, _ in CONDITION_OPTIONS.values():
         assert QUANTITIES[name].meaning == meaning
@@ -67,15 +50,6 @@ def test_options_say_what_the_law_calls_its_conditions() -> None:
 
 def test_every_argument_and_key_has_a_meaning() -> None:
     assert not re.findall(r"(?m)^\| `.*` \| *\|$", page())
-
-
-def test_every_command_with_json_has_a_schema() -> None:
-    with_json = {
-        name
-        for name, command in commands().items()
-        if any("--json" in action.option_strings for action in command._actions)
-    }
-    assert with_json == set(PRINTED)
 
 
 @pytest.mark.parametrize("arguments", [["--help"], ["check", "--help"], ["predict", "--version"]])

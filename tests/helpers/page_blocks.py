@@ -20,7 +20,6 @@ NOT_RUN = {
     r".*pip install .*requirements/": "needs a network: repository/test_requirements_lock.py",
     r".*pip (download|install) .*wheels": "needs a network, and 200 MB",
     r".*oilfilm watch": "runs until Ctrl-C: test_watch.py",
-    r"oilfilm --print-completion": "changes the shell of the user: test_command_line.py",
     r".*snakemake release --config campaign=june": "a campaign of the reader; see nightly.md",
     r".*snakemake --config campaign=etm-slim": "20 s of fits: curation/test_measured_curves.py",
     r"oilfilm (init june|run$|check data/raw/june$)|(cd|cat).* ?june": "tutorial first-csv",

@@ -19,8 +19,4 @@ GENERATED: dict[str, Callable[[], str]] = {
         f"workflow/schemas/{name}.schema.json": partial(schemas.of_file, name)
         for name in schemas.FILES
     },
-    **{
-        f"workflow/schemas/{name}.schema.json": partial(schemas.of_command, name)
-        for name in schemas.PRINTED
-    },
 }

@@ -1,11 +1,9 @@
 """The reference page of the command line, generated from its parser."""
 
 import argparse
-from collections.abc import Iterator, Mapping
-from typing import Any
+from collections.abc import Iterator
 
 from oilfilm.cli.parser import parser
-from reference_pages.schemas import PRINTED
 
 _BEGINS = """# The command line
 
@@ -23,14 +21,6 @@ A number alone is in the unit of the example.
 | 130 | interrupted from the keyboard |
 
 With `--json` a command prints objects, each on a line of its own. An unknown number is null.
-The file of the command in `workflow/schemas` is their JSON schema.
-
-`oilfilm --print-completion bash` (or zsh, fish, tcsh) prints the script that completes commands
-and options in that shell:
-
-```sh
-oilfilm --print-completion bash > ~/.local/share/bash-completion/completions/oilfilm
-```
 """
 
 
@@ -51,11 +41,6 @@ def _section(name: str, command: argparse.ArgumentParser) -> str:
         "| --- | --- |",
         *(f"| `{names}` | {_cell(meaning)} |" for names, meaning in _arguments(command)),
     ]
-    if name in PRINTED:
-        schema = PRINTED[name].model_json_schema(mode="serialization")
-        lines += ["", "With `--json`:", "", *_keys(schema)]
-        for inner in schema.get("$defs", {}).values():
-            lines += ["", inner["description"], "", *_keys(inner)]
     return "\n".join(lines) + "\n"
 
 
@@ -70,15 +55,6 @@ def _arguments(command: argparse.ArgumentParser) -> Iterator[tuple[str, str]]:
         shown = f"{names} {value}" if action.option_strings and value else names
         required = " (required)" if action.required and action.option_strings else ""
         yield shown.replace("|", "\\|"), (action.help or "").replace("%%", "%") + required
-
-
-def _keys(schema: Mapping[str, Any]) -> list[str]:
-    """A table of the keys of an object."""
-    rows = [
-        f"| `{key}` | {_cell(value.get('description', ''))} |"
-        for key, value in schema["properties"].items()
-    ]
-    return ["| key | content |", "| --- | --- |", *rows]
 
 
 def _cell(text: str) -> str:

@@ -1,16 +1,9 @@
-"""JSON schemas of the files in `config` and of what `oilfilm COMMAND --json` prints."""
+"""JSON schemas of the files in `config`, for editors."""
 
 import json
 from typing import Any
 
-from pydantic import BaseModel
-
 from oilfilm import studies
-from oilfilm.cli.checked import CheckedLog
-from oilfilm.cli.diff import ComparedReleases
-from oilfilm.cli.plan import PlannedTests
-from oilfilm.cli.predict import PredictedTraction
-from oilfilm.cli.verify import Verified
 from oilfilm.figure_catalogue import figures
 from oilfilm.settings.bearing import BearingFile
 from oilfilm.settings.campaign import CampaignFile
@@ -26,13 +19,6 @@ FILES: dict[str, Any] = {
     "oil": OilFile,
     "bearing": BearingFile,
 }
-PRINTED: dict[str, type[BaseModel]] = {
-    "check": CheckedLog,
-    "predict": PredictedTraction,
-    "plan": PlannedTests,
-    "verify": Verified,
-    "diff": ComparedReleases,
-}
 _DIALECT = {"$schema": "https://json-schema.org/draft/2020-12/schema"}
 
 
@@ -43,14 +29,6 @@ def of_file(name: str) -> str:
         schema["properties"]["figures"]["items"]["enum"] = list(figures())
         schema["properties"]["studies"]["items"]["enum"] = list(studies.available())
     return json.dumps(schema, ensure_ascii=False) + "\n"
-
-
-def of_command(name: str) -> str:
-    """The JSON schema of one object that a command prints."""
-    return (
-        json.dumps(_DIALECT | PRINTED[name].model_json_schema(mode="serialization"), indent=2)
-        + "\n"
-    )
 
 
 def _for_editors(node: Any) -> Any:

@@ -29,7 +29,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         try:
             options = parser().parse_args(arguments)
             # each command imports what it needs when it runs: the help waits for nothing
-            return int(import_module(f"oilfilm.cli.{options.command}").run(options))
+            return int(import_module(f"oilfilm.cli.{options.module}").run(options))
         finally:
             sys.stdout.flush()
     except OilfilmError as mistake:

@@ -3,9 +3,12 @@
 Decides: which units a typed quantity may have; where a command looks for settings and results.
 """
 
+import json
 import re
 from importlib.util import find_spec
+from math import isfinite
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -68,6 +71,26 @@ def campaign_folder(results: Path, campaign: str | None) -> tuple[Path, dict[str
             "Leave out --campaign or correct --results."
         )
     return folder, about
+
+
+def json_text(values: Any) -> str:
+    """Plain values as JSON on one line, in ASCII whatever the terminal can show.
+
+    A number that is not known is null.
+
+    Examples:
+        >>> json_text({"mu": [float("nan"), 0.5]})
+        '{"mu": [null, 0.5]}'
+    """
+    return json.dumps(_with_null(values), allow_nan=False)
+
+
+def _with_null(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {name: _with_null(part) for name, part in value.items()}
+    if isinstance(value, list | tuple):
+        return [_with_null(part) for part in value]
+    return None if isinstance(value, float) and not isfinite(value) else value
 
 
 def quantity(text: str, unit: str, option: str) -> float:

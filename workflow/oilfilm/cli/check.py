@@ -4,14 +4,13 @@ Decides: by which campaign a log is checked; whether a log is of a traction or a
 """
 
 import argparse
-import json
 import os
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
-from oilfilm.cli.arguments import config_folder, project_folder
+from oilfilm.cli.arguments import config_folder, json_text, project_folder
 from oilfilm.cli.check_text import report
-from oilfilm.cli.checked import CheckedLog, checked_logs
+from oilfilm.cli.checked import Plain, checked_logs
 from oilfilm.curation.curate import curate_ingested
 from oilfilm.curation.rig_kind import RigKind
 from oilfilm.curation.torque_rig import TORQUE_RIG
@@ -34,22 +33,15 @@ def run(options: argparse.Namespace) -> int:
     config = config_folder(options.config)
     raw = project_folder(options.config) / "data" / "raw"
     given = [log for path in options.logs for log in _logs_at(path)]
-    campaign = options.campaign or _campaign_of(given, raw, config)
-    if not options.campaign and not options.config:
-        _refuse_logs_of_other_projects(given, raw)
+    campaign = options.campaign or _campaign_of(given, raw, config, options.config is not None)
     settings = resolve(config, {"campaign": campaign} if campaign else {})
     # a pattern such as data/raw/own/*.csv names the run sheet too
     paths = [path for path in dict.fromkeys(given) if not is_run_sheet(path, raw)]
     if not paths:
         raise OilfilmError(f"{_name(given[0])}: is a run sheet. Name logs.")
-    logs = [(_name(path), read_bytes(path)) for path in paths]
-    checked = check_files(logs, settings, kind, raw)
-    if options.json:
-        # ASCII, whatever the terminal can show
-        print("\n".join(json.dumps(log.model_dump()) for log in checked))
-    else:
-        print(report(checked))
-    return int(any(log.verdict == "refused" for log in checked))
+    checked = check_files([(_name(path), read_bytes(path)) for path in paths], settings, kind, raw)
+    print("\n".join(map(json_text, checked)) if options.json else report(checked))
+    return int(any(log["verdict"] == "refused" for log in checked))
 
 
 def _logs_at(path: Path) -> list[Path]:
@@ -60,45 +52,44 @@ def _logs_at(path: Path) -> list[Path]:
         return [path]
 
 
-def _campaign_of(paths: Iterable[Path], raw: Path, config: Path) -> str | None:
+def _campaign_of(paths: Iterable[Path], own: Path, config: Path, named: bool) -> str | None:
     """The campaign in whose folders the logs are; None where they are elsewhere.
-
-    Raises:
-        OilfilmError: They are of several campaigns.
-    """
-    raw = raw.resolve()
-    # not `resolve`, which fails on a link to itself
-    real = [Path(os.path.realpath(path)) for path in paths]
-    inside = [path.relative_to(raw).parts for path in real if raw in path.parents]
-    folders = {folder.removesuffix("-torque") for folder, *_ in inside}
-    known = sorted(name for name in folders if (config / f"campaigns/{name}.yaml").is_file())
-    if len(known) > 1:
-        raise OilfilmError(
-            f"{raw}: the logs are of the campaigns {' and '.join(known)}. Check one campaign at a "
-            "time, or name with --campaign the one whose limits are meant."
-        )
-    return known[0] if known else None
-
-
-def _refuse_logs_of_other_projects(paths: Iterable[Path], own: Path) -> None:
-    """Raise if a log is in another project folder: it needs the settings that are there.
 
     Args:
         paths: The logs.
         own: The folder of the campaigns' folders in the present project.
+        config: The configuration folder.
+        named: Whether it was named, and so meant for logs of other projects too.
+
+    Raises:
+        OilfilmError: They are of several campaigns, or of another project, whose settings are not
+            the ones here.
     """
-    real = [Path(os.path.realpath(path)) for path in paths]
-    for path in (path for path in real if own.resolve() not in path.parents):
+    own, known = own.resolve(), set()
+    # not `resolve`, which fails on a link to itself
+    for path in (Path(os.path.realpath(path)) for path in paths):
         for raw in (folder for folder in path.parents if folder.parts[-2:] == ("data", "raw")):
-            project = raw.parents[1]
             campaign = path.relative_to(raw).parts[0].removesuffix("-torque")
-            if (project / f"config/campaigns/{campaign}.yaml").is_file():
+            project = raw.parents[1]
+            if raw == own and (config / f"campaigns/{campaign}.yaml").is_file():
+                known.add(campaign)
+            elif (
+                raw != own
+                and not named
+                and (project / f"config/campaigns/{campaign}.yaml").is_file()
+            ):
                 raise OilfilmError(
                     f"{path}: is of the campaign {campaign} in the project folder {project}, which "
                     "has settings of its own. Run the command there, or name the settings that are "
                     f"meant: --config {project / 'config'}, or --campaign with a campaign of the "
                     "present folder."
                 )
+    if len(known) > 1:
+        raise OilfilmError(
+            f"{own}: the logs are of the campaigns {' and '.join(sorted(known))}. Check one "
+            "campaign at a time, or name with --campaign the one whose limits are meant."
+        )
+    return next(iter(known), None)
 
 
 def _name(path: Path) -> str:
@@ -111,7 +102,7 @@ def check_files(
     settings: Settings,
     kind: RigKind | None = None,
     raw: Path = Path("data/raw"),
-) -> list[CheckedLog]:
+) -> list[Plain]:
     """What was found in logs, in their order.
 
     Args:
@@ -124,18 +115,18 @@ def check_files(
         OilfilmError: The kind of a log cannot be told, or as `ingest_logs`.
     """
     kinds = [kind or kind_of(*log, settings) for log in logs]
-    found: dict[str, CheckedLog] = {}
+    found: dict[str, Plain] = {}
     for each in _KINDS:
         of_kind = [log for log, its_kind in zip(logs, kinds, strict=True) if its_kind is each]
         if of_kind:
             sheet = sheet_of_paths([Path(file) for file, _ in of_kind], raw, settings, each.logs)
-            found |= {log.file: log for log in judged_logs(of_kind, settings, each, sheet)}
+            found |= {log["file"]: log for log in judged_logs(of_kind, settings, each, sheet)}
     return [found[file] for file, _ in logs]
 
 
 def judged_logs(
     logs: Sequence[Log], settings: Settings, kind: RigKind, sheet: RunSheet
-) -> list[CheckedLog]:
+) -> list[Plain]:
     """What was found in logs of one kind, in their order.
 
     Raises:

@@ -1,14 +1,14 @@
 """The arguments of every command, declared without importing what runs it.
 
-A command is one function of `COMMANDS`, whose docstring is its help, and the module of its name,
-whose `run` takes the parsed arguments and gives the exit code.
+A command is one function of `COMMANDS`, whose docstring is its help. The module of its name, or
+`releases`, runs it: its `run` takes the parsed arguments and gives the exit code.
 
 Decides: commands, options and their help.
 """
 
 import argparse
-import math
 from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -69,13 +69,8 @@ def check(command: argparse.ArgumentParser) -> None:
     _add_config(command)
     kind = command.add_mutually_exclusive_group()
     for rig in ("traction", "torque"):
-        kind.add_argument(
-            f"--{rig}",
-            dest="kind",
-            action="store_const",
-            const=rig,
-            help=f"they are logs of a {rig} rig (default: by folder and columns)",
-        )
+        meaning = f"they are logs of a {rig} rig (default: by folder and columns)"
+        kind.add_argument(f"--{rig}", dest="kind", action="store_const", const=rig, help=meaning)
     _add_json(command, "one JSON object per log")
 
 
@@ -199,6 +194,7 @@ def export(command: argparse.ArgumentParser) -> None:
 
 
 COMMANDS = (init, run, check, watch, predict, plan, verify, fetch, diff, pin, export)
+_OF_RELEASES = (verify, fetch, diff, pin)
 
 
 def parser() -> argparse.ArgumentParser:
@@ -212,25 +208,17 @@ def parser() -> argparse.ArgumentParser:
         "interrupted.",
     )
     top.add_argument("--version", action=_Version, nargs=0, help="print the version and stop")
-    top.add_argument(
-        "--print-completion",
-        action=_Completion,
-        metavar="SHELL",
-        help="print a script that completes this command in bash, zsh, fish or tcsh, and stop",
-    )
     commands = top.add_subparsers(
         dest="command", required=True, metavar="COMMAND", title="commands", parser_class=_AnyOrder
     )
     for declare in COMMANDS:
-        description = declare.__doc__ or ""
-        purpose = description.partition("\n")[0].rstrip(".")
-        declare(
-            commands.add_parser(
-                declare.__name__,
-                help=f"{purpose[:1].lower()}{purpose[1:]}",
-                description=" ".join(description.split()),
-            )
-        )
+        text = " ".join((declare.__doc__ or "").split())
+        purpose = text.partition(".")[0]
+        help_of_list = purpose[:1].lower() + purpose[1:]
+        command = commands.add_parser(declare.__name__, help=help_of_list, description=text)
+        declare(command)
+        module = "releases" if declare in _OF_RELEASES else declare.__name__
+        command.set_defaults(module=module)
     return top
 
 
@@ -258,21 +246,6 @@ class _Version(argparse.Action):
 
     def __call__(self, parser: argparse.ArgumentParser, *_: Any) -> None:
         print(f"oilfilm {oilfilm.__version__}")
-        parser.exit()
-
-
-class _Completion(argparse.Action):
-    """Prints a completion script."""
-
-    def __call__(
-        self, parser: argparse.ArgumentParser, _: argparse.Namespace, shell: Any, *__: Any
-    ) -> None:
-        import shtab  # noqa: PLC0415 - only this option needs it
-
-        if shell not in shtab.SUPPORTED_SHELLS:
-            known = ", ".join(shtab.SUPPORTED_SHELLS)
-            parser.error(f"--print-completion: found {shell!r}; expected one of {known}.")
-        print(shtab.complete(parser, shell))
         parser.exit()
 
 
@@ -316,10 +289,7 @@ def _campaign_name(text: str) -> str:
 
 
 def _seconds(text: str) -> float:
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not 0 < value < 1e5:
-        raise argparse.ArgumentTypeError(f"found {text!r}; expected seconds above 0, as 3")
-    return value
+    with suppress(ValueError):
+        if 0 < float(text) < 1e5:
+            return float(text)
+    raise argparse.ArgumentTypeError(f"found {text!r}; expected seconds above 0, as 3")

@@ -7,12 +7,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 
 from oilfilm import tables
-from oilfilm.cli.arguments import campaign_folder, config_folder, quantity
+from oilfilm.cli.arguments import campaign_folder, config_folder, json_text, quantity
 from oilfilm.cli.parser import DUTY_EXAMPLE
 from oilfilm.errors import OilfilmError
-from oilfilm.settings.base import Group, Result, key
 from oilfilm.settings.resolve import named_file, resolve
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
@@ -42,82 +42,6 @@ ASSUMPTION = (
 )
 
 
-class PlannedPoint(Group):
-    """One operating point and how uncertain it is."""
-
-    at: str = key("Axial load, speed and oil temperature, or rig conditions.")
-    value: Result = key("Torque in N m, cage slip, or mu.")
-    uncertainty_now: Result = key("Standard uncertainty by the measured curves.")
-    uncertainty_with_plan: Result = key("The same after the planned tests.")
-
-
-class PlannedTests(Group):
-    """The tests to run next for one oil."""
-
-    campaign: str = key("Campaign whose fit the plan is for.")
-    data: str = key("measured or simulated.")
-    oil: str = key("Name of the oil.")
-    target: str = key("What shall become more certain: torque, cage_slip, traction.")
-    bearing: str = key("The bearing; empty for traction.")
-    uncertainty_now: Result = key(
-        "Standard uncertainty from the law's constants, root mean square over the operating "
-        "points; relative for torque and traction, of the slip itself for cage_slip."
-    )
-    uncertainty_now_without_calibration: Result = key(
-        "The same with exact sensors of the traction rig."
-    )
-    tests: list[dict[str, Any]] = key(
-        "The chosen tests in their order; keys are columns of the table test_plan."
-    )
-    operating_points: list[PlannedPoint] = key("What the uncertainty is of.")
-    left_out: list[str] = key("Operating points left out, with the reason.")
-    conditions: int = key("Number of conditions of plan.levels that the rig can run.")
-    conditions_left_out: dict[str, int] = key(
-        "Number of conditions that the rig cannot run, by reason."
-    )
-    calibration_known: bool = key("Whether the calibration of the rig is stated.")
-    assumption: str = key("What the plan assumes.")
-
-    def text(self) -> str:
-        """The plan in sentences and a table."""
-        name, factor, unit = _SHOWN[self.target]
-
-        def shown(uncertainty: float | None) -> str:
-            return "unknown" if uncertainty is None else f"{factor * uncertainty:.3g}{unit}"
-
-        points = self.operating_points
-        worst = max(points, key=lambda point: point.uncertainty_now or 0)
-        worst_then = max(points, key=lambda point: point.uncertainty_with_plan or 0)
-        where = f" in {self.bearing}" if self.bearing else ""
-        lines = [
-            f"{self.oil}{where}: standard uncertainty of the {name} from the law's constants, root "
-            f"mean square over {len(points)} operating points: {shown(self.uncertainty_now)}; "
-            f"largest {shown(worst.uncertainty_now)} at {worst.at}.",
-            f"With exact sensors it would be {shown(self.uncertainty_now_without_calibration)}: "
-            "the rest is their calibration, which all tests on this rig share."
-            if self.calibration_known
-            else "The calibration of the rig's sensors is not stated, so it is not included.",
-            *(f"left out: {reason}" for reason in self.left_out),
-        ]
-        reasons = [f"{reason} ({count})" for reason, count in self.conditions_left_out.items()]
-        beyond = f"; the others are beyond {', '.join(reasons)}." if reasons else "."
-        lines.append(f"{self.conditions} conditions of plan.levels can be run{beyond}")
-        heads = [head for head, *_ in _TEST_COLUMNS]
-        rows = [
-            [
-                str(test["test_order"]),
-                *(f"{test[column]:{digits}}" for _, column, digits in _TEST_COLUMNS),
-                shown(test["uncertainty_with_plan"]),
-            ]
-            for test in self.tests
-        ]
-        lines += text_table([["no.", *heads, "uncertainty then"], *rows], right=len(heads) + 1)
-        lines.append(
-            f"Largest after the plan: {shown(worst_then.uncertainty_with_plan)} at {worst_then.at}."
-        )
-        return "\n".join(lines)
-
-
 def run(options: argparse.Namespace) -> int:
     """Run the command."""
     folder, about = campaign_folder(options.results, options.campaign)
@@ -132,15 +56,11 @@ def run(options: argparse.Namespace) -> int:
             f"{', '.join(fitted) or 'none'}. Name one of these with --oil."
         )
     request = _request(options, settings, config)
-    plans = [
-        planned_tests(plan, about)
-        for oil in oils
-        for plan in plan_oil(results, settings, oil, request)
-    ]
+    plans = [plan for oil in oils for plan in plan_oil(results, settings, oil, request)]
     if options.json:
-        print("\n".join(plan.model_dump_json() for plan in plans))
+        print("\n".join(json_text(_plain(plan, about)) for plan in plans))
     else:
-        print("\n\n".join(plan.text() for plan in plans))
+        print("\n\n".join(map(_text, plans)))
         print(f"\n{ASSUMPTION}\nfrom campaign {about['campaign']}, {about['data']} data")
     return 0
 
@@ -181,38 +101,86 @@ def _duty(text: str) -> list[float]:
     return values
 
 
-def planned_tests(plan: NextTests, about: Mapping[str, str]) -> PlannedTests:
-    """A plan as plain values: what is known, the tests in their order, what they bring."""
-    wanted, known = plan.wanted, plan.known.information
+def _chosen(plan: NextTests) -> pd.DataFrame:
+    """The chosen tests in their order: rows of the table `test_plan`."""
     table = plan.table()
-    chosen = table[table["test_order"] > 0].sort_values("test_order")
-    points = zip(
-        wanted.labels,
-        wanted.values,
-        known.uncertainties(wanted.gradients),
-        plan.design.end.uncertainties(wanted.gradients),
-        strict=True,
+    return table[table["test_order"] > 0].sort_values("test_order")
+
+
+def _operating_points(plan: NextTests) -> pd.DataFrame:
+    """What the uncertainty is of: `at`, `value`, uncertainty now and with the plan."""
+    wanted = plan.wanted
+    return pd.DataFrame(
+        {
+            "at": wanted.labels,
+            "value": wanted.values,
+            "uncertainty_now": plan.known.information.uncertainties(wanted.gradients),
+            "uncertainty_with_plan": plan.design.end.uncertainties(wanted.gradients),
+        }
     )
-    return PlannedTests(
-        campaign=about["campaign"],
-        data=about["data"],
-        oil=plan.oil,
-        target=wanted.target,
-        bearing=plan.where,
-        uncertainty_now=plan.design.before,
-        uncertainty_now_without_calibration=float(
-            known.without_calibration().uncertainty(wanted.gradients)
+
+
+def _without_calibration(plan: NextTests) -> float:
+    return float(plan.known.information.without_calibration().uncertainty(plan.wanted.gradients))
+
+
+def _plain(plan: NextTests, about: Mapping[str, str]) -> dict[str, Any]:
+    """A plan as plain values: what is known, the tests in their order, what they bring."""
+    tests = _chosen(plan)
+    return {
+        **about,
+        "oil": plan.oil,
+        "target": plan.wanted.target,
+        "bearing": plan.where,
+        "uncertainty_now": plan.design.before,
+        "uncertainty_now_without_calibration": _without_calibration(plan),
+        "tests": tables.rows(
+            tests[[name for name in tables.columns("test_plan") if name in tests]]
         ),
-        tests=tables.rows(chosen[[name for name in tables.columns("test_plan") if name in chosen]]),
-        operating_points=[
-            PlannedPoint(at=label, value=value, uncertainty_now=now, uncertainty_with_plan=then)
-            for label, value, now, then in points
-        ],
-        left_out=list(wanted.left_out),
-        conditions=len(plan.candidates.tests),
-        conditions_left_out={
-            reason: int(count) for reason, count in plan.candidates.left_out.items() if count
-        },
-        calibration_known=bool(plan.known.calibration.any()),
-        assumption=ASSUMPTION,
-    )
+        "operating_points": tables.rows(_operating_points(plan)),
+        "left_out": list(plan.wanted.left_out),
+        "conditions": len(plan.candidates.tests),
+        "conditions_left_out": {name: int(n) for name, n in plan.candidates.left_out.items() if n},
+        "calibration_known": bool(plan.known.calibration.any()),
+        "assumption": ASSUMPTION,
+    }
+
+
+def _text(plan: NextTests) -> str:
+    """The plan in sentences and a table."""
+    name, factor, unit = _SHOWN[plan.wanted.target]
+
+    def shown(uncertainty: float) -> str:
+        return "unknown" if np.isnan(uncertainty) else f"{factor * uncertainty:.3g}{unit}"
+
+    def largest(column: str) -> str:
+        worst = points.iloc[int(points[column].fillna(0).argmax())]
+        return f"{shown(worst[column])} at {worst['at']}"
+
+    points = _operating_points(plan)
+    where = f" in {plan.where}" if plan.where else ""
+    lines = [
+        f"{plan.oil}{where}: standard uncertainty of the {name} from the law's constants, root "
+        f"mean square over {len(points)} operating points: {shown(plan.design.before)}; "
+        f"largest {largest('uncertainty_now')}.",
+        f"With exact sensors it would be {shown(_without_calibration(plan))}: "
+        "the rest is their calibration, which all tests on this rig share."
+        if plan.known.calibration.any()
+        else "The calibration of the rig's sensors is not stated, so it is not included.",
+        *(f"left out: {reason}" for reason in plan.wanted.left_out),
+    ]
+    reasons = [f"{reason} ({int(n)})" for reason, n in plan.candidates.left_out.items() if n]
+    beyond = f"; the others are beyond {', '.join(reasons)}." if reasons else "."
+    lines.append(f"{len(plan.candidates.tests)} conditions of plan.levels can be run{beyond}")
+    heads = ["no.", *(head for head, *_ in _TEST_COLUMNS), "uncertainty then"]
+    rows = [
+        [
+            str(test["test_order"]),
+            *(f"{test[column]:{digits}}" for _, column, digits in _TEST_COLUMNS),
+            shown(test["uncertainty_with_plan"]),
+        ]
+        for test in tables.rows(_chosen(plan))
+    ]
+    lines += text_table([heads, *rows], right=len(heads) - 1)
+    lines.append(f"Largest after the plan: {largest('uncertainty_with_plan')}.")
+    return "\n".join(lines)

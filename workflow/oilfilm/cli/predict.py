@@ -5,72 +5,22 @@ Decides: when a prediction is refused; what is said of a prediction outside the 
 
 import argparse
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 
 import oilfilm
 from oilfilm import tables
-from oilfilm.cli.arguments import campaign_folder, quantity
+from oilfilm.cli.arguments import campaign_folder, json_text, quantity
 from oilfilm.cli.parser import CONDITION_OPTIONS
 from oilfilm.errors import OilfilmError
-from oilfilm.fits.fitted import FittedLaw, read_fit
-from oilfilm.settings.base import Group, Result, key
+from oilfilm.fits.fitted import SLIP, FittedLaw, read_fit
 from oilfilm.traction.law import QUANTITIES
-
-
-class OutsideBox(Group):
-    """A condition outside its tested range."""
-
-    quantity: str = key("Name with unit.")
-    value: float = key("Value that was asked for.")
-    minimum: float = key("Smallest tested value.")
-    maximum: float = key("Largest tested value.")
-
-
-class PredictedTraction(Group):
-    """The traction coefficient of one oil at one operating point."""
-
-    oil: str = key("Name of the oil.")
-    law: str = key("Name of the law.")
-    source: str = key("Campaign and kind of its data, or the paper.")
-    at: dict[str, Result] = key(
-        "Conditions and slide-roll ratio by name with unit; null where the tested level of a "
-        "condition is unknown."
-    )
-    traction_coefficient: float = key("mu.")
-    lower: Result = key("Lower end of the 95 % interval; null without interval.")
-    upper: Result = key("Upper end of the 95 % interval; null without interval.")
-    fixed: list[str] = key("Conditions that the fit does not follow, in sentences.")
-    outside: list[OutsideBox] = key("Conditions outside the tested box.")
-    tested_ranges_outside: Result = key(
-        "How far outside the tested box, in tested ranges; null where it is unknown."
-    )
-    no_interval: str = key("Why there is no interval; empty where there is one.")
-
-    def text(self) -> str:
-        """The prediction in sentences."""
-        interval = self.no_interval or f"95 % interval {self.lower:.5f} to {self.upper:.5f}"
-        lines = [f"{self.oil}, {self.law}: mu = {self.traction_coefficient:.5f}, {interval}"]
-        lines += [
-            f"mu and its interval are those where it was tested: {each}" for each in self.fixed
-        ]
-        lines += [
-            f"OUTSIDE the tested box: {each.quantity} {each.value:g}, tested "
-            f"{each.minimum:.4g} to {each.maximum:.4g} {tables.COLUMNS[each.quantity].shown_unit}"
-            for each in self.outside
-        ]
-        if self.tested_ranges_outside:
-            lines.append(
-                f"{self.tested_ranges_outside:.1f} tested ranges outside: the interval holds only "
-                "if the law does"
-            )
-        lines.append(self.source)
-        return "\n".join(line.rstrip() for line in lines)
 
 
 def run(options: argparse.Namespace) -> int:
     """Run the command."""
-    at = {"slide_roll_ratio": quantity(options.slip, "dimensionless", "--slip")}
+    at = {SLIP: quantity(options.slip, "dimensionless", "--slip")}
     for option, (name, _, _) in CONDITION_OPTIONS.items():
         typed = getattr(options, option.removeprefix("--"))
         if typed is not None:
@@ -82,14 +32,14 @@ def run(options: argparse.Namespace) -> int:
         fit = read_fit(folder, options.oil)
         source = f"from campaign {about['campaign']}, {about['data']} data"
     predicted = prediction(fit, options.oil, at, source)
-    print(predicted.model_dump_json() if options.json else predicted.text())
+    print(json_text(predicted) if options.json else _text(predicted))
     return 0
 
 
 def prediction(
     fit: FittedLaw, oil: str, at: Mapping[str, float], source: str = ""
-) -> PredictedTraction:
-    """Prediction of a fit at one operating point.
+) -> dict[str, Any]:
+    """Prediction of a fit at one operating point, as plain values; NaN where unknown.
 
     Args:
         fit: The fitted law.
@@ -101,71 +51,83 @@ def prediction(
     Raises:
         OilfilmError: The fit has no value there, or a condition is missing or too many.
     """
-    fixed = {each.condition: each for each in fit.coefficients.fixed}
     _refuse_other_conditions(fit, oil, at)
     conditions = np.array([[at.get(name, np.nan) for name in fit.law.conditions]])
     try:
-        predicted = fit.predict(conditions, np.array([at["slide_roll_ratio"]]))
+        predicted = fit.predict(conditions, np.array([at[SLIP]]))
     except ValueError as error:
         raise OilfilmError(f"{oil}: {error}.") from None
     if np.isnan(fit.coefficients.constants).any():
         raise OilfilmError(f"{oil}: nothing could be fitted; see results/*/summary.txt.")
     line = dict(zip(fit.law.conditions, fit.on_line(conditions)[0].tolist(), strict=True))
     where = {
-        each: each.sentence() + ("" if np.isnan(line[name]) else f"; here that is {line[name]:.4g}")
-        for name, each in fixed.items()
+        each: each.sentence()
+        + ("" if np.isnan(line[each.condition]) else f"; here that is {line[each.condition]:.4g}")
+        for each in fit.coefficients.fixed
     }
     if away := fit.away_from(conditions):
+        advice = " Give a point on it. Without the option the tested value is used."
         unknown = any(each.level is None for each in away)
-        advice = "Give a point on it. Without the option the tested value is used."
-        raise OilfilmError(
-            f"{oil}: mu is not known there: {'; '.join(where[each] for each in away)}."
-            + ("" if unknown else f" {advice}")
+        there = "; ".join(where[each] for each in away)
+        raise OilfilmError(f"{oil}: mu is not known there: {there}.{'' if unknown else advice}")
+    at = {**line, SLIP: at[SLIP]}
+    mu, lower, upper, ranges = (
+        float(values[0])
+        for values in (
+            predicted.traction_coefficient,
+            predicted.lower,
+            predicted.upper,
+            predicted.distance,
         )
-    at = {**line, "slide_roll_ratio": at["slide_roll_ratio"]}
-    mu, lower = float(predicted.traction_coefficient[0]), float(predicted.lower[0])
+    )
     if not np.isfinite(mu):
         raise OilfilmError(f"{oil}: the law {fit.law.name} has no value there.")
-    return PredictedTraction(
-        oil=oil,
-        law=fit.law.name,
-        source=source,
-        at=dict(at),
-        traction_coefficient=mu,
-        lower=lower,
-        upper=float(predicted.upper[0]),
-        fixed=[*where.values()],
-        outside=list(_outside(fit, at)),
-        tested_ranges_outside=float(predicted.distance[0]),
-        no_interval=_no_interval(fit) if np.isnan(lower) else "",
-    )
-
-
-def _no_interval(fit: FittedLaw) -> str:
+    why = "too few curves were tested (fit.min_curves_to_resample)"
     if np.isnan(fit.coefficients.box).all():
-        return "no interval, because the paper states none"
-    return "no interval, because too few curves were tested (fit.min_curves_to_resample)"
+        why = "the paper states none"
+    return {
+        "oil": oil,
+        "law": fit.law.name,
+        "source": source,
+        "at": at,
+        "traction_coefficient": mu,
+        "lower": lower,
+        "upper": upper,
+        "fixed": [*where.values()],
+        "outside": [
+            {"quantity": name, "value": value, "minimum": low, "maximum": high}
+            for (name, value), (low, high) in zip(at.items(), fit.reach.tolist(), strict=True)
+            if np.isfinite([low, value]).all() and not low <= abs(value) <= high
+        ],
+        "tested_ranges_outside": ranges,
+        "no_interval": f"no interval, because {why}" if np.isnan(lower) else "",
+    }
 
 
-def _outside(fit: FittedLaw, at: Mapping[str, float]) -> list[OutsideBox]:
-    """The conditions outside the tested box."""
-    box = zip(at.items(), fit.reach.tolist(), strict=True)
-    return [
-        OutsideBox(quantity=name, value=value, minimum=low, maximum=high)
-        for (name, value), (low, high) in box
-        if np.isfinite([low, value]).all() and not low <= abs(value) <= high
+def _text(predicted: Mapping[str, Any]) -> str:
+    """A prediction in sentences."""
+    found = "{oil}, {law}: mu = {traction_coefficient:.5f}, ".format_map(predicted)
+    interval = "95 % interval {lower:.5f} to {upper:.5f}".format_map(predicted)
+    lines = [found + (predicted["no_interval"] or interval)]
+    lines += [
+        f"mu and its interval are those where it was tested: {each}" for each in predicted["fixed"]
     ]
+    for each in predicted["outside"]:
+        tested = "{quantity} {value:g}, tested {minimum:.4g} to {maximum:.4g}".format_map(each)
+        unit = tables.COLUMNS[each["quantity"]].shown_unit
+        lines.append(f"OUTSIDE the tested box: {tested} {unit}".rstrip())
+    if (ranges := predicted["tested_ranges_outside"]) > 0:
+        lines.append(f"{ranges:.1f} tested ranges outside: the interval holds only if the law does")
+    return "\n".join([*lines, predicted["source"]])
 
 
 def _refuse_other_conditions(fit: FittedLaw, oil: str, at: Mapping[str, float]) -> None:
     """Refuse conditions that the law does not take, and missing ones that it needs."""
-    fixed = {each.condition for each in fit.coefficients.fixed}
-    wanted = set(fit.law.conditions)
+    wanted, fixed = fit.law.conditions, {each.condition for each in fit.coefficients.fixed}
     for name in at:
-        if name not in (*wanted, "slide_roll_ratio"):
-            taken = ", ".join(fit.law.conditions)
+        if name not in (*wanted, SLIP):
             raise OilfilmError(
-                f"{oil}: the law {fit.law.name} does not take {name}. It takes {taken}."
+                f"{oil}: the law {fit.law.name} does not take {name}. It takes {', '.join(wanted)}."
             )
     for option, (name, _, example) in CONDITION_OPTIONS.items():
         if name in wanted and name not in at and name not in fixed:
