@@ -142,10 +142,9 @@ def damaged(content: bytes, start: int) -> bytes:
     return content[:start] + bytes(16) + content[start + 16 :]
 
 
-def tdms_of_unequal_channels(colour: str) -> bytes:
-    values, units, name = good(), dict(UNITS), f"load [{colour}N]"
-    values[name], units[name] = values.pop("load")[:-30], "N"
-    return formats.tdms(values, units, KEYS)
+def tdms_of_unequal_channels() -> bytes:
+    values = good()
+    return formats.tdms({**values, "load": values["load"][:-30]}, UNITS, KEYS)
 
 
 def tdms_of_text() -> bytes:
@@ -238,11 +237,11 @@ BAD_LOGS = (
         set_point_in_words=(csv(inlet_temperature_c="warm"), "c: 'warm'"),
         impossible_cold=(csv(inlet_temperature_c=-300), "above -273.15"),
     ),
+    *bad("header", pcs_of_several_oils=(pcs(), "no line `# oil: ...`")),
     *bad("unknown_rig", unknown_rig=(csv(rig="mars"), "rig 'mars'")),
     *bad(
         "unknown_oil",
         two_oils=(csv(oil="4050\n# oil: 4102"), "oil '4050 / 4102'"),
-        pcs_of_several_oils=(pcs(), "does not name its oil"),
     ),
     *bad(
         "columns",
@@ -283,9 +282,9 @@ BAD_LOGS = (
         absurd_pressure=(as_pressure(), "rows 51 to 52: load_n comes out as 1e+12 or more"),
     ),
     *bad(
-        "unequal_channels",
+        "unreadable_row",
         used=True,
-        tdms_steers_a_terminal=(tdms_of_unequal_channels("\x1b[31m"), r"[\x1b[31mN] 370"),
+        tdms_of_unequal_channels=(tdms_of_unequal_channels(), "row 371 reads '18.5, nan, 0."),
     ),
     # --- what the sensors and the rig did
     *bad(

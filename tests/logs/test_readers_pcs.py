@@ -152,16 +152,17 @@ HALF_A_ROW = "\t".join(PCS_ROW.split("\t")[:2])
 
 
 @pytest.mark.parametrize(
-    ("log", "rows"),
+    ("log", "rows", "rule"),
     [
-        (pcs(PCS_ROW, PCS_ROW).partition(b"0\n\nAll")[0], 2),
-        (pcs(PCS_ROW, HALF_A_ROW, PCS_ROW), 3),
+        (pcs(PCS_ROW, PCS_ROW).partition(b"0\n\nAll")[0], 2, "unterminated_row"),
+        (pcs(PCS_ROW, PCS_ROW).rpartition(b"\t")[0], 2, "cut_row"),
+        (pcs(PCS_ROW, HALF_A_ROW, PCS_ROW), 3, "unreadable_row"),
     ],
 )
-def test_cut_row_is_counted_and_refused(log: bytes, rows: int) -> None:
+def test_cut_row_is_counted_and_refused(log: bytes, rows: int, rule: str) -> None:
     reading = read(log)
     assert reading.rows == rows
-    assert [(r.rule, r.first_row) for r in reading.refusals] == [("unreadable_row", 2)]
+    assert [(r.rule, r.first_row) for r in reading.refusals] == [(rule, 2)]
 
 
 def test_table_without_its_line_of_names_is_refused_row_by_row() -> None:

@@ -79,8 +79,7 @@ def test_rows_that_only_some_channels_have_are_refused_by_range(read) -> None:
     values["load"] = values["load"][:44]
     reading = read(formats.tdms(values))
     (refusal,) = reading.refusals
-    assert (refusal.rule, refusal.first_row, refusal.last_row) == ("unequal_channels", 45, 50)
-    assert "load 44" in refusal.reason
+    assert (refusal.rule, refusal.first_row, refusal.last_row) == ("unreadable_row", 45, 50)
     assert (reading.rows, len(reading.runs[0])) == (50, 44)
 
 

@@ -1,9 +1,8 @@
-"""What a reader gives: runs out of a raw file, and what it had to refuse."""
+"""What becomes of a raw file: runs, and what had to be refused of it."""
 
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from math import isfinite
 from typing import Any, Self
 
 import numpy as np
@@ -14,6 +13,7 @@ from oilfilm.units import ABSOLUTE_ZERO_C, Conversion, FloatArray
 
 # Columns of the table of samples but for `run_id`: name -> array over the rows of one run.
 Columns = dict[str, npt.NDArray[Any]]
+IndexArray = npt.NDArray[np.int64]
 
 # Columns of a log: each one's name, and the unit beside or below it (empty where there is none).
 Names = list[tuple[str, str]]
@@ -70,6 +70,15 @@ class Refusal:
         )
 
 
+class UnreadableLogError(Exception):
+    """A file of which nothing can be used; `rows` counts what may be its rows."""
+
+    def __init__(self, reason: str, advice: str = "", rows: int = 0, rule: str = "columns") -> None:
+        super().__init__(reason)
+        self.refusal = Refusal(rule, reason, advice)
+        self.rows = rows
+
+
 @dataclass(frozen=True)
 class LogColumn:
     """A column of a log that is read.
@@ -99,12 +108,11 @@ class LogColumn:
         cls, name: str, logged_unit: str, quantity: str, to: Conversion, logged: FloatArray
     ) -> Self:
         """A column with the range of its numbers, given as logged, NaN where a cell holds none."""
-        known = logged
-        # a number that is not finite is, or hides, one of the extremes
-        if len(logged) == 0 or not (isfinite(logged.min()) and isfinite(logged.max())):
-            known = logged[np.isfinite(logged)]
+        # extremes first: a number that is not finite is, or hides, one of them
+        finite = len(logged) > 0 and np.isfinite(logged.min() + logged.max())
+        known = logged if finite else logged[np.isfinite(logged)]
         ends = to.of(np.array([known.min(), known.max()] if len(known) else [np.nan, np.nan]))
-        least, most = float(ends.min()), float(ends.max())
+        least, most = map(float, np.sort(ends))
         missing = len(logged) - len(known)
         return cls(name, logged_unit, quantity, to.unit, least, most, len(known), missing)
 
@@ -175,11 +183,11 @@ class TextForm:
     @classmethod
     def of(cls, encoding: str, delimiter: str, decimal_mark: str) -> "TextForm":
         """The same from the marks themselves."""
-        return cls(encoding, MARKS.get(delimiter, delimiter), MARKS[decimal_mark])
+        return cls(encoding, _MARKS.get(delimiter, delimiter), _MARKS[decimal_mark])
 
 
 NO_TEXT = TextForm()
-MARKS = {",": "comma", ";": "semicolon", "\t": "tab", "|": "bar", " ": "blanks", ".": "point"}
+_MARKS = {",": "comma", ";": "semicolon", "\t": "tab", "|": "bar", " ": "blanks", ".": "point"}
 
 
 @dataclass(frozen=True)
@@ -192,7 +200,7 @@ class Reading:
     form: TextForm = NO_TEXT
 
 
-def samples_of_run(row: npt.NDArray[np.int64], **given: npt.NDArray[np.float64]) -> Columns:
+def samples_of_run(row: IndexArray, **given: FloatArray) -> Columns:
     """Samples of one run; columns that are not given are empty."""
     names = [name for name in tables.columns("samples") if name not in ("run_id", "row")]
     # a column of one number that takes no memory
@@ -200,27 +208,14 @@ def samples_of_run(row: npt.NDArray[np.int64], **given: npt.NDArray[np.float64])
     return {"row": row, **dict.fromkeys(names, nothing), **given}
 
 
-def refused_file(rows: int, rule: str, reason: str, advice: str) -> Reading:
-    """The reading of a file of which nothing can be used."""
-    return Reading(rows, [], [Refusal(rule, reason, advice).of_rows("", 1, rows)])
-
-
 def refused_ranges(
-    run_id: str, rows: npt.NDArray[np.int64], rule: str, problem: str, advice: str
+    run_id: str, rows: IndexArray, rule: str, problem: str, advice: str
 ) -> list[Refusal]:
     """One refusal per unbroken range of rows that have the same problem."""
     return [
         Refusal(rule, f"rows {first} to {last}: {problem}", advice).of_rows(run_id, first, last)
         for first, last in as_ranges(rows)
     ]
-
-
-def damaged_file(form: str, error: Exception) -> Reading:
-    """The reading of a file that its format's library stumbles over, whatever it raised."""
-    what = " ".join(str(error).split())[:200] or type(error).__name__
-    reason = f"the file begins like {form}, but cannot be read: {what}"
-    advice = "Copy it again from the rig, or export it again: this copy cannot be repaired."
-    return refused_file(0, "damaged_file", reason, advice)
 
 
 def number(text: str) -> float:
@@ -267,7 +262,7 @@ def distinct(names: Iterable[str]) -> list[str]:
     return result
 
 
-def as_ranges(rows: np.ndarray[Any, np.dtype[np.int64]]) -> list[tuple[int, int]]:
+def as_ranges(rows: IndexArray) -> list[tuple[int, int]]:
     """Sorted row numbers as (first, last) pairs of unbroken ranges."""
     if len(rows) == 0:
         return []

@@ -1,28 +1,59 @@
 """Text logs with one row per instant: a header, one line of column names, then the rows.
 
-data/raw/README.md describes what may vary between logs; `layout` finds it out.
+Nothing is assumed of a log but that one line names its columns and the rows follow it.
+data/raw/README.md describes what may vary between logs.
+
+Decides: how the layout of a text log is found.
 """
 
+import csv
 import re
-from collections.abc import Iterator
-from dataclasses import replace
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from itertools import pairwise, zip_longest
 
-from oilfilm.logs.base import Names, Reading, Refusal, refused_file
-from oilfilm.logs.columns import LoggedTable, columns_advice, read_tables, unreadable_rows
-from oilfilm.logs.encoding import normalise
-from oilfilm.logs.layout import (
-    LayoutError,
-    find_layout,
-    holds_rows_of_numbers,
-    possible_names,
-)
-from oilfilm.logs.log_kind import LogKind
-from oilfilm.logs.run_sheet import SheetOfLog
-from oilfilm.logs.text_rows import count_rows, cut_row
-from oilfilm.settings.resolved import Settings
+from oilfilm.logs.base import Names, TextForm, UnreadableLogError
+from oilfilm.logs.columns import Found, LoggedTable
+from oilfilm.logs.encoding import HEAD_SEARCHED, best_encoding, encodings_of, normalise
+from oilfilm.logs.header import FULL_WIDTH, apart
+from oilfilm.logs.instants import is_date, is_stamp
+from oilfilm.logs.log_kind import Vocabulary
+from oilfilm.logs.text_rows import TextTable, count_rows
+from oilfilm.settings.base import plain_key
 
-# With a decimal mark of the other kind elsewhere in the log.
-_DOUBTFUL = re.compile(r"[-+]?[1-9]\d{0,2}(?:\.\d{3})+|[-+]?[1-9]\d{0,2}(?:,\d{3})+")
+_BLANKS = " "
+_DELIMITERS = (",", ";", "\t", "|")
+# Fewer numbers may be the value of a header line; letters of a line that are quoted.
+_NUMBERS_OF_ROW, _LONGEST = 3, 80
+# The line of names is near the top; beyond this a file is no log of ours.
+_LINES_SEARCHED = 200
+_COMMENT_LINES = re.compile(rb"^#[^\n]*(?:\n|\Z)", re.MULTILINE)
+_SOME_BLANKS = re.compile(rb"[ \t]+")
+_OUTER_BLANKS = re.compile(rb"^[ \t]+|[ \t]+$", re.MULTILINE)
+_CLOCK_OR_DATE = re.compile(r"\d[:/]\d")
+# A number in groups of thousands, with a decimal mark behind them.
+_GROUPED = re.compile(r"[-+]?\d{1,3}(?:([.,])\d{3})(?:\1\d{3})*(?!\1)[.,]\d+")
+# Where blanks part the columns: words of a name, columns, rows below the names.
+_LONGEST_NAME, _FEWEST_COLUMNS, _ROWS_SEARCHED = 5, 3, 20
+
+
+@dataclass(frozen=True)
+class _Head:
+    """The lines above the rows, and the first rows.
+
+    `start` is the number of lines down to the first row, `rows` has cells of the first rows,
+    `quoted` says whether a cell may hold the delimiter.
+    """
+
+    header: Sequence[str]
+    start: int
+    delimiter: str
+    names: list[str]
+    units: list[str]
+    rows: list[list[str]]
+    quoted: bool
 
 
 def recognises(head: bytes) -> bool:
@@ -31,53 +62,298 @@ def recognises(head: bytes) -> bool:
     if not text or "\0" in text[:200]:
         return False
     lines = text.splitlines()[:100]
+    parted = (line.split() for line in lines)
     return (
         text.startswith("#")
-        or any(line.count(mark) >= 3 for line in lines for mark in ",;\t|")
-        or holds_rows_of_numbers(lines)
+        or any(line.count(mark) >= 3 for line in lines for mark in _DELIMITERS)
+        # a row of numbers that blanks part
+        or any(len(row) >= _FEWEST_COLUMNS and all(map(_is_number, row[1:])) for row in parted)
     )
 
 
-def read(
-    content: bytes, file: str, settings: Settings, kind: LogKind, sheet: SheetOfLog
-) -> Reading:
-    """See `Reader.read`."""
+def tables(content: bytes, vocabulary: Vocabulary) -> Found:
+    """See `Reader.tables`."""
+
+    def fitting(head: bytes) -> tuple[int, int]:
+        try:
+            found = _find_head(head, vocabulary)
+        except ValueError:
+            return 0, 0
+        return vocabulary.score(found.names, found.units)
+
+    encoding = best_encoding(content, fitting)
+    text = normalise(content, encoding)
+    rows = max(count_rows(text) - 1, 0)  # one of the lines may be that of the names
     try:
-        layout = find_layout(content, kind.renamed(settings.campaign), kind.vocabulary)
-    except LayoutError as error:
-        return refused_file(error.rows, "columns", str(error), columns_advice(kind.vocabulary))
-    whole, _, tail = layout.table.rows.rpartition(b"\n")
-    cells, count = replace(layout.table, rows=whole), count_rows(whole)
-    behind = flaw = None
-    if tail:
-        width = tail.count(cells.delimiter.encode()) + 1
-        behind, flaw = cut_row(width, cells.width, count + 1, file)
-
-    def bad_rows(first: int, last: int) -> Refusal:
-        seen = cells.lines[first - 1].decode("utf-8", "replace")
-        line = layout.first_line and layout.first_line + first - 1
-        where = f" (line {line} of the file)" if line else ""
-        refusal = unreadable_rows(file, first, last, seen, where)
-        doubtful = next(filter(_DOUBTFUL.fullmatch, seen.split(cells.delimiter)), None)
-        if doubtful is None:
-            return refusal
-        advice = f"{doubtful!r} may be a number of thousands: export without marks between them."
-        return replace(refusal, advice=advice)
-
-    table = LoggedTable(
-        file,
-        layout.keys,
-        layout.names,
-        layout.units,
-        cells.numbers,
-        count,
-        flaw=flaw,
-        behind=behind,
-        bad_rows=bad_rows,
+        head = _find_head(text, vocabulary)
+        rows += 1
+        _refuse_row_above_names(head)
+        lines = text[:HEAD_SEARCHED].split(b"\n", head.start)[: head.start]
+        body = text[sum(map(len, lines)) + head.start :]
+        # asked first, because replacing what is not there takes longer than reading the log
+        if b"#" in body and (body.startswith(b"#") or b"\n#" in body):
+            body = _COMMENT_LINES.sub(b"", body)
+        rows = count_rows(body)
+        known = vocabulary.meanings(head.names, head.units)
+        stamps = _stamps(head, known)
+    except ValueError as error:
+        read_as = "" if encoding == "ascii" else f"; read as {encoding}"
+        raise UnreadableLogError(f"{error}{read_as}", vocabulary.advice, rows) from error
+    body, delimiter = _plain_cells(body, head)
+    decimal_mark, group_mark = _marks(
+        head, delimiter, [place for place in known if place not in stamps]
     )
-    return read_tables([table], settings, kind, sheet, layout.form)
+    table = TextTable(body, len(head.names), delimiter, decimal_mark, group_mark, stamps)
+    logged = LoggedTable(
+        _header_keys(head.header, head.delimiter),
+        head.names,
+        head.units,
+        table.numbers,
+        table.rows,
+        cut=table.cut,
+        show=table.show,
+    )
+    return TextForm.of(encoding, head.delimiter, decimal_mark), [logged]
 
 
-def names(content: bytes) -> Iterator[Names]:
-    """See `Reader.names`."""
-    return possible_names(content)
+def _find_head(text: bytes, vocabulary: Vocabulary) -> _Head:
+    """The lines of names and of units, and the first rows.
+
+    Raises:
+        ValueError: No line names columns.
+    """
+    first = text[:HEAD_SEARCHED].decode("utf-8", "replace")
+    # asked first: most logs are ASCII, and each run pays for it
+    first = first if first.isascii() else first.translate(FULL_WIDTH)
+    lines = first.split("\n", _LINES_SEARCHED)[:_LINES_SEARCHED]
+    number, delimiter, names = _line_of_names(lines, vocabulary)
+    below = [
+        (place, line)
+        for place, line in enumerate(lines[number + 1 :], start=number + 1)
+        if line.strip() and line[0] != "#"
+    ]
+    cells = [_split(line, delimiter) for _, line in below]
+    units, start = [""] * len(names), number + 1
+    if cells and _is_unit_row(cells[0], names, vocabulary):
+        units, start = [_bare(cell) for cell in cells.pop(0)], below[0][0] + 1
+    width = Counter(map(len, cells)).most_common(1)[0][0] if cells else len(names)
+    # a delimiter behind the last cell, in the rows or in the names alone
+    if any(names[width:]) or (
+        width > len(names) and any(any(row[len(names) :]) for row in cells if len(row) == width)
+    ):
+        width = len(names)
+    names, units = ((some + [""] * width)[:width] for some in (names, units))
+    return _Head(lines[:number], start, delimiter, names, units, cells, '"' in first)
+
+
+def _refuse_row_above_names(head: _Head) -> None:
+    """Raise if a row is above the line of names: it would be lost as a header line.
+
+    A line that only counts the columns is none.
+    """
+    form = [_is_number(cell) for cell in head.rows[0]] if head.rows else []
+    for number, line in enumerate(head.header, start=1):
+        cells = _split(line, head.delimiter)
+        counted = {tuple(map(str, range(first, first + len(cells)))) for first in (0, 1)}
+        like_a_row = sum(form) >= _NUMBERS_OF_ROW and [_is_number(cell) for cell in cells] == form
+        if like_a_row and tuple(cells) not in counted:
+            raise ValueError(
+                f"line {number} reads {line[:_LONGEST]!r}, which looks like a row, but is "
+                "above the line of names; put the names above all rows"
+            )
+
+
+def _line_of_names(lines: Sequence[str], vocabulary: Vocabulary) -> tuple[int, str, list[str]]:
+    def known(names: Sequence[str]) -> int:
+        return sum(vocabulary.meaning(name) is not None for name in names)
+
+    # some programs write the names as a comment: looked for where there is no better line
+    for mark in ("", "#"):
+        for number, line in enumerate(lines):
+            if line.lstrip().startswith("#") == bool(mark):
+                for delimiter in _DELIMITERS:
+                    names = _split(line.lstrip("# \t") if mark else line, delimiter)
+                    if known(names) >= 2:
+                        return number, delimiter, names
+    unequal = ""
+    for number, line in enumerate(lines):
+        width = _width_of_rows(lines[number + 1 : number + 1 + _ROWS_SEARCHED])
+        if width < _FEWEST_COLUMNS:
+            continue
+        named = [*_blank_parted(line.lstrip("# \t"), vocabulary)]
+        for names in named:
+            if len(names) == width and known(names) >= 2:
+                return number, _BLANKS, names
+        if known(named[-1]) >= 2:
+            unequal = (
+                f"blanks part the columns, but the names {line.strip()[:120]!r} are "
+                f"{len(named[-1])} words and the rows have {width} cells: write names without "
+                "blanks, or part the columns by tabs or semicolons"
+            )
+    first = next((line for line in lines if line.strip() and line.lstrip()[0] != "#"), "")
+    seen = f"; its first line is {first[:120]!r}" if first else ""
+    raise ValueError(unequal or f"no line names columns of a {vocabulary.name} log{seen}")
+
+
+def _width_of_rows(lines: Sequence[str]) -> int:
+    """How many cells most rows of numbers have that blanks part; 0 where there are none."""
+    rows = [line.split() for line in lines if line.strip()]
+    holds_data = (_is_number, is_stamp, is_date)
+    counts = Counter(len(row) for row in rows if any(holds(row[0]) for holds in holds_data))
+    return counts.most_common(1)[0][0] if counts else 0
+
+
+def _blank_parted(line: str, vocabulary: Vocabulary) -> Iterator[list[str]]:
+    """Names that blanks part: by two at least, or by one and known as a whole."""
+    yield [name for name in re.split(r"\s{2,}|\t", line.strip()) if name]
+    words, names = line.split(), []
+    first = 0
+    while first < len(words):
+        joined = (" ".join(words[first : first + count]) for count in range(_LONGEST_NAME, 0, -1))
+        name = next((name for name in joined if vocabulary.meaning(name)), words[first])
+        names.append(name)
+        first += len(name.split())
+    yield names
+
+
+def _split(line: str, delimiter: str) -> list[str]:
+    if delimiter == _BLANKS:
+        return line.split()
+    cells = line.split(delimiter)
+    if '"' in line:
+        with suppress(csv.Error):
+            cells = next(csv.reader([line], delimiter=delimiter), [])
+    return [cell.strip() for cell in cells]
+
+
+def possible_names(content: bytes) -> Iterator[Names]:
+    """The cells of each line near the top of a text log, by each encoding and delimiter.
+
+    The unit of a cell is in brackets at its end, or in the line below; that of a time stamp is s.
+    """
+    for lines in _heads(content):
+        for line, below in pairwise([*lines, ""]):
+            for delimiter in (*_DELIMITERS, _BLANKS):
+                names = _split(line, delimiter)
+                if len(names) >= _FEWEST_COLUMNS and not any(map(_is_number, names)):
+                    yield [*zip(names, _units_of(names, _split(below, delimiter)), strict=True)]
+
+
+def may_be_table(content: bytes) -> bool:
+    """Whether some line near the top of a text is a row of numbers for the most part."""
+    return any(
+        _FEWEST_COLUMNS <= numbers and len(cells) <= 2 * numbers
+        for line in next(_heads(content))
+        for delimiter in (*_DELIMITERS, _BLANKS)
+        if (numbers := sum(map(_is_number, cells := _split(line, delimiter))))
+    )
+
+
+def _heads(content: bytes) -> Iterator[list[str]]:
+    """The lines near the top of a text, by each encoding that it may have."""
+    for encoding in encodings_of(content):
+        text = normalise(content[:HEAD_SEARCHED], encoding).decode("utf-8", "replace")
+        lines = text.translate(FULL_WIDTH).split("\n", _LINES_SEARCHED)[:_LINES_SEARCHED]
+        yield [line.lstrip("# \t") for line in lines]
+
+
+def _units_of(names: Sequence[str], below: Sequence[str]) -> Iterator[str]:
+    """The unit of each name, from itself or from the cells of the line below."""
+    are_units = len(below) == len(names) and not any(map(_is_number, below))
+    for name, cell in zip_longest(names, below[: len(names)], fillvalue=""):
+        stamp = "s" if is_stamp(cell) else ""
+        yield apart(name)[1] or stamp or (_bare(cell) if are_units else "")
+
+
+def _plain_cells(body: bytes, head: _Head) -> tuple[bytes, str]:
+    """The rows with one mark between cells that no cell holds, and that mark."""
+    if head.delimiter == _BLANKS:
+        return normalise(_SOME_BLANKS.sub(b"\t", _OUTER_BLANKS.sub(b"", body)), "ascii"), "\t"
+    if not (head.quoted and any(head.delimiter in cell for row in head.rows for cell in row)):
+        return body, head.delimiter
+    # quoted cells hold the delimiter; line by line, so that a stray quote harms one row alone
+    lines = body.decode("utf-8").split("\n")
+    rows = "\n".join("\t".join(_split(line, head.delimiter)) for line in lines)
+    return normalise(rows.encode(), "ascii"), "\t"
+
+
+def _marks(head: _Head, delimiter: str, places: Sequence[int]) -> tuple[str, str]:
+    """Decimal mark and mark between thousands, from the columns of numbers at some places."""
+    if delimiter == "," and not head.quoted:
+        return ".", ""
+    # not the first row alone: it may hold whole numbers only
+    cells = [
+        row[place]
+        for row in head.rows
+        for place in places
+        if place < len(row) and "," in row[place]
+    ]
+    grouped = next((found for cell in cells if (found := _GROUPED.fullmatch(_bare(cell)))), None)
+    if grouped:
+        return (",", ".") if grouped[1] == "." else (".", ",")
+    return "," if delimiter != "," and cells else ".", ""
+
+
+def _stamps(head: _Head, known: Mapping[int, tuple[str, str]]) -> tuple[int, ...]:
+    """Places of the columns of time stamps, see `TextTable`.
+
+    The unit of the time is set to seconds, whatever the log says.
+
+    Raises:
+        ValueError: The time is neither a number nor a time stamp.
+    """
+    time = next((index for index, (quantity, _) in known.items() if quantity == "time"), None)
+    if time is None:
+        return ()
+    cells = [row[time].strip('" ') if time < len(row) else "" for row in head.rows]
+    marked = [cell for cell in cells if _CLOCK_OR_DATE.search(cell)]
+    if len(marked) <= len(cells) / 2:
+        return ()
+    if sum(map(is_stamp, marked)) <= len(marked) / 2:
+        raise ValueError(
+            f"the column {head.names[time][:60]!r} holds {marked[0][:40]!r}; expected numbers, or "
+            "time stamps such as '2026-03-01 10:15:00.250'"
+        )
+    head.units[time] = "s"
+    columns = zip_longest(*head.rows, fillvalue="")
+    dates = (sum(is_date(cell.strip('" ')) for cell in column) for column in columns)
+    date = [place for place, found in enumerate(dates) if found > len(cells) / 2]
+    return (time, *date[:1])
+
+
+def _is_unit_row(cells: Sequence[str], names: Sequence[str], vocabulary: Vocabulary) -> bool:
+    """A row right below the names in which most known columns have a unit that fits them."""
+    # a row of numbers is the first of the log, whatever units may be called
+    if any(cells[len(names) :]) or any(_is_number(cell) for cell in cells):
+        return False
+    units = [_bare(cell) for cell in cells] + [""] * len(names)
+    known = vocabulary.meanings(names, [""] * len(names))
+    fitting = sum(vocabulary.fits(quantity, units[place]) for place, (quantity, _) in known.items())
+    return fitting > len(known) / 2
+
+
+def _is_number(cell: str) -> bool:
+    try:
+        float(_bare(cell).replace(",", "."))
+    except ValueError:
+        return False
+    return True
+
+
+def _bare(unit: str) -> str:
+    return unit.strip('[]() "')
+
+
+def _header_keys(lines: Sequence[str], delimiter: str) -> dict[str, str]:
+    """`key: value` lines above the names, with or without `#`; `=` or the delimiter serve too."""
+    keys: dict[str, str] = {}
+    for line in lines:
+        plain = line.strip().lstrip("#").strip()
+        marks = [mark for mark in (":", "=", delimiter.strip(_BLANKS)) if mark and mark in plain]
+        if marks:
+            key, _, value = plain.partition(min(marks, key=plain.index))
+            # a table program may quote the cells and fill the line with delimiters
+            name, text = (part.strip(f'"{delimiter} \t') for part in (plain_key(key), value))
+            # two values are none: what needs this key refuses the log
+            keys[name] = text if keys.get(name, text) == text else f"{keys[name]} / {text}"
+    return keys

@@ -11,7 +11,6 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from oilfilm.home import CONFIG
-from oilfilm.logs.columns import meaning
 from oilfilm.logs.header import FULL_WIDTH, apart
 from oilfilm.logs.sniff import VOCABULARY, Run, Sniffed, set_points
 from oilfilm.logs.words import unit_in_name
@@ -170,7 +169,7 @@ class Findings:
 def _is_left(name: str, log: Sniffed) -> bool:
     """Whether nothing is known of a column of a log."""
     taken = {other for columns in log.guesses.values() for other, _ in columns}
-    return name not in taken and meaning(name, {}, VOCABULARY) is None
+    return name not in taken and VOCABULARY.meaning(name) is None
 
 
 def _oil_id(label: str) -> str:

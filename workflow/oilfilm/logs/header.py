@@ -3,7 +3,6 @@
 Decides: units and languages of header keys.
 """
 
-import itertools
 import re
 from collections.abc import Iterable, Mapping
 from difflib import SequenceMatcher
@@ -12,34 +11,25 @@ from functools import lru_cache
 from oilfilm.logs.base import LOADS, Refusal, decimal_number
 from oilfilm.settings.base import plain_key
 from oilfilm.settings.resolved import Settings
-from oilfilm.units import conversion
+from oilfilm.units import Conversion, conversion
 
 FORMAT_ADVICE = "data/raw/README.md describes the format."
 
 # Chinese input methods write the first for the second.
 FULL_WIDTH = str.maketrans("\uff1a\uff1d\uff08\uff09\uff3b\uff3d", ":=()[]")
-# Set point -> its quantity, as keys name it, its unit, and units as `plain_key` leaves them.
+# Set point -> its quantity, as keys name it, and its unit.
 SET_POINT_UNITS = {
-    "max_hertz_pressure_gpa": (
-        "max_hertz_pressure",
-        "GPa",
-        {"gpa": "GPa", "mpa": "MPa", "pa": "Pa"},
-    ),
-    "load_n": ("load", "N", {"n": "N", "kn": "kN", "gf": "gf", "kgf": "kgf", "lbf": "lbf"}),
-    "entrainment_speed_m_s": (
-        "entrainment_speed",
-        "m/s",
-        {"m_s": "m/s", "m/s": "m/s", "mm_s": "mm/s", "mm/s": "mm/s"},
-    ),
-    "inlet_temperature_c": (
-        "inlet_temperature",
-        "degC",
-        {
-            **dict.fromkeys(("c", "degc", "\N{DEGREE SIGN}c"), "degC"),
-            **dict.fromkeys(("f", "degf", "\N{DEGREE SIGN}f"), "degF"),
-            "k": "K",
-        },
-    ),
+    "max_hertz_pressure_gpa": ("max_hertz_pressure", "GPa"),
+    "load_n": ("load", "N"),
+    "entrainment_speed_m_s": ("entrainment_speed", "m/s"),
+    "inlet_temperature_c": ("inlet_temperature", "degC"),
+}
+# Units as `plain_key` leaves them.
+UNITS = {
+    **{unit.lower(): unit for unit in ("GPa", "MPa", "Pa", "N", "kN", "gf", "kgf", "lbf", "K")},
+    **{"m_s": "m/s", "m/s": "m/s", "mm_s": "mm/s", "mm/s": "mm/s"},
+    **dict.fromkeys(("c", "degc", "\N{DEGREE SIGN}c"), "degC"),
+    **dict.fromkeys(("f", "degf", "\N{DEGREE SIGN}f"), "degF"),
 }
 _NUMBER_AND_UNIT = re.compile(r"([-+.,\d]*\d(?:[eE][-+]?\d+)?)\s*(.*)")
 # Letters that a word shares with the one that is meant: more than if one of four were changed.
@@ -104,27 +94,36 @@ def _meaning(own: str, text: str, names: Mapping[str, str]) -> tuple[str, str]:
     listed = names.get(own, names.get(bare))
     if listed is not None:
         return listed, _in_unit_of(listed, text, unit or "") if listed in SET_POINT_UNITS else text
-    for name, (quantity, _, units) in SET_POINT_UNITS.items():
+    for name, (quantity, _) in SET_POINT_UNITS.items():
         tail = own.removeprefix(f"{quantity}_")
-        if own == name or (tail != own and tail in units):
+        if own == name or (tail != own and to_set_point(name, tail)):
             return name, _in_unit_of(name, text, tail)
         # without a unit `load` may be anything
-        if bare == quantity and (unit or plain_key(number_and_unit(text)[1]) in units):
+        if bare == quantity and (unit or to_set_point(name, number_and_unit(text)[1])):
             return name, _in_unit_of(name, text, unit or "")
     return own, text
 
 
+def to_set_point(name: str, unit: str) -> Conversion | None:
+    """How a unit, in whatever letters, becomes that of a set point; None where it cannot."""
+    try:
+        return conversion(UNITS[plain_key(unit)], (SET_POINT_UNITS[name][1],))
+    except (KeyError, ValueError):
+        return None
+
+
 def _in_unit_of(name: str, text: str, unit: str) -> str:
     """The number of a set point in its unit; the text where it is no number in a unit of it."""
-    _, target, units = SET_POINT_UNITS[name]
     digits, own_unit = number_and_unit(text)
     given = own_unit or unit
     if not digits or not given:
         return text
+    to = to_set_point(name, given)
     try:
-        to = conversion(units[plain_key(given)], (target,))
         value = decimal_number(digits)
-    except (KeyError, ValueError):
+    except ValueError:
+        to = None
+    if to is None:
         return text if own_unit else f"{text} {unit}"
     # with the rounding of a conversion, 80 N and 0.08 kN would be two values
     plain = text == digits and (to.scale, to.offset) == (1, 0)
@@ -156,22 +155,19 @@ def oil_key(keys: Mapping[str, str]) -> str | None:
 def misspelt_key(keys: Mapping[str, str], settings: Settings) -> Refusal | None:
     """A key that nearly is that of a set point which neither the log nor the campaign has."""
     given = keys.keys() | settings.campaign.set_points.model_dump(exclude_none=True).keys()
-    own = {
-        name: [plain_key(each) for each in listed or ()]
-        for name, listed in settings.campaign.header
-    }
-    for key, meant in itertools.product(keys, own.get("oil", ())):
-        if _is_slip_of_the_pen(apart(key)[0], meant):
-            return _unknown_key(key, f"did you mean {meant!r}?")
-    for name, (quantity, *_) in SET_POINT_UNITS.items():
+    meant = {"oil": [], **{name: [name, of] for name, (of, _) in SET_POINT_UNITS.items()}}
+    for name, listed in settings.campaign.header:
+        if name in meant:
+            meant[name] += map(plain_key, listed or ())
+    for name, words in meant.items():
         # the load has one set point, as force or as pressure
-        if given & (LOADS if name in LOADS else {name}):
+        if name != "oil" and given & (LOADS if name in LOADS else {name}):
             continue
         for key, text in keys.items():
-            for meant in (name, quantity, *own.get(name, ())):
-                if _is_slip_of_the_pen(apart(key)[0], meant):
-                    return _unknown_key(key, f"did you mean {meant!r}?")
-            if key == quantity and number_and_unit(text)[0]:
+            near = (word for word in words if _is_slip_of_the_pen(apart(key)[0], word))
+            if word := next(near, None):
+                return _unknown_key(key, f"did you mean {word!r}?")
+            if name != "oil" and key == words[1] and number_and_unit(text)[0]:
                 return _unknown_key(key, f"it has no unit; did you mean {name!r}?")
     return None
 
@@ -212,24 +208,26 @@ def oil_problem(keys: Mapping[str, str], settings: Settings) -> Refusal | None:
             "In the campaign file list the key under `header: oil` and the name under "
             "`oil_aliases`, or put the log into the campaign of its oil.",
         )
-    if "oil" not in keys:
-        reason = "the header has no line `# oil: ...` and no property `oil`"
-        advice = (
-            "Add it, name the oil in the run sheet, or list the log's own key under "
-            "`header: oil` of the campaign file."
-        )
-        return Refusal("header", reason, f"{advice} {FORMAT_ADVICE}")
-    return unknown("oil", keys["oil"], settings.oils)
+    return unknown("oil", keys, settings.oils)
 
 
-def unknown(kind: str, name: str, known: Iterable[str]) -> Refusal | None:
+def unknown(kind: str, keys: Mapping[str, str], known: Iterable[str]) -> Refusal | None:
     """Why the name of an oil or a rig in a log's header cannot be used."""
-    if name in known:
+    listed = ", ".join(known)
+    if kind not in keys:
+        return Refusal(
+            "header",
+            f"the header has no line `# {kind}: ...` and no property `{kind}`; the campaign has "
+            f"several: {listed}",
+            f"Add it, name the {kind} in the run sheet, or list the log's own key under "
+            f"`header: {kind}` of the campaign file. {FORMAT_ADVICE}",
+        )
+    if keys[kind] in known:
         return None
     alias = ", list the name under `oil_aliases`" if kind == "oil" else ""
     return Refusal(
         f"unknown_{kind}",
-        f"the header says {kind} {name[:60]!r}; the campaign knows {', '.join(known)}",
+        f"the header says {kind} {keys[kind][:60]!r}; the campaign knows {listed}",
         f"Correct the header{alias} or add the {kind} to the campaign file.",
     )
 

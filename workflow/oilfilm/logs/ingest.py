@@ -25,12 +25,12 @@ from oilfilm.logs.base import (
     Refusal,
     TextForm,
     Understood,
-    refused_file,
+    UnreadableLogError,
     refused_ranges,
 )
-from oilfilm.logs.columns import ROWS_ADVICE
+from oilfilm.logs.columns import ROWS_ADVICE, read_tables
 from oilfilm.logs.log_kind import LogKind
-from oilfilm.logs.registry import READERS, recognised_format
+from oilfilm.logs.registry import BINARY, READERS, recognised_format
 from oilfilm.logs.run_sheet import NO_SHEET, RunSheet, SheetOfLog
 from oilfilm.logs.traction_log import TRACTION
 from oilfilm.physics.rigs import Contact
@@ -50,6 +50,7 @@ _FOREIGN = {
     b"\x1f\x8b": "a log that was packed twice: unpack it once",
     b"\xd0\xcf\x11\xe0": "a document of an old Office program: export it as csv",
 }
+_COPY_AGAIN = "Copy it again from the rig, or export it again: this copy cannot be repaired."
 _COMPRESSED = {b"\x1f\x8b": "gzip", b"\x28\xb5\x2f\xfd": "zstd"}
 
 
@@ -227,34 +228,63 @@ def read_log(
 def _read_log(
     content: bytes, file: str, settings: Settings, kind: LogKind, sheet: SheetOfLog
 ) -> tuple[str, Reading]:
-    if len(content) > LARGEST_LOG:
-        reason = f"the file is larger than {LARGEST_LOG >> 20} MiB"
-        advice = "Let the logger begin a file for each run."
-        return "none", refused_file(0, "too_large", reason, advice)
+    name = "none"
     try:
-        content = unpack(content)
-    except OSError as error:
-        reason = f"the compressed file cannot be unpacked: {error}"
-        advice = "Copy it again from the rig: this copy cannot be repaired."
-        return "none", refused_file(0, "damaged_archive", reason, advice)
-    name = recognised_format(content)
-    if name is None:
-        seems = f"the format is not known: the file {_what_it_seems(content[:40])}"
-        advice = f"Formats read: {', '.join(READERS)}. data/raw/README.md describes them."
-        return "none", refused_file(
-            0, "unknown_format", seems if content else "the file is empty", advice
-        )
-    reading = _without_absurd(READERS[name].read(content, file, settings, kind, sheet))
-    if not reading.runs and not reading.refusals:
-        reason = f"the file looks like {name}, but holds no row of data"
-        return name, refused_file(
-            reading.rows, "no_rows", reason, "Take it out, or export it again."
-        )
+        content = _unpacked(content)
+        name = _format(content)
+        try:
+            found = READERS[name].tables(content, kind.vocabulary_of(settings.campaign))
+            reading = read_tables(found, file, settings, kind, sheet)
+        except Exception as error:
+            if name not in BINARY or isinstance(error, UnreadableLogError):
+                raise
+            what = " ".join(str(error).split())[:200] or type(error).__name__
+            reason = f"the file begins like {name}, but cannot be read: {what}"
+            raise UnreadableLogError(reason, _COPY_AGAIN, rule="damaged_file") from error
+        if not reading.runs and not reading.refusals:
+            reason = f"the file looks like {name}, but holds no row of data"
+            raise UnreadableLogError(reason, "Take it out, or export it again.", rule="no_rows")
+    except UnreadableLogError as error:
+        return name, Reading(error.rows, [], [error.refusal.of_rows("", 1, error.rows)])
+    reading = _without_absurd(reading)
     kept = sum(len(run) for run in reading.runs)
     refused = sum(refusal.refused_rows for refusal in reading.refusals)
     if kept + refused != reading.rows:
         raise RuntimeError(f"{file}: {reading.rows} rows, but {kept} kept and {refused} refused")
     return name, reading
+
+
+def _unpacked(content: bytes) -> bytes:
+    """The bytes inside a packed log.
+
+    Raises:
+        UnreadableLogError: It is too large, or damaged.
+    """
+    if len(content) > LARGEST_LOG:
+        reason = f"the file is larger than {LARGEST_LOG >> 20} MiB"
+        raise UnreadableLogError(
+            reason, "Let the logger begin a file for each run.", rule="too_large"
+        )
+    try:
+        return unpack(content)
+    except OSError as error:
+        reason = f"the compressed file cannot be unpacked: {error}"
+        raise UnreadableLogError(reason, _COPY_AGAIN, rule="damaged_archive") from error
+
+
+def _format(content: bytes) -> str:
+    """The format of a file's bytes.
+
+    Raises:
+        UnreadableLogError: No reader recognises it.
+    """
+    name = recognised_format(content)
+    if name is None:
+        seems = f"the format is not known: the file {_what_it_seems(content[:40])}"
+        advice = f"Formats read: {', '.join(READERS)}. data/raw/README.md describes them."
+        reason = seems if content else "the file is empty"
+        raise UnreadableLogError(reason, advice, rule="unknown_format")
+    return name
 
 
 def _without_absurd(reading: Reading) -> Reading:

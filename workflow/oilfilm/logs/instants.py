@@ -10,7 +10,7 @@ from datetime import date
 import numpy as np
 import pandas as pd
 
-from oilfilm.logs.log_kind import FloatArray
+from oilfilm.units import FloatArray
 
 # Year, month, day by ISO 8601, with `/` or `.` too; or day.month.year, which no country writes
 # otherwise. 03/01/2026 may be March or January: it is no date.

@@ -1,57 +1,29 @@
-"""What the logs of one kind of rig may hold, and what is made of them."""
+"""What the logs of one kind of rig may hold, and what the names of their columns mean.
 
+Decides: what the columns of a log mean, and their units.
+"""
+
+import unicodedata
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
-from functools import cached_property
-
-import numpy as np
-import numpy.typing as npt
+from dataclasses import dataclass, field, replace
+from functools import cached_property, lru_cache
 
 from oilfilm.logs.base import (
     NOTHING_UNDERSTOOD,
-    Columns,
     Flaw,
+    IndexArray,
     LoggedRun,
-    Nominal,
     Refusal,
     Understood,
 )
+from oilfilm.logs.header import FULL_WIDTH, apart
 from oilfilm.settings import campaign as campaign_file
+from oilfilm.settings.base import plain_key
 from oilfilm.settings.campaign import Campaign
 from oilfilm.settings.resolved import Settings
-from oilfilm.units import Conversion
+from oilfilm.units import Conversion, FloatArray, conversion
 
-FloatArray = npt.NDArray[np.float64]
-IndexArray = npt.NDArray[np.int64]
 Renamed = Mapping[str, campaign_file.Column]
-
-
-@dataclass(frozen=True)
-class Vocabulary:
-    """What the logs of one kind of rig may hold.
-
-    Attributes:
-        name: Kind of log, in a word.
-        columns_key: Key of the campaign file that says which columns have names of their own.
-        own_names: Column names that carry their unit -> quantity and unit.
-        always: Quantities that every log must have.
-        either: Sets of quantities of which one must be there; the first is what a log is asked for,
-            what a log has of those after its own is compared with it.
-        optional: Quantities that a log may have; where it does, every row needs them.
-    """
-
-    name: str
-    columns_key: str
-    own_names: Mapping[str, tuple[str, str]]
-    always: tuple[str, ...]
-    either: tuple[tuple[str, ...], ...]
-    optional: tuple[str, ...] = ()
-
-    @cached_property
-    def quantities(self) -> Mapping[str, tuple[str, ...]]:
-        """Quantity -> the units that can be used of it."""
-        known = self.own_names.values()
-        return {name: tuple(unit for each, unit in known if each == name) for name, _ in known}
 
 
 @dataclass(frozen=True)
@@ -70,9 +42,140 @@ class Column:
     spare: bool = False
 
 
-def named_columns(columns: campaign_file.Columns | campaign_file.TorqueColumns) -> Renamed:
-    """Quantity -> the column of that quantity, of those that the campaign file names."""
-    return {quantity: column for quantity, column in columns if column is not None}
+@dataclass(frozen=True)
+class Vocabulary:
+    """What the logs of one kind of rig may hold.
+
+    Attributes:
+        name: Kind of log, in a word.
+        columns_key: Key of the campaign file that says which columns have names of their own.
+        own_names: Column names that carry their unit -> quantity and unit.
+        always: Quantities that every log must have.
+        either: Sets of quantities of which one must be there; the first is what a log is asked for,
+            what a log has of those after its own is compared with it.
+        optional: Quantities that a log may have; where it does, every row needs them.
+        renamed: Quantity -> `name` (as the log writes it) and `unit`, of the columns that the
+            campaign file names.
+    """
+
+    name: str
+    columns_key: str
+    own_names: Mapping[str, tuple[str, str]]
+    always: tuple[str, ...]
+    either: tuple[tuple[str, ...], ...] = ((),)
+    optional: tuple[str, ...] = ()
+    renamed: Renamed = field(default_factory=dict)
+
+    @cached_property
+    def quantities(self) -> Mapping[str, tuple[str, ...]]:
+        """Quantity -> the units that can be used of it."""
+        known = self.own_names.values()
+        return {name: tuple(unit for each, unit in known if each == name) for name, _ in known}
+
+    @property
+    def advice(self) -> str:
+        """What to do about a log whose columns cannot be understood."""
+        return (
+            "data/raw/README.md describes the format. Other names: see "
+            f"`{self.columns_key}` of the campaign file."
+        )
+
+    def fits(self, quantity: str, unit: str) -> bool:
+        """True where a quantity can be given in that unit."""
+        try:
+            conversion(unit, self.quantities[quantity])
+        except ValueError:
+            return False
+        return True
+
+    def meaning(self, name: str) -> tuple[str, str | None] | None:
+        """Quantity and unit (None where something else must give it) of a column's name."""
+        bare, unit = apart(name.translate(FULL_WIDTH))
+        for quantity, given in self.renamed.items():
+            if _is_listed(name, given):
+                return quantity, given.unit or unit
+        plain = plain_key(bare)
+        if plain in self.own_names:
+            quantity, own_unit = self.own_names[plain]
+            return quantity, unit or own_unit
+        return (plain, unit) if plain in self.quantities else None
+
+    def meanings(self, names: Sequence[str], units: Sequence[str]) -> dict[int, tuple[str, str]]:
+        """Quantity and unit of each column that means something, by its place.
+
+        Where the campaign file lists a column of the log, others of the project's name mean
+        nothing. The unit beside a name is taken, unless only that of the name can be used.
+
+        Args:
+            names: All column names, in the order of the columns.
+            units: Unit that the log gives for each, beside its name; empty where none.
+        """
+        known = {place: of for place, name in enumerate(names) if (of := self.meaning(name))}
+        listed = {
+            place: quantity
+            for place, (quantity, _) in known.items()
+            if quantity in self.renamed and _is_listed(names[place], self.renamed[quantity])
+        }
+        found: dict[int, tuple[str, str]] = {}
+        for place, (quantity, named) in known.items():
+            if place in listed or quantity not in listed.values():
+                beside = units[place]
+                use_named = named and not (beside and self.fits(quantity, beside))
+                found[place] = quantity, named if named and use_named else beside
+        return found
+
+    def score(self, names: Sequence[str], units: Sequence[str]) -> tuple[int, int]:
+        """How many names are known and have a unit that fits, and how many are known at all."""
+        known = self.meanings(names, units).values()
+        return sum(self.fits(quantity, unit) for quantity, unit in known), len(known)
+
+    def columns(self, names: Sequence[str], units: Sequence[str]) -> tuple[Column, ...]:
+        """The columns that make a run, each with its conversion, then the spare ones.
+
+        Raises:
+            ValueError: A quantity is missing or doubled, or has no unit or an impossible one; the
+                message is a sentence for the user.
+        """
+        columns: dict[str, Column] = {}
+        for index, (quantity, unit) in self.meanings(names, units).items():
+            name = names[index]
+            if quantity in columns:
+                raise ValueError(f"the log repeats the column {quantity!r}")
+            if not unit:
+                raise ValueError(
+                    f"the column {name[:60]!r} has no unit; write it in brackets, in a row below "
+                    f"the names or under `{self.columns_key}` of the campaign file"
+                )
+            try:
+                to = conversion(unit, self.quantities[quantity])
+            except ValueError as error:
+                raise ValueError(f"the column {name[:60]!r}: {error}") from error
+            columns[quantity] = Column(quantity, index, to, name, unit)
+        either = self.either
+        chosen = next((some for some in either if columns.keys() >= set(some)), either[0])
+        needed = [*self.always, *chosen]
+        missing = ", ".join(quantity for quantity in needed if quantity not in columns)
+        if missing:
+            own_names = ", ".join(names)[:200]
+            raise ValueError(f"the log lacks the columns {missing}; its own are {own_names!r}")
+        others = either[either.index(chosen) + 1 :]
+        spare = [quantity for some in others for quantity in some if quantity in columns]
+        needed += [quantity for quantity in self.optional if quantity in columns]
+        return (
+            *(columns[quantity] for quantity in needed),
+            *(replace(columns[quantity], spare=True) for quantity in spare),
+        )
+
+
+def _is_listed(name: str, given: campaign_file.Column) -> bool:
+    plain = _plain(name)
+    return bool({plain, apart(plain)[0]} & {*map(_plain, given.name)})
+
+
+@lru_cache(maxsize=4096)
+def _plain(name: str) -> str:
+    """A name as it is compared with those of the campaign file, its case kept: n is not N."""
+    return " ".join(unicodedata.normalize("NFC", name).translate(FULL_WIDTH).split())
 
 
 @dataclass(frozen=True)
@@ -82,7 +185,7 @@ class ContinuousLog:
     Attributes:
         run_id: Unique name of the run.
         keys: Header keys.
-        columns: As `find_columns` gave them.
+        columns: As `Vocabulary.columns` gave them.
         rows: Row numbers in the log, shape (n,).
         values: Quantity -> numbers in the units of `columns`, each of shape (n,).
         flaw: Why the run cannot be used, if so.
@@ -97,21 +200,6 @@ class ContinuousLog:
     flaw: Flaw | None = None
     understood: Understood = NOTHING_UNDERSTOOD
 
-    def run(self, rig: str, nominal: Nominal, samples: Columns) -> LoggedRun:
-        """The run of a rig that it makes."""
-        oil, label = self.keys["oil"], self.keys.get("run", "")
-        return LoggedRun(
-            self.run_id,
-            oil,
-            rig,
-            "continuous",
-            nominal,
-            samples,
-            self.flaw,
-            label,
-            self.understood,
-        )
-
 
 @dataclass(frozen=True)
 class LogKind:
@@ -119,7 +207,7 @@ class LogKind:
 
     Attributes:
         vocabulary: What such logs may hold.
-        renamed: Quantity -> `name` and `unit` of the columns with names of their own in a campaign.
+        renamed: The columns with names of their own in a campaign.
         header_problem: Why a log with these header keys and columns cannot be used, if so.
         run: The run that a log makes.
         sheet_keys: Header keys that the run sheet may give beside the oil.
@@ -130,3 +218,12 @@ class LogKind:
     header_problem: Callable[[Mapping[str, str], Sequence[Column], Settings], Refusal | None]
     run: Callable[[ContinuousLog, Settings], LoggedRun]
     sheet_keys: tuple[str, ...]
+
+    def vocabulary_of(self, campaign: Campaign) -> Vocabulary:
+        """What such logs may hold in a campaign, with the names of its own."""
+        return replace(self.vocabulary, renamed=self.renamed(campaign))
+
+
+def named_columns(columns: campaign_file.Columns | campaign_file.TorqueColumns) -> Renamed:
+    """Quantity -> the column of that quantity, of those that the campaign file names."""
+    return {quantity: column for quantity, column in columns if column is not None}

@@ -9,15 +9,11 @@ import numpy.typing as npt
 import pyarrow as arrow
 import pyarrow.parquet as parquet
 
-from oilfilm.logs.base import LARGEST_LOG, Names, Reading, damaged_file, refused_file
-from oilfilm.logs.columns import LoggedTable, header_text, meanings, read_tables
-from oilfilm.logs.log_kind import LogKind
-from oilfilm.logs.run_sheet import SheetOfLog
+from oilfilm.logs.base import LARGEST_LOG, NO_TEXT, UnreadableLogError
+from oilfilm.logs.columns import Found, LoggedTable, header_text
+from oilfilm.logs.log_kind import Vocabulary
 from oilfilm.settings.base import plain_key
-from oilfilm.settings.campaign import Campaign
-from oilfilm.settings.resolved import Settings
 
-_MARKS = (b"PAR1", b"PARE")
 _OWN_TABLE = b"oilfilm"
 _PANDAS_KEYS = b"PANDAS_ATTRS"
 _NOT_KEYS = {b"pandas", b"ARROW:schema", _PANDAS_KEYS}
@@ -26,33 +22,44 @@ _BYTES_A_NUMBER = 8
 
 def recognises(head: bytes) -> bool:
     """True for the mark of Parquet, encrypted or not."""
-    return head.startswith(_MARKS)
+    return head.startswith((b"PAR1", b"PARE"))
 
 
-def read(
-    content: bytes, file: str, settings: Settings, kind: LogKind, sheet: SheetOfLog
-) -> Reading:
-    """See `Reader.read`."""
+def tables(content: bytes, vocabulary: Vocabulary) -> Found:
+    """See `Reader.tables`."""
     if content.startswith(b"PARE"):
         advice = "Export it without encryption."
-        return refused_file(0, "damaged_file", "the file is encrypted Parquet", advice)
-    try:
-        # few writers add checksums to the pages; where they are, a changed bit is found
-        log = parquet.ParquetFile(arrow.BufferReader(content), page_checksum_verification=True)
-        metadata = log.schema_arrow.metadata or {}
-        if _OWN_TABLE in metadata:
-            return _own_table(log.metadata.num_rows, metadata[_OWN_TABLE])
-        table = _table(log, file, settings.campaign, kind)
-    except Exception as error:  # Arrow raises whatever a damaged file makes it stumble over
-        return damaged_file("parquet", error)
-    # a table without rows is left to `ingest`, which says so
-    return read_tables([table] if table.rows else [], settings, kind, sheet)
-
-
-def names(content: bytes) -> list[Names]:
-    """See `Reader.names`."""
-    schema = parquet.read_schema(arrow.BufferReader(content))
-    return [[(field.name, _unit(field)) for field in schema]]
+        raise UnreadableLogError("the file is encrypted Parquet", advice, rule="damaged_file")
+    # few writers add checksums to the pages; where they are, a changed bit is found
+    log = parquet.ParquetFile(arrow.BufferReader(content), page_checksum_verification=True)
+    rows, schema = log.metadata.num_rows, log.schema_arrow
+    metadata = schema.metadata or {}
+    if _OWN_TABLE in metadata:
+        raise UnreadableLogError(
+            "this is a table that oilfilm made itself, not a raw log "
+            f"({metadata[_OWN_TABLE].decode('utf-8', 'replace')[:80]!r})",
+            "Take it out of the raw folder; tables belong into results.",
+            rows,
+            "own_table",
+        )
+    units = [_unit(field) for field in schema]
+    # of columns of one name the run is refused whichever is taken
+    wanted = dict.fromkeys(
+        schema.names[place] for place in vocabulary.meanings(schema.names, units)
+    )
+    _check_claims(log.metadata, len(wanted))
+    columns = log.read(columns=[*wanted], use_threads=False)
+    logged = LoggedTable(
+        _keys(metadata),
+        schema.names,
+        units,
+        lambda places: [
+            _numbers(columns.column(columns.schema.get_all_field_indices(schema.names[place])[0]))
+            for place in places
+        ],
+        rows,
+    )
+    return NO_TEXT, [logged] if rows else []
 
 
 def _unit(field: arrow.Field) -> str:
@@ -60,40 +67,8 @@ def _unit(field: arrow.Field) -> str:
     return unit or ("s" if _is_instant(field.type) else "")
 
 
-def _own_table(rows: int, footer: bytes) -> Reading:
-    name = footer.decode("utf-8", "replace")[:80]
-    reason = f"this is a table that oilfilm made itself, not a raw log ({name!r})"
-    advice = "Take it out of the raw folder; tables belong into results."
-    return refused_file(rows, "own_table", reason, advice)
-
-
-def _table(log: parquet.ParquetFile, file: str, campaign: Campaign, kind: LogKind) -> LoggedTable:
-    """The columns that mean something to a run.
-
-    Raises:
-        ValueError: The numbers would not fit any log's size.
-    """
-    schema = log.schema_arrow
-    # of columns of one name the run is refused whichever is taken
-    known = meanings(schema.names, kind.renamed(campaign), kind.vocabulary)
-    wanted = dict.fromkeys(schema.names[place] for place in known)
-    _check_claims(log.metadata, len(wanted))
-    columns = log.read(columns=[*wanted], use_threads=False)
-    return LoggedTable(
-        file,
-        _keys(schema.metadata or {}),
-        schema.names,
-        [_unit(field) for field in schema],
-        lambda places: [
-            _numbers(columns.column(columns.schema.get_all_field_indices(schema.names[place])[0]))
-            for place in places
-        ],
-        log.metadata.num_rows,
-    )
-
-
 def _check_claims(about: parquet.FileMetaData, columns: int) -> None:
-    """Refuse a file that unfolds to more than any log, before anything is unfolded."""
+    """Raise if a file unfolds to more than any log, before anything is unfolded."""
     unfolded = max(
         about.num_rows * max(columns, 1) * _BYTES_A_NUMBER,
         sum(about.row_group(group).total_byte_size for group in range(about.num_row_groups)),
@@ -120,15 +95,14 @@ def _numbers(column: arrow.ChunkedArray) -> npt.NDArray[Any]:
 
 def _keys(metadata: Mapping[bytes, bytes]) -> dict[str, str]:
     """Header keys: the file's own metadata and, under them, the `attrs` of a pandas frame."""
-    keys: dict[str, str] = {}
     try:
-        attributes = json.loads(metadata.get(_PANDAS_KEYS, b"{}"))
-    except (ValueError, RecursionError):
+        attributes = dict(json.loads(metadata.get(_PANDAS_KEYS, b"{}")))
+    except (TypeError, ValueError, RecursionError):
         attributes = {}
-    if isinstance(attributes, dict):
-        keys = {plain_key(str(name)): header_text(value) for name, value in attributes.items()}
-    for name, value in metadata.items():
-        if name not in _NOT_KEYS:
-            key = plain_key(name.decode("utf-8", "replace"))
-            keys[key] = value.decode("utf-8", "replace").strip()
-    return keys
+    own = {name.decode("utf-8", "replace"): metadata[name] for name in metadata.keys() - _NOT_KEYS}
+    return {
+        **{plain_key(str(name)): header_text(value) for name, value in attributes.items()},
+        **{
+            plain_key(name): value.decode("utf-8", "replace").strip() for name, value in own.items()
+        },
+    }

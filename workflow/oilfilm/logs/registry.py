@@ -5,14 +5,11 @@ A file's format is recognised by its content, never by its name.
 Decides: which formats of logs are read.
 """
 
-from collections.abc import Iterable
 from typing import Protocol
 
 from oilfilm.logs import csv, lvm, parquet, pcs, tdms
-from oilfilm.logs.base import Names, Reading
-from oilfilm.logs.log_kind import LogKind
-from oilfilm.logs.run_sheet import SheetOfLog
-from oilfilm.settings.resolved import Settings
+from oilfilm.logs.columns import Found
+from oilfilm.logs.log_kind import Vocabulary
 
 
 class Reader(Protocol):
@@ -22,28 +19,20 @@ class Reader(Protocol):
         """True where the first bytes of a file look like this format."""
         ...
 
-    def read(
-        self, content: bytes, file: str, settings: Settings, kind: LogKind, sheet: SheetOfLog
-    ) -> Reading:
-        """Runs and refusals of a file's bytes, read as logs of one kind of rig.
+    def tables(self, content: bytes, vocabulary: Vocabulary) -> Found:
+        """How the text of a file is written, and its tables: names, units, keys, numbers.
 
-        Runs are named after `file`, which is unique. The rows of the run sheet about the file beat
-        its header.
-
-        Raises nothing for a bad file: what cannot be used comes back among the refusals.
-        """
-        ...
-
-    def names(self, content: bytes) -> Iterable[Names]:
-        """What may be the columns of a file, whatever they are called: candidates to choose from.
-
-        Empty where the names are always the same. Raises anything for a bad file.
+        Raises:
+            UnreadableLogError: Nothing of the file can be used.
+            Exception: Whatever the library of a binary format stumbles over in a damaged file.
         """
         ...
 
 
 # The first that recognises a file reads it: csv, which takes any text in columns, comes last.
 READERS: dict[str, Reader] = {"tdms": tdms, "parquet": parquet, "lvm": lvm, "pcs": pcs, "csv": csv}
+# Formats that a library reads: whatever it raises, the file is damaged.
+BINARY = frozenset({"tdms", "parquet"})
 
 
 def recognised_format(content: bytes) -> str | None:

@@ -23,7 +23,7 @@ import numpy as np
 from oilfilm.errors import OilfilmError, printable
 from oilfilm.logs.base import Refusal, decimal_number, set_point, set_point_range
 from oilfilm.logs.encoding import encodings_of
-from oilfilm.logs.header import FULL_WIDTH, SET_POINT_UNITS, apart
+from oilfilm.logs.header import FULL_WIDTH, SET_POINT_UNITS, UNITS, apart
 from oilfilm.logs.log_kind import LogKind
 from oilfilm.logs.raw_files import find_sheet, is_sheet, named_logs
 from oilfilm.logs.run_sheet import (
@@ -137,8 +137,8 @@ class _Sheet:
             name: (key, unit)
             for key in self.keys
             if key in SET_POINT_UNITS
-            for quantity, _, units in [SET_POINT_UNITS[key]]
-            for name, unit in [(quantity, ""), *((f"{quantity}_{u}", units[u]) for u in units)]
+            for quantity, _ in [SET_POINT_UNITS[key]]
+            for name, unit in [(quantity, ""), *((f"{quantity}_{u}", UNITS[u]) for u in UNITS)]
         }
         listed = {
             plain_key(name): (key, own[key])

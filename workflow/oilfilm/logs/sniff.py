@@ -17,13 +17,19 @@ from oilfilm.logs.base import (
     Names,
     Nominal,
     TextForm,
-    number,
+    decimal_number,
     set_point,
 )
-from oilfilm.logs.columns import meaning
-from oilfilm.logs.header import SET_POINT_UNITS, apart, number_and_unit, oil_key
+from oilfilm.logs.csv import may_be_table, possible_names
+from oilfilm.logs.header import (
+    SET_POINT_UNITS,
+    UNITS,
+    apart,
+    number_and_unit,
+    oil_key,
+    to_set_point,
+)
 from oilfilm.logs.ingest import read_log, unpack
-from oilfilm.logs.layout import may_be_table
 from oilfilm.logs.log_kind import ContinuousLog, LogKind
 from oilfilm.logs.registry import READERS, recognised_format
 from oilfilm.logs.traction_log import TRACTION
@@ -32,7 +38,7 @@ from oilfilm.settings.base import plain_key
 from oilfilm.settings.campaign import Column
 from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
-from oilfilm.units import BoolArray, FloatArray, conversion
+from oilfilm.units import BoolArray, FloatArray
 
 VOCABULARY = TRACTION.vocabulary
 # A header line without a unit is a set point where the signal is as near to it as this.
@@ -41,8 +47,6 @@ _SPEEDS = frozenset({"ball_speed", "disc_speed", "entrainment_speed"})
 # What a load that is labelled N may be in, by the definition of each unit.
 _MISTAKEN_FOR_N = {"kgf": 9.80665, "lbf": 4.4482216152605}
 _LOADS = {"N": "load_n", "GPa": "max_hertz_pressure_gpa"}
-# Units of set points as `plain_key` leaves them -> the set point.
-_UNITS = {unit: key for key, (*_, units) in SET_POINT_UNITS.items() for unit in units}
 
 
 @dataclass(frozen=True)
@@ -167,12 +171,9 @@ def sniff(file: str, content: bytes, zero: ZeroSource) -> Sniffed:
         either=VOCABULARY.either if not {*missing} & {*sum(VOCABULARY.either, ())} else ((),),
     )
     probe = LogKind(vocabulary, lambda campaign: renamed, lambda *about: None, run, ())
-    # exports of PCS programs are no table with names: their reader makes the runs itself
-    kind = TRACTION if name == "pcs" else probe
-    name, reading = read_log(content, file, _settings(), kind)
-    if kind is TRACTION:
-        missing = []
-        runs = [_pcs_run(each, each.run_id[len(file) + 1 :], zero) for each in reading.runs]
+    name, reading = read_log(content, file, _settings(), probe)
+    # exports of PCS programs have no names to be guessed
+    missing = missing if name != "pcs" else []
     refused = next((each.reason for each in reading.refusals), "")
     return Sniffed(
         file,
@@ -196,19 +197,23 @@ def _candidates(content: bytes) -> tuple[str | None, list[Names], bool]:
         content = unpack(content)
     except OSError:
         return None, [], True
-    name = recognised_format(content)
+    name, names = recognised_format(content), []
     if name is None:
         return None, [], False
     try:
-        names = [*READERS[name].names(content)]
-    except Exception:  # whatever a library stumbles over; reading the log says what it is
-        names = []
+        if name == "csv":
+            names = [*possible_names(content)]
+        elif name != "pcs":
+            _, found = READERS[name].tables(content, VOCABULARY)
+            names = [[*zip(table.names, table.units, strict=True)] for table in found]
+    except Exception:  # noqa: S110 - whatever a library stumbles over; reading the log says it
+        pass
     return name, names, name != "csv" or may_be_table(content)
 
 
 def _known(guesses: Mapping[str, Names], names: Names) -> set[str]:
     """The quantities that the names of a line seem to mean or are known to mean."""
-    return {known[0] for name, _ in names if (known := meaning(name, {}, VOCABULARY))} | {*guesses}
+    return {known[0] for name, _ in names if (known := VOCABULARY.meaning(name))} | {*guesses}
 
 
 def _missing(guesses: Mapping[str, Names], names: Names) -> list[str]:
@@ -269,13 +274,6 @@ def _run(
         units,
         _doubt(keys, measured),
     )
-
-
-def _pcs_run(run: LoggedRun, part: str, zero: ZeroSource) -> Run:
-    units = {"load": "N", "ball_speed": "m/s", "disc_speed": "m/s", "inlet_temperature": "degC"}
-    ends = {"N": "n", "m/s": "m_s", "degC": "c"}
-    values = {quantity: run.samples[f"{quantity}_{ends[unit]}"] for quantity, unit in units.items()}
-    return _run(part, {"log_kind": "steps"}, values, units, set(), zero)
 
 
 def _level(key: str, values: FloatArray) -> float:
@@ -359,16 +357,16 @@ def _possible_lines(name: str, text: str) -> Iterator[tuple[str, Line, bool]]:
     bare, beside = apart(name)
     words = bare.replace("_", " ")
     *others, last = words.split() or [""]
-    trailing = last if others and last in _UNITS else ""
+    trailing = last if others and plain_key(last) in UNITS else ""
     given = plain_key(behind or beside or trailing)
-    keys = [_UNITS[given]] if given in _UNITS else [] if given else [*SET_POINT_UNITS]
-    for key in keys:
-        quantity, unit, units = SET_POINT_UNITS[key]
-        to = conversion(units.get(given, unit), (unit,))
-        meant, _ = guessed(" ".join(others) if trailing else words, to.unit, VOCABULARY)
-        if not digits or meant != quantity.replace("max_hertz_pressure", "load"):
+    for key, (quantity, unit) in SET_POINT_UNITS.items():
+        to = to_set_point(key, given or unit)
+        if to is None or not digits:
             continue
-        value = set_point(key, f"{float(to.of(np.array(number(digits.replace(',', '.'))))):.12g}")
+        meant, _ = guessed(" ".join(others) if trailing else words, unit, VOCABULARY)
+        if meant != quantity.replace("max_hertz_pressure", "load"):
+            continue
+        value = set_point(key, f"{float(to.of(np.array(decimal_number(digits)))):.12g}")
         if value is not None:
             # a unit in brackets or behind the number is read; one in the name must be the key's
             plain = bool(behind or beside) or (to.scale, to.offset) == (1, 0)

@@ -3,30 +3,18 @@
 import io
 import logging
 import struct
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from nptdms import TdmsChannel, TdmsFile
+from nptdms import TdmsFile, TdmsGroup
 from nptdms.log import log_manager
 
-from oilfilm.logs.base import (
-    Flaw,
-    Names,
-    Reading,
-    Refusal,
-    damaged_file,
-    distinct,
-    refused_file,
-)
-from oilfilm.logs.columns import LoggedTable, header_text, meanings, read_tables
-from oilfilm.logs.log_kind import LogKind
-from oilfilm.logs.run_sheet import SheetOfLog
+from oilfilm.logs.base import NO_TEXT, Flaw, UnreadableLogError, distinct
+from oilfilm.logs.columns import Found, LoggedTable, header_text
+from oilfilm.logs.log_kind import Vocabulary
 from oilfilm.settings.base import plain_key
-from oilfilm.settings.campaign import Campaign
-from oilfilm.settings.resolved import Settings
 
 Values = npt.NDArray[Any]
 
@@ -41,46 +29,26 @@ _MOST_SCALINGS = 1000
 log_manager.set_level(logging.ERROR)
 
 
-@dataclass(frozen=True)
-class _Group:
-    """Channels of one group; `clocks` as those of `LoggedTable`."""
-
-    name: str
-    keys: Mapping[str, str]
-    names: Sequence[str]
-    units: Sequence[str]
-    values: Sequence[Values]
-    clocks: Mapping[int, tuple[float, float, str]]
-
-
 def recognises(head: bytes) -> bool:
     """True where the file begins with the tag of a segment."""
     return head.startswith(_TAG)
 
 
-def read(
-    content: bytes, file: str, settings: Settings, kind: LogKind, sheet: SheetOfLog
-) -> Reading:
-    """See `Reader.read`."""
+def tables(content: bytes, vocabulary: Vocabulary) -> Found:
+    """See `Reader.tables`."""
     flaw = _cut(content)
-    try:
-        groups = [group for group in _groups(content) if any(map(len, group.values))]
-    except Exception as error:  # whatever a damaged file makes the library stumble over
-        return damaged_file("tdms", error)
-    if flaw and not groups:
-        return refused_file(0, "damaged_file", flaw.reason, "Copy it again, or repeat the run.")
-    tables: list[LoggedTable] = []
-    first_row = 1
-    for group, label in zip(groups, distinct(group.name for group in groups), strict=True):
-        run_id = f"{file}:{label}" if len(groups) > 1 else file
-        tables.append(_table(group, run_id, label, first_row, flaw, settings.campaign, kind))
-        first_row += tables[-1].all_rows
-    return read_tables(tables, settings, kind, sheet)
-
-
-def names(content: bytes) -> Iterator[Names]:
-    """See `Reader.names`."""
-    return (list(zip(group.names, group.units, strict=True)) for group in _groups(content))
+    with TdmsFile.open(io.BytesIO(content)) as log:
+        channels = [channel for group in log.groups() for channel in group.channels()]
+        _check_claims(channels, [log.properties, *(g.properties for g in log.groups())], content)
+        groups = [group for group in log.groups() if any(map(len, group.channels()))]
+        if flaw and not groups:
+            advice = "Copy it again, or repeat the run."
+            raise UnreadableLogError(flaw.reason, advice, rule="damaged_file")
+        labels = distinct(group.name for group in groups)
+        return NO_TEXT, [
+            _table(group, log.properties, label, len(groups) == 1, flaw, vocabulary)
+            for group, label in zip(groups, labels, strict=True)
+        ]
 
 
 def _cut(content: bytes) -> Flaw | None:
@@ -88,54 +56,17 @@ def _cut(content: bytes) -> Flaw | None:
     position, number = 0, 0
     while position < len(content):
         number += 1
+        sentence = f"the file ends within segment {number}, which was not written to its end"
         lead_in = content[position : position + _LEAD_IN]
         if len(lead_in) < _LEAD_IN or not lead_in.startswith(_TAG):
             # another tag is damage, which the library reports
-            return _truncated(number) if _TAG.startswith(lead_in[:4]) else None
+            return Flaw("truncated", sentence) if _TAG.startswith(lead_in[:4]) else None
         order = ">" if lead_in[4] & _BIG_ENDIAN else "<"
         (length,) = struct.unpack(f"{order}Q", lead_in[12:20])
         if length == _UNKNOWN_END or position + _LEAD_IN + length > len(content):
-            return _truncated(number)
+            return Flaw("truncated", sentence)
         position += _LEAD_IN + length
     return None
-
-
-def _truncated(segment: int) -> Flaw:
-    sentence = f"the file ends within segment {segment}, which was not written to its end"
-    return Flaw("truncated", sentence)
-
-
-def _groups(content: bytes) -> Iterator[_Group]:
-    with TdmsFile.open(io.BytesIO(content)) as log:
-        channels = [channel for group in log.groups() for channel in group.channels()]
-        _check_claims(channels, [log.properties, *(g.properties for g in log.groups())], content)
-        for group in log.groups():
-            properties = {**log.properties, **group.properties}
-            keys = {plain_key(name): header_text(value) for name, value in properties.items()}
-            members = group.channels()
-            values = [np.asarray(channel[:]) for channel in members]
-            units = [
-                "s" if array.dtype.kind == "M" else str(channel.properties.get("unit_string", ""))
-                for channel, array in zip(members, values, strict=True)
-            ]
-            yield _Group(
-                group.name,
-                keys,
-                [channel.name.strip() for channel in members],
-                [unit.strip() for unit in units],
-                [_seconds(array) for array in values],
-                {
-                    place: _clock(channel)
-                    for place, channel in enumerate(members)
-                    if "wf_increment" in channel.properties
-                },
-            )
-
-
-def _clock(channel: TdmsChannel) -> tuple[float, float, str]:
-    """See `LoggedTable.clocks`."""
-    start = float(channel.properties.get("wf_start_offset", 0.0))
-    return start, float(channel.properties["wf_increment"]), "s"
 
 
 def _check_claims(
@@ -156,6 +87,49 @@ def _check_claims(
                     raise ValueError(f"the property {name} is {value}")
 
 
+def _table(
+    group: TdmsGroup,
+    of_file: Mapping[str, Any],
+    label: str,
+    alone: bool,
+    flaw: Flaw | None,
+    vocabulary: Vocabulary,
+) -> LoggedTable:
+    """A group as a table, in which shorter channels end in rows without a number.
+
+    Channels that mean nothing to a run may be of any length.
+    """
+    channels = group.channels()
+    values = [np.asarray(channel[:]) for channel in channels]
+    names = [channel.name.strip() for channel in channels]
+    units = [
+        "s" if array.dtype.kind == "M" else str(channel.properties.get("unit_string", "")).strip()
+        for channel, array in zip(channels, values, strict=True)
+    ]
+    used = [*vocabulary.meanings(names, units)] or range(len(values))
+    rows = max(len(values[place]) for place in used)
+    properties = {**of_file, **group.properties}
+    return LoggedTable(
+        {plain_key(name): header_text(value) for name, value in properties.items()},
+        names,
+        units,
+        lambda places: [_of_length(_seconds(values[place]), rows) for place in places],
+        rows,
+        label,
+        alone,
+        flaw=flaw,
+        clocks={
+            place: (
+                float(channel.properties.get("wf_start_offset", 0.0)),
+                float(channel.properties["wf_increment"]),
+                "s",
+            )
+            for place, channel in enumerate(channels)
+            if "wf_increment" in channel.properties
+        },
+    )
+
+
 def _seconds(values: Values) -> Values:
     """Instants as seconds since the first; numbers as they are."""
     if values.dtype.kind == "M" and len(values):
@@ -163,42 +137,8 @@ def _seconds(values: Values) -> Values:
     return values
 
 
-def _table(
-    group: _Group,
-    run_id: str,
-    label: str,
-    first: int,
-    flaw: Flaw | None,
-    campaign: Campaign,
-    kind: LogKind,
-) -> LoggedTable:
-    """The rows that all channels of a run have, and the refusal of those behind them.
-
-    Channels that mean nothing to a run may be of any length: they are not read.
-    """
-    known = meanings(group.names, kind.renamed(campaign), kind.vocabulary)
-    used = {group.names[place]: len(group.values[place]) for place in known}
-    longest = max(used.values() if used else map(len, group.values))
-    rows = min(used.values(), default=longest)
-    table = LoggedTable(
-        run_id,
-        group.keys,
-        group.names,
-        group.units,
-        lambda places: [group.values[place][:rows] for place in places],
-        rows,
-        first,
-        flaw,
-        part=label,
-        clocks=group.clocks,
-    )
-    if longest == rows:
-        return table
-    ends = ", ".join(f"{name[:40]} {length}" for name, length in used.items())
-    first_behind, last = first + rows, first + longest - 1
-    behind = Refusal(
-        "unequal_channels",
-        f"rows {first_behind} to {last}: the channels are of different lengths ({ends[:200]})",
-        "The rows that all channels have are used; let the logger write them together.",
-    ).of_rows(run_id, first_behind, last)
-    return replace(table, behind=behind)
+def _of_length(values: Values, rows: int) -> Values:
+    """Numbers with NaN behind the last; anything else as it is."""
+    if len(values) == rows or values.dtype.kind not in "iuf":
+        return values
+    return np.pad(values.astype(np.float64), (0, rows - len(values)), constant_values=np.nan)

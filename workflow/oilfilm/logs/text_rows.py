@@ -13,7 +13,6 @@ import pandas as pd
 import pyarrow as arrow
 import pyarrow.csv as arrow_csv
 
-from oilfilm.logs.base import Flaw, Refusal
 from oilfilm.logs.encoding import line_ends
 from oilfilm.logs.instants import seconds
 from oilfilm.units import FloatArray
@@ -27,7 +26,7 @@ class TextTable:
     """Rows of a text log, as UTF-8 with LF line ends.
 
     Attributes:
-        rows: The rows.
+        text: The rows; the last one may have no line end, then none of its cells is a number.
         width: How many cells a row has.
         delimiter: What parts the cells; no cell holds it.
         decimal_mark: Decimal mark of numbers.
@@ -36,52 +35,69 @@ class TextTable:
             where time is a number.
     """
 
-    rows: bytes
+    text: bytes
     width: int
     delimiter: str
     decimal_mark: str
     group_mark: str = ""
     stamps: Sequence[int] = ()
 
+    @cached_property
+    def rows(self) -> int:
+        """How many rows there are, a last one that may be cut too."""
+        return count_rows(self.text)
+
+    @property
+    def cut(self) -> int:
+        """How many cells a last row without a line end has; 0 where there is none."""
+        tail = self.text[self.text.rfind(b"\n") + 1 :]
+        return tail.count(self.delimiter.encode()) + 1 if tail else 0
+
     def numbers(self, places: Sequence[int]) -> list[FloatArray]:
         """Numbers of some columns, one per row; NaN where a cell holds none.
 
         A row with more or fewer cells than columns holds no number.
         """
-        if not self.rows:
-            return [np.array([])] * len(places)
+        whole = self.text[: self.text.rfind(b"\n") + 1]
+        every = np.full((len(places), self.rows), np.nan)
+        if not whole:
+            return [*every]
         misfits: list[int] = []
+        plain = [place for place in places if place not in self.stamps]
         try:
-            table = self._parsed(places, arrow.float64(), self.decimal_mark, misfits)
-            numbers = {place: table[str(place)].to_numpy() for place in self._plain(places)}
+            table = self._parsed(whole, places, arrow.float64(), self.decimal_mark, misfits)
+            numbers = {place: table[str(place)].to_numpy() for place in plain}
         except arrow.ArrowInvalid:
             misfits.clear()
-            table = self._parsed(places, arrow.binary(), ".", misfits)
-            numbers = {
-                place: self._numbers(table[str(place)].to_pandas()) for place in self._plain(places)
-            }
+            table = self._parsed(whole, places, arrow.binary(), ".", misfits)
+            numbers = {place: self._numbers(table[str(place)].to_pandas()) for place in plain}
         if self.stamps:
             texts = [table[str(place)].to_pandas() for place in self.stamps]
             numbers[self.stamps[0]] = seconds(*(each.str.strip(' "') for each in texts))
         columns = [numbers[place] for place in places]
-        if not misfits:
+        if not misfits and not self.cut:
             return columns
-        fitting = np.ones(len(columns[0]) + len(misfits), dtype=bool)
-        fitting[np.array(misfits) - 1] = False
-        every = np.full((len(columns), len(fitting)), np.nan)
+        fitting = np.ones(self.rows, dtype=bool)
+        fitting[np.array(misfits, dtype=int) - 1] = False
+        fitting[self.rows - bool(self.cut) :] = False
         every[:, fitting] = columns
         return [*every]
 
-    @cached_property
-    def lines(self) -> list[bytes]:
-        """The rows one by one."""
-        return self.rows.split(b"\n")
+    def show(self, index: int) -> str:
+        """A row as it is written."""
+        return self._lines[index].decode("utf-8", "replace")
 
-    def _plain(self, places: Sequence[int]) -> list[int]:
-        return [place for place in places if place not in self.stamps]
+    @cached_property
+    def _lines(self) -> list[bytes]:
+        return self.text.split(b"\n")
 
     def _parsed(
-        self, places: Sequence[int], kind: arrow.DataType, decimal_mark: str, misfits: list[int]
+        self,
+        rows: bytes,
+        places: Sequence[int],
+        kind: arrow.DataType,
+        decimal_mark: str,
+        misfits: list[int],
     ) -> arrow.Table:
         """Cells of the columns; the numbers of the rows that do not fit go to `misfits`."""
 
@@ -92,13 +108,13 @@ class TextTable:
         types = {str(place): kind for place in places}
         types |= {str(place): arrow.string() for place in self.stamps}
         return arrow_csv.read_csv(
-            arrow.BufferReader(self.rows),
+            arrow.BufferReader(rows),
             # one thread: only then are the rows that do not fit numbered;
             # one block: a line longer than a block could not be read
             read_options=arrow_csv.ReadOptions(
                 use_threads=False,
                 column_names=[*map(str, range(self.width))],
-                block_size=len(self.rows) + 1,
+                block_size=len(rows) + 1,
             ),
             # a stray quote must not swallow the lines up to the next one
             parse_options=arrow_csv.ParseOptions(
@@ -123,19 +139,6 @@ class TextTable:
         return pd.to_numeric(text, errors="coerce").to_numpy(dtype=np.float64)
 
 
-def count_rows(table: bytes) -> int:
-    """Lines of a normalised table; the last one counts without a line end too."""
-    return int(np.count_nonzero(line_ends(table))) + (table != b"" and not table.endswith(b"\n"))
-
-
-def cut_row(cells: int, columns: int, row: int, run_id: str) -> tuple[Refusal, Flaw | None]:
-    """The refusal of a last row without a line end; and why the run cannot be used, if so."""
-    if cells >= columns:
-        reason = f"row {row}, the last, has no line end, so that its last number may be cut"
-        refusal = Refusal("unterminated_row", reason, "End the file with a line end.")
-        return refusal.of_rows(run_id, row, row), None
-    reason = f"the log ends in the middle of row {row} (its last good row is {row - 1})"
-    refusal = Refusal(
-        "cut_row", reason, "This row is not used. Check whether the run was complete."
-    )
-    return refusal.of_rows(run_id, row, row), Flaw("truncated", reason)
+def count_rows(text: bytes) -> int:
+    """Lines of a text without empty lines; the last one counts without a line end too."""
+    return int(np.count_nonzero(line_ends(text))) + (text != b"" and not text.endswith(b"\n"))

@@ -45,7 +45,17 @@ def _run(log: ContinuousLog, settings: Settings) -> LoggedRun:
     """Samples have the columns of the project's own names and `row`; the `rig` is the bearing."""
     samples = {name: log.values[quantity] for name, (quantity, _) in _OWN_NAMES.items()}
     bearing = torque_of(settings.campaign).bearing
-    return log.run(bearing, Nominal(), {"row": log.rows, **samples})
+    return LoggedRun(
+        log.run_id,
+        log.keys["oil"],
+        bearing,
+        "continuous",
+        Nominal(),
+        {"row": log.rows, **samples},
+        log.flaw,
+        log.keys.get("run", ""),
+        log.understood,
+    )
 
 
 def torque_of(campaign: Campaign) -> Torque:
@@ -69,7 +79,6 @@ TORQUE = LogKind(
         "torque: columns",
         _OWN_NAMES,
         always=tuple(quantity for quantity, _ in _OWN_NAMES.values()),
-        either=((),),
     ),
     lambda campaign: named_columns(torque_of(campaign).columns),
     _header_problem,

@@ -4,7 +4,6 @@ Decides: the signals of a traction log.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 
 import numpy as np
 
@@ -12,6 +11,7 @@ from oilfilm.logs.base import (
     LOADS,
     SET_POINTS,
     Flaw,
+    IndexArray,
     LoggedRun,
     Nominal,
     Refusal,
@@ -26,26 +26,19 @@ from oilfilm.logs.header import (
     simulation_problem,
     unknown,
 )
-from oilfilm.logs.log_kind import (
-    Column,
-    ContinuousLog,
-    FloatArray,
-    IndexArray,
-    LogKind,
-    Vocabulary,
-    named_columns,
-)
+from oilfilm.logs.log_kind import Column, ContinuousLog, LogKind, Vocabulary, named_columns
 from oilfilm.settings.campaign import Semantics
 from oilfilm.settings.config import LoggedTwiceSettings
 from oilfilm.settings.resolved import Settings
 from oilfilm.settings.rig import Rig
-from oilfilm.units import rpm_to_surface_speed
+from oilfilm.units import FloatArray, rpm_to_surface_speed
 
 _ALWAYS = ("time", "load", "traction_force", "inlet_temperature")
 # Either pair gives both surface speeds; the first is what a log is asked for.
 _SPEEDS = (("ball_speed", "disc_speed"), ("entrainment_speed", "slide_roll_ratio"))
 # On rigs that reverse the slip: the force with the disc faster, and with the ball faster.
 _BOTH_WAYS = ("traction_force_1", "traction_force_2")
+_BODIES = ("ball", "disc")
 # Column names that carry their unit, as the project writes them.
 _OWN_NAMES = {
     "time_s": ("time", "s"),
@@ -64,43 +57,64 @@ _OWN_NAMES = {
 }
 
 
+# Quantities that samples have as they are logged, by the unit of their name there.
+_SAMPLED = {
+    "traction_force": "n",
+    **dict.fromkeys(_BOTH_WAYS, "n"),
+    "inlet_temperature": "c",
+}
+
+
 def _header_problem(
     keys: Mapping[str, str], columns: Sequence[Column], settings: Settings
 ) -> Refusal | None:
-    rig = _rig_name(keys, settings)
+    keys = _with_rig(keys, settings)
     return (
         oil_problem(keys, settings)
-        or unknown("rig", rig, settings.rigs)
+        or unknown("rig", keys, settings.rigs)
         or simulation_problem(keys, settings)
         or _kind_problem(keys)
         or misspelt_key(keys, settings)
         or _set_point_problem(keys)
-        or _rig_problem(columns, rig, settings.rigs[rig])
+        or _rig_problem(columns, keys["rig"], settings.rigs[keys["rig"]])
     )
 
 
+def _with_rig(keys: Mapping[str, str], settings: Settings) -> Mapping[str, str]:
+    """Header keys with the only rig of a campaign, where the log names none."""
+    return {"rig": next(iter(settings.rigs)), **keys} if len(settings.rigs) == 1 else keys
+
+
 def _run(log: ContinuousLog, settings: Settings) -> LoggedRun:
-    rig_name, values = _rig_name(log.keys, settings), log.values
-    rig, semantics = settings.rigs[rig_name], settings.campaign.semantics_for(rig_name)
+    keys, values = _with_rig(log.keys, settings), log.values
+    rig, semantics = settings.rigs[keys["rig"]], settings.campaign.semantics_for(keys["rig"])
     units = {column.quantity: column.to.unit for column in log.columns}
     contact = rig.contact() if units["load"] == "GPa" else None
     ball, disc = _surface_speeds(values, units, rig, semantics)
-    if log.flaw is None:
-        flaw = _contradiction(values, ball, disc, log.rows, semantics, settings.logged_twice)
-        log = replace(log, flaw=flaw)
+    contradiction = _contradiction(values, ball, disc, log.rows, semantics, settings.logged_twice)
+    sampled = {f"{name}_{unit}": values[name] for name, unit in _SAMPLED.items() if name in values}
+    if "film_thickness" in values:
+        sampled["measured_film_thickness_um"] = values["film_thickness"]
     samples = samples_of_run(
         row=log.rows,
         time_s=values["time"],
         # a load as maximum Hertz pressure is refused of a rig whose contact is not known
         load_n=values["load"] if contact is None else contact.load_n(values["load"]),
-        traction_force_n=values["traction_force"],
-        **{f"{name}_n": values[name] for name in _BOTH_WAYS if name in values},
         ball_speed_m_s=ball,
         disc_speed_m_s=disc,
-        inlet_temperature_c=values["inlet_temperature"],
+        **sampled,
     )
-    run = log.run(rig_name, nominal(log.keys, settings), samples)
-    return replace(run, kind=log.keys.get("log_kind", run.kind))
+    return LoggedRun(
+        log.run_id,
+        keys["oil"],
+        keys["rig"],
+        keys.get("log_kind", "continuous"),
+        nominal(keys, settings),
+        samples,
+        log.flaw or contradiction,
+        keys.get("run", ""),
+        log.understood,
+    )
 
 
 def nominal(keys: Mapping[str, str], settings: Settings) -> Nominal:
@@ -142,9 +156,7 @@ def _set_point_problem(keys: Mapping[str, str]) -> Refusal | None:
 def _rig_problem(columns: Sequence[Column], name: str, rig: Rig) -> Refusal | None:
     """What the columns need of the rig and its file does not say."""
     units = {column.quantity: column.to.unit for column in columns}
-    needed = [
-        f"{body}_track_radius_m" for body in ("ball", "disc") if units.get(f"{body}_speed") == "rpm"
-    ]
+    needed = [f"{body}_track_radius_m" for body in _BODIES if units.get(f"{body}_speed") == "rpm"]
     needed += ["ball_radius_m"] if units["load"] == "GPa" else []
     missing = [key for key in needed if getattr(rig, key) is None]
     if not missing:
@@ -154,10 +166,6 @@ def _rig_problem(columns: Sequence[Column], name: str, rig: Rig) -> Refusal | No
         f"speeds in rpm or a load as pressure need {', '.join(missing)} of the rig {name!r}",
         f"Add it to config/rigs/{name}.yaml.",
     )
-
-
-def _rig_name(keys: Mapping[str, str], settings: Settings) -> str:
-    return keys.get("rig", next(iter(settings.rigs)))
 
 
 def _surface_speeds(
@@ -174,7 +182,7 @@ def _surface_speeds(
             else rpm_to_surface_speed(
                 values[f"{body}_speed"], getattr(rig, f"{body}_track_radius_m")
             )
-            for body in ("ball", "disc")
+            for body in _BODIES
         )
         return ball, disc
     mean = values["entrainment_speed"]

@@ -10,7 +10,6 @@ import unicodedata
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from oilfilm.logs.columns import fits, meaning
 from oilfilm.logs.log_kind import Vocabulary
 
 
@@ -111,7 +110,7 @@ def _telling_unit(name: str, vocabulary: Vocabulary) -> str:
 
 
 def _score(name: str, unit: str, quantity: str, vocabulary: Vocabulary) -> int:
-    if unit and not fits(quantity, unit, vocabulary):
+    if unit and not vocabulary.fits(quantity, unit):
         return 0
     if has_word(name, _WORDS[quantity].others):
         return 0
@@ -142,8 +141,7 @@ def unit_in_name(name: str, quantity: str, vocabulary: Vocabulary) -> str:
         (
             unit
             for end in ends
-            if (unit := " ".join(end).strip()) not in ("", name)
-            and fits(quantity, unit, vocabulary)
+            if (unit := " ".join(end).strip()) not in ("", name) and vocabulary.fits(quantity, unit)
         ),
         "",
     )
@@ -160,7 +158,7 @@ def guessed_columns(
     """
     best: dict[str, int] = {}
     found: dict[str, list[tuple[str, str]]] = {}
-    own = {known[0] for name, _ in names if (known := meaning(name, {}, vocabulary)) is not None}
+    own = {known[0] for name, _ in names if (known := vocabulary.meaning(name))}
     for name, unit in dict.fromkeys(names):
         quantity, score = guessed(name, unit, vocabulary)
         if quantity in own or score < best.get(quantity, 1):
