@@ -165,7 +165,7 @@ def test_version_of_the_tables_makes_everything_again(
             "traction/laws/deng2026.py",
             "return",
             "return 0 +",
-            {"twin", "printed", "audit", "exports"},
+            {"twin", "paper", "exports"},
             {"points", "fits", "fit tanh"},
             id="the paper's law",
         ),

@@ -1,45 +1,30 @@
 # What a campaign with `studies: [paper]` has beside its figures.
 
 
-rule printed:
-    "The printed constants beside the fit, and all sets of their lost signs beside the paper's text."
+rule paper:
+    "The paper's constants, signs, claims and advice beside the fit; fits beside a simulated truth."
     input:
-        **finished("points", "coefficients", "fit_quality", "refits"),
+        **finished("points", "runs", *FITTED, "torque", "torque_control"),
         printed=reference_file("printed_coefficients"),
+        claims=reference_file("claims"),
     output:
-        **finished("printed_judged", "signs", "sign_verdicts"),
+        **finished(
+            "printed_judged", "signs", "sign_verdicts", "claims", "claim_numbers", "selection"
+        ),
+        **finished("extrapolation", "extrapolation_errors"),
+        truth_grid="<results>/twin/truth_grid.parquet" if SIMULATED else [],
     log:
-        "<logs>/printed.log",
+        "<logs>/paper.log",
     localrule: True
     params:
-        code=code("printed.py"),
-        oils=OILS,
-        traction_max=SETTINGS.gates.traction_max,
-        config=part("printed"),
+        code=code("paper.py"),
+        config=part(
+            *("audit", "extrapolation", "film", "gates", "oils", "printed", "rigs"),
+            *("same_set_point", "selection"),
+            campaign=("matrix", "oils", "twin"),
+        ),
     script:
-        "../scripts/printed.py"
-
-
-if SIMULATED:
-
-    rule extrapolation:
-        "Fitted laws beside the simulated truth at the conditions of Figs 7-10."
-        input:
-            **finished(*FITTED),
-            printed=reference_file("printed_coefficients"),
-        output:
-            **finished("extrapolation", "extrapolation_errors"),
-            truth_grid="<results>/twin/truth_grid.parquet",
-        log:
-            "<logs>/extrapolation.log",
-        localrule: True
-        params:
-            code=code("extrapolation.py"),
-            config=part(
-                "extrapolation", "oils", "rigs", "same_set_point", campaign=("oils", "twin")
-            ),
-        script:
-            "../scripts/extrapolation.py"
+        "../scripts/paper.py"
 
 
 if CAMPAIGN.torque is not None:
@@ -61,31 +46,3 @@ if CAMPAIGN.torque is not None:
             ),
         script:
             "../scripts/slip_advice.py"
-
-
-rule audit:
-    "The paper's claims and its advice on oils, checked with the campaign and the printed constants."
-    input:
-        **finished("points", "runs", "coefficients", "fit_quality", "torque", "torque_control"),
-        printed=reference_file("printed_coefficients"),
-        claims=reference_file("claims"),
-    output:
-        **finished("claims", "claim_numbers", "selection"),
-    log:
-        "<logs>/audit.log",
-    localrule: True
-    params:
-        code=code("audit.py"),
-        config=part(
-            "audit",
-            "film",
-            "gates",
-            "oils",
-            "printed",
-            "rigs",
-            "same_set_point",
-            "selection",
-            campaign=("matrix", "twin"),
-        ),
-    script:
-        "../scripts/audit.py"

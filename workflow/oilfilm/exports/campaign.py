@@ -3,33 +3,88 @@
 Decides: which forms of exports there are.
 """
 
+import html
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import pandas as pd
 
 from oilfilm import studies
 from oilfilm.exports.adore import adore_csv, adore_obstacle
-from oilfilm.exports.csv_table import csv_table
+from oilfilm.exports.data_files import csv_table, json_text
 from oilfilm.exports.description import Description, describe
-from oilfilm.exports.index import index
-from oilfilm.exports.json_text import json_text
+from oilfilm.exports.header import certificate, origin
 from oilfilm.exports.languages import FORTRAN, MATLAB, MODELICA, PYTHON, C
-from oilfilm.exports.names import identifiers
+from oilfilm.exports.names import identifiers, plain
 from oilfilm.exports.workbook import workbook
 from oilfilm.settings.resolved import Settings
 from oilfilm.traction import LAWS
 
-# Form -> its file, and what writes it. These need all coefficients of the law.
-FORMS: dict[str, tuple[str, Callable[[Description], str | bytes]]] = {
-    "Python": ("traction_{}.py", PYTHON.source),
-    "spreadsheet": ("traction_{}.xlsx", workbook),
-    "C": ("traction_{}.h", C.source),
-    "Fortran": ("traction_{}.f90", FORTRAN.source),
-    "Modelica": ("Traction_{}.mo", MODELICA.source),
-    "MATLAB, Octave": ("traction_coefficient_{}.m", MATLAB.source),
-    "ADORE": ("adore_{}.csv", adore_csv),
+
+class _Form(NamedTuple):
+    """One form: its file, whom it is for, how it is used, and what writes it."""
+
+    file: str
+    users: str
+    use: str
+    write: Callable[[Description], str | bytes]
+
+    def file_of(self, oil: str) -> str:
+        """Name of an oil's file."""
+        return self.file.replace("*", oil)
+
+
+# These need all coefficients of the law.
+FORMS = {
+    "Python": _Form(
+        "traction_*.py", "Python", "import it; needs NumPy alone; arrays too", PYTHON.source
+    ),
+    "spreadsheet": _Form(
+        "traction_*.xlsx",
+        "Excel, LibreOffice",
+        "type P, U, T and S; live formulas, tested range, curve",
+        workbook,
+    ),
+    "C": _Form("traction_*.h", "C99, C++11", "include it; needs libm (`-lm`) only", C.source),
+    "Fortran": _Form(
+        "traction_*.f90",
+        "Fortran 2008",
+        "compile it with your sources; elemental, so arrays too",
+        FORTRAN.source,
+    ),
+    "Modelica": _Form("Traction_*.mo", "Modelica", "load the package; Pa, m/s, K", MODELICA.source),
+    "MATLAB, Octave": _Form(
+        "traction_coefficient_*.m",
+        "MATLAB R2016b, GNU Octave",
+        "put it on the path; arrays too",
+        MATLAB.source,
+    ),
+    "ADORE": _Form(
+        "adore_*.csv",
+        "ADORE and its like",
+        "A to D of (A + B u) exp(-C u) + D, if the law is so",
+        adore_csv,
+    ),
 }
+_INDEX = """\
+# Traction coefficients for bearing codes
+
+{origins}
+
+| oil | folder | mu depends on | certificate |
+| --- | --- | --- | --- |
+{oils}
+{below}
+| file | for | how |
+| --- | --- | --- |
+{forms}
+| `traction_*.json`, `.csv` | everything else | constants with errors and verdicts; tested box |
+
+The functions take the slide-roll ratio S with either sign, mu(-S) = -mu(S), and say whether a point
+lies outside the tested box, where mu is extrapolated. The names of the arguments carry the units.
+The head of each file has the law, its source, where its constants come from, the tested box and the
+certificate.
+"""
 
 
 def export_campaign(
@@ -78,7 +133,7 @@ def in_folders(
         provenance: What they were made from, as digests.
         below: A line below the list.
     """
-    files = {"README.md": index(descriptions, below).encode()}
+    files = {"README.md": _index(descriptions, below).encode()}
     for each in descriptions:
         contents = export(each, provenance).items()
         files |= {f"{each.identifier}/{file}": content for file, content in contents}
@@ -90,14 +145,29 @@ def export(fit: Description, provenance: Mapping[str, Any]) -> dict[str, bytes]:
     name = fit.identifier
     files, not_written = {"CSV": f"traction_{name}.csv"}, {}
     texts: dict[str, str | bytes] = {files["CSV"]: csv_table(fit)}
-    for form, (file, write) in FORMS.items():
-        obstacle = fit.obstacle or (adore_obstacle(fit) if form == "ADORE" else "")
+    for name_of_form, form in FORMS.items():
+        obstacle = fit.obstacle or (adore_obstacle(fit) if name_of_form == "ADORE" else "")
         if obstacle:
-            not_written[form] = obstacle
+            not_written[name_of_form] = obstacle
         else:
-            files[form] = file.format(name)
-            texts[files[form]] = write(fit)
+            files[name_of_form] = form.file_of(name)
+            texts[files[name_of_form]] = form.write(fit)
     texts[f"traction_{name}.json"] = json_text(fit, files, not_written, provenance)
     return {
         file: text if isinstance(text, bytes) else text.encode() for file, text in texts.items()
     }
+
+
+def _index(fits: Sequence[Description], below: str) -> str:
+    """The page that says which file is for whom, in Markdown."""
+    origins = dict.fromkeys(f"- {html.escape(origin(fit), quote=False)}." for fit in fits)
+    forms = [f"| `{each.file}` | {each.users} | {each.use} |" for each in FORMS.values()]
+    rows = []
+    for fit in fits:
+        symbols = ", ".join([*(condition.symbol for condition in fit.arguments), "S"])
+        where = fit.where_known and f"; {fit.where_known}"
+        depends = "unknown" if fit.obstacle else symbols + where
+        cells = (plain(fit.oil), f"`{fit.identifier}/`", depends, certificate(fit))
+        rows.append(f"| {' | '.join(html.escape(cell, quote=False) for cell in cells)} |")
+    parts = {"origins": origins, "oils": rows, "forms": forms}
+    return _INDEX.format(**{name: "\n".join(each) for name, each in parts.items()}, below=below)

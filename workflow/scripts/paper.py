@@ -1,0 +1,47 @@
+"""Judge the paper's constants, signs, claims and advice; compare fits with a simulated truth."""
+
+from pathlib import Path
+
+from oilfilm.fits.law_comparison import laws_of
+from oilfilm.paper.audit.audit import audit_campaign
+from oilfilm.paper.extrapolation import extrapolate, extrapolation_errors
+from oilfilm.paper.printed.judge import judge_printed
+from oilfilm.paper.printed.signs import study_signs
+from oilfilm.paper.reference import falling_viscosity, printed_constants
+from oilfilm.rig_twin.truth import truth_grid
+from oilfilm.run.job import job
+from oilfilm.tables.campaign_tables import CampaignTables, write_tables
+
+with job(snakemake) as (settings, provenance):
+    results = CampaignTables.of_job(snakemake.input)
+    printed, claims = Path(snakemake.input.printed), Path(snakemake.input.claims)
+    constants, oils, points = printed_constants(printed), list(settings.oils), results.points
+    fit = results.configured
+    judged = judge_printed(
+        points, fit.coefficients, fit.fit_quality, constants, oils, settings.printed, fit.refits
+    )
+    signs, verdicts = study_signs(
+        constants,
+        falling_viscosity(printed),
+        points,
+        oils,
+        settings.printed,
+        settings.gates.traction_max,
+    )
+    frames = {
+        **{"printed_judged": judged, "signs": signs, "sign_verdicts": verdicts},
+        **audit_campaign(results, printed, claims, settings),
+    }
+    if settings.campaign.twin:
+        truth = truth_grid(settings, constants)
+        compared = extrapolate(
+            truth,
+            results.coefficients,
+            results.refits,
+            results.fit_quality,
+            settings.same_set_point.relative,
+            {oil: laws_of(oil, settings) for oil in oils},
+        )
+        frames |= {"truth_grid": truth, "extrapolation": compared}
+        frames["extrapolation_errors"] = extrapolation_errors(compared)
+    write_tables(frames, snakemake.output, provenance)
