@@ -116,7 +116,7 @@ bench-faults: $(DEV) ## 30 runs killed at random moments and run again (half an 
 bench-run: $(DEV) ## what the workflow costs beside its computing, on the demonstration (15 min)
 	$(BIN)/python benchmarks/run.py
 
-bench-slurm: $(DEV) ## the demonstration with and without a Slurm and S3 of this machine; as root (25 min)
+bench-slurm: $(DEV) ## the demonstration with and without a Slurm of this machine; as root (25 min)
 	$(BIN)/python benchmarks/slurm.py
 
 bench-cpu: $(DEV) ## how far numbers move on other types of CPU (5 min)

@@ -92,17 +92,3 @@ def mistake(command: str) -> str:
 def test_advised_commands_exist(path: Path) -> None:
     wrong = {command: reason for command in advised(path) if (reason := mistake(command))}
     assert not wrong
-
-
-@pytest.mark.parametrize(
-    "command",
-    [
-        "oilfilm pinn results/x",
-        "oilfilm pin --renew results/x",
-        "snakemake realease",
-        "snakemake --forcerunn fit",
-        "make setpu",
-    ],
-)
-def test_wrong_advice_is_noticed(command: str) -> None:
-    assert mistake(command)

@@ -1,9 +1,13 @@
-"""What the docs name exists."""
+"""What the docs name exists, what is generated is current, and notebooks print what they store."""
 
+import json
 import re
 from pathlib import Path
 
 import pytest
+
+from notebooks import FOLDER, execute, texts
+from reference_pages import GENERATED
 
 ROOT = Path(__file__).parents[2]
 PAGES = [*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md"), ROOT / "tests/README.md"]
@@ -43,3 +47,14 @@ def test_paths_that_a_page_names_exist(page: Path):
         if not any((folder / path).exists() for folder in folders)
     ]
     assert not missing
+
+
+@pytest.mark.parametrize("path", GENERATED)
+def test_generated_file_is_current(path: str) -> None:
+    assert (ROOT / path).read_text("utf-8") == GENERATED[path](), "run `make schemas`"
+
+
+@pytest.mark.parametrize("path", sorted(FOLDER.glob("*.ipynb")), ids=lambda path: path.stem)
+def test_notebook_prints_what_it_stores(path: Path) -> None:
+    stored = json.loads(path.read_text(encoding="utf-8"))
+    assert texts(execute(path)) == texts(stored), "run `make notebooks`"

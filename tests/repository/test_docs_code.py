@@ -1,4 +1,4 @@
-"""The tutorials, done by their text alone: every block of code runs and prints what the page says.
+"""Code on pages. The tutorials are done by their text alone, and print what they say.
 
 What takes minutes (`oilfilm run`, `make`, snakemake) is left to the nightly test.
 """
@@ -11,8 +11,19 @@ import sys
 from pathlib import Path
 
 import pytest
+import yaml
 
 from campaigns import ROOT
+from oilfilm.logs.ingest import ingest_logs
+from oilfilm.logs.sheet_file import read_run_sheet
+from oilfilm.logs.torque_log import TORQUE
+from oilfilm.logs.traction_log import TRACTION
+from oilfilm.settings.campaign import CampaignFile
+from oilfilm.settings.config import Config
+from oilfilm.settings.resolve import resolve
+from oilfilm.settings.resolved import Settings
+from page_blocks import Block
+from page_blocks import blocks as page_blocks
 
 TUTORIALS = ROOT / "docs/tutorials"
 LONG = re.compile(
@@ -99,3 +110,53 @@ def test_bearing_of_the_tutorial_has_an_equilibrium() -> None:
     assert done.returncode == 0, done.stderr
     assert "all converged: True" in done.stdout
     assert not lacking("bearing.md", done.stdout), done.stdout
+
+
+# ---------------------------------------------------------------- settings and logs on pages
+
+
+YAML = [
+    block for block in page_blocks() if block.language == "yaml" and "tutorials" not in block.page
+]
+
+
+@pytest.mark.parametrize("block", YAML, ids=lambda block: block.page)
+def test_settings_of_a_page_are_accepted(block: Block, tmp_path: Path) -> None:
+    """As keys of a campaign file, of config.yaml or as the file of a rig."""
+    folder = tmp_path / "config"
+    shutil.copytree(ROOT / "config", folder)
+    shutil.copy(folder / "bearings/mainshaft-167.yaml", folder / "bearings/my-bearing.yaml")
+    own = yaml.safe_load(block.content)
+    path = folder / "campaigns/etm-slim.yaml"
+    if not set(own) <= set(CampaignFile.model_fields):
+        if set(own) <= set(Config.model_fields):
+            path = folder / "config.yaml"
+        else:
+            (folder / "rigs/own.yaml").write_text(block.content, "utf-8")
+            own = {"rigs": ["own"]}
+    content = yaml.safe_load(path.read_text("utf-8")) | own
+    path.write_text(yaml.safe_dump(content, allow_unicode=True), "utf-8")
+    resolve(folder, {"campaign": "etm-slim"})
+
+
+# Run sheets and logs that pages show.
+FILES = {
+    block.content: block
+    for block in page_blocks()
+    if block.language == "text" and re.match(r"file[,;]|# oil: ", block.content)
+}
+
+
+@pytest.mark.parametrize("content", FILES, ids=lambda content: content.split("\n")[0])
+def test_log_or_run_sheet_of_a_page_is_read(content: str, config: Settings) -> None:
+    if content.startswith("file"):
+        logs = re.findall(r"(?m)^([\w/*]+\.\w+)[,;]", content)
+        names = [name.replace("*", "_9") for name in logs]
+        sheet = read_run_sheet(content.encode(), Path("runs.csv"), names, config, TRACTION)
+        assert set(sheet.rows) == set(names)
+    else:
+        kind = TORQUE if "torque_n_m" in content else TRACTION
+        ingested = ingest_logs([("a.csv", content.encode())], config, kind)
+        assert ingested.quarantine.empty
+        data = content.splitlines()[content.count("# ") + 1 :]
+        assert list(ingested.runs["samples"]) == [len(data)]

@@ -14,7 +14,6 @@ from storage_servers import (
     Storage,
     files_with_a_key,
     moto_storage,
-    seaweed_storage,
 )
 
 pytestmark = pytest.mark.workflow
@@ -27,15 +26,8 @@ def around(storage: Storage) -> Surroundings:
 
 
 @pytest.fixture(scope="module")
-def quick() -> Iterator[Storage]:
+def storage() -> Iterator[Storage]:
     with moto_storage() as storage:
-        storage.client().create_bucket(Bucket="lab")
-        yield storage
-
-
-@pytest.fixture(scope="module")
-def real(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Storage]:
-    with seaweed_storage(tmp_path_factory.mktemp("seaweed")) as storage:
         storage.client().create_bucket(Bucket="lab")
         yield storage
 
@@ -50,35 +42,37 @@ def assert_same(local: Path, stored: dict[str, bytes], folder: Path) -> None:
 
 
 def test_points_that_go_to_a_bucket_are_those_of_a_folder(
-    released_project: Path, quick: Storage, tmp_path: Path
+    released_project: Path, storage: Storage, tmp_path: Path
 ) -> None:
     project = tmp_path / "project"
     lay_out_small(project)
     points = "results/small/tables/points.parquet"
-    output = succeed(project, points, *SMALL, *IN_BUCKET, "s3://lab/quick", around=around(quick))
+    output = succeed(
+        project, points, *SMALL, *IN_BUCKET, "s3://lab/storage", around=around(storage)
+    )
     assert SECRET not in output
-    assert files_with_a_key(quick, tmp_path) == []
-    stored = quick.files("lab", "quick/")
+    assert files_with_a_key(storage, tmp_path) == []
+    stored = storage.files("lab", "quick/")
     assert points in stored
     assert_same(released_project, stored, tmp_path / "stored")
 
 
-def test_results_without_a_place_end_a_run_in_a_sentence(quick: Storage, tmp_path: Path) -> None:
+def test_results_without_a_place_end_a_run_in_a_sentence(storage: Storage, tmp_path: Path) -> None:
     lay_out_small(tmp_path)
-    output = fail(tmp_path, *SMALL, *IN_BUCKET[:2], around=around(quick))
+    output = fail(tmp_path, *SMALL, *IN_BUCKET[:2], around=around(storage))
     assert "s3://BUCKET/PLACE" in output
     assert "Traceback" not in output
 
 
 @pytest.mark.nightly
-def test_run_with_results_on_a_real_server_makes_the_same_release(
-    released_project: Path, real: Storage, tmp_path: Path
+def test_run_with_results_in_a_bucket_makes_the_same_release(
+    released_project: Path, storage: Storage, tmp_path: Path
 ) -> None:
     project = tmp_path / "project"
     lay_out_small(project)
     arguments = ("release", *SMALL, *IN_BUCKET, "s3://lab/all/of/it")
-    output = succeed(project, *arguments, around=around(real))
-    stored = real.files("lab", "all/of/it/")
+    output = succeed(project, *arguments, around=around(storage))
+    stored = storage.files("lab", "all/of/it/")
     assert "results/small/report.html" in stored
     assert_same(released_project, stored, tmp_path / "stored")
     local = released_project / "results/releases/small/latest"
@@ -86,4 +80,4 @@ def test_run_with_results_on_a_real_server_makes_the_same_release(
     assert (release / "manifest.json").read_bytes() == (local / "manifest.json").read_bytes()
     assert SECRET not in output
     for folder in (project, tmp_path / "stored"):
-        assert files_with_a_key(real, folder) == []
+        assert files_with_a_key(storage, folder) == []

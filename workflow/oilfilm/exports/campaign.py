@@ -36,35 +36,15 @@ class _Form(NamedTuple):
 
 # These need all coefficients of the law.
 FORMS = {
-    "Python": _Form(
-        "traction_*.py", "Python", "import it; needs NumPy alone; arrays too", PYTHON.source
-    ),
-    "spreadsheet": _Form(
-        "traction_*.xlsx",
-        "Excel, LibreOffice",
-        "type P, U, T and S; live formulas, tested range, curve",
-        workbook,
-    ),
+    "Python": _Form("traction_*.py", "Python", "import it; needs NumPy; arrays too", PYTHON.source),
+    "spreadsheet": _Form("traction_*.xlsx", "Excel, LibreOffice", "type P, U, T and S", workbook),
     "C": _Form("traction_*.h", "C99, C++11", "include it; needs libm (`-lm`) only", C.source),
-    "Fortran": _Form(
-        "traction_*.f90",
-        "Fortran 2008",
-        "compile it with your sources; elemental, so arrays too",
-        FORTRAN.source,
-    ),
-    "Modelica": _Form("Traction_*.mo", "Modelica", "load the package; Pa, m/s, K", MODELICA.source),
+    "Fortran": _Form("traction_*.f90", "Fortran 2008", "compile it; arrays too", FORTRAN.source),
+    "Modelica": _Form("Traction_*.mo", "Modelica", "load it; Pa, m/s, K", MODELICA.source),
     "MATLAB, Octave": _Form(
-        "traction_coefficient_*.m",
-        "MATLAB R2016b, GNU Octave",
-        "put it on the path; arrays too",
-        MATLAB.source,
+        "traction_coefficient_*.m", "MATLAB, GNU Octave", "put it on the path", MATLAB.source
     ),
-    "ADORE": _Form(
-        "adore_*.csv",
-        "ADORE and its like",
-        "A to D of (A + B u) exp(-C u) + D, if the law is so",
-        adore_csv,
-    ),
+    "ADORE": _Form("adore_*.csv", "ADORE", "A to D of (A + B u) exp(-C u) + D", adore_csv),
 }
 _INDEX = """\
 # Traction coefficients for bearing codes
