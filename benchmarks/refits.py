@@ -26,11 +26,12 @@ from scipy.optimize import least_squares
 from oilfilm.fits.conditions import varied
 from oilfilm.fits.engine import Optimum, at_bounds, search
 from oilfilm.fits.law_comparison import laws_of
-from oilfilm.fits.problem import CurveData, Problem, build_problem
+from oilfilm.fits.problem import CurveData, Problem, build_problem, curve_data
 from oilfilm.fits.uncertainty import curve_bootstrap, draw_curves
 from oilfilm.paper.reference import printed_constants
 from oilfilm.randomness import generator
-from oilfilm.rig_twin.plateaus import simulate_curves
+from oilfilm.rig_twin.plateaus import Campaign
+from oilfilm.rig_twin.truth import LawTruth
 from oilfilm.settings.resolve import resolve
 from oilfilm.traction import LAW_NAMES
 from oilfilm.traction.law import FloatArray, IndexArray, Law, Observations
@@ -44,12 +45,12 @@ SAME = 1e-6
 
 def curves(oil: str) -> CurveData:
     """The demonstration's matrix, simulated."""
-    matrix, twin = CONFIG.campaign.matrix, CONFIG.campaign.twin
-    assert matrix is not None and twin is not None
+    matrix = CONFIG.campaign.matrix
+    assert matrix is not None
     conditions = np.array(list(product(*matrix.model_dump().values())))
-    rig = next(iter(CONFIG.rigs.values()))
     random = generator(CONFIG.seed, "bench-refits", oil)
-    return simulate_curves(PRINTED[oil], conditions, twin, rig, random)
+    campaign = Campaign(LawTruth(PRINTED[oil]), CONFIG.common_contact())
+    return curve_data(campaign.points(conditions, random))
 
 
 def fitted(law: Law, data: CurveData) -> tuple[Problem, Optimum]:

@@ -33,7 +33,7 @@ def test_planted_constants_come_back(fitted: ArrayFit) -> None:
     np.testing.assert_allclose(fitted.constants["value"], planted, rtol=1e-6)
     assert fitted.verdict.startswith("deng2026: certified")
     at = fitted.predict(1.2, 30, 70, 0.05)
-    assert at.lower <= at.traction_coefficient <= at.upper
+    assert at.obs_ci_lower <= at.traction_coefficient <= at.obs_ci_upper
     assert fitted.predict(1.2, 30, 70, 0.5).outside
 
 

@@ -91,7 +91,11 @@ def band() -> Figure:
     prediction = simulated_fit().predict(1.25, 40.0, temperature, 0.05)
     one.plot(temperature, prediction.traction_coefficient, label="fit")
     one.fill_between(
-        temperature, prediction.lower, prediction.upper, alpha=0.3, label="95 % interval"
+        temperature,
+        prediction.obs_ci_lower,
+        prediction.obs_ci_upper,
+        alpha=0.3,
+        label="95 % interval",
     )
     one.axvspan(25, 120, color=ORANGE, alpha=0.12, label="tested")
     one.legend()

@@ -73,7 +73,7 @@ def test_corner_of_the_box_away_from_the_line_is_refused(
     other = 1.5 if temperature < 100 else 1.0
     law = heated.predict(np.array([[other, 30.0, temperature]]), np.array([0.05]))
     assert law.away.all()
-    assert np.isnan([law.traction_coefficient, law.lower, law.upper]).all()
+    assert np.isnan([law.traction_coefficient, law.mean_ci_lower, law.mean_ci_upper]).all()
     at = dict(zip((*CONDITIONS, "slide_roll_ratio"), (other, 30.0, temperature, 0.05), strict=True))
     with pytest.raises(OilfilmError, match=r"in step with maximum Hertz pressure only: .*\^1\.8"):
         prediction(heated, "4102", at)

@@ -43,8 +43,8 @@ def test_interval_is_that_of_the_refitted_laws_themselves(
     lower, upper = np.quantile(resampled, [0.025, 0.975])
     width = upper - lower
     # 400 draws know a quantile to about 6 % of the width
-    assert float(result.lower) == pytest.approx(lower, abs=0.15 * width)
-    assert float(result.upper) == pytest.approx(upper, abs=0.15 * width)
+    assert float(result.mean_ci_lower) == pytest.approx(lower, abs=0.15 * width)
+    assert float(result.mean_ci_upper) == pytest.approx(upper, abs=0.15 * width)
 
 
 def test_calibration_widens_the_interval(law: FittedLaw) -> None:
@@ -52,14 +52,18 @@ def test_calibration_widens_the_interval(law: FittedLaw) -> None:
     assert len(law.coefficients.shifted) == 4
     with_it = predict("deng2026", law.coefficients, *at)
     without = predict("deng2026", without_calibration(law), *at)
-    assert with_it.upper - with_it.lower > without.upper - without.lower
+    assert (
+        with_it.mean_ci_upper - with_it.mean_ci_lower
+        > without.mean_ci_upper - without.mean_ci_lower
+    )
     # by hand: half-widths of ln mu add as squares
     steps = [float(traction_coefficient(row, *at)) for row in law.coefficients.shifted]
     mu = float(with_it.traction_coefficient)
     expected = np.sqrt(
-        np.log(float(without.upper) / mu) ** 2 + 1.96**2 * np.sum(np.log(np.array(steps) / mu) ** 2)
+        np.log(float(without.mean_ci_upper) / mu) ** 2
+        + 1.96**2 * np.sum(np.log(np.array(steps) / mu) ** 2)
     )
-    assert np.log(float(with_it.upper) / mu) == pytest.approx(expected, rel=0.02)
+    assert np.log(float(with_it.mean_ci_upper) / mu) == pytest.approx(expected, rel=0.02)
 
 
 @given(slip=st.floats(1e-4, 0.3), pressure=st.floats(0.8, 2.5), temperature=st.floats(20.0, 140.0))
@@ -69,13 +73,13 @@ def test_traction_is_odd_in_slip_and_its_interval_too(
     one = predict("deng2026", law.coefficients, pressure, 30.0, temperature, slip)
     other = predict("deng2026", law.coefficients, pressure, 30.0, temperature, -slip)
     assert other.traction_coefficient == -one.traction_coefficient
-    assert (other.lower, other.upper) == (-one.upper, -one.lower)
-    assert one.lower <= one.traction_coefficient <= one.upper
+    assert (other.mean_ci_lower, other.mean_ci_upper) == (-one.mean_ci_upper, -one.mean_ci_lower)
+    assert one.mean_ci_lower <= one.traction_coefficient <= one.mean_ci_upper
 
 
 def test_at_no_slip_there_is_no_traction_and_no_doubt(law: FittedLaw) -> None:
     result = predict("deng2026", law.coefficients, 1.25, 30.0, 70.0, 0.0)
-    assert (result.traction_coefficient, result.lower, result.upper) == (0, 0, 0)
+    assert (result.traction_coefficient, result.mean_ci_lower, result.mean_ci_upper) == (0, 0, 0)
 
 
 def test_distance_from_the_tested_box_is_in_tested_ranges(law: FittedLaw) -> None:
@@ -94,7 +98,7 @@ def test_distance_from_the_tested_box_is_in_tested_ranges(law: FittedLaw) -> Non
 def test_broadcasting_and_a_million_points(law: FittedLaw) -> None:
     slip = np.linspace(0, 0.3, 1000)
     result = predict("deng2026", law.coefficients, np.linspace(1, 1.5, 1000)[:, None], 30, 70, slip)
-    assert result.lower.shape == (1000, 1000)
+    assert result.mean_ci_lower.shape == (1000, 1000)
     expected = traction_coefficient(law.coefficients.constants, 1.5, 30, 70, slip)
     np.testing.assert_allclose(result.traction_coefficient[-1], expected, rtol=1e-12, atol=1e-16)
 
@@ -115,7 +119,7 @@ def test_bare_constants_give_mu_without_interval_or_box() -> None:
     assert result.traction_coefficient == pytest.approx(
         float(traction_coefficient(printed()["4050"], 1.2, 30.0, 70.0, 0.05))
     )
-    assert np.isnan([result.lower, result.upper, result.distance]).all()
+    assert np.isnan([result.mean_ci_lower, result.mean_ci_upper, result.distance]).all()
 
 
 def test_one_level_only_is_known_there_and_nowhere_else(config: Settings) -> None:
@@ -124,7 +128,7 @@ def test_one_level_only_is_known_there_and_nowhere_else(config: Settings) -> Non
     law = FittedLaw.of(fit.coefficients, "4102", fit.refits, fit.fit_quality)
     result = law.predict(np.array([[1.25, 30.0, 70.0], [1.25, 30.0, 90.0]]), np.array([0.1, 0.1]))
     true = traction_coefficient(printed()["4102"], 1.25, 30.0, 70.0, 0.1)
-    assert result.lower[0] < result.traction_coefficient[0] < result.upper[0]
+    assert result.mean_ci_lower[0] < result.traction_coefficient[0] < result.mean_ci_upper[0]
     assert result.traction_coefficient[0] == pytest.approx(float(true), rel=1e-3)
     assert list(result.away) == [False, True]
     assert np.isnan(result.traction_coefficient[1])
@@ -147,7 +151,7 @@ def test_nothing_fitted_gives_nothing(config: Settings) -> None:
     law = FittedLaw.of(fit.coefficients, "4102", fit.refits, fit.fit_quality)
     result = law.predict(np.array([[1.25, 30.0, 70.0]]), np.array([0.1]))
     assert np.isnan(
-        [result.traction_coefficient, result.lower, result.upper, result.distance]
+        [result.traction_coefficient, result.mean_ci_lower, result.mean_ci_upper, result.distance]
     ).all()
     with pytest.warns(UserWarning, match="nothing could be fitted"):
         predict("deng2026", law.coefficients, 1.25, 30.0, 70.0, 0.1)
@@ -170,5 +174,5 @@ def test_interval_below_zero_is_as_wide_as_the_constants_are_unsure() -> None:
     result = FittedLaw(law, unsure).predict(np.array([[100.0, 20.0, 20.0]]), np.array([0.0]))
     assert result.traction_coefficient[0] == pytest.approx(-0.002)
     # the spread of a logarithm: 5 % of D0 bends it by a few per cent
-    assert result.lower[0] == pytest.approx(-0.002 - 1.96 * 5e-4, abs=1e-4)
-    assert result.upper[0] == pytest.approx(-0.002 + 1.96 * 5e-4, abs=1e-4)
+    assert result.mean_ci_lower[0] == pytest.approx(-0.002 - 1.96 * 5e-4, abs=1e-4)
+    assert result.mean_ci_upper[0] == pytest.approx(-0.002 + 1.96 * 5e-4, abs=1e-4)

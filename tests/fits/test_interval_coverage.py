@@ -1,20 +1,30 @@
-"""The intervals cover the planted truth as often as they say (short; `make bench-coverage`)."""
+"""The intervals hold as often as they say (short; `make bench-coverage` is the long one)."""
 
 import itertools
+from dataclasses import replace
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from campaigns import printed
 from fit_points import LAW
-from oilfilm.fits.engine import polish
-from oilfilm.fits.problem import build_problem
-from oilfilm.fits.uncertainty import curve_bootstrap, naive_covariance
+from oilfilm.fits.engine import Optimum, polish
+from oilfilm.fits.fit import fit_oil
+from oilfilm.fits.fitted import FittedLaw
+from oilfilm.fits.interval import LEVELS, scores_of_unseen
+from oilfilm.fits.problem import build_problem, curve_data
+from oilfilm.fits.uncertainty import curve_bootstrap, naive_covariance, robust_covariance
+from oilfilm.home import CONFIG
 from oilfilm.randomness import generator
-from oilfilm.rig_twin.plateaus import simulate_curves
+from oilfilm.rig_twin.plateaus import Campaign, RunErrors, spread_conditions
+from oilfilm.rig_twin.truth import LawTruth, Truth, true_tractions
+from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
 from oilfilm.traction.law import to_internal
-from oilfilm.traction.laws.deng2026 import traction_coefficient
+
+EXACT = RunErrors(**dict.fromkeys(vars(RunErrors()), 0.0))
+SMALL = np.array(list(itertools.product([1.0, 1.5], [25.0, 32.0, 40.0], [30.0, 100.0])))
 
 
 @pytest.fixture(scope="module")
@@ -22,18 +32,24 @@ def conditions(config: Settings) -> np.ndarray:
     return np.array(list(itertools.product(*config.campaign.matrix.model_dump().values())))
 
 
+def campaign(config: Settings, oil: str, errors: RunErrors | None = None) -> Campaign:
+    return Campaign(LawTruth(printed()[oil]), config.common_contact(), errors or RunErrors())
+
+
+def polished(points: pd.DataFrame, truth: np.ndarray) -> tuple[object, Optimum]:
+    problem = build_problem(LAW, curve_data(points), np.ones(3, dtype=bool))
+    return problem, polish(problem, truth)
+
+
 @pytest.mark.no_cover
 def test_curve_bootstrap_covers_the_truth_and_naive_errors_do_not(
     config: Settings, conditions: np.ndarray
 ) -> None:
     truth = to_internal(LAW, printed()["4050"])
-    rig = next(iter(config.rigs.values()))
     inside, naive = [], []
     for number in range(24):
         random = generator(1, "coverage", number)
-        data = simulate_curves(printed()["4050"], conditions, config.campaign.twin, rig, random)
-        problem = build_problem(LAW, data, np.ones(3, dtype=bool))
-        best = polish(problem, truth)
+        problem, best = polished(campaign(config, "4050").points(conditions, random), truth)
         refits = curve_bootstrap(problem, best, 200, random)
         lower, upper = np.quantile(refits, [0.025, 0.975], axis=0)
         inside.append((lower <= truth) & (truth <= upper))
@@ -44,13 +60,77 @@ def test_curve_bootstrap_covers_the_truth_and_naive_errors_do_not(
     assert np.mean(naive) < 0.7
 
 
-NO_ERRORS = {
-    "noise_of_full_scale": 0.0,
-    "control_load": 0.0,
-    "control_speed": 0.0,
-    "control_temperature_c": 0.0,
-    "systematic_temperature_c": 0.0,
-}
+@pytest.mark.no_cover
+def test_errors_of_twelve_runs_are_as_large_as_the_scatter_of_such_campaigns(
+    config: Settings,
+) -> None:
+    truth = to_internal(LAW, printed()["4050"])
+    ends, variances = [], []
+    for number in range(80):
+        points = campaign(config, "4050").points(SMALL, generator(2, "small", number))
+        problem, best = polished(points, truth)
+        ends.append(best.values)
+        variances.append(np.diag(robust_covariance(problem, best)))
+    ratio = np.sqrt(np.mean(variances, axis=0)) / np.std(ends, axis=0, ddof=1)
+    # 80 campaigns know a standard deviation to 8 %
+    assert (ratio > 0.7).all()
+    assert (ratio < 1.5).all()
+
+
+@pytest.mark.no_cover
+@pytest.mark.parametrize("film", [False, True], ids=["true law", "heated film"])
+def test_the_interval_holds_new_runs_whether_or_not_the_law_is_true(
+    config: Settings, conditions: np.ndarray, film: bool
+) -> None:
+    made: Truth = LawTruth(printed()["4050"])
+    if film:
+        made = true_tractions(resolve(CONFIG, {"campaign": "thermal"}), {})["4050"]
+    source = Campaign(made, config.common_contact())
+    random = generator(3, "new runs", str(film))
+    settings = config.fit.model_copy(update={"searches": 2, "bootstrap": 100})
+    run = np.arange(len(conditions))
+    some = conditions[(run + run // 6 + run // 24) % 3 == 0]  # every level, 24 runs
+    fit = fit_oil(source.points(some, random, "4050"), "4050", settings, 1)
+    fitted = FittedLaw.of(fit.coefficients, "4050", fit.refits, fit.fit_quality)
+    box = some.min(axis=0), some.max(axis=0)
+    new = source.points(spread_conditions(*box, 40, random), random, "4050")
+    new = new[new["slide_roll_ratio"] > 0]
+    predicted = fitted.predict(
+        new[list(LAW.conditions)].to_numpy(float), new["slide_roll_ratio"].to_numpy()
+    )
+    mu = new["traction_coefficient"].to_numpy()
+    share = np.mean((predicted.obs_ci_lower <= mu) & (mu <= predicted.obs_ci_upper))
+    assert 0.90 <= share <= 1.0
+    deviation = np.quantile(np.abs(mu / predicted.traction_coefficient - 1), 0.95)
+    width = (predicted.obs_ci_upper - predicted.obs_ci_lower) / 2 / predicted.traction_coefficient
+    assert np.median(width) < 1.6 * deviation
+    if film:  # what the law itself says of its mean is no help where the law is wrong
+        own = (predicted.mean_ci_lower <= mu) & (mu <= predicted.mean_ci_upper)
+        assert np.mean(own) < 0.7
+
+
+def test_quantiles_of_curves_left_out_are_those_of_their_ranks() -> None:
+    """19 curves of one point: the 95 % quantile is the largest of 19, the 90 % one the 18th."""
+    errors = np.arange(1.0, 20.0)
+    predicted = np.ones(19)
+    unseen = scores_of_unseen(predicted, predicted - errors * 1e-3, np.zeros(19), np.arange(19))
+    size = np.hypot(unseen.absolute, unseen.relative)
+    # as half widths of an interval that does not change its sign: |ln(measured/mu)|
+    expected = -np.log1p(-errors * 1e-3) / size
+    known = dict(zip(LEVELS, unseen.quantiles, strict=True))
+    assert known[0.95] == pytest.approx(expected[18])
+    assert known[0.9] == pytest.approx(expected[17])
+    assert known[0.5] == pytest.approx(expected[9])
+    assert np.isnan(known[0.99])
+    assert unseen.at(0.99) == (0.95, pytest.approx(expected[18]))
+
+
+def test_a_curve_of_many_points_counts_as_one() -> None:
+    few = scores_of_unseen(np.ones(9), 1 + 0.01 * np.arange(1, 10), np.zeros(9), np.arange(9))
+    curve = np.repeat(np.arange(9), 50)
+    error = np.repeat(0.01 * np.arange(1, 10), 50)
+    many = scores_of_unseen(np.ones(450), 1 + error, np.zeros(450), curve)
+    np.testing.assert_allclose(many.quantiles, few.quantiles)
 
 
 @pytest.mark.parametrize("systematic_load", [0.0, 0.005])
@@ -58,10 +138,12 @@ def test_a_load_that_reads_high_lowers_mu_and_raises_the_pressure(
     config: Settings, conditions: np.ndarray, systematic_load: float
 ) -> None:
     """mu = F/W and P ~ W^(1/3): with W read a factor g high, mu P^3 stays what it was."""
-    twin = config.campaign.twin.model_copy(update={**NO_ERRORS, "systematic_load": systematic_load})
-    rig = next(iter(config.rigs.values()))
-    data = simulate_curves(printed()["4102"], conditions, twin, rig, generator(1, "x"))
-    gain = (data.conditions[:, 0] / conditions[:, 0]) ** 3
+    source = campaign(config, "4102", replace(EXACT, load=systematic_load))
+    points = source.points(conditions, generator(1, "x"))
+    pressure = np.repeat(conditions[:, 0], 31)
+    gain = (points["max_hertz_pressure_gpa"].to_numpy() / pressure) ** 3
     assert np.std(gain) == pytest.approx(systematic_load, rel=0.3, abs=1e-12)
-    nominal = traction_coefficient(printed()["4102"], *conditions[data.curve].T, data.slip)
-    np.testing.assert_allclose(data.mu * gain[data.curve], nominal, rtol=1e-9, atol=1e-15)
+    at = [np.repeat(level, 31) for level in conditions.T]
+    nominal = source.truth(*at, points["slide_roll_ratio"].to_numpy())
+    measured = points["traction_coefficient"].to_numpy() * gain
+    np.testing.assert_allclose(measured, nominal, rtol=1e-9, atol=1e-15)

@@ -4,6 +4,7 @@ import numpy as np
 
 from oilfilm.fits.conditions import FixedCondition, InStep
 from oilfilm.fits.fitted import Coefficients, FittedLaw
+from oilfilm.fits.interval import Unseen
 from oilfilm.traction.law import Law, bounds, to_constants
 
 
@@ -26,5 +27,7 @@ def planted_fit(law: Law) -> tuple[FittedLaw, float, int]:
     speed = FixedCondition("entrainment_speed_m_s", 32.0, 2.0, (line,))
     spread, known = to_constants(law, scattered), np.array([True, False, True])
     constants = to_constants(law, internal)
-    fit = Coefficients(constants, known, spread, spread[:3], box, (speed,))
+    two_levels = ("inlet_temperature_c",)
+    rest = (box, (speed,), Unseen(2e-5, 0.01, np.full(5, 1.7)), 20.0, two_levels)
+    fit = Coefficients(constants, known, spread, spread[:3], *rest)
     return FittedLaw(law, fit), factor, power

@@ -34,8 +34,8 @@ console.log(JSON.stringify(fits.map((fit) => points.map((point) => ends(traction
         conditions[:, 1] = np.nan  # on the tested line
         expected = fit.predict(conditions, points[:, 3])
         mu, lower, upper = np.array(made, dtype=float).T
-        assert not np.isnan(expected.upper).any()
-        assert (expected.lower <= expected.traction_coefficient).all()
+        assert not np.isnan(expected.obs_ci_upper).any()
+        assert (expected.obs_ci_lower <= expected.traction_coefficient).all()
         np.testing.assert_allclose(mu, expected.traction_coefficient, rtol=1e-9, atol=1e-15)
-        np.testing.assert_allclose(lower, expected.lower, rtol=1e-9, atol=1e-15)
-        np.testing.assert_allclose(upper, expected.upper, rtol=1e-9, atol=1e-15)
+        np.testing.assert_allclose(lower, expected.obs_ci_lower, rtol=1e-9, atol=1e-15)
+        np.testing.assert_allclose(upper, expected.obs_ci_upper, rtol=1e-9, atol=1e-15)

@@ -197,8 +197,8 @@ def test_sliders_move_the_curves_to_the_numbers_of_python(
         expected = prediction(results, oil, points)
         assert len(line["x"]) > 100
         agree(line["mu"], expected.traction_coefficient)
-        agree(line["lower"], expected.lower)
-        agree(line["upper"], expected.upper)
+        agree(line["lower"], expected.obs_ci_lower)
+        agree(line["upper"], expected.obs_ci_upper)
 
 
 @pytest.mark.parametrize("name", LAWS)
@@ -216,8 +216,8 @@ def test_every_law_of_the_page_is_that_of_python(calculator: Page, name: str) ->
     assert 20 < expected.away.sum() < 280
     assert [at["away"] for at in predictions] == expected.away.tolist()
     agree([at["mu"] for at in predictions], expected.traction_coefficient)
-    agree([at["lower"] for at in predictions], expected.lower)
-    agree([at["upper"] for at in predictions], expected.upper)
+    agree([at["lower"] for at in predictions], expected.obs_ci_lower)
+    agree([at["upper"] for at in predictions], expected.obs_ci_upper)
     assert [at["outside"] for at in predictions] == expected.outside.tolist()
     if power == 1:  # the page tells the distance by the pressure, Python by the load
         agree([max(at["beyond"]) for at in predictions], expected.distance)
@@ -353,7 +353,7 @@ def test_curve_saved_as_csv_is_the_curve(page: Page, results: CampaignTables) ->
         points = np.array([[float(row[name]) for name in AXES] for row in own])
         expected = prediction(results, oil, points)
         agree([row["traction_coefficient"] for row in own], expected.traction_coefficient)
-        agree([row["upper"] for row in own], expected.upper)
+        agree([row["upper"] for row in own], expected.obs_ci_upper)
         assert [row["outside"] for row in own] == expected.outside.astype(str).tolist()
 
 

@@ -14,7 +14,7 @@ from oilfilm import tables
 from oilfilm.cli.arguments import campaign_folder, json_text, quantity
 from oilfilm.cli.parser import CONDITION_OPTIONS
 from oilfilm.errors import OilfilmError
-from oilfilm.fits.fitted import SLIP, FittedLaw, read_fit
+from oilfilm.fits.fitted import INTERVALS, SLIP, FittedLaw, read_fit
 from oilfilm.traction.law import QUANTITIES
 
 
@@ -71,18 +71,11 @@ def prediction(
         there = "; ".join(where[each] for each in away)
         raise OilfilmError(f"{oil}: mu is not known there: {there}.{'' if unknown else advice}")
     at = {**line, SLIP: at[SLIP]}
-    mu, lower, upper, ranges = (
-        float(values[0])
-        for values in (
-            predicted.traction_coefficient,
-            predicted.lower,
-            predicted.upper,
-            predicted.distance,
-        )
-    )
+    mu, ranges = float(predicted.traction_coefficient[0]), float(predicted.distance[0])
+    intervals = {name: float(getattr(predicted, name)[0]) for name in INTERVALS}
     if not np.isfinite(mu):
         raise OilfilmError(f"{oil}: the law {fit.law.name} has no value there.")
-    why = "too few curves were tested (fit.min_curves_to_resample)"
+    why = "too few curves were tested (fit.min_curves_for_errors)"
     if np.isnan(fit.coefficients.box).all():
         why = "the paper states none"
     return {
@@ -91,8 +84,8 @@ def prediction(
         "source": source,
         "at": at,
         "traction_coefficient": mu,
-        "lower": lower,
-        "upper": upper,
+        "level": fit.coefficients.unseen.at(0.95)[0],
+        **intervals,
         "fixed": [*where.values()],
         "outside": [
             {"quantity": name, "value": value, "minimum": low, "maximum": high}
@@ -100,15 +93,18 @@ def prediction(
             if np.isfinite([low, value]).all() and not low <= abs(value) <= high
         ],
         "tested_ranges_outside": ranges,
-        "no_interval": f"no interval, because {why}" if np.isnan(lower) else "",
+        "no_interval": f"no interval, because {why}" if np.isnan(intervals["obs_ci_lower"]) else "",
     }
 
 
 def _text(predicted: Mapping[str, Any]) -> str:
     """A prediction in sentences."""
     found = "{oil}, {law}: mu = {traction_coefficient:.5f}, ".format_map(predicted)
-    interval = "95 % interval {lower:.5f} to {upper:.5f}".format_map(predicted)
-    lines = [found + (predicted["no_interval"] or interval)]
+    interval = "{level:.0%} interval of the next good run {obs_ci_lower:.5f} to {obs_ci_upper:.5f}"
+    lines = [found + (predicted["no_interval"] or interval.format_map(predicted))]
+    if not predicted["no_interval"]:
+        own = "if the law is true, mu is {mean_ci_lower:.5f} to {mean_ci_upper:.5f}"
+        lines.append(own.format_map(predicted))
     lines += [
         f"mu and its interval are those where it was tested: {each}" for each in predicted["fixed"]
     ]

@@ -42,6 +42,34 @@ def leave_curves_out(
     return _errors_left_out(problem, optimum, np.unique(group)[:, np.newaxis] == group)
 
 
+def spread_left_out(problem: Problem, optimum: Optimum, covariance: FloatArray) -> FloatArray:
+    """Random standard error of mu at each point, by a fit that has not seen its curve.
+
+    That of the fit to all curves, times what the curve alone tells of its own mu:
+    g^T (J^T J - J_i^T J_i)^-1 g over g^T (J^T J)^-1 g.
+
+    Args:
+        problem: What was fitted.
+        optimum: Where it ended.
+        covariance: Of the free internal constants, shape (free, free).
+
+    Returns:
+        Shape (points,).
+    """
+    jacobian = problem.jacobian(optimum.values)
+    variance = np.einsum("pi,ij,pj->p", jacobian, covariance, jacobian)
+    orthonormal, _ = np.linalg.qr(jacobian)
+    seen = np.sum(orthonormal**2, axis=1)
+    unseen = np.empty_like(seen)
+    for first, length in zip(problem.starts, problem.lengths, strict=True):
+        of_curve = orthonormal[first : first + length]
+        # (I - Q_i^T Q_i)^-1 is endless where the curve alone decides a direction
+        others = np.linalg.pinv(np.eye(orthonormal.shape[1]) - of_curve.T @ of_curve)
+        unseen[first : first + length] = np.einsum("pi,ij,pj->p", of_curve, others, of_curve)
+    growth = np.divide(unseen, seen, out=np.ones_like(seen), where=seen > 0)
+    return np.sqrt(np.maximum(variance * growth, 0.0))
+
+
 def leave_ends_out(problem: Problem, optimum: Optimum, levels: IndexArray) -> FloatArray:
     """The same of the curves of the lowest and of the highest level, by fits to the other levels.
 

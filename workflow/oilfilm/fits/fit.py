@@ -14,8 +14,10 @@ from oilfilm.fits.conditions import (
     incomplete_curves,
     to_text,
 )
+from oilfilm.fits.cross_validation import leave_curves_out, level_of, spread_left_out
 from oilfilm.fits.engine import Optimum, at_bounds, search
 from oilfilm.fits.fit_tables import fitted_names, tables_of_fit, tables_without_fit
+from oilfilm.fits.interval import scores_of_unseen
 from oilfilm.fits.objectives import robust_fit
 from oilfilm.fits.problem import (
     CurveData,
@@ -26,11 +28,17 @@ from oilfilm.fits.problem import (
 from oilfilm.fits.profile import profiles
 from oilfilm.fits.solution import Solution
 from oilfilm.fits.systematic import calibration_refits
-from oilfilm.fits.uncertainty import Estimates, curve_bootstrap, naive_covariance
+from oilfilm.fits.uncertainty import (
+    Estimates,
+    curve_bootstrap,
+    naive_covariance,
+    robust_draws,
+    without_bounds,
+)
 from oilfilm.randomness import generator
 from oilfilm.settings.config import FitSettings
 from oilfilm.traction import LAWS
-from oilfilm.traction.law import BoolArray, Law
+from oilfilm.traction.law import BoolArray, FloatArray, Law
 
 # Columns of the points that span the tested box, and the columns of `fit_quality` that hold it.
 BOX = (
@@ -100,7 +108,7 @@ def fit_oil(
         names = fitted_names(law)
         return OilFit(tables_without_fit(names, error.quality, str(error)), None)
     solution = _solve(prepared, oil, settings, seed)
-    return OilFit(tables_of_fit(solution, prepared.quality, settings), solution)
+    return OilFit(tables_of_fit(solution, prepared.points, prepared.quality, settings), solution)
 
 
 @dataclass(frozen=True)
@@ -140,6 +148,13 @@ def _prepare(points: pd.DataFrame, oil: str, settings: FitSettings, law: Law) ->
         "n_curves": len(data.runs),
         "incomplete_curves": "; ".join(left_out),
         "fixed_conditions": to_text(fixed),
+        "two_level_conditions": ", ".join(
+            name
+            for name, values in itertools.compress(
+                zip(law.conditions, data.conditions.T, strict=True), followed
+            )
+            if level_of(values, settings.level_gap).max() == 1
+        ),
         **_tested_box(points),
     }
     try:
@@ -186,20 +201,36 @@ def _solve(prepared: _Prepared, oil: str, settings: FitSettings, seed: int) -> S
     best = min(optima, key=lambda optimum: optimum.sse)
     naive = naive_covariance(problem, best)
     errors = np.sqrt(np.diag(naive))
-    refits = np.empty((0, len(best.values)))
-    if problem.curves >= settings.min_curves_to_resample:
-        random = generator(seed, "bootstrap", oil)
-        refits = curve_bootstrap(problem, best, settings.bootstrap, random)
+    drawn = _refits(problem, best, settings, generator(seed, "bootstrap", oil))
+    refits = without_bounds(problem, drawn)
     shifted = calibration_refits(problem, best, prepared.points, prepared.followed)
+    estimates = Estimates(best.values, naive, refits, shifted)
+    # the same groups for every law
+    random = generator(seed, "left out", oil)
+    left_out = leave_curves_out(problem, best, settings.left_out_groups, random)
+    own_error = spread_left_out(problem, best, estimates.random_covariance)
     return Solution(
         problem,
         data,
         best,
         certify(problem, data, optima, errors, settings),
-        Estimates(best.values, naive, refits, shifted),
+        estimates,
         profiles(problem, best, errors),
         robust_fit(problem, best),
+        left_out,
+        scores_of_unseen(problem.mu + left_out, problem.mu, own_error, problem.at.curve),
+        len(drawn) - len(refits),
     )
+
+
+def _refits(
+    problem: Problem, best: Optimum, settings: FitSettings, random: np.random.Generator
+) -> FloatArray:
+    """Constants spread as other campaigns of such runs would give them; none of too few curves."""
+    if problem.curves < settings.min_curves_for_errors:
+        return np.empty((0, len(best.values)))
+    spread = robust_draws if problem.curves < settings.min_curves_to_resample else curve_bootstrap
+    return spread(problem, best, settings.bootstrap, random)
 
 
 def _with_bounds_held(problem: Problem, ends: list[Optimum]) -> tuple[Problem, list[Optimum]]:

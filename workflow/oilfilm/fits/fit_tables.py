@@ -21,10 +21,10 @@ from oilfilm.traction.law import FloatArray, Law
 
 # Traction this small beside the largest is rounding: no dip below zero, no second rise.
 _ROUNDING = 1e-9
-# Known once curves are left out of the fit.
-_UNSEEN = dict.fromkeys(
+# Known once whole levels are left out of the fit.
+_ENDS_OUT = dict.fromkeys(
     (
-        *("left_out_rmse", "pressure_end_out_relative_rms", "speed_end_out_relative_rms"),
+        *("pressure_end_out_relative_rms", "speed_end_out_relative_rms"),
         "temperature_end_out_relative_rms",
     ),
     np.nan,
@@ -33,6 +33,7 @@ _UNSEEN = dict.fromkeys(
 
 def tables_of_fit(
     solution: Solution,
+    points: pd.DataFrame,
     quality: Mapping[str, Any],
     settings: FitSettings,
 ) -> dict[str, pd.DataFrame]:
@@ -40,6 +41,7 @@ def tables_of_fit(
 
     Args:
         solution: The fit.
+        points: The oil's rows of the table of points, without those of incomplete curves.
         quality: Oil, law, counts and tested box: the row of `fit_quality` so far.
         settings: `sign_confidence` and `pulling_weight` of config's fit.
     """
@@ -47,12 +49,12 @@ def tables_of_fit(
         quality,
         {
             "coefficients": _judged(_coefficients(solution, settings), solution, quality),
-            "fit_quality": pd.DataFrame([{**_UNSEEN, **quality, **_quality(solution)}]),
+            "fit_quality": pd.DataFrame([{**_ENDS_OUT, **quality, **_quality(solution)}]),
             "refits": _refits(solution),
             "correlations": _correlations(solution),
             "profiles": _profiles(solution),
             "curve_residuals": _curve_residuals(solution, settings),
-            "law_points": pd.DataFrame(),
+            "law_points": _law_points(solution, points),
         },
     )
 
@@ -76,6 +78,7 @@ def tables_without_fit(
         **dict.fromkeys(tables.columns("fit_quality"), np.nan),
         **quality,
         "n_constants": 0,
+        "refits_at_bounds": 0,
         "searches": 0,
         "searches_agreeing": 0,
         "active_bounds": "",
@@ -206,6 +209,9 @@ def _quality(solution: Solution) -> dict[str, Any]:
         "negative_share": negative,
         "second_rise_share": second_rise,
         "robust_difference": difference(problem, best, solution.robust),
+        "left_out_rmse": float(np.sqrt(np.mean(solution.left_out**2))),
+        "refits_at_bounds": solution.refits_at_bounds,
+        **solution.unseen.columns(),
         **asdict(solution.certificate),
     }
 
@@ -301,6 +307,18 @@ def _profiles(solution: Solution) -> pd.DataFrame:
             "value": problem.reported(levels.T).T.ravel(),
             "signed_root": (turned * z).ravel(),
         }
+    )
+
+
+def _law_points(solution: Solution, points: pd.DataFrame) -> pd.DataFrame:
+    data = solution.data
+    # the order of `curve_data`, whose traction is that of positive slip
+    at = points[points["accepted"]].sort_values(["run_id", "first_row"]).reset_index(drop=True)
+    side = np.where(at["slide_roll_ratio"] < 0, -1.0, 1.0)
+    residual = solution.problem.residual(solution.best.values)
+    return at[["run_id", "first_row", "slide_roll_ratio"]].assign(
+        traction_coefficient=side * (data.mu + residual),
+        left_out_traction_coefficient=side * (data.mu + solution.left_out),
     )
 
 

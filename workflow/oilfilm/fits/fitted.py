@@ -12,9 +12,17 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
+from oilfilm import tables
 from oilfilm.errors import OilfilmError
 from oilfilm.fits.conditions import LEAST_SIZE, FixedCondition, away, from_text
-from oilfilm.fits.interval import Evaluated
+from oilfilm.fits.interval import (
+    UNKNOWN,
+    Band,
+    Unseen,
+    between_two_levels,
+    normal_quantile,
+    student_quantile,
+)
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.tables.limits import refuse_unpacking
 from oilfilm.traction import LAWS
@@ -27,6 +35,8 @@ from oilfilm.traction.law import (
 )
 
 SLIP = "slide_roll_ratio"
+# Ends of the intervals of a prediction, as attributes and as columns of tables.
+INTERVALS = ("obs_ci_lower", "obs_ci_upper", "mean_ci_lower", "mean_ci_upper")
 # Points predicted at once: about what fits a processor's cache.
 _CHUNK = 1 << 14
 
@@ -45,6 +55,9 @@ class Coefficients:
             shape (conditions + 1, 2); NaN where unknown.
         fixed: The conditions that the fit does not follow, with the level or line tested; empty
             where that is unknown.
+        unseen: How far curves left out of the fit lie from their prediction.
+        degrees: Curves less the terms of each power law: degrees of freedom of the spread.
+        two_levels: The followed conditions that were tested at two levels only.
     """
 
     constants: FloatArray
@@ -53,6 +66,9 @@ class Coefficients:
     shifted: FloatArray
     box: FloatArray
     fixed: tuple[FixedCondition, ...] = ()
+    unseen: Unseen = UNKNOWN
+    degrees: float = np.inf
+    two_levels: tuple[str, ...] = ()
 
     @classmethod
     def bare(cls, law: Law, constants: FloatArray) -> "Coefficients":
@@ -63,16 +79,13 @@ class Coefficients:
         return cls(np.asarray(constants, dtype=float), known, none, none, box)
 
     def covariance(self, law: Law) -> FloatArray:
-        """Covariance of the internal constants: bootstrap over curves, plus calibration.
+        """Covariance of the internal constants by the refits to other curves; NaN without refits.
 
-        NaN where there are no refits.
+        Calibration is not in it.
         """
-        size = len(self.constants)
         if len(self.spread) < 2 or np.isnan(self.constants).any():
-            return np.full((size, size), np.nan)
-        random = np.cov(to_internal(law, self.spread), rowvar=False)
-        off = to_internal(law, self.shifted) - to_internal(law, self.constants)
-        return np.asarray(random + off.T @ off)
+            return np.full((len(self.constants),) * 2, np.nan)
+        return np.asarray(np.cov(to_internal(law, self.spread), rowvar=False))
 
     def root(self, law: Law) -> FloatArray:
         """R with R R^T = covariance; constants held at zero give it directions without size.
@@ -85,15 +98,41 @@ class Coefficients:
         size, directions = np.linalg.eigh(covariance)
         return np.asarray(directions * np.sqrt(np.maximum(size, 0)))
 
+    def bands(self, law: Law, level: float) -> tuple[Band, Band, float]:
+        """Intervals of a further run and of the law's mean, and the level that the first one holds.
+
+        Calibration is in both, once: it is an error that all runs of the rig share.
+
+        Args:
+            law: The law.
+            level: Of confidence; the first interval has the highest one up to it that the number
+                of curves allows, NaN where that is none.
+        """
+        root, unseen = self.root(law), self.unseen
+        calibration = (to_internal(law, self.shifted) - to_internal(law, self.constants)).T
+        calibration = normal_quantile(level) * calibration
+        held, quantile = unseen.at(level)
+        run = Band(
+            np.hstack([quantile * root, calibration]),
+            quantile * unseen.absolute,
+            quantile * unseen.relative,
+        )
+        own = student_quantile(level, self.degrees) if self.degrees > 0 else np.nan
+        return run, Band(np.hstack([own * root, calibration])), held
+
 
 @dataclass(frozen=True)
 class Prediction:
-    """Traction coefficients with their interval; all arrays of one shape.
+    """Traction coefficients with their intervals; all arrays of one shape.
 
     Attributes:
         traction_coefficient: mu; odd in the slide-roll ratio.
-        lower: Lower end of the interval, NaN where the fit has none.
-        upper: Upper end.
+        obs_ci_lower: Lower end of the interval of the next good run, from curves left out of the
+            fit; NaN where the fit has none.
+        obs_ci_upper: Upper end.
+        mean_ci_lower: Lower end of the interval of the law's mean curve, which holds if the law is
+            true; NaN where the fit has none.
+        mean_ci_upper: Upper end.
         outside: True where a condition or the slip lies outside the tested box.
         distance: How far outside, in tested ranges, for the condition farthest out; 0 inside, NaN
             where the box is unknown, infinite where `away`.
@@ -102,8 +141,10 @@ class Prediction:
     """
 
     traction_coefficient: FloatArray
-    lower: FloatArray
-    upper: FloatArray
+    obs_ci_lower: FloatArray
+    obs_ci_upper: FloatArray
+    mean_ci_lower: FloatArray
+    mean_ci_upper: FloatArray
     outside: npt.NDArray[np.bool_]
     distance: FloatArray
     away: npt.NDArray[np.bool_]
@@ -163,8 +204,10 @@ class FittedLaw:
                 )
         box = np.full((len(law.conditions) + 1, 2), np.nan)
         fixed: tuple[FixedCondition, ...] = ()
+        unseen, degrees, two_levels = UNKNOWN, np.inf, ()
         if quality is not None:
-            row = quality[(quality["oil"] == oil) & (quality["law"] == law.name)].iloc[0]
+            of_fit = quality[(quality["oil"] == oil) & (quality["law"] == law.name)]
+            (row,) = tables.rows(of_fit)
             names = (*law.conditions, "slide_roll_ratio")
             box = np.array(
                 [[row[f"tested_min_{name}"], row[f"tested_max_{name}"]] for name in names], float
@@ -172,7 +215,11 @@ class FittedLaw:
             # that there is no traction without slip needs no test
             box[-1, 0] = 0.0
             fixed = from_text(row["fixed_conditions"])
-        return cls(law, Coefficients(values, known, spread, shifted, box, fixed))
+            unseen = Unseen.of(row)
+            two_levels = tuple(filter(None, row["two_level_conditions"].split(", ")))
+            degrees = float(row["n_curves"]) - 1 - known.sum()
+        rest = (box, fixed, unseen, degrees, two_levels)
+        return cls(law, Coefficients(values, known, spread, shifted, *rest))
 
     @classmethod
     def of_configured(cls, results: CampaignTables, oil: str) -> "FittedLaw":
@@ -191,37 +238,39 @@ class FittedLaw:
         return self.predict(at, slip).traction_coefficient
 
     def predict(self, conditions: FloatArray, slip: FloatArray, level: float = 0.95) -> Prediction:
-        """mu with its interval at each point.
-
-        The interval is that of `Evaluated.interval`: bootstrap over curves, and calibration where
-        it is stated.
+        """mu with its intervals at each point, as of `Coefficients.bands`.
 
         Args:
             conditions: Rows of the law's conditions, shape (points, conditions). NaN for a
                 condition that the fit does not follow asks for its tested level; mu is NaN where a
                 condition that it follows is.
             slip: Slide-roll ratio of each point, shape (points,).
-            level: Of confidence.
+            level: Of confidence; `Coefficients.bands` says which one the number of curves allows.
         """
         none = np.zeros(len(conditions), dtype=bool)
         off = np.any([none, *self.away_from(conditions).values()], axis=0)
         conditions = self.on_line(conditions)
         unknown = np.isnan(self.law.group_values(conditions)[:, self.coefficients.known])
         lost = off | unknown.any(axis=1)
-        mu, lower, upper = np.full((3, len(slip)), np.nan)
+        mu, run, own = np.full(len(slip), np.nan), *np.full((2, 2, len(slip)), np.nan)
         if not np.isnan(self.coefficients.constants).any():
             # any value that the law can take; mu is not known there
             evaluable = np.where(lost[:, np.newaxis], 1.0, conditions)
-            root = self.coefficients.root(self.law)
+            of_run, of_law, _ = self.coefficients.bands(self.law, level)
             for start in range(0, len(slip), _CHUNK):
                 chunk = slice(start, start + _CHUNK)
-                at = self._evaluated(evaluable[chunk], slip[chunk], root)
-                mu[chunk], (lower[chunk], upper[chunk]) = at.mu, at.interval(level)
-            mu[lost] = lower[lost] = upper[lost] = np.nan
+                mu[chunk], gradient = self._with_gradient(evaluable[chunk], slip[chunk])
+                bend = self._unseen_bend(evaluable[chunk], slip[chunk], mu[chunk])
+                run[:, chunk] = of_run.ends(mu[chunk], gradient, bend)
+                own[:, chunk] = of_law.ends(mu[chunk], gradient, bend[:, :0])
+            mu[lost] = run[:, lost] = own[:, lost] = np.nan
         sign = np.where(slip < 0, -1.0, 1.0)
-        ends = np.sort([sign * lower, sign * upper], axis=0)
+        lower, upper = np.sort(sign * run, axis=0)
+        own_lower, own_upper = np.sort(sign * own, axis=0)
         distance = np.where(off, np.inf, self._distance(conditions, slip))
-        return Prediction(sign * mu, ends[0], ends[1], distance > 0, distance, off)
+        return Prediction(
+            sign * mu, lower, upper, own_lower, own_upper, distance > 0, distance, off
+        )
 
     def predict_at(
         self,
@@ -272,13 +321,24 @@ class FittedLaw:
     def _by_name(self, conditions: FloatArray) -> dict[str, FloatArray]:
         return dict(zip(self.law.conditions, conditions.T, strict=True))
 
-    def _evaluated(self, conditions: FloatArray, slip: FloatArray, root: FloatArray) -> Evaluated:
+    def _with_gradient(
+        self, conditions: FloatArray, slip: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
         law, coefficients = self.law, self.coefficients
         design = law.design(conditions, coefficients.known)
         sizes = law.sizes(to_internal(law, coefficients.constants), design)
         mu, slopes = law.value_and_slopes(sizes, np.abs(slip))
-        gradient = np.hstack([slope[:, np.newaxis] * design for slope in slopes])
-        return Evaluated(mu, gradient, root)
+        return mu, np.hstack([slope[:, np.newaxis] * design for slope in slopes])
+
+    def _unseen_bend(self, conditions: FloatArray, slip: FloatArray, mu: FloatArray) -> FloatArray:
+        """Change of mu that two levels of a condition cannot tell: (points, such conditions)."""
+        bends = np.empty((len(mu), len(self.coefficients.two_levels)))
+        for column, name in enumerate(self.coefficients.two_levels):
+            index = self.law.conditions.index(name)
+            moved = conditions.copy()
+            moved[:, index] = between_two_levels(moved[:, index], *self.coefficients.box[index])
+            bends[:, column] = self._with_gradient(moved, slip)[0] - mu
+        return bends
 
     def _distance(self, conditions: FloatArray, slip: FloatArray) -> FloatArray:
         low, high = self.reach.T
@@ -352,7 +412,7 @@ def predict(
     slide_roll_ratio: Any,
     level: float = 0.95,
 ) -> Prediction:
-    """Traction coefficient with its interval, and whether the point was ever tested.
+    """Traction coefficient with its intervals, and whether the point was ever tested.
 
     Args:
         law: A law of pressure, speed and temperature, or its name.

@@ -1,19 +1,23 @@
-"""How sure mu of a fitted law is, by the delta method.
+"""How sure mu of a fitted law is: where the next good run lies, and what the law's mean may be.
 
-Python evaluates the equations of the two ends, and the report's script is written from them
-(`oilfilm.report.law_script`).
+The first interval is conformal: curves left out of the fit say how far a run that the fit has not
+seen lies from its prediction, whatever the reason, and whether or not the law is true. The second
+one is the law's own, by the delta method, and holds if the law is true. The report's script is
+written from the same equations (`oilfilm.report.law_script`).
 
-Decides: the interval of mu at a condition, wherever it is shown (`predict`, Python, explorer,
+Decides: the intervals of mu at a condition, wherever they are shown (`predict`, Python, explorer,
 exports, figures, torque).
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import scipy
 
 from oilfilm.traction.expression import compiled, name, parse
-from oilfilm.traction.law import FloatArray
+from oilfilm.traction.law import FloatArray, IndexArray
 
 # Lower and upper end by mu and the half width h: relative where the law is above zero, so that no
 # end changes its sign; absolute elsewhere.
@@ -22,41 +26,169 @@ RELATIVE_ENDS = [parse(text, _BY) for text in ("mu / exp(h / mu)", "mu * exp(h /
 ABSOLUTE_ENDS = [parse(text, _BY) for text in ("mu - h", "mu + h")]
 _relative_ends, _absolute_ends = compiled([*_BY], RELATIVE_ENDS), compiled([*_BY], ABSOLUTE_ENDS)
 
+# At which the interval of a further run is kept; a campaign of few runs gives the lower ones only.
+LEVELS = (0.5, 0.8, 0.9, 0.95, 0.99)
+_QUANTILES = tuple(f"unseen_quantile_{round(100 * level)}" for level in LEVELS)
+# Traction below this share of the rms of mu is as uncertain as at this share.
+_SMALL_TRACTION = 0.05
+
 
 def normal_quantile(level: float) -> float:
     """Standard errors to each side of a normal mean that hold a share `level`."""
     return float(scipy.special.ndtri(0.5 + level / 2))
 
 
+def student_quantile(level: float, degrees: float) -> float:
+    """The same of Student's distribution."""
+    return float(scipy.special.stdtrit(degrees, 0.5 + level / 2))
+
+
 @dataclass(frozen=True)
-class Evaluated:
-    """A fitted law at some points, with all that its interval needs.
+class Band:
+    """What makes the half width h of an interval about mu.
+
+        h = sqrt(absolute^2 + (relative mu)^2 + |g reach|^2) + |unseen bend|
 
     Attributes:
-        mu: Traction coefficient for positive slip, shape (points,).
-        gradient: Its derivatives by the internal constants, shape (points, constants).
-        root: R with R R^T the covariance of the internal constants, NaN where it is not known.
+        reach: Multiplies the gradient g of mu by the internal constants, shape (constants, m).
+        absolute: Part that does not depend on mu.
+        relative: Part that goes with mu.
     """
 
-    mu: FloatArray
-    gradient: FloatArray
-    root: FloatArray
+    reach: FloatArray
+    absolute: float = 0.0
+    relative: float = 0.0
 
-    def interval(self, level: float) -> tuple[FloatArray, FloatArray]:
-        """Lower and upper end of mu, NaN where the covariance is not known.
-
-        With the standard error s, s^2 = g^T C g of the gradient g and the covariance C, and the
-        half width h = z s: mu exp(+-h/mu) where mu > 0, and mu +- h elsewhere. It says what the
-        law's mean curve may be, not where one more measured point may be, and is true as far as
-        the law is.
+    def ends(self, mu: FloatArray, gradient: FloatArray, unseen_bend: FloatArray) -> FloatArray:
+        """Lower and upper end, shape (2, points): mu exp(+-h/mu) where mu > 0, else mu +- h.
 
         Args:
-            level: Of confidence.
+            mu: Traction coefficient for positive slip, shape (points,).
+            gradient: Its derivatives by the internal constants, shape (points, constants).
+            unseen_bend: As of `between_two_levels`, shape (points, conditions); a part of h too.
         """
-        half_width = normal_quantile(level) * np.linalg.norm(self.gradient @ self.root, axis=1)
-        above = self.mu > 0
+        floor = np.full(len(mu), self.absolute)
+        parts = np.column_stack([gradient @ self.reach, floor, self.relative * mu])
+        # a bend is no random error: it is added to them as a whole
+        half_width = np.linalg.norm(parts, axis=1) + np.linalg.norm(unseen_bend, axis=1)
+        above = mu > 0
         # far out the interval may be endless
         with np.errstate(over="ignore"):
-            relative = _relative_ends(np.where(above, self.mu, 1.0), np.where(above, half_width, 0))
-        ends = np.where(above, relative, _absolute_ends(self.mu, half_width))
-        return ends[0], ends[1]
+            relative = _relative_ends(np.where(above, mu, 1.0), np.where(above, half_width, 0))
+        return np.where(above, relative, _absolute_ends(mu, half_width))
+
+
+def between_two_levels(value: FloatArray, low: float, high: float) -> FloatArray:
+    """Where a power law has what a straight line has at `value`, both through the same two levels.
+
+    Two levels do not tell whether mu goes with the logarithm of a condition, as in the laws, or
+    with the condition itself: mu at both is possible.
+
+    Examples:
+        >>> between_two_levels(np.array([25.0, 70.0, 100.0]), 25.0, 100.0).round(1).tolist()
+        [25.0, 57.4, 100.0]
+    """
+    return np.asarray(low * (high / low) ** ((value - low) / (high - low)))
+
+
+@dataclass(frozen=True)
+class Unseen:
+    """How far curves left out of the fit lie from their prediction.
+
+    A point's error is measured in its expected size s, s^2 = absolute^2 + (relative mu)^2 + e^2,
+    e the law's own random standard error there.
+
+    Attributes:
+        absolute: Part of s that does not depend on mu.
+        relative: Part that goes with mu.
+        quantiles: Of the scores, errors over s, at each of `LEVELS`; NaN where there are too few
+            curves for it.
+    """
+
+    absolute: float
+    relative: float
+    quantiles: FloatArray
+
+    def at(self, level: float) -> tuple[float, float]:
+        """The highest level that the curves allow, up to `level`, and its quantile.
+
+        NaN where they allow none.
+        """
+        possible = [
+            (each, float(quantile))
+            for each, quantile in zip(LEVELS, self.quantiles, strict=True)
+            if each <= level + 1e-9 and np.isfinite(quantile)
+        ]
+        return max(possible, default=(float("nan"), float("nan")))
+
+    def columns(self) -> dict[str, float]:
+        """As columns of the table `fit_quality`."""
+        quantiles = dict(zip(_QUANTILES, self.quantiles.tolist(), strict=True))
+        return {"unseen_absolute": self.absolute, "unseen_relative": self.relative, **quantiles}
+
+    @classmethod
+    def of(cls, row: Mapping[str, Any]) -> "Unseen":
+        """What `columns` wrote."""
+        quantiles = np.array([row[name] for name in _QUANTILES], dtype=float)
+        return cls(float(row["unseen_absolute"]), float(row["unseen_relative"]), quantiles)
+
+
+UNKNOWN = Unseen(float("nan"), float("nan"), np.full(len(LEVELS), np.nan))
+
+
+def scores_of_unseen(
+    predicted: FloatArray, measured: FloatArray, own_error: FloatArray, curve: IndexArray
+) -> Unseen:
+    """Scores of points whose curve the fit had not seen, and their quantiles over curves.
+
+    A new run has n + 1 equally likely ranks among n curves. A curve counts as one, however many
+    points it has, because its points share the errors of the run (hierarchical conformal
+    prediction): the quantile is that of points weighted by 1/(points of their curve), at the level
+    (n + 1)/n times the wanted one. Where that is above 1 the curves do not allow the level.
+
+    References: R. F. Barber et al., Ann. Stat. 49 (2021) 486 (errors of fits that have not seen the
+        point); R. Dunn, L. Wasserman, A. Ramdas, J. Am. Stat. Assoc. 118 (2023) 2491 (points in
+        groups); Y. Lee, R. F. Barber, R. Willett, arXiv:2306.06342 (weights of groups).
+
+    Args:
+        predicted: mu by the fit that has not seen the point's curve; NaN where there is none.
+        measured: mu of each point.
+        own_error: The random standard error of that fit's mu.
+        curve: Curve of each point.
+    """
+    known = np.isfinite(predicted) & np.isfinite(own_error)
+    predicted, measured, own_error = predicted[known], measured[known], own_error[known]
+    curve = curve[known]
+    curves = len(np.unique(curve))
+    if curves < 2:
+        return UNKNOWN
+    absolute, relative = _sizes(predicted, measured - predicted, own_error)
+    size = np.sqrt(absolute**2 + (relative * predicted) ** 2 + own_error**2)
+    scores = _distance(predicted, measured) / np.maximum(size, np.finfo(float).tiny)
+    order = np.argsort(scores, kind="stable")
+    share = np.cumsum((1 / np.bincount(curve)[curve])[order]) / curves
+    wanted = np.array(LEVELS) * (curves + 1) / curves
+    index = np.minimum(np.searchsorted(share, wanted - 1e-12), len(share) - 1)
+    return Unseen(absolute, relative, np.where(wanted <= 1 + 1e-12, scores[order][index], np.nan))
+
+
+def _distance(mu: FloatArray, measured: FloatArray) -> FloatArray:
+    """Half width of the interval about mu, as `Band.ends` makes it, that just holds `measured`."""
+    both = (mu > 0) & (measured > 0)
+    ratio = np.where(both, measured, 1.0) / np.where(both, mu, 1.0)
+    return np.where(both, mu * np.abs(np.log(ratio)), np.abs(measured - mu))
+
+
+def _sizes(mu: FloatArray, error: FloatArray, own_error: FloatArray) -> tuple[float, float]:
+    """Absolute and relative part of errors, beside the law's own: least squares of error^2.
+
+    Weighted by the inverse variance that errors in proportion to mu have.
+    """
+    scale = float(np.sqrt(np.mean(mu**2)))
+    share = float(np.sqrt(np.mean(error**2))) / scale
+    if share == 0:
+        return 0.0, 0.0
+    variance = share**2 * (mu**2 + (_SMALL_TRACTION * scale) ** 2)
+    columns = np.column_stack([np.full(len(mu), scale**2), mu**2]) / variance[:, np.newaxis]
+    parts, _ = scipy.optimize.nnls(columns, (error**2 - own_error**2) / variance)
+    return float(np.sqrt(parts[0]) * scale), float(np.sqrt(parts[1]))

@@ -7,21 +7,15 @@ import pandas as pd
 
 from oilfilm import tables
 from oilfilm.fits.conditions import varied
-from oilfilm.fits.cross_validation import (
-    leave_curves_out,
-    leave_ends_out,
-    level_of,
-    relative_rms,
-)
+from oilfilm.fits.cross_validation import leave_ends_out, level_of, relative_rms
 from oilfilm.fits.fit import BOX, OilFit, fit_oil
 from oilfilm.fits.fit_tables import tables_without_fit
 from oilfilm.fits.problem import curve_data
 from oilfilm.fits.solution import Solution
-from oilfilm.randomness import generator
 from oilfilm.settings.resolved import Settings
 from oilfilm.table_needs import OF_FIT
 from oilfilm.traction import LAWS, laws_for
-from oilfilm.traction.law import CONDITIONS, FloatArray, Law
+from oilfilm.traction.law import CONDITIONS, Law
 
 # Why the laws' comparison says nothing of Wang-Deng where the paper's law made the points.
 TIE = (
@@ -58,19 +52,8 @@ def fit_law(
     fit = fit_oil(points, oil, settings.fit, settings.seed, law)
     if fit.solution is None:
         return fit
-    of_oil = points[points["oil"] == oil]
-    # the same groups for every law
-    random = generator(settings.seed, "left out", oil)
-    problem, best = fit.solution.problem, fit.solution.best
-    unseen = leave_curves_out(problem, best, settings.compare.left_out_groups, random)
-    judged = {
-        "fit_quality": fit.fit_quality.assign(
-            left_out_rmse=float(np.sqrt(np.mean(unseen**2))),
-            **_ends_out(fit.solution, of_oil, settings),
-        ),
-        "law_points": _law_points(oil, fit.solution, unseen, of_oil),
-    }
-    return OilFit({**fit.tables, **judged}, fit.solution)
+    ends = _ends_out(fit.solution, points[points["oil"] == oil], settings)
+    return OilFit({**fit.tables, "fit_quality": fit.fit_quality.assign(**ends)}, fit.solution)
 
 
 def compare_laws(
@@ -103,28 +86,10 @@ def _without_properties(oil: str, law: str) -> OilFit:
     quality = {
         **{"oil": oil, "law": law, "configured": True, "n_points": 0, "n_curves": 0},
         **{f"tested_{end}_{name}": np.nan for end in ("min", "max") for name in BOX},
-        **{"incomplete_curves": "", "fixed_conditions": ""},
+        **{"incomplete_curves": "", "fixed_conditions": "", "two_level_conditions": ""},
     }
     reason = "the law needs the oil's properties and one known contact (config)"
     return OilFit(tables_without_fit([], quality, reason), None)
-
-
-def _law_points(
-    oil: str, solution: Solution, unseen: FloatArray, points: pd.DataFrame
-) -> pd.DataFrame:
-    """Rows of the table `law_points` of one law."""
-    problem, data = solution.problem, solution.data
-    used = points["accepted"] & points["run_id"].isin(data.runs)
-    # the order of `curve_data`, whose traction is that of positive slip
-    at = points[used].sort_values(["run_id", "first_row"])
-    side = np.where(at["slide_roll_ratio"] < 0, -1.0, 1.0)
-    rows = at[["run_id", "first_row", "slide_roll_ratio"]].assign(
-        oil=oil,
-        law=problem.law.name,
-        traction_coefficient=side * (data.mu + problem.residual(solution.best.values)),
-        left_out_traction_coefficient=side * (data.mu + unseen),
-    )
-    return tables.conform(rows.reset_index(drop=True), "law_points", f"fit of {oil}")
 
 
 def _ends_out(solution: Solution, points: pd.DataFrame, settings: Settings) -> dict[str, float]:
@@ -134,7 +99,7 @@ def _ends_out(solution: Solution, points: pd.DataFrame, settings: Settings) -> d
     # the scatter of one level has no ends
     levels = np.where(varied(CONDITIONS, conditions, settings.fit), conditions, np.nan)
     errors = [
-        leave_ends_out(solution.problem, solution.best, level_of(level, settings.compare.level_gap))
+        leave_ends_out(solution.problem, solution.best, level_of(level, settings.fit.level_gap))
         for level in levels.T
     ]
     return {

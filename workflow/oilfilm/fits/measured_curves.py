@@ -76,7 +76,7 @@ def known_of(
     if len(coefficients.spread) < 2:
         raise OilfilmError(
             f"{oil}: the uncertainty of the constants is not known, because too few curves were "
-            "tested (fit.min_curves_to_resample of config/config.yaml). Test more conditions first."
+            "tested (fit.min_curves_for_errors of config/config.yaml). Test more conditions first."
         )
     law = fitted.law
     internal = to_internal(law, coefficients.constants)

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 from oilfilm.fits.certificate import Certificate
 from oilfilm.fits.engine import Optimum
+from oilfilm.fits.interval import Unseen
 from oilfilm.fits.objectives import Alternative
 from oilfilm.fits.problem import CurveData, Problem
 from oilfilm.fits.uncertainty import Estimates
@@ -22,6 +23,11 @@ class Solution:
         estimates: The free constants with their errors.
         profile: As `oilfilm.fits.profile.profiles`.
         robust: The fit with a robust loss; None for an exact fit.
+        left_out: Error of each point's mu by a fit that has not seen its curve, NaN where there is
+            none.
+        unseen: What these errors say of a further run.
+        refits_at_bounds: Refits of which a constant ended at a bound; they are not among the
+            estimates' refits.
     """
 
     problem: Problem
@@ -31,3 +37,6 @@ class Solution:
     estimates: Estimates
     profile: tuple[FloatArray, FloatArray]
     robust: Alternative | None
+    left_out: FloatArray
+    unseen: Unseen
+    refits_at_bounds: int

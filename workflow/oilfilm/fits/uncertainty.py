@@ -1,6 +1,6 @@
-"""Errors of the constants: by the Jacobian, and by a bootstrap over whole curves.
+"""Errors of the constants: by the Jacobian, by a bootstrap over whole curves, and for few curves.
 
-Decides: the standard errors and the bootstrap of constants.
+Decides: the standard errors of constants, by bootstrap or, below 20 curves, cluster-robust.
 """
 
 from dataclasses import dataclass
@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from oilfilm.fits.descent import refit
-from oilfilm.fits.engine import Optimum
+from oilfilm.fits.engine import Optimum, at_bounds
 from oilfilm.fits.problem import Problem
 from oilfilm.traction.law import FloatArray, IndexArray
 
@@ -16,6 +16,8 @@ from oilfilm.traction.law import FloatArray, IndexArray
 _REFIT_TOLERANCE = 1e-10
 # Draws checked at once.
 _DRAWS = 100
+# A curve that alone decides a direction has no residual there: its leverage is cut off here.
+_LARGEST_LEVERAGE = 1 - 1e-6
 
 
 @dataclass(frozen=True)
@@ -25,7 +27,8 @@ class Estimates:
     Attributes:
         values: The quantities at the optimum, shape (n,).
         naive: Their covariance as if every point had an error of its own, shape (n, n).
-        refits: The quantities in each refit of the bootstrap over curves, shape (refits, n).
+        refits: The quantities in each refit of the bootstrap over curves, or drawn from the
+            cluster-robust covariance; shape (refits, n).
         shifted: Refitted with one sensor each off by its calibration's standard uncertainty,
             shape (sensors, n); no rows where that is not known.
     """
@@ -48,9 +51,16 @@ class Estimates:
         return np.sqrt(((self.shifted - self.values) ** 2).sum(axis=0))
 
     @property
+    def random_covariance(self) -> FloatArray:
+        """Covariance of the refits, shape (n, n); NaN where there are none."""
+        if not len(self.refits):
+            return np.full_like(self.naive, np.nan)
+        return np.atleast_2d(np.cov(self.refits, rowvar=False))
+
+    @property
     def correlation(self) -> FloatArray:
         """Correlation matrix of the refits; of `naive` where there are none, NaN without spread."""
-        covariance = np.cov(self.refits, rowvar=False) if len(self.refits) else self.naive
+        covariance = self.random_covariance if len(self.refits) else self.naive
         errors = np.sqrt(np.where(np.diag(covariance) > 0, np.diag(covariance), np.nan))
         return np.asarray(covariance / np.outer(errors, errors))
 
@@ -96,6 +106,50 @@ def curve_bootstrap(
     """
     draws = draw_curves(problem.at.design, refits, random)
     return refit(problem, optimum.values, draws.astype(float), _REFIT_TOLERANCE)[0]
+
+
+def without_bounds(problem: Problem, refits: FloatArray) -> FloatArray:
+    """The refits of which no constant ended at a bound of the search.
+
+    A bound is where the search stopped, not what the curves say: its value means nothing.
+    """
+    stuck = np.array([at_bounds(problem, values).any() for values in refits], dtype=bool)
+    return refits[~stuck]
+
+
+def robust_covariance(problem: Problem, optimum: Optimum) -> FloatArray:
+    """Covariance of the free internal constants by the residuals of whole curves, for few curves.
+
+        V = (J^T J)^-1 [sum J_i^T A_i r_i r_i^T A_i J_i] (J^T J)^-1,  A_i = (I - H_ii)^(-1/2)
+
+    r_i are the residuals of curve i and H_ii its block of J (J^T J)^-1 J^T. A_i makes up for what
+    the fit takes from the residuals of a curve with much leverage. Resampling few curves leaves
+    conditions out, so that refits run away; this does not.
+
+    Reference: R. M. Bell, D. F. McCaffrey, Survey Methodology 28 (2002) 169 (CR2).
+    """
+    orthonormal, upper = np.linalg.qr(problem.jacobian(optimum.values))
+    residual = problem.residual(optimum.values)
+    scores = []
+    for first, length in zip(problem.starts, problem.lengths, strict=True):
+        points = slice(first, first + length)
+        leverage, directions = np.linalg.eigh(orthonormal[points].T @ orthonormal[points])
+        # Q_i^T (I - Q_i Q_i^T)^(-1/2) r_i, along the eigenvectors of Q_i^T Q_i
+        factor = 1 / np.sqrt(1 - np.clip(leverage, 0, _LARGEST_LEVERAGE))
+        along = directions.T @ (orthonormal[points].T @ residual[points])
+        scores.append(directions @ (factor * along))
+    root = np.linalg.solve(upper, np.array(scores).T)
+    return np.asarray(root @ root.T)
+
+
+def robust_draws(
+    problem: Problem, optimum: Optimum, count: int, random: np.random.Generator
+) -> FloatArray:
+    """Constants drawn about the optimum from `robust_covariance`, within the law's bounds."""
+    size, directions = np.linalg.eigh(robust_covariance(problem, optimum))
+    normal = random.standard_normal((count, len(size)))
+    draws = optimum.values + normal @ (directions * np.sqrt(np.maximum(size, 0))).T
+    return np.clip(draws, *problem.limits.T)
 
 
 def draw_curves(design: FloatArray, count: int, random: np.random.Generator) -> IndexArray:

@@ -12,7 +12,7 @@ import numpy.typing as npt
 import pandas as pd
 
 from oilfilm import tables
-from oilfilm.fits.fitted import FittedLaw
+from oilfilm.fits.fitted import INTERVALS, FittedLaw
 from oilfilm.traction import LAWS
 from oilfilm.traction.law import CONDITIONS, Law
 from oilfilm.units import FloatArray
@@ -53,8 +53,7 @@ def extrapolate(
             predicted = fitted.predict(conditions, of_oil["slide_roll_ratio"].to_numpy())
             numbers = {
                 "traction_coefficient": predicted.traction_coefficient,
-                "traction_coefficient_lower": predicted.lower,
-                "traction_coefficient_upper": predicted.upper,
+                **{name: getattr(predicted, name) for name in INTERVALS},
             }
             of_fit = quality[(quality["oil"] == oil) & (quality["law"] == law)]
             beyond = _beyond(of_oil, of_fit.iloc[0], within)
@@ -86,7 +85,7 @@ def errors_by_law(compared: pd.DataFrame) -> list[dict[str, Any]]:
 
     Returns:
         `law`, the relative rms errors `inside_relative_rms` and `beyond_relative_rms` (of the
-        tested box; NaN without such conditions), `beyond_interval_ratio`, and the columns of the
+        tested box; NaN without such conditions), `beyond_obs_ci_ratio`, and the columns of the
         worst condition as in the table `extrapolation_errors`.
     """
     rows = []
@@ -96,7 +95,7 @@ def errors_by_law(compared: pd.DataFrame) -> list[dict[str, Any]]:
         rows.append(
             _errors(group)
             | {"law": law, "inside_relative_rms": relative_rms(group[~outside])}
-            | {f"beyond_{name}": beyond[name] for name in ("relative_rms", "interval_ratio")}
+            | {f"beyond_{name}": beyond[name] for name in ("relative_rms", "obs_ci_ratio")}
         )
     return rows
 
@@ -134,19 +133,24 @@ def _errors(compared: pd.DataFrame) -> dict[str, Any]:
     error = compared["traction_coefficient"] - compared["true_traction_coefficient"]
     rows, error = compared[error.notna()], error.dropna()
     if rows.empty:
-        sizes = ("rmse", "relative_rms", "mean_error", "max_error", "interval_ratio")
+        sizes = ("rmse", "relative_rms", "mean_error", "max_error", "obs_ci_ratio", "mean_ci_ratio")
         names = (*sizes, *(f"worst_{name}" for name in at))
         return {"n_conditions": 0, **dict.fromkeys(names, np.nan)}
     rmse = np.sqrt(np.mean(error.to_numpy() ** 2))
     worst = rows.iloc[int(error.abs().to_numpy().argmax())]
-    interval = rows["traction_coefficient_lower"], rows["traction_coefficient_upper"]
-    held = rows["true_traction_coefficient"].between(*interval)
     return {
         "n_conditions": len(rows),
         "rmse": rmse,
         "relative_rms": rmse / np.sqrt(np.mean(rows["true_traction_coefficient"] ** 2)),
         "mean_error": error.to_numpy().mean(),
         "max_error": error.abs().max(),
-        "interval_ratio": held.mean() if interval[0].notna().all() else np.nan,
+        **{f"{kind}_ratio": _held(rows, kind) for kind in ("obs_ci", "mean_ci")},
         **{f"worst_{name}": worst[name] for name in at},
     }
+
+
+def _held(rows: pd.DataFrame, kind: str) -> float:
+    """Share of rows whose interval contains the truth; NaN where a row has none."""
+    lower, upper = rows[f"{kind}_lower"], rows[f"{kind}_upper"]
+    held = rows["true_traction_coefficient"].between(lower, upper)
+    return float(held.mean()) if lower.notna().all() else float("nan")

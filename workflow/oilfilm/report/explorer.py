@@ -214,7 +214,7 @@ def law_of(fit: FittedLaw, load_at_1_gpa: float | None = None) -> dict[str, Any]
             the cube of the pressure.
     """
     law, coefficients = fit.law, fit.coefficients
-    reach = normal_quantile(LEVEL) * coefficients.root(law).T
+    band, _, level = coefficients.bands(law, LEVEL)
     inputs: list[dict[str, Any]] = [
         {"axis": axis, "factor": 1.0, "power": 1, "reference": reference}
         for axis, reference in enumerate(law.reference)
@@ -227,8 +227,25 @@ def law_of(fit: FittedLaw, load_at_1_gpa: float | None = None) -> dict[str, Any]
         "internal": to_internal(law, coefficients.constants).tolist(),
         "known": coefficients.known.tolist(),
         "fixed": [_over_axes(fixed, law, load_at_1_gpa) for fixed in coefficients.fixed],
-        "reach": None if np.isnan(reach).any() else reach.tolist(),
+        "level": _plain(level),
+        "two_levels": [_ends_of(name, fit, load_at_1_gpa) for name in coefficients.two_levels],
+        "band": None
+        if np.isnan(band.reach).any()
+        else {**asdict(band), "reach": band.reach.T.tolist()},
         "box": [[_plain(end) for end in ends] for ends in _box_over_axes(fit, load_at_1_gpa)],
+    }
+
+
+def _ends_of(name: str, fit: FittedLaw, load_at_1_gpa: float | None) -> dict[str, Any]:
+    """The two tested levels of a condition; a load is the cube of the pressure on its axis."""
+    axis = fit.law.conditions.index(name)
+    low, high = fit.coefficients.box[axis]
+    factor = load_at_1_gpa if name == _LOAD else 1.0
+    return {
+        "axis": axis,
+        "power": 3 if name == _LOAD else 1,
+        "low": low / factor,
+        "high": high / factor,
     }
 
 

@@ -20,9 +20,10 @@ JAVASCRIPT = Language(
 
 # mu and its interval at `point` = [P, U, T, S], S not negative, by the numbers of
 # `explorer.law_of`.
-# `reach` is the root of the covariance times the quantile of the interval's level.
+# `band` is a `Band`, its reach by columns.
 _TRACTION = """
-function traction({ law, inputs, known, internal, reach }, point) {
+function traction(fit, point) {
+  const { law, inputs, known, internal, band } = fit;
   const dot = (first, second) => first.reduce((total, value, i) => total + value * second[i], 0);
   const design = [1, ...inputs.map(({ axis, factor, power, reference }, i) => (
     known[i] ? Math.log(factor * point[axis] ** power / reference) : 0))];
@@ -32,7 +33,14 @@ function traction({ law, inputs, known, internal, reach }, point) {
   }
   const { mu, slopes } = LAWS[law](sizes, point[3]);
   const gradient = slopes.flatMap((slope) => design.map((value) => slope * value));
-  const h = reach ? Math.hypot(...reach.map((column) => dot(gradient, column))) : NaN;
+  const along = band ? band.reach.map((column) => dot(gradient, column)) : [];
+  const bends = (fit.two_levels ?? []).map(({ axis, power, low, high }) => {
+    const value = low * (high / low) ** ((point[axis] ** power - low) / (high - low));
+    const moved = point.with(axis, value ** (1 / power));
+    return traction({ ...fit, band: null, two_levels: [] }, moved).mu - mu;
+  });
+  const own = band ? Math.hypot(band.absolute, band.relative * mu, ...along) : NaN;
+  const h = own + Math.hypot(...bends);
   const [lower, upper] = mu > 0 ? %s : %s;
   return { mu, lower, upper };
 }

@@ -1,66 +1,155 @@
-"""Campaigns simulated at once as curated plateaus, where hundreds of campaigns are needed.
+"""Campaigns simulated at once as settled points, where hundreds of campaigns are needed.
 
-The errors are those of the twin's logs: what a run shares (load, temperature, zero) and what is
-each plateau's own. Logs of the same size would take a minute a campaign.
+The errors are what a run shares (gain of the force, load, temperature, zero), what each point has
+of its own, and what all runs of a rig share (calibration). Drifts are planted by run. Logs of the
+same size would take a minute per campaign.
 """
 
+from dataclasses import dataclass, field
+
 import numpy as np
+import pandas as pd
 
-from oilfilm.fits.problem import CurveData
-from oilfilm.settings.base import present
-from oilfilm.settings.campaign import Twin
-from oilfilm.settings.rig import Rig
-from oilfilm.traction.law import FloatArray
-from oilfilm.traction.laws.deng2026 import traction_coefficient
+from oilfilm import tables
+from oilfilm.physics.rigs import Contact
+from oilfilm.rig_twin.truth import Truth
+from oilfilm.traction.law import CONDITIONS, FloatArray
 
 
-def simulate_curves(
-    constants: FloatArray,
-    conditions: FloatArray,
-    twin: Twin,
-    rig: Rig,
-    random: np.random.Generator,
-) -> CurveData:
-    """The accepted points of one oil as a perfect curation of the twin's logs would give them.
+@dataclass(frozen=True)
+class RunErrors:
+    """Standard deviations of what is wrong in a run, and the errors that all runs share.
+
+    Attributes:
+        gain: Of the traction force, relative, one per run.
+        load: Of the load, relative, one per run.
+        temperature_c: Of the temperature, one per run.
+        zero: Of the force's zero, as a traction coefficient, one per run.
+        point: Of each point's mu, relative.
+        common_gain: Error of the force that all runs share, relative.
+        common_load: Of the load, relative.
+        common_temperature_c: Of the temperature.
+    """
+
+    gain: float = 0.008
+    load: float = 0.004
+    temperature_c: float = 0.7
+    zero: float = 5e-5
+    point: float = 0.004
+    common_gain: float = 0.0
+    common_load: float = 0.0
+    common_temperature_c: float = 0.0
+
+
+@dataclass(frozen=True)
+class Drift:
+    """What goes wrong over the runs of a campaign, one value per run.
+
+    Attributes:
+        force: Factor on the traction force.
+        load_n: Added to the load that is read.
+        speed: Factor on the entrainment speed that is read.
+        slip: Factor on the slide-roll ratio that is read.
+        temperature_c: Added to the temperature that is read.
+        other: Share of the traction that is another oil's.
+    """
+
+    force: FloatArray | float = 1.0
+    load_n: FloatArray | float = 0.0
+    speed: FloatArray | float = 1.0
+    slip: FloatArray | float = 1.0
+    temperature_c: FloatArray | float = 0.0
+    other: FloatArray | float = 0.0
+
+
+@dataclass(frozen=True)
+class Campaign:
+    """What a simulated campaign of settled points is made of.
+
+    Attributes:
+        truth: True traction of the oil.
+        contact: The rig's.
+        errors: What is wrong in each run.
+        drift: What goes wrong over the runs.
+        other: True traction of the oil that `drift.other` mixes in.
+        slip_max: Largest slide-roll ratio.
+        slip_steps: Points of a run, the first one at no slip.
+    """
+
+    truth: Truth
+    contact: Contact
+    errors: RunErrors = field(default_factory=RunErrors)
+    drift: Drift = field(default_factory=Drift)
+    other: Truth | None = None
+    slip_max: float = 0.3
+    slip_steps: int = 31
+
+    def points(
+        self, conditions: FloatArray, random: np.random.Generator, oil: str = "oil"
+    ) -> pd.DataFrame:
+        """The table of points as a perfect curation would give it, runs in the order given.
+
+        Args:
+            conditions: True (P in GPa, U in m/s, T in degC) of each run, shape (runs, 3).
+            random: Source of every random number.
+            oil: Name of the oil in the table.
+        """
+        runs, steps, errors = len(conditions), self.slip_steps, self.errors
+        slip = np.broadcast_to(np.linspace(0, self.slip_max, steps), (runs, steps))
+        at = [np.broadcast_to(level[:, np.newaxis], slip.shape) for level in conditions.T]
+        mu = self.truth(*at, slip)
+        if self.other is not None:
+            share = _by_run(self.drift.other, runs)
+            mu = (1 - share) * mu + share * self.other(*at, slip)
+        gain, load, temperature, zero = random.standard_normal((4, runs, 1))
+        true_load = self.contact.load_n(at[0])
+        read_load = true_load * (1 + errors.load * load + errors.common_load)
+        read_load = read_load + _by_run(self.drift.load_n, runs)
+        force = mu * (1 + errors.point * random.standard_normal(mu.shape)) + errors.zero * zero
+        force = force * true_load * (1 + errors.gain * gain + errors.common_gain)
+        force = force * _by_run(self.drift.force, runs)
+        read_temperature = at[2] + errors.temperature_c * temperature + errors.common_temperature_c
+        columns = {
+            "max_hertz_pressure_gpa": at[0] * np.cbrt(read_load / true_load),
+            "entrainment_speed_m_s": at[1] * _by_run(self.drift.speed, runs),
+            "inlet_temperature_c": read_temperature + _by_run(self.drift.temperature_c, runs),
+            "load_n": read_load,
+            "slide_roll_ratio": slip * _by_run(self.drift.slip, runs),
+            "traction_force_n": force,
+            "traction_coefficient": force / read_load,
+        }
+        rows = pd.DataFrame({name: np.ravel(values) for name, values in columns.items()})
+        whole = tables.empty("points").reindex(rows.index)
+        return whole.assign(
+            **rows,
+            oil=oil,
+            accepted=True,
+            first_row=np.tile(np.arange(steps), runs),
+            run_id=np.repeat([f"run{number:03d}" for number in range(runs)], steps),
+        )
+
+
+def with_calibration(points: pd.DataFrame, errors: RunErrors) -> pd.DataFrame:
+    """The points with the standard uncertainties of a calibration stated.
 
     Args:
-        constants: The twelve constants of Eqs 7-9 that are true.
-        conditions: Nominal (P in GPa, U in m/s, T in degC) of each run, shape (runs, 3).
-        twin: The campaign file's `twin`.
-        rig: The rig.
-        random: Source of every random number.
-
-    Raises:
-        OilfilmError: The rig's geometry or the full scale of its sensors is not known.
+        points: Table of points.
+        errors: Its `common_...` are the standard uncertainties; the speed is exact.
     """
-    contact = present(rig.contact(), "ball_radius_m", "the rig")
-    full_scale = present(rig.full_scale, "full_scale", "the rig")
-    runs, steps = len(conditions), twin.slip_steps
-    slip = np.linspace(0, twin.slip_max, steps)
-    control = random.standard_normal((runs, 3))
-    gain, off, zero = random.standard_normal((3, runs, 1))
-    pressure, speed, temperature = conditions.T[:, :, np.newaxis]
-    load_n = contact.load_n(pressure) * (1 + twin.control_load * control[:, :1])
-    true_pressure = pressure * np.cbrt(1 + twin.control_load * control[:, :1])
-    true_speed = speed * (1 + twin.control_speed * control[:, 1:2])
-    true_temperature = temperature + twin.control_temperature_c * control[:, 2:]
-    mu = traction_coefficient(constants, true_pressure, true_speed, true_temperature, slip)
-    # plateau and zero reference are means over as many samples as the twin's steps leave settled
-    noise_n = twin.noise_of_full_scale * full_scale.traction_force_n
-    noise_n /= np.sqrt(twin.sampling_rate_hz * twin.step_s / 2)
-    force_n = mu * load_n + noise_n * (zero + random.standard_normal(mu.shape))
-    load_gain = 1 + twin.systematic_load * gain
-    measured = np.column_stack(
-        [
-            true_pressure * np.cbrt(load_gain),
-            true_speed,
-            true_temperature + twin.systematic_temperature_c * off,
-        ]
+    return points.assign(
+        load_systematic_n=errors.common_load * points["load_n"],
+        traction_force_systematic_n=errors.common_gain * points["traction_force_n"].abs(),
+        entrainment_speed_systematic_m_s=0.0,
+        inlet_temperature_systematic_c=errors.common_temperature_c,
     )
-    return CurveData(
-        [f"run{number:03d}" for number in range(runs)],
-        measured,
-        np.repeat(np.arange(runs), steps),
-        np.tile(slip, runs),
-        (force_n / (load_n * load_gain)).ravel(),
-    )
+
+
+def spread_conditions(
+    low: FloatArray, high: FloatArray, runs: int, random: np.random.Generator
+) -> FloatArray:
+    """Conditions drawn evenly between two corners of the box, shape (runs, 3)."""
+    return low + (high - low) * random.random((runs, len(CONDITIONS)))
+
+
+def _by_run(values: FloatArray | float, runs: int) -> FloatArray:
+    return np.broadcast_to(np.asarray(values, dtype=float), (runs,))[:, np.newaxis]

@@ -218,7 +218,12 @@ class FitSettings(Group):
         "How far beyond its tested scatter, relative, a condition without exponent may be asked "
         "for."
     )
-    min_curves_to_resample: int = key("Fewest curves for a bootstrap.", ge=2)
+    min_curves_for_errors: int = key("With fewer curves no errors are given.", ge=2)
+    min_curves_to_resample: int = key(
+        "With fewer curves errors are cluster-robust (CR2), not by bootstrap.", ge=2
+    )
+    level_gap: q.PositiveShare = key("Levels differ by more than this share of the range.")
+    left_out_groups: int = key("Most groups of curves that are left out one at a time.", ge=2)
     pulling_weight: q.Share = key(
         "A curve of less mean weight in the robust fit is named as pulling."
     )
@@ -263,8 +268,6 @@ class CompareSettings(Group):
     """Laws compared on the same points by the same fit."""
 
     laws: q.Levels[AnyLaw] = key("Laws, in the order of tables and figures.", default=[*LAW_NAMES])
-    left_out_groups: int = key("Most groups of curves that are left out one at a time.", ge=2)
-    level_gap: q.PositiveShare = key("Levels differ by more than this share of the range.")
 
 
 class OperatingPoint(Group):
@@ -678,7 +681,7 @@ class ConfigKeys(Group):
     gates: GateSettings = key("Limits of the gates.")
     fit: FitSettings = key("The fit of a law.")
     torque_logs: TorqueLogSettings = key("Logs of a bearing's friction torque.")
-    compare: CompareSettings = key("Laws compared on the same points.")
+    compare: CompareSettings = key("Laws compared on the same points.", default=CompareSettings())
     bearing: BearingSettings = key("Calculation of a bearing's torque, beside the law.")
     plan: PlanSettings = key("Which tests to run next.")
     exports: ExportSettings = key("Laws for other programs.")

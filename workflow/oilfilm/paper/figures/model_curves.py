@@ -47,11 +47,12 @@ _ALIKE = {
 }
 _OF_ALL_OILS = "Traction coefficient of all oils against "
 _LINES = (
-    "the paper does not state its own. Full lines: fitted law with its 95 % interval. Thin dashed "
-    "lines: constants printed in the paper, signs restored, at the middle level. They are shown "
-    "where they differ by more than 5 % of the largest traction coefficient. Each panel states the "
-    "largest difference at all levels. Shaded: beyond the tested conditions. dmN: pitch diameter "
-    "times speed (mm rpm) of a bearing with this entrainment speed."
+    "the paper does not state its own. Full lines: fitted law with the 95 % interval of "
+    "the next good run. Thin dashed lines: constants printed in the paper, signs restored, at the "
+    "middle level. They are shown where they differ by more than 5 % of the largest traction "
+    "coefficient. Each panel states the largest difference at all levels. Shaded: beyond the "
+    "tested conditions. dmN: pitch diameter times speed (mm rpm) of a bearing with this "
+    "entrainment speed."
 )
 
 
@@ -258,7 +259,7 @@ def _curves(
             off = np.abs(mu - refit).max() / refit.max()
             shown = series == "refit" or (level == every[len(every) // 2] and off > _NEAR)
             label = style.LEVEL_PHRASES[by].format(level) + ("" if shown else ", not drawn")
-            interval = {"lower": prediction.lower, "upper": prediction.upper}
+            interval = {"lower": prediction.obs_ci_lower, "upper": prediction.obs_ci_upper}
             curve = marks(panel, series, along, mu, oil=oil, label=label, value=off, **interval)
             parts.append(curve.assign(beyond=np.asarray(beyond), shown=shown))
     return pd.concat(parts, ignore_index=True)
@@ -328,6 +329,6 @@ def _draw_legend(
     if any_printed:
         look = {"color": "black", "linestyle": style.LINES["printed"], "linewidth": 0.6}
         handles.append(style.line_handle("printed constants", **look))
-    handles.append(Patch(color=style.GREY, alpha=0.25, linewidth=0, label="95 % interval"))
+    handles.append(Patch(color=style.GREY, alpha=0.25, linewidth=0, label="95 %, next run"))
     handles.append(Patch(color=style.EXTRAPOLATED, label="beyond the tests"))
     figure.legend(handles=handles, loc="outside lower center", ncols=3)

@@ -59,7 +59,7 @@ def _odd(residuals: pd.DataFrame) -> dict[str, Any]:
 
 
 def certainty(results: CampaignTables) -> pd.DataFrame:
-    """How sure each fit is of mu at the accepted points: half of the 95 % interval over mu.
+    """How sure mu of the next run is at the accepted points: half of its 95 % interval over mu.
 
     Columns median and largest by oil; null where the fit has no interval.
     """
@@ -71,7 +71,8 @@ def certainty(results: CampaignTables) -> pd.DataFrame:
         conditions, slip = points[list(fit.law.conditions)], points["slide_roll_ratio"]
         prediction = fit.predict(conditions.to_numpy(float), slip.to_numpy(float))
         size = np.abs(prediction.traction_coefficient)
-        half = pd.Series((prediction.upper - prediction.lower)[size > 0] / 2 / size[size > 0])
+        width = prediction.obs_ci_upper - prediction.obs_ci_lower
+        half = pd.Series(width[size > 0] / 2 / size[size > 0])
         certainties[oil] = half.median(), half.max()
     index = pd.Index(certainties, dtype=str)
     return pd.DataFrame([*certainties.values()], index, columns=["median", "largest"])
@@ -79,8 +80,8 @@ def certainty(results: CampaignTables) -> pd.DataFrame:
 
 def _fit_table(quality: pd.DataFrame, sure: pd.DataFrame) -> ShownTable:
     meaning = (
-        "half of the 95 % interval of the fitted curve over mu, at the accepted points: random "
-        "errors of whole curves and calibration, true as far as the law is"
+        "half of the 95 % interval of the next good run over mu, at the accepted points: from "
+        "curves left out of the fit, and from calibration"
     )
     return show(
         quality.join(sure, on="oil"),
