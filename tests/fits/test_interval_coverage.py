@@ -103,7 +103,8 @@ def test_the_interval_holds_new_runs_whether_or_not_the_law_is_true(
     assert 0.90 <= share <= 1.0
     deviation = np.quantile(np.abs(mu / predicted.traction_coefficient - 1), 0.95)
     width = (predicted.obs_ci_upper - predicted.obs_ci_lower) / 2 / predicted.traction_coefficient
-    assert np.median(width) < 1.6 * deviation
+    # 1.6 is the limit of the benchmark's mean; 40 runs know their own 95 % quantile to 15 %
+    assert np.median(width) < 1.15 * 1.6 * deviation
     if film:  # what the law itself says of its mean is no help where the law is wrong
         own = (predicted.mean_ci_lower <= mu) & (mu <= predicted.mean_ci_upper)
         assert np.mean(own) < 0.7
