@@ -4,7 +4,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from examples import log, settings, slip_of
-from oilfilm.curation.plateaus import find_steps, settled_parts
+from oilfilm.curation.measure import find_steps, settled_parts
 from style import BLUE, GREY, ORANGE, RED, axes, row
 
 

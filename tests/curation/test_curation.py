@@ -22,10 +22,8 @@ from oilfilm.curation.curate import (
     curate,
     first_fault,
 )
-from oilfilm.curation.gate import Run
-from oilfilm.curation.measure import measure
-from oilfilm.curation.plateaus import find_steps, settled_parts
-from oilfilm.curation.signals import Signals
+from oilfilm.curation.gate import Run, Signals
+from oilfilm.curation.measure import find_steps, measure, settled_parts
 from oilfilm.curation.traction_rig import TRACTION_RIG
 from oilfilm.curation.verdicts import judge_plateaus
 from oilfilm.settings.campaign import Semantics

@@ -10,7 +10,7 @@ import pandas as pd
 
 from blind_lab.laboratory import CAMPAIGN, Filed, Laboratory
 from oilfilm.curation.curate import Curated, check_logs
-from oilfilm.curation.doubts import DOUBTS
+from oilfilm.curation.run_gates import DOUBTS
 from oilfilm.fits.fit import OilFit, fit_oil
 from oilfilm.fits.fitted import FittedLaw
 from oilfilm.settings.resolve import resolve

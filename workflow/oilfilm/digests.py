@@ -101,9 +101,13 @@ def _code(path: Path) -> _Code:
         elif isinstance(statement, ast.Import | ast.ImportFrom):
             imports.update(*map(_module_files, _imported_names(statement, package)))
     text = _EMPTY.sub("", ast.dump(tree))
+    beside = {path.with_name(name.decode()) for name in _DATA.findall(content)}
+    imports.update(file for file in beside if file.is_file())
     return _Code(hashlib.sha256(text.encode()).hexdigest(), frozenset(imports))
 
 
+# A module names the file beside it that it reads.
+_DATA = re.compile(rb'"(\w+\.yaml)"')
 # Newer versions of Python leave empty lists out of a dump.
 _EMPTY = re.compile(r"(?<=\()(\w+=\[\](, )?)+|, \w+=\[\]")
 

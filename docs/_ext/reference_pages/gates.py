@@ -7,14 +7,14 @@ from typing import Any
 
 from pydantic import BaseModel
 
-from oilfilm.curation.gate import TORQUE, TRACTION, Gate
-from oilfilm.curation.hypotheses import ADVICE as HYPOTHESES
+from oilfilm.curation.gate import RULES, TORQUE, TRACTION, Gate
 from oilfilm.curation.plateau_gates import PLATEAU_GATES
 from oilfilm.curation.run_gates import RUN_GATES
 from oilfilm.curation.torque_rig import TorqueRig
 from oilfilm.curation.traction_rig import TractionRig
-from oilfilm.curation.verdicts import OTHER_ADVICE, advice_for
+from oilfilm.curation.verdicts import advice_for
 from oilfilm.home import HOME
+from oilfilm.logs.run_sheet import EXCLUDED
 from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
 
@@ -59,7 +59,7 @@ def _section(gate: Gate[Any], settings: Settings) -> str:
     if gate in PLATEAU_GATES and not gate.blames_run:
         lines.append("- **Blames** no run: only the plateaus that fail are refused.")
     if gate.needs:
-        lines.append(f"- **Needs** `{gate.needs.name}`; without it the gate cannot be applied.")
+        lines.append(f"- **Needs** `{gate.needs}`; without it the gate cannot be applied.")
     lines += [f"- **Limit** {limit}" for limit in _limits(gate, settings)]
     lines += [f"- **What to do**: {advice}" for advice in _advice(gate.name, gate.rigs)]
     return "\n".join(lines) + "\n"
@@ -118,7 +118,7 @@ def _others() -> str:
         "| rule | what to do |",
         "| --- | --- |",
     ]
-    for rule in sorted({*OTHER_ADVICE, *HYPOTHESES}):
+    for rule in sorted({*RULES["others"], *RULES["mistakes"], EXCLUDED}):
         rigs = tuple(_RIGS)
         lines.append(f"| `{rule}` | {' '.join(_advice(rule, rigs))} |")
     return "\n".join(lines) + "\n"

@@ -11,7 +11,7 @@ import pandas as pd
 
 from oilfilm import tables
 from oilfilm.curation.curate import Curated
-from oilfilm.curation.gate import TORQUE, TRACTION, Gate
+from oilfilm.curation.gate import RULES, TORQUE, TRACTION, Gate
 from oilfilm.curation.plateau_gates import PLATEAU_GATES
 from oilfilm.curation.rig_kind import RigKind
 from oilfilm.curation.run_gates import RUN_GATES
@@ -156,13 +156,14 @@ def _not_applied(
     """The gates that lack what they need, where the run has plateaus to be judged."""
     gates: list[Gate[Any]] = [*RUN_GATES.of(kind.name), *PLATEAU_GATES.of(kind.name)]
     for gate in gates if len(points) else []:
-        if (need := gate.needs) is None:
+        need = gate.needs
+        if not need:
             continue
-        if need.name in points:
-            lacks = bool(points[need.name].isna().all())
-        elif need.name in run:
-            lacks = bool(pd.isna(run[need.name]))
+        if need in points:
+            lacks = bool(points[need].isna().all())
+        elif need in run:
+            lacks = bool(pd.isna(run[need]))
         else:
-            lacks = not getattr(kind.limits(settings), need.name)
+            lacks = not getattr(kind.limits(settings), need)
         if lacks:
-            yield {"gate": gate.name, "reason": need.lacking}
+            yield {"gate": gate.name, "reason": RULES["lacking"][need]}

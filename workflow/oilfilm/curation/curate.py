@@ -14,13 +14,12 @@ import numpy as np
 import pandas as pd
 
 from oilfilm import tables
-from oilfilm.curation.doubts import warning
 from oilfilm.curation.gate import Columns, Fault, Finding, Limits, Run
 from oilfilm.curation.hypotheses import DOUBTFUL, Hypothesis
 from oilfilm.curation.measure import measure
 from oilfilm.curation.repeats import repeated
 from oilfilm.curation.rig_kind import RigKind
-from oilfilm.curation.run_gates import RUN_GATES
+from oilfilm.curation.run_gates import RUN_GATES, warning
 from oilfilm.curation.traction_rig import TRACTION_RIG
 from oilfilm.curation.verdicts import (
     judge_plateaus,

@@ -2,20 +2,23 @@
 
 A gate of runs looks at the signals of one run; a gate of plateaus looks at the plateaus of many
 runs at once. `run_gates.py` and `plateau_gates.py` define them all in the order in which they
-judge. A new gate is one function there.
+judge. A new gate is one function there and one entry in `rules.yaml`, which has the advice.
 
-Decides: which rigs a gate judges, and when it cannot be applied.
+Decides: which rigs a gate judges, when it cannot be applied, and the advice for every rule.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
 from typing import Any, Generic, NamedTuple, TypeVar
 
+import numpy as np
 import numpy.typing as npt
 import pandas as pd
+import yaml
 
-from oilfilm.curation.signals import Signals
-from oilfilm.curation.statistics import BoolArray
+from oilfilm.curation.statistics import median
 from oilfilm.settings.config import (
     GateSettings,
     PlateauSettings,
@@ -26,16 +29,50 @@ from oilfilm.settings.config import (
     TorquePlateauSettings,
     ZeroReferenceSettings,
 )
+from oilfilm.units import BoolArray, FloatArray, IndexArray
 
 TRACTION, TORQUE = "traction", "torque"
-BOTH = (TRACTION, TORQUE)
 
+# The rules and their advice, by kind of rule.
+RULES: Mapping[str, Any] = yaml.load(
+    Path(__file__).with_name("rules.yaml").read_bytes(),
+    getattr(yaml, "CSafeLoader", yaml.SafeLoader),  # noqa: S506
+)
 # Plateaus of one run: column -> array over them.
 Columns = dict[str, npt.NDArray[Any]]
+# No logger of a rig is faster; damaged time stamps are, and would give endless windows.
+_SHORTEST_INTERVAL_S = 1e-6
 
 
 @dataclass(frozen=True)
-class Channel:
+class Signals:
+    """One run: `row` and `time_s` of each sample, every other signal by the name of its column."""
+
+    row: IndexArray
+    time_s: FloatArray
+    columns: Mapping[str, FloatArray]
+
+    @cached_property
+    def interval_s(self) -> float:
+        """Median time between samples, in s; 1 where there are too few to tell."""
+        usual = median(np.diff(self.time_s))
+        return max(usual, _SHORTEST_INTERVAL_S) if usual > 0 else 1.0
+
+    def at(self, chosen: BoolArray | slice) -> "Signals":
+        """The samples that a mask or a slice chooses."""
+        if not isinstance(chosen, slice) and chosen.all():
+            return self
+        columns = {name: values[chosen] for name, values in self.columns.items()}
+        return Signals(self.row[chosen], self.time_s[chosen], columns)
+
+    def __getitem__(self, column: str) -> FloatArray:
+        return self.columns[column]
+
+    def __len__(self) -> int:
+        return len(self.row)
+
+
+class Channel(NamedTuple):
     """A signal as sentences name it."""
 
     column: str
@@ -127,64 +164,41 @@ PlateauJudge = Callable[[pd.DataFrame, Any], Judgement]
 Judge = TypeVar("Judge", RunJudge, PlateauJudge)
 
 
-class Need(NamedTuple):
-    """What a gate cannot be applied without.
-
-    Attributes:
-        name: A column of plateaus or of runs, or a list of the limits. Where it is null in all
-            plateaus, or empty, the gate cannot be applied.
-        lacking: Why a log may not have it, as `oilfilm check` says.
-    """
-
-    name: str
-    lacking: str
-
-
-# Needs of several gates.
-HELD_LEVELS = Need("duration_s", "each row is a settled reading, without a beginning and an end")
-MEASURED_TRACTION = Need(
-    "traction_coefficient",
-    "no traction coefficient: the log has no force, or the force no zero",
-)
-
-
 @dataclass(frozen=True)
 class Gate(Generic[Judge]):
     """A check with its advice and the kinds of rig that it judges.
 
-    A gate of plateaus that `blames_run` shows a fault of the run: where many plateaus fail it, the
-    others are no better.
+    Attributes:
+        name: Of its function.
+        judge: The function.
+        judges: Kinds of rig, separated by blanks.
+        advice: What to do about a refusal.
+        blames_run: For gates of plateaus: it shows a fault of the run. Where many plateaus fail
+            it, the others are no better.
+        needs: A column of plateaus or of runs, or a list of the limits. Where it is null in all
+            plateaus, or empty, the gate cannot be applied. Empty where it needs none.
     """
 
     name: str
-    rigs: tuple[str, ...]
-    advice: str
     judge: Judge
+    judges: str
+    advice: str
     blames_run: bool = True
-    needs: Need | None = None
+    needs: str = ""
+
+    @property
+    def rigs(self) -> tuple[str, ...]:
+        """The kinds of rig that it judges."""
+        return tuple(self.judges.split())
 
 
 class Gates(list[Gate[Judge]]):
     """Gates in the order in which they judge."""
 
-    def gate(
-        self, *rigs: str, advice: str, blames_run: bool = True, needs: Need | None = None
-    ) -> Callable[[Judge], Gate[Judge]]:
-        """Make a function a gate under its own name, the last one so far.
-
-        Args:
-            rigs: Kinds of rig that it judges.
-            advice: What to do about a refusal. May hold words of the rig in braces
-                (`RigKind.words`).
-            blames_run: See `Gate`.
-            needs: What it cannot be applied without.
-        """
-
-        def add(judge: Judge) -> Gate[Judge]:
-            self.append(Gate(judge.__name__, rigs, advice, judge, blames_run, needs))
-            return self[-1]
-
-        return add
+    def gate(self, judge: Judge) -> Judge:
+        """Make a function a gate under its own name, the last one so far."""
+        self.append(Gate(judge.__name__, judge, **RULES["gates"][judge.__name__]))
+        return judge
 
     def of(self, rig: str) -> list[Gate[Judge]]:
         """The gates that judge a kind of rig."""

@@ -52,19 +52,6 @@ _BY_SPEED = frozenset({"speed_off_nominal"})
 # Refusals that a mistake of another kind may cause.
 DOUBTFUL = _BY_TIME | _BY_FORCE | _BY_SLIP | _BY_SPEED
 
-_IF_RIGHT = "If that is not the mistake, correct the fault that is named after 'as it is'."
-ADVICE = {
-    "force_scale": "Find out which unit the logger wrote, and correct that of the traction force "
-    f"where it is written. {_IF_RIGHT}",
-    "time_unit": f"Correct the unit of the time where it is written. {_IF_RIGHT}",
-    "speed_unit": f"Correct the unit of the speeds where it is written. {_IF_RIGHT}",
-    "speed_sign": "Log the speeds of both bodies as positive where they move the oil in one "
-    f"direction. {_IF_RIGHT}",
-    "slip_unit": f"Write the slide-roll ratio's unit, %, into the log. {_IF_RIGHT}",
-    "swapped_channels": "Correct the names of the two columns in the log or under `columns` of the "
-    f"campaign file; semantics (slower_body) where the disc is the slower body. {_IF_RIGHT}",
-}
-
 # What rigs do: s between rows, at most; s for which they hold a level.
 _SLOWEST_S = 2.0
 _HOLD_S = 0.5, 600.0

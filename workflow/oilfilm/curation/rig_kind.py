@@ -7,13 +7,11 @@ from typing import Protocol
 import numpy as np
 import pandas as pd
 
-from oilfilm.curation.gate import Channel, Columns, Fault, Finding, Limits
+from oilfilm.curation.gate import Channel, Columns, Fault, Finding, Limits, Signals
 from oilfilm.curation.hypotheses import Hypothesis
-from oilfilm.curation.signals import Signals
-from oilfilm.curation.statistics import BoolArray, IndexArray
 from oilfilm.logs.log_kind import LogKind
 from oilfilm.settings.resolved import Settings
-from oilfilm.units import FloatArray
+from oilfilm.units import BoolArray, FloatArray, IndexArray
 
 
 @dataclass(frozen=True)
@@ -83,7 +81,6 @@ class RigKind(Protocol):
         channels: The logged signals beside the sensor.
         averaging: What is made of each signal over a plateau.
         words: Its words in sentences and advice: sensor, level.
-        advice: What to do about a refusal by a rule that is no gate.
         carried: Columns of the table of runs that every plateau carries.
         keeps_refused_runs: Whether the table has the plateaus of runs that were refused as a whole.
         shown_signals: Signals on the page of a refused run, with their labels.
@@ -97,7 +94,6 @@ class RigKind(Protocol):
     channels: tuple[Channel, ...]
     averaging: Averaging
     words: Mapping[str, str]
-    advice: Mapping[str, str]
     carried: tuple[str, ...]
     keeps_refused_runs: bool
     shown_signals: Mapping[str, str]

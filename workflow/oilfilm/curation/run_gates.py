@@ -1,39 +1,41 @@
 """The gates of runs in the order in which they judge: clock, sensors, temperature, way back.
 
-Decides: when a whole run is refused (clock, stuck sensor, sign, temperature drift), and the advice.
+Behind them are the warnings about a run that is used: what is not wrong for certain.
+
+Decides: when a whole run is refused (clock, stuck sensor, sign, temperature drift); warnings about
+a run that is used.
 """
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from oilfilm.curation.gate import (
-    BOTH,
-    MEASURED_TRACTION,
-    TORQUE,
-    TRACTION,
     Finding,
     Gates,
     Limits,
-    Need,
     Run,
     RunJudge,
     TorqueLimits,
     TractionLimits,
 )
-from oilfilm.curation.statistics import changed, is_noise, longest_hold, median
+from oilfilm.curation.statistics import (
+    MAD_TO_SIGMA,
+    changed,
+    is_noise,
+    longest_hold,
+    median,
+    quantile,
+)
 from oilfilm.units import FloatArray, conversion
 
 RUN_GATES: Gates[RunJudge] = Gates()
 gate = RUN_GATES.gate
 
 
-@gate(
-    *BOTH,
-    advice="Check the logger's clock and the digits of the time, and whether two logs were joined "
-    "or rows were written twice.",
-)
+@gate
 def time_disorder(run: Run, limits: Limits) -> Finding | None:
     """The clock stands still or runs backwards."""
     time_s, row = run.signals.time_s, run.signals.row
@@ -49,11 +51,7 @@ def time_disorder(run: Run, limits: Limits) -> Finding | None:
     )
 
 
-@gate(
-    *BOTH,
-    advice="Look at the refused rows: a sensor or its amplifier gave no numbers there. Repeat the "
-    "run.",
-)
+@gate
 def missing_readings(run: Run, limits: Limits) -> Finding | None:
     """So many rows in one place cannot be read that the run has a hole."""
     row, steps = run.signals.row, np.diff(run.signals.row)
@@ -71,7 +69,7 @@ def missing_readings(run: Run, limits: Limits) -> Finding | None:
     )
 
 
-@gate(*BOTH, advice="The logger paused or its clock was set: repeat the run.")
+@gate
 def clock_jump(run: Run, limits: Limits) -> Finding | None:
     """The clock jumps ahead."""
     gaps = np.diff(run.signals.time_s)
@@ -93,7 +91,7 @@ def _first_largest(steps: npt.NDArray[Any], allowed: float) -> int | None:
     return int(np.argmax(steps)) if steps.max(initial=0) > allowed else None
 
 
-@gate(TORQUE, advice="Check the speed signal, its unit and its column.")
+@gate
 def never_turns(run: Run, limits: TorqueLimits) -> Finding | None:
     """The bearing stands still from the first row to the last."""
     fastest_rpm = float(np.abs(run.signals["inner_speed_rpm"]).max())
@@ -113,7 +111,7 @@ _AROUND = 20
 _CHANCE = 1e-9
 
 
-@gate(*BOTH, advice="Check the sensor or the signal of that name, and repeat the run.")
+@gate
 def stuck_channel(run: Run, limits: Limits) -> Finding | None:
     """A signal that shows noise stops moving for part of the run."""
     row = run.working.row
@@ -160,12 +158,7 @@ def _long_hold(values: FloatArray, run: Run, limits: Limits) -> tuple[int, int] 
 _FORCE_UNITS = ("lbf", "kgf", "kN")
 
 
-@gate(
-    TRACTION,
-    advice="Check the units and the calibration of traction force and load, and that the force "
-    "sensor's cable is connected.",
-    needs=MEASURED_TRACTION,
-)
+@gate
 def no_traction(run: Run, limits: TractionLimits) -> Finding | None:
     """The traction coefficients of the sliding plateaus are smaller than those of any oil."""
     size, least = median_sliding_traction(run, limits), limits.gates.sliding_traction_min
@@ -194,12 +187,7 @@ def possible_force_units(size: float, limits: TractionLimits) -> str:
     return f"; the traction force may be in {named}, or the load's unit is wrong" if units else ""
 
 
-@gate(
-    TRACTION,
-    advice="Check the polarity of the force sensor and which body is slowed; the campaign file "
-    "gives both (semantics: traction_sign, slower_body).",
-    needs=MEASURED_TRACTION,
-)
+@gate
 def swapped_sign(run: Run, limits: TractionLimits) -> Finding | None:
     """The traction force acts against the slip."""
     slip = run.plateaus["slide_roll_ratio"]
@@ -214,7 +202,7 @@ def swapped_sign(run: Run, limits: TractionLimits) -> Finding | None:
     )
 
 
-@gate(*BOTH, advice="Choose a wider range of the sensor or its amplifier.")
+@gate
 def saturated(run: Run, limits: Limits) -> Finding | None:
     """A sensor is at the end of its range for part of the run."""
     row = run.working.row
@@ -258,7 +246,7 @@ def _piled_up(values: FloatArray, extreme: float, factor: float) -> bool:
     return len(levels) > 1 and bool(counts[end] > factor * counts[neighbour])
 
 
-@gate(*BOTH, advice="Check the {sensor} sensor, its cable and amplifier, and repeat the run.")
+@gate
 def stuck_sensor(run: Run, limits: Limits) -> Finding | None:
     """The sensor gives exactly the same reading again and again."""
     values, row = run.working[run.sensor.column], run.working.row
@@ -286,11 +274,7 @@ def _few_digits(values: FloatArray) -> str:
     )
 
 
-@gate(
-    TRACTION,
-    advice="Let rig and oil warm through before the sweep.",
-    needs=Need("inlet_temperature_c", "the log has no inlet temperature"),
-)
+@gate
 def temperature_drift(run: Run, limits: TractionLimits) -> Finding | None:
     """The inlet temperature differs between the plateaus of one run."""
     levels = run.plateaus["inlet_temperature_c"]
@@ -304,12 +288,7 @@ def temperature_drift(run: Run, limits: TractionLimits) -> Finding | None:
     )
 
 
-@gate(
-    TRACTION,
-    advice="The contact or its temperature changed during the sweep: look at the specimens and "
-    "repeat the run.",
-    needs=MEASURED_TRACTION,
-)
+@gate
 def branches_differ(run: Run, limits: TractionLimits) -> Finding | None:
     """The traction coefficients of rising and falling slip do not agree."""
     slip, mu = run.plateaus["slide_roll_ratio"], run.plateaus["traction_coefficient"]
@@ -346,3 +325,89 @@ def _turning_point(slip: FloatArray, least: int) -> int | None:
     from_end = np.minimum(extremes, len(slip) - 1 - extremes)
     turn = int(extremes[np.argmax(from_end)])
     return turn if from_end.max() >= least else None
+
+
+# --- warnings
+
+# Small and large readings, over the largest; so many give the noise to within a tenth.
+_SMALL, _LARGE, _ALMOST_ALL = 0.2, 0.8, 0.99
+_CHANGES = 60
+# Sensors have the same noise at any reading, and vibrations add to it.
+_NOISE_LEFT = 0.6
+# A fixed interval is kept to so much of it: a logger's hardware does, a program's timer does not.
+_FIXED = 0.03
+# Steps this many times further off than almost all others are not its rounding.
+_FAR_OFF = 3
+
+
+def little_traction(run: Run, limits: Limits) -> str:
+    """The traction is less than oils have, though not impossible."""
+    if not isinstance(limits, TractionLimits):
+        return ""
+    size = median_sliding_traction(run, limits)
+    usual = limits.gates.sliding_traction_usual
+    if not size < usual:
+        return ""
+    return (
+        f"the median traction coefficient above a slip of {limits.gates.sign_slip_min:g} is "
+        f"{size:.2g}; few oils have less than {usual:g}{possible_force_units(size, limits)}"
+    )
+
+
+def soft_saturation(run: Run, limits: Limits) -> str:
+    """The sensor has less noise at its largest readings: its amplifier compresses them."""
+    if np.isnan(run.plateaus["duration_s"]).all():
+        return ""  # settled readings
+    readings = run.working[run.sensor.column]
+    size = np.abs(readings[1:-1])
+    largest = quantile(size, _ALMOST_ALL) if len(size) else 0.0
+    # no ramp shows in second differences, which have six times the variance of the noise
+    change = np.abs(np.diff(readings, 2)) / np.sqrt(6)
+    parts = size < _SMALL * largest, size > _LARGE * largest
+    if min(map(np.count_nonzero, parts)) < _CHANGES:
+        return ""
+    small, large = (MAD_TO_SIGMA * median(change[part]) for part in parts)
+    if large >= _NOISE_LEFT * small or not is_noise(changed(size[parts[0]])):
+        return ""
+    name, unit = run.sensor.name, run.sensor.unit
+    return (
+        f"the noise of the {name} falls from {small:.2g} {unit} at small to {large:.2g} {unit} at "
+        "large readings; the sensor or its amplifier may be near the end of its range and give too "
+        "little there"
+    )
+
+
+def uneven_clock(run: Run, limits: Limits) -> str:
+    """Rows come at a fixed interval, but a few of them do not: a digit of their time may be wrong.
+
+    A clock that runs backwards or stands still is refused before.
+    """
+    gap_s, step = np.diff(run.signals.time_s), np.diff(run.signals.row)
+    if len(gap_s) < _CHANGES:
+        return ""
+    beside = step == np.median(step)  # no row between them was refused
+    interval_s = run.signals.interval_s
+    off_s = np.where(beside, np.abs(gap_s - interval_s), 0.0)
+    usual_s = float(np.quantile(off_s[beside], _ALMOST_ALL))
+    if usual_s > _FIXED * interval_s:
+        return ""
+    odd = np.flatnonzero(off_s > max(_FAR_OFF * usual_s, _FIXED * interval_s))
+    if len(odd) == 0:
+        return ""
+    first = int(odd[0])
+    before, after = run.signals.row[[first, first + 1]]
+    return (
+        f"rows come every {interval_s:g} s, but {gap_s[first]:g} s pass between row {before} and "
+        f"row {after} ({len(odd)} such steps); a digit of the time may be wrong, or rows are lost"
+    )
+
+
+DOUBTS: dict[str, Callable[[Run, Any], str]] = {
+    each.__name__: each for each in (little_traction, soft_saturation, uneven_clock)
+}
+
+
+def warning(run: Run, limits: Limits) -> str:
+    """All warnings about a run, each with its name; empty where there is none."""
+    found = {name: doubt(run, limits) for name, doubt in DOUBTS.items()}
+    return "; ".join(f"{name}: {sentence}" for name, sentence in found.items() if sentence)

@@ -8,12 +8,8 @@ Decides: standard errors of autocorrelated samples.
 """
 
 import numpy as np
-import numpy.typing as npt
 
-from oilfilm.units import FloatArray
-
-BoolArray = npt.NDArray[np.bool_]
-IndexArray = npt.NDArray[np.int64]
+from oilfilm.units import BoolArray, FloatArray, IndexArray
 
 # The median absolute deviation of a normal distribution times this is its standard deviation.
 MAD_TO_SIGMA = 1.4826

@@ -14,17 +14,16 @@ import numpy.typing as npt
 import pandas as pd
 
 from oilfilm.curation.gate import TORQUE as NAME
-from oilfilm.curation.gate import Channel, Columns, Finding, TorqueLimits
+from oilfilm.curation.gate import Channel, Columns, Finding, Signals, TorqueLimits
 from oilfilm.curation.hypotheses import Hypothesis, time_hypotheses
-from oilfilm.curation.plateaus import find_steps, settled_parts
+from oilfilm.curation.measure import find_steps, settled_parts
 from oilfilm.curation.rig_kind import Averaging, Division, Rest, RigKind
-from oilfilm.curation.signals import Signals
-from oilfilm.curation.statistics import IndexArray, median
+from oilfilm.curation.statistics import median
 from oilfilm.logs.log_kind import LogKind
 from oilfilm.logs.torque_log import TORQUE
 from oilfilm.settings.config import TorquePlateauSettings
 from oilfilm.settings.resolved import Settings
-from oilfilm.units import FloatArray
+from oilfilm.units import FloatArray, IndexArray
 
 _SIGNALS = (
     "inner_speed_rpm",
@@ -54,10 +53,6 @@ class TorqueRig(RigKind):
         changes=("torque_n_m", "oil_temperature_c", "axial_load_n"),
     )
     words: Mapping[str, str] = {"sensor": sensor.name, "level": "speed"}
-    advice: Mapping[str, str] = {
-        "truncated": "Repeat the run: its closing phase of standstill is missing.",
-        "zero_missing": "Let the bearing stand still, loaded, before and after the run.",
-    }
     carried: tuple[str, ...] = ("oil", "rig", "sha256", "reader")
     keeps_refused_runs = False
     shown_signals: Mapping[str, str] = {

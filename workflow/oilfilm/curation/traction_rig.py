@@ -12,19 +12,19 @@ import pandas as pd
 
 from oilfilm.curation.derived import LEAST_LOAD_N, with_calibration, with_film
 from oilfilm.curation.gate import TRACTION as NAME
-from oilfilm.curation.gate import Channel, Columns, Fault, Finding, TractionLimits
+from oilfilm.curation.gate import Channel, Columns, Fault, Finding, Signals, TractionLimits
 from oilfilm.curation.hypotheses import Hypothesis, traction_hypotheses
-from oilfilm.curation.plateaus import find_steps, settled_parts
+from oilfilm.curation.measure import find_steps, settled_parts
 from oilfilm.curation.rig_kind import Averaging, Division, Rest, RigKind, nothing
-from oilfilm.curation.signals import Signals
-from oilfilm.curation.standstill import phases_at_standstill, turns_steadily
-from oilfilm.curation.traction_zero import (
+from oilfilm.curation.zero import (
     force_at_standstill,
     left_at_standstill,
     left_without_slip,
     part_of_curve,
+    phases_at_standstill,
     sliding_phase,
     standstill_hint,
+    turns_steadily,
 )
 from oilfilm.logs.log_kind import LogKind
 from oilfilm.logs.traction_log import TRACTION
@@ -73,17 +73,6 @@ class TractionRig(RigKind):
         transients=("slide_roll_ratio", "traction_force_n"),
     )
     words: Mapping[str, str] = {"sensor": sensor.name, "level": "slip"}
-    advice: Mapping[str, str] = {
-        "truncated": "Repeat the run; the disk may have been full or the program killed.",
-        "columns_disagree": "Look at the columns' units, the track radii of the rig file and the "
-        "campaign file's semantics (slide_roll_ratio, slower_body); logged_twice of config.yaml "
-        "says how far they may differ.",
-        "zero_missing": "Begin and end every run with a few seconds of pure rolling. Where it "
-        "did roll, check columns, units and signs of the speeds and the track radii of the rig. "
-        "Readings at standstill give the zero where the campaign file says so (semantics: zero).",
-        "zero_left": "Set semantics: zero of the campaign file to what gives the zero, as "
-        "standstill or rolling_phases, or find out what holds a force there.",
-    }
     carried: tuple[str, ...] = (
         "oil",
         "rig",
@@ -121,7 +110,7 @@ class TractionRig(RigKind):
         curation, levels = settings.curation, settings.curation.plateaus
         # where nothing turns S has no value
         turning = np.isfinite(signals["slide_roll_ratio"]) & turns_steadily(signals, curation)
-        usable = signals.where(turning)
+        usable = signals.at(turning)
         interval_s = usable.interval_s
         steps = find_steps(usable["slide_roll_ratio"], interval_s, levels.min_step, levels)
         starts, stops = settled_parts(len(usable), steps, interval_s, levels)

@@ -5,14 +5,12 @@ Decides: when faulty plateaus refuse their run; the row of a refusal, with its a
 
 from collections.abc import Iterator
 from dataclasses import asdict
-from typing import Any
 
 import numpy as np
 import pandas as pd
 
 from oilfilm import tables
-from oilfilm.curation.gate import Finding, Gate, Limits, TractionLimits
-from oilfilm.curation.hypotheses import ADVICE as HYPOTHESIS_ADVICE
+from oilfilm.curation.gate import RULES, Finding, Limits, TractionLimits
 from oilfilm.curation.plateau_gates import (
     PLATEAU_GATES,
     possible_load_units,
@@ -20,38 +18,22 @@ from oilfilm.curation.plateau_gates import (
     surely_unphysical,
 )
 from oilfilm.curation.rig_kind import RigKind
-from oilfilm.curation.run_gates import RUN_GATES
 from oilfilm.logs.base import Refusal
 from oilfilm.logs.run_sheet import EXCLUDED, EXCLUDED_ADVICE
 from oilfilm.tables import failed_gates
 
 # Two faulty plateaus may be two mishaps, where they are not most of a short run.
 _MANY = 3
-# What to do about a refusal by a rule that is no gate, on any rig.
-OTHER_ADVICE = {
-    "zero_drift": "Let the {sensor} sensor warm up, check its mounting, and repeat the run.",
-    "no_rows": "Check whether the logger wrote any data, or repeat the run.",
-    "no_plateau": "Hold each {level} longer than settle_s + min_duration_s of config.yaml.",
-    "no_point_left": "Look at the gates that are named, one by one.",
-    "many_plateaus_fail": "Look at the gates that are named, one by one, and repeat the run.",
-    "impossible_traction": "Check the units of force and load, and the zero and calibration of the "
-    "{sensor} sensor.",
-    EXCLUDED: EXCLUDED_ADVICE,
-    "duplicate_log": "Take one of the files out; a copy adds nothing.",
-    "repeated_label": "Give each run a name of its own, or take one of the logs out.",
-    "conflicting_labels": "Find out which oil was run, correct the other label or take it out.",
-    "conflicting_condition": "Find out which of the runs has the wrong label or went wrong, and "
-    "take it out; then the other one is used.",
-    "duplicate_condition": "Take one of the logs out, or set repeated_conditions: accept.",
-}
+_IF_RIGHT = "If that is not the mistake, correct the fault that is named after 'as it is'."
 
 
 def advice_for(rule: str, kind: RigKind) -> str:
     """What to do about a refusal by the gate or rule of that name."""
-    gates: list[Gate[Any]] = [*RUN_GATES, *PLATEAU_GATES]
-    of_gates = {gate.name: gate.advice for gate in gates}
-    advice = {**of_gates, **OTHER_ADVICE, **HYPOTHESIS_ADVICE, **kind.advice}
-    return advice[rule].format(**kind.words)
+    if rule in RULES["mistakes"]:
+        return f"{RULES['mistakes'][rule]} {_IF_RIGHT}"
+    gates = {name: entry["advice"] for name, entry in RULES["gates"].items()}
+    advice = {**gates, **RULES["others"], EXCLUDED: EXCLUDED_ADVICE, **RULES[kind.name]}
+    return str(advice[rule]).format(**kind.words)
 
 
 def refusal(rule: str, finding: Finding, kind: RigKind, run_id: str) -> Refusal:

@@ -7,9 +7,9 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from oilfilm.curation.gate import Signals
 from oilfilm.curation.measure import measure
 from oilfilm.curation.rig_kind import nothing
-from oilfilm.curation.signals import Signals
 from oilfilm.curation.traction_rig import TRACTION_RIG
 from oilfilm.settings.resolved import Settings
 from oilfilm.units import FloatArray
