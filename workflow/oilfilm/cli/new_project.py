@@ -10,10 +10,9 @@ from oilfilm.cli import stubs
 from oilfilm.curation.zero_source import BEST_FIRST, zero_source
 from oilfilm.errors import OilfilmError
 from oilfilm.home import CONFIG, HOME
-from oilfilm.logs.findings import Findings, shipped
 from oilfilm.logs.ingest import read_bytes
 from oilfilm.logs.raw_files import is_sheet, raw_files, unfit_name
-from oilfilm.logs.sniff import Sniffed, sniff
+from oilfilm.logs.sniff import Findings, Sniffed, shipped, sniff
 from oilfilm.settings.resolve import resolve, safe_name
 
 # Pages that messages and settings name.

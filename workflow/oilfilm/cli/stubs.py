@@ -14,8 +14,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from oilfilm.errors import printable
 from oilfilm.home import CONFIG
 from oilfilm.logs.base import SET_POINTS
-from oilfilm.logs.findings import Findings, shipped
-from oilfilm.logs.sniff import VOCABULARY, Sniffed, rows_of_sheet, set_points
+from oilfilm.logs.sniff import VOCABULARY, Findings, Sniffed, rows_of_sheet, set_points, shipped
 from oilfilm.settings.messages import load
 from oilfilm.settings.rig import Rig
 

@@ -6,7 +6,6 @@ Decides: when a raw log is refused because it changed.
 import json
 import re
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
 from pathlib import Path
 
 from oilfilm.atomic_write import write_text
@@ -18,35 +17,23 @@ _DIGITS = 16
 _LINE = re.compile(r"([0-9a-f]{64})  (data/raw/.+)")
 
 
-@dataclass(frozen=True)
-class _Change:
-    log: str
-    was: str
-    now: str
-
-    def lines(self) -> str:
-        """The entry of the campaign file, without its reason."""
-        log, was, now = map(json.dumps, (self.log, self.was[:_DIGITS], self.now[:_DIGITS]))
-        return f"  - log: {log}\n    was: {was}\n    now: {now}\n    reason: "
-
-
 class FirstSeen:
-    """The listing of a campaign, which `sha256sum -c` reads: one line per log, never changed."""
+    """The listing of a campaign, which `sha256sum -c` reads: one line per log, never changed.
+
+    Args:
+        campaign: Its name.
+        logs: Name of the folder of its logs, if that is another one.
+        folder: Where the listings are.
+
+    Raises:
+        OilfilmError: A line of it is damaged.
+    """
 
     def __init__(self, campaign: str, logs: str = "", folder: Path = FOLDER) -> None:
-        """Read the listing; a campaign that has not run has none.
-
-        Args:
-            campaign: Its name.
-            logs: Name of the folder of its logs, if that is another one.
-            folder: Where the listings are.
-
-        Raises:
-            OilfilmError: A line of it is damaged.
-        """
         self._campaign = campaign
         self._path = folder / f"{logs or campaign}.sha256"
         self._digests: dict[str, str] = {}
+        # a campaign that has not run has none
         text = self._path.read_text(encoding="utf-8") if self._path.is_file() else ""
         for number, line in enumerate(text.split("\n")[:-1], start=1):
             parts = _LINE.fullmatch(line)
@@ -71,32 +58,34 @@ class FirstSeen:
             OSError: The listing cannot be written.
         """
         entries = list(acknowledged)
-        changes = []
-        for log, now in digests.items():
-            was = self._digests.get(log, now)
-            known = any(
+        changed = {
+            log: {"log": log, "was": was[:_DIGITS], "now": now[:_DIGITS]}
+            for log, now in digests.items()
+            if (was := self._digests.get(log, now)) != now
+            and not any(
                 each["log"] == log and was.startswith(each["was"]) and now.startswith(each["now"])
                 for each in entries
             )
-            if now != was and not known:
-                changes.append(_Change(log, was, now))
-        if changes:
-            raise OilfilmError(self._refusal(changes, bool(entries)))
+        }
+        if changed:
+            first, *others = changed.values()
+            more = f", and {len(others)} more" if others else ""
+            place = "at the end of `acknowledged_changes` in" if entries else "to"
+            key = "" if entries else "acknowledged_changes:\n"
+            lines = [
+                "  - " + "\n    ".join(f"{name}: {json.dumps(text)}" for name, text in each.items())
+                for each in changed.values()
+            ]
+            raise OilfilmError(
+                f"{first['log']}: has changed since a run first read it (it was {first['was']} "
+                f"then, {self._path} says){more}. Put it back. If the change is meant, add these "
+                f"lines {place} config/campaigns/{self._campaign}.yaml, with the reason:\n{key}"
+                + "\n".join(f"{each}\n    reason: " for each in lines)
+            )
         together = {**digests, **self._digests}
         if together != self._digests:
-            lines = [f"{digest}  {log}\n" for log, digest in sorted(together.items())]
-            write_text("".join(lines), self._path)
+            write_text(
+                "".join(f"{digest}  {log}\n" for log, digest in sorted(together.items())),
+                self._path,
+            )
             self._digests = together
-
-    def _refusal(self, changes: list[_Change], others: bool) -> str:
-        first = changes[0]
-        more = f", and {len(changes) - 1} more" if len(changes) > 1 else ""
-        place = "at the end of `acknowledged_changes` in" if others else "to"
-        key = "" if others else "acknowledged_changes:\n"
-        return (
-            f"{first.log}: has changed since a run first read it (it was {first.was[:_DIGITS]} "
-            f"then, {self._path} says){more}. Put it back. If the change is meant, add these lines "
-            f"{place} config/campaigns/{self._campaign}.yaml, with the reason:\n"
-            + key
-            + "\n".join(change.lines() for change in changes)
-        )

@@ -67,9 +67,7 @@ def named_keys(logged: Mapping[str, str], settings: Settings) -> dict[str, str]:
         logged: Header lines by the keys of the log, as `plain_key` makes them.
         settings: Its campaign's `header` lists names of keys, its oils may have aliases.
     """
-    names = {
-        plain_key(name): key for key, listed in settings.campaign.header for name in listed or ()
-    }
+    names = listed_names(settings)
     keys: dict[str, str] = {}
     for own, written in logged.items():
         key, text = _meaning(own, written, names)
@@ -77,6 +75,11 @@ def named_keys(logged: Mapping[str, str], settings: Settings) -> dict[str, str]:
             text = oil_id(text, settings)
         keys[key] = text if keys.get(key, text) == text else f"{keys[key]} / {text}"
     return keys
+
+
+def listed_names(settings: Settings) -> dict[str, str]:
+    """The project's key by each name that the campaign file lists under `header`."""
+    return {plain_key(name): key for key, names in settings.campaign.header for name in names or ()}
 
 
 def header_keys(logged: Mapping[str, str], settings: Settings) -> dict[str, str]:
@@ -90,18 +93,34 @@ def header_keys(logged: Mapping[str, str], settings: Settings) -> dict[str, str]
 
 def _meaning(own: str, text: str, names: Mapping[str, str]) -> tuple[str, str]:
     """Key of the project and text of a header line; the number of a set point in the key's unit."""
-    bare, unit = apart(own)
-    listed = names.get(own, names.get(bare))
-    if listed is not None:
-        return listed, _in_unit_of(listed, text, unit or "") if listed in SET_POINT_UNITS else text
-    for name, (quantity, _) in SET_POINT_UNITS.items():
+    name, unit = set_point_key(own, names) or ("", "")
+    # without a unit `load` may be anything
+    if unit or to_set_point(name, number_and_unit(text)[1]):
+        return name, _in_unit_of(name, text, unit)
+    return names.get(own, names.get(apart(own)[0], own)), text
+
+
+def set_point_key(own: str, names: Mapping[str, str]) -> tuple[str, str] | None:
+    """Set point that a name gives, and its unit: in brackets, in the name, or empty.
+
+    Args:
+        own: The name as `plain_key` makes it.
+        names: Keys by the names that a campaign lists, which are in the unit of the key.
+    """
+    bare, written = apart(own)
+    unit = UNITS.get(written or "", written)
+    for key, (quantity, usual) in SET_POINT_UNITS.items():
         tail = own.removeprefix(f"{quantity}_")
-        if own == name or (tail != own and to_set_point(name, tail)):
-            return name, _in_unit_of(name, text, tail)
-        # without a unit `load` may be anything
-        if bare == quantity and (unit or to_set_point(name, number_and_unit(text)[1])):
-            return name, _in_unit_of(name, text, unit or "")
-    return own, text
+        if names.get(own) == key or own == key:
+            # brackets may be a part of a name that the campaign file lists
+            return key, unit if unit and to_set_point(key, unit) else usual
+        if names.get(bare) == key:
+            return key, unit or usual
+        if tail != own and to_set_point(key, tail):
+            return key, UNITS[tail]
+        if bare == quantity:
+            return key, unit or ""
+    return None
 
 
 def to_set_point(name: str, unit: str) -> Conversion | None:

@@ -20,7 +20,6 @@ from oilfilm.errors import OilfilmError, printable
 from oilfilm.logs.base import (
     LARGEST_LOG,
     LoggedRun,
-    Nominal,
     Reading,
     Refusal,
     TextForm,
@@ -28,8 +27,8 @@ from oilfilm.logs.base import (
     UnreadableLogError,
     refused_ranges,
 )
-from oilfilm.logs.columns import ROWS_ADVICE, read_tables
-from oilfilm.logs.log_kind import LogKind
+from oilfilm.logs.columns import ROWS_ADVICE, Found, read_tables
+from oilfilm.logs.log_kind import LogKind, Vocabulary
 from oilfilm.logs.registry import BINARY, READERS, recognised_format
 from oilfilm.logs.run_sheet import NO_SHEET, RunSheet, SheetOfLog
 from oilfilm.logs.traction_log import TRACTION
@@ -230,23 +229,22 @@ def _read_log(
 ) -> tuple[str, Reading]:
     name = "none"
     try:
-        content = _unpacked(content)
-        name = _format(content)
+        if len(content) > LARGEST_LOG:
+            reason = f"the file is larger than {LARGEST_LOG >> 20} MiB"
+            raise UnreadableLogError(reason, "Begin a file for each run.", rule="too_large")
         try:
-            found = READERS[name].tables(content, kind.vocabulary_of(settings.campaign))
-            reading = read_tables(found, file, settings, kind, sheet)
-        except Exception as error:
-            if name not in BINARY or isinstance(error, UnreadableLogError):
-                raise
-            what = " ".join(str(error).split())[:200] or type(error).__name__
-            reason = f"the file begins like {name}, but cannot be read: {what}"
-            raise UnreadableLogError(reason, _COPY_AGAIN, rule="damaged_file") from error
+            content = unpack(content)
+        except OSError as error:
+            reason = f"the compressed file cannot be unpacked: {error}"
+            raise UnreadableLogError(reason, _COPY_AGAIN, rule="damaged_archive") from error
+        name = recognised_format(content) or name
+        found = _found(name, content, kind.vocabulary_of(settings.campaign))
+        reading = _without_absurd(read_tables(found, file, settings, kind, sheet))
         if not reading.runs and not reading.refusals:
             reason = f"the file looks like {name}, but holds no row of data"
             raise UnreadableLogError(reason, "Take it out, or export it again.", rule="no_rows")
     except UnreadableLogError as error:
         return name, Reading(error.rows, [], [error.refusal.of_rows("", 1, error.rows)])
-    reading = _without_absurd(reading)
     kept = sum(len(run) for run in reading.runs)
     refused = sum(refusal.refused_rows for refusal in reading.refusals)
     if kept + refused != reading.rows:
@@ -254,37 +252,25 @@ def _read_log(
     return name, reading
 
 
-def _unpacked(content: bytes) -> bytes:
-    """The bytes inside a packed log.
+def _found(name: str, content: bytes, vocabulary: Vocabulary) -> Found:
+    """The tables of a file in a format.
 
     Raises:
-        UnreadableLogError: It is too large, or damaged.
+        UnreadableLogError: The format is not known, or nothing of the file can be used.
     """
-    if len(content) > LARGEST_LOG:
-        reason = f"the file is larger than {LARGEST_LOG >> 20} MiB"
-        raise UnreadableLogError(
-            reason, "Let the logger begin a file for each run.", rule="too_large"
-        )
-    try:
-        return unpack(content)
-    except OSError as error:
-        reason = f"the compressed file cannot be unpacked: {error}"
-        raise UnreadableLogError(reason, _COPY_AGAIN, rule="damaged_archive") from error
-
-
-def _format(content: bytes) -> str:
-    """The format of a file's bytes.
-
-    Raises:
-        UnreadableLogError: No reader recognises it.
-    """
-    name = recognised_format(content)
-    if name is None:
-        seems = f"the format is not known: the file {_what_it_seems(content[:40])}"
+    if name not in READERS:
+        reason = f"the format is not known: the file {_what_it_seems(content[:40])}"
         advice = f"Formats read: {', '.join(READERS)}. data/raw/README.md describes them."
-        reason = seems if content else "the file is empty"
+        reason = reason if content else "the file is empty"
         raise UnreadableLogError(reason, advice, rule="unknown_format")
-    return name
+    try:
+        return READERS[name].tables(content, vocabulary)
+    except Exception as error:
+        if name not in BINARY or isinstance(error, UnreadableLogError):
+            raise
+        what = " ".join(str(error).split())[:200] or type(error).__name__
+        reason = f"the file begins like {name}, but cannot be read: {what}"
+        raise UnreadableLogError(reason, _COPY_AGAIN, rule="damaged_file") from error
 
 
 def _without_absurd(reading: Reading) -> Reading:
@@ -352,7 +338,11 @@ def _what_it_seems(head: bytes) -> str:
 
 
 def _about_run(run: LoggedRun, settings: Settings) -> dict[str, Any]:
-    nominal = asdict(_with_load(run.nominal, run.rig, settings))
+    nominal = asdict(run.nominal)
+    contact: Contact | None = settings.rigs[run.rig].contact() if run.rig in settings.rigs else None
+    pressure = run.nominal.max_hertz_pressure_gpa
+    if contact is not None and run.nominal.load_n is None and pressure is not None:
+        nominal["load_n"] = float(contact.load_n(pressure))
     return {
         "run_id": run.run_id,
         "oil": run.oil,
@@ -368,16 +358,6 @@ def _about_run(run: LoggedRun, settings: Settings) -> dict[str, Any]:
         "reason": printable(run.flaw.reason) if run.flaw else "",
         "warning": "",
     }
-
-
-def _with_load(nominal: Nominal, rig: str, settings: Settings) -> Nominal:
-    """Set points with the load that gives the nominal pressure, where only that is given."""
-    if nominal.load_n is not None or nominal.max_hertz_pressure_gpa is None:
-        return nominal
-    contact: Contact | None = settings.rigs[rig].contact()
-    if contact is None:
-        return nominal
-    return replace(nominal, load_n=float(contact.load_n(nominal.max_hertz_pressure_gpa)))
 
 
 def _together(runs: list[LoggedRun]) -> pd.DataFrame:

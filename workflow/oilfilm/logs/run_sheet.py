@@ -88,16 +88,12 @@ class SheetOfLog:
         """
         header = header_keys(logged, settings)
         rows = [row for row in self.rows if _is_about(row, part)]
-        given: dict[str, str] = {}
-        problem = None
-        for row in rows:
-            for key, value in row.keys.items():
-                if given.setdefault(key, value) != value:
-                    problem = problem or self._disagreement(rows, key)
-        problem = problem or self._two_loads(given, header, settings)
+        given = {key: value for row in reversed(rows) for key, value in row.keys.items()}
+        rig = given.get("rig", header.get("rig", next(iter(settings.rigs))))
+        problem = self._disagreement(rows, rig, settings)
         over = LOADS if given.keys() & LOADS else frozenset()
         keys = {key: text for key, text in header.items() if key not in over} | given
-        remarks = self._contradictions(run_id, header, given, settings)
+        remarks = self._contradictions(run_id, header, given, rig, settings)
         if run_id == self.file and self.rows and not rows:
             remarks.append(self._unmatched(self.rows, [part], run_id))
         sources = {
@@ -141,47 +137,44 @@ class SheetOfLog:
 
     def _exclusion(self, rows: Sequence[SheetRow]) -> Flaw | None:
         reasons = dict.fromkeys(row.exclude for row in rows if row.exclude)
-        return (
-            Flaw(EXCLUDED, f"{self.sheet} excludes it: {'; '.join(reasons)}") if reasons else None
-        )
+        reason = f"{self.sheet} excludes it: {'; '.join(reasons)}"
+        return Flaw(EXCLUDED, reason) if reasons else None
 
-    def _disagreement(self, rows: Iterable[SheetRow], key: str) -> Refusal:
-        given = dict.fromkeys(
-            f"{row.keys[key]!r} (row of {row})" for row in rows if key in row.keys
-        )
-        return Refusal(
-            "sheet_rows_disagree",
-            f"{self.sheet} has several rows for the run, which disagree in {key}: "
-            f"{', '.join(given)}",
-            "Leave one of the rows, or make its pattern narrower.",
-        )
-
-    def _two_loads(
-        self, given: Mapping[str, str], header: Mapping[str, str], settings: Settings
+    def _disagreement(
+        self, rows: Sequence[SheetRow], rig: str, settings: Settings
     ) -> Refusal | None:
-        """A load and a pressure of the sheet that do not belong together on the rig."""
-        if not given.keys() >= LOADS:
-            return None
-        load, pressure = given["load_n"], given["max_hertz_pressure_gpa"]
-        rig = given.get("rig", header.get("rig"))
-        if _same("load_n", load, "max_hertz_pressure_gpa", pressure, rig, settings):
-            return None
-        return Refusal(
-            "sheet_rows_disagree",
-            f"{self.sheet} gives the run load_n {load} and max_hertz_pressure_gpa {pressure}, "
-            "but on this rig that load gives another pressure",
-            "Leave one of them.",
+        """Why the rows about a run cannot be followed: they contradict each other."""
+        given: dict[str, dict[str, str]] = {}
+        for row in rows:
+            for key, value in row.keys.items():
+                given.setdefault(key, {}).setdefault(value, f"{value!r} (row of {row})")
+        reason = next(
+            (
+                f"has several rows for the run, which disagree in {key}: {', '.join(of.values())}"
+                for key, of in given.items()
+                if len(of) > 1
+            ),
+            "",
         )
+        if not reason and given.keys() >= LOADS:
+            load, pressure = (next(iter(given[key])) for key in sorted(LOADS))
+            if not _same("load_n", load, "max_hertz_pressure_gpa", pressure, rig, settings):
+                reason = (
+                    f"gives the run load_n {load} and max_hertz_pressure_gpa {pressure}, but on "
+                    "this rig that load gives another pressure"
+                )
+        advice = "Leave one of them, or make the pattern of a row narrower."
+        return Refusal("sheet_rows_disagree", f"{self.sheet} {reason}", advice) if reason else None
 
     def _contradictions(
         self,
         run_id: str,
         header: Mapping[str, str],
         given: Mapping[str, str],
+        rig: str,
         settings: Settings,
     ) -> list[Refusal]:
         differing: list[str] = []
-        rig = given.get("rig", header.get("rig"))
         for key, value in given.items():
             # the load has one set point, as force or as pressure
             others = {key} if key in header or key not in LOADS else LOADS
@@ -221,7 +214,7 @@ def matches(name: str, pattern: str) -> bool:
     return fnmatchcase(name, pattern.replace("[", "[[]"))
 
 
-def _same(key: str, value: str, other: str, text: str, rig: str | None, settings: Settings) -> bool:
+def _same(key: str, value: str, other: str, text: str, rig: str, settings: Settings) -> bool:
     """Whether a value of the sheet says the same as a text under a key, on a rig."""
     if key not in SET_POINTS:
         return value == (oil_id(text, settings) if key == "oil" else text)
@@ -233,15 +226,12 @@ def _same(key: str, value: str, other: str, text: str, rig: str | None, settings
         return abs(in_sheet - in_header) <= same.temperature_c
     share = same.relative
     if other != key:
-        known = settings.rigs.get(rig or next(iter(settings.rigs)))
-        contact = known.contact() if known else None
+        contact = settings.rigs[rig].contact() if rig in settings.rigs else None
         if contact is None:
             return True  # nothing says what load makes that pressure
         loads = {key: in_sheet, other: in_header}
-        in_sheet, in_header = (
-            loads["load_n"],
-            float(contact.load_n(loads["max_hertz_pressure_gpa"])),
-        )
+        in_sheet = loads["load_n"]
+        in_header = float(contact.load_n(loads["max_hertz_pressure_gpa"]))
         share *= 3  # the load goes with the cube of the pressure
     return abs(in_sheet - in_header) <= share * abs(in_header)
 

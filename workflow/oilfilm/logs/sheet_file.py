@@ -14,7 +14,6 @@ import unicodedata
 import zipfile
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
 from itertools import zip_longest
 from pathlib import Path, PurePosixPath
 
@@ -23,7 +22,7 @@ import numpy as np
 from oilfilm.errors import OilfilmError, printable
 from oilfilm.logs.base import Refusal, decimal_number, set_point, set_point_range
 from oilfilm.logs.encoding import encodings_of
-from oilfilm.logs.header import FULL_WIDTH, SET_POINT_UNITS, UNITS, apart
+from oilfilm.logs.header import FULL_WIDTH, SET_POINT_UNITS, apart, listed_names, set_point_key
 from oilfilm.logs.log_kind import LogKind
 from oilfilm.logs.raw_files import find_sheet, is_sheet, named_logs
 from oilfilm.logs.run_sheet import (
@@ -42,7 +41,7 @@ from oilfilm.units import Conversion, conversion
 # Columns that every run sheet may have; a kind of logs adds its own.
 _COLUMNS = ("file", "run", "oil", "exclude", "remarks")
 # Cells of `exclude` that keep a run, and those that would exclude it without a reason.
-_KEPT = frozenset("0 - n no false nein falsch non faux nej nei 否".split())
+_KEPT = frozenset(["", *"0 - n no false nein falsch non faux nej nei 否".split()])
 _UNREASONED = frozenset("1 x y yes true j ja wahr oui vrai si sí 是".split())
 # So many mistakes, rows and names of logs are listed; the others are counted.
 _LISTED = 20
@@ -51,59 +50,50 @@ _LINES_SEARCHED = 20
 _LARGEST = 1 << 24
 _AS_TEXT = Conversion("")
 
-_PACKED = (".gz", ".zst")
-
 Cells = list[list[str]]
 
 
 class _LogNames:
     """The logs of a campaign by the names that the run sheet may give them."""
 
-    def __init__(self, files: Sequence[str]) -> None:
-        self.files = files
-        self._whole = {file: _plain(file) for file in files}
-        self._last = {file: PurePosixPath(name).name for file, name in self._whole.items()}
-        self._by_name: list[dict[str, list[str]]] = []
-        for names in (self._whole, self._last):
-            # a log keeps its name when it is packed
-            for name_of in (str, _unpacked):
-                by_name: dict[str, list[str]] = {}
-                for file, name in names.items():
-                    by_name.setdefault(name_of(name), []).append(file)
-                self._by_name.append(by_name)
+    def __init__(self, files: Iterable[str]) -> None:
+        # a log keeps its name when it is packed; a name without a folder means any folder
+        self._forms = {
+            file: (name, _unpacked(name), last, _unpacked(last))
+            for file in files
+            for name in [unicodedata.normalize("NFC", file)]
+            for last in [PurePosixPath(name).name]
+        }
+        self._by_form: list[dict[str, list[str]]] = [{}, {}, {}, {}]
+        for file, forms in self._forms.items():
+            for by_form, form in zip(self._by_form, forms, strict=True):
+                by_form.setdefault(form, []).append(file)
 
     def meant(self, cell: str) -> tuple[list[str], bool]:
-        """The logs that a cell of `file` means, and whether it is a name that several logs have.
-
-        A name without a folder means a log in any folder.
-        """
-        pattern = _plain(cell.replace("\\", "/").removeprefix("./"))
+        """The logs that a cell of `file` means, and whether it is a name that several logs have."""
+        plain = unicodedata.normalize("NFC", cell)
+        pattern = plain.replace("\\", "/").removeprefix("./")
         if not set(pattern) & set("*?"):
-            found: list[str] = next(filter(None, (by.get(pattern) for by in self._by_name)), [])
+            found = next(filter(None, (by.get(pattern) for by in self._by_form)), [])
             return found, len(found) > 1
-        names = self._whole if "/" in pattern else self._last
+        which = slice(2) if "/" in pattern else slice(2, 4)
         fitting = [
             file
-            for file, name in names.items()
-            if matches(name, pattern) or matches(_unpacked(name), pattern)
+            for file, forms in self._forms.items()
+            if any(matches(form, pattern) for form in forms[which])
         ]
         return fitting, False
 
     def nearest(self, cell: str) -> str | None:
         """The log whose name resembles a cell most."""
-        lasts = {_unpacked(last).casefold(): file for file, last in self._last.items()}
-        name = PurePosixPath(_plain(cell).replace("\\", "/")).name
-        near = difflib.get_close_matches(_unpacked(name).casefold(), lasts, 1)
+        lasts = {forms[-1].casefold(): file for file, forms in self._forms.items()}
+        name = _unpacked(PurePosixPath(cell.replace("\\", "/")).name).casefold()
+        near = difflib.get_close_matches(unicodedata.normalize("NFC", name), lasts, 1)
         return lasts[near[0]] if near else None
 
 
-def _plain(name: str) -> str:
-    """A name with its letters composed: some systems write an umlaut as two characters."""
-    return unicodedata.normalize("NFC", name)
-
-
 def _unpacked(name: str) -> str:
-    return next((name.removesuffix(end) for end in _PACKED if name.endswith(end)), name)
+    return name.removesuffix(".gz").removesuffix(".zst")
 
 
 @dataclass(frozen=True)
@@ -129,37 +119,16 @@ class _Sheet:
         """The header keys and columns that it may have."""
         return (*_COLUMNS, *self.kind.sheet_keys)
 
-    @cached_property
-    def names(self) -> dict[str, tuple[str, str]]:
-        """Key and unit, empty where only the log can say it, by each name of a column."""
-        own = {key: SET_POINT_UNITS[key][1] if key in SET_POINT_UNITS else "" for key in self.keys}
-        set_points = {
-            name: (key, unit)
-            for key in self.keys
-            if key in SET_POINT_UNITS
-            for quantity, _ in [SET_POINT_UNITS[key]]
-            for name, unit in [(quantity, ""), *((f"{quantity}_{u}", UNITS[u]) for u in UNITS)]
-        }
-        listed = {
-            plain_key(name): (key, own[key])
-            for key, names in self.settings.campaign.header
-            for name in names or ()
-            if key in own
-        }
-        return {**set_points, **{key: (key, own[key]) for key in own}, **listed}
-
-    def key(self, cell: str) -> str | None:
-        """The key that a cell names, with its unit or without."""
-        names = cell, apart(cell.translate(FULL_WIDTH))[0]
-        known = (self.names.get(plain_key(name)) for name in names)
-        return next((key for key, _ in filter(None, known)), None)
-
-    @cached_property
-    def known(self) -> dict[str, list[str]]:
-        """The names that a cell may hold, by the key of its column."""
-        torque = self.settings.campaign.torque
-        bearings = [torque.bearing] if torque else []
-        return {"oil": [*self.settings.oils], "rig": [*self.settings.rigs], "bearing": bearings}
+    def key(self, name: str) -> tuple[str, str] | None:
+        """Key and unit, empty where the name has none, that the name of a column gives."""
+        listed = listed_names(self.settings)
+        plain, bare = plain_key(name.translate(FULL_WIDTH)), apart(name.translate(FULL_WIDTH))[0]
+        key = listed.get(plain_key(name), plain_key(name))
+        found = set_point_key(plain, listed)
+        if found is None and key not in self.keys:
+            key = listed.get(plain_key(bare), plain_key(bare))
+        found = found or (key, "")
+        return found if found[0] in self.keys else None
 
     def refuse(self, where: str, sentence: str) -> None:
         """Add a mistake."""
@@ -167,11 +136,10 @@ class _Sheet:
 
     def stop(self) -> None:
         """End with all mistakes, if there are any."""
-        if not self.mistakes:
-            return
         more = len(self.mistakes) - _LISTED
         counted = [f"{self.path}: {more} more mistakes"] if more > 0 else []
-        raise OilfilmError("\n".join([*self.mistakes[:_LISTED], *counted]))
+        if self.mistakes:
+            raise OilfilmError("\n".join([*self.mistakes[:_LISTED], *counted]))
 
 
 def read_run_sheet(
@@ -194,29 +162,29 @@ def read_run_sheet(
     rows = _rows(content, sheet)
     sheet.stop()
     matched: dict[str, list[SheetRow]] = {}
-    remarks: list[Refusal] = []
-    near: dict[str, str] = {}
-    strays = 0
+    strays: list[tuple[int, str]] = []
     logs = _LogNames(files)
-    for row_number, row in rows:
+    for number, row in rows:
         found, ambiguous = logs.meant(row.file)
         if ambiguous:
             listed = ", ".join(found[:_LISTED])
-            sheet.refuse(
-                f"row {row_number}", f"{row.file!r} is the name of {listed}: add the folder."
-            )
+            sheet.refuse(f"row {number}", f"{row.file!r} is the name of {listed}: add the folder.")
         for file in found:
             matched.setdefault(file, []).append(row)
-        strays += not found
-        if not found and strays <= _LISTED:
-            nearest = logs.nearest(row.file)
-            hint = f"; did you mean {nearest!r}?" if nearest else ""
-            reason = printable(f"row {row_number}: {row.file!r} matches no log{hint}")
-            remarks.append(Refusal(UNMATCHED, reason, UNMATCHED_ADVICE))
-            near |= {nearest: f"row {row_number}: {row.file!r}"} if nearest else {}
+        if not found:
+            strays.append((number, row.file))
     sheet.stop()
-    if strays > _LISTED:
-        reason = f"{strays - _LISTED} more rows match no log"
+    remarks: list[Refusal] = []
+    near: dict[str, str] = {}
+    for number, cell in strays[:_LISTED]:
+        nearest = logs.nearest(cell)
+        hint = f"; did you mean {nearest!r}?" if nearest else ""
+        reason = printable(f"row {number}: {cell!r} matches no log{hint}")
+        remarks.append(Refusal(UNMATCHED, reason, UNMATCHED_ADVICE))
+        if nearest and nearest not in matched:
+            near[nearest] = f"row {number}: {cell!r}"
+    if len(strays) > _LISTED:
+        reason = f"{len(strays) - _LISTED} more rows match no log"
         remarks.append(Refusal(UNMATCHED, reason, UNMATCHED_ADVICE))
     unlisted = [file for file in files if file not in matched]
     if rows and unlisted:
@@ -224,7 +192,6 @@ def read_run_sheet(
         reason = printable(f"no row for {len(unlisted)} of {len(files)} logs: {listed}")
         advice = "Only their headers count. Add rows where that is wrong."
         remarks.append(Refusal(UNLISTED, reason, advice))
-    near = {file: row for file, row in near.items() if file not in matched}
     rows_of = {file: tuple(of) for file, of in matched.items()}
     return RunSheet(path.name, rows_of, tuple(remarks), near)
 
@@ -269,11 +236,12 @@ def sheet_of_paths(paths: Iterable[Path], raw: Path, settings: Settings, kind: L
 
 def _rows(content: bytes, sheet: _Sheet) -> list[tuple[int, SheetRow]]:
     """The rows with their numbers, as a spreadsheet counts them."""
+    if len(content) > _LARGEST:
+        raise OilfilmError(f"{sheet.path}: is larger than {_LARGEST >> 20} MiB.")
     records = _workbook(content, sheet) if content.startswith(b"PK") else _text(content, sheet)
-    lines = records[:_LINES_SEARCHED]
-    known = {n: [sheet.key(cell) for cell in record] for n, record in enumerate(lines)}
-    named = [n for n, keys in known.items() if "file" in keys]
-    if not named:
+    start = max(range(len(records[:_LINES_SEARCHED])), key=lambda n: _known(records[n], sheet))
+    found = [sheet.key(cell) for cell in records[start]]
+    if "file" not in [key for key, _ in filter(None, found)]:
         seen = ", ".join(next(filter(any, records), [""]))[:120]
         others = ", ".join(key for key in sheet.keys if key != "file")
         sheet.refuse(
@@ -282,13 +250,22 @@ def _rows(content: bytes, sheet: _Sheet) -> list[tuple[int, SheetRow]]:
             f"{others}). Names of your own: see `header` of the campaign file.",
         )
         return []
-    # of the first lines that have `file`, the one most is known of
-    start = max(named, key=lambda n: len(known[n]) - known[n].count(None))
     below = start + 1
     units: list[str] = []
-    if below < len(records) and _is_unit_row(known[start], records[below]):
+    if below < len(records) and _is_unit_row(found, records[below]):
         units, below = records[below], below + 1
-    columns = _columns(start + 1, records[start], units, sheet)
+    columns: dict[int, _Column] = {}
+    for index, (name, unit) in enumerate(
+        zip_longest(records[start], units[: len(found)], fillvalue="")
+    ):
+        column = _column(start + 1, name, unit, sheet) if name else None
+        if column is None:
+            continue
+        if column.key != "remarks" and column.key in {each.key for each in columns.values()}:
+            sheet.refuse(
+                f"row {start + 1}", f"the column {name!r} gives {column.key} a second time."
+            )
+        columns[index] = column
     if sheet.mistakes:
         return []
     numbered = enumerate(records[below:], start=below + 1)
@@ -296,11 +273,15 @@ def _rows(content: bytes, sheet: _Sheet) -> list[tuple[int, SheetRow]]:
     return [(n, row) for n, row in rows if row is not None]
 
 
+def _known(names: Sequence[str], sheet: _Sheet) -> tuple[bool, int]:
+    """How well cells are known as the names of columns."""
+    keys = [found[0] for name in names if (found := sheet.key(name))]
+    return "file" in keys, len(keys)
+
+
 def _text(content: bytes, sheet: _Sheet) -> Cells:
     """The cells of a text: in the encoding and with the delimiter that give most known names."""
-    if len(content) > _LARGEST:
-        raise OilfilmError(f"{sheet.path}: is larger than {_LARGEST >> 20} MiB.")
-    readings: list[Cells] = []
+    readings: list[Cells] = [[[]]]
     for encoding in encodings_of(content):
         text = content.decode(encoding, "replace").removeprefix("\ufeff")
         for delimiter in (",", ";", "\t", "|"):
@@ -308,16 +289,12 @@ def _text(content: bytes, sheet: _Sheet) -> Cells:
                 cells = list(csv.reader(io.StringIO(text, newline=""), delimiter=delimiter))
             except csv.Error:
                 continue
-            readings.append([[cell.strip() for cell in row] for row in cells])
-    if not readings:
-        raise OilfilmError(f"{sheet.path}: cannot be read as text with delimiters. Save it as CSV.")
-
-    def names(cells: Cells) -> int:
-        lines = cells[:_LINES_SEARCHED]
-        return max((sum(sheet.key(cell) is not None for cell in row) for row in lines), default=0)
-
+            readings.append([[cell.strip() for cell in row] for row in cells] or [[]])
     # the first of equals is the most likely one
-    return max(readings, key=names)
+    return max(
+        readings[1:] or readings,
+        key=lambda cells: max(_known(row, sheet) for row in cells[:_LINES_SEARCHED]),
+    )
 
 
 def _workbook(content: bytes, sheet: _Sheet) -> Cells:
@@ -331,7 +308,7 @@ def _workbook(content: bytes, sheet: _Sheet) -> Cells:
             raise ValueError(f"unpacked it has {unfolded >> 20} MiB")
         book = openpyxl.load_workbook(io.BytesIO(content), read_only=True, data_only=True)
         rows = book.worksheets[0].iter_rows(values_only=True)
-        return [[_cell(value) for value in row] for row in rows]
+        return [[_cell(value) for value in row] for row in rows] or [[]]
     except Exception as error:  # whatever a damaged workbook makes the library stumble over
         reason = " ".join(str(error).split())[:200] or type(error).__name__
         raise OilfilmError(
@@ -346,9 +323,9 @@ def _cell(value: object) -> str:
     return "" if value is None else str(value).strip()
 
 
-def _is_unit_row(keys: Sequence[str | None], cells: Sequence[str]) -> bool:
+def _is_unit_row(found: Sequence[tuple[str, str] | None], cells: Sequence[str]) -> bool:
     """A row below the names that names no log and has a unit for some set point."""
-    by_key = dict(zip(keys, cells, strict=False))
+    by_key = {of[0]: cell for of, cell in zip(found, cells, strict=False) if of}
     return by_key.get("file", "") in ("", "-") and any(
         _conversion(cell, key) for key, cell in by_key.items() if key in SET_POINT_UNITS
     )
@@ -367,27 +344,12 @@ def _conversion(unit: str, key: str) -> Conversion | None:
         return None
 
 
-def _columns(
-    row: int, names: Sequence[str], units: Sequence[str], sheet: _Sheet
-) -> dict[int, _Column]:
-    """The columns by their place; what is wrong with them goes to the mistakes of the sheet."""
-    columns: dict[int, _Column] = {}
-    for index, (name, unit) in enumerate(zip_longest(names, units[: len(names)], fillvalue="")):
-        column = _column(row, name, unit, sheet) if name else None
-        if column is None:
-            continue
-        if column.key != "remarks" and column.key in {each.key for each in columns.values()}:
-            sheet.refuse(f"row {row}", f"the column {name!r} gives {column.key} a second time.")
-        columns[index] = column
-    return columns
-
-
 def _column(row: int, name: str, below: str, sheet: _Sheet) -> _Column | None:
-    bare, beside = apart(name.translate(FULL_WIDTH))
-    whole = sheet.names.get(plain_key(name))
-    known = whole or sheet.names.get(plain_key(bare))
+    """A column of the sheet; what is wrong with it goes to the mistakes."""
+    known = sheet.key(name)
     if known is None:
-        near = difflib.get_close_matches(plain_key(bare), sheet.names, 1)
+        words = [*sheet.keys, *listed_names(sheet.settings)]
+        near = difflib.get_close_matches(plain_key(apart(name)[0]), words, 1)
         hint = f"; did you mean {near[0]!r}?" if near else "."
         sheet.refuse(
             f"row {row}",
@@ -395,56 +357,43 @@ def _column(row: int, name: str, below: str, sheet: _Sheet) -> _Column | None:
             "that is not to be read: list its name under `header: remarks` of the campaign file.",
         )
         return None
-    key, implied = known
+    key, named = known
     if key not in SET_POINT_UNITS:
         return _Column(name, key)
-    # brackets may be a part of a name that the campaign file lists
-    is_unit = beside and (whole is None or _conversion(beside, key))
-    unit = below or (beside if is_unit else "") or implied
-    if not unit:
-        sheet.refuse(
-            f"row {row}",
-            f"the column {name!r} has no unit. Write `{name} [{_targets(key)[0]}]`, or the unit in "
-            "a row below the names.",
-        )
-        return None
-    to = _conversion(unit, key)
+    unit = below or named
+    to = _conversion(unit, key) if unit else None
     if to is None:
+        found = f"found the unit {unit!r}" if unit else "has no unit"
         expected = " or ".join(_targets(key))
         sheet.refuse(
-            f"row {row}, column {name!r}", f"found the unit {unit!r}, expected one of {expected}."
+            f"row {row}, column {name!r}",
+            f"{found}, expected {expected} in brackets behind the name or in a row below.",
         )
         return None
     return _Column(name, "max_hertz_pressure_gpa" if to.unit == "GPa" else key, to)
 
 
 def _row(
-    row: int, cells: Sequence[str], columns: Mapping[int, _Column], sheet: _Sheet
+    number: int, cells: Sequence[str], columns: Mapping[int, _Column], sheet: _Sheet
 ) -> SheetRow | None:
     """What a row says; its mistakes go to those of the sheet."""
+    row, mistakes = f"row {number}", len(sheet.mistakes)
     filled = {index: cell for index, cell in enumerate(cells) if cell}
     if stray := [cell for index, cell in filled.items() if index not in columns]:
         sheet.refuse(
-            f"row {row}",
+            row,
             f"the cell {stray[0][:60]!r} is in no column: expected {len(columns)} cells. A text "
             "with the delimiter in it needs quotes.",
         )
         return None
-    names = {column.key: column.name for column in columns.values()}
     texts = {columns[index].key: cell for index, cell in filled.items()}
     if "file" not in texts:
-        sheet.refuse(
-            f"row {row}, column {names['file']!r}",
-            "is empty, expected the name of a log or a pattern such as '*.csv'.",
-        )
-        return None
+        sheet.refuse(f"{row}, column 'file'", "is empty, expected the name of a log or a pattern.")
     exclude = texts.get("exclude", "")
     if exclude.lower() in _UNREASONED:
-        sheet.refuse(
-            f"row {row}, column {names['exclude']!r}",
-            f"found {exclude!r}, expected the reason for leaving the run out, or nothing.",
-        )
-    excluded = exclude.lower() not in _KEPT | {""}
+        expected = "the reason for leaving the run out, or nothing"
+        sheet.refuse(f"{row}, column 'exclude'", f"found {exclude!r}, expected {expected}.")
+    excluded = exclude.lower() not in _KEPT
     keys: dict[str, str] = {}
     for index, text in filled.items():
         column = columns[index]
@@ -454,27 +403,31 @@ def _row(
         if value is not None:
             keys[column.key] = value
         elif not excluded:  # of a run that is left out nothing need be known
-            where = f"row {row}, column {column.name!r}"
+            where = f"{row}, column {column.name!r}"
             sheet.refuse(where, f"found {text[:60]!r}, expected {expected}.")
+    if len(sheet.mistakes) > mistakes:
+        return None
     reason = printable(exclude) if excluded else ""
     return SheetRow(texts["file"], texts.get("run", ""), reason, keys)
 
 
 def _value(column: _Column, text: str, sheet: _Sheet) -> tuple[str | None, str]:
     """The value of a cell as its header key holds it, or None, and what is expected there."""
-    known, settings = sheet.known.get(column.key), sheet.settings
-    if known is not None:
-        name, others = text, ""
-        if column.key == "oil":
-            name = settings.oil_ids.get(plain_key(text), text)
-            others = " (other names: `oil_aliases` of the campaign file)"
-        expected = f"{column.key} of the campaign {settings.campaign.name}: {', '.join(known)}"
-        return (name if name in known else None), expected + others
-    least, most = set_point_range(column.key)
-    expected = f"a number above {least:g}, below {most:g} {column.to.unit}"
+    key, settings = column.key, sheet.settings
+    if key not in SET_POINT_UNITS:
+        torque = settings.campaign.torque
+        bearings = [torque.bearing] if torque else []
+        known = {"oil": settings.oils, "rig": settings.rigs, "bearing": bearings}[key]
+        name = settings.oil_ids.get(plain_key(text), text) if key == "oil" else text
+        expected = f"{key} of the campaign {settings.campaign.name}: {', '.join(known)}"
+        return (name if name in known else None), expected
+    least, most = set_point_range(key)
+    expected = (
+        f"a number above {least:g}, below {most:g} {column.to.unit} (the column says the unit)"
+    )
     try:
         logged = decimal_number(text)
     except ValueError:
-        return None, f"a number; its column says the unit ({expected})"
+        return None, expected
     value = f"{float(column.to.of(np.array(logged))):.12g}"
-    return (value if set_point(column.key, value) is not None else None), expected
+    return (value if set_point(key, value) is not None else None), expected

@@ -3,9 +3,12 @@
 Decides: what `oilfilm init` finds in a folder of logs.
 """
 
+import re
+import unicodedata
+from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass, field, replace
-from functools import cache
+from functools import cache, cached_property
 
 import numpy as np
 
@@ -22,6 +25,7 @@ from oilfilm.logs.base import (
 )
 from oilfilm.logs.csv import may_be_table, possible_names
 from oilfilm.logs.header import (
+    FULL_WIDTH,
     SET_POINT_UNITS,
     UNITS,
     apart,
@@ -35,7 +39,7 @@ from oilfilm.logs.registry import READERS, recognised_format
 from oilfilm.logs.traction_log import TRACTION
 from oilfilm.logs.words import guessed, guessed_columns, unit_in_name
 from oilfilm.settings.base import plain_key
-from oilfilm.settings.campaign import Column
+from oilfilm.settings.campaign import Column, Semantics
 from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
 from oilfilm.units import BoolArray, FloatArray
@@ -222,9 +226,6 @@ def _missing(guesses: Mapping[str, Names], names: Names) -> list[str]:
     return [quantity for quantity in (*VOCABULARY.always, *speeds) if quantity not in known]
 
 
-# ---------------------------------------------------------------- runs
-
-
 def _run(
     part: str,
     keys: Mapping[str, str],
@@ -234,31 +235,27 @@ def _run(
     zero: ZeroSource,
 ) -> Run:
     """What the columns and header lines of a run show; nothing follows from `unitless` ones."""
-    ball, disc = _surface_speeds(values, units)
+    count = len(next(iter(values.values()), []))
+    nothing = np.full(count, np.nan)
+    time, load, force, temperature = (
+        values.get(name, nothing)
+        for name in ("time", "load", "traction_force", "inlet_temperature")
+    )
+    ball, disc = _surface_speeds(values, units, nothing)
     mean = (ball + disc) / 2
     turning = _turning(mean)
     slip = (disc - ball)[turning] / mean[turning]
-    nothing = np.array([])
-    load, force = values.get("load", nothing), values.get("traction_force", nothing)
-    levels = {
-        _LOADS.get(units.get("load", ""), ""): ("load", load),
-        "inlet_temperature_c": ("inlet_temperature", values.get("inlet_temperature", nothing)),
-    }
+    levels = {} if "load" in unitless else {_LOADS[units.get("load", "N")]: load}
     if units.get("ball_speed") != "rpm" and not _SPEEDS & unitless:
-        levels["entrainment_speed_m_s"] = ("entrainment_speed", mean)
+        levels["entrainment_speed_m_s"] = mean
+    if "inlet_temperature" not in unitless:
+        levels["inlet_temperature_c"] = temperature
     # what is logged at standstill is no level of the run
-    measured = {
-        key: _level(key, each[turning] if len(each) == len(turning) and turning.any() else each)
-        for key, (quantity, each) in levels.items()
-        if len(each) and quantity not in unitless
-    }
+    used = turning if turning.any() else np.ones(count, dtype=bool)
+    measured = {key: _level(key, each[used]) for key, each in levels.items()}
     settled = keys.get("log_kind") == "steps"
-    time = values.get("time", nothing)
     signals = (time, ball, disc, load, force)
-    complete = len(ball) > 1 and all(
-        len(each) == len(ball) and np.isfinite(each).all() for each in signals
-    )
-    continuous = complete and not settled and "time" not in unitless
+    continuous = count > 1 and np.isfinite(signals).all() and not settled
     named = "oil" if "oil" in keys else oil_key(keys) or ""
     return Run(
         part,
@@ -268,9 +265,11 @@ def _run(
         _lines(keys, measured),
         measured,
         settled,
-        zero(*signals) if continuous and np.median(np.diff(time)) > 0 else "",
+        zero(*signals)
+        if continuous and "time" not in unitless and np.median(np.diff(time)) > 0
+        else "",
         _slower(slip) if "ball_speed" in units else "",
-        _sign(slip, force[turning]) if len(force) == len(turning) else 0,
+        _sign(slip, force[turning]),
         units,
         _doubt(keys, measured),
     )
@@ -288,9 +287,9 @@ def _level(key: str, values: FloatArray) -> float:
 
 
 def _surface_speeds(
-    values: Mapping[str, FloatArray], units: Mapping[str, str]
+    values: Mapping[str, FloatArray], units: Mapping[str, str], nothing: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Speeds of ball and disc; empty where the log does not give them.
+    """Speeds of ball and disc; NaN where the log does not give them.
 
     Of spindle speeds the beginning is taken for pure rolling, because the radii are not known.
     """
@@ -301,17 +300,15 @@ def _surface_speeds(
             if len(first):
                 disc = disc * (np.median(ball[first]) / np.median(disc[first]))
         return ball, disc
-    if {"entrainment_speed", "slide_roll_ratio"} <= values.keys():
-        mean, half = values["entrainment_speed"], values["slide_roll_ratio"] / 2
-        return mean * (1 - half), mean * (1 + half)
-    return np.array([]), np.array([])
+    mean = values.get("entrainment_speed", nothing)
+    half = values.get("slide_roll_ratio", nothing) / 2
+    return mean * (1 - half), mean * (1 + half)
 
 
 def _turning(speed: FloatArray) -> BoolArray:
     """The rows at more than half of the speed of the fastest ones."""
     known = len(speed) > 0 and np.isfinite(speed).all()
-    fast = np.quantile(np.abs(speed), 0.9) if known else 0.0
-    return np.abs(speed) > fast / 2 if fast else np.zeros(len(speed), dtype=bool)
+    return np.abs(speed) > (np.quantile(np.abs(speed), 0.9) / 2 if known else np.inf)
 
 
 def _slower(slip: FloatArray) -> str:
@@ -326,7 +323,7 @@ def _slower(slip: FloatArray) -> str:
 
 def _sign(slip: FloatArray, force: FloatArray) -> int:
     """Whether the force grows with the slip (1) or falls (-1); 0 where neither is plain."""
-    if len(slip) != len(force) or len(slip) < 2 or not (np.ptp(slip) and np.ptp(force)):
+    if len(slip) < 2 or not (np.ptp(slip) > 0 and np.ptp(force) > 0):
         return 0
     together = float(np.corrcoef(slip, force)[0, 1])
     return 0 if abs(together) < 0.3 else 1 if together > 0 else -1
@@ -411,3 +408,176 @@ def rows_of_sheet(log: Sniffed) -> Sequence[Run]:
     first = log.runs[0] if log.runs else Run()
     same = all(set_points(run) == set_points(first) for run in log.runs)
     return [replace(first, part="")] if same or not log.runs else log.runs
+
+
+# ---------------------------------------------------------------- all logs
+
+_UMLAUTS = str.maketrans({"ä": "ae", "ö": "oe", "ü": "ue", "ß": "ss"})
+_FEWEST_GUESSES = 3
+
+
+def shipped(kind: str) -> dict[str, str]:
+    """Names of the rigs or oils that are part of oilfilm, by their plain form."""
+    paths = (CONFIG / kind).glob("*.yaml")
+    return {plain_key(path.stem): path.stem for path in paths if path.stem != "template"}
+
+
+@dataclass(frozen=True)
+class Findings:
+    """What was found in all logs together."""
+
+    logs: Sequence[Sniffed]
+
+    @property
+    def runs(self) -> Iterator[Run]:
+        """The runs of all logs."""
+        return (run for log in self.logs for run in log.runs)
+
+    @property
+    def _named(self) -> list[Sniffed]:
+        """The logs whose columns were recognised, at least in part."""
+        return [log for log in self.logs if log.runs or len(log.guesses) >= _FEWEST_GUESSES]
+
+    @cached_property
+    def columns(self) -> dict[str, list[str]]:
+        """Names of columns by the quantity that they seem to mean."""
+        names: dict[str, dict[str, None]] = {}
+        for log in self._named:
+            for quantity, columns in log.guesses.items():
+                if len(columns) == 1:
+                    ((name, unit),) = columns
+                    bare = apart(name.translate(FULL_WIDTH))[0]
+                    # a unit in brackets is read; without one the name is as the log writes it
+                    names.setdefault(quantity, {})[bare if unit else name] = None
+        return {quantity: list(of) for quantity, of in names.items()}
+
+    @property
+    def doubtful(self) -> dict[str, list[str]]:
+        """Quantities that no column seems to mean, or several: the names to choose from."""
+        doubtful: dict[str, dict[str, None]] = {}
+        for log in self._named:
+            several = {q: [n for n, _ in each] for q, each in log.guesses.items() if len(each) > 1}
+            for quantity in {*log.missing, *several}:
+                names = several.get(quantity, [name for name in log.names if _is_left(name, log)])
+                doubtful.setdefault(quantity, {}).update(dict.fromkeys(names))
+        return {quantity: list(names) for quantity, names in sorted(doubtful.items())}
+
+    def unit(self, quantity: str) -> tuple[str, bool]:
+        """The unit for the campaign file, empty where the logs give it; whether it is unknown."""
+        units = {
+            unit_in_name(name, quantity, VOCABULARY)
+            for log in self._named
+            for name, unit in log.guesses.get(quantity, [])[:1]
+            if not unit
+        }
+        known = next(iter(units)) if len(units) == 1 else ""
+        return known, bool(units) and not known
+
+    @property
+    def header(self) -> dict[str, list[str]]:
+        """Names of header lines by the project's key, without those that are the key itself."""
+        names: dict[str, dict[str, None]] = {}
+        for run in self.runs:
+            if run.oil_key not in ("", "oil"):
+                names.setdefault("oil", {})[run.oil_key.replace("_", " ")] = None
+            for key, line in run.lines.items():
+                if line.listed and plain_key(line.name) != key:
+                    names.setdefault(key, {})[line.name] = None
+        return {key: list(of) for key, of in names.items()}
+
+    @cached_property
+    def oils(self) -> dict[str, list[str]]:
+        """What the logs call each oil, by the id that it gets; one id where no log says it."""
+        oils: dict[str, list[str]] = {}
+        for number, label in enumerate(dict.fromkeys(run.oil for run in self.runs if run.oil), 1):
+            oils.setdefault(_oil_id(label) or f"oil-{number}", []).append(label)
+        return oils or {"my-oil": []}
+
+    def oil_of(self, label: str) -> str:
+        """The id of an oil by what a log calls it."""
+        return next(oil for oil, labels in self.oils.items() if label in labels)
+
+    @property
+    def unnamed_oil(self) -> bool:
+        """Whether some logs name an oil and others do not, so that these need it of the sheet."""
+        return len(self.oils) > 1 and any(not run.oil for run in self.runs)
+
+    @cached_property
+    def rigs(self) -> list[str]:
+        """Rigs by the names that the logs give them; one of its own where none does."""
+        known = shipped("rigs")
+        named = [known.get(plain_key(run.rig), _slug(run.rig)) for run in self.runs if run.rig]
+        pcs = [log for log in self.logs if log.format == "pcs"]
+        if pcs and not named:
+            return ["pcs-etm" if all("etm" in log.file.lower() for log in pcs) else "pcs-rig"]
+        return list(dict.fromkeys(name for name in named if name)) or ["my-rig"]
+
+    @property
+    def needs_radii(self) -> bool:
+        """Whether speeds are those of spindles, so that the radii of the tracks are needed."""
+        return any(run.units.get("ball_speed") == "rpm" for run in self.runs)
+
+    @property
+    def needs_contact(self) -> bool:
+        """Whether the load is logged as a pressure, so that geometry and materials are needed."""
+        return any(run.units.get("load") == "GPa" for run in self.runs)
+
+    @property
+    def semantics(self) -> dict[str, str | int]:
+        """How the signals seem to be meant, where it differs from the defaults."""
+        runs = [run for run in self.runs if not run.settled]
+        found: dict[str, str | int] = {}
+        for key in ("slower_body", "traction_sign"):
+            most = Counter(value for run in runs if (value := getattr(run, key))).most_common(1)
+            default = Semantics.model_fields[key].default
+            if most and most[0][0] != default:
+                found[key] = most[0][0]
+        return found
+
+    @cached_property
+    def zeros(self) -> Counter[str | None]:
+        """How many runs each source of the zero suits; None: none does."""
+        return Counter(run.zero for run in self.runs if run.zero != "")
+
+    @property
+    def slip_is_logged(self) -> bool:
+        """Whether the slip comes from a logged slide-roll ratio, whose definition is not known."""
+        return any(run.units and "ball_speed" not in run.units for run in self.runs)
+
+    @property
+    def repeats(self) -> bool:
+        """Whether two runs of one oil have the same set points."""
+        levels = (
+            (run.oil, set_points(run) | {key: line.value for key, line in run.lines.items()})
+            for run in self.runs
+            if run.measured
+        )
+        conditions = [(oil, *sorted(of_run.items())) for oil, of_run in levels]
+        return len(set(conditions)) < len(conditions)
+
+    @property
+    def decimal_comma(self) -> bool:
+        """Whether the laboratory writes numbers with a comma."""
+        return any(log.form.decimal_mark == "comma" for log in self.logs)
+
+
+def _is_left(name: str, log: Sniffed) -> bool:
+    """Whether nothing is known of a column of a log."""
+    taken = {other for columns in log.guesses.values() for other, _ in columns}
+    return name not in taken and VOCABULARY.meaning(name) is None
+
+
+def _oil_id(label: str) -> str:
+    """The shipped oil that a label names as a word of its own, else the label as an id."""
+    words = re.findall(r"\w+", plain_key(label).replace("_", " "))
+    known = shipped("oils")
+    return next((known[word] for word in words if word in known), _slug(label))
+
+
+def _slug(label: str) -> str:
+    """A name as an id: ASCII letters, digits and '-'; empty where it has others."""
+    plain = unicodedata.normalize("NFKD", label.casefold().translate(_UMLAUTS))
+    plain = "".join(letter for letter in plain if not unicodedata.combining(letter))
+    if not plain.isascii():
+        return ""
+    return re.sub(r"[^a-z0-9]+", "-", plain).strip("-")[:60]
