@@ -86,18 +86,6 @@ def test_nothing_is_missing_without_a_matrix(demo: Campaign) -> None:
     assert (planned["state"] == "missing").sum() == len(planned) == 216
 
 
-def test_condition_on_either_of_two_rigs_is_not_missing(demo: Campaign) -> None:
-    rigs = {"campaign": {"rigs": ["ball-on-disc-20mm", "other"]}}
-    runs = demo.curated.runs
-    covered = coverage(
-        pd.concat([runs, runs.iloc[:3].assign(run_id=["x", "y", "z"], rig="other")]),
-        demo.config.with_changes(rigs),
-    )
-    assert (covered["rig"] == "other").sum() == 3
-    assert len(planned_states(covered)) == 216
-    assert not (covered["state"] == "missing").any()
-
-
 @pytest.mark.parametrize(
     ("column", "factor", "shift"),
     [
@@ -148,16 +136,6 @@ def test_gates_count_every_refused_run_and_row_once(demo: Campaign) -> None:
     }
 
 
-def test_unreadable_file_counts_as_a_file(demo: Campaign) -> None:
-    row = {name: "x" for name in tables.columns("quarantine")} | {"run_id": "", "stage": "ingest"}
-    row |= {"first_row": 1, "last_row": 7, "refused_rows": 7}
-    unread = tables.from_rows([row], "quarantine")
-    (counts,) = gate_counts(demo.curated.runs, tables.empty("points"), unread).to_dict("records")
-    assert (counts["what"], counts["files"], counts["runs"], counts["rows"]) == ("file", 1, 0, 7)
-    nothing = tables.empty("runs"), tables.empty("points"), tables.empty("quarantine")
-    assert gate_counts(*nothing).empty
-
-
 def test_map_draws_each_condition_once_with_symbol_and_numbers(
     demo: Campaign, results: CampaignTables
 ) -> None:
@@ -169,22 +147,3 @@ def test_map_draws_each_condition_once_with_symbol_and_numbers(
     assert symbols.count(style.STATE_MARKERS["refused"]) == 5
     assert symbols.count(style.STATE_MARKERS["accepted"]) == 212
     assert figure.get_figwidth() == pytest.approx(style.DOUBLE_COLUMN_IN)
-
-
-def test_map_without_set_points_says_so(demo: Campaign) -> None:
-    unknown = {name: np.nan for name in demo.curated.runs if name.startswith("nominal_")}
-    covered = coverage(demo.curated.runs.assign(**unknown), without(demo.config, "matrix"))
-    assert len(covered) == 3
-    _, cells, text = map_of(covered, demo.config)
-    assert cells.empty
-    assert "No set points are stated" in text
-    assert "4102: 70 of 72 runs accepted" in text
-    assert "nothing to cover" in map_of(tables.empty("coverage"), demo.config)[2]
-
-
-def test_more_conditions_than_a_page_holds_are_told_in_words(demo: Campaign) -> None:
-    runs = demo.curated.runs
-    noted = runs.assign(nominal_inlet_temperature_c=np.arange(len(runs)) * 2.0)
-    _, cells, text = map_of(coverage(noted, without(demo.config, "matrix")), demo.config)
-    assert cells.empty
-    assert "218 different conditions" in text

@@ -95,18 +95,6 @@ def test_film_is_full_over_the_whole_matrix_as_the_paper_says(demo: Campaign) ->
     assert at_rest == pytest.approx(3.9, abs=0.1)
 
 
-def test_later_of_two_runs_at_one_condition_is_kept_only_where_repeats_are_declared(
-    demo: Campaign,
-) -> None:
-    share = curate(pd.concat(demo.ingested.samples.values()), demo.ingested.runs, demo.config)
-    repeats = {"campaign": {"repeated_conditions": "accept"}}
-    lenient = collect([share], [], demo.config.with_changes(repeats))
-    again = lenient.runs.set_index("run_id").loc["4050_P1.25_U30_T070_again.csv"]
-    assert (again["verdict"], again["reason"]) == ("accepted", "")
-    strict = demo.curated.runs.set_index("run_id")
-    assert strict.loc["4050_P1.25_U30_T070.csv", "verdict"] == "accepted"
-
-
 def test_shares_together_give_what_one_share_gives(demo: Campaign) -> None:
     runs = demo.ingested.runs
     samples = pd.concat(demo.ingested.samples.values(), ignore_index=True)
@@ -150,13 +138,6 @@ def test_steps_are_found_where_they_are_and_nowhere_else(
         assert slip[start:stop].mean() == pytest.approx(level, abs=0.002)
 
 
-def test_steady_slip_has_no_steps_and_a_short_log_none_either() -> None:
-    _, slip = staircase([0.1], 60, 0.003, 1)
-    assert len(find_steps(slip, 0.02, 0.004, PLATEAUS)) == 0
-    assert len(find_steps(slip[:20], 0.02, 0.004, PLATEAUS)) == 0
-    assert Signals(np.array([1]), np.array([0.0]), {}).interval_s == 1.0
-
-
 def equal_stretches(signal: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
     starts = np.arange(count) * (len(signal) // count)
     return statistics.cut(signal, starts, starts + len(signal) // count)
@@ -197,16 +178,6 @@ def test_standard_error_sums_lags_up_to_the_first_that_is_not_positive() -> None
     np.testing.assert_allclose(statistics.standard_errors(*together)[:, 0], apart, rtol=1e-12)
 
 
-def test_mean_of_unequal_stretches_and_of_none() -> None:
-    values = np.arange(10.0)
-    stretches, inside = statistics.cut(values, np.array([0, 5]), np.array([4, 7]))
-    np.testing.assert_allclose(statistics.means(stretches, inside), [1.5, 5.5])
-    early = statistics.first_part(inside, 1 / 2)
-    np.testing.assert_allclose(statistics.means(stretches, early), [0.5, 5.0])
-    np.testing.assert_allclose(statistics.means(stretches, inside & ~early), [2.5, 6.0])
-    assert np.isnan(statistics.means(stretches, np.zeros_like(inside))).all()
-
-
 def test_transient_that_outlasts_the_settling_time_is_measured_and_refused() -> None:
     values = bad_logs.good()
     since_step = np.tile(np.arange(80) / bad_logs.RATE_HZ, 5)
@@ -225,14 +196,6 @@ def test_transient_that_outlasts_the_settling_time_is_measured_and_refused() -> 
     halves = {"curation": {"plateaus": {"transient_share": 0.5}}}
     points = check_logs(log, bad_logs.CONFIG.with_changes(halves)).points
     np.testing.assert_allclose(points["traction_transient"], -points["traction_change"])
-
-
-def test_spikes_are_flagged_and_gaussian_noise_is_not() -> None:
-    values = np.random.default_rng(3).standard_normal(2000)
-    values[[50, 777, 1999]] = [15, -15, 12]
-    flagged = statistics.spikes(*equal_stretches(values, 20), 8.0)
-    assert np.flatnonzero(flagged.ravel()).tolist() == [50, 777, 1999]
-    assert not statistics.spikes(*equal_stretches(np.ones(100), 1), 8.0).any()
 
 
 def rig_log(force_n: np.ndarray, slip: np.ndarray, time_s: np.ndarray) -> Signals:
@@ -274,29 +237,23 @@ def test_linear_drift_of_the_zero_leaves_no_trace(
 # --- gates, one by one ---------------------------------------------------------------------------
 
 GOOD_POINT = {
-    "slide_roll_ratio": 0.15,
-    "entrainment_speed_m_s": 30.0,
-    "nominal_entrainment_speed_m_s": 30.0,
-    "load_n": 82.2,
-    "nominal_load_n": 82.2,
-    "inlet_temperature_c": 70.0,
-    "nominal_inlet_temperature_c": 70.0,
-    "traction_coefficient": 0.02,
-    "traction_force_n": 1.6,
-    "run_id": "run",
-    "n_samples": 50,
-    "n_spikes": 0,
-    "duration_s": 1.2,
-    "slip_change": 0.0,
-    "traction_change": 0.0,
-    "slip_transient": 0.0,
-    "traction_transient": 0.0,
-    "measured_film_thickness_um": np.nan,
-    "load_change": 0.0,
-    "temperature_change_c": 0.0,
-    "force_asymmetry": np.nan,
-    "film_judgement": "full film",
-    "lambda_ratio": 5.0,
+    **dict.fromkeys(("load_n", "nominal_load_n"), 82.2),
+    **dict.fromkeys(("entrainment_speed_m_s", "nominal_entrainment_speed_m_s"), 30.0),
+    **dict.fromkeys(("inlet_temperature_c", "nominal_inlet_temperature_c"), 70.0),
+    **dict.fromkeys(
+        ("slip_change", "traction_change", "slip_transient", "traction_transient"), 0.0
+    ),
+    **dict.fromkeys(("load_change", "temperature_change_c"), 0.0),
+    **dict.fromkeys(("measured_film_thickness_um", "force_asymmetry"), np.nan),
+    **{
+        "run_id": "run",
+        "n_samples": 50,
+        "n_spikes": 0,
+        "duration_s": 1.2,
+        "slide_roll_ratio": 0.15,
+    },
+    **{"traction_coefficient": 0.02, "traction_force_n": 1.6},
+    **{"film_judgement": "full film", "lambda_ratio": 5.0},
 }
 
 
@@ -343,14 +300,6 @@ def test_gate_acts_just_beyond_its_limit(
     point = pd.DataFrame([{**GOOD_POINT, **change}])
     failed = judge_plateaus(point, TRACTION_RIG, TRACTION_RIG.limits(config)).iloc[0]
     assert failed[failed].index.tolist() == ([gate] if gate else [])
-
-
-def test_slip_is_compared_with_the_planned_ones_where_there_are_any(config: Settings) -> None:
-    planned = {"slide_roll_ratio": [0.0, 0.145, 0.3]}
-    limits = TRACTION_RIG.limits(config.with_changes({"campaign": {"set_points": planned}}))
-    near, far = ({**GOOD_POINT, "slide_roll_ratio": slip} for slip in (0.1475, 0.1485))
-    failed = judge_plateaus(pd.DataFrame([near, far]), TRACTION_RIG, limits)
-    assert failed["slip_off_set_point"].tolist() == [False, True]
 
 
 def test_wrong_fringe_orders_leave_the_power_law_of_the_other_films(config: Settings) -> None:
@@ -436,17 +385,6 @@ def test_every_definition_of_the_slide_roll_ratio_becomes_sliding_over_mean_spee
         ratio_of_mean = Semantics(slide_roll_ratio=definition).over_mean(np.array([value, -value]))
         expected = np.array([1, -1]) * 2 * sliding / total
         np.testing.assert_allclose(ratio_of_mean, expected, rtol=1e-12)
-
-
-def test_semantics_of_one_rig_go_before_those_of_all() -> None:
-    campaign = {
-        "semantics": {"traction_sign": -1, "zero": "already_removed"},
-        "semantics_of_rig": {"mtm": {"traction_sign": 1}},
-    }
-    general = Settings.of({"campaign": campaign}).campaign
-    assert general.semantics_for("other") == Semantics(traction_sign=-1, zero="already_removed")
-    mtm = general.semantics_for("mtm")
-    assert (mtm.traction_sign, mtm.zero) == (1, "already_removed")
 
 
 @pytest.mark.parametrize(

@@ -44,12 +44,6 @@ def test_copies_found_among_near_runs_are_those_of_all_pairs(seed: int) -> None:
     assert list(_equal_pairs(values)) == expected
 
 
-def test_runs_of_constant_signals_are_all_copies_of_each_other() -> None:
-    values = np.full((5, 3, 2), 7.0)
-    assert list(_equal_pairs(values)) == pairs_by_brute_force(values)
-    assert len(list(_equal_pairs(values))) == 10
-
-
 def levels_by_brute_force(values: list[float], planned: list[float]) -> list[float]:
     """The level of each set point, every level compared with every value."""
     levels = sorted(set(planned))

@@ -97,25 +97,6 @@ def test_rows_of_one_run_in_two_parts_are_refused() -> None:
         curate_parts(halves, whole.runs, CONFIG)
 
 
-def test_part_that_breaks_the_contract_leaves_no_file(tmp_path: Path) -> None:
-    samples = ingest_logs(LOGS[:1], CONFIG).all_samples()
-    with (
-        pytest.raises(OilfilmError, match="load_n"),
-        tables.writing("samples", tmp_path / "s.parquet", ABOUT) as add,
-    ):
-        add(samples)
-        add(samples.assign(load_n=np.inf))
-    assert list(tmp_path.iterdir()) == []
-
-
-def test_footer_has_what_became_known_while_the_parts_were_written(tmp_path: Path) -> None:
-    about = {**ABOUT, "inputs": {}}
-    with tables.writing("samples", tmp_path / "s.parquet", about):
-        about["inputs"] = {"late": "digest"}
-    assert tables.read_footer(tmp_path / "s.parquet")["inputs"] == {"late": "digest"}
-    assert tables.read("samples", tmp_path / "s.parquet").empty
-
-
 @pytest.mark.parametrize("count", [1, 2, 7, 100])
 def test_median_and_quantile_are_those_of_numpy_to_the_last_digit(count: int) -> None:
     random = np.random.default_rng(count)

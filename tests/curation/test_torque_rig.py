@@ -14,7 +14,7 @@ from oilfilm.curation.torque_rig import TORQUE_RIG
 from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables import failed_gates
-from torque_logs import BEARING, RATE_HZ, UNITS, by_quantity, signals, text
+from torque_logs import RATE_HZ, UNITS, by_quantity, signals, text
 
 
 @pytest.fixture(scope="module")
@@ -87,14 +87,6 @@ def test_ramps_between_levels_are_no_part_of_them(config, acceleration_rpm_s):
     np.testing.assert_allclose(kept["torque_n_m"], [1, 2, 3], atol=0.02)
 
 
-def test_a_tare_of_one_row_is_refused_and_stops_no_other_text(config):
-    slow = signals().iloc[::100].reset_index(drop=True)
-    slow.loc[1, "inner_speed_rpm"] = 3000.0  # one row at rest before
-    runs, refused = measured([("a.csv", text(slow)), ("b.csv", text(signals()))], config)
-    assert set(runs["run_id"]) == {"b.csv"}
-    assert refused["rule"].tolist() == ["zero_missing"]
-
-
 @pytest.mark.parametrize("name", formats.WRITERS)
 def test_columns_with_names_of_their_own_are_found_in_any_format(config, name):
     values = by_quantity(signals())
@@ -109,16 +101,3 @@ def test_columns_with_names_of_their_own_are_found_in_any_format(config, name):
     runs, refused = measured([("a", formats.WRITERS[name](values, units, {"oil": "4050"}))], own)
     assert refused.empty
     np.testing.assert_allclose(runs["torque_n_m"], expected["torque_n_m"], rtol=1e-9)
-
-
-def test_log_of_another_rig_or_bearing_is_refused_and_costs_no_other(config):
-    traction = formats.csv(formats.columns(9))
-    export = b"Test Data File\nStep 1 started at 01/02/2024 10:00:00\n"
-    bearing = text(signals(), "# oil: 4050\n# bearing: other\n")
-    logs = [("a", traction), ("b", export), ("c", bearing), ("d", text(signals()))]
-    runs, refused = measured(logs, config)
-    assert set(runs["run_id"]) == {"d"}
-    assert refused["rule"].tolist() == ["columns", "columns", "other_bearing"]
-    assert BEARING in refused["reason"].iloc[2]
-    assert "no line names columns of a torque log" in refused["reason"].iloc[0]
-    assert "not a torque log" in refused["reason"].iloc[1]
