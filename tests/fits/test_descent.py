@@ -12,7 +12,8 @@ from oilfilm.fits.engine import Optimum, polish
 from oilfilm.fits.problem import Problem, build_problem, curve_data
 from oilfilm.fits.uncertainty import curve_bootstrap, draw_curves
 from oilfilm.randomness import generator
-from oilfilm.traction.law import FloatArray, IndexArray, to_internal
+from oilfilm.traction.law import to_internal
+from oilfilm.units import FloatArray, IndexArray
 
 
 @pytest.fixture(scope="module")

@@ -22,7 +22,8 @@ from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction import LAW_NAMES, LAWS
-from oilfilm.traction.law import FloatArray, Law, Observations
+from oilfilm.traction.law import Law, Observations
+from oilfilm.units import FloatArray
 from pictures import draw
 
 NOISE = 2e-4

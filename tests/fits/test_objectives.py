@@ -12,8 +12,9 @@ from oilfilm.fits.problem import CurveData, Problem
 from oilfilm.randomness import generator
 from oilfilm.report.sections.fits import curve_facts
 from oilfilm.settings.resolved import Settings
-from oilfilm.traction.law import FloatArray, to_constants, to_internal
+from oilfilm.traction.law import to_constants, to_internal
 from oilfilm.traction.laws.deng2026 import traction_coefficient
+from oilfilm.units import FloatArray
 
 
 def prepare(points: pd.DataFrame) -> tuple[Problem, CurveData, Optimum]:

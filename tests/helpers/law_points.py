@@ -7,7 +7,8 @@ from campaigns import oil_of, printed, rig_contact
 from fit_points import accepted_points
 from oilfilm.randomness import generator
 from oilfilm.traction import laws_for
-from oilfilm.traction.law import FloatArray, Law, Observations, to_internal
+from oilfilm.traction.law import Law, Observations, to_internal
+from oilfilm.units import FloatArray
 
 OIL, CONTACT = oil_of("4050"), rig_contact()
 EVERY_LAW = laws_for(OIL, CONTACT)

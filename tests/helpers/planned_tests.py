@@ -17,7 +17,8 @@ from oilfilm.fits.engine import polish
 from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
 from oilfilm.torque.bearing_torque import OilInBearing, oils_in_bearings
-from oilfilm.traction.law import CONDITIONS, FloatArray, to_constants, to_internal
+from oilfilm.traction.law import CONDITIONS, to_constants, to_internal
+from oilfilm.units import FloatArray
 
 OIL = "4102"
 CONTACT = rig_contact()

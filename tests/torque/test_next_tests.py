@@ -28,7 +28,8 @@ from oilfilm.torque.next_tests import (
     wanted_traction,
 )
 from oilfilm.torque.operating_grid import Film
-from oilfilm.traction.law import CONDITIONS, FloatArray, to_constants
+from oilfilm.traction.law import CONDITIONS, to_constants
+from oilfilm.units import FloatArray
 from pictures import draw, nothing_is_cut_off
 from planned_tests import (
     CONTACT,

@@ -9,10 +9,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from oilfilm.bearing.geometry import OilSupply
-from oilfilm.bearing.solver import BoolArray, IntArray
+from oilfilm.bearing.solver import IntArray
 from oilfilm.physics.contact import Floats
 from oilfilm.physics.oils import Oil
-from oilfilm.units import FloatArray
+from oilfilm.units import BoolArray, FloatArray
 
 # No oil of a bearing is a liquid beyond it.
 _HOTTEST_C = 400.0

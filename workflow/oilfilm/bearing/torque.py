@@ -18,10 +18,9 @@ from oilfilm.bearing.friction import (
 from oilfilm.bearing.geometry import Bearing
 from oilfilm.bearing.quasistatic import Contacts, Motion, OperatingPoints
 from oilfilm.bearing.resistance import Lubrication
-from oilfilm.bearing.solver import BoolArray
 from oilfilm.physics.contact import ellipticity
 from oilfilm.physics.film import film_thickness, within_thermal_reduction
-from oilfilm.units import FloatArray
+from oilfilm.units import BoolArray, FloatArray
 
 
 def torque_terms(

@@ -19,7 +19,7 @@ import pandas as pd
 from oilfilm.exports.description import Description, number_or_none
 from oilfilm.report.spreadsheet import csv_text
 from oilfilm.traction import expression
-from oilfilm.traction.law import FloatArray
+from oilfilm.units import FloatArray
 
 FORM = "mu = (A + B u) exp(-C u) + D, u the slip velocity in m/s, 0 or more"
 UNITS = {

@@ -14,7 +14,8 @@ from oilfilm.settings.campaign import Campaign
 from oilfilm.settings.resolved import Settings
 from oilfilm.traction import expression
 from oilfilm.traction.expression import Node
-from oilfilm.traction.law import QUANTITIES, FloatArray, Law, to_internal
+from oilfilm.traction.law import QUANTITIES, Law, to_internal
+from oilfilm.units import FloatArray
 
 SLIP = "slide_roll_ratio"
 SLIP_MEANING = "sliding speed over entrainment speed"

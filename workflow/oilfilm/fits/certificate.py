@@ -13,7 +13,8 @@ from oilfilm.errors import OilfilmError
 from oilfilm.fits.engine import Optimum
 from oilfilm.fits.problem import CurveData, Problem
 from oilfilm.settings.config import FitSettings
-from oilfilm.traction.law import FloatArray, Observations
+from oilfilm.traction.law import Observations
+from oilfilm.units import FloatArray
 
 
 @dataclass(frozen=True)

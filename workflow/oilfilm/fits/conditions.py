@@ -20,7 +20,8 @@ from pydantic import TypeAdapter, ValidationError
 from oilfilm import tables
 from oilfilm.errors import OilfilmError
 from oilfilm.settings.config import FitSettings
-from oilfilm.traction.law import QUANTITIES, BoolArray, FloatArray
+from oilfilm.traction.law import QUANTITIES
+from oilfilm.units import BoolArray, FloatArray
 
 # A temperature near 0 degC is no measure of its own variation: 10 % are 2 K at least.
 LEAST_SIZE = {"inlet_temperature_c": 20.0}

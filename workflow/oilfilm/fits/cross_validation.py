@@ -8,7 +8,7 @@ import numpy as np
 from oilfilm.fits.descent import refit
 from oilfilm.fits.engine import Optimum
 from oilfilm.fits.problem import Problem
-from oilfilm.traction.law import BoolArray, FloatArray, IndexArray
+from oilfilm.units import BoolArray, FloatArray, IndexArray
 
 # Errors of single points are reported: they feel what an SSE does not.
 _TOLERANCE = 1e-12

@@ -13,7 +13,8 @@ import scipy
 
 from oilfilm.fits.optimal_design import Information
 from oilfilm.fits.systematic import SENSORS
-from oilfilm.traction.law import FloatArray, IndexArray, Law, Observations
+from oilfilm.traction.law import Law, Observations
+from oilfilm.units import FloatArray, IndexArray
 
 # What may be wrong in a whole curve: relative errors of load, force and speed, degrees of the
 # temperature, newtons of the zero.

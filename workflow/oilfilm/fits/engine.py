@@ -16,7 +16,7 @@ import scipy
 from oilfilm.fits.descent import descend
 from oilfilm.fits.problem import Problem
 from oilfilm.settings.config import FitSettings
-from oilfilm.traction.law import BoolArray, FloatArray
+from oilfilm.units import BoolArray, FloatArray
 
 # Points times candidates evaluated at once: about what fits a processor's cache.
 _CHUNK = 1 << 15

@@ -38,7 +38,8 @@ from oilfilm.fits.uncertainty import (
 from oilfilm.randomness import generator
 from oilfilm.settings.config import FitSettings
 from oilfilm.traction import LAWS
-from oilfilm.traction.law import BoolArray, FloatArray, Law
+from oilfilm.traction.law import Law
+from oilfilm.units import BoolArray, FloatArray
 
 # Columns of the points that span the tested box, and the columns of `fit_quality` that hold it.
 BOX = (

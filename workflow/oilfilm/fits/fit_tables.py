@@ -17,7 +17,8 @@ from oilfilm.fits.solution import Solution
 from oilfilm.fits.systematic import SENSORS
 from oilfilm.settings.config import FitSettings
 from oilfilm.table_needs import OF_FIT
-from oilfilm.traction.law import FloatArray, Law
+from oilfilm.traction.law import Law
+from oilfilm.units import FloatArray
 
 # Traction this small beside the largest is rounding: no dip below zero, no second rise.
 _ROUNDING = 1e-9

@@ -26,13 +26,8 @@ from oilfilm.fits.interval import (
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.tables.limits import refuse_unpacking
 from oilfilm.traction import LAWS
-from oilfilm.traction.law import (
-    CONDITIONS,
-    QUANTITIES,
-    FloatArray,
-    Law,
-    to_internal,
-)
+from oilfilm.traction.law import CONDITIONS, QUANTITIES, Law, to_internal
+from oilfilm.units import FloatArray
 
 SLIP = "slide_roll_ratio"
 # Ends of the intervals of a prediction, as attributes and as columns of tables.

@@ -17,7 +17,7 @@ import numpy as np
 import scipy
 
 from oilfilm.traction.expression import compiled, name, parse
-from oilfilm.traction.law import FloatArray, IndexArray
+from oilfilm.units import FloatArray, IndexArray
 
 # Lower and upper end by mu and the half width h: relative where the law is above zero, so that no
 # end changes its sign; absolute elsewhere.

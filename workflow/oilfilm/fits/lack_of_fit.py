@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy
 
-from oilfilm.traction.law import FloatArray, IndexArray
+from oilfilm.units import FloatArray, IndexArray
 
 _CONFIDENCE = 0.95
 _LARGEST_RATIO = 1e6

@@ -17,7 +17,8 @@ from oilfilm.fits.fitted import FittedLaw
 from oilfilm.fits.optimal_design import Information
 from oilfilm.fits.problem import curve_data
 from oilfilm.settings.rig import Calibration
-from oilfilm.traction.law import BoolArray, FloatArray, Law, to_internal
+from oilfilm.traction.law import Law, to_internal
+from oilfilm.units import BoolArray, FloatArray
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ from oilfilm.fits.fitted import FittedLaw
 from oilfilm.fits.lack_of_fit import ADVISED_REPEATS, LackOfFit, f_limit, lack_of_fit
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
-from oilfilm.traction.law import FloatArray, IndexArray
+from oilfilm.units import FloatArray, IndexArray
 
 # A set point that no log states is known by what was measured.
 _MEASURED = ("max_hertz_pressure_gpa", "load_n", "entrainment_speed_m_s", "inlet_temperature_c")

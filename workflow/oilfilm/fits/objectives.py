@@ -15,7 +15,7 @@ from oilfilm.curation.statistics import MAD_TO_SIGMA
 from oilfilm.fits.engine import Optimum
 from oilfilm.fits.problem import Problem
 from oilfilm.settings.config import FitSettings
-from oilfilm.traction.law import BoolArray, FloatArray
+from oilfilm.units import BoolArray, FloatArray
 
 # Cauchy loss at this many standard deviations keeps 95 % of the efficiency on normal errors.
 _CAUCHY_TUNING = 2.3849

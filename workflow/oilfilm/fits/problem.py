@@ -10,15 +10,8 @@ from functools import cached_property
 import numpy as np
 import pandas as pd
 
-from oilfilm.traction.law import (
-    CONDITIONS,
-    BoolArray,
-    FloatArray,
-    IndexArray,
-    Law,
-    Observations,
-    bounds,
-)
+from oilfilm.traction.law import CONDITIONS, Law, Observations, bounds
+from oilfilm.units import BoolArray, FloatArray, IndexArray
 
 
 @dataclass(frozen=True)

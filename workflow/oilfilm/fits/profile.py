@@ -9,7 +9,7 @@ import scipy
 from oilfilm.fits.descent import descend
 from oilfilm.fits.engine import Optimum
 from oilfilm.fits.problem import Problem
-from oilfilm.traction.law import FloatArray
+from oilfilm.units import FloatArray
 
 # Where each constant is held, in naive standard errors from its optimum.
 _AT = np.array([-4.0, -3.0, -2.0, -1.5, -1.0, -0.5, 0.5, 1.0, 1.5, 2.0, 3.0, 4.0])

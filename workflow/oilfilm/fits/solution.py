@@ -8,7 +8,7 @@ from oilfilm.fits.interval import Unseen
 from oilfilm.fits.objectives import Alternative
 from oilfilm.fits.problem import CurveData, Problem
 from oilfilm.fits.uncertainty import Estimates
-from oilfilm.traction.law import FloatArray
+from oilfilm.units import FloatArray
 
 
 @dataclass(frozen=True)

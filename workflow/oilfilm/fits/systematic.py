@@ -10,7 +10,7 @@ import pandas as pd
 
 from oilfilm.fits.engine import Optimum, polish
 from oilfilm.fits.problem import Problem, build_problem, curve_data
-from oilfilm.traction.law import BoolArray, FloatArray
+from oilfilm.units import BoolArray, FloatArray
 
 # In the order of the refits.
 SENSORS = ("load", "traction force", "entrainment speed", "inlet temperature")

@@ -10,7 +10,7 @@ import numpy as np
 from oilfilm.fits.descent import refit
 from oilfilm.fits.engine import Optimum, at_bounds
 from oilfilm.fits.problem import Problem
-from oilfilm.traction.law import FloatArray, IndexArray
+from oilfilm.units import FloatArray, IndexArray
 
 # A refit is one draw of a spread: digits beyond these are never seen.
 _REFIT_TOLERANCE = 1e-10

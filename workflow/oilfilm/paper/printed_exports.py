@@ -11,8 +11,9 @@ from oilfilm.exports.names import identifiers
 from oilfilm.fits.fitted import Coefficients, FittedLaw
 from oilfilm.paper.reference import printed_constants
 from oilfilm.settings.config import Box, ExportSettings
-from oilfilm.traction.law import QUANTITIES, FloatArray
+from oilfilm.traction.law import QUANTITIES
 from oilfilm.traction.laws.deng2026 import DENG2026
+from oilfilm.units import FloatArray
 
 
 def describe_printed(path: Path, tested: Box, settings: ExportSettings) -> list[Description]:

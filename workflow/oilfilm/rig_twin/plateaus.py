@@ -13,7 +13,8 @@ import pandas as pd
 from oilfilm import tables
 from oilfilm.physics.rigs import Contact
 from oilfilm.rig_twin.truth import Truth
-from oilfilm.traction.law import CONDITIONS, FloatArray
+from oilfilm.traction.law import CONDITIONS
+from oilfilm.units import FloatArray
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,8 @@ from oilfilm.fits.measured_curves import Known
 from oilfilm.settings.config import PlanLevels
 from oilfilm.settings.rig import Rig
 from oilfilm.torque.operating_grid import Film, Grid
-from oilfilm.traction.law import CONDITIONS, BoolArray, FloatArray
+from oilfilm.traction.law import CONDITIONS
+from oilfilm.units import BoolArray, FloatArray
 
 # As many as a curve has coefficients at least.
 _FEWEST_SLIPS = 3

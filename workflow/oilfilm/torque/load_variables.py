@@ -12,7 +12,8 @@ from oilfilm.bearing.ellipse import Conditions
 from oilfilm.bearing.solver import IntArray
 from oilfilm.fits.fitted import FittedLaw
 from oilfilm.physics.rigs import Contact
-from oilfilm.traction.law import FloatArray, to_internal
+from oilfilm.traction.law import to_internal
+from oilfilm.units import FloatArray
 
 LOAD_VARIABLES = ("stress", "load", "dimensionless_load")
 

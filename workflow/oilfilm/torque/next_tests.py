@@ -25,8 +25,8 @@ from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.torque.bearing_torque import OilInBearing, joined, oils_in_bearings
 from oilfilm.torque.feasible_tests import Candidates, candidates
 from oilfilm.torque.operating_grid import Film
-from oilfilm.traction.law import BoolArray, FloatArray, to_constants
-from oilfilm.units import MM_PER_M
+from oilfilm.traction.law import to_constants
+from oilfilm.units import MM_PER_M, BoolArray, FloatArray
 
 DUTY = ("axial_load_n", "inner_speed_rpm", "oil_temperature_c")
 BEARING_TARGETS = ("torque", "cage_slip")

@@ -18,13 +18,13 @@ from oilfilm.bearing.friction import FrictionEquilibrium, friction_equilibrium
 from oilfilm.bearing.geometry import Bearing
 from oilfilm.bearing.quasistatic import OperatingPoints
 from oilfilm.bearing.resistance import TERMS, Lubrication
-from oilfilm.bearing.solver import BoolArray, IntArray, Solution
+from oilfilm.bearing.solver import IntArray, Solution
 from oilfilm.bearing.torque import cage_slip, inner_ring_torque_n_m
 from oilfilm.fits.fitted import FittedLaw
 from oilfilm.settings.config import TermUncertaintySettings
 from oilfilm.torque.load_variables import LawInBearing
 from oilfilm.traction.law import to_constants, to_internal
-from oilfilm.units import RAD_S_PER_RPM, FloatArray
+from oilfilm.units import RAD_S_PER_RPM, BoolArray, FloatArray
 
 # Integration points of the draws: fewer than those of the calculated torque, whose error is shown.
 _QUADRATURE = (6, 2)

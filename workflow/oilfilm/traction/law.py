@@ -13,16 +13,12 @@ from functools import cache, cached_property
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from oilfilm.physics.oils import Oil
 from oilfilm.physics.rigs import Contact
 from oilfilm.traction import expression
 from oilfilm.traction.expression import Node
-
-FloatArray = npt.NDArray[np.float64]
-IndexArray = npt.NDArray[np.int64]
-BoolArray = npt.NDArray[np.bool_]
+from oilfilm.units import BoolArray, FloatArray, IndexArray
 
 CONDITIONS = ("max_hertz_pressure_gpa", "entrainment_speed_m_s", "inlet_temperature_c")
 

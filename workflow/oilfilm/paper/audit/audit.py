@@ -20,8 +20,8 @@ from oilfilm.settings.resolved import Settings
 from oilfilm.tables import failed_gates
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.torque.operating_grid import AXES, Grid, films, obstacle
-from oilfilm.traction.law import FloatArray
 from oilfilm.traction.laws.deng2026 import DENG2026
+from oilfilm.units import FloatArray
 
 
 def checked_claims(path: Path) -> list[Claim]:

@@ -13,8 +13,9 @@ from oilfilm.fits.fitted import FittedLaw
 from oilfilm.fits.problem import curve_data
 from oilfilm.paper.printed.statements import LAW, grid_levels
 from oilfilm.settings.config import PrintedSettings
-from oilfilm.traction.law import CONDITIONS, FloatArray, Observations, to_internal
+from oilfilm.traction.law import CONDITIONS, Observations, to_internal
 from oilfilm.traction.laws.deng2026 import traction_coefficient
+from oilfilm.units import FloatArray
 
 _NAMES = [constant.name for constant in LAW.constants]
 _ROUNDING = 1e-9

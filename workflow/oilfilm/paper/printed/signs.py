@@ -26,7 +26,8 @@ from oilfilm.paper.printed.statements import (
     viscosity_order,
 )
 from oilfilm.settings.config import Boxes, PrintedSettings, SignSettings
-from oilfilm.traction.law import BoolArray, FloatArray, to_constants, to_internal
+from oilfilm.traction.law import to_constants, to_internal
+from oilfilm.units import BoolArray, FloatArray
 
 Slips = Literal["curve", "figures"]
 

@@ -14,8 +14,9 @@ from typing import Literal
 
 import numpy as np
 
-from oilfilm.traction.law import CONDITIONS, BoolArray, FloatArray
+from oilfilm.traction.law import CONDITIONS
 from oilfilm.traction.laws.deng2026 import DENG2026
+from oilfilm.units import BoolArray, FloatArray
 
 LAW = DENG2026  # its constants are printed
 STRESS, SPEED, TEMPERATURE, SLIP = range(4)  # axes

@@ -22,7 +22,8 @@ import numpy as np
 from oilfilm.physics.film import InletOil
 from oilfilm.physics.oils import Oil
 from oilfilm.physics.rigs import Contact
-from oilfilm.traction.law import BoolArray, Coefficient, FloatArray, Law, LawOfContact
+from oilfilm.traction.law import Coefficient, Law, LawOfContact
+from oilfilm.units import BoolArray, FloatArray
 
 _CONDITIONS = ("load_n", "entrainment_speed_m_s", "inlet_temperature_c")
 _COEFFICIENTS = (
