@@ -107,7 +107,6 @@ def test_demonstration(demo_tables: CampaignTables, demo: Campaign) -> None:
     assert cells(made["refused"], "gate_counts", "stuck sensor")["Points"] == "31"
     fit = cells(made["fits"], "fit_quality", "4010")
     assert (fit["Points"], fit["Curves"], fit["Certified"]) == ("2201", "71", "yes")
-    assert cells(made["fits"], "checks", "4010")["Searches agree"] == "2 of 2"
     # near the truth: the law made the points
     truth = cells(made["truth"], "truth-errors", "Deng (Eq. 7)")
     inside, beyond = (float(truth[name].rstrip(" %")) for name in list(truth)[1:3])
@@ -134,14 +133,14 @@ def test_report_tells_what_the_paper_printed_and_claims(
     assert "CIRCULAR on the refit" in told(made["claims"])
 
 
-def test_text_has_the_verdict_first_and_no_keys_of_the_code(
+def test_text_has_the_answer_first_and_no_keys_of_the_code(
     demo_tables: CampaignTables, demo: Campaign
 ) -> None:
     made = sections(demo_tables, demo.config)
     lines = text(made, demo.config.campaign).splitlines()
     assert "SIMULATED" in lines[1]
     titles = [lines[i - 1] for i, line in enumerate(lines) if line and set(line) == {"-"}]
-    assert titles[:4] == ["Where to find what", "Verdict", "Data", "Refused"]
+    assert titles[:4] == ["Answer", "Trouble", "Where to find what", "Data"]
     assert titles[-1] == "Words"
     for key in ("->", "deng2026", "wang-deng", "stuck_sensor", "off_nominal"):
         assert key not in "\n".join(lines)
@@ -225,12 +224,8 @@ def test_signs_are_those_of_the_fit_and_not_of_the_printed_sizes(
     assert "signs in use. The points were SIMULATED: this says nothing of" in line(sure, elsewhere)
 
 
-def test_verdict_has_the_numbers(results: CampaignTables, config: Settings) -> None:
-    made = by_anchor(results, config)
-    brief = {
-        anchor: " ".join(fact.text for fact in section.facts if fact.is_brief)
-        for anchor, section in made.items()
-    }
+def test_facts_have_the_numbers(results: CampaignTables, config: Settings) -> None:
+    brief = {anchor: told(section) for anchor, section in by_anchor(results, config).items()}
     assert "54 of 55 runs and 1674 of 1674 points" in brief["data"]
     assert all(f"{oil}: the law Deng (Eq. 7) misses" in brief["fits"] for oil in OILS)
     assert "1 run refused: stuck sensor 1." in brief["refused"]
@@ -263,7 +258,7 @@ def test_law_is_judged_with_what_to_do(
         fit_quality=rows("fit_quality", *compared),
     )
     fact = by_anchor(changed, config)["laws"].facts[0]
-    assert fact.is_brief
+    assert fact.is_trouble == (verdict == "another law is better")
     assert sentence in fact.text
     assert advice in fact.advice
     assert bool(advice) == bool(fact.advice)
@@ -312,13 +307,11 @@ def test_oil_that_was_not_fitted_is_named_and_not_counted(
     assert "4010: " not in told(made["constants"])
 
 
-def test_film_and_too_few_runs_are_in_the_verdict(
-    results: CampaignTables, config: Settings
-) -> None:
+def test_film_and_too_few_runs_are_trouble(results: CampaignTables, config: Settings) -> None:
     film = np.where(results.points["oil"] == "4050", "cannot be judged", "full film")
     runs = results.runs.assign(oil=np.where(results.runs["verdict"] == "refused", "4010", "4050"))
     changed = results.replace(points=results.points.assign(film_judgement=film), runs=runs)
-    brief = [fact.text for fact in by_anchor(changed, config)["data"].facts if fact.is_brief]
+    brief = [fact.text for fact in by_anchor(changed, config)["data"].facts if fact.is_trouble]
     assert any(line.startswith("NOT ENOUGH: oil 4010: 0 of 1 runs accepted") for line in brief)
     assert any("FILM NOT JUDGED for" in line and "of 4050." in line for line in brief)
 
@@ -405,8 +398,8 @@ def test_page_of_a_refused_run_has_the_advice_of_the_rule_that_refused_it(
     remark = rows("quarantine", {**about, "rule": CONTRADICTION, "advice": "Correct the sheet."})
     quarantine = pd.concat([remark, results.quarantine], ignore_index=True)
     refused = results.runs[results.runs["run_id"] == "stuck.csv"]
-    (page,) = runs.run_pages(results.replace(quarantine=quarantine), refused, {})["runs"]
-    assert page["advice"] == "Check the sensor."
+    (page,) = runs.run_pages(results.replace(quarantine=quarantine, runs=refused), 9, {})
+    assert page["refused"].endswith("The force stays. Check the sensor.")
 
 
 def test_every_judgement_on_the_advice_that_differs_has_a_sentence() -> None:

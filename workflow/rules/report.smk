@@ -19,7 +19,6 @@ rule report:
         refused_pages=rules.refused.output.pages,
         claim_words=reference_file("claims") if "paper" in CAMPAIGN.studies else [],
         png=expand("<figures>/{figure}.png", figure=CAMPAIGN.figures),
-        svg=expand("<figures>/{figure}.svg", figure=CAMPAIGN.figures),
     output:
         page="<results>/report.html",
         summary="<results>/summary.txt",

@@ -3,16 +3,16 @@
 A section has facts (sentences), tables, and entries to unfold. Sentences are made from numbers by
 templates: each line of a template is one sentence and begins with a mark.
 
-    + 212 of 218 runs are accepted.     a fact, also in the verdict at the beginning
-    - 1 row of the logs was refused.    a fact
-    > Repeat the run.                   what to do about the fact above
+    - 212 of 218 runs are accepted.          a fact
+    ! 4010: the fit is NOT certified.        trouble: shown before all sections, and only there
+    > Repeat the run.                        what to do about the sentence above
 
-Decides: what a section is, and which of its facts are in the verdict.
+Decides: what a section is, and that trouble comes first.
 """
 
 import re
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -36,12 +36,12 @@ class Fact:
     Attributes:
         text: The sentences.
         advice: What to do about it.
-        is_brief: Whether it belongs in the verdict.
+        is_trouble: Whether a reader must know it before all else.
     """
 
     text: str
     advice: str = ""
-    is_brief: bool = False
+    is_trouble: bool = False
 
 
 @dataclass(frozen=True)
@@ -71,8 +71,6 @@ class Section:
         entries: Details, which only a page shows.
         downloads: Whole tables, by the name of the file that a page offers.
         words: Meanings of its own words, beside those of `oilfilm.report.words`.
-        has_part: True where the page's template has a macro `part_<anchor>` for what only a
-            page can show, as pictures.
     """
 
     anchor: str
@@ -82,11 +80,10 @@ class Section:
     entries: Sequence[Entry] = ()
     downloads: Mapping[str, pd.DataFrame] = field(default_factory=dict)
     words: Mapping[str, str] = field(default_factory=dict)
-    has_part: bool = False
 
     def __bool__(self) -> bool:
         """True where it has something to say."""
-        return bool(self.facts or any(self.tables) or self.entries or self.has_part)
+        return bool(self.facts or any(self.tables) or self.entries)
 
 
 def facts(template: str, **numbers: Any) -> list[Fact]:
@@ -109,10 +106,11 @@ def facts(template: str, **numbers: Any) -> list[Fact]:
         match mark:
             case "":
                 continue
-            case "+" | "-":
-                made.append(Fact(_ended(text), is_brief=mark == "+"))
+            case "-" | "!":
+                # what begins with a name keeps its small letter
+                made.append(Fact(f"{text.strip().rstrip('.')}.", is_trouble=mark == "!"))
             case ">" if made:
-                made[-1] = Fact(made[-1].text, sentence(text), made[-1].is_brief)
+                made[-1] = replace(made[-1], advice=sentence(text))
             case _:
                 raise ValueError(f"{template}: the line {line!r} begins with no mark")
     return made
@@ -127,11 +125,6 @@ def sentence(text: str) -> str:
     """
     text = text.strip()
     return f"{text[:1].upper()}{text[1:].rstrip('.')}." if text else ""
-
-
-def _ended(text: str) -> str:
-    # what begins with a name keeps its small letter
-    return f"{text.strip().rstrip('.')}."
 
 
 def percent(share: float, digits: int = 1) -> str:

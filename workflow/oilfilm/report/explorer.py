@@ -1,14 +1,14 @@
-"""What the explorer of the report computes with: laws, intervals, points, films, rules.
+"""What the explorer of the report computes with: laws, intervals, the tested box, the sliders.
 
-`page.js` does there what `FittedLaw.predict` and `selection.select` do here; the tests hold the two
-against each other. So that the page needs neither the oils' formulas nor linear algebra, it is
-given the covariance as its root, and the film at each step of the temperature's slider.
+`page.js` evaluates there what `FittedLaw.predict` evaluates here, with the script that
+`law_script` writes from the laws themselves. The covariance travels as its root, so that the page
+needs no linear algebra.
 
 Decides: what the explorer computes with.
 """
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
@@ -16,20 +16,18 @@ import pandas as pd
 
 from oilfilm.fits.conditions import LEAST_SIZE, FixedCondition
 from oilfilm.fits.fitted import FittedLaw
-from oilfilm.fits.interval import normal_quantile
-from oilfilm.physics.film import THERMAL_REDUCTION_FIT, InletOil
 from oilfilm.report.colours import oil_colour
-from oilfilm.settings.config import Box, NearbySettings
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
-from oilfilm.torque.operating_grid import AXES, Film, Grid, films, obstacle
+from oilfilm.torque.operating_grid import AXES
 from oilfilm.traction.law import Law, to_internal
-from oilfilm.units import PA_PER_GPA, FloatArray
+from oilfilm.units import FloatArray
 
 LEVEL = 0.95
 _LOAD = "load_n"
 _STEPS = 100  # of a slider, at least
-_LABELS = {
+# Symbol, label and unit.
+LABELS = {
     "max_hertz_pressure_gpa": ("P", "Maximum Hertz pressure", "GPa"),
     "entrainment_speed_m_s": ("U", "Entrainment speed", "m/s"),
     "inlet_temperature_c": ("T", "Inlet temperature", "\N{DEGREE SIGN}C"),
@@ -44,28 +42,22 @@ class Axis:
     Attributes:
         name: Column of the table of points.
         low: Smallest value of the slider.
+        high: Largest value.
         step: Distance between its values.
         steps: How many of them.
+        digits: Decimals that every value has.
         start: Value it begins with.
         idle: True where no fit follows it: it was tested at one level, or is not known.
     """
 
     name: str
     low: float
+    high: float
     step: float
     steps: int
+    digits: int
     start: float
     idle: bool = False
-
-    @property
-    def digits(self) -> int:
-        """Decimals that every value of the slider has."""
-        return _digits(self.step)
-
-    @property
-    def values(self) -> FloatArray:
-        """Every value of the slider, rounded as the page rounds it."""
-        return np.round(self.low + self.step * np.arange(self.steps + 1), self.digits)
 
     @classmethod
     def over(cls, name: str, low: float, high: float, start: float, idle: bool = False) -> "Axis":
@@ -73,91 +65,84 @@ class Axis:
         span = high - low or abs(low) or 1.0
         # a step above `low` would begin at zero, where a power law has no value
         widest = min(span / _STEPS, low) if low > 0 else span / _STEPS
-        step = float(10.0 ** np.floor(np.log10(widest)))
+        power = int(np.floor(np.log10(widest)))
+        step, digits = 10.0**power, max(0, -power)
         first, last = np.floor(low / step + 1e-9), np.ceil(high / step - 1e-9)
-        low, start = (round(float(value), _digits(step)) for value in (first * step, start))
-        return cls(name, low, step, int(last - first), start, idle)
-
-
-def _digits(step: float) -> int:
-    """Decimals of a power of ten."""
-    return max(0, -int(np.floor(np.log10(step))))
+        low, high, start = (
+            round(float(value), digits) for value in (first * step, last * step, start)
+        )
+        return cls(name, low, high, step, int(last - first), digits, start, idle)
 
 
 def explorer(results: CampaignTables, settings: Settings) -> dict[str, Any]:
     """Everything that the explorer needs, as plain values for JSON.
 
     Args:
-        results: Tables `points`, `coefficients` (of one law), `refits` and `fit_quality`.
+        results: Tables `points`, `coefficients`, `refits` and `fit_quality`.
         settings: All settings of the campaign.
     """
-    points = results.points
-    fits = {
-        oil: FittedLaw.of_configured(results, oil) for oil in results.configured.fit_quality["oil"]
-    }
-    contact = settings.common_contact()
-    load_n = None if contact is None else float(contact.load_n(1.0))  # at 1 GPa
-    lacking = {oil: _lacking(fit, load_n) for oil, fit in fits.items()}
-    shown = {oil: fit for oil, fit in fits.items() if not lacking[oil]}
-    accepted = points[points["accepted"]]
-    boxes = {oil: _box_over_axes(fit, load_n) for oil, fit in shown.items()}
-    axes = _axes(shown, boxes, accepted, settings.printed.boxes.extrapolated)
-    known = films(settings)
-    nearby = settings.report.nearby
-    chosen = _thinned(accepted[accepted["oil"].isin(shown)], settings.report.points_max)
+    load_n = load_at_1_gpa(settings)
+    fits = explored_fits(results, load_n)
+    nearby = settings.report.nearby.model_dump()
+    axes = []
+    for axis in sliders(fits, results.points, settings):
+        symbol, label, unit = LABELS[axis.name]
+        relative = f"{axis.name}_relative" in nearby
+        near = nearby[f"{axis.name}_relative" if relative else axis.name]
+        axes.append(
+            asdict(axis)
+            | {"symbol": symbol, "label": label, "unit": unit, "nearby": near, "relative": relative}
+        )
     return {
-        "axes": [_axis(axis, nearby) for axis in axes],
-        "factor": normal_quantile(LEVEL),
+        "axes": axes,
         "oils": [
             {
                 "name": oil,
                 "colour": oil_colour(oil, list(settings.oils)),
+                "where": [fixed.sentence() for fixed in fit.coefficients.fixed],
                 **law_of(fit, load_n),
-                "usable": obstacle(fit),
-                "film": _film(known[oil], axes[2].values) if oil in known else None,
-                "points": _points(chosen[chosen["oil"] == oil]),
             }
-            for oil, fit in shown.items()
+            for oil, fit in fits.items()
         ],
-        # the rules name certain oils only
-        "advised": "paper" in settings.campaign.studies
-        and any(oil in shown for rule in settings.selection.rules for oil in rule.prefer),
-        "lacking": [{"oil": oil, "why": why} for oil, why in lacking.items() if why],
-        "points": {"shown": len(chosen), "accepted": len(accepted)},
-        "selection": {
-            **settings.selection.model_dump(include={"rules", "indifference", "reading"}),
-            "limits": {
-                **settings.selection.limits.model_dump(),
-                "slide_roll_ratio": settings.selection.slide_roll_ratio_limit,
-                "fast_from_m_s": settings.selection.fast_from_m_s,
-            },
-            "lambda_limit": settings.gates.lambda_limit,
-        },
     }
 
 
-def _lacking(fit: FittedLaw, load_at_1_gpa: float | None) -> str:
-    """Why the explorer cannot show a fit; empty where it can."""
-    if np.isnan(fit.coefficients.constants).any():
-        return "nothing could be fitted"
-    if _LOAD in fit.law.conditions and load_at_1_gpa is None:
-        return f"the law {fit.law.name} needs the load, and the rig's contact is not known"
-    return ""
+def load_at_1_gpa(settings: Settings) -> float | None:
+    """Load of the rig's contact at 1 GPa; None where the contact is not known, or not one."""
+    contact = settings.common_contact()
+    return None if contact is None else float(contact.load_n(1.0))
 
 
-def _axes(
-    fits: Mapping[str, FittedLaw],
-    boxes: Mapping[str, FloatArray],
-    points: pd.DataFrame,
-    paper: Box,
-) -> list[Axis]:
-    """Sliders over everything tested, and over what the paper draws where that is near."""
-    centre = _central(points)
+def explored_fits(results: CampaignTables, load_at_1_gpa: float | None) -> dict[str, FittedLaw]:
+    """The fits of the configured law that can be evaluated at P, U, T and S, by oil."""
+    fits = {
+        str(oil): FittedLaw.of_configured(results, oil)
+        for oil in results.configured.fit_quality["oil"]
+    }
+    return {
+        oil: fit
+        for oil, fit in fits.items()
+        if not np.isnan(fit.coefficients.constants).any()
+        and (load_at_1_gpa is not None or _LOAD not in fit.law.conditions)
+    }
+
+
+def sliders(fits: Mapping[str, FittedLaw], points: pd.DataFrame, settings: Settings) -> list[Axis]:
+    """Sliders over everything tested, and over what the paper draws where that is near.
+
+    Args:
+        fits: By oil.
+        points: Table of points.
+        settings: All settings of the campaign.
+    """
+    load_n, paper = load_at_1_gpa(settings), settings.printed.boxes.extrapolated
+    centre = _central(points[points["accepted"]])
+    boxes = np.array([_over_axes(fit.coefficients.box, fit.law, load_n) for fit in fits.values()])
     axes = []
     for index, name in enumerate(AXES):
         low, high = getattr(paper, name)
-        ends = np.array([box[index] for box in boxes.values()]).reshape(-1, 2)
-        tested = ends[~np.isnan(ends).any(axis=1)]
+        tested = boxes.reshape(-1, len(AXES), 2)[:, index]
+        tested = tested[~np.isnan(tested).any(axis=1)]
         if len(tested):
             inner, outer = tested[:, 0].min(), tested[:, 1].max()
             near = inner <= high and outer >= low
@@ -182,29 +167,6 @@ def _central(points: pd.DataFrame) -> dict[str, float]:
     return {str(name): float(value) for name, value in nearest.items()}
 
 
-def _axis(axis: Axis, nearby: NearbySettings) -> dict[str, Any]:
-    symbol, label, unit = _LABELS[axis.name]
-    relative = axis.name in ("max_hertz_pressure_gpa", "entrainment_speed_m_s")
-    return {
-        **asdict(axis),
-        "symbol": symbol,
-        "label": label,
-        "unit": unit,
-        "high": float(axis.values[-1]),
-        "digits": axis.digits,
-        "nearby": getattr(nearby, f"{axis.name}_relative" if relative else axis.name),
-        "relative": relative,
-    }
-
-
-def _box_over_axes(fit: FittedLaw, load_at_1_gpa: float | None) -> FloatArray:
-    """The tested box over P, U, T and S, whatever conditions the law takes."""
-    box = fit.coefficients.box.copy()
-    if _LOAD in fit.law.conditions and load_at_1_gpa is not None:
-        box[0] = np.cbrt(box[0] / load_at_1_gpa)
-    return box
-
-
 def law_of(fit: FittedLaw, load_at_1_gpa: float | None = None) -> dict[str, Any]:
     """A fitted law with its interval and its tested box, as the page computes with it.
 
@@ -226,39 +188,42 @@ def law_of(fit: FittedLaw, load_at_1_gpa: float | None = None) -> dict[str, Any]
         "inputs": inputs,
         "internal": to_internal(law, coefficients.constants).tolist(),
         "known": coefficients.known.tolist(),
-        "fixed": [_over_axes(fixed, law, load_at_1_gpa) for fixed in coefficients.fixed],
+        "fixed": [_fixed_over_axes(fixed, law, load_at_1_gpa) for fixed in coefficients.fixed],
         "level": _plain(level),
         "two_levels": [_ends_of(name, fit, load_at_1_gpa) for name in coefficients.two_levels],
         "band": None
         if np.isnan(band.reach).any()
         else {**asdict(band), "reach": band.reach.T.tolist()},
-        "box": [[_plain(end) for end in ends] for ends in _box_over_axes(fit, load_at_1_gpa)],
+        "box": [list(map(_plain, ends)) for ends in _over_axes(fit.reach, law, load_at_1_gpa)],
     }
 
 
 def _ends_of(name: str, fit: FittedLaw, load_at_1_gpa: float | None) -> dict[str, Any]:
     """The two tested levels of a condition; a load is the cube of the pressure on its axis."""
-    axis = fit.law.conditions.index(name)
-    low, high = fit.coefficients.box[axis]
-    factor = load_at_1_gpa if name == _LOAD else 1.0
-    return {
-        "axis": axis,
-        "power": 3 if name == _LOAD else 1,
-        "low": low / factor,
-        "high": high / factor,
-    }
+    axis, on_load = fit.law.conditions.index(name), name == _LOAD and load_at_1_gpa is not None
+    low, high = fit.coefficients.box[axis] / (load_at_1_gpa if on_load else 1.0)
+    return {"axis": axis, "power": 3 if on_load else 1, "low": low, "high": high}
 
 
-def _over_axes(fixed: FixedCondition, law: Law, load_at_1_gpa: float | None) -> dict[str, Any]:
+def _over_axes(box: FloatArray, law: Law, load_at_1_gpa: float | None) -> FloatArray:
+    """A box of the law's conditions over P, U, T and S: the load is the cube of P."""
+    if _LOAD not in law.conditions or load_at_1_gpa is None:
+        return box
+    return np.vstack([np.cbrt(box[:1] / load_at_1_gpa), box[1:]])
+
+
+def _fixed_over_axes(
+    fixed: FixedCondition, law: Law, load_at_1_gpa: float | None
+) -> dict[str, Any]:
     """Where a condition without exponent was tested, over P, U and T; load is the cube of P."""
 
-    def along(condition: str, value: float) -> tuple[int, int, float]:
-        axis = law.conditions.index(condition)
+    def along(condition: str, value: float | None) -> tuple[int, int, float]:
+        axis, level = law.conditions.index(condition), np.nan if value is None else value
         if condition != _LOAD or load_at_1_gpa is None:
-            return axis, 1, value
-        return axis, 3, float(np.cbrt(value / load_at_1_gpa))
+            return axis, 1, level
+        return axis, 3, float(np.cbrt(level / load_at_1_gpa))
 
-    axis, power, level = along(fixed.condition, np.nan if fixed.level is None else fixed.level)
+    axis, power, level = along(fixed.condition, fixed.level)
     in_step = []
     for other in fixed.in_step:
         on_axis, other_power, centre = along(other.condition, other.centre)
@@ -270,47 +235,7 @@ def _over_axes(fixed: FixedCondition, law: Law, load_at_1_gpa: float | None) -> 
         "within": fixed.within / power,
         "least_size": LEAST_SIZE.get(fixed.condition, 0.0),
         "in_step": in_step,
-        "where": fixed.sentence(),
     }
-
-
-def _film(film: Film, temperatures_c: FloatArray) -> dict[str, Any]:
-    """lambda without inlet heating at 1 GPa and 1 m/s, its powers of both, and the heating.
-
-    Every isothermal film is a power law of pressure and speed; only the temperature's part has a
-    form of its own.
-    """
-    isothermal = film.settings.model_copy(update={"thermal_reduction": False})
-    cold = replace(film, settings=isothermal)
-    unit, no_slip = np.ones(1), np.zeros(1)
-    lambda_ratio = cold.over(Grid(unit, unit, temperatures_c, no_slip))[1].ravel()
-    doubled = np.array([1.0, 2.0])
-    at_100_c = Grid(doubled, doubled, np.array([100.0]), no_slip)
-    powers = np.log2(cold.over(at_100_c)[1][:, :, 0, 0])
-    loading = InletOil.of(film.oil, temperatures_c).thermal_loading(1.0)
-    heated = film.settings.thermal_reduction
-    return {
-        "lambda": [_plain(value) for value in lambda_ratio],
-        "pressure_power": float(powers[1, 0] - powers[0, 0]),
-        "speed_power": float(powers[0, 1] - powers[0, 0]),
-        "loading": [_plain(value) for value in loading] if heated else [],
-        "reduction": asdict(THERMAL_REDUCTION_FIT),
-        "modulus_gpa": film.contact.reduced_modulus_pa / PA_PER_GPA,
-        "stand_in": film.oil.stand_in,
-    }
-
-
-def _thinned(points: pd.DataFrame, most: int) -> pd.DataFrame:
-    """At most so many points, evenly chosen."""
-    return points.iloc[:: -(-len(points) // most)] if len(points) > most else points
-
-
-def _points(points: pd.DataFrame) -> dict[str, list[Any]]:
-    """Columns of numbers; each point's run by its number among the runs."""
-    run, runs = pd.factorize(points["run_id"])
-    names = (*AXES, "traction_coefficient", "traction_coefficient_se")
-    numbers = {name: [_plain(value) for value in points[name]] for name in names}
-    return {**numbers, "run": run.tolist(), "runs": runs.tolist()}
 
 
 def _plain(value: float) -> float | None:

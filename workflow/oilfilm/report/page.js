@@ -1,513 +1,55 @@
-// The explorer of the report: fitted laws with their intervals, points of the logs, the paper's advice.
+// The report in a browser: the explorer of the fits, pages of runs, tables that sort, enlarged figures.
 //
-// Laws and intervals are written by oilfilm.report.law_script, the advice is that of oilfilm.paper.selection;
-// tests/report/test_report_browser.py holds both against Python. Names from logs reach the page as text
-// only (textContent, Bokeh's escaped tooltips).
+// mu and its interval are evaluated by `traction`, which oilfilm.report.law_script writes from the laws;
+// tests/report/test_report_browser.py holds it against Python. Names from logs reach the page as text only.
 "use strict";
 (() => {
-const read = (id) => JSON.parse(document.getElementById(id).textContent);
-const DATA = read("explorer-data");
-const DOWNLOADS = read("downloads");
-const DRAWINGS = read("drawings");
-const RUNS = read("run-pages");
-const POINTS_OF_CURVE = 201;
-const MANY = 300; // points beside a curve
-const SEARCHED = 15; // rows of a table with a field to search it, at least
 const byId = (id) => document.getElementById(id);
-const numbers = (values) => values.map((value) => value ?? NaN);
+const all = (selector, within = document) => [...within.querySelectorAll(selector)];
+const DATA = JSON.parse(byId("report-data").textContent);
+const { axes: AXES, oils: OILS, points: POINTS, runs: RUNS } = DATA;
+const POINTS_OF_CURVE = 201;
+const MANY = 300; // points that are drawn without a text of their own
+const SEARCHED = 15; // rows of a table with a field to search it, at least
 
-// ---------------------------------------------------------------- laws
+// ---------------------------------------------------------------- predicting
 
-// The point with conditions that a fit does not follow at their tested level or line, and the axes along
-// which it lies away from them. A slider that no oil follows asks for nothing.
+// The point with conditions that a fit does not follow at their tested level or line, and whether it is
+// away from there. A slider that no oil follows changes nothing.
 function onLine(oil, point) {
   const tested = [...point];
-  const away = [];
+  let away = false;
   for (const { axis, level, within, least_size: least, in_step: others } of oil.fixed) {
     tested[axis] = others.reduce((value, other) => value * (point[other.axis] / other.centre) ** other.exponent, level ?? NaN);
     const near = Math.abs(point[axis] - tested[axis]) <= within * Math.max(Math.abs(tested[axis]), least);
-    if (!near && !DATA.axes[axis].idle) away.push(axis);
+    away ||= !near && !AXES[axis].idle;
   }
   return { tested, away };
 }
 
-// asked: [P, U, T, S], S not negative; `traction` is written by oilfilm.report.law_script
-function predict(oil, asked) {
-  const { tested: point, away } = onLine(oil, asked);
+// point: [P, U, T, S], S not negative. `beyond`: how far outside the tested box, in its widths, by axis.
+function predict(oil, point) {
+  const { tested, away } = onLine(oil, point);
+  const beyond = oil.box.map(([low, high], i) => {
+    const off = Math.max((low ?? NaN) - tested[i], tested[i] - (high ?? NaN), 0);
+    return off <= 1e-9 * Math.abs(tested[i]) ? 0 : off / (high - low);
+  });
   const unknown = { mu: NaN, lower: NaN, upper: NaN };
-  const { mu, lower, upper } = away.length ? unknown : traction(oil, point);
-  const beyond = oil.box.map((ends, i) => {
-    if (away.includes(i)) return Infinity;
-    const { within, least_size: least } = oil.fixed.find(({ axis }) => axis === i) ?? { within: 0, least_size: 0 };
-    const [low, high] = numbers(ends).map((end, upper) => (
-      end + (upper ? within : -within) * Math.max(Math.abs(end), least)));
-    const off = Math.max(low - point[i], point[i] - high, 0);
-    return off <= 1e-9 * Math.abs(point[i]) ? 0 : off / (high - low);
-  });
-  return { mu, lower, upper, beyond, away: away.length > 0, tested: point, outside: beyond.some((off) => off > 0) };
+  const outside = away || beyond.some((off) => off > 0);
+  return { ...(away ? unknown : traction(oil, tested)), beyond, away, tested, outside };
 }
 
-// ---------------------------------------------------------------- film and advice
+// ---------------------------------------------------------------- drawing
 
-function lambdaRatio(film, [pressure, speed, temperature, slip]) {
-  const axis = DATA.axes[2];
-  const step = Math.round((temperature - axis.low) / axis.step);
-  const cold = (film.lambda[step] ?? NaN)
-    * pressure ** film.pressure_power * speed ** film.speed_power;
-  if (!film.loading.length) return cold;
-  const loading = (film.loading[step] ?? NaN) * speed ** 2;
-  const fit = film.reduction;
-  const heating = fit.pressure_factor * (pressure / film.modulus_gpa) * loading ** fit.pressure_power;
-  const shear = fit.shear_factor * (1 + fit.slip_factor * slip ** fit.slip_power)
-    * loading ** fit.shear_power;
-  // nearer to zero the reduction is beyond its range
-  return 1 - heating >= fit.least_numerator ? cold * (1 - heating) / (1 + shear) : NaN;
-}
-
-function states([pressure, speed, temperature, slip]) {
-  const limits = DATA.selection.limits;
-  const slipping = slip > limits.slide_roll_ratio;
-  return {
-    slipping,
-    gripping: !slipping,
-    light: pressure < limits.light_below_gpa,
-    heavy: pressure >= limits.heavy_from_gpa,
-    hot: temperature >= limits.hot_from_c,
-    fast: speed >= limits.fast_from_m_s,
-  };
-}
-
-function advise(point) {
-  const { rules, indifference, lambda_limit: limit } = DATA.selection;
-  const named = new Set(rules.flatMap((rule) => rule.prefer));
-  const choices = DATA.oils.filter((oil) => named.has(oil.name) && !oil.usable && oil.film)
-    .map((oil) => ({ name: oil.name, mu: predict(oil, point).mu, lambda: lambdaRatio(oil.film, point) }));
-  if (choices.length < named.size) {
-    const known = choices.map((oil) => oil.name);
-    return { lacking: [...named].filter((name) => !known.includes(name)) };
-  }
-  const enough = choices.filter((oil) => oil.lambda > limit);
-  const perhaps = choices.filter((oil) => !(oil.lambda <= limit));
-  const preferred = (rule, oils = enough) => (
-    rule.prefer.map((name) => oils.find((oil) => oil.name === name)).find(Boolean));
-  const now = states(point);
-  const applying = rules.filter((rule) => rule.when.every((name) => now[name]));
-  if (!applying.length) return { lacking: [], rule: null };
-  const rule = applying[0];
-  const most = rule.aim === "most traction";
-  const merit = (oil) => (most ? oil.mu : -oil.mu);
-  const bestOf = (oils) => (
-    oils.reduce((leader, oil) => (leader && !(merit(oil) > merit(leader)) ? leader : oil), undefined));
-  const best = bestOf(enough);
-  const advised = preferred(rule);
-  const outside = preferred(rule, perhaps) !== advised || bestOf(perhaps) !== best;
-  const ratio = advised ? advised.mu / best.mu : NaN;
-  const loss = most ? 1 - ratio : ratio - 1;
-  const judgement = outside ? "outside the film formula" : !advised ? (best ? "rule has none" : "no film")
-    : loss <= indifference ? "agree" : "disagree";
-  const contradicting = applying.filter((other) => preferred(other) !== advised);
-  return { lacking: [], rule, advised, best, loss, judgement, contradicting };
-}
-
-const short = (value, digits = 4) => (Number.isNaN(value) ? "\u2013" : Number(value.toPrecision(digits)).toString());
-const film = (oil) => `\u03bc ${short(oil.mu)}, \u03bb ${short(oil.lambda, 3)}`;
-
-function adviceSentences(point) {
-  if (point[3] === 0) return "Without slip no oil has traction: there is nothing to choose.";
-  const advice = advise(point);
-  if (advice.lacking.length) {
-    return `No advice: the rules name ${advice.lacking.join(", ")}, of which law or film is not known here.`;
-  }
-  if (!advice.rule) return "No rule of the paper applies here.";
-  const { rule, advised, best, judgement } = advice;
-  const limit = DATA.selection.lambda_limit;
-  const sentences = [`Rule "${rule.name}" (section ${rule.section} of the paper) decides. Aim: ${
-    rule.aim}. Order of preference: ${rule.prefer.join(", ")}.`];
-  if (judgement === "outside the film formula") {
-    return `${sentences[0]} The choice depends on a film beyond the range of the thermal reduction: no advice.`;
-  }
-  if (judgement === "no film") return `${sentences[0]} No oil has enough film here (\u03bb above ${limit}).`;
-  sentences.push(advised ? `Advised: ${advised.name}, the first with enough film (${film(advised)}; limit ${limit}).`
-    : `None of them has enough film (\u03bb above ${limit}).`);
-  if (advised === best) {
-    sentences.push(`The numbers agree: of the oils with enough film it has the ${rule.aim}.`);
-  } else {
-    sentences.push(`By the numbers ${best.name} has the ${rule.aim} (${film(best)})` + (advised
-      ? `; ${advised.name} misses that by ${short(100 * advice.loss, 3)} %: they ${judgement} (indifferent up to ${
-        100 * DATA.selection.indifference} %).` : "."));
-  }
-  for (const other of advice.contradicting) {
-    sentences.push(`Rule "${other.name}" (section ${other.section}) applies as well and says otherwise.`);
-  }
-  return sentences.join(" ");
-}
-
-// ---------------------------------------------------------------- state
-
-const at = (axis, step) => Number((axis.low + step * axis.step).toFixed(axis.digits));
-const stepOf = (axis, value) => Math.min(axis.steps, Math.max(0, Math.round((value - axis.low) / axis.step)));
-const state = {
-  x: "S",
-  oils: DATA.oils.map((_, i) => i),
-  point: DATA.axes.map((axis) => at(axis, stepOf(axis, axis.start))),
-};
-
-function fragment() {
-  const parts = new URLSearchParams({ x: state.x });
-  DATA.axes.forEach((axis, i) => parts.set(axis.symbol, state.point[i]));
-  parts.set("oils", JSON.stringify(state.oils.map((i) => DATA.oils[i].name)));
-  return `#explorer?${parts}`;
-}
-
-// What the address says; parts that make no sense are left as they are.
-function restore() {
-  const [section, query] = location.hash.slice(1).split("?");
-  if (section !== "explorer" || !query) return false;
-  const parts = new URLSearchParams(query);
-  if (DATA.axes.some((axis) => axis.symbol === parts.get("x") && !axis.idle)) state.x = parts.get("x");
-  DATA.axes.forEach((axis, i) => {
-    const value = parseFloat(parts.get(axis.symbol));
-    if (Number.isFinite(value)) state.point[i] = at(axis, stepOf(axis, value));
-  });
-  try {
-    const names = JSON.parse(parts.get("oils"));
-    state.oils = DATA.oils.flatMap((oil, i) => (names.includes(oil.name) ? [i] : []));
-  } catch { /* the oils stay */ }
-  return true;
-}
-
-// ---------------------------------------------------------------- curve
-
-const abscissa = () => DATA.axes.findIndex((axis) => axis.symbol === state.x);
-
-function curve(oil) {
-  const [point, along] = [[...state.point], abscissa()];
-  const { low, high } = DATA.axes[along];
-  return Array.from({ length: POINTS_OF_CURVE }, (_, i) => {
-    point[along] = low + (high - low) * (i / (POINTS_OF_CURVE - 1));
-    return { x: point[along], ...predict(oil, point) };
-  });
-}
-
-// Numbers of the points whose conditions but the abscissa are near those of the sliders.
-function nearby(oil) {
-  const along = abscissa();
-  const near = DATA.axes.map((axis, i) => {
-    const width = axis.relative ? axis.nearby * state.point[i] : axis.nearby;
-    const values = oil.points[axis.name];
-    return (k) => i === along || !(oil.known[i] ?? true) || Math.abs(values[k] - state.point[i]) <= width;
-  });
-  return oil.points.run.flatMap((_, k) => (near.every((test) => test(k)) ? [k] : []));
-}
-
-const escapeCell = (cell) => {
-  const text = typeof cell === "string" && /^[=+\-@\t\r]/.test(cell) ? `'${cell}` : String(cell);
-  return /[",\r\n]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text;
-};
-
-function curveAsCsv() {
-  const along = abscissa();
-  const rows = [["oil", ...DATA.axes.map((axis) => axis.name), "traction_coefficient", "lower", "upper", "outside"]];
-  for (const i of state.oils) {
-    for (const { x, mu, lower, upper, outside, away, tested } of curve(DATA.oils[i])) {
-      const asked = state.point.map((value, k) => (k === along ? x : value));
-      const point = away ? asked : tested.map((value) => (Number.isNaN(value) ? "" : value));
-      const values = [mu, lower, upper].map((value) => (Number.isNaN(value) ? "" : value));
-      rows.push([DATA.oils[i].name, ...point, ...values, outside ? "True" : "False"]);
-    }
-  }
-  return rows.map((row) => `${row.map(escapeCell).join(",")}\r\n`).join("");
-}
-
-// ---------------------------------------------------------------- page
-
-// The part of the curve that some oil shown was tested at; none of it where the sliders lie beyond.
-function testedAlong(along) {
-  const { low, high } = DATA.axes[along];
-  const within = state.oils.map((i) => DATA.oils[i]).filter((oil) => (
-    predict(oil, state.point).beyond.every((off, k) => k === along || !(off > 0))));
-  if (state.oils.length && !within.length) return [high, high];
-  const ends = within.map((oil) => numbers(oil.box[along])).filter((pair) => !pair.some(Number.isNaN));
-  if (!ends.length) return [low, high];
-  return [Math.min(...ends.map((pair) => pair[0])), Math.max(...ends.map((pair) => pair[1]))];
-}
-
-let model = (name) => null; // of the chart, once it is there
-
-function draw() {
-  const along = abscissa();
-  const axis = DATA.axes[along];
-  let top = 0;
-  let shown = 0;
-  DATA.oils.forEach((oil, i) => {
-    const on = state.oils.includes(i);
-    const line = on ? curve(oil) : [];
-    const columns = ["x", "mu", "lower", "upper"].map((name) => [name, line.map((point) => point[name])]);
-    model(`curve${i}`).data = Object.fromEntries(columns);
-    const near = on ? nearby(oil) : [];
-    const { traction_coefficient: mu, traction_coefficient_se: error, runs, run } = oil.points;
-    const bar = (k, sign) => mu[k] + sign * DATA.factor * (error[k] ?? 0);
-    model(`points${i}`).data = {
-      x: near.map((k) => oil.points[axis.name][k]),
-      mu: near.map((k) => mu[k]),
-      lower: near.map((k) => bar(k, -1)),
-      upper: near.map((k) => bar(k, 1)),
-      run: near.map((k) => runs[run[k]]),
-      oil: near.map(() => oil.name),
-      at: near.map((k) => DATA.axes.map(({ symbol, name, unit }) => `${symbol} ${short(oil.points[name][k] ?? NaN)} ${unit}`).join(", ")),
-    };
-    shown += near.length;
-    // many points would hide the curve
-    for (const name of ["dots", "bars"]) model(`${name}${i}`).level = near.length > MANY ? "underlay" : "glyph";
-    // an interval that runs away must not flatten the curves
-    for (const { mu: value, upper } of line) {
-      if (!Number.isNaN(value)) top = Math.max(top, value, Math.min(upper || 0, 2 * value));
-    }
-    for (const k of near) top = Math.max(top, mu[k]);
-  });
-  Object.assign(model("x"), { start: axis.low, end: axis.high });
-  Object.assign(model("y"), { start: 0, end: 1.05 * top || 1 });
-  model("chart").below[0].axis_label = `${axis.label} ${axis.symbol}${axis.unit ? ` (${axis.unit})` : ""}`;
-  const [low, high] = testedAlong(along);
-  Object.assign(model("below"), { left: axis.low, right: Math.max(low, axis.low) });
-  Object.assign(model("above"), { left: Math.min(high, axis.high), right: axis.high });
-  model("sliders").location = state.point[along];
-  byId("chart-note").textContent = `${shown || "No"} points of the logs near this operating point. Shaded: outside all tested ranges. Dashed: the sliders.`;
-}
-
-function cells(row, values) {
-  for (const [text, isHead, kind] of values) {
-    const cell = document.createElement(isHead ? "th" : "td");
-    if (isHead) cell.scope = "row";
-    const bdi = document.createElement("bdi");
-    bdi.textContent = text;
-    cell.append(bdi);
-    cell.className = kind ?? "";
-    row.append(cell);
-  }
-}
-
-const pointText = () => DATA.axes.flatMap((axis, i) => (axis.idle ? []
-  : [`${axis.symbol} ${state.point[i].toFixed(axis.digits)} ${axis.unit}`.trim()])).join(", ");
-
-function tell() {
-  byId("here-caption").textContent = `At ${pointText()}`;
-  const predictions = state.oils.map((i) => ({ oil: DATA.oils[i], ...predict(DATA.oils[i], state.point) }));
-  byId("here").tBodies[0].replaceChildren(...predictions.map(({ oil, mu, lower, upper, beyond, away, tested }) => {
-    const off = DATA.axes.flatMap((axis, k) => (beyond[k] > 0 ? [axis.symbol] : []));
-    const row = document.createElement("tr");
-    const values = [mu, lower, upper].map((value) => [short(value), false, "number"]);
-    const ratio = oil.film ? lambdaRatio(oil.film, tested) : NaN;
-    const where = away ? "not known here" : off.length ? `no: ${off.join(", ")} beyond` : "yes";
-    cells(row, [[oil.name, true], ...values, [short(ratio, 3), false, "number"],
-      [where, false, where === "yes" ? "good" : "fair"]]);
-    return row;
-  }));
-  const warnings = DATA.axes.flatMap((axis, k) => {
-    const off = predictions.filter(({ beyond, away }) => beyond[k] > 0 && !away)
-      .map(({ oil, tested }) => [tested[k], `${short(oil.box[k][0], 3)} to ${short(oil.box[k][1], 3)} (${oil.name})`]);
-    const value = axis.idle && off.length ? short(off[0][0]) : state.point[k];
-    return off.length ? [`${axis.symbol} ${value}, tested ${off.map(([, range]) => range).join(", ")}`] : [];
-  });
-  byId("outside").hidden = !warnings.length;
-  byId("outside").textContent = warnings.length
-    ? `Outside the tested box, where the law is a guess: ${warnings.join("; ")}.` : "";
-  byId("advice").textContent = adviceSentences(state.point);
-}
-
-function showControls() {
-  byId("abscissa").value = state.x;
-  DATA.axes.forEach((axis, i) => {
-    const slider = byId(`slider-${axis.symbol}`);
-    slider.value = stepOf(axis, state.point[i]);
-    slider.setAttribute("aria-valuetext", `${state.point[i]} ${axis.unit}`);
-    byId(`value-${axis.symbol}`).value = state.point[i].toFixed(axis.digits);
-  });
-  for (const box of document.getElementsByName("oil")) box.checked = state.oils.includes(Number(box.value));
-}
-
-function update({ keepAddress = false } = {}) {
-  showControls();
-  draw();
-  tell();
-  if (keepAddress) return;
-  try {
-    history.replaceState(null, "", fragment());
-  } catch { /* a browser that allows no more of them for now; the next one will do */ }
-}
-
-// ---------------------------------------------------------------- saving and copying
-
-const KINDS = { csv: "text/csv;charset=utf-8", json: "application/json", svg: "image/svg+xml" };
-
-function save(name, content) {
-  const link = document.createElement("a");
-  const kind = name.split(".").pop();
-  // without the mark some spreadsheets take UTF-8 for another encoding
-  const parts = kind === "csv" ? ["\ufeff", content] : [content];
-  link.href = URL.createObjectURL(new Blob(parts, { type: KINDS[kind] }));
-  link.download = name;
-  link.click();
-  setTimeout(() => URL.revokeObjectURL(link.href), 60000);
-}
-
-async function saveDrawing(name) {
-  const packed = Uint8Array.from(atob(DRAWINGS[name]), (letter) => letter.charCodeAt(0));
-  const unpacked = new Blob([packed]).stream().pipeThrough(new DecompressionStream("gzip"));
-  save(`${name}.svg`, await new Response(unpacked).arrayBuffer());
-}
-
-async function copy(text, status) {
-  try {
-    await navigator.clipboard.writeText(text);
-    status.textContent = "Copied.";
-  } catch {
-    status.textContent = "This browser does not let a page copy; save the file instead.";
-  }
-}
-
-function listen() {
-  for (const button of document.querySelectorAll("[data-save]")) {
-    button.addEventListener("click", () => save(button.dataset.save, DOWNLOADS[button.dataset.save]));
-  }
-  for (const button of document.querySelectorAll("[data-drawing]")) {
-    button.addEventListener("click", () => saveDrawing(button.dataset.drawing));
-  }
-  for (const button of document.querySelectorAll("[data-copy]")) {
-    button.addEventListener("click", () => copy(DOWNLOADS[button.dataset.copy], byId("copied")));
-  }
-  // what is folded away would be missing on paper
-  let folded = [];
-  addEventListener("beforeprint", () => {
-    folded = [...document.querySelectorAll("details:not([open], .on-screen)")];
-    for (const details of folded) details.open = true;
-  });
-  addEventListener("afterprint", () => { for (const details of folded) details.open = false; });
-}
-
-// ---------------------------------------------------------------- tables
-
-const cellText = (row, column) => row.cells[column].textContent.trim();
-// "\u22120.03", "4.3 %" and "31 of 31" are sorted as numbers, all else as text; what is none comes last
-const valueOf = (text) => parseFloat(text.replaceAll("\u2212", "-"));
-
-function sortTable(table, column) {
-  const head = table.tHead.rows[0].cells[column];
-  const down = head.getAttribute("aria-sort") === "ascending";
-  for (const cell of table.tHead.rows[0].cells) cell.removeAttribute("aria-sort");
-  head.setAttribute("aria-sort", down ? "descending" : "ascending");
-  const rows = [...table.tBodies[0].rows];
-  const texts = rows.map((row) => cellText(row, column));
-  const known = texts.filter((text) => text && text !== "\u2013");
-  const numeric = known.every((text) => /^[\u2212+-]?[\d.]+(e[\u2212+-]?\d+)?( %| of \d+)?$/.test(text));
-  const key = (row) => {
-    const text = cellText(row, column);
-    return text === "\u2013" ? "" : text;
-  };
-  rows.sort((one, other) => {
-    const [a, b] = [key(one), key(other)];
-    if (!a || !b) return (a ? 0 : 1) - (b ? 0 : 1);
-    const order = numeric ? valueOf(a) - valueOf(b) : a.localeCompare(b, "en", { numeric: true });
-    return down ? -order : order;
-  });
-  table.tBodies[0].append(...rows);
-}
-
-function searchOf(table) {
-  const label = document.createElement("label");
-  const input = Object.assign(document.createElement("input"), { type: "search" });
-  const status = document.createElement("span");
-  status.setAttribute("role", "status");
-  label.className = "search";
-  const about = Object.assign(document.createElement("span"), { className: "only-heard" });
-  about.textContent = `: ${table.caption.textContent}`;
-  label.append("Search this table", about, input, status);
-  input.addEventListener("input", () => {
-    const wanted = input.value.toLowerCase().split(/\s+/);
-    let shown = 0;
-    for (const row of table.tBodies[0].rows) {
-      const text = row.textContent.toLowerCase();
-      row.hidden = !wanted.every((word) => text.includes(word));
-      shown += !row.hidden;
-    }
-    status.textContent = input.value ? `${shown} of ${table.tBodies[0].rows.length} rows` : "";
-  });
-  return label;
-}
-
-function listenToTables() {
-  for (const table of document.querySelectorAll("main table[role=table]")) {
-    const rows = table.tBodies[0].rows.length;
-    if (rows < 3) continue;
-    [...table.tHead.rows[0].cells].forEach((cell, column) => {
-      const button = Object.assign(document.createElement("button"), { type: "button", className: "sort" });
-      button.append(...cell.childNodes);
-      button.addEventListener("click", () => sortTable(table, column));
-      cell.append(button);
-    });
-    if (rows >= SEARCHED) {
-      table.closest(".scroll").before(searchOf(table));
-    }
-  }
-}
-
-// ---------------------------------------------------------------- figures and runs, enlarged
-
-function enlarge(figure) {
-  const dialog = byId("enlarged");
-  const image = figure.querySelector(".enlarge img").cloneNode();
-  image.removeAttribute("width");
-  image.removeAttribute("height");
-  dialog.querySelector(".picture").replaceChildren(image);
-  byId("enlarged-caption").replaceChildren(...figure.querySelector("figcaption p").cloneNode(true).childNodes);
-  if (!dialog.open) dialog.showModal();
-}
-
-function listenToFigures() {
-  const figures = [...document.querySelectorAll("figure:has(.enlarge)")];
-  const dialog = byId("enlarged");
-  let current = 0;
-  const show = (number) => {
-    current = (number + figures.length) % figures.length;
-    enlarge(figures[current]);
-  };
-  figures.forEach((figure, number) => figure.querySelector(".enlarge").addEventListener("click", () => show(number)));
-  listenToDialog(dialog, (step) => show(current + step));
-}
-
-function listenToDialog(dialog, go) {
-  for (const button of dialog.querySelectorAll("[data-step]")) {
-    button.addEventListener("click", () => go(Number(button.dataset.step)));
-  }
-  dialog.querySelector("[data-close]").addEventListener("click", () => dialog.close());
-  dialog.addEventListener("click", (event) => { if (event.target === dialog) dialog.close(); });
-  dialog.addEventListener("keydown", (event) => {
-    if (event.key === "ArrowLeft") go(-1);
-    if (event.key === "ArrowRight") go(1);
-  });
-}
-
-function element(name, text, kind) {
-  const made = document.createElement(name);
-  made.textContent = text;
-  if (kind) made.className = kind;
-  return made;
-}
-
-function tableOf(heading, rows) {
-  const table = document.createElement("table");
-  table.append(element("caption", heading));
-  const body = table.createTBody();
-  for (const [name, text, kind] of rows) cells(body.insertRow(), [[name, true], [text, false, kind]]);
-  return table;
-}
-
-function shape(name, attributes, text = "") {
-  const made = document.createElementNS("http://www.w3.org/2000/svg", name);
+function fill(made, attributes, children) {
   for (const [key, value] of Object.entries(attributes)) made.setAttribute(key, value);
-  made.textContent = text;
+  made.append(...children);
   return made;
 }
+const html = (tag, attributes, ...children) => fill(document.createElement(tag), attributes, children);
+const shape = (tag, attributes, ...children) => (
+  fill(document.createElementNS("http://www.w3.org/2000/svg", tag), attributes, children));
+const short = (value, digits = 4) => (Number.isFinite(value) ? Number(value.toPrecision(digits)).toString() : "\u2013");
 
 // Round numbers across a range, about five of them.
 function ticks(low, high) {
@@ -515,99 +57,337 @@ function ticks(low, high) {
   const power = 10 ** Math.floor(Math.log10(rough));
   const step = [1, 2, 5, 10].map((factor) => factor * power).find((size) => size >= rough);
   const first = Math.ceil(low / step - 1e-9);
-  return Array.from({ length: Math.floor(high / step + 1e-9) - first + 1 }, (_, i) => Number(((first + i) * step).toPrecision(6)));
+  const count = Math.floor(high / step + 1e-9) - first + 1;
+  return Array.from({ length: count }, (_, i) => Number(((first + i) * step).toPrecision(6)));
 }
 
-function curveOfRun(run) {
-  const [width, height, left, bottom] = [640, 380, 70, 50];
-  const svg = shape("svg", { viewBox: `0 0 ${width} ${height}`, role: "img", "aria-label": `Traction curve of ${run.name}` });
-  const known = run.S.flatMap((s, k) => (s === null || run.mu[k] === null ? [] : [k]));
-  if (!known.length) return element("p", "No plateau of this run has a traction coefficient.");
-  const oil = DATA.oils.find((one) => one.name === run.oil);
-  const kept = known.filter((k) => run.accepted[k] === "1");
-  const slips = known.map((k) => run.S[k]);
-  const [low, high] = [Math.min(0, ...slips), Math.max(...slips, 1e-6)];
-  const line = oil && run.condition.every((value, axis) => value !== null || DATA.axes[axis].idle)
-    ? Array.from({ length: 101 }, (_, i) => high * (i / 100)).map((s) => [s, predict(oil, [...run.condition, s]).mu]).filter(([, mu]) => Number.isFinite(mu))
-    : [];
-  const values = [...known.map((k) => run.mu[k]), ...line.map(([, mu]) => mu)];
-  const [least, most] = [Math.min(0, ...values), Math.max(...values, 1e-6)];
-  const x = (s) => left + (width - left - 10) * ((s - low) / (high - low));
-  const y = (mu) => height - bottom - (height - bottom - 12) * ((mu - least) / (1.05 * (most - least)));
-  svg.append(shape("path", { class: "axis", d: `M${left} 12V${height - bottom}H${width - 10}` }));
-  for (const s of ticks(low, high)) {
-    svg.append(shape("path", { class: "axis", d: `M${x(s)} ${height - bottom}v5` }),
-      shape("text", { x: x(s), y: height - bottom + 20, "text-anchor": "middle" }, short(s)));
+// A chart of mu. Each of `series` has a class, `line` of predictions with x, and `dots` with x, mu, half, text, refused.
+// `tested` is the part of the abscissa that is not shaded; `cursor` is drawn across.
+function chart({ label, axis, range, series, tested, cursor }) {
+  const narrow = innerWidth < 600;
+  const [width, height] = narrow ? [380, 250] : [760, 400];
+  const [left, right, top, bottom] = [66, 10, 10, 44];
+  const lines = series.map(({ line }) => line.filter(({ mu }) => Number.isFinite(mu)));
+  const dots = series.flatMap((one) => one.dots);
+  // an interval that runs away must not flatten the curves
+  const tops = lines.flat().map(({ mu, upper }) => Math.max(mu, Math.min(upper || 0, 2 * mu)));
+  const most = Math.max(1e-6, ...tops, ...dots.map(({ mu }) => mu)) * 1.05;
+  const least = Math.min(0, ...dots.map(({ mu }) => mu));
+  const [low, high] = range;
+  const x = (value) => left + (width - left - right) * ((value - low) / (high - low));
+  const y = (mu) => height - bottom - (height - top - bottom) * ((Math.min(mu, 2 * most) - least) / (most - least));
+  const path = (points) => (points.length ? `M${points.map(([a, b]) => `${x(a).toFixed(2)} ${y(b).toFixed(2)}`).join("L")}` : "");
+  const clip = `clip-${label.replace(/\W/g, "")}`;
+  const frame = { x: left, y: top, width: width - left - right, height: height - top - bottom };
+  const svg = shape("svg", { viewBox: `0 0 ${width} ${height}`, role: "img", "aria-label": label },
+    shape("clipPath", { id: clip }, shape("rect", frame)));
+  const inside = shape("g", { "clip-path": `url(#${clip})` });
+  const shade = ([from, to]) => (to > from ? [shape("rect", { ...frame, class: "shade", x: x(from), width: x(to) - x(from) })] : []);
+  if (tested) inside.append(...[[low, tested[0]], [tested[1], high]].flatMap(shade));
+  series.forEach(({ kind }, i) => {
+    const band = lines[i].filter(({ upper }) => Number.isFinite(upper));
+    const outline = [...band.map((at) => [at.x, at.upper]), ...band.map((at) => [at.x, at.lower]).reverse()];
+    inside.append(shape("path", { class: `band ${kind}`, d: path(outline) }),
+      shape("path", { class: `line ${kind}`, d: path(lines[i].map(({ x: at, mu }) => [at, mu])) }));
+  });
+  for (const { kind, dots: own } of series) {
+    const bars = own.filter(({ half }) => half > 0).map(({ x: at, mu, half }) => path([[at, mu - half], [at, mu + half]]));
+    inside.append(shape("path", { class: `bar ${kind}`, d: bars.join("") }));
+    if (own.length > MANY) {
+      inside.append(shape("path", { class: `many ${kind}`, d: own.map(({ x: at, mu }) => `${path([[at, mu]])}h0`).join("") }));
+    } else {
+      inside.append(...own.map(({ x: at, mu, text, refused }) => (refused
+        ? shape("path", { class: "refused", d: `M${x(at) - 4} ${y(mu) - 4}l8 8m0 -8l-8 8` }, shape("title", {}, text))
+        : shape("circle", { class: `dot ${kind}`, cx: x(at), cy: y(mu), r: 4 }, shape("title", {}, text)))));
+    }
   }
-  for (const mu of ticks(least, most)) {
-    svg.append(shape("path", { class: "axis", d: `M${left} ${y(mu)}h-5` }),
-      shape("text", { x: left - 8, y: y(mu) + 4, "text-anchor": "end" }, short(mu)));
-  }
-  svg.append(shape("text", { x: (left + width) / 2, y: height - 8, "text-anchor": "middle" }, "Slide-roll ratio S"),
+  if (cursor !== undefined) inside.append(shape("path", { class: "cursor", d: `M${x(cursor)} ${top}V${height - bottom}` }));
+  svg.append(inside, shape("path", { class: "axis", d: `M${left} ${top}V${height - bottom}H${width - right}` }),
+    ...ticks(low, high).flatMap((value) => [shape("path", { class: "axis", d: `M${x(value)} ${height - bottom}v5` }),
+      shape("text", { x: x(value), y: height - bottom + 19, "text-anchor": "middle" }, short(value))]),
+    ...ticks(least, most).flatMap((mu) => [shape("path", { class: "axis", d: `M${left} ${y(mu)}h-5` }),
+      shape("text", { x: left - 8, y: y(mu) + 4, "text-anchor": "end" }, short(mu))]),
+    shape("text", { x: (left + width - right) / 2, y: height - 6, "text-anchor": "middle" }, axis),
     shape("text", { transform: `translate(14 ${(height - bottom) / 2}) rotate(-90)`, "text-anchor": "middle" }, "Traction coefficient \u03bc"));
-  if (line.length) svg.append(shape("path", { class: "law", d: `M${line.map(([s, mu]) => `${x(s)} ${y(mu)}`).join("L")}` }));
-  for (const k of known) {
-    const [px, py] = [x(run.S[k]), y(run.mu[k])];
-    if (run.accepted[k] === "1") {
-      const reach = DATA.factor * (run.se[k] ?? 0);
-      svg.append(shape("path", { class: "error", d: `M${px} ${y(run.mu[k] - reach)}V${y(run.mu[k] + reach)}` }),
-        shape("circle", { class: "kept", cx: px, cy: py, r: 4 }));
-    } else svg.append(shape("path", { class: "refused", d: `M${px - 4} ${py - 4}l8 8m0 -8l-8 8` }));
-  }
-  const frame = document.createElement("div");
-  const parts = kept.length ? [`Circles: ${kept.length} accepted plateaus with the 95 % interval of their random error.`] : [];
-  if (kept.length < known.length) parts.push(`Crosses: ${known.length - kept.length} refused plateaus.`);
-  if (line.length) parts.push("Line: fitted law at the mean condition of the run.");
-  frame.append(svg, element("p", parts.join(" "), "note"));
-  return frame;
+  return svg;
 }
+
+const named = (axis) => `${axis.label} ${axis.symbol}${axis.unit ? ` (${axis.unit})` : ""}`;
+const dot = (k, along) => ({
+  x: POINTS.axes[along][k],
+  mu: POINTS.mu[k],
+  half: POINTS.half[k],
+  refused: !POINTS.accepted[k],
+  text: `${POINTS.oil[k]}, ${POINTS.names[POINTS.run[k]]}\n${AXES.map(({ symbol, unit }, i) => (
+    `${symbol} ${short(POINTS.axes[i][k] ?? NaN)} ${unit}`)).join(", ")}\n\u03bc ${short(POINTS.mu[k])}`,
+});
+const line = (oil, point, along, [low, high]) => Array.from({ length: POINTS_OF_CURVE }, (_, i) => {
+  const x = low + (high - low) * (i / (POINTS_OF_CURVE - 1));
+  return { x, ...predict(oil, point.with(along, x)) };
+});
+const isKnown = (k, along) => POINTS.axes[along][k] !== null && POINTS.mu[k] !== null;
+
+// ---------------------------------------------------------------- explorer
+
+const at = (axis, step) => Number((axis.low + Math.min(axis.steps, Math.max(0, step)) * axis.step).toFixed(axis.digits));
+const stepOf = (axis, value) => Math.round((value - axis.low) / axis.step);
+const state = { x: "S", oils: OILS.map((_, i) => i), point: AXES.map((axis) => at(axis, stepOf(axis, axis.start))) };
+const abscissa = () => AXES.findIndex(({ symbol }) => symbol === state.x);
+const shown = () => state.oils.map((i) => OILS[i]);
+const rangeOf = (along) => [AXES[along].low, AXES[along].high];
+
+function fragment() {
+  const parts = AXES.map(({ symbol }, i) => [symbol, state.point[i]]);
+  const oils = JSON.stringify(shown().map(({ name }) => name));
+  return `#answer?${new URLSearchParams([["x", state.x], ...parts, ["oils", oils]])}`;
+}
+
+// What the address says; parts that make no sense are left as they are.
+function restore() {
+  const [section, query] = location.hash.slice(1).split("?");
+  if (section !== "answer" || !query) return;
+  const parts = new URLSearchParams(query);
+  if (AXES.some(({ symbol, idle }) => symbol === parts.get("x") && !idle)) state.x = parts.get("x");
+  AXES.forEach((axis, i) => {
+    const value = parseFloat(parts.get(axis.symbol));
+    if (Number.isFinite(value)) state.point[i] = at(axis, stepOf(axis, value));
+  });
+  try {
+    const names = JSON.parse(parts.get("oils"));
+    state.oils = OILS.flatMap(({ name }, i) => (names.includes(name) ? [i] : []));
+  } catch { /* the oils stay */ }
+}
+
+// Numbers of the accepted points of an oil whose conditions but the abscissa are near the sliders.
+function nearby(oil, along) {
+  const near = (k) => AXES.every(({ nearby: width, relative }, i) => i === along || !(oil.known[i] ?? true)
+    || Math.abs(POINTS.axes[i][k] - state.point[i]) <= (relative ? width * state.point[i] : width));
+  return POINTS.run.flatMap((_, k) => (POINTS.oil[k] === oil.name && POINTS.accepted[k] && isKnown(k, along) && near(k) ? [k] : []));
+}
+
+// The part of the abscissa where some oil shown was tested; none of it where the sliders are beyond.
+function testedAlong(along) {
+  const ends = shown().filter((oil) => predict(oil, state.point).beyond.every((off, k) => k === along || !(off > 0)))
+    .map((oil) => oil.box[along].map((end, i) => end ?? rangeOf(along)[i]));
+  const [low, high] = rangeOf(along);
+  return ends.length ? [Math.min(...ends.map(([end]) => end)), Math.max(...ends.map(([, end]) => end))] : [high, high];
+}
+
+function draw() {
+  const along = abscissa();
+  const series = state.oils.map((i) => ({
+    kind: `oil${i}`,
+    line: line(OILS[i], state.point, along, rangeOf(along)),
+    dots: nearby(OILS[i], along).map((k) => dot(k, along)),
+  }));
+  const count = series.reduce((sum, { dots }) => sum + dots.length, 0);
+  byId("chart").replaceChildren(chart({
+    label: "Traction coefficient of the chosen oils; the cards have the numbers",
+    axis: named(AXES[along]),
+    range: rangeOf(along),
+    series,
+    tested: testedAlong(along),
+    cursor: state.point[along],
+  }));
+  byId("chart-note").textContent = `${count || "No"} points of the logs near this operating point. Shaded: not tested. Dashed: the chosen point.`;
+}
+
+const pointText = () => AXES.flatMap((axis, i) => (axis.idle ? []
+  : [`${axis.symbol} ${state.point[i].toFixed(axis.digits)} ${axis.unit}`.trim()])).join(", ");
+
+function tell() {
+  byId("here").textContent = `At ${pointText()}`;
+  const warnings = new Map();
+  for (const box of document.getElementsByName("oil")) {
+    const oil = OILS[Number(box.value)];
+    const { mu, lower, upper, beyond, away, tested } = predict(oil, state.point);
+    const card = box.closest(".card");
+    card.querySelector(".mu bdi").textContent = away ? "not known here" : short(mu, 3);
+    card.querySelector(".interval bdi").textContent = Number.isFinite(upper) ? `${short(lower, 3)} to ${short(upper, 3)}` : "not known";
+    card.classList.toggle("beyond", away || beyond.some((off) => off > 0));
+    AXES.forEach(({ symbol, idle }, k) => {
+      if (!(beyond[k] > 0) || !box.checked) return;
+      const value = idle ? short(tested[k]) : state.point[k];
+      const key = `${symbol} ${value}`;
+      const range = `${short(oil.box[k][0], 3)} to ${short(oil.box[k][1], 3)} (${oil.name})`;
+      warnings.set(key, [...(warnings.get(key) ?? []), range]);
+    });
+  }
+  byId("outside").hidden = !warnings.size;
+  byId("outside").textContent = `Outside the tested conditions, where the law is a guess: ${
+    [...warnings].map(([key, ranges]) => `${key}, tested ${ranges.join(", ")}`).join("; ")}.`;
+}
+
+function update() {
+  byId("abscissa").value = state.x;
+  AXES.forEach((axis, i) => {
+    const slider = byId(`slider-${axis.symbol}`);
+    slider.value = stepOf(axis, state.point[i]);
+    slider.setAttribute("aria-valuetext", `${state.point[i]} ${axis.unit}`);
+    byId(`value-${axis.symbol}`).value = state.point[i].toFixed(axis.digits);
+  });
+  for (const box of document.getElementsByName("oil")) box.checked = state.oils.includes(Number(box.value));
+  draw();
+  tell();
+}
+
+function curvesAsCsv() {
+  const along = abscissa();
+  const rows = shown().flatMap((oil) => line(oil, state.point, along, rangeOf(along)).map(({ x, mu, lower, upper, tested, away, outside }) => [
+    oil.name, ...(away ? state.point.with(along, x) : tested), mu, lower, upper, outside ? "True" : "False"]));
+  const cell = (value) => {
+    const text = typeof value === "string" && /^[=+\-@\t\r]/.test(value) ? `'${value}` : Number.isNaN(value) ? "" : String(value);
+    return /[",\r\n]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text;
+  };
+  const head = ["oil", ...AXES.map(({ name }) => name), "traction_coefficient", "lower", "upper", "outside"];
+  return [head, ...rows].map((row) => `${row.map(cell).join(",")}\r\n`).join("");
+}
+
+function listenToExplorer() {
+  const change = (then) => (event) => {
+    then(event.target);
+    update();
+    try {
+      history.replaceState(null, "", fragment());
+    } catch { /* a browser that allows no more of them for now; the next one will do */ }
+  };
+  AXES.forEach((axis, i) => {
+    byId(`slider-${axis.symbol}`).addEventListener("input", change(({ value }) => { state.point[i] = at(axis, Number(value)); }));
+    byId(`value-${axis.symbol}`).addEventListener("change", change(({ value }) => {
+      if (value !== "") state.point[i] = at(axis, stepOf(axis, Number(value)));
+    }));
+  });
+  byId("abscissa").addEventListener("change", change(({ value }) => { state.x = value; }));
+  for (const box of document.getElementsByName("oil")) {
+    box.addEventListener("change", change(() => { state.oils = all("[name=oil]:checked").map(({ value }) => Number(value)); }));
+  }
+  byId("save-curve").addEventListener("click", () => {
+    // without the mark some spreadsheets take UTF-8 for another encoding
+    const content = new Blob(["\ufeff", curvesAsCsv()], { type: "text/csv;charset=utf-8" });
+    const link = html("a", { href: URL.createObjectURL(content), download: "curves.csv" });
+    link.click();
+    setTimeout(() => URL.revokeObjectURL(link.href), 60000);
+  });
+  addEventListener("hashchange", () => { restore(); update(); });
+  addEventListener("resize", draw);
+}
+
+// ---------------------------------------------------------------- tables
+
+// "\u22120.03", "4.3 %" and "31 of 31" are sorted as numbers, all else as text; what is none comes last
+function order(one, other) {
+  if (one === other || [one, other].some((text) => !text || text === "\u2013")) {
+    return Number(!one || one === "\u2013") - Number(!other || other === "\u2013");
+  }
+  const [a, b] = [one, other].map((text) => (/^[\u2212+-]?[\d.]+(e[\u2212+-]?\d+)?( %| of \d+)?$/.test(text)
+    ? parseFloat(text.replaceAll("\u2212", "-")) : NaN));
+  return Number.isNaN(a - b) ? one.localeCompare(other, "en", { numeric: true }) : a - b;
+}
+
+function sortTable(table, column) {
+  const heads = [...table.tHead.rows[0].cells];
+  const down = heads[column].getAttribute("aria-sort") === "ascending";
+  for (const head of heads) head.removeAttribute("aria-sort");
+  heads[column].setAttribute("aria-sort", down ? "descending" : "ascending");
+  const text = (row) => row.cells[column].textContent.trim();
+  const rows = [...table.tBodies[0].rows].sort((one, other) => order(text(one), text(other)));
+  table.tBodies[0].append(...(down ? rows.reverse() : rows));
+}
+
+function searchOf(table) {
+  const input = html("input", { type: "search" });
+  const status = html("span", { role: "status" });
+  input.addEventListener("input", () => {
+    const wanted = input.value.toLowerCase().split(/\s+/);
+    const rows = [...table.tBodies[0].rows];
+    for (const row of rows) row.hidden = !wanted.every((word) => row.textContent.toLowerCase().includes(word));
+    status.textContent = input.value ? `${rows.filter((row) => !row.hidden).length} of ${rows.length} rows` : "";
+  });
+  const about = html("span", { class: "only-heard" }, `: ${table.caption.textContent}`);
+  return html("label", { class: "search" }, "Search this table", about, input, status);
+}
+
+function listenToTables() {
+  for (const table of all("main table").filter((one) => one.tBodies[0].rows.length > 2)) {
+    [...table.tHead.rows[0].cells].forEach((cell, column) => {
+      const button = html("button", { type: "button", class: "sort" }, ...cell.childNodes);
+      button.addEventListener("click", () => sortTable(table, column));
+      cell.append(button);
+    });
+    if (table.tBodies[0].rows.length >= SEARCHED) table.closest(".scroll").before(searchOf(table));
+  }
+}
+
+// ---------------------------------------------------------------- figures and runs in the dialog
 
 function pageOfRun(run) {
-  const accepted = run.verdict === "accepted";
-  const spoken = (rule) => rule.replaceAll("_", " ");
-  const size = run.S.length;
-  const gates = RUNS.gates.map((gate) => {
-    const points = run.gates[gate] ?? 0;
-    const whole = !accepted && gate === run.rule;
-    const text = whole ? "refused the run" : points ? `refused ${points} of ${size} plateaus` : "refused nothing";
-    return [spoken(gate), text, whole ? "bad" : points ? "fair" : ""];
+  const own = POINTS.run.flatMap((number, k) => (POINTS.names[number] === run.name && isKnown(k, 3) ? [k] : []));
+  const oil = OILS.find(({ name }) => name === run.oil);
+  const slips = own.map((k) => POINTS.axes[3][k]);
+  const range = [Math.min(0, ...slips), Math.max(1e-6, ...slips)];
+  const known = oil && run.condition.every((value, i) => value !== null || AXES[i].idle);
+  const law = known ? line(oil, [...run.condition, 0], 3, [0, range[1]]) : [];
+  const curve = chart({
+    label: `Traction curve of ${run.name}`,
+    axis: named(AXES[3]),
+    range,
+    series: [{ kind: known ? `oil${OILS.indexOf(oil)}` : "", line: law, dots: own.map((k) => dot(k, 3)) }],
   });
-  const verdict = accepted ? "Accepted." : `Refused (${spoken(run.rule)}): ${run.reason}. ${run.advice}`;
-  const page = [element("p", verdict, accepted ? "good" : "bad")];
-  if (run.warning) page.push(element("p", `Warning: ${run.warning}`, "warning"));
-  const beside = document.createElement("div");
-  beside.append(tableOf("Facts", RUNS.facts.map((fact, i) => [fact, run.facts[i]])), tableOf("Gates", gates));
-  page.push(curveOfRun(run), beside);
-  const signals = run.picture && document.querySelector(`img[data-signals="${CSS.escape(run.picture)}"]`);
-  if (signals) {
-    const picture = document.createElement("div");
-    picture.className = "picture";
-    picture.append(signals.cloneNode());
-    page.push(picture);
-  }
-  return page;
+  const link = all("#run-list tbody a").find(({ textContent }) => textContent === run.name);
+  const heads = [...byId("run-list").tHead.rows[0].cells].slice(1);
+  const facts = heads.map((head, i) => html("tr", {}, html("th", { scope: "row" }, head.textContent),
+    html("td", {}, link.closest("tr").cells[i + 1].textContent)));
+  const image = run.picture ? all("#refused img").find(({ dataset }) => dataset.file === run.picture) : null;
+  return [
+    html("p", { class: run.refused ? "bad" : "good" }, run.refused || "Accepted."),
+    ...(run.warning ? [html("p", { class: "warning" }, `Warning: ${run.warning}`)] : []),
+    html("div", { class: "run" },
+      html("div", {}, curve, html("p", { class: "note" }, "Circles: accepted plateaus with the 95 % interval of their random error. "
+        + "Crosses: refused plateaus. Line: fitted law at the mean condition of the run.")),
+      html("table", {}, html("tbody", {}, ...facts))),
+    ...(image ? [image.cloneNode()] : []),
+  ];
 }
 
-// The page of a run has the address #run?name=...
-function showRun() {
-  const [kind, query] = location.hash.slice(1).split("?");
-  const dialog = byId("run");
-  const number = kind === "run" ? RUNS.runs.findIndex(({ name }) => name === new URLSearchParams(query).get("name")) : -1;
-  if (number < 0) {
-    if (dialog.open) dialog.close();
-    return;
-  }
-  byId("run-heading").textContent = RUNS.runs[number].name;
-  byId("run-page").replaceChildren(...pageOfRun(RUNS.runs[number]));
-  if (!dialog.open) dialog.showModal();
+function pageOfFigure(figure) {
+  const image = figure.querySelector("img").cloneNode();
+  image.removeAttribute("width");
+  image.removeAttribute("height");
+  return [image, html("p", {}, ...figure.querySelector("figcaption").cloneNode(true).childNodes)];
 }
 
-function listenToRuns() {
-  const dialog = byId("run");
-  listenToDialog(dialog, (step) => {
-    const shown = RUNS.runs.findIndex(({ name }) => name === byId("run-heading").textContent);
-    const { name } = RUNS.runs[(shown + step + RUNS.runs.length) % RUNS.runs.length];
-    location.hash = `#run?name=${encodeURIComponent(name)}`;
+function listenToDialog() {
+  const dialog = byId("dialog");
+  let go = () => {};
+  const open = (title, content, step) => {
+    byId("dialog-heading").textContent = title;
+    byId("dialog-content").replaceChildren(...content);
+    go = step;
+    if (!dialog.open) dialog.showModal();
+  };
+  const figures = all("figure:has(img)");
+  const showFigure = (number) => {
+    const figure = figures.at(number % figures.length);
+    open(figure.querySelector("img").alt, pageOfFigure(figure), (step) => showFigure(number + step));
+  };
+  figures.forEach((figure, number) => figure.querySelector("button").addEventListener("click", () => showFigure(number)));
+  // the page of a run has the address #run?name=...
+  const showRun = () => {
+    const [kind, query] = location.hash.slice(1).split("?");
+    if (kind !== "run") return;
+    const number = RUNS.findIndex(({ name }) => name === new URLSearchParams(query).get("name"));
+    if (number < 0) return;
+    open(RUNS[number].name, pageOfRun(RUNS[number]), (step) => {
+      location.hash = `#run?name=${encodeURIComponent(RUNS.at((number + step) % RUNS.length).name)}`;
+    });
+  };
+  for (const button of all("[data-step]", dialog)) {
+    button.addEventListener("click", () => (Number(button.dataset.step) ? go(Number(button.dataset.step)) : dialog.close()));
+  }
+  dialog.addEventListener("click", (event) => { if (event.target === dialog) dialog.close(); });
+  dialog.addEventListener("keydown", (event) => {
+    if (event.key === "ArrowLeft") go(-1);
+    if (event.key === "ArrowRight") go(1);
   });
   dialog.addEventListener("close", () => {
     if (location.hash.startsWith("#run?")) history.replaceState(null, "", "#data");
@@ -616,49 +396,20 @@ function listenToRuns() {
   showRun();
 }
 
-function listenToExplorer() {
-  DATA.axes.forEach((axis, i) => {
-    byId(`slider-${axis.symbol}`).addEventListener("input", (event) => {
-      state.point[i] = at(axis, Number(event.target.value));
-      update();
-    });
-    byId(`value-${axis.symbol}`).addEventListener("change", (event) => {
-      if (event.target.value !== "") state.point[i] = at(axis, stepOf(axis, Number(event.target.value)));
-      update();
-    });
-  });
-  byId("abscissa").addEventListener("change", (event) => {
-    state.x = event.target.value;
-    update();
-  });
-  for (const box of document.getElementsByName("oil")) {
-    box.addEventListener("change", () => {
-      state.oils = [...document.querySelectorAll("[name=oil]:checked")].map((checked) => Number(checked.value));
-      update();
-    });
-  }
-  byId("copy-link").addEventListener("click", () => copy(location.href.split("#")[0] + fragment(), byId("explorer-status")));
-  byId("save-curve").addEventListener("click", () => save("curve.csv", curveAsCsv()));
-  addEventListener("hashchange", () => { if (restore()) update({ keepAddress: true }); });
-}
-
-async function start() {
-  document.documentElement.classList.add("script");
-  listen();
-  listenToTables();
-  listenToFigures();
-  listenToRuns();
-  if (!DATA.oils.length) return;
-  const [view] = await Bokeh.embed.embed_item(read("chart-data"), "chart");
-  model = (name) => view.model.document.get_model_by_name(name);
-  const asked = restore();
+document.documentElement.classList.add("script");
+// what is folded away would be missing on paper
+let folded = [];
+addEventListener("beforeprint", () => {
+  folded = all("details:not([open], .on-screen)");
+  for (const details of folded) details.open = true;
+});
+addEventListener("afterprint", () => { for (const details of folded) details.open = false; });
+listenToTables();
+listenToDialog();
+if (OILS.length) {
+  restore();
   listenToExplorer();
-  update({ keepAddress: true });
-  if (asked) byId("explorer").scrollIntoView();
-  // for the tests
-  byId("explorer").dataset.ready = "";
-  globalThis.oilfilm = { DATA, state, predict, advise, lambdaRatio, curveAsCsv, model };
+  update();
 }
-
-start();
+globalThis.oilfilm = { OILS, POINTS, state, predict, nearby, abscissa, line, rangeOf }; // for the tests
 })();

@@ -1,7 +1,6 @@
 """Pictures that travel inside the page."""
 
 import base64
-import gzip
 import io
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -41,8 +40,3 @@ def _png_address(path: Path, width_px: int) -> str:
         content, "PNG"
     )
     return f"data:image/png;base64,{base64.b64encode(content.getvalue()).decode('ascii')}"
-
-
-def packed(path: Path) -> str:
-    """A file compressed by gzip, as text: drawings shrink to a sixth."""
-    return base64.b64encode(gzip.compress(path.read_bytes(), mtime=0)).decode("ascii")

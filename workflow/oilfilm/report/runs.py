@@ -1,4 +1,4 @@
-"""The runs of a campaign: their list, and what the page of each one shows."""
+"""The runs of a campaign: their list, what the page of each one tells, and their points."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -9,64 +9,57 @@ import numpy as np
 import pandas as pd
 
 from oilfilm import tables
-from oilfilm.curation.gate import TRACTION, Gate
-from oilfilm.curation.plateau_gates import PLATEAU_GATES
-from oilfilm.curation.run_gates import RUN_GATES
+from oilfilm.fits.interval import normal_quantile
+from oilfilm.report.document import sentence
+from oilfilm.report.explorer import LEVEL
 from oilfilm.report.shown_table import Column, ShownTable, number, show
 from oilfilm.report.words import gate_name
-from oilfilm.tables import failed_gates
 from oilfilm.tables.campaign_tables import CampaignTables
+from oilfilm.torque.operating_grid import AXES
+from oilfilm.traction.law import CONDITIONS
 
 _SHORT = number(".3g")
-_DIGITS = 4  # of a drawn value
-_CONDITIONS = {
-    "max_hertz_pressure_gpa": "Maximum Hertz pressure P (GPa)",
-    "entrainment_speed_m_s": "Entrainment speed U (m/s)",
-    "inlet_temperature_c": "Inlet temperature T (\N{DEGREE SIGN}C)",
-}
-_FACTS = (
-    *("Oil", "Rig", "Log", *_CONDITIONS.values()),
-    "Smallest film thickness over roughness \N{GREEK SMALL LETTER LAMDA}",
-    *("Readings", "Plateaus accepted"),
-)
+_DIGITS = 6  # of a drawn value
 
 
-def listed(results: CampaignTables, rows_max: int, points_max: int) -> pd.DataFrame:
-    """The runs that the page has room for, refused ones first.
-
-    Args:
-        results: The tables of the campaign.
-        rows_max: Runs at most.
-        points_max: Points of all these runs together, at most.
-    """
-    runs = results.runs.assign(is_accepted=results.runs["verdict"] == "accepted")
-    runs = runs.sort_values("is_accepted", kind="stable")[:rows_max]
-    counts = results.points["run_id"].value_counts()
-    points = runs["run_id"].map(counts).fillna(0).cumsum()
-    return runs[points <= points_max]
+def shown_runs(results: CampaignTables, most: int) -> pd.DataFrame:
+    """The runs that the page lists, refused ones first."""
+    is_accepted = results.runs["verdict"] == "accepted"
+    return results.runs.loc[is_accepted.sort_values(kind="stable").index[:most]]
 
 
-def run_list(results: CampaignTables, runs: pd.DataFrame) -> ShownTable:
+def run_list(results: CampaignTables, most: int) -> ShownTable:
     """One row per run with its conditions and verdict; its name links to its page."""
+    runs = shown_runs(results, most)
     of_runs = results.points.groupby("run_id")["accepted"].agg(["sum", "size"])
     counts = of_runs.reindex(runs["run_id"], fill_value=0).astype(int)
-    texts = [f"{good} of {size}" for good, size in counts.to_numpy()]
+    set_points = {
+        "nominal_max_hertz_pressure_gpa": "P",
+        "nominal_load_n": "Load",
+        "nominal_entrainment_speed_m_s": "U",
+        "nominal_inlet_temperature_c": "T",
+    }
     shown = show(
         runs.assign(
-            passed=texts,
+            passed=[f"{good} of {size}" for good, size in counts.to_numpy()],
             why=runs["rule"].map(gate_name),
-            warned=runs["warning"] != "",
+            warned=np.where(runs["warning"] != "", "yes", ""),
         ),
         "runs",
         "Runs: conditions and verdict",
         [
             Column("run_id", "Run"),
             Column("oil", "Oil"),
-            *_conditions(runs),
+            Column("rig", "Rig"),
+            *(
+                Column(name, symbol, _SHORT)
+                for name, symbol in set_points.items()
+                if runs[name].notna().any()
+            ),
             Column("passed", "Plateaus accepted"),
             Column("verdict", "Verdict", is_verdict=True),
             Column("why", "Refused by"),
-            Column("warned", "Warning", lambda value: "yes" if value else "", ""),
+            Column("warned", "Warning", unit=""),
         ],
         name="run-list",
     )
@@ -74,76 +67,60 @@ def run_list(results: CampaignTables, runs: pd.DataFrame) -> ShownTable:
     return replace(shown, links=links, left_out=len(results.runs) - len(runs))
 
 
-def _conditions(runs: pd.DataFrame) -> list[Column]:
-    """Set points that the runs have."""
-    columns = [
-        Column("nominal_max_hertz_pressure_gpa", "P", _SHORT),
-        Column("nominal_load_n", "Load", _SHORT),
-        Column("nominal_entrainment_speed_m_s", "U", _SHORT),
-        Column("nominal_inlet_temperature_c", "T", _SHORT),
-    ]
-    return [column for column in columns if runs[column.name].notna().any()]
-
-
-def _advice(quarantine: pd.DataFrame, runs: pd.DataFrame) -> pd.Series:
-    """What to do about each refused run: the advice of the rule that refused it, by run."""
-    rule = quarantine["run_id"].map(runs.set_index("run_id")["rule"])
-    return (
-        quarantine[quarantine["rule"] == rule]
-        .drop_duplicates("run_id")
-        .set_index("run_id")["advice"]
-    )
-
-
 def run_pages(
-    results: CampaignTables, runs: pd.DataFrame, pictures: Mapping[str, str]
-) -> dict[str, Any]:
-    """What `page.js` draws of each run: its facts, curve and gates.
+    results: CampaignTables, most: int, pictures: Mapping[str, str]
+) -> list[dict[str, Any]]:
+    """What the page of each listed run tells, beside its row in the list.
 
     Args:
         results: The tables of the campaign.
-        runs: Those with a page, as `listed` gives them.
-        pictures: Name of the picture of its signals by run, of refused runs.
+        most: Runs at most, as in `run_list`.
+        pictures: File of the picture of its signals by run, of refused runs.
     """
-    advice = _advice(results.quarantine, runs)
-    shown = results.points[results.points["run_id"].isin(runs["run_id"])]
-    points = dict(list(shown.groupby("run_id", sort=False)))
-    none = results.points[:0]
-    pages = []
-    for run in tables.rows(runs):
-        name = run["run_id"]
-        own = points.get(name, none)
-        pages.append(
-            {
-                **{key: run[key] for key in ("oil", "verdict", "rule", "reason", "warning")},
-                "name": name,
-                "advice": str(advice.get(name, "")) if run["verdict"] != "accepted" else "",
-                "facts": _facts(run, own),
-                "picture": pictures.get(name, ""),
-                "condition": _plain(own[list(_CONDITIONS)].mean()),
-                "S": _plain(own["slide_roll_ratio"]),
-                "mu": _plain(own["traction_coefficient"]),
-                "se": _plain(own["traction_coefficient_se"], 2),
-                "accepted": "".join(own["accepted"].astype(int).astype(str)),
-                "gates": {gate: int(n) for gate, n in failed_gates.counts(own).items()},
-            }
-        )
-    return {"facts": _FACTS, "gates": _gates(results.points), "runs": pages}
+    runs = shown_runs(results, most)
+    means = results.points.groupby("run_id")[list(CONDITIONS)].mean().reindex(runs["run_id"])
+    quarantine = results.quarantine
+    rules = quarantine["run_id"].map(runs.set_index("run_id")["rule"])
+    decisive = quarantine[quarantine["rule"] == rules].drop_duplicates("run_id")
+    advice = decisive.set_index("run_id")["advice"]
+    return [
+        {
+            "name": run["run_id"],
+            "oil": run["oil"],
+            "refused": f"Refused ({gate_name(run['rule'])}): {sentence(run['reason'])} "
+            f"{advice.get(run['run_id'], '')}"
+            if run["verdict"] != "accepted"
+            else "",
+            "warning": run["warning"],
+            "picture": pictures.get(run["run_id"], ""),
+            "condition": _plain(means.loc[run["run_id"]]),
+        }
+        for run in tables.rows(runs)
+    ]
 
 
-def _facts(run: Mapping[str, Any], own: pd.DataFrame) -> list[str]:
-    """Values of `_FACTS`."""
-    means = [_SHORT(own[name].mean()) for name in _CONDITIONS]
-    accepted = f"{own['accepted'].sum()} of {len(own)}"
-    least = _SHORT(own["lambda_ratio"].min())
-    return [run["oil"], run["rig"], run["file"], *means, least, str(run["samples"]), accepted]
+def drawn_points(points: pd.DataFrame, most: int) -> dict[str, Any]:
+    """The points that the page draws, evenly chosen, as columns of numbers.
 
-
-def _gates(points: pd.DataFrame) -> list[str]:
-    """All gates of traction logs in the order in which they judge, then others that refused."""
-    gates: tuple[Gate[Any], ...] = (*RUN_GATES, *PLATEAU_GATES)
-    declared = [gate.name for gate in gates if TRACTION in gate.rigs]
-    return list(dict.fromkeys([*declared, *failed_gates.counts(points).index]))
+    Args:
+        points: Table of points.
+        most: Points at most.
+    """
+    accepted = int(points["accepted"].sum())
+    if len(points) > most:
+        points = points.iloc[:: -(-len(points) // most)]
+    run, names = pd.factorize(points["run_id"])
+    half = normal_quantile(LEVEL) * points["traction_coefficient_se"]
+    return {
+        "names": names.tolist(),
+        "run": run.tolist(),
+        "oil": points["oil"].tolist(),
+        "axes": [_plain(points[name]) for name in AXES],
+        "mu": _plain(points["traction_coefficient"]),
+        "half": _plain(half.fillna(0), 2),
+        "accepted": points["accepted"].astype(int).tolist(),
+        "left_out": accepted - int(points["accepted"].sum()),
+    }
 
 
 def _plain(values: "pd.Series[float]", digits: int = _DIGITS) -> list[float | None]:

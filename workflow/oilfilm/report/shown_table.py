@@ -68,7 +68,6 @@ class ShownTable:
         source: File of the campaign's results that has all of it.
         links: Where the first cell of each row leads; nowhere without them.
         in_text: Whether the text has it, beside the page.
-        is_wordy: Whether a narrow screen shows its rows as cards.
     """
 
     name: str
@@ -79,7 +78,6 @@ class ShownTable:
     source: str = ""
     links: Sequence[str] = ()
     in_text: bool = False
-    is_wordy: bool = True
 
     def __bool__(self) -> bool:
         """True where it has rows."""
@@ -118,7 +116,6 @@ def show(
     name: str = "",
     most: int | None = None,
     in_text: bool = False,
-    is_wordy: bool = True,
 ) -> ShownTable:
     """Some columns of a table.
 
@@ -130,7 +127,6 @@ def show(
         name: Of it in the page, if not the model's.
         most: Rows that are shown at most.
         in_text: Whether the text has it, beside the page.
-        is_wordy: Whether a narrow screen shows its rows as cards.
     """
     columns = [column.described(tables.TABLES[table]) for column in columns]
     rows = [
@@ -145,5 +141,4 @@ def show(
         left_out,
         f"tables/{table}.parquet",
         in_text=in_text,
-        is_wordy=is_wordy,
     )

@@ -1,4 +1,4 @@
-"""The report as plain text: the verdict first, then each section.
+"""The report as plain text: the answer first, then trouble, then each section.
 
 Decides: what the summary shows, and how much of it a run prints at its end.
 """
@@ -31,18 +31,18 @@ def text(sections: Sequence[Section], campaign: Campaign) -> str:
         sections: Of the campaign's report.
         campaign: Name, description and origin of the data.
     """
+    first, *others = sections
+    places = [f"- {what}: results/{campaign.name}/{place}" for what, place in _PLACES]
     lines = [
         sentence(f"Campaign {campaign.name}: {campaign.description}"),
         sentence(provenance(campaign, ())),
         "",
-        *_headed("Where to find what", [*_places(campaign.name)]),
-        *_headed("Verdict", [*_verdict(sections)]),
+        *_headed(first.title, _contents(first)),
+        *_headed("Trouble", _trouble(sections)),
+        *_headed("Where to find what", places),
     ]
-    for section in sections:
-        own = [fact for fact in section.facts if not fact.is_brief]
-        tables = [line for table in section.tables for line in _table(table)]
-        if own or tables:
-            lines += _headed(section.title, [*_bullets(own), *([""] if own else []), *tables])
+    for section in others:
+        lines += _headed(section.title, _contents(section))
     words = meanings("\n".join(lines), *(section.words for section in sections))
     lines += _headed("Words", [f"- {word}: {sentence(meaning)}" for word, meaning in words])
     return "\n".join(map(printable, lines)).rstrip() + "\n"
@@ -61,20 +61,24 @@ def beginning(summary: str, path: str) -> str:
     return "\n".join([*lines[:_LINES_MAX], *more]) + "\n"
 
 
-def _headed(title: str, lines: Sequence[str]) -> list[str]:
-    return [title, "-" * len(title), *lines, *([] if lines[-1:] == [""] else [""])]
+def _headed(title: str, lines: Iterable[str]) -> list[str]:
+    body = list(lines)
+    while body[-1:] == [""]:
+        body.pop()
+    return [title, "-" * len(title), *body, ""] if body else []
 
 
-def _places(name: str) -> Iterator[str]:
-    for what, place in _PLACES:
-        yield f"- {what}: results/{name}/{place}"
+def _contents(section: Section) -> Iterator[str]:
+    own = [fact for fact in section.facts if not fact.is_trouble]
+    yield from (*_bullets(own), *([""] if own else []))
+    for table in section.tables:
+        yield from _table(table)
 
 
-def _verdict(sections: Iterable[Section]) -> Iterator[str]:
+def _trouble(sections: Iterable[Section]) -> Iterator[str]:
     for section in sections:
-        brief = [fact for fact in section.facts if fact.is_brief]
-        if brief:
-            yield from (f"{section.title}:", *_bullets(brief), "")
+        if trouble := [fact for fact in section.facts if fact.is_trouble]:
+            yield from (f"{section.title}:", *_bullets(trouble), "")
 
 
 def _bullets(facts: Iterable[Fact]) -> Iterator[str]:

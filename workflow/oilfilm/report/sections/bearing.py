@@ -127,5 +127,4 @@ def _error_table(sure: pd.DataFrame) -> ShownTable:
             Column("share", "Traction's share of torque, median", _ONE, is_number=True),
         ],
         in_text=True,
-        is_wordy=False,
     )

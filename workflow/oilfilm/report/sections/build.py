@@ -5,6 +5,7 @@ Decides: which sections a report has.
 
 from oilfilm import studies
 from oilfilm.report.document import Section
+from oilfilm.report.sections.answer import answer
 from oilfilm.report.sections.bearing import bearing
 from oilfilm.report.sections.constants import constants
 from oilfilm.report.sections.data import data, refused
@@ -22,6 +23,7 @@ def sections(results: CampaignTables, settings: Settings) -> list[Section]:
         settings: All settings of the campaign.
     """
     made = [
+        answer(results, settings),
         data(results, settings),
         refused(results, settings),
         fits(results),

@@ -42,7 +42,6 @@ def constants(results: CampaignTables) -> Section:
         made,
         [_of_oil(coefficients, oil, place) for place, oil in enumerate(oils)],
         downloads=dict.fromkeys(("coefficients.csv", "coefficients.json"), fits.coefficients),
-        has_part=True,
     )
 
 
@@ -88,4 +87,4 @@ def _of_oil(coefficients: pd.DataFrame, oil: str, place: int) -> ShownTable:
         Column("verdict", "Verdict", is_verdict=True),
     ]
     name = f"constants{place}"
-    return show(texts, "coefficients", oil, columns, name=name, in_text=True, is_wordy=False)
+    return show(texts, "coefficients", oil, columns, name=name, in_text=True)

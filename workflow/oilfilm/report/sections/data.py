@@ -56,8 +56,7 @@ def data(results: CampaignTables, settings: Settings) -> Section:
         lambda_limit=settings.gates.lambda_limit,
         without_set_point=without[without > 0].to_dict(),
     )
-    listed = runs.listed(results, settings.report.rows_max, settings.report.points_max)
-    return Section("data", "Data", made, [runs.run_list(results, listed)], has_part=True)
+    return Section("data", "Data", made, [runs.run_list(results, settings.report.rows_max)])
 
 
 def refused(results: CampaignTables, settings: Settings) -> Section:
@@ -93,7 +92,6 @@ def refused(results: CampaignTables, settings: Settings) -> Section:
         made,
         [gates, listed],
         downloads={"quarantine.csv": results.quarantine},
-        has_part=True,
     )
 
 

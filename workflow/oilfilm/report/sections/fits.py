@@ -36,7 +36,7 @@ def fits(results: CampaignTables) -> Section:
         "fits",
         "Fits",
         made,
-        [_fit_table(quality, sure), _checks(quality), _noise(results.lack_of_fit)],
+        [_fit_table(quality, sure), _noise(results.lack_of_fit)],
         downloads={"fit_quality.csv": quality},
     )
 
@@ -98,31 +98,6 @@ def _fit_table(quality: pd.DataFrame, sure: pd.DataFrame) -> ShownTable:
             Column("largest", "at worst", _TWO, "", meaning, is_number=True),
             Column("certified", "Certified", yes_or_no, is_verdict=True),
         ],
-        in_text=True,
-    )
-
-
-def _checks(quality: pd.DataFrame) -> ShownTable:
-    short, fitted = number(".1e"), quality[quality["rmse"].notna()]
-    return show(
-        fitted.assign(
-            agree=[
-                f"{row['searches_agreeing']} of {row['searches']}" for row in tables.rows(fitted)
-            ]
-        ),
-        "fit_quality",
-        "Checks of the optimum, which certify a fit",
-        [
-            Column("oil", "Oil"),
-            Column("agree", "Searches agree"),
-            Column("sse_spread", "SSE differ by", short),
-            Column("constant_spread", "Constants differ by", short, "standard errors"),
-            Column("gradient_cosine", "Gradient cosine", short),
-            Column("min_traction", "Smallest mu in the tested box", short),
-            Column("hessian_smallest", "Smallest eigenvalue", short),
-            Column("active_bounds", "Bounds reached", lambda names: names or "none"),
-        ],
-        name="checks",
         in_text=True,
     )
 

@@ -110,5 +110,4 @@ def _errors(results: CampaignTables) -> ShownTable:
             Column("certified", "Certified", yes_or_no, is_verdict=True),
         ],
         name="comparison",
-        is_wordy=False,
     )

@@ -1,0 +1,65 @@
+"""The answer to the first question: how large is mu, how sure, and can the fit be trusted."""
+
+import numpy as np
+
+from oilfilm import tables
+from oilfilm.report.document import Section
+from oilfilm.report.explorer import LABELS, explored_fits, load_at_1_gpa, sliders
+from oilfilm.report.shown_table import Column, ShownTable, number
+from oilfilm.report.words import law_name
+from oilfilm.settings.resolved import Settings
+from oilfilm.tables.campaign_tables import CampaignTables
+
+_MU = number(".3g")
+_BESIDE = {"best": "best of those compared", "no other law": "not compared"}
+
+
+def answer(results: CampaignTables, settings: Settings) -> Section:
+    """A row per oil: mu at one operating point with its interval, the law, runs, soundness."""
+    load_n = load_at_1_gpa(settings)
+    fits = explored_fits(results, load_n)
+    axes = sliders(fits, results.points, settings)
+    pressure, speed, temperature, slip = [np.nan if axis.idle else axis.start for axis in axes]
+    verdicts = results.law_verdicts.set_index("oil")["verdict"]
+    runs = results.runs.assign(accepted=results.runs["verdict"] == "accepted")
+    counts = runs.groupby("oil")["accepted"].agg(["sum", "size"])
+    rows = []
+    for fit in tables.rows(results.configured.fit_quality):
+        oil, mu, interval = str(fit["oil"]), np.nan, np.full(2, np.nan)
+        if oil in fits:
+            first = pressure
+            if load_n is not None and "load_n" in fits[oil].law.conditions:
+                first = load_n * pressure**3
+            at = fits[oil].predict(np.array([[first, speed, temperature]]), np.array([slip]))
+            mu, interval = (
+                at.traction_coefficient[0],
+                np.array([at.obs_ci_lower[0], at.obs_ci_upper[0]]),
+            )
+        beside = str(verdicts.get(oil, ""))
+        rows.append(
+            [
+                oil,
+                _MU(mu),
+                " to ".join(map(_MU, interval)) if not np.isnan(interval).any() else "not known",
+                law_name(fit["law"]),
+                _BESIDE.get(beside, beside.replace("tie", "ties with others")),
+                "certified" if fit["certified"] else "not certified",
+                "{sum} of {size}".format(**counts.loc[oil]) if oil in counts.index else "none",
+            ]
+        )
+    columns = [
+        Column("oil", "Oil"),
+        Column("mu", "mu"),
+        Column("interval", "95 % interval"),
+        Column("law", "Law"),
+        Column("beside", "Beside other laws", is_verdict=True),
+        Column("fit", "Fit", is_verdict=True),
+        Column("runs", "Runs accepted"),
+    ]
+    point = ", ".join(
+        f"{LABELS[axis.name][0]} {axis.start:.{axis.digits}f} {LABELS[axis.name][2]}".rstrip()
+        for axis in axes
+        if not axis.idle
+    )
+    table = ShownTable("answers", f"At {point}", columns, rows, in_text=True)
+    return Section("answer", "Answer", tables=[table])
