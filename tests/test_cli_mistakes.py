@@ -29,7 +29,7 @@ COMMANDS = {
     "check half.parquet": "damaged_file: the file begins like parquet, but cannot be read",
     "check broken.gz": "damaged_archive: the compressed file cannot be unpacked",
     "check book.xlsx": "an Excel workbook or a zip archive: export it as csv",
-    "check good.csv --campaign nothing": "config/campaigns/nothing.yaml: there is no such campaign",
+    "check good.csv --campaign nothing": "config/campaigns/nothing.yaml does not exist",
     "check good.csv --campaign ../x": "'../x' cannot be a name",
     "check good.csv --config folder": "folder/config.yaml: there is no such file",
     "check good.csv --torque --traction": "not allowed with argument",

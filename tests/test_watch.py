@@ -4,7 +4,6 @@ import errno
 import os
 import subprocess
 import sys
-import threading
 import time
 from collections.abc import Callable
 from datetime import datetime
@@ -32,20 +31,11 @@ GOOD = csv()
 # the good run has levels at slips of 0, 5, 10 and 20 %
 ACCEPTED = "ACCEPTED, 4 of 4 plateaus"
 REVERSED = csv(changed("traction_force", lambda force: -force))
-# As Windows has it: without modules of Unix, with a console and files in its code page. A Ctrl-C
-# comes when the file `stop` is there, because one process cannot send it to another on Windows.
+# As Windows has it: without modules of Unix, with a console and files in its code page.
 AS_ON_WINDOWS = """
-import _thread, pathlib, signal, sys, threading, time
-# a shell starts what runs in the background without Ctrl-C
-signal.signal(signal.SIGINT, signal.default_int_handler)
+import sys
 for name in ("fcntl", "grp", "pwd", "resource", "termios"):
     sys.modules[name] = None
-stop = pathlib.Path("stop")
-def interrupt():
-    while not stop.exists():
-        time.sleep(0.05)
-    _thread.interrupt_main()
-threading.Thread(target=interrupt, daemon=True).start()
 from oilfilm.cli import main
 sys.exit(main(sys.argv[1:]))
 """
@@ -245,31 +235,19 @@ def test_settling_time_must_be_positive(text: str, capsys: pytest.CaptureFixture
     assert f"found {text!r}; expected seconds above 0" in capsys.readouterr().err
 
 
-def as_on_windows(*arguments: str) -> list[str]:
-    # no file may be read in whatever encoding the system has
-    python = [sys.executable, "-X", "warn_default_encoding", "-W", "error::EncodingWarning"]
-    return [*python, "-c", AS_ON_WINDOWS, *arguments]
-
-
-def environment(code_page: str) -> dict[str, str]:
-    return {**os.environ, "PYTHONIOENCODING": code_page, "PYTHONPATH": str(ROOT / "workflow")}
-
-
-def german() -> bytes:
-    """A log as a German Windows program writes it: its code page, its line ends, a Greek name."""
-    lines = csv(bemerkung="Öl für Prüfstand 3, 70 °C").decode().splitlines()
-    return "".join(f"{line}\r\n" for line in lines).encode("cp1252")
-
-
 @pytest.mark.parametrize("code_page", ["cp437", nightly("cp1252"), nightly("cp850")])
 def test_check_needs_nothing_of_unix_and_prints_in_any_code_page(
     project: Path, code_page: str
 ) -> None:
-    put(project, "Öl λ.csv", german())
+    lines = csv(bemerkung="Öl für Prüfstand 3, 70 °C").decode().splitlines()
+    put(project, "Öl λ.csv", "".join(f"{line}\r\n" for line in lines).encode("cp1252"))
+    # no file may be read in whatever encoding the system has
+    python = [sys.executable, "-X", "warn_default_encoding", "-W", "error::EncodingWarning"]
+    environment = {"PYTHONIOENCODING": code_page, "PYTHONPATH": str(ROOT / "workflow")}
     done = subprocess.run(
-        as_on_windows("check", str(Path("data/raw/june/Öl λ.csv"))),
+        [*python, "-c", AS_ON_WINDOWS, "check", str(Path("data/raw/june/Öl λ.csv"))],
         cwd=project,
-        env=environment(code_page),
+        env={**os.environ, **environment},
         capture_output=True,
         check=False,
     )
@@ -277,57 +255,3 @@ def test_check_needs_nothing_of_unix_and_prints_in_any_code_page(
     out = done.stdout.decode(code_page)
     # no code page of them has a lambda
     assert f"l \\u03bb.csv: {ACCEPTED}" in out
-
-
-def test_log_that_is_written_slowly_gets_one_verdict_when_it_is_finished(project: Path) -> None:
-    """The command as it is used, in a process of its own, without any module of Unix."""
-    put(project, "before.csv", REVERSED)
-    out = project / "out.txt"
-    finished = threading.Event()
-
-    def log() -> None:
-        content = german()
-        pieces = 20
-        with (project / "data/raw/june/Öl λ.csv").open("wb") as file:
-            for piece in range(pieces):
-                file.write(content[piece * len(content) // pieces :][: len(content) // pieces + 1])
-                file.seek((piece + 1) * len(content) // pieces)
-                file.flush()
-                time.sleep(0.1)
-        finished.set()
-
-    def printed() -> str:
-        return out.read_text(encoding="cp1252")
-
-    def until(text: str) -> None:
-        end = time.monotonic() + 120
-        while text not in printed():
-            assert process.poll() is None, printed()
-            assert time.monotonic() < end, printed()
-            time.sleep(0.05)
-
-    with out.open("wb") as output:
-        process = subprocess.Popen(
-            as_on_windows("watch", "--campaign", "june"),
-            cwd=project,
-            env=environment("cp1252"),
-            stdout=output,
-            stderr=subprocess.STDOUT,
-        )
-    try:
-        until("june/before.csv: REFUSED")
-        writer = threading.Thread(target=log)
-        writer.start()
-        until("\\u03bb.csv: ")
-        assert finished.is_set()
-        writer.join()
-    finally:
-        (project / "stop").touch()
-        try:
-            code = process.wait(60)
-        finally:
-            process.kill()
-            process.wait()
-    assert code == 130
-    lines = [line for line in printed().splitlines() if "03bb" in line]
-    assert [line.partition(" ")[2] for line in lines] == [f"june/Öl \\u03bb.csv: {ACCEPTED}"]

@@ -40,14 +40,16 @@ def test_campaign_settings_win_over_defaults_and_the_command_line_over_both(fold
     assert given.gates.temperature_tolerance_c == 9.0
 
 
-@pytest.mark.parametrize("where", ["oils", "campaigns"])
+@pytest.mark.parametrize("where", ["oils", "oil_aliases"])
 def test_name_of_two_oils_is_refused_however_it_is_written(folder: Path, where: str) -> None:
-    for oil, alias in (("4102", "\u00d6l B-12"), ("4050", "o\u0308l  b-12")):
-        path, line = folder / f"oils/{oil}.yaml", f"aliases: [{alias}]\n"
-        if where == "campaigns" and oil == "4050":
-            path, line = folder / "campaigns/demo.yaml", f'oil_aliases: {{"4050": {alias}}}\n'
-        path.write_text(f"{line}{path.read_text('utf-8')}", "utf-8")
-    with pytest.raises(OilfilmError, match=rf"{where}.\w+\.yaml, line 1: .* one of '4102' too"):
+    given = {"oils/4102": "aliases: [\u00d6l B-12]", "oils/4050": "aliases: [o\u0308l  b-12]"}
+    if where == "oil_aliases":
+        del given["oils/4050"]
+        given["campaigns/demo"] = 'oil_aliases: {"4050": o\u0308l  b-12}'
+    for name, line in given.items():
+        path = folder / f"{name}.yaml"
+        path.write_text(f"{line}\n{path.read_text('utf-8')}", "utf-8")
+    with pytest.raises(OilfilmError, match=r"demo\.yaml, line \d+: .* one of '4102' too"):
         resolve(folder, {"campaign": "demo"})
 
 
@@ -68,19 +70,12 @@ def test_name_of_two_oils_is_refused_however_it_is_written(folder: Path, where: 
             "figures: [extrapolation, curves",
             ["line 9", "`extrapolation` needs `twin`"],
         ),
-        ("rigs: [pcs-etm]", "rigs: [pcs-mtm]", ["`rigs`", "pcs-mtm.yaml"]),
         ("rigs:", "semantics_of_rig: {mtm: {zero: opening_phase}}\nrigs:", ["'mtm'", "pcs-etm"]),
         ("rigs:", "traction_sign: -1\nrigs:", ["belongs under `semantics`"]),
         ("rigs:", "[a]: 1\nrigs:", ["a group as a key"]),
         ("traction_min: -0.03", "traction_min: 0.3", ["gates.traction_min is 0.3", "below"]),
         ("data: measured", "data: measured\ntwin: {}", ["`twin"]),
         ("data: measured", "data: measured\nsimulated_by: x", ["`data: simulated`", "drop this"]),
-        ("data: measured", "data: measured\nmin_accepted_runs: -1", ["-1", "min_accepted_runs"]),
-        (
-            "rigs:",
-            "set_points: {entrainment_speed_m_s: -1}\nrigs:",
-            ["set_points.entrainment_speed_m_s", "-1", "more than 0"],
-        ),
         ("rigs: [pcs-etm]", "rigs: [../rigs]", ["`rigs.0`", "'../rigs'", "text of the form"]),
         ("rigs: [pcs-etm]", "rigs: [pcs-emt]", ["pcs-emt", "does not exist", "pcs-etm"]),
         ("rigs: [pcs-etm]", "rigs: [pcs-etm]\nrigs: [other]", ["'rigs'", "first defined at line"]),
@@ -106,11 +101,6 @@ def test_mistake_is_told_in_a_sentence(
         assert phrase in str(mistake.value)
 
 
-def test_wrong_value_on_the_command_line_is_refused(folder: Path) -> None:
-    with pytest.raises(OilfilmError, match=r"fit\.searches.*found 0, expected 2 or more"):
-        resolve(folder, {"fit": {"searches": 0}})
-
-
 def test_numbers_inside_groups_of_the_command_line_are_numbers(folder: Path) -> None:
     # snakemake --config "gates={'load_tolerance': 0.05}" hands over the text '0.05'
     resolved = resolve(folder, {"gates": {"load_tolerance": "0.05"}})
@@ -126,7 +116,7 @@ def test_no_value_of_the_command_line_ends_in_a_traceback(folder: Path, value: o
 
 
 def test_unknown_campaign_names_the_known_ones(folder: Path) -> None:
-    with pytest.raises(OilfilmError, match=r"no such campaign file.*demo.*template"):
+    with pytest.raises(OilfilmError, match=r"names the campaign 'june'.*demo.*template"):
         resolve(folder, {"campaign": "june"})
 
 
@@ -187,18 +177,6 @@ def test_oil_of_a_project_wins_over_the_one_that_comes_with_oilfilm(folder: Path
 
 def test_text_of_the_command_line_stays_text(folder: Path) -> None:
     assert resolve(folder, {"figures": {"fig02": {"oil": "4050"}}}).figures.fig02.oil == "4050"
-
-
-def test_replaced_key_says_what_takes_its_place(folder: Path) -> None:
-    path = folder / "config.yaml"
-    path.write_text("shards: 4\n" + path.read_text("utf-8"), "utf-8")
-    with pytest.raises(OilfilmError, match=r"line 1: .*'shards'.* write `split: {runs: 250}`"):
-        resolve(folder, {})
-
-
-def test_comparison_of_no_law_is_refused_in_words(folder: Path) -> None:
-    with pytest.raises(OilfilmError, match=r"`compare\.laws`: found .*, expected 1 or more items"):
-        resolve(folder, {"compare": {"laws": []}})
 
 
 @pytest.mark.parametrize(

@@ -79,7 +79,7 @@ def named_keys(logged: Mapping[str, str], settings: Settings) -> dict[str, str]:
 
 def listed_names(settings: Settings) -> dict[str, str]:
     """The project's key by each name that the campaign file lists under `header`."""
-    return {plain_key(name): key for key, names in settings.campaign.header for name in names or ()}
+    return {plain_key(name): key for key, own in settings.campaign.header.items() for name in own}
 
 
 def header_keys(logged: Mapping[str, str], settings: Settings) -> dict[str, str]:
@@ -175,7 +175,7 @@ def misspelt_key(keys: Mapping[str, str], settings: Settings) -> Refusal | None:
     """A key that nearly is that of a set point which neither the log nor the campaign has."""
     given = keys.keys() | settings.campaign.set_points.model_dump(exclude_none=True).keys()
     meant = {"oil": [], **{name: [name, of] for name, (of, _) in SET_POINT_UNITS.items()}}
-    for name, listed in settings.campaign.header:
+    for name, listed in settings.campaign.header.items():
         if name in meant:
             meant[name] += map(plain_key, listed or ())
     for name, words in meant.items():

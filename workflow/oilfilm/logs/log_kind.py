@@ -222,8 +222,3 @@ class LogKind:
     def vocabulary_of(self, campaign: Campaign) -> Vocabulary:
         """What such logs may hold in a campaign, with the names of its own."""
         return replace(self.vocabulary, renamed=self.renamed(campaign))
-
-
-def named_columns(columns: campaign_file.Columns | campaign_file.TorqueColumns) -> Renamed:
-    """Quantity -> the column of that quantity, of those that the campaign file names."""
-    return {quantity: column for quantity, column in columns if column is not None}

@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from oilfilm.errors import OilfilmError
 from oilfilm.logs.base import LoggedRun, Nominal, Refusal
 from oilfilm.logs.header import oil_problem, simulation_problem
-from oilfilm.logs.log_kind import Column, ContinuousLog, LogKind, Vocabulary, named_columns
+from oilfilm.logs.log_kind import Column, ContinuousLog, LogKind, Vocabulary
 from oilfilm.settings.campaign import Campaign, Torque
 from oilfilm.settings.resolved import Settings
 
@@ -80,7 +80,7 @@ TORQUE = LogKind(
         _OWN_NAMES,
         always=tuple(quantity for quantity, _ in _OWN_NAMES.values()),
     ),
-    lambda campaign: named_columns(torque_of(campaign).columns),
+    lambda campaign: torque_of(campaign).columns,
     _header_problem,
     _run,
     sheet_keys=("bearing",),

@@ -26,7 +26,18 @@ from oilfilm.logs.header import (
     simulation_problem,
     unknown,
 )
-from oilfilm.logs.log_kind import Column, ContinuousLog, LogKind, Vocabulary, named_columns
+<<<<<<< HEAD
+from oilfilm.logs.log_kind import Column, ContinuousLog, LogKind, Vocabulary
+=======
+from oilfilm.logs.log_kind import (
+    Column,
+    ContinuousLog,
+    FloatArray,
+    IndexArray,
+    LogKind,
+    Vocabulary,
+)
+>>>>>>> 2c62e84 (Settings: names of columns and header keys are tables, one rule for every named file, one place for what is expected)
 from oilfilm.settings.campaign import Semantics
 from oilfilm.settings.config import LoggedTwiceSettings
 from oilfilm.settings.resolved import Settings
@@ -242,7 +253,7 @@ def _contradiction(
 # Load, traction force, surface speeds and temperature against time.
 TRACTION = LogKind(
     Vocabulary("traction", "columns", _OWN_NAMES, _ALWAYS, _SPEEDS, _BOTH_WAYS),
-    lambda campaign: named_columns(campaign.columns),
+    lambda campaign: campaign.columns,
     _header_problem,
     _run,
     sheet_keys=("rig", *SET_POINTS),

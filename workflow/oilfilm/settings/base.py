@@ -1,10 +1,11 @@
 """What every typed model is made of: strict groups of keys, for settings and for printed JSON."""
 
 import unicodedata
+from collections.abc import Collection
 from math import isfinite
 from typing import Annotated, Any, TypeVar
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field
 from pydantic_core import PydanticCustomError
 
 from oilfilm.errors import OilfilmError
@@ -75,6 +76,17 @@ def present(value: T | None, key: str, owner: str) -> T:
 def unexpected(expected: str) -> PydanticCustomError:
     """The error of a value that is well formed but wrong: "found ..., expected {expected}"."""
     return PydanticCustomError("unexpected", "{expected}", {"expected": expected})
+
+
+def one_of(names: Collection[str]) -> AfterValidator:
+    """Validates a text that must be one of some names."""
+
+    def known(name: str) -> str:
+        if name not in names:
+            raise unexpected("one of " + ", ".join(map(repr, names)))
+        return name
+
+    return AfterValidator(known)
 
 
 def contradiction(steps: tuple[object, ...], sentence: str) -> PydanticCustomError:

@@ -59,22 +59,7 @@ class BearingFile(Group):
 
     name: q.Text = key("What it is.")
     source: q.Text = key("Where the values come from.")
-    assumed: q.Unique[
-        Literal[
-            "ball_diameter_m",
-            "pitch_diameter_m",
-            "ball_count",
-            "contact_angle_deg",
-            "inner_groove_curvature",
-            "outer_groove_curvature",
-            "ring",
-            "ball",
-            "ball_roughness_ra_um",
-            "race_roughness_ra_um",
-            "cage",
-            "oil_supply",
-        ]
-    ] = key("Keys whose values the source does not give.", default=[])
+    assumed: q.Unique[q.Name] = key("Keys whose values the source does not give.", default=[])
     ball_diameter_m: q.LengthM = key("Diameter of a ball.")
     pitch_diameter_m: q.LengthM = key("Diameter of the circle of ball centres.")
     ball_count: int = key("Number of balls.", ge=3)
@@ -97,6 +82,9 @@ class BearingFile(Group):
     def _impossible(self) -> Iterator[tuple[tuple[str, ...], str]]:
         """What cannot be built: the key to blame, and a sentence."""
         ball, pitch, cage = self.ball_diameter_m, self.pitch_diameter_m, self.cage
+        for number, name in enumerate(self.assumed):
+            if name not in type(self).model_fields:
+                yield ("assumed", str(number)), f"{name!r} is no key of a bearing."
         if ball >= pitch / 2:
             yield (
                 ("ball_diameter_m",),

@@ -11,7 +11,7 @@ import numpy as np
 from pydantic import AfterValidator, BeforeValidator, Field, WithJsonSchema, model_validator
 
 from oilfilm.settings import quantities as q
-from oilfilm.settings.base import Group, contradiction, key, optional, unexpected
+from oilfilm.settings.base import Group, contradiction, key, one_of, optional, unexpected
 from oilfilm.units import FloatArray
 
 _ISO_DAY = re.compile(r"\d{4}-\d{2}-\d{2}")
@@ -70,6 +70,7 @@ class Dataset(Group):
     )
 
 
+_SET_POINTS = ["max_hertz_pressure_gpa", "load_n", "entrainment_speed_m_s", "inlet_temperature_c"]
 # One name, or a list of them.
 Names = Annotated[
     q.Levels[q.Text],
@@ -92,46 +93,19 @@ class Column(Group):
     unit: q.Text | None = optional("Its unit, where the log does not say it.")
 
 
-class HeaderNames(Group):
-    """Header keys and columns of the run sheet with names of their own, by the project's key."""
-
-    oil: Names | None = optional("Names of the key of the oil.")
-    rig: Names | None = optional("Names of the key of the rig.")
-    run: Names | None = optional("Names of the key of the run's name.")
-    log_kind: Names | None = optional("Names of the key of the kind of log.")
-    max_hertz_pressure_gpa: Names | None = optional("Names of the pressure's key, in GPa.")
-    load_n: Names | None = optional("Names of the load's key, in N.")
-    entrainment_speed_m_s: Names | None = optional("Names of the speed's key, in m/s.")
-    inlet_temperature_c: Names | None = optional("Names of the temperature's key, in degC.")
-    file: Names | None = optional("Names of the run sheet's column of logs.")
-    exclude: Names | None = optional("Names of the run sheet's column of reasons to exclude a run.")
-    remarks: Names | None = optional("Names of columns of the run sheet that are not read.")
-
-
-class Columns(Group):
-    """Columns of csv traction logs that have names of their own."""
-
-    time: Column | None = optional("Time.")
-    load: Column | None = optional("Load.")
-    traction_force: Column | None = optional("Traction force.")
-    traction_force_1: Column | None = optional("Traction force with the disc faster.")
-    traction_force_2: Column | None = optional("Traction force with the ball faster.")
-    ball_speed: Column | None = optional("Speed of the ball.")
-    disc_speed: Column | None = optional("Speed of the disc.")
-    inlet_temperature: Column | None = optional("Inlet temperature.")
-    entrainment_speed: Column | None = optional("Entrainment speed.")
-    slide_roll_ratio: Column | None = optional("Slide-roll ratio.")
-
-
-class TorqueColumns(Group):
-    """Columns with names of their own."""
-
-    time: Column | None = optional("Time.")
-    axial_load: Column | None = optional("Axial load.")
-    inner_speed: Column | None = optional("Speed of the inner ring.")
-    oil_temperature: Column | None = optional("Oil temperature.")
-    outer_ring_temperature: Column | None = optional("Temperature of the outer ring.")
-    torque: Column | None = optional("Friction torque.")
+# What a campaign may have names of its own for: keys of headers and columns of the run sheet (set
+# points in the unit of their key), columns of traction logs and of torque logs.
+_HEADER = [*_SET_POINTS, "oil", "rig", "run", "log_kind", "file", "exclude", "remarks"]
+_OF_TRACTION = (
+    "time load traction_force traction_force_1 traction_force_2 ball_speed disc_speed "
+    "inlet_temperature entrainment_speed slide_roll_ratio".split()
+)
+_OF_TORQUE = "time axial_load inner_speed oil_temperature outer_ring_temperature torque".split()
+HeaderKey = Annotated[str, one_of(_HEADER), Field(json_schema_extra={"enum": _HEADER})]
+TractionColumn = Annotated[
+    str, one_of(_OF_TRACTION), Field(json_schema_extra={"enum": _OF_TRACTION})
+]
+TorqueColumn = Annotated[str, one_of(_OF_TORQUE), Field(json_schema_extra={"enum": _OF_TORQUE})]
 
 
 class Semantics(Group):
@@ -200,13 +174,14 @@ class SetPoints(Group):
     )
 
 
+PressureSpeedTemperature = Annotated[list[float], Field(min_length=3, max_length=3)]
+
+
 class Defect(Group):
     """A defect that the rig twin plants."""
 
     oil: q.Name = key("Oil.")
-    condition: Annotated[list[float], Field(min_length=3, max_length=3)] = key(
-        "Pressure in GPa, speed in m/s, temperature in degC."
-    )
+    condition: PressureSpeedTemperature = key("Pressure in GPa, speed in m/s, temperature in degC.")
     kind: Literal[
         "truncated", "swapped_sign", "stuck_sensor", "wrong_units", "thin_film", "duplicate"
     ] = key("Kind of defect.")
@@ -302,7 +277,7 @@ class Torque(Group):
 
     bearing: q.Name = key("Bearing: a file of config/bearings, without .yaml.")
     calibration: TorqueCalibration = key("Standard uncertainties of the torque sensor.")
-    columns: TorqueColumns = key("Columns with names of their own.", default=TorqueColumns())
+    columns: dict[TorqueColumn, Column] = key("Columns with names of their own.", default={})
     matrix: TorqueMatrix | None = optional("Operating points of the twin.")
     twin: TorqueTwin | None = optional("How the torque rig's twin simulates logs.")
 
@@ -319,17 +294,13 @@ class CampaignKeys(Group):
     """Keys of a campaign that change its results."""
 
     data: Literal["measured", "simulated"] = key("Whether the logs were measured or simulated.")
-    simulated_by: q.Text | None = optional(
-        "What simulated the logs, in a few words; not with `twin`."
-    )
+    simulated_by: q.Text | None = optional("What simulated the logs; not with `twin`.")
     description: q.Text = key("One line on what was measured.")
     credit: q.Text | None = optional("Whose data they are; printed wherever they are shown.")
     rigs: q.Levels[q.Name] = key("Files of config/rigs; the first is for logs that name none.")
     oils: q.Unique[q.Name] = key("Files of config/oils, without .yaml, each in quotes.")
     oils_without_properties: q.Unique[q.Name] = key("Oils of unknown properties.", default=[])
-    oil_aliases: dict[str, Names] = key(
-        "By oil: names beside the `aliases` of its file.", default={}
-    )
+    oil_aliases: dict[str, Names] = key("By oil: names beside its `aliases`.", default={})
     figures: q.Unique[q.Name] = key("Figures to draw.")
     studies: q.Unique[q.Name] = key(
         "Studies with tables, figures and sections of their own; `paper`: Deng et al. (2026).",
@@ -344,13 +315,9 @@ class CampaignKeys(Group):
     min_accepted_share: q.Share = key(
         "Share of runs, unreadable logs too, that must be accepted.", default=0.0
     )
-    matrix: Matrix | None = optional(
-        "Planned operating conditions of every oil, each level with each."
-    )
-    columns: Columns = key("Columns of csv logs that have names of their own.", default=Columns())
-    header: HeaderNames = key(
-        "Header keys and run sheet columns with own names.", default=HeaderNames()
-    )
+    matrix: Matrix | None = optional("Planned conditions, each level with each.")
+    columns: dict[TractionColumn, Column] = key("Columns with names of their own.", default={})
+    header: dict[HeaderKey, Names] = key("Own names of header keys, sheet columns.", default={})
     semantics: Semantics = key("How the rigs' logs are meant.", default=Semantics())
     semantics_of_rig: dict[str, Semantics] = key("By rig, other than `semantics`.", default={})
     repeated_conditions: Literal["accept", "refuse"] = key(

@@ -3,7 +3,6 @@
 Decides: name, unit, range and meaning of the keys of `config/config.yaml`.
 """
 
-from collections.abc import Collection
 from datetime import date
 from typing import Annotated, Literal, Self
 
@@ -16,17 +15,8 @@ from oilfilm.bearing.kinematics import (
     inner_slide_roll_ratio,
 )
 from oilfilm.settings import quantities as q
-from oilfilm.settings.base import Group, contradiction, key, unexpected
+from oilfilm.settings.base import Group, contradiction, key, one_of, unexpected
 from oilfilm.traction import LAW_NAMES, LAWS
-
-
-def _one_of(names: Collection[str]) -> AfterValidator:
-    def known(name: str) -> str:
-        if name not in names:
-            raise unexpected("one of " + ", ".join(map(repr, names)))
-        return name
-
-    return AfterValidator(known)
 
 
 def _existing_day(day: str) -> str:
@@ -37,8 +27,8 @@ def _existing_day(day: str) -> str:
     return day
 
 
-LawOfConditions = Annotated[str, _one_of(LAWS), Field(json_schema_extra={"enum": list(LAWS)})]
-AnyLaw = Annotated[str, _one_of(LAW_NAMES), Field(json_schema_extra={"enum": list(LAW_NAMES)})]
+LawOfConditions = Annotated[str, one_of(LAWS), Field(json_schema_extra={"enum": list(LAWS)})]
+AnyLaw = Annotated[str, one_of(LAW_NAMES), Field(json_schema_extra={"enum": list(LAW_NAMES)})]
 Day = Annotated[str, Field(pattern=r"^[0-9]{4}-[0-9]{2}-[0-9]{2}$"), AfterValidator(_existing_day)]
 ContactState = Literal["slipping", "gripping", "light", "heavy", "hot", "fast"]
 
@@ -58,13 +48,9 @@ class ZeroReferenceSettings(Group):
     min_duration_s: q.DurationS = key("Shortest part of a rolling phase that gives a zero.")
     max_drift_n: float = key("Largest change of the zero during a run.", unit="N", gt=0, le=1e6)
     max_slide_roll_ratio: q.SlipChange = key("A phase with |S| below this is pure rolling.")
-    max_traction_share: q.Tolerance = key(
-        "Traction of a rolling phase by the run's slope, over its largest."
-    )
+    max_traction_share: q.Tolerance = key("Traction of a rolling phase, over the largest.")
     standstill_share: q.Tolerance = key("Standstill is below this share of the run's speed.")
-    ramp_tolerance: q.Tolerance = key(
-        "Change of speed beside a standstill that is no ramp, relative."
-    )
+    ramp_tolerance: q.Tolerance = key("Relative change of speed that is no ramp.")
 
 
 class StepSettings(Group):
@@ -111,10 +97,7 @@ class LoggedTwiceSettings(Group):
 
     entrainment_speed: q.Tolerance = key("Relative difference in the median row.")
     slide_roll_ratio: q.SlipChange = key("Difference of S in the median row.")
-    traction_force: q.Tolerance = key(
-        "Difference from half the difference of the forces of both directions of the slip in the "
-        "median row, relative to their mean size."
-    )
+    traction_force: q.Tolerance = key("Difference from half of TF1 - TF2, relative.")
 
 
 class SameSetPointSettings(Group):
@@ -160,21 +143,15 @@ class GateSettings(SignalGateSettings):
     traction_max: float = key("Largest physical traction coefficient.", unit="1", gt=0, le=2)
     slip_change_max: q.SlipChange = key("Change of S within a plateau.")
     traction_change_max: q.TractionChange = key("Change of mu within a plateau.")
-    slip_transient_max: q.SlipChange = key(
-        "Change of S from the beginning to the rest of a plateau."
-    )
+    slip_transient_max: q.SlipChange = key("Change of S from its beginning to its rest.")
     traction_transient_max: q.TractionChange = key("Change of mu from its beginning to its rest.")
     slip_tolerance: q.SlipChange = key("Distance of S from the nearest planned value.")
-    branch_difference_max: q.TractionChange = key(
-        "Median difference of mu between branches of a sweep."
-    )
+    branch_difference_max: q.TractionChange = key("Median difference of mu of branches.")
     branch_points: int = key("Fewest points of a branch.", ge=2)
     film_trend_factor: q.AboveOne = key("Largest factor between a film and its power law in speed.")
     sign_slip_min: q.SlideRollRatioOrZero = key("The force's sign is judged above this |S|.")
     sliding_traction_min: q.RelativeError = key("Smallest median mu of an oil above that |S|.")
-    sliding_traction_usual: q.RelativeError = key(
-        "A smaller median mu above that |S| is a warning."
-    )
+    sliding_traction_usual: q.RelativeError = key("A smaller median mu is a warning.")
     sign_share: q.PositiveShare = key("Share of points of the other sign that refuses a run.")
     temperature_drift_max_c: q.TemperatureDifferenceC = key("Drift of temperature within a run.")
     repeat_difference_max: q.Tolerance = key("Median relative difference of mu between repeats.")
@@ -207,9 +184,7 @@ class FitSettings(Group):
         "Difference of constants between them, in naive standard errors.", unit="1", gt=0
     )
     gradient_cosine_max: q.Tolerance = key("Largest gradient cosine at an optimum.")
-    min_relative_range: q.Tolerance = key(
-        "A condition with less (max - min)/max gives no exponent."
-    )
+    min_relative_range: q.Tolerance = key("Less (max - min)/max gives no exponent.")
     smallest_singular_value: q.Tolerance = key(
         "Smallest singular value of the standardised logarithms of the conditions, over the "
         "largest, at which a direction counts as varied."
@@ -218,6 +193,7 @@ class FitSettings(Group):
         "How far beyond its tested scatter, relative, a condition without exponent may be asked "
         "for."
     )
+<<<<<<< HEAD
     min_curves_for_errors: int = key("With fewer curves no errors are given.", ge=2)
     min_curves_to_resample: int = key(
         "With fewer curves errors are cluster-robust (CR2), not by bootstrap.", ge=2
@@ -227,6 +203,10 @@ class FitSettings(Group):
     pulling_weight: q.Share = key(
         "A curve of less mean weight in the robust fit is named as pulling."
     )
+=======
+    min_curves_to_resample: int = key("Fewest curves for a bootstrap.", ge=2)
+    pulling_weight: q.Share = key("A curve of less mean weight pulls the fit.")
+>>>>>>> 2c62e84 (Settings: names of columns and header keys are tables, one rule for every named file, one place for what is expected)
     odd_gain: q.Tolerance = key("A curve further from the robust fit is named, as |ln gain|.")
     odd_scatter: q.Tolerance = key("A curve of another shape than the robust fit is named, by rms.")
     sign_confidence: q.Tolerance = key("Confidence that no sign of a constant is wrong.")
@@ -251,9 +231,7 @@ class TorquePlateauSettings(StepSettings):
 class TorqueGateSettings(SignalGateSettings):
     """Limits of torque plateaus."""
 
-    torque_change_max: q.PositiveShare = key(
-        "Change of torque from first to second half of a plateau."
-    )
+    torque_change_max: q.PositiveShare = key("The same for the torque.")
 
 
 class TorqueLogSettings(Group):
@@ -337,9 +315,7 @@ class BearingSettings(Group):
     """Settings of the calculation of a bearing's torque, beside the traction law."""
 
     drag_coefficient: float = key("Of a ball in its row, by frontal area.", unit="1", ge=0, le=10)
-    oil_volume_fraction: q.Share = key(
-        "Oil's share of the space of the balls; drag is proportional to it."
-    )
+    oil_volume_fraction: q.Share = key("Oil in the space of the balls; drag follows it.")
     oil_volume_fraction_range: q.Band[q.Share] = key(
         "Its uncertainty, as outer bounds: lowest and highest share by single published tests and "
         "by another traction."
@@ -591,9 +567,7 @@ class Fig06Settings(Group):
     """Condition of figure 6."""
 
     inlet_temperature_c: q.TemperatureC = key("Temperature.")
-    same_within: q.RelativeError = key(
-        "Loads and temperatures this near are one set point, relative."
-    )
+    same_within: q.RelativeError = key("Conditions this near are one set point, relative.")
 
 
 class ExtrapolationFigureSettings(PointOfTraction):

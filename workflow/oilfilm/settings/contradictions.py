@@ -15,51 +15,38 @@ Contradiction = tuple[tuple[object, ...], str]
 
 def contradictions(settings: Settings) -> Iterator[Contradiction]:
     """Every contradiction: the key of the campaign file to blame, and a sentence."""
-    yield from _names(settings.campaign)
-    yield from _simulation(settings.campaign)
-    yield from _figures(settings)
-
-
-def _names(campaign: Campaign) -> Iterator[Contradiction]:
-    """Oils and rigs that other keys name."""
+    campaign = settings.campaign
     if not [*campaign.oils, *campaign.oils_without_properties]:
         yield ("oils",), "the campaign names no oil; list at least one under `oils`."
-    for oil in campaign.oils:
-        if oil in campaign.oils_without_properties:
-            sentence = f"the oil {oil!r} is listed under `oils` too; keep it in one of the two."
-            yield ("oils_without_properties",), sentence
-    for rig in campaign.semantics_of_rig:
-        if rig not in campaign.rigs:
-            known = ", ".join(campaign.rigs)
-            yield ("semantics_of_rig", rig), f"{rig!r} is none of the campaign's rigs ({known})."
+    for oil in set(campaign.oils) & set(campaign.oils_without_properties):
+        sentence = f"the oil {oil!r} is listed under `oils` too; keep it in one of the two."
+        yield ("oils_without_properties",), sentence
+    for rig in campaign.semantics_of_rig.keys() - set(campaign.rigs):
+        known = ", ".join(campaign.rigs)
+        yield ("semantics_of_rig", rig), f"{rig!r} is none of the campaign's rigs ({known})."
+    yield from _simulation(campaign)
+    yield from _figures(settings)
 
 
 def _simulation(campaign: Campaign) -> Iterator[Contradiction]:
     """What simulates the logs, and what it needs."""
     twin, torque_twin = campaign.twin, campaign.torque.twin if campaign.torque else None
-    for simulates, at, name in (
-        (twin, "data", "the rig twin simulates these logs"),
-        (torque_twin, "data", "the torque rig's twin simulates logs"),
-        (campaign.simulated_by, "simulated_by", "these logs are simulated"),
-    ):
-        if simulates is not None and campaign.data != "simulated":
-            yield (at,), f"{name}: say `data: simulated`, or drop this key or `twin`."
-    if twin is not None:
-        if len(campaign.rigs) != 1:
-            yield ("rigs",), "the rig twin simulates logs of one rig; name one."
-        if campaign.matrix is None:
-            yield ("twin",), "the rig twin needs a `matrix` of conditions."
-        if campaign.simulated_by is not None:
-            yield ("simulated_by",), "the rig twin simulates these logs: drop this key, or `twin`."
-    if torque_twin is not None:
-        if twin is None:
-            yield ("torque",), "the torque rig's twin needs the truth of the rig twin: add `twin`."
-        for oil in (defect.oil for defect in torque_twin.defects):
-            if oil not in campaign.oils:
-                yield (
-                    ("torque", "twin", "defects"),
-                    f"a planted defect names the oil {oil!r}, which the campaign does not have.",
-                )
+    simulates = "twin" if twin or torque_twin else "simulated_by" if campaign.simulated_by else ""
+    if simulates and campaign.data != "simulated":
+        at = "data" if simulates == "twin" else simulates
+        yield (at,), f"`{simulates}` simulates these logs: say `data: simulated`, or drop this key."
+    if twin is not None and len(campaign.rigs) != 1:
+        yield ("rigs",), "the rig twin simulates logs of one rig; name one."
+    if twin is not None and campaign.matrix is None:
+        yield ("twin",), "the rig twin needs a `matrix` of conditions."
+    if twin is not None and campaign.simulated_by is not None:
+        yield ("simulated_by",), "the rig twin simulates these logs: drop this key, or `twin`."
+    if torque_twin is not None and twin is None:
+        yield ("torque",), "the torque rig's twin needs the truth of the rig twin: add `twin`."
+    for oil in {defect.oil for defect in torque_twin.defects} if torque_twin else ():
+        if oil not in campaign.oils:
+            sentence = f"a planted defect names the oil {oil!r}, which the campaign does not have."
+            yield ("torque", "twin", "defects"), sentence
 
 
 def _figures(settings: Settings) -> Iterator[Contradiction]:
@@ -75,18 +62,13 @@ def _figures(settings: Settings) -> Iterator[Contradiction]:
                 sentence = f"`{key}.{number}`: found {name!r}, expected one of {allowed}."
                 yield (key, number), sentence
     for figure in (figures()[name] for name in campaign.figures if name in figures()):
+        lacks = ""
         if figure.requires and getattr(campaign, figure.requires) is None:
-            yield (
-                ("figures",),
-                f"the figure `{figure.name}` needs `{figure.requires}`, which the campaign does "
-                "not have; add it, or leave the figure out.",
-            )
-        if figure.study and figure.study not in campaign.studies:
-            yield (
-                ("figures",),
-                f"the figure `{figure.name}` belongs to the study {figure.study!r}; add `studies: "
-                f"[{figure.study}]`, or leave the figure out.",
-            )
+            lacks = f"needs `{figure.requires}`, which the campaign does not have; add it"
+        elif figure.study and figure.study not in campaign.studies:
+            lacks = f"belongs to the study {figure.study!r}; add `studies: [{figure.study}]`"
+        if lacks:
+            yield ("figures",), f"the figure `{figure.name}` {lacks}, or leave the figure out."
     all_oils = [*campaign.oils, *campaign.oils_without_properties]
     for name, shown, oils in (
         ("fig02", settings.figures.fig02.oil, all_oils),

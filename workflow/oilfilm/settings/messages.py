@@ -4,12 +4,13 @@ Decides: what the message for a wrong setting says.
 """
 
 import difflib
-import operator
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import suppress
 from datetime import date
 from functools import cache
+from math import inf
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
 from pydantic import TypeAdapter, ValidationError
 from pydantic_core import ErrorDetails
@@ -19,18 +20,9 @@ from oilfilm.settings.oil import FORMULAS
 from oilfilm.settings.quantities import NAME_PATTERN
 from oilfilm.settings.yaml_file import YamlFile, dotted, leaves, read_yaml
 
-T = TypeVar("T")
 Steps = tuple[Any, ...]
 
-_TYPE_NAMES = {
-    "object": "a group of keys",
-    "array": "a list",
-    "string": "text",
-    "number": "a number",
-    "integer": "a whole number",
-    "boolean": "true or false",
-}
-# By pydantic's kind of error, with what it tells of it.
+# What was expected, by pydantic's kind of error, with what it tells of it.
 _EXPECTED = {
     "unexpected": "{expected}",
     "greater_than": "more than {gt:g}{in_unit}",
@@ -38,27 +30,24 @@ _EXPECTED = {
     "less_than": "less than {lt:g}{in_unit}",
     "less_than_equal": "{le:g} or less{in_unit}",
     "finite_number": "a finite number",
-    "too_short": "{min_length} or more {things}",
-    "too_long": "{max_length} or fewer {things}",
+    "too_short": "{min_length} or more items",
+    "too_long": "{max_length} or fewer items",
     "string_too_short": "text that is not empty",
-    "string_pattern_mismatch": "text of the form {pattern}",
+    "string_type": "text",
+    "float_type": "a number",
+    "int_type": "a whole number",
+    "bool_type": "true or false",
+    "list_type": "a list",
+    "tuple_type": "a list",
+    "dict_type": "a group of keys",
+    "model_type": "a group of keys",
 }
 _FORM_OF_NAME = (
     "text of the form ABC-1_2.3: ASCII letters, digits, '_', '.' and '-' alone. Other names of an "
     "oil go under `aliases`"
 )
-_BOUNDS: dict[str, Callable[[float, float], bool]] = {
-    "minimum": operator.ge,
-    "maximum": operator.le,
-    "exclusiveMinimum": operator.gt,
-    "exclusiveMaximum": operator.lt,
-}
 # Keys that are looked for one level too high.
 _GROUP_OF = dict.fromkeys(("traction_sign", "slower_body", "zero"), "semantics")
-# Keys of earlier versions, each with what is said of it now.
-_REPLACED = {
-    "shards": "It was replaced: write `split: {runs: 250}`, the number of logs in a share."
-}
 # Units that are taken for the expected one: (unit, factor, offset) into the expected one.
 _OTHER_UNITS = {
     "GPa": [("MPa", 1e-3, 0.0), ("Pa", 1e-9, 0.0)],
@@ -100,10 +89,12 @@ def check_file(
     location_of = location_of or file.location_of
     for steps, value in leaves(file.values):
         if value is None:
+            unit = _in_unit(node_at(schema_of(model), steps))
+            wanted = (
+                f"write a value{unit}, or leave the key out. {_meaning(schema_of(model), steps)}"
+            )
             raise OilfilmError(
-                f"{location_of(steps)}, `{dotted(steps)}`: found nothing; write a value"
-                f"{_in_unit(node_at(schema_of(model), steps))}, or leave the key out. "
-                f"{_meaning(schema_of(model), steps)}".rstrip()
+                f"{location_of(steps)}, `{dotted(steps)}`: found nothing; {wanted}".rstrip()
             )
     return check(file.values, model, location_of, file.line_of)
 
@@ -128,11 +119,9 @@ def check(
     try:
         return adapter(model).validate_python(values)
     except ValidationError as error:
-        mistakes = list(_mistakes(error, model))
+        mistakes = _mistakes(error, model)
     # an unknown key is often a missing one, misspelled: say that first
-    steps, sentence = min(
-        mistakes, key=lambda mistake: ("is missing" in mistake[1], order(mistake[0]))
-    )
+    steps, sentence = min(mistakes, key=lambda each: ("is missing" in each[1], order(each[0])))
     raise OilfilmError(f"{location_of(steps)}: {sentence}") from None
 
 
@@ -162,8 +151,9 @@ def _mistakes(error: ValidationError, model: Any) -> Iterator[tuple[Steps, str]]
     schema = schema_of(model)
     for details in error.errors(include_url=False):
         context = details.get("ctx", {})
-        # pydantic adds the alternative that it chose, where an oil may be one of several models
-        steps = tuple(step for step in details["loc"] if step not in FORMULAS)
+        # pydantic adds the alternative that it chose, where an oil may be one of several models,
+        # and a mark where the key itself is wrong
+        steps = tuple(step for step in details["loc"] if step not in (*FORMULAS, "[key]"))
         if details["type"] == "contradiction":
             steps = (*steps, *context["at"])
             yield steps, f"`{dotted(steps)}`: {context['sentence']}"
@@ -177,32 +167,30 @@ def _mistakes(error: ValidationError, model: Any) -> Iterator[tuple[Steps, str]]
 
 
 def _sentence(details: ErrorDetails, steps: Steps, schema: Mapping[str, Any]) -> str:
-    group = dotted(steps[:-1])
+    group, node, value = dotted(steps[:-1]), node_at(schema, steps), details["input"]
     under = f" under `{group}`" if group else ""
-    if details["type"] == "extra_forbidden":
+    if details["type"] == "extra_forbidden" or details["loc"][-1] == "[key]":
         return _unknown_key(steps[-1], node_at(schema, steps[:-1]), under)
-    node = node_at(schema, steps)
     meaning = _meaning(schema, steps)
     if details["type"] == "missing":
         return f"the key {str(steps[-1])!r} is missing{under}. {meaning}".rstrip()
-    value, expected = details["input"], _expected(details, node)
-    hint = _hint(value, node)
+    expected, hint = _expected(details, node), _hint(value, node)
     return f"`{dotted(steps)}`: found {value!r}, expected {expected}.{hint} {meaning}".rstrip()
 
 
 def _unknown_key(unknown: Any, group: Mapping[str, Any], under: str) -> str:
-    known = list(group.get("properties", {}))
-    near = difflib.get_close_matches(str(unknown), known, n=1)
-    hint = f" Did you mean {near[0]!r}?" if near else ""
+    known = sorted(group.get("properties", group.get("propertyNames", {}).get("enum", ())))
+    hint = near(str(unknown), known)
     if unknown in _GROUP_OF:
         owner = _GROUP_OF[unknown]
         hint = f" It belongs under `{owner}`: write `{owner}: {{{unknown}: ...}}`."
-    if unknown in _REPLACED:
-        hint = f" {_REPLACED[unknown]}"
-    return (
-        f"found the unknown key {unknown!r}{under}; expected one of "
-        f"{', '.join(sorted(known))}.{hint}"
-    )
+    return f"found the unknown key {unknown!r}{under}; expected one of {', '.join(known)}.{hint}"
+
+
+def near(text: str, known: Iterable[str]) -> str:
+    """The question whether the nearest of the known words was meant; empty where none is near."""
+    found = difflib.get_close_matches(text, list(known), n=1)
+    return f" Did you mean {found[0]!r}?" if found else ""
 
 
 def _expected(details: ErrorDetails, node: Mapping[str, Any]) -> str:
@@ -212,10 +200,8 @@ def _expected(details: ErrorDetails, node: Mapping[str, Any]) -> str:
         return ("one of " if len(allowed) > 1 else "") + ", ".join(map(repr, allowed))
     if context.get("pattern") == NAME_PATTERN:
         return _FORM_OF_NAME
-    if kind in _EXPECTED:
-        things = "items" if node.get("type") == "array" else "entries"
-        return _EXPECTED[kind].format(in_unit=_in_unit(node), things=things, **context)
-    return _TYPE_NAMES.get(node.get("type", ""), str(details["msg"]))
+    plain = str(details["msg"])
+    return _EXPECTED.get(kind, plain).format(in_unit=_in_unit(node), **context)
 
 
 def _in_unit(node: Mapping[str, Any]) -> str:
@@ -226,26 +212,25 @@ def _in_unit(node: Mapping[str, Any]) -> str:
 def _hint(value: Any, node: Mapping[str, Any]) -> str:
     """What to write where YAML read something else, or where another unit was meant."""
     if isinstance(value, str) and "enum" in node:
-        near = difflib.get_close_matches(value, map(str, node["enum"]), n=1)
-        return f" Did you mean {near[0]!r}?" if near else ""
+        return near(value, map(str, node["enum"]))
     if isinstance(value, str) and node.get("type") in ("number", "integer"):
-        try:
+        with suppress(ValueError):
             return f" Write {float(value):#}, with a point and no quotes."
-        except ValueError:
-            return ""
     if isinstance(value, date | int | float) and node.get("type") == "string":
         return f' Put it in quotes: "{value}".'
     if isinstance(value, bool) or not isinstance(value, int | float):
         return ""
     for other, factor, offset in _OTHER_UNITS.get(node.get("unit", ""), []):
         converted = value * factor + offset
-        if _in_range(converted, node):
+        if _is_within(converted, node):
             return f" If it is in {other}, write {converted:g}."
     return ""
 
 
-def _in_range(value: float, node: Mapping[str, Any]) -> bool:
-    return all(keeps(value, node[bound]) for bound, keeps in _BOUNDS.items() if bound in node)
+def _is_within(value: float, node: Mapping[str, Any]) -> bool:
+    return node.get("minimum", -inf) <= value <= node.get("maximum", inf) and node.get(
+        "exclusiveMinimum", -inf
+    ) < value < node.get("exclusiveMaximum", inf)
 
 
 # ---------------------------------------------------------------- walking a JSON schema
@@ -253,16 +238,14 @@ def _in_range(value: float, node: Mapping[str, Any]) -> bool:
 
 def node_at(schema: Mapping[str, Any], steps: Steps) -> Mapping[str, Any]:
     """What a JSON schema says of the value at these steps; empty where it says nothing."""
-    node: Mapping[str, Any] = plain_node(schema, schema)
+    node = plain_node(schema, schema)
     for step in steps:
         node = plain_node(_child(node, step), schema)
     return node
 
 
 def _child(node: Mapping[str, Any], step: Any) -> Mapping[str, Any]:
-    if step in node.get("properties", {}):
-        return node["properties"][step]
-    for branch in node.get("oneOf", ()):
+    for branch in (node, *node.get("oneOf", ())):
         if step in branch.get("properties", {}):
             return branch["properties"][step]
     if isinstance(step, int):

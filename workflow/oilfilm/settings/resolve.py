@@ -7,12 +7,12 @@ is read from; which name of an oil is whose.
 
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
-from pathlib import Path, PurePosixPath
+from pathlib import Path
 from typing import Any
 
 import yaml
 
-from oilfilm.errors import OilfilmError
+from oilfilm.errors import OilfilmError, cut
 from oilfilm.home import CONFIG
 from oilfilm.settings.base import Group, plain_key
 from oilfilm.settings.bearing import BearingFile
@@ -48,8 +48,8 @@ def resolve(folder: Path, overrides: Mapping[str, Any]) -> Settings:
     """
     config, given = _config_file(folder), dict(overrides)
     named_at = "campaign on the command line" if "campaign" in given else folder / "config.yaml"
-    name = safe_name(given.pop("campaign", config.values["campaign"]), named_at)
-    file = _campaign_file(folder, name)
+    name = given.pop("campaign", config.values["campaign"])
+    file = _read(folder, "campaign", name, str(named_at))
     campaign: CampaignFile = check_file(file, CampaignFile)
     keys = _merged_keys(config, file, given)
 
@@ -61,20 +61,18 @@ def resolve(folder: Path, overrides: Mapping[str, Any]) -> Settings:
     bearings = []
     if campaign.torque is not None:
         # those of published figures too
-        others = [path.stem for path in _files(folder, "bearings")]
-        bearings = list(dict.fromkeys([campaign.torque.bearing, *others]))
+        bearings = list(dict.fromkeys([campaign.torque.bearing, *_files(folder, "bearing")]))
     settings = Settings.model_construct(
         **_written(ConfigKeys, keys),
         split=keys.split,
-        campaign=Campaign.model_construct(name=name, **_written(Campaign, campaign)),
+        campaign=Campaign.model_construct(name=str(name), **_written(Campaign, campaign)),
         # apart from the campaign, so that a corrected title redoes no fit
         dataset=Dataset.model_construct(**_written(Dataset, campaign)),
         rigs=named("rig", campaign.rigs, "rigs"),
         bearings=named("bearing", bearings, "torque", "bearing"),
         oils={**oils, **dict.fromkeys(campaign.oils_without_properties)},
     )
-    _refuse_names_of_two_oils(settings, folder, file)
-    for steps, sentence in contradictions(settings):
+    for steps, sentence in (*_names_of_two_oils(settings), *contradictions(settings)):
         raise OilfilmError(f"{file.location_of(steps)}: {sentence}")
     return settings
 
@@ -148,31 +146,24 @@ def unresolve(settings: Settings) -> dict[str, str]:
     return {path: as_yaml(values) for path, values in {"config.yaml": config, **files}.items()}
 
 
-def _file(folder: Path, kind: str, name: str) -> Path:
-    """The file of one campaign, rig, oil or bearing; it may not exist."""
-    own, given = (each / kind / f"{name}.yaml" for each in (folder, CONFIG))
-    return given if given.is_file() and not own.is_file() else own
+def _files(folder: Path, kind: str) -> dict[str, Path]:
+    """All files of a kind by name, but for the template; a project's own before oilfilm's."""
+    both = (path for each in (CONFIG, folder) for path in (each / f"{kind}s").glob("*.yaml"))
+    found = {path.stem: path for path in both}
+    return {name: found[name] for name in sorted(found) if name != "template"}
 
 
-def _files(folder: Path, kind: str) -> list[Path]:
-    """All files of a kind by name, but for the template."""
-    found = {path.stem: path for each in (folder, CONFIG) for path in (each / kind).glob("*.yaml")}
-    return [found[name] for name in sorted(found) if name != "template"]
-
-
-def _known(folder: Path, kind: str) -> str:
-    return ", ".join(path.stem for path in _files(folder, kind))
-
-
-def _campaign_file(folder: Path, name: str) -> YamlFile:
-    path = _file(folder, "campaigns", name)
-    if not path.is_file():
+def _read(folder: Path, kind: str, name: object, named_at: str) -> YamlFile:
+    """The file of one campaign, rig, oil or bearing."""
+    known, safe = _files(folder, kind), safe_name(name, named_at)
+    template = CONFIG / f"{kind}s/template.yaml"
+    if safe not in known and safe != template.stem:
+        path = folder / f"{kind}s/{safe}.yaml"
         raise OilfilmError(
-            f"{path}: there is no such campaign file. Campaigns here: "
-            f"{_known(folder, 'campaigns')}. Copy {_file(folder, 'campaigns', 'template')} to "
-            "that name and fill it in."
+            f"{named_at}: names the {kind} {safe!r}, but {path} does not exist. Known: "
+            f"{', '.join(known)}. Correct the name, or copy {template} there and fill it in."
         )
-    return read_yaml(path)
+    return read_yaml(known.get(safe, template))
 
 
 def named_file(folder: Path, kind: str, name: str, named_at: str) -> Any:
@@ -187,13 +178,7 @@ def named_file(folder: Path, kind: str, name: str, named_at: str) -> Any:
     Raises:
         OilfilmError: There is no such file, or it has a mistake.
     """
-    path = _file(folder, f"{kind}s", safe_name(name, named_at))
-    if not path.is_file():
-        raise OilfilmError(
-            f"{named_at}: names the {kind} {name!r}, but {path} does not exist. "
-            f"Known: {_known(folder, f'{kind}s')}. Write that file, or correct the name."
-        )
-    file = read_yaml(path)
+    file = _read(folder, kind, name, named_at)
     found = check_file(file, _MODELS[kind])
     if kind == "oil" and found.id != name:
         raise OilfilmError(
@@ -228,13 +213,11 @@ def _merged_keys(config: YamlFile, campaign: YamlFile, given: Mapping[str, Any])
 
 
 def _has(values: Any, steps: Steps) -> bool:
-    for step in steps:
-        if isinstance(values, Mapping) and step in values:
+    try:
+        for step in steps:
             values = values[step]
-        elif isinstance(values, list) and isinstance(step, int) and step < len(values):
-            values = values[step]
-        else:
-            return False
+    except (LookupError, TypeError):
+        return False
     return bool(steps)
 
 
@@ -255,36 +238,24 @@ def _with_numbers(given: Any, defaults: Any) -> Any:
     return value if isinstance(value, int | float) else given
 
 
-def _refuse_names_of_two_oils(settings: Settings, folder: Path, campaign: YamlFile) -> None:
-    """No name that a log may give an oil may be that of two."""
+def _names_of_two_oils(settings: Settings) -> Iterator[tuple[Steps, str]]:
+    """Names that a log may give to two oils, with the key of the campaign file to blame."""
     oil_of: dict[str, str] = {}
-    for oil, name, path, steps in _names_of_oils(settings, folder, campaign.path):
-        if oil not in settings.oils:
-            raise OilfilmError(
-                f"{campaign.location_of(steps)}: {oil!r} is none of the campaign's oils "
-                f"({', '.join(settings.oils)})."
-            )
-        other = oil_of.setdefault(plain_key(name), oil)
-        if other != oil:
-            raise OilfilmError(
-                f"{read_yaml(path).location_of(steps)}: {name!r} is given as a name of {oil!r}, "
-                f"but is one of {other!r} too; a log with it could be of either. Leave it with one "
-                "of the two."
-            )
-
-
-def _names_of_oils(
-    settings: Settings, folder: Path, campaign: Path
-) -> Iterator[tuple[str, str, Path, Steps]]:
-    """Oil, a name of it, and where that name is given: file and key."""
-    for oil in settings.oils:
-        yield oil, oil, campaign, ("oils",)
-    for oil, known in settings.oils.items():
-        for number, alias in enumerate(known.aliases if known else ()):
-            yield oil, alias, _file(folder, "oils", oil), ("aliases", number)
-    for oil, aliases in settings.campaign.oil_aliases.items():
-        for alias in aliases:
-            yield oil, alias, campaign, ("oil_aliases", oil)
+    campaign = settings.campaign.oil_aliases
+    for oil in campaign.keys() - settings.oils.keys():
+        known = ", ".join(settings.oils)
+        yield ("oil_aliases", oil), f"{oil!r} is none of the campaign's oils ({known})."
+    for oil, known_oil in settings.oils.items():
+        of_file = known_oil.aliases if known_oil else ()
+        for name in (oil, *of_file, *campaign.get(oil, ())):
+            other = oil_of.setdefault(plain_key(name), oil)
+            if other != oil:
+                steps = ("oil_aliases", oil) if name in campaign.get(oil, ()) else ("oils",)
+                sentence = (
+                    f"{name!r} is a name of {oil!r} (`aliases` of its file, `oil_aliases`), but is "
+                    f"one of {other!r} too; a log with it could be of either. Leave it with one."
+                )
+                yield steps, sentence
 
 
 def safe_name(name: object, named_at: object) -> str:
@@ -295,15 +266,10 @@ def safe_name(name: object, named_at: object) -> str:
     """
     text = str(name)
     plain = all(letter.isalnum() or letter in "-_." for letter in text)
-    if not text or not plain or PurePosixPath(text).name != text or text.startswith("."):
+    if not (text and plain) or text.startswith(".") or isinstance(name, float):
         raise OilfilmError(
-            f"{named_at}: {text!r} cannot be a name: use letters, digits, '-', '_' and '.', "
-            "not starting with '.'."
-        )
-    if isinstance(name, float):
-        raise OilfilmError(
-            f"{named_at}: the name was read as the number {text}. Give it a name that is no "
-            "decimal number."
+            f"{named_at}: {cut(text, 20)!r} cannot be a name: use letters, digits, '-', '_' and "
+            "'.', not starting with '.', and no decimal number."
         )
     if len(text.encode()) > _LONGEST_NAME:
         raise OilfilmError(
