@@ -26,18 +26,7 @@ from oilfilm.logs.header import (
     simulation_problem,
     unknown,
 )
-<<<<<<< HEAD
 from oilfilm.logs.log_kind import Column, ContinuousLog, LogKind, Vocabulary
-=======
-from oilfilm.logs.log_kind import (
-    Column,
-    ContinuousLog,
-    FloatArray,
-    IndexArray,
-    LogKind,
-    Vocabulary,
-)
->>>>>>> 2c62e84 (Settings: names of columns and header keys are tables, one rule for every named file, one place for what is expected)
 from oilfilm.settings.campaign import Semantics
 from oilfilm.settings.config import LoggedTwiceSettings
 from oilfilm.settings.resolved import Settings

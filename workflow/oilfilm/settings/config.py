@@ -193,20 +193,13 @@ class FitSettings(Group):
         "How far beyond its tested scatter, relative, a condition without exponent may be asked "
         "for."
     )
-<<<<<<< HEAD
     min_curves_for_errors: int = key("With fewer curves no errors are given.", ge=2)
     min_curves_to_resample: int = key(
         "With fewer curves errors are cluster-robust (CR2), not by bootstrap.", ge=2
     )
     level_gap: q.PositiveShare = key("Levels differ by more than this share of the range.")
     left_out_groups: int = key("Most groups of curves that are left out one at a time.", ge=2)
-    pulling_weight: q.Share = key(
-        "A curve of less mean weight in the robust fit is named as pulling."
-    )
-=======
-    min_curves_to_resample: int = key("Fewest curves for a bootstrap.", ge=2)
     pulling_weight: q.Share = key("A curve of less mean weight pulls the fit.")
->>>>>>> 2c62e84 (Settings: names of columns and header keys are tables, one rule for every named file, one place for what is expected)
     odd_gain: q.Tolerance = key("A curve further from the robust fit is named, as |ln gain|.")
     odd_scatter: q.Tolerance = key("A curve of another shape than the robust fit is named, by rms.")
     sign_confidence: q.Tolerance = key("Confidence that no sign of a constant is wrong.")
