@@ -19,15 +19,8 @@ from scipy.optimize import root
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests/helpers"))
 
 from bearings import RPM, lubrication, printed_law, shipped
-from oilfilm.bearing.ellipse import grid
-from oilfilm.bearing.friction import QUADRATURE, balance, friction_equilibrium
-from oilfilm.bearing.quasistatic import (
-    Motion,
-    OperatingPoints,
-    contacts_at,
-    inner_groove,
-    raceway_control,
-)
+from oilfilm.bearing.friction import FrictionProblem, friction_equilibrium
+from oilfilm.bearing.quasistatic import OperatingPoints, raceway_control
 
 BEARING, OIL, TEMPERATURE_C = "mainshaft-167", "4050", 100.0
 POINTS, CORES = 10_000, 2
@@ -48,7 +41,7 @@ def operating_points(count: int) -> OperatingPoints:
 
 def some(points: OperatingPoints, which: slice) -> OperatingPoints:
     """Some of the points."""
-    return OperatingPoints.axial(points.axial_load_n[which], points.inner_speed_rad_s[which])
+    return points.at(np.arange(len(points.axial_load_n))[which])
 
 
 def rolling(points: OperatingPoints) -> int:
@@ -56,12 +49,16 @@ def rolling(points: OperatingPoints) -> int:
     return int(raceway_control(bearing_of(BEARING), points).solution.converged.sum())
 
 
+def problem(points: OperatingPoints) -> FrictionProblem:
+    """The bearing with the oil and its law."""
+    oil = oil_at(OIL, TEMPERATURE_C, len(points.axial_load_n))
+    return FrictionProblem(bearing_of(BEARING), points, oil, law_of(OIL))
+
+
 def rubbing(points: OperatingPoints) -> tuple[int, np.ndarray]:
     """Friction equilibria: how many were found, and the cage's speeds."""
-    count = len(points.axial_load_n)
-    oil = oil_at(OIL, TEMPERATURE_C, count)
-    found = friction_equilibrium(bearing_of(BEARING), points, oil, law_of(OIL))
-    orbit = found.balance.motion.orbit_speed_rad_s[:, 0]
+    found = friction_equilibrium(problem(points))
+    orbit = found.balance.motion.orbit_speed_rad_s
     return int(found.solution.converged.sum()), orbit
 
 
@@ -74,35 +71,14 @@ def rubbing_in_chunks(points: OperatingPoints) -> tuple[int, np.ndarray]:
 
 def by_root(points: OperatingPoints, place: int) -> tuple[bool, float]:
     """Friction equilibrium of one point by SciPy's root finder: found or not, the cage's speed."""
-    bearing, law, rule = bearing_of(BEARING), law_of(OIL), grid(*QUADRATURE)
-    one = some(points, slice(place, place + 1))
-    oil = oil_at(OIL, TEMPERATURE_C, 1)
-    start = raceway_control(bearing, one, gyroscopic_sign=0.0)
-    rings = np.stack([one.inner_speed_rad_s, one.outer_speed_rad_s], axis=-1)
-    fast = one.inner_speed_rad_s[0]
-    scale = np.array([1e-4, 1e-4, 4 * fast, 4 * fast, 4 * fast, fast, 1e-4])
-    load = one.axial_load_n[0] / bearing.ball_count
-    radius = bearing.ball_diameter_m / 2
+    one = problem(some(points, slice(place, place + 1)))
+    residuals, scale, here = one.equations(1.0), one.scale(), np.zeros(1, dtype=np.int64)
 
     def forces(unknown: np.ndarray) -> np.ndarray:
-        x = (unknown * scale)[np.newaxis, np.newaxis]
-        inner = inner_groove(bearing, x[0, :, 6:], np.zeros(1))
-        contacts = contacts_at(bearing, x[..., :2], inner)
-        motion = Motion(x[..., 5], x[..., 2:5])
-        found = balance(bearing, contacts, motion, rings, oil, law, rule)
-        return np.concatenate(
-            [
-                found.force_n[0, 0] / load,
-                found.moment_n_m[0, 0] / (load * radius),
-                [found.cage_n_m[0, 0] / (load * bearing.pitch_diameter_m / 2)],
-                [1 + found.ring_force_n[0, 0, 0] / load],
-            ]
-        )
+        return residuals(unknown * scale, here)[0]
 
-    own = np.concatenate([start.solution.own[0, 0], start.motion.spin_rad_s[0, 0]])
-    rest = [start.motion.orbit_speed_rad_s[0, 0], start.displacement[0, 0]]
-    found = root(forces, np.concatenate([own, rest]) / scale, tol=1e-10)
-    return bool(np.abs(found.fun).max() < 1e-8), float(found.x[5] * fast)
+    found = root(forces, (one.start() / scale)[0], tol=1e-10)
+    return bool(np.abs(found.fun).max() < 1e-8), float(found.x[5] * scale[0, 5])
 
 
 def timed(name: str, work: Callable[[], object], count: int, repeats: int) -> float:

@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 
 import oilfilm
 from examples import NAMES, bearing, contact, oil, settings
-from oilfilm.bearing.friction import HEATS
+from oilfilm.bearing.friction import HEATS, FrictionProblem
 from oilfilm.bearing.kinematics import inner_slide_roll_ratio
 from oilfilm.bearing.quasistatic import OperatingPoints, raceway_control
 from oilfilm.bearing.resistance import Lubrication
@@ -34,7 +34,7 @@ def terms(name: str, axial_load_n: float = 20e3):
     )
     box = settings().printed.boxes.tested.model_dump()
     tested = {key: tuple(ends) for key, ends in box.items() if key != "inlet_temperature_c"}
-    return torque_terms(bearing(), duty, oil_film, law, tested)
+    return torque_terms(FrictionProblem(bearing(), duty, oil_film, law), tested)
 
 
 def contact_angles() -> Figure:
@@ -42,7 +42,7 @@ def contact_angles() -> Figure:
     figure, one = axes(xlabel="Speed of the inner ring (rpm)", ylabel="Contact angle (°)")
     speed = np.linspace(1, 16000, 40)
     duty = OperatingPoints.axial(np.full(40, 20e3), speed * np.pi / 30)
-    angle = np.degrees(raceway_control(bearing(), duty).contacts.contact_angle_rad).mean(axis=1)
+    angle = np.degrees(raceway_control(bearing(), duty).contacts.contact_angle_rad)
     one.plot(speed, angle[:, 0], "-", label="inner race")
     one.plot(speed, angle[:, 1], "--", label="outer race")
     one.legend()

@@ -106,12 +106,8 @@ def inlet_heating() -> Figure:
     for temperature, style in ((40.0, "-"), (70.0, "--"), (120.0, ":")):
         heating = InletOil.of(oil("4102"), np.asarray(temperature)).thermal_loading(speed)
         two[0].plot(speed, heating, style, label=f"{temperature:g} °C")
-        factor = thermal_reduction_factor(
-            max_hertz_pressure_pa=PRESSURE * 1e9,
-            reduced_modulus_pa=contact().reduced_modulus_pa,
-            slide_roll_ratio=np.asarray(0.0),
-            thermal_loading=heating,
-        )
+        relative = PRESSURE * 1e9 / contact().reduced_modulus_pa
+        factor = thermal_reduction_factor(relative, 0.0, heating)
         two[1].plot(speed, factor, style, label=f"{temperature:g} °C")
     two[0].set(xlabel="Entrainment speed U (m/s)", ylabel="Thermal loading L (1)", yscale="log")
     two[1].set(

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from bearings import RPM, TESTED, lubrication, printed_law, shipped
-from oilfilm.bearing.friction import friction_equilibrium
+from bearings import RPM, TESTED, equilibrium, problem, shipped
 from oilfilm.bearing.quasistatic import OperatingPoints
 from oilfilm.bearing.torque import torque_terms
 
@@ -32,24 +31,23 @@ def by_hand(slip: np.ndarray, at: dict[str, np.ndarray]) -> np.ndarray:
 
 
 def test_film_of_a_slipping_bearing_is_that_by_hand_at_the_slip_of_its_contacts():
-    known = lubrication("4050", 100, 1)
-    balance = friction_equilibrium(MAINSHAFT, SLIPPING, known, printed_law("4050")).balance
-    contacts, speed = balance.contacts, balance.at.entrainment_speed_m_s[0, 0, :, 0]
+    balance = equilibrium(MAINSHAFT, SLIPPING).balance
+    contacts, speed = balance.contacts, balance.at.entrainment_speed_m_s[0, :, 0]
     ball, ratio = 22.225e-3, 22.225 / 167.5375
-    cosine = np.abs(contacts.normal[0, 0, 1])
-    area = np.pi * contacts.semi_axis_x_m[0, 0] * contacts.semi_axis_y_m[0, 0]
+    cosine = np.abs(contacts.normal[0, 1])
+    area = np.pi * contacts.semi_axis_x_m[0] * contacts.semi_axis_y_m[0]
     at = {
         "speed": speed,
-        "load": contacts.load_n[0, 0],
-        "pressure": 1.5 * contacts.load_n[0, 0] / area,
+        "load": contacts.load_n[0],
+        "pressure": 1.5 * contacts.load_n[0] / area,
         "radius": ball / 2 * (1 + np.array([-1, 1]) * ratio * cosine),
-        "ellipticity": contacts.semi_axis_y_m[0, 0] / contacts.semi_axis_x_m[0, 0],
+        "ellipticity": contacts.semi_axis_y_m[0] / contacts.semi_axis_x_m[0],
     }
     # mean slip with the load of strips across the ellipse as weight, 1 - y^2, on a plain fine
     # grid; along the rolling direction the slip hardly changes
-    nodes = balance.traction.slide_roll_ratio[0, 0].reshape(2, 16, 4).mean(axis=-1)
-    across = balance.sliding.across_m[0, 0].reshape(2, 16, 4)[:, :, 0]
-    width = contacts.semi_axis_y_m[0, 0]
+    nodes = balance.traction.slide_roll_ratio[0].reshape(2, 16, 4).mean(axis=-1)
+    across = balance.sliding.across_m[0].reshape(2, 16, 4)[:, :, 0]
+    width = contacts.semi_axis_y_m[0]
     fine = np.linspace(-1, 1, 2001)
     slip = np.array(
         [
@@ -62,7 +60,7 @@ def test_film_of_a_slipping_bearing_is_that_by_hand_at_the_slip_of_its_contacts(
     # Ra 0.014 and 0.05 um, Rq = 1.25 Ra
     expected = thinnest_m / (1.25 * np.hypot(0.014e-6, 0.05e-6))
     # the oil's properties have three digits on that page
-    terms = torque_terms(MAINSHAFT, SLIPPING, known, printed_law("4050"), TESTED)
+    terms = torque_terms(problem(MAINSHAFT, SLIPPING), TESTED)
     assert terms["lambda_ratio"][0] == pytest.approx(expected, rel=5e-3)
     # without slip it would be far too thick there
     assert by_hand(0 * slip, at).min() > 1.2 * thinnest_m

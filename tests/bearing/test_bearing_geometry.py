@@ -26,18 +26,6 @@ def test_contacts_under_unit_load_are_exactly_hertz(name):
     np.testing.assert_allclose(a_y, exact.semi_axis_y_m, rtol=1e-13)
 
 
-@pytest.mark.parametrize("name", SHIPPED)
-def test_groove_centres_are_where_an_unloaded_ball_touches_both_races(name):
-    """Each ball centre is on the pitch circle, (f - 1/2) D along the contact angle from both."""
-    bearing = shipped(name)
-    f_inner, f_outer = bearing.groove_curvature
-    reach = bearing.ball_diameter_m * np.cos(bearing.contact_angle_rad)
-    pitch_radius = bearing.pitch_diameter_m / 2
-    inner, outer = bearing.inner_groove_radius_m, bearing.outer_groove_radius_m
-    assert inner == pytest.approx(pitch_radius + (f_inner - 0.5) * reach, rel=1e-14)
-    assert outer == pytest.approx(pitch_radius - (f_outer - 0.5) * reach, rel=1e-14)
-
-
 def test_a_hybrid_bearing_is_stiffer_and_its_balls_lighter():
     config = load(FOLDER / "harris-218.yaml", BearingFile)
     ceramic = BallMaterial(youngs_modulus_pa=310e9, poisson_ratio=0.26, density_kg_m3=3200)

@@ -1,5 +1,3 @@
-from dataclasses import replace
-
 import numpy as np
 import pytest
 import yaml
@@ -9,7 +7,6 @@ from hypothesis import strategies as st
 from bearings import FOLDER, RPM, SHIPPED, any_bearing, shipped
 from oilfilm.bearing.quasistatic import (
     OperatingPoints,
-    azimuths,
     centrifugal_force_n,
     gyroscopic_moment_n_m,
     raceway_control,
@@ -30,12 +27,12 @@ def test_equilibria_of_an_independent_calculation_are_met_within_half_a_percent(
     assert equilibrium.solution.converged.all()
     ours = np.column_stack(
         [
-            np.degrees(equilibrium.contacts.contact_angle_rad[:, 0]),
-            equilibrium.contacts.load_n[:, 0],
-            centrifugal_force_n(bearing, equilibrium.contacts, equilibrium.motion)[:, 0],
-            gyroscopic_moment_n_m(bearing, equilibrium.motion)[:, 0, 2],
-            equilibrium.motion.orbit_speed_rad_s[:, 0] / RPM,
-            equilibrium.contacts.max_hertz_pressure_pa[:, 0] / 1e9,
+            np.degrees(equilibrium.contacts.contact_angle_rad),
+            equilibrium.contacts.load_n,
+            centrifugal_force_n(bearing, equilibrium.contacts, equilibrium.motion),
+            gyroscopic_moment_n_m(bearing, equilibrium.motion)[:, 2],
+            equilibrium.motion.orbit_speed_rad_s / RPM,
+            equilibrium.contacts.max_hertz_pressure_pa / 1e9,
         ]
     )
     printed = rows[:, 2:]
@@ -49,7 +46,7 @@ def test_at_rest_the_closed_form_of_equal_contact_angles_holds(name):
     bearing = shipped(name)
     axial_n = 3e7 * bearing.ball_diameter_m**2
     contacts = raceway_control(bearing, OperatingPoints.axial(axial_n, 0.0)).contacts
-    angle, load = contacts.contact_angle_rad[0, 0], contacts.load_n[0, 0]
+    angle, load = contacts.contact_angle_rad[0], contacts.load_n[0]
     assert angle[0] == pytest.approx(angle[1], rel=1e-9)
     np.testing.assert_allclose(load, axial_n / (bearing.ball_count * np.sin(angle)), rtol=1e-9)
     hertz = elliptical_contact(
@@ -66,8 +63,8 @@ def test_without_friction_the_centrifugal_force_alone_parts_the_angles():
     bearing = shipped("harris-218")
     points = OperatingPoints.axial(17800.0, 10000 * RPM)
     equilibrium = raceway_control(bearing, points, gyroscopic_sign=0.0)
-    inner, outer = equilibrium.contacts.contact_angle_rad[0, 0]
-    outward = centrifugal_force_n(bearing, equilibrium.contacts, equilibrium.motion)[0, 0]
+    inner, outer = equilibrium.contacts.contact_angle_rad[0]
+    outward = centrifugal_force_n(bearing, equilibrium.contacts, equilibrium.motion)[0]
     assert 1 / np.tan(outer) - 1 / np.tan(inner) == pytest.approx(16 * outward / 17800.0, rel=1e-8)
 
 
@@ -75,7 +72,7 @@ def test_the_gyroscopic_moment_turns_the_spin_along_the_orbit():
     # the angular momentum of a ball on its orbit, differentiated numerically in a fixed frame
     bearing = shipped("harris-218")
     equilibrium = raceway_control(bearing, OperatingPoints.axial(17800.0, 10000 * RPM))
-    orbit, spin = equilibrium.motion.orbit_speed_rad_s[0, 0], equilibrium.motion.spin_rad_s[0, 0]
+    orbit, spin = equilibrium.motion.orbit_speed_rad_s[0], equilibrium.motion.spin_rad_s[0]
 
     def momentum(time):
         # r = (cos, sin), t = (-sin, cos) in the plane across the axis
@@ -85,7 +82,7 @@ def test_the_gyroscopic_moment_turns_the_spin_along_the_orbit():
         return bearing.ball_inertia_kg_m2 * np.array([total[0], *across])
 
     moment = (momentum(1e-6) - momentum(-1e-6)) / 2e-6
-    ours = gyroscopic_moment_n_m(bearing, equilibrium.motion)[0, 0]
+    ours = gyroscopic_moment_n_m(bearing, equilibrium.motion)[0]
     np.testing.assert_allclose(ours, moment, rtol=1e-6, atol=1e-9)
     assert ours[2] > 0
 
@@ -98,50 +95,7 @@ def test_equilibrium_is_found_from_rest_to_four_million_dmn(name):
         equilibrium = raceway_control(bearing, OperatingPoints.axial(axial_n, speed))
         assert equilibrium.solution.converged.all()
         push = equilibrium.contacts.load_n * np.sin(equilibrium.contacts.contact_angle_rad)
-        np.testing.assert_allclose(push[:, 0, 0] * bearing.ball_count, axial_n, rtol=1e-6)
-
-
-def test_all_five_freedoms_give_the_axial_answer_under_axial_load():
-    bearing = shipped("mainshaft-167")
-    alone = OperatingPoints.axial(20000.0, 12000 * RPM)
-    # a load so small that it changes nothing: every ball is calculated
-    loaded = replace(alone, radial_load_n=np.array([[1e-9, 0.0]]))
-    one, every = (raceway_control(bearing, points).contacts.load_n for points in (alone, loaded))
-    assert every.shape == (1, 20, 2)
-    np.testing.assert_allclose(every[0], np.tile(one[0], (20, 1)))
-
-
-def test_the_ring_carries_the_applied_loads():
-    bearing = shipped("harris-218")
-    radial, moment = np.array([[3000.0, -1000.0]]), np.array([[40.0, 25.0]])
-    axial = OperatingPoints.axial(9000.0, 8000 * RPM)
-    points = replace(axial, radial_load_n=radial, moment_n_m=moment)
-    equilibrium = raceway_control(bearing, points)
-    # summed anew from loads and angles alone; the outer race controls, so that the inner contacts
-    # carry no friction
-    load, angle = (
-        equilibrium.contacts.load_n[0, :, 0],
-        equilibrium.contacts.contact_angle_rad[0, :, 0],
-    )
-    azimuth = azimuths(bearing, only_axial=False)
-    along, inward = load * np.sin(angle), load * np.cos(angle)
-    sums = [
-        along.sum(),
-        (inward * np.cos(azimuth)).sum(),
-        (inward * np.sin(azimuth)).sum(),
-        bearing.inner_groove_radius_m * (along * np.sin(azimuth)).sum(),
-        -bearing.inner_groove_radius_m * (along * np.cos(azimuth)).sum(),
-    ]
-    np.testing.assert_allclose(sums, [9000, 3000, -1000, 40, 25], rtol=1e-6)
-
-
-def test_turning_the_load_turns_the_answer():
-    bearing = shipped("harris-218")
-    step = 2 * np.pi / bearing.ball_count
-    radial = 4000 * np.array([[1.0, 0.0], [np.cos(step), np.sin(step)]])
-    points = replace(OperatingPoints.axial([9000.0, 9000.0], 8000 * RPM), radial_load_n=radial)
-    load = raceway_control(bearing, points).contacts.load_n
-    np.testing.assert_allclose(np.roll(load[0], 1, axis=0), load[1], rtol=1e-6)
+        np.testing.assert_allclose(push[:, 0] * bearing.ball_count, axial_n, rtol=1e-6)
 
 
 @given(
@@ -164,4 +118,4 @@ def test_any_bearing_converges_or_its_balls_climb(ball, room, angle, inner, oute
     if equilibrium.solution.converged.all():
         assert (equilibrium.contacts.load_n > 0).all()
     else:
-        assert np.degrees(equilibrium.contacts.contact_angle_rad[0, 0, 0]) > 60
+        assert np.degrees(equilibrium.contacts.contact_angle_rad[0, 0]) > 60

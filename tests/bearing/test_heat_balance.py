@@ -5,9 +5,8 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from bearings import RPM, lubrication, printed_law, shipped
+from bearings import RPM, equilibrium, shipped
 from campaigns import oil_of
-from oilfilm.bearing.friction import friction_equilibrium
 from oilfilm.bearing.geometry import OilSupply
 from oilfilm.bearing.heat_balance import HeatBalance, heat_balance
 from oilfilm.bearing.quasistatic import OperatingPoints
@@ -57,17 +56,13 @@ def test_a_trickle_of_oil_cannot_carry_the_heat():
 
 @pytest.mark.parametrize("oil", ["4010", "4102"])
 def test_the_oil_takes_its_share_of_the_heat_of_a_bearing(oil):
-    bearing, law = shipped("mainshaft-167"), printed_law(oil)
-    speed = np.array([3000.0, 9000.0, 15000.0])
+    bearing, speed = shipped("mainshaft-167"), np.array([3000.0, 9000.0, 15000.0])
     inlet = np.array([70.0, 100.0, 100.0])
 
     def heat_w(at: np.ndarray, which: np.ndarray) -> np.ndarray:
-        known = [lubrication(oil, temperature, 1) for temperature in at]
-        points = [OperatingPoints.axial(10e3, speed[point] * RPM) for point in which]
-        found = [
-            friction_equilibrium(bearing, *both, law) for both in zip(points, known, strict=True)
-        ]
-        return np.array([each.balls_per_row * each.balance.heat_w.sum() for each in found])
+        points = OperatingPoints.axial(10e3, speed[which] * RPM)
+        found = equilibrium(bearing, points, oil, at)
+        return bearing.ball_count * found.balance.heat_w.sum(axis=1)
 
     balance = heat_balance(heat_w, oil_of(oil), SUPPLY, inlet)
     assert balance.balanced.all()

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bearings import RPM, any_bearing, lubrication, printed_law, shipped
+from bearings import RPM, any_bearing, problem, shipped
 from oilfilm.bearing.ellipse import grid, sliding
 from oilfilm.bearing.kinematics import (
     cage_slip,
@@ -61,16 +61,16 @@ def test_contact_of_a_real_groove_slides_as_the_closed_form_has_it() -> None:
     # both angles equal at rest; a small load, so that the contact's middle lies on the ball
     bearing = replace(any_bearing(0.02, 7.0, 30.0, 0.52, 0.52), pitch_diameter_m=0.14)
     contacts = raceway_control(bearing, OperatingPoints.axial(1.0, 0.0)).contacts
-    radius = contacts.orbit_radius_m[0, 0]
-    normal, omega, slip = contacts.normal[0, 0, :, 1], 100.0, 0.2
+    radius = contacts.orbit_radius_m[0]
+    normal, omega, slip = contacts.normal[0, :, 1], 100.0, 0.2
     gamma = bearing.ball_diameter_m * normal[1] / (2 * radius)
     cage = (1 - slip) * omega * (1 - gamma) / 2
     spin = cage * (1 + gamma) * radius / (bearing.ball_diameter_m / 2)
     # about an axis along the tangent across the rolling direction of both contacts
     turning = spin * np.array([-normal[1], normal[0], 0.0])
-    motion = Motion(np.full((1, 1), cage), turning[np.newaxis, np.newaxis])
-    rings = np.array([[[omega, 0.0]]])
-    middle = sliding(bearing, contacts, motion, rings, grid(2, 2)).middle_slide_roll_ratio[0, 0]
+    motion = Motion(np.array([cage]), turning[np.newaxis])
+    rings = np.array([[omega, 0.0]])
+    middle = sliding(bearing, contacts, motion, rings, grid(2, 2)).middle_slide_roll_ratio[0]
     assert middle[0] == pytest.approx(float(inner_slide_roll_ratio(slip, gamma)), rel=1e-4)
     assert abs(middle[1]) < 1e-4
 
@@ -81,8 +81,7 @@ def equilibria() -> dict[str, FloatArray]:
     bearing = shipped("mainshaft-167")
     load = np.array([20_000.0, 14_500.0, 12_000.0, 8_000.0])
     points = OperatingPoints.axial(load, 4e6 / (bearing.pitch_diameter_m * 1e3) * RPM)
-    oil = lubrication("4050", 100.0, len(load), oil_volume_fraction=0.02)
-    return torque_terms(bearing, points, oil, printed_law("4050"), TESTED)
+    return torque_terms(problem(bearing, points, oil_volume_fraction=0.02), TESTED)
 
 
 def test_slide_roll_ratio_of_the_equilibrium_is_nearly_twice_the_cage_slip(

@@ -2,13 +2,22 @@
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
 
 from campaigns import oil_of, printed, rig_contact
 from oilfilm import tables
+from oilfilm.bearing.ellipse import TractionLaw, grid
+from oilfilm.bearing.friction import (
+    QUADRATURE,
+    FrictionEquilibrium,
+    FrictionProblem,
+    friction_equilibrium,
+)
 from oilfilm.bearing.geometry import Bearing
+from oilfilm.bearing.quasistatic import OperatingPoints
 from oilfilm.bearing.resistance import Lubrication
 from oilfilm.fits.fitted import Coefficients, FittedLaw
 from oilfilm.settings.bearing import BearingFile
@@ -64,6 +73,27 @@ def lubrication(
         settings.drag_coefficient,
         settings.oil_volume_fraction,
     )
+
+
+def problem(
+    bearing: Bearing,
+    points: OperatingPoints,
+    oil: str = "4050",
+    temperature_c: float | np.ndarray = 100.0,
+    law: TractionLaw | None = None,
+    nodes: tuple[int, int] = QUADRATURE,
+    **changed: float,
+) -> FrictionProblem:
+    """A bearing with an oil and its printed law, or another law."""
+    known = lubrication(oil, temperature_c, len(points.axial_load_n), **changed)
+    return FrictionProblem(bearing, points, known, law or printed_law(oil), grid(*nodes))
+
+
+def equilibrium(*asked: Any, **also: Any) -> FrictionEquilibrium:
+    """The friction equilibrium of `problem`, which is there at every point."""
+    found = friction_equilibrium(problem(*asked, **also))
+    assert found.solution.converged.all()
+    return found
 
 
 def printed_fits() -> tuple[pd.DataFrame, pd.DataFrame]:

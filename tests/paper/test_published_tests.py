@@ -3,10 +3,9 @@
 import numpy as np
 import pytest
 
-from bearings import RPM, lubrication, printed_fits
+from bearings import RPM, equilibrium, printed_fits
 from campaigns import ROOT, printed
 from oilfilm.bearing.ellipse import grid
-from oilfilm.bearing.friction import friction_equilibrium
 from oilfilm.bearing.quasistatic import OperatingPoints
 from oilfilm.paper.published_tests import fitted_fraction, published_tests_table
 from oilfilm.paper.reference import PublishedBearingTests
@@ -58,11 +57,9 @@ def test_the_lowest_drag_left_open_is_that_of_the_fit_with_another_traction(conf
     lowest = config.bearing.oil_volume_fraction_range[0]
     shares, squares = lowest * np.array([0.5, 1.0, 1.5]), []
     for share in shares:
-        oil = lubrication(
-            "4050", POWER_LOSS.inlet_temperature_c, len(speed), oil_volume_fraction=share
-        )
-        found = friction_equilibrium(bearing, points, oil, law, nodes)
-        heat = found.balls_per_row * found.balance.heat_w.sum(axis=(1, 2))
+        degc, some = POWER_LOSS.inlet_temperature_c, {"oil_volume_fraction": share}
+        found = equilibrium(bearing, points, "4050", degc, law, nodes, **some)
+        heat = bearing.ball_count * found.balance.heat_w.sum(axis=1)
         squares.append(np.sum((heat / power - 1) ** 2))
     bend, slope, _ = np.polyfit(shares, squares, 2)
     # vertex of a parabola, on few nodes of the ellipse

@@ -12,7 +12,8 @@ from oilfilm.errors import OilfilmError
 from oilfilm.paper.audit.audit import films, printed_evidence
 from oilfilm.paper.audit.evidence import Evidence
 from oilfilm.paper.selection import select
-from oilfilm.physics.film import isothermal_film_thickness
+from oilfilm.physics.contact import Conditions
+from oilfilm.physics.film import InletOil, isothermal_film_thickness
 from oilfilm.settings.resolved import Settings
 from oilfilm.torque.operating_grid import Film, Grid
 
@@ -52,17 +53,8 @@ def test_film_without_thermal_reduction_is_the_isothermal_one(config: Settings) 
         film.contact, film.oil, film.settings.model_copy(update={"thermal_reduction": False})
     )
     grid = Grid(*(np.array([value]) for value in (1.0, 30.0, 120.0, 0.1)))
-    expected = isothermal_film_thickness(
-        "minimum",
-        load_n=42.1,  # at 1.0 GPa (docs/physics.md)
-        entrainment_speed_m_s=30.0,
-        dynamic_viscosity_pa_s=float(film.oil.dynamic_viscosity_pa_s(120.0)),
-        pressure_viscosity_coefficient_1_pa=float(
-            film.oil.pressure_viscosity_coefficient_1_pa(120.0)
-        ),
-        radius_x_m=0.010,
-        reduced_modulus_pa=221.6e9,
-    )
+    at = Conditions(42.1, 1.0, 30.0, 120.0, 0.010, 221.6e9)  # 42.1 N at 1.0 GPa (docs/physics.md)
+    expected = isothermal_film_thickness(InletOil.of(film.oil, 120.0), at, "minimum")
     assert cold.over(grid)[0].item() == pytest.approx(float(expected) * 1e6, rel=1e-3)
 
 

@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 
 from campaigns import ROOT, oil_of
 from oilfilm.errors import OilfilmError
-from oilfilm.physics.contact import load_for_max_hertz_pressure, reduced_modulus
-from oilfilm.physics.film import isothermal_film_thickness
+from oilfilm.physics.contact import Conditions, load_for_max_hertz_pressure, reduced_modulus
+from oilfilm.physics.film import InletOil, isothermal_film_thickness
 from oilfilm.physics.oils import Oil, PiecewiseLinear
 from oilfilm.settings.messages import first_mistake, load
 from oilfilm.settings.oil import OilFile
@@ -169,15 +169,9 @@ def test_grades_keep_their_order_at_every_temperature(celsius: float) -> None:
 def test_film_is_thinner_when_hotter(oil: Oil, celsius: float, rise: float) -> None:
     steel = reduced_modulus(203e9, 0.29, 203e9, 0.29)
     temperatures = np.array([celsius, celsius + rise])
-    cold, hot = isothermal_film_thickness(
-        "minimum",
-        load_n=load_for_max_hertz_pressure(1.5e9, 0.010, steel),
-        entrainment_speed_m_s=25.0,
-        dynamic_viscosity_pa_s=oil.dynamic_viscosity_pa_s(temperatures),
-        pressure_viscosity_coefficient_1_pa=oil.pressure_viscosity_coefficient_1_pa(temperatures),
-        radius_x_m=0.010,
-        reduced_modulus_pa=steel,
-    )
+    load = load_for_max_hertz_pressure(1.5e9, 0.010, steel)
+    at = Conditions(load, 1.5, 25.0, temperatures, 0.010, steel)
+    cold, hot = isothermal_film_thickness(InletOil.of(oil, temperatures), at, "minimum")
     assert hot < cold
 
 

@@ -9,7 +9,12 @@ from hypothesis import strategies as st
 from scipy.integrate import quad
 
 from campaigns import oil_of
-from oilfilm.physics.contact import contact_radius, load_for_max_hertz_pressure, reduced_modulus
+from oilfilm.physics.contact import (
+    Conditions,
+    contact_radius,
+    load_for_max_hertz_pressure,
+    reduced_modulus,
+)
 from oilfilm.physics.thermal_traction import (
     SlidingFilm,
     ThermalEhl,
@@ -46,34 +51,18 @@ rates = st.floats(1e2, 1e9)
 
 def mu(oil: str, pressure_gpa: Any, speed: Any, inlet: Any, slip: Any, **changed: Any) -> Any:
     """Of the rig's contact."""
+    constants, peak = ThermalEhl(**CONSTANTS | changed), np.asarray(pressure_gpa) * 1e9
     return thermal_ehl_traction(
-        OILS[oil],
-        ThermalEhl(**CONSTANTS | changed),
-        max_hertz_pressure_pa=np.asarray(pressure_gpa) * 1e9,
-        entrainment_speed_m_s=speed,
-        inlet_temperature_c=inlet,
-        slide_roll_ratio=slip,
-        radius_m=RADIUS_M,
-        reduced_modulus_pa=MODULUS_PA,
+        OILS[oil], constants, peak, speed, inlet, slip, RADIUS_M, MODULUS_PA
     )
 
 
 def film(oil: str, pressure_gpa: Any, speed: Any, inlet: Any, slip: Any, **changed: Any) -> Any:
     """Where the pressure of that contact is its mean."""
     load = load_for_max_hertz_pressure(pressure_gpa * 1e9, RADIUS_M, MODULUS_PA)
-    return sliding_film(
-        OILS[oil],
-        ThermalEhl(**CONSTANTS | changed),
-        pressure_pa=2 / 3 * pressure_gpa * 1e9,
-        load_n=load,
-        entrainment_speed_m_s=speed,
-        inlet_temperature_c=inlet,
-        slide_roll_ratio=slip,
-        radius_x_m=RADIUS_M,
-        semi_axis_x_m=contact_radius(load, RADIUS_M, MODULUS_PA),
-        ellipticity=1.0,
-        reduced_modulus_pa=MODULUS_PA,
-    )
+    at = Conditions(load, pressure_gpa, speed, inlet, RADIUS_M, MODULUS_PA)
+    constants, mean = ThermalEhl(**CONSTANTS | changed), 2 / 3 * pressure_gpa * 1e9
+    return sliding_film(OILS[oil], constants, at, mean, slip, radius_of_contact(pressure_gpa))
 
 
 def radius_of_contact(pressure_gpa: float) -> float:
@@ -122,18 +111,9 @@ def test_stress_and_temperatures_found_belong_together(
     heat = state.shear_stress_pa * slip * speed
     mean_pressure = 2 / 3 * pressure * 1e9
     # heat out is heat in: half to each body, all of it through half the film on either side
-    body = flash_temperature_rise(
-        heat / 2,
-        contact_radius_m=radius_of_contact(pressure),
-        speed_m_s=speed,
-        conductivity_w_mk=46.0,
-        volumetric_heat_j_m3k=3.6e6,
-    )
-    within = film_temperature_rise(
-        heat,
-        film_thickness_m=state.film_thickness_m,
-        conductivity_w_mk=OILS[oil].thermal_conductivity_w_mk(inlet),
-    )
+    body = flash_temperature_rise(heat / 2, radius_of_contact(pressure), speed, 46.0, 3.6e6)
+    conductivity = OILS[oil].thermal_conductivity_w_mk(inlet)
+    within = film_temperature_rise(heat, state.film_thickness_m, conductivity)
     assert state.surface_temperature_c - inlet == pytest.approx(body, rel=1e-9, abs=1e-9)
     rise = state.film_temperature_c - state.surface_temperature_c
     assert rise == pytest.approx(within, rel=1e-9, abs=1e-9)
@@ -213,13 +193,7 @@ def test_flash_temperature_is_the_mean_of_jaegers_band_over_the_chords_of_a_circ
         return quad(behind, 0, length, epsabs=0)[0]
 
     mean = quad(over_chord, -radius, radius, epsabs=0)[0] / (np.pi * radius**2)
-    rise = flash_temperature_rise(
-        flux,
-        contact_radius_m=radius,
-        speed_m_s=speed,
-        conductivity_w_mk=conductivity,
-        volumetric_heat_j_m3k=heat,
-    )
+    rise = flash_temperature_rise(flux, radius, speed, conductivity, heat)
     assert rise == pytest.approx(mean, rel=1e-6)
     # Archard (1959), with his two digits: 0.31 Q/(k a) sqrt(chi/(V a))
     archard = 0.31 * np.pi * radius * flux / conductivity

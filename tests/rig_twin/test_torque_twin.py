@@ -4,11 +4,10 @@ from collections.abc import Callable
 
 import numpy as np
 
-from bearings import RPM, lubrication, shipped
+from bearings import RPM, equilibrium, shipped
 from campaigns import Campaign, printed
-from oilfilm.bearing.ellipse import Conditions
-from oilfilm.bearing.friction import friction_equilibrium
 from oilfilm.bearing.quasistatic import OperatingPoints
+from oilfilm.physics.contact import Conditions
 from oilfilm.settings.resolved import Settings
 from oilfilm.torque.bearing_torque import oils_in_bearings, torque_table
 from torque_logs import curated_logs
@@ -38,14 +37,9 @@ def test_true_torque_is_that_of_the_law_behind_the_traction_logs(config: Setting
     load, speed, temperature = of_oil[
         ["axial_load_n", "inner_speed_rpm", "oil_temperature_c"]
     ].to_numpy().T  # fmt: skip
-    motion = friction_equilibrium(
-        shipped("mainshaft-167"),
-        OperatingPoints.axial(load, speed * RPM),
-        lubrication("4050", temperature, len(load)),
-        eq7("4050"),
-        (32, 8),
-    )
-    torque = -motion.balls_per_row * motion.balance.ring_moment_n_m[..., 0].sum(axis=1)
+    points = OperatingPoints.axial(load, speed * RPM)
+    bearing, law = shipped("mainshaft-167"), eq7("4050")
+    torque = equilibrium(bearing, points, "4050", temperature, law, (32, 8)).torque_n_m()
     np.testing.assert_allclose(of_oil["torque_n_m"], torque, rtol=1e-5)
     assert (truth["law_misfit"] == 0).all()
 

@@ -14,20 +14,20 @@ from bearings import (
     RPM,
     SETTINGS,
     TESTED,
-    lubrication,
+    equilibrium,
     printed_fits,
     printed_law,
+    problem,
     shipped,
 )
 from campaigns import ROOT, oil_of, printed
-from oilfilm.bearing.ellipse import Conditions
-from oilfilm.bearing.friction import friction_equilibrium
 from oilfilm.bearing.quasistatic import OperatingPoints
 from oilfilm.bearing.torque import torque_terms
 from oilfilm.fits.fitted import Coefficients, FittedLaw
 from oilfilm.paper.published_tests import published_tests_table
 from oilfilm.paper.reference import PublishedBearingTests
 from oilfilm.paper.slip_advice import advise
+from oilfilm.physics.contact import Conditions
 from oilfilm.report.figures import style
 from oilfilm.report.sections.bearing import bearing
 from oilfilm.rig_twin.truth import true_tractions
@@ -101,14 +101,9 @@ def test_each_operating_point_may_have_constants_of_its_own(oils):
 
 
 def test_inversion_finds_the_traction_that_was_planted(config, oils):
-    law = printed_law("4050")
-    truth = torque_terms(
-        shipped("mainshaft-167"),
-        OperatingPoints.axial(20000.0, SPEED_RPM * RPM),
-        lubrication("4050", 100, 3),
-        lambda at, slide_roll_ratio: 1.33 * law(at, slide_roll_ratio),
-        TESTED,
-    )
+    law, points = printed_law("4050"), OperatingPoints.axial(20000.0, SPEED_RPM * RPM)
+    stronger = lambda at, slide_roll_ratio: 1.33 * law(at, slide_roll_ratio)  # noqa: E731
+    truth = torque_terms(problem(shipped("mainshaft-167"), points, law=stronger), TESTED)
     torque, inversion = torque_table(plateaus(truth["torque_n_m"], SPEED_RPM), oils, config)
     np.testing.assert_allclose(
         inversion["traction_coefficient"], truth["mean_traction_coefficient"], rtol=0.02
@@ -347,16 +342,11 @@ def test_a_law_on_load_is_compared_as_well(config):
         calls.append((at.load_n.ravel(), at.entrainment_speed_m_s.ravel(), slide_roll_ratio, mu))
         return mu
 
-    equilibrium = friction_equilibrium(
-        shipped("mainshaft-167"),
-        OperatingPoints.axial(20000.0, 9000 * RPM),
-        lubrication("4050", 100, 1),
-        recorded,
-    )
+    points = OperatingPoints.axial(20000.0, 9000 * RPM)
+    contacts = equilibrium(shipped("mainshaft-167"), points, law=recorded).balance.contacts
     load, speed, slip, mu = calls[-1]
-    contacts = equilibrium.balance.contacts
     np.testing.assert_array_equal(load, contacts.load_n.ravel())
-    push = contacts.load_n[0, 0, 0] * np.sin(contacts.contact_angle_rad[0, 0, 0])
+    push = contacts.load_n[0, 0] * np.sin(contacts.contact_angle_rad[0, 0])
     assert 20 * push == pytest.approx(20000.0, rel=0.03)  # friction carries a little
     # the law's own equation at that load, written out: X = X0 (W/100 N)^X1 (U/20)^X2 (T/20)^X3
     of_each = WANG_DENG.reshape(4, 4)

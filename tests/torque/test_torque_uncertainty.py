@@ -10,7 +10,7 @@ from bearings import SETTINGS, printed_law, shipped
 from campaigns import ROOT, oil_of
 from oilfilm.settings.config import TermUncertaintySettings
 from oilfilm.settings.resolve import resolve
-from oilfilm.torque.bearing_torque import OilInBearing, torque_table
+from oilfilm.torque.bearing_torque import Cases, OilInBearing, torque_table
 from oilfilm.torque.load_variables import LOAD_VARIABLES, LawInBearing
 from oilfilm.traction.law import to_constants, to_internal
 
@@ -54,7 +54,12 @@ def torque(of: OilInBearing, **changed: float) -> np.ndarray:
 
 
 def drawn(of: OilInBearing, *point: object, seed: int = 1) -> pd.DataFrame:
-    return of.with_uncertainty(BEARING, of.run(BEARING, *point), seed)
+    names = ("axial_load_n", "inner_speed_rpm", "inlet_temperature_c")
+    points = pd.DataFrame(
+        dict(zip(names, np.broadcast_arrays(*map(np.atleast_1d, point)), strict=True))
+    )
+    cases = Cases(BEARING, [(of, "stress", points)])
+    return cases.with_uncertainty(cases.run(), seed)
 
 
 def test_draws_give_the_uncertainty_of_refits_calibration_and_drag_by_their_derivatives():

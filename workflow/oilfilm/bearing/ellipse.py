@@ -5,54 +5,32 @@ axis changes across the groove, and the contact as a whole slips. A traction law
 traction coefficient; Hertz's pressure gives the weight of each quadrature node.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
-from typing import Protocol, runtime_checkable
+from typing import NamedTuple, Protocol
 
 import numpy as np
 import scipy
 
 from oilfilm.bearing.geometry import Bearing
 from oilfilm.bearing.quasistatic import Contacts, Motion
-from oilfilm.bearing.solver import IntArray
-from oilfilm.units import PA_PER_GPA, FloatArray
-
-
-@dataclass(frozen=True)
-class Conditions:
-    """Operating conditions of contacts on which a traction law depends, beside the slip.
-
-    Attributes:
-        load_n: Q.
-        max_hertz_pressure_gpa: p_max.
-        entrainment_speed_m_s: Mean of the surface speeds in the contact's middle.
-        inlet_temperature_c: Of the oil.
-        radius_x_m: Reduced radius along the rolling direction.
-        reduced_modulus_pa: E'.
-    """
-
-    load_n: FloatArray
-    max_hertz_pressure_gpa: FloatArray
-    entrainment_speed_m_s: FloatArray
-    inlet_temperature_c: FloatArray
-    radius_x_m: FloatArray
-    reduced_modulus_pa: float
+from oilfilm.physics.contact import Conditions
+from oilfilm.units import PA_PER_GPA, FloatArray, IndexArray
 
 
 class TractionLaw(Protocol):
-    """A traction law as a function of the conditions and the slip of contacts."""
+    """A traction law as a function of the conditions and the slip of contacts.
+
+    A law that differs between operating points has a method `at_points` that takes their indices
+    and gives the law of these points.
+    """
 
     def __call__(self, at: Conditions, slide_roll_ratio: FloatArray) -> FloatArray:
-        """mu, of the shape of `slide_roll_ratio` (0 or more), whose last axis `at` has as 1."""
-        ...
+        """mu, of the shape of `slide_roll_ratio` (0 or more), whose last axis `at` has as 1.
 
-
-@runtime_checkable
-class LawOfPoints(TractionLaw, Protocol):
-    """A traction law that may have other constants at each operating point."""
-
-    def at_points(self, which: IntArray) -> TractionLaw:
-        """The law of some of the operating points, by their indices."""
+        The axes from the end are nodes, contacts and operating points.
+        """
         ...
 
 
@@ -64,18 +42,53 @@ class ScaledLaw:
     factor: FloatArray
 
     def __call__(self, at: Conditions, slide_roll_ratio: FloatArray) -> FloatArray:
-        """See `TractionLaw`; the points are the fourth axis from the end."""
-        factor = self.factor[:, np.newaxis, np.newaxis, np.newaxis]
-        return np.asarray(factor * self.law(at, slide_roll_ratio))
+        """See `TractionLaw`."""
+        return np.asarray(self.factor[:, None, None] * self.law(at, slide_roll_ratio))
 
-    def at_points(self, which: IntArray) -> "ScaledLaw":
-        """See `LawOfPoints`."""
+    def at_points(self, which: IndexArray) -> "ScaledLaw":
+        """See `TractionLaw`."""
         return ScaledLaw(law_at(self.law, which), self.factor[which])
 
 
-def law_at(law: TractionLaw, which: IntArray) -> TractionLaw:
+@dataclass(frozen=True)
+class JoinedLaw:
+    """Several laws, each of some of the operating points.
+
+    Attributes:
+        laws: The laws; one that differs between points counts its own points only.
+        number: Index of each point's law, shape (points,).
+    """
+
+    laws: Sequence[TractionLaw]
+    number: IndexArray
+
+    def __call__(self, at: Conditions, slide_roll_ratio: FloatArray) -> FloatArray:
+        """See `TractionLaw`."""
+        mu = np.empty_like(slide_roll_ratio)
+        for number, law in enumerate(self.laws):
+            if len(which := np.flatnonzero(self.number == number)):
+                levels = {
+                    name: value[..., which, :, :] if np.ndim(value) else value
+                    for name, value in vars(at).items()
+                }
+                mu[..., which, :, :] = law(Conditions(**levels), slide_roll_ratio[..., which, :, :])
+        return mu
+
+    def at_points(self, which: IndexArray) -> "JoinedLaw":
+        """See `TractionLaw`."""
+        place = np.empty_like(self.number)
+        for number in range(len(self.laws)):
+            of_law = self.number == number
+            place[of_law] = np.arange(of_law.sum())
+        chosen, place = self.number[which], place[which]
+        laws = [law_at(law, place[chosen == number]) for number, law in enumerate(self.laws)]
+        return JoinedLaw(laws, chosen)
+
+
+def law_at(law: TractionLaw, which: IndexArray) -> TractionLaw:
     """The law of some of the operating points; most laws are the same at all of them."""
-    return law.at_points(which) if isinstance(law, LawOfPoints) else law
+    at_points = getattr(law, "at_points", None)
+    return law if at_points is None else at_points(which)
 
 
 @dataclass(frozen=True)
@@ -86,11 +99,17 @@ class Grid:
         along: In the rolling direction, in semi-axes.
         across: Across it.
         share: Of the load, by Hertz's pressure; they sum to 1.
+        counts: How many nodes there are across and along.
     """
 
     along: FloatArray
     across: FloatArray
     share: FloatArray
+    counts: tuple[int, int]
+
+    def finer(self) -> "Grid":
+        """Twice as many nodes either way."""
+        return grid(2 * self.counts[0], 2 * self.counts[1])
 
 
 @cache
@@ -113,7 +132,30 @@ def grid(across: int, along: int) -> Grid:
     x, x_share = scipy.special.roots_gegenbauer(along, 1.0)[:2]
     reach = np.sqrt(1 - y**2)
     share = np.outer(y_share, x_share).ravel()
-    return Grid(np.outer(reach, x).ravel(), np.repeat(y, along), share / share.sum())
+    nodes = np.outer(reach, x).ravel(), np.repeat(y, along), share / share.sum()
+    return Grid(*nodes, (across, along))
+
+
+class Turning(NamedTuple):
+    """Speeds of ball and race at each contact, in rad/s; shapes (..., 2 contacts).
+
+    Attributes:
+        about_normal: The ball's spin about the normal n.
+        about_tangent: The ball's spin about t x n.
+        race: The race's speed about the bearing's axis, against the ball's orbit.
+    """
+
+    about_normal: FloatArray
+    about_tangent: FloatArray
+    race: FloatArray
+
+
+def turning(contacts: Contacts, motion: Motion, ring_speed_rad_s: FloatArray) -> Turning:
+    """Speeds at the contacts from those of the ball and of both rings, shape (..., 2)."""
+    n_x, n_r = contacts.normal[..., 0, :], contacts.normal[..., 1, :]
+    w_x, w_r = motion.spin_rad_s[..., :1], motion.spin_rad_s[..., 1:2]
+    race = ring_speed_rad_s - motion.orbit_speed_rad_s[..., np.newaxis]
+    return Turning(w_x * n_x + w_r * n_r, w_r * n_x - w_x * n_r, race)
 
 
 @dataclass(frozen=True)
@@ -145,7 +187,7 @@ class Sliding:
 
 
 def sliding(
-    bearing: Bearing, contacts: Contacts, motion: Motion, race_speed_rad_s: FloatArray, rule: Grid
+    bearing: Bearing, contacts: Contacts, motion: Motion, ring_speed_rad_s: FloatArray, rule: Grid
 ) -> Sliding:
     """Sliding speeds in both ellipses of each ball, from rigid-body motion.
 
@@ -161,15 +203,15 @@ def sliding(
         bearing: The bearing.
         contacts: Of the balls.
         motion: Of the balls.
-        race_speed_rad_s: Of both races about the bearing's axis, shape (..., 2).
+        ring_speed_rad_s: Of inner and outer ring, shape (..., 2).
         rule: Quadrature nodes of the ellipse.
 
     Reference: A. B. Jones, J. Basic Eng. 81 (1959) 1; T. A. Harris, Rolling Bearing Analysis.
     """
     n_x, n_r = contacts.normal[..., 0, :], contacts.normal[..., 1, :]
-    w_x, w_r, w_t = (motion.spin_rad_s[..., part, np.newaxis] for part in range(3))
-    w_n, w_y = w_x * n_x + w_r * n_r, w_r * n_x - w_x * n_r
-    relative = race_speed_rad_s - motion.orbit_speed_rad_s[..., np.newaxis]
+    speeds = turning(contacts, motion, ring_speed_rad_s)
+    w_n, w_y, race = (speed[..., np.newaxis] for speed in speeds)
+    w_t = motion.spin_rad_s[..., 2, np.newaxis, np.newaxis]
     bend, radius = bearing.deformed_radius_m, bearing.ball_diameter_m / 2
     # no contact is wider than the ball, though a search may come by such a state
     edge = np.minimum(contacts.semi_axis_y_m, radius)
@@ -178,16 +220,13 @@ def sliding(
     middle = bend + np.sqrt(radius**2 - edge**2) - np.sqrt(bend**2 - edge**2)
     height = (middle - bend)[..., np.newaxis] + np.sqrt(bend[:, np.newaxis] ** 2 - across_m**2)
     orbit = contacts.orbit_radius_m[..., np.newaxis]
-    race_radius = orbit[..., np.newaxis] + n_r[..., np.newaxis] * height
-    race_radius = race_radius + n_x[..., np.newaxis] * across_m
-    race_along = relative[..., np.newaxis] * race_radius
-    ball_along = w_n[..., np.newaxis] * across_m - w_y[..., np.newaxis] * height
-    spin = (w_n - relative * n_x)[..., np.newaxis]
-    race_speed, ball_speed = relative * (orbit + n_r * middle), -w_y * middle
+    race_radius = n_r[..., np.newaxis] * height + n_x[..., np.newaxis] * across_m
+    race_radius += orbit[..., np.newaxis]
+    race_speed, ball_speed = speeds.race * (orbit + n_r * middle), -speeds.about_tangent * middle
     mean = (race_speed + ball_speed) / 2
     return Sliding(
-        spin * along_m - w_t[..., np.newaxis] * height,
-        race_along - ball_along,
+        (w_n - race * n_x[..., np.newaxis]) * along_m - w_t * height,
+        race * race_radius - (w_n * across_m - w_y * height),
         np.abs(mean),
         np.divide(race_speed - ball_speed, mean, out=np.zeros_like(mean), where=mean != 0),
         middle,
@@ -203,8 +242,9 @@ class Traction:
     """Forces, moments and heat of traction; shapes (..., 2 contacts) unless stated otherwise.
 
     Attributes:
-        node_force_n: On the ball at each node, along t x n and t: (2 parts, ..., nodes).
-        force_n: Its sum: shape (..., 2 parts, 2 contacts).
+        across_n: Force on the ball along t x n at each node: (..., 2 contacts, nodes).
+        along_n: The same along t.
+        force_n: Sums of both: shape (..., 2 parts, 2 contacts).
         moment_n_m: On the ball about its centre, about n, t x n and t: (..., 3, 2 contacts).
         race_moment_n_m: On the race about the bearing's axis.
         heat_w: Force times sliding, summed over the ellipse.
@@ -212,7 +252,8 @@ class Traction:
         coefficient: mu at each node.
     """
 
-    node_force_n: FloatArray
+    across_n: FloatArray
+    along_n: FloatArray
     force_n: FloatArray
     moment_n_m: FloatArray
     race_moment_n_m: FloatArray
@@ -233,15 +274,11 @@ def conditions(
         inlet_temperature_c: Of the oil, shape broadcasting against (..., 2 contacts).
     """
     radius_x = bearing.radius_x_m(np.abs(contacts.normal[..., 1, :]))
+    pressure = contacts.max_hertz_pressure_pa / PA_PER_GPA
     temperature = np.broadcast_to(inlet_temperature_c, radius_x.shape)
-    return Conditions(
-        contacts.load_n[..., np.newaxis],
-        contacts.max_hertz_pressure_pa[..., np.newaxis] / PA_PER_GPA,
-        slip.entrainment_speed_m_s[..., np.newaxis],
-        temperature[..., np.newaxis],
-        radius_x[..., np.newaxis],
-        bearing.reduced_modulus_pa,
-    )
+    levels = contacts.load_n, pressure, slip.entrainment_speed_m_s, temperature, radius_x
+    load, pressure, speed, temperature, radius_x = (level[..., np.newaxis] for level in levels)
+    return Conditions(load, pressure, speed, temperature, radius_x, bearing.reduced_modulus_pa)
 
 
 def traction(
@@ -258,23 +295,25 @@ def traction(
     ratio = speed / entrainment
     mu = law(at, ratio)
     strength = mu * rule.share * contacts.load_n[..., np.newaxis] / np.maximum(speed, 1e-300)
-    node_force = np.stack([strength * slip.across_m_s, strength * slip.along_m_s])
-    f_across, f_along = node_force
+    f_across, f_along = strength * slip.across_m_s, strength * slip.along_m_s
     # x-component of the race's speed per turn, across the rolling direction: -n_x x
     tilt = -contacts.normal[..., 0, :, np.newaxis] * slip.along_m
+
+    def summed(first: FloatArray, by: FloatArray) -> FloatArray:
+        return np.asarray(np.einsum("...k,...k->...", first, by))
+
+    moment = [
+        summed(slip.across_m, f_along) - summed(slip.along_m, f_across),
+        -summed(slip.height_m, f_along),
+        summed(slip.height_m, f_across),
+    ]
     return Traction(
-        node_force,
+        f_across,
+        f_along,
         np.stack([f_across.sum(axis=-1), f_along.sum(axis=-1)], axis=-2),
-        np.stack(
-            [
-                (slip.across_m * f_along - slip.along_m * f_across).sum(axis=-1),
-                -(slip.height_m * f_along).sum(axis=-1),
-                (slip.height_m * f_across).sum(axis=-1),
-            ],
-            axis=-2,
-        ),
-        -(f_along * slip.race_radius_m + f_across * tilt).sum(axis=-1),
-        (strength * speed**2).sum(axis=-1),
+        np.stack(moment, axis=-2),
+        -summed(f_along, slip.race_radius_m) - summed(f_across, tilt),
+        summed(strength * speed, speed),
         ratio,
         mu,
     )

@@ -108,13 +108,6 @@ class Bearing:
         )
 
     @cached_property
-    def inner_groove_radius_m(self) -> float:
-        """From the bearing's axis to the centre of the inner groove."""
-        return float(
-            self.pitch_diameter_m / 2 + self.groove_offset_m[0] * np.cos(self.contact_angle_rad)
-        )
-
-    @cached_property
     def deformed_radius_m(self) -> FloatArray:
         """Radius of the pressed surface across the rolling direction, 2 f D/(2 f + 1).
 

@@ -9,10 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from oilfilm.bearing.geometry import OilSupply
-from oilfilm.bearing.solver import IntArray
 from oilfilm.physics.contact import Floats
 from oilfilm.physics.oils import Oil
-from oilfilm.units import BoolArray, FloatArray
+from oilfilm.units import BoolArray, FloatArray, IndexArray
 
 # No oil of a bearing is a liquid beyond it.
 _HOTTEST_C = 400.0
@@ -63,7 +62,7 @@ def heat_to_oil_w(
 
 
 def heat_balance(
-    friction_heat_w: Callable[[FloatArray, IntArray], FloatArray],
+    friction_heat_w: Callable[[FloatArray, IndexArray], FloatArray],
     oil: Oil,
     supply: OilSupply,
     inlet_temperature_c: FloatArray,
@@ -87,10 +86,10 @@ def heat_balance(
     """
     points = np.arange(len(inlet_temperature_c))
 
-    def contact_c(rise: FloatArray, which: IntArray) -> FloatArray:
+    def contact_c(rise: FloatArray, which: IndexArray) -> FloatArray:
         return np.asarray(inlet_temperature_c[which] + supply.outlet_weight * rise)
 
-    def left_over_w(rise: FloatArray, which: IntArray) -> FloatArray:
+    def left_over_w(rise: FloatArray, which: IndexArray) -> FloatArray:
         inlet = inlet_temperature_c[which]
         made = supply.heat_share * friction_heat_w(contact_c(rise, which), which)
         return heat_to_oil_w(oil, supply, inlet, inlet + rise) - made

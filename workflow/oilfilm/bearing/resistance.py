@@ -5,16 +5,16 @@ One function per formula; `friction` combines them. SI units, arrays that broadc
 Decides: drag, rolling resistance, pockets and lands of a bearing.
 """
 
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from oilfilm.bearing.geometry import Bearing
-from oilfilm.bearing.solver import IntArray
 from oilfilm.physics.contact import Floats
 from oilfilm.physics.film import InletOil, thermal_reduction_factor
 from oilfilm.physics.oils import Oil
-from oilfilm.units import FloatArray
+from oilfilm.units import FloatArray, IndexArray
 
 # What resists beside traction, in the order of arrays of factors.
 TERMS = ("rolling", "hysteresis", "drag", "pocket", "land")
@@ -22,22 +22,20 @@ TERMS = ("rolling", "hysteresis", "drag", "pocket", "land")
 
 @dataclass(frozen=True)
 class Lubrication:
-    """The oil at its inlet temperature, one value per point, and its share of the volume.
+    """The oil at its inlet temperature, and how it resists the balls; one value per point.
 
     Attributes:
         inlet_temperature_c: In degC.
-        oil: Properties on which films depend, each of shape (points,).
-        density_kg_m3: rho, in kg/m3.
+        oil: Properties on which films depend.
+        mist_density_kg_m3: Oil's mass in the volume that the balls travel through, in kg/m3.
         drag_coefficient: c_D of a ball in the row, for its frontal area.
-        oil_volume_fraction: Share of oil in the volume between the rings.
         factors: On each of `TERMS`, by which a term may be off: shape (points, terms).
     """
 
     inlet_temperature_c: FloatArray
     oil: InletOil
-    density_kg_m3: FloatArray
-    drag_coefficient: float
-    oil_volume_fraction: float
+    mist_density_kg_m3: FloatArray
+    drag_coefficient: FloatArray
     factors: FloatArray
 
     @classmethod
@@ -48,39 +46,38 @@ class Lubrication:
         drag_coefficient: float,
         oil_volume_fraction: float,
     ) -> "Lubrication":
-        """An oil at each point's temperature, in a bearing with this drag."""
+        """An oil at each point's temperature; its share of the volume between the rings."""
         return cls(
             inlet_temperature_c,
             InletOil.of(oil, inlet_temperature_c),
-            oil.density_kg_m3(inlet_temperature_c),
-            drag_coefficient,
-            oil_volume_fraction,
+            oil_volume_fraction * oil.density_kg_m3(inlet_temperature_c),
+            np.full(len(inlet_temperature_c), drag_coefficient),
             np.ones((len(inlet_temperature_c), len(TERMS))),
         )
 
-    def at(self, which: IntArray) -> "Lubrication":
-        """The same at some of the points."""
-        return replace(
-            self,
-            inlet_temperature_c=self.inlet_temperature_c[which],
-            oil=self.oil[which],
-            density_kg_m3=self.density_kg_m3[which],
-            factors=self.factors[which],
+    @classmethod
+    def joined(cls, parts: Sequence["Lubrication"]) -> "Lubrication":
+        """The points of several, one after the other."""
+        oils = [vars(part.oil) for part in parts]
+        oil = InletOil(*(np.concatenate([one[name] for one in oils]) for name in oils[0]))
+        rest = [name for name in vars(parts[0]) if name != "oil"]
+        return cls(
+            oil=oil,
+            **{name: np.concatenate([getattr(part, name) for part in parts]) for name in rest},
         )
 
+    def at(self, which: IndexArray) -> "Lubrication":
+        """The same at some of the points."""
+        return Lubrication(**{name: values[which] for name, values in vars(self).items()})
+
     def factor(self, term: str) -> FloatArray:
-        """The factor on one of `TERMS`, with an axis for balls: shape (points, 1)."""
-        return self.factors[:, TERMS.index(term), np.newaxis]
+        """The factor on one of `TERMS`, shape (points,)."""
+        return self.factors[:, TERMS.index(term)]
 
     @property
     def of_contacts(self) -> InletOil:
-        """The oil of each point, with axes for balls and contacts: shape (points, 1, 1)."""
-        return self.oil[:, np.newaxis, np.newaxis]
-
-    @property
-    def mist_density_kg_m3(self) -> FloatArray:
-        """Oil's mass in the volume that the balls travel through."""
-        return self.oil_volume_fraction * self.density_kg_m3
+        """The oil of each point, with an axis for contacts: shape (points, 1)."""
+        return self.oil[:, np.newaxis]
 
 
 def rolling_force_n(
@@ -168,10 +165,7 @@ def hysteresis_moment_n_m(
 
 
 def rolling_force_reduction(
-    oil: InletOil,
-    max_hertz_pressure_pa: FloatArray,
-    entrainment_speed_m_s: FloatArray,
-    reduced_modulus_pa: float,
+    relative_pressure: FloatArray, thermal_loading: FloatArray
 ) -> FloatArray:
     """Thermal reduction of the rolling force: phi_T of the film without slip.
 
@@ -183,22 +177,14 @@ def rolling_force_reduction(
     inlet shear heating factor of SKF's catalogue). The film does take the contact's own slip.
 
     Args:
-        oil: The oil, broadcasting against the contacts.
-        max_hertz_pressure_pa: p0, in Pa, shape (..., points, balls, 2).
-        entrainment_speed_m_s: Mean surface speed, in m/s, of the same shape.
-        reduced_modulus_pa: E' = 2 E*, in Pa.
+        relative_pressure: p0/E', shape (..., points, 2).
+        thermal_loading: L by the mean surface speed, of the same shape.
     """
-    factor = thermal_reduction_factor(
-        max_hertz_pressure_pa=max_hertz_pressure_pa,
-        reduced_modulus_pa=reduced_modulus_pa,
-        slide_roll_ratio=0.0,
-        thermal_loading=oil.thermal_loading(entrainment_speed_m_s),
-    )
-    return np.maximum(factor, 0.0)
+    return np.maximum(thermal_reduction_factor(relative_pressure, 0.0, thermal_loading), 0.0)
 
 
 def drag_force_n(
-    ball_diameter_m: float, density_kg_m3: Floats, drag_coefficient: float, ball_speed_m_s: Floats
+    ball_diameter_m: float, density_kg_m3: Floats, drag_coefficient: Floats, ball_speed_m_s: Floats
 ) -> FloatArray:
     """Drag of the mist of oil and air on a ball, against its speed.
 

@@ -12,9 +12,37 @@ from dataclasses import dataclass
 import numpy as np
 import scipy
 
-from oilfilm.units import FloatArray
+from oilfilm.units import PA_PER_GPA, FloatArray
 
 Floats = FloatArray | float
+
+
+@dataclass(frozen=True)
+class Conditions:
+    """Operating conditions of contacts, beside the slip; floats or arrays that broadcast.
+
+    Attributes:
+        load_n: Normal load Q, in N.
+        max_hertz_pressure_gpa: p_max, in GPa.
+        entrainment_speed_m_s: Mean of the two surface speeds in the contact's middle, in m/s.
+        inlet_temperature_c: Of the oil, in degC.
+        radius_x_m: Reduced radius along the rolling direction, in m.
+        reduced_modulus_pa: E' = 2 E*, in Pa.
+        ellipticity: Semi-axis across the rolling direction over the one along it; 1 on a flat.
+    """
+
+    load_n: FloatArray
+    max_hertz_pressure_gpa: FloatArray
+    entrainment_speed_m_s: FloatArray
+    inlet_temperature_c: FloatArray
+    radius_x_m: FloatArray
+    reduced_modulus_pa: float
+    ellipticity: Floats = 1.0
+
+    @property
+    def relative_pressure(self) -> FloatArray:
+        """p_max/E'."""
+        return np.asarray(self.max_hertz_pressure_gpa * PA_PER_GPA / self.reduced_modulus_pa)
 
 
 @dataclass(frozen=True)
@@ -232,14 +260,11 @@ def elliptical_contact(
     k = ellipticity(radius_x_m, radius_y_m)
     integral = scipy.special.elliprd(0, k**2, 1)
     a_x = np.cbrt(2 * load_n * radius_x_m * integral / (np.pi * reduced_modulus_pa))
-    a_y = k * a_x
+    a_y, k_of_e = k * a_x, scipy.special.elliprf(0, 1, k**2)
     return EllipticalContact(
         semi_axis_x_m=a_x,
         semi_axis_y_m=a_y,
         ellipticity=k + np.zeros_like(a_x),
         max_hertz_pressure_pa=3 * load_n / (2 * np.pi * a_x * a_y),
-        approach_m=3
-        * load_n
-        * scipy.special.elliprf(0, 1, k**2)
-        / (np.pi * reduced_modulus_pa * a_x),
+        approach_m=3 * load_n * k_of_e / (np.pi * reduced_modulus_pa * a_x),
     )

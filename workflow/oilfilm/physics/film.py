@@ -14,10 +14,10 @@ from typing import Any, Literal
 
 import numpy as np
 
-from oilfilm.physics.contact import Floats, max_hertz_pressure
+from oilfilm.physics.contact import Conditions, Floats, max_hertz_pressure
 from oilfilm.physics.oils import Oil
 from oilfilm.physics.rigs import Contact
-from oilfilm.units import BoolArray, FloatArray
+from oilfilm.units import PA_PER_GPA, BoolArray, FloatArray
 
 # Outside this range no oil is a liquid lubricant, and the formulas of its properties overflow.
 _OIL_TEMPERATURES_C = (-100.0, 500.0)
@@ -32,17 +32,7 @@ _HAMROCK_DOWSON = {
 }
 
 
-def isothermal_film_thickness(
-    thickness: Thickness,
-    *,
-    load_n: Floats,
-    entrainment_speed_m_s: Floats,
-    dynamic_viscosity_pa_s: Floats,
-    pressure_viscosity_coefficient_1_pa: Floats,
-    radius_x_m: Floats,
-    reduced_modulus_pa: Floats,
-    ellipticity: Floats = 1.0,
-) -> FloatArray:
+def isothermal_film_thickness(oil: "InletOil", at: Conditions, thickness: Thickness) -> FloatArray:
     """Film thickness in a fully flooded, isothermal point contact: in its centre, or the smallest.
 
         h_c/Rx   = 2.69 U^0.67 G^0.53 W^-0.067 (1 - 0.61 exp(-0.73 k))
@@ -51,15 +41,11 @@ def isothermal_film_thickness(
         U = eta0 u/(E' Rx),   G = alpha E',   W = w/(E' Rx^2)
 
     Args:
+        oil: The oil at the inlet temperature.
+        at: Load (above 0), speed, radius, modulus and ellipticity. The exact one
+            (`contact.ellipticity`) is 1 for a ball on a flat, where the authors' fit
+            1.0339 (Ry/Rx)^0.636 would thicken the film by 1 to 2 %.
         thickness: `central` (h_c), or `minimum` (h_min, at the sides).
-        load_n: Normal load w, in N; above 0.
-        entrainment_speed_m_s: Mean u = (u1 + u2)/2 of the two surface speeds, in m/s; 0 or more.
-        dynamic_viscosity_pa_s: eta0 at the inlet temperature and ambient pressure, in Pa s.
-        pressure_viscosity_coefficient_1_pa: alpha at the inlet temperature, in 1/Pa.
-        radius_x_m: Reduced radius Rx in the rolling direction, in m.
-        reduced_modulus_pa: E' = 2 E*, in Pa.
-        ellipticity: k = a_y/a_x of the contact, exact (`contact.ellipticity`); 1 for a ball on a
-            flat, where the authors' fit 1.0339 (Ry/Rx)^0.636 would thicken the film by 1 to 2 %.
 
     Returns:
         h, in m.
@@ -75,20 +61,20 @@ def isothermal_film_thickness(
     Examples:
         20 mm steel ball on a flat, MIL-L-23699 oil at 100 degC, 0.360 um in the centre:
 
-        >>> h = isothermal_film_thickness(
-        ...     "minimum", load_n=142, entrainment_speed_m_s=25, dynamic_viscosity_pa_s=5.006e-3,
-        ...     pressure_viscosity_coefficient_1_pa=1.103e-8, radius_x_m=0.010,
-        ...     reduced_modulus_pa=221.6e9)
+        >>> oil = InletOil(5.006e-3, 1.103e-8, 0.01996, 0.1472)
+        >>> at = Conditions(142, 1.5, 25, 100, radius_x_m=0.010, reduced_modulus_pa=221.6e9)
+        >>> h = isothermal_film_thickness(oil, at, "minimum")
         >>> print(f"{h * 1e6:.3f} um")
         0.211 um
     """
     factor, speed_power, oil_power, load_power, leakage, leakage_rate = _HAMROCK_DOWSON[thickness]
-    u = dynamic_viscosity_pa_s * entrainment_speed_m_s / (reduced_modulus_pa * radius_x_m)
-    g = pressure_viscosity_coefficient_1_pa * reduced_modulus_pa
-    w = load_n / (reduced_modulus_pa * radius_x_m**2)
-    side_leakage = 1 - leakage * np.exp(-leakage_rate * ellipticity)
+    modulus, radius = at.reduced_modulus_pa, at.radius_x_m
+    u = oil.dynamic_viscosity_pa_s * at.entrainment_speed_m_s / (modulus * radius)
+    g = oil.pressure_viscosity_coefficient_1_pa * modulus
+    w = at.load_n / (modulus * radius**2)
+    side_leakage = 1 - leakage * np.exp(-leakage_rate * at.ellipticity)
     relative = factor * u**speed_power * g**oil_power * w**-load_power * side_leakage
-    return np.asarray(relative * radius_x_m)
+    return np.asarray(relative * radius)
 
 
 @dataclass(frozen=True)
@@ -108,19 +94,14 @@ THERMAL_REDUCTION_FIT = ThermalReductionFit()
 
 
 def thermal_reduction_factor(
-    *,
-    max_hertz_pressure_pa: Floats,
-    reduced_modulus_pa: Floats,
-    slide_roll_ratio: Floats,
-    thermal_loading: Floats,
+    relative_pressure: Floats, slide_roll_ratio: Floats, thermal_loading: Floats
 ) -> FloatArray:
     """Thermal reduction of the isothermal film by inlet heating: h = phi_T h_isothermal.
 
         phi_T = [1 - 13.2 (p0/E') L^0.42] / [1 + 0.213 (1 + 2.23 |S|^0.83) L^0.64]
 
     Args:
-        max_hertz_pressure_pa: Maximum pressure p0, in Pa; 0 leaves the pressure term out.
-        reduced_modulus_pa: E' = 2 E*, in Pa.
+        relative_pressure: Maximum pressure over modulus, p0/E'; 0 leaves the pressure term out.
         slide_roll_ratio: S; its sign makes no difference.
         thermal_loading: L of `InletOil.thermal_loading`, 0 or more.
 
@@ -136,41 +117,33 @@ def thermal_reduction_factor(
     Examples:
         MIL-L-23699 oil at 100 degC, 25 m/s and 1.5 GPa:
 
-        >>> phi = thermal_reduction_factor(
-        ...     max_hertz_pressure_pa=1.5e9, reduced_modulus_pa=221.6e9,
-        ...     slide_roll_ratio=np.array([0.0, 0.3]), thermal_loading=0.424)
+        >>> phi = thermal_reduction_factor(1.5 / 221.6, np.array([0.0, 0.3]), 0.424)
         >>> phi.round(3)
         array([0.835, 0.766])
     """
     fit = THERMAL_REDUCTION_FIT
-    numerator = _numerator(max_hertz_pressure_pa, reduced_modulus_pa, thermal_loading)
+    numerator = _numerator(relative_pressure, thermal_loading)
     slip = 1 + fit.slip_factor * np.abs(slide_roll_ratio) ** fit.slip_power
     shear = fit.shear_factor * slip * thermal_loading**fit.shear_power
     return np.asarray(numerator / (1 + shear))
 
 
-def within_thermal_reduction(
-    *, max_hertz_pressure_pa: Floats, reduced_modulus_pa: Floats, thermal_loading: Floats
-) -> BoolArray:
+def within_thermal_reduction(relative_pressure: Floats, thermal_loading: Floats) -> BoolArray:
     """Whether phi_T is used within its range: its numerator is not near or below zero.
 
     Beyond, a small or negative film is that of the formula, and says nothing about the contact.
 
     Args:
-        max_hertz_pressure_pa: As in `thermal_reduction_factor`.
-        reduced_modulus_pa: As there.
+        relative_pressure: As in `thermal_reduction_factor`.
         thermal_loading: As there.
     """
-    numerator = _numerator(max_hertz_pressure_pa, reduced_modulus_pa, thermal_loading)
+    numerator = _numerator(relative_pressure, thermal_loading)
     return np.asarray(numerator >= THERMAL_REDUCTION_FIT.least_numerator)
 
 
-def _numerator(
-    max_hertz_pressure_pa: Floats, reduced_modulus_pa: Floats, thermal_loading: Floats
-) -> FloatArray:
+def _numerator(relative_pressure: Floats, thermal_loading: Floats) -> FloatArray:
     """1 - 13.2 (p0/E') L^0.42."""
     fit = THERMAL_REDUCTION_FIT
-    relative_pressure = max_hertz_pressure_pa / reduced_modulus_pa
     heating = fit.pressure_factor * relative_pressure * thermal_loading**fit.pressure_power
     return np.asarray(1 - heating)
 
@@ -228,30 +201,19 @@ class InletOil:
 
 def film_thickness(
     oil: InletOil,
-    *,
+    at: Conditions,
+    slide_roll_ratio: Floats,
     thickness: Thickness,
     thermal_reduction: bool = True,
-    load_n: Floats,
-    max_hertz_pressure_pa: Floats,
-    entrainment_speed_m_s: Floats,
-    slide_roll_ratio: Floats,
-    radius_x_m: Floats,
-    reduced_modulus_pa: Floats,
-    ellipticity: Floats = 1.0,
 ) -> FloatArray:
     """Film thickness of an oil in a contact: h = phi_T h_isothermal.
 
     Args:
         oil: The oil at the inlet temperature.
+        at: The contact's conditions; a pressure of 0 leaves out the pressure term of phi_T.
+        slide_roll_ratio: S.
         thickness: `minimum` or `central`, as in `isothermal_film_thickness`.
         thermal_reduction: Whether phi_T of `thermal_reduction_factor` applies.
-        load_n: Normal load, in N; above 0.
-        max_hertz_pressure_pa: Maximum pressure, in Pa; 0 leaves out the pressure term of phi_T.
-        entrainment_speed_m_s: Mean of the two surface speeds, in m/s.
-        slide_roll_ratio: S.
-        radius_x_m: Reduced radius in the rolling direction, in m.
-        reduced_modulus_pa: E' = 2 E*, in Pa.
-        ellipticity: a_y/a_x of the contact.
 
     Returns:
         h, in m; zero or negative outside the range of phi_T.
@@ -260,31 +222,15 @@ def film_thickness(
         MIL-L-23699 oil at 100 degC on a 20 mm ball: 0.2108 um, reduced by 0.766:
 
         >>> oil = InletOil(5.006e-3, 1.103e-8, 0.01996, 0.1472)
-        >>> h = film_thickness(
-        ...     oil, thickness="minimum", load_n=142, max_hertz_pressure_pa=1.5e9,
-        ...     entrainment_speed_m_s=25, slide_roll_ratio=0.3, radius_x_m=0.010,
-        ...     reduced_modulus_pa=221.6e9)
-        >>> print(f"{h * 1e6:.3f} um")
+        >>> at = Conditions(142, 1.5, 25, 100, radius_x_m=0.010, reduced_modulus_pa=221.6e9)
+        >>> print(f"{film_thickness(oil, at, 0.3, 'minimum') * 1e6:.3f} um")
         0.161 um
     """
-    isothermal = isothermal_film_thickness(
-        thickness,
-        load_n=load_n,
-        entrainment_speed_m_s=entrainment_speed_m_s,
-        dynamic_viscosity_pa_s=oil.dynamic_viscosity_pa_s,
-        pressure_viscosity_coefficient_1_pa=oil.pressure_viscosity_coefficient_1_pa,
-        radius_x_m=radius_x_m,
-        reduced_modulus_pa=reduced_modulus_pa,
-        ellipticity=ellipticity,
-    )
+    isothermal = isothermal_film_thickness(oil, at, thickness)
     if not thermal_reduction:
         return isothermal
-    return isothermal * thermal_reduction_factor(
-        max_hertz_pressure_pa=max_hertz_pressure_pa,
-        reduced_modulus_pa=reduced_modulus_pa,
-        slide_roll_ratio=slide_roll_ratio,
-        thermal_loading=oil.thermal_loading(entrainment_speed_m_s),
-    )
+    loading = oil.thermal_loading(at.entrainment_speed_m_s)
+    return isothermal * thermal_reduction_factor(at.relative_pressure, slide_roll_ratio, loading)
 
 
 def contact_film(
@@ -321,23 +267,11 @@ def contact_film(
     speed = np.where(entrainment_speed_m_s > 0, entrainment_speed_m_s, np.nan)
     is_liquid = (inlet_temperature_c >= low) & (inlet_temperature_c <= high)
     inlet_oil = InletOil.of(oil, np.where(is_liquid, inlet_temperature_c, np.nan))
-    pressure = max_hertz_pressure(load_n, contact.radius_m, contact.reduced_modulus_pa)
-    thickness_m = film_thickness(
-        inlet_oil,
-        thickness=thickness,
-        thermal_reduction=thermal_reduction,
-        load_n=load_n,
-        max_hertz_pressure_pa=pressure,
-        entrainment_speed_m_s=speed,
-        slide_roll_ratio=slide_roll_ratio,
-        radius_x_m=contact.radius_m,
-        reduced_modulus_pa=contact.reduced_modulus_pa,
-    )
-    within = within_thermal_reduction(
-        max_hertz_pressure_pa=pressure,
-        reduced_modulus_pa=contact.reduced_modulus_pa,
-        thermal_loading=inlet_oil.thermal_loading(speed),
-    )
+    radius, modulus = np.asarray(contact.radius_m), contact.reduced_modulus_pa
+    pressure = max_hertz_pressure(load_n, radius, modulus) / PA_PER_GPA
+    at = Conditions(load_n, pressure, speed, inlet_temperature_c, radius, modulus)
+    thickness_m = film_thickness(inlet_oil, at, slide_roll_ratio, thickness, thermal_reduction)
+    within = within_thermal_reduction(at.relative_pressure, inlet_oil.thermal_loading(speed))
     is_film = np.isfinite(thickness_m) & (within | (not thermal_reduction))
     thickness_m = np.where(is_film, thickness_m, np.nan)
     return thickness_m, thickness_m / contact.roughness_m(roughness)

@@ -6,9 +6,9 @@ temperatures in degC, floats or arrays. Results are in SI units and have the sam
 Decides: viscosity and density of an oil (the numbers are in `config/oils`).
 """
 
-from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -16,7 +16,10 @@ import numpy.typing as npt
 from oilfilm.physics.contact import Floats
 from oilfilm.units import ABSOLUTE_ZERO_C, FloatArray
 
-IntArray = npt.NDArray[np.intp]
+# Of floats, or of complex numbers by which a formula is differentiated.
+AnyArray = npt.NDArray[Any]
+# Temperature's imaginary step: its square vanishes, so that the derivative is exact to rounding.
+_STEP_K = 1e-30
 
 
 @dataclass(frozen=True)
@@ -34,23 +37,16 @@ class PiecewiseLinear:
     temperature_k: tuple[float, ...]
     value: tuple[float, ...]
 
-    def at(self, temperature_k: FloatArray) -> FloatArray:
+    def at(self, temperature_k: AnyArray) -> AnyArray:
         """The property at `temperature_k`."""
-        piece = self._piece(temperature_k)
+        piece = np.searchsorted(self.temperature_k[1:-1], np.real(temperature_k))
+        slope = (np.diff(self.value) / np.diff(self.temperature_k))[piece]
         start, value = np.asarray(self.temperature_k)[piece], np.asarray(self.value)[piece]
-        return np.asarray(value + self.slope(temperature_k) * (temperature_k - start))
-
-    def slope(self, temperature_k: FloatArray) -> FloatArray:
-        """The property's derivative by temperature."""
-        slopes = np.diff(self.value) / np.diff(self.temperature_k)
-        return np.asarray(slopes[self._piece(temperature_k)])
-
-    def _piece(self, temperature_k: FloatArray) -> IntArray:
-        return np.searchsorted(self.temperature_k[1:-1], temperature_k)
+        return value + slope * (temperature_k - start)
 
 
 @dataclass(frozen=True, kw_only=True)
-class Oil(ABC):
+class Oil:
     """An oil and its properties.
 
     Attributes:
@@ -65,6 +61,8 @@ class Oil(ABC):
         density: In kg/m3.
         specific_heat: In J/(kg K).
         thermal_conductivity: In W/(m K).
+        model: Key of `FORMULAS`.
+        coefficients: Numbers of the formulas, by name.
     """
 
     id: str
@@ -78,18 +76,22 @@ class Oil(ABC):
     density: PiecewiseLinear
     specific_heat: PiecewiseLinear
     thermal_conductivity: PiecewiseLinear
+    model: str
+    coefficients: Mapping[str, float]
 
-    @abstractmethod
     def dynamic_viscosity_pa_s(self, temperature_c: Floats) -> FloatArray:
         """Dynamic viscosity eta, in Pa s."""
+        return np.asarray(FORMULAS[self.model][0](self, _kelvin(temperature_c)))
 
-    @abstractmethod
     def pressure_viscosity_coefficient_1_pa(self, temperature_c: Floats) -> FloatArray:
         """Pressure-viscosity coefficient alpha, in 1/Pa."""
+        return np.asarray(FORMULAS[self.model][1](self, _kelvin(temperature_c)))
 
-    @abstractmethod
     def temperature_viscosity_coefficient_1_k(self, temperature_c: Floats) -> FloatArray:
         """Temperature-viscosity coefficient beta = -d ln(eta)/dT, in 1/K."""
+        with np.errstate(invalid="ignore"):  # of a missing temperature
+            viscosity = FORMULAS[self.model][0](self, _kelvin(temperature_c) + 1j * _STEP_K)
+        return np.asarray(-np.imag(viscosity) / np.real(viscosity) / _STEP_K)
 
     def kinematic_viscosity_m2_s(self, temperature_c: Floats) -> FloatArray:
         """Kinematic viscosity nu = eta/rho, in m2/s."""
@@ -108,154 +110,64 @@ class Oil(ABC):
         return self.thermal_conductivity.at(_kelvin(temperature_c))
 
 
-@dataclass(frozen=True, kw_only=True)
-class MilL7808(Oil):
-    """Oil by the MIL-L-7808 functions of the bearing-dynamics code ADORE, T in K.
+def _mil_l_7808_viscosity(oil: Oil, t: AnyArray) -> AnyArray:
+    """eta = scale (b - offset),  b = exp(a),  a = exp(intercept - slope ln T).
 
-        eta   = scale (b - offset),   b = exp(a),   a = exp(intercept - slope ln T)
-        alpha = base + rate/(T - pole)
-        beta  = slope (a/T) b/(b - offset)
-
-    beta is the derivative of the first line. Given for 311 to 478 K; alpha has no meaning near
-    its pole at 216 K.
+    MIL-L-7808 oil by the bearing-dynamics code ADORE, for 311 to 478 K.
 
     Reference: P. K. Gupta, ADORE, lubricant functions (second-hand transcription, docs/physics.md).
-
-    Attributes:
-        viscosity_intercept: Dimensionless.
-        viscosity_slope: Dimensionless.
-        viscosity_scale_pa_s: In Pa s.
-        viscosity_offset: Dimensionless.
-        pressure_viscosity_base_1_pa: In 1/Pa.
-        pressure_viscosity_rate_k_pa: In K/Pa.
-        pressure_viscosity_pole_k: In K.
     """
-
-    viscosity_intercept: float
-    viscosity_slope: float
-    viscosity_scale_pa_s: float
-    viscosity_offset: float
-    pressure_viscosity_base_1_pa: float
-    pressure_viscosity_rate_k_pa: float
-    pressure_viscosity_pole_k: float
-
-    def dynamic_viscosity_pa_s(self, temperature_c: Floats) -> FloatArray:
-        """Dynamic viscosity: scale (b - offset), in Pa s."""
-        b = np.exp(self._log_b(_kelvin(temperature_c)))
-        return self.viscosity_scale_pa_s * (b - self.viscosity_offset)
-
-    def pressure_viscosity_coefficient_1_pa(self, temperature_c: Floats) -> FloatArray:
-        """Pressure-viscosity coefficient: base + rate/(T - pole), in 1/Pa."""
-        above_pole = _kelvin(temperature_c) - self.pressure_viscosity_pole_k
-        return self.pressure_viscosity_base_1_pa + self.pressure_viscosity_rate_k_pa / above_pole
-
-    def temperature_viscosity_coefficient_1_k(self, temperature_c: Floats) -> FloatArray:
-        """Temperature-viscosity coefficient: slope (a/T) b/(b - offset), in 1/K."""
-        t = _kelvin(temperature_c)
-        a = self._log_b(t)
-        return self.viscosity_slope * (a / t) / (1 - self.viscosity_offset * np.exp(-a))
-
-    def _log_b(self, t: FloatArray) -> FloatArray:
-        return np.exp(self.viscosity_intercept - self.viscosity_slope * np.log(t))
+    c = oil.coefficients
+    a = np.exp(c["viscosity_intercept"] - c["viscosity_slope"] * np.log(t))
+    return c["viscosity_scale_pa_s"] * (np.exp(a) - c["viscosity_offset"])
 
 
-@dataclass(frozen=True, kw_only=True)
-class _PressureViscosityByViscosity(Oil):
-    """Oil whose pressure-viscosity coefficient follows from its viscosity.
-
-        alpha = exp(m ln(eta/1 Pa s) - n)/eta
-
-    Attributes:
-        pressure_viscosity_exponent: m, dimensionless.
-        pressure_viscosity_offset: n, dimensionless (alpha in 1/Pa, eta in Pa s).
-    """
-
-    pressure_viscosity_exponent: float
-    pressure_viscosity_offset: float
-
-    def pressure_viscosity_coefficient_1_pa(self, temperature_c: Floats) -> FloatArray:
-        """Pressure-viscosity coefficient: exp(m ln(eta) - n)/eta, in 1/Pa."""
-        eta_pa_s = self.dynamic_viscosity_pa_s(temperature_c)
-        exponent = self.pressure_viscosity_exponent * np.log(eta_pa_s)
-        return np.exp(exponent - self.pressure_viscosity_offset) / eta_pa_s
+def _mil_l_7808_pressure_viscosity(oil: Oil, t: AnyArray) -> AnyArray:
+    """alpha = base + rate/(T - pole), without meaning near the pole. Reference: as above."""
+    c = oil.coefficients
+    above_pole = t - c["pressure_viscosity_pole_k"]
+    return c["pressure_viscosity_base_1_pa"] + c["pressure_viscosity_rate_k_pa"] / above_pole
 
 
-@dataclass(frozen=True, kw_only=True)
-class MilL23699(_PressureViscosityByViscosity):
-    """Oil by the MIL-L-23699 functions of the bearing-dynamics code ADORE, T in K.
+def _mil_l_23699_viscosity(oil: Oil, t: AnyArray) -> AnyArray:
+    """eta = eta_r exp(c1 d + c2 d^2),  d = 1/T - 1/T_r.
 
-        eta   = eta_r exp(c1 d + c2 d^2),   d = 1/T - 1/T_r
-        beta  = (c1 + 2 c2 d)/T^2
-
-    beta is the derivative of the first line. The densities that go with it are given for 233 to
-    422 K.
+    MIL-L-23699 oil by the bearing-dynamics code ADORE; the densities that go with it are given for
+    233 to 422 K.
 
     Reference: P. K. Gupta, ADORE, lubricant functions (second-hand transcription, docs/physics.md).
-
-    Attributes:
-        reference_temperature_k: T_r, in K.
-        reference_viscosity_pa_s: eta_r, in Pa s.
-        viscosity_first_order_k: c1, in K.
-        viscosity_second_order_k2: c2, in K2.
     """
-
-    reference_temperature_k: float
-    reference_viscosity_pa_s: float
-    viscosity_first_order_k: float
-    viscosity_second_order_k2: float
-
-    def dynamic_viscosity_pa_s(self, temperature_c: Floats) -> FloatArray:
-        """Dynamic viscosity: eta_r exp(c1 d + c2 d^2), in Pa s."""
-        d = self._inverse_temperature_difference(_kelvin(temperature_c))
-        exponent = self.viscosity_first_order_k * d + self.viscosity_second_order_k2 * d**2
-        return self.reference_viscosity_pa_s * np.exp(exponent)
-
-    def temperature_viscosity_coefficient_1_k(self, temperature_c: Floats) -> FloatArray:
-        """Temperature-viscosity coefficient: (c1 + 2 c2 d)/T^2, in 1/K."""
-        t = _kelvin(temperature_c)
-        d = self._inverse_temperature_difference(t)
-        return (self.viscosity_first_order_k + 2 * self.viscosity_second_order_k2 * d) / t**2
-
-    def _inverse_temperature_difference(self, t: FloatArray) -> FloatArray:
-        return 1 / t - 1 / self.reference_temperature_k
+    c = oil.coefficients
+    d = 1 / t - 1 / c["reference_temperature_k"]
+    exponent = c["viscosity_first_order_k"] * d + c["viscosity_second_order_k2"] * d**2
+    return c["reference_viscosity_pa_s"] * np.exp(exponent)
 
 
-@dataclass(frozen=True, kw_only=True)
-class AstmD341(_PressureViscosityByViscosity):
-    """Oil known by its kinematic viscosity at two temperatures, T in K, nu in cSt.
+def _by_viscosity(oil: Oil, t: AnyArray) -> AnyArray:
+    """alpha = exp(m ln(eta) - n)/eta, alpha in 1/Pa and eta in Pa s. Reference: ADORE, as above."""
+    c, eta_pa_s = oil.coefficients, FORMULAS[oil.model][0](oil, t)
+    exponent = c["pressure_viscosity_exponent"] * np.log(eta_pa_s)
+    return np.exp(exponent - c["pressure_viscosity_offset"]) / eta_pa_s
 
-        log10 log10(nu + 0.7) = A - B log10 T,   eta = nu rho
-        beta  = B ln(10) log10(nu + 0.7) (nu + 0.7)/(nu T) - (d rho/dT)/rho
 
-    beta is the derivative of the first line. Holds for nu above 2 cSt; the standard adds terms
-    below that.
+def _astm_d341_viscosity(oil: Oil, t: AnyArray) -> AnyArray:
+    """log10 log10(nu + 0.7) = A - B log10 T,  eta = nu rho, nu in cSt and above 2 cSt.
 
     Reference: ASTM D341, Standard practice for viscosity-temperature charts for liquid petroleum
         products, the line without its low-viscosity terms.
-
-    Attributes:
-        viscosity_intercept: A, dimensionless.
-        viscosity_slope: B, dimensionless.
     """
+    c = oil.coefficients
+    shifted = 10 ** (10 ** (c["viscosity_intercept"] - c["viscosity_slope"] * np.log10(t)))
+    return (shifted - 0.7) * 1e-6 * oil.density.at(t)
 
-    viscosity_intercept: float
-    viscosity_slope: float
 
-    def dynamic_viscosity_pa_s(self, temperature_c: Floats) -> FloatArray:
-        """Dynamic viscosity: nu rho, in Pa s."""
-        nu_cst = 10 ** self._log_shifted_viscosity(_kelvin(temperature_c)) - 0.7
-        return nu_cst * 1e-6 * self.density_kg_m3(temperature_c)
-
-    def temperature_viscosity_coefficient_1_k(self, temperature_c: Floats) -> FloatArray:
-        """Temperature-viscosity coefficient: the sum of those of nu and rho, in 1/K."""
-        t = _kelvin(temperature_c)
-        log_shifted = self._log_shifted_viscosity(t)
-        shifted_over_nu = 1 / (1 - 0.7 * 10**-log_shifted)
-        kinematic = self.viscosity_slope * np.log(10) * log_shifted * shifted_over_nu / t
-        return np.asarray(kinematic - self.density.slope(t) / self.density.at(t))
-
-    def _log_shifted_viscosity(self, t: FloatArray) -> FloatArray:
-        return np.asarray(10 ** (self.viscosity_intercept - self.viscosity_slope * np.log10(t)))
+Formula = Callable[[Oil, AnyArray], AnyArray]
+# Viscosity and pressure-viscosity coefficient by temperature in K, by the `model` of an oil's file.
+FORMULAS: dict[str, tuple[Formula, Formula]] = {
+    "adore-mil-l-7808": (_mil_l_7808_viscosity, _mil_l_7808_pressure_viscosity),
+    "adore-mil-l-23699": (_mil_l_23699_viscosity, _by_viscosity),
+    "astm-d341": (_astm_d341_viscosity, _by_viscosity),
+}
 
 
 def _kelvin(temperature_c: Floats) -> FloatArray:

@@ -12,15 +12,20 @@ Decides: traction of an oil from its properties (thermal elastohydrodynamics), t
 campaign `thermal`.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy
 
-from oilfilm.physics.contact import Floats, contact_radius, load_for_max_hertz_pressure
+from oilfilm.physics.contact import (
+    Conditions,
+    Floats,
+    contact_radius,
+    load_for_max_hertz_pressure,
+)
 from oilfilm.physics.film import InletOil, film_thickness
 from oilfilm.physics.oils import Oil
-from oilfilm.units import FloatArray
+from oilfilm.units import PA_PER_GPA, FloatArray
 
 # Further up, properties continued in straight lines from their tables would fall below zero.
 _HOTTEST_C = 800.0
@@ -133,7 +138,6 @@ def eyring_stress(
 def limiting_stress(
     pressure_pa: Floats,
     temperature_c: Floats,
-    *,
     ratio: Floats,
     reference_c: Floats,
     decay_1_k: Floats,
@@ -187,7 +191,6 @@ def limited_stress(stress_pa: Floats, limiting_stress_pa: Floats) -> FloatArray:
 
 def flash_temperature_rise(
     heat_flux_w_m2: Floats,
-    *,
     contact_radius_m: Floats,
     speed_m_s: Floats,
     conductivity_w_mk: Floats,
@@ -236,7 +239,7 @@ def flash_temperature_rise(
 
 
 def film_temperature_rise(
-    heat_flux_w_m2: Floats, *, film_thickness_m: Floats, conductivity_w_mk: Floats
+    heat_flux_w_m2: Floats, film_thickness_m: Floats, conductivity_w_mk: Floats
 ) -> FloatArray:
     """Rise of a film's mean temperature over its surfaces, its heat leaving by conduction alone.
 
@@ -297,9 +300,9 @@ def film_stress(
     limit = limiting_stress(
         pressure_pa,
         film_temperature_c,
-        ratio=constants.limiting_stress_ratio,
-        reference_c=constants.limiting_stress_reference_c,
-        decay_1_k=constants.limiting_stress_decay_1_k,
+        constants.limiting_stress_ratio,
+        constants.limiting_stress_reference_c,
+        constants.limiting_stress_decay_1_k,
     )
     thinned = eyring_stress(viscosity, shear_rate_1_s, constants.eyring_stress_pa)
     return limited_stress(thinned, limit)
@@ -308,16 +311,10 @@ def film_stress(
 def sliding_film(
     oil: Oil,
     constants: ThermalEhl,
-    *,
+    at: Conditions,
     pressure_pa: Floats,
-    load_n: Floats,
-    entrainment_speed_m_s: Floats,
-    inlet_temperature_c: Floats,
     slide_roll_ratio: Floats,
-    radius_x_m: Floats,
     semi_axis_x_m: Floats,
-    ellipticity: Floats,
-    reduced_modulus_pa: Floats,
 ) -> SlidingFilm:
     """Film at a point of a contact, with the heat that its own sliding makes.
 
@@ -332,15 +329,11 @@ def sliding_film(
         oil: The oil; its viscosity and pressure-viscosity coefficient are taken at the temperature
             of the film, its conductivity at the inlet's.
         constants: Stresses and the bodies' thermal properties.
+        at: The contact's conditions, at a speed above 0; the bodies far from the contact are as
+            warm as the oil. Its largest pressure is not used.
         pressure_pa: p at the point, in Pa.
-        load_n: Normal load of the contact, in N.
-        entrainment_speed_m_s: U, above 0, in m/s.
-        inlet_temperature_c: Of the oil and of both bodies far from the contact, in degC.
         slide_roll_ratio: S at the point, 0 or more.
-        radius_x_m: Reduced radius in the rolling direction, in m.
         semi_axis_x_m: Semi-axis of the contact in the rolling direction, in m.
-        ellipticity: Semi-axis across the rolling direction over the one along it.
-        reduced_modulus_pa: E' = 2 E*, in Pa.
 
     Returns:
         The film; NaN where it would be hotter than 800 degC.
@@ -356,36 +349,26 @@ def sliding_film(
     References: K. L. Johnson and J. L. Tevaarwerk, Proc. R. Soc. Lond. A 356 (1977) 215; the parts
     as given with the functions of this module and in `film`.
     """
-    inlet_oil = InletOil.of(oil, inlet_temperature_c)
-    film_thickness_m = film_thickness(
-        inlet_oil,
-        thickness="central",
-        load_n=load_n,
-        max_hertz_pressure_pa=0.0,  # without the pressure term, see Validity
-        entrainment_speed_m_s=entrainment_speed_m_s,
-        slide_roll_ratio=slide_roll_ratio,
-        radius_x_m=radius_x_m,
-        reduced_modulus_pa=reduced_modulus_pa,
-        ellipticity=ellipticity,
-    )
-    sliding_m_s = np.asarray(slide_roll_ratio) * entrainment_speed_m_s
+    inlet_oil, speed = InletOil.of(oil, at.inlet_temperature_c), at.entrainment_speed_m_s
+    # without the pressure term, see Validity
+    without = replace(at, max_hertz_pressure_gpa=np.zeros(()))
+    film_thickness_m = film_thickness(inlet_oil, without, slide_roll_ratio, "central")
+    sliding_m_s = np.asarray(slide_roll_ratio) * speed
     # both rises are proportional to the heat: kelvin per pascal of shear stress. The chords of an
     # ellipse are those of a circle with its semi-axis along the rolling direction.
     flash = flash_temperature_rise(
         sliding_m_s / 2,
-        contact_radius_m=semi_axis_x_m,
-        speed_m_s=entrainment_speed_m_s,
-        conductivity_w_mk=constants.solid_conductivity_w_mk,
-        volumetric_heat_j_m3k=constants.solid_volumetric_heat_j_m3k,
+        semi_axis_x_m,
+        speed,
+        constants.solid_conductivity_w_mk,
+        constants.solid_volumetric_heat_j_m3k,
     )
     within = film_temperature_rise(
-        sliding_m_s,
-        film_thickness_m=film_thickness_m,
-        conductivity_w_mk=inlet_oil.thermal_conductivity_w_mk,
+        sliding_m_s, film_thickness_m, inlet_oil.thermal_conductivity_w_mk
     )
     shear_rate = sliding_m_s / film_thickness_m
     pressure, inlet, rise, rate = np.broadcast_arrays(
-        pressure_pa, inlet_temperature_c, flash + within, shear_rate
+        pressure_pa, at.inlet_temperature_c, flash + within, shear_rate
     )
     stress = _stress_with_heat(oil, constants, pressure, inlet, rise, rate)
     return SlidingFilm(
@@ -400,7 +383,6 @@ def sliding_film(
 def thermal_ehl_traction(
     oil: Oil,
     constants: ThermalEhl,
-    *,
     max_hertz_pressure_pa: Floats,
     entrainment_speed_m_s: Floats,
     inlet_temperature_c: Floats,
@@ -427,36 +409,17 @@ def thermal_ehl_traction(
 
     Validity, References: as of `sliding_film`.
     """
+    levels = max_hertz_pressure_pa, entrainment_speed_m_s, inlet_temperature_c, slide_roll_ratio
     peak, speed, inlet, slip = (
-        level[..., np.newaxis]
-        for level in np.broadcast_arrays(
-            *(
-                np.asarray(level, dtype=float)
-                for level in (
-                    max_hertz_pressure_pa,
-                    entrainment_speed_m_s,
-                    inlet_temperature_c,
-                    slide_roll_ratio,
-                )
-            )
-        )
+        level[..., np.newaxis].astype(float) for level in np.broadcast_arrays(*levels)
     )
     load_n = load_for_max_hertz_pressure(peak, radius_m, reduced_modulus_pa)
     root, weight = scipy.special.roots_jacobi(_RADIAL_NODES, 0, 2)[:2]
     pressure = peak * (1 + root) / 2
-    film = sliding_film(
-        oil,
-        constants,
-        pressure_pa=pressure,
-        load_n=load_n,
-        entrainment_speed_m_s=speed,
-        inlet_temperature_c=inlet,
-        slide_roll_ratio=slip,
-        radius_x_m=radius_m,
-        semi_axis_x_m=contact_radius(load_n, radius_m, reduced_modulus_pa),
-        ellipticity=1.0,
-        reduced_modulus_pa=reduced_modulus_pa,
-    )
+    x = np.asarray(radius_m)
+    at = Conditions(load_n, peak / PA_PER_GPA, speed, inlet, x, reduced_modulus_pa)
+    radius = contact_radius(load_n, radius_m, reduced_modulus_pa)
+    film = sliding_film(oil, constants, at, pressure, slip, radius)
     return np.asarray((film.shear_stress_pa / pressure) @ (weight / weight.sum()))
 
 
@@ -470,13 +433,8 @@ def _stress_with_heat(
 ) -> FloatArray:
     """Shear stress of a film whose temperature rises by `rise_k_pa` per pascal of that stress."""
 
-    def excess(
-        stress: FloatArray,
-        inlet: FloatArray,
-        rise: FloatArray,
-        shear_rate: FloatArray,
-        pressure: FloatArray,
-    ) -> FloatArray:
+    def excess(stress: FloatArray, *known: FloatArray) -> FloatArray:
+        pressure, inlet, rise, shear_rate = known
         return stress - film_stress(oil, constants, pressure, inlet + rise * stress, shear_rate)
 
     # the stress is largest in a film that stays cold; the factor allows for rounding
@@ -487,9 +445,6 @@ def _stress_with_heat(
     # imported here: it takes half a second, and the formulas above do without
     from scipy.optimize import elementwise  # noqa: PLC0415
 
-    root = elementwise.find_root(
-        excess,
-        (np.zeros_like(highest), highest),
-        args=(inlet_temperature_c, rise_k_pa, shear_rate_1_s, pressure_pa),
-    )
+    known = pressure_pa, inlet_temperature_c, rise_k_pa, shear_rate_1_s
+    root = elementwise.find_root(excess, (np.zeros_like(highest), highest), args=known)
     return np.asarray(root.x)

@@ -6,10 +6,9 @@ from typing import Any
 import numpy as np
 
 from oilfilm.bearing.ellipse import grid
-from oilfilm.bearing.friction import HEATS, friction_equilibrium
+from oilfilm.bearing.friction import HEATS, FrictionProblem, friction_equilibrium
 from oilfilm.bearing.quasistatic import OperatingPoints
 from oilfilm.bearing.resistance import Lubrication
-from oilfilm.bearing.torque import inner_ring_torque_n_m
 from oilfilm.errors import OilfilmError
 from oilfilm.randomness import generator
 from oilfilm.rig_twin.plan import PlannedTorqueRun, planned_torque_runs
@@ -64,26 +63,21 @@ def _truth(
     speed = np.tile(np.array(speeds, dtype=float), len(plans))
     loads, temperatures = np.repeat(load, len(speeds)), np.repeat(temperature, len(speeds))
 
-    motion = friction_equilibrium(
-        bearing,
-        OperatingPoints.axial(loads, speed * RAD_S_PER_RPM),
-        Lubrication.of(
-            oil,
-            temperatures,
-            settings.bearing.drag_coefficient,
-            settings.bearing.oil_volume_fraction,
-        ),
-        traction.at_points(grid(*_QUADRATURE), bearing.radius_y_m[:, np.newaxis]),
-        _QUADRATURE,
+    rule, settled = grid(*_QUADRATURE), settings.bearing
+    points = OperatingPoints.axial(loads, speed * RAD_S_PER_RPM)
+    lubrication = Lubrication.of(
+        oil, temperatures, settled.drag_coefficient, settled.oil_volume_fraction
     )
-    if not motion.solution.converged.all():
+    law = traction.at_points(rule, bearing.radius_y_m[:, np.newaxis])
+    found = friction_equilibrium(FrictionProblem(bearing, points, lubrication, law, rule))
+    if not found.solution.converged.all():
         raise OilfilmError(
             f"campaign {settings.campaign.name!r}, torque.matrix: at some of its points the "
             "simulated bearing comes to no steady motion. Ask for more load or less speed."
         )
     left = misfit(traction, settings)
-    torque = inner_ring_torque_n_m(motion.balance, motion.balls_per_row)
-    heat = motion.balls_per_row * motion.balance.heat_w[..., HEATS.index("traction")].sum(axis=1)
+    torque = found.torque_n_m()
+    heat = bearing.ball_count * found.balance.heat_w[:, HEATS.index("traction")]
     rows = [
         {
             "run_id": plan.name,

@@ -8,16 +8,16 @@ Decides: the truth behind simulated logs of both rigs.
 
 import itertools
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
 import pandas as pd
 
 from oilfilm import tables
-from oilfilm.bearing.ellipse import Conditions, Grid, TractionLaw, grid
+from oilfilm.bearing.ellipse import Grid, TractionLaw, grid
 from oilfilm.errors import OilfilmError
-from oilfilm.physics.contact import elliptical_contact
+from oilfilm.physics.contact import Conditions, elliptical_contact
 from oilfilm.physics.oils import Oil
 from oilfilm.physics.rigs import Contact
 from oilfilm.physics.thermal_traction import ThermalEhl, sliding_film, thermal_ehl_traction
@@ -98,16 +98,11 @@ class FilmTruth:
 
     def __call__(self, *conditions: FloatArray) -> FloatArray:
         """See `Truth`."""
-        pressure_gpa, speed, temperature, slip = conditions
+        gpa, speed, temperature, slip = conditions
+        radius, modulus = self.rig.radius_m, self.rig.reduced_modulus_pa
+        peak = np.asarray(gpa) * PA_PER_GPA
         return thermal_ehl_traction(
-            self.oil,
-            self.constants,
-            max_hertz_pressure_pa=np.asarray(pressure_gpa) * PA_PER_GPA,
-            entrainment_speed_m_s=speed,
-            inlet_temperature_c=temperature,
-            slide_roll_ratio=slip,
-            radius_m=self.rig.radius_m,
-            reduced_modulus_pa=self.rig.reduced_modulus_pa,
+            self.oil, self.constants, peak, speed, temperature, slip, radius, modulus
         )
 
     def at_points(self, rule: Grid, radius_y_m: FloatArray) -> TractionLaw:
@@ -118,18 +113,12 @@ class FilmTruth:
             contact = elliptical_contact(load, at.radius_x_m, radius_y_m, at.reduced_modulus_pa)
             peak = np.fmax(at.max_hertz_pressure_gpa, _LEAST_PRESSURE_GPA) * PA_PER_GPA
             pressure = peak * np.sqrt(1 - rule.along**2 - rule.across**2)
+            speed = np.fmax(at.entrainment_speed_m_s, _LEAST_SPEED_M_S)
+            at = replace(
+                at, load_n=load, entrainment_speed_m_s=speed, ellipticity=contact.ellipticity
+            )
             film = sliding_film(
-                self.oil,
-                self.constants,
-                pressure_pa=pressure,
-                load_n=load,
-                entrainment_speed_m_s=np.fmax(at.entrainment_speed_m_s, _LEAST_SPEED_M_S),
-                inlet_temperature_c=at.inlet_temperature_c,
-                slide_roll_ratio=slide_roll_ratio,
-                radius_x_m=at.radius_x_m,
-                semi_axis_x_m=contact.semi_axis_x_m,
-                ellipticity=contact.ellipticity,
-                reduced_modulus_pa=at.reduced_modulus_pa,
+                self.oil, self.constants, at, pressure, slide_roll_ratio, contact.semi_axis_x_m
             )
             return film.shear_stress_pa / pressure
 

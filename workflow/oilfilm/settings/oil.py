@@ -3,7 +3,7 @@
 Decides: the keys of an oil file; when its coefficients contradict its grade.
 """
 
-from typing import Annotated, Any, ClassVar, Literal, Self, TypeVar
+from typing import Annotated, Any, Literal, Self, TypeVar
 
 from pydantic import AfterValidator, Field, Strict, model_validator
 
@@ -38,7 +38,7 @@ PropertyTable = Annotated[
 
 
 class MilL7808Coefficients(Group):
-    """Coefficients of oilfilm.physics.oils.MilL7808."""
+    """Coefficients of the MIL-L-7808 formulas."""
 
     viscosity_intercept: float = key("a = exp(intercept - slope ln T), T in K.", unit="1")
     viscosity_slope: float = key("Slope of the same.", unit="1", gt=0)
@@ -52,7 +52,7 @@ class MilL7808Coefficients(Group):
 
 
 class MilL23699Coefficients(Group):
-    """Coefficients of oilfilm.physics.oils.MilL23699."""
+    """Coefficients of the MIL-L-23699 formulas."""
 
     reference_temperature_k: TemperatureK = key("T_r; d = 1/T - 1/T_r.")
     reference_viscosity_pa_s: float = key("eta = eta_r exp(c1 d + c2 d^2).", unit="Pa s", gt=0)
@@ -65,7 +65,7 @@ class MilL23699Coefficients(Group):
 
 
 class AstmD341Coefficients(Group):
-    """Coefficients of oilfilm.physics.oils.AstmD341."""
+    """Coefficients of ASTM D341."""
 
     viscosity_intercept: float = key(
         "A; log10 log10(nu + 0.7) = A - B log10 T, nu in cSt, T in K.", unit="1"
@@ -89,7 +89,7 @@ class OilUncertainty(Group):
 class OilKeys(Group):
     """Keys that every oil has, whatever its formulas."""
 
-    formulas: ClassVar[type[oils.Oil]]
+    model: str
     coefficients: Group
     id: q.Name = key("The file's name without .yaml, in quotes.")
     name: q.Text = key("Full name.")
@@ -134,17 +134,17 @@ class OilKeys(Group):
             "specific_heat": self.specific_heat_j_kgk,
             "thermal_conductivity": self.thermal_conductivity_w_mk,
         }
-        copied = {"id", "name", "display_name", "nominal_kinematic_viscosity_100c_cst"}
+        copied = {"id", "name", "display_name", "nominal_kinematic_viscosity_100c_cst", "model"}
         plain: dict[str, Any] = {
             **self.model_dump(include={*copied, "stand_in", "note", "source"}),
             **{
                 name: oils.PiecewiseLinear(*zip(*sorted(rows), strict=True))
                 for name, rows in tables.items()
             },
-            **self.coefficients.model_dump(),
         }
         uncertainty = self.relative_uncertainty.model_dump(exclude_none=True)
-        return self.formulas(**plain, relative_uncertainty=uncertainty)
+        coefficients = self.coefficients.model_dump()
+        return oils.Oil(**plain, coefficients=coefficients, relative_uncertainty=uncertainty)
 
 
 class MilL7808Oil(OilKeys):
@@ -152,7 +152,6 @@ class MilL7808Oil(OilKeys):
 
     model: Literal["adore-mil-l-7808"] = key("Formulas of viscosity and pressure viscosity.")
     coefficients: MilL7808Coefficients = key("Numbers of the formulas.")
-    formulas: ClassVar[type[oils.Oil]] = oils.MilL7808
 
 
 class MilL23699Oil(OilKeys):
@@ -160,7 +159,6 @@ class MilL23699Oil(OilKeys):
 
     model: Literal["adore-mil-l-23699"] = key("Formulas of viscosity and pressure viscosity.")
     coefficients: MilL23699Coefficients = key("Numbers of the formulas.")
-    formulas: ClassVar[type[oils.Oil]] = oils.MilL23699
 
 
 class AstmD341Oil(OilKeys):
@@ -168,9 +166,6 @@ class AstmD341Oil(OilKeys):
 
     model: Literal["astm-d341"] = key("Formulas of viscosity and pressure viscosity.")
     coefficients: AstmD341Coefficients = key("Numbers of the formulas.")
-    formulas: ClassVar[type[oils.Oil]] = oils.AstmD341
 
 
 OilFile = Annotated[MilL7808Oil | MilL23699Oil | AstmD341Oil, Field(discriminator="model")]
-# Names of the formulas: values of `model`.
-FORMULAS = ("adore-mil-l-7808", "adore-mil-l-23699", "astm-d341")

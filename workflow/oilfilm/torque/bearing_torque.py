@@ -1,6 +1,6 @@
 """A fitted traction law in bearings: tables of torque, inversion, cage slip and size effect."""
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -9,7 +9,8 @@ import pandas as pd
 from oilfilm import tables
 from oilfilm.bearing.branches import other_equilibrium
 from oilfilm.bearing.catalogue_torque import palmgren_torque_n_m, skf_torque_n_m
-from oilfilm.bearing.ellipse import ScaledLaw
+from oilfilm.bearing.ellipse import JoinedLaw, ScaledLaw, TractionLaw
+from oilfilm.bearing.friction import FrictionProblem
 from oilfilm.bearing.geometry import Bearing
 from oilfilm.bearing.quasistatic import OperatingPoints
 from oilfilm.bearing.resistance import Lubrication
@@ -18,7 +19,6 @@ from oilfilm.fits.fitted import FittedLaw
 from oilfilm.fits.law_comparison import laws_of
 from oilfilm.physics.contact import Floats
 from oilfilm.physics.oils import Oil
-from oilfilm.randomness import generator
 from oilfilm.settings.base import present
 from oilfilm.settings.config import BearingSettings
 from oilfilm.settings.resolved import Settings
@@ -75,9 +75,8 @@ class OilInBearing:
         inner_speed_rpm: Floats,
         inlet_temperature_c: Floats,
         load_variable: str = "stress",
-        traction_factor: Floats = 1.0,
     ) -> pd.DataFrame:
-        """Friction at operating points, one row per point, with the columns of `torque_terms`.
+        """Friction at operating points, one row per point; see `Cases.run`.
 
         Args:
             bearing: The bearing.
@@ -85,82 +84,94 @@ class OilInBearing:
             inner_speed_rpm: Speed of the inner ring.
             inlet_temperature_c: Temperature of the oil.
             load_variable: Key of `laws`.
-            traction_factor: Factor on all traction.
         """
-        load, speed, temperature, factor = np.broadcast_arrays(
-            np.atleast_1d(axial_load_n), inner_speed_rpm, inlet_temperature_c, traction_factor
-        )
-        law = ScaledLaw(self.laws[load_variable], factor)
-        points = OperatingPoints.axial(load, speed * RAD_S_PER_RPM)
-        terms = torque_terms(bearing, points, self.lubrication(temperature), law, self.tested)
-        return _without_failures(terms).assign(
-            oil=self.name,
-            bearing=bearing.name,
-            load_variable=load_variable,
-            axial_load_n=load,
-            inner_speed_rpm=speed,
-            inlet_temperature_c=temperature,
-        )
+        levels = np.atleast_1d(axial_load_n), inner_speed_rpm, inlet_temperature_c
+        points = pd.DataFrame(dict(zip(_POINT, np.broadcast_arrays(*levels), strict=True)))
+        return Cases(bearing, [(self, load_variable, points)]).run()
 
-    def lubrication(self, inlet_temperature_c: FloatArray) -> Lubrication:
-        """The oil at the temperature of each point, in a bearing with the settings' drag."""
-        return Lubrication.of(
-            self.oil,
-            inlet_temperature_c,
-            self.settings.drag_coefficient,
-            self.settings.oil_volume_fraction,
-        )
 
-    def with_uncertainty(
-        self, bearing: Bearing, calculated: pd.DataFrame, seed: int
-    ) -> pd.DataFrame:
-        """What `run` calculated with one load variable, and its uncertainty.
+class Cases:
+    """Operating points of one bearing, each with an oil and a load variable, solved together.
+
+    Attributes:
+        oils: Oil of each group of points.
+        laws: Its law, by oil and load variable.
+        points: One row per point: `oil`, `bearing`, `load_variable`, what the groups have, and
+            where they have it `traction_factor`, a factor on all traction.
+        problem: The same points for the solver.
+    """
+
+    def __init__(
+        self, bearing: Bearing, groups: Sequence[tuple[OilInBearing, str, pd.DataFrame]]
+    ) -> None:
+        """Cases by groups.
 
         Args:
             bearing: The bearing.
+            groups: Oil, load variable and operating points: columns axial_load_n, inner_speed_rpm,
+                inlet_temperature_c and any other.
+        """
+        self.oils = [oil for oil, _, _ in groups]
+        self.laws = {(oil.name, variable): oil.laws[variable] for oil, variable, _ in groups}
+        named = [
+            points.assign(oil=oil.name, bearing=bearing.name, load_variable=variable)
+            for oil, variable, points in groups
+        ]
+        self.points = pd.concat(named, ignore_index=True)
+        load, speed, _ = self.points[_POINT].to_numpy(dtype=float).T
+        lubrication = Lubrication.joined(
+            [
+                Lubrication.of(
+                    oil.oil,
+                    points["inlet_temperature_c"].to_numpy(dtype=float),
+                    oil.settings.drag_coefficient,
+                    oil.settings.oil_volume_fraction,
+                )
+                for oil, _, points in groups
+            ]
+        )
+        self._sizes = [len(points) for points in named]
+        law: TractionLaw = JoinedLaw(
+            [*self.laws.values()], np.repeat(np.arange(len(groups)), self._sizes)
+        )
+        if "traction_factor" in self.points:
+            law = ScaledLaw(law, self.points["traction_factor"].to_numpy())
+        turning = OperatingPoints.axial(load, speed * RAD_S_PER_RPM)
+        self.problem = FrictionProblem(bearing, turning, lubrication, law)
+
+    def run(self) -> pd.DataFrame:
+        """Friction at every point, with the columns of `torque_terms`; null without equilibrium."""
+        ends = {
+            name: np.repeat([oil.tested[name] for oil in self.oils], self._sizes, axis=0).T
+            for name in _TESTED
+        }
+        terms = _without_failures(torque_terms(self.problem, ends))
+        return pd.concat(
+            [terms, self.points[[*self.points.columns.difference(terms.columns)]]], axis=1
+        )
+
+    def assessed(self, calculated: pd.DataFrame, seed: int) -> pd.DataFrame:
+        """What `run` calculated, with its uncertainty and the other equilibrium.
+
+        Args:
             calculated: Of `run` without a factor on traction.
             seed: Of the configuration; each oil and load variable has random numbers of its own.
-
-        Returns:
-            See `torque_uncertainty.with_uncertainty`.
-        """
-        load_variable = calculated["load_variable"].iloc[0]
-        return with_uncertainty(
-            bearing,
-            calculated,
-            self.lubrication(calculated["inlet_temperature_c"].to_numpy()),
-            self.laws[load_variable],
-            self.settings.term_uncertainty,
-            self.settings.uncertainty.draws,
-            generator(seed, "torque uncertainty", self.name, load_variable),
-        )
-
-    def assessed(self, bearing: Bearing, calculated: pd.DataFrame, seed: int) -> pd.DataFrame:
-        """What `run` calculated with one load variable, with uncertainty and the other equilibrium.
-
-        Args:
-            bearing: The bearing.
-            calculated: As for `with_uncertainty`.
-            seed: As for `with_uncertainty`.
 
         Returns:
             See `with_uncertainty`; besides `other_cage_slip`, `other_torque_n_m` and `bistable`,
             which is true where there is another equilibrium or the draws have two.
         """
-        load, speed, temperature = calculated[_POINT].to_numpy().T
-        other = other_equilibrium(
-            bearing,
-            OperatingPoints.axial(load, speed * RAD_S_PER_RPM),
-            self.lubrication(temperature),
-            self.laws[calculated["load_variable"].iloc[0]],
-            calculated["cage_slip"].to_numpy(),
-        )
-        terms = self.with_uncertainty(bearing, calculated, seed)
+        slip, torque = other_equilibrium(self.problem, calculated["cage_slip"].to_numpy())
+        terms = self.with_uncertainty(calculated, seed)
         return terms.assign(
-            bistable=~np.isnan(other.cage_slip) | terms["draws_split"],
-            other_cage_slip=other.cage_slip,
-            other_torque_n_m=other.torque_n_m,
+            bistable=~np.isnan(slip) | terms["draws_split"],
+            other_cage_slip=slip,
+            other_torque_n_m=torque,
         )
+
+    def with_uncertainty(self, calculated: pd.DataFrame, seed: int) -> pd.DataFrame:
+        """See `torque_uncertainty.with_uncertainty`; arguments as of `assessed`."""
+        return with_uncertainty(self.problem, self.laws, calculated, self.oils[0].settings, seed)
 
 
 def oils_in_bearings(
@@ -253,83 +264,59 @@ def torque_table(
     Returns:
         The tables `torque` and `torque_inversion`.
     """
+    measured = runs.loc[runs["accepted"], ["run_id", "first_row", "oil", *_POINT[:2]]].assign(
+        inlet_temperature_c=runs["oil_temperature_c"],
+        measured_torque_n_m=runs["torque_n_m"],
+        measured_torque_n_m_se=runs["torque_n_m_se"],
+    )
+    of_oils = [(oil, measured[measured["oil"] == oil.name]) for oil in oils]
+    of_oils = [(oil, plateaus) for oil, plateaus in of_oils if len(plateaus)]
+    if not of_oils:
+        return tables.empty("torque"), tables.empty("torque_inversion")
     bearing = settings.tested_bearing()
-    accepted = runs[runs["accepted"]]
-    torque: list[pd.DataFrame] = []
-    inversion: list[pd.DataFrame] = []
-    for oil in oils:
-        plateaus = accepted[accepted["oil"] == oil.name].reset_index(drop=True)
-        if len(plateaus):
-            by_law = {
-                variable: _torque(bearing, plateaus, oil, variable, settings)
-                for variable in oil.laws
-            }
-            torque += by_law.values()
-            inversion.append(_inversion(bearing, plateaus, oil, by_law["stress"], settings))
-    return joined(torque, "torque"), joined(inversion, "torque_inversion")
+    cases = Cases(
+        bearing, [(oil, variable, rows) for oil, rows in of_oils for variable in oil.laws]
+    )
+    terms = cases.assessed(cases.run(), settings.seed)
+    terms = _compared(bearing, terms, {oil.name: oil for oil, _ in of_oils}, settings)
+    inversion = _inversion(bearing, [oil for oil, _ in of_oils], terms, settings)
+    return joined([terms], "torque"), joined([inversion], "torque_inversion")
 
 
-def _run(
-    bearing: Bearing,
-    plateaus: pd.DataFrame,
-    oil: OilInBearing,
-    load_variable: str,
-    traction_factor: Floats = 1.0,
+def _compared(
+    bearing: Bearing, terms: pd.DataFrame, oils: Mapping[str, OilInBearing], settings: Settings
 ) -> pd.DataFrame:
-    """Calculated friction of each plateau."""
-    load, speed, temperature = plateaus[[*_POINT[:2], "oil_temperature_c"]].to_numpy().T
-    return oil.run(bearing, load, speed, temperature, load_variable, traction_factor)
-
-
-def _torque(
-    bearing: Bearing,
-    plateaus: pd.DataFrame,
-    oil: OilInBearing,
-    load_variable: str,
-    settings: Settings,
-) -> pd.DataFrame:
-    calculated = _run(bearing, plateaus, oil, load_variable)
-    terms = oil.assessed(bearing, calculated, settings.seed)
-    measured, random = plateaus["torque_n_m"].to_numpy(), plateaus["torque_n_m_se"].to_numpy()
-    uncertainty = np.linalg.norm([random, *_calibration_n_m(plateaus, settings)], axis=0)
-    difference = terms["torque_n_m"].to_numpy() - measured
-    compatibility = difference / np.hypot(terms["torque_n_m_uncertainty"].to_numpy(), uncertainty)
+    """Calculated torque beside the measured one and beside the catalogues' estimates."""
+    random = terms["measured_torque_n_m_se"].to_numpy()
+    uncertainty = np.linalg.norm([random, *_calibration_n_m(terms, settings)], axis=0)
+    difference = terms["torque_n_m"] - terms["measured_torque_n_m"]
+    compatibility = difference / np.hypot(terms["torque_n_m_uncertainty"], uncertainty)
     verdict = np.select(
         [np.isnan(compatibility), np.abs(compatibility) <= _COMPATIBLE],
         ["not known", "compatible"],
         "not compatible",
     )
-    load, speed = plateaus["axial_load_n"].to_numpy(), plateaus["inner_speed_rpm"].to_numpy()
-    viscosity = oil.oil.kinematic_viscosity_m2_s(plateaus["oil_temperature_c"].to_numpy())
+    load, speed, temperature = terms[_POINT].to_numpy().T
+    viscosity = np.empty(len(terms))
+    for name, oil in oils.items():
+        of_oil = terms["oil"].to_numpy() == name
+        viscosity[of_oil] = oil.oil.kinematic_viscosity_m2_s(temperature[of_oil])
+    pitch, palmgren = bearing.pitch_diameter_m, settings.bearing.palmgren
     return terms.assign(
-        run_id=plateaus["run_id"],
-        first_row=plateaus["first_row"],
-        measured_torque_n_m=measured,
-        measured_torque_n_m_se=plateaus["torque_n_m_se"],
         measured_torque_n_m_uncertainty=uncertainty,
-        relative_error=terms["torque_n_m"] / measured - 1,
+        relative_error=terms["torque_n_m"] / terms["measured_torque_n_m"] - 1,
         compatibility=compatibility,
         verdict=verdict,
         palmgren_torque_n_m=palmgren_torque_n_m(
-            load,
-            speed,
-            viscosity,
-            bearing.pitch_diameter_m,
-            bearing.contact_angle_rad,
-            oil.settings.palmgren.f0,
-            oil.settings.palmgren.f1,
+            load, speed, viscosity, pitch, bearing.contact_angle_rad, palmgren.f0, palmgren.f1
         ),
-        skf_torque_n_m=skf_torque_n_m(load, speed, viscosity, bearing.pitch_diameter_m),
-        skf_valid=speed * bearing.pitch_diameter_m * MM_PER_M <= oil.settings.skf_pitch_speed_max,
+        skf_torque_n_m=skf_torque_n_m(load, speed, viscosity, pitch),
+        skf_valid=speed * pitch * MM_PER_M <= settings.bearing.skf_pitch_speed_max,
     )
 
 
 def _inversion(
-    bearing: Bearing,
-    plateaus: pd.DataFrame,
-    oil: OilInBearing,
-    by_law: pd.DataFrame,
-    settings: Settings,
+    bearing: Bearing, oils: Sequence[OilInBearing], terms: pd.DataFrame, settings: Settings
 ) -> pd.DataFrame:
     """Traction that gives the measured torque, all of it scaled alike; the other terms stay.
 
@@ -337,27 +324,31 @@ def _inversion(
     between the two neighbouring factors whose torques enclose the measured one; of several such
     pairs the one nearest to the law's own factor 1 is taken.
     """
-    every = plateaus.loc[np.tile(plateaus.index, len(_FACTORS))]
-    calculated = _run(bearing, every, oil, "stress", np.repeat(_FACTORS, len(plateaus)))
+    by_law = terms[terms["load_variable"] == "stress"].reset_index(drop=True)
+    every = by_law.loc[np.repeat(by_law.index, len(_FACTORS)), ["oil", *_POINT]]
+    every = every.assign(traction_factor=np.tile(_FACTORS, len(by_law)))
+    calculated = Cases(
+        bearing, [(oil, "stress", every[every["oil"] == oil.name]) for oil in oils]
+    ).run()
     torque, coefficient = (
-        calculated[name].to_numpy().reshape(len(_FACTORS), -1)
+        calculated[name].to_numpy().reshape(-1, len(_FACTORS)).T
         for name in ("torque_n_m", "mean_traction_coefficient")
     )
-    above = torque - plateaus["torque_n_m"].to_numpy()
+    above = torque - by_law["measured_torque_n_m"].to_numpy()
     encloses = above[:-1] * above[1:] <= 0
     distance = np.abs(np.log(_FACTORS[:-1] * _FACTORS[1:]))[:, np.newaxis]
-    lower = np.where(encloses, distance, np.inf).argmin(axis=0), np.arange(len(plateaus))
+    lower = np.where(encloses, distance, np.inf).argmin(axis=0), np.arange(len(by_law))
     rise, span = np.diff(torque, axis=0)[lower], np.diff(coefficient, axis=0)[lower]
     # of the traction's part in the torque: calibration and the other terms
-    terms = [
+    others = [
         relative * by_law[f"{term}_torque_n_m"].to_numpy()
         for term, relative in settings.bearing.term_uncertainty
     ]
-    uncertain_n_m = np.linalg.norm([*_calibration_n_m(plateaus, settings), *terms], axis=0)
+    uncertain_n_m = np.linalg.norm([*_calibration_n_m(by_law, settings), *others], axis=0)
     with np.errstate(divide="ignore", invalid="ignore"):
         slope = np.where(rise != 0, span / rise, np.inf)
         value = np.where(encloses.any(axis=0), coefficient[lower], np.nan) - above[lower] * slope
-        random = np.abs(slope) * plateaus["torque_n_m_se"].to_numpy()
+        random = np.abs(slope) * by_law["measured_torque_n_m_se"].to_numpy()
         systematic = np.abs(slope) * uncertain_n_m
     solved = np.isfinite(value) & np.isfinite(random) & np.isfinite(systematic)
     uncertainty = np.where(solved, np.hypot(random, systematic), np.nan)
@@ -374,56 +365,62 @@ def _inversion(
     )
 
 
-def _calibration_n_m(plateaus: pd.DataFrame, settings: Settings) -> list[FloatArray]:
+def _calibration_n_m(terms: pd.DataFrame, settings: Settings) -> list[FloatArray]:
     """Standard uncertainties of the measured torque by the sensor's offset and its gain."""
     calibration = present(settings.campaign.torque, "torque", "the campaign").calibration
-    torque = plateaus["torque_n_m"].to_numpy()
+    torque = terms["measured_torque_n_m"].to_numpy()
     return [np.full(len(torque), calibration.torque_n_m), calibration.torque_relative * torque]
 
 
 def cage_slip_table(oils: Sequence[OilInBearing], settings: Settings) -> pd.DataFrame:
     """Cage slip of each oil over speed and axial load, by `bearing.cage_slip`."""
+    if not oils:
+        return tables.empty("cage_slip")
     bearing, cage_slip = settings.tested_bearing(), settings.bearing.cage_slip
     grid = np.meshgrid(cage_slip.pitch_speed_mm_rpm, cage_slip.axial_load_n, indexing="ij")
     pitch_speed, load = (levels.ravel() for levels in grid)
-    speed = pitch_speed / (bearing.pitch_diameter_m * MM_PER_M)
-    maps = (oil.run(bearing, load, speed, cage_slip.inlet_temperature_c) for oil in oils)
-    return joined(
-        (
-            oil.assessed(bearing, calculated, settings.seed).assign(pitch_speed_mm_rpm=pitch_speed)
-            for oil, calculated in zip(oils, maps, strict=True)
-        ),
-        "cage_slip",
+    points = pd.DataFrame({"axial_load_n": load, "pitch_speed_mm_rpm": pitch_speed}).assign(
+        inner_speed_rpm=pitch_speed / (bearing.pitch_diameter_m * MM_PER_M),
+        inlet_temperature_c=cage_slip.inlet_temperature_c,
     )
+    cases = Cases(bearing, [(oil, "stress", points) for oil in oils])
+    return joined([cases.assessed(cases.run(), settings.seed)], "cage_slip")
 
 
 def size_effect_table(oils: Sequence[OilInBearing], settings: Settings) -> pd.DataFrame:
     """Every load variable on balls of other sizes and closer grooves, by `bearing.size_effect`."""
-    return joined((part for oil in oils for part in _size_effect(oil, settings)), "size_effect")
-
-
-def _size_effect(oil: OilInBearing, settings: Settings) -> Iterator[pd.DataFrame]:
     bearing, study = settings.tested_bearing(), settings.bearing.size_effect
-    sizes = [("ball size", _scaled(bearing, size), size) for size in study.ball_size_factors]
-    grooves = [
+    varied = [("ball size", _scaled(bearing, size), size) for size in study.ball_size_factors]
+    varied += [
         ("conformity", replace(bearing, groove_curvature=(groove, groove)), 1.0)
         for groove in study.groove_curvatures
     ]
-    for varied, changed, factor in sizes + grooves:
-        point = (
-            study.axial_load_n * factor**2,
-            study.inner_speed_rpm / factor,
-            study.inlet_temperature_c,
+    parts = []
+    for name, changed, factor in varied if oils else ():
+        point = pd.DataFrame(
+            {
+                "axial_load_n": [study.axial_load_n * factor**2],
+                "inner_speed_rpm": study.inner_speed_rpm / factor,
+                "inlet_temperature_c": study.inlet_temperature_c,
+            }
         )
-        by_law = {variable: oil.run(changed, *point, variable) for variable in oil.laws}
-        by_stress = by_law["stress"]["traction_torque_n_m"]
-        for terms in by_law.values():
-            yield terms.assign(
-                varied=varied,
+        groups = [(oil, variable, point) for oil in oils for variable in oil.laws]
+        terms = Cases(changed, groups).run()
+        traction = terms.set_index(["oil", "load_variable"])["traction_torque_n_m"]
+        by_stress = traction.xs("stress", level="load_variable")[terms["oil"]].to_numpy()
+        parts.append(
+            terms.assign(
+                varied=name,
                 ball_diameter_mm=changed.ball_diameter_m * MM_PER_M,
                 groove_curvature=changed.groove_curvature[0],
                 relative_to_stress=terms["traction_torque_n_m"] / by_stress - 1,
             )
+        )
+    table = joined(parts, "size_effect")
+    places = {oil.name: place for place, oil in enumerate(oils)}
+    return table.sort_values(
+        "oil", key=lambda names: names.map(places), kind="stable", ignore_index=True
+    )
 
 
 def _scaled(bearing: Bearing, factor: float) -> Bearing:

@@ -14,12 +14,11 @@ import pandas as pd
 from oilfilm import tables
 from oilfilm.bearing.geometry import Bearing, OilSupply
 from oilfilm.bearing.heat_balance import heat_balance
-from oilfilm.bearing.solver import IntArray
 from oilfilm.settings.base import present
 from oilfilm.settings.resolved import Settings
 from oilfilm.torque.bearing_torque import OilInBearing, joined
 from oilfilm.torque.best_oil import best_oils
-from oilfilm.units import RAD_S_PER_RPM, FloatArray
+from oilfilm.units import RAD_S_PER_RPM, FloatArray, IndexArray
 
 _POINT = ["inner_speed_rpm", "axial_load_n", "inlet_temperature_c"]
 _COMPARED = ["torque_n_m", "cage_slip", "lambda_ratio"]
@@ -72,7 +71,7 @@ def _heated(
         points[["axial_load_n", "inner_speed_rpm", "inlet_temperature_c"]].to_numpy().T
     )
 
-    def heat_w(contact_temperature_c: FloatArray, which: IntArray) -> FloatArray:
+    def heat_w(contact_temperature_c: FloatArray, which: IndexArray) -> FloatArray:
         terms = oil.run(bearing, load[which], speed[which], contact_temperature_c)
         return (terms["torque_n_m"].to_numpy() * speed[which]) * RAD_S_PER_RPM
 

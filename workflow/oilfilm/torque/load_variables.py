@@ -8,12 +8,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from oilfilm.bearing.ellipse import Conditions
-from oilfilm.bearing.solver import IntArray
 from oilfilm.fits.fitted import FittedLaw
+from oilfilm.physics.contact import Conditions
 from oilfilm.physics.rigs import Contact
 from oilfilm.traction.law import to_internal
-from oilfilm.units import FloatArray
+from oilfilm.units import FloatArray, IndexArray
 
 LOAD_VARIABLES = ("stress", "load", "dimensionless_load")
 
@@ -55,8 +54,8 @@ class LawInBearing:
         """The same law with other constants: one row, or one row for each operating point."""
         return replace(self, constants=np.asarray(constants, dtype=float))
 
-    def at_points(self, which: IntArray) -> "LawInBearing":
-        """See `LawOfPoints`."""
+    def at_points(self, which: IndexArray) -> "LawInBearing":
+        """See `TractionLaw`."""
         return self if self.constants.ndim == 1 else self.with_constants(self.constants[which])
 
     def __call__(self, at: Conditions, slide_roll_ratio: FloatArray) -> FloatArray:
@@ -80,8 +79,8 @@ class LawInBearing:
         if internal.ndim == 1:
             sizes = law.sizes(internal, design).reshape(-1, *conditions.shape[:-1])
         else:
-            # the points are the fourth axis from the end, before balls, contacts and nodes
-            blocks = internal.reshape(len(internal), 1, 1, 1, len(law.coefficients), -1)
+            # the points are the third axis from the end, before contacts and nodes
+            blocks = internal.reshape(len(internal), 1, 1, len(law.coefficients), -1)
             design = design.reshape(*conditions.shape[:-1], -1)
             sizes = np.exp(np.einsum("...d,...ld->l...", design, blocks))
         return law.value(sizes, slide_roll_ratio)

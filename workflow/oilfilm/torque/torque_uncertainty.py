@@ -8,28 +8,25 @@ spread of the draws is true as far as this form is.
 Decides: the uncertainty of torque, cage slip and power.
 """
 
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 import pandas as pd
 import scipy
 
-from oilfilm.bearing.friction import FrictionEquilibrium, friction_equilibrium
-from oilfilm.bearing.geometry import Bearing
-from oilfilm.bearing.quasistatic import OperatingPoints
-from oilfilm.bearing.resistance import TERMS, Lubrication
-from oilfilm.bearing.solver import IntArray, Solution
-from oilfilm.bearing.torque import cage_slip, inner_ring_torque_n_m
+from oilfilm.bearing.ellipse import JoinedLaw, grid
+from oilfilm.bearing.friction import FrictionEquilibrium, FrictionProblem, friction_equilibrium
+from oilfilm.bearing.resistance import TERMS
 from oilfilm.fits.fitted import FittedLaw
-from oilfilm.settings.config import TermUncertaintySettings
+from oilfilm.randomness import generator
+from oilfilm.settings.config import BearingSettings, TermUncertaintySettings
 from oilfilm.torque.load_variables import LawInBearing
 from oilfilm.traction.law import to_constants, to_internal
-from oilfilm.units import RAD_S_PER_RPM, BoolArray, FloatArray
+from oilfilm.units import BoolArray, FloatArray, IndexArray
 
 # Integration points of the draws: fewer than those of the calculated torque, whose error is shown.
 _QUADRATURE = (6, 2)
-# Points solved at once: about what fits a processor's cache.
-_CHUNK = 2000
 # Draws without an equilibrium that may be left out.
 _LOST = 0.05
 _INTERVAL = (0.025, 0.975)
@@ -38,7 +35,6 @@ _INTERVAL = (0.025, 0.975)
 _GAP, _GAP_SHARE = 0.03, 1 / 3
 # Cage slips that two quadratures give on one branch differ by less.
 _SAME_BRANCH = 0.01
-_QUANTITIES = ("torque_n_m", "cage_slip", "power_w")
 
 
 def _draws(
@@ -72,103 +68,101 @@ def _normal(draws: int, variables: int, random: np.random.Generator) -> FloatArr
 
 
 def with_uncertainty(
-    bearing: Bearing,
+    problem: FrictionProblem,
+    laws: Mapping[tuple[str, str], LawInBearing],
     calculated: pd.DataFrame,
-    lubrication: Lubrication,
-    law: LawInBearing,
-    terms: TermUncertaintySettings,
-    count: int,
-    random: np.random.Generator,
+    settings: BearingSettings,
+    seed: int,
 ) -> pd.DataFrame:
     """Calculated friction with the standard uncertainty and 95 % interval of its results.
 
     Args:
-        bearing: The bearing.
-        calculated: Of `OilInBearing.run` with this law.
-        lubrication: The oil at each point.
-        law: A law that knows its refits.
-        terms: Relative standard uncertainty of each other term.
-        count: Number of draws.
-        random: Source of the random numbers.
+        problem: What was calculated.
+        laws: The law of each oil and load variable, in the order of `problem.law`.
+        calculated: Its results.
+        settings: Uncertainty of the other terms, number of draws.
+        seed: Of the configuration; each oil and load variable has random numbers of its own.
 
     Returns:
         The same with `power_w`, with `_uncertainty`, `_lower` and `_upper` of torque, cage slip and
         power (NaN without refits, or where draws have no equilibrium), and `draws_split`.
     """
-    speed = calculated["inner_speed_rpm"].to_numpy() * RAD_S_PER_RPM
+    speed, count = problem.points.ring_speed_rad_s[:, 0], settings.uncertainty.draws
     calculated = calculated.assign(power_w=calculated["torque_n_m"] * speed)
-    slip = torque = np.full((count, len(calculated)), np.nan)
-    if draws := _draws(law.fitted, terms, count, random):
-        slip, torque = _drawn(bearing, calculated, lubrication, law, *draws)
-    drawn = dict(zip(_QUANTITIES, (torque, slip, torque * speed), strict=True))
-    found = np.isfinite(torque).mean(axis=0) >= 1 - _LOST
-    enough = found & calculated["converged"].to_numpy()
+    drawn = [
+        _draws(
+            law.fitted,
+            settings.term_uncertainty,
+            count,
+            generator(seed, "torque uncertainty", *name),
+        )
+        for name, law in laws.items()
+    ]
+    group = calculated.groupby(["oil", "load_variable"], sort=False).ngroup()
+    number: IndexArray = np.asarray(group, dtype=np.int64)
+    has_draws = np.array([draws is not None for draws in drawn])[number]
+    which = np.flatnonzero(has_draws & calculated["converged"].to_numpy(dtype=bool))
+    slip, torque = np.full((2, count, len(number)), np.nan)
+    if len(which):
+        own, results = _solved(problem.at(which), [*laws.values()], number[which], drawn)
+        off = calculated[["cage_slip", "torque_n_m"]].to_numpy()[which].T - own
+        # beside a fold the coarser quadrature may end on the other branch: there is no difference
+        same = np.abs(off[0]) < _SAME_BRANCH
+        slip[:, which], torque[:, which] = results + np.where(same, off, 0.0)[:, np.newaxis]
+    enough = np.isfinite(torque).mean(axis=0) >= 1 - _LOST
     columns: dict[str, FloatArray] = {}
-    for name, values in drawn.items():
-        known = np.where(enough, values, 0.0)
-        ends = np.nanquantile(known, _INTERVAL, axis=0)
-        statistics = {"uncertainty": np.nanstd(known, axis=0, ddof=1)}
-        statistics |= {"lower": ends[0], "upper": ends[1]}
-        columns |= {
-            f"{name}_{which}": np.where(enough, value, np.nan)
-            for which, value in statistics.items()
-        }
+    for name, values in (("torque_n_m", torque), ("cage_slip", slip), ("power_w", torque * speed)):
+        found = np.where(enough, values, 0.0)
+        lower, upper = np.nanquantile(found, _INTERVAL, axis=0)
+        spread = np.nanstd(found, axis=0, ddof=1)
+        for suffix, value in {"uncertainty": spread, "lower": lower, "upper": upper}.items():
+            columns[f"{name}_{suffix}"] = np.where(enough, value, np.nan)
     return calculated.assign(**columns, draws_split=enough & _split(slip))
 
 
-def _drawn(
-    bearing: Bearing,
-    calculated: pd.DataFrame,
-    lubrication: Lubrication,
-    law: LawInBearing,
-    constants: FloatArray,
-    factors: FloatArray,
+def _solved(
+    problem: FrictionProblem,
+    laws: Sequence[LawInBearing],
+    number: IndexArray,
+    drawn: Sequence[tuple[FloatArray, FloatArray] | None],
 ) -> tuple[FloatArray, FloatArray]:
-    """Cage slip and torque of each draw at each point, shape (draws, points); NaN without them.
+    """Cage slip and torque without draws, (2, points), and of each draw, (2, draws, points).
 
-    The search starts from the calculated equilibrium, so that draws stay on its branch while it
-    exists. The draws' coarser quadrature is made good by the difference at the calculated point.
+    The search starts from the equilibrium without draws, so that draws stay on its branch while it
+    exists. All have the coarser quadrature.
     """
-    load, speed = calculated[["axial_load_n", "inner_speed_rpm"]].to_numpy().T
-    points = OperatingPoints.axial(load, speed * RAD_S_PER_RPM)
-    own = friction_equilibrium(bearing, points, lubrication, law, _QUADRATURE)
-    count, size = len(factors), len(calculated)
-
-    def search(point: IntArray, draw: IntArray, near: Solution) -> tuple[Solution, FloatArray]:
-        at = points.at(point)
-        oil = replace(lubrication.at(point), factors=factors[draw])
-        drawn_law = law.with_constants(constants[draw])
-        found = friction_equilibrium(bearing, at, oil, drawn_law, _QUADRATURE, near)
-        return found.solution, _slip_and_torque(bearing, at, found)
-
-    def of_all_draws(which: IntArray) -> FloatArray:
-        """Cage slip and torque of all draws at some points, shape (2, points, draws)."""
-        point, draw = np.repeat(which, count), np.tile(np.arange(count), len(which))
-        solution, results = search(point, draw, own.solution.at(point))
-        # a draw whose branch has ended is on the other one: near the slowest cage of its point
-        slowest = np.nan_to_num(results[0].reshape(-1, count), nan=-np.inf).argmax(axis=1)
-        if len(lost := np.flatnonzero(np.isnan(results[0]))):
-            near = solution.at(count * (lost // count) + slowest[lost // count])
-            results[:, lost] = search(point[lost], draw[lost], near)[1]
-        return results.reshape(2, -1, count)
-
-    chunks = np.array_split(np.arange(size), -(-size * count // _CHUNK))
-    results = np.concatenate([of_all_draws(chunk) for chunk in chunks], axis=1)
-    off = calculated[["cage_slip", "torque_n_m"]].to_numpy().T
-    off = off - _slip_and_torque(bearing, points, own)
-    # beside a fold the coarser quadrature may end on the other branch: there is no difference then
-    same = np.abs(off[0]) < _SAME_BRANCH
-    slip, torque = np.swapaxes(results, 1, 2) + np.where(same, off, 0.0)[:, np.newaxis]
-    return slip, torque
+    coarse = replace(problem, rule=grid(*_QUADRATURE))
+    own = friction_equilibrium(coarse)
+    constants, factors = zip(*(drawn[each] for each in number), strict=True)
+    count = len(factors[0])
+    point = np.repeat(np.arange(len(number)), count)
+    of_law = [np.flatnonzero(number == each) for each in range(len(laws))]
+    drawn_laws = [
+        law.with_constants(np.concatenate([constants[each] for each in which]))
+        if len(which)
+        else law
+        for law, which in zip(laws, of_law, strict=True)
+    ]
+    every = replace(
+        coarse.at(point),
+        law=JoinedLaw(drawn_laws, number[point]),
+        lubrication=replace(coarse.lubrication.at(point), factors=np.concatenate(factors)),
+    )
+    found = friction_equilibrium(every, own.solution.unknowns[point])
+    results, unknowns = _slip_and_torque(found), found.solution.unknowns
+    # a draw whose branch has ended is on the other one: near the slowest cage of its point
+    if len(lost := np.flatnonzero(np.isnan(results[0]))):
+        slip = results[0].reshape(-1, count)
+        slowest = np.nan_to_num(slip, nan=-np.inf).argmax(axis=1) + count * np.arange(len(slip))
+        again = friction_equilibrium(every.at(lost), unknowns[slowest[point[lost]]])
+        results[:, lost] = _slip_and_torque(again)
+    return _slip_and_torque(own), np.swapaxes(results.reshape(2, -1, count), 1, 2)
 
 
-def _slip_and_torque(
-    bearing: Bearing, points: OperatingPoints, found: FrictionEquilibrium
-) -> FloatArray:
+def _slip_and_torque(found: FrictionEquilibrium) -> FloatArray:
     """Cage slip and torque of equilibria, shape (2, points); NaN where there is none."""
-    slips = cage_slip(bearing, points, found.balance.contacts, found.balance.motion).mean(axis=1)
-    moments = inner_ring_torque_n_m(found.balance, found.balls_per_row)
-    return np.where(found.solution.converged, np.stack([slips, moments]), np.nan)
+    both = np.stack([found.cage_slip(), found.torque_n_m()])
+    return np.where(found.solution.converged, both, np.nan)
 
 
 def _split(slip: FloatArray) -> BoolArray:
