@@ -84,6 +84,12 @@ def test_listing_keeps_the_first_digest_and_the_lines_of_removed_logs(
     ]
 
 
+def test_log_of_an_earlier_run_that_is_gone_is_named(seen: FirstSeen) -> None:
+    assert seen.gone([LOG.as_posix(), OTHER.as_posix(), "data/raw/june/new.csv"]) == ""
+    assert seen.gone([LOG.as_posix()]).startswith("1 logs that an earlier run has read are gone")
+    assert OTHER.as_posix() in seen.gone([LOG.as_posix()])
+
+
 def test_damaged_listing_is_no_empty_one(seen: FirstSeen, tmp_path: Path) -> None:
     path = tmp_path / "june.sha256"
     path.write_text(path.read_text(encoding="utf-8").replace("  data", " data", 1))

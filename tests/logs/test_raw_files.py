@@ -1,15 +1,22 @@
 """Which files count as logs, and that no path leads out of the raw folder."""
 
+import errno
 import os
+import subprocess
+import tempfile
+from collections.abc import Callable
 from itertools import chain
 from pathlib import Path
 from typing import Any
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from oilfilm.errors import OilfilmError
 from oilfilm.logs.raw_files import (
     RawLogs,
+    is_passed_over,
     listing,
     raw_files,
     read_listings,
@@ -43,16 +50,72 @@ def test_missing_and_empty_folders_are_told(tmp_path: Path) -> None:
         raw_files(tmp_path)
 
 
+def dangling(path: Path) -> None:
+    path.symlink_to("not-fetched.csv")
+
+
+def to_secret(path: Path) -> None:
+    (path.parent.parent / "secret.csv").write_text("x")
+    path.symlink_to(path.parent.parent / "secret.csv")
+
+
 @pytest.mark.parametrize(
-    ("target", "problem"), [("secret.csv", "leads out of"), ("june", "link to a folder")]
+    ("make", "problem"),
+    [
+        (dangling, "is a link to a file that is not there"),
+        (to_secret, "leads out of"),
+        (lambda path: path.symlink_to(path.parent), "is a link to a folder"),
+        (os.mkfifo, "is a pipe or a device"),
+        (os.mkdir, "is an empty folder with the name of a log"),
+    ],
 )
-def test_link_is_refused_not_skipped(tmp_path: Path, target: str, problem: str) -> None:
-    (tmp_path / "secret.csv").write_text("x")
+def test_log_that_cannot_be_reached_is_named_and_never_left_out(
+    tmp_path: Path, make: Callable[[Path], None], problem: str
+) -> None:
+    folder = tmp_path / "raw"
+    folder.mkdir()
+    (folder / "good.csv").write_text("x")
+    make(folder / "log.csv")
+    make(folder / "other.csv")
+    with pytest.raises(OilfilmError) as error:
+        raw_files(folder)
+    assert [problem in line for line in str(error.value).splitlines()] == [True, True]
+
+
+def test_subfolder_without_rights_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """As an ordinary user sees it: tests may run with the rights to read everything."""
     (tmp_path / "june").mkdir()
-    (tmp_path / "raw").mkdir()
-    (tmp_path / "raw" / "log.csv").symlink_to(tmp_path / target)
-    with pytest.raises(OilfilmError, match=problem):
-        raw_files(tmp_path / "raw")
+    (tmp_path / "a.csv").write_text("x")
+    scan = os.scandir
+
+    def denied(path: Any) -> Any:
+        if Path(path).name == "june":
+            raise PermissionError(errno.EACCES, "Permission denied", str(path))
+        return scan(path)
+
+    monkeypatch.setattr(os, "scandir", denied)
+    with pytest.raises(OilfilmError, match=r"june: cannot be read \(Permission denied\)"):
+        raw_files(tmp_path)
+
+
+@given(
+    st.lists(
+        st.sampled_from(
+            "a.csv .x.csv README README.md runs.csv ~$a.xlsx x/b.csv x/runs.csv".split()
+        )
+    )
+)
+def test_files_of_a_folder_are_logs_or_passed_over_by_their_names(names: list[str]) -> None:
+    with tempfile.TemporaryDirectory() as temporary:
+        folder = Path(temporary)
+        for name in ["log.tdms", *names]:
+            (folder / name).parent.mkdir(exist_ok=True)
+            (folder / name).write_text("x")
+        listed = subprocess.run(["find", ".", "-type", "f"], cwd=folder, capture_output=True)
+        files = [line[2:] for line in listed.stdout.decode().splitlines()]
+        logs = raw_files(folder)
+        over = [name for name in files if is_passed_over(folder / name, folder)]
+        assert sorted(files) == sorted([*logs, *over])
 
 
 def test_log_that_is_added_moves_no_other_one_to_another_share() -> None:

@@ -83,6 +83,14 @@ def workbook(*rows: Sequence[Any]) -> bytes:
     return buffer.getvalue()
 
 
+@pytest.mark.parametrize(("column", "formula"), [("exclude", '="bad bearing"'), ("oil", "=1+1")])
+def test_formula_without_its_value_is_refused_with_its_address(column: str, formula: str) -> None:
+    """As openpyxl writes it: the run would be used, or have another oil."""
+    content = workbook(["file", column], ["a.csv", "4102"], ["b.csv", formula])
+    with pytest.raises(OilfilmError, match=r"runs\.csv, cell B3: found a formula whose value"):
+        sheet(content, ["a.csv", "b.csv"])
+
+
 LISTED = {
     "file": ["Datei", "文件"],
     "oil": ["Schmierstoff", "Öl", "润滑油"],

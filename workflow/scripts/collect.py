@@ -9,14 +9,17 @@ from oilfilm.digests import settings_digest
 from oilfilm.logs.first_seen import FirstSeen
 from oilfilm.logs.raw_files import read_listings, remove_others
 from oilfilm.report.spreadsheet import write_csv
-from oilfilm.run.job import job
+from oilfilm.run.job import job, say
 from oilfilm.tables.campaign_tables import CampaignTables, write_tables
 
 with job(snakemake) as (settings, provenance):
     inputs, outputs, params = snakemake.input, snakemake.output, snakemake.params
     if params.measured:
         digests = read_listings(*map(Path, inputs.digests))
-        FirstSeen(settings.campaign.name).check_and_add(digests, params.acknowledged)
+        seen = FirstSeen(settings.campaign.name)
+        seen.check_and_add(digests, params.acknowledged)
+        if gone := seen.gone(digests):
+            say(gone)
     provenance["inputs"] |= params.run_sheet
     shares = CampaignTables.of_job(inputs)
     remove_others(Path(outputs.points).with_name("samples"), params.oils, params.shares)

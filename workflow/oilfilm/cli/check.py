@@ -5,7 +5,8 @@ Decides: by which campaign a log is checked; whether a log is of a traction or a
 
 import argparse
 import os
-from collections.abc import Iterable, Sequence
+import sys
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
 from oilfilm.cli.arguments import config_folder, json_text, project_folder
@@ -16,8 +17,9 @@ from oilfilm.curation.rig_kind import RigKind
 from oilfilm.curation.torque_rig import TORQUE_RIG
 from oilfilm.curation.traction_rig import TRACTION_RIG
 from oilfilm.errors import OilfilmError
+from oilfilm.logs.first_seen import FirstSeen
 from oilfilm.logs.ingest import ingest_logs, read_bytes, read_log
-from oilfilm.logs.raw_files import raw_files
+from oilfilm.logs.raw_files import named_logs, raw_files
 from oilfilm.logs.run_sheet import RunSheet
 from oilfilm.logs.sheet_file import is_run_sheet, sheet_of_paths
 from oilfilm.settings.resolve import resolve
@@ -39,9 +41,20 @@ def run(options: argparse.Namespace) -> int:
     paths = [path for path in dict.fromkeys(given) if not is_run_sheet(path, raw)]
     if not paths:
         raise OilfilmError(f"{_name(given[0])}: is a run sheet. Name logs.")
+    for gone in _gone(settings.campaign.name, raw) if campaign else ():
+        print(gone, file=sys.stderr)
     checked = check_files([(_name(path), read_bytes(path)) for path in paths], settings, kind, raw)
     print("\n".join(map(json_text, checked)) if options.json else report(checked))
     return int(any(log["verdict"] == "refused" for log in checked))
+
+
+def _gone(campaign: str, raw: Path) -> Iterator[str]:
+    """Which logs of a campaign's folders an earlier run has read and are no longer there."""
+    for folder in (campaign, f"{campaign}-torque"):
+        seen = FirstSeen(campaign, folder, raw.parent / "first_seen")
+        there = named_logs(raw / folder) if (raw / folder).is_dir() else ()
+        if gone := seen.gone(f"data/raw/{folder}/{name}" for name, _ in there):
+            yield gone
 
 
 def _logs_at(path: Path) -> list[Path]:

@@ -30,6 +30,7 @@ _NUMBERS_OF_ROW, _LONGEST = 3, 80
 # The line of names is near the top; beyond this a file is no log of ours.
 _LINES_SEARCHED = 200
 _COMMENT_LINES = re.compile(rb"^#[^\n]*(?:\n|\Z)", re.MULTILINE)
+_SPREADSHEET_ERROR = re.compile(r"#(?:N/A|NV|[^\W\d_]+(?:/0)?[!?])")
 _SOME_BLANKS = re.compile(rb"[ \t]+")
 _OUTER_BLANKS = re.compile(rb"^[ \t]+|[ \t]+$", re.MULTILINE)
 _CLOCK_OR_DATE = re.compile(r"\d[:/]\d")
@@ -92,7 +93,7 @@ def tables(content: bytes, vocabulary: Vocabulary) -> Found:
         body = text[sum(map(len, lines)) + head.start :]
         # asked first, because replacing what is not there takes longer than reading the log
         if b"#" in body and (body.startswith(b"#") or b"\n#" in body):
-            body = _COMMENT_LINES.sub(b"", body)
+            body = _COMMENT_LINES.sub(lambda line: _row_or_nothing(line[0], head), body)
         rows = count_rows(body)
         known = vocabulary.meanings(head.names, head.units)
         stamps = _stamps(head, known)
@@ -130,7 +131,7 @@ def _find_head(text: bytes, vocabulary: Vocabulary) -> _Head:
     below = [
         (place, line)
         for place, line in enumerate(lines[number + 1 :], start=number + 1)
-        if line.strip() and line[0] != "#"
+        if line.strip() and (line[0] != "#" or _is_row(line, delimiter, len(names)))
     ]
     cells = [_split(line, delimiter) for _, line in below]
     units, start = [""] * len(names), number + 1
@@ -146,6 +147,27 @@ def _find_head(text: bytes, vocabulary: Vocabulary) -> _Head:
     return _Head(lines[:number], start, delimiter, names, units, cells, '"' in first)
 
 
+def _is_row(line: str, delimiter: str, width: int) -> bool:
+    """Whether a `#` line below the names is a row: spreadsheets write their errors as #N/A.
+
+    So does a first cell that is such an error, as many cells as names (but where blanks part them,
+    as they part words), or more than half of them numbers or errors.
+    """
+    cells = _split(line, delimiter)
+    numbers = sum(cell.startswith("#") or _is_number(cell) for cell in cells)
+    return (
+        _SPREADSHEET_ERROR.fullmatch(cells[0]) is not None
+        or numbers > width / 2
+        or (delimiter != _BLANKS and len(cells) == width)
+    )
+
+
+def _row_or_nothing(line: bytes, head: _Head) -> bytes:
+    """A `#` line that is a row; nothing for a comment."""
+    text = line.decode("utf-8", "replace")
+    return line if _is_row(text, head.delimiter, len(head.names)) else b""
+
+
 def _refuse_row_above_names(head: _Head) -> None:
     """Raise if a row is above the line of names: it would be lost as a header line.
 
@@ -155,7 +177,8 @@ def _refuse_row_above_names(head: _Head) -> None:
     for number, line in enumerate(head.header, start=1):
         cells = _split(line, head.delimiter)
         counted = {tuple(map(str, range(first, first + len(cells)))) for first in (0, 1)}
-        like_a_row = sum(form) >= _NUMBERS_OF_ROW and [_is_number(cell) for cell in cells] == form
+        numbers = [_is_number(cell) or cell.startswith("#") for cell in cells]
+        like_a_row = sum(form) >= _NUMBERS_OF_ROW and numbers == form
         if like_a_row and tuple(cells) not in counted:
             raise ValueError(
                 f"line {number} reads {line[:_LONGEST]!r}, which looks like a row, but is "

@@ -14,6 +14,8 @@ from oilfilm.errors import OilfilmError
 FOLDER = Path("data/first_seen")
 # The listings are for people and version control; so many digits tell any two logs apart.
 _DIGITS = 16
+# So many logs are named.
+_LISTED = 20
 _LINE = re.compile(r"([0-9a-f]{64})  (data/raw/.+)")
 
 
@@ -43,6 +45,17 @@ class FirstSeen:
                     "log below data/raw. Put the file back from version control or a backup."
                 )
             self._digests[parts[2]] = parts[1]
+
+    def gone(self, logs: Iterable[str]) -> str:
+        """Which logs an earlier run has read that are not among these, as a sentence; or empty."""
+        lost = sorted(self._digests.keys() - set(logs))
+        listed = ", ".join(lost[:_LISTED]) + (" ..." if lost[_LISTED:] else "")
+        if not lost:
+            return ""
+        return (
+            f"{len(lost)} logs that an earlier run has read are gone: {listed}. Put them back; if "
+            f"they are not meant to be there, take their lines out of {self._path}."
+        )
 
     def check_and_add(
         self, digests: Mapping[str, str], acknowledged: Iterable[Mapping[str, str]]

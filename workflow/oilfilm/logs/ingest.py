@@ -188,9 +188,11 @@ def read_bytes(path: Path) -> bytes:
     Raises:
         OilfilmError: The file cannot be read.
     """
+    if path.exists() and not (path.is_file() or path.is_dir()):
+        raise OilfilmError(f"{path}: is a pipe or a device, expected a file. Save the log as one.")
     try:
         with path.open("rb") as file:
-            # as large as it says, because room for the largest log takes its time; a pipe says 0
+            # as large as it says, because room for the largest log takes its time
             size = min(path.stat().st_size, LARGEST_LOG)
             content = file.read(size + 1)
             return content + file.read(LARGEST_LOG - size) if len(content) > size else content

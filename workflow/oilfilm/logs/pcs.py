@@ -94,7 +94,7 @@ def tables(content: bytes, vocabulary: Vocabulary) -> Found:
     likely = encodings_of(content)[0]
     encoding = likely if likely in {"ascii", "utf-8"} else "cp1252"
     text = content.decode(encoding, "replace").removeprefix("\ufeff")
-    steps = list(_steps(text.splitlines()))
+    steps = list(_steps(re.split("\r\n|\r|\n", text)))
     labels = distinct(f"step{step.number:03d}" for step in steps)
     if vocabulary.name != "traction":
         reason = f"the file is an export of a PCS traction rig, not a {vocabulary.name} log"
@@ -115,6 +115,9 @@ def _steps(lines: Iterable[str]) -> Iterator[_Step]:
     step: _Step | None = None
     for line in lines:
         start = _STEP.match(line)
+        if step is None and not start and line.count("\t") >= _TABS_OF_A_ROW:
+            # a table above the first step: the line that began it is damaged
+            step = _Step(0, "")
         if start:
             if step is not None:
                 yield step
@@ -228,8 +231,8 @@ def _broken(values: Mapping[str, FloatArray]) -> BoolArray:
     ball, disc = (values[name] for name in _SPEEDS)
     rolling, force, srr = values["rolling"], values["traction_force"], values["srr"]
     abs_load, abs_rolling = np.abs(values["load"]), np.abs(rolling)
-    half = (values["traction_force_1"] - values["traction_force_2"]) / 2
     with np.errstate(divide="ignore", invalid="ignore"):
+        half = (values["traction_force_1"] - values["traction_force_2"]) / 2
         # what rounding each cell of the identity to its printed digits can make of it
         differences = (
             (force - half, 1e-4),

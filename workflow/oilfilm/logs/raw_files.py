@@ -4,6 +4,7 @@ Decides: which files of a folder are logs.
 """
 
 import hashlib
+import os
 import re
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -13,6 +14,8 @@ from oilfilm.errors import OilfilmError
 
 # The run sheet lies in the campaign's folder, not below it; its name may be in capitals.
 _SHEETS = ("runs.csv", "runs.tsv", "runs.xlsx")
+# So many faults are listed; the others are counted.
+_LISTED = 20
 # Excel writes such a file beside a workbook that is open.
 _LOCK_FILE = "~$"
 # Snakemake takes braces for wildcards and angle brackets for its own paths, a manifest backslashes
@@ -29,17 +32,17 @@ def raw_files(folder: Path) -> list[str]:
     Hidden files, README files and the run sheet are not logs.
 
     Raises:
-        OilfilmError: The folder is missing or empty, a link in it leads out of it, or a log has a
-            name that Snakemake, a listing or a manifest cannot hold.
+        OilfilmError: The folder is missing or empty, or it has what may be a log and cannot be
+            read: a link that is broken or leads out of it, a folder without rights, a pipe, a name
+            that Snakemake, a listing or a manifest cannot hold. All of them are named.
     """
-    files = []
-    for name, fault in named_logs(folder):
-        if fault:
-            raise OilfilmError(fault)
-        files.append(name)
-    if not files:
+    found = dict(named_logs(folder))
+    if faults := [fault for fault in found.values() if fault]:
+        more = [f"{folder}: {len(faults) - _LISTED} more of them"] if faults[_LISTED:] else []
+        raise OilfilmError("\n".join([*faults[:_LISTED], *more]))
+    if not found:
         raise OilfilmError(f"{folder}: holds no logs. Put the campaign's logs there.")
-    return files
+    return [*found]
 
 
 def named_logs(folder: Path) -> Iterator[tuple[str, str]]:
@@ -50,20 +53,43 @@ def named_logs(folder: Path) -> Iterator[tuple[str, str]]:
     """
     if not folder.is_dir():
         raise OilfilmError(f"{folder}: there is no such folder. Make it and put the logs there.")
-    inside = folder.resolve()
-    for path in sorted(folder.rglob("*")):
-        relative = path.relative_to(folder)
-        name = relative.as_posix()
-        if any(part.startswith((".", _LOCK_FILE)) for part in relative.parts):
+    unreadable: dict[Path, str] = {}
+    paths: list[Path] = []
+
+    def note(error: OSError) -> None:
+        unreadable[Path(error.filename)] = f"cannot be read ({error.strerror}). Check its rights."
+
+    for place, folders, files in os.walk(folder, onerror=note):
+        paths += [Path(place, name) for name in (*folders, *files)]
+    for path in sorted(paths):
+        if is_passed_over(path, folder):
             continue
-        if path.is_symlink() and path.is_dir():
-            yield name, f"{path}: is a link to a folder. Copy the logs into {folder}."
-        elif not path.is_file() or path.stem.upper() == "README" or is_sheet(path, folder):
-            continue
-        elif not path.resolve().is_relative_to(inside):
-            yield name, f"{path}: is a link that leads out of {folder}. Copy the log into it."
-        else:
-            yield name, unfit_name(name, path)
+        problem = unreadable.get(path, "") or _unreachable(path, folder)
+        name = path.relative_to(folder).as_posix()
+        if problem or not path.is_dir():
+            yield name, f"{path}: {problem}" if problem else unfit_name(name, path)
+
+
+def is_passed_over(path: Path, folder: Path) -> bool:
+    """Whether what is below a raw folder is no log by its name: it is hidden, a README, a sheet."""
+    hidden = any(part.startswith((".", _LOCK_FILE)) for part in path.relative_to(folder).parts)
+    return hidden or path.stem.upper() == "README" or is_sheet(path, folder)
+
+
+def _unreachable(path: Path, folder: Path) -> str:
+    """Why what has the name of a log, or a folder of logs, cannot be read; empty where it can."""
+    if path.is_symlink() and path.is_dir():
+        return f"is a link to a folder. Copy the logs into {folder}."
+    if path.is_dir():
+        empty = path.suffix and not any(os.scandir(path))
+        return "is an empty folder with the name of a log. Put the log there." if empty else ""
+    if not path.exists():
+        return "is a link to a file that is not there. Fetch the file, or take the link out."
+    if not path.is_file():
+        return "is a pipe or a device, expected a file. Take it out."
+    if not path.resolve().is_relative_to(folder.resolve()):
+        return f"is a link that leads out of {folder}. Copy the log into it."
+    return ""
 
 
 def unfit_name(name: str, path: Path | str) -> str:

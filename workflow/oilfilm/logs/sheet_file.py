@@ -16,6 +16,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import zip_longest
 from pathlib import Path, PurePosixPath
+from typing import Any
 
 import numpy as np
 
@@ -306,18 +307,40 @@ def _workbook(content: bytes, sheet: _Sheet) -> Cells:
         unfolded = sum(part.file_size for part in zipfile.ZipFile(io.BytesIO(content)).infolist())
         if unfolded > _LARGEST:
             raise ValueError(f"unpacked it has {unfolded >> 20} MiB")
-        book = openpyxl.load_workbook(io.BytesIO(content), read_only=True, data_only=True)
-        rows = book.worksheets[0].iter_rows(values_only=True)
-        return [[_cell(value) for value in row] for row in rows] or [[]]
+        values, formulas = (
+            openpyxl.load_workbook(io.BytesIO(content), read_only=True, data_only=only)
+            .worksheets[0]
+            .iter_rows()
+            for only in (True, False)
+        )
+        rows = [
+            [_cell(*cells, sheet) for cells in zip(*row, strict=True)]
+            for row in zip(values, formulas, strict=True)
+        ]
     except Exception as error:  # whatever a damaged workbook makes the library stumble over
         reason = " ".join(str(error).split())[:200] or type(error).__name__
         raise OilfilmError(
             f"{sheet.path}: cannot be read as a workbook ({reason}). Save it as runs.csv."
         ) from None
+    sheet.stop()
+    return rows or [[]]
 
 
-def _cell(value: object) -> str:
-    """A cell of a workbook as a text sheet would hold it."""
+def _cell(cell: Any, written: Any, sheet: _Sheet) -> str:
+    """A cell of a workbook as a text sheet would hold it.
+
+    Args:
+        cell: The cell with the value that a formula had when the workbook was saved.
+        written: The same with the formula itself.
+        sheet: Gets the mistake where a formula has no such value: it would read as empty.
+    """
+    value = cell.value
+    if value is None and written.data_type == "f":
+        sheet.refuse(
+            f"cell {written.coordinate}",
+            "found a formula whose value the workbook does not hold, expected text or a number: "
+            "write the value, or open the workbook in a spreadsheet program and save it.",
+        )
     if isinstance(value, float) and value.is_integer():
         return str(int(value))
     return "" if value is None else str(value).strip()
