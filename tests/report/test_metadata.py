@@ -133,14 +133,6 @@ def test_hashes_sizes_and_rows_are_those_of_the_files(
     assert by_name["points"]["hash"] == files["points.parquet"]["hash"]
 
 
-def test_origin_of_the_data_is_stated(package: dict[str, Any], tmp_path: Path) -> None:
-    assert package["data"] == "simulated"
-    assert "SIMULATED" in package["description"]
-    measured = package_of(write_tables(tmp_path, "measured"), settings_with({}, data="measured"))
-    assert "Measured data." in measured["description"]
-    assert "simulated" not in measured["description"].lower()
-
-
 def test_table_that_contradicts_its_campaign_is_refused(folder: Path) -> None:
     with pytest.raises(OilfilmError, match=r"data are simulated.*that they are measured"):
         package_of(folder, settings_with({}, data="measured"))
@@ -181,11 +173,6 @@ def test_hostile_text_stays_text(folder: Path) -> None:
     assert package["title"] == package["contributors"][0]["title"] == HOSTILE
     assert package["description"].startswith(HOSTILE)
     assert f"data/raw/june/a.csv ({'0' * 16}, now {'1' * 16}): {HOSTILE}" in package["description"]
-
-
-def test_name_that_a_package_may_not_have_is_changed(folder: Path) -> None:
-    package = package_of(folder, settings_with({}, name="Prüfung.1"))
-    assert (package["name"], package["title"]) == ("pr-fung.1", "Traction campaign Prüfung.1")
 
 
 def test_same_tables_give_the_same_bytes(folder: Path, config: Settings) -> None:

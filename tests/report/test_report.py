@@ -16,7 +16,6 @@ from campaigns import ROOT
 from oilfilm.fits.fitted import FittedLaw
 from oilfilm.report.explorer import Axis, explorer
 from oilfilm.report.spreadsheet import csv_text
-from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from reports import HOSTILE, OILS, report_of, results_of, rows, with_hostile_names
@@ -248,24 +247,8 @@ def test_slider_covers_its_range_in_round_steps(low: float, high: float, step: f
     assert axis.steps < 2000
 
 
-def test_comparison_of_laws_says_that_the_papers_law_made_the_logs(write: Write, text: str) -> None:
-    thermal = {"campaign": resolve(ROOT / "config", {"campaign": "thermal"}).plain()["campaign"]}
-    assert "Wang-Deng here: a tie by construction" in text
-    assert "Wang-Deng here: a tie by construction" not in write(thermal)
-
-
 def test_measured_campaign_does_not_say_simulated(write: Write) -> None:
     measured = write({"campaign": {"data": "measured"}, "dataset": {"date": "June 2026"}})
     assert "SIMULATED data" not in measured
     assert "Measured data" in measured
     assert "June 2026" in measured
-
-
-def test_page_names_laws_and_gates_in_words(page: Page) -> None:
-    texts = "".join(page.texts[: page.texts.index("Configuration as resolved")])
-    for name, key in (
-        ("Johnson-Tevaarwerk (Eyring)", "deng2026"),
-        ("stuck sensor", "stuck_sensor"),
-    ):
-        assert name in texts
-        assert key not in texts

@@ -11,7 +11,6 @@ from campaigns import CLAIMS, REFERENCE, Campaign, printed, sign_study, without
 from oilfilm import tables
 from oilfilm.curation.coverage import coverage, gate_counts
 from oilfilm.figure_catalogue import figures
-from oilfilm.fits.fit import fit_oil
 from oilfilm.logs.run_sheet import CONTRADICTION, UNLISTED
 from oilfilm.paper.audit.audit import audit, checked_claims, printed_evidence
 from oilfilm.paper.extrapolation import extrapolate
@@ -23,9 +22,8 @@ from oilfilm.paper.selection import OUTSIDE
 from oilfilm.report import runs
 from oilfilm.report.document import Fact, Section, facts
 from oilfilm.report.sections.build import sections
-from oilfilm.report.sections.data import refusals
 from oilfilm.report.sections.fits import certainty
-from oilfilm.report.shown_table import ShownTable, percent
+from oilfilm.report.shown_table import percent
 from oilfilm.report.text import beginning, text
 from oilfilm.rig_twin.truth import truth_grid
 from oilfilm.settings.messages import load
@@ -264,18 +262,6 @@ def test_law_is_judged_with_what_to_do(
     assert bool(advice) == bool(fact.advice)
 
 
-@pytest.mark.parametrize("verdict", ["shown", "not shown"])
-def test_lack_of_fit_is_told_with_its_test(
-    results: CampaignTables, config: Settings, verdict: str
-) -> None:
-    numbers = {"repeat_relative_rms": 0.0797, "lack_of_fit_relative_rms": 0.0275, "n_repeats": 4}
-    noise = rows("lack_of_fit", {"oil": "4102", "verdict": verdict, **numbers})
-    sentences = told(by_anchor(results.replace(lack_of_fit=noise), config)["fits"])
-    assert "7.97 % of mu (4 repeated runs)" in sentences
-    assert "2.75 %" in sentences
-    assert ("may be chance" in sentences) == (verdict == "not shown")
-
-
 def test_conditions_that_were_refused_differ_from_those_never_measured(
     results: CampaignTables, config: Settings
 ) -> None:
@@ -291,22 +277,6 @@ def test_conditions_that_were_refused_differ_from_those_never_measured(
     assert "Missing: 4102 at T = 120 degC." in line
 
 
-def test_oil_that_was_not_fitted_is_named_and_not_counted(
-    results: CampaignTables, config: Settings
-) -> None:
-    lost = fit_oil(results.points.assign(accepted=False), "4010", config.fit, config.seed)
-    kept = {
-        name: pd.concat([table[table["oil"] != "4010"], getattr(lost, name)])
-        for name, table in (
-            ("coefficients", results.coefficients),
-            ("fit_quality", results.fit_quality),
-        )
-    }
-    made = by_anchor(results.replace(**kept), config)
-    assert "4010 is not fitted." in told(made["fits"])
-    assert "4010: " not in told(made["constants"])
-
-
 def test_film_and_too_few_runs_are_trouble(results: CampaignTables, config: Settings) -> None:
     film = np.where(results.points["oil"] == "4050", "cannot be judged", "full film")
     runs = results.runs.assign(oil=np.where(results.runs["verdict"] == "refused", "4010", "4050"))
@@ -314,30 +284,6 @@ def test_film_and_too_few_runs_are_trouble(results: CampaignTables, config: Sett
     brief = [fact.text for fact in by_anchor(changed, config)["data"].facts if fact.is_trouble]
     assert any(line.startswith("NOT ENOUGH: oil 4010: 0 of 1 runs accepted") for line in brief)
     assert any("FILM NOT JUDGED for" in line and "of 4050." in line for line in brief)
-
-
-@pytest.mark.parametrize(
-    ("verdict", "words"),
-    [
-        ("positive control", "This checks the code"),
-        ("one truth", "0.1 % of mu apart"),
-        ("two truths", "NOT COMPARABLE"),
-    ],
-)
-def test_report_says_what_simulated_torque_is_worth(
-    results: CampaignTables, config: Settings, verdict: str, words: str
-) -> None:
-    control = rows("torque_control", {"oil": "4102", "verdict": verdict, "law_misfit": 0.001})
-    assert words in told(by_anchor(results.replace(torque_control=control), config)["bearing"])
-
-
-def test_verdict_says_why_no_claim_is_judged(results: CampaignTables, config: Settings) -> None:
-    unjudged = results.claims.assign(verdict="cannot be checked", reason_code="no lambda")
-    line = told(by_anchor(results.replace(claims=unjudged), config)["claims"])
-    assert (
-        "can be judged on this campaign's fits. No point of an oil of the paper has a lambda."
-        in line
-    )
 
 
 def test_bearing_errors_leave_out_and_name_where_the_cage_may_skid(
@@ -354,15 +300,6 @@ def test_bearing_errors_leave_out_and_name_where_the_cage_may_skid(
     row = cells(section, "torque", "4102")
     assert row["Points"] == "1"
     assert row["Median error"] == row["Largest error"] == percent(1)(0.1)
-
-
-def test_equilibrium_that_was_not_found_is_told_with_the_reason(
-    results: CampaignTables, config: Settings
-) -> None:
-    torque = results.torque.assign(converged=[True, False], why=["", "balls do not touch"])
-    line = told(by_anchor(results.replace(torque=torque), config)["bearing"])
-    assert "1 of 2" in line
-    assert "balls do not touch" in line
 
 
 def test_certainty_is_half_the_interval_over_mu(results: CampaignTables) -> None:
@@ -382,13 +319,6 @@ def test_remarks_on_the_run_sheet_are_not_among_what_was_refused(
     section = by_anchor(changed, config)["refused"]
     assert [row[0] for row in section.tables[0].rows] == ["thin film"]
     assert "no row for a log" not in told(section)
-
-
-def test_runs_that_share_a_log_are_told_apart() -> None:
-    same = [{"file": "a.csv", "run_id": f"a.csv#{number}", "rule": "drift"} for number in (1, 2)]
-    shown = refusals(rows("quarantine", *same), "quarantine", 10)
-    assert [column.heading for column in shown.columns][:2] == ["Log", "Run"]
-    assert len(shown.rows) == 2
 
 
 def test_page_of_a_refused_run_has_the_advice_of_the_rule_that_refused_it(
@@ -419,8 +349,3 @@ def test_end_of_a_run_is_short_and_says_where_the_whole_is() -> None:
     short = beginning("\n".join(body) + "\n", "summary.txt").splitlines()
     assert short == [*body[:75], "... 25 more lines: summary.txt"]
     assert beginning("line\n", "summary.txt") == "line\n"
-
-
-def test_section_without_anything_to_say_is_left_out() -> None:
-    assert not Section("a", "A", tables=[ShownTable("t", "", [], [])])
-    assert Section("a", "A", [Fact("Something.")])

@@ -18,7 +18,7 @@ from oilfilm.settings.campaign import Source
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.table_file import TableFile
 
-_TYPES = {"number": "number", "integer": "integer", "text": "string", "flag": "boolean"}
+_TYPES = {"text": "string", "flag": "boolean"}
 _ORIGIN = {
     "simulated": "SIMULATED data: written by a program, not measured on a rig.",
     "measured": "Measured data.",
@@ -139,7 +139,7 @@ def _field(column: tables.Column) -> dict[str, Any]:
         constraints["enum"] = list(column.allowed)
     field = {
         "name": column.name,
-        "type": _TYPES[column.type],
+        "type": _TYPES.get(column.type, column.type),
         "description": column.meaning_here,
         "unit": "" if column.unit == tables.BY_ROW else column.unit,
         "caveat": column.caveat,
