@@ -110,7 +110,10 @@ def _declarations(path: Path) -> Iterator[dict[str, Any]]:
         if isinstance(node, ast.Assign) and isinstance(node.targets[0], ast.Name):
             with suppress(ValueError):
                 constants[node.targets[0].id] = ast.literal_eval(node.value)
-        for decorator in getattr(node, "decorator_list", []):
+        calls = list(getattr(node, "decorator_list", []))
+        if isinstance(node, ast.Expr) and isinstance(node.value, ast.Call):
+            calls.append(node.value.func)  # register(...)(function of another module)
+        for decorator in calls:
             if isinstance(decorator, ast.Call) and ast.unparse(decorator.func) == "register":
                 try:
                     yield _keys(decorator, constants)

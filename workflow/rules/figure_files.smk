@@ -22,8 +22,6 @@ def inputs_of_figures(figures):
     """Finished tables and reference files that figures are drawn from."""
     references = sorted({name for figure in figures for name in figure.references})
     names = {name for figure in figures for name in figure.tables}
-    if any(figure.shows_data for figure in figures):
-        names.add("points")  # which say whose film thickness was not judged
     if names & set(OF_FIT):
         names.add("fit_quality")  # which says what law is configured
     # a list of their own: the reference file of the claims has the name of their table

@@ -1,4 +1,4 @@
-"""mu of the fitted law far and wide, beside the printed constants: Figs 7-10 of the paper."""
+"""Laws far and wide: Figs 7-10 of the paper, and the same cuts beside the truth of a simulation."""
 
 import itertools
 from collections.abc import Iterator, Mapping, Sequence
@@ -6,29 +6,28 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 from matplotlib.patches import Patch
+from matplotlib.ticker import MaxNLocator, PercentFormatter
 
 from oilfilm.fits.fitted import Coefficients, FittedLaw
-from oilfilm.paper.extrapolation import is_beyond
+from oilfilm.paper.extrapolation import is_beyond, relative_rms
 from oilfilm.paper.printed_law import with_printed
 from oilfilm.paper.reference import PrintedCoefficients
 from oilfilm.report.figures import style
-from oilfilm.report.figures.registry import Drawing, marks, register
-from oilfilm.settings.config import Conditions
+from oilfilm.report.figures.registry import register
+from oilfilm.report.figures.sheet import Panel, Sheet
+from oilfilm.report.words import law_name
+from oilfilm.settings.config import Conditions, ExtrapolationFigureSettings
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction.law import CONDITIONS
 from oilfilm.units import FloatArray
 
 _STEPS = 121  # along the abscissa
-_MU = "\N{GREEK SMALL LETTER MU}"
 _SYMBOLS = 4  # along a curve
 # A printed line nearer to the refit than this share of its largest mu cannot be told from it.
 _NEAR = 0.05
-_ROOM = 1.4  # largest mu of a panel over that of its lines
-_ONE_SCALE = 2.0  # panels whose largest mu differ by less than this factor share their scale
+_ROOM = 1.3  # largest mu of a panel over that of its lines
 _SPEED, _TEMPERATURE, _SLIP = "entrainment_speed_m_s", "inlet_temperature_c", "slide_roll_ratio"
 # Of each figure: condition along the abscissa, and condition that tells the curves of one panel
 # apart. The others tell panels apart.
@@ -38,21 +37,17 @@ CUTS = {
     "fig09": ("max_hertz_pressure_gpa", _TEMPERATURE),
     "fig10": (_TEMPERATURE, _SLIP),
 }
+_BEYOND = Patch(facecolor=style.EXTRAPOLATED, label="beyond the tests")
 
-_ALIKE = {
-    "family": "law",
-    "tables": ("coefficients", "refits", "fit_quality"),
-    "settings": ("oils", "extrapolation", "same_set_point"),
-    "references": ("printed_coefficients",),
-}
 _OF_ALL_OILS = "Traction coefficient of all oils against "
 _LINES = (
-    "the paper does not state its own. Full lines: fitted law with the 95 % interval of "
-    "the next good run. Thin dashed lines: constants printed in the paper, signs restored, at the "
+    "the paper does not state its own. Full lines: fitted law with the 95 % interval of the next "
+    "good run, which may leave the panel. Thin dashed lines: constants printed in the paper, signs restored, at the "
     "middle level. They are shown where they differ by more than 5 % of the largest traction "
-    "coefficient. Each panel states the largest difference at all levels. Shaded: beyond the "
-    "tested conditions. dmN: pitch diameter times speed (mm rpm) of a bearing with this "
-    "entrainment speed."
+    "coefficient; the legend states the largest difference at all levels. Shaded: beyond the "
+    "tested conditions. Each panel has its own scale. dmN: pitch diameter times speed (mm rpm) of "
+    "a bearing with this entrainment speed. Oils without a fit of pressure, speed and temperature "
+    "are not shown."
 )
 
 
@@ -64,51 +59,49 @@ _LINES = (
     + "slide-roll ratio, one panel per maximum Hertz pressure and entrainment speed. "
     + "The curves are for several inlet temperatures; "
     + _LINES,
-    **_ALIKE,
+    family="law",
+    tables=("coefficients", "refits", "fit_quality"),
+    settings=("oils", "extrapolation", "same_set_point"),
+    references=("printed_coefficients",),
 )
-def fig07(
-    results: CampaignTables, settings: Settings, printed_coefficients: PrintedCoefficients
-) -> Drawing:
+def fig07(results: CampaignTables, settings: Settings, **references: Any) -> Sheet:
     """mu against slip, one panel per pressure."""
-    return _draw_cuts("fig07", results, settings, printed_coefficients)
+    return _draw_cuts("fig07", results, settings, **references)
 
 
 @register(
     name="fig08",
+    like="fig07",
     paper="Fig. 8",
     title="Traction against entrainment speed",
     caption=_OF_ALL_OILS
     + "entrainment speed (m/s), one panel per maximum Hertz pressure and slide-roll ratio. "
     + "The curves are for several inlet temperatures; "
     + _LINES,
-    **_ALIKE,
 )
-def fig08(
-    results: CampaignTables, settings: Settings, printed_coefficients: PrintedCoefficients
-) -> Drawing:
+def fig08(results: CampaignTables, settings: Settings, **references: Any) -> Sheet:
     """mu against entrainment speed, one panel per slip."""
-    return _draw_cuts("fig08", results, settings, printed_coefficients)
+    return _draw_cuts("fig08", results, settings, **references)
 
 
 @register(
     name="fig09",
+    like="fig07",
     paper="Fig. 9",
     title="Traction against pressure",
     caption=_OF_ALL_OILS
     + "maximum Hertz pressure (GPa), one panel per entrainment speed and slide-roll ratio. "
     + "The curves are for several inlet temperatures; "
     + _LINES,
-    **_ALIKE,
 )
-def fig09(
-    results: CampaignTables, settings: Settings, printed_coefficients: PrintedCoefficients
-) -> Drawing:
+def fig09(results: CampaignTables, settings: Settings, **references: Any) -> Sheet:
     """mu against pressure, one panel per speed and slip."""
-    return _draw_cuts("fig09", results, settings, printed_coefficients)
+    return _draw_cuts("fig09", results, settings, **references)
 
 
 @register(
     name="fig10",
+    like="fig07",
     paper="Fig. 10",
     title="Traction against temperature",
     caption=_OF_ALL_OILS
@@ -116,65 +109,38 @@ def fig09(
     + "speed. "
     + "The curves are for several slide-roll ratios; "
     + _LINES,
-    **_ALIKE,
 )
-def fig10(
-    results: CampaignTables, settings: Settings, printed_coefficients: PrintedCoefficients
-) -> Drawing:
+def fig10(results: CampaignTables, settings: Settings, **references: Any) -> Sheet:
     """mu against temperature, one panel per pressure and speed."""
-    return _draw_cuts("fig10", results, settings, printed_coefficients)
+    return _draw_cuts("fig10", results, settings, **references)
 
 
 def _draw_cuts(
-    figure_name: str,
+    figure: str,
     results: CampaignTables,
     settings: Settings,
     printed_coefficients: PrintedCoefficients,
-) -> Drawing:
+) -> Sheet:
     """All oils along the cuts of one figure; the levels are those of `extrapolation` of config."""
-    (abscissa, by), levels = CUTS[figure_name], settings.extrapolation[figure_name]
+    (abscissa, by), levels = CUTS[figure], settings.extrapolation[figure]
     apart = [name for name in style.LEVEL_PHRASES if name not in (abscissa, by)]
     cuts = list(itertools.product(*(getattr(levels, name) for name in apart)))
-    rows = -(-len(cuts) // 2)
-    figure = Figure(figsize=(style.DOUBLE_COLUMN_IN, 2.35 * rows + 0.6))
-    # each panel with its own scale, or the strong traction of one would press the others flat
-    axes = list(figure.subplots(rows, 2, sharex=True, squeeze=False).flat)
+    sheet = Sheet(len(cuts), 2, height=1.75, across=0.5, sharex=True)
     oils = list(settings.oils)
     printed = with_printed(results.configured.coefficients, printed_coefficients)
     laws = {oil: of_oil for oil in oils if (of_oil := _laws(results, printed, oil))}
-    drawn: list[pd.DataFrame] = []
     for number, cut in enumerate(cuts):
         fixed = dict(zip(apart, cut, strict=True))
-        panel = style.title_panel(axes[number], number, panel_title(fixed))
+        panel = sheet.panel(number, panel_title(fixed))
         if laws:
             within = settings.same_set_point.relative
-            drawn.append(_curves(panel, laws, levels, fixed, figure_name, within))
-            _draw(axes[number], drawn[-1], oils)
-    for axis in axes[len(cuts) :]:
-        axis.set_visible(False)
-    for axis in axes[max(len(cuts) - 2, 0) : len(cuts)]:
-        # not of the figure as a whole, which would cover the key
-        axis.set_xlabel(style.CONDITION_LABELS[abscissa])
-        axis.tick_params(labelbottom=True)
-    figure.supylabel(style.TRACTION_LABEL, fontsize=8)
-    key = []
-    if abscissa == _SPEED:
-        fastest = style.bearing_speed_phrase(max(getattr(levels, _SPEED)))
-        key.append(f"{fastest}: pitch diameter times speed, mm rpm")
-    if drawn:
-        key += _scale(axes[: len(cuts)], drawn)
-        symbols = [style.LEVEL_PHRASES[by].format(level) for level in getattr(levels, by)]
-        lines = pd.concat(drawn)
-        any_printed = bool((lines["shown"] & (lines["series"] == "printed")).any())
-        _draw_legend(figure, symbols, laws, oils, any_printed)
-        if lost := [oil for oil in oils if oil not in laws]:
-            key.append(f"no fit that follows P, U and T: {', '.join(lost)}")
-        if key:
-            style.say_key(figure, "\n".join(key))
-    else:
-        reason = "no oil has a fitted law\nof pressure, speed and temperature"
-        style.say_in_panel(axes[0], reason)
-    return figure, [curves.drop(columns=["beyond", "shown"]) for curves in drawn]
+            _draw(panel, _curves(laws, levels, fixed, (abscissa, by), within), oils)
+        elif number == 0:
+            panel.say("no oil has a fitted law\nof pressure, speed and temperature")
+    sheet.label(style.CONDITION_LABELS[abscissa], style.TRACTION_LABEL)
+    if laws:
+        sheet.legend(_handles(sheet, getattr(levels, by), by, oils))
+    return sheet
 
 
 def panel_title(fixed: Mapping[str, float]) -> str:
@@ -184,29 +150,6 @@ def panel_title(fixed: Mapping[str, float]) -> str:
         for name, level in fixed.items()
     ]
     return ", ".join(phrases)
-
-
-def _scale(axes: Sequence[Axes], drawn: Sequence[pd.DataFrame]) -> list[str]:
-    """Give panels one scale, or where one would press others flat a line at the same mu in each.
-
-    An interval that runs away leaves the panel, instead of pressing the lines flat.
-    """
-    key = []
-    for axis, curves in zip(axes, drawn, strict=True):
-        line = curves.loc[curves["shown"], "y"].max()
-        axis.set_ylim(0, min(axis.get_ylim()[1], _ROOM * line))
-    tops = [axis.get_ylim()[1] for axis in axes]
-    if (upper := pd.concat(drawn)["y_upper"].max()) > max(tops):
-        key.append(f"intervals that leave a panel reach up to {_MU} = {upper:.2g}")
-    if max(tops) < _ONE_SCALE * min(tops):
-        for axis in axes:
-            axis.set_ylim(top=max(tops))
-        return key
-    size = 10.0 ** np.floor(np.log10(min(tops)))
-    level = size * max(step for step in (0.5, 1.0, 2.0, 5.0) if step * size < 0.8 * min(tops))
-    for axis in axes:
-        axis.axhline(level, color="black", linestyle=":", linewidth=0.7, gid="scale")
-    return [f"scales differ: the dotted line is {_MU} = {level:g} in each panel", *key]
 
 
 def _laws(results: CampaignTables, coefficients: pd.DataFrame, oil: str) -> dict[str, FittedLaw]:
@@ -229,106 +172,218 @@ def _laws(results: CampaignTables, coefficients: pd.DataFrame, oil: str) -> dict
 
 
 def _curves(
-    panel: str,
     laws: Mapping[str, Mapping[str, FittedLaw]],
     levels: Conditions,
     fixed: Mapping[str, float],
-    figure_name: str,
+    cut: tuple[str, str],
     within: float,
-) -> pd.DataFrame:
-    """Every curve of a panel as its marks; `beyond` the tests, and whether it is `shown`.
-
-    Printed constants that are too near to the refit to be shown say so.
-    """
-    abscissa, by = CUTS[figure_name]
+) -> Iterator[dict[str, Any]]:
+    """Each curve of a panel; `shown` unless printed constants are too near to the refit."""
+    abscissa, by = cut
     every = getattr(levels, by)
     # without slip there is nothing to measure, but a curve begins there
     tested = getattr(levels, abscissa)
-    along = np.linspace(0.0 if abscissa == _SLIP else min(tested), max(tested), _STEPS)
-    parts = []
+    x = np.linspace(0.0 if abscissa == _SLIP else min(tested), max(tested), _STEPS)
     for (oil, of_oil), level in itertools.product(laws.items(), every):
-        at = pd.DataFrame({**fixed, by: level, abscissa: along})[[*CONDITIONS, _SLIP]]
+        at = pd.DataFrame({**fixed, by: level, abscissa: x})[[*CONDITIONS, _SLIP]]
         conditions = np.ascontiguousarray(at[list(CONDITIONS)])
         beyond = is_beyond(at.to_numpy(), of_oil["refit"].coefficients.box, within).any(axis=1)
-        predicted = {
-            series: law.predict(conditions, at[_SLIP].to_numpy()) for series, law in of_oil.items()
-        }
-        refit = predicted["refit"].traction_coefficient
-        for series, prediction in predicted.items():
-            mu = prediction.traction_coefficient
-            off = np.abs(mu - refit).max() / refit.max()
-            shown = series == "refit" or (level == every[len(every) // 2] and off > _NEAR)
-            label = style.LEVEL_PHRASES[by].format(level) + ("" if shown else ", not drawn")
-            interval = {"lower": prediction.obs_ci_lower, "upper": prediction.obs_ci_upper}
-            curve = marks(panel, series, along, mu, oil=oil, label=label, value=off, **interval)
-            parts.append(curve.assign(beyond=np.asarray(beyond), shown=shown))
-    return pd.concat(parts, ignore_index=True)
+        refit = None
+        for series, law in of_oil.items():
+            predicted = law.predict(conditions, at[_SLIP].to_numpy())
+            mu = predicted.traction_coefficient
+            refit = mu if refit is None else refit
+            off = float(np.abs(mu - refit).max() / refit.max())
+            yield {
+                "oil": oil,
+                "series": series,
+                "level": style.LEVEL_PHRASES[by].format(level),
+                "x": x,
+                "mu": mu,
+                "ends": {"lower": predicted.obs_ci_lower, "upper": predicted.obs_ci_upper},
+                "off": off,
+                "shown": series == "refit" or (level == every[len(every) // 2] and off > _NEAR),
+                "beyond": beyond,
+                "marker": style.MARKERS[every.index(level) % len(style.MARKERS)],
+            }
 
 
-def _draw(axis: Axes, curves: pd.DataFrame, oils: Sequence[str]) -> None:
+def _draw(panel: Panel, curves: Iterator[dict[str, Any]], oils: Sequence[str]) -> None:
     """Intervals as bands, the refit as lines with a symbol per level, printed constants dashed."""
-    refits = curves[curves["series"] == "refit"]
-    symbols = dict(zip(refits["words"].unique(), itertools.cycle(style.MARKERS), strict=False))
-    for (oil, level), line in refits.groupby(["oil", "words"], sort=False):
-        colour = style.oil_colour(str(oil), oils)
-        axis.fill_between(
-            line["x"], line["y_lower"], line["y_upper"], color=colour, alpha=0.25, linewidth=0
-        )
-        axis.plot(
-            line["x"],
-            line["y"],
-            linestyle=style.LINES["fit"],
-            color=colour,
-            marker=symbols[str(level)],
-            markevery=(_STEPS // (2 * _SYMBOLS), _STEPS // _SYMBOLS),
-            markerfacecolor="white",
-            markeredgewidth=0.7,
-        )
-    printed = curves[curves["series"] == "printed"]
-    for oil, line in printed[printed["shown"]].groupby("oil", sort=False):
-        look: dict[str, Any] = {"linestyle": style.LINES["printed"], "linewidth": 0.6}
-        look["color"] = style.shades(style.oil_colour(str(oil), oils), 2)[0]
-        axis.plot(line["x"], line["y"], **look)
-    if len(printed):
-        off = printed["value"].max()
-        sentence = f"printed constants: off by up to {100 * off:.{1 if off < 0.1 else 0}f} %"
-        # an empty legend finds room beside the lines
-        axis.legend(handles=[], title=sentence, title_fontproperties={"size": 6}, loc="best")
-    # a level counts as tested only where every curve is
-    for start, end in _stretches(curves.groupby("x")["beyond"].any()):
-        axis.axvspan(start, end, color=style.EXTRAPOLATED, linewidth=0, zorder=0)
-    axis.set_xlim(curves["x"].min(), curves["x"].max())
-    axis.set_ylim(bottom=0)
+    highest, beyond = 0.0, np.zeros(_STEPS, dtype=bool)
+    for curve in curves:
+        colour = style.oil_colour(curve["oil"], oils)
+        about = {"oil": curve["oil"], "label": curve["level"], "value": curve["off"]}
+        # a level counts as tested only where every curve is
+        beyond |= curve["beyond"]
+        if not curve["shown"]:
+            about["label"] += ", not drawn"
+            panel.keep(curve["series"], curve["x"], curve["mu"], **about, **curve["ends"])
+            continue
+        highest = max(highest, curve["mu"].max())
+        look: style.Look = {"color": colour, "marker": curve["marker"], "markerfacecolor": "white"}
+        look |= {"markeredgewidth": 0.7, "linestyle": style.LINES["fit"]}
+        look["markevery"] = (_STEPS // (2 * _SYMBOLS), _STEPS // _SYMBOLS)
+        if curve["series"] == "printed":
+            look = {"linestyle": style.LINES["printed"], "linewidth": 0.6}
+            look["color"] = style.shades(colour, 2)[0]
+            panel.axis.plot(curve["x"], curve["mu"], **look)
+            panel.keep("printed", curve["x"], curve["mu"], **about, **curve["ends"])
+        else:
+            panel.line("refit", curve["x"], curve["mu"], look, **about, **curve["ends"])
+    for start, end in _stretches(curve["x"], beyond):
+        panel.axis.axvspan(start, end, color=style.EXTRAPOLATED, linewidth=0, zorder=0)
+    panel.axis.set_xlim(curve["x"].min(), curve["x"].max())
+    # an interval that runs away leaves the panel, instead of pressing the lines flat
+    panel.axis.set_ylim(0, min(panel.axis.get_ylim()[1], _ROOM * highest))
 
 
-def _stretches(flags: "pd.Series[bool]") -> Iterator[tuple[float, float]]:
+def _stretches(along: FloatArray, flags: Any) -> Iterator[tuple[float, float]]:
     """Where flags along an axis are true, from half way before to half way behind."""
-    along, here = flags.index.to_numpy(dtype=float), flags.to_numpy()
     middles: FloatArray = np.concatenate([along[:1], (along[1:] + along[:-1]) / 2, along[-1:]])
-    changes = np.flatnonzero(np.diff(np.concatenate([[False], here, [False]])))
+    changes = np.flatnonzero(np.diff(np.concatenate([[False], flags, [False]])))
     for start, end in changes.reshape(-1, 2):
         yield middles[start], middles[end]
 
 
-def _draw_legend(
-    figure: Figure,
-    symbols: Sequence[str],
-    laws: Mapping[str, Mapping[str, FittedLaw]],
-    oils: Sequence[str],
-    any_printed: bool,
-) -> None:
-    """What colours, symbols and lines mean, below the panels."""
-    look: dict[str, Any] = {"color": style.GREY, "linewidth": 0.6, "markerfacecolor": "white"}
+def _handles(sheet: Sheet, levels: Sequence[float], by: str, oils: Sequence[str]) -> list[Any]:
+    """What colours, symbols and lines mean."""
+    drawn = pd.concat(sheet.parts)
+    shown = set(drawn["oil"])
+    grey: style.Look = {"color": style.GREY, "linewidth": 0.6, "markerfacecolor": "white"}
     handles: list[Any] = [
-        *(style.line_handle(f"{oil}, refit", color=style.oil_colour(oil, oils)) for oil in laws),
-        *(
-            style.line_handle(label, marker=marker, **look)
-            for label, marker in zip(symbols, itertools.cycle(style.MARKERS), strict=False)
+        style.line_handle(f"{oil}, refit", color=style.oil_colour(oil, oils))
+        for oil in oils
+        if oil in shown
+    ]
+    handles += [
+        style.line_handle(style.LEVEL_PHRASES[by].format(level), marker=marker, **grey)
+        for level, marker in zip(levels, itertools.cycle(style.MARKERS), strict=False)
+    ]
+    if (drawn["series"] == "printed").any():
+        off = drawn["value"].max()
+        label = f"printed constants, off by up to {100 * off:.{1 if off < 0.1 else 0}f} %"
+        dashed: style.Look = {"color": "black", "linestyle": style.LINES["printed"]}
+        handles.append(style.line_handle(label, linewidth=0.6, **dashed))
+    interval = Patch(color=style.GREY, alpha=0.25, linewidth=0, label="95 %, next run")
+    return [*handles, interval, _BEYOND]
+
+
+@register(
+    name="extrapolation",
+    title="Fitted laws and the truth of the simulation",
+    caption="(a-d) Fitted laws and the truth of the simulation for one oil, each along one "
+    "cut through the conditions of Figs 7 to 10. (e) Rms error of each law over the rms of the "
+    "true traction coefficient, for every oil: open symbols within the tested conditions, filled "
+    "symbols beyond them. The figure allows no conclusion about real oils.",
+    category="Fits",
+    family="law",
+    tables=("extrapolation",),
+    settings=("oils", "figures"),
+    requires="twin",
+    compares_laws=True,
+)
+def extrapolation(results: CampaignTables, settings: Settings) -> Sheet:
+    """One oil cut through Figs 7-10, truth and laws; below, each law's error for every oil."""
+    compared, choice = results.extrapolation, settings.figures.extrapolation
+    laws, oils = list(dict.fromkeys(compared["law"])), list(settings.oils)
+    of_oil = compared[compared["oil"] == choice.oil]
+    colour = style.oil_colour(choice.oil, oils)
+    height = (1.5, 1.5, 0.22 * max(len(laws), 1))
+    sheet = Sheet(6, 2, height=height, across=0.5, down=0.62)
+    sheet.axes.pop(4).remove()  # where the names of the laws are
+    highest = 2 * of_oil["true_traction_coefficient"].max()
+    for number, (name, (abscissa, _)) in enumerate(CUTS.items()):
+        cut, levels = _cut(of_oil[of_oil["figure"] == name], abscissa, choice)
+        panel = sheet.panel(number, panel_title(levels))
+        panel.axis.set(xlabel=style.CONDITION_LABELS[abscissa], ylabel=style.TRACTION_LABEL)
+        _draw_cut(panel, cut.sort_values(abscissa), abscissa, colour, laws)
+        # a law that runs away leaves the panel, instead of pressing the others flat
+        panel.axis.set_ylim(0, highest if highest > 0 else None)
+    _draw_errors(sheet.panel(4, "Errors within and beyond the tests"), compared, laws, oils)
+    handles = [
+        style.line_handle(f"truth of the twin, {choice.oil}", color=colour, linewidth=1.8),
+        *(style.line_handle(law_name(law), **_line_of(n)) for n, law in enumerate(laws)),
+        _BEYOND,
+        *style.oil_handles(
+            oils, set(compared.dropna(subset="traction_coefficient")["oil"]), markersize=4
         ),
     ]
-    if any_printed:
-        look = {"color": "black", "linestyle": style.LINES["printed"], "linewidth": 0.6}
-        handles.append(style.line_handle("printed constants", **look))
-    handles.append(Patch(color=style.GREY, alpha=0.25, linewidth=0, label="95 %, next run"))
-    handles.append(Patch(color=style.EXTRAPOLATED, label="beyond the tests"))
-    figure.legend(handles=handles, loc="outside lower center", ncols=3)
+    sheet.legend(handles)
+    return sheet
+
+
+def _cut(
+    of_figure: pd.DataFrame, abscissa: str, choice: ExtrapolationFigureSettings
+) -> tuple[pd.DataFrame, dict[str, float]]:
+    """The rows along one abscissa, and the levels of the other conditions.
+
+    A condition that the figure has at one level is at that level, the others are chosen.
+    """
+    fixed = {}
+    for name in style.LEVEL_PHRASES:
+        if name != abscissa:
+            levels = of_figure[name].unique()
+            fixed[name] = levels[0] if len(levels) == 1 else getattr(choice, name)
+            of_figure = of_figure[np.isclose(of_figure[name], fixed[name])]
+    return of_figure, fixed
+
+
+def _draw_cut(
+    panel: Panel, cut: pd.DataFrame, abscissa: str, colour: Any, laws: Sequence[str]
+) -> None:
+    """The truth, each law, and a tint where no test reaches."""
+    if cut.empty:
+        panel.say("no such condition\n(config: figures, extrapolation)")
+        return
+    panel.axis.set_facecolor(style.EXTRAPOLATED)
+    tested = cut.loc[cut["beyond"] == "", abscissa]
+    if len(tested):
+        panel.axis.axvspan(tested.min(), tested.max(), color="white", linewidth=0, zorder=0)
+    truth = cut[cut["law"] == laws[0]]
+    xy = truth[abscissa], truth["true_traction_coefficient"]
+    panel.line("truth", *xy, {"color": colour, "linewidth": 1.8}, oil=truth["oil"])
+    for number, law in enumerate(laws):
+        of_law = cut[cut["law"] == law]
+        xy = of_law[abscissa], of_law["traction_coefficient"]
+        panel.line(law, *xy, _line_of(number), oil=of_law["oil"])
+
+
+def _draw_errors(
+    panel: Panel, compared: pd.DataFrame, laws: Sequence[str], oils: Sequence[str]
+) -> None:
+    """One row per law: open symbols in the tested box, filled ones beyond it, joined by a line."""
+    axis = panel.axis
+    for (row, law), (number, oil) in itertools.product(enumerate(laws), enumerate(oils)):
+        of_both = compared[(compared["law"] == law) & (compared["oil"] == oil)]
+        outside = of_both["beyond"] != ""
+        errors = [relative_rms(of_both[~outside]), relative_rms(of_both[outside])]
+        height = row + 0.22 * (number - (len(oils) - 1) / 2)
+        look: style.Look = {**style.oil_look(oil, oils), "markersize": 4, "linewidth": 0.8}
+        axis.plot(errors, [height, height], markevery=[0], markerfacecolor="white", **look)
+        axis.plot(errors[1], height, **look)
+        panel.keep(law, errors, height, oil=oil, label=["tested box", "beyond"])
+    axis.set_yticks(range(len(laws)), [law_name(law) for law in laws])
+    axis.set_ylim(len(laws) - 0.5, -0.5)
+    if axis.get_xlim()[1] > 1:
+        axis.set_xscale("log")
+    else:
+        axis.set_xlim(left=0)
+        axis.xaxis.set_major_locator(MaxNLocator(steps=[1, 2, 5, 10]))
+    axis.xaxis.set_major_formatter(PercentFormatter(1.0, decimals=0))
+    axis.set_xlabel(f"Rms error over rms of true {style.MU}")
+
+
+def _line_of(number: int) -> style.Look:
+    """Colours are for oils, dashes for what a law was fitted to: laws differ by symbol and grey."""
+    return {
+        "color": ("black", "#777777")[number % 2],
+        "linewidth": 0.9,
+        "linestyle": style.LINES["fit"],
+        # one symbol along each sixth of the panel's diagonal, not all at one abscissa
+        "marker": style.MARKERS[number % len(style.MARKERS)],
+        "markevery": (0.03 * number, 0.17),
+        "markersize": 2.6,
+        "markerfacecolor": "white" if number < len(style.MARKERS) else "black",
+        "markeredgewidth": 0.6,
+    }

@@ -1,18 +1,18 @@
 """The two rigs, drawn by code from what the paper's text says of them (Figs 1 and 5)."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 from matplotlib.patches import Circle, FancyArrowPatch, Patch, Rectangle
 
 from oilfilm import tables
 from oilfilm.report.figures import style
-from oilfilm.report.figures.registry import Drawing, marks, register
+from oilfilm.report.figures.registry import register
+from oilfilm.report.figures.sheet import Sheet
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 
@@ -24,7 +24,7 @@ _KINDS: dict[str, tuple[Any, str]] = {
     "drive": (style.tint("#CC79A7", 0.45), "drive"),
     "oil": (style.tint("#56B4E9", 0.60), "oil"),
 }
-_EDGE: dict[str, Any] = {"edgecolor": "black", "linewidth": 0.6}
+_EDGE: style.Look = {"edgecolor": "black", "linewidth": 0.6}
 
 
 @register(
@@ -39,22 +39,22 @@ _EDGE: dict[str, Any] = {"edgecolor": "black", "linewidth": 0.6}
     settings=("rigs",),
     shows_data=False,
 )
-def fig01(results: CampaignTables, settings: Settings) -> Drawing:
+def fig01(results: CampaignTables, settings: Settings) -> Sheet:
     """The traction rig from the side and from above, and the contact along the ball's axis."""
-    figure = Figure(figsize=(style.DOUBLE_COLUMN_IN, 4.5))
-    axes = figure.subplot_mosaic(
-        [["a", "b"], ["a", "c"]], width_ratios=(1.15, 1), height_ratios=(1, 1.25)
-    )
-    style.title_panel(axes["a"], 0, "Rig from the side")
-    style.title_panel(axes["b"], 1, "Cradle from above")
-    style.title_panel(axes["c"], 2, "Contact, along the ball's axis")
+    sheet = Sheet(4, 2, height=(1.55, 1.9), left=0.05, bottom=0.05, width_ratios=(1.15, 1))
+    # the first panel is as tall as both others together
+    grid = sheet.axes[0].get_gridspec()
+    for axis in sheet.axes[::2]:
+        axis.remove()
+    sheet.axes = [sheet.figure.add_subplot(grid[:, 0]), *sheet.axes[1::2]]
     rig = next(iter(settings.rigs.values()))
     radii = {"disc": rig.disc_track_radius_m, "ball": rig.ball_track_radius_m}
     sizes = {
         name: "" if radius is None else f" = {1e3 * radius:.4g} mm"
         for name, radius in radii.items()
     }
-    return figure, [_draw(figure, "fig01", sizes)]
+    titles = ("Rig from the side", "Cradle from above", "Contact, along the ball's axis")
+    return _draw(sheet, "fig01", titles, sizes)
 
 
 @register(
@@ -67,39 +67,40 @@ def fig01(results: CampaignTables, settings: Settings) -> Drawing:
     family="data",
     shows_data=False,
 )
-def fig05(results: CampaignTables, settings: Settings) -> Drawing:
+def fig05(results: CampaignTables, settings: Settings) -> Sheet:
     """The torque rig in a section along its shaft."""
-    figure = Figure(figsize=(style.DOUBLE_COLUMN_IN, 2.7))
-    figure.subplots()
-    return figure, [_draw(figure, "fig05", {})]
+    sheet = Sheet(width=style.DOUBLE_COLUMN_IN, left=0.05, top=0.05, bottom=0.05, height=2.3)
+    return _draw(sheet, "fig05", [None], {})
 
 
-def _draw(figure: Figure, name: str, sizes: Mapping[str, str]) -> pd.DataFrame:
+def _draw(sheet: Sheet, name: str, titles: Sequence[str | None], sizes: Mapping[str, str]) -> Sheet:
     """Draw the parts that a file lists, later ones above, and the key.
 
     A circle has its radius as `to_x`. Words are at (x, y), with a line to the part at (to_x, to_y)
     unless that is the same point. Each mark is two rows of what is drawn, its start and its end.
 
     Args:
-        figure: With the panels.
+        sheet: With the panels.
         name: The file `<name>.csv` beside this module.
+        titles: Of the panels.
         sizes: What stands for the names in braces.
     """
     parts = pd.read_csv(Path(__file__).with_name(f"{name}.csv"), keep_default_na=False)
     labels = [label.format_map(sizes).replace("\\n", "\n") for label in parts["words"]]
-    axes = dict(zip("abc", figure.axes, strict=False))
+    panels = [sheet.panel(number, title) for number, title in enumerate(titles)]
     for part in tables.rows(parts.assign(words=labels)):
-        _draw_mark(axes[part["panel"]], part)
-    for axis in figure.axes:
+        _draw_mark(sheet.axes["abc".index(part["panel"])], part)
+    for axis in sheet.axes:
         axis.set_aspect("equal")
         axis.set_axis_off()
         axis.set_anchor("N")
-    handles = [Patch(facecolor=colour, label=label, **_EDGE) for colour, label in _KINDS.values()]
-    figure.legend(handles=handles, loc="outside lower center", ncols=len(handles))
-    style.say_key(figure, "Schematic, not to scale")
+    sheet.legend(
+        [Patch(facecolor=colour, label=label, **_EDGE) for colour, label in _KINDS.values()]
+    )
     series = (parts["mark"] + " " + parts["kind"]).str.strip().repeat(2)
-    xy = (parts[[name, f"to_{name}"]].to_numpy().ravel() for name in "xy")
-    return marks(parts["panel"].repeat(2), series, *xy, label=np.repeat(labels, 2))
+    x, y = (parts[[name, f"to_{name}"]].to_numpy().ravel() for name in "xy")
+    panels[0].keep(series, x, y, label=np.repeat(labels, 2), panel=parts["panel"].repeat(2))
+    return sheet
 
 
 def _draw_mark(axis: Axes, part: Mapping[str, Any]) -> None:

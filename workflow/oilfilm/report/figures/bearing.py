@@ -1,30 +1,191 @@
-"""Figures of the bearing: cage slip and size effect."""
+"""Figures of the bearing: friction torque, cage slip and size effect."""
 
 import itertools
 from typing import Any
 
 import numpy as np
 import pandas as pd
-from matplotlib.axes import Axes
-from matplotlib.collections import QuadMesh
 from matplotlib.colors import BoundaryNorm
-from matplotlib.figure import Figure
-from matplotlib.patches import Rectangle
+from matplotlib.patches import Patch, Rectangle
 
-from oilfilm.bearing.kinematics import entrainment_speed_m_s
 from oilfilm.report.figures import style
-from oilfilm.report.figures.registry import Drawing, marks, register
+from oilfilm.report.figures.registry import register
+from oilfilm.report.figures.sheet import Panel, Sheet, sentences
+from oilfilm.report.words import load_variable
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 
-_LOOKS: dict[str, tuple[str, dict[str, Any]]] = {
-    "load": ("load W", {"linestyle": style.LINES["load"], "marker": "s"}),
-    "dimensionless_load": (
-        "load W/(E'R\N{SUPERSCRIPT TWO})",
-        {"linestyle": style.LINES["dimensionless load"], "marker": "^"},
-    ),
+_DRAWN_INTERVAL = 1.96  # bars are 95 % intervals, in standard uncertainties
+# Temperatures by the fill of symbols and the dashes of lines.
+_LEVELS = (("full", "-"), ("none", (0, (5, 2))), ("left", ":"), ("right", "-."), ("top", "-"))
+# The campaign's own law, and the one on load that it is compared with, by colour.
+_LAWS = {"stress": "#0072B2", "wang-deng-load": "#D55E00"}
+_LOAD_VARIABLES = {
+    "stress": "pressure P",
+    "load": "load W",
+    "dimensionless_load": "load W/(E'R\N{SUPERSCRIPT TWO})",
+}
+_LOOKS: dict[str, style.Look] = {
+    "load": {"linestyle": style.LINES["load"], "marker": "s"},
+    "dimensionless_load": {"linestyle": style.LINES["dimensionless load"], "marker": "^"},
 }
 _SLIP_LEVELS = (-1.0, 0.01, 0.05, 0.15, 0.3, 0.5, 0.75, 1.0)
+_CROSS: style.Look = {"marker": "x", "color": "black", "linestyle": "", "markersize": 4}
+_ROLLS_OR_SKIDS = "cage may roll or skid"
+
+
+@register(
+    name="torque",
+    title="Friction torque of the bearing",
+    caption="Friction torque (N m) against speed of the inner ring, one panel per oil and "
+    "axial load. Symbols: measured torque; bars: 95 % interval from random error and "
+    "calibration. Lines: torque calculated with the pressure-based law and with the load-based "
+    "Wang-Deng law. Bands: 95 % interval from refits of the law, calibration and the other terms "
+    "of the torque. Above each panel: median error of each law, and points that agree within twice "
+    "the standard uncertainty of the difference. Crosses: the cage may roll or skid.",
+    category="Bearing",
+    family="bearing",
+    tables=("torque",),
+    settings=("oils", "figures"),
+    requires="torque",
+)
+def torque(results: CampaignTables, settings: Settings) -> Sheet:
+    """Measured and calculated torque against speed, one panel per oil and axial load."""
+    table = _in_sets(results.torque, settings)
+    oils = [oil for oil in settings.oils if (table["oil"] == oil).any()]
+    if not oils:
+        return sentences("No torque was measured, or no law could be evaluated.")
+    levels = sorted(set(table["level"]))
+    panels = list(itertools.product(sorted(set(table["load"])), oils))
+    layout: style.Look = {"height": 1.2, "top": 0.45, "down": 0.55}
+    layout |= {"sharex": True, "sharey": "row", "width": style.DOUBLE_COLUMN_IN}
+    sheet = Sheet(len(panels), len(oils), **layout)
+    for number, (load, oil) in enumerate(panels):
+        panel = sheet.panel(number, f"{oil}, {_kilonewtons(load)}", pad=18)
+        rows = table[(table["oil"] == oil) & (table["load"] == load)]
+        for line, (variable, colour) in enumerate(_LAWS.items()):
+            of_law = rows[rows["load_variable"] == variable]
+            _draw_calculated(panel, of_law, variable, levels)
+            place: style.Look = {"transform": panel.axis.transAxes, "fontsize": 6}
+            panel.axis.text(0, 1.11 - 0.09 * line, _agreement(of_law), color=colour, **place)
+        _draw_measured(panel, rows[rows["load_variable"] == "stress"], levels)
+    sheet.label(style.SPEED_LABEL, "Friction torque (N m)", fontsize=7)
+    laws = [law for law in _LAWS if (table["load_variable"] == law).any()]
+    handles: list[Any] = [Patch(color=_LAWS[law], label=load_variable(law)) for law in laws]
+    handles += [
+        style.line_handle(
+            f"{level:.0f} \N{DEGREE SIGN}C: measured and calculated",
+            **{"marker": "o", "markersize": 4, "color": "black", "linewidth": 0.9},
+            fillstyle=fill,
+            linestyle=dashes,
+        )
+        for level, (fill, dashes) in zip(levels, itertools.cycle(_LEVELS), strict=False)
+    ]
+    sheet.legend(handles + _cross_handles(table))
+    return sheet
+
+
+def _draw_calculated(
+    panel: Panel, of_law: pd.DataFrame, variable: str, levels: list[float]
+) -> None:
+    for level, (_, dashes) in zip(levels, itertools.cycle(_LEVELS), strict=False):
+        at = of_law[of_law["level"] == level].sort_values("inner_speed_rpm")
+        speed, y, both = at["inner_speed_rpm"] / 1e3, at["torque_n_m"], at["bistable"]
+        label = f"{level:.0f} degC" + both.map({True: ", bistable", False: ""})
+        band = {"lower": at["torque_n_m_lower"], "upper": at["torque_n_m_upper"]}
+        look = {"color": _LAWS[variable], "linestyle": dashes, "linewidth": 0.9}
+        panel.line(load_variable(variable), speed, y, look, label=label, oil=at["oil"], **band)
+        panel.axis.plot(speed[both], y[both], **_CROSS)
+
+
+def _draw_measured(panel: Panel, rows: pd.DataFrame, levels: list[float]) -> None:
+    for level, (fill, _) in zip(levels, itertools.cycle(_LEVELS), strict=False):
+        at = rows[rows["level"] == level]
+        values = at["measured_torque_n_m"]
+        bar = _DRAWN_INTERVAL * at["measured_torque_n_m_uncertainty"]
+        look = {"color": "black", "marker": "o", "fillstyle": fill, "elinewidth": 0.7}
+        about = {"label": f"{level:.0f} degC", "lower": values - bar, "upper": values + bar}
+        panel.dots("measured", at["inner_speed_rpm"] / 1e3, values, look, oil=at["oil"], **about)
+
+
+def _agreement(of_law: pd.DataFrame) -> str:
+    """Median error of a law, and at how many points it agrees with the measurement."""
+    sure = of_law[~of_law["bistable"]].dropna(subset=["relative_error"])
+    if sure.empty:
+        return ""
+    agree = (sure["verdict"] == "compatible").sum()
+    known = (sure["verdict"] != "not known").any()
+    agrees = f", {agree} of {len(sure)} agree" if known else ""
+    return f"error {100 * sure['relative_error'].abs().median():.2g} %{agrees}"
+
+
+def _in_sets(table: pd.DataFrame, settings: Settings) -> pd.DataFrame:
+    """The table with the set points of `load` and temperature (`level`) that rows belong to."""
+    within = settings.figures.fig06.same_within
+
+    def mean_of_set(measured: "pd.Series[float]") -> "pd.Series[float]":
+        ranked = measured.sort_values()
+        apart = ranked.diff() > within * ranked.shift()
+        return measured.groupby(apart.cumsum()).transform("mean")
+
+    loads, levels = map(mean_of_set, (table["axial_load_n"], table["inlet_temperature_c"]))
+    return table.assign(load=loads, level=levels)
+
+
+def _kilonewtons(load_n: float) -> str:
+    return f"{round(load_n / 1e3, 1):g} kN"
+
+
+def _cross_handles(table: pd.DataFrame) -> list[Any]:
+    return [style.line_handle(_ROLLS_OR_SKIDS, **_CROSS)] if table["bistable"].any() else []
+
+
+@register(
+    name="torque-load-variable",
+    title="Load variables of the law in the bearing",
+    caption="Error (%) of the calculated torque against speed of the inner ring, one panel "
+    "per oil and load variable. The law is evaluated with pressure, with load and with "
+    "dimensionless load. Crosses: the cage may roll or skid.",
+    category="Bearing",
+    family="bearing",
+    tables=("torque",),
+    settings=("oils", "figures"),
+    requires="torque",
+)
+def torque_load_variable(results: CampaignTables, settings: Settings) -> Sheet:
+    """Relative error of the torque against speed, one panel per load variable and oil."""
+    choice = settings.figures.fig06
+    near = results.torque["inlet_temperature_c"] - choice.inlet_temperature_c
+    here = near.abs() <= choice.same_within * choice.inlet_temperature_c
+    table = _in_sets(results.torque[here], settings)
+    oils = [oil for oil in settings.oils if (table["oil"] == oil).any()]
+    if not oils:
+        return sentences("No torque was measured at this temperature.")
+    loads = sorted(set(table["load"]))
+    layout: style.Look = {"height": 1.15, "sharex": True, "sharey": True}
+    sheet = Sheet(3 * len(oils), len(oils), width=style.DOUBLE_COLUMN_IN, **layout)
+    for number, (variable, oil) in enumerate(itertools.product(_LOAD_VARIABLES, oils)):
+        panel = sheet.panel(number, f"{oil}, {_LOAD_VARIABLES[variable]}")
+        rows = table[(table["oil"] == oil) & (table["load_variable"] == variable)]
+        shades = style.shades(style.oil_colour(oil, list(settings.oils)), len(loads))
+        for load, shade, marker in zip(loads, shades, style.MARKERS, strict=False):
+            at = rows[rows["load"] == load].sort_values("inner_speed_rpm")
+            speed, error = at["inner_speed_rpm"] / 1e3, 100 * at["relative_error"]
+            look = {"marker": marker, "color": shade, "linewidth": 0.9}
+            about = {"oil": oil, "value": at["bistable"].astype(float)}
+            panel.line(_kilonewtons(load), speed, error, look, **about)
+            panel.axis.plot(speed[at["bistable"]], error[at["bistable"]], **_CROSS)
+        panel.axis.axhline(0, color="black", linewidth=0.6)
+    sheet.label(style.SPEED_LABEL, "Error of the torque (%)", fontsize=7)
+    # loads in shades of grey: each oil has its own colour
+    greys = style.shades(style.GREY, len(loads))
+    handles = [
+        style.line_handle(f"axial load {_kilonewtons(load)}", marker=marker, color=shade)
+        for load, shade, marker in zip(loads, greys, style.MARKERS, strict=False)
+    ]
+    title = f"oil at {choice.inlet_temperature_c:g} \N{DEGREE SIGN}C"
+    sheet.legend(handles + _cross_handles(table), title)
+    return sheet
 
 
 @register(
@@ -34,89 +195,87 @@ _SLIP_LEVELS = (-1.0, 0.01, 0.05, 0.15, 0.3, 0.5, 0.75, 1.0)
     "diameter times speed (million mm rpm), and entrainment speed U of rolling balls. Ordinate: "
     "axial load (kN). Full line: limit of the cage slip. Dashed lines: the 2.5 % and 97.5 % "
     "quantiles of the slip reach the limit. Hatched: the limit lies between the quantiles. "
-    "Crosses: the cage may roll or skid.",
+    "Open circles: no interval could be calculated. Crosses: the cage may roll or skid.",
     category="Bearing",
     family="bearing",
     tables=("cage_slip",),
     settings=("oils", "bearing", "selection"),
     requires="torque",
 )
-def cage_slip(results: CampaignTables, settings: Settings) -> Drawing:
+def cage_slip(results: CampaignTables, settings: Settings) -> Sheet:
     """Cage slip against speed and axial load, one panel per oil."""
-    table = results.cage_slip
+    table = results.cage_slip.assign(**in_units_of_axes(results.cage_slip))
     oils = [oil for oil in settings.oils if (table["oil"] == oil).any()]
     if not oils:
-        return style.sentences("No oil has a law that a bearing could use."), []
+        return sentences("No oil has a law that a bearing could use.")
     limit = settings.selection.limits.slip_limit
     columns = min(len(oils), 3)
-    rows = -(-len(oils) // columns)
-    width = style.DOUBLE_COLUMN_IN if columns > 1 else style.SINGLE_COLUMN_IN
-    figure, axes = style.panels(rows, columns, width, 2.2 * rows + 0.3)
-    axes[0].set_yscale("log")
-    axes[0].yaxis.set_major_formatter("{x:g}")
-    drawn = []
+    sheet = Sheet(len(oils), columns, height=1.7, right=0.75, sharex=True, sharey=True)
+    sheet.axes[0].set_yscale("log")
+    sheet.axes[0].yaxis.set_major_formatter("{x:g}")
     for number, oil in enumerate(oils):
-        of_oil = table[table["oil"] == oil]
-        filled = _draw_slip(axes[number], of_oil, limit)
-        panel = style.title_panel(axes[number], number, oil)
-        at = of_oil.assign(**in_units_of_axes(of_oil))
-        series = np.where(at["bistable"], "bistable", "cell")
-        ends = {"lower": at["cage_slip_lower"], "upper": at["cage_slip_upper"]}
-        slip = at["cage_slip"]
-        drawn.append(marks(panel, series, at["speed"], at["load"], oil=oil, value=slip, **ends))
-    for axis in axes[len(oils) :]:
-        axis.set_axis_off()
-    bar = figure.colorbar(filled, ax=axes, label="Cage slip", ticks=_SLIP_LEVELS[1:])
-    bar.ax.set_yticklabels([f"{level:g}" for level in _SLIP_LEVELS[1:]])
-    for axis in axes[max(len(oils) - columns, 0) : len(oils)]:
-        axis.tick_params(labelbottom=True)
-    speed = f"dmN (million mm rpm; 1 is U = {entrainment_speed_m_s(1e6):.0f} m/s)"
-    figure.supxlabel(speed, fontsize=8)
-    figure.supylabel("Axial load (kN)", fontsize=8)
+        filled = _draw_slip(sheet.panel(number, oil), table[table["oil"] == oil], oil, limit)
+    bar = sheet.colour_bar(filled, "Cage slip", ticks=_SLIP_LEVELS[1:])
+    bar.set_yticklabels([f"{level:g}" for level in _SLIP_LEVELS[1:]])
+    sheet.label(style.DMN_LABEL, style.AXIAL_LOAD_LABEL, fontsize=7)
+    black: style.Look = {"color": "black", "linewidth": 1.1}
+    handles: list[Any] = [
+        style.line_handle(f"slip of {limit:g}", **black),
+        style.line_handle("its 95 % interval", linestyle="--", **black | {"linewidth": 0.8}),
+        Patch(fill=False, hatch="////", linewidth=0, label="within the interval"),
+    ]
+    if _no_interval(table).any():
+        handles.append(
+            style.symbol_handle("no interval", "o", color="black", markerfacecolor="white")
+        )
     temperature = settings.bearing.cage_slip.inlet_temperature_c
-    style.say_key(
-        figure,
-        f"Friction equilibrium, {table['bearing'].iloc[0]}, {temperature:g} \N{DEGREE SIGN}C; "
-        f"line: slip of {limit:g};\ndashed: its 95 % interval; hatched: within or above it is "
-        "not certain; crosses: rolls or skids.",
-    )
-    return figure, drawn
+    bearing = table["bearing"].iloc[0]
+    title = f"{bearing}, oil at {temperature:g} \N{DEGREE SIGN}C; {style.DMN_AS_SPEED}"
+    sheet.legend(handles + _cross_handles(table), title)
+    return sheet
 
 
 def in_units_of_axes(rows: pd.DataFrame) -> dict[str, "pd.Series[float]"]:
     """Speed in million mm rpm and load in kN."""
-    return {"speed": rows["pitch_speed_mm_rpm"] / 1e6, "load": rows["axial_load_n"] / 1e3}
+    return {"speed": rows["pitch_speed_mm_rpm"] / 1e6, "load_kn": rows["axial_load_n"] / 1e3}
 
 
-def _draw_slip(axis: Axes, of_oil: pd.DataFrame, limit: float) -> QuadMesh:
-    in_units = of_oil.assign(**in_units_of_axes(of_oil))
-    grid = in_units.pivot(index="load", columns="speed", values="cage_slip")
-    speed, load = grid.columns.to_numpy(), grid.index.to_numpy()
-    slip = np.ma.masked_invalid(grid.to_numpy())
-    norm = BoundaryNorm(_SLIP_LEVELS, 256)
-    edges = style.cell_edges(speed, axis.get_xscale()), style.cell_edges(load, axis.get_yscale())
-    filled = axis.pcolormesh(*edges, slip, cmap="cividis_r", norm=norm)
-    axis.contour(speed, load, slip, [limit], colors="black", linewidths=1.1)
-    lower, upper = (
-        np.ma.masked_invalid(in_units.pivot(index="load", columns="speed", values=name).to_numpy())
-        for name in ("cage_slip_lower", "cage_slip_upper")
+def _no_interval(rows: pd.DataFrame) -> "pd.Series[bool]":
+    """Cells without an interval, where the table has intervals at all."""
+    some = bool(rows["cage_slip_lower"].notna().any())
+    return rows["cage_slip"].notna() & rows["cage_slip_lower"].isna() & some
+
+
+def _draw_slip(panel: Panel, of_oil: pd.DataFrame, oil: str, limit: float) -> Any:
+    axis = panel.axis
+    fields = of_oil.pivot(index="load_kn", columns="speed")
+    slip, lower, upper = (
+        np.ma.masked_invalid(fields[name].to_numpy())
+        for name in ("cage_slip", "cage_slip_lower", "cage_slip_upper")
     )
-    for end in (lower, upper):
-        if end.count():
-            axis.contour(speed, load, end, [limit], colors="black", linewidths=0.8, linestyles="--")
-    across, along = edges
-    between = np.ma.filled((lower < limit) & (upper > limit), False)
-    # with an interval elsewhere, a cell without one is the least certain
-    uncertain = between | (lower.mask & ~slip.mask if lower.count() else False)
-    for row, column in np.argwhere(uncertain):
-        corner, size = (
-            (across[column], along[row]),
-            (across[column + 1] - across[column], along[row + 1] - along[row]),
-        )
-        axis.add_patch(Rectangle(corner, *size, fill=False, hatch="////", linewidth=0))
-    both = in_units[in_units["bistable"]]
-    axis.plot(both["speed"], both["load"], "x", color="black", markersize=5)
+    speed, load = fields["cage_slip"].columns.to_numpy(), fields.index.to_numpy()
+    across = style.cell_edges(speed, axis.get_xscale())
+    along = style.cell_edges(load, axis.get_yscale())
+    norm = BoundaryNorm(_SLIP_LEVELS, 256)
+    filled = axis.pcolormesh(across, along, slip, cmap="cividis_r", norm=norm)
+    ends: style.Look = {"linewidths": 0.8, "linestyles": "--"}
+    for field, look in ((slip, {"linewidths": 1.1}), (lower, ends), (upper, ends)):
+        if field.count():
+            axis.contour(speed, load, field, [limit], colors="black", **look)
+    for row, column in np.argwhere(np.ma.filled((lower < limit) & (upper > limit), False)):
+        wide, high = across[column + 1] - across[column], along[row + 1] - along[row]
+        corner = across[column], along[row]
+        axis.add_patch(Rectangle(corner, wide, high, fill=False, hatch="////", linewidth=0))
+    without = of_oil[_no_interval(of_oil)]
+    ring: style.Look = {"color": "black", "markerfacecolor": "white", "markersize": 3.5}
+    axis.plot(without["speed"], without["load_kn"], "o", **ring)
+    both = of_oil[of_oil["bistable"]]
+    axis.plot(both["speed"], both["load_kn"], **_CROSS)
     axis.grid(False)
+    series = of_oil["bistable"].map({True: "bistable", False: "cell"})
+    about = {"lower": of_oil["cage_slip_lower"], "upper": of_oil["cage_slip_upper"]}
+    about["value"] = of_oil["cage_slip"]
+    panel.keep(series, of_oil["speed"], of_oil["load_kn"], oil=oil, **about)
     return filled
 
 
@@ -132,39 +291,34 @@ def _draw_slip(axis: Axes, of_oil: pd.DataFrame, limit: float) -> QuadMesh:
     settings=("oils",),
     requires="torque",
 )
-def size_effect(results: CampaignTables, settings: Settings) -> Drawing:
+def size_effect(results: CampaignTables, settings: Settings) -> Sheet:
     """Traction torque of laws of load relative to the law of pressure, by size and conformity."""
-    of_load = results.size_effect["load_variable"].isin(_LOOKS)
-    table = results.size_effect[of_load].reset_index(drop=True)
-    figure = Figure(figsize=(style.DOUBLE_COLUMN_IN, 2.7))
-    axes = figure.subplots(1, 2, sharey=True)
-    curvature = "Groove radius over ball diameter"
+    oils, table = list(settings.oils), results.size_effect
+    sheet = Sheet(2, 2, height=2.0, left=0.7, sharey=True)
     panels = (
         ("ball size", "ball_diameter_mm", "Ball diameter (mm)", "pressure and surface speed"),
-        ("conformity", "groove_curvature", curvature, "load and speed"),
+        ("conformity", "groove_curvature", "Groove radius over ball diameter", "load and speed"),
     )
-    drawn = []
     for number, (varied, column, label, held) in enumerate(panels):
-        axis = axes[number]
-        panel = style.title_panel(axis, number, f"{varied} at the same {held}")
+        panel = sheet.panel(number, f"{varied} at the same {held}")
         rows = table[table["varied"] == varied]
-        for oil, variable in itertools.product(settings.oils, _LOOKS):
-            series = rows[(rows["oil"] == oil) & (rows["load_variable"] == variable)]
-            line = marks(
-                panel, variable, series[column], 100 * series["relative_to_stress"], oil=oil
-            )
-            colour = style.oil_colour(oil, list(settings.oils))
-            name = oil if variable == "load" else None
-            axis.plot(line["x"], line["y"], color=colour, label=name, **_LOOKS[variable][1])
-            drawn.append(line)
-        axis.axhline(0, color="black", linewidth=0.6)
-        axis.set_xlabel(label)
-    axes[0].set_ylabel("Traction torque above that\nof the pressure-based law (%)")
-    if table.empty:
-        style.say_in_panel(axes[0], "No oil has a law that a bearing could use.")
-    else:
-        axes[0].legend(loc="upper left")
-        grey: dict[str, Any] = {"color": style.GREY, "linewidth": 0.9}
-        handles = [style.line_handle(name, **grey, **look) for name, look in _LOOKS.values()]
-        axes[1].legend(handles=handles, loc="upper right", title="law based on", title_fontsize=7)
-    return figure, drawn
+        for oil, variable in itertools.product(oils, _LOOKS):
+            line = rows[(rows["oil"] == oil) & (rows["load_variable"] == variable)]
+            look = {"color": style.oil_colour(oil, oils), **_LOOKS[variable]}
+            panel.line(variable, line[column], 100 * line["relative_to_stress"], look, oil=oil)
+        panel.axis.axhline(0, color="black", linewidth=0.6)
+        panel.axis.set_xlabel(label)
+        panel.axis.set_ylabel("Traction torque above that\nof the pressure-based law (%)")
+        if table.empty:
+            panel.say("No oil has a law that a bearing could use.", fontsize=6)
+    sheet.axes[1].yaxis.label.set_visible(False)
+    shown = set(table["oil"])
+    handles: list[Any] = [
+        Patch(color=style.oil_colour(oil, oils), label=oil) for oil in oils if oil in shown
+    ]
+    handles += [
+        style.line_handle(load_variable(name), color=style.GREY, linewidth=0.9, **look)
+        for name, look in _LOOKS.items()
+    ]
+    sheet.legend(handles)
+    return sheet

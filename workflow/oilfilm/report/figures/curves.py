@@ -1,21 +1,22 @@
-"""mu against slip: measured points with their errors, and the fit as lines."""
+"""mu against slip: measured points with their errors, the fit as lines, and what it leaves."""
 
 import itertools
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import pandas as pd
-from matplotlib.axes import Axes
 
 from oilfilm.curation.coverage import SET_POINTS, with_levels, with_measured
 from oilfilm.fits.fitted import FittedLaw
 from oilfilm.report.document import counted
 from oilfilm.report.figures import style
-from oilfilm.report.figures.registry import Drawing, marks, register
+from oilfilm.report.figures.registry import register
+from oilfilm.report.figures.sheet import Panel, Sheet
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
+from oilfilm.traction.law import CONDITIONS
 
 NO_POINT = "no accepted point\nat the conditions\nof this figure\n(config: figures)"
 # More conditions than this in one panel cannot be told apart by shade and symbol.
@@ -28,6 +29,14 @@ _FITS_DRAWN = 500
 # have the same temperature.
 _GOLDEN_RATIO = (5**0.5 - 1) / 2
 _MEASURED = ["slide_roll_ratio", "traction_coefficient", "traction_coefficient_se"]
+_LABELS = {
+    "max_hertz_pressure_gpa": "P (GPa)",
+    "entrainment_speed_m_s": "U (m/s)",
+    "inlet_temperature_c": "T (\N{DEGREE SIGN}C)",
+    "slide_roll_ratio": "|S|",
+}
+_GROUPS = 15  # of equally many points, where no set points tell levels apart
+_MILLI = 1e3
 
 
 @dataclass(frozen=True)
@@ -41,154 +50,187 @@ class Series:
     colour: Any
     marker: str
 
+    def fit(self, largest_slip: float) -> tuple[Any, Any]:
+        """Slip and fitted mu at the mean conditions of the points."""
+        condition = self.points[list(self.law.law.conditions)].mean().to_numpy(dtype=np.float64)
+        slip = np.linspace(0, largest_slip, 151)
+        return slip, self.law.traction(condition, slip)
+
+
+def draw_series(panel: Panel, series: Iterable[Series]) -> None:
+    """Points with their errors, and the fit through them, of each curve that has points."""
+    nothing = True
+    for curve in series:
+        if curve.points.empty:
+            continue
+        nothing = False
+        x, y, se = curve.points[_MEASURED].to_numpy(dtype=float).T
+        bar = style.SE_DRAWN * se
+        about: style.Look = {"oil": curve.oil, "label": curve.label}
+        look = {"marker": curve.marker, "color": curve.colour, "label": curve.label}
+        panel.dots("measured", x, y, look | style.BAR_LOOK, lower=y - bar, upper=y + bar, **about)
+        panel.line("fit", *curve.fit(np.abs(x).max()), {"color": curve.colour}, **about)
+    if nothing:
+        panel.say(NO_POINT)
+
 
 @register(
     name="curves",
     title="All curves",
     caption="Traction coefficient of all accepted plateaus against slide-roll ratio, one "
-    "panel per oil. Lines: fitted law at each tested condition; where only some are drawn, the "
-    "legend says so.",
+    "panel per oil. Points: plateau means. Bars, where there are few points: 95 % interval of "
+    "the random error. Lines: fitted law at each tested condition; where only some are drawn, "
+    "the legend says so.",
     category="Data quality",
     family="data",
     tables=("points", "runs", "coefficients"),
     settings=("oils", "rigs", "same_set_point", "campaign.matrix"),
 )
-def curves(results: CampaignTables, settings: Settings) -> Drawing:
+def curves(results: CampaignTables, settings: Settings) -> Sheet:
     """Every accepted point of every oil, and the fit at its conditions."""
     oils = list(settings.oils)
-    width = style.SINGLE_COLUMN_IN if len(oils) == 1 else style.DOUBLE_COLUMN_IN
-    figure, axes = style.panels(1, len(oils), width, 2.8)
+    sheet = Sheet(len(oils), len(oils), height=2.2, sharex=True, sharey=True)
     # runs at speeds that nobody stated are no repeats of one condition
     runs = with_levels(with_measured(results.runs, results.points), settings)
-    drawn = []
-    for number, (axis, oil) in enumerate(zip(axes, oils, strict=True)):
+    for number, oil in enumerate(oils):
         of_oil = results.points[results.points["accepted"] & (results.points["oil"] == oil)]
-        panel = style.title_panel(axis, number, oil)
+        panel = sheet.panel(number, oil)
         if of_oil.empty:
             count = int((runs["oil"] == oil).sum())
-            why = (
-                f"no accepted point\n({counted(count, 'run')} refused)" if count else "no run read"
-            )
-            style.say_in_panel(axis, why)
+            refused = f"no accepted point\n({counted(count, 'run')} refused)"
+            panel.say(refused if count else "no run read")
             continue
         law = FittedLaw.of(results.configured.coefficients, oil)
         # one table per condition: columns that nobody draws would take most of the memory
-        drawable = of_oil[["run_id", *law.law.conditions, *_MEASURED]]
-        conditions = list(_conditions(runs, drawable))
-        told_apart = (
-            1 < len(conditions) <= _CONDITIONS_TOLD_APART and len(of_oil) <= _POINTS_TOLD_APART
-        )
+        conditions = _conditions(runs, of_oil[["run_id", *law.law.conditions, *_MEASURED]])
         colour = style.oil_colour(oil, oils)
-        colours: Iterable[Any] = (
-            style.shades(colour, len(conditions)) if told_apart else itertools.repeat("black")
-        )
+        apart = 1 < len(conditions) <= _CONDITIONS_TOLD_APART and len(of_oil) <= _POINTS_TOLD_APART
+        shades = style.shades(colour, len(conditions)) if apart else itertools.repeat("black")
         series = [
             Series(label, oil, points, law, shade, marker)
             for (label, points), shade, marker in zip(
-                conditions, colours, itertools.cycle(style.MARKERS), strict=False
+                conditions.items(), shades, itertools.cycle(style.MARKERS), strict=False
             )
         ]
-        drawn += (
-            draw_series(axis, panel, series)
-            if told_apart
-            else _draw_cloud(axis, panel, colour, series)
-        )
-        axis.legend(loc="best", fontsize=6)
-    if drawn:
-        # all panels have one scale; room for two lines of a legend
-        bottom, top = axes[0].get_ylim()
-        axes[0].set_ylim(bottom, top + 0.18 * (top - bottom))
-    bars = "bars: 95 % (random part); " if any(len(axis.containers) for axis in axes) else ""
-    style.label_traction_axes(figure)
-    style.say_key(figure, f"points: plateau means; {bars}lines: fit")
-    return figure, drawn
+        if apart:
+            draw_series(panel, series)
+        else:
+            _draw_cloud(panel, colour, series)
+        panel.axis.legend(loc="upper left", fontsize=6)
+    if sheet.parts:
+        # all panels have one scale; room for the legends
+        bottom, top = sheet.axes[0].get_ylim()
+        sheet.axes[0].set_ylim(bottom, top + 0.18 * (top - bottom))
+    sheet.label(style.CONDITION_LABELS["slide_roll_ratio"], style.TRACTION_LABEL)
+    return sheet
 
 
-def _conditions(runs: pd.DataFrame, points: pd.DataFrame) -> Iterable[tuple[str, pd.DataFrame]]:
-    """Each set of set points in words, and its points; `runs` are those of `with_levels`."""
+def _conditions(runs: pd.DataFrame, points: pd.DataFrame) -> dict[str, pd.DataFrame]:
+    """The points of each set of set points by its phrase; `runs` are those of `with_levels`."""
     names = list(SET_POINTS)
-    joined = points.merge(runs[["run_id", *names]], on="run_id")
-    for _, group in joined.groupby(names, dropna=False):
+    by_phrase = {}
+    for _, group in points.merge(runs[["run_id", *names]], on="run_id").groupby(
+        names, dropna=False
+    ):
         levels = zip(group[names].iloc[0], ("GPa", "N", "m/s", "\N{DEGREE SIGN}C"), strict=True)
-        label = ", ".join(f"{level:.4g} {unit}" for level, unit in levels if not np.isnan(level))
-        yield label, group
+        phrase = ", ".join(f"{level:.4g} {unit}" for level, unit in levels if not np.isnan(level))
+        by_phrase[phrase] = group
+    return by_phrase
 
 
-def draw_series(axis: Axes, panel: str, series: Iterable[Series]) -> list[pd.DataFrame]:
-    """Draw the series of one panel and return exactly what was drawn."""
-    drawn = []
-    for curve in series:
-        if curve.points.empty:
-            continue
-        measured = _measured(panel, curve, bars=True)
-        line = _fit(panel, curve, _largest_slip(curve.points))
-        axis.plot(line["x"], line["y"], color=curve.colour)
-        axis.errorbar(
-            measured["x"],
-            measured["y"],
-            yerr=measured["y_upper"] - measured["y"],
-            fmt=curve.marker,
-            color=curve.colour,
-            markerfacecolor="white",
-            markeredgewidth=0.7,
-            elinewidth=0.7,
-            label=curve.label,
-        )
-        drawn += [measured, line]
-    if not drawn:
-        style.say_in_panel(axis, NO_POINT)
-    return drawn
-
-
-def _draw_cloud(
-    axis: Axes, panel: str, colour: str, series: Sequence[Series]
-) -> list[pd.DataFrame]:
+def _draw_cloud(panel: Panel, colour: str, series: Sequence[Series]) -> None:
     """All points in one colour, with the fits at their conditions through them."""
     points = pd.concat([condition.points for condition in series])
+    x, y, _ = points[_MEASURED].to_numpy(dtype=float).T
     # few lines are drawn over their points, many lines under all points
     few = len(series) <= _CONDITIONS_TOLD_APART
     many = few and len(points) > _POINTS_TOLD_APART
-    axis.plot(
-        points["slide_roll_ratio"],
-        points["traction_coefficient"],
-        ".",
-        color=colour,
-        markersize=1.6 if many or not few else 3.5,
-        alpha=0.15 if many else 0.7,
-        rasterized=True,
-    )
-    # a sample in the legend that can be seen
-    axis.plot([], [], ".", color=colour, markersize=5, label=f"points ({len(points)})")
+    look: style.Look = {"marker": ".", "color": colour, "alpha": 0.15 if many else 0.7}
+    look |= {"markersize": 1.6 if many or not few else 3.5, "rasterized": True}
     # so many error bars would hide the points: none is drawn
-    cloud = replace(series[0], label=series[0].oil, points=points)
-    drawn = [_measured(panel, cloud, bars=False)]
-    width, order = (1.1, 3) if few else (0.3, 1.5)
-    largest_slip = _largest_slip(points)
+    panel.dots("measured", x, y, look, oil=series[0].oil, label=series[0].oil)
+    # a sample in the legend that can be seen
+    panel.axis.plot([], [], ".", color=colour, markersize=5, label=f"points ({len(points)})")
     spread = np.argsort(np.arange(len(series)) * _GOLDEN_RATIO % 1)[:_FITS_DRAWN]
-    shown = [series[number] for number in sorted(spread)]
-    for condition in shown:
-        line = _fit(panel, condition, largest_slip)
-        axis.plot(line["x"], line["y"], color=condition.colour, linewidth=width, zorder=order)
-        drawn.append(line)
-    not_all = "" if len(shown) == len(series) else f" ({len(shown)} of {len(series)} conditions)"
-    axis.plot([], [], color="black", label=f"fit{not_all}")
-    return drawn
+    for number in sorted(spread):
+        condition = series[number]
+        look = {"color": condition.colour, "linewidth": 1.1 if few else 0.3}
+        look["zorder"] = 3 if few else 1.5
+        fit = condition.fit(float(np.abs(x).max()))
+        panel.line("fit", fit[0], fit[1], look, oil=condition.oil, label=condition.label)
+    not_all = f" ({len(spread)} of {len(series)} conditions)" if len(spread) < len(series) else ""
+    panel.axis.plot([], [], color="black", label=f"fit{not_all}")
 
 
-def _measured(panel: str, curve: Series, *, bars: bool) -> pd.DataFrame:
-    x, y, se = curve.points[_MEASURED].to_numpy(dtype=float).T
-    bar = style.SE_DRAWN * se if bars else np.full_like(se, np.nan)
-    about = {"oil": curve.oil, "label": curve.label}
-    return marks(panel, "measured", x, y, lower=y - bar, upper=y + bar, **about)
+@register(
+    name="residuals",
+    title="Residuals of the fit",
+    caption="Measured minus fitted traction coefficient of all accepted plateaus against "
+    "maximum Hertz pressure (GPa), entrainment speed (m/s), inlet temperature (\N{DEGREE SIGN}C) "
+    "and slide-roll ratio. Symbols with bars: mean and scatter at each level. A mean away from "
+    "zero shows a systematic error of the law.",
+    category="Fits",
+    family="data",
+    tables=("points", "runs", "coefficients"),
+    settings=("oils", "rigs", "same_set_point", "campaign.matrix"),
+)
+def residuals(results: CampaignTables, settings: Settings) -> Sheet:
+    """One row of panels per oil, one column per condition: points, mean and scatter by level."""
+    oils, runs = list(settings.oils), with_levels(results.runs, settings)
+    layout: style.Look = {"height": 1.15, "down": 0.22, "sharex": "col", "sharey": "row"}
+    sheet = Sheet(len(oils) * len(_LABELS), len(_LABELS), **layout)
+    panels = itertools.product(oils, _LABELS.items())
+    for number, (oil, (condition, label)) in enumerate(panels):
+        panel = sheet.panel(number)
+        if number % len(_LABELS) == 0:
+            points = _residuals(results, runs, oil)
+        panel.axis.set_xlabel(label)
+        delta = f"\N{GREEK CAPITAL LETTER DELTA}{style.MU} (10$^{{-3}}$)"
+        panel.axis.set_ylabel(f"{oil}: {delta}", fontsize=7)
+        if points is None or points[condition].isna().all():
+            panel.say("no fit" if points is None else "not known")
+            continue
+        look: style.Look = {"alpha": 0.25, "markersize": 1.2, "rasterized": True, "marker": "."}
+        look["color"] = style.oil_colour(oil, oils)
+        panel.dots("point", points[condition], points["residual"], look, oil=oil)
+        panel.axis.axhline(0, color="black", linewidth=0.6)
+        groups = points.groupby(_levels(points, condition), observed=True)
+        means = groups.agg(x=(condition, "mean"), y=("residual", "mean"), sd=("residual", "std"))
+        at, mean, sd = means.to_numpy().T
+        look = {"marker": "o", "color": "black", **style.BAR_LOOK}
+        panel.dots("mean", at, mean, look, oil=oil, lower=mean - sd, upper=mean + sd)
+    sheet.label()
+    look = {"linestyle": "none", "color": "black"}
+    mean_label = "mean of a level, with the standard deviation of its plateaus"
+    sheet.legend(
+        [
+            style.line_handle("plateau", marker=".", markersize=3, **look),
+            style.line_handle(mean_label, marker="o", markerfacecolor="white", **look),
+        ]
+    )
+    return sheet
 
 
-def _fit(panel: str, curve: Series, largest_slip: float) -> pd.DataFrame:
-    """The fit at the mean conditions of a curve, up to some slip."""
-    condition = curve.points[list(curve.law.law.conditions)].mean().to_numpy(dtype=np.float64)
-    slip = np.linspace(0, largest_slip, 151)
-    mu = curve.law.traction(condition, slip)
-    return marks(panel, "fit", slip, mu, oil=curve.oil, label=curve.label)
+def _residuals(results: CampaignTables, runs: pd.DataFrame, oil: str) -> pd.DataFrame | None:
+    """Accepted points with their residual and the levels of their run; None without a fit."""
+    of_oil = results.configured.coefficients[results.configured.coefficients["oil"] == oil]
+    points = results.points[results.points["accepted"] & (results.points["oil"] == oil)]
+    if of_oil.empty or points.empty:
+        return None
+    law = FittedLaw.of(of_oil, oil)
+    slip = points["slide_roll_ratio"].to_numpy()
+    fitted = law.predict(points[list(law.law.conditions)].to_numpy(), slip).traction_coefficient
+    if np.isnan(fitted).all():
+        return None
+    # slip and traction of a rig that reverses the slip change sign together
+    residual = np.where(slip < 0, -1, 1) * (points["traction_coefficient"] - fitted)
+    known = points.assign(residual=_MILLI * residual, slide_roll_ratio=np.abs(slip))
+    return known.merge(runs[["run_id", *(f"nominal_{name}" for name in CONDITIONS)]], on="run_id")
 
 
-def _largest_slip(points: pd.DataFrame) -> float:
-    return float(points["slide_roll_ratio"].abs().max())
+def _levels(points: pd.DataFrame, condition: str) -> "pd.Series[Any]":
+    """The level of each point: its set point, or a group of equally many points."""
+    nominal = f"nominal_{condition}"
+    if nominal in points and points[nominal].notna().all():
+        return points[nominal]
+    return pd.qcut(points[condition], _GROUPS, duplicates="drop")

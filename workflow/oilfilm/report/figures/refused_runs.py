@@ -3,7 +3,7 @@
 import hashlib
 import re
 import textwrap
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -18,6 +18,7 @@ from oilfilm import tables
 from oilfilm.curation.coverage import describe_condition
 from oilfilm.curation.curate import arrays_of, curate
 from oilfilm.curation.gate import Signals
+from oilfilm.curation.gate import Signals
 from oilfilm.curation.plateau_gates import PLATEAU_GATES
 from oilfilm.curation.rig_kind import RigKind
 from oilfilm.curation.torque_rig import TORQUE_RIG
@@ -25,16 +26,22 @@ from oilfilm.curation.traction_rig import TRACTION_RIG
 from oilfilm.logs.ingest import ingest_logs
 from oilfilm.logs.run_sheet import NO_SHEET, REMARKS, RunSheet
 from oilfilm.report.figures import style
+from oilfilm.report.figures.registry import SIMULATED
+from oilfilm.report.figures.sheet import Sheet, save
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables import failed_gates
 from oilfilm.units import FloatArray
 
-_HEIGHT_IN = 7.2
 _LETTERS = 112  # of 7 pt in a line of the page
-_LINES = 4  # of one sentence; the listing has all of it
 _STEPS_DRAWN = 4000  # steps along a signal; more cannot be told apart on paper
-_PASSING, _FAILING = "#56B4E9", "#E69F00"
 _MARK = style.STATE_COLOURS["refused"]
+_PASSING: style.Look = {"facecolor": style.tint("#56B4E9", 0.25), "linewidth": 0.4}
+_FAILING: style.Look = {
+    "facecolor": style.tint("#E69F00", 0.25),
+    "edgecolor": style.tint("#E69F00", 0.6),
+    "hatch": "///",
+    "linewidth": 0.4,
+}
 
 
 @dataclass(frozen=True)
@@ -76,7 +83,7 @@ def draw_pages(rigs: Iterable[Judged], settings: Settings, most: int, folder: Pa
             (run,) = tables.rows(runs[runs["run_id"] == run_id])
             plateaus, samples = points[points["run_id"] == run_id], judged.samples(run_id)
             page = draw_page(entry, run, samples, plateaus, settings, judged.kind)
-            style.save(page, folder / entry["page"])
+            save(page, folder / entry["page"])
             most -= 1
         listings.append(pages)
     return pd.concat(listings, ignore_index=True)
@@ -106,19 +113,17 @@ def listing(
     refused = refused.sort_values(["file", "run_id"], kind="stable").reset_index(drop=True)
     samples = refused["run_id"].map(about["samples"]).fillna(0)
     turn = refused[samples > 0].groupby("rule").cumcount().sort_values(kind="stable")
-    with_page = set(turn.index[:most])
-    plateaus = dict(iter(points[points["run_id"].isin(refused["run_id"])].groupby("run_id")))
     rows = []
     for number, refusal in enumerate(tables.rows(refused)):
         run_id, page, marked = refusal["run_id"], "", ("", 0, 0)
-        if number in with_page:
+        if number in turn.index[:most]:
             page = page_name(run_id, kind.name)
             same = quarantine["run_id"].eq(run_id) & quarantine["reason"].eq(refusal["reason"])
-            marked = _marked(quarantine[same], plateaus.get(run_id, points.iloc[:0]))
+            marked = _marked(quarantine[same], points[points["run_id"] == run_id])
         rows.append(
             {name: refusal[name] for name in ("run_id", "file", "rule", "reason", "advice")}
             | dict(zip(("place", "first_row", "last_row"), marked, strict=True))
-            | {"oil": about.at[run_id, "oil"] if run_id in about.index else "", "page": page}
+            | {"oil": about["oil"].get(run_id, ""), "page": page}
         )
     return tables.from_rows(rows, "refused_pages")
 
@@ -158,26 +163,30 @@ def draw_page(
     marked = _times(signals, entry["first_row"], entry["last_row"])
     margin = 0.01 * (time_s.max() - time_s.min()) or 1.0
     span = float(time_s.min() - margin), float(time_s.max() + margin)
-    head = _head(entry, run)
-    figure = Figure(figsize=(style.DOUBLE_COLUMN_IN, _HEIGHT_IN))
-    heights = [0.15 + 0.13 * len(head), *[1.2] * len(kind.shown_signals)]
-    axes = figure.subplots(len(heights), 1, sharex=False, height_ratios=heights)
-    _draw_head(axes[0], head)
-    for axis, (name, label) in zip(axes[1:], kind.shown_signals.items(), strict=True):
+    title, *head = _head(entry, run)
+    count, width = len(kind.shown_signals), style.DOUBLE_COLUMN_IN
+    top = 0.45 + 0.13 * len(head)
+    sheet = Sheet(count, width=width, height=5.6 / count, down=0.1, top=top, sharex=True)
+    for axis, (name, label) in zip(sheet.axes, kind.shown_signals.items(), strict=True):
         axis.set_ylabel(label, fontsize=7)
+        axis.yaxis.set_label_coords(-0.055, 0.5)
         _draw_signal(axis, time_s, signals[name])
         _shade_plateaus(axis, signals, points)
         for edge in marked:
-            axis.axvline(edge, color=_MARK, linewidth=1.0, linestyle="-")
+            axis.axvline(edge, color=_MARK, linewidth=1.0)
         axis.set_xlim(*span)
-        axis.tick_params(labelbottom=axis is axes[-1])
-    axes[-1].set_xlabel("Time since the log's start (s)")
-    figure.align_ylabels(list(axes[1:]))
-    _label_marked_rows(axes[1], marked, at_right=sum(marked) > sum(span), entry=entry)
-    _draw_legend(figure)
-    unknown = points.get("film_judgement", pd.Series(dtype=str)) == "cannot be judged"
-    style.say_source(figure, settings.campaign, [run["oil"]] if unknown.any() else [])
-    return figure
+    sheet.axes[-1].set_xlabel("Time since the log's start (s)")
+    first = sheet.axes[0]
+    look: style.Look = {"va": "top", "parse_math": False, "xycoords": "axes fraction"}
+    look |= {"textcoords": "offset points", "annotation_clip": False}
+    above = 72 * (top - 0.03), 72 * (top - 0.23)
+    first.annotate(title, (0, 1), xytext=(-30, above[0]), fontsize=9, fontweight="bold", **look)
+    rest = "\n".join(head)
+    first.annotate(rest, (0, 1), xytext=(-30, above[1]), fontsize=7, linespacing=1.35, **look)
+    _label_marked_rows(first, marked, at_right=sum(marked) > sum(span), entry=entry)
+    passing = Patch(**_PASSING, label="plateau that passes its own gates")
+    sheet.legend([passing, Patch(**_FAILING, label="plateau refused by its own gates")])
+    return sheet.finish(SIMULATED if settings.campaign.data == "simulated" else "")
 
 
 def _marked(refusals: pd.DataFrame, points: pd.DataFrame) -> tuple[str, int, int]:
@@ -201,31 +210,22 @@ def _head(entry: Mapping[str, Any], run: Mapping[str, Any]) -> list[str]:
         f"{file}oil {run['oil']}, rig {run['rig']}, set points: {describe_condition(run)}; "
         f"{run['samples']} rows"
     )
-    return [
-        *_wrapped(f"REFUSED: {entry['run_id']}", 2, 90),
-        *_wrapped(about, 2),
-        *_wrapped(f"{entry['rule']}: {entry['reason']}", _LINES),
-        *_wrapped(f"What to do: {entry['advice']}", _LINES),
-    ]
+    # of one sentence; the listing has all of it
+    reason, advice = f"{entry['rule']}: {entry['reason']}", f"What to do: {entry['advice']}"
+    texts = ((about, 2), (reason, 4), (advice, 4))
+    title = _wrapped(f"REFUSED: {entry['run_id']}", 1, 90)
+    return [*title, *(line for text, lines in texts for line in _wrapped(text, lines))]
 
 
 def _wrapped(text: str, lines: int, letters: int = _LETTERS) -> list[str]:
     return textwrap.wrap(style.plain(text), letters, max_lines=lines, placeholder=" ...") or [""]
 
 
-def _draw_head(axis: Axes, lines: Sequence[str]) -> None:
-    axis.set_axis_off()
-    look: dict[str, Any] = {"va": "top", "parse_math": False, "xycoords": "axes fraction"}
-    look["textcoords"] = "offset points"
-    axis.annotate(lines[0], (0, 1), xytext=(0, 0), fontsize=9, fontweight="bold", **look)
-    rest = "\n".join(lines[1:])
-    axis.annotate(rest, (0, 1), xytext=(0, -15), fontsize=7, linespacing=1.35, **look)
-
-
 def _draw_signal(axis: Axes, time_s: FloatArray, values: FloatArray) -> None:
     axis.grid(axis="x", visible=False)
     if not np.isfinite(values).any():
-        style.say_in_panel(axis, "not logged")
+        place: style.Look = {"ha": "center", "va": "center", "transform": axis.transAxes}
+        axis.text(0.5, 0.5, "not logged", **place)
         axis.set_yticks([])
         return
     marker = "." if len(values) < 200 else ""
@@ -246,22 +246,11 @@ def _thinned(time_s: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatA
 
 def _shade_plateaus(axis: Axes, signals: Signals, points: pd.DataFrame) -> None:
     failing = _fail_alone(points)
-    for plateaus, colour, edge_share, hatch in (
-        (points[~failing], _PASSING, 0.25, ""),
-        (points[failing], _FAILING, 0.6, "///"),
-    ):
+    for plateaus, look in ((points[~failing], _PASSING), (points[failing], _FAILING)):
         rows = zip(plateaus["first_row"], plateaus["last_row"], strict=True)
         spans = [_times(signals, first, last) for first, last in rows]
-        axis.broken_barh(
-            [(start, stop - start) for start, stop in spans],
-            (0, 1),
-            transform=axis.get_xaxis_transform(),
-            facecolor=style.tint(colour, 0.25),
-            edgecolor=style.tint(colour, edge_share),
-            hatch=hatch,
-            linewidth=0.4,
-            zorder=0.5,
-        )
+        bars = [(start, stop - start) for start, stop in spans]
+        axis.broken_barh(bars, (0, 1), transform=axis.get_xaxis_transform(), zorder=0.5, **look)
 
 
 def _label_marked_rows(
@@ -269,17 +258,10 @@ def _label_marked_rows(
 ) -> None:
     """A bar above the first panel over the marked rows, with their numbers."""
     start, stop = marked
-    axis.plot(
-        marked,
-        [1.06, 1.06],
-        color=_MARK,
-        linewidth=3,
-        solid_capstyle="butt",
-        marker="v" if start == stop else "",
-        markersize=5,
-        transform=axis.get_xaxis_transform(),
-        clip_on=False,
-    )
+    across = axis.get_xaxis_transform()
+    bar: style.Look = {"color": _MARK, "linewidth": 3, "clip_on": False, "transform": across}
+    bar |= {"marker": "v" if start == stop else "", "markersize": 5, "solid_capstyle": "butt"}
+    axis.plot(marked, [1.05, 1.05], **bar)
     first, last = entry["first_row"], entry["last_row"]
     rows = f"row {first}" if first == last else f"rows {first} to {last}"
     label = {
@@ -287,17 +269,9 @@ def _label_marked_rows(
         "plateaus": f"failing plateaus: {rows}",
         "whole run": "concerns the whole run",
     }[entry["place"]]
-    axis.annotate(
-        label,
-        (stop if at_right else start, 1.06),
-        xytext=(0, 4),
-        xycoords=axis.get_xaxis_transform(),
-        textcoords="offset points",
-        ha="right" if at_right else "left",
-        fontsize=7,
-        color=_MARK,
-        annotation_clip=False,
-    )
+    look: style.Look = {"xycoords": across, "textcoords": "offset points", "fontsize": 7}
+    look |= {"ha": "right" if at_right else "left", "color": _MARK, "annotation_clip": False}
+    axis.annotate(label, (stop if at_right else start, 1.05), xytext=(0, 4), **look)
 
 
 def _times(signals: Signals, first_row: int, last_row: int) -> tuple[float, float]:
@@ -308,15 +282,3 @@ def _times(signals: Signals, first_row: int, last_row: int) -> tuple[float, floa
     elif not inside.any():
         inside[np.abs(signals.row - first_row).argmin()] = True
     return float(signals.time_s[inside].min()), float(signals.time_s[inside].max())
-
-
-def _draw_legend(figure: Figure) -> None:
-    passing = Patch(facecolor=style.tint(_PASSING, 0.25), label="plateau that passes its own gates")
-    failing = Patch(
-        facecolor=style.tint(_FAILING, 0.25),
-        edgecolor=style.tint(_FAILING, 0.6),
-        hatch="///",
-        linewidth=0.4,
-        label="plateau refused by its own gates",
-    )
-    figure.legend(handles=[passing, failing], loc="outside lower right", ncols=2)

@@ -1,18 +1,20 @@
-"""Tables 1-3 of the paper: oils, test matrix and bearing as configured, each with its source."""
+"""Tables 1-3 and Eqs 11-13 of the paper, as configured and fitted, each number with its source."""
 
 import textwrap
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 import numpy as np
 import pandas as pd
-from matplotlib.axes import Axes
 
 from oilfilm.curation.coverage import with_levels
-from oilfilm.paper.reference import PaperStatement, PaperTables
+from oilfilm.paper.printed_law import with_printed
+from oilfilm.paper.reference import PaperStatement, PaperTables, PrintedCoefficients
 from oilfilm.physics.oils import Oil
 from oilfilm.report.figures import style
-from oilfilm.report.figures.registry import Drawing, marks, register
+from oilfilm.report.figures.fits import draw_constants
+from oilfilm.report.figures.registry import register
+from oilfilm.report.figures.sheet import Sheet, page
 from oilfilm.settings.base import present
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
@@ -23,7 +25,7 @@ _LINE_IN = 0.125
 _ROW_IN = 0.06  # between rows, beside their lines
 _NOTE_LETTERS = 140  # of 6 pt in a line over both columns
 # Of all cells alike: with line spacings of their own they are at different heights.
-_CELL: dict[str, Any] = {"va": "center", "fontsize": 7}
+_CELL: style.Look = {"va": "center", "fontsize": 7}
 _AT_C = 100.0  # of the oils' properties, as in the paper
 # Quantity, unit and its value for an oil.
 _OF_OIL: tuple[tuple[str, str, Any], ...] = (
@@ -87,7 +89,7 @@ _OF_TORQUE_TEST = (
     references=("paper_tables",),
     shows_data=False,
 )
-def tab01(results: CampaignTables, settings: Settings, paper_tables: PaperTables) -> Drawing:
+def tab01(results: CampaignTables, settings: Settings, paper_tables: PaperTables) -> Sheet:
     """Properties of each oil at 100 degC; of oils without known properties only the name."""
     rows = []
     for name in settings.oils:
@@ -118,7 +120,7 @@ def _source_of(oil: Oil | None) -> str:
     settings=("oils", "rigs", "same_set_point", "campaign.matrix"),
     references=("paper_tables",),
 )
-def tab02(results: CampaignTables, settings: Settings, paper_tables: PaperTables) -> Drawing:
+def tab02(results: CampaignTables, settings: Settings, paper_tables: PaperTables) -> Sheet:
     """Levels of the test matrix; without one, those that the logs were set to."""
     matrix = settings.campaign.matrix
     source = "campaign file, matrix" if matrix is not None else "set points of the logs"
@@ -157,7 +159,7 @@ def tab02(results: CampaignTables, settings: Settings, paper_tables: PaperTables
     shows_data=False,
     requires="torque",
 )
-def tab03(results: CampaignTables, settings: Settings, paper_tables: PaperTables) -> Drawing:
+def tab03(results: CampaignTables, settings: Settings, paper_tables: PaperTables) -> Sheet:
     """Parameters of the campaign's bearing and the levels of its test."""
     torque = present(settings.campaign.torque, "torque", "the campaign")
     name = torque.bearing
@@ -218,7 +220,7 @@ def _table(
     rows: list[dict[str, Any]],
     notes: list[str],
     of_paper: Mapping[str, PaperStatement],
-) -> Drawing:
+) -> Sheet:
     """The rows as a table with one column per thing; last, what remains in the paper's text."""
     units = {row["quantity"]: row["unit"] for row in rows}
     for quantity, statement in of_paper.items():
@@ -226,43 +228,54 @@ def _table(
         unit, source = units.get(quantity, ""), statement.where or "lost"
         rows.append(_row(_PAPER, quantity, unit, f"{statement.says}{where}", source))
     drawn = pd.DataFrame(rows)
-    things = [*drawn.loc[drawn["thing"] != _PAPER, "thing"].unique(), _PAPER]
+    *things, _ = columns = [*drawn.loc[drawn["thing"] != _PAPER, "thing"].unique(), _PAPER]
     cells = drawn.pivot(index="quantity", columns="thing", values="words")
-    cells = cells.reindex(index=drawn["quantity"].unique(), columns=things).fillna("")
-    letters = 46 if len(things) <= 2 else 26
-    lines = [textwrap.wrap(text, letters) or [""] for text in cells[_PAPER]]
-    heights = [_LINE_IN * len(wrapped) + _ROW_IN for wrapped in lines]
+    cells = cells.reindex(index=drawn["quantity"].unique(), columns=columns).fillna("")
+    few = len(things) <= 1
+    cells[_PAPER] = ["\n".join(textwrap.wrap(text, 46 if few else 26)) for text in cells[_PAPER]]
+    heights = _LINE_IN * (cells[_PAPER].str.count("\n") + 1) + _ROW_IN
     small = [line for note in notes for line in textwrap.wrap(note, _NOTE_LETTERS)]
-    height_in = sum(heights) + 1.5 * (_LINE_IN + _ROW_IN) + 0.1 * len(small)
-    figure, axis = style.page(style.DOUBLE_COLUMN_IN, height_in, bottom=height_in, top=0)
-    axis.text(0, (_LINE_IN + _ROW_IN) / 2, title, color=style.GREY, **_CELL)
-    names = {quantity: f"{quantity} ({unit})" for quantity, unit in units.items() if unit}
-    _draw_cells(axis, cells.rename(index=names), lines, heights)
-    axis.text(
-        0, height_in, "\n".join(small), va="bottom", fontsize=6, color=style.GREY,
-        linespacing=1.15, parse_math=False, in_layout=False,
-    )  # fmt: skip
+    head_in = _LINE_IN + _ROW_IN
+    height_in = heights.sum() + 1.5 * head_in + 0.1 * len(small)
+    sheet, panel = page(style.DOUBLE_COLUMN_IN, height_in, bottom=height_in, top=0)
+    axis = panel.axis
+    paper_x = 0.64 if few else 0.72
+    ends = dict(zip(things, np.linspace(0.37, paper_x - 0.02, len(things) + 1)[1:], strict=True))
+    axis.text(0, head_in / 2, title, color=style.GREY, **_CELL)
+    axis.text(paper_x, head_in / 2, _PAPER, fontweight="bold", **_CELL)
+    for thing, end in ends.items():
+        axis.text(end, head_in / 2, thing, ha="right", fontweight="bold", **_CELL)
+    middles = head_in + heights.cumsum() - heights / 2
+    for (name, row), middle in zip(cells.iterrows(), middles, strict=True):
+        unit = units.get(str(name), "")
+        axis.text(0, middle, f"{name} ({unit})" if unit else str(name), **_CELL)
+        for thing, end in ends.items():
+            axis.text(end, middle, row[thing], ha="right", **_CELL)
+        axis.text(paper_x, middle, row[_PAPER], color=style.GREY, **_CELL)
+    for edge in (0.0, head_in, head_in + heights.sum()):
+        axis.axhline(edge, color="black", linewidth=0.6)
+    below: style.Look = {"va": "bottom", "fontsize": 6, "linespacing": 1.15, "parse_math": False}
+    axis.text(0, height_in, "\n".join(small), color=style.GREY, **below)
     series = drawn["quantity"] + drawn["unit"].map(lambda unit: f" ({unit})" if unit else "")
     label = drawn["words"] + " [" + drawn["source"] + "]"
-    return figure, [marks(drawn["thing"], series, np.nan, value=drawn["value"], label=label)]
+    panel.keep(series, np.nan, value=drawn["value"], label=label, panel=drawn["thing"])
+    return sheet
 
 
-def _draw_cells(
-    axis: Axes, cells: pd.DataFrame, lines: Sequence[Sequence[str]], heights: Sequence[float]
-) -> None:
-    *things, _ = cells.columns
-    paper_x = 0.72 if len(things) > 1 else 0.64
-    ends = np.linspace(0.37, paper_x - 0.02, len(things) + 1)[1:]
-    y = _LINE_IN + _ROW_IN
-    for thing, end in zip(things, ends, strict=True):
-        axis.text(end, y / 2, thing, ha="right", fontweight="bold", **_CELL)
-    axis.text(paper_x, y / 2, _PAPER, fontweight="bold", **_CELL)
-    for edge in (0.0, y, y + sum(heights)):
-        axis.axhline(edge, color="black", linewidth=0.6)
-    for (quantity, row), wrapped, height in zip(cells.iterrows(), lines, heights, strict=True):
-        middle = y + height / 2
-        axis.text(0, middle, str(quantity), **_CELL)
-        for thing, end in zip(things, ends, strict=True):
-            axis.text(end, middle, row[thing], ha="right", **_CELL)
-        axis.text(paper_x, middle, "\n".join(wrapped), color=style.GREY, **_CELL)
-        y += height
+@register(
+    name="eqs11-13",
+    like="constants",
+    paper="Eqs 11-13",
+    category="Paper",
+    caption="Fitted constants of the traction law for each oil, with their standard errors "
+    "from a bootstrap over curves. Beside them: the constants printed in the paper, signs "
+    "restored, for the oils that it tested.",
+    references=("printed_coefficients",),
+)
+def eqs11_13(
+    results: CampaignTables, settings: Settings, printed_coefficients: PrintedCoefficients
+) -> Sheet:
+    """Each oil's constants: fitted with standard error, and printed."""
+    table = with_printed(results.configured.coefficients, printed_coefficients)
+    note = "Printed: Deng et al. 2026, signs reconstructed"
+    return draw_constants(table, list(settings.oils), note)

@@ -1,0 +1,352 @@
+"""What the fits are worth: constants, how well data tell them apart, errors of all laws."""
+
+import textwrap
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from matplotlib.patches import Patch
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+
+from oilfilm import tables
+from oilfilm.fits.fitted import FittedLaw
+from oilfilm.fits.law_comparison import laws_of
+from oilfilm.fits.problem import curve_data
+from oilfilm.report.figures import style
+from oilfilm.report.figures.registry import register
+from oilfilm.report.figures.sheet import Panel, Sheet, page, sentences
+from oilfilm.report.words import law_name
+from oilfilm.settings.resolved import Settings
+from oilfilm.tables.campaign_tables import CampaignTables
+from oilfilm.traction import LAWS
+from oilfilm.traction.law import QUANTITIES
+
+_ROW_IN = 0.17
+_IN_STEP = "\N{DAGGER}"
+_REACH = 4.5  # naive standard errors to either side of a profile
+_NAMED = 2  # profiles that bend most ...
+_BENT = 0.05  # ... by this at least, in naive standard errors
+_ENDS = ("pressure", "speed", "temperature")
+# Kinds of error, from those on the fitted curves themselves to the farthest: how each is drawn.
+_KINDS: dict[str, style.Look] = {
+    "fitted curves": {"marker": "o", "markersize": 3.4},
+    "curve left out": {"marker": "D", "markersize": 3.4},
+    "end level left out": {"marker": "^", "markersize": 4},
+}
+
+
+@register(
+    name="constants",
+    title="Fitted constants",
+    caption="Fitted constants of the traction law for each oil, with their standard errors "
+    "from a bootstrap over curves.",
+    category="Fits",
+    family="law",
+    tables=("coefficients",),
+    settings=("oils",),
+)
+def constants(results: CampaignTables, settings: Settings) -> Sheet:
+    """Each oil's constants with their standard errors."""
+    table = results.configured.coefficients.assign(printed_value=np.nan)
+    return draw_constants(table, list(settings.oils))
+
+
+def draw_constants(table: pd.DataFrame, oils: Sequence[str], note: str = "") -> Sheet:
+    """A table of constants, one group of columns per oil.
+
+    Args:
+        table: Table of coefficients with the column `printed_value`, which is shown where it is
+            known.
+        oils: Oils of the campaign.
+        note: What `printed_value` is, for the lines below.
+    """
+    # a constant that no oil has, neither fitted nor printed, is no row
+    shown = table.dropna(subset=["value", "printed_value"], how="all")
+    names = list(dict.fromkeys(shown["constant"])) or ["no constants"]
+    single = len(oils) == 1
+    width, letters = (style.SINGLE_COLUMN_IN, 68) if single else (style.DOUBLE_COLUMN_IN, 140)
+    any_printed = shown["printed_value"].notna().any()
+    notes = [*_notes(table, shown), *([note] if any_printed else [])]
+    notes = [line for each in notes for line in textwrap.wrap(each, letters)]
+    below = 0.9 + 0.6 * len(notes)
+    height_in = _ROW_IN * (len(names) + 2.4 + below)
+    sheet, panel = page(width, height_in, bottom=len(names) + below, top=-2.0)
+    for row, constant in enumerate(names):
+        panel.axis.text(0, row + 0.5, constant, va="center", fontweight="bold")
+    left = 0.12 if single else 0.06
+    span = (1 - left) / len(oils)
+    for number, oil in enumerate(oils):
+        rows = table[table["oil"] == oil].set_index("constant").reindex(names)
+        _draw_oil(panel, oil, style.oil_colour(oil, oils), rows, left + number * span, span)
+    for line in (-1.8, 0.0, len(names) + 0.1):
+        panel.axis.axhline(line, color="black", linewidth=0.6)
+    look: style.Look = {"va": "top", "fontsize": 6, "color": style.GREY}
+    panel.axis.text(0, len(names) + 0.5, "\n".join(notes), **look)
+    about = {"oil": table["oil"], "label": table["constant"]}
+    error = table["standard_error"]
+    ends = {"lower": table["value"] - error, "upper": table["value"] + error}
+    panel.keep("fitted", np.nan, value=table["value"], **ends, **about)
+    if any_printed:
+        panel.keep("printed", np.nan, value=table["printed_value"], **about)
+    return sheet
+
+
+def _notes(table: pd.DataFrame, shown: pd.DataFrame) -> Iterator[str]:
+    """What the columns are, below the table."""
+    errors = "s.e.: from resampling whole curves"
+    if shown["standard_error"].isna().any():
+        errors += "; none where there are too few"
+    if (shown["verdict"] == "in step").any():
+        errors += f". {_IN_STEP}: along the tested line of conditions in step"
+    yield f"{errors}."
+    for law in (LAWS[name] for name in table["law"].unique()):
+        powers = ", ".join(
+            f"{QUANTITIES[group].symbol} over {reference:g} {QUANTITIES[group].unit}"
+            for group, reference in zip(law.groups, law.reference, strict=True)
+        )
+        yield f"{law_name(law.name)}: {powers}"
+
+
+def _draw_oil(
+    panel: Panel, oil: str, colour: str, rows: pd.DataFrame, start: float, span: float
+) -> None:
+    """Columns of one oil: fitted value, standard error, printed value if there are any."""
+    columns = ["value", "standard_error", "printed_value"]
+    heads = ["fitted", "\N{PLUS-MINUS SIGN} s.e.", "printed"]
+    shares = [0.29, 0.59, 0.98]
+    if rows["printed_value"].isna().all():
+        columns, heads, shares = columns[:2], heads[:2], [0.5, 0.97]
+    middle: style.Look = {"va": "center"}
+    name: style.Look = {"ha": "center", "color": colour, "fontweight": "bold", **middle}
+    panel.axis.text(start + 0.53 * span, -1.3, oil, **name)
+    # digits beyond the second of the error say nothing
+    error = rows["standard_error"].fillna(rows["naive_standard_error"])
+    digits = [
+        4 if not known > 0 else int(np.clip(1 - np.floor(np.log10(known)), 0, 8))
+        for known in error.to_numpy(dtype=float)
+    ]
+    signs = np.where(rows["verdict"] == "in step", _IN_STEP, "")
+    for column, head, share in zip(columns, heads, shares, strict=True):
+        end = start + share * span
+        panel.axis.text(end, -0.5, head, ha="right", color=style.GREY, **middle)
+        for row, number in enumerate(rows[column].to_numpy(dtype=float)):
+            # what is printed has every digit of the print
+            form = ".10g" if column == "printed_value" else f".{digits[row]}f"
+            text = "\N{EN DASH}" if np.isnan(number) else format(number, form)
+            text += signs[row] if column == "value" else ""
+            text = text.replace("-", "\N{MINUS SIGN}")
+            panel.axis.text(end, row + 0.5, text, ha="right", fontsize=7, **middle)
+
+
+@register(
+    name="identifiability",
+    title="Identifiability of the constants",
+    caption="Top: correlation of each pair of constants, by the bootstrap over curves or, "
+    "with too few curves, by the Jacobian. Bottom: profile of each constant. Ordinate: signed "
+    "root of the rise of the squared error. Abscissa: distance from the optimum in standard "
+    "errors of independent points. A straight line marks a well-determined constant; the two "
+    "that bend most are named.",
+    category="Fits",
+    family="law",
+    tables=("coefficients", "correlations", "profiles"),
+    settings=("oils",),
+)
+def identifiability(results: CampaignTables, settings: Settings) -> Sheet:
+    """One column per oil: correlation of each pair of constants, profile of each constant."""
+    results, every = results.configured, list(settings.oils)
+    fitted = set(results.profiles["oil"])
+    oils = [oil for oil in every if oil in fitted]
+    if not oils:
+        return sentences("No oil has a fit with profiles.")
+    side = (style.DOUBLE_COLUMN_IN - 1.45 - 0.4 * (len(oils) - 1)) / max(len(oils), 2)
+    layout: style.Look = {"height": (side, side), "across": 0.4, "down": 0.62, "right": 0.8}
+    sheet = Sheet(2 * len(oils), len(oils), width=style.DOUBLE_COLUMN_IN, **layout)
+    for column, oil in enumerate(oils):
+        coefficients, correlations, profiles = (
+            table[table["oil"] == oil]
+            for table in (results.coefficients, results.correlations, results.profiles)
+        )
+        error = coefficients["standard_error"]
+        title = f"{oil}, by the Jacobian" if error.isna().all() else oil
+        names = list(profiles["constant"].unique())
+        image = _draw_correlations(sheet.panel(column, title), correlations, names, oil)
+        below = sheet.panel(column + len(oils), oil)
+        _draw_profiles(below, profiles, coefficients, oil, every)
+    sheet.colour_bar(image, "Correlation")
+    sheet.axes[len(oils)].set_ylabel("Signed root of the rise\nof the squared error")
+    sheet.axes[len(oils) + len(oils) // 2].set_xlabel(
+        "Distance from the fit in naive standard errors"
+    )
+    if lost := [oil for oil in every if oil not in fitted]:
+        sheet.legend(style.lost_handles(lost, "no fit"))
+    return sheet
+
+
+def _draw_correlations(panel: Panel, pairs: pd.DataFrame, names: list[str], oil: str) -> Any:
+    """One square per pair below the diagonal; each pair is in the table once."""
+    field = np.full((len(names), len(names)), np.nan)
+    for row in tables.rows(pairs):
+        column, line = sorted(names.index(row[name]) for name in ("constant", "other"))
+        field[line, column] = row["correlation"]
+    # from orange by white to purple, distinct for every kind of colour vision
+    image = panel.axis.imshow(field, cmap="PuOr", vmin=-1, vmax=1)
+    panel.axis.set_xticks(range(len(names)), names, rotation=90, fontsize=6)
+    panel.axis.set_yticks(range(len(names)), names, fontsize=6)
+    panel.axis.grid(False)
+    panel.axis.tick_params(length=0)
+    label = pairs["constant"] + ", " + pairs["other"]
+    panel.keep("correlation", np.nan, oil=oil, label=label, value=pairs["correlation"])
+    return image
+
+
+def _draw_profiles(
+    panel: Panel, profiles: pd.DataFrame, fitted: pd.DataFrame, oil: str, oils: Sequence[str]
+) -> None:
+    """Profiles over the distance from the fit, in naive standard errors."""
+    panel.axis.axline((0, 0), slope=1, color=style.GREY, linewidth=0.6)
+    of_constant, bends = fitted.set_index("constant"), {}
+    for constant, line in profiles.groupby("constant", sort=False):
+        best, error = (
+            float(of_constant[name].loc[str(constant)])
+            for name in ("value", "naive_standard_error")
+        )
+        x, root = (line["value"] - best) / error, line["signed_root"]
+        look: style.Look = {"color": style.oil_colour(oil, oils), "linewidth": 0.7}
+        panel.line("profile", x, root, look, oil=oil, label=constant)
+        bends[str(constant)] = float((root - x).abs().max())
+    panel.axis.set(xlim=(-_REACH, _REACH), ylim=(-_REACH, _REACH), aspect="equal")
+    most = [name for name in sorted(bends, key=lambda name: -bends[name]) if bends[name] > _BENT]
+    labels = [f"{name}: off the line by {bends[name]:.2g}" for name in most[:_NAMED]]
+    place: style.Look = {"va": "top", "fontsize": 6, "transform": panel.axis.transAxes}
+    panel.axis.text(0.03, 0.97, "\n".join(labels), **place)
+
+
+@register(
+    name="law-errors",
+    title="Laws at zero slip and on data left out",
+    caption="(a) Traction coefficient at zero slip by each law, at every tested condition, cold to "
+    "hot; laws that are not shown have none. (b) Rms error of each law over the rms of the "
+    "measured traction coefficient: on fitted curves, on curves left out, and on the lowest and "
+    "highest levels of pressure, speed and temperature left out. Open symbols: fit not certified "
+    "(the table of the comparison says why); constants at a bound are named. The groups and "
+    "readings of the Wang-Deng laws are ours.",
+    category="Fits",
+    family="law",
+    tables=("points", "fit_quality", "coefficients"),
+    settings=("oils", "rigs"),
+    compares_laws=True,
+)
+def law_errors(results: CampaignTables, settings: Settings) -> Sheet:
+    """Above, mu at no slip of the laws that allow it; below, each law's errors, seen and unseen."""
+    compared, oils = results.fit_quality.dropna(subset="rmse"), list(settings.oils)
+    laws = list(dict.fromkeys(compared["law"]))
+    heights = (1.5, 0.34 * max(len(laws), 1) + 0.1)
+    layout: style.Look = {"width": style.DOUBLE_COLUMN_IN, "left": 1.75, "down": 0.6}
+    sheet = Sheet(2, height=heights, **layout)
+    above = sheet.panel(0, "Traction without slip at the tested conditions")
+    below = sheet.panel(1, "Errors of the laws")
+    starting = list(compared.loc[compared["zero_slip_traction"] != 0, "law"].unique())
+    if not laws:
+        above.say("no law could be fitted")
+    elif not starting:
+        above.say("every law that was compared has no traction without slip")
+    _draw_starts(above, results, settings, compared, starting)
+    _draw_errors(below, compared, laws, oils)
+    above.axis.set_ylabel(f"{style.MU} at S = 0 (10$^{{-3}}$)")
+    below.axis.set_xlabel(f"Rms error over rms of measured {style.MU}")
+    fitted = set(compared["oil"])
+    handles: list[Any] = [
+        Patch(color=style.oil_colour(oil, oils), label=oil) for oil in oils if oil in fitted
+    ]
+    handles += [
+        style.line_handle(kind, color="black", markerfacecolor="white", linestyle="", **look)
+        for kind, look in _KINDS.items()
+    ]
+    sheet.legend(handles)
+    return sheet
+
+
+def _draw_starts(
+    panel: Panel,
+    results: CampaignTables,
+    settings: Settings,
+    compared: pd.DataFrame,
+    laws: Sequence[str],
+) -> None:
+    """A cloud per law and oil: mu at zero slip at each condition, spread along the abscissa."""
+    oils = list(settings.oils)
+    panel.axis.axhline(0, color="black", linewidth=0.8)
+    for fit in tables.rows(compared[compared["law"].isin(laws)]):
+        y = starts_of(results, fit["oil"], fit["law"], settings)["y"].to_numpy()
+        apart = min(0.26, 0.8 / len(oils))
+        middle = laws.index(fit["law"]) + apart * (oils.index(fit["oil"]) - (len(oils) - 1) / 2)
+        x = middle + np.linspace(-0.35, 0.35, len(y)) * apart
+        panel.axis.plot(x, 1e3 * y, **symbol_of(fit, oils), markeredgewidth=0.5)
+        panel.keep("zero slip", x, y, oil=fit["oil"], label=_label(fit))
+    panel.axis.set_xticks(range(len(laws)), [law_name(law) for law in laws])
+    panel.axis.set_xlim(-0.5, max(len(laws), 1) - 0.5)
+    panel.axis.grid(visible=False, axis="x")
+
+
+def starts_of(results: CampaignTables, oil: str, law_key: str, settings: Settings) -> pd.DataFrame:
+    """mu at no slip of each curve (`run_id`, `y`), in the order of rising temperature."""
+    fits = results.coefficients
+    of_fit = (fits["oil"] == oil) & (fits["law"] == law_key)
+    if fits.loc[of_fit, "value"].isna().all():
+        return pd.DataFrame({"run_id": [], "y": []})
+    law = laws_of(oil, settings)[law_key]
+    data = curve_data(results.points[results.points["oil"] == oil], law.conditions)
+    fitted = FittedLaw.of(fits, oil, law=law)
+    y = fitted.predict(data.conditions, np.zeros(len(data.runs))).traction_coefficient
+    order = np.argsort(data.conditions[:, -1])
+    return pd.DataFrame({"run_id": data.runs, "y": y}).iloc[order]
+
+
+def _draw_errors(
+    panel: Panel, compared: pd.DataFrame, laws: Sequence[str], oils: Sequence[str]
+) -> None:
+    """One row per law, one line per oil from the smallest of its errors to the largest."""
+    axis = panel.axis
+    for fit in tables.rows(compared):
+        apart = min(0.24, 0.8 / len(oils))  # rows of many oils stay within those of their law
+        height = laws.index(fit["law"]) + apart * (oils.index(fit["oil"]) - (len(oils) - 1) / 2)
+        colour = style.oil_colour(fit["oil"], oils)
+        left_out = fit["left_out_rmse"] * fit["relative_rms"] / fit["rmse"]
+        ends = [fit[f"{end}_end_out_relative_rms"] for end in _ENDS]
+        errors = dict(zip(_KINDS, ([fit["relative_rms"]], [left_out], ends), strict=True))
+        every = np.concatenate(list(errors.values()))
+        axis.plot([np.nanmin(every), np.nanmax(every)], [height] * 2, color=colour, linewidth=0.6)
+        face = {"color": colour, "markerfacecolor": colour if fit["certified"] else "white"}
+        for kind, values in errors.items():
+            known = np.array([value for value in values if not np.isnan(value)])
+            about = {"oil": fit["oil"], "label": _label(fit)}
+            if len(known):
+                panel.dots(kind, known, np.full(len(known), height), face | _KINDS[kind], **about)
+    axis.set_yticks(range(len(laws)), [_with_bounds(compared, law) for law in laws])
+    axis.set_ylim(len(laws) - 0.45, -0.55)
+    axis.set_xscale("log")
+    axis.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    # decimals as each level needs them: 0.2 %, 100 %
+    axis.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{100 * value:.3g}%"))
+    axis.xaxis.set_minor_formatter(NullFormatter())
+    axis.grid(visible=False, axis="y")
+
+
+def _with_bounds(compared: pd.DataFrame, law: str) -> str:
+    """Name of a law, with the constants that ended at a bound for any oil below it."""
+    bounds = compared.loc[compared["law"] == law, "active_bounds"]
+    names = dict.fromkeys(name for joined in bounds if joined for name in joined.split(", "))
+    return f"{law_name(law)}\n(at bounds: {', '.join(names)})" if names else law_name(law)
+
+
+def symbol_of(fit: Mapping[str, Any], oils: Sequence[str]) -> style.Look:
+    """Symbol of an oil, open where the fit is not certified."""
+    look = style.oil_look(fit["oil"], oils)
+    face = look["color"] if fit["certified"] else "white"
+    return {**look, "markerfacecolor": face, "linestyle": ""}
+
+
+def _label(fit: Mapping[str, Any]) -> str:
+    """A law, and where it is so that its fit has no certificate."""
+    return str(fit["law"]) if fit["certified"] else f"{fit['law']}, not certified"

@@ -1,0 +1,265 @@
+"""A figure: lettered panels on a grid in inches, a legend below them, and what they draw as rows.
+
+Positions follow from sizes in inches alone: no solver measures texts, whose last bits differ.
+
+Decides: what is kept of what a figure draws.
+"""
+
+import string
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.backends.backend_svg import FigureCanvasSVG
+from matplotlib.figure import Figure
+
+from oilfilm import tables
+from oilfilm.atomic_write import atomic_file
+from oilfilm.report.figures.style import DOUBLE_COLUMN_IN, SINGLE_COLUMN_IN, Look
+
+_MARK_IN = 0.14  # the line that says that data are simulated
+# Of a legend, in inches: height of a line, width of a symbol with its gaps, width of a letter.
+_LINE_IN, _SYMBOL_IN, _LETTER_IN = 0.155, 0.42, 0.061
+
+
+class Panel:
+    """A panel; what it draws is kept as rows of the table `drawn`."""
+
+    def __init__(self, axis: Axes, letter: str, parts: list[pd.DataFrame]) -> None:
+        """Take the axes; rows are added to `parts`."""
+        self.axis, self.letter, self._parts = axis, letter, parts
+
+    def keep(
+        self,
+        series: Any,
+        x: Any,
+        y: Any = np.nan,
+        *,
+        oil: Any = "",
+        label: Any = "",
+        value: Any = np.nan,
+        lower: Any = np.nan,
+        upper: Any = np.nan,
+        panel: Any = None,
+    ) -> None:
+        """Keep marks that matplotlib draws otherwise: arrays of one length, or one value for all.
+
+        Args:
+            series: Which line, symbol or row of the panel.
+            x: Abscissa.
+            y: Ordinate.
+            oil: Oil; empty where it is of none.
+            label: Text that is drawn there, or what tells the mark apart.
+            value: What a colour or a number shows.
+            lower: Lower end of a bar or band.
+            upper: Its upper end.
+            panel: Column of a table that is drawn, in place of the panel's letter.
+        """
+        given = (self.letter if panel is None else panel, series, oil, label, x, y, value)
+        arrays = np.broadcast_arrays(*map(np.atleast_1d, map(np.asarray, (*given, lower, upper))))
+        columns = dict(zip(tables.columns("drawn"), arrays, strict=True))
+        self._parts.append(pd.DataFrame(columns))
+
+    def line(self, series: Any, x: Any, y: Any, look: Look, **about: Any) -> None:
+        """Draw and keep a line, with a band from `lower` to `upper` where these are given."""
+        self.axis.plot(x, y, **look)
+        if "lower" in about:
+            band: Look = {"color": look.get("color"), "alpha": 0.25, "linewidth": 0}
+            self.axis.fill_between(x, about["lower"], about["upper"], **band)
+        self.keep(series, x, y, **about)
+
+    def dots(self, series: Any, x: Any, y: Any, look: Look, **about: Any) -> None:
+        """Draw and keep symbols, with bars from `lower` to `upper` where these are given."""
+        look = {"linestyle": "", **look}
+        if "lower" in about:
+            ends = np.abs(np.asarray([y - about["lower"], about["upper"] - y]))
+            self.axis.errorbar(x, y, yerr=ends, **look)
+        else:
+            self.axis.plot(x, y, **look)
+        self.keep(series, x, y, **about)
+
+    def say(self, sentence: str, **look: Any) -> None:
+        """Say in the middle of the panel why it is empty."""
+        place: Look = {"ha": "center", "va": "center", "transform": self.axis.transAxes}
+        self.axis.text(0.5, 0.5, sentence, **place, **look)
+
+
+class Sheet:
+    """A figure with its panels in reading order."""
+
+    def __init__(
+        self,
+        count: int = 1,
+        columns: int = 1,
+        *,
+        width: float | None = None,
+        height: float | Sequence[float] = 2.0,
+        left: float = 0.62,
+        right: float = 0.1,
+        top: float = 0.22,
+        bottom: float = 0.4,
+        across: float = 0.15,
+        down: float = 0.27,
+        **subplots: Any,
+    ) -> None:
+        """Place the panels.
+
+        Args:
+            count: Number of panels.
+            columns: Panels side by side.
+            width: Of the figure; by default one column of the page for one panel, else two.
+            height: Of a panel, or of the panels of each row.
+            left: Room for the ordinate.
+            right: Room beside the last column.
+            top: Room for the titles of the first row.
+            bottom: Room for the abscissa of the last row.
+            across: Gap between columns.
+            down: Gap between rows.
+            subplots: As `Figure.subplots`.
+        """
+        rows = -(-count // columns)
+        self.heights = [height] * rows if isinstance(height, float | int) else list(height)
+        self._width = width or (DOUBLE_COLUMN_IN if columns > 1 else SINGLE_COLUMN_IN)
+        self._room = {"left": left, "right": right, "top": top, "bottom": bottom}
+        self._gaps, self._columns, self._legend_in = (across, down), columns, 0.0
+        self._bar: Axes | None = None
+        # not by pyplot, which would keep every figure open
+        self.figure = Figure()
+        ratios = {"height_ratios": self.heights, **subplots}
+        axes = list(self.figure.subplots(rows, columns, squeeze=False, **ratios).flat)
+        for axis in axes[count:]:
+            axis.remove()
+        self.axes = axes[:count]
+        for axis in axes[max(count - columns, 0) : count]:
+            axis.tick_params(labelbottom=True)
+        self.parts: list[pd.DataFrame] = []
+
+    def panel(self, number: int = 0, title: str | None = "", **look: Any) -> Panel:
+        """A panel, with its letter before its title; without a title it has no letter."""
+        axis, letter = self.axes[number], ""
+        if title is not None:
+            letter = string.ascii_letters[number]
+            axis.set_title(f"({letter}) {title}".rstrip(), **look)
+        axis.set_label(letter)
+        return Panel(axis, letter, self.parts)
+
+    def label(self, x: str = "", y: str = "", *, every: bool = False, **look: Any) -> None:
+        """Name the axes; inner panels have the names for the table alone unless `every` has."""
+        for number, axis in enumerate(self.axes):
+            axis.set(**{f"{name}label": text for name, text in (("x", x), ("y", y)) if text})
+            axis.xaxis.label.set(**look)
+            lowest = number + self._columns >= len(self.axes)
+            axis.xaxis.label.set_visible(every or lowest)
+            axis.yaxis.label.set(**look)
+            axis.yaxis.label.set_visible(every or number % self._columns == 0)
+
+    def legend(self, handles: Sequence[Any], title: str = "", columns: int = 0) -> None:
+        """What colours, symbols and lines mean, below the panels, where it covers no data."""
+        labels = [str(handle.get_label()).split("\n") for handle in handles] or [[""]]
+        letters = [max(map(len, label)) for label in labels]
+        fitting = [n for n in range(1, len(labels) + 1) if self._legend_width(letters, n) < 1]
+        columns = columns or max(fitting, default=1)
+        rows = -(-len(labels) // columns) * max(map(len, labels))
+        lines = rows + (title.count("\n") + 1 if title else 0)
+        self._legend_in = _LINE_IN * lines + 0.06
+        self.figure.legend(
+            handles=handles,
+            loc="lower left",
+            ncols=columns,
+            title=title or None,
+            alignment="left",
+            borderpad=0.2,
+            borderaxespad=0.2,
+            columnspacing=1.2,
+            handletextpad=0.5,
+        )
+
+    def _legend_width(self, letters: Sequence[int], columns: int) -> float:
+        """Width of a legend over that of the figure; its entries fill one column after another."""
+        rows = -(-len(letters) // columns)
+        widest = [max(letters[start : start + rows]) for start in range(0, len(letters), rows)]
+        return sum(_SYMBOL_IN + _LETTER_IN * count for count in widest) / self._width
+
+    def colour_bar(self, mappable: Any, label: str, **look: Any) -> Axes:
+        """A colour bar at the right of all panels; `right` must leave room for it."""
+        self._bar = self.figure.add_axes((0, 0, 0.1, 0.1), label="<colorbar>")
+        bar = self.figure.colorbar(mappable, cax=self._bar, **look)
+        bar.set_label(label, fontsize=7)
+        self._bar.tick_params(labelsize=6)
+        return self._bar
+
+    def finish(self, mark: str = "") -> Figure:
+        """The figure with everything in its place, and above it what its data are."""
+        room, width, (across, down) = self._room, self._width, self._gaps
+        above = room["top"] + (_MARK_IN if mark else 0)
+        below = room["bottom"] + self._legend_in
+        rows, columns = len(self.heights), self._columns
+        panels_in = sum(self.heights) + down * (rows - 1)
+        height = above + panels_in + below
+        self.figure.set_size_inches(width, height)
+        panel_in = (width - room["left"] - room["right"] - across * (columns - 1)) / columns
+        self.figure.subplots_adjust(
+            left=room["left"] / width,
+            right=1 - room["right"] / width,
+            bottom=below / height,
+            top=1 - above / height,
+            wspace=across / panel_in,
+            hspace=down * rows / sum(self.heights),
+        )
+        if self._bar is not None:
+            x = 1 - (room["right"] - 0.1) / width
+            y, tall = (below + 0.1 * panels_in) / height, 0.8 * panels_in / height
+            self._bar.set_position((x, y, 0.1 / width, tall))
+        if mark:
+            place: Look = {"ha": "right", "va": "top", "fontsize": 6.5, "fontweight": "bold"}
+            self.figure.text(1 - 0.03 / width, 1 - 0.02 / height, mark, color="#555555", **place)
+        return self.figure
+
+
+def page(width: float, height: float, *, bottom: float, top: float) -> tuple[Sheet, Panel]:
+    """A figure for text without axes: x from 0 to 1, y between two limits."""
+    margins: Look = dict.fromkeys(("left", "right", "top", "bottom"), 0.03)
+    sheet = Sheet(width=width, height=height, **margins)
+    panel = sheet.panel(title=None)
+    panel.axis.set_axis_off()
+    panel.axis.set(xlim=(0, 1), ylim=(bottom, top))
+    return sheet, panel
+
+
+def sentences(lines: str) -> Sheet:
+    """A figure of text: why there is nothing to draw."""
+    sheet, panel = page(SINGLE_COLUMN_IN, 0.14 * (lines.count("\n") + 1), bottom=0, top=1)
+    look: Look = {"va": "top", "fontsize": 7, "linespacing": 1.3, "parse_math": False}
+    panel.axis.text(0, 1, lines, **look)
+    return sheet
+
+
+def panels_in_words(figure: Figure) -> dict[str, dict[str, str]]:
+    """Title, abscissa and ordinate of each panel by its letter, with their units."""
+    return {
+        str(axes.get_label()): {
+            "title": axes.get_title(loc="left"),
+            "x": axes.get_xlabel(),
+            "y": axes.get_ylabel(),
+        }
+        for axes in figure.axes
+        if axes.axison and axes.get_label() != "<colorbar>"
+    }
+
+
+def save(figure: Figure, *paths: Path) -> None:
+    """Write a figure as PNG or SVG, the same bytes each time, whole or not at all."""
+    figure.set_dpi(mpl.rcParams["savefig.dpi"])
+    for path in paths:
+        with atomic_file(path) as aside:
+            # `Figure.savefig` would draw the figure twice
+            canvas: Any = (FigureCanvasAgg if path.suffix == ".png" else FigureCanvasSVG)(figure)
+            if path.suffix == ".png":
+                canvas.print_png(aside, metadata={"Software": None})
+            else:
+                canvas.print_svg(aside, metadata={"Date": None})
