@@ -37,7 +37,8 @@ ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT / "tests/helpers"))
 
 from campaigns import lay_out, printed, read_campaign, write_campaign  # noqa: E402
-from oilfilm.report.figures.style import DOUBLE_COLUMN_IN, MARKERS, save  # noqa: E402
+from oilfilm.report.figures.sheet import save  # noqa: E402
+from oilfilm.report.figures.style import DOUBLE_COLUMN_IN, MARKERS  # noqa: E402
 from oilfilm.rig_twin.simulate import simulate_campaign  # noqa: E402
 from oilfilm.settings.resolve import resolve  # noqa: E402
 

@@ -143,7 +143,8 @@ def test_map_draws_each_condition_once_with_symbol_and_numbers(
     assert len(cells) == 217
     assert text.split().count("0/1") == 5
     assert text.split().count("1/2") == 1
-    symbols = [line.get_marker() for axis in figure.axes for line in axis.get_lines()]
-    assert symbols.count(style.STATE_MARKERS["refused"]) == 5
-    assert symbols.count(style.STATE_MARKERS["accepted"]) == 212
+    for state, count in (("refused", 5), ("accepted", 212)):
+        marker = style.STATE_MARKERS[state]
+        lines = [line for axis in figure.axes for line in axis.get_lines()]
+        assert sum(len(at.get_xdata()) for at in lines if at.get_marker() == marker) == count
     assert figure.get_figwidth() == pytest.approx(style.DOUBLE_COLUMN_IN)

@@ -26,6 +26,7 @@ from oilfilm.report.figures.refused_runs import (
     listing,
     page_name,
 )
+from oilfilm.report.figures.sheet import save
 from pcs_exports import traction_export
 from reports import rows
 
@@ -99,22 +100,22 @@ def test_mark_lies_where_the_sensor_was_stuck(demo: Campaign, stuck: dict[str, A
     assert (stuck["place"], stuck["first_row"], stuck["last_row"]) == ("rows", first + 1, rows)
     figure = page_of(demo, stuck)
     colour = style.STATE_COLOURS["refused"]
-    for axis in figure.axes[1:]:
+    for axis in figure.axes:
         marks = [line.get_xdata() for line in axis.get_lines() if line.get_color() == colour]
         edges = [mark[0] for mark in marks if len(set(mark)) == 1]  # upright lines
         # 50 Hz, the first row at 0 s
         assert edges == pytest.approx([first / 50, (rows - 1) / 50])
-    assert any(to_rgb(line.get_color()) == to_rgb(colour) for line in figure.axes[1].get_lines())
+    assert any(to_rgb(line.get_color()) == to_rgb(colour) for line in figure.axes[0].get_lines())
 
 
 def test_mark_of_a_cut_log_is_at_its_end_and_that_of_a_whole_run_spans_it(
     demo: Campaign, pages: pd.DataFrame
 ) -> None:
     cut, again = entry_of(pages, "truncated"), entry_of(pages, "duplicate_condition")
-    signal, *edges = page_of(demo, cut).axes[1].get_lines()
+    signal, *edges = page_of(demo, cut).axes[0].get_lines()
     assert edges[0].get_xdata()[0] == signal.get_xdata()[-1]
     assert (again["place"], again["first_row"], again["last_row"]) == ("whole run", 0, 0)
-    signal, *edges = page_of(demo, again).axes[1].get_lines()
+    signal, *edges = page_of(demo, again).axes[0].get_lines()
     assert [edge.get_xdata()[0] for edge in edges[:2]] == [*signal.get_xdata()[[0, -1]]]
 
 
@@ -149,7 +150,7 @@ def test_text_of_logs_is_drawn_as_it_stands(
 ) -> None:
     hostile = {"run_id": name, "file": f"in {name}", "reason": f"found {name!r}: {name}"}
     figure = page_of(demo, stuck, samples_of(demo, stuck["run_id"]).iloc[:300], **hostile)
-    style.save(figure, tmp_path / "page.png")
+    save(figure, tmp_path / "page.png")
     assert figure.get_figheight() < 8
     if "$" in name:
         assert r"$\frac{1}{$" in texts_of(figure)
@@ -200,7 +201,7 @@ def test_long_signals_are_thinned_but_keep_their_extremes(
     long = pd.concat([samples_of(demo, stuck["run_id"])] * 10, ignore_index=True)
     long = long.assign(row=np.arange(1, len(long) + 1), time_s=np.arange(len(long)) / 50)
     long.loc[12345, "load_n"] = 999.0
-    load = page_of(demo, stuck, long).axes[2].get_lines()[0].get_ydata()
+    load = page_of(demo, stuck, long).axes[1].get_lines()[0].get_ydata()
     assert len(load) < len(long) / 2
     assert load.max() == 999.0
 
@@ -251,6 +252,6 @@ def test_refused_torque_log_has_its_page_beside_those_of_the_traction_logs(
         demo.config,
         TORQUE_RIG,
     )
-    labels = [axis.get_ylabel().replace("\n", " ") for axis in figure.axes[1:]]
+    labels = [axis.get_ylabel().replace("\n", " ") for axis in figure.axes]
     assert labels[:2] == ["Torque (N m)", "Axial load (N)"]
     assert "Check the torque sensor" in texts_of(figure)

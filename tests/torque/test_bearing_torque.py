@@ -281,7 +281,8 @@ def results(config: Settings, oils: list[OilInBearing]) -> CampaignTables:
 def test_figures_say_that_data_are_simulated_or_that_there_are_none(config, results, name):
     figure, drawn = draw(name, results, config)
     assert len(drawn)
-    assert "SIMULATED" in " ".join(text.get_text() for text in figure.texts)
+    titles = [legend.get_title() for legend in figure.legends]
+    assert "SIMULATED" in " ".join(text.get_text() for text in [*figure.texts, *titles])
     assert nothing_is_cut_off(figure)
     figure, drawn = draw(name, CampaignTables.in_memory(), config)
     assert drawn.empty

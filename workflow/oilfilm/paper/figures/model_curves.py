@@ -42,12 +42,12 @@ _BEYOND = Patch(facecolor=style.EXTRAPOLATED, label="beyond the tests")
 _OF_ALL_OILS = "Traction coefficient of all oils against "
 _LINES = (
     "the paper does not state its own. Full lines: fitted law with the 95 % interval of the next "
-    "good run, which may leave the panel. Thin dashed lines: constants printed in the paper, signs restored, at the "
-    "middle level. They are shown where they differ by more than 5 % of the largest traction "
-    "coefficient; the legend states the largest difference at all levels. Shaded: beyond the "
-    "tested conditions. Each panel has its own scale. dmN: pitch diameter times speed (mm rpm) of "
-    "a bearing with this entrainment speed. Oils without a fit of pressure, speed and temperature "
-    "are not shown."
+    "good run, which may leave the panel. Thin dashed lines: constants printed in the paper, signs "
+    "restored, at the middle level. They are shown where they differ by more than 5 % of the "
+    "largest traction coefficient; the legend states the largest difference at all levels. Shaded: "
+    "beyond the tested conditions. Each panel has its own scale. dmN: pitch diameter times speed "
+    "(mm rpm) of a bearing with this entrainment speed. Oils without a fit of pressure, speed and "
+    "temperature are not shown."
 )
 
 

@@ -32,7 +32,7 @@ class Panel:
 
     def __init__(self, axis: Axes, letter: str, parts: list[pd.DataFrame]) -> None:
         """Take the axes; rows are added to `parts`."""
-        self.axis, self.letter, self._parts = axis, letter, parts
+        self.axis, self.letter, self.parts = axis, letter, parts
 
     def keep(
         self,
@@ -63,7 +63,7 @@ class Panel:
         given = (self.letter if panel is None else panel, series, oil, label, x, y, value)
         arrays = np.broadcast_arrays(*map(np.atleast_1d, map(np.asarray, (*given, lower, upper))))
         columns = dict(zip(tables.columns("drawn"), arrays, strict=True))
-        self._parts.append(pd.DataFrame(columns))
+        self.parts.append(pd.DataFrame(columns))
 
     def line(self, series: Any, x: Any, y: Any, look: Look, **about: Any) -> None:
         """Draw and keep a line, with a band from `lower` to `upper` where these are given."""
