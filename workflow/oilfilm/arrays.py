@@ -25,7 +25,7 @@ from oilfilm.settings.messages import check
 from oilfilm.settings.resolve import read_config
 from oilfilm.settings.resolved import Settings
 from oilfilm.traction import LAWS, PAPER_LAW
-from oilfilm.traction.law import CONDITIONS
+from oilfilm.traction.law import CONDITIONS, QUANTITIES
 
 _MU = "traction_coefficient"
 _OIL = "oil"
@@ -113,7 +113,8 @@ class ArrayFit:
             }
         )
         points = _as_table(self.points)
-        names = [name for name, law in LAWS.items() if law.conditions == CONDITIONS]
+        conditions = self.law.law.conditions
+        names = [name for name, law in LAWS.items() if law.conditions == conditions]
         made = compare_laws(points, _OIL, names, settings)
         judged = best_laws(made["fit_quality"], made["law_points"], points)
         columns = ["n_constants", "relative_rms", "left_out_rmse", "bic", "certified"]
@@ -137,13 +138,13 @@ class ArrayFit:
                 ) from None
             axes = pyplot.subplots(layout="constrained")[1]
         law = self.law
+        names = list(law.law.conditions)
+        units = [QUANTITIES[name].unit for name in names]
         for _, curve in self.points.groupby("run_id", sort=False):
             slip = np.linspace(0, curve[SLIP].max(), _DRAWN)
-            mu = law.traction(curve[list(CONDITIONS)].mean().to_numpy(), slip)
-            label = "{:.3g} GPa, {:.3g} m/s, {:.3g} \N{DEGREE SIGN}C".format(
-                *curve[list(CONDITIONS)].mean()
-            )
-            (line,) = axes.plot(slip, mu, label=label)
+            at = curve[names].mean().to_numpy()
+            label = ", ".join(f"{value:.3g} {unit}" for value, unit in zip(at, units, strict=True))
+            (line,) = axes.plot(slip, law.traction(at, slip), label=label)
             axes.plot(curve[SLIP], curve[_MU], "o", markersize=3, color=line.get_color())
         axes.set_xlabel("Slide-roll ratio")
         axes.set_ylabel("Traction coefficient")
@@ -190,9 +191,6 @@ def fit(
     Returns:
         The fit. Data that cannot be fitted give a verdict that says why.
     """
-    if law not in LAWS or LAWS[law].conditions != CONDITIONS:
-        known = ", ".join(name for name, each in LAWS.items() if each.conditions == CONDITIONS)
-        raise OilfilmError(f"there is no law {law!r} of these conditions; the laws are {known}.")
     given = (max_hertz_pressure, entrainment_speed, inlet_temperature)
     at = [in_unit(value, name) for value, name in zip(given, CONDITIONS, strict=True)]
     arrays = (*at, in_unit(slide_roll_ratio, SLIP), np.asarray(traction_coefficient, float))
@@ -202,10 +200,35 @@ def fit(
         shapes = ", ".join(str(array.shape) for array in arrays)
         raise OilfilmError(f"the arrays have shapes that do not match: {shapes}.") from error
     points = pd.DataFrame(dict(zip((*CONDITIONS, SLIP, _MU), columns, strict=True)))
-    runs = points.groupby(list(CONDITIONS), sort=False).ngroup() if curve is None else curve
+    return fit_points(points, CONDITIONS, law, curve, **settings)
+
+
+def fit_points(
+    points: pd.DataFrame,
+    conditions: tuple[str, ...],
+    law: str,
+    curve: npt.ArrayLike | None = None,
+    **settings: Any,
+) -> ArrayFit:
+    """Fit a law to points; `fit` and `fit_table` come here.
+
+    Args:
+        points: Conditions, slide-roll ratio and mu by their columns' names.
+        conditions: What the law must be one of.
+        law: Its name.
+        curve: As of `fit`.
+        settings: As of `fit`.
+
+    Raises:
+        OilfilmError: As by `fit`.
+    """
+    if law not in LAWS or LAWS[law].conditions != conditions:
+        known = ", ".join(name for name, each in LAWS.items() if each.conditions == conditions)
+        raise OilfilmError(f"there is no law {law!r} of these conditions; the laws are {known}.")
+    runs = points.groupby(list(conditions), sort=False).ngroup() if curve is None else curve
     if np.size(runs) != len(points):
         raise OilfilmError(f"`curve` has {np.size(runs)} values; expected {len(points)}.")
-    points["run_id"] = np.asarray(runs).astype(str).ravel()
+    points = points.assign(run_id=np.asarray(runs).astype(str).ravel())
     config = read_config(CONFIG)
     given_settings = {**config.fit.model_dump(), **settings, "law": law}
     chosen = check(given_settings, FitSettings, lambda steps: "oilfilm.fit")

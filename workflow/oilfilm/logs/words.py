@@ -43,6 +43,14 @@ _WORDS = {
         ),
         "coef koeff beiwert zahl 系数 系數",
     ),
+    "traction_coefficient": _Words(
+        (
+            "coef koef koeff beiwert reibzahl reibungszahl traktionszahl cof mu μ 系数 係数",
+            "traction traktion friction reib trakt attrito frott fricción трен 摩擦 牵引",
+            "",
+        ),
+        f"film force kraft error fehler unc std {_NOT_MEASURED}",
+    ),
     "ball_speed": _Words(
         ("ball kugel bille bola sfera шар 球", "", "n1 v1 u1"),
         f"slid gleit temp {_NOT_MEASURED}",
