@@ -49,6 +49,8 @@ COMMANDS = {
     "export --printed --oil 4103": "no constants of '4103'; expected one of 4102, 4050, 4010",
     "export --printed good.csv": "good.csv",
     "verify": "required: RELEASE",
+    "check pipe.csv": "pipe.csv: is a pipe or a device; expected a file",
+    "init made pipe.csv": "pipe.csv: is a pipe or a device",
     "verify missing": "missing: is not a release",
     "verify empty_manifest": "manifest.json",
     "verify binary_manifest --rebuild": "manifest.json",
@@ -89,6 +91,7 @@ def mistakes(tmp_path_factory: pytest.TempPathFactory) -> Path:
         (folder / name).write_bytes(content)
     (folder / "folder").mkdir()
     (folder / "loop").symlink_to("loop")
+    os.mkfifo(folder / "pipe.csv")
     return folder
 
 

@@ -31,6 +31,7 @@ from oilfilm.releases.copies import pin
 from oilfilm.releases.manifest import (
     CHECKSUMS,
     MANIFEST,
+    SIGNATURE,
     canonical,
     is_inside,
     read_manifest,
@@ -321,6 +322,75 @@ def test_file_hidden_deep_is_named(loose: Path, tmp_path: Path) -> None:
     finally:
         # Python's own recurses
         subprocess.run(["rm", "-rf", str(folder / "d")], check=True)
+
+
+@pytest.mark.parametrize("kept", [None, 0, -1], ids=["removed", "empty", "a line short"])
+def test_release_without_its_whole_list_of_hashes_is_not_as_released(
+    loose: Path, tmp_path: Path, kept: int | None
+) -> None:
+    folder = shutil.copytree(loose, tmp_path / "release")
+    lines = (folder / CHECKSUMS).read_text(encoding="utf-8").splitlines(keepends=True)
+    # the manifest and every file, by another program's reading
+    named = {line.split("  ", 1)[1].rstrip("\n") for line in lines}
+    assert named == {*bytes_of(folder)} - {CHECKSUMS}
+    (folder / CHECKSUMS).unlink()
+    if kept is not None:
+        (folder / CHECKSUMS).write_text("".join(lines[:kept]), encoding="utf-8")
+    (complaint,) = verify(folder)
+    assert complaint.startswith(f"{CHECKSUMS}: ")
+
+
+@pytest.mark.parametrize(
+    "name", ["v2-aaaaaaaaaaaa", "releases/other/{}", "releases/demo/v1-000000000000"]
+)
+def test_release_under_the_name_of_another_one_is_not_as_released(
+    loose: Path, tmp_path: Path, name: str
+) -> None:
+    (complaint,) = verify(shutil.copytree(loose, tmp_path / name.format(loose.name)))
+    assert f"name of another release: the manifest is that of demo {loose.name}." in complaint
+    for place in (f"releases/demo/{loose.name}", loose.name, "latest"):
+        assert verify(shutil.copytree(loose, tmp_path / "right" / place)) == []
+
+
+def test_signature_is_told_and_one_that_is_no_file_is_named(
+    loose: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder = shutil.copytree(loose, tmp_path / "release")
+    (folder / SIGNATURE).write_bytes(b"")
+    assert main(["verify", str(folder)]) == 0
+    assert "a signature is there, and ssh-keygen checks it" in capsys.readouterr().out
+    (folder / SIGNATURE).unlink()
+    (folder / SIGNATURE).symlink_to("/dev/zero")
+    assert verify(folder) == ["SHA256SUMS.sig: is not a plain file."]
+
+
+# Each took up to 1.4 GB.
+ZEROS = ("[{}0]", '{{"files": [{}0]}}', '{{"made_from": {{"raw": [{}0]}}}}')
+
+
+@pytest.mark.parametrize("text", ZEROS)
+def test_manifest_of_zeros_takes_little_memory(tmp_path: Path, text: str) -> None:
+    """32 MB of zeros, with 600 MB for them beside what the library takes."""
+    (tmp_path / MANIFEST).write_text(text.format("0," * 16_777_000), encoding="utf-8")
+    done = limited(600_000_000, "verify", str(tmp_path))
+    assert f"{tmp_path}/{MANIFEST}: " in done
+
+
+def limited(more: int, *arguments: str) -> str:
+    """What a command that refuses says, with so many bytes beside what the library takes."""
+    program = (
+        "import resource, sys; from oilfilm.cli import main\n"
+        "import oilfilm.cli.check, oilfilm.cli.releases\n"
+        "pages = int(open('/proc/self/statm').read().split()[0])\n"
+        f"most = pages * resource.getpagesize() + {more}\n"
+        "resource.setrlimit(resource.RLIMIT_AS, (most, most))\n"
+        "sys.exit(main(sys.argv[1:]))"
+    )
+    command = [sys.executable, "-c", program, *arguments]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
+    assert done.returncode == 2, done.stderr
+    assert len(done.stderr) < 2000
+    return done.stderr
 
 
 def hostile(manifest: dict[str, Any]) -> Iterator[Any]:

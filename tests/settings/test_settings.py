@@ -1,12 +1,16 @@
 """Settings as objects: the parts that a rule lists."""
 
 import json
+import os
+import time
+from pathlib import Path
 
 import pytest
 
 from campaigns import ROOT, without
 from oilfilm.errors import OilfilmError
-from oilfilm.settings.campaign import Semantics
+from oilfilm.settings.campaign import CampaignFile, Semantics
+from oilfilm.settings.messages import load
 from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
 
@@ -54,3 +58,26 @@ def test_only_the_demonstration_is_made_by_the_papers_law(campaign: str, law: bo
     settings = resolve(ROOT / "config", {"campaign": campaign})
     part = Settings.of(settings.part(campaign=["twin"]))
     assert part.campaign.truth_is_law is law
+
+
+@pytest.mark.parametrize("text", ["key{}: {}\n", "- {}\n"])
+def test_large_file_of_settings_is_refused_at_once(tmp_path: Path, text: str) -> None:
+    path = tmp_path / "campaign.yaml"
+    path.write_text("".join(text.format(number, number) for number in range(700_000)))
+    with pytest.raises(OilfilmError, match="bytes; expected at most 524288"):
+        load(path, CampaignFile)
+
+
+def test_file_of_settings_that_is_a_pipe_is_refused(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "campaign.yaml")
+    with pytest.raises(OilfilmError, match="is not a plain file"):
+        load(tmp_path / "campaign.yaml", CampaignFile)
+
+
+def test_file_of_unknown_keys_as_large_as_is_read_is_refused_in_seconds(tmp_path: Path) -> None:
+    path = tmp_path / "campaign.yaml"
+    path.write_text("".join(f"k{number}: 1\n" for number in range(50_000)))
+    begun = time.process_time()
+    with pytest.raises(OilfilmError, match="unknown key 'k0'"):
+        load(path, CampaignFile)
+    assert time.process_time() - begun < 20  # it was ten minutes

@@ -29,7 +29,8 @@ def _verify(options: argparse.Namespace) -> int:
     version, wrong, rebuilt = stored.manifest.version, stored.changes(), None
     if not options.json:
         checked = "the files in the pin" if stored.pinned else f"all {len(stored.files)} files"
-        as_released = f"{printable(version)}: {checked} are as released"
+        note = "; a signature is there, and ssh-keygen checks it" * stored.signed
+        as_released = f"{printable(version)}: {checked} are as released{note}"
         head = f"{release}: {len(wrong)} files are not as released:"
         # now: a rebuild takes minutes
         print("\n".join([head, *wrong]) if wrong else as_released, flush=True)
@@ -43,6 +44,7 @@ def _verify(options: argparse.Namespace) -> int:
             "version": version,
             "pin": stored.pinned,
             "files": len(stored.files),
+            "signed": stored.signed,
             "not_as_released": wrong,
             "rebuilt": rebuilt,
         }

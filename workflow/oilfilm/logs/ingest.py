@@ -191,6 +191,9 @@ def read_bytes(path: Path) -> bytes:
     if path.exists() and not (path.is_file() or path.is_dir()):
         raise OilfilmError(f"{path}: is a pipe or a device, expected a file. Save the log as one.")
     try:
+        if path.exists() and not (path.is_file() or path.is_dir()):
+            # a pipe without a writer would be waited for
+            raise OilfilmError(f"{path}: is a pipe or a device; expected a file.")
         with path.open("rb") as file:
             # as large as it says, because room for the largest log takes its time
             size = min(path.stat().st_size, LARGEST_LOG)

@@ -13,7 +13,7 @@ from collections.abc import Iterable
 from pathlib import Path, PurePosixPath, PureWindowsPath
 from typing import Annotated, Any, Literal
 
-from pydantic import Field
+from pydantic import FailFast, Field
 
 from oilfilm.digests import file_digest
 from oilfilm.errors import OilfilmError
@@ -39,6 +39,7 @@ _LONGEST = 500
 
 Sha256 = Annotated[str, Field(pattern=r"^[0-9a-f]{64}$", description="sha256 in hex.")]
 ShortText = Annotated[str, Field(max_length=200)]
+_MOST = Field(max_length=100_000)
 
 
 class FileRecord(Group):
@@ -86,7 +87,7 @@ class MadeFrom(Group):
     code: Sha256
     lock: Sha256
     environment: Environment = key("The environment.")
-    raw: Annotated[list[FileRecord], Field(max_length=100_000)] = key(
+    raw: Annotated[list[FileRecord], _MOST, FailFast()] = key(
         "Raw logs; their paths are from the top folder of the project."
     )
 
@@ -105,10 +106,10 @@ class Manifest(Group):
     )
     version: ShortText = key("<tag>-<12 hex digits>", min_length=1)
     made_from: MadeFrom = key("What the release was made from.")
-    files: Annotated[list[FileRecord], Field(max_length=100_000)] = key(
+    files: Annotated[list[FileRecord], _MOST, FailFast()] = key(
         "Every file of the release but the manifest itself."
     )
-    samples: Annotated[list[FileRecord], Field(max_length=100_000)] = key(
+    samples: Annotated[list[FileRecord], _MOST, FailFast()] = key(
         "Samples of each oil, which the release leaves out: one hash over all their runs."
     )
     sha256: Sha256
@@ -186,7 +187,6 @@ def _parse(path: Path) -> Manifest:
     try:
         text = path.read_bytes().decode("utf-8")
         content = json.loads(text)
-        canonical(content).encode()  # half a letter can be escaped, but not written
     except (OSError, ValueError, RecursionError) as error:
         raise OilfilmError(f"{path}: cannot be read as JSON ({error}).") from None
     if mistake := first_mistake(content, Manifest):

@@ -4,6 +4,7 @@ Decides: when a release counts as unchanged.
 """
 
 import os
+import re
 import stat
 from dataclasses import dataclass
 from functools import cached_property
@@ -20,6 +21,7 @@ from oilfilm.releases.manifest import (
     BESIDE,
     CHECKSUMS,
     CONFIG,
+    SIGNATURE,
     FileRecord,
     Manifest,
     checksums,
@@ -61,24 +63,44 @@ class StoredRelease:
         version = f"{self.manifest.made_from.campaign} {self.manifest.version}"
         return printable(version) + (" (pin)" if self.pinned else "")
 
+    @property
+    def signed(self) -> bool:
+        """Whether there is a signature; only `ssh-keygen` and the signer's key can check it."""
+        return os.path.lexists(self.folder / SIGNATURE)
+
     def changes(self) -> list[str]:
         """A sentence for each file that differs from the manifest, is missing or is extra.
 
-        For a pin, only the files that it keeps are checked.
+        `SHA256SUMS` must be there and name every file. A folder that has the name of a release must
+        have that of this one. For a pin, only the files that it keeps are checked.
         """
-        present = set(files_below(self.folder)) - BESIDE
+        present = set(files_below(self.folder))
         named = [each for path, each in self.files.items() if path in present or not self.pinned]
-        if not self.pinned and os.path.lexists(self.folder / CHECKSUMS):
-            # what `sha256sum -c` would check
-            text = checksums(self.manifest).encode()
-            named.append(
-                FileRecord(path=CHECKSUMS, sha256=sha256(text).hexdigest(), size=len(text))
-            )
-        extra = [
+        wrong = [
             f"{printable(path)}: is extra: the manifest does not name it."
-            for path in present - set(self.files)
+            for path in present - BESIDE - set(self.files)
         ]
-        return sorted([*filter(None, map(self.mismatch, named)), *extra])
+        if not self.pinned:
+            # what `sha256sum -c` checks, and a signature over it covers
+            text = checksums(self.manifest).encode()
+            digest = sha256(text).hexdigest()
+            named.append(FileRecord(path=CHECKSUMS, sha256=digest, size=len(text)))
+            wrong += self._of_another_release()
+            if self.signed and not stat.S_ISREG((self.folder / SIGNATURE).lstat().st_mode):
+                wrong.append(f"{SIGNATURE}: is not a plain file.")
+        return sorted([*filter(None, map(self.mismatch, named)), *wrong])
+
+    def _of_another_release(self) -> list[str]:
+        """Why the place of the folder is not that of this release, in a sentence."""
+        campaign, version = self.manifest.made_from.campaign, self.manifest.version
+        of_releases, of_campaign, name = ("", "", *self.folder.resolve().parts)[-3:]
+        stated = (of_campaign if of_releases == "releases" else campaign), name
+        if not re.fullmatch(r".+-[0-9a-f]{12}", name) or stated == (campaign, version):
+            return []
+        return [
+            f"{printable('/'.join(stated))}: is the name of another release: the manifest is that "
+            f"of {self.name}."
+        ]
 
     def mismatch(self, record: FileRecord) -> str:
         """How a file differs from its record, in a sentence; empty where it does not."""

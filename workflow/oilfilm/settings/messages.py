@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import suppress
 from datetime import date
 from functools import cache
+from itertools import islice
 from math import inf
 from pathlib import Path
 from typing import Any
@@ -46,6 +47,8 @@ _FORM_OF_NAME = (
     "text of the form ABC-1_2.3: ASCII letters, digits, '_', '.' and '-' alone. Other names of an "
     "oil go under `aliases`"
 )
+# Mistakes of a file from which the first line is chosen.
+_MOST_MISTAKES = 100
 # Keys that are looked for one level too high.
 _GROUP_OF = dict.fromkeys(("traction_sign", "slower_body", "zero"), "semantics")
 # Units that are taken for the expected one: (unit, factor, offset) into the expected one.
@@ -119,7 +122,7 @@ def check(
     try:
         return adapter(model).validate_python(values)
     except ValidationError as error:
-        mistakes = _mistakes(error, model)
+        mistakes = islice(_mistakes(error, model), _MOST_MISTAKES)
     # an unknown key is often a missing one, misspelled: say that first
     steps, sentence = min(mistakes, key=lambda each: ("is missing" in each[1], order(each[0])))
     raise OilfilmError(f"{location_of(steps)}: {sentence}") from None

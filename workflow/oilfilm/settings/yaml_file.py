@@ -14,6 +14,8 @@ from oilfilm.errors import OilfilmError
 
 # No quantity of a rig or an oil is larger in its unit. Larger numbers would overflow.
 LARGEST_NUMBER = 1e15
+# Bytes of a file: ten thousand lines; the longest one of the project has a few hundred.
+_LARGEST_FILE = 1 << 19
 # No file of the project nests deeper than six groups.
 _DEEPEST_GROUP = 50
 # libyaml is ten times as fast; PyYAML itself says better what is wrong.
@@ -167,6 +169,14 @@ def _value_of(node: yaml.Node, path: Path) -> Any:
 
 def _text_of(path: Path) -> str:
     try:
+        # a pipe never ends
+        if path.exists() and not path.is_file():
+            raise OilfilmError(f"{path}: is not a plain file; expected YAML.")
+        if (size := path.stat().st_size) > _LARGEST_FILE:
+            raise OilfilmError(
+                f"{path}: has {size} bytes; expected at most {_LARGEST_FILE}. Remove what is not "
+                "a setting."
+            )
         content = path.read_bytes()
         return content.decode("utf-8")
     except FileNotFoundError as error:
