@@ -15,7 +15,7 @@ from oilfilm.curation.curate import Curated, collect, curate
 from oilfilm.fits.fit import OilFit, fit_oil
 from oilfilm.logs.ingest import Ingested, ingest_logs
 from oilfilm.paper.printed.signs import study_signs
-from oilfilm.paper.reference import falling_viscosity, printed_constants
+from oilfilm.paper.reference import printed_constants
 from oilfilm.physics.oils import Oil
 from oilfilm.physics.rigs import Contact
 from oilfilm.settings.messages import load
@@ -103,7 +103,6 @@ def sign_study(
     """The study of the lost signs as its rule runs it."""
     return study_signs(
         printed(),
-        falling_viscosity(REFERENCE),
         points,
         settings.oils if oils is None else oils,
         settings.printed,

@@ -1,14 +1,15 @@
-"""Planted constants and the evidence made of them, for the audit of claims and the selection."""
+"""Planted constants and the evidence made of them, for the audit of claims."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
+import pandas as pd
 
 from oilfilm.paper.audit.audit import printed_evidence
 from oilfilm.paper.audit.evidence import Evidence
 from oilfilm.settings.resolved import Settings
+from oilfilm.tables.campaign_tables import CampaignTables
 
 OILS = ("4102", "4050", "4010")
 # |A|, its exponents; B, its exponents; C, its exponents: falls with U and T, rises with P
@@ -16,10 +17,20 @@ PLAIN = [-0.02, 1.0, -0.5, -0.5, 0.5, 1.0, -0.5, -0.5, 30.0, 0.0, 0.0, 0.0]
 
 
 def evidence_of(
-    constants: Mapping[str, Sequence[float]], config: Settings, **changes: Any
+    constants: Mapping[str, Sequence[float]],
+    config: Settings,
+    *,
+    truth_is_law: bool = False,
+    **measured: pd.DataFrame,
 ) -> Evidence:
-    rows = {oil: np.array(values) for oil, values in constants.items()}
-    return replace(printed_evidence(rows, OILS, config), **changes)
+    """Laws with these constants, and tables of what was measured."""
+    evidence = printed_evidence({oil: np.array(row) for oil, row in constants.items()}, config)
+    return replace(
+        evidence,
+        falling_viscosity=OILS,
+        measured=CampaignTables.in_memory(**measured),
+        truth_is_law=truth_is_law,
+    )
 
 
 def planted(size: float = 1.0, **changes: float) -> list[float]:

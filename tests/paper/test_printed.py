@@ -18,8 +18,9 @@ from oilfilm.paper.printed import statements
 from oilfilm.paper.printed.judge import judge_printed, largest_difference, squared_errors
 from oilfilm.paper.printed.signs import verdict
 from oilfilm.paper.printed.statements import BETWEEN_OILS, LAW, STATEMENTS, Limits, Surface
-from oilfilm.paper.reference import falling_viscosity
+from oilfilm.paper.reference import printed_constants
 from oilfilm.settings.resolved import Settings
+from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction.law import CONDITIONS, to_internal
 from oilfilm.traction.laws.deng2026 import traction_coefficient
 
@@ -296,9 +297,10 @@ def judge(config: Settings) -> Callable[..., "pd.Series[Any]"]:
         refits: pd.DataFrame | None = None,
     ) -> "pd.Series[Any]":
         quality = pd.DataFrame({"oil": ["4102"], "law": [LAW.name], "sse": [sse]})
-        oils = list(config.oils)
-        judged = judge_printed(points, fitted, quality, printed(), oils, config.printed, refits)
-        return judged.iloc[0]
+        frames = {"points": points, "coefficients": fitted, "fit_quality": quality}
+        more = {} if refits is None else {"refits": refits}
+        results = CampaignTables.in_memory(**frames, **more)
+        return judge_printed(results, printed(), config.oils, config.printed).iloc[0]
 
     return judge
 
@@ -382,8 +384,8 @@ def test_fit_without_all_constants_is_judged_by_its_errors_alone(judge) -> None:
 
 
 def test_oils_without_printed_constants_or_fit_have_no_row(config: Settings) -> None:
-    nothing = map(tables.empty, ("points", "coefficients", "fit_quality"))
-    assert judge_printed(*nothing, printed(), ["unrecorded-oil", "4050"], config.printed).empty
+    oils = ["unrecorded-oil", "4050"]
+    assert judge_printed(CampaignTables.in_memory(), printed(), oils, config.printed).empty
 
 
 # ---------------------------------------------------------------- the reference file
@@ -391,7 +393,7 @@ def test_oils_without_printed_constants_or_fit_have_no_row(config: Settings) -> 
 
 def test_order_of_viscosity_is_that_of_the_paper() -> None:
     # section 2.3: 7, 5 and 3 cSt at 100 degC
-    assert falling_viscosity(REFERENCE) == list(OILS)
+    assert list(printed_constants(REFERENCE)) == list(OILS)
 
 
 def test_order_that_forgets_an_oil_is_refused(tmp_path: Path) -> None:
@@ -399,4 +401,4 @@ def test_order_that_forgets_an_oil_is_refused(tmp_path: Path) -> None:
     wrong = tmp_path / "printed.yaml"
     wrong.write_text(text.replace('["4102", "4050", "4010"]', '["4102", "4050"]'), encoding="utf-8")
     with pytest.raises(OilfilmError, match="names 4102, 4050, `oils` has 4102, 4050, 4010"):
-        falling_viscosity(wrong)
+        printed_constants(wrong)

@@ -18,7 +18,6 @@ from oilfilm import tables
 from oilfilm.curation.coverage import coverage
 from oilfilm.fits.fit import fit_oil
 from oilfilm.paper.audit.audit import audit, checked_claims, printed_evidence
-from oilfilm.paper.selection import select
 from oilfilm.report.figures import style
 from oilfilm.report.figures.sheet import save
 from oilfilm.report.words import printed as typeset
@@ -133,7 +132,6 @@ def test_sign_study_names_the_verdict_of_every_sign(config: Settings) -> None:
     ("name", "reason"),
     [
         ("signs", "no oil of this campaign"),
-        ("selection", "no map"),
         ("coverage", "nothing to cover"),
     ],
 )
@@ -169,14 +167,12 @@ def test_campaign_without_set_points_says_that_nothing_can_be_shown(
 
 @pytest.fixture(scope="module")
 def audited(config: Settings) -> CampaignTables:
-    """Claims and selection by the printed constants, no other table."""
+    """Claims by the printed constants, no other table."""
     bases = [
-        replace(printed_evidence(printed(), list(printed()), config), basis=basis)
-        for basis in ("refit", "printed")
+        replace(printed_evidence(printed(), config), basis=basis) for basis in ("refit", "printed")
     ]
-    advice = select(bases, config.selection, config.printed.boxes.extrapolated.model_dump())
     judged = audit(checked_claims(CLAIMS), bases, config)
-    return CampaignTables.in_memory(selection=advice, **judged)
+    return CampaignTables.in_memory(**judged)
 
 
 def test_bars_of_the_claims_are_as_long_as_their_shares(
@@ -207,18 +203,3 @@ def test_no_text_of_the_claims_lies_over_another(audited: CampaignTables, config
     boxes = [text.get_window_extent() for text in figure.axes[0].texts if text.get_text()]
     shrunk = [box.shrunk(0.9, 0.9) for box in boxes]
     assert not [pair for pair in itertools.combinations(shrunk, 2) if Bbox.intersection(*pair)]
-
-
-def test_map_of_oils_draws_a_symbol_where_the_numbers_prefer_another_oil(
-    audited: CampaignTables, config: Settings
-) -> None:
-    figure, drawn = draw("selection", audited, config)
-    assert "constants: refit" in figure.legends[0].get_title().get_text()
-    levels = config.selection.map
-    panels = len(levels.inlet_temperature_c) * len(levels.slide_roll_ratio)
-    assert drawn["panel"].nunique() == panels
-    symbols = sum(len(line.get_xdata()) for axis in figure.axes for line in axis.get_lines())
-    assert symbols == (~drawn["words"].str.startswith("agree")).sum()
-    labels = {text.get_text() for text in figure.legends[0].get_texts()}
-    assert "outside the film formula" in labels
-    assert nothing_is_cut_off(figure)

@@ -12,13 +12,13 @@ from oilfilm import tables
 from oilfilm.curation.coverage import coverage, gate_counts
 from oilfilm.figure_catalogue import figures
 from oilfilm.logs.run_sheet import CONTRADICTION, UNLISTED
+from oilfilm.paper.advice import OUTSIDE
 from oilfilm.paper.audit.audit import audit, checked_claims, printed_evidence
 from oilfilm.paper.extrapolation import extrapolate
 from oilfilm.paper.printed.judge import judge_printed
 from oilfilm.paper.printed_law import with_printed
 from oilfilm.paper.reference import PrintedCoefficients
 from oilfilm.paper.sections import OTHER_CHOICES
-from oilfilm.paper.selection import OUTSIDE
 from oilfilm.report import runs
 from oilfilm.report.document import Fact, Section, facts
 from oilfilm.report.sections.build import sections
@@ -58,14 +58,11 @@ def finished(campaign: Campaign, oil: str) -> CampaignTables:
         return results
     relative = config.same_set_point.relative
     truth = truth_grid(config, printed())
-    fitted = (curated.points, fit.coefficients, fit.fit_quality)
     signs, sign_verdicts = sign_study(config, curated.points)
-    basis = printed_evidence(printed(), list(printed()), config)
+    basis = printed_evidence(printed(), config)
     return results.replace(
         extrapolation=extrapolate(truth, fit.coefficients, fit.refits, fit.fit_quality, relative),
-        printed_judged=judge_printed(
-            *fitted, printed(), list(config.oils), config.printed, fit.refits
-        ),
+        printed_judged=judge_printed(results, printed(), config.oils, config.printed),
         signs=signs,
         sign_verdicts=sign_verdicts,
         **audit(checked_claims(CLAIMS), [basis], config),

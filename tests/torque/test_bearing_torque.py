@@ -24,9 +24,9 @@ from campaigns import ROOT, oil_of, printed
 from oilfilm.bearing.quasistatic import OperatingPoints
 from oilfilm.bearing.torque import torque_terms
 from oilfilm.fits.fitted import Coefficients, FittedLaw
+from oilfilm.paper.advice import advise
 from oilfilm.paper.published_tests import published_tests_table
 from oilfilm.paper.reference import PublishedBearingTests
-from oilfilm.paper.slip_advice import advise
 from oilfilm.physics.contact import Conditions
 from oilfilm.report.figures import style
 from oilfilm.report.sections.bearing import bearing

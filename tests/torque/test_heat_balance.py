@@ -6,7 +6,7 @@ import pytest
 from bearings import printed_fits
 from campaigns import ROOT
 from oilfilm import tables
-from oilfilm.paper.slip_advice import advise
+from oilfilm.paper.advice import advise
 from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
 from oilfilm.torque.bearing_torque import OilInBearing, cage_slip_table, oils_in_bearings

@@ -11,9 +11,7 @@ NEEDS = {
         *("torque_runs", "torque_quarantine", "torque", "torque_control", "torque_inversion"),
         *("cage_slip", "heat_balance", "size_effect", "test_plan"),
     ),
-    ("paper",): (
-        *("printed_judged", "signs", "sign_verdicts", "claims", "claim_numbers", "selection"),
-    ),
+    ("paper",): (*("printed_judged", "signs", "sign_verdicts", "claims", "claim_numbers"),),
     ("paper", "torque"): ("slip_advice", "advice_band", "published_tests"),
     ("paper", "twin"): ("extrapolation", "extrapolation_errors"),
 }

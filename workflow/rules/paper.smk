@@ -2,15 +2,13 @@
 
 
 rule paper:
-    "The paper's constants, signs, claims and advice beside the fit; fits beside a simulated truth."
+    "The paper's constants, signs and claims beside the fit; fits beside a simulated truth."
     input:
         **finished("points", "runs", *FITTED, "torque", "torque_control"),
         printed=reference_file("printed_coefficients"),
         claims=reference_file("claims"),
     output:
-        **finished(
-            "printed_judged", "signs", "sign_verdicts", "claims", "claim_numbers", "selection"
-        ),
+        **finished("printed_judged", "signs", "sign_verdicts", "claims", "claim_numbers"),
         **finished("extrapolation", "extrapolation_errors"),
         truth_grid="<results>/twin/truth_grid.parquet" if SIMULATED else [],
     log:

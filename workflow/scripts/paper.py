@@ -1,4 +1,4 @@
-"""Judge the paper's constants, signs, claims and advice; compare fits with a simulated truth."""
+"""Judge the paper's constants, signs and claims; compare fits with a simulated truth."""
 
 from pathlib import Path
 
@@ -7,7 +7,7 @@ from oilfilm.paper.audit.audit import audit_campaign
 from oilfilm.paper.extrapolation import extrapolate, extrapolation_errors
 from oilfilm.paper.printed.judge import judge_printed
 from oilfilm.paper.printed.signs import study_signs
-from oilfilm.paper.reference import falling_viscosity, printed_constants
+from oilfilm.paper.reference import printed_constants
 from oilfilm.rig_twin.truth import truth_grid
 from oilfilm.run.job import job
 from oilfilm.tables.campaign_tables import CampaignTables, write_tables
@@ -15,19 +15,10 @@ from oilfilm.tables.campaign_tables import CampaignTables, write_tables
 with job(snakemake) as (settings, provenance):
     results = CampaignTables.of_job(snakemake.input)
     printed, claims = Path(snakemake.input.printed), Path(snakemake.input.claims)
-    constants, oils, points = printed_constants(printed), list(settings.oils), results.points
-    fit = results.configured
-    judged = judge_printed(
-        points, fit.coefficients, fit.fit_quality, constants, oils, settings.printed, fit.refits
-    )
-    signs, verdicts = study_signs(
-        constants,
-        falling_viscosity(printed),
-        points,
-        oils,
-        settings.printed,
-        settings.gates.traction_max,
-    )
+    constants, oils = printed_constants(printed), list(settings.oils)
+    judged = judge_printed(results.configured, constants, oils, settings.printed)
+    limit = settings.gates.traction_max
+    signs, verdicts = study_signs(constants, results.points, oils, settings.printed, limit)
     frames = {
         **{"printed_judged": judged, "signs": signs, "sign_verdicts": verdicts},
         **audit_campaign(results, printed, claims, settings),

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from oilfilm.paper.advice_band import advice_in_band
+from oilfilm.paper.advice import advice_in_band
 from oilfilm.paper.published_tests import published_tests_table
 from oilfilm.paper.reference import PublishedBearingTests
 from oilfilm.run.job import job
@@ -13,12 +13,8 @@ from oilfilm.torque.bearing_torque import oils_in_bearings
 with job(snakemake) as (settings, provenance):
     results = CampaignTables.of_job(snakemake.input)
     published = load(Path(snakemake.input.published), PublishedBearingTests)
-    coefficients, refits = results.coefficients, results.refits
-    oils = oils_in_bearings(coefficients, results.fit_quality, settings, refits)
-    advice, band = advice_in_band(oils, coefficients, refits, results.cage_slip, settings)
-    frames = {
-        "slip_advice": advice,
-        "advice_band": band,
-        "published_tests": published_tests_table(published, oils, settings),
-    }
+    fits = results.coefficients, results.fit_quality
+    oils = oils_in_bearings(*fits, settings, results.refits)
+    frames = advice_in_band(oils, results, settings)
+    frames["published_tests"] = published_tests_table(published, oils, settings)
     write_tables(frames, snakemake.output, provenance)

@@ -45,20 +45,23 @@ def extrapolate(
     parts = []
     for oil, of_oil in truth.groupby("oil", sort=False):
         named = of_oil.rename(columns={"traction_coefficient": "true_traction_coefficient"})
-        fits = coefficients[coefficients["oil"] == oil]
         known = LAWS if laws is None else laws[str(oil)]
-        for law in fits["law"].unique():
-            fitted = FittedLaw.of(fits, str(oil), refits, quality, known[law])
+        for fit in quality[quality["oil"] == oil].to_dict("records"):
+            law = str(fit["law"])
+            fitted = FittedLaw.of(coefficients, str(oil), refits, quality, known[law])
             conditions = of_oil[list(fitted.law.conditions)].to_numpy()
-            predicted = fitted.predict(conditions, of_oil["slide_roll_ratio"].to_numpy())
-            numbers = {
-                "traction_coefficient": predicted.traction_coefficient,
-                **{name: getattr(predicted, name) for name in INTERVALS},
-            }
-            of_fit = quality[(quality["oil"] == oil) & (quality["law"] == law)]
-            beyond = _beyond(of_oil, of_fit.iloc[0], within)
-            cut = {name: np.clip(mu, -_CUT_OFF, _CUT_OFF) for name, mu in numbers.items()}
-            parts.append(named.assign(law=law, beyond=beyond, **cut))
+            mu = fitted.predict(conditions, of_oil["slide_roll_ratio"].to_numpy())
+            box = [[fit[f"tested_min_{name}"], fit[f"tested_max_{name}"]] for name in CONDITIONS]
+            outside = is_beyond(of_oil[list(CONDITIONS)].to_numpy(), np.array(box), within)
+            predicted = named.assign(
+                law=law,
+                beyond=[", ".join(_SHORT_NAMES[row]) for row in outside],
+                traction_coefficient=mu.traction_coefficient,
+                **{name: getattr(mu, name) for name in INTERVALS},
+            )
+            cut = ["traction_coefficient", *INTERVALS]
+            predicted[cut] = predicted[cut].clip(-_CUT_OFF, _CUT_OFF)
+            parts.append(predicted)
     return tables.conform(pd.concat(parts, ignore_index=True), "extrapolation", "extrapolation")
 
 
@@ -74,10 +77,11 @@ def extrapolation_errors(compared: pd.DataFrame) -> pd.DataFrame:
     keys = ["law", "oil", "figure", "beyond"]
     groups = compared.groupby(keys, sort=False)
     rows = [dict(zip(keys, key, strict=True)) | _errors(group) for key, group in groups]
-    return tables.from_rows(rows, "extrapolation_errors")
+    frame = pd.DataFrame(rows, columns=tables.columns("extrapolation_errors"))
+    return tables.conform(frame, "extrapolation_errors", "errors of extrapolation")
 
 
-def errors_by_law(compared: pd.DataFrame) -> list[dict[str, Any]]:
+def errors_by_law(compared: pd.DataFrame) -> pd.DataFrame:
     """The errors over all oils and figures, one row per law that was fitted.
 
     Args:
@@ -95,14 +99,17 @@ def errors_by_law(compared: pd.DataFrame) -> list[dict[str, Any]]:
         rows.append(
             _errors(group)
             | {"law": law, "inside_relative_rms": relative_rms(group[~outside])}
-            | {f"beyond_{name}": beyond[name] for name in ("relative_rms", "obs_ci_ratio")}
+            | {
+                f"beyond_{name}": beyond.get(name, np.nan)
+                for name in ("relative_rms", "obs_ci_ratio")
+            }
         )
-    return rows
+    return pd.DataFrame(rows)
 
 
 def relative_rms(compared: pd.DataFrame) -> float:
     """Root-mean-square error over the root-mean-square of true mu; NaN where nothing was fitted."""
-    return float(_errors(compared)["relative_rms"])
+    return float(_errors(compared).get("relative_rms", np.nan))
 
 
 def is_beyond(at: FloatArray, box: FloatArray, within: float) -> npt.NDArray[np.bool_]:
@@ -118,32 +125,22 @@ def is_beyond(at: FloatArray, box: FloatArray, within: float) -> npt.NDArray[np.
     return np.asarray(~((at >= low - slack) & (at <= high + slack)))
 
 
-def _beyond(truth: pd.DataFrame, fit: "pd.Series[Any]", within: float) -> list[str]:
-    """The conditions of each row that lie outside those fitted, joined."""
-    box = np.array(
-        [[fit[f"tested_min_{name}"], fit[f"tested_max_{name}"]] for name in CONDITIONS], dtype=float
-    )
-    outside = is_beyond(truth[list(CONDITIONS)].to_numpy(), box, within)
-    return [", ".join(_SHORT_NAMES[row]) for row in outside]
-
-
 def _errors(compared: pd.DataFrame) -> dict[str, Any]:
-    """Errors over some rows; null where no row has a fitted value."""
-    at = (*CONDITIONS, "slide_roll_ratio", "true_traction_coefficient", "traction_coefficient")
-    error = compared["traction_coefficient"] - compared["true_traction_coefficient"]
-    rows, error = compared[error.notna()], error.dropna()
+    """Errors over some rows; their number alone where no row has a fitted value."""
+    rows = compared.dropna(subset="traction_coefficient")
     if rows.empty:
-        sizes = ("rmse", "relative_rms", "mean_error", "max_error", "obs_ci_ratio", "mean_ci_ratio")
-        names = (*sizes, *(f"worst_{name}" for name in at))
-        return {"n_conditions": 0, **dict.fromkeys(names, np.nan)}
-    rmse = np.sqrt(np.mean(error.to_numpy() ** 2))
-    worst = rows.iloc[int(error.abs().to_numpy().argmax())]
+        return {"n_conditions": 0}
+    true = rows["true_traction_coefficient"]
+    error = (rows["traction_coefficient"] - true).to_numpy()
+    rmse = np.sqrt(np.mean(error**2))
+    worst = rows.iloc[np.abs(error).argmax()]
+    at = (*CONDITIONS, "slide_roll_ratio", "true_traction_coefficient", "traction_coefficient")
     return {
         "n_conditions": len(rows),
         "rmse": rmse,
-        "relative_rms": rmse / np.sqrt(np.mean(rows["true_traction_coefficient"] ** 2)),
-        "mean_error": error.to_numpy().mean(),
-        "max_error": error.abs().max(),
+        "relative_rms": rmse / np.sqrt(np.mean(true**2)),
+        "mean_error": error.mean(),
+        "max_error": np.abs(error).max(),
         **{f"{kind}_ratio": _held(rows, kind) for kind in ("obs_ci", "mean_ci")},
         **{f"worst_{name}": worst[name] for name in at},
     }
@@ -153,4 +150,4 @@ def _held(rows: pd.DataFrame, kind: str) -> float:
     """Share of rows whose interval contains the truth; NaN where a row has none."""
     lower, upper = rows[f"{kind}_lower"], rows[f"{kind}_upper"]
     held = rows["true_traction_coefficient"].between(lower, upper)
-    return float(held.mean()) if lower.notna().all() else float("nan")
+    return float(held.mean()) if lower.notna().all() else np.nan

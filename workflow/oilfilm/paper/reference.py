@@ -52,10 +52,9 @@ class PrintedCoefficients(Group):
         return self
 
     def constants(self) -> dict[str, FloatArray]:
-        """The twelve constants of each oil in the law's order: A, B, C, each X0 and exponents."""
-        return {
-            oil: np.array([*blocks.A, *blocks.B, *blocks.C]) for oil, blocks in self.oils.items()
-        }
+        """Twelve constants of each oil, the most viscous first: X0 and exponents of A, B, C."""
+        blocks = {oil: self.oils[oil] for oil in self.falling_viscosity}
+        return {oil: np.array([*of.A, *of.B, *of.C]) for oil, of in blocks.items()}
 
 
 class PaperStatement(Group):
@@ -90,6 +89,7 @@ class Claims(Group):
 
     source: Text = key("Author, year, address.")
     claims: Annotated[list[Claim], Field(min_length=1)] = key("Claims in the paper's order.")
+    cannot_be_checked: dict[str, Text] = key("Why a claim may not be checked, by code.")
 
 
 class PublishedRow(Group):
@@ -145,29 +145,19 @@ def read_reference(path: Path) -> Group:
     return load(path, _MODELS[path.stem])
 
 
-def read_claims(path: Path) -> list[Claim]:
+def read_claims(path: Path) -> Claims:
     """The claims of the paper.
 
     Raises:
         OilfilmError: The file is missing or has a mistake.
     """
-    claims: list[Claim] = load(path, Claims).claims
-    return claims
+    return load(path, Claims)
 
 
 def printed_constants(path: Path) -> dict[str, FloatArray]:
-    """The twelve printed constants of each oil, signs restored, in the law's order.
+    """The twelve printed constants of each oil, signs restored; the most viscous oil first.
 
     Raises:
         OilfilmError: The file is missing or has a mistake.
     """
     return load(path, PrintedCoefficients).constants()
-
-
-def falling_viscosity(path: Path) -> list[str]:
-    """The oils with printed constants, the most viscous first.
-
-    Raises:
-        OilfilmError: The file is missing or has a mistake.
-    """
-    return load(path, PrintedCoefficients).falling_viscosity

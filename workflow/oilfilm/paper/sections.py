@@ -10,12 +10,11 @@ import pandas as pd
 
 from oilfilm import tables
 from oilfilm.home import reference_file
-from oilfilm.paper.audit.reasons import REASONS
+from oilfilm.paper.advice import NO_CHOICE
 from oilfilm.paper.extrapolation import errors_by_law
-from oilfilm.paper.reference import Claim, read_claims
-from oilfilm.paper.selection import OUTSIDE
+from oilfilm.paper.reference import Claim, Claims, read_claims
 from oilfilm.report.document import Entry, Section, facts
-from oilfilm.report.shown_table import Column, ShownTable, number, percent, show
+from oilfilm.report.shown_table import Column, number, percent, show
 from oilfilm.report.words import law_name
 from oilfilm.settings.campaign import Campaign
 from oilfilm.settings.resolved import Settings
@@ -39,12 +38,11 @@ _JUDGED_ON = {
     "data": "the campaign's data",
     "formula": "the paper's Eq. 1",
 }
-# Levels of the worst case, by the end of their column's name.
-LEVEL_FORMS = {
-    "max_hertz_pressure_gpa": "{:.3g} GPa",
-    "entrainment_speed_m_s": "{:.3g} m/s",
-    "inlet_temperature_c": "{:.3g} \N{DEGREE SIGN}C",
-    "slide_roll_ratio": "S {:.3g}",
+_LEVELS = {
+    "worst_max_hertz_pressure_gpa": "{:.3g} GPa",
+    "worst_entrainment_speed_m_s": "{:.3g} m/s",
+    "worst_inlet_temperature_c": "{:.3g} \N{DEGREE SIGN}C",
+    "worst_slide_roll_ratio": "S {:.3g}",
 }
 _WORDS = {
     "CIRCULAR": "the data were made with the law that they are to test",
@@ -69,109 +67,108 @@ def sections(results: CampaignTables, settings: Settings) -> list[Section]:
     ]
 
 
-def circular(campaign: Campaign) -> str:
-    """What verdicts on the claims are worth where the points were simulated; empty elsewhere."""
-    if campaign.truth_is_law:
-        return (
-            "CIRCULAR on the refit: the points were SIMULATED with the printed constants. "
-            "The verdicts are about these constants, not about the oils."
-        )
-    if campaign.data == "simulated":
-        return "The points were SIMULATED: verdicts on the refit say nothing of the real oils."
-    return ""
-
-
 def _claims(results: CampaignTables, settings: Settings) -> Section:
     """How many of the paper's claims hold, by basis, and each claim with its numbers."""
-    claims = results.claims
+    claims, numbers = results.claims, results.claim_numbers
     if claims.empty:
         return Section("claims", "Claims of the paper")
-    counts = pd.crosstab(claims["basis"], claims["verdict"])
-    counts = counts.reindex(columns=_CLAIM_VERDICTS, fill_value=0).loc[claims["basis"].unique()]
+    of_paper = read_claims(reference_file("claims"))
+    stated = {claim.id: claim.claim for claim in of_paper.claims}
+    verdicts = claims.assign(basis=claims["basis"].map(BASES), claim=claims["claim"].map(stated))
+    verdicts = verdicts.pivot(index="claim", columns="basis", values="verdict").reindex(
+        index=[stated[each] for each in claims["claim"].unique()],
+        columns=[BASES[each] for each in claims["basis"].unique()],
+    )
+    counts = verdicts.apply(pd.Series.value_counts).reindex(_CLAIM_VERDICTS).T.fillna(0)
+    failing = verdicts[(verdicts == "fails").any(axis=1)].fillna("not judged")
     refit = claims[claims["basis"] == "refit"]
-    by_oil = results.claim_numbers[results.claim_numbers["basis"] == "refit"]
+    own = numbers[numbers["basis"] == "refit"]
     made = facts(
         "paper/claims.jinja",
         refit=refit["verdict"].value_counts().reindex(_CLAIM_VERDICTS).dropna().astype(int),
-        reasons=[REASONS[code] for code in refit["reason_code"].unique() if code],
-        circular=circular(settings.campaign),
-        left_out=[oil for oil in settings.oils if oil not in set(by_oil["oil"])],
-    )
-    shown = ShownTable(
-        "claim-counts",
-        "Verdicts on the claims",
-        [Column("basis", "Constants"), *(Column(each, each) for each in _CLAIM_VERDICTS)],
-        [
-            [BASES[basis], *map(str, row)]
-            for basis, row in zip(counts.index, counts.values, strict=True)
+        reasons=[
+            of_paper.cannot_be_checked[code] for code in refit["reason_code"].unique() if code
         ],
-        in_text=True,
+        campaign=settings.campaign,
+        left_out=[oil for oil in settings.oils if oil not in set(own["oil"])],
     )
-    said = {claim.id: claim for claim in read_claims(reference_file("claims"))}
+    shown = [
+        show(
+            counts.astype(int).rename_axis("basis").reset_index(),
+            "claims",
+            "Verdicts on the claims",
+            [Column("basis", "Constants"), *(Column(each, each) for each in _CLAIM_VERDICTS)],
+            name="claim-counts",
+            in_text=True,
+        ),
+        show(
+            failing.reset_index(),
+            "claims",
+            "Claims that fail",
+            [
+                Column("claim", "Claim", meaning=""),
+                *(Column(basis, basis, is_verdict=True) for basis in failing.columns),
+            ],
+            name="failing-claims",
+            in_text=True,
+        ),
+    ]
     entries = [
-        _entry(rows, said[str(claim)], results.claim_numbers, settings)
-        for claim, rows in claims.groupby("claim", sort=False)
+        _entry(claim, claims[claims["claim"] == claim.id], of_paper, numbers, settings)
+        for claim in of_paper.claims
+        if claim.id in set(claims["claim"])
     ]
-    shown_tables = [shown, _failing(claims, said)]
-    downloads = {"claims.csv": claims, "claim_numbers.csv": results.claim_numbers}
-    return Section("claims", "Claims of the paper", made, shown_tables, entries, downloads, _WORDS)
+    downloads = {"claims.csv": claims, "claim_numbers.csv": numbers}
+    return Section("claims", "Claims of the paper", made, shown, entries, downloads, _WORDS)
 
 
-def _entry(rows: pd.DataFrame, claim: Claim, numbers: pd.DataFrame, settings: Settings) -> Entry:
-    judged = list(tables.rows(rows))
-    of_claim = numbers[numbers["claim"] == claim.id]
-    paragraphs = [
-        f"{BASES[row['basis']]}, {_JUDGED_ON[row['judged_on']]}: "
-        f"{_finding(row, claim, of_claim[of_claim['basis'] == row['basis']], settings)}"
-        for row in judged
-    ]
-    source = (
+def _entry(
+    claim: Claim, rows: pd.DataFrame, of_paper: Claims, numbers: pd.DataFrame, settings: Settings
+) -> Entry:
+    """A claim with its verdicts, what was found on each basis, and the paper's words."""
+    judged, paragraphs = tables.rows(rows), []
+    for row in judged:
+        if reason := row["reason_code"]:
+            sentences = [f"cannot be checked: {of_paper.cannot_be_checked[reason]}."]
+        else:
+            own = (numbers["claim"] == claim.id) & (numbers["basis"] == row["basis"])
+            sentences = _finding(row, claim, numbers[own], settings)
+        on = f"{BASES[row['basis']]}, {_JUDGED_ON[row['judged_on']]}"
+        paragraphs.append(f"{on}: {' '.join(sentences)}")
+    paragraphs.append(
         f"Holds where {_filled(claim.holds_where, settings)}. Section {claim.section}: "
         f"\N{LEFT DOUBLE QUOTATION MARK}{claim.wording.strip()}\N{RIGHT DOUBLE QUOTATION MARK}"
     )
     verdicts = [(BASES[row["basis"]], row["verdict"]) for row in judged]
-    return Entry(claim.claim, verdicts, [*paragraphs, source])
+    return Entry(claim.claim, verdicts, paragraphs)
 
 
 def _finding(
     row: Mapping[str, Any], claim: Claim, numbers: pd.DataFrame, settings: Settings
-) -> str:
+) -> list[str]:
     """Share, worst case and further numbers of a claim on one basis, in sentences."""
-    if row["reason_code"]:
-        return f"cannot be checked: {REASONS[row['reason_code']]}."
     sentences = [f"Holds in {share_text(row['share'])} of {row['cases']} cases."]
     if row["verdict"] == "by construction":
         sentences.append("The equation makes it so for any constants that it allows.")
     head = "Worst case" if row["share"] < 1 else "Case nearest to failing"
     sentences.append(f"{head}: {worst_case(row, claim)}.")
-    labels = {"share": "cases in which it holds", **claim.numbers}
-    listed = [
-        _numbers(label, of_name, settings)
-        for name, label in labels.items()
-        if len(of_name := numbers[numbers["number"] == name])
-    ]
-    return " ".join([*sentences, f"Further numbers: {'; '.join(listed)}."] if listed else sentences)
-
-
-def _numbers(label: str, rows: pd.DataFrame, settings: Settings) -> str:
-    """A number of a claim, or one per oil: its label and the values in its format."""
-    meaning, _, form = label.partition(": {:")
-    values = [
-        (f"{value:{form.rstrip('}')}}" if form else share_text(value))
-        + (f" ({oil})" if oil else "")
-        for value, oil in zip(rows["value"], rows["oil"], strict=True)
-    ]
-    return f"{_filled(meaning, settings)}: {', '.join(values)}"
+    listed = []
+    for name, label in {"share": "cases in which it holds", **claim.numbers}.items():
+        meaning, _, form = label.partition(": {:")
+        values = [
+            (f"{value:{form.rstrip('}')}}" if form else share_text(value))
+            + (f" ({oil})" if oil else "")
+            for value, oil in numbers.loc[numbers["number"] == name, ["value", "oil"]].to_numpy()
+        ]
+        if values:
+            listed.append(f"{_filled(meaning, settings)}: {', '.join(values)}")
+    return [*sentences, f"Further numbers: {'; '.join(listed)}."] if listed else sentences
 
 
 def worst_case(row: Mapping[str, Any], claim: Claim) -> str:
     """What was found in the worst case of a claim, and where that is."""
     known = [row["worst_oil"]] if row["worst_oil"] else []
-    known += [
-        form.format(row[f"worst_{name}"])
-        for name, form in LEVEL_FORMS.items()
-        if not pd.isna(row[f"worst_{name}"])
-    ]
+    known += [form.format(row[name]) for name, form in _LEVELS.items() if not pd.isna(row[name])]
     condition = f" at {', '.join(known)}" if known else ""
     return f"{claim.quantity.format(row['worst_value'])}{condition}"
 
@@ -186,20 +183,6 @@ def _filled(text: str, settings: Settings) -> str:
     """A text of a claim with settings in place of its braces."""
     keys = {name: getattr(settings, name) for name in ("audit", "printed", "selection")}
     return text.format(**keys)
-
-
-def _failing(claims: pd.DataFrame, said: Mapping[str, Claim]) -> ShownTable:
-    """Claims that fail for some constants, with the verdict for each; the page has all claims."""
-    verdicts = claims.pivot(index="claim", columns="basis", values="verdict")
-    verdicts = verdicts.loc[claims["claim"].unique(), list(claims["basis"].unique())]
-    verdicts.index = pd.Index([said[str(claim)].claim for claim in verdicts.index], name="claim")
-    failing = verdicts[(verdicts == "fails").any(axis=1)].fillna("not judged")
-    columns = [Column(basis, BASES[basis], is_verdict=True) for basis in failing.columns]
-    rows = failing.reset_index().to_numpy().tolist()
-    caption = "Claims that fail"
-    return ShownTable(
-        "failing-claims", caption, [Column("claim", "Claim"), *columns], rows, in_text=True
-    )
 
 
 def _printed(results: CampaignTables, campaign: Campaign) -> Section:
@@ -220,32 +203,10 @@ def _printed(results: CampaignTables, campaign: Campaign) -> Section:
         unknown=names[~known].tolist(),
         campaign=campaign,
     )
-    return Section("printed", "Printed constants", made, [_apart(results), _signs(results)])
-
-
-def _apart(results: CampaignTables) -> ShownTable:
-    known = results.printed_judged.dropna(subset=["tested_difference"])
+    apart = results.printed_judged.dropna(subset=["tested_difference"])
+    sizes = ["tested_difference", "extrapolated_difference"]
+    apart[sizes] = apart[sizes].abs()
     sum_of_squares, difference = number(".3e"), number(".1e")
-    return show(
-        known.assign(
-            **{name: known[name].abs() for name in ("tested_difference", "extrapolated_difference")}
-        ),
-        "printed_judged",
-        "Printed constants beside the fitted ones: sum of squared errors (SSE), and the largest "
-        "difference of mu at tested conditions and beyond them",
-        [
-            Column("oil", "Oil"),
-            Column("printed_sse", "SSE, printed", sum_of_squares),
-            Column("fitted_sse", "SSE, fitted", sum_of_squares),
-            Column("tested_difference", "Largest difference, tested", difference),
-            Column("extrapolated_difference", "beyond them", difference),
-        ],
-        in_text=True,
-    )
-
-
-def _signs(results: CampaignTables) -> ShownTable:
-    """Rank of the signs in use, and how sure each of them is, one row per oil."""
     used = results.signs[results.signs["in_use"]].drop_duplicates("oil")
     named = (
         results.sign_verdicts.groupby(["oil", "verdict"])["constant"]
@@ -253,37 +214,52 @@ def _signs(results: CampaignTables) -> ShownTable:
         .unstack("verdict", fill_value="-")
         .reindex(columns=_SIGN_VERDICTS, fill_value="-")
     )
-    return show(
-        used.join(named, on="oil", how="inner"),
-        "signs",
-        "Signs of the printed exponents, and how sure each of them is",
-        [
-            Column("oil", "Oil"),
-            Column("rank", "Rank of the set in use"),
-            Column("rank_at_figures", "at slips of Figs 8 and 9"),
-            *(Column(verdict, verdict) for verdict in _SIGN_VERDICTS),
-        ],
-        in_text=True,
-    )
+    shown = [
+        show(
+            apart,
+            "printed_judged",
+            "Printed constants beside the fitted ones: sum of squared errors (SSE), and the "
+            "largest difference of mu at tested conditions and beyond them",
+            [
+                Column("oil", "Oil"),
+                Column("printed_sse", "SSE, printed", sum_of_squares),
+                Column("fitted_sse", "SSE, fitted", sum_of_squares),
+                Column("tested_difference", "Largest difference, tested", difference),
+                Column("extrapolated_difference", "beyond them", difference),
+            ],
+            in_text=True,
+        ),
+        show(
+            used.join(named, on="oil", how="inner"),
+            "signs",
+            "Signs of the printed exponents, and how sure each of them is",
+            [
+                Column("oil", "Oil"),
+                Column("rank", "Rank of the set in use"),
+                Column("rank_at_figures", "at slips of Figs 8 and 9"),
+                *(Column(verdict, verdict) for verdict in _SIGN_VERDICTS),
+            ],
+            in_text=True,
+        ),
+    ]
+    return Section("printed", "Printed constants", made, shown)
 
 
 def _choice(results: CampaignTables) -> Section:
     """The paper's choice of oil by cage slip beside the best oil, over operating points."""
-    advice, band = results.slip_advice, results.advice_band
-    judged = advice[~advice["judgement"].isin(["no film", OUTSIDE])]
+    advice = results.slip_advice
+    judged = advice[~advice["judgement"].isin(NO_CHOICE)]
     if judged.empty:
         return Section("choice", "Choice of oil")
     others = judged[judged["judgement"] != "agree"]
+    counts = others["judgement"].value_counts()
     made = facts(
         "paper/choice.jinja",
         total=len(judged),
         agreeing=len(judged) - len(others),
-        others={
-            OTHER_CHOICES[str(judgement)]: count
-            for judgement, count in others["judgement"].value_counts().items()
-        },
+        others={OTHER_CHOICES[str(judgement)]: count for judgement, count in counts.items()},
         best=others["best_oil"].value_counts().to_dict(),
-        band=band,
+        band=results.advice_band,
         certain=(judged["best_oil_share"] == 1).sum(),
     )
     return Section("choice", "Choice of oil", made)
@@ -291,38 +267,28 @@ def _choice(results: CampaignTables) -> Section:
 
 def _truth(extrapolation: pd.DataFrame) -> Section:
     """How wrong each law is where the truth was simulated."""
-    rows = errors_by_law(extrapolation)
-    if not rows:
+    errors = errors_by_law(extrapolation)
+    if errors.empty:
         return Section("truth", "Simulated truth")
+    where = "{:g} GPa, {:g} m/s, {:g} degC, S {:g}"
+    conditions = [where.format(*condition) for condition in errors[list(_LEVELS)].to_numpy()]
     share, whole, short = percent(2), percent(0), number(".4g")
-    columns = [
-        Column("law", "Law"),
-        Column("inside", "Error in the tested box"),
-        Column("beyond", "beyond it"),
-        Column("in_interval", "Truth in the interval of the next run, beyond it"),
-        Column("mu", "Worst mu"),
-        Column("true_mu", "True mu"),
-        Column("where", "Worst condition"),
-    ]
-    shown = [
+    table = show(
+        errors.assign(where=conditions),
+        "extrapolation_errors",
+        "Errors against the SIMULATED truth at the conditions of Figs 7-10, rms of mu",
         [
-            law_name(row["law"]),
-            share(row["inside_relative_rms"]),
-            share(row["beyond_relative_rms"]),
-            whole(row["beyond_obs_ci_ratio"]),
-            short(row["worst_traction_coefficient"]),
-            short(row["worst_true_traction_coefficient"]),
-            _condition(row),
-        ]
-        for row in rows
-    ]
-    caption = "Errors against the SIMULATED truth at the conditions of Figs 7-10, rms of mu"
-    table = ShownTable("truth-errors", caption, columns, shown, in_text=True)
-    return Section("truth", "Simulated truth", facts("paper/truth.jinja"), [table])
-
-
-def _condition(row: dict[str, Any]) -> str:
-    return (
-        f"{row['worst_max_hertz_pressure_gpa']:g} GPa, {row['worst_entrainment_speed_m_s']:g} m/s, "
-        f"{row['worst_inlet_temperature_c']:g} degC, S {row['worst_slide_roll_ratio']:g}"
+            Column("law", "Law", law_name),
+            Column("inside_relative_rms", "Error in the tested box", share),
+            Column("beyond_relative_rms", "beyond it", share),
+            Column(
+                "beyond_obs_ci_ratio", "Truth in the interval of the next run, beyond it", whole
+            ),
+            Column("worst_traction_coefficient", "Worst mu", short),
+            Column("worst_true_traction_coefficient", "True mu", short),
+            Column("where", "Worst condition"),
+        ],
+        name="truth-errors",
+        in_text=True,
     )
+    return Section("truth", "Simulated truth", facts("paper/truth.jinja"), [table])

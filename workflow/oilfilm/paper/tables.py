@@ -7,7 +7,6 @@ Decides: columns and key of the tables of the paper.
 
 from pathlib import Path
 
-from oilfilm.paper.audit.reasons import REASONS
 from oilfilm.tables.dictionary import declare
 
-declare(Path(__file__).with_name("tables.yaml"), allowed={"reason_code": ("", *REASONS)})
+declare(Path(__file__).with_name("tables.yaml"))

@@ -10,7 +10,6 @@ from pydantic import AfterValidator, Field, model_validator
 
 from oilfilm.bearing.kinematics import (
     AnyFloats,
-    cage_slip,
     entrainment_speed_m_s,
     inner_slide_roll_ratio,
 )
@@ -469,19 +468,6 @@ class SelectionRule(Group):
     section: q.Text = key("Section of the paper, in quotes where it is a number.")
     when: q.Unique[ContactState] = key("States of the contact that must all be true.")
     prefer: Annotated[list[q.Name], Field(min_length=1)] = key("Oils, the first choice first.")
-    aim: Literal["most traction", "least heat"] = key("Aim that the numbers are compared by.")
-
-
-class SelectionMap(Group):
-    """The map of advised oils."""
-
-    levels: q.Levelled = key("Levels of pressure and of speed.")
-    inlet_temperature_c: Annotated[q.Rising[q.TemperatureC], Field(max_length=5)] = key(
-        "Temperatures, rising."
-    )
-    slide_roll_ratio: Annotated[q.Rising[q.SlideRollRatio], Field(max_length=4)] = key(
-        "Slide-roll ratios, rising."
-    )
 
 
 class AdviceBandSettings(Group):
@@ -509,7 +495,6 @@ class SelectionSettings(Group):
         "Rules; the first that applies decides."
     )
     indifference: q.RelativeError = key("Oils that differ by less are equally good, relative.")
-    map: SelectionMap = key("The map of advised oils.")
     band: AdviceBandSettings = key("Scenarios of drag and law for the advice by cage slip.")
 
     def slide_roll_ratio(self, cage_slip: AnyFloats) -> AnyFloats:
@@ -517,12 +502,6 @@ class SelectionSettings(Group):
         if self.reading == "paper":
             return cage_slip
         return inner_slide_roll_ratio(cage_slip, self.gamma)
-
-    def cage_slip(self, slide_roll_ratio: AnyFloats) -> AnyFloats:
-        """Cage slip by the reading, the inverse of `slide_roll_ratio`."""
-        if self.reading == "paper":
-            return slide_roll_ratio
-        return cage_slip(slide_roll_ratio, self.gamma)
 
     @property
     def slide_roll_ratio_limit(self) -> float:

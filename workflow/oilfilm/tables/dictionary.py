@@ -32,18 +32,12 @@ _KIND = re.compile(
 )
 
 
-def declare(
-    path: Path,
-    *,
-    checks: Mapping[str, Check] | None = None,
-    allowed: Mapping[str, tuple[str, ...]] | None = None,
-) -> None:
+def declare(path: Path, checks: Mapping[str, Check] | None = None) -> None:
     """Add the columns and tables of a YAML file.
 
     Args:
         path: The file.
         checks: By table: a check over several columns.
-        allowed: By column: texts allowed that are known to the code alone.
 
     Raises:
         ValueError: A name is declared twice, or a table widens a column.
@@ -53,8 +47,7 @@ def declare(
     for name, text in content["columns"].items():
         if name in COLUMNS:
             raise ValueError(f"{path}: column {name!r} is declared twice")
-        column = _column(name, text)
-        COLUMNS[name] = replace(column, allowed=(allowed or {}).get(name, column.allowed))
+        COLUMNS[name] = _column(name, text)
     _SETS.update(content.get("sets", {}))
     for name, entry in content["tables"].items():
         if name in TABLES:

@@ -13,13 +13,12 @@ from oilfilm.curation.coverage import of_matrix
 from oilfilm.errors import OilfilmError
 from oilfilm.fits.fitted import Coefficients, FittedLaw
 from oilfilm.paper.audit.checks import CHECKS, Check
-from oilfilm.paper.audit.evidence import Evidence, NotCheckableError, Numbers, Outcome
-from oilfilm.paper.reference import Claim, falling_viscosity, printed_constants, read_claims
-from oilfilm.paper.selection import select
+from oilfilm.paper.audit.evidence import Evidence, NotCheckableError, Numbers, Outcome, View
+from oilfilm.paper.reference import Claim, printed_constants, read_claims
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables import failed_gates
 from oilfilm.tables.campaign_tables import CampaignTables
-from oilfilm.torque.operating_grid import AXES, Grid, films, obstacle
+from oilfilm.torque.operating_grid import Grid, films, obstacle
 from oilfilm.traction.laws.deng2026 import DENG2026
 from oilfilm.units import FloatArray
 
@@ -30,7 +29,7 @@ def checked_claims(path: Path) -> list[Claim]:
     Raises:
         OilfilmError: The file has a mistake, or names a claim that has no check or lacks one.
     """
-    claims = read_claims(path)
+    claims = read_claims(path).claims
     ids = [claim.id for claim in claims]
     wrong = sorted(set(ids) ^ set(CHECKS)) or sorted({i for i in ids if ids.count(i) > 1})
     if wrong:
@@ -44,12 +43,12 @@ def checked_claims(path: Path) -> list[Claim]:
 def audit_campaign(
     results: CampaignTables, printed: Path, claims: Path, settings: Settings
 ) -> dict[str, pd.DataFrame]:
-    """Tables `claims`, `claim_numbers` and `selection`, by the refit and by the printed constants.
+    """Tables `claims` and `claim_numbers`, by the refit and by the printed constants.
 
     A campaign without any oil of the paper has neither claims nor printed constants.
 
     Args:
-        results: Tables `coefficients`, `points`, `runs`, `comparison`, `torque` and
+        results: Tables `coefficients`, `points`, `runs`, `fit_quality`, `torque` and
             `torque_control`.
         printed: File of the printed constants.
         claims: File of the paper's claims.
@@ -57,50 +56,45 @@ def audit_campaign(
             `selection` and the campaign's `matrix` and `twin`.
 
     Raises:
-        OilfilmError: A reference file has a mistake, or a rule of the selection is missing.
+        OilfilmError: A reference file has a mistake.
     """
-    oils = falling_viscosity(printed)
-    refit = refit_evidence(results, oils, settings)
-    as_printed = printed_evidence(printed_constants(printed), oils, settings)
-    box = settings.printed.boxes.extrapolated.model_dump()
-    # the paper says nothing of other oils
-    of_paper = any(oil in oils for oil in settings.oils)
-    bases = [refit.of_paper(), as_printed] if of_paper else []
-    return {
-        **audit(checked_claims(claims), bases, settings),
-        # its rules may name other oils than the paper's
-        "selection": select([refit, *bases[1:]], settings.selection, box),
-    }
+    constants = printed_constants(printed)
+    checked = checked_claims(claims)
+    if not set(constants) & set(settings.oils):
+        return audit(checked, [], settings)
+    refit = refit_evidence(results, list(constants), settings)
+    return audit(checked, [refit, printed_evidence(constants, settings)], settings)
 
 
 def refit_evidence(
     results: CampaignTables, viscosity_order: Sequence[str], settings: Settings
 ) -> Evidence:
-    """The campaign's own fits, points and whatever was made of them."""
-    coefficients = results.configured.coefficients
-    laws = {str(oil): FittedLaw.of(coefficients, oil) for oil in coefficients["oil"].unique()}
+    """The campaign's own fits and points of the paper's oils: it says nothing of others."""
+    fits, points = results.configured.coefficients, results.points
+    laws = {oil: FittedLaw.of(fits, oil) for oil in fits["oil"].unique() if oil in viscosity_order}
+    planned = points["run_id"].isin(of_matrix(results.runs, settings)["run_id"])
+    measured = {
+        "points": points[planned & failed_gates.failed_none_but(points, "thin_film")],
+        **{name: results.table(name) for name in ("fit_quality", "torque", "torque_control")},
+    }
+    own = {name: rows[rows["oil"].isin(viscosity_order)] for name, rows in measured.items()}
     return Evidence(
         "refit",
         viscosity_order,
         {oil: law for oil, law in laws.items() if not obstacle(law)},
         films(settings),
         settings.gates.lambda_limit,
-        _of_matrix(results.points, of_matrix(results.runs, settings)),
-        results.fit_quality,
-        results.torque,
-        results.torque_control,
+        results.replace(**own),
         settings.campaign.truth_is_law,
     )
 
 
-def printed_evidence(
-    printed: Mapping[str, FloatArray], viscosity_order: Sequence[str], settings: Settings
-) -> Evidence:
-    """The constants that the paper prints, signs restored."""
+def printed_evidence(printed: Mapping[str, FloatArray], settings: Settings) -> Evidence:
+    """The constants that the paper prints, signs restored; the most viscous oil first."""
     laws = {
         oil: FittedLaw(DENG2026, Coefficients.bare(DENG2026, row)) for oil, row in printed.items()
     }
-    return Evidence("printed", viscosity_order, laws, films(settings), settings.gates.lambda_limit)
+    return Evidence("printed", list(laws), laws, films(settings), settings.gates.lambda_limit)
 
 
 def boxes_of(settings: Settings) -> dict[str, Grid]:
@@ -128,65 +122,54 @@ def audit(
     rows: list[dict[str, Any]] = []
     numbers: list[dict[str, Any]] = []
     for claim, basis in itertools.product(claims, evidence):
-        if CHECKS[claim.id].where == "formula" and basis.basis != "printed":
+        check = CHECKS[claim.id]
+        if check.where == "formula" and basis.basis != "printed":
             continue
         key = {"claim": claim.id, "basis": basis.basis}
-        row, further = _judge(CHECKS[claim.id], basis, boxes, settings)
-        rows.append(key | row)
+        grids = boxes if check.where in boxes else {check.where: boxes["tested"]}
+        views = {name: View(basis, grid, settings) for name, grid in grids.items()}
+        row, further = _judge(check, views, settings)
+        rows.append(key | {"judged_on": check.where, **row})
         numbers += [
             {**key, "number": name, "oil": oil, "value": value}
             for name, values in further.items()
             for oil, value in (values if isinstance(values, dict) else {"": values}).items()
             if not np.isnan(value)
         ]
+    judged = pd.DataFrame(rows, columns=tables.columns("claims"))
     return {
-        "claims": tables.from_rows(rows, "claims"),
+        "claims": tables.conform(judged, "claims", "claims"),
         "claim_numbers": tables.from_rows(numbers, "claim_numbers"),
     }
 
 
 def _judge(
-    check: Check, evidence: Evidence, boxes: Mapping[str, Grid], settings: Settings
+    check: Check, views: Mapping[str, View], settings: Settings
 ) -> tuple[dict[str, Any], Numbers]:
-    """Row of the table of claims, and the numbers that explain it."""
-    grids = boxes if check.where in boxes else {check.where: boxes["tested"]}
+    """What the table of claims has of a claim, and the numbers that explain it."""
     outcomes: dict[str, Outcome] = {}
     reason = ""
-    for name, grid in grids.items():
+    for name, view in views.items():
         try:
-            outcomes[name] = check.judge(evidence, grid, settings)
+            outcomes[name] = check.judge(view)
         except NotCheckableError as why:
             # a box may have no condition that the claim is about
             if name == check.where or str(why) != "no condition":
                 reason = reason or str(why)
-    row: dict[str, Any] = {
-        "judged_on": check.where,
-        "verdict": "cannot be checked",
-        "reason_code": reason,
-        "cases": 0,
-        "worst_oil": "",
-        **dict.fromkeys(("share", "share_tested_box", "share_extrapolated_box"), np.nan),
-        **dict.fromkeys((f"worst_{name}" for name in (*AXES, "value")), np.nan),
-    }
     if reason:
-        return row, {}
+        unchecked = {"verdict": "cannot be checked", "reason_code": reason, "worst_oil": ""}
+        return {**unchecked, "cases": 0}, {}
     outcome = outcomes[check.where]
     if outcome.share >= settings.audit.holds_share and outcome.complete:
         verdict = "by construction" if outcome.by_construction else "holds"
     else:
         verdict = "fails" if outcome.share < settings.audit.fails_share else "holds in part"
-    by_oil = outcome.cases.groupby("oil", sort=False)["holds"].mean()
-    shares: Numbers = {"share": {oil: by_oil[oil] for oil in outcome.cases["oil"].unique() if oil}}
-    row |= {f"share_{name}_box": outcomes[name].share for name in outcomes if name in boxes}
-    return row | {
+    by_oil = outcome.cases.groupby("oil", sort=False)["holds"].mean().drop("", errors="ignore")
+    return {
         "verdict": verdict,
-        "share": outcome.share,
+        "reason_code": "",
         "cases": len(outcome.cases),
+        "share": outcome.share,
+        **{f"share_{name}_box": each.share for name, each in outcomes.items()},
         **outcome.worst_case(check.worst).add_prefix("worst_"),
-    }, shares | outcome.numbers
-
-
-def _of_matrix(points: pd.DataFrame, runs: pd.DataFrame) -> pd.DataFrame:
-    """Points of these runs that no gate but the film's own refused."""
-    kept = points[failed_gates.failed_none_but(points, "thin_film")]
-    return kept[kept["run_id"].isin(runs["run_id"])]
+    }, {"share": {str(oil): share for oil, share in by_oil.items()}, **outcome.numbers}

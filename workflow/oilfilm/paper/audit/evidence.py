@@ -2,23 +2,24 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import partial
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 import pandas as pd
 
-from oilfilm import tables
 from oilfilm.fits.fitted import FittedLaw
+from oilfilm.settings.resolved import Settings
+from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.torque.operating_grid import AXES, Film, Grid, traction
 from oilfilm.units import BoolArray, FloatArray
 
 # Further numbers of a claim by name: one, or one per oil.
 Numbers = dict[str, float | dict[str, float]]
+Worst = Literal["largest", "smallest"]
 
 
 class NotCheckableError(Exception):
-    """A claim cannot be checked; the message is a code of `oilfilm.paper.audit.reasons`."""
+    """A claim cannot be checked; the message is a code of data/reference/claims.yaml."""
 
 
 @dataclass(frozen=True)
@@ -31,10 +32,7 @@ class Evidence:
         laws: Law of each oil that has all its constants.
         films: Film of each oil whose properties are known, in the contact of the rig.
         lambda_limit: Full film above.
-        points: Measured points with lambda; None where the basis has none.
-        comparison: Table of the laws compared; empty where it was not made.
-        torque: Table of bearing torque; empty where the basis has none.
-        torque_control: Table of what simulated torque can show; empty where it was measured.
+        measured: Tables of points, fit quality and torque; empty where the basis has none.
         truth_is_law: Whether the points were simulated with the paper's law.
     """
 
@@ -43,68 +41,18 @@ class Evidence:
     laws: Mapping[str, FittedLaw]
     films: Mapping[str, Film]
     lambda_limit: float
-    points: pd.DataFrame | None = None
-    comparison: pd.DataFrame = field(default_factory=partial(tables.empty, "fit_quality"))
-    torque: pd.DataFrame = field(default_factory=partial(tables.empty, "torque"))
-    torque_control: pd.DataFrame = field(default_factory=partial(tables.empty, "torque_control"))
+    measured: CampaignTables = field(default_factory=CampaignTables.in_memory)
     truth_is_law: bool = False
 
-    def of_paper(self) -> "Evidence":
-        """The same of the oils that the claims are about: the paper says nothing of others."""
-        paper = self.falling_viscosity
-
-        def kept(table: pd.DataFrame) -> pd.DataFrame:
-            return table[table["oil"].isin(paper)]
-
-        return replace(
-            self,
-            laws={oil: law for oil, law in self.laws.items() if oil in paper},
-            points=None if self.points is None else kept(self.points),
-            comparison=kept(self.comparison),
-            torque=kept(self.torque),
-            torque_control=kept(self.torque_control),
-        )
-
-    @property
-    def oils(self) -> tuple[str, ...]:
-        """Oils that have a law.
+    def rows(self, table: str, *, reason: str) -> pd.DataFrame:
+        """A table of the basis.
 
         Raises:
-            NotCheckableError: None has.
+            NotCheckableError: The basis has none.
         """
-        if not self.laws:
-            raise NotCheckableError("no law")
-        return tuple(self.laws)
-
-    def traction(self, grid: Grid) -> FloatArray:
-        """mu over a grid, of every oil with a law: shape (oils, P, U, T, S)."""
-        return np.stack([traction(self.laws[oil], grid) for oil in self.oils])
-
-    def traction_by_viscosity(self, grid: Grid) -> FloatArray:
-        """The same of the oils that the claims are about, the most viscous first.
-
-        Raises:
-            NotCheckableError: One of them has no law.
-        """
-        if not set(self.falling_viscosity) <= set(self.laws):
-            raise NotCheckableError("no law")
-        return np.stack([traction(self.laws[oil], grid) for oil in self.falling_viscosity])
-
-    def film(self, oil: str, grid: Grid) -> tuple[FloatArray, FloatArray]:
-        """Film thickness in um and lambda of one oil over a grid.
-
-        Raises:
-            NotCheckableError: Oil or contact are not known well enough.
-        """
-        if oil not in self.films:
-            raise NotCheckableError("no film")
-        return self.films[oil].over(grid)
-
-    def by_oil(
-        self, summary: Callable[[FloatArray], float], values: FloatArray
-    ) -> dict[str, float]:
-        """One number per oil from an array whose first axis is that of the oils."""
-        return {oil: float(summary(part)) for oil, part in zip(self.oils, values, strict=True)}
+        if (frame := self.measured.table(table)).empty:
+            raise NotCheckableError("not printed" if self.basis == "printed" else reason)
+        return frame
 
 
 @dataclass(frozen=True)
@@ -129,7 +77,7 @@ class Outcome:
         """Share of the cases in which the claim holds."""
         return float(self.cases["holds"].mean())
 
-    def worst_case(self, worst: Literal["largest", "smallest"]) -> pd.Series:
+    def worst_case(self, worst: Worst) -> pd.Series:
         """The case farthest from holding; of those that hold the nearest to failing."""
         failing = self.cases[~self.cases["holds"]]
         among = self.cases if failing.empty else failing
@@ -138,9 +86,94 @@ class Outcome:
         return among.iloc[int(index)].reindex(["oil", *AXES, "value"])
 
 
-def share(holds: BoolArray) -> float:
-    """Share of the cases in which something holds; NaN where there are none."""
-    return float(holds.mean()) if holds.size else np.nan
+@dataclass(frozen=True)
+class View:
+    """One basis over a grid of operating conditions, as a check sees it.
+
+    Arrays have the axes oil, P, U, T, S, of length 1 where a case spans an axis.
+    """
+
+    evidence: Evidence
+    grid: Grid
+    settings: Settings
+
+    def at(self, **levels: Sequence[float] | FloatArray) -> "View":
+        """The same with other levels on some axes of the grid."""
+        return replace(self, grid=self.grid.at(**levels))
+
+    @property
+    def oils(self) -> tuple[str, ...]:
+        """Oils that have a law.
+
+        Raises:
+            NotCheckableError: None has.
+        """
+        if not self.evidence.laws:
+            raise NotCheckableError("no law")
+        return tuple(self.evidence.laws)
+
+    @property
+    def curve(self) -> FloatArray:
+        """Slips of a whole curve."""
+        end = self.settings.printed.boxes.tested.slide_roll_ratio[1]
+        return np.linspace(0.0, end, self.settings.audit.curve_points)
+
+    def mu(self, **levels: Sequence[float] | FloatArray) -> FloatArray:
+        """mu over the grid, with other levels on some axes, of every oil with a law."""
+        grid = self.grid.at(**levels)
+        return np.stack([traction(self.evidence.laws[oil], grid) for oil in self.oils])
+
+    def mu_by_viscosity(self, **levels: Sequence[float] | FloatArray) -> FloatArray:
+        """The same of the oils that the claims are about, the most viscous first.
+
+        Raises:
+            NotCheckableError: One of them has no law.
+        """
+        oils, laws, grid = (
+            self.evidence.falling_viscosity,
+            self.evidence.laws,
+            self.grid.at(**levels),
+        )
+        if not set(oils) <= set(laws):
+            raise NotCheckableError("no law")
+        return np.stack([traction(laws[oil], grid) for oil in oils])
+
+    def film(self, oil: str) -> tuple[FloatArray, FloatArray]:
+        """Film thickness in um and lambda of one oil over the grid.
+
+        Raises:
+            NotCheckableError: Oil or contact are not known well enough.
+        """
+        if oil not in self.evidence.films:
+            raise NotCheckableError("no film")
+        return self.evidence.films[oil].over(self.grid)
+
+    def by_oil(
+        self, summary: Callable[[FloatArray], float], values: FloatArray
+    ) -> dict[str, float]:
+        """One number per oil from an array whose first axis is that of the oils."""
+        return {oil: float(summary(part)) for oil, part in zip(self.oils, values, strict=True)}
+
+    def outcome(self, holds: BoolArray, value: FloatArray, **numbers: Any) -> Outcome:
+        """What a check finds over the grid.
+
+        Args:
+            holds: True where the claim holds.
+            value: The quantity that decides.
+            numbers: Further numbers; of an array of truths its share.
+        """
+        oils = self.oils if len(holds) == len(self.oils) else [""]
+        return Outcome(cases(self.grid, oils, holds, value), shares(numbers))
+
+
+def shares(numbers: Mapping[str, Any]) -> Numbers:
+    """Numbers, with the share of the cases for arrays of truths; NaN where there are none."""
+    return {
+        name: (float(each.mean()) if each.size else np.nan)
+        if isinstance(each, np.ndarray) and each.dtype == bool
+        else each
+        for name, each in numbers.items()
+    }
 
 
 def cases(grid: Grid, oils: Sequence[str], holds: BoolArray, value: FloatArray) -> pd.DataFrame:

@@ -1,16 +1,12 @@
-"""Maps of the oil that the paper's rules advise, and of the best oil where it is another one."""
+"""A map of the oil that the paper's rules advise, and of the best oil where it is another one."""
 
-import itertools
 from typing import Any
 
-import numpy as np
 import pandas as pd
 from matplotlib.colors import ListedColormap
-from matplotlib.patches import Patch, Rectangle
-from matplotlib.ticker import FixedLocator, NullFormatter, NullLocator
+from matplotlib.patches import Patch
 
-from oilfilm.bearing.kinematics import pitch_speed_mm_rpm
-from oilfilm.paper.selection import OUTSIDE
+from oilfilm.paper.advice import OUTSIDE
 from oilfilm.report.figures import style
 from oilfilm.report.figures.bearing import in_units_of_axes
 from oilfilm.report.figures.registry import register
@@ -18,10 +14,6 @@ from oilfilm.report.figures.sheet import Panel, Sheet, sentences
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 
-_SPEED, _PRESSURE = "entrainment_speed_m_s", "max_hertz_pressure_gpa"
-_PANEL = ["inlet_temperature_c", "slide_roll_ratio"]
-_TICKS = {_SPEED: (20, 50, 100, 200), _PRESSURE: (0.8, 1.0, 1.5, 2.0, 2.5)}
-_FRAME: style.Look = {"fill": False, "edgecolor": "black"}
 _FIELD = 0.45  # share of an oil's colour in its field
 # Where there is no best oil: symbol and its meaning, by judgement.
 _NO_CHOICE = {
@@ -58,59 +50,6 @@ def slip_advice(results: CampaignTables, settings: Settings) -> Sheet:
     temperature = settings.bearing.cage_slip.inlet_temperature_c
     title = f"{advice['bearing'].iloc[0]}, oil at {temperature:g} \N{DEGREE SIGN}C"
     sheet.legend(_handles(advice, oils), f"{title};\n{style.DMN_AS_SPEED}")
-    return sheet
-
-
-@register(
-    name="selection",
-    title="Choice of oil",
-    caption="Oil that the rules of the paper advise (colour), against entrainment speed (m/s) "
-    "and maximum Hertz pressure (GPa). Symbols: best oil by traction and film thickness of the "
-    "traction rig's contact, where it is another one; properties of the oils may be stand-ins. "
-    "Cage slip: the slip that corresponds to the slide-roll ratio. dmN: pitch diameter times speed "
-    "(mm rpm) of a bearing with this entrainment speed. Outside the film formula: the choice "
-    "depends on a film beyond the range of the thermal reduction.",
-    category="Claims",
-    family="bearing",
-    tables=("selection",),
-    settings=("oils", "printed"),
-)
-def selection_map(results: CampaignTables, settings: Settings) -> Sheet:
-    """One row of panels per temperature, one column per slip; cells of speed and pressure.
-
-    The refit is drawn, the printed constants where the campaign has no fit of these oils.
-    """
-    if results.selection.empty:
-        return sentences(_NO_MAP)
-    basis = results.selection["basis"].iloc[0]
-    table = results.selection[results.selection["basis"] == basis]
-    oils = list(settings.oils)
-    temperatures, slips = (sorted(table[name].unique()) for name in _PANEL)
-    layout: style.Look = {"height": 1.35, "sharex": True, "sharey": True}
-    count = len(temperatures) * len(slips)
-    sheet = Sheet(count, len(slips), width=style.DOUBLE_COLUMN_IN, **layout)
-    box = settings.printed.boxes.tested
-    for number, at in enumerate(itertools.product(temperatures, slips)):
-        levels = dict(zip(_PANEL, at, strict=True))
-        of_panel = table[(table[_PANEL] == list(at)).all(axis=1)]
-        title = f"{style.level_phrases(levels)}, cage slip {of_panel['cage_slip'].iloc[0]:.0%}"
-        panel = sheet.panel(number, title, fontsize=6.5)
-        panel.axis.set(xscale="log", yscale="log")
-        _draw(panel, of_panel, oils, (_SPEED, _PRESSURE), 2.2)
-        if all(np.clip(level, *getattr(box, name)) == level for name, level in levels.items()):
-            (left, right), (low, high) = box.entrainment_speed_m_s, box.max_hertz_pressure_gpa
-            frame = Rectangle((left, low), right - left, high - low, linewidth=0.9, **_FRAME)
-            panel.axis.add_patch(frame)
-    for side, name in ((sheet.axes[0].xaxis, _SPEED), (sheet.axes[0].yaxis, _PRESSURE)):
-        least, most = table[name].min(), table[name].max() * 1.001
-        side.set_major_locator(FixedLocator([t for t in _TICKS[name] if least <= t <= most]))
-        side.set_major_formatter("{x:g}")
-        side.set_minor_locator(NullLocator())
-        side.set_minor_formatter(NullFormatter())
-    sheet.label("U (m/s)", "P (GPa)")
-    dmn = f"100 m/s is dmN {pitch_speed_mm_rpm(100) / 1e6:.1f}e6 mm rpm"
-    handles = [*_handles(table, oils), Rectangle((0, 0), 1, 1, label="tested", **_FRAME)]
-    sheet.legend(handles, f"constants: {basis}; {dmn}")
     return sheet
 
 

@@ -11,76 +11,62 @@ import pandas as pd
 from oilfilm import tables
 from oilfilm.fits.fitted import FittedLaw
 from oilfilm.fits.problem import curve_data
-from oilfilm.paper.printed.statements import LAW, grid_levels
+from oilfilm.paper.printed.statements import LAW
 from oilfilm.settings.config import PrintedSettings
-from oilfilm.traction.law import CONDITIONS, Observations, to_internal
+from oilfilm.tables.campaign_tables import CampaignTables
+from oilfilm.torque.operating_grid import AXES
+from oilfilm.traction.law import Observations, to_internal
 from oilfilm.traction.laws.deng2026 import traction_coefficient
 from oilfilm.units import FloatArray
 
 _NAMES = [constant.name for constant in LAW.constants]
 _ROUNDING = 1e-9
-_AXES = (*CONDITIONS, "slide_roll_ratio")
 
 
 def judge_printed(
-    points: pd.DataFrame,
-    coefficients: pd.DataFrame,
-    quality: pd.DataFrame,
+    results: CampaignTables,
     printed: Mapping[str, FloatArray],
     oils: Iterable[str],
     settings: PrintedSettings,
-    refits: pd.DataFrame | None = None,
 ) -> pd.DataFrame:
-    """One row per oil that has printed constants.
+    """One row per oil that has printed constants and a fit of the paper's law.
 
     Args:
-        points: Table of points; those fitted are the accepted ones.
-        coefficients: Table of fitted constants.
-        quality: Table of the fits' quality.
+        results: Tables of points, coefficients, refits and fit quality, of one law per oil.
         printed: The twelve printed constants of each oil.
         oils: The campaign's oils.
         settings: Boxes of conditions and levels of the grid.
-        refits: Table of refits, which gives the fitted constants' covariance; without it there is
-            no joint distance.
 
     Returns:
         The table `printed_judged`. All judgements are null where no point was accepted. Only the
-        errors are given where the conditions cannot give all twelve constants.
+        errors are given where the conditions cannot give all twelve constants. Without refits,
+        which give the fitted constants' covariance, there is no joint distance.
     """
-    boxes, rows = settings.boxes.model_dump(), []
-    for oil in [oil for oil in oils if oil in printed]:
-        if _of(quality, oil).empty:  # fitted with another law, whose constants are others
-            continue
-        fitted = _of(coefficients, oil).set_index("constant").reindex(_NAMES)
+    quality = results.fit_quality[results.fit_quality["law"] == LAW.name].set_index("oil")
+    rows = []
+    for oil in [oil for oil in oils if oil in printed and oil in quality.index]:
+        table = results.coefficients
+        of_oil = table[(table["oil"] == oil) & (table["law"] == LAW.name)]
+        fitted = of_oil.set_index("constant").reindex(_NAMES)
+        values = fitted["value"].to_numpy()
         systematic = fitted["systematic_standard_error"].fillna(0.0).to_numpy()
         errors = np.hypot(fitted["standard_error"].to_numpy(), systematic)
-        values = fitted["value"].to_numpy()
-        off = values - printed[oil]
         # data without any noise leave errors of rounding alone, which measure nothing
         errors = np.where(errors > _ROUNDING * np.abs(values), errors, np.nan)
-        of_oil = points[points["oil"] == oil]
-        (printed_sse,) = squared_errors(of_oil, printed[oil][np.newaxis])
-        (fitted_sse,) = _of(quality, oil)["sse"]
-        rows.append(
-            {
-                "oil": oil,
-                "n_points": of_oil["accepted"].sum(),
-                "printed_sse": printed_sse,
-                "fitted_sse": fitted_sse,
-                **{
-                    f"{name.lower()}_distance": distance
-                    for name, distance in zip(_NAMES, off / errors, strict=True)
-                },
-                "joint_distance": _joint_distance(coefficients, refits, oil, printed[oil]),
-                **{
-                    f"{box}_{name}": value
-                    for box in ("tested", "extrapolated")
-                    for name, value in largest_difference(
-                        values, printed[oil], boxes[box], settings.levels
-                    ).items()
-                },
-            }
-        )
+        points = results.points[results.points["oil"] == oil]
+        row = {
+            "oil": oil,
+            "n_points": points["accepted"].sum(),
+            "printed_sse": squared_errors(points, printed[oil][np.newaxis])[0],
+            "fitted_sse": quality.at[oil, "sse"],
+            "joint_distance": _joint_distance(of_oil, results.refits, oil, printed[oil]),
+        }
+        for name, distance in zip(_NAMES, (values - printed[oil]) / errors, strict=True):
+            row[f"{name.lower()}_distance"] = distance
+        for box, levels in settings.boxes.model_dump().items():
+            largest = largest_difference(values, printed[oil], levels, settings.levels)
+            row |= {f"{box}_{name}": value for name, value in largest.items()}
+        rows.append(row)
     return tables.from_rows(rows, "printed_judged")
 
 
@@ -101,17 +87,16 @@ def largest_difference(
     Returns:
         `difference` (printed - fitted), `traction_coefficient` (fitted), and the condition there.
     """
-    grid = np.meshgrid(*[grid_levels(box, name, levels) for name in _AXES], indexing="ij")
-    by_fit, as_printed = (traction_coefficient(values, *grid) for values in (fitted, printed))
-    difference = as_printed - by_fit
+    axes = [np.linspace(box[name][0], box[name][1], levels) for name in AXES]
+    grid = np.meshgrid(*axes, indexing="ij")
+    by_fit = traction_coefficient(fitted, *grid)
+    difference = traction_coefficient(printed, *grid) - by_fit
+    found = dict(zip(AXES, grid, strict=True))
+    found |= {"difference": difference, "traction_coefficient": by_fit}
     if np.isnan(difference).any():
-        return dict.fromkeys(("difference", "traction_coefficient", *_AXES), np.nan)
+        return dict.fromkeys(found, np.nan)
     largest = np.unravel_index(np.argmax(np.abs(difference)), difference.shape)
-    return {
-        "difference": float(difference[largest]),
-        "traction_coefficient": float(by_fit[largest]),
-        **{name: float(axis[largest]) for name, axis in zip(_AXES, grid, strict=True)},
-    }
+    return {name: float(values[largest]) for name, values in found.items()}
 
 
 def squared_errors(points: pd.DataFrame, constants: FloatArray) -> FloatArray:
@@ -130,27 +115,19 @@ def squared_errors(points: pd.DataFrame, constants: FloatArray) -> FloatArray:
         return np.full(len(constants), np.nan)
     at = Observations(LAW.design(data.conditions), data.curve, data.slip)
     # one set at a time, so that memory does not grow with sets times points
-    return np.array(
-        [
-            np.sum((LAW.traction(internal, at) - data.mu) ** 2)
-            for internal in to_internal(LAW, constants)
-        ]
-    )
-
-
-def _of(frame: pd.DataFrame, oil: str) -> pd.DataFrame:
-    return frame[(frame["oil"] == oil) & (frame["law"] == LAW.name)]
+    sets = to_internal(LAW, constants)
+    return np.array([np.sum((LAW.traction(internal, at) - data.mu) ** 2) for internal in sets])
 
 
 def _joint_distance(
-    coefficients: pd.DataFrame, refits: pd.DataFrame | None, oil: str, printed: FloatArray
+    coefficients: pd.DataFrame, refits: pd.DataFrame, oil: str, printed: FloatArray
 ) -> float:
     """Mahalanobis distance in the law's internal constants: ln|X0| and the exponents.
 
     About sqrt(12) where the printed constants are the truth. NaN without refits, or with fewer
     than give the covariance all its directions.
     """
-    fitted = FittedLaw.of(_of(coefficients, oil), oil, refits).coefficients
+    fitted = FittedLaw.of(coefficients, oil, refits).coefficients
     covariance = fitted.covariance(LAW)
     if np.isnan(covariance).any() or np.linalg.matrix_rank(covariance) < len(printed):
         return np.nan

@@ -8,8 +8,7 @@ Decides: which signs the printed exponents may have.
 """
 
 import itertools
-from collections.abc import Collection, Mapping, Sequence
-from typing import Literal
+from collections.abc import Collection, Mapping
 
 import numpy as np
 import pandas as pd
@@ -27,14 +26,14 @@ from oilfilm.paper.printed.statements import (
 )
 from oilfilm.settings.config import Boxes, PrintedSettings, SignSettings
 from oilfilm.traction.law import to_constants, to_internal
-from oilfilm.units import BoolArray, FloatArray
+from oilfilm.units import FloatArray
 
-Slips = Literal["curve", "figures"]
+Shares = dict[str, FloatArray]  # of its box where a statement holds, for each sign set
 
 _EXPONENTS = [index for index, constant in enumerate(LAW.constants) if constant.condition]
-_EXPONENT_NAMES = [LAW.constants[index].name for index in _EXPONENTS]
 _SETS = np.array(list(itertools.product((1, -1), repeat=len(_EXPONENTS))))  # one row per set
-_RANKED_BY: Slips = "curve"  # the slips whose totals count; the others may only lower a verdict
+# The slips whose totals count come first; the others may only lower a verdict.
+_SLIPS = ("curve", "figures")
 _WEIGHTS = {name: statement.weight for name, statement in STATEMENTS.items()} | dict.fromkeys(
     BETWEEN_OILS, 1.0
 )
@@ -42,7 +41,6 @@ _WEIGHTS = {name: statement.weight for name, statement in STATEMENTS.items()} | 
 
 def study_signs(
     printed: Mapping[str, FloatArray],
-    falling_viscosity: Sequence[str],
     points: pd.DataFrame,
     oils: Collection[str],
     settings: PrintedSettings,
@@ -51,8 +49,7 @@ def study_signs(
     """Score every sign set of every oil, and judge every sign in use.
 
     Args:
-        printed: The twelve constants of each oil, with the signs in use.
-        falling_viscosity: The oils, the most viscous first.
+        printed: The twelve constants of each oil, with the signs in use, the most viscous first.
         points: Table of points of the campaign, for the sum of squared errors of each set.
         oils: The oils whose rows are given.
         settings: Boxes of conditions, slide-roll ratios and limits.
@@ -62,26 +59,36 @@ def study_signs(
         The tables `signs` and `sign_verdicts`.
     """
     limits = Limits(traction_max, settings.signs.linear_r2_min, settings.signs.decline_max)
-    by_slips = {
-        slips: _scores(printed, falling_viscosity, slips, settings, limits)
-        for slips in ("curve", "figures")
-    }
+    scores = {slips: _scores(printed, slips, settings, limits) for slips in _SLIPS}
     sets, verdicts = [], []
-    for oil in [oil for oil in falling_viscosity if oil in oils]:
+    for oil in [oil for oil in printed if oil in oils]:
+        of_oil = [scores[slips][oil] for slips in _SLIPS]
         internal = _candidates(printed[oil])
         constants = np.array([to_constants(LAW, of_set) for of_set in internal.T])
-        errors = squared_errors(points[points["oil"] == oil], constants)
-        in_use = (np.where(printed[oil][_EXPONENTS] < 0, -1, 1) == _SETS).all(axis=1)
-        of_oil = {slips: scores[oil] for slips, scores in by_slips.items()}
-        rows = _set_rows(oil, of_oil, errors, in_use, settings.signs)
+        totals = [pd.Series(_total(shares)) for shares in of_oil]
+        ranks = [total.rank(method="min", ascending=False).astype(int) for total in totals]
+        in_use = (np.sign(printed[oil][_EXPONENTS]) == _SETS).all(axis=1)
+        rows = pd.DataFrame(
+            {
+                "oil": oil,
+                "signs": ["".join("+" if sign > 0 else "-" for sign in signs) for signs in _SETS],
+                "in_use": in_use,
+                "rank": ranks[0],
+                "rank_at_figures": ranks[1],
+                "total": totals[0],
+                "near_best": totals[0] > totals[0].max() - settings.signs.near_best,
+                **of_oil[0],
+                "sse": squared_errors(points[points["oil"] == oil], constants),
+            }
+        )
         sets.append(rows.sort_values("total", ascending=False, kind="stable"))
         effects = _effects(internal[:, in_use], settings)
-        verdicts.append(_verdict_rows(rows, of_oil, effects, settings.signs))
+        verdicts.append(_verdicts(rows, of_oil, effects, settings.signs))
     if not sets:
         return tables.empty("signs"), tables.empty("sign_verdicts")
     return (
-        tables.conform(pd.concat(sets, ignore_index=True), "signs", "sign sets"),
-        tables.conform(pd.concat(verdicts, ignore_index=True), "sign_verdicts", "signs"),
+        tables.conform(pd.concat(sets), "signs", "sign sets"),
+        tables.conform(pd.concat(verdicts), "sign_verdicts", "signs"),
     )
 
 
@@ -93,16 +100,12 @@ def _candidates(constants: FloatArray) -> FloatArray:
 
 
 def _scores(
-    printed: Mapping[str, FloatArray],
-    falling_viscosity: Sequence[str],
-    slips: Slips,
-    settings: PrintedSettings,
-    limits: Limits,
-) -> dict[str, dict[str, FloatArray]]:
-    """Oil -> statement -> share of its box where it holds, for each sign set."""
+    printed: Mapping[str, FloatArray], slips: str, settings: PrintedSettings, limits: Limits
+) -> dict[str, Shares]:
+    """The statements' shares of each oil."""
     scores, surfaces, best = {}, {}, {}
-    for oil in falling_viscosity:
-        internal = _candidates(printed[oil])
+    for oil, constants in printed.items():
+        internal = _candidates(constants)
         boxes = {box: _surface(box, slips, internal, settings) for box in Boxes.model_fields}
         scores[oil] = {
             name: statement.score(boxes[statement.box], limits)
@@ -112,104 +115,71 @@ def _scores(
         surfaces[oil] = boxes["extrapolated"]
         best[oil] = _surface("extrapolated", slips, internal[:, [winner]], settings)
     # the others as their own statements choose them: the signs in use must not vouch for each other
-    for index, oil in enumerate(falling_viscosity):
-        before = [best[other] for other in falling_viscosity[:index]]
-        after = [best[other] for other in falling_viscosity[index + 1 :]]
+    for index, oil in enumerate(printed):
+        others = list(best.values())
+        before, after = others[:index], others[index + 1 :]
         scores[oil]["viscosity_order"] = viscosity_order(surfaces[oil], before, after)
         scores[oil]["hot_convergence"] = hot_convergence(surfaces[oil], before + after)
     return scores
 
 
-def _surface(box: str, slips: Slips, internal: FloatArray, settings: PrintedSettings) -> Surface:
-    levels: dict[str, list[float]] = getattr(settings.boxes, box).model_dump()
+def _surface(box: str, slips: str, internal: FloatArray, settings: PrintedSettings) -> Surface:
+    levels = settings.boxes.model_dump()[box]
     ratios = settings.signs.slide_roll_ratio
-    chosen = ratios.curve if slips == "curve" else ratios.figures
-    return Surface.over(levels, settings.signs.levels, chosen, ratios.figures, internal)
+    slip = getattr(ratios, slips)
+    return Surface.over(levels, settings.signs.levels, slip, ratios.figures, internal)
 
 
-def _total(scores: Mapping[str, FloatArray], without: str = "") -> FloatArray:
+def _total(shares: Shares, without: str = "") -> FloatArray:
     """Number of statements that hold, those that cannot be asked not counted."""
-    weighted = [_WEIGHTS[name] * score for name, score in scores.items() if name != without]
+    weighted = [_WEIGHTS[name] * share for name, share in shares.items() if name != without]
     return np.nansum(weighted, axis=0)
 
 
 def _effects(in_use: FloatArray, settings: PrintedSettings) -> FloatArray:
-    """Largest change of mu over the tested box if one sign alone is turned, over the largest mu."""
+    """Largest change of mu over the tested box if one sign is turned, over the largest mu."""
     turned = np.tile(in_use, (1, 1 + len(_EXPONENTS)))
     turned[_EXPONENTS, range(1, turned.shape[1])] *= -1
-    mu = _surface("tested", _RANKED_BY, turned, settings).mu.reshape(-1, turned.shape[1])
+    mu = _surface("tested", _SLIPS[0], turned, settings).mu.reshape(-1, turned.shape[1])
     return np.abs(mu[:, 1:] - mu[:, :1]).max(axis=0) / mu[:, 0].max()
 
 
-def _set_rows(
-    oil: str,
-    by_slips: Mapping[str, Mapping[str, FloatArray]],
-    errors: FloatArray,
-    in_use: BoolArray,
-    limits: SignSettings,
+def _verdicts(
+    sets: pd.DataFrame, by_slips: list[Shares], effects: FloatArray, limits: SignSettings
 ) -> pd.DataFrame:
-    totals = {slips: pd.Series(_total(scores)) for slips, scores in by_slips.items()}
-    total = totals[_RANKED_BY]
-    ranks = {
-        slips: total.rank(method="min", ascending=False).astype(int)
-        for slips, total in totals.items()
-    }
-    return pd.DataFrame(
+    """One row per sign in use of one oil."""
+    signs = _SETS[sets["in_use"]][0]
+    has = (signs == _SETS).T
+
+    def margins(total: FloatArray) -> list[float]:
+        return [total[own].max() - total[~own].max() for own in has]
+
+    without = pd.DataFrame(
         {
-            "oil": oil,
-            "signs": ["".join("+" if sign > 0 else "-" for sign in signs) for signs in _SETS],
-            "in_use": in_use,
-            "rank": ranks[_RANKED_BY],
-            "rank_at_figures": ranks["figures"],
-            "total": total,
-            "near_best": total > total.max() - limits.near_best,
-            **by_slips[_RANKED_BY],
-            "sse": errors,
+            (name, slips): margins(_total(shares, without=name))
+            for slips, shares in zip(_SLIPS, by_slips, strict=True)
+            for name in shares
         }
     )
-
-
-def _verdict_rows(
-    sets: pd.DataFrame,
-    by_slips: Mapping[str, Mapping[str, FloatArray]],
-    effects: FloatArray,
-    limits: SignSettings,
-) -> pd.DataFrame:
-    total, near, errors = (sets[name].to_numpy() for name in ("total", "near_best", "sse"))
-    signs = _SETS[sets["in_use"]][0]
-    rows = []
-    for column, constant in enumerate(_EXPONENT_NAMES):
-        has = _SETS[:, column] == signs[column]
-        without = {
-            (name, slips): _margin(_total(scores, without=name), has)
-            for slips, scores in by_slips.items()
-            for name in scores
+    weakest = without.idxmin(axis=1)
+    frame = pd.DataFrame(
+        {
+            "oil": sets["oil"].iloc[0],
+            "constant": [LAW.constants[index].name for index in _EXPONENTS],
+            "sign": np.where(signs > 0, "+", "-"),
+            "margin": margins(sets["total"].to_numpy()),
+            "weakest_margin": without.min(axis=1),
+            "weakest_without": weakest.str[0],
+            "weakest_slips": weakest.str[1],
+            "near_best_share": [own[sets["near_best"]].mean() for own in has],
+            "effect": effects,
+            "least_sse": [sets["sse"][own].min(skipna=False) for own in has],
+            "least_sse_turned": [sets["sse"][~own].min(skipna=False) for own in has],
         }
-        weakest = min(without, key=lambda case: without[case])
-        margin, effect = _margin(total, has), effects[column]
-        rows.append(
-            {
-                "oil": sets["oil"].iloc[0],
-                "constant": constant,
-                "sign": "+" if signs[column] > 0 else "-",
-                "margin": margin,
-                "weakest_margin": without[weakest],
-                "weakest_without": weakest[0],
-                "weakest_slips": weakest[1],
-                "near_best_share": has[near].mean(),
-                "effect": effect,
-                "least_sse": errors[has].min(),
-                "least_sse_turned": errors[~has].min(),
-                "verdict": verdict(
-                    margin, without[weakest], effect, limits.near_best, limits.no_effect_max
-                ),
-            }
-        )
-    return pd.DataFrame(rows)
-
-
-def _margin(total: FloatArray, has: BoolArray) -> float:
-    return float(total[has].max() - total[~has].max())
+    )
+    near_best, no_effect = limits.near_best, limits.no_effect_max
+    sure = zip(frame["margin"], frame["weakest_margin"], frame["effect"], strict=True)
+    return frame.assign(verdict=[verdict(*row, near_best, no_effect) for row in sure])
 
 
 def verdict(

@@ -1,8 +1,8 @@
 """What the paper says of traction, each statement a share of a box of conditions where it holds.
 
-Every printed sign was lost, but the text says what the curves look like. A statement's name is a
-column of the table `signs`, whose description has the paper's own words and section. Nearly all
-of section 4.3 describes figures that the authors drew from these very constants.
+Every printed sign was lost, but the text says what the curves look like. Nearly all of section 4.3
+describes figures that the authors drew from these very constants. A statement's name is a
+column of the table `signs`, which has its meaning and its section of the paper.
 
 Arrays have the axes P, U, T, (S,) sign sets, so that all sign sets are scored at once.
 """
@@ -44,15 +44,14 @@ class Surface:
     Attributes:
         stress: Levels of P, in GPa.
         slip: Levels of S.
-        low_slip, high_slip: The two slips that the text compares.
+        compared: The lowest and the highest of the slips that the text compares.
         largest_slip: The box's largest S.
         sizes: |A|, B and C of Eq. 7, axes coefficient, P, U, T, sets.
     """
 
     stress: FloatArray
     slip: FloatArray
-    low_slip: float
-    high_slip: float
+    compared: tuple[float, float]
     largest_slip: float
     sizes: FloatArray
 
@@ -74,13 +73,13 @@ class Surface:
             compared: Slips whose lowest and highest are compared.
             internal: Constants in the law's internal form, shape (constants, sets).
         """
-        axes = [grid_levels(box, name, levels) for name in CONDITIONS]
+        axes = [np.linspace(box[name][0], box[name][1], levels) for name in CONDITIONS]
         conditions = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, len(axes))
         sizes = LAW.sizes(internal, LAW.design(conditions))
-        slips = (np.sort(slip), min(compared), max(compared), max(box["slide_roll_ratio"]))
-        return cls(
-            axes[STRESS], *slips, sizes.reshape(-1, levels, levels, levels, internal.shape[1])
-        )
+        shape = -1, levels, levels, levels, internal.shape[1]
+        ends = min(compared), max(compared)
+        largest = max(box["slide_roll_ratio"])
+        return cls(axes[STRESS], np.sort(slip), ends, largest, sizes.reshape(shape))
 
     @cached_property
     def mu(self) -> FloatArray:
@@ -90,6 +89,11 @@ class Surface:
     def at(self, slip: FloatArray | float) -> FloatArray:
         """Traction coefficient at one slip, or at a slip of each condition; axes P, U, T, sets."""
         return LAW.value(self.sizes, np.asarray(slip))
+
+    @cached_property
+    def ends(self) -> tuple[FloatArray, FloatArray]:
+        """Traction coefficient at the low and at the high slip that the text compares."""
+        return self.at(self.compared[0]), self.at(self.compared[1])
 
     @cached_property
     def peak_slip(self) -> FloatArray:
@@ -138,11 +142,6 @@ class Statement:
         return _share(self.holds(surface, limits))
 
 
-def _rises_with_stress(surface: Surface, _: Limits) -> BoolArray:
-    """Mu is larger at the next level of P."""
-    return np.diff(surface.mu, axis=STRESS) > 0
-
-
 def _falls(axis: int, quantity: Literal["mu", "slope", "knee"] = "mu") -> Holds:
     """Mu, or another quantity of the surface, is smaller at the next level of an axis."""
     return lambda surface, _: np.diff(getattr(surface, quantity), axis=axis) < 0
@@ -162,13 +161,21 @@ def _levels_off(axis: int) -> Holds:
     return holds
 
 
+def _muted_by_speed(change: Callable[[FloatArray], FloatArray]) -> Holds:
+    """Mu changes more at the lowest speed than at the highest; `change` drops another axis."""
+
+    def holds(surface: Surface, _: Limits) -> BoolArray:
+        slow, fast = (change(np.take(surface.mu, at, axis=SPEED)) for at in (0, -1))
+        return slow > np.abs(fast)
+
+    return holds
+
+
 def _physical(surface: Surface, limits: Limits) -> BoolArray:
-    """mu >= 0 by the signs of A, B and C; the peak stays below the largest believable mu."""
     return (surface.mu.min(axis=SLIP) >= 0) & (surface.peak <= limits.traction_max)
 
 
 def _linear_in_stress(surface: Surface, limits: Limits) -> BoolArray:
-    """mu(P) rises along a straight line, but for `1 - linear_r2_min` of its variance."""
     stress = surface.stress - surface.stress.mean()
     mu = surface.mu - surface.mu.mean(axis=STRESS, keepdims=True)
     covariance = np.tensordot(stress, mu, axes=1)
@@ -176,38 +183,20 @@ def _linear_in_stress(surface: Surface, limits: Limits) -> BoolArray:
     return (r2 >= limits.linear_r2_min) & (covariance > 0)
 
 
-def _rises_with_slip(surface: Surface, _: Limits) -> BoolArray:
-    """Mu is larger at the high slip than at the low one."""
-    return surface.at(surface.high_slip) > surface.at(surface.low_slip)
-
-
 def _declines_slightly(surface: Surface, limits: Limits) -> BoolArray:
-    """The peak lies within the slips, and at their end mu has lost `decline_max` of it at most."""
     slight = surface.at(surface.largest_slip) >= (1 - limits.decline_max) * surface.peak
     return (surface.peak_slip < surface.largest_slip) & slight
 
 
 def _slip_raises_stress_effect(surface: Surface, _: Limits) -> BoolArray:
-    """Over the range of P mu gains more at the high slip than it changes at the low one."""
-    low, high = surface.at(surface.low_slip), surface.at(surface.high_slip)
+    low, high = surface.ends
     return high[-1] - high[0] > np.abs(low[-1] - low[0])
 
 
-def _speed_mutes_stress_effect(surface: Surface, _: Limits) -> BoolArray:
-    """Over the range of P mu gains more at the lowest speed than it changes at the highest."""
-    gain = surface.mu[-1] - surface.mu[0]
-    return gain[0] > np.abs(gain[-1])
-
-
-def _speed_mutes_temperature_effect(surface: Surface, _: Limits) -> BoolArray:
-    """Over the range of T mu loses more at the lowest speed than it changes at the highest."""
-    loss = surface.mu[:, :, 0] - surface.mu[:, :, -1]
-    return loss[:, 0] > np.abs(loss[:, -1])
-
-
+# Columns of the table `signs`, whose meanings say where the paper says so.
 STATEMENTS: dict[str, Statement] = {
     "physical": Statement(_physical),
-    "rises_with_stress": Statement(_rises_with_stress),
+    "rises_with_stress": Statement(lambda at, _: np.diff(at.mu, axis=STRESS) > 0),
     "linear_in_stress": Statement(_linear_in_stress),
     "falls_with_speed": Statement(_falls(SPEED)),
     "levels_off_with_speed": Statement(_levels_off(SPEED)),
@@ -215,16 +204,18 @@ STATEMENTS: dict[str, Statement] = {
     "levels_off_with_temperature": Statement(_levels_off(TEMPERATURE)),
     # the slope at zero slip, where the oil is Newtonian
     "start_falls_with_temperature": Statement(_falls(TEMPERATURE, "slope"), "tested", 0.5),
-    "rises_with_slip": Statement(_rises_with_slip),
+    "rises_with_slip": Statement(lambda at, _: at.ends[1] > at.ends[0]),
     "declines_slightly": Statement(_declines_slightly, "tested"),
     "earlier_plateau_with_stress": Statement(_falls(STRESS, "knee")),
     # two readings of one sentence
     "earlier_plateau_with_speed": Statement(_falls(SPEED, "knee"), "tested", 0.5),
     "earlier_plateau_with_temperature": Statement(_falls(TEMPERATURE, "knee"), "tested", 0.5),
     "slip_raises_stress_effect": Statement(_slip_raises_stress_effect),
-    "speed_mutes_stress_effect": Statement(_speed_mutes_stress_effect),
-    "speed_mutes_temperature_effect": Statement(_speed_mutes_temperature_effect),
+    "speed_mutes_stress_effect": Statement(_muted_by_speed(lambda mu: mu[-1] - mu[0])),
+    "speed_mutes_temperature_effect": Statement(_muted_by_speed(lambda mu: mu[:, 0] - mu[:, -1])),
 }
+# Statements about several oils; each compares an oil with what the others are by their own.
+BETWEEN_OILS = ("viscosity_order", "hot_convergence")
 
 
 def viscosity_order(
@@ -234,24 +225,15 @@ def viscosity_order(
 
     The other oils' surfaces are of one set each. NaN where there is no other oil.
     """
-    holds = [_share(surface.mu < other.mu) for other in more_viscous[-1:]]
-    holds += [_share(surface.mu > other.mu) for other in less_viscous[:1]]
+    holds = [surface.mu < other.mu for other in more_viscous[-1:]]
+    holds += [surface.mu > other.mu for other in less_viscous[:1]]
     return _mean(holds, surface)
 
 
 def hot_convergence(surface: Surface, others: Sequence[Surface]) -> FloatArray:
     """Mu is nearer to that of each other oil at the highest temperature than at the lowest."""
     apart = [np.abs(surface.mu - other.mu) for other in others]
-    return _mean([_share(gap[:, :, -1] < gap[:, :, 0]) for gap in apart], surface)
-
-
-# Statements about several oils; each compares an oil with what the others are by their own.
-BETWEEN_OILS = ("viscosity_order", "hot_convergence")
-
-
-def grid_levels(box: Mapping[str, Sequence[float]], name: str, levels: int) -> FloatArray:
-    """Evenly spaced levels of a condition over a box."""
-    return np.linspace(min(box[name]), max(box[name]), levels)
+    return _mean([gap[:, :, -1] < gap[:, :, 0] for gap in apart], surface)
 
 
 def _share(holds: BoolArray) -> FloatArray:
@@ -259,5 +241,6 @@ def _share(holds: BoolArray) -> FloatArray:
     return holds.reshape(-1, holds.shape[-1]).mean(axis=0)
 
 
-def _mean(shares: list[FloatArray], surface: Surface) -> FloatArray:
-    return np.mean(shares, axis=0) if shares else np.full(surface.mu.shape[-1], np.nan)
+def _mean(holds: list[BoolArray], surface: Surface) -> FloatArray:
+    nothing = np.full(surface.mu.shape[-1], np.nan)
+    return np.mean([_share(each) for each in holds], axis=0) if holds else nothing

@@ -1,0 +1,310 @@
+"""The paper's advice on oils: its rules, the oil that holds the cage, scenarios of drag and law."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from bearings import printed_fits
+from campaigns import ROOT
+from oilfilm import tables
+from oilfilm.errors import OilfilmError
+from oilfilm.paper.advice import advice_in_band, advise, decide
+from oilfilm.settings.resolve import resolve
+from oilfilm.settings.resolved import Settings
+from oilfilm.tables.campaign_tables import CampaignTables
+from oilfilm.torque.bearing_torque import cage_slip_table, oils_in_bearings
+from oilfilm.torque.operating_grid import AXES
+
+Frames = dict[str, pd.DataFrame]
+# the paper's own order of viscosity, and of traction as it has it
+OILS = ("4102", "4050", "4010")
+NAN = np.nan
+
+
+# ---------------------------------------------------------------- the rules
+
+
+# where both readings of the paper advise the same oil
+BOTH = [
+    (0.9, 150.0, 120.0, 0.3, "4102"),  # conclusion (4): fast, light, hot, slip above 15 %
+    (1.5, 50.0, 70.0, 0.3, "4050"),  # 4.3.2: slip above 15 %
+    (0.9, 50.0, 70.0, 0.05, "4102"),  # 4.3.3: below 1.0 GPa
+    (2.0, 50.0, 70.0, 0.05, "4010"),  # 4.3.3: from 2.0 GPa on
+    (1.5, 150.0, 120.0, 0.05, "4102"),  # 4.3.5: hot and fast
+    (1.5, 50.0, 70.0, 0.15, "4010"),  # 4.3.5: slip not above 15 %
+]
+# where they do not: 15 % cage slip is S = 0.29, and half of dmN 4e6 is 52 m/s, not 100 m/s
+APART = [
+    ("kinematic", 1.5, 50.0, 70.0, 0.28, "4010"),
+    ("kinematic", 1.5, 50.0, 70.0, 0.295, "4050"),
+    ("paper", 1.5, 50.0, 70.0, 0.28, "4050"),
+    ("kinematic", 1.5, 55.0, 120.0, 0.05, "4102"),
+    ("kinematic", 1.5, 50.0, 120.0, 0.05, "4010"),
+    ("paper", 1.5, 55.0, 120.0, 0.05, "4010"),
+    ("paper", 1.5, 100.0, 120.0, 0.05, "4102"),
+]
+
+
+def ruled(config: Settings, at: Sequence[float], *, reading: str = "kinematic") -> str:
+    """The oil that the rules advise at P, U, T and S, where each has enough film."""
+    chosen = config.with_changes({"selection": {"reading": reading}}).selection
+    points = pd.DataFrame([at], columns=list(AXES))
+    _, advised = decide(points, chosen, OILS, np.ones((3, 1), dtype=bool))
+    return OILS[advised[0]]
+
+
+@pytest.mark.parametrize(
+    ("reading", "pressure", "speed", "temperature", "slip", "oil"),
+    [(reading, *case) for case in BOTH for reading in ("kinematic", "paper")] + APART,
+)
+def test_rules_advise_what_the_paper_says(
+    config: Settings,
+    reading: str,
+    pressure: float,
+    speed: float,
+    temperature: float,
+    slip: float,
+    oil: str,
+) -> None:
+    assert ruled(config, (pressure, speed, temperature, slip), reading=reading) == oil
+
+
+def test_limits_of_the_readings_are_those_of_kinematics_and_of_the_paper(config: Settings) -> None:
+    # docs/physics.md, kinematics: 15 % cage slip is S = 0.29, dmN 4e6 about 105 m/s
+    assert config.selection.slide_roll_ratio_limit == pytest.approx(0.29, abs=0.005)
+    assert config.selection.fast_from_m_s == pytest.approx(105 / 2, rel=0.005)
+    paper = config.with_changes({"selection": {"reading": "paper"}}).selection
+    assert (paper.slide_roll_ratio_limit, paper.fast_from_m_s) == (0.15, 100.0)
+
+
+def test_operating_point_without_a_rule_is_refused(config: Settings) -> None:
+    settings = config.selection.model_copy(update={"rules": config.selection.rules[:-1]})
+    point = pd.DataFrame([(1.5, 50.0, 70.0, 0.1)], columns=list(AXES))
+    with pytest.raises(OilfilmError, match=r"no rule applies at max_hertz.* 1\.5.*end"):
+        decide(point, settings, OILS, np.ones((3, 1), dtype=bool))
+
+
+# ---------------------------------------------------------------- by cage slip
+
+
+def operating_point(
+    number: int,
+    slip: tuple[float, ...],
+    torque: tuple[float, ...] = (3.0, 2.0, 1.0),
+    film: tuple[float, ...] = (9.0, 8.0, 7.0),
+    pressure_gpa: float = 1.5,
+) -> list[dict[str, Any]]:
+    """One operating point with each oil; by default the thinner oil has less torque."""
+    return [
+        {
+            "bearing": "any",
+            "oil": oil,
+            "inlet_temperature_c": 70.0,
+            "pitch_speed_mm_rpm": 1e6 * number,
+            "inner_speed_rpm": 6000.0 * number,
+            "axial_load_n": 1e4,
+            "cage_slip": slip[index],
+            "torque_n_m": torque[index],
+            "lambda_ratio": film[index],
+            "inner_max_hertz_pressure_gpa": pressure_gpa,
+            "outer_max_hertz_pressure_gpa": 0.9 * pressure_gpa,
+            "entrainment_speed_m_s": 50.0,
+        }
+        for index, oil in enumerate(OILS)
+    ]
+
+
+# slip of (4102, 4050, 4010), other numbers; then rule, advised oil, best oil, judgement
+CASES: dict[str, tuple[tuple[float, ...], dict[str, Any], tuple[str, str, str, str]]] = {
+    "nothing slips": ((0.01, 0.01, 0.01), {}, ("little slip", "4010", "4010", "agree")),
+    "4010 slips, 4050 holds": ((0.02, 0.1, 0.3), {}, ("slipping", "4050", "4050", "agree")),
+    "only 4102 holds: it is necessary": (
+        *((0.1, 0.2, 0.3), {}),
+        ("slipping", "4102", "4102", "agree"),
+    ),
+    "nothing holds, and 4010 slips least": (
+        *((0.4, 0.3, 0.2), {}),
+        ("slipping", "4102", "4010", "slips more"),
+    ),
+    "4102 has less torque than 4050, and both hold": (
+        *((0.02, 0.1, 0.3), {"torque": (1.5, 2.0, 1.0)}),
+        ("slipping", "4050", "4102", "heats more"),
+    ),
+    "five percent of torque is no matter": (
+        *((0.02, 0.1, 0.3), {"torque": (1.95, 2.0, 1.0)}),
+        ("slipping", "4050", "4102", "agree"),
+    ),
+    "under light load 4102 slips as 4050 does, 4010 does not": (
+        *((0.3, 0.3, 0.1), {"pressure_gpa": 0.9}),
+        ("slipping", "4102", "4010", "slips"),
+    ),
+    "under light load 4102 is advised though 4010 holds with less torque": (
+        *((0.01, 0.01, 0.01), {"pressure_gpa": 0.9}),
+        ("light load", "4102", "4010", "heats more"),
+    ),
+    "4010 has no film": (
+        *((0.01, 0.02, 0.0), {"film": (9.0, 8.0, 2.9)}),
+        ("little slip", "4050", "4050", "agree"),
+    ),
+    "of one oil the film is not known, and it would be chosen": (
+        *((0.01, 0.02, 0.01), {"film": (9.0, 8.0, NAN)}),
+        ("little slip", "4050", "4050", "outside the film formula"),
+    ),
+    "of one oil the film is not known, and it would not be chosen": (
+        *((0.01, 0.02, 0.01), {"film": (NAN, 8.0, 7.0)}),
+        ("little slip", "4010", "4010", "agree"),
+    ),
+    "no film is known": (
+        *((0.01, 0.02, 0.01), {"film": (NAN, NAN, NAN)}),
+        ("little slip", "", "", "outside the film formula"),
+    ),
+    "no oil has film": (
+        *((0.01, 0.02, 0.0), {"film": (2.0, 2.0, 2.0)}),
+        ("little slip", "", "", "no film"),
+    ),
+    "without equilibrium an oil is no choice": (
+        *((0.01, 0.02, NAN), {"film": (9.0, 8.0, NAN)}),
+        ("little slip", "4050", "4050", "agree"),
+    ),
+}
+
+
+@pytest.mark.parametrize(("slip", "others", "expected"), CASES.values(), ids=CASES)
+def test_slip_decides_as_an_engineer_would(
+    config: Settings, slip: tuple[float, ...], others: dict[str, Any], expected: tuple[str, ...]
+) -> None:
+    rows = pd.DataFrame(operating_point(1, slip, **others))
+    advice = advise(rows, config.selection, config.gates.lambda_limit)
+    columns = ["selection_rule", "advised_oil", "best_oil", "judgement"]
+    assert tuple(advice[columns].iloc[0]) == expected
+
+
+@pytest.mark.parametrize(
+    ("reading", "million_mm_rpm", "temperature_c", "slip", "rule"),
+    [
+        ("kinematic", 1.9, 120.0, 0.01, "little slip"),
+        ("kinematic", 2.0, 120.0, 0.01, "hot and fast"),  # half of dmN 4e6
+        ("paper", 3.8, 120.0, 0.01, "little slip"),  # 99 m/s
+        ("paper", 3.9, 120.0, 0.01, "hot and fast"),  # 102 m/s
+        # the limit of cage slip is the same in both
+        *(
+            (reading, 1.0, 70.0, slip, rule)
+            for reading in ("kinematic", "paper")
+            for slip, rule in ((0.15, "little slip"), (0.151, "slipping"))
+        ),
+    ],
+)
+def test_bearing_is_fast_and_slips_by_the_reading(
+    config: Settings,
+    reading: str,
+    million_mm_rpm: float,
+    temperature_c: float,
+    slip: float,
+    rule: str,
+) -> None:
+    rows = pd.DataFrame(operating_point(1, (0.01, 0.01, slip))).assign(
+        pitch_speed_mm_rpm=million_mm_rpm * 1e6, inlet_temperature_c=temperature_c
+    )
+    chosen = config.with_changes({"selection": {"reading": reading}}).selection
+    assert advise(rows, chosen, 3.0)["selection_rule"].tolist() == [rule]
+
+
+def test_each_operating_point_is_judged_by_itself(config: Settings) -> None:
+    rows = operating_point(1, (0.01, 0.01, 0.01)) + operating_point(2, (0.1, 0.2, 0.3))
+    advice = advise(pd.DataFrame(rows).sample(frac=1, random_state=1), config.selection, 3.0)
+    advice = advice.set_index("pitch_speed_mm_rpm")
+    assert advice["oils_within_limit"].str.split("; ").map(set).to_dict() == {
+        1e6: set(OILS),
+        2e6: {"4102"},
+    }
+    assert advice["slip_that_decides"].to_dict() == {1e6: 0.01, 2e6: 0.3}
+    assert advice.loc[2e6, "advised_cage_slip"] == 0.1
+    assert advice.loc[1e6, "best_torque_n_m"] == 1.0
+
+
+def test_without_an_oil_of_the_rules_there_is_no_advice(config: Settings) -> None:
+    rows = [row for row in operating_point(1, (0.0, 0.0, 0.0)) if row["oil"] != "4050"]
+    for slips in (pd.DataFrame(rows), tables.empty("cage_slip")):
+        made = advice_in_band([], CampaignTables.in_memory(cage_slip=slips), config)
+        assert made["slip_advice"].empty
+        assert made["advice_band"].empty
+
+
+# ---------------------------------------------------------------- scenarios
+
+
+MORE_OIL = 0.03
+
+
+@pytest.fixture(scope="module")
+def small() -> Settings:
+    """A small map, with two levels of drag and one refit."""
+    bearing = {
+        "cage_slip": {"pitch_speed_mm_rpm": [1e6, 3e6], "axial_load_n": [2000, 8000, 30000]},
+        "oil_volume_fraction": 0.004,
+        "oil_volume_fraction_range": [0.004, MORE_OIL],
+    }
+    band = {"oil_volume_fractions": 2, "refits": 1}
+    changes = {"bearing": bearing, "selection": {"band": band}}
+    return resolve(ROOT / "config", {"campaign": "demo"}).with_changes(changes)
+
+
+def refitted(factor: float) -> CampaignTables:
+    """The printed law as a fit, and a refit with all traction times a factor."""
+    coefficients, quality = printed_fits()
+    scaled = np.where(coefficients["constant"].isin(["A0", "B0"]), factor, 1.0)
+    refits = coefficients[["oil", "law", "constant"]].assign(
+        cause="resampled curves", refit=0, value=coefficients["value"] * scaled
+    )
+    return CampaignTables.in_memory(coefficients=coefficients, fit_quality=quality, refits=refits)
+
+
+def in_band(config: Settings, factor: float) -> Frames:
+    results = refitted(factor)
+    oils = oils_in_bearings(results.coefficients, results.fit_quality, config)
+    return advice_in_band(oils, results.replace(cage_slip=cage_slip_table(oils, config)), config)
+
+
+def alone(config: Settings, fraction: float, factor: float) -> pd.DataFrame:
+    """The advice with this drag and with all traction times a factor, worked out by itself."""
+    changed = config.with_changes({"bearing": {"oil_volume_fraction": fraction}})
+    results = refitted(factor)
+    value = results.refits["value"].to_numpy()
+    oils = oils_in_bearings(results.coefficients.assign(value=value), results.fit_quality, changed)
+    slip = cage_slip_table(oils, changed)
+    return advise(slip, changed.selection, changed.gates.lambda_limit)
+
+
+@pytest.mark.no_cover
+def test_each_scenario_is_that_of_the_bearing_by_itself(small: Settings) -> None:
+    made = in_band(small, 0.7)
+    advice, band = made["slip_advice"], made["advice_band"]
+    band = band.set_index(["oil_volume_fraction", "refit"])["agreeing_points"]
+    scenarios = {
+        (fraction, refit): alone(small, fraction, factor)
+        for fraction in (0.004, MORE_OIL)
+        for refit, factor in enumerate((1.0, 0.7))
+    }
+    agreeing = {at: (each["judgement"] == "agree").sum() for at, each in scenarios.items()}
+    assert band.to_dict() == agreeing
+    point = ["pitch_speed_mm_rpm", "axial_load_n"]
+    judged = pd.concat(scenarios.values()).set_index(point)["judgement"] == "agree"
+    agree = judged.groupby(level=point).mean()
+    np.testing.assert_allclose(advice.set_index(point)["agree_share"], agree.loc[:])
+    # more oil about, and less traction: somewhere another oil is best
+    assert band.nunique() > 1
+    uncertain = advice[advice["best_oil_share"] < 1]
+    assert len(uncertain)
+    assert (uncertain["best_oils"].str.count(";") > 0).all()
+
+
+def test_scenarios_that_are_alike_leave_every_choice_certain(small: Settings) -> None:
+    narrow = {"oil_volume_fraction_range": [0.004, 0.004 * (1 + 1e-9)]}
+    made = in_band(small.with_changes({"bearing": narrow}), 1.0)
+    advice, band = made["slip_advice"], made["advice_band"]
+    assert (advice["best_oil_share"] == 1).all()
+    assert set(advice["agree_share"]) <= {0.0, 1.0}
+    assert (band["agreeing_points"] == advice["agree_share"].sum()).all()
