@@ -98,21 +98,18 @@ def test_subfolder_without_rights_is_named(tmp_path: Path, monkeypatch: pytest.M
         raw_files(tmp_path)
 
 
-@given(
-    st.lists(
-        st.sampled_from(
-            "a.csv .x.csv README README.md runs.csv ~$a.xlsx x/b.csv x/runs.csv".split()
-        )
-    )
-)
+FILES = "a.csv .x.csv README README.md runs.csv ~$a.xlsx x/b.csv x/runs.csv".split()
+
+
+@given(st.lists(st.sampled_from(FILES)))
 def test_files_of_a_folder_are_logs_or_passed_over_by_their_names(names: list[str]) -> None:
     with tempfile.TemporaryDirectory() as temporary:
         folder = Path(temporary)
         for name in ["log.tdms", *names]:
             (folder / name).parent.mkdir(exist_ok=True)
             (folder / name).write_text("x")
-        listed = subprocess.run(["find", ".", "-type", "f"], cwd=folder, capture_output=True)
-        files = [line[2:] for line in listed.stdout.decode().splitlines()]
+        found = subprocess.check_output(["find", ".", "-type", "f"], cwd=folder, text=True)
+        files = [line.removeprefix("./") for line in found.splitlines()]
         logs = raw_files(folder)
         over = [name for name in files if is_passed_over(folder / name, folder)]
         assert sorted(files) == sorted([*logs, *over])
