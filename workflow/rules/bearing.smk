@@ -42,7 +42,9 @@ rule torque_runs:
         files=TORQUE_FILES,
         acknowledged=ACKNOWLEDGED,
         sheet=sheet_rows(TORQUE_RAW, TORQUE_FILES),
-        config=part("oils", "torque_logs", "curation", campaign=("header", "oil_aliases", "torque")),
+        config=part(
+            "oils", "rigs", "torque_logs", "curation", campaign=("header", "oil_aliases", "torque")
+        ),
     script:
         "../scripts/torque_runs.py"
 

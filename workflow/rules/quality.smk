@@ -15,7 +15,7 @@ rule refused:
         sheet=sheet_rows(TORQUE_RAW, TORQUE_FILES),
         pages_max=SETTINGS.figures.refused_pages_max,
         config=part(
-            *("oils", "curation", "torque_logs"),
+            *("oils", "rigs", "curation", "torque_logs"),
             campaign=(
                 *ORIGIN,
                 *("header", "oil_aliases", "semantics", "semantics_of_rig", "torque"),
