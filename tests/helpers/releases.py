@@ -14,6 +14,7 @@ from campaigns import ROOT, Campaign, without
 from oilfilm import home, tables
 from oilfilm.digests import file_digest
 from oilfilm.home import RUN_LOCK
+from oilfilm.logs.raw_files import listing
 from oilfilm.releases import rebuild
 from oilfilm.releases.manifest import (
     CHECKSUMS,
@@ -85,6 +86,7 @@ def made(
             f"data/raw/{name}/{file}": sha256(content).hexdigest()
             for file, content in sorted(raw.items())
         },
+        made=[results / "made/all.sha256"],
     )
 
 
@@ -128,10 +130,21 @@ def measured_run(config: Settings, root: Path, raw: dict[str, bytes]) -> Finishe
 
 
 def released(run: FinishedRun) -> Path:
-    """The release of a run in its own project."""
+    """The release of a run in its own project, whose files are as its steps have written them."""
     name = run.settings.campaign.name
+    made_now(run)
     folder, _ = make_release(run, run.root / "results/releases" / name)
     return folder
+
+
+def made_now(run: FinishedRun) -> None:
+    """The steps' list of what they wrote is that of the files as they are."""
+    digests = {
+        f"{run.results}/{name}": sha256(path.read_bytes()).hexdigest()
+        for name, path in run.below_results().items()
+    }
+    (run.root / run.made[0]).parent.mkdir(exist_ok=True)
+    (run.root / run.made[0]).write_text(listing(digests), encoding="utf-8")
 
 
 def alter(release: Path, path: str, content: bytes) -> None:

@@ -41,7 +41,7 @@ from oilfilm.releases.stored_release import verify
 from oilfilm.report.release_id import UNRELEASED
 from oilfilm.settings.resolve import read_config, resolve, unresolve
 from oilfilm.settings.resolved import Settings
-from releases import made, measured_run, project, rebuilding, released, runs_of
+from releases import made, made_now, measured_run, project, rebuilding, released, runs_of
 
 Change = Callable[[making.FinishedRun], making.FinishedRun]
 Verify = Callable[[], tuple[int, str]]
@@ -129,6 +129,7 @@ def test_report_of_a_release_has_its_id_and_is_else_the_runs(run: making.Finishe
 
 def test_second_release_finds_the_first(run: making.FinishedRun) -> None:
     releases = run.root / "results/releases/demo"
+    made_now(run)
     first, new = making.make_release(run, releases)
     again, new_again = making.make_release(run, releases)
     assert (first, new, new_again) == (again, True, False)
@@ -207,6 +208,40 @@ def test_table_with_a_flipped_bit_is_not_released(run: making.FinishedRun, table
     flip_last_byte_of_first_page(run.root / path)
     with pytest.raises(OilfilmError, match=rf"{table}\.parquet: cannot be read as Parquet"):
         released(replace(run, files=[*run.files, path]))
+
+
+def flipped(path: Path) -> None:
+    """One bit of a file is turned over, and its time stamp is as before."""
+    stamp, content = path.stat(), bytearray(path.read_bytes())
+    content[len(content) // 2] ^= 1
+    path.write_bytes(content)
+    os.utime(path, ns=(stamp.st_atime_ns, stamp.st_mtime_ns))
+
+
+@pytest.mark.parametrize("name", ["figures/fig02.png", "summary.txt", "exports/4102/law.h"])
+def test_result_that_is_not_as_its_step_wrote_it_is_not_released(
+    run: making.FinishedRun, name: str
+) -> None:
+    made_now(run)
+    flipped(run.root / run.results / name)
+    sentence = rf"results/demo/{name}: is not as its step wrote it. Remove results/demo/made/all"
+    with pytest.raises(OilfilmError, match=sentence):
+        making.make_release(run, run.root / "results/releases/demo")
+
+
+def test_table_that_another_program_wrote_anew_is_not_released(run: making.FinishedRun) -> None:
+    made_now(run)
+    path = run.root / run.results / "tables/runs.parquet"
+    parquet.write_table(parquet.read_table(path), path)
+    with pytest.raises(OilfilmError, match=r"tables/runs\.parquet: is not as its step wrote it"):
+        making.make_release(run, run.root / "results/releases/demo")
+
+
+def test_file_that_no_step_has_written_is_not_released(run: making.FinishedRun) -> None:
+    made_now(run)
+    (run.root / run.results / "exports/4102/planted.h").write_bytes(b"double mu;\n")
+    with pytest.raises(OilfilmError, match=r"planted\.h: no step of the run has written it"):
+        making.make_release(run, run.root / "results/releases/demo")
 
 
 def test_damaged_release_is_not_taken_for_the_one_that_exists(run: making.FinishedRun) -> None:

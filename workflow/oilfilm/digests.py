@@ -33,14 +33,26 @@ def file_digest(path: Path) -> str:
         return hashlib.file_digest(file, "sha256").hexdigest()
 
 
+def files_below(folder: Path) -> list[str]:
+    """Paths of all files below a folder, sorted; links are not followed."""
+    paths, folders = [], [folder]
+    # no recursion: folders may be nested deeper than the call stack allows
+    while folders:
+        for path in folders.pop().iterdir():
+            if path.is_dir() and not path.is_symlink():
+                folders.append(path)
+            else:
+                paths.append(path.relative_to(folder).as_posix())
+    return sorted(paths)
+
+
 def input_digest(path: Path) -> str:
     """sha256 of a file, or of the names and contents of all files below a folder."""
     if path.is_file():
         return file_digest(path)
     digest = hashlib.sha256()
-    for file in sorted(path.rglob("*")):
-        if file.is_file():
-            digest.update(f"{file.relative_to(path).as_posix()} {file_digest(file)}\n".encode())
+    for name in files_below(path):
+        digest.update(f"{name} {file_digest(path / name)}\n".encode())
     return digest.hexdigest()
 
 

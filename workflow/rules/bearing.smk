@@ -34,6 +34,7 @@ rule torque_runs:
         torque_runs="<tables>/torque_runs.parquet",
         torque_quarantine="<tables>/torque_quarantine.parquet",
         logs="<parts>/torque_runs/logs.sha256",
+        made=made("torque-runs"),
     log:
         "<logs>/torque-runs.log",
     localrule: True
@@ -62,6 +63,7 @@ rule torque:
         torque="<tables>/torque.parquet",
         torque_inversion="<tables>/torque_inversion.parquet",
         torque_control="<tables>/torque_control.parquet",
+        made=made("torque"),
     log:
         "<logs>/torque.log",
     params:
@@ -81,6 +83,7 @@ rule bearing_maps:
     output:
         cage_slip="<tables>/cage_slip.parquet",
         size_effect="<tables>/size_effect.parquet",
+        made=made("bearing-maps"),
     log:
         "<logs>/bearing-maps.log",
     params:
@@ -96,6 +99,7 @@ rule heat_balance:
         **finished("cage_slip", "torque", "coefficients", "fit_quality"),
     output:
         heat_balance="<tables>/heat_balance.parquet",
+        made=made("heat-balance"),
     log:
         "<logs>/heat-balance.log",
     localrule: True
@@ -114,6 +118,7 @@ rule test_plan:
         **finished("coefficients", "fit_quality", "refits", "points"),
     output:
         test_plan="<tables>/test_plan.parquet",
+        made=made("test-plan"),
     log:
         "<logs>/test-plan.log",
     localrule: True

@@ -145,6 +145,17 @@ def finished(*names):
     return {name: [] if name in missing else f"<tables>/{name}.parquet" for name in listed}
 
 
+# Lists of what every step has written, for `release`.
+MADE = []
+
+
+def made(name, **wildcards):
+    """File in which a step lists the sha256 of its outputs when it ends."""
+    path = f"<results>/made/{name}.sha256"
+    MADE.extend(expand(path, **wildcards) if wildcards else [path])
+    return path
+
+
 def reference_file(name):
     """A file of data/reference; it stays in the folder where results go to object storage."""
     return local(home.reference_file(name).as_posix())

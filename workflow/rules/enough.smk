@@ -16,6 +16,7 @@ rule enough:
     output:
         certificates="<tables>/certificates.txt",
         accepted_runs="<tables>/accepted_runs.txt",
+        made=made("enough"),
     log:
         "<logs>/enough.log",
     localrule: True

@@ -5,6 +5,7 @@ rule exports:
         studies=[reference_file("printed_coefficients")] if "paper" in CAMPAIGN.studies else [],
     output:
         folder=directory("<results>/exports"),
+        made=made("exports"),
     log:
         "<logs>/exports.log",
     localrule: True

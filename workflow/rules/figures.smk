@@ -13,6 +13,7 @@ for family, of_family in families(CAMPAIGN.figures).items():
             **inputs_of_figures(of_family),
         output:
             **files_of_figures(of_family),
+            made=made(f"{family}-figures"),
         log:
             f"<logs>/{family}-figures.log",
         localrule: True

@@ -13,6 +13,7 @@ rule fit:
         points="<parts>/collect/{oil}/points.parquet",
     output:
         **{table: f"<parts>/fit/{{oil}}/{{law}}/{table}.parquet" for table in OF_FIT},
+        made=made("fit-{oil}-{law}", oil=OILS, law=FITTED_LAWS),
     log:
         "<logs>/fit-{oil}/{law}.log",
     wildcard_constraints:
@@ -39,6 +40,7 @@ rule fits:
         **finished("points", "runs"),
     output:
         **finished(*OF_FIT, "law_verdicts", "lack_of_fit"),
+        made=made("fits"),
     log:
         "<logs>/fits.log",
     localrule: True

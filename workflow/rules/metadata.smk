@@ -22,6 +22,7 @@ rule metadata:
         campaign="<results>/captions/campaign.rst",
         figures=expand("<results>/captions/figures/{figure}.rst", figure=CAMPAIGN.figures),
         captions=expand("<results>/captions/tables/{table}.rst", table=TABLE_FILES),
+        made=made("metadata"),
     log:
         "<logs>/metadata.log",
     localrule: True

@@ -11,6 +11,7 @@ rule paper:
         **finished("printed_judged", "signs", "sign_verdicts", "claims", "claim_numbers"),
         **finished("extrapolation", "extrapolation_errors"),
         truth_grid="<results>/twin/truth_grid.parquet" if SIMULATED else [],
+        made=made("paper"),
     log:
         "<logs>/paper.log",
     localrule: True
@@ -34,6 +35,7 @@ if CAMPAIGN.torque is not None:
             published=reference_file("bearing_tests"),
         output:
             **finished("slip_advice", "advice_band", "published_tests"),
+            made=made("slip-advice"),
         log:
             "<logs>/slip-advice.log",
         params:

@@ -36,6 +36,7 @@ rule points:
         runs="<parts>/points/{shard}/runs.parquet",
         quarantine="<parts>/points/{shard}/quarantine.parquet",
         logs="<parts>/points/{shard}/logs.sha256",
+        made=made("points-{shard}", shard=SHARDS),
     log:
         "<logs>/points/{shard}.log",
     params:
@@ -72,6 +73,7 @@ checkpoint collect:
         **finished("points runs quarantine coverage gate_counts"),
         spreadsheet="<tables>/quarantine.csv",
         of_oil=expand("<parts>/collect/{oil}/points.parquet", oil=OILS),
+        made=made("collect"),
     log:
         "<logs>/collect.log",
     localrule: True

@@ -7,6 +7,7 @@ rule refused:
         samples=expand(SAMPLES, shard=SHARDS),
     output:
         pages=directory("<results>/refused"),
+        made=made("refused"),
     log:
         "<logs>/refused.log",
     params:

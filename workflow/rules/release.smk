@@ -10,6 +10,7 @@ rule release:
             *expand("<parts>/points/{shard}/logs.sha256", shard=SHARDS),
             *([rules.torque_runs.output.logs] if CAMPAIGN.torque is not None else []),
         ],
+        made=MADE,
         simulated=[
             *(raw_logs(RAW, FILES) if SIMULATED else []),
             *(raw_logs(TORQUE_RAW, TORQUE_FILES) if TORQUE_SIMULATED else []),

@@ -22,6 +22,7 @@ rule report:
     output:
         page="<results>/report.html",
         summary="<results>/summary.txt",
+        made=made("report"),
     log:
         "<logs>/report.log",
     localrule: True

@@ -16,13 +16,15 @@ with job(snakemake) as (settings, _):
     releases, package = Path(params.releases), Path(inputs.package)
     if code_tree_digest(HOME) != params.tree:
         raise OilfilmError("The code has changed while it ran. Run `snakemake release` again.")
+    others = {*inputs.digests, *inputs.simulated, *inputs.made}
     finished = FinishedRun(
         root=Path(),
         home=HOME,
         settings=settings,
         results=package.parents[1],
-        files=[Path(path) for path in inputs if path not in {*inputs.digests, *inputs.simulated}],
+        files=[Path(path) for path in inputs if path not in others],
         raw=read_listings(*map(Path, inputs.digests)) | params.sheets,
+        made=[Path(path) for path in inputs.made],
         copies=package.parents[3],  # of what is in object storage; else this folder
     )
     folder, new = make_release(finished, releases)

@@ -253,16 +253,3 @@ def is_inside(path: str) -> bool:
         and not path.startswith("/")
         and not {"..", "."} & set(path.split("/"))
     )
-
-
-def files_below(folder: Path) -> list[str]:
-    """Paths of all files below a folder, sorted; links are not followed."""
-    paths, folders = [], [folder]
-    # no recursion: folders may be nested deeper than the call stack allows
-    while folders:
-        for path in folders.pop().iterdir():
-            if path.is_dir() and not path.is_symlink():
-                folders.append(path)
-            else:
-                paths.append(path.relative_to(folder).as_posix())
-    return sorted(paths)

@@ -10,8 +10,10 @@ from pathlib import Path
 
 from oilfilm import tables
 from oilfilm.atomic_write import flush, make_folder, rename_flushed
+from oilfilm.digests import file_digest, files_below
 from oilfilm.errors import OilfilmError
-from oilfilm.home import RUN_LOCK
+from oilfilm.home import RUN_LOCK, portable
+from oilfilm.logs.raw_files import read_listings
 from oilfilm.releases.manifest import (
     CHECKSUMS,
     CODE,
@@ -24,7 +26,6 @@ from oilfilm.releases.manifest import (
     Manifest,
     canonical,
     checksums,
-    files_below,
     sha256_of,
 )
 from oilfilm.releases.stored_release import StoredRelease
@@ -50,6 +51,7 @@ class FinishedRun:
         files: Output files and folders below it, all up to date.
         raw: Paths of the raw logs with the sha256 that each had when the run read it; empty for
             simulated logs, which the run wrote itself.
+        made: Files in which each step has listed the sha256 of what it wrote.
         copies: Folder with the local copies of what is kept in object storage.
     """
 
@@ -59,6 +61,7 @@ class FinishedRun:
     results: Path
     files: Sequence[Path]
     raw: Mapping[str, str]
+    made: Sequence[Path]
     copies: Path = Path()
 
     def below_results(self) -> dict[str, Path]:
@@ -87,8 +90,8 @@ def make_release(run: FinishedRun, releases: Path) -> tuple[Path, bool]:
         The release's folder, and whether it is new.
 
     Raises:
-        OilfilmError: A raw log has changed since the run read it, a table is damaged, or the
-            release exists already with other content.
+        OilfilmError: A raw log has changed since the run read it, a file is not as its step wrote
+            it, or the release exists already with other content.
     """
     config = as_yaml(run.settings.plain())
     made_from = MadeFrom(
@@ -141,11 +144,34 @@ def _raw_records(run: FinishedRun) -> list[FileRecord]:
     return records
 
 
+def _refuse_damaged(run: FinishedRun, files: Mapping[str, Path]) -> None:
+    """Refuse results that are not what their steps wrote, released or not."""
+    stated = {
+        path: (digest, made)
+        for made in run.made
+        for path, digest in read_listings(run.root / made).items()
+    }
+    released = {portable(run.results / name): file for name, file in files.items()}
+    for path in sorted({*stated, *released}):
+        file = released.get(path, run.root / path)
+        if path not in stated:
+            raise OilfilmError(f"{path}: no step of the run has written it. Move it away.")
+        digest, made = stated[path]
+        # what is kept in object storage and not released is not here
+        if (path in released or file.is_file()) and file_digest(file) != digest:
+            raise OilfilmError(
+                f"{path}: is not as its step wrote it. Remove {made}, then run `snakemake release` "
+                "again: the step is done anew."
+            )
+
+
 def _gather(run: FinishedRun, made_from: MadeFrom, config: str, folder: Path) -> Manifest:
     """Copy every file of a release into a folder; returns the manifest."""
     of_oil: dict[str, list[Path]] = {}
     copied = {LOCK: run.home / RUN_LOCK}
-    for name, path in run.below_results().items():
+    files = run.below_results()
+    _refuse_damaged(run, files)
+    for name, path in files.items():
         if name.endswith(".parquet"):
             tables.refuse_damaged(path)
         if name.startswith(_SAMPLES):
@@ -173,8 +199,8 @@ def _gather(run: FinishedRun, made_from: MadeFrom, config: str, folder: Path) ->
         for name, paths in sorted(of_oil.items())
         for digest, rows in [content_digest(paths)]
     ]
-    files = [FileRecord.of(folder, name) for name in files_below(folder)]
-    manifest = Manifest.of(made_from, files, samples)
+    records = [FileRecord.of(folder, name) for name in files_below(folder)]
+    manifest = Manifest.of(made_from, records, samples)
     for name, text in {MANIFEST: manifest.text(), CHECKSUMS: checksums(manifest)}.items():
         (folder / name).write_bytes(text.encode("utf-8"))
     return manifest

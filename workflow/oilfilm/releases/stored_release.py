@@ -15,7 +15,7 @@ from typing import Any
 import pandas as pd
 
 from oilfilm import tables
-from oilfilm.digests import file_digest
+from oilfilm.digests import file_digest, files_below
 from oilfilm.errors import OilfilmError, printable
 from oilfilm.releases.manifest import (
     BESIDE,
@@ -25,7 +25,6 @@ from oilfilm.releases.manifest import (
     FileRecord,
     Manifest,
     checksums,
-    files_below,
     read_manifest,
 )
 from oilfilm.settings.yaml_file import read_yaml

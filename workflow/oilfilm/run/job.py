@@ -9,10 +9,11 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, NoReturn, TextIO
 
-from oilfilm.digests import input_digest, settings_digest
+from oilfilm.atomic_write import write_text
+from oilfilm.digests import file_digest, files_below, input_digest, settings_digest
 from oilfilm.errors import OilfilmError
 from oilfilm.home import portable
-from oilfilm.logs.raw_files import RawLogs, read_listings
+from oilfilm.logs.raw_files import RawLogs, listing, read_listings
 from oilfilm.run.lock import job_lock
 from oilfilm.run.start import machine_fault
 from oilfilm.settings.resolved import Settings
@@ -33,6 +34,7 @@ def job(snakemake: Any) -> Iterator[tuple[Settings, dict[str, Any]]]:
             log.write_text("", encoding="utf-8")
             settings = Settings.of(snakemake.params.config)
             yield settings, _provenance(snakemake, settings)
+            _write_digests(snakemake.output)
             with log.open("a", encoding="utf-8") as remarks:
                 remarks.write("done\n")
     except OilfilmError as mistake:
@@ -48,6 +50,17 @@ def job(snakemake: Any) -> Iterator[tuple[Settings, dict[str, Any]]]:
             "config.yaml allows.",
             log,
         )
+
+
+def _write_digests(outputs: Any) -> None:
+    """Write the sha256 of every output to the output `made`; a release compares them."""
+    if made := outputs.get("made"):
+        digests = {}
+        for path in (Path(output) for output in outputs if output != made):
+            inside = files_below(path) if path.is_dir() else [""]
+            for each in (path / name for name in inside):
+                digests[portable(each)] = file_digest(each)
+        write_text(listing(digests), Path(made))
 
 
 def say(text: str, stream: TextIO = sys.stdout) -> None:
