@@ -172,7 +172,7 @@ def _mistakes(error: ValidationError, model: Any) -> Iterator[tuple[Steps, str]]
 def _sentence(details: ErrorDetails, steps: Steps, schema: Mapping[str, Any]) -> str:
     group, node, value = dotted(steps[:-1]), node_at(schema, steps), details["input"]
     under = f" under `{group}`" if group else ""
-    if details["type"] == "extra_forbidden" or details["loc"][-1] == "[key]":
+    if details["type"] == "extra_forbidden" or details["loc"][-1:] == ("[key]",):
         return _unknown_key(steps[-1], node_at(schema, steps[:-1]), under)
     meaning = _meaning(schema, steps)
     if details["type"] == "missing":
