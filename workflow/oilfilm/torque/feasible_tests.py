@@ -79,15 +79,15 @@ def candidates(
         reached &= speed[:, np.newaxis] * (1 + slip / 2) <= scale.surface_speed_m_s
         force = (load[:, np.newaxis] * mu).max(axis=1)
         beyond |= {
-            "the load sensor's full scale": load > scale.load_n,
-            "the force sensor's full scale": force > scale.traction_force_n,
-            "the temperature sensor's full scale": temperature > scale.temperature_c,
+            "the load sensor's full scale": np.asarray(load > scale.load_n),
+            "the force sensor's full scale": np.asarray(force > scale.traction_force_n),
+            "the temperature sensor's full scale": np.asarray(temperature > scale.temperature_c),
         }
     thin = reached & ~(lambda_ratio > lambda_limit)
     beyond |= {
         "the rig's smallest load": np.asarray(load < (limits.smallest_load_n or 0.0)),
-        "slips that the rig reaches at this speed": reached.sum(axis=1) < _FEWEST_SLIPS,
-        f"a full film (lambda > {lambda_limit:g})": thin.any(axis=1),
+        "slips that the rig reaches at this speed": np.asarray(reached.sum(axis=1) < _FEWEST_SLIPS),
+        f"a full film (lambda > {lambda_limit:g})": np.asarray(thin.any(axis=1)),
     }
     left, left_out = np.ones(len(tests), dtype=bool), {}
     for reason, is_beyond in beyond.items():
