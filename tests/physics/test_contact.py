@@ -9,6 +9,7 @@ from scipy.special import ellipe, ellipk
 
 from oilfilm.physics.contact import (
     contact_radius,
+    creep_slope,
     elliptical_contact,
     ellipticity,
     load_for_max_hertz_pressure,
@@ -225,3 +226,14 @@ def test_ellipticity_lies_between_the_root_and_the_two_thirds_power(ratio: float
     k = ellipticity(1.0, ratio)
     low, high = sorted([ratio**0.5, ratio ** (2 / 3)])
     assert low * (1 - 1e-12) <= k <= high * (1 + 1e-12)
+
+
+def test_creep_of_a_contact_that_is_wide_across_the_rolling_direction_is_carters() -> None:
+    # two cylinders (Carter 1926): C11 -> pi^2/(4 (1 - nu)), so that mu/S = 3 pi E'/(16 p0)
+    assert creep_slope(1e-2, 10.0) == pytest.approx(3 * np.pi / 16 * 100, rel=0.03)
+
+
+@given(st.floats(1e-3, 2e-2), st.floats(0.1, 10.0))
+def test_creep_slope_falls_with_pressure_and_with_width(pressure: float, shape: float) -> None:
+    assert creep_slope(2 * pressure, shape) == pytest.approx(creep_slope(pressure, shape) / 2)
+    assert creep_slope(pressure, 1.2 * shape) <= creep_slope(pressure, shape)

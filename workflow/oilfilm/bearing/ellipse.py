@@ -278,7 +278,10 @@ def conditions(
     temperature = np.broadcast_to(inlet_temperature_c, radius_x.shape)
     levels = contacts.load_n, pressure, slip.entrainment_speed_m_s, temperature, radius_x
     load, pressure, speed, temperature, radius_x = (level[..., np.newaxis] for level in levels)
-    return Conditions(load, pressure, speed, temperature, radius_x, bearing.reduced_modulus_pa)
+    wide, long = contacts.semi_axis_y_m, contacts.semi_axis_x_m
+    shape = np.divide(wide, long, out=np.ones_like(wide), where=long > 0)[..., np.newaxis]
+    modulus = bearing.reduced_modulus_pa
+    return Conditions(load, pressure, speed, temperature, radius_x, modulus, shape)
 
 
 def traction(

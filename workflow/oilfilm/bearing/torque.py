@@ -14,7 +14,7 @@ from oilfilm.bearing.friction import (
     FrictionProblem,
     friction_equilibrium,
 )
-from oilfilm.physics.contact import Conditions, ellipticity
+from oilfilm.physics.contact import Conditions
 from oilfilm.physics.film import film_thickness, within_thermal_reduction
 from oilfilm.units import BoolArray, FloatArray
 
@@ -99,9 +99,8 @@ def _film(found: FrictionEquilibrium, share: FloatArray) -> tuple[FloatArray, Bo
     of_contacts = {
         name: value[..., 0] if np.ndim(value) else value for name, value in vars(at).items()
     }
-    shape = ellipticity(of_contacts["radius_x_m"], bearing.radius_y_m)
     load = np.maximum(of_contacts["load_n"], np.finfo(float).tiny)
-    at = Conditions(**of_contacts | {"load_n": load, "ellipticity": shape})
+    at = Conditions(**of_contacts | {"load_n": load})
     film = film_thickness(oil, at, found.balance.traction.slide_roll_ratio @ share, "minimum")
     loading = oil.thermal_loading(at.entrainment_speed_m_s)
     within = within_thermal_reduction(at.relative_pressure, loading)

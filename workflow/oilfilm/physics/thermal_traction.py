@@ -21,6 +21,7 @@ from oilfilm.physics.contact import (
     Conditions,
     Floats,
     contact_radius,
+    creep_slope,
     load_for_max_hertz_pressure,
 )
 from oilfilm.physics.film import InletOil, film_thickness
@@ -318,19 +319,23 @@ def sliding_film(
 ) -> SlidingFilm:
     """Film at a point of a contact, with the heat that its own sliding makes.
 
-        tau   = film_stress(p, T, gamma),   gamma = S U/h
-        T     = T_inlet + dT_flash(tau S U/2) + dT_film(tau S U)
+        tau   = film_stress(p, T, gamma),   gamma = S_f U/h
+        T     = T_inlet + dT_flash(tau S_f U/2) + dT_film(tau S_f U)
+        S_f   = S - tau/(K p),   K = creep_slope of the bodies
         h     = phi_T h_c
 
-    The stress falls with the temperature and the temperature rises with the stress, so that there
-    is exactly one solution. A bracketing root search finds it.
+    The film slips by S_f, the bodies creep by the rest: the two are in series at every point, which
+    has a share of the contact's stiffness in proportion to its pressure. That distribution is OURS;
+    the contact's slope at small slip is Kalker's. The stress falls with the temperature and with
+    the creep, both of which rise with the stress, so that there is exactly one solution. A
+    bracketing root search finds it.
 
     Args:
         oil: The oil; its viscosity and pressure-viscosity coefficient are taken at the temperature
             of the film, its conductivity at the inlet's.
         constants: Stresses and the bodies' thermal properties.
-        at: The contact's conditions, at a speed above 0; the bodies far from the contact are as
-            warm as the oil. Its largest pressure is not used.
+        at: The contact's conditions, at a speed and pressure above 0; the bodies far from the
+            contact are as warm as the oil.
         pressure_pa: p at the point, in Pa.
         slide_roll_ratio: S at the point, 0 or more.
         semi_axis_x_m: Semi-axis of the contact in the rolling direction, in m.
@@ -367,16 +372,19 @@ def sliding_film(
         sliding_m_s, film_thickness_m, inlet_oil.thermal_conductivity_w_mk
     )
     shear_rate = sliding_m_s / film_thickness_m
-    pressure, inlet, rise, rate = np.broadcast_arrays(
-        pressure_pa, at.inlet_temperature_c, flash + within, shear_rate
+    # the stress at which all slip would be creep
+    creep = creep_slope(at.relative_pressure, at.ellipticity) * pressure_pa * slide_roll_ratio
+    pressure, inlet, rise, rate, most = np.broadcast_arrays(
+        pressure_pa, at.inlet_temperature_c, flash + within, shear_rate, creep
     )
-    stress = _stress_with_heat(oil, constants, pressure, inlet, rise, rate)
+    stress = _stress_with_heat(oil, constants, pressure, inlet, rise, rate, most)
+    of_film = _share_of_film(stress, most)
     return SlidingFilm(
         shear_stress_pa=stress,
-        shear_rate_1_s=shear_rate,
+        shear_rate_1_s=rate * of_film,
         film_thickness_m=film_thickness_m,
-        surface_temperature_c=inlet + flash * stress,
-        film_temperature_c=inlet + rise * stress,
+        surface_temperature_c=inlet + flash * of_film * stress,
+        film_temperature_c=inlet + rise * of_film * stress,
     )
 
 
@@ -430,21 +438,40 @@ def _stress_with_heat(
     inlet_temperature_c: FloatArray,
     rise_k_pa: FloatArray,
     shear_rate_1_s: FloatArray,
+    creep_stress_pa: FloatArray,
 ) -> FloatArray:
-    """Shear stress of a film whose temperature rises by `rise_k_pa` per pascal of that stress."""
+    """Shear stress of a film that its own heat warms and that the bodies' creep relieves.
+
+    Args:
+        oil: The oil.
+        constants: Stresses.
+        pressure_pa: p.
+        inlet_temperature_c: Of the oil.
+        rise_k_pa: Rise of the film's temperature per pascal of the stress, were all slip its own.
+        shear_rate_1_s: Of the film, were all slip its own.
+        creep_stress_pa: Stress at which the bodies' creep takes all slip.
+    """
 
     def excess(stress: FloatArray, *known: FloatArray) -> FloatArray:
-        pressure, inlet, rise, shear_rate = known
-        return stress - film_stress(oil, constants, pressure, inlet + rise * stress, shear_rate)
+        pressure, inlet, rise, shear_rate, most = known
+        share = _share_of_film(stress, most)
+        warm = inlet + rise * share * stress
+        return stress - film_stress(oil, constants, pressure, warm, shear_rate * share)
 
     # the stress is largest in a film that stays cold; the factor allows for rounding
     coldest = film_stress(oil, constants, pressure_pa, inlet_temperature_c, shear_rate_1_s)
     with np.errstate(divide="ignore"):
         hottest = (_HOTTEST_C - inlet_temperature_c) / rise_k_pa
-    highest = np.minimum(coldest * (1 + 1e-9), hottest)
+    highest = np.minimum(np.minimum(coldest * (1 + 1e-9), hottest), creep_stress_pa)
     # imported here: it takes half a second, and the formulas above do without
     from scipy.optimize import elementwise  # noqa: PLC0415
 
-    known = pressure_pa, inlet_temperature_c, rise_k_pa, shear_rate_1_s
+    known = pressure_pa, inlet_temperature_c, rise_k_pa, shear_rate_1_s, creep_stress_pa
     root = elementwise.find_root(excess, (np.zeros_like(highest), highest), args=known)
     return np.asarray(root.x)
+
+
+def _share_of_film(stress_pa: FloatArray, creep_stress_pa: FloatArray) -> FloatArray:
+    """Share of the slip that is the film's own; the bodies creep by the rest."""
+    whole = np.where(creep_stress_pa > 0, creep_stress_pa, 1.0)
+    return np.asarray(1 - stress_pa / whole)

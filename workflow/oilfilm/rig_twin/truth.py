@@ -115,7 +115,11 @@ class FilmTruth:
             pressure = peak * np.sqrt(1 - rule.along**2 - rule.across**2)
             speed = np.fmax(at.entrainment_speed_m_s, _LEAST_SPEED_M_S)
             at = replace(
-                at, load_n=load, entrainment_speed_m_s=speed, ellipticity=contact.ellipticity
+                at,
+                load_n=load,
+                max_hertz_pressure_gpa=peak / PA_PER_GPA,
+                entrainment_speed_m_s=speed,
+                ellipticity=contact.ellipticity,
             )
             film = sliding_film(
                 self.oil, self.constants, at, pressure, slide_roll_ratio, contact.semi_axis_x_m
