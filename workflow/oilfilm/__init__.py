@@ -3,6 +3,7 @@
 In other programs and notebooks:
 
 - `oilfilm.fit(P, U, T, S, mu)` fits a traction law to arrays;
+- `oilfilm.fit_table("mu.csv")` does so with a table of mu;
 - `oilfilm.printed("4102")` is the law with the constants of the paper;
 - `oilfilm.read_fit(folder, oil)` reads a fit of the workflow;
 - `oilfilm.predict(law, constants, P, U, T, S)` evaluates a law.
@@ -11,11 +12,12 @@ In other programs and notebooks:
 from importlib import import_module
 from typing import Any
 
-__all__ = ["OilfilmError", "__version__", "fit", "predict", "printed", "read_fit"]
+__all__ = ["OilfilmError", "__version__", "fit", "fit_table", "predict", "printed", "read_fit"]
 
 _MODULES = {
     "OilfilmError": "oilfilm.errors",
     "fit": "oilfilm.arrays",
+    "fit_table": "oilfilm.table_fit",
     "predict": "oilfilm.fits.fitted",
     "printed": "oilfilm.paper.printed_law",
     "read_fit": "oilfilm.fits.fitted",

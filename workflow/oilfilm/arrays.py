@@ -31,6 +31,8 @@ _MU = "traction_coefficient"
 _OIL = "oil"
 # Of a curve drawn between its points.
 _DRAWN = 200
+# A legend of more curves hides them.
+_LEGEND = 15
 
 
 @dataclass(frozen=True)
@@ -148,6 +150,8 @@ class ArrayFit:
             axes.plot(curve[SLIP], curve[_MU], "o", markersize=3, color=line.get_color())
         axes.set_xlabel("Slide-roll ratio")
         axes.set_ylabel("Traction coefficient")
+        if len(axes.lines) <= 2 * _LEGEND:
+            axes.legend(fontsize="x-small")
         return axes
 
     def __repr__(self) -> str:

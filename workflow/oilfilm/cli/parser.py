@@ -14,7 +14,7 @@ from typing import Any
 
 import oilfilm
 
-# Options of `predict`: the condition of a law, its meaning, an example.
+# Options of `predict` and `fit`: the condition of a law, its meaning, an example.
 CONDITION_OPTIONS = {
     "--stress": ("max_hertz_pressure_gpa", "maximum Hertz pressure", "1.2GPa"),
     "--load": ("load_n", "normal load", "50N"),
@@ -88,6 +88,31 @@ def watch(command: argparse.ArgumentParser) -> None:
         default=3.0,
         metavar="SECONDS",
         help="a log is finished when it has not changed for so long (default: 3)",
+    )
+
+
+def fit(command: argparse.ArgumentParser) -> None:
+    """Fit a traction law to a table of traction coefficients.
+
+    The table (csv, tsv, xlsx, Parquet) has slide-roll ratio, mean speed, load or maximum Hertz
+    pressure, temperature and mu. Its columns are found by name and unit.
+    """
+    command.add_argument("table", type=Path, metavar="TABLE", help="one row per settled reading")
+    command.add_argument("--ball-radius", metavar="9.525mm", help="load becomes pressure with it")
+    command.add_argument(
+        "--materials",
+        default="steel,steel",
+        metavar="BALL,DISC",
+        help="steel, silicon-nitride, glass or 206GPa:0.3 each (default: steel,steel)",
+    )
+    command.add_argument("--law", help="name of the law (default: one of pressure, else of load)")
+    command.add_argument("--oil", help="which oil of the table, or its name")
+    for option, (_, meaning, example) in CONDITION_OPTIONS.items():
+        about = f"{meaning}, where all rows have the same, as {example}"
+        command.add_argument(option, metavar=example, help=about)
+    command.add_argument("--plot", type=Path, metavar="FILE", help="draw points and law: png, svg")
+    command.add_argument(
+        "--save", type=Path, metavar="DIR", help="write tables, exports and report to a new folder"
     )
 
 
@@ -193,7 +218,7 @@ def export(command: argparse.ArgumentParser) -> None:
     )
 
 
-COMMANDS = (init, run, check, watch, predict, plan, verify, fetch, diff, pin, export)
+COMMANDS = (init, run, check, fit, watch, predict, plan, verify, fetch, diff, pin, export)
 _OF_RELEASES = (verify, fetch, diff, pin)
 
 

@@ -24,15 +24,20 @@ _PLACES = (
 )
 
 
-def text(sections: Sequence[Section], campaign: Campaign) -> str:
+def text(
+    sections: Sequence[Section],
+    campaign: Campaign,
+    where: Sequence[tuple[str, str]] = _PLACES,
+) -> str:
     """The sections as text.
 
     Args:
         sections: Of the campaign's report.
         campaign: Name, description and origin of the data.
+        where: What is in which file of the results.
     """
     first, *others = sections
-    places = [f"- {what}: results/{campaign.name}/{place}" for what, place in _PLACES]
+    places = [f"- {what}: results/{campaign.name}/{place}" for what, place in where]
     lines = [
         sentence(f"Campaign {campaign.name}: {campaign.description}"),
         sentence(provenance(campaign, ())),

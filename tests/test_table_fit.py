@@ -1,0 +1,176 @@
+"""A table of mu in many dialects: planted constants come back, or the true reason is told."""
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pyarrow
+import pyarrow.parquet
+import pytest
+
+import oilfilm
+from oilfilm.cli import main
+from oilfilm.mu_table import read_mu_table, with_pressure
+
+QUICK = {"searches": 2, "bootstrap": 20}
+PLANTED = oilfilm.printed("4102")
+SLIP, MU = "slide_roll_ratio", "traction_coefficient"
+CONDITIONS = ["max_hertz_pressure_gpa", "entrainment_speed_m_s", "inlet_temperature_c"]
+NAMES = [*CONDITIONS, SLIP]
+
+
+@pytest.fixture(scope="module")
+def points() -> pd.DataFrame:
+    """Points on the printed law of 4102, whose constants the paper states."""
+    levels = np.meshgrid([1.0, 1.25, 1.5], [25, 40], [50, 120], np.linspace(0, 0.3, 11))
+    frame = pd.DataFrame({name: level.ravel() for name, level in zip(NAMES, levels, strict=True)})
+    law, at = PLANTED, [frame[name] for name in frame]
+    mu = oilfilm.predict(law.law, law.coefficients, *at).traction_coefficient
+    return frame.assign(**{MU: mu})
+
+
+# Names with their units, and the factor and offset from SI: as laboratories of many lands write.
+DIALECTS = {
+    "plain": [("p [GPa]", 1, 0), ("U [m/s]", 1, 0), ("T [°C]", 1, 0), ("S", 1, 0), ("mu", 1, 0)],
+    "english": [
+        ("Max Hertz pressure (MPa)", 1e3, 0),
+        ("Rolling Speed (mm/s)", 1e3, 0),
+        ("Pot Temp (°C)", 1, 0),
+        ("SRR (%)", 100, 0),
+        ("Traction Coeff", 1, 0),
+    ],
+    "german": [
+        ("Pressung [GPa]", 1, 0),
+        ("mittlere Geschwindigkeit [m/s]", 1, 0),
+        ("Öltemperatur [K]", 1, 273.15),
+        ("Schlupf [%]", 100, 0),
+        ("Reibungszahl", 1, 0),
+    ],
+    "spanish": [
+        ("presión [MPa]", 1e3, 0),
+        ("velocidad media [m/s]", 1, 0),
+        ("aceite [°C]", 1, 0),
+        ("deslizamiento [-]", 1, 0),
+        ("coeficiente de tracción", 1, 0),
+    ],
+    "chinese": [
+        ("压力 [GPa]", 1, 0),
+        ("平均 [m/s]", 1, 0),
+        ("温度 [°C]", 1, 0),
+        ("滑滚比 [%]", 100, 0),
+        ("牵引系数", 1, 0),
+    ],
+}
+
+
+def in_dialect(points: pd.DataFrame, dialect: str) -> pd.DataFrame:
+    return pd.DataFrame(
+        {
+            name: factor * points[column] + offset
+            for column, (name, factor, offset) in zip(points, DIALECTS[dialect], strict=True)
+        }
+    )
+
+
+@pytest.mark.parametrize("dialect", DIALECTS)
+def test_columns_are_found_by_name_and_unit(points: pd.DataFrame, dialect: str) -> None:
+    found = read_mu_table(in_dialect(points, dialect)).points
+    for column in points:
+        np.testing.assert_allclose(found[column], points[column], rtol=1e-9, atol=1e-12)
+
+
+def test_every_form_of_table_gives_the_planted_constants(
+    points: pd.DataFrame, tmp_path: Path
+) -> None:
+    german = in_dialect(points, "german")
+    german.to_csv(tmp_path / "a.csv", sep=";", decimal=",", index=False, encoding="cp1252")
+    german.to_csv(tmp_path / "a.tsv", sep="\t", index=False)
+    german.to_excel(tmp_path / "a.xlsx", index=False)
+    fields = [
+        pyarrow.field(name.partition(" [")[0], pyarrow.float64(), metadata={"unit": unit})
+        for name, unit in zip(german, ["GPa", "m/s", "K", "%", ""], strict=True)
+    ]
+    table = pyarrow.table([*german.to_numpy().T], schema=pyarrow.schema(fields))
+    pyarrow.parquet.write_table(table, tmp_path / "a.parquet")
+    for name in ("csv", "tsv", "xlsx", "parquet"):
+        read = read_mu_table(tmp_path / f"a.{name}").points
+        np.testing.assert_allclose(read[list(points)], points, rtol=1e-9, atol=1e-9)
+    fit = oilfilm.fit_table(tmp_path / "a.csv", **QUICK)
+    np.testing.assert_allclose(fit.constants["value"], PLANTED.coefficients.constants, rtol=1e-5)
+
+
+def test_load_becomes_pressure_with_ball_and_materials() -> None:
+    # PCS Instruments state 1.25 GPa at 75 N for the 3/4 inch steel ball of their MTM
+    points = with_pressure(pd.DataFrame({"load_n": [75.0]}), 9.525e-3, "steel,steel")
+    assert points["max_hertz_pressure_gpa"][0] == pytest.approx(1.25, rel=0.02)
+    named = with_pressure(points, 9.525e-3, "206GPa:0.3,steel")
+    pd.testing.assert_frame_equal(named, points)
+
+
+def test_negative_slip_and_its_traction_count_as_positive(points: pd.DataFrame) -> None:
+    mirrored = points.assign(**{SLIP: -points[SLIP], MU: -points[MU]})
+    found = read_mu_table(mirrored).points
+    np.testing.assert_allclose(found[[SLIP, MU]], points[[SLIP, MU]], atol=1e-15)
+
+
+def test_without_ball_a_law_of_load_is_fitted_and_said(points: pd.DataFrame) -> None:
+    frame = points.assign(load_n=80 * points[CONDITIONS[0]] ** 3).drop(columns=CONDITIONS[0])
+    fit = oilfilm.fit_table(frame, **QUICK)
+    assert fit.law.law.name == "wang-deng-load"
+    assert "because the pressure is not known" in fit.notes[-1]
+
+
+def test_one_of_several_oils_and_curves_of_the_table_are_used(points: pd.DataFrame) -> None:
+    curves = points.groupby(CONDITIONS, sort=False).ngroup()
+    both = pd.concat([points.assign(Oil="A", Run=curves), points.assign(Oil="B", Run=curves)])
+    with pytest.raises(oilfilm.OilfilmError, match=r"several oils\. Name one with --oil: A, B"):
+        oilfilm.fit_table(both.reset_index(drop=True))
+    fit = oilfilm.fit_table(both.reset_index(drop=True), oil="B", **QUICK)
+    assert (fit.oil, len(fit.points), fit.points["run_id"].nunique()) == ("B", 132, 12)
+
+
+@pytest.mark.parametrize(
+    ("changed", "sentence"),
+    [
+        ({"p [GPa]": "p"}, "the column 'p' has no unit"),
+        ({"mu": "y"}, "no column is the traction coefficient"),
+        ({"T [°C]": "y"}, r"no column is the inlet temperature.*--temperature 40degC"),
+        ({"U [m/s]": "mean speed [m/s]", "T [°C]": "mean u [m/s]"}, "could both be"),
+    ],
+)
+def test_what_is_missing_or_doubtful_is_named(
+    points: pd.DataFrame, changed: dict[str, str], sentence: str
+) -> None:
+    with pytest.raises(oilfilm.OilfilmError, match=sentence):
+        oilfilm.fit_table(in_dialect(points, "plain").rename(columns=changed))
+
+
+def test_slip_that_no_rig_has_is_percent_only_where_the_unit_says_nothing(
+    points: pd.DataFrame,
+) -> None:
+    percent = points.assign(**{SLIP: 100 * points[SLIP]})
+    with pytest.raises(oilfilm.OilfilmError, match="a slide-roll ratio is 30; expected 2 at most"):
+        read_mu_table(percent.rename(columns={SLIP: "SRR [-]"}))
+    found = read_mu_table(percent.rename(columns={SLIP: "SRR"}))
+    np.testing.assert_allclose(found.points[SLIP], points[SLIP])
+    assert any("so it is in %" in note for note in found.notes)
+
+
+def test_command_prints_plots_and_saves_what_predict_reads(
+    points: pd.DataFrame, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    noisy = points[MU] * (1 + 0.01 * np.random.default_rng(1).standard_normal(len(points)))
+    table, saved, picture = (tmp_path / name for name in ("a.csv", "saved", "a.png"))
+    in_dialect(points.assign(**{MU: noisy}), "english").to_csv(table, index=False)
+    assert main(["fit", str(table), "--save", str(saved), "--plot", str(picture)]) == 0
+    assert "132 points in 12 curves" in capsys.readouterr().out
+    assert picture.read_bytes().startswith(b"\x89PNG")
+    assert {"report.html", "summary.txt", "exports", "tables"} == {p.name for p in saved.iterdir()}
+    assert (saved / "exports/oil/traction_oil.py").is_file()
+    at = ["--stress", "1.25GPa", "--speed", "30m/s", "--temperature", "80degC", "--slip", "5%"]
+    assert main(["predict", "--results", str(saved), "--oil", "oil", *at]) == 0
+    mu = float(capsys.readouterr().out.partition("mu = ")[2].partition(",")[0])
+    true = PLANTED.predict_at(1.25, 30, 80, 0.05).traction_coefficient
+    assert mu == pytest.approx(float(true), rel=0.01)
+    assert main(["fit", str(table), "--save", str(saved)]) == 2
+    assert "exists already" in capsys.readouterr().err

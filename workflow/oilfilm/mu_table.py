@@ -1,0 +1,311 @@
+"""A table of traction coefficients, as a rig exports it or as it is typed from a paper.
+
+One row is one settled reading: slide-roll ratio, speed, load or pressure, temperature and mu. No
+time, no force and no zero: nothing of it can be checked as a log is.
+
+Decides: what the columns of a table of mu mean, and what is assumed where it does not say so.
+"""
+
+import io
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from oilfilm.errors import OilfilmError, cut
+from oilfilm.logs import csv
+from oilfilm.logs.base import LARGEST_LOG, Names, UnreadableLogError
+from oilfilm.logs.columns import LoggedTable
+from oilfilm.logs.header import FULL_WIDTH, apart
+from oilfilm.logs.ingest import read_bytes, unpack
+from oilfilm.logs.log_kind import Vocabulary
+from oilfilm.logs.words import guessed, has_word, unit_in_name
+from oilfilm.physics.contact import max_hertz_pressure, reduced_modulus
+from oilfilm.settings.base import plain_key
+from oilfilm.settings.campaign import Column
+from oilfilm.units import PA_PER_GPA, FloatArray, conversion
+
+PRESSURE, LOAD, SPEED = "max_hertz_pressure_gpa", "load_n", "entrainment_speed_m_s"
+TEMPERATURE, SLIP, MU = "inlet_temperature_c", "slide_roll_ratio", "traction_coefficient"
+# Young's modulus in Pa and Poisson's ratio. Steel and silicon nitride as bearing steel and balls
+# have them (Harris and Kotzalas, Rolling Bearing Analysis, 5th ed., 2007); glass: Schott N-BK7.
+MATERIALS = {
+    "steel": (206e9, 0.3),
+    "silicon-nitride": (310e9, 0.26),
+    "glass": (82e9, 0.206),
+}
+_OWN_NAMES = {
+    PRESSURE: ("load", "GPa"),
+    LOAD: ("load", "N"),
+    SPEED: ("entrainment_speed", "m/s"),
+    "ball_speed_m_s": ("ball_speed", "m/s"),
+    "disc_speed_m_s": ("disc_speed", "m/s"),
+    TEMPERATURE: ("inlet_temperature", "degC"),
+    SLIP: (SLIP, "1"),
+    MU: (MU, "1"),
+}
+VOCABULARY = Vocabulary("table of mu", "columns", _OWN_NAMES, ())
+# Symbols that papers use alone as the name of a column; surer than any word.
+_SYMBOLS = {
+    "s": SLIP,
+    "srr": SLIP,
+    "mu": MU,
+    "\u03bc": MU,
+    "cof": MU,
+    "f": MU,
+    "t": "inlet_temperature",
+    "p": "load",
+    "p0": "load",
+    "ph": "load",
+    "w": "load",
+    "u": "entrainment_speed",
+    "ue": "entrainment_speed",
+}
+_SURE = 100
+_OF_OIL = "oil öl oel lubric schmierstoff huile aceite olio lube масл 油"
+_OF_CURVE = (
+    "curve kurve run test versuch messung courbe essai curva ensayo prueba prova кривая 曲线"
+)
+# A slide-roll ratio is 2 at most, and a hot oil colder than this.
+_LARGEST_SLIP, _HOTTEST_C = 2.0, 300.0
+_MARKS = {"comma": ",", "semicolon": ";", "tab": "\t", "bar": "|"}
+_EXCEL, _PARQUET = b"PK\x03\x04", b"PAR1"
+
+
+@dataclass
+class MuTable:
+    """A table as it was read.
+
+    Attributes:
+        name: What it is called in messages.
+        points: Conditions, slip and mu by their columns' names; `oil` and `curve` where the table
+            has them. Pressure or load may be missing.
+        notes: What each column was taken for, and what was assumed.
+    """
+
+    name: str
+    points: pd.DataFrame = field(default_factory=pd.DataFrame)
+    notes: list[str] = field(default_factory=list)
+
+    def refuse(self, found: str, advice: str) -> OilfilmError:
+        """The error of a table that cannot be used."""
+        return OilfilmError(f"{self.name}: {found} {advice}")
+
+
+def read_mu_table(table: Path | str | pd.DataFrame) -> MuTable:
+    """Read csv, tsv, xlsx or Parquet, or a data frame.
+
+    Raises:
+        OilfilmError: A column is missing, doubtful or without a unit, or a number is impossible.
+    """
+    found = MuTable("the data frame" if isinstance(table, pd.DataFrame) else str(table))
+    text = _text_of(table) if isinstance(table, pd.DataFrame) else _content(Path(table), found)
+    columns = _columns(text, found)
+    renamed = {
+        quantity: Column(name=[name], unit=unit or None)
+        for quantity, (name, unit) in columns.items()
+    }
+    try:
+        form, (logged,) = csv.tables(text, replace(VOCABULARY, renamed=renamed))
+    except UnreadableLogError as error:
+        advice = "Write one line of names above the rows."
+        raise found.refuse(f"{error.refusal.reason}.", advice) from None
+    mark = _MARKS.get(form.delimiter)
+
+    def labels(words: str, without: str) -> "pd.Series[Any] | None":
+        named = (has_word(name, words) and not has_word(name, without) for name in logged.names)
+        place = next((index for index, is_one in enumerate(named) if is_one), None)
+        taken = {plain_key(name) for name, _ in columns.values()}
+        if place is None or plain_key(logged.names[place]) in taken or logged.show is None:
+            return None
+        rows = (logged.show(index).split(mark) for index in range(logged.rows))
+        return pd.Series([row[place].strip(' "') if place < len(row) else "" for row in rows])
+
+    _fill(found, logged, columns)
+    for name, cells in (
+        ("oil", labels(_OF_OIL, "temp")),
+        ("curve", labels(_OF_CURVE, "temp time zeit")),
+    ):
+        if cells is not None:
+            found.points[name] = cells
+    return _without_gaps(found)
+
+
+def _content(path: Path, found: MuTable) -> bytes:
+    """The table as text: a workbook's first sheet and Parquet as tab-separated values."""
+    if path.is_dir():
+        raise found.refuse("is a folder.", "Name a table: csv, tsv, xlsx or Parquet.")
+    content = unpack(read_bytes(path))
+    try:
+        if content.startswith(_PARQUET):
+            import pyarrow.parquet  # noqa: PLC0415 - most tables are text
+
+            data = pyarrow.parquet.read_table(io.BytesIO(content))
+            units = [(each.metadata or {}).get(b"unit", b"").decode() for each in data.schema]
+            frame = data.to_pandas(ignore_metadata=True)
+            names = zip(frame.columns, units, strict=True)
+            return _text_of(frame.set_axis([f"{n} [{u}]" if u else n for n, u in names], axis=1))
+        if content.startswith(_EXCEL):
+            # a sheet may have lines above the names
+            sheet = pd.read_excel(io.BytesIO(content), header=None, dtype=object)
+            return sheet.to_csv(sep="\t", index=False, header=False).encode()
+    except Exception as error:
+        reason = f"cannot be read ({cut(' '.join(str(error).split()))})."
+        raise found.refuse(reason, "Export it again, or as csv.") from error
+    if b"\0" in content[:1000] or len(content) > LARGEST_LOG:
+        raise found.refuse("is no table.", "Expected csv, tsv, xlsx or Parquet.")
+    return content
+
+
+def _text_of(frame: pd.DataFrame) -> bytes:
+    index = not isinstance(frame.index, pd.RangeIndex)
+    return frame.to_csv(sep="\t", index=index and frame.index.names != [None]).encode()
+
+
+def _columns(text: bytes, found: MuTable) -> dict[str, tuple[str, str]]:
+    """The one column that means each quantity, with its unit."""
+    candidates = [(_meant(names), names) for names in csv.possible_names(text)]
+    meant, names = max(candidates, key=lambda each: len(each[0]), default=({}, []))
+    for quantity, columns in meant.items():
+        if len(columns) > 1:
+            several = " and ".join(repr(name) for name, _ in columns)
+            raise found.refuse(
+                f"the columns {several} could both be the {quantity.replace('_', ' ')}.",
+                "Rename the one that is not.",
+            )
+    known = {quantity: columns[0] for quantity, columns in meant.items()}
+    needed = [MU] if {"ball_speed", "disc_speed"} <= known.keys() else [MU, SLIP]
+    if lacking := [name.replace("_", " ") for name in needed if name not in known]:
+        own = ", ".join(repr(name) for name, _ in names) or "none that can be told"
+        raise found.refuse(
+            f"no column is the {' and the '.join(lacking)}; its columns are {cut(own)}.",
+            "Name the columns slide_roll_ratio and traction_coefficient, or SRR and mu.",
+        )
+    return known
+
+
+def _meant(names: Names) -> dict[str, Names]:
+    """The columns of a line of names by the quantity that they seem to mean, the likeliest."""
+    best: dict[str, int] = {}
+    meant: dict[str, Names] = {}
+    for name, beside in dict.fromkeys(names):
+        bare = apart(name.translate(FULL_WIDTH))[0]
+        own = VOCABULARY.meaning(name) or (_SYMBOLS.get(plain_key(bare)), None)
+        quantity, score = (own[0], _SURE) if own[0] else guessed(bare, beside, VOCABULARY)
+        unit = beside or own[1] or unit_in_name(bare, quantity, VOCABULARY) if quantity else ""
+        if not quantity or (unit and not VOCABULARY.fits(quantity, unit)):
+            continue
+        if score > best.get(quantity, 0):
+            best[quantity], meant[quantity] = score, []
+        if score == best[quantity]:
+            meant[quantity].append((name, unit))
+    return meant
+
+
+def _fill(found: MuTable, logged: LoggedTable, columns: Mapping[str, tuple[str, str]]) -> None:
+    """The points of a table, converted, and the notes on what was taken for what."""
+    names = [*logged.names]
+    places = {quantity: names.index(name) for quantity, (name, _) in columns.items()}
+    values = dict(zip(places, logged.values([*places.values()]), strict=True))
+    beside = {quantity: logged.units[place] for quantity, place in places.items()}
+    for quantity, numbers in values.items():
+        name, unit = columns[quantity]
+        unit = unit or beside[quantity]
+        if not unit:
+            unit = _assumed_unit(quantity, name, numbers, found)
+        to = conversion(unit, VOCABULARY.quantities[quantity])
+        column = next(n for n, known in _OWN_NAMES.items() if known == (quantity, to.unit))
+        found.points[column] = to.of(numbers)
+        found.notes.append(f"{column} is {name!r}" + (f", in {unit}" if unit != "1" else ""))
+    points = found.points
+    if {"ball_speed_m_s", "disc_speed_m_s"} <= set(points):
+        ball, disc = points.pop("ball_speed_m_s"), points.pop("disc_speed_m_s")
+        mean = (ball + disc) / 2
+        found.points = points.assign(**{SPEED: mean, SLIP: points.get(SLIP, (disc - ball) / mean)})
+
+
+def _assumed_unit(quantity: str, name: str, numbers: FloatArray, found: MuTable) -> str:
+    """The unit of a column that states none, where the numbers leave no doubt."""
+    largest = float(np.nanmax(np.abs(numbers), initial=0))
+    if quantity == MU:
+        return "1"
+    if quantity == SLIP:
+        unit = "1" if largest <= _LARGEST_SLIP else "%"
+        if unit == "%":
+            found.notes.append(f"assumed: {name!r} goes up to {largest:g}, so it is in %")
+        return unit
+    if quantity == "inlet_temperature" and largest < _HOTTEST_C:
+        found.notes.append(f"assumed: {name!r} is in degC")
+        return "degC"
+    units = " or ".join(VOCABULARY.quantities[quantity])
+    raise found.refuse(
+        f"the column {name!r} has no unit; it could be in {units} or another one.",
+        f"Write the unit behind the name, as `{name} [{VOCABULARY.quantities[quantity][0]}]`.",
+    )
+
+
+def _without_gaps(found: MuTable) -> MuTable:
+    """The rows that are complete, with positive slip; the others are counted."""
+    numbers = found.points.select_dtypes("number").to_numpy(dtype=float)
+    good = np.isfinite(numbers).all(axis=1)
+    if lost := int(np.sum(~good)):
+        found.notes.append(f"{lost} of {len(good)} rows are left out: a number is missing there")
+    points = found.points.loc[good].reset_index(drop=True)
+    if points.empty:
+        raise found.refuse("no row has all its numbers.", "Look at decimal marks and empty cells.")
+    if float(points[SLIP].abs().max()) > _LARGEST_SLIP:
+        raise found.refuse(
+            f"a slide-roll ratio is {points[SLIP].abs().max():g}; expected 2 at most.",
+            "Say `%` in the name of the column where it is meant, as `SRR [%]`.",
+        )
+    # the law is odd: both signs say the same
+    backwards = points[SLIP] < 0
+    if (points.loc[backwards, MU] < 0).any():
+        points.loc[backwards, MU] *= -1
+    points[SLIP] = points[SLIP].abs()
+    found.points = points
+    return found
+
+
+def with_pressure(points: pd.DataFrame, ball_radius_m: float, materials: str) -> pd.DataFrame:
+    """Points with the maximum Hertz pressure of their load on a ball and a flat disc.
+
+    Args:
+        points: With `load_n`.
+        ball_radius_m: Radius of the ball, in m.
+        materials: Of ball and disc, as `steel,glass` or `206GPa:0.3,steel`.
+
+    Raises:
+        OilfilmError: A material is not known.
+
+    Examples:
+        20 N on a steel ball of 9.525 mm, against steel: 0.818 GPa by hand with E' = 226.4 GPa.
+
+        >>> points = pd.DataFrame({"load_n": [20.0]})
+        >>> with_pressure(points, 9.525e-3, "steel,steel")["max_hertz_pressure_gpa"].round(3)[0]
+        np.float64(0.818)
+    """
+    bodies = [_elastic(name.strip()) for name in materials.split(",")]
+    if len(bodies) != 2:
+        raise OilfilmError(f"--materials: found {materials!r}; expected ball,disc, as steel,glass.")
+    (e1, nu1), (e2, nu2) = bodies
+    modulus_pa = reduced_modulus(e1, nu1, e2, nu2)
+    pressure_pa = max_hertz_pressure(points[LOAD].to_numpy(), ball_radius_m, modulus_pa)
+    return points.assign(**{PRESSURE: pressure_pa / PA_PER_GPA})
+
+
+def _elastic(name: str) -> tuple[float, float]:
+    modulus, mark, ratio = name.partition(":")
+    try:
+        if mark:
+            number = modulus.removesuffix("GPa")
+            return float(number) * PA_PER_GPA, float(ratio)
+        return MATERIALS[name]
+    except (KeyError, ValueError):
+        raise OilfilmError(
+            f"--materials: found {name!r}; expected one of {', '.join(MATERIALS)}, or Young's "
+            "modulus and Poisson's ratio, as 206GPa:0.3."
+        ) from None
