@@ -301,11 +301,15 @@ BAD_LOGS = (
     # --- exports of PCS rigs
     *bad("columns", config=PCS_CONFIG, pcs_missing_column=(PCS_LACKING, "the columns Ball Load")),
     *bad("not_a_sweep", warm_up=(csv(log_kind="warm-up"), "log_kind: 'warm-up'; expected cont")),
-    *bad("not_a_sweep", config=PCS_CONFIG, pcs_no_sweep=(pcs(kind="BodTimed"), "'BodTimed'")),
+    *bad(
+        "not_a_sweep",
+        config=PCS_CONFIG,
+        pcs_no_sweep=(pcs(kind="BodTimed"), "'BodTimed'"),
+        pcs_endless_number=(b"PCS Test Data File\n" + ENDLESS_STEP, "is of type 'unknown'"),
+    ),
     *bad(
         "no_rows",
         config=PCS_CONFIG,
-        pcs_endless_number=(b"PCS Test Data File\n" + ENDLESS_STEP, "holds no row"),
         pcs_title_alone=(b"PCS Test Data File\n", "holds no row of data"),
     ),
     *bad(

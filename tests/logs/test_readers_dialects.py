@@ -14,7 +14,7 @@ import bad_logs
 from campaigns import ROOT
 from oilfilm import tables
 from oilfilm.logs import ingest
-from oilfilm.logs.base import Reading
+from oilfilm.logs.base import Reading, UnreadableLogError
 from oilfilm.logs.header import header_keys, misspelt_key
 from oilfilm.logs.ingest import read_log, unpack
 from oilfilm.settings.resolve import resolve
@@ -185,12 +185,17 @@ def test_log_in_rpm_of_a_rig_without_radii_says_what_is_missing() -> None:
     assert refusal.refused_rows == 1
 
 
-def test_archive_that_unfolds_without_end_is_refused() -> None:
+def test_archive_that_unfolds_without_end_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     bomb = gzip.compress(bytes(1 << 20), 9)
     stacked = arrow.compress(bytes((1 << 29) + 10), "zstd", asbytes=True)
     assert len(unpack(bomb)) == 1 << 20
-    with pytest.raises(OSError, match="unpacked it has more than 512 MiB"):
+    with pytest.raises(UnreadableLogError, match="unpacked the file has more than 16 MiB, its si"):
         unpack(stacked)
+    # a large log is no damaged one
+    monkeypatch.setattr(ingest, "LARGEST_LOG", 1 << 20)
+    with pytest.raises(UnreadableLogError, match="unpacked the file is larger than 1 MiB") as error:
+        unpack(gzip.compress(bad_logs.ROWS * 99))
+    assert error.value.refusal.rule == "too_large"
 
 
 def test_header_in_another_language_and_an_oil_by_another_name() -> None:

@@ -12,7 +12,7 @@ import pytest
 
 import formats
 from oilfilm import tables
-from oilfilm.logs.base import LARGEST_LOG
+from oilfilm.logs.base import MOST_ROWS
 
 VALUES = formats.columns(40)
 
@@ -125,11 +125,11 @@ def test_cut_file_is_refused_in_words(read, kept: int) -> None:
     assert "\n" not in refusal.reason
 
 
-def test_file_that_unfolds_to_more_than_any_log_is_refused_unread(
+def test_file_of_more_rows_than_any_log_is_refused_unread(
     read, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     # constant columns: a few kilobytes hold more than the largest log
-    rows = LARGEST_LOG // 48 // 16 + 1
+    rows = MOST_ROWS // 16 + 1
     column = arrow.DictionaryArray.from_arrays(arrow.array(np.zeros(rows, np.int8)), [1.0])
     piece = arrow.table(dict.fromkeys(VALUES, column)).cast(
         arrow.schema([(name, arrow.float64()) for name in VALUES])
@@ -141,4 +141,4 @@ def test_file_that_unfolds_to_more_than_any_log_is_refused_unread(
     assert len(buffer.getvalue()) < 1 << 20
     monkeypatch.setattr(parquet.ParquetFile, "read", None)
     (refusal,) = read(buffer.getvalue()).refusals
-    assert "would unfold to 512 MiB" in refusal.reason
+    assert "the log has 4500016 rows, more than 4500000" in refusal.reason

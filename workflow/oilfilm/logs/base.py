@@ -20,8 +20,10 @@ Names = list[tuple[str, str]]
 
 # A reading beyond this is no measurement of any rig, whatever its unit.
 LARGEST_READING = 1e9
-# A day of 50 Hz logging is 0.3 GiB; a file that unfolds to more was made to fill the memory.
-LARGEST_LOG = 1 << 29
+# A day of 50 Hz logging is 4.3 million rows. What has more, or unfolds to more than so many times
+# its size, was made to fill the memory.
+MOST_ROWS, MOST_FOLDED = 4_500_000, 250
+_LARGEST_BY_LINE = 1 << 26
 
 
 @dataclass(frozen=True)
@@ -68,6 +70,30 @@ class Refusal:
         return replace(
             self, run_id=run_id, first_row=min(first, last), last_row=last, refused_rows=count
         )
+
+
+def check_rows(rows: int) -> None:
+    """Refuse a table that is larger than any log, before it is read.
+
+    Raises:
+        UnreadableLogError: It is.
+    """
+    if rows > MOST_ROWS:
+        reason = f"the log has {rows} rows, more than {MOST_ROWS}"
+        raise UnreadableLogError(
+            reason, "Let the logger begin a file for each run.", 0, "too_large"
+        )
+
+
+def check_lines(content: bytes) -> None:
+    """Refuse a text that is too large to be read line by line.
+
+    Raises:
+        UnreadableLogError: It is.
+    """
+    if len(content) > _LARGEST_BY_LINE:
+        reason = f"a text of this format is read up to {_LARGEST_BY_LINE >> 20} MiB"
+        raise UnreadableLogError(reason, "Export it in parts, or as csv or tdms.", 0, "too_large")
 
 
 class UnreadableLogError(Exception):

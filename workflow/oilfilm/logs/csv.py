@@ -14,13 +14,19 @@ from contextlib import suppress
 from dataclasses import dataclass
 from itertools import pairwise, zip_longest
 
-from oilfilm.logs.base import Names, TextForm, UnreadableLogError
+from oilfilm.logs.base import Names, TextForm, UnreadableLogError, check_rows
 from oilfilm.logs.columns import Found, LoggedTable
-from oilfilm.logs.encoding import HEAD_SEARCHED, best_encoding, encodings_of, normalise
+from oilfilm.logs.encoding import (
+    HEAD_SEARCHED,
+    best_encoding,
+    count_rows,
+    encodings_of,
+    normalise,
+)
 from oilfilm.logs.header import FULL_WIDTH, apart
 from oilfilm.logs.instants import is_date, is_stamp
 from oilfilm.logs.log_kind import Vocabulary
-from oilfilm.logs.text_rows import TextTable, count_rows
+from oilfilm.logs.text_rows import TextTable
 from oilfilm.settings.base import plain_key
 
 _BLANKS = " "
@@ -85,26 +91,29 @@ def tables(content: bytes, vocabulary: Vocabulary) -> Found:
     encoding = best_encoding(content, fitting)
     text = normalise(content, encoding)
     rows = max(count_rows(text) - 1, 0)  # one of the lines may be that of the names
+    check_rows(rows)
     try:
         head = _find_head(text, vocabulary)
         rows += 1
         _refuse_row_above_names(head)
         lines = text[:HEAD_SEARCHED].split(b"\n", head.start)[: head.start]
-        body = text[sum(map(len, lines)) + head.start :]
+        start = sum(map(len, lines)) + head.start
+        body = text
         # asked first, because replacing what is not there takes longer than reading the log
-        if b"#" in body and (body.startswith(b"#") or b"\n#" in body):
-            body = _COMMENT_LINES.sub(lambda line: _row_or_nothing(line[0], head), body)
-        rows = count_rows(body)
+        if text.find(b"\n#", max(start - 1, 0)) >= 0:
+            body = _COMMENT_LINES.sub(lambda line: _row_or_nothing(line[0], head), text[start:])
+            start = 0
+        rows = count_rows(memoryview(body)[start:])
         known = vocabulary.meanings(head.names, head.units)
         stamps = _stamps(head, known)
     except ValueError as error:
         read_as = "" if encoding == "ascii" else f"; read as {encoding}"
         raise UnreadableLogError(f"{error}{read_as}", vocabulary.advice, rows) from error
-    body, delimiter = _plain_cells(body, head)
+    body, delimiter, start = _plain_cells(body, head, start)
     decimal_mark, group_mark = _marks(
         head, delimiter, [place for place in known if place not in stamps]
     )
-    table = TextTable(body, len(head.names), delimiter, decimal_mark, group_mark, stamps)
+    table = TextTable(body, len(head.names), delimiter, decimal_mark, group_mark, stamps, start)
     logged = LoggedTable(
         _header_keys(head.header, head.delimiter),
         head.names,
@@ -288,16 +297,18 @@ def _units_of(names: Sequence[str], below: Sequence[str]) -> Iterator[str]:
         yield apart(name)[1] or stamp or (_bare(cell) if are_units else "")
 
 
-def _plain_cells(body: bytes, head: _Head) -> tuple[bytes, str]:
-    """The rows with one mark between cells that no cell holds, and that mark."""
+def _plain_cells(body: bytes, head: _Head, start: int) -> tuple[bytes, str, int]:
+    """The rows with one mark between cells that no cell holds, that mark, and where they start."""
+    plain = not (head.quoted and any(head.delimiter in cell for row in head.rows for cell in row))
+    if plain and head.delimiter != _BLANKS:
+        return body, head.delimiter, start
+    body = body[start:]
     if head.delimiter == _BLANKS:
-        return normalise(_SOME_BLANKS.sub(b"\t", _OUTER_BLANKS.sub(b"", body)), "ascii"), "\t"
-    if not (head.quoted and any(head.delimiter in cell for row in head.rows for cell in row)):
-        return body, head.delimiter
+        return normalise(_SOME_BLANKS.sub(b"\t", _OUTER_BLANKS.sub(b"", body)), "ascii"), "\t", 0
     # quoted cells hold the delimiter; line by line, so that a stray quote harms one row alone
     lines = body.decode("utf-8").split("\n")
     rows = "\n".join("\t".join(_split(line, head.delimiter)) for line in lines)
-    return normalise(rows.encode(), "ascii"), "\t"
+    return normalise(rows.encode(), "ascii"), "\t", 0
 
 
 def _marks(head: _Head, delimiter: str, places: Sequence[int]) -> tuple[str, str]:

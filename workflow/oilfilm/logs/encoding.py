@@ -4,13 +4,15 @@ Decides: in which encoding a text log is read.
 """
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from itertools import islice
 
 import numpy as np
 import numpy.typing as npt
 
 HEAD_SEARCHED = 1 << 16
+# A log is looked through block by block, so that memory does not grow with it.
+_BLOCK = 1 << 22
 _EMPTY_LINES = re.compile(rb"\n{2,}")
 _HIGH_BYTES = re.compile(rb"[\x80-\xff]+")
 _UTF8_MARK = b"\xef\xbb\xbf"
@@ -92,12 +94,31 @@ def normalise(content: bytes, encoding: str | None = None) -> bytes:
     if b"\r" in content:
         content = content.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
     # asked first, because replacing what is not there takes longer than reading the log
-    ends = line_ends(content)
-    if (ends[1:] & ends[:-1]).any():
+    if any((ends[1:] & ends[:-1]).any() for ends in _line_ends(content)):
         content = _EMPTY_LINES.sub(b"\n", content)
     return content.lstrip(b"\n")
 
 
-def line_ends(text: bytes) -> npt.NDArray[np.bool_]:
-    """Which bytes are line ends: in a tenth of the time that `bytes` takes to find many of them."""
-    return np.frombuffer(text, np.uint8) == ord("\n")
+def count_rows(text: bytes | memoryview) -> int:
+    """Lines of a text without empty lines; the last one counts without a line end too."""
+    # in a tenth of the time that `bytes` takes to find many of them
+    ends = sum(int(np.count_nonzero(ends[:_BLOCK])) for ends in _line_ends(text))
+    return ends + (len(text) > 0 and text[-1:] != b"\n")
+
+
+def longest_line(text: memoryview) -> int:
+    """Bytes of the longest line."""
+    longest = start = 0
+    for block, ends in enumerate(_line_ends(text)):
+        places = np.flatnonzero(ends) + block * _BLOCK
+        if len(places):
+            longest = max(longest, int(np.diff(places, prepend=start).max()))
+            start = int(places[-1])
+    return max(longest, len(text) - start)
+
+
+def _line_ends(text: bytes | memoryview) -> Iterator[npt.NDArray[np.bool_]]:
+    """Which bytes are line ends, block by block, each with the first byte of the next one."""
+    every = np.frombuffer(text, np.uint8)
+    for start in range(0, len(text), _BLOCK):
+        yield every[start : start + _BLOCK + 1] == ord("\n")

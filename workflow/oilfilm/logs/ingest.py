@@ -18,7 +18,7 @@ import pyarrow as arrow
 from oilfilm import tables
 from oilfilm.errors import OilfilmError, printable
 from oilfilm.logs.base import (
-    LARGEST_LOG,
+    MOST_FOLDED,
     LoggedRun,
     Reading,
     Refusal,
@@ -29,6 +29,7 @@ from oilfilm.logs.base import (
 )
 from oilfilm.logs.columns import ROWS_ADVICE, Found, read_tables
 from oilfilm.logs.log_kind import LogKind, Vocabulary
+from oilfilm.logs.raw_files import LARGEST_LOG
 from oilfilm.logs.registry import BINARY, READERS, recognised_format
 from oilfilm.logs.run_sheet import NO_SHEET, RunSheet, SheetOfLog
 from oilfilm.logs.traction_log import TRACTION
@@ -50,6 +51,7 @@ _FOREIGN = {
     b"\xd0\xcf\x11\xe0": "a document of an old Office program: export it as csv",
 }
 _COPY_AGAIN = "Copy it again from the rig, or export it again: this copy cannot be repaired."
+_UNSUSPICIOUS = 1 << 24
 _COMPRESSED = {b"\x1f\x8b": "gzip", b"\x28\xb5\x2f\xfd": "zstd"}
 
 
@@ -234,14 +236,7 @@ def _read_log(
 ) -> tuple[str, Reading]:
     name = "none"
     try:
-        if len(content) > LARGEST_LOG:
-            reason = f"the file is larger than {LARGEST_LOG >> 20} MiB"
-            raise UnreadableLogError(reason, "Begin a file for each run.", rule="too_large")
-        try:
-            content = unpack(content)
-        except OSError as error:
-            reason = f"the compressed file cannot be unpacked: {error}"
-            raise UnreadableLogError(reason, _COPY_AGAIN, rule="damaged_archive") from error
+        content = unpack(content)
         name = recognised_format(content) or name
         found = _found(name, content, kind.vocabulary_of(settings.campaign))
         reading = _without_absurd(read_tables(found, file, settings, kind, sheet))
@@ -307,23 +302,33 @@ def unpack(content: bytes) -> bytes:
     """The bytes inside a .gz or .zst file, known by their first bytes; others as they are.
 
     Raises:
-        OSError: The compressed stream is cut or damaged, or unfolds beyond any log's size.
+        UnreadableLogError: The compressed stream is cut or damaged, or the log is too large.
     """
-    codec = _codec(content)
-    if codec is None:
+    codec, reason = _codec(content), f"the file is larger than {LARGEST_LOG >> 20} MiB"
+    if codec is not None and len(content) <= LARGEST_LOG:
+        # so much any log may unfold to: one of rest alone has the same rows throughout
+        most = min(LARGEST_LOG, max(_UNSUSPICIOUS, MOST_FOLDED * len(content)))
+        reason = f"unpacked the file has more than {most >> 20} MiB, its size times {MOST_FOLDED}"
+        try:
+            with arrow.CompressedInputStream(arrow.BufferReader(content), codec) as stream:
+                content = bytes(stream.read(most + 1))
+        except OSError as error:
+            damage = f"the compressed file cannot be unpacked: {error}"
+            raise UnreadableLogError(damage, _COPY_AGAIN, rule="damaged_archive") from error
+        if len(content) <= most:
+            return content
+        if most == LARGEST_LOG:
+            reason = f"unpacked the file is larger than {LARGEST_LOG >> 20} MiB"
+    elif len(content) <= LARGEST_LOG:
         return content
-    with arrow.CompressedInputStream(arrow.BufferReader(content), codec) as stream:
-        unpacked = stream.read(LARGEST_LOG + 1)
-    if len(unpacked) > LARGEST_LOG:
-        raise OSError(f"unpacked it has more than {LARGEST_LOG >> 20} MiB")
-    return bytes(unpacked)
+    raise UnreadableLogError(reason, "Begin a file for each run.", rule="too_large")
 
 
 def content_digest(content: bytes, digest: str) -> str:
     """sha256 of what a log says, packed or not; where it is not packed, `digest` of its bytes."""
     try:
         return hashlib.sha256(unpack(content)).hexdigest() if _codec(content) else digest
-    except OSError:  # damaged; read_log says so
+    except UnreadableLogError:  # read_log says so
         return digest
 
 

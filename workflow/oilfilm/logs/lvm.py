@@ -10,7 +10,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from oilfilm.logs.base import Flaw, Refusal, TextForm, UnreadableLogError
+from oilfilm.logs.base import Flaw, Refusal, TextForm, UnreadableLogError, check_lines
 from oilfilm.logs.columns import Found, LoggedTable
 from oilfilm.logs.encoding import best_encoding, normalise
 from oilfilm.logs.header import FORMAT_ADVICE
@@ -52,6 +52,7 @@ def tables(content: bytes, vocabulary: Vocabulary) -> Found:
         segments, _ = _segments(head.decode("utf-8", "replace"))
         return vocabulary.score(segments[0].names, segments[0].units) if segments else (0, 0)
 
+    check_lines(content)
     encoding = best_encoding(content, known)
     text = normalise(content, encoding).decode("utf-8", "replace")
     segments, separator = _segments(text)

@@ -9,7 +9,7 @@ import numpy.typing as npt
 import pyarrow as arrow
 import pyarrow.parquet as parquet
 
-from oilfilm.logs.base import LARGEST_LOG, NO_TEXT, UnreadableLogError
+from oilfilm.logs.base import NO_TEXT, UnreadableLogError, check_rows
 from oilfilm.logs.columns import Found, LoggedTable, header_text
 from oilfilm.logs.log_kind import Vocabulary
 from oilfilm.settings.base import plain_key
@@ -17,7 +17,6 @@ from oilfilm.settings.base import plain_key
 _OWN_TABLE = b"oilfilm"
 _PANDAS_KEYS = b"PANDAS_ATTRS"
 _NOT_KEYS = {b"pandas", b"ARROW:schema", _PANDAS_KEYS}
-_BYTES_A_NUMBER = 8
 
 
 def recognises(head: bytes) -> bool:
@@ -43,11 +42,10 @@ def tables(content: bytes, vocabulary: Vocabulary) -> Found:
             "own_table",
         )
     units = [_unit(field) for field in schema]
-    # of columns of one name the run is refused whichever is taken
-    wanted = dict.fromkeys(
-        schema.names[place] for place in vocabulary.meanings(schema.names, units)
-    )
-    _check_claims(log.metadata, len(wanted))
+    check_rows(rows)
+    # of columns of one name the run is refused whichever is taken; texts of any length are let be
+    known = vocabulary.meanings(schema.names, units)
+    wanted = {schema.names[n]: "" for n in known if _holds_numbers(schema.types[n])}
     columns = log.read(columns=[*wanted], use_threads=False)
     logged = LoggedTable(
         _keys(metadata),
@@ -55,6 +53,8 @@ def tables(content: bytes, vocabulary: Vocabulary) -> Found:
         units,
         lambda places: [
             _numbers(columns.column(columns.schema.get_all_field_indices(schema.names[place])[0]))
+            if schema.names[place] in wanted
+            else np.array([], dtype=str)
             for place in places
         ],
         rows,
@@ -67,30 +67,24 @@ def _unit(field: arrow.Field) -> str:
     return unit or ("s" if _is_instant(field.type) else "")
 
 
-def _check_claims(about: parquet.FileMetaData, columns: int) -> None:
-    """Raise if a file unfolds to more than any log, before anything is unfolded."""
-    unfolded = max(
-        about.num_rows * max(columns, 1) * _BYTES_A_NUMBER,
-        sum(about.row_group(group).total_byte_size for group in range(about.num_row_groups)),
-    )
-    if not 0 <= unfolded <= LARGEST_LOG:
-        raise ValueError(f"it would unfold to {unfolded >> 20} MiB")
-
-
 def _is_instant(kind: arrow.DataType) -> bool:
     return bool(arrow.types.is_timestamp(kind) or arrow.types.is_duration(kind))
 
 
+def _holds_numbers(kind: arrow.DataType) -> bool:
+    types = arrow.types
+    return _is_instant(kind) or any(
+        of(kind) for of in (types.is_integer, types.is_floating, types.is_decimal)
+    )
+
+
 def _numbers(column: arrow.ChunkedArray) -> npt.NDArray[Any]:
-    """Numbers of a column, missing ones NaN; instants as seconds since the first; else text."""
+    """Numbers of a column, missing ones NaN; instants as seconds since the first."""
     if _is_instant(column.type):
         instants = column.to_numpy()
         start = instants[0] if instants.dtype.kind == "M" and len(instants) else 0
         return (instants - start) / np.timedelta64(1, "s")
-    are_numbers = arrow.types.is_integer, arrow.types.is_floating, arrow.types.is_decimal
-    if any(are(column.type) for are in are_numbers):
-        return np.asarray(column.cast(arrow.float64(), safe=False).to_numpy())
-    return np.array([], dtype=str)
+    return np.asarray(column.cast(arrow.float64(), safe=False).to_numpy())
 
 
 def _keys(metadata: Mapping[bytes, bytes]) -> dict[str, str]:

@@ -20,6 +20,7 @@ from oilfilm.logs.base import (
     Refusal,
     TextForm,
     UnreadableLogError,
+    check_lines,
     distinct,
     number,
 )
@@ -90,6 +91,7 @@ def recognises(head: bytes) -> bool:
 
 def tables(content: bytes, vocabulary: Vocabulary) -> Found:
     """See `Reader.tables`."""
+    check_lines(content)
     # older programs write the degree sign in the encoding of western Windows
     likely = encodings_of(content)[0]
     encoding = likely if likely in {"ascii", "utf-8"} else "cp1252"

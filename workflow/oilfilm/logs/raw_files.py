@@ -14,6 +14,8 @@ from oilfilm.errors import OilfilmError
 
 # The run sheet lies in the campaign's folder, not below it; its name may be in capitals.
 _SHEETS = ("runs.csv", "runs.tsv", "runs.xlsx")
+# A log that is larger, or unfolds to more, was made to fill the memory.
+LARGEST_LOG = 1 << 28
 # So many faults are listed; the others are counted.
 _LISTED = 20
 # Excel writes such a file beside a workbook that is open.
@@ -160,13 +162,17 @@ class RawLogs:
         for name, path in self.paths.items():
             try:
                 self._found[name] = _state(path)
-                content = path.read_bytes()
+                with path.open("rb") as file:
+                    content = file.read(LARGEST_LOG + 1)
+                    whole = hashlib.sha256(content)
+                    while rest := file.read(1 << 24):
+                        whole.update(rest)
             except OSError as error:
                 raise OilfilmError(
                     f"{self.folder / name}: cannot be read ({error.strerror}). Check its rights. "
                     "If it is missing, put it back, or run snakemake again without it."
                 ) from error
-            digest = self.digests[name] = hashlib.sha256(content).hexdigest()
+            digest = self.digests[name] = whole.hexdigest()
             if self.written.get(name, digest) != digest:
                 raise OilfilmError(
                     f"{self.folder / name}: is not as the rig twin wrote it. Delete it: the next "

@@ -20,6 +20,7 @@ from oilfilm.logs.base import (
     Names,
     Nominal,
     TextForm,
+    UnreadableLogError,
     decimal_number,
     set_point,
 )
@@ -199,7 +200,7 @@ def _candidates(content: bytes) -> tuple[str | None, list[Names], bool]:
     """
     try:
         content = unpack(content)
-    except OSError:
+    except UnreadableLogError:
         return None, [], True
     name, names = recognised_format(content), []
     if name is None:

@@ -11,7 +11,7 @@ import numpy.typing as npt
 from nptdms import TdmsFile, TdmsGroup
 from nptdms.log import log_manager
 
-from oilfilm.logs.base import NO_TEXT, Flaw, UnreadableLogError, distinct
+from oilfilm.logs.base import NO_TEXT, Flaw, UnreadableLogError, check_rows, distinct
 from oilfilm.logs.columns import Found, LoggedTable, header_text
 from oilfilm.logs.log_kind import Vocabulary
 from oilfilm.settings.base import plain_key
@@ -100,14 +100,16 @@ def _table(
     Channels that mean nothing to a run may be of any length.
     """
     channels = group.channels()
-    values = [np.asarray(channel[:]) for channel in channels]
     names = [channel.name.strip() for channel in channels]
     units = [
-        "s" if array.dtype.kind == "M" else str(channel.properties.get("unit_string", "")).strip()
-        for channel, array in zip(channels, values, strict=True)
+        "s" if channel.dtype.kind == "M" else str(channel.properties.get("unit_string", "")).strip()
+        for channel in channels
     ]
-    used = [*vocabulary.meanings(names, units)] or range(len(values))
-    rows = max(len(values[place]) for place in used)
+    known = vocabulary.meanings(names, units)
+    rows = max(len(channels[place]) for place in known or range(len(channels)))
+    check_rows(rows)
+    # read here, as long as the file is open
+    values = {place: np.asarray(channels[place][:]) for place in known}
     properties = {**of_file, **group.properties}
     return LoggedTable(
         {plain_key(name): header_text(value) for name, value in properties.items()},

@@ -13,10 +13,11 @@ import pandas as pd
 import pyarrow as arrow
 import pyarrow.csv as arrow_csv
 
-from oilfilm.logs.encoding import line_ends
+from oilfilm.logs.encoding import count_rows, longest_line
 from oilfilm.logs.instants import seconds
 from oilfilm.units import FloatArray
 
+_BLOCK = 1 << 22
 # Marks between thousands that are no decimal mark anywhere.
 _BLANK_GROUPS = r"(?<=\d)[ \u00a0\u202f'\u2019](?=\d{3}(?!\d))"
 
@@ -26,13 +27,15 @@ class TextTable:
     """Rows of a text log, as UTF-8 with LF line ends.
 
     Attributes:
-        text: The rows; the last one may have no line end, then none of its cells is a number.
+        text: A text that ends in the rows; the last one may have no line end, then none of its
+            cells is a number.
         width: How many cells a row has.
         delimiter: What parts the cells; no cell holds it.
         decimal_mark: Decimal mark of numbers.
         group_mark: Mark between thousands; empty where there is none.
         stamps: Places of the cells that make a time stamp, that of the time of day first; empty
             where time is a number.
+        start: Where the rows begin in the text.
     """
 
     text: bytes
@@ -41,16 +44,17 @@ class TextTable:
     decimal_mark: str
     group_mark: str = ""
     stamps: Sequence[int] = ()
+    start: int = 0
 
     @cached_property
     def rows(self) -> int:
         """How many rows there are, a last one that may be cut too."""
-        return count_rows(self.text)
+        return count_rows(memoryview(self.text)[self.start :])
 
     @property
     def cut(self) -> int:
         """How many cells a last row without a line end has; 0 where there is none."""
-        tail = self.text[self.text.rfind(b"\n") + 1 :]
+        tail = self.text[max(self.start, self.text.rfind(b"\n") + 1) :]
         return tail.count(self.delimiter.encode()) + 1 if tail else 0
 
     def numbers(self, places: Sequence[int]) -> list[FloatArray]:
@@ -58,29 +62,42 @@ class TextTable:
 
         A row with more or fewer cells than columns holds no number.
         """
-        whole = self.text[: self.text.rfind(b"\n") + 1]
-        every = np.full((len(places), self.rows), np.nan)
+        # no copy: a log may be large
+        whole = memoryview(self.text)[self.start : self.text.rfind(b"\n") + 1]
         if not whole:
-            return [*every]
+            return [np.full(self.rows, np.nan) for _ in places]
         misfits: list[int] = []
         plain = [place for place in places if place not in self.stamps]
+        numbers: dict[int, FloatArray] = {}
         try:
-            table = self._parsed(whole, places, arrow.float64(), self.decimal_mark, misfits)
-            numbers = {place: table[str(place)].to_numpy() for place in plain}
+            every = np.empty((len(plain), self.rows))
+            read = 0
+            # block by block, so that the numbers are in memory once
+            with arrow_csv.open_csv(
+                *self._parser(whole, plain, arrow.float64(), misfits)
+            ) as blocks:
+                for block in blocks:
+                    for column, place in zip(every, plain, strict=True):
+                        cells = block[str(place)].to_numpy(zero_copy_only=False)
+                        column[read : read + len(cells)] = cells
+                    read += block.num_rows
+            numbers = {place: column[:read] for place, column in zip(plain, every, strict=True)}
         except arrow.ArrowInvalid:
             misfits.clear()
-            table = self._parsed(whole, places, arrow.binary(), ".", misfits)
+            table = arrow_csv.read_csv(*self._parser(whole, plain, arrow.binary(), misfits))
             numbers = {place: self._numbers(table[str(place)].to_pandas()) for place in plain}
         if self.stamps:
+            misfits.clear()
+            table = arrow_csv.read_csv(*self._parser(whole, self.stamps, arrow.string(), misfits))
             texts = [table[str(place)].to_pandas() for place in self.stamps]
             numbers[self.stamps[0]] = seconds(*(each.str.strip(' "') for each in texts))
-        columns = [numbers[place] for place in places]
         if not misfits and not self.cut:
-            return columns
+            return [numbers[place] for place in places]
         fitting = np.ones(self.rows, dtype=bool)
         fitting[np.array(misfits, dtype=int) - 1] = False
         fitting[self.rows - bool(self.cut) :] = False
-        every[:, fitting] = columns
+        every = np.full((len(places), self.rows), np.nan)
+        every[:, fitting] = [numbers[place] for place in places]
         return [*every]
 
     def show(self, index: int) -> str:
@@ -89,39 +106,35 @@ class TextTable:
 
     @cached_property
     def _lines(self) -> list[bytes]:
-        return self.text.split(b"\n")
+        return self.text[self.start :].split(b"\n")
 
-    def _parsed(
-        self,
-        rows: bytes,
-        places: Sequence[int],
-        kind: arrow.DataType,
-        decimal_mark: str,
-        misfits: list[int],
-    ) -> arrow.Table:
-        """Cells of the columns; the numbers of the rows that do not fit go to `misfits`."""
+    def _parser(
+        self, rows: memoryview, places: Sequence[int], kind: arrow.DataType, misfits: list[int]
+    ) -> tuple[Any, ...]:
+        """What Arrow needs for some columns; rows that do not fit go to `misfits`."""
 
         def skip(row: arrow_csv.InvalidRow) -> str:
             misfits.append(row.number)
             return "skip"
 
         types = {str(place): kind for place in places}
-        types |= {str(place): arrow.string() for place in self.stamps}
-        return arrow_csv.read_csv(
-            arrow.BufferReader(rows),
+        return (
+            arrow.BufferReader(arrow.py_buffer(rows)),
             # one thread: only then are the rows that do not fit numbered;
-            # one block: a line longer than a block could not be read
-            read_options=arrow_csv.ReadOptions(
+            # no line may be longer than a block
+            arrow_csv.ReadOptions(
                 use_threads=False,
                 column_names=[*map(str, range(self.width))],
-                block_size=len(rows) + 1,
+                block_size=max(_BLOCK, 1 + longest_line(rows)),
             ),
             # a stray quote must not swallow the lines up to the next one
-            parse_options=arrow_csv.ParseOptions(
+            arrow_csv.ParseOptions(
                 delimiter=self.delimiter, quote_char=False, invalid_row_handler=skip
             ),
-            convert_options=arrow_csv.ConvertOptions(
-                include_columns=[*types], column_types=types, decimal_point=decimal_mark
+            arrow_csv.ConvertOptions(
+                include_columns=[*types],
+                column_types=types,
+                decimal_point=self.decimal_mark if kind == arrow.float64() else ".",
             ),
         )
 
@@ -137,8 +150,3 @@ class TextTable:
         # the other mark would be a second decimal mark: such a cell is no number
         text = text.str.replace(other, "?", regex=False).str.replace(",", ".", regex=False)
         return pd.to_numeric(text, errors="coerce").to_numpy(dtype=np.float64)
-
-
-def count_rows(text: bytes) -> int:
-    """Lines of a text without empty lines; the last one counts without a line end too."""
-    return int(np.count_nonzero(line_ends(text))) + (text != b"" and not text.endswith(b"\n"))

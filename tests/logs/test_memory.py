@@ -1,0 +1,78 @@
+"""The memory that one log may take, measured in a process of its own."""
+
+import gzip
+import io
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pyarrow as arrow
+import pyarrow.parquet as parquet
+import pytest
+
+import formats
+from bad_logs import HEAD, NAMES
+from campaigns import ROOT
+
+# What a log of any size may take, in MiB.
+MOST_MIB = 512
+MEASURE = """
+import json, resource, sys
+from pathlib import Path
+from oilfilm.logs.ingest import read_bytes, read_log
+from oilfilm.settings.resolve import resolve
+def peak():
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss >> 10
+settings = resolve(Path("config"), {"campaign": "demo"})
+read_log(Path(sys.argv[2]).read_bytes(), "small", settings)
+before = peak()
+_, reading = read_log(read_bytes(Path(sys.argv[1])), "log", settings)
+kept = sum(map(len, reading.runs))
+print(json.dumps([peak() - before, kept, [each.rule for each in reading.refusals]]))
+"""
+
+
+def measured(log: Path) -> tuple[int, int, list[str]]:
+    """MiB that reading a log takes beyond those of a small one, its rows, rules that refused it."""
+    small = log.with_name("small.csv")
+    small.write_bytes(formats.csv(formats.columns(9)))
+    command = [sys.executable, "-c", MEASURE, str(log), str(small)]
+    text = subprocess.check_output(command, cwd=ROOT, env={"PYTHONPATH": str(ROOT / "workflow")})
+    mib, rows, rules = json.loads(text)
+    return mib, rows, rules
+
+
+def rows_as_text(count: int) -> bytes:
+    return b"%s%s\n" % (HEAD, NAMES) + count * b"1000.02,82.341,0.05210,28650.12,7160.03,70.02\n"
+
+
+def texts_in_numbers_place() -> bytes:
+    """A load that is text: a few kilobytes unfold to 1.5 GiB."""
+    text = arrow.DictionaryArray.from_arrays(np.zeros(6, np.int8), ["x" * (1 << 28)])
+    values = {name: arrow.array(np.zeros(6)) for name in formats.columns(1)}
+    buffer = io.BytesIO()
+    parquet.write_table(arrow.table({**values, "load": text}), buffer, compression="zstd")
+    return buffer.getvalue()
+
+
+@pytest.mark.no_cover
+@pytest.mark.parametrize(
+    ("content", "rows", "rules"),
+    [
+        # 20 hours at 50 Hz
+        (lambda: rows_as_text(3_600_000), 3_600_000, []),
+        (lambda: rows_as_text(5_000_000), 0, ["too_large"]),
+        (lambda: gzip.compress(rows_as_text(3_000_000)), 0, ["too_large"]),
+        (texts_in_numbers_place, 0, ["columns"]),
+    ],
+)
+def test_no_log_takes_more_memory_than_it_may(
+    tmp_path: Path, content, rows: int, rules: list[str]
+) -> None:
+    log = tmp_path / "log"
+    log.write_bytes(content())
+    mib, kept, refused = measured(log)
+    assert (kept, refused) == (rows, rules)
+    assert mib < MOST_MIB
