@@ -17,11 +17,12 @@ import pandas as pd
 
 from oilfilm.errors import OilfilmError, cut
 from oilfilm.logs import csv
-from oilfilm.logs.base import LARGEST_LOG, Names, UnreadableLogError
+from oilfilm.logs.base import Names, UnreadableLogError
 from oilfilm.logs.columns import LoggedTable
 from oilfilm.logs.header import FULL_WIDTH, apart
 from oilfilm.logs.ingest import read_bytes, unpack
 from oilfilm.logs.log_kind import Vocabulary
+from oilfilm.logs.raw_files import LARGEST_LOG
 from oilfilm.logs.words import guessed, has_word, unit_in_name
 from oilfilm.physics.contact import max_hertz_pressure, reduced_modulus
 from oilfilm.settings.base import plain_key
@@ -138,7 +139,10 @@ def _content(path: Path, found: MuTable) -> bytes:
     """The table as text: a workbook's first sheet and Parquet as tab-separated values."""
     if path.is_dir():
         raise found.refuse("is a folder.", "Name a table: csv, tsv, xlsx or Parquet.")
-    content = unpack(read_bytes(path))
+    try:
+        content = unpack(read_bytes(path))
+    except UnreadableLogError as error:
+        raise found.refuse(f"{error.refusal.reason}.", error.refusal.advice) from error
     try:
         if content.startswith(_PARQUET):
             import pyarrow.parquet  # noqa: PLC0415 - most tables are text
