@@ -23,6 +23,7 @@ extensions = [
     "docstrings",
     "read_aloud",
     "pictures",
+    "report_page",
     "repository_pages",
 ]
 exclude_patterns = ["_build"]
@@ -31,12 +32,15 @@ html_theme = "pydata_sphinx_theme"
 html_title = "oilfilm"
 html_static_path = ["_static"]
 html_css_files = ["site.css"]
+html_logo = html_favicon = "_static/logo.svg"
 html_context = {"default_mode": "auto"}  # else the theme complains of none
 html_copy_source = False
 html_show_sphinx = False
 html_math_renderer = "mathml"
 html_theme_options = {
-    "navbar_end": ["theme-switcher"],
+    "github_url": "https://github.com/OWNER/oilfilm",
+    "logo": {"text": "oilfilm"},
+    "navbar_end": ["theme-switcher", "navbar-icon-links"],
     "footer_start": [],
     "footer_end": [],
     "show_prev_next": False,

@@ -3,6 +3,7 @@
 What takes minutes (`oilfilm run`, `make`, snakemake) is left to the nightly test.
 """
 
+import doctest
 import os
 import re
 import shutil
@@ -110,6 +111,14 @@ def test_bearing_of_the_tutorial_has_an_equilibrium() -> None:
     assert done.returncode == 0, done.stderr
     assert "all converged: True" in done.stdout
     assert not lacking("bearing.md", done.stdout), done.stdout
+
+
+def test_readme_prints_what_it_says() -> None:
+    (block,) = (
+        block for block in page_blocks() if block.page == "README.md" and block.language == "python"
+    )
+    example = doctest.DocTestParser().get_doctest(block.content, {}, "README.md", None, 0)
+    assert doctest.DocTestRunner().run(example).failed == 0
 
 
 # ---------------------------------------------------------------- settings and logs on pages

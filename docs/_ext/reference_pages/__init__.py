@@ -11,7 +11,11 @@ from reference_pages import commands, configuration, decisions, gates, laws, sch
 GENERATED: dict[str, Callable[[], str]] = {
     "docs/explanation/decisions.md": decisions.page,
     "docs/reference/commands.md": commands.page,
-    "docs/reference/configuration.md": configuration.page,
+    "docs/reference/configuration.md": configuration.index,
+    **{
+        f"docs/reference/configuration/{name}.md": partial(configuration.page, name)
+        for name in configuration.PAGES
+    },
     "docs/reference/gates.md": gates.page,
     "docs/reference/laws.md": laws.page,
     "docs/reference/tables.md": tables.page,

@@ -1,4 +1,4 @@
-"""The reference page of all keys of the configuration, generated from the models."""
+"""The reference pages of the keys of the configuration, one per kind of file, from the models."""
 
 import json
 from collections.abc import Iterator, Mapping
@@ -18,48 +18,82 @@ from oilfilm.settings.oil import (
 from oilfilm.settings.rig import Rig
 from oilfilm.settings.yaml_file import dotted, read_yaml
 
-_SECTIONS: dict[str, Any] = {
-    "`config/config.yaml`": Config,
-    "`config/campaigns/<name>.yaml`": CampaignFile,
-    "`config/rigs/<name>.yaml`": Rig,
-    "`config/oils/<id>.yaml`": OilKeys,
-    "`coefficients` of an oil with `model: adore-mil-l-7808`": MilL7808Coefficients,
-    "`coefficients` of an oil with `model: adore-mil-l-23699`": MilL23699Coefficients,
-    "`coefficients` of an oil with `model: astm-d341`": AstmD341Coefficients,
-    "`config/bearings/<name>.yaml`": BearingFile,
+_OIL_NOTE = "The keys below `coefficients` depend on `model`."
+# page -> file, what it is for, and its models with a heading each
+PAGES: dict[str, tuple[str, str, dict[str, Any]]] = {
+    "config": (
+        "config/config.yaml",
+        "Every threshold and choice of the workflow. The file that comes with the project has good "
+        "values for all of them; a campaign overrides single ones under `settings`.",
+        {"": Config},
+    ),
+    "campaigns": (
+        "config/campaigns/<name>.yaml",
+        "One campaign: its logs, rigs, oils and figures, and settings of its own.",
+        {"": CampaignFile},
+    ),
+    "rigs": (
+        "config/rigs/<name>.yaml",
+        "Geometry, materials and roughness of a rig, and the full scale of its sensors.",
+        {"": Rig},
+    ),
+    "oils": (
+        "config/oils/<id>.yaml",
+        "Properties of an oil, which the film thickness needs. " + _OIL_NOTE,
+        {
+            "": OilKeys,
+            "coefficients, model adore-mil-l-7808": MilL7808Coefficients,
+            "coefficients, model adore-mil-l-23699": MilL23699Coefficients,
+            "coefficients, model astm-d341": AstmD341Coefficients,
+        },
+    ),
+    "bearings": ("config/bearings/<name>.yaml", "Geometry of a bearing.", {"": BearingFile}),
 }
-_PAGE_BEGINS = """# All keys of the configuration
-
-Generated from the models in `workflow/oilfilm/settings` by `make schemas`; do not edit.
-A value outside its range, as of another unit, is refused with file, line and key.
-The default of a key of `config/config.yaml` is its value in the file that comes with the project.
-"""
-_TABLE_BEGINS = "| key | default | unit | range | meaning |\n| --- | --- | --- | --- | --- |"
 
 
-def page() -> str:
-    """All keys with default, unit, range and meaning, as Markdown."""
-    shipped = read_yaml(HOME / "config/config.yaml").values
-    parts = [_PAGE_BEGINS]
-    for title, model in _SECTIONS.items():
-        parts.append(f"## {title}\n")
-        parts += _tables(schema_of(model), shipped if model is Config else {})
-    return "\n".join(parts)
+def index() -> str:
+    """The page that says which file has which keys."""
+    rows = [
+        f"| [`{file}`](configuration/{page}.md) | {about} |"
+        for page, (file, about, _) in PAGES.items()
+    ]
+    lines = [
+        "# Settings\n",
+        "Each YAML file of `config` describes one thing. Most projects write a campaign and a rig,",
+        "and leave the rest as it comes. `oilfilm init` writes both files from your logs.\n",
+        "| file | what it holds |\n| --- | --- |",
+        *rows,
+        "\nA value outside its range, as of another unit, is refused with file, line and key.",
+        "A key that does not exist is refused with the nearest one that does.",
+    ]
+    return "\n".join(lines) + "\n"
 
 
-def _tables(schema: Mapping[str, Any], shipped: Mapping[str, Any]) -> Iterator[str]:
-    """A table of the keys outside groups, then one with a heading per group."""
-    tables: dict[str, list[str]] = {"": []}
+def page(name: str) -> str:
+    """All keys of one kind of file: meaning, default, unit and range."""
+    file, about, models = PAGES[name]
+    shipped = read_yaml(HOME / "config/config.yaml").values if name == "config" else {}
+    parts = [f"# `{file}`\n", f"{about}\n"]
+    for title, model in models.items():
+        parts += [f"## `{title}`\n"] if title else []
+        parts += _groups(schema_of(model), shipped, "###" if title else "##")
+    note = "This page is made from the models in `workflow/oilfilm/settings` by `make schemas`."
+    return "\n".join([*parts, f"{note}\n"])
+
+
+def _groups(schema: Mapping[str, Any], shipped: Mapping[str, Any], level: str) -> Iterator[str]:
+    """A list of the keys outside groups, then one with a heading per group."""
+    lists: dict[str, list[str]] = {"": []}
     for steps, node in _leaves(schema, schema, ()):
         group = str(steps[0]) if len(steps) > 1 else ""
-        tables.setdefault(group, []).append(_row(steps, node, shipped))
-    for group, rows in tables.items():
+        lists.setdefault(group, []).append(_item(steps, node, shipped))
+    for group, items in lists.items():
         if group:
             declared = schema["properties"][group.removesuffix("[]")]
             meaning = plain_node(declared, schema).get("description", "")
-            yield f"### `{group}`\n\n{meaning}\n"
-        if rows:
-            yield "\n".join([_TABLE_BEGINS, *rows]) + "\n"
+            yield f"{level} `{group}`\n\n{meaning}\n"
+        if items:
+            yield "\n".join(items) + "\n"
 
 
 def _leaves(
@@ -80,17 +114,24 @@ def _leaves(
             yield below, child
 
 
-def _row(steps: Steps, node: Mapping[str, Any], shipped: Mapping[str, Any]) -> str:
+def _item(steps: Steps, node: Mapping[str, Any], shipped: Mapping[str, Any]) -> str:
+    """One key: its meaning, then default, unit and range."""
     default: Any = shipped
     for step in steps:
         default = default.get(step) if isinstance(default, Mapping) else None
     if default is None:
         default = node.get("default")
-    shown = "" if default in (None, [], {}) else f"`{json.dumps(default, ensure_ascii=False)}`"
-    item = _innermost(node)
-    unit = item.get("unit", "")
-    cells = (f"`{dotted(steps)}`", shown, unit, range_text(node), node.get("description", ""))
-    return "| " + " | ".join(str(cell).replace("|", "\\|") for cell in cells) + " |"
+    unit, allowed = _innermost(node).get("unit", ""), range_text(node)
+    facts = (
+        []
+        if default in (None, [], {})
+        else [f"default `{json.dumps(default, ensure_ascii=False)}`"]
+    )
+    facts += [f"unit {unit}"] if unit not in ("", "1") else []
+    facts += [allowed] if allowed else []
+    return f"- `{dotted(steps)}`: {node.get('description', '')} *{'; '.join(facts)}*".removesuffix(
+        " **"
+    )
 
 
 def _innermost(node: Mapping[str, Any]) -> Mapping[str, Any]:
