@@ -50,7 +50,7 @@ def test_digest_of_a_fit_does_not_depend_on_figures_or_readers() -> None:
 
 def test_nothing_but_the_twins_rules_imports_the_twin() -> None:
     for script in SCRIPTS.glob("*.py"):
-        if script.name not in {"twin.py", "extrapolation.py", "torque_twin.py"}:
+        if script.name not in {"twin.py", "paper.py", "torque_twin.py"}:
             behind = modules_behind(script.name)
             assert not {"simulate", "truth", "torque_logs"} & behind, script.name
 

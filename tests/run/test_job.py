@@ -23,6 +23,7 @@ def a_job(tmp_path: Path) -> SimpleNamespace:
         log=[str(tmp_path / "job.log")],
         rule="fit",
         input=Inputs(),
+        output=Inputs(),
         wildcards={"oil": "4102"},
         params=SimpleNamespace(
             config={"campaign": {"name": "june", "data": "measured"}}, code="0123"

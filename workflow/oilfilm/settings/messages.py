@@ -203,8 +203,9 @@ def _expected(details: ErrorDetails, node: Mapping[str, Any]) -> str:
         return ("one of " if len(allowed) > 1 else "") + ", ".join(map(repr, allowed))
     if context.get("pattern") == NAME_PATTERN:
         return _FORM_OF_NAME
-    plain = str(details["msg"])
-    return _EXPECTED.get(kind, plain).format(in_unit=_in_unit(node), **context)
+    if kind not in _EXPECTED:
+        return str(details["msg"])
+    return _EXPECTED[kind].format(in_unit=_in_unit(node), **context)
 
 
 def _in_unit(node: Mapping[str, Any]) -> str:
