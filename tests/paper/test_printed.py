@@ -1,6 +1,7 @@
 """The printed constants judged: statements by hand, planted signs, distances in closed form."""
 
-from collections.abc import Callable
+import itertools
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -27,6 +28,8 @@ from oilfilm.traction.laws.deng2026 import traction_coefficient
 REFERENCE = ROOT / "data/reference/printed_coefficients.yaml"
 OILS = ("4102", "4050", "4010")
 NAMES = [constant.name for constant in LAW.constants]
+EXPONENTS = [index for index, constant in enumerate(LAW.constants) if constant.condition]
+BEST_ORDER = ("+++-+++--", "--+--++++", "--++-++++")
 BOX = {
     "max_hertz_pressure_gpa": [0.8, 2.5],
     "entrainment_speed_m_s": [20.0, 200.0],
@@ -112,14 +115,51 @@ def test_slight_decline_is_measured_from_the_peak_to_the_end() -> None:
     assert slight(curve, replace(LIMITS, decline_max=0.24))[0] == 0
 
 
-def test_stated_order_of_the_oils_fails_over_most_of_the_box() -> None:
+def in_order(signs: Sequence[str], spacing: Callable[..., np.ndarray]) -> float:
+    """Share of the box where 4102 > 4050 > 4010, each oil with these signs of its exponents."""
+    levels = [spacing(*BOX[name], 7) for name in CONDITIONS[:2]]
+    levels += [np.linspace(*BOX[CONDITIONS[2]], 7), np.array(SLIPS)]
+    grid = np.meshgrid(*levels, indexing="ij")
+    mu = []
+    for oil, of_oil in zip(OILS, signs, strict=True):
+        turned = np.abs(printed()[oil]) * [-1.0, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1]
+        turned[EXPONENTS] *= [1.0 if sign == "+" else -1.0 for sign in of_oil]
+        mu.append(traction_coefficient(turned, *grid))
+    return float(((mu[0] > mu[1]) & (mu[1] > mu[2])).mean())
+
+
+def test_stated_order_holds_on_a_tenth_to_a_fifth_of_the_box_with_the_signs_restored(
+    studied: Studied,
+) -> None:
+    # docs/physics.md, traction law; recomputed apart from this code for the 32 best sets: 10-18 %
+    sets, _ = studied
+    near = [sets[(sets["oil"] == oil) & sets["near_best"]]["signs"] for oil in OILS]
+    combined = list(itertools.product(*near))
+    assert len(combined) == 32
+    shares = [in_order(signs, np.geomspace) for signs in combined]
+    assert 0.095 <= min(shares) < max(shares) <= 0.18
+    even = [in_order(signs, np.linspace) for signs in combined]
+    assert 0.05 <= min(even) < max(even) <= 0.145
+
+
+def test_other_signs_can_put_the_oils_in_the_stated_order() -> None:
+    # "whatever the signs" would be false: the search over all sets finds up to 97.5 %
+    assert in_order(BEST_ORDER, np.geomspace) > 0.9
+
+
+def test_printed_law_of_4010_leaves_what_a_film_can_carry() -> None:
+    """0.165 at S 0.0375: digits may be damaged as well as signs."""
+    mu = traction_coefficient(printed()["4010"], 2.5, 20.0, 20.0, np.linspace(0, 0.3, 301))
+    assert mu.max() == pytest.approx(0.174, abs=0.001)
+    at = traction_coefficient(printed()["4010"], 2.5, 20.0, 20.0, 0.0375)
+    assert at == pytest.approx(0.165, abs=0.0005)
+
+
+def test_order_of_the_oils_is_scored_by_pairs() -> None:
     levels = [np.linspace(*BOX[name], 7) for name in CONDITIONS]
     grid = np.meshgrid(*levels, np.array(SLIPS), indexing="ij")
     mu = {oil: traction_coefficient(printed()[oil], *grid) for oil in OILS}
     upper, lower = mu["4102"] > mu["4050"], mu["4050"] > mu["4010"]
-    # docs/physics.md, traction law: all three in the stated order on at most 14 % of the box,
-    # whatever the signs
-    assert (upper & lower).mean() <= 0.14
     first, second, third = (surface(printed()[oil]) for oil in OILS)
     order = statements.viscosity_order
     assert order(first, [], [second, third])[0] == pytest.approx(upper.mean())

@@ -4,7 +4,7 @@
 rule paper:
     "The paper's constants, signs and claims beside the fit; fits beside a simulated truth."
     input:
-        **finished("points", "runs", *FITTED, "torque", "torque_control"),
+        **finished("points", "runs", *FITTED, "torque", "torque_control", "cage_slip"),
         printed=reference_file("printed_coefficients"),
         claims=reference_file("claims"),
     output:

@@ -10,6 +10,7 @@ from oilfilm.paper.printed.signs import study_signs
 from oilfilm.paper.reference import printed_constants
 from oilfilm.rig_twin.truth import truth_grid
 from oilfilm.run.job import job
+from oilfilm.tables import empty
 from oilfilm.tables.campaign_tables import CampaignTables, write_tables
 
 with job(snakemake) as (settings, provenance):
@@ -19,10 +20,7 @@ with job(snakemake) as (settings, provenance):
     judged = judge_printed(results.configured, constants, oils, settings.printed)
     limit = settings.gates.traction_max
     signs, verdicts = study_signs(constants, results.points, oils, settings.printed, limit)
-    frames = {
-        **{"printed_judged": judged, "signs": signs, "sign_verdicts": verdicts},
-        **audit_campaign(results, printed, claims, settings),
-    }
+    frames = {"printed_judged": judged, "signs": signs, "sign_verdicts": verdicts}
     if settings.campaign.twin:
         truth = truth_grid(settings, constants)
         compared = extrapolate(
@@ -35,4 +33,6 @@ with job(snakemake) as (settings, provenance):
         )
         frames |= {"truth_grid": truth, "extrapolation": compared}
         frames["extrapolation_errors"] = extrapolation_errors(compared)
+    with_truth = results.replace(extrapolation=frames.get("extrapolation", empty("extrapolation")))
+    frames |= audit_campaign(with_truth, printed, claims, settings)
     write_tables(frames, snakemake.output, provenance)

@@ -79,7 +79,8 @@ class Claim(Group):
     section: Text = key("Section of the paper, in quotes where it is a number.")
     claim: Text = key("The claim in short.")
     wording: Text = key("The paper's own words.")
-    holds_where: Text = key("What would make the claim hold, with settings in braces.")
+    holds_where: Text = key("What makes the claim hold, read strictly; settings in braces.")
+    readings: dict[str, Text] = key("Other fair readings of it, by name.", default={})
     quantity: Text = key("What is judged in each case, with its format in braces.")
     numbers: dict[str, Text] = key("What the claim's further numbers are.", default={})
 

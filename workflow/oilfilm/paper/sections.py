@@ -147,13 +147,15 @@ def _finding(
     row: Mapping[str, Any], claim: Claim, numbers: pd.DataFrame, settings: Settings
 ) -> list[str]:
     """Share, worst case and further numbers of a claim on one basis, in sentences."""
-    sentences = [f"Holds in {share_text(row['share'])} of {row['cases']} cases."]
+    sentences = [f"Holds strictly in {share_text(row['share'])} of {row['cases']} cases."]
     if row["verdict"] == "by construction":
         sentences.append("The equation makes it so for any constants that it allows.")
     head = "Worst case" if row["share"] < 1 else "Case nearest to failing"
     sentences.append(f"{head}: {worst_case(row, claim)}.")
     listed = []
-    for name, label in {"share": "cases in which it holds", **claim.numbers}.items():
+    readings = {name: f'read as "{text}"' for name, text in claim.readings.items()}
+    labels = {"share": "cases in which it holds", **readings, **claim.numbers}
+    for name, label in labels.items():
         meaning, _, form = label.partition(": {:")
         values = [
             (f"{value:{form.rstrip('}')}}" if form else share_text(value))
@@ -162,6 +164,8 @@ def _finding(
         ]
         if values:
             listed.append(f"{_filled(meaning, settings)}: {', '.join(values)}")
+        elif name in readings:
+            listed.append(f"not judged on these constants: {_filled(label, settings)}")
     return [*sentences, f"Further numbers: {'; '.join(listed)}."] if listed else sentences
 
 

@@ -430,7 +430,7 @@ class AuditSettings(Group):
     plateau_share: q.Tolerance = key("Share of the peak where the plateau begins.")
     cold_band_c: q.Band[q.TemperatureC] = key("Temperatures where the paper sees the steeper fall.")
     hot_band_c: q.Band[q.TemperatureC] = key("Temperatures where the paper sees flatter curves.")
-    convergence_max: q.Factor = key("Relative spread of the oils, hot over cold.")
+    prediction_error: q.RelativeError = key("Relative error of mu that is a good prediction.")
     slow_and_fast_m_s: q.Band[q.SpeedMs] = key("Speeds whose temperature effect is compared.")
     film_min_um: float = key("Film thickness that the paper states.", unit="um", gt=0, le=100)
     stress_law: LawOfConditions = key("Law that others are compared with.")

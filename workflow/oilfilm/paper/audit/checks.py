@@ -30,6 +30,7 @@ from oilfilm.paper.audit.evidence import (
     cases,
     shares,
 )
+from oilfilm.torque.best_oil import OPERATING_POINT
 from oilfilm.torque.torque_control import without_bistable
 from oilfilm.traction.law import Law
 from oilfilm.units import BoolArray, FloatArray
@@ -39,6 +40,9 @@ _GAMMAS = (0.0, 0.1, 0.2, 0.3)  # D cos(alpha)/dm of ball bearings
 # Sizes of each coefficient that stand for all that a law allows.
 _SIZES = 6
 _ROUNDING = 1e-15
+# Deng et al. (2026), section 2.1: Ra of ball and disc, and what they are said to make together.
+_RA_UM = (0.014, 0.010)
+_COMPOSITE_UM = 0.017
 Judge = Callable[[View], Outcome]
 
 
@@ -89,8 +93,11 @@ def _non_negative(view: View) -> Outcome:
 
 @_check("linear-start", worst="smallest", where="tested")
 def _linear_start(view: View) -> Outcome:
-    end = _linear_range(view)
-    return view.outcome(end >= view.settings.audit.linear_to_slip, end, longest=np.nanmax(end))
+    end, to_slip = _linear_range(view), view.settings.audit.linear_to_slip
+    start = np.linspace(0.0, to_slip, view.settings.audit.levels)
+    r2 = _r_squared(start, view.mu(slide_roll_ratio=start), _S)
+    straight = r2 >= view.settings.printed.signs.linear_r2_min
+    return view.outcome(end >= to_slip, end, straight=straight, longest=np.nanmax(end))
 
 
 @_check("peak-decline", worst="largest", where="tested")
@@ -102,6 +109,7 @@ def _peak_decline(view: View) -> Outcome:
     return view.outcome(
         peaks & slight,
         decline,
+        shown_oil=view.of_most_viscous(peaks & slight),
         peaks=peaks,
         slight=slight,
         coldest_least=view.by_oil(np.nanmin, decline[:, :, :, 0]),
@@ -141,6 +149,35 @@ def _rises_with_stress(view: View) -> Outcome:
     always, straight = _falls(-mu, _P), r2 >= view.settings.printed.signs.linear_r2_min
     median = view.by_oil(np.nanmedian, r2)
     return view.outcome(always & straight, r2, always=always, straight=straight, median_r2=median)
+
+
+@_check("rises-with-slip", worst="smallest")
+def _rises_with_slip(view: View) -> Outcome:
+    tested = view.settings.printed.boxes.tested.max_hertz_pressure_gpa
+    shown = view.at(max_hertz_pressure_gpa=tested[1:])
+    mu = shown.mu()
+    level = mu.mean(axis=(_U, _T), keepdims=True)
+    return shown.outcome(
+        _falls(-mu, _S),
+        _last_over_first(mu, _S),
+        level=_falls(-level, _S),
+        ends=mu[..., -1] > mu[..., 0],
+    )
+
+
+@_check("similar-limit", worst="largest")
+def _similar_limit(view: View) -> Outcome:
+    end = view.curve[-1]
+    mu = view.mu_by_viscosity(slide_roll_ratio=[view.grid.slide_roll_ratio[0], end * 2 / 3, end])
+    change = np.abs(mu[..., 2:] / mu[..., 1:2] - 1).max(axis=0, keepdims=True)
+    relative = np.ptp(mu, axis=0) / mu.mean(axis=0)
+    return view.outcome(
+        change <= 1 - view.settings.audit.plateau_share,
+        change,
+        closer=relative[..., 2] < relative[..., 0],
+        apart_at_start=relative[..., 0].mean(),
+        apart_at_end=relative[..., 2].mean(),
+    )
 
 
 @_check("earlier-plateau", worst="largest")
@@ -188,15 +225,13 @@ def _hot_convergence(view: View) -> Outcome:
     mu = view.mu_by_viscosity(inlet_temperature_c=view.grid.inlet_temperature_c[[0, -1]])
     spread = np.ptp(mu, axis=0, keepdims=True)
     relative = spread / mu.mean(axis=0, keepdims=True)
-    ratio = _last_over_first(relative, _T)
     coldest, hottest = relative.mean(axis=(0, 1, 2, 4))
     return view.outcome(
-        ratio <= view.settings.audit.convergence_max,
-        ratio,
-        decreases=ratio < 1,
+        _falls(spread, _T),
+        _last_over_first(spread, _T),
+        relative=_falls(relative, _T),
         spread_coldest=coldest,
         spread_hottest=hottest,
-        difference_decreases=_falls(spread, _T),
     )
 
 
@@ -209,7 +244,7 @@ def _speed_mutes_temperature(view: View) -> Outcome:
     )
     drop = -np.diff(mu, axis=_T)
     ratio = _last_over_first(drop, _U)
-    return view.outcome(ratio < 1, ratio, relatively_milder=_falls(drop / mu[:, :, :, :1], _U))
+    return view.outcome(ratio < 1, ratio, relative=_falls(drop / mu[:, :, :, :1], _U))
 
 
 @_check("full-film", worst="smallest", where="tested")
@@ -231,8 +266,9 @@ def _full_film(view: View) -> Outcome:
         judged = points.assign(holds=(margins > 1).all(axis=0), value=margins.min(axis=0))
     thick, full = margins > 1
     thinnest, smallest = (np.nanmin(film) for film in films)
+    central = view.central_film() / settings.audit.film_min_um > 1
     numbers = {"full": full, "thick": thick, "smallest_lambda": smallest, "thinnest_um": thinnest}
-    return Outcome(judged, shares(numbers))
+    return Outcome(judged, shares({"central": central} | numbers))
 
 
 @_check("wang-deng-zero", worst="smallest", where="data")
@@ -278,6 +314,58 @@ def _torque_load(view: View) -> Outcome:
     )
 
 
+@_check("uniquely-determined", worst="largest", where="data")
+def _uniquely_determined(view: View) -> Outcome:
+    law, measured = view.settings.audit.stress_law, view.evidence.measured
+    fits = view.evidence.rows("fit_quality", reason="no fit by the paper's law")
+    fits = fits[fits["law"] == law].dropna(subset="constant_spread")
+    if fits.empty:
+        raise NotCheckableError("no fit by the paper's law")
+    constants = measured.coefficients[measured.coefficients["law"] == law]
+    known = constants[constants["oil"].isin(fits["oil"])]["verdict"].eq("known").to_numpy()
+    judged = fits[["oil"]].assign(holds=fits["certified"], value=fits["constant_spread"])
+    return Outcome(judged, shares({"known": known}))
+
+
+@_check("genetic-optimum", worst="largest", where="formula")
+def _genetic_optimum(view: View) -> Outcome:
+    raise NotCheckableError("not stated")
+
+
+@_check("extrapolates", worst="largest", where="data")
+def _extrapolates(view: View) -> Outcome:
+    audit, measured = view.settings.audit, view.evidence.measured
+    fits = view.evidence.rows("fit_quality", reason="no fit by the paper's law")
+    if view.evidence.truth_is_law:
+        raise NotCheckableError("own law")
+    fits = fits[fits["law"] == audit.stress_law]
+    ends = fits.filter(regex="^oil$|_end_out_relative_rms$").melt("oil").dropna()
+    if ends.empty:
+        raise NotCheckableError("no fit by the paper's law")
+    left_out = fits["left_out_rmse"] * fits["relative_rms"] / fits["rmse"]
+    truth = measured.extrapolation
+    truth = truth[(truth["law"] == audit.stress_law) & truth["oil"].isin(fits["oil"])]
+    error = (truth["traction_coefficient"] / truth["true_traction_coefficient"] - 1).abs()
+    at_truth = (error[truth["beyond"] != ""] <= audit.prediction_error).to_numpy()
+    return Outcome(
+        ends.assign(holds=ends["value"] <= audit.prediction_error),
+        shares(
+            {
+                "truth": at_truth,
+                "accuracy": (left_out <= audit.prediction_error).to_numpy(),
+                "left_out": left_out.max(),
+            }
+        ),
+    )
+
+
+@_check("composite-roughness", worst="largest", where="formula")
+def _composite_roughness(view: View) -> Outcome:
+    composite = float(np.hypot(*_RA_UM))
+    judged = pd.DataFrame({"oil": [""], "holds": composite < _COMPOSITE_UM, "value": composite})
+    return Outcome(judged, {"rounded": float(round(composite, 3) <= _COMPOSITE_UM)})
+
+
 @_check("rolling-speed", worst="smallest", where="formula")
 def _rolling_speed(view: View) -> Outcome:
     stated = view.settings.selection.stated
@@ -320,20 +408,35 @@ def _light_load(view: View) -> Outcome:
     fast = grid.entrainment_speed_m_s >= choice.fast_from_m_s
     slipping = grid.slide_roll_ratio > choice.slide_roll_ratio_limit
     corner = ratio[:, :, fast][:, :, :, hot][..., slipping]
-    return light.outcome(ratio > 1, ratio, hot_and_fast=corner > 1)
+    higher = mu[:-1].min(axis=0) > mu[-1]
+    return light.outcome(ratio > 1, ratio, higher_viscosity=higher, hot_and_fast=corner > 1)
 
 
 @_check("slip-15", worst="largest")
 def _slip_limit(view: View) -> Outcome:
     view = _to_the_end(view)
-    mu, adequate = view.mu_by_viscosity(), _thinnest_is_adequate(view)
-    slipping = view.grid.slide_roll_ratio > view.settings.selection.slide_roll_ratio_limit
+    mu, adequate, choice = (
+        view.mu_by_viscosity(),
+        _thinnest_is_adequate(view),
+        view.settings.selection,
+    )
+    slipping = view.grid.slide_roll_ratio > choice.slide_roll_ratio_limit
+    # S taken for the cage slip, as section 4.3 does
+    as_slip = view.grid.slide_roll_ratio > choice.limits.slip_limit
     least = mu[-1:] / mu[:-1].min(axis=0, keepdims=True)
     ordered = mu[1:] / mu[:-1]
     value = np.where(slipping, ordered.max(axis=0, keepdims=True), least)
+    by_slip = np.where(as_slip, ordered.max(axis=0, keepdims=True), least)
     below = value[..., ~slipping][adequate[..., ~slipping]] < 1
-    beyond = value[..., slipping] < 1
-    outcome = view.outcome(value < 1, value, below=below, beyond=beyond, adequate=adequate)
+    outcome = view.outcome(
+        value < 1,
+        value,
+        as_cage_slip=by_slip[as_slip | adequate] < 1,
+        more_than_thinnest=ordered[1][..., slipping] < 1,
+        below=below,
+        beyond=value[..., slipping] < 1,
+        adequate=adequate,
+    )
     return _where(outcome, slipping | adequate, "no condition")
 
 
@@ -342,7 +445,11 @@ def _heavy_load(view: View) -> Outcome:
     heavy = _within(view, above=view.settings.selection.limits.heavy_from_gpa, below=np.inf)
     mu, adequate = heavy.mu_by_viscosity(), _thinnest_is_adequate(heavy)
     ratio = mu[-1:] / mu[:-1].min(axis=0, keepdims=True)
-    return _where(heavy.outcome(ratio < 1, ratio, adequate=adequate), adequate, "no film")
+    in_bearing = _least_torque_of_thinnest(view)
+    outcome = heavy.outcome(ratio < 1, ratio, bearing=in_bearing, adequate=adequate)
+    if len(in_bearing):
+        outcome.numbers["bearing_points"] = float(len(in_bearing))
+    return _where(outcome, adequate, "no film")
 
 
 def _of_equation(evidence: Evidence, holds: Callable[[Law], BoolArray]) -> bool:
@@ -419,6 +526,20 @@ def _thinnest_is_adequate(view: View) -> BoolArray:
     """Where the film of the least viscous oil is thick enough."""
     film = view.film(view.evidence.falling_viscosity[-1])
     return np.asarray(film[1][np.newaxis] > view.evidence.lambda_limit)
+
+
+def _least_torque_of_thinnest(view: View) -> BoolArray:
+    """Whether the least viscous oil has the least torque, at each heavily loaded operating point.
+
+    Heavily loaded: from the highest pressure of the paper's tests on, with enough film.
+    """
+    slips, oils = view.evidence.measured.cage_slip, view.evidence.falling_viscosity
+    slips = slips[slips["oil"].isin(oils) & (slips["lambda_ratio"] > view.evidence.lambda_limit)]
+    pressure = slips[["inner_max_hertz_pressure_gpa", "outer_max_hertz_pressure_gpa"]].max(axis=1)
+    slips = slips[pressure >= view.settings.printed.boxes.tested.max_hertz_pressure_gpa[1]]
+    torque = slips.pivot(index=OPERATING_POINT, columns="oil", values="torque_n_m")
+    torque = torque.reindex(columns=list(oils)).dropna(subset=[oils[-1]])
+    return np.asarray(torque.min(axis=1) == torque[oils[-1]], dtype=bool)
 
 
 def _where(outcome: Outcome, asked: BoolArray, reason: str) -> Outcome:

@@ -148,6 +148,25 @@ class View:
             raise NotCheckableError("no film")
         return self.evidence.films[oil].over(self.grid)
 
+    def of_most_viscous(self, holds: BoolArray) -> BoolArray:
+        """The cases of the most viscous oil, which the paper shows; none where it has no law."""
+        return holds[[oil == self.evidence.falling_viscosity[0] for oil in self.oils]]
+
+    def central_film(self) -> FloatArray:
+        """Central film thickness in um over the box and its whole curves, oils in rows."""
+        slips = [0.0, *self.grid.slide_roll_ratio, self.curve[-1]]
+        films = [self.evidence.films.get(oil) for oil in self.evidence.falling_viscosity]
+        central = {"thickness": "central"}
+        return np.array(
+            [
+                replace(film, settings=film.settings.model_copy(update=central)).over(
+                    self.grid.at(slide_roll_ratio=slips)
+                )[0]
+                for film in films
+                if film
+            ]
+        )
+
     def by_oil(
         self, summary: Callable[[FloatArray], float], values: FloatArray
     ) -> dict[str, float]:
