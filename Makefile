@@ -107,6 +107,13 @@ nightly: $(DEV) $(DOCS) audit ## what audit says, long tests, then the pinned ca
 verify: $(DEV) ## the demonstration twice, in other surroundings each: the same bytes (10 min)
 	$(IN_VENV) $(BIN)/python tests/helpers/reproduce.py $(CAMPAIGN)
 
+OTHER ?= python3.11
+
+.PHONY: verify-python
+verify-python: $(DEV) ## the demonstration on this Python and on OTHER=python3.11: the same bytes (10 min)
+	@$(MAKE) --no-print-directory VENV=.venv-other PYTHON=$(OTHER) setup
+	$(IN_VENV) $(BIN)/python tests/helpers/reproduce.py $(CAMPAIGN) "$$PWD/.venv-other/bin/python"
+
 bench-bearing: $(DEV) ## equilibria of a bearing, one by one and by the thousand (a minute)
 	$(BIN)/python benchmarks/bearing.py
 

@@ -1,7 +1,8 @@
 """A campaign run twice in surroundings that must not matter, and compared byte by byte.
 
-`make verify` does it for the demonstration campaign. The second run has another folder, date,
-number of cores, host name, user, network (none), locale, time zone, order of hashes and umask.
+`make verify` does it for the demonstration campaign: the second run has another folder, date, number
+of cores, host name, user, network (none), locale, time zone, order of hashes and umask. `make
+verify-python` does it with another version of Python, without a release, which names the version.
 """
 
 import base64
@@ -31,6 +32,7 @@ class Surroundings:
     cores: str = "1"
     environment: Mapping[str, str] = field(default_factory=dict)
     before: Sequence[str] = ()
+    python: str = sys.executable
     lacking: Sequence[str] = ()
 
 
@@ -98,7 +100,9 @@ def fake_clock(offset: str) -> dict[str, str]:
     }
 
 
-def command(project: Path, *arguments: str) -> tuple[list[str], dict[str, str]]:
+def command(
+    project: Path, *arguments: str, python: str = sys.executable
+) -> tuple[list[str], dict[str, str]]:
     """Snakemake in a project's folder, with the project's own library: command, environment.
 
     Coverage is not measured: its tracer nearly doubles the time of a job. Bytecode is kept: without
@@ -110,7 +114,7 @@ def command(project: Path, *arguments: str) -> tuple[list[str], dict[str, str]]:
         "PYTHONPATH": os.pathsep.join([str(project / "workflow"), str(GUARD)]),
         "OILFILM_GUARD": str(project / "guard.log"),
     }
-    return [sys.executable, "-m", "snakemake", *arguments], environment
+    return [python, "-m", "snakemake", *arguments], environment
 
 
 def start(
@@ -121,7 +125,9 @@ def start(
     new_session: bool = False,
 ) -> subprocess.Popen[str]:
     """Start snakemake in a project's folder; all that it prints goes to `stdout`."""
-    snakemake, environment = command(project, "--cores", around.cores, *arguments)
+    snakemake, environment = command(
+        project, "--cores", around.cores, *arguments, python=around.python
+    )
     return subprocess.Popen(
         [*around.before, *snakemake],
         cwd=project,
@@ -228,17 +234,19 @@ def copy_logs(campaign: str, project: Path) -> None:
             shutil.copytree(raw, project / "data/raw" / name)
 
 
-def main(campaign: str) -> int:
+def main(campaign: str, python: str = "") -> int:
     with tempfile.TemporaryDirectory(prefix="oilfilm-verify-") as folder:
         projects = (Path(folder, "first"), Path(folder, "the second/of two"))
-        surroundings = (USUAL, unusual(Path(folder)))
-        for lacking in surroundings[1].lacking:
+        other = Surroundings("2", python=python) if python else unusual(Path(folder))
+        surroundings = (USUAL, other)
+        for lacking in other.lacking:
             print(f"NOT varied: {lacking}")
         for number, (project, around) in enumerate(zip(projects, surroundings, strict=True), 1):
             lay_out(project)
             copy_logs(campaign, project)
             print(f"run {number} of 2: {campaign}, {around.cores} core(s)", flush=True)
-            arguments = ("release", "--config", f"campaign={campaign}")
+            target = "all" if python else "release"
+            arguments = (target, "--config", f"campaign={campaign}")
             code, output = run(project, *arguments, around=around)
             if code != 0:
                 print("\n".join(output.splitlines()[-30:]))
@@ -250,4 +258,4 @@ def main(campaign: str) -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(main(sys.argv[1] if len(sys.argv) > 1 else "demo"))
+    sys.exit(main(*(sys.argv[1:] or ["demo"])))

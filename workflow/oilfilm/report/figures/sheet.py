@@ -5,8 +5,11 @@ Positions follow from sizes in inches alone: no solver measures texts, whose las
 Decides: what is kept of what a figure draws.
 """
 
+import io
+import re
 import string
 from collections.abc import Sequence
+from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
@@ -25,6 +28,7 @@ from oilfilm.report.figures.style import DOUBLE_COLUMN_IN, SINGLE_COLUMN_IN, Loo
 _MARK_IN = 0.14  # the line that says that data are simulated
 # Of a legend, in inches: height of a line, width of a symbol with its gaps, width of a letter.
 _LINE_IN, _SYMBOL_IN, _LETTER_IN = 0.155, 0.42, 0.061
+_CLIP = re.compile(r'(  <clipPath id="(p\w+)">\n(.*?)  </clipPath>\n)', re.DOTALL)
 
 
 class Panel:
@@ -262,4 +266,21 @@ def save(figure: Figure, *paths: Path) -> None:
             if path.suffix == ".png":
                 canvas.print_png(aside, metadata={"Software": None})
             else:
-                canvas.print_svg(aside, metadata={"Date": None})
+                text = io.StringIO()
+                canvas.print_svg(text, metadata={"Date": None})
+                aside.write_text(_with_stable_clips(text.getvalue()), encoding="utf-8")
+
+
+def _with_stable_clips(svg: str) -> str:
+    """Clipping paths named after what is written of them.
+
+    Matplotlib names them after all digits of their positions, of which the last depends on the
+    version of Python.
+    """
+    names = {}
+    for whole, name, content in _CLIP.findall(svg):
+        stable = f"p{sha256(content.encode()).hexdigest()[:10]}"
+        if stable in names.values():  # two that differ in no digit that is written
+            svg = svg.replace(whole, "", 1)
+        names[name] = stable
+    return re.sub(r"\bp[0-9a-f]{10}\b", lambda found: names.get(found[0], found[0]), svg)
