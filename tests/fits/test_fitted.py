@@ -176,3 +176,11 @@ def test_interval_below_zero_is_as_wide_as_the_constants_are_unsure() -> None:
     # the spread of a logarithm: 5 % of D0 bends it by a few per cent
     assert result.mean_ci_lower[0] == pytest.approx(-0.002 - 1.96 * 5e-4, abs=1e-4)
     assert result.mean_ci_upper[0] == pytest.approx(-0.002 + 1.96 * 5e-4, abs=1e-4)
+
+
+def test_a_mean_shear_stress_above_the_oils_limit_is_marked():
+    # 4010 has mu 0.165 at 2.5 GPa, 20 m/s, 20 degC by the printed constants: a mean shear stress of
+    # 0.275 GPa. No oil is known to carry more than 0.12 of the pressure, 0.2 GPa there
+    found = predict("deng2026", printed()["4010"], np.array([2.5, 1.5]), 20.0, 20.0, 0.0375)
+    assert found.traction_coefficient[0] == pytest.approx(0.165, abs=0.001)
+    assert found.over_limit.tolist() == [True, False]

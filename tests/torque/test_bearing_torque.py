@@ -419,3 +419,17 @@ def test_report_tells_of_logs_and_errors(config, oils):
     assert "The calculated torque has no uncertainty" in text
     assert "24 of 24 were found" in text
     assert not bearing(CampaignTables.in_memory(), config)
+
+
+def test_contacts_above_the_limits_of_oil_and_steel_are_told(oils):
+    (oil,) = (oil for oil in oils if oil.name == "4050")
+    weaker = replace(oil, oil=replace(oil.oil, limiting_stress_ratio=1e-4))
+    point = (shipped("mainshaft-167"), [1000.0, 60e3, 120e3], 9000.0, 100.0)
+    flagged = oil.run(*point)
+    pressure = flagged["inner_max_hertz_pressure_gpa"]
+    assert (pressure < 2).tolist() == [True, False, False]  # GPa, Deng et al. (2026), section 4.3
+    assert (pressure > 2.5).tolist() == [False, False, True]
+    assert flagged["pressure_verdict"].tolist() == ["within", "above long-term", "above peak"]
+    assert (flagged["contacts_over_stress_limit"] == 0).all()
+    # a film that can carry a ten-thousandth of the pressure: two contacts of each of 20 balls
+    assert (weaker.run(*point)["contacts_over_stress_limit"] == 40).all()

@@ -16,11 +16,14 @@ from oilfilm.bearing.friction import (
 )
 from oilfilm.physics.contact import Conditions
 from oilfilm.physics.film import film_thickness, within_thermal_reduction
+from oilfilm.physics.oils import LIMITING_STRESS_RATIO
 from oilfilm.units import BoolArray, FloatArray
 
 
 def torque_terms(
-    problem: FrictionProblem, tested: Mapping[str, FloatArray | tuple[float, float]]
+    problem: FrictionProblem,
+    tested: Mapping[str, FloatArray | tuple[float, float]],
+    limiting_stress_ratio: FloatArray | float = LIMITING_STRESS_RATIO,
 ) -> dict[str, FloatArray]:
     """Torque on the inner ring with its terms, motion and residuals, an array a column.
 
@@ -32,6 +35,7 @@ def torque_terms(
         problem: Bearing, loads, speeds, oil and law; the outer ring at rest.
         tested: Lowest and highest tested level of pressure, speed and slip, of all points or of
             each; NaN where unknown.
+        limiting_stress_ratio: Of the oil of all points or of each.
     """
     found = friction_equilibrium(problem)
     bearing, points = problem.bearing, problem.points
@@ -55,6 +59,8 @@ def torque_terms(
     beyond_slip = _beyond(film.slide_roll_ratio, (0.0, tested["slide_roll_ratio"][1]))
     beyond_pressure = _beyond(pressure, tested["max_hertz_pressure_gpa"])
     beyond_speed = _beyond(rolling, tested["entrainment_speed_m_s"])
+    # contacts whose mean shear stress, mu times their mean pressure, no film of the oil carries
+    over_limit = film.coefficient @ share > np.reshape(limiting_stress_ratio, (-1, 1))
     lambda_ratio, film_in_range = _film(found, share)
     return {
         **{f"{name}_torque_n_m": balls * heat / speed for name, heat in heats.items()},
@@ -78,6 +84,7 @@ def torque_terms(
         "mean_traction_coefficient": _mean(
             film.coefficient, share * balance.contacts.load_n[..., np.newaxis]
         ),
+        "contacts_over_stress_limit": balls * over_limit.sum(axis=1),
         "share_beyond_slip": _mean(beyond_slip, local_heat),
         "share_beyond_pressure": _mean(beyond_pressure, film.heat_w),
         "share_beyond_speed": _mean(beyond_speed, film.heat_w),

@@ -93,6 +93,8 @@ def prediction(
             if np.isfinite([low, value]).all() and not low <= abs(value) <= high
         ],
         "tested_ranges_outside": ranges,
+        "limiting_stress_ratio": fit.coefficients.limiting_stress_ratio,
+        "over_limiting_stress": bool(predicted.over_limit[0]),
         "no_interval": f"no interval, because {why}" if np.isnan(intervals["obs_ci_lower"]) else "",
     }
 
@@ -112,6 +114,11 @@ def _text(predicted: Mapping[str, Any]) -> str:
         tested = "{quantity} {value:g}, tested {minimum:.4g} to {maximum:.4g}".format_map(each)
         unit = tables.COLUMNS[each["quantity"]].shown_unit
         lines.append(f"OUTSIDE the tested box: {tested} {unit}".rstrip())
+    if predicted["over_limiting_stress"]:
+        lines.append(
+            "IMPOSSIBLE: mu is the mean shear stress over the mean pressure; no film of the oil "
+            "carries more than {limiting_stress_ratio:g} of it".format_map(predicted)
+        )
     if (ranges := predicted["tested_ranges_outside"]) > 0:
         lines.append(f"{ranges:.1f} tested ranges outside: the interval holds only if the law does")
     return "\n".join([*lines, predicted["source"]])

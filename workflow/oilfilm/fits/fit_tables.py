@@ -22,11 +22,11 @@ from oilfilm.units import FloatArray
 
 # Traction this small beside the largest is rounding: no dip below zero, no second rise.
 _ROUNDING = 1e-9
-# Known once whole levels are left out of the fit.
+# Known once whole levels are left out of the fit; and of the oil, which the fit does not know.
 _ENDS_OUT = dict.fromkeys(
     (
         *("pressure_end_out_relative_rms", "speed_end_out_relative_rms"),
-        "temperature_end_out_relative_rms",
+        *("temperature_end_out_relative_rms", "limiting_stress_ratio"),
     ),
     np.nan,
 )

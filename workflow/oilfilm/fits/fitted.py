@@ -23,6 +23,7 @@ from oilfilm.fits.interval import (
     normal_quantile,
     student_quantile,
 )
+from oilfilm.physics.oils import LIMITING_STRESS_RATIO
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.tables.limits import refuse_unpacking
 from oilfilm.traction import LAWS
@@ -53,6 +54,7 @@ class Coefficients:
         unseen: How far curves left out of the fit lie from their prediction.
         degrees: Curves less the terms of each power law: degrees of freedom of the spread.
         two_levels: The followed conditions that were tested at two levels only.
+        limiting_stress_ratio: Limiting shear stress of the oil over the pressure.
     """
 
     constants: FloatArray
@@ -64,6 +66,7 @@ class Coefficients:
     unseen: Unseen = UNKNOWN
     degrees: float = np.inf
     two_levels: tuple[str, ...] = ()
+    limiting_stress_ratio: float = LIMITING_STRESS_RATIO
 
     @classmethod
     def bare(cls, law: Law, constants: FloatArray) -> "Coefficients":
@@ -133,6 +136,8 @@ class Prediction:
             where the box is unknown, infinite where `away`.
         away: True where a condition that the fit does not follow is asked for away from the level
             or line on which it was tested: nothing is known of mu there, so it is NaN.
+        over_limit: True where the mean shear stress, mu times the mean pressure, would be above the
+            oil's limiting shear stress: no film carries it.
     """
 
     traction_coefficient: FloatArray
@@ -143,6 +148,7 @@ class Prediction:
     outside: npt.NDArray[np.bool_]
     distance: FloatArray
     away: npt.NDArray[np.bool_]
+    over_limit: npt.NDArray[np.bool_]
 
 
 @dataclass(frozen=True)
@@ -200,6 +206,7 @@ class FittedLaw:
         box = np.full((len(law.conditions) + 1, 2), np.nan)
         fixed: tuple[FixedCondition, ...] = ()
         unseen, degrees, two_levels = UNKNOWN, np.inf, ()
+        limit = LIMITING_STRESS_RATIO
         if quality is not None:
             of_fit = quality[(quality["oil"] == oil) & (quality["law"] == law.name)]
             (row,) = tables.rows(of_fit)
@@ -212,8 +219,10 @@ class FittedLaw:
             fixed = from_text(row["fixed_conditions"])
             unseen = Unseen.of(row)
             two_levels = tuple(filter(None, row["two_level_conditions"].split(", ")))
+            if np.isfinite(row["limiting_stress_ratio"]):
+                limit = float(row["limiting_stress_ratio"])
             degrees = float(row["n_curves"]) - 1 - known.sum()
-        rest = (box, fixed, unseen, degrees, two_levels)
+        rest = (box, fixed, unseen, degrees, two_levels, limit)
         return cls(law, Coefficients(values, known, spread, shifted, *rest))
 
     @classmethod
@@ -263,9 +272,9 @@ class FittedLaw:
         lower, upper = np.sort(sign * run, axis=0)
         own_lower, own_upper = np.sort(sign * own, axis=0)
         distance = np.where(off, np.inf, self._distance(conditions, slip))
-        return Prediction(
-            sign * mu, lower, upper, own_lower, own_upper, distance > 0, distance, off
-        )
+        over = mu > self.coefficients.limiting_stress_ratio
+        ends = lower, upper, own_lower, own_upper
+        return Prediction(sign * mu, *ends, distance > 0, distance, off, over)
 
     def predict_at(
         self,

@@ -16,6 +16,10 @@ import numpy.typing as npt
 from oilfilm.physics.contact import Floats
 from oilfilm.units import ABSOLUTE_ZERO_C, FloatArray
 
+# Limiting shear stress over pressure that no mineral or synthetic oil is known to exceed: 0.03 to
+# 0.12 (S. Bair, W. O. Winer, J. Lubr. Technol. 101 (1979) 251, second-hand). As the mean shear
+# stress of a contact is mu times its mean pressure, it is the largest mu as well.
+LIMITING_STRESS_RATIO = 0.12
 # Of floats, or of complex numbers by which a formula is differentiated.
 AnyArray = npt.NDArray[Any]
 # Temperature's imaginary step: its square vanishes, so that the derivative is exact to rounding.
@@ -63,6 +67,7 @@ class Oil:
         thermal_conductivity: In W/(m K).
         model: Key of `FORMULAS`.
         coefficients: Numbers of the formulas, by name.
+        limiting_stress_ratio: Limiting shear stress over pressure; see `LIMITING_STRESS_RATIO`.
     """
 
     id: str
@@ -78,6 +83,7 @@ class Oil:
     thermal_conductivity: PiecewiseLinear
     model: str
     coefficients: Mapping[str, float]
+    limiting_stress_ratio: float = LIMITING_STRESS_RATIO
 
     def dynamic_viscosity_pa_s(self, temperature_c: Floats) -> FloatArray:
         """Dynamic viscosity eta, in Pa s."""

@@ -313,6 +313,9 @@ class BearingSettings(Group):
         "by another traction."
     )
     law_floor: LawFloorSettings = key("Smallest levels at which a law is evaluated.")
+    pressure_limits_gpa: q.Band[q.PressureGpa] = key(
+        "Maximum Hertz pressures above which a point is flagged: in the long term, and at peaks."
+    )
     term_uncertainty: TermUncertaintySettings = key("Relative uncertainty of the other terms.")
     skf_pitch_speed_max: float = key(
         "Pitch diameter times speed up to which the SKF formula is an opinion.",

@@ -86,6 +86,13 @@ class OilUncertainty(Group):
     density: q.Tolerance | None = optional("Half-width of the density.")
 
 
+class LimitingStress(Group):
+    """Limiting shear stress over pressure, above which no film carries traction."""
+
+    ratio: float = key("Limiting shear stress over pressure.", unit="1", gt=0, le=0.5)
+    source: q.Text = key("Where the ratio comes from, or that it is assumed.")
+
+
 class OilKeys(Group):
     """Keys that every oil has, whatever its formulas."""
 
@@ -107,6 +114,9 @@ class OilKeys(Group):
     )
     thermal_conductivity_w_mk: PropertyTable[ConductivityWMK] = key(
         "Rows of [K, W/(m K)], two or more."
+    )
+    limiting_shear_stress: LimitingStress | None = optional(
+        "Limiting shear stress; if not given 0.12 of the pressure, as no known oil has more."
     )
     relative_uncertainty: OilUncertainty = key(
         "Uncertainty where it is known.", default=OilUncertainty()
@@ -144,6 +154,8 @@ class OilKeys(Group):
         }
         uncertainty = self.relative_uncertainty.model_dump(exclude_none=True)
         coefficients = self.coefficients.model_dump()
+        if self.limiting_shear_stress is not None:
+            plain["limiting_stress_ratio"] = self.limiting_shear_stress.ratio
         return oils.Oil(**plain, coefficients=coefficients, relative_uncertainty=uncertainty)
 
 

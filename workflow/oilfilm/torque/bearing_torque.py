@@ -145,7 +145,17 @@ class Cases:
             name: np.repeat([oil.tested[name] for oil in self.oils], self._sizes, axis=0).T
             for name in _TESTED
         }
-        terms = _without_failures(torque_terms(self.problem, ends))
+        ratio = np.repeat([oil.oil.limiting_stress_ratio for oil in self.oils], self._sizes)
+        terms = _without_failures(torque_terms(self.problem, ends, ratio))
+        long_term, peak = self.oils[0].settings.pressure_limits_gpa
+        pressure = terms[["inner_max_hertz_pressure_gpa", "outer_max_hertz_pressure_gpa"]].max(
+            axis=1
+        )
+        terms["pressure_verdict"] = np.select(
+            [np.isnan(pressure), pressure > peak, pressure > long_term],
+            ["not known", "above peak", "above long-term"],
+            "within",
+        )
         return pd.concat(
             [terms, self.points[[*self.points.columns.difference(terms.columns)]]], axis=1
         )

@@ -52,6 +52,10 @@ def bearing(results: CampaignTables, settings: Settings) -> Section:
         beyond={
             name: by_stress[f"share_beyond_{name}"].mean() for name in ("pressure", "speed", "slip")
         },
+        over_long_term=(by_stress["pressure_verdict"] == "above long-term").sum(),
+        over_peak=(by_stress["pressure_verdict"] == "above peak").sum(),
+        over_stress=(by_stress["contacts_over_stress_limit"] > 0).sum(),
+        pressure_limits=settings.bearing.pressure_limits_gpa,
         inversion=results.torque_inversion["verdict"].tolist(),
         **_heat(results.heat_balance),
     )
