@@ -158,7 +158,7 @@ def oil_yaml(oil: str, found: Findings) -> str:
 def run_sheet(found: Findings) -> str:
     """`data/raw/<name>/runs.csv`: what the headers of the logs do not say."""
     rows = pd.DataFrame([row for log in found.logs for row in _rows(log, found)])
-    used = [name for name in ("run", "oil", *SET_POINTS) if name in rows]
+    used = [name for name in ("run", "oil", "log_kind", *SET_POINTS) if name in rows]
     columns = ["file", *used, "exclude", "remarks"]
     sep, decimal = (";", ",") if found.decimal_comma else (",", ".")
     return rows.reindex(columns=columns).to_csv(
@@ -171,6 +171,8 @@ def _rows(log: Sniffed, found: Findings) -> Iterator[dict[str, object]]:
         given = set_points(run)
         row = {"file": log.file, **({"run": run.part} if run.part else {}), **given}
         row |= {"oil": ""} if found.unnamed_oil else {}
+        # the rows of a table of mu are settled readings, which such a table does not say
+        row |= {"log_kind": "steps"} if run.settled and not run.log_kind else {}
         remarks = [run.doubt] if run.doubt else []
         if set(given) - run.lines.keys():
             remarks.append("guess: set points are medians of the log")

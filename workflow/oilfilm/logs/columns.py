@@ -130,8 +130,9 @@ def _read_table(
         return None, [_whole(table.problem, table, run_id, first_row)]
     vocabulary = table.vocabulary or kind.vocabulary_of(settings.campaign)
     table = _with_time(table, vocabulary)
-    columns = vocabulary.columns(table.names, table.units)
     labels = sheet.labels(run_id, table.keys, settings, table.part)
+    spared = kind.spared(labels.keys, settings)
+    columns = vocabulary.columns(table.names, table.units, spared)
     if problem := labels.problem or kind.header_problem(labels.keys, columns, settings):
         return None, [_whole(problem, table, run_id, first_row), *labels.remarks]
     used, logged = _numbers(table, columns)

@@ -265,7 +265,9 @@ def possible_names(content: bytes) -> Iterator[Names]:
     """
     for lines in _heads(content):
         for line, below in pairwise([*lines, ""]):
-            for delimiter in (*_DELIMITERS, _BLANKS):
+            parted = [mark for mark in _DELIMITERS if line.count(mark) >= _FEWEST_COLUMNS - 1]
+            # names may have blanks in them
+            for delimiter in parted or [_BLANKS]:
                 names = _split(line, delimiter)
                 if len(names) >= _FEWEST_COLUMNS and not any(map(_is_number, names)):
                     yield [*zip(names, _units_of(names, _split(below, delimiter)), strict=True)]

@@ -4,7 +4,7 @@ Decides: what the columns of a log mean, and their units.
 """
 
 import unicodedata
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence, Set
 from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
 
@@ -54,6 +54,7 @@ class Vocabulary:
         either: Sets of quantities of which one must be there; the first is what a log is asked for,
             what a log has of those after its own is compared with it.
         optional: Quantities that a log may have; where it does, every row needs them.
+        instead: Quantity -> the one that serves where a log does not have it.
         renamed: Quantity -> `name` (as the log writes it) and `unit`, of the columns that the
             campaign file names.
     """
@@ -64,6 +65,7 @@ class Vocabulary:
     always: tuple[str, ...]
     either: tuple[tuple[str, ...], ...] = ((),)
     optional: tuple[str, ...] = ()
+    instead: Mapping[str, str] = field(default_factory=dict)
     renamed: Renamed = field(default_factory=dict)
 
     @cached_property
@@ -129,8 +131,15 @@ class Vocabulary:
         known = self.meanings(names, units).values()
         return sum(self.fits(quantity, unit) for quantity, unit in known), len(known)
 
-    def columns(self, names: Sequence[str], units: Sequence[str]) -> tuple[Column, ...]:
+    def columns(
+        self, names: Sequence[str], units: Sequence[str], spared: Set[str] = frozenset()
+    ) -> tuple[Column, ...]:
         """The columns that make a run, each with its conversion, then the spare ones.
+
+        Args:
+            names: All column names.
+            units: Unit beside each.
+            spared: Quantities that the log need not have a column of.
 
         Raises:
             ValueError: A quantity is missing or doubled, or has no unit or an impossible one; the
@@ -152,8 +161,15 @@ class Vocabulary:
                 raise ValueError(f"the column {name[:60]!r}: {error}") from error
             columns[quantity] = Column(quantity, index, to, name, unit)
         either = self.either
-        chosen = next((some for some in either if columns.keys() >= set(some)), either[0])
-        needed = [*self.always, *chosen]
+        there = columns.keys() | spared
+        chosen = next((some for some in either if there >= set(some)), either[0])
+        needed = [
+            self.instead[quantity]
+            if quantity not in columns and self.instead.get(quantity) in columns
+            else quantity
+            for quantity in (*self.always, *chosen)
+            if quantity in columns or quantity not in spared
+        ]
         missing = ", ".join(quantity for quantity in needed if quantity not in columns)
         if missing:
             own_names = ", ".join(names)[:200]
@@ -210,6 +226,7 @@ class LogKind:
         renamed: The columns with names of their own in a campaign.
         header_problem: Why a log with these header keys and columns cannot be used, if so.
         run: The run that a log makes.
+        spared: Quantities that a log with these header keys needs no column of.
         sheet_keys: Header keys that the run sheet may give beside the oil.
     """
 
@@ -218,6 +235,7 @@ class LogKind:
     header_problem: Callable[[Mapping[str, str], Sequence[Column], Settings], Refusal | None]
     run: Callable[[ContinuousLog, Settings], LoggedRun]
     sheet_keys: tuple[str, ...]
+    spared: Callable[[Mapping[str, str], Settings], Set[str]] = lambda *about: frozenset()
 
     def vocabulary_of(self, campaign: Campaign) -> Vocabulary:
         """What such logs may hold in a campaign, with the names of its own."""

@@ -440,7 +440,12 @@ def _value(column: _Column, text: str, sheet: _Sheet) -> tuple[str | None, str]:
     if key not in SET_POINT_UNITS:
         torque = settings.campaign.torque
         bearings = [torque.bearing] if torque else []
-        names = {"oil": [*settings.oils], "rig": [*settings.rigs], "bearing": bearings}
+        names = {
+            "oil": [*settings.oils],
+            "rig": [*settings.rigs],
+            "bearing": bearings,
+            "log_kind": ["continuous", "steps"],
+        }
         known = names[key]
         name = settings.oil_ids.get(plain_key(text), text) if key == "oil" else text
         expected = f"{key} of the campaign {settings.campaign.name}: {', '.join(known)}"

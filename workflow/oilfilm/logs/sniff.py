@@ -48,6 +48,7 @@ from oilfilm.units import BoolArray, FloatArray
 VOCABULARY = TRACTION.vocabulary
 # A header line without a unit is a set point where the signal is as near to it as this.
 _NEAR, _NEAR_C = 0.05, 3.0
+_MU = "traction_coefficient"
 _SPEEDS = frozenset({"ball_speed", "disc_speed", "entrainment_speed"})
 # What a load that is labelled N may be in, by the definition of each unit.
 _MISTAKEN_FOR_N = {"kgf": 9.80665, "lbf": 4.4482216152605}
@@ -88,6 +89,7 @@ class Run:
         traction_sign: -1 where the force is against the slip, 1 where it is with it, else 0.
         units: The unit of each quantity.
         doubt: What contradicts the unit of the load; empty where nothing does.
+        log_kind: What the header says of it.
     """
 
     part: str = ""
@@ -102,6 +104,7 @@ class Run:
     traction_sign: int = 0
     units: Mapping[str, str] = field(default_factory=dict)
     doubt: str = ""
+    log_kind: str = ""
 
 
 @dataclass(frozen=True)
@@ -169,10 +172,13 @@ def sniff(file: str, content: bytes, zero: ZeroSource) -> Sniffed:
 
     # the time of LabVIEW's logs need be no column
     missing = [each for each in _missing(guesses, names) if name == "csv" or each != "time"]
+    timed = "time" in _known(guesses, names) or not _known(guesses, names) & {_MU}
     # what is missing is asked of the user; the rest of the log is read without it
     vocabulary = replace(
         VOCABULARY,
-        always=tuple(each for each in VOCABULARY.always if each not in missing),
+        always=tuple(
+            each for each in VOCABULARY.always if each not in missing and (each != "time" or timed)
+        ),
         either=VOCABULARY.either if not {*missing} & {*sum(VOCABULARY.either, ())} else ((),),
     )
     probe = LogKind(vocabulary, lambda campaign: renamed, lambda *about: None, run, ())
@@ -223,6 +229,9 @@ def _known(guesses: Mapping[str, Names], names: Names) -> set[str]:
 
 def _missing(guesses: Mapping[str, Names], names: Names) -> list[str]:
     known = _known({q: columns for q, columns in guesses.items() if len(columns) == 1}, names)
+    if _MU in known:
+        # a table of mu has no force, and no time: its rows are settled readings
+        known |= {"traction_force", "time"}
     speeds = max(VOCABULARY.either, key=lambda pair: len(known & {*pair}))
     return [quantity for quantity in (*VOCABULARY.always, *speeds) if quantity not in known]
 
@@ -254,7 +263,8 @@ def _run(
     # what is logged at standstill is no level of the run
     used = turning if turning.any() else np.ones(count, dtype=bool)
     measured = {key: _level(key, each[used]) for key, each in levels.items()}
-    settled = keys.get("log_kind") == "steps"
+    log_kind = keys.get("log_kind", "")
+    settled = log_kind == "steps" or (_MU in values and "time" not in values)
     signals = (time, ball, disc, load, force)
     continuous = count > 1 and np.isfinite(signals).all() and not settled
     named = "oil" if "oil" in keys else oil_key(keys) or ""
@@ -273,6 +283,7 @@ def _run(
         _sign(slip, force[turning]),
         units,
         _doubt(keys, measured),
+        log_kind,
     )
 
 

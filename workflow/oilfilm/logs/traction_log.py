@@ -34,6 +34,8 @@ from oilfilm.settings.rig import Rig
 from oilfilm.units import FloatArray, rpm_to_surface_speed
 
 _ALWAYS = ("time", "load", "traction_force", "inlet_temperature")
+# A rig that gives mu alone needs no force: mu of positive slip is positive.
+_INSTEAD = {"traction_force": "traction_coefficient"}
 # Either pair gives both surface speeds; the first is what a log is asked for.
 _SPEEDS = (("ball_speed", "disc_speed"), ("entrainment_speed", "slide_roll_ratio"))
 # On rigs that reverse the slip: the force with the disc faster, and with the ball faster.
@@ -45,6 +47,7 @@ _OWN_NAMES = {
     "load_n": ("load", "N"),
     "max_hertz_pressure_gpa": ("load", "GPa"),
     "traction_force_n": ("traction_force", "N"),
+    "traction_coefficient": ("traction_coefficient", "1"),
     "traction_force_1_n": ("traction_force_1", "N"),
     "traction_force_2_n": ("traction_force_2", "N"),
     "inlet_temperature_c": ("inlet_temperature", "degC"),
@@ -86,10 +89,19 @@ def _with_rig(keys: Mapping[str, str], settings: Settings) -> Mapping[str, str]:
 
 
 def _run(log: ContinuousLog, settings: Settings) -> LoggedRun:
-    keys, values = _with_rig(log.keys, settings), log.values
+    keys = _with_rig(log.keys, settings)
     rig, semantics = settings.rigs[keys["rig"]], settings.campaign.semantics_for(keys["rig"])
     units = {column.quantity: column.to.unit for column in log.columns}
-    contact = rig.contact() if units["load"] == "GPa" else None
+    held = {"time": np.nan, **_held(nominal(keys, settings), rig)}
+    left_out = held.keys() & _spared(keys, settings) - log.values.keys()
+    values = dict(log.values) | {name: np.full(len(log.rows), held[name]) for name in left_out}
+    # a load as maximum Hertz pressure is refused of a rig whose contact is not known
+    contact = rig.contact() if units.get("load") == "GPa" else None
+    if contact is not None:
+        values["load"] = contact.load_n(values["load"])
+    if "traction_coefficient" in values:
+        force = semantics.direction * values["traction_coefficient"] * values["load"]
+        values["traction_force"] = force
     ball, disc = _surface_speeds(values, units, rig, semantics)
     contradiction = _contradiction(values, ball, disc, log.rows, semantics, settings.logged_twice)
     sampled = {f"{name}_{unit}": values[name] for name, unit in _SAMPLED.items() if name in values}
@@ -98,8 +110,7 @@ def _run(log: ContinuousLog, settings: Settings) -> LoggedRun:
     samples = samples_of_run(
         row=log.rows,
         time_s=values["time"],
-        # a load as maximum Hertz pressure is refused of a rig whose contact is not known
-        load_n=values["load"] if contact is None else contact.load_n(values["load"]),
+        load_n=values["load"],
         ball_speed_m_s=ball,
         disc_speed_m_s=disc,
         **sampled,
@@ -115,6 +126,27 @@ def _run(log: ContinuousLog, settings: Settings) -> LoggedRun:
         keys.get("run", ""),
         log.understood,
     )
+
+
+def _held(given: Nominal, rig: Rig) -> dict[str, float]:
+    """What set points say of the quantities that a table of settled readings may leave out."""
+    contact, load, pressure = rig.contact(), given.load_n, given.max_hertz_pressure_gpa
+    if load is None and pressure is not None and contact is not None:
+        load = float(contact.load_n(pressure))
+    held = {
+        "load": load,
+        "entrainment_speed": given.entrainment_speed_m_s,
+        "inlet_temperature": given.inlet_temperature_c,
+    }
+    return {name: value for name, value in held.items() if value is not None}
+
+
+def _spared(keys: Mapping[str, str], settings: Settings) -> frozenset[str]:
+    """Readings that have settled need no time, and no column of what a set point says."""
+    keys = _with_rig(keys, settings)
+    if keys.get("log_kind") != "steps" or keys.get("rig") not in settings.rigs:
+        return frozenset()
+    return frozenset({"time", *_held(nominal(keys, settings), settings.rigs[keys["rig"]])})
 
 
 def nominal(keys: Mapping[str, str], settings: Settings) -> Nominal:
@@ -157,7 +189,7 @@ def _rig_problem(columns: Sequence[Column], name: str, rig: Rig) -> Refusal | No
     """What the columns need of the rig and its file does not say."""
     units = {column.quantity: column.to.unit for column in columns}
     needed = [f"{body}_track_radius_m" for body in _BODIES if units.get(f"{body}_speed") == "rpm"]
-    needed += ["ball_radius_m"] if units["load"] == "GPa" else []
+    needed += ["ball_radius_m"] if units.get("load") == "GPa" else []
     missing = [key for key in needed if getattr(rig, key) is None]
     if not missing:
         return None
@@ -241,9 +273,10 @@ def _contradiction(
 
 # Load, traction force, surface speeds and temperature against time.
 TRACTION = LogKind(
-    Vocabulary("traction", "columns", _OWN_NAMES, _ALWAYS, _SPEEDS, _BOTH_WAYS),
+    Vocabulary("traction", "columns", _OWN_NAMES, _ALWAYS, _SPEEDS, _BOTH_WAYS, _INSTEAD),
     lambda campaign: campaign.columns,
     _header_problem,
     _run,
-    sheet_keys=("rig", *SET_POINTS),
+    sheet_keys=("rig", "log_kind", *SET_POINTS),
+    spared=_spared,
 )

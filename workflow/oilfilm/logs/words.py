@@ -89,6 +89,8 @@ _WORDS = {
 # Words of the rig's bodies say whose speed it is only beside a unit or a word of speed.
 _SPEEDS = "speed drehzahl geschwind vitesse velocidad velocità скорость 速 rpm spind n v u"
 _SHORT = 2
+# A name with a word of the most telling ones may be the quantity, whatever other names say.
+_SURE = 3
 _TOKENS = re.compile(r"[^\W\d_]+\d?|\d+")
 
 
@@ -164,14 +166,13 @@ def guessed_columns(
         names: Each column's name and unit.
         vocabulary: What such logs may hold. Names that it knows need no guess.
     """
-    best: dict[str, int] = {}
-    found: dict[str, list[tuple[str, str]]] = {}
     own = {known[0] for name, _ in names if (known := vocabulary.meaning(name))}
+    scores: dict[str, dict[tuple[str, str], int]] = {}
     for name, unit in dict.fromkeys(names):
         quantity, score = guessed(name, unit, vocabulary)
-        if quantity in own or score < best.get(quantity, 1):
-            continue
-        if score > best.get(quantity, 0):
-            best[quantity], found[quantity] = score, []
-        found[quantity].append((name, unit))
-    return found
+        if quantity and quantity not in own:
+            scores.setdefault(quantity, {})[name, unit] = score
+    return {
+        quantity: [name for name, score in of.items() if score >= min(_SURE, max(of.values()))]
+        for quantity, of in scores.items()
+    }

@@ -97,8 +97,8 @@ class Column(Group):
 # points in the unit of their key), columns of traction logs and of torque logs.
 _HEADER = [*_SET_POINTS, "oil", "rig", "run", "log_kind", "file", "exclude", "remarks"]
 _OF_TRACTION = (
-    "time load traction_force traction_force_1 traction_force_2 ball_speed disc_speed "
-    "inlet_temperature entrainment_speed slide_roll_ratio".split()
+    "time load traction_force traction_coefficient traction_force_1 traction_force_2 ball_speed "
+    "disc_speed inlet_temperature entrainment_speed slide_roll_ratio".split()
 )
 _OF_TORQUE = "time axial_load inner_speed oil_temperature outer_ring_temperature torque".split()
 HeaderKey = Annotated[str, one_of(_HEADER), Field(json_schema_extra={"enum": _HEADER})]

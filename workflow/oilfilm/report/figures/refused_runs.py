@@ -4,7 +4,7 @@ import hashlib
 import re
 import textwrap
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -158,6 +158,9 @@ def draw_page(
         kind: The kind of rig.
     """
     signals = kind.signals(arrays_of(samples), run["rig"], settings)
+    timed = bool(np.isfinite(signals.time_s).all())
+    if not timed:
+        signals = replace(signals, time_s=signals.row.astype(float))
     time_s = signals.time_s
     marked = _times(signals, entry["first_row"], entry["last_row"])
     margin = 0.01 * (time_s.max() - time_s.min()) or 1.0
@@ -174,7 +177,7 @@ def draw_page(
         for edge in marked:
             axis.axvline(edge, color=_MARK, linewidth=1.0)
         axis.set_xlim(*span)
-    sheet.axes[-1].set_xlabel("Time since the log's start (s)")
+    sheet.axes[-1].set_xlabel("Time since the log's start (s)" if timed else "Row of the log")
     first = sheet.axes[0]
     look: style.Look = {"va": "top", "parse_math": False, "xycoords": "axes fraction"}
     look |= {"textcoords": "offset points", "annotation_clip": False}

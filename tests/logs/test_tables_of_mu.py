@@ -1,0 +1,128 @@
+"""A table of mu is a log: settled readings without force and time."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from bad_logs import CONFIG
+from campaigns import lay_out, printed
+from command_line import printed_objects
+from oilfilm.curation.curate import check_logs
+from oilfilm.logs.sheet_file import read_run_sheet
+from oilfilm.logs.sniff import sniff
+from oilfilm.logs.traction_log import TRACTION
+from oilfilm.traction.laws.deng2026 import traction_coefficient
+
+SLIPS = np.array([0.005, 0.01, 0.02, 0.05, 0.1, 0.2])
+MU = traction_coefficient(printed()["4102"], 1.5, 20.0, 70.0, SLIPS)
+# docs/physics.md: W 142 N at 1.5 GPa on the rig of the paper
+LOAD_N = 142.0
+LABELS = "# oil: 4102\n# log_kind: steps\n"
+NAMES = "SRR (%),Mean speed (mm/s),Traction Coeff (-),Load (N),Lube temperature (degC)"
+COLUMNS = {
+    "slide_roll_ratio": {"name": "SRR"},
+    "entrainment_speed": {"name": "Mean speed"},
+    "traction_coefficient": {"name": "Traction Coeff"},
+    "load": {"name": "Load"},
+    "inlet_temperature": {"name": "Lube temperature"},
+}
+SETTINGS = CONFIG.with_changes({"campaign": {"columns": COLUMNS}})
+
+
+def table(labels: str = LABELS, names: str = NAMES, cells: str = f"{LOAD_N},70") -> bytes:
+    rows = [f"{100 * s:g},20000,{mu:.6f},{cells}" for s, mu in zip(SLIPS, MU, strict=True)]
+    return (labels + "\n".join([names, *rows, ""])).encode()
+
+
+def without(*places: int) -> Callable[[bytes], bytes]:
+    """The table without some columns."""
+
+    def changed(content: bytes) -> bytes:
+        head, names, rows = content.partition(NAMES.encode())
+        lines = (names + rows).decode().splitlines()
+        kept = [[c for n, c in enumerate(line.split(",")) if n not in places] for line in lines]
+        return head + "\n".join([*map(",".join, kept), ""]).encode()
+
+    return changed
+
+
+@pytest.mark.parametrize(
+    ("labels", "change"),
+    [
+        (LABELS, bytes),
+        (f"{LABELS}# load_n: 142\n", without(3)),
+        (f"{LABELS}# max_hertz_pressure_gpa: 1.5\n# inlet_temperature_c: 70\n", without(3, 4)),
+        (f"{LABELS}# entrainment_speed_m_s: 20\n", without(1)),
+        (
+            LABELS,
+            lambda content: content.replace(b"Load (N)", b"Load (GPa)").replace(b"142.0", b"1.5"),
+        ),
+    ],
+)
+def test_table_of_mu_gives_points_with_the_mu_that_it_says(
+    labels: str, change: Callable[[bytes], bytes]
+) -> None:
+    verdict = check_logs([("log", change(table(labels)))], SETTINGS)
+    assert verdict.quarantine.empty
+    points = verdict.points
+    assert points["accepted"].all()
+    np.testing.assert_allclose(points["traction_coefficient"], MU, atol=5e-7)
+    np.testing.assert_allclose(points["slide_roll_ratio"], SLIPS, rtol=1e-12)
+    np.testing.assert_allclose(points["max_hertz_pressure_gpa"], 1.5, rtol=0.002)
+    assert points["time_s"].isna().all()
+
+
+def test_table_that_does_not_say_that_its_rows_are_settled_lacks_the_time() -> None:
+    (refusal,) = check_logs([("log", table("# oil: 4102\n"))], SETTINGS).quarantine["reason"]
+    assert "lacks the columns time" in refusal
+
+
+def test_run_sheet_may_say_that_rows_are_settled() -> None:
+    sheet = read_run_sheet(
+        b"file,oil,log_kind\n*.csv,4102,steps\n", Path("runs.csv"), ["a.csv"], SETTINGS, TRACTION
+    )
+    verdict = check_logs([("a.csv", table(""))], SETTINGS, sheet=sheet)
+    assert verdict.points["accepted"].tolist() == [True] * len(SLIPS)
+
+
+def test_gates_that_need_time_or_a_level_are_listed_as_not_applied(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    lay_out(tmp_path)
+    log = tmp_path / "mtm.csv"
+    own = "slide_roll_ratio [%],entrainment_speed [mm/s],traction_coefficient,load_n,"
+    log.write_bytes(table(names=f"{own}inlet_temperature_c"))
+    where = ["--config", str(tmp_path / "config")]
+    ((checked),) = printed_objects(capsys, "check", log, *where)
+    (run,) = checked["runs"]
+    assert (checked["verdict"], run["accepted_plateaus"]) == ("accepted", len(SLIPS))
+    skipped = {each["gate"]: each["reason"] for each in run["gates_not_applied"]}
+    for gate in ("time_disorder", "clock_jump", "stuck_channel", "stuck_sensor"):
+        assert skipped[gate] == "the log has no time"
+    assert "each row is a settled reading" in skipped["not_steady"]
+
+
+def test_coefficient_is_never_taken_for_a_force_and_names_keep_their_blanks() -> None:
+    found = sniff("mtm.csv", table(""), lambda *signals: None)
+    # `Load (N)` is known without a guess
+    assert dict(found.guesses) == {
+        "slide_roll_ratio": [("SRR (%)", "%")],
+        "entrainment_speed": [("Mean speed (mm/s)", "mm/s")],
+        "traction_coefficient": [("Traction Coeff (-)", "-")],
+        "inlet_temperature": [("Lube temperature (degC)", "degC")],
+    }
+    assert found.missing == []
+    assert [run.settled for run in found.runs] == [True]
+
+
+def test_two_names_that_may_be_one_quantity_are_both_shown() -> None:
+    names = NAMES.replace("Traction Coeff (-)", "COF (-),Friction coefficient (-)")
+    rows = table("").decode().replace(NAMES, names).splitlines()
+    lines = [rows[0], *(row.replace(",", ",0.1,", 1) for row in rows[1:]), ""]
+    found = sniff("mtm.csv", "\n".join(lines).encode(), lambda *signals: None)
+    assert [name for name, _ in found.guesses["traction_coefficient"]] == [
+        "COF (-)",
+        "Friction coefficient (-)",
+    ]
