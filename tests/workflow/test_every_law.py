@@ -43,7 +43,7 @@ def campaign_with(law: str) -> dict[str, Any]:
         "oil_temperature_c": [70],
     }
     campaign["settings"] = {
-        "fit": {**QUICK["fit"], "law": law, "allow_uncertified": True},
+        "fit": {**QUICK["fit"], "law": law},
         "compare": {"laws": ["deng2026", "wang-deng-load"]},
         "figures": {"extrapolation": {"oil": "own"}},
         "bearing": {
@@ -151,7 +151,7 @@ def test_a_seventh_law_is_a_file_and_a_line(released_project: Path, tmp_path: Pa
     shutil.copytree(released_project, project, symlinks=True)
     add_seventh_law(project)
     campaign = read_campaign(project, "small")
-    campaign["settings"]["fit"] |= {"law": "hyperbola", "allow_uncertified": True}
+    campaign["settings"]["fit"] |= {"law": "hyperbola"}
     write_campaign(project, "small", campaign)
     jobs = "import sys; sys.path.insert(0, 'workflow'); from stand_in import main\n" + "\n".join(
         f"main({[*job.split(), 'campaign=small']})"

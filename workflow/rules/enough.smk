@@ -1,7 +1,7 @@
 rule enough:
-    "The last step: a fit without certificate or too few accepted runs end a run that is complete."
+    "The last step: too few accepted runs end a run that is complete."
     input:
-        **finished("runs quarantine torque_runs torque_quarantine fit_quality"),
+        **finished("runs quarantine torque_runs torque_quarantine"),
         # a person needs all of this to see why
         everything=[
             rules.report.output,
@@ -14,7 +14,6 @@ rule enough:
             rules.exports.output,
         ],
     output:
-        certificates="<tables>/certificates.txt",
         accepted_runs="<tables>/accepted_runs.txt",
         made=made("enough"),
     log:
@@ -22,6 +21,6 @@ rule enough:
     localrule: True
     params:
         code=code("enough.py"),
-        config=part("fit", campaign=("min_accepted_runs", "min_accepted_share", "torque")),
+        config=part(campaign=("min_accepted_runs", "min_accepted_share", "torque")),
     script:
         "../scripts/enough.py"

@@ -39,7 +39,7 @@ rule fits:
         },
         **finished("points", "runs"),
     output:
-        **finished(*OF_FIT, "law_verdicts", "lack_of_fit"),
+        **finished(*OF_FIT, "law_verdicts", "lack_of_fit", "soundness"),
         made=made("fits"),
     log:
         "<logs>/fits.log",

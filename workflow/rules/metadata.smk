@@ -2,7 +2,7 @@
 TABLE_NAMES = (
     *("runs", "points", "quarantine", "coverage", "gate_counts"),
     *OF_FIT,
-    *("law_verdicts", "lack_of_fit"),
+    *("law_verdicts", "lack_of_fit", "soundness"),
     *NOT_IN_EVERY_CAMPAIGN,
 )
 TABLE_FILES = {name: path for name, path in finished(*TABLE_NAMES).items() if path}

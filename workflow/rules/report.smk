@@ -12,7 +12,7 @@ rule report:
     input:
         **finished(
             "runs points quarantine coverage gate_counts coefficients correlations",
-            "fit_quality law_verdicts lack_of_fit refits curve_residuals extrapolation",
+            "fit_quality law_verdicts lack_of_fit soundness refits curve_residuals extrapolation",
             "printed_judged signs sign_verdicts claims claim_numbers torque_runs torque_quarantine",
             "torque torque_control torque_inversion slip_advice advice_band heat_balance",
         ),

@@ -95,6 +95,7 @@ def prediction(
         "tested_ranges_outside": ranges,
         "limiting_stress_ratio": fit.coefficients.limiting_stress_ratio,
         "over_limiting_stress": bool(predicted.over_limit[0]),
+        "wrong": [*fit.wrong],
         "no_interval": f"no interval, because {why}" if np.isnan(intervals["obs_ci_lower"]) else "",
     }
 
@@ -107,6 +108,7 @@ def _text(predicted: Mapping[str, Any]) -> str:
     if not predicted["no_interval"]:
         own = "if the law is true, mu is {mean_ci_lower:.5f} to {mean_ci_upper:.5f}"
         lines.append(own.format_map(predicted))
+    lines += [f"NOT SOUND: {each}" for each in predicted["wrong"]]
     lines += [
         f"mu and its interval are those where it was tested: {each}" for each in predicted["fixed"]
     ]

@@ -7,9 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import pandas as pd
 
-from oilfilm.errors import OilfilmError
 from oilfilm.fits.engine import Optimum
 from oilfilm.fits.problem import CurveData, Problem
 from oilfilm.settings.config import FitSettings
@@ -140,25 +138,3 @@ def traction_on(
     at = Observations(rows, np.repeat(np.arange(len(rows)), len(slips)), np.tile(slips, len(rows)))
     mu = problem.law.traction(problem.expand(optimum.values), at)
     return mu.reshape(len(rows), len(slips))
-
-
-def certificates(quality: pd.DataFrame, allow_uncertified: bool) -> str:
-    """The verdict on each fit, a line each.
-
-    Data that could not be fitted gave no constants that anyone could mistake for proven ones:
-    only a fit that gave some needs a certificate.
-
-    Raises:
-        OilfilmError: A fit has no certificate and that is not allowed.
-    """
-    lines = [f"{row.oil}, {row.law}: {row.certificate}" for row in quality.itertuples()]
-    unproven = quality[~quality["certified"] & (quality["searches"] > 0)]
-    if len(unproven) and not allow_uncertified:
-        what = "; ".join(f"{row.oil}: {row.certificate}" for row in unproven.itertuples())
-        raise OilfilmError(
-            f"fit_quality: {len(unproven)} of {len(quality)} fits have no certificate ({what}). "
-            "Their constants are in the tables, but nothing proves them. Look at the data, raise "
-            "fit.searches or fit.generations, or set fit.allow_uncertified: true to go on with "
-            "them."
-        )
-    return "\n".join(lines) + "\n"

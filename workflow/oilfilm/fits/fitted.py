@@ -4,7 +4,7 @@ Decides: traction at a condition, wherever it is needed, and where it is refused
 """
 
 import warnings
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -24,6 +24,7 @@ from oilfilm.fits.interval import (
     student_quantile,
 )
 from oilfilm.physics.oils import LIMITING_STRESS_RATIO
+from oilfilm.fits.soundness_words import what_is_wrong
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.tables.limits import refuse_unpacking
 from oilfilm.traction import LAWS
@@ -153,10 +154,18 @@ class Prediction:
 
 @dataclass(frozen=True)
 class FittedLaw:
-    """A law with fitted constants. Where nothing could be fitted the traction is NaN."""
+    """A law with fitted constants. Where nothing could be fitted the traction is NaN.
+
+    Attributes:
+        law: The law.
+        coefficients: Its constants, and how far to trust them.
+        wrong: What keeps the fit from being sound, in sentences; empty where it is, or where
+            nobody has looked.
+    """
 
     law: Law
     coefficients: Coefficients
+    wrong: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
         names = (constant.name for constant in self.law.constants)
@@ -377,7 +386,7 @@ def read_fit(folder: Path | str, oil: str) -> FittedLaw:
     Raises:
         OilfilmError: There are no such results, or no such oil in them.
     """
-    for name in ("coefficients", "refits", "fit_quality"):
+    for name in ("coefficients", "refits", "fit_quality", "soundness"):
         refuse_unpacking(Path(folder, "tables", f"{name}.parquet"))
     results = CampaignTables.in_folder(Path(folder))
     oils = sorted(results.configured.fit_quality["oil"])
@@ -385,7 +394,10 @@ def read_fit(folder: Path | str, oil: str) -> FittedLaw:
         raise OilfilmError(
             f"{folder}: no fit of oil {oil!r}; there are fits of {', '.join(oils) or 'none'}."
         )
-    return FittedLaw.of_configured(results, oil)
+    fit = FittedLaw.of_configured(results, oil)
+    verdicts = results.soundness
+    (verdict,) = tables.rows(verdicts[verdicts["oil"] == oil])
+    return replace(fit, wrong=tuple(what_is_wrong(verdict)))
 
 
 def in_unit(value: Any, name: str) -> npt.NDArray[np.float64]:

@@ -24,6 +24,10 @@ _ROUNDS = 10
 _LEAST_TRACTION = 0.2
 # Times the median of all curves: more is no scatter of sound curves.
 _OUTLIER = 5.0
+# A gain further from the others than this many of their robust standard deviations is odd ...
+_ODD_SIGMA = 5.0
+# ... if it is off by this at least.
+_LEAST_ODD_GAIN = 0.02
 
 
 @dataclass(frozen=True)
@@ -134,6 +138,7 @@ def odd_curves(agreement: CurveAgreement, settings: FitSettings) -> BoolArray:
     """
     off = np.abs(np.log(np.maximum(agreement.gain, 1e-9)))
     far = (off > settings.odd_gain) & (off > _OUTLIER * np.median(off))
+    far |= off > max(_ODD_SIGMA * MAD_TO_SIGMA * float(np.median(off)), _LEAST_ODD_GAIN)
     wide = agreement.scatter > settings.odd_scatter
     wide &= agreement.scatter > _OUTLIER * np.median(agreement.scatter)
     # weights are of absolute residuals, which grow with mu: a weight alone is no reason

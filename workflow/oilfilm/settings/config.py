@@ -202,7 +202,6 @@ class FitSettings(Group):
     odd_gain: q.Tolerance = key("A curve further from the robust fit is named, as |ln gain|.")
     odd_scatter: q.Tolerance = key("A curve of another shape than the robust fit is named, by rms.")
     sign_confidence: q.Tolerance = key("Confidence that no sign of a constant is wrong.")
-    allow_uncertified: bool = key("Go on where a fit has no certificate.")
     bootstrap: int = key("Bootstrap refits (whole curves are resampled).", ge=20)
 
 

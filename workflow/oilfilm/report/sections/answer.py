@@ -21,6 +21,7 @@ def answer(results: CampaignTables, settings: Settings) -> Section:
     axes = sliders(fits, results.points, settings)
     pressure, speed, temperature, slip = [np.nan if axis.idle else axis.start for axis in axes]
     verdicts = results.law_verdicts.set_index("oil")["verdict"]
+    sound = results.soundness.set_index("oil")["sound"]
     runs = results.runs.assign(accepted=results.runs["verdict"] == "accepted")
     counts = runs.groupby("oil")["accepted"].agg(["sum", "size"])
     rows = []
@@ -43,14 +44,14 @@ def answer(results: CampaignTables, settings: Settings) -> Section:
                 " to ".join(map(_MU, interval)) if not np.isnan(interval).any() else "not known",
                 law_name(fit["law"]),
                 _BESIDE.get(beside, beside.replace("tie", "ties with others")),
-                "certified" if fit["certified"] else "not certified",
+                "sound" if sound.get(oil, False) else "not sound",
                 "{sum} of {size}".format(**counts.loc[oil]) if oil in counts.index else "none",
             ]
         )
     columns = [
         Column("oil", "Oil"),
         Column("mu", "mu"),
-        Column("interval", "95 % interval"),
+        Column("interval", "Next good run"),
         Column("law", "Law"),
         Column("beside", "Beside other laws", is_verdict=True),
         Column("fit", "Fit", is_verdict=True),

@@ -8,6 +8,7 @@ import pandas as pd
 from oilfilm import tables
 from oilfilm.fits.fitted import FittedLaw
 from oilfilm.fits.lack_of_fit import ADVISED_REPEATS
+from oilfilm.fits.soundness_words import what_is_wrong
 from oilfilm.report.document import Fact, Section, facts
 from oilfilm.report.shown_table import Column, ShownTable, number, percent, show, yes_or_no
 from oilfilm.report.words import law_name
@@ -25,6 +26,7 @@ def fits(results: CampaignTables) -> Section:
     made = facts(
         "report/sections/fits.jinja",
         fitted=fitted,
+        wrong={str(row["oil"]): what_is_wrong(row) for row in tables.rows(results.soundness)},
         lost=tables.rows(quality[quality["rmse"].isna()]),
         laws=list(dict.fromkeys(quality["law"].map(law_name))),
         **_odd(results.configured.curve_residuals),

@@ -1,0 +1,120 @@
+"""A change over the runs, and a law that is not true, are found and named; clean campaigns pass."""
+
+import itertools
+from collections.abc import Mapping
+
+import numpy as np
+import pytest
+
+from campaigns import printed
+from fit_points import LAW
+from oilfilm.fits.engine import polish
+from oilfilm.fits.patterns import Leftover, find_patterns
+from oilfilm.fits.problem import build_problem, curve_data
+from oilfilm.fits.soundness_words import what_is_wrong
+from oilfilm.home import CONFIG
+from oilfilm.rig_twin.plateaus import Campaign, Drift
+from oilfilm.rig_twin.truth import LawTruth, true_tractions
+from oilfilm.settings.resolve import resolve
+from oilfilm.settings.resolved import Settings
+from oilfilm.traction.law import to_internal
+
+RUNS = 24
+NUMBER = np.arange(RUNS)
+LATE, HALF = NUMBER >= 12, NUMBER % 2 == 0
+
+
+def matrix() -> np.ndarray:
+    """24 of the 72 conditions of the demonstration, with every level of each."""
+    pressures, speeds, temperatures = (1.0, 1.25, 1.5), (25.0, 30.0, 35.0, 40.0), (25.0, 50.0)
+    cells = itertools.product(enumerate(pressures), enumerate(speeds), temperatures)
+    levels = (25.0, 50.0, 70.0, 85.0, 100.0, 120.0)
+    return np.array(
+        [(p, u, levels[(i + j + (3 if t > 30 else 0)) % 6]) for (i, p), (j, u), t in cells]
+    )
+
+
+def leftover(
+    settings: Settings,
+    drift: Drift,
+    seed: int,
+    oil: str = "4050",
+    groups: Mapping[str, np.ndarray] | None = None,
+) -> Leftover:
+    random = np.random.default_rng(seed)
+    campaign = Campaign(
+        LawTruth(printed()[oil]),
+        settings.common_contact(),
+        drift=drift,
+        other=LawTruth(printed()["4010"]),
+    )
+    points = campaign.points(matrix()[random.permutation(RUNS)], random, oil)
+    data = curve_data(points)
+    problem = build_problem(LAW, data, np.ones(3, dtype=bool))
+    best = polish(problem, to_internal(LAW, printed()[oil]))
+    load_n = points.groupby("run_id")["load_n"].mean().to_numpy(float)
+    return Leftover(problem, best, data, load_n, groups or {}, {})
+
+
+DRIFTS = {
+    "mu falls": (Drift(force=np.linspace(1, 0.92, RUNS)), {"traction force"}, "trend"),
+    "load cell": (Drift(load_n=8.0 * LATE), {"load"}, "from"),
+    "force": (Drift(force=1 + 0.1 * LATE), {"traction force"}, "from"),
+    "blend": (Drift(other=np.linspace(0, 0.5, RUNS)), set(), ""),
+    "speed is the sum": (Drift(speed=1.0 + HALF), {"speed factor"}, "group"),
+    "slip over the sum": (Drift(slip=1 - 0.5 * HALF), {"slip factor", "slip"}, "group"),
+    "outlet temperature": (Drift(temperature_c=8.0 * HALF), {"inlet temperature"}, "group"),
+}
+
+
+@pytest.mark.parametrize("name", DRIFTS)
+def test_a_change_over_the_runs_is_named(config: Settings, name: str) -> None:
+    drift, causes, course = DRIFTS[name]
+    groups = {"form B": HALF} if course == "group" else {}
+    found = find_patterns(leftover(config, drift, 2 if name == "blend" else 1, groups=groups))
+    (change,) = [each for each in found if each.when != "law"]
+    if not causes:
+        return  # a blend acts like several causes; that it is found is what counts
+    assert change.what in causes
+    assert change.when == course
+    if course == "from":
+        # a run in which the cause hardly shows may be told late
+        assert change.runs[0] in ("run011", "run012", "run013")
+        assert change.runs[-1] == "run023"
+    if course == "group":
+        assert change.group == "form B"
+    planted = {"force": 0.1, "load cell": 8.0, "mu falls": -0.08, "outlet temperature": 8.0}
+    if name in planted:
+        assert change.size == pytest.approx(planted[name], rel=0.25)
+
+
+@pytest.mark.no_cover
+def test_clean_campaigns_raise_no_alarm(config: Settings) -> None:
+    alarms = [find_patterns(leftover(config, Drift(), 100 + seed)) for seed in range(20)]
+    # 1 % of each kind are allowed: two of twenty would be one campaign in fifty
+    assert sum(map(bool, alarms)) <= 1
+
+
+@pytest.mark.no_cover
+def test_a_law_that_is_not_true_is_found(config: Settings) -> None:
+    truth = true_tractions(resolve(CONFIG, {"campaign": "thermal"}), {})["4050"]
+    random = np.random.default_rng(4)
+    points = Campaign(truth, config.common_contact()).points(matrix(), random)
+    data = curve_data(points)
+    problem = build_problem(LAW, data, np.ones(3, dtype=bool))
+    best = polish(problem, to_internal(LAW, printed()["4050"]))
+    load_n = points.groupby("run_id")["load_n"].mean().to_numpy(float)
+    first = find_patterns(Leftover(problem, best, data, load_n, {}, {}))[0]
+    assert first.when == "law"
+
+
+def test_a_change_is_told_with_runs_and_size() -> None:
+    row = {
+        **{"optimum_confirmed": True, "law_verdict": "adequate", "bend": ""},
+        **{"bend_relative_rms": np.nan, "campaign_verdict": "changed", "change": "load"},
+        **{"change_course": "from", "change_group": "", "changed_runs": "run12, run13, run14"},
+        **{"change_size": 8.0, "change_relative_rms": 0.09},
+    }
+    (sentence,) = what_is_wrong(row)
+    assert "run12" in sentence
+    assert "8 N" in sentence

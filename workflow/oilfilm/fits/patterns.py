@@ -1,0 +1,476 @@
+"""Patterns in what a fit leaves over: runs that changed, and bends that the law lacks.
+
+Each pattern is a column of errors that could have been made: "from run 12 on the force reads
+higher", "a coefficient bends over the temperature". What the constants can take up of it is taken
+out; the rest is compared with the residuals, curve by curve, because the points of a run share its
+errors. The surest pattern comes first and the other kind is looked for in what it leaves over, so
+that a change of the rig is not called a bend of the law, nor a bend a change.
+
+Decides: when a pattern in the residuals is called found.
+"""
+
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import scipy
+
+from oilfilm.fits.curve_errors import EFFECTS, Curves, effects
+from oilfilm.fits.descent import descend
+from oilfilm.fits.engine import Optimum
+from oilfilm.fits.problem import CurveData, Problem, build_problem
+from oilfilm.units import BoolArray, FloatArray
+
+# Of all patterns of one kind that are looked for together.
+_FALSE_ALARMS = 0.01
+# A step or a group has this many curves on either side, and this share of all.
+_FEWEST_CURVES, _SMALLEST_SHARE = 4, 1 / 8
+# Two kinds of runs without a name are told apart where their means differ by more than this many
+# standard deviations, and this many more over the effective number of curves. The best split of
+# 60 simulated campaigns of one kind of runs reached 5.9 with 18 effective curves, 8.3 with 5.
+_SEPARATION, _SEPARATION_FEW = 6.0, 20.0
+_ROUNDS, _STARTS = 25, 8
+_ROUGH = 1e-4
+# Runs found to be wrong are those of a known group where so many agree.
+_SAME_GROUP = 0.9
+# A change of which less than this share shows beside all bends cannot be told from them.
+_TOLD_APART = 0.08
+# Reading a quantity of some runs twice or half as large must lower the SSE to this share.
+_MISREAD_SSE = 0.3
+# Degrees of the polynomials over the slip.
+_SHAPES = (2, 3, 4, 5)
+_STEP = 1e-4
+# Causes in the order in which they are preferred where they explain nearly the same.
+_CAUSES = (
+    *("traction force", "load", "inlet temperature", "entrainment speed", "slip"),
+    "zero of the force",
+)
+_NEARLY = 0.85
+
+
+@dataclass(frozen=True)
+class Leftover:
+    """A fit and what it leaves over, its curves in the order in which the runs were made.
+
+    Attributes:
+        problem: What was fitted.
+        optimum: Where it ended.
+        data: The curves.
+        load_n: Load of each curve.
+        groups: Runs that have something in common, by what it is; True for those that have it.
+        others: mu of other oils at the points, by oil.
+    """
+
+    problem: Problem
+    optimum: Optimum
+    data: CurveData
+    load_n: FloatArray
+    groups: Mapping[str, BoolArray]
+    others: Mapping[str, FloatArray]
+
+    @cached_property
+    def residual(self) -> FloatArray:
+        """Measured mu less the law."""
+        return -self.problem.residual(self.optimum.values)
+
+    @cached_property
+    def jacobian(self) -> FloatArray:
+        """Derivatives of mu by the free constants."""
+        return self.problem.jacobian(self.optimum.values)
+
+    @cached_property
+    def signatures(self) -> dict[str, FloatArray]:
+        """Change of (measured mu less the law) per unit of what may be wrong in a run.
+
+        Of the load it is an offset of the cell in newtons, of force, speed and slip a share, of the
+        temperature a kelvin; of another oil it is the share of it.
+        """
+        law, internal = self.problem.law, self.problem.expand(self.optimum.values)
+        curves = Curves(self.data.conditions, self.load_n, self.data.curve, self.data.slip)
+        columns = dict(zip(EFFECTS, effects(law, internal, curves).T, strict=True))
+        columns["load"] = columns["load"] / self.load_n[self.data.curve]
+        ends = [
+            law.traction(internal, replace(self.problem.at, slip=self.data.slip * np.exp(step)))
+            for step in (_STEP, -_STEP)
+        ]
+        columns["slip"] = (ends[1] - ends[0]) / (2 * _STEP)
+        known = {name: columns[name] for name in _CAUSES if np.isfinite(columns[name]).all()}
+        return {**{f"oil {oil}": mu - self.fitted for oil, mu in self.others.items()}, **known}
+
+    @property
+    def fitted(self) -> FloatArray:
+        """mu of the law at each point."""
+        return self.problem.mu - self.residual
+
+    @cached_property
+    def _bend_basis(self) -> FloatArray:
+        bends = (column for _, column in _bends(self))
+        return np.linalg.qr(np.column_stack([self.jacobian, *bends]))[0]
+
+    def beside_bends(self, columns: FloatArray) -> FloatArray:
+        """Share of what the constants leave of each column that no bend of the law takes up."""
+        left = _orthogonal(self.jacobian, columns)
+        taken = np.sum((self._bend_basis.T @ left) ** 2, axis=0)
+        return np.asarray(1 - taken / np.maximum(np.sum(left**2, axis=0), np.finfo(float).tiny))
+
+    @property
+    def can_show(self) -> bool:
+        """Whether there are curves enough to show a pattern."""
+        return len(self.data.runs) - 2 - int(self.problem.followed.sum()) >= _FEWEST_CURVES
+
+    @property
+    def fewest(self) -> int:
+        """Fewest curves of a group."""
+        return max(_FEWEST_CURVES, int(np.ceil(_SMALLEST_SHARE * len(self.data.runs))))
+
+    def is_group(self, members: BoolArray) -> bool:
+        """Whether these curves, and the others, are enough for a group."""
+        return self.fewest <= int(members.sum()) <= len(members) - self.fewest
+
+
+@dataclass(frozen=True)
+class Pattern:
+    """One pattern: what, and where.
+
+    Attributes:
+        what: Code of the cause: one of `EFFECTS`, `slip`, `oil <name>`, `speed factor` or
+            `slip factor` for a quantity that is read twice or half as large; of a bend `shape`, or
+            the two conditions over which a coefficient bends.
+        when: `trend`, `from` a run on, `group`, `some runs`; `law` for a bend of the law.
+        runs: The runs concerned; all for a trend or a bend.
+        group: What they have in common; empty where nothing is known.
+        size: In the unit of the cause, as of `Leftover.signatures`; over all runs for a trend; the
+            factor of a misread quantity.
+        mu_share: Root-mean-square of the pattern over that of mu.
+    """
+
+    what: str
+    when: str
+    runs: tuple[str, ...]
+    group: str = ""
+    size: float = float("nan")
+    mu_share: float = float("nan")
+
+
+# A pattern, how much of the SSE it explains, and its column.
+_Found = tuple[Pattern, float, FloatArray]
+
+
+def natural_key(name: str) -> tuple[tuple[int, int, str], ...]:
+    """Sorts names with numbers in them as people count.
+
+    Examples:
+        >>> sorted(["run10", "run9", "run1"], key=natural_key)
+        ['run1', 'run9', 'run10']
+    """
+    parts = re.split(r"(\d+)", name)
+    return tuple((1, int(part), "") if part.isdigit() else (0, 0, part) for part in parts)
+
+
+def find_patterns(left: Leftover) -> list[Pattern]:
+    """A change over the runs and a bend that the law lacks, where the residuals show them.
+
+    Few curves show none.
+    """
+    if not left.can_show:
+        return []
+    taken: FloatArray = left.jacobian
+    found: list[Pattern] = []
+    least = 0.0
+    searches = {_bend, _change}
+    while best := max(
+        filter(None, (search(left, taken) for search in searches)),
+        key=lambda each: each[1],
+        default=None,
+    ):
+        pattern, explained, column = best
+        # a change that is smaller than what the law lacks is most likely a part of that
+        if explained >= least:
+            found.append(pattern)
+            least = explained
+        searches -= {_bend if pattern.when == "law" else _change}
+        # where one bend is seen there are others
+        every = [column for _, column in _bends(left)] if pattern.when == "law" else [column]
+        taken = np.column_stack([taken, *every])
+    return found
+
+
+def _rms(values: FloatArray) -> float:
+    return float(np.sqrt(np.mean(values**2)))
+
+
+def _larger(*found: _Found | None) -> _Found | None:
+    return max(filter(None, found), key=lambda each: each[1], default=None)
+
+
+def _orthogonal(taken: FloatArray, columns: FloatArray) -> FloatArray:
+    basis, _ = np.linalg.qr(taken)
+    return np.asarray(columns - basis @ (basis.T @ columns))
+
+
+def _surest(
+    left: Leftover, candidates: list[tuple[Pattern, FloatArray]], taken: FloatArray
+) -> _Found | None:
+    """Of the patterns that are sure, the one that explains most; None where none is.
+
+    Student's t of each coefficient by the residuals of whole curves, with the coefficient's own
+    part taken out (cluster-robust), as many degrees of freedom as there are effective curves;
+    Bonferroni's limit for all candidates together.
+
+    Reference: A. V. Carter, K. T. Schnepel, D. G. Steigerwald, Rev. Econ. Stat. 99 (2017) 698.
+    """
+    columns = np.column_stack([column for _, column in candidates])
+    rest, residual = _orthogonal(taken, columns), _orthogonal(taken, left.residual)
+    power = np.sum(rest**2, axis=0)
+    # what the constants take up shows nowhere
+    power = np.where(power > 1e-8 * np.sum(columns**2, axis=0), power, np.inf)
+    beta = rest.T @ residual / power
+    errors = rest * (residual[:, np.newaxis] - rest * beta)
+    scores = np.add.reduceat(errors, left.problem.starts, axis=0)
+    count = len(scores)
+    variance = np.sum(scores**2, axis=0) * count / (count - 1)
+    t_value = beta * power / np.sqrt(np.maximum(variance, np.finfo(float).tiny))
+    # curves that a pattern hardly touches say nothing of it
+    of_curve = np.add.reduceat(rest**2, left.problem.starts, axis=0)
+    effective = np.sum(of_curve, axis=0) ** 2 / np.sum(of_curve**2, axis=0)
+    degrees = np.maximum(effective - 2 - left.problem.followed.sum(), 1)
+    p_value = len(candidates) * 2 * scipy.special.stdtr(degrees, -np.abs(t_value))
+    explained = np.where(p_value < _FALSE_ALARMS, beta**2 * power, 0.0)
+    if not explained.max() > 0:
+        return None
+    # of causes that explain nearly the same, the first one
+    first = candidates[int(np.argmax(explained >= _NEARLY * explained.max()))][0].what
+    same = np.array([pattern.what == first for pattern, _ in candidates])
+    best = int(np.argmax(np.where(same, explained, 0.0)))
+    pattern, column = candidates[best]
+    return _sized(left, pattern, float(beta[best]), column), float(explained[best]), column
+
+
+def _sized(left: Leftover, pattern: Pattern, size: float, column: FloatArray) -> Pattern:
+    share = abs(size) * _rms(column) / _rms(left.problem.mu)
+    return replace(pattern, size=size, mu_share=share)
+
+
+def _bends(left: Leftover) -> list[tuple[Pattern, FloatArray]]:
+    """What a law could lack: coefficients that bend over conditions, another shape over slip."""
+    problem, every = left.problem, tuple(left.data.runs)
+    sizes = problem.law.sizes(problem.expand(left.optimum.values), problem.at.design)
+    mu, slopes = problem.law.value_and_slopes(sizes[:, problem.at.curve], problem.at.slip)
+    known = np.flatnonzero(problem.followed)
+    scaled = problem.at.design[:, 1:][:, known]
+    scaled = (scaled - scaled.mean(axis=0)) / scaled.std(axis=0)
+    bends = []
+    for first, second in zip(*np.triu_indices(len(known)), strict=True):
+        names = problem.law.groups[known[first]], problem.law.groups[known[second]]
+        product = (scaled[:, first] * scaled[:, second])[problem.at.curve]
+        bends += [(" ".join(dict.fromkeys(names)), slope * product) for slope in slopes]
+    along = 2 * problem.at.slip / problem.at.slip.max() - 1
+    bends += [("shape", mu * np.polynomial.Legendre.basis(degree)(along)) for degree in _SHAPES]
+    return [(Pattern(what, "law", every), column) for what, column in bends]
+
+
+def _changes(left: Leftover) -> Iterator[tuple[Pattern, FloatArray]]:
+    """Every cause with every course over the runs: trend, step, groups."""
+    runs = np.array(left.data.runs)
+    count = len(runs)
+    courses: list[tuple[str, str, npt.NDArray[Any]]] = [
+        ("trend", "", np.linspace(0, 1, count)),
+        *(
+            ("from", "", np.arange(count) >= step)
+            for step in range(left.fewest, count - left.fewest + 1)
+        ),
+        *(("group", name, group) for name, group in left.groups.items() if left.is_group(group)),
+    ]
+    for cause, column in left.signatures.items():
+        for when, group, course in courses:
+            concerned = tuple(runs if when == "trend" else runs[course.astype(bool)])
+            yield Pattern(cause, when, concerned, group), column * course[left.data.curve]
+
+
+def _of_runs(left: Leftover, what: str, members: BoolArray, size: float) -> Pattern:
+    """A pattern of some runs, with what they have in common and the others have not.
+
+    Runs with the cause and runs without it are told apart, but not which are right: a known group
+    is taken for the wrong ones, else those that come later.
+    """
+    other = 1 / size if what.endswith("factor") else -size
+    runs = np.array(left.data.runs)
+    for name, group in left.groups.items():
+        alike = float(np.mean(group == members))
+        if left.is_group(group) and max(alike, 1 - alike) >= _SAME_GROUP:
+            return Pattern(what, "group", tuple(runs[group]), name, size if alike > 0.5 else other)
+    if members[0]:
+        members, size = ~members, other
+    first = int(np.argmax(members))
+    when = "from" if members[first:].all() else "some runs"
+    return Pattern(what, when, tuple(runs[members]), "", size)
+
+
+def _split(left: Leftover, taken: FloatArray) -> _Found | None:
+    """Runs of two kinds, told apart by a cause alone; None where they are one kind.
+
+    Fitted in turns from several beginnings: the constants and the size of the cause, then which
+    runs have it.
+    """
+    count, starts = len(left.data.runs), left.problem.starts
+    random = np.random.default_rng(0)
+    basis, _ = np.linalg.qr(taken)
+    rest = left.residual - basis @ (basis.T @ left.residual)
+    best: _Found | None = None
+    for cause, column in left.signatures.items():
+        across = np.add.reduceat(basis * column[:, np.newaxis], starts, axis=0)
+        sums = _SumsOfCurves(
+            np.add.reduceat(column**2, starts),
+            np.add.reduceat(column * rest, starts),
+            across @ across.T,
+        )
+        beginnings = [sums.amount(np.zeros(count), 0.0), *random.random((_STARTS, count))]
+        for beginning in beginnings:
+            members, size, separate = sums.in_turns(beginning > np.median(beginning), left)
+            if not separate:
+                continue
+            marked = column * members[left.data.curve]
+            if left.beside_bends(marked[:, np.newaxis])[0] <= _TOLD_APART:
+                continue
+            pattern = _of_runs(left, cause, members, size)
+            pattern = _sized(left, pattern, pattern.size, marked)
+            best = _larger(best, (pattern, size**2 * sums.power_beside(members), marked))
+    return best
+
+
+@dataclass(frozen=True)
+class _SumsOfCurves:
+    """What finding the runs that have a cause needs of each curve.
+
+    Attributes:
+        power: Sum of the squared signature, shape (curves,).
+        score: Sum of signature times residual, what is taken left out.
+        shared: How much the constants take up of a cause in one curve and show in another, shape
+            (curves, curves).
+    """
+
+    power: FloatArray
+    score: FloatArray
+    shared: FloatArray
+
+    def power_beside(self, members: BoolArray) -> float:
+        """Squared length of the cause in these runs, beside what the constants take up."""
+        return float(self.power[members].sum() - members @ self.shared @ members)
+
+    def amount(self, members: FloatArray, size: float) -> FloatArray:
+        """Amount of the cause in each curve, with constants fitted beside it in some."""
+        return np.asarray((self.score + size * self.shared @ members) / self.power)
+
+    def in_turns(self, members: BoolArray, left: Leftover) -> tuple[BoolArray, float, bool]:
+        """Which runs have the cause, its size, and whether these runs are a kind of their own."""
+        size, amount = 0.0, np.zeros(len(members))
+        for _ in range(_ROUNDS):
+            beside = self.power_beside(members)
+            if not left.is_group(members) or beside <= 1e-8 * self.power.sum():
+                return members, size, False
+            size = float(self.score[members].sum()) / beside
+            amount = self.amount(members.astype(float), size)
+            now = np.abs(amount - size) < np.abs(amount)
+            if (now == members).all():
+                break
+            members = now
+        if not left.is_group(members):
+            return members, size, False
+        # runs in which the cause shows more tell more
+        count, power = len(members), self.power
+        middle = float(np.average(amount[members], weights=power[members]))
+        errors = amount - np.where(members, middle, 0.0)
+        scatter = np.sqrt(np.average(errors**2, weights=power) * count / (count - 2))
+        limit = _SEPARATION + _SEPARATION_FEW * float(power @ power) / float(power.sum()) ** 2
+        return members, size, bool(abs(middle) > limit * scatter)
+
+
+def _bend(left: Leftover, taken: FloatArray) -> _Found | None:
+    return _surest(left, _bends(left), taken)
+
+
+def _change(left: Leftover, taken: FloatArray) -> _Found | None:
+    misread = _misread(left) if taken is left.jacobian else None
+    # runs are often made in the order of their conditions: what a bend may be is no change
+    candidates = [*_changes(left)]
+    alone = left.beside_bends(np.column_stack([column for _, column in candidates]))
+    told = [each for each, share in zip(candidates, alone, strict=True) if share > _TOLD_APART]
+    simple = _surest(left, told, taken) if told else None
+    split = _split(left, taken)
+    if simple is not None and split is not None and simple[1] >= _NEARLY * split[1]:
+        split = None
+    return _larger(simple, split, misread)
+
+
+def _misread(left: Leftover) -> _Found | None:
+    """Speed or slip of some runs read twice or half as large; None where nothing says so.
+
+    Such an error is too large for a slope. The fit is repeated with the quantity put right in some
+    runs, and each run is then given to the reading that it agrees with.
+    """
+    speed = left.data.conditions[:, _column_of(left.problem, "entrainment_speed_m_s")]
+    fast = speed > np.sqrt(speed.min() * speed.max())
+    squares = _squares(left, left.problem, left.optimum)
+    uneven = squares > np.median(squares)
+    # runs of which the curve rises later than the law
+    later = np.add.reduceat(left.signatures["slip"] * left.residual, left.problem.starts)
+    late = later > np.median(later)
+    best: _Found | None = None
+    for what, factor in (("speed factor", 2.0), ("slip factor", 2.0), ("slip factor", 0.5)):
+        groups = [group for group in left.groups.values() if left.is_group(group)]
+        for start in (*groups, *([fast] if what == "speed factor" else [uneven, ~uneven, late])):
+            members, sse, right = _read_right(left, what, factor, start)
+            if left.is_group(members) and sse < _MISREAD_SSE * left.optimum.sse:
+                column = right - left.fitted
+                pattern = _of_runs(left, what, members, factor)
+                pattern = replace(_sized(left, pattern, 1.0, column), size=pattern.size)
+                found = pattern, left.optimum.sse - sse, column
+                best = _larger(best, found)
+    return best
+
+
+def _column_of(problem: Problem, name: str) -> int:
+    return problem.law.conditions.index(name)
+
+
+def _squares(left: Leftover, problem: Problem, end: Optimum) -> FloatArray:
+    squares = problem.residual(end.values) ** 2
+    return np.asarray(np.bincount(left.data.curve, squares, len(left.data.runs)), dtype=float)
+
+
+def _with_factor(left: Leftover, what: str, factor: FloatArray) -> Problem:
+    """The problem with a quantity divided by a factor per run."""
+    data = left.data
+    if what == "speed factor":
+        conditions = data.conditions.copy()
+        conditions[:, _column_of(left.problem, "entrainment_speed_m_s")] /= factor
+        data = replace(data, conditions=conditions)
+    else:
+        data = replace(data, slip=data.slip / factor[data.curve])
+    varied = left.problem.followed
+    made = build_problem(left.problem.law, data, varied)
+    return replace(left.problem, at=made.at)
+
+
+def _read_right(
+    left: Leftover, what: str, factor: float, members: BoolArray
+) -> tuple[BoolArray, float, FloatArray]:
+    """Runs that agree with a reading divided by a factor, the SSE then, and mu of the law."""
+    end = left.optimum
+    plain, divided = (
+        _with_factor(left, what, np.full(len(members), each)) for each in (1.0, factor)
+    )
+    problem = plain
+    for _ in range(_ROUNDS // 5):
+        problem = _with_factor(left, what, np.where(members, factor, 1.0))
+        (values,), (sse,) = descend(problem, end.values[np.newaxis], tolerance=_ROUGH)
+        end = Optimum(values, float(sse))
+        now = _squares(left, divided, end) < _squares(left, plain, end)
+        if (now == members).all():
+            break
+        members = now
+    return members, end.sse, problem.residual(end.values) + problem.mu

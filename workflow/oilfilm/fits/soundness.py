@@ -1,0 +1,179 @@
+"""Whether a fit is sound: its optimum confirmed, its law adequate, its campaign steady.
+
+Decides: when a fit is called sound.
+"""
+
+import re
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from oilfilm import tables
+from oilfilm.fits.conditions import from_text
+from oilfilm.fits.engine import polish
+from oilfilm.fits.fitted import FittedLaw
+from oilfilm.fits.patterns import Leftover, Pattern, find_patterns, natural_key
+from oilfilm.fits.problem import CurveData, build_problem, curve_data
+from oilfilm.settings.config import FitSettings
+from oilfilm.tables.campaign_tables import CampaignTables
+from oilfilm.traction import LAWS
+from oilfilm.traction.law import Law, to_internal
+
+# What runs may have in common: columns of the table of runs.
+_GROUPS = ("rig", "log_kind", "reader", "encoding", "delimiter", "decimal_mark")
+_NOMINAL = re.compile(r"nominal_(.+)_(?:gpa|n|m_s|c)$")
+
+
+def judged_fits(
+    results: CampaignTables, settings: FitSettings, laws: Mapping[str, Mapping[str, Law]]
+) -> pd.DataFrame:
+    """Table `soundness`: the verdict on the configured law's fit to each oil, in three parts.
+
+    Args:
+        results: Tables `coefficients`, `fit_quality`, `lack_of_fit`, `points` and `runs`.
+        settings: `odd_scatter`.
+        laws: The laws that need properties of an oil, by oil and name.
+    """
+    fits = results.configured
+    fitted = {
+        row["oil"]: FittedLaw.of(
+            fits.coefficients, row["oil"], None, fits.fit_quality, _law(row, laws)
+        )
+        for row in tables.rows(fits.fit_quality)
+        if np.isfinite(row["rmse"])
+    }
+    lack = results.lack_of_fit.set_index("oil")["verdict"]
+    rows = []
+    for row in tables.rows(fits.fit_quality):
+        oil = row["oil"]
+        left = None
+        if oil in fitted:
+            used = results.points[results.points["accepted"] & (results.points["oil"] == oil)]
+            left = leftover(fitted[oil], used, _in_common(results.runs), fitted)
+        shown = bool(lack.get(oil, "") == "shown")
+        rows.append({**_verdict(row, left, shown, settings), "oil": oil, "law": row["law"]})
+    return tables.from_rows(rows, "soundness")
+
+
+def _law(row: Mapping[str, Any], laws: Mapping[str, Mapping[str, Law]]) -> Law:
+    return LAWS[row["law"]] if row["law"] in LAWS else laws[row["oil"]][row["law"]]
+
+
+def leftover(
+    fitted: FittedLaw,
+    points: pd.DataFrame,
+    groups: Mapping[str, set[str]],
+    others: Mapping[str, FittedLaw],
+) -> Leftover | None:
+    """What a fit leaves over of its points; None where a condition or the load is not known.
+
+    Args:
+        fitted: The fit.
+        points: The oil's accepted points.
+        groups: Runs that have something in common, by what it is.
+        others: The fits of all oils.
+    """
+    law = fitted.law
+    data = _in_order(curve_data(points, law.conditions))
+    load = points.groupby("run_id")["load_n"].mean()
+    load_n = load.reindex(data.runs).to_numpy(dtype=float)
+    if not np.isfinite(load_n).all() or not np.isfinite(data.conditions).all():
+        return None
+    problem = build_problem(law, data, fitted.coefficients.known)
+    start = to_internal(law, fitted.coefficients.constants)[problem.free]
+    optimum = polish(problem, start)
+    at = data.conditions[data.curve]
+    mixed = {
+        oil: other.predict(at, data.slip).traction_coefficient
+        for oil, other in others.items()
+        if other is not fitted and other.law.conditions == law.conditions
+    }
+    known = {oil: mu for oil, mu in mixed.items() if np.isfinite(mu).all()}
+    members = {name: np.isin(data.runs, list(runs)) for name, runs in groups.items()}
+    return Leftover(problem, optimum, data, load_n, members, known)
+
+
+def _in_order(data: CurveData) -> CurveData:
+    """The curves in the order of their names, as people count."""
+    order = np.array(sorted(range(len(data.runs)), key=lambda index: natural_key(data.runs[index])))
+    place = np.argsort(order)[data.curve]
+    points = np.argsort(place, kind="stable")
+    return CurveData(
+        [data.runs[index] for index in order],
+        data.conditions[order],
+        place[points],
+        data.slip[points],
+        data.mu[points],
+    )
+
+
+def _in_common(runs: pd.DataFrame) -> dict[str, set[str]]:
+    """Runs that have something in common: rig, kind and form of the log, a set point stated."""
+    groups = {
+        f"{column} {value}": set(of_value["run_id"])
+        for column in _GROUPS
+        for value, of_value in runs.groupby(column)
+    }
+    for column in runs.columns:
+        if match := _NOMINAL.match(column):
+            stated = set(runs.loc[runs[column].notna(), "run_id"])
+            groups[f"set point of {match[1].replace('_', ' ')} stated"] = stated
+    return groups
+
+
+def _verdict(
+    quality: Mapping[str, Any], left: Leftover | None, lack_shown: bool, settings: FitSettings
+) -> dict[str, Any]:
+    """The row of one fit."""
+    found = find_patterns(left) if left is not None else []
+    bend = next((each for each in found if each.when == "law"), None)
+    change = next((each for each in found if each.when != "law"), None)
+    fixed = from_text(quality["fixed_conditions"])
+    law = "adequate"
+    if np.isnan(quality["rmse"]):
+        law = "no fit"
+    elif any(each.level is None for each in fixed):
+        law = "condition missing"
+    elif quality["relative_rms"] > settings.odd_scatter:
+        law = "misfit"
+    elif bend is not None:
+        law = "bend"
+    elif lack_shown:
+        law = "lack of fit"
+    elif left is None or not left.can_show:
+        law = "too few curves"
+    elif quality["two_level_conditions"]:
+        law = "two levels"
+    steady = "too few curves" if left is None or not left.can_show else "steady"
+    if change is not None:
+        steady = "changed"
+    elif steady == "steady" and law in ("misfit", "bend"):
+        steady = "hidden by the law"
+    optimum = bool(quality["certified"])
+    return {
+        "optimum_confirmed": optimum,
+        "law_verdict": law,
+        "bend": bend.what if bend else "",
+        "bend_relative_rms": bend.mu_share if bend else np.nan,
+        "campaign_verdict": steady,
+        **_change(change),
+        "sound": optimum and law == "adequate" and steady == "steady",
+    }
+
+
+def _change(change: Pattern | None) -> dict[str, Any]:
+    if change is None:
+        return {
+            **dict.fromkeys(("change", "change_course", "change_group", "changed_runs"), ""),
+            **dict.fromkeys(("change_size", "change_relative_rms"), np.nan),
+        }
+    return {
+        "change": change.what,
+        "change_course": change.when,
+        "change_group": change.group,
+        "changed_runs": ", ".join(change.runs) if change.when != "trend" else "",
+        "change_size": change.size,
+        "change_relative_rms": change.mu_share,
+    }
