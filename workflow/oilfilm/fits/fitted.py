@@ -23,8 +23,8 @@ from oilfilm.fits.interval import (
     normal_quantile,
     student_quantile,
 )
-from oilfilm.physics.oils import LIMITING_STRESS_RATIO
 from oilfilm.fits.soundness_words import what_is_wrong
+from oilfilm.physics.oils import LIMITING_STRESS_RATIO
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.tables.limits import refuse_unpacking
 from oilfilm.traction import LAWS
