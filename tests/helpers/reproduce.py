@@ -1,8 +1,8 @@
 """A campaign run twice in surroundings that must not matter, and compared byte by byte.
 
-`make verify` does it for the demonstration campaign: the second run has another folder, date, number
-of cores, host name, user, network (none), locale, time zone, order of hashes and umask. `make
-verify-python` does it with another version of Python, without a release, which names the version.
+`make verify` does it for the demonstration campaign: the second run has another folder, date,
+number of cores, host name, user, network (none), locale, time zone, order of hashes and umask.
+`make verify-python` does it with another version of Python, without a release, which names it.
 """
 
 import base64

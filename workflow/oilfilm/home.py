@@ -25,10 +25,17 @@ def reference_file(name: str) -> Path:
 def portable(path: Path) -> str:
     """A path without the folder of the installation, so that results do not depend on it.
 
-    Nor on where Snakemake puts the local copies of results that are kept in object storage.
+    Nor on the prefix that another workflow gives this one, nor on where Snakemake puts the local
+    copies of results that are kept in object storage.
+
+    Examples:
+        >>> portable(Path("rig/results/demo/tables/runs.parquet"))
+        'results/demo/tables/runs.parquet'
     """
     if path.is_relative_to(HOME):
         return path.relative_to(HOME).as_posix()
-    parts = path.parts
-    copied = parts[:2] == (".snakemake", "storage") and "results" in parts
-    return Path(*parts[parts.index("results") :]).as_posix() if copied else path.as_posix()
+    if not path.is_absolute():
+        for at, part in enumerate(path.parts):
+            if part == "results" or path.parts[at : at + 2] == ("data", "raw"):
+                return Path(*path.parts[at:]).as_posix()
+    return path.as_posix()

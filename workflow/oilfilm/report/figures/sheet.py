@@ -277,7 +277,7 @@ def _with_stable_clips(svg: str) -> str:
     Matplotlib names them after all digits of their positions, of which the last depends on the
     version of Python.
     """
-    names = {}
+    names: dict[str, str] = {}
     for whole, name, content in _CLIP.findall(svg):
         stable = f"p{sha256(content.encode()).hexdigest()[:10]}"
         if stable in names.values():  # two that differ in no digit that is written
