@@ -11,7 +11,7 @@ import pandas as pd
 import pytest
 import yaml
 
-from campaigns import ROOT, lay_out
+from campaigns import ROOT, lay_out, read_campaign
 from foreign_logs import GERMAN, bench_and_runs, write_logs
 from reproduce import measured
 
@@ -78,6 +78,77 @@ def test_project_folder_needs_only_what_differs(
     run(installed, tmp_path, "snakemake", "--cores", "2", *made)
     for name in made:
         assert (tmp_path / name).read_bytes() == (released_project / name).read_bytes(), name
+
+
+# A workflow with a configuration and rules of its own, before and after those of oilfilm.
+HOST = """from oilfilm.home import HOME
+
+configfile: "config/host.yaml"
+
+rule overview:
+    input: expand("{place}/results/{name}/tables/runs.parquet", place=config["place"], name=config["tribology"]["campaign"]), "shift-book.txt"
+    output: "overview.txt"
+    shell: "wc -c {input} > {output}"
+
+rule shift_book:
+    output: "shift-book.txt"
+    shell: "echo {config[laboratory]} > {output}"
+
+rule fetch:
+    input: "incoming/{log}.csv"
+    output: "data/raw/own/{log}.csv"
+    shell: "cp {input} {output}"
+
+module oilfilm:
+    snakefile: str(HOME / "workflow/Snakefile")
+    config: config["tribology"]
+    PREFIX
+
+use rule * from oilfilm as oilfilm_*
+
+rule report_of_all:
+    input: rules.overview.output, rules.oilfilm_points.output
+    output: "all.txt"
+    shell: "cat {input[0]} > {output}"
+
+onstart: oilfilm.onstart()
+"""
+
+
+@pytest.mark.parametrize(("place", "name"), [(".", "own"), ("rig", "small")])
+def test_workflow_with_rules_and_configuration_of_its_own_has_the_same_tables(
+    installed: Path, released_project: Path, tmp_path: Path, place: str, name: str
+) -> None:
+    """`config` is a section of the host's; with a prefix all results are below it.
+
+    One log of the measured campaign comes by a rule of the host.
+    """
+    folder, incoming = tmp_path / "config/rigs-of-ours", tmp_path / "incoming"
+    (folder / "campaigns").mkdir(parents=True)
+    campaign = read_campaign(released_project, "small")
+    if name == "own":
+        del campaign["twin"]
+        raw = shutil.copytree(released_project / "data/raw/small", tmp_path / "data/raw/own")
+        incoming.mkdir()
+        first = min(raw.glob("*.csv"))
+        shutil.copy(first, incoming)
+    (folder / f"campaigns/{name}.yaml").write_text(yaml.safe_dump(campaign), encoding="utf-8")
+    section = {"folder": "config/rigs-of-ours", "campaign": name, "seed": 20261117}
+    host = {"laboratory": "Lab 3", "campaign_of": ["x"], "place": place, "tribology": section}
+    (tmp_path / "config/host.yaml").write_text(yaml.safe_dump(host), encoding="utf-8")
+    text = HOST.replace("PREFIX", f'prefix: "{place}"' if place != "." else "")
+    (tmp_path / "Snakefile").write_text(text, encoding="utf-8")
+    run(installed, tmp_path, "snakemake", "--cores", "2", "overview.txt")
+    assert "runs.parquet" in (tmp_path / "overview.txt").read_text(encoding="utf-8")
+    here, there = (
+        pd.read_parquet(top / f"results/{of}/tables/points.parquet")
+        for top, of in ((tmp_path / place, name), (released_project, "small"))
+    )
+    pd.testing.assert_frame_equal(here, there)
+    if name == "small":  # also the provenance
+        table = "results/small/tables/points.parquet"
+        assert (tmp_path / place / table).read_bytes() == (released_project / table).read_bytes()
+        assert not (tmp_path / "results").exists()
 
 
 def test_commands_need_no_clone(installed: Path, released_project: Path, tmp_path: Path) -> None:

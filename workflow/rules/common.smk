@@ -19,7 +19,7 @@ from oilfilm.releases.tree import code_tree_digest
 from oilfilm.rig_twin.plan import planned_runs, planned_torque_runs
 from oilfilm.run.lock import lock_run
 from oilfilm.run.start import bring_dates_back, check_machine, start_python_by_name
-from oilfilm.settings.resolve import overrides_of, resolve
+from oilfilm.settings.resolve import resolve_given
 from oilfilm.table_needs import NOT_IN_EVERY_CAMPAIGN, OF_FIT, lacking
 from oilfilm.traction import LAW_FILES
 
@@ -35,10 +35,17 @@ if workflow.storage_registry.default_storage_provider is not None:
         raise WorkflowError(
             "--default-storage-provider needs --default-storage-prefix, as s3://BUCKET/PLACE."
         )
+
+
+def prefixed(*place):
+    """A path with the prefix that another workflow gives this one; while the Snakefile is parsed."""
+    return Path(workflow.modifier.path_modifier.replace_prefix(Path(*place).as_posix()))
+
+
 try:
-    check_machine([RECORDS, Path("results")])
+    check_machine([RECORDS, prefixed("results")])
     typed = workflow.config_settings.overwrite_config
-    SETTINGS = resolve(Path("config"), overrides_of(config, Path("config"), typed))
+    SETTINGS = resolve_given(config, typed)
 except OilfilmError as mistake:
     raise WorkflowError(str(mistake)) from None
 
@@ -54,6 +61,9 @@ TORQUE_RAW = Path("data/raw", f"{CAMPAIGN.name}-torque")
 SIMULATED = CAMPAIGN.twin is not None
 TORQUE_SIMULATED = CAMPAIGN.torque is not None and CAMPAIGN.torque.twin is not None
 TWINS = [*[RAW] * SIMULATED, *[TORQUE_RAW] * TORQUE_SIMULATED]
+RESULTS = prefixed("results", CAMPAIGN.name)
+# Folders of what a run writes.
+WRITTEN = [RESULTS, *map(prefixed, TWINS)]
 
 
 pathvars:
@@ -163,7 +173,8 @@ def reference_file(name):
 
 def caption_file(*place):
     """Caption of a figure or table; its whole path, or Snakemake would look beside the rule."""
-    return Path("results", CAMPAIGN.name, "captions", *place).resolve().as_posix() + ".rst"
+    path = prefixed("results", CAMPAIGN.name, "captions", *place)
+    return path.resolve().as_posix() + ".rst"
 
 
 # A release must not name packages that its results were not made with.

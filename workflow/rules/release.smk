@@ -22,7 +22,7 @@ rule release:
         code=code("release.py"),
         # what ran is what was here when the run began
         tree=code_tree_digest(HOME),
-        releases=f"results/releases/{CAMPAIGN.name}",
+        releases=prefixed("results/releases", CAMPAIGN.name).as_posix(),
         sheets=digests_of_sheets(),
         config=SETTINGS.plain(),
     script:

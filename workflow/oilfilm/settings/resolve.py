@@ -30,7 +30,32 @@ _LONGEST_NAME = 100
 _MODELS: dict[str, Any] = {"rig": Rig, "oil": OilFile, "bearing": BearingFile}
 
 
-def resolve(folder: Path, overrides: Mapping[str, Any]) -> Settings:
+def resolve_given(given: Mapping[str, Any], typed: Mapping[str, Any]) -> Settings:
+    """The settings of a workflow, from the configuration that Snakemake gives it.
+
+    As a module of another workflow it may be given a section of that workflow's configuration. This
+    takes the place of `config.yaml`; its key `folder` names the configuration folder.
+
+    Args:
+        given: Snakemake's `config`.
+        typed: What of it was typed on the command line.
+
+    Raises:
+        OilfilmError: A file is missing or has a mistake.
+    """
+    folder = Path(given.get("folder", "config"))
+    section = {name: given[name] for name in given if name not in {"folder", *typed}}
+    path = folder / "config.yaml"
+    own = read_yaml(path).values if path.exists() else None
+    groups = [group for group in (own or {}).values() if isinstance(group, Mapping)]
+    if section and (own is None or any(group.keys() >= section.keys() for group in groups)):
+        return resolve(folder, {name: typed[name] for name in typed if name in given}, section)
+    return resolve(folder, overrides_of(given, folder, typed))
+
+
+def resolve(
+    folder: Path, overrides: Mapping[str, Any], section: Mapping[str, Any] | None = None
+) -> Settings:
     """Everything that one campaign's run is told, in one tree; each value is validated once.
 
     Args:
@@ -38,6 +63,7 @@ def resolve(folder: Path, overrides: Mapping[str, Any]) -> Settings:
             differ from those that are part of oilfilm; oils, rigs, bearings and campaigns that it
             lacks are taken from there as well.
         overrides: Keys given on the command line.
+        section: What takes the place of `config.yaml`.
 
     Returns:
         The keys of `config.yaml`, with `campaign` (the campaign file and its `name`), `dataset`
@@ -46,7 +72,7 @@ def resolve(folder: Path, overrides: Mapping[str, Any]) -> Settings:
     Raises:
         OilfilmError: A file is missing or has a mistake.
     """
-    config, given = _config_file(folder), dict(overrides)
+    config, given = _config_file(folder, section), dict(overrides)
     named_at = "campaign on the command line" if "campaign" in given else folder / "config.yaml"
     name = given.pop("campaign", config.values["campaign"])
     file = _read(folder, "campaign", name, str(named_at))
@@ -127,8 +153,12 @@ def read_config(folder: Path) -> Config:
     return config
 
 
-def _config_file(folder: Path) -> YamlFile:
-    own, defaults = (read_yaml(each / "config.yaml") for each in (folder, CONFIG))
+def _config_file(folder: Path, section: Mapping[str, Any] | None = None) -> YamlFile:
+    defaults = read_yaml(CONFIG / "config.yaml")
+    if section is None:
+        own = read_yaml(folder / "config.yaml")
+    else:
+        own = YamlFile(Path("the module's config"), dict(section), yaml.MappingNode("", []))
     return replace(own, values=merge(defaults.values, own.values))
 
 
