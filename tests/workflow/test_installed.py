@@ -84,9 +84,10 @@ def test_project_folder_needs_only_what_differs(
 HOST = """from oilfilm.home import HOME
 
 configfile: "config/host.yaml"
+PLACE = config["place"]
 
 rule overview:
-    input: expand("{place}/results/{name}/tables/runs.parquet", place=config["place"], name=config["tribology"]["campaign"]), "shift-book.txt"
+    input: PLACE + "/results/NAME/tables/runs.parquet", "shift-book.txt"
     output: "overview.txt"
     shell: "wc -c {input} > {output}"
 
@@ -133,10 +134,10 @@ def test_workflow_with_rules_and_configuration_of_its_own_has_the_same_tables(
         first = min(raw.glob("*.csv"))
         shutil.copy(first, incoming)
     (folder / f"campaigns/{name}.yaml").write_text(yaml.safe_dump(campaign), encoding="utf-8")
-    section = {"folder": "config/rigs-of-ours", "campaign": name, "seed": 20261117}
-    host = {"laboratory": "Lab 3", "campaign_of": ["x"], "place": place, "tribology": section}
+    section = {"folder": "config/rigs-of-ours", "campaign": name}
+    host = {"laboratory": "Lab 3", "place": place, "tribology": section}
     (tmp_path / "config/host.yaml").write_text(yaml.safe_dump(host), encoding="utf-8")
-    text = HOST.replace("PREFIX", f'prefix: "{place}"' if place != "." else "")
+    text = HOST.replace("PREFIX", f'prefix: "{place}"' * (place != ".")).replace("NAME", name)
     (tmp_path / "Snakefile").write_text(text, encoding="utf-8")
     run(installed, tmp_path, "snakemake", "--cores", "2", "overview.txt")
     assert "runs.parquet" in (tmp_path / "overview.txt").read_text(encoding="utf-8")

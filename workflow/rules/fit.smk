@@ -20,9 +20,9 @@ rule fit:
         law="|".join(LAW_FILES),
     params:
         code=lambda wildcards: code("fit.py", LAW_FILES[wildcards.law]),
-        # a law of the conditions alone needs no properties of oil and rig
+        # a law of the conditions alone needs nothing of the rig
         config=lambda wildcards: OF_ONE_FIT.part(
-            *("compare", "fit", "seed"), *(() if wildcards.law in LAWS else ("oils", "rigs"))
+            *("compare", "fit", "oils", "seed"), *(() if wildcards.law in LAWS else ("rigs",))
         ),
     script:
         "../scripts/fit.py"
