@@ -5,38 +5,64 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 import pytest
+from scipy.special import ndtri
 
 from bearings import SETTINGS, printed_law, shipped
 from campaigns import ROOT, oil_of
-from oilfilm.settings.config import TermUncertaintySettings
+from oilfilm.bearing.ellipse import ScaledLaw
+from oilfilm.bearing.friction import friction_equilibrium
+from oilfilm.fits.interval import UNKNOWN, Unseen
+from oilfilm.settings.config import StandInUncertaintySettings, TermUncertaintySettings
 from oilfilm.settings.resolve import resolve
-from oilfilm.torque.bearing_torque import Cases, OilInBearing, torque_table
+from oilfilm.torque.bearing_torque import Cases, OilInBearing, cage_slip_table, torque_table
 from oilfilm.torque.load_variables import LOAD_VARIABLES, LawInBearing
 from oilfilm.traction.law import to_constants, to_internal
 
 BEARING = shipped("mainshaft-167")
-EXACT = dict.fromkeys(("rolling", "hysteresis", "drag", "pocket", "land"), 0.0)
+EXACT = dict.fromkeys(("rolling", "hysteresis", "pocket", "land"), 0.0)
+SHARE = SETTINGS.oil_volume_fraction
+ROLLING_POINT = {
+    "axial_load_n": 10000.0,
+    "inner_speed_rpm": 12000.0,
+    "inlet_temperature_c": 100.0,
+}
 ROLLING = (10000.0, np.array([6000.0, 12000.0]), 100.0)
 
 
-def oil(name: str, refits: np.ndarray, shifts: np.ndarray, **terms: float) -> OilInBearing:
+def oil(
+    name: str,
+    refits: np.ndarray,
+    shifts: np.ndarray,
+    drag: float = 0.0,
+    viscosity: float = 0.0,
+    unseen: Unseen = UNKNOWN,
+) -> OilInBearing:
     """An oil with the printed law, refits that differ from it by `refits`, and one calibration.
 
     Args:
         name: Of the oil.
         refits: Differences of the internal constants, shape (refits, constants).
         shifts: The same of refits with one sensor off.
-        terms: Relative standard uncertainty of other terms; 0 where none is given.
+        drag: Half the range of the logarithm of the oil's volume fraction.
+        viscosity: Relative standard uncertainty of the stand-in's viscosity.
+        unseen: Errors of curves left out of the fit.
     """
 
     def refitted(law: LawInBearing) -> LawInBearing:
         internal = to_internal(law.fitted.law, law.constants)
         spread, shifted = (to_constants(law.fitted.law, internal + off) for off in (refits, shifts))
-        coefficients = replace(law.fitted.coefficients, spread=spread, shifted=shifted)
+        coefficients = replace(
+            law.fitted.coefficients, spread=spread, shifted=shifted, unseen=unseen
+        )
         return replace(law, fitted=replace(law.fitted, coefficients=coefficients))
 
     laws = {variable: refitted(printed_law(name, variable)) for variable in LOAD_VARIABLES}
-    uncertain = {"term_uncertainty": TermUncertaintySettings(**(EXACT | terms))}
+    stand_in = {"viscosity": viscosity, "pressure_viscosity_coefficient": 0.0}
+    uncertain = {
+        "term_uncertainty": TermUncertaintySettings(**EXACT),
+        "stand_in_uncertainty": StandInUncertaintySettings(**stand_in),
+        "oil_volume_fraction_range": [SHARE * np.exp(-drag), SHARE * np.exp(drag)],
+    }
     unknown = dict.fromkeys(
         ("max_hertz_pressure_gpa", "entrainment_speed_m_s", "slide_roll_ratio"), (np.nan, np.nan)
     )
@@ -59,21 +85,22 @@ def drawn(of: OilInBearing, *point: object, seed: int = 1) -> pd.DataFrame:
         dict(zip(names, np.broadcast_arrays(*map(np.atleast_1d, point)), strict=True))
     )
     cases = Cases(BEARING, [(of, "stress", points)])
-    return cases.with_uncertainty(cases.run(), seed)
+    calculated = cases.run()
+    return cases.assessed(calculated, cases.drawn(calculated, seed))
 
 
 def test_draws_give_the_uncertainty_of_refits_calibration_and_drag_by_their_derivatives():
     random = np.random.default_rng(0)
-    spread, shift, drag = 0.02, 0.015, 0.3
+    spread, shift, drag = 0.02, 0.015, 0.1
     refits = in_first(1.0, 400) * spread * random.standard_normal((400, 1))
     uncertain = oil("4050", refits, in_first(shift), drag=drag)
     law = uncertain.laws["stress"]
     internal = to_internal(law.fitted.law, law.constants)
     moved = uncertain.with_constants(to_constants(law.fitted.law, internal + in_first(shift)[0]))
     by_shift = torque(moved) - torque(uncertain)
-    share = SETTINGS.oil_volume_fraction
-    by_drag = (torque(uncertain, oil_volume_fraction=1.01 * share) - torque(uncertain)) / 0.01
-    expected = np.hypot(by_shift * np.hypot(spread / shift, 1), by_drag * drag)
+    by_drag = (torque(uncertain, oil_volume_fraction=1.01 * SHARE) - torque(uncertain)) / 0.01
+    # evenly spread over the logarithm from -drag to drag
+    expected = np.hypot(by_shift * np.hypot(spread / shift, 1), by_drag * drag / np.sqrt(3))
     found = drawn(uncertain, *ROLLING)
     np.testing.assert_allclose(found["torque_n_m_uncertainty"], expected, rtol=0.15)
     # about normal at rolling cages: 1.96 standard uncertainties to either side
@@ -140,9 +167,9 @@ def test_a_law_without_refits_has_no_uncertainty():
 def test_draws_on_both_sides_of_a_fold_are_told(load_n, split):
     # 4010 at 12 000 rpm and 70 degC under little load, where traction falls with slip
     point = (load_n, 12000.0, 70.0)
-    uncertain = oil("4010", in_first(0.0, 10), in_first(0.0, 0), drag=0.3)
+    uncertain = oil("4010", in_first(0.0, 10), in_first(0.0, 0), drag=0.6)
     found = drawn(uncertain, *point).iloc[0]
-    shares = SETTINGS.oil_volume_fraction * np.exp(0.3 * np.linspace(-2, 2, 41))
+    shares = SHARE * np.exp(np.linspace(-0.6, 0.6, 41))
     slips = [
         replace(uncertain, settings=SETTINGS.model_copy(update={"oil_volume_fraction": share})).run(
             BEARING, *point
@@ -153,3 +180,53 @@ def test_draws_on_both_sides_of_a_fold_are_told(load_n, split):
     assert (np.diff(slips).max() > 0.05) == split
     assert found["draws_split"] == split
     assert found["cage_slip_lower"] < found["cage_slip"] < found["cage_slip_upper"]
+
+
+def test_viscosity_of_a_stand_in_and_errors_of_unseen_curves_widen_the_torque():
+    exact = oil("4050", in_first(0.0, 10), in_first(0.0, 0))
+    assert (drawn(exact, *ROLLING)["torque_n_m_uncertainty"] < 1e-6).all()
+    thick = oil("4050", in_first(0.0, 10), in_first(0.0, 0), viscosity=0.1)
+    cases = Cases(BEARING, [(thick, "stress", pd.DataFrame([ROLLING_POINT]))])
+    known = cases.problem.lubrication
+    more = replace(known.oil, dynamic_viscosity_pa_s=1.01 * known.oil.dynamic_viscosity_pa_s)
+    moved = replace(cases.problem, lubrication=replace(known, oil=more))
+    first, second = (friction_equilibrium(each).torque_n_m()[0] for each in (cases.problem, moved))
+    found = drawn(thick, *ROLLING_POINT.values())["torque_n_m_uncertainty"]
+    assert found[0] == pytest.approx((second - first) / np.log(1.01) * 0.1, rel=0.1)
+    # curves left out are off by 5 % of mu at one standard deviation (quantiles of a normal score)
+    scores = ndtri(0.5 + np.array([0.5, 0.8, 0.9, 0.95, 0.99]) / 2)
+    unseen = oil("4050", in_first(0.0, 10), in_first(0.0, 0), unseen=Unseen(0.0, 0.05, scores))
+    stronger = replace(cases.problem, law=ScaledLaw(cases.problem.law, np.array([1.01])))
+    change = friction_equilibrium(stronger).torque_n_m()[0] - first
+    found = drawn(unseen, *ROLLING_POINT.values())["torque_n_m_uncertainty"]
+    assert found[0] == pytest.approx(change / np.log(1.01) * 0.05, rel=0.15)
+
+
+def test_all_oils_of_a_draw_have_one_drag_and_the_best_of_each_draw_is_counted():
+    names = ("4102", "4050", "4010")
+    config = resolve(ROOT / "config", {}).with_changes(
+        {"bearing": {"cage_slip": {"pitch_speed_mm_rpm": [1e6, 3e6], "axial_load_n": [500, 1e4]}}}
+    )
+    oils = [oil(name, in_first(0.0, 10), in_first(0.0, 0), drag=0.8) for name in names]
+    table = cage_slip_table(oils, config)
+    points = ["pitch_speed_mm_rpm", "axial_load_n"]
+    np.testing.assert_allclose(table.groupby(points)["best_share"].sum(), 1.0)
+    # the same by hand: each drag for all oils, evenly over its logarithm
+    slip, torque, film = np.empty((3, 3, 41, 4))
+    for row, share in enumerate(SHARE * np.exp(np.linspace(-0.8, 0.8, 41))):
+        for number, each in enumerate(oils):
+            settings = each.settings.model_copy(update={"oil_volume_fraction": share})
+            at = table[table["oil"] == each.name]
+            run = replace(each, settings=settings).run(
+                BEARING, at["axial_load_n"].to_numpy(), at["inner_speed_rpm"].to_numpy(), 100.0
+            )
+            slip[number, row], torque[number, row], film[number, row] = run[
+                ["cage_slip", "torque_n_m", "lambda_ratio"]
+            ].to_numpy().T  # fmt: skip
+    full = film > config.gates.lambda_limit
+    held = full & (slip <= config.selection.limits.slip_limit)
+    by_torque = np.where(held, torque, np.inf).argmin(axis=0)
+    by_slip = np.where(full, slip, np.inf).argmin(axis=0)
+    best = np.where(full.any(axis=0), np.where(held.any(axis=0), by_torque, by_slip), -1)
+    share = np.stack([(best == number).mean(axis=0) for number in range(3)])
+    np.testing.assert_allclose(table["best_share"], share.ravel(), atol=0.06)

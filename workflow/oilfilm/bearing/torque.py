@@ -61,7 +61,7 @@ def torque_terms(
     beyond_speed = _beyond(rolling, tested["entrainment_speed_m_s"])
     # contacts whose mean shear stress, mu times their mean pressure, no film of the oil carries
     over_limit = film.coefficient @ share > np.reshape(limiting_stress_ratio, (-1, 1))
-    lambda_ratio, film_in_range = _film(found, share)
+    lambda_ratio, film_in_range = film_ratio(found)
     return {
         **{f"{name}_torque_n_m": balls * heat / speed for name, heat in heats.items()},
         "torque_n_m": torque,
@@ -91,7 +91,7 @@ def torque_terms(
     }
 
 
-def _film(found: FrictionEquilibrium, share: FloatArray) -> tuple[FloatArray, BoolArray]:
+def film_ratio(found: FrictionEquilibrium) -> tuple[FloatArray, BoolArray]:
     """Minimum film over combined Rq in the worst contact, and whether the formula holds in all.
 
     The film is reduced by inlet heating at the contact's slide-roll ratio, averaged over the
@@ -108,7 +108,9 @@ def _film(found: FrictionEquilibrium, share: FloatArray) -> tuple[FloatArray, Bo
     }
     load = np.maximum(of_contacts["load_n"], np.finfo(float).tiny)
     at = Conditions(**of_contacts | {"load_n": load})
-    film = film_thickness(oil, at, found.balance.traction.slide_roll_ratio @ share, "minimum")
+    film = film_thickness(
+        oil, at, found.balance.traction.slide_roll_ratio @ found.problem.rule.share, "minimum"
+    )
     loading = oil.thermal_loading(at.entrainment_speed_m_s)
     within = within_thermal_reduction(at.relative_pressure, loading)
     in_range = np.asarray(within.all(axis=1))

@@ -19,6 +19,7 @@ from oilfilm.report.words import law_name
 from oilfilm.settings.campaign import Campaign
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
+from oilfilm.torque.best_oil import OPERATING_POINT
 from oilfilm.traction import PAPER_LAW
 
 # What the verdict on a claim is based on.
@@ -257,6 +258,7 @@ def _choice(results: CampaignTables) -> Section:
         return Section("choice", "Choice of oil")
     others = judged[judged["judgement"] != "agree"]
     counts = others["judgement"].value_counts()
+    of_points = results.cage_slip.groupby(OPERATING_POINT)["best_share"].max()
     made = facts(
         "paper/choice.jinja",
         total=len(judged),
@@ -264,7 +266,8 @@ def _choice(results: CampaignTables) -> Section:
         others={OTHER_CHOICES[str(judgement)]: count for judgement, count in counts.items()},
         best=others["best_oil"].value_counts().to_dict(),
         band=results.advice_band,
-        certain=(judged["best_oil_share"] == 1).sum(),
+        certain=(of_points >= 0.95).sum(),
+        drawn=of_points.count(),
     )
     return Section("choice", "Choice of oil", made)
 

@@ -260,13 +260,19 @@ class LawFloorSettings(OperatingPoint):
 
 
 class TermUncertaintySettings(Group):
-    """Relative standard uncertainty of the torque's terms beside traction."""
+    """Relative standard uncertainty of the torque's terms beside traction and drag."""
 
     rolling: q.RelativeError = key("Rolling resistance.")
     hysteresis: q.RelativeError = key("Elastic hysteresis.")
-    drag: q.RelativeError = key("Drag of the balls in the oil-air mixture.")
     pocket: q.RelativeError = key("Cage pockets.")
     land: q.RelativeError = key("Cage lands.")
+
+
+class StandInUncertaintySettings(Group):
+    """Relative standard uncertainty of properties that are those of a similar oil."""
+
+    viscosity: q.RelativeError = key("Viscosity.")
+    pressure_viscosity_coefficient: q.RelativeError = key("Pressure-viscosity coefficient.")
 
 
 class TorqueDrawSettings(Group):
@@ -316,6 +322,7 @@ class BearingSettings(Group):
         "Maximum Hertz pressures above which a point is flagged: in the long term, and at peaks."
     )
     term_uncertainty: TermUncertaintySettings = key("Relative uncertainty of the other terms.")
+    stand_in_uncertainty: StandInUncertaintySettings = key("Uncertainty of stand-in oils.")
     skf_pitch_speed_max: float = key(
         "Pitch diameter times speed up to which the SKF formula is an opinion.",
         unit="mm rpm",

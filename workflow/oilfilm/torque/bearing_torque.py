@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import pandas as pd
+import scipy
 
 from oilfilm import tables
 from oilfilm.bearing.branches import other_equilibrium
@@ -13,7 +14,7 @@ from oilfilm.bearing.ellipse import JoinedLaw, ScaledLaw, TractionLaw
 from oilfilm.bearing.friction import FrictionProblem
 from oilfilm.bearing.geometry import Bearing
 from oilfilm.bearing.quasistatic import OperatingPoints
-from oilfilm.bearing.resistance import Lubrication
+from oilfilm.bearing.resistance import TERMS, Lubrication
 from oilfilm.bearing.torque import torque_terms
 from oilfilm.fits.fitted import FittedLaw
 from oilfilm.fits.law_comparison import laws_of
@@ -22,8 +23,9 @@ from oilfilm.physics.oils import Oil
 from oilfilm.settings.base import present
 from oilfilm.settings.config import BearingSettings
 from oilfilm.settings.resolved import Settings
+from oilfilm.torque.best_oil import best_index
 from oilfilm.torque.load_variables import LOAD_VARIABLES, LawInBearing
-from oilfilm.torque.torque_uncertainty import with_uncertainty
+from oilfilm.torque.torque_uncertainty import drawn, term_factors, with_uncertainty
 from oilfilm.traction import BEARING_LAW_NAMES
 from oilfilm.units import MM_PER_M, RAD_S_PER_RPM, FloatArray
 
@@ -160,28 +162,29 @@ class Cases:
             [terms, self.points[[*self.points.columns.difference(terms.columns)]]], axis=1
         )
 
-    def assessed(self, calculated: pd.DataFrame, seed: int) -> pd.DataFrame:
+    def drawn(self, calculated: pd.DataFrame, seed: int) -> FloatArray:
+        """Results of random draws; see `torque_uncertainty.drawn`."""
+        oils = [oil.oil for oil in self.oils]
+        return drawn(self.problem, self.laws, oils, calculated, self.oils[0].settings, seed)
+
+    def assessed(self, calculated: pd.DataFrame, draws: FloatArray) -> pd.DataFrame:
         """What `run` calculated, with its uncertainty and the other equilibrium.
 
         Args:
             calculated: Of `run` without a factor on traction.
-            seed: Of the configuration; each oil and load variable has random numbers of its own.
+            draws: Of `drawn`.
 
         Returns:
             See `with_uncertainty`; besides `other_cage_slip`, `other_torque_n_m` and `bistable`,
             which is true where there is another equilibrium or the draws have two.
         """
         slip, torque = other_equilibrium(self.problem, calculated["cage_slip"].to_numpy())
-        terms = self.with_uncertainty(calculated, seed)
+        terms = with_uncertainty(calculated, draws, self.problem.points.ring_speed_rad_s[:, 0])
         return terms.assign(
             bistable=~np.isnan(slip) | terms["draws_split"],
             other_cage_slip=slip,
             other_torque_n_m=torque,
         )
-
-    def with_uncertainty(self, calculated: pd.DataFrame, seed: int) -> pd.DataFrame:
-        """See `torque_uncertainty.with_uncertainty`; arguments as of `assessed`."""
-        return with_uncertainty(self.problem, self.laws, calculated, self.oils[0].settings, seed)
 
 
 def oils_in_bearings(
@@ -287,7 +290,8 @@ def torque_table(
     cases = Cases(
         bearing, [(oil, variable, rows) for oil, rows in of_oils for variable in oil.laws]
     )
-    terms = cases.assessed(cases.run(), settings.seed)
+    calculated = cases.run()
+    terms = cases.assessed(calculated, cases.drawn(calculated, settings.seed))
     terms = _compared(bearing, terms, {oil.name: oil for oil, _ in of_oils}, settings)
     inversion = _inversion(bearing, [oil for oil, _ in of_oils], terms, settings)
     return joined([terms], "torque"), joined([inversion], "torque_inversion")
@@ -350,9 +354,12 @@ def _inversion(
     lower = np.where(encloses, distance, np.inf).argmin(axis=0), np.arange(len(by_law))
     rise, span = np.diff(torque, axis=0)[lower], np.diff(coefficient, axis=0)[lower]
     # of the traction's part in the torque: calibration and the other terms
+    # the middles of many equal slices of the normal distribution
+    normal = scipy.special.ndtri((np.arange(1000) + 0.5) / 1000)[:, np.newaxis]
+    spread = term_factors(settings.bearing, np.repeat(normal, len(TERMS), axis=1)).std(axis=0)
     others = [
         relative * by_law[f"{term}_torque_n_m"].to_numpy()
-        for term, relative in settings.bearing.term_uncertainty
+        for term, relative in zip(TERMS, spread, strict=True)
     ]
     uncertain_n_m = np.linalg.norm([*_calibration_n_m(by_law, settings), *others], axis=0)
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -394,7 +401,27 @@ def cage_slip_table(oils: Sequence[OilInBearing], settings: Settings) -> pd.Data
         inlet_temperature_c=cage_slip.inlet_temperature_c,
     )
     cases = Cases(bearing, [(oil, "stress", points) for oil in oils])
-    return joined([cases.assessed(cases.run(), settings.seed)], "cage_slip")
+    calculated = cases.run()
+    draws = cases.drawn(calculated, settings.seed)
+    terms = cases.assessed(calculated, draws)
+    return joined([terms.assign(best_share=_best_share(draws, len(oils), settings))], "cage_slip")
+
+
+def _best_share(draws: FloatArray, oils: int, settings: Settings) -> FloatArray:
+    """Share of the draws in which each oil is the best one of its point; NaN without draws.
+
+    A draw has one drag, one bearing and one traction rig for all oils.
+    """
+    torque, slip, film = draws.reshape(len(draws), -1, oils, draws.shape[-1] // oils).swapaxes(1, 2)
+    limits = settings.selection.limits.slip_limit, settings.gates.lambda_limit
+    best = best_index(
+        slip.reshape(oils, -1),
+        torque.reshape(oils, -1),
+        (film > limits[1]).reshape(oils, -1),
+        limits[0],
+    ).reshape(slip.shape[1:])
+    share = np.stack([(best == oil).mean(axis=0) for oil in range(oils)])
+    return np.where(np.isnan(slip).any(axis=(0, 1)), np.nan, share).ravel()
 
 
 def size_effect_table(oils: Sequence[OilInBearing], settings: Settings) -> pd.DataFrame:

@@ -1,26 +1,31 @@
 """Uncertainty of calculated torque, cage slip and power, by random draws through the equilibrium.
 
-Each draw takes one refit of the law, moves it by the calibration of the traction rig's sensors, and
-puts a random factor on each other term of the balance. The equilibrium is solved again, so that the
-cage slips by what the drawn forces allow. A refit has the law's form: far beyond the tested box the
-spread of the draws is true as far as this form is.
+Each draw takes one refit of the law, moves it by the calibration of the traction rig's sensors,
+scales it by the error of a curve left out of the fit, draws the oil's viscosity where a similar oil
+stands in for it, and puts a random factor on each other term of the balance. The equilibrium is
+solved again, so that the cage slips by what the drawn forces allow. Drag and the other terms belong
+to the bearing and calibration to the rig: a draw has the same of them for all oils. Far beyond the
+tested box the spread of the draws is true as far as the law's form is.
 
 Decides: the uncertainty of torque, cage slip and power.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pandas as pd
 import scipy
 
-from oilfilm.bearing.ellipse import JoinedLaw, grid
+from oilfilm.bearing.ellipse import JoinedLaw, ScaledLaw, grid
 from oilfilm.bearing.friction import FrictionEquilibrium, FrictionProblem, friction_equilibrium
 from oilfilm.bearing.resistance import TERMS
+from oilfilm.bearing.torque import film_ratio
 from oilfilm.fits.fitted import FittedLaw
+from oilfilm.fits.interval import LEVELS, Unseen
+from oilfilm.physics.oils import Oil
 from oilfilm.randomness import generator
-from oilfilm.settings.config import BearingSettings, TermUncertaintySettings
+from oilfilm.settings.config import BearingSettings
 from oilfilm.torque.load_variables import LawInBearing
 from oilfilm.traction.law import to_constants, to_internal
 from oilfilm.units import BoolArray, FloatArray, IndexArray
@@ -35,29 +40,85 @@ _INTERVAL = (0.025, 0.975)
 _GAP, _GAP_SHARE = 0.03, 1 / 3
 # Cage slips that two quadratures give on one branch differ by less.
 _SAME_BRANCH = 0.01
+# Sensors of a traction rig whose calibration moves a fit.
+_SENSORS = 8
+# What is drawn, as columns of the calculated results.
+DRAWN = ("torque_n_m", "cage_slip", "lambda_ratio")
 
 
-def _draws(
-    fitted: FittedLaw, terms: TermUncertaintySettings, count: int, random: np.random.Generator
-) -> tuple[FloatArray, FloatArray] | None:
-    """Constants of the law and a factor with mean 1 on each of `TERMS`; None without refits.
+def term_factors(settings: BearingSettings, normal: FloatArray) -> FloatArray:
+    """A factor on each of `TERMS` by standard normal numbers of the same shape (draws, terms).
 
-    Args:
-        fitted: The law with its refits.
-        terms: Relative standard uncertainty of each other term; its factors are log-normal.
-        count: Number of draws, which are rows of both arrays.
-        random: Source of the random numbers.
+    Drag is uniform between the ends of its calibrated range on a logarithmic scale; the factors on
+    the others are log-normal with mean 1.
     """
-    law, coefficients = fitted.law, fitted.coefficients
-    refits = coefficients.spread
-    if len(refits) < 2 or np.isnan(coefficients.constants).any():
-        return None
-    chosen = random.permutation(np.resize(random.permutation(len(refits)), count))
-    shifts = to_internal(law, coefficients.shifted) - to_internal(law, coefficients.constants)
-    moved = to_internal(law, refits[chosen]) + _normal(count, len(shifts), random) @ shifts
-    spread = np.sqrt(np.log1p(np.square([getattr(terms, term) for term in TERMS])))
-    factors = np.exp(spread * _normal(count, len(TERMS), random) - spread**2 / 2)
-    return to_constants(law, moved), factors
+    factors = np.empty_like(normal)
+    for place, term in enumerate(TERMS):
+        if term == "drag":
+            low, high = settings.oil_volume_fraction_range
+            share = scipy.special.ndtr(normal[:, place])
+            factors[:, place] = low * (high / low) ** share / settings.oil_volume_fraction
+        else:
+            spread = np.sqrt(np.log1p(getattr(settings.term_uncertainty, term) ** 2))
+            factors[:, place] = np.exp(spread * normal[:, place] - spread**2 / 2)
+    return factors
+
+
+@dataclass(frozen=True)
+class Draws:
+    """Draws of one oil's law and properties.
+
+    Attributes:
+        constants: Of the law, shape (draws, constants).
+        scores: Error of a curve left out of the fit, over its expected size, shape (draws,).
+        oil: Factors on viscosity and pressure-viscosity coefficient, shape (draws, 2).
+    """
+
+    constants: FloatArray
+    scores: FloatArray
+    oil: FloatArray
+
+    @classmethod
+    def of(
+        cls,
+        fitted: FittedLaw,
+        oil: Oil,
+        settings: BearingSettings,
+        sensors: FloatArray,
+        random: np.random.Generator,
+    ) -> "Draws | None":
+        """Draws of an oil; None without refits of its law.
+
+        Args:
+            fitted: The law with its refits.
+            oil: The oil.
+            settings: How far a stand-in's properties may be off.
+            sensors: Errors of the rig's sensors over their uncertainties, shape (draws, sensors).
+            random: Source of the oil's own random numbers.
+        """
+        law, coefficients, count = fitted.law, fitted.coefficients, len(sensors)
+        refits = coefficients.spread
+        if len(refits) < 2 or np.isnan(coefficients.constants).any():
+            return None
+        chosen = random.permutation(np.resize(random.permutation(len(refits)), count))
+        shifts = to_internal(law, coefficients.shifted) - to_internal(law, coefficients.constants)
+        moved = to_internal(law, refits[chosen]) + sensors[:, : len(shifts)] @ shifts
+        assumed = settings.stand_in_uncertainty
+        names = ("viscosity", "pressure_viscosity_coefficient")
+        spread = np.array([getattr(assumed, name) if oil.stand_in else 0.0 for name in names])
+        normal = _normal(count, 3, random)
+        scores = _scores(coefficients.unseen, normal[:, 2])
+        return cls(to_constants(law, moved), scores, np.exp(spread * normal[:, :2]))
+
+
+def _scores(unseen: Unseen, normal: FloatArray) -> FloatArray:
+    """Errors over their expected size with the quantiles of curves left out; 0 where unknown."""
+    known = np.isfinite(unseen.quantiles)
+    if not known.any():
+        return np.zeros_like(normal)
+    levels, sizes = np.array(LEVELS)[known], np.asarray(unseen.quantiles)[known]
+    level = 2 * scipy.special.ndtr(np.abs(normal)) - 1
+    return np.asarray(np.sign(normal) * np.interp(level, [0.0, *levels], [0.0, *sizes]))
 
 
 def _normal(draws: int, variables: int, random: np.random.Generator) -> FloatArray:
@@ -67,102 +128,138 @@ def _normal(draws: int, variables: int, random: np.random.Generator) -> FloatArr
     return np.asarray(scipy.special.ndtri((slices.reshape(variables, draws) + within) / draws).T)
 
 
-def with_uncertainty(
+def drawn(
     problem: FrictionProblem,
     laws: Mapping[tuple[str, str], LawInBearing],
+    oils: Sequence[Oil],
     calculated: pd.DataFrame,
     settings: BearingSettings,
     seed: int,
-) -> pd.DataFrame:
-    """Calculated friction with the standard uncertainty and 95 % interval of its results.
+) -> FloatArray:
+    """Torque, cage slip and lambda of each draw, shape (3, draws, points).
 
     Args:
         problem: What was calculated.
         laws: The law of each oil and load variable, in the order of `problem.law`.
-        calculated: Its results.
-        settings: Uncertainty of the other terms, number of draws.
-        seed: Of the configuration; each oil and load variable has random numbers of its own.
+        oils: The oil of each law.
+        calculated: The results without draws.
+        settings: Uncertainty of drag, other terms and stand-ins; number of draws.
+        seed: Of the configuration. All oils and load variables share the numbers of bearing and
+            rig; each oil has its own for law and properties.
+
+    Returns:
+        NaN without refits, and where a draw has no equilibrium.
+    """
+    count = settings.uncertainty.draws
+    shared = _normal(count, len(TERMS) + _SENSORS, generator(seed, "torque uncertainty"))
+    factors = term_factors(settings, shared[:, : len(TERMS)])
+    draws = []
+    for (name, _), law, oil in zip(laws, laws.values(), oils, strict=True):
+        own = generator(seed, "torque uncertainty", name)
+        draws.append(Draws.of(law.fitted, oil, settings, shared[:, len(TERMS) :], own))
+    group = calculated.groupby(["oil", "load_variable"], sort=False).ngroup()
+    number: IndexArray = np.asarray(group, dtype=np.int64)
+    has_draws = np.array([each is not None for each in draws])[number]
+    which = np.flatnonzero(has_draws & calculated["converged"].to_numpy(dtype=bool))
+    results = np.full((len(DRAWN), count, len(number)), np.nan)
+    if len(which) == 0:
+        return results
+    at, known = number[which], calculated.iloc[which]
+    coarse = replace(problem.at(which), rule=grid(*_QUADRATURE))
+    # the search starts from the equilibrium without draws, so that draws stay on its branch while
+    # it exists
+    own_motion = friction_equilibrium(coarse)
+    every = _with_draws(coarse, [*laws.values()], at, draws, factors, known)
+    point = np.repeat(np.arange(len(at)), count)
+    found = friction_equilibrium(every, own_motion.solution.unknowns[point])
+    values, unknowns = _results(found), found.solution.unknowns
+    # a draw whose branch has ended is on the other one: near the slowest cage of its point
+    if len(lost := np.flatnonzero(np.isnan(values[0]))):
+        slip = values[1].reshape(-1, count)
+        slowest = np.nan_to_num(slip, nan=-np.inf).argmax(axis=1) + count * np.arange(len(slip))
+        again = friction_equilibrium(every.at(lost), unknowns[slowest[point[lost]]])
+        values[:, lost] = _results(again)
+    # all draws have the coarser quadrature; beside a fold it may end on the other branch
+    off = known[[*DRAWN]].to_numpy().T - _results(own_motion)
+    same = np.abs(off[1]) < _SAME_BRANCH
+    drawn_values = np.swapaxes(values.reshape(len(DRAWN), -1, count), 1, 2)
+    results[..., which] = drawn_values + np.where(same, off, 0.0)[:, np.newaxis]
+    return results
+
+
+def _with_draws(
+    problem: FrictionProblem,
+    laws: Sequence[LawInBearing],
+    number: IndexArray,
+    draws: Sequence[Draws | None],
+    factors: FloatArray,
+    calculated: pd.DataFrame,
+) -> FrictionProblem:
+    """Every draw of every point; `number` is the index of each point's law."""
+    count, points = len(factors), np.arange(len(number))
+    point = np.repeat(points, count)
+    of_points = [each for each in (draws[index] for index in number) if each is not None]
+    constants = [each.constants for each in of_points]
+    drawn_laws = [
+        law.with_constants(np.concatenate([constants[each] for each in which]))
+        if len(which := points[number == index])
+        else law
+        for index, law in enumerate(laws)
+    ]
+    # the error of a curve left out goes with all traction of a draw
+    mu = calculated["mean_traction_coefficient"].to_numpy()
+    unseen = [laws[index].fitted.coefficients.unseen for index in number]
+    sizes = np.nan_to_num(
+        [np.hypot(each.relative, each.absolute / m) for each, m in zip(unseen, mu, strict=True)]
+    )
+    scale = np.exp([size * each.scores for size, each in zip(sizes, of_points, strict=True)])
+    lubrication = problem.lubrication.at(point)
+    viscosity, pressure = np.concatenate([each.oil for each in of_points]).T
+    inlet = lubrication.oil
+    oil = replace(
+        inlet,
+        dynamic_viscosity_pa_s=inlet.dynamic_viscosity_pa_s * viscosity,
+        pressure_viscosity_coefficient_1_pa=inlet.pressure_viscosity_coefficient_1_pa * pressure,
+    )
+    return replace(
+        problem.at(point),
+        law=ScaledLaw(JoinedLaw(drawn_laws, number[point]), scale.ravel()),
+        lubrication=replace(lubrication, oil=oil, factors=np.tile(factors, (len(number), 1))),
+    )
+
+
+def with_uncertainty(
+    calculated: pd.DataFrame, draws: FloatArray, speed_rad_s: FloatArray
+) -> pd.DataFrame:
+    """Calculated friction with the standard uncertainty and 95 % interval of its results.
+
+    Args:
+        calculated: The results without draws.
+        draws: As of `drawn`.
+        speed_rad_s: Of the inner ring.
 
     Returns:
         The same with `power_w`, with `_uncertainty`, `_lower` and `_upper` of torque, cage slip and
         power (NaN without refits, or where draws have no equilibrium), and `draws_split`.
     """
-    speed, count = problem.points.ring_speed_rad_s[:, 0], settings.uncertainty.draws
-    calculated = calculated.assign(power_w=calculated["torque_n_m"] * speed)
-    drawn = [
-        _draws(
-            law.fitted,
-            settings.term_uncertainty,
-            count,
-            generator(seed, "torque uncertainty", *name),
-        )
-        for name, law in laws.items()
-    ]
-    group = calculated.groupby(["oil", "load_variable"], sort=False).ngroup()
-    number: IndexArray = np.asarray(group, dtype=np.int64)
-    has_draws = np.array([draws is not None for draws in drawn])[number]
-    which = np.flatnonzero(has_draws & calculated["converged"].to_numpy(dtype=bool))
-    slip, torque = np.full((2, count, len(number)), np.nan)
-    if len(which):
-        own, results = _solved(problem.at(which), [*laws.values()], number[which], drawn)
-        off = calculated[["cage_slip", "torque_n_m"]].to_numpy()[which].T - own
-        # beside a fold the coarser quadrature may end on the other branch: there is no difference
-        same = np.abs(off[0]) < _SAME_BRANCH
-        slip[:, which], torque[:, which] = results + np.where(same, off, 0.0)[:, np.newaxis]
+    torque, slip, _ = draws
     enough = np.isfinite(torque).mean(axis=0) >= 1 - _LOST
     columns: dict[str, FloatArray] = {}
-    for name, values in (("torque_n_m", torque), ("cage_slip", slip), ("power_w", torque * speed)):
+    quantities = {"torque_n_m": torque, "cage_slip": slip, "power_w": torque * speed_rad_s}
+    for name, values in quantities.items():
         found = np.where(enough, values, 0.0)
         lower, upper = np.nanquantile(found, _INTERVAL, axis=0)
         spread = np.nanstd(found, axis=0, ddof=1)
         for suffix, value in {"uncertainty": spread, "lower": lower, "upper": upper}.items():
             columns[f"{name}_{suffix}"] = np.where(enough, value, np.nan)
-    return calculated.assign(**columns, draws_split=enough & _split(slip))
+    power = calculated["torque_n_m"] * speed_rad_s
+    return calculated.assign(power_w=power, **columns, draws_split=enough & _split(slip))
 
 
-def _solved(
-    problem: FrictionProblem,
-    laws: Sequence[LawInBearing],
-    number: IndexArray,
-    drawn: Sequence[tuple[FloatArray, FloatArray] | None],
-) -> tuple[FloatArray, FloatArray]:
-    """Cage slip and torque without draws, (2, points), and of each draw, (2, draws, points).
-
-    The search starts from the equilibrium without draws, so that draws stay on its branch while it
-    exists. All have the coarser quadrature.
-    """
-    coarse = replace(problem, rule=grid(*_QUADRATURE))
-    own = friction_equilibrium(coarse)
-    constants, factors = zip(*(drawn[each] for each in number), strict=True)
-    count = len(factors[0])
-    point = np.repeat(np.arange(len(number)), count)
-    of_law = [np.flatnonzero(number == each) for each in range(len(laws))]
-    drawn_laws = [
-        law.with_constants(np.concatenate([constants[each] for each in which]))
-        if len(which)
-        else law
-        for law, which in zip(laws, of_law, strict=True)
-    ]
-    every = replace(
-        coarse.at(point),
-        law=JoinedLaw(drawn_laws, number[point]),
-        lubrication=replace(coarse.lubrication.at(point), factors=np.concatenate(factors)),
-    )
-    found = friction_equilibrium(every, own.solution.unknowns[point])
-    results, unknowns = _slip_and_torque(found), found.solution.unknowns
-    # a draw whose branch has ended is on the other one: near the slowest cage of its point
-    if len(lost := np.flatnonzero(np.isnan(results[0]))):
-        slip = results[0].reshape(-1, count)
-        slowest = np.nan_to_num(slip, nan=-np.inf).argmax(axis=1) + count * np.arange(len(slip))
-        again = friction_equilibrium(every.at(lost), unknowns[slowest[point[lost]]])
-        results[:, lost] = _slip_and_torque(again)
-    return _slip_and_torque(own), np.swapaxes(results.reshape(2, -1, count), 1, 2)
-
-
-def _slip_and_torque(found: FrictionEquilibrium) -> FloatArray:
-    """Cage slip and torque of equilibria, shape (2, points); NaN where there is none."""
-    both = np.stack([found.cage_slip(), found.torque_n_m()])
-    return np.where(found.solution.converged, both, np.nan)
+def _results(found: FrictionEquilibrium) -> FloatArray:
+    """`DRAWN` of equilibria, shape (3, points); NaN where there is none."""
+    values = np.stack([found.torque_n_m(), found.cage_slip(), film_ratio(found)[0]])
+    return np.where(found.solution.converged, values, np.nan)
 
 
 def _split(slip: FloatArray) -> BoolArray:
