@@ -15,8 +15,10 @@ import numpy as np
 import numpy.typing as npt
 
 from oilfilm.logs.base import (
+    HARDEST_GPA,
     LARGEST_READING,
     Flaw,
+    IndexArray,
     LogColumn,
     LoggedRun,
     Reading,
@@ -35,6 +37,10 @@ from oilfilm.units import ABSOLUTE_ZERO_C, BoolArray, FloatArray
 _HOTTEST_C = 1000.0
 # Time may be counted from 1970, in milliseconds too.
 _LARGEST_TIME = 1e13
+# A rate holds for some blocks of rows; more than such a ratio is another one.
+_ROWS_OF_RATE, _BLOCKS_OF_RATE, _RATIO_OF_RATES = 50, 2, 1.5
+# So many of the rows are no slips of single rows.
+_MANY_ROWS = 0.05
 # With a decimal mark of the other kind elsewhere in the log.
 _DOUBTFUL = re.compile(r"[-+]?[1-9]\d{0,2}(?:\.\d{3})+|[-+]?[1-9]\d{0,2}(?:,\d{3})+")
 ROWS_ADVICE = "Look at these rows of the raw log; the rows around them are used."
@@ -96,7 +102,8 @@ def read_tables(
     for table in tables:
         run_id = file if table.alone or not table.part else f"{file}:{table.part}"
         try:
-            run, refused = _read_table(table, run_id, rows + 1, settings, kind, sheet)
+            mark = form.decimal_mark if form.delimiter != "comma" else ""
+            run, refused = _read_table(table, run_id, rows + 1, settings, kind, sheet, mark)
         except ValueError as error:
             read_as = f"; read as {form.encoding}" if form.encoding not in ("", "ascii") else ""
             advice = kind.vocabulary.advice
@@ -120,8 +127,9 @@ def _read_table(
     settings: Settings,
     kind: LogKind,
     sheet: SheetOfLog,
+    mark: str,
 ) -> tuple[LoggedRun | None, list[Refusal]]:
-    """The run of a table and its refusals.
+    """The run of a table and its refusals; `mark` is the decimal mark in a word, if in doubt.
 
     Raises:
         ValueError: Its columns cannot be understood.
@@ -158,6 +166,9 @@ def _read_table(
     if not good.all():
         rows = rows[good]
         values = {quantity: numbers[good] for quantity, numbers in values.items()}
+    if "time" in values and labels.keys.get("log_kind") != "steps":
+        flaw = flaw or _rate_change(values["time"], rows)
+    flaw = flaw or _two_decimal_marks(table, refusals, mark)
     places = {column.index for column in used}
     understood = Understood(
         [
@@ -192,6 +203,11 @@ def _unreadable(
 
 def _cut_row(table: LoggedTable, row: int) -> tuple[Refusal, Flaw | None]:
     """The refusal of a last row without a line end; and why the run cannot be used, if so."""
+    if table.show and "\0" in (seen := table.show(table.rows - 1)):
+        zeros = len(seen) - len(seen.replace("\0", ""))
+        reason = f"the log ends in {zeros} zero bytes in row {row} (its last good row is {row - 1})"
+        advice = "The disk or the logger has lost what was there: copy the log again."
+        return Refusal("cut_row", reason, advice).of_rows("", row, row), Flaw("truncated", reason)
     if table.cut >= len(table.names):
         reason = f"row {row}, the last, has no line end, so that its last number may be cut"
         refusal = Refusal("unterminated_row", reason, "End the file with a line end.")
@@ -199,6 +215,36 @@ def _cut_row(table: LoggedTable, row: int) -> tuple[Refusal, Flaw | None]:
     reason = f"the log ends in the middle of row {row} (its last good row is {row - 1})"
     advice = "This row is not used. Check whether the run was complete."
     return Refusal("cut_row", reason, advice).of_rows("", row, row), Flaw("truncated", reason)
+
+
+def _rate_change(time: FloatArray, rows: IndexArray) -> Flaw | None:
+    """Whether rows come at another interval from some row on: levels are found at one interval."""
+    count = (len(time) - 1) // _ROWS_OF_RATE
+    steps = np.diff(time)[: count * _ROWS_OF_RATE].reshape(count, _ROWS_OF_RATE)
+    # pauses and wrong digits of some rows are judged by gates
+    usual = np.sort(steps, axis=1)[:, _ROWS_OF_RATE // 10 : -_ROWS_OF_RATE // 10].mean(axis=1)
+    if count < 2 * _BLOCKS_OF_RATE or not usual[0] > 0:
+        return None
+    other = (usual > usual[0] * _RATIO_OF_RATES) | (usual < usual[0] / _RATIO_OF_RATES)
+    if other.sum() < _BLOCKS_OF_RATE:
+        return None
+    first = int(np.argmax(other))
+    return Flaw(
+        "sampling_rate",
+        f"rows come every {usual[0]:.3g} s at first and every {usual[first]:.3g} s from about row "
+        f"{rows[first * _ROWS_OF_RATE]} on; expected one sampling rate",
+    )
+
+
+def _two_decimal_marks(table: LoggedTable, refusals: Sequence[Refusal], mark: str) -> Flaw | None:
+    """Whether many rows are refused because they have the other decimal mark."""
+    other = {"comma": r"\d\.\d", "point": r"\d,\d"}.get(mark)
+    if other is None or table.show is None:
+        return None
+    having = [each for each in refusals if re.search(other, each.reason.partition("reads")[2])]
+    if sum(each.refused_rows for each in having) < table.rows * _MANY_ROWS:
+        return None
+    return Flaw("decimal_marks", f"{having[0].reason}; most other rows have a decimal {mark}")
 
 
 def _with_time(table: LoggedTable, vocabulary: Vocabulary) -> LoggedTable:
@@ -258,7 +304,10 @@ def _converted(
         column.quantity: column.to.of(numbers if all_good else np.where(good, numbers, np.nan))
         for column, numbers in zip(columns, logged, strict=True)
     }
-    for quantity, numbers in values.items():
+    for column in columns:
+        quantity, numbers = column.quantity, values[column.quantity]
+        if column.to.unit == "GPa":
+            good = good & ~(np.abs(numbers) > HARDEST_GPA)
         if quantity.endswith("temperature"):
             absurd = (numbers <= ABSOLUTE_ZERO_C) | (numbers >= _HOTTEST_C)
             good = good & ~absurd

@@ -43,6 +43,7 @@ _CLOCK_OR_DATE = re.compile(r"\d[:/]\d")
 # A number in groups of thousands, with a decimal mark behind them.
 _GROUPED = re.compile(r"[-+]?\d{1,3}(?:([.,])\d{3})(?:\1\d{3})*(?!\1)[.,]\d+")
 # Where blanks part the columns: words of a name, columns, rows below the names.
+_LONGEST_UNIT = 8
 _LONGEST_NAME, _FEWEST_COLUMNS, _ROWS_SEARCHED = 5, 3, 20
 
 
@@ -364,8 +365,12 @@ def _is_unit_row(cells: Sequence[str], names: Sequence[str], vocabulary: Vocabul
         return False
     units = [_bare(cell) for cell in cells] + [""] * len(names)
     known = vocabulary.meanings(names, [""] * len(names))
-    fitting = sum(vocabulary.fits(quantity, units[place]) for place, (quantity, _) in known.items())
-    return fitting > len(known) / 2
+    fitting = [place for place, (of, _) in known.items() if vocabulary.fits(of, units[place])]
+    # of a log of something else, some units fit: it must not be told that units are missing
+    certain = any(len(units[place]) > 1 for place in fitting)
+    return len(fitting) > len(known) / 2 or (
+        certain and all(len(unit) <= _LONGEST_UNIT for unit in units)
+    )
 
 
 def _is_number(cell: str) -> bool:

@@ -4,6 +4,7 @@ Decides: what the columns of a log mean, and their units.
 """
 
 import unicodedata
+from collections import Counter
 from collections.abc import Callable, Mapping, Sequence, Set
 from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
@@ -145,8 +146,23 @@ class Vocabulary:
             ValueError: A quantity is missing or doubled, or has no unit or an impossible one; the
                 message is a sentence for the user.
         """
+        known = self.meanings(names, units)
+        counts = Counter(quantity for quantity, _ in known.values())
+        there = counts.keys() | spared
+        either = self.either
+        chosen = next((some for some in either if there >= set(some)), either[0])
+        needed = [
+            self.instead[quantity]
+            if quantity not in counts and self.instead.get(quantity) in counts
+            else quantity
+            for quantity in (*self.always, *chosen)
+            if quantity in counts or quantity not in spared
+        ]
+        # before their units: a log of something else is told what it is not
+        if missing := [quantity for quantity in needed if quantity not in counts]:
+            raise ValueError(self._lacking(missing, names))
         columns: dict[str, Column] = {}
-        for index, (quantity, unit) in self.meanings(names, units).items():
+        for index, (quantity, unit) in known.items():
             name = names[index]
             if quantity in columns:
                 raise ValueError(f"the log repeats the column {quantity!r}")
@@ -159,21 +175,13 @@ class Vocabulary:
                 to = conversion(unit, self.quantities[quantity])
             except ValueError as error:
                 raise ValueError(f"the column {name[:60]!r}: {error}") from error
+            own = units[index] or apart(name.translate(FULL_WIDTH))[1] or unit
+            if self.fits(quantity, own) and conversion(own, self.quantities[quantity]) != to:
+                raise ValueError(
+                    f"the column {name[:60]!r} is in {own!r} by the log itself and in {unit!r} by "
+                    f"`{self.columns_key}` of the campaign file; take out the one that is wrong"
+                )
             columns[quantity] = Column(quantity, index, to, name, unit)
-        either = self.either
-        there = columns.keys() | spared
-        chosen = next((some for some in either if there >= set(some)), either[0])
-        needed = [
-            self.instead[quantity]
-            if quantity not in columns and self.instead.get(quantity) in columns
-            else quantity
-            for quantity in (*self.always, *chosen)
-            if quantity in columns or quantity not in spared
-        ]
-        missing = ", ".join(quantity for quantity in needed if quantity not in columns)
-        if missing:
-            own_names = ", ".join(names)[:200]
-            raise ValueError(f"the log lacks the columns {missing}; its own are {own_names!r}")
         others = either[either.index(chosen) + 1 :]
         spare = [quantity for some in others for quantity in some if quantity in columns]
         needed += [quantity for quantity in self.optional if quantity in columns]
@@ -181,6 +189,14 @@ class Vocabulary:
             *(columns[quantity] for quantity in needed),
             *(replace(columns[quantity], spare=True) for quantity in spare),
         )
+
+    def _lacking(self, missing: Sequence[str], names: Sequence[str]) -> str:
+        """That quantities are missing, with what a log may have in their place."""
+        others = " or ".join(" and ".join(some) for some in self.either[1:])
+        no_speeds = others and any({*some} & {*missing} for some in self.either)
+        or_else = f" (or {others}: without both speeds nothing rolls)" if no_speeds else ""
+        own = ", ".join(names)[:200]
+        return f"the log lacks the columns {', '.join(missing)}{or_else}; its own are {own!r}"
 
 
 def _is_listed(name: str, given: campaign_file.Column) -> bool:

@@ -179,7 +179,8 @@ def _set_point_problem(keys: Mapping[str, str]) -> Refusal | None:
             return Refusal(
                 "header",
                 f"the header says {name}: {keys[name][:60]!r}; expected a number above "
-                f"{least:g}, below {most:g}",
+                f"{least:g}, below {most:g}"
+                + (" (in GPa, not MPa)" if name == "max_hertz_pressure_gpa" else ""),
                 f"Correct the header. {FORMAT_ADVICE}",
             )
     return None
