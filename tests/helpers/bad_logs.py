@@ -233,7 +233,7 @@ BAD_LOGS = (
         python_number=(csv(max_hertz_pressure_gpa="1_25"), "gpa: '1_25'"),
         infinite_set_point=(csv(load_n="inf"), "load_n: 'inf'"),
         set_point_of_zero=(csv(load_n=0), "load_n: '0'"),
-        pressure_in_pa=(csv(max_hertz_pressure_gpa=1.25e9), "below 1000"),
+        pressure_in_pa=(csv(max_hertz_pressure_gpa=1.25e9), "below 10 (in GPa"),
         set_point_in_words=(csv(inlet_temperature_c="warm"), "c: 'warm'"),
         impossible_cold=(csv(inlet_temperature_c=-300), "above -273.15"),
     ),
@@ -279,7 +279,7 @@ BAD_LOGS = (
         formula=(cell_changed(1, b"=SUM(A1:A9)"), "=SUM"),
         header_repeated=(row_changed(lambda _: NAMES), "time [s]"),
         time_of_ages=(cell_changed(0, b"5e12"), "time_s"),
-        absurd_pressure=(as_pressure(), "rows 51 to 52: load_n comes out as 1e+12 or more"),
+        absurd_pressure=(as_pressure(), "row 51 reads '2.5,1000000.0,"),
     ),
     *bad(
         "unreadable_row",

@@ -180,6 +180,10 @@ def test_table_without_its_line_of_names_is_refused_row_by_row() -> None:
 def test_export_without_a_temperature_is_judged_by_the_other_gates() -> None:
     rows = [PCS_ROW.replace("\t6\t", f"\t{6 * step}\t") for step in range(1, 9)]
     table = PCS_TABLE.replace("Lube RTD Temp (degC)", "Room")
-    verdict = check_logs([("log", pcs(*rows, table=table))], PCS_CONFIG)
-    assert verdict.runs["reason"].tolist() == [""]
-    assert verdict.points["inlet_temperature_c"].isna().all()
+    for set_point, celsius in (None, np.nan), (40.0, 40.0):
+        changes = {"campaign": {"set_points": {"inlet_temperature_c": set_point}}}
+        settings = PCS_CONFIG.with_changes(changes)
+        verdict = check_logs([("log", pcs(*rows, table=table))], settings)
+        assert verdict.runs["reason"].tolist() == [""]
+        # a set point stands for the column of settled readings
+        np.testing.assert_array_equal(verdict.points["inlet_temperature_c"], 8 * [celsius])

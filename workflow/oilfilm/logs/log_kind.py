@@ -148,6 +148,8 @@ class Vocabulary:
         """
         known = self.meanings(names, units)
         counts = Counter(quantity for quantity, _ in known.values())
+        if doubled := next((quantity for quantity, count in counts.items() if count > 1), ""):
+            raise ValueError(f"the log repeats the column {doubled!r}")
         there = counts.keys() | spared
         either = self.either
         chosen = next((some for some in either if there >= set(some)), either[0])
@@ -164,8 +166,6 @@ class Vocabulary:
         columns: dict[str, Column] = {}
         for index, (quantity, unit) in known.items():
             name = names[index]
-            if quantity in columns:
-                raise ValueError(f"the log repeats the column {quantity!r}")
             if not unit:
                 raise ValueError(
                     f"the column {name[:60]!r} has no unit; write it in brackets, in a row below "
