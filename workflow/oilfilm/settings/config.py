@@ -557,6 +557,37 @@ class ExtrapolationFigureSettings(PointOfTraction):
     oil: q.Name = key("Oil shown, in quotes.")
 
 
+class FrictionMapSettings(Group):
+    """Conditions of the friction map."""
+
+    max_hertz_pressure_gpa: Annotated[q.Levels[q.PressureGpa], Field(max_length=5)] = key(
+        "Pressures, one row of panels each."
+    )
+    inlet_temperature_c: q.TemperatureC = key("Temperature.")
+    entrainment_speed_m_s: q.Band[q.SpeedMs] = key("Lowest and highest speed.")
+    slide_roll_ratio: q.Band[q.SlideRollRatio] = key("Smallest and largest slip.")
+
+
+class StribeckSettings(Group):
+    """What the figure `stribeck` shows."""
+
+    slide_roll_ratio: q.SlideRollRatio = key("Slip of the points; the nearest of each run.")
+    abscissa: Literal["lambda", "hersey"] = key("What traction is drawn against.")
+
+
+class IsothermalSettings(Group):
+    """Curves of the figure `isothermal`, and the bodies that carry their heat away."""
+
+    inlet_temperature_c: q.TemperatureC = key("Temperature.")
+    same_temperature_c: q.TemperatureDifferenceC = key("Temperatures this near are the same.")
+    entrainment_speed_m_s: q.SpeedMs = key("Speed.")
+    same_within: q.RelativeError = key("Speeds this near are the same, relative.")
+    solid_conductivity_w_mk: float = key("Of ball and disc.", unit="W/(m K)", gt=0, le=3000)
+    solid_volumetric_heat_j_m3k: float = key(
+        "Density times specific heat of ball and disc.", unit="J/(m3 K)", gt=0, le=1e8
+    )
+
+
 class FigureSettings(Group):
     """Conditions that the figures show."""
 
@@ -564,6 +595,9 @@ class FigureSettings(Group):
     fig03: Fig03Settings = key("Figure 3.")
     fig06: Fig06Settings = key("Figure 6.")
     extrapolation: ExtrapolationFigureSettings = key("Figure `extrapolation`.")
+    friction_map: FrictionMapSettings = key("Figure `friction-map`.")
+    stribeck: StribeckSettings = key("Figure `stribeck`.")
+    isothermal: IsothermalSettings = key("Figure `isothermal`.")
     refused_pages_max: int = key("Refused runs that get a page of their own.", ge=0)
 
 

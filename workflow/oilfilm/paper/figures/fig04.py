@@ -20,6 +20,7 @@ from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction.law import CONDITIONS
 from oilfilm.traction.laws.deng2026 import DENG2026
+from oilfilm.units import FloatArray
 
 _TIMES = "\N{MULTIPLICATION SIGN} 10$^{-3}$"
 _DELTA = f"\N{GREEK CAPITAL LETTER DELTA}{style.MU}"
@@ -154,20 +155,39 @@ def _draw_left_out(
     _draw_measured(whole, curve, colour, {"oil": oil, "label": f"{law_key}, run {run}"})
     for law, series in ((law_key, "fit"), (law_key, "left out"), (DENG2026.name, "left out")):
         column = "traction_coefficient" if series == "fit" else "left_out_traction_coefficient"
-        of_law = beside[beside["law"] == law]
-        line = _one_side(of_law.assign(traction_coefficient=of_law[column]))
-        if law not in fits.index or line["traction_coefficient"].isna().any():
+        of_law = _one_side(beside[beside["law"] == law])
+        if law not in fits.index or of_law[column].isna().any():
             continue
+        fitted = FittedLaw.of(results.coefficients, oil, law=laws_of(oil, settings)[law])
+        slip, mu = _finely(fitted, curve, of_law, column)
         dashes = {"linestyle": _DASHES["Eq. 7" if law == DENG2026.name else series]}
-        slip, mu = line["slide_roll_ratio"], line["traction_coefficient"]
-        off = mu.to_numpy() - curve["traction_coefficient"].to_numpy()
         whole.line(series, slip, mu, colour | dashes, oil=oil, label=f"{law}, run {run}")
-        errors.plot(slip, 1e3 * off, **colour | dashes)
+        off = of_law[column].to_numpy() - curve["traction_coefficient"].to_numpy()
+        dots: style.Look = {"marker": ".", "markersize": 2, "linewidth": 0.5}
+        errors.plot(of_law["slide_roll_ratio"], 1e3 * off, **colour | dashes | dots)
     errors.axhline(0, color="black", linewidth=0.6)
     label = f"{_about(fit, curve)}\nrms error {_growth(worst)}"
     for papers in tables.rows(rms[(rms["law"] == DENG2026.name) & (rms["run_id"] == run)]):
         label += f"; Eq. 7: {_growth(papers)}"
     yield style.line_handle(label, **look)
+
+
+def _finely(
+    fitted: FittedLaw, curve: pd.DataFrame, of_law: pd.DataFrame, column: str
+) -> tuple[FloatArray, FloatArray]:
+    """Slip and mu of a fit at the mean conditions of a curve, between its plateaus as well.
+
+    The constants of a fit without the curve are not kept, but its mu at the plateaus. Its ratio to
+    the fit of all curves changes slowly along a curve, so that it is interpolated.
+    """
+    largest = float(curve["slide_roll_ratio"].max())
+    slip = np.linspace(0, 1, 301) ** 2 * largest
+    condition = curve[list(fitted.law.conditions)].mean().to_numpy(dtype=float)
+    mu = fitted.traction(condition, slip)
+    # near zero slip both are near zero
+    known = of_law[of_law["slide_roll_ratio"] > 0.005 * largest]
+    ratio = known[column] / known["traction_coefficient"]
+    return slip, mu * np.interp(slip, known["slide_roll_ratio"], ratio)
 
 
 def _errors_by_curve(results: CampaignTables, oil: str) -> pd.DataFrame:
@@ -195,9 +215,10 @@ def _curve(results: CampaignTables, run: str) -> pd.DataFrame:
 
 
 def _one_side(points: pd.DataFrame) -> pd.DataFrame:
-    both = ["slide_roll_ratio", "traction_coefficient"]
+    known = {"traction_coefficient", "left_out_traction_coefficient"} & {*points.columns}
     side = np.where(points["slide_roll_ratio"] < 0, -1.0, 1.0)
-    return points.assign(**{name: side * points[name] for name in both}).sort_values(both[0])
+    turned = {name: side * points[name] for name in ("slide_roll_ratio", *sorted(known))}
+    return points.assign(**turned).sort_values("slide_roll_ratio")
 
 
 def _draw_measured(

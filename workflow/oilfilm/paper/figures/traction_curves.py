@@ -2,6 +2,7 @@
 
 import itertools
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -51,7 +52,9 @@ def fig02(results: CampaignTables, settings: Settings) -> Sheet:
             points = _select(results.points, runs, oil, {**same, varied: level})
             phrase = style.level_phrases({varied: level})
             series.append(Series(phrase, oil, points, law, shade, marker))
-        draw_series(sheet.panel(number, style.level_phrases(same)), series)
+        shown = sum(len(curve.points) > 0 for curve in series)
+        count = "" if shown in (0, len(series)) else f" ({shown} of {len(series)} curves)"
+        draw_series(sheet.panel(number, style.level_phrases(same) + count), series)
     _finish(sheet, [sheet.axes[::2], sheet.axes[1::2]])
     return sheet
 
@@ -83,10 +86,8 @@ def fig03(results: CampaignTables, settings: Settings) -> Sheet:
             series.append(Series(oil, oil, points, law, *style.oil_look(oil, oils).values()))
         draw_series(sheet.panel(number, style.level_phrases({_PRESSURE: pressure})), series)
     shown = {oil for part in sheet.parts for oil in part["oil"]}
-    lost = [oil for oil in oils if oil not in shown] if shown else []
-    _finish(sheet, [sheet.axes], style.level_phrases(same))
-    if lost:
-        sheet.legend(style.lost_handles(lost, "no accepted point here"))
+    lost = style.lost_handles([oil for oil in oils if oil not in shown], "no accepted point here")
+    _finish(sheet, [sheet.axes], lost, style.level_phrases(same))
     return sheet
 
 
@@ -107,23 +108,27 @@ def _select(
     return points[points["accepted"] & points["run_id"].isin(runs["run_id"])]
 
 
-def _finish(sheet: Sheet, groups: Sequence[Sequence[Axes]], title: str = "") -> None:
-    """Labels of the axes, and a legend in the first panel of each group, with room for it."""
+def _finish(
+    sheet: Sheet, groups: Sequence[Sequence[Axes]], lost: Sequence[Any] = (), title: str = ""
+) -> None:
+    """Labels of the axes, and below each group of panels the series that any of them shows."""
     sheet.label(style.CONDITION_LABELS["slide_roll_ratio"], style.TRACTION_LABEL)
     if not sheet.parts:
         if not sheet.axes[0].texts:
             sheet.panel(0).say(NO_POINT)
         return
+    columns = []
     for of_group in groups:
         entries = [axis.get_legend_handles_labels() for axis in of_group]
         # a series may have no points in the first panel; the fullest one gives the order
+        fullest_first = sorted(entries, key=lambda entry: -len(entry[1]))
         shown = {
-            label: handle
-            for handles, labels in sorted(entries, key=lambda entry: -len(entry[1]))
-            for handle, label in zip(handles, labels, strict=True)
+            label: handle for both in fullest_first for handle, label in zip(*both, strict=True)
         }
-        look: style.Look = {"loc": "upper left", "alignment": "left", "handletextpad": 0.2}
-        look |= {"ncols": 2, "columnspacing": 0.8} if len(groups) > 1 else {}
-        of_group[0].legend(shown.values(), shown.keys(), title=title or None, **look)
-    sheet.axes[0].set_ylim(0, sheet.axes[0].get_ylim()[1] * 1.25)
+        columns.append([*shown.values()])
+    rows = max(map(len, columns))
+    filled = [[*column, *style.lost_handles([""] * (rows - len(column)))] for column in columns]
+    handles = [handle for column in filled for handle in column]
+    sheet.legend([*handles, *lost], title, columns=len(groups) if len(groups) > 1 else 0)
+    sheet.axes[0].set_ylim(bottom=0)
     sheet.axes[0].set_xlim(left=-0.005)

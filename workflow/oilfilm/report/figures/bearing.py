@@ -284,7 +284,9 @@ def _draw_slip(panel: Panel, of_oil: pd.DataFrame, oil: str, limit: float) -> An
     title="Size effect of laws of load",
     caption="Traction torque by the load-based laws, relative to the pressure-based law (%). "
     "Left: against ball diameter (mm), with all lengths in proportion and equal pressure and "
-    "surface speed. Right: against conformity, with equal load and speed.",
+    "surface speed. Right: against conformity, with equal load and speed. Symbols are calculated, "
+    "lines join them. A curve bends where the larger traction of larger balls ends their "
+    "gyroscopic slip while that by spin goes on growing.",
     category="Bearing",
     family="bearing",
     tables=("size_effect",),

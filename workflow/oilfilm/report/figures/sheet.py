@@ -168,8 +168,11 @@ class Sheet:
         letters = [max(map(len, label)) for label in labels]
         fitting = [n for n in range(1, len(labels) + 1) if self._legend_width(letters, n) < 1]
         columns = columns or max(fitting, default=1)
-        rows = -(-len(labels) // columns) * max(map(len, labels))
-        lines = rows + (title.count("\n") + 1 if title else 0)
+        rows = -(-len(labels) // columns)
+        tall = max(
+            sum(map(len, labels[start : start + rows])) for start in range(0, len(labels), rows)
+        )
+        lines = tall + (title.count("\n") + 1 if title else 0)
         self._legend_in = _LINE_IN * lines + 0.06
         self.figure.legend(
             handles=handles,

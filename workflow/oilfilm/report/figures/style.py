@@ -9,6 +9,7 @@ from matplotlib.colors import to_rgb
 from matplotlib.font_manager import findfont, get_font
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
+from matplotlib.ticker import FixedLocator, NullFormatter, NullLocator
 
 from oilfilm.bearing.kinematics import entrainment_speed_m_s, pitch_speed_mm_rpm
 from oilfilm.report import colours
@@ -141,9 +142,18 @@ def oil_handles(oils: Sequence[str], shown: Collection[str], **look: Any) -> lis
     return [line_handle(oil, **oil_look(oil, oils), **look) for oil in oils if oil in shown]
 
 
-def lost_handles(oils: Iterable[str], reason: str) -> list[Patch]:
-    """Entries of a legend for oils that are not drawn, with the reason."""
-    return [Patch(fill=False, linewidth=0, label=f"{oil}: {reason}") for oil in oils]
+def lost_handles(oils: Iterable[str], reason: str = "") -> list[Patch]:
+    """Entries of a legend for oils that are not drawn, with the reason; without one, gaps."""
+    label = f"{{}}: {reason}" if reason else " "
+    return [Patch(fill=False, linewidth=0, label=label.format(oil)) for oil in oils]
+
+
+def log_ticks(side: Any, ticks: Sequence[float]) -> None:
+    """A logarithmic axis with these ticks alone, as plain numbers."""
+    side.set_major_locator(FixedLocator(ticks))
+    side.set_major_formatter("{x:g}")
+    side.set_minor_locator(NullLocator())
+    side.set_minor_formatter(NullFormatter())
 
 
 def cell_edges(centres: FloatArray, scale: str) -> FloatArray:

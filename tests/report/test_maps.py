@@ -1,0 +1,178 @@
+"""Maps for a tribologist: friction map, traction over the film, curves without their own heat."""
+
+from dataclasses import dataclass
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+from scipy.integrate import quad
+
+from bearings import printed_fits
+from campaigns import oil_of, printed
+from fit_points import make_points, matrix
+from oilfilm.physics.contact import Conditions
+from oilfilm.physics.film import InletOil, film_thickness
+from oilfilm.physics.thermal_traction import ThermalEhl, film_stress, thermal_ehl_traction
+from oilfilm.report.figures.maps import without_heat
+from oilfilm.settings.base import present
+from oilfilm.settings.resolved import Settings
+from oilfilm.tables.campaign_tables import CampaignTables
+from oilfilm.traction.law import CONDITIONS
+from oilfilm.traction.laws.deng2026 import traction_coefficient
+from pictures import Draw, drawing_of, nothing_is_cut_off
+
+
+@pytest.fixture(scope="module")
+def results() -> CampaignTables:
+    """Points on the printed law of every oil; their lambda is 10 U/25."""
+    coefficients, quality = printed_fits()
+    points = pd.concat((make_points(oil, matrix()) for oil in printed()), ignore_index=True)
+    points["rig"] = "ball-on-disc-20mm"
+    points["run_id"] = points["oil"] + points["run_id"]
+    points["lambda_ratio"] = 0.4 * points["entrainment_speed_m_s"]
+    return CampaignTables.in_memory(points=points, coefficients=coefficients, fit_quality=quality)
+
+
+@pytest.fixture(scope="module")
+def drawing(results: CampaignTables, config: Settings) -> Draw:
+    return drawing_of(results, config)
+
+
+def test_friction_map_is_the_law_and_knows_the_film(
+    drawing: Draw, results: CampaignTables, config: Settings
+) -> None:
+    figure, drawn = drawing("friction-map")
+    assert nothing_is_cut_off(figure)
+    of_oil = drawn[(drawn["oil"] == "4050") & (drawn["panel"] == "e")]  # 1.5 GPa
+    mu = of_oil[of_oil["series"] == "mu"]
+    expected = traction_coefficient(printed()["4050"], 1.5, mu["x"], 100.0, mu["y"])
+    np.testing.assert_allclose(mu["value"], expected, rtol=1e-9)
+    # docs/physics.md: 0.161 um at 25 m/s, 100 degC and S = 0.3
+    fast = of_oil[(of_oil["series"] == "lambda") & (of_oil["y"] > 0.2999)]
+    (rig,) = config.rigs.values()
+    roughness_um = 1e6 * present(rig.contact(), "contact", "the rig").roughness_rq_m
+    ratio = np.interp(25.0, fast["x"], fast["value"])
+    assert ratio == pytest.approx(0.161 / roughness_um, rel=0.01)
+    largest = drawn[drawn["series"] == "largest measured mu"].set_index("oil")["value"]
+    for oil, of_this in results.points[results.points["accepted"]].groupby("oil"):
+        assert (largest[[oil]] == of_this["traction_coefficient"].max()).all()
+
+
+def test_traction_is_drawn_over_lambda_or_over_the_hersey_number(
+    drawing: Draw, results: CampaignTables, config: Settings
+) -> None:
+    figure, drawn = drawing("stribeck")
+    assert nothing_is_cut_off(figure)
+    assert len(drawn) == 3 * len(matrix())
+    speeds = drawn["x"] / 0.4
+    assert set(speeds.round(6)) == {speed for _, speed, _ in matrix()}
+    hersey = config.with_changes({"figures": {"stribeck": {"abscissa": "hersey"}}})
+    _, drawn = drawing("stribeck", hersey)
+    # MIL-L-23699 at 100 degC: 5.006 mPa s (docs/physics.md); on a ball of 10 mm radius, 25 m/s
+    runs = results.points[
+        (results.points["oil"] == "4050")
+        & (results.points["inlet_temperature_c"] == 100)
+        & (results.points["entrainment_speed_m_s"] == 25)
+    ].drop_duplicates("run_id")
+    of_runs = drawn.set_index("words").loc[runs["run_id"], "x"]
+    expected = 5.006e-3 * 25 * 0.010 / runs["load_n"].to_numpy()
+    np.testing.assert_allclose(of_runs, expected, rtol=1e-3)
+
+
+def test_oils_without_properties_have_no_film(drawing: Draw, results: CampaignTables) -> None:
+    unknown = results.points.assign(lambda_ratio=np.nan)
+    figure, drawn = drawing("stribeck", points=unknown)
+    assert drawn.empty
+    assert "give the properties of the oil" in figure.axes[0].texts[0].get_text()
+
+
+@dataclass
+class HeatedTruth:
+    """Traction of thermal elastohydrodynamics in place of a fitted law."""
+
+    law = SimpleNamespace(conditions=CONDITIONS)
+    reach = np.array([[0.8, 2.0], [5.0, 60.0], [20.0, 120.0], [0.0, 0.3]])
+
+    def predict(self, conditions: Any, slip: Any) -> Any:
+        pressure, speed, temperature = conditions.T
+        mu = thermal_ehl_traction(
+            OIL, CONSTANTS, 1e9 * pressure, speed, temperature, slip, 0.010, MODULUS_PA
+        )
+        return SimpleNamespace(traction_coefficient=mu)
+
+
+OIL, MODULUS_PA = oil_of("4050"), 221.6e9
+CONSTANTS = ThermalEhl(
+    eyring_stress_pa=5e6,
+    limiting_stress_ratio=0.08,
+    limiting_stress_reference_c=40.0,
+    limiting_stress_decay_1_k=0.003,
+    solid_conductivity_w_mk=46.0,
+    solid_volumetric_heat_j_m3k=3.6e6,
+)
+
+
+def isothermal_truth(pressure_gpa: float, speed: float, inlet_c: float, slip: float) -> float:
+    """The mean of the contact's points by their load, with a film as cold as the inlet."""
+    (rig_load,) = [pressure_gpa**3 * 142 / 1.5**3]  # 142 N give 1.5 GPa (docs/physics.md)
+    at = Conditions(rig_load, pressure_gpa, speed, inlet_c, 0.010, MODULUS_PA)
+    film_m = float(film_thickness(InletOil.of(OIL, inlet_c), at, slip, "central"))
+
+    def of_ring(s: float) -> float:
+        pressure = np.array(1e9 * pressure_gpa * s)
+        rate = np.array(speed * slip / film_m)
+        return float(film_stress(OIL, CONSTANTS, pressure, np.array(inlet_c), rate) / pressure)
+
+    return 3 * quad(lambda s: of_ring(s) * s**2, 0, 1)[0]
+
+
+@pytest.mark.parametrize(("pressure", "slip"), [(1.0, 0.05), (1.0, 0.2), (1.5, 0.05), (1.5, 0.1)])
+def test_correction_recovers_most_of_what_heat_took(
+    config: Settings, pressure: float, slip: float
+) -> None:
+    speed, inlet = 30.0, 100.0
+    truth = HeatedTruth()
+    at = np.array([[pressure, speed, inlet]])
+    measured = truth.predict(at, np.array([slip])).traction_coefficient.item()
+    curve = pd.DataFrame(
+        {
+            "oil": ["4050"],
+            "load_n": pressure**3 * 142 / 1.5**3,
+            "max_hertz_pressure_gpa": pressure,
+            "entrainment_speed_m_s": speed,
+            "inlet_temperature_c": inlet,
+            "slide_roll_ratio": slip,
+            "traction_coefficient": measured,
+        }
+    )
+    (rig,) = config.rigs.values()
+    contact = present(rig.contact(), "contact", "the rig")
+    corrected = without_heat(curve, truth, contact, config)  # type: ignore[arg-type]
+    cold = isothermal_truth(pressure, speed, inlet, slip)
+    lost = cold - measured
+    assert lost > 0.02 * cold
+    left = cold - corrected["traction_coefficient"].item()
+    assert abs(left) < 0.36 * lost
+    hot = curve.assign(inlet_temperature_c=25.0)
+    if slip == 0.2:  # colder than any test
+        assert without_heat(hot, truth, contact, config)["traction_coefficient"].isna().all()  # type: ignore[arg-type]
+
+
+def test_isothermal_curves_are_corrected_by_the_law(
+    drawing: Draw, results: CampaignTables, config: Settings
+) -> None:
+    figure, drawn = drawing("isothermal")
+    assert nothing_is_cut_off(figure)
+    rows = drawn[(drawn["oil"] == "4102") & (drawn["series"] == "isothermal") & (drawn["x"] > 0)]
+    run = rows["words"].iloc[0]
+    at = results.points[results.points["run_id"] == run].iloc[0]
+    known = rows[rows["words"] == run].dropna(subset="y")
+    condition = printed()["4102"], at["max_hertz_pressure_gpa"], at["entrainment_speed_m_s"]
+    heated = traction_coefficient(*condition, 120.0, known["x"])
+    assert len(known) > 5
+    # heat lowers the traction, the more the more slip there is
+    gain = known["y"] / heated
+    assert (gain > 1).all()
+    assert gain.is_monotonic_increasing

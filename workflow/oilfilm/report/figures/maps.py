@@ -1,0 +1,356 @@
+"""Maps for a tribologist: mu over speed and slip, mu over film or Hersey number, heat removed."""
+
+import itertools
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from matplotlib.patches import Rectangle
+
+from oilfilm.fits.fitted import FittedLaw
+from oilfilm.physics.contact import Conditions
+from oilfilm.physics.film import InletOil, contact_film, film_thickness
+from oilfilm.physics.heated_film import mean_film_rise
+from oilfilm.physics.rigs import Contact
+from oilfilm.report.figures import style
+from oilfilm.report.figures.registry import register
+from oilfilm.report.figures.sheet import Panel, Sheet, sentences
+from oilfilm.settings.resolved import Settings
+from oilfilm.tables.campaign_tables import CampaignTables
+from oilfilm.traction import LAWS
+from oilfilm.traction.law import CONDITIONS
+from oilfilm.units import FloatArray
+
+_STEPS = 41  # along each axis of a map
+_EXTRAPOLATED = 0.7  # of the lowest tested speed, and of 1 over the largest slip
+_ROUNDS = 30  # in which a colder inlet and the heat of its film come to agree
+_SPEED_TICKS = (1, 2, 5, 10, 20, 50, 100, 200)
+_SLIP_TICKS = (0.001, 0.003, 0.01, 0.03, 0.1, 0.3)
+_FILM_TICKS = (0.5, 1, 2, 5, 10, 20, 50, 100)
+_STRESS_LEVELS = 8  # isolines of the mean shear stress
+_LINE: style.Look = {"colors": "black"}
+_LAMBDA: style.Look = {"linestyles": "--", "linewidths": 0.9}
+_HIGHEST: style.Look = {"linestyles": "-", "linewidths": 1.6}
+_STRESS: style.Look = {"linestyles": "-", "linewidths": 0.4}
+
+
+@register(
+    name="friction-map",
+    title="Friction map",
+    caption="Traction coefficient of the fitted law (colour) over entrainment speed (m/s) and "
+    "slide-roll ratio, one column of panels per oil and one row per maximum Hertz pressure, at one "
+    "inlet temperature. Thin lines: mean shear stress (MPa), two thirds of the maximum Hertz "
+    "pressure times the traction coefficient. Thick line: the largest traction coefficient of all "
+    "accepted points of the oil; beyond it the law asks for more shear stress per pressure than "
+    "any test has shown, and a limiting shear stress (Bair and Winer 1979) may be reached. Dashed "
+    "line: limit of lambda, below which the film is not full. Frame: tested conditions.",
+    category="Fits",
+    family="law",
+    tables=("points", "coefficients", "fit_quality"),
+    settings=("figures", "film", "gates", "oils", "rigs"),
+)
+def friction_map(results: CampaignTables, settings: Settings) -> Sheet:
+    """mu, mean shear stress and lambda over speed and slip, for each oil and pressure."""
+    choice = settings.figures.friction_map
+    laws = {
+        str(oil): FittedLaw.of(of_oil, str(oil), quality=results.configured.fit_quality)
+        for oil, of_oil in results.configured.coefficients.groupby("oil", sort=False)
+        if _follows_all(of_oil)
+    }
+    if not laws:
+        return sentences("No oil has a fitted law of pressure, speed and temperature.")
+    speed, slip = (
+        np.geomspace(low, high, _STEPS)
+        for low, high in (choice.entrainment_speed_m_s, choice.slide_roll_ratio)
+    )
+    at = np.meshgrid(speed, slip)
+    panels = list(itertools.product(choice.max_hertz_pressure_gpa, laws))
+    layout: style.Look = {
+        "height": 1.55,
+        "right": 0.75,
+        "across": 0.25,
+        "sharex": True,
+        "sharey": True,
+    }
+    sheet = Sheet(len(panels), len(laws), width=style.DOUBLE_COLUMN_IN, **layout)
+    fields = [
+        laws[oil].predict(_at(pressure, at[0].ravel(), choice.inlet_temperature_c), at[1].ravel())
+        for pressure, oil in panels
+    ]
+    mu = [field.traction_coefficient.reshape(at[0].shape) for field in fields]
+    highest = max(float(np.nanmax(field)) for field in mu)
+    for number, ((pressure, oil), field) in enumerate(zip(panels, mu, strict=True)):
+        panel = sheet.panel(number, f"{oil}, {pressure:g} GPa")
+        panel.axis.set(xscale="log", yscale="log")
+        look: style.Look = {"cmap": "viridis", "vmin": 0, "vmax": highest, "rasterized": True}
+        mesh = panel.axis.pcolormesh(speed, slip, field, shading="gouraud", **look)
+        stress_mpa = 1e3 * 2 / 3 * pressure * field
+        lines = panel.axis.contour(speed, slip, stress_mpa, _STRESS_LEVELS, **_LINE, **_STRESS)
+        panel.axis.clabel(lines, fontsize=5, fmt="%g")
+        accepted = results.points[results.points["accepted"] & (results.points["oil"] == oil)]
+        largest = accepted["traction_coefficient"].abs().max()
+        panel.axis.contour(speed, slip, field, [largest], **_LINE, **_HIGHEST)
+        film = _lambda(oil, pressure, at, choice.inlet_temperature_c, settings)
+        panel.axis.contour(speed, slip, film, [settings.gates.lambda_limit], **_LINE, **_LAMBDA)
+        _frame(panel, laws[oil], pressure, choice.inlet_temperature_c)
+        panel.axis.grid(False)
+        panel.keep("mu", at[0].ravel(), at[1].ravel(), oil=oil, value=field.ravel())
+        panel.keep("lambda", at[0].ravel(), at[1].ravel(), oil=oil, value=film.ravel())
+        panel.keep("largest measured mu", np.nan, oil=oil, value=largest)
+    style.log_ticks(sheet.axes[0].xaxis, _SPEED_TICKS)
+    style.log_ticks(sheet.axes[0].yaxis, _SLIP_TICKS)
+    sheet.axes[0].set(xlim=(speed[0], speed[-1]), ylim=(slip[0], slip[-1]))
+    sheet.label("U (m/s)", style.CONDITION_LABELS["slide_roll_ratio"])
+    sheet.colour_bar(mesh, style.TRACTION_LABEL)
+    black: style.Look = {"color": "black"}
+    handles: list[Any] = [
+        style.line_handle("mean shear stress (MPa)", linewidth=0.4, **black),
+        style.line_handle("largest measured \N{GREEK SMALL LETTER MU}", linewidth=1.6, **black),
+        style.line_handle(f"lambda = {settings.gates.lambda_limit:g}", linestyle="--", **black),
+        Rectangle((0, 0), 1, 1, facecolor="#3b528b", edgecolor="white", label="tested"),
+    ]
+    sheet.legend(handles, style.level_phrases({"inlet_temperature_c": choice.inlet_temperature_c}))
+    return sheet
+
+
+def _at(pressure: float, speed: FloatArray, temperature: float) -> FloatArray:
+    """Rows of the conditions of a law."""
+    return np.column_stack([np.full_like(speed, pressure), speed, np.full_like(speed, temperature)])
+
+
+def _contact(settings: Settings) -> Contact | None:
+    """The contact of the campaign's first rig whose contact is known."""
+    contacts = (rig.contact() for rig in settings.rigs.values())
+    return next((contact for contact in contacts if contact is not None), None)
+
+
+def _lambda(
+    oil: str, pressure: float, at: Sequence[FloatArray], temperature: float, settings: Settings
+) -> FloatArray:
+    """lambda over a mesh of speed and slip; NaN where oil or contact are not known."""
+    contact, properties = _contact(settings), settings.properties_of(oil)
+    if contact is None or properties is None:
+        return np.full(at[0].shape, np.nan)
+    load = np.full(at[0].shape, contact.load_n(pressure))
+    _, ratio = contact_film(
+        properties,
+        contact,
+        **settings.film.model_dump(),
+        load_n=load,
+        entrainment_speed_m_s=at[0],
+        inlet_temperature_c=np.full(at[0].shape, temperature),
+        slide_roll_ratio=at[1],
+    )
+    return ratio
+
+
+def _frame(panel: Panel, law: FittedLaw, pressure: float, temperature: float) -> None:
+    """The tested speeds and slips, where pressure and temperature were tested as well."""
+    (least_p, most_p), (slow, fast), (cold, hot), (_, slip) = law.reach
+    if least_p * 0.99 <= pressure <= most_p * 1.01 and cold - 1 <= temperature <= hot + 1:
+        low = panel.axis.get_ylim()[0]
+        frame = Rectangle((slow, low), fast - slow, slip - low, fill=False, edgecolor="white")
+        panel.axis.add_patch(frame)
+
+
+@register(
+    name="stribeck",
+    title="Traction against film thickness",
+    caption="Traction coefficient of the accepted points nearest to one slide-roll ratio, one "
+    "panel per oil, against lambda (film thickness over roughness) or against the Hersey number "
+    "eta U R/W of viscosity at the inlet, entrainment speed, reduced radius and load. Colour: "
+    "maximum Hertz pressure (GPa). Dashed line: limit of lambda for a full film.",
+    category="Data quality",
+    family="data",
+    tables=("points",),
+    settings=("figures", "gates", "oils", "rigs"),
+)
+def stribeck(results: CampaignTables, settings: Settings) -> Sheet:
+    """mu of one slip against lambda or Hersey number, for each oil."""
+    choice, oils = settings.figures.stribeck, list(settings.oils)
+    points = _of_one_slip(results.points, choice.slide_roll_ratio)
+    x = _hersey(points, settings) if choice.abscissa == "hersey" else points["lambda_ratio"]
+    points = points.assign(x=x).dropna(subset="x")
+    shown = [oil for oil in oils if (points["oil"] == oil).any()]
+    if not shown:
+        return sentences(
+            "No accepted point near this slide-roll ratio has a known film:\n"
+            "give the properties of the oil and the geometry of the rig."
+        )
+    columns = min(len(shown), 3)
+    layout: style.Look = {"height": 1.9, "right": 0.75, "sharex": True, "sharey": True}
+    sheet = Sheet(len(shown), columns, **layout)
+    pressure = points["max_hertz_pressure_gpa"]
+    for number, oil in enumerate(shown):
+        panel, of_oil = sheet.panel(number, oil), points[points["oil"] == oil]
+        xy = of_oil["x"], of_oil["traction_coefficient"].abs()
+        colour = of_oil["max_hertz_pressure_gpa"]
+        span: style.Look = {"vmin": pressure.min(), "vmax": pressure.max()}
+        dots = panel.axis.scatter(*xy, c=colour, s=9, cmap="viridis_r", linewidths=0, **span)
+        panel.keep("measured", *xy, oil=oil, value=colour, label=of_oil["run_id"])
+        panel.axis.set_xscale("log")
+        panel.axis.set_ylim(bottom=0)
+        if choice.abscissa == "lambda":
+            style.log_ticks(panel.axis.xaxis, _FILM_TICKS)
+            panel.axis.axvline(settings.gates.lambda_limit, color="black", linestyle="--")
+    label = (
+        "lambda" if choice.abscissa == "lambda" else "Hersey number \N{GREEK SMALL LETTER ETA}UR/W"
+    )
+    sheet.label(label, f"{style.MU} at S = {choice.slide_roll_ratio:g}")
+    sheet.colour_bar(dots, "Maximum Hertz pressure (GPa)")
+    return sheet
+
+
+def _of_one_slip(points: pd.DataFrame, slide_roll_ratio: float) -> pd.DataFrame:
+    """Of each run the accepted point nearest to a slip, where it is within a quarter of it."""
+    accepted = points[points["accepted"]]
+    off = (accepted["slide_roll_ratio"].abs() - slide_roll_ratio).abs()
+    near = accepted.assign(off=off)[off <= 0.25 * slide_roll_ratio]
+    return near.loc[near.groupby("run_id")["off"].idxmin()]
+
+
+def _hersey(points: pd.DataFrame, settings: Settings) -> "pd.Series[float]":
+    """eta U R/W of each point; NaN where its oil or rig is not known."""
+    number = pd.Series(np.nan, index=points.index)
+    for (oil, rig), of_both in points.groupby(["oil", "rig"]):
+        properties, contact = settings.properties_of(str(oil)), settings.rigs[str(rig)].contact()
+        if properties is not None and contact is not None:
+            eta = properties.dynamic_viscosity_pa_s(of_both["inlet_temperature_c"].to_numpy())
+            speed = of_both["entrainment_speed_m_s"] * contact.radius_m
+            number[of_both.index] = eta * speed / of_both["load_n"]
+    return number
+
+
+@register(
+    name="isothermal",
+    title="Traction curves without their own heat",
+    caption="Traction coefficient against slide-roll ratio, one panel per oil, at the set points "
+    "of one temperature and one speed, by maximum Hertz pressure. Open symbols: measured. Filled "
+    "symbols: corrected to a film as cold as its inlet. The film is hotter than the inlet by the "
+    "flash temperature of both bodies (Archard 1959) and the conduction across the film (Carslaw "
+    "and Jaeger 1959). The fitted law says what a test with an inlet colder by that rise, with "
+    "the same film thickness and sliding speed, would have shown: the measured value is multiplied "
+    "by the law at that test over the law at this one. Points whose test would be colder "
+    "than the tests, slower than 0.7 of the lowest tested speed or beyond the largest slip by as "
+    "much are left out.",
+    category="Data quality",
+    family="data",
+    tables=("points", "coefficients", "fit_quality"),
+    settings=("figures", "oils", "rigs"),
+)
+def isothermal(results: CampaignTables, settings: Settings) -> Sheet:
+    """Measured and corrected mu against slip, for each oil."""
+    choice = settings.figures.isothermal
+    oils = [
+        oil
+        for oil in settings.oils
+        if settings.properties_of(oil) is not None
+        and _follows_all(results.configured.coefficients.query("oil == @oil"))
+    ]
+    contact = _contact(settings)
+    if not oils or contact is None:
+        return sentences("The heat of no contact is known:\ngive rig, oil and a fitted law.")
+    layout: style.Look = {"height": 1.9, "sharex": True, "sharey": True}
+    sheet = Sheet(len(oils), min(len(oils), 3), **layout)
+    levels: dict[float, str] = {}
+    for number, oil in enumerate(oils):
+        panel = sheet.panel(number, oil)
+        for run, curve in _curves_of(results.points, oil, choice).groupby("run_id"):
+            pressure = 0.05 * round(20 * float(curve["max_hertz_pressure_gpa"].mean()))
+            marker = levels.setdefault(pressure, style.MARKERS[len(levels) % len(style.MARKERS)])
+            law = FittedLaw.of_configured(results, oil)
+            corrected = without_heat(curve, law, contact, settings)
+            about: style.Look = {"oil": oil, "label": str(run)}
+            look = {"marker": marker, "color": style.oil_colour(oil, list(settings.oils))}
+            x = curve["slide_roll_ratio"].abs()
+            measured = curve["traction_coefficient"].abs()
+            panel.dots("measured", x, measured, look | {"markerfacecolor": "white"}, **about)
+            y = corrected["traction_coefficient"].abs()
+            panel.dots("isothermal", x, y, look, value=corrected["rise_k"], **about)
+        if not panel.axis.lines:
+            panel.say("no accepted point here\n(config: figures, isothermal)")
+    sheet.axes[0].set(xlim=(0, None), ylim=(0, None))
+    sheet.label(style.CONDITION_LABELS["slide_roll_ratio"], style.TRACTION_LABEL)
+    grey: style.Look = {"color": style.GREY}
+    handles = [
+        style.symbol_handle(f"P = {pressure:.3g} GPa", marker, **grey)
+        for pressure, marker in sorted(levels.items())
+    ]
+    handles.append(style.symbol_handle("measured", "o", markerfacecolor="white", **grey))
+    handles.append(style.symbol_handle("isothermal", "o", **grey))
+    at = {
+        "entrainment_speed_m_s": choice.entrainment_speed_m_s,
+        "inlet_temperature_c": choice.inlet_temperature_c,
+    }
+    sheet.legend(handles, style.level_phrases(at))
+    return sheet
+
+
+def _follows_all(coefficients: pd.DataFrame) -> bool:
+    """Whether an oil has a fit of pressure, speed and temperature."""
+    known = len(coefficients) > 0 and bool(coefficients["value"].notna().all())
+    return known and LAWS[coefficients["law"].iloc[0]].conditions == CONDITIONS
+
+
+def _curves_of(points: pd.DataFrame, oil: str, choice: Any) -> pd.DataFrame:
+    """Accepted points of an oil at the chosen speed and temperature."""
+    of_oil = points[points["accepted"] & (points["oil"] == oil)]
+    means = of_oil.groupby("run_id")[list(CONDITIONS)].transform("mean")
+    speed, temperature = means["entrainment_speed_m_s"], means["inlet_temperature_c"]
+    near = ((speed / choice.entrainment_speed_m_s - 1).abs() < choice.same_within) & (
+        (temperature - choice.inlet_temperature_c).abs() < choice.same_temperature_c
+    )
+    return of_oil[near]
+
+
+def without_heat(
+    curve: pd.DataFrame, law: FittedLaw, contact: Contact, settings: Settings
+) -> pd.DataFrame:
+    """mu of points with a film as cold as their inlet, and the heat of that film (`rise_k`).
+
+    A test with a colder inlet T*, a lower speed U* and a larger slip S* has the same film thickness
+    and sliding speed, and its film is as hot as the inlet was:
+
+        T* + dT(T*, U*, S*) = T,   h(T*, U*) = h(T, U),   S* U* = S U
+        mu_isothermal = mu law(T*, U*, S*)/law(T, U, S)
+
+    NaN where that test is colder than the tests, or much slower, or at much more slip.
+    """
+    choice, oil = settings.figures.isothermal, settings.known_oil(str(curve["oil"].iloc[0]))
+    load_n, pressure, speed, temperature, slip, mu = (
+        curve[name].to_numpy(dtype=float)
+        for name in ("load_n", *CONDITIONS, "slide_roll_ratio", "traction_coefficient")
+    )
+    coldest, slowest = law.reach[2, 0], _EXTRAPOLATED * law.reach[1, 0]
+    radius = np.asarray(contact.radius_m)
+
+    def state(speed: FloatArray, inlet_c: FloatArray) -> tuple[InletOil, Conditions]:
+        at = Conditions(load_n, pressure, speed, inlet_c, radius, contact.reduced_modulus_pa)
+        return InletOil.of(oil, inlet_c), at
+
+    wanted_m = film_thickness(*state(speed, temperature), slip, "central")
+    at_inlet = law.predict(np.column_stack([pressure, speed, temperature]), slip)
+    cold, rise, slower = mu, np.zeros_like(mu), speed
+    for _ in range(_ROUNDS):
+        inlet_c = np.maximum(temperature - rise, coldest)
+        colder = state(slower, inlet_c)
+        faster_slip = slip * speed / slower
+        thickness_m = film_thickness(*colder, faster_slip, "central")
+        # beyond its range the thermal reduction gives no film
+        thickness_m = np.where(thickness_m > 0, thickness_m, np.nan)
+        slower = np.maximum(slower * (wanted_m / thickness_m) ** (1 / 0.67), slowest)
+        solids = choice.solid_conductivity_w_mk, choice.solid_volumetric_heat_j_m3k
+        before, rise = rise, mean_film_rise(*colder, cold, faster_slip, *solids)
+        there = law.predict(np.column_stack([pressure, slower, inlet_c]), faster_slip)
+        ratio = np.ones_like(mu)
+        sliding = at_inlet.traction_coefficient != 0
+        np.divide(
+            there.traction_coefficient, at_inlet.traction_coefficient, out=ratio, where=sliding
+        )
+        cold = mu * ratio
+    _, most_slip = law.reach[3]
+    # in a film that runs away from its inlet the two never agree
+    tested = (temperature - rise >= coldest) & (slower > slowest) & (rise - before <= 0.01 * rise)
+    tested &= np.abs(faster_slip) <= most_slip / _EXTRAPOLATED
+    return pd.DataFrame({"traction_coefficient": np.where(tested, cold, np.nan), "rise_k": rise})
