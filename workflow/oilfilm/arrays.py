@@ -69,7 +69,8 @@ class ArrayFit:
     def law(self) -> FittedLaw:
         """The fitted law, with its intervals and tested box."""
         fit = self.tables
-        return FittedLaw.of(fit.coefficients, _OIL, fit.refits, fit.fit_quality)
+        parts = (fit.coefficients, _OIL, fit.refits, fit.fit_quality)
+        return FittedLaw.of(*parts, curves=fit.tables["curve_residuals"])
 
     @property
     def constants(self) -> pd.DataFrame:

@@ -115,7 +115,7 @@ rule heat_balance:
 rule test_plan:
     "Rig conditions to test next: those that most reduce the uncertainty of torque or cage slip."
     input:
-        **finished("coefficients", "fit_quality", "refits", "points"),
+        **finished("coefficients", "fit_quality", "refits", "curve_residuals", "points"),
     output:
         test_plan="<tables>/test_plan.parquet",
         made=made("test-plan"),

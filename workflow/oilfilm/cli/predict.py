@@ -93,6 +93,7 @@ def prediction(
             if np.isfinite([low, value]).all() and not low <= abs(value) <= high
         ],
         "tested_ranges_outside": ranges,
+        "spacings": float(predicted.spacings[0]),
         "limiting_stress_ratio": fit.coefficients.limiting_stress_ratio,
         "over_limiting_stress": bool(predicted.over_limit[0]),
         "wrong": [*fit.wrong],
@@ -120,6 +121,12 @@ def _text(predicted: Mapping[str, Any]) -> str:
         lines.append(
             "IMPOSSIBLE: mu is the mean shear stress over the mean pressure; no film of the oil "
             "carries more than {limiting_stress_ratio:g} of it".format_map(predicted)
+        )
+    if predicted["spacings"] > 1:
+        lines.append(
+            "OUTSIDE: the nearest tested conditions are {spacings:.1f} of their own steps away".format_map(
+                predicted
+            )
         )
     if (ranges := predicted["tested_ranges_outside"]) > 0:
         lines.append(f"{ranges:.1f} tested ranges outside: the interval holds only if the law does")

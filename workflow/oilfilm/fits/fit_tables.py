@@ -17,7 +17,7 @@ from oilfilm.fits.solution import Solution
 from oilfilm.fits.systematic import SENSORS
 from oilfilm.settings.config import FitSettings
 from oilfilm.table_needs import OF_FIT
-from oilfilm.traction.law import Law
+from oilfilm.traction.law import CONDITIONS, Law
 from oilfilm.units import FloatArray
 
 # Traction this small beside the largest is rounding: no dip below zero, no second rise.
@@ -333,6 +333,7 @@ def _curve_residuals(solution: Solution, settings: FitSettings) -> pd.DataFrame:
         {
             "run_id": data.runs,
             "n_points": counts,
+            **_mean_conditions(solution),
             "rmse": np.sqrt(squares / counts),
             "gain": agreement.gain,
             "robust_weight": agreement.weight,
@@ -340,3 +341,11 @@ def _curve_residuals(solution: Solution, settings: FitSettings) -> pd.DataFrame:
             "likely_oil": "",
         }
     )
+
+
+def _mean_conditions(solution: Solution) -> dict[str, FloatArray]:
+    """Mean conditions of each curve; NaN for those that the law does not take."""
+    law, data = solution.problem.law, solution.data
+    known = dict(zip(law.conditions, data.conditions.T, strict=True))
+    unknown = np.full(len(data.runs), np.nan)
+    return {f"mean_{name}": known.get(name, unknown) for name in (*CONDITIONS, "load_n")}

@@ -4,7 +4,8 @@ Decides: traction at a condition, wherever it is needed, and where it is refused
 """
 
 import warnings
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -56,6 +57,7 @@ class Coefficients:
         degrees: Curves less the terms of each power law: degrees of freedom of the spread.
         two_levels: The followed conditions that were tested at two levels only.
         limiting_stress_ratio: Limiting shear stress of the oil over the pressure.
+        tested: Conditions of each curve, shape (curves, conditions); no rows where unknown.
     """
 
     constants: FloatArray
@@ -68,6 +70,7 @@ class Coefficients:
     degrees: float = np.inf
     two_levels: tuple[str, ...] = ()
     limiting_stress_ratio: float = LIMITING_STRESS_RATIO
+    tested: FloatArray = field(default_factory=lambda: np.empty((0, 0)))
 
     @classmethod
     def bare(cls, law: Law, constants: FloatArray) -> "Coefficients":
@@ -132,11 +135,15 @@ class Prediction:
         mean_ci_lower: Lower end of the interval of the law's mean curve, which holds if the law is
             true; NaN where the fit has none.
         mean_ci_upper: Upper end.
-        outside: True where a condition or the slip lies outside the tested box.
+        outside: True where a condition or the slip lies outside the tested box, or where the
+            nearest tested conditions are more than their own spacing away.
         distance: How far outside, in tested ranges, for the condition farthest out; 0 inside, NaN
             where the box is unknown, infinite where `away`.
         away: True where a condition that the fit does not follow is asked for away from the level
             or line on which it was tested: nothing is known of mu there, so it is NaN.
+        spacings: Distance to the nearest tested conditions, in units of the largest step between
+            neighbouring levels of each condition; 0.5 at most within a full grid; NaN where the
+            tested conditions are not known.
         over_limit: True where the mean shear stress, mu times the mean pressure, would be above the
             oil's limiting shear stress: no film carries it.
     """
@@ -149,6 +156,7 @@ class Prediction:
     outside: npt.NDArray[np.bool_]
     distance: FloatArray
     away: npt.NDArray[np.bool_]
+    spacings: FloatArray
     over_limit: npt.NDArray[np.bool_]
 
 
@@ -181,6 +189,7 @@ class FittedLaw:
         refits: pd.DataFrame | None = None,
         quality: pd.DataFrame | None = None,
         law: Law | None = None,
+        curves: pd.DataFrame | None = None,
     ) -> "FittedLaw":
         """The fit of one law to one oil.
 
@@ -191,6 +200,7 @@ class FittedLaw:
             quality: Table of fit quality; without it no tested box is known.
             law: Of which the coefficients are wanted. Without it the table holds one law for the
                 oil, and one that needs no properties of it.
+            curves: Table of curve residuals, which has the tested conditions.
         """
         rows = coefficients[coefficients["oil"] == oil]
         if law is None:
@@ -231,7 +241,11 @@ class FittedLaw:
             if np.isfinite(row["limiting_stress_ratio"]):
                 limit = float(row["limiting_stress_ratio"])
             degrees = float(row["n_curves"]) - 1 - known.sum()
-        rest = (box, fixed, unseen, degrees, two_levels, limit)
+        tested = np.empty((0, len(law.conditions)))
+        if curves is not None:
+            of_fit = curves[(curves["oil"] == oil) & (curves["law"] == law.name)]
+            tested = of_fit[[f"mean_{name}" for name in law.conditions]].to_numpy(float)
+        rest = (box, fixed, unseen, degrees, two_levels, limit, tested)
         return cls(law, Coefficients(values, known, spread, shifted, *rest))
 
     @classmethod
@@ -239,11 +253,12 @@ class FittedLaw:
         """The fit of the configured law to an oil, with its intervals and tested box.
 
         Args:
-            results: Tables `coefficients`, `refits` and `fit_quality`.
+            results: Tables `coefficients`, `refits`, `fit_quality` and `curve_residuals`.
             oil: The oil.
         """
         fits = results.configured
-        return cls.of(fits.coefficients, oil, fits.refits, fits.fit_quality)
+        tables_of_fit = (fits.coefficients, oil, fits.refits, fits.fit_quality)
+        return cls.of(*tables_of_fit, curves=fits.curve_residuals)
 
     def traction(self, conditions: FloatArray, slip: FloatArray) -> FloatArray:
         """mu against slip at one row of the law's conditions, shape of `slip`."""
@@ -283,7 +298,9 @@ class FittedLaw:
         distance = np.where(off, np.inf, self._distance(conditions, slip))
         over = mu > self.coefficients.limiting_stress_ratio
         ends = lower, upper, own_lower, own_upper
-        return Prediction(sign * mu, *ends, distance > 0, distance, off, over)
+        spacings = self.spacings(conditions)
+        outside = (distance > 0) | (spacings > 1)
+        return Prediction(sign * mu, *ends, outside, distance, off, spacings, over)
 
     def predict_at(
         self,
@@ -353,6 +370,41 @@ class FittedLaw:
             bends[:, column] = self._with_gradient(moved, slip)[0] - mu
         return bends
 
+    @cached_property
+    def lattice(self) -> tuple[FloatArray, FloatArray]:
+        """Tested conditions, shape (curves, n), and their steps (n,), of the n followed ones.
+
+        Pressure, speed and load by their logarithm, temperature in kelvins.
+        """
+        at = self._coordinates(self.coefficients.tested)
+        steps = [np.diff(np.sort(values)).max(initial=0.0) for values in at.T]
+        return at, np.where(np.array(steps) > 0, steps, np.inf)
+
+    def _coordinates(self, conditions: FloatArray) -> FloatArray:
+        fixed = {each.condition for each in self.coefficients.fixed}
+        columns = [
+            values if name in LEAST_SIZE else np.log(np.maximum(values, np.finfo(float).tiny))
+            for name, values in self._by_name(conditions).items()
+            if name not in fixed
+        ]
+        return np.stack(columns, axis=-1) if columns else np.empty((len(conditions), 0))
+
+    def spacings(self, conditions: FloatArray) -> FloatArray:
+        """Distance to the nearest tested conditions, as of `Prediction`.
+
+        Args:
+            conditions: Rows of the law's conditions.
+        """
+        if not len(self.coefficients.tested) or np.isnan(self.coefficients.constants).any():
+            return np.full(len(conditions), np.nan)
+        at, steps = self.lattice
+        asked = self._coordinates(conditions)
+        nearest = np.full(len(asked), np.inf)
+        for curve in at:
+            away = np.abs(asked - curve) / steps
+            nearest = np.minimum(nearest, away.max(axis=1, initial=0.0))
+        return nearest
+
     def _distance(self, conditions: FloatArray, slip: FloatArray) -> FloatArray:
         low, high = self.reach.T
         at = np.column_stack([conditions, np.abs(slip)])
@@ -386,7 +438,7 @@ def read_fit(folder: Path | str, oil: str) -> FittedLaw:
     Raises:
         OilfilmError: There are no such results, or no such oil in them.
     """
-    for name in ("coefficients", "refits", "fit_quality", "soundness"):
+    for name in ("coefficients", "refits", "fit_quality", "curve_residuals", "soundness"):
         refuse_unpacking(Path(folder, "tables", f"{name}.parquet"))
     results = CampaignTables.in_folder(Path(folder))
     oils = sorted(results.configured.fit_quality["oil"])

@@ -190,12 +190,33 @@ def law_of(fit: FittedLaw, load_at_1_gpa: float | None = None) -> dict[str, Any]
         "known": coefficients.known.tolist(),
         "fixed": [_fixed_over_axes(fixed, law, load_at_1_gpa) for fixed in coefficients.fixed],
         "level": _plain(level),
+        "lattice": _lattice(fit, load_at_1_gpa) if len(coefficients.tested) else [],
         "two_levels": [_ends_of(name, fit, load_at_1_gpa) for name in coefficients.two_levels],
         "band": None
         if np.isnan(band.reach).any()
         else {**asdict(band), "reach": band.reach.T.tolist()},
         "box": [list(map(_plain, ends)) for ends in _over_axes(fit.reach, law, load_at_1_gpa)],
     }
+
+
+def _lattice(fit: FittedLaw, load_at_1_gpa: float | None) -> list[dict[str, Any]]:
+    """Tested levels of each followed axis, by curve, and their largest step.
+
+    A step of the logarithm of the load is three of that of the pressure.
+    """
+    _, steps = fit.lattice
+    fixed = {each.condition for each in fit.coefficients.fixed}
+    followed = [(axis, name) for axis, name in enumerate(fit.law.conditions) if name not in fixed]
+    tested = fit.coefficients.tested
+    axes = []
+    for (axis, name), step in zip(followed, steps, strict=True):
+        values, power = tested[:, axis], 1
+        if name == _LOAD and load_at_1_gpa is not None:
+            values, power = np.cbrt(values / load_at_1_gpa), 3
+        if np.isfinite(step):
+            shown = {"axis": axis, "log": name not in LEAST_SIZE, "step": float(step) / power}
+            axes.append({**shown, "tested": values.tolist()})
+    return axes
 
 
 def _ends_of(name: str, fit: FittedLaw, load_at_1_gpa: float | None) -> dict[str, Any]:

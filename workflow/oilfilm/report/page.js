@@ -27,6 +27,15 @@ function onLine(oil, point) {
   return { tested, away };
 }
 
+// Distance to the nearest tested conditions, in units of their largest step; 0 where they are unknown.
+function spacings({ lattice }, point) {
+  if (!lattice.length) return 0;
+  const coordinate = (axis, value) => (axis.log ? Math.log(value) : value);
+  const away = lattice[0].tested.map((_, k) => Math.max(...lattice.map((axis) => (
+    Math.abs(coordinate(axis, point[axis.axis]) - coordinate(axis, axis.tested[k])) / axis.step))));
+  return Math.min(...away);
+}
+
 // point: [P, U, T, S], S not negative. `beyond`: how far outside the tested box, in its widths, by axis.
 function predict(oil, point) {
   const { tested, away } = onLine(oil, point);
@@ -35,7 +44,7 @@ function predict(oil, point) {
     return off <= 1e-9 * Math.abs(tested[i]) ? 0 : off / (high - low);
   });
   const unknown = { mu: NaN, lower: NaN, upper: NaN };
-  const outside = away || beyond.some((off) => off > 0);
+  const outside = away || beyond.some((off) => off > 0) || spacings(oil, tested) > 1;
   return { ...(away ? unknown : traction(oil, tested)), beyond, away, tested, outside };
 }
 
