@@ -22,7 +22,7 @@ rule fit:
         code=lambda wildcards: code("fit.py", LAW_FILES[wildcards.law]),
         # a law of the conditions alone needs nothing of the rig
         config=lambda wildcards: OF_ONE_FIT.part(
-            *("compare", "fit", "oils", "seed"), *(() if wildcards.law in LAWS else ("rigs",))
+            *("compare", "fit", "seed"), *(() if wildcards.law in LAWS else ("oils", "rigs"))
         ),
     script:
         "../scripts/fit.py"

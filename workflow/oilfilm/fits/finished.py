@@ -21,7 +21,12 @@ def finished_fits(results: CampaignTables, settings: Settings) -> dict[str, pd.D
         settings: `fit`, and those of `noise_and_misfit`.
     """
     quality = results.fit_quality
-    quality = quality.assign(configured=quality["law"] == settings.fit.law)
+    known = {oil: settings.properties_of(oil) for oil in quality["oil"].unique()}
+    limits = {oil: each.limiting_stress_ratio for oil, each in known.items() if each is not None}
+    quality = quality.assign(
+        configured=quality["law"] == settings.fit.law,
+        limiting_stress_ratio=quality["oil"].map(limits).astype(float),
+    )
     results = results.replace(fit_quality=quality)
     results = results.replace(curve_residuals=with_likely_oils(results))
     results = results.replace(lack_of_fit=noise_and_misfit(results, settings))

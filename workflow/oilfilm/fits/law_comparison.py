@@ -53,10 +53,7 @@ def fit_law(
     if fit.solution is None:
         return fit
     ends = _ends_out(fit.solution, points[points["oil"] == oil], settings)
-    known = settings.properties_of(oil)
-    ratio = np.nan if known is None else known.limiting_stress_ratio
-    quality = fit.fit_quality.assign(**ends, limiting_stress_ratio=ratio)
-    return OilFit({**fit.tables, "fit_quality": quality}, fit.solution)
+    return OilFit({**fit.tables, "fit_quality": fit.fit_quality.assign(**ends)}, fit.solution)
 
 
 def compare_laws(
