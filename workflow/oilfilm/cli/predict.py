@@ -123,11 +123,8 @@ def _text(predicted: Mapping[str, Any]) -> str:
             "carries more than {limiting_stress_ratio:g} of it".format_map(predicted)
         )
     if predicted["spacings"] > 1:
-        lines.append(
-            "OUTSIDE: the nearest tested conditions are {spacings:.1f} of their own steps away".format_map(
-                predicted
-            )
-        )
+        away = "OUTSIDE: the nearest tested conditions are {spacings:.1f} of their own steps away"
+        lines.append(away.format_map(predicted))
     if (ranges := predicted["tested_ranges_outside"]) > 0:
         lines.append(f"{ranges:.1f} tested ranges outside: the interval holds only if the law does")
     return "\n".join([*lines, predicted["source"]])
