@@ -173,6 +173,16 @@ def _columns(content: bytes, _: bytes, random: Generator) -> bytes:
     return b"".join(lines)
 
 
+def _errors(content: bytes, _: bytes, random: Generator) -> bytes:
+    """Errors of a spreadsheet in the first cell of some lines below the names."""
+    lines = _lines(content)
+    start, stop = _some(random, len(lines))
+    for index in range(max(start, len(lines) // 9), stop):
+        error = (b"#N/A", b"#DIV/0!", b"#VALUE!", b"#REF!", b"N/A")[int(random.integers(0, 5))]
+        lines[index] = error + b"," + lines[index].partition(b",")[2]
+    return b"".join(lines)
+
+
 def _packed(content: bytes, _: bytes, random: Generator) -> bytes:
     """A compressed file, cut or with a byte changed."""
     packed = bytearray(gzip.compress(content, mtime=0))
@@ -185,7 +195,7 @@ def _packed(content: bytes, _: bytes, random: Generator) -> bytes:
 MUTATORS = (
     *(_flipped, _cut, _absurd),
     *(_shuffled, _interleaved, _spliced, _numbers, _sectors, _encoded),
-    *(_line_ends, _repeated, _columns, _packed),
+    *(_line_ends, _repeated, _columns, _errors, _packed),
 )
 
 
@@ -199,14 +209,18 @@ def attack(content: bytes, donor: bytes, random: Generator) -> bytes:
 def rows_written(content: bytes) -> int | None:
     """Rows of a plain csv log: lines with any letter or digit but comments and the line of names.
 
+    A comment has fewer commas than the names.
+
     None where what is a row is open to interpretation: quotes, other encodings, control characters,
     no names, or names twice.
     """
     if b'"' in content or re.search(rb"[^\t\n\r\x20-\x7e]", content):
         return None
     lines = [line for line in re.split(rb"\r\n|\n|\r", content) if re.search(rb"\w", line)]
-    rows = [line for line in lines if not line.lstrip().startswith(b"#")]
-    return len(rows) - 1 if sum(b"time [s]" in line for line in rows) == 1 else None
+    named = [line for line in lines if b"time [s]" in line and not line.startswith(b"#")]
+    marks = named[0].count(b",") if named else 0
+    rows = [line for line in lines if line.lstrip()[:1] != b"#" or line.count(b",") == marks]
+    return len(rows) - 1 if len(named) == 1 else None
 
 
 def carry(content: bytes, config: Settings, kind: RigKind = TRACTION_RIG) -> str:
