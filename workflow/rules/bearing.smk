@@ -50,10 +50,6 @@ rule torque_runs:
         "../scripts/torque_runs.py"
 
 
-# What the bearing's tables are computed from: the fits of every law.
-FITTED = ("coefficients", "fit_quality", "refits")
-
-
 rule torque:
     "Measured torque against the law with each load variable; the traction that it implies."
     input:

@@ -155,6 +155,8 @@ def finished(*names):
     return {name: [] if name in missing else f"<tables>/{name}.parquet" for name in listed}
 
 
+# The fits of every law, from which the tables of bearings are computed.
+FITTED = ("coefficients", "fit_quality", "refits")
 # Lists of what every step has written, for `release`.
 MADE = []
 
