@@ -26,7 +26,7 @@ from foreign_logs import (
     write_logs,
 )
 from oilfilm.cli import main
-from oilfilm.cli.new_project import NewProject, make_project
+from oilfilm.cli.init import NewProject, make_project
 from oilfilm.curation.curate import check_logs
 from oilfilm.errors import OilfilmError
 from oilfilm.logs.sheet_file import sheet_of_paths
@@ -266,7 +266,8 @@ def test_files_that_are_no_logs_are_named_and_not_copied(
     assert "LICENSE" not in sheet
     (lab / "unknown.csv").unlink()
     assert main(["init", str(tmp_path / "q"), str(lab)]) == 0
-    assert main(["init", str(tmp_path / "r"), str(lab / "LICENSE.txt")]) == 1
+    assert main(["init", str(tmp_path / "r"), str(lab / "LICENSE.txt")]) == 2
+    assert not (tmp_path / "r").exists()
 
 
 def test_what_is_left_empty_is_named_with_file_line_and_key(tmp_path: Path) -> None:
@@ -395,9 +396,16 @@ def test_damaged_and_foreign_files_are_named(
     for name, content in {**damaged, **foreign}.items():
         (tmp_path / name).write_bytes(content)
     logs = [str(tmp_path / name) for name in (*damaged, *foreign)]
-    assert main(["init", str(tmp_path / "p"), *logs]) == 1
+    assert main(["init", str(tmp_path / "p"), *logs]) == 2
+    printed = capsys.readouterr().err
+    assert all(f"{name}: " in printed for name in (*damaged, *foreign))
+    assert not (tmp_path / "p").exists()
+    bench, runs = bench_and_runs()
+    (good,) = write_logs(tmp_path / "good", bench, runs[:1])
+    assert main(["init", str(tmp_path / "p"), str(good), *logs]) == 1
     printed = capsys.readouterr().out
-    assert {path.name for path in (tmp_path / "p/data/raw/p").iterdir()} == {*damaged, "runs.csv"}
+    copied = {path.name for path in (tmp_path / "p/data/raw/p").iterdir()}
+    assert copied == {*damaged, good.name, "runs.csv"}
     assert all(f"{name} could not be read: " in printed for name in damaged)
     assert all(f"{name} is no log and was not copied: " in printed for name in foreign)
 
@@ -411,3 +419,71 @@ def test_project_without_logs_says_what_to_do(
     text = campaign.read_text(encoding="utf-8")
     campaign.write_text(re.sub("(?m)^film_unjudged:.*", FILM, text), encoding="utf-8")
     assert resolve(tmp_path / "p/config", {}).campaign.rigs == ["my-rig"]
+
+
+def bodies_filled_in(project: Path, radius_m: float) -> None:
+    """Radius and materials of steel on steel, without any roughness."""
+    path = project / "config/rigs/my-rig.yaml"
+    text = path.read_text(encoding="utf-8").replace("ball_radius_m:", f"ball_radius_m: {radius_m}")
+    steel = "{youngs_modulus_pa: 206.0e+9, poisson_ratio: 0.3}"
+    path.write_text(text.replace("{youngs_modulus_pa: , poisson_ratio: }", steel), "utf-8")
+
+
+@pytest.mark.parametrize("stated", [False, True])
+def test_pressure_needs_the_ball_but_no_roughness_unless_the_headers_state_it(
+    tmp_path: Path, stated: bool
+) -> None:
+    """Runs at 1.0, 1.2 and 1.2 GPa, in the header or not."""
+    # of the header the oil alone, or all of it
+    made = made_of(tmp_path, METRES, slice(None), slice(None) if stated else slice(1))
+    project, bench = tmp_path / "p", bench_and_runs()[0]
+    asked = {line.partition(":")[0].strip() for _, _, line in made.to_fill_in}
+    assert ({"ball_radius_m", "ball", "disc"} <= asked) == (not stated)
+    if not stated:
+        bodies_filled_in(project, float(bench.machine.ball_radius))
+    campaign = project / "config/campaigns/p.yaml"
+    text = campaign.read_text(encoding="utf-8")
+    campaign.write_text(re.sub("(?m)^film_unjudged:.*", FILM, text), encoding="utf-8")
+    settings = resolve(project / "config", {})
+    paths = sorted((project / "data/raw/p").glob("M*.csv"))
+    sheet = sheet_of_paths(paths, project / "data/raw", settings, TRACTION)
+    logs = [(str(path), path.read_bytes()) for path in paths]
+    points = check_logs(logs, settings, sheet=sheet).points
+    pressure = points[points["accepted"]].groupby("run_id")["max_hertz_pressure_gpa"].median()
+    planted = [condition.pressure for condition in CONDITIONS]
+    # steel is near enough to what the bench has: pressure goes with E to the two thirds
+    np.testing.assert_allclose(pressure, planted, rtol=1e-12 if stated else 0.1)
+    assert points["lambda_ratio"].isna().all()
+
+
+def test_repeats_are_accepted_only_where_whole_conditions_repeat(tmp_path: Path) -> None:
+    """Runs at 16, 16 and 24 m/s: speeds in rpm are not known as speeds before the radii are."""
+    bench, runs = bench_and_runs()
+    logs = write_logs(tmp_path / "logs", bench, runs, lines=slice(1))
+    made = make_project(tmp_path / "p", logs)
+    assert not made.found.repeats
+    assert "repeated_conditions" not in campaign_of(tmp_path / "p", made)
+    twice = write_logs(tmp_path / "more", bench, [*runs[1:], runs[2]], METRES)
+    assert make_project(tmp_path / "q", twice).found.repeats
+
+
+@pytest.mark.parametrize(("step_s", "asked"), [(0.05, False), (50, True)])
+def test_time_without_unit_is_seconds_and_one_missing_unit_loses_no_other_guess(
+    tmp_path: Path, step_s: float, asked: bool
+) -> None:
+    names = "time,rpm ball,rpm disc,load,friction force N,oil temp degC"
+    values = standstill.log()
+    order = ["ball_speed", "disc_speed", "load", "traction_force", "inlet_temperature"]
+    time = np.arange(len(values["time"])) * step_s
+    rows = np.column_stack([time, *(values[name] for name in order)])
+    text = "\n".join([names, *(",".join(map(str, row)) for row in rows.tolist())])
+    (tmp_path / "log.csv").write_text(f"{text}\n", encoding="utf-8")
+    made = make_project(tmp_path / "p", [tmp_path / "log.csv"])
+    columns = campaign_of(tmp_path / "p", made)["columns"]
+    assert columns["ball_speed"] == {"name": ["rpm ball"], "unit": "rpm"}
+    assert columns["traction_force"]["unit"] == "N"
+    assert columns["load"]["unit"] is None
+    assert columns["time"]["unit"] == (None if asked else "s")
+    keys = [line.partition(":")[0].strip() for _, _, line in made.to_fill_in]
+    assert ("time" in keys) == asked
+    assert {"load", "ball_track_radius_m", "disc_track_radius_m"} <= set(keys)

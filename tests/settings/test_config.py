@@ -64,11 +64,11 @@ def test_name_of_two_oils_is_refused_however_it_is_written(folder: Path, where: 
         ("rigs:", "set_points: {inlet_temperature_c: hot}\nrigs:", ["'hot'", "a number"]),
         ("rigs:", "set_points: {inlet_temperature_c: 4e1}\nrigs:", ["'4e1'", "Write 40."]),
         ("rigs:", "set_points: {inlet_temperature_c: .nan}\nrigs:", ["nan", "finite"]),
-        ("figures: [curves", "figures: [fig02, curves", ["line 9", "fig02", "study 'paper'"]),
+        ("figures: [curves", "figures: [fig02, curves", ["line 10", "fig02", "study 'paper'"]),
         (
             "figures: [curves",
             "figures: [extrapolation, curves",
-            ["line 9", "`extrapolation` needs `twin`"],
+            ["line 10", "`extrapolation` needs `twin`"],
         ),
         ("rigs:", "semantics_of_rig: {mtm: {zero: opening_phase}}\nrigs:", ["'mtm'", "pcs-etm"]),
         ("rigs:", "traction_sign: -1\nrigs:", ["belongs under `semantics`"]),
@@ -152,7 +152,7 @@ def test_extrapolation_of_an_oil_that_the_twin_does_not_have_is_refused(folder: 
     path = folder / "campaigns/thermal.yaml"
     text = path.read_text(encoding="utf-8")
     path.write_text(text.replace('"4050", ', ""), encoding="utf-8")
-    with pytest.raises(OilfilmError, match=r"thermal\.yaml, line 6: extrapolation shows .*'4050'"):
+    with pytest.raises(OilfilmError, match=r"thermal\.yaml, line 7: extrapolation shows .*'4050'"):
         resolve(folder, {"campaign": "thermal"})
 
 

@@ -94,7 +94,7 @@ def test_file_that_is_not_utf_8_is_refused_with_its_line(folder: Path) -> None:
     path = folder / RIG
     # as an editor with a Western code page writes it
     path.write_bytes(path.read_text(encoding="utf-8").replace("90 mm", "\xb5m").encode("latin-1"))
-    with pytest.raises(OilfilmError, match=r"mm\.yaml, line 2: .* UTF-8 .*0xb5.*save the file"):
+    with pytest.raises(OilfilmError, match=r"mm\.yaml, line 3: .* UTF-8 .*0xb5.*save the file"):
         resolve(folder, {})
 
 

@@ -159,7 +159,7 @@ def _content(path: Path, found: MuTable) -> bytes:
     except Exception as error:
         reason = f"cannot be read ({cut(' '.join(str(error).split()))})."
         raise found.refuse(reason, "Export it again, or as csv.") from error
-    if b"\0" in content[:1000] or len(content) > LARGEST_LOG:
+    if b"\0" in content[:1000]:
         raise found.refuse("is no table.", "Expected csv, tsv, xlsx or Parquet.")
     return content
 

@@ -25,6 +25,10 @@ _DIALECT = {"$schema": "https://json-schema.org/draft/2020-12/schema"}
 def of_file(name: str) -> str:
     """The JSON schema of a file of settings, on one line."""
     schema = _for_editors(schema_of(FILES[name])) | _DIALECT
+    if name == "config":
+        # a project's file has only what differs from the one that comes with oilfilm
+        for group in (schema, *schema["$defs"].values()):
+            group.pop("required", None)
     if name == "campaign":
         schema["properties"]["figures"]["items"]["enum"] = list(figures())
         schema["properties"]["studies"]["items"]["enum"] = list(studies.available())

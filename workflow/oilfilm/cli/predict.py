@@ -66,10 +66,14 @@ def prediction(
         for each in fit.coefficients.fixed
     }
     if away := fit.away_from(conditions):
-        advice = " Give a point on it. Without the option the tested value is used."
-        unknown = any(each.level is None for each in away)
+        advice = "Give a point on it. Without the option the tested value is used."
+        if any(each.level is None for each in away):
+            advice = (
+                "Leave the option out. For a pressure fill in `ball_radius_m`, `ball` and `disc` of "
+                "the rig's file (roughness is not needed) and run again, or fit a law of load."
+            )
         there = "; ".join(where[each] for each in away)
-        raise OilfilmError(f"{oil}: mu is not known there: {there}.{'' if unknown else advice}")
+        raise OilfilmError(f"{oil}: mu is not known there: {there}. {advice}")
     at = {**line, SLIP: at[SLIP]}
     mu, ranges = float(predicted.traction_coefficient[0]), float(predicted.distance[0])
     intervals = {name: float(getattr(predicted, name)[0]) for name in INTERVALS}

@@ -46,7 +46,13 @@ def template(file: str, /, **values: object) -> str:
         keep_trailing_newline=True,
         autoescape=False,  # noqa: S701 - YAML, whose values and comments `_line` writes
     )
-    return environment.get_template(file).render(line=_line, **values)
+    return environment.get_template(file).render(line=_line, schema=schema_line, **values)
+
+
+def schema_line(kind: str) -> str:
+    """The line by which an editor checks a settings file and completes its keys."""
+    folder = "schemas" if kind == "config" else "../schemas"
+    return f"# yaml-language-server: $schema={folder}/{kind}.schema.json"
 
 
 def campaign_yaml(name: str, found: Findings) -> str:
@@ -137,7 +143,10 @@ def oil_yaml(oil: str, found: Findings) -> str:
     """`config/oils/<id>.yaml`: the shipped template with the numbers left out."""
     label = next(iter(found.oils[oil]), oil)
     numbers = "viscosity", "nominal", "pressure", "density", "specific", "thermal"
-    lines = ["# Read when the campaign file lists the oil under `oils`: fill in all of it before."]
+    lines = [
+        schema_line("oil"),
+        "# Read when the campaign file lists the oil under `oils`: fill in all of it before.",
+    ]
     template = (CONFIG / "oils/template.yaml").read_text(encoding="utf-8").splitlines()
     start = next(number for number, line in enumerate(template) if line.startswith("id:"))
     for line in template[start:]:

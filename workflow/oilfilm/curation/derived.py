@@ -31,8 +31,9 @@ _RELATIVE = {
 def with_film(points: pd.DataFrame, settings: Settings) -> pd.DataFrame:
     """Points with maximum Hertz pressure, film thickness, lambda and the film's judgement.
 
-    Pressure needs the rig's geometry and materials, film and lambda the oil's properties as well;
-    where they are not known the columns are null and the film "cannot be judged".
+    Pressure needs the rig's geometry and materials, or is the stated one; film needs the oil's
+    properties, lambda the roughness as well. Where they are not known the columns are null and the
+    film "cannot be judged".
     """
     points = points.assign(
         max_hertz_pressure_gpa=np.nan, film_thickness_um=np.nan, lambda_ratio=np.nan
@@ -43,6 +44,10 @@ def with_film(points: pd.DataFrame, settings: Settings) -> pd.DataFrame:
             oil = oil_file.properties() if oil_file else None
             derived = contact_state(of_both, contact, oil, settings.film)
             points.loc[of_both.index, list(derived)] = derived
+        elif "nominal_max_hertz_pressure_gpa" in points:
+            # without geometry only the pressure that the log or its sheet states is known
+            stated = of_both["nominal_max_hertz_pressure_gpa"]
+            points.loc[of_both.index, "max_hertz_pressure_gpa"] = stated
     known = points["lambda_ratio"].notna()
     full = points["lambda_ratio"] > settings.gates.lambda_limit
     judgement = np.select([~known, full], ["cannot be judged", "full film"], "below limit")

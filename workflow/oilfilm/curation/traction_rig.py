@@ -76,6 +76,7 @@ class TractionRig(RigKind):
     carried: tuple[str, ...] = (
         "oil",
         "rig",
+        "nominal_max_hertz_pressure_gpa",
         "nominal_load_n",
         "nominal_entrainment_speed_m_s",
         "nominal_inlet_temperature_c",

@@ -49,6 +49,8 @@ VOCABULARY = TRACTION.vocabulary
 # A header line without a unit is a set point where the signal is as near to it as this.
 _NEAR, _NEAR_C = 0.05, 3.0
 _MU = "traction_coefficient"
+# No rig samples a sweep more slowly: a time without unit is in something else than seconds then.
+_LONGEST_STEP_S = 5.0
 _SPEEDS = frozenset({"ball_speed", "disc_speed", "entrainment_speed"})
 # What a load that is labelled N may be in, by the definition of each unit.
 _MISTAKEN_FOR_N = {"kgf": 9.80665, "lbf": 4.4482216152605}
@@ -90,6 +92,7 @@ class Run:
         units: The unit of each quantity.
         doubt: What contradicts the unit of the load; empty where nothing does.
         log_kind: What the header says of it.
+        slow: Whether the steps of the time are too long to be seconds.
     """
 
     part: str = ""
@@ -105,6 +108,7 @@ class Run:
     units: Mapping[str, str] = field(default_factory=dict)
     doubt: str = ""
     log_kind: str = ""
+    slow: bool = False
 
 
 @dataclass(frozen=True)
@@ -145,6 +149,10 @@ def sniff(file: str, content: bytes, zero: ZeroSource) -> Sniffed:
     name, candidates, may_be_log = _candidates(content)
     found = [(guessed_columns(names, VOCABULARY), names) for names in candidates]
     guesses, names = max(found, key=lambda each: len(_known(*each)), default=({}, []))
+    # the project's own name without the unit that it needs
+    for own, unit in names:
+        if (known := VOCABULARY.meaning(own)) and not (unit or known[1] or known[0] in guesses):
+            guesses[known[0]] = [(own, "")]
     certain = {quantity: each[0] for quantity, each in guesses.items() if len(each) == 1}
     # units that are not beside the name: in it, or unknown
     units = {
@@ -152,7 +160,8 @@ def sniff(file: str, content: bytes, zero: ZeroSource) -> Sniffed:
         for quantity, (own, unit) in certain.items()
         if not unit
     }
-    unitless = {quantity for quantity, unit in units.items() if not unit}
+    # of time a unit that is not stated is the second; `_run` finds steps that contradict it
+    unitless = {quantity for quantity, unit in units.items() if not unit and quantity != "time"}
     read_as = {each: units[each] or VOCABULARY.quantities[each][0] for each in units}
     renamed = {
         quantity: Column(name=[own], unit=read_as.get(quantity))
@@ -284,6 +293,7 @@ def _run(
         units,
         _doubt(keys, measured),
         log_kind,
+        count > 1 and not settled and bool(np.median(np.diff(time)) > _LONGEST_STEP_S),
     )
 
 
@@ -446,7 +456,7 @@ class Findings:
         return (run for log in self.logs for run in log.runs)
 
     @property
-    def _named(self) -> list[Sniffed]:
+    def named(self) -> list[Sniffed]:
         """The logs whose columns were recognised, at least in part."""
         return [log for log in self.logs if log.runs or len(log.guesses) >= _FEWEST_GUESSES]
 
@@ -454,7 +464,7 @@ class Findings:
     def columns(self) -> dict[str, list[str]]:
         """Names of columns by the quantity that they seem to mean."""
         names: dict[str, dict[str, None]] = {}
-        for log in self._named:
+        for log in self.named:
             for quantity, columns in log.guesses.items():
                 if len(columns) == 1:
                     ((name, unit),) = columns
@@ -467,7 +477,7 @@ class Findings:
     def doubtful(self) -> dict[str, list[str]]:
         """Quantities that no column seems to mean, or several: the names to choose from."""
         doubtful: dict[str, dict[str, None]] = {}
-        for log in self._named:
+        for log in self.named:
             several = {q: [n for n, _ in each] for q, each in log.guesses.items() if len(each) > 1}
             for quantity in {*log.missing, *several}:
                 names = several.get(quantity, [name for name in log.names if _is_left(name, log)])
@@ -478,11 +488,13 @@ class Findings:
         """The unit for the campaign file, empty where the logs give it; whether it is unknown."""
         units = {
             unit_in_name(name, quantity, VOCABULARY)
-            for log in self._named
+            for log in self.named
             for name, unit in log.guesses.get(quantity, [])[:1]
             if not unit
         }
         known = next(iter(units)) if len(units) == 1 else ""
+        if units == {""} and quantity == "time" and not any(run.slow for run in self.runs):
+            known = "s"
         return known, bool(units) and not known
 
     @property
@@ -531,8 +543,14 @@ class Findings:
 
     @property
     def needs_contact(self) -> bool:
-        """Whether the load is logged as a pressure, so that geometry and materials are needed."""
-        return any(run.units.get("load") == "GPa" for run in self.runs)
+        """Whether geometry and materials are needed: to know loads, or pressures of several loads.
+
+        A pressure that every header states needs none.
+        """
+        loads = [each for run in self.runs if (each := run.measured.get("load_n", 0.0)) > 0]
+        stated = all("max_hertz_pressure_gpa" in run.lines for run in self.runs)
+        several = bool(loads) and max(loads) > (1 + _NEAR) * min(loads)
+        return any(run.units.get("load") == "GPa" for run in self.runs) or (several and not stated)
 
     @property
     def semantics(self) -> dict[str, str | int]:
@@ -559,12 +577,15 @@ class Findings:
     @property
     def repeats(self) -> bool:
         """Whether two runs of one oil have the same set points."""
-        levels = (
-            (run.oil, set_points(run) | {key: line.value for key, line in run.lines.items()})
-            for run in self.runs
-            if run.measured
-        )
-        conditions = [(oil, *sorted(of_run.items())) for oil, of_run in levels]
+        conditions = []
+        for run in self.runs:
+            levels = set_points(run) | {key: line.value for key, line in run.lines.items()}
+            # of runs whose condition is not known whole nobody can say that they repeat
+            if (
+                levels.keys() >= {"entrainment_speed_m_s", "inlet_temperature_c"}
+                and levels.keys() & LOADS
+            ):
+                conditions.append((run.oil, *sorted(levels.items())))
         return len(set(conditions)) < len(conditions)
 
     @property

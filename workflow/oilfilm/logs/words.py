@@ -145,8 +145,10 @@ def has_word(name: str, words: str) -> bool:
 
 
 def unit_in_name(name: str, quantity: str, vocabulary: Vocabulary) -> str:
-    """The unit at the end of a name without brackets; empty where there is none."""
+    """The unit at an end of a name without brackets; empty where there is none."""
     ends = [name.split()[-1:], name.split()[-2:], name.split("/")[1:], name.split("_")[-1:]]
+    # a letter before a name is a symbol
+    ends += [words[:1] for words in [name.split()] if len(words) > 1 and len(words[0]) > 1]
     return next(
         (
             unit

@@ -3,6 +3,7 @@
 Decides: the keys of a rig file.
 """
 
+import math
 from typing import Self
 
 from pydantic import model_validator
@@ -72,7 +73,7 @@ class Rig(Group):
     def _contact_is_complete(self) -> Self:
         if self.ball_radius_m is None:
             return self
-        for name in ("ball", "disc", "ball_roughness_ra_um", "disc_roughness_ra_um"):
+        for name in ("ball", "disc"):
             if getattr(self, name) is None:
                 raise contradiction(
                     ("ball_radius_m",),
@@ -81,31 +82,26 @@ class Rig(Group):
         return self
 
     def contact(self) -> Contact | None:
-        """The contact of ball and disc; None where it was not recorded."""
-        ball_ra_um, disc_ra_um = self.ball_roughness_ra_um, self.disc_roughness_ra_um
+        """The contact of ball and disc; None where it was not recorded.
+
+        Pressure needs no roughness: where it was not recorded it is NaN, and lambda with it.
+        """
         if self.ball_radius_m is None or self.ball is None or self.disc is None:
             return None
-        if ball_ra_um is None or disc_ra_um is None:
-            return None
-        ball_ra_m, disc_ra_m = ball_ra_um * M_PER_UM, disc_ra_um * M_PER_UM
         modulus_pa = reduced_modulus(
             self.ball.youngs_modulus_pa,
             self.ball.poisson_ratio,
             self.disc.youngs_modulus_pa,
             self.disc.poisson_ratio,
         )
+        ra_m, rq_m = [], []
+        for body in ("ball", "disc"):
+            ra_um, rq_um = (getattr(self, f"{body}_roughness_{kind}_um") for kind in ("ra", "rq"))
+            ra_m.append(math.nan if ra_um is None else ra_um * M_PER_UM)
+            rq_m.append(float(rq_from_ra(ra_m[-1])) if rq_um is None else rq_um * M_PER_UM)
         return Contact(
             self.ball_radius_m,
             float(modulus_pa),
-            float(
-                combined_roughness(
-                    _rq_m(self.ball_roughness_rq_um, ball_ra_m),
-                    _rq_m(self.disc_roughness_rq_um, disc_ra_m),
-                )
-            ),
-            float(combined_roughness(ball_ra_m, disc_ra_m)),
+            float(combined_roughness(*rq_m)),
+            float(combined_roughness(*ra_m)),
         )
-
-
-def _rq_m(measured_um: float | None, ra_m: float) -> float:
-    return float(rq_from_ra(ra_m)) if measured_um is None else measured_um * M_PER_UM

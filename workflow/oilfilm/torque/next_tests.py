@@ -240,7 +240,7 @@ def plan_oil(
     """
     name, rig = _rig_of(settings)
     contact, properties = rig.contact(), settings.properties_of(oil)
-    if contact is None:
+    if contact is None or np.isnan(contact.roughness_rq_m):
         raise OilfilmError(
             f"config/rigs/{name}.yaml: lacks the contact (`ball_radius_m`, `ball`, `disc`, "
             "roughness), without which neither load nor film of a test is known. Add it."

@@ -113,7 +113,8 @@ class Film:
 
 def films(settings: Settings) -> dict[str, Film]:
     """Film of each oil with properties in the contact of the first rig that is known."""
-    known = [contact for rig in settings.rigs.values() if (contact := rig.contact())]
+    contacts = (rig.contact() for rig in settings.rigs.values())
+    known = [each for each in contacts if each and not np.isnan(each.roughness_rq_m)]
     return {
         name: Film(known[0], oil.properties(), settings.film)
         for name, oil in settings.oils.items()
