@@ -10,6 +10,8 @@ from oilfilm import tables
 from oilfilm.cli import main
 from oilfilm.cli.arguments import quantity
 from oilfilm.errors import OilfilmError
+from oilfilm.fits.finished import finished_fits
+from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction.laws.deng2026 import traction_coefficient
 
 CONFIG = ["--config", str(ROOT / "config")]
@@ -20,10 +22,11 @@ def results(demo: Campaign, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A results folder with the fit of one oil."""
     folder = tmp_path_factory.mktemp("results")
     about = {"campaign": "demo", "data": "simulated", "rule": "fits"}
-    for name, table in demo.fit("4102", searches=2, bootstrap=50).tables.items():
+    curated = {"points": demo.curated.points, "runs": demo.curated.runs}
+    fitted = demo.fit("4102", searches=2, bootstrap=50).tables
+    finished = finished_fits(CampaignTables.in_memory(**curated, **fitted), demo.config)
+    for name, table in {**curated, **finished}.items():
         tables.write(table, name, folder / "demo" / "tables" / f"{name}.parquet", about)
-    path = folder / "demo" / "tables" / "points.parquet"
-    tables.write(demo.curated.points, "points", path, about)
     return folder
 
 
@@ -44,7 +47,7 @@ def test_prediction_has_interval_and_source(
     mu = float(output.partition("mu = ")[2].partition(",")[0])
     true = float(traction_coefficient(printed()["4102"], 1.2, 30.0, 70.0, 0.05))
     assert mu == pytest.approx(true, rel=0.01)
-    assert "95 % interval 0.010" in output
+    assert "95% interval of the next good run 0.010" in output
     assert "simulated data" in output
     assert "OUTSIDE" not in output
 
@@ -78,7 +81,7 @@ def test_json_has_the_numbers_of_the_text(
     words = [word for option in (AT | {"--speed": "200m/s"}).items() for word in option]
     (stated,) = printed_objects(capsys, "predict", "--oil", "4102", "--results", results, *words)
     assert f"mu = {stated['traction_coefficient']:.5f}" in text
-    assert f"interval {stated['lower']:.5f} to {stated['upper']:.5f}" in text
+    assert f"run {stated['obs_ci_lower']:.5f} to {stated['obs_ci_upper']:.5f}" in text
     (outside,) = stated["outside"]
     assert (outside["quantity"], outside["value"]) == ("entrainment_speed_m_s", 200)
     # (200 - 40)/(40 - 25) = 10.7 and a little less: the controlled speed is off by some 0.1 %

@@ -22,7 +22,6 @@ from oilfilm.logs.columns import LoggedTable
 from oilfilm.logs.header import FULL_WIDTH, apart
 from oilfilm.logs.ingest import read_bytes, unpack
 from oilfilm.logs.log_kind import Vocabulary
-from oilfilm.logs.raw_files import LARGEST_LOG
 from oilfilm.logs.words import guessed, has_word, unit_in_name
 from oilfilm.physics.contact import max_hertz_pressure, reduced_modulus
 from oilfilm.settings.base import plain_key

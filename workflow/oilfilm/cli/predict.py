@@ -69,8 +69,8 @@ def prediction(
         advice = "Give a point on it. Without the option the tested value is used."
         if any(each.level is None for each in away):
             advice = (
-                "Leave the option out. For a pressure fill in `ball_radius_m`, `ball` and `disc` of "
-                "the rig's file (roughness is not needed) and run again, or fit a law of load."
+                "Leave the option out. For a pressure fill in `ball_radius_m`, `ball` and `disc` "
+                "of the rig's file (roughness is not needed) and run again, or fit a law of load."
             )
         there = "; ".join(where[each] for each in away)
         raise OilfilmError(f"{oil}: mu is not known there: {there}. {advice}")
