@@ -210,9 +210,10 @@ def test_rows_of_a_table_may_come_in_any_order() -> None:
 
 
 def test_unknown_model_is_refused_with_the_allowed_ones() -> None:
-    values = read_yaml(FOLDER / "4010.yaml").values | {"model": "walther"}
-    allowed = "'adore-mil-l-7808', 'adore-mil-l-23699', 'astm-d341'"
-    assert first_mistake(values, OilFile) == f"`model`: found 'walther', expected one of {allowed}."
+    values = read_yaml(FOLDER / "4010.yaml").values | {"model": "andrade"}
+    models = ("adore-mil-l-7808", "adore-mil-l-23699", "astm-d341", "walther", "vogel", "roelands")
+    allowed = ", ".join(map(repr, models))
+    assert first_mistake(values, OilFile) == f"`model`: found 'andrade', expected one of {allowed}."
 
 
 def test_misspelt_coefficient_is_refused_with_a_suggestion(tmp_path: Path) -> None:
@@ -229,3 +230,87 @@ def test_coefficients_of_another_model_are_refused(tmp_path: Path) -> None:
     path.write_text(yaml.safe_dump(config), encoding="utf-8")
     with pytest.raises(OilfilmError, match="coefficients"):
         load(path, OilFile)
+
+
+def own_oil(model: str, sheet: list[list[float]], **pressure: object) -> dict[str, object]:
+    """An oil as its data sheet has it: 0.92 g/cm3 at every temperature."""
+    values = dict(read_yaml(FOLDER / "4102.yaml").values)
+    return values | {
+        "model": model,
+        "coefficients": {"kinematic_viscosity_cst": sheet},
+        "density_kg_m3": [[300, 920], [400, 920]],
+        "pressure_viscosity": {"rule": "so-klaus"} | pressure,
+    }
+
+
+# a polyalphaolefin of grade 6, as data sheets have it: 3 viscosities
+SHEET = [[313.15, 40.2], [343.15, 14.8], [373.15, 7.0]]
+
+
+@pytest.mark.parametrize(
+    ("model", "rows"), [("walther", SHEET[::2]), ("vogel", SHEET), ("roelands", SHEET[::2])]
+)
+def test_own_oil_has_the_viscosities_of_its_data_sheet(
+    model: str, rows: list[list[float]], tmp_path: Path
+) -> None:
+    path = tmp_path / "own.yaml"
+    path.write_text(yaml.safe_dump(own_oil(model, rows)), encoding="utf-8")
+    oil = load(path, OilFile).properties()
+    celsius, viscosity = np.array(SHEET).T - np.array([[273.15], [0.0]])
+    found = oil.kinematic_viscosity_m2_s(celsius) * 1e6
+    given = np.isin(SHEET, rows)[:, 0]
+    np.testing.assert_allclose(found[given], viscosity[given], rtol=1e-9)
+    # the laws agree between two temperatures: with the third one to some per cent
+    np.testing.assert_allclose(found, viscosity, rtol=0.04)
+    step = np.log(oil.dynamic_viscosity_pa_s(np.array([69.99, 70.01])))
+    beta = oil.temperature_viscosity_coefficient_1_k(70.0)
+    assert beta == pytest.approx((step[0] - step[1]) / 0.02, rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("pressure", "alpha"),
+    [
+        # 2 tables' values between their levels; z by its formula, 0.6 (ln 0.03698 + 9.67)/0.1962
+        ({"rule": "given", "rows": [[300, 2e-8], [400, 1e-8]]}, 18.685),
+        ({"rule": "roelands", "z": 0.6}, 19.49),
+        # esters and polyalphaolefins of 40 cSt have 15 to 25 1/GPa at 40 degC
+        ({"rule": "so-klaus"}, pytest.approx(20, rel=0.2)),
+    ],
+)
+def test_pressure_viscosity_is_given_or_by_a_rule(
+    pressure: dict[str, object], alpha: float, tmp_path: Path
+) -> None:
+    path = tmp_path / "own.yaml"
+    path.write_text(yaml.safe_dump(own_oil("walther", SHEET[::2], **pressure)), encoding="utf-8")
+    found = load(path, OilFile).properties().pressure_viscosity_coefficient_1_pa(40.0) * 1e9
+    assert float(found) == (
+        alpha if not isinstance(alpha, float) else pytest.approx(alpha, rel=1e-3)
+    )
+
+
+@pytest.mark.parametrize(
+    ("oil", "words"),
+    [
+        (own_oil("walther", SHEET), "found 3 viscosities; model: walther needs 2"),
+        (own_oil("walther", SHEET[::2], rule="roelands"), "`z` goes with rule: roelands"),
+        (
+            own_oil("walther", SHEET[::2], rule="given", rows=[[300, 8e-8], [400, 8e-8]]),
+            "is 80 1/GPa; expected 5 to 50",
+        ),
+        (
+            own_oil("walther", SHEET[::2], rule="roelands", z=0.15),
+            "is 4.872 1/GPa; expected 5 to 50",
+        ),
+    ],
+)
+def test_own_oil_that_cannot_be_is_refused(oil: dict[str, object], words: str) -> None:
+    assert words in str(first_mistake(oil, OilFile))
+
+
+def test_compressed_oil_is_denser_as_dowson_and_higginson_have_it() -> None:
+    # 1 + 0.6 p/(1 + 1.7 p), p in GPa (Dowson and Higginson 1966); both are fits of mineral oils
+    pressure = np.array([0.0, 0.2, 0.5, 1.0])
+    ratio = OILS["4050"].compressed_density_kg_m3(40.0, pressure * 1e9) / OILS[
+        "4050"
+    ].density_kg_m3(40.0)
+    np.testing.assert_allclose(ratio, 1 + 0.6 * pressure / (1 + 1.7 * pressure), rtol=0.03)

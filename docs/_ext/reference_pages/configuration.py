@@ -11,6 +11,7 @@ from oilfilm.settings.config import Config
 from oilfilm.settings.messages import Steps, plain_node, schema_of
 from oilfilm.settings.oil import (
     AstmD341Coefficients,
+    MeasuredViscosity,
     MilL7808Coefficients,
     MilL23699Coefficients,
     OilKeys,
@@ -45,6 +46,7 @@ PAGES: dict[str, tuple[str, str, dict[str, Any]]] = {
             "coefficients, model adore-mil-l-7808": MilL7808Coefficients,
             "coefficients, model adore-mil-l-23699": MilL23699Coefficients,
             "coefficients, model astm-d341": AstmD341Coefficients,
+            "coefficients, models walther, vogel, roelands": MeasuredViscosity,
         },
     ),
     "bearings": ("config/bearings/<name>.yaml", "Geometry of a bearing.", {"": BearingFile}),

@@ -49,6 +49,9 @@ class PiecewiseLinear:
         return value + slope * (temperature_k - start)
 
 
+_NOT_GIVEN = PiecewiseLinear((0.0, 1.0), (np.nan, np.nan))
+
+
 @dataclass(frozen=True, kw_only=True)
 class Oil:
     """An oil and its properties.
@@ -68,6 +71,8 @@ class Oil:
         model: Key of `FORMULAS`.
         coefficients: Numbers of the formulas, by name.
         limiting_stress_ratio: Limiting shear stress over pressure; see `LIMITING_STRESS_RATIO`.
+        pressure_rule: Key of `PRESSURE_RULES`, where `model` leaves the rule open.
+        pressure_viscosity: alpha in 1/Pa, where it is given.
     """
 
     id: str
@@ -84,6 +89,8 @@ class Oil:
     model: str
     coefficients: Mapping[str, float]
     limiting_stress_ratio: float = LIMITING_STRESS_RATIO
+    pressure_rule: str = ""
+    pressure_viscosity: PiecewiseLinear = _NOT_GIVEN
 
     def dynamic_viscosity_pa_s(self, temperature_c: Floats) -> FloatArray:
         """Dynamic viscosity eta, in Pa s."""
@@ -106,6 +113,11 @@ class Oil:
     def density_kg_m3(self, temperature_c: Floats) -> FloatArray:
         """Density rho, in kg/m3."""
         return self.density.at(_kelvin(temperature_c))
+
+    def compressed_density_kg_m3(self, temperature_c: Floats, pressure_pa: Floats) -> FloatArray:
+        """Density under pressure, by the ambient one and `tait_compression`."""
+        volume = tait_compression(pressure_pa, temperature_c)
+        return np.asarray(self.density_kg_m3(temperature_c) / volume)
 
     def specific_heat_j_kgk(self, temperature_c: Floats) -> FloatArray:
         """Specific heat, in J/(kg K)."""
@@ -167,12 +179,207 @@ def _astm_d341_viscosity(oil: Oil, t: AnyArray) -> AnyArray:
     return (shifted - 0.7) * 1e-6 * oil.density.at(t)
 
 
+def walther_coefficients(temperature_k: FloatArray, viscosity_cst: FloatArray) -> dict[str, float]:
+    """A and B of the line log10 log10(nu + 0.7) = A - B log10 T through two viscosities.
+
+    Args:
+        temperature_k: Two temperatures, in K.
+        viscosity_cst: Kinematic viscosity at each, in cSt; above 2.
+
+    Reference: C. Walther, 1931; ASTM D341.
+
+    Examples:
+        Oil 4102, 40.2 cSt at 40 degC and 7.0 cSt at 100 degC (docs/physics.md: 8.7181, 3.4101):
+
+        >>> line = walther_coefficients(np.array([313.15, 373.15]), np.array([40.2, 7.0]))
+        >>> print(f"{line['viscosity_intercept']:.3f} {line['viscosity_slope']:.3f}")
+        8.718 3.410
+    """
+    loglog, log_t = np.log10(np.log10(viscosity_cst + 0.7)), np.log10(temperature_k)
+    slope = float((loglog[0] - loglog[1]) / (log_t[1] - log_t[0]))
+    intercept = float(loglog[0] + slope * log_t[0])
+    return {"viscosity_intercept": intercept, "viscosity_slope": slope}
+
+
+def vogel_coefficients(temperature_k: FloatArray, viscosity_pa_s: FloatArray) -> dict[str, float]:
+    """a, b and T_0 of eta = a exp(b/(T - T_0)) through three viscosities.
+
+    Args:
+        temperature_k: Three temperatures, in K.
+        viscosity_pa_s: Dynamic viscosity at each, in Pa s.
+
+    Reference: H. Vogel, Phys. Z. 22 (1921) 645.
+
+    Examples:
+        Planted 5e-5 exp(1000/(T - 160)) Pa s is found again:
+
+        >>> t = np.array([313.15, 343.15, 373.15])
+        >>> known = vogel_coefficients(t, 5e-5 * np.exp(1000 / (t - 160)))
+        >>> print(", ".join(f"{value:.4g}" for value in known.values()))
+        5e-05, 1000, 160
+    """
+    t, y = temperature_k, np.log(viscosity_pa_s)
+    ratio = (y[0] - y[1]) * (t[2] - t[1]) / ((y[1] - y[2]) * (t[1] - t[0]))
+    pole = float((ratio * t[0] - t[2]) / (ratio - 1))
+    b = float((y[0] - y[1]) * (t[0] - pole) * (t[1] - pole) / (t[1] - t[0]))
+    return {"vogel_a_pa_s": float(np.exp(y[0] - b / (t[0] - pole))), "vogel_b_k": b, "pole_k": pole}
+
+
+def roelands_coefficients(
+    temperature_k: FloatArray, viscosity_pa_s: FloatArray
+) -> dict[str, float]:
+    """G_0 and S_0 of log10(log10 eta + 4.2) = log10 G_0 - S_0 log10(1 + T/135) by two viscosities.
+
+    eta in mPa s and T in degC.
+
+    Args:
+        temperature_k: Two temperatures, in K.
+        viscosity_pa_s: Dynamic viscosity at each, in Pa s.
+
+    Reference: C. J. A. Roelands, thesis, Delft (1966).
+
+    Examples:
+        20 mPa s at 40 degC and 4 mPa s at 100 degC; between them at 70 degC, by hand 8.2 mPa s:
+
+        >>> known = roelands_coefficients(np.array([313.15, 373.15]), np.array([20e-3, 4e-3]))
+        >>> eta = 10 ** (known["roelands_g0"] * (1 + 70 / 135) ** -known["roelands_s0"] - 4.2)
+        >>> print(f"{eta:.1f} mPa s")
+        8.2 mPa s
+    """
+    loglog = np.log10(np.log10(1e3 * viscosity_pa_s) + 4.2)
+    line = np.log10(1 + (temperature_k + ABSOLUTE_ZERO_C) / 135)
+    slope = float((loglog[0] - loglog[1]) / (line[1] - line[0]))
+    return {"roelands_g0": float(10 ** (loglog[0] + slope * line[0])), "roelands_s0": slope}
+
+
+def _vogel_viscosity(oil: Oil, t: AnyArray) -> AnyArray:
+    """eta = a exp(b/(T - T_0)). Reference: `vogel_coefficients`."""
+    c = oil.coefficients
+    return c["vogel_a_pa_s"] * np.exp(c["vogel_b_k"] / (t - c["pole_k"]))
+
+
+def _roelands_viscosity(oil: Oil, t: AnyArray) -> AnyArray:
+    """log10 eta = G_0 (1 + T/135)^-S_0 - 4.2, mPa s and degC. See `roelands_coefficients`."""
+    c = oil.coefficients
+    relative = 1 + (t + ABSOLUTE_ZERO_C) / 135
+    return 1e-3 * 10 ** (c["roelands_g0"] * relative ** -c["roelands_s0"] - 4.2)
+
+
+def so_klaus_1_pa(viscosity_cst: Floats, slope: Floats, density_kg_m3: Floats) -> FloatArray:
+    """Pressure-viscosity coefficient of an oil by its viscosity, its fall with heat, its density.
+
+        alpha 1e8 Pa = 1.216 + 4.143 L^3.0627 + 2.848e-4 b^5.1903 L^1.5976
+                       - 3.999 L^3.0975 rho^0.1162,   L = log10 nu
+
+    with nu in cSt, rho in g/cm3 and b the slope of Walther's line.
+
+    Args:
+        viscosity_cst: nu at the temperature.
+        slope: b.
+        density_kg_m3: rho at the temperature.
+
+    Returns:
+        alpha, in 1/Pa.
+
+    Validity: within some 20 % for mineral and synthetic oils; nu above 1 cSt.
+
+    Reference: B. Y. C. So and E. E. Klaus, ASLE Trans. 23 (1980) 409 (second-hand, constants not
+        checked against print).
+
+    Examples:
+        An ester of 25 cSt at 40 degC and 5 cSt at 100 degC, at 40 degC, by hand 19 1/GPa:
+
+        >>> print(f"{so_klaus_1_pa(25.0, 3.556, 960.0) * 1e9:.0f} 1/GPa")
+        19 1/GPa
+    """
+    logarithm, rho = np.log10(viscosity_cst), np.asarray(density_kg_m3) / 1000
+    falls = 2.848e-4 * slope**5.1903 * logarithm**1.5976
+    alpha = 1.216 + 4.143 * logarithm**3.0627 + falls - 3.999 * logarithm**3.0975 * rho**0.1162
+    return np.asarray(1e-8 * alpha)
+
+
+def roelands_1_pa(viscosity_pa_s: Floats, z: Floats) -> FloatArray:
+    """Pressure-viscosity coefficient at ambient pressure by Roelands' index z.
+
+        alpha = z (ln eta + 9.67)/0.1962 GPa,   eta in Pa s
+
+    Args:
+        viscosity_pa_s: eta at the temperature.
+        z: Pressure-viscosity index, 0.4 to 0.8 for most oils.
+
+    Returns:
+        alpha, in 1/Pa.
+
+    Reference: C. J. A. Roelands, thesis, Delft (1966); the slope of his formula at p = 0.
+
+    Examples:
+        10 mPa s and z 0.6: 0.6 * (9.67 - 4.605)/1.962e8 by hand:
+
+        >>> print(f"{roelands_1_pa(0.010, 0.6) * 1e9:.1f} 1/GPa")
+        15.5 1/GPa
+    """
+    return np.asarray(z * (np.log(viscosity_pa_s) + 9.67) / 1.962e8)
+
+
+def tait_compression(pressure_pa: Floats, temperature_c: Floats) -> FloatArray:
+    """Volume of an oil under pressure over that at ambient pressure, by Tait's equation.
+
+        V/V_0 = 1 - ln[1 + p/K (1 + K')]/(1 + K'),   K = 9 GPa exp(-0.0065 T), K' = 11, T in K
+
+    Args:
+        pressure_pa: p, in Pa.
+        temperature_c: T, in degC.
+
+    Reference: S. Bair, High Pressure Rheology for Quantitative Elastohydrodynamics, Elsevier
+        (2007), with his universal constants (second-hand).
+
+    Examples:
+        At 1 GPa and 40 degC an oil is about a fifth denser; Dowson and Higginson's
+        1 + 0.6 p/(1 + 1.7 p), p in GPa, has 1.22:
+
+        >>> print(f"{1 / tait_compression(1e9, 40.0):.2f}")
+        1.25
+    """
+    stiffness = 9e9 * np.exp(-0.0065 * _kelvin(temperature_c))
+    return np.asarray(1 - np.log(1 + np.asarray(pressure_pa) / stiffness * 12) / 12)
+
+
+def _by_rule(oil: Oil, t: AnyArray) -> AnyArray:
+    return PRESSURE_RULES[oil.pressure_rule](oil, t)
+
+
+def _given(oil: Oil, t: AnyArray) -> AnyArray:
+    return oil.pressure_viscosity.at(t)
+
+
+def _so_klaus(oil: Oil, t: AnyArray) -> AnyArray:
+    """By viscosity and density at T; b by the line through the viscosities at 40 and 100 degC."""
+    ends = np.array([40.0, 100.0]) - ABSOLUTE_ZERO_C
+    at_ends = FORMULAS[oil.model][0](oil, ends) / oil.density.at(ends) * 1e6
+    slope = walther_coefficients(ends, at_ends)["viscosity_slope"]
+    density = oil.density.at(t)
+    return so_klaus_1_pa(FORMULAS[oil.model][0](oil, t) / density * 1e6, slope, density)
+
+
+def _roelands_rule(oil: Oil, t: AnyArray) -> AnyArray:
+    return roelands_1_pa(FORMULAS[oil.model][0](oil, t), oil.coefficients["roelands_z"])
+
+
 Formula = Callable[[Oil, AnyArray], AnyArray]
+# Pressure-viscosity coefficient of oils whose `model` leaves it open.
+PRESSURE_RULES: dict[str, Formula] = {
+    "given": _given,
+    "so-klaus": _so_klaus,
+    "roelands": _roelands_rule,
+}
 # Viscosity and pressure-viscosity coefficient by temperature in K, by the `model` of an oil's file.
 FORMULAS: dict[str, tuple[Formula, Formula]] = {
     "adore-mil-l-7808": (_mil_l_7808_viscosity, _mil_l_7808_pressure_viscosity),
     "adore-mil-l-23699": (_mil_l_23699_viscosity, _by_viscosity),
     "astm-d341": (_astm_d341_viscosity, _by_viscosity),
+    "walther": (_astm_d341_viscosity, _by_rule),
+    "vogel": (_vogel_viscosity, _by_rule),
+    "roelands": (_roelands_viscosity, _by_rule),
 }
 
 

@@ -5,6 +5,7 @@ Decides: the keys of an oil file; when its coefficients contradict its grade.
 
 from typing import Annotated, Any, Literal, Self, TypeVar
 
+import numpy as np
 from pydantic import AfterValidator, Field, Strict, model_validator
 
 from oilfilm.physics import oils
@@ -12,6 +13,8 @@ from oilfilm.settings import quantities as q
 from oilfilm.settings.base import Group, contradiction, key, optional, unexpected
 
 _CST_PER_M2_S = 1e6
+# Of all liquid lubricants, at 40 degC.
+_PRESSURE_VISCOSITY_1_GPA = (5, 50)
 # A stand-in has the properties of another oil of about the same grade.
 _VISCOSITY_TOLERANCE, _STAND_IN_TOLERANCE = 0.05, 0.25
 
@@ -26,6 +29,8 @@ def _temperatures_differ(rows: list[tuple[float, float]]) -> list[tuple[float, f
 
 
 TemperatureK = Annotated[float, Field(ge=200, le=700, json_schema_extra={"unit": "K"})]
+ViscosityCst = Annotated[float, Field(gt=0.2, le=1e5, json_schema_extra={"unit": "cSt"})]
+PressureViscosity1Pa = Annotated[float, Field(ge=1e-9, le=1e-7, json_schema_extra={"unit": "1/Pa"})]
 OilDensityKgM3 = Annotated[float, Field(ge=400, le=2500, json_schema_extra={"unit": "kg/m3"})]
 SpecificHeatJKgK = Annotated[float, Field(ge=500, le=6000, json_schema_extra={"unit": "J/(kg K)"})]
 ConductivityWMK = Annotated[float, Field(ge=0.01, le=1, json_schema_extra={"unit": "W/(m K)"})]
@@ -77,6 +82,34 @@ class AstmD341Coefficients(Group):
     pressure_viscosity_offset: float = key("n, for eta in Pa s and alpha in 1/Pa.", unit="1")
 
 
+class MeasuredViscosity(Group):
+    """Viscosities of a data sheet, through which the formula's curve goes."""
+
+    kinematic_viscosity_cst: PropertyTable[ViscosityCst] = key(
+        "Rows of [K, cSt]: two for walther and roelands, three for vogel."
+    )
+
+
+class PressureViscosity(Group):
+    """The pressure-viscosity coefficient alpha."""
+
+    rule: Literal["given", "so-klaus", "roelands"] = key(
+        "given: by rows; so-klaus: by viscosity and density; roelands: by the index z."
+    )
+    rows: PropertyTable[PressureViscosity1Pa] | None = optional("Rows of [K, 1/Pa], for given.")
+    z: float | None = optional("Index, for roelands.", unit="1", gt=0.1, le=1.5)
+
+    @model_validator(mode="after")
+    def _has_what_its_rule_needs(self) -> Self:
+        for rule, name in (("given", "rows"), ("roelands", "z")):
+            if (self.rule == rule) != (getattr(self, name) is not None):
+                raise contradiction(
+                    (name,),
+                    f"`{name}` goes with rule: {rule} and with no other; found {self.rule}.",
+                )
+        return self
+
+
 class OilUncertainty(Group):
     """Uncertainty of properties where it is known, relative."""
 
@@ -109,6 +142,9 @@ class OilKeys(Group):
     note: q.Text = key("What the reader must know of the properties' origin.")
     source: q.Text = key("Source of the numbers.")
     density_kg_m3: PropertyTable[OilDensityKgM3] = key("Rows of [K, kg/m3], two or more.")
+    pressure_viscosity: PressureViscosity | None = optional(
+        "Pressure-viscosity coefficient, for walther, vogel and roelands."
+    )
     specific_heat_j_kgk: PropertyTable[SpecificHeatJKgK] = key(
         "Rows of [K, J/(kg K)], two or more."
     )
@@ -135,7 +171,19 @@ class OilKeys(Group):
                 f"nominal_kinematic_viscosity_100c_cst is {nominal_cst:g}; expected them within "
                 f"{tolerance:.0%}. Check the units of the coefficients and of the density.",
             )
+        alpha = 1e9 * float(self.properties().pressure_viscosity_coefficient_1_pa(40.0))
+        low, high = _PRESSURE_VISCOSITY_1_GPA
+        if not low <= alpha <= high:
+            raise contradiction(
+                ("coefficients",) if self.pressure_viscosity is None else ("pressure_viscosity",),
+                f"the pressure-viscosity coefficient at 40 degC is {alpha:.4g} 1/GPa; expected "
+                f"{low} to {high}, as oils have it. Check the units.",
+            )
         return self
+
+    def numbers(self) -> dict[str, float]:
+        """Coefficients of the viscosity by name."""
+        return self.coefficients.model_dump()
 
     def properties(self) -> oils.Oil:
         """The oil with its property formulas."""
@@ -153,7 +201,13 @@ class OilKeys(Group):
             },
         }
         uncertainty = self.relative_uncertainty.model_dump(exclude_none=True)
-        coefficients = self.coefficients.model_dump()
+        coefficients = self.numbers()
+        if (pressure := self.pressure_viscosity) is not None:
+            plain["pressure_rule"] = pressure.rule
+            coefficients |= {} if pressure.z is None else {"roelands_z": pressure.z}
+            if pressure.rows is not None:
+                rows = zip(*sorted(pressure.rows), strict=True)
+                plain["pressure_viscosity"] = oils.PiecewiseLinear(*rows)
         if self.limiting_shear_stress is not None:
             plain["limiting_stress_ratio"] = self.limiting_shear_stress.ratio
         return oils.Oil(**plain, coefficients=coefficients, relative_uncertainty=uncertainty)
@@ -180,4 +234,32 @@ class AstmD341Oil(OilKeys):
     coefficients: AstmD341Coefficients = key("Numbers of the formulas.")
 
 
-OilFile = Annotated[MilL7808Oil | MilL23699Oil | AstmD341Oil, Field(discriminator="model")]
+class MeasuredOil(OilKeys):
+    """An oil by the viscosities and the density of its data sheet."""
+
+    model: Literal["walther", "vogel", "roelands"] = key("Formula of the viscosity.")
+    coefficients: MeasuredViscosity = key("Viscosities of the data sheet.")
+    pressure_viscosity: PressureViscosity = key("Pressure-viscosity coefficient.")
+
+    def numbers(self) -> dict[str, float]:
+        """See `OilKeys`."""
+        rows = np.array(sorted(self.coefficients.kinematic_viscosity_cst))
+        needed = 3 if self.model == "vogel" else 2
+        if len(rows) != needed:
+            raise contradiction(
+                ("coefficients", "kinematic_viscosity_cst"),
+                f"found {len(rows)} viscosities; model: {self.model} needs {needed}.",
+            )
+        temperature_k, viscosity_cst = rows.T
+        if self.model == "walther":
+            return oils.walther_coefficients(temperature_k, viscosity_cst)
+        density = oils.PiecewiseLinear(*zip(*sorted(self.density_kg_m3), strict=True))
+        viscosity = viscosity_cst / _CST_PER_M2_S * density.at(temperature_k)
+        if self.model == "vogel":
+            return oils.vogel_coefficients(temperature_k, viscosity)
+        return oils.roelands_coefficients(temperature_k, viscosity)
+
+
+OilFile = Annotated[
+    MilL7808Oil | MilL23699Oil | AstmD341Oil | MeasuredOil, Field(discriminator="model")
+]
