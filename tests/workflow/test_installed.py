@@ -105,10 +105,10 @@ module oilfilm:
     config: config["tribology"]
     PREFIX
 
-use rule * from oilfilm as oilfilm_*
+use rule * from oilfilm ALIAS
 
 rule report_of_all:
-    input: rules.overview.output, rules.oilfilm_points.output
+    input: rules.overview.output
     output: "all.txt"
     shell: "cat {input[0]} > {output}"
 
@@ -137,7 +137,8 @@ def test_workflow_with_rules_and_configuration_of_its_own_has_the_same_tables(
     section = {"folder": "config/rigs-of-ours", "campaign": name}
     host = {"laboratory": "Lab 3", "place": place, "tribology": section}
     (tmp_path / "config/host.yaml").write_text(yaml.safe_dump(host), encoding="utf-8")
-    text = HOST.replace("PREFIX", f'prefix: "{place}"' * bool(place)).replace("NAME", name)
+    prefix, alias = (f'prefix: "{place}"', "") if place else ("", "as oilfilm_*")
+    text = HOST.replace("PREFIX", prefix).replace("ALIAS", alias).replace("NAME", name)
     (tmp_path / "Snakefile").write_text(text, encoding="utf-8")
     run(installed, tmp_path, "snakemake", "--cores", "2", "overview.txt")
     assert "runs.parquet" in (tmp_path / "overview.txt").read_text(encoding="utf-8")
@@ -224,6 +225,12 @@ module oilfilm:
 
 # use all rules from {source}
 use rule * from oilfilm
+
+
+# what docs/how-to/running.md adds to it
+onstart: oilfilm.onstart()
+onsuccess: oilfilm.onsuccess()
+onerror: oilfilm.onerror()
 """
 
 
