@@ -60,12 +60,6 @@ def test_export_keeps_every_row_or_lists_it(exported: Campaign) -> None:
     assert timed["refused_rows"].tolist() == [60]
 
 
-def test_step_dated_after_the_next_one_is_flagged(exported: Campaign) -> None:
-    misdated = exported.curated.quarantine.query("rule == 'misdated_step'")
-    assert len(misdated) == 1
-    assert "step 1 is dated 10/05/2019" in misdated["reason"].iloc[0]
-
-
 def test_export_and_csv_of_the_same_readings_give_the_same_points(
     exported: Campaign, etm: Campaign
 ) -> None:
@@ -78,7 +72,7 @@ def test_export_as_published_gives_the_points_of_the_csv_that_ship(
     published = carried((real_pcs / "ETM_slim_mapper.txt").read_bytes())
     assert_same_curves(published, etm)
     listed = published.curated.quarantine
-    assert sorted(listed["rule"]) == ["misdated_step", "not_a_sweep"]
+    assert sorted(listed["rule"]) == ["not_a_sweep"]
     assert listed["refused_rows"].sum() == 60
 
 

@@ -328,7 +328,7 @@ def test_rows_and_logs_without_each_other_are_named() -> None:
     remarks = found.quarantine.set_index("rule")
     assert remarks["file"].unique().tolist() == ["runs.csv"]
     unmatched = remarks.at["sheet_row_unmatched", "reason"]
-    assert unmatched == "row 2: 'a.cvs' matches no log; did you mean 'a.csv'?"
+    assert unmatched == "row 2: 'a.cvs' matches no log"
     unlisted = remarks.at["logs_not_in_sheet", "reason"]
     assert unlisted == "no row for 1 of 2 logs: a.csv"
     assert found.runs["run_id"].tolist() == ["a.csv", "b.csv"]
@@ -444,12 +444,7 @@ def test_check_uses_the_sheet_beside_the_logs(
         return " ".join(capsys.readouterr().out.split())
 
     assert "has no row" not in checked(raw / "june/a.csv", 0)
-    assert "no row for this log;" not in checked(raw / "june/b.csv", 1)
-    # a slip of the pen, other capitals, another folder's stroke
-    for cell in ("bb.csv", "B.CVS", "june\\B.csv.txt"):
-        (raw / "runs.csv").write_text(f"{HEAD}a.csv,4102,{SET_POINTS}\n{cell},4102,{SET_POINTS}\n")
-        hint = f"no row for this log; did you mean this log in row 3: {cell!r}?"
-        assert hint in checked(raw / "june/b.csv", 1)
+    assert "no row for this log" in checked(raw / "june/b.csv", 1)
     (raw / "runs.csv").write_text("file,exclude\na.csv,pump failed\n")
     assert "excluded: runs.csv excludes it: pump failed" in checked(raw / "june/a.csv", 1)
     assert "no line `# oil: ...`" in checked(tmp_path / "a.csv", 1)

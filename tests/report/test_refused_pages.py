@@ -181,9 +181,9 @@ def test_what_has_no_signal_is_listed_without_a_page(demo: Campaign) -> None:
     assert listing(*map(tables.empty, ("runs", "points", "quarantine")), 9).empty
 
 
-def test_remark_on_a_file_with_runs_is_no_refusal_but_a_step_without_one_is() -> None:
+def test_step_without_a_run_is_a_refusal_in_a_file_with_runs() -> None:
     curated = carry_logs(PCS_CONFIG, [("log.txt", traction_export(range(1, 4)))]).curated
-    assert set(curated.quarantine["rule"]) == {"misdated_step", "not_a_sweep"}
+    assert set(curated.quarantine["rule"]) == {"not_a_sweep"}
     (entry,) = tables.rows(listing(curated.runs, curated.points, curated.quarantine, 9))
     assert (entry["rule"], entry["page"]) == ("not_a_sweep", "")
 

@@ -82,7 +82,6 @@ def checked_logs(
             "rows": log.rows,
             "refused_rows": int(refused["refused_rows"].sum()),
             "run_sheet_rows": len(sheet.rows[log.file]) if log.file in sheet.rows else None,
-            "run_sheet_near": sheet.near.get(log.file, ""),
             "refusals": tables.rows(refused[_REFUSED]),
             "runs": [_checked_run(run, log, curated, settings, kind) for run in runs],
         }
@@ -103,9 +102,8 @@ def problems(log: Plain) -> Iterator[Problem]:
                 found = f"{gate['gate']}: {count}, first at row {gate['first_row']}"
                 yield Problem(run["run_id"], gate["gate"], found, gate["advice"])
     if log["run_sheet_rows"] == 0:
-        near = log["run_sheet_near"] and f"; did you mean this log in {log['run_sheet_near']}?"
         advice = "Only its header counts. Correct the name in the sheet."
-        yield Problem("", "run sheet", f"the run sheet has no row for this log{near}", advice)
+        yield Problem("", "run sheet", "the run sheet has no row for this log", advice)
 
 
 def _checked_run(

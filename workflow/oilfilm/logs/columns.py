@@ -62,7 +62,6 @@ class LoggedTable:
         vocabulary: What the names mean, where the format itself says it.
         flaw: Why the run cannot be used, if so.
         problem: Why nothing of it can be used, if so.
-        remarks: What else was found; refuses nothing.
         clocks: Start, increment and unit of the time of columns that were sampled evenly, by their
             place.
         cut: How many cells the last row has, where it has no line end; else 0.
@@ -80,7 +79,6 @@ class LoggedTable:
     vocabulary: Vocabulary | None = None
     flaw: Flaw | None = None
     problem: Refusal | None = None
-    remarks: Sequence[Refusal] = ()
     clocks: Mapping[int, tuple[float, float, str]] = field(default_factory=dict)
     cut: int = 0
     show: Callable[[int], str] | None = None
@@ -111,7 +109,7 @@ def read_tables(
             run, refused = None, [_whole(problem, table, run_id, rows + 1)]
         rows += table.rows
         runs += [run] if run is not None else []
-        refusals += [*refused, *table.remarks]
+        refusals += refused
     return Reading(rows, runs, refusals, form)
 
 

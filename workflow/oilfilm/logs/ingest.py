@@ -190,8 +190,6 @@ def read_bytes(path: Path) -> bytes:
     Raises:
         OilfilmError: The file cannot be read.
     """
-    if path.exists() and not (path.is_file() or path.is_dir()):
-        raise OilfilmError(f"{path}: is a pipe or a device, expected a file. Save the log as one.")
     try:
         if path.exists() and not (path.is_file() or path.is_dir()):
             # a pipe without a writer would be waited for
@@ -201,15 +199,9 @@ def read_bytes(path: Path) -> bytes:
             size = min(path.stat().st_size, LARGEST_LOG)
             content = file.read(size + 1)
             return content + file.read(LARGEST_LOG - size) if len(content) > size else content
-    except IsADirectoryError as error:
-        raise OilfilmError(
-            f"{path}: cannot be read ({error.strerror}). Name the logs in it, one by one or by a "
-            "pattern such as *.csv."
-        ) from error
     except OSError as error:
-        raise OilfilmError(
-            f"{path}: cannot be read ({error.strerror}). Check the path and its rights."
-        ) from error
+        advice = "Name the logs in it" if path.is_dir() else "Check the path and its rights"
+        raise OilfilmError(f"{path}: cannot be read ({error.strerror}). {advice}.") from error
 
 
 def read_log(

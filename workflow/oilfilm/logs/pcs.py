@@ -10,10 +10,8 @@ Decides: what a PCS export holds.
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from itertools import pairwise
 
 import numpy as np
-import pandas as pd
 
 from oilfilm.logs.base import (
     LARGEST_READING,
@@ -30,8 +28,7 @@ from oilfilm.logs.log_kind import Vocabulary
 from oilfilm.settings.campaign import Column
 from oilfilm.units import BoolArray, FloatArray
 
-_STEP = re.compile(r"^Step (\d{1,9})\b.* started at (.+)$")
-_DATE_FORMATS = ("%d/%m/%Y %H:%M:%S", "%d/%m/%Y %H:%M")
+_STEP = re.compile(r"^Step (\d{1,9})\b.* started at .+$")
 # A row of a table, were it cut after its first cell.
 _ROW = re.compile(r"^(\s*[-+.\d]|.*\t.*\t.*\t)")
 # So many cells are a row even where the line of names above them is damaged.
@@ -77,7 +74,6 @@ class _Step:
     """One step of the file."""
 
     number: int
-    started: str
     type: str = "unknown"
     names: list[str] = field(default_factory=list)
     lines: list[str] = field(default_factory=list)
@@ -102,13 +98,12 @@ def tables(content: bytes, vocabulary: Vocabulary) -> Found:
         reason = f"the file is an export of a PCS traction rig, not a {vocabulary.name} log"
         advice = "Move it to the folder of the campaign's traction logs."
         raise UnreadableLogError(reason, advice, sum(len(step.lines) for step in steps))
-    remarks = list(_misdated(steps))
     cut = bool(text) and not text.endswith(("\n", "\r"))
-    logged = []
-    for step, label in zip(steps, labels, strict=True):
-        if step.lines:
-            logged.append(_table(step, label, remarks, cut and step is steps[-1]))
-            remarks = []
+    logged = [
+        _table(step, label, cut and step is steps[-1])
+        for step, label in zip(steps, labels, strict=True)
+        if step.lines
+    ]
     return TextForm.of(encoding, "\t", "."), logged
 
 
@@ -119,11 +114,11 @@ def _steps(lines: Iterable[str]) -> Iterator[_Step]:
         start = _STEP.match(line)
         if step is None and not start and line.count("\t") >= _TABS_OF_A_ROW:
             # a table above the first step: the line that began it is damaged
-            step = _Step(0, "")
+            step = _Step(0)
         if start:
             if step is not None:
                 yield step
-            step = _Step(int(start[1]), start[2].strip())
+            step = _Step(int(start[1]))
         elif step is None:
             continue
         elif line.startswith("Step type\t"):
@@ -132,7 +127,7 @@ def _steps(lines: Iterable[str]) -> Iterator[_Step]:
             if step.lines:
                 # a second table in one step: the line that began another step is damaged
                 yield step
-                step = _Step(step.number, step.started, step.type)
+                step = _Step(step.number, step.type)
             step.names = [name.strip() for name in line.split("\t")]
         elif _ROW.match(line) and (step.names or line.count("\t") >= _TABS_OF_A_ROW):
             step.lines.append(line)
@@ -140,22 +135,7 @@ def _steps(lines: Iterable[str]) -> Iterator[_Step]:
         yield step
 
 
-def _misdated(steps: list[_Step]) -> Iterator[Refusal]:
-    """Steps dated after a later one: the clock or the file's order is not to be trusted."""
-    started = pd.Series([step.started for step in steps], dtype=str)
-    full, short = (pd.to_datetime(started, format=form, errors="coerce") for form in _DATE_FORMATS)
-    dates = full.fillna(short)
-    for (step, following), later in zip(pairwise(steps), dates > dates.shift(-1), strict=False):
-        if later:
-            yield Refusal(
-                "misdated_step",
-                f"step {step.number} is dated {step.started}, after step {following.number} "
-                f"({following.started})",
-                "No row is refused for it; do not rely on the dates of these steps.",
-            )
-
-
-def _table(step: _Step, label: str, remarks: Sequence[Refusal], cut: bool) -> LoggedTable:
+def _table(step: _Step, label: str, cut: bool) -> LoggedTable:
     """A step as a table with the surface speeds behind its own columns."""
     # the first columns of a table repeat later ones
     places = {
@@ -196,7 +176,6 @@ def _table(step: _Step, label: str, remarks: Sequence[Refusal], cut: bool) -> Lo
             renamed={ours: Column(name=[theirs]) for ours, theirs in zip(used, names, strict=True)},
         ),
         problem=_problem(step, [_COLUMNS[name][0] for name in _REQUIRED if name not in places]),
-        remarks=remarks,
         cut=width if cut else 0,
         show=step.lines.__getitem__,
         broken=_broken(values),

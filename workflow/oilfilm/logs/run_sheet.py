@@ -244,13 +244,11 @@ class RunSheet:
         name: File name of the sheet; empty where there is none.
         rows: The rows about each log, by its name.
         remarks: What was found about the sheet as a whole.
-        near: By log without a row: what a row that matches no log says instead of its name.
     """
 
     name: str = ""
     rows: Mapping[str, tuple[SheetRow, ...]] = field(default_factory=dict)
     remarks: tuple[Refusal, ...] = ()
-    near: Mapping[str, str] = field(default_factory=dict)
 
     def of_log(self, file: str) -> SheetOfLog:
         """The rows about one log."""

@@ -85,13 +85,6 @@ class _LogNames:
         ]
         return fitting, False
 
-    def nearest(self, cell: str) -> str | None:
-        """The log whose name resembles a cell most."""
-        lasts = {forms[-1].casefold(): file for file, forms in self._forms.items()}
-        name = _unpacked(PurePosixPath(cell.replace("\\", "/")).name).casefold()
-        near = difflib.get_close_matches(unicodedata.normalize("NFC", name), lasts, 1)
-        return lasts[near[0]] if near else None
-
 
 def _unpacked(name: str) -> str:
     return name.removesuffix(".gz").removesuffix(".zst")
@@ -176,17 +169,11 @@ def read_run_sheet(
             strays.append((number, row.file))
     sheet.stop()
     remarks: list[Refusal] = []
-    near: dict[str, str] = {}
-    for number, cell in strays[:_LISTED]:
-        nearest = logs.nearest(cell)
-        hint = f"; did you mean {nearest!r}?" if nearest else ""
-        reason = printable(f"row {number}: {cell!r} matches no log{hint}")
-        remarks.append(Refusal(UNMATCHED, reason, UNMATCHED_ADVICE))
-        if nearest and nearest not in matched:
-            near[nearest] = f"row {number}: {cell!r}"
-    if len(strays) > _LISTED:
-        reason = f"{len(strays) - _LISTED} more rows match no log"
-        remarks.append(Refusal(UNMATCHED, reason, UNMATCHED_ADVICE))
+    if strays:
+        listed = "; ".join(f"row {number}: {cell!r}" for number, cell in strays[:_LISTED])
+        more = f" and {len(strays) - _LISTED} more rows" if strays[_LISTED:] else ""
+        verb = "match no log" if strays[1:] else "matches no log"
+        remarks.append(Refusal(UNMATCHED, printable(f"{listed}{more} {verb}"), UNMATCHED_ADVICE))
     unlisted = [file for file in files if file not in matched]
     if rows and unlisted:
         listed = ", ".join(unlisted[:_LISTED]) + (" ..." if len(unlisted) > _LISTED else "")
@@ -194,7 +181,7 @@ def read_run_sheet(
         advice = "Only their headers count. Add rows where that is wrong."
         remarks.append(Refusal(UNLISTED, reason, advice))
     rows_of = {file: tuple(of) for file, of in matched.items()}
-    return RunSheet(path.name, rows_of, tuple(remarks), near)
+    return RunSheet(path.name, rows_of, tuple(remarks))
 
 
 def is_run_sheet(path: Path, raw: Path) -> bool:
@@ -230,8 +217,7 @@ def sheet_of_paths(paths: Iterable[Path], raw: Path, settings: Settings, kind: L
         files = [name for name, fault in named_logs(raw / top) if not fault]
         sheet = read_run_sheet(sheet_path.read_bytes(), sheet_path, files, settings, kind)
         rows = {str(path): sheet.rows.get(file, ()) for file, path in logs.items()}
-        near = {str(path): sheet.near[file] for file, path in logs.items() if file in sheet.near}
-        together = RunSheet(sheet.name, {**together.rows, **rows}, (), {**together.near, **near})
+        together = RunSheet(sheet.name, {**together.rows, **rows})
     return together
 
 
