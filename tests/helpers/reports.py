@@ -82,6 +82,9 @@ def results_of(config: Settings, oils: tuple[str, ...] = OILS) -> CampaignTables
         {"run_id": name, "file": name, "oil": name.partition("-")[0], "verdict": "accepted"}
         for name in names
     ]
+    sound = {"optimum_confirmed": True, "law_verdict": "adequate", "campaign_verdict": "steady"}
+    changed = {"law_verdict": "bend", "campaign_verdict": "changed", "change": "load"}
+    changed |= {"change_size": 8.0, "change_course": "from", "changed_runs": "b, c"}
     stuck = {"run_id": "stuck.csv", "file": "stuck.csv", "verdict": "refused"}
     runs.append({**stuck, "rule": "stuck_sensor", "reason": "the force stays"})
     about = {"rule": "stuck_sensor", "reason": "the force stays", "advice": "Check the sensor."}
@@ -100,6 +103,11 @@ def results_of(config: Settings, oils: tuple[str, ...] = OILS) -> CampaignTables
         gate_counts=rows("gate_counts", {"gate": "stuck_sensor", "what": "run", "points": 31}),
         refused_pages=rows("refused_pages", {"run_id": "stuck.csv", "page": "stuck.png", **about}),
         **together,
+        soundness=rows(
+            "soundness",
+            {"oil": "4102", "sound": True, **sound},
+            {"oil": "4050", **sound, **changed, "bend": "shape"},
+        ),
         claims=rows(
             "claims",
             {**claim, "basis": "refit", "verdict": "holds", "share": 1.0},

@@ -120,7 +120,10 @@ def test_cards_answer_for_every_oil_at_one_point(page: Page, results: CampaignTa
         expected = FittedLaw.of_configured(results, oil).predict_at(*at)
         ends = [float(expected.obs_ci_lower), float(expected.obs_ci_upper)]
         mu, *interval = (f"{value:.3g}" for value in (float(expected.traction_coefficient), *ends))
-        assert f"{mu} 95 % interval{' to '.join(interval)}" in text
+        assert f"{mu} Next good run{' to '.join(interval)} (90 %)" in text
+    assert "Fitsound" in text
+    assert "Fitnot sound (law: bend; campaign: changed)" in text
+    assert "4050: The campaign is not steady. From run b on (2 runs) the load reads higher" in text
 
 
 def test_page_asks_the_network_for_nothing(page: Page) -> None:

@@ -190,6 +190,7 @@ def law_of(fit: FittedLaw, load_at_1_gpa: float | None = None) -> dict[str, Any]
         "known": coefficients.known.tolist(),
         "fixed": [_fixed_over_axes(fixed, law, load_at_1_gpa) for fixed in coefficients.fixed],
         "level": _plain(level),
+        "limit": coefficients.limiting_stress_ratio,
         "lattice": _lattice(fit, load_at_1_gpa) if len(coefficients.tested) else [],
         "two_levels": [_ends_of(name, fit, load_at_1_gpa) for name in coefficients.two_levels],
         "band": None

@@ -71,8 +71,8 @@ function ticks(low, high) {
 }
 
 // A chart of mu. Each of `series` has a class, `line` of predictions with x, and `dots` with x, mu, half, text, refused.
-// `tested` is the part of the abscissa that is not shaded; `cursor` is drawn across.
-function chart({ label, axis, range, series, tested, cursor }) {
+// `shades` are parts of the abscissa; `cursor` is drawn across.
+function chart({ label, axis, range, series, shades = [], cursor }) {
   const narrow = innerWidth < 600;
   const [width, height] = narrow ? [380, 250] : [760, 400];
   const [left, right, top, bottom] = [66, 10, 10, 44];
@@ -91,8 +91,7 @@ function chart({ label, axis, range, series, tested, cursor }) {
   const svg = shape("svg", { viewBox: `0 0 ${width} ${height}`, role: "img", "aria-label": label },
     shape("clipPath", { id: clip }, shape("rect", frame)));
   const inside = shape("g", { "clip-path": `url(#${clip})` });
-  const shade = ([from, to]) => (to > from ? [shape("rect", { ...frame, class: "shade", x: x(from), width: x(to) - x(from) })] : []);
-  if (tested) inside.append(...[[low, tested[0]], [tested[1], high]].flatMap(shade));
+  inside.append(...shades.map(([from, to]) => shape("rect", { ...frame, class: "shade", x: x(from), width: x(to) - x(from) })));
   series.forEach(({ kind }, i) => {
     const band = lines[i].filter(({ upper }) => Number.isFinite(upper));
     const outline = [...band.map((at) => [at.x, at.upper]), ...band.map((at) => [at.x, at.lower]).reverse()];
@@ -174,12 +173,18 @@ function nearby(oil, along) {
   return POINTS.run.flatMap((_, k) => (POINTS.oil[k] === oil.name && POINTS.accepted[k] && isKnown(k, along) && near(k) ? [k] : []));
 }
 
-// The part of the abscissa where some oil shown was tested; none of it where the sliders are beyond.
-function testedAlong(along) {
-  const ends = shown().filter((oil) => predict(oil, state.point).beyond.every((off, k) => k === along || !(off > 0)))
-    .map((oil) => oil.box[along].map((end, i) => end ?? rangeOf(along)[i]));
-  const [low, high] = rangeOf(along);
-  return ends.length ? [Math.min(...ends.map(([end]) => end)), Math.max(...ends.map(([, end]) => end))] : [high, high];
+// The parts of the abscissa at which every oil shown is outside its tested conditions.
+function untested(series) {
+  const lines = series.map((one) => one.line);
+  const parts = [];
+  (lines[0] ?? []).forEach(({ x }, i, { length }) => {
+    if (!lines.every((line) => line[i].outside)) return;
+    const edge = (k) => lines[0][Math.min(length - 1, Math.max(0, k))].x;
+    const ends = [(edge(i - 1) + x) / 2, (x + edge(i + 1)) / 2];
+    if (parts.length && parts.at(-1)[1] >= ends[0]) parts.at(-1)[1] = ends[1];
+    else parts.push(ends);
+  });
+  return parts;
 }
 
 function draw() {
@@ -195,7 +200,7 @@ function draw() {
     axis: named(AXES[along]),
     range: rangeOf(along),
     series,
-    tested: testedAlong(along),
+    shades: untested(series),
     cursor: state.point[along],
   }));
   byId("chart-note").textContent = `${count || "No"} points of the logs near this operating point. Shaded: not tested. Dashed: the chosen point.`;
@@ -209,22 +214,27 @@ function tell() {
   const warnings = new Map();
   for (const box of document.getElementsByName("oil")) {
     const oil = OILS[Number(box.value)];
-    const { mu, lower, upper, beyond, away, tested } = predict(oil, state.point);
+    const { mu, lower, upper, beyond, away, tested, outside } = predict(oil, state.point);
     const card = box.closest(".card");
     card.querySelector(".mu bdi").textContent = away ? "not known here" : short(mu, 3);
-    card.querySelector(".interval bdi").textContent = Number.isFinite(upper) ? `${short(lower, 3)} to ${short(upper, 3)}` : "not known";
-    card.classList.toggle("beyond", away || beyond.some((off) => off > 0));
+    card.querySelector(".interval bdi").textContent = Number.isFinite(upper) ? `${short(lower, 3)} to ${short(upper, 3)} (${
+      short(100 * oil.level, 2)} %)` : "not known";
+    card.classList.toggle("beyond", outside);
+    if (box.checked && outside && !away && !beyond.some((off) => off > 0)) warnings.set("between tested conditions", [`not near (${oil.name})`]);
+    if (box.checked && mu > oil.limit) {
+      warnings.set("shear stress", [...(warnings.get("shear stress") ?? []), `no film carries more than ${oil.limit} of the pressure (${oil.name})`]);
+    }
     AXES.forEach(({ symbol, idle }, k) => {
       if (!(beyond[k] > 0) || !box.checked) return;
       const value = idle ? short(tested[k]) : state.point[k];
       const key = `${symbol} ${value}`;
-      const range = `${short(oil.box[k][0], 3)} to ${short(oil.box[k][1], 3)} (${oil.name})`;
+      const range = `tested ${short(oil.box[k][0], 3)} to ${short(oil.box[k][1], 3)} (${oil.name})`;
       warnings.set(key, [...(warnings.get(key) ?? []), range]);
     });
   }
   byId("outside").hidden = !warnings.size;
   byId("outside").textContent = `Outside the tested conditions, where the law is a guess: ${
-    [...warnings].map(([key, ranges]) => `${key}, tested ${ranges.join(", ")}`).join("; ")}.`;
+    [...warnings].map(([key, ranges]) => `${key}: ${ranges.join(", ")}`).join("; ")}.`;
 }
 
 function update() {

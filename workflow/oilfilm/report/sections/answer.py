@@ -1,10 +1,13 @@
 """The answer to the first question: how large is mu, how sure, and can the fit be trusted."""
 
+from collections.abc import Mapping
+from typing import Any
+
 import numpy as np
 
 from oilfilm import tables
 from oilfilm.report.document import Section
-from oilfilm.report.explorer import LABELS, explored_fits, load_at_1_gpa, sliders
+from oilfilm.report.explorer import LABELS, LEVEL, explored_fits, load_at_1_gpa, sliders
 from oilfilm.report.shown_table import Column, ShownTable, number
 from oilfilm.report.words import law_name
 from oilfilm.settings.resolved import Settings
@@ -21,30 +24,30 @@ def answer(results: CampaignTables, settings: Settings) -> Section:
     axes = sliders(fits, results.points, settings)
     pressure, speed, temperature, slip = [np.nan if axis.idle else axis.start for axis in axes]
     verdicts = results.law_verdicts.set_index("oil")["verdict"]
-    sound = results.soundness.set_index("oil")["sound"]
+    sound = {row["oil"]: row for row in tables.rows(results.soundness)}
     runs = results.runs.assign(accepted=results.runs["verdict"] == "accepted")
     counts = runs.groupby("oil")["accepted"].agg(["sum", "size"])
     rows = []
     for fit in tables.rows(results.configured.fit_quality):
-        oil, mu, interval = str(fit["oil"]), np.nan, np.full(2, np.nan)
+        oil, mu, interval = str(fit["oil"]), np.nan, "not known"
         if oil in fits:
             first = pressure
             if load_n is not None and "load_n" in fits[oil].law.conditions:
                 first = load_n * pressure**3
             at = fits[oil].predict(np.array([[first, speed, temperature]]), np.array([slip]))
-            mu, interval = (
-                at.traction_coefficient[0],
-                np.array([at.obs_ci_lower[0], at.obs_ci_upper[0]]),
-            )
+            mu, ends = at.traction_coefficient[0], [at.obs_ci_lower[0], at.obs_ci_upper[0]]
+            level = fits[oil].coefficients.bands(fits[oil].law, LEVEL)[2]
+            if not np.isnan(ends).any():
+                interval = f"{_MU(ends[0])} to {_MU(ends[1])} ({100 * level:.2g} %)"
         beside = str(verdicts.get(oil, ""))
         rows.append(
             [
                 oil,
                 _MU(mu),
-                " to ".join(map(_MU, interval)) if not np.isnan(interval).any() else "not known",
+                interval,
                 law_name(fit["law"]),
                 _BESIDE.get(beside, beside.replace("tie", "ties with others")),
-                "sound" if sound.get(oil, False) else "not sound",
+                _soundness(sound[oil]) if oil in sound else "not sound",
                 "{sum} of {size}".format(**counts.loc[oil]) if oil in counts.index else "none",
             ]
         )
@@ -64,3 +67,11 @@ def answer(results: CampaignTables, settings: Settings) -> Section:
     )
     table = ShownTable("answers", f"At {point}", columns, rows, in_text=True)
     return Section("answer", "Answer", tables=[table])
+
+
+def _soundness(row: Mapping[str, Any]) -> str:
+    """Whether a fit is sound, and otherwise which parts are not; sentences are among trouble."""
+    parts = [] if row["optimum_confirmed"] else ["optimum not confirmed"]
+    parts += [f"law: {row['law_verdict']}"] if row["law_verdict"] != "adequate" else []
+    parts += [f"campaign: {row['campaign_verdict']}"] if row["campaign_verdict"] != "steady" else []
+    return "sound" if row["sound"] else f"not sound ({'; '.join(parts)})"
