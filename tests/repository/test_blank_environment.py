@@ -4,10 +4,13 @@ import json
 import os
 import subprocess
 import sys
+import tarfile
 import tomllib
+import zipfile
 from pathlib import Path
 
 import pytest
+import yaml
 
 from campaigns import ROOT
 from damages import SOUND
@@ -109,12 +112,41 @@ def test_oldest_packages_serve_as_well(tmp_path: Path) -> None:
     asked_of_the_core(environment, tmp_path / "home")
 
 
-def test_version_has_one_home() -> None:
-    """Citation and changelog follow `version` in pyproject.toml."""
+def test_citation_and_archive_say_what_the_package_says() -> None:
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
-    assert __version__ == project["version"]
-    citation = (ROOT / "CITATION.cff").read_text(encoding="utf-8")
-    assert f"\nversion: {__version__}\n" in citation
+    citation = yaml.safe_load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))
+    archive = json.loads((ROOT / ".zenodo.json").read_text(encoding="utf-8"))
+    assert __version__ == project["version"] == citation["version"] == archive["version"]
+    assert project["license"] == citation["license"] == archive["license"]
+    assert project["keywords"] == citation["keywords"] == archive["keywords"]
+    assert citation["title"] == archive["title"]
+    assert citation["abstract"] == archive["description"]
+    assert citation["repository-code"] == project["urls"]["Homepage"]
+    (paper,) = (each for each in citation["references"] if each["type"] == "article")
+    assert paper["doi"] == archive["related_identifiers"][0]["identifier"]
+    names = [each["name"] for each in project["authors"]]
+    assert names == [each["name"] for each in citation["authors"]]
+    assert names == [each["name"] for each in archive["creators"]]
+
+
+def test_wheel_of_the_source_archive_is_that_of_the_clone(tmp_path: Path) -> None:
+    """What is published is built twice the same; the source has all that the wheel takes."""
+    build = [sys.executable, "-m", "hatchling", "build"]
+    for target in ("wheel", "sdist"):
+        done = [*build, "--target", target, "--directory", str(tmp_path)]
+        subprocess.run(done, cwd=ROOT, check=True, capture_output=True)
+    (wheel,), (source,) = tmp_path.glob("*.whl"), tmp_path.glob("*.tar.gz")
+    with tarfile.open(source) as archive:
+        archive.extractall(tmp_path / "source", filter="data")
+    (unpacked,) = (tmp_path / "source").iterdir()
+    again = [*build, "--target", "wheel", "--directory", str(tmp_path / "again")]
+    subprocess.run(again, cwd=unpacked, check=True, capture_output=True)
+    assert (tmp_path / "again" / wheel.name).read_bytes() == wheel.read_bytes()
+    with zipfile.ZipFile(wheel) as package:
+        (metadata,) = (name for name in package.namelist() if name.endswith("/METADATA"))
+        about = package.read(metadata).decode()
+    for line in ("License-Expression: MIT", "Project-URL: Issues, https://", "Keywords: bearing,"):
+        assert f"\n{line}" in about
 
 
 def test_tag_of_another_version_is_refused() -> None:

@@ -54,6 +54,13 @@ def test_both_recipes_take_the_same_steps_and_files() -> None:
     docker, apptainer = (
         recipe_steps(CONTAINERS / name) for name in ("Dockerfile", "apptainer.def")
     )
+    bases = [
+        re.findall(
+            r"(?mi)^from:? (\S+@sha256:[0-9a-f]{64})$", (CONTAINERS / name).read_text("utf-8")
+        )
+        for name in ("Dockerfile", "apptainer.def")
+    ]
+    assert [digest.partition("@")[2] for (digest,) in bases] == [bases[0][0].partition("@")[2]] * 2
     # an Apptainer image has no user of its own: it runs as who starts it
     own = ("useradd", "install ", "cd ")
     steps = [[step for step in each if not step.startswith(own)] for each in (docker, apptainer)]
