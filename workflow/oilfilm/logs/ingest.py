@@ -200,7 +200,8 @@ def read_bytes(path: Path) -> bytes:
             content = file.read(size + 1)
             return content + file.read(LARGEST_LOG - size) if len(content) > size else content
     except OSError as error:
-        advice = "Name the logs in it" if path.is_dir() else "Check the path and its rights"
+        folder = isinstance(error, IsADirectoryError)
+        advice = "Name the logs in it" if folder else "Check the path and its rights"
         raise OilfilmError(f"{path}: cannot be read ({error.strerror}). {advice}.") from error
 
 
