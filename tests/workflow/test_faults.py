@@ -259,6 +259,32 @@ def test_clock_that_has_stepped_back_stops_no_run(undisturbed: Path) -> None:
 
 
 @pytest.mark.nightly
+@pytest.mark.parametrize(
+    ("name", "step"),
+    [
+        ("report.html", "report"),
+        ("figures/curves.png", "data-figures"),
+        ("exports/4102/traction_4102.h", "exports"),
+        ("parts/collect/4102/points.parquet", "collect"),
+    ],
+)
+def test_damaged_result_is_not_released_until_its_step_is_done_anew(
+    undisturbed: Path, name: str, step: str
+) -> None:
+    """One bit is turned over, and the time stamp is as it was."""
+    path, again = undisturbed / "results/small" / name, ("release", "--forcerun", "release", *SMALL)
+    before, stamp = path.read_bytes(), path.stat()
+    path.write_bytes(before[:-9] + bytes([before[-9] ^ 1]) + before[-8:])
+    os.utime(path, ns=(stamp.st_atime_ns, stamp.st_mtime_ns))
+    made = f"results/small/made/{step}.sha256"
+    message = fail(undisturbed, *again)
+    assert f"results/small/{name}: is not as its step wrote it. Remove {made}" in message
+    (undisturbed / made).unlink()
+    assert "exists already, with the same bytes" in succeed(undisturbed, *again)
+    assert path.read_bytes() == before
+
+
+@pytest.mark.nightly
 def test_damaged_table_is_refused_and_made_again(undisturbed: Path) -> None:
     """A sector of the disk reads otherwise."""
     table = "results/small/tables/correlations.parquet"
