@@ -22,6 +22,7 @@ ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT / "tests/helpers"))
 
 from oilfilm.fits.fit import fit_oil  # noqa: E402
+from oilfilm.fits.optimal_design import uncertainty  # noqa: E402
 from oilfilm.randomness import generator  # noqa: E402
 from oilfilm.tables.campaign_tables import CampaignTables  # noqa: E402
 from oilfilm.torque.next_tests import plan_oil, request_of  # noqa: E402
@@ -60,10 +61,8 @@ def laboratory(count: int, designs: int, number: int) -> FloatArray:
     promised = [design.before]
     added: list[Conditions] = [[]]
     for indices in chosen:
-        state = plan.known.information
-        for index in indices:
-            state = state.plus(of_each.at(index))
-        promised.append(float(state.uncertainty(plan.wanted.gradients)))
+        state = plan.known.precision + of_each[list(indices)].sum(axis=0)
+        promised.append(float(uncertainty(state, plan.gradients)))
         rows = tests.iloc[indices][list(CONDITIONS)].to_numpy(dtype=float)
         added.append([(p, u, t) for p, u, t in rows])
     constants = [refit(points)]

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fit_points import LAW, matrix, problem_of
-from oilfilm.fits.curve_errors import EFFECTS, ErrorSizes, effects, error_sizes, information
+from fit_points import LAW, problem_of
+from oilfilm.fits.curve_errors import EFFECTS, ErrorSizes, effects, error_sizes, precision
 from oilfilm.fits.engine import Optimum
 from oilfilm.fits.systematic import calibration_refits
 from oilfilm.randomness import generator
@@ -60,38 +60,22 @@ def test_calibration_moves_the_constants_as_refits_with_shifted_sensors_do() -> 
     problem, data = problem_of(points)
     refits = calibration_refits(problem, Optimum(TRUTH, 0.0), points, np.ones(3, dtype=bool))
     curves = replace(curves_at(LARGE), conditions=data.conditions)
-    each = information(
-        problem.jacobian(TRUTH),
-        effects(LAW, TRUTH, curves),
-        ErrorSizes(np.zeros(5), 0.0),
-        np.array([0.005, 0.003, 0.001, 0.5]),
-        data.curve,
-    )
-    slopes = problem.jacobian(TRUTH)
-    moved = np.linalg.solve(each.hessian.sum(axis=0), each.shared.sum(axis=0))
+    slopes, effect = problem.jacobian(TRUTH), effects(LAW, TRUTH, curves)
+    shifts = effect[:, :4] * np.array([0.005, 0.003, 0.001, 0.5])
+    moved = np.linalg.lstsq(slopes, shifts)[0]
     difference = slopes @ moved - slopes @ (refits - TRUTH).T
     # to first order: half a degree of 25 degC leaves a few per cent
     assert (np.abs(difference).max(axis=0) < 0.05 * np.abs(slopes @ moved).max(axis=0)).all()
 
 
 def test_a_curve_of_many_points_is_one_draw_of_its_errors() -> None:
-    """Twice as many points leave the part of the curve's own errors as it is."""
-    for sizes, ratio in (
-        (ErrorSizes(np.ones(5) * 1e-6, 0.0), 1.0),
-        (ErrorSizes(np.zeros(5), 1e-9), 0.5),
-    ):
-        curves = curves_at(matrix())
-        once, twice = (
-            _covariance(replace(curves, curve=np.repeat(curves.curve, times),
-                                slip=np.repeat(curves.slip, times)), sizes)
-            for times in (1, 2)
-        )  # fmt: skip
-        np.testing.assert_allclose(np.diag(twice), ratio * np.diag(once), rtol=1e-6)
-
-
-def _covariance(curves, sizes):
-    jacobian = LAW.jacobian(TRUTH, curves.at(LAW))
+    """1/(v + s^2/sum d^2) of a parameter that acts as the run's error: s^2 shrinks, v stays."""
+    curves = curves_at(SMALL[:1])
     effect = effects(LAW, TRUTH, curves)
-    each = information(jacobian, effect, sizes, np.zeros(4), curves.curve)
-    total = replace(each, **{name: getattr(each, name).sum(axis=0) for name in vars(each)})
-    return total.covariance
+    effect[:, 1:] = 0.0
+    sizes = ErrorSizes(np.array([1e-6, 0, 0, 0, 0]), 1e-10)
+    for times in (1, 2, 100):
+        d = np.repeat(effect, times, axis=0)
+        told = precision(d[:, :1], d, sizes, np.zeros(len(d), dtype=int))[0, 0, 0]
+        assert told == pytest.approx(1 / (1e-6 + 1e-10 / np.sum(d**2)), rel=1e-9)
+    assert told == pytest.approx(1e6, rel=1e-3)

@@ -10,11 +10,11 @@ from scipy.stats import chi2
 from campaigns import without
 from fit_points import LAW
 from oilfilm.errors import OilfilmError
-from oilfilm.fits.curve_errors import ErrorSizes, effects, information
+from oilfilm.fits.curve_errors import ErrorSizes
 from oilfilm.fits.fit import fit_oil
 from oilfilm.fits.fitted import FittedLaw, predict
 from oilfilm.fits.measured_curves import Known, known_of
-from oilfilm.fits.optimal_design import Information, choose
+from oilfilm.fits.optimal_design import choose, covariance, uncertainties, uncertainty
 from oilfilm.randomness import generator
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
@@ -55,19 +55,15 @@ REPEATS = 150
 @pytest.fixture(scope="module")
 def known() -> Known:
     """What the small matrix tells, with the errors as planted and the constants as they are."""
-    curves = curves_at(SMALL)
     sizes = ErrorSizes(RUN.of_curve**2, RUN.point**2)
-    slopes, effect = LAW.jacobian(TRUTH, curves.at(LAW)), effects(LAW, TRUTH, curves)
-    each = information(slopes, effect, sizes, RIG, curves.curve)
-    total = Information(*(getattr(each, name).sum(axis=0) for name in vars(each)))
     free = np.ones(len(TRUTH), dtype=bool)
-    return Known(LAW, TRUTH, free, total, sizes, RIG, SLIP)
+    return Known(LAW, TRUTH, free, curves_at(SMALL), sizes, RIG, SLIP)
 
 
 @dataclass(frozen=True)
 class Planned:
     conditions: list[tuple[float, float, float]]
-    of_each: Information
+    of_each: FloatArray
     chosen: list[int]
     predicted: FloatArray
     gradients: FloatArray
@@ -80,10 +76,11 @@ def planned(known: Known) -> Planned:
     feasible = candidates(plan.levels, rig, RIG_NAME, film, SETTINGS.gates.lambda_limit, known)
     of_each = known.of_curves(feasible.curves)
     bearing = SETTINGS.tested_bearing()
-    gradients = wanted_in_bearing(oil_in_bearing(), bearing, DUTY, known)["torque"].gradients
-    design = choose(known.information, of_each, gradients, 4)
+    wanted = wanted_in_bearing(oil_in_bearing(), bearing, DUTY, known, CONTACT)["torque"]
+    gradients = known.gradients(wanted.gradients, wanted.lever, wanted.places)
+    design = choose(known.precision, of_each, gradients, 4)
     conditions = [tuple(row) for row in feasible.tests[list(CONDITIONS)].to_numpy()]
-    predicted = design.end.uncertainties(gradients)
+    predicted = uncertainties(design.end, gradients)
     return Planned(conditions, of_each, design.chosen, predicted, gradients)
 
 
@@ -93,7 +90,7 @@ def actual_errors(added: list[tuple[float, float, float]], seed: str) -> FloatAr
     for number in range(REPEATS):
         random = generator(number, seed)
         of_rig = RIG * random.standard_normal(4)
-        constants.append(refit(run_tests(SMALL + added, random, RUN, of_rig)))
+        constants.append(refit(run_tests(SMALL + added, random, RUN, of_rig), RUN, RIG))
     return np.asarray(np.log(torques(np.array(constants)) / torques(TRUTH[np.newaxis])))
 
 
@@ -121,13 +118,11 @@ def test_plan_beats_the_median_of_random_tests(
     designs = [random.choice(len(planned.conditions), 4, replace=False) for _ in range(101)]
     promised = []
     for design in designs:
-        state = known.information
-        for index in design:
-            state = state.plus(planned.of_each.at(index))
-        promised.append(state.uncertainty(planned.gradients))
+        state = known.precision + planned.of_each[design].sum(axis=0)
+        promised.append(uncertainty(state, planned.gradients))
     median = int(np.argsort(promised)[50])
     of_plan = np.sqrt(np.mean(planned.predicted**2))
-    assert of_plan < 0.75 * promised[median]
+    assert of_plan < 0.85 * promised[median]
     drawn = [planned.conditions[index] for index in designs[median]]
     by_chance = actual_errors(drawn, "by chance")
     assert np.sqrt(np.mean(after_plan**2)) < np.sqrt(np.mean(by_chance**2))
@@ -147,13 +142,48 @@ def request_for() -> Request:
     return replace(request_of(SETTINGS), duty=DUTY, count=3)
 
 
-def test_what_is_known_is_the_covariance_of_the_refits(results: CampaignTables) -> None:
+def test_what_is_known_is_no_less_than_what_the_refits_know(results: CampaignTables) -> None:
+    # Gauss and Markov: generalised least squares is the best linear estimate. The bootstrap over 12
+    # curves knows a standard error to some 20 %
     fitted = FittedLaw.of(results.coefficients, OIL, results.refits, results.fit_quality)
     known = known_of(fitted, results.points, OIL, None)
-    np.testing.assert_allclose(
-        known.information.covariance, fitted.coefficients.covariance(LAW), rtol=1e-3, atol=1e-9
-    )
     assert not known.calibration.any()
+    ours = np.diag(covariance(known.precision))[: len(TRUTH)]
+    ratio = np.sqrt(ours / np.diag(fitted.coefficients.covariance(LAW)))
+    assert (ratio < 1.3).all()
+    assert (ratio > 0.1).all()
+
+
+def test_no_feasible_test_makes_torque_or_slip_less_certain(
+    results: CampaignTables, request_for: Request
+) -> None:
+    for plan in plan_oil(results, SETTINGS, OIL, request_for):
+        assert (plan.design.alone <= plan.design.before).all()
+
+
+def test_tests_near_the_bearings_contacts_win_where_the_form_may_be_wrong(
+    results: CampaignTables, request_for: Request
+) -> None:
+    """Distances of the first test from the contacts, in spans of the tests to choose from."""
+    away = []
+    for size in (1e-6, 0.03):
+        settings = SETTINGS.with_changes({"plan": {"form_error": {"size": size}}})
+        (plan, _) = plan_oil(results, settings, OIL, request_for)
+        places = plan.known.places(plan.candidates.curves)
+        span = np.ptp(places, axis=0)
+        contacts = plan.wanted.places.reshape(-1, 3)
+        far = (places[plan.design.chosen][:, np.newaxis] - contacts) / span
+        away.append(np.linalg.norm(far, axis=-1).min(axis=1).mean())
+    assert away[1] < 0.7 * away[0]
+
+
+def test_where_nothing_is_worth_measuring_no_test_is_named(
+    results: CampaignTables, request_for: Request
+) -> None:
+    strict = SETTINGS.with_changes({"plan": {"smallest_gain": 0.99}})
+    for plan in plan_oil(results, strict, OIL, request_for):
+        assert plan.design.chosen == []
+        assert (plan.table()["test_order"] == 0).all()
 
 
 def test_plan_keeps_to_what_the_rig_can_run(results: CampaignTables, request_for: Request) -> None:
@@ -175,8 +205,10 @@ def test_plan_keeps_to_what_the_rig_can_run(results: CampaignTables, request_for
 
 def test_gradients_of_the_torque_are_those_of_finite_changes_of_the_law(known: Known) -> None:
     """Against the torque with one constant moved by a tenth of its uncertainty."""
-    wanted = wanted_in_bearing(oil_in_bearing(), SETTINGS.tested_bearing(), DUTY, known)["torque"]
-    step = 0.1 * np.sqrt(np.diag(known.information.covariance))
+    wanted = wanted_in_bearing(oil_in_bearing(), SETTINGS.tested_bearing(), DUTY, known, CONTACT)[
+        "torque"
+    ]
+    step = 0.1 * np.sqrt(np.diag(covariance(known.precision))[: len(TRUTH)])
     moved = torques(TRUTH + np.diag(step)) / torques(TRUTH[np.newaxis]) - 1
     expected = moved.T / step
     np.testing.assert_allclose(
@@ -188,11 +220,11 @@ def test_operating_points_without_equilibrium_are_left_out_and_named(known: Know
     crushed = np.array([[1e7, 12000.0, 100.0]])
     bearing = SETTINGS.tested_bearing()
     duty = np.concatenate([DUTY[:1], crushed])
-    wanted = wanted_in_bearing(oil_in_bearing(), bearing, duty, known)["torque"]
+    wanted = wanted_in_bearing(oil_in_bearing(), bearing, duty, known, CONTACT)["torque"]
     assert wanted.labels == ["10000 N, 9000 rpm, 100 degC"]
     assert wanted.left_out == ["1e+07 N, 12000 rpm, 100 degC: no equilibrium"]
     with pytest.raises(OilfilmError, match="no duty point has a steady motion"):
-        wanted_in_bearing(oil_in_bearing(), bearing, crushed, known)
+        wanted_in_bearing(oil_in_bearing(), bearing, crushed, known, CONTACT)
 
 
 @dataclass(frozen=True)
@@ -205,16 +237,21 @@ class Stepping:
     def with_constants(self, constants: FloatArray) -> "Stepping":
         return replace(self, constants=constants)
 
-    def run(self, bearing: object, load: FloatArray, *_: FloatArray) -> pd.DataFrame:
+    def run(
+        self, bearing: object, load: FloatArray, *_: FloatArray, traction_factor: FloatArray
+    ) -> pd.DataFrame:
         assert self.constants is not None
         moved = np.log(self.constants[:, 0] / to_constants(LAW, TRUTH)[0])
         torque = 2 + moved + np.where((load == 1) & (moved > 1e-6), 1.0, 0.0)
-        return pd.DataFrame({"converged": True, "torque_n_m": torque, "cage_slip": 0.1 * torque})
+        known = dict.fromkeys(("inner", "outer"), 1.5)
+        pressures = {f"{race}_max_hertz_pressure_gpa": value for race, value in known.items()}
+        columns = {"converged": True, "entrainment_speed_m_s": 30.0, **pressures}
+        return pd.DataFrame({"torque_n_m": torque, "cage_slip": 0.1 * torque, **columns})
 
 
 def test_operating_points_where_the_motion_jumps_are_left_out_and_named(known: Known) -> None:
     duty = np.array([[1.0, 100, 100], [2.0, 100, 100]])
-    wanted = wanted_in_bearing(Stepping(), SETTINGS.tested_bearing(), duty, known)
+    wanted = wanted_in_bearing(Stepping(), SETTINGS.tested_bearing(), duty, known, CONTACT)
     assert wanted["torque"].left_out == ["1 N, 100 rpm, 100 degC: it jumps with the constants"]
     # d ln(2 + x)/dx = 1/2 and d 0.1 (2 + x)/dx = 0.1, at x = ln|A0/A0'| = 0
     for target, slope in (("torque", 0.5), ("cage_slip", 0.1)):
@@ -223,7 +260,7 @@ def test_operating_points_where_the_motion_jumps_are_left_out_and_named(known: K
 
 def test_without_a_bearing_mu_is_planned_for(known: Known) -> None:
     """Gradients of ln mu against mu with a constant moved."""
-    wanted = wanted_traction(SETTINGS.plan.traction_at, known)
+    wanted = wanted_traction(SETTINGS.plan.traction_at, known, CONTACT)
     assert wanted.labels[0] == "1 GPa, 50 m/s, 100 degC, S 0.02"
     assert request_of(without(SETTINGS, "torque")).targets == ("traction",)
     moved = TRUTH + 1e-5 * np.eye(len(TRUTH))

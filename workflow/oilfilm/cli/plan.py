@@ -13,6 +13,7 @@ from oilfilm import tables
 from oilfilm.cli.arguments import campaign_folder, config_folder, json_text, quantity
 from oilfilm.cli.parser import DUTY_EXAMPLE
 from oilfilm.errors import OilfilmError
+from oilfilm.fits.optimal_design import uncertainties, uncertainty
 from oilfilm.settings.resolve import named_file, resolve
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
@@ -36,9 +37,9 @@ _TEST_COLUMNS = (
     ("lambda", "lambda_ratio", ".1f"),
 )
 ASSUMPTION = (
-    "The plan assumes that the law's form is right: errors of that form beyond the measured "
-    "conditions are not covered. Only the uncertainty from the law's constants is planned for; the "
-    "other terms of the torque have their own (bearing.term_uncertainty)."
+    "The plan allows for an error of the law's form (plan.form_error). Only the uncertainty from "
+    "the law is planned for; the other terms of the torque have their own "
+    "(bearing.term_uncertainty)."
 )
 
 
@@ -114,14 +115,15 @@ def _operating_points(plan: NextTests) -> pd.DataFrame:
         {
             "at": wanted.labels,
             "value": wanted.values,
-            "uncertainty_now": plan.known.information.uncertainties(wanted.gradients),
-            "uncertainty_with_plan": plan.design.end.uncertainties(wanted.gradients),
+            "uncertainty_now": uncertainties(plan.known.precision, plan.gradients),
+            "uncertainty_with_plan": uncertainties(plan.design.end, plan.gradients),
         }
     )
 
 
 def _without_calibration(plan: NextTests) -> float:
-    return float(plan.known.information.without_calibration().uncertainty(plan.wanted.gradients))
+    known = plan.known
+    return float(uncertainty(*known.without_calibration(known.precision, plan.gradients)))
 
 
 def _plain(plan: NextTests, about: Mapping[str, str]) -> dict[str, Any]:
@@ -160,7 +162,7 @@ def _text(plan: NextTests) -> str:
     points = _operating_points(plan)
     where = f" in {plan.where}" if plan.where else ""
     lines = [
-        f"{plan.oil}{where}: standard uncertainty of the {name} from the law's constants, root "
+        f"{plan.oil}{where}: standard uncertainty of the {name} from the law, root "
         f"mean square over {len(points)} operating points: {shown(plan.design.before)}; "
         f"largest {largest('uncertainty_now')}.",
         f"With exact sensors it would be {shown(_without_calibration(plan))}: "
@@ -181,6 +183,13 @@ def _text(plan: NextTests) -> str:
         ]
         for test in tables.rows(_chosen(plan))
     ]
-    lines += text_table([heads, *rows], right=len(heads) - 1)
-    lines.append(f"Largest after the plan: {largest('uncertainty_with_plan')}.")
+    if rows:
+        lines += text_table([heads, *rows], right=len(heads) - 1)
+        lines.append(f"Largest after the plan: {largest('uncertainty_with_plan')}.")
+    if len(rows) < plan.count:
+        more = "more " if rows else ""
+        lines.append(
+            f"No {more}test is worth measuring: each makes the {name} more certain by less than "
+            f"{plan.smallest_gain:.2g} of its uncertainty (plan.smallest_gain)."
+        )
     return "\n".join(lines)

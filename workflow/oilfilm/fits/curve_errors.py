@@ -11,7 +11,6 @@ from dataclasses import dataclass
 import numpy as np
 import scipy
 
-from oilfilm.fits.optimal_design import Information
 from oilfilm.fits.systematic import SENSORS
 from oilfilm.traction.law import Law, Observations
 from oilfilm.units import FloatArray, IndexArray
@@ -25,6 +24,8 @@ _OF_A_RUN = [EFFECTS.index(name) for name in ("load", "inlet temperature", "zero
 # Range of the logarithm of a variance, over the variance of the residuals.
 _VARIANCES = (-14.0, 4.0)
 _STEP = 1e-4
+# Error of mu below which a point counts as exact.
+_EXACT = 1e-9
 
 
 @dataclass(frozen=True)
@@ -163,28 +164,27 @@ def points_of_curves(curve: IndexArray) -> list[IndexArray]:
     return np.split(np.arange(len(curve)), np.flatnonzero(np.diff(curve)) + 1)
 
 
-def information(
-    jacobian: FloatArray,
-    effect: FloatArray,
-    sizes: ErrorSizes,
-    calibration: FloatArray,
-    curve: IndexArray,
-) -> Information:
-    """What each curve tells about the constants.
+def precision(
+    rows: FloatArray, effect: FloatArray, sizes: ErrorSizes, curve: IndexArray
+) -> FloatArray:
+    """What each curve tells about parameters: A^T V^-1 A, V = s^2 I + D diag(v) D^T.
 
     Args:
-        jacobian: Slopes of mu by the constants, shape (points, n).
-        effect: As `effects`, shape (points, effects).
-        sizes: As `error_sizes`.
-        calibration: Standard uncertainty of each sensor's calibration, in the order of `SENSORS`.
+        rows: A, slopes of mu by the parameters, shape (points, n).
+        effect: D, as `effects`, shape (points, effects).
+        sizes: v and s^2, as `error_sizes`.
         curve: Curve of each point, rising from 0.
 
     Returns:
-        With the curves as leading axis.
+        Shape (curves, n, n).
     """
-    parts = points_of_curves(curve)
-    hessian = np.stack([jacobian[part].T @ jacobian[part] for part in parts])
-    scores = np.stack([jacobian[part].T @ effect[part] for part in parts])
-    scatter = np.einsum("ink,imk,k->inm", scores, scores, sizes.of_curve)
-    shared = scores[..., : len(SENSORS)] * calibration
-    return Information(hessian, scatter + sizes.of_point * hessian, shared)
+    of_run = np.flatnonzero(sizes.of_curve > 0)
+    # without any error a point would be worth any number of others
+    of_point = max(sizes.of_point, _EXACT**2)
+    inner = np.diag(of_point / sizes.of_curve[of_run])
+    each = []
+    for part in points_of_curves(curve):
+        a, d = rows[part], effect[part][:, of_run]
+        across = d.T @ a
+        each.append(a.T @ a - across.T @ np.linalg.solve(inner + d.T @ d, across))
+    return np.stack(each) / of_point

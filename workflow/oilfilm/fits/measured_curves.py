@@ -6,48 +6,145 @@ import numpy as np
 import pandas as pd
 
 from oilfilm.errors import OilfilmError
-from oilfilm.fits.curve_errors import (
-    Curves,
-    ErrorSizes,
-    effects,
-    error_sizes,
-    information,
-)
+from oilfilm.fits.curve_errors import Curves, ErrorSizes, effects, error_sizes, precision
 from oilfilm.fits.fitted import FittedLaw
-from oilfilm.fits.optimal_design import Information
 from oilfilm.fits.problem import curve_data
+from oilfilm.fits.systematic import SENSORS
 from oilfilm.settings.rig import Calibration
 from oilfilm.traction.law import Law, to_internal
 from oilfilm.units import BoolArray, FloatArray
+
+# Centres of the form's error, and their least distance in lengths: nearer ones tell nothing new.
+_CENTRES, _APART = 30, 0.3
+
+
+@dataclass(frozen=True)
+class FormError:
+    """Relative error of the law's form over the conditions, as a Gaussian process.
+
+    Its correlation falls with the distance as exp(-d^2/2), d in lengths of `length`. It is written
+    by a few weights, those of processes at `centres`, so that precisions of curves add.
+
+    Reference: M. C. Kennedy, A. O'Hagan, J. R. Stat. Soc. B 63 (2001) 425 (discrepancy of a model);
+        J. Quinonero-Candela, C. E. Rasmussen, J. Mach. Learn. Res. 6 (2005) 1939 (few centres).
+
+    Attributes:
+        size: Standard deviation.
+        length: Of each of ln W/3, ln U and T, shape (3,).
+        centres: Where the process is written, shape (centres, 3).
+    """
+
+    size: float
+    length: FloatArray
+    centres: FloatArray
+
+    @classmethod
+    def near(cls, size: float, length: FloatArray, places: FloatArray) -> "FormError":
+        """The process with centres spread over some places, the first of which come first."""
+        chosen = [0]
+        while len(chosen) < min(_CENTRES, len(places)):
+            away = ((places[:, np.newaxis] - places[chosen]) / length) ** 2
+            nearest = away.sum(axis=-1).min(axis=1)
+            if nearest.max() < _APART**2:
+                break
+            chosen.append(int(nearest.argmax()))
+        return cls(size, length, places[chosen])
+
+    def weights(self, places: FloatArray) -> FloatArray:
+        """Error at places, shape (..., 3), by the standard normal weights: (..., centres)."""
+        matrix = self._correlation(self.centres) + 1e-9 * np.eye(len(self.centres))
+        root = np.linalg.cholesky(matrix)
+        flat = self._correlation(places.reshape(-1, places.shape[-1]))
+        solved = self.size * np.linalg.solve(root, flat.T).T
+        return solved.reshape(*places.shape[:-1], len(self.centres))
+
+    def _correlation(self, places: FloatArray) -> FloatArray:
+        away = (places[:, np.newaxis] - self.centres) / self.length
+        return np.asarray(np.exp(-0.5 * (away**2).sum(axis=-1)))
+
+
+NO_FORM_ERROR = FormError(0.0, np.ones(3), np.empty((0, 3)))
+
+
+def place(load_n: FloatArray, speed_m_s: FloatArray, temperature_c: FloatArray) -> FloatArray:
+    """Conditions as coordinates of the form's error: ln W/3, which is ln p on one rig, ln U, T."""
+    return np.stack([np.log(load_n) / 3, np.log(speed_m_s), temperature_c], axis=-1)
 
 
 @dataclass(frozen=True)
 class Known:
     """What the measured curves tell about the constants that are not fixed.
 
+    Beside these constants the parameters are the calibration errors of the rig's sensors, in their
+    standard uncertainties, and the weights of the form's error.
+
     Attributes:
         law: The fitted law.
         internal: All its internal constants.
         free: Which of them the data decide.
-        information: Of all measured curves.
+        curves: The measured curves.
         sizes: Variances of what is wrong in a curve, from the residuals of the fit.
         calibration: Standard uncertainty of each sensor's calibration.
         slip: Slide-roll ratios of the curve with the most points.
+        form: How far the law's form may be wrong.
     """
 
     law: Law
     internal: FloatArray
     free: BoolArray
-    information: Information
+    curves: Curves
     sizes: ErrorSizes
     calibration: FloatArray
     slip: FloatArray
+    form: FormError = NO_FORM_ERROR
 
-    def of_curves(self, curves: Curves) -> Information:
-        """What each of some curves would tell."""
-        jacobian = self.law.jacobian(self.internal, curves.at(self.law))[:, self.free]
+    def of_curves(self, curves: Curves) -> FloatArray:
+        """Precision that each of some curves would add, shape (curves, parameters, parameters)."""
         effect = effects(self.law, self.internal, curves)
-        return information(jacobian, effect, self.sizes, self.calibration, curves.curve)
+        at = curves.at(self.law)
+        mu = self.law.traction(self.internal, at)
+        of_form = mu[:, np.newaxis] * self.form.weights(self.places(curves))[curves.curve]
+        rows = [
+            self.law.jacobian(self.internal, at)[:, self.free],
+            effect[:, : len(SENSORS)] * self.calibration,
+            of_form,
+        ]
+        return precision(np.hstack(rows), effect, self.sizes, curves.curve)
+
+    @property
+    def precision(self) -> FloatArray:
+        """Of all parameters by the measured curves and by what calibration and form are known."""
+        before = np.ones(self.free.sum() + len(SENSORS) + len(self.form.centres))
+        before[: self.free.sum()] = 0.0
+        return np.asarray(np.diag(before) + self.of_curves(self.curves).sum(axis=0))
+
+    def without_calibration(
+        self, precision: FloatArray, gradients: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """A precision and gradients where the sensors are exact: without their parameters."""
+        count = int(self.free.sum())
+        sensors = np.arange(count, count + len(SENSORS))
+        rows = np.delete(precision, sensors, axis=-2)
+        return np.delete(rows, sensors, axis=-1), np.delete(gradients, sensors, axis=-1)
+
+    def gradients(
+        self, by_constants: FloatArray, lever: FloatArray, places: FloatArray
+    ) -> FloatArray:
+        """Gradients of quantities by all parameters.
+
+        Args:
+            by_constants: By the free constants, shape (quantities, free).
+            lever: Change of each quantity per relative change of mu.
+            places: Conditions at which mu counts, shape (quantities, places, 3).
+        """
+        of_form = lever[:, np.newaxis] * self.form.weights(places).mean(axis=1)
+        none = np.zeros((len(lever), len(SENSORS)))
+        return np.hstack([by_constants, none, of_form])
+
+    def places(self, curves: Curves) -> FloatArray:
+        """Conditions of curves as coordinates of the form's error."""
+        levels = dict(zip(self.law.conditions, curves.conditions.T, strict=True))
+        return place(curves.load_n, levels["entrainment_speed_m_s"], levels["inlet_temperature_c"])
 
 
 def known_of(
@@ -95,15 +192,9 @@ def known_of(
     effect = effects(law, internal, curves)
     sizes = error_sizes(jacobian, effect, residual, curves.curve)
     sensors = _sensor_errors(calibration)
-    each = information(jacobian, effect, sizes, sensors, curves.curve)
-    hessian = each.hessian.sum(axis=0)
-    covariance = np.atleast_2d(np.cov(spread[:, free], rowvar=False))
-    # the scatter that gives the constants the covariance of the bootstrap
-    scatter = hessian @ covariance @ hessian
-    now = Information(hessian, scatter, each.shared.sum(axis=0))
     longest = np.argmax(np.bincount(curves.curve))
     slip = np.sort(curves.slip[curves.curve == longest])
-    return Known(law, internal, free, now, sizes, sensors, slip)
+    return Known(law, internal, free, curves, sizes, sensors, slip)
 
 
 def _measured_curves(points: pd.DataFrame, law: Law) -> tuple[Curves, FloatArray]:

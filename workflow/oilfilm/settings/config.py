@@ -362,11 +362,24 @@ class PlanLevels(Group):
     inlet_temperature_c: q.Rising[q.TemperatureC] = key("Inlet temperatures, rising.")
 
 
+class FormErrorSettings(Group):
+    """How far the form of a law may be wrong where it was not tested."""
+
+    size: q.RelativeError = key("Standard deviation of its relative error.")
+    length: q.PositiveShare = key(
+        "Distance over which the error changes, over the span of the tests to choose from."
+    )
+
+
 class PlanSettings(Group):
     """Which tests to run next."""
 
     tests: int = key("Tests of a plan, chosen one after the other.", ge=1, le=50)
     levels: PlanLevels = key("Levels of the tests to choose from.")
+    form_error: FormErrorSettings = key("Error of the law's form.")
+    smallest_gain: q.Share = key(
+        "Relative fall of the uncertainty below which a test is not worth measuring."
+    )
     duty_points: list[DutyPoint] = key(
         "Operating points of the bearing; those of `torque.matrix` if not given, else those of "
         "`bearing.cage_slip`.",

@@ -77,6 +77,7 @@ class OilInBearing:
         inner_speed_rpm: Floats,
         inlet_temperature_c: Floats,
         load_variable: str = "stress",
+        traction_factor: Floats = 1.0,
     ) -> pd.DataFrame:
         """Friction at operating points, one row per point; see `Cases.run`.
 
@@ -86,9 +87,11 @@ class OilInBearing:
             inner_speed_rpm: Speed of the inner ring.
             inlet_temperature_c: Temperature of the oil.
             load_variable: Key of `laws`.
+            traction_factor: Factor on all traction.
         """
-        levels = np.atleast_1d(axial_load_n), inner_speed_rpm, inlet_temperature_c
-        points = pd.DataFrame(dict(zip(_POINT, np.broadcast_arrays(*levels), strict=True)))
+        given = np.atleast_1d(axial_load_n), inner_speed_rpm, inlet_temperature_c, traction_factor
+        names = (*_POINT, "traction_factor")
+        points = pd.DataFrame(dict(zip(names, np.broadcast_arrays(*given), strict=True)))
         return Cases(bearing, [(self, load_variable, points)]).run()
 
 

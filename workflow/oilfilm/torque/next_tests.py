@@ -1,12 +1,12 @@
 """Which tests to run next: rig conditions that most reduce what a bearing's torque leaves open.
 
-Everything rests on the law's form: the fitted law is taken as true at every condition. What the law
-misses beyond the tested box is no part of these uncertainties.
+The law's form may be wrong: by a few per cent that change over the conditions, so that tests near
+the bearing's contacts tell more than a power law's lever far away.
 
 Decides: which tests are chosen next.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import compress
 
 import numpy as np
@@ -16,8 +16,9 @@ from oilfilm.bearing.geometry import Bearing
 from oilfilm.errors import OilfilmError
 from oilfilm.fits.curve_errors import Curves
 from oilfilm.fits.fitted import FittedLaw
-from oilfilm.fits.measured_curves import Known, known_of
+from oilfilm.fits.measured_curves import FormError, Known, known_of, place
 from oilfilm.fits.optimal_design import Design, choose
+from oilfilm.physics.rigs import Contact
 from oilfilm.settings.config import PlanSettings, PointOfTraction
 from oilfilm.settings.resolved import Settings
 from oilfilm.settings.rig import Rig
@@ -25,11 +26,15 @@ from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.torque.bearing_torque import OilInBearing, joined, oils_in_bearings
 from oilfilm.torque.feasible_tests import Candidates, candidates
 from oilfilm.torque.operating_grid import Film
-from oilfilm.traction.law import to_constants
+from oilfilm.traction.law import CONDITIONS, to_constants
 from oilfilm.units import MM_PER_M, BoolArray, FloatArray
 
 DUTY = ("axial_load_n", "inner_speed_rpm", "oil_temperature_c")
 BEARING_TARGETS = ("torque", "cage_slip")
+# Maximum pressure at both races, as columns of the calculated results.
+_PRESSURES = ("inner_max_hertz_pressure_gpa", "outer_max_hertz_pressure_gpa")
+# Of the tests to choose from, in ln p, ln U and degC, where a plan has one level of a condition.
+_LEAST_SPAN = np.array([0.1, 0.1, 10.0])
 # Step of the internal constants in finite differences.
 _STEP = 1e-3
 # Second over first difference of a smooth quantity is of the size of the step; of a jump it is 1.
@@ -46,6 +51,8 @@ class Wanted:
         values: Their values by the fitted law.
         gradients: By the free internal constants, shape (quantities, free); of torque and traction
             relative to the value.
+        lever: Change of each (as of `gradients`) per relative change of all traction.
+        places: Conditions at which traction counts, shape (quantities, places, 3), as of `place`.
         left_out: Operating points without such a gradient, with the reason.
     """
 
@@ -53,11 +60,13 @@ class Wanted:
     labels: list[str]
     values: FloatArray
     gradients: FloatArray
+    lever: FloatArray
+    places: FloatArray
     left_out: list[str]
 
 
 def wanted_in_bearing(
-    oil: OilInBearing, bearing: Bearing, duty: FloatArray, known: Known
+    oil: OilInBearing, bearing: Bearing, duty: FloatArray, known: Known, contact: Contact
 ) -> dict[str, Wanted]:
     """Torque and cage slip at operating points, with their gradients by the free constants.
 
@@ -68,15 +77,30 @@ def wanted_in_bearing(
         bearing: The bearing.
         duty: Rows of axial load in N, inner speed in rpm, oil temperature in degC.
         known: The constants.
+        contact: Of the traction rig.
 
     Raises:
         OilfilmError: No operating point has a gradient.
     """
     free = np.flatnonzero(known.free)
     step = _STEP * np.eye(len(known.internal))[free]
-    moved = known.internal + np.concatenate([np.zeros_like(step[:1]), step, -step])
+    # every constant to either side, then all traction
+    still = np.zeros((1, len(known.internal)))
+    moved = known.internal + np.concatenate([still, step, still, -step, still])
+    factor = np.exp(
+        np.repeat([*[0.0] * (len(free) + 1), _STEP, *[0.0] * len(free), -_STEP], len(duty))
+    )
     constants = np.repeat(to_constants(known.law, moved), len(duty), axis=0)
-    terms = oil.with_constants(constants).run(bearing, *np.tile(duty.T, len(moved)))
+    load, speed, heat = np.tile(duty.T, len(moved))
+    drawn = oil.with_constants(constants)
+    terms = drawn.run(bearing, load, speed, heat, traction_factor=factor)
+    first = terms.iloc[: len(duty)]
+    rolling, pressure = first["entrainment_speed_m_s"], first[[*_PRESSURES]].to_numpy()
+    places = place(
+        contact.load_n(pressure),
+        np.repeat(rolling.to_numpy()[:, np.newaxis], 2, axis=1),
+        np.repeat(duty[:, 2:], 2, axis=1),
+    )
     converged = terms["converged"].to_numpy(dtype=bool).reshape(len(moved), -1)
     solved: BoolArray = np.asarray(converged.all(axis=0))
     labels = [f"{load:g} N, {speed:g} rpm, {heat:g} degC" for load, speed, heat in duty]
@@ -86,7 +110,7 @@ def wanted_in_bearing(
     }
     smooth = solved.copy()
     for each in values.values():
-        smooth &= _is_smooth(each, len(free))
+        smooth &= _is_smooth(each, len(free) + 1)
     left_out = [
         f"{label}: " + ("it jumps with the constants" if good else "no equilibrium")
         for label, good, kept in zip(labels, solved, smooth, strict=True)
@@ -99,12 +123,15 @@ def wanted_in_bearing(
         )
     wanted = {}
     for target, each in values.items():
-        middle, ends = each[0], each[1:].reshape(2, len(free), -1)
+        middle, ends = each[0], each[1:].reshape(2, len(free) + 1, -1)
         gradient = (ends[0] - ends[1]).T / (2 * _STEP)
         if target == "torque":
             gradient = gradient / middle[:, np.newaxis]
         kept = list(compress(labels, smooth))
-        wanted[target] = Wanted(target, kept, middle[smooth], gradient[smooth], left_out)
+        by_constants, lever = gradient[smooth, :-1], gradient[smooth, -1]
+        wanted[target] = Wanted(
+            target, kept, middle[smooth], by_constants, lever, places[smooth], left_out
+        )
     return wanted
 
 
@@ -118,7 +145,7 @@ def _is_smooth(values: FloatArray, free: int) -> BoolArray:
     return np.asarray(second <= _LARGEST_BEND * first + floor)
 
 
-def wanted_traction(at: list[PointOfTraction], known: Known) -> Wanted:
+def wanted_traction(at: list[PointOfTraction], known: Known, contact: Contact) -> Wanted:
     """mu at stated conditions, with its relative gradients by the free constants."""
     levels = pd.DataFrame([point.model_dump() for point in at])
     missing = sorted(set(known.law.conditions) - set(levels))
@@ -137,7 +164,10 @@ def wanted_traction(at: list[PointOfTraction], known: Known) -> Wanted:
         f"{row.inlet_temperature_c:g} degC, S {row.slide_roll_ratio:g}"
         for row in at
     ]
-    return Wanted("traction", labels, mu, slopes / mu[:, np.newaxis], [])
+    pressure, speed, temperature = levels[list(CONDITIONS)].to_numpy(dtype=float).T
+    places = place(contact.load_n(pressure), speed, temperature)[:, np.newaxis]
+    gradients = slopes / mu[:, np.newaxis]
+    return Wanted("traction", labels, mu, gradients, np.ones(len(mu)), places, [])
 
 
 @dataclass(frozen=True)
@@ -150,7 +180,10 @@ class NextTests:
         known: What the measured curves tell.
         wanted: Whose uncertainty becomes small.
         candidates: The tests that the rig can run.
+        gradients: Of what is wanted by all parameters of `known`.
         design: Those chosen.
+        count: How many were asked for.
+        smallest_gain: Relative fall of the uncertainty below which a test is not chosen.
     """
 
     oil: str
@@ -158,7 +191,10 @@ class NextTests:
     known: Known
     wanted: Wanted
     candidates: Candidates
+    gradients: FloatArray
     design: Design
+    count: int
+    smallest_gain: float
 
     def table(self) -> pd.DataFrame:
         """Rows of the table `test_plan`."""
@@ -255,7 +291,6 @@ def plan_oil(
     film = Film(contact, properties, settings.film)
     plan = settings.plan
     feasible = candidates(plan.levels, rig, name, film, settings.gates.lambda_limit, known)
-    new = known.of_curves(feasible.curves)
     wanted: dict[str, Wanted] = {}
     if request.bearing is not None and set(request.targets) & set(BEARING_TARGETS):
         in_bearings = oils_in_bearings(results.coefficients, results.fit_quality, settings)
@@ -265,20 +300,28 @@ def plan_oil(
                 f"{oil}: the rigs of the campaign have different contacts, so that its law cannot "
                 "be taken into a bearing. Plan for traction, or for a campaign of one rig."
             )
-        wanted |= wanted_in_bearing(own[0], request.bearing, request.duty, known)
+        wanted |= wanted_in_bearing(own[0], request.bearing, request.duty, known, contact)
     if "traction" in request.targets:
-        wanted["traction"] = wanted_traction(plan.traction_at, known)
-    return [
-        NextTests(
-            oil,
-            "" if target == "traction" or request.bearing is None else request.bearing.name,
-            known,
-            wanted[target],
-            feasible,
-            choose(known.information, new, wanted[target].gradients, request.count),
-        )
-        for target in request.targets
-    ]
+        wanted["traction"] = wanted_traction(plan.traction_at, known, contact)
+    made = []
+    for target in request.targets:
+        asked = wanted[target]
+        here = replace(known, form=_form_error(plan, asked, known, feasible.curves))
+        gradients = here.gradients(asked.gradients, asked.lever, asked.places)
+        new = here.of_curves(feasible.curves)
+        limits = request.count, plan.smallest_gain
+        design = choose(here.precision, new, gradients, *limits)
+        where = "" if target == "traction" or request.bearing is None else request.bearing.name
+        made.append(NextTests(oil, where, here, asked, feasible, gradients, design, *limits))
+    return made
+
+
+def _form_error(plan: PlanSettings, wanted: Wanted, known: Known, new: Curves) -> FormError:
+    """How far the law's form may be wrong, with lengths by the span of the tests to choose from."""
+    of_tests = known.places(new)
+    length = plan.form_error.length * np.maximum(np.ptp(of_tests, axis=0), _LEAST_SPAN)
+    every = [wanted.places.reshape(-1, 3), known.places(known.curves), of_tests]
+    return FormError.near(plan.form_error.size, length, np.concatenate(every))
 
 
 def _rig_of(settings: Settings) -> tuple[str, Rig]:

@@ -24,11 +24,10 @@ _ROWS = (_PRESSURE, _TEMPERATURE)
     caption="Tests that the rig can run, one column of panels per oil. Abscissa: entrainment "
     "speed U (m/s). Ordinate: maximum Hertz pressure P (GPa, top) or inlet temperature T "
     "(\N{DEGREE SIGN}C, bottom). Colour: reduction (%) of the uncertainty of the calculated "
-    "friction torque by one more curve. Only the uncertainty from the constants of the law "
-    "counts, as root mean square over the duty points. The third condition has its best level. "
+    "friction torque by one more curve. Only the uncertainty from the law counts, its form "
+    "included, as root mean square over the duty points. The third condition has its best level. "
     "Numbers: tests to run next, in this order. Circles: measured runs. White: the rig cannot run "
-    "the test with a full film. The plan assumes that the form of the law is right, also beyond "
-    "the measured runs.",
+    "the test with a full film.",
     category="Bearing",
     family="bearing",
     tables=("test_plan", "points"),
@@ -38,7 +37,7 @@ _ROWS = (_PRESSURE, _TEMPERATURE)
 def plan_map(results: CampaignTables, settings: Settings) -> Sheet:
     """One column per oil; above P against U, below T against U."""
     tests = results.test_plan
-    # by how much one test reduces the uncertainty; below 0 where it would not
+    # by how much one test reduces the uncertainty
     share = tests["uncertainty_with_test"] / tests["uncertainty_now"]
     tests = tests.assign(reduction=100 * (1 - share))[tests["target"] == "torque"]
     oils = [oil for oil in settings.oils if (tests["oil"] == oil).any()]
