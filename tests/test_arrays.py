@@ -1,5 +1,7 @@
 """Fits on arrays: planted constants come back, with units or without."""
 
+import pickle
+
 import numpy as np
 import pandas as pd
 import pint
@@ -31,7 +33,10 @@ def fitted(points: pd.DataFrame) -> ArrayFit:
 def test_planted_constants_come_back(fitted: ArrayFit) -> None:
     planted = oilfilm.printed("4102").coefficients.constants
     np.testing.assert_allclose(fitted.constants["value"], planted, rtol=1e-6)
-    assert fitted.verdict.startswith("deng2026: certified")
+    assert fitted.soundness["optimum_confirmed"]
+    # speed and temperature have two levels each: what bends between them cannot be seen
+    assert fitted.soundness["law_verdict"] == "two levels"
+    assert not fitted.soundness["sound"]
     at = fitted.predict(1.2, 30, 70, 0.05)
     assert at.obs_ci_lower <= at.traction_coefficient <= at.obs_ci_upper
     assert fitted.predict(1.2, 30, 70, 0.5).outside
@@ -121,3 +126,59 @@ def test_arrays_that_do_not_match_and_oils_without_constants_are_told() -> None:
         oilfilm.fit([1.0, 1.2, 1.5], 25, 50, [0.0, 0.1], [0.0, 0.02])
     with pytest.raises(oilfilm.OilfilmError, match="no constants of '4103'; of 4102"):
         oilfilm.printed("4103")
+
+
+def test_measured_conditions_that_agree_within_tolerances_are_one_curve(
+    points: pd.DataFrame, fitted: ArrayFit
+) -> None:
+    random = np.random.default_rng(7)
+    off = 1 + 0.002 * random.standard_normal((2, len(points)))
+    scattered = (points["P"] * off[0], points["U"] * off[1], points["T"], points["S"], points["mu"])
+    fit = oilfilm.fit(*scattered, **QUICK)
+    assert fit.points["run_id"].nunique() == 12
+    truth = points.groupby(["P", "U", "T"], sort=False).ngroup()
+    assert (fit.points["run_id"].astype(int) == truth).all()
+
+
+def test_points_taken_apart_are_warned_of(points: pd.DataFrame) -> None:
+    columns = [points[name] for name in points]
+    with pytest.warns(UserWarning, match=r"132 points are taken for 132 curves"):
+        oilfilm.fit(*columns, curve=np.arange(len(points)), **QUICK)
+
+
+@pytest.mark.parametrize(
+    ("column", "factor", "hint"),
+    [("S", 100.0, "percent"), ("P", 1000.0, "MPa"), ("mu", np.nan, "no number")],
+)
+def test_impossible_numbers_are_refused_with_their_likely_unit(
+    points: pd.DataFrame, column: str, factor: float, hint: str
+) -> None:
+    wrong = points.assign(**{column: points[column] * factor})
+    with pytest.raises(oilfilm.OilfilmError, match=hint):
+        oilfilm.fit(*(wrong[name] for name in wrong), **QUICK)
+
+
+def test_prediction_at_an_impossible_pressure_is_refused(fitted: ArrayFit) -> None:
+    with pytest.raises(oilfilm.OilfilmError, match=r"1200 GPa.*MPa"):
+        fitted.predict(1200, 30, 70, 0.05)
+
+
+def test_calibration_widens_both_intervals(points: pd.DataFrame) -> None:
+    columns = [points[name] for name in points]
+    stated = {"load_relative": 0.0, "traction_force_relative": 0.01, "speed_relative": 0.0}
+    fit = oilfilm.fit(*columns, calibration={**stated, "temperature_c": 0.0}, **QUICK)
+    at = fit.predict(1.0, 25, 50, 0.05)
+    # a gain that is off by 1 % is nearly all there is: 1.96 %
+    width = float(at.obs_ci_upper - at.obs_ci_lower) / 2 / float(at.traction_coefficient)
+    assert width == pytest.approx(0.0196, rel=0.05)
+
+
+def test_a_fit_is_summed_up_and_pickled(fitted: ArrayFit) -> None:
+    shown = fitted.summary()
+    assert "132 points in 12 curves" in shown
+    frame = fitted.to_frame()
+    np.testing.assert_allclose(frame["fitted"] + frame["residual"], frame["traction_coefficient"])
+    again = pickle.loads(pickle.dumps(fitted))
+    pd.testing.assert_frame_equal(again.constants, fitted.constants)
+    assert again.predict(1.2, 30, 70, 0.05) is not None
+    assert {"fit", "fit_table", "predict", "printed", "read_fit"} <= set(dir(oilfilm))

@@ -24,6 +24,10 @@ _MODULES = {
 }
 
 
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})
+
+
 def __getattr__(name: str) -> Any:
     # late, so that a module that needs no SciPy does not wait for it
     if name == "__version__":

@@ -3,7 +3,10 @@
 Decides: fits on arrays, without files.
 """
 
+import warnings
+from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from html import escape
 from typing import Any
 
@@ -14,16 +17,27 @@ import pandas as pd
 from oilfilm import tables
 from oilfilm.errors import OilfilmError
 from oilfilm.fits.best_law import best_laws
+from oilfilm.fits.conditions import levels_of
 from oilfilm.fits.fit import OilFit, fit_oil
-from oilfilm.fits.fitted import SLIP, FittedLaw, Prediction, in_unit
+from oilfilm.fits.fitted import (
+    INTERVALS,
+    SLIP,
+    FittedLaw,
+    Prediction,
+    in_unit,
+    refuse_impossible,
+)
 from oilfilm.fits.law_comparison import compare_laws
+from oilfilm.fits.soundness import verdict_of_fit
+from oilfilm.fits.soundness_words import what_is_wrong
 from oilfilm.home import CONFIG
 from oilfilm.report.sections.fits import curve_facts
 from oilfilm.report.sections.laws import law_facts
-from oilfilm.settings.config import FitSettings
+from oilfilm.settings.config import FitSettings, GateSettings
 from oilfilm.settings.messages import check
 from oilfilm.settings.resolve import read_config
 from oilfilm.settings.resolved import Settings
+from oilfilm.settings.rig import Calibration
 from oilfilm.traction import LAWS, PAPER_LAW
 from oilfilm.traction.law import CONDITIONS, QUANTITIES
 
@@ -59,11 +73,13 @@ class ArrayFit:
         points: What was fitted, one row per point; `run_id` names its curve.
         tables: The tables of the fit, as the workflow writes them.
         settings: Settings of the fit.
+        notes: What its user must know of the points, in sentences.
     """
 
     points: pd.DataFrame
     tables: OilFit
     settings: FitSettings
+    notes: tuple[str, ...]
 
     @property
     def law(self) -> FittedLaw:
@@ -78,13 +94,54 @@ class ArrayFit:
         columns = ["constant", "value", "standard_error", "lower", "upper"]
         return self.tables.coefficients[columns].set_index("constant")
 
+    @cached_property
+    def soundness(self) -> dict[str, Any]:
+        """The verdict in three parts, as a row of the table `soundness`.
+
+        Runs are taken to have been made in the order of their names.
+        """
+        (row,) = tables.rows(self.tables.fit_quality)
+        return verdict_of_fit(row, self.law, _as_table(self.points), self.settings)
+
     @property
     def verdict(self) -> str:
-        """Whether the fit is certified, and what its user must know."""
+        """Whether the fit is sound, and what its user must know."""
         fit = self.tables
-        warnings = curve_facts(fit.fit_quality, fit.tables["curve_residuals"])
         (law,) = fit.fit_quality["law"]
-        return "\n".join([f"{law}: {fit.certificate}", *(fact.text for fact in warnings)])
+        if self.soundness["sound"]:
+            first = [f"{law}: sound: optimum confirmed, law adequate, runs steady"]
+        else:
+            first = [f"{law}: NOT sound", *what_is_wrong(self.soundness)]
+            first += [] if fit.fit_quality["certified"].item() else [fit.certificate]
+        warnings = curve_facts(fit.fit_quality, fit.tables["curve_residuals"])
+        interval = self.law.coefficients.unseen.at(0.95)[0]
+        if np.isnan(interval):
+            least = self.settings.min_curves_for_errors
+            first.append(
+                f"There is no interval: fewer than {least} curves (min_curves_for_errors)."
+            )
+        return "\n".join([*first, *(fact.text for fact in warnings), *self.notes])
+
+    def summary(self) -> str:
+        """Equation, counts, misfit, constants with intervals, and the verdict, as text."""
+        (row,) = tables.rows(self.tables.fit_quality)
+        counts = (
+            f"{row['n_points']} points in {row['n_curves']} curves; misfit "
+            f"{row['relative_rms']:.2%} of mu (rms), at curves left out "
+            f"{row['left_out_rmse'] / row['rmse']:.2f} times that; BIC {row['bic']:.1f}"
+        )
+        equation = self.law.law.formula
+        return "\n".join([equation, counts, self.constants.to_string(), self.verdict])
+
+    def to_frame(self) -> pd.DataFrame:
+        """The points with mu of the law, its intervals and the residual."""
+        at = self.points[list(self.law.law.conditions)].to_numpy(float)
+        predicted = self.law.predict(at, self.points[SLIP].to_numpy(float))
+        columns = {name: getattr(predicted, name) for name in INTERVALS}
+        fitted = predicted.traction_coefficient
+        return self.points.assign(
+            fitted=fitted, residual=self.points[_MU].to_numpy() - fitted, **columns
+        )
 
     def predict(
         self,
@@ -156,10 +213,11 @@ class ArrayFit:
         return axes
 
     def __repr__(self) -> str:
-        return f"{self.verdict}\n{self.constants.to_string()}"
+        return self.summary()
 
     def _repr_html_(self) -> str:
-        return f"<p>{escape(self.verdict)}</p>{self.constants.to_html(escape=True)}"
+        text = self.summary().replace(self.constants.to_string() + "\n", "")
+        return f"<pre>{escape(text)}</pre>{self.constants.to_html(escape=True)}"
 
 
 def fit(
@@ -171,6 +229,7 @@ def fit(
     *,
     law: str = PAPER_LAW.name,
     curve: npt.ArrayLike | None = None,
+    calibration: Mapping[str, float] | None = None,
     **settings: Any,
 ) -> ArrayFit:
     """Fit a traction law to measured points.
@@ -186,8 +245,10 @@ def fit(
         traction_coefficient: mu.
         law: Name of the law: one of pressure, speed and temperature.
         curve: Name or number of the run of each point. Points of a run share its calibration
-            error, so whole runs are resampled for the intervals. If not given, points of equal
-            conditions are one run.
+            error, so whole runs are resampled for the intervals. If not given, points whose
+            conditions agree within the tolerances of `gates` in config/config.yaml are one run.
+        calibration: Standard uncertainties of the rig's sensors, an error that all runs share:
+            `load_relative`, `traction_force_relative`, `speed_relative`, `temperature_c`.
         settings: Keys of `fit` in config/config.yaml that differ, as `bootstrap=200`.
 
     Raises:
@@ -205,7 +266,7 @@ def fit(
         shapes = ", ".join(str(array.shape) for array in arrays)
         raise OilfilmError(f"the arrays have shapes that do not match: {shapes}.") from error
     points = pd.DataFrame(dict(zip((*CONDITIONS, SLIP, _MU), columns, strict=True)))
-    return fit_points(points, CONDITIONS, law, curve, **settings)
+    return fit_points(points, CONDITIONS, law, curve, calibration, **settings)
 
 
 def fit_points(
@@ -213,6 +274,7 @@ def fit_points(
     conditions: tuple[str, ...],
     law: str,
     curve: npt.ArrayLike | None = None,
+    calibration: Mapping[str, float] | None = None,
     **settings: Any,
 ) -> ArrayFit:
     """Fit a law to points; `fit` and `fit_table` come here.
@@ -222,22 +284,81 @@ def fit_points(
         conditions: What the law must be one of.
         law: Its name.
         curve: As of `fit`.
+        calibration: As of `fit`.
         settings: As of `fit`.
 
     Raises:
         OilfilmError: As by `fit`.
+
+    Warns:
+        UserWarning: There are nearly as many curves as points.
     """
     if law not in LAWS or LAWS[law].conditions != conditions:
         known = ", ".join(name for name, each in LAWS.items() if each.conditions == conditions)
         raise OilfilmError(f"there is no law {law!r} of these conditions; the laws are {known}.")
-    runs = points.groupby(list(conditions), sort=False).ngroup() if curve is None else curve
+    for name in (*conditions, SLIP, _MU):
+        _refuse_unknown(points, name)
+    config = read_config(CONFIG)
+    runs = _same_conditions(points[list(conditions)], config.gates) if curve is None else curve
     if np.size(runs) != len(points):
         raise OilfilmError(f"`curve` has {np.size(runs)} values; expected {len(points)}.")
     points = points.assign(run_id=np.asarray(runs).astype(str).ravel())
-    config = read_config(CONFIG)
+    notes: tuple[str, ...] = ()
+    count = points["run_id"].nunique()
+    if len(points) > 1 and count > len(points) / 2:
+        notes = (
+            f"{len(points)} points are taken for {count} curves. Points of one run share its "
+            "errors: intervals are far too narrow if they are taken apart. Give curve=.",
+        )
+        warnings.warn(notes[0], stacklevel=3)
     given_settings = {**config.fit.model_dump(), **settings, "law": law}
     chosen = check(given_settings, FitSettings, lambda steps: "oilfilm.fit")
-    return ArrayFit(points, fit_oil(_as_table(points), _OIL, chosen, config.seed), chosen)
+    table = _as_table(points)
+    if calibration is not None:
+        table = _calibrated(
+            table, check(dict(calibration), Calibration, lambda steps: "calibration")
+        )
+    return ArrayFit(points, fit_oil(table, _OIL, chosen, config.seed), chosen, notes)
+
+
+def _refuse_unknown(points: pd.DataFrame, name: str) -> None:
+    """Refuse numbers that are missing, endless or impossible.
+
+    Raises:
+        OilfilmError: There is one.
+    """
+    values = points[name].to_numpy(dtype=float)
+    lost = np.flatnonzero(~np.isfinite(values))
+    if len(lost):
+        raise OilfilmError(
+            f"{name}: {len(lost)} of {len(values)} points have no number, the first is number "
+            f"{lost[0] + 1} ({values[lost[0]]}). Leave these points out."
+        )
+    refuse_impossible(values, name)
+
+
+def _same_conditions(conditions: pd.DataFrame, gates: GateSettings) -> "pd.Series[int]":
+    """Number of the condition of each point, within the tolerances of gates."""
+    levels = {
+        str(name): levels_of(str(name), values.to_numpy(float), gates)
+        for name, values in conditions.items()
+    }
+    return pd.DataFrame(levels).groupby(list(levels), sort=False).ngroup()
+
+
+def _calibrated(points: pd.DataFrame, calibration: Calibration) -> pd.DataFrame:
+    """A table of points with the errors that all its runs share; forces are over the load."""
+    load = points["load_n"].fillna(1.0)
+    force = load * points[_MU]
+    return points.assign(
+        load_n=load,
+        traction_force_n=force,
+        load_systematic_n=calibration.load_relative * load,
+        traction_force_systematic_n=calibration.traction_force_relative * force.abs(),
+        entrainment_speed_systematic_m_s=calibration.speed_relative
+        * points["entrainment_speed_m_s"],
+        inlet_temperature_systematic_c=calibration.temperature_c,
+    )
 
 
 def _as_table(points: pd.DataFrame) -> pd.DataFrame:

@@ -46,12 +46,10 @@ class TableFit(ArrayFit):
     Attributes:
         source: The table.
         oil: Name of its oil.
-        notes: What each column was taken for, and what was assumed.
     """
 
     source: str
     oil: str
-    notes: tuple[str, ...]
 
     def save(self, folder: Path | str) -> None:
         """Write tables, exports and report, as a campaign has them in its results.
@@ -189,7 +187,8 @@ def fit_table(
     _refuse_missing(points, conditions, found.name)
     curve = points.pop("curve") if "curve" in points else None
     fitted = fit_points(points, conditions, law, curve, **settings)
-    return TableFit(fitted.points, fitted.tables, fitted.settings, found.name, oil, tuple(notes))
+    parts = (fitted.points, fitted.tables, fitted.settings, (*notes, *fitted.notes))
+    return TableFit(*parts, found.name, oil)
 
 
 def _of_oil(points: pd.DataFrame, oil: str | None, name: str) -> tuple[pd.DataFrame, str]:

@@ -14,7 +14,7 @@ from oilfilm import tables
 from oilfilm.cli.arguments import campaign_folder, json_text, quantity
 from oilfilm.cli.parser import CONDITION_OPTIONS
 from oilfilm.errors import OilfilmError
-from oilfilm.fits.fitted import INTERVALS, SLIP, FittedLaw, read_fit
+from oilfilm.fits.fitted import INTERVALS, SLIP, FittedLaw, read_fit, refuse_impossible
 from oilfilm.traction.law import QUANTITIES
 
 
@@ -52,6 +52,8 @@ def prediction(
         OilfilmError: The fit has no value there, or a condition is missing or too many.
     """
     _refuse_other_conditions(fit, oil, at)
+    for name, value in at.items():
+        refuse_impossible(np.array([value]), name)
     conditions = np.array([[at.get(name, np.nan) for name in fit.law.conditions]])
     try:
         predicted = fit.predict(conditions, np.array([at[SLIP]]))

@@ -19,9 +19,9 @@ from pydantic import TypeAdapter, ValidationError
 
 from oilfilm import tables
 from oilfilm.errors import OilfilmError
-from oilfilm.settings.config import FitSettings
+from oilfilm.settings.config import FitSettings, GateSettings
 from oilfilm.traction.law import QUANTITIES
-from oilfilm.units import BoolArray, FloatArray
+from oilfilm.units import BoolArray, FloatArray, IndexArray
 
 # A temperature near 0 degC is no measure of its own variation: 10 % are 2 K at least.
 LEAST_SIZE = {"inlet_temperature_c": 20.0}
@@ -247,3 +247,40 @@ def away(fixed: FixedCondition, levels: Mapping[str, FloatArray]) -> npt.NDArray
 
 def _relative_distance(name: str, values: FloatArray, line: FloatArray) -> FloatArray:
     return np.asarray(np.abs(values - line) / np.maximum(np.abs(line), LEAST_SIZE.get(name, 0.0)))
+
+
+def clusters(values: FloatArray, width: float) -> IndexArray:
+    """Clusters of values no wider than `width`, counted from 0; unknown values are one of them.
+
+    Examples:
+        >>> clusters(np.array([0.101, 0.02, 0.099, 0.021, np.nan]), 0.006)
+        array([2, 1, 2, 1, 0])
+    """
+    clusters = np.zeros(len(values), dtype=np.int64)
+    first = -np.inf
+    number = 0
+    for index in np.argsort(values, kind="stable"):
+        if np.isnan(values[index]):
+            break
+        if values[index] - first > width:
+            first, number = values[index], number + 1
+        clusters[index] = number
+    return clusters
+
+
+def levels_of(name: str, values: FloatArray, gates: GateSettings) -> IndexArray:
+    """Level of each measured value of a condition, within what gates allow from a set point.
+
+    Args:
+        name: Column of the condition.
+        values: Measured values; unknown ones are one level.
+        gates: `load_tolerance`, `speed_tolerance` and `temperature_tolerance_c`.
+    """
+    relative = {
+        "max_hertz_pressure_gpa": gates.load_tolerance / 3,
+        "load_n": gates.load_tolerance,
+        "entrainment_speed_m_s": gates.speed_tolerance,
+    }
+    if name in relative:
+        return clusters(np.log(values), 2 * relative[name])
+    return clusters(values, 2 * gates.temperature_tolerance_c)

@@ -452,6 +452,40 @@ def read_fit(folder: Path | str, oil: str) -> FittedLaw:
     return replace(fit, wrong=tuple(what_is_wrong(verdict)))
 
 
+# Beyond these no traction test is; what such a number is most likely.
+_POSSIBLE = {
+    "max_hertz_pressure_gpa": (0.0, 10.0, "in MPa? Divide by 1000"),
+    "entrainment_speed_m_s": (0.0, 500.0, "in mm/s? Divide by 1000"),
+    "inlet_temperature_c": (-100.0, 350.0, "in kelvins? Subtract 273.15"),
+    "load_n": (0.0, 1e5, "in mN? Divide by 1000"),
+    SLIP: (-2.0, 2.0, "in percent? Divide by 100"),
+    "traction_coefficient": (-1.0, 1.0, "in percent? Divide by 100"),
+}
+
+
+def refuse_impossible(values: FloatArray, name: str) -> None:
+    """Refuse values that no traction test has, most often because of their unit; NaN passes.
+
+    Args:
+        values: In the unit of the column.
+        name: Name of the column.
+
+    Raises:
+        OilfilmError: A value is out of the possible range.
+    """
+    low, high, hint = _POSSIBLE.get(name, (-np.inf, np.inf, ""))
+    wrong = np.flatnonzero(
+        ~np.isnan(values.ravel()) & ~((values >= low) & (values <= high)).ravel()
+    )
+    if len(wrong):
+        found = values.ravel()[wrong[0]]
+        unit = "" if tables.COLUMNS[name].unit == "1" else f" {tables.COLUMNS[name].unit}"
+        raise OilfilmError(
+            f"{name}: found {found:g}{unit} at {len(wrong)} of {values.size} points, the first is "
+            f"number {wrong[0] + 1}; expected {low:g} to {high:g}{unit}. Perhaps {hint}."
+        )
+
+
 def in_unit(value: Any, name: str) -> npt.NDArray[np.float64]:
     """Values of a condition or of the slide-roll ratio; quantities of pint are converted.
 
@@ -460,7 +494,7 @@ def in_unit(value: Any, name: str) -> npt.NDArray[np.float64]:
         name: Name of the column.
 
     Raises:
-        OilfilmError: The quantity has a unit of something else.
+        OilfilmError: The quantity has a unit of something else, or a value is impossible.
     """
     unit = "dimensionless" if name == SLIP else QUANTITIES[name].unit
     if hasattr(value, "magnitude") and hasattr(value, "to"):
@@ -468,7 +502,9 @@ def in_unit(value: Any, name: str) -> npt.NDArray[np.float64]:
             value = value.to(unit).magnitude
         except Exception as error:
             raise OilfilmError(f"{name}: {error}; expected a unit such as {unit}.") from error
-    return np.asarray(value, dtype=float)
+    values = np.asarray(value, dtype=float)
+    refuse_impossible(values, name)
+    return values
 
 
 def predict(

@@ -10,6 +10,7 @@ import pandas as pd
 
 from oilfilm import tables
 from oilfilm.curation.coverage import SET_POINTS, with_levels
+from oilfilm.fits.conditions import clusters, levels_of
 from oilfilm.fits.fitted import FittedLaw
 from oilfilm.fits.lack_of_fit import ADVISED_REPEATS, LackOfFit, f_limit, lack_of_fit
 from oilfilm.settings.resolved import Settings
@@ -110,21 +111,12 @@ def _conditions(results: CampaignTables, settings: Settings) -> "pd.Series[int]"
     runs = with_levels(results.runs, settings).set_index("run_id")
     accepted = results.points[results.points["accepted"]]
     means = accepted.groupby("run_id")[list(_MEASURED)].mean().reindex(runs.index)
-    gates = settings.gates
-    allowed = {
-        "max_hertz_pressure_gpa": gates.load_tolerance / 3,
-        "load_n": gates.load_tolerance,
-        "entrainment_speed_m_s": gates.speed_tolerance,
-    }
     # pressure and load are one set point
     load_noted = runs[list(SET_POINTS[:2])].notna().any(axis=1)
     labels = runs[["oil", "rig"]].assign(load_noted=load_noted)
     for name, measured in zip(SET_POINTS, _MEASURED, strict=True):
         noted = runs[name].notna() | (load_noted if name in SET_POINTS[:2] else False)
-        values, width = means[measured].to_numpy(float), gates.temperature_tolerance_c
-        if measured in allowed:
-            values, width = np.log(values), allowed[measured]
-        near = _clusters(values, 2 * width)
+        near = levels_of(measured, means[measured].to_numpy(float), settings.gates)
         labels[name] = runs[name].where(noted, -1.0 - near)
     return labels.groupby(list(labels), sort=False, dropna=False).ngroup()
 
@@ -135,24 +127,5 @@ def _slip_levels(slip: FloatArray, condition: IndexArray, width: float) -> Index
     order = np.argsort(condition, kind="stable")
     edges = np.flatnonzero(np.diff(condition[order])) + 1
     for here in np.split(order, edges):
-        levels[here] = _clusters(slip[here], width)
+        levels[here] = clusters(slip[here], width)
     return levels
-
-
-def _clusters(values: FloatArray, width: float) -> IndexArray:
-    """Clusters of values no wider than `width`, counted from 0; unknown values are one of them.
-
-    Examples:
-        >>> _clusters(np.array([0.101, 0.02, 0.099, 0.021, np.nan]), 0.006)
-        array([2, 1, 2, 1, 0])
-    """
-    clusters = np.zeros(len(values), dtype=np.int64)
-    first = -np.inf
-    number = 0
-    for index in np.argsort(values, kind="stable"):
-        if np.isnan(values[index]):
-            break
-        if values[index] - first > width:
-            first, number = values[index], number + 1
-        clusters[index] = number
-    return clusters

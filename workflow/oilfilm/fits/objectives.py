@@ -124,7 +124,9 @@ def curve_agreement(problem: Problem, robust: Alternative | None) -> CurveAgreem
         return np.bincount(curve, kept, minlength=problem.curves).astype(np.float64)
 
     number, power = total(np.ones(len(curve))), total(fitted**2)
-    gain = total(problem.mu * fitted) / power
+    # a curve without traction agrees with every law
+    gain = np.divide(total(problem.mu * fitted), power, out=ones.copy(), where=power > 0)
+    power = np.where(power > 0, power, 1.0)
     rest = total((problem.mu - gain[curve] * fitted) ** 2)
     return CurveAgreement(total(robust.weight) / number, gain, np.sqrt(rest / power) / gain)
 

@@ -44,6 +44,7 @@ _MISREAD_SSE = 0.3
 # Degrees of the polynomials over the slip.
 _SHAPES = (2, 3, 4, 5)
 _STEP = 1e-4
+_ROUNDING = 1e-7
 # Causes in the order in which they are preferred where they explain nearly the same.
 _CAUSES = (
     *("traction force", "load", "inlet temperature", "entrainment speed", "slip"),
@@ -176,7 +177,9 @@ def find_patterns(left: Leftover) -> list[Pattern]:
 
     Few curves show none.
     """
-    if not left.can_show:
+    # what an exact fit leaves over is rounding
+    exact = _rms(left.residual) <= _ROUNDING * _rms(left.problem.mu)
+    if exact or not left.can_show:
         return []
     taken: FloatArray = left.jacobian
     found: list[Pattern] = []
@@ -227,7 +230,8 @@ def _surest(
     rest, residual = _orthogonal(taken, columns), _orthogonal(taken, left.residual)
     power = np.sum(rest**2, axis=0)
     # what the constants take up shows nowhere
-    power = np.where(power > 1e-8 * np.sum(columns**2, axis=0), power, np.inf)
+    shows = power > 1e-8 * np.sum(columns**2, axis=0)
+    power = np.where(shows, power, 1.0)
     beta = rest.T @ residual / power
     errors = rest * (residual[:, np.newaxis] - rest * beta)
     scores = np.add.reduceat(errors, left.problem.starts, axis=0)
@@ -236,10 +240,11 @@ def _surest(
     t_value = beta * power / np.sqrt(np.maximum(variance, np.finfo(float).tiny))
     # curves that a pattern hardly touches say nothing of it
     of_curve = np.add.reduceat(rest**2, left.problem.starts, axis=0)
-    effective = np.sum(of_curve, axis=0) ** 2 / np.sum(of_curve**2, axis=0)
+    squares = np.maximum(np.sum(of_curve**2, axis=0), np.finfo(float).tiny)
+    effective = np.sum(of_curve, axis=0) ** 2 / squares
     degrees = np.maximum(effective - 2 - left.problem.followed.sum(), 1)
     p_value = len(candidates) * 2 * scipy.special.stdtr(degrees, -np.abs(t_value))
-    explained = np.where(p_value < _FALSE_ALARMS, beta**2 * power, 0.0)
+    explained = np.where(shows & (p_value < _FALSE_ALARMS), beta**2 * power, 0.0)
     if not explained.max() > 0:
         return None
     # of causes that explain nearly the same, the first one

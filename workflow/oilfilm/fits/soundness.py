@@ -61,13 +61,29 @@ def _law(row: Mapping[str, Any], laws: Mapping[str, Mapping[str, Law]]) -> Law:
     return LAWS[row["law"]] if row["law"] in LAWS else laws[row["oil"]][row["law"]]
 
 
+def verdict_of_fit(
+    quality: Mapping[str, Any], fitted: FittedLaw, points: pd.DataFrame, settings: FitSettings
+) -> dict[str, Any]:
+    """The row of the table `soundness` of one fit by itself, without a campaign around it.
+
+    Args:
+        quality: The fit's row of `fit_quality`.
+        fitted: The fit.
+        points: Its accepted points.
+        settings: `odd_scatter`.
+    """
+    known = np.isfinite(quality["rmse"])
+    left = leftover(fitted, points, {}, {}) if known else None
+    return _verdict(quality, left, False, settings)
+
+
 def leftover(
     fitted: FittedLaw,
     points: pd.DataFrame,
     groups: Mapping[str, set[str]],
     others: Mapping[str, FittedLaw],
 ) -> Leftover | None:
-    """What a fit leaves over of its points; None where a condition or the load is not known.
+    """What a fit leaves over of its points; None where a condition is not known.
 
     Args:
         fitted: The fit.
@@ -79,7 +95,7 @@ def leftover(
     data = _in_order(curve_data(points, law.conditions))
     load = points.groupby("run_id")["load_n"].mean()
     load_n = load.reindex(data.runs).to_numpy(dtype=float)
-    if not np.isfinite(load_n).all() or not np.isfinite(data.conditions).all():
+    if not np.isfinite(data.conditions[:, fitted.coefficients.known]).all():
         return None
     problem = build_problem(law, data, fitted.coefficients.known)
     start = to_internal(law, fitted.coefficients.constants)[problem.free]

@@ -8,7 +8,7 @@ Decides: what a law is, and the bounds of its exponents in the search.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import cache, cached_property
 from typing import Any
 
@@ -133,6 +133,10 @@ class Law:
     adore: tuple[str, str, str, str] | None = None
     in_bearings: bool = False
     title: str = ""
+
+    def __getstate__(self) -> dict[str, Any]:
+        # functions compiled from the equation are made again where they are needed
+        return {each.name: getattr(self, each.name) for each in fields(self)}
 
     def group_values(self, conditions: FloatArray) -> FloatArray:
         """Rows of groups from rows of conditions."""
