@@ -292,7 +292,7 @@ def extrapolation(results: CampaignTables, settings: Settings) -> Sheet:
     height = (1.5, 1.5, 0.22 * max(len(laws), 1))
     sheet = Sheet(6, 2, height=height, across=0.5, down=0.62)
     sheet.axes.pop(4).remove()  # where the names of the laws are
-    highest = 2 * of_oil["true_traction_coefficient"].max()
+    highest = 1.5 * of_oil["true_traction_coefficient"].max()
     for number, (name, (abscissa, _)) in enumerate(CUTS.items()):
         cut, levels = _cut(of_oil[of_oil["figure"] == name], abscissa, choice)
         panel = sheet.panel(number, panel_title(levels))

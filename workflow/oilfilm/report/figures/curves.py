@@ -177,7 +177,7 @@ def _draw_cloud(panel: Panel, colour: str, series: Sequence[Series]) -> None:
 def residuals(results: CampaignTables, settings: Settings) -> Sheet:
     """One row of panels per oil, one column per condition: points, mean and scatter by level."""
     oils, runs = list(settings.oils), with_levels(results.runs, settings)
-    layout: style.Look = {"height": 1.15, "down": 0.22, "sharex": "col", "sharey": "row"}
+    layout: style.Look = {"height": 1.1, "down": 0.3, "sharex": "col", "sharey": "row"}
     sheet = Sheet(len(oils) * len(_LABELS), len(_LABELS), **layout)
     panels = itertools.product(oils, _LABELS.items())
     for number, (oil, (condition, label)) in enumerate(panels):

@@ -32,6 +32,7 @@ _STRESS_LEVELS = 8  # isolines of the mean shear stress
 _LINE: style.Look = {"colors": "black"}
 _LAMBDA: style.Look = {"linestyles": "--", "linewidths": 0.9}
 _HIGHEST: style.Look = {"linestyles": "-", "linewidths": 1.6}
+_LIMIT: style.Look = {"linestyles": ":", "linewidths": 1.6}
 _STRESS: style.Look = {"linestyles": "-", "linewidths": 0.4}
 
 
@@ -43,7 +44,8 @@ _STRESS: style.Look = {"linestyles": "-", "linewidths": 0.4}
     "inlet temperature. Thin lines: mean shear stress (MPa), two thirds of the maximum Hertz "
     "pressure times the traction coefficient. Thick line: the largest traction coefficient of all "
     "accepted points of the oil; beyond it the law asks for more shear stress per pressure than "
-    "any test has shown, and a limiting shear stress (Bair and Winer 1979) may be reached. Dashed "
+    "any test has shown. Dotted line: limiting shear stress of the oil over pressure (Bair and "
+    "Winer 1979); no film carries more. Dashed "
     "line: limit of lambda, below which the film is not full. Frame: tested conditions.",
     category="Fits",
     family="law",
@@ -91,6 +93,8 @@ def friction_map(results: CampaignTables, settings: Settings) -> Sheet:
         accepted = results.points[results.points["accepted"] & (results.points["oil"] == oil)]
         largest = accepted["traction_coefficient"].abs().max()
         panel.axis.contour(speed, slip, field, [largest], **_LINE, **_HIGHEST)
+        limit = laws[oil].coefficients.limiting_stress_ratio
+        panel.axis.contour(speed, slip, field, [limit], **_LINE, **_LIMIT)
         film = _lambda(oil, pressure, at, choice.inlet_temperature_c, settings)
         panel.axis.contour(speed, slip, film, [settings.gates.lambda_limit], **_LINE, **_LAMBDA)
         _frame(panel, laws[oil], pressure, choice.inlet_temperature_c)
@@ -107,6 +111,7 @@ def friction_map(results: CampaignTables, settings: Settings) -> Sheet:
     handles: list[Any] = [
         style.line_handle("mean shear stress (MPa)", linewidth=0.4, **black),
         style.line_handle("largest measured \N{GREEK SMALL LETTER MU}", linewidth=1.6, **black),
+        style.line_handle("limiting shear stress", linestyle=":", linewidth=1.6, **black),
         style.line_handle(f"lambda = {settings.gates.lambda_limit:g}", linestyle="--", **black),
         Rectangle((0, 0), 1, 1, facecolor="#3b528b", edgecolor="white", label="tested"),
     ]

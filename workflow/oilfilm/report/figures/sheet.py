@@ -165,13 +165,16 @@ class Sheet:
     def legend(self, handles: Sequence[Any], title: str = "", columns: int = 0) -> None:
         """What colours, symbols and lines mean, below the panels, where it covers no data."""
         labels = [str(handle.get_label()).split("\n") for handle in handles] or [[""]]
-        letters = [max(map(len, label)) for label in labels]
-        fitting = [n for n in range(1, len(labels) + 1) if self._legend_width(letters, n) < 1]
+        letters = np.array([max(map(len, label)) for label in labels])
+
+        def width_in(count: int) -> float:
+            """The entries fill one column after another, the first ones with one more."""
+            widest = [column.max() for column in np.array_split(letters, count)]
+            return float(sum(_SYMBOL_IN + _LETTER_IN * longest for longest in widest))
+
+        fitting = [n for n in range(1, len(labels) + 1) if width_in(n) < self._width]
         columns = columns or max(fitting, default=1)
-        rows = -(-len(labels) // columns)
-        tall = max(
-            sum(map(len, labels[start : start + rows])) for start in range(0, len(labels), rows)
-        )
+        tall = max(column.sum() for column in np.array_split([*map(len, labels)], columns))
         lines = tall + (title.count("\n") + 1 if title else 0)
         self._legend_in = _LINE_IN * lines + 0.06
         self.figure.legend(
@@ -185,12 +188,6 @@ class Sheet:
             columnspacing=1.2,
             handletextpad=0.5,
         )
-
-    def _legend_width(self, letters: Sequence[int], columns: int) -> float:
-        """Width of a legend over that of the figure; its entries fill one column after another."""
-        rows = -(-len(letters) // columns)
-        widest = [max(letters[start : start + rows]) for start in range(0, len(letters), rows)]
-        return sum(_SYMBOL_IN + _LETTER_IN * count for count in widest) / self._width
 
     def colour_bar(self, mappable: Any, label: str, **look: Any) -> Axes:
         """A colour bar at the right of all panels; `right` must leave room for it."""
