@@ -207,6 +207,8 @@ def test_figure_of_errors_draws_what_the_table_says(
     config, results = starting
     figure, drawn = draw("law-errors", results, config)
     assert "SIMULATED" in " ".join(text.get_text() for text in figure.texts)
+    ticks = [label.get_text() for axis in figure.axes for label in axis.get_xticklabels()]
+    assert "load-based Wang-Deng" in ticks  # by its name, as everywhere
     starts = drawn[drawn["series"] == "zero slip"]
     assert starts["words"].str.startswith(STARTS.name).all()
     np.testing.assert_allclose(np.sort(starts["y"]), np.sort(planted_starts()), atol=3 * NOISE)
@@ -233,6 +235,22 @@ def test_fig04_shows_the_curve_with_the_largest_planted_traction_at_no_slip(
             curve["traction_coefficient"].where(curve["slide_roll_ratio"] >= 0, lambda mu: -mu)
         ),
     )
+
+
+def test_fig04_draws_its_laws_finely_through_what_they_say_at_the_plateaus(
+    starting: tuple[Settings, CampaignTables],
+) -> None:
+    config, results = starting
+    _, drawn = draw("fig04", results, config)
+    lines = drawn[(drawn["panel"] == "b") & (drawn["series"] != "measured")]
+    for (series, label), line in lines.groupby(["series", "words"]):
+        assert len(line) > 300
+        law, _, run = str(label).partition(", run ")
+        said = results.law_points.query("law == @law and run_id == @run")
+        column = "traction_coefficient" if series == "fit" else "left_out_traction_coefficient"
+        slip = said["slide_roll_ratio"].abs()
+        mu = np.interp(slip, line["x"], line["y"])
+        np.testing.assert_allclose(mu[slip > 0], said[column].abs()[slip > 0], rtol=2e-3)
 
 
 def test_fig04_shows_the_curve_whose_error_grows_most_by_brute_force(

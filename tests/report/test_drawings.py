@@ -469,6 +469,8 @@ def test_figures_are_as_wide_as_a_column_and_nothing_is_cut_off_even_with_a_long
     changed = Settings.of({**plain, "campaign": campaign, "oils": fewer})
     figure, _ = drawing(name, changed, points=points)
     assert nothing_is_cut_off(figure)
+    # all else is in the caption
+    assert [text.get_text() for text in figure.texts] in ([], ["SIMULATED"])
     save(figure, tmp_path / "figure.png")
     width = matplotlib.image.imread(tmp_path / "figure.png").shape[1]
     assert width in [int(mm / 25.4 * 180) for mm in (84, 174)]
