@@ -11,7 +11,7 @@ from bearings import printed_fits
 from campaigns import ROOT
 from oilfilm import tables
 from oilfilm.errors import OilfilmError
-from oilfilm.paper.advice import advice_in_band, advise, decide
+from oilfilm.paper.advice import BY_RULES, NO_CHOICE, advice_in_band, advise, decide
 from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
@@ -27,7 +27,7 @@ NAN = np.nan
 # ---------------------------------------------------------------- the rules
 
 
-# where both readings of the paper advise the same oil
+# with slip, then load and speed: where both readings of the paper advise the same oil
 BOTH = [
     (0.9, 150.0, 120.0, 0.3, "4102"),  # conclusion (4): fast, light, hot, slip above 15 %
     (1.5, 50.0, 70.0, 0.3, "4050"),  # 4.3.2: slip above 15 %
@@ -48,9 +48,15 @@ APART = [
 ]
 
 
-def ruled(config: Settings, at: Sequence[float], *, reading: str = "kinematic") -> str:
+def ruled(
+    config: Settings, at: Sequence[float], *, reading: str = "kinematic", order: str = ""
+) -> str:
     """The oil that the rules advise at P, U, T and S, where each has enough film."""
     chosen = config.with_changes({"selection": {"reading": reading}}).selection
+    if order:
+        rules = {rule.name: rule for rule in chosen.rules}
+        names = chosen.band.rule_orders[order]
+        chosen = chosen.model_copy(update={"rules": [rules[name] for name in names]})
     points = pd.DataFrame([at], columns=list(AXES))
     _, advised = decide(points, chosen, OILS, np.ones((3, 1), dtype=bool))
     return OILS[advised[0]]
@@ -69,7 +75,29 @@ def test_rules_advise_what_the_paper_says(
     slip: float,
     oil: str,
 ) -> None:
-    assert ruled(config, (pressure, speed, temperature, slip), reading=reading) == oil
+    point, order = (pressure, speed, temperature, slip), "slip, then load and speed"
+    assert ruled(config, point, reading=reading, order=order) == oil
+
+
+@pytest.mark.parametrize(
+    ("point", "oil"),
+    [
+        ((0.9, 50.0, 70.0, 0.05), "4010"),  # light, but the grip decides
+        ((1.5, 150.0, 120.0, 0.05), "4010"),  # hot and fast
+        ((0.9, 150.0, 120.0, 0.3), "4102"),  # fast, hot, light and slipping
+        ((2.2, 50.0, 70.0, 0.3), "4050"),  # slipping under heavy load
+    ],
+)
+def test_order_as_set_is_that_of_the_conclusion(
+    config: Settings, point: tuple[float, ...], oil: str
+) -> None:
+    # 5 (4): "when the cage slip ratio does not exceed 15 percent [...] 4010 is preferred"
+    assert ruled(config, point) == oil
+
+
+def test_order_that_forgets_a_rule_is_refused(config: Settings) -> None:
+    with pytest.raises(OilfilmError, match="an order has every rule once"):
+        config.with_changes({"selection": {"band": {"rule_orders": {"short": ["slipping"]}}}})
 
 
 def test_limits_of_the_readings_are_those_of_kinematics_and_of_the_paper(config: Settings) -> None:
@@ -81,7 +109,7 @@ def test_limits_of_the_readings_are_those_of_kinematics_and_of_the_paper(config:
 
 
 def test_operating_point_without_a_rule_is_refused(config: Settings) -> None:
-    settings = config.selection.model_copy(update={"rules": config.selection.rules[:-1]})
+    settings = config.selection.model_copy(update={"rules": config.selection.rules[1:]})
     point = pd.DataFrame([(1.5, 50.0, 70.0, 0.1)], columns=list(AXES))
     with pytest.raises(OilfilmError, match=r"no rule applies at max_hertz.* 1\.5.*end"):
         decide(point, settings, OILS, np.ones((3, 1), dtype=bool))
@@ -91,18 +119,20 @@ def test_operating_point_without_a_rule_is_refused(config: Settings) -> None:
 
 
 def operating_point(
-    number: int,
     slip: tuple[float, ...],
     torque: tuple[float, ...] = (3.0, 2.0, 1.0),
     film: tuple[float, ...] = (9.0, 8.0, 7.0),
+    *,
+    number: int = 1,
     pressure_gpa: float = 1.5,
+    temperature_c: float = 70.0,
 ) -> list[dict[str, Any]]:
     """One operating point with each oil; by default the thinner oil has less torque."""
     return [
         {
             "bearing": "any",
             "oil": oil,
-            "inlet_temperature_c": 70.0,
+            "inlet_temperature_c": temperature_c,
             "pitch_speed_mm_rpm": 1e6 * number,
             "inner_speed_rpm": 6000.0 * number,
             "axial_load_n": 1e4,
@@ -137,13 +167,13 @@ CASES: dict[str, tuple[tuple[float, ...], dict[str, Any], tuple[str, str, str, s
         *((0.02, 0.1, 0.3), {"torque": (1.95, 2.0, 1.0)}),
         ("slipping", "4050", "4102", "agree"),
     ),
-    "under light load 4102 slips as 4050 does, 4010 does not": (
-        *((0.3, 0.3, 0.1), {"pressure_gpa": 0.9}),
-        ("slipping", "4102", "4010", "slips"),
-    ),
-    "under light load 4102 is advised though 4010 holds with less torque": (
+    "under light load where nothing slips": (
         *((0.01, 0.01, 0.01), {"pressure_gpa": 0.9}),
-        ("light load", "4102", "4010", "heats more"),
+        ("little slip", "4010", "4010", "agree"),
+    ),
+    "light, hot and fast: 4102 is advised and slips, 4050 does not": (
+        *((0.3, 0.1, 0.3), {"pressure_gpa": 0.9, "temperature_c": 120.0, "number": 3}),
+        ("fast, hot, light and slipping", "4102", "4050", "slips"),
     ),
     "4010 has no film": (
         *((0.01, 0.02, 0.0), {"film": (9.0, 8.0, 2.9)}),
@@ -176,7 +206,7 @@ CASES: dict[str, tuple[tuple[float, ...], dict[str, Any], tuple[str, str, str, s
 def test_slip_decides_as_an_engineer_would(
     config: Settings, slip: tuple[float, ...], others: dict[str, Any], expected: tuple[str, ...]
 ) -> None:
-    rows = pd.DataFrame(operating_point(1, slip, **others))
+    rows = pd.DataFrame(operating_point(slip, **others))
     advice = advise(rows, config.selection, config.gates.lambda_limit)
     columns = ["selection_rule", "advised_oil", "best_oil", "judgement"]
     assert tuple(advice[columns].iloc[0]) == expected
@@ -185,10 +215,10 @@ def test_slip_decides_as_an_engineer_would(
 @pytest.mark.parametrize(
     ("reading", "million_mm_rpm", "temperature_c", "slip", "rule"),
     [
-        ("kinematic", 1.9, 120.0, 0.01, "little slip"),
-        ("kinematic", 2.0, 120.0, 0.01, "hot and fast"),  # half of dmN 4e6
-        ("paper", 3.8, 120.0, 0.01, "little slip"),  # 99 m/s
-        ("paper", 3.9, 120.0, 0.01, "hot and fast"),  # 102 m/s
+        ("kinematic", 1.9, 120.0, 0.5, "slipping"),
+        ("kinematic", 2.0, 120.0, 0.5, "fast, hot, light and slipping"),  # half of dmN 4e6
+        ("paper", 3.8, 120.0, 0.5, "slipping"),  # 99 m/s
+        ("paper", 3.9, 120.0, 0.5, "fast, hot, light and slipping"),  # 102 m/s
         # the limit of cage slip is the same in both
         *(
             (reading, 1.0, 70.0, slip, rule)
@@ -205,7 +235,7 @@ def test_bearing_is_fast_and_slips_by_the_reading(
     slip: float,
     rule: str,
 ) -> None:
-    rows = pd.DataFrame(operating_point(1, (0.01, 0.01, slip))).assign(
+    rows = pd.DataFrame(operating_point((0.01, 0.01, slip), pressure_gpa=0.9)).assign(
         pitch_speed_mm_rpm=million_mm_rpm * 1e6, inlet_temperature_c=temperature_c
     )
     chosen = config.with_changes({"selection": {"reading": reading}}).selection
@@ -213,7 +243,8 @@ def test_bearing_is_fast_and_slips_by_the_reading(
 
 
 def test_each_operating_point_is_judged_by_itself(config: Settings) -> None:
-    rows = operating_point(1, (0.01, 0.01, 0.01)) + operating_point(2, (0.1, 0.2, 0.3))
+    rows = operating_point((0.01, 0.01, 0.01))
+    rows += operating_point((0.1, 0.2, 0.3), number=2)
     advice = advise(pd.DataFrame(rows).sample(frac=1, random_state=1), config.selection, 3.0)
     advice = advice.set_index("pitch_speed_mm_rpm")
     assert advice["oils_within_limit"].str.split("; ").map(set).to_dict() == {
@@ -226,7 +257,7 @@ def test_each_operating_point_is_judged_by_itself(config: Settings) -> None:
 
 
 def test_without_an_oil_of_the_rules_there_is_no_advice(config: Settings) -> None:
-    rows = [row for row in operating_point(1, (0.0, 0.0, 0.0)) if row["oil"] != "4050"]
+    rows = [row for row in operating_point((0.0, 0.0, 0.0)) if row["oil"] != "4050"]
     for slips in (pd.DataFrame(rows), tables.empty("cage_slip")):
         made = advice_in_band([], CampaignTables.in_memory(cage_slip=slips), config)
         assert made["slip_advice"].empty
@@ -247,7 +278,8 @@ def small() -> Settings:
         "oil_volume_fraction": 0.004,
         "oil_volume_fraction_range": [0.004, MORE_OIL],
     }
-    band = {"oil_volume_fractions": 2, "refits": 1}
+    band: dict[str, Any] = {"oil_volume_fractions": 2, "refits": 1}
+    band |= {"limit_factors": [0.5], "inlet_temperature_c": [140]}
     changes = {"bearing": bearing, "selection": {"band": band}}
     return resolve(ROOT / "config", {"campaign": "demo"}).with_changes(changes)
 
@@ -278,11 +310,17 @@ def alone(config: Settings, fraction: float, factor: float) -> pd.DataFrame:
     return advise(slip, changed.selection, changed.gates.lambda_limit)
 
 
+def as_set(band: pd.DataFrame) -> pd.DataFrame:
+    """Scenarios of drag and law alone."""
+    own = (band["choice"] == BY_RULES) & (band["inlet_temperature_c"] == 100)
+    return band[own & (band["rule_order"] == "as set") & (band["varied_limit"] == "")]
+
+
 @pytest.mark.no_cover
 def test_each_scenario_is_that_of_the_bearing_by_itself(small: Settings) -> None:
     made = in_band(small, 0.7)
     advice, band = made["slip_advice"], made["advice_band"]
-    band = band.set_index(["oil_volume_fraction", "refit"])["agreeing_points"]
+    band = as_set(band).set_index(["oil_volume_fraction", "refit"])["agreeing_points"]
     scenarios = {
         (fraction, refit): alone(small, fraction, factor)
         for fraction in (0.004, MORE_OIL)
@@ -307,4 +345,23 @@ def test_scenarios_that_are_alike_leave_every_choice_certain(small: Settings) ->
     advice, band = made["slip_advice"], made["advice_band"]
     assert (advice["best_oil_share"] == 1).all()
     assert set(advice["agree_share"]) <= {0.0, 1.0}
-    assert (band["agreeing_points"] == advice["agree_share"].sum()).all()
+    assert (as_set(band)["agreeing_points"] == advice["agree_share"].sum()).all()
+    assert set(band["choice"]) == {BY_RULES, *OILS}
+    assert set(band["rule_order"]) == {"as set", *small.selection.band.rule_orders}
+
+
+def test_scenario_of_a_hotter_oil_and_half_the_limit_is_that_of_the_bearing_by_itself(
+    small: Settings,
+) -> None:
+    band = in_band(small, 1.0)["advice_band"]
+    hot = small.with_changes({"bearing": {"cage_slip": {"inlet_temperature_c": 140}}})
+    half = hot.with_changes({"selection": {"limits": {"slip_limit": 0.075}}}).selection
+    results = refitted(1.0)
+    slip = cage_slip_table(oils_in_bearings(results.coefficients, results.fit_quality, hot), hot)
+    alone = advise(slip, half, hot.gates.lambda_limit)
+    alone = alone[~alone["judgement"].isin(NO_CHOICE)]
+    here = band[(band["rule_order"] == "as set") & (band["varied_limit"] == "slip_limit")]
+    here = here[here["inlet_temperature_c"] == 140].set_index("choice")
+    assert (here["operating_points"] == len(alone)).all()
+    assert here.at[BY_RULES, "agreeing_points"] == (alone["judgement"] == "agree").sum()
+    assert here.at["4050", "agreeing_points"] == alone["good_oils"].str.contains("4050").sum()

@@ -3,16 +3,20 @@
 The paper chooses oils by cage slip: up to a limit the one with the least heat, beyond it one with
 more traction. Where the friction equilibrium gives the slip with each oil, the choice follows from
 it alone (`oilfilm.torque.best_oil`). The paper's rules (`selection` of the configuration) are its
-sentences in an order of ours: the first whose conditions are met decides, and of the oils that it
-prefers the first one with enough film is taken. They are applied as an engineer would: which oil
-they advise where nothing slips, whether the cage slips with that oil, and if so which one then.
+sentences in the order of its conclusion: the first whose conditions are met decides, and of the
+oils that it prefers the first one with enough film is taken. They are applied as an engineer would:
+which oil they advise where nothing slips, whether the cage slips with that oil, and if so which one
+then.
 
-The advice is worked out again in scenarios of drag and law: one oil volume fraction
-(`bearing.oil_volume_fraction_range`), and one refit of the law of each oil.
+The paper states neither an order of its rules nor a number for "hot" and "fast". So the result is a
+band over scenarios: the rules in each order, each limit times some factors, at each supply
+temperature; and the rules as set with other drag (`bearing.oil_volume_fraction_range`) and refits
+of the law of each oil.
 
 Decides: which oil the paper advises at an operating point, and how firm that is.
 """
 
+import itertools
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import partial
@@ -24,7 +28,7 @@ from oilfilm import tables
 from oilfilm.bearing.kinematics import entrainment_speed_m_s
 from oilfilm.errors import OilfilmError
 from oilfilm.fits.fitted import FittedLaw
-from oilfilm.settings.config import SelectionSettings
+from oilfilm.settings.config import SelectionLimits, SelectionSettings
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.torque.bearing_torque import OilInBearing
@@ -36,7 +40,11 @@ OUTSIDE = "outside the film formula"
 # Without a choice there is nothing that scenarios could disagree about.
 NO_CHOICE = ("no film", OUTSIDE)
 _POINT = ["pitch_speed_mm_rpm", "axial_load_n"]
-_SCENARIO = ["oil_volume_fraction", "refit"]
+_DRAWN = ["oil_volume_fraction", "refit"]
+_AS_SET: dict[str, str | float] = {"rule_order": "as set", "varied_limit": "", "limit_factor": 1.0}
+_SCENARIO = [*_AS_SET, "inlet_temperature_c", *_DRAWN]
+# What is chosen at every operating point: the oil that the rules advise, or one oil.
+BY_RULES = "rules"
 
 
 def advice_in_band(
@@ -57,18 +65,36 @@ def advice_in_band(
     nominal = advise(results.cage_slip, choice, lambda_limit)
     if nominal.empty:
         return {"slip_advice": nominal, "advice_band": tables.empty("advice_band")}
-    slips = pd.concat(_scenarios(oils, results, settings), ignore_index=True)
-    scenarios = []
-    for _, of_scenario in slips.groupby(_SCENARIO, sort=False):
-        scenario = {name: of_scenario[name].iloc[0] for name in _SCENARIO}
-        scenarios.append(advise(of_scenario, choice, lambda_limit).assign(**scenario))
-    advice = pd.concat(scenarios, ignore_index=True)
-    advice["operating_points"] = ~advice["judgement"].isin(NO_CHOICE)
-    advice["agreeing_points"] = advice["judgement"] == "agree"
-    band = advice.groupby(_SCENARIO)[["operating_points", "agreeing_points"]].sum().reset_index()
-    band = band.assign(bearing=nominal["bearing"].iloc[0])[tables.columns("advice_band")]
+    as_set = {"oil_volume_fraction": settings.bearing.oil_volume_fraction, "refit": 0}
+    slips = pd.concat(_drag_and_law(oils, results, settings), ignore_index=True)
+    drawn = [
+        advise(of_scenario, choice, lambda_limit).assign(
+            **_AS_SET, **{name: of_scenario[name].iloc[0] for name in _DRAWN}
+        )
+        for _, of_scenario in slips.groupby(_DRAWN, sort=False)
+    ]
+    slips = pd.concat(_at_temperatures(oils, results.cage_slip, settings), ignore_index=True)
+    read = [
+        advise(at_temperature, rules, lambda_limit).assign(**reading, **as_set)
+        for _, at_temperature in slips.groupby("inlet_temperature_c", sort=False)
+        for reading, rules in _readings(choice)
+    ]
+    advice = pd.concat([*drawn, *read], ignore_index=True)
+    advice = advice[~advice["judgement"].isin(NO_CHOICE)].drop_duplicates([*_SCENARIO, *_POINT])
+    good = {BY_RULES: advice["judgement"] == "agree"}
+    for oil in dict.fromkeys(oil for rule in choice.rules for oil in rule.prefer):
+        good[oil] = advice["good_oils"].str.split("; ").map(lambda oils, own=oil: own in oils)
+    chosen = [advice.assign(choice=name, agrees=holds) for name, holds in good.items()]
+    band = (
+        pd.concat(chosen)
+        .groupby([*_SCENARIO, "choice", "bearing"], sort=False)["agrees"]
+        .agg(operating_points="size", agreeing_points="sum")
+        .reset_index()[tables.columns("advice_band")]
+    )
+    of_drawn = pd.concat(drawn, ignore_index=True)
+    of_drawn = of_drawn[~of_drawn["judgement"].isin(NO_CHOICE)]
     return {
-        "slip_advice": _with_shares(nominal, advice[advice["operating_points"]]),
+        "slip_advice": _with_shares(nominal, of_drawn),
         "advice_band": tables.conform(band, "advice_band", "advice band"),
     }
 
@@ -212,10 +238,43 @@ def _of_oil(values: FloatArray | BoolArray, oil: IntArray) -> FloatArray:
     return np.where(oil >= 0, values[oil, np.arange(len(oil))], np.nan)
 
 
-def _scenarios(
+def _readings(
+    choice: SelectionSettings,
+) -> Iterator[tuple[dict[str, str | float], SelectionSettings]]:
+    """The rules in each order, and in each with one limit after the other changed."""
+    by_name = {rule.name: rule for rule in choice.rules}
+    orders = {str(_AS_SET["rule_order"]): list(by_name), **choice.band.rule_orders}
+    factors = itertools.product(SelectionLimits.model_fields, choice.band.limit_factors)
+    limits = [("", 1.0), *factors]
+    for (order, names), (limit, factor) in itertools.product(orders.items(), limits):
+        changed = {limit: factor * getattr(choice.limits, limit)} if limit else {}
+        update = {
+            "rules": [by_name[name] for name in names],
+            "limits": choice.limits.model_copy(update=changed),
+        }
+        reading: dict[str, str | float] = {"rule_order": order}
+        reading |= {"varied_limit": limit, "limit_factor": factor}
+        yield reading, choice.model_copy(update=update)
+
+
+def _at_temperatures(
+    oils: Sequence[OilInBearing], cage_slip: pd.DataFrame, settings: Settings
+) -> Iterator[pd.DataFrame]:
+    """Cage slip as set, and with oil of other supply temperatures."""
+    yield cage_slip
+    for oil, temperature in itertools.product(oils, settings.selection.band.inlet_temperature_c):
+        at = cage_slip[cage_slip["oil"] == oil.name]
+        if temperature not in set(at["inlet_temperature_c"]):
+            points = at["axial_load_n"].to_numpy(), at["inner_speed_rpm"].to_numpy()
+            yield oil.run(settings.tested_bearing(), *points, temperature).assign(
+                pitch_speed_mm_rpm=at["pitch_speed_mm_rpm"].to_numpy()
+            )
+
+
+def _drag_and_law(
     oils: Sequence[OilInBearing], results: CampaignTables, settings: Settings
 ) -> Iterator[pd.DataFrame]:
-    """Cage slip of each oil in every scenario; refit 0 is the fit itself."""
+    """Cage slip of each oil with every drag and refit; refit 0 is the fit itself."""
     bearing, band, choice = settings.tested_bearing(), settings.bearing, settings.selection.band
     low, high = band.oil_volume_fraction_range
     ends = np.geomspace(low, high, choice.oil_volume_fractions)
@@ -253,8 +312,9 @@ def _with_shares(nominal: pd.DataFrame, chosen: pd.DataFrame) -> pd.DataFrame:
         expected = best.loc[pd.MultiIndex.from_frame(chosen[_POINT])]
         pairs = zip(expected, chosen["good_oils"], strict=True)
         good = [oil in oils.split("; ") for oil, oils in pairs]
-        by_point = chosen.assign(good=good).groupby(_POINT)
-        shares["agree_share"] = by_point["agreeing_points"].mean()
+        agrees = chosen["judgement"] == "agree"
+        by_point = chosen.assign(good=good, agrees=agrees).groupby(_POINT)
+        shares["agree_share"] = by_point["agrees"].mean()
         shares["best_oil_share"] = by_point["good"].mean().where(best != "")
         shares["best_oils"] = by_point["best_oil"].agg(lambda oils: "; ".join(sorted(set(oils))))
     frame = nominal.drop(columns=shares.columns).join(shares, on=_POINT)

@@ -257,7 +257,9 @@ def _choice(results: CampaignTables) -> Section:
     if judged.empty:
         return Section("choice", "Choice of oil")
     others = judged[judged["judgement"] != "agree"]
-    counts = others["judgement"].value_counts()
+    counts, band = others["judgement"].value_counts(), results.advice_band
+    share = band["agreeing_points"] / band["operating_points"]
+    advised = [oil for oils in judged["good_oils"] for oil in oils.split("; ") if oil]
     of_points = results.cage_slip.groupby(OPERATING_POINT)["best_share"].max()
     made = facts(
         "paper/choice.jinja",
@@ -265,7 +267,9 @@ def _choice(results: CampaignTables) -> Section:
         agreeing=len(judged) - len(others),
         others={OTHER_CHOICES[str(judgement)]: count for judgement, count in counts.items()},
         best=others["best_oil"].value_counts().to_dict(),
-        band=results.advice_band,
+        band=share.groupby(band["choice"], sort=False).agg(["min", "max"]),
+        varied=band[["limit_factor", "inlet_temperature_c"]].agg(["min", "max"]),
+        always={oil: advised.count(oil) for oil in dict.fromkeys(advised)},
         certain=(of_points >= 0.95).sum(),
         drawn=of_points.count(),
     )

@@ -499,6 +499,9 @@ class AdviceBandSettings(Group):
         "Levels of bearing.oil_volume_fraction over its range, beside its value.", ge=2, le=100
     )
     refits: int = key("Refits of each law, beside the fit.", ge=0, le=1000)
+    limit_factors: q.Unique[q.Factor] = key("Factors on each of `limits`, one after the other.")
+    inlet_temperature_c: q.Unique[q.TemperatureC] = key("Supply temperatures beside the map's.")
+    rule_orders: dict[str, list[q.Text]] = key("Other orders of the rules: their names, by order.")
 
 
 class SelectionSettings(Group):
@@ -517,7 +520,18 @@ class SelectionSettings(Group):
         "Rules; the first that applies decides."
     )
     indifference: q.RelativeError = key("Oils that differ by less are equally good, relative.")
-    band: AdviceBandSettings = key("Scenarios of drag and law for the advice by cage slip.")
+    band: AdviceBandSettings = key("Scenarios for the advice by cage slip.")
+
+    @model_validator(mode="after")
+    def _orders_have_every_rule_once(self) -> Self:
+        names = sorted(rule.name for rule in self.rules)
+        for order, listed in self.band.rule_orders.items():
+            if sorted(listed) != names:
+                raise contradiction(
+                    ("band", "rule_orders", order),
+                    f"an order has every rule once: {', '.join(names)}; found {', '.join(listed)}.",
+                )
+        return self
 
     def slide_roll_ratio(self, cage_slip: AnyFloats) -> AnyFloats:
         """Slide-roll ratio at the inner race by the reading."""
