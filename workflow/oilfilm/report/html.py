@@ -47,7 +47,7 @@ _LOOKS = {
     "fair": "sign unknown, no interval, holds in part, criteria disagree, too few curves, "
     "no repeats, shown",
     "bad": "at a bound, not identifiable, fails, another law is better, refused, not certified, "
-    "no, not sound",
+    "no, not sound, worse than",
 }
 
 

@@ -92,12 +92,12 @@ function chart({ label, axis, range, series, shades = [], cursor }) {
     shape("clipPath", { id: clip }, shape("rect", frame)));
   const inside = shape("g", { "clip-path": `url(#${clip})` });
   inside.append(...shades.map(([from, to]) => shape("rect", { ...frame, class: "shade", x: x(from), width: x(to) - x(from) })));
-  series.forEach(({ kind }, i) => {
+  inside.append(...series.map(({ kind }, i) => {
     const band = lines[i].filter(({ upper }) => Number.isFinite(upper));
     const outline = [...band.map((at) => [at.x, at.upper]), ...band.map((at) => [at.x, at.lower]).reverse()];
-    inside.append(shape("path", { class: `band ${kind}`, d: path(outline) }),
-      shape("path", { class: `line ${kind}`, d: path(lines[i].map(({ x: at, mu }) => [at, mu])) }));
-  });
+    return shape("path", { class: `band ${kind}`, d: path(outline) });
+  }), ...series.map(({ kind }, i) => (
+    shape("path", { class: `line ${kind}`, d: path(lines[i].map(({ x: at, mu }) => [at, mu])) }))));
   for (const { kind, dots: own } of series) {
     const bars = own.filter(({ half }) => half > 0).map(({ x: at, mu, half }) => path([[at, mu - half], [at, mu + half]]));
     inside.append(shape("path", { class: `bar ${kind}`, d: bars.join("") }));

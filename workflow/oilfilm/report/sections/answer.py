@@ -14,7 +14,7 @@ from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 
 _MU = number(".3g")
-_BESIDE = {"best": "best of those compared", "no other law": "not compared"}
+_BESIDE = {"best": "best of those compared", "tie": "ties with others"}
 
 
 def answer(results: CampaignTables, settings: Settings) -> Section:
@@ -23,7 +23,7 @@ def answer(results: CampaignTables, settings: Settings) -> Section:
     fits = explored_fits(results, load_n)
     axes = sliders(fits, results.points, settings)
     pressure, speed, temperature, slip = [np.nan if axis.idle else axis.start for axis in axes]
-    verdicts = results.law_verdicts.set_index("oil")["verdict"]
+    compared = {row["oil"]: row for row in tables.rows(results.law_verdicts)}
     sound = {row["oil"]: row for row in tables.rows(results.soundness)}
     runs = results.runs.assign(accepted=results.runs["verdict"] == "accepted")
     counts = runs.groupby("oil")["accepted"].agg(["sum", "size"])
@@ -39,14 +39,13 @@ def answer(results: CampaignTables, settings: Settings) -> Section:
             level = fits[oil].coefficients.bands(fits[oil].law, LEVEL)[2]
             if not np.isnan(ends).any():
                 interval = f"{_MU(ends[0])} to {_MU(ends[1])} ({100 * level:.2g} %)"
-        beside = str(verdicts.get(oil, ""))
         rows.append(
             [
                 oil,
                 _MU(mu),
                 interval,
                 law_name(fit["law"]),
-                _BESIDE.get(beside, beside.replace("tie", "ties with others")),
+                _beside_others(compared[oil]) if oil in compared else "not compared",
                 _soundness(sound[oil]) if oil in sound else "not sound",
                 "{sum} of {size}".format(**counts.loc[oil]) if oil in counts.index else "none",
             ]
@@ -75,3 +74,10 @@ def _soundness(row: Mapping[str, Any]) -> str:
     parts += [f"law: {row['law_verdict']}"] if row["law_verdict"] != "adequate" else []
     parts += [f"campaign: {row['campaign_verdict']}"] if row["campaign_verdict"] != "steady" else []
     return "sound" if row["sound"] else f"not sound ({'; '.join(parts)})"
+
+
+def _beside_others(row: Mapping[str, Any]) -> str:
+    """How the configured law compares with the others."""
+    if row["verdict"] == "another law is better":
+        return f"worse than {law_name(row['better_law'])}"
+    return _BESIDE.get(row["verdict"], f"not decided: {row['verdict']}")
