@@ -15,7 +15,7 @@ from oilfilm.fits.conditions import (
     to_text,
 )
 from oilfilm.fits.cross_validation import leave_curves_out, level_of, spread_left_out
-from oilfilm.fits.engine import Optimum, at_bounds, search
+from oilfilm.fits.engine import Optimum, at_bounds, polish, search
 from oilfilm.fits.fit_tables import fitted_names, tables_of_fit, tables_without_fit
 from oilfilm.fits.interval import scores_of_unseen
 from oilfilm.fits.objectives import robust_fit
@@ -198,6 +198,7 @@ def _solve(prepared: _Prepared, oil: str, settings: FitSettings, seed: int) -> S
         search(prepared.problem, settings, generator(seed, "search", oil, number))
         for number in range(settings.searches)
     ]
+    ends += _from_nested(prepared, settings, generator(seed, "nested", oil))
     problem, optima = _with_bounds_held(prepared.problem, ends)
     best = min(optima, key=lambda optimum: optimum.sse)
     naive = naive_covariance(problem, best)
@@ -222,6 +223,21 @@ def _solve(prepared: _Prepared, oil: str, settings: FitSettings, seed: int) -> S
         scores_of_unseen(problem.mu + left_out, problem.mu, own_error, problem.at.curve),
         len(drawn) - len(refits),
     )
+
+
+def _from_nested(
+    prepared: _Prepared, settings: FitSettings, random: np.random.Generator
+) -> list[Optimum]:
+    """The end next to the optimum of the law's special case, as one more search, if it has one."""
+    problem = prepared.problem
+    if problem.law.nested is None:
+        return []
+    inner = build_problem(problem.law.nested, prepared.data, prepared.followed)
+    best = search(inner, settings, random)
+    names = [constant.name for constant in inner.law.constants]
+    known = dict(zip(names, inner.expand(best.values), strict=True))
+    start = [known.get(constant.name, constant.lower) for constant in problem.law.constants]
+    return [polish(problem, np.array(start)[problem.free])]
 
 
 def _refits(

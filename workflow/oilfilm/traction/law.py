@@ -117,6 +117,8 @@ class Law:
         groups: What the power laws are of: the conditions, or groups that the law makes of them.
         must_vary: Conditions without whose variation the law cannot be fitted.
         adore: A, B, C and D as text where the law has the form (A + B S) exp(-C S) + D.
+        nested: A law that this one becomes with its further constants at their lower bounds; the
+            search also starts from its optimum.
         in_bearings: Whether bearings are evaluated with it too, where another law is the
             campaign's: for laws on load, which differ from one on stress there.
     """
@@ -131,6 +133,7 @@ class Law:
     parts: tuple[tuple[str, str], ...] = ()
     must_vary: tuple[str, ...] = ()
     adore: tuple[str, str, str, str] | None = None
+    nested: "Law | None" = None
     in_bearings: bool = False
     title: str = ""
 

@@ -1,0 +1,31 @@
+"""How often the intervals hold, as `make bench-coverage` found it."""
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+from matplotlib.figure import Figure
+
+from style import BLUE, GREY, ORANGE, row
+
+TABLE = Path(__file__).parents[1] / "explanation/coverage.csv"
+
+
+def coverage() -> Figure:
+    """Share inside each interval, by truth and number of curves."""
+    table = pd.read_csv(TABLE)
+    truths = list(dict.fromkeys(table["truth"]))[::-1]
+    figure, panels = row(2, 8.4, 3.8)
+    for panel, curves in zip(panels, (24, 12), strict=True):
+        shown = table[table["curves"] == curves].groupby("truth").mean(numeric_only=True)
+        shown = shown.loc[truths]
+        where = np.arange(len(truths))
+        panel.axvspan(0.9 if curves == 24 else 0.85, 0.99, color=GREY, alpha=0.25, lw=0)
+        panel.plot(shown["mean"], where, "s", color=ORANGE, label="law's own interval: true mean")
+        panel.plot(
+            shown["obs"], where, "o", color=BLUE, label="interval of the next run: new points"
+        )
+        panel.set(xlim=(0, 1.02), title=f"{curves} curves", xlabel="share inside (1)")
+        panel.set_yticks(where, truths if panel is panels[0] else [""] * len(truths))
+    figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=2)
+    return figure
