@@ -84,7 +84,10 @@ rule bearing_maps:
         "<logs>/bearing-maps.log",
     params:
         code=code("bearing_maps.py"),
-        config=part("rigs", "oils", "bearings", "bearing", "seed", campaign=("torque",)),
+        config=part(
+            *("rigs", "oils", "bearings", "bearing", "gates", "seed", "selection"),
+            campaign=("torque",),
+        ),
     script:
         "../scripts/bearing_maps.py"
 

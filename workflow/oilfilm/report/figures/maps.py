@@ -49,7 +49,7 @@ _STRESS: style.Look = {"linestyles": "-", "linewidths": 0.4}
     "line: limit of lambda, below which the film is not full. Frame: tested conditions.",
     category="Fits",
     family="law",
-    tables=("points", "coefficients", "fit_quality"),
+    tables=("points", "coefficients", "fit_quality", "refits", "curve_residuals"),
     settings=("figures", "film", "gates", "oils", "rigs"),
 )
 def friction_map(results: CampaignTables, settings: Settings) -> Sheet:
