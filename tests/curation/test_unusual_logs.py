@@ -282,12 +282,15 @@ def test_temperature_in_another_unit_is_named(in_unit: Callable, unit: str) -> N
     assert curated.quarantine["reason"].iloc[0].endswith(f"if it were in {unit}")
 
 
-def test_slip_in_percent_is_named_where_slip_was_logged() -> None:
+@pytest.mark.parametrize(("factor", "unit"), [(100, "1"), (1, "%")])
+def test_slip_in_percent_or_as_a_fraction_is_named_where_slip_was_logged(
+    factor: float, unit: str
+) -> None:
     random, slip = np.random.default_rng(3), np.repeat(SWEEP, HELD)
     values = {name: column for name, column in good(SWEEP).items() if name not in SPINDLES}
     values["entrainment_speed"] = 30 + 0.01 * random.standard_normal(len(slip))
-    values["slide_roll_ratio"] = 100 * slip + 0.05 * random.standard_normal(len(slip))
-    units = {**UNITS, "entrainment_speed": "m/s", "slide_roll_ratio": "1"}
+    values["slide_roll_ratio"] = factor * (slip + 0.0005 * random.standard_normal(len(slip)))
+    units = {**UNITS, "entrainment_speed": "m/s", "slide_roll_ratio": unit}
     units = {name: unit for name, unit in units.items() if name in values}
     assert rules(judged(values, units=units)) == ["slip_unit"]
 

@@ -41,6 +41,8 @@ _SPEEDS = (("ball_speed", "disc_speed"), ("entrainment_speed", "slide_roll_ratio
 # On rigs that reverse the slip: the force with the disc faster, and with the ball faster.
 _BOTH_WAYS = ("traction_force_1", "traction_force_2")
 _BODIES = ("ball", "disc")
+# No law of traction can be seen at less slip than this.
+_LEAST_SLIP = 0.005
 # Column names that carry their unit, as the project writes them.
 _OWN_NAMES = {
     "time_s": ("time", "s"),
@@ -122,9 +124,24 @@ def _run(log: ContinuousLog, settings: Settings) -> LoggedRun:
         keys.get("log_kind", "continuous"),
         nominal(keys, settings),
         samples,
-        log.flaw or contradiction,
+        log.flaw or contradiction or _fraction_in_percent(log, values),
         keys.get("run", ""),
         log.understood,
+    )
+
+
+def _fraction_in_percent(log: ContinuousLog, values: Mapping[str, FloatArray]) -> Flaw | None:
+    """Whether the only slip of a log is so small that its %, not the slip, is in doubt."""
+    column = next((each for each in log.columns if each.quantity == "slide_roll_ratio"), None)
+    if column is None or column.spare or column.logged_unit != "%" or not len(log.rows):
+        return None
+    largest = float(np.max(np.abs(values["slide_roll_ratio"])))
+    if not 0 < largest < _LEAST_SLIP:
+        return None
+    return Flaw(
+        "slip_unit",
+        f"the column {column.name[:60]!r} goes up to {100 * largest:.3g} % of slip, which shows no "
+        "traction curve; it may be a fraction, whose unit is 1",
     )
 
 
