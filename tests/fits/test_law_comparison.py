@@ -246,7 +246,8 @@ def test_fig04_draws_its_laws_finely_through_what_they_say_at_the_plateaus(
     for (series, label), line in lines.groupby(["series", "words"]):
         assert len(line) > 300
         law, _, run = str(label).partition(", run ")
-        said = results.law_points.query("law == @law and run_id == @run")
+        every = results.law_points
+        said = every[(every["law"] == law) & (every["run_id"] == run)]
         column = "traction_coefficient" if series == "fit" else "left_out_traction_coefficient"
         slip = said["slide_roll_ratio"].abs()
         mu = np.interp(slip, line["x"], line["y"])

@@ -22,7 +22,7 @@ from oilfilm.traction.law import CONDITIONS
 from oilfilm.traction.laws.deng2026 import DENG2026
 from oilfilm.units import FloatArray
 
-_TIMES = "\N{MULTIPLICATION SIGN} 10$^{-3}$"
+_TIMES = f"\N{MULTIPLICATION SIGN} {style.THOUSANDTHS}"
 _DELTA = f"\N{GREEK CAPITAL LETTER DELTA}{style.MU}"
 _DASHES: style.Look = {"fit": "-", "left out": style.LINES["left out"], "Eq. 7": ":"}
 
@@ -63,7 +63,7 @@ def fig04(results: CampaignTables, settings: Settings) -> Sheet:
         if not of_panel:
             panel.say("no Wang-Deng law could be fitted")
     _zoom(near, sheet.parts)
-    thousandths = " (10$^{-3}$)"
+    thousandths = f" ({style.THOUSANDTHS})"
     whole.axis.set_ylabel(style.TRACTION_LABEL)
     near.set(ylabel=style.MU + thousandths, xlabel=style.CONDITION_LABELS["slide_roll_ratio"])
     errors.set(ylabel=_DELTA + thousandths, xlabel=style.CONDITION_LABELS["slide_roll_ratio"])

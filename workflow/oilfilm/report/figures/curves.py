@@ -185,7 +185,7 @@ def residuals(results: CampaignTables, settings: Settings) -> Sheet:
         if number % len(_LABELS) == 0:
             points = _residuals(results, runs, oil)
         panel.axis.set_xlabel(label)
-        delta = f"\N{GREEK CAPITAL LETTER DELTA}{style.MU} (10$^{{-3}}$)"
+        delta = f"\N{GREEK CAPITAL LETTER DELTA}{style.MU} ({style.THOUSANDTHS})"
         panel.axis.set_ylabel(f"{oil}: {delta}", fontsize=7)
         if points is None or points[condition].isna().all():
             panel.say("no fit" if points is None else "not known")

@@ -253,7 +253,7 @@ def law_errors(results: CampaignTables, settings: Settings) -> Sheet:
         above.say("every law that was compared has no traction without slip")
     _draw_starts(above, results, settings, compared, starting)
     _draw_errors(below, compared, laws, oils)
-    above.axis.set_ylabel(f"{style.MU} at S = 0 (10$^{{-3}}$)")
+    above.axis.set_ylabel(f"{style.MU} at S = 0 ({style.THOUSANDTHS})")
     below.axis.set_xlabel(f"Rms error over rms of measured {style.MU}")
     fitted = set(compared["oil"])
     handles: list[Any] = [

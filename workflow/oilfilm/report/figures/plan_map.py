@@ -56,10 +56,10 @@ def plan_map(results: CampaignTables, settings: Settings) -> Sheet:
         mesh = _draw(panel, of_oil, of_runs, y, tests["reduction"].max())
     sheet.label(style.CONDITION_LABELS[_SPEED], fontsize=7)
     sheet.colour_bar(mesh, "Reduction of the torque's uncertainty (%)")
-    box: style.Look = {"marker": "$1$", "color": "black", "markersize": 4}
+    box: style.Look = {"marker": "s", "color": "black", "markerfacecolor": "white"}
     sheet.legend(
         [
-            style.symbol_handle("test to run next, in this order", **box),
+            style.symbol_handle("number: test to run next, in this order", markersize=6, **box),
             style.symbol_handle("measured run", "o", color=style.GREY, markerfacecolor="none"),
         ]
     )

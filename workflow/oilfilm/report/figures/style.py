@@ -34,6 +34,8 @@ LINES: Look = {
 GREY = "#555555"  # of words and keys that belong to no oil
 EXTRAPOLATED = colours.EXTRAPOLATED
 MU = "\N{GREEK SMALL LETTER MU}"
+# No mathematics of matplotlib: its parser takes half a second to load.
+THOUSANDTHS = "10\N{SUPERSCRIPT MINUS}\N{SUPERSCRIPT THREE}"
 # Name of each condition on an axis, and one level of it in a title.
 CONDITION_LABELS = {
     "max_hertz_pressure_gpa": "Maximum Hertz pressure P (GPa)",
