@@ -15,6 +15,7 @@ from oilfilm.cli.arguments import campaign_folder, json_text, quantity
 from oilfilm.cli.parser import CONDITION_OPTIONS
 from oilfilm.errors import OilfilmError
 from oilfilm.fits.fitted import INTERVALS, SLIP, FittedLaw, read_fit, refuse_impossible
+from oilfilm.paper.printed_law import PrintedLaw
 from oilfilm.traction.law import QUANTITIES
 
 
@@ -32,6 +33,10 @@ def run(options: argparse.Namespace) -> int:
         fit = read_fit(folder, options.oil)
         source = f"from campaign {about['campaign']}, {about['data']} data"
     predicted = prediction(fit, options.oil, at, source)
+    if isinstance(fit, PrintedLaw):
+        line = np.array([[predicted["at"][name] for name in fit.law.conditions]])
+        ends = fit.sign_range(line, np.array([at[SLIP]]))
+        predicted |= {"signs": dict(fit.signs), "sign_range": [float(end[0]) for end in ends]}
     print(json_text(predicted) if options.json else _text(predicted))
     return 0
 
@@ -82,7 +87,7 @@ def prediction(
     if not np.isfinite(mu):
         raise OilfilmError(f"{oil}: the law {fit.law.name} has no value there.")
     why = "too few curves were tested (fit.min_curves_for_errors)"
-    if np.isnan(fit.coefficients.box).all():
+    if isinstance(fit, PrintedLaw):
         why = "the paper states none"
     return {
         "oil": oil,
@@ -115,6 +120,10 @@ def _text(predicted: Mapping[str, Any]) -> str:
     if not predicted["no_interval"]:
         own = "if the law is true, mu is {mean_ci_lower:.5f} to {mean_ci_upper:.5f}"
         lines.append(own.format_map(predicted))
+    if "signs" in predicted:
+        signs = ", ".join(f"{name} {sure}" for name, sure in predicted["signs"].items())
+        lines.append(f"restored signs: {signs}")
+        lines.append("over the open signs mu is {:.5f} to {:.5f}".format(*predicted["sign_range"]))
     lines += [f"NOT SOUND: {each}" for each in predicted["wrong"]]
     lines += [
         f"mu and its interval are those where it was tested: {each}" for each in predicted["fixed"]

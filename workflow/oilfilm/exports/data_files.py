@@ -92,6 +92,7 @@ def json_text(
         },
         "conditions": list(map(asdict, (*description.conditions, description.slip))),
         "constants": list(description.constants),
+        "not_sound": [*description.fitted.wrong],
         "fit": quality
         and {
             "certified": description.certified,

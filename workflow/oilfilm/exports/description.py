@@ -103,6 +103,7 @@ class Description:
             "campaign": "" if self.campaign is None else self.campaign.name,
             "data": self.data,
             "certified": self.certified,
+            "not_sound": "; ".join(self.fitted.wrong),
         }
 
     @property

@@ -59,9 +59,17 @@ def fit_sentences(description: Description) -> list[str]:
     """How good the fit is; of the paper's constants, what is not known of them."""
     fit = description.quality
     if fit is None:
+        by_verdict: dict[str, list[str]] = {}
+        for constant in description.constants:
+            _, _, sure = str(constant["verdict"]).partition(", ")
+            by_verdict.setdefault(sure, []).append(str(constant["name"]))
+        by_verdict.pop("", None)
+        sure = "; ".join(f"{verdict}: {', '.join(names)}" for verdict, names in by_verdict.items())
         return [
             f"They are {certificate(description)}. The tested box is that of the paper's abstract.",
             "The signs of the exponents were lost in the available text and are restored.",
+            f"How sure they are: {sure}",
+            *(f"NOT SOUND: {sentence}" for sentence in description.fitted.wrong),
         ]
     return [
         f"Fit: {fit['n_points']} points of {fit['n_curves']} runs, rms error of mu "

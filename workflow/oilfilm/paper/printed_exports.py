@@ -1,19 +1,14 @@
 """The constants that the paper prints, described as a fit is."""
 
-from dataclasses import replace
 from pathlib import Path
-from typing import Any
-
-import numpy as np
 
 from oilfilm.exports.description import Condition, Description, constant_meanings
 from oilfilm.exports.names import identifiers
-from oilfilm.fits.fitted import Coefficients, FittedLaw
-from oilfilm.paper.reference import printed_constants
+from oilfilm.paper.printed_law import PrintedLaw, printed_law
+from oilfilm.paper.reference import PrintedCoefficients
 from oilfilm.settings.config import Box, ExportSettings
+from oilfilm.settings.messages import load
 from oilfilm.traction.law import QUANTITIES
-from oilfilm.traction.laws.deng2026 import DENG2026
-from oilfilm.units import FloatArray
 
 
 def describe_printed(path: Path, tested: Box, settings: ExportSettings) -> list[Description]:
@@ -27,61 +22,54 @@ def describe_printed(path: Path, tested: Box, settings: ExportSettings) -> list[
     Raises:
         OilfilmError: The file is missing or has a mistake.
     """
-    constants = printed_constants(path)
-    names = identifiers([f"{oil} printed" for oil in constants])
+    printed = load(path, PrintedCoefficients)
+    names = identifiers([f"{oil} printed" for oil in printed.falling_viscosity])
     return [
-        _describe(oil, name, values, tested, settings)
-        for (oil, values), name in zip(constants.items(), names.values(), strict=True)
+        _describe(oil, name, printed_law(printed, oil, tested), settings)
+        for oil, name in zip(printed.falling_viscosity, names.values(), strict=True)
     ]
 
 
 def _describe(
-    oil: str, identifier: str, constants: FloatArray, tested: Box, settings: ExportSettings
+    oil: str, identifier: str, fitted: PrintedLaw, settings: ExportSettings
 ) -> Description:
-    law = DENG2026
-    ends = tested.model_dump()
-    box = np.array([ends[name] for name in (*law.conditions, "slide_roll_ratio")], dtype=float)
-    coefficients = replace(Coefficients.bare(law, constants), box=box)
-    conditions = []
-    for name, reference in zip(law.conditions, law.reference, strict=True):
-        quantity = QUANTITIES[name]
-        lower, upper = map(float, ends[name])
-        conditions.append(
-            Condition(
-                name,
-                quantity.symbol,
-                quantity.meaning,
-                quantity.unit,
-                "argument",
-                level=None,
-                reference=reference,
-                tested=(lower, upper),
-            )
+    law, box = fitted.law, fitted.coefficients.box.tolist()
+    conditions = [
+        Condition(
+            name,
+            QUANTITIES[name].symbol,
+            QUANTITIES[name].meaning,
+            QUANTITIES[name].unit,
+            "argument",
+            level=None,
+            reference=reference,
+            tested=(low, high),
         )
-    meanings = constant_meanings(law)
+        for name, reference, (low, high) in zip(law.conditions, law.reference, box, strict=False)
+    ]
+    meanings, values = constant_meanings(law), fitted.coefficients.constants.tolist()
+    constants = [
+        {
+            "name": constant.name,
+            "meaning": meanings[constant.name],
+            "value": value,
+            "unit": "1",
+            "standard_error": None,
+            "interval": [None, None],
+            "systematic_standard_error": None,
+            "verdict": f"printed, sign {sure}"
+            if (sure := fitted.signs.get(constant.name))
+            else "printed",
+        }
+        for constant, value in zip(law.constants, values, strict=True)
+    ]
     return Description(
         oil=oil,
         identifier=identifier,
         campaign=None,
-        fitted=FittedLaw(law, coefficients),
+        fitted=fitted,
         conditions=tuple(conditions),
-        constants=tuple(
-            _constant(constant.name, value, meanings[constant.name], constant.sign)
-            for constant, value in zip(law.constants, constants.tolist(), strict=True)
-        ),
+        constants=tuple(constants),
         quality=None,
         adore_points=tuple(point.model_dump() for point in settings.adore_points),
     )
-
-
-def _constant(name: str, value: float, meaning: str, stated_sign: int) -> dict[str, Any]:
-    return {
-        "name": name,
-        "meaning": meaning,
-        "value": value,
-        "unit": "1",
-        "standard_error": None,
-        "interval": [None, None],
-        "systematic_standard_error": None,
-        "verdict": "printed" if stated_sign else "printed, sign restored",
-    }

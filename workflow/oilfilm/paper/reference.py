@@ -4,7 +4,7 @@ Decides: which constants the paper prints, its claims and published tests (in `d
 """
 
 from pathlib import Path
-from typing import Annotated, Self
+from typing import Annotated, Literal, Self
 
 import numpy as np
 from pydantic import Field, model_validator
@@ -24,6 +24,8 @@ from oilfilm.units import FloatArray
 
 PowerW = Annotated[float, Field(gt=0, json_schema_extra={"unit": "W"})]
 _Constants = Annotated[list[float], Field(min_length=4, max_length=4)]
+_Sure = Literal["certain", "probable", "open", "without effect"]
+_Signs = Annotated[list[_Sure], Field(min_length=3, max_length=3)]
 
 
 class OilConstants(Group):
@@ -32,6 +34,7 @@ class OilConstants(Group):
     A: _Constants = key("A0 and the exponents of P, U and T.")
     B: _Constants = key("B0 and the exponents of P, U and T.")
     C: _Constants = key("C0 and the exponents of P, U and T.")
+    signs: dict[Literal["A", "B", "C"], _Signs] = key("How sure each exponent's sign is, P, U, T.")
 
 
 class PrintedCoefficients(Group):
@@ -55,6 +58,14 @@ class PrintedCoefficients(Group):
         """Twelve constants of each oil, the most viscous first: X0 and exponents of A, B, C."""
         blocks = {oil: self.oils[oil] for oil in self.falling_viscosity}
         return {oil: np.array([*of.A, *of.B, *of.C]) for oil, of in blocks.items()}
+
+    def signs(self, oil: str) -> dict[str, str]:
+        """How sure the sign of each exponent of an oil is, by the name of the constant."""
+        return {
+            f"{letter}{number}": sure
+            for letter, of_letter in self.oils[oil].signs.items()
+            for number, sure in enumerate(of_letter, start=1)
+        }
 
 
 class PaperStatement(Group):
