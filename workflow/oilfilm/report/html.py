@@ -43,11 +43,11 @@ _TAG = 500  # bytes around a picture, at most
 _SCALE = 0.4  # CSS pixels a pixel: a single column of a journal is 400 of them
 # How verdicts look; the first one that a text begins with.
 _LOOKS = {
-    "good": "known, holds, yes, best, tie, not shown, accepted, certified, sound",
+    "good": "known, holds, yes, best, tie, not shown, accepted, certified, sound, ties",
     "fair": "sign unknown, no interval, holds in part, criteria disagree, too few curves, "
     "no repeats, shown",
     "bad": "at a bound, not identifiable, fails, another law is better, refused, not certified, "
-    "no, not sound, worse than",
+    "no, not sound, worse",
 }
 
 
@@ -160,7 +160,7 @@ def html(
 def _look(verdict: str) -> str:
     """How a verdict looks: good, fair or bad."""
     beginnings = {text: look for look, texts in _LOOKS.items() for text in texts.split(", ")}
-    fitting = [text for text in beginnings if verdict.startswith(text)]
+    fitting = [text for text in beginnings if f"{verdict} ".startswith(f"{text} ")]
     return beginnings[max(fitting, key=len)] if fitting else ""
 
 
