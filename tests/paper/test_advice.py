@@ -369,8 +369,8 @@ def test_scenario_of_a_hotter_oil_and_half_the_limit_is_that_of_the_bearing_by_i
 
 @pytest.mark.nightly
 def test_rules_and_one_oil_everywhere_are_as_good_as_recomputed() -> None:
-    # of 72 operating points at 100 degC with the printed law: the order of the conclusion 48, always
-    # 4050 55, 4010 22 and 4102 2 (recomputed apart from this code with fits of the same law)
+    # of 72 operating points at 100 degC with the printed law: the order of the conclusion 48,
+    # always 4050 55, 4010 22 and 4102 2 (recomputed apart from this code with fits of this law)
     config = resolve(ROOT / "config", {"campaign": "demo"})
     oils = oils_in_bearings(*printed_fits(), config)
     advice = advise(cage_slip_table(oils, config), config.selection, config.gates.lambda_limit)
