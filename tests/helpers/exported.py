@@ -7,6 +7,7 @@ from campaigns import ROOT
 from law_points import EVERY_LAW, TRUTH
 from oilfilm.exports.description import SLIP, Description, describe
 from oilfilm.fits.conditions import FixedCondition, to_text
+from oilfilm.fits.interval import UNKNOWN
 from oilfilm.paper.printed_exports import describe_printed
 from oilfilm.settings.resolved import Settings
 from oilfilm.traction.law import CONDITIONS, Law
@@ -67,6 +68,7 @@ def tables_of(
                 if name in law.groups and not _has_exponents(law, name, values)
             ]
         ),
+        "two_level_conditions": "",
         "tested_min_slide_roll_ratio": 0.002,
         "tested_max_slide_roll_ratio": 0.3,
         **corners.min().add_prefix("tested_min_"),
@@ -75,7 +77,12 @@ def tables_of(
     return (
         pd.concat([frame.assign(oil=oil) for oil in oils for frame in (points, wild)]),
         pd.concat([constants.assign(oil=oil, law=law.name) for oil in oils]),
-        pd.DataFrame([{**quality, "oil": oil} for oil in oils]),
+        pd.DataFrame(
+            [
+                {**UNKNOWN.columns(), "limiting_stress_ratio": np.nan, **quality, "oil": oil}
+                for oil in oils
+            ]
+        ),
     )
 
 
