@@ -303,7 +303,7 @@ def test_certainty_is_half_the_interval_over_mu(results: CampaignTables) -> None
     # curves with 1 % gain errors, 18 of them, and a calibration of 0.5 % of load, 1 % of mu or less
     median, largest = certainty(results).loc["4102"]
     assert 0.005 < median < 0.06
-    assert median < largest
+    assert median < largest < 1  # although mu is nearly zero at some points
 
 
 def test_remarks_on_the_run_sheet_are_not_among_what_was_refused(

@@ -17,6 +17,8 @@ from oilfilm.tables.campaign_tables import CampaignTables
 _TWO = percent(2)
 # A curve of which mu differs less than this as a whole is odd by its shape.
 _SAME_GAIN = 0.03
+# Share of the points at which mu is known at least so well.
+_MOST = 0.95
 
 
 def fits(results: CampaignTables) -> Section:
@@ -63,7 +65,8 @@ def _odd(residuals: pd.DataFrame) -> dict[str, Any]:
 def certainty(results: CampaignTables) -> pd.DataFrame:
     """How sure mu of the next run is at the accepted points: half of its 95 % interval over mu.
 
-    Columns median and largest by oil; null where the fit has no interval.
+    Columns median and largest (below which 95 % of the points are) by oil; null where the fit has
+    no interval. Where mu is nearly zero an interval over mu says nothing.
     """
     certainties = {}
     accepted = results.points[results.points["accepted"]]
@@ -75,7 +78,7 @@ def certainty(results: CampaignTables) -> pd.DataFrame:
         size = np.abs(prediction.traction_coefficient)
         width = prediction.obs_ci_upper - prediction.obs_ci_lower
         half = pd.Series(width[size > 0] / 2 / size[size > 0])
-        certainties[oil] = half.median(), half.max()
+        certainties[oil] = half.median(), half.quantile(_MOST)
     index = pd.Index(certainties, dtype=str)
     return pd.DataFrame([*certainties.values()], index, columns=["median", "largest"])
 
@@ -97,7 +100,7 @@ def _fit_table(quality: pd.DataFrame, sure: pd.DataFrame) -> ShownTable:
             Column("relative_rms", "Misfit, rms of mu", _TWO, ""),
             Column("max_error", "Largest error of mu", number(".2e"), ""),
             Column("median", "mu known to, median", _TWO, "", meaning, is_number=True),
-            Column("largest", "at worst", _TWO, "", meaning, is_number=True),
+            Column("largest", "at 95 % of the points", _TWO, "", meaning, is_number=True),
             Column("certified", "Certified", yes_or_no, is_verdict=True),
         ],
         in_text=True,
