@@ -168,10 +168,10 @@ def draw_page(
     title, *head = _head(entry, run)
     count, width = len(kind.shown_signals), style.DOUBLE_COLUMN_IN
     top = 0.45 + 0.13 * len(head)
-    sheet = Sheet(count, width=width, height=5.6 / count, down=0.1, top=top, sharex=True)
+    sheet = Sheet(count, width=width, height=5.6 / count, down=0.1, top=top, left=0.85, sharex=True)
     for axis, (name, label) in zip(sheet.axes, kind.shown_signals.items(), strict=True):
         axis.set_ylabel(label, fontsize=7)
-        axis.yaxis.set_label_coords(-0.055, 0.5)
+        axis.yaxis.set_label_coords(-0.095, 0.5)
         _draw_signal(axis, time_s, signals[name])
         _shade_plateaus(axis, signals, points)
         for edge in marked:
@@ -182,9 +182,9 @@ def draw_page(
     look: style.Look = {"va": "top", "parse_math": False, "xycoords": "axes fraction"}
     look |= {"textcoords": "offset points", "annotation_clip": False}
     above = 72 * (top - 0.03), 72 * (top - 0.23)
-    first.annotate(title, (0, 1), xytext=(-30, above[0]), fontsize=9, fontweight="bold", **look)
+    first.annotate(title, (0, 1), xytext=(-55, above[0]), fontsize=9, fontweight="bold", **look)
     rest = "\n".join(head)
-    first.annotate(rest, (0, 1), xytext=(-30, above[1]), fontsize=7, linespacing=1.35, **look)
+    first.annotate(rest, (0, 1), xytext=(-55, above[1]), fontsize=7, linespacing=1.35, **look)
     _label_marked_rows(first, marked, at_right=sum(marked) > sum(span), entry=entry)
     passing = Patch(**_PASSING, label="plateau that passes its own gates")
     sheet.legend([passing, Patch(**_FAILING, label="plateau refused by its own gates")])
