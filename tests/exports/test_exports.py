@@ -37,10 +37,12 @@ from oilfilm.exports.description import SLIP, Description, describe
 from oilfilm.exports.languages import FORTRAN
 from oilfilm.exports.names import identifiers, plain
 from oilfilm.settings.resolved import Settings
+from oilfilm.tables import empty
 from oilfilm.traction.law import CONDITIONS
 from oilfilm.traction.laws.deng2026 import traction_coefficient
 
 PROVENANCE = {"code": "c", "settings": "s", "inputs": {}}
+SOUND = empty("soundness")
 WARNINGS = ["-Wall", "-Wextra", "-pedantic", "-Werror"]
 MIDDLE = {"max_hertz_pressure_gpa": 1.2, "entrainment_speed_m_s": 30.0, "inlet_temperature_c": 70.0}
 
@@ -330,7 +332,7 @@ def test_exports_of_a_campaign_hold_the_printed_constants_of_its_oils_only(
 ) -> None:
     law = EVERY_LAW["deng2026"]
     tables = tables_of(law, ["4102", "own"], PRINTED_4102)
-    files = export_campaign(*tables, config, PROVENANCE)
+    files = export_campaign(*tables, SOUND, config, PROVENANCE)
     of_paper = [name.split("/")[1] for name in files if name.startswith("printed-constants/")]
     assert set(of_paper) == {"README.md", "4102_printed"}
     assert "SIMULATED DATA" in files["README.md"].decode()
@@ -366,7 +368,7 @@ def hostile(config: Settings) -> tuple[list[Description], dict[str, str]]:
         describe(oil, name, points, coefficients, quality, law, settings)
         for oil, name in identifiers(HOSTILE).items()
     ]
-    return fits, export_campaign(points, coefficients, quality, settings, PROVENANCE)
+    return fits, export_campaign(points, coefficients, quality, SOUND, settings, PROVENANCE)
 
 
 @pytest.mark.parametrize("every", [3, nightly(1)])
@@ -513,7 +515,7 @@ def test_fit_without_a_curve_is_listed_with_the_reason(config: Settings) -> None
     points, coefficients, quality = tables_of(EVERY_LAW["deng2026"], ["4102"], {})
     why = "not fitted: 3 accepted points, at least 13 are needed"
     quality = quality.assign(certificate=why, certified=False, rmse=np.nan, max_error=np.nan)
-    files = export_campaign(points, coefficients, quality, config, PROVENANCE)
+    files = export_campaign(points, coefficients, quality, SOUND, config, PROVENANCE)
     fitted = {name for name in files if not name.startswith("printed-constants/")}
     assert fitted == {"README.md", "4102/traction_4102.csv", "4102/traction_4102.json"}
     content = json.loads(files["4102/traction_4102.json"])
@@ -536,3 +538,13 @@ def test_every_source_says_whether_its_data_are_real(fit: Description) -> None:
 def test_no_line_is_longer_than_fortran_reads(hostile: Any, fit: Description) -> None:
     for described in (*hostile[0], fit):
         assert max(map(len, FORTRAN.source(described).splitlines())) <= 132
+
+
+def test_what_keeps_a_fit_from_being_sound_is_in_code_and_json(config: Settings) -> None:
+    law = EVERY_LAW["deng2026"]
+    described = describe(
+        *("4102", "4102"), *tables_of(law, ["4102"], PRINTED_4102), law, config, ["It drifts."]
+    )
+    files = export(described, PROVENANCE)
+    assert json.loads(files["4102_traction.json"])["fit"]["not_sound_because"] == ["It drifts."]
+    assert "NOT SOUND: It drifts." in files["4102_traction.h"].decode()

@@ -80,9 +80,8 @@ class TableFit(ArrayFit):
             about = {"campaign": name, "data": "measured", **provenance}
             for table, frame in finished.items():
                 tables.write(frame, table, made / f"tables/{table}.parquet", about)
-            exports = export_campaign(
-                results.points, results.coefficients, results.fit_quality, settings, provenance
-            )
+            parts = (results.coefficients, results.fit_quality, results.soundness)
+            exports = export_campaign(results.points, *parts, settings, provenance)
             for file, content in exports.items():
                 write_bytes(content, made / "exports" / file)
             sections = [answer(results, settings), fits(results), constants(results)]

@@ -13,6 +13,7 @@ with job(snakemake) as (settings, provenance):
         points=results.points,
         coefficients=results.coefficients,
         quality=results.fit_quality,
+        soundness=results.soundness,
         settings=settings,
         provenance=provenance,
     )

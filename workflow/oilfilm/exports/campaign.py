@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import pandas as pd
 
-from oilfilm import studies
+from oilfilm import studies, tables
 from oilfilm.exports.adore import adore_csv, adore_obstacle
 from oilfilm.exports.data_files import csv_table, json_text
 from oilfilm.exports.description import Description, describe
@@ -17,6 +17,7 @@ from oilfilm.exports.header import certificate, origin
 from oilfilm.exports.languages import FORTRAN, MATLAB, MODELICA, PYTHON, C
 from oilfilm.exports.names import identifiers, plain
 from oilfilm.exports.workbook import workbook
+from oilfilm.fits.soundness_words import what_is_wrong
 from oilfilm.settings.resolved import Settings
 from oilfilm.traction import LAWS
 
@@ -71,6 +72,7 @@ def export_campaign(
     points: pd.DataFrame,
     coefficients: pd.DataFrame,
     quality: pd.DataFrame,
+    soundness: pd.DataFrame,
     settings: Settings,
     provenance: Mapping[str, Any],
 ) -> dict[str, bytes]:
@@ -80,6 +82,7 @@ def export_campaign(
         points: Table of points of the campaign, for the level of what did not vary.
         coefficients: Table of coefficients.
         quality: Table of fit quality.
+        soundness: Table `soundness`.
         settings: `campaign`, `fit`, `exports` and `printed` of them.
         provenance: Digests of code, settings and inputs.
 
@@ -89,8 +92,9 @@ def export_campaign(
     """
     law = LAWS[settings.fit.law]
     names = identifiers(quality.loc[quality["law"] == law.name, "oil"])
+    wrong = {str(row["oil"]): what_is_wrong(row) for row in tables.rows(soundness)}
     fits = [
-        describe(oil, name, points, coefficients, quality, law, settings)
+        describe(oil, name, points, coefficients, quality, law, settings, wrong.get(oil, []))
         for oil, name in names.items()
     ]
     sources = {key: provenance[key] for key in ("code", "settings", "inputs")}

@@ -97,6 +97,7 @@ def json_text(
         and {
             "certified": description.certified,
             "verdict": quality["certificate"],
+            "not_sound_because": list(description.fitted.wrong),
             "points": int(quality["n_points"]),
             "runs": int(quality["n_curves"]),
             "rms_error_of_mu": number_or_none(quality["rmse"]),

@@ -1,7 +1,7 @@
 """The one description of an oil's constants from which every form of export is made."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, Literal
 
@@ -209,6 +209,7 @@ def describe(
     quality: pd.DataFrame,
     law: Law,
     settings: Settings,
+    wrong: Sequence[str] = (),
 ) -> Description:
     """Describe one oil's fit.
 
@@ -220,9 +221,11 @@ def describe(
         quality: Table of fit quality.
         law: The fitted law.
         settings: `campaign` and `exports` of them.
+        wrong: What keeps the fit from being sound, in sentences.
     """
     requested = [point.model_dump() for point in settings.exports.adore_points]
     fitted = FittedLaw.of(coefficients, oil, quality=quality, law=law)
+    fitted = replace(fitted, wrong=tuple(wrong))
     rows = coefficients[(coefficients["oil"] == oil) & (coefficients["law"] == law.name)]
     (row,) = tables.rows(quality[(quality["oil"] == oil) & (quality["law"] == law.name)])
     accepted = points[(points["oil"] == oil) & points["accepted"]]

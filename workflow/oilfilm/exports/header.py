@@ -73,7 +73,8 @@ def fit_sentences(description: Description) -> list[str]:
         ]
     return [
         f"Fit: {fit['n_points']} points of {fit['n_curves']} runs, rms error of mu "
-        f"{fit['rmse']:.2g}; {certificate(description)}"
+        f"{fit['rmse']:.2g}; {certificate(description)}",
+        *(plain(f"NOT SOUND: {each}") for each in description.fitted.wrong),
     ]
 
 
