@@ -68,11 +68,12 @@ def test_key_that_a_manifest_has_twice_is_refused(
     [
         ("a: 1\na: 2\n", "duplicate key 'a'"),
         ("a: &x [1]\nb: *x\n", "found the alias *x"),
+        ("<<: {a: 1}\nb: 2\n", "`<<` takes keys from elsewhere"),
         ("a: " + "[" * 60 + "]" * 60 + "\n", "nested more than 50 deep"),
         ("a: !!python/object/apply:os.system [x]\n", "not valid YAML"),
         ("a: \x1b[31m\n", "not valid YAML"),
     ],
-    ids=["twice", "alias", "deep", "tag", "control"],
+    ids=["twice", "alias", "merge", "deep", "tag", "control"],
 )
 def test_configuration_made_to_deceive_is_refused(
     before: Path, stranger: Path, text: str, sentence: str, capsys: pytest.CaptureFixture[str]

@@ -150,6 +150,8 @@ def _value_of(node: yaml.Node, path: Path) -> Any:
         for key, value in node.value:
             if not isinstance(key, yaml.ScalarNode):
                 raise _mistake(path, key, "found a group as a key; expected one word.")
+            if key.tag.endswith(":merge"):
+                raise _mistake(path, key, "`<<` takes keys from elsewhere; write them out.")
             if key.value in lines:
                 raise _mistake(
                     path,
