@@ -11,7 +11,6 @@ from dataclasses import dataclass
 from functools import cache
 from importlib.metadata import version
 from pathlib import Path
-from platform import python_version
 from typing import Any
 
 import numpy as np
@@ -120,7 +119,7 @@ def html(
         "settings": settings,
         "provenance": provenance,
         "configuration": as_yaml(settings.plain()),
-        "packages": {"python": python_version(), "oilfilm": __version__}
+        "packages": {"oilfilm": __version__}
         | {name: version(name) for name in _PACKAGES},
         "unreleased": UNRELEASED,
         "style": _asset("page.css"),
