@@ -119,8 +119,7 @@ def html(
         "settings": settings,
         "provenance": provenance,
         "configuration": as_yaml(settings.plain()),
-        "packages": {"oilfilm": __version__}
-        | {name: version(name) for name in _PACKAGES},
+        "packages": {"oilfilm": __version__} | {name: version(name) for name in _PACKAGES},
         "unreleased": UNRELEASED,
         "style": _asset("page.css"),
         "equations": [
