@@ -77,6 +77,7 @@ def test_name_of_two_oils_is_refused_however_it_is_written(folder: Path, where: 
         ("data: measured", "data: measured\ntwin: {}", ["`twin"]),
         ("data: measured", "data: measured\nsimulated_by: x", ["`data: simulated`", "drop this"]),
         ("rigs: [pcs-etm]", "rigs: [../rigs]", ["`rigs.0`", "'../rigs'", "text of the form"]),
+        ("rigs: [pcs-etm]", "rigs: [NO]", ["`rigs.0`", "False", 'put the word in quotes, as "NO"']),
         ("rigs: [pcs-etm]", "rigs: [pcs-emt]", ["pcs-emt", "does not exist", "pcs-etm"]),
         ("rigs: [pcs-etm]", "rigs: [pcs-etm]\nrigs: [other]", ["'rigs'", "first defined at line"]),
         ("rigs: [pcs-etm]", "rigs: &a [pcs-etm]\noils: *a", ["alias"]),

@@ -220,6 +220,8 @@ def _hint(value: Any, node: Mapping[str, Any]) -> str:
     if isinstance(value, str) and node.get("type") in ("number", "integer"):
         with suppress(ValueError):
             return f" Write {float(value):#}, with a point and no quotes."
+    if isinstance(value, bool) and node.get("type") == "string":
+        return ' YAML reads NO, OFF, YES and ON so: put the word in quotes, as "NO".'
     if isinstance(value, date | int | float) and node.get("type") == "string":
         return f' Put it in quotes: "{value}".'
     if isinstance(value, bool) or not isinstance(value, int | float):
