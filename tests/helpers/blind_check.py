@@ -63,7 +63,9 @@ def outcome(laboratory: Laboratory, verdicts: Curated) -> Outcome:
     rules = verdicts.quarantine.groupby("file")["rule"].agg(set).to_dict()
     for file, warning in verdicts.runs.set_index("file")["warning"].items():
         if warning:
-            rules.setdefault(file, set()).update(name for name in DOUBTS if name in warning)
+            rules.setdefault(file, set()).update(
+                name for name in (*DOUBTS, "constant_channel") if name in warning
+            )
     # a run of which most plateaus fail names their gates in its sentence
     sentences = verdicts.quarantine.groupby("file")["reason"].agg(" ".join).to_dict()
     sound = {log.file for log in laboratory.sound}

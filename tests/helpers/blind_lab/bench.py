@@ -62,7 +62,7 @@ class Bench:
         celsius = celsius + 0.1 * _wander(len(time), rate, random)
         mu = oil.traction(machine.pressure(load) / 1e9, speed, celsius, slip)
         zero = 0.05 * random.standard_normal() + 0.02 * random.standard_normal() * time / time[-1]
-        force = _lagging(mu * load, rate, 0.04) + zero
+        force = lagging(mu * load, rate, 0.04) + zero
         ball, disc = speed * (1 - slip / 2), speed * (1 + slip / 2)
 
         def sensed(values: Array, noise: float, step: float) -> Array:
@@ -107,7 +107,7 @@ def _controlled(wanted: Array, rate: float, frequency: float, damping: float) ->
     return reached
 
 
-def _lagging(values: Array, rate: float, constant: float) -> Array:
+def lagging(values: Array, rate: float, constant: float) -> Array:
     """Output of a sensor with a time constant in s."""
     share = 1 - np.exp(-1 / (rate * constant))
     output = np.empty_like(values)

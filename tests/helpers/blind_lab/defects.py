@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from blind_lab.bench import Bench, Condition, Recording
+from blind_lab.bench import Bench, Condition, Recording, lagging
 from blind_lab.dialects import Dialect, columns_of, header_of, written
 from blind_lab.truth import Array, Oil
 
@@ -56,6 +56,8 @@ class Fault:
         of_run: Changes the run before it is written (SI units).
         of_draft: Changes the log as it is written.
         condition: Changes what is asked of the rig.
+        units: Units that the logger writes of some signals.
+        slips: Changes the levels of slip that are asked of the rig.
     """
 
     rules: tuple[str, ...]
@@ -63,6 +65,7 @@ class Fault:
     of_draft: Callable[[Draft, Random], Draft] | None = None
     condition: Callable[[Condition, Oil, Bench], Condition] | None = None
     units: tuple[tuple[str, str], ...] = ()
+    slips: Callable[[Array], Array] = lambda slips: slips
 
 
 # ---------------------------------------------------------------- signals
@@ -197,6 +200,97 @@ def dead_load(recording: Recording, random: Random) -> Recording:
 def open_thermocouple(recording: Recording, random: Random) -> Recording:
     """The thermocouple is open: the amplifier's end of range."""
     return recording.changed(celsius=np.full(len(recording), 850.0))
+
+
+def sluggish(recording: Recording, random: Random) -> Recording:
+    """The force comes through a filter of 1.5 s."""
+    force, interval = recording.signals["force"], recording.signals["time"][1]
+    return recording.changed(force=lagging(force, 1 / interval, 1.5))
+
+
+def noisy(recording: Recording, random: Random) -> Recording:
+    """The force has thirty times its noise."""
+    noise = 0.24 * random.standard_normal(len(recording))
+    return recording.changed(force=recording.signals["force"] + noise)
+
+
+def in_middle(name: str, change: Callable[[Array], Array]) -> Callable[..., Recording]:
+    """A channel changed in the sweep's middle half."""
+
+    def changed(recording: Recording, random: Random) -> Recording:
+        values = recording.signals[name].copy()
+        rows = slice(*_middle(recording))
+        values[rows] = change(values[rows])
+        return recording.changed(**{name: values})
+
+    return changed
+
+
+def from_middle(name: str, factor: float) -> Callable[[Recording, Random], Recording]:
+    """The gain of a channel changes in the middle of the sweep, for good."""
+
+    def changed(recording: Recording, random: Random) -> Recording:
+        values = recording.signals[name].copy()
+        values[sum(_middle(recording)) // 2 :] *= factor
+        return recording.changed(**{name: values})
+
+    return changed
+
+
+def range_switch(recording: Recording, random: Random) -> Recording:
+    """Above a slip of 0.1 the amplifier has another range, half as much again."""
+    ball, disc, force = (recording.signals[name] for name in ("ball", "disc", "force"))
+    slip = 2 * (disc - ball) / (disc + ball)
+    return recording.changed(force=np.where(slip > 0.1, 1.5 * force, force))
+
+
+def way_back(recording: Recording, random: Random) -> Recording:
+    """The force is a tenth larger on the way back."""
+    force = recording.signals["force"].copy()
+    force[recording.steps[len(recording.steps) // 2] : recording.steps[-2]] *= 1.1
+    return recording.changed(force=force)
+
+
+def backwards(name: str) -> Callable[[Recording, Random], Recording]:
+    """A channel is written in the opposite order of time."""
+    return lambda recording, random: recording.changed(**{name: recording.signals[name][::-1]})
+
+
+def constant(name: str) -> Callable[[Recording, Random], Recording]:
+    """A channel copies one number into every row."""
+
+    def change(recording: Recording, random: Random) -> Recording:
+        values = recording.signals[name]
+        return recording.changed(**{name: np.full(len(values), np.round(values.mean(), 1))})
+
+    return change
+
+
+def flipped(recording: Recording, random: Random) -> Recording:
+    """From the middle of the sweep the columns of ball and disc are exchanged."""
+    ball, disc = (recording.signals[name].copy() for name in ("ball", "disc"))
+    rows = slice(sum(_middle(recording)) // 2, None)
+    ball[rows], disc[rows] = disc[rows].copy(), ball[rows].copy()
+    return recording.changed(ball=ball, disc=disc)
+
+
+def thinned(recording: Recording, random: Random) -> Recording:
+    """From the middle of the sweep the logger writes every fifth row only."""
+    row = np.arange(len(recording))
+    return recording.rows((row < _middle(recording)[0]) | (row % 5 == 0))
+
+
+def still_settling(recording: Recording, random: Random) -> Recording:
+    """The force creeps back to its zero while the rig rolls again."""
+    time = recording.signals["time"]
+    since = time - time[recording.steps[-2]]
+    creep = np.where(since > 0, 1.5 * np.exp(-np.maximum(since, 0) / 2.5), 0.0)
+    return recording.changed(force=recording.signals["force"] + creep)
+
+
+def up_and_down(slips: Array) -> Array:
+    """The same levels on the way back."""
+    return np.concatenate([slips, slips[-2::-1]])
 
 
 def slow(condition: Condition, oil: Oil, bench: Bench) -> Condition:
@@ -355,6 +449,28 @@ FAULTS: dict[str, Fault] = {
     "no opening phase": Fault(("zero_missing",), without_opening),
     "no closing phase": Fault(("zero_missing",), without_closing),
     "steps too short": Fault(("too_short", "no_plateau", "not_steady"), hurried),
+    "filter of 1.5 s": Fault(("transient_not_ended", "not_steady", "zero_not_settled"), sluggish),
+    "noise times 30": Fault(("zero_noisy", "noisy_sensor"), noisy),
+    "one column for both speeds": Fault(
+        ("same_channel",),
+        lambda recording, random: recording.changed(ball=recording.signals["disc"]),
+    ),
+    "force in the opposite order": Fault(("order_of_time",), backwards("force")),
+    "range switch": Fault(("gain_jump",), range_switch),
+    "gain changes within the run": Fault(("gain_jump",), from_middle("force", 1.3)),
+    "zero jumps and returns": Fault(("gain_jump",), in_middle("force", lambda force: force + 0.4)),
+    "way back is 10 % higher": Fault(
+        ("branches_apart", "branches_differ"), way_back, slips=up_and_down
+    ),
+    "load is one number": Fault(("constant_channel",), constant("load")),
+    "temperature is one number": Fault(("constant_channel",), constant("celsius")),
+    "speeds exchanged from the middle on": Fault(("sign_changes",), flipped),
+    "slips in steps of 0.0018": Fault(
+        ("small_steps",), slips=lambda slips: 0.0018 * np.arange(1, len(slips) + 1)
+    ),
+    "every fifth row from the middle on": Fault(("sampling_rate",), thinned),
+    "log of a rig with other radii": Fault(("track_radii",), scaled("disc", 1.25)),
+    "creep after the sweep": Fault(("zero_not_settled",), still_settling),
     "film too thin": Fault(("thin_film",), condition=slow),
     "unknown oil": Fault(("unknown_oil",), of_draft=header_line(0, "mystery fluid")),
     "set point no number": Fault(("header",), of_draft=header_line(1, "high")),
@@ -375,7 +491,7 @@ def faulty(
 ) -> bytes:
     """The bytes of a log with a fault."""
     asked = fault.condition(condition, oil, bench) if fault.condition else condition
-    recording = bench.run(oil, asked, random)
+    recording = replace(bench, slips=fault.slips(bench.slips)).run(oil, asked, random)
     if fault.of_run:
         recording = fault.of_run(recording, random)
     sound = draft(recording, dialect.with_units(**dict(fault.units)), bench)

@@ -17,7 +17,7 @@ CAMPAIGN, RIG = "blind", "our-rig"
 # Names of each oil: in the laboratory's own script, and in one that every encoding can write.
 _OILS = (("Turbo 5 alt",), ("Öl B-12", "Oil B-12"), ("合成油 3", "Synthetic 3"))
 # Numbers of the sound logs that are filed once more under another oil, or contradicted by one.
-_COPIED, _TAKEN = 4, 5
+_COPIED, _TAKEN, _SHIFTED = 4, 5, 7
 _SETTING_KEYS = (
     "oil",
     "max_hertz_pressure_gpa",
@@ -94,7 +94,7 @@ def build(project: Path, config: Path, seed: int, faults: bool = True) -> Labora
             dialect = draw_dialect(random)
             sound = draft(bench.run(oil, Condition(*condition), random), dialect, bench)
             drafts.setdefault(name, []).append(sound)
-            doubted = faults and name == next(iter(oils)) and number == _COPIED
+            doubted = faults and name == next(iter(oils)) and number in (_COPIED, _SHIFTED)
             doubted |= faults and name == list(oils)[1] and number == _TAKEN
             about = Filed("", name, doubted=doubted, rows=len(sound.recording))
             file(sound.bytes(), dialect, f"{name}_{number:03}", about)
@@ -110,7 +110,7 @@ def build(project: Path, config: Path, seed: int, faults: bool = True) -> Labora
                 sound.bytes(),
                 sound.dialect,
                 f"zz_{kind.replace(' ', '_')}",
-                Filed("", name, kind, rules),
+                Filed("", name, kind if rules else "", rules, doubted=not rules),
             )
     return Laboratory(oils, bench, tuple(logs))
 
@@ -135,7 +135,7 @@ def _misfiled(
     levels: tuple[list[float], list[float], list[float]],
     random: np.random.Generator,
 ) -> list[tuple[str, tuple[str, ...], str, Draft]]:
-    """Sound logs that are filed wrongly: kind, right rules, oil by label, log."""
+    """Sound logs that are filed wrongly: kind, right rules (none: sound), oil by label, log."""
     first, second = list(oils)[:2]
     plain = replace(draw_dialect(random), packed=False)
 
@@ -149,13 +149,27 @@ def _misfiled(
         run = bench.run(oils[first], condition, random)
         return draft(replace(run, oil=oils[second].names), plain, bench)
 
+    def later(sound: Draft) -> Draft:
+        """The log without its first second, each reading with a digit less."""
+        recording = sound.recording.rows(np.arange(int(bench.rate), len(sound.recording)))
+        digits = {"force": 3, "load": 2, "ball": 3, "disc": 3, "celsius": 2}
+        signals = {name: np.round(recording.signals[name], n) for name, n in digits.items()}
+        return replace(sound, recording=recording.changed(**signals))
+
+    thrice = _between(levels, random)
+
+    def repeat(factor: float = 1.0) -> Draft:
+        """One of three runs of one condition."""
+        run = bench.run(oils[first], thrice, random)
+        return draft(run.changed(force=factor * run.signals["force"]), plain, bench)
+
     label = replace(
         bench.run(oils[first], _between(levels, random), random), oil=oils[second].names
     )
-    repeat = bench.run(oils[first], drafts[first][6].recording.condition, random)
-    by_load = draft(repeat, plain, bench)
+    once_more = bench.run(oils[first], drafts[first][6].recording.condition, random)
+    by_load = draft(once_more, plain, bench)
     header = list(by_load.header.items())
-    header[1] = "load_n", f"{bench.machine.load(repeat.condition.pressure * 1e9):.3f}"
+    header[1] = "load_n", f"{bench.machine.load(once_more.condition.pressure * 1e9):.3f}"
     by_load = replace(by_load, header=dict(header))
     return [
         ("byte copy", ("duplicate_log",), first, drafts[first][2]),
@@ -166,6 +180,15 @@ def _misfiled(
             second,
             again(drafts[first][_COPIED], oil=second),
         ),
+        (
+            "same samples later and rounded, under two oils",
+            ("conflicting_labels",),
+            second,
+            again(later(drafts[first][_SHIFTED]), oil=second),
+        ),
+        ("a repeat that is 9 percent high", ("conflicting_condition",), first, repeat(1.09)),
+        ("good repeat", (), first, repeat()),
+        ("good repeat again", (), first, repeat()),
         ("set point as a load", ("duplicate_condition",), first, by_load),
         ("another oil at a taken condition", ("conflicting_condition",), second, other_oil(_TAKEN)),
         ("another oil at a free condition", ("curve_off",), second, draft(label, plain, bench)),

@@ -17,7 +17,7 @@ from oilfilm import tables
 from oilfilm.curation.gate import Columns, Fault, Finding, Limits, Run
 from oilfilm.curation.hypotheses import DOUBTFUL, Hypothesis
 from oilfilm.curation.measure import measure
-from oilfilm.curation.repeats import repeated
+from oilfilm.curation.repeats import repeated, with_campaign_warnings
 from oilfilm.curation.rig_kind import RigKind
 from oilfilm.curation.run_gates import RUN_GATES, warning
 from oilfilm.curation.traction_rig import TRACTION_RIG
@@ -202,19 +202,23 @@ def _explanation(
         settings: Settings of the run.
         kind: The kind of rig.
     """
-    run_id, rig, limits = run["run_id"], run["rig"], kind.limits(settings)
+    run_id, rig = run["run_id"], run["rig"]
     if run["log_kind"] == "steps":
         return None  # readings that the rig's program has settled and converted
     passing: list[tuple[int, Hypothesis]] = []
     for hypothesis in kind.hypotheses(rig, settings):
         if run["rule"] not in hypothesis.explains:
             continue
-        signals = kind.signals(hypothesis.undo(samples), rig, settings)
-        undone = measure(signals, kind, rig, settings)
+        if hypothesis.changes and not hypothesis.plausible(samples, 0):
+            continue  # before it takes time
+        changed = settings.with_changes(hypothesis.changes) if hypothesis.changes else settings
+        limits = kind.limits(changed)
+        signals = kind.signals(hypothesis.undo(samples), rig, changed)
+        undone = measure(signals, kind, rig, changed)
         levels = len(undone.plateaus["time_s"])
         if not hypothesis.plausible(samples, levels) or first_fault(undone, kind, limits):
             continue
-        points = _table_of_plateaus({run_id: undone.plateaus}, runs, settings, kind)
+        points = _table_of_plateaus({run_id: undone.plateaus}, runs, changed, kind)
         failed = judge_plateaus(points, kind, limits)
         accepted = int((~failed.any(axis=1)).sum())
         if accepted > levels / 2 and not list(runs_not_usable(points, failed, kind, limits)):
@@ -250,6 +254,7 @@ def collect(
             points = _refuse_plateaus(points, again, kind)
             runs = _count(points, _with_rules(runs, again))
             quarantine.append(quarantine_rows(again, runs))
+    runs = with_campaign_warnings(runs, points, kind)
     return Curated(
         points.sort_values(["run_id", "first_row"], ignore_index=True),
         runs.sort_values("run_id", ignore_index=True),

@@ -8,10 +8,10 @@ import numpy as np
 import scipy
 
 from oilfilm.curation import statistics
-from oilfilm.curation.gate import Columns, Fault, Finding, Run, Signals
+from oilfilm.curation.gate import Columns, Fault, Run, Signals
 from oilfilm.curation.rig_kind import Averaging, Division, Rest, RigKind, nothing
 from oilfilm.curation.statistics import MAD_TO_SIGMA, median
-from oilfilm.curation.zero import phase_too_short, zero_reference
+from oilfilm.curation.zero import moved_zero, phase_too_short, zero_reference
 from oilfilm.settings.config import CurationSettings, PlateauSettings, TorquePlateauSettings
 from oilfilm.settings.resolved import Settings
 from oilfilm.units import BoolArray, FloatArray, IndexArray
@@ -47,13 +47,7 @@ def measure(
     else:
         zero = zero_reference(rest.signals, kind.sensor.column, rest.phases, spike)
         output, output_se = zero.at(averages["time_s"]), zero.standard_error_at(averages["time_s"])
-        if abs(zero.drift) > limits.zero_drift_max:
-            sensor, unit = kind.sensor.name, kind.sensor.unit
-            sentence = (
-                f"the zero of the {sensor} moves by {zero.drift:.3g} {unit} during the run; "
-                f"allowed {limits.zero_drift_max:g} {unit}"
-            )
-            flaw = "zero_drift", Finding(sentence)
+        flaw = moved_zero(zero, rest, kind.sensor, limits.zero_drift_max)
     plateaus = kind.derive(averages, output, output_se)
     flaw = kind.zero_fault(flaw, rest, signals, plateaus, rig, settings)
     working = usable.at(division.working)

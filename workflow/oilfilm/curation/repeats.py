@@ -1,10 +1,13 @@
 """Runs that repeat each other: copies, names given twice, conditions run twice, wrong labels.
 
+What one log cannot show, the others of its rig may: a channel that never moves.
+
 A rule compares the accepted runs of a campaign with each other. Where several of them can be right,
 the first by name is kept. Where two contradict each other, none is; of more, those that most of the
 others contradict are refused.
 
-Decides: when a run repeats an earlier one, and which of them is kept.
+Decides: when a run repeats an earlier one, and which of them is kept; warnings about a run beside
+the others of its rig.
 """
 
 from collections.abc import Callable, Iterator
@@ -16,7 +19,7 @@ import pandas as pd
 from scipy.spatial import cKDTree
 
 from oilfilm.curation.coverage import SET_POINTS, with_levels
-from oilfilm.curation.gate import Finding
+from oilfilm.curation.gate import TRACTION, Finding
 from oilfilm.curation.rig_kind import RigKind
 from oilfilm.curation.verdicts import refusal
 from oilfilm.logs.base import Refusal
@@ -30,6 +33,15 @@ Case = tuple[str, Finding]
 _ROUNDING = 1e-4
 # Fewer plateaus may agree by chance.
 _PLATEAUS = 3
+# So many plateaus, apart by this share of their errors in the mean square: chances of 1e-6 in two
+# quantities.
+_PLATEAUS_OF_COPY, _NO_NOISE = 8, 0.3
+# Copies are so near each other in load, speed and temperature, relative to the largest.
+_NEAR = 5e-4
+# An odd repeat is so many times as far from the others as these are from each other.
+_ODD = 3
+# So many runs of a rig tell what its channels do.
+_FEWEST_RUNS = 4
 
 
 def repeated(
@@ -86,36 +98,61 @@ def _repeated_labels(
 def _conflicting_conditions(
     points: pd.DataFrame, runs: pd.DataFrame, kind: RigKind, settings: Settings
 ) -> Iterator[Case]:
-    """The condition of another run and a curve that is not its."""
-    allowed = settings.gates.repeat_difference_max
-    groups = [[run.run_id for run in group] for group in _same_condition(runs, settings)]
-    compared = points[points["accepted"] & points["run_id"].isin(list(chain.from_iterable(groups)))]
-    curves = dict(list(compared.groupby("run_id")))
-    for names in groups:
-        apart = {
-            frozenset((one, other)): _difference(curves[one], curves[other], settings)
-            for one, other in combinations(names, 2)
-        }
+    """The condition of another run and a curve that is not its.
+
+    Two runs contradict each other beyond `repeat_difference_max`. Of three or more, one that is off
+    by less is odd where the others agree far better with each other than with it.
+    """
+    allowed, odd = settings.gates.repeat_difference_max, settings.gates.repeat_odd_min
+    for names, apart in _compared_conditions(points, runs, settings):
         for run_id in names:
-            others = {name: apart[frozenset((run_id, name))] for name in names if name != run_id}
-            against = [name for name, difference in others.items() if difference > allowed]
-            if len(against) > len(others) / 2:
-                of_others = f" (and {len(against) - 1} more)" if len(against) > 1 else ""
-                sentence = (
-                    f"{against[0]}{of_others} has the same oil and set points, but its traction "
-                    f"differs by {others[against[0]]:.0%} in the median, beyond the errors; "
-                    f"allowed {allowed:.0%}"
-                )
-                yield run_id, Finding(sentence)
+            others = [name for name in names if name != run_id]
+            to_others = {name: apart[frozenset((run_id, name))] for name in others}
+            mutual = [apart[frozenset(pair)] for pair in combinations(others, 2)]
+            limit = max(odd, _ODD * max(mutual)) if mutual else allowed
+            against = [name for name, difference in to_others.items() if difference > allowed]
+            if len(against) <= len(others) / 2:
+                against = [name for name, difference in to_others.items() if difference > limit]
+                if len(against) < len(others):
+                    continue
+            of_others = f" (and {len(against) - 1} more)" if len(against) > 1 else ""
+            agree = f"; the others agree within {max(mutual):.1%}" if mutual else ""
+            sentence = (
+                f"{against[0]}{of_others} has the same oil and set points, but its traction "
+                f"differs by {to_others[against[0]]:.1%} in the median, beyond the errors; "
+                f"allowed {min(limit, allowed):.0%}{agree}"
+            )
+            yield run_id, Finding(sentence)
 
 
 def _conditions(
     points: pd.DataFrame, runs: pd.DataFrame, kind: RigKind, settings: Settings
 ) -> Iterator[Case]:
     """The condition of an earlier run."""
-    for first, *others in _same_condition(runs, settings):
-        sentence = f"the run has the oil and the set points of {first.run_id}, which is kept"
-        yield from ((later.run_id, Finding(sentence)) for later in others)
+    for (first, *others), apart in _compared_conditions(points, runs, settings):
+        for later in others:
+            sentence = (
+                f"the run has the oil and the set points of {first}, which is kept; their traction "
+                f"differs by {apart[frozenset((first, later))]:.1%} in the median beyond its errors"
+            )
+            yield later, Finding(sentence)
+
+
+def _compared_conditions(
+    points: pd.DataFrame, runs: pd.DataFrame, settings: Settings
+) -> Iterator[tuple[list[str], dict[frozenset[str], float]]]:
+    """Runs of one condition, and how far the curves of each two of them are apart."""
+    groups = [[run.run_id for run in group] for group in _same_condition(runs, settings)]
+    compared = points[points["accepted"] & points["run_id"].isin(list(chain.from_iterable(groups)))]
+    curves = dict(list(compared.groupby("run_id")))
+    for names in groups:
+        yield (
+            names,
+            {
+                frozenset((one, other)): _difference(curves[one], curves[other], settings)
+                for one, other in combinations(names, 2)
+            },
+        )
 
 
 Rule = Callable[[pd.DataFrame, pd.DataFrame, RigKind, Settings], Iterator[Case]]
@@ -151,6 +188,41 @@ def _same_readings(
     for group in alike.values():
         for first, later in _equal_pairs(np.array([means for _, means in group])):
             yield group[first][0], group[later][0]
+    if kind.name == TRACTION:
+        for first_id, later_id in _same_noise(points[points["run_id"].isin(named)]):
+            yield named[first_id], named[later_id]
+
+
+def _same_noise(points: pd.DataFrame) -> Iterator[tuple[str, str]]:
+    """Pairs of runs whose plateaus differ by far less than their own errors, whatever the rows.
+
+    The same readings, cut off elsewhere or rounded, keep the errors of their means; other readings
+    of the same condition have other ones. The last plateaus of both are compared.
+    """
+    means = ["slide_roll_ratio", "traction_coefficient"]
+    known = points[(points[[f"{name}_se" for name in means]] > 0).all(axis=1)]
+    counts = known.groupby("run_id").size()
+    names = counts.index[counts >= _PLATEAUS_OF_COPY]
+    last = known[known["run_id"].isin(names)].groupby("run_id").tail(_PLATEAUS_OF_COPY)
+    if len(names) < 2:
+        return
+
+    def of_runs(columns: list[str]) -> FloatArray:
+        return last[columns].to_numpy(float).reshape(len(names), _PLATEAUS_OF_COPY, len(columns))
+
+    conditions = of_runs(["load_n", "entrainment_speed_m_s", "inlet_temperature_c"])
+    near = conditions[:, -_PLATEAUS:].reshape(len(names), -1)
+    reach = np.maximum(_NEAR * np.nanmax(np.abs(near), axis=0), 1e-30)
+    pairs = cKDTree(np.nan_to_num(near) / reach).query_pairs(1.0, p=np.inf, output_type="ndarray")
+    values, se = of_runs(means), of_runs([f"{name}_se" for name in means])
+    for one, other in pairs[np.lexsort(pairs.T[::-1])]:
+        apart = values[one] - values[other]
+        # the zero of the force may be that of other rows
+        apart[:, 1] -= np.median(apart[:, 1])
+        if (
+            np.sqrt(np.mean((apart / np.hypot(se[one], se[other])) ** 2, axis=0)) < _NO_NOISE
+        ).all():
+            yield str(names[one]), str(names[other])
 
 
 def _equal_pairs(values: FloatArray) -> list[tuple[int, int]]:
@@ -226,3 +298,34 @@ def _difference(first: pd.DataFrame, later: pd.DataFrame, settings: Settings) ->
     beyond = np.abs(mu[shared] - expected) - np.nan_to_num(noise)
     size = (np.abs(mu[shared]) + np.abs(expected)) / 2
     return float(np.median(np.maximum(beyond, 0.0) / size))
+
+
+def with_campaign_warnings(runs: pd.DataFrame, points: pd.DataFrame, kind: RigKind) -> pd.DataFrame:
+    """Runs with warnings that only the other runs of their rig can give."""
+    if kind.name != TRACTION:
+        return runs
+    accepted = runs[runs["verdict"] == "accepted"].set_index("run_id")
+    own = points[points["run_id"].isin(accepted.index)]
+    found = {run_id: [text] for run_id, text in accepted["warning"].items() if text}
+    for run_id, text in _constant_channels(own, accepted):
+        found.setdefault(run_id, []).append(text)
+    texts = {run_id: "; ".join(each) for run_id, each in found.items()}
+    warnings = [texts.get(run_id, "") for run_id in runs["run_id"]]
+    return runs.assign(warning=pd.Series(warnings, runs.index, dtype="str"))
+
+
+def _constant_channels(points: pd.DataFrame, runs: pd.DataFrame) -> Iterator[tuple[str, str]]:
+    """A channel that is one number in all plateaus of a run, and moves in most other runs."""
+    for column, name in (("load_n", "load"), ("inlet_temperature_c", "inlet temperature")):
+        of_runs = points.groupby("run_id")[column].agg(["min", "max", "size"])
+        judged = of_runs[of_runs["size"] >= _PLATEAUS]
+        constant = judged["max"] - judged["min"] <= 1e-9 * judged["max"].abs()
+        for _, of_rig in constant.groupby(runs["rig"].reindex(judged.index)):
+            if len(of_rig) >= _FEWEST_RUNS and of_rig.mean() < 1 / 2:
+                for run_id in of_rig.index[of_rig]:
+                    moving, value = (~of_rig).sum(), of_runs["min"].loc[run_id]
+                    yield (
+                        str(run_id),
+                        f"constant_channel: the {name} is {value:g} in the whole run, but moves in "
+                        f"{moving} of {len(of_rig)} runs of its rig; it may copy its set point",
+                    )

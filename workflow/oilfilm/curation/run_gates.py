@@ -6,7 +6,8 @@ Decides: when a whole run is refused (clock, stuck sensor, sign, temperature dri
 a run that is used.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from itertools import combinations
 from typing import Any
 
 import numpy as np
@@ -92,6 +93,23 @@ def _first_largest(steps: npt.NDArray[Any], allowed: float) -> int | None:
 
 
 @gate
+def same_channel(run: Run, limits: Limits) -> Finding | None:
+    """A run without a zero has the same readings in two channels."""
+    if run.flaw is None or run.flaw[0] != "zero_missing":
+        return None
+    for one, other in combinations(run.channels, 2):
+        values = run.signals[one.column]
+        apart = median(np.abs(values - run.signals[other.column]))
+        # but for the rounding of other units
+        if apart <= _ROUNDED * median(np.abs(np.diff(values))):
+            return Finding(
+                f"the {one.name} and the {other.name} are the same in every row; one column may be "
+                "taken for both"
+            )
+    return None
+
+
+@gate
 def never_turns(run: Run, limits: TorqueLimits) -> Finding | None:
     """The bearing stands still from the first row to the last."""
     fastest_rpm = float(np.abs(run.signals["inner_speed_rpm"]).max())
@@ -103,6 +121,18 @@ def never_turns(run: Run, limits: TorqueLimits) -> Finding | None:
     )
 
 
+# So many standard errors are no chance.
+_SURE = 5
+# Two columns of one signal are apart by less than this of its noise.
+_ROUNDED = 0.1
+# So many plateaus are no mishaps of single ones.
+_FEW = 3
+# With fewer levels a jump of a curve is not told from its shape.
+_FEWEST_OF_CURVE = 6
+# Each of the two last steps of a curve in the wrong order falls by more than this of the largest.
+_FALL = 0.08
+# A jump is so many times as large as the range of three levels on either side.
+_FLATTER = 5
 # A signal of fewer values does not move.
 _FEWEST_LEVELS = 3
 # Readings before and after a hold that must show noise, too.
@@ -203,6 +233,74 @@ def swapped_sign(run: Run, limits: TractionLimits) -> Finding | None:
 
 
 @gate
+def sign_changes(run: Run, limits: TractionLimits) -> Finding | None:
+    """The traction force acts against the slip in one part of the run and along it in another."""
+    plateaus = run.plateaus
+    slip, force_n = plateaus["slide_roll_ratio"], plateaus["traction_force_n"]
+    error_n = _SURE * np.nan_to_num(plateaus["traction_coefficient_se"]) * plateaus["load_n"]
+    sure = (np.abs(slip) > limits.gates.sign_slip_min) & (np.abs(force_n) > error_n)
+    against = sure & (force_n * slip < 0)
+    few = max(_FEW, (1 - limits.gates.sign_share) * sure.sum())
+    if not few <= against.sum() <= sure.sum() - few:
+        return None
+    first, last = np.flatnonzero(against)[[0, -1]]
+    return Finding(
+        f"the traction force acts against the slip on {against.sum()} of {sure.sum()} sliding "
+        "plateaus and along it on the others; the speeds of ball and disc or the polarity of the "
+        "force may have been exchanged within the run",
+        plateaus["first_row"][first],
+        plateaus["last_row"][last],
+    )
+
+
+def _ways(run: Run, limits: TractionLimits) -> Iterator[tuple[FloatArray, FloatArray]]:
+    """Rising slips and traction coefficients of each way of a sweep that has points enough."""
+    slip, mu = run.plateaus["slide_roll_ratio"], run.plateaus["traction_coefficient"]
+    known = (slip > 0) & np.isfinite(mu)
+    slip, mu = slip[known], mu[known]
+    turn = _turning_point(slip, limits.gates.branch_points)
+    for way in [np.s_[:]] if turn is None else [np.s_[: turn + 1], np.s_[turn:]]:
+        order = np.argsort(slip[way], kind="stable")
+        if len(order) >= _FEWEST_OF_CURVE:
+            yield slip[way][order], mu[way][order]
+
+
+@gate
+def order_of_time(run: Run, limits: TractionLimits) -> Finding | None:
+    """The traction falls to nothing at the largest slip, as if the force ran the other way."""
+    for _, mu in _ways(run, limits):
+        largest, last = mu.max(), mu[-3:]
+        falls = -np.diff(last)
+        steep = falls.min() > _FALL * largest and falls.sum() > (largest - last[-1]) / 2
+        if steep and mu[:3].max() > last[0]:
+            return Finding(
+                f"the traction coefficient falls from {last[0]:.4f} to {last[-1]:.4f} over the "
+                f"three largest slips, below {mu[:3].max():.4f} at small ones: force and slip may "
+                "run in opposite orders of time"
+            )
+    return None
+
+
+@gate
+def gain_jump(run: Run, limits: TractionLimits) -> Finding | None:
+    """The traction jumps between two slips, and changes little on either side."""
+    for slip, mu in _ways(run, limits):
+        largest, allowed = float(np.abs(mu).max()), limits.gates.traction_jump_max
+        for place in range(3, len(slip) - 1):
+            before, after = mu[place - 3 : place], mu[place : place + 3]
+            jump, range_ = after[0] - before[-1], max(np.ptp(before), np.ptp(after))
+            # where the curve still rises nothing is known of its shape
+            flat = min(before.min(), after.min()) > largest / 2
+            if flat and abs(jump) > max(allowed * largest, _FLATTER * range_):
+                return Finding(
+                    f"the traction coefficient jumps by {jump:.4f} between slide-roll ratios of "
+                    f"{slip[place - 1]:.4f} and {slip[place]:.4f}, and is flat on either side; "
+                    f"allowed {allowed:.0%} of the largest, {largest:.4f}"
+                )
+    return None
+
+
+@gate
 def saturated(run: Run, limits: Limits) -> Finding | None:
     """A sensor is at the end of its range for part of the run."""
     row = run.working.row
@@ -291,27 +389,33 @@ def temperature_drift(run: Run, limits: TractionLimits) -> Finding | None:
 @gate
 def branches_differ(run: Run, limits: TractionLimits) -> Finding | None:
     """The traction coefficients of rising and falling slip do not agree."""
+    differences, _ = _branches(run, limits)
+    # the median, because other gates judge single wild points
+    difference = median(np.abs(differences)) if len(differences) else 0.0
+    if difference <= limits.gates.branch_difference_max:
+        return None
+    return Finding(
+        f"with rising and falling slip the traction coefficients differ by {difference:.4f} "
+        f"(median over {len(differences)} points); allowed {limits.gates.branch_difference_max:g}"
+    )
+
+
+def _branches(run: Run, limits: TractionLimits) -> tuple[FloatArray, FloatArray]:
+    """Differences of mu between the two ways of a sweep, and mu; empty where it goes one way."""
     slip, mu = run.plateaus["slide_roll_ratio"], run.plateaus["traction_coefficient"]
     known = ~np.isnan(slip) & ~np.isnan(mu)
     slip, mu = slip[known], mu[known]
     turn = _turning_point(slip, limits.gates.branch_points)
     if turn is None:
-        return None
+        return slip[:0], mu[:0]
     # np.interp needs rising slips
     before, after = np.argsort(slip[: turn + 1]), turn + np.argsort(slip[turn:])
     low = max(slip[before].min(), slip[after].min())
     high = min(slip[before].max(), slip[after].max())
     shared = before[(slip[before] >= low) & (slip[before] <= high)]
     if len(shared) < limits.gates.branch_points:
-        return None
-    # the median, because other gates judge single wild points
-    difference = median(np.abs(mu[shared] - np.interp(slip[shared], slip[after], mu[after])))
-    if difference <= limits.gates.branch_difference_max:
-        return None
-    return Finding(
-        f"with rising and falling slip the traction coefficients differ by {difference:.4f} "
-        f"(median over {len(shared)} points); allowed {limits.gates.branch_difference_max:g}"
-    )
+        return slip[:0], mu[:0]
+    return mu[shared] - np.interp(slip[shared], slip[after], mu[after]), mu[shared]
 
 
 def _turning_point(slip: FloatArray, least: int) -> int | None:
@@ -329,6 +433,8 @@ def _turning_point(slip: FloatArray, least: int) -> int | None:
 
 # --- warnings
 
+# A share of the largest plateau by which readings seldom scatter.
+_NOISY = 0.05
 # Small and large readings, over the largest; so many give the noise to within a tenth.
 _SMALL, _LARGE, _ALMOST_ALL = 0.2, 0.8, 0.99
 _CHANGES = 60
@@ -354,6 +460,24 @@ def little_traction(run: Run, limits: Limits) -> str:
     )
 
 
+def branches_apart(run: Run, limits: Limits) -> str:
+    """Rising and falling slip differ by a share of the traction: something changes with time."""
+    if not isinstance(limits, TractionLimits):
+        return ""
+    differences, mu = _branches(run, limits)
+    slides = np.abs(mu) > limits.gates.sliding_traction_min
+    if np.count_nonzero(slides) < limits.gates.branch_points:
+        return ""
+    ratio = median(differences[slides] / mu[slides])
+    if abs(ratio) <= limits.gates.branch_ratio_max:
+        return ""
+    return (
+        f"with rising slip the traction coefficients are {ratio:+.1%} from those with falling slip "
+        f"(median over {np.count_nonzero(slides)} points); the gain of a sensor or the contact may "
+        "change with time"
+    )
+
+
 def soft_saturation(run: Run, limits: Limits) -> str:
     """The sensor has less noise at its largest readings: its amplifier compresses them."""
     if np.isnan(run.plateaus["duration_s"]).all():
@@ -374,6 +498,24 @@ def soft_saturation(run: Run, limits: Limits) -> str:
         f"the noise of the {name} falls from {small:.2g} {unit} at small to {large:.2g} {unit} at "
         "large readings; the sensor or its amplifier may be near the end of its range and give too "
         "little there"
+    )
+
+
+def noisy_sensor(run: Run, limits: Limits) -> str:
+    """The readings scatter by a large share of what is measured."""
+    name, column = run.sensor.name, run.sensor.column
+    readings = run.working[column]
+    if np.isnan(run.plateaus["duration_s"]).all() or len(readings) < _CHANGES:
+        return ""
+    # no ramp shows in second differences
+    noise = MAD_TO_SIGMA * median(np.abs(np.diff(readings, 2))) / np.sqrt(6)
+    largest = float(np.nanmax(np.abs(run.plateaus[column]), initial=0.0))
+    if not noise > _NOISY * largest:
+        return ""
+    return (
+        f"the readings of the {name} scatter by {noise:.2g} {run.sensor.unit}, "
+        f"{noise / largest:.0%} of the largest plateau; a cable, the amplifier or vibration may "
+        "disturb the sensor"
     )
 
 
@@ -403,7 +545,8 @@ def uneven_clock(run: Run, limits: Limits) -> str:
 
 
 DOUBTS: dict[str, Callable[[Run, Any], str]] = {
-    each.__name__: each for each in (little_traction, soft_saturation, uneven_clock)
+    each.__name__: each
+    for each in (little_traction, branches_apart, noisy_sensor, soft_saturation, uneven_clock)
 }
 
 

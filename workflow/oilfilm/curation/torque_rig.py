@@ -15,7 +15,7 @@ import pandas as pd
 
 from oilfilm.curation.gate import TORQUE as NAME
 from oilfilm.curation.gate import Channel, Columns, Finding, Signals, TorqueLimits
-from oilfilm.curation.hypotheses import Hypothesis, time_hypotheses
+from oilfilm.curation.hypotheses import Hypothesis, setting_hypotheses, time_hypotheses
 from oilfilm.curation.measure import find_steps, settled_parts
 from oilfilm.curation.rig_kind import Averaging, Division, Rest, RigKind
 from oilfilm.curation.statistics import median
@@ -102,7 +102,8 @@ class TorqueRig(RigKind):
 
     def hypotheses(self, rig: str, settings: Settings) -> Iterator[Hypothesis]:
         """See `RigKind.hypotheses`."""
-        return time_hypotheses()
+        yield from time_hypotheses()
+        yield from setting_hypotheses("torque_logs", settings.torque_logs.plateaus, "min_step_rpm")
 
     def limits(self, settings: Settings) -> TorqueLimits:
         """See `RigKind.limits`."""

@@ -13,7 +13,7 @@ import pandas as pd
 from oilfilm.curation.derived import LEAST_LOAD_N, with_calibration, with_film
 from oilfilm.curation.gate import TRACTION as NAME
 from oilfilm.curation.gate import Channel, Columns, Fault, Finding, Signals, TractionLimits
-from oilfilm.curation.hypotheses import Hypothesis, traction_hypotheses
+from oilfilm.curation.hypotheses import Hypothesis, setting_hypotheses, traction_hypotheses
 from oilfilm.curation.measure import find_steps, settled_parts
 from oilfilm.curation.rig_kind import Averaging, Division, Rest, RigKind, nothing
 from oilfilm.curation.zero import (
@@ -188,7 +188,8 @@ class TractionRig(RigKind):
 
     def hypotheses(self, rig: str, settings: Settings) -> Iterator[Hypothesis]:
         """See `RigKind.hypotheses`."""
-        return traction_hypotheses(settings.rigs[rig])
+        yield from traction_hypotheses(settings.rigs[rig], settings.rigs)
+        yield from setting_hypotheses("curation", settings.curation.plateaus, "min_step")
 
     def limits(self, settings: Settings) -> TractionLimits:
         """See `RigKind.limits`."""

@@ -30,7 +30,7 @@ _IF_RIGHT = "If that is not the mistake, correct the fault that is named after '
 def advice_for(rule: str, kind: RigKind) -> str:
     """What to do about a refusal by the gate or rule of that name."""
     if rule in RULES["mistakes"]:
-        return f"{RULES['mistakes'][rule]} {_IF_RIGHT}"
+        return f"{RULES['mistakes'][rule].format(**kind.words)} {_IF_RIGHT}"
     gates = {name: entry["advice"] for name, entry in RULES["gates"].items()}
     advice = {**gates, **RULES["others"], EXCLUDED: EXCLUDED_ADVICE, **RULES[kind.name]}
     return str(advice[rule]).format(**kind.words)

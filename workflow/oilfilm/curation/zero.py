@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from oilfilm.curation import statistics
-from oilfilm.curation.gate import Columns, Fault, Finding, Signals
+from oilfilm.curation.gate import Channel, Columns, Fault, Finding, Signals
 from oilfilm.curation.rig_kind import Rest
 from oilfilm.settings.config import CurationSettings
 from oilfilm.units import BoolArray, FloatArray
@@ -24,6 +24,8 @@ _FASTEST = 0.9
 _ABSURD_SLIP = 0.5
 # So many standard errors are no chance.
 _SURE = 5
+# A zero that changes within its last phase by so much of its change over the run has not settled.
+_STILL_MOVING = 1 / 4
 # Slips of one level on the way up and down, relative.
 _SAME = 1.1
 # The curve may be so many times as steep at its beginning as up to its first level.
@@ -104,6 +106,41 @@ def zero_reference(
     inside &= ~statistics.spikes(values[1], inside, spike)
     time_s, output = statistics.means(values, inside)
     return ZeroReference(time_s, output, statistics.standard_errors(values[1], inside, output))
+
+
+def moved_zero(zero: ZeroReference, rest: Rest, sensor: Channel, allowed: float) -> Fault | None:
+    """A zero that is another after the run, by the most likely cause.
+
+    Noise that is as large as the difference; a sensor that still comes to rest in the last phase;
+    else a drift.
+
+    Args:
+        zero: The zero at both phases.
+        rest: The phases.
+        sensor: The signal whose zero it is.
+        allowed: Largest difference, in the sensor's unit.
+    """
+    if abs(zero.drift) <= allowed:
+        return None
+    name, unit = sensor.name, sensor.unit
+    moves = f"the zero of the {name} moves by {zero.drift:.3g} {unit} during the run"
+    limit = f"allowed {allowed:g} {unit}"
+    last, part = list(rest.phases.items())[-1]
+    values = rest.signals[sensor.column][part]
+    third = len(values) // 3
+    change = float(np.mean(values[-third:]) - np.mean(values[:third])) if third else 0.0
+    # towards the opening zero, by more than its share of a drift that goes on all the time
+    if -change * np.sign(zero.drift) > _STILL_MOVING * abs(zero.drift):
+        first_row, last_row = (int(row) for row in rest.signals.row[part][[0, -1]])
+        sentence = (
+            f"{moves}; within the {last} phase of {rest.words} it still changes by {change:.3g}"
+        )
+        return "zero_not_settled", Finding(f"{sentence} {unit}; {limit}", first_row, last_row)
+    error = float(np.hypot(*zero.output_se[[0, -1]]))
+    if abs(zero.drift) <= _SURE * error:
+        sentence = f"{moves}, which is noise: the standard error is {error:.2g} {unit}; {limit}"
+        return "zero_noisy", Finding(sentence)
+    return "zero_drift", Finding(f"{moves}; {limit}")
 
 
 def stands_still(ball_m_s: FloatArray, disc_m_s: FloatArray, share: float) -> BoolArray:

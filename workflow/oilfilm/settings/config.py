@@ -146,6 +146,8 @@ class GateSettings(SignalGateSettings):
     traction_transient_max: q.TractionChange = key("Change of mu from its beginning to its rest.")
     slip_tolerance: q.SlipChange = key("Distance of S from the nearest planned value.")
     branch_difference_max: q.TractionChange = key("Median difference of mu of branches.")
+    branch_ratio_max: q.Tolerance = key("Relative difference of branches that is a warning.")
+    traction_jump_max: q.Tolerance = key("Jump of mu between two slips, over the largest mu.")
     branch_points: int = key("Fewest points of a branch.", ge=2)
     film_trend_factor: q.AboveOne = key("Largest factor between a film and its power law in speed.")
     sign_slip_min: q.SlideRollRatioOrZero = key("The force's sign is judged above this |S|.")
@@ -154,6 +156,7 @@ class GateSettings(SignalGateSettings):
     sign_share: q.PositiveShare = key("Share of points of the other sign that refuses a run.")
     temperature_drift_max_c: q.TemperatureDifferenceC = key("Drift of temperature within a run.")
     repeat_difference_max: q.Tolerance = key("Median relative difference of mu between repeats.")
+    repeat_odd_min: q.Tolerance = key("Difference that makes one of three repeats the odd one.")
     asymmetry_max: q.PositiveShare = key("Largest |TF1 + TF2|/(|TF1| + |TF2|) where slip reverses.")
     asymmetry_slip_min: q.SlideRollRatioOrZero = key("The asymmetry is judged above this |S|.")
 
