@@ -289,8 +289,10 @@ def gain_jump(run: Run, limits: TractionLimits) -> Finding | None:
         for place in range(3, len(slip) - 1):
             before, after = mu[place - 3 : place], mu[place : place + 3]
             jump, range_ = after[0] - before[-1], max(np.ptp(before), np.ptp(after))
-            # where the curve still rises nothing is known of its shape
-            flat = min(before.min(), after.min()) > largest / 2
+            gap = slip[place] - slip[place - 1]
+            wide = min(np.ptp(slip[place - 3 : place]), np.ptp(slip[place : place + 3]))
+            # where the curve still rises, or one level repeats, nothing is known of its shape
+            flat = min(before.min(), after.min()) > largest / 2 and wide > gap / 2
             if flat and abs(jump) > max(allowed * largest, _FLATTER * range_):
                 return Finding(
                     f"the traction coefficient jumps by {jump:.4f} between slide-roll ratios of "

@@ -240,7 +240,7 @@ def _two_decimal_marks(table: LoggedTable, refusals: Sequence[Refusal], mark: st
     if other is None or table.show is None:
         return None
     having = [each for each in refusals if re.search(other, each.reason.partition("reads")[2])]
-    if sum(each.refused_rows for each in having) < table.rows * _MANY_ROWS:
+    if not having or sum(each.refused_rows for each in having) < table.rows * _MANY_ROWS:
         return None
     return Flaw("decimal_marks", f"{having[0].reason}; most other rows have a decimal {mark}")
 
