@@ -99,9 +99,9 @@ def same_channel(run: Run, limits: Limits) -> Finding | None:
         return None
     for one, other in combinations(run.channels, 2):
         values = run.signals[one.column]
-        apart = median(np.abs(values - run.signals[other.column]))
+        apart = np.mean(np.abs(values - run.signals[other.column]))
         # but for the rounding of other units
-        if apart <= _ROUNDED * median(np.abs(np.diff(values))):
+        if apart <= _ROUNDED * np.mean(np.abs(np.diff(values))):
             return Finding(
                 f"the {one.name} and the {other.name} are the same in every row; one column may be "
                 "taken for both"
