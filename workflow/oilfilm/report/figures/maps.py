@@ -49,7 +49,7 @@ _STRESS: style.Look = {"linestyles": "-", "linewidths": 0.4}
     "line: limit of lambda, below which the film is not full. Frame: tested conditions.",
     category="Fits",
     family="law",
-    tables=("points", "coefficients", "fit_quality", "refits", "curve_residuals"),
+    tables=("points", "coefficients", "fit_quality"),
     settings=("figures", "film", "gates", "oils", "rigs"),
 )
 def friction_map(results: CampaignTables, settings: Settings) -> Sheet:
@@ -259,12 +259,13 @@ def isothermal(results: CampaignTables, settings: Settings) -> Sheet:
     layout: style.Look = {"height": 1.9, "sharex": True, "sharey": True}
     sheet = Sheet(len(oils), min(len(oils), 3), **layout)
     levels: dict[float, str] = {}
+    fits = results.configured
     for number, oil in enumerate(oils):
         panel = sheet.panel(number, oil)
         for run, curve in _curves_of(results.points, oil, choice).groupby("run_id"):
             pressure = 0.05 * round(20 * float(curve["max_hertz_pressure_gpa"].mean()))
             marker = levels.setdefault(pressure, style.MARKERS[len(levels) % len(style.MARKERS)])
-            law = FittedLaw.of_configured(results, oil)
+            law = FittedLaw.of(fits.coefficients, oil, quality=fits.fit_quality)
             corrected = without_heat(curve, law, contact, settings)
             about: style.Look = {"oil": oil, "label": str(run)}
             look = {"marker": marker, "color": style.oil_colour(oil, list(settings.oils))}
