@@ -193,7 +193,7 @@ bench-scale: $(DEV) ## 100 to MAX=10000 runs through the whole workflow: time, m
 bench-ingest: $(DEV) ## 10 million rows: time and memory against pyarrow and pandas (minutes)
 	$(BIN)/python benchmarks/ingest.py
 
-bench-blind: $(DEV) ## ten laboratories of their own, 55 faults each: detection, reasons, intervals (3 min)
+bench-blind: $(DEV) ## ten laboratories of their own, 72 faults each: detection, reasons, intervals (3 min)
 	$(BIN)/python benchmarks/blind.py
 
 bench-coverage: $(DEV) ## 200 simulated campaigns per oil: do the intervals cover the truth (10 min)
