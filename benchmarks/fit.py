@@ -28,16 +28,15 @@ os.environ["OPENBLAS_NUM_THREADS"] = os.environ["OMP_NUM_THREADS"] = "1"
 
 import numpy as np
 from scipy.optimize import Bounds, differential_evolution, least_squares
+from simulated import simulate_curves
 
 from oilfilm.fits.certificate import certify
 from oilfilm.fits.conditions import varied
 from oilfilm.fits.engine import population_sse, search
-from oilfilm.fits.problem import CurveData, Problem, build_problem, curve_data
+from oilfilm.fits.problem import CurveData, Problem, build_problem
 from oilfilm.fits.uncertainty import curve_bootstrap, naive_covariance
 from oilfilm.paper.reference import printed_constants
 from oilfilm.randomness import generator
-from oilfilm.rig_twin.plateaus import Campaign
-from oilfilm.rig_twin.truth import LawTruth
 from oilfilm.settings.resolve import resolve
 from oilfilm.traction import PAPER_LAW
 from oilfilm.traction.law import CONDITIONS, FloatArray, bounds
@@ -68,8 +67,10 @@ def task(oil: str, copies: int = 1) -> tuple[Problem, CurveData]:
     """The demonstration's matrix simulated `copies` times over."""
     conditions = np.array(list(itertools.product(*CONFIG.campaign.matrix.model_dump().values())))
     random = generator(CONFIG.seed, "bench-fit", oil)
-    campaign = Campaign(LawTruth(PRINTED[oil]), CONFIG.common_contact())
-    data = curve_data(campaign.points(np.tile(conditions, (copies, 1)), random))
+    rig = next(iter(CONFIG.rigs.values()))
+    data = simulate_curves(
+        PRINTED[oil], np.tile(conditions, (copies, 1)), CONFIG.campaign.twin, rig, random
+    )
     return build_problem(PAPER_LAW, data, varied(CONDITIONS, data.conditions, CONFIG.fit)), data
 
 

@@ -22,16 +22,15 @@ os.environ["OPENBLAS_NUM_THREADS"] = os.environ["OMP_NUM_THREADS"] = "1"
 
 import numpy as np
 from scipy.optimize import least_squares
+from simulated import simulate_curves
 
 from oilfilm.fits.conditions import varied
 from oilfilm.fits.engine import Optimum, at_bounds, search
 from oilfilm.fits.law_comparison import laws_of
-from oilfilm.fits.problem import CurveData, Problem, build_problem, curve_data
+from oilfilm.fits.problem import CurveData, Problem, build_problem
 from oilfilm.fits.uncertainty import curve_bootstrap, draw_curves
 from oilfilm.paper.reference import printed_constants
 from oilfilm.randomness import generator
-from oilfilm.rig_twin.plateaus import Campaign
-from oilfilm.rig_twin.truth import LawTruth
 from oilfilm.settings.resolve import resolve
 from oilfilm.traction import LAW_NAMES
 from oilfilm.traction.law import FloatArray, IndexArray, Law, Observations
@@ -49,8 +48,8 @@ def curves(oil: str) -> CurveData:
     assert matrix is not None
     conditions = np.array(list(product(*matrix.model_dump().values())))
     random = generator(CONFIG.seed, "bench-refits", oil)
-    campaign = Campaign(LawTruth(PRINTED[oil]), CONFIG.common_contact())
-    return curve_data(campaign.points(conditions, random))
+    rig = next(iter(CONFIG.rigs.values()))
+    return simulate_curves(PRINTED[oil], conditions, CONFIG.campaign.twin, rig, random)
 
 
 def fitted(law: Law, data: CurveData) -> tuple[Problem, Optimum]:
