@@ -60,5 +60,5 @@ def test_an_impossible_bearing_of_a_campaign_is_refused_before_anything_runs(tmp
     shutil.copytree(FOLDER.parent, tmp_path / "config")
     file = tmp_path / "config/bearings/mainshaft-167.yaml"
     file.write_text(file.read_text("utf-8").replace("ball_count: 20", "ball_count: 30"), "utf-8")
-    with pytest.raises(OilfilmError, match=r"line 8: `ball_count`: found 30 balls.*room for 23"):
+    with pytest.raises(OilfilmError, match=r"line 9: `ball_count`: found 30 balls.*room for 23"):
         resolve(tmp_path / "config", {})

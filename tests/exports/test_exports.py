@@ -546,5 +546,5 @@ def test_what_keeps_a_fit_from_being_sound_is_in_code_and_json(config: Settings)
         *("4102", "4102"), *tables_of(law, ["4102"], PRINTED_4102), law, config, ["It drifts."]
     )
     files = export(described, PROVENANCE)
-    assert json.loads(files["4102_traction.json"])["fit"]["not_sound_because"] == ["It drifts."]
-    assert "NOT SOUND: It drifts." in files["4102_traction.h"].decode()
+    assert json.loads(files["traction_4102.json"])["fit"]["not_sound_because"] == ["It drifts."]
+    assert "NOT SOUND: It drifts." in files["traction_4102.h"].decode()

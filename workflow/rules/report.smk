@@ -14,7 +14,7 @@ rule report:
             "runs points quarantine coverage gate_counts coefficients correlations",
             "fit_quality law_verdicts lack_of_fit soundness refits curve_residuals extrapolation",
             "printed_judged signs sign_verdicts claims claim_numbers torque_runs torque_quarantine",
-            "torque torque_control torque_inversion slip_advice advice_band heat_balance",
+            "torque torque_control torque_inversion cage_slip slip_advice advice_band heat_balance",
         ),
         refused_pages=rules.refused.output.pages,
         claim_words=reference_file("claims") if "paper" in CAMPAIGN.studies else [],
