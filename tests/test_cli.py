@@ -147,7 +147,6 @@ def test_plan_names_conditions_in_their_order_and_what_it_trusts(
     text = capsys.readouterr().out
     assert "4102 in mainshaft-167: standard uncertainty of the friction torque" in text
     assert "over 24 operating points" in text  # of torque.matrix
-    assert "The plan assumes that the law's form is right" in text
     assert "from campaign demo, simulated data" in text
     (stated,) = printed_objects(
         capsys, "plan", "--oil", "4102", *CONFIG, "--results", results, "--count", "3"
