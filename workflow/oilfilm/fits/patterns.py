@@ -368,7 +368,10 @@ class _SumsOfCurves:
 
     def amount(self, members: FloatArray, size: float) -> FloatArray:
         """Amount of the cause in each curve, with constants fitted beside it in some."""
-        return np.asarray((self.score + size * self.shared @ members) / self.power)
+        # a curve in which the cause does not show has none of it
+        shows = self.power > 0
+        sums = self.score + size * self.shared @ members
+        return np.divide(sums, self.power, out=np.zeros_like(sums), where=shows)
 
     def in_turns(self, members: BoolArray, left: Leftover) -> tuple[BoolArray, float, bool]:
         """Which runs have the cause, its size, and whether these runs are a kind of their own."""
