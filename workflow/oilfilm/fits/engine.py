@@ -46,16 +46,18 @@ def search(problem: Problem, settings: FitSettings, random: np.random.Generator)
         settings: `population`, `generations` and `polished` of config's fit.
         random: Source of the search's random numbers.
     """
-    limits = problem.limits
+    low, high = problem.limits.T
+    starts = [constant.start_lower for constant in problem.law.constants]
+    low = np.maximum(low, np.array(starts)[problem.free])
 
     def objective(population: FloatArray) -> FloatArray:
         return population_sse(problem, population)
 
     result = scipy.optimize.differential_evolution(
         objective,  # type: ignore[arg-type]  # the stubs do not know of `vectorized`
-        scipy.optimize.Bounds(limits[:, 0], limits[:, 1]),
+        scipy.optimize.Bounds(low, high),
         strategy="rand1bin",
-        popsize=max(ceil(settings.population / len(limits)), 5),
+        popsize=max(ceil(settings.population / len(low)), 5),
         maxiter=settings.generations,
         mutation=(0.5, 1.0),
         recombination=0.9,

@@ -55,7 +55,8 @@ QUANTITIES = {
 class Coefficient:
     """One coefficient of a law's equation, X = sign * |X0| * (power law of the conditions).
 
-    The search looks for |X0| between `smallest` and `largest`; the sign can never change.
+    The search looks for |X0| between `smallest` and `largest`; the sign can never change. It starts
+    above `searched_from`, where that is given: far below it |X0| has no effect to find its way by.
     `exponents` are given where the law knows them: X0 is then the coefficient's only constant.
     """
 
@@ -64,6 +65,7 @@ class Coefficient:
     smallest: float
     largest: float
     exponents: tuple[float, ...] | None = None
+    searched_from: float | None = None
 
 
 @dataclass(frozen=True)
@@ -72,7 +74,8 @@ class Constant:
 
     `condition` names the group whose exponent it is, None for X0. The bounds are those of the
     search and hold for the internal value: ln|X0|, or the exponent itself. `known` is the value
-    of an exponent that is not fitted, because the law gives it.
+    of an exponent that is not fitted, because the law gives it; `start_lower` the lowest value at
+    which a search starts.
     """
 
     name: str
@@ -81,6 +84,7 @@ class Constant:
     sign: int = 0
     condition: str | None = None
     known: float | None = None
+    start_lower: float = -np.inf
 
 
 @dataclass(frozen=True)
@@ -241,7 +245,10 @@ class Law:
         constants: list[Constant] = []
         for coefficient in self.coefficients:
             lower, upper = np.log([coefficient.smallest, coefficient.largest])
-            constants.append(Constant(f"{coefficient.name}0", lower, upper, coefficient.sign))
+            start = np.log(coefficient.searched_from or coefficient.smallest)
+            constants.append(
+                Constant(f"{coefficient.name}0", lower, upper, coefficient.sign, start_lower=start)
+            )
             known = coefficient.exponents or (None,) * len(self.groups)
             constants += [
                 Constant(

@@ -60,8 +60,8 @@ WANG_DENG_CRITICAL_LOAD = replace(
     equation="(A*abs(K - 1) + B*S)*exp(-C*S) + D",
     coefficients=(
         *_COEFFICIENTS,
-        # at the lower bound it is nearly the law on the dimensional load
-        Coefficient("K", +1, 1e-3, 1e3, exponents=(-1.0, 0.0, 0.0)),
+        # at the lower bound it is the law on the dimensional load
+        Coefficient("K", +1, 1e-9, 1e3, exponents=(-1.0, 0.0, 0.0), searched_from=1e-3),
     ),
     nested=WANG_DENG_LOAD,
     must_vary=("load_n",),  # one load says nothing of a critical one
