@@ -48,7 +48,7 @@ def results(project: Path) -> Path:
 def test_run_ends_with_a_summary_of_what_was_made(results: Path, released_project: Path) -> None:
     output = released_project.with_suffix(".txt").read_text()
     assert "SIMULATED data (rig twin, campaign 'small')" in output
-    assert re.search(r"\n\| 4102 +\| 0\.0", output)
+    assert re.search(r"\n\| 4102 +\| 0\.0.*\bsound\b", output)
     for name in ("constants", "curves"):
         for ending in ("png", "svg", "parquet"):
             assert (results / f"figures/{name}.{ending}").stat().st_size > 1000
