@@ -6,6 +6,7 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
+from oilfilm.traction import LAW_TITLES
 from style import BLUE, GREY, ORANGE, row
 
 TABLE = Path(__file__).parents[1] / "explanation/coverage.csv"
@@ -15,6 +16,7 @@ def coverage() -> Figure:
     """Share inside each interval, by truth and number of curves."""
     table = pd.read_csv(TABLE)
     truths = list(dict.fromkeys(table["truth"]))[::-1]
+    names = [LAW_TITLES.get(truth, truth) for truth in truths]
     figure, panels = row(2, 8.4, 3.8)
     for panel, curves in zip(panels, (24, 12), strict=True):
         shown = table[table["curves"] == curves].groupby("truth").mean(numeric_only=True)
@@ -26,6 +28,6 @@ def coverage() -> Figure:
             shown["obs"], where, "o", color=BLUE, label="interval of the next run: new points"
         )
         panel.set(xlim=(0, 1.02), title=f"{curves} curves", xlabel="share inside (1)")
-        panel.set_yticks(where, truths if panel is panels[0] else [""] * len(truths))
+        panel.set_yticks(where, names if panel is panels[0] else [""] * len(truths))
     figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=2)
     return figure
