@@ -319,7 +319,7 @@ FILES = ["a.csv", "june/a.csv", "june/b.csv", "july/c.csv.gz", "july/b.csv", "r[
     ],
 )
 def test_row_means_the_logs_that_fit_its_cell(cell: str, found: list[str]) -> None:
-    assert list(sheet(f"file,oil\n{cell},4102\n", FILES).rows) == found
+    assert sheet(f"file,oil\n{cell},4102\n", FILES).rows.keys() == {*found}
 
 
 def test_rows_and_logs_without_each_other_are_named() -> None:
@@ -347,7 +347,7 @@ def test_rows_and_logs_without_each_other_are_named() -> None:
         ("file,load [m/s]\n", "found the unit 'm/s', expected N or GPa"),
         ("\nfile,oil\na.csv,water\n", "row 3, column 'oil': found 'water', expected oil of the "),
         ("file,rig\na.csv,mars\n", "row 2, column 'rig': found 'mars', expected rig of the camp"),
-        ("file,load_n\na.csv,80 N\n", "row 2, column 'load_n': found '80 N', expected a number"),
+        ("file,load_n\na.csv,80 s\n", "row 2, column 'load_n': found '80 s', expected a number"),
         ("file,load_n\na.csv,nan\n", "found 'nan', expected a number above 0, below 1e+09 N"),
         ("file,max_hertz_pressure_gpa\na.csv,1250\n", "found '1250', expected a number above 0"),
         ("file,inlet_temperature_c\na.csv,-300\n", "above -273.15, below 1e+09 degC"),

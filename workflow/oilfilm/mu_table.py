@@ -195,7 +195,7 @@ def _meant(names: Names) -> dict[str, Names]:
     best: dict[str, int] = {}
     meant: dict[str, Names] = {}
     for name, beside in dict.fromkeys(names):
-        bare = apart(name.translate(FULL_WIDTH))[0]
+        bare = apart(name)[0]
         own = VOCABULARY.meaning(name) or (_SYMBOLS.get(plain_key(bare)), None)
         quantity, score = (own[0], _SURE) if own[0] else guessed(bare, beside, VOCABULARY)
         unit = beside or own[1] or unit_in_name(bare, quantity, VOCABULARY) if quantity else ""

@@ -93,7 +93,7 @@ class Vocabulary:
 
     def meaning(self, name: str) -> tuple[str, str | None] | None:
         """Quantity and unit (None where something else must give it) of a column's name."""
-        bare, unit = apart(name.translate(FULL_WIDTH))
+        bare, unit = apart(name)
         for quantity, given in self.renamed.items():
             if _is_listed(name, given):
                 return quantity, given.unit or unit
@@ -175,7 +175,7 @@ class Vocabulary:
                 to = conversion(unit, self.quantities[quantity])
             except ValueError as error:
                 raise ValueError(f"the column {name[:60]!r}: {error}") from error
-            own = units[index] or apart(name.translate(FULL_WIDTH))[1] or unit
+            own = units[index] or apart(name)[1] or unit
             if self.fits(quantity, own) and conversion(own, self.quantities[quantity]) != to:
                 raise ValueError(
                     f"the column {name[:60]!r} is in {own!r} by the log itself and in {unit!r} by "

@@ -468,7 +468,7 @@ class Findings:
             for quantity, columns in log.guesses.items():
                 if len(columns) == 1:
                     ((name, unit),) = columns
-                    bare = apart(name.translate(FULL_WIDTH))[0]
+                    bare = apart(name)[0]
                     # a unit in brackets is read; without one the name is as the log writes it
                     names.setdefault(quantity, {})[bare if unit else name] = None
         return {quantity: list(of) for quantity, of in names.items()}
