@@ -30,8 +30,6 @@ _ZEROS = {
     None: f"{FILL_IN}: {{which}} have neither pure rolling nor standstill; already_removed if the "
     "logger took the zero of the force off",
 }
-# So many ways of writing logs are listed; the others are counted.
-_FORMS_LISTED = 8
 
 Line = tuple[str, object, str]
 
@@ -81,17 +79,14 @@ def campaign_yaml(name: str, found: Findings) -> str:
 def summary(found: Findings) -> Iterator[str]:
     """How the logs are written and what they cover, one line for each way of writing."""
     forms = Counter((log.format, log.form) for log in found.logs).most_common()
-    for (name, form), count in forms[:_FORMS_LISTED]:
+    for (name, form), count in forms:
         words = [name, *([form.encoding] if form.encoding else [])]
         if form.delimiter:
             words += [f"delimiter {form.delimiter}", f"decimal {form.decimal_mark}"]
         yield f"{count} {'log' if count == 1 else 'logs'}: {', '.join(words)}"
-    if others := sum(count for _, count in forms[_FORMS_LISTED:]):
-        yield f"{others} logs that are written in other ways"
     for log in found.logs:
         if log.problem:
             yield f"{log.file} could not be read: {log.problem}"
-        yield from dict.fromkeys(f"{log.file}: {run.doubt}" for run in log.runs if run.doubt)
 
 
 def rig_of(name: str) -> Rig:
@@ -182,9 +177,7 @@ def _rows(log: Sniffed, found: Findings) -> Iterator[dict[str, object]]:
         row |= {"oil": ""} if found.unnamed_oil else {}
         # the rows of a table of mu are settled readings, which such a table does not say
         row |= {"log_kind": "steps"} if run.settled and not run.log_kind else {}
-        remarks = [run.doubt] if run.doubt else []
-        if set(given) - run.lines.keys():
-            remarks.append("guess: set points are medians of the log")
+        remarks = ["guess: set points are medians of the log"] if given.keys() - run.lines else []
         if found.unnamed_oil and not run.oil:
             remarks.append("FILL IN: the oil")
         yield {**row, "remarks": ". ".join(remarks)}
