@@ -104,11 +104,11 @@ def _columns(found: Findings) -> Iterator[Line]:
         if quantity in found.doubtful:
             choice = ", ".join(found.doubtful[quantity]) or "no column is left"
             sentence = f"{FILL_IN}: the name of the column; perhaps {choice}"
-            yield quantity, _Blank({"name": names}), sentence
+            yield quantity, {"name": names}, sentence
         elif names and unknown:
             units = " or ".join(VOCABULARY.quantities[quantity])
             sentence = f"{FILL_IN}: the unit, such as {units}; the logs do not say it"
-            yield quantity, _Blank({"name": names, "unit": None}), sentence
+            yield quantity, {"name": names, "unit": None}, sentence
         elif names:
             yield quantity, {"name": names, **({"unit": unit} if unit else {})}, "guess"
 
@@ -148,7 +148,7 @@ def oil_yaml(oil: str, found: Findings) -> str:
         key, _, rest = line.partition(":")
         given = {"id": oil, "name": label, "display_name": label}
         if key in given:
-            lines.append(_line(key, _Quoted(given[key])))
+            lines.append(_line(key, given[key]))
         elif key in ("note", "source"):
             lines.append(_line(key, "not documented yet", rest.strip()))
         elif key.strip().startswith(numbers):
@@ -183,32 +183,20 @@ def _rows(log: Sniffed, found: Findings) -> Iterator[dict[str, object]]:
         yield {**row, "remarks": ". ".join(remarks)}
 
 
-class _Blank(dict[str, object]):
-    """A group in which None is written as nothing, to be filled in."""
+class _Dumper(yaml.SafeDumper):
+    """Writes None as nothing: to be filled in."""
 
 
-class _Quoted(str):
-    """Text that is written in quotes, because it may look like a number."""
+_Dumper.add_representer(
+    type(None), lambda dumper, _: dumper.represent_scalar("tag:yaml.org,2002:null", "")
+)
 
 
 def _line(key: str, value: object, comment: str = "") -> str:
-    """A line of YAML; None is written as nothing, to be filled in."""
-    text = "" if value is None else _flow(value)
-    line = f"{key}: {text}".rstrip()
-    if not comment:
-        return line
-    comment = printable(comment.removeprefix("# "))
-    return f"{line.ljust(_WIDTH)}  # {comment}"
-
-
-def _flow(value: object) -> str:
-    """A value on one line, as YAML reads it back; nothing for what is to be filled in."""
-    if isinstance(value, _Blank):
-        parts = (f"{name}: {'' if each is None else _flow(each)}" for name, each in value.items())
-        return f"{{{', '.join(parts)}}}"
-    style = '"' if isinstance(value, _Quoted) else None
-    plain = str(value) if isinstance(value, _Quoted) else value
-    text = yaml.safe_dump(
-        plain, default_flow_style=True, default_style=style, allow_unicode=True, width=np.inf
+    """A line of YAML, with its value as YAML reads it back; None is written as nothing."""
+    written = yaml.dump(
+        value, Dumper=_Dumper, default_flow_style=True, allow_unicode=True, width=np.inf
     )
-    return text.removesuffix("\n").removesuffix("\n...")
+    line = f"{key}: {'' if value is None else written.splitlines()[0]}".rstrip()
+    comment = printable(comment.removeprefix("# "))
+    return f"{line.ljust(_WIDTH)}  # {comment}" if comment else line
