@@ -18,8 +18,8 @@ from oilfilm.logs.base import TextForm, UnreadableLogError, check_rows
 from oilfilm.logs.columns import Found, LoggedTable
 from oilfilm.logs.encoding import (
     HEAD_SEARCHED,
-    best_encoding,
     count_rows,
+    encodings_of,
     normalise,
 )
 from oilfilm.logs.header import FULL_WIDTH
@@ -80,15 +80,7 @@ def recognises(head: bytes) -> bool:
 
 def tables(content: bytes, vocabulary: Vocabulary) -> Found:
     """See `Reader.tables`."""
-
-    def fitting(head: bytes) -> tuple[int, int]:
-        try:
-            found = _find_head(head, vocabulary)
-        except ValueError:
-            return 0, 0
-        return vocabulary.score(found.names, found.units)
-
-    encoding = best_encoding(content, fitting)
+    encoding = encodings_of(content)[0]
     text = normalise(content, encoding)
     rows = max(count_rows(text) - 1, 0)  # one of the lines may be that of the names
     check_rows(rows)
