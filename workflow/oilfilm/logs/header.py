@@ -85,8 +85,10 @@ def listed_names(settings: Settings) -> dict[str, str]:
 
 
 def header_keys(logged: Mapping[str, str], settings: Settings) -> dict[str, str]:
-    """The same; a log of the only oil of a campaign need not name it."""
+    """The same; a log of the only oil or rig of a campaign need not name it."""
     keys = named_keys(logged, settings)
+    if len(settings.rigs) == 1:
+        keys.setdefault("rig", next(iter(settings.rigs)))
     like = oil_key(keys)
     if len(settings.oils) == 1 and (like is None or oil_id(keys[like], settings) in settings.oils):
         keys.setdefault("oil", next(iter(settings.oils)))

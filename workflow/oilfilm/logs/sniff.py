@@ -6,7 +6,7 @@ Decides: what `oilfilm init` finds in a folder of logs.
 import re
 import unicodedata
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping, Sequence, Set
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass, field, replace
 from functools import cache, cached_property
 
@@ -158,9 +158,9 @@ def sniff(file: str, content: bytes, zero: ZeroSource) -> Sniffed:
     runs: list[Run] = []
 
     def run(log: ContinuousLog, settings: Settings) -> LoggedRun:
-        # what the settings for the readers say of the oil is not in the log
-        said = log.understood.sources.get("oil") == "header"
-        keys = {key: text for key, text in log.keys.items() if said or key != "oil"}
+        # the oil and the rig of the settings for the readers are not those of the log
+        unsaid = {"oil", "rig"} - log.understood.sources.keys()
+        keys = {key: text for key, text in log.keys.items() if key not in unsaid}
         units = {column.quantity: column.to.unit for column in log.columns}
         part = log.run_id[len(file) + 1 :]
         runs.append(_run(part, keys, log.values, units, unitless, zero))
@@ -255,8 +255,8 @@ def _run(
     signals = (time, ball, disc, load, force)
     continuous = count > 1 and np.isfinite(signals).all() and not settled
     named = "oil" if "oil" in keys else oil_key(keys) or ""
-    steps = np.diff(time) if continuous else nothing[:0]
-    timed = continuous and "time" not in unitless and np.median(steps) > 0
+    step = float(np.median(np.diff(time))) if count > 1 else 0.0
+    timed = continuous and "time" not in unitless and step > 0
     return Run(
         part,
         named,
@@ -269,7 +269,7 @@ def _run(
         _signs(slip, force[turning], "ball_speed" in units),
         units,
         log_kind,
-        len(time) > 1 and not settled and bool(np.median(np.diff(time)) > _LONGEST_STEP_S),
+        not settled and step > _LONGEST_STEP_S,
     )
 
 
@@ -417,26 +417,27 @@ class Findings:
     @cached_property
     def columns(self) -> dict[str, list[str]]:
         """Names of columns by the quantity that they seem to mean."""
-        names: dict[str, dict[str, None]] = {}
-        for log in self.named:
-            for quantity, columns in log.guesses.items():
-                if len(columns) == 1:
-                    ((name, unit),) = columns
-                    bare = apart(name)[0]
-                    # a unit in brackets is read; without one the name is as the log writes it
-                    names.setdefault(quantity, {})[bare if unit else name] = None
-        return {quantity: list(of) for quantity, of in names.items()}
+        # a unit in brackets is read; without one the name is as the log writes it
+        return _grouped(
+            (quantity, apart(name)[0] if unit else name)
+            for log in self.named
+            for quantity, columns in log.guesses.items()
+            for name, unit in (columns if len(columns) == 1 else ())
+        )
 
     @property
     def doubtful(self) -> dict[str, list[str]]:
         """Quantities that no column seems to mean, or several: the names to choose from."""
-        doubtful: dict[str, dict[str, None]] = {}
+        found: list[tuple[str, str]] = []
+        doubtful: set[str] = set()
         for log in self.named:
             several = {q: [n for n, _ in each] for q, each in log.guesses.items() if len(each) > 1}
             for quantity in {*log.missing, *several}:
                 names = several.get(quantity, [name for name in log.names if _is_left(name, log)])
-                doubtful.setdefault(quantity, {}).update(dict.fromkeys(names))
-        return {quantity: list(names) for quantity, names in sorted(doubtful.items())}
+                doubtful.add(quantity)
+                found += [(quantity, name) for name in names]
+        names_of = _grouped(found)
+        return {quantity: names_of.get(quantity, []) for quantity in sorted(doubtful)}
 
     def unit(self, quantity: str) -> tuple[str, bool]:
         """The unit for the campaign file, empty where the logs give it; whether it is unknown."""
@@ -454,26 +455,19 @@ class Findings:
     @property
     def header(self) -> dict[str, list[str]]:
         """Names of header lines by the project's key, without those that are the key itself."""
-        names: dict[str, dict[str, None]] = {}
-        for run in self.runs:
-            if run.oil_key not in ("", "oil"):
-                names.setdefault("oil", {})[run.oil_key.replace("_", " ")] = None
-            for key, line in run.lines.items():
-                if line.listed and plain_key(line.name) != key:
-                    names.setdefault(key, {})[line.name] = None
-        return {key: list(of) for key, of in names.items()}
+        of_oils = [("oil", run.oil_key.replace("_", " ")) for run in self.runs if run.oil_key]
+        lines = [each for run in self.runs for each in run.lines.items()]
+        listed = [(key, line.name) for key, line in lines if line.listed]
+        return _grouped((k, name) for k, name in [*of_oils, *listed] if plain_key(name) != k)
 
     @cached_property
     def oils(self) -> dict[str, list[str]]:
         """What the logs call each oil, by the id that it gets; one id where no log says it."""
-        oils: dict[str, list[str]] = {}
-        for number, label in enumerate(dict.fromkeys(run.oil for run in self.runs if run.oil), 1):
-            oils.setdefault(_oil_id(label) or f"oil-{number}", []).append(label)
-        return oils or {"my-oil": []}
-
-    def oil_of(self, label: str) -> str:
-        """The id of an oil by what a log calls it."""
-        return next(oil for oil, labels in self.oils.items() if label in labels)
+        labels = dict.fromkeys(run.oil for run in self.runs if run.oil)
+        numbered = enumerate(labels, start=1)
+        return _grouped((_oil_id(each) or f"oil-{n}", each) for n, each in numbered) or {
+            "my-oil": []
+        }
 
     @property
     def unnamed_oil(self) -> bool:
@@ -546,6 +540,14 @@ class Findings:
     def decimal_comma(self) -> bool:
         """Whether the laboratory writes numbers with a comma."""
         return any(log.form.decimal_mark == "comma" for log in self.logs)
+
+
+def _grouped(pairs: Iterable[tuple[str, str]]) -> dict[str, list[str]]:
+    """The different texts of each key, in the order in which they come."""
+    grouped: dict[str, list[str]] = {}
+    for key, text in dict.fromkeys(pairs):
+        grouped.setdefault(key, []).append(text)
+    return grouped
 
 
 def _is_left(name: str, log: Sniffed) -> bool:
