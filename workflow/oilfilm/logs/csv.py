@@ -41,7 +41,8 @@ _OUTER_BLANKS = re.compile(rb"^[ \t]+|[ \t]+$", re.MULTILINE)
 _CLOCK_OR_DATE = re.compile(r"\d[:/]\d")
 # A number in groups of thousands, with a decimal mark behind them.
 _GROUPED = re.compile(r"[-+]?\d{1,3}(?:([.,])\d{3})(?:\1\d{3})*(?!\1)[.,]\d+")
-# Where blanks part the columns: words of a name, columns, rows below the names.
+# Words of a name and columns, where blanks part the columns; lines in which a better one is looked
+# for, or rows.
 _LONGEST_UNIT = 8
 _LONGEST_NAME, _FEWEST_COLUMNS, _ROWS_SEARCHED = 5, 3, 20
 
@@ -195,6 +196,8 @@ def _line_of_names(lines: Sequence[str], vocabulary: Vocabulary) -> tuple[int, s
     for mark in ("", "#"):
         best, found = 1, None
         for number, line in enumerate(lines):
+            if found and number > found[0] + _ROWS_SEARCHED:
+                break
             if line.lstrip().startswith("#") == bool(mark):
                 for delimiter in _DELIMITERS:
                     names = _split(line.lstrip("# \t") if mark else line, delimiter)
