@@ -183,20 +183,20 @@ def _rows(log: Sniffed, found: Findings) -> Iterator[dict[str, object]]:
         yield {**row, "remarks": ". ".join(remarks)}
 
 
-class _Dumper(yaml.SafeDumper):
-    """Writes None as nothing: to be filled in."""
-
-
-_Dumper.add_representer(
-    type(None), lambda dumper, _: dumper.represent_scalar("tag:yaml.org,2002:null", "")
-)
-
-
 def _line(key: str, value: object, comment: str = "") -> str:
-    """A line of YAML, with its value as YAML reads it back; None is written as nothing."""
-    written = yaml.dump(
-        value, Dumper=_Dumper, default_flow_style=True, allow_unicode=True, width=np.inf
-    )
-    line = f"{key}: {'' if value is None else written.splitlines()[0]}".rstrip()
+    """A line of YAML; None is written as nothing, to be filled in."""
+    line = f"{key}: {_flow(value)}".rstrip()
     comment = printable(comment.removeprefix("# "))
     return f"{line.ljust(_WIDTH)}  # {comment}" if comment else line
+
+
+def _flow(value: object) -> str:
+    """A value on one line, as YAML reads it back."""
+    if isinstance(value, dict):
+        return (
+            "{" + ", ".join(f"{_flow(name)}: {_flow(each)}" for name, each in value.items()) + "}"
+        )
+    if value is None:
+        return ""
+    text = yaml.safe_dump(value, default_flow_style=True, allow_unicode=True, width=np.inf)
+    return text.removesuffix("\n").removesuffix("\n...")
