@@ -11,7 +11,7 @@ from functools import lru_cache
 from oilfilm.logs.base import LOADS, Refusal, decimal_number
 from oilfilm.settings.base import plain_key
 from oilfilm.settings.resolved import Settings
-from oilfilm.units import Conversion, conversion
+from oilfilm.units import Conversion, possible_conversion
 
 FORMAT_ADVICE = "data/raw/README.md describes the format."
 
@@ -135,10 +135,8 @@ def _set_point(own: str, names: Mapping[str, str]) -> tuple[str, str]:
 
 def to_set_point(name: str, unit: str) -> Conversion | None:
     """How a unit, in whatever letters, becomes that of a set point; None where it cannot."""
-    try:
-        return conversion(UNITS[plain_key(unit)], (SET_POINT_UNITS[name][1],))
-    except (KeyError, ValueError):
-        return None
+    written = UNITS.get(plain_key(unit)) if name else None
+    return possible_conversion(written, (SET_POINT_UNITS[name][1],)) if written else None
 
 
 def _in_unit_of(name: str, text: str, unit: str) -> str:

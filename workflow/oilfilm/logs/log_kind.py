@@ -22,7 +22,7 @@ from oilfilm.settings import campaign as campaign_file
 from oilfilm.settings.base import plain_key
 from oilfilm.settings.campaign import Campaign
 from oilfilm.settings.resolved import Settings
-from oilfilm.units import Conversion, FloatArray, conversion
+from oilfilm.units import Conversion, FloatArray, conversion, possible_conversion
 
 Renamed = Mapping[str, campaign_file.Column]
 
@@ -85,11 +85,7 @@ class Vocabulary:
 
     def fits(self, quantity: str, unit: str) -> bool:
         """True where a quantity can be given in that unit."""
-        try:
-            conversion(unit, self.quantities[quantity])
-        except ValueError:
-            return False
-        return True
+        return possible_conversion(unit, self.quantities[quantity]) is not None
 
     def meaning(self, name: str) -> tuple[str, str | None] | None:
         """Quantity and unit (None where something else must give it) of a column's name."""
