@@ -193,7 +193,7 @@ def test_archive_that_unfolds_without_end_is_refused(monkeypatch: pytest.MonkeyP
         unpack(stacked)
     # a large log is no damaged one
     monkeypatch.setattr(ingest, "LARGEST_LOG", 1 << 20)
-    with pytest.raises(UnreadableLogError, match="unpacked the file is larger than 1 MiB") as error:
+    with pytest.raises(UnreadableLogError, match="unpacked the file has more than 1 MiB") as error:
         unpack(gzip.compress(bad_logs.ROWS * 99))
     assert error.value.refusal.rule == "too_large"
 

@@ -21,7 +21,6 @@ from oilfilm.logs.base import (
     MOST_FOLDED,
     LoggedRun,
     Reading,
-    Refusal,
     TextForm,
     Understood,
     UnreadableLogError,
@@ -126,8 +125,9 @@ def ingest_logs(
             of_run |= asdict(reading.form)
             runs.append({**about, **digests, **of_run})
             (keep or logged[run.oil].append)(run)
-        refused += _quarantine_rows(file, reading.refusals, settings)
-    refused += _quarantine_rows(sheet.name, sheet.remarks, settings)
+        refused += [{**about, "stage": "ingest", **asdict(each)} for each in reading.refusals]
+    about = {"campaign": settings.campaign.name, "file": sheet.name, "stage": "ingest"}
+    refused += [{**about, **asdict(remark)} for remark in sheet.remarks]
     return Ingested(
         {oil: _together(of_oil) for oil, of_oil in logged.items()},
         tables.from_rows(runs, "runs"),
@@ -174,13 +174,6 @@ def sample_files(
         yield keep
         for oil in paths:
             write(oil)
-
-
-def _quarantine_rows(
-    file: str, refusals: Iterable[Refusal], settings: Settings
-) -> list[dict[str, Any]]:
-    about = {"campaign": settings.campaign.name, "file": file, "stage": "ingest"}
-    return [{**about, **asdict(refusal)} for refusal in refusals]
 
 
 def read_bytes(path: Path) -> bytes:
@@ -297,28 +290,27 @@ def unpack(content: bytes) -> bytes:
     Raises:
         UnreadableLogError: The compressed stream is cut or damaged, or the log is too large.
     """
-    codec, reason = _codec(content), f"the file is larger than {LARGEST_LOG >> 20} MiB"
-    if codec is not None and len(content) <= LARGEST_LOG:
-        # so much any log may unfold to: one of rest alone has the same rows throughout
-        most = min(LARGEST_LOG, max(_UNSUSPICIOUS, MOST_FOLDED * len(content)))
-        reason = f"unpacked the file has more than {most >> 20} MiB, its size times {MOST_FOLDED}"
-        try:
-            with arrow.CompressedInputStream(arrow.BufferReader(content), codec) as stream:
-                content = bytes(stream.read(most + 1))
-        except OSError as error:
-            damage = f"the compressed file cannot be unpacked: {error}"
-            raise UnreadableLogError(damage, _COPY_AGAIN, rule="damaged_archive") from error
-        if len(content) <= most:
-            return content
-        if most == LARGEST_LOG:
-            reason = f"unpacked the file is larger than {LARGEST_LOG >> 20} MiB"
-    elif len(content) <= LARGEST_LOG:
+    if len(content) > LARGEST_LOG:
+        raise _too_large(f"the file is larger than {LARGEST_LOG >> 20} MiB")
+    codec = next((name for mark, name in _COMPRESSED.items() if content.startswith(mark)), None)
+    if codec is None:
         return content
-    raise UnreadableLogError(reason, "Begin a file for each run.", rule="too_large")
+    # so much any log may unfold to: one of rest alone has the same rows throughout
+    most = min(LARGEST_LOG, max(_UNSUSPICIOUS, MOST_FOLDED * len(content)))
+    try:
+        with arrow.CompressedInputStream(arrow.BufferReader(content), codec) as stream:
+            inside = bytes(stream.read(most + 1))
+    except OSError as error:
+        damage = f"the compressed file cannot be unpacked: {error}"
+        raise UnreadableLogError(damage, _COPY_AGAIN, rule="damaged_archive") from error
+    if len(inside) > most:
+        times = f", its size times {MOST_FOLDED}" if most < LARGEST_LOG else ""
+        raise _too_large(f"unpacked the file has more than {most >> 20} MiB{times}")
+    return inside
 
 
-def _codec(content: bytes) -> str | None:
-    return next((name for mark, name in _COMPRESSED.items() if content.startswith(mark)), None)
+def _too_large(reason: str) -> UnreadableLogError:
+    return UnreadableLogError(reason, "Begin a file for each run.", rule="too_large")
 
 
 def _what_it_seems(head: bytes) -> str:
