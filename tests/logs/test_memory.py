@@ -50,9 +50,9 @@ def rows_as_text(row: bytes, count: int) -> bytes:
 
 
 def texts_in_numbers_place() -> bytes:
-    """A load that is text: a few kilobytes unfold to 768 MiB."""
-    text = arrow.DictionaryArray.from_arrays(np.zeros(6, np.int8), ["x" * (1 << 27)])
-    values = {name: arrow.array(np.zeros(6)) for name in formats.columns(1)}
+    """A load that is text: a few kilobytes unfold to 640 MiB."""
+    text = arrow.DictionaryArray.from_arrays(np.zeros(10, np.int8), ["x" * (1 << 26)])
+    values = {name: arrow.array(np.zeros(10)) for name in formats.columns(1)}
     buffer = io.BytesIO()
     parquet.write_table(arrow.table({**values, "load": text}), buffer, compression="zstd")
     return buffer.getvalue()

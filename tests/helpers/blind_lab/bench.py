@@ -3,6 +3,7 @@
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+from scipy.signal import lfilter
 
 from blind_lab.truth import Array, Machine, Oil
 
@@ -110,11 +111,7 @@ def _controlled(wanted: Array, rate: float, frequency: float, damping: float) ->
 def lagging(values: Array, rate: float, constant: float) -> Array:
     """Output of a sensor with a time constant in s."""
     share = 1 - np.exp(-1 / (rate * constant))
-    output = np.empty_like(values)
-    last = values[0]
-    for index, value in enumerate(values):
-        last += share * (value - last)
-        output[index] = last
+    output, _ = lfilter([share], [1, share - 1], values, zi=[(1 - share) * values[0]])
     return output
 
 

@@ -74,7 +74,11 @@ class _LogNames:
             return found, len(found) > 1
         wanted = self._by_form[:2] if "/" in pattern else self._by_form[2:]
         fitting = (
-            of for by in wanted for form, of in by.items() if matches(form, pattern) for of in of
+            file
+            for by in wanted
+            for form, files in by.items()
+            if matches(form, pattern)
+            for file in files
         )
         return [*dict.fromkeys(fitting)], False
 

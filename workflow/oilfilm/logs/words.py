@@ -9,70 +9,20 @@ import re
 import unicodedata
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
+
+import yaml
 
 from oilfilm.logs.base import Names
 from oilfilm.logs.header import apart
 from oilfilm.logs.log_kind import Vocabulary
 from oilfilm.settings.base import plain_key
 
-_NOT_MEASURED = "set soll target consigne"
-# Quantity -> parts of names by how much they tell, from 3 to 1, and parts of names of something
-# else: in English, German, French, Spanish, Italian, Russian, Chinese, Japanese. Words of one or
-# two letters count only alone.
-_WORDS = {
-    "time": ("", "time elapsed zeit temps durée duree tiempo tempo время 时间 時間", "t", ""),
-    "load": (
-        "",
-        "load normal last charge carga carico нагруз 载荷 法向 荷重 垂直 fn fz hertz pressung",
-        "force kraft pressure pression presión pressione 压力 圧力 w",
-        f"coef koeff beiwert {_NOT_MEASURED}",
-    ),
-    "traction_force": (
-        "traction traktion friction reib tangent frott friccion fricción rozamiento attrito "
-        "трен 摩擦 牵引 切向 fx ft ff fr umfangskraft",
-        "",
-        "force kraft",
-        "coef koeff beiwert zahl 系数 系數",
-    ),
-    "traction_coefficient": (
-        "coef koef koeff beiwert reibzahl reibungszahl traktionszahl cof mu μ 系数 係数",
-        "traction traktion friction reib trakt attrito frott fricción трен 摩擦 牵引",
-        "",
-        f"film force kraft error fehler unc std {_NOT_MEASURED}",
-    ),
-    "ball_speed": (
-        "ball kugel bille bola sfera шар 球",
-        "",
-        "n1 v1 u1",
-        f"slid gleit temp {_NOT_MEASURED}",
-    ),
-    "disc_speed": (
-        "disc disk scheibe disque disco диск 盘 ディスク",
-        "",
-        "n2 v2 u2",
-        f"slid gleit temp {_NOT_MEASURED}",
-    ),
-    "entrainment_speed": (
-        "entrain roll wälz roulement rodadura rotolamento 卷吸 滚动",
-        "mean mittlere moyenne media medio 平均",
-        "u speed",
-        f"slid gleit {_NOT_MEASURED}",
-    ),
-    "slide_roll_ratio": (
-        "srr slip schlupf wälzverhältnis gleit glissement deslizamiento strisciamento "
-        "проскальз 滑滚 滑移 すべり",
-        "slide sliding",
-        "",
-        _NOT_MEASURED,
-    ),
-    "inlet_temperature": (
-        "inlet zulauf einlauf einlass vorlauf supply entrée entrada ingresso 入口",
-        "",
-        "temp öl oel oil huile aceite olio lube schmierstoff темп масл 温 油",
-        "outlet auslauf ablauf rücklauf sortie salida uscita 出口 ambient raum room housing "
-        f"gehäuse disc disk scheibe ball kugel {_NOT_MEASURED}",
-    ),
-}
+# Quantity -> words by how much they tell of it: see the file.
+_WORDS: dict[str, dict[str, str]] = yaml.safe_load(
+    Path(__file__).with_suffix(".yaml").read_text(encoding="utf-8")
+)
+_WEIGHTS = {"most": 3, "some": 2, "least": 1}
 # Words of the rig's bodies say whose speed it is only beside a unit or a word of speed.
 _SPEEDS = "speed drehzahl geschwind vitesse velocidad velocità скорость 速 rpm spind n v u"
 _SHORT = 2
@@ -94,14 +44,17 @@ def guessed(name: str, unit: str, vocabulary: Vocabulary) -> tuple[str, int]:
     in_name = (unit_in_name(name, quantity, vocabulary) for quantity in vocabulary.quantities)
     unit = unit or next((each for each in in_name if len(each) > 1), "")
     scores = {"": 0}
-    for quantity, (*telling, others) in _WORDS.items():
+    for quantity, words in _WORDS.items():
         if quantity not in vocabulary.quantities or (unit and not vocabulary.fits(quantity, unit)):
             continue
         of_a_body = quantity in ("ball_speed", "disc_speed") and not unit
-        if has_word(name, others) or (of_a_body and not has_word(name, _SPEEDS)):
+        if has_word(name, words.get("others", "")) or (of_a_body and not has_word(name, _SPEEDS)):
             continue
-        weighed = zip((3, 2, 1), telling, strict=True)
-        scores[quantity] = sum(w * has_word(name, word) for w, of in weighed for word in of.split())
+        scores[quantity] = sum(
+            weight * has_word(name, word)
+            for key, weight in _WEIGHTS.items()
+            for word in words.get(key, "").split()
+        )
     best = max(scores, key=lambda quantity: scores[quantity])
     return best, scores[best]
 
