@@ -96,16 +96,10 @@ def draw_bench(random: np.random.Generator, machine: Machine) -> Bench:
 
 def _controlled(wanted: Array, rate: float, frequency: float, damping: float) -> Array:
     """Answer of a control of second order, natural frequency in rad/s, to set points."""
-    reached, change = np.empty_like(wanted), 0.0
-    value, fine = wanted[0], 8
-    for index, target in enumerate(wanted):
-        for _ in range(fine):
-            change += (frequency**2 * (target - value) - 2 * damping * frequency * change) / (
-                rate * fine
-            )
-            value += change / (rate * fine)
-        reached[index] = value
-    return reached
+    fine = 8
+    gain, kept = (frequency / (rate * fine)) ** 2, 1 - 2 * damping * frequency / (rate * fine)
+    moved = np.repeat(wanted - wanted[0], fine)
+    return wanted[0] + lfilter([gain], [1, gain - 1 - kept, kept], moved)[fine - 1 :: fine]
 
 
 def lagging(values: Array, rate: float, constant: float) -> Array:

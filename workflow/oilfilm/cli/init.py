@@ -94,16 +94,16 @@ def make_project(folder: Path, given: Sequence[Path], campaign: str | None = Non
         )
     logs, sheet = _gathered(given)
     found, no_logs = _sniffed(logs)
-    texts = {**_texts(name, found), _PROFILE: (HOME / _PROFILE).read_text("utf-8")}
-    copies = {page: page for page in _PAGES}
-    # beside the settings, where editors find them
-    copies |= {
-        f"config/schemas/{k}.schema.json": f"workflow/schemas/{k}.schema.json" for k in _KINDS
-    }
-    texts |= {file: (HOME / source).read_text("utf-8") for file, source in copies.items()}
     raw = f"data/raw/{name}"
+    own = _texts(name, found)
     if sheet is None:
-        texts[f"{raw}/runs.csv"] = stubs.run_sheet(found)
+        own[f"{raw}/runs.csv"] = stubs.run_sheet(found)
+    copies = {page: page for page in _PAGES} | {
+        # beside the settings, where editors find them
+        f"config/schemas/{kind}.schema.json": f"workflow/schemas/{kind}.schema.json"
+        for kind in _KINDS
+    }
+    texts = own | {file: (HOME / source).read_text("utf-8") for file, source in copies.items()}
     for file, text in texts.items():
         (folder / file).parent.mkdir(parents=True, exist_ok=True)
         # a mark at its beginning, so that spreadsheets read umlauts
@@ -118,13 +118,12 @@ def make_project(folder: Path, given: Sequence[Path], campaign: str | None = Non
     def marked(mark: str) -> Marked:
         return [
             (file, number, line)
-            for file, text in texts.items()
+            for file, text in own.items()
             for number, line in enumerate(text.splitlines(), start=1)
-            if mark in line and file not in copies
+            if mark in line
         ]
 
-    written = [file for file in texts if file not in copies]
-    return NewProject(name, found, no_logs, written, marked(stubs.FILL_IN), marked(stubs.FOR_FILM))
+    return NewProject(name, found, no_logs, [*own], marked(stubs.FILL_IN), marked(stubs.FOR_FILM))
 
 
 def _sniffed(logs: dict[str, Path]) -> tuple[Findings, list[Sniffed]]:
@@ -188,6 +187,7 @@ def _texts(name: str, found: Findings) -> dict[str, str]:
         "Snakefile": stubs.template("Snakefile"),
         "config/config.yaml": stubs.template("config.yaml.jinja", name=name),
         f"config/campaigns/{name}.yaml": stubs.campaign_yaml(name, found),
+        _PROFILE: (HOME / _PROFILE).read_text("utf-8"),
     }
     for rig in found.rigs:
         if rig not in shipped("rigs").values():
