@@ -20,7 +20,7 @@ from oilfilm.settings.base import plain_key
 
 # Quantity -> words by how much they tell of it: see the file.
 _WORDS: dict[str, dict[str, str]] = yaml.safe_load(
-    Path(__file__).with_suffix(".yaml").read_text(encoding="utf-8")
+    Path(__file__).with_name("words.yaml").read_text(encoding="utf-8")
 )
 _WEIGHTS = {"most": 3, "some": 2, "least": 1}
 # Words of the rig's bodies say whose speed it is only beside a unit or a word of speed.
