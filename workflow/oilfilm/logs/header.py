@@ -26,12 +26,11 @@ SET_POINT_UNITS = {
 }
 # Units as `plain_key` leaves them.
 UNITS = {
-    **{unit.lower(): unit for unit in "GPa MPa Pa psi ksi N daN kN gf kgf lbf K".split()},
+    **{unit.lower(): unit for unit in "GPa MPa Pa N daN kN gf kgf lbf K".split()},
     **{"m_s": "m/s", "m/s": "m/s", "mm_s": "mm/s", "mm/s": "mm/s"},
     **dict.fromkeys(("c", "degc", "\N{DEGREE SIGN}c"), "degC"),
     **dict.fromkeys(("f", "degf", "\N{DEGREE SIGN}f"), "degF"),
 }
-_PRESSURES = frozenset({"GPa", "MPa", "Pa", "psi", "ksi"})
 _NUMBER_AND_UNIT = re.compile(r"([-+.,\d]*\d(?:[eE][-+]?\d+)?)\s*(.*)")
 # Letters that a word shares with the one that is meant: more than if one of four were changed.
 _ALIKE = 0.75
@@ -107,7 +106,8 @@ def meaning(own: str, text: str, names: Mapping[str, str]) -> tuple[str, str]:
     # without a unit `load` may be anything
     if unit or to_set_point(name, number_and_unit(text)[1]):
         # the load has one set point, as force or as pressure
-        name = "max_hertz_pressure_gpa" if unit in _PRESSURES and name == "load_n" else name
+        if name == "load_n" and to_set_point("max_hertz_pressure_gpa", unit):
+            name = "max_hertz_pressure_gpa"
         return name, _in_unit_of(name, text, unit)
     return names.get(own, names.get(apart(own)[0], own)), text
 
@@ -126,7 +126,7 @@ def _set_point(own: str, names: Mapping[str, str]) -> tuple[str, str]:
             return key, unit if unit and to_set_point(key, unit) else usual
         if key in (bare, names.get(bare)):
             return key, unit or usual
-        if tail != own and to_set_point(key, tail):
+        if tail != own and tail in UNITS and to_set_point(key, tail):
             return key, UNITS[tail]
         if bare == quantity:
             return key, unit
@@ -135,8 +135,8 @@ def _set_point(own: str, names: Mapping[str, str]) -> tuple[str, str]:
 
 def to_set_point(name: str, unit: str) -> Conversion | None:
     """How a unit, in whatever letters, becomes that of a set point; None where it cannot."""
-    written = UNITS.get(plain_key(unit)) if name else None
-    return possible_conversion(written, (SET_POINT_UNITS[name][1],)) if written else None
+    written = UNITS.get(plain_key(unit), unit)
+    return possible_conversion(written, (SET_POINT_UNITS[name][1],)) if name and written else None
 
 
 def _in_unit_of(name: str, text: str, unit: str) -> str:

@@ -13,6 +13,7 @@ import io
 import os
 import unicodedata
 import zipfile
+from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache
@@ -40,9 +41,8 @@ from oilfilm.settings.resolved import Settings
 
 # Columns that every run sheet may have; a kind of logs adds its own.
 _COLUMNS = ("file", "run", "oil", "exclude", "remarks")
-# Cells of `exclude` that keep a run, and those that would exclude it without a reason.
+# Cells of `exclude` that keep a run.
 _KEPT = frozenset(["", *"0 - n no false nein falsch non faux nej nei 否".split()])
-_UNREASONED = frozenset("1 x y yes true j ja wahr oui vrai si sí 是".split())
 # So many mistakes, rows and names of logs are listed; the others are counted.
 _LISTED = 20
 # The line of names is near the top, below comments and the line `sep=;` of Excel.
@@ -155,27 +155,26 @@ def read_run_sheet(
     for number, row in rows:
         found, ambiguous = logs.meant(row.file)
         if ambiguous:
-            listed = ", ".join(found[:_LISTED])
-            sheet.refuse(f"row {number}", f"{row.file!r} is the name of {listed}: add the folder.")
+            sentence = f"{row.file!r} is the name of {_listed(found)}: add the folder."
+            sheet.refuse(f"row {number}", sentence)
         for file in found:
             matched.setdefault(file, []).append(row)
         if not found:
-            strays.append(f"row {number}: {row.file!r}")
+            strays.append(f"row {number}: {row.file!r} matches no log")
     sheet.stop()
     remarks: list[Refusal] = []
     if strays:
-        more = f" and {len(strays) - _LISTED} more rows" if strays[_LISTED:] else ""
-        verb = "match no log" if strays[1:] else "matches no log"
-        reason = printable(f"{'; '.join(strays[:_LISTED])}{more} {verb}")
-        remarks.append(Refusal(UNMATCHED, reason, UNMATCHED_ADVICE))
-    unlisted = [file for file in files if file not in matched]
-    if rows and unlisted:
-        listed = ", ".join(unlisted[:_LISTED]) + (" ..." if len(unlisted) > _LISTED else "")
-        reason = printable(f"no row for {len(unlisted)} of {len(files)} logs: {listed}")
+        remarks.append(Refusal(UNMATCHED, printable(_listed(strays)), UNMATCHED_ADVICE))
+    if rows and (unlisted := [file for file in files if file not in matched]):
+        reason = f"no row for {len(unlisted)} of {len(files)} logs: {_listed(unlisted)}"
         advice = "Only their headers count. Add rows where that is wrong."
-        remarks.append(Refusal(UNLISTED, reason, advice))
+        remarks.append(Refusal(UNLISTED, printable(reason), advice))
     rows_of = {file: tuple(of) for file, of in matched.items()}
     return RunSheet(path.name, rows_of, tuple(remarks))
+
+
+def _listed(names: Sequence[str]) -> str:
+    return ", ".join(names[:_LISTED]) + (" ..." if len(names) > _LISTED else "")
 
 
 def is_run_sheet(path: Path, raw: Path) -> bool:
@@ -237,14 +236,17 @@ def _rows(content: bytes, sheet: _Sheet) -> list[tuple[int, SheetRow]]:
         below += 1
     else:
         units = []
-    columns: dict[int, _Column] = {}
-    for index, (name, unit) in enumerate(zip_longest(names, units, fillvalue="")):
-        column = sheet.column(name, unit)
-        if name and _is_sound(column, start + 1, sheet):
-            if column.key in {each.key for each in columns.values()} - {"remarks"}:
-                sentence = f"the column {name!r} gives {column.key} a second time."
-                sheet.refuse(f"row {start + 1}", sentence)
-            columns[index] = column
+    columns = {
+        index: sheet.column(name, unit)
+        for index, (name, unit) in enumerate(zip_longest(names, units, fillvalue=""))
+        if name
+    }
+    counts = Counter(
+        column.key for column in columns.values() if _is_sound(column, start + 1, sheet)
+    )
+    for key, count in counts.items():
+        if count > 1 and key != "remarks":
+            sheet.refuse(f"row {start + 1}", f"{count} columns give {key}: leave one of them.")
     if sheet.mistakes:
         return []
     numbered = enumerate(records[below:], start=below + 1)
@@ -369,9 +371,6 @@ def _row(
     if "file" not in texts:
         sheet.refuse(f"{row}, column 'file'", "is empty, expected the name of a log or a pattern.")
     exclude = texts.get("exclude", "")
-    if exclude.lower() in _UNREASONED:
-        expected = "the reason for leaving the run out, or nothing"
-        sheet.refuse(f"{row}, column 'exclude'", f"found {exclude!r}, expected {expected}.")
     excluded = exclude.lower() not in _KEPT
     keys: dict[str, str] = {}
     for index, text in filled.items():
