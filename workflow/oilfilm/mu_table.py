@@ -23,7 +23,7 @@ from oilfilm.logs.ingest import read_bytes, unpack
 from oilfilm.logs.words import Guesses, has_word, unit_in_name
 from oilfilm.physics.contact import max_hertz_pressure, reduced_modulus
 from oilfilm.settings.base import plain_key
-from oilfilm.units import PA_PER_GPA, FloatArray, conversion
+from oilfilm.units import PA_PER_GPA, FloatArray, possible_conversion
 
 PRESSURE, LOAD, SPEED = "max_hertz_pressure_gpa", "load_n", "entrainment_speed_m_s"
 TEMPERATURE, SLIP, MU = "inlet_temperature_c", "slide_roll_ratio", "traction_coefficient"
@@ -186,13 +186,14 @@ def _fill(found: MuTable, logged: LoggedTable, columns: Mapping[str, tuple[str, 
     names = [*logged.names]
     places = {quantity: names.index(name) for quantity, (name, _) in columns.items()}
     values = dict(zip(places, logged.values([*places.values()]), strict=True))
-    beside = {quantity: logged.units[place] for quantity, place in places.items()}
     for quantity, numbers in values.items():
         name, unit = columns[quantity]
-        unit = unit or beside[quantity]
-        if not unit:
-            unit = _assumed_unit(quantity, name, numbers, found)
-        to = conversion(unit, VOCABULARY.quantities[quantity])
+        unit = unit or _assumed_unit(quantity, name, numbers, found)
+        units = VOCABULARY.quantities[quantity]
+        to = possible_conversion(unit, units)
+        if to is None:
+            sentence = f"the column {name!r} is in {unit!r}; expected {' or '.join(units)}."
+            raise found.refuse(sentence, "Correct the unit, or the name.")
         column = next(n for n, known in _OWN_NAMES.items() if known == (quantity, to.unit))
         found.points[column] = to.of(numbers)
         found.notes.append(f"{column} is {name!r}" + (f", in {unit}" if unit != "1" else ""))
