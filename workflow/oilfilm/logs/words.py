@@ -1,6 +1,7 @@
 """What the names of columns and header lines seem to mean, in the languages of many laboratories.
 
 Everything here is a guess. It becomes a line of a settings file that a person reads.
+The words are in `words.yaml`: those of another language are added there.
 
 Decides: what `oilfilm init` takes a column or a header line for.
 """
