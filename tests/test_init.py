@@ -227,20 +227,6 @@ def test_log_with_standstill_is_right_after_one_line(tmp_path: Path, offset_n: f
     np.testing.assert_allclose(points["traction_coefficient"], truth, atol=4e-4)
 
 
-def test_load_in_another_unit_than_its_label_is_doubted(tmp_path: Path) -> None:
-    log, values = tmp_path / "log.csv", standstill.log()
-    doubt = "load is 40 in the header and 4.08 in the log: is the log in kgf?"
-    # 1 kgf = 9.80665 N by definition
-    for project, unit_n in (("p", 9.80665), ("q", 1.0)):
-        load = values["load"] / unit_n
-        keys = {"oil": "B-12", "Load": 40}
-        log.write_bytes(formats.csv({**values, "load": load}, standstill.UNITS, keys))
-        made = make_project(tmp_path / project, [log])
-        assert (doubt in sheet_of(tmp_path / project, made)[1]) == (project == "p")
-        campaign = (tmp_path / f"{project}/config/campaigns/{project}.yaml").read_text("utf-8")
-        assert (f"# log.csv: {doubt}" in campaign) == (project == "p")
-
-
 def test_files_that_are_no_logs_are_named_and_not_copied(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

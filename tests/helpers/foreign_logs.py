@@ -1,6 +1,6 @@
 """Logs of the blind laboratory in one plain dialect, for tests of what is made of unknown logs."""
 
-from dataclasses import replace
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -24,6 +24,7 @@ GERMAN = Dialect(
 CONDITIONS = (Condition(1.0, 16.0, 40.0), Condition(1.2, 16.0, 70.0), Condition(1.2, 24.0, 70.0))
 
 
+@cache
 def bench_and_runs(oil: str = "Öl B-12") -> tuple[Bench, list[Recording]]:
     """A bench, and one run of an oil at each condition."""
     random = np.random.default_rng(5)
@@ -66,6 +67,6 @@ def reversed_force(run: Recording) -> Recording:
 
 def exchanged_bodies(run: Recording) -> Recording:
     """The run of a rig that slows the disc: speeds exchanged, and the force with them."""
-    return replace(reversed_force(run)).changed(
+    return run.changed(
         force=-run.signals["force"], ball=run.signals["disc"], disc=run.signals["ball"]
     )

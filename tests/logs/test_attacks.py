@@ -29,7 +29,7 @@ def test_every_row_of_a_damaged_log_is_accepted_or_refused(rig: str, mutator) ->
 
 
 # How many files of each format are damaged; `make bench-fuzz` takes 20 000.
-NUMBERS = pytest.mark.parametrize("files", [12, nightly(200)])
+NUMBERS = pytest.mark.parametrize("files", [4, nightly(200)])
 
 
 @pytest.mark.no_cover
@@ -39,7 +39,7 @@ def test_damaged_pcs_logs_end_in_a_verdict(files: int) -> None:
     etm, ehd = traction_export(range(1, 6)), film_export()
     damaged = [attack(etm, ehd, random) for _ in range(files)]
     damaged += [attack(ehd, etm, random) for _ in range(files)]
-    assert len({carry(each, PCS_CONFIG) for each in damaged}) >= 4
+    assert len({carry(each, PCS_CONFIG) for each in damaged}) >= 3
 
 
 @pytest.mark.no_cover
@@ -51,7 +51,7 @@ def test_damaged_logs_of_every_format_end_in_a_verdict(rig: str, name: str, file
     content = log.written(name)
     damaged = [content[: int(share * len(content))] for share in (0.03, 0.5, 0.9, 0.999)]
     damaged += [attack(content, log.text(), random) for _ in range(files)]
-    assert len({carry(each, log.config, log.kind) for each in damaged}) >= 3
+    assert len({carry(each, log.config, log.kind) for each in damaged}) >= 2
 
 
 @pytest.mark.parametrize("content", [b"", b"\n", b"\0", b"#", b"# oil: 4102", b"\xef\xbb\xbf"])

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 import formats
 from bad_logs import CONFIG, PCS_CONFIG, PCS_ROW, pcs
+from nights import examples
 from oilfilm.logs.ingest import ingest_logs
 from oilfilm.settings.resolved import Settings
 
@@ -65,6 +66,7 @@ def test_every_row_of_a_text_log_is_kept_or_refused(
     assert_all_there(gzip.compress(content) if packed else content, written)
 
 
+@examples(0.5)
 @given(st.lists(st.sampled_from(LINES), max_size=6))
 def test_every_line_among_the_rows_is_a_refused_row(others: list[str]) -> None:
     content = formats.csv(formats.columns(20)).decode().splitlines()
@@ -84,6 +86,7 @@ def test_every_row_of_a_pcs_step_is_kept_or_refused(spoils: list, headless: bool
     assert_all_there(content, len(rows), PCS_CONFIG)
 
 
+@examples(0.5)
 @given(st.lists(st.integers(0, 30), min_size=6, max_size=6), st.integers(0, 29))
 def test_every_row_of_a_binary_log_is_kept_or_refused(lengths: list[int], hole: int) -> None:
     values = formats.columns(30)

@@ -10,11 +10,6 @@ from oilfilm.logs.base import Flaw
 VALUES = formats.columns(40)
 
 
-def test_decimal_comma_of_a_german_labview_is_read(read) -> None:
-    (run,) = read(formats.lvm(VALUES, mark=",")).runs
-    np.testing.assert_allclose(run.samples["load_n"], VALUES["load"] * 9.80665, rtol=1e-12)
-
-
 @pytest.mark.parametrize("mark", [".", ","])
 def test_rows_are_read_as_the_package_lvm_read_reads_them(read, mark: str) -> None:
     text = formats.lvm(VALUES, mark=mark)

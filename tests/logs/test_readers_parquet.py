@@ -73,14 +73,6 @@ def test_bit_changed_in_a_page_with_a_checksum_is_found(read) -> None:
             assert 80 < changed < 90
 
 
-def test_nulls_are_refused_by_row(read) -> None:
-    reading = read(with_load(arrow.array([*range(38), None, None], arrow.int64())))
-    assert [(r.rule, r.first_row, r.last_row) for r in reading.refusals] == [
-        ("unreadable_row", 39, 40)
-    ]
-    assert len(reading.runs[0]) == 38
-
-
 def test_frame_of_pandas_with_attributes_and_own_names_is_a_log(read) -> None:
     frame = pd.DataFrame(
         {
@@ -116,13 +108,6 @@ def test_table_of_oilfilm_itself_is_refused(read, tmp_path: Path) -> None:
     (refusal,) = read(path.read_bytes()).refusals
     assert refusal.rule == "own_table"
     assert "oilfilm made itself" in refusal.reason
-
-
-@pytest.mark.parametrize("kept", [4, 8, 100, 1000, -1, -8, -200])
-def test_cut_file_is_refused_in_words(read, kept: int) -> None:
-    (refusal,) = read(formats.as_parquet(VALUES)[:kept]).refusals
-    assert refusal.rule == "damaged_file"
-    assert "\n" not in refusal.reason
 
 
 def test_file_of_more_rows_than_any_log_is_refused_unread(

@@ -7,21 +7,25 @@ import pandas as pd
 import pytest
 
 from bad_logs import PCS_CONFIG, PCS_ROW, PCS_TABLE, pcs
-from campaigns import Campaign, carry_logs
+from campaigns import ETM, ROOT, Campaign, carry_logs
 from oilfilm.curation.curate import check_logs
 from oilfilm.logs.base import Reading
 from oilfilm.logs.ingest import read_log
-from pcs_exports import FILM_EXPONENT, WRONG_ORDERS, film_export, traction_export
+from oilfilm.settings.resolve import resolve
+from pcs_exports import FILM_EXPONENT, WRONG_ORDERS, film_export, shipped_steps, traction_export
 
 
 def read(content: bytes) -> Reading:
     return read_log(content, "log.txt", PCS_CONFIG)[1]
 
 
+STEPS = shipped_steps()[:42]
+
+
 @pytest.fixture(scope="module")
 def exported() -> Campaign:
-    """The measured curves as an ETM exports them, curated."""
-    return carried(traction_export())
+    """Measured curves as an ETM exports them, curated: a mapping, a timed step and 40 sweeps."""
+    return carried(traction_export(STEPS))
 
 
 def carried(content: bytes) -> Campaign:
@@ -52,25 +56,28 @@ def assert_same_curves(export: Campaign, shipped: Campaign) -> None:
 
 
 def test_export_keeps_every_row_or_lists_it(exported: Campaign) -> None:
-    # 20 560 data rows: 500 sweeps of 41 and one timed step of 60 (docs/physics.md, PCS logs)
+    # sweeps of 41 rows and one timed step of 60 (docs/physics.md, PCS logs)
     (samples,) = exported.ingested.samples.values()
-    assert (len(exported.ingested.runs), len(samples)) == (500, 20_500)
-    assert len(samples) + exported.curated.quarantine["refused_rows"].sum() == 20_560
+    assert (len(exported.ingested.runs), len(samples)) == (40, 40 * 41)
     timed = exported.curated.quarantine.query("rule == 'not_a_sweep'")
     assert timed["refused_rows"].tolist() == [60]
 
 
-def test_export_and_csv_of_the_same_readings_give_the_same_points(
-    exported: Campaign, etm: Campaign
-) -> None:
-    assert_same_curves(exported, etm)
+def test_export_and_csv_of_the_same_readings_give_the_same_points(exported: Campaign) -> None:
+    files = [ETM / f"step{number:03d}.csv.gz" for number in STEPS]
+    logs = [(path.name, path.read_bytes()) for path in files]
+    settings = resolve(ROOT / "config", {"campaign": "etm-slim"})
+    assert_same_curves(exported, carry_logs(settings, logs))
 
 
+@pytest.mark.nightly
 def test_export_as_published_gives_the_points_of_the_csv_that_ship(
     real_pcs: Path, etm: Campaign
 ) -> None:
     published = carried((real_pcs / "ETM_slim_mapper.txt").read_bytes())
     assert_same_curves(published, etm)
+    # 20 560 data rows: 500 sweeps of 41 and one timed step of 60
+    assert sum(map(len, published.ingested.samples.values())) == 20_500
     listed = published.curated.quarantine
     assert sorted(listed["rule"]) == ["not_a_sweep"]
     assert listed["refused_rows"].sum() == 60

@@ -112,13 +112,6 @@ def test_cut_within_a_lead_in_is_noticed_although_no_row_is_lost(read) -> None:
         assert len(run) == 600
 
 
-@pytest.mark.parametrize("kept", [4, 20, 28, 60, 200])
-def test_file_cut_before_its_first_row_is_refused_in_words(read, kept: int) -> None:
-    (refusal,) = read(formats.tdms(formats.columns(60))[:kept]).refusals
-    assert refusal.rule in {"damaged_file", "no_rows"}
-    assert "\n" not in refusal.reason
-
-
 def test_absurd_count_of_values_neither_fills_the_memory_nor_invents_rows(read) -> None:
     content = formats.tdms(formats.columns(60))
     reading = read(content.replace(struct.pack("<Q", 60), struct.pack("<Q", 1 << 40)))

@@ -319,7 +319,7 @@ FILES = ["a.csv", "june/a.csv", "june/b.csv", "july/c.csv.gz", "july/b.csv", "r[
     ],
 )
 def test_row_means_the_logs_that_fit_its_cell(cell: str, found: list[str]) -> None:
-    assert list(sheet(f"file,oil\n{cell},4102\n", FILES).rows) == found
+    assert sheet(f"file,oil\n{cell},4102\n", FILES).rows.keys() == {*found}
 
 
 def test_rows_and_logs_without_each_other_are_named() -> None:
@@ -341,19 +341,18 @@ def test_rows_and_logs_without_each_other_are_named() -> None:
         ("time_s,load_n\n0,1\n", "found 'time_s, load_n', expected a row of column names"),
         ("file,oi\na.csv,4102\n", "row 1: found the unknown column 'oi'; did you mean 'oil'?"),
         ("file,oil,operator\n", "list its name under `header: remarks` of the campaign file"),
-        ("file,oil,oil\n", "the column 'oil' gives oil a second time"),
-        ("file,load_n,load [kgf]\n", "'load [kgf]' gives load_n a second time"),
+        ("file,oil,oil\n", "row 1: 2 columns give oil"),
+        ("file,load_n,load [kgf]\n", "2 columns give load_n"),
         ("file,load\na.csv,80\n", "column 'load': has no unit, expected N or GPa in brackets"),
         ("file,load [m/s]\n", "found the unit 'm/s', expected N or GPa"),
         ("\nfile,oil\na.csv,water\n", "row 3, column 'oil': found 'water', expected oil of the "),
         ("file,rig\na.csv,mars\n", "row 2, column 'rig': found 'mars', expected rig of the camp"),
-        ("file,load_n\na.csv,80 N\n", "row 2, column 'load_n': found '80 N', expected a number"),
+        ("file,load_n\na.csv,80 s\n", "row 2, column 'load_n': found '80 s', expected a number"),
         ("file,load_n\na.csv,nan\n", "found 'nan', expected a number above 0, below 1e+09 N"),
         ("file,max_hertz_pressure_gpa\na.csv,1250\n", "found '1250', expected a number above 0"),
         ("file,inlet_temperature_c\na.csv,-300\n", "above -273.15, below 1e+09 degC"),
         ("file,oil\n,4102\n", "row 2, column 'file': is empty, expected the name of a log"),
         ("file,oil\na.csv,4102,80\n", "row 2: the cell '80' is in no column"),
-        ("file,exclude\na.csv,x\n", "found 'x', expected the reason for leaving the run out"),
         ("file,oil\nb.csv,4102\n", "row 2: 'b.csv' is the name of june/b.csv, july/b.csv"),
         (b"PK\x03\x04" + bytes(90), "cannot be read as a workbook"),
         ("file,bearing\n", "unknown column 'bearing'"),

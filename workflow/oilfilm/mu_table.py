@@ -8,25 +8,22 @@ Decides: what the columns of a table of mu mean, and what is assumed where it do
 
 import io
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pandas as pd
 
 from oilfilm.errors import OilfilmError, cut
 from oilfilm.logs import csv
-from oilfilm.logs.base import Names, UnreadableLogError
+from oilfilm.logs.base import UnreadableLogError
 from oilfilm.logs.columns import LoggedTable
-from oilfilm.logs.header import FULL_WIDTH, apart
+from oilfilm.logs.header import apart
 from oilfilm.logs.ingest import read_bytes, unpack
-from oilfilm.logs.log_kind import Vocabulary
-from oilfilm.logs.words import guessed, has_word, unit_in_name
+from oilfilm.logs.words import Guesses, has_word, unit_in_name
 from oilfilm.physics.contact import max_hertz_pressure, reduced_modulus
 from oilfilm.settings.base import plain_key
-from oilfilm.settings.campaign import Column
-from oilfilm.units import PA_PER_GPA, FloatArray, conversion
+from oilfilm.units import PA_PER_GPA, FloatArray, possible_conversion
 
 PRESSURE, LOAD, SPEED = "max_hertz_pressure_gpa", "load_n", "entrainment_speed_m_s"
 TEMPERATURE, SLIP, MU = "inlet_temperature_c", "slide_roll_ratio", "traction_coefficient"
@@ -47,7 +44,6 @@ _OWN_NAMES = {
     SLIP: (SLIP, "1"),
     MU: (MU, "1"),
 }
-VOCABULARY = Vocabulary("table of mu", "columns", _OWN_NAMES, ())
 # Symbols that papers use alone as the name of a column; surer than any word.
 _SYMBOLS = {
     "s": SLIP,
@@ -64,7 +60,7 @@ _SYMBOLS = {
     "u": "entrainment_speed",
     "ue": "entrainment_speed",
 }
-_SURE = 100
+VOCABULARY = Guesses("traction", "columns", _OWN_NAMES, (), symbols=_SYMBOLS)
 _OF_OIL = "oil öl oel lubric schmierstoff huile aceite olio lube масл 油"
 _OF_CURVE = (
     "curve kurve run test versuch messung courbe essai curva ensayo prueba prova кривая 曲线"
@@ -103,34 +99,27 @@ def read_mu_table(table: Path | str | pd.DataFrame) -> MuTable:
     """
     found = MuTable("the data frame" if isinstance(table, pd.DataFrame) else str(table))
     text = _text_of(table) if isinstance(table, pd.DataFrame) else _content(Path(table), found)
-    columns = _columns(text, found)
-    renamed = {
-        quantity: Column(name=[name], unit=unit or None)
-        for quantity, (name, unit) in columns.items()
-    }
     try:
-        form, (logged,) = csv.tables(text, replace(VOCABULARY, renamed=renamed))
+        form, (logged,) = csv.tables(text, VOCABULARY)
     except UnreadableLogError as error:
-        advice = "Write one line of names above the rows."
+        advice = "Write one line of names above the rows: slide_roll_ratio and mu among them."
         raise found.refuse(f"{error.refusal.reason}.", advice) from None
-    mark = _MARKS.get(form.delimiter)
-
-    def labels(words: str, without: str) -> "pd.Series[Any] | None":
-        named = (has_word(name, words) and not has_word(name, without) for name in logged.names)
-        place = next((index for index, is_one in enumerate(named) if is_one), None)
-        taken = {plain_key(name) for name, _ in columns.values()}
-        if place is None or plain_key(logged.names[place]) in taken or logged.show is None:
-            return None
-        rows = (logged.show(index).split(mark) for index in range(logged.rows))
-        return pd.Series([row[place].strip(' "') if place < len(row) else "" for row in rows])
-
+    columns = _columns(logged, found)
     _fill(found, logged, columns)
-    for name, cells in (
-        ("oil", labels(_OF_OIL, "temp")),
-        ("curve", labels(_OF_CURVE, "temp time zeit")),
-    ):
-        if cells is not None:
-            found.points[name] = cells
+    taken = {plain_key(name) for name, _ in columns.values()}
+    others = [n for n, name in enumerate(logged.names) if plain_key(name) not in taken]
+    for label, words, without in (("oil", _OF_OIL, "temp"), ("curve", _OF_CURVE, "temp time zeit")):
+        place = next(
+            (
+                n
+                for n in others
+                if has_word(logged.names[n], words) and not has_word(logged.names[n], without)
+            ),
+            None,
+        )
+        if place is not None and logged.show is not None:
+            rows = (logged.show(n).split(_MARKS.get(form.delimiter)) for n in range(logged.rows))
+            found.points[label] = [row[place].strip(' "') if row[place:] else "" for row in rows]
     return _without_gaps(found)
 
 
@@ -168,18 +157,20 @@ def _text_of(frame: pd.DataFrame) -> bytes:
     return frame.to_csv(sep="\t", index=index and frame.index.names != [None]).encode()
 
 
-def _columns(text: bytes, found: MuTable) -> dict[str, tuple[str, str]]:
+def _columns(logged: LoggedTable, found: MuTable) -> dict[str, tuple[str, str]]:
     """The one column that means each quantity, with its unit."""
-    candidates = [(_meant(names), names) for names in csv.possible_names(text)]
-    meant, names = max(candidates, key=lambda each: len(each[0]), default=({}, []))
+    names = [*zip(logged.names, logged.units, strict=True)]
+    meant = VOCABULARY.columns_by_quantity(names)
+    known: dict[str, tuple[str, str]] = {}
     for quantity, columns in meant.items():
-        if len(columns) > 1:
+        (name, unit), *others = columns
+        if others:
             several = " and ".join(repr(name) for name, _ in columns)
             raise found.refuse(
                 f"the columns {several} could both be the {quantity.replace('_', ' ')}.",
                 "Rename the one that is not.",
             )
-    known = {quantity: columns[0] for quantity, columns in meant.items()}
+        known[quantity] = name, unit or unit_in_name(apart(name)[0], quantity, VOCABULARY)
     needed = [MU] if {"ball_speed", "disc_speed"} <= known.keys() else [MU, SLIP]
     if lacking := [name.replace("_", " ") for name in needed if name not in known]:
         own = ", ".join(repr(name) for name, _ in names) or "none that can be told"
@@ -190,36 +181,19 @@ def _columns(text: bytes, found: MuTable) -> dict[str, tuple[str, str]]:
     return known
 
 
-def _meant(names: Names) -> dict[str, Names]:
-    """The columns of a line of names by the quantity that they seem to mean, the likeliest."""
-    best: dict[str, int] = {}
-    meant: dict[str, Names] = {}
-    for name, beside in dict.fromkeys(names):
-        bare = apart(name.translate(FULL_WIDTH))[0]
-        own = VOCABULARY.meaning(name) or (_SYMBOLS.get(plain_key(bare)), None)
-        quantity, score = (own[0], _SURE) if own[0] else guessed(bare, beside, VOCABULARY)
-        unit = beside or own[1] or unit_in_name(bare, quantity, VOCABULARY) if quantity else ""
-        if not quantity or (unit and not VOCABULARY.fits(quantity, unit)):
-            continue
-        if score > best.get(quantity, 0):
-            best[quantity], meant[quantity] = score, []
-        if score == best[quantity]:
-            meant[quantity].append((name, unit))
-    return meant
-
-
 def _fill(found: MuTable, logged: LoggedTable, columns: Mapping[str, tuple[str, str]]) -> None:
     """The points of a table, converted, and the notes on what was taken for what."""
     names = [*logged.names]
     places = {quantity: names.index(name) for quantity, (name, _) in columns.items()}
     values = dict(zip(places, logged.values([*places.values()]), strict=True))
-    beside = {quantity: logged.units[place] for quantity, place in places.items()}
     for quantity, numbers in values.items():
         name, unit = columns[quantity]
-        unit = unit or beside[quantity]
-        if not unit:
-            unit = _assumed_unit(quantity, name, numbers, found)
-        to = conversion(unit, VOCABULARY.quantities[quantity])
+        unit = unit or _assumed_unit(quantity, name, numbers, found)
+        units = VOCABULARY.quantities[quantity]
+        to = possible_conversion(unit, units)
+        if to is None:
+            sentence = f"the column {name!r} is in {unit!r}; expected {' or '.join(units)}."
+            raise found.refuse(sentence, "Correct the unit, or the name.")
         column = next(n for n, known in _OWN_NAMES.items() if known == (quantity, to.unit))
         found.points[column] = to.of(numbers)
         found.notes.append(f"{column} is {name!r}" + (f", in {unit}" if unit != "1" else ""))

@@ -38,6 +38,9 @@ _PLACES = (("Report", "report.html"), ("Tables", "tables"), ("Exports", "exports
 # Of laws of load and of pressure, the one that a table is fitted with unless another is named.
 _OF_LOAD, _OF_PRESSURE = "wang-deng-load", PAPER_LAW.name
 
+_OPTIONS = {PRESSURE: "--stress 1.2GPa", SPEED: "--speed 2m/s", LOAD: "--load 50N"}
+_OPTIONS |= {TEMPERATURE: "--temperature 40degC"}
+
 
 @dataclass(frozen=True, repr=False)
 class TableFit(ArrayFit):
@@ -208,17 +211,11 @@ def _refuse_missing(points: pd.DataFrame, conditions: tuple[str, ...], name: str
     Raises:
         OilfilmError: It lacks one.
     """
-    options = {
-        PRESSURE: "--stress 1.2GPa",
-        SPEED: "--speed 2m/s",
-        TEMPERATURE: "--temperature 40degC",
-    }
-    options |= {LOAD: "--load 50N"}
     for column in (*conditions, MU):
         if column not in points:
             radius = " Where it has the load, give --ball-radius and --materials."
             raise OilfilmError(
                 f"{name}: no column is the {column.rpartition('_')[0].replace('_', ' ')}. Add it, "
-                f"or give it for all rows, as {options.get(column, '')}."
+                f"or give it for all rows, as {_OPTIONS.get(column, '')}."
                 + (radius if column == PRESSURE else "")
             )

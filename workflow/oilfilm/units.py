@@ -88,7 +88,6 @@ _PLAIN = re.compile(rf"{_FACTOR}(?:\s*[*/\u00b7\s]\s*{_FACTOR})*")
 _LONGEST = 40
 
 
-@cache
 def conversion(unit: str, targets: tuple[str, ...]) -> Conversion:
     """How a logged unit becomes the first of `targets` that it measures the same quantity as.
 
@@ -99,6 +98,16 @@ def conversion(unit: str, targets: tuple[str, ...]) -> Conversion:
     Raises:
         ValueError: The unit is unknown or measures something else.
     """
+    if (found := possible_conversion(unit, targets)) is None:
+        raise ValueError(
+            f"the unit {unit[:_LONGEST]!r} is none of {' or '.join(targets)}, nor converts to one"
+        )
+    return found
+
+
+@cache
+def possible_conversion(unit: str, targets: tuple[str, ...]) -> Conversion | None:
+    """The same; None where there is none."""
     if unit in targets:
         return Conversion(unit)
     spelling = _SPELLINGS.get(unit.strip().lower(), unit.strip())
@@ -108,9 +117,7 @@ def conversion(unit: str, targets: tuple[str, ...]) -> Conversion:
         except Exception:  # noqa: S112  (pint raises a dozen unrelated kinds)
             continue
         return Conversion(target, at_one - at_zero, at_zero)
-    raise ValueError(
-        f"the unit {unit[:_LONGEST]!r} is none of {' or '.join(targets)}, nor converts to one"
-    )
+    return None
 
 
 def _measured(value: float, unit: str, target: str) -> float:

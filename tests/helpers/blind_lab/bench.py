@@ -3,6 +3,7 @@
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+from scipy.signal import lfilter
 
 from blind_lab.truth import Array, Machine, Oil
 
@@ -95,26 +96,16 @@ def draw_bench(random: np.random.Generator, machine: Machine) -> Bench:
 
 def _controlled(wanted: Array, rate: float, frequency: float, damping: float) -> Array:
     """Answer of a control of second order, natural frequency in rad/s, to set points."""
-    reached, change = np.empty_like(wanted), 0.0
-    value, fine = wanted[0], 8
-    for index, target in enumerate(wanted):
-        for _ in range(fine):
-            change += (frequency**2 * (target - value) - 2 * damping * frequency * change) / (
-                rate * fine
-            )
-            value += change / (rate * fine)
-        reached[index] = value
-    return reached
+    fine = 8
+    gain, kept = (frequency / (rate * fine)) ** 2, 1 - 2 * damping * frequency / (rate * fine)
+    moved = np.repeat(wanted - wanted[0], fine)
+    return wanted[0] + lfilter([gain], [1, gain - 1 - kept, kept], moved)[fine - 1 :: fine]
 
 
 def lagging(values: Array, rate: float, constant: float) -> Array:
     """Output of a sensor with a time constant in s."""
     share = 1 - np.exp(-1 / (rate * constant))
-    output = np.empty_like(values)
-    last = values[0]
-    for index, value in enumerate(values):
-        last += share * (value - last)
-        output[index] = last
+    output, _ = lfilter([share], [1, share - 1], values, zi=[(1 - share) * values[0]])
     return output
 
 

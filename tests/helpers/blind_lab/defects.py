@@ -11,6 +11,7 @@ from blind_lab.truth import Array, Oil
 
 Random = np.random.Generator
 Columns = dict[str, tuple[str, Array]]
+Change = Callable[[Recording, Random], Recording]
 
 
 @dataclass(frozen=True)
@@ -61,7 +62,7 @@ class Fault:
     """
 
     rules: tuple[str, ...]
-    of_run: Callable[[Recording, Random], Recording] | None = None
+    of_run: Change | None = None
     of_draft: Callable[[Draft, Random], Draft] | None = None
     condition: Callable[[Condition, Oil, Bench], Condition] | None = None
     units: tuple[tuple[str, str], ...] = ()
@@ -71,108 +72,97 @@ class Fault:
 # ---------------------------------------------------------------- signals
 
 
-def _middle(recording: Recording) -> tuple[int, int]:
-    """Rows of the sweep's middle half."""
-    first, last = int(recording.steps[1]), int(recording.steps[-2])
-    quarter = (last - first) // 4
-    return first + quarter, last - quarter
+def on(name: str, change: Callable[[Array, Recording, Random], Array]) -> Change:
+    """A channel changed, by its readings, the run and random numbers."""
+    return lambda run, random: run.changed(**{name: change(run.signals[name], run, random)})
 
 
-def frozen(name: str) -> Callable[[Recording, Random], Recording]:
-    """One channel stops moving in the middle of the sweep, to its end."""
-
-    def change(recording: Recording, random: Random) -> Recording:
-        values = recording.signals[name].copy()
-        start, _ = _middle(recording)
-        values[start:] = values[start]
-        return recording.changed(**{name: values})
-
-    return change
-
-
-def scaled(name: str, factor: float) -> Callable[[Recording, Random], Recording]:
+def scaled(name: str, factor: float) -> Change:
     """A channel is in another unit than its label says."""
-    return lambda recording, random: recording.changed(**{name: recording.signals[name] * factor})
+    return on(name, lambda values, *_: values * factor)
 
 
-def shifted(name: str, by: float) -> Callable[[Recording, Random], Recording]:
+def shifted(name: str, by: float) -> Change:
     """A channel is off by a constant."""
-    return lambda recording, random: recording.changed(**{name: recording.signals[name] + by})
+    return on(name, lambda values, *_: values + by)
 
 
-def drifting(name: str, by: float) -> Callable[[Recording, Random], Recording]:
+def drifting(name: str, by: float) -> Change:
     """A channel moves by so much over the run."""
-    return lambda recording, random: recording.changed(
-        **{name: recording.signals[name] + np.linspace(0, by, len(recording))}
+    return on(name, lambda values, *_: values + np.linspace(0, by, len(values)))
+
+
+def middle(run: Recording) -> Array:
+    """Rows of the sweep's middle half."""
+    first, last = int(run.steps[1]), int(run.steps[-2])
+    quarter, rows = (last - first) // 4, np.arange(len(run))
+    return (rows >= first + quarter) & (rows < last - quarter)
+
+
+def late(run: Recording) -> Array:
+    """Rows from the beginning of the sweep's middle half on."""
+    return np.logical_or.accumulate(middle(run))
+
+
+def second(run: Recording) -> Array:
+    """Rows from the middle of the sweep on."""
+    start, *_, last = np.flatnonzero(middle(run))
+    return np.arange(len(run)) >= (start + last + 1) // 2
+
+
+def frozen(name: str) -> Change:
+    """One channel stops moving in the middle of the sweep, to its end."""
+    return on(
+        name, lambda values, run, _: np.where(late(run), values[np.argmax(late(run))], values)
     )
 
 
-def swapped_speeds(recording: Recording, random: Random) -> Recording:
-    """The columns of ball and disc are exchanged."""
-    return recording.changed(ball=recording.signals["disc"], disc=recording.signals["ball"])
+def constant(name: str) -> Change:
+    """A channel copies one number into every row."""
+    return on(name, lambda values, *_: np.full(len(values), np.round(values.mean(), 1)))
 
 
-def hard_limit(recording: Recording, random: Random) -> Recording:
-    """The force stops at 60 % of its largest reading."""
-    force = recording.signals["force"]
-    return recording.changed(force=np.minimum(force, 0.6 * force.max()))
-
-
-def soft_limit(recording: Recording, random: Random) -> Recording:
-    """The amplifier compresses: large forces come out too small, without a stop."""
-    force = recording.signals["force"]
-    limit = 0.75 * force.max()
-    return recording.changed(force=limit * np.tanh(force / limit))
-
-
-def wild(recording: Recording, random: Random) -> Recording:
-    """15 % of the force readings are wrong by several times their value."""
-    force = recording.signals["force"].copy()
-    hit = random.random(len(force)) < 0.15
-    force[hit] *= random.uniform(3, 8, hit.sum())
-    return recording.changed(force=force)
-
-
-def load_step(recording: Recording, random: Random) -> Recording:
-    """The load rises by half in the middle of every second step."""
-    load = recording.signals["load"].copy()
-    for start, stop in zip(recording.steps[1:-2:2], recording.steps[2:-1:2], strict=False):
-        load[(start + stop) // 2 : stop] *= 1.5
-    return recording.changed(load=load)
-
-
-def clock_set(by: float) -> Callable[[Recording, Random], Recording]:
+def clock_set(by: float) -> Change:
     """The clock jumps by so many seconds: it is set back, or the logger pauses."""
+    return on("time", lambda values, run, _: values + by * late(run))
 
-    def change(recording: Recording, random: Random) -> Recording:
-        time = recording.signals["time"].copy()
-        time[_middle(recording)[0] :] += by
-        return recording.changed(time=time)
+
+def only(rows: Callable[[Recording], Array]) -> Change:
+    """Only some rows of the run, or some of them twice."""
+    return lambda run, random: run.rows(rows(run))
+
+
+def exchanged(rows: Callable[[Recording], Array]) -> Change:
+    """The columns of ball and disc are exchanged in some rows."""
+
+    def change(run: Recording, random: Random) -> Recording:
+        ball, disc = (run.signals[name] for name in ("ball", "disc"))
+        where = rows(run)
+        return run.changed(ball=np.where(where, disc, ball), disc=np.where(where, ball, disc))
 
     return change
 
 
-def doubled_rows(recording: Recording, random: Random) -> Recording:
-    """Every row is written twice."""
-    return recording.rows(np.repeat(np.arange(len(recording)), 2))
+def soft_limit(force: Array, *_: object) -> Array:
+    """The amplifier compresses: large forces come out too small, without a stop."""
+    limit = 0.75 * force.max()
+    return limit * np.tanh(force / limit)
 
 
-def missing_block(recording: Recording, random: Random) -> Recording:
-    """The force has no number for a third of the sweep."""
-    force = recording.signals["force"].copy()
-    start, stop = _middle(recording)
-    force[start:stop] = np.nan
-    return recording.changed(force=force)
+def wild(force: Array, _: Recording, random: Random) -> Array:
+    """15 % of the force readings are wrong by several times their value."""
+    hit = random.random(len(force)) < 0.15
+    factors = np.ones(len(force))
+    factors[hit] = random.uniform(3, 8, hit.sum())
+    return force * factors
 
 
-def without_opening(recording: Recording, random: Random) -> Recording:
-    """The log begins when the sweep has begun."""
-    return recording.rows(np.arange(recording.steps[1] + 10, len(recording)))
-
-
-def without_closing(recording: Recording, random: Random) -> Recording:
-    """The log ends before the closing phase of rolling."""
-    return recording.rows(np.arange(recording.steps[-2]))
+def load_step(load: Array, run: Recording, _: Random) -> Array:
+    """The load rises by half in the middle of every second step."""
+    changed = load.copy()
+    for start, stop in zip(run.steps[1:-2:2], run.steps[2:-1:2], strict=False):
+        changed[(start + stop) // 2 : stop] *= 1.5
+    return changed
 
 
 def hurried(recording: Recording, random: Random) -> Recording:
@@ -186,106 +176,23 @@ def hurried(recording: Recording, random: Random) -> Recording:
     return shorter.changed(time=recording.signals["time"][: len(shorter)])
 
 
-def dead_force(recording: Recording, random: Random) -> Recording:
-    """The cable of the force sensor is off: noise about a constant."""
-    noise = 0.008 * random.standard_normal(len(recording))
-    return recording.changed(force=np.round(0.3 + noise, 4))
-
-
-def dead_load(recording: Recording, random: Random) -> Recording:
-    """The load cell is unplugged: noise about zero."""
-    return recording.changed(load=np.round(0.1 * random.standard_normal(len(recording)), 3))
-
-
-def open_thermocouple(recording: Recording, random: Random) -> Recording:
-    """The thermocouple is open: the amplifier's end of range."""
-    return recording.changed(celsius=np.full(len(recording), 850.0))
-
-
-def sluggish(recording: Recording, random: Random) -> Recording:
-    """The force comes through a filter of 1.5 s."""
-    force, interval = recording.signals["force"], recording.signals["time"][1]
-    return recording.changed(force=lagging(force, 1 / interval, 1.5))
-
-
-def noisy(recording: Recording, random: Random) -> Recording:
-    """The force has thirty times its noise."""
-    noise = 0.24 * random.standard_normal(len(recording))
-    return recording.changed(force=recording.signals["force"] + noise)
-
-
-def in_middle(name: str, change: Callable[[Array], Array]) -> Callable[..., Recording]:
-    """A channel changed in the sweep's middle half."""
-
-    def changed(recording: Recording, random: Random) -> Recording:
-        values = recording.signals[name].copy()
-        rows = slice(*_middle(recording))
-        values[rows] = change(values[rows])
-        return recording.changed(**{name: values})
-
-    return changed
-
-
-def from_middle(name: str, factor: float) -> Callable[[Recording, Random], Recording]:
-    """The gain of a channel changes in the middle of the sweep, for good."""
-
-    def changed(recording: Recording, random: Random) -> Recording:
-        values = recording.signals[name].copy()
-        values[sum(_middle(recording)) // 2 :] *= factor
-        return recording.changed(**{name: values})
-
-    return changed
-
-
-def range_switch(recording: Recording, random: Random) -> Recording:
+def range_switch(force: Array, run: Recording, _: Random) -> Array:
     """Above a slip of 0.1 the amplifier has another range, half as much again."""
-    ball, disc, force = (recording.signals[name] for name in ("ball", "disc", "force"))
-    slip = 2 * (disc - ball) / (disc + ball)
-    return recording.changed(force=np.where(slip > 0.1, 1.5 * force, force))
+    ball, disc = run.signals["ball"], run.signals["disc"]
+    return np.where(2 * (disc - ball) / (disc + ball) > 0.1, 1.5 * force, force)
 
 
-def way_back(recording: Recording, random: Random) -> Recording:
+def way_back(force: Array, run: Recording, _: Random) -> Array:
     """The force is a tenth larger on the way back."""
-    force = recording.signals["force"].copy()
-    force[recording.steps[len(recording.steps) // 2] : recording.steps[-2]] *= 1.1
-    return recording.changed(force=force)
+    rows = np.arange(len(run))
+    back = (rows >= run.steps[len(run.steps) // 2]) & (rows < run.steps[-2])
+    return np.where(back, 1.1 * force, force)
 
 
-def backwards(name: str) -> Callable[[Recording, Random], Recording]:
-    """A channel is written in the opposite order of time."""
-    return lambda recording, random: recording.changed(**{name: recording.signals[name][::-1]})
-
-
-def constant(name: str) -> Callable[[Recording, Random], Recording]:
-    """A channel copies one number into every row."""
-
-    def change(recording: Recording, random: Random) -> Recording:
-        values = recording.signals[name]
-        return recording.changed(**{name: np.full(len(values), np.round(values.mean(), 1))})
-
-    return change
-
-
-def flipped(recording: Recording, random: Random) -> Recording:
-    """From the middle of the sweep the columns of ball and disc are exchanged."""
-    ball, disc = (recording.signals[name].copy() for name in ("ball", "disc"))
-    rows = slice(sum(_middle(recording)) // 2, None)
-    ball[rows], disc[rows] = disc[rows].copy(), ball[rows].copy()
-    return recording.changed(ball=ball, disc=disc)
-
-
-def thinned(recording: Recording, random: Random) -> Recording:
-    """From the middle of the sweep the logger writes every fifth row only."""
-    row = np.arange(len(recording))
-    return recording.rows((row < _middle(recording)[0]) | (row % 5 == 0))
-
-
-def still_settling(recording: Recording, random: Random) -> Recording:
+def still_settling(force: Array, run: Recording, _: Random) -> Array:
     """The force creeps back to its zero while the rig rolls again."""
-    time = recording.signals["time"]
-    since = time - time[recording.steps[-2]]
-    creep = np.where(since > 0, 1.5 * np.exp(-np.maximum(since, 0) / 2.5), 0.0)
-    return recording.changed(force=recording.signals["force"] + creep)
+    since = run.signals["time"] - run.signals["time"][run.steps[-2]]
+    return force + np.where(since > 0, 1.5 * np.exp(-np.maximum(since, 0) / 2.5), 0.0)
 
 
 def up_and_down(slips: Array) -> Array:
@@ -408,14 +315,19 @@ FAULTS: dict[str, Fault] = {
         ("traction_unphysical", "impossible_traction", "curve_off"), scaled("force", 7.0)
     ),
     "force polarity": Fault(("swapped_sign",), scaled("force", -1.0)),
-    "ball and disc exchanged": Fault(("swapped_channels",), swapped_speeds),
+    "ball and disc exchanged": Fault(
+        ("swapped_channels",), exchanged(lambda run: np.ones(len(run), bool))
+    ),
     "load in kgf, labelled N": Fault(("load_off_nominal",), scaled("load", 1 / _KGF)),
     "load in kN, labelled N": Fault(("load_off_nominal",), scaled("load", 1e-3)),
     "load off by 12 %": Fault(("load_off_nominal",), scaled("load", 1.12)),
     "load rises within steps": Fault(
-        ("load_changes", "load_off_nominal", "many_plateaus_fail"), load_step
+        ("load_changes", "load_off_nominal", "many_plateaus_fail"), on("load", load_step)
     ),
-    "load cell unplugged": Fault(("load_off_nominal", "traction_missing"), dead_load),
+    "load cell unplugged": Fault(
+        ("load_off_nominal", "traction_missing"),
+        on("load", lambda load, _, random: np.round(0.1 * random.standard_normal(len(load)), 3)),
+    ),
     "speed off by 10 %": Fault(
         ("speed_off_nominal",),
         lambda recording, random: recording.changed(
@@ -434,43 +346,75 @@ FAULTS: dict[str, Fault] = {
     "temperature drifts by 6 K": Fault(
         ("temperature_drift", "temperature_off_nominal"), drifting("celsius", 6.0)
     ),
-    "open thermocouple": Fault(("temperature_off_nominal", "stuck_channel"), open_thermocouple),
-    "force saturated": Fault(("saturated",), hard_limit),
-    "force softly saturated": Fault(("curve_off", "soft_saturation"), soft_limit),
-    "15 % wild readings": Fault(("spiky", "not_steady", "no_point_left"), wild),
+    "open thermocouple": Fault(
+        ("temperature_off_nominal", "stuck_channel"),
+        on("celsius", lambda values, *_: np.full(len(values), 850.0)),
+    ),
+    "force saturated": Fault(
+        ("saturated",), on("force", lambda force, *_: np.minimum(force, 0.6 * force.max()))
+    ),
+    "force softly saturated": Fault(("curve_off", "soft_saturation"), on("force", soft_limit)),
+    "15 % wild readings": Fault(("spiky", "not_steady", "no_point_left"), on("force", wild)),
     "zero drifts by 1 N": Fault(("zero_drift",), drifting("force", 1.0)),
-    "force cable off": Fault(("no_traction", "curve_off"), dead_force),
+    "force cable off": Fault(
+        ("no_traction", "curve_off"),
+        on(
+            "force",
+            lambda force, _, random: np.round(0.3 + 0.008 * random.standard_normal(len(force)), 4),
+        ),
+    ),
     "clock set back": Fault(("time_disorder",), clock_set(-60.0)),
     "logger paused": Fault(("clock_jump",), clock_set(60.0)),
-    "rows written twice": Fault(("time_disorder",), doubled_rows),
-    "block of NaN": Fault(("missing_readings",), missing_block),
+    "rows written twice": Fault(
+        ("time_disorder",), only(lambda run: np.repeat(np.arange(len(run)), 2))
+    ),
+    "block of NaN": Fault(
+        ("missing_readings",),
+        on("force", lambda force, run, _: np.where(middle(run), np.nan, force)),
+    ),
     "time in ms, labelled s": Fault(("time_unit",), scaled("time", 1e3)),
     "time in min, labelled s": Fault(("time_unit",), scaled("time", 1 / 60)),
-    "no opening phase": Fault(("zero_missing",), without_opening),
-    "no closing phase": Fault(("zero_missing",), without_closing),
+    "no opening phase": Fault(
+        ("zero_missing",), only(lambda run: np.arange(run.steps[1] + 10, len(run)))
+    ),
+    "no closing phase": Fault(("zero_missing",), only(lambda run: np.arange(run.steps[-2]))),
     "steps too short": Fault(("too_short", "no_plateau", "not_steady"), hurried),
-    "filter of 1.5 s": Fault(("transient_not_ended", "not_steady", "zero_not_settled"), sluggish),
-    "noise times 30": Fault(("zero_noisy", "noisy_sensor"), noisy),
+    "filter of 1.5 s": Fault(
+        ("transient_not_ended", "not_steady", "zero_not_settled"),
+        on("force", lambda force, run, _: lagging(force, 1 / run.signals["time"][1], 1.5)),
+    ),
+    "noise times 30": Fault(
+        ("zero_noisy", "noisy_sensor"),
+        on("force", lambda force, _, random: force + 0.24 * random.standard_normal(len(force))),
+    ),
     "one column for both speeds": Fault(
         ("same_channel",),
-        lambda recording, random: recording.changed(ball=recording.signals["disc"]),
+        on("ball", lambda _, run, random: run.signals["disc"]),
     ),
-    "force in the opposite order": Fault(("order_of_time",), backwards("force")),
-    "range switch": Fault(("gain_jump",), range_switch),
-    "gain changes within the run": Fault(("gain_jump",), from_middle("force", 1.3)),
-    "zero jumps and returns": Fault(("gain_jump",), in_middle("force", lambda force: force + 0.4)),
+    "force in the opposite order": Fault(
+        ("order_of_time",), on("force", lambda force, *_: force[::-1])
+    ),
+    "range switch": Fault(("gain_jump",), on("force", range_switch)),
+    "gain changes within the run": Fault(
+        ("gain_jump",), on("force", lambda force, run, _: np.where(second(run), 1.3 * force, force))
+    ),
+    "zero jumps and returns": Fault(
+        ("gain_jump",), on("force", lambda force, run, _: force + 0.4 * middle(run))
+    ),
     "way back is 10 % higher": Fault(
-        ("branches_apart", "branches_differ"), way_back, slips=up_and_down
+        ("branches_apart", "branches_differ"), on("force", way_back), slips=up_and_down
     ),
     "load is one number": Fault(("constant_channel",), constant("load")),
     "temperature is one number": Fault(("constant_channel",), constant("celsius")),
-    "speeds exchanged from the middle on": Fault(("sign_changes",), flipped),
+    "speeds exchanged from the middle on": Fault(("sign_changes",), exchanged(second)),
     "slips in steps of 0.0018": Fault(
         ("small_steps",), slips=lambda slips: 0.0018 * np.arange(1, len(slips) + 1)
     ),
-    "every fifth row from the middle on": Fault(("sampling_rate",), thinned),
+    "every fifth row from the middle on": Fault(
+        ("sampling_rate",), only(lambda run: ~late(run) | (np.arange(len(run)) % 5 == 0))
+    ),
     "log of a rig with other radii": Fault(("track_radii",), scaled("disc", 1.25)),
-    "creep after the sweep": Fault(("zero_not_settled",), still_settling),
+    "creep after the sweep": Fault(("zero_not_settled",), on("force", still_settling)),
     "film too thin": Fault(("thin_film",), condition=slow),
     "unknown oil": Fault(("unknown_oil",), of_draft=header_line(0, "mystery fluid")),
     "set point no number": Fault(("header",), of_draft=header_line(1, "high")),

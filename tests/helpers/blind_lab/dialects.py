@@ -2,60 +2,19 @@
 
 import gzip
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
+import yaml
 
 from blind_lab.bench import Recording
 from blind_lab.truth import Machine
 
-# Names of the signals in four languages; the campaign file lists them all.
-NAMES = {
-    "english": {
-        "time": "Elapsed",
-        "load": "Normal load",
-        "force": "Friction",
-        "ball": "Ball spindle",
-        "disc": "Disc spindle",
-        "celsius": "Oil inlet",
-    },
-    "german": {
-        "time": "Zeit",
-        "load": "Normalkraft",
-        "force": "Reibkraft",
-        "ball": "Drehzahl Kugel",
-        "disc": "Drehzahl Scheibe",
-        "celsius": "Ölzulauf",
-    },
-    "french": {
-        "time": "Durée",
-        "load": "Charge",
-        "force": "Frottement",
-        "ball": "Vitesse bille",
-        "disc": "Vitesse disque",
-        "celsius": "Entrée d'huile",
-    },
-    "chinese": {
-        "time": "时间",
-        "load": "法向载荷",
-        "force": "摩擦力",
-        "ball": "球转速",
-        "disc": "盘转速",
-        "celsius": "入口油温",
-    },
-}
-ENCODINGS = {
-    "english": ("utf-8", "utf-16"),
-    "german": ("utf-8", "cp1252", "latin-1", "utf-8-sig"),
-    "french": ("utf-8", "cp1252"),
-    "chinese": ("utf-8", "gb18030"),
-}
-# Header keys in the language of the log; the campaign file lists them as well.
-HEADER = {
-    "english": ("Lubricant", "Hertz pressure GPa", "Rolling speed m/s", "Oil temperature C"),
-    "german": ("Schmierstoff", "Pressung GPa", "Rollgeschwindigkeit m/s", "Öltemperatur C"),
-    "french": ("Lubrifiant", "Pression GPa", "Vitesse moyenne m/s", "Température C"),
-    "chinese": ("润滑油", "接触压力 GPa", "卷吸速度 m/s", "油温 C"),
-}
+_LANGUAGES = yaml.safe_load(Path(__file__).with_name("languages.yaml").read_text("utf-8"))
+NAMES, ENCODINGS, HEADER = (
+    {language: of[key] for language, of in _LANGUAGES.items()}
+    for key in ("signals", "encodings", "header")
+)
 
 _RAD_S_PER_RPM = np.pi / 30
 # Unit -> what one SI unit is in it; temperatures apart.

@@ -14,6 +14,7 @@ from blind_lab.dialects import HEADER, NAMES, Dialect, draw_dialect, suffix
 from blind_lab.truth import Oil, draw_machine, draw_oil
 
 CAMPAIGN, RIG = "blind", "our-rig"
+_HEAT = {"specific_heat_j_kgk": 2000.0, "thermal_conductivity_w_mk": 0.15}
 # Names of each oil: in the laboratory's own script, and in one that every encoding can write.
 _OILS = (("Turbo 5 alt",), ("Öl B-12", "Oil B-12"), ("合成油 3", "Synthetic 3"))
 # Numbers of the sound logs that are filed once more under another oil, or contradicted by one.
@@ -208,65 +209,40 @@ def _write_config(project: Path, config: Path, bench: Bench, oils: dict[str, Oil
         key: [HEADER[language][index] for language in HEADER]
         for index, key in enumerate(_SETTING_KEYS)
     }
-    _write(
-        folder / "campaigns" / f"{CAMPAIGN}.yaml",
-        {
-            "description": "logs of a laboratory of its own, SIMULATED for a test",
-            "data": "simulated",
-            "rigs": [RIG],
-            "oils": list(oils),
-            "figures": ["curves", "coverage"],
-            "columns": names,
-            "header": header,
-        },
-    )
+    fixed = yaml.safe_load(Path(__file__).with_name("settings.yaml").read_text("utf-8"))
+    campaign = {"rigs": [RIG], "oils": list(oils), "columns": names, "header": header}
+    _write(folder / "campaigns" / f"{CAMPAIGN}.yaml", fixed["campaign"] | campaign)
     machine = bench.machine
     body = {"youngs_modulus_pa": machine.youngs_modulus, "poisson_ratio": machine.poisson}
-    _write(
-        folder / "rigs" / f"{RIG}.yaml",
-        {
-            "name": "ball on disc of a blind test",
-            "source": "drawn at random",
-            "ball_radius_m": machine.ball_radius,
-            "ball_track_radius_m": machine.ball_track,
-            "disc_track_radius_m": machine.disc_track,
-            "ball": body,
-            "disc": body,
-            "ball_roughness_ra_um": machine.roughness * 1e6,
-            "disc_roughness_ra_um": machine.roughness * 1e6,
-            "calibration": {
-                "load_relative": 0.003,
-                "traction_force_relative": 0.003,
-                "speed_relative": 0.0005,
-                "temperature_c": 0.2,
-            },
-        },
-    )
+    rig = {
+        "ball_radius_m": machine.ball_radius,
+        "ball_track_radius_m": machine.ball_track,
+        "disc_track_radius_m": machine.disc_track,
+        "ball": body,
+        "disc": body,
+        "ball_roughness_ra_um": machine.roughness * 1e6,
+        "disc_roughness_ra_um": machine.roughness * 1e6,
+    }
+    _write(folder / "rigs" / f"{RIG}.yaml", fixed["rig"] | rig)
     for key, oil in oils.items():
         intercept, slope = oil.astm_d341
-        _write(
-            folder / "oils" / f"{key}.yaml",
-            {
-                "id": key,
-                "name": f"turbine oil {oil.names[-1]}",
-                "display_name": oil.names[-1],
-                "aliases": list(oil.names),
-                "nominal_kinematic_viscosity_100c_cst": oil.cst_100,
-                "stand_in": False,
-                "note": "drawn at random",
-                "source": "drawn at random",
-                "model": "astm-d341",
-                "coefficients": {
-                    "viscosity_intercept": intercept,
-                    "viscosity_slope": slope,
-                    "pressure_viscosity_exponent": 1.15607,
-                    "pressure_viscosity_offset": 17.496,
-                },
-                "density_kg_m3": [[298.15, oil.density], [423.15, oil.density]],
-                "specific_heat_j_kgk": [[298.15, 2000.0], [423.15, 2000.0]],
-                "thermal_conductivity_w_mk": [[298.15, 0.15], [423.15, 0.15]],
+        constants = {"density_kg_m3": oil.density, **_HEAT}
+        drawn = {
+            "id": key,
+            "name": f"turbine oil {oil.names[-1]}",
+            "display_name": oil.names[-1],
+            "aliases": list(oil.names),
+            "nominal_kinematic_viscosity_100c_cst": oil.cst_100,
+            "coefficients": {
+                "viscosity_intercept": intercept,
+                "viscosity_slope": slope,
+                "pressure_viscosity_exponent": 1.15607,
+                "pressure_viscosity_offset": 17.496,
             },
-        )
+            # at 25 and at 150 degC
+            **{name: [[298.15, each], [423.15, each]] for name, each in constants.items()},
+        }
+        _write(folder / "oils" / f"{key}.yaml", fixed["oil"] | drawn)
 
 
 def _write(path: Path, values: dict) -> None:

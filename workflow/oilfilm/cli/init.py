@@ -3,7 +3,7 @@
 import argparse
 import shutil
 import sys
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -48,18 +48,11 @@ class NewProject:
 
 def run(options: argparse.Namespace) -> int:
     """Write the folder, say what was found and what is to fill in; 1 if a log cannot be read."""
-    made = make_project(options.folder, options.logs, options.campaign, _progress)
+    made = make_project(options.folder, options.logs, options.campaign)
     print("\n".join(map(printable, _report(made, str(options.folder)))))
     given = {path.name for path in options.logs}
     stopped = [*made.found.logs, *(log for log in made.no_logs if log.file in given)]
     return int(any(log.problem for log in stopped))
-
-
-def _progress(read: int, count: int) -> None:
-    """One line at a terminal, because hundreds of logs take a minute; cleared at the end."""
-    if sys.stderr.isatty():
-        text = f"{read} of {count} logs read" if read < count else ""
-        print(f"\r\x1b[K{text}", end="", file=sys.stderr, flush=True)
 
 
 def _report(made: NewProject, folder: str) -> Iterator[str]:
@@ -83,19 +76,13 @@ def _report(made: NewProject, folder: str) -> Iterator[str]:
     yield f"{then}: cd {quote(folder)}; {first}oilfilm check data/raw/{made.campaign}; oilfilm run"
 
 
-def make_project(
-    folder: Path,
-    given: Sequence[Path],
-    campaign: str | None = None,
-    progress: Callable[[int, int], None] = lambda read, count: None,
-) -> NewProject:
+def make_project(folder: Path, given: Sequence[Path], campaign: str | None = None) -> NewProject:
     """Write a project folder for logs, which are copied into it; nothing that exists is changed.
 
     Args:
         folder: The folder; it must not exist, or be empty.
         given: Logs, and folders of logs.
         campaign: Name of the campaign; that of the folder if not given.
-        progress: Called before each log and at the end, with the number of those read and of all.
 
     Raises:
         OilfilmError: The folder is not empty, the name cannot be one, or no log can be read.
@@ -106,17 +93,17 @@ def make_project(
             f"{folder}: exists already and is not empty. Name a new or an empty folder."
         )
     logs, sheet = _gathered(given)
-    found, no_logs = _sniffed(logs, progress)
-    texts = {**_texts(name, found), _PROFILE: (HOME / _PROFILE).read_text("utf-8")}
-    copies = {page: page for page in _PAGES}
-    # beside the settings, where editors find them
-    copies |= {
-        f"config/schemas/{k}.schema.json": f"workflow/schemas/{k}.schema.json" for k in _KINDS
-    }
-    texts |= {file: (HOME / source).read_text("utf-8") for file, source in copies.items()}
+    found, no_logs = _sniffed(logs)
     raw = f"data/raw/{name}"
+    own = _texts(name, found)
     if sheet is None:
-        texts[f"{raw}/runs.csv"] = stubs.run_sheet(found)
+        own[f"{raw}/runs.csv"] = stubs.run_sheet(found)
+    copies = {page: page for page in _PAGES} | {
+        # beside the settings, where editors find them
+        f"config/schemas/{kind}.schema.json": f"workflow/schemas/{kind}.schema.json"
+        for kind in _KINDS
+    }
+    texts = own | {file: (HOME / source).read_text("utf-8") for file, source in copies.items()}
     for file, text in texts.items():
         (folder / file).parent.mkdir(parents=True, exist_ok=True)
         # a mark at its beginning, so that spreadsheets read umlauts
@@ -131,18 +118,15 @@ def make_project(
     def marked(mark: str) -> Marked:
         return [
             (file, number, line)
-            for file, text in texts.items()
+            for file, text in own.items()
             for number, line in enumerate(text.splitlines(), start=1)
-            if mark in line and file not in copies
+            if mark in line
         ]
 
-    written = [file for file in texts if file not in copies]
-    return NewProject(name, found, no_logs, written, marked(stubs.FILL_IN), marked(stubs.FOR_FILM))
+    return NewProject(name, found, no_logs, [*own], marked(stubs.FILL_IN), marked(stubs.FOR_FILM))
 
 
-def _sniffed(
-    logs: dict[str, Path], progress: Callable[[int, int], None]
-) -> tuple[Findings, list[Sniffed]]:
+def _sniffed(logs: dict[str, Path]) -> tuple[Findings, list[Sniffed]]:
     """What the logs hold, and the files that are no logs.
 
     Raises:
@@ -153,12 +137,14 @@ def _sniffed(
         source: settings.with_changes({"campaign": {"semantics": {"zero": source}}})
         for source in BEST_FIRST
     }
+    zero = partial(zero_source, settings_by_source=by_source)
     sniffed: list[Sniffed] = []
-    for file, path in logs.items():
-        progress(len(sniffed), len(logs))
-        zero = partial(zero_source, settings_by_source=by_source)
+    for number, (file, path) in enumerate(logs.items(), start=1):
+        # one line at a terminal, because hundreds of logs take a minute; cleared at the end
+        if sys.stderr.isatty():
+            end = f"{number} of {len(logs)} logs" if number < len(logs) else ""
+            print(f"\r\x1b[K{end}", end="", file=sys.stderr, flush=True)
         sniffed.append(sniff(file, read_bytes(path), zero))
-    progress(len(logs), len(logs))
     found = Findings([log for log in sniffed if log.is_log])
     if sniffed and not found.named:
         problems = "\n".join(f"  {log.file}: {log.problem}" for log in sniffed)
@@ -201,6 +187,7 @@ def _texts(name: str, found: Findings) -> dict[str, str]:
         "Snakefile": stubs.template("Snakefile"),
         "config/config.yaml": stubs.template("config.yaml.jinja", name=name),
         f"config/campaigns/{name}.yaml": stubs.campaign_yaml(name, found),
+        _PROFILE: (HOME / _PROFILE).read_text("utf-8"),
     }
     for rig in found.rigs:
         if rig not in shipped("rigs").values():

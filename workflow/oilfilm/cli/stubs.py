@@ -30,8 +30,6 @@ _ZEROS = {
     None: f"{FILL_IN}: {{which}} have neither pure rolling nor standstill; already_removed if the "
     "logger took the zero of the force off",
 }
-# So many ways of writing logs are listed; the others are counted.
-_FORMS_LISTED = 8
 
 Line = tuple[str, object, str]
 
@@ -81,17 +79,14 @@ def campaign_yaml(name: str, found: Findings) -> str:
 def summary(found: Findings) -> Iterator[str]:
     """How the logs are written and what they cover, one line for each way of writing."""
     forms = Counter((log.format, log.form) for log in found.logs).most_common()
-    for (name, form), count in forms[:_FORMS_LISTED]:
+    for (name, form), count in forms:
         words = [name, *([form.encoding] if form.encoding else [])]
         if form.delimiter:
             words += [f"delimiter {form.delimiter}", f"decimal {form.decimal_mark}"]
         yield f"{count} {'log' if count == 1 else 'logs'}: {', '.join(words)}"
-    if others := sum(count for _, count in forms[_FORMS_LISTED:]):
-        yield f"{others} logs that are written in other ways"
     for log in found.logs:
         if log.problem:
             yield f"{log.file} could not be read: {log.problem}"
-        yield from dict.fromkeys(f"{log.file}: {run.doubt}" for run in log.runs if run.doubt)
 
 
 def rig_of(name: str) -> Rig:
@@ -109,11 +104,11 @@ def _columns(found: Findings) -> Iterator[Line]:
         if quantity in found.doubtful:
             choice = ", ".join(found.doubtful[quantity]) or "no column is left"
             sentence = f"{FILL_IN}: the name of the column; perhaps {choice}"
-            yield quantity, _Blank({"name": names}), sentence
+            yield quantity, {"name": names}, sentence
         elif names and unknown:
             units = " or ".join(VOCABULARY.quantities[quantity])
             sentence = f"{FILL_IN}: the unit, such as {units}; the logs do not say it"
-            yield quantity, _Blank({"name": names, "unit": None}), sentence
+            yield quantity, {"name": names, "unit": None}, sentence
         elif names:
             yield quantity, {"name": names, **({"unit": unit} if unit else {})}, "guess"
 
@@ -153,7 +148,7 @@ def oil_yaml(oil: str, found: Findings) -> str:
         key, _, rest = line.partition(":")
         given = {"id": oil, "name": label, "display_name": label}
         if key in given:
-            lines.append(_line(key, _Quoted(given[key])))
+            lines.append(_line(key, given[key]))
         elif key in ("note", "source"):
             lines.append(_line(key, "not documented yet", rest.strip()))
         elif key.strip().startswith(numbers):
@@ -182,40 +177,26 @@ def _rows(log: Sniffed, found: Findings) -> Iterator[dict[str, object]]:
         row |= {"oil": ""} if found.unnamed_oil else {}
         # the rows of a table of mu are settled readings, which such a table does not say
         row |= {"log_kind": "steps"} if run.settled and not run.log_kind else {}
-        remarks = [run.doubt] if run.doubt else []
-        if set(given) - run.lines.keys():
-            remarks.append("guess: set points are medians of the log")
+        remarks = ["guess: set points are medians of the log"] if given.keys() - run.lines else []
         if found.unnamed_oil and not run.oil:
             remarks.append("FILL IN: the oil")
         yield {**row, "remarks": ". ".join(remarks)}
 
 
-class _Blank(dict[str, object]):
-    """A group in which None is written as nothing, to be filled in."""
-
-
-class _Quoted(str):
-    """Text that is written in quotes, because it may look like a number."""
-
-
 def _line(key: str, value: object, comment: str = "") -> str:
     """A line of YAML; None is written as nothing, to be filled in."""
-    text = "" if value is None else _flow(value)
-    line = f"{key}: {text}".rstrip()
-    if not comment:
-        return line
+    line = f"{key}: {_flow(value)}".rstrip()
     comment = printable(comment.removeprefix("# "))
-    return f"{line.ljust(_WIDTH)}  # {comment}"
+    return f"{line.ljust(_WIDTH)}  # {comment}" if comment else line
 
 
 def _flow(value: object) -> str:
-    """A value on one line, as YAML reads it back; nothing for what is to be filled in."""
-    if isinstance(value, _Blank):
-        parts = (f"{name}: {'' if each is None else _flow(each)}" for name, each in value.items())
-        return f"{{{', '.join(parts)}}}"
-    style = '"' if isinstance(value, _Quoted) else None
-    plain = str(value) if isinstance(value, _Quoted) else value
-    text = yaml.safe_dump(
-        plain, default_flow_style=True, default_style=style, allow_unicode=True, width=np.inf
-    )
+    """A value on one line, as YAML reads it back."""
+    if isinstance(value, dict):
+        return (
+            "{" + ", ".join(f"{_flow(name)}: {_flow(each)}" for name, each in value.items()) + "}"
+        )
+    if value is None:
+        return ""
+    text = yaml.safe_dump(value, default_flow_style=True, allow_unicode=True, width=np.inf)
     return text.removesuffix("\n").removesuffix("\n...")

@@ -218,12 +218,16 @@ _MARKS = {",": "comma", ";": "semicolon", "\t": "tab", "|": "bar", " ": "blanks"
 
 @dataclass(frozen=True)
 class Reading:
-    """Everything found in one raw file; `rows` counts its data rows, good and bad."""
+    """Everything found in one raw file; `rows` counts its data rows, good and bad.
+
+    `unpacked_sha256` is that of what is inside a packed file; empty where the file is not packed.
+    """
 
     rows: int
     runs: list[LoggedRun] = field(default_factory=list)
     refusals: list[Refusal] = field(default_factory=list)
     form: TextForm = NO_TEXT
+    unpacked_sha256: str = ""
 
 
 def samples_of_run(row: IndexArray, **given: FloatArray) -> Columns:

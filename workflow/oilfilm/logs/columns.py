@@ -41,8 +41,6 @@ _LARGEST_TIME = 1e13
 _ROWS_OF_RATE, _BLOCKS_OF_RATE, _RATIO_OF_RATES = 50, 2, 1.5
 # So many of the rows are no slips of single rows.
 _MANY_ROWS = 0.05
-# With a decimal mark of the other kind elsewhere in the log.
-_DOUBTFUL = re.compile(r"[-+]?[1-9]\d{0,2}(?:\.\d{3})+|[-+]?[1-9]\d{0,2}(?:,\d{3})+")
 ROWS_ADVICE = "Look at these rows of the raw log; the rows around them are used."
 Values = npt.NDArray[Any]
 
@@ -144,15 +142,17 @@ def _read_table(
     used, logged = _numbers(table, columns)
     values, good = _converted(used, logged)
     rows = np.arange(first_row, first_row + table.rows)
-    flaw, refusals = table.flaw, []
-    if table.cut:
-        good[-1] = True
-    for first, last in as_ranges(rows[~good]):
-        refusals.append(_unreadable(table, logged, first, last, first - first_row))
+    # a last row without a line end is refused as such
+    whole = slice(table.rows - bool(table.cut))
+    refusals = [
+        _unreadable(table, logged, first, last, first - first_row)
+        for first, last in as_ranges(rows[whole][~good[whole]])
+    ]
+    flaw = table.flaw
     if table.broken is not None:
         contradiction = "the row contradicts itself: speeds, slip, forces, coefficient disagree"
         advice = "Look at these rows: a sensor or the export has failed there."
-        broken = rows[good & table.broken]
+        broken = rows[whole][(good & table.broken)[whole]]
         refusals += refused_ranges("", broken, "identity_broken", contradiction, advice)
         good &= ~table.broken
     if table.cut:
@@ -185,18 +185,12 @@ def _unreadable(
     table: LoggedTable, logged: Sequence[FloatArray], first: int, last: int, index: int
 ) -> Refusal:
     """Rows refused for a cell; the first of them, at some index of the table, is shown."""
-    seen, advice = ", ".join(f"{numbers[index]:g}" for numbers in logged), ROWS_ADVICE
-    if table.show:
-        seen = table.show(index)
-        doubtful = next(filter(_DOUBTFUL.fullmatch, re.split(r"[;\t| ]", seen)), None)
-        if doubtful is not None:
-            advice = f"{doubtful!r} may be a number of thousands: export without marks in it."
-    return Refusal(
-        "unreadable_row",
+    seen = table.show(index) if table.show else ", ".join(f"{each[index]:g}" for each in logged)
+    reason = (
         f"rows {first} to {last}: cells are missing, too many, not numbers or absurdly large; row "
-        f"{first} reads {seen[:80]!r}",
-        advice,
-    ).of_rows("", first, last)
+        f"{first} reads {seen[:80]!r}"
+    )
+    return Refusal("unreadable_row", reason, ROWS_ADVICE).of_rows("", first, last)
 
 
 def _cut_row(table: LoggedTable, row: int) -> tuple[Refusal, Flaw | None]:

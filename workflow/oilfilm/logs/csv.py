@@ -12,18 +12,17 @@ from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
-from itertools import pairwise, zip_longest
+from itertools import zip_longest
 
-from oilfilm.logs.base import Names, TextForm, UnreadableLogError, check_rows
+from oilfilm.logs.base import TextForm, UnreadableLogError, check_rows
 from oilfilm.logs.columns import Found, LoggedTable
 from oilfilm.logs.encoding import (
     HEAD_SEARCHED,
-    best_encoding,
     count_rows,
     encodings_of,
     normalise,
 )
-from oilfilm.logs.header import FULL_WIDTH, apart
+from oilfilm.logs.header import FULL_WIDTH
 from oilfilm.logs.instants import is_date, is_stamp
 from oilfilm.logs.log_kind import Vocabulary
 from oilfilm.logs.text_rows import TextTable
@@ -42,7 +41,8 @@ _OUTER_BLANKS = re.compile(rb"^[ \t]+|[ \t]+$", re.MULTILINE)
 _CLOCK_OR_DATE = re.compile(r"\d[:/]\d")
 # A number in groups of thousands, with a decimal mark behind them.
 _GROUPED = re.compile(r"[-+]?\d{1,3}(?:([.,])\d{3})(?:\1\d{3})*(?!\1)[.,]\d+")
-# Where blanks part the columns: words of a name, columns, rows below the names.
+# Words of a name and columns, where blanks part the columns; lines in which a better one is looked
+# for, or rows.
 _LONGEST_UNIT = 8
 _LONGEST_NAME, _FEWEST_COLUMNS, _ROWS_SEARCHED = 5, 3, 20
 
@@ -81,15 +81,7 @@ def recognises(head: bytes) -> bool:
 
 def tables(content: bytes, vocabulary: Vocabulary) -> Found:
     """See `Reader.tables`."""
-
-    def fitting(head: bytes) -> tuple[int, int]:
-        try:
-            found = _find_head(head, vocabulary)
-        except ValueError:
-            return 0, 0
-        return vocabulary.score(found.names, found.units)
-
-    encoding = best_encoding(content, fitting)
+    encoding = encodings_of(content)[0]
     text = normalise(content, encoding)
     rows = max(count_rows(text) - 1, 0)  # one of the lines may be that of the names
     check_rows(rows)
@@ -202,12 +194,17 @@ def _line_of_names(lines: Sequence[str], vocabulary: Vocabulary) -> tuple[int, s
 
     # some programs write the names as a comment: looked for where there is no better line
     for mark in ("", "#"):
+        best, found = 1, None
         for number, line in enumerate(lines):
+            if found and number > found[0] + _ROWS_SEARCHED:
+                break
             if line.lstrip().startswith("#") == bool(mark):
                 for delimiter in _DELIMITERS:
                     names = _split(line.lstrip("# \t") if mark else line, delimiter)
-                    if known(names) >= 2:
-                        return number, delimiter, names
+                    if len(names) > best and not _is_number(names[0]) and known(names) > best:
+                        best, found = known(names), (number, delimiter, names)
+        if found is not None:
+            return found
     unequal = ""
     for number, line in enumerate(lines):
         width = _width_of_rows(lines[number + 1 : number + 1 + _ROWS_SEARCHED])
@@ -237,7 +234,8 @@ def _width_of_rows(lines: Sequence[str]) -> int:
 
 
 def _blank_parted(line: str, vocabulary: Vocabulary) -> Iterator[list[str]]:
-    """Names that blanks part: by two at least, or by one and known as a whole."""
+    """Names that blanks part: each word one, by two at least, or by one and known as a whole."""
+    yield line.split()
     yield [name for name in re.split(r"\s{2,}|\t", line.strip()) if name]
     words, names = line.split(), []
     first = 0
@@ -259,45 +257,15 @@ def _split(line: str, delimiter: str) -> list[str]:
     return [cell.strip() for cell in cells]
 
 
-def possible_names(content: bytes) -> Iterator[Names]:
-    """The cells of each line near the top of a text log, by each encoding and delimiter.
-
-    The unit of a cell is in brackets at its end, or in the line below; that of a time stamp is s.
-    """
-    for lines in _heads(content):
-        for line, below in pairwise([*lines, ""]):
-            parted = [mark for mark in _DELIMITERS if line.count(mark) >= _FEWEST_COLUMNS - 1]
-            # names may have blanks in them
-            for delimiter in parted or [_BLANKS]:
-                names = _split(line, delimiter)
-                if len(names) >= _FEWEST_COLUMNS and not any(map(_is_number, names)):
-                    yield [*zip(names, _units_of(names, _split(below, delimiter)), strict=True)]
-
-
 def may_be_table(content: bytes) -> bool:
     """Whether some line near the top of a text is a row of numbers for the most part."""
+    text = normalise(content[:HEAD_SEARCHED]).decode("utf-8", "replace")
     return any(
         _FEWEST_COLUMNS <= numbers and len(cells) <= 2 * numbers
-        for line in next(_heads(content))
+        for line in text.split("\n", _LINES_SEARCHED)[:_LINES_SEARCHED]
         for delimiter in (*_DELIMITERS, _BLANKS)
-        if (numbers := sum(map(_is_number, cells := _split(line, delimiter))))
+        if (numbers := sum(map(_is_number, cells := _split(line.lstrip("# \t"), delimiter))))
     )
-
-
-def _heads(content: bytes) -> Iterator[list[str]]:
-    """The lines near the top of a text, by each encoding that it may have."""
-    for encoding in encodings_of(content):
-        text = normalise(content[:HEAD_SEARCHED], encoding).decode("utf-8", "replace")
-        lines = text.translate(FULL_WIDTH).split("\n", _LINES_SEARCHED)[:_LINES_SEARCHED]
-        yield [line.lstrip("# \t") for line in lines]
-
-
-def _units_of(names: Sequence[str], below: Sequence[str]) -> Iterator[str]:
-    """The unit of each name, from itself or from the cells of the line below."""
-    are_units = len(below) == len(names) and not any(map(_is_number, below))
-    for name, cell in zip_longest(names, below[: len(names)], fillvalue=""):
-        stamp = "s" if is_stamp(cell) else ""
-        yield apart(name)[1] or stamp or (_bare(cell) if are_units else "")
 
 
 def _plain_cells(body: bytes, head: _Head, start: int) -> tuple[bytes, str, int]:

@@ -4,7 +4,7 @@ Decides: in which encoding a text log is read.
 """
 
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from itertools import islice
 
 import numpy as np
@@ -21,21 +21,6 @@ _UTF16_MARKS = (b"\xff\xfe", b"\xfe\xff")
 _RUNS_SEARCHED = 10_000
 # Nearly all Chinese characters in use are in level 1 of GB 2312, whose first bytes are below.
 _LEVEL_2 = 0xD8
-
-
-def best_encoding(content: bytes, known: Callable[[bytes], tuple[int, ...]]) -> str:
-    """Of the encodings that a text may have, the one in which most of its head is known.
-
-    Args:
-        content: The file's bytes.
-        known: Counts of what is known in a head, as `normalise` gives it.
-    """
-    encodings = encodings_of(content)
-    if len(encodings) == 1:
-        return encodings[0]
-    head = content[:HEAD_SEARCHED]
-    # the first of equals is the most likely one
-    return max(encodings, key=lambda encoding: known(normalise(head, encoding)))
 
 
 def encodings_of(content: bytes) -> list[str]:

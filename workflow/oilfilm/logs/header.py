@@ -11,7 +11,7 @@ from functools import lru_cache
 from oilfilm.logs.base import LOADS, Refusal, decimal_number
 from oilfilm.settings.base import plain_key
 from oilfilm.settings.resolved import Settings
-from oilfilm.units import Conversion, conversion
+from oilfilm.units import Conversion, possible_conversion
 
 FORMAT_ADVICE = "data/raw/README.md describes the format."
 
@@ -26,7 +26,7 @@ SET_POINT_UNITS = {
 }
 # Units as `plain_key` leaves them.
 UNITS = {
-    **{unit.lower(): unit for unit in ("GPa", "MPa", "Pa", "N", "kN", "gf", "kgf", "lbf", "K")},
+    **{unit.lower(): unit for unit in "GPa MPa Pa N daN kN gf kgf lbf K".split()},
     **{"m_s": "m/s", "m/s": "m/s", "mm_s": "mm/s", "mm/s": "mm/s"},
     **dict.fromkeys(("c", "degc", "\N{DEGREE SIGN}c"), "degC"),
     **dict.fromkeys(("f", "degf", "\N{DEGREE SIGN}f"), "degF"),
@@ -44,17 +44,18 @@ _OIL_KEYS = frozenset(
 _OIL_WORDS = frozenset("name id type test tested code no number".split())
 
 
-def apart(name: str) -> tuple[str, str | None]:
-    """A name and the unit in brackets at its end; None where there are none.
+def apart(name: str) -> tuple[str, str]:
+    """A name and the unit in brackets at its end; empty where there are none.
 
     No regular expression: names come out of files, and one of many brackets would take hours.
     """
+    name = name.translate(FULL_WIDTH)
     if not name.endswith(("]", ")")):
-        return name, None
+        return name, ""
     inside = 1 + max(name.rfind(mark, 0, -1) for mark in "])")
     brackets = [name.find(mark, inside) for mark in "[(" if mark in name[inside:]]
     if not brackets:
-        return name, None
+        return name, ""
     return name[: min(brackets)].rstrip(" \t_"), name[min(brackets) + 1 : -1]
 
 
@@ -70,7 +71,7 @@ def named_keys(logged: Mapping[str, str], settings: Settings) -> dict[str, str]:
     names = listed_names(settings)
     keys: dict[str, str] = {}
     for own, written in logged.items():
-        key, text = _meaning(own, written, names)
+        key, text = meaning(own, written, names)
         if key == "oil":
             text = oil_id(text, settings)
         keys[key] = text if keys.get(key, text) == text else f"{keys[key]} / {text}"
@@ -83,67 +84,71 @@ def listed_names(settings: Settings) -> dict[str, str]:
 
 
 def header_keys(logged: Mapping[str, str], settings: Settings) -> dict[str, str]:
-    """The same; a log of the only oil of a campaign need not name it."""
+    """The same; a log of the only oil or rig of a campaign need not name it."""
     keys = named_keys(logged, settings)
+    if len(settings.rigs) == 1:
+        keys.setdefault("rig", next(iter(settings.rigs)))
     like = oil_key(keys)
     if len(settings.oils) == 1 and (like is None or oil_id(keys[like], settings) in settings.oils):
         keys.setdefault("oil", next(iter(settings.oils)))
     return keys
 
 
-def _meaning(own: str, text: str, names: Mapping[str, str]) -> tuple[str, str]:
-    """Key of the project and text of a header line; the number of a set point in the key's unit."""
-    name, unit = set_point_key(own, names) or ("", "")
+def meaning(own: str, text: str, names: Mapping[str, str]) -> tuple[str, str]:
+    """Key of the project and text of a header line; the number of a set point in the key's unit.
+
+    Args:
+        own: The key of the log, as `plain_key` makes it.
+        text: The text of the line.
+        names: As `listed_names` gives them.
+    """
+    name, unit = _set_point(own, names)
     # without a unit `load` may be anything
     if unit or to_set_point(name, number_and_unit(text)[1]):
+        # the load has one set point, as force or as pressure
+        if name == "load_n" and to_set_point("max_hertz_pressure_gpa", unit):
+            name = "max_hertz_pressure_gpa"
         return name, _in_unit_of(name, text, unit)
     return names.get(own, names.get(apart(own)[0], own)), text
 
 
-def set_point_key(own: str, names: Mapping[str, str]) -> tuple[str, str] | None:
+def _set_point(own: str, names: Mapping[str, str]) -> tuple[str, str]:
     """Set point that a name gives, and its unit: in brackets, in the name, or empty.
 
-    Args:
-        own: The name as `plain_key` makes it.
-        names: Keys by the names that a campaign lists, which are in the unit of the key.
+    What the campaign lists under a name, and what has the key's own, is in the unit of the key.
     """
     bare, written = apart(own)
-    unit = UNITS.get(written or "", written)
+    unit = UNITS.get(written, written)
     for key, (quantity, usual) in SET_POINT_UNITS.items():
         tail = own.removeprefix(f"{quantity}_")
         if names.get(own) == key or own == key:
             # brackets may be a part of a name that the campaign file lists
             return key, unit if unit and to_set_point(key, unit) else usual
-        if names.get(bare) == key:
+        if key in (bare, names.get(bare)):
             return key, unit or usual
-        if tail != own and to_set_point(key, tail):
+        if tail != own and tail in UNITS and to_set_point(key, tail):
             return key, UNITS[tail]
         if bare == quantity:
-            return key, unit or ""
-    return None
+            return key, unit
+    return "", ""
 
 
 def to_set_point(name: str, unit: str) -> Conversion | None:
     """How a unit, in whatever letters, becomes that of a set point; None where it cannot."""
-    try:
-        return conversion(UNITS[plain_key(unit)], (SET_POINT_UNITS[name][1],))
-    except (KeyError, ValueError):
-        return None
+    written = UNITS.get(plain_key(unit), unit)
+    return possible_conversion(written, (SET_POINT_UNITS[name][1],)) if name and written else None
 
 
 def _in_unit_of(name: str, text: str, unit: str) -> str:
     """The number of a set point in its unit; the text where it is no number in a unit of it."""
-    digits, own_unit = number_and_unit(text)
-    given = own_unit or unit
-    if not digits or not given:
-        return text
-    to = to_set_point(name, given)
+    digits, behind = number_and_unit(text)
+    to = to_set_point(name, behind or unit)
     try:
         value = decimal_number(digits)
     except ValueError:
-        to = None
+        return text
     if to is None:
-        return text if own_unit else f"{text} {unit}"
+        return text if behind else f"{text} {unit}"
     # with the rounding of a conversion, 80 N and 0.08 kN would be two values
     plain = text == digits and (to.scale, to.offset) == (1, 0)
     return text if plain else f"{to.scale * value + to.offset:.12g}"
@@ -174,20 +179,26 @@ def oil_key(keys: Mapping[str, str]) -> str | None:
 def misspelt_key(keys: Mapping[str, str], settings: Settings) -> Refusal | None:
     """A key that nearly is that of a set point which neither the log nor the campaign has."""
     given = keys.keys() | settings.campaign.set_points.model_dump(exclude_none=True).keys()
-    meant = {"oil": [], **{name: [name, of] for name, (of, _) in SET_POINT_UNITS.items()}}
-    for name, listed in settings.campaign.header.items():
-        if name in meant:
-            meant[name] += map(plain_key, listed or ())
-    for name, words in meant.items():
+    names = {word: key for key, (of, _) in SET_POINT_UNITS.items() for word in (key, of)}
+    names |= {
+        word: key
+        for word, key in listed_names(settings).items()
+        if key in ("oil", *SET_POINT_UNITS)
+    }
+    for word, name in names.items():
         # the load has one set point, as force or as pressure
         if name != "oil" and given & (LOADS if name in LOADS else {name}):
             continue
         for key, text in keys.items():
-            near = (word for word in words if _is_slip_of_the_pen(apart(key)[0], word))
-            if word := next(near, None):
-                return _unknown_key(key, f"did you mean {word!r}?")
-            if name != "oil" and key == words[1] and number_and_unit(text)[0]:
-                return _unknown_key(key, f"it has no unit; did you mean {name!r}?")
+            unitless = key == word and number_and_unit(text)[0]
+            if unitless or _is_slip_of_the_pen(apart(key)[0], word):
+                return Refusal(
+                    "unknown_header_key",
+                    f"the header has the unknown key {key[:60]!r}; did you mean "
+                    f"{name if unitless else word!r}?",
+                    "Correct the header, or list the key under `header` of the campaign file. "
+                    f"{FORMAT_ADVICE}",
+                )
     return None
 
 
@@ -206,14 +217,6 @@ def _is_slip_of_the_pen(written: str, meant: str) -> bool:
         return False
     pairs = zip(*words, strict=True)
     return all(SequenceMatcher(None, *pair).ratio() > _ALIKE for pair in pairs)
-
-
-def _unknown_key(key: str, question: str) -> Refusal:
-    return Refusal(
-        "unknown_header_key",
-        f"the header has the unknown key {key[:60]!r}; {question}",
-        f"Correct the header, or list the key under `header` of the campaign file. {FORMAT_ADVICE}",
-    )
 
 
 def oil_problem(keys: Mapping[str, str], settings: Settings) -> Refusal | None:

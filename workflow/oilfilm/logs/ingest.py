@@ -21,7 +21,6 @@ from oilfilm.logs.base import (
     MOST_FOLDED,
     LoggedRun,
     Reading,
-    Refusal,
     TextForm,
     Understood,
     UnreadableLogError,
@@ -33,7 +32,6 @@ from oilfilm.logs.raw_files import LARGEST_LOG
 from oilfilm.logs.registry import BINARY, READERS, recognised_format
 from oilfilm.logs.run_sheet import NO_SHEET, RunSheet, SheetOfLog
 from oilfilm.logs.traction_log import TRACTION
-from oilfilm.physics.rigs import Contact
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables import LARGEST
 from oilfilm.tables.table_file import digests_of_runs
@@ -114,7 +112,7 @@ def ingest_logs(
         read.append(ReadLog(file, reader, reading.form, reading.rows, understood))
         about = {"campaign": settings.campaign.name, "file": file}
         digest = (verified or {}).get(file) or hashlib.sha256(content).hexdigest()
-        digests = {"sha256": digest, "content_sha256": content_digest(content, digest)}
+        digests = {"sha256": digest, "content_sha256": reading.unpacked_sha256 or digest}
         for run in reading.runs:
             other = file_of_run.setdefault(run.run_id, file)
             if other != file:
@@ -123,12 +121,13 @@ def ingest_logs(
                     "already. Rename the file."
                 )
             rows = sum(each.refused_rows for each in reading.refusals if each.run_id == run.run_id)
-            of_run = {**_about_run(run, settings), "reader": reader, "refused_rows": rows}
+            of_run = {**_about_run(run), "reader": reader, "refused_rows": rows}
             of_run |= asdict(reading.form)
             runs.append({**about, **digests, **of_run})
             (keep or logged[run.oil].append)(run)
-        refused += _quarantine_rows(file, reading.refusals, settings)
-    refused += _quarantine_rows(sheet.name, sheet.remarks, settings)
+        refused += [{**about, "stage": "ingest", **asdict(each)} for each in reading.refusals]
+    about = {"campaign": settings.campaign.name, "file": sheet.name, "stage": "ingest"}
+    refused += [{**about, **asdict(remark)} for remark in sheet.remarks]
     return Ingested(
         {oil: _together(of_oil) for oil, of_oil in logged.items()},
         tables.from_rows(runs, "runs"),
@@ -177,13 +176,6 @@ def sample_files(
             write(oil)
 
 
-def _quarantine_rows(
-    file: str, refusals: Iterable[Refusal], settings: Settings
-) -> list[dict[str, Any]]:
-    about = {"campaign": settings.campaign.name, "file": file, "stage": "ingest"}
-    return [{**about, **asdict(refusal)} for refusal in refusals]
-
-
 def read_bytes(path: Path) -> bytes:
     """A file's bytes; of one larger than any log no more than shows that it is.
 
@@ -229,9 +221,9 @@ def _read_log(
 ) -> tuple[str, Reading]:
     name = "none"
     try:
-        content = unpack(content)
-        name = recognised_format(content) or name
-        found = _found(name, content, kind.vocabulary_of(settings.campaign))
+        inside = unpack(content)
+        name = recognised_format(inside) or name
+        found = _found(name, inside, kind.vocabulary_of(settings.campaign))
         reading = _without_absurd(read_tables(found, file, settings, kind, sheet))
         if not reading.runs and not reading.refusals:
             reason = f"the file looks like {name}, but holds no row of data"
@@ -242,7 +234,8 @@ def _read_log(
     refused = sum(refusal.refused_rows for refusal in reading.refusals)
     if kept + refused != reading.rows:
         raise RuntimeError(f"{file}: {reading.rows} rows, but {kept} kept and {refused} refused")
-    return name, reading
+    digest = hashlib.sha256(inside).hexdigest() if inside is not content else ""
+    return name, replace(reading, unpacked_sha256=digest)
 
 
 def _found(name: str, content: bytes, vocabulary: Vocabulary) -> Found:
@@ -297,36 +290,27 @@ def unpack(content: bytes) -> bytes:
     Raises:
         UnreadableLogError: The compressed stream is cut or damaged, or the log is too large.
     """
-    codec, reason = _codec(content), f"the file is larger than {LARGEST_LOG >> 20} MiB"
-    if codec is not None and len(content) <= LARGEST_LOG:
-        # so much any log may unfold to: one of rest alone has the same rows throughout
-        most = min(LARGEST_LOG, max(_UNSUSPICIOUS, MOST_FOLDED * len(content)))
-        reason = f"unpacked the file has more than {most >> 20} MiB, its size times {MOST_FOLDED}"
-        try:
-            with arrow.CompressedInputStream(arrow.BufferReader(content), codec) as stream:
-                content = bytes(stream.read(most + 1))
-        except OSError as error:
-            damage = f"the compressed file cannot be unpacked: {error}"
-            raise UnreadableLogError(damage, _COPY_AGAIN, rule="damaged_archive") from error
-        if len(content) <= most:
-            return content
-        if most == LARGEST_LOG:
-            reason = f"unpacked the file is larger than {LARGEST_LOG >> 20} MiB"
-    elif len(content) <= LARGEST_LOG:
+    if len(content) > LARGEST_LOG:
+        raise _too_large(f"the file is larger than {LARGEST_LOG >> 20} MiB")
+    codec = next((name for mark, name in _COMPRESSED.items() if content.startswith(mark)), None)
+    if codec is None:
         return content
-    raise UnreadableLogError(reason, "Begin a file for each run.", rule="too_large")
-
-
-def content_digest(content: bytes, digest: str) -> str:
-    """sha256 of what a log says, packed or not; where it is not packed, `digest` of its bytes."""
+    # so much any log may unfold to: one of rest alone has the same rows throughout
+    most = min(LARGEST_LOG, max(_UNSUSPICIOUS, MOST_FOLDED * len(content)))
     try:
-        return hashlib.sha256(unpack(content)).hexdigest() if _codec(content) else digest
-    except UnreadableLogError:  # read_log says so
-        return digest
+        with arrow.CompressedInputStream(arrow.BufferReader(content), codec) as stream:
+            inside = bytes(stream.read(most + 1))
+    except OSError as error:
+        damage = f"the compressed file cannot be unpacked: {error}"
+        raise UnreadableLogError(damage, _COPY_AGAIN, rule="damaged_archive") from error
+    if len(inside) > most:
+        times = f", its size times {MOST_FOLDED}" if most < LARGEST_LOG else ""
+        raise _too_large(f"unpacked the file has more than {most >> 20} MiB{times}")
+    return inside
 
 
-def _codec(content: bytes) -> str | None:
-    return next((name for mark, name in _COMPRESSED.items() if content.startswith(mark)), None)
+def _too_large(reason: str) -> UnreadableLogError:
+    return UnreadableLogError(reason, "Begin a file for each run.", rule="too_large")
 
 
 def _what_it_seems(head: bytes) -> str:
@@ -340,19 +324,16 @@ def _what_it_seems(head: bytes) -> str:
     return f"is not text; its first bytes are {head[:8].hex(' ')} (hexadecimal)"
 
 
-def _about_run(run: LoggedRun, settings: Settings) -> dict[str, Any]:
-    nominal = asdict(run.nominal)
-    contact: Contact | None = settings.rigs[run.rig].contact() if run.rig in settings.rigs else None
-    pressure = run.nominal.max_hertz_pressure_gpa
-    if contact is not None and run.nominal.load_n is None and pressure is not None:
-        nominal["load_n"] = float(contact.load_n(pressure))
+def _about_run(run: LoggedRun) -> dict[str, Any]:
     return {
         "run_id": run.run_id,
         "oil": run.oil,
         "rig": run.rig,
         "log_kind": run.kind,
         "label": printable(run.label)[:_LONGEST_LABEL],
-        **{f"nominal_{key}": math.nan if x is None else x for key, x in nominal.items()},
+        **{
+            f"nominal_{key}": math.nan if x is None else x for key, x in asdict(run.nominal).items()
+        },
         "samples": len(run),
         "plateaus": 0,
         "accepted_points": 0,

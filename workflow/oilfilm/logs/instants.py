@@ -21,8 +21,6 @@ _STAMP = re.compile(rf"(?:{_DATE}(?:T|\s+))?{_CLOCK}{_ZONE}")
 _DAY = re.compile(_DATE)
 _DAY_S = 86_400.0
 _HOUR_S = 3_600.0
-# Countries change to and from daylight saving at a weekend of these months.
-_SHIFTS = {3, 4, 9, 10, 11}
 
 
 def is_stamp(cell: str) -> bool:
@@ -38,9 +36,7 @@ def is_date(cell: str) -> bool:
 def seconds(stamps: "pd.Series[str]", dates: "pd.Series[str] | None" = None) -> FloatArray:
     """Seconds since the first time stamp; NaN where a cell holds none.
 
-    A time of day without a date that falls by more than half a day is of the next day. Local time
-    without an offset that jumps by an hour at a full hour, at a weekend of spring or autumn, has
-    changed to or from daylight saving: the jump is taken out, because the rig went on.
+    A time of day without a date that falls by more than half a day is of the next day.
 
     Args:
         stamps: Cells of the time column.
@@ -64,37 +60,12 @@ def seconds(stamps: "pd.Series[str]", dates: "pd.Series[str] | None" = None) -> 
         # counted from the first day, because the seconds of centuries leave too few digits
         time += (day - np.nanmin(day)) * _DAY_S
     known = np.flatnonzero(np.isfinite(time))
-    if not len(known):
-        return time
-    time[known] = _unbroken(time[known] - time[known[0]], clock[known], day[known], parts["zone"])
+    if len(known):
+        time -= time[known[0]]
+        if not dated:
+            steps = np.diff(time[known], prepend=0.0)
+            time[known] += _DAY_S * np.cumsum(steps < -_DAY_S / 2)
     return time
-
-
-def _unbroken(
-    time: FloatArray, clock: FloatArray, day: FloatArray, zones: "pd.Series[str]"
-) -> FloatArray:
-    """Times without the jumps of a clock that starts again at midnight or is put by an hour."""
-    steps = np.diff(time, prepend=0.0)
-    if not np.isfinite(day).any():
-        return time + _DAY_S * np.cumsum(steps < -_DAY_S / 2)
-    if zones.notna().any():
-        return time
-    usual = np.quantile(np.abs(steps[1:]), 0.5, method="lower") if len(steps) > 1 else 0.0
-    jumps = np.round((steps - usual) / _HOUR_S)
-    put = (
-        (np.abs(jumps) == 1)
-        & (np.abs(steps - usual - jumps * _HOUR_S) <= 2 * usual)
-        & (clock % _HOUR_S <= 2 * usual)
-    )
-    put &= np.array([bool(at) and _may_shift(of_day) for at, of_day in zip(put, day, strict=True)])
-    return time - _HOUR_S * np.cumsum(jumps * put)
-
-
-def _may_shift(day: float) -> bool:
-    """Whether a day is one of those on which countries put their clocks."""
-    of_day = date.fromordinal(int(day)) if np.isfinite(day) else None
-    # Friday to Sunday
-    return of_day is not None and of_day.month in _SHIFTS and of_day.weekday() >= 4
 
 
 def _by_text(texts: "pd.Series[str]", number: Callable[[str], float]) -> FloatArray:

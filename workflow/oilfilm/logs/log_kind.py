@@ -22,7 +22,7 @@ from oilfilm.settings import campaign as campaign_file
 from oilfilm.settings.base import plain_key
 from oilfilm.settings.campaign import Campaign
 from oilfilm.settings.resolved import Settings
-from oilfilm.units import Conversion, FloatArray, conversion
+from oilfilm.units import Conversion, FloatArray, conversion, possible_conversion
 
 Renamed = Mapping[str, campaign_file.Column]
 
@@ -85,15 +85,11 @@ class Vocabulary:
 
     def fits(self, quantity: str, unit: str) -> bool:
         """True where a quantity can be given in that unit."""
-        try:
-            conversion(unit, self.quantities[quantity])
-        except ValueError:
-            return False
-        return True
+        return possible_conversion(unit, self.quantities[quantity]) is not None
 
     def meaning(self, name: str) -> tuple[str, str | None] | None:
         """Quantity and unit (None where something else must give it) of a column's name."""
-        bare, unit = apart(name.translate(FULL_WIDTH))
+        bare, unit = apart(name)
         for quantity, given in self.renamed.items():
             if _is_listed(name, given):
                 return quantity, given.unit or unit
@@ -175,7 +171,7 @@ class Vocabulary:
                 to = conversion(unit, self.quantities[quantity])
             except ValueError as error:
                 raise ValueError(f"the column {name[:60]!r}: {error}") from error
-            own = units[index] or apart(name.translate(FULL_WIDTH))[1] or unit
+            own = units[index] or apart(name)[1] or unit
             if self.fits(quantity, own) and conversion(own, self.quantities[quantity]) != to:
                 raise ValueError(
                     f"the column {name[:60]!r} is in {own!r} by the log itself and in {unit!r} by "

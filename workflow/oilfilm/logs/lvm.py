@@ -5,14 +5,13 @@ Each segment is a run.
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
 
 from oilfilm.logs.base import Flaw, Refusal, TextForm, UnreadableLogError, check_lines
 from oilfilm.logs.columns import Found, LoggedTable
-from oilfilm.logs.encoding import best_encoding, normalise
+from oilfilm.logs.encoding import encodings_of, normalise
 from oilfilm.logs.header import FORMAT_ADVICE
 from oilfilm.logs.log_kind import Vocabulary
 from oilfilm.logs.text_rows import TextTable
@@ -21,23 +20,9 @@ from oilfilm.settings.base import plain_key
 _TITLE = b"LabVIEW Measurement"
 # Name of the column that is the time of the channels behind it.
 _X = "X_Value"
-_END = "***End_of_Header***"
 _SEPARATOR = re.compile(r"^Separator(.)", re.MULTILINE)
-
-
-@dataclass(frozen=True)
-class _Segment:
-    """One segment: cells of its header and of the file's, column names, units, rows."""
-
-    header: Mapping[str, Sequence[str]]
-    keys: dict[str, str]
-    names: list[str]
-    units: list[str]
-    rows: list[str]
-
-    def first(self, key: str, usual: str) -> str:
-        """The first cell of a header line."""
-        return next(iter(self.header.get(key, ())), "") or usual
+# Cells behind the name of each line of a header.
+Header = dict[str, list[str]]
 
 
 def recognises(head: bytes) -> bool:
@@ -47,83 +32,71 @@ def recognises(head: bytes) -> bool:
 
 def tables(content: bytes, vocabulary: Vocabulary) -> Found:
     """See `Reader.tables`."""
-
-    def known(head: bytes) -> tuple[int, int]:
-        segments, _ = _segments(head.decode("utf-8", "replace"))
-        return vocabulary.score(segments[0].names, segments[0].units) if segments else (0, 0)
-
     check_lines(content)
-    encoding = best_encoding(content, known)
+    encoding = encodings_of(content)[0]
     text = normalise(content, encoding).decode("utf-8", "replace")
-    segments, separator = _segments(text)
-    if not segments:
-        reason = "the header does not end: no segment with a line `Channels` follows it"
-        raise UnreadableLogError(reason, f"Export it again. {FORMAT_ADVICE}")
-    mark = "," if segments[0].first("decimal_separator", "") == "," else "."
-    logged = [
-        _table(
-            segment,
-            separator,
-            mark,
-            part=f"segment{number}",
-            alone=len(segments) == 1,
-            complete=text.endswith("\n") or number < len(segments),
-        )
-        for number, segment in enumerate(segments, start=1)
-        if segment.rows
-    ]
-    return TextForm.of(encoding, separator, mark), logged
-
-
-def _segments(text: str) -> tuple[list[_Segment], str]:
-    """The segments of a file, and what parts its cells."""
     found = _SEPARATOR.search(text[:4000])
     separator = found[1] if found else "\t"
     lines = text.removesuffix("\n").split("\n")
-    begin = f"Channels{separator}"
-    starts = [n for n, line in enumerate(lines) if line == "Channels" or line.startswith(begin)]
-    of_file = _header(lines[: starts[0]], separator) if starts else {}
-    return [
-        _segment(lines[start:stop], of_file, separator)
-        for start, stop in pairwise([*starts, len(lines)])
-    ], separator
+    starts = [n for n, line in enumerate(lines) if line.split(separator, 1)[0] == "Channels"]
+    if not starts:
+        reason = "the header does not end: no segment with a line `Channels` follows it"
+        raise UnreadableLogError(reason, f"Export it again. {FORMAT_ADVICE}")
+    of_file = _header(lines[: starts[0]], separator)
+    mark = _first(of_file, "decimal_separator", ".")
+    cut = len(lines) if not text.endswith("\n") else 0
+    logged = [
+        _table(
+            lines[start:stop],
+            of_file,
+            (separator, "," if mark == "," else "."),
+            f"segment{number}",
+            alone=len(starts) == 1,
+            cut=stop == cut,
+        )
+        for number, (start, stop) in enumerate(pairwise([*starts, len(lines)]), start=1)
+    ]
+    return TextForm.of(encoding, separator, "," if mark == "," else "."), filter(None, logged)
 
 
-def _segment(
-    lines: Sequence[str], of_file: Mapping[str, Sequence[str]], separator: str
-) -> _Segment:
-    cells = (line.split(separator) for line in lines)
-    names_of = ((n, [cell.strip() for cell in row]) for n, row in enumerate(cells) if row[0] == _X)
-    end, names = next(names_of, (-1, []))
-    if not names:
-        ends = (number for number, line in enumerate(lines) if line.startswith(_END))
-        end = next(ends, len(lines))
-    header = _header(lines[:end], separator)
-    units = ["", *header.get("y_unit_label", []), *[""] * len(names)][: len(names)]
-    keys = dict(_keys(of_file)) | dict(_keys(header))
-    return _Segment({**of_file, **header}, keys, names, units, list(lines[end + 1 :]))
-
-
-def _header(lines: Sequence[str], separator: str) -> dict[str, list[str]]:
+def _header(lines: Sequence[str], separator: str) -> Header:
     cells = (line.split(separator) for line in lines)
     return {plain_key(first): [cell.strip() for cell in others] for first, *others in cells}
 
 
+def _first(header: Header, key: str, usual: str) -> str:
+    """The first cell of a header line."""
+    return next(iter(header.get(key, ())), "") or usual
+
+
 def _table(
-    segment: _Segment, separator: str, mark: str, *, part: str, alone: bool, complete: bool
-) -> LoggedTable:
-    names, units = segment.names, segment.units
-    cut = 0
-    if not complete:
-        # the column of comments need not be there
-        cut = segment.rows[-1].count(separator) + 1 + (names[-1:] == ["Comment"])
-    rows = "\n".join(_row(row, len(names), separator) for row in segment.rows)
-    table = TextTable(f"{rows}{'' if cut else chr(10)}".encode(), len(names), separator, mark)
+    lines: Sequence[str],
+    of_file: Header,
+    marks: tuple[str, str],
+    part: str,
+    *,
+    alone: bool,
+    cut: bool,
+) -> LoggedTable | None:
+    """A segment as a table; None without rows. `marks` part cells and are the decimal mark."""
+    separator, mark = marks
+    starts = [line.split(separator, 1)[0] for line in lines]
+    end = next((starts.index(name) for name in (_X, "***End_of_Header***") if name in starts), -1)
+    own, rows = _header(lines[:end], separator), lines[end + 1 :] if end >= 0 else ()
+    header = {**of_file, **own}
+    if not rows:
+        return None
+    names = [cell.strip() for cell in lines[end].split(separator)] if starts[end] == _X else []
+    units = ["", *own.get("y_unit_label", ()), *[""] * len(names)][: len(names)]
+    # the column of comments need not be there
+    width = rows[-1].count(separator) + 1 + (names[-1:] == ["Comment"]) if cut else 0
+    text = "\n".join([*(_row(row, len(names), separator) for row in rows), *[""] * (not cut)])
+    table = TextTable(text.encode(), len(names), separator, mark)
     clocks = {}
-    if segment.first("x_dimension", "Time") == "Time":
-        unit = segment.first("x_unit_label", "s")
-        if segment.first("x_columns", "One") == "No":
-            clocks = dict(_clocks(segment, mark, unit))
+    if _first(header, "x_dimension", "Time") == "Time":
+        unit = _first(header, "x_unit_label", "s")
+        if _first(header, "x_columns", "One") == "No":
+            clocks = {place: (*of, unit) for place, of in _clocks(header, len(names), mark)}
         elif names:
             xs = table.numbers([n for n, name in enumerate(names) if name == _X])
             # if the X columns of all channels agree, they are the time
@@ -131,17 +104,17 @@ def _table(
                 names, units = ["time", *names[1:]], [unit, *units[1:]]
     reason = f"the segment has no line `{_X}` with the names of its channels"
     return LoggedTable(
-        segment.keys,
+        dict(_keys(of_file)) | dict(_keys(own)),
         names,
         units,
         table.numbers,
-        len(segment.rows),
+        len(rows),
         part,
         alone,
-        flaw=_too_few_rows(segment),
+        flaw=_too_few_rows(header, len(rows)),
         problem=None if names else Refusal("columns", reason, FORMAT_ADVICE),
         clocks=clocks,
-        cut=cut,
+        cut=width,
     )
 
 
@@ -154,30 +127,26 @@ def _row(line: str, width: int, separator: str) -> str:
     return line + missing * separator
 
 
-def _too_few_rows(segment: _Segment) -> Flaw | None:
-    cells = segment.header.get("samples", [])
+def _too_few_rows(header: Header, rows: int) -> Flaw | None:
+    cells = header.get("samples", ())
     counts = [cell for cell in cells if cell.isascii() and cell.isdecimal() and len(cell) < 12]
     announced = max(map(int, counts), default=0)
-    if announced <= len(segment.rows):
-        return None
-    sentence = f"the segment announces {announced} samples and holds {len(segment.rows)}"
-    return Flaw("truncated", sentence)
+    sentence = f"the segment announces {announced} samples and holds {rows}"
+    return Flaw("truncated", sentence) if announced > rows else None
 
 
-def _clocks(
-    segment: _Segment, mark: str, unit: str
-) -> Iterator[tuple[int, tuple[float, float, str]]]:
-    """See `LoggedTable.clocks`: of the channels whose increment the header has."""
+def _clocks(header: Header, width: int, mark: str) -> Iterator[tuple[int, tuple[float, float]]]:
+    """Start and increment of the time of the channels whose increment the header has."""
 
     def number(key: str, place: int) -> float:
         try:
-            return float(segment.header[key][place - 1].replace(mark, "."))
+            return float(header[key][place - 1].replace(mark, "."))
         except (KeyError, IndexError, ValueError):
             return np.nan
 
-    for place in range(1, len(segment.names)):
+    for place in range(1, width):
         if np.isfinite(increment := number("delta_x", place)):
-            yield place, (np.nan_to_num(number("x0", place)), increment, unit)
+            yield place, (float(np.nan_to_num(number("x0", place))), increment)
 
 
 def _keys(header: Mapping[str, Sequence[str]]) -> Iterator[tuple[str, str]]:

@@ -10,8 +10,11 @@ Decides: what a PCS export holds.
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
 
 import numpy as np
+import yaml
 
 from oilfilm.logs.base import (
     LARGEST_READING,
@@ -37,34 +40,11 @@ _TABS_OF_A_ROW = 6
 _SWEEPS = {"traction", "film"}
 # The surface speeds are computed: of both directions, where both were measured.
 _SPEEDS = ("ball_speed", "disc_speed")
-# Our name -> the names that the programs of the different rigs give the column.
-_COLUMNS = {
-    "time": ("Step Time (s)",),
-    "load": ("Ball Load (N)",),
-    "ball_1": ("Ball Speed 1",),
-    "ball_2": ("Ball Speed 2",),
-    "disc_1": ("Disc Speed 1",),
-    "disc_2": ("Disc Speed 2",),
-    "rolling": ("Rolling Speed (mm/s)",),
-    "sliding": ("Sliding Speed (mm/s)",),
-    "srr": ("SRR (%)",),
-    "traction_force_1": ("TF1 (N)", "Traction Force 1 (N)"),
-    "traction_force_2": ("TF2 (N)", "Traction Force 2 (N)"),
-    "traction_force": ("Traction Force (N)",),
-    "coefficient": ("Traction Coeff (-)",),
-    "inlet_temperature": ("Lube RTD Temp (degC)", "Lube Temp (°C)", "Lube Temp (degC)"),
-    "film_thickness": ("Average Film (nm)",),
-}
-_REQUIRED = ("time", "load", "ball_1", "disc_1", "rolling", "sliding", "srr")
-# What makes samples: the unit of the export and that of the samples.
-_UNITS = {
-    "time": ("s", "s"),
-    "load": ("N", "N"),
-    **dict.fromkeys(_SPEEDS, ("mm/s", "m/s")),
-    **dict.fromkeys(("traction_force", "traction_force_1", "traction_force_2"), ("N", "N")),
-    "inlet_temperature": ("degC", "degC"),
-    "film_thickness": ("nm", "um"),
-}
+_COLUMNS: dict[str, dict[str, Any]] = yaml.safe_load(
+    Path(__file__).with_name("pcs.yaml").read_text(encoding="utf-8")
+)
+_REQUIRED = tuple(name for name, column in _COLUMNS.items() if "needed" in column)
+_SAMPLED = {name: column for name, column in _COLUMNS.items() if "sampled" in column}
 # Room for floating point where an identity holds to exactly half a printed digit.
 _FLOATING = 1e-9
 
@@ -140,8 +120,8 @@ def _table(step: _Step, label: str, cut: bool) -> LoggedTable:
     # the first columns of a table repeat later ones
     places = {
         ours: len(step.names) - 1 - step.names[::-1].index(theirs)
-        for ours, known in _COLUMNS.items()
-        for theirs in known
+        for ours, column in _COLUMNS.items()
+        for theirs in column["names"]
         if theirs in step.names
     }
     cells = [line.split("\t") for line in step.lines]
@@ -155,27 +135,29 @@ def _table(step: _Step, label: str, cut: bool) -> LoggedTable:
         + [~np.isnan(values[name]) for name in _REQUIRED]
     )
     values["time"] = np.where(readable, values["time"], np.nan)
-    used = [name for name in _UNITS if name in places or name in _SPEEDS]
+    used = [name for name in _SAMPLED if name in places or name in _SPEEDS]
     names = [step.names[places[name]] if name in places else f"{name} (mean)" for name in used]
     others = [*{name: "" for name in step.names if name not in names}]
     width = len(cells[-1]) + len(names) + len(others) - len(step.names)
     return LoggedTable(
         {"log_kind": "steps"},
         [*names, *others],
-        [*(_UNITS[name][0] for name in used), *[""] * len(others)],
+        [*(_SAMPLED[name]["logged"] for name in used), *[""] * len(others)],
         lambda wanted: [values[used[place]] for place in wanted],
         len(cells),
         label,
         vocabulary=Vocabulary(
             "traction",
             "columns",
-            {name: (name, _UNITS[name][1]) for name in used},
+            {name: (name, _SAMPLED[name]["sampled"]) for name in used},
             ("time", "load", *_SPEEDS),
             # rigs leave some of the others blank
             ((), tuple(used[4:])),
             renamed={ours: Column(name=[theirs]) for ours, theirs in zip(used, names, strict=True)},
         ),
-        problem=_problem(step, [_COLUMNS[name][0] for name in _REQUIRED if name not in places]),
+        problem=_problem(
+            step, [_COLUMNS[name]["names"][0] for name in _REQUIRED if name not in places]
+        ),
         cut=width if cut else 0,
         show=step.lines.__getitem__,
         broken=_broken(values),

@@ -148,15 +148,12 @@ class SheetOfLog:
         for row in rows:
             for key, value in row.keys.items():
                 given.setdefault(key, {}).setdefault(value, f"{value!r} (row of {row})")
-        reason = next(
-            (
-                f"has several rows for the run, which disagree in {key}: {', '.join(of.values())}"
-                for key, of in given.items()
-                if len(of) > 1
-            ),
-            "",
-        )
-        if not reason and given.keys() >= LOADS:
+        reason = ""
+        if differing := [(key, of) for key, of in given.items() if len(of) > 1]:
+            key, of = differing[0]
+            listed = ", ".join(of.values())
+            reason = f"has several rows for the run, which disagree in {key}: {listed}"
+        elif given.keys() >= LOADS:
             load, pressure = (next(iter(given[key])) for key in sorted(LOADS))
             if not _same("load_n", load, "max_hertz_pressure_gpa", pressure, rig, settings):
                 reason = (

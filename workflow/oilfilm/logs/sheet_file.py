@@ -1,7 +1,8 @@
 """The file of the run sheet: one row per log, per run or per pattern of logs.
 
 It is read as text logs are: in any usual encoding, with any delimiter, units in the names or in a
-row below them. A mistake in it stops the run: nobody knows what it should have said.
+row below them. A row is a header: its cells mean what header lines of the same names mean. A
+mistake in it stops the run: nobody knows what it should have said.
 
 Decides: columns, units and mistakes of the run sheet.
 """
@@ -12,18 +13,18 @@ import io
 import os
 import unicodedata
 import zipfile
+from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cache
 from itertools import zip_longest
 from pathlib import Path, PurePosixPath
-from typing import Any
-
-import numpy as np
+from typing import NamedTuple
 
 from oilfilm.errors import OilfilmError, printable
-from oilfilm.logs.base import Refusal, decimal_number, set_point, set_point_range
+from oilfilm.logs.base import SET_POINTS, Refusal, set_point, set_point_range
 from oilfilm.logs.encoding import encodings_of
-from oilfilm.logs.header import FULL_WIDTH, SET_POINT_UNITS, apart, listed_names, set_point_key
+from oilfilm.logs.header import SET_POINT_UNITS, apart, listed_names, meaning
 from oilfilm.logs.log_kind import LogKind
 from oilfilm.logs.raw_files import find_sheet, is_sheet, named_logs
 from oilfilm.logs.run_sheet import (
@@ -37,19 +38,16 @@ from oilfilm.logs.run_sheet import (
 )
 from oilfilm.settings.base import plain_key
 from oilfilm.settings.resolved import Settings
-from oilfilm.units import Conversion, conversion
 
 # Columns that every run sheet may have; a kind of logs adds its own.
 _COLUMNS = ("file", "run", "oil", "exclude", "remarks")
-# Cells of `exclude` that keep a run, and those that would exclude it without a reason.
+# Cells of `exclude` that keep a run.
 _KEPT = frozenset(["", *"0 - n no false nein falsch non faux nej nei 否".split()])
-_UNREASONED = frozenset("1 x y yes true j ja wahr oui vrai si sí 是".split())
 # So many mistakes, rows and names of logs are listed; the others are counted.
 _LISTED = 20
 # The line of names is near the top, below comments and the line `sep=;` of Excel.
 _LINES_SEARCHED = 20
 _LARGEST = 1 << 24
-_AS_TEXT = Conversion("")
 
 Cells = list[list[str]]
 
@@ -59,44 +57,42 @@ class _LogNames:
 
     def __init__(self, files: Iterable[str]) -> None:
         # a log keeps its name when it is packed; a name without a folder means any folder
-        self._forms = {
-            file: (name, _unpacked(name), last, _unpacked(last))
-            for file in files
-            for name in [unicodedata.normalize("NFC", file)]
-            for last in [PurePosixPath(name).name]
-        }
         self._by_form: list[dict[str, list[str]]] = [{}, {}, {}, {}]
-        for file, forms in self._forms.items():
+        for file in files:
+            name = unicodedata.normalize("NFC", file)
+            forms = [
+                each for of in (name, PurePosixPath(name).name) for each in (of, _unpacked(of))
+            ]
             for by_form, form in zip(self._by_form, forms, strict=True):
                 by_form.setdefault(form, []).append(file)
 
     def meant(self, cell: str) -> tuple[list[str], bool]:
         """The logs that a cell of `file` means, and whether it is a name that several logs have."""
-        plain = unicodedata.normalize("NFC", cell)
-        pattern = plain.replace("\\", "/").removeprefix("./")
+        pattern = unicodedata.normalize("NFC", cell).replace("\\", "/").removeprefix("./")
         if not set(pattern) & set("*?"):
             found = next(filter(None, (by.get(pattern) for by in self._by_form)), [])
             return found, len(found) > 1
-        which = slice(2) if "/" in pattern else slice(2, 4)
-        fitting = [
+        wanted = self._by_form[:2] if "/" in pattern else self._by_form[2:]
+        fitting = (
             file
-            for file, forms in self._forms.items()
-            if any(matches(form, pattern) for form in forms[which])
-        ]
-        return fitting, False
+            for by in wanted
+            for form, files in by.items()
+            if matches(form, pattern)
+            for file in files
+        )
+        return [*dict.fromkeys(fitting)], False
 
 
 def _unpacked(name: str) -> str:
     return name.removesuffix(".gz").removesuffix(".zst")
 
 
-@dataclass(frozen=True)
-class _Column:
-    """A column of the sheet, the header key that it gives, and how its numbers become the key's."""
+class _Column(NamedTuple):
+    """A column: its name in the sheet, that of the header line that a cell makes, and its key."""
 
     name: str
+    own: str
     key: str
-    to: Conversion = _AS_TEXT
 
 
 @dataclass
@@ -108,21 +104,19 @@ class _Sheet:
     kind: LogKind
     mistakes: list[str] = field(default_factory=list)
 
-    @property
-    def keys(self) -> tuple[str, ...]:
-        """The header keys and columns that it may have."""
-        return (*_COLUMNS, *self.kind.sheet_keys)
+    def __post_init__(self) -> None:
+        names = listed_names(self.settings)
+        self.words = [*_COLUMNS, *self.kind.sheet_keys, *names]
+        self.keys = (*_COLUMNS, *self.kind.sheet_keys)
+        # set points repeat from row to row
+        self.meaning = cache(lambda own, text: meaning(own, text, names))
 
-    def key(self, name: str) -> tuple[str, str] | None:
-        """Key and unit, empty where the name has none, that the name of a column gives."""
-        listed = listed_names(self.settings)
-        plain, bare = plain_key(name.translate(FULL_WIDTH)), apart(name.translate(FULL_WIDTH))[0]
-        key = listed.get(plain_key(name), plain_key(name))
-        found = set_point_key(plain, listed)
-        if found is None and key not in self.keys:
-            key = listed.get(plain_key(bare), plain_key(bare))
-        found = found or (key, "")
-        return found if found[0] in self.keys else None
+    def column(self, name: str, unit: str = "") -> _Column:
+        """A column by its name and the cell below it, if that is a unit."""
+        unit = unit.strip("[]()- ")
+        own = f"{plain_key(name)}_[{plain_key(unit)}]" if unit else plain_key(name)
+        key = self.meaning(own, "1")[0]
+        return _Column(name, own, key if key in self.keys else apart(key)[0])
 
     def refuse(self, where: str, sentence: str) -> None:
         """Add a mistake."""
@@ -156,32 +150,31 @@ def read_run_sheet(
     rows = _rows(content, sheet)
     sheet.stop()
     matched: dict[str, list[SheetRow]] = {}
-    strays: list[tuple[int, str]] = []
+    strays: list[str] = []
     logs = _LogNames(files)
     for number, row in rows:
         found, ambiguous = logs.meant(row.file)
         if ambiguous:
-            listed = ", ".join(found[:_LISTED])
-            sheet.refuse(f"row {number}", f"{row.file!r} is the name of {listed}: add the folder.")
+            sentence = f"{row.file!r} is the name of {_listed(found)}: add the folder."
+            sheet.refuse(f"row {number}", sentence)
         for file in found:
             matched.setdefault(file, []).append(row)
         if not found:
-            strays.append((number, row.file))
+            strays.append(f"row {number}: {row.file!r} matches no log")
     sheet.stop()
     remarks: list[Refusal] = []
     if strays:
-        listed = "; ".join(f"row {number}: {cell!r}" for number, cell in strays[:_LISTED])
-        more = f" and {len(strays) - _LISTED} more rows" if strays[_LISTED:] else ""
-        verb = "match no log" if strays[1:] else "matches no log"
-        remarks.append(Refusal(UNMATCHED, printable(f"{listed}{more} {verb}"), UNMATCHED_ADVICE))
-    unlisted = [file for file in files if file not in matched]
-    if rows and unlisted:
-        listed = ", ".join(unlisted[:_LISTED]) + (" ..." if len(unlisted) > _LISTED else "")
-        reason = printable(f"no row for {len(unlisted)} of {len(files)} logs: {listed}")
+        remarks.append(Refusal(UNMATCHED, printable(_listed(strays)), UNMATCHED_ADVICE))
+    if rows and (unlisted := [file for file in files if file not in matched]):
+        reason = f"no row for {len(unlisted)} of {len(files)} logs: {_listed(unlisted)}"
         advice = "Only their headers count. Add rows where that is wrong."
-        remarks.append(Refusal(UNLISTED, reason, advice))
+        remarks.append(Refusal(UNLISTED, printable(reason), advice))
     rows_of = {file: tuple(of) for file, of in matched.items()}
     return RunSheet(path.name, rows_of, tuple(remarks))
+
+
+def _listed(names: Sequence[str]) -> str:
+    return ", ".join(names[:_LISTED]) + (" ..." if len(names) > _LISTED else "")
 
 
 def is_run_sheet(path: Path, raw: Path) -> bool:
@@ -227,8 +220,8 @@ def _rows(content: bytes, sheet: _Sheet) -> list[tuple[int, SheetRow]]:
         raise OilfilmError(f"{sheet.path}: is larger than {_LARGEST >> 20} MiB.")
     records = _workbook(content, sheet) if content.startswith(b"PK") else _text(content, sheet)
     start = max(range(len(records[:_LINES_SEARCHED])), key=lambda n: _known(records[n], sheet))
-    found = [sheet.key(cell) for cell in records[start]]
-    if "file" not in [key for key, _ in filter(None, found)]:
+    names = records[start]
+    if not _known(names, sheet)[0]:
         seen = ", ".join(next(filter(any, records), [""]))[:120]
         others = ", ".join(key for key in sheet.keys if key != "file")
         sheet.refuse(
@@ -238,21 +231,22 @@ def _rows(content: bytes, sheet: _Sheet) -> list[tuple[int, SheetRow]]:
         )
         return []
     below = start + 1
-    units: list[str] = []
-    if below < len(records) and _is_unit_row(found, records[below]):
-        units, below = records[below], below + 1
-    columns: dict[int, _Column] = {}
-    for index, (name, unit) in enumerate(
-        zip_longest(records[start], units[: len(found)], fillvalue="")
-    ):
-        column = _column(start + 1, name, unit, sheet) if name else None
-        if column is None:
-            continue
-        if column.key != "remarks" and column.key in {each.key for each in columns.values()}:
-            sheet.refuse(
-                f"row {start + 1}", f"the column {name!r} gives {column.key} a second time."
-            )
-        columns[index] = column
+    units = records[below][: len(names)] if below < len(records) else []
+    if _are_units(names, units, sheet):
+        below += 1
+    else:
+        units = []
+    columns = {
+        index: sheet.column(name, unit)
+        for index, (name, unit) in enumerate(zip_longest(names, units, fillvalue=""))
+        if name
+    }
+    counts = Counter(
+        column.key for column in columns.values() if _is_sound(column, start + 1, sheet)
+    )
+    for key, count in counts.items():
+        if count > 1 and key != "remarks":
+            sheet.refuse(f"row {start + 1}", f"{count} columns give {key}: leave one of them.")
     if sheet.mistakes:
         return []
     numbered = enumerate(records[below:], start=below + 1)
@@ -262,13 +256,13 @@ def _rows(content: bytes, sheet: _Sheet) -> list[tuple[int, SheetRow]]:
 
 def _known(names: Sequence[str], sheet: _Sheet) -> tuple[bool, int]:
     """How well cells are known as the names of columns."""
-    keys = [found[0] for name in names if (found := sheet.key(name))]
+    keys = [key for name in names if (key := sheet.column(name).key) in sheet.keys]
     return "file" in keys, len(keys)
 
 
 def _text(content: bytes, sheet: _Sheet) -> Cells:
     """The cells of a text: in the encoding and with the delimiter that give most known names."""
-    readings: list[Cells] = [[[]]]
+    readings: list[Cells] = []
     for encoding in encodings_of(content):
         text = content.decode(encoding, "replace").removeprefix("\ufeff")
         for delimiter in (",", ";", "\t", "|"):
@@ -279,30 +273,40 @@ def _text(content: bytes, sheet: _Sheet) -> Cells:
             readings.append([[cell.strip() for cell in row] for row in cells] or [[]])
     # the first of equals is the most likely one
     return max(
-        readings[1:] or readings,
+        readings,
         key=lambda cells: max(_known(row, sheet) for row in cells[:_LINES_SEARCHED]),
+        default=[[]],
     )
 
 
 def _workbook(content: bytes, sheet: _Sheet) -> Cells:
-    """The cells of the first sheet of an Excel workbook."""
+    """The cells of the first sheet of an Excel workbook, as a text sheet would hold them."""
     # imported where needed: few run sheets are workbooks
     import openpyxl  # noqa: PLC0415
+
+    def cell(value: object, written: openpyxl.cell.Cell) -> str:
+        if value is None and written.data_type == "f":
+            sheet.refuse(
+                f"cell {written.coordinate}",
+                "found a formula whose value the workbook does not hold, expected text or a "
+                "number: write the value, or open the workbook in a spreadsheet program and save "
+                "it.",
+            )
+        whole = isinstance(value, float) and value.is_integer()
+        return "" if value is None else f"{value:.0f}" if whole else str(value).strip()
 
     try:
         unfolded = sum(part.file_size for part in zipfile.ZipFile(io.BytesIO(content)).infolist())
         if unfolded > _LARGEST:
             raise ValueError(f"unpacked it has {unfolded >> 20} MiB")
+        # with the values that formulas had when the workbook was saved, and with the formulas
         values, formulas = (
             openpyxl.load_workbook(io.BytesIO(content), read_only=True, data_only=only)
             .worksheets[0]
-            .iter_rows()
+            .iter_rows(values_only=only)
             for only in (True, False)
         )
-        rows = [
-            [_cell(*cells, sheet) for cells in zip(*row, strict=True)]
-            for row in zip(values, formulas, strict=True)
-        ]
+        rows = [[*map(cell, *pair)] for pair in zip(values, formulas, strict=True)]
     except Exception as error:  # whatever a damaged workbook makes the library stumble over
         reason = " ".join(str(error).split())[:200] or type(error).__name__
         raise OilfilmError(
@@ -312,74 +316,42 @@ def _workbook(content: bytes, sheet: _Sheet) -> Cells:
     return rows or [[]]
 
 
-def _cell(cell: Any, written: Any, sheet: _Sheet) -> str:
-    """A cell of a workbook as a text sheet would hold it.
-
-    Args:
-        cell: The cell with the value that a formula had when the workbook was saved.
-        written: The same with the formula itself.
-        sheet: Gets the mistake where a formula has no such value: it would read as empty.
-    """
-    value = cell.value
-    if value is None and written.data_type == "f":
-        sheet.refuse(
-            f"cell {written.coordinate}",
-            "found a formula whose value the workbook does not hold, expected text or a number: "
-            "write the value, or open the workbook in a spreadsheet program and save it.",
-        )
-    if isinstance(value, float) and value.is_integer():
-        return str(int(value))
-    return "" if value is None else str(value).strip()
+def _are_units(names: Sequence[str], cells: Sequence[str], sheet: _Sheet) -> bool:
+    """Whether a row below the names names no log and has a unit for some set point."""
+    columns = [(sheet.column(*each), each[1]) for each in zip(names, cells, strict=False)]
+    named = any(column.key == "file" and cell not in ("", "-") for column, cell in columns)
+    return not named and any(cell and _has_unit(column, sheet) for column, cell in columns)
 
 
-def _is_unit_row(found: Sequence[tuple[str, str] | None], cells: Sequence[str]) -> bool:
-    """A row below the names that names no log and has a unit for some set point."""
-    by_key = {of[0]: cell for of, cell in zip(found, cells, strict=False) if of}
-    return by_key.get("file", "") in ("", "-") and any(
-        _conversion(cell, key) for key, cell in by_key.items() if key in SET_POINT_UNITS
-    )
+def _has_unit(column: _Column, sheet: _Sheet) -> bool:
+    """Whether a column gives a set point, in a unit that makes a number of 1."""
+    return column.key in SET_POINTS and set_point(*sheet.meaning(column.own, "1")) is not None
 
 
-def _targets(key: str) -> tuple[str, ...]:
-    """Units that a set point may be given in; a load as the pressure that it makes, too."""
-    unit = SET_POINT_UNITS[key][1]
-    return (unit, "GPa") if key == "load_n" else (unit,)
-
-
-def _conversion(unit: str, key: str) -> Conversion | None:
-    try:
-        return conversion(unit.strip("[]()"), _targets(key))
-    except ValueError:
-        return None
-
-
-def _column(row: int, name: str, below: str, sheet: _Sheet) -> _Column | None:
-    """A column of the sheet; what is wrong with it goes to the mistakes."""
-    known = sheet.key(name)
-    if known is None:
-        words = [*sheet.keys, *listed_names(sheet.settings)]
-        near = difflib.get_close_matches(plain_key(apart(name)[0]), words, 1)
+def _is_sound(column: _Column, row: int, sheet: _Sheet) -> bool:
+    """Whether a column is known, with its unit; what is wrong with it goes to the mistakes."""
+    bare, unit = apart(column.own)
+    # a set point without a unit is known by its quantity
+    key = {of: name for name, (of, _) in SET_POINT_UNITS.items()}.get(column.key, column.key)
+    if key not in sheet.keys:
+        near = difflib.get_close_matches(bare, sheet.words, 1)
         hint = f"; did you mean {near[0]!r}?" if near else "."
         sheet.refuse(
             f"row {row}",
-            f"found the unknown column {name!r}{hint} Known: {', '.join(sheet.keys)}. A column "
-            "that is not to be read: list its name under `header: remarks` of the campaign file.",
+            f"found the unknown column {column.name!r}{hint} Known: {', '.join(sheet.keys)}. A "
+            "column that is not to be read: list its name under `header: remarks` of the campaign "
+            "file.",
         )
-        return None
-    key, named = known
-    if key not in SET_POINT_UNITS:
-        return _Column(name, key)
-    unit = below or named
-    to = _conversion(unit, key) if unit else None
-    if to is None:
-        found = f"found the unit {unit!r}" if unit else "has no unit"
-        expected = " or ".join(_targets(key))
-        sheet.refuse(
-            f"row {row}, column {name!r}",
-            f"{found}, expected {expected} in brackets behind the name or in a row below.",
-        )
-        return None
-    return _Column(name, "max_hertz_pressure_gpa" if to.unit == "GPa" else key, to)
+        return False
+    if key not in SET_POINTS or _has_unit(column, sheet):
+        return True
+    found = f"found the unit {unit!r}" if unit else "has no unit"
+    expected = "N or GPa" if key == "load_n" else SET_POINT_UNITS[key][1]
+    sheet.refuse(
+        f"row {row}, column {column.name!r}",
+        f"{found}, expected {expected} in brackets behind the name or in a row below.",
+    )
+    return False
 
 
 def _row(
@@ -399,9 +371,6 @@ def _row(
     if "file" not in texts:
         sheet.refuse(f"{row}, column 'file'", "is empty, expected the name of a log or a pattern.")
     exclude = texts.get("exclude", "")
-    if exclude.lower() in _UNREASONED:
-        expected = "the reason for leaving the run out, or nothing"
-        sheet.refuse(f"{row}, column 'exclude'", f"found {exclude!r}, expected {expected}.")
     excluded = exclude.lower() not in _KEPT
     keys: dict[str, str] = {}
     for index, text in filled.items():
@@ -423,26 +392,18 @@ def _row(
 def _value(column: _Column, text: str, sheet: _Sheet) -> tuple[str | None, str]:
     """The value of a cell as its header key holds it, or None, and what is expected there."""
     key, settings = column.key, sheet.settings
-    if key not in SET_POINT_UNITS:
-        torque = settings.campaign.torque
-        bearings = [torque.bearing] if torque else []
-        names = {
-            "oil": [*settings.oils],
-            "rig": [*settings.rigs],
-            "bearing": bearings,
-            "log_kind": ["continuous", "steps"],
-        }
-        known = names[key]
-        name = settings.oil_ids.get(plain_key(text), text) if key == "oil" else text
-        expected = f"{key} of the campaign {settings.campaign.name}: {', '.join(known)}"
-        return (name if name in known else None), expected
-    least, most = set_point_range(key)
-    expected = (
-        f"a number above {least:g}, below {most:g} {column.to.unit} (the column says the unit)"
-    )
-    try:
-        logged = decimal_number(text)
-    except ValueError:
-        return None, expected
-    value = f"{float(column.to.of(np.array(logged))):.12g}"
-    return (value if set_point(key, value) is not None else None), expected
+    if key in SET_POINTS:
+        least, most = set_point_range(key)
+        value = set_point(*sheet.meaning(column.own, text))
+        expected = f"a number above {least:g}, below {most:g} {SET_POINT_UNITS[key][1]}"
+        return (None if value is None else f"{value:.12g}"), expected
+    torque = settings.campaign.torque
+    names = {
+        "oil": [*settings.oils],
+        "rig": [*settings.rigs],
+        "bearing": [torque.bearing] if torque else [],
+        "log_kind": ["continuous", "steps"],
+    }[key]
+    name = settings.oil_ids.get(plain_key(text), text) if key == "oil" else text
+    expected = f"{key} of the campaign {settings.campaign.name}: {', '.join(names)}"
+    return (name if name in names else None), expected

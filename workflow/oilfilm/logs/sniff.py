@@ -6,7 +6,7 @@ Decides: what `oilfilm init` finds in a folder of logs.
 import re
 import unicodedata
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping, Sequence, Set
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass, field, replace
 from functools import cache, cached_property
 
@@ -21,24 +21,15 @@ from oilfilm.logs.base import (
     Nominal,
     TextForm,
     UnreadableLogError,
-    decimal_number,
     set_point,
 )
-from oilfilm.logs.csv import may_be_table, possible_names
-from oilfilm.logs.header import (
-    FULL_WIDTH,
-    SET_POINT_UNITS,
-    UNITS,
-    apart,
-    number_and_unit,
-    oil_key,
-    to_set_point,
-)
+from oilfilm.logs.csv import may_be_table
+from oilfilm.logs.header import SET_POINT_UNITS, UNITS, apart, meaning, number_and_unit, oil_key
 from oilfilm.logs.ingest import read_log, unpack
 from oilfilm.logs.log_kind import ContinuousLog, LogKind
 from oilfilm.logs.registry import READERS, recognised_format
 from oilfilm.logs.traction_log import TRACTION
-from oilfilm.logs.words import guessed, guessed_columns, unit_in_name
+from oilfilm.logs.words import Guesses, guessed, unit_in_name
 from oilfilm.settings.base import plain_key
 from oilfilm.settings.campaign import Column, Semantics
 from oilfilm.settings.resolve import resolve
@@ -46,14 +37,13 @@ from oilfilm.settings.resolved import Settings
 from oilfilm.units import BoolArray, FloatArray
 
 VOCABULARY = TRACTION.vocabulary
+_GUESSES = Guesses("traction", "columns", VOCABULARY.own_names, ())
 # A header line without a unit is a set point where the signal is as near to it as this.
 _NEAR, _NEAR_C = 0.05, 3.0
 _MU = "traction_coefficient"
 # No rig samples a sweep more slowly: a time without unit is in something else than seconds then.
 _LONGEST_STEP_S = 5.0
 _SPEEDS = frozenset({"ball_speed", "disc_speed", "entrainment_speed"})
-# What a load that is labelled N may be in, by the definition of each unit.
-_MISTAKEN_FOR_N = {"kgf": 9.80665, "lbf": 4.4482216152605}
 _LOADS = {"N": "load_n", "GPa": "max_hertz_pressure_gpa"}
 
 
@@ -87,10 +77,9 @@ class Run:
         settled: Whether each row is a settled reading, so that nothing follows from its time.
         zero: Source of the zero of the force, as `semantics` names it; empty where that cannot be
             told, None where none suits.
-        slower_body: The body that is slowed; empty where that cannot be told.
-        traction_sign: -1 where the force is against the slip, 1 where it is with it, else 0.
+        signs: The body that is slowed, and whether the force is against the slip (-1) or with it
+            (1), as `semantics` names them; without what cannot be told.
         units: The unit of each quantity.
-        doubt: What contradicts the unit of the load; empty where nothing does.
         log_kind: What the header says of it.
         slow: Whether the steps of the time are too long to be seconds.
     """
@@ -103,10 +92,8 @@ class Run:
     measured: Mapping[str, float] = field(default_factory=dict)
     settled: bool = False
     zero: str | None = ""
-    slower_body: str = ""
-    traction_sign: int = 0
+    signs: Mapping[str, str | int] = field(default_factory=dict)
     units: Mapping[str, str] = field(default_factory=dict)
-    doubt: str = ""
     log_kind: str = ""
     slow: bool = False
 
@@ -146,13 +133,14 @@ def _settings() -> Settings:
 
 def sniff(file: str, content: bytes, zero: ZeroSource) -> Sniffed:
     """What a log of a traction rig seems to hold."""
-    name, candidates, may_be_log = _candidates(content)
-    found = [(guessed_columns(names, VOCABULARY), names) for names in candidates]
-    guesses, names = max(found, key=lambda each: len(_known(*each)), default=({}, []))
-    # the project's own name without the unit that it needs
-    for own, unit in names:
-        if (known := VOCABULARY.meaning(own)) and not (unit or known[1] or known[0] in guesses):
-            guesses[known[0]] = [(own, "")]
+    name, names, may_be_log = _names(content)
+    meant = _GUESSES.columns_by_quantity(names)
+    # names of the project need no line in the campaign file, where their unit is known
+    guesses = {
+        quantity: columns
+        for quantity, columns in meant.items()
+        if not all(VOCABULARY.meaning(own) and unit for own, unit in columns)
+    }
     certain = {quantity: each[0] for quantity, each in guesses.items() if len(each) == 1}
     # units that are not beside the name: in it, or unknown
     units = {
@@ -170,30 +158,25 @@ def sniff(file: str, content: bytes, zero: ZeroSource) -> Sniffed:
     runs: list[Run] = []
 
     def run(log: ContinuousLog, settings: Settings) -> LoggedRun:
-        # what the settings for the readers say of the oil is not in the log
-        said = log.understood.sources.get("oil") == "header"
-        keys = {key: text for key, text in log.keys.items() if said or key != "oil"}
+        # the oil and the rig of the settings for the readers are not those of the log
+        unsaid = {"oil", "rig"} - log.understood.sources.keys()
+        keys = {key: text for key, text in log.keys.items() if key not in unsaid}
         units = {column.quantity: column.to.unit for column in log.columns}
         part = log.run_id[len(file) + 1 :]
         runs.append(_run(part, keys, log.values, units, unitless, zero))
         samples = {"row": log.rows}
         return LoggedRun(log.run_id, "", "", "continuous", Nominal(), samples)
 
-    # the time of LabVIEW's logs need be no column
-    missing = [each for each in _missing(guesses, names) if name == "csv" or each != "time"]
-    timed = "time" in _known(guesses, names) or not _known(guesses, names) & {_MU}
+    # the time of LabVIEW's logs need be no column; exports of PCS programs have no names to guess
+    optional = {"csv": set(), "pcs": {*VOCABULARY.quantities}}.get(name or "", {"time"})
+    missing = [each for each in _missing(meant) if each not in optional]
+    timed = "time" in meant or _MU not in meant
     # what is missing is asked of the user; the rest of the log is read without it
-    vocabulary = replace(
-        VOCABULARY,
-        always=tuple(
-            each for each in VOCABULARY.always if each not in missing and (each != "time" or timed)
-        ),
-        either=VOCABULARY.either if not {*missing} & {*sum(VOCABULARY.either, ())} else ((),),
+    spared = {*_missing(meant)} - {"time"} | (set() if timed else {"time"})
+    probe = LogKind(
+        VOCABULARY, lambda campaign: renamed, lambda *about: None, run, (), lambda *about: spared
     )
-    probe = LogKind(vocabulary, lambda campaign: renamed, lambda *about: None, run, ())
     name, reading = read_log(content, file, _settings(), probe)
-    # exports of PCS programs have no names to be guessed
-    missing = missing if name != "pcs" else []
     refused = next((each.reason for each in reading.refusals), "")
     return Sniffed(
         file,
@@ -208,8 +191,8 @@ def sniff(file: str, content: bytes, zero: ZeroSource) -> Sniffed:
     )
 
 
-def _candidates(content: bytes) -> tuple[str | None, list[Names], bool]:
-    """The format of a file, what may be its columns, and whether it may be a log at all.
+def _names(content: bytes) -> tuple[str | None, Names, bool]:
+    """The format of a file, the columns of its best table, and whether it may be a log at all.
 
     That is a file in a format of logs, a packed one that is damaged, or text with rows of numbers.
     """
@@ -217,27 +200,22 @@ def _candidates(content: bytes) -> tuple[str | None, list[Names], bool]:
         content = unpack(content)
     except UnreadableLogError:
         return None, [], True
-    name, names = recognised_format(content), []
+    name, tables = recognised_format(content), []
     if name is None:
         return None, [], False
     try:
-        if name == "csv":
-            names = [*possible_names(content)]
-        elif name != "pcs":
-            _, found = READERS[name].tables(content, VOCABULARY)
-            names = [[*zip(table.names, table.units, strict=True)] for table in found]
+        if name != "pcs":
+            _, found = READERS[name].tables(content, _GUESSES)
+            tables = [[*zip(table.names, table.units, strict=True)] for table in found]
     except Exception:  # noqa: S110 - whatever a library stumbles over; reading the log says it
         pass
-    return name, names, name != "csv" or may_be_table(content)
+    best = max(tables, key=lambda names: len(_GUESSES.columns_by_quantity(names)), default=[])
+    return name, best, name != "csv" or may_be_table(content)
 
 
-def _known(guesses: Mapping[str, Names], names: Names) -> set[str]:
-    """The quantities that the names of a line seem to mean or are known to mean."""
-    return {known[0] for name, _ in names if (known := VOCABULARY.meaning(name))} | {*guesses}
-
-
-def _missing(guesses: Mapping[str, Names], names: Names) -> list[str]:
-    known = _known({q: columns for q, columns in guesses.items() if len(columns) == 1}, names)
+def _missing(meant: Mapping[str, Names]) -> list[str]:
+    """The quantities that a log needs and that no column means for certain."""
+    known = {quantity for quantity, columns in meant.items() if len(columns) == 1}
     if _MU in known:
         # a table of mu has no force, and no time: its rows are settled readings
         known |= {"traction_force", "time"}
@@ -277,6 +255,8 @@ def _run(
     signals = (time, ball, disc, load, force)
     continuous = count > 1 and np.isfinite(signals).all() and not settled
     named = "oil" if "oil" in keys else oil_key(keys) or ""
+    step = float(np.median(np.diff(time))) if count > 1 else 0.0
+    timed = continuous and "time" not in unitless and step > 0
     return Run(
         part,
         named,
@@ -285,15 +265,11 @@ def _run(
         _lines(keys, measured),
         measured,
         settled,
-        zero(*signals)
-        if continuous and "time" not in unitless and np.median(np.diff(time)) > 0
-        else "",
-        _slower(slip) if "ball_speed" in units else "",
-        _sign(slip, force[turning]),
+        zero(*signals) if timed else "",
+        _signs(slip, force[turning], "ball_speed" in units),
         units,
-        _doubt(keys, measured),
         log_kind,
-        count > 1 and not settled and bool(np.median(np.diff(time)) > _LONGEST_STEP_S),
+        not settled and step > _LONGEST_STEP_S,
     )
 
 
@@ -333,22 +309,17 @@ def _turning(speed: FloatArray) -> BoolArray:
     return np.abs(speed) > (np.quantile(np.abs(speed), 0.9) / 2 if known else np.inf)
 
 
-def _slower(slip: FloatArray) -> str:
-    """The body that is slowed; empty where that cannot be told."""
-    if not len(slip):
-        return ""
-    least, most = np.quantile(slip, (0.02, 0.98))
-    sides = {"ball": most, "disc": -least}
-    slower = max(sides, key=lambda body: sides[body])
-    return slower if min(sides.values()) < sides[slower] / 10 else ""
-
-
-def _sign(slip: FloatArray, force: FloatArray) -> int:
-    """Whether the force grows with the slip (1) or falls (-1); 0 where neither is plain."""
-    if len(slip) < 2 or not (np.ptp(slip) > 0 and np.ptp(force) > 0):
-        return 0
-    together = float(np.corrcoef(slip, force)[0, 1])
-    return 0 if abs(together) < 0.3 else 1 if together > 0 else -1
+def _signs(slip: FloatArray, force: FloatArray, of_bodies: bool) -> dict[str, str | int]:
+    """The body that is slowed and whether the force grows or falls with the slip, where plain."""
+    found: dict[str, str | int] = {}
+    if len(slip) > 1 and of_bodies:
+        least, most = np.quantile(slip, (0.02, 0.98))
+        (less, _), (more, slower) = sorted([(-least, "disc"), (most, "ball")])
+        found |= {"slower_body": slower} if less < more / 10 else {}
+    if len(slip) > 1 and np.ptp(slip) > 0 and np.ptp(force) > 0:
+        together = float(np.corrcoef(slip, force)[0, 1])
+        found |= {"traction_sign": 1 if together > 0 else -1} if abs(together) >= 0.3 else {}
+    return found
 
 
 # ---------------------------------------------------------------- header lines
@@ -372,38 +343,21 @@ def _possible_lines(name: str, text: str) -> Iterator[tuple[str, Line, bool]]:
         if value is not None:
             yield name, Line(name, value, True), True
         return
-    digits, behind = number_and_unit(text)
     bare, beside = apart(name)
     words = bare.replace("_", " ")
     *others, last = words.split() or [""]
     trailing = last if others and plain_key(last) in UNITS else ""
-    given = plain_key(behind or beside or trailing)
+    given = number_and_unit(text)[1] or beside or trailing
     for key, (quantity, unit) in SET_POINT_UNITS.items():
-        to = to_set_point(key, given or unit)
-        if to is None or not digits:
-            continue
         meant, _ = guessed(" ".join(others) if trailing else words, unit, VOCABULARY)
         if meant != quantity.replace("max_hertz_pressure", "load"):
             continue
-        value = set_point(key, f"{float(to.of(np.array(decimal_number(digits)))):.12g}")
+        found, number = meaning(f"{quantity}_[{beside or trailing or unit}]", text, {})
+        value = set_point(key, number) if found == key else None
         if value is not None:
             # a unit in brackets or behind the number is read; one in the name must be the key's
-            plain = bool(behind or beside) or (to.scale, to.offset) == (1, 0)
-            yield key, Line(words, value, plain), bool(given)
-
-
-def _doubt(keys: Mapping[str, str], measured: Mapping[str, float]) -> str:
-    """Whether a load labelled N is that of the header in another unit, as a question."""
-    level = measured.get("load_n", np.nan)
-    for name, text in keys.items():
-        for key, line, _ in _possible_lines(name, text):
-            for unit, newtons in _MISTAKEN_FOR_N.items():
-                if key == "load_n" and _is_near(key, line.value, {key: level * newtons}):
-                    return (
-                        f"{line.name} is {line.value:g} in the header and {level:g} in the log: "
-                        f"is the log in {unit}?"
-                    )
-    return ""
+            listed = set_point(*meaning(name, text, {plain_key(words): key}))
+            yield key, Line(words, value, listed == value), bool(given)
 
 
 def _is_near(key: str, value: float, measured: Mapping[str, float]) -> bool:
@@ -463,26 +417,27 @@ class Findings:
     @cached_property
     def columns(self) -> dict[str, list[str]]:
         """Names of columns by the quantity that they seem to mean."""
-        names: dict[str, dict[str, None]] = {}
-        for log in self.named:
-            for quantity, columns in log.guesses.items():
-                if len(columns) == 1:
-                    ((name, unit),) = columns
-                    bare = apart(name.translate(FULL_WIDTH))[0]
-                    # a unit in brackets is read; without one the name is as the log writes it
-                    names.setdefault(quantity, {})[bare if unit else name] = None
-        return {quantity: list(of) for quantity, of in names.items()}
+        # a unit in brackets is read; without one the name is as the log writes it
+        return _grouped(
+            (quantity, apart(name)[0] if unit else name)
+            for log in self.named
+            for quantity, columns in log.guesses.items()
+            for name, unit in (columns if len(columns) == 1 else ())
+        )
 
     @property
     def doubtful(self) -> dict[str, list[str]]:
         """Quantities that no column seems to mean, or several: the names to choose from."""
-        doubtful: dict[str, dict[str, None]] = {}
+        found: list[tuple[str, str]] = []
+        doubtful: set[str] = set()
         for log in self.named:
             several = {q: [n for n, _ in each] for q, each in log.guesses.items() if len(each) > 1}
             for quantity in {*log.missing, *several}:
                 names = several.get(quantity, [name for name in log.names if _is_left(name, log)])
-                doubtful.setdefault(quantity, {}).update(dict.fromkeys(names))
-        return {quantity: list(names) for quantity, names in sorted(doubtful.items())}
+                doubtful.add(quantity)
+                found += [(quantity, name) for name in names]
+        names_of = _grouped(found)
+        return {quantity: names_of.get(quantity, []) for quantity in sorted(doubtful)}
 
     def unit(self, quantity: str) -> tuple[str, bool]:
         """The unit for the campaign file, empty where the logs give it; whether it is unknown."""
@@ -500,26 +455,19 @@ class Findings:
     @property
     def header(self) -> dict[str, list[str]]:
         """Names of header lines by the project's key, without those that are the key itself."""
-        names: dict[str, dict[str, None]] = {}
-        for run in self.runs:
-            if run.oil_key not in ("", "oil"):
-                names.setdefault("oil", {})[run.oil_key.replace("_", " ")] = None
-            for key, line in run.lines.items():
-                if line.listed and plain_key(line.name) != key:
-                    names.setdefault(key, {})[line.name] = None
-        return {key: list(of) for key, of in names.items()}
+        of_oils = [("oil", run.oil_key.replace("_", " ")) for run in self.runs if run.oil_key]
+        lines = [each for run in self.runs for each in run.lines.items()]
+        listed = [(key, line.name) for key, line in lines if line.listed]
+        return _grouped((k, name) for k, name in [*of_oils, *listed] if plain_key(name) != k)
 
     @cached_property
     def oils(self) -> dict[str, list[str]]:
         """What the logs call each oil, by the id that it gets; one id where no log says it."""
-        oils: dict[str, list[str]] = {}
-        for number, label in enumerate(dict.fromkeys(run.oil for run in self.runs if run.oil), 1):
-            oils.setdefault(_oil_id(label) or f"oil-{number}", []).append(label)
-        return oils or {"my-oil": []}
-
-    def oil_of(self, label: str) -> str:
-        """The id of an oil by what a log calls it."""
-        return next(oil for oil, labels in self.oils.items() if label in labels)
+        labels = dict.fromkeys(run.oil for run in self.runs if run.oil)
+        numbered = enumerate(labels, start=1)
+        return _grouped((_oil_id(each) or f"oil-{n}", each) for n, each in numbered) or {
+            "my-oil": []
+        }
 
     @property
     def unnamed_oil(self) -> bool:
@@ -555,14 +503,14 @@ class Findings:
     @property
     def semantics(self) -> dict[str, str | int]:
         """How the signals seem to be meant, where it differs from the defaults."""
-        runs = [run for run in self.runs if not run.settled]
-        found: dict[str, str | int] = {}
-        for key in ("slower_body", "traction_sign"):
-            most = Counter(value for run in runs if (value := getattr(run, key))).most_common(1)
-            default = Semantics.model_fields[key].default
-            if most and most[0][0] != default:
-                found[key] = most[0][0]
-        return found
+        signs = [sign for run in self.runs if not run.settled for sign in run.signs.items()]
+        # the most common one of each key comes last
+        most = dict(sign for sign, _ in reversed(Counter(signs).most_common()))
+        return {
+            key: most[key]
+            for key in ("slower_body", "traction_sign")
+            if key in most and most[key] != Semantics.model_fields[key].default
+        }
 
     @cached_property
     def zeros(self) -> Counter[str | None]:
@@ -592,6 +540,14 @@ class Findings:
     def decimal_comma(self) -> bool:
         """Whether the laboratory writes numbers with a comma."""
         return any(log.form.decimal_mark == "comma" for log in self.logs)
+
+
+def _grouped(pairs: Iterable[tuple[str, str]]) -> dict[str, list[str]]:
+    """The different texts of each key, in the order in which they come."""
+    grouped: dict[str, list[str]] = {}
+    for key, text in dict.fromkeys(pairs):
+        grouped.setdefault(key, []).append(text)
+    return grouped
 
 
 def _is_left(name: str, log: Sniffed) -> bool:

@@ -73,7 +73,6 @@ _SAMPLED = {
 def _header_problem(
     keys: Mapping[str, str], columns: Sequence[Column], settings: Settings
 ) -> Refusal | None:
-    keys = _with_rig(keys, settings)
     return (
         oil_problem(keys, settings)
         or unknown("rig", keys, settings.rigs)
@@ -85,16 +84,11 @@ def _header_problem(
     )
 
 
-def _with_rig(keys: Mapping[str, str], settings: Settings) -> Mapping[str, str]:
-    """Header keys with the only rig of a campaign, where the log names none."""
-    return {"rig": next(iter(settings.rigs)), **keys} if len(settings.rigs) == 1 else keys
-
-
 def _run(log: ContinuousLog, settings: Settings) -> LoggedRun:
-    keys = _with_rig(log.keys, settings)
+    keys, given = log.keys, nominal(log.keys, settings)
     rig, semantics = settings.rigs[keys["rig"]], settings.campaign.semantics_for(keys["rig"])
     units = {column.quantity: column.to.unit for column in log.columns}
-    held = {"time": np.nan, **_held(nominal(keys, settings), rig)}
+    held = {"time": np.nan, **_held(given)}
     left_out = held.keys() & _spared(keys, settings) - log.values.keys()
     values = dict(log.values) | {name: np.full(len(log.rows), held[name]) for name in left_out}
     # a load as maximum Hertz pressure is refused of a rig whose contact is not known
@@ -122,7 +116,7 @@ def _run(log: ContinuousLog, settings: Settings) -> LoggedRun:
         keys["oil"],
         keys["rig"],
         keys.get("log_kind", "continuous"),
-        nominal(keys, settings),
+        given,
         samples,
         log.flaw or contradiction or _fraction_in_percent(log, values),
         keys.get("run", ""),
@@ -145,13 +139,10 @@ def _fraction_in_percent(log: ContinuousLog, values: Mapping[str, FloatArray]) -
     )
 
 
-def _held(given: Nominal, rig: Rig) -> dict[str, float]:
+def _held(given: Nominal) -> dict[str, float]:
     """What set points say of the quantities that a table of settled readings may leave out."""
-    contact, load, pressure = rig.contact(), given.load_n, given.max_hertz_pressure_gpa
-    if load is None and pressure is not None and contact is not None:
-        load = float(contact.load_n(pressure))
     held = {
-        "load": load,
+        "load": given.load_n,
         "entrainment_speed": given.entrainment_speed_m_s,
         "inlet_temperature": given.inlet_temperature_c,
     }
@@ -160,20 +151,26 @@ def _held(given: Nominal, rig: Rig) -> dict[str, float]:
 
 def _spared(keys: Mapping[str, str], settings: Settings) -> frozenset[str]:
     """Readings that have settled need no time, and no column of what a set point says."""
-    keys = _with_rig(keys, settings)
-    if keys.get("log_kind") != "steps" or keys.get("rig") not in settings.rigs:
+    if keys.get("log_kind") != "steps":
         return frozenset()
-    return frozenset({"time", *_held(nominal(keys, settings), settings.rigs[keys["rig"]])})
+    return frozenset({"time", *_held(nominal(keys, settings))})
 
 
 def nominal(keys: Mapping[str, str], settings: Settings) -> Nominal:
-    """Set points of a run: those of its header keys before those of the campaign file."""
+    """Set points of a run: those of its header keys before those of the campaign file.
+
+    The load follows from the pressure where the contact of the rig is known.
+    """
     given = {name: set_point(name, keys[name]) for name in SET_POINTS if name in keys}
     known = {name: value for name, value in given.items() if value is not None}
     # the load has one set point, as force or as pressure
     over = LOADS if known.keys() & LOADS else frozenset()
-    planned = settings.campaign.set_points.model_dump(include=set(SET_POINTS) - over)
-    return Nominal(**planned | known)
+    values = settings.campaign.set_points.model_dump(include=set(SET_POINTS) - over) | known
+    rig, pressure = settings.rigs.get(keys.get("rig", "")), values.get("max_hertz_pressure_gpa")
+    contact = rig.contact() if rig else None
+    if contact is not None and pressure is not None and values.get("load_n") is None:
+        values["load_n"] = float(contact.load_n(pressure))
+    return Nominal(**values)
 
 
 def _kind_problem(keys: Mapping[str, str]) -> Refusal | None:
