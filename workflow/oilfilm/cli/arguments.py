@@ -3,6 +3,7 @@
 Decides: which units a typed quantity may have; where a command looks for settings and results.
 """
 
+import argparse
 import json
 import re
 from importlib.util import find_spec
@@ -13,10 +14,12 @@ from typing import Any
 import numpy as np
 
 from oilfilm import tables
+from oilfilm.cli.parser import CONDITION_OPTIONS
 from oilfilm.errors import OilfilmError
 from oilfilm.home import CONFIG
 from oilfilm.logs.base import LARGEST_READING
 from oilfilm.settings.resolve import read_config
+from oilfilm.traction.law import QUANTITIES
 from oilfilm.units import conversion
 
 
@@ -91,6 +94,20 @@ def _with_null(value: Any) -> Any:
     if isinstance(value, list | tuple):
         return [_with_null(part) for part in value]
     return None if isinstance(value, float) and not isfinite(value) else value
+
+
+def typed_conditions(options: argparse.Namespace) -> dict[str, float]:
+    """The conditions that were typed, by their columns' names, in the units of the columns.
+
+    Raises:
+        OilfilmError: As by `quantity`.
+    """
+    typed = {option: getattr(options, option.removeprefix("--")) for option in CONDITION_OPTIONS}
+    return {
+        name: quantity(typed[option], QUANTITIES[name].unit, option)
+        for option, (name, _, _) in CONDITION_OPTIONS.items()
+        if typed[option] is not None
+    }
 
 
 def quantity(text: str, unit: str, option: str) -> float:

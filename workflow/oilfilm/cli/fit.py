@@ -4,20 +4,13 @@ import argparse
 from collections.abc import Iterator
 
 import oilfilm
-from oilfilm.cli.arguments import quantity
-from oilfilm.cli.parser import CONDITION_OPTIONS
+from oilfilm.cli.arguments import quantity, typed_conditions
 from oilfilm.errors import OilfilmError, printable
 from oilfilm.table_fit import TableFit
-from oilfilm.traction.law import QUANTITIES
 
 
 def run(options: argparse.Namespace) -> int:
     """Run the command; exit code 1 where nothing could be fitted."""
-    at = {
-        name: quantity(typed, QUANTITIES[name].unit, option)
-        for option, (name, _, _) in CONDITION_OPTIONS.items()
-        if (typed := getattr(options, option.removeprefix("--"))) is not None
-    }
     radius = options.ball_radius
     if options.save is not None and options.save.exists():
         raise OilfilmError(f"{options.save}: exists already. Name a new folder with --save.")
@@ -27,7 +20,7 @@ def run(options: argparse.Namespace) -> int:
         materials=options.materials,
         law=options.law,
         oil=options.oil,
-        at=at,
+        at=typed_conditions(options),
     )
     print("\n".join(map(printable, _lines(fit))))
     if options.plot:

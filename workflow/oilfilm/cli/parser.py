@@ -16,7 +16,7 @@ from typing import Any
 
 import oilfilm
 
-# Options of `predict` and `fit`: the condition of a law, its meaning, an example.
+# Options of `predict`, `compare` and `fit`: the condition of a law, its meaning, an example.
 CONDITION_OPTIONS = {
     "--stress": ("max_hertz_pressure_gpa", "maximum Hertz pressure", "1.2GPa"),
     "--load": ("load_n", "normal load", "50N"),
@@ -135,6 +135,24 @@ def predict(command: argparse.ArgumentParser) -> None:
     _add_json(command, "one JSON object")
 
 
+def compare(command: argparse.ArgumentParser) -> None:
+    """Set fitted oils or campaigns side by side.
+
+    It shows mu of each at the same condition, the ratio to the first one with its interval, and
+    the constants.
+    """
+    command.add_argument(
+        "folders", nargs="+", type=Path, metavar="DIR", help="results of a campaign: results/june"
+    )
+    command.add_argument("--oil", action="append", help="only this oil; may be repeated")
+    for option, (_, meaning, example) in CONDITION_OPTIONS.items():
+        about = f"{meaning}, as {example} (default: the middle of what all tested)"
+        command.add_argument(option, metavar=example, help=about)
+    command.add_argument("--slip", action="append", help="slide-roll ratio; may be repeated")
+    command.add_argument("--plot", type=Path, metavar="FILE", help="draw mu and ratios: png, svg")
+    _add_json(command, "one JSON object")
+
+
 def plan(command: argparse.ArgumentParser) -> None:
     """Rig conditions to test next.
 
@@ -220,7 +238,7 @@ def export(command: argparse.ArgumentParser) -> None:
     )
 
 
-COMMANDS = (init, run, check, fit, watch, predict, plan, verify, fetch, diff, pin, export)
+COMMANDS = (init, run, check, fit, watch, predict, compare, plan, verify, fetch, diff, pin, export)
 _OF_RELEASES = (verify, fetch, diff, pin)
 
 

@@ -11,21 +11,16 @@ import numpy as np
 
 import oilfilm
 from oilfilm import tables
-from oilfilm.cli.arguments import campaign_folder, json_text, quantity
+from oilfilm.cli.arguments import campaign_folder, json_text, quantity, typed_conditions
 from oilfilm.cli.parser import CONDITION_OPTIONS
 from oilfilm.errors import OilfilmError
 from oilfilm.fits.fitted import INTERVALS, SLIP, FittedLaw, read_fit, refuse_impossible
 from oilfilm.paper.printed_law import PrintedLaw
-from oilfilm.traction.law import QUANTITIES
 
 
 def run(options: argparse.Namespace) -> int:
     """Run the command."""
-    at = {SLIP: quantity(options.slip, "dimensionless", "--slip")}
-    for option, (name, _, _) in CONDITION_OPTIONS.items():
-        typed = getattr(options, option.removeprefix("--"))
-        if typed is not None:
-            at[name] = quantity(typed, QUANTITIES[name].unit, option)
+    at = {SLIP: quantity(options.slip, "dimensionless", "--slip"), **typed_conditions(options)}
     if options.printed:
         fit, source = oilfilm.printed(options.oil), "constants as the paper prints them"
     else:

@@ -1,0 +1,45 @@
+"""The conda recipe says what pyproject.toml says, and a package can be built from it."""
+
+import sys
+import tomllib
+from pathlib import Path
+
+import pytest
+import yaml
+
+ROOT = Path(__file__).parents[2]
+RECIPE = ROOT / "docs/containers/recipe.yaml"
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
+
+
+def test_recipe_has_version_entry_point_and_packages_of_the_project() -> None:
+    recipe = yaml.safe_load(RECIPE.read_text("utf-8"))
+    assert recipe["context"]["version"] == PROJECT["version"]
+    wanted = [f"python {PROJECT['requires-python']}", *PROJECT["dependencies"]]
+    packages = {package.replace(" ", "") for package in recipe["requirements"]["run"]}
+    assert packages == {package.replace(" ", "") for package in wanted}
+    (entry,) = recipe["build"]["python"]["entry_points"]
+    assert entry == f"oilfilm = {PROJECT['scripts']['oilfilm']}"
+
+
+@pytest.mark.nightly
+def test_package_is_built_from_the_recipe(tmp_path: Path) -> None:
+    """By this Python: conda-forge, which has the packages of the host, is not always reached."""
+    rattler_build = pytest.importorskip("rattler_build", reason="pip install py-rattler-build")
+    recipe = yaml.safe_load(RECIPE.read_text("utf-8"))
+    recipe["source"]["path"] = str(ROOT)
+    recipe["requirements"].pop("host")
+    install = "-m uv pip install . --no-deps --no-build-isolation --prefix $PREFIX --python"
+    recipe["build"]["script"] = f"{sys.executable} {install} {sys.executable}"
+    path = tmp_path / "recipe.yaml"
+    path.write_text(yaml.safe_dump(recipe), "utf-8")
+    built = rattler_build.Stage0Recipe.from_file(path).run_build(
+        output_dir=tmp_path / "out",
+        channels=[],
+        tool_config=rattler_build.ToolConfiguration(test_strategy="skip", compression_threads=1),
+    )
+    (package,) = (path for each in built for path in each.packages)
+    content = rattler_build.Package.from_file(package)
+    assert (content.name, str(content.version)) == ("oilfilm", PROJECT["version"])
+    wanted = recipe["tests"][0]["package_contents"]["files"]
+    assert {str(file) for file in content.files}.issuperset(wanted)
