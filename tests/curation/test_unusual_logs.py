@@ -244,15 +244,15 @@ def test_light_contact_whose_zero_is_a_little_off_is_used() -> None:
         ({"traction_force": 1e-3}, "no_traction", "may be in kN"),
         ({"traction_force": 1 / 9.80665}, "no_traction", "kgf"),
         ({"traction_force": -1}, "swapped_sign", "against the slip"),
-        ({"ball_speed": -1}, "speed_sign", "opposite sign of the speed of ball"),
-        ({"ball_speed": -1, "disc_speed": -1}, "speed_sign", "ball and disc"),
+        ({"ball_speed": -1}, "speed_sign", "opposite sign of the ball's speed"),
+        ({"ball_speed": -1, "disc_speed": -1}, "speed_sign", "both speeds"),
         ({"ball_speed": 6, "disc_speed": 6}, "speed_unit", "deg/s labelled 1/min"),
         ({"ball_speed": 1 / 60, "disc_speed": 1 / 60}, "speed_unit", "1/s labelled 1/min"),
         ({"disc_speed": np.pi / 30}, "speed_unit", "disc's speed 9.549 times as large"),
         ({"load": 1e-3}, "load_off_nominal", "may be in kN"),
         ({"load": 1 / 9.80665}, "load_off_nominal", "may be in kgf"),
         ({"load": 1 / 4.4482216}, "load_off_nominal", "may be in lbf"),
-        ({"ball_speed": 1.3}, "track_radii", "by one ratio"),
+        ({"ball_speed": 1.3}, "track_radii", "the one ratio"),
     ],
 )
 def test_unit_or_sign_that_is_wrong_is_named(
@@ -279,7 +279,7 @@ def test_every_unit_that_would_do_is_named() -> None:
 def test_temperature_in_another_unit_is_named(in_unit: Callable, unit: str) -> None:
     values = good(SWEEP)
     curated = judged({**values, "inlet_temperature": in_unit(values["inlet_temperature"])})
-    assert curated.quarantine["reason"].iloc[0].endswith(f"if it were in {unit}")
+    assert curated.quarantine["reason"].iloc[0].endswith(f"may be in {unit}")
 
 
 @pytest.mark.parametrize(("factor", "unit"), [(100, "1"), (1, "%")])

@@ -79,15 +79,6 @@ def test_standstill_that_gives_no_zero_is_refused(values: Columns, rule: str, wo
     assert words in reason(curated)
 
 
-@pytest.mark.parametrize("zero", ["rolling_phases", "opening_phase"])
-@pytest.mark.parametrize("first", [0.002, 0.005])
-def test_refusal_names_the_standstill_and_what_to_write(zero: str, first: float) -> None:
-    curated = judged(log((first, *LEVELS[1:])), zero)
-    assert curated.quarantine["rule"].tolist() == ["zero_missing"]
-    for words in ("0.35 N", "`semantics: {zero: standstill}`", "config/campaigns"):
-        assert words in reason(curated)
-
-
 ROLLING = {"levels": (0.0, *LEVELS[1:], 0.0), "still_s": (0.0, 0.0), "ramp_s": 0.0}
 
 
@@ -123,7 +114,7 @@ def test_ramps_beside_a_standstill_are_no_part_of_the_levels() -> None:
 def test_unit_of_a_load_is_offered_where_only_the_traction_shows_it() -> None:
     values = log(**ROLLING)
     curated = judged({**values, "load": values["load"] / 9.80665}, "rolling_phases")
-    assert "may be in kgf (times 9.807)" in reason(curated)
+    assert "may be in kgf" in reason(curated)
     # a force that is ten times too large by another cause has no unit to offer
     wild = {**values, "traction_force": 1e5 * values["traction_force"]}
     assert "may be in" not in reason(judged(wild, "rolling_phases"))

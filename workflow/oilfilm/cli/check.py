@@ -17,6 +17,7 @@ from oilfilm.curation.rig_kind import RigKind
 from oilfilm.curation.torque_rig import TORQUE_RIG
 from oilfilm.curation.traction_rig import TRACTION_RIG
 from oilfilm.errors import OilfilmError
+from oilfilm.logs.base import Reading
 from oilfilm.logs.first_seen import FirstSeen
 from oilfilm.logs.ingest import ingest_logs, read_bytes, read_log
 from oilfilm.logs.raw_files import named_logs, raw_files
@@ -171,10 +172,9 @@ def kind_of(file: str, content: bytes, settings: Settings) -> RigKind:
             f"{file}: has the columns of a traction log and those of a torque log. Say which it "
             "is: --traction or --torque."
         )
-    # a log that lacks no column of one kind only, but has other faults, is of that kind
-    faulty = [
-        kind
-        for kind, reading in readings.items()
-        if any(refusal.rule != "columns" for refusal in reading.refusals)
-    ]
-    return runs[0] if runs else faulty[0] if len(faulty) == 1 else TRACTION_RIG
+    # a log that lacks columns of one kind only is of the other, whatever else is wrong with it
+    return runs[0] if runs else min(_KINDS, key=lambda kind: _lacks_columns(readings[kind]))
+
+
+def _lacks_columns(reading: Reading) -> bool:
+    return any(refusal.rule == "columns" for refusal in reading.refusals)

@@ -5,7 +5,6 @@ Decides: which planned conditions are accepted, refused or missing.
 
 import itertools
 import math
-from bisect import bisect_left
 from collections.abc import Mapping
 from typing import Any
 
@@ -155,27 +154,14 @@ def _levels(
 ) -> "pd.Series[float]":
     """Each value's level: the nearest planned one, or else the first of those near each other."""
     relative = values.name != "nominal_inlet_temperature_c"
-    given, found = sorted(set(planned)), sorted(set(values.dropna()))
-    more: list[float] = []
+    levels, found = np.unique(planned), np.unique(values.dropna())
     for value in found:
         allowed = same.relative * value if relative else same.temperature_c
         # a level that is met exactly is no less near for rounding in the last bit
-        known = [*_neighbours(given, value), *more[-1:]]
-        if not known or min(abs(level - value) for level in known) > allowed * (1 + 1e-9):
-            more.append(value)
-
-    def nearest(value: float) -> float:
-        # a planned one where two are as near
-        known = [*_neighbours(given, value), *_neighbours(more, value)]
-        return min(known, key=lambda level: abs(level - value))
-
-    return values.map({value: nearest(value) for value in found}).astype(float)
-
-
-def _neighbours(levels: list[float], value: float) -> list[float]:
-    """The levels next to a value, among rising ones: the last below it and the first from it on."""
-    place = bisect_left(levels, value)
-    return levels[max(place - 1, 0) : place + 1]
+        if np.abs(levels - value).min(initial=np.inf) > allowed * (1 + 1e-9):
+            levels = np.append(levels, value)
+    nearest = {value: levels[np.argmin(np.abs(levels - value))] for value in found}
+    return values.map(nearest).astype(float)
 
 
 def _counted(runs: pd.DataFrame) -> pd.DataFrame:

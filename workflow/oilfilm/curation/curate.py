@@ -6,7 +6,6 @@ says what differs between the rigs.
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
-from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -227,8 +226,9 @@ def _explanation(
         return None
     _, best = max(passing, key=lambda each: each[0])
     # where several units would do, the data do not tell which one it is
-    sentence = "; or ".join(each.sentence for _, each in passing if each.rule == best.rule)
-    return refusal(best.rule, Finding(f"{sentence}; as it is, {run['reason']}"), kind, run_id)
+    causes = "; or ".join(each.sentence for _, each in passing if each.rule == best.rule)
+    sentence = f"the run would pass with {causes}; as it is, {run['reason']}"
+    return refusal(best.rule, Finding(sentence), kind, run_id)
 
 
 def collect(
@@ -248,12 +248,10 @@ def collect(
     points = pd.concat([share.points for share in shares], ignore_index=True)
     runs = pd.concat([share.runs for share in shares], ignore_index=True)
     quarantine = [*unread, *(share.quarantine for share in shares)]
-    for rule in kind.repeats(settings):
-        again = repeated(points, runs, rule, kind, settings)
-        if again:
-            points = _refuse_plateaus(points, again, kind)
-            runs = _count(points, _with_rules(runs, again))
-            quarantine.append(quarantine_rows(again, runs))
+    if again := repeated(points, runs, kind, settings):
+        points = _refuse_plateaus(points, again, kind)
+        runs = _with_verdicts(runs, points, again)
+        quarantine.append(quarantine_rows(again, runs))
     runs = with_campaign_warnings(runs, points, kind)
     return Curated(
         points.sort_values(["run_id", "first_row"], ignore_index=True),
@@ -271,12 +269,10 @@ def arrays_of(samples: pd.DataFrame) -> Columns:
 
 def _by_run(samples: pd.DataFrame) -> dict[str, Columns]:
     """The columns of each run, whose rows are next to each other."""
-    arrays, run_ids = arrays_of(samples), samples["run_id"].astype("category").cat
-    codes, names = run_ids.codes.to_numpy(), run_ids.categories
-    edges = np.flatnonzero(np.diff(codes, prepend=-1, append=-1))
+    arrays, rows_of = arrays_of(samples), samples.groupby("run_id").indices
     return {
-        str(names[codes[start]]): {name: array[start:stop] for name, array in arrays.items()}
-        for start, stop in pairwise(edges)
+        str(run_id): {name: array[rows[0] : rows[-1] + 1] for name, array in arrays.items()}
+        for run_id, rows in rows_of.items()
     }
 
 
@@ -299,8 +295,7 @@ def _table_of_plateaus(
 ) -> pd.DataFrame:
     """All plateaus with what they carry of their run and what needs rig and oil."""
     if not plateaus_of:
-        nothing = tables.empty(kind.table)
-        return nothing.assign(**{name: np.nan for name in kind.carried if name not in nothing})
+        return tables.empty(kind.table)
     measured = list(plateaus_of.values())
     counts = [len(plateaus["time_s"]) for plateaus in measured]
     about = runs.loc[list(plateaus_of), list(kind.carried)]
@@ -308,14 +303,10 @@ def _table_of_plateaus(
     points = carried.reset_index(drop=True).assign(
         **{name: np.concatenate([run[name] for run in measured]) for name in measured[0]}
     )
-    return _without_absurd(kind.complete(points, settings))
-
-
-def _without_absurd(points: pd.DataFrame) -> pd.DataFrame:
-    """Plateaus with null for numbers that no table may hold, as mu has under no load at all."""
+    points = kind.complete(points, settings)
+    # no table may hold such numbers, as mu has under no load at all
     numbers = points.select_dtypes("float")
-    absurd = numbers.abs() >= tables.LARGEST
-    return points.assign(**numbers.mask(absurd)) if absurd.any(axis=None) else points
+    return points.assign(**numbers.mask(numbers.abs() >= tables.LARGEST))
 
 
 def _judge(
@@ -340,9 +331,10 @@ def _judge(
     # in the order of the runs
     of_runs = {each.run_id: each for each in (*refused.values(), *by_plateaus)}
     ordered = [of_runs[run_id] for run_id in runs["run_id"] if run_id in of_runs]
-    runs = _count(points, _with_rules(runs, ordered))
-    columns = tables.columns(kind.table)
-    return Curated(points[columns], runs, quarantine_rows([*ordered, *partly], runs))
+    runs = _with_verdicts(runs, points, ordered)
+    return Curated(
+        points[tables.columns(kind.table)], runs, quarantine_rows([*ordered, *partly], runs)
+    )
 
 
 def _refuse_plateaus(points: pd.DataFrame, refused: list[Refusal], kind: RigKind) -> pd.DataFrame:
@@ -353,21 +345,19 @@ def _refuse_plateaus(points: pd.DataFrame, refused: list[Refusal], kind: RigKind
     return points[~points["run_id"].isin(list(gate_of_run))]
 
 
-def _with_rules(runs: pd.DataFrame, refused: list[Refusal]) -> pd.DataFrame:
-    """Runs with the rule and the sentence of their refusal."""
+def _with_verdicts(
+    runs: pd.DataFrame, points: pd.DataFrame, refused: list[Refusal]
+) -> pd.DataFrame:
+    """Runs with rule and sentence of their refusal, counts of their plateaus, and verdict."""
     of_run = {each.run_id: (each.rule, each.reason) for each in refused}
     as_they_are = zip(runs["run_id"], runs["rule"], runs["reason"], strict=True)
     texts = [of_run.get(run_id, (rule, reason)) for run_id, rule, reason in as_they_are]
-    columns = pd.DataFrame(texts, runs.index, ["rule", "reason"], dtype="str")
-    return runs.assign(**columns).reset_index(drop=True)
-
-
-def _count(points: pd.DataFrame, runs: pd.DataFrame) -> pd.DataFrame:
     per_run = points.groupby("run_id")["accepted"].agg(["size", "sum"])
-    accepted = runs["run_id"].map(per_run["sum"]).fillna(0).astype(np.int64)
+    plateaus, accepted = per_run.reindex(runs["run_id"], fill_value=0).to_numpy(np.int64).T
     return runs.assign(
-        plateaus=runs["run_id"].map(per_run["size"]).fillna(0).astype(np.int64),
+        **pd.DataFrame(texts, runs.index, ["rule", "reason"], dtype="str"),
+        plateaus=plateaus,
         accepted_points=accepted,
         warning=runs["warning"].where(accepted > 0, ""),
         verdict=np.where(accepted > 0, "accepted", "refused"),
-    )
+    ).reset_index(drop=True)

@@ -106,10 +106,6 @@ class RigKind(Protocol):
         """Rest and levels of a run."""
         ...
 
-    def phase_problem(self, rest: Rest, name: str, settings: Settings) -> Finding | None:
-        """Why a phase that is long enough gives no zero, if a rig has such a reason."""
-        return None
-
     def zero_fault(
         self,
         found: Fault | None,
@@ -152,10 +148,6 @@ class RigKind(Protocol):
 
     def limits(self, settings: Settings) -> Limits:
         """The limits of its gates and of its zero."""
-        ...
-
-    def repeats(self, settings: Settings) -> tuple[str, ...]:
-        """Rules of `repeats.py` that refuse a run which an earlier one repeats."""
         ...
 
 
