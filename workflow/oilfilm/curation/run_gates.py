@@ -28,7 +28,6 @@ from oilfilm.curation.statistics import (
     is_noise,
     longest_hold,
     median,
-    quantile,
 )
 from oilfilm.units import FloatArray
 
@@ -458,7 +457,7 @@ def soft_saturation(run: Run, limits: Limits) -> str:
     noise, size = _noise(run), np.abs(run.working[run.sensor.column][1:-1])
     if len(noise) == 0:
         return ""
-    largest = quantile(size, _ALMOST_ALL)
+    largest = np.quantile(size, _ALMOST_ALL)
     parts = size < _SMALL * largest, size > _LARGE * largest
     if min(map(np.count_nonzero, parts)) < _CHANGES:
         return ""

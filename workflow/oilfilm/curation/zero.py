@@ -144,7 +144,8 @@ def moved_zero(zero: ZeroReference, rest: Rest, sensor: Channel, allowed: float)
 def _still(signals: Signals, settings: CurationSettings) -> BoolArray:
     """Where both surfaces are slower than a share of the run's speed."""
     faster = np.maximum(np.abs(signals["ball_speed_m_s"]), np.abs(signals["disc_speed_m_s"]))
-    run_m_s = statistics.quantile(faster[np.isfinite(faster)], _FASTEST)
+    turns = faster[np.isfinite(faster)]
+    run_m_s = np.quantile(turns, _FASTEST) if len(turns) else 0.0
     return np.asarray(faster <= settings.zero_reference.standstill_share * run_m_s)
 
 
