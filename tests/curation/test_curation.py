@@ -84,16 +84,6 @@ def test_plateau_traction_is_the_true_one_within_its_errors(demo: Campaign) -> N
         assert (error.abs() <= allowed + 4 * group["traction_coefficient_se"]).mean() > 0.999
 
 
-def test_film_is_full_over_the_whole_matrix_as_the_paper_says(demo: Campaign) -> None:
-    points = demo.curated.points
-    good = points[points["accepted"]]
-    assert good["lambda_ratio"].min() > 3  # Deng et al. 2026, section 2.4
-    # docs/physics.md, lambda at the worst corner: 3.9 for the 3 cSt oil, 1.5 GPa, 25 m/s, 120 degC
-    corner = good[good["run_id"] == "4010_P1.50_U25_T120.csv"]
-    at_rest = corner.loc[corner["slide_roll_ratio"].abs().idxmin(), "lambda_ratio"]
-    assert at_rest == pytest.approx(3.9, abs=0.1)
-
-
 def test_shares_together_give_what_one_share_gives(demo: Campaign) -> None:
     runs = demo.ingested.runs.iloc[:12]
     samples = pd.concat(demo.ingested.samples.values(), ignore_index=True)
@@ -143,22 +133,6 @@ def equal_stretches(signal: np.ndarray, count: int) -> tuple[np.ndarray, np.ndar
     return statistics.cut(signal, starts, starts + len(signal) // count)
 
 
-@pytest.mark.parametrize("memory", [0.0, 0.5, 0.8])
-def test_standard_error_knows_autocorrelation(memory: float) -> None:
-    """First-order noise of memory r: var(mean) -> s^2/n (1+r)/(1-r), a closed form."""
-    random = np.random.default_rng(7)
-    count, length = 400, 400
-    noise = np.zeros(count * length)
-    pushes = random.standard_normal(count * length)
-    for i in range(1, len(noise)):
-        noise[i] = memory * noise[i - 1] + pushes[i]
-    expected = np.sqrt((1 / (1 - memory**2)) / length * (1 + memory) / (1 - memory))
-    stretches = equal_stretches(noise, count)
-    # the mean of 400 estimates, each biased by a few percent by cutting the sum
-    assert statistics.standard_errors(*stretches).mean() == pytest.approx(expected, rel=0.10)
-    assert statistics.means(*stretches).std() == pytest.approx(expected, rel=0.15)
-
-
 def test_standard_error_sums_lags_up_to_the_first_that_is_not_positive() -> None:
     """Against the definition, spelt out: noise, a drift, a hum and a constant in one signal."""
     random, length = np.random.default_rng(8), 60
@@ -193,9 +167,6 @@ def test_transient_that_outlasts_the_settling_time_is_measured_and_refused() -> 
     steady = decay[80 + 16 : 80 + 78]
     expected = steady[:12].mean() - steady[12:].mean()
     np.testing.assert_allclose(points["traction_transient"], expected, atol=3e-4)
-    halves = {"curation": {"plateaus": {"transient_share": 0.5}}}
-    points = check_logs(log, bad_logs.CONFIG.with_changes(halves)).points
-    np.testing.assert_allclose(points["traction_transient"], -points["traction_change"])
 
 
 def rig_log(force_n: np.ndarray, slip: np.ndarray, time_s: np.ndarray) -> Signals:
@@ -336,40 +307,27 @@ def test_sweep_whose_way_back_differs_is_refused(
     assert (fault and fault[0]) == ("branches_differ" if refused else None)
 
 
-def test_copy_of_a_log_and_a_name_given_twice_are_refused() -> None:
+def test_name_of_an_earlier_run_is_refused() -> None:
     sound = SOUND["traction"]
     other = {**sound.values, "load": sound.values["load"] + 0.1}
-    first, namesake = sound.text(run="17"), sound.text(other, run="17")
-    logs = [("a_first", first), ("b_copy", first), ("c_namesake", namesake)]
-    repeats = {"campaign": {"repeated_conditions": "accept"}}
-    verdict = check_logs(logs, sound.config.with_changes(repeats))
-    rules = verdict.quarantine.set_index("run_id")["rule"]
-    assert rules.to_dict() == {"b_copy": "duplicate_log", "c_namesake": "repeated_label"}
-    assert verdict.runs.set_index("run_id")["verdict"]["a_first"] == "accepted"
+    logs = [("a", sound.text(run="17")), ("b", sound.text(other, run="17"))]
+    rules = check_logs(logs, sound.config).quarantine.set_index("run_id")["rule"]
+    assert rules.to_dict() == {"b": "repeated_label"}
 
 
 # --- what the signals are taken for -------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
-    ("log", "force_sign", "disc_faster"),
-    [
-        (Semantics(), 1, True),
-        (Semantics(traction_sign=-1), -1, True),
-        (Semantics(slower_body="disc"), -1, False),
-        (Semantics(slower_body="disc", traction_sign=-1), 1, False),
-    ],
-)
+@pytest.mark.parametrize("traction_sign", [1, -1])
+@pytest.mark.parametrize(("slower", "force_sign"), [("ball", 1), ("disc", -1)])
 def test_sign_and_slower_body_lead_to_the_same_signals(
-    log: Semantics, force_sign: int, disc_faster: bool
+    traction_sign: int, slower: str, force_sign: int
 ) -> None:
+    log = Semantics(slower_body=slower, traction_sign=traction_sign)
     samples = tables.empty("samples").drop(columns="run_id").reindex(range(1))
-    fast, slow = 11.0, 9.0
-    samples = samples.assign(
-        traction_force_n=force_sign * 2.0,
-        disc_speed_m_s=fast if disc_faster else slow,
-        ball_speed_m_s=slow if disc_faster else fast,
-    )
+    ball, disc = (9.0, 11.0) if slower == "ball" else (11.0, 9.0)
+    force_n = traction_sign * force_sign * 2.0
+    samples = samples.assign(traction_force_n=force_n, disc_speed_m_s=disc, ball_speed_m_s=ball)
     settings = Settings.of({"campaign": {"semantics": log.model_dump(), "semantics_of_rig": {}}})
     signals = TRACTION_RIG.signals(arrays_of(samples), "any", settings)
     assert signals["traction_force_n"].tolist() == [2.0]
@@ -380,17 +338,12 @@ def test_sign_and_slower_body_lead_to_the_same_signals(
 def test_every_definition_of_the_slide_roll_ratio_becomes_sliding_over_mean_speed(
     faster: float, ratio: float
 ) -> None:
-    slower = ratio * faster
-    sliding, total = faster - slower, faster + slower
-    logged = {
-        "over_mean": 2 * sliding / total,
-        "over_sum": sliding / total,
-        "over_faster": sliding / faster,
-    }
-    for definition, value in logged.items():
-        ratio_of_mean = Semantics(slide_roll_ratio=definition).over_mean(np.array([value, -value]))
-        expected = np.array([1, -1]) * 2 * sliding / total
-        np.testing.assert_allclose(ratio_of_mean, expected, rtol=1e-12)
+    sliding, total = faster * (1 - ratio), faster * (1 + ratio)
+    both = np.array([1.0, -1.0]) * sliding
+    divisors = {"over_mean": total / 2, "over_sum": total, "over_faster": faster}
+    for definition, divisor in divisors.items():
+        of_mean = Semantics(slide_roll_ratio=definition).over_mean(both / divisor)
+        np.testing.assert_allclose(of_mean, both / (total / 2), rtol=1e-12)
 
 
 @pytest.mark.parametrize(
@@ -431,29 +384,25 @@ def test_calibration_errors_stand_apart_and_are_null_where_none_is_stated(
 # --- logs that once stopped all of a campaign ---------------------------------------------------
 
 
-SPEEDS = ("ball_speed", "disc_speed")
-
-
 @pytest.mark.parametrize(
-    ("columns", "rows", "value", "verdict"),
+    ("name", "rows", "value", "verdict"),
     [
-        (("inlet_temperature",), slice(None), -200.0, "refused"),
-        (("load",), slice(None), 1e-320, "refused"),
-        (SPEEDS, slice(-1, None), 0.0, "accepted"),
-        (SPEEDS, slice(0, 1), 0.0, "accepted"),
-        (SPEEDS, slice(None), 0.0, "refused"),
+        ("inlet_temperature", slice(None), -200.0, "refused"),
+        ("load", slice(None), 1e-320, "refused"),
+        ("_speed", slice(-1, None), 0.0, "accepted"),
+        ("_speed", slice(0, 1), 0.0, "accepted"),
+        ("_speed", slice(None), 0.0, "refused"),
     ],
 )
 def test_absurd_log_is_one_refused_run_and_no_more(
-    columns: tuple[str, ...], rows: slice, value: float, verdict: str
+    name: str, rows: slice, value: float, verdict: str
 ) -> None:
     sound = SOUND["traction"]
     values = {name: column.copy() for name, column in sound.values.items()}
-    for name in columns:
-        values[name][rows] = value
+    for column in (column for key, column in values.items() if key.endswith(name)):
+        column[rows] = value
     log = replace(sound, values=values).written("csv")
-    judged = check_logs([("log.csv", log)], sound.config)
-    assert judged.runs["verdict"].tolist() == [verdict]
+    assert check_logs([("log.csv", log)], sound.config).runs["verdict"].tolist() == [verdict]
 
 
 @pytest.mark.parametrize("start", [660, 1500])

@@ -78,7 +78,7 @@ def planned_torque_runs(campaign: Campaign) -> list[PlannedRun]:
 
 
 def _planned(
-    oils: Iterable[str], levels: Mapping[str, Sequence[float]], defects: Iterable[PlannedRun]
+    oils: Sequence[str], levels: Mapping[str, Sequence[float]], defects: Iterable[PlannedRun]
 ) -> list[PlannedRun]:
     """Runs of every oil at every condition of a matrix.
 
@@ -90,6 +90,6 @@ def _planned(
         for oil in oils
         for condition in product(*levels.values())
     ]
-    # of two runs of one name the second counts
-    by_name = {run.name: run for run in (*runs, *defects)}
+    # of two runs of one name the second counts; an oil may be left out of the campaign
+    by_name = {run.name: run for run in (*runs, *defects) if run.oil in oils}
     return [by_name[name] for name in sorted(by_name)]
