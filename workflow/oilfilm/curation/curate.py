@@ -137,10 +137,7 @@ def curate_parts(
 
 
 def curate(
-    samples: pd.DataFrame,
-    runs: pd.DataFrame,
-    settings: Settings,
-    kind: RigKind = TRACTION_RIG,
+    samples: pd.DataFrame, runs: pd.DataFrame, settings: Settings, kind: RigKind = TRACTION_RIG
 ) -> Curated:
     """Plateaus of every run, judged by every gate of the rig.
 
@@ -186,11 +183,7 @@ def curate(
 
 
 def _explanation(
-    samples: Columns,
-    run: Mapping[str, Any],
-    runs: pd.DataFrame,
-    settings: Settings,
-    kind: RigKind,
+    samples: Columns, run: Mapping[str, Any], runs: pd.DataFrame, settings: Settings, kind: RigKind
 ) -> Refusal | None:
     """The simple mistake without which most plateaus of a refused run would pass, if there is one.
 
@@ -288,10 +281,7 @@ def first_fault(run: Run, kind: RigKind, limits: Limits) -> Fault | None:
 
 
 def _table_of_plateaus(
-    plateaus_of: Mapping[str, Columns],
-    runs: pd.DataFrame,
-    settings: Settings,
-    kind: RigKind,
+    plateaus_of: Mapping[str, Columns], runs: pd.DataFrame, settings: Settings, kind: RigKind
 ) -> pd.DataFrame:
     """All plateaus with what they carry of their run and what needs rig and oil."""
     if not plateaus_of:
@@ -325,8 +315,7 @@ def _judge(
     some_pass = set(points.loc[points["accepted"], "run_id"])
     # the plateaus stay, whatever the rig, with the gate of their run beside their own
     points = failed_gates.with_gate_of_run(
-        points,
-        {each.run_id: each.rule for each in by_plateaus if each.run_id in some_pass},
+        points, {each.run_id: each.rule for each in by_plateaus if each.run_id in some_pass}
     )
     # in the order of the runs
     of_runs = {each.run_id: each for each in (*refused.values(), *by_plateaus)}

@@ -235,8 +235,4 @@ def _from_percent(samples: Columns) -> Columns:
     """Speeds of a log whose entrainment speed and slip were logged, the slip in percent."""
     ball, disc = samples[_BALL], samples[_DISC]
     mean, sliding = (ball + disc) / 2, (disc - ball) / 100
-    return {
-        **samples,
-        _BALL: np.asarray(mean - sliding / 2),
-        _DISC: np.asarray(mean + sliding / 2),
-    }
+    return {**samples, _BALL: np.asarray(mean - sliding / 2), _DISC: np.asarray(mean + sliding / 2)}

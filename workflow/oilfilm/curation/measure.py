@@ -4,6 +4,8 @@ Decides: where a log is steady, and how much of a plateau is used; mean and stan
 plateau; when a missing zero refuses a run.
 """
 
+from dataclasses import replace
+
 import numpy as np
 import scipy
 
@@ -35,23 +37,21 @@ def measure(
     if settled:
         return Run(signals, signals, _readings(signals, kind), *channels)
     curation, limits = settings.curation, kind.limits(settings)
-    spike, least_s = curation.spikes.threshold, limits.zero.min_duration_s
     division = kind.divide(signals, rig, settings)
     rest, usable = division.rest, division.signals
-    served, flaw = _usable_phases(rest, settings, least_s)
+    served, flaw = _usable_phases(rest, settings, limits.zero.min_duration_s)
     starts, stops = _without(division, served if rest.in_levels else [], curation)
-    averages = average(usable, starts, stops, kind, spike, curation.plateaus.transient_share)
-    averages["duration_s"] = (stops - starts) * usable.interval_s
+    averages = average(usable, starts, stops, kind, curation)
     if flaw is not None:
         output = output_se = nothing(len(starts))
     else:
+        spike = curation.spikes.threshold
         zero = zero_reference(rest.signals, kind.sensor.column, rest.phases, spike)
         output, output_se = zero.at(averages["time_s"]), zero.standard_error_at(averages["time_s"])
         flaw = moved_zero(zero, rest, kind.sensor, limits.zero_drift_max)
-    plateaus = kind.derive(averages, output, output_se)
-    flaw = kind.zero_fault(flaw, rest, signals, plateaus, rig, settings)
-    working = usable.at(division.working)
-    return Run(signals, working, plateaus, *channels, flaw, division.too_short)
+    plateaus, working = kind.derive(averages, output, output_se), usable.at(division.working)
+    run = Run(signals, working, plateaus, *channels, flaw, division.too_short)
+    return replace(run, flaw=kind.zero_fault(run, rest, rig, settings))
 
 
 def _readings(signals: Signals, kind: RigKind) -> Columns:
@@ -114,8 +114,7 @@ def average(
     starts: IndexArray,
     stops: IndexArray,
     kind: RigKind,
-    spike: float,
-    transient_share: float,
+    settings: CurationSettings,
 ) -> Columns:
     """Means over plateaus, spikes of the sensor left out, with what `Averaging` adds to them.
 
@@ -124,23 +123,24 @@ def average(
         starts: First sample of each plateau.
         stops: The sample past its last one.
         kind: The kind of rig.
-        spike: Threshold of the spike test, in robust standard deviations.
-        transient_share: The part of a plateau that counts as its beginning.
+        settings: `curation` of the configuration.
     """
     wanted: Averaging = kind.averaging
     names = ("time_s", *wanted.means)
     logged = np.stack([signals.time_s, *(signals[name] for name in wanted.means)])
     stretches, inside = statistics.cut(logged, starts, stops)
     values = dict(zip(names, stretches, strict=True))
-    wild = statistics.spikes(values[kind.sensor.column], inside, spike)
+    wild = statistics.spikes(values[kind.sensor.column], inside, settings.spikes.threshold)
     inside &= ~wild
     means = dict(zip(names, statistics.means(stretches, inside), strict=True))
-    halves, beginning = (statistics.first_part(inside, part) for part in (1 / 2, transient_share))
+    shares = 1 / 2, settings.plateaus.transient_share
+    halves, beginning = (statistics.first_part(inside, part) for part in shares)
     return {
         "first_row": signals.row[starts],
         "last_row": signals.row[stops - 1],
         "n_samples": inside.sum(axis=1),
         "n_spikes": wild.sum(axis=1),
+        "duration_s": (stops - starts) * signals.interval_s,
         **means,
         **{
             f"{name}_se": statistics.standard_errors(values[name], inside, means[name])
@@ -160,10 +160,7 @@ def _excess(values: FloatArray, inside: BoolArray, first: BoolArray) -> FloatArr
 
 
 def find_steps(
-    level: FloatArray,
-    interval_s: float,
-    min_step: float,
-    settings: Levels,
+    level: FloatArray, interval_s: float, min_step: float, settings: Levels
 ) -> IndexArray:
     """Indices at which a signal steps to another level.
 
@@ -193,10 +190,7 @@ def find_steps(
 
 
 def settled_parts(
-    samples: int,
-    steps: IndexArray,
-    interval_s: float,
-    settings: Levels,
+    samples: int, steps: IndexArray, interval_s: float, settings: Levels
 ) -> tuple[IndexArray, IndexArray]:
     """First and past-the-last index of the steady part of each level between the steps.
 

@@ -22,13 +22,7 @@ from oilfilm.curation.gate import (
     TractionLimits,
     unit_hint,
 )
-from oilfilm.curation.statistics import (
-    MAD_TO_SIGMA,
-    changed,
-    is_noise,
-    longest_hold,
-    median,
-)
+from oilfilm.curation.statistics import MAD_TO_SIGMA, changed, is_noise, longest_hold, median
 from oilfilm.units import FloatArray
 
 RUN_GATES: Gates[RunJudge] = Gates()

@@ -12,16 +12,11 @@ import pandas as pd
 
 from oilfilm.curation.derived import LEAST_LOAD_N, with_calibration, with_film
 from oilfilm.curation.gate import TRACTION as NAME
-from oilfilm.curation.gate import Channel, Columns, Fault, Signals, TractionLimits
+from oilfilm.curation.gate import Channel, Columns, Fault, Run, Signals, TractionLimits
 from oilfilm.curation.hypotheses import Hypothesis, setting_hypotheses, traction_hypotheses
 from oilfilm.curation.measure import find_steps, measure, settled_parts
 from oilfilm.curation.rig_kind import Averaging, Division, Rest, RigKind, nothing
-from oilfilm.curation.zero import (
-    force_left,
-    part_of_curve,
-    phases_at_standstill,
-    turns_steadily,
-)
+from oilfilm.curation.zero import force_left, part_of_curve, phases_at_standstill, turns_steadily
 from oilfilm.logs.log_kind import LogKind
 from oilfilm.logs.traction_log import TRACTION
 from oilfilm.settings.resolved import Settings
@@ -125,22 +120,15 @@ class TractionRig(RigKind):
         rest = Rest(usable, phases, "pure rolling", in_levels=True)
         return Division(usable, rest, starts, stops, slice(None))
 
-    def zero_fault(
-        self,
-        found: Fault | None,
-        rest: Rest,
-        logged: Signals,
-        plateaus: Columns,
-        rig: str,
-        settings: Settings,
-    ) -> Fault | None:
+    def zero_fault(self, run: Run, rest: Rest, rig: str, settings: Settings) -> Fault | None:
         """A phase that is part of the curve, or a force where it should be zero."""
-        log, curation = settings.campaign.semantics_for(rig), settings.curation
-        if log.zero == "standstill":
-            return found
-        if log.zero == "already_removed":
-            return force_left(logged, plateaus, curation)
-        return found or part_of_curve(rest, plateaus, curation.zero_reference.max_traction_share)
+        source, curation = settings.campaign.semantics_for(rig).zero, settings.curation
+        if source == "standstill":
+            return run.flaw
+        if source == "already_removed":
+            return force_left(run, curation)
+        share = curation.zero_reference.max_traction_share
+        return run.flaw or part_of_curve(rest, run.plateaus, share)
 
     def derive(self, averages: Columns, zero: FloatArray, zero_se: FloatArray) -> Columns:
         """Traction force above the zero, mu = F/W and its standard error."""

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from oilfilm.curation import statistics
-from oilfilm.curation.gate import Channel, Columns, Fault, Finding, Signals
+from oilfilm.curation.gate import Channel, Columns, Fault, Finding, Run, Signals
 from oilfilm.curation.rig_kind import Rest
 from oilfilm.settings.config import CurationSettings
 from oilfilm.units import BoolArray, FloatArray
@@ -234,8 +234,9 @@ def part_of_curve(rest: Rest, plateaus: Columns, allowed: float) -> Fault | None
     return None
 
 
-def force_left(logged: Signals, plateaus: Columns, curation: CurationSettings) -> Fault | None:
+def force_left(run: Run, curation: CurationSettings) -> Fault | None:
     """A force without slip or at standstill although the rig is said to have removed its zero."""
+    plateaus, logged = run.plateaus, run.signals
     allowed_n, least_s = curation.zero_reference.max_drift_n, curation.zero_reference.min_duration_s
     phases = {
         f"in the {name} phase of standstill": part

@@ -96,10 +96,7 @@ def _truth(
 
 
 def _log(
-    plan: PlannedRun,
-    truth: list[dict[str, Any]],
-    twin: TorqueTwin,
-    random: np.random.Generator,
+    plan: PlannedRun, truth: list[dict[str, Any]], twin: TorqueTwin, random: np.random.Generator
 ) -> bytes:
     """What the rig's logger writes of a run, its planted defect included."""
     rate = twin.sampling_rate_hz
