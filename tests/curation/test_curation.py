@@ -15,14 +15,7 @@ from campaigns import Campaign, printed
 from damages import SOUND
 from oilfilm import tables
 from oilfilm.curation import statistics
-from oilfilm.curation.curate import (
-    Curated,
-    arrays_of,
-    check_logs,
-    collect,
-    curate,
-    first_fault,
-)
+from oilfilm.curation.curate import Curated, arrays_of, check_logs, collect, curate, first_fault
 from oilfilm.curation.gate import Run, Signals
 from oilfilm.curation.measure import find_steps, measure, settled_parts
 from oilfilm.curation.traction_rig import TRACTION_RIG

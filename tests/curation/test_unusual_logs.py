@@ -278,9 +278,7 @@ def test_slip_in_percent_or_as_a_fraction_is_named_where_slip_was_logged(
 @pytest.mark.parametrize(
     "seconds", [(0.8, 4.0), (4.0, 0.9), (0.8, 0.9)], ids=["opening", "levels", "both"]
 )
-def test_phases_that_are_only_short_are_not_taken_for_minutes(
-    seconds: tuple[float, float],
-) -> None:
+def test_phases_that_are_only_short_are_not_taken_for_minutes(seconds: tuple[float, float]) -> None:
     opening, level = (round(20 * each) for each in seconds)
     starts = HELD * np.arange(len(SWEEP))
     kept = [np.arange(start, start + (level if start else opening)) for start in starts]

@@ -17,10 +17,7 @@ SHARE = CONFIG.curation.zero_reference.max_traction_share
 
 
 def judged(values: Columns, zero: str) -> Curated:
-    campaign = {
-        "semantics": {"zero": zero},
-        "film_unjudged": {"accept": True, "reason": "planted"},
-    }
+    campaign = {"semantics": {"zero": zero}, "film_unjudged": {"accept": True, "reason": "planted"}}
     keys = dict.fromkeys(set(KEYS) - {"oil"})
     config = CONFIG.with_changes({"campaign": campaign})
     return check_logs([("log", csv(values, UNITS, **keys))], config)

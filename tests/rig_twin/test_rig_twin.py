@@ -34,9 +34,7 @@ def test_log_depends_on_seed_and_name_alone_and_says_that_it_is_simulated(
     assert other != content
 
 
-def test_slip_programme_visits_31_steps_between_two_rolling_phases(
-    config: Settings,
-) -> None:
+def test_slip_programme_visits_31_steps_between_two_rolling_phases(config: Settings) -> None:
     time_s, slip = slip_programme(config.campaign.twin)
     assert len(time_s) == round((2 * 3.0 + 31 * 2.4) * 50)
     assert np.abs(slip[:150]).max() == 0
