@@ -68,7 +68,7 @@ def clock_jump(run: Run, limits: Limits) -> Finding | None:
     """The clock jumps ahead."""
     gaps = np.diff(run.signals.time_s)
     longest_s = limits.gates.clock_jump_intervals * run.signals.interval_s
-    if gaps.max(initial=0) <= longest_s:
+    if not gaps.max(initial=0) > longest_s:  # of settled readings without time it is NaN
         return None
     longest = int(np.argmax(gaps))
     before, after = run.signals.row[[longest, longest + 1]]
