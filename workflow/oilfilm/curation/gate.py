@@ -29,7 +29,7 @@ from oilfilm.settings.config import (
     TorquePlateauSettings,
     ZeroReferenceSettings,
 )
-from oilfilm.units import BoolArray, FloatArray, IndexArray, conversion
+from oilfilm.units import BoolArray, FloatArray, IndexArray
 
 TRACTION, TORQUE = "traction", "torque"
 
@@ -40,8 +40,8 @@ RULES: Mapping[str, Any] = yaml.load(
 )
 # Plateaus of one run: column -> array over them.
 Columns = dict[str, npt.NDArray[Any]]
-# What a force may be in although it is labelled N.
-_FORCE_UNITS = ("kgf", "lbf", "gf", "kN")
+# What a force may be in although it is labelled N, by definition.
+_FORCE_UNITS_N = {"kgf": 9.80665, "lbf": 4.4482216152605, "gf": 9.80665e-3, "kN": 1e3}
 # No logger of a rig is faster; damaged time stamps are, and would give endless windows.
 _SHORTEST_INTERVAL_S = 1e-6
 
@@ -127,7 +127,7 @@ def unit_hint(name: str, fits: Callable[[float], bool]) -> str:
         name: The force in words.
         fits: Whether the run would be right with the force so many times as large.
     """
-    units = " or ".join(unit for unit in _FORCE_UNITS if fits(conversion(unit, ("N",)).scale))
+    units = " or ".join(unit for unit, newton in _FORCE_UNITS_N.items() if fits(newton))
     return f"; the {name} may be in {units}" if units else ""
 
 

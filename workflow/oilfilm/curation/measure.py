@@ -7,7 +7,7 @@ plateau; when a missing zero refuses a run.
 from dataclasses import replace
 
 import numpy as np
-import scipy
+import pandas as pd
 
 from oilfilm.curation import statistics
 from oilfilm.curation.gate import Columns, Fault, Run, Signals
@@ -184,8 +184,8 @@ def find_steps(
     noise = MAD_TO_SIGMA * median(np.abs(np.diff(level))) / np.sqrt(2)
     limit = max(min_step, settings.noise_factor * noise * np.sqrt(2 / window))
     # two peaks within a window are one step seen twice through the noise: the higher one counts
-    highest = scipy.ndimage.maximum_filter1d(change, 2 * window + 1, mode="constant")
-    peaks = np.flatnonzero((change == highest) & (change > limit))
+    around = pd.Series(change).rolling(2 * window + 1, center=True, min_periods=1)
+    peaks = np.flatnonzero((change == around.max().to_numpy()) & (change > limit))
     return window + peaks[np.diff(peaks, prepend=-window - 1) > window]
 
 

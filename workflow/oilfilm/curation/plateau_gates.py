@@ -3,6 +3,8 @@
 Decides: when a plateau is refused (drift, load, temperature, spikes, film).
 """
 
+from collections.abc import Callable, Mapping
+
 import numpy as np
 import pandas as pd
 import scipy
@@ -16,7 +18,7 @@ from oilfilm.curation.gate import (
     TractionLimits,
     unit_hint,
 )
-from oilfilm.units import BoolArray, conversion
+from oilfilm.units import BoolArray
 
 PLATEAU_GATES: Gates[PlateauJudge] = Gates()
 gate = PLATEAU_GATES.gate
@@ -24,7 +26,10 @@ gate = PLATEAU_GATES.gate
 # So many standard errors are no chance.
 _SURE = 5
 # What a temperature may be in although it is labelled degC.
-_TEMPERATURE_UNITS = ("K", "degF")
+_IN_DEGC: Mapping[str, Callable[["pd.Series[float]"], "pd.Series[float]"]] = {
+    "K": lambda kelvin: kelvin - 273.15,
+    "degF": lambda fahrenheit: (fahrenheit - 32) / 1.8,
+}
 
 
 def _span(values: "pd.Series[float]", form: str) -> str:
@@ -109,10 +114,8 @@ def temperature_off_nominal(points: pd.DataFrame, limits: TractionLimits) -> Jud
     allowed_c = limits.gates.temperature_tolerance_c
     units = [
         unit
-        for unit in _TEMPERATURE_UNITS
-        if (
-            (conversion(unit, ("degC",)).of(found_c.to_numpy()) - nominal_c).abs() <= allowed_c
-        ).all()
+        for unit, in_degc in _IN_DEGC.items()
+        if ((in_degc(found_c) - nominal_c).abs() <= allowed_c).all()
     ]
     hint = f"; it may be in {units[0]}" if units else ""
     return Judgement(
