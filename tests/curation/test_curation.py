@@ -337,26 +337,6 @@ def test_every_definition_of_the_slide_roll_ratio_becomes_sliding_over_mean_spee
         np.testing.assert_allclose(of_mean, both / (total / 2), rtol=1e-12)
 
 
-@pytest.mark.parametrize(
-    ("procedure", "zero_n", "levels", "plateaus"),
-    [
-        ("already_removed", 0.0, [0.05, 0.1, 0.15], 3),
-        ("opening_phase", 0.7, [0.0, 0.05, 0.1], 2),
-        ("rolling_phases", 0.7, [0.0, 0.05, 0.1, 0.0], 2),
-    ],
-)
-def test_zero_is_taken_where_the_campaign_says(
-    config: Settings, procedure: str, zero_n: float, levels: list[float], plateaus: int
-) -> None:
-    time_s, slip = staircase(levels)
-    run = measured(rig_log(zero_n + 20 * slip, slip, time_s), config, procedure)
-    assert run.flaw is None
-    sliding = run.plateaus["slide_roll_ratio"] > 0.01
-    assert sliding.sum() == plateaus
-    mu, slips = run.plateaus["traction_coefficient"], run.plateaus["slide_roll_ratio"]
-    np.testing.assert_allclose(mu[sliding], 0.2 * slips[sliding], atol=1e-12)
-
-
 def test_calibration_errors_stand_apart_and_are_null_where_none_is_stated(
     demo: Campaign, etm: Campaign
 ) -> None:

@@ -98,6 +98,8 @@ def test_force_at_standstill_or_without_slip_contradicts_a_zero_that_was_removed
     assert curated.quarantine["rule"].tolist() == (["zero_left"] if words else [])
     if words:
         assert re.search(rf"is -?0\.3[45]\d* N {words}", reason(curated))
+    else:
+        assert largest_error(curated) < NOISE + offset_n / LOAD_N
 
 
 def test_ramps_beside_a_standstill_are_no_part_of_the_levels() -> None:

@@ -151,17 +151,23 @@ def judged_logs(
     return list(checked_logs(ingested, curated, settings, kind, sheet))
 
 
+def kinds_of_folders(settings: Settings) -> dict[str, RigKind]:
+    """The folders of a campaign below `data/raw`, with the kind of rig whose logs each has."""
+    name, folders = settings.campaign.name, zip(("", "-torque"), _KINDS, strict=True)
+    kinds = {f"{name}{ending}": kind for ending, kind in folders}
+    return kinds if settings.campaign.torque is not None else {name: TRACTION_RIG}
+
+
 def kind_of(file: str, content: bytes, settings: Settings) -> RigKind:
     """The kind of rig that a log is of: by the folder that it is in, else by its columns.
 
     Raises:
         OilfilmError: It may be of either kind.
     """
-    campaign = settings.campaign
-    if campaign.torque is None:
+    of_folder = kinds_of_folders(settings)
+    if len(of_folder) == 1:
         return TRACTION_RIG
     # the nearest folder decides: that of the project may have the name of the campaign, too
-    of_folder = {campaign.name: TRACTION_RIG, f"{campaign.name}-torque": TORQUE_RIG}
     for folder in Path(file).resolve().parents:
         if folder.name in of_folder:
             return of_folder[folder.name]

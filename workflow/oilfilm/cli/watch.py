@@ -12,11 +12,9 @@ from datetime import datetime
 from pathlib import Path
 
 from oilfilm.cli.arguments import config_folder, project_folder
-from oilfilm.cli.check import judged_logs
+from oilfilm.cli.check import judged_logs, kinds_of_folders
 from oilfilm.cli.checked import Plain, Problem, problems
 from oilfilm.curation.rig_kind import RigKind
-from oilfilm.curation.torque_rig import TORQUE_RIG
-from oilfilm.curation.traction_rig import TRACTION_RIG
 from oilfilm.errors import OilfilmError, printable
 from oilfilm.logs.ingest import read_bytes
 from oilfilm.logs.raw_files import find_sheet, named_logs
@@ -80,11 +78,8 @@ class Watcher:
     @property
     def folders(self) -> dict[Path, RigKind]:
         """The folders of the campaign, with the kind of rig whose logs each has."""
-        campaign = self._settings.campaign
-        folders: dict[Path, RigKind] = {self._raw / campaign.name: TRACTION_RIG}
-        if campaign.torque is not None:
-            folders[self._raw / f"{campaign.name}-torque"] = TORQUE_RIG
-        return folders
+        kinds = kinds_of_folders(self._settings)
+        return {self._raw / name: kind for name, kind in kinds.items()}
 
     def look(self) -> Iterator[str]:
         """Look at every file and yield each new verdict; the newest logs come first."""

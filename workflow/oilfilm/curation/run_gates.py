@@ -167,26 +167,22 @@ def _long_hold(values: FloatArray, run: Run, limits: Limits) -> tuple[int, int] 
 @gate
 def no_traction(run: Run, limits: TractionLimits) -> Finding | None:
     """The traction coefficients of the sliding plateaus are smaller than those of any oil."""
-    size, least = _sliding_traction(run, limits), limits.gates.sliding_traction_min
-    if not size < least:
-        return None
-    return Finding(
-        f"the median traction coefficient above a slip of {limits.gates.sign_slip_min:g} is "
-        f"{size:.2g}; expected {least:g} or more{_unit_of_force(size, limits)}"
-    )
+    sentence = _small_traction(run, limits, limits.gates.sliding_traction_min)
+    return Finding(sentence) if sentence else None
 
 
-def _sliding_traction(run: Run, limits: TractionLimits) -> float:
-    """Median size of the traction coefficient where the contact slides; NaN where it does not."""
+def _small_traction(run: Run, limits: TractionLimits, least: float) -> str:
+    """Sentence about a median traction coefficient below a limit; empty where it is not."""
     slip, mu = run.plateaus["slide_roll_ratio"], run.plateaus["traction_coefficient"]
-    sliding = np.abs(slip) > limits.gates.sign_slip_min
-    return median(np.abs(mu[sliding])) if sliding.any() else np.nan
-
-
-def _unit_of_force(size: float, limits: TractionLimits) -> str:
-    """The units in which so small a traction coefficient would be a usual one, as a hint."""
+    size = median(np.abs(mu[np.abs(slip) > limits.gates.sign_slip_min]))
+    if not size < least:
+        return ""
     usual, most = limits.gates.sliding_traction_usual, limits.gates.traction_max
-    return unit_hint("traction force", lambda scale: usual <= size * scale <= most)
+    hint = unit_hint("traction force", lambda newton: usual <= size * newton <= most)
+    return (
+        f"the median traction coefficient above a slip of {limits.gates.sign_slip_min:g} is "
+        f"{size:.2g}; expected {least:g} or more{hint}"
+    )
 
 
 @gate
@@ -413,13 +409,7 @@ _FAR_OFF = 3
 
 def little_traction(run: Run, limits: TractionLimits) -> str:
     """The traction is less than oils have, though not impossible."""
-    size, usual = _sliding_traction(run, limits), limits.gates.sliding_traction_usual
-    if not size < usual:
-        return ""
-    return (
-        f"the median traction coefficient above a slip of {limits.gates.sign_slip_min:g} is "
-        f"{size:.2g}; few oils have less than {usual:g}{_unit_of_force(size, limits)}"
-    )
+    return _small_traction(run, limits, limits.gates.sliding_traction_usual)
 
 
 def branches_apart(run: Run, limits: TractionLimits) -> str:
