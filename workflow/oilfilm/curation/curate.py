@@ -194,34 +194,59 @@ def _explanation(
         settings: Settings of the run.
         kind: The kind of rig.
     """
-    run_id, rig = run["run_id"], run["rig"]
     if run["log_kind"] == "steps":
         return None  # readings that the rig's program has settled and converted
-    passing: list[tuple[int, Hypothesis]] = []
-    for hypothesis in kind.hypotheses(rig, settings):
+    of_settings: list[list[Hypothesis]] = [[]]
+    for hypothesis in kind.hypotheses(run["rig"], settings):
         if run["rule"] not in hypothesis.explains:
             continue
-        if hypothesis.changes and not hypothesis.plausible(samples, 0):
-            continue  # before it takes time
-        changed = settings.with_changes(hypothesis.changes) if hypothesis.changes else settings
-        limits = kind.limits(changed)
-        signals = kind.signals(hypothesis.undo(samples), rig, changed)
-        undone = measure(signals, kind, rig, changed)
-        levels = len(undone.plateaus["time_s"])
-        if not hypothesis.plausible(samples, levels) or first_fault(undone, kind, limits):
-            continue
-        points = _table_of_plateaus({run_id: undone.plateaus}, runs, changed, kind)
-        failed = judge_plateaus(points, kind, limits)
-        accepted = int((~failed.any(axis=1)).sum())
-        if accepted > levels / 2 and not list(runs_not_usable(points, failed, kind, limits)):
-            passing.append((accepted, hypothesis))
+        if not hypothesis.changes:
+            of_settings[0].append(hypothesis)
+        elif hypothesis.plausible(samples, 0):  # before it takes time
+            of_settings.append([hypothesis])
+    passing: list[tuple[int, Hypothesis]] = []
+    for hypotheses in filter(None, of_settings):
+        changes = hypotheses[0].changes
+        changed = settings.with_changes(changes) if changes else settings
+        passing += _passing(hypotheses, samples, run, runs, changed, kind)
     if not passing:
         return None
     _, best = max(passing, key=lambda each: each[0])
     # where several units would do, the data do not tell which one it is
     causes = "; or ".join(each.sentence for _, each in passing if each.rule == best.rule)
     sentence = f"the run would pass with {causes}; as it is, {run['reason']}"
-    return refusal(best.rule, Finding(sentence), kind, run_id)
+    return refusal(best.rule, Finding(sentence), kind, run["run_id"])
+
+
+def _passing(
+    hypotheses: list[Hypothesis],
+    samples: Columns,
+    run: Mapping[str, Any],
+    runs: pd.DataFrame,
+    settings: Settings,
+    kind: RigKind,
+) -> list[tuple[int, Hypothesis]]:
+    """The hypotheses under which most plateaus of a run pass, each with how many do."""
+    limits, undone_by = kind.limits(settings), {}
+    for hypothesis in hypotheses:
+        signals = kind.signals(hypothesis.undo(samples), run["rig"], settings)
+        undone = measure(signals, kind, run["rig"], settings)
+        plausible = hypothesis.plausible(samples, len(undone.plateaus["time_s"]))
+        if plausible and not first_fault(undone, kind, limits):
+            undone_by[hypothesis.sentence] = hypothesis, undone.plateaus
+    # one table for all of them, in which each stands for a run
+    as_runs = runs.loc[[run["run_id"]] * len(undone_by)].set_axis(list(undone_by))
+    plateaus = {name: columns for name, (_, columns) in undone_by.items()}
+    points = _table_of_plateaus(plateaus, as_runs.rename_axis("run_id"), settings, kind)
+    failed = judge_plateaus(points, kind, limits)
+    accepted = (~failed.any(axis=1)).groupby(points["run_id"])
+    counts, shares = accepted.sum().to_dict(), accepted.mean().to_dict()
+    refused = {each.run_id for each in runs_not_usable(points, failed, kind, limits)}
+    return [
+        (counts[name], hypothesis)
+        for name, (hypothesis, _) in undone_by.items()
+        if name not in refused and shares[name] > 1 / 2
+    ]
 
 
 def collect(
