@@ -56,12 +56,13 @@ def repeated(
         kind: The kind of rig.
         settings: Settings of the run.
     """
-    traction, once = kind.name == TRACTION, settings.campaign.repeated_conditions != "accept"
+    traction = kind.name == TRACTION
+    once = traction and settings.campaign.repeated_conditions != "accept"
     found: dict[str, tuple[str, str]] = {}
     for wanted, cases in (
         (True, lambda left: _readings(points, left, kind)),
         (traction, _labels),
-        (traction and once, lambda left: _conditions(points, left, settings)),
+        (once, lambda left: _conditions(points, left, settings)),
     ):
         left = runs[(runs["verdict"] == "accepted") & ~runs["run_id"].isin(found)]
         if wanted and len(left) > 1:
