@@ -121,19 +121,22 @@ def _conditions(log: Plain) -> Iterator[str]:
             ends = [end for run in group for end in run["measured"][name].values()]
             points = [point for run in group if (point := run["set_points"].get(name))]
             sources = ", ".join(sorted({point["source"] for point in points}))
-            set_point = _span([point["value"] for point in points])
+            set_point = _span([point["value"] for point in points], measured=False)
             rows.append([name, _span(ends), f"{set_point} ({sources})" if points else "-"])
         label = group[0]["run_id"].removeprefix(log["file"]).strip(":") or "Plateaus"
         head = [f"{len(runs)} runs" if together else label, "Measured", "Set point"]
         yield from ("", *text_table([head, *rows], right=2, indent="  "))
 
 
-def _span(values: Sequence[float]) -> str:
-    """The range of some numbers."""
+def _span(values: Sequence[float], *, measured: bool = True) -> str:
+    """The range of some numbers; small ones that were measured with a fixed count of decimals."""
     known = sorted(value for value in values if not isnan(value))
+    if not known:
+        return "-"
     # no minus before a zero
-    shown = [f"{value:z.4f}" if abs(value) < 1 else f"{value:.4g}" for value in known] or ["-"]
-    return shown[0] if shown[0] == shown[-1] else f"{shown[0]}..{shown[-1]}"
+    form = "z.4f" if measured and max(map(abs, known)) < 10 else ".4g"
+    lowest, highest = (f"{known[end]:{form}}" for end in (0, -1))
+    return lowest if lowest == highest else f"{lowest}..{highest}"
 
 
 def _gates_not_applied(runs: Sequence[Plain]) -> Iterator[str]:
