@@ -24,10 +24,18 @@ from oilfilm.fits.fitted import Coefficients, FittedLaw
 from oilfilm.fits.law_comparison import laws_of
 from oilfilm.paper.reference import printed_constants
 from oilfilm.randomness import generator
-from oilfilm.rig_twin.plateaus import Campaign, RunErrors, spread_conditions, with_calibration
 from oilfilm.rig_twin.truth import LawTruth, Truth, true_tractions
 from oilfilm.settings.resolve import resolve
 from oilfilm.traction.law import FloatArray
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "tests/helpers"))
+
+from simulated_points import (
+    Campaign,
+    RunErrors,
+    spread_conditions,
+    with_calibration,
+)
 
 ROOT = Path(__file__).parents[1]
 OILS = ("4102", "4050", "4010")

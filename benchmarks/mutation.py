@@ -54,10 +54,7 @@ ROOMS = {
     "curation": (
         (
             "zero",
-            "zero_source",
-            "standstill",
-            "traction_zero",
-            "plateaus",
+            "measure",
             "plateau_gates",
             "statistics",
         ),

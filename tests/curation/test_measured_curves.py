@@ -52,7 +52,9 @@ def test_speed_spike_is_refused_and_nothing_else(etm: Campaign) -> None:
 
 def test_without_the_switch_no_point_of_unjudged_film_passes(etm: Campaign) -> None:
     (samples,) = etm.ingested.samples.values()
-    strict = curate(samples, etm.ingested.runs, without(etm.config, "film_unjudged"))
+    runs = etm.ingested.runs.iloc[:20]
+    samples = samples[samples["run_id"].isin(runs["run_id"])]
+    strict = curate(samples, runs, without(etm.config, "film_unjudged"))
     assert not strict.points["accepted"].any()
     assert strict.points["failed_gates"].str.contains("film_not_judged").all()
     assert (strict.runs["verdict"] == "refused").all()

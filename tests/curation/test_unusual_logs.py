@@ -1,6 +1,8 @@
 """Sound logs of unusual rigs and loggers are used; faults that look like them are refused."""
 
+import re
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -8,7 +10,6 @@ import pytest
 
 import torque_logs
 from bad_logs import CONFIG, KEYS, UNITS, Columns, csv, good
-from nights import nightly
 from oilfilm.curation.curate import Curated, check_logs
 from oilfilm.curation.torque_rig import TORQUE_RIG
 from oilfilm.tables import failed_gates
@@ -144,12 +145,9 @@ def test_slow_channel_that_is_written_in_few_rows_is_no_hole(every: int) -> None
     assert "missing_readings" in rules(curated)
 
 
-@pytest.mark.parametrize("name", ["load", "ball_speed", "disc_speed", "inlet_temperature"])
-@pytest.mark.parametrize("rows", [1, 4])
-def test_channel_with_noise_that_freezes_is_refused(name: str, rows: int) -> None:
-    """Also where the channel is renewed in every fourth row only."""
-    values = held_for(good(SWEEP), name, rows)
-    values[name][520:] = values[name][520]
+def test_channel_that_is_renewed_in_every_fourth_row_and_freezes_is_refused() -> None:
+    values = held_for(good(SWEEP), "ball_speed", 4)
+    values["ball_speed"][520:] = values["ball_speed"][520]
     assert rules(judged(values)) == ["stuck_channel"]
 
 
@@ -220,11 +218,7 @@ def test_one_steady_plateau_of_impossible_traction_refuses_the_run(factor: int, 
 def test_light_contact_whose_zero_is_a_little_off_is_used() -> None:
     """-0.03 N of 5 N are mu = -0.006 at no slip, and no fault of the sliding points."""
     values = good(SWEEP)
-    values = {
-        **values,
-        "load": values["load"] * 5 / 82.2,
-        "traction_force": values["traction_force"] * 5 / 82.2,
-    }
+    values |= {name: values[name] * 5 / 82.2 for name in ("load", "traction_force")}
     values["traction_force"][50:HELD] -= 0.03
     curated = judged(values, **NO_SET_POINTS)
     assert curated.runs["verdict"].tolist() == ["accepted"]
@@ -234,52 +228,38 @@ def test_light_contact_whose_zero_is_a_little_off_is_used() -> None:
 # --- simple mistakes ---------------------------------------------------------------------------
 
 
+GF = 9.80665e-3  # N
+
+
 @pytest.mark.parametrize(
     ("change", "rule", "words"),
     [
         ({"time": 1e3}, "time_unit", "ms labelled s"),
         ({"time": 1 / 60}, "time_unit", "min labelled s"),
         ({"traction_force": 1e3}, "force_scale", "1000 times smaller"),
-        ({"traction_force": 1 / 9.80665e-3}, "force_scale", "gf"),
+        # a usual traction in gf, and in mN as well
+        ({"traction_force": 3 / GF}, "force_scale", "as mN labelled N .* as gf labelled N"),
         ({"traction_force": 1e-3}, "no_traction", "may be in kN"),
-        ({"traction_force": 1 / 9.80665}, "no_traction", "kgf"),
+        ({"traction_force": 1e-3 / GF}, "no_traction", "kgf"),
         ({"traction_force": -1}, "swapped_sign", "against the slip"),
-        ({"ball_speed": -1}, "speed_sign", "opposite sign of the speed of ball"),
-        ({"ball_speed": -1, "disc_speed": -1}, "speed_sign", "ball and disc"),
+        ({"ball_speed": -1}, "speed_sign", "opposite sign of the ball's speed"),
+        ({"ball_speed": -1, "disc_speed": -1}, "speed_sign", "both speeds"),
         ({"ball_speed": 6, "disc_speed": 6}, "speed_unit", "deg/s labelled 1/min"),
-        ({"ball_speed": 1 / 60, "disc_speed": 1 / 60}, "speed_unit", "1/s labelled 1/min"),
         ({"disc_speed": np.pi / 30}, "speed_unit", "disc's speed 9.549 times as large"),
         ({"load": 1e-3}, "load_off_nominal", "may be in kN"),
-        ({"load": 1 / 9.80665}, "load_off_nominal", "may be in kgf"),
         ({"load": 1 / 4.4482216}, "load_off_nominal", "may be in lbf"),
-        ({"ball_speed": 1.3}, "track_radii", "by one ratio"),
+        ({"inlet_temperature": lambda celsius: celsius + 273.15}, "temperature_off_nominal", " K$"),
+        ({"inlet_temperature": lambda c: 1.8 * c + 32}, "temperature_off_nominal", " degF$"),
+        ({"ball_speed": 1.3}, "track_radii", "the one ratio"),
     ],
 )
-def test_unit_or_sign_that_is_wrong_is_named(
-    change: dict[str, float], rule: str, words: str
-) -> None:
+def test_unit_or_sign_that_is_wrong_is_named(change: dict[str, Any], rule: str, words: str) -> None:
     values = good(SWEEP)
-    curated = judged({**values, **{name: f * values[name] for name, f in change.items()}})
+    for name, by in change.items():
+        values[name] = by(values[name]) if callable(by) else by * values[name]
+    curated = judged(values)
     assert rules(curated) == [rule]
-    assert words in curated.quarantine["reason"].iloc[0]
-
-
-def test_every_unit_that_would_do_is_named() -> None:
-    # three times the traction of the sound run, in gf: a thousandth of it is a usual traction too
-    values = good(SWEEP)
-    (reason,) = judged(
-        {**values, "traction_force": 3 * values["traction_force"] / 9.80665e-3}
-    ).quarantine["reason"]
-    assert "as gf labelled N" in reason and "as mN labelled N" in reason
-
-
-@pytest.mark.parametrize(
-    ("in_unit", "unit"), [(lambda t: t + 273.15, "K"), (lambda t: 1.8 * t + 32, "degF")]
-)
-def test_temperature_in_another_unit_is_named(in_unit: Callable, unit: str) -> None:
-    values = good(SWEEP)
-    curated = judged({**values, "inlet_temperature": in_unit(values["inlet_temperature"])})
-    assert curated.quarantine["reason"].iloc[0].endswith(f"if it were in {unit}")
+    assert re.search(words, curated.quarantine["reason"].iloc[0])
 
 
 @pytest.mark.parametrize(("factor", "unit"), [(100, "1"), (1, "%")])
@@ -298,70 +278,60 @@ def test_slip_in_percent_or_as_a_fraction_is_named_where_slip_was_logged(
 @pytest.mark.parametrize(
     "seconds", [(0.8, 4.0), (4.0, 0.9), (0.8, 0.9)], ids=["opening", "levels", "both"]
 )
-@pytest.mark.parametrize("per_row", [1, nightly(50)])
-def test_phases_that_are_only_short_are_not_taken_for_minutes(
-    seconds: tuple[float, float], per_row: int
-) -> None:
-    """Of a logger of 20 Hz and of one of 1 kHz."""
+def test_phases_that_are_only_short_are_not_taken_for_minutes(seconds: tuple[float, float]) -> None:
     opening, level = (round(20 * each) for each in seconds)
     starts = HELD * np.arange(len(SWEEP))
     kept = [np.arange(start, start + (level if start else opening)) for start in starts]
-    rows = np.repeat(np.concatenate(kept), per_row)
-    random = np.random.default_rng(2)
+    rows = np.concatenate(kept)
     values = {name: column[rows] for name, column in good(SWEEP).items()}
-    values = {
-        name: column * (1 + 1e-5 * random.standard_normal(len(rows)))
-        for name, column in values.items()
-    }
-    values["time"] = np.arange(len(rows)) / 20 / per_row
-    curated = judged(values)
+    curated = judged({**values, "time": np.arange(len(rows)) / 20})
     assert curated.runs["verdict"].tolist() == ["refused"]
     assert set(rules(curated)) <= {"zero_missing", "too_short", "no_point_left"}
 
 
-def test_warning_names_little_traction_and_soft_saturation() -> None:
+def with_force(change: Callable[[np.ndarray], np.ndarray]) -> Columns:
     values = good(SWEEP)
-    force = values["traction_force"]
-    little = judged({**values, "traction_force": force / 4.4482216}).runs.iloc[0]
-    assert little["verdict"] == "accepted"
-    assert little["warning"].startswith("little_traction")
-    assert "lbf" in little["warning"]
-    most = force.max()
-    soft = judged({**values, "traction_force": most * np.tanh(force / most)}).runs.iloc[0]
-    assert soft["verdict"] == "accepted"
-    assert soft["warning"].startswith("soft_saturation")
+    return {**values, "traction_force": change(values["traction_force"])}
 
 
 @pytest.mark.parametrize(
-    ("row", "change_s", "steps"),
-    [(400, 0.03, 2), (400, -0.02, 2), (slice(600, None), 0.1, 1)],
-    ids=["digit too large", "digit too small", "a tenth lost"],
+    ("change", "warning"),
+    [
+        (lambda force: force / 4.4482216, "little_traction"),
+        (lambda force: force.max() * np.tanh(force / force.max()), "soft_saturation"),
+    ],
+)
+def test_doubt_about_a_force_is_a_warning(change: Callable, warning: str) -> None:
+    (run,) = judged(with_force(change)).runs.to_dict("records")
+    assert run["verdict"] == "accepted"
+    assert run["warning"].startswith(warning)
+
+
+@pytest.mark.parametrize(
+    ("row", "change_s", "steps"), [(400, -0.02, 2), (slice(600, None), 0.1, 1)]
 )
 def test_warning_names_a_digit_of_the_time_that_is_wrong(
     row: int | slice, change_s: float, steps: int
 ) -> None:
     """Rows come every 0.05 s; none of these changes turns the clock back."""
     values = good(SWEEP)
-    assert judged(values).runs.at[0, "warning"] == ""
-    time_s = values["time"].copy()
-    time_s[row] += change_s
-    run = judged({**values, "time": time_s}).runs.iloc[0]
+    values["time"][row] += change_s
+    run = judged(values).runs.iloc[0]
     assert run["verdict"] == "accepted"
     place = row if isinstance(row, int) else row.start
     # rows are counted from 1
     between = f"{0.05 + change_s:g} s pass between row {place} and row {place + 1}"
-    assert run["warning"].startswith("uneven_clock: rows come every 0.05 s")
-    assert between in run["warning"]
+    assert run["warning"].startswith(f"uneven_clock: rows come every 0.05 s, but {between}")
     assert f"({steps} such steps)" in run["warning"]
 
 
-@pytest.mark.parametrize("jitter_s", [0.0, 0.0005, 0.005])
+@pytest.mark.parametrize("jitter_s", [0.0005, 0.005])
 def test_clock_of_a_program_is_no_wrong_digit(jitter_s: float) -> None:
     values = good(SWEEP)
     late_s = jitter_s * np.random.default_rng(7).standard_exponential(len(values["time"]))
     # with the three decimals of many loggers
-    run = judged({**values, "time": np.round(values["time"] + late_s, 3)}).runs.iloc[0]
-    assert run["warning"] == ""
+    time_s = np.round(values["time"] + late_s, 3)
+    assert judged({**values, "time": time_s}).runs["warning"].tolist() == [""]
 
 
 # --- runs against each other -------------------------------------------------------------------
@@ -380,18 +350,21 @@ def repeat(seed: int, force: float = 1.0) -> Columns:
     return {**values, "traction_force": force * values["traction_force"] + noise}
 
 
-@pytest.mark.parametrize("names", ["abc", "bca", "cab"])
-def test_run_that_two_others_contradict_is_refused_whatever_the_names(names: str) -> None:
-    one, two, odd = names
-    logs = {one: csv(repeat(1)), two: csv(repeat(2)), odd: csv(repeat(3, force=1.3))}
-    rule = together(**logs)
-    assert rule[odd] == "conflicting_condition"
-    assert sorted(rule[[one, two]]) == ["", "duplicate_condition"]
-
-
-def test_of_two_runs_that_contradict_each_other_none_is_used() -> None:
-    rule = together(a=csv(repeat(1)), b=csv(repeat(2, force=1.3)))
-    assert rule.tolist() == ["conflicting_condition"] * 2
+@pytest.mark.parametrize(
+    ("logs", "expected"),
+    [
+        ({1: 1.0, 2: 1.0, 3: 1.3}, ["", "duplicate_condition", "conflicting_condition"]),
+        ({1: 1.3, 2: 1.0, 3: 1.0}, ["conflicting_condition", "", "duplicate_condition"]),
+        ({1: 1.0, 2: 1.3}, ["conflicting_condition"] * 2),
+        # 9 % are within the limit for two runs
+        ({1: 1.09, 2: 1.0, 3: 1.0}, ["conflicting_condition", "", "duplicate_condition"]),
+    ],
+)
+def test_run_that_most_others_contradict_is_refused_whatever_its_name(
+    logs: dict[int, float], expected: list[str]
+) -> None:
+    rule = together(**{f"log{seed}": csv(repeat(seed, by)) for seed, by in logs.items()})
+    assert rule.tolist() == expected
 
 
 @pytest.mark.parametrize(
@@ -405,17 +378,13 @@ def test_pressure_that_is_rounded_is_the_condition_of_its_load(load_n: float, ru
 
 def test_copy_is_found_beside_a_run_of_a_larger_load() -> None:
     """The tolerance is that of two runs, not of the largest one in the campaign."""
-    values, other = good(SWEEP), repeat(2)
-    heavy = {name: 5 * values[name] for name in ("load", "traction_force")}
-    heavy = {**values, **heavy}
+    values, no, other = good(SWEEP), dict(NO_SET_POINTS), repeat(2)
+    heavy = {**values, **{name: 5 * values[name] for name in ("load", "traction_force")}}
     other["load"] = other["load"] + 0.03  # 0.04 % of 82 N
-    no = dict(NO_SET_POINTS)
-    rule = together(a=csv(heavy, **no), b=csv(values, **no), c=csv(other, **no))
-    assert rule.tolist() == ["", "", ""]
     metric = {**values, "load": values["load"] / 9.80665}
     copy = csv(metric, {**UNITS, "load": "kgf"}, oil="4050", **no)
-    rule = together(a=csv(heavy, **no), b=csv(values, **no), c=copy)
-    assert rule.tolist() == ["", "conflicting_labels", "conflicting_labels"]
+    rule = together(a=csv(heavy, **no), b=csv(values, **no), c=csv(other, **no), d=copy)
+    assert rule.tolist() == ["", "conflicting_labels", "", "conflicting_labels"]
 
 
 # --- true reasons ------------------------------------------------------------------------------
@@ -439,22 +408,49 @@ def test_time_of_the_settings_that_no_run_can_meet_is_blamed_and_not_the_log(
     assert f"curation.plateaus.{key} is {value:g}" in curated.runs.at[0, "reason"]
 
 
-def test_run_whose_speeds_are_exchanged_half_way_is_refused_whole() -> None:
-    values = good(SWEEP)
-    half = slice(len(values["time"]) // 2, None)
-    ball, disc = (values[name].copy() for name in SPINDLES)
-    # in surface speeds, which the track radii make of spindle speeds
+SLIP = np.repeat(SWEEP, HELD)
+
+
+def exchanged_half_way(values: Columns) -> Columns:
+    """Both spindles, in surface speeds, which the track radii make of spindle speeds."""
+    ball, disc = (values[name] for name in SPINDLES)
     ratio = np.mean(disc[:HELD]) / np.mean(ball[:HELD])
-    values["ball_speed"][half], values["disc_speed"][half] = disc[half] / ratio, ball[half] * ratio
-    assert rules(judged(values)) == ["sign_changes"]
+    first = np.arange(len(ball)) < len(ball) // 2
+    return {
+        **values,
+        "ball_speed": np.where(first, ball, disc / ratio),
+        "disc_speed": np.where(first, disc, ball * ratio),
+    }
 
 
-@pytest.mark.parametrize("factor", [1.5, 0.6])
-def test_gain_that_changes_in_the_flat_part_of_a_curve_is_refused(factor: float) -> None:
-    values = good(SWEEP)
-    slip = np.repeat(SWEEP, HELD)
-    values["traction_force"] = values["traction_force"] * np.where(slip > 0.15, factor, 1.0)
-    assert rules(judged(values)) == ["gain_jump"]
+def one_for_both(values: Columns) -> Columns:
+    """The ball's column has the surface speed of the disc, as spindle speed."""
+    ball, disc = (values[name] for name in SPINDLES)
+    return {**values, "ball_speed": disc * np.mean(ball[:HELD]) / np.mean(disc[:HELD])}
+
+
+def settling(values: Columns) -> Columns:
+    """The force still settles in the closing phase."""
+    late = np.arange(len(SLIP)) - (len(SLIP) - HELD)
+    rest = np.where(late >= 0, 1.5 * np.exp(-late / 40), 0.0)
+    return {**values, "traction_force": values["traction_force"] + rest}
+
+
+@pytest.mark.parametrize(
+    ("change", "rule"),
+    [
+        (exchanged_half_way, "sign_changes"),
+        (one_for_both, "same_channel"),
+        (settling, "zero_not_settled"),
+        (lambda values: with_force(lambda f: f * np.where(SLIP > 0.15, 1.5, 1.0)), "gain_jump"),
+        (lambda values: with_force(lambda f: f * np.where(SLIP > 0.15, 0.6, 1.0)), "gain_jump"),
+    ],
+    ids=["speeds exchanged half way", "one column", "settling", "gain up", "gain down"],
+)
+def test_fault_of_a_run_is_refused_for_its_reason(
+    change: Callable[[Columns], Columns], rule: str
+) -> None:
+    assert rules(judged(change(good(SWEEP)))) == [rule]
 
 
 def test_way_back_that_is_a_tenth_higher_is_a_warning() -> None:
@@ -464,27 +460,6 @@ def test_way_back_that_is_a_tenth_higher_is_a_warning() -> None:
     (run,) = judged(values).runs.to_dict("records")
     assert run["verdict"] == "accepted"
     assert run["warning"].startswith("branches_apart: with rising slip")
-
-
-def test_one_column_for_both_speeds_is_named() -> None:
-    values = good(SWEEP)
-    # the same surface speed, as spindle speeds
-    ratio = np.mean(values["disc_speed"][:HELD]) / np.mean(values["ball_speed"][:HELD])
-    values["ball_speed"] = values["disc_speed"] / ratio
-    assert rules(judged(values)) == ["same_channel"]
-
-
-def test_zero_that_still_settles_after_the_sweep_is_no_drift() -> None:
-    values = good(SWEEP)
-    since = np.arange(HELD) / 20
-    values["traction_force"][-HELD:] += 1.5 * np.exp(-since / 2.0)
-    assert rules(judged(values)) == ["zero_not_settled"]
-
-
-def test_odd_one_of_three_repeats_is_refused_and_not_the_good_ones() -> None:
-    """The first by name is 9 % high, which is within the limit for two runs."""
-    rule = together(a=csv(repeat(1, force=1.09)), b=csv(repeat(2)), c=csv(repeat(3)))
-    assert rule.tolist() == ["conflicting_condition", "", "duplicate_condition"]
 
 
 def test_same_readings_that_begin_later_and_are_rounded_are_known_under_another_oil() -> None:

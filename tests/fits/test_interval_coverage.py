@@ -17,11 +17,11 @@ from oilfilm.fits.problem import build_problem, curve_data
 from oilfilm.fits.uncertainty import curve_bootstrap, naive_covariance, robust_covariance
 from oilfilm.home import CONFIG
 from oilfilm.randomness import generator
-from oilfilm.rig_twin.plateaus import Campaign, RunErrors, spread_conditions
 from oilfilm.rig_twin.truth import LawTruth, Truth, true_tractions
 from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
 from oilfilm.traction.law import to_internal
+from simulated_points import Campaign, RunErrors, spread_conditions
 
 EXACT = RunErrors(**dict.fromkeys(vars(RunErrors()), 0.0))
 SMALL = np.array(list(itertools.product([1.0, 1.5], [25.0, 32.0, 40.0], [30.0, 100.0])))

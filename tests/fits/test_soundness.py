@@ -13,11 +13,11 @@ from oilfilm.fits.patterns import Leftover, find_patterns
 from oilfilm.fits.problem import build_problem, curve_data
 from oilfilm.fits.soundness_words import what_is_wrong
 from oilfilm.home import CONFIG
-from oilfilm.rig_twin.plateaus import Campaign, Drift
 from oilfilm.rig_twin.truth import LawTruth, true_tractions
 from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
 from oilfilm.traction.law import to_internal
+from simulated_points import Campaign, Drift
 
 RUNS = 24
 NUMBER = np.arange(RUNS)

@@ -88,12 +88,7 @@ def outcome(laboratory: Laboratory, verdicts: Curated) -> Outcome:
     ]
     points = _of(verdicts, sound)
     return Outcome(
-        false_alarms,
-        float((~points["accepted"]).mean()),
-        silent,
-        misnamed,
-        len(right),
-        len(named),
+        false_alarms, float((~points["accepted"]).mean()), silent, misnamed, len(right), len(named)
     )
 
 

@@ -29,10 +29,7 @@ CLAIMS = ROOT / "data/reference/claims.yaml"
 ETM = ROOT / "data/raw/etm-slim"
 REAL_PCS = ROOT.parent / "shared" / "real" / "pcs"
 # Settings of fits that take seconds: every law is compared in tests/studies.
-QUICK = {
-    "fit": {"bootstrap": 20, "searches": 2},
-    "compare": {"laws": ["deng2026", "tanh"]},
-}
+QUICK = {"fit": {"bootstrap": 20, "searches": 2}, "compare": {"laws": ["deng2026", "tanh"]}}
 SMALL_MATRIX = {
     "max_hertz_pressure_gpa": [1.0, 1.25, 1.5],
     "entrainment_speed_m_s": [25, 40],

@@ -20,13 +20,10 @@ UNITS = {
     "outer_ring_temperature": "degC",
     "torque": "N m",
 }
-NAMES = (
-    "time_s",
-    "axial_load_n",
-    "inner_speed_rpm",
-    "oil_temperature_c",
-    "outer_ring_temperature_c",
-    "torque_n_m",
+# Columns of the table of torque logs, in the same order.
+NAMES = tuple(
+    f"{quantity}_{unit.removeprefix('deg').replace(' ', '_').lower()}"
+    for quantity, unit in UNITS.items()
 )
 
 

@@ -92,11 +92,11 @@ def _limits(gate: Gate[Any], settings: Settings) -> Iterator[str]:
 
 def _keys(gate: Gate[Any]) -> list[tuple[str, str]]:
     """The limits that a gate and the functions beside it that it calls read, in that order."""
-    module = inspect.getmodule(gate.judge)
-    source = inspect.getsource(gate.judge)
-    for name in re.findall(r"\b(_\w+|median_sliding_traction)\(", source):
-        helper = getattr(module, name, None)
-        source += inspect.getsource(helper) if inspect.isfunction(helper) else ""
+    module, source, to_read = inspect.getmodule(gate.judge), "", [gate.judge]
+    for function in to_read:
+        source += inspect.getsource(function)
+        helpers = (getattr(module, name, None) for name in re.findall(r"\b(_\w+)\(", source))
+        to_read += [each for each in helpers if inspect.isfunction(each) and each not in to_read]
     found = re.findall(r"limits\.(gates|stuck)\.(\w+)", source)
     return list(dict.fromkeys(found))
 

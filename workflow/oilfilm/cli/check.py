@@ -17,6 +17,7 @@ from oilfilm.curation.rig_kind import RigKind
 from oilfilm.curation.torque_rig import TORQUE_RIG
 from oilfilm.curation.traction_rig import TRACTION_RIG
 from oilfilm.errors import OilfilmError
+from oilfilm.logs.base import Reading
 from oilfilm.logs.first_seen import FirstSeen
 from oilfilm.logs.ingest import ingest_logs, read_bytes, read_log
 from oilfilm.logs.raw_files import named_logs, raw_files
@@ -150,17 +151,23 @@ def judged_logs(
     return list(checked_logs(ingested, curated, settings, kind, sheet))
 
 
+def kinds_of_folders(settings: Settings) -> dict[str, RigKind]:
+    """The folders of a campaign below `data/raw`, with the kind of rig whose logs each has."""
+    name, folders = settings.campaign.name, zip(("", "-torque"), _KINDS, strict=True)
+    kinds = {f"{name}{ending}": kind for ending, kind in folders}
+    return kinds if settings.campaign.torque is not None else {name: TRACTION_RIG}
+
+
 def kind_of(file: str, content: bytes, settings: Settings) -> RigKind:
     """The kind of rig that a log is of: by the folder that it is in, else by its columns.
 
     Raises:
         OilfilmError: It may be of either kind.
     """
-    campaign = settings.campaign
-    if campaign.torque is None:
+    of_folder = kinds_of_folders(settings)
+    if len(of_folder) == 1:
         return TRACTION_RIG
     # the nearest folder decides: that of the project may have the name of the campaign, too
-    of_folder = {campaign.name: TRACTION_RIG, f"{campaign.name}-torque": TORQUE_RIG}
     for folder in Path(file).resolve().parents:
         if folder.name in of_folder:
             return of_folder[folder.name]
@@ -171,10 +178,9 @@ def kind_of(file: str, content: bytes, settings: Settings) -> RigKind:
             f"{file}: has the columns of a traction log and those of a torque log. Say which it "
             "is: --traction or --torque."
         )
-    # a log that lacks no column of one kind only, but has other faults, is of that kind
-    faulty = [
-        kind
-        for kind, reading in readings.items()
-        if any(refusal.rule != "columns" for refusal in reading.refusals)
-    ]
-    return runs[0] if runs else faulty[0] if len(faulty) == 1 else TRACTION_RIG
+    # a log that lacks columns of one kind only is of the other, whatever else is wrong with it
+    return runs[0] if runs else min(_KINDS, key=lambda kind: _lacks_columns(readings[kind]))
+
+
+def _lacks_columns(reading: Reading) -> bool:
+    return any(refusal.rule == "columns" for refusal in reading.refusals)

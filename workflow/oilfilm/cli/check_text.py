@@ -1,14 +1,13 @@
 """The verdict on logs as text: the verdict and the advice first, then what was understood."""
 
 import textwrap
-from collections import Counter, defaultdict
+from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from itertools import chain
 from math import isnan
 
 import pandas as pd
 
-from oilfilm import tables
 from oilfilm.cli.checked import Plain, Problem, problems
 from oilfilm.errors import printable
 from oilfilm.text_table import text_table
@@ -19,21 +18,6 @@ _RUNS_LISTED = 10
 _LOGS_IN_DETAIL = 10
 # A longer cell of a table is cut.
 _WIDEST_CELL = 22
-# How the head of a table calls what is measured, and with how many digits it is shown.
-_SHORT = {
-    "max_hertz_pressure_gpa": ("P", ".3f"),
-    "load_n": ("load", ".4g"),
-    "entrainment_speed_m_s": ("U", ".4g"),
-    "inlet_temperature_c": ("T", ".1f"),
-    "slide_roll_ratio": ("S", ".3f"),
-    "traction_coefficient": ("mu", ".4f"),
-    "lambda_ratio": ("lambda", ".1f"),
-    "axial_load_n": ("axial load", ".0f"),
-    "inner_speed_rpm": ("speed", ".0f"),
-    "oil_temperature_c": ("oil", ".1f"),
-    "outer_ring_temperature_c": ("ring", ".1f"),
-    "torque_n_m": ("torque", "#.3g"),
-}
 _COLUMNS = ["Column", "Unit", "Read as", "Unit", "Smallest", "Largest", "Numbers", "Missing"]
 
 
@@ -55,21 +39,18 @@ def report(logs: Sequence[Plain]) -> str:
 
 def _verdict(log: Plain) -> Iterator[str]:
     """The verdict on each run, with the reason and the advice right below it."""
-    runs = sorted(log["runs"], key=lambda run: run["verdict"] != "refused")
+    runs, file = log["runs"], printable(log["file"])
     of_run: dict[str, list[Problem]] = {run["run_id"]: [] for run in runs}
     of_file: list[Problem] = []
     for problem in problems(log):
         of_run.get(problem.run_id, of_file).append(problem)
-    file = printable(log["file"])
     if not runs:
         yield f"{file}: {log['verdict'].upper()}"
     if len(runs) > _RUNS_LISTED:
         verdicts = _counted(run["verdict"] for run in runs)
         yield f"{file}: {len(runs)} runs: {verdicts}; --json shows all"
-        rules = {(problem.run_id, problem.rule) for problem in problems(log)}
-        yield from _wrapped(_counted(rule for _, rule in rules), "  ")
-        runs = [run for run in runs if of_run[run["run_id"]]][:_RUNS_LISTED]
-    for run in runs:
+        runs = [run for run in runs if of_run[run["run_id"]]]
+    for run in sorted(runs, key=lambda run: run["verdict"] != "refused")[:_RUNS_LISTED]:
         plateaus = f"{run['accepted_plateaus']} of {run['plateaus']} plateaus"
         verdict = run["verdict"].upper()
         yield f"{printable(run['run_id'])}: {verdict}, {plateaus}, {run['rows']} rows"
@@ -110,7 +91,7 @@ def _understood(log: Plain) -> Iterator[str]:
     oils = sorted({f"{run['oil']} ({run['oil_source']})" for run in runs})
     rigs = sorted({f"{run['rig']} ({run['rig_source']})" for run in runs})
     yield f"  Oil {', '.join(oils)}; {rig} {', '.join(rigs)}"
-    yield from ("", *_columns(runs), "", *_conditions(log), *_gates_not_applied(runs))
+    yield from ("", *_columns(runs), *_conditions(log), *_gates_not_applied(runs))
 
 
 def _columns(runs: Sequence[Plain]) -> Iterator[str]:
@@ -131,47 +112,39 @@ def _columns(runs: Sequence[Plain]) -> Iterator[str]:
 
 
 def _conditions(log: Plain) -> Iterator[str]:
-    """Operating conditions and traction of each run, its set points below."""
-    names = list(log["runs"][0]["measured"])
-    units = {name: tables.COLUMNS[name].shown_unit for name in names}
-    heads = [_SHORT[name][0] + (f" ({units[name]})" if units[name] else "") for name in names]
-    rows = [["Plateaus", *heads]]
-    together = len(log["runs"]) > _RUNS_LISTED
-    for runs in [log["runs"]] if together else [[run] for run in log["runs"]]:
-        label = runs[0]["run_id"].removeprefix(log["file"]).strip(":") or "measured"
-        measured = {
-            name: [end for run in runs for end in run["measured"][name].values()] for name in names
-        }
-        rows.append([f"{len(runs)} runs" if together else label, *_spans(measured)])
-        given = pd.DataFrame([run["set_points"] for run in runs]).reindex(columns=names)
-        points = {name: list(given[name].dropna()) for name in names}
-        if any(points.values()):
-            values = {name: [each["value"] for each in of] for name, of in points.items()}
-            rows.append(["set point", *_spans(values)])
-            sources = [sorted({each["source"] for each in of}) for of in points.values()]
-            rows.append(["from", *(", ".join(of) or "-" for of in sources)])
-    yield from text_table(rows, right=len(names), most=_WIDEST_CELL, indent="  ", gap=" ")
+    """Operating conditions and traction of each run, or of many runs together."""
+    runs = log["runs"]
+    together = len(runs) > _RUNS_LISTED
+    for group in [runs] if together else [[run] for run in runs]:
+        rows = []
+        for name in runs[0]["measured"]:
+            ends = [end for run in group for end in run["measured"][name].values()]
+            points = [point for run in group if (point := run["set_points"].get(name))]
+            sources = ", ".join(sorted({point["source"] for point in points}))
+            set_point = _span([point["value"] for point in points], measured=False)
+            rows.append([name, _span(ends), f"{set_point} ({sources})" if points else "-"])
+        label = group[0]["run_id"].removeprefix(log["file"]).strip(":") or "Plateaus"
+        head = [f"{len(runs)} runs" if together else label, "Measured", "Set point"]
+        yield from ("", *text_table([head, *rows], right=2, indent="  "))
 
 
-def _spans(values: dict[str, list[float]]) -> Iterator[str]:
-    """The range of each quantity with its own digits."""
-    for name, ends in values.items():
-        known = sorted(end for end in ends if not isnan(end))
-        # no minus before a zero
-        shown = [f"{end:z{_SHORT[name][1]}}" for end in known] if known else ["-"]
-        yield shown[0] if shown[0] == shown[-1] else f"{shown[0]}..{shown[-1]}"
+def _span(values: Sequence[float], *, measured: bool = True) -> str:
+    """The range of some numbers; small ones that were measured with a fixed count of decimals."""
+    known = sorted(value for value in values if not isnan(value))
+    if not known:
+        return "-"
+    # no minus before a zero
+    form = "z.4f" if measured and max(map(abs, known)) < 10 else ".4g"
+    lowest, highest = (f"{known[end]:{form}}" for end in (0, -1))
+    return lowest if lowest == highest else f"{lowest}..{highest}"
 
 
 def _gates_not_applied(runs: Sequence[Plain]) -> Iterator[str]:
     """The gates that could not be applied to all runs or to some, by what they lack."""
-    counts: dict[str, Counter[str]] = defaultdict(Counter)
+    of_reason: dict[str, dict[str, None]] = {}
     for lacking in chain.from_iterable(run["gates_not_applied"] for run in runs):
-        counts[lacking["reason"]][lacking["gate"]] += 1
-    if counts:
+        of_reason.setdefault(lacking["reason"], {})[lacking["gate"]] = None
+    if of_reason:
         yield from ("", "  Gates that could not be applied")
-    for reason, gates in counts.items():
-        names = [
-            gate if count == len(runs) else f"{gate} ({count} of {len(runs)} runs)"
-            for gate, count in gates.items()
-        ]
-        yield from _wrapped(f"{', '.join(names)}: {reason}", "    ")
+    for reason, gates in of_reason.items():
+        yield from _wrapped(f"{', '.join(gates)}: {reason}", "    ")

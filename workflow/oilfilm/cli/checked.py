@@ -15,6 +15,7 @@ from oilfilm.curation.gate import RULES, TORQUE, TRACTION, Gate
 from oilfilm.curation.plateau_gates import PLATEAU_GATES
 from oilfilm.curation.rig_kind import RigKind
 from oilfilm.curation.run_gates import RUN_GATES
+from oilfilm.curation.torque_rig import TORQUE_RIG
 from oilfilm.curation.verdicts import advice_for
 from oilfilm.logs.base import LOADS, NOTHING_UNDERSTOOD, SET_POINTS
 from oilfilm.logs.ingest import Ingested, ReadLog
@@ -24,14 +25,8 @@ from oilfilm.tables import failed_gates
 
 # Columns of plateaus that show what a log was understood to be.
 MEASURED = {
-    TRACTION: [*SET_POINTS, "slide_roll_ratio", "traction_coefficient", "lambda_ratio"],
-    TORQUE: [
-        "axial_load_n",
-        "inner_speed_rpm",
-        "oil_temperature_c",
-        "outer_ring_temperature_c",
-        "torque_n_m",
-    ],
+    TRACTION: (*SET_POINTS, "slide_roll_ratio", "traction_coefficient", "lambda_ratio"),
+    TORQUE: TORQUE_RIG.averaging.means,
 }
 _REFUSED = ["run_id", "rule", "reason", "advice", "first_row", "last_row", "refused_rows"]
 _OF_RUN = ["run_id", "label", "oil", "rig", "verdict", "warning", "plateaus"]
@@ -112,7 +107,7 @@ def _checked_run(
     points = curated.points[curated.points["run_id"] == run["run_id"]]
     understood = log.runs.get(run["run_id"], NOTHING_UNDERSTOOD)
     sources, traction = understood.sources, kind.name == TRACTION
-    ends = points[MEASURED[kind.name]].agg(["min", "max"]).set_axis(["minimum", "maximum"])
+    ends = points[list(MEASURED[kind.name])].agg(["min", "max"]).set_axis(["minimum", "maximum"])
     return {
         **{name: run[name] for name in _OF_RUN},
         "oil_source": sources.get("oil", _CAMPAIGN),

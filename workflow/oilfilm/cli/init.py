@@ -10,7 +10,7 @@ from pathlib import Path
 from shlex import quote
 
 from oilfilm.cli import stubs
-from oilfilm.curation.zero_source import BEST_FIRST, zero_source
+from oilfilm.curation.traction_rig import BEST_FIRST, zero_source
 from oilfilm.errors import OilfilmError, printable
 from oilfilm.home import CONFIG, HOME
 from oilfilm.logs.ingest import read_bytes

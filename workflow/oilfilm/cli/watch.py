@@ -7,16 +7,14 @@ Decides: when a log that is being written is finished.
 
 import argparse
 import time
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from datetime import datetime
 from pathlib import Path
 
 from oilfilm.cli.arguments import config_folder, project_folder
-from oilfilm.cli.check import judged_logs
+from oilfilm.cli.check import judged_logs, kinds_of_folders
 from oilfilm.cli.checked import Plain, Problem, problems
 from oilfilm.curation.rig_kind import RigKind
-from oilfilm.curation.torque_rig import TORQUE_RIG
-from oilfilm.curation.traction_rig import TRACTION_RIG
 from oilfilm.errors import OilfilmError, printable
 from oilfilm.logs.ingest import read_bytes
 from oilfilm.logs.raw_files import find_sheet, named_logs
@@ -31,13 +29,26 @@ Stamp = tuple[int, int]
 
 
 def run(options: argparse.Namespace) -> int:
-    """Watch until interrupted, which ends with the exit code 130."""
+    """Watch until interrupted, which ends with the exit code 130.
+
+    When a file of the configuration changes, settings are read again and all logs judged anew.
+    """
     config, raw = config_folder(options.config), project_folder(options.config) / "data/raw"
     overrides = {"campaign": options.campaign} if options.campaign else {}
-    watcher = Watcher(lambda: resolve(config, overrides), config, raw, options.settle)
-    _say(f"Watching {' and '.join(map(str, watcher.folders))}. Stop with Ctrl-C: nothing is lost.")
+    watcher: Watcher | None = None
+    of_config: object = None
     while True:
-        verdict = next(watcher.look(), None)
+        if (now := _stamps(config.rglob("*.yaml"))) != of_config:
+            try:
+                watcher = Watcher(resolve(config, overrides), raw, options.settle)
+                folders = " and ".join(map(str, watcher.folders))
+                _say(f"Watching {folders}. Stop with Ctrl-C: nothing is lost.")
+            except (OilfilmError, OSError) as error:
+                if watcher is None:
+                    raise
+                _say(f"{error} Until then the previous settings apply.")
+            of_config = now
+        verdict = next(watcher.look(), None) if watcher is not None else None
         if verdict is None:
             time.sleep(_PAUSE_S)
         else:
@@ -53,33 +64,25 @@ class Watcher:
     """The logs of a campaign's folders, each of which gets its verdict once it is finished.
 
     Args:
-        read: Reads the settings of the campaign.
-        config: The configuration folder; when a file in it changes, settings are read again.
+        settings: The settings of the campaign.
         raw: The folder of the campaigns' folders, `data/raw`.
         settle_s: A file that has not changed for so many seconds is finished.
     """
 
-    def __init__(
-        self, read: Callable[[], Settings], config: Path, raw: Path, settle_s: float
-    ) -> None:
-        self._read, self._config, self._raw, self._settle_s = read, config, raw, settle_s
+    def __init__(self, settings: Settings, raw: Path, settle_s: float) -> None:
+        self._settings, self._raw, self._settle_s = settings, raw, settle_s
         self._seen: dict[Path, tuple[Stamp, float]] = {}
         self._judged: dict[Path, object] = {}
         self._said: dict[Path, str] = {}
-        self._settings, self._of_config = read(), _stamps(config.rglob("*.yaml"))
 
     @property
     def folders(self) -> dict[Path, RigKind]:
         """The folders of the campaign, with the kind of rig whose logs each has."""
-        campaign = self._settings.campaign
-        folders: dict[Path, RigKind] = {self._raw / campaign.name: TRACTION_RIG}
-        if campaign.torque is not None:
-            folders[self._raw / f"{campaign.name}-torque"] = TORQUE_RIG
-        return folders
+        kinds = kinds_of_folders(self._settings)
+        return {self._raw / name: kind for name, kind in kinds.items()}
 
     def look(self) -> Iterator[str]:
         """Look at every file and yield each new verdict; the newest logs come first."""
-        yield from self._changed_settings()
         for folder, kind in self.folders.items():
             try:
                 yield from self._look_at(folder, kind)
@@ -111,19 +114,6 @@ class Watcher:
             except (OilfilmError, OSError) as error:
                 # tried again: on Windows the program of the rig may hold the file
                 yield from self._once(path, f"{name}: {_sentence(error, path)}")
-
-    def _changed_settings(self) -> Iterator[str]:
-        if (now := _stamps(self._config.rglob("*.yaml"))) == self._of_config:
-            return
-        self._of_config = now
-        try:
-            settings = self._read()
-        except (OilfilmError, OSError) as error:
-            yield f"{error} Until then the previous settings apply."
-            return
-        if settings != self._settings:
-            self._settings, self._judged = settings, {}
-            yield "The settings have changed. All logs are judged again."
 
     def _once(self, path: Path, line: str) -> Iterator[str]:
         if self._said.get(path) != line:

@@ -5,7 +5,6 @@ Decides: which planned conditions are accepted, refused or missing.
 
 import itertools
 import math
-from bisect import bisect_left
 from collections.abc import Mapping
 from typing import Any
 
@@ -30,6 +29,7 @@ SET_POINTS = (
     "nominal_inlet_temperature_c",
 )
 _CONDITION = ["oil", *SET_POINTS]
+_GATES = {gate.name for gate in PLATEAU_GATES}
 _COUNTS = ("runs_accepted", "runs_refused", "points_accepted", "points_refused")
 
 
@@ -85,9 +85,9 @@ def planned_states(coverage: pd.DataFrame) -> pd.DataFrame:
 def describe_condition(condition: Mapping[Any, Any]) -> str:
     """A condition as text, as in `P = 1.25 GPa, U = 30 m/s, T = 70 degC`."""
     forms = ("P = {:g} GPa", "W = {:g} N", "U = {:g} m/s", "T = {:g} degC")
-    values = {form: condition[name] for form, name in zip(forms, SET_POINTS, strict=True)}
-    set_points = [form.format(value) for form, value in values.items() if not math.isnan(value)]
-    return ", ".join(set_points) or "no set points"
+    values = zip(forms, (condition[name] for name in SET_POINTS), strict=True)
+    known = [form.format(value) for form, value in values if not math.isnan(value)]
+    return ", ".join(known) or "no set points"
 
 
 def gate_counts(runs: pd.DataFrame, points: pd.DataFrame, quarantine: pd.DataFrame) -> pd.DataFrame:
@@ -109,20 +109,11 @@ def gate_counts(runs: pd.DataFrame, points: pd.DataFrame, quarantine: pd.DataFra
 
 
 def _planned(settings: Settings) -> pd.DataFrame:
-    """Conditions of the matrix, for each oil."""
+    """Conditions of the matrix, for each oil; none without a matrix."""
     matrix = settings.campaign.matrix
-    levels = (
-        itertools.product(
-            settings.oils,
-            matrix.max_hertz_pressure_gpa,
-            [math.nan],
-            matrix.entrainment_speed_m_s,
-            matrix.inlet_temperature_c,
-        )
-        if matrix
-        else []
-    )
-    planned = pd.DataFrame(levels, columns=["oil", *SET_POINTS])
+    pressure, speed, temperature = matrix.model_dump().values() if matrix else ((), (), ())
+    levels = list(settings.oils), pressure, [math.nan], speed, temperature
+    planned = pd.DataFrame(itertools.product(*levels), columns=_CONDITION)
     return planned.astype(dict.fromkeys(SET_POINTS, float))
 
 
@@ -155,27 +146,14 @@ def _levels(
 ) -> "pd.Series[float]":
     """Each value's level: the nearest planned one, or else the first of those near each other."""
     relative = values.name != "nominal_inlet_temperature_c"
-    given, found = sorted(set(planned)), sorted(set(values.dropna()))
-    more: list[float] = []
+    levels, found = np.unique(planned), np.unique(values.dropna())
     for value in found:
         allowed = same.relative * value if relative else same.temperature_c
         # a level that is met exactly is no less near for rounding in the last bit
-        known = [*_neighbours(given, value), *more[-1:]]
-        if not known or min(abs(level - value) for level in known) > allowed * (1 + 1e-9):
-            more.append(value)
-
-    def nearest(value: float) -> float:
-        # a planned one where two are as near
-        known = [*_neighbours(given, value), *_neighbours(more, value)]
-        return min(known, key=lambda level: abs(level - value))
-
-    return values.map({value: nearest(value) for value in found}).astype(float)
-
-
-def _neighbours(levels: list[float], value: float) -> list[float]:
-    """The levels next to a value, among rising ones: the last below it and the first from it on."""
-    place = bisect_left(levels, value)
-    return levels[max(place - 1, 0) : place + 1]
+        if np.abs(levels - value).min(initial=np.inf) > allowed * (1 + 1e-9):
+            levels = np.append(levels, value)
+    nearest = {value: levels[np.argmin(np.abs(levels - value))] for value in found}
+    return values.map(nearest).astype(float)
 
 
 def _counted(runs: pd.DataFrame) -> pd.DataFrame:
@@ -191,10 +169,9 @@ def _counted(runs: pd.DataFrame) -> pd.DataFrame:
 
 
 def _from_quarantine(quarantine: pd.DataFrame) -> pd.DataFrame:
-    names = {gate.name for gate in PLATEAU_GATES}
     by_curation = quarantine["stage"] == "curate"
     what = np.select(
-        [quarantine["rule"].isin(names), by_curation, quarantine["run_id"] == ""],
+        [quarantine["rule"].isin(_GATES), by_curation, quarantine["run_id"] == ""],
         ["point", "run", "file"],
         "rows",
     )
@@ -204,12 +181,11 @@ def _from_quarantine(quarantine: pd.DataFrame) -> pd.DataFrame:
 def _from_points(points: pd.DataFrame, runs: pd.DataFrame) -> pd.DataFrame:
     """One row per gate and run whose points it refused."""
     refused = failed_gates.one_row_per_gate(points)
-    counts = refused.groupby(["run_id", "rule"], as_index=False).size()
-    names = {gate.name for gate in PLATEAU_GATES}
-    return counts.rename(columns={"size": "points"}).assign(
+    counts = refused.groupby(["run_id", "rule"], as_index=False).agg(points=("rule", "size"))
+    return counts.assign(
         file=counts["run_id"].map(runs.set_index("run_id")["file"]),
         stage="curate",
-        what=np.where(counts["rule"].isin(names), "point", "run"),
+        what=np.where(counts["rule"].isin(_GATES), "point", "run"),
         refused_rows=0,
         runs_refused=0,
         advice=[advice_for(rule, TRACTION_RIG) for rule in counts["rule"]],

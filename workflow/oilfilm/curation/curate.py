@@ -6,7 +6,6 @@ says what differs between the rigs.
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
-from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -138,10 +137,7 @@ def curate_parts(
 
 
 def curate(
-    samples: pd.DataFrame,
-    runs: pd.DataFrame,
-    settings: Settings,
-    kind: RigKind = TRACTION_RIG,
+    samples: pd.DataFrame, runs: pd.DataFrame, settings: Settings, kind: RigKind = TRACTION_RIG
 ) -> Curated:
     """Plateaus of every run, judged by every gate of the rig.
 
@@ -187,11 +183,7 @@ def curate(
 
 
 def _explanation(
-    samples: Columns,
-    run: Mapping[str, Any],
-    runs: pd.DataFrame,
-    settings: Settings,
-    kind: RigKind,
+    samples: Columns, run: Mapping[str, Any], runs: pd.DataFrame, settings: Settings, kind: RigKind
 ) -> Refusal | None:
     """The simple mistake without which most plateaus of a refused run would pass, if there is one.
 
@@ -202,33 +194,59 @@ def _explanation(
         settings: Settings of the run.
         kind: The kind of rig.
     """
-    run_id, rig = run["run_id"], run["rig"]
     if run["log_kind"] == "steps":
         return None  # readings that the rig's program has settled and converted
-    passing: list[tuple[int, Hypothesis]] = []
-    for hypothesis in kind.hypotheses(rig, settings):
+    of_settings: list[list[Hypothesis]] = [[]]
+    for hypothesis in kind.hypotheses(run["rig"], settings):
         if run["rule"] not in hypothesis.explains:
             continue
-        if hypothesis.changes and not hypothesis.plausible(samples, 0):
-            continue  # before it takes time
-        changed = settings.with_changes(hypothesis.changes) if hypothesis.changes else settings
-        limits = kind.limits(changed)
-        signals = kind.signals(hypothesis.undo(samples), rig, changed)
-        undone = measure(signals, kind, rig, changed)
-        levels = len(undone.plateaus["time_s"])
-        if not hypothesis.plausible(samples, levels) or first_fault(undone, kind, limits):
-            continue
-        points = _table_of_plateaus({run_id: undone.plateaus}, runs, changed, kind)
-        failed = judge_plateaus(points, kind, limits)
-        accepted = int((~failed.any(axis=1)).sum())
-        if accepted > levels / 2 and not list(runs_not_usable(points, failed, kind, limits)):
-            passing.append((accepted, hypothesis))
+        if not hypothesis.changes:
+            of_settings[0].append(hypothesis)
+        elif hypothesis.plausible(samples, 0):  # before it takes time
+            of_settings.append([hypothesis])
+    passing: list[tuple[int, Hypothesis]] = []
+    for hypotheses in filter(None, of_settings):
+        changes = hypotheses[0].changes
+        changed = settings.with_changes(changes) if changes else settings
+        passing += _passing(hypotheses, samples, run, runs, changed, kind)
     if not passing:
         return None
     _, best = max(passing, key=lambda each: each[0])
     # where several units would do, the data do not tell which one it is
-    sentence = "; or ".join(each.sentence for _, each in passing if each.rule == best.rule)
-    return refusal(best.rule, Finding(f"{sentence}; as it is, {run['reason']}"), kind, run_id)
+    causes = "; or ".join(each.sentence for _, each in passing if each.rule == best.rule)
+    sentence = f"the run would pass with {causes}; as it is, {run['reason']}"
+    return refusal(best.rule, Finding(sentence), kind, run["run_id"])
+
+
+def _passing(
+    hypotheses: list[Hypothesis],
+    samples: Columns,
+    run: Mapping[str, Any],
+    runs: pd.DataFrame,
+    settings: Settings,
+    kind: RigKind,
+) -> list[tuple[int, Hypothesis]]:
+    """The hypotheses under which most plateaus of a run pass, each with how many do."""
+    limits, undone_by = kind.limits(settings), {}
+    for hypothesis in hypotheses:
+        signals = kind.signals(hypothesis.undo(samples), run["rig"], settings)
+        undone = measure(signals, kind, run["rig"], settings)
+        plausible = hypothesis.plausible(samples, len(undone.plateaus["time_s"]))
+        if plausible and not first_fault(undone, kind, limits):
+            undone_by[hypothesis.sentence] = hypothesis, undone.plateaus
+    # one table for all of them, in which each stands for a run
+    as_runs = runs.loc[[run["run_id"]] * len(undone_by)].set_axis(list(undone_by))
+    plateaus = {name: columns for name, (_, columns) in undone_by.items()}
+    points = _table_of_plateaus(plateaus, as_runs.rename_axis("run_id"), settings, kind)
+    failed = judge_plateaus(points, kind, limits)
+    accepted = (~failed.any(axis=1)).groupby(points["run_id"])
+    counts, shares = accepted.sum().to_dict(), accepted.mean().to_dict()
+    refused = {each.run_id for each in runs_not_usable(points, failed, kind, limits)}
+    return [
+        (counts[name], hypothesis)
+        for name, (hypothesis, _) in undone_by.items()
+        if name not in refused and shares[name] > 1 / 2
+    ]
 
 
 def collect(
@@ -248,12 +266,10 @@ def collect(
     points = pd.concat([share.points for share in shares], ignore_index=True)
     runs = pd.concat([share.runs for share in shares], ignore_index=True)
     quarantine = [*unread, *(share.quarantine for share in shares)]
-    for rule in kind.repeats(settings):
-        again = repeated(points, runs, rule, kind, settings)
-        if again:
-            points = _refuse_plateaus(points, again, kind)
-            runs = _count(points, _with_rules(runs, again))
-            quarantine.append(quarantine_rows(again, runs))
+    if again := repeated(points, runs, kind, settings):
+        points = _refuse_plateaus(points, again, kind)
+        runs = _with_verdicts(runs, points, again)
+        quarantine.append(quarantine_rows(again, runs))
     runs = with_campaign_warnings(runs, points, kind)
     return Curated(
         points.sort_values(["run_id", "first_row"], ignore_index=True),
@@ -271,12 +287,10 @@ def arrays_of(samples: pd.DataFrame) -> Columns:
 
 def _by_run(samples: pd.DataFrame) -> dict[str, Columns]:
     """The columns of each run, whose rows are next to each other."""
-    arrays, run_ids = arrays_of(samples), samples["run_id"].astype("category").cat
-    codes, names = run_ids.codes.to_numpy(), run_ids.categories
-    edges = np.flatnonzero(np.diff(codes, prepend=-1, append=-1))
+    arrays, rows_of = arrays_of(samples), samples.groupby("run_id").indices
     return {
-        str(names[codes[start]]): {name: array[start:stop] for name, array in arrays.items()}
-        for start, stop in pairwise(edges)
+        str(run_id): {name: array[rows[0] : rows[-1] + 1] for name, array in arrays.items()}
+        for run_id, rows in rows_of.items()
     }
 
 
@@ -292,15 +306,11 @@ def first_fault(run: Run, kind: RigKind, limits: Limits) -> Fault | None:
 
 
 def _table_of_plateaus(
-    plateaus_of: Mapping[str, Columns],
-    runs: pd.DataFrame,
-    settings: Settings,
-    kind: RigKind,
+    plateaus_of: Mapping[str, Columns], runs: pd.DataFrame, settings: Settings, kind: RigKind
 ) -> pd.DataFrame:
     """All plateaus with what they carry of their run and what needs rig and oil."""
     if not plateaus_of:
-        nothing = tables.empty(kind.table)
-        return nothing.assign(**{name: np.nan for name in kind.carried if name not in nothing})
+        return tables.empty(kind.table)
     measured = list(plateaus_of.values())
     counts = [len(plateaus["time_s"]) for plateaus in measured]
     about = runs.loc[list(plateaus_of), list(kind.carried)]
@@ -308,14 +318,10 @@ def _table_of_plateaus(
     points = carried.reset_index(drop=True).assign(
         **{name: np.concatenate([run[name] for run in measured]) for name in measured[0]}
     )
-    return _without_absurd(kind.complete(points, settings))
-
-
-def _without_absurd(points: pd.DataFrame) -> pd.DataFrame:
-    """Plateaus with null for numbers that no table may hold, as mu has under no load at all."""
+    points = kind.complete(points, settings)
+    # no table may hold such numbers, as mu has under no load at all
     numbers = points.select_dtypes("float")
-    absurd = numbers.abs() >= tables.LARGEST
-    return points.assign(**numbers.mask(absurd)) if absurd.any(axis=None) else points
+    return points.assign(**numbers.mask(numbers.abs() >= tables.LARGEST))
 
 
 def _judge(
@@ -334,15 +340,15 @@ def _judge(
     some_pass = set(points.loc[points["accepted"], "run_id"])
     # the plateaus stay, whatever the rig, with the gate of their run beside their own
     points = failed_gates.with_gate_of_run(
-        points,
-        {each.run_id: each.rule for each in by_plateaus if each.run_id in some_pass},
+        points, {each.run_id: each.rule for each in by_plateaus if each.run_id in some_pass}
     )
     # in the order of the runs
     of_runs = {each.run_id: each for each in (*refused.values(), *by_plateaus)}
     ordered = [of_runs[run_id] for run_id in runs["run_id"] if run_id in of_runs]
-    runs = _count(points, _with_rules(runs, ordered))
-    columns = tables.columns(kind.table)
-    return Curated(points[columns], runs, quarantine_rows([*ordered, *partly], runs))
+    runs = _with_verdicts(runs, points, ordered)
+    return Curated(
+        points[tables.columns(kind.table)], runs, quarantine_rows([*ordered, *partly], runs)
+    )
 
 
 def _refuse_plateaus(points: pd.DataFrame, refused: list[Refusal], kind: RigKind) -> pd.DataFrame:
@@ -353,21 +359,19 @@ def _refuse_plateaus(points: pd.DataFrame, refused: list[Refusal], kind: RigKind
     return points[~points["run_id"].isin(list(gate_of_run))]
 
 
-def _with_rules(runs: pd.DataFrame, refused: list[Refusal]) -> pd.DataFrame:
-    """Runs with the rule and the sentence of their refusal."""
+def _with_verdicts(
+    runs: pd.DataFrame, points: pd.DataFrame, refused: list[Refusal]
+) -> pd.DataFrame:
+    """Runs with rule and sentence of their refusal, counts of their plateaus, and verdict."""
     of_run = {each.run_id: (each.rule, each.reason) for each in refused}
     as_they_are = zip(runs["run_id"], runs["rule"], runs["reason"], strict=True)
     texts = [of_run.get(run_id, (rule, reason)) for run_id, rule, reason in as_they_are]
-    columns = pd.DataFrame(texts, runs.index, ["rule", "reason"], dtype="str")
-    return runs.assign(**columns).reset_index(drop=True)
-
-
-def _count(points: pd.DataFrame, runs: pd.DataFrame) -> pd.DataFrame:
     per_run = points.groupby("run_id")["accepted"].agg(["size", "sum"])
-    accepted = runs["run_id"].map(per_run["sum"]).fillna(0).astype(np.int64)
+    plateaus, accepted = per_run.reindex(runs["run_id"], fill_value=0).to_numpy(np.int64).T
     return runs.assign(
-        plateaus=runs["run_id"].map(per_run["size"]).fillna(0).astype(np.int64),
+        **pd.DataFrame(texts, runs.index, ["rule", "reason"], dtype="str"),
+        plateaus=plateaus,
         accepted_points=accepted,
         warning=runs["warning"].where(accepted > 0, ""),
         verdict=np.where(accepted > 0, "accepted", "refused"),
-    )
+    ).reset_index(drop=True)

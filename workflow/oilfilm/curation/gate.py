@@ -40,6 +40,8 @@ RULES: Mapping[str, Any] = yaml.load(
 )
 # Plateaus of one run: column -> array over them.
 Columns = dict[str, npt.NDArray[Any]]
+# What a force may be in although it is labelled N, by definition.
+_FORCE_UNITS_N = {"kgf": 9.80665, "lbf": 4.4482216152605, "gf": 9.80665e-3, "kN": 1e3}
 # No logger of a rig is faster; damaged time stamps are, and would give endless windows.
 _SHORTEST_INTERVAL_S = 1e-6
 
@@ -116,6 +118,17 @@ class Run:
     channels: Sequence[Channel]
     flaw: Fault | None = None
     too_short: Sequence[Finding] = ()
+
+
+def unit_hint(name: str, fits: Callable[[float], bool]) -> str:
+    """The units that a force labelled N may be in, as a hint.
+
+    Args:
+        name: The force in words.
+        fits: Whether the run would be right with the force so many times as large.
+    """
+    units = " or ".join(unit for unit, newton in _FORCE_UNITS_N.items() if fits(newton))
+    return f"; the {name} may be in {units}" if units else ""
 
 
 class Judgement(NamedTuple):

@@ -29,7 +29,7 @@ class Hypothesis:
 
     Attributes:
         rule: Rule of a refusal for it.
-        sentence: What was found, if the run passes once the mistake is undone.
+        sentence: With what the run would pass, that is, what the mistake is.
         undo: The samples of the run without the mistake.
         explains: Rules whose refusals it may cause.
         plausible: Whether samples with so many levels may hold the mistake.
@@ -86,6 +86,12 @@ _FORCE_UNITS = {
 _SPEED_UNITS = {("mm/s", "m/s"): 1e-3, ("m/s", "mm/s"): 1e3}
 # Spindle speeds in 1/min.
 _SPINDLE_UNITS = {"1/min": 1.0, "rad/s": 1 / RAD_S_PER_RPM, "1/s": 60.0, "deg/s": 1 / 6}
+# Which speeds, as sentences name them, and the refusals that they may cause.
+_SPEEDS = (
+    ((_BALL, _DISC), "both speeds", _BY_SPEED),
+    ((_BALL,), "the ball's speed", _BY_SLIP),
+    ((_DISC,), "the disc's speed", _BY_SLIP),
+)
 
 
 def scaled(factor: float, *names: str) -> Callable[[Columns], Columns]:
@@ -96,12 +102,13 @@ def scaled(factor: float, *names: str) -> Callable[[Columns], Columns]:
 def time_hypotheses() -> Iterator[Hypothesis]:
     """Mistakes of the clock: the time is in another unit than s."""
     for unit, label, factor in _TIME_UNITS:
-        sentence = (
-            f"the run would pass with its time {factor:g} times as long, as {unit} labelled "
-            f"{label} would be"
+        yield Hypothesis(
+            "time_unit",
+            f"its time {factor:g} times as long, as {unit} labelled {label} would be",
+            scaled(factor, "time_s"),
+            _BY_TIME,
+            partial(_clock_off_by, factor),
         )
-        undo, plausible = scaled(factor, "time_s"), partial(_clock_off_by, factor)
-        yield Hypothesis("time_unit", sentence, undo, _BY_TIME, plausible)
 
 
 def setting_hypotheses(part: str, levels: StepSettings, min_step: str) -> Iterator[Hypothesis]:
@@ -112,54 +119,68 @@ def setting_hypotheses(part: str, levels: StepSettings, min_step: str) -> Iterat
         levels: Its plateaus.
         min_step: Name of the key of the smallest step.
     """
-
-    def with_value(rule: str, key: str, value: float, plausible: Any) -> Hypothesis:
-        sentence = (
-            f"the run would pass with {key} of {value:.3g}; {part}.plateaus.{key} is "
-            f"{getattr(levels, key):g}"
-        )
-        changes = {part: {"plateaus": {key: value}}}
-        return Hypothesis(rule, sentence, dict, _BY_TIME, plausible, changes)
-
-    smaller = _SMALLER * getattr(levels, min_step)
-    yield with_value("small_steps", min_step, smaller, lambda samples, count: True)
+    tried = [("small_steps", min_step, _SMALLER)]
     for key in ("settle_s", "guard_s", "window_s", "min_duration_s"):
-        too_long = partial(_long_for_run, getattr(levels, key))
-        for divisor in (10, 100, 1000):
-            yield with_value("long_setting", key, getattr(levels, key) / divisor, too_long)
+        tried += [("long_setting", key, share) for share in (0.1, 0.01, 0.001)]
+    for rule, key, share in tried:
+        value = getattr(levels, key)
+        yield Hypothesis(
+            rule,
+            f"{key} of {share * value:.3g}; {part}.plateaus.{key} is {value:g}",
+            dict,
+            _BY_TIME,
+            _always if key == min_step else partial(_long_for_run, value),
+            {part: {"plateaus": {key: share * value}}},
+        )
+
+
+def _always(samples: Columns, levels: int) -> bool:
+    return True
 
 
 def _long_for_run(value_s: float, samples: Columns, levels: int) -> bool:
     return value_s > _LONGEST_SHARE * float(np.ptp(samples["time_s"]))
 
 
-def _radii_hypotheses(rig: Rig, others: Mapping[str, Rig]) -> Iterator[Hypothesis]:
-    """Logs of spindle speeds that were read with the track radii of another rig."""
-    for name, other in others.items():
-        if other.ball_track_radius_m and other.disc_track_radius_m and other != rig:
-            ball, disc = (
-                getattr(other, key) / getattr(rig, key)
-                for key in ("ball_track_radius_m", "disc_track_radius_m")
-            )
-            sentence = f"the run would pass with the track radii of the rig {name}"
-            yield Hypothesis("track_radii", sentence, partial(_times, ball, disc), _BY_SLIP)
-    for body, power in ((_BALL, 1.0), (_DISC, -1.0)):
-        words = "ball" if body == _BALL else "disc"
-        sentence = (
-            f"before and after the sweep the {words} is faster or slower than the other body by "
-            "one ratio; with that ratio taken out the run would pass"
+def traction_hypotheses(rig: Rig) -> Iterator[Hypothesis]:
+    """Mistakes of the logs of a traction rig, the most frequent first."""
+    yield from time_hypotheses()
+    for words, factor in _FORCE_UNITS.items():
+        undo = scaled(factor, "traction_force_n")
+        yield Hypothesis("force_scale", f"a traction force {words}", undo, _BY_FORCE)
+    ratios, factors = {"speeds": 1.0}, dict(_SPEED_UNITS)
+    if rig.ball_track_radius_m is not None and rig.disc_track_radius_m is not None:
+        ratios["spindle speeds"] = rig.ball_track_radius_m / rig.disc_track_radius_m
+        factors |= {
+            (unit, label): _SPINDLE_UNITS[unit] / _SPINDLE_UNITS[label]
+            for unit, label in permutations(_SPINDLE_UNITS, 2)
+        }
+    for words, ratio in ratios.items():
+        sentence = f"the {words} of ball and disc exchanged"
+        yield Hypothesis("swapped_channels", sentence, partial(_exchanged, ratio), _BY_SLIP)
+    for names, words, _ in _SPEEDS:
+        yield Hypothesis(
+            "speed_sign", f"the opposite sign of {words}", scaled(-1.0, *names), _BY_SLIP
         )
-        undo = partial(_rolling_at_ends, body, power)
-        yield Hypothesis("track_radii", sentence, undo, _BY_SLIP, _one_ratio_at_ends)
+    for names, words, explains in _SPEEDS:
+        for (unit, label), factor in factors.items():
+            sentence = f"{words} {factor:.4g} times as large, as {unit} labelled {label} would be"
+            undo = scaled(factor, *names)
+            yield Hypothesis("speed_unit", sentence, undo, explains, partial(_rolls_with, undo))
+    sentence = "its slide-roll ratio in percent"
+    yield Hypothesis("slip_unit", sentence, _from_percent, _BY_SLIP, _turns_backwards)
+    # behind the units, which name the cause more precisely; the radii of another rig do this
+    if "spindle speeds" in ratios:
+        for body, words in ((_BALL, "ball"), (_DISC, "disc")):
+            sentence = f"the {words}'s speed changed by the one ratio that makes both ends roll"
+            undo = partial(_rolling_at_ends, body)
+            yield Hypothesis("track_radii", sentence, undo, _BY_SLIP, _one_ratio_at_ends)
 
 
-def _times(ball: float, disc: float, samples: Columns) -> Columns:
-    return {**samples, _BALL: ball * samples[_BALL], _DISC: disc * samples[_DISC]}
-
-
-def _rolling_at_ends(body: str, power: float, samples: Columns) -> Columns:
+def _rolling_at_ends(body: str, samples: Columns) -> Columns:
     """One body's speed such that both are equal before the sweep."""
-    return {**samples, body: samples[body] * _ratios_at_ends(samples)[0] ** power}
+    ratio, _ = _ratios_at_ends(samples)
+    return scaled(ratio if body == _BALL else 1 / ratio, body)(samples)
 
 
 def _ratios_at_ends(samples: Columns) -> tuple[float, float]:
@@ -175,44 +196,6 @@ def _one_ratio_at_ends(samples: Columns, levels: int) -> bool:
     first, last = _ratios_at_ends(samples)
     least, most = _NO_SWEEP
     return abs(first / last - 1) < -least and not least <= 2 * (first - 1) / (first + 1) <= most
-
-
-def traction_hypotheses(rig: Rig, rigs: Mapping[str, Rig]) -> Iterator[Hypothesis]:
-    """Mistakes of the logs of a traction rig, the most frequent first; `rigs` are all of them."""
-    yield from time_hypotheses()
-    for words, factor in _FORCE_UNITS.items():
-        sentence = f"the run would pass with a traction force {words}"
-        yield Hypothesis("force_scale", sentence, scaled(factor, "traction_force_n"), _BY_FORCE)
-    ratios, factors = {"speeds": 1.0}, dict(_SPEED_UNITS)
-    if rig.ball_track_radius_m is not None and rig.disc_track_radius_m is not None:
-        ratios["spindle speeds"] = rig.ball_track_radius_m / rig.disc_track_radius_m
-        factors |= {
-            (unit, label): _SPINDLE_UNITS[unit] / _SPINDLE_UNITS[label]
-            for unit, label in permutations(_SPINDLE_UNITS, 2)
-        }
-    for words, ratio in ratios.items():
-        sentence = f"the run would pass with the {words} of ball and disc exchanged"
-        yield Hypothesis("swapped_channels", sentence, partial(_exchanged, ratio), _BY_SLIP)
-    for names, words in (((_BALL,), "ball"), ((_DISC,), "disc"), ((_BALL, _DISC), "ball and disc")):
-        sentence = f"the run would pass with the opposite sign of the speed of {words}"
-        yield Hypothesis("speed_sign", sentence, scaled(-1.0, *names), _BY_SLIP)
-    for names, words, explains in (
-        ((_BALL, _DISC), "both speeds", _BY_SPEED),
-        ((_BALL,), "the ball's speed", _BY_SLIP),
-        ((_DISC,), "the disc's speed", _BY_SLIP),
-    ):
-        for (unit, label), factor in factors.items():
-            sentence = (
-                f"the run would pass with {words} {factor:.4g} times as large, as {unit} labelled "
-                f"{label} would be"
-            )
-            undo = scaled(factor, *names)
-            yield Hypothesis("speed_unit", sentence, undo, explains, partial(_rolls_with, undo))
-    sentence = "the run would pass with its slide-roll ratio in percent"
-    yield Hypothesis("slip_unit", sentence, _from_percent, _BY_SLIP, _turns_backwards)
-    # behind the units, which name the cause more precisely
-    if "spindle speeds" in ratios:
-        yield from _radii_hypotheses(rig, rigs)
 
 
 def _clock_off_by(factor: float, samples: Columns, levels: int) -> bool:
@@ -252,8 +235,4 @@ def _from_percent(samples: Columns) -> Columns:
     """Speeds of a log whose entrainment speed and slip were logged, the slip in percent."""
     ball, disc = samples[_BALL], samples[_DISC]
     mean, sliding = (ball + disc) / 2, (disc - ball) / 100
-    return {
-        **samples,
-        _BALL: np.asarray(mean - sliding / 2),
-        _DISC: np.asarray(mean + sliding / 2),
-    }
+    return {**samples, _BALL: np.asarray(mean - sliding / 2), _DISC: np.asarray(mean + sliding / 2)}

@@ -4,14 +4,16 @@ Decides: where a log is steady, and how much of a plateau is used; mean and stan
 plateau; when a missing zero refuses a run.
 """
 
+from dataclasses import replace
+
 import numpy as np
-import scipy
+import pandas as pd
 
 from oilfilm.curation import statistics
 from oilfilm.curation.gate import Columns, Fault, Run, Signals
 from oilfilm.curation.rig_kind import Averaging, Division, Rest, RigKind, nothing
 from oilfilm.curation.statistics import MAD_TO_SIGMA, median
-from oilfilm.curation.zero import moved_zero, phase_too_short, zero_reference
+from oilfilm.curation.zero import moved_zero, phase_too_short, sliding_phase, zero_reference
 from oilfilm.settings.config import CurationSettings, PlateauSettings, TorquePlateauSettings
 from oilfilm.settings.resolved import Settings
 from oilfilm.units import BoolArray, FloatArray, IndexArray
@@ -35,23 +37,21 @@ def measure(
     if settled:
         return Run(signals, signals, _readings(signals, kind), *channels)
     curation, limits = settings.curation, kind.limits(settings)
-    spike, least_s = curation.spikes.threshold, limits.zero.min_duration_s
     division = kind.divide(signals, rig, settings)
     rest, usable = division.rest, division.signals
-    served, flaw = _usable_phases(rest, kind, settings, least_s)
+    served, flaw = _usable_phases(rest, settings, limits.zero.min_duration_s)
     starts, stops = _without(division, served if rest.in_levels else [], curation)
-    averages = average(usable, starts, stops, kind, spike, curation.plateaus.transient_share)
-    averages["duration_s"] = (stops - starts) * usable.interval_s
+    averages = average(usable, starts, stops, kind, curation)
     if flaw is not None:
         output = output_se = nothing(len(starts))
     else:
+        spike = curation.spikes.threshold
         zero = zero_reference(rest.signals, kind.sensor.column, rest.phases, spike)
         output, output_se = zero.at(averages["time_s"]), zero.standard_error_at(averages["time_s"])
         flaw = moved_zero(zero, rest, kind.sensor, limits.zero_drift_max)
-    plateaus = kind.derive(averages, output, output_se)
-    flaw = kind.zero_fault(flaw, rest, signals, plateaus, rig, settings)
-    working = usable.at(division.working)
-    return Run(signals, working, plateaus, *channels, flaw, division.too_short)
+    plateaus, working = kind.derive(averages, output, output_se), usable.at(division.working)
+    run = Run(signals, working, plateaus, *channels, flaw, division.too_short)
+    return replace(run, flaw=kind.zero_fault(run, rest, rig, settings))
 
 
 def _readings(signals: Signals, kind: RigKind) -> Columns:
@@ -74,14 +74,15 @@ def _readings(signals: Signals, kind: RigKind) -> Columns:
 
 
 def _usable_phases(
-    rest: Rest, kind: RigKind, settings: Settings, least_s: float
+    rest: Rest, settings: Settings, least_s: float
 ) -> tuple[list[slice], Fault | None]:
     """The phases at rest up to the first that gives no zero, and what is wrong with that one."""
     usable: list[slice] = []
+    slip = settings.curation.zero_reference.max_slide_roll_ratio
     for name, part in rest.phases.items():
-        words = f"{name} phase of {rest.words}"
-        problem = phase_too_short(rest.signals, part, words, least_s)
-        problem = problem or kind.phase_problem(rest, name, settings)
+        problem = phase_too_short(rest.signals, part, f"{name} phase of {rest.words}", least_s)
+        if problem is None and rest.in_levels:
+            problem = sliding_phase(rest, name, slip)
         if problem is not None:
             return usable, ("zero_missing", problem)
         usable.append(part)
@@ -113,8 +114,7 @@ def average(
     starts: IndexArray,
     stops: IndexArray,
     kind: RigKind,
-    spike: float,
-    transient_share: float,
+    settings: CurationSettings,
 ) -> Columns:
     """Means over plateaus, spikes of the sensor left out, with what `Averaging` adds to them.
 
@@ -123,62 +123,44 @@ def average(
         starts: First sample of each plateau.
         stops: The sample past its last one.
         kind: The kind of rig.
-        spike: Threshold of the spike test, in robust standard deviations.
-        transient_share: The part of a plateau that counts as its beginning.
+        settings: `curation` of the configuration.
     """
     wanted: Averaging = kind.averaging
-    # many short sums cost more in calls than in numbers: the signals go together
-    values, inside = statistics.cut(
-        np.stack([signals.time_s, *(signals[name] for name in wanted.means)]), starts, stops
-    )
-    index = {name: place for place, name in enumerate(wanted.means, start=1)}
-    wild = statistics.spikes(values[index[kind.sensor.column]], inside, spike)
+    names = ("time_s", *wanted.means)
+    logged = np.stack([signals.time_s, *(signals[name] for name in wanted.means)])
+    stretches, inside = statistics.cut(logged, starts, stops)
+    values = dict(zip(names, stretches, strict=True))
+    wild = statistics.spikes(values[kind.sensor.column], inside, settings.spikes.threshold)
     inside &= ~wild
-    all_means = statistics.means(values, inside)
-    time_s, *means = all_means
-
-    def places(names: tuple[str, ...]) -> list[int]:
-        return [index[name] for name in names]
-
-    def of(names: tuple[str, ...]) -> FloatArray:
-        return values[places(names)]
-
-    errors = statistics.standard_errors(of(wanted.errors), inside, all_means[places(wanted.errors)])
-
-    averages = {
+    means = dict(zip(names, statistics.means(stretches, inside), strict=True))
+    shares = 1 / 2, settings.plateaus.transient_share
+    halves, beginning = (statistics.first_part(inside, part) for part in shares)
+    return {
         "first_row": signals.row[starts],
         "last_row": signals.row[stops - 1],
         "n_samples": inside.sum(axis=1),
         "n_spikes": wild.sum(axis=1),
-        "time_s": time_s,
+        "duration_s": (stops - starts) * signals.interval_s,
+        **means,
+        **{
+            f"{name}_se": statistics.standard_errors(values[name], inside, means[name])
+            for name in wanted.errors
+        },
+        **{f"{name}_change": -_excess(values[name], inside, halves) for name in wanted.changes},
+        **{
+            f"{name}_transient": _excess(values[name], inside, beginning)
+            for name in wanted.transients
+        },
     }
-    for ending, names, rows in (
-        ("", wanted.means, means),
-        ("_se", wanted.errors, errors),
-        ("_change", wanted.changes, _difference(of(wanted.changes), inside, 1 / 2)),
-        (
-            "_transient",
-            wanted.transients,
-            -_difference(of(wanted.transients), inside, transient_share),
-        ),
-    ):
-        averages |= {f"{name}{ending}": row for name, row in zip(names, rows, strict=True)}
-    return averages
 
 
-def _difference(values: FloatArray, inside: BoolArray, share: float) -> FloatArray:
-    """Mean over what follows the first `share` of each plateau, less the mean over that share."""
-    if len(values) == 0:
-        return np.empty((0, len(inside)))
-    first = statistics.first_part(inside, share)
-    return statistics.means(values, inside & ~first) - statistics.means(values, first)
+def _excess(values: FloatArray, inside: BoolArray, first: BoolArray) -> FloatArray:
+    """Mean of each plateau over its first samples, less the mean over the others."""
+    return statistics.means(values, first) - statistics.means(values, inside & ~first)
 
 
 def find_steps(
-    level: FloatArray,
-    interval_s: float,
-    min_step: float,
-    settings: Levels,
+    level: FloatArray, interval_s: float, min_step: float, settings: Levels
 ) -> IndexArray:
     """Indices at which a signal steps to another level.
 
@@ -202,16 +184,13 @@ def find_steps(
     noise = MAD_TO_SIGMA * median(np.abs(np.diff(level))) / np.sqrt(2)
     limit = max(min_step, settings.noise_factor * noise * np.sqrt(2 / window))
     # two peaks within a window are one step seen twice through the noise: the higher one counts
-    highest = scipy.ndimage.maximum_filter1d(change, 2 * window + 1, mode="constant")
-    peaks = np.flatnonzero((change == highest) & (change > limit))
+    around = pd.Series(change).rolling(2 * window + 1, center=True, min_periods=1)
+    peaks = np.flatnonzero((change == around.max().to_numpy()) & (change > limit))
     return window + peaks[np.diff(peaks, prepend=-window - 1) > window]
 
 
 def settled_parts(
-    samples: int,
-    steps: IndexArray,
-    interval_s: float,
-    settings: Levels,
+    samples: int, steps: IndexArray, interval_s: float, settings: Levels
 ) -> tuple[IndexArray, IndexArray]:
     """First and past-the-last index of the steady part of each level between the steps.
 

@@ -3,6 +3,8 @@
 Decides: when a plateau is refused (drift, load, temperature, spikes, film).
 """
 
+from collections.abc import Callable, Mapping
+
 import numpy as np
 import pandas as pd
 import scipy
@@ -14,17 +16,20 @@ from oilfilm.curation.gate import (
     PlateauJudge,
     TorqueLimits,
     TractionLimits,
+    unit_hint,
 )
-from oilfilm.units import BoolArray, conversion
+from oilfilm.units import BoolArray
 
 PLATEAU_GATES: Gates[PlateauJudge] = Gates()
 gate = PLATEAU_GATES.gate
 
 # So many standard errors are no chance.
 _SURE = 5
-# What a temperature may be in although it is labelled degC, and a load although it is labelled N.
-_TEMPERATURE_UNITS = ("K", "degF")
-_LOAD_UNITS = ("kgf", "lbf", "gf", "kN")
+# What a temperature may be in although it is labelled degC.
+_IN_DEGC: Mapping[str, Callable[["pd.Series[float]"], "pd.Series[float]"]] = {
+    "K": lambda kelvin: kelvin - 273.15,
+    "degF": lambda fahrenheit: (fahrenheit - 32) / 1.8,
+}
 
 
 def _span(values: "pd.Series[float]", form: str) -> str:
@@ -37,9 +42,16 @@ def _off_nominal(points: pd.DataFrame, name: str, tolerance: float) -> "pd.Serie
     return (points[name] - nominal).abs() > tolerance * nominal
 
 
-def _change_exceeds(points: pd.DataFrame, most: dict[str, float]) -> "pd.Series[bool]":
-    """Plateaus of which one of these changes is larger than its limit, whatever its sign."""
-    return (points[list(most)].abs() > pd.Series(most)).any(axis=1)
+def _by_changes(
+    points: pd.DataFrame, name: str, most_slip: float, most_traction: float, words: str
+) -> Judgement:
+    """Judgement by a change of slip and of traction within each plateau."""
+    slip, traction = points[f"slip_{name}"].abs(), points[f"traction_{name}"].abs()
+    return Judgement(
+        (slip > most_slip) | (traction > most_traction),
+        f"{words} by up to {slip.max():.4f} in slip and {traction.max():.4f} in traction; allowed "
+        f"{most_slip:g} and {most_traction:g}",
+    )
 
 
 def _by_change(quantity: str, change: "pd.Series[float]", allowed: float) -> Judgement:
@@ -76,15 +88,11 @@ def load_off_nominal(points: pd.DataFrame, limits: TractionLimits) -> Judgement:
     """The load is not the one that was set."""
     load_n, nominal_n = points["load_n"].mean(), points["nominal_load_n"].median()
     allowed, ratio = limits.gates.load_tolerance, load_n / nominal_n
-    hints = [
-        f"; {ratio:.4g} is near the ratio of {unit} to N: the load may be in {unit}"
-        for unit in _LOAD_UNITS
-        if abs(ratio * conversion(unit, ("N",)).scale - 1) < 2 * allowed
-    ]
+    hint = unit_hint("load", lambda scale: abs(ratio * scale - 1) < 2 * allowed)
     return Judgement(
         _off_nominal(points, "load_n", allowed),
         f"the mean load is {load_n:.2f} N, nominal {nominal_n:.2f} N (tolerance {allowed:.0%})"
-        + "".join(hints),
+        f"{hint}",
     )
 
 
@@ -104,18 +112,16 @@ def temperature_off_nominal(points: pd.DataFrame, limits: TractionLimits) -> Jud
     """The inlet temperature is not the one that was set."""
     found_c, nominal_c = points["inlet_temperature_c"], points["nominal_inlet_temperature_c"]
     allowed_c = limits.gates.temperature_tolerance_c
-    in_unit = {
-        unit: conversion(unit, ("degC",)).of(found_c.to_numpy()) for unit in _TEMPERATURE_UNITS
-    }
-    hints = [
-        f"; it would be {nominal_c.median():g} degC if it were in {unit}"
-        for unit, degrees_c in in_unit.items()
-        if ((degrees_c - nominal_c).abs() <= allowed_c).all()
+    units = [
+        unit
+        for unit, in_degc in _IN_DEGC.items()
+        if ((in_degc(found_c) - nominal_c).abs() <= allowed_c).all()
     ]
+    hint = f"; it may be in {units[0]}" if units else ""
     return Judgement(
         (found_c - nominal_c).abs() > allowed_c,
         f"the inlet temperature is {_span(found_c, '.1f')} degC, nominal "
-        f"{nominal_c.median():g} degC (tolerance {allowed_c:g} degC)" + "".join(hints),
+        f"{nominal_c.median():g} degC (tolerance {allowed_c:g} degC){hint}",
     )
 
 
@@ -148,26 +154,16 @@ def slip_off_set_point(points: pd.DataFrame, limits: TractionLimits) -> Judgemen
 @gate
 def not_steady(points: pd.DataFrame, limits: TractionLimits) -> Judgement:
     """Slip or traction differs between the two halves of a plateau."""
-    slip, traction = points["slip_change"].abs(), points["traction_change"].abs()
-    most_slip, most_traction = limits.gates.slip_change_max, limits.gates.traction_change_max
-    return Judgement(
-        _change_exceeds(points, {"slip_change": most_slip, "traction_change": most_traction}),
-        f"slip and traction change within the plateaus by up to {slip.max():.4f} and "
-        f"{traction.max():.4f}; allowed {most_slip:g} and {most_traction:g}",
-    )
+    most = limits.gates.slip_change_max, limits.gates.traction_change_max
+    return _by_changes(points, "change", *most, "the halves of the plateaus differ")
 
 
 @gate
 def transient_not_ended(points: pd.DataFrame, limits: TractionLimits) -> Judgement:
     """The beginning of a plateau differs from the rest of it."""
-    slip, traction = points["slip_transient"].abs(), points["traction_transient"].abs()
-    most_slip, most_traction = limits.gates.slip_transient_max, limits.gates.traction_transient_max
-    return Judgement(
-        _change_exceeds(points, {"slip_transient": most_slip, "traction_transient": most_traction}),
-        f"the first {limits.plateaus.transient_share:.0%} of the plateaus differ from the rest by "
-        f"up to {slip.max():.4f} in slip and {traction.max():.4f} in traction; allowed "
-        f"{most_slip:g} and {most_traction:g}",
-    )
+    most = limits.gates.slip_transient_max, limits.gates.traction_transient_max
+    words = f"the first {limits.plateaus.transient_share:.0%} of the plateaus differ from the rest"
+    return _by_changes(points, "transient", *most, words)
 
 
 @gate
@@ -255,29 +251,26 @@ def traction_unphysical(points: pd.DataFrame, limits: TractionLimits) -> Judgeme
     return Judgement(
         ~mu.between(least, most) & mu.notna(),
         f"the traction coefficient is {_span(mu, '.4f')}; expected {least:g} to {most:g}"
-        f"{possible_load_units(points, limits)}",
+        f"{unit_of_load(points, limits)}",
     )
 
 
-def possible_load_units(points: pd.DataFrame, limits: TractionLimits) -> str:
+def unit_of_load(points: pd.DataFrame, limits: TractionLimits) -> str:
     """The units of the load that make usual traction coefficients of too large ones, as a hint."""
     sizes = points["traction_coefficient"].abs()
     sliding = points["slide_roll_ratio"].abs() > limits.gates.sign_slip_min
     middle, largest = sizes[sliding].median(), sizes.max()
     usual, most = limits.gates.sliding_traction_usual, limits.gates.traction_max
-    units = [
-        f"{unit} (times {scale:.4g})"
-        for unit in _LOAD_UNITS
-        for scale in [conversion(unit, ("N",)).scale]
-        if largest > most and usual <= middle / scale and largest / scale <= most
-    ]
-    return f"; the load labelled N may be in {' or '.join(units)}" if units else ""
+    if largest <= most:
+        return ""
+    return unit_hint("load", lambda scale: usual <= middle / scale and largest / scale <= most)
 
 
 def slip_is_held(points: pd.DataFrame, limits: TractionLimits) -> "pd.Series[bool]":
     """Plateaus of which the slip is steady; on a ramp between two slips it is not."""
+    change, transient = points["slip_change"].abs(), points["slip_transient"].abs()
     most = limits.gates.slip_change_max, limits.gates.slip_transient_max
-    return ~_change_exceeds(points, dict(zip(("slip_change", "slip_transient"), most, strict=True)))
+    return ~((change > most[0]) | (transient > most[1]))
 
 
 def surely_unphysical(points: pd.DataFrame, limits: TractionLimits) -> "pd.Series[bool]":
@@ -301,26 +294,14 @@ def thin_film(points: pd.DataFrame, limits: TractionLimits) -> Judgement:
     )
 
 
-_CONDITIONS_OF_FILM = {
-    "max_hertz_pressure_gpa": "GPa",
-    "entrainment_speed_m_s": "m/s",
-    "inlet_temperature_c": "degC",
-}
-
-
 @gate
 def film_not_judged(points: pd.DataFrame, limits: TractionLimits) -> Judgement:
     """The film cannot be calculated, and the campaign does not accept that."""
-    found = [
-        f"{_span(points[name], '.3g')} {unit}"
-        for name, unit in _CONDITIONS_OF_FILM.items()
-        if name in points and points[name].notna().any()
-    ]
     unknown = points["film_judgement"] == "cannot be judged"
     return Judgement(
         unknown & (not limits.accept_unjudged_film),
         "the film thickness cannot be calculated: geometry, material, roughness or oil properties "
-        f"are not known, or no film formula holds at {', '.join(found) or 'these conditions'}",
+        "are not known, or no film formula holds at these loads, speeds and temperatures",
     )
 
 

@@ -7,7 +7,7 @@ from typing import Protocol
 import numpy as np
 import pandas as pd
 
-from oilfilm.curation.gate import Channel, Columns, Fault, Finding, Limits, Signals
+from oilfilm.curation.gate import Channel, Columns, Fault, Finding, Limits, Run, Signals
 from oilfilm.curation.hypotheses import Hypothesis
 from oilfilm.logs.log_kind import LogKind
 from oilfilm.settings.resolved import Settings
@@ -106,30 +106,16 @@ class RigKind(Protocol):
         """Rest and levels of a run."""
         ...
 
-    def phase_problem(self, rest: Rest, name: str, settings: Settings) -> Finding | None:
-        """Why a phase that is long enough gives no zero, if a rig has such a reason."""
-        return None
-
-    def zero_fault(
-        self,
-        found: Fault | None,
-        rest: Rest,
-        logged: Signals,
-        plateaus: Columns,
-        rig: str,
-        settings: Settings,
-    ) -> Fault | None:
+    def zero_fault(self, run: Run, rest: Rest, rig: str, settings: Settings) -> Fault | None:
         """What is wrong with the zero, by all that the run shows of it.
 
         Args:
-            found: What was found wrong before.
+            run: As measured with the zero; its `flaw` is what was found before.
             rest: The phases that gave the zero.
-            logged: All samples.
-            plateaus: As derived with the zero.
             rig: Name of the rig.
             settings: Settings of the run.
         """
-        return found
+        return run.flaw
 
     def derive(self, averages: Columns, zero: FloatArray, zero_se: FloatArray) -> Columns:
         """Plateaus with the zero removed and what follows from one plateau alone.
@@ -152,10 +138,6 @@ class RigKind(Protocol):
 
     def limits(self, settings: Settings) -> Limits:
         """The limits of its gates and of its zero."""
-        ...
-
-    def repeats(self, settings: Settings) -> tuple[str, ...]:
-        """Rules of `repeats.py` that refuse a run which an earlier one repeats."""
         ...
 
 

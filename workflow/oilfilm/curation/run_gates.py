@@ -6,12 +6,11 @@ Decides: when a whole run is refused (clock, stuck sensor, sign, temperature dri
 a run that is used.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from itertools import combinations
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from oilfilm.curation.gate import (
     Finding,
@@ -21,16 +20,10 @@ from oilfilm.curation.gate import (
     RunJudge,
     TorqueLimits,
     TractionLimits,
+    unit_hint,
 )
-from oilfilm.curation.statistics import (
-    MAD_TO_SIGMA,
-    changed,
-    is_noise,
-    longest_hold,
-    median,
-    quantile,
-)
-from oilfilm.units import FloatArray, conversion
+from oilfilm.curation.statistics import MAD_TO_SIGMA, changed, is_noise, longest_hold, median
+from oilfilm.units import FloatArray
 
 RUN_GATES: Gates[RunJudge] = Gates()
 gate = RUN_GATES.gate
@@ -58,9 +51,9 @@ def missing_readings(run: Run, limits: Limits) -> Finding | None:
     row, steps = run.signals.row, np.diff(run.signals.row)
     # a log that writes a slow channel in every twentieth row only has steps of 20 rows
     longest = limits.gates.clock_jump_intervals * median(steps)
-    hole = _first_largest(steps, longest)
-    if hole is None:
+    if steps.max(initial=0) <= longest:
         return None
+    hole = int(np.argmax(steps))
     first, last = row[hole] + 1, row[hole + 1] - 1
     return Finding(
         f"no row from {first} to {last} can be used; expected no gap of more than "
@@ -75,9 +68,9 @@ def clock_jump(run: Run, limits: Limits) -> Finding | None:
     """The clock jumps ahead."""
     gaps = np.diff(run.signals.time_s)
     longest_s = limits.gates.clock_jump_intervals * run.signals.interval_s
-    longest = _first_largest(gaps, longest_s)
-    if longest is None:
+    if not gaps.max(initial=0) > longest_s:  # of settled readings without time it is NaN
         return None
+    longest = int(np.argmax(gaps))
     before, after = run.signals.row[[longest, longest + 1]]
     return Finding(
         f"{gaps[longest]:g} s pass between row {before} and row {after}; expected no gap over "
@@ -85,11 +78,6 @@ def clock_jump(run: Run, limits: Limits) -> Finding | None:
         before,
         after,
     )
-
-
-def _first_largest(steps: npt.NDArray[Any], allowed: float) -> int | None:
-    """Index of the largest step, where it is more than allowed."""
-    return int(np.argmax(steps)) if steps.max(initial=0) > allowed else None
 
 
 @gate
@@ -151,7 +139,6 @@ def stuck_channel(run: Run, limits: Limits) -> Finding | None:
         if hold is None:
             continue
         start, stop = hold
-        held = stop - start
         others = np.delete(values, np.s_[start + 1 : stop])
         updates = changed(others)
         repeats = 1 - len(updates) / len(others)
@@ -159,7 +146,7 @@ def stuck_channel(run: Run, limits: Limits) -> Finding | None:
         before, after = changed(values[: start + 1])[-_AROUND:], changed(values[stop - 1 :])
         sides = [side for side in (before, after[:_AROUND]) if len(side) > _AROUND / 2]
         noisy = is_noise(updates) and all(map(is_noise, sides))
-        if noisy and len(values) * repeats**held < _CHANCE:
+        if noisy and len(values) * repeats ** (stop - start) < _CHANCE:
             first, last = row[[start, stop - 1]]
             return Finding(
                 f"the {channel.name} is exactly {values[start]:g} {channel.unit} from row {first} "
@@ -172,49 +159,30 @@ def stuck_channel(run: Run, limits: Limits) -> Finding | None:
 
 def _long_hold(values: FloatArray, run: Run, limits: Limits) -> tuple[int, int] | None:
     """The longest stretch of one value, as `longest_hold`; None where it is not suspicious."""
-
-    def suspicious(held: int) -> bool:
-        long = held * run.signals.interval_s >= limits.stuck.duration_s
-        return long and held >= limits.stuck.samples
-
-    # no stretch is longer than all rows that repeat the one before: they are soon counted
-    if not suspicious(int(np.count_nonzero(values[1:] == values[:-1])) + 1):
-        return None
-    start, stop = longest_hold(values)
-    return (start, stop) if suspicious(stop - start) else None
-
-
-# What a traction force may be in although it is labelled N.
-_FORCE_UNITS = ("lbf", "kgf", "kN")
+    start, stop = longest_hold(values) if len(values) else (0, 0)
+    long = (stop - start) * run.signals.interval_s >= limits.stuck.duration_s
+    return (start, stop) if long and stop - start >= limits.stuck.samples else None
 
 
 @gate
 def no_traction(run: Run, limits: TractionLimits) -> Finding | None:
     """The traction coefficients of the sliding plateaus are smaller than those of any oil."""
-    size, least = median_sliding_traction(run, limits), limits.gates.sliding_traction_min
-    if not size < least:
-        return None
-    return Finding(
-        f"the median traction coefficient above a slip of {limits.gates.sign_slip_min:g} is "
-        f"{size:.2g}; expected {least:g} or more{possible_force_units(size, limits)}"
-    )
+    sentence = _small_traction(run, limits, limits.gates.sliding_traction_min)
+    return Finding(sentence) if sentence else None
 
 
-def median_sliding_traction(run: Run, limits: TractionLimits) -> float:
-    """Median size of the traction coefficient where the contact slides; NaN where it does not."""
+def _small_traction(run: Run, limits: TractionLimits, least: float) -> str:
+    """Sentence about a median traction coefficient below a limit; empty where it is not."""
     slip, mu = run.plateaus["slide_roll_ratio"], run.plateaus["traction_coefficient"]
-    sliding = np.abs(slip) > limits.gates.sign_slip_min
-    return median(np.abs(mu[sliding])) if sliding.any() else np.nan
-
-
-def possible_force_units(size: float, limits: TractionLimits) -> str:
-    """The units in which so small a traction coefficient would be a usual one, as a hint."""
+    size = median(np.abs(mu[np.abs(slip) > limits.gates.sign_slip_min]))
+    if not size < least:
+        return ""
     usual, most = limits.gates.sliding_traction_usual, limits.gates.traction_max
-    units = [
-        unit for unit in _FORCE_UNITS if usual <= size * conversion(unit, ("N",)).scale <= most
-    ]
-    named = " or ".join(units)
-    return f"; the traction force may be in {named}, or the load's unit is wrong" if units else ""
+    hint = unit_hint("traction force", lambda newton: usual <= size * newton <= most)
+    return (
+        f"the median traction coefficient above a slip of {limits.gates.sign_slip_min:g} is "
+        f"{size:.2g}; expected {least:g} or more{hint}"
+    )
 
 
 @gate
@@ -253,22 +221,36 @@ def sign_changes(run: Run, limits: TractionLimits) -> Finding | None:
     )
 
 
-def _ways(run: Run, limits: TractionLimits) -> Iterator[tuple[FloatArray, FloatArray]]:
-    """Rising slips and traction coefficients of each way of a sweep that has points enough."""
+def _ways(run: Run, limits: TractionLimits) -> list[tuple[FloatArray, FloatArray]]:
+    """Rising slips and traction coefficients of each way of a sweep.
+
+    It turns back at its inner extreme; fewer points than `branch_points` on either side of it are
+    no way of their own.
+    """
     slip, mu = run.plateaus["slide_roll_ratio"], run.plateaus["traction_coefficient"]
-    known = (slip > 0) & np.isfinite(mu)
-    slip, mu = slip[known], mu[known]
-    turn = _turning_point(slip, limits.gates.branch_points)
-    for way in [np.s_[:]] if turn is None else [np.s_[: turn + 1], np.s_[turn:]]:
-        order = np.argsort(slip[way], kind="stable")
-        if len(order) >= _FEWEST_OF_CURVE:
-            yield slip[way][order], mu[way][order]
+    known = np.isfinite(slip) & np.isfinite(mu)
+    slip, mu, least = slip[known], mu[known], limits.gates.branch_points
+    parts = [slice(None)]
+    if len(slip) >= 2 * least:
+        extremes = np.array([np.argmax(slip), np.argmin(slip)])
+        from_end = np.minimum(extremes, len(slip) - 1 - extremes)
+        turn = int(extremes[np.argmax(from_end)])
+        if from_end.max() >= least:
+            parts = [slice(turn + 1), slice(turn, None)]
+    orders = [np.argsort(slip[part], kind="stable") for part in parts]
+    return [(slip[part][order], mu[part][order]) for part, order in zip(parts, orders, strict=True)]
+
+
+def _curves(run: Run, limits: TractionLimits) -> list[tuple[FloatArray, FloatArray]]:
+    """Those ways of a sweep that have enough points with slip."""
+    sliding = [(slip[slip > 0], mu[slip > 0]) for slip, mu in _ways(run, limits)]
+    return [curve for curve in sliding if len(curve[0]) >= _FEWEST_OF_CURVE]
 
 
 @gate
 def order_of_time(run: Run, limits: TractionLimits) -> Finding | None:
     """The traction falls to nothing at the largest slip, as if the force ran the other way."""
-    for _, mu in _ways(run, limits):
+    for _, mu in _curves(run, limits):
         largest, last = mu.max(), mu[-3:]
         falls = -np.diff(last)
         steep = falls.min() > _FALL * largest and falls.sum() > (largest - last[-1]) / 2
@@ -284,7 +266,7 @@ def order_of_time(run: Run, limits: TractionLimits) -> Finding | None:
 @gate
 def gain_jump(run: Run, limits: TractionLimits) -> Finding | None:
     """The traction jumps between two slips, and changes little on either side."""
-    for slip, mu in _ways(run, limits):
+    for slip, mu in _curves(run, limits):
         largest, allowed = float(np.abs(mu).max()), limits.gates.traction_jump_max
         for place in range(3, len(slip) - 1):
             before, after = mu[place - 3 : place], mu[place : place + 3]
@@ -311,10 +293,13 @@ def saturated(run: Run, limits: Limits) -> Finding | None:
         for extreme in (values.max(initial=-np.inf), values.min(initial=np.inf)):
             at_stop = np.flatnonzero(values == extreme)
             share = len(at_stop) / max(len(values), 1)
+            # a signal that stands there without a break to its end is stuck
+            logged = run.signals[channel.column] == extreme
+            stuck = np.argmax(logged) + np.count_nonzero(logged) == len(logged)
             if (
                 len(at_stop) >= limits.stuck.samples
                 and share > limits.gates.saturated_share
-                and not _dead(run.signals[channel.column], extreme)
+                and not stuck
                 and _piled_up(values, extreme, limits.gates.piled_up_factor)
                 and is_noise(changed(np.delete(values, at_stop)))
             ):
@@ -327,12 +312,6 @@ def saturated(run: Run, limits: Limits) -> Finding | None:
                     last,
                 )
     return None
-
-
-def _dead(values: FloatArray, extreme: float) -> bool:
-    """True where a signal stands at one value without a break to its end: it is stuck."""
-    at_stop = np.flatnonzero(values == extreme)
-    return bool(at_stop[0] + len(at_stop) == len(values))
 
 
 def _piled_up(values: FloatArray, extreme: float, factor: float) -> bool:
@@ -404,33 +383,13 @@ def branches_differ(run: Run, limits: TractionLimits) -> Finding | None:
 
 def _branches(run: Run, limits: TractionLimits) -> tuple[FloatArray, FloatArray]:
     """Differences of mu between the two ways of a sweep, and mu; empty where it goes one way."""
-    slip, mu = run.plateaus["slide_roll_ratio"], run.plateaus["traction_coefficient"]
-    known = ~np.isnan(slip) & ~np.isnan(mu)
-    slip, mu = slip[known], mu[known]
-    turn = _turning_point(slip, limits.gates.branch_points)
-    if turn is None:
-        return slip[:0], mu[:0]
-    # np.interp needs rising slips
-    before, after = np.argsort(slip[: turn + 1]), turn + np.argsort(slip[turn:])
-    low = max(slip[before].min(), slip[after].min())
-    high = min(slip[before].max(), slip[after].max())
-    shared = before[(slip[before] >= low) & (slip[before] <= high)]
-    if len(shared) < limits.gates.branch_points:
-        return slip[:0], mu[:0]
-    return mu[shared] - np.interp(slip[shared], slip[after], mu[after]), mu[shared]
-
-
-def _turning_point(slip: FloatArray, least: int) -> int | None:
-    """Index at which a sweep turns back: its inner extreme; None where it goes one way only.
-
-    Fewer points than `least` on either side of it are no branch.
-    """
-    if len(slip) < 2 * least:
-        return None
-    extremes = np.array([np.argmax(slip), np.argmin(slip)])
-    from_end = np.minimum(extremes, len(slip) - 1 - extremes)
-    turn = int(extremes[np.argmax(from_end)])
-    return turn if from_end.max() >= least else None
+    (slip, mu), *back = _ways(run, limits)
+    for back_slip, back_mu in back:
+        low, high = max(slip[0], back_slip[0]), min(slip[-1], back_slip[-1])
+        shared = (slip >= low) & (slip <= high)
+        if shared.sum() >= limits.gates.branch_points:
+            return mu[shared] - np.interp(slip[shared], back_slip, back_mu), mu[shared]
+    return mu[:0], mu[:0]
 
 
 # --- warnings
@@ -448,51 +407,45 @@ _FIXED = 0.03
 _FAR_OFF = 3
 
 
-def little_traction(run: Run, limits: Limits) -> str:
+def little_traction(run: Run, limits: TractionLimits) -> str:
     """The traction is less than oils have, though not impossible."""
-    if not isinstance(limits, TractionLimits):
-        return ""
-    size = median_sliding_traction(run, limits)
-    usual = limits.gates.sliding_traction_usual
-    if not size < usual:
-        return ""
-    return (
-        f"the median traction coefficient above a slip of {limits.gates.sign_slip_min:g} is "
-        f"{size:.2g}; few oils have less than {usual:g}{possible_force_units(size, limits)}"
-    )
+    return _small_traction(run, limits, limits.gates.sliding_traction_usual)
 
 
-def branches_apart(run: Run, limits: Limits) -> str:
+def branches_apart(run: Run, limits: TractionLimits) -> str:
     """Rising and falling slip differ by a share of the traction: something changes with time."""
-    if not isinstance(limits, TractionLimits):
-        return ""
     differences, mu = _branches(run, limits)
     slides = np.abs(mu) > limits.gates.sliding_traction_min
-    if np.count_nonzero(slides) < limits.gates.branch_points:
-        return ""
     ratio = median(differences[slides] / mu[slides])
-    if abs(ratio) <= limits.gates.branch_ratio_max:
+    if slides.sum() < limits.gates.branch_points or abs(ratio) <= limits.gates.branch_ratio_max:
         return ""
     return (
         f"with rising slip the traction coefficients are {ratio:+.1%} from those with falling slip "
-        f"(median over {np.count_nonzero(slides)} points); the gain of a sensor or the contact may "
-        "change with time"
+        f"(median over {slides.sum()} points); the gain of a sensor or the contact may change with "
+        "time"
     )
+
+
+def _noise(run: Run) -> FloatArray:
+    """The sensor's noise at each sample but the first and last; empty for settled readings.
+
+    No ramp shows in second differences, which have six times the variance of the noise.
+    """
+    settled = np.isnan(run.plateaus["duration_s"]).all()
+    readings = run.working[run.sensor.column][: 0 if settled else None]
+    return np.abs(np.diff(readings, 2)) / np.sqrt(6)
 
 
 def soft_saturation(run: Run, limits: Limits) -> str:
     """The sensor has less noise at its largest readings: its amplifier compresses them."""
-    if np.isnan(run.plateaus["duration_s"]).all():
-        return ""  # settled readings
-    readings = run.working[run.sensor.column]
-    size = np.abs(readings[1:-1])
-    largest = quantile(size, _ALMOST_ALL) if len(size) else 0.0
-    # no ramp shows in second differences, which have six times the variance of the noise
-    change = np.abs(np.diff(readings, 2)) / np.sqrt(6)
+    noise, size = _noise(run), np.abs(run.working[run.sensor.column][1:-1])
+    if len(noise) == 0:
+        return ""
+    largest = np.quantile(size, _ALMOST_ALL)
     parts = size < _SMALL * largest, size > _LARGE * largest
     if min(map(np.count_nonzero, parts)) < _CHANGES:
         return ""
-    small, large = (MAD_TO_SIGMA * median(change[part]) for part in parts)
+    small, large = (MAD_TO_SIGMA * median(noise[part]) for part in parts)
     if large >= _NOISE_LEFT * small or not is_noise(changed(size[parts[0]])):
         return ""
     name, unit = run.sensor.name, run.sensor.unit
@@ -505,14 +458,10 @@ def soft_saturation(run: Run, limits: Limits) -> str:
 
 def noisy_sensor(run: Run, limits: Limits) -> str:
     """The readings scatter by a large share of what is measured."""
-    name, column = run.sensor.name, run.sensor.column
-    readings = run.working[column]
-    if np.isnan(run.plateaus["duration_s"]).all() or len(readings) < _CHANGES:
-        return ""
-    # no ramp shows in second differences
-    noise = MAD_TO_SIGMA * median(np.abs(np.diff(readings, 2))) / np.sqrt(6)
-    largest = float(np.nanmax(np.abs(run.plateaus[column]), initial=0.0))
-    if not noise > _NOISY * largest:
+    each, name = _noise(run), run.sensor.name
+    noise = MAD_TO_SIGMA * median(each)
+    largest = float(np.nanmax(np.abs(run.plateaus[run.sensor.column]), initial=0.0))
+    if len(each) < _CHANGES or not noise > _NOISY * largest:
         return ""
     return (
         f"the readings of the {name} scatter by {noise:.2g} {run.sensor.unit}, "
@@ -533,10 +482,8 @@ def uneven_clock(run: Run, limits: Limits) -> str:
     interval_s = run.signals.interval_s
     off_s = np.where(beside, np.abs(gap_s - interval_s), 0.0)
     usual_s = float(np.quantile(off_s[beside], _ALMOST_ALL))
-    if usual_s > _FIXED * interval_s:
-        return ""
     odd = np.flatnonzero(off_s > max(_FAR_OFF * usual_s, _FIXED * interval_s))
-    if len(odd) == 0:
+    if usual_s > _FIXED * interval_s or len(odd) == 0:
         return ""
     first = int(odd[0])
     before, after = run.signals.row[[first, first + 1]]
@@ -546,13 +493,15 @@ def uneven_clock(run: Run, limits: Limits) -> str:
     )
 
 
+_OF_TRACTION = (little_traction, branches_apart)
 DOUBTS: dict[str, Callable[[Run, Any], str]] = {
-    each.__name__: each
-    for each in (little_traction, branches_apart, noisy_sensor, soft_saturation, uneven_clock)
+    each.__name__: each for each in (*_OF_TRACTION, noisy_sensor, soft_saturation, uneven_clock)
 }
 
 
 def warning(run: Run, limits: Limits) -> str:
     """All warnings about a run, each with its name; empty where there is none."""
-    found = {name: doubt(run, limits) for name, doubt in DOUBTS.items()}
+    traction = isinstance(limits, TractionLimits)
+    asked = {name: doubt for name, doubt in DOUBTS.items() if traction or doubt not in _OF_TRACTION}
+    found = {name: doubt(run, limits) for name, doubt in asked.items()}
     return "; ".join(f"{name}: {sentence}" for name, sentence in found.items() if sentence)

@@ -111,10 +111,6 @@ class TorqueRig(RigKind):
         stuck = settings.curation.stuck
         return TorqueLimits(logs.tare.max_drift_n_m, logs.gates, stuck, logs.plateaus, logs.tare)
 
-    def repeats(self, settings: Settings) -> tuple[str, ...]:
-        """Copies alone: a condition may be measured again."""
-        return ("duplicate_log",)
-
 
 TORQUE_RIG = TorqueRig()
 

@@ -2,7 +2,7 @@
 
 A step is a step of slip, rest is pure rolling, and mu = F/W is derived, then pressure and film.
 
-Decides: how a traction log is curated.
+Decides: how a traction log is curated; what `oilfilm init` takes for the source of the zero.
 """
 
 from collections.abc import Iterator, Mapping
@@ -12,20 +12,11 @@ import pandas as pd
 
 from oilfilm.curation.derived import LEAST_LOAD_N, with_calibration, with_film
 from oilfilm.curation.gate import TRACTION as NAME
-from oilfilm.curation.gate import Channel, Columns, Fault, Finding, Signals, TractionLimits
+from oilfilm.curation.gate import Channel, Columns, Fault, Run, Signals, TractionLimits
 from oilfilm.curation.hypotheses import Hypothesis, setting_hypotheses, traction_hypotheses
-from oilfilm.curation.measure import find_steps, settled_parts
+from oilfilm.curation.measure import find_steps, measure, settled_parts
 from oilfilm.curation.rig_kind import Averaging, Division, Rest, RigKind, nothing
-from oilfilm.curation.zero import (
-    force_at_standstill,
-    left_at_standstill,
-    left_without_slip,
-    part_of_curve,
-    phases_at_standstill,
-    sliding_phase,
-    standstill_hint,
-    turns_steadily,
-)
+from oilfilm.curation.zero import force_left, part_of_curve, phases_at_standstill, turns_steadily
 from oilfilm.logs.log_kind import LogKind
 from oilfilm.logs.traction_log import TRACTION
 from oilfilm.settings.resolved import Settings
@@ -129,34 +120,15 @@ class TractionRig(RigKind):
         rest = Rest(usable, phases, "pure rolling", in_levels=True)
         return Division(usable, rest, starts, stops, slice(None))
 
-    def phase_problem(self, rest: Rest, name: str, settings: Settings) -> Finding | None:
-        """A phase that slides."""
-        limit = settings.curation.zero_reference.max_slide_roll_ratio
-        return sliding_phase(rest, name, limit) if rest.in_levels else None
-
-    def zero_fault(
-        self,
-        found: Fault | None,
-        rest: Rest,
-        logged: Signals,
-        plateaus: Columns,
-        rig: str,
-        settings: Settings,
-    ) -> Fault | None:
+    def zero_fault(self, run: Run, rest: Rest, rig: str, settings: Settings) -> Fault | None:
         """A phase that is part of the curve, or a force where it should be zero."""
-        log, curation = settings.campaign.semantics_for(rig), settings.curation
-        if log.zero == "standstill":
-            return found
-        if log.zero == "already_removed":
-            allowed_n = curation.zero_reference.max_drift_n
-            still = force_at_standstill(logged, curation)
-            return left_without_slip(plateaus, allowed_n) or left_at_standstill(still, allowed_n)
-        found = found or part_of_curve(rest, plateaus, curation.zero_reference.max_traction_share)
-        if found is None or found[0] != "zero_missing":
-            return found
-        of_rig = rig if rig in settings.campaign.semantics_of_rig else ""
-        hint = standstill_hint(force_at_standstill(logged, curation), of_rig)
-        return found[0], found[1]._replace(sentence=found[1].sentence + hint)
+        source, curation = settings.campaign.semantics_for(rig).zero, settings.curation
+        if source == "standstill":
+            return run.flaw
+        if source == "already_removed":
+            return force_left(run, curation)
+        share = curation.zero_reference.max_traction_share
+        return run.flaw or part_of_curve(rest, run.plateaus, share)
 
     def derive(self, averages: Columns, zero: FloatArray, zero_se: FloatArray) -> Columns:
         """Traction force above the zero, mu = F/W and its standard error."""
@@ -188,7 +160,7 @@ class TractionRig(RigKind):
 
     def hypotheses(self, rig: str, settings: Settings) -> Iterator[Hypothesis]:
         """See `RigKind.hypotheses`."""
-        yield from traction_hypotheses(settings.rigs[rig], settings.rigs)
+        yield from traction_hypotheses(settings.rigs[rig])
         yield from setting_hypotheses("curation", settings.curation.plateaus, "min_step")
 
     def limits(self, settings: Settings) -> TractionLimits:
@@ -205,12 +177,6 @@ class TractionRig(RigKind):
             accept_unjudged_film=unjudged is not None and unjudged.accept,
         )
 
-    def repeats(self, settings: Settings) -> tuple[str, ...]:
-        """Copies, names given twice, and conditions, unless the campaign declares repeats."""
-        copies = ("duplicate_log", "conflicting_labels", "repeated_label")
-        accepted = settings.campaign.repeated_conditions == "accept"
-        return copies if accepted else (*copies, "conflicting_condition", "duplicate_condition")
-
 
 TRACTION_RIG = TractionRig()
 
@@ -223,3 +189,47 @@ def _asymmetry(averages: Columns) -> FloatArray:
     first, second = averages["traction_force_1_n"], averages["traction_force_2_n"]
     both = np.abs(first) + np.abs(second)
     return np.divide(np.abs(first + second), both, out=unknown, where=both > 0)
+
+
+# Two phases show a drift, and the force at standstill may be held by static friction.
+BEST_FIRST = ("rolling_phases", "opening_phase", "standstill")
+
+
+def zero_source(
+    time_s: FloatArray,
+    ball_m_s: FloatArray,
+    disc_m_s: FloatArray,
+    load_n: FloatArray,
+    force_n: FloatArray,
+    settings_by_source: Mapping[str, Settings],
+) -> str | None:
+    """The first source from which a run gets a zero that its own curve does not contradict.
+
+    Args:
+        time_s: Time, shape (n,).
+        ball_m_s: Surface speed of the ball, shape (n,).
+        disc_m_s: That of the disc, shape (n,).
+        load_n: Normal load, shape (n,); in any unit, because only ratios of mu matter.
+        force_n: Traction force, shape (n,).
+        settings_by_source: Settings with each source of `BEST_FIRST` as `semantics: zero`.
+
+    Returns:
+        A value of `semantics: zero`; None where none of them suits.
+    """
+    mean = (ball_m_s + disc_m_s) / 2
+    slip = np.divide(disc_m_s - ball_m_s, mean, out=nothing(len(mean)), where=mean != 0)
+    columns = {
+        "load_n": load_n,
+        "traction_force_n": force_n,
+        "ball_speed_m_s": ball_m_s,
+        "disc_speed_m_s": disc_m_s,
+        "entrainment_speed_m_s": mean,
+        "slide_roll_ratio": slip,
+        "inlet_temperature_c": np.zeros(len(mean)),
+    }
+    signals = Signals(np.arange(len(mean)), time_s, columns)
+    for source in BEST_FIRST:
+        measured = measure(signals, TRACTION_RIG, "", settings_by_source[source])
+        if measured.flaw is None or measured.flaw[0] != "zero_missing":
+            return source
+    return None

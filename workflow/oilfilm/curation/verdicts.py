@@ -13,9 +13,9 @@ from oilfilm import tables
 from oilfilm.curation.gate import RULES, Finding, Limits, TractionLimits
 from oilfilm.curation.plateau_gates import (
     PLATEAU_GATES,
-    possible_load_units,
     slip_is_held,
     surely_unphysical,
+    unit_of_load,
 )
 from oilfilm.curation.rig_kind import RigKind
 from oilfilm.logs.base import Refusal
@@ -29,11 +29,10 @@ _IF_RIGHT = "If that is not the mistake, correct the fault that is named after '
 
 def advice_for(rule: str, kind: RigKind) -> str:
     """What to do about a refusal by the gate or rule of that name."""
-    if rule in RULES["mistakes"]:
-        return f"{RULES['mistakes'][rule].format(**kind.words)} {_IF_RIGHT}"
-    gates = {name: entry["advice"] for name, entry in RULES["gates"].items()}
-    advice = {**gates, **RULES["others"], EXCLUDED: EXCLUDED_ADVICE, **RULES[kind.name]}
-    return str(advice[rule]).format(**kind.words)
+    texts = {name: entry["advice"] for name, entry in RULES["gates"].items()}
+    texts |= {**RULES["others"], EXCLUDED: EXCLUDED_ADVICE, **RULES[kind.name]}
+    texts |= {name: f"{text} {_IF_RIGHT}" for name, text in RULES["mistakes"].items()}
+    return str(texts[rule]).format(**kind.words)
 
 
 def refusal(rule: str, finding: Finding, kind: RigKind, run_id: str) -> Refusal:
@@ -44,14 +43,8 @@ def refusal(rule: str, finding: Finding, kind: RigKind, run_id: str) -> Refusal:
 
 def quarantine_rows(refusals: list[Refusal], runs: pd.DataFrame) -> pd.DataFrame:
     """The table of quarantine of refusals by curation; `runs` has the run of each."""
-    of_run = dict(
-        zip(runs["run_id"], zip(runs["campaign"], runs["file"], strict=True), strict=True)
-    )
-    rows = [
-        {"campaign": campaign, "file": file, "stage": "curate", **asdict(each)}
-        for each in refusals
-        for campaign, file in [of_run[each.run_id]]
-    ]
+    of_run = runs.set_index("run_id")[["campaign", "file"]].to_dict("index")
+    rows = [{**of_run[each.run_id], "stage": "curate", **asdict(each)} for each in refusals]
     return tables.from_rows(rows, "quarantine")
 
 
@@ -142,7 +135,7 @@ def _why(
             "be, but the traction coefficient is impossible, as "
             f"{worst['traction_coefficient']:.4f} at a slide-roll ratio of "
             f"{worst['slide_roll_ratio']:.4f}, so that the others cannot be trusted"
-            f"{possible_load_units(points, limits)}"
+            f"{unit_of_load(points, limits)}"
         )
         rows = int(worst["first_row"]), int(worst["last_row"])
         return "impossible_traction", Finding(sentence, *rows)

@@ -3,8 +3,9 @@
 Decides: which runs a simulated campaign has.
 """
 
-import itertools
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import product
 
 from oilfilm.settings.base import present
 from oilfilm.settings.campaign import Campaign
@@ -18,86 +19,77 @@ GATES = {
     "thin_film": "thin_film",
     "duplicate": "duplicate_condition",
 }
+# Letter of a set point in names, and digits before the point; the pressure has two behind it.
+_IN_NAMES = {
+    "max_hertz_pressure_gpa": ("P", 0),
+    "entrainment_speed_m_s": ("U", 2),
+    "inlet_temperature_c": ("T", 3),
+    "axial_load_n": ("F", 5),
+    "oil_temperature_c": ("T", 3),
+}
 
 
 @dataclass(frozen=True)
 class PlannedRun:
-    """One run of the simulated campaign: oil, set points and the defect planted in it, if any."""
+    """One simulated run: oil, set points by name, and the defect planted in it, if any."""
 
     oil: str
-    max_hertz_pressure_gpa: float
-    entrainment_speed_m_s: float
-    inlet_temperature_c: float
+    set_points: Mapping[str, float]
     defect: str = ""
 
     @property
     def name(self) -> str:
         """File name of the run's log, which is also the run's name."""
-        condition = (
-            f"P{self.max_hertz_pressure_gpa:.2f}_U{_digits(self.entrainment_speed_m_s, 2)}"
-            f"_T{_digits(self.inlet_temperature_c, 3)}"
-        )
         again = "_again" if self.defect == "duplicate" else ""
-        return f"{self.oil}_{condition}{again}.csv"
+        levels = "".join(f"_{_in_name(*each)}" for each in self.set_points.items())
+        return f"{self.oil}{levels}{again}.csv"
 
 
-def _digits(level: float, width: int) -> str:
+def _in_name(set_point: str, level: float) -> str:
     """A level with leading zeros, so that names sort, and with decimals where it has any."""
-    return f"{level:0{width}.0f}" if level == round(level) else f"{level:g}"
+    letter, width = _IN_NAMES[set_point]
+    if not width:
+        return f"{letter}{level:.2f}"
+    return f"{letter}{level:0{width}.0f}" if level == round(level) else f"{letter}{level:g}"
 
 
 def planned_runs(campaign: Campaign) -> list[PlannedRun]:
-    """Runs of a campaign file with `matrix` and `twin`, in the order of their names.
-
-    A defect at a condition of the matrix replaces that run; a duplicate, and a defect at another
-    condition, is one run more.
-    """
-    matrix = present(campaign.matrix, "matrix", "the campaign")
+    """Runs of a campaign file with `matrix` and `twin`, in the order of their names."""
+    levels = present(campaign.matrix, "matrix", "the campaign").model_dump()
     twin = present(campaign.twin, "twin", "the campaign")
-    conditions = itertools.product(
-        campaign.oils,
-        matrix.max_hertz_pressure_gpa,
-        matrix.entrainment_speed_m_s,
-        matrix.inlet_temperature_c,
-    )
-    runs = [PlannedRun(*condition) for condition in conditions]
-    for defect in twin.defects:
-        pressure, speed, temperature = defect.condition
-        runs.append(PlannedRun(defect.oil, pressure, speed, temperature, defect.kind))
-    # of two runs of one name the second counts
-    by_name = {run.name: run for run in runs}
-    return [by_name[name] for name in sorted(by_name)]
+    defects = [
+        PlannedRun(each.oil, dict(zip(levels, each.condition, strict=True)), each.kind)
+        for each in twin.defects
+    ]
+    return _planned(campaign.oils, levels, defects)
 
 
-@dataclass(frozen=True)
-class PlannedTorqueRun:
-    """One simulated torque log: oil, set points and the defect planted in it, if any."""
-
-    oil: str
-    axial_load_n: float
-    oil_temperature_c: float
-    defect: str = ""
-
-    @property
-    def name(self) -> str:
-        """File name of the log, which is also the run's name."""
-        load, temperature = _digits(self.axial_load_n, 5), _digits(self.oil_temperature_c, 3)
-        return f"{self.oil}_F{load}_T{temperature}.csv"
-
-
-def planned_torque_runs(campaign: Campaign) -> list[PlannedTorqueRun]:
+def planned_torque_runs(campaign: Campaign) -> list[PlannedRun]:
     """Torque logs of a campaign file with `torque` and its `twin`, in the order of their names."""
     torque = present(campaign.torque, "torque", "the campaign")
     matrix = present(torque.matrix, "matrix", "the campaign's `torque`")
     twin = present(torque.twin, "twin", "the campaign's `torque`")
-    defects = {
-        (defect.oil, defect.axial_load_n, defect.oil_temperature_c): defect.kind
-        for defect in twin.defects
-    }
-    runs = [
-        PlannedTorqueRun(*condition, defects.get(condition, ""))
-        for condition in itertools.product(
-            campaign.oils, matrix.axial_load_n, matrix.oil_temperature_c
-        )
+    names = ("axial_load_n", "oil_temperature_c")
+    defects = [
+        PlannedRun(each.oil, {name: getattr(each, name) for name in names}, each.kind)
+        for each in twin.defects
     ]
-    return sorted(runs, key=lambda run: run.name)
+    return _planned(campaign.oils, {name: getattr(matrix, name) for name in names}, defects)
+
+
+def _planned(
+    oils: Sequence[str], levels: Mapping[str, Sequence[float]], defects: Iterable[PlannedRun]
+) -> list[PlannedRun]:
+    """Runs of every oil at every condition of a matrix.
+
+    A defect at a condition of the matrix replaces that run; a duplicate, and a defect at another
+    condition, is one run more.
+    """
+    runs = [
+        PlannedRun(oil, dict(zip(levels, condition, strict=True)))
+        for oil in oils
+        for condition in product(*levels.values())
+    ]
+    # of two runs of one name the second counts; an oil may be left out of the campaign
+    by_name = {run.name: run for run in (*runs, *defects) if run.oil in oils}
+    return [by_name[name] for name in sorted(by_name)]

@@ -8,13 +8,12 @@ defects.
 
 import io
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from itertools import accumulate
 from typing import Any
 
 import numpy as np
 import pyarrow as arrow
 import pyarrow.csv as arrow_csv
-import scipy
 
 from oilfilm.physics.contact import max_hertz_pressure
 from oilfilm.physics.rigs import Contact
@@ -43,17 +42,8 @@ _DECIMALS = {
 }
 
 
-@dataclass(frozen=True)
-class TrueRun:
-    """What really happened in a simulated run, instant by instant, before any sensor."""
-
-    time_s: FloatArray
-    slide_roll_ratio: FloatArray
-    entrainment_speed_m_s: FloatArray
-    load_n: FloatArray
-    max_hertz_pressure_gpa: FloatArray
-    inlet_temperature_c: FloatArray
-    traction_force_n: FloatArray
+# Signals by name.
+Columns = dict[str, FloatArray]
 
 
 def simulate_campaign(
@@ -70,23 +60,18 @@ def simulate_campaign(
     for key in ("full_scale", "ball_track_radius_m", "disc_track_radius_m"):
         present(getattr(rig, key), key, f"config/rigs/{name}.yaml")
     twin = present(settings.campaign.twin, "twin", "the campaign")
+    programme = slip_programme(twin)
     for run in planned_runs(settings.campaign):
         random = generator(settings.seed, "rig twin", run.name)
-        true = _true_run(run, tractions[run.oil], twin, contact, random)
-        set_points = {
-            "max_hertz_pressure_gpa": run.max_hertz_pressure_gpa,
-            "entrainment_speed_m_s": run.entrainment_speed_m_s,
-            "inlet_temperature_c": run.inlet_temperature_c,
-        }
-        content = log_content("rig", run.oil, set_points, _logged(run, true, twin, rig, random))
+        true = _true_run(run, tractions[run.oil], twin, contact, programme, random)
         truth = {
             "run_id": run.name,
             "oil": run.oil,
             "defect": run.defect,
             "gate": GATES.get(run.defect, ""),
-            **{level: getattr(true, level).mean() for level in set_points},
+            **{level: true[level].mean() for level in run.set_points},
         }
-        yield run, cut(content) if run.defect == "truncated" else content, truth
+        yield run, log_content("rig", run, _logged(run, true, twin, rig, random)), truth
 
 
 def slip_programme(twin: Twin) -> tuple[FloatArray, FloatArray]:
@@ -109,51 +94,58 @@ def _true_run(
     traction: Truth,
     twin: Twin,
     contact: Contact,
+    programme: tuple[FloatArray, FloatArray],
     random: np.random.Generator,
-) -> TrueRun:
-    time_s, slip = slip_programme(twin)
-    nominal_load_n = contact.load_n(run.max_hertz_pressure_gpa)
+) -> Columns:
+    """What really happened in a run, instant by instant, before any sensor."""
+    time_s, slip = programme
+    nominal_gpa, nominal_m_s, nominal_c = run.set_points.values()
     load_error, speed_error, temperature_error = random.standard_normal(3)
-    load_n = nominal_load_n * (1 + twin.control_load * load_error + _wander(time_s, twin, random))
-    speed_m_s = run.entrainment_speed_m_s * (
-        1 + twin.control_speed * speed_error + _wander(time_s, twin, random)
+    load_n = contact.load_n(nominal_gpa) * (
+        1 + twin.control_load * load_error + _wander(time_s, twin, random)
     )
-    temperature_c = np.full_like(
-        time_s, run.inlet_temperature_c + twin.control_temperature_c * temperature_error
-    )
-    pressure_gpa = (
-        max_hertz_pressure(load_n, contact.radius_m, contact.reduced_modulus_pa) / PA_PER_GPA
-    )
+    speed_m_s = nominal_m_s * (1 + twin.control_speed * speed_error + _wander(time_s, twin, random))
+    temperature_c = np.full_like(time_s, nominal_c + twin.control_temperature_c * temperature_error)
+    pressure_pa = max_hertz_pressure(load_n, contact.radius_m, contact.reduced_modulus_pa)
+    pressure_gpa = pressure_pa / PA_PER_GPA
     mu = traction(pressure_gpa, speed_m_s, temperature_c, np.abs(slip))
-    force_n = np.sign(slip) * mu * load_n
-    return TrueRun(time_s, slip, speed_m_s, load_n, pressure_gpa, temperature_c, force_n)
+    return {
+        "time_s": time_s,
+        "slide_roll_ratio": slip,
+        "load_n": load_n,
+        "max_hertz_pressure_gpa": pressure_gpa,
+        "entrainment_speed_m_s": speed_m_s,
+        "inlet_temperature_c": temperature_c,
+        "traction_force_n": np.sign(slip) * mu * load_n,
+    }
 
 
 def _logged(
-    run: PlannedRun,
-    true: TrueRun,
-    twin: Twin,
-    rig: Rig,
-    random: np.random.Generator,
-) -> dict[str, FloatArray]:
+    run: PlannedRun, true: Columns, twin: Twin, rig: Rig, random: np.random.Generator
+) -> Columns:
     """What the sensors make of it, planted defects included."""
     full_scale = present(rig.full_scale, "full_scale", "the rig")
     load_gain, temperature_error, zero, drift = random.standard_normal(4)
+    time_s = true["time_s"]
 
     def noise(sensor: str) -> FloatArray:
         spread = twin.noise_of_full_scale * float(getattr(full_scale, sensor))
-        return spread * random.standard_normal(len(true.time_s))
+        return spread * random.standard_normal(len(time_s))
 
-    share = true.time_s / true.time_s[-1]
-    force_n = true.traction_force_n + twin.zero_offset_n * zero
-    force_n = force_n + twin.zero_drift_n * drift * share + noise("traction_force_n")
+    def rpm(speed_m_s: FloatArray, key: str) -> FloatArray:
+        logged_m_s = speed_m_s + noise("surface_speed_m_s")
+        return surface_speed_to_rpm(logged_m_s, present(getattr(rig, key), key, "the rig"))
+
+    force_n = true["traction_force_n"] + twin.zero_offset_n * zero
+    force_n = force_n + twin.zero_drift_n * drift * (time_s / time_s[-1])
+    force_n = force_n + noise("traction_force_n")
     wild = random.choice(len(force_n), twin.spikes, replace=False)
     force_n[wild] += twin.spike_n * random.choice([-1.0, 1.0], twin.spikes)
-    load_n = true.load_n * (1 + twin.systematic_load * load_gain) + noise("load_n")
-    half_slip = true.slide_roll_ratio / 2
-    ball_m_s = true.entrainment_speed_m_s * (1 - half_slip) + noise("surface_speed_m_s")
-    disc_m_s = true.entrainment_speed_m_s * (1 + half_slip) + noise("surface_speed_m_s")
-    temperature_c = true.inlet_temperature_c + noise("temperature_c")
+    load_n = true["load_n"] * (1 + twin.systematic_load * load_gain) + noise("load_n")
+    speed_m_s, half_slip = true["entrainment_speed_m_s"], true["slide_roll_ratio"] / 2
+    ball_rpm = rpm(speed_m_s * (1 - half_slip), "ball_track_radius_m")
+    disc_rpm = rpm(speed_m_s * (1 + half_slip), "disc_track_radius_m")
+    temperature_c = true["inlet_temperature_c"] + noise("temperature_c")
     temperature_c = temperature_c + twin.systematic_temperature_c * temperature_error
     if run.defect == "swapped_sign":
         force_n = -force_n
@@ -163,51 +155,45 @@ def _logged(
         start = int(0.4 * len(force_n))
         force_n[start:] = force_n[start]
     return {
-        "time_s": true.time_s,
+        "time_s": time_s,
         "load_n": load_n,
         "traction_force_n": force_n,
-        "ball_speed_rpm": surface_speed_to_rpm(
-            ball_m_s, present(rig.ball_track_radius_m, "ball_track_radius_m", "the rig")
-        ),
-        "disc_speed_rpm": surface_speed_to_rpm(
-            disc_m_s, present(rig.disc_track_radius_m, "disc_track_radius_m", "the rig")
-        ),
+        "ball_speed_rpm": ball_rpm,
+        "disc_speed_rpm": disc_rpm,
         "inlet_temperature_c": temperature_c,
     }
 
 
 def _wander(time_s: FloatArray, twin: Twin, random: np.random.Generator) -> FloatArray:
     """Slow relative wandering of a controlled quantity: first-order noise of 1 s memory."""
-    memory = np.exp(-(time_s[1] - time_s[0]) / 1.0)
+    memory = float(np.exp(-(time_s[1] - time_s[0]) / 1.0))
     pushes = random.standard_normal(len(time_s)) * np.sqrt(1 - memory**2)
-    return twin.wander * np.asarray(scipy.signal.lfilter([1.0], [1.0, -memory], pushes))
+    # a filter of SciPy gives the same, and takes longer to import
+    return twin.wander * np.array(list(accumulate(pushes.tolist(), lambda y, x: memory * y + x)))
 
 
-def log_content(
-    twin: str, oil: str, set_points: Mapping[str, float], columns: Mapping[str, FloatArray]
-) -> bytes:
+def log_content(twin: str, run: PlannedRun, columns: Columns) -> bytes:
     """A log as a data logger writes it: header with the set points, column names and rows.
+
+    A planted defect may cut it off in the middle of a row, as a full disk does.
 
     Args:
         twin: Which twin of a rig simulated it.
-        oil: The oil.
-        set_points: Nominal conditions by name.
+        run: The run.
         columns: Signals by name; a logger writes a fixed number of decimals of each.
     """
     header = [
         f"# simulated: yes - written by the oilfilm {twin} twin, not a measurement",
-        f"# oil: {oil}",
-        *(f"# {name}: {value:g}" for name, value in set_points.items()),
+        f"# oil: {run.oil}",
+        *(f"# {name}: {value:g}" for name, value in run.set_points.items()),
     ]
     rounded = {name: np.round(values, _DECIMALS[name]) for name, values in columns.items()}
     buffer = io.BytesIO()
     arrow_csv.write_csv(arrow.table(rounded), buffer, arrow_csv.WriteOptions(quoting_style="none"))
     # column names are quoted whatever the style
     names, end, rows = buffer.getvalue().partition(b"\n")
-    return "\n".join([*header, ""]).encode() + names.replace(b'"', b"") + end + rows
-
-
-def cut(content: bytes) -> bytes:
-    """The bytes up to the middle of a row, as a full disk leaves them."""
-    end = content.index(b"\n", int(0.6 * len(content))) + 1
-    return content[: content.index(b",", content.index(b",", end) + 1) + 3]
+    content = "\n".join([*header, ""]).encode() + names.replace(b'"', b"") + end + rows
+    if run.defect == "truncated":
+        row = content.index(b"\n", int(0.6 * len(content))) + 1
+        return content[: content.index(b",", content.index(b",", row) + 1) + 3]
+    return content

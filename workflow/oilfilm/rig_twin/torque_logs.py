@@ -11,8 +11,8 @@ from oilfilm.bearing.quasistatic import OperatingPoints
 from oilfilm.bearing.resistance import Lubrication
 from oilfilm.errors import OilfilmError
 from oilfilm.randomness import generator
-from oilfilm.rig_twin.plan import PlannedTorqueRun, planned_torque_runs
-from oilfilm.rig_twin.simulate import cut, log_content
+from oilfilm.rig_twin.plan import PlannedRun, planned_torque_runs
+from oilfilm.rig_twin.simulate import log_content
 from oilfilm.rig_twin.truth import Truth, misfit, true_tractions
 from oilfilm.settings.base import present
 from oilfilm.settings.campaign import TorqueTwin
@@ -25,7 +25,7 @@ _QUADRATURE = (24, 6)
 
 def simulate_torque(
     settings: Settings, constants: Mapping[str, FloatArray]
-) -> Iterator[tuple[PlannedTorqueRun, bytes, list[dict[str, Any]]]]:
+) -> Iterator[tuple[PlannedRun, bytes, list[dict[str, Any]]]]:
     """Each planned torque log: the plan, its bytes, and its rows of the table of the truth.
 
     The truth behind an oil is that of its traction logs. Drag and rolling resistance are those of
@@ -48,7 +48,7 @@ def simulate_torque(
 
 
 def _truth(
-    plans: list[PlannedTorqueRun], twin: TorqueTwin, traction: Truth, settings: Settings
+    plans: list[PlannedRun], twin: TorqueTwin, traction: Truth, settings: Settings
 ) -> list[list[dict[str, Any]]]:
     """Rows of the truth of each log of one oil, one row per speed."""
     bearing, oil = settings.tested_bearing(), settings.known_oil(plans[0].oil)
@@ -57,7 +57,7 @@ def _truth(
     errors = np.array(
         [generator(settings.seed, "torque control", plan.name).standard_normal(2) for plan in plans]
     )
-    load, temperature = np.array([(plan.axial_load_n, plan.oil_temperature_c) for plan in plans]).T
+    load, temperature = np.array([list(plan.set_points.values()) for plan in plans]).T
     load = load * (1 + twin.control_load * errors[:, 0])
     temperature = temperature + twin.control_temperature_c * errors[:, 1]
     speed = np.tile(np.array(speeds, dtype=float), len(plans))
@@ -96,10 +96,7 @@ def _truth(
 
 
 def _log(
-    plan: PlannedTorqueRun,
-    truth: list[dict[str, Any]],
-    twin: TorqueTwin,
-    random: np.random.Generator,
+    plan: PlannedRun, truth: list[dict[str, Any]], twin: TorqueTwin, random: np.random.Generator
 ) -> bytes:
     """What the rig's logger writes of a run, its planted defect included."""
     rate = twin.sampling_rate_hz
@@ -145,6 +142,4 @@ def _log(
         "outer_ring_temperature_c": temperature + 2 * torque + noise(twin.temperature_noise_c),
         "torque_n_m": torque + noise(twin.torque_noise_n_m),
     }
-    set_points = {"axial_load_n": plan.axial_load_n, "oil_temperature_c": plan.oil_temperature_c}
-    content = log_content("torque-rig", plan.oil, set_points, columns)
-    return cut(content) if plan.defect == "truncated" else content
+    return log_content("torque-rig", plan, columns)
