@@ -5,7 +5,6 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-import pandera.errors
 import pyarrow.parquet as parquet
 import pytest
 from hypothesis import given
@@ -59,7 +58,12 @@ def test_bytes_do_not_depend_on_when_they_are_written(
         ("film_judgement", "thick", ["'film_judgement'", "thick"]),
         ("lambda_ratio", -1.0, ["'lambda_ratio'", "-1"]),
         ("entrainment_speed_m_s", np.nan, ["'entrainment_speed_m_s'", "nan"]),
-        ("n_samples", "many", ["'n_samples'", "many"]),
+        ("n_samples", "many", ["'n_samples'", "many", "expected a whole number"]),
+        ("n_samples", 1.5, ["'n_samples'", "1.5"]),
+        ("n_samples", None, ["'n_samples'", "None"]),
+        ("accepted", "yes", ["'accepted'", "yes"]),
+        ("time_s", 2 * tables.LARGEST, ["'time_s'", "1e+12 or less"]),
+        ("run_id", None, ["'run_id'", "expected a value"]),
     ],
 )
 def test_forbidden_value_is_told_with_column_and_meaning(
@@ -71,34 +75,6 @@ def test_forbidden_value_is_told_with_column_and_meaning(
         tables.conform(frame, "points", "here")
     for text in expected:
         assert text.lower() in str(mistake.value).lower()
-
-
-NUMBERS = st.floats() | st.sampled_from([-tables.LARGEST, tables.LARGEST, 2 * tables.LARGEST])
-
-
-FLOATS = [("points", "time_s"), ("points", "lambda_ratio"), ("runs", "nominal_load_n")]
-COUNTS = [("points", "n_samples"), ("points", "first_row")]
-TEXTS = ["continuous", "step", "", None]
-
-
-@given(
-    st.tuples(st.sampled_from(FLOATS), NUMBERS)
-    | st.tuples(st.sampled_from(COUNTS), st.integers(-2, 2))
-    | st.tuples(st.just(("runs", "log_kind")), st.sampled_from(TEXTS))
-)
-def test_short_cut_past_pandera_lets_nothing_pass_that_pandera_refuses(
-    demo, changed: tuple[tuple[str, str], object]
-) -> None:
-    (table, column), value = changed
-    frame = getattr(demo.curated, table).head(3).copy()
-    frame[column] = pd.Series([*frame[column][:2], value], dtype=frame[column].dtype)
-    try:
-        tables.TABLES[table].schema.validate(frame)
-    except pandera.errors.SchemaError:
-        with pytest.raises(OilfilmError, match=column):
-            tables.conform(frame, table, "here")
-    else:
-        tables.conform(frame, table, "here")
 
 
 def test_accepted_point_with_a_reason_is_a_contradiction(demo) -> None:

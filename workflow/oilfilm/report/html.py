@@ -36,7 +36,7 @@ from oilfilm.traction import LAWS
 from oilfilm.traction.typeset import mathml
 
 _HERE = Path(__file__).parent
-_PACKAGES = ("numpy", "scipy", "pandas", "pandera", "pyarrow", "matplotlib", "snakemake", "jinja2")
+_PACKAGES = ("numpy", "scipy", "pandas", "pyarrow", "matplotlib", "snakemake", "jinja2")
 _FIGURE_PX, _REFUSED_PX = 1250, 900
 _TAG = 500  # bytes around a picture, at most
 _SCALE = 0.4  # CSS pixels a pixel: a single column of a journal is 400 of them

@@ -1,9 +1,9 @@
 """What a column and a table are; the YAML files beside it declare them."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 import pandas as pd
@@ -19,7 +19,13 @@ UNITS = frozenset(
 Type = Literal["number", "integer", "text", "flag"]
 # A check over several columns: a complaint, or an empty text where all is well.
 Check = Callable[[pd.DataFrame], str]
-_DTYPES = {"number": "float64", "integer": "int64", "text": "str", "flag": "bool"}
+# Type in pandas, and what a message calls a value of it.
+_TYPES: dict[Type, tuple[str, str]] = {
+    "number": ("float64", "a number"),
+    "integer": ("int64", "a whole number"),
+    "text": ("str", "text"),
+    "flag": ("bool", "true or false"),
+}
 
 
 @dataclass(frozen=True)
@@ -55,7 +61,12 @@ class Column:
     @property
     def dtype(self) -> str:
         """Name of its type in pandas."""
-        return "category" if self.dictionary else _DTYPES[self.type]
+        return "category" if self.dictionary else _TYPES[self.type][0]
+
+    @property
+    def kind(self) -> str:
+        """What a message calls a value of its type."""
+        return _TYPES[self.type][1]
 
     @property
     def shown_unit(self) -> str:
@@ -71,6 +82,21 @@ class Column:
     def description(self) -> str:
         """Meaning, note and caveat in one line."""
         return "; ".join(filter(None, (self.meaning_here, self.caveat)))
+
+    def refused(self, values: pd.Series) -> Iterator[tuple[pd.Series, str]]:
+        """For each limit: which values are beyond it, and what was expected.
+
+        Args:
+            values: Of the column's own type.
+        """
+        if not self.nullable:
+            yield values.isna(), "a value"
+        if self.at_least is not None:
+            yield values < self.at_least, f"{self.at_least:g} or more"
+        if self.at_most is not None:
+            yield values > self.at_most, f"{self.at_most:g} or less"
+        if self.allowed:
+            yield values.notna() & ~values.isin(self.allowed), f"one of {', '.join(self.allowed)}"
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,44 +141,11 @@ class Table:
     def _by_name(self) -> Mapping[str, Column]:
         return {column.name: column for column in self.columns}
 
-    @cached_property
-    def schema(self) -> Any:
-        """The pandera schema that frames of this table are validated with."""
-        # imported where needed: frames that plainly obey their table never pay for it (a second)
-        import pandera.pandas as pa  # noqa: PLC0415
-
-        return pa.DataFrameSchema(
-            {column.name: _pandera_column(column) for column in self.columns},
-            strict=True,
-            ordered=True,
-            name=self.name,
-            description=self.description,
-        )
-
     def complaints(self, frame: pd.DataFrame) -> list[str]:
         """What is wrong across columns or rows."""
         messages = [repeated(frame, self.key) if self.key else ""]
         messages += [check(frame) for check in self.checks]
         return [message for message in messages if message]
-
-
-def _pandera_column(column: Column) -> Any:
-    import pandera.pandas as pa  # noqa: PLC0415
-
-    checks = []
-    if column.at_least is not None:
-        checks.append(pa.Check.ge(column.at_least))
-    if column.at_most is not None:
-        checks.append(pa.Check.le(column.at_most))
-    if column.allowed:
-        checks.append(pa.Check.isin(column.allowed))
-    return pa.Column(
-        str if column.dtype == "str" else column.dtype,
-        checks=checks,
-        nullable=column.nullable,
-        coerce=True,
-        description=column.description,
-    )
 
 
 def repeated(frame: pd.DataFrame, key: Sequence[str]) -> str:
