@@ -13,7 +13,6 @@ from html import escape
 from pathlib import Path
 from typing import Any
 
-import pandas as pd
 import pyarrow.parquet as parquet
 import pytest
 from hypothesis import given
@@ -21,12 +20,10 @@ from hypothesis import strategies as st
 
 from campaigns import ROOT
 from command_line import printed_objects
-from oilfilm import tables
 from oilfilm.cli import main
 from oilfilm.errors import OilfilmError
 from oilfilm.releases import rebuild
 from oilfilm.releases import release as making
-from oilfilm.releases.compare import oils_of_logs
 from oilfilm.releases.copies import pin
 from oilfilm.releases.manifest import (
     CHECKSUMS,
@@ -189,27 +186,6 @@ def test_other_bytes_under_the_same_version_are_refused(run: making.FinishedRun)
     assert bytes_of(release) == before
 
 
-def flip_last_byte_of_first_page(path: Path) -> None:
-    """A change that leaves the footer as it is, as by a failing disk."""
-    column = parquet.read_metadata(path).row_group(0).column(0)
-    start = column.dictionary_page_offset or column.data_page_offset
-    last = start + column.total_compressed_size - 1
-    content = bytearray(path.read_bytes())
-    content[last] ^= 1
-    path.write_bytes(content)
-
-
-@pytest.mark.parametrize("table", ["tables/points", "tables/samples/oil=4102/part-0", "figures/f"])
-def test_table_with_a_flipped_bit_is_not_released(run: making.FinishedRun, table: str) -> None:
-    path = run.results / f"{table}.parquet"
-    row = {**dict.fromkeys(tables.columns("samples"), 1), "run_id": "a.csv"}
-    about = {"campaign": "demo", "data": "simulated", "content": {}}
-    tables.write(tables.from_rows([row], "samples"), "samples", run.root / path, about)
-    flip_last_byte_of_first_page(run.root / path)
-    with pytest.raises(OilfilmError, match=rf"{table}\.parquet: cannot be read as Parquet"):
-        released(replace(run, files=[*run.files, path]))
-
-
 def flipped(path: Path) -> None:
     """One bit of a file is turned over, and its time stamp is as before."""
     stamp, content = path.stat(), bytearray(path.read_bytes())
@@ -274,16 +250,6 @@ def test_log_that_changed_after_it_was_read_is_refused(run: making.FinishedRun) 
     (run.root / "data/raw/demo/a.csv").write_bytes(b"load_n\n9\n")
     with pytest.raises(OilfilmError, match=r"data/raw/demo/a\.csv: has changed since the run"):
         released(run)
-
-
-def test_logs_are_known_by_their_runs_in_files_of_one_run_and_of_several(tmp_path: Path) -> None:
-    torque = pd.DataFrame({"run_id": ["x.csv", "y.tdms:low", "y.tdms:high", "a:b.csv"]})
-    frames = {"runs": runs_of(RAW, tmp_path), "torque_runs": torque.assign(oil="4050")}
-    raw = [f"data/raw/demo-torque/{name}" for name in ("x.csv", "y.tdms", "a:b.csv")]
-    assert oils_of_logs("demo", frames, raw) == {
-        **{f"data/raw/demo/{name}": "4102" for name in RAW},
-        **dict.fromkeys(raw, "4050"),
-    }
 
 
 # ---------------------------------------------------------------- integrity
