@@ -7,8 +7,6 @@ Decides: commands, options and their help.
 """
 
 import argparse
-import difflib
-import sys
 from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
@@ -226,7 +224,7 @@ _OF_RELEASES = (verify, fetch, diff, pin)
 
 def parser() -> argparse.ArgumentParser:
     """The parser of the command line; `command` of what it parsed names the module that runs it."""
-    top = _Top(
+    top = argparse.ArgumentParser(
         prog="oilfilm",
         description="Check traction-rig logs, predict traction from fitted laws, plan tests, and "
         "verify and compare releases. The workflow is run by `oilfilm run` or snakemake.",
@@ -247,33 +245,6 @@ def parser() -> argparse.ArgumentParser:
         module = "releases" if declare in _OF_RELEASES else declare.__name__
         command.set_defaults(module=module)
     return top
-
-
-class _Top(argparse.ArgumentParser):
-    """Answers a first word that is no command with the command that was probably meant."""
-
-    def parse_args(  # type: ignore[override]
-        self, args: Sequence[str] | None = None, namespace: argparse.Namespace | None = None
-    ) -> argparse.Namespace:
-        words = sys.argv[1:] if args is None else list(args)
-        names = [declare.__name__ for declare in COMMANDS]
-        if words and words[0] not in names and not words[0].startswith("-"):
-            self.error(_no_command(words[0], names))
-        return super().parse_args(words, namespace)
-
-
-def _no_command(word: str, names: Sequence[str]) -> str:
-    # a path can have thousands of letters
-    shown = word if len(word) <= 80 else f"{word[:77]}..."
-    with suppress(OSError, ValueError):
-        if Path(word).exists():
-            return (
-                f"{shown!r} is no command. Write `oilfilm check` before logs, `oilfilm fit` before "
-                "a table of traction coefficients."
-            )
-    near = difflib.get_close_matches(word[:80], names, n=1)
-    hint = f"Did you mean {near[0]!r}?" if near else f"Expected one of {', '.join(names)}."
-    return f"{shown!r} is no command. {hint}"
 
 
 class _AnyOrder(argparse.ArgumentParser):
