@@ -59,18 +59,21 @@ def before(
 
 
 @pytest.fixture(scope="module")
-def miscalibrated(demo: Campaign, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def miscalibrated(
+    demo: Campaign, frames: dict[str, pd.DataFrame], tmp_path_factory: pytest.TempPathFactory
+) -> Path:
     """The same after the load cell read 1 % too much in every run of 4102."""
     folder = tmp_path_factory.mktemp("raw")
-    logs = {
-        name: with_load_factor(content, 1.01) if name.startswith("4102") else content
-        for name, content in logs_of(demo).items()
-    }
+    logs = {name: with_load_factor(log, 1.01) for name, log in logs_of(demo, ("4102",)).items()}
     for name, content in logs.items():
         (folder / name).write_bytes(content)
-    again = carry_through(demo.config, folder, sorted(logs))
+    again = tables_of(carry_through(demo.config, folder, sorted(logs)), OILS[:1])
+    both = {
+        name: pd.concat([again[name], frame[frame["oil"] == "4050"]], ignore_index=True)
+        for name, frame in frames.items()
+    }
     root = project(tmp_path_factory.mktemp("after") / "p")
-    return released(made(root, demo.config, logs, tables_of(again, OILS)))
+    return released(made(root, demo.config, {**logs_of(demo), **logs}, both))
 
 
 @pytest.mark.parametrize("pinned", [False, True])

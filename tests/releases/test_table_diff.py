@@ -34,12 +34,6 @@ def test_first_cell_of_a_table_is_named(two: tuple[Path, Path]) -> None:
     assert "3.0000000000000004" in difference
 
 
-def test_categories_that_differ_are_named(two: tuple[Path, Path]) -> None:
-    for path, oils in zip(two, (["a", "b"], ["a", "c"]), strict=True):
-        parquet.write_table(arrow.table({"oil": arrow.array(oils).dictionary_encode()}), path)
-    assert file_difference(*two) == "column oil, row 1: 'b', then 'c'"
-
-
 @pytest.mark.parametrize("footers", [("{}", '{"host": "here"}'), (b"\xff", b"\xfe")])
 def test_footer_of_a_table_is_named(
     two: tuple[Path, Path], footers: tuple[str | bytes, str | bytes]

@@ -55,6 +55,7 @@ def test_points_that_go_to_a_bucket_are_those_of_a_folder(
     assert_same(released_project, stored, tmp_path / "stored")
 
 
+@pytest.mark.nightly
 def test_results_without_a_place_end_a_run_in_a_sentence(storage: Storage, tmp_path: Path) -> None:
     lay_out_small(tmp_path)
     output = fail(tmp_path, *SMALL, *IN_BUCKET[:2], around=around(storage))
