@@ -5,11 +5,9 @@ import os
 import subprocess
 import sys
 import tarfile
-import tomllib
 from pathlib import Path
 
 import pytest
-import yaml
 
 from campaigns import ROOT
 from damages import SOUND
@@ -97,19 +95,6 @@ def test_oldest_packages_serve_as_well(tmp_path: Path) -> None:
     """The floors of pyproject.toml, one after the other the oldest that each allows."""
     (home := tmp_path / "home").mkdir()
     asked_of_the_core(installed(tmp_path, "--resolution", "lowest-direct"), home)
-
-
-def test_citation_and_archive_say_what_the_package_says() -> None:
-    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
-    citation = yaml.safe_load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))
-    archive = json.loads((ROOT / ".zenodo.json").read_text(encoding="utf-8"))
-    for key in ("version", "license", "keywords"):
-        assert project[key] == citation[key] == archive[key]
-    for key, of_archive in (("title", "title"), ("abstract", "description")):
-        assert citation[key] == archive[of_archive]
-    names = [each["name"] for each in project["authors"]]
-    assert names == [each["name"] for each in citation["authors"]]
-    assert names == [each["name"] for each in archive["creators"]]
 
 
 @pytest.mark.nightly
