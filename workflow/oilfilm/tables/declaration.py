@@ -17,10 +17,11 @@ UNITS = frozenset(
     | {BY_ROW}
 )
 Type = Literal["number", "integer", "text", "flag"]
+DType = Literal["float64", "int64", "str", "bool", "category"]
 # A check over several columns: a complaint, or an empty text where all is well.
 Check = Callable[[pd.DataFrame], str]
 # Type in pandas, and what a message calls a value of it.
-_TYPES: dict[Type, tuple[str, str]] = {
+_TYPES: dict[Type, tuple[DType, str]] = {
     "number": ("float64", "a number"),
     "integer": ("int64", "a whole number"),
     "text": ("str", "text"),
@@ -59,7 +60,7 @@ class Column:
     dictionary: bool = False
 
     @property
-    def dtype(self) -> str:
+    def dtype(self) -> DType:
         """Name of its type in pandas."""
         return "category" if self.dictionary else _TYPES[self.type][0]
 

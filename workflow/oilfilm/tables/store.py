@@ -19,7 +19,7 @@ import pyarrow.parquet as parquet
 
 from oilfilm.atomic_write import atomic_file
 from oilfilm.errors import OilfilmError, cut
-from oilfilm.tables.declaration import Column
+from oilfilm.tables.declaration import Column, DType
 from oilfilm.tables.dictionary import TABLES
 from oilfilm.tables.limits import UNREADABLE
 from oilfilm.tables.schema_version import SCHEMA_VERSION
@@ -94,15 +94,15 @@ def _checked(given: pd.Series, column: Column, where: str) -> pd.Series:
         values, other = given, given.map(lambda value: not _has_type(value, column.dtype))
     for refused, expected in chain([(other, column.kind)], column.refused(values)):
         if refused.any():
-            row = refused.idxmax()
+            row = int(np.argmax(refused))
             raise OilfilmError(
                 f"{where}, column {column.name!r} ({column.description}): found "
-                f"{cut(repr(given[row]))} at row {row}, expected {expected}."
+                f"{cut(repr(given.iloc[row]))} at row {row}, expected {expected}."
             )
     return values
 
 
-def _has_type(value: object, dtype: str) -> bool:
+def _has_type(value: object, dtype: DType) -> bool:
     with suppress(TypeError, ValueError):
         return bool(pd.Series([value]).astype(dtype).size)
     return False
