@@ -37,7 +37,6 @@ COMMANDS = {
     f"predict {AT} --campaign june": "neither results/tables nor results/june/tables",
     f"predict {AT.replace('30m/s', 'fast')}": "--speed: found 'fast'; expected a number in m/s",
     f"predict {AT.replace('1.2GPa', '1.2kg')}": "--stress: found '1.2kg': the unit 'kg' is none",
-    "check good.csv --campaign=": "expected the name of a campaign",
     f"predict {AT.replace('1.2GPa', '1e999')}": "--stress: found '1e999': no quantity is 1e+09",
     f"predict {AT} --law tanh": "unrecognized arguments",
     "export": "required: --printed",
