@@ -149,7 +149,7 @@ def drift_table(comparison: Comparison, drift: DriftSettings) -> Section:
 # ---------------------------------------------------------------- inputs, files and verdicts
 
 
-def _changed(
+def changed(
     before: Mapping[str, Any], after: Mapping[str, Any]
 ) -> Iterator[tuple[str, Any | None, Any | None, str]]:
     """Names whose values differ: name, both values (None where there is none), what happened."""
@@ -165,7 +165,7 @@ def _inputs(before: StoredRelease, after: StoredRelease) -> Section:
         for stored in (before, after)
     )
     rows: list[Row] = [
-        (path, state, old or "", new or "") for path, old, new, state in _changed(*logs)
+        (path, state, old or "", new or "") for path, old, new, state in changed(*logs)
     ]
     return Section(title="Raw logs", columns=("raw log", "", "A", "B"), rows=rows)
 
@@ -181,10 +181,9 @@ def _config(before: StoredRelease, after: StoredRelease) -> Section:
 
 
 def _changed_leaves(old: Mapping[str, Any], new: Mapping[str, Any]) -> list[Row]:
-    changed = _changed(dict(_leaves(old)), dict(_leaves(new)))
     return [
         (name, *("" if leaf is None else str(leaf[0]) for leaf in leaves))
-        for name, *leaves, _ in changed
+        for name, *leaves, _ in changed(dict(_leaves(old)), dict(_leaves(new)))
     ]
 
 
@@ -198,9 +197,10 @@ def _leaves(value: Any, path: str = "") -> Iterator[tuple[str, Any]]:
 
 
 def _files(before: StoredRelease, after: StoredRelease, *, of_code: bool) -> Section:
-    changed = _changed(before.files, after.files)
     rows: list[Row] = [
-        (path, state) for path, _, _, state in changed if path.startswith(f"{CODE}/") == of_code
+        (path, state)
+        for path, _, _, state in changed(before.files, after.files)
+        if path.startswith(f"{CODE}/") == of_code
     ]
     return Section(title="Code" if of_code else "Other files", columns=("file", ""), rows=rows)
 
