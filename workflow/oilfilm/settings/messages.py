@@ -129,9 +129,9 @@ def check(
 def first_mistake(values: Any, model: Any) -> str:
     """The first mistake in values that came from no file of settings; empty where there is none."""
     try:
-        adapter(model).validate_python(values)
-    except ValidationError as error:
-        return next(_mistakes(error, model))[1]
+        check(values, model, lambda steps: "")
+    except OilfilmError as mistake:
+        return str(mistake).removeprefix(": ")
     return ""
 
 

@@ -238,9 +238,8 @@ def _names_of_two_oils(settings: Settings) -> Iterator[tuple[Steps, str]]:
     for oil in campaign.keys() - settings.oils.keys():
         known = ", ".join(settings.oils)
         yield ("oil_aliases", oil), f"{oil!r} is none of the campaign's oils ({known})."
-    for oil, known_oil in settings.oils.items():
-        of_file = known_oil.aliases if known_oil else ()
-        for name in (oil, *of_file, *campaign.get(oil, ())):
+    for oil in settings.oils:
+        for name in settings.names_of(oil):
             other = oil_of.setdefault(plain_key(name), oil)
             if other != oil:
                 steps = ("oil_aliases", oil) if name in campaign.get(oil, ()) else ("oils",)
