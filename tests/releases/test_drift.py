@@ -266,17 +266,6 @@ def test_gate_closes_at_its_limit(
     assert bool(drift_table(comparison, drift).rows) == stopped
 
 
-def test_table_that_differs_from_its_manifest_is_not_read(
-    before: Path, make: Make, capsys: pytest.CaptureFixture[str]
-) -> None:
-    after = make()
-    path = after / "tables/coefficients.parquet"
-    path.chmod(0o644)
-    path.write_bytes(b"x" * path.stat().st_size)
-    assert main(["diff", str(before), str(after), *CONFIG]) == 2
-    assert "tables/coefficients.parquet: differs: sha256" in capsys.readouterr().err
-
-
 def test_release_of_another_schema_version_is_told_apart(
     before: Path, make: Make, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -81,6 +81,7 @@ def test_name_of_two_oils_is_refused_however_it_is_written(folder: Path, where: 
         ("rigs: [pcs-etm]", "rigs: [pcs-etm]\nrigs: [other]", ["'rigs'", "first defined at line"]),
         ("rigs: [pcs-etm]", "rigs: &a [pcs-etm]\noils: *a", ["alias"]),
         ("rigs: [pcs-etm]", "rigs: [", ["not valid YAML", "line"]),
+        ("rigs: [pcs-etm]", "<<: {rigs: [pcs-etm]}", ["`<<` takes keys from elsewhere"]),
         ("rigs: [pcs-etm]", "rigs: !!python/object:os.system x", ["not valid YAML"]),
         ("rigs: [pcs-etm]", f"rigs: {'[' * 3000}{']' * 3000}", ["nested more than 50 deep"]),
         ("traction_min: -0.03", f"traction_min: -1{'0' * 400}", ["1329 bits", "below 1e+15"]),
