@@ -77,15 +77,7 @@ ROOMS = {
 LONGEST_S = 300
 # All that tests import and that no fault is in: imported once, for every run that is forked off.
 IMPORTED = (
-    *(
-        "pytest",
-        "hypothesis.strategies",
-        "numpy",
-        "scipy.stats",
-        "pandas",
-        "pandera",
-        "pyarrow.csv",
-    ),
+    *("pytest", "hypothesis.strategies", "numpy", "scipy.stats", "pandas", "pyarrow.csv"),
     *("pint", "pydantic", "yaml", "nptdms", "openpyxl", "matplotlib.pyplot"),
 )
 

@@ -143,23 +143,13 @@ def plan(results: Path, *options: str) -> int:
 def test_plan_names_conditions_in_their_order_and_what_it_trusts(
     results: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert plan(results, "--count", "3") == 0
-    text = capsys.readouterr().out
-    assert "4102 in mainshaft-167: standard uncertainty of the friction torque" in text
-    assert "over 24 operating points" in text  # of torque.matrix
-    assert "from campaign demo, simulated data" in text
     (stated,) = printed_objects(
         capsys, "plan", "--oil", "4102", *CONFIG, "--results", results, "--count", "3"
     )
+    assert (stated["bearing"], stated["target"]) == ("mainshaft-167", "torque")
+    assert len(stated["operating_points"]) == 24  # of torque.matrix
     tests = stated["tests"]
     assert [test["test_order"] for test in tests] == [1, 2, 3]
-    rows = text.split("uncertainty then\n")[1].splitlines()
-    for test, row in zip(tests, rows[:3], strict=True):
-        number, pressure, speed, temperature, *_ = row.split()
-        assert int(number) == test["test_order"]
-        assert float(pressure) == test["max_hertz_pressure_gpa"]
-        assert float(speed) == test["entrainment_speed_m_s"]
-        assert float(temperature) == test["inlet_temperature_c"]
     promised = [stated["uncertainty_now"], *(test["uncertainty_with_plan"] for test in tests)]
     assert promised == sorted(promised, reverse=True)
     assert stated["uncertainty_now_without_calibration"] < stated["uncertainty_now"]
@@ -169,10 +159,11 @@ def test_plan_for_another_bearing_and_duty_point(
     results: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     duty = ["--bearing", "harris-218", "--duty", "20kN,5000rpm,100degC"]
-    asked = (*duty, "--for", "cage-slip", "--results", results)
-    (stated,) = printed_objects(capsys, "plan", "--oil", "4102", *CONFIG, *asked)
-    assert (stated["bearing"], stated["target"]) == ("harris-218", "cage_slip")
-    assert [point["at"] for point in stated["operating_points"]] == ["20000 N, 5000 rpm, 100 degC"]
+    assert plan(results, *duty, "--for", "cage-slip", "--count", "1") == 0
+    text = capsys.readouterr().out
+    assert "4102 in harris-218: standard uncertainty of the cage slip" in text
+    assert "at 20000 N, 5000 rpm, 100 degC" in text
+    assert "from campaign demo, simulated data" in text
 
 
 @pytest.mark.parametrize(

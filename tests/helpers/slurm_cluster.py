@@ -14,7 +14,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from types import MappingProxyType
 
@@ -126,9 +126,9 @@ class Cluster:
     def down(self) -> None:
         """End every job and every daemon."""
         if "slurmctld" in self._daemons:
-            with _anyway():
+            with suppress(OSError, subprocess.CalledProcessError):
                 self.command("scancel", "--user", "root")
-            with _anyway():
+            with suppress(OSError, subprocess.CalledProcessError):
                 self._wait(lambda: not self.command("squeue", "-h"), "the end of all jobs")
         for daemon in reversed(self._daemons.values()):
             daemon.terminate()
@@ -166,7 +166,7 @@ class Cluster:
     def _wait(self, ready: Callable[[], object], what: str, seconds: float = 60) -> None:
         end = time.monotonic() + seconds
         while time.monotonic() < end:
-            with _anyway():
+            with suppress(OSError, subprocess.CalledProcessError):
                 if ready():
                     return
             time.sleep(0.2)
@@ -256,14 +256,6 @@ SlurmdParameters=config_overrides
 NodeName={host} NodeAddr=127.0.0.1 CPUs={cpus} RealMemory={memory} State=UNKNOWN
 PartitionName=test Nodes={host} Default=YES MaxTime=INFINITE State=UP OverTimeLimit=0
 """
-
-
-@contextmanager
-def _anyway() -> Iterator[None]:
-    try:
-        yield
-    except (OSError, subprocess.CalledProcessError):
-        pass
 
 
 def _free_ports(count: int) -> Sequence[int]:

@@ -3,16 +3,14 @@
 import os
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import boto3
-import pyarrow as pa
 import pytest
 from botocore.config import Config
 from moto.server import ThreadedMotoServer
-from pyarrow import parquet
 
 KEY, SECRET = "key-never-to-be-printed", "never-to-be-printed"
 # All results in a bucket; the place is to follow.
@@ -24,23 +22,21 @@ class Storage:
     """A running server and a key that it takes."""
 
     endpoint: str
-    key: str = KEY
-    secret: str = field(default=SECRET, repr=False)
 
     @property
     def environment(self) -> Mapping[str, str]:
         return {
             "AWS_ENDPOINT_URL_S3": self.endpoint,
-            "AWS_ACCESS_KEY_ID": self.key,
-            "AWS_SECRET_ACCESS_KEY": self.secret,
+            "AWS_ACCESS_KEY_ID": KEY,
+            "AWS_SECRET_ACCESS_KEY": SECRET,
         }
 
     def client(self) -> Any:
         return boto3.client(
             "s3",
             endpoint_url=self.endpoint,
-            aws_access_key_id=self.key,
-            aws_secret_access_key=self.secret,
+            aws_access_key_id=KEY,
+            aws_secret_access_key=SECRET,
             region_name="us-east-1",
             config=Config(request_checksum_calculation="when_required"),
         )
@@ -63,24 +59,12 @@ class Storage:
         }
 
 
-def files_with_a_key(storage: Storage, folder: Path) -> list[Path]:
-    """Files in which the storage's key or its secret can be read, also as texts of a table."""
-    keys = [word.encode() for word in (storage.key, storage.secret)]
+def files_with_a_key(folder: Path) -> list[Path]:
+    """Files in which the key or its secret can be read."""
+    files = (path for path in sorted(folder.rglob("*")) if path.is_file())
     return [
-        path
-        for path in sorted(folder.rglob("*"))
-        if path.is_file()
-        and any(key in content for content in (path.read_bytes(), _texts(path)) for key in keys)
+        path for path in files if any(word.encode() in path.read_bytes() for word in (KEY, SECRET))
     ]
-
-
-def _texts(path: Path) -> bytes:
-    """All texts in the columns of a table, which are compressed in its file; of others nothing."""
-    if path.suffix != ".parquet":
-        return b""
-    table = parquet.read_table(path)
-    texts = (column.unique() for column in table.columns if pa.types.is_string(column.type))
-    return repr([column.to_pylist() for column in texts]).encode()
 
 
 @contextmanager

@@ -55,10 +55,3 @@ def test_profile_names_steps_of_the_workflow_and_runs_as_the_default_does(path: 
     assert grouped | set(profile.get("set-resources", {})) <= steps
     shared = default.keys() - {"cores"} if "executor" in profile else set()
     assert {key: profile[key] for key in shared} == {key: default[key] for key in shared}
-
-
-def test_actions_of_github_are_pinned_by_commit() -> None:
-    files = [*(ROOT / ".github/workflows").glob("*.yml"), *(ROOT / "docs/nightly").glob("github*")]
-    used = [each for path in files for each in re.findall(r"uses: (.+)", path.read_text("utf-8"))]
-    assert used
-    assert not [each for each in used if not re.fullmatch(r"[\w./-]+@[0-9a-f]{40} # v[\d.]+", each)]

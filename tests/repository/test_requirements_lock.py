@@ -14,7 +14,6 @@ from packaging.utils import canonicalize_name
 from campaigns import ROOT
 
 LOCKS = [*ROOT.glob("requirements/*.lock")]
-BENCHMARKS = [*ROOT.glob("benchmarks/*.lock")]
 # The extras of pyproject.toml that each lock holds.
 RUNNING = ("report", "workflow", "clone")
 EXTRAS = {
@@ -76,19 +75,15 @@ def test_locked_versions_are_installed_and_fit_each_other() -> None:
     assert done.returncode == 0, done.stderr
 
 
-@pytest.mark.parametrize("lock", [*LOCKS, *BENCHMARKS], ids=lambda lock: lock.stem)
-def test_locks_agree_in_the_packages_that_they_share(lock: Path) -> None:
+def test_locks_agree_and_name_hashes_but_no_place_to_install_from() -> None:
     """Optional packages and benchmarks run in one process with ours."""
-    ours, theirs = pins(lock_named("dev")), pins(lock)
-    for name in ours.keys() & theirs.keys():
-        assert {version(pin) for pin in theirs[name]} <= {version(pin) for pin in ours[name]}
-
-
-@pytest.mark.parametrize("lock", [*LOCKS, *BENCHMARKS], ids=lambda lock: lock.stem)
-def test_every_pin_has_hashes_and_no_place_to_install_from(lock: Path) -> None:
-    text = lock.read_text(encoding="utf-8")
-    blocks = re.findall(r"(?m)^[A-Za-z0-9].*\n(?: .*\n?)*", text)
-    assert len(blocks) == sum(map(len, pins(lock).values()))
-    assert all(re.search(r"--hash=sha256:[0-9a-f]{64}\b", block) for block in blocks)
-    # No address, no option line (--index-url, --find-links), no direct reference, no path.
-    assert not re.findall(r"(?m)^.*://.*$|^-.*$|^[^#\n]* @ .*$|^[^#\n]*/.*$", text)
+    ours = pins(lock_named("dev"))
+    for lock in (*LOCKS, *ROOT.glob("benchmarks/*.lock")):
+        text, theirs = lock.read_text(encoding="utf-8"), pins(lock)
+        for name in ours.keys() & theirs.keys():
+            assert {version(pin) for pin in theirs[name]} <= {version(pin) for pin in ours[name]}
+        blocks = re.findall(r"(?m)^[A-Za-z0-9].*\n(?: .*\n?)*", text)
+        assert len(blocks) == sum(map(len, theirs.values()))
+        assert all(re.search(r"--hash=sha256:[0-9a-f]{64}\b", block) for block in blocks)
+        # no address, no option line (--index-url, --find-links), no direct reference, no path
+        assert not re.findall(r"(?m)^.*://.*$|^-.*$|^[^#\n]* @ .*$|^[^#\n]*/.*$", text)

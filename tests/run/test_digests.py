@@ -44,17 +44,6 @@ def test_dump_of_the_syntax_is_the_same_in_every_version_of_python() -> None:
     assert "[]" not in digests._EMPTY.sub("", ast.dump(ast.parse("def f(): return g()")))
 
 
-def test_digest_of_a_fit_does_not_depend_on_figures_or_readers() -> None:
-    assert not {"style", "pcs", "csv", "simulate"} & modules_behind("fit.py")
-
-
-def test_nothing_but_the_twins_rules_imports_the_twin() -> None:
-    for script in SCRIPTS.glob("*.py"):
-        if script.name not in {"twin.py", "paper.py", "torque_twin.py"}:
-            behind = modules_behind(script.name)
-            assert not {"simulate", "truth", "torque_logs"} & behind, script.name
-
-
 def test_settings_digest_does_not_depend_on_order() -> None:
     one = digests.settings_digest({"a": 1, "b": {"c": 2, "d": 3}})
     assert one == digests.settings_digest({"b": {"d": 3, "c": 2}, "a": 1})

@@ -11,7 +11,7 @@ import yaml
 from oilfilm.errors import OilfilmError
 from oilfilm.settings.messages import load
 from oilfilm.settings.oil import OilFile
-from oilfilm.settings.resolve import overrides_of, resolve
+from oilfilm.settings.resolve import resolve, resolve_given
 from oilfilm.settings.resolved import Settings, merge
 from oilfilm.settings.yaml_file import read_yaml
 
@@ -71,7 +71,6 @@ def test_name_of_two_oils_is_refused_however_it_is_written(folder: Path, where: 
             ["line 10", "`extrapolation` needs `twin`"],
         ),
         ("rigs:", "semantics_of_rig: {mtm: {zero: opening_phase}}\nrigs:", ["'mtm'", "pcs-etm"]),
-        ("rigs:", "traction_sign: -1\nrigs:", ["belongs under `semantics`"]),
         ("rigs:", "[a]: 1\nrigs:", ["a group as a key"]),
         ("traction_min: -0.03", "traction_min: 0.3", ["gates.traction_min is 0.3", "below"]),
         ("data: measured", "data: measured\ntwin: {}", ["`twin"]),
@@ -82,6 +81,7 @@ def test_name_of_two_oils_is_refused_however_it_is_written(folder: Path, where: 
         ("rigs: [pcs-etm]", "rigs: [pcs-etm]\nrigs: [other]", ["'rigs'", "first defined at line"]),
         ("rigs: [pcs-etm]", "rigs: &a [pcs-etm]\noils: *a", ["alias"]),
         ("rigs: [pcs-etm]", "rigs: [", ["not valid YAML", "line"]),
+        ("rigs: [pcs-etm]", "<<: {rigs: [pcs-etm]}", ["`<<` takes keys from elsewhere"]),
         ("rigs: [pcs-etm]", "rigs: !!python/object:os.system x", ["not valid YAML"]),
         ("rigs: [pcs-etm]", f"rigs: {'[' * 3000}{']' * 3000}", ["nested more than 50 deep"]),
         ("traction_min: -0.03", f"traction_min: -1{'0' * 400}", ["1329 bits", "below 1e+15"]),
@@ -188,12 +188,15 @@ def test_name_that_cannot_be_a_file_is_refused(folder: Path, name: object, expec
         resolve(folder, {"campaign": name})
 
 
-def test_whole_config_file_is_no_override(folder: Path) -> None:
+def test_configuration_of_a_host_takes_the_place_of_the_file(folder: Path) -> None:
     """A workflow that imports this one may give it all of config.yaml; a campaign still wins."""
-    whole = read_yaml(folder / "config.yaml").values
-    assert overrides_of(whole, folder, {}) == {}
-    other = merge(whole, {"gates": {"lambda_limit": 2.5}, "seed": 3})
-    assert overrides_of(other, folder, {}) == {"gates": {"lambda_limit": 2.5}, "seed": 3}
+    whole = {**read_yaml(folder / "config.yaml").values, "folder": str(folder)}
+    whole = merge(whole, {"campaign": "etm-slim", "seed": 3})
+    settings = resolve_given(whole, {})
+    assert (settings.campaign.name, settings.seed) == ("etm-slim", 3)
+    assert settings.gates.temperature_tolerance_c == 2.5
     # what is typed wins, even where it says the same as the file
-    typed = {"gates": {"lambda_limit": whole["gates"]["lambda_limit"]}}
-    assert overrides_of(whole, folder, typed) == typed
+    typed = {"gates": {"temperature_tolerance_c": 2.0}}
+    assert resolve_given(whole, typed).gates.temperature_tolerance_c == 2.0
+    alone = {"campaign": "etm-slim"}
+    assert resolve_given({**alone, "folder": str(folder)}, alone).seed != 3

@@ -7,8 +7,7 @@ import pytest
 
 from campaigns import Campaign
 from oilfilm import tables
-from oilfilm.errors import OilfilmError
-from oilfilm.tables.table_file import content_digest, digests_of_runs, read_listing, samples_by_run
+from oilfilm.tables.table_file import content_digest, digests_of_runs, samples_by_run
 
 ABOUT = {"campaign": "demo", "data": "simulated"}
 
@@ -50,11 +49,3 @@ def test_hash_of_samples_changes_with_one_value_of_a_run(samples: pd.DataFrame) 
     changed.loc[len(samples) - 1, "load_n"] += 1e-9
     after = digests_of_runs(changed)
     assert [run for run in before if before[run] != after[run]] == [samples["run_id"].iloc[-1]]
-
-
-@pytest.mark.parametrize("content", [b"", b"[{", b"\xff", b"7", b'[{"table": 1}]'])
-def test_damaged_listing_ends_in_a_sentence(tmp_path: Path, content: bytes) -> None:
-    path = tmp_path / "samples.json"
-    path.write_bytes(content)
-    with pytest.raises(OilfilmError, match=r"samples.json: cannot be read .* Delete it and run"):
-        read_listing(path)

@@ -49,12 +49,13 @@ def test_points_that_go_to_a_bucket_are_those_of_a_folder(
     points = "results/small/tables/points.parquet"
     output = succeed(project, points, *SMALL, *IN_BUCKET, "s3://lab/quick", around=around(storage))
     assert SECRET not in output
-    assert files_with_a_key(storage, tmp_path) == []
+    assert files_with_a_key(tmp_path) == []
     stored = storage.files("lab", "quick/")
     assert points in stored
     assert_same(released_project, stored, tmp_path / "stored")
 
 
+@pytest.mark.nightly
 def test_results_without_a_place_end_a_run_in_a_sentence(storage: Storage, tmp_path: Path) -> None:
     lay_out_small(tmp_path)
     output = fail(tmp_path, *SMALL, *IN_BUCKET[:2], around=around(storage))
@@ -78,4 +79,4 @@ def test_run_with_results_in_a_bucket_makes_the_same_release(
     assert (release / "manifest.json").read_bytes() == (local / "manifest.json").read_bytes()
     assert SECRET not in output
     for folder in (project, tmp_path / "stored"):
-        assert files_with_a_key(storage, folder) == []
+        assert files_with_a_key(folder) == []

@@ -190,12 +190,8 @@ class ArrayFit:
             axes: Axes of matplotlib to draw into; new ones if not given.
         """
         if axes is None:
-            try:
-                from matplotlib import pyplot  # noqa: PLC0415 - only who draws waits for it
-            except ModuleNotFoundError:
-                raise OilfilmError(
-                    "matplotlib is not installed. Install it: pip install 'oilfilm[report]'"
-                ) from None
+            from matplotlib import pyplot  # noqa: PLC0415 - only who draws waits for it
+
             axes = pyplot.subplots(layout="constrained")[1]
         law = self.law
         names = list(law.law.conditions)

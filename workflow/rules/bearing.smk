@@ -82,6 +82,8 @@ rule bearing_maps:
         made=made("bearing-maps"),
     log:
         "<logs>/bearing-maps.log",
+    # the longest chain of a campaign begins here: last, a core would wait for it
+    priority: 2
     params:
         code=code("bearing_maps.py"),
         config=part(

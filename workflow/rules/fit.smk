@@ -18,6 +18,8 @@ rule fit:
         "<logs>/fit-{oil}/{law}.log",
     wildcard_constraints:
         law="|".join(LAW_FILES),
+    # what needs no fit is done while the last one runs
+    priority: 1
     params:
         code=lambda wildcards: code("fit.py", LAW_FILES[wildcards.law]),
         # a law of the conditions alone needs nothing of the rig

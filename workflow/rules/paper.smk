@@ -38,6 +38,7 @@ if CAMPAIGN.torque is not None:
             made=made("slip-advice"),
         log:
             "<logs>/slip-advice.log",
+        priority: 1
         params:
             code=code("slip_advice.py"),
             config=part(

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from oilfilm import studies, tables
+from oilfilm import studies
 from oilfilm.atomic_write import write_text
 from oilfilm.report.captions import film_unjudged_oils
 from oilfilm.report.metadata import data_package
@@ -15,10 +15,8 @@ with job(snakemake) as (settings, _):
     studies.declare_tables(settings.campaign.studies)
     inputs, outputs, campaign = snakemake.input, snakemake.output, settings.campaign
     folder = Path(outputs.package).parent
-    files = []
-    for path in map(Path, (*inputs.tables, *inputs.samples)):
-        tables.refuse_damaged(path)
-        files.append(table_file(path, folder))
+    written = map(Path, (*inputs.tables, *inputs.samples))
+    files = [table_file(path, folder) for path in written]
     write_text(data_package(settings, files), Path(outputs.package))
     unjudged = film_unjudged_oils(CampaignTables.of_job(inputs).points)
     write_text(campaign_caption(campaign, unjudged), Path(outputs.campaign))

@@ -12,7 +12,6 @@ import sys
 from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
-from typing import Any
 
 import oilfilm
 
@@ -252,7 +251,8 @@ def parser() -> argparse.ArgumentParser:
         "is beyond the limits; 2 a mistake in the command, the configuration or a file; 130 "
         "interrupted.",
     )
-    top.add_argument("--version", action=_Version, nargs=0, help="print the version and stop")
+    version = f"oilfilm {oilfilm.__version__}"
+    top.add_argument("--version", action="version", version=version, help="print it and stop")
     commands = top.add_subparsers(
         dest="command", required=True, metavar="COMMAND", title="commands", parser_class=_AnyOrder
     )
@@ -313,14 +313,6 @@ class _AnyOrder(argparse.ArgumentParser):
             self._ordering = False
 
 
-class _Version(argparse.Action):
-    """Prints the version; looking it up costs time, so that only this option does it."""
-
-    def __call__(self, parser: argparse.ArgumentParser, *_: Any) -> None:
-        print(f"oilfilm {oilfilm.__version__}")
-        parser.exit()
-
-
 def _add_release(
     command: argparse.ArgumentParser, name: str = "release", metavar: str = "RELEASE"
 ) -> None:
@@ -340,7 +332,7 @@ def _add_json(command: argparse.ArgumentParser, what: str) -> None:
 
 
 def _add_campaign(command: argparse.ArgumentParser, meaning: str) -> None:
-    command.add_argument("--campaign", type=_campaign_name, help=meaning)
+    command.add_argument("--campaign", help=meaning)
 
 
 def _add_results(command: argparse.ArgumentParser) -> None:
@@ -352,12 +344,6 @@ def _add_results(command: argparse.ArgumentParser) -> None:
         "(default: results)",
     )
     _add_campaign(command, "campaign in the folder of all (default: that of config.yaml)")
-
-
-def _campaign_name(text: str) -> str:
-    if not text:
-        raise argparse.ArgumentTypeError("expected the name of a campaign, found nothing")
-    return text
 
 
 def _seconds(text: str) -> float:

@@ -11,6 +11,7 @@ from oilfilm.cli.arguments import config_folder, json_text
 from oilfilm.errors import printable
 from oilfilm.releases.compare import Comparison, Section, compare, drift_table
 from oilfilm.releases.copies import fetch_release, pin
+from oilfilm.releases.rebuild import rebuild
 from oilfilm.releases.stored_release import StoredRelease
 from oilfilm.settings.config import DriftSettings
 from oilfilm.settings.resolve import read_config, resolve
@@ -35,8 +36,6 @@ def _verify(options: argparse.Namespace) -> int:
         # now: a rebuild takes minutes
         print("\n".join([head, *wrong]) if wrong else as_released, flush=True)
     if options.rebuild and not wrong:
-        from oilfilm.releases.rebuild import rebuild  # noqa: PLC0415 - needs the extra `report`
-
         rebuilt = rebuild(release, Path(), options.cores)
     if options.json:
         found = {

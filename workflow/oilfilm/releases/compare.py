@@ -4,8 +4,7 @@ Decides: the drift gate: when a refit has moved too far.
 """
 
 import sys
-from collections import Counter
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -63,9 +62,9 @@ class Comparison:
         constants: oil, constant, before, after and change of each constant; NaN where there is
             none. The change is in standard errors of the first release, infinite where one has no
             value, and NaN where there is no standard error (few curves): mu tells then.
-        traction: Where mu of each oil changed most over the tested box of the first release, by
-            each `measure` (relative, absolute): change, before, after and `where`. The change is
-            infinite where mu cannot be compared; `where` then says why.
+        traction: Where mu of each oil changed most, relative, over the tested box of the first
+            release: change, before, after and `where`. The change is infinite where mu cannot be
+            compared; `where` then says why.
         files: All other files.
     """
 
@@ -139,9 +138,8 @@ def drift_table(comparison: Comparison, drift: DriftSettings) -> Section:
         drift: `drift` of the configuration.
     """
     constants, traction = comparison.constants, comparison.traction
-    relative = traction["measure"] == "relative"
     constants = constants[constants["change"] > drift.standard_errors]
-    traction = traction[relative & (traction["change"] > drift.traction)]
+    traction = traction[traction["change"] > drift.traction]
     rows = [(*row, f"{drift.standard_errors:g}") for row in _constant_rows(constants)]
     rows += [(*row, f"{100 * drift.traction:g} %") for row in _traction_rows(traction)]
     columns = ("oil", "what", "A", "B", "change", "limit")
@@ -151,7 +149,7 @@ def drift_table(comparison: Comparison, drift: DriftSettings) -> Section:
 # ---------------------------------------------------------------- inputs, files and verdicts
 
 
-def _changed(
+def changed(
     before: Mapping[str, Any], after: Mapping[str, Any]
 ) -> Iterator[tuple[str, Any | None, Any | None, str]]:
     """Names whose values differ: name, both values (None where there is none), what happened."""
@@ -162,44 +160,14 @@ def _changed(
 
 
 def _inputs(before: StoredRelease, after: StoredRelease) -> Section:
-    logs: list[dict[str, str]] = []
-    oils: dict[str, str] = {}
-    for stored in (after, before):
-        logs.append({each.path: each.sha256[:12] for each in stored.manifest.made_from.raw})
-        oils |= oils_of_logs(
-            stored.manifest.made_from.campaign,
-            {name: stored.table(name) for name in ("runs", "torque_runs")},
-            logs[-1],
-        )
-    rows: list[Row] = sorted(
-        (oils.get(path, ""), path, state, old or "", new or "")
-        for path, old, new, state in _changed(logs[1], logs[0])
+    logs = (
+        {each.path: each.sha256[:12] for each in stored.manifest.made_from.raw}
+        for stored in (before, after)
     )
-    counts = sorted(Counter(oil or "no run" for oil, *_ in rows).items())
-    of_oils = ", ".join(f"{count} of {oil}" for oil, count in counts)
-    title = f"Raw logs ({of_oils})" if rows else "Raw logs"
-    return Section(title=title, columns=("oil", "raw log", "", "A", "B"), rows=rows)
-
-
-def oils_of_logs(
-    campaign: str, frames: Mapping[str, pd.DataFrame | None], raw: Collection[str]
-) -> dict[str, str]:
-    """Oil of each log behind the runs of a campaign, by its path from the top folder.
-
-    Args:
-        campaign: Name of the campaign.
-        frames: The tables `runs` and `torque_runs`, as far as there are.
-        raw: Paths of all raw logs.
-    """
-    oils: dict[str, str] = {}
-    if (runs := frames.get("runs")) is not None:
-        oils |= {f"data/raw/{campaign}/{file}": oil for file, oil in runs[["file", "oil"]].values}
-    if (runs := frames.get("torque_runs")) is not None:
-        for run, oil in runs[["run_id", "oil"]].drop_duplicates().values:
-            path = f"data/raw/{campaign}-torque/{run}"
-            # the name of a torque run is that of its log, or file:group
-            oils[path if path in raw else path.rpartition(":")[0]] = oil
-    return oils
+    rows: list[Row] = [
+        (path, state, old or "", new or "") for path, old, new, state in changed(*logs)
+    ]
+    return Section(title="Raw logs", columns=("raw log", "", "A", "B"), rows=rows)
 
 
 def _config(before: StoredRelease, after: StoredRelease) -> Section:
@@ -213,10 +181,9 @@ def _config(before: StoredRelease, after: StoredRelease) -> Section:
 
 
 def _changed_leaves(old: Mapping[str, Any], new: Mapping[str, Any]) -> list[Row]:
-    changed = _changed(dict(_leaves(old)), dict(_leaves(new)))
     return [
         (name, *("" if leaf is None else str(leaf[0]) for leaf in leaves))
-        for name, *leaves, _ in changed
+        for name, *leaves, _ in changed(dict(_leaves(old)), dict(_leaves(new)))
     ]
 
 
@@ -230,9 +197,10 @@ def _leaves(value: Any, path: str = "") -> Iterator[tuple[str, Any]]:
 
 
 def _files(before: StoredRelease, after: StoredRelease, *, of_code: bool) -> Section:
-    changed = _changed(before.files, after.files)
     rows: list[Row] = [
-        (path, state) for path, _, _, state in changed if path.startswith(f"{CODE}/") == of_code
+        (path, state)
+        for path, _, _, state in changed(before.files, after.files)
+        if path.startswith(f"{CODE}/") == of_code
     ]
     return Section(title="Code" if of_code else "Other files", columns=("file", ""), rows=rows)
 
@@ -282,13 +250,11 @@ def _traction(before: StoredRelease, after: StoredRelease, drift: DriftSettings)
     rows: list[dict[str, Any]] = []
     for oil in sorted(old.keys() | new.keys()):
         try:
-            changes = _largest_changes(oil, old.get(oil), new.get(oil), drift)
+            row = _largest_change(oil, old.get(oil), new.get(oil), drift)
         except ValueError as why:
-            unknown = {"change": np.inf, "before": np.nan, "after": np.nan, "where": str(why)}
-            changes = dict.fromkeys(("relative", "absolute"), unknown)
-        rows += [{"oil": oil, "measure": name, **row} for name, row in changes.items()]
-    columns = ["oil", "measure", "change", "before", "after", "where"]
-    return pd.DataFrame(rows, columns=columns)
+            row = {"change": np.inf, "before": np.nan, "after": np.nan, "where": str(why)}
+        rows.append({"oil": oil, **row})
+    return pd.DataFrame(rows, columns=["oil", "change", "before", "after", "where"])
 
 
 def _configured_fits(stored: StoredRelease) -> tuple[pd.DataFrame, pd.DataFrame]:
@@ -313,10 +279,10 @@ def _fits(stored: StoredRelease) -> dict[str, FittedLaw]:
     return {oil: FittedLaw.of(coefficients, oil, quality=quality) for oil in oils}
 
 
-def _largest_changes(
+def _largest_change(
     oil: str, before: FittedLaw | None, after: FittedLaw | None, drift: DriftSettings
-) -> dict[str, dict[str, Any]]:
-    """Where mu of one oil changed most, relative and absolute.
+) -> dict[str, Any]:
+    """Where mu of one oil changed most, relative.
 
     Raises:
         ValueError: The fits cannot be compared.
@@ -333,25 +299,17 @@ def _largest_changes(
     # where a condition is not followed, along its tested level or line
     at = before.on_line(conditions[:, :-1])
     old, new = (law.predict(at, conditions[:, -1]).traction_coefficient for law in (before, after))
-    change = np.abs(new - old)
-    # missing in both releases: no change; missing in one: infinite change
+    with np.errstate(divide="ignore", invalid="ignore"):
+        change = np.abs(new - old) / np.abs(old)
+    # missing in one release: infinite change
     change[np.isnan(change)] = np.inf
-    change[np.isnan(old) & np.isnan(new)] = 0.0
-    with np.errstate(divide="ignore"):
-        relative = np.divide(change, np.abs(old), out=np.zeros_like(change), where=change > 0)
-    relative[np.isnan(relative)] = np.inf
-
-    largest = {}
-    for measure, size in (("relative", relative), ("absolute", change)):
-        worst = int(size.argmax())
-        named = zip(before.law.conditions, at[worst], strict=True)
-        where = [
-            f"{value:.4g} {tables.unit_of(name)}" for name, value in named if np.isfinite(value)
-        ]
-        where.append(f"S {conditions[worst, -1]:.4g}")
-        row = {"change": size[worst], "before": old[worst], "after": new[worst]}
-        largest[measure] = {**row, "where": ", ".join(where)}
-    return largest
+    change[(new == old) | (np.isnan(old) & np.isnan(new))] = 0.0
+    worst = int(change.argmax())
+    named = zip(before.law.conditions, at[worst], strict=True)
+    where = [f"{value:.4g} {tables.unit_of(name)}" for name, value in named if np.isfinite(value)]
+    where.append(f"S {conditions[worst, -1]:.4g}")
+    of_worst = {"change": change[worst], "before": old[worst], "after": new[worst]}
+    return {**of_worst, "where": ", ".join(where)}
 
 
 def _levels(low: float, high: float, count: int) -> FloatArray:
@@ -374,10 +332,13 @@ def _constant_rows(constants: pd.DataFrame) -> list[Row]:
 
 
 def _traction_rows(traction: pd.DataFrame) -> list[Row]:
-    rows: list[Row] = []
-    for row in tables.rows(traction):
-        relative = row["measure"] == "relative"
-        change = f"{100 * row['change']:.3g} %" if relative else f"{row['change']:.2g}"
-        mu = f"{row['before']:.5f}", f"{row['after']:.5f}"
-        rows.append((row["oil"], "mu", *mu, f"{change} at {row['where']}"))
-    return rows
+    return [
+        (
+            row["oil"],
+            "mu",
+            f"{row['before']:.5f}",
+            f"{row['after']:.5f}",
+            f"{100 * row['change']:.3g} % at {row['where']}",
+        )
+        for row in tables.rows(traction)
+    ]

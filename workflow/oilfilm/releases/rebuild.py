@@ -11,6 +11,7 @@ from pathlib import Path
 
 from oilfilm import home
 from oilfilm.errors import OilfilmError, printable
+from oilfilm.releases.compare import changed
 from oilfilm.releases.manifest import CODE, FileRecord
 from oilfilm.releases.stored_release import StoredRelease
 from oilfilm.releases.table_diff import file_difference
@@ -123,23 +124,20 @@ def _run(folder: Path, stored: StoredRelease, cores: str) -> None:
 
 def differences(before: StoredRelease, after: StoredRelease) -> list[str]:
     """Every file in which two releases differ, of the first one also where."""
-    changes = []
-    for what, old, new in (
+    parts = (
         ("raw log ", before.manifest.made_from.raw, after.manifest.made_from.raw),
         ("", before.manifest.files, after.manifest.files),
         ("samples ", before.manifest.samples, after.manifest.samples),
-    ):
-        was, now = ({record.path: record for record in records} for records in (old, new))
-        # code first: it may explain the other differences
-        paths = sorted(
-            was.keys() | now.keys(), key=lambda path: (not path.startswith(f"{CODE}/"), path)
-        )
-        for path in paths:
-            if was.get(path) != now.get(path):
-                state = "is gone" if path not in now else "is new" if path not in was else "differs"
-                changes.append((what, path, state))
-    lines = [f"{what}{printable(path)} {state}" for what, path, state in changes]
-    if changes and changes[0][0] == "" and changes[0][2] == "differs":
+    )
+    changes = [
+        (what, path, state)
+        for what, *both in parts
+        for path, _, _, state in changed(*({each.path: each for each in side} for side in both))
+    ]
+    # code first: it may explain the other differences
+    changes.sort(key=lambda change: not change[1].startswith(f"{CODE}/"))
+    lines = [f"{what}{printable(path)}: {state}" for what, path, state in changes]
+    if changes and (changes[0][0], changes[0][2]) == ("", "changed"):
         path = changes[0][1]
-        lines[0] += ": " + file_difference(before.file(path), after.file(path))
+        lines[0] += f", {file_difference(before.file(path), after.file(path))}"
     return lines

@@ -172,8 +172,6 @@ def _gather(run: FinishedRun, made_from: MadeFrom, config: str, folder: Path) ->
     files = run.below_results()
     _refuse_damaged(run, files)
     for name, path in files.items():
-        if name.endswith(".parquet"):
-            tables.refuse_damaged(path)
         if name.startswith(_SAMPLES):
             of_oil.setdefault(name.rpartition("/")[0], []).append(path)
         else:

@@ -1,24 +1,17 @@
-"""The first difference between two files: row, pixel, line or byte."""
+"""The first difference between two files: row, line or byte."""
 
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pandas as pd
 import pyarrow as arrow
 import pyarrow.parquet as parquet
-from PIL import Image
 
-_PNG = b"\x89PNG\r\n\x1a\n"
-# Errors of the readers for a broken or far too large file.
-_DAMAGED = (
-    *(OSError, SyntaxError, ValueError),
-    *(arrow.ArrowException, Image.DecompressionBombError),
-)
+from oilfilm.tables.limits import UNREADABLE
 
 
 def file_difference(before: Path, after: Path) -> str:
-    """The first difference of two files: row and column, pixel, line or byte; empty if none."""
+    """The first difference of two files: row and column, line or byte; empty if none."""
     links = [str(path.readlink()) if path.is_symlink() else "" for path in (before, after)]
     if any(links):
         return "" if links[0] == links[1] else f"links to {links[0]}, then to {links[1]}"
@@ -29,10 +22,7 @@ def file_difference(before: Path, after: Path) -> str:
         if old.startswith(b"PAR1") and new.startswith(b"PAR1"):
             tables = (parquet.read_table(path, partitioning=None) for path in (before, after))
             return _table_difference(*tables)
-        if old.startswith(_PNG) and new.startswith(_PNG):
-            with Image.open(before) as first, Image.open(after) as second:
-                return _picture_difference(first, second)
-    except _DAMAGED as error:
+    except UNREADABLE as error:
         return f"cannot be read ({error})"
     try:
         return _text_difference(old.decode(), new.decode())
@@ -72,16 +62,3 @@ def _table_difference(old: arrow.Table, new: arrow.Table) -> str:
 def _footer(table: arrow.Table) -> dict[str, str]:
     content: dict[bytes, bytes] = table.schema.metadata or {}
     return {key.decode(): text.decode(errors="backslashreplace") for key, text in content.items()}
-
-
-def _picture_difference(old: Any, new: Any) -> str:
-    if old.info != new.info:
-        return f"metadata {old.info!r:.80}, then {new.info!r:.80}"
-    pixels, other = np.asarray(old), np.asarray(new)
-    if pixels.shape != other.shape:
-        return f"{pixels.shape} pixels, then {other.shape}"
-    unlike = (pixels != other).any(axis=-1)
-    if not unlike.any():
-        return "the same pixels, compressed differently"
-    line, column = np.unravel_index(int(np.argmax(unlike)), unlike.shape)
-    return f"{int(unlike.sum())} pixels, the first at line {line}, column {column}"

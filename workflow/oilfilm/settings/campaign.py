@@ -12,6 +12,7 @@ from pydantic import AfterValidator, BeforeValidator, Field, WithJsonSchema, mod
 
 from oilfilm.settings import quantities as q
 from oilfilm.settings.base import Group, contradiction, key, one_of, optional, unexpected
+from oilfilm.settings.config import Matrix
 from oilfilm.units import FloatArray
 
 _ISO_DAY = re.compile(r"\d{4}-\d{2}-\d{2}")
@@ -147,14 +148,6 @@ class FilmUnjudged(Group):
 
     accept: bool = key("Use points without a film thickness.")
     reason: q.Text = key("Reason, printed beside the results.")
-
-
-class Matrix(Group):
-    """Planned operating conditions of every oil, each level with each."""
-
-    max_hertz_pressure_gpa: q.Levels[q.PressureGpa] = key("Maximum Hertz pressures.")
-    entrainment_speed_m_s: q.Levels[q.SpeedMs] = key("Entrainment speeds.")
-    inlet_temperature_c: q.Levels[q.TemperatureC] = key("Inlet temperatures.")
 
 
 class SetPoints(Group):

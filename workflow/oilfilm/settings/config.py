@@ -326,11 +326,8 @@ class BearingSettings(Group):
     )
     term_uncertainty: TermUncertaintySettings = key("Relative uncertainty of the other terms.")
     stand_in_uncertainty: StandInUncertaintySettings = key("Uncertainty of stand-in oils.")
-    skf_pitch_speed_max: float = key(
-        "Pitch diameter times speed up to which the SKF formula is an opinion.",
-        unit="mm rpm",
-        gt=0,
-        le=1e8,
+    skf_pitch_speed_max: q.PitchSpeedMmRpm = key(
+        "Pitch diameter times speed up to which the SKF formula is an opinion."
     )
     uncertainty: TorqueDrawSettings = key("Uncertainty of what is calculated.")
     palmgren: PalmgrenSettings = key("Constants of Palmgren's torque.")
@@ -631,12 +628,17 @@ class FigureSettings(Group):
     refused_pages_max: int = key("Refused runs that get a page of their own.", ge=0)
 
 
-class Conditions(Group):
-    """Conditions of a figure, each level with each."""
+class Matrix(Group):
+    """Operating conditions, each level with each."""
 
     max_hertz_pressure_gpa: q.Levels[q.PressureGpa] = key("Maximum Hertz pressures.")
     entrainment_speed_m_s: q.Levels[q.SpeedMs] = key("Entrainment speeds.")
     inlet_temperature_c: q.Levels[q.TemperatureC] = key("Inlet temperatures.")
+
+
+class Conditions(Matrix):
+    """Conditions of a figure, each level with each."""
+
     slide_roll_ratio: q.Levels[q.SlideRollRatioOrZero] = key("Slide-roll ratios.")
 
 

@@ -49,8 +49,6 @@ _FORM_OF_NAME = (
 )
 # Mistakes of a file from which the first line is chosen.
 _MOST_MISTAKES = 100
-# Keys that are looked for one level too high.
-_GROUP_OF = dict.fromkeys(("traction_sign", "slower_body", "zero"), "semantics")
 # Units that are taken for the expected one: (unit, factor, offset) into the expected one.
 _OTHER_UNITS = {
     "GPa": [("MPa", 1e-3, 0.0), ("Pa", 1e-9, 0.0)],
@@ -131,9 +129,9 @@ def check(
 def first_mistake(values: Any, model: Any) -> str:
     """The first mistake in values that came from no file of settings; empty where there is none."""
     try:
-        adapter(model).validate_python(values)
-    except ValidationError as error:
-        return next(_mistakes(error, model))[1]
+        check(values, model, lambda steps: "")
+    except OilfilmError as mistake:
+        return str(mistake).removeprefix(": ")
     return ""
 
 
@@ -184,9 +182,6 @@ def _sentence(details: ErrorDetails, steps: Steps, schema: Mapping[str, Any]) ->
 def _unknown_key(unknown: Any, group: Mapping[str, Any], under: str) -> str:
     known = sorted(group.get("properties", group.get("propertyNames", {}).get("enum", ())))
     hint = near(str(unknown), known)
-    if unknown in _GROUP_OF:
-        owner = _GROUP_OF[unknown]
-        hint = f" It belongs under `{owner}`: write `{owner}: {{{unknown}: ...}}`."
     return f"found the unknown key {unknown!r}{under}; expected one of {', '.join(known)}.{hint}"
 
 

@@ -56,30 +56,31 @@ class MilL7808Coefficients(Group):
     pressure_viscosity_pole_k: float = key("Pole of the same.", unit="K", gt=0, lt=300)
 
 
-class MilL23699Coefficients(Group):
+class AlphaOfViscosity(Group):
+    """Coefficients of the pressure viscosity as a power of the viscosity."""
+
+    pressure_viscosity_exponent: float = key(
+        "m; alpha = exp(m ln eta - n)/eta.", unit="1", gt=0, le=10
+    )
+    pressure_viscosity_offset: float = key("n, for eta in Pa s and alpha in 1/Pa.", unit="1")
+
+
+class MilL23699Coefficients(AlphaOfViscosity):
     """Coefficients of the MIL-L-23699 formulas."""
 
     reference_temperature_k: TemperatureK = key("T_r; d = 1/T - 1/T_r.")
     reference_viscosity_pa_s: float = key("eta = eta_r exp(c1 d + c2 d^2).", unit="Pa s", gt=0)
     viscosity_first_order_k: float = key("c1.", unit="K", gt=0)
     viscosity_second_order_k2: float = key("c2.", unit="K2")
-    pressure_viscosity_exponent: float = key(
-        "m; alpha = exp(m ln eta - n)/eta.", unit="1", gt=0, le=10
-    )
-    pressure_viscosity_offset: float = key("n, for eta in Pa s and alpha in 1/Pa.", unit="1")
 
 
-class AstmD341Coefficients(Group):
+class AstmD341Coefficients(AlphaOfViscosity):
     """Coefficients of ASTM D341."""
 
     viscosity_intercept: float = key(
         "A; log10 log10(nu + 0.7) = A - B log10 T, nu in cSt, T in K.", unit="1"
     )
     viscosity_slope: float = key("B.", unit="1", gt=0)
-    pressure_viscosity_exponent: float = key(
-        "m; alpha = exp(m ln eta - n)/eta.", unit="1", gt=0, le=10
-    )
-    pressure_viscosity_offset: float = key("n, for eta in Pa s and alpha in 1/Pa.", unit="1")
 
 
 class MeasuredViscosity(Group):

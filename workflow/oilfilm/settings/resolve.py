@@ -44,13 +44,10 @@ def resolve_given(given: Mapping[str, Any], typed: Mapping[str, Any]) -> Setting
         OilfilmError: A file is missing or has a mistake.
     """
     folder = Path(given.get("folder", "config"))
-    section = {name: given[name] for name in given if name not in {"folder", *typed}}
-    path = folder / "config.yaml"
-    own = read_yaml(path).values if path.exists() else None
-    groups = [group for group in (own or {}).values() if isinstance(group, Mapping)]
-    if section and (own is None or any(group.keys() >= section.keys() for group in groups)):
-        return resolve(folder, {name: typed[name] for name in typed if name in given}, section)
-    return resolve(folder, overrides_of(given, folder, typed))
+    section = {name: value for name, value in given.items() if name != "folder"}
+    on_line = {name: typed[name] for name in typed if name in section}
+    # all that a clone is given was typed, and its own config.yaml counts
+    return resolve(folder, on_line, section if section != on_line else None)
 
 
 def resolve(
@@ -107,40 +104,6 @@ def _written(model: type[Group], source: Group) -> dict[str, Any]:
     """The keys of a model that were written, from a group that has more."""
     names = source.model_fields_set & model.model_fields.keys()
     return {name: getattr(source, name) for name in names}
-
-
-def overrides_of(
-    given: Mapping[str, Any], folder: Path, typed: Mapping[str, Any]
-) -> dict[str, Any]:
-    """The overrides for `resolve` in the configuration that Snakemake gives a workflow.
-
-    A workflow that imports this one and has read `config/config.yaml` itself gives all of that
-    file. It is no override then: a campaign's own settings win over it.
-
-    Args:
-        given: Snakemake's `config`.
-        folder: The configuration folder.
-        typed: What of it was typed on the command line.
-
-    Raises:
-        OilfilmError: `config.yaml` is missing or has a mistake.
-    """
-    own = read_yaml(folder / "config.yaml").values
-    on_line = {name: value for name, value in typed.items() if name in given}
-    return merge(_differing(given, own), on_line)
-
-
-def _differing(given: Mapping[str, Any], own: Mapping[str, Any]) -> dict[str, Any]:
-    """What is given otherwise than in a file of one's own, group by group."""
-    differing: dict[str, Any] = {}
-    for name, value in given.items():
-        known = own.get(name)
-        if isinstance(value, Mapping) and isinstance(known, Mapping):
-            below = _differing(value, known)
-            differing |= {name: below} if below else {}
-        elif name not in own or value != known:
-            differing[name] = value
-    return differing
 
 
 def read_config(folder: Path) -> Config:
@@ -275,9 +238,8 @@ def _names_of_two_oils(settings: Settings) -> Iterator[tuple[Steps, str]]:
     for oil in campaign.keys() - settings.oils.keys():
         known = ", ".join(settings.oils)
         yield ("oil_aliases", oil), f"{oil!r} is none of the campaign's oils ({known})."
-    for oil, known_oil in settings.oils.items():
-        of_file = known_oil.aliases if known_oil else ()
-        for name in (oil, *of_file, *campaign.get(oil, ())):
+    for oil in settings.oils:
+        for name in settings.names_of(oil):
             other = oil_of.setdefault(plain_key(name), oil)
             if other != oil:
                 steps = ("oil_aliases", oil) if name in campaign.get(oil, ()) else ("oils",)

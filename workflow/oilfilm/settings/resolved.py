@@ -95,15 +95,13 @@ class Settings(ConfigKeys):
     @property
     def oil_ids(self) -> dict[str, str]:
         """Oil id by each name that a log may give it, as `plain_key` makes them."""
-        return {
-            plain_key(name): oil
-            for oil, known in self.oils.items()
-            for name in (
-                oil,
-                *(known.aliases if known is not None else ()),
-                *self.campaign.oil_aliases.get(oil, ()),
-            )
-        }
+        return {plain_key(name): oil for oil in self.oils for name in self.names_of(oil)}
+
+    def names_of(self, oil: str) -> tuple[str, ...]:
+        """Names that a log may give to an oil: its id, those of its file, those of the campaign."""
+        known = self.oils[oil]
+        of_file = () if known is None else known.aliases
+        return (oil, *of_file, *self.campaign.oil_aliases.get(oil, ()))
 
     def common_contact(self) -> Contact | None:
         """The contact of all the campaign's rigs; None where unknown or not the same for all."""

@@ -20,11 +20,6 @@ _LARGEST_FILE = 1 << 19
 _DEEPEST_GROUP = 50
 # libyaml is ten times as fast; PyYAML itself says better what is wrong.
 _LOADERS = (getattr(yaml, "CSafeLoader", yaml.SafeLoader), yaml.SafeLoader)
-# What helps with the commonest of PyYAML's complaints.
-_HINTS = {
-    "\\t": "indent with spaces, not with tabs",
-    "mapping values": "put text that holds a colon in quotes",
-}
 
 
 @dataclass(frozen=True)
@@ -199,8 +194,7 @@ def _not_yaml(path: Path, error: yaml.YAMLError) -> OilfilmError:
     mark = getattr(error, "problem_mark", None)
     location = f"{path}, line {mark.line + 1}" if mark is not None else str(path)
     reason = " ".join((getattr(error, "problem", None) or str(error)).split())
-    hints = [hint for sign, hint in _HINTS.items() if sign in reason]
-    return OilfilmError(f"{location}: not valid YAML: {'; '.join([reason, *hints])}.")
+    return OilfilmError(f"{location}: not valid YAML: {reason}.")
 
 
 def _mistake(path: Path, thing: yaml.Node | yaml.Event, sentence: str) -> OilfilmError:

@@ -23,7 +23,6 @@ from oilfilm.tables.store import read as read
 from oilfilm.tables.store import read_footer as read_footer
 from oilfilm.tables.store import read_parts as read_parts
 from oilfilm.tables.store import read_run as read_run
-from oilfilm.tables.store import refuse_damaged as refuse_damaged
 from oilfilm.tables.store import rows as rows
 from oilfilm.tables.store import write as write
 from oilfilm.tables.store import writing as writing

@@ -235,21 +235,6 @@ def read_parts(table: str, *paths: Path) -> Iterator[pd.DataFrame]:
             raise _damaged(path, error) from error
 
 
-def refuse_damaged(path: Path) -> None:
-    """Check that the footer and every page of a file are as they were written.
-
-    Raises:
-        OilfilmError: The file is missing, damaged or was not written by oilfilm.
-    """
-    read_footer(path)
-    try:
-        with parquet.ParquetFile(path, page_checksum_verification=True) as file:
-            for group in range(file.num_row_groups):  # one at a time: samples are long
-                file.read_row_group(group, use_threads=False)
-    except UNREADABLE as error:
-        raise _damaged(path, error) from error
-
-
 def _content(path: Path, filters: list[tuple[str, str, str]] | None = None) -> arrow.Table:
     """The content of a file, each page checked, without columns from the folder's name."""
     try:

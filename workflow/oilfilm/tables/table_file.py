@@ -1,6 +1,5 @@
 """What is stated about a written table: its file, and its content, whatever files hold it."""
 
-import json
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from hashlib import sha256
@@ -12,7 +11,6 @@ import pandas as pd
 import pyarrow.parquet as parquet
 
 from oilfilm.digests import file_digest, settings_digest
-from oilfilm.errors import OilfilmError
 from oilfilm.tables.dictionary import TABLES
 from oilfilm.tables.store import read_footer, read_run
 
@@ -48,20 +46,6 @@ def table_file(path: Path, folder: Path) -> TableFile:
         bytes=path.stat().st_size,
         rows=parquet.read_metadata(path).num_rows,
     )
-
-
-def read_listing(path: Path) -> list[TableFile]:
-    """Files that a job of one share has listed as JSON.
-
-    Raises:
-        OilfilmError: The listing is missing or damaged.
-    """
-    try:
-        return [TableFile(**each) for each in json.loads(path.read_text(encoding="utf-8"))]
-    except (OSError, ValueError, TypeError) as error:
-        raise OilfilmError(
-            f"{path}: cannot be read ({error}). Delete it and run snakemake again."
-        ) from error
 
 
 def digests_of_runs(samples: pd.DataFrame) -> dict[str, str]:

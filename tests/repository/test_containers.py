@@ -1,0 +1,38 @@
+"""The recipe of the container: its steps work on the files that the image gets."""
+
+import re
+import shlex
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from campaigns import ROOT
+
+CONTAINERS = ROOT / "docs/containers"
+
+
+def copied() -> list[str]:
+    """What the image gets of a clone, by the list beside the Dockerfile."""
+    lines = (CONTAINERS / "Dockerfile.dockerignore").read_text(encoding="utf-8").splitlines()
+    return [line.removeprefix("!") for line in lines if line.startswith("!")]
+
+
+@pytest.mark.nightly
+def test_steps_of_the_recipes_work_in_an_empty_folder(tmp_path: Path) -> None:
+    """No container engine is needed: the same commands, on the files that the image gets."""
+    for name in copied():
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        copy = shutil.copytree if (ROOT / name).is_dir() else shutil.copy
+        copy(ROOT / name, tmp_path / name)
+    text = (CONTAINERS / "Dockerfile").read_text(encoding="utf-8").replace("\\\n", " ")
+    steps = [step for run in re.findall(r"(?m)^RUN (.+)$", text) for step in run.split("&&")]
+    for step in (step for step in map(str.strip, steps) if step.startswith("make ")):
+        done = subprocess.run(
+            shlex.split(step), cwd=tmp_path, capture_output=True, text=True, check=False
+        )
+        assert done.returncode == 0, done.stdout + done.stderr
+    oilfilm = tmp_path / ".venv/bin/oilfilm"
+    done = subprocess.run([oilfilm, "--version"], capture_output=True, text=True, check=True)
+    assert done.stdout.startswith("oilfilm ")
