@@ -57,7 +57,7 @@ def test_twenty_searches_from_different_seeds_end_at_one_optimum(
     quick: FitSettings, oil: str
 ) -> None:
     task, _ = problem_of(make_points(oil, matrix(), noise=2e-4))
-    ends = [engine.search(task, quick, generator(seed, "seeds")) for seed in range(20)]
+    ends = engine.search(task, quick, [generator(seed, "seeds") for seed in range(20)])
     sse = np.array([end.sse for end in ends])
     assert (sse / sse.min() - 1).max() < 1e-8
 
@@ -193,7 +193,7 @@ def test_data_that_cannot_be_fitted_end_in_a_verdict(
 
 def test_certificate_fails_where_searches_disagree_or_stop_early(quick: FitSettings) -> None:
     task, data = problem_of(make_points("4102", matrix(), noise=2e-4))
-    end = engine.search(task, quick, generator(1, "x"))
+    (end,) = engine.search(task, quick, [generator(1, "x")])
     errors = np.sqrt(np.diag(naive_covariance(task, end)))
     assert certify(task, data, [end, end], errors, quick).certified
     off = end.values + 0.5 * errors
@@ -210,9 +210,9 @@ def test_certificate_fails_where_searches_disagree_or_stop_early(quick: FitSetti
 def test_population_is_evaluated_as_its_members_are() -> None:
     task, _ = problem_of(make_points("4010", matrix()))
     truth = to_internal(LAW, printed()["4010"])
-    population = truth[:, None] + np.linspace(-0.1, 0.1, 32)
+    population = truth + np.linspace(-0.1, 0.1, 32)[:, None]
     together = engine.population_sse(task, population)
-    alone = [np.sum(task.residual(member) ** 2) for member in population.T]
+    alone = [np.sum(task.residual(member) ** 2) for member in population]
     np.testing.assert_allclose(together, alone, rtol=1e-12)
     assert to_constants(LAW, truth)[0] < 0
 

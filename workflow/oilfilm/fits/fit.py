@@ -194,10 +194,8 @@ def _refuse_hopeless(problem: Problem, data: CurveData) -> None:
 
 def _solve(prepared: _Prepared, oil: str, settings: FitSettings, seed: int) -> Solution:
     data = prepared.data
-    ends = [
-        search(prepared.problem, settings, generator(seed, "search", oil, number))
-        for number in range(settings.searches)
-    ]
+    randoms = [generator(seed, "search", oil, number) for number in range(settings.searches)]
+    ends = search(prepared.problem, settings, randoms)
     ends += _from_nested(prepared, settings, generator(seed, "nested", oil))
     problem, optima = _with_bounds_held(prepared.problem, ends)
     best = min(optima, key=lambda optimum: optimum.sse)
@@ -217,7 +215,7 @@ def _solve(prepared: _Prepared, oil: str, settings: FitSettings, seed: int) -> S
         best,
         certify(problem, data, optima, errors, settings),
         estimates,
-        profiles(problem, best, errors),
+        profiles(problem, best, naive),
         robust_fit(problem, best),
         left_out,
         scores_of_unseen(problem.mu + left_out, problem.mu, own_error, problem.at.curve),
@@ -233,7 +231,7 @@ def _from_nested(
     if problem.law.nested is None:
         return []
     inner = build_problem(problem.law.nested, prepared.data, prepared.followed)
-    best = search(inner, settings, random)
+    (best,) = search(inner, settings, [random])
     names = [constant.name for constant in inner.law.constants]
     known = dict(zip(names, inner.expand(best.values), strict=True))
     start = [known.get(constant.name, constant.lower) for constant in problem.law.constants]

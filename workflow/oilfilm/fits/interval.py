@@ -189,6 +189,12 @@ def _sizes(mu: FloatArray, error: FloatArray, own_error: FloatArray) -> tuple[fl
     if share == 0:
         return 0.0, 0.0
     variance = share**2 * (mu**2 + (_SMALL_TRACTION * scale) ** 2)
-    columns = np.column_stack([np.full(len(mu), scale**2), mu**2]) / variance[:, np.newaxis]
-    parts, _ = scipy.optimize.nnls(columns, (error**2 - own_error**2) / variance)
+    columns = np.stack([np.full(len(mu), scale**2), mu**2]) / variance
+    wanted = (error**2 - own_error**2) / variance
+    parts = np.linalg.lstsq(columns.T, wanted)[0]
+    if parts.min() < 0:
+        # one of them alone, whichever explains more
+        alone = np.maximum(columns @ wanted, 0) / np.sum(columns**2, axis=1)
+        better = np.argmax(alone * (columns @ wanted))
+        parts = np.where(np.arange(2) == better, alone, 0.0)
     return float(np.sqrt(parts[0]) * scale), float(np.sqrt(parts[1]))
