@@ -234,8 +234,8 @@ def certified(problem: Problem, data: CurveData) -> float:
     errors = np.sqrt(np.diag(naive_covariance(problem, best)))
     verdict = certify(problem, data, optima, errors, CONFIG.fit)
     seconds = time.perf_counter() - start
-    if not verdict.certified:
-        print(verdict.verdict)
+    if not verdict["certified"]:
+        print(verdict["certificate"])
     return seconds
 
 

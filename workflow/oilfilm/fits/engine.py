@@ -25,7 +25,7 @@ _FEW_POINTS = 500
 # Enough to tell the valleys apart: local minima lie 7 % and more above the best one.
 _ROUGH_TOLERANCE = 1e-3
 # Steps to a valley, and to its floor by all points; what needs more runs off.
-_STEPS, _FURTHER_STEPS = 100, 20
+_STEPS, _FURTHER_STEPS = 50, 15
 # Of the SSE, where Newton's method begins, and before its last step.
 _TOLERANCE, _LAST_DIGITS = 1e-6, 1e-14
 # Of a candidate's constants, those taken from a mutant; and the range of the mutation factor.

@@ -1,7 +1,6 @@
 """The tables of one fit: constants, quality, refits, correlations, profiles, residuals by curve."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -213,7 +212,7 @@ def _quality(solution: Solution) -> dict[str, Any]:
         "left_out_rmse": float(np.sqrt(np.mean(solution.left_out**2))),
         "refits_at_bounds": solution.refits_at_bounds,
         **solution.unseen.columns(),
-        **asdict(solution.certificate),
+        **solution.certificate,
     }
 
 
