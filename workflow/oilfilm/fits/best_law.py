@@ -13,9 +13,9 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-import scipy
 
 from oilfilm import tables
+from oilfilm.fits.interval import student_quantile
 from oilfilm.units import FloatArray
 
 # Of a difference, two-sided.
@@ -185,7 +185,7 @@ def jackknife_error(replicates: FloatArray) -> float:
     """
     count = len(replicates)
     variance = (count - 1) / count * np.sum((replicates - replicates.mean()) ** 2)
-    return float(scipy.special.stdtrit(count - 1, 0.5 + _CONFIDENCE / 2) * np.sqrt(variance))
+    return float(student_quantile(_CONFIDENCE, count - 1) * np.sqrt(variance))
 
 
 def _best_at_ends(laws: pd.DataFrame) -> str:

@@ -5,11 +5,11 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-import scipy
 
 from oilfilm import tables
 from oilfilm.fits.certificate import tested_grid, traction_on
 from oilfilm.fits.conditions import from_text
+from oilfilm.fits.interval import normal_quantile
 from oilfilm.fits.objectives import curve_agreement, difference, odd_curves
 from oilfilm.fits.profile import profile_interval
 from oilfilm.fits.solution import Solution
@@ -169,7 +169,7 @@ def sign_reach(constants: int, confidence: float) -> float:
         constants: Constants that are judged.
         confidence: That no sign is called wrongly, as a share.
     """
-    return float(scipy.special.ndtri(1 - (1 - confidence) / (2 * constants)))
+    return normal_quantile(1 - (1 - confidence) / constants)
 
 
 def _judged(rows: pd.DataFrame, solution: Solution, quality: Mapping[str, Any]) -> pd.DataFrame:

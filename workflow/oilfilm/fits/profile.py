@@ -4,10 +4,10 @@ Decides: intervals of constants by profile likelihood.
 """
 
 import numpy as np
-import scipy
 
 from oilfilm.fits.descent import descend
 from oilfilm.fits.engine import Optimum
+from oilfilm.fits.interval import student_quantile
 from oilfilm.fits.problem import Problem
 from oilfilm.units import FloatArray
 
@@ -66,7 +66,7 @@ def profile_interval(
         degrees: Points minus constants.
         level: Of confidence.
     """
-    limit = float(scipy.special.stdtrit(degrees, 0.5 + level / 2))
+    limit = student_quantile(level, degrees)
     rising = np.concatenate([[True], np.diff(z) > 0])
     if not np.isfinite(z).all() or not rising.all():
         return float("nan"), float("nan")
