@@ -190,26 +190,6 @@ def test_figure_of_errors_draws_what_the_table_says(
     assert errors["x"].item() == pytest.approx(row["relative_rms"])
 
 
-def test_fig04_shows_the_curve_with_the_largest_planted_traction_at_no_slip(
-    starting: tuple[Settings, CampaignTables],
-) -> None:
-    config, results = starting
-    _, drawn = draw("fig04", results, config)
-    planted = planted_starts()
-    start = drawn[drawn["series"] == "zero slip"].iloc[0]
-    largest = f"run{np.argmax(np.abs(planted)):03d}"
-    assert (start["words"], start["x"]) == (f"{STARTS.name}, run {largest}", 0)
-    assert start["y"] == pytest.approx(np.abs(planted).max(), abs=3 * NOISE)
-    measured = drawn[(drawn["panel"] == "a") & (drawn["series"] == "measured")]
-    curve = results.points[results.points["run_id"] == largest]
-    np.testing.assert_array_equal(
-        np.sort(measured["y"]),
-        np.sort(
-            curve["traction_coefficient"].where(curve["slide_roll_ratio"] >= 0, lambda mu: -mu)
-        ),
-    )
-
-
 def test_fig04_shows_the_curve_whose_error_grows_most_by_brute_force(
     starting: tuple[Settings, CampaignTables],
 ) -> None:

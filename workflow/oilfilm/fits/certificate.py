@@ -35,7 +35,7 @@ def certify(
     """
     best = min(optima, key=lambda optimum: optimum.sse)
     # an exact fit of exact points leaves rounding only, which agrees with nothing
-    rounding = 1e-24 * float(np.sum(problem.mu**2))
+    rounding = 1e-20 * float(np.sum(problem.mu**2))
     spreads = [(optimum.sse - best.sse) / max(best.sse, rounding) for optimum in optima]
     errors = np.maximum(naive_errors, 1e-9)
     distances = [float(np.max(np.abs(optimum.values - best.values) / errors)) for optimum in optima]

@@ -48,11 +48,6 @@ class _Normal:
     gradient: FloatArray
     matrix: FloatArray
 
-    def update(self, which: IndexArray, by: "_Normal") -> None:
-        self.sse[which] = by.sse
-        self.gradient[which] = by.gradient
-        self.matrix[which] = by.matrix
-
 
 def descend(
     problem: Problem,
@@ -84,9 +79,21 @@ def descend(
     Reference: H. B. Nielsen, Damping Parameter in Marquardt's Method, IMM-REP-1999-05, Technical
     University of Denmark (1999).
     """
+    if not len(starts):
+        return starts, np.empty(0)
     weights = np.ones((len(starts), problem.curves)) if weights is None else weights
     held = np.zeros(starts.shape, dtype=bool) if held is None else held
-    return _within_bounds(_Descents(problem, weights, held, tolerance, near, most_steps), starts)
+    descents = _Descents(problem, weights, held, tolerance, near, most_steps)
+    ends, sse = _descend(descents, starts.copy())
+    low, high = problem.limits.T
+    while True:
+        outside = ~held * problem.beyond(ends)
+        rows = np.flatnonzero(outside.any(axis=1))
+        if not len(rows):
+            return ends, sse
+        held = held | (outside > 0) & (outside == outside.max(axis=1, keepdims=True))
+        inside = np.where(outside > 0, np.clip(ends, low, high), ends)
+        ends[rows], sse[rows] = _descend(replace(descents, held=held).of(rows), inside[rows])
 
 
 @dataclass(frozen=True)
@@ -117,22 +124,6 @@ class _Descents:
         """How far some of them are outside the bounds of what moves, 0 within."""
         beyond = ~self.held[rows] * self.problem.beyond(values)
         return np.asarray(beyond.max(axis=1, initial=0.0))
-
-
-def _within_bounds(descents: _Descents, starts: FloatArray) -> tuple[FloatArray, FloatArray]:
-    problem, held = descents.problem, descents.held
-    if not len(starts):
-        return starts, np.empty(0)
-    ends, sse = _descend(descents, starts.copy())
-    low, high = problem.limits.T
-    while True:
-        outside = ~held * problem.beyond(ends)
-        rows = np.flatnonzero(outside.any(axis=1))
-        if not len(rows):
-            return ends, sse
-        held = held | (outside > 0) & (outside == outside.max(axis=1, keepdims=True))
-        inside = np.where(outside > 0, np.clip(ends, low, high), ends)
-        ends[rows], sse[rows] = _descend(replace(descents, held=held).of(rows), inside[rows])
 
 
 def _descend(descents: _Descents, values: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -174,7 +165,8 @@ def _descend(descents: _Descents, values: FloatArray) -> tuple[FloatArray, Float
         beyond = descents.outside(taken, values[taken])
         farther[taken] = np.where(beyond > outside[taken], farther[taken] + 1, 0)
         outside[taken] = beyond
-        now.update(taken, _Normal(then.sse[better], then.gradient[better], then.matrix[better]))
+        for kept, new in zip(vars(now).values(), vars(then).values(), strict=True):
+            kept[taken] = new[better]
         # what runs off does so for many steps: it ends at a bound
         ended |= (farther[going] >= _LEFT) & descents.near
         going = going[~ended & (damping[going] < _STUCK_DAMPING)]

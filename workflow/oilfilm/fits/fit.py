@@ -13,8 +13,15 @@ from oilfilm.fits.conditions import (
     followed_conditions,
     incomplete_curves,
     to_text,
+    varied,
 )
-from oilfilm.fits.cross_validation import leave_curves_out, level_of, spread_left_out
+from oilfilm.fits.cross_validation import (
+    leave_curves_out,
+    leave_ends_out,
+    level_of,
+    relative_rms,
+    spread_left_out,
+)
 from oilfilm.fits.engine import Optimum, at_bounds, polish, search
 from oilfilm.fits.fit_tables import fitted_names, tables_of_fit, tables_without_fit
 from oilfilm.fits.interval import scores_of_unseen
@@ -38,7 +45,7 @@ from oilfilm.fits.uncertainty import (
 from oilfilm.randomness import generator
 from oilfilm.settings.config import FitSettings
 from oilfilm.traction import LAWS
-from oilfilm.traction.law import Law
+from oilfilm.traction.law import CONDITIONS, Law
 from oilfilm.units import BoolArray, FloatArray
 
 # Columns of the points that span the tested box, and the columns of `fit_quality` that hold it.
@@ -119,6 +126,7 @@ def fit_oil(
     except ValueError as error:
         return OilFit(tables_without_fit(fitted_names(law), quality, str(error)), None)
     solution = _solve(problem, _Tested(oil, points, data, followed), settings, seed)
+    quality |= _ends_out(solution, points, settings)
     return OilFit(tables_of_fit(solution, points, quality, settings), solution)
 
 
@@ -244,4 +252,20 @@ def _tested_box(points: pd.DataFrame) -> dict[str, float]:
     return {
         **{f"tested_min_{name}": float(low[name]) for name in BOX},
         **{f"tested_max_{name}": float(high[name]) for name in BOX},
+    }
+
+
+def _ends_out(solution: Solution, points: pd.DataFrame, settings: FitSettings) -> dict[str, float]:
+    """Errors at the lowest and highest level of each condition, left out of the fit."""
+    # not the law's own conditions: every law is evaluated at the same levels
+    conditions = curve_data(points).conditions
+    # the scatter of one level has no ends
+    levels = np.where(varied(CONDITIONS, conditions, settings), conditions, np.nan)
+    errors = [
+        leave_ends_out(solution.problem, solution.best, level_of(level, settings.level_gap))
+        for level in levels.T
+    ]
+    return {
+        f"{name}_end_out_relative_rms": relative_rms(error, solution.data.mu)
+        for name, error in zip(("pressure", "speed", "temperature"), errors, strict=True)
     }

@@ -21,14 +21,6 @@ from oilfilm.units import FloatArray
 
 # Traction this small beside the largest is rounding: no dip below zero, no second rise.
 _ROUNDING = 1e-9
-# Known once whole levels are left out of the fit; and of the oil, which the fit does not know.
-_ENDS_OUT = dict.fromkeys(
-    (
-        *("pressure_end_out_relative_rms", "speed_end_out_relative_rms"),
-        *("temperature_end_out_relative_rms", "limiting_stress_ratio"),
-    ),
-    np.nan,
-)
 
 
 def tables_of_fit(
@@ -49,7 +41,7 @@ def tables_of_fit(
         quality,
         {
             "coefficients": _judged(_coefficients(solution, settings), solution, quality),
-            "fit_quality": pd.DataFrame([{**_ENDS_OUT, **quality, **_quality(solution)}]),
+            "fit_quality": pd.DataFrame([{**quality, **_quality(solution)}]),
             "refits": _refits(solution),
             "correlations": _correlations(solution),
             "profiles": _profiles(solution),
@@ -211,6 +203,8 @@ def _quality(solution: Solution) -> dict[str, Any]:
         "robust_difference": difference(problem, best, solution.robust),
         "left_out_rmse": float(np.sqrt(np.mean(solution.left_out**2))),
         "refits_at_bounds": solution.refits_at_bounds,
+        # of the oil, which a fit does not know
+        "limiting_stress_ratio": np.nan,
         **solution.unseen.columns(),
         **solution.certificate,
     }
