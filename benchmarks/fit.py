@@ -100,7 +100,7 @@ def log_sse(problem: Problem) -> Callable[[FloatArray], float]:
 
 def ours(problem: Problem, data: CurveData, seed: int) -> float:
     """The project's search."""
-    return search(problem, CONFIG.fit, generator(seed, "bench")).sse
+    return search(problem, CONFIG.fit, [generator(seed, "bench")])[0].sse
 
 
 def scipy_defaults(problem: Problem, data: CurveData, seed: int) -> float:
@@ -175,7 +175,7 @@ def many_starts(problem: Problem, data: CurveData, seed: int) -> float:
     """Levenberg-Marquardt from the best 20 of 2 000 random candidates."""
     starts = np.random.default_rng(seed).uniform(*LOG_BOX.T, size=(2000, 12))
     with np.errstate(all="ignore"):
-        sse = population_sse(problem, starts.T)
+        sse = population_sse(problem, starts)
         chosen = starts[np.argsort(np.nan_to_num(sse, nan=np.inf))[:20]]
         ends = [
             least_squares(problem.residual, start, problem.jacobian, method="lm", x_scale="jac")
@@ -229,20 +229,20 @@ def global_searches(oil: str, seeds: int) -> None:
 def certified(problem: Problem, data: CurveData) -> float:
     """Seconds of one certified fit: five independent searches and the certificate."""
     start = time.perf_counter()
-    optima = [search(problem, CONFIG.fit, generator(seed, "certified")) for seed in range(5)]
+    optima = search(problem, CONFIG.fit, [generator(seed, "certified") for seed in range(5)])
     best = min(optima, key=lambda optimum: optimum.sse)
     errors = np.sqrt(np.diag(naive_covariance(problem, best)))
     verdict = certify(problem, data, optima, errors, CONFIG.fit)
     seconds = time.perf_counter() - start
-    if not verdict.certified:
-        print(verdict.verdict)
+    if not verdict["certified"]:
+        print(verdict["certificate"])
     return seconds
 
 
 def refits(oil: str, count: int) -> FloatArray:
     """Curve-bootstrap refits of one oil."""
     problem, _ = task(oil)
-    best = search(problem, CONFIG.fit, generator(1, "refits"))
+    (best,) = search(problem, CONFIG.fit, [generator(1, "refits")])
     return curve_bootstrap(problem, best, count, generator(2, "refits"))
 
 
@@ -262,7 +262,7 @@ def growth() -> None:
     for copies in (1, 10, 45):
         problem, data = task("4102", copies)
         fit_s = min(certified(problem, data) for _ in range(2 if copies > 1 else 5))
-        best = search(problem, CONFIG.fit, generator(1, "growth"))
+        (best,) = search(problem, CONFIG.fit, [generator(1, "growth")])
         start = time.perf_counter()
         curve_bootstrap(problem, best, 1000, generator(2, "growth"))
         refit_s = time.perf_counter() - start

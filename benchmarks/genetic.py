@@ -42,7 +42,7 @@ def mu_of(constants: FloatArray, data: CurveData) -> FloatArray:
 def ends(oil: str, seeds: int) -> Iterator[tuple[str, int, FloatArray]]:
     """Search, seed and constants of every end."""
     problem, data = task(oil)
-    best = search(problem, CONFIG.fit, generator(0, "bench-ga"))
+    (best,) = search(problem, CONFIG.fit, [generator(0, "bench-ga")])
     yield OURS, 0, problem.reported(best.values)
     for seed in range(seeds):
         yield RAW, seed, genetic(raw_sse(data), RAW_BOX, seed)

@@ -61,7 +61,7 @@ def fitted(law: Law, data: CurveData) -> tuple[Problem, Optimum]:
         data = replace(data, conditions=np.column_stack([load_n, data.conditions[:, 1:]]))
     problem = build_problem(law, data, varied(law.conditions, data.conditions, CONFIG.fit))
     random = [generator(seed, "refits") for seed in range(CONFIG.fit.searches)]
-    best = min((search(problem, CONFIG.fit, each) for each in random), key=lambda end: end.sse)
+    best = min(search(problem, CONFIG.fit, random), key=lambda end: end.sse)
     stuck = at_bounds(problem, best.values)
     return problem.holding(best.values, stuck), Optimum(best.values[~stuck], best.sse)
 

@@ -19,7 +19,7 @@ def searches() -> Figure:
     random = np.random.default_rng(3)
     low, high = problem.limits.T
     population = random.uniform(low, high, (4000, len(low)))
-    sse = population_sse(problem, population.T)
+    sse = population_sse(problem, population)
     names = list(problem.names)
     x, y = names.index("A0"), names.index("B0")
     order = np.argsort(-sse)
@@ -27,9 +27,8 @@ def searches() -> Figure:
         population[order, x], population[order, y], c=np.log10(sse[order] / best.sse), s=6,
         cmap="cividis",
     )  # fmt: skip
-    ends = [
-        search(problem, settings().fit, np.random.default_rng(seed)).values for seed in range(5)
-    ]
+    randoms = [np.random.default_rng(seed) for seed in range(5)]
+    ends = [end.values for end in search(problem, settings().fit, randoms)]
     one.plot(*np.transpose(ends)[[x, y]], "*", color=RED, ms=14, label="ends of five searches")
     figure.colorbar(shown, label="log10 of SSE over the best SSE (1)")
     one.legend(loc="upper left", frameon=True)
@@ -41,8 +40,9 @@ def profile() -> Figure:
     figure, two = row(2)
     solution = simulated_fit().tables.solution
     problem, best = solution.problem, solution.best
-    errors = np.sqrt(np.diag(naive_covariance(problem, best)))
-    values, z = profiles(problem, best, errors)
+    naive = naive_covariance(problem, best)
+    errors = np.sqrt(np.diag(naive))
+    values, z = profiles(problem, best, naive)
     for one, name in zip(two, ("A1", "B3"), strict=True):
         at = list(problem.names).index(name)
         one.plot(values[at], z[at], "o-", ms=3, label="profile")

@@ -7,8 +7,6 @@ import pytest
 
 from fit_points import LAW, problem_of
 from oilfilm.fits.curve_errors import EFFECTS, ErrorSizes, effects, error_sizes, precision
-from oilfilm.fits.engine import Optimum
-from oilfilm.fits.systematic import calibration_refits
 from oilfilm.randomness import generator
 from planned_tests import SMALL, TRUTH, Errors, curves_at, run_tests
 
@@ -47,25 +45,6 @@ def test_planted_sizes_of_errors_are_found_from_residuals() -> None:
     assert (np.abs(np.mean(found, axis=0) - truth) <= 4 * error).all()
     # four standard errors are no more than a third of the variances that were planted
     assert (4 * error[truth > 0] < truth[truth > 0] / 3).all()
-
-
-def test_calibration_moves_the_constants_as_refits_with_shifted_sensors_do() -> None:
-    """Against the fit's own refits, which fit the shifted points anew."""
-    points = run_tests(LARGE, generator(1, "calibration"), NONE).assign(
-        load_systematic_n=lambda points: 0.005 * points["load_n"],
-        traction_force_systematic_n=lambda points: 0.003 * points["traction_force_n"].abs(),
-        entrainment_speed_systematic_m_s=lambda points: 0.001 * points["entrainment_speed_m_s"],
-        inlet_temperature_systematic_c=0.5,
-    )
-    problem, data = problem_of(points)
-    refits = calibration_refits(problem, Optimum(TRUTH, 0.0), points, np.ones(3, dtype=bool))
-    curves = replace(curves_at(LARGE), conditions=data.conditions)
-    slopes, effect = problem.jacobian(TRUTH), effects(LAW, TRUTH, curves)
-    shifts = effect[:, :4] * np.array([0.005, 0.003, 0.001, 0.5])
-    moved = np.linalg.lstsq(slopes, shifts)[0]
-    difference = slopes @ moved - slopes @ (refits - TRUTH).T
-    # to first order: half a degree of 25 degC leaves a few per cent
-    assert (np.abs(difference).max(axis=0) < 0.05 * np.abs(slopes @ moved).max(axis=0)).all()
 
 
 def test_a_curve_of_many_points_is_one_draw_of_its_errors() -> None:

@@ -122,28 +122,6 @@ def test_bare_constants_give_mu_without_interval_or_box() -> None:
     assert np.isnan([result.mean_ci_lower, result.mean_ci_upper, result.distance]).all()
 
 
-def test_one_level_only_is_known_there_and_nowhere_else(config: Settings) -> None:
-    quick = config.fit.model_copy(update={"bootstrap": 50, "searches": 1})
-    fit = fit_oil(make_points("4102", matrix(ts=[70.0]), 1e-5), "4102", quick, config.seed)
-    law = FittedLaw.of(fit.coefficients, "4102", fit.refits, fit.fit_quality)
-    result = law.predict(np.array([[1.25, 30.0, 70.0], [1.25, 30.0, 90.0]]), np.array([0.1, 0.1]))
-    true = traction_coefficient(printed()["4102"], 1.25, 30.0, 70.0, 0.1)
-    assert result.mean_ci_lower[0] < result.traction_coefficient[0] < result.mean_ci_upper[0]
-    assert result.traction_coefficient[0] == pytest.approx(float(true), rel=1e-3)
-    assert list(result.away) == [False, True]
-    assert np.isnan(result.traction_coefficient[1])
-    assert list(result.outside) == [False, True]
-    assert np.isinf(result.distance[1])
-    assert [each.condition for each in law.away_from(np.array([[1.25, 30.0, 90.0]]))] == [
-        "inlet_temperature_c"
-    ]
-    said = r"NaN at 1 of 2 points: oil temperature at the inlet was tested at 70 degC only"
-    with pytest.warns(UserWarning, match=said):
-        predict("deng2026", law.coefficients, 1.25, 30.0, [70.0, 90.0], 0.1)
-    # what is on the level, or asks for it, is no reason to warn
-    predict("deng2026", law.coefficients, 1.25, 30.0, [70.0, np.nan], 0.1)
-
-
 def test_nothing_fitted_gives_nothing(config: Settings) -> None:
     fit = fit_oil(
         make_points("4102", matrix()).assign(accepted=False), "4102", config.fit, config.seed

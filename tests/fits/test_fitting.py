@@ -18,11 +18,11 @@ from oilfilm.fits.fit import OilFit, fit_oil
 from oilfilm.fits.fit_tables import sign_reach
 from oilfilm.fits.fitted import FittedLaw
 from oilfilm.fits.problem import Problem, curve_data
-from oilfilm.fits.uncertainty import curve_bootstrap, naive_covariance
+from oilfilm.fits.uncertainty import naive_covariance
 from oilfilm.randomness import generator
 from oilfilm.settings.config import FitSettings
 from oilfilm.settings.resolve import resolve
-from oilfilm.traction.law import to_constants, to_internal
+from oilfilm.traction.law import to_internal
 from oilfilm.traction.laws.deng2026 import traction_coefficient
 from pcs_exports import shipped_numbers
 
@@ -57,7 +57,7 @@ def test_twenty_searches_from_different_seeds_end_at_one_optimum(
     quick: FitSettings, oil: str
 ) -> None:
     task, _ = problem_of(make_points(oil, matrix(), noise=2e-4))
-    ends = [engine.search(task, quick, generator(seed, "seeds")) for seed in range(20)]
+    ends = engine.search(task, quick, [generator(seed, "seeds") for seed in range(20)])
     sse = np.array([end.sse for end in ends])
     assert (sse / sse.min() - 1).max() < 1e-8
 
@@ -77,13 +77,6 @@ def test_refit_of_the_demonstration_recovers_traction_and_constants(
     assert np.abs(distance).max() < 4
 
 
-def test_errors_shared_by_a_run_make_naive_errors_too_small(refitted: dict[str, OilFit]) -> None:
-    coefficients = refitted["4102"].coefficients
-    ratio = coefficients["standard_error"] / coefficients["naive_standard_error"]
-    # docs/physics.md, fitting: naive errors 2.2-5.9 x too small with errors at the level of a curve
-    assert 1.5 < ratio.median() < 7
-
-
 def test_naive_errors_are_right_where_points_are_independent() -> None:
     """Over many simulated data sets the naive error must be the spread of the estimates."""
     points = make_points("4102", matrix(us=[25.0, 40.0], ts=[25.0, 70.0, 120.0]))
@@ -101,31 +94,6 @@ def test_naive_errors_are_right_where_points_are_independent() -> None:
     ratio = np.std(estimates, axis=0, ddof=1) / np.mean(errors, axis=0)
     # the spread of a standard deviation of 150 draws is 6 %
     np.testing.assert_allclose(ratio, 1, atol=0.2)
-
-
-@pytest.mark.no_cover
-def test_curve_bootstrap_gives_the_spread_that_shared_errors_really_cause() -> None:
-    """Gains of 2 % shared by a run: refits of fresh simulations against one bootstrap."""
-    task, data = problem_of(make_points("4102", matrix()))
-    truth = to_internal(LAW, printed()["4102"])
-    random = generator(3, "gain")
-
-    def simulated() -> tuple[Problem, Optimum]:
-        gain = 1 + 0.02 * random.standard_normal(72)
-        noisy = Problem(LAW, task.at, data.mu * gain[data.curve], task.free)
-        return noisy, engine.polish(noisy, truth)
-
-    worlds = [simulated() for _ in range(120)]
-    spread = np.std([end.values for _, end in worlds], axis=0, ddof=1)
-    boots = [curve_bootstrap(*world, 60, random).std(axis=0, ddof=1) for world in worlds[:8]]
-    # 120 worlds give the spread to 6 %; drawing 72 curves again varies their leverage too, which
-    # makes single constants look up to half as uncertain again, never surer
-    ratio = np.mean(boots, axis=0) / spread
-    assert 0.85 < np.median(ratio) < 1.3
-    assert ratio.min() > 0.8
-    assert ratio.max() < 1.5
-    naive = np.sqrt(np.diag(naive_covariance(*worlds[0])))
-    assert np.median(spread / naive) > 2
 
 
 def test_one_condition_gives_a_curve_but_no_exponents(quick: FitSettings) -> None:
@@ -193,28 +161,18 @@ def test_data_that_cannot_be_fitted_end_in_a_verdict(
 
 def test_certificate_fails_where_searches_disagree_or_stop_early(quick: FitSettings) -> None:
     task, data = problem_of(make_points("4102", matrix(), noise=2e-4))
-    end = engine.search(task, quick, generator(1, "x"))
+    (end,) = engine.search(task, quick, [generator(1, "x")])
     errors = np.sqrt(np.diag(naive_covariance(task, end)))
-    assert certify(task, data, [end, end], errors, quick).certified
+    assert certify(task, data, [end, end], errors, quick)["certified"]
     off = end.values + 0.5 * errors
     other = Optimum(off, float(np.sum(task.residual(off) ** 2)))
     alone = certify(task, data, [other], errors, quick)
-    assert not alone.certified
-    assert "gradient" in alone.certificate
+    assert not alone["certified"]
+    assert "gradient" in alone["certificate"]
     two = certify(task, data, [end, other], errors, quick)
-    assert (two.searches_agreeing, two.certified) == (1, False)
-    assert "not certified: 1 of 2 searches agree" in two.certificate
+    assert (two["searches_agreeing"], two["certified"]) == (1, False)
+    assert "not certified: 1 of 2 searches agree" in two["certificate"]
     assert gradient_cosine(task, other) > gradient_cosine(task, end)
-
-
-def test_population_is_evaluated_as_its_members_are() -> None:
-    task, _ = problem_of(make_points("4010", matrix()))
-    truth = to_internal(LAW, printed()["4010"])
-    population = truth[:, None] + np.linspace(-0.1, 0.1, 32)
-    together = engine.population_sse(task, population)
-    alone = [np.sum(task.residual(member) ** 2) for member in population.T]
-    np.testing.assert_allclose(together, alone, rtol=1e-12)
-    assert to_constants(LAW, truth)[0] < 0
 
 
 def test_traction_is_odd_in_slip_and_the_fit_knows() -> None:
@@ -285,35 +243,6 @@ def test_calibration_errors_reach_the_constants_as_the_equation_says(demo: Campa
         assert errors[f"{letter}0"] == pytest.approx(np.linalg.norm(changes), rel=1e-4)
         # power laws hide a factor in X0: their exponents feel nothing
         assert (errors[[f"{letter}{index}" for index in (1, 2, 3)]] < 1e-6).all()
-
-
-@pytest.mark.parametrize(
-    "conditions",
-    [
-        [(1.0, 25, 25), (1.25, 30, 70), (1.5, 40, 120)],  # fewer curves than exponents + 1
-        [(p, u, 100 * p - 40) for p in (1.0, 1.1, 1.2, 1.3, 1.4, 1.5) for u in (25, 40)],
-    ],
-)
-def test_condition_in_step_with_others_gives_no_exponents(
-    quick: FitSettings, conditions: list[tuple[float, float, float]]
-) -> None:
-    table = fit_oil(make_points("4102", conditions, 1e-5), "4102", quick, SEED).coefficients
-    table = table.set_index("constant")
-    confounded = [f"{letter}3" for letter in "ABC"]
-    assert not table.loc[confounded, "identifiable"].any()
-    assert table.loc[confounded, "value"].isna().all()
-
-
-def test_fit_without_one_exponent_follows_the_others(quick: FitSettings) -> None:
-    # one temperature only: its exponents are unknown, those of pressure and speed are not
-    points = make_points("4102", matrix(ts=[70.0]))
-    table = fit_oil(points, "4102", quick, SEED).coefficients
-    law = FittedLaw.of(table, "4102")
-    slip = np.linspace(0, 0.3, 31)
-    for pressure, speed in ((1.0, 25.0), (1.5, 25.0), (1.0, 40.0)):
-        true = traction_coefficient(printed()["4102"], pressure, speed, 70.0, slip)
-        mu = law.traction(np.array([pressure, speed, 70.0]), slip)
-        np.testing.assert_allclose(mu, true, atol=1e-9)
 
 
 def test_spectrum_is_that_of_a_problem_solved_by_hand() -> None:

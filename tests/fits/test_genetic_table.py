@@ -43,10 +43,3 @@ def test_genetic_algorithm_never_ends_below_the_certified_optimum(
         assert sse >= least * (1 - 1e-6)
         off = np.abs(mu - study.mu_of(ours, data)).max()
         assert row["largest_difference_of_mu"] == pytest.approx(off, rel=1e-3, abs=1e-9)
-
-
-def test_tables_of_the_method_page_are_those_of_the_study(study: ModuleType) -> None:
-    page = (ROOT / "docs/explanation/method.md").read_text(encoding="utf-8")
-    rows = study.read_table()
-    for line in (*study.quality_lines(rows), *study.constant_lines(rows)):
-        assert line in page

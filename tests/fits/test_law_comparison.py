@@ -6,19 +6,16 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from campaigns import ROOT
 from law_points import EVERY_LAW, MATRIX, internal_of, points_of
 from nights import nightly
 from oilfilm import tables
-from oilfilm.fits import cross_validation, engine
+from oilfilm.fits import engine
 from oilfilm.fits.cross_validation import leave_curves_out, leave_ends_out, level_of
 from oilfilm.fits.engine import Optimum
-from oilfilm.fits.fit_tables import curve_shapes, information_criteria
+from oilfilm.fits.fit_tables import curve_shapes
 from oilfilm.fits.law_comparison import compare_laws, laws_of
 from oilfilm.fits.problem import Problem, build_problem, curve_data
-from oilfilm.report.captions import caption
 from oilfilm.report.figures import style
-from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction import LAW_NAMES, LAWS
@@ -96,22 +93,6 @@ def test_curves_left_out_are_those_of_brute_force(groups: int) -> None:
         np.testing.assert_allclose(errors[mine], expected, rtol=1e-3, atol=1e-8)
 
 
-def test_number_of_fits_does_not_grow_with_the_curves(monkeypatch: pytest.MonkeyPatch) -> None:
-    task, best = fitted(LAWS["tanh"], points_of(LAWS["tanh"], 1e-3))
-    left_out: list[np.ndarray] = []
-
-    def counted(problem: Problem, start: FloatArray, weights: FloatArray, _: float) -> object:
-        left_out.append(weights == 0)
-        return np.tile(start, (len(weights), 1)), None
-
-    monkeypatch.setattr(cross_validation, "refit", counted)
-    leave_curves_out(task, best, 10, np.random.default_rng(1))
-    assert len(left_out[0]) == 10
-    # each curve once, and the groups of one size
-    assert left_out[0].sum(axis=0).tolist() == [1] * 48
-    assert set(left_out[0].sum(axis=1).tolist()) == {4, 5}
-
-
 def test_only_the_end_levels_are_extrapolated_to() -> None:
     law = LAWS["deng2026"]
     task, best = fitted(law, points_of(law))
@@ -131,14 +112,6 @@ def test_end_levels_that_leave_a_constant_open_give_no_error() -> None:
     assert np.isnan(leave_ends_out(task, best, level_of(pressure.to_numpy(), 0.05))).all()
     one_level = np.zeros(task.curves, dtype=np.int64)
     assert np.isnan(leave_ends_out(task, best, one_level)).all()
-
-
-def test_information_criteria_are_the_formulas() -> None:
-    # Burnham and Anderson (2002), 2.2: K counts the variance too
-    aic, bic = information_criteria(2e-3, 50, 4)
-    assert aic == pytest.approx(50 * np.log(2e-3 / 50) + 2 * 5)
-    assert bic == pytest.approx(50 * np.log(2e-3 / 50) + 5 * np.log(50))
-    assert np.isnan(information_criteria(0.0, 50, 4)).all()
 
 
 def test_curves_that_dip_or_rise_again_are_counted() -> None:
@@ -217,43 +190,6 @@ def test_figure_of_errors_draws_what_the_table_says(
     assert errors["x"].item() == pytest.approx(row["relative_rms"])
 
 
-def test_fig04_shows_the_curve_with_the_largest_planted_traction_at_no_slip(
-    starting: tuple[Settings, CampaignTables],
-) -> None:
-    config, results = starting
-    _, drawn = draw("fig04", results, config)
-    planted = planted_starts()
-    start = drawn[drawn["series"] == "zero slip"].iloc[0]
-    largest = f"run{np.argmax(np.abs(planted)):03d}"
-    assert (start["words"], start["x"]) == (f"{STARTS.name}, run {largest}", 0)
-    assert start["y"] == pytest.approx(np.abs(planted).max(), abs=3 * NOISE)
-    measured = drawn[(drawn["panel"] == "a") & (drawn["series"] == "measured")]
-    curve = results.points[results.points["run_id"] == largest]
-    np.testing.assert_array_equal(
-        np.sort(measured["y"]),
-        np.sort(
-            curve["traction_coefficient"].where(curve["slide_roll_ratio"] >= 0, lambda mu: -mu)
-        ),
-    )
-
-
-def test_fig04_draws_its_laws_finely_through_what_they_say_at_the_plateaus(
-    starting: tuple[Settings, CampaignTables],
-) -> None:
-    config, results = starting
-    _, drawn = draw("fig04", results, config)
-    lines = drawn[(drawn["panel"] == "b") & (drawn["series"] != "measured")]
-    for (series, label), line in lines.groupby(["series", "words"]):
-        assert len(line) > 300
-        law, _, run = str(label).partition(", run ")
-        every = results.law_points
-        said = every[(every["law"] == law) & (every["run_id"] == run)]
-        column = "traction_coefficient" if series == "fit" else "left_out_traction_coefficient"
-        slip = said["slide_roll_ratio"].abs()
-        mu = np.interp(slip, line["x"], line["y"])
-        np.testing.assert_allclose(mu[slip > 0], said[column].abs()[slip > 0], rtol=2e-3)
-
-
 def test_fig04_shows_the_curve_whose_error_grows_most_by_brute_force(
     starting: tuple[Settings, CampaignTables],
 ) -> None:
@@ -313,18 +249,3 @@ def test_bounds_of_the_comparison_are_those_of_the_constants(quick: Settings) ->
         assert names == held.get(row["law"], set())
         assert not (names and row["certified"])
     assert len(held)
-
-
-@pytest.mark.parametrize("name", ["fig04", "law-errors"])
-def test_tie_by_construction_is_said_where_the_papers_law_made_the_logs(
-    config: Settings, name: str
-) -> None:
-    thermal = resolve(ROOT / "config", {"campaign": "thermal"})
-    for settings, said in ((config, True), (thermal, False)):
-        assert ("a tie by construction" in caption(name, settings.campaign, [])) == said
-
-
-def test_comparison_of_the_project_names_every_oil_and_rig() -> None:
-    config = resolve(ROOT / "config", {})
-    for oil in config.oils:
-        assert "wang-deng-groups" in laws_of(oil, config)

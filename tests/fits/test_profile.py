@@ -15,8 +15,9 @@ from oilfilm.traction.law import to_internal
 def test_profile_rises_with_the_best_sse_that_the_others_allow() -> None:
     task, _ = problem_of(make_points("4102", matrix(), noise=2e-4))
     best = polish(task, to_internal(LAW, printed()["4102"]))
-    errors = np.sqrt(np.diag(naive_covariance(task, best)))
-    values, z = profiles(task, best, errors)
+    naive = naive_covariance(task, best)
+    errors = np.sqrt(np.diag(naive))
+    values, z = profiles(task, best, naive)
     degrees = len(task.mu) - 12
     # with 2 232 points the law is nearly linear within a few standard errors
     np.testing.assert_allclose(z, (values - best.values[:, None]) / errors[:, None], atol=0.12)

@@ -85,13 +85,6 @@ def test_4102_has_the_printed_density_heat_and_uncertainty() -> None:
     assert oil.relative_uncertainty == {"pressure_viscosity_coefficient": 0.15, "density": 0.03}
 
 
-def test_4102_expands_as_4050_does() -> None:
-    # its density has the other's mean slope from 25 to 140 degC: 967 - 890 kg/m3 (docs/physics.md
-    # [C]), both printed to 0.5 kg/m3
-    cold, hot = OILS["4102"].density_kg_m3(np.array([25.0, 140.0]))
-    assert cold - hot == pytest.approx(967 - 890, abs=1.0)
-
-
 def test_4010_keeps_the_thermal_properties_of_its_source() -> None:
     # docs/physics.md, MIL-L-7808 at 311, 367, 422 and 478 K [S]
     celsius = np.array([311, 367, 422, 478]) - 273.15
@@ -126,13 +119,6 @@ def test_stand_in_is_of_the_grade_of_its_oil(name: str, grade_cst: float) -> Non
     assert oil.kinematic_viscosity_m2_s(100.0) * 1e6 == pytest.approx(grade_cst, abs=0.5)
 
 
-@pytest.mark.parametrize("name", sorted(OILS))
-def test_stand_in_says_that_it_is_one(name: str) -> None:
-    assert OILS[name].id == name
-    assert OILS[name].stand_in
-    assert "lost" in OILS[name].note and "stand-in" in OILS[name].note
-
-
 @given(any_oil, rig_temperatures_c, st.floats(0.1, 30.0))
 def test_hot_oil_is_thinner_lighter_and_yields_less_to_pressure(
     oil: Oil, celsius: float, rise: float
@@ -157,14 +143,6 @@ def test_beta_is_the_slope_of_the_logarithm_of_viscosity(oil: Oil, celsius: floa
     assert oil.temperature_viscosity_coefficient_1_k(celsius) == pytest.approx(slope, rel=1e-6)
 
 
-@given(rig_temperatures_c)
-def test_grades_keep_their_order_at_every_temperature(celsius: float) -> None:
-    seven, five, three = (
-        OILS[name].kinematic_viscosity_m2_s(celsius) for name in ("4102", "4050", "4010")
-    )
-    assert seven > five > three
-
-
 @given(any_oil, rig_temperatures_c, st.floats(0.1, 30.0))
 def test_film_is_thinner_when_hotter(oil: Oil, celsius: float, rise: float) -> None:
     steel = reduced_modulus(203e9, 0.29, 203e9, 0.29)
@@ -173,23 +151,6 @@ def test_film_is_thinner_when_hotter(oil: Oil, celsius: float, rise: float) -> N
     at = Conditions(load, 1.5, 25.0, temperatures, 0.010, steel)
     cold, hot = isothermal_film_thickness(InletOil.of(oil, temperatures), at, "minimum")
     assert hot < cold
-
-
-@given(any_oil, st.lists(rig_temperatures_c, min_size=1, max_size=5))
-def test_array_of_temperatures_gives_what_each_alone_gives(
-    oil: Oil, temperatures_c: list[float]
-) -> None:
-    for property_of in (
-        oil.dynamic_viscosity_pa_s,
-        oil.kinematic_viscosity_m2_s,
-        oil.density_kg_m3,
-        oil.pressure_viscosity_coefficient_1_pa,
-        oil.temperature_viscosity_coefficient_1_k,
-        oil.thermal_conductivity_w_mk,
-        oil.specific_heat_j_kgk,
-    ):
-        alone = [float(property_of(celsius)) for celsius in temperatures_c]
-        assert property_of(np.array(temperatures_c)) == pytest.approx(alone, rel=1e-12)
 
 
 def test_missing_temperature_gives_a_missing_viscosity() -> None:
@@ -203,25 +164,11 @@ def test_table_is_continued_beyond_both_ends() -> None:
     assert line.at(at) == pytest.approx([8.0, 10.0, 11.0, 12.0, 10.0, 8.0, 6.0])
 
 
-def test_rows_of_a_table_may_come_in_any_order() -> None:
-    oil = load(FOLDER / "4010.yaml", OilFile)
-    turned = oil.model_copy(update={"density_kg_m3": oil.density_kg_m3[::-1]})
-    assert turned.properties() == oil.properties()
-
-
 def test_unknown_model_is_refused_with_the_allowed_ones() -> None:
     values = read_yaml(FOLDER / "4010.yaml").values | {"model": "andrade"}
     models = ("adore-mil-l-7808", "adore-mil-l-23699", "astm-d341", "walther", "vogel", "roelands")
     allowed = ", ".join(map(repr, models))
     assert first_mistake(values, OilFile) == f"`model`: found 'andrade', expected one of {allowed}."
-
-
-def test_misspelt_coefficient_is_refused_with_a_suggestion(tmp_path: Path) -> None:
-    text = (FOLDER / "4102.yaml").read_text(encoding="utf-8")
-    path = tmp_path / "4102.yaml"
-    path.write_text(text.replace("  viscosity_slope:", "  viscosity_slop:"), encoding="utf-8")
-    with pytest.raises(OilfilmError, match="Did you mean 'viscosity_slope'"):
-        load(path, OilFile)
 
 
 def test_coefficients_of_another_model_are_refused(tmp_path: Path) -> None:

@@ -100,14 +100,15 @@ def test_equation_with_an_unknown_name_is_told() -> None:
 @pytest.mark.parametrize("law", EVERY_LAW.values(), ids=EVERY_LAW)
 def test_global_search_finds_the_planted_law(law: Law, config: Settings) -> None:
     task = problem_of(law, points_of(law))
-    optimum = engine.search(task, config.fit, generator(3, "planted", law.name))
+    (optimum,) = engine.search(task, config.fit, [generator(3, "planted", law.name)])
     truth = np.array(TRUTH[law.name])[task.free]
     np.testing.assert_allclose(task.reported(optimum.values), truth, rtol=1e-4, atol=1e-6)
     assert optimum.sse < 1e-14 * float(np.sum(task.mu**2))
 
 
-@pytest.mark.parametrize("law", EVERY_LAW.values(), ids=EVERY_LAW)
-def test_fit_read_back_from_its_tables_is_the_planted_traction(law: Law, config: Settings) -> None:
+@pytest.mark.parametrize("name", ["deng2026", "wang-deng-groups", "eyring"])
+def test_fit_read_back_from_its_tables_is_the_planted_traction(name: str, config: Settings) -> None:
+    law = EVERY_LAW[name]
     settings = config.fit.model_copy(update={"bootstrap": 20, "searches": 1})
     points = points_of(law, noise=1e-5)
     fit = fit_oil(points, "4050", settings, config.seed, law=law)
@@ -153,7 +154,7 @@ def test_load_and_stress_are_one_law_for_one_ball(config: Settings) -> None:
     )
     points = points_of(of_load, noise=2e-4)
     on_load, on_stress = (
-        engine.search(problem_of(law, points), config.fit, generator(1, "bases", seed))
+        engine.search(problem_of(law, points), config.fit, [generator(1, "bases", seed)])[0]
         for law, seed in ((of_load, "load"), (of_stress, "stress"))
     )
     assert on_stress.sse == pytest.approx(on_load.sse, rel=1e-9)

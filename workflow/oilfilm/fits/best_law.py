@@ -13,9 +13,9 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-import scipy
 
 from oilfilm import tables
+from oilfilm.fits.interval import student_quantile
 from oilfilm.units import FloatArray
 
 # Of a difference, two-sided.
@@ -85,9 +85,20 @@ def _verdict(fit: dict[str, Any], quality: pd.DataFrame, beside: pd.DataFrame) -
         return _NOTHING | {"verdict": "constants left open"}
     if len(counts) < FEWEST_CURVES:
         return _NOTHING | {"verdict": "too few curves"}
-    unseen = _by_left_out(law, squares, counts)
-    fitted, counts = _squares(beside, same.index, "traction_coefficient")
-    by_bic = _by_bic(law, fitted, same)
+    points = counts.sum()
+    unseen = _judged(
+        law,
+        {name: float(np.sqrt(each.sum() / points)) for name, each in squares.items()},
+        {name: np.sqrt((each.sum() - each) / (points - counts)) for name, each in squares.items()},
+    )
+    fitted, _ = _squares(beside, same.index, "traction_coefficient")
+    # the differences have the error of Vuong's statistic (Econometrica 57 (1989) 307, section 5)
+    by_bic = _judged(
+        law,
+        {str(name): float(value) for name, value in same["bic"].items()},
+        {name: points * np.log(each.sum() - each) for name, each in fitted.items()},
+        _BARE_MENTION,
+    )
     size = float(np.sqrt(np.mean(beside.loc[beside["law"] == law, _MEASURED] ** 2)))
     verdict, better = _judgement(law, unseen, by_bic, same)
     return {
@@ -136,47 +147,28 @@ def _squares(
     return squares, counts
 
 
-def _by_left_out(law: str, squares: dict[str, FloatArray], counts: FloatArray) -> Judged:
-    """The laws by their rms error at curves left out of the fit."""
+def _judged(
+    law: str, values: dict[str, float], without_each: dict[str, FloatArray], least: float = 0.0
+) -> Judged:
+    """The laws by one criterion, the least of which is best.
 
-    def rms(sums: FloatArray) -> float:
-        return float(np.sqrt(sums.sum() / counts.sum()))
-
-    def without_each(sums: FloatArray) -> FloatArray:
-        return np.asarray(np.sqrt((sums.sum() - sums) / (counts.sum() - counts)))
-
-    best = min(squares, key=lambda name: rms(squares[name]))
-
-    def apart(name: str) -> tuple[float, float]:
-        replicates = without_each(squares[name]) - without_each(squares[best])
-        return rms(squares[name]) - rms(squares[best]), jackknife_error(replicates)
-
-    ties = [name for name in squares if name != best and apart(name)[0] <= apart(name)[1]]
-    return Judged(best, (best, *ties), *apart(law))
-
-
-def _by_bic(law: str, squares: dict[str, FloatArray], laws: pd.DataFrame) -> Judged:
-    """The laws by BIC. Its differences have the error of Vuong's statistic, over whole curves.
-
-    Reference: Q. H. Vuong, Econometrica 57 (1989) 307, section 5.
+    Args:
+        law: The configured law.
+        values: Of the criterion, by law.
+        without_each: The same without each curve.
+        least: A smaller difference is a tie.
     """
-    bic = {str(name): float(value) for name, value in laws["bic"].items()}
-    best = min(bic, key=lambda name: bic[name])
-    points = int(laws["n_points"].max())
-
-    def without_each(name: str) -> FloatArray:
-        sums = squares[name]
-        return np.asarray(points * np.log(sums.sum() - sums))
-
-    def apart(name: str) -> tuple[float, float]:
-        return bic[name] - bic[best], jackknife_error(without_each(name) - without_each(best))
-
+    best = min(values, key=lambda name: values[name])
+    apart = {
+        name: (value - values[best], jackknife_error(without_each[name] - without_each[best]))
+        for name, value in values.items()
+    }
     ties = [
         name
-        for name in laws.index
-        if name != best and apart(name)[0] <= max(apart(name)[1], _BARE_MENTION)
+        for name, (difference, error) in apart.items()
+        if name != best and difference <= max(error, least)
     ]
-    return Judged(best, (best, *ties), *apart(law))
+    return Judged(best, (best, *ties), *apart[law])
 
 
 def jackknife_error(replicates: FloatArray) -> float:
@@ -193,7 +185,7 @@ def jackknife_error(replicates: FloatArray) -> float:
     """
     count = len(replicates)
     variance = (count - 1) / count * np.sum((replicates - replicates.mean()) ** 2)
-    return float(scipy.special.stdtrit(count - 1, 0.5 + _CONFIDENCE / 2) * np.sqrt(variance))
+    return float(student_quantile(_CONFIDENCE, count - 1) * np.sqrt(variance))
 
 
 def _best_at_ends(laws: pd.DataFrame) -> str:

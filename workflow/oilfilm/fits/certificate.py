@@ -4,7 +4,7 @@ Decides: when a fit is certified.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -15,32 +15,16 @@ from oilfilm.traction.law import Observations
 from oilfilm.units import FloatArray
 
 
-@dataclass(frozen=True)
-class Certificate:
-    """What the searches and the optimum itself say; `certified` where all of it holds."""
-
-    searches: int
-    searches_agreeing: int
-    sse_spread: float
-    constant_spread: float
-    gradient_cosine: float
-    min_traction: float
-    condition_number: float
-    hessian_smallest: float
-    hessian_largest: float
-    active_bounds: str
-    certified: bool
-    certificate: str
-
-
 def certify(
     problem: Problem,
     data: CurveData,
     optima: Sequence[Optimum],
     naive_errors: FloatArray,
     settings: FitSettings,
-) -> Certificate:
-    """Judge the best of several searches.
+) -> dict[str, Any]:
+    """What the searches and the optimum say, as columns of `fit_quality`.
+
+    The best optimum is `certified` where all of it holds.
 
     Args:
         problem: What was fitted; constants that ran into a bound are held there.
@@ -51,7 +35,7 @@ def certify(
     """
     best = min(optima, key=lambda optimum: optimum.sse)
     # an exact fit of exact points leaves rounding only, which agrees with nothing
-    rounding = 1e-24 * float(np.sum(problem.mu**2))
+    rounding = 1e-20 * float(np.sum(problem.mu**2))
     spreads = [(optimum.sse - best.sse) / max(best.sse, rounding) for optimum in optima]
     errors = np.maximum(naive_errors, 1e-9)
     distances = [float(np.max(np.abs(optimum.values - best.values) / errors)) for optimum in optima]
@@ -79,20 +63,20 @@ def certify(
     sentence = (
         "certified: " + "; ".join(checks) if certified else "not certified: " + "; ".join(failing)
     )
-    return Certificate(
-        len(optima),
-        agreeing,
-        max(spreads),
-        max(distances),
-        cosine,
-        smallest,
-        condition,
-        low,
-        high,
-        active,
-        certified,
-        sentence,
-    )
+    return {
+        "searches": len(optima),
+        "searches_agreeing": agreeing,
+        "sse_spread": max(spreads),
+        "constant_spread": max(distances),
+        "gradient_cosine": cosine,
+        "min_traction": smallest,
+        "condition_number": condition,
+        "hessian_smallest": low,
+        "hessian_largest": high,
+        "active_bounds": active,
+        "certified": certified,
+        "certificate": sentence,
+    }
 
 
 def gradient_cosine(problem: Problem, optimum: Optimum) -> float:

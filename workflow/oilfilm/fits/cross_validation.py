@@ -5,13 +5,13 @@ Decides: the errors of curves left out.
 
 import numpy as np
 
-from oilfilm.fits.descent import refit
+from oilfilm.fits.descent import descend
 from oilfilm.fits.engine import Optimum
 from oilfilm.fits.problem import Problem
 from oilfilm.units import BoolArray, FloatArray, IndexArray
 
 # Errors of single points are reported: they feel what an SSE does not.
-_TOLERANCE = 1e-12
+_TOLERANCE = 1e-8
 
 
 def leave_curves_out(
@@ -125,7 +125,9 @@ def _errors_left_out(problem: Problem, optimum: Optimum, left_out: BoolArray) ->
     rank = np.linalg.matrix_rank(problem.at.design)
     possible = [np.linalg.matrix_rank(problem.at.design[~row]) == rank for row in left_out]
     left_out = left_out[possible]
-    ends, _ = refit(problem, optimum.values, (~left_out).astype(float), _TOLERANCE)
+    starts = np.tile(optimum.values, (len(left_out), 1))
+    weights = (~left_out).astype(float)
+    ends, _ = descend(problem, starts, weights=weights, tolerance=_TOLERANCE, near=True)
     errors = np.full(len(problem.mu), np.nan)
     for end, row in zip(ends, left_out, strict=True):
         points = row[problem.at.curve]

@@ -19,10 +19,9 @@ from oilfilm.units import BoolArray, FloatArray, IndexArray
 # Points times descents whose sums are kept at once, and those of them that are evaluated at once:
 # about what fits a processor's cache.
 _CHUNK = 1 << 17
-_BLOCK = 1 << 12
+_BLOCK = 1 << 13
 # Curves whose sums BLAS adds at once: too few for it to take a second thread.
 _CURVES = 1 << 9
-_MAX_STEPS = 300
 _FIRST_DAMPING = 1e-2
 # Of a start near its end: the first step is almost that of Newton; where it is refused, damping
 # must soon be felt.
@@ -34,6 +33,9 @@ _LEFT = 3
 _MOST_OFF = 0.9
 # Keeps a singular matrix solvable; far below what slows a regular one down.
 _LEAST_DAMPING = 1e-12
+# glibc returns freed memory to the system and asks for it again, 15 % of the time of a fit. Once an
+# array of so many numbers is dropped it keeps that much.
+np.empty(1 << 21)
 # Damped to this, a step is nothing: the descent stands.
 _STUCK_DAMPING = 1e12
 
@@ -46,14 +48,16 @@ class _Normal:
     gradient: FloatArray
     matrix: FloatArray
 
-    def update(self, which: IndexArray, by: "_Normal") -> None:
-        self.sse[which] = by.sse
-        self.gradient[which] = by.gradient
-        self.matrix[which] = by.matrix
-
 
 def descend(
-    problem: Problem, starts: FloatArray, held: BoolArray | None = None, tolerance: float = 1e-9
+    problem: Problem,
+    starts: FloatArray,
+    *,
+    weights: FloatArray | None = None,
+    held: BoolArray | None = None,
+    tolerance: float = 1e-9,
+    near: bool = False,
+    most_steps: int = 300,
 ) -> tuple[FloatArray, FloatArray]:
     """The local optima next to each start, within the law's bounds.
 
@@ -63,39 +67,33 @@ def descend(
     Args:
         problem: What to fit.
         starts: Free internal constants, shape (descents, free).
+        weights: Weight of each curve's squared errors, shape (descents, curves); 1 if not given.
         held: True where a constant stays at its start, shape (descents, free).
         tolerance: Relative decrease of the SSE, expected and found, at which a descent ends.
+        near: The starts are near their ends: by Newton's method.
+        most_steps: After which a descent ends where it is.
 
     Returns:
-        The ends, shape (descents, free), and the SSE there, shape (descents,).
+        The ends, shape (descents, free), and the weighted SSE there, shape (descents,).
 
     Reference: H. B. Nielsen, Damping Parameter in Marquardt's Method, IMM-REP-1999-05, Technical
     University of Denmark (1999).
     """
-    weights = np.ones((len(starts), problem.curves))
+    if not len(starts):
+        return starts, np.empty(0)
+    weights = np.ones((len(starts), problem.curves)) if weights is None else weights
     held = np.zeros(starts.shape, dtype=bool) if held is None else held
-    return _within_bounds(_Descents(problem, weights, held, tolerance), starts)
-
-
-def refit(
-    problem: Problem, start: FloatArray, weights: FloatArray, tolerance: float = 1e-9
-) -> tuple[FloatArray, FloatArray]:
-    """The local optima next to one start with other weights of the curves, within the bounds.
-
-    As `descend`, but by Newton's method: for starts near their ends.
-
-    Args:
-        problem: What to fit.
-        start: Free internal constants, the optimum of all curves, shape (free,).
-        weights: Weight of each curve's squared errors in each refit, shape (refits, curves).
-        tolerance: As of `descend`.
-
-    Returns:
-        The ends, shape (refits, free), and the weighted SSE there, shape (refits,).
-    """
-    starts = np.tile(start, (len(weights), 1))
-    held = np.zeros(starts.shape, dtype=bool)
-    return _within_bounds(_Descents(problem, weights, held, tolerance, near=True), starts)
+    descents = _Descents(problem, weights, held, tolerance, near, most_steps)
+    ends, sse = _descend(descents, starts.copy())
+    low, high = problem.limits.T
+    while True:
+        outside = ~held * problem.beyond(ends)
+        rows = np.flatnonzero(outside.any(axis=1))
+        if not len(rows):
+            return ends, sse
+        held = held | (outside > 0) & (outside == outside.max(axis=1, keepdims=True))
+        inside = np.where(outside > 0, np.clip(ends, low, high), ends)
+        ends[rows], sse[rows] = _descend(replace(descents, held=held).of(rows), inside[rows])
 
 
 @dataclass(frozen=True)
@@ -108,13 +106,15 @@ class _Descents:
         held: True where a constant stays at its start, shape (descents, free).
         tolerance: As of `descend`.
         near: The starts are near their ends, where second derivatives of the law help.
+        most_steps: As of `descend`.
     """
 
     problem: Problem
     weights: FloatArray
     held: BoolArray
     tolerance: float
-    near: bool = False
+    near: bool
+    most_steps: int
 
     def of(self, rows: IndexArray) -> "_Descents":
         """Some of them."""
@@ -124,22 +124,6 @@ class _Descents:
         """How far some of them are outside the bounds of what moves, 0 within."""
         beyond = ~self.held[rows] * self.problem.beyond(values)
         return np.asarray(beyond.max(axis=1, initial=0.0))
-
-
-def _within_bounds(descents: _Descents, starts: FloatArray) -> tuple[FloatArray, FloatArray]:
-    problem, held = descents.problem, descents.held
-    if not len(starts):
-        return starts, np.empty(0)
-    ends, sse = _descend(descents, starts.copy())
-    low, high = problem.limits.T
-    while True:
-        outside = ~held * problem.beyond(ends)
-        rows = np.flatnonzero(outside.any(axis=1))
-        if not len(rows):
-            return ends, sse
-        held = held | (outside > 0) & (outside == outside.max(axis=1, keepdims=True))
-        inside = np.where(outside > 0, np.clip(ends, low, high), ends)
-        ends[rows], sse[rows] = _descend(replace(descents, held=held).of(rows), inside[rows])
 
 
 def _descend(descents: _Descents, values: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -153,13 +137,15 @@ def _descend(descents: _Descents, values: FloatArray) -> tuple[FloatArray, Float
     outside, farther = descents.outside(going, values), np.zeros(len(values), dtype=int)
     tiny = np.finfo(float).tiny
     linear = descents.problem.linear & descents.near
-    for _ in range(_MAX_STEPS):
+    for _ in range(descents.most_steps):
         step, expected = _steps(now, damping, going, linear)
         # a step damped short promises little and proves nothing, nor does one towards a saddle
         small = (expected >= 0) & (expected <= descents.tolerance * now.sse[going])
         ended: BoolArray = small & (damping[going] <= 1)
         if descents.near:
-            # Newton's last step is not worth the evaluation
+            # Newton's last step needs no proof: what it leaves over is its square
+            values[going[ended]] += step[ended]
+            now.sse[going[ended]] -= expected[ended]
             step, expected, going = step[~ended], expected[~ended], going[~ended]
             ended = ended[~ended]
             if not len(going):
@@ -179,7 +165,8 @@ def _descend(descents: _Descents, values: FloatArray) -> tuple[FloatArray, Float
         beyond = descents.outside(taken, values[taken])
         farther[taken] = np.where(beyond > outside[taken], farther[taken] + 1, 0)
         outside[taken] = beyond
-        now.update(taken, _Normal(then.sse[better], then.gradient[better], then.matrix[better]))
+        for kept, new in zip(vars(now).values(), vars(then).values(), strict=True):
+            kept[taken] = new[better]
         # what runs off does so for many steps: it ends at a bound
         ended |= (farther[going] >= _LEFT) & descents.near
         going = going[~ended & (damping[going] < _STUCK_DAMPING)]
@@ -326,6 +313,8 @@ def _sums_of_curves(
         # many are zero everywhere
         if np.ndim(curvature):
             of_points[row] += residual * curvature
+    if problem.weight is not None:
+        of_points *= problem.weight[point]
     return np.asarray(np.add.reduceat(of_points, first_point, axis=1))
 
 

@@ -13,8 +13,15 @@ from oilfilm.fits.conditions import (
     followed_conditions,
     incomplete_curves,
     to_text,
+    varied,
 )
-from oilfilm.fits.cross_validation import leave_curves_out, level_of, spread_left_out
+from oilfilm.fits.cross_validation import (
+    leave_curves_out,
+    leave_ends_out,
+    level_of,
+    relative_rms,
+    spread_left_out,
+)
 from oilfilm.fits.engine import Optimum, at_bounds, polish, search
 from oilfilm.fits.fit_tables import fitted_names, tables_of_fit, tables_without_fit
 from oilfilm.fits.interval import scores_of_unseen
@@ -38,7 +45,7 @@ from oilfilm.fits.uncertainty import (
 from oilfilm.randomness import generator
 from oilfilm.settings.config import FitSettings
 from oilfilm.traction import LAWS
-from oilfilm.traction.law import Law
+from oilfilm.traction.law import CONDITIONS, Law
 from oilfilm.units import BoolArray, FloatArray
 
 # Columns of the points that span the tested box, and the columns of `fit_quality` that hold it.
@@ -103,35 +110,6 @@ def fit_oil(
         and a verdict that says why.
     """
     law = law or LAWS[settings.law]
-    try:
-        prepared = _prepare(points, oil, settings, law)
-    except _NotFittableError as error:
-        names = fitted_names(law)
-        return OilFit(tables_without_fit(names, error.quality, str(error)), None)
-    solution = _solve(prepared, oil, settings, seed)
-    return OilFit(tables_of_fit(solution, prepared.points, prepared.quality, settings), solution)
-
-
-@dataclass(frozen=True)
-class _Prepared:
-    """What is to be fitted, and what the table of quality says of it before any search."""
-
-    problem: Problem
-    data: CurveData
-    points: pd.DataFrame
-    followed: BoolArray
-    quality: dict[str, Any]
-
-
-class _NotFittableError(Exception):
-    """Data that cannot be fitted, in words; `quality` as of `_Prepared`."""
-
-    def __init__(self, reason: str, quality: dict[str, Any]) -> None:
-        super().__init__(reason)
-        self.quality = quality
-
-
-def _prepare(points: pd.DataFrame, oil: str, settings: FitSettings, law: Law) -> _Prepared:
     points = points[points["oil"] == oil]
     data = curve_data(points, law.conditions)
     incomplete = incomplete_curves(law.conditions, data.conditions, settings)
@@ -140,30 +118,42 @@ def _prepare(points: pd.DataFrame, oil: str, settings: FitSettings, law: Law) ->
         points = points[~points["run_id"].isin(left_out)]
         data = curve_data(points, law.conditions)
     followed = followed_conditions(law.conditions, data.conditions, settings)
-    fixed = fixed_conditions(law.conditions, data.conditions, followed, settings)
-    quality = {
-        "oil": oil,
-        "law": law.name,
-        "configured": True,
-        "n_points": len(data.mu),
-        "n_curves": len(data.runs),
-        "incomplete_curves": "; ".join(left_out),
-        "fixed_conditions": to_text(fixed),
-        "two_level_conditions": ", ".join(
-            name
-            for name, values in itertools.compress(
-                zip(law.conditions, data.conditions.T, strict=True), followed
-            )
-            if level_of(values, settings.level_gap).max() == 1
-        ),
-        **_tested_box(points),
-    }
+    about = {"oil": oil, "law": law.name, "incomplete_curves": "; ".join(left_out)}
+    quality = about | _tested(law, data, followed, settings) | _tested_box(points)
     try:
         problem = build_problem(law, data, followed)
         _refuse_hopeless(problem, data)
     except ValueError as error:
-        raise _NotFittableError(str(error), quality) from error
-    return _Prepared(problem, data, points, followed, quality)
+        return OilFit(tables_without_fit(fitted_names(law), quality, str(error)), None)
+    solution = _solve(problem, _Tested(oil, points, data, followed), settings, seed)
+    quality |= _ends_out(solution, points, settings)
+    return OilFit(tables_of_fit(solution, points, quality, settings), solution)
+
+
+@dataclass(frozen=True)
+class _Tested:
+    """What was tested of an oil: its points, their curves, and the conditions to follow."""
+
+    oil: str
+    points: pd.DataFrame
+    data: CurveData
+    followed: BoolArray
+
+
+def _tested(
+    law: Law, data: CurveData, followed: BoolArray, settings: FitSettings
+) -> dict[str, Any]:
+    """What the table of quality says of the curves before any search."""
+    conditions = itertools.compress(zip(law.conditions, data.conditions.T, strict=True), followed)
+    two = [name for name, each in conditions if level_of(each, settings.level_gap).max() == 1]
+    fixed = fixed_conditions(law.conditions, data.conditions, followed, settings)
+    return {
+        "configured": True,
+        "n_points": len(data.mu),
+        "n_curves": len(data.runs),
+        "fixed_conditions": to_text(fixed),
+        "two_level_conditions": ", ".join(two),
+    }
 
 
 def _refuse_hopeless(problem: Problem, data: CurveData) -> None:
@@ -192,20 +182,18 @@ def _refuse_hopeless(problem: Problem, data: CurveData) -> None:
         raise ValueError(f"mu is {data.mu[0]:.4g} at every point, whatever the slip")
 
 
-def _solve(prepared: _Prepared, oil: str, settings: FitSettings, seed: int) -> Solution:
-    data = prepared.data
-    ends = [
-        search(prepared.problem, settings, generator(seed, "search", oil, number))
-        for number in range(settings.searches)
-    ]
-    ends += _from_nested(prepared, settings, generator(seed, "nested", oil))
-    problem, optima = _with_bounds_held(prepared.problem, ends)
+def _solve(problem: Problem, tested: _Tested, settings: FitSettings, seed: int) -> Solution:
+    oil, data = tested.oil, tested.data
+    randoms = [generator(seed, "search", oil, number) for number in range(settings.searches)]
+    ends = search(problem, settings, randoms)
+    ends += _from_nested(problem, tested, settings, generator(seed, "nested", oil))
+    problem, optima = _with_bounds_held(problem, ends)
     best = min(optima, key=lambda optimum: optimum.sse)
     naive = naive_covariance(problem, best)
     errors = np.sqrt(np.diag(naive))
     drawn = _refits(problem, best, settings, generator(seed, "bootstrap", oil))
     refits = without_bounds(problem, drawn)
-    shifted = calibration_refits(problem, best, prepared.points, prepared.followed)
+    shifted = calibration_refits(problem, best, tested.points, tested.followed)
     estimates = Estimates(best.values, naive, refits, shifted)
     # the same groups for every law
     random = generator(seed, "left out", oil)
@@ -217,7 +205,7 @@ def _solve(prepared: _Prepared, oil: str, settings: FitSettings, seed: int) -> S
         best,
         certify(problem, data, optima, errors, settings),
         estimates,
-        profiles(problem, best, errors),
+        profiles(problem, best, naive),
         robust_fit(problem, best),
         left_out,
         scores_of_unseen(problem.mu + left_out, problem.mu, own_error, problem.at.curve),
@@ -226,14 +214,13 @@ def _solve(prepared: _Prepared, oil: str, settings: FitSettings, seed: int) -> S
 
 
 def _from_nested(
-    prepared: _Prepared, settings: FitSettings, random: np.random.Generator
+    problem: Problem, tested: _Tested, settings: FitSettings, random: np.random.Generator
 ) -> list[Optimum]:
     """The end next to the optimum of the law's special case, as one more search, if it has one."""
-    problem = prepared.problem
     if problem.law.nested is None:
         return []
-    inner = build_problem(problem.law.nested, prepared.data, prepared.followed)
-    best = search(inner, settings, random)
+    inner = build_problem(problem.law.nested, tested.data, tested.followed)
+    (best,) = search(inner, settings, [random])
     names = [constant.name for constant in inner.law.constants]
     known = dict(zip(names, inner.expand(best.values), strict=True))
     start = [known.get(constant.name, constant.lower) for constant in problem.law.constants]
@@ -265,4 +252,20 @@ def _tested_box(points: pd.DataFrame) -> dict[str, float]:
     return {
         **{f"tested_min_{name}": float(low[name]) for name in BOX},
         **{f"tested_max_{name}": float(high[name]) for name in BOX},
+    }
+
+
+def _ends_out(solution: Solution, points: pd.DataFrame, settings: FitSettings) -> dict[str, float]:
+    """Errors at the lowest and highest level of each condition, left out of the fit."""
+    # not the law's own conditions: every law is evaluated at the same levels
+    conditions = curve_data(points).conditions
+    # the scatter of one level has no ends
+    levels = np.where(varied(CONDITIONS, conditions, settings), conditions, np.nan)
+    errors = [
+        leave_ends_out(solution.problem, solution.best, level_of(level, settings.level_gap))
+        for level in levels.T
+    ]
+    return {
+        f"{name}_end_out_relative_rms": relative_rms(error, solution.data.mu)
+        for name, error in zip(("pressure", "speed", "temperature"), errors, strict=True)
     }

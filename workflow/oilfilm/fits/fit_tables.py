@@ -1,16 +1,15 @@
 """The tables of one fit: constants, quality, refits, correlations, profiles, residuals by curve."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict
 from typing import Any
 
 import numpy as np
 import pandas as pd
-import scipy
 
 from oilfilm import tables
 from oilfilm.fits.certificate import tested_grid, traction_on
 from oilfilm.fits.conditions import from_text
+from oilfilm.fits.interval import normal_quantile
 from oilfilm.fits.objectives import curve_agreement, difference, odd_curves
 from oilfilm.fits.profile import profile_interval
 from oilfilm.fits.solution import Solution
@@ -22,14 +21,6 @@ from oilfilm.units import FloatArray
 
 # Traction this small beside the largest is rounding: no dip below zero, no second rise.
 _ROUNDING = 1e-9
-# Known once whole levels are left out of the fit; and of the oil, which the fit does not know.
-_ENDS_OUT = dict.fromkeys(
-    (
-        *("pressure_end_out_relative_rms", "speed_end_out_relative_rms"),
-        *("temperature_end_out_relative_rms", "limiting_stress_ratio"),
-    ),
-    np.nan,
-)
 
 
 def tables_of_fit(
@@ -50,7 +41,7 @@ def tables_of_fit(
         quality,
         {
             "coefficients": _judged(_coefficients(solution, settings), solution, quality),
-            "fit_quality": pd.DataFrame([{**_ENDS_OUT, **quality, **_quality(solution)}]),
+            "fit_quality": pd.DataFrame([{**quality, **_quality(solution)}]),
             "refits": _refits(solution),
             "correlations": _correlations(solution),
             "profiles": _profiles(solution),
@@ -170,7 +161,7 @@ def sign_reach(constants: int, confidence: float) -> float:
         constants: Constants that are judged.
         confidence: That no sign is called wrongly, as a share.
     """
-    return float(scipy.special.ndtri(1 - (1 - confidence) / (2 * constants)))
+    return normal_quantile(1 - (1 - confidence) / constants)
 
 
 def _judged(rows: pd.DataFrame, solution: Solution, quality: Mapping[str, Any]) -> pd.DataFrame:
@@ -212,8 +203,10 @@ def _quality(solution: Solution) -> dict[str, Any]:
         "robust_difference": difference(problem, best, solution.robust),
         "left_out_rmse": float(np.sqrt(np.mean(solution.left_out**2))),
         "refits_at_bounds": solution.refits_at_bounds,
+        # of the oil, which a fit does not know
+        "limiting_stress_ratio": np.nan,
         **solution.unseen.columns(),
-        **asdict(solution.certificate),
+        **solution.certificate,
     }
 
 

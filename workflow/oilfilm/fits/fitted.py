@@ -202,19 +202,22 @@ class FittedLaw:
                 oil, and one that needs no properties of it.
             curves: Table of curve residuals, which has the tested conditions.
         """
-        rows = coefficients[coefficients["oil"] == oil]
         if law is None:
-            (name,) = rows["law"].unique()
+            (name,) = coefficients.loc[coefficients["oil"] == oil, "law"].unique()
             law = LAWS[name]
-        rows = rows[rows["law"] == law.name].set_index("constant")
+
+        def of_fit(table: pd.DataFrame) -> pd.DataFrame:
+            return table[(table["oil"] == oil) & (table["law"] == law.name)]
+
+        rows = of_fit(coefficients).set_index("constant")
         values = _in_order(law, rows["value"].to_frame().T)[0]
         given = set(rows.index[rows["value"].notna()])
         followed = {constant.condition for constant in law.constants if constant.name in given}
         known = np.array([name in followed for name in law.groups])
         spread = shifted = np.empty((0, len(values)))
         if refits is not None:
-            of_oil = refits[(refits["oil"] == oil) & (refits["law"] == law.name)]
-            wide = of_oil.pivot(index=["cause", "refit"], columns="constant", values="value")
+            index = ["cause", "refit"]
+            wide = of_fit(refits).pivot(index=index, columns="constant", values="value")
             calibration = wide.index.get_level_values("cause").str.startswith("calibration")
             if len(wide):
                 spread, shifted = (
@@ -227,8 +230,7 @@ class FittedLaw:
         unseen, degrees, two_levels = UNKNOWN, np.inf, ()
         limit = LIMITING_STRESS_RATIO
         if quality is not None:
-            of_fit = quality[(quality["oil"] == oil) & (quality["law"] == law.name)]
-            (row,) = tables.rows(of_fit)
+            (row,) = tables.rows(of_fit(quality))
             names = (*law.conditions, "slide_roll_ratio")
             box = np.array(
                 [[row[f"tested_min_{name}"], row[f"tested_max_{name}"]] for name in names], float
@@ -243,8 +245,8 @@ class FittedLaw:
             degrees = float(row["n_curves"]) - 1 - known.sum()
         tested = np.empty((0, len(law.conditions)))
         if curves is not None:
-            of_fit = curves[(curves["oil"] == oil) & (curves["law"] == law.name)]
-            tested = of_fit[[f"mean_{name}" for name in law.conditions]].to_numpy(float)
+            means = [f"mean_{name}" for name in law.conditions]
+            tested = of_fit(curves)[means].to_numpy(float)
         rest = (box, fixed, unseen, degrees, two_levels, limit, tested)
         return cls(law, Coefficients(values, known, spread, shifted, *rest))
 

@@ -11,10 +11,11 @@ exports, figures, torque).
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cache
+from statistics import NormalDist
 from typing import Any
 
 import numpy as np
-import scipy
 
 from oilfilm.traction.expression import compiled, name, parse
 from oilfilm.units import FloatArray, IndexArray
@@ -35,12 +36,26 @@ _SMALL_TRACTION = 0.05
 
 def normal_quantile(level: float) -> float:
     """Standard errors to each side of a normal mean that hold a share `level`."""
-    return float(scipy.special.ndtri(0.5 + level / 2))
+    return NormalDist().inv_cdf(0.5 + level / 2)
 
 
+@cache
 def student_quantile(level: float, degrees: float) -> float:
-    """The same of Student's distribution."""
-    return float(scipy.special.stdtrit(degrees, 0.5 + level / 2))
+    """The same of Student's distribution, to 1e-8.
+
+    t = sqrt(n) tan(a), where the density of a is proportional to cos(a)^(n - 1). SciPy has it too,
+    but takes a fifth of the time in which a fit starts to be imported.
+
+    Examples:
+        >>> print(f"{student_quantile(0.95, 3):.5f} {student_quantile(0.95, np.inf):.5f}")
+        3.18245 1.95996
+    """
+    if np.isinf(degrees):
+        return normal_quantile(level)
+    angle = np.linspace(0, min(np.pi / 2, 10 / np.sqrt(degrees)), 100_001)
+    density = np.cos(angle) ** (degrees - 1)
+    share = np.append(0.0, np.cumsum(density[1:] + density[:-1]))
+    return float(np.sqrt(degrees) * np.tan(np.interp(level, share / share[-1], angle)))
 
 
 @dataclass(frozen=True)
@@ -189,6 +204,12 @@ def _sizes(mu: FloatArray, error: FloatArray, own_error: FloatArray) -> tuple[fl
     if share == 0:
         return 0.0, 0.0
     variance = share**2 * (mu**2 + (_SMALL_TRACTION * scale) ** 2)
-    columns = np.column_stack([np.full(len(mu), scale**2), mu**2]) / variance[:, np.newaxis]
-    parts, _ = scipy.optimize.nnls(columns, (error**2 - own_error**2) / variance)
+    columns = np.stack([np.full(len(mu), scale**2), mu**2]) / variance
+    wanted = (error**2 - own_error**2) / variance
+    parts = np.linalg.lstsq(columns.T, wanted)[0]
+    if parts.min() < 0:
+        # one of them alone, whichever explains more
+        alone = np.maximum(columns @ wanted, 0) / np.sum(columns**2, axis=1)
+        better = np.argmax(alone * (columns @ wanted))
+        parts = np.where(np.arange(2) == better, alone, 0.0)
     return float(np.sqrt(parts[0]) * scale), float(np.sqrt(parts[1]))

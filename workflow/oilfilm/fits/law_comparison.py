@@ -6,16 +6,12 @@ import numpy as np
 import pandas as pd
 
 from oilfilm import tables
-from oilfilm.fits.conditions import varied
-from oilfilm.fits.cross_validation import leave_ends_out, level_of, relative_rms
 from oilfilm.fits.fit import BOX, OilFit, fit_oil
 from oilfilm.fits.fit_tables import tables_without_fit
-from oilfilm.fits.problem import curve_data
-from oilfilm.fits.solution import Solution
 from oilfilm.settings.resolved import Settings
 from oilfilm.table_needs import OF_FIT
 from oilfilm.traction import LAWS, laws_for
-from oilfilm.traction.law import CONDITIONS, Law
+from oilfilm.traction.law import Law
 
 # Why the laws' comparison says nothing of Wang-Deng where the paper's law made the points.
 TIE = (
@@ -49,11 +45,7 @@ def fit_law(
     law = LAWS[name] if name in LAWS else laws_of(oil, settings).get(name)
     if law is None:
         return _without_properties(oil, name)
-    fit = fit_oil(points, oil, settings.fit, settings.seed, law)
-    if fit.solution is None:
-        return fit
-    ends = _ends_out(fit.solution, points[points["oil"] == oil], settings)
-    return OilFit({**fit.tables, "fit_quality": fit.fit_quality.assign(**ends)}, fit.solution)
+    return fit_oil(points, oil, settings.fit, settings.seed, law)
 
 
 def compare_laws(
@@ -90,19 +82,3 @@ def _without_properties(oil: str, law: str) -> OilFit:
     }
     reason = "the law needs the oil's properties and one known contact (config)"
     return OilFit(tables_without_fit([], quality, reason), None)
-
-
-def _ends_out(solution: Solution, points: pd.DataFrame, settings: Settings) -> dict[str, float]:
-    """Errors at the lowest and highest level of each condition, left out of the fit."""
-    # not the law's own conditions: every law is evaluated at the same levels
-    conditions = curve_data(points).conditions
-    # the scatter of one level has no ends
-    levels = np.where(varied(CONDITIONS, conditions, settings.fit), conditions, np.nan)
-    errors = [
-        leave_ends_out(solution.problem, solution.best, level_of(level, settings.fit.level_gap))
-        for level in levels.T
-    ]
-    return {
-        f"{name}_end_out_relative_rms": relative_rms(error, solution.data.mu)
-        for name, error in zip(("pressure", "speed", "temperature"), errors, strict=True)
-    }

@@ -39,7 +39,8 @@ class Problem:
 
     The others (`free` false) are exponents that the law itself gives, and those of conditions that
     did not vary: held at zero, they leave the condition's effect inside the law's coefficients.
-    `held` are the indices and values of those that ran into a bound and stay there.
+    `held` are the indices and values of those that ran into a bound and stay there; `weight` is
+    that of each point's squared error, 1 where it is None.
     """
 
     law: Law
@@ -47,6 +48,7 @@ class Problem:
     mu: FloatArray
     free: BoolArray
     held: tuple[tuple[int, float], ...] = ()
+    weight: FloatArray | None = None
 
     @property
     def curves(self) -> int:
@@ -121,6 +123,15 @@ class Problem:
         free = self.free.copy()
         free[indices] = False
         return replace(self, free=free, held=held)
+
+    def thinned(self, points: int) -> "Problem":
+        """The same problem with every n-th point of each curve, about so many in all."""
+        step, curve = max(len(self.mu) // points, 1), np.arange(self.curves)
+        # other slips of each curve
+        first = self.starts + curve % np.minimum(self.lengths, step)
+        kept = (np.arange(len(self.mu)) - first[self.at.curve]) % step == 0
+        at = replace(self.at, curve=self.at.curve[kept], slip=self.at.slip[kept])
+        return replace(self, at=at, mu=self.mu[kept])
 
     @property
     def logarithmic(self) -> BoolArray:

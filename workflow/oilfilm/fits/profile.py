@@ -4,10 +4,10 @@ Decides: intervals of constants by profile likelihood.
 """
 
 import numpy as np
-import scipy
 
 from oilfilm.fits.descent import descend
 from oilfilm.fits.engine import Optimum
+from oilfilm.fits.interval import student_quantile
 from oilfilm.fits.problem import Problem
 from oilfilm.units import FloatArray
 
@@ -16,7 +16,7 @@ _AT = np.array([-4.0, -3.0, -2.0, -1.5, -1.0, -0.5, 0.5, 1.0, 1.5, 2.0, 3.0, 4.0
 
 
 def profiles(
-    problem: Problem, optimum: Optimum, naive_errors: FloatArray
+    problem: Problem, optimum: Optimum, naive: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Values of each free internal constant and the signed root of the SSE's rise there.
 
@@ -24,6 +24,12 @@ def profiles(
 
     For a linear law z is the distance in naive standard errors; how far it bends from that is how
     far those errors mislead. Like them it takes every point's error for its own.
+
+    Args:
+        problem: What was fitted.
+        optimum: Where it ended.
+        naive: Naive covariance of the free internal constants. The others start where it expects
+            them.
 
     Returns:
         Two arrays of shape (free, levels), ascending, the optimum itself in the middle.
@@ -34,14 +40,14 @@ def profiles(
     count, levels = len(optimum.values), len(_AT)
     degrees = len(problem.mu) - count
     held = np.repeat(np.eye(count, dtype=bool), levels, axis=0)
-    starts = np.where(
-        held, optimum.values + np.tile(_AT, count)[:, np.newaxis] * naive_errors, optimum.values
-    )
+    errors = np.sqrt(np.diag(naive))
+    towards = (naive / errors).T[:, np.newaxis] * _AT[:, np.newaxis]
+    starts = optimum.values + towards.reshape(-1, count)
     # beyond the bounds a constant has no meaning
     starts = np.clip(starts, *problem.limits.T)
     sse = np.full(len(starts), np.nan)
-    if np.isfinite(naive_errors).all():
-        _, sse = descend(problem, starts, held=held, tolerance=1e-10)
+    if np.isfinite(naive).all():
+        _, sse = descend(problem, starts, held=held, tolerance=1e-7, near=True)
     rise = np.maximum(sse - optimum.sse, 0) * degrees / max(optimum.sse, np.finfo(float).tiny)
     z = np.sign(np.tile(_AT, count)) * np.sqrt(rise)
     middle = levels // 2
@@ -60,9 +66,17 @@ def profile_interval(
         degrees: Points minus constants.
         level: Of confidence.
     """
-    limit = float(scipy.special.stdtrit(degrees, 0.5 + level / 2))
+    limit = student_quantile(level, degrees)
     rising = np.concatenate([[True], np.diff(z) > 0])
     if not np.isfinite(z).all() or not rising.all():
         return float("nan"), float("nan")
-    at = scipy.interpolate.PchipInterpolator(z, values, extrapolate=False)
-    return float(at(-limit)), float(at(limit))
+    return _crossing(values, z, -limit), _crossing(values, z, limit)
+
+
+def _crossing(values: FloatArray, z: FloatArray, at: float) -> float:
+    """The value at one signed root: on the cubic through the four nearest ones; NaN outside."""
+    after = int(np.searchsorted(z, at))
+    if not 0 < after < len(z):
+        return float("nan")
+    some = slice(max(after - 2, 0), after + 2)
+    return float(np.polyval(np.polyfit(z[some], values[some], len(z[some]) - 1), at))

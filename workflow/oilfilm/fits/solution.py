@@ -1,8 +1,9 @@
 """What a fit has solved, before it becomes tables."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
-from oilfilm.fits.certificate import Certificate
 from oilfilm.fits.engine import Optimum
 from oilfilm.fits.interval import Unseen
 from oilfilm.fits.objectives import Alternative
@@ -33,7 +34,7 @@ class Solution:
     problem: Problem
     data: CurveData
     best: Optimum
-    certificate: Certificate
+    certificate: Mapping[str, Any]
     estimates: Estimates
     profile: tuple[FloatArray, FloatArray]
     robust: Alternative | None

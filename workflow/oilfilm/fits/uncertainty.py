@@ -7,13 +7,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from oilfilm.fits.descent import refit
+from oilfilm.fits.descent import descend
 from oilfilm.fits.engine import Optimum, at_bounds
 from oilfilm.fits.problem import Problem
 from oilfilm.units import FloatArray, IndexArray
 
 # A refit is one draw of a spread: digits beyond these are never seen.
-_REFIT_TOLERANCE = 1e-10
+_REFIT_TOLERANCE = 1e-8
 # Draws checked at once.
 _DRAWS = 100
 # A curve that alone decides a direction has no residual there: its leverage is cut off here.
@@ -105,7 +105,8 @@ def curve_bootstrap(
     Reference: B. Efron, R. J. Tibshirani, An Introduction to the Bootstrap (1993), chapter 8.
     """
     draws = draw_curves(problem.at.design, refits, random)
-    return refit(problem, optimum.values, draws.astype(float), _REFIT_TOLERANCE)[0]
+    starts, weights = np.tile(optimum.values, (refits, 1)), draws.astype(float)
+    return descend(problem, starts, weights=weights, tolerance=_REFIT_TOLERANCE, near=True)[0]
 
 
 def without_bounds(problem: Problem, refits: FloatArray) -> FloatArray:
@@ -113,8 +114,7 @@ def without_bounds(problem: Problem, refits: FloatArray) -> FloatArray:
 
     A bound is where the search stopped, not what the curves say: its value means nothing.
     """
-    stuck = np.array([at_bounds(problem, values).any() for values in refits], dtype=bool)
-    return refits[~stuck]
+    return refits[~at_bounds(problem, refits).any(axis=1)]
 
 
 def robust_covariance(problem: Problem, optimum: Optimum) -> FloatArray:

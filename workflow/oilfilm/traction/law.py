@@ -171,13 +171,13 @@ class Law:
 
     def value(self, sizes: FloatArray, slip: FloatArray) -> FloatArray:
         """mu from the coefficients' sizes |X|, shape (coefficients, ...), at slips (...)."""
-        return np.asarray(self._value(*sizes, slip)[0])
+        return np.asarray(_compiled(self.graphs[:1], self._arguments)(*sizes, slip)[0])
 
     def value_and_slopes(
         self, sizes: FloatArray, slip: FloatArray
     ) -> tuple[FloatArray, tuple[FloatArray, ...]]:
         """mu, and its derivatives by each ln|X|, each of the arguments' shape or broadcastable."""
-        mu, *slopes = self._value_and_slopes(*sizes, slip)
+        mu, *slopes = _compiled(self.graphs, self._arguments)(*sizes, slip)
         return mu, tuple(slopes)
 
     def value_slopes_and_curvatures(
@@ -194,13 +194,13 @@ class Law:
             mu; its slopes; the lower triangle of its second derivatives row by row, where one that
             is zero everywhere is a number.
         """
-        function = _to_second_order(self.graphs, self.local_constants, by)
+        function = _to_second_order(self.graphs, self._arguments, by)
         mu, *rest = function(*sizes, slip)
         return mu, tuple(rest[: len(by)]), tuple(rest[len(by) :])
 
     def definitions(self) -> list[tuple[str, Node]]:
         """The equation as it is written: mu, then its parts, by signed coefficients and S."""
-        return expression.parse_steps(self.steps, (*self.local_constants, "S"))[::-1]
+        return expression.parse_steps(self.steps, self._arguments)[::-1]
 
     @property
     def steps(self) -> tuple[tuple[str, str], ...]:
@@ -232,12 +232,8 @@ class Law:
         return linear
 
     @cached_property
-    def _value(self) -> Callable[..., Any]:
-        return _compiled(self.graphs[:1], (*self.local_constants, "S"))
-
-    @cached_property
-    def _value_and_slopes(self) -> Callable[..., Any]:
-        return _compiled(self.graphs, (*self.local_constants, "S"))
+    def _arguments(self) -> tuple[str, ...]:
+        return (*self.local_constants, "S")
 
     @cached_property
     def constants(self) -> tuple[Constant, ...]:
@@ -344,7 +340,7 @@ def _to_second_order(
         for row, slope in enumerate(slopes)
         for index in by[: row + 1]
     ]
-    return _compiled((graphs[0], *slopes, *curvatures), (*names, "S"))
+    return _compiled((graphs[0], *slopes, *curvatures), names)
 
 
 @dataclass(frozen=True)
