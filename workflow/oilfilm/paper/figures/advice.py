@@ -24,12 +24,6 @@ _NO_MAP = "The oils of selection.rules have no law or no film here:\nno map."
 
 
 @register(
-    name="slip-advice",
-    title="Choice of oil by cage slip",
-    caption="Oil that the rules of the paper advise (colour), with its cage slip at friction "
-    "equilibrium. Symbols: best oil, where it is another one. The best oil has the least torque of "
-    "the oils that hold the cage; if none holds it, the least slip. Abscissa: dmN, pitch diameter "
-    "times speed (million mm rpm). Ordinate: axial load (kN).",
     category="Bearing",
     family="bearing",
     tables=("slip_advice",),
@@ -37,7 +31,13 @@ _NO_MAP = "The oils of selection.rules have no law or no film here:\nno map."
     requires="torque",
 )
 def slip_advice(results: CampaignTables, settings: Settings) -> Sheet:
-    """Advised and best oil against speed and axial load."""
+    """Choice of oil by cage slip.
+
+    Oil that the rules of the paper advise (colour), with its cage slip at friction equilibrium.
+    Symbols: best oil, where it is another one. The best oil has the least torque of the oils
+    that hold the cage; if none holds it, the least slip. Abscissa: dmN, pitch diameter times
+    speed (million mm rpm). Ordinate: axial load (kN).
+    """
     advice, oils = results.slip_advice, list(settings.oils)
     if advice.empty:
         return sentences(_NO_MAP)

@@ -12,16 +12,14 @@ from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.units import RAD_S_PER_RPM
 
-register(name="fig06", like="torque", paper="Fig. 6", category="Paper")(torque)
+
+@register(like="torque", paper="Fig. 6", category="Paper")
+def fig06(results: CampaignTables, settings: Settings) -> Sheet:
+    """Friction torque of the bearing."""
+    return torque(results, settings)
 
 
 @register(
-    name="power-loss",
-    title="Published power loss",
-    caption="Calculated power loss (W) by term, and published power loss, against speed of "
-    "the inner ring. The volume fraction of oil, and with it the drag, is fitted to the "
-    "published points. Dashed lines: ends of its range. Published points: NASA TP-2275, "
-    "transcribed by a third party. The traction law is fitted to the logs of this campaign.",
     category="Bearing",
     family="bearing",
     tables=("published_tests",),
@@ -30,7 +28,13 @@ register(name="fig06", like="torque", paper="Fig. 6", category="Paper")(torque)
     shows_data=False,
 )
 def power_loss(results: CampaignTables, settings: Settings) -> Sheet:
-    """Calculated power loss term by term beside a published one, to which the drag is fitted."""
+    """Published power loss.
+
+    Calculated power loss (W) by term, and published power loss, against speed of the inner
+    ring. The volume fraction of oil, and with it the drag, is fitted to the published points.
+    Dashed lines: ends of its range. Published points: NASA TP-2275, transcribed by a third
+    party. The traction law is fitted to the logs of this campaign.
+    """
     table = results.published_tests.dropna(subset="published_power_w")
     sheet = Sheet(height=2.0)
     panel = sheet.panel(title=None)

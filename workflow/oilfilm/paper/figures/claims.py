@@ -24,19 +24,14 @@ _ALL, _IN_USE, _BEST = "all sets", "set in use", "best set"
 _NO_STATEMENT = ("oil", "signs", "in_use", "rank", "rank_at_figures", "total", "near_best", "sse")
 
 
-@register(
-    name="claims",
-    title="Claims of the paper",
-    caption="Verdict on each claim of the paper, and share of the conditions where it holds. "
-    "Upper bar of each claim: fits and points of this campaign. Lower bar: constants printed in "
-    "the paper. The section on claims has the worst case of each, or why it cannot be checked.",
-    category="Claims",
-    family="bearing",
-    tables=("claims",),
-    references=("claims",),
-)
-def claims_page(results: CampaignTables, settings: Settings, claims: Claims) -> Sheet:
-    """Each claim with one bar per basis: share of cases where it holds."""
+@register(category="Claims", family="bearing", tables=("claims",), references=("claims",))
+def claims(results: CampaignTables, settings: Settings, claims: Claims) -> Sheet:
+    """Claims of the paper.
+
+    Verdict on each claim of the paper, and share of the conditions where it holds. Upper bar of
+    each claim: fits and points of this campaign. Lower bar: constants printed in the paper. The
+    section on claims has the worst case of each, or why it cannot be checked.
+    """
     drawn = results.claims
     if drawn.empty:
         return sentences("The paper tested none of these oils:\nno claims.")
@@ -84,21 +79,21 @@ def _draw_bar(panel: Panel, y: float, line: "pd.Series[Any]") -> None:
 
 
 @register(
-    name="signs",
-    title="Signs of the printed exponents",
-    caption="Score of all 512 sets of signs of the printed exponents, one column of panels "
-    "per oil. The score counts statements of the paper that hold; no data are drawn. Top: total "
-    "score by rank; dots: near-best sets; ring: set in use. Middle: statements that hold for the "
-    "set in use. Bottom: margin of each sign with every statement (bars) and without the one that "
-    "counts most (ticks), with its verdict.",
     category="Claims",
     family="bearing",
     tables=("signs", "sign_verdicts"),
     settings=("oils",),
     shows_data=False,
 )
-def sign_study(results: CampaignTables, settings: Settings) -> Sheet:
-    """One column per oil: totals by rank, statements of the set in use, margin of each sign."""
+def signs(results: CampaignTables, settings: Settings) -> Sheet:
+    """Signs of the printed exponents.
+
+    Score of all 512 sets of signs of the printed exponents, one column of panels per oil. The
+    score counts statements of the paper that hold; no data are drawn. Top: total score by rank;
+    dots: near-best sets; ring: set in use. Middle: statements that hold for the set in use.
+    Bottom: margin of each sign with every statement (bars) and without the one that counts most
+    (ticks), with its verdict.
+    """
     oils = [oil for oil in settings.oils if (results.signs["oil"] == oil).any()]
     if not oils:
         return sentences("No oil of this campaign has printed constants.")

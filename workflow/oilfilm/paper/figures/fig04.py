@@ -28,24 +28,24 @@ _DASHES: style.Look = {"fit": "-", "left out": style.LINES["left out"], "Eq. 7":
 
 
 @register(
-    name="fig04",
     paper="Fig. 4",
-    title="The Wang-Deng law at zero slip and on a curve left out",
-    caption="Measured traction coefficient against slide-roll ratio, and the Wang-Deng law "
-    "fitted to the same oil. Each oil has one curve, chosen by a rule among all tested curves "
-    "and all versions of the law. (a) Curve with the largest traction coefficient at zero slip; "
-    "below: detail near zero slip. (b) Curve whose rms error grows most when the fit leaves it "
-    "out; below: the errors. Full lines: fit to all curves. Dashed lines: fit without this "
-    "curve. Dotted lines: law of the paper (Eq. 7), fitted without this curve. Symbols: plateau "
-    "means with the 95 % interval of their random error. Open symbols: fit not certified. The "
-    "groups and readings of the Wang-Deng laws are ours.",
     family="law",
     tables=("points", "fit_quality", "coefficients", "law_points"),
     settings=("oils", "rigs"),
     compares_laws=True,
 )
 def fig04(results: CampaignTables, settings: Settings) -> Sheet:
-    """Left, the largest traction without slip; right, the largest growth of an error."""
+    """The Wang-Deng law at zero slip and on a curve left out.
+
+    Measured traction coefficient against slide-roll ratio, and the Wang-Deng law fitted to the
+    same oil. Each oil has one curve, chosen by a rule among all tested curves and all versions
+    of the law. (a) Curve with the largest traction coefficient at zero slip; below: detail near
+    zero slip. (b) Curve whose rms error grows most when the fit leaves it out; below: the
+    errors. Full lines: fit to all curves. Dashed lines: fit without this curve. Dotted lines:
+    law of the paper (Eq. 7), fitted without this curve. Symbols: plateau means with the 95 %
+    interval of their random error. Open symbols: fit not certified. The groups and readings of
+    the Wang-Deng laws are ours.
+    """
     fits = results.fit_quality.dropna(subset="rmse")
     sheet = Sheet(4, 2, height=(1.7, 1.5), across=0.55, down=0.45)
     whole = sheet.panel(0, f"Curve with the largest |{style.MU}(0)|")

@@ -39,79 +39,58 @@ CUTS = {
 }
 _BEYOND = Patch(facecolor=style.EXTRAPOLATED, label="beyond the tests")
 
-_OF_ALL_OILS = "Traction coefficient of all oils against "
-_LINES = (
-    "the paper does not state its own. Full lines: fitted law with the 95 % interval of the next "
-    "good run, which may leave the panel. Thin dashed lines: constants printed in the paper, signs "
-    "restored, at the middle level. They are shown where they differ by more than 5 % of the "
-    "largest traction coefficient; the legend states the largest difference at all levels. Shaded: "
-    "beyond the tested conditions. Each panel has its own scale. dmN: pitch diameter times speed "
-    "(mm rpm) of a bearing with this entrainment speed. Oils without a fit of pressure, speed and "
-    "temperature are not shown."
-)
-
 
 @register(
-    name="fig07",
     paper="Fig. 7",
-    title="Traction against slide-roll ratio",
-    caption=_OF_ALL_OILS
-    + "slide-roll ratio, one panel per maximum Hertz pressure and entrainment speed. "
-    + "The curves are for several inlet temperatures; "
-    + _LINES,
     family="law",
     tables=("coefficients", "refits", "fit_quality"),
     settings=("oils", "extrapolation", "same_set_point"),
     references=("printed_coefficients",),
 )
 def fig07(results: CampaignTables, settings: Settings, **references: Any) -> Sheet:
-    """mu against slip, one panel per pressure."""
+    """Traction against slide-roll ratio.
+
+    Traction coefficient of all oils against slide-roll ratio, one panel per maximum Hertz pressure
+    and entrainment speed. The curves are for several inlet temperatures.
+
+    The paper does not state the levels of the curves. Full lines: fitted law with the 95 %
+    interval of the next good run, which may leave the panel. Thin dashed lines: constants printed
+    in the paper, signs restored, at the middle level. They are shown where they differ by more
+    than 5 % of the largest traction coefficient; the legend states the largest difference at all
+    levels. Shaded: beyond the tested conditions. Each panel has its own scale. dmN: pitch diameter
+    times speed (mm rpm) of a bearing with this entrainment speed. Oils without a fit of pressure,
+    speed and temperature are not shown.
+    """
     return _draw_cuts("fig07", results, settings, **references)
 
 
-@register(
-    name="fig08",
-    like="fig07",
-    paper="Fig. 8",
-    title="Traction against entrainment speed",
-    caption=_OF_ALL_OILS
-    + "entrainment speed (m/s), one panel per maximum Hertz pressure and slide-roll ratio. "
-    + "The curves are for several inlet temperatures; "
-    + _LINES,
-)
+@register(like="fig07", paper="Fig. 8")
 def fig08(results: CampaignTables, settings: Settings, **references: Any) -> Sheet:
-    """mu against entrainment speed, one panel per slip."""
+    """Traction against entrainment speed.
+
+    Traction coefficient of all oils against entrainment speed (m/s), one panel per maximum Hertz
+    pressure and slide-roll ratio. The curves are for several inlet temperatures.
+    """
     return _draw_cuts("fig08", results, settings, **references)
 
 
-@register(
-    name="fig09",
-    like="fig07",
-    paper="Fig. 9",
-    title="Traction against pressure",
-    caption=_OF_ALL_OILS
-    + "maximum Hertz pressure (GPa), one panel per entrainment speed and slide-roll ratio. "
-    + "The curves are for several inlet temperatures; "
-    + _LINES,
-)
+@register(like="fig07", paper="Fig. 9")
 def fig09(results: CampaignTables, settings: Settings, **references: Any) -> Sheet:
-    """mu against pressure, one panel per speed and slip."""
+    """Traction against pressure.
+
+    Traction coefficient of all oils against maximum Hertz pressure (GPa), one panel per entrainment
+    speed and slide-roll ratio. The curves are for several inlet temperatures.
+    """
     return _draw_cuts("fig09", results, settings, **references)
 
 
-@register(
-    name="fig10",
-    like="fig07",
-    paper="Fig. 10",
-    title="Traction against temperature",
-    caption=_OF_ALL_OILS
-    + "inlet temperature (\N{DEGREE SIGN}C), one panel per maximum Hertz pressure and entrainment "
-    + "speed. "
-    + "The curves are for several slide-roll ratios; "
-    + _LINES,
-)
+@register(like="fig07", paper="Fig. 10")
 def fig10(results: CampaignTables, settings: Settings, **references: Any) -> Sheet:
-    """mu against temperature, one panel per pressure and speed."""
+    """Traction against temperature.
+
+    Traction coefficient of all oils against inlet temperature (\N{DEGREE SIGN}C), one panel per
+    maximum Hertz pressure and entrainment speed. The curves are for several slide-roll ratios.
+    """
     return _draw_cuts("fig10", results, settings, **references)
 
 
@@ -270,12 +249,6 @@ def _handles(sheet: Sheet, levels: Sequence[float], by: str, oils: Sequence[str]
 
 
 @register(
-    name="extrapolation",
-    title="Fitted laws and the truth of the simulation",
-    caption="(a-d) Fitted laws and the truth of the simulation for one oil, each along one "
-    "cut through the conditions of Figs 7 to 10. (e) Rms error of each law over the rms of the "
-    "true traction coefficient, for every oil: open symbols within the tested conditions, filled "
-    "symbols beyond them. The figure allows no conclusion about real oils.",
     category="Fits",
     family="law",
     tables=("extrapolation",),
@@ -284,7 +257,13 @@ def _handles(sheet: Sheet, levels: Sequence[float], by: str, oils: Sequence[str]
     compares_laws=True,
 )
 def extrapolation(results: CampaignTables, settings: Settings) -> Sheet:
-    """One oil cut through Figs 7-10, truth and laws; below, each law's error for every oil."""
+    """Fitted laws and the truth of the simulation.
+
+    (a-d) Fitted laws and the truth of the simulation for one oil, each along one cut through
+    the conditions of Figs 7 to 10. (e) Rms error of each law over the rms of the true traction
+    coefficient, for every oil: open symbols within the tested conditions, filled symbols beyond
+    them. The figure allows no conclusion about real oils.
+    """
     compared, choice = results.extrapolation, settings.figures.extrapolation
     laws, oils = list(dict.fromkeys(compared["law"])), list(settings.oils)
     of_oil = compared[compared["oil"] == choice.oil]

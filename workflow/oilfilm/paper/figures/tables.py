@@ -78,19 +78,19 @@ _OF_TORQUE_TEST = (
 
 
 @register(
-    name="tab01",
     paper="Table 1",
-    title="Properties of the oils",
-    caption="Density, viscosity, pressure-viscosity coefficient, thermal conductivity and "
-    "specific heat at 100 \N{DEGREE SIGN}C and 1 bar, with their sources. The values of the "
-    "paper are lost. Properties that stand in for unknown ones are marked.",
     family="data",
     settings=("oils",),
     references=("paper_tables",),
     shows_data=False,
 )
 def tab01(results: CampaignTables, settings: Settings, paper_tables: PaperTables) -> Sheet:
-    """Properties of each oil at 100 degC; of oils without known properties only the name."""
+    """Properties of the oils.
+
+    Density, viscosity, pressure-viscosity coefficient, thermal conductivity and specific heat
+    at 100 \N{DEGREE SIGN}C and 1 bar, with their sources. The values of the paper are lost.
+    Properties that stand in for unknown ones are marked.
+    """
     rows = []
     for name in settings.oils:
         oil = settings.properties_of(name)
@@ -109,19 +109,19 @@ def _source_of(oil: Oil | None) -> str:
 
 
 @register(
-    name="tab02",
     paper="Table 2",
-    title="Test matrix",
-    caption="Levels of maximum Hertz pressure (GPa), entrainment speed (m/s) and inlet "
-    "temperature (\N{DEGREE SIGN}C); slide-roll ratios of the accepted points; accepted curves. "
-    "The table of the paper is lost; the last column quotes its text.",
     family="data",
     tables=("points", "runs"),
     settings=("oils", "rigs", "same_set_point", "campaign.matrix"),
     references=("paper_tables",),
 )
 def tab02(results: CampaignTables, settings: Settings, paper_tables: PaperTables) -> Sheet:
-    """Levels of the test matrix; without one, those that the logs were set to."""
+    """Test matrix.
+
+    Levels of maximum Hertz pressure (GPa), entrainment speed (m/s) and inlet temperature
+    (\N{DEGREE SIGN}C); slide-roll ratios of the accepted points; accepted curves. The table of
+    the paper is lost; the last column quotes its text.
+    """
     matrix = settings.campaign.matrix
     source = "campaign file, matrix" if matrix is not None else "set points of the logs"
     runs = with_levels(results.runs, settings)
@@ -148,11 +148,7 @@ def tab02(results: CampaignTables, settings: Settings, paper_tables: PaperTables
 
 
 @register(
-    name="tab03",
     paper="Table 3",
-    title="Parameters of the bearing",
-    caption="Geometry, materials and cage of the bearing, with their sources. The table of "
-    "the paper is partly lost; the last column quotes its text.",
     family="data",
     settings=("bearings", "campaign.torque"),
     references=("paper_tables",),
@@ -160,7 +156,11 @@ def tab02(results: CampaignTables, settings: Settings, paper_tables: PaperTables
     requires="torque",
 )
 def tab03(results: CampaignTables, settings: Settings, paper_tables: PaperTables) -> Sheet:
-    """Parameters of the campaign's bearing and the levels of its test."""
+    """Parameters of the bearing.
+
+    Geometry, materials and cage of the bearing, with their sources. The table of the paper is
+    partly lost; the last column quotes its text.
+    """
     torque = present(settings.campaign.torque, "torque", "the campaign")
     name = torque.bearing
     bearing = settings.bearings[name]
@@ -263,19 +263,17 @@ def _table(
 
 
 @register(
-    name="eqs11-13",
-    like="constants",
-    paper="Eqs 11-13",
-    category="Paper",
-    caption="Fitted constants of the traction law for each oil, with their standard errors "
-    "from a bootstrap over curves. Beside them: the constants printed in the paper, signs "
-    "restored, for the oils that it tested.",
-    references=("printed_coefficients",),
+    like="constants", paper="Eqs 11-13", category="Paper", references=("printed_coefficients",)
 )
 def eqs11_13(
     results: CampaignTables, settings: Settings, printed_coefficients: PrintedCoefficients
 ) -> Sheet:
-    """Each oil's constants: fitted with standard error, and printed."""
+    """.
+
+    Fitted constants of the traction law for each oil, with their standard errors from a
+    bootstrap over curves. Beside them: the constants printed in the paper, signs restored, for
+    the oils that it tested.
+    """
     table = with_printed(results.configured.coefficients, printed_coefficients)
     note = "Printed: Deng et al. 2026, signs reconstructed"
     return draw_constants(table, list(settings.oils), note)

@@ -35,14 +35,6 @@ _ROLLS_OR_SKIDS = "cage may roll or skid"
 
 
 @register(
-    name="torque",
-    title="Friction torque of the bearing",
-    caption="Friction torque (N m) against speed of the inner ring, one panel per oil and "
-    "axial load. Symbols: measured torque; bars: 95 % interval from random error and "
-    "calibration. Lines: torque calculated with the pressure-based law and with the load-based "
-    "Wang-Deng law. Bands: 95 % interval from refits of the law, calibration and the other terms "
-    "of the torque. Above each panel: median error of each law, and points that agree within twice "
-    "the standard uncertainty of the difference. Crosses: the cage may roll or skid.",
     category="Bearing",
     family="bearing",
     tables=("torque",),
@@ -50,7 +42,15 @@ _ROLLS_OR_SKIDS = "cage may roll or skid"
     requires="torque",
 )
 def torque(results: CampaignTables, settings: Settings) -> Sheet:
-    """Measured and calculated torque against speed, one panel per oil and axial load."""
+    """Friction torque of the bearing.
+
+    Friction torque (N m) against speed of the inner ring, one panel per oil and axial load.
+    Symbols: measured torque; bars: 95 % interval from random error and calibration. Lines:
+    torque calculated with the pressure-based law and with the load-based Wang-Deng law. Bands:
+    95 % interval from refits of the law, calibration and the other terms of the torque. Above
+    each panel: median error of each law, and points that agree within twice the standard
+    uncertainty of the difference. Crosses: the cage may roll or skid.
+    """
     table = _in_sets(results.torque, settings)
     oils = [oil for oil in settings.oils if (table["oil"] == oil).any()]
     if not oils:
@@ -141,11 +141,6 @@ def _cross_handles(table: pd.DataFrame) -> list[Any]:
 
 
 @register(
-    name="torque-load-variable",
-    title="Load variables of the law in the bearing",
-    caption="Error (%) of the calculated torque against speed of the inner ring, one panel "
-    "per oil and load variable. The law is evaluated with pressure, with load and with "
-    "dimensionless load. Crosses: the cage may roll or skid.",
     category="Bearing",
     family="bearing",
     tables=("torque",),
@@ -153,7 +148,12 @@ def _cross_handles(table: pd.DataFrame) -> list[Any]:
     requires="torque",
 )
 def torque_load_variable(results: CampaignTables, settings: Settings) -> Sheet:
-    """Relative error of the torque against speed, one panel per load variable and oil."""
+    """Load variables of the law in the bearing.
+
+    Error (%) of the calculated torque against speed of the inner ring, one panel per oil and
+    load variable. The law is evaluated with pressure, with load and with dimensionless load.
+    Crosses: the cage may roll or skid.
+    """
     choice = settings.figures.fig06
     near = results.torque["inlet_temperature_c"] - choice.inlet_temperature_c
     here = near.abs() <= choice.same_within * choice.inlet_temperature_c
@@ -189,13 +189,6 @@ def torque_load_variable(results: CampaignTables, settings: Settings) -> Sheet:
 
 
 @register(
-    name="cage-slip",
-    title="Cage slip",
-    caption="Cage slip at friction equilibrium, one panel per oil. Abscissa: dmN, pitch "
-    "diameter times speed (million mm rpm), and entrainment speed U of rolling balls. Ordinate: "
-    "axial load (kN). Full line: limit of the cage slip. Dashed lines: the 2.5 % and 97.5 % "
-    "quantiles of the slip reach the limit. Hatched: the limit lies between the quantiles. "
-    "Open circles: no interval could be calculated. Crosses: the cage may roll or skid.",
     category="Bearing",
     family="bearing",
     tables=("cage_slip",),
@@ -203,7 +196,14 @@ def torque_load_variable(results: CampaignTables, settings: Settings) -> Sheet:
     requires="torque",
 )
 def cage_slip(results: CampaignTables, settings: Settings) -> Sheet:
-    """Cage slip against speed and axial load, one panel per oil."""
+    """Cage slip.
+
+    Cage slip at friction equilibrium, one panel per oil. Abscissa: dmN, pitch diameter times
+    speed (million mm rpm), and entrainment speed U of rolling balls. Ordinate: axial load (kN).
+    Full line: limit of the cage slip. Dashed lines: the 2.5 % and 97.5 % quantiles of the slip
+    reach the limit. Hatched: the limit lies between the quantiles. Open circles: no interval
+    could be calculated. Crosses: the cage may roll or skid.
+    """
     table = results.cage_slip.assign(**in_units_of_axes(results.cage_slip))
     oils = [oil for oil in settings.oils if (table["oil"] == oil).any()]
     if not oils:
@@ -280,13 +280,6 @@ def _draw_slip(panel: Panel, of_oil: pd.DataFrame, oil: str, limit: float) -> An
 
 
 @register(
-    name="size-effect",
-    title="Size effect of laws of load",
-    caption="Traction torque by the load-based laws, relative to the pressure-based law (%). "
-    "Left: against ball diameter (mm), with all lengths in proportion and equal pressure and "
-    "surface speed. Right: against conformity, with equal load and speed. Symbols are calculated, "
-    "lines join them. A curve bends where the larger traction of larger balls ends their "
-    "gyroscopic slip while that by spin goes on growing.",
     category="Bearing",
     family="bearing",
     tables=("size_effect",),
@@ -294,7 +287,14 @@ def _draw_slip(panel: Panel, of_oil: pd.DataFrame, oil: str, limit: float) -> An
     requires="torque",
 )
 def size_effect(results: CampaignTables, settings: Settings) -> Sheet:
-    """Traction torque of laws of load relative to the law of pressure, by size and conformity."""
+    """Size effect of laws of load.
+
+    Traction torque by the load-based laws, relative to the pressure-based law (%). Left:
+    against ball diameter (mm), with all lengths in proportion and equal pressure and surface
+    speed. Right: against conformity, with equal load and speed. Symbols are calculated, lines
+    join them. A curve bends where the larger traction of larger balls ends their gyroscopic
+    slip while that by spin goes on growing.
+    """
     oils, table = list(settings.oils), results.size_effect
     sheet = Sheet(2, 2, height=2.0, left=0.7, sharey=True)
     panels = (

@@ -26,20 +26,15 @@ _LOAD = "nominal_load_n"
 _CELL = ["oil", _TEMPERATURE, _SPEED, _PRESSURE, _LOAD]
 
 
-@register(
-    name="coverage",
-    title="Coverage of the test matrix",
-    caption="Conditions of the test matrix, one column of panels per oil and one row per "
-    "inlet temperature. Abscissa: entrainment speed U (m/s). Ordinate: maximum Hertz pressure P "
-    "(GPa) or load W (N). Numbers: accepted runs of all runs, where there is not one accepted run. "
-    "Missing: no run of the condition could be read. Dashed: not in the matrix.",
-    category="Data quality",
-    family="data",
-    tables=("coverage",),
-    settings=("oils",),
-)
-def coverage_map(results: CampaignTables, settings: Settings) -> Sheet:
-    """One column of panels per oil, one row per temperature; cells of pressure and speed."""
+@register(category="Data quality", family="data", tables=("coverage",), settings=("oils",))
+def coverage(results: CampaignTables, settings: Settings) -> Sheet:
+    """Coverage of the test matrix.
+
+    Conditions of the test matrix, one column of panels per oil and one row per inlet
+    temperature. Abscissa: entrainment speed U (m/s). Ordinate: maximum Hertz pressure P (GPa)
+    or load W (N). Numbers: accepted runs of all runs, where there is not one accepted run.
+    Missing: no run of the condition could be read. Dashed: not in the matrix.
+    """
     cells = _cells(results.coverage)
     oils = [oil for oil in settings.oils if (cells["oil"] == oil).any()]
     if reason := _why_no_map(cells):

@@ -36,18 +36,13 @@ _KINDS: dict[str, style.Look] = {
 }
 
 
-@register(
-    name="constants",
-    title="Fitted constants",
-    caption="Fitted constants of the traction law for each oil, with their standard errors "
-    "from a bootstrap over curves.",
-    category="Fits",
-    family="law",
-    tables=("coefficients",),
-    settings=("oils",),
-)
+@register(category="Fits", family="law", tables=("coefficients",), settings=("oils",))
 def constants(results: CampaignTables, settings: Settings) -> Sheet:
-    """Each oil's constants with their standard errors."""
+    """Fitted constants.
+
+    Fitted constants of the traction law for each oil, with their standard errors from a
+    bootstrap over curves.
+    """
     table = results.configured.coefficients.assign(printed_value=np.nan)
     return draw_constants(table, list(settings.oils))
 
@@ -140,20 +135,19 @@ def _draw_oil(
 
 
 @register(
-    name="identifiability",
-    title="Identifiability of the constants",
-    caption="Top: correlation of each pair of constants, by the bootstrap over curves or, "
-    "with too few curves, by the Jacobian. Bottom: profile of each constant. Ordinate: signed "
-    "root of the rise of the squared error. Abscissa: distance from the optimum in standard "
-    "errors of independent points. A straight line marks a well-determined constant; the two "
-    "that bend most are named.",
     category="Fits",
     family="law",
     tables=("coefficients", "correlations", "profiles"),
     settings=("oils",),
 )
 def identifiability(results: CampaignTables, settings: Settings) -> Sheet:
-    """One column per oil: correlation of each pair of constants, profile of each constant."""
+    """Identifiability of the constants.
+
+    Top: correlation of each pair of constants, by the bootstrap over curves or, with too few
+    curves, by the Jacobian. Bottom: profile of each constant. Ordinate: signed root of the rise
+    of the squared error. Abscissa: distance from the optimum in standard errors of independent
+    points. A straight line marks a well-determined constant; the two that bend most are named.
+    """
     results, every = results.configured, list(settings.oils)
     fitted = set(results.profiles["oil"])
     oils = [oil for oil in every if oil in fitted]
@@ -223,14 +217,6 @@ def _draw_profiles(
 
 
 @register(
-    name="law-errors",
-    title="Laws at zero slip and on data left out",
-    caption="(a) Traction coefficient at zero slip by each law, at every tested condition, cold to "
-    "hot; laws that are not shown have none. (b) Rms error of each law over the rms of the "
-    "measured traction coefficient: on fitted curves, on curves left out, and on the lowest and "
-    "highest levels of pressure, speed and temperature left out. Open symbols: fit not certified "
-    "(the table of the comparison says why); constants at a bound are named. The groups and "
-    "readings of the Wang-Deng laws are ours.",
     category="Fits",
     family="law",
     tables=("points", "fit_quality", "coefficients"),
@@ -238,7 +224,15 @@ def _draw_profiles(
     compares_laws=True,
 )
 def law_errors(results: CampaignTables, settings: Settings) -> Sheet:
-    """Above, mu at no slip of the laws that allow it; below, each law's errors, seen and unseen."""
+    """Laws at zero slip and on data left out.
+
+    (a) Traction coefficient at zero slip by each law, at every tested condition, cold to hot;
+    laws that are not shown have none. (b) Rms error of each law over the rms of the measured
+    traction coefficient: on fitted curves, on curves left out, and on the lowest and highest
+    levels of pressure, speed and temperature left out. Open symbols: fit not certified (the
+    table of the comparison says why); constants at a bound are named. The groups and readings
+    of the Wang-Deng laws are ours.
+    """
     compared, oils = results.fit_quality.dropna(subset="rmse"), list(settings.oils)
     laws = list(dict.fromkeys(compared["law"]))
     heights = (1.5, 0.34 * max(len(laws), 1) + 0.1)

@@ -37,23 +37,23 @@ _STRESS: style.Look = {"linestyles": "-", "linewidths": 0.4}
 
 
 @register(
-    name="friction-map",
-    title="Friction map",
-    caption="Traction coefficient of the fitted law (colour) over entrainment speed (m/s) and "
-    "slide-roll ratio, one column of panels per oil and one row per maximum Hertz pressure, at one "
-    "inlet temperature. Thin lines: mean shear stress (MPa), two thirds of the maximum Hertz "
-    "pressure times the traction coefficient. Thick line: the largest traction coefficient of all "
-    "accepted points of the oil; beyond it the law asks for more shear stress per pressure than "
-    "any test has shown. Dotted line: limiting shear stress of the oil over pressure (Bair and "
-    "Winer 1979); no film carries more. Dashed "
-    "line: limit of lambda, below which the film is not full. Frame: tested conditions.",
     category="Fits",
     family="law",
     tables=("points", "coefficients", "fit_quality"),
     settings=("figures", "film", "gates", "oils", "rigs"),
 )
 def friction_map(results: CampaignTables, settings: Settings) -> Sheet:
-    """mu, mean shear stress and lambda over speed and slip, for each oil and pressure."""
+    """Friction map.
+
+    Traction coefficient of the fitted law (colour) over entrainment speed (m/s) and slide-roll
+    ratio, one column of panels per oil and one row per maximum Hertz pressure, at one inlet
+    temperature. Thin lines: mean shear stress (MPa), two thirds of the maximum Hertz pressure
+    times the traction coefficient. Thick line: the largest traction coefficient of all accepted
+    points of the oil; beyond it the law asks for more shear stress per pressure than any test
+    has shown. Dotted line: limiting shear stress of the oil over pressure (Bair and Winer
+    1979); no film carries more. Dashed line: limit of lambda, below which the film is not full.
+    Frame: tested conditions.
+    """
     choice = settings.figures.friction_map
     laws = {
         str(oil): FittedLaw.of(of_oil, str(oil), quality=results.configured.fit_quality)
@@ -160,19 +160,19 @@ def _frame(panel: Panel, law: FittedLaw, pressure: float, temperature: float) ->
 
 
 @register(
-    name="stribeck",
-    title="Traction against film thickness",
-    caption="Traction coefficient of the accepted points nearest to one slide-roll ratio, one "
-    "panel per oil, against lambda (film thickness over roughness) or against the Hersey number "
-    "eta U R/W of viscosity at the inlet, entrainment speed, reduced radius and load. Colour: "
-    "maximum Hertz pressure (GPa). Dashed line: limit of lambda for a full film.",
     category="Data quality",
     family="data",
     tables=("points",),
     settings=("figures", "gates", "oils", "rigs"),
 )
 def stribeck(results: CampaignTables, settings: Settings) -> Sheet:
-    """mu of one slip against lambda or Hersey number, for each oil."""
+    """Traction against film thickness.
+
+    Traction coefficient of the accepted points nearest to one slide-roll ratio, one panel per
+    oil, against lambda (film thickness over roughness) or against the Hersey number eta U R/W
+    of viscosity at the inlet, entrainment speed, reduced radius and load. Colour: maximum Hertz
+    pressure (GPa). Dashed line: limit of lambda for a full film.
+    """
     choice, oils = settings.figures.stribeck, list(settings.oils)
     points = _of_one_slip(results.points, choice.slide_roll_ratio)
     x = _hersey(points, settings) if choice.abscissa == "hersey" else points["lambda_ratio"]
@@ -228,24 +228,24 @@ def _hersey(points: pd.DataFrame, settings: Settings) -> "pd.Series[float]":
 
 
 @register(
-    name="isothermal",
-    title="Traction curves without their own heat",
-    caption="Traction coefficient against slide-roll ratio, one panel per oil, at the set points "
-    "of one temperature and one speed, by maximum Hertz pressure. Open symbols: measured. Filled "
-    "symbols: corrected to a film as cold as its inlet. The film is hotter than the inlet by the "
-    "flash temperature of both bodies (Archard 1959) and the conduction across the film (Carslaw "
-    "and Jaeger 1959). The fitted law says what a test with an inlet colder by that rise, with "
-    "the same film thickness and sliding speed, would have shown: the measured value is multiplied "
-    "by the law at that test over the law at this one. Points whose test would be colder "
-    "than the tests, slower than 0.7 of the lowest tested speed or beyond the largest slip by as "
-    "much are left out.",
     category="Data quality",
     family="data",
     tables=("points", "coefficients", "fit_quality"),
     settings=("figures", "oils", "rigs"),
 )
 def isothermal(results: CampaignTables, settings: Settings) -> Sheet:
-    """Measured and corrected mu against slip, for each oil."""
+    """Traction curves without their own heat.
+
+    Traction coefficient against slide-roll ratio, one panel per oil, at the set points of one
+    temperature and one speed, by maximum Hertz pressure. Open symbols: measured. Filled
+    symbols: corrected to a film as cold as its inlet. The film is hotter than the inlet by the
+    flash temperature of both bodies (Archard 1959) and the conduction across the film (Carslaw
+    and Jaeger 1959). The fitted law says what a test with an inlet colder by that rise, with
+    the same film thickness and sliding speed, would have shown: the measured value is
+    multiplied by the law at that test over the law at this one. Points whose test would be
+    colder than the tests, slower than 0.7 of the lowest tested speed or beyond the largest slip
+    by as much are left out.
+    """
     choice = settings.figures.isothermal
     oils = [
         oil

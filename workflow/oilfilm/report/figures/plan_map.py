@@ -19,23 +19,23 @@ _ROWS = (_PRESSURE, _TEMPERATURE)
 
 
 @register(
-    name="plan",
-    title="Tests to run next",
-    caption="Tests that the rig can run, one column of panels per oil. Abscissa: entrainment "
-    "speed U (m/s). Ordinate: maximum Hertz pressure P (GPa, top) or inlet temperature T "
-    "(\N{DEGREE SIGN}C, bottom). Colour: reduction (%) of the uncertainty of the calculated "
-    "friction torque by one more curve. Only the uncertainty from the law counts, its form "
-    "included, as root mean square over the duty points. The third condition has its best level. "
-    "Numbers: tests to run next, in this order. Circles: measured runs. White: the rig cannot run "
-    "the test with a full film.",
     category="Bearing",
     family="bearing",
     tables=("test_plan", "points"),
     settings=("oils",),
     requires="torque",
 )
-def plan_map(results: CampaignTables, settings: Settings) -> Sheet:
-    """One column per oil; above P against U, below T against U."""
+def plan(results: CampaignTables, settings: Settings) -> Sheet:
+    """Tests to run next.
+
+    Tests that the rig can run, one column of panels per oil. Abscissa: entrainment speed U
+    (m/s). Ordinate: maximum Hertz pressure P (GPa, top) or inlet temperature T
+    (\N{DEGREE SIGN}C, bottom). Colour: reduction (%) of the uncertainty of the calculated friction torque
+    by one more curve. Only the uncertainty from the law counts, its form included, as root mean
+    square over the duty points. The third condition has its best level. Numbers: tests to run
+    next, in this order. Circles: measured runs. White: the rig cannot run the test with a full
+    film.
+    """
     tests = results.test_plan
     # by how much one test reduces the uncertainty
     share = tests["uncertainty_with_test"] / tests["uncertainty_now"]

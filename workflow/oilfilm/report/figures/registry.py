@@ -9,7 +9,7 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from oilfilm import tables
-from oilfilm.figure_catalogue import figures
+from oilfilm.figure_catalogue import figure_name, figures
 from oilfilm.report.figures.sheet import Sheet, panels_in_words, save
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
@@ -21,17 +21,16 @@ SIMULATED = "SIMULATED"
 _FUNCTIONS: dict[str, Draw] = {}
 
 
-def register(*, name: str, **declared: Any) -> Callable[[Draw], Draw]:
+def register(**declared: Any) -> Callable[[Draw], Draw]:
     """Declare the figure that a function draws.
 
     Args:
-        name: Name of the figure.
-        declared: The other attributes of `FigureDeclaration`; `oilfilm.figure_catalogue` reads them
-            from the source.
+        declared: Attributes of `FigureDeclaration`; `oilfilm.figure_catalogue` reads them from the
+            source.
     """
 
     def keep(draw: Draw) -> Draw:
-        _FUNCTIONS[name] = draw
+        _FUNCTIONS[figure_name(draw.__name__)] = draw
         return draw
 
     return keep
