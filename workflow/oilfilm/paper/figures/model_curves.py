@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 import pandas as pd
 from matplotlib.patches import Patch
-from matplotlib.ticker import MaxNLocator, PercentFormatter
 
+from oilfilm.bearing.kinematics import pitch_speed_mm_rpm
 from oilfilm.fits.fitted import Coefficients, FittedLaw
-from oilfilm.paper.extrapolation import is_beyond, relative_rms
+from oilfilm.paper.extrapolation import is_beyond
 from oilfilm.paper.printed_law import with_printed
 from oilfilm.paper.reference import PrintedCoefficients
 from oilfilm.report.figures import style
@@ -105,30 +105,29 @@ def _draw_cuts(
     apart = [name for name in style.LEVEL_PHRASES if name not in (abscissa, by)]
     cuts = list(itertools.product(*(getattr(levels, name) for name in apart)))
     sheet = Sheet(len(cuts), 2, height=1.75, across=0.5, sharex=True)
-    oils = list(settings.oils)
     printed = with_printed(results.configured.coefficients, printed_coefficients)
-    laws = {oil: of_oil for oil in oils if (of_oil := _laws(results, printed, oil))}
+    laws = {oil: of_oil for oil in settings.oils if (of_oil := _laws(results, printed, oil))}
     for number, cut in enumerate(cuts):
         fixed = dict(zip(apart, cut, strict=True))
         panel = sheet.panel(number, panel_title(fixed))
         if laws:
-            within = settings.same_set_point.relative
-            _draw(panel, _curves(laws, levels, fixed, (abscissa, by), within), oils)
+            _draw(panel, laws, levels, fixed, (abscissa, by), settings)
         elif number == 0:
             panel.say("no oil has a fitted law\nof pressure, speed and temperature")
     sheet.label(style.CONDITION_LABELS[abscissa], style.TRACTION_LABEL)
     if laws:
-        sheet.legend(_handles(sheet, getattr(levels, by), by, oils))
+        sheet.legend(_handles(sheet.drawn(), getattr(levels, by), by, list(settings.oils)))
     return sheet
 
 
 def panel_title(fixed: Mapping[str, float]) -> str:
-    """Levels of a panel in words, with dmN beside the speed."""
-    phrases = [
-        style.bearing_speed_phrase(level) if name == _SPEED else style.level_phrases({name: level})
-        for name, level in fixed.items()
-    ]
-    return ", ".join(phrases)
+    """Levels of a panel in words, with the dmN (mm rpm) of a bearing beside the speed."""
+    title = style.level_phrases(fixed)
+    if _SPEED in fixed:
+        speed = style.level_phrases({_SPEED: fixed[_SPEED]})
+        mantissa, exponent = f"{pitch_speed_mm_rpm(fixed[_SPEED]):.1e}".split("e")
+        title = title.replace(speed, f"{speed} (dmN {mantissa}e{int(exponent)})")
+    return title
 
 
 def _laws(results: CampaignTables, coefficients: pd.DataFrame, oil: str) -> dict[str, FittedLaw]:
@@ -150,69 +149,52 @@ def _laws(results: CampaignTables, coefficients: pd.DataFrame, oil: str) -> dict
     return {"refit": refit, "printed": FittedLaw(law, Coefficients.bare(law, printed))}
 
 
-def _curves(
+def _draw(
+    panel: Panel,
     laws: Mapping[str, Mapping[str, FittedLaw]],
     levels: Conditions,
     fixed: Mapping[str, float],
     cut: tuple[str, str],
-    within: float,
-) -> Iterator[dict[str, Any]]:
-    """Each curve of a panel; `shown` unless printed constants are too near to the refit."""
-    abscissa, by = cut
-    every = getattr(levels, by)
-    # without slip there is nothing to measure, but a curve begins there
-    tested = getattr(levels, abscissa)
-    x = np.linspace(0.0 if abscissa == _SLIP else min(tested), max(tested), _STEPS)
-    for (oil, of_oil), level in itertools.product(laws.items(), every):
-        at = pd.DataFrame({**fixed, by: level, abscissa: x})[[*CONDITIONS, _SLIP]]
-        conditions = np.ascontiguousarray(at[list(CONDITIONS)])
-        beyond = is_beyond(at.to_numpy(), of_oil["refit"].coefficients.box, within).any(axis=1)
-        refit = None
-        for series, law in of_oil.items():
-            predicted = law.predict(conditions, at[_SLIP].to_numpy())
-            mu = predicted.traction_coefficient
-            refit = mu if refit is None else refit
-            off = float(np.abs(mu - refit).max() / refit.max())
-            yield {
-                "oil": oil,
-                "series": series,
-                "level": style.LEVEL_PHRASES[by].format(level),
-                "x": x,
-                "mu": mu,
-                "ends": {"lower": predicted.obs_ci_lower, "upper": predicted.obs_ci_upper},
-                "off": off,
-                "shown": series == "refit" or (level == every[len(every) // 2] and off > _NEAR),
-                "beyond": beyond,
-                "marker": style.MARKERS[every.index(level) % len(style.MARKERS)],
-            }
-
-
-def _draw(panel: Panel, curves: Iterator[dict[str, Any]], oils: Sequence[str]) -> None:
+    settings: Settings,
+) -> None:
     """Intervals as bands, the refit as lines with a symbol per level, printed constants dashed."""
+    abscissa, by = cut
+    every, tested = getattr(levels, by), getattr(levels, abscissa)
+    # without slip there is nothing to measure, but a curve begins there
+    x = np.linspace(0.0 if abscissa == _SLIP else min(tested), max(tested), _STEPS)
     highest, beyond = 0.0, np.zeros(_STEPS, dtype=bool)
-    for curve in curves:
-        colour = style.oil_colour(curve["oil"], oils)
-        about = {"oil": curve["oil"], "label": curve["level"], "value": curve["off"]}
+    for (oil, of_oil), level in itertools.product(laws.items(), every):
+        at = pd.DataFrame({**fixed, by: level, abscissa: x})[[*CONDITIONS, _SLIP]].to_numpy()
         # a level counts as tested only where every curve is
-        beyond |= curve["beyond"]
-        if not curve["shown"]:
-            about["label"] += ", not drawn"
-            panel.keep(curve["series"], curve["x"], curve["mu"], **about, **curve["ends"])
-            continue
-        highest = max(highest, curve["mu"].max())
-        look: style.Look = {"color": colour, "marker": curve["marker"], "markerfacecolor": "white"}
-        look |= {"markeredgewidth": 0.7, "linestyle": style.LINES["fit"]}
-        look["markevery"] = (_STEPS // (2 * _SYMBOLS), _STEPS // _SYMBOLS)
-        if curve["series"] == "printed":
-            look = {"linestyle": style.LINES["printed"], "linewidth": 0.6}
-            look["color"] = style.shades(colour, 2)[0]
-            panel.axis.plot(curve["x"], curve["mu"], **look)
-            panel.keep("printed", curve["x"], curve["mu"], **about, **curve["ends"])
-        else:
-            panel.line("refit", curve["x"], curve["mu"], look, **about, **curve["ends"])
-    for start, end in _stretches(curve["x"], beyond):
+        box, within = of_oil["refit"].coefficients.box, settings.same_set_point.relative
+        beyond |= is_beyond(at, box, within).any(axis=1)
+        colour = style.oil_colour(oil, list(settings.oils))
+        refit: FloatArray = np.zeros(0)
+        for series, law in of_oil.items():
+            predicted = law.predict(np.ascontiguousarray(at[:, :-1]), at[:, -1])
+            mu = predicted.traction_coefficient
+            refit = refit if len(refit) else mu
+            off = float(np.abs(mu - refit).max() / refit.max())
+            about = {"oil": oil, "value": off, "label": style.level_phrases({by: level})}
+            about |= {"lower": predicted.obs_ci_lower, "upper": predicted.obs_ci_upper}
+            if series == "refit":
+                look: style.Look = {"color": colour, "markerfacecolor": "white"}
+                look["marker"] = style.MARKERS[every.index(level) % len(style.MARKERS)]
+                look |= {"markeredgewidth": 0.7, "linestyle": style.LINES["fit"]}
+                look["markevery"] = (_STEPS // (2 * _SYMBOLS), _STEPS // _SYMBOLS)
+                panel.line("refit", x, mu, look, **about)
+            elif level == every[len(every) // 2] and off > _NEAR:
+                look = {"linestyle": style.LINES["printed"], "linewidth": 0.6}
+                panel.axis.plot(x, mu, color=style.shades(colour, 2)[0], **look)
+                panel.keep("printed", x, mu, **about)
+            else:
+                about["label"] += ", not drawn"
+                panel.keep("printed", x, mu, **about)
+                continue
+            highest = max(highest, mu.max())
+    for start, end in _stretches(x, beyond):
         panel.axis.axvspan(start, end, color=style.EXTRAPOLATED, linewidth=0, zorder=0)
-    panel.axis.set_xlim(curve["x"].min(), curve["x"].max())
+    panel.axis.set_xlim(x.min(), x.max())
     # an interval that runs away leaves the panel, instead of pressing the lines flat
     panel.axis.set_ylim(0, min(panel.axis.get_ylim()[1], _ROOM * highest))
 
@@ -225,18 +207,18 @@ def _stretches(along: FloatArray, flags: Any) -> Iterator[tuple[float, float]]:
         yield middles[start], middles[end]
 
 
-def _handles(sheet: Sheet, levels: Sequence[float], by: str, oils: Sequence[str]) -> list[Any]:
+def _handles(
+    drawn: pd.DataFrame, levels: Sequence[float], by: str, oils: Sequence[str]
+) -> list[Any]:
     """What colours, symbols and lines mean."""
-    drawn = pd.concat(sheet.parts)
-    shown = set(drawn["oil"])
     grey: style.Look = {"color": style.GREY, "linewidth": 0.6, "markerfacecolor": "white"}
     handles: list[Any] = [
         style.line_handle(f"{oil}, refit", color=style.oil_colour(oil, oils))
         for oil in oils
-        if oil in shown
+        if oil in set(drawn["oil"])
     ]
     handles += [
-        style.line_handle(style.LEVEL_PHRASES[by].format(level), marker=marker, **grey)
+        style.line_handle(style.level_phrases({by: level}), marker=marker, **grey)
         for level, marker in zip(levels, itertools.cycle(style.MARKERS), strict=False)
     ]
     if (drawn["series"] == "printed").any():
@@ -259,18 +241,15 @@ def _handles(sheet: Sheet, levels: Sequence[float], by: str, oils: Sequence[str]
 def extrapolation(results: CampaignTables, settings: Settings) -> Sheet:
     """Fitted laws and the truth of the simulation.
 
-    (a-d) Fitted laws and the truth of the simulation for one oil, each along one cut through
-    the conditions of Figs 7 to 10. (e) Rms error of each law over the rms of the true traction
-    coefficient, for every oil: open symbols within the tested conditions, filled symbols beyond
-    them. The figure allows no conclusion about real oils.
+    Fitted laws and the truth of the simulation for one oil, each along one cut through the
+    conditions of Figs 7 to 10. White: tested conditions. The section on the truth of the report
+    has the errors for every oil. The figure allows no conclusion about real oils.
     """
     compared, choice = results.extrapolation, settings.figures.extrapolation
     laws, oils = list(dict.fromkeys(compared["law"])), list(settings.oils)
     of_oil = compared[compared["oil"] == choice.oil]
     colour = style.oil_colour(choice.oil, oils)
-    height = (1.5, 1.5, 0.22 * max(len(laws), 1))
-    sheet = Sheet(6, 2, height=height, across=0.5, down=0.62)
-    sheet.axes.pop(4).remove()  # where the names of the laws are
+    sheet = Sheet(4, 2, height=1.5, across=0.5, down=0.62)
     highest = 1.5 * of_oil["true_traction_coefficient"].max()
     for number, (name, (abscissa, _)) in enumerate(CUTS.items()):
         cut, levels = _cut(of_oil[of_oil["figure"] == name], abscissa, choice)
@@ -279,16 +258,9 @@ def extrapolation(results: CampaignTables, settings: Settings) -> Sheet:
         _draw_cut(panel, cut.sort_values(abscissa), abscissa, colour, laws)
         # a law that runs away leaves the panel, instead of pressing the others flat
         panel.axis.set_ylim(0, highest if highest > 0 else None)
-    _draw_errors(sheet.panel(4, "Errors within and beyond the tests"), compared, laws, oils)
-    handles = [
-        style.line_handle(f"truth of the twin, {choice.oil}", color=colour, linewidth=1.8),
-        *(style.line_handle(law_name(law), **_line_of(n)) for n, law in enumerate(laws)),
-        _BEYOND,
-        *style.oil_handles(
-            oils, set(compared.dropna(subset="traction_coefficient")["oil"]), markersize=4
-        ),
-    ]
-    sheet.legend(handles)
+    lines = [style.line_handle(law_name(law), **_line_of(n)) for n, law in enumerate(laws)]
+    truth = style.line_handle(f"truth of the twin, {choice.oil}", color=colour, linewidth=1.8)
+    sheet.legend([truth, *lines, _BEYOND])
     return sheet
 
 
@@ -326,31 +298,6 @@ def _draw_cut(
         of_law = cut[cut["law"] == law]
         xy = of_law[abscissa], of_law["traction_coefficient"]
         panel.line(law, *xy, _line_of(number), oil=of_law["oil"])
-
-
-def _draw_errors(
-    panel: Panel, compared: pd.DataFrame, laws: Sequence[str], oils: Sequence[str]
-) -> None:
-    """One row per law: open symbols in the tested box, filled ones beyond it, joined by a line."""
-    axis = panel.axis
-    for (row, law), (number, oil) in itertools.product(enumerate(laws), enumerate(oils)):
-        of_both = compared[(compared["law"] == law) & (compared["oil"] == oil)]
-        outside = of_both["beyond"] != ""
-        errors = [relative_rms(of_both[~outside]), relative_rms(of_both[outside])]
-        height = row + 0.22 * (number - (len(oils) - 1) / 2)
-        look: style.Look = {**style.oil_look(oil, oils), "markersize": 4, "linewidth": 0.8}
-        axis.plot(errors, [height, height], markevery=[0], markerfacecolor="white", **look)
-        axis.plot(errors[1], height, **look)
-        panel.keep(law, errors, height, oil=oil, label=["tested box", "beyond"])
-    axis.set_yticks(range(len(laws)), [law_name(law) for law in laws])
-    axis.set_ylim(len(laws) - 0.5, -0.5)
-    if axis.get_xlim()[1] > 1:
-        axis.set_xscale("log")
-    else:
-        axis.set_xlim(left=0)
-        axis.xaxis.set_major_locator(MaxNLocator(steps=[1, 2, 5, 10]))
-    axis.xaxis.set_major_formatter(PercentFormatter(1.0, decimals=0))
-    axis.set_xlabel(f"Rms error over rms of true {style.MU}")
 
 
 def _line_of(number: int) -> style.Look:

@@ -84,7 +84,7 @@ def fig03(results: CampaignTables, settings: Settings) -> Sheet:
             law = FittedLaw.of(results.configured.coefficients, oil)
             series.append(Series(oil, oil, points, law, *style.oil_look(oil, oils).values()))
         draw_series(sheet.panel(number, style.level_phrases({_PRESSURE: pressure})), series)
-    shown = {oil for part in sheet.parts for oil in part["oil"]}
+    shown = set(sheet.drawn()["oil"])
     lost = style.lost_handles([oil for oil in oils if oil not in shown], "no accepted point here")
     _finish(sheet, [sheet.axes], lost, style.level_phrases(same))
     return sheet

@@ -30,7 +30,8 @@ def plan(results: CampaignTables, settings: Settings) -> Sheet:
 
     Tests that the rig can run, one column of panels per oil. Abscissa: entrainment speed U
     (m/s). Ordinate: maximum Hertz pressure P (GPa, top) or inlet temperature T
-    (\N{DEGREE SIGN}C, bottom). Colour: reduction (%) of the uncertainty of the calculated friction torque
+    (\N{DEGREE SIGN}C, bottom). Colour: reduction (%) of the uncertainty of the calculated friction
+    torque
     by one more curve. Only the uncertainty from the law counts, its form included, as root mean
     square over the duty points. The third condition has its best level. Numbers: tests to run
     next, in this order. Circles: measured runs. White: the rig cannot run the test with a full

@@ -54,11 +54,8 @@ def draw_figure(
     import_module(declared.module)
     shown = {reference: references[reference] for reference in declared.references}
     sheet = _FUNCTIONS[name](results, settings, **shown)
-    drawn = tables.empty("drawn")
-    if sheet.parts:
-        drawn = tables.conform(pd.concat(sheet.parts, ignore_index=True), "drawn", f"figure {name}")
     simulated = declared.shows_data and settings.campaign.data == "simulated"
-    return sheet.finish(SIMULATED if simulated else ""), drawn
+    return sheet.finish(SIMULATED if simulated else ""), sheet.drawn()
 
 
 def draw_figures(

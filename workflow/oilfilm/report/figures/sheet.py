@@ -34,7 +34,7 @@ _CLIP = re.compile(r'(  <clipPath id="(p\w+)">\n(.*?)  </clipPath>\n)', re.DOTAL
 class Panel:
     """A panel; what it draws is kept as rows of the table `drawn`."""
 
-    def __init__(self, axis: Axes, letter: str, parts: list[pd.DataFrame]) -> None:
+    def __init__(self, axis: Axes, letter: str, parts: list[dict[str, Any]]) -> None:
         """Take the axes; rows are added to `parts`."""
         self.axis, self.letter, self.parts = axis, letter, parts
 
@@ -66,8 +66,7 @@ class Panel:
         """
         given = (self.letter if panel is None else panel, series, oil, label, x, y, value)
         arrays = np.broadcast_arrays(*map(np.atleast_1d, map(np.asarray, (*given, lower, upper))))
-        columns = dict(zip(tables.columns("drawn"), arrays, strict=True))
-        self.parts.append(pd.DataFrame(columns))
+        self.parts.append(dict(zip(tables.columns("drawn"), arrays, strict=True)))
 
     def line(self, series: Any, x: Any, y: Any, look: Look, **about: Any) -> None:
         """Draw and keep a line, with a band from `lower` to `upper` where these are given."""
@@ -134,6 +133,7 @@ class Sheet:
         self._bar: Axes | None = None
         # not by pyplot, which would keep every figure open
         self.figure = Figure()
+        FigureCanvasAgg(self.figure)  # measures texts without a trial drawing
         ratios = {"height_ratios": self.heights, **subplots}
         axes = list(self.figure.subplots(rows, columns, squeeze=False, **ratios).flat)
         for axis in axes[count:]:
@@ -141,7 +141,16 @@ class Sheet:
         self.axes = axes[:count]
         for axis in axes[max(count - columns, 0) : count]:
             axis.tick_params(labelbottom=True)
-        self.parts: list[pd.DataFrame] = []
+        self.parts: list[dict[str, Any]] = []
+
+    def drawn(self) -> pd.DataFrame:
+        """The table of what the panels have drawn so far."""
+        if not self.parts:
+            return tables.empty("drawn")
+        columns = {
+            name: np.concatenate([part[name] for part in self.parts]) for name in self.parts[0]
+        }
+        return tables.conform(pd.DataFrame(columns), "drawn", "a figure")
 
     def panel(self, number: int = 0, title: str | None = "", **look: Any) -> Panel:
         """A panel, with its letter before its title; without a title it has no letter."""
@@ -152,15 +161,15 @@ class Sheet:
         axis.set_label(letter)
         return Panel(axis, letter, self.parts)
 
-    def label(self, x: str = "", y: str = "", *, every: bool = False, **look: Any) -> None:
-        """Name the axes; inner panels have the names for the table alone unless `every` has."""
+    def label(self, x: str = "", y: str = "", **look: Any) -> None:
+        """Name the axes; inner panels have the names for the table alone."""
         for number, axis in enumerate(self.axes):
             axis.set(**{f"{name}label": text for name, text in (("x", x), ("y", y)) if text})
             axis.xaxis.label.set(**look)
             lowest = number + self._columns >= len(self.axes)
-            axis.xaxis.label.set_visible(every or lowest)
+            axis.xaxis.label.set_visible(lowest)
             axis.yaxis.label.set(**look)
-            axis.yaxis.label.set_visible(every or number % self._columns == 0)
+            axis.yaxis.label.set_visible(number % self._columns == 0)
 
     def legend(self, handles: Sequence[Any], title: str = "", columns: int = 0) -> None:
         """What colours, symbols and lines mean, below the panels, where it covers no data."""
