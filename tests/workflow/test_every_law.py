@@ -34,7 +34,7 @@ def campaign_with(law: str) -> dict[str, Any]:
     campaign = read_campaign(ROOT, "thermal")
     campaign["oils"] = list(OILS)
     campaign["figures"] = ["eqs11-13", "fig03", "fig04", "law-errors", "fig06", "fig07"]
-    campaign["figures"] += ["residuals", "identifiability", "extrapolation", "claims"]
+    campaign["figures"] += ["residuals", "identifiability", "extrapolation"]
     campaign["matrix"] = SMALL_MATRIX
     campaign["twin"] |= {"slip_steps": 9, "sampling_rate_hz": 20}
     campaign["torque"]["matrix"] = {

@@ -22,10 +22,11 @@ from oilfilm.report import runs
 from oilfilm.report.captions import caption, film_unjudged_oils
 from oilfilm.report.document import Section
 from oilfilm.report.explorer import explorer
+from oilfilm.report.glossary import meanings
 from oilfilm.report.law_script import law_script
 from oilfilm.report.release_id import UNRELEASED
 from oilfilm.report.spreadsheet import csv_text
-from oilfilm.report.words import meanings, printed
+from oilfilm.report.words import printed
 from oilfilm.settings.resolved import Settings
 from oilfilm.settings.yaml_file import as_yaml
 from oilfilm.tables.campaign_tables import CampaignTables

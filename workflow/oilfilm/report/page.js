@@ -9,7 +9,6 @@ const all = (selector, within = document) => [...within.querySelectorAll(selecto
 const DATA = JSON.parse(byId("report-data").textContent);
 const { axes: AXES, oils: OILS, points: POINTS, runs: RUNS } = DATA;
 const POINTS_OF_CURVE = 201;
-const MANY = 300; // points that are drawn without a text of their own
 
 // ---------------------------------------------------------------- predicting
 
@@ -102,13 +101,9 @@ function chart({ label, axis, range, series, shades = [], cursor }) {
   for (const { kind, dots: own } of series) {
     const bars = own.filter(({ half }) => half > 0).map(({ x: at, mu, half }) => path([[at, mu - half], [at, mu + half]]));
     inside.append(shape("path", { class: `bar ${kind}`, d: bars.join("") }));
-    if (own.length > MANY) {
-      inside.append(shape("path", { class: `many ${kind}`, d: own.map(({ x: at, mu }) => `${path([[at, mu]])}h0`).join("") }));
-    } else {
-      inside.append(...own.map(({ x: at, mu, text, refused }) => (refused
-        ? shape("path", { class: "refused", d: `M${x(at) - 4} ${y(mu) - 4}l8 8m0 -8l-8 8` }, shape("title", {}, text))
-        : shape("circle", { class: `dot ${kind}`, cx: x(at), cy: y(mu), r: 4 }, shape("title", {}, text)))));
-    }
+    inside.append(...own.map(({ x: at, mu, text, refused }) => (refused
+      ? shape("path", { class: "refused", d: `M${x(at) - 4} ${y(mu) - 4}l8 8m0 -8l-8 8` }, shape("title", {}, text))
+      : shape("circle", { class: `dot ${kind}`, cx: x(at), cy: y(mu), r: 4 }, shape("title", {}, text)))));
   }
   if (cursor !== undefined) inside.append(shape("path", { class: "cursor", d: `M${x(cursor)} ${top}V${height - bottom}` }));
   svg.append(inside, shape("path", { class: "axis", d: `M${left} ${top}V${height - bottom}H${width - right}` }),
@@ -252,18 +247,6 @@ function update() {
   tell();
 }
 
-function curvesAsCsv() {
-  const along = abscissa();
-  const rows = shown().flatMap((oil) => line(oil, state.point, along, rangeOf(along)).map(({ x, mu, lower, upper, tested, away, outside }) => [
-    oil.name, ...(away ? state.point.with(along, x) : tested), mu, lower, upper, outside ? "True" : "False"]));
-  const cell = (value) => {
-    const text = typeof value === "string" && /^[=+\-@\t\r]/.test(value) ? `'${value}` : Number.isNaN(value) ? "" : String(value);
-    return /[",\r\n]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text;
-  };
-  const head = ["oil", ...AXES.map(({ name }) => name), "traction_coefficient", "lower", "upper", "outside"];
-  return [head, ...rows].map((row) => `${row.map(cell).join(",")}\r\n`).join("");
-}
-
 function listenToExplorer() {
   const change = (then) => (event) => {
     then(event.target);
@@ -282,13 +265,6 @@ function listenToExplorer() {
   for (const box of document.getElementsByName("oil")) {
     box.addEventListener("change", change(() => { state.oils = all("[name=oil]:checked").map(({ value }) => Number(value)); }));
   }
-  byId("save-curve").addEventListener("click", () => {
-    // without the mark some spreadsheets take UTF-8 for another encoding
-    const content = new Blob(["\ufeff", curvesAsCsv()], { type: "text/csv;charset=utf-8" });
-    const link = html("a", { href: URL.createObjectURL(content), download: "curves.csv" });
-    link.click();
-    setTimeout(() => URL.revokeObjectURL(link.href), 60000);
-  });
   addEventListener("hashchange", () => { restore(); update(); });
   addEventListener("resize", draw);
 }

@@ -2,6 +2,7 @@
 
 import textwrap
 from collections.abc import Callable, Iterable, Mapping
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -46,35 +47,6 @@ _MATRIX = {
     "entrainment_speed_m_s": ("entrainment speed", "m/s"),
     "inlet_temperature_c": ("inlet temperature", "\N{DEGREE SIGN}C"),
 }
-# Quantity, unit, keys in a file of config/bearings, and the factor to the unit.
-_OF_BEARING: tuple[tuple[str, str, tuple[str, ...], float], ...] = (
-    ("ball diameter", "mm", ("ball_diameter_m",), 1e3),
-    ("pitch diameter", "mm", ("pitch_diameter_m",), 1e3),
-    ("balls", "", ("ball_count",), 1),
-    ("contact angle, unloaded", "\N{DEGREE SIGN}", ("contact_angle_deg",), 1),
-    ("groove radius over ball diameter, inner", "", ("inner_groove_curvature",), 1),
-    ("groove radius over ball diameter, outer", "", ("outer_groove_curvature",), 1),
-    ("Young's modulus of the rings", "GPa", ("ring", "youngs_modulus_pa"), 1e-9),
-    ("Poisson's ratio of the rings", "", ("ring", "poisson_ratio"), 1),
-    ("Young's modulus of the balls", "GPa", ("ball", "youngs_modulus_pa"), 1e-9),
-    ("Poisson's ratio of the balls", "", ("ball", "poisson_ratio"), 1),
-    ("density of the balls", "kg/m\N{SUPERSCRIPT THREE}", ("ball", "density_kg_m3"), 1),
-    ("roughness Ra of the balls", "\N{MICRO SIGN}m", ("ball_roughness_ra_um",), 1),
-    ("roughness Ra of the races", "\N{MICRO SIGN}m", ("race_roughness_ra_um",), 1),
-    ("guiding ring of the cage", "", ("cage", "guidance"), 1),
-    ("land diameter of the cage", "mm", ("cage", "land_diameter_m"), 1e3),
-    ("land width of the cage, both together", "mm", ("cage", "land_width_m"), 1e3),
-    ("land clearance of the cage, radial", "mm", ("cage", "land_clearance_m"), 1e3),
-    ("friction coefficient of the pockets", "", ("cage", "pocket_friction_coefficient"), 1),
-    ("oil flow", "L/min", ("oil_supply", "flow_l_min"), 1),
-    ("share of the friction heat in the oil", "", ("oil_supply", "heat_share"), 1),
-    ("weight of the outlet temperature", "", ("oil_supply", "outlet_weight"), 1),
-)
-_OF_TORQUE_TEST = (
-    ("axial load", "kN", "axial_load_n", 1e-3),
-    ("speed of the inner ring", "rpm", "inner_speed_rpm", 1),
-    ("oil temperature", "\N{DEGREE SIGN}C", "oil_temperature_c", 1),
-)
 
 
 @register(
@@ -162,24 +134,24 @@ def tab03(results: CampaignTables, settings: Settings, paper_tables: PaperTables
     partly lost; the last column quotes its text.
     """
     torque = present(settings.campaign.torque, "torque", "the campaign")
-    name = torque.bearing
-    bearing = settings.bearings[name]
-    rows = []
-    for quantity, unit, keys, factor in _OF_BEARING:
-        value: Any = bearing
-        for key in keys:
-            value = getattr(value, key, None)
-        if value is None:  # the file may leave it out
+    bearing, rows = settings.bearings[torque.bearing], []
+    listed = pd.read_csv(Path(__file__).with_name("tab03.csv"), keep_default_na=False)
+    for of, quantity, unit, keys, factor in listed.itertuples(index=False):
+        about = torque.bearing, quantity, unit
+        if of == "test":
+            if torque.matrix is not None:
+                levels = _levels([factor * level for level in getattr(torque.matrix, keys)])
+                rows.append(_row(*about, levels, "campaign file, `torque`"))
             continue
-        source = "assumed" if keys[0] in bearing.assumed else bearing.source
-        value = value if isinstance(value, str) else factor * value
-        # every digit of the drawing, and none that it has not
-        rows.append(_row(name, quantity, unit, value, source, "{:.7g}".format))
-    for quantity, unit, key, factor in _OF_TORQUE_TEST:
-        if torque.matrix is not None:
-            levels = _levels([factor * level for level in getattr(torque.matrix, key)])
-            rows.append(_row(name, quantity, unit, levels, "campaign file, `torque`"))
-    notes = [f"{name}: {bearing.source}. *: assumed."]
+        value: Any = bearing
+        for key in keys.split("."):
+            value = getattr(value, key, None)
+        if value is not None:  # the file may leave it out
+            source = "assumed" if keys.split(".")[0] in bearing.assumed else bearing.source
+            value = value if isinstance(value, str) else factor * value
+            # every digit of the drawing, and none that it has not
+            rows.append(_row(*about, value, source, "{:.7g}".format))
+    notes = [f"{torque.bearing}: {bearing.source}. *: assumed."]
     return _table("Bearing and test of its torque", rows, notes, paper_tables.tab03)
 
 

@@ -58,14 +58,6 @@ LEVEL_PHRASES = {
 # What became of something: colour and symbol together, so that print in grey tells it as well.
 STATE_COLOURS = {"accepted": "#0072B2", "refused": "#D55E00", "missing": "#555555"}
 STATE_MARKERS = {"accepted": "o", "refused": "X", "missing": "D"}
-# Of each verdict on a claim: colour and symbol.
-VERDICTS = {
-    "holds": ("#0072B2", "o"),
-    "by construction": ("#56B4E9", "s"),
-    "holds in part": ("#E69F00", "D"),
-    "fails": ("#D55E00", "X"),
-    "cannot be checked": ("#777777", "_"),
-}
 BAR_LOOK: Look = {"markerfacecolor": "white", "markeredgewidth": 0.7, "elinewidth": 0.7}
 _SETTINGS: Any = {
     "font.size": 8,
