@@ -195,17 +195,6 @@ def test_signals_that_were_not_logged_are_said_to_be_so(
     assert texts_of(page_of(demo, stuck, bare)).count("not logged") == 2
 
 
-def test_long_signals_are_thinned_but_keep_their_extremes(
-    demo: Campaign, stuck: dict[str, Any]
-) -> None:
-    long = pd.concat([samples_of(demo, stuck["run_id"])] * 10, ignore_index=True)
-    long = long.assign(row=np.arange(1, len(long) + 1), time_s=np.arange(len(long)) / 50)
-    long.loc[12345, "load_n"] = 999.0
-    load = page_of(demo, stuck, long).axes[1].get_lines()[0].get_ydata()
-    assert len(load) < len(long) / 2
-    assert load.max() == 999.0
-
-
 def test_only_the_rows_of_one_run_are_read(demo: Campaign, tmp_path: Path) -> None:
     about = {"campaign": "demo", "data": "simulated"}
     paths = [tmp_path / f"oil={oil}" / "part-0.parquet" for oil in demo.ingested.samples]

@@ -15,10 +15,11 @@ import pytest
 from campaigns import ROOT
 from oilfilm.fits.fitted import FittedLaw
 from oilfilm.report.explorer import Axis, explorer
+from oilfilm.report.release_id import with_release
 from oilfilm.report.spreadsheet import csv_text
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
-from reports import HOSTILE, OILS, report_of, results_of, rows, with_hostile_names
+from reports import HOSTILE, OILS, report_of, rows, with_hostile_names
 
 Write = Callable[..., str]
 
@@ -51,11 +52,6 @@ class Page(HTMLParser):
 
     def data(self, name: str) -> Any:
         return json.loads(self.scripts[name])
-
-
-@pytest.fixture(scope="module")
-def results(config: Settings) -> CampaignTables:
-    return results_of(config)
 
 
 @pytest.fixture(scope="module")
@@ -98,9 +94,6 @@ def saved(page: Page, name: str) -> str:
 def test_page_holds_the_tables_themselves(page: Page, results: CampaignTables) -> None:
     assert saved(page, "coefficients.csv") == csv_text(results.coefficients)
     assert saved(page, "quarantine.csv") == csv_text(results.quarantine)
-    kept = pd.DataFrame(json.loads(saved(page, "coefficients.json")))
-    for name in ("value", "standard_error", "lower", "upper"):
-        assert kept[name].tolist() == results.coefficients[name].tolist()
     drawn = page.data("report-data")["points"]
     points = results.points
     assert [drawn["names"][run] for run in drawn["run"]] == points["run_id"].tolist()
@@ -204,12 +197,6 @@ def test_explorer_of_fits_without_refits_and_of_speed_never_varied(
     assert [oil["known"] for oil in content["oils"]] == [[True, False, True]] * 3
 
 
-def test_endless_interval_is_none_in_json(write: Write, results: CampaignTables) -> None:
-    page = Page(write(coefficients=results.coefficients.assign(upper=np.inf)))
-    kept = json.loads(saved(page, "coefficients.json"), parse_constant=pytest.fail)
-    assert {row["upper"] for row in kept} == {None}
-
-
 def test_page_stays_below_its_limit_and_says_what_it_leaves_out(write: Write, text: str) -> None:
     about = {"rule": "unreadable", "reason": "no data", "advice": "Log again."}
     many = rows("quarantine", *({"file": f"{n:05}.csv", **about} for n in range(20_000)))
@@ -255,3 +242,8 @@ def test_measured_campaign_does_not_say_simulated(write: Write) -> None:
     assert "SIMULATED data" not in measured
     assert "Measured data" in measured
     assert "June 2026" in measured
+
+
+def test_page_of_a_release_says_which(text: str) -> None:
+    assert '<dd id="release">not released</dd>' in text
+    assert '<dd id="release">v1-0123456789ab</dd>' in with_release(text, "v1-0123456789ab")

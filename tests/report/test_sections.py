@@ -30,14 +30,9 @@ from oilfilm.settings.messages import load
 from oilfilm.settings.resolved import Settings
 from oilfilm.table_needs import NOT_IN_EVERY_CAMPAIGN
 from oilfilm.tables.campaign_tables import CampaignTables
-from reports import OILS, report_of, results_of, rows
+from reports import OILS, report_of, rows
 
 _PAPER = re.compile(r"paper|claim|Printed|Fig\. ")
-
-
-@pytest.fixture(scope="module")
-def results(config: Settings) -> CampaignTables:
-    return results_of(config)
 
 
 def finished(campaign: Campaign, oil: str) -> CampaignTables:

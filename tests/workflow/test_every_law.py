@@ -34,7 +34,7 @@ def campaign_with(law: str) -> dict[str, Any]:
     campaign = read_campaign(ROOT, "thermal")
     campaign["oils"] = list(OILS)
     campaign["figures"] = ["eqs11-13", "fig03", "fig04", "law-errors", "fig06", "fig07"]
-    campaign["figures"] += ["residuals", "identifiability", "extrapolation"]
+    campaign["figures"] += ["residuals", "identifiability"]
     campaign["matrix"] = SMALL_MATRIX
     campaign["twin"] |= {"slip_steps": 9, "sampling_rate_hz": 20}
     campaign["torque"]["matrix"] = {
@@ -45,7 +45,6 @@ def campaign_with(law: str) -> dict[str, Any]:
     campaign["settings"] = {
         "fit": {**QUICK["fit"], "law": law},
         "compare": {"laws": ["deng2026", "wang-deng-load"]},
-        "figures": {"extrapolation": {"oil": "own"}},
         "bearing": {
             "uncertainty": {"draws": 40},
             "cage_slip": {"pitch_speed_mm_rpm": [1e6, 4e6], "axial_load_n": [1000, 20000]},

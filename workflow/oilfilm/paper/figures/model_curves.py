@@ -1,4 +1,4 @@
-"""Laws far and wide: Figs 7-10 of the paper, and the same cuts beside the truth of a simulation."""
+"""Laws far and wide: Figs 7-10 of the paper."""
 
 import itertools
 from collections.abc import Iterator, Mapping, Sequence
@@ -16,8 +16,7 @@ from oilfilm.paper.reference import PrintedCoefficients
 from oilfilm.report.figures import style
 from oilfilm.report.figures.registry import register
 from oilfilm.report.figures.sheet import Panel, Sheet
-from oilfilm.report.words import law_name
-from oilfilm.settings.config import Conditions, ExtrapolationFigureSettings
+from oilfilm.settings.config import Conditions
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction.law import CONDITIONS
@@ -228,88 +227,3 @@ def _handles(
         handles.append(style.line_handle(label, linewidth=0.6, **dashed))
     interval = Patch(color=style.GREY, alpha=0.25, linewidth=0, label="95 %, next run")
     return [*handles, interval, _BEYOND]
-
-
-@register(
-    category="Fits",
-    family="law",
-    tables=("extrapolation",),
-    settings=("oils", "figures"),
-    requires="twin",
-    compares_laws=True,
-)
-def extrapolation(results: CampaignTables, settings: Settings) -> Sheet:
-    """Fitted laws and the truth of the simulation.
-
-    Fitted laws and the truth of the simulation for one oil, each along one cut through the
-    conditions of Figs 7 to 10. White: tested conditions. The section on the truth of the report
-    has the errors for every oil. The figure allows no conclusion about real oils.
-    """
-    compared, choice = results.extrapolation, settings.figures.extrapolation
-    laws, oils = list(dict.fromkeys(compared["law"])), list(settings.oils)
-    of_oil = compared[compared["oil"] == choice.oil]
-    colour = style.oil_colour(choice.oil, oils)
-    sheet = Sheet(4, 2, height=1.5, across=0.5, down=0.62)
-    highest = 1.5 * of_oil["true_traction_coefficient"].max()
-    for number, (name, (abscissa, _)) in enumerate(CUTS.items()):
-        cut, levels = _cut(of_oil[of_oil["figure"] == name], abscissa, choice)
-        panel = sheet.panel(number, panel_title(levels))
-        panel.axis.set(xlabel=style.CONDITION_LABELS[abscissa], ylabel=style.TRACTION_LABEL)
-        _draw_cut(panel, cut.sort_values(abscissa), abscissa, colour, laws)
-        # a law that runs away leaves the panel, instead of pressing the others flat
-        panel.axis.set_ylim(0, highest if highest > 0 else None)
-    lines = [style.line_handle(law_name(law), **_line_of(n)) for n, law in enumerate(laws)]
-    truth = style.line_handle(f"truth of the twin, {choice.oil}", color=colour, linewidth=1.8)
-    sheet.legend([truth, *lines, _BEYOND])
-    return sheet
-
-
-def _cut(
-    of_figure: pd.DataFrame, abscissa: str, choice: ExtrapolationFigureSettings
-) -> tuple[pd.DataFrame, dict[str, float]]:
-    """The rows along one abscissa, and the levels of the other conditions.
-
-    A condition that the figure has at one level is at that level, the others are chosen.
-    """
-    fixed = {}
-    for name in style.LEVEL_PHRASES:
-        if name != abscissa:
-            levels = of_figure[name].unique()
-            fixed[name] = levels[0] if len(levels) == 1 else getattr(choice, name)
-            of_figure = of_figure[np.isclose(of_figure[name], fixed[name])]
-    return of_figure, fixed
-
-
-def _draw_cut(
-    panel: Panel, cut: pd.DataFrame, abscissa: str, colour: Any, laws: Sequence[str]
-) -> None:
-    """The truth, each law, and a tint where no test reaches."""
-    if cut.empty:
-        panel.say("no such condition\n(config: figures, extrapolation)")
-        return
-    panel.axis.set_facecolor(style.EXTRAPOLATED)
-    tested = cut.loc[cut["beyond"] == "", abscissa]
-    if len(tested):
-        panel.axis.axvspan(tested.min(), tested.max(), color="white", linewidth=0, zorder=0)
-    truth = cut[cut["law"] == laws[0]]
-    xy = truth[abscissa], truth["true_traction_coefficient"]
-    panel.line("truth", *xy, {"color": colour, "linewidth": 1.8}, oil=truth["oil"])
-    for number, law in enumerate(laws):
-        of_law = cut[cut["law"] == law]
-        xy = of_law[abscissa], of_law["traction_coefficient"]
-        panel.line(law, *xy, _line_of(number), oil=of_law["oil"])
-
-
-def _line_of(number: int) -> style.Look:
-    """Colours are for oils, dashes for what a law was fitted to: laws differ by symbol and grey."""
-    return {
-        "color": ("black", "#777777")[number % 2],
-        "linewidth": 0.9,
-        "linestyle": style.LINES["fit"],
-        # one symbol along each sixth of the panel's diagonal, not all at one abscissa
-        "marker": style.MARKERS[number % len(style.MARKERS)],
-        "markevery": (0.03 * number, 0.17),
-        "markersize": 2.6,
-        "markerfacecolor": "white" if number < len(style.MARKERS) else "black",
-        "markeredgewidth": 0.6,
-    }
