@@ -15,7 +15,7 @@ from oilfilm.physics.oils import Oil
 from oilfilm.report.figures import style
 from oilfilm.report.figures.fits import draw_constants
 from oilfilm.report.figures.registry import register
-from oilfilm.report.figures.sheet import Sheet, page
+from oilfilm.report.figures.sheet import Sheet, table_page
 from oilfilm.settings.base import present
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
@@ -24,9 +24,6 @@ _PAPER = "in the paper's text"
 _NONE = "\N{EN DASH}"
 _LINE_IN = 0.125
 _ROW_IN = 0.06  # between rows, beside their lines
-_NOTE_LETTERS = 140  # of 6 pt in a line over both columns
-# Of all cells alike: with line spacings of their own they are at different heights.
-_CELL: style.Look = {"va": "center", "fontsize": 7}
 _AT_C = 100.0  # of the oils' properties, as in the paper
 # Quantity, unit and its value for an oil.
 _OF_OIL: tuple[tuple[str, str, Any], ...] = (
@@ -205,29 +202,17 @@ def _table(
     cells = cells.reindex(index=drawn["quantity"].unique(), columns=columns).fillna("")
     few = len(things) <= 1
     cells[_PAPER] = ["\n".join(textwrap.wrap(text, 46 if few else 26)) for text in cells[_PAPER]]
-    heights = _LINE_IN * (cells[_PAPER].str.count("\n") + 1) + _ROW_IN
-    small = [line for note in notes for line in textwrap.wrap(note, _NOTE_LETTERS)]
-    head_in = _LINE_IN + _ROW_IN
-    height_in = heights.sum() + 1.5 * head_in + 0.1 * len(small)
-    sheet, panel = page(style.DOUBLE_COLUMN_IN, height_in, bottom=height_in, top=0)
-    axis = panel.axis
     paper_x = 0.64 if few else 0.72
-    ends = dict(zip(things, np.linspace(0.37, paper_x - 0.02, len(things) + 1)[1:], strict=True))
-    axis.text(0, head_in / 2, title, color=style.GREY, **_CELL)
-    axis.text(paper_x, head_in / 2, _PAPER, fontweight="bold", **_CELL)
-    for thing, end in ends.items():
-        axis.text(end, head_in / 2, thing, ha="right", fontweight="bold", **_CELL)
-    middles = head_in + heights.cumsum() - heights / 2
-    for (name, row), middle in zip(cells.iterrows(), middles, strict=True):
-        unit = units.get(str(name), "")
-        axis.text(0, middle, f"{name} ({unit})" if unit else str(name), **_CELL)
-        for thing, end in ends.items():
-            axis.text(end, middle, row[thing], ha="right", **_CELL)
-        axis.text(paper_x, middle, row[_PAPER], color=style.GREY, **_CELL)
-    for edge in (0.0, head_in, head_in + heights.sum()):
-        axis.axhline(edge, color="black", linewidth=0.6)
-    below: style.Look = {"va": "bottom", "fontsize": 6, "linespacing": 1.15, "parse_math": False}
-    axis.text(0, height_in, "\n".join(small), color=style.GREY, **below)
+    ends = np.linspace(0.37, paper_x - 0.02, len(things) + 1)[1:]
+    heads = [f"{name} ({unit})" if (unit := units.get(name, "")) else name for name in cells.index]
+    row_in = _LINE_IN * (cells[_PAPER].str.count("\n").to_numpy() + 1) + _ROW_IN
+    layout = style.DOUBLE_COLUMN_IN, len(cells), row_in, _LINE_IN + _ROW_IN
+    sheet, panel, write = table_page(*layout, notes)
+    bold: style.Look = {"fontweight": "bold"}
+    write(0, title, heads, {"color": style.GREY})
+    for thing, end in zip(things, ends, strict=True):
+        write(end, thing, cells[thing], bold, ha="right")
+    write(paper_x, _PAPER, cells[_PAPER], {**bold, "color": "black"}, color=style.GREY)
     series = drawn["quantity"] + drawn["unit"].map(lambda unit: f" ({unit})" if unit else "")
     label = drawn["words"] + " [" + drawn["source"] + "]"
     panel.keep(series, np.nan, value=drawn["value"], label=label, panel=drawn["thing"])

@@ -8,7 +8,8 @@ Decides: what is kept of what a figure draws.
 import io
 import re
 import string
-from collections.abc import Sequence
+import textwrap
+from collections.abc import Callable, Iterable, Sequence
 from hashlib import sha256
 from pathlib import Path
 from typing import Any
@@ -24,11 +25,12 @@ from PIL import Image
 
 from oilfilm import tables
 from oilfilm.atomic_write import atomic_file
-from oilfilm.report.figures.style import DOUBLE_COLUMN_IN, SINGLE_COLUMN_IN, Look
+from oilfilm.report.figures.style import DOUBLE_COLUMN_IN, GREY, SINGLE_COLUMN_IN, Look
 
 _MARK_IN = 0.14  # the line that says that data are simulated
 # Of a legend, in inches: height of a line, width of a symbol with its gaps, width of a letter.
 _LINE_IN, _SYMBOL_IN, _LETTER_IN = 0.155, 0.42, 0.061
+_SMALL_LETTER_IN = 0.049  # width of a letter of notes
 _COLOURS_OF_LINES = 8192  # in a drawing without a map of colours, at most
 _CLIP = re.compile(r'(  <clipPath id="(p\w+)">\n(.*?)  </clipPath>\n)', re.DOTALL)
 
@@ -252,6 +254,45 @@ def sentences(lines: str) -> Sheet:
     look: Look = {"va": "top", "fontsize": 7, "linespacing": 1.3, "parse_math": False}
     panel.axis.text(0, 1, lines, **look)
     return sheet
+
+
+def table_page(
+    width: float, count: int, row_in: Any, head_in: float, notes: Sequence[str]
+) -> tuple[Sheet, Panel, Callable[..., None]]:
+    """A figure that is a table, with lines above and below its head and its rows.
+
+    Args:
+        width: Of the figure.
+        count: Number of rows.
+        row_in: Height of a row, or of each.
+        head_in: Height of the head.
+        notes: Below the table; they are wrapped.
+
+    Returns:
+        Figure, panel, and a function that writes a column: place from 0 to 1 of the width, head,
+        texts of the rows, keywords of the head and of all.
+    """
+    heights = np.broadcast_to(row_in, count)
+    letters = round(width / _SMALL_LETTER_IN)
+    small = [line for note in notes for line in textwrap.wrap(note, letters)]
+    table_in = head_in + heights.sum()
+    height_in = table_in + 0.08 + 0.1 * len(small)
+    sheet, panel = page(width, height_in, bottom=height_in, top=0)
+
+    def write(
+        x: float, head: str, texts: Iterable[str], head_look: Look | None = None, **look: Any
+    ) -> None:
+        # all cells alike: with line spacings of their own they are at different heights
+        look = {"va": "center", "fontsize": 7, "parse_math": False, **look}
+        panel.axis.text(x, head_in / 2, head, **look | (head_look or {}))
+        for y, text in zip(head_in + heights.cumsum() - heights / 2, texts, strict=False):
+            panel.axis.text(x, y, text, **look)
+
+    for edge in (0.0, head_in, table_in):
+        panel.axis.axhline(edge, color="black", linewidth=0.6)
+    below: Look = {"va": "bottom", "fontsize": 6, "linespacing": 1.15, "parse_math": False}
+    panel.axis.text(0, height_in, "\n".join(small), color=GREY, **below)
+    return sheet, panel, write
 
 
 def panels_in_words(figure: Figure) -> dict[str, dict[str, str]]:
