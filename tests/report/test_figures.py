@@ -9,8 +9,7 @@ import pytest
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 
-from campaigns import Campaign, printed, sign_study
-from oilfilm import tables
+from campaigns import Campaign, printed
 from oilfilm.curation.coverage import coverage
 from oilfilm.fits.fit import fit_oil
 from oilfilm.report.figures import style
@@ -113,31 +112,10 @@ def test_real_curves_are_called_measured(etm: Campaign) -> None:
     assert drawn["value"].notna().sum() == 3
 
 
-def test_sign_study_names_the_verdict_of_every_sign(config: Settings) -> None:
-    signs, sign_verdicts = sign_study(config, tables.empty("points"))
-    studied = CampaignTables.in_memory(signs=signs, sign_verdicts=sign_verdicts)
-    figure, drawn = draw("signs", studied, config)
-    labels = [text.get_text() for axis in figure.axes[-3:] for text in axis.texts]
-    assert not figure.texts  # no data are drawn
-    signs = sign_verdicts["sign"].str.replace("-", "\N{MINUS SIGN}")
-    assert labels == (signs + " " + sign_verdicts["verdict"]).tolist()
-    assert nothing_is_cut_off(figure)
-    assert (drawn["panel"] == "a").sum() == 512
-
-
-@pytest.mark.parametrize(
-    ("name", "reason"),
-    [
-        ("signs", "no oil of this campaign"),
-        ("coverage", "nothing to cover"),
-    ],
-)
-def test_figure_of_oils_that_are_not_there_says_so(
-    config: Settings, name: str, reason: str
-) -> None:
-    figure, drawn = draw(name, CampaignTables.in_memory(), config)
+def test_figure_of_what_is_not_there_says_so(config: Settings) -> None:
+    figure, drawn = draw("coverage", CampaignTables.in_memory(), config)
     assert drawn.empty
-    assert reason in figure.axes[0].texts[0].get_text().lower()
+    assert "nothing to cover" in figure.axes[0].texts[0].get_text().lower()
     assert nothing_is_cut_off(figure)
 
 

@@ -192,26 +192,6 @@ def test_outside_the_tested_box_the_page_warns(page: Page) -> None:
     assert [part / whole for part in parts] == pytest.approx([5 / 180, 160 / 180], abs=0.01)
 
 
-def test_link_restores_the_state(tab: Tab, report: Path) -> None:
-    page = tab.open(report)
-    page.select_option("#abscissa", "T")
-    page.locator("#slider-P").fill("33")
-    page.locator("[name=oil]").nth(1).uncheck()
-    drawn = "[oilfilm.state, document.querySelector('#chart').innerHTML]"
-    before = page.evaluate(drawn)
-    again = tab.open(report, page.evaluate("location.hash"))
-    assert again.evaluate(drawn) == before
-    assert again.locator("#slider-P").input_value() == "33"
-    assert again.locator("[name=oil]").nth(1).is_checked() is False
-
-
-def test_link_that_makes_no_sense_does_no_harm(tab: Tab, report: Path) -> None:
-    for fragment in ("#answer?x=Q&P=nan&U=1e999&T=-5&oils=[", "#run?name=%3Cscript%3E"):
-        point = np.array(tab.open(report, fragment).evaluate("oilfilm.state.point"))
-        assert tab.problems(report) == []
-        assert (([0.8, 20, 20, 0] <= point) & (point <= [2.5, 200, 140, 0.3])).all()
-
-
 def test_hostile_names_are_shown_as_text(
     tab: Tab, results: CampaignTables, config: Settings, tmp_path: Path
 ) -> None:

@@ -92,16 +92,11 @@ def figures() -> Mapping[str, FigureDeclaration]:
         for path in sorted((_LIBRARY / folder).glob("*.py")):
             for node in ast.parse(path.read_text(encoding="utf-8")).body:
                 if isinstance(node, ast.FunctionDef) and node.decorator_list:
-                    name = figure_name(node.name)
+                    name = node.name.replace("_", "-")
                     if name in declared:
                         raise ValueError(f"two figures have the name {name!r}")
                     declared[name] = _declaration(name, node, path, declared)
     return declared
-
-
-def figure_name(function: str) -> str:
-    """The name of the figure that a function draws."""
-    return function.replace("_", "-")
 
 
 def families(names: Iterable[str]) -> dict[str, list[FigureDeclaration]]:

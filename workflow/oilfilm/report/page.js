@@ -137,30 +137,7 @@ const at = (axis, step) => Number((axis.low + Math.min(axis.steps, Math.max(0, s
 const stepOf = (axis, value) => Math.round((value - axis.low) / axis.step);
 const state = { x: "S", oils: OILS.map((_, i) => i), point: AXES.map((axis) => at(axis, stepOf(axis, axis.start))) };
 const abscissa = () => AXES.findIndex(({ symbol }) => symbol === state.x);
-const shown = () => state.oils.map((i) => OILS[i]);
 const rangeOf = (along) => [AXES[along].low, AXES[along].high];
-
-function fragment() {
-  const parts = AXES.map(({ symbol }, i) => [symbol, state.point[i]]);
-  const oils = JSON.stringify(shown().map(({ name }) => name));
-  return `#answer?${new URLSearchParams([["x", state.x], ...parts, ["oils", oils]])}`;
-}
-
-// What the address says; parts that make no sense are left as they are.
-function restore() {
-  const [section, query] = location.hash.slice(1).split("?");
-  if (section !== "answer" || !query) return;
-  const parts = new URLSearchParams(query);
-  if (AXES.some(({ symbol, idle }) => symbol === parts.get("x") && !idle)) state.x = parts.get("x");
-  AXES.forEach((axis, i) => {
-    const value = parseFloat(parts.get(axis.symbol));
-    if (Number.isFinite(value)) state.point[i] = at(axis, stepOf(axis, value));
-  });
-  try {
-    const names = JSON.parse(parts.get("oils"));
-    state.oils = OILS.flatMap(({ name }, i) => (names.includes(name) ? [i] : []));
-  } catch { /* the oils stay */ }
-}
 
 // Numbers of the accepted points of an oil whose conditions but the abscissa are near the sliders.
 function nearby(oil, along) {
@@ -251,9 +228,6 @@ function listenToExplorer() {
   const change = (then) => (event) => {
     then(event.target);
     update();
-    try {
-      history.replaceState(null, "", fragment());
-    } catch { /* a browser that allows no more of them for now; the next one will do */ }
   };
   AXES.forEach((axis, i) => {
     byId(`slider-${axis.symbol}`).addEventListener("input", change(({ value }) => { state.point[i] = at(axis, Number(value)); }));
@@ -265,7 +239,6 @@ function listenToExplorer() {
   for (const box of document.getElementsByName("oil")) {
     box.addEventListener("change", change(() => { state.oils = all("[name=oil]:checked").map(({ value }) => Number(value)); }));
   }
-  addEventListener("hashchange", () => { restore(); update(); });
   addEventListener("resize", draw);
 }
 
@@ -360,7 +333,6 @@ addEventListener("afterprint", () => { for (const details of folded) details.ope
 listenToTables();
 listenToDialog();
 if (OILS.length) {
-  restore();
   listenToExplorer();
   update();
 }

@@ -29,11 +29,6 @@ _SPEED_TICKS = (1, 2, 5, 10, 20, 50, 100, 200)
 _SLIP_TICKS = (0.001, 0.003, 0.01, 0.03, 0.1, 0.3)
 _FILM_TICKS = (0.5, 1, 2, 5, 10, 20, 50, 100)
 _STRESS_LEVELS = 8  # isolines of the mean shear stress
-_LINE: style.Look = {"colors": "black"}
-_LAMBDA: style.Look = {"linestyles": "--", "linewidths": 0.9}
-_HIGHEST: style.Look = {"linestyles": "-", "linewidths": 1.6}
-_LIMIT: style.Look = {"linestyles": ":", "linewidths": 1.6}
-_STRESS: style.Look = {"linestyles": "-", "linewidths": 0.4}
 
 
 @register(
@@ -80,6 +75,12 @@ def friction_map(results: CampaignTables, settings: Settings) -> Sheet:
         laws[oil].predict(_at(pressure, at[0].ravel(), choice.inlet_temperature_c), at[1].ravel())
         for pressure, oil in panels
     ]
+    lines = (
+        ("mean shear stress (MPa)", "-", 0.4),
+        (f"largest measured {style.MU}", "-", 1.6),
+        ("limiting shear stress", ":", 1.6),
+        (f"lambda = {settings.gates.lambda_limit:g}", "--", 0.9),
+    )
     mu = [field.traction_coefficient.reshape(at[0].shape) for field in fields]
     highest = max(float(np.nanmax(field)) for field in mu)
     for number, ((pressure, oil), field) in enumerate(zip(panels, mu, strict=True)):
@@ -87,16 +88,21 @@ def friction_map(results: CampaignTables, settings: Settings) -> Sheet:
         panel.axis.set(xscale="log", yscale="log")
         look: style.Look = {"cmap": "viridis", "vmin": 0, "vmax": highest, "rasterized": True}
         mesh = panel.axis.pcolormesh(speed, slip, field, shading="gouraud", **look)
-        stress_mpa = 1e3 * 2 / 3 * pressure * field
-        lines = panel.axis.contour(speed, slip, stress_mpa, _STRESS_LEVELS, **_LINE, **_STRESS)
-        panel.axis.clabel(lines, fontsize=5, fmt="%g")
         accepted = results.points[results.points["accepted"] & (results.points["oil"] == oil)]
         largest = accepted["traction_coefficient"].abs().max()
-        panel.axis.contour(speed, slip, field, [largest], **_LINE, **_HIGHEST)
         limit = laws[oil].coefficients.limiting_stress_ratio
-        panel.axis.contour(speed, slip, field, [limit], **_LINE, **_LIMIT)
         film = _lambda(oil, pressure, at, choice.inlet_temperature_c, settings)
-        panel.axis.contour(speed, slip, film, [settings.gates.lambda_limit], **_LINE, **_LAMBDA)
+        stress_mpa = 1e3 * 2 / 3 * pressure * field
+        for (_, dashes, width), of_line, levels in zip(
+            lines,
+            (stress_mpa, field, field, film),
+            (_STRESS_LEVELS, [largest], [limit], [settings.gates.lambda_limit]),
+            strict=True,
+        ):
+            look = {"colors": "black", "linestyles": dashes, "linewidths": width}
+            drawn = panel.axis.contour(speed, slip, of_line, levels, **look)
+            if levels is _STRESS_LEVELS:
+                panel.axis.clabel(drawn, fontsize=5, fmt="%g")
         _frame(panel, laws[oil], pressure, choice.inlet_temperature_c)
         panel.axis.grid(False)
         panel.keep("mu", at[0].ravel(), at[1].ravel(), oil=oil, value=field.ravel())
@@ -107,14 +113,11 @@ def friction_map(results: CampaignTables, settings: Settings) -> Sheet:
     sheet.axes[0].set(xlim=(speed[0], speed[-1]), ylim=(slip[0], slip[-1]))
     sheet.label("U (m/s)", style.CONDITION_LABELS["slide_roll_ratio"])
     sheet.colour_bar(mesh, style.TRACTION_LABEL)
-    black: style.Look = {"color": "black"}
     handles: list[Any] = [
-        style.line_handle("mean shear stress (MPa)", linewidth=0.4, **black),
-        style.line_handle("largest measured \N{GREEK SMALL LETTER MU}", linewidth=1.6, **black),
-        style.line_handle("limiting shear stress", linestyle=":", linewidth=1.6, **black),
-        style.line_handle(f"lambda = {settings.gates.lambda_limit:g}", linestyle="--", **black),
-        Rectangle((0, 0), 1, 1, facecolor="#3b528b", edgecolor="white", label="tested"),
+        style.line_handle(label, color="black", linestyle=dashes, linewidth=width)
+        for label, dashes, width in lines
     ]
+    handles.append(Rectangle((0, 0), 1, 1, facecolor="#3b528b", edgecolor="white", label="tested"))
     sheet.legend(handles, style.level_phrases({"inlet_temperature_c": choice.inlet_temperature_c}))
     return sheet
 

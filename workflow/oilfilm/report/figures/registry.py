@@ -9,7 +9,7 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from oilfilm import tables
-from oilfilm.figure_catalogue import figure_name, figures
+from oilfilm.figure_catalogue import figures
 from oilfilm.report.figures.sheet import Sheet, panels_in_words, save
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
@@ -17,8 +17,6 @@ from oilfilm.tables.campaign_tables import CampaignTables
 # From the campaign's tables and settings, and reference files by name, to the figure.
 Draw = Callable[..., Sheet]
 SIMULATED = "SIMULATED"
-
-_FUNCTIONS: dict[str, Draw] = {}
 
 
 def register(**declared: Any) -> Callable[[Draw], Draw]:
@@ -28,12 +26,7 @@ def register(**declared: Any) -> Callable[[Draw], Draw]:
         declared: Attributes of `FigureDeclaration`; `oilfilm.figure_catalogue` reads them from the
             source.
     """
-
-    def keep(draw: Draw) -> Draw:
-        _FUNCTIONS[figure_name(draw.__name__)] = draw
-        return draw
-
-    return keep
+    return lambda draw: draw
 
 
 def draw_figure(
@@ -51,9 +44,9 @@ def draw_figure(
         KeyError: There is no such figure.
     """
     declared = figures()[name]
-    import_module(declared.module)
+    draw: Draw = getattr(import_module(declared.module), declared.name.replace("-", "_"))
     shown = {reference: references[reference] for reference in declared.references}
-    sheet = _FUNCTIONS[name](results, settings, **shown)
+    sheet = draw(results, settings, **shown)
     simulated = declared.shows_data and settings.campaign.data == "simulated"
     return sheet.finish(SIMULATED if simulated else ""), sheet.drawn()
 
