@@ -11,6 +11,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from matplotlib.axes import Axes
+from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 from matplotlib.testing.compare import compare_images
@@ -22,7 +23,7 @@ from nights import nightly, quick_ones
 from oilfilm.fits.fitted import FittedLaw
 from oilfilm.paper.reference import PrintedCoefficients
 from oilfilm.randomness import generator
-from oilfilm.report.figures import curves
+from oilfilm.report.figures import curves, style
 from oilfilm.report.figures.sheet import Sheet, save
 from oilfilm.settings.base import present
 from oilfilm.settings.messages import load
@@ -30,7 +31,8 @@ from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction import LAWS
 from oilfilm.traction.law import CONDITIONS
-from pictures import Draw, drawing_of, nothing_is_cut_off
+from pictures import Draw, draw, drawing_of, nothing_is_cut_off
+from reports import rows
 
 BASELINE = Path(__file__).parent / "baseline"
 # Root-mean-square difference of the pictures' values, of 255. The same code gives 0; this leaves
@@ -476,9 +478,76 @@ def test_panel_keeps_what_it_draws() -> None:
     for part, line in zip(panel.parts, panel.axis.get_lines(), strict=False):
         np.testing.assert_array_equal(line.get_xydata(), np.column_stack([part["x"], part["y"]]))
     band, bars = panel.axis.collections
-    for rows, edges in ((panel.parts[0], band), (panel.parts[1], bars)):
+    for part, edges in ((panel.parts[0], band), (panel.parts[1], bars)):
         vertices = np.concatenate([path.vertices for path in edges.get_paths()])
         for end in ("y_lower", "y_upper"):
-            assert {*zip(rows["x"], rows[end], strict=True)} <= {*map(tuple, vertices)}
+            assert {*zip(part["x"], part[end], strict=True)} <= {*map(tuple, vertices)}
     assert set(panel.parts[0]["oil"]) == {"4102"}
     assert set(panel.parts[0]["panel"]) == {"a"}
+
+
+def test_an_oil_has_one_colour_in_every_panel(usual: Draw, config: Settings) -> None:
+    colours = {style.oil_colour(oil, list(config.oils)) for oil in config.oils}
+    assert len(colours) == 3
+    for axis in usual("fig03")[0].axes:
+        assert {to_hex(line.get_color()).upper() for line in axis.get_lines()} == colours
+
+
+def test_files_are_the_same_bytes_each_time(drawing: Draw, tmp_path: Path) -> None:
+    for name in ("a", "b"):
+        save(drawing("fig03")[0], tmp_path / f"{name}.png", tmp_path / f"{name}.svg")
+    for ending in ("png", "svg"):
+        assert (tmp_path / f"a.{ending}").read_bytes() == (tmp_path / f"b.{ending}").read_bytes()
+    assert len(list(tmp_path.iterdir())) == 4
+
+
+def test_last_bits_of_positions_are_in_no_file(drawing: Draw, tmp_path: Path) -> None:
+    """They depend on the version of Python, whose `sum` rounds otherwise since 3.12."""
+    figure, _ = drawing("tab02")
+    save(figure, tmp_path / "before.svg")
+    for axis in figure.axes:
+        box = axis.get_position()
+        axis.set_position([np.nextafter(each, 1) for each in box.bounds])
+    save(figure, tmp_path / "after.svg")
+    before, after = ((tmp_path / f"{name}.svg").read_text() for name in ("before", "after"))
+    assert 'clip-path="url(#p' in before
+    assert before == after
+
+
+@pytest.mark.parametrize("name", ["fig03", "curves"])
+def test_figure_without_any_accepted_point_says_so(
+    drawing: Draw, results: CampaignTables, name: str
+) -> None:
+    figure, drawn = drawing(name, points=results.points.assign(accepted=False))
+    assert drawn.empty
+    assert "no accepted point" in figure.axes[0].texts[0].get_text()
+
+
+def test_map_of_no_run_says_so(config: Settings) -> None:
+    figure, drawn = draw("coverage", CampaignTables.in_memory(), config)
+    assert drawn.empty
+    assert "nothing to cover" in figure.axes[0].texts[0].get_text()
+    assert nothing_is_cut_off(figure)
+
+
+def test_measured_campaign_without_a_matrix_shows_the_levels_of_its_runs(
+    usual: Draw, drawing: Draw, config: Settings
+) -> None:
+    without_matrix = config.with_changes({"campaign": {"matrix": None}})
+    pd.testing.assert_frame_equal(drawing("fig03", without_matrix)[1], usual("fig03")[1])
+
+
+def test_map_shows_the_state_of_each_condition(config: Settings) -> None:
+    names = [f"nominal_{name}" for name in CONDITIONS]
+    conditions = [dict(zip(names, levels, strict=True)) for levels in matrix()]
+    first = {"runs_accepted": 0, "runs_refused": 2}
+    counts = [first, *[{"runs_accepted": 1}] * (len(conditions) - 1)]
+    cells = [
+        {"oil": "4102", "planned": True, **at, **count}
+        for at, count in zip(conditions, counts, strict=True)
+    ]
+    mapped = CampaignTables.in_memory(coverage=rows("coverage", *cells))
+    figure, drawn = draw("coverage", mapped, config)
+    assert drawn["series"].value_counts().to_dict() == {"accepted": len(cells) - 1, "refused": 1}
+    assert drawn.loc[drawn["series"] == "refused", "words"].tolist() == ["0/2"]
+    assert nothing_is_cut_off(figure)

@@ -149,16 +149,6 @@ def test_licence_creators_and_sources_are_the_campaign_files(
     assert not {"licenses", "contributors"} & set(package_of(folder, settings_with({})))
 
 
-def test_hostile_text_stays_text(folder: Path) -> None:
-    log = {"log": "data/raw/june/a.csv", "was": "0" * 16, "now": "1" * 16, "reason": HOSTILE}
-    about = {"title": HOSTILE, "creators": [HOSTILE], "sources": [{"title": HOSTILE}]}
-    settings = settings_with({**about, "acknowledged_changes": [log]}, description=HOSTILE)
-    package = package_of(folder, settings)
-    assert package["title"] == package["contributors"][0]["title"] == HOSTILE
-    assert package["description"].startswith(HOSTILE)
-    assert f"data/raw/june/a.csv ({'0' * 16}, now {'1' * 16}): {HOSTILE}" in package["description"]
-
-
 def test_same_tables_give_the_same_bytes(folder: Path, config: Settings) -> None:
     files = [table_file(path, folder) for path in sorted(folder.rglob("*.parquet"))]
     assert data_package(config, files) == data_package(config, files[::-1])

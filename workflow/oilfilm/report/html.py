@@ -8,7 +8,6 @@ import hashlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +15,7 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined, Template
 from markupsafe import Markup
 from PIL import Image
 
-from oilfilm import __version__, tables
+from oilfilm import tables
 from oilfilm.figure_catalogue import figures
 from oilfilm.report import runs
 from oilfilm.report.captions import caption, film_unjudged_oils
@@ -28,13 +27,11 @@ from oilfilm.report.release_id import UNRELEASED
 from oilfilm.report.spreadsheet import csv_text
 from oilfilm.report.words import printed
 from oilfilm.settings.resolved import Settings
-from oilfilm.settings.yaml_file import as_yaml
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction import LAWS
 from oilfilm.traction.typeset import mathml
 
 _HERE = Path(__file__).parent
-_PACKAGES = ("numpy", "scipy", "pandas", "pandera", "pyarrow", "matplotlib", "snakemake", "jinja2")
 _SCALE = 0.62  # CSS pixels per pixel: a single column of a journal has 370
 # How verdicts look; the first one that a text begins with.
 _LOOKS = {
@@ -115,8 +112,6 @@ def html(
         "words": _words(sections),
         "settings": settings,
         "provenance": provenance,
-        "configuration": as_yaml(settings.plain()),
-        "packages": {"oilfilm": __version__} | {name: version(name) for name in _PACKAGES},
         "unreleased": UNRELEASED,
         "style": _asset("page.css"),
         "equations": [

@@ -326,7 +326,7 @@ document.documentElement.classList.add("script");
 // what is folded away would be missing on paper
 let folded = [];
 addEventListener("beforeprint", () => {
-  folded = all("details:not([open], .on-screen)");
+  folded = all("details:not([open])");
   for (const details of folded) details.open = true;
 });
 addEventListener("afterprint", () => { for (const details of folded) details.open = false; });

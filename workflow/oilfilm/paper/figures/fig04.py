@@ -8,6 +8,7 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 
+from oilfilm import tables
 from oilfilm.fits.fitted import FittedLaw
 from oilfilm.fits.law_comparison import laws_of
 from oilfilm.report.figures import style
@@ -21,6 +22,7 @@ from oilfilm.traction.law import CONDITIONS
 from oilfilm.traction.laws.deng2026 import DENG2026
 from oilfilm.units import FloatArray
 
+Fit = Mapping[str, Any]  # a row of a table
 _TIMES = f"\N{MULTIPLICATION SIGN} {style.THOUSANDTHS}"
 _DASHES: style.Look = {"fit": "-", "left out": style.LINES["left out"], "Eq. 7": ":"}
 
@@ -54,7 +56,7 @@ def fig04(results: CampaignTables, settings: Settings) -> Sheet:
     errors.set_title("    fitted minus measured")
     handles: list[list[Any]] = [[], []]
     for oil in settings.oils:
-        of_oil = fits[(fits["oil"] == oil)].set_index("law", drop=False)
+        of_oil = {fit["law"]: fit for fit in tables.rows(fits[fits["oil"] == oil])}
         handles[0] += _draw_zero_slip(whole, near, oil, of_oil, results, settings)
         handles[1] += _draw_left_out(unseen, errors, oil, of_oil, results, settings)
     for panel, of_panel in zip((whole, unseen), handles, strict=True):
@@ -95,7 +97,7 @@ def _draw_zero_slip(
     whole: Panel,
     near: Axes,
     oil: str,
-    fits: pd.DataFrame,
+    fits: Mapping[str, Fit],
     results: CampaignTables,
     settings: Settings,
 ) -> Iterator[Any]:
@@ -104,20 +106,21 @@ def _draw_zero_slip(
     if not sum(map(len, starts)):
         return
     among = pd.concat(starts, ignore_index=True)
-    name, run = among.loc[among["y"].abs().idxmax(), ["law", "run_id"]]
+    (largest,) = tables.rows(among.loc[[among["y"].abs().idxmax()]])
+    name, run = largest["law"], largest["run_id"]
     curve = _one_side(results.points.query("accepted and run_id == @run"))
     fitted = FittedLaw.of(results.coefficients, oil, law=laws_of(oil, settings)[name])
     slip, mu = _finely(fitted, curve)
-    look, colour = _looks(fits.loc[name], settings)
+    look, colour = _looks(fits[name], settings)
     about = {"oil": oil, "label": f"{name}, run {run}"}
     _draw_measured(whole, curve, colour, about)
     near.plot(curve["slide_roll_ratio"], 1e3 * curve["traction_coefficient"], ".", **colour)
     whole.line("fit", slip, mu, colour, **about)
     near.plot(slip, 1e3 * mu, **colour)
     # an open symbol hides no other
-    near.plot(0, 1e3 * mu[0], **look | {"markersize": 5}, zorder=4 + (not fits["certified"][name]))
+    near.plot(0, 1e3 * mu[0], **look | {"markersize": 5}, zorder=4 + (not fits[name]["certified"]))
     whole.keep("zero slip", 0.0, mu[0], **about)
-    label = f"{_about(fits.loc[name], curve)}\n{style.MU}(0) = {_thousandths(mu[0])} {_TIMES}"
+    label = f"{_about(fits[name], curve)}\n{style.MU}(0) = {_thousandths(mu[0])} {_TIMES}"
     yield style.line_handle(label, **look | {"markersize": 5})
 
 
@@ -125,24 +128,28 @@ def _draw_left_out(
     whole: Panel,
     errors: Axes,
     oil: str,
-    fits: pd.DataFrame,
+    fits: Mapping[str, Fit],
     results: CampaignTables,
     settings: Settings,
 ) -> Iterator[Any]:
     """Of one oil: the curve whose error by a Wang-Deng law grows most when left out."""
     rms = _errors_by_curve(results, oil)
-    among = rms.loc[rms.index.isin(_wang_deng(fits), level="law")].dropna()
-    if among.empty:
+    growth = {
+        key: errors["unseen"] - errors["seen"]
+        for key, errors in rms.items()
+        if key[0] in _wang_deng(fits) and not np.isnan(errors["unseen"])
+    }
+    if not growth:
         return
-    name, run = (among["unseen"] - among["seen"]).idxmax()
+    name, run = max(growth, key=lambda key: growth[key])
     curve = _one_side(results.points.query("accepted and run_id == @run"))
     beside = results.law_points[results.law_points["run_id"] == run]
-    look, colour = _looks(fits.loc[name], settings)
+    look, colour = _looks(fits[name], settings)
     _draw_measured(whole, curve, colour, {"oil": oil, "label": f"{name}, run {run}"})
     for law, series in ((name, "fit"), (name, "left out"), (DENG2026.name, "left out")):
         column = "traction_coefficient" if series == "fit" else "left_out_traction_coefficient"
         of_law = _one_side(beside[beside["law"] == law])
-        if law not in fits.index or of_law[column].isna().any():
+        if law not in fits or of_law[column].isna().any():
             continue
         fitted = FittedLaw.of(results.coefficients, oil, law=laws_of(oil, settings)[law])
         dashes = {"linestyle": _DASHES["Eq. 7" if law == DENG2026.name else series]}
@@ -151,9 +158,9 @@ def _draw_left_out(
         off = of_law[column].to_numpy() - curve["traction_coefficient"].to_numpy()
         dots: style.Look = {"marker": ".", "markersize": 2, "linewidth": 0.5}
         errors.plot(of_law["slide_roll_ratio"], 1e3 * off, **colour | dashes | dots)
-    label = f"{_about(fits.loc[name], curve)}\nrms error {_growth(rms.loc[name, run])}"
-    if (DENG2026.name, run) in rms.index:
-        label += f"; Eq. 7: {_growth(rms.loc[DENG2026.name, run])}"
+    label = f"{_about(fits[name], curve)}\nrms error {_growth(rms[name, run])}"
+    if (DENG2026.name, run) in rms:
+        label += f"; Eq. 7: {_growth(rms[DENG2026.name, run])}"
     yield style.line_handle(label, **look)
 
 
@@ -175,7 +182,7 @@ def _finely(
     return slip, mu * ratio
 
 
-def _errors_by_curve(results: CampaignTables, oil: str) -> pd.DataFrame:
+def _errors_by_curve(results: CampaignTables, oil: str) -> dict[tuple[str, str], Fit]:
     """Rms error of an oil's laws by law and curve, `seen` by the fit and `unseen`."""
     key = ["run_id", "first_row"]
     beside = results.law_points[results.law_points["oil"] == oil]
@@ -185,11 +192,12 @@ def _errors_by_curve(results: CampaignTables, oil: str) -> pd.DataFrame:
         seen=(both["traction_coefficient"] - both["measured"]) ** 2,
         unseen=(both["left_out_traction_coefficient"] - both["measured"]) ** 2,
     )
-    return squares.groupby(["law", "run_id"]).mean() ** 0.5
+    roots = squares.groupby(["law", "run_id"]).mean() ** 0.5
+    return {(row["law"], row["run_id"]): row for row in tables.rows(roots.reset_index())}
 
 
-def _wang_deng(fits: pd.DataFrame) -> list[str]:
-    return [law for law in fits["law"] if law.startswith("wang-deng")]
+def _wang_deng(fits: Mapping[str, Fit]) -> list[str]:
+    return [law for law in fits if law.startswith("wang-deng")]
 
 
 def _one_side(points: pd.DataFrame) -> pd.DataFrame:
@@ -199,7 +207,7 @@ def _one_side(points: pd.DataFrame) -> pd.DataFrame:
     return points.assign(**turned).sort_values("slide_roll_ratio")
 
 
-def _looks(fit: "pd.Series[Any]", settings: Settings) -> tuple[style.Look, style.Look]:
+def _looks(fit: Fit, settings: Settings) -> tuple[style.Look, style.Look]:
     """Symbol of a fit, and its lines."""
     look = symbol_of(fit, list(settings.oils))
     return look, {"color": look["color"], "linewidth": 0.9}
@@ -214,14 +222,14 @@ def _draw_measured(
     panel.dots("measured", x, y, dots, lower=y - bar, upper=y + bar, **about)
 
 
-def _about(fit: "pd.Series[Any]", curve: pd.DataFrame) -> str:
+def _about(fit: Fit, curve: pd.DataFrame) -> str:
     """Oil and law of a fit; below, the conditions of a curve."""
     levels = {name: float(f"{curve[name].mean():.3g}") for name in CONDITIONS}
     return f"{fit['oil']}, {law_name(fit['law'])}\n{style.level_phrases(levels)}"
 
 
-def _growth(errors: "pd.Series[float]") -> str:
-    seen, unseen = map(_thousandths, errors[["seen", "unseen"]])
+def _growth(errors: Fit) -> str:
+    seen, unseen = _thousandths(errors["seen"]), _thousandths(errors["unseen"])
     return f"{seen} \N{RIGHTWARDS ARROW} {unseen} {_TIMES}"
 
 

@@ -174,7 +174,11 @@ def _draw(
             mu = predicted.traction_coefficient
             refit = refit if len(refit) else mu
             off = float(np.abs(mu - refit).max() / refit.max())
-            about = {"oil": oil, "value": off, "label": style.level_phrases({by: level})}
+            about: style.Look = {
+                "oil": oil,
+                "value": off,
+                "label": style.level_phrases({by: level}),
+            }
             about |= {"lower": predicted.obs_ci_lower, "upper": predicted.obs_ci_upper}
             if series == "refit":
                 look: style.Look = {"color": colour, "markerfacecolor": "white"}

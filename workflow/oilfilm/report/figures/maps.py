@@ -265,10 +265,10 @@ def isothermal(results: CampaignTables, settings: Settings) -> Sheet:
     fits = results.configured
     for number, oil in enumerate(oils):
         panel = sheet.panel(number, oil)
+        law = FittedLaw.of(fits.coefficients, oil, quality=fits.fit_quality)
         for run, curve in _curves_of(results.points, oil, choice).groupby("run_id"):
             pressure = 0.05 * round(20 * float(curve["max_hertz_pressure_gpa"].mean()))
             marker = levels.setdefault(pressure, style.MARKERS[len(levels) % len(style.MARKERS)])
-            law = FittedLaw.of(fits.coefficients, oil, quality=fits.fit_quality)
             corrected = without_heat(curve, law, contact, settings)
             about: style.Look = {"oil": oil, "label": str(run)}
             look = {"marker": marker, "color": style.oil_colour(oil, list(settings.oils))}

@@ -319,7 +319,7 @@ def save(figure: Figure, *paths: Path) -> None:
         with atomic_file(path) as aside:
             # `Figure.savefig` would draw the figure twice
             if path.suffix == ".png":
-                canvas = FigureCanvasAgg(figure)
+                canvas: Any = FigureCanvasAgg(figure)
                 canvas.draw()
                 image = Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB")
                 if image.getcolors(_COLOURS_OF_LINES):
@@ -328,7 +328,8 @@ def save(figure: Figure, *paths: Path) -> None:
                 image.save(aside, "PNG", dpi=(dpi, dpi))
             else:
                 text = io.StringIO()
-                FigureCanvasSVG(figure).print_svg(text, metadata={"Date": None})
+                canvas = FigureCanvasSVG(figure)
+                canvas.print_svg(text, metadata={"Date": None})
                 aside.write_text(_with_stable_clips(text.getvalue()), encoding="utf-8")
 
 
