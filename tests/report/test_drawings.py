@@ -192,18 +192,6 @@ def test_shade_covers_what_no_test_reaches(usual: Draw) -> None:
     assert shaded("fig10", 3) == [(20, pytest.approx(140))]  # 2 GPa
 
 
-def test_oils_that_the_paper_does_not_know_have_no_dashed_line(
-    drawing: Draw,
-) -> None:
-    plain = printed_times(1, "", []).model_dump()
-    plain["oils"] = {f"{oil}x": of_oil for oil, of_oil in plain["oils"].items()}
-    plain["falling_viscosity"] = list(plain["oils"])
-    others = PrintedCoefficients.model_validate(plain)
-    figure, drawn = drawing("fig07", printed_coefficients=others)
-    assert set(drawn["series"]) == {"refit"}
-    assert not any("printed" in label for label in labels_of(figure))
-
-
 def test_law_that_follows_no_speed_is_not_drawn_over_speed(
     drawing: Draw, results: CampaignTables
 ) -> None:
@@ -261,15 +249,6 @@ def test_table_of_the_bearing_has_every_number_of_its_file_and_marks_what_is_ass
         assert texts & {f"{factor * number:.12g}" for factor in (1, 1e3, 1e-9)}, number
 
 
-def test_matrix_of_a_measured_campaign_is_that_of_its_logs(drawing: Draw, config: Settings) -> None:
-    planned, measured = (
-        cells(drawing("tab02", settings)[1]) for settings in (config, without(config, "matrix"))
-    )
-    assert planned["text"].tolist() == measured["text"].tolist()
-    assert "25, 50, 70, 85, 100, 120" in set(measured["text"])
-    assert "set points of the logs" in set(measured["source"])
-
-
 def ends_of(drawn: pd.DataFrame, mark: str) -> np.ndarray:
     """Start and end (x, y, to_x, to_y) of each mark whose name begins so: rows come in pairs."""
     chosen = drawn[drawn["series"].str.split(" ").str[0] == mark]
@@ -302,22 +281,17 @@ def test_labels_of_the_schematics_do_not_overlap(usual: Draw, name: str) -> None
             assert not boxes[0].overlaps(boxes[1]), text.get_text()
 
 
-def by_load(results: CampaignTables, config: Settings) -> pd.DataFrame:
-    """The runs as a laboratory notes them that sets the load: no pressure."""
+def test_runs_with_a_load_for_a_set_point_have_their_own_lines(
+    drawing: Draw, results: CampaignTables, config: Settings
+) -> None:
+    settings = without(config, "matrix", "twin", "torque")
     (rig,) = config.rigs.values()
     contact = present(rig.contact(), "contact", "the rig")
     pressure = results.runs["nominal_max_hertz_pressure_gpa"].to_numpy()
-    return results.runs.assign(
+    by_load = results.runs.assign(
         nominal_load_n=contact.load_n(pressure).round(2), nominal_max_hertz_pressure_gpa=np.nan
     )
-
-
-@pytest.mark.parametrize("has_matrix", [nightly(True), False])
-def test_runs_with_a_load_for_a_set_point_have_their_own_lines(
-    drawing: Draw, results: CampaignTables, config: Settings, has_matrix: bool
-) -> None:
-    settings = config if has_matrix else without(config, "matrix", "twin", "torque")
-    _, drawn = drawing("curves", settings, runs=by_load(results, config))
+    _, drawn = drawing("curves", settings, runs=by_load)
     fits = drawn[(drawn["series"] == "fit") & (drawn["oil"] == "4102")]
     assert fits["words"].nunique() == len(matrix())
     # the points are on the printed law: each line must be too, at the pressure of its own load
@@ -346,16 +320,6 @@ def test_lines_beyond_the_limit_are_counted_and_no_level_is_left_out(
     measured = drawn[drawn["series"] == "measured"].groupby("oil").size()
     accepted = results.points[results.points["accepted"]].groupby("oil").size()
     assert measured.to_dict() == accepted.to_dict()
-
-
-def test_residuals_of_runs_with_a_load_for_a_set_point_have_one_mean_per_level(
-    drawing: Draw, results: CampaignTables, config: Settings
-) -> None:
-    _, drawn = drawing("residuals", runs=by_load(results, config))
-    means = drawn[drawn["panel"].isin(list("aei")) & (drawn["series"] == "mean")]
-    pressures = {pressure for pressure, _, _ in matrix()}
-    assert means.groupby("oil")["x"].count().eq(len(pressures)).all()
-    np.testing.assert_allclose(np.unique(means["x"].round(9)), sorted(pressures))
 
 
 def test_panel_without_points_tells_refused_runs_from_none(
@@ -445,9 +409,8 @@ def test_pictures_look_as_they_did(drawing: Draw, tmp_path: Path, name: str) -> 
     assert message is None, f"{message}\nIs it meant? Look at it, then copy it over the baseline."
 
 
-@pytest.mark.parametrize("name", ["fig02", "fig03", "curves"])
 def test_law_on_load_is_drawn_at_the_load_of_its_points(
-    drawing: Draw, results: CampaignTables, name: str
+    drawing: Draw, results: CampaignTables
 ) -> None:
     law = LAWS["wang-deng-load"]
     coefficients = pd.concat(
@@ -460,7 +423,7 @@ def test_law_on_load_is_drawn_at_the_load_of_its_points(
         for oil in printed()
     )
     quality = results.fit_quality.assign(law=law.name)
-    _, drawn = drawing(name, coefficients=coefficients, fit_quality=quality)
+    _, drawn = drawing("fig03", coefficients=coefficients, fit_quality=quality)
     fits = drawn[(drawn["series"] == "fit") & (drawn["x"] == 0.3)]
     # all points were made at 80 N; by one slip, mu then follows speed and temperature alone
     at = np.array([(80.0, speed, temperature) for _, speed, temperature in matrix()])
