@@ -296,7 +296,7 @@ def test_page_of_a_refused_run_has_the_advice_of_the_rule_that_refused_it(
     remark = rows("quarantine", {**about, "rule": CONTRADICTION, "advice": "Correct the sheet."})
     quarantine = pd.concat([remark, results.quarantine], ignore_index=True)
     refused = results.runs[results.runs["run_id"] == "stuck.csv"]
-    (page,) = runs.run_pages(results.replace(quarantine=quarantine, runs=refused), 9, {})
+    (page,) = runs.run_pages(results.replace(quarantine=quarantine, runs=refused), 9)
     assert page["refused"].endswith("The force stays. Check the sensor.")
 
 

@@ -92,20 +92,20 @@ def html(
         figure, text = figures()[png.stem], caption(png.stem, settings.campaign, unjudged)
         picture = Picture(png, f"figures/{png.name}", figure.numbered_title, text)
         gallery.setdefault(figure.category, []).append(picture)
-    signals = {
-        row["run_id"]: Picture(
-            refused / row["page"], f"refused/{row['page']}", f"Signals of {row['run_id']}",
+    signals = [
+        Picture(
+            refused / row["page"],
+            f"refused/{row['page']}",
+            f"Signals of {row['run_id']}",
             f"{row['run_id']}: {row['reason']}",
         )
         for row in tables.rows(results.refused_pages)
         if row["page"]
-    }  # fmt: skip
+    ]
     data = {
         **explorer(results, settings),
         "points": runs.drawn_points(results.points, settings.report.points_max),
-        "runs": runs.run_pages(
-            results, settings.report.rows_max, {run: each.file for run, each in signals.items()}
-        ),
+        "runs": runs.run_pages(results, settings.report.rows_max),
     }
     context = {
         "sections": sections,
@@ -120,13 +120,13 @@ def html(
         ],
         "run_count": len(results.runs),
         "gallery": gallery,
-        "signals": list(signals.values()),
+        "signals": signals,
         "data": data,
         "scripts": [Markup(law_script(LAWS.values())), _asset("page.js")],  # noqa: S704
     }
     files = {
         picture.file: _address("image/png", picture.png.read_bytes())
-        for picture in (*(each for shown in gallery.values() for each in shown), *signals.values())
+        for picture in (*(each for shown in gallery.values() for each in shown), *signals)
     }
     # the mark of UTF-8, without which some spreadsheets take it for another encoding
     files |= {

@@ -293,7 +293,7 @@ function pageOfRun(run) {
   const heads = [...byId("run-list").tHead.rows[0].cells].slice(1);
   const facts = heads.map((head, i) => html("tr", {}, html("th", { scope: "row" }, head.textContent),
     html("td", {}, link.closest("tr").cells[i + 1].textContent)));
-  const image = run.picture ? all("#refused img").find(({ dataset }) => dataset.file === run.picture) : null;
+  const image = all("#refused img").find(({ alt }) => alt === `Signals of ${run.name}`);
   return [
     html("p", { class: run.refused ? "bad" : "good" }, run.refused || "Accepted."),
     ...(run.warning ? [html("p", { class: "warning" }, `Warning: ${run.warning}`)] : []),
