@@ -196,9 +196,19 @@ def test_hostile_names_are_shown_as_text(
     tab: Tab, results: CampaignTables, config: Settings, tmp_path: Path
 ) -> None:
     file = tmp_path / "report.html"
-    text = report_of(with_hostile_names(results), config, tmp_path)
+    changed = {"log": "data/raw/june/a.csv", "was": "0" * 16, "now": "1" * 16, "reason": HOSTILE[0]}
+    about = {"title": HOSTILE[1], "creators": HOSTILE[2:4], "sources": [{"title": HOSTILE[1]}]}
+    settings = config.with_changes(
+        {
+            "campaign": {"description": HOSTILE[0]},
+            "dataset": {**about, "acknowledged_changes": [changed]},
+        }
+    )
+    text = report_of(with_hostile_names(results), settings, tmp_path)
     file.write_text(text, encoding="utf-8")
     page = tab.open(file, width=375)
+    shown = " ".join(page.inner_text("body").split())
+    assert [name for name in HOSTILE if " ".join(name.split()) not in shown] == []
     texts = " ".join(page.locator("#chart title").all_text_contents())
     assert any(name in texts for name in HOSTILE)
     assert page.locator("img[src=x]").count() == 0

@@ -202,32 +202,25 @@ def test_facts_have_the_numbers(results: CampaignTables, config: Settings) -> No
 
 
 @pytest.mark.parametrize(
-    ("verdict", "sentence", "advice"),
-    [
-        ("another law is better", "hyperbolic tangent", "law: tanh"),
-        ("tie", "hyperbolic tangent", "law: tanh"),
-        ("best", "best", ""),
-    ],
+    ("verdict", "advice"), [("another law is better", "law: tanh"), ("tie", "law: tanh")]
 )
 def test_law_is_judged_with_what_to_do(
-    results: CampaignTables, config: Settings, verdict: str, sentence: str, advice: str
+    results: CampaignTables, config: Settings, verdict: str, advice: str
 ) -> None:
-    ties = {"another law is better": ("tanh", "tanh"), "tie": ("deng2026, tanh", "tanh, deng2026")}
-    left_out, bic = ties.get(verdict, ("", ""))
+    ties = "deng2026, tanh" if verdict == "tie" else "tanh"
     row = {"oil": "4102", "law": "deng2026", "verdict": verdict, "better_law": "tanh"}
     compared = [
         {"oil": "4102", "law": law, "n_constants": count, "configured": law == "deng2026"}
         for law, count in (("deng2026", 12), ("tanh", 8))
     ]
     changed = results.replace(
-        law_verdicts=rows("law_verdicts", row | {"left_out_ties": left_out, "bic_ties": bic}),
+        law_verdicts=rows("law_verdicts", row | {"left_out_ties": ties, "bic_ties": ties}),
         fit_quality=rows("fit_quality", *compared),
     )
     fact = by_anchor(changed, config)["laws"].facts[0]
     assert fact.is_trouble == (verdict == "another law is better")
-    assert sentence in fact.text
+    assert "hyperbolic tangent" in fact.text
     assert advice in fact.advice
-    assert bool(advice) == bool(fact.advice)
 
 
 def test_conditions_that_were_refused_differ_from_those_never_measured(
