@@ -1,7 +1,6 @@
 """Fits held against the truth of a simulated campaign: exact where the truth is the law itself."""
 
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -9,7 +8,6 @@ import pytest
 
 from bearings import printed_fits
 from campaigns import ROOT, Campaign, printed
-from nights import nightly
 from oilfilm import tables
 from oilfilm.paper.extrapolation import (
     errors_by_law,
@@ -17,12 +15,9 @@ from oilfilm.paper.extrapolation import (
     extrapolation_errors,
     relative_rms,
 )
-from oilfilm.report.figures.sheet import save
 from oilfilm.rig_twin.truth import truth_grid
 from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
-from oilfilm.tables.campaign_tables import CampaignTables
-from pictures import draw
 
 
 def constants_of(values: dict[str, np.ndarray]) -> pd.DataFrame:
@@ -141,40 +136,6 @@ def test_law_that_was_fitted_for_one_oil_has_the_errors_of_that_one() -> None:
     (row,) = tables.rows(errors_by_law(table))
     assert row["beyond_relative_rms"] == row["relative_rms"]
     assert np.isnan(row["inside_relative_rms"])
-
-
-@pytest.mark.parametrize("laws", [nightly(1), 7])
-def test_figure_draws_every_law_of_the_table_and_disclaims(laws: int, tmp_path: Path) -> None:
-    config, table = compared("thermal", constants_of(printed()))
-    several = pd.concat(
-        [
-            table.assign(
-                law=f"law {number}",
-                traction_coefficient=table["traction_coefficient"] * (1 + 0.1 * number),
-            )
-            for number in range(laws)
-        ]
-    )
-    figure, data = draw("extrapolation", CampaignTables.in_memory(extrapolation=several), config)
-    assert set(data["series"]) == {"truth", *(f"law {number}" for number in range(laws))}
-    assert (data["panel"] == "e").sum() == 2 * 3 * laws
-    true = data[data["series"] == "truth"]
-    assert set(true["panel"]) == set("abcd")
-    assert set(true["oil"]) == {"4050"}
-    assert [text.get_text() for text in figure.texts] == ["SIMULATED"]
-    save(figure, tmp_path / "a.png", tmp_path / "a.svg")
-
-
-def test_law_that_runs_away_does_not_press_the_others_flat() -> None:
-    config, table = compared("thermal", constants_of(printed()))
-    wild = table.assign(law="wild", traction_coefficient=table["traction_coefficient"] * 1e3)
-    figure, _ = draw(
-        "extrapolation", CampaignTables.in_memory(extrapolation=pd.concat([table, wild])), config
-    )
-    panel, *_, errors = figure.axes
-    largest = table.loc[table["oil"] == "4050", "true_traction_coefficient"].max()
-    assert panel.get_ylim()[1] <= 2 * largest
-    assert errors.get_xscale() == "log"
 
 
 def test_each_law_has_one_row_of_errors() -> None:

@@ -8,7 +8,7 @@ import pytest
 
 from campaigns import ROOT
 from oilfilm.figure_catalogue import figures
-from oilfilm.report.captions import caption, provenance
+from oilfilm.report.captions import caption
 from oilfilm.settings.campaign import Campaign
 from oilfilm.settings.resolved import Settings
 
@@ -33,20 +33,6 @@ def test_caption_is_complete_sentences_that_say_where_the_data_are_from(
         assert caption(name, measured, ["x"]).endswith(
             "Measured data (ours), campaign 'june'; film thickness NOT JUDGED: x."
         )
-
-
-@pytest.mark.parametrize(
-    ("simulated_by", "words"),
-    [
-        (None, "SIMULATED data (campaign 'june'), not a measurement"),
-        ("Bench 3", "SIMULATED data (Bench 3, campaign 'june'), not a measurement"),
-    ],
-)
-def test_what_simulated_the_data_is_what_the_campaign_says(
-    config: Settings, simulated_by: str | None, words: str
-) -> None:
-    own = campaign(config, name="june", twin=None, simulated_by=simulated_by)
-    assert provenance(own, []) == words
 
 
 def test_captions_of_the_papers_figures_name_their_number(config: Settings) -> None:

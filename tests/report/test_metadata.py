@@ -16,8 +16,6 @@ from oilfilm import tables
 from oilfilm.digests import file_digest
 from oilfilm.errors import OilfilmError
 from oilfilm.report.metadata import data_package
-from oilfilm.settings.campaign import Dataset
-from oilfilm.settings.messages import first_mistake
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.table_file import table_file
 
@@ -149,30 +147,6 @@ def test_licence_creators_and_sources_are_the_campaign_files(
         {"path": address}
     ]
     assert not {"licenses", "contributors"} & set(package_of(folder, settings_with({})))
-
-
-@pytest.mark.parametrize(
-    ("about", "complaint"),
-    [
-        ({"licence": "free for all"}, "`licence`: found 'free for all'"),
-        ({"creators": []}, "`creators`"),
-        ({"sources": [{"title": "x", "adress": "-"}]}, "Did you mean 'address'"),
-    ],
-)
-def test_mistake_in_the_description_of_the_data_is_refused(
-    about: dict[str, Any], complaint: str
-) -> None:
-    assert complaint in first_mistake(about, Dataset)
-
-
-def test_hostile_text_stays_text(folder: Path) -> None:
-    log = {"log": "data/raw/june/a.csv", "was": "0" * 16, "now": "1" * 16, "reason": HOSTILE}
-    about = {"title": HOSTILE, "creators": [HOSTILE], "sources": [{"title": HOSTILE}]}
-    settings = settings_with({**about, "acknowledged_changes": [log]}, description=HOSTILE)
-    package = package_of(folder, settings)
-    assert package["title"] == package["contributors"][0]["title"] == HOSTILE
-    assert package["description"].startswith(HOSTILE)
-    assert f"data/raw/june/a.csv ({'0' * 16}, now {'1' * 16}): {HOSTILE}" in package["description"]
 
 
 def test_same_tables_give_the_same_bytes(folder: Path, config: Settings) -> None:

@@ -195,17 +195,6 @@ def test_signals_that_were_not_logged_are_said_to_be_so(
     assert texts_of(page_of(demo, stuck, bare)).count("not logged") == 2
 
 
-def test_long_signals_are_thinned_but_keep_their_extremes(
-    demo: Campaign, stuck: dict[str, Any]
-) -> None:
-    long = pd.concat([samples_of(demo, stuck["run_id"])] * 10, ignore_index=True)
-    long = long.assign(row=np.arange(1, len(long) + 1), time_s=np.arange(len(long)) / 50)
-    long.loc[12345, "load_n"] = 999.0
-    load = page_of(demo, stuck, long).axes[1].get_lines()[0].get_ydata()
-    assert len(load) < len(long) / 2
-    assert load.max() == 999.0
-
-
 def test_only_the_rows_of_one_run_are_read(demo: Campaign, tmp_path: Path) -> None:
     about = {"campaign": "demo", "data": "simulated"}
     paths = [tmp_path / f"oil={oil}" / "part-0.parquet" for oil in demo.ingested.samples]
@@ -227,13 +216,8 @@ def test_refused_torque_log_has_its_page_beside_those_of_the_traction_logs(
     curated = demo.curated
     one = curated.runs[curated.runs["rule"] == "swapped_sign"]
     of_it = curated.quarantine["run_id"].isin(one["run_id"])
-    traction = Judged(
-        TRACTION_RIG,
-        one,
-        curated.points,
-        curated.quarantine[of_it],
-        partial(samples_of, demo),
-    )
+    tables_of_it = one, curated.points, curated.quarantine[of_it]
+    traction = Judged(TRACTION_RIG, *tables_of_it, partial(samples_of, demo))
     pages = draw_pages([traction, torque], demo.config, 7, tmp_path)
     shown = pages[pages["page"] != ""]
     assert len(shown) == 2
@@ -244,14 +228,3 @@ def test_refused_torque_log_has_its_page_beside_those_of_the_traction_logs(
     assert drawn.loc[drawn["page"] != "", "run_id"].tolist() == one["run_id"].tolist()
     entry = pages.set_index("run_id").loc["stuck.csv"]
     assert (entry["rule"], entry["place"], entry["first_row"]) == ("stuck_sensor", "rows", 121)
-    figure = draw_page(
-        {**entry, "run_id": "stuck.csv"},
-        torque.runs.set_index("run_id", drop=False).loc["stuck.csv"].to_dict(),
-        torque.samples("stuck.csv"),
-        torque.points,
-        demo.config,
-        TORQUE_RIG,
-    )
-    labels = [axis.get_ylabel().replace("\n", " ") for axis in figure.axes]
-    assert labels[:2] == ["Torque (N m)", "Axial load (N)"]
-    assert "Check the torque sensor" in texts_of(figure)

@@ -67,8 +67,8 @@ def test_name_of_two_oils_is_refused_however_it_is_written(folder: Path, where: 
         ("figures: [curves", "figures: [fig02, curves", ["line 10", "fig02", "study 'paper'"]),
         (
             "figures: [curves",
-            "figures: [extrapolation, curves",
-            ["line 10", "`extrapolation` needs `twin`"],
+            "figures: [size-effect, curves",
+            ["line 10", "`size-effect` needs `torque`"],
         ),
         ("rigs:", "semantics_of_rig: {mtm: {zero: opening_phase}}\nrigs:", ["'mtm'", "pcs-etm"]),
         ("rigs:", "[a]: 1\nrigs:", ["a group as a key"]),
@@ -147,14 +147,6 @@ def test_template_of_an_oil_is_a_good_oil_file() -> None:
     oil = load(ROOT / "config/oils/template.yaml", OilFile).properties()
     # the template says 5 cSt and 920 kg/m3 at 100 degC
     assert oil.dynamic_viscosity_pa_s(np.array([100.0])) == pytest.approx(5e-6 * 920, rel=0.02)
-
-
-def test_extrapolation_of_an_oil_that_the_twin_does_not_have_is_refused(folder: Path) -> None:
-    path = folder / "campaigns/thermal.yaml"
-    text = path.read_text(encoding="utf-8")
-    path.write_text(text.replace('"4050", ', ""), encoding="utf-8")
-    with pytest.raises(OilfilmError, match=r"thermal\.yaml, line 7: extrapolation shows .*'4050'"):
-        resolve(folder, {"campaign": "thermal"})
 
 
 def test_project_needs_only_what_differs(tmp_path: Path) -> None:

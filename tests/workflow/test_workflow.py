@@ -61,14 +61,13 @@ def test_run_ends_with_a_summary_of_what_was_made(results: Path, released_projec
 
 
 @pytest.mark.nightly
-def test_snakemakes_own_report_has_every_figure_and_table_with_its_caption(project: Path) -> None:
+def test_snakemakes_own_report_has_every_figure_and_table(project: Path) -> None:
     succeed(project, *SMALL, "--report", "report-snakemake.html")
     page = (project / "report-snakemake.html").read_text(encoding="utf-8")
     for text in ("Fitted constants", "All curves", "Data quality"):
         assert text in page
     for name in ("coefficients", "fit_quality", "points", "quarantine"):
         assert f"tables/{name}.parquet" in page
-    assert "One constant of one traction law for one oil." in page
     # nothing is fetched, so that it opens without a network
     assert not re.search(r"<(script|link|img)[^>]+(src|href)=[\"']?(https?:)?//", page)
 

@@ -1,19 +1,19 @@
-"""What each figure declares: name, captions, tables and settings, read without importing it.
+"""What each figure declares: name, caption, tables and settings, read without importing it.
 
-A figure is declared once, by `@register(...)` above the function that draws it. The Snakefile and
-the settings need the declarations of all figures whenever the Snakefile is parsed. Importing the
-functions would import matplotlib (0.5 s); reading their source takes 0.05 s.
+A figure is declared once, by the function that draws it. Its name is that of the function, with
+hyphens; the first line of its docstring is its title, and the rest its caption; `@register(...)`
+has the other attributes. The Snakefile and the settings need the declarations of all figures
+whenever the Snakefile is parsed. Importing the functions would import matplotlib (0.5 s); reading
+their source takes 0.05 s.
 
 Decides: which figures exist, and what each declares.
 """
 
 import ast
-from collections.abc import Iterable, Iterator, Mapping
-from contextlib import suppress
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
-from typing import Any
 
 from oilfilm import studies
 
@@ -24,12 +24,14 @@ _LIBRARY = Path(__file__).parent
 class FigureDeclaration:
     """One figure: what it is called, what it shows and what it needs.
 
-    A declaration may begin with the keys of another one: `like="torque"`.
+    A declaration may begin with the attributes of another one: `like="torque"`. Its caption then
+    has its own paragraphs and, after as many of the other one, the rest of them.
 
     Attributes:
         name: Name in campaign files and of its files.
         title: A few words.
-        caption: What is drawn, with units; `provenance` adds where the data are from.
+        paragraphs: What is drawn, with units.
+        module: Module of its function.
         family: Figures of one family are drawn by one job, because imports take longer than
             drawing.
         category: Section of the report; every counterpart of the paper is in "Paper".
@@ -40,12 +42,12 @@ class FigureDeclaration:
         shows_data: False where nothing comes from the campaign's logs.
         requires: Key of the campaign file without which there is nothing to draw.
         compares_laws: True where laws are shown side by side.
-        module: Module of its function.
     """
 
     name: str
     title: str
-    caption: str
+    paragraphs: tuple[str, ...]
+    module: str
     family: str
     category: str = "Paper"
     tables: tuple[str, ...] = ()
@@ -55,7 +57,11 @@ class FigureDeclaration:
     shows_data: bool = True
     requires: str = ""
     compares_laws: bool = False
-    module: str = ""
+
+    @property
+    def caption(self) -> str:
+        """What is drawn; `report.captions` adds where the data are from."""
+        return " ".join(self.paragraphs)
 
     @property
     def numbered_title(self) -> str:
@@ -81,17 +87,16 @@ def figures() -> Mapping[str, FigureDeclaration]:
     Raises:
         ValueError: A declaration is not made of literals, or two figures have one name.
     """
-    folders = ("report/figures", *(f"{name}/figures" for name in studies.available()))
-    declared: dict[str, dict[str, Any]] = {}
-    for folder in folders:
+    declared: dict[str, FigureDeclaration] = {}
+    for folder in ("report/figures", *(f"{name}/figures" for name in studies.available())):
         for path in sorted((_LIBRARY / folder).glob("*.py")):
-            module = f"oilfilm.{folder.replace('/', '.')}.{path.stem}"
-            for keys in _declarations(path):
-                if keys["name"] in declared:
-                    raise ValueError(f"two figures have the name {keys['name']!r}")
-                inherited = declared.get(keys.pop("like", ""), {})
-                declared[keys["name"]] = {**inherited, **keys, "module": module}
-    return {name: FigureDeclaration(**keys) for name, keys in declared.items()}
+            for node in ast.parse(path.read_text(encoding="utf-8")).body:
+                if isinstance(node, ast.FunctionDef) and node.decorator_list:
+                    name = node.name.replace("_", "-")
+                    if name in declared:
+                        raise ValueError(f"two figures have the name {name!r}")
+                    declared[name] = _declaration(name, node, path, declared)
+    return declared
 
 
 def families(names: Iterable[str]) -> dict[str, list[FigureDeclaration]]:
@@ -103,38 +108,17 @@ def families(names: Iterable[str]) -> dict[str, list[FigureDeclaration]]:
     return grouped
 
 
-def _declarations(path: Path) -> Iterator[dict[str, Any]]:
-    """The keys of each `@register(...)` of a module, in its order."""
-    constants: dict[str, Any] = {}
-    for node in ast.parse(path.read_text(encoding="utf-8")).body:
-        if isinstance(node, ast.Assign) and isinstance(node.targets[0], ast.Name):
-            with suppress(ValueError):
-                constants[node.targets[0].id] = ast.literal_eval(node.value)
-        calls = list(getattr(node, "decorator_list", []))
-        if isinstance(node, ast.Expr) and isinstance(node.value, ast.Call):
-            calls.append(node.value.func)  # register(...)(function of another module)
-        for decorator in calls:
-            if isinstance(decorator, ast.Call) and ast.unparse(decorator.func) == "register":
-                try:
-                    yield _keys(decorator, constants)
-                except (KeyError, ValueError) as error:
-                    raise ValueError(
-                        f"{path}, line {decorator.lineno}: {error}; write literals, or constants "
-                        "of the module"
-                    ) from error
-
-
-def _keys(call: ast.Call, constants: Mapping[str, Any]) -> dict[str, Any]:
-    keys: dict[str, Any] = {}
-    for keyword in call.keywords:
-        value = _value(keyword.value, constants)
-        keys |= {keyword.arg: value} if keyword.arg else value
-    return keys
-
-
-def _value(node: ast.expr, constants: Mapping[str, Any]) -> Any:
-    if isinstance(node, ast.Name):
-        return constants[node.id]
-    if isinstance(node, ast.BinOp):
-        return _value(node.left, constants) + _value(node.right, constants)
-    return ast.literal_eval(node)
+def _declaration(
+    name: str, function: ast.FunctionDef, path: Path, declared: Mapping[str, FigureDeclaration]
+) -> FigureDeclaration:
+    (decorator,) = function.decorator_list
+    try:
+        keys = {each.arg: ast.literal_eval(each.value) for each in decorator.keywords}  # type: ignore[attr-defined]
+    except ValueError as error:
+        raise ValueError(f"{path}, line {decorator.lineno}: {error}; write literals") from error
+    title, *own = (" ".join(part.split()) for part in ast.get_docstring(function).split("\n\n"))  # type: ignore[union-attr]
+    other = keys.pop("like", None)
+    inherited = vars(declared[other]) if other else {"paragraphs": ()}
+    keys["paragraphs"] = (*own, *inherited["paragraphs"][len(own) :])
+    keys["module"] = ".".join(path.relative_to(_LIBRARY.parent).with_suffix("").parts)
+    return FigureDeclaration(**{**inherited, **keys, "name": name, "title": title.rstrip(".")})

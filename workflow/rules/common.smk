@@ -173,12 +173,6 @@ def reference_file(name):
     return local(home.reference_file(name).as_posix())
 
 
-def caption_file(*place):
-    """Caption of a figure or table; its whole path, or Snakemake would look beside the rule."""
-    path = prefixed("results", CAMPAIGN.name, "captions", *place)
-    return path.resolve().as_posix() + ".rst"
-
-
 # A release must not name packages that its results were not made with.
 PACKAGES = file_digest(HOME / home.RUN_LOCK)[:8]
 # Modules of the campaign's studies: no import of what loads them leads there.

@@ -2,12 +2,11 @@
 
 
 def files_of_figures(figures):
-    """Files of figures, each PNG with its caption in Snakemake's report."""
+    """Files of figures; Snakemake's report shows each PNG."""
     return {
         "png": [
             in_report(
                 f"<figures>/{figure.name}.png",
-                caption=caption_file("figures", figure.name),
                 category=figure.category,
                 labels={"figure": figure.paper or figure.title},
             )

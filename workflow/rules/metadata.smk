@@ -9,19 +9,12 @@ TABLE_FILES = {name: path for name, path in finished(*TABLE_NAMES).items() if pa
 
 
 rule metadata:
-    "What tables and figures are: a data package, and captions for `snakemake --report`."
+    "What tables are: a data package."
     input:
-        **finished("points"),
-        tables=[
-            in_report(path, caption=caption_file("tables", name), category="Tables")
-            for name, path in TABLE_FILES.items()
-        ],
+        tables=[in_report(path, category="Tables") for path in TABLE_FILES.values()],
         samples=expand(SAMPLES, shard=SHARDS),
     output:
         package="<tables>/datapackage.json",
-        campaign="<results>/captions/campaign.rst",
-        figures=expand("<results>/captions/figures/{figure}.rst", figure=CAMPAIGN.figures),
-        captions=expand("<results>/captions/tables/{table}.rst", table=TABLE_FILES),
         made=made("metadata"),
     log:
         "<logs>/metadata.log",

@@ -1,3 +1,5 @@
+from oilfilm.figure_catalogue import figures
+
 # Sentences, the page and its style: no digest of Python's modules covers these.
 PAGE_FILES = sorted(
     path
@@ -29,6 +31,7 @@ rule report:
     params:
         code=code("report.py", *LAW_FILES.values(), *TABLE_WORDS, *STUDIES),
         page=[file_digest(path) for path in PAGE_FILES],
+        captions=[[figures()[name].title, figures()[name].caption] for name in CAMPAIGN.figures],
         config=SETTINGS.plain(),
     script:
         "../scripts/report.py"

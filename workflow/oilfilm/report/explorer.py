@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from oilfilm.fits.conditions import LEAST_SIZE, FixedCondition
+from oilfilm.fits.conditions import LEAST_SIZE
 from oilfilm.fits.fitted import FittedLaw
 from oilfilm.report.colours import oil_colour
 from oilfilm.settings.resolved import Settings
@@ -174,57 +174,57 @@ def law_of(fit: FittedLaw, load_at_1_gpa: float | None = None) -> dict[str, Any]
         fit: The fit.
         load_at_1_gpa: Load of the rig's contact at 1 GPa, which laws on load need; it goes with
             the cube of the pressure.
+
+    Returns:
+        Its numbers over its own conditions; `inputs` has factor and power of each, from P, U and T.
     """
     law, coefficients = fit.law, fit.coefficients
     band, _, level = coefficients.bands(law, LEVEL)
-    inputs: list[dict[str, Any]] = [
-        {"axis": axis, "factor": 1.0, "power": 1, "reference": reference}
-        for axis, reference in enumerate(law.reference)
-    ]
-    if _LOAD in law.conditions:
-        inputs[0] |= {"factor": load_at_1_gpa, "power": 3}
+    inputs = [(load_at_1_gpa, 3) if name == _LOAD else (1.0, 1) for name in law.conditions]
+    axis_of = law.conditions.index
+    fixed_names = {each.condition for each in coefficients.fixed}
+    followed = [name for name in law.conditions if name not in fixed_names]
+    lattice = zip(followed, fit.lattice[1], strict=True) if len(coefficients.tested) else ()
+    ends = {name: coefficients.box[axis_of(name)] for name in coefficients.two_levels}
     return {
         "law": law.name,
         "inputs": inputs,
+        "reference": list(law.reference),
         "internal": to_internal(law, coefficients.constants).tolist(),
         "known": coefficients.known.tolist(),
-        "fixed": [_fixed_over_axes(fixed, law, load_at_1_gpa) for fixed in coefficients.fixed],
+        "fixed": [
+            {
+                "axis": axis_of(each.condition),
+                "level": each.level,
+                "within": each.within,
+                "least_size": LEAST_SIZE.get(each.condition, 0.0),
+                "in_step": [
+                    {**asdict(other), "axis": axis_of(other.condition)} for other in each.in_step
+                ],
+            }
+            for each in coefficients.fixed
+        ],
         "level": _plain(level),
         "limit": coefficients.limiting_stress_ratio,
-        "lattice": _lattice(fit, load_at_1_gpa) if len(coefficients.tested) else [],
-        "two_levels": [_ends_of(name, fit, load_at_1_gpa) for name in coefficients.two_levels],
+        # tested levels of each followed condition, by curve, and their largest step
+        "lattice": [
+            {
+                "axis": axis_of(name),
+                "log": name not in LEAST_SIZE,
+                "step": float(step),
+                "tested": coefficients.tested[:, axis_of(name)].tolist(),
+            }
+            for name, step in lattice
+            if np.isfinite(step)
+        ],
+        "two_levels": [
+            {"axis": axis_of(name), "low": low, "high": high} for name, (low, high) in ends.items()
+        ],
         "band": None
         if np.isnan(band.reach).any()
         else {**asdict(band), "reach": band.reach.T.tolist()},
-        "box": [list(map(_plain, ends)) for ends in _over_axes(fit.reach, law, load_at_1_gpa)],
+        "box": [list(map(_plain, ends)) for ends in fit.reach],
     }
-
-
-def _lattice(fit: FittedLaw, load_at_1_gpa: float | None) -> list[dict[str, Any]]:
-    """Tested levels of each followed axis, by curve, and their largest step.
-
-    A step of the logarithm of the load is three of that of the pressure.
-    """
-    _, steps = fit.lattice
-    fixed = {each.condition for each in fit.coefficients.fixed}
-    followed = [(axis, name) for axis, name in enumerate(fit.law.conditions) if name not in fixed]
-    tested = fit.coefficients.tested
-    axes = []
-    for (axis, name), step in zip(followed, steps, strict=True):
-        values, power = tested[:, axis], 1
-        if name == _LOAD and load_at_1_gpa is not None:
-            values, power = np.cbrt(values / load_at_1_gpa), 3
-        if np.isfinite(step):
-            shown = {"axis": axis, "log": name not in LEAST_SIZE, "step": float(step) / power}
-            axes.append({**shown, "tested": values.tolist()})
-    return axes
-
-
-def _ends_of(name: str, fit: FittedLaw, load_at_1_gpa: float | None) -> dict[str, Any]:
-    """The two tested levels of a condition; a load is the cube of the pressure on its axis."""
-    axis, on_load = fit.law.conditions.index(name), name == _LOAD and load_at_1_gpa is not None
-    low, high = fit.coefficients.box[axis] / (load_at_1_gpa if on_load else 1.0)
-    return {"axis": axis, "power": 3 if on_load else 1, "low": low, "high": high}
 
 
 def _over_axes(box: FloatArray, law: Law, load_at_1_gpa: float | None) -> FloatArray:
@@ -232,32 +232,6 @@ def _over_axes(box: FloatArray, law: Law, load_at_1_gpa: float | None) -> FloatA
     if _LOAD not in law.conditions or load_at_1_gpa is None:
         return box
     return np.vstack([np.cbrt(box[:1] / load_at_1_gpa), box[1:]])
-
-
-def _fixed_over_axes(
-    fixed: FixedCondition, law: Law, load_at_1_gpa: float | None
-) -> dict[str, Any]:
-    """Where a condition without exponent was tested, over P, U and T; load is the cube of P."""
-
-    def along(condition: str, value: float | None) -> tuple[int, int, float]:
-        axis, level = law.conditions.index(condition), np.nan if value is None else value
-        if condition != _LOAD or load_at_1_gpa is None:
-            return axis, 1, level
-        return axis, 3, float(np.cbrt(level / load_at_1_gpa))
-
-    axis, power, level = along(fixed.condition, fixed.level)
-    in_step = []
-    for other in fixed.in_step:
-        on_axis, other_power, centre = along(other.condition, other.centre)
-        exponent = other.exponent * other_power / power
-        in_step.append({"axis": on_axis, "centre": centre, "exponent": exponent})
-    return {
-        "axis": axis,
-        "level": _plain(level),
-        "within": fixed.within / power,
-        "least_size": LEAST_SIZE.get(fixed.condition, 0.0),
-        "in_step": in_step,
-    }
 
 
 def _plain(value: float) -> float | None:

@@ -5,41 +5,34 @@ Decides: how verdicts look, and which pictures and files a page has room for.
 
 import base64
 import hashlib
-import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-import pandas as pd
 from jinja2 import Environment, FileSystemLoader, StrictUndefined, Template
 from markupsafe import Markup
+from PIL import Image
 
-from oilfilm import __version__, tables
+from oilfilm import tables
 from oilfilm.figure_catalogue import figures
 from oilfilm.report import runs
 from oilfilm.report.captions import caption, film_unjudged_oils
 from oilfilm.report.document import Section
 from oilfilm.report.explorer import explorer
+from oilfilm.report.glossary import meanings
 from oilfilm.report.law_script import law_script
-from oilfilm.report.pictures import png_addresses, size_of
 from oilfilm.report.release_id import UNRELEASED
 from oilfilm.report.spreadsheet import csv_text
-from oilfilm.report.words import meanings, printed
+from oilfilm.report.words import printed
 from oilfilm.settings.resolved import Settings
-from oilfilm.settings.yaml_file import as_yaml
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction import LAWS
 from oilfilm.traction.typeset import mathml
 
 _HERE = Path(__file__).parent
-_PACKAGES = ("numpy", "scipy", "pandas", "pandera", "pyarrow", "matplotlib", "snakemake", "jinja2")
-_FIGURE_PX, _REFUSED_PX = 1250, 900
-_TAG = 500  # bytes around a picture, at most
-_SCALE = 0.4  # CSS pixels a pixel: a single column of a journal is 400 of them
+_SCALE = 0.62  # CSS pixels per pixel: a single column of a journal has 370
 # How verdicts look; the first one that a text begins with.
 _LOOKS = {
     "good": "known, holds, yes, best, tie, not shown, accepted, certified, sound, ties",
@@ -69,7 +62,8 @@ class Picture:
     @property
     def size(self) -> tuple[int, ...]:
         """Width and height on a wide screen, in CSS pixels."""
-        return tuple(round(pixels * _SCALE) for pixels in size_of(self.png))
+        with Image.open(self.png) as picture:
+            return tuple(round(pixels * _SCALE) for pixels in picture.size)
 
 
 def html(
@@ -98,28 +92,26 @@ def html(
         figure, text = figures()[png.stem], caption(png.stem, settings.campaign, unjudged)
         picture = Picture(png, f"figures/{png.name}", figure.numbered_title, text)
         gallery.setdefault(figure.category, []).append(picture)
-    signals = {
-        row["run_id"]: Picture(
-            refused / row["page"], f"refused/{row['page']}", f"Signals of {row['run_id']}",
+    signals = [
+        Picture(
+            refused / row["page"],
+            f"refused/{row['page']}",
+            f"Signals of {row['run_id']}",
             f"{row['run_id']}: {row['reason']}",
         )
         for row in tables.rows(results.refused_pages)
         if row["page"]
-    }  # fmt: skip
+    ]
     data = {
         **explorer(results, settings),
         "points": runs.drawn_points(results.points, settings.report.points_max),
-        "runs": runs.run_pages(
-            results, settings.report.rows_max, {run: each.file for run, each in signals.items()}
-        ),
+        "runs": runs.run_pages(results, settings.report.rows_max),
     }
     context = {
         "sections": sections,
         "words": _words(sections),
         "settings": settings,
         "provenance": provenance,
-        "configuration": as_yaml(settings.plain()),
-        "packages": {"oilfilm": __version__} | {name: version(name) for name in _PACKAGES},
         "unreleased": UNRELEASED,
         "style": _asset("page.css"),
         "equations": [
@@ -128,31 +120,29 @@ def html(
         ],
         "run_count": len(results.runs),
         "gallery": gallery,
-        "signals": list(signals.values()),
+        "signals": signals,
         "data": data,
         "scripts": [Markup(law_script(LAWS.values())), _asset("page.js")],  # noqa: S704
     }
-    drawn = [picture for pictures in gallery.values() for picture in pictures]
     files = {
-        picture.file: address
-        for pictures, width in ((drawn, _FIGURE_PX), (signals.values(), _REFUSED_PX))
-        for picture, address in zip(
-            pictures, png_addresses([each.png for each in pictures], width), strict=True
-        )
+        picture.file: _address("image/png", picture.png.read_bytes())
+        for picture in (*(each for shown in gallery.values() for each in shown), *signals)
     }
+    # the mark of UTF-8, without which some spreadsheets take it for another encoding
     files |= {
-        name: _download(name, frame)
+        name: _address("text/csv;charset=utf-8", csv_text(frame).encode("utf-8-sig"))
         for section in sections
         for name, frame in section.downloads.items()
     }
     # the smallest files first: as many as there is room for
-    render, embedded = _template().render, dict[str, str]()
-    room = settings.report.size_max_mb * 1e6 - len(render(context, embedded={}).encode())
-    for name, address in sorted(files.items(), key=lambda file: len(file[1])):
-        room -= len(address) + _TAG
-        if room >= 0:
-            embedded[name] = address
-    return render(context, embedded=embedded)
+    embedded = dict(sorted(files.items(), key=lambda file: len(file[1])))
+    page = _template().render(context, embedded=embedded)
+    limit = settings.report.size_max_mb * 1e6
+    while embedded and (excess := len(page.encode()) - limit) > 0:
+        while embedded and excess > 0:
+            excess -= len(embedded.popitem()[1])
+        page = _template().render(context, embedded=embedded)
+    return page
 
 
 def _look(verdict: str) -> str:
@@ -174,16 +164,8 @@ def _words(sections: Sequence[Section]) -> list[tuple[str, str]]:
     return meanings(" | ".join(texts), *(section.words for section in sections))
 
 
-def _download(name: str, frame: pd.DataFrame) -> str:
-    """A table as the address of a link that saves it."""
-    if name.endswith(".json"):
-        # JSON has neither NaN nor infinity
-        plain = frame.astype(object).where(frame.notna() & ~frame.isin([np.inf, -np.inf]), None)
-        text = json.dumps(tables.rows(plain), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
-        kind, content = "application/json", text.encode()
-    else:
-        # the mark of UTF-8, without which some spreadsheets take it for another encoding
-        kind, content = "text/csv;charset=utf-8", csv_text(frame).encode("utf-8-sig")
+def _address(kind: str, content: bytes) -> str:
+    """A file as an address that has all of it."""
     return f"data:{kind};base64,{base64.b64encode(content).decode('ascii')}"
 
 

@@ -18,25 +18,22 @@ JAVASCRIPT = Language(
 )
 
 
-# mu and its interval at `point` = [P, U, T, S], S not negative, by the numbers of
-# `explorer.law_of`.
-# `band` is a `Band`, its reach by columns.
+# mu and its interval at `at`, the conditions of the law and S, which is not negative, by the
+# numbers of `explorer.law_of`. `band` is a `Band`, its reach by columns.
 _TRACTION = """
-function traction(fit, point) {
-  const { law, inputs, known, internal, band } = fit;
+function traction(fit, at) {
+  const { law, reference, known, internal, band } = fit;
   const dot = (first, second) => first.reduce((total, value, i) => total + value * second[i], 0);
-  const design = [1, ...inputs.map(({ axis, factor, power, reference }, i) => (
-    known[i] ? Math.log(factor * point[axis] ** power / reference) : 0))];
+  const design = [1, ...reference.map((value, i) => (known[i] ? Math.log(at[i] / value) : 0))];
   const sizes = [];
   for (let start = 0; start < internal.length; start += design.length) {
     sizes.push(Math.exp(dot(design, internal.slice(start, start + design.length))));
   }
-  const { mu, slopes } = LAWS[law](sizes, point[3]);
+  const { mu, slopes } = LAWS[law](sizes, at.at(-1));
   const gradient = slopes.flatMap((slope) => design.map((value) => slope * value));
   const along = band ? band.reach.map((column) => dot(gradient, column)) : [];
-  const bends = (fit.two_levels ?? []).map(({ axis, power, low, high }) => {
-    const value = low * (high / low) ** ((point[axis] ** power - low) / (high - low));
-    const moved = point.with(axis, value ** (1 / power));
+  const bends = fit.two_levels.map(({ axis, low, high }) => {
+    const moved = at.with(axis, low * (high / low) ** ((at[axis] - low) / (high - low)));
     return traction({ ...fit, band: null, two_levels: [] }, moved).mu - mu;
   });
   const own = band ? Math.hypot(band.absolute, band.relative * mu, ...along) : NaN;
@@ -48,7 +45,7 @@ function traction(fit, point) {
 
 
 def law_script(laws: Iterable[Law]) -> str:
-    """JavaScript's `traction(fit, point)`: mu of a fitted law with its interval.
+    """JavaScript's `traction(fit, at)`: mu of a fitted law with its interval.
 
     `LAWS` in it: name -> function of the coefficients' sizes |X| and S that gives mu, and its
     derivatives by each ln|X|.

@@ -10,8 +10,6 @@ import re
 from collections.abc import Container, Iterable, Sequence
 from typing import Any
 
-from frictionless import Package, system
-
 from oilfilm import tables
 from oilfilm.errors import OilfilmError
 from oilfilm.settings.campaign import Source
@@ -39,7 +37,6 @@ def data_package(settings: Settings, files: Iterable[TableFile]) -> str:
 
     Raises:
         OilfilmError: A table's footer and the campaign disagree on whether the data are simulated.
-        FrictionlessException: The package breaks the standard.
     """
     campaign, about = settings.campaign, settings.dataset
     in_order = sorted(files, key=lambda file: file.path)
@@ -79,10 +76,7 @@ def data_package(settings: Settings, files: Iterable[TableFile]) -> str:
         descriptor["licenses"] = [{"path" if "://" in about.licence else "name": about.licence}]
     if creators:
         descriptor["contributors"] = [{"title": name, "role": "author"} for name in creators]
-    package = Package.from_descriptor(descriptor)
-    # otherwise a list of paths is written as a key that only frictionless knows
-    with system.use_context(standards="v1"):
-        return json.dumps(package.to_descriptor(), indent=2, ensure_ascii=False) + "\n"
+    return json.dumps(descriptor, indent=2, ensure_ascii=False) + "\n"
 
 
 def _resource(table: str, files: Sequence[TableFile], present: Container[str]) -> dict[str, Any]:

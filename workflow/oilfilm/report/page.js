@@ -1,4 +1,4 @@
-// The report in a browser: the explorer of the fits, pages of runs, tables that sort, enlarged figures.
+// The report in a browser: the explorer of the fits, pages of runs, tables that sort.
 //
 // mu and its interval are evaluated by `traction`, which oilfilm.report.law_script writes from the laws;
 // tests/report/test_report_browser.py holds it against Python. Names from logs reach the page as text only.
@@ -9,43 +9,43 @@ const all = (selector, within = document) => [...within.querySelectorAll(selecto
 const DATA = JSON.parse(byId("report-data").textContent);
 const { axes: AXES, oils: OILS, points: POINTS, runs: RUNS } = DATA;
 const POINTS_OF_CURVE = 201;
-const MANY = 300; // points that are drawn without a text of their own
-const SEARCHED = 15; // rows of a table with a field to search it, at least
 
 // ---------------------------------------------------------------- predicting
 
-// The point with conditions that a fit does not follow at their tested level or line, and whether it is
-// away from there. A slider that no oil follows changes nothing.
-function onLine(oil, point) {
-  const tested = [...point];
+// The conditions of a law and S, with those that a fit does not follow at their tested level or line, and
+// whether they are away from there. A slider that no oil follows changes nothing.
+function onLine(oil, asked) {
+  const tested = [...asked];
   let away = false;
   for (const { axis, level, within, least_size: least, in_step: others } of oil.fixed) {
-    tested[axis] = others.reduce((value, other) => value * (point[other.axis] / other.centre) ** other.exponent, level ?? NaN);
-    const near = Math.abs(point[axis] - tested[axis]) <= within * Math.max(Math.abs(tested[axis]), least);
+    tested[axis] = others.reduce((value, other) => value * (asked[other.axis] / other.centre) ** other.exponent, level ?? NaN);
+    const near = Math.abs(asked[axis] - tested[axis]) <= within * Math.max(Math.abs(tested[axis]), least);
     away ||= !near && !AXES[axis].idle;
   }
   return { tested, away };
 }
 
 // Distance to the nearest tested conditions, in units of their largest step; 0 where they are unknown.
-function spacings({ lattice }, point) {
+function spacings({ lattice }, tested) {
   if (!lattice.length) return 0;
   const coordinate = (axis, value) => (axis.log ? Math.log(value) : value);
   const away = lattice[0].tested.map((_, k) => Math.max(...lattice.map((axis) => (
-    Math.abs(coordinate(axis, point[axis.axis]) - coordinate(axis, axis.tested[k])) / axis.step))));
+    Math.abs(coordinate(axis, tested[axis.axis]) - coordinate(axis, axis.tested[k])) / axis.step))));
   return Math.min(...away);
 }
 
-// point: [P, U, T, S], S not negative. `beyond`: how far outside the tested box, in its widths, by axis.
+// A condition of a law on the axis of its slider.
+const onAxis = ({ inputs }, value, i) => (i in inputs ? (value / inputs[i][0]) ** (1 / inputs[i][1]) : value);
+
+// point: [P, U, T, S], S not negative. `beyond`: whether it is outside the tested box, by axis.
 function predict(oil, point) {
-  const { tested, away } = onLine(oil, point);
-  const beyond = oil.box.map(([low, high], i) => {
-    const off = Math.max((low ?? NaN) - tested[i], tested[i] - (high ?? NaN), 0);
-    return off <= 1e-9 * Math.abs(tested[i]) ? 0 : off / (high - low);
-  });
+  const asked = point.map((value, i) => (i in oil.inputs ? oil.inputs[i][0] * value ** oil.inputs[i][1] : value));
+  const { tested, away } = onLine(oil, asked);
+  const beyond = oil.box.map(([low, high], i) => (
+    Math.max((low ?? NaN) - tested[i], tested[i] - (high ?? NaN)) > 1e-9 * Math.abs(tested[i])));
   const unknown = { mu: NaN, lower: NaN, upper: NaN };
-  const outside = away || beyond.some((off) => off > 0) || spacings(oil, tested) > 1;
-  return { ...(away ? unknown : traction(oil, tested)), beyond, away, tested, outside };
+  const outside = away || beyond.includes(true) || spacings(oil, tested) > 1;
+  return { ...(away ? unknown : traction(oil, tested)), beyond, away, tested: tested.map((value, i) => onAxis(oil, value, i)), outside };
 }
 
 // ---------------------------------------------------------------- drawing
@@ -101,13 +101,9 @@ function chart({ label, axis, range, series, shades = [], cursor }) {
   for (const { kind, dots: own } of series) {
     const bars = own.filter(({ half }) => half > 0).map(({ x: at, mu, half }) => path([[at, mu - half], [at, mu + half]]));
     inside.append(shape("path", { class: `bar ${kind}`, d: bars.join("") }));
-    if (own.length > MANY) {
-      inside.append(shape("path", { class: `many ${kind}`, d: own.map(({ x: at, mu }) => `${path([[at, mu]])}h0`).join("") }));
-    } else {
-      inside.append(...own.map(({ x: at, mu, text, refused }) => (refused
-        ? shape("path", { class: "refused", d: `M${x(at) - 4} ${y(mu) - 4}l8 8m0 -8l-8 8` }, shape("title", {}, text))
-        : shape("circle", { class: `dot ${kind}`, cx: x(at), cy: y(mu), r: 4 }, shape("title", {}, text)))));
-    }
+    inside.append(...own.map(({ x: at, mu, text, refused }) => (refused
+      ? shape("path", { class: "refused", d: `M${x(at) - 4} ${y(mu) - 4}l8 8m0 -8l-8 8` }, shape("title", {}, text))
+      : shape("circle", { class: `dot ${kind}`, cx: x(at), cy: y(mu), r: 4 }, shape("title", {}, text)))));
   }
   if (cursor !== undefined) inside.append(shape("path", { class: "cursor", d: `M${x(cursor)} ${top}V${height - bottom}` }));
   svg.append(inside, shape("path", { class: "axis", d: `M${left} ${top}V${height - bottom}H${width - right}` }),
@@ -141,30 +137,7 @@ const at = (axis, step) => Number((axis.low + Math.min(axis.steps, Math.max(0, s
 const stepOf = (axis, value) => Math.round((value - axis.low) / axis.step);
 const state = { x: "S", oils: OILS.map((_, i) => i), point: AXES.map((axis) => at(axis, stepOf(axis, axis.start))) };
 const abscissa = () => AXES.findIndex(({ symbol }) => symbol === state.x);
-const shown = () => state.oils.map((i) => OILS[i]);
 const rangeOf = (along) => [AXES[along].low, AXES[along].high];
-
-function fragment() {
-  const parts = AXES.map(({ symbol }, i) => [symbol, state.point[i]]);
-  const oils = JSON.stringify(shown().map(({ name }) => name));
-  return `#answer?${new URLSearchParams([["x", state.x], ...parts, ["oils", oils]])}`;
-}
-
-// What the address says; parts that make no sense are left as they are.
-function restore() {
-  const [section, query] = location.hash.slice(1).split("?");
-  if (section !== "answer" || !query) return;
-  const parts = new URLSearchParams(query);
-  if (AXES.some(({ symbol, idle }) => symbol === parts.get("x") && !idle)) state.x = parts.get("x");
-  AXES.forEach((axis, i) => {
-    const value = parseFloat(parts.get(axis.symbol));
-    if (Number.isFinite(value)) state.point[i] = at(axis, stepOf(axis, value));
-  });
-  try {
-    const names = JSON.parse(parts.get("oils"));
-    state.oils = OILS.flatMap(({ name }, i) => (names.includes(name) ? [i] : []));
-  } catch { /* the oils stay */ }
-}
 
 // Numbers of the accepted points of an oil whose conditions but the abscissa are near the sliders.
 function nearby(oil, along) {
@@ -220,15 +193,16 @@ function tell() {
     card.querySelector(".interval bdi").textContent = Number.isFinite(upper) ? `${short(lower, 3)} to ${short(upper, 3)} (${
       short(100 * oil.level, 2)} %)` : "not known";
     card.classList.toggle("beyond", outside);
-    if (box.checked && outside && !away && !beyond.some((off) => off > 0)) warnings.set("between tested conditions", [`not near (${oil.name})`]);
+    if (box.checked && outside && !away && !beyond.includes(true)) warnings.set("between tested conditions", [`not near (${oil.name})`]);
     if (box.checked && mu > oil.limit) {
       warnings.set("shear stress", [...(warnings.get("shear stress") ?? []), `no film carries more than ${oil.limit} of the pressure (${oil.name})`]);
     }
     AXES.forEach(({ symbol, idle }, k) => {
-      if (!(beyond[k] > 0) || !box.checked) return;
+      if (!beyond[k] || !box.checked) return;
       const value = idle ? short(tested[k]) : state.point[k];
       const key = `${symbol} ${value}`;
-      const range = `tested ${short(oil.box[k][0], 3)} to ${short(oil.box[k][1], 3)} (${oil.name})`;
+      const [low, high] = oil.box[k].map((end) => short(onAxis(oil, end, k), 3));
+      const range = `tested ${low} to ${high} (${oil.name})`;
       warnings.set(key, [...(warnings.get(key) ?? []), range]);
     });
   }
@@ -250,25 +224,10 @@ function update() {
   tell();
 }
 
-function curvesAsCsv() {
-  const along = abscissa();
-  const rows = shown().flatMap((oil) => line(oil, state.point, along, rangeOf(along)).map(({ x, mu, lower, upper, tested, away, outside }) => [
-    oil.name, ...(away ? state.point.with(along, x) : tested), mu, lower, upper, outside ? "True" : "False"]));
-  const cell = (value) => {
-    const text = typeof value === "string" && /^[=+\-@\t\r]/.test(value) ? `'${value}` : Number.isNaN(value) ? "" : String(value);
-    return /[",\r\n]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text;
-  };
-  const head = ["oil", ...AXES.map(({ name }) => name), "traction_coefficient", "lower", "upper", "outside"];
-  return [head, ...rows].map((row) => `${row.map(cell).join(",")}\r\n`).join("");
-}
-
 function listenToExplorer() {
   const change = (then) => (event) => {
     then(event.target);
     update();
-    try {
-      history.replaceState(null, "", fragment());
-    } catch { /* a browser that allows no more of them for now; the next one will do */ }
   };
   AXES.forEach((axis, i) => {
     byId(`slider-${axis.symbol}`).addEventListener("input", change(({ value }) => { state.point[i] = at(axis, Number(value)); }));
@@ -280,14 +239,6 @@ function listenToExplorer() {
   for (const box of document.getElementsByName("oil")) {
     box.addEventListener("change", change(() => { state.oils = all("[name=oil]:checked").map(({ value }) => Number(value)); }));
   }
-  byId("save-curve").addEventListener("click", () => {
-    // without the mark some spreadsheets take UTF-8 for another encoding
-    const content = new Blob(["\ufeff", curvesAsCsv()], { type: "text/csv;charset=utf-8" });
-    const link = html("a", { href: URL.createObjectURL(content), download: "curves.csv" });
-    link.click();
-    setTimeout(() => URL.revokeObjectURL(link.href), 60000);
-  });
-  addEventListener("hashchange", () => { restore(); update(); });
   addEventListener("resize", draw);
 }
 
@@ -313,19 +264,6 @@ function sortTable(table, column) {
   table.tBodies[0].append(...(down ? rows.reverse() : rows));
 }
 
-function searchOf(table) {
-  const input = html("input", { type: "search" });
-  const status = html("span", { role: "status" });
-  input.addEventListener("input", () => {
-    const wanted = input.value.toLowerCase().split(/\s+/);
-    const rows = [...table.tBodies[0].rows];
-    for (const row of rows) row.hidden = !wanted.every((word) => row.textContent.toLowerCase().includes(word));
-    status.textContent = input.value ? `${rows.filter((row) => !row.hidden).length} of ${rows.length} rows` : "";
-  });
-  const about = html("span", { class: "only-heard" }, `: ${table.caption.textContent}`);
-  return html("label", { class: "search" }, "Search this table", about, input, status);
-}
-
 function listenToTables() {
   for (const table of all("main table").filter((one) => one.tBodies[0].rows.length > 2)) {
     [...table.tHead.rows[0].cells].forEach((cell, column) => {
@@ -333,11 +271,10 @@ function listenToTables() {
       button.addEventListener("click", () => sortTable(table, column));
       cell.append(button);
     });
-    if (table.tBodies[0].rows.length >= SEARCHED) table.closest(".scroll").before(searchOf(table));
   }
 }
 
-// ---------------------------------------------------------------- figures and runs in the dialog
+// ---------------------------------------------------------------- pages of runs
 
 function pageOfRun(run) {
   const own = POINTS.run.flatMap((number, k) => (POINTS.names[number] === run.name && isKnown(k, 3) ? [k] : []));
@@ -356,7 +293,7 @@ function pageOfRun(run) {
   const heads = [...byId("run-list").tHead.rows[0].cells].slice(1);
   const facts = heads.map((head, i) => html("tr", {}, html("th", { scope: "row" }, head.textContent),
     html("td", {}, link.closest("tr").cells[i + 1].textContent)));
-  const image = run.picture ? all("#refused img").find(({ dataset }) => dataset.file === run.picture) : null;
+  const image = all("#refused img").find(({ alt }) => alt === `Signals of ${run.name}`);
   return [
     html("p", { class: run.refused ? "bad" : "good" }, run.refused || "Accepted."),
     ...(run.warning ? [html("p", { class: "warning" }, `Warning: ${run.warning}`)] : []),
@@ -368,49 +305,19 @@ function pageOfRun(run) {
   ];
 }
 
-function pageOfFigure(figure) {
-  const image = figure.querySelector("img").cloneNode();
-  image.removeAttribute("width");
-  image.removeAttribute("height");
-  return [image, html("p", {}, ...figure.querySelector("figcaption").cloneNode(true).childNodes)];
-}
-
+// The page of a run has the address #run?name=...
 function listenToDialog() {
   const dialog = byId("dialog");
-  let go = () => {};
-  const open = (title, content, step) => {
-    byId("dialog-heading").textContent = title;
-    byId("dialog-content").replaceChildren(...content);
-    go = step;
-    if (!dialog.open) dialog.showModal();
-  };
-  const figures = all("figure:has(img)");
-  const showFigure = (number) => {
-    const figure = figures.at(number % figures.length);
-    open(figure.querySelector("img").alt, pageOfFigure(figure), (step) => showFigure(number + step));
-  };
-  figures.forEach((figure, number) => figure.querySelector("button").addEventListener("click", () => showFigure(number)));
-  // the page of a run has the address #run?name=...
   const showRun = () => {
     const [kind, query] = location.hash.slice(1).split("?");
-    if (kind !== "run") return;
-    const number = RUNS.findIndex(({ name }) => name === new URLSearchParams(query).get("name"));
-    if (number < 0) return;
-    open(RUNS[number].name, pageOfRun(RUNS[number]), (step) => {
-      location.hash = `#run?name=${encodeURIComponent(RUNS.at((number + step) % RUNS.length).name)}`;
-    });
+    const run = kind === "run" && RUNS.find(({ name }) => name === new URLSearchParams(query).get("name"));
+    if (!run) return;
+    byId("dialog-heading").textContent = run.name;
+    byId("dialog-content").replaceChildren(...pageOfRun(run));
+    if (!dialog.open) dialog.showModal();
   };
-  for (const button of all("[data-step]", dialog)) {
-    button.addEventListener("click", () => (Number(button.dataset.step) ? go(Number(button.dataset.step)) : dialog.close()));
-  }
-  dialog.addEventListener("click", (event) => { if (event.target === dialog) dialog.close(); });
-  dialog.addEventListener("keydown", (event) => {
-    if (event.key === "ArrowLeft") go(-1);
-    if (event.key === "ArrowRight") go(1);
-  });
-  dialog.addEventListener("close", () => {
-    if (location.hash.startsWith("#run?")) history.replaceState(null, "", "#data");
-  });
+  dialog.querySelector("button").addEventListener("click", () => dialog.close());
+  dialog.addEventListener("close", () => history.replaceState(null, "", "#data"));
   addEventListener("hashchange", showRun);
   showRun();
 }
@@ -419,14 +326,13 @@ document.documentElement.classList.add("script");
 // what is folded away would be missing on paper
 let folded = [];
 addEventListener("beforeprint", () => {
-  folded = all("details:not([open], .on-screen)");
+  folded = all("details:not([open])");
   for (const details of folded) details.open = true;
 });
 addEventListener("afterprint", () => { for (const details of folded) details.open = false; });
 listenToTables();
 listenToDialog();
 if (OILS.length) {
-  restore();
   listenToExplorer();
   update();
 }

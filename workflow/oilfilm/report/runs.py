@@ -1,6 +1,5 @@
 """The runs of a campaign: their list, what the page of each one tells, and their points."""
 
-from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 from urllib.parse import quote
@@ -67,15 +66,12 @@ def run_list(results: CampaignTables, most: int) -> ShownTable:
     return replace(shown, links=links, left_out=len(results.runs) - len(runs))
 
 
-def run_pages(
-    results: CampaignTables, most: int, pictures: Mapping[str, str]
-) -> list[dict[str, Any]]:
+def run_pages(results: CampaignTables, most: int) -> list[dict[str, Any]]:
     """What the page of each listed run tells, beside its row in the list.
 
     Args:
         results: The tables of the campaign.
         most: Runs at most, as in `run_list`.
-        pictures: File of the picture of its signals by run, of refused runs.
     """
     runs = shown_runs(results, most)
     means = results.points.groupby("run_id")[list(CONDITIONS)].mean().reindex(runs["run_id"])
@@ -92,7 +88,6 @@ def run_pages(
             if run["verdict"] != "accepted"
             else "",
             "warning": run["warning"],
-            "picture": pictures.get(run["run_id"], ""),
             "condition": _plain(means.loc[run["run_id"]]),
         }
         for run in tables.rows(runs)

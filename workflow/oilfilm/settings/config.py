@@ -578,12 +578,6 @@ class Fig06Settings(Group):
     same_within: q.RelativeError = key("Conditions this near are one set point, relative.")
 
 
-class ExtrapolationFigureSettings(PointOfTraction):
-    """One cut through each figure of extrapolations."""
-
-    oil: q.Name = key("Oil shown, in quotes.")
-
-
 class FrictionMapSettings(Group):
     """Conditions of the friction map."""
 
@@ -621,7 +615,6 @@ class FigureSettings(Group):
     fig02: Fig02Settings = key("Figure 2.")
     fig03: Fig03Settings = key("Figure 3.")
     fig06: Fig06Settings = key("Figure 6.")
-    extrapolation: ExtrapolationFigureSettings = key("Figure `extrapolation`.")
     friction_map: FrictionMapSettings = key("Figure `friction-map`.")
     stribeck: StribeckSettings = key("Figure `stribeck`.")
     isothermal: IsothermalSettings = key("Figure `isothermal`.")

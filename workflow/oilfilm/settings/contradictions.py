@@ -69,15 +69,13 @@ def _figures(settings: Settings) -> Iterator[Contradiction]:
             lacks = f"belongs to the study {figure.study!r}; add `studies: [{figure.study}]`"
         if lacks:
             yield ("figures",), f"the figure `{figure.name}` {lacks}, or leave the figure out."
-    all_oils = [*campaign.oils, *campaign.oils_without_properties]
-    for name, shown, oils in (
-        ("fig02", settings.figures.fig02.oil, all_oils),
-        ("extrapolation", settings.figures.extrapolation.oil, campaign.oils),
+    shown = settings.figures.fig02.oil
+    if "fig02" in campaign.figures and shown not in (
+        *campaign.oils,
+        *campaign.oils_without_properties,
     ):
-        if name in campaign.figures and shown not in oils:
-            yield (
-                ("figures",),
-                f"{name} shows the oil {shown!r} (figures.{name}.oil of config.yaml), which the "
-                "campaign does not have; name one of its own under `settings: {figures: {"
-                f"{name}: {{oil: ...}}}}}}`.",
-            )
+        yield (
+            ("figures",),
+            f"fig02 shows the oil {shown!r} (figures.fig02.oil of config.yaml), which the campaign "
+            "does not have; name one of its own under `settings: {figures: {fig02: {oil: ...}}}`.",
+        )

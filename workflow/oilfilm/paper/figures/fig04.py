@@ -22,30 +22,30 @@ from oilfilm.traction.law import CONDITIONS
 from oilfilm.traction.laws.deng2026 import DENG2026
 from oilfilm.units import FloatArray
 
+Fit = Mapping[str, Any]  # a row of a table
 _TIMES = f"\N{MULTIPLICATION SIGN} {style.THOUSANDTHS}"
-_DELTA = f"\N{GREEK CAPITAL LETTER DELTA}{style.MU}"
 _DASHES: style.Look = {"fit": "-", "left out": style.LINES["left out"], "Eq. 7": ":"}
 
 
 @register(
-    name="fig04",
     paper="Fig. 4",
-    title="The Wang-Deng law at zero slip and on a curve left out",
-    caption="Measured traction coefficient against slide-roll ratio, and the Wang-Deng law "
-    "fitted to the same oil. Each oil has one curve, chosen by a rule among all tested curves "
-    "and all versions of the law. (a) Curve with the largest traction coefficient at zero slip; "
-    "below: detail near zero slip. (b) Curve whose rms error grows most when the fit leaves it "
-    "out; below: the errors. Full lines: fit to all curves. Dashed lines: fit without this "
-    "curve. Dotted lines: law of the paper (Eq. 7), fitted without this curve. Symbols: plateau "
-    "means with the 95 % interval of their random error. Open symbols: fit not certified. The "
-    "groups and readings of the Wang-Deng laws are ours.",
     family="law",
     tables=("points", "fit_quality", "coefficients", "law_points"),
     settings=("oils", "rigs"),
     compares_laws=True,
 )
 def fig04(results: CampaignTables, settings: Settings) -> Sheet:
-    """Left, the largest traction without slip; right, the largest growth of an error."""
+    """The Wang-Deng law at zero slip and on a curve left out.
+
+    Measured traction coefficient against slide-roll ratio, and the Wang-Deng law fitted to the
+    same oil. Each oil has one curve, chosen by a rule among all tested curves and all versions
+    of the law. (a) Curve with the largest traction coefficient at zero slip; below: detail near
+    zero slip. (b) Curve whose rms error grows most when the fit leaves it out; below: the
+    errors. Full lines: fit to all curves. Dashed lines: fit without this curve. Dotted lines:
+    law of the paper (Eq. 7), fitted without this curve. Symbols: plateau means with the 95 %
+    interval of their random error. Open symbols: fit not certified. The groups and readings of
+    the Wang-Deng laws are ours.
+    """
     fits = results.fit_quality.dropna(subset="rmse")
     sheet = Sheet(4, 2, height=(1.7, 1.5), across=0.55, down=0.45)
     whole = sheet.panel(0, f"Curve with the largest |{style.MU}(0)|")
@@ -56,80 +56,71 @@ def fig04(results: CampaignTables, settings: Settings) -> Sheet:
     errors.set_title("    fitted minus measured")
     handles: list[list[Any]] = [[], []]
     for oil in settings.oils:
-        of_oil = fits[fits["oil"] == oil].set_index("law", drop=False)
+        of_oil = {fit["law"]: fit for fit in tables.rows(fits[fits["oil"] == oil])}
         handles[0] += _draw_zero_slip(whole, near, oil, of_oil, results, settings)
         handles[1] += _draw_left_out(unseen, errors, oil, of_oil, results, settings)
     for panel, of_panel in zip((whole, unseen), handles, strict=True):
         if not of_panel:
             panel.say("no Wang-Deng law could be fitted")
-    _zoom(near, sheet.parts)
-    thousandths = f" ({style.THOUSANDTHS})"
+    for axis in (near, errors):
+        axis.axhline(0, color="black", linewidth=0.6)
+        axis.set_xlabel(style.CONDITION_LABELS["slide_roll_ratio"])
+    _zoom(near, sheet.drawn())
     whole.axis.set_ylabel(style.TRACTION_LABEL)
-    near.set(ylabel=style.MU + thousandths, xlabel=style.CONDITION_LABELS["slide_roll_ratio"])
-    errors.set(ylabel=_DELTA + thousandths, xlabel=style.CONDITION_LABELS["slide_roll_ratio"])
+    near.set_ylabel(f"{style.MU} ({style.THOUSANDTHS})")
+    errors.set_ylabel(f"\N{GREEK CAPITAL LETTER DELTA}{style.MU} ({style.THOUSANDTHS})")
     black: style.Look = {"color": "black", "linewidth": 0.9}
     plateau = style.symbol_handle("plateau, 95 % (random part)", ".", color="black", markersize=4)
-    lines = [
-        style.line_handle(label, linestyle=_DASHES[name], **black)
-        for name, label in (
-            ("fit", "fit to all curves"),
-            ("left out", "fit to all other curves"),
-            ("Eq. 7", f"{law_name(DENG2026.name)}, fit to all other curves"),
-        )
-    ]
+    labels = {
+        "fit": "fit to all curves",
+        "left out": "fit to all other curves",
+        "Eq. 7": f"{law_name(DENG2026.name)}, fit to all other curves",
+    }
+    lines = [style.line_handle(label, linestyle=_DASHES[n], **black) for n, label in labels.items()]
     sheet.legend([*handles[0], plateau, lines[0], *handles[1], *lines[1:]], columns=2)
     return sheet
 
 
-def _zoom(axis: Axes, parts: list[pd.DataFrame]) -> None:
+def _zoom(axis: Axes, drawn: pd.DataFrame) -> None:
     """Show what is near zero slip: a few times the largest mu(0), as far as the slowest rise."""
-    axis.axhline(0, color="black", linewidth=0.6)
-    drawn = pd.concat([tables.empty("drawn"), *parts])
     of_a = drawn[drawn["panel"] == "a"]
     mu = of_a.loc[of_a["series"] == "zero slip", "y"]
-    if mu.empty:
-        return
-    least, top = mu.min(), 4 * mu.abs().max()
-    lines = of_a[of_a["series"] == "fit"]
-    below = lines[lines.groupby("oil")["y"].cummax() < top]
-    axis.set_ylim(1e3 * (min(least, 0) - 0.1 * top), 1e3 * top)
-    axis.set_xlim(-0.04 * below["x"].max(), below["x"].max())
+    if len(mu):
+        top = 4 * mu.abs().max()
+        lines = of_a[of_a["series"] == "fit"]
+        farthest = lines.loc[lines.groupby("oil")["y"].cummax() < top, "x"].max()
+        axis.set_ylim(1e3 * (min(mu.min(), 0) - 0.1 * top), 1e3 * top)
+        axis.set_xlim(-0.04 * farthest, farthest)
 
 
 def _draw_zero_slip(
     whole: Panel,
     near: Axes,
     oil: str,
-    fits: pd.DataFrame,
+    fits: Mapping[str, Fit],
     results: CampaignTables,
     settings: Settings,
 ) -> Iterator[Any]:
     """Of one oil: the curve at which a fit has the most traction without slip."""
-    starts = [
-        starts_of(results, oil, law, settings).assign(law=law) for law in _wang_deng(fits["law"])
-    ]
+    starts = [starts_of(results, oil, law, settings).assign(law=law) for law in _wang_deng(fits)]
     if not sum(map(len, starts)):
         return
     among = pd.concat(starts, ignore_index=True)
     (largest,) = tables.rows(among.loc[[among["y"].abs().idxmax()]])
-    law, run = laws_of(oil, settings)[largest["law"]], largest["run_id"]
-    (fit,) = tables.rows(fits.loc[[law.name]])
-    curve = _curve(results, run)
-    # close enough together for the zoom
-    slip = np.linspace(0, 1, 301) ** 2 * float(curve["slide_roll_ratio"].max())
-    fitted = FittedLaw.of(results.coefficients, oil, law=law)
-    mu = fitted.traction(curve[list(law.conditions)].mean().to_numpy(dtype=float), slip)
-    look = symbol_of(fit, list(settings.oils))
-    line: style.Look = {"color": look["color"], "linewidth": 0.9}
-    about = {"oil": oil, "label": f"{law.name}, run {run}"}
-    _draw_measured(whole, curve, line, about)
-    near.plot(curve["slide_roll_ratio"], 1e3 * curve["traction_coefficient"], ".", **line)
-    whole.line("fit", slip, mu, line, **about)
-    near.plot(slip, 1e3 * mu, **line)
+    name, run = largest["law"], largest["run_id"]
+    curve = _one_side(results.points.query("accepted and run_id == @run"))
+    fitted = FittedLaw.of(results.coefficients, oil, law=laws_of(oil, settings)[name])
+    slip, mu = _finely(fitted, curve)
+    look, colour = _looks(fits[name], settings)
+    about = {"oil": oil, "label": f"{name}, run {run}"}
+    _draw_measured(whole, curve, colour, about)
+    near.plot(curve["slide_roll_ratio"], 1e3 * curve["traction_coefficient"], ".", **colour)
+    whole.line("fit", slip, mu, colour, **about)
+    near.plot(slip, 1e3 * mu, **colour)
     # an open symbol hides no other
-    near.plot(0, 1e3 * mu[0], **look | {"markersize": 5}, zorder=4 if fit["certified"] else 5)
+    near.plot(0, 1e3 * mu[0], **look | {"markersize": 5}, zorder=4 + (not fits[name]["certified"]))
     whole.keep("zero slip", 0.0, mu[0], **about)
-    label = f"{_about(fit, curve)}\n{style.MU}(0) = {_thousandths(mu[0])} {_TIMES}"
+    label = f"{_about(fits[name], curve)}\n{style.MU}(0) = {_thousandths(mu[0])} {_TIMES}"
     yield style.line_handle(label, **look | {"markersize": 5})
 
 
@@ -137,43 +128,44 @@ def _draw_left_out(
     whole: Panel,
     errors: Axes,
     oil: str,
-    fits: pd.DataFrame,
+    fits: Mapping[str, Fit],
     results: CampaignTables,
     settings: Settings,
 ) -> Iterator[Any]:
     """Of one oil: the curve whose error by a Wang-Deng law grows most when left out."""
     rms = _errors_by_curve(results, oil)
-    among = rms[rms["law"].isin(_wang_deng(fits["law"]))].dropna()
-    if among.empty:
+    growth = {
+        key: errors["unseen"] - errors["seen"]
+        for key, errors in rms.items()
+        if key[0] in _wang_deng(fits) and not np.isnan(errors["unseen"])
+    }
+    if not growth:
         return
-    (worst,) = tables.rows(among.loc[[(among["unseen"] - among["seen"]).idxmax()]])
-    law_key, run = worst["law"], worst["run_id"]
-    (fit,) = tables.rows(fits.loc[[law_key]])
-    curve, look = _curve(results, run), symbol_of(fit, list(settings.oils))
+    name, run = max(growth, key=lambda key: growth[key])
+    curve = _one_side(results.points.query("accepted and run_id == @run"))
     beside = results.law_points[results.law_points["run_id"] == run]
-    colour: style.Look = {"color": look["color"], "linewidth": 0.9}
-    _draw_measured(whole, curve, colour, {"oil": oil, "label": f"{law_key}, run {run}"})
-    for law, series in ((law_key, "fit"), (law_key, "left out"), (DENG2026.name, "left out")):
+    look, colour = _looks(fits[name], settings)
+    _draw_measured(whole, curve, colour, {"oil": oil, "label": f"{name}, run {run}"})
+    for law, series in ((name, "fit"), (name, "left out"), (DENG2026.name, "left out")):
         column = "traction_coefficient" if series == "fit" else "left_out_traction_coefficient"
         of_law = _one_side(beside[beside["law"] == law])
-        if law not in fits.index or of_law[column].isna().any():
+        if law not in fits or of_law[column].isna().any():
             continue
         fitted = FittedLaw.of(results.coefficients, oil, law=laws_of(oil, settings)[law])
-        slip, mu = _finely(fitted, curve, of_law, column)
         dashes = {"linestyle": _DASHES["Eq. 7" if law == DENG2026.name else series]}
+        slip, mu = _finely(fitted, curve, of_law[column] / of_law["traction_coefficient"], of_law)
         whole.line(series, slip, mu, colour | dashes, oil=oil, label=f"{law}, run {run}")
         off = of_law[column].to_numpy() - curve["traction_coefficient"].to_numpy()
         dots: style.Look = {"marker": ".", "markersize": 2, "linewidth": 0.5}
         errors.plot(of_law["slide_roll_ratio"], 1e3 * off, **colour | dashes | dots)
-    errors.axhline(0, color="black", linewidth=0.6)
-    label = f"{_about(fit, curve)}\nrms error {_growth(worst)}"
-    for papers in tables.rows(rms[(rms["law"] == DENG2026.name) & (rms["run_id"] == run)]):
-        label += f"; Eq. 7: {_growth(papers)}"
+    label = f"{_about(fits[name], curve)}\nrms error {_growth(rms[name, run])}"
+    if (DENG2026.name, run) in rms:
+        label += f"; Eq. 7: {_growth(rms[DENG2026.name, run])}"
     yield style.line_handle(label, **look)
 
 
 def _finely(
-    fitted: FittedLaw, curve: pd.DataFrame, of_law: pd.DataFrame, column: str
+    fitted: FittedLaw, curve: pd.DataFrame, ratio: Any = 1.0, at: pd.DataFrame | None = None
 ) -> tuple[FloatArray, FloatArray]:
     """Slip and mu of a fit at the mean conditions of a curve, between its plateaus as well.
 
@@ -181,17 +173,17 @@ def _finely(
     the fit of all curves changes slowly along a curve, so that it is interpolated.
     """
     largest = float(curve["slide_roll_ratio"].max())
-    slip = np.linspace(0, 1, 301) ** 2 * largest
-    condition = curve[list(fitted.law.conditions)].mean().to_numpy(dtype=float)
-    mu = fitted.traction(condition, slip)
-    # near zero slip both are near zero
-    known = of_law[of_law["slide_roll_ratio"] > 0.005 * largest]
-    ratio = known[column] / known["traction_coefficient"]
-    return slip, mu * np.interp(slip, known["slide_roll_ratio"], ratio)
+    slip = np.linspace(0, 1, 301) ** 2 * largest  # close enough together for the zoom
+    mu = fitted.traction(curve[list(fitted.law.conditions)].mean().to_numpy(dtype=float), slip)
+    if at is not None:
+        # near zero slip both are near zero
+        known = at["slide_roll_ratio"] > 0.005 * largest
+        ratio = np.interp(slip, at.loc[known, "slide_roll_ratio"], ratio[known])
+    return slip, mu * ratio
 
 
-def _errors_by_curve(results: CampaignTables, oil: str) -> pd.DataFrame:
-    """Rms error of each law on each curve of an oil, `seen` by the fit and `unseen`."""
+def _errors_by_curve(results: CampaignTables, oil: str) -> dict[tuple[str, str], Fit]:
+    """Rms error of an oil's laws by law and curve, `seen` by the fit and `unseen`."""
     key = ["run_id", "first_row"]
     beside = results.law_points[results.law_points["oil"] == oil]
     measured = results.points.set_index(key)["traction_coefficient"].rename("measured")
@@ -200,25 +192,25 @@ def _errors_by_curve(results: CampaignTables, oil: str) -> pd.DataFrame:
         seen=(both["traction_coefficient"] - both["measured"]) ** 2,
         unseen=(both["left_out_traction_coefficient"] - both["measured"]) ** 2,
     )
-    means = squares.groupby(["law", "run_id"], as_index=False).mean()
-    return means.assign(seen=np.sqrt(means["seen"]), unseen=np.sqrt(means["unseen"]))
+    roots = squares.groupby(["law", "run_id"]).mean() ** 0.5
+    return {(row["law"], row["run_id"]): row for row in tables.rows(roots.reset_index())}
 
 
-def _wang_deng(laws: "pd.Series[str]") -> list[str]:
-    return [law for law in laws if law.startswith("wang-deng")]
-
-
-def _curve(results: CampaignTables, run: str) -> pd.DataFrame:
-    """Accepted points of one run by slip, as if slipping in the positive direction."""
-    points = results.points[results.points["accepted"] & (results.points["run_id"] == run)]
-    return _one_side(points)
+def _wang_deng(fits: Mapping[str, Fit]) -> list[str]:
+    return [law for law in fits if law.startswith("wang-deng")]
 
 
 def _one_side(points: pd.DataFrame) -> pd.DataFrame:
-    known = {"traction_coefficient", "left_out_traction_coefficient"} & {*points.columns}
+    """Points by slip, as if slipping in the positive direction."""
     side = np.where(points["slide_roll_ratio"] < 0, -1.0, 1.0)
-    turned = {name: side * points[name] for name in ("slide_roll_ratio", *sorted(known))}
+    turned = points.filter(regex="slide_roll_ratio$|traction_coefficient$").mul(side, axis="index")
     return points.assign(**turned).sort_values("slide_roll_ratio")
+
+
+def _looks(fit: Fit, settings: Settings) -> tuple[style.Look, style.Look]:
+    """Symbol of a fit, and its lines."""
+    look = symbol_of(fit, list(settings.oils))
+    return look, {"color": look["color"], "linewidth": 0.9}
 
 
 def _draw_measured(
@@ -230,13 +222,13 @@ def _draw_measured(
     panel.dots("measured", x, y, dots, lower=y - bar, upper=y + bar, **about)
 
 
-def _about(fit: Mapping[str, Any], curve: pd.DataFrame) -> str:
+def _about(fit: Fit, curve: pd.DataFrame) -> str:
     """Oil and law of a fit; below, the conditions of a curve."""
     levels = {name: float(f"{curve[name].mean():.3g}") for name in CONDITIONS}
     return f"{fit['oil']}, {law_name(fit['law'])}\n{style.level_phrases(levels)}"
 
 
-def _growth(errors: Mapping[str, Any]) -> str:
+def _growth(errors: Fit) -> str:
     seen, unseen = _thousandths(errors["seen"]), _thousandths(errors["unseen"])
     return f"{seen} \N{RIGHTWARDS ARROW} {unseen} {_TIMES}"
 

@@ -1,4 +1,4 @@
-"""Laws far and wide: Figs 7-10 of the paper, and the same cuts beside the truth of a simulation."""
+"""Laws far and wide: Figs 7-10 of the paper."""
 
 import itertools
 from collections.abc import Iterator, Mapping, Sequence
@@ -7,17 +7,16 @@ from typing import Any
 import numpy as np
 import pandas as pd
 from matplotlib.patches import Patch
-from matplotlib.ticker import MaxNLocator, PercentFormatter
 
+from oilfilm.bearing.kinematics import pitch_speed_mm_rpm
 from oilfilm.fits.fitted import Coefficients, FittedLaw
-from oilfilm.paper.extrapolation import is_beyond, relative_rms
+from oilfilm.paper.extrapolation import is_beyond
 from oilfilm.paper.printed_law import with_printed
 from oilfilm.paper.reference import PrintedCoefficients
 from oilfilm.report.figures import style
 from oilfilm.report.figures.registry import register
 from oilfilm.report.figures.sheet import Panel, Sheet
-from oilfilm.report.words import law_name
-from oilfilm.settings.config import Conditions, ExtrapolationFigureSettings
+from oilfilm.settings.config import Conditions
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction.law import CONDITIONS
@@ -39,79 +38,58 @@ CUTS = {
 }
 _BEYOND = Patch(facecolor=style.EXTRAPOLATED, label="beyond the tests")
 
-_OF_ALL_OILS = "Traction coefficient of all oils against "
-_LINES = (
-    "the paper does not state its own. Full lines: fitted law with the 95 % interval of the next "
-    "good run, which may leave the panel. Thin dashed lines: constants printed in the paper, signs "
-    "restored, at the middle level. They are shown where they differ by more than 5 % of the "
-    "largest traction coefficient; the legend states the largest difference at all levels. Shaded: "
-    "beyond the tested conditions. Each panel has its own scale. dmN: pitch diameter times speed "
-    "(mm rpm) of a bearing with this entrainment speed. Oils without a fit of pressure, speed and "
-    "temperature are not shown."
-)
-
 
 @register(
-    name="fig07",
     paper="Fig. 7",
-    title="Traction against slide-roll ratio",
-    caption=_OF_ALL_OILS
-    + "slide-roll ratio, one panel per maximum Hertz pressure and entrainment speed. "
-    + "The curves are for several inlet temperatures; "
-    + _LINES,
     family="law",
     tables=("coefficients", "refits", "fit_quality"),
     settings=("oils", "extrapolation", "same_set_point"),
     references=("printed_coefficients",),
 )
 def fig07(results: CampaignTables, settings: Settings, **references: Any) -> Sheet:
-    """mu against slip, one panel per pressure."""
+    """Traction against slide-roll ratio.
+
+    Traction coefficient of all oils against slide-roll ratio, one panel per maximum Hertz pressure
+    and entrainment speed. The curves are for several inlet temperatures.
+
+    The paper does not state the levels of the curves. Full lines: fitted law with the 95 %
+    interval of the next good run, which may leave the panel. Thin dashed lines: constants printed
+    in the paper, signs restored, at the middle level. They are shown where they differ by more
+    than 5 % of the largest traction coefficient; the legend states the largest difference at all
+    levels. Shaded: beyond the tested conditions. Each panel has its own scale. dmN: pitch diameter
+    times speed (mm rpm) of a bearing with this entrainment speed. Oils without a fit of pressure,
+    speed and temperature are not shown.
+    """
     return _draw_cuts("fig07", results, settings, **references)
 
 
-@register(
-    name="fig08",
-    like="fig07",
-    paper="Fig. 8",
-    title="Traction against entrainment speed",
-    caption=_OF_ALL_OILS
-    + "entrainment speed (m/s), one panel per maximum Hertz pressure and slide-roll ratio. "
-    + "The curves are for several inlet temperatures; "
-    + _LINES,
-)
+@register(like="fig07", paper="Fig. 8")
 def fig08(results: CampaignTables, settings: Settings, **references: Any) -> Sheet:
-    """mu against entrainment speed, one panel per slip."""
+    """Traction against entrainment speed.
+
+    Traction coefficient of all oils against entrainment speed (m/s), one panel per maximum Hertz
+    pressure and slide-roll ratio. The curves are for several inlet temperatures.
+    """
     return _draw_cuts("fig08", results, settings, **references)
 
 
-@register(
-    name="fig09",
-    like="fig07",
-    paper="Fig. 9",
-    title="Traction against pressure",
-    caption=_OF_ALL_OILS
-    + "maximum Hertz pressure (GPa), one panel per entrainment speed and slide-roll ratio. "
-    + "The curves are for several inlet temperatures; "
-    + _LINES,
-)
+@register(like="fig07", paper="Fig. 9")
 def fig09(results: CampaignTables, settings: Settings, **references: Any) -> Sheet:
-    """mu against pressure, one panel per speed and slip."""
+    """Traction against pressure.
+
+    Traction coefficient of all oils against maximum Hertz pressure (GPa), one panel per entrainment
+    speed and slide-roll ratio. The curves are for several inlet temperatures.
+    """
     return _draw_cuts("fig09", results, settings, **references)
 
 
-@register(
-    name="fig10",
-    like="fig07",
-    paper="Fig. 10",
-    title="Traction against temperature",
-    caption=_OF_ALL_OILS
-    + "inlet temperature (\N{DEGREE SIGN}C), one panel per maximum Hertz pressure and entrainment "
-    + "speed. "
-    + "The curves are for several slide-roll ratios; "
-    + _LINES,
-)
+@register(like="fig07", paper="Fig. 10")
 def fig10(results: CampaignTables, settings: Settings, **references: Any) -> Sheet:
-    """mu against temperature, one panel per pressure and speed."""
+    """Traction against temperature.
+
+    Traction coefficient of all oils against inlet temperature (\N{DEGREE SIGN}C), one panel per
+    maximum Hertz pressure and entrainment speed. The curves are for several slide-roll ratios.
+    """
     return _draw_cuts("fig10", results, settings, **references)
 
 
@@ -126,30 +104,29 @@ def _draw_cuts(
     apart = [name for name in style.LEVEL_PHRASES if name not in (abscissa, by)]
     cuts = list(itertools.product(*(getattr(levels, name) for name in apart)))
     sheet = Sheet(len(cuts), 2, height=1.75, across=0.5, sharex=True)
-    oils = list(settings.oils)
     printed = with_printed(results.configured.coefficients, printed_coefficients)
-    laws = {oil: of_oil for oil in oils if (of_oil := _laws(results, printed, oil))}
+    laws = {oil: of_oil for oil in settings.oils if (of_oil := _laws(results, printed, oil))}
     for number, cut in enumerate(cuts):
         fixed = dict(zip(apart, cut, strict=True))
         panel = sheet.panel(number, panel_title(fixed))
         if laws:
-            within = settings.same_set_point.relative
-            _draw(panel, _curves(laws, levels, fixed, (abscissa, by), within), oils)
+            _draw(panel, laws, levels, fixed, (abscissa, by), settings)
         elif number == 0:
             panel.say("no oil has a fitted law\nof pressure, speed and temperature")
     sheet.label(style.CONDITION_LABELS[abscissa], style.TRACTION_LABEL)
     if laws:
-        sheet.legend(_handles(sheet, getattr(levels, by), by, oils))
+        sheet.legend(_handles(sheet.drawn(), getattr(levels, by), by, list(settings.oils)))
     return sheet
 
 
 def panel_title(fixed: Mapping[str, float]) -> str:
-    """Levels of a panel in words, with dmN beside the speed."""
-    phrases = [
-        style.bearing_speed_phrase(level) if name == _SPEED else style.level_phrases({name: level})
-        for name, level in fixed.items()
-    ]
-    return ", ".join(phrases)
+    """Levels of a panel in words, with the dmN (mm rpm) of a bearing beside the speed."""
+    title = style.level_phrases(fixed)
+    if _SPEED in fixed:
+        speed = style.level_phrases({_SPEED: fixed[_SPEED]})
+        mantissa, exponent = f"{pitch_speed_mm_rpm(fixed[_SPEED]):.1e}".split("e")
+        title = title.replace(speed, f"{speed} (dmN {mantissa}e{int(exponent)})")
+    return title
 
 
 def _laws(results: CampaignTables, coefficients: pd.DataFrame, oil: str) -> dict[str, FittedLaw]:
@@ -171,69 +148,56 @@ def _laws(results: CampaignTables, coefficients: pd.DataFrame, oil: str) -> dict
     return {"refit": refit, "printed": FittedLaw(law, Coefficients.bare(law, printed))}
 
 
-def _curves(
+def _draw(
+    panel: Panel,
     laws: Mapping[str, Mapping[str, FittedLaw]],
     levels: Conditions,
     fixed: Mapping[str, float],
     cut: tuple[str, str],
-    within: float,
-) -> Iterator[dict[str, Any]]:
-    """Each curve of a panel; `shown` unless printed constants are too near to the refit."""
-    abscissa, by = cut
-    every = getattr(levels, by)
-    # without slip there is nothing to measure, but a curve begins there
-    tested = getattr(levels, abscissa)
-    x = np.linspace(0.0 if abscissa == _SLIP else min(tested), max(tested), _STEPS)
-    for (oil, of_oil), level in itertools.product(laws.items(), every):
-        at = pd.DataFrame({**fixed, by: level, abscissa: x})[[*CONDITIONS, _SLIP]]
-        conditions = np.ascontiguousarray(at[list(CONDITIONS)])
-        beyond = is_beyond(at.to_numpy(), of_oil["refit"].coefficients.box, within).any(axis=1)
-        refit = None
-        for series, law in of_oil.items():
-            predicted = law.predict(conditions, at[_SLIP].to_numpy())
-            mu = predicted.traction_coefficient
-            refit = mu if refit is None else refit
-            off = float(np.abs(mu - refit).max() / refit.max())
-            yield {
-                "oil": oil,
-                "series": series,
-                "level": style.LEVEL_PHRASES[by].format(level),
-                "x": x,
-                "mu": mu,
-                "ends": {"lower": predicted.obs_ci_lower, "upper": predicted.obs_ci_upper},
-                "off": off,
-                "shown": series == "refit" or (level == every[len(every) // 2] and off > _NEAR),
-                "beyond": beyond,
-                "marker": style.MARKERS[every.index(level) % len(style.MARKERS)],
-            }
-
-
-def _draw(panel: Panel, curves: Iterator[dict[str, Any]], oils: Sequence[str]) -> None:
+    settings: Settings,
+) -> None:
     """Intervals as bands, the refit as lines with a symbol per level, printed constants dashed."""
+    abscissa, by = cut
+    every, tested = getattr(levels, by), getattr(levels, abscissa)
+    # without slip there is nothing to measure, but a curve begins there
+    x = np.linspace(0.0 if abscissa == _SLIP else min(tested), max(tested), _STEPS)
     highest, beyond = 0.0, np.zeros(_STEPS, dtype=bool)
-    for curve in curves:
-        colour = style.oil_colour(curve["oil"], oils)
-        about = {"oil": curve["oil"], "label": curve["level"], "value": curve["off"]}
+    for (oil, of_oil), level in itertools.product(laws.items(), every):
+        at = pd.DataFrame({**fixed, by: level, abscissa: x})[[*CONDITIONS, _SLIP]].to_numpy()
         # a level counts as tested only where every curve is
-        beyond |= curve["beyond"]
-        if not curve["shown"]:
-            about["label"] += ", not drawn"
-            panel.keep(curve["series"], curve["x"], curve["mu"], **about, **curve["ends"])
-            continue
-        highest = max(highest, curve["mu"].max())
-        look: style.Look = {"color": colour, "marker": curve["marker"], "markerfacecolor": "white"}
-        look |= {"markeredgewidth": 0.7, "linestyle": style.LINES["fit"]}
-        look["markevery"] = (_STEPS // (2 * _SYMBOLS), _STEPS // _SYMBOLS)
-        if curve["series"] == "printed":
-            look = {"linestyle": style.LINES["printed"], "linewidth": 0.6}
-            look["color"] = style.shades(colour, 2)[0]
-            panel.axis.plot(curve["x"], curve["mu"], **look)
-            panel.keep("printed", curve["x"], curve["mu"], **about, **curve["ends"])
-        else:
-            panel.line("refit", curve["x"], curve["mu"], look, **about, **curve["ends"])
-    for start, end in _stretches(curve["x"], beyond):
+        box, within = of_oil["refit"].coefficients.box, settings.same_set_point.relative
+        beyond |= is_beyond(at, box, within).any(axis=1)
+        colour = style.oil_colour(oil, list(settings.oils))
+        refit: FloatArray = np.zeros(0)
+        for series, law in of_oil.items():
+            predicted = law.predict(np.ascontiguousarray(at[:, :-1]), at[:, -1])
+            mu = predicted.traction_coefficient
+            refit = refit if len(refit) else mu
+            off = float(np.abs(mu - refit).max() / refit.max())
+            about: style.Look = {
+                "oil": oil,
+                "value": off,
+                "label": style.level_phrases({by: level}),
+            }
+            about |= {"lower": predicted.obs_ci_lower, "upper": predicted.obs_ci_upper}
+            if series == "refit":
+                look: style.Look = {"color": colour, "markerfacecolor": "white"}
+                look["marker"] = style.MARKERS[every.index(level) % len(style.MARKERS)]
+                look |= {"markeredgewidth": 0.7, "linestyle": style.LINES["fit"]}
+                look["markevery"] = (_STEPS // (2 * _SYMBOLS), _STEPS // _SYMBOLS)
+                panel.line("refit", x, mu, look, **about)
+            elif level == every[len(every) // 2] and off > _NEAR:
+                look = {"linestyle": style.LINES["printed"], "linewidth": 0.6}
+                panel.axis.plot(x, mu, color=style.shades(colour, 2)[0], **look)
+                panel.keep("printed", x, mu, **about)
+            else:
+                about["label"] += ", not drawn"
+                panel.keep("printed", x, mu, **about)
+                continue
+            highest = max(highest, mu.max())
+    for start, end in _stretches(x, beyond):
         panel.axis.axvspan(start, end, color=style.EXTRAPOLATED, linewidth=0, zorder=0)
-    panel.axis.set_xlim(curve["x"].min(), curve["x"].max())
+    panel.axis.set_xlim(x.min(), x.max())
     # an interval that runs away leaves the panel, instead of pressing the lines flat
     panel.axis.set_ylim(0, min(panel.axis.get_ylim()[1], _ROOM * highest))
 
@@ -246,18 +210,18 @@ def _stretches(along: FloatArray, flags: Any) -> Iterator[tuple[float, float]]:
         yield middles[start], middles[end]
 
 
-def _handles(sheet: Sheet, levels: Sequence[float], by: str, oils: Sequence[str]) -> list[Any]:
+def _handles(
+    drawn: pd.DataFrame, levels: Sequence[float], by: str, oils: Sequence[str]
+) -> list[Any]:
     """What colours, symbols and lines mean."""
-    drawn = pd.concat(sheet.parts)
-    shown = set(drawn["oil"])
     grey: style.Look = {"color": style.GREY, "linewidth": 0.6, "markerfacecolor": "white"}
     handles: list[Any] = [
         style.line_handle(f"{oil}, refit", color=style.oil_colour(oil, oils))
         for oil in oils
-        if oil in shown
+        if oil in set(drawn["oil"])
     ]
     handles += [
-        style.line_handle(style.LEVEL_PHRASES[by].format(level), marker=marker, **grey)
+        style.line_handle(style.level_phrases({by: level}), marker=marker, **grey)
         for level, marker in zip(levels, itertools.cycle(style.MARKERS), strict=False)
     ]
     if (drawn["series"] == "printed").any():
@@ -267,123 +231,3 @@ def _handles(sheet: Sheet, levels: Sequence[float], by: str, oils: Sequence[str]
         handles.append(style.line_handle(label, linewidth=0.6, **dashed))
     interval = Patch(color=style.GREY, alpha=0.25, linewidth=0, label="95 %, next run")
     return [*handles, interval, _BEYOND]
-
-
-@register(
-    name="extrapolation",
-    title="Fitted laws and the truth of the simulation",
-    caption="(a-d) Fitted laws and the truth of the simulation for one oil, each along one "
-    "cut through the conditions of Figs 7 to 10. (e) Rms error of each law over the rms of the "
-    "true traction coefficient, for every oil: open symbols within the tested conditions, filled "
-    "symbols beyond them. The figure allows no conclusion about real oils.",
-    category="Fits",
-    family="law",
-    tables=("extrapolation",),
-    settings=("oils", "figures"),
-    requires="twin",
-    compares_laws=True,
-)
-def extrapolation(results: CampaignTables, settings: Settings) -> Sheet:
-    """One oil cut through Figs 7-10, truth and laws; below, each law's error for every oil."""
-    compared, choice = results.extrapolation, settings.figures.extrapolation
-    laws, oils = list(dict.fromkeys(compared["law"])), list(settings.oils)
-    of_oil = compared[compared["oil"] == choice.oil]
-    colour = style.oil_colour(choice.oil, oils)
-    height = (1.5, 1.5, 0.22 * max(len(laws), 1))
-    sheet = Sheet(6, 2, height=height, across=0.5, down=0.62)
-    sheet.axes.pop(4).remove()  # where the names of the laws are
-    highest = 1.5 * of_oil["true_traction_coefficient"].max()
-    for number, (name, (abscissa, _)) in enumerate(CUTS.items()):
-        cut, levels = _cut(of_oil[of_oil["figure"] == name], abscissa, choice)
-        panel = sheet.panel(number, panel_title(levels))
-        panel.axis.set(xlabel=style.CONDITION_LABELS[abscissa], ylabel=style.TRACTION_LABEL)
-        _draw_cut(panel, cut.sort_values(abscissa), abscissa, colour, laws)
-        # a law that runs away leaves the panel, instead of pressing the others flat
-        panel.axis.set_ylim(0, highest if highest > 0 else None)
-    _draw_errors(sheet.panel(4, "Errors within and beyond the tests"), compared, laws, oils)
-    handles = [
-        style.line_handle(f"truth of the twin, {choice.oil}", color=colour, linewidth=1.8),
-        *(style.line_handle(law_name(law), **_line_of(n)) for n, law in enumerate(laws)),
-        _BEYOND,
-        *style.oil_handles(
-            oils, set(compared.dropna(subset="traction_coefficient")["oil"]), markersize=4
-        ),
-    ]
-    sheet.legend(handles)
-    return sheet
-
-
-def _cut(
-    of_figure: pd.DataFrame, abscissa: str, choice: ExtrapolationFigureSettings
-) -> tuple[pd.DataFrame, dict[str, float]]:
-    """The rows along one abscissa, and the levels of the other conditions.
-
-    A condition that the figure has at one level is at that level, the others are chosen.
-    """
-    fixed = {}
-    for name in style.LEVEL_PHRASES:
-        if name != abscissa:
-            levels = of_figure[name].unique()
-            fixed[name] = levels[0] if len(levels) == 1 else getattr(choice, name)
-            of_figure = of_figure[np.isclose(of_figure[name], fixed[name])]
-    return of_figure, fixed
-
-
-def _draw_cut(
-    panel: Panel, cut: pd.DataFrame, abscissa: str, colour: Any, laws: Sequence[str]
-) -> None:
-    """The truth, each law, and a tint where no test reaches."""
-    if cut.empty:
-        panel.say("no such condition\n(config: figures, extrapolation)")
-        return
-    panel.axis.set_facecolor(style.EXTRAPOLATED)
-    tested = cut.loc[cut["beyond"] == "", abscissa]
-    if len(tested):
-        panel.axis.axvspan(tested.min(), tested.max(), color="white", linewidth=0, zorder=0)
-    truth = cut[cut["law"] == laws[0]]
-    xy = truth[abscissa], truth["true_traction_coefficient"]
-    panel.line("truth", *xy, {"color": colour, "linewidth": 1.8}, oil=truth["oil"])
-    for number, law in enumerate(laws):
-        of_law = cut[cut["law"] == law]
-        xy = of_law[abscissa], of_law["traction_coefficient"]
-        panel.line(law, *xy, _line_of(number), oil=of_law["oil"])
-
-
-def _draw_errors(
-    panel: Panel, compared: pd.DataFrame, laws: Sequence[str], oils: Sequence[str]
-) -> None:
-    """One row per law: open symbols in the tested box, filled ones beyond it, joined by a line."""
-    axis = panel.axis
-    for (row, law), (number, oil) in itertools.product(enumerate(laws), enumerate(oils)):
-        of_both = compared[(compared["law"] == law) & (compared["oil"] == oil)]
-        outside = of_both["beyond"] != ""
-        errors = [relative_rms(of_both[~outside]), relative_rms(of_both[outside])]
-        height = row + 0.22 * (number - (len(oils) - 1) / 2)
-        look: style.Look = {**style.oil_look(oil, oils), "markersize": 4, "linewidth": 0.8}
-        axis.plot(errors, [height, height], markevery=[0], markerfacecolor="white", **look)
-        axis.plot(errors[1], height, **look)
-        panel.keep(law, errors, height, oil=oil, label=["tested box", "beyond"])
-    axis.set_yticks(range(len(laws)), [law_name(law) for law in laws])
-    axis.set_ylim(len(laws) - 0.5, -0.5)
-    if axis.get_xlim()[1] > 1:
-        axis.set_xscale("log")
-    else:
-        axis.set_xlim(left=0)
-        axis.xaxis.set_major_locator(MaxNLocator(steps=[1, 2, 5, 10]))
-    axis.xaxis.set_major_formatter(PercentFormatter(1.0, decimals=0))
-    axis.set_xlabel(f"Rms error over rms of true {style.MU}")
-
-
-def _line_of(number: int) -> style.Look:
-    """Colours are for oils, dashes for what a law was fitted to: laws differ by symbol and grey."""
-    return {
-        "color": ("black", "#777777")[number % 2],
-        "linewidth": 0.9,
-        "linestyle": style.LINES["fit"],
-        # one symbol along each sixth of the panel's diagonal, not all at one abscissa
-        "marker": style.MARKERS[number % len(style.MARKERS)],
-        "markevery": (0.03 * number, 0.17),
-        "markersize": 2.6,
-        "markerfacecolor": "white" if number < len(style.MARKERS) else "black",
-        "markeredgewidth": 0.6,
-    }

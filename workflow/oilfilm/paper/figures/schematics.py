@@ -27,20 +27,15 @@ _KINDS: dict[str, tuple[Any, str]] = {
 _EDGE: style.Look = {"edgecolor": "black", "linewidth": 0.6}
 
 
-@register(
-    name="fig01",
-    paper="Fig. 1",
-    title="Traction rig",
-    caption="(a) Ball-on-disc rig with drives and sensors. (b) The cradle turns about the "
-    "vertical axis of the air spindle. It presses against the force sensor, which measures along "
-    "the rolling direction. (c) Contact of ball and disc with the measured speeds, load and "
-    "force. Schematic after the text of the paper, not to scale; configured dimensions in mm.",
-    family="data",
-    settings=("rigs",),
-    shows_data=False,
-)
+@register(paper="Fig. 1", family="data", settings=("rigs",), shows_data=False)
 def fig01(results: CampaignTables, settings: Settings) -> Sheet:
-    """The traction rig from the side and from above, and the contact along the ball's axis."""
+    """Traction rig.
+
+    (a) Ball-on-disc rig with drives and sensors. (b) The cradle turns about the vertical axis
+    of the air spindle. It presses against the force sensor, which measures along the rolling
+    direction. (c) Contact of ball and disc with the measured speeds, load and force. Schematic
+    after the text of the paper, not to scale; configured dimensions in mm.
+    """
     sheet = Sheet(4, 2, height=(1.55, 1.9), left=0.05, bottom=0.05, width_ratios=(1.15, 1))
     # the first panel is as tall as both others together
     grid = sheet.axes[0].get_gridspec()
@@ -57,18 +52,14 @@ def fig01(results: CampaignTables, settings: Settings) -> Sheet:
     return _draw(sheet, "fig01", titles, sizes)
 
 
-@register(
-    name="fig05",
-    paper="Fig. 5",
-    title="Torque rig",
-    caption="Rig for the friction torque of a bearing: driven inner ring, pure axial load and "
-    "under-race lubrication. The torque of the outer ring is measured. Schematic after the text "
-    "of the paper, not to scale.",
-    family="data",
-    shows_data=False,
-)
+@register(paper="Fig. 5", family="data", shows_data=False)
 def fig05(results: CampaignTables, settings: Settings) -> Sheet:
-    """The torque rig in a section along its shaft."""
+    """Torque rig.
+
+    Rig for the friction torque of a bearing: driven inner ring, pure axial load and under-race
+    lubrication. The torque of the outer ring is measured. Schematic after the text of the
+    paper, not to scale.
+    """
     sheet = Sheet(width=style.DOUBLE_COLUMN_IN, left=0.05, top=0.05, bottom=0.05, height=2.3)
     return _draw(sheet, "fig05", [None], {})
 

@@ -2,6 +2,7 @@
 
 import textwrap
 from collections.abc import Callable, Iterable, Mapping
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -14,7 +15,7 @@ from oilfilm.physics.oils import Oil
 from oilfilm.report.figures import style
 from oilfilm.report.figures.fits import draw_constants
 from oilfilm.report.figures.registry import register
-from oilfilm.report.figures.sheet import Sheet, page
+from oilfilm.report.figures.sheet import Sheet, table_page
 from oilfilm.settings.base import present
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
@@ -23,9 +24,6 @@ _PAPER = "in the paper's text"
 _NONE = "\N{EN DASH}"
 _LINE_IN = 0.125
 _ROW_IN = 0.06  # between rows, beside their lines
-_NOTE_LETTERS = 140  # of 6 pt in a line over both columns
-# Of all cells alike: with line spacings of their own they are at different heights.
-_CELL: style.Look = {"va": "center", "fontsize": 7}
 _AT_C = 100.0  # of the oils' properties, as in the paper
 # Quantity, unit and its value for an oil.
 _OF_OIL: tuple[tuple[str, str, Any], ...] = (
@@ -46,51 +44,22 @@ _MATRIX = {
     "entrainment_speed_m_s": ("entrainment speed", "m/s"),
     "inlet_temperature_c": ("inlet temperature", "\N{DEGREE SIGN}C"),
 }
-# Quantity, unit, keys in a file of config/bearings, and the factor to the unit.
-_OF_BEARING: tuple[tuple[str, str, tuple[str, ...], float], ...] = (
-    ("ball diameter", "mm", ("ball_diameter_m",), 1e3),
-    ("pitch diameter", "mm", ("pitch_diameter_m",), 1e3),
-    ("balls", "", ("ball_count",), 1),
-    ("contact angle, unloaded", "\N{DEGREE SIGN}", ("contact_angle_deg",), 1),
-    ("groove radius over ball diameter, inner", "", ("inner_groove_curvature",), 1),
-    ("groove radius over ball diameter, outer", "", ("outer_groove_curvature",), 1),
-    ("Young's modulus of the rings", "GPa", ("ring", "youngs_modulus_pa"), 1e-9),
-    ("Poisson's ratio of the rings", "", ("ring", "poisson_ratio"), 1),
-    ("Young's modulus of the balls", "GPa", ("ball", "youngs_modulus_pa"), 1e-9),
-    ("Poisson's ratio of the balls", "", ("ball", "poisson_ratio"), 1),
-    ("density of the balls", "kg/m\N{SUPERSCRIPT THREE}", ("ball", "density_kg_m3"), 1),
-    ("roughness Ra of the balls", "\N{MICRO SIGN}m", ("ball_roughness_ra_um",), 1),
-    ("roughness Ra of the races", "\N{MICRO SIGN}m", ("race_roughness_ra_um",), 1),
-    ("guiding ring of the cage", "", ("cage", "guidance"), 1),
-    ("land diameter of the cage", "mm", ("cage", "land_diameter_m"), 1e3),
-    ("land width of the cage, both together", "mm", ("cage", "land_width_m"), 1e3),
-    ("land clearance of the cage, radial", "mm", ("cage", "land_clearance_m"), 1e3),
-    ("friction coefficient of the pockets", "", ("cage", "pocket_friction_coefficient"), 1),
-    ("oil flow", "L/min", ("oil_supply", "flow_l_min"), 1),
-    ("share of the friction heat in the oil", "", ("oil_supply", "heat_share"), 1),
-    ("weight of the outlet temperature", "", ("oil_supply", "outlet_weight"), 1),
-)
-_OF_TORQUE_TEST = (
-    ("axial load", "kN", "axial_load_n", 1e-3),
-    ("speed of the inner ring", "rpm", "inner_speed_rpm", 1),
-    ("oil temperature", "\N{DEGREE SIGN}C", "oil_temperature_c", 1),
-)
 
 
 @register(
-    name="tab01",
     paper="Table 1",
-    title="Properties of the oils",
-    caption="Density, viscosity, pressure-viscosity coefficient, thermal conductivity and "
-    "specific heat at 100 \N{DEGREE SIGN}C and 1 bar, with their sources. The values of the "
-    "paper are lost. Properties that stand in for unknown ones are marked.",
     family="data",
     settings=("oils",),
     references=("paper_tables",),
     shows_data=False,
 )
 def tab01(results: CampaignTables, settings: Settings, paper_tables: PaperTables) -> Sheet:
-    """Properties of each oil at 100 degC; of oils without known properties only the name."""
+    """Properties of the oils.
+
+    Density, viscosity, pressure-viscosity coefficient, thermal conductivity and specific heat
+    at 100 \N{DEGREE SIGN}C and 1 bar, with their sources. The values of the paper are lost.
+    Properties that stand in for unknown ones are marked.
+    """
     rows = []
     for name in settings.oils:
         oil = settings.properties_of(name)
@@ -109,19 +78,19 @@ def _source_of(oil: Oil | None) -> str:
 
 
 @register(
-    name="tab02",
     paper="Table 2",
-    title="Test matrix",
-    caption="Levels of maximum Hertz pressure (GPa), entrainment speed (m/s) and inlet "
-    "temperature (\N{DEGREE SIGN}C); slide-roll ratios of the accepted points; accepted curves. "
-    "The table of the paper is lost; the last column quotes its text.",
     family="data",
     tables=("points", "runs"),
     settings=("oils", "rigs", "same_set_point", "campaign.matrix"),
     references=("paper_tables",),
 )
 def tab02(results: CampaignTables, settings: Settings, paper_tables: PaperTables) -> Sheet:
-    """Levels of the test matrix; without one, those that the logs were set to."""
+    """Test matrix.
+
+    Levels of maximum Hertz pressure (GPa), entrainment speed (m/s) and inlet temperature
+    (\N{DEGREE SIGN}C); slide-roll ratios of the accepted points; accepted curves. The table of
+    the paper is lost; the last column quotes its text.
+    """
     matrix = settings.campaign.matrix
     source = "campaign file, matrix" if matrix is not None else "set points of the logs"
     runs = with_levels(results.runs, settings)
@@ -148,11 +117,7 @@ def tab02(results: CampaignTables, settings: Settings, paper_tables: PaperTables
 
 
 @register(
-    name="tab03",
     paper="Table 3",
-    title="Parameters of the bearing",
-    caption="Geometry, materials and cage of the bearing, with their sources. The table of "
-    "the paper is partly lost; the last column quotes its text.",
     family="data",
     settings=("bearings", "campaign.torque"),
     references=("paper_tables",),
@@ -160,26 +125,30 @@ def tab02(results: CampaignTables, settings: Settings, paper_tables: PaperTables
     requires="torque",
 )
 def tab03(results: CampaignTables, settings: Settings, paper_tables: PaperTables) -> Sheet:
-    """Parameters of the campaign's bearing and the levels of its test."""
+    """Parameters of the bearing.
+
+    Geometry, materials and cage of the bearing, with their sources. The table of the paper is
+    partly lost; the last column quotes its text.
+    """
     torque = present(settings.campaign.torque, "torque", "the campaign")
-    name = torque.bearing
-    bearing = settings.bearings[name]
-    rows = []
-    for quantity, unit, keys, factor in _OF_BEARING:
-        value: Any = bearing
-        for key in keys:
-            value = getattr(value, key, None)
-        if value is None:  # the file may leave it out
+    bearing, rows = settings.bearings[torque.bearing], []
+    listed = pd.read_csv(Path(__file__).with_name("tab03.csv"), keep_default_na=False)
+    for of, quantity, unit, keys, factor in listed.itertuples(index=False):
+        about = torque.bearing, quantity, unit
+        if of == "test":
+            if torque.matrix is not None:
+                levels = _levels([factor * level for level in getattr(torque.matrix, keys)])
+                rows.append(_row(*about, levels, "campaign file, `torque`"))
             continue
-        source = "assumed" if keys[0] in bearing.assumed else bearing.source
-        value = value if isinstance(value, str) else factor * value
-        # every digit of the drawing, and none that it has not
-        rows.append(_row(name, quantity, unit, value, source, "{:.7g}".format))
-    for quantity, unit, key, factor in _OF_TORQUE_TEST:
-        if torque.matrix is not None:
-            levels = _levels([factor * level for level in getattr(torque.matrix, key)])
-            rows.append(_row(name, quantity, unit, levels, "campaign file, `torque`"))
-    notes = [f"{name}: {bearing.source}. *: assumed."]
+        value: Any = bearing
+        for key in keys.split("."):
+            value = getattr(value, key, None)
+        if value is not None:  # the file may leave it out
+            source = "assumed" if keys.split(".")[0] in bearing.assumed else bearing.source
+            value = value if isinstance(value, str) else factor * value
+            # every digit of the drawing, and none that it has not
+            rows.append(_row(*about, value, source, "{:.7g}".format))
+    notes = [f"{torque.bearing}: {bearing.source}. *: assumed."]
     return _table("Bearing and test of its torque", rows, notes, paper_tables.tab03)
 
 
@@ -233,29 +202,17 @@ def _table(
     cells = cells.reindex(index=drawn["quantity"].unique(), columns=columns).fillna("")
     few = len(things) <= 1
     cells[_PAPER] = ["\n".join(textwrap.wrap(text, 46 if few else 26)) for text in cells[_PAPER]]
-    heights = _LINE_IN * (cells[_PAPER].str.count("\n") + 1) + _ROW_IN
-    small = [line for note in notes for line in textwrap.wrap(note, _NOTE_LETTERS)]
-    head_in = _LINE_IN + _ROW_IN
-    height_in = heights.sum() + 1.5 * head_in + 0.1 * len(small)
-    sheet, panel = page(style.DOUBLE_COLUMN_IN, height_in, bottom=height_in, top=0)
-    axis = panel.axis
     paper_x = 0.64 if few else 0.72
-    ends = dict(zip(things, np.linspace(0.37, paper_x - 0.02, len(things) + 1)[1:], strict=True))
-    axis.text(0, head_in / 2, title, color=style.GREY, **_CELL)
-    axis.text(paper_x, head_in / 2, _PAPER, fontweight="bold", **_CELL)
-    for thing, end in ends.items():
-        axis.text(end, head_in / 2, thing, ha="right", fontweight="bold", **_CELL)
-    middles = head_in + heights.cumsum() - heights / 2
-    for (name, row), middle in zip(cells.iterrows(), middles, strict=True):
-        unit = units.get(str(name), "")
-        axis.text(0, middle, f"{name} ({unit})" if unit else str(name), **_CELL)
-        for thing, end in ends.items():
-            axis.text(end, middle, row[thing], ha="right", **_CELL)
-        axis.text(paper_x, middle, row[_PAPER], color=style.GREY, **_CELL)
-    for edge in (0.0, head_in, head_in + heights.sum()):
-        axis.axhline(edge, color="black", linewidth=0.6)
-    below: style.Look = {"va": "bottom", "fontsize": 6, "linespacing": 1.15, "parse_math": False}
-    axis.text(0, height_in, "\n".join(small), color=style.GREY, **below)
+    ends = np.linspace(0.37, paper_x - 0.02, len(things) + 1)[1:]
+    heads = [f"{name} ({unit})" if (unit := units.get(name, "")) else name for name in cells.index]
+    row_in = _LINE_IN * (cells[_PAPER].str.count("\n").to_numpy() + 1) + _ROW_IN
+    layout = style.DOUBLE_COLUMN_IN, len(cells), row_in, _LINE_IN + _ROW_IN
+    sheet, panel, write = table_page(*layout, notes)
+    bold: style.Look = {"fontweight": "bold"}
+    write(0, title, heads, {"color": style.GREY})
+    for thing, end in zip(things, ends, strict=True):
+        write(end, thing, cells[thing], bold, ha="right")
+    write(paper_x, _PAPER, cells[_PAPER], {**bold, "color": "black"}, color=style.GREY)
     series = drawn["quantity"] + drawn["unit"].map(lambda unit: f" ({unit})" if unit else "")
     label = drawn["words"] + " [" + drawn["source"] + "]"
     panel.keep(series, np.nan, value=drawn["value"], label=label, panel=drawn["thing"])
@@ -263,19 +220,17 @@ def _table(
 
 
 @register(
-    name="eqs11-13",
-    like="constants",
-    paper="Eqs 11-13",
-    category="Paper",
-    caption="Fitted constants of the traction law for each oil, with their standard errors "
-    "from a bootstrap over curves. Beside them: the constants printed in the paper, signs "
-    "restored, for the oils that it tested.",
-    references=("printed_coefficients",),
+    like="constants", paper="Eqs 11-13", category="Paper", references=("printed_coefficients",)
 )
 def eqs11_13(
     results: CampaignTables, settings: Settings, printed_coefficients: PrintedCoefficients
 ) -> Sheet:
-    """Each oil's constants: fitted with standard error, and printed."""
+    """.
+
+    Fitted constants of the traction law for each oil, with their standard errors from a
+    bootstrap over curves. Beside them: the constants printed in the paper, signs restored, for
+    the oils that it tested.
+    """
     table = with_printed(results.configured.coefficients, printed_coefficients)
     note = "Printed: Deng et al. 2026, signs reconstructed"
     return draw_constants(table, list(settings.oils), note)

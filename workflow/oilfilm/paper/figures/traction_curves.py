@@ -23,18 +23,18 @@ _PRESSURE, _SPEED, _TEMPERATURE = CONDITIONS
 
 
 @register(
-    name="fig02",
     paper="Fig. 2",
-    title="Traction curves of one oil",
-    caption="Traction coefficient against slide-roll ratio, one row of panels per inlet "
-    "temperature. Left: by maximum Hertz pressure; right: by entrainment speed. Symbols: plateau "
-    "means with the 95 % interval of their random error. Lines: fitted law.",
     family="data",
     tables=("points", "runs", "coefficients"),
     settings=("figures", "oils", "rigs", "same_set_point", "campaign.matrix"),
 )
 def fig02(results: CampaignTables, settings: Settings) -> Sheet:
-    """mu of one oil against slip by pressure (left) and speed (right), one row per temperature."""
+    """Traction curves of one oil.
+
+    Traction coefficient against slide-roll ratio, one row of panels per inlet temperature.
+    Left: by maximum Hertz pressure; right: by entrainment speed. Symbols: plateau means with
+    the 95 % interval of their random error. Lines: fitted law.
+    """
     runs, choice = with_levels(results.runs, settings), settings.figures.fig02
     oil, temperatures = choice.oil, choice.inlet_temperature_c
     law = FittedLaw.of(results.configured.coefficients, oil)
@@ -60,18 +60,17 @@ def fig02(results: CampaignTables, settings: Settings) -> Sheet:
 
 
 @register(
-    name="fig03",
     paper="Fig. 3",
-    title="Traction curves of all oils at one temperature",
-    caption="Traction coefficient against slide-roll ratio, one panel per maximum Hertz "
-    "pressure. Symbols: plateau means with the 95 % interval of their random error. Lines: "
-    "fitted law.",
     family="data",
     tables=("points", "runs", "coefficients"),
     settings=("figures", "oils", "rigs", "same_set_point", "campaign.matrix"),
 )
 def fig03(results: CampaignTables, settings: Settings) -> Sheet:
-    """mu of all oils against slip at one temperature, one panel per pressure."""
+    """Traction curves of all oils at one temperature.
+
+    Traction coefficient against slide-roll ratio, one panel per maximum Hertz pressure.
+    Symbols: plateau means with the 95 % interval of their random error. Lines: fitted law.
+    """
     runs, choice = with_levels(results.runs, settings), settings.figures.fig03
     oils = list(settings.oils)
     same = {_SPEED: choice.entrainment_speed_m_s, _TEMPERATURE: choice.inlet_temperature_c}
@@ -85,7 +84,7 @@ def fig03(results: CampaignTables, settings: Settings) -> Sheet:
             law = FittedLaw.of(results.configured.coefficients, oil)
             series.append(Series(oil, oil, points, law, *style.oil_look(oil, oils).values()))
         draw_series(sheet.panel(number, style.level_phrases({_PRESSURE: pressure})), series)
-    shown = {oil for part in sheet.parts for oil in part["oil"]}
+    shown = set(sheet.drawn()["oil"])
     lost = style.lost_handles([oil for oil in oils if oil not in shown], "no accepted point here")
     _finish(sheet, [sheet.axes], lost, style.level_phrases(same))
     return sheet

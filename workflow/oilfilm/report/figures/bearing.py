@@ -1,4 +1,4 @@
-"""Figures of the bearing: friction torque, cage slip and size effect."""
+"""Figures of the bearing: friction torque, cage slip, size effect and the tests to run next."""
 
 import itertools
 from typing import Any
@@ -14,6 +14,7 @@ from oilfilm.report.figures.sheet import Panel, Sheet, sentences
 from oilfilm.report.words import load_variable
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
+from oilfilm.traction.law import CONDITIONS
 
 _DRAWN_INTERVAL = 1.96  # bars are 95 % intervals, in standard uncertainties
 # Temperatures by the fill of symbols and the dashes of lines.
@@ -32,17 +33,12 @@ _LOOKS: dict[str, style.Look] = {
 _SLIP_LEVELS = (-1.0, 0.01, 0.05, 0.15, 0.3, 0.5, 0.75, 1.0)
 _CROSS: style.Look = {"marker": "x", "color": "black", "linestyle": "", "markersize": 4}
 _ROLLS_OR_SKIDS = "cage may roll or skid"
+_PRESSURE, _SPEED, _TEMPERATURE = CONDITIONS
+# The ordinate of each row of panels; of the third condition the best level is shown.
+_ROWS = (_PRESSURE, _TEMPERATURE)
 
 
 @register(
-    name="torque",
-    title="Friction torque of the bearing",
-    caption="Friction torque (N m) against speed of the inner ring, one panel per oil and "
-    "axial load. Symbols: measured torque; bars: 95 % interval from random error and "
-    "calibration. Lines: torque calculated with the pressure-based law and with the load-based "
-    "Wang-Deng law. Bands: 95 % interval from refits of the law, calibration and the other terms "
-    "of the torque. Above each panel: median error of each law, and points that agree within twice "
-    "the standard uncertainty of the difference. Crosses: the cage may roll or skid.",
     category="Bearing",
     family="bearing",
     tables=("torque",),
@@ -50,7 +46,15 @@ _ROLLS_OR_SKIDS = "cage may roll or skid"
     requires="torque",
 )
 def torque(results: CampaignTables, settings: Settings) -> Sheet:
-    """Measured and calculated torque against speed, one panel per oil and axial load."""
+    """Friction torque of the bearing.
+
+    Friction torque (N m) against speed of the inner ring, one panel per oil and axial load.
+    Symbols: measured torque; bars: 95 % interval from random error and calibration. Lines:
+    torque calculated with the pressure-based law and with the load-based Wang-Deng law. Bands:
+    95 % interval from refits of the law, calibration and the other terms of the torque. Above
+    each panel: median error of each law, and points that agree within twice the standard
+    uncertainty of the difference. Crosses: the cage may roll or skid.
+    """
     table = _in_sets(results.torque, settings)
     oils = [oil for oil in settings.oils if (table["oil"] == oil).any()]
     if not oils:
@@ -141,11 +145,6 @@ def _cross_handles(table: pd.DataFrame) -> list[Any]:
 
 
 @register(
-    name="torque-load-variable",
-    title="Load variables of the law in the bearing",
-    caption="Error (%) of the calculated torque against speed of the inner ring, one panel "
-    "per oil and load variable. The law is evaluated with pressure, with load and with "
-    "dimensionless load. Crosses: the cage may roll or skid.",
     category="Bearing",
     family="bearing",
     tables=("torque",),
@@ -153,7 +152,12 @@ def _cross_handles(table: pd.DataFrame) -> list[Any]:
     requires="torque",
 )
 def torque_load_variable(results: CampaignTables, settings: Settings) -> Sheet:
-    """Relative error of the torque against speed, one panel per load variable and oil."""
+    """Load variables of the law in the bearing.
+
+    Error (%) of the calculated torque against speed of the inner ring, one panel per oil and
+    load variable. The law is evaluated with pressure, with load and with dimensionless load.
+    Crosses: the cage may roll or skid.
+    """
     choice = settings.figures.fig06
     near = results.torque["inlet_temperature_c"] - choice.inlet_temperature_c
     here = near.abs() <= choice.same_within * choice.inlet_temperature_c
@@ -189,13 +193,6 @@ def torque_load_variable(results: CampaignTables, settings: Settings) -> Sheet:
 
 
 @register(
-    name="cage-slip",
-    title="Cage slip",
-    caption="Cage slip at friction equilibrium, one panel per oil. Abscissa: dmN, pitch "
-    "diameter times speed (million mm rpm), and entrainment speed U of rolling balls. Ordinate: "
-    "axial load (kN). Full line: limit of the cage slip. Dashed lines: the 2.5 % and 97.5 % "
-    "quantiles of the slip reach the limit. Hatched: the limit lies between the quantiles. "
-    "Open circles: no interval could be calculated. Crosses: the cage may roll or skid.",
     category="Bearing",
     family="bearing",
     tables=("cage_slip",),
@@ -203,7 +200,14 @@ def torque_load_variable(results: CampaignTables, settings: Settings) -> Sheet:
     requires="torque",
 )
 def cage_slip(results: CampaignTables, settings: Settings) -> Sheet:
-    """Cage slip against speed and axial load, one panel per oil."""
+    """Cage slip.
+
+    Cage slip at friction equilibrium, one panel per oil. Abscissa: dmN, pitch diameter times
+    speed (million mm rpm), and entrainment speed U of rolling balls. Ordinate: axial load (kN).
+    Full line: limit of the cage slip. Dashed lines: the 2.5 % and 97.5 % quantiles of the slip
+    reach the limit. Hatched: the limit lies between the quantiles. Open circles: no interval
+    could be calculated. Crosses: the cage may roll or skid.
+    """
     table = results.cage_slip.assign(**in_units_of_axes(results.cage_slip))
     oils = [oil for oil in settings.oils if (table["oil"] == oil).any()]
     if not oils:
@@ -280,13 +284,6 @@ def _draw_slip(panel: Panel, of_oil: pd.DataFrame, oil: str, limit: float) -> An
 
 
 @register(
-    name="size-effect",
-    title="Size effect of laws of load",
-    caption="Traction torque by the load-based laws, relative to the pressure-based law (%). "
-    "Left: against ball diameter (mm), with all lengths in proportion and equal pressure and "
-    "surface speed. Right: against conformity, with equal load and speed. Symbols are calculated, "
-    "lines join them. A curve bends where the larger traction of larger balls ends their "
-    "gyroscopic slip while that by spin goes on growing.",
     category="Bearing",
     family="bearing",
     tables=("size_effect",),
@@ -294,7 +291,14 @@ def _draw_slip(panel: Panel, of_oil: pd.DataFrame, oil: str, limit: float) -> An
     requires="torque",
 )
 def size_effect(results: CampaignTables, settings: Settings) -> Sheet:
-    """Traction torque of laws of load relative to the law of pressure, by size and conformity."""
+    """Size effect of laws of load.
+
+    Traction torque by the load-based laws, relative to the pressure-based law (%). Left:
+    against ball diameter (mm), with all lengths in proportion and equal pressure and surface
+    speed. Right: against conformity, with equal load and speed. Symbols are calculated, lines
+    join them. A curve bends where the larger traction of larger balls ends their gyroscopic
+    slip while that by spin goes on growing.
+    """
     oils, table = list(settings.oils), results.size_effect
     sheet = Sheet(2, 2, height=2.0, left=0.7, sharey=True)
     panels = (
@@ -324,3 +328,83 @@ def size_effect(results: CampaignTables, settings: Settings) -> Sheet:
     ]
     sheet.legend(handles)
     return sheet
+
+
+@register(
+    category="Bearing",
+    family="bearing",
+    tables=("test_plan", "points"),
+    settings=("oils",),
+    requires="torque",
+)
+def plan(results: CampaignTables, settings: Settings) -> Sheet:
+    """Tests to run next.
+
+    Tests that the rig can run, one column of panels per oil. Abscissa: entrainment speed U
+    (m/s). Ordinate: maximum Hertz pressure P (GPa, top) or inlet temperature T
+    (\N{DEGREE SIGN}C, bottom). Colour: reduction (%) of the uncertainty of the calculated friction
+    torque
+    by one more curve. Only the uncertainty from the law counts, its form included, as root mean
+    square over the duty points. The third condition has its best level. Numbers: tests to run
+    next, in this order. Circles: measured runs. White: the rig cannot run the test with a full
+    film.
+    """
+    tests = results.test_plan
+    # by how much one test reduces the uncertainty
+    share = tests["uncertainty_with_test"] / tests["uncertainty_now"]
+    tests = tests.assign(reduction=100 * (1 - share))[tests["target"] == "torque"]
+    oils = [oil for oil in settings.oils if (tests["oil"] == oil).any()]
+    if not oils:
+        return sentences(
+            "No test can be planned for any oil:\n`oilfilm plan` says what is missing."
+        )
+    points = results.points[results.points["accepted"]]
+    runs = points.groupby(["oil", "run_id"], as_index=False)[list(CONDITIONS)].mean().dropna()
+    layout: style.Look = {"height": 1.5, "right": 0.7, "sharex": True, "sharey": "row"}
+    sheet = Sheet(2 * len(oils), len(oils), width=style.DOUBLE_COLUMN_IN, **layout)
+    for number, (y, oil) in enumerate(itertools.product(_ROWS, oils)):
+        panel = sheet.panel(number, style.plain(oil), parse_math=False)
+        panel.axis.set_ylabel(style.CONDITION_LABELS[y], fontsize=7)
+        of_oil, of_runs = tests[tests["oil"] == oil], runs[runs["oil"] == oil]
+        mesh = _draw_plan(panel, of_oil, of_runs, y, tests["reduction"].max())
+    sheet.label(style.CONDITION_LABELS[_SPEED], fontsize=7)
+    sheet.colour_bar(mesh, "Reduction of the torque's uncertainty (%)")
+    box: style.Look = {"marker": "s", "color": "black", "markerfacecolor": "white"}
+    sheet.legend(
+        [
+            style.symbol_handle("number: test to run next, in this order", markersize=6, **box),
+            style.symbol_handle("measured run", "o", color=style.GREY, markerfacecolor="none"),
+        ]
+    )
+    return sheet
+
+
+def _draw_plan(
+    panel: Panel, tests: pd.DataFrame, runs: pd.DataFrame, y: str, highest: float
+) -> Any:
+    """Cells of speed and `y`, runs and chosen tests."""
+    best = tests.loc[tests.groupby([_SPEED, y])["uncertainty_with_test"].idxmin()]
+    field = best.pivot(index=y, columns=_SPEED, values="reduction")
+    mesh = panel.axis.pcolormesh(
+        style.cell_edges(field.columns.to_numpy(dtype=float), "linear"),
+        style.cell_edges(field.index.to_numpy(dtype=float), "linear"),
+        np.ma.masked_invalid(field.to_numpy(dtype=float)),
+        cmap="YlGnBu",
+        vmin=0,
+        vmax=max(highest, 1e-6),
+        rasterized=True,
+    )
+    oil = best["oil"].iloc[0]
+    panel.keep("cell", best[_SPEED], best[y], value=best["reduction"], oil=oil)
+    ring: style.Look = {"marker": "o", "markersize": 2.2, "markerfacecolor": "none"}
+    panel.dots("measured", runs[_SPEED], runs[y], ring | {"color": style.GREY}, oil=oil)
+    chosen = tests[tests["test_order"] > 0].sort_values("test_order")
+    look: style.Look = {"ha": "center", "va": "center", "fontsize": 6, "weight": "bold"}
+    look["bbox"] = {"boxstyle": "round,pad=0.15", "facecolor": "white", "linewidth": 0.5}
+    for (speed, level), same in chosen.groupby([_SPEED, y]):
+        # many side by side would cover their neighbours
+        numbers = (", " if len(same) < 3 else "\n").join(same["test_order"].astype(str))
+        panel.axis.annotate(numbers, (speed, level), **look)
+    panel.keep("chosen", chosen[_SPEED], chosen[y], value=chosen["test_order"], oil=oil)
+    panel.axis.grid(False)
+    return mesh

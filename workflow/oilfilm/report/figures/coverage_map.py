@@ -1,12 +1,11 @@
 """The coverage map: which conditions were accepted, refused or have no run that could be read."""
 
 import itertools
-from collections.abc import Sequence
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 import pandas as pd
-from matplotlib.colors import ListedColormap
 from matplotlib.patches import Rectangle
 
 from oilfilm import tables
@@ -26,20 +25,15 @@ _LOAD = "nominal_load_n"
 _CELL = ["oil", _TEMPERATURE, _SPEED, _PRESSURE, _LOAD]
 
 
-@register(
-    name="coverage",
-    title="Coverage of the test matrix",
-    caption="Conditions of the test matrix, one column of panels per oil and one row per "
-    "inlet temperature. Abscissa: entrainment speed U (m/s). Ordinate: maximum Hertz pressure P "
-    "(GPa) or load W (N). Numbers: accepted runs of all runs, where there is not one accepted run. "
-    "Missing: no run of the condition could be read. Dashed: not in the matrix.",
-    category="Data quality",
-    family="data",
-    tables=("coverage",),
-    settings=("oils",),
-)
-def coverage_map(results: CampaignTables, settings: Settings) -> Sheet:
-    """One column of panels per oil, one row per temperature; cells of pressure and speed."""
+@register(category="Data quality", family="data", tables=("coverage",), settings=("oils",))
+def coverage(results: CampaignTables, settings: Settings) -> Sheet:
+    """Coverage of the test matrix.
+
+    Conditions of the test matrix, one column of panels per oil and one row per inlet
+    temperature. Abscissa: entrainment speed U (m/s). Ordinate: maximum Hertz pressure P (GPa)
+    or load W (N). Numbers: accepted runs of all runs, where there is not one accepted run.
+    Missing: no run of the condition could be read. Dashed: not in the matrix.
+    """
     cells = _cells(results.coverage)
     oils = [oil for oil in settings.oils if (cells["oil"] == oil).any()]
     if reason := _why_no_map(cells):
@@ -50,8 +44,12 @@ def coverage_map(results: CampaignTables, settings: Settings) -> Sheet:
         ]
         return sentences("\n".join([reason, "", *per_oil_text]))
     temperatures = cells.drop_duplicates("temperature").sort_values("temperature")[_TEMPERATURE]
-    speeds, forces = cells["x"].nunique(), cells["y"].nunique()
-    layout: style.Look = {"height": _CELL_IN * forces, "down": 0.22, "sharex": True, "sharey": True}
+    layout: style.Look = {
+        "height": _CELL_IN * cells["y"].nunique(),
+        "down": 0.22,
+        "sharex": True,
+        "sharey": True,
+    }
     sheet = Sheet(len(temperatures) * len(oils), len(oils), left=0.75, **layout)
     for number, (row, oil) in enumerate(itertools.product(range(len(temperatures)), oils)):
         of_panel = cells[(cells["oil"] == oil) & (cells["temperature"] == row)]
@@ -60,7 +58,7 @@ def coverage_map(results: CampaignTables, settings: Settings) -> Sheet:
         at = style.level_phrases({"inlet_temperature_c": level}) if known else "T not stated"
         look: style.Look = {"fontsize": 7, "pad": 3, "parse_math": False}
         panel = sheet.panel(number, f"{style.plain(oil)}, {at}", **look)
-        _draw(panel, of_panel, (forces, speeds), bool(cells["planned"].any()))
+        _draw(panel, of_panel, bool(cells["planned"].any()))
         x, y = of_panel[_SPEED], of_panel[_PRESSURE].fillna(of_panel[_LOAD])
         panel.keep(of_panel["state"], x, y, oil=oil, label=of_panel["label"])
     _label(sheet, cells)
@@ -113,22 +111,9 @@ def _why_no_map(cells: pd.DataFrame) -> str:
     return ""
 
 
-def _draw(panel: Panel, cells: pd.DataFrame, shape: tuple[int, int], has_matrix: bool) -> None:
-    """Cells of one panel: a tinted field, the state's symbol, accepted of all runs."""
+def _draw(panel: Panel, cells: pd.DataFrame, has_matrix: bool) -> None:
+    """Cells of one panel: the state's symbol, accepted of all runs."""
     axis = panel.axis
-    field = np.zeros(shape, dtype=int)
-    field[cells["y"], cells["x"]] = 1 + cells["state"].map(_STATES.index)
-    tints = [style.tint(colour, 0.2) for colour in style.STATE_COLOURS.values()]
-    axis.pcolormesh(
-        np.arange(shape[1] + 1) - 0.5,
-        np.arange(shape[0] + 1) - 0.5,
-        field,
-        cmap=ListedColormap([(1.0, 1.0, 1.0), *tints]),
-        vmin=-0.5,
-        vmax=len(_STATES) + 0.5,
-        edgecolors="white",
-        linewidth=1.0,
-    )
     for state, of_state in cells.groupby("state"):
         x = of_state["x"] - 0.2 * (of_state["label"] != "1/1")
         axis.plot(x, of_state["y"], linestyle="", markersize=3.6, **_symbol(str(state)))
@@ -138,7 +123,6 @@ def _draw(panel: Panel, cells: pd.DataFrame, shape: tuple[int, int], has_matrix:
     for cell in tables.rows(cells[~cells["planned"]] if has_matrix else cells.iloc[:0]):
         corner = cell["x"] - 0.46, cell["y"] - 0.42
         axis.add_patch(Rectangle(corner, 0.92, 0.84, **_not_planned()))
-    axis.grid(False)
     axis.tick_params(length=0)
     axis.spines[:].set_visible(False)
 
@@ -155,20 +139,20 @@ def _symbol(state: str) -> style.Look:
 
 
 def _label(sheet: Sheet, cells: pd.DataFrame) -> None:
-    """Ticks are levels, evenly spaced; the unit stands at the axis, or at the tick where mixed."""
-    names = {_PRESSURE: ("P", "GPa"), _LOAD: ("W", "N")}
-    known = [name for name in names if cells[name].notna().any()]
-    mixed = len(known) > 1
-    forces = cells.drop_duplicates("y").sort_values("y")
-    of_each = [_levels(forces[name], f" {unit}" * mixed) for name, (_, unit) in names.items()]
-    labels = [pressure or load for pressure, load in zip(*of_each, strict=True)]
-    speeds = cells.drop_duplicates("x").sort_values("x")[_SPEED]
-    sheet.axes[0].set_yticks(range(len(labels)), [label or "not stated" for label in labels])
-    speed_labels = [label or "not stated" for label in _levels(speeds, "")]
+    """Ticks are levels, evenly spaced: of a pressure or, where none is stated, of a load."""
+    forces = cells.drop_duplicates("y").sort_values("y")[[_PRESSURE, _LOAD]]
+    units = {_PRESSURE: " GPa", _LOAD: " N"}
+    labels = [_level(row, units) for row in tables.rows(forces)]
+    speeds = cells.drop_duplicates("x").sort_values("x")[[_SPEED]]
+    sheet.axes[0].set_yticks(range(len(labels)), labels)
+    sheet.axes[0].set_ylim(-0.5, len(labels) - 0.5)
+    sheet.axes[0].set_xlim(-0.5, len(speeds) - 0.5)
+    speed_labels = [_level(row, {_SPEED: ""}) for row in tables.rows(speeds)]
     sheet.axes[0].set_xticks(range(len(speeds)), speed_labels)
-    force = "P or W" if mixed else "{} ({})".format(*names[(known or [_PRESSURE])[0]])
-    sheet.label("U (m/s)", force, fontsize=7)
+    sheet.label("U (m/s)", "P or W", fontsize=7)
 
 
-def _levels(levels: "pd.Series[float]", unit: str) -> Sequence[str]:
-    return ["" if np.isnan(level) else f"{level:.4g}{unit}" for level in levels]
+def _level(row: Mapping[str, Any], units: Mapping[str, str]) -> str:
+    """The first level that is stated, with its unit."""
+    stated = [f"{row[name]:.4g}{unit}" for name, unit in units.items() if not np.isnan(row[name])]
+    return stated[0] if stated else "not stated"

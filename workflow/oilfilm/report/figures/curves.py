@@ -75,19 +75,18 @@ def draw_series(panel: Panel, series: Iterable[Series]) -> None:
 
 
 @register(
-    name="curves",
-    title="All curves",
-    caption="Traction coefficient of all accepted plateaus against slide-roll ratio, one "
-    "panel per oil. Points: plateau means. Bars, where there are few points: 95 % interval of "
-    "the random error. Lines: fitted law at each tested condition; where only some are drawn, "
-    "the legend says so.",
     category="Data quality",
     family="data",
     tables=("points", "runs", "coefficients"),
     settings=("oils", "rigs", "same_set_point", "campaign.matrix"),
 )
 def curves(results: CampaignTables, settings: Settings) -> Sheet:
-    """Every accepted point of every oil, and the fit at its conditions."""
+    """All curves.
+
+    Traction coefficient of all accepted plateaus against slide-roll ratio, one panel per oil.
+    Points: plateau means. Bars, where there are few points: 95 % interval of the random error.
+    Lines: fitted law at each tested condition; where only some are drawn, the legend says so.
+    """
     oils = list(settings.oils)
     sheet = Sheet(len(oils), len(oils), height=2.2, sharex=True, sharey=True)
     # runs at speeds that nobody stated are no repeats of one condition
@@ -163,19 +162,19 @@ def _draw_cloud(panel: Panel, colour: str, series: Sequence[Series]) -> None:
 
 
 @register(
-    name="residuals",
-    title="Residuals of the fit",
-    caption="Measured minus fitted traction coefficient of all accepted plateaus against "
-    "maximum Hertz pressure (GPa), entrainment speed (m/s), inlet temperature (\N{DEGREE SIGN}C) "
-    "and slide-roll ratio. Symbols with bars: mean and scatter at each level. A mean away from "
-    "zero shows a systematic error of the law.",
     category="Fits",
     family="data",
     tables=("points", "runs", "coefficients"),
     settings=("oils", "rigs", "same_set_point", "campaign.matrix"),
 )
 def residuals(results: CampaignTables, settings: Settings) -> Sheet:
-    """One row of panels per oil, one column per condition: points, mean and scatter by level."""
+    """Residuals of the fit.
+
+    Measured minus fitted traction coefficient of all accepted plateaus against maximum Hertz
+    pressure (GPa), entrainment speed (m/s), inlet temperature (\N{DEGREE SIGN}C) and slide-roll
+    ratio. Symbols with bars: mean and scatter at each level. A mean away from zero shows a
+    systematic error of the law.
+    """
     oils, runs = list(settings.oils), with_levels(results.runs, settings)
     layout: style.Look = {"height": 1.1, "down": 0.3, "sharex": "col", "sharey": "row"}
     sheet = Sheet(len(oils) * len(_LABELS), len(_LABELS), **layout)

@@ -1,6 +1,5 @@
 """What the fits are worth: constants, how well data tell them apart, errors of all laws."""
 
-import textwrap
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
@@ -15,7 +14,7 @@ from oilfilm.fits.law_comparison import laws_of
 from oilfilm.fits.problem import curve_data
 from oilfilm.report.figures import style
 from oilfilm.report.figures.registry import register
-from oilfilm.report.figures.sheet import Panel, Sheet, page, sentences
+from oilfilm.report.figures.sheet import Panel, Sheet, sentences, table_page
 from oilfilm.report.words import law_name
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
@@ -36,18 +35,13 @@ _KINDS: dict[str, style.Look] = {
 }
 
 
-@register(
-    name="constants",
-    title="Fitted constants",
-    caption="Fitted constants of the traction law for each oil, with their standard errors "
-    "from a bootstrap over curves.",
-    category="Fits",
-    family="law",
-    tables=("coefficients",),
-    settings=("oils",),
-)
+@register(category="Fits", family="law", tables=("coefficients",), settings=("oils",))
 def constants(results: CampaignTables, settings: Settings) -> Sheet:
-    """Each oil's constants with their standard errors."""
+    """Fitted constants.
+
+    Fitted constants of the traction law for each oil, with their standard errors from a
+    bootstrap over curves.
+    """
     table = results.configured.coefficients.assign(printed_value=np.nan)
     return draw_constants(table, list(settings.oils))
 
@@ -64,25 +58,20 @@ def draw_constants(table: pd.DataFrame, oils: Sequence[str], note: str = "") -> 
     # a constant that no oil has, neither fitted nor printed, is no row
     shown = table.dropna(subset=["value", "printed_value"], how="all")
     names = list(dict.fromkeys(shown["constant"])) or ["no constants"]
-    single = len(oils) == 1
-    width, letters = (style.SINGLE_COLUMN_IN, 68) if single else (style.DOUBLE_COLUMN_IN, 140)
-    any_printed = shown["printed_value"].notna().any()
-    notes = [*_notes(table, shown), *([note] if any_printed else [])]
-    notes = [line for each in notes for line in textwrap.wrap(each, letters)]
-    below = 0.9 + 0.6 * len(notes)
-    height_in = _ROW_IN * (len(names) + 2.4 + below)
-    sheet, panel = page(width, height_in, bottom=len(names) + below, top=-2.0)
-    for row, constant in enumerate(names):
-        panel.axis.text(0, row + 0.5, constant, va="center", fontweight="bold")
-    left = 0.12 if single else 0.06
+    any_printed = bool(shown["printed_value"].notna().any())
+    left = 0.12 if len(oils) == 1 else 0.06
     span = (1 - left) / len(oils)
+    width = style.SINGLE_COLUMN_IN if len(oils) == 1 else style.DOUBLE_COLUMN_IN
+    notes = [*_notes(table, shown), *([note] if any_printed else [])]
+    sheet, panel, write = table_page(width, len(names), _ROW_IN, 2 * _ROW_IN, notes)
+    write(0, "", names, fontweight="bold")
     for number, oil in enumerate(oils):
+        name: style.Look = {"color": style.oil_colour(oil, oils), "fontweight": "bold"}
+        write(left + (number + 0.53) * span, f"{oil}\n", [], ha="center", **name)
         rows = table[table["oil"] == oil].set_index("constant").reindex(names)
-        _draw_oil(panel, oil, style.oil_colour(oil, oils), rows, left + number * span, span)
-    for line in (-1.8, 0.0, len(names) + 0.1):
-        panel.axis.axhline(line, color="black", linewidth=0.6)
-    look: style.Look = {"va": "top", "fontsize": 6, "color": style.GREY}
-    panel.axis.text(0, len(names) + 0.5, "\n".join(notes), **look)
+        for share, (head, texts) in _of_oil(rows).items():
+            at, grey = left + (number + share) * span, {"color": style.GREY}
+            write(at, f"\n{head}", texts, grey, ha="right")
     about = {"oil": table["oil"], "label": table["constant"]}
     error = table["standard_error"]
     ends = {"lower": table["value"] - error, "upper": table["value"] + error}
@@ -108,52 +97,47 @@ def _notes(table: pd.DataFrame, shown: pd.DataFrame) -> Iterator[str]:
         yield f"{law_name(law.name)}: {powers}"
 
 
-def _draw_oil(
-    panel: Panel, oil: str, colour: str, rows: pd.DataFrame, start: float, span: float
-) -> None:
-    """Columns of one oil: fitted value, standard error, printed value if there are any."""
-    columns = ["value", "standard_error", "printed_value"]
-    heads = ["fitted", "\N{PLUS-MINUS SIGN} s.e.", "printed"]
-    shares = [0.29, 0.59, 0.98]
-    if rows["printed_value"].isna().all():
-        columns, heads, shares = columns[:2], heads[:2], [0.5, 0.97]
-    middle: style.Look = {"va": "center"}
-    name: style.Look = {"ha": "center", "color": colour, "fontweight": "bold", **middle}
-    panel.axis.text(start + 0.53 * span, -1.3, oil, **name)
+def _of_oil(rows: pd.DataFrame) -> dict[float, tuple[str, list[str]]]:
+    """Head and texts of each column of one oil, by its place within the oil's width."""
     # digits beyond the second of the error say nothing
     error = rows["standard_error"].fillna(rows["naive_standard_error"])
     digits = [
         4 if not known > 0 else int(np.clip(1 - np.floor(np.log10(known)), 0, 8))
         for known in error.to_numpy(dtype=float)
     ]
-    signs = np.where(rows["verdict"] == "in step", _IN_STEP, "")
-    for column, head, share in zip(columns, heads, shares, strict=True):
-        end = start + share * span
-        panel.axis.text(end, -0.5, head, ha="right", color=style.GREY, **middle)
-        for row, number in enumerate(rows[column].to_numpy(dtype=float)):
-            # what is printed has every digit of the print
-            form = ".10g" if column == "printed_value" else f".{digits[row]}f"
-            text = "\N{EN DASH}" if np.isnan(number) else format(number, form)
-            text += signs[row] if column == "value" else ""
-            text = text.replace("-", "\N{MINUS SIGN}")
-            panel.axis.text(end, row + 0.5, text, ha="right", fontsize=7, **middle)
+    forms = [f".{count}f" for count in digits]
+
+    def texts(column: str, forms: Sequence[str]) -> list[str]:
+        values = rows[column].to_numpy(dtype=float)
+        return [
+            "\N{EN DASH}" if np.isnan(value) else format(value, form).replace("-", "\N{MINUS SIGN}")
+            for value, form in zip(values, forms, strict=True)
+        ]
+
+    in_step = np.where(rows["verdict"] == "in step", _IN_STEP, "")
+    fitted = "fitted", list(map("".join, zip(texts("value", forms), in_step, strict=True)))
+    errors = "\N{PLUS-MINUS SIGN} s.e.", texts("standard_error", forms)
+    if rows["printed_value"].isna().all():
+        return {0.5: fitted, 0.97: errors}
+    # what is printed has every digit of the print
+    printed = "printed", texts("printed_value", [".10g"] * len(rows))
+    return {0.29: fitted, 0.59: errors, 0.98: printed}
 
 
 @register(
-    name="identifiability",
-    title="Identifiability of the constants",
-    caption="Top: correlation of each pair of constants, by the bootstrap over curves or, "
-    "with too few curves, by the Jacobian. Bottom: profile of each constant. Ordinate: signed "
-    "root of the rise of the squared error. Abscissa: distance from the optimum in standard "
-    "errors of independent points. A straight line marks a well-determined constant; the two "
-    "that bend most are named.",
     category="Fits",
     family="law",
     tables=("coefficients", "correlations", "profiles"),
     settings=("oils",),
 )
 def identifiability(results: CampaignTables, settings: Settings) -> Sheet:
-    """One column per oil: correlation of each pair of constants, profile of each constant."""
+    """Identifiability of the constants.
+
+    Top: correlation of each pair of constants, by the bootstrap over curves or, with too few
+    curves, by the Jacobian. Bottom: profile of each constant. Ordinate: signed root of the rise
+    of the squared error. Abscissa: distance from the optimum in standard errors of independent
+    points. A straight line marks a well-determined constant; the two that bend most are named.
+    """
     results, every = results.configured, list(settings.oils)
     fitted = set(results.profiles["oil"])
     oils = [oil for oil in every if oil in fitted]
@@ -223,14 +207,6 @@ def _draw_profiles(
 
 
 @register(
-    name="law-errors",
-    title="Laws at zero slip and on data left out",
-    caption="(a) Traction coefficient at zero slip by each law, at every tested condition, cold to "
-    "hot; laws that are not shown have none. (b) Rms error of each law over the rms of the "
-    "measured traction coefficient: on fitted curves, on curves left out, and on the lowest and "
-    "highest levels of pressure, speed and temperature left out. Open symbols: fit not certified "
-    "(the table of the comparison says why); constants at a bound are named. The groups and "
-    "readings of the Wang-Deng laws are ours.",
     category="Fits",
     family="law",
     tables=("points", "fit_quality", "coefficients"),
@@ -238,7 +214,15 @@ def _draw_profiles(
     compares_laws=True,
 )
 def law_errors(results: CampaignTables, settings: Settings) -> Sheet:
-    """Above, mu at no slip of the laws that allow it; below, each law's errors, seen and unseen."""
+    """Laws at zero slip and on data left out.
+
+    (a) Traction coefficient at zero slip by each law, at every tested condition, cold to hot;
+    laws that are not shown have none. (b) Rms error of each law over the rms of the measured
+    traction coefficient: on fitted curves, on curves left out, and on the lowest and highest
+    levels of pressure, speed and temperature left out. Open symbols: fit not certified (the
+    table of the comparison says why); constants at a bound are named. The groups and readings
+    of the Wang-Deng laws are ours.
+    """
     compared, oils = results.fit_quality.dropna(subset="rmse"), list(settings.oils)
     laws = list(dict.fromkeys(compared["law"]))
     heights = (1.5, 0.34 * max(len(laws), 1) + 0.1)

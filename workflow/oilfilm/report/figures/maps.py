@@ -29,31 +29,26 @@ _SPEED_TICKS = (1, 2, 5, 10, 20, 50, 100, 200)
 _SLIP_TICKS = (0.001, 0.003, 0.01, 0.03, 0.1, 0.3)
 _FILM_TICKS = (0.5, 1, 2, 5, 10, 20, 50, 100)
 _STRESS_LEVELS = 8  # isolines of the mean shear stress
-_LINE: style.Look = {"colors": "black"}
-_LAMBDA: style.Look = {"linestyles": "--", "linewidths": 0.9}
-_HIGHEST: style.Look = {"linestyles": "-", "linewidths": 1.6}
-_LIMIT: style.Look = {"linestyles": ":", "linewidths": 1.6}
-_STRESS: style.Look = {"linestyles": "-", "linewidths": 0.4}
 
 
 @register(
-    name="friction-map",
-    title="Friction map",
-    caption="Traction coefficient of the fitted law (colour) over entrainment speed (m/s) and "
-    "slide-roll ratio, one column of panels per oil and one row per maximum Hertz pressure, at one "
-    "inlet temperature. Thin lines: mean shear stress (MPa), two thirds of the maximum Hertz "
-    "pressure times the traction coefficient. Thick line: the largest traction coefficient of all "
-    "accepted points of the oil; beyond it the law asks for more shear stress per pressure than "
-    "any test has shown. Dotted line: limiting shear stress of the oil over pressure (Bair and "
-    "Winer 1979); no film carries more. Dashed "
-    "line: limit of lambda, below which the film is not full. Frame: tested conditions.",
     category="Fits",
     family="law",
     tables=("points", "coefficients", "fit_quality"),
     settings=("figures", "film", "gates", "oils", "rigs"),
 )
 def friction_map(results: CampaignTables, settings: Settings) -> Sheet:
-    """mu, mean shear stress and lambda over speed and slip, for each oil and pressure."""
+    """Friction map.
+
+    Traction coefficient of the fitted law (colour) over entrainment speed (m/s) and slide-roll
+    ratio, one column of panels per oil and one row per maximum Hertz pressure, at one inlet
+    temperature. Thin lines: mean shear stress (MPa), two thirds of the maximum Hertz pressure
+    times the traction coefficient. Thick line: the largest traction coefficient of all accepted
+    points of the oil; beyond it the law asks for more shear stress per pressure than any test
+    has shown. Dotted line: limiting shear stress of the oil over pressure (Bair and Winer
+    1979); no film carries more. Dashed line: limit of lambda, below which the film is not full.
+    Frame: tested conditions.
+    """
     choice = settings.figures.friction_map
     laws = {
         str(oil): FittedLaw.of(of_oil, str(oil), quality=results.configured.fit_quality)
@@ -80,6 +75,12 @@ def friction_map(results: CampaignTables, settings: Settings) -> Sheet:
         laws[oil].predict(_at(pressure, at[0].ravel(), choice.inlet_temperature_c), at[1].ravel())
         for pressure, oil in panels
     ]
+    lines = (
+        ("mean shear stress (MPa)", "-", 0.4),
+        (f"largest measured {style.MU}", "-", 1.6),
+        ("limiting shear stress", ":", 1.6),
+        (f"lambda = {settings.gates.lambda_limit:g}", "--", 0.9),
+    )
     mu = [field.traction_coefficient.reshape(at[0].shape) for field in fields]
     highest = max(float(np.nanmax(field)) for field in mu)
     for number, ((pressure, oil), field) in enumerate(zip(panels, mu, strict=True)):
@@ -87,16 +88,21 @@ def friction_map(results: CampaignTables, settings: Settings) -> Sheet:
         panel.axis.set(xscale="log", yscale="log")
         look: style.Look = {"cmap": "viridis", "vmin": 0, "vmax": highest, "rasterized": True}
         mesh = panel.axis.pcolormesh(speed, slip, field, shading="gouraud", **look)
-        stress_mpa = 1e3 * 2 / 3 * pressure * field
-        lines = panel.axis.contour(speed, slip, stress_mpa, _STRESS_LEVELS, **_LINE, **_STRESS)
-        panel.axis.clabel(lines, fontsize=5, fmt="%g")
         accepted = results.points[results.points["accepted"] & (results.points["oil"] == oil)]
         largest = accepted["traction_coefficient"].abs().max()
-        panel.axis.contour(speed, slip, field, [largest], **_LINE, **_HIGHEST)
         limit = laws[oil].coefficients.limiting_stress_ratio
-        panel.axis.contour(speed, slip, field, [limit], **_LINE, **_LIMIT)
         film = _lambda(oil, pressure, at, choice.inlet_temperature_c, settings)
-        panel.axis.contour(speed, slip, film, [settings.gates.lambda_limit], **_LINE, **_LAMBDA)
+        stress_mpa = 1e3 * 2 / 3 * pressure * field
+        for (_, dashes, width), of_line, levels in zip(
+            lines,
+            (stress_mpa, field, field, film),
+            (_STRESS_LEVELS, [largest], [limit], [settings.gates.lambda_limit]),
+            strict=True,
+        ):
+            look = {"colors": "black", "linestyles": dashes, "linewidths": width}
+            drawn = panel.axis.contour(speed, slip, of_line, levels, **look)
+            if levels is _STRESS_LEVELS:
+                panel.axis.clabel(drawn, fontsize=5, fmt="%g")
         _frame(panel, laws[oil], pressure, choice.inlet_temperature_c)
         panel.axis.grid(False)
         panel.keep("mu", at[0].ravel(), at[1].ravel(), oil=oil, value=field.ravel())
@@ -107,14 +113,11 @@ def friction_map(results: CampaignTables, settings: Settings) -> Sheet:
     sheet.axes[0].set(xlim=(speed[0], speed[-1]), ylim=(slip[0], slip[-1]))
     sheet.label("U (m/s)", style.CONDITION_LABELS["slide_roll_ratio"])
     sheet.colour_bar(mesh, style.TRACTION_LABEL)
-    black: style.Look = {"color": "black"}
     handles: list[Any] = [
-        style.line_handle("mean shear stress (MPa)", linewidth=0.4, **black),
-        style.line_handle("largest measured \N{GREEK SMALL LETTER MU}", linewidth=1.6, **black),
-        style.line_handle("limiting shear stress", linestyle=":", linewidth=1.6, **black),
-        style.line_handle(f"lambda = {settings.gates.lambda_limit:g}", linestyle="--", **black),
-        Rectangle((0, 0), 1, 1, facecolor="#3b528b", edgecolor="white", label="tested"),
+        style.line_handle(label, color="black", linestyle=dashes, linewidth=width)
+        for label, dashes, width in lines
     ]
+    handles.append(Rectangle((0, 0), 1, 1, facecolor="#3b528b", edgecolor="white", label="tested"))
     sheet.legend(handles, style.level_phrases({"inlet_temperature_c": choice.inlet_temperature_c}))
     return sheet
 
@@ -160,19 +163,19 @@ def _frame(panel: Panel, law: FittedLaw, pressure: float, temperature: float) ->
 
 
 @register(
-    name="stribeck",
-    title="Traction against film thickness",
-    caption="Traction coefficient of the accepted points nearest to one slide-roll ratio, one "
-    "panel per oil, against lambda (film thickness over roughness) or against the Hersey number "
-    "eta U R/W of viscosity at the inlet, entrainment speed, reduced radius and load. Colour: "
-    "maximum Hertz pressure (GPa). Dashed line: limit of lambda for a full film.",
     category="Data quality",
     family="data",
     tables=("points",),
     settings=("figures", "gates", "oils", "rigs"),
 )
 def stribeck(results: CampaignTables, settings: Settings) -> Sheet:
-    """mu of one slip against lambda or Hersey number, for each oil."""
+    """Traction against film thickness.
+
+    Traction coefficient of the accepted points nearest to one slide-roll ratio, one panel per
+    oil, against lambda (film thickness over roughness) or against the Hersey number eta U R/W
+    of viscosity at the inlet, entrainment speed, reduced radius and load. Colour: maximum Hertz
+    pressure (GPa). Dashed line: limit of lambda for a full film.
+    """
     choice, oils = settings.figures.stribeck, list(settings.oils)
     points = _of_one_slip(results.points, choice.slide_roll_ratio)
     x = _hersey(points, settings) if choice.abscissa == "hersey" else points["lambda_ratio"]
@@ -228,24 +231,24 @@ def _hersey(points: pd.DataFrame, settings: Settings) -> "pd.Series[float]":
 
 
 @register(
-    name="isothermal",
-    title="Traction curves without their own heat",
-    caption="Traction coefficient against slide-roll ratio, one panel per oil, at the set points "
-    "of one temperature and one speed, by maximum Hertz pressure. Open symbols: measured. Filled "
-    "symbols: corrected to a film as cold as its inlet. The film is hotter than the inlet by the "
-    "flash temperature of both bodies (Archard 1959) and the conduction across the film (Carslaw "
-    "and Jaeger 1959). The fitted law says what a test with an inlet colder by that rise, with "
-    "the same film thickness and sliding speed, would have shown: the measured value is multiplied "
-    "by the law at that test over the law at this one. Points whose test would be colder "
-    "than the tests, slower than 0.7 of the lowest tested speed or beyond the largest slip by as "
-    "much are left out.",
     category="Data quality",
     family="data",
     tables=("points", "coefficients", "fit_quality"),
     settings=("figures", "oils", "rigs"),
 )
 def isothermal(results: CampaignTables, settings: Settings) -> Sheet:
-    """Measured and corrected mu against slip, for each oil."""
+    """Traction curves without their own heat.
+
+    Traction coefficient against slide-roll ratio, one panel per oil, at the set points of one
+    temperature and one speed, by maximum Hertz pressure. Open symbols: measured. Filled
+    symbols: corrected to a film as cold as its inlet. The film is hotter than the inlet by the
+    flash temperature of both bodies (Archard 1959) and the conduction across the film (Carslaw
+    and Jaeger 1959). The fitted law says what a test with an inlet colder by that rise, with
+    the same film thickness and sliding speed, would have shown: the measured value is
+    multiplied by the law at that test over the law at this one. Points whose test would be
+    colder than the tests, slower than 0.7 of the lowest tested speed or beyond the largest slip
+    by as much are left out.
+    """
     choice = settings.figures.isothermal
     oils = [
         oil
@@ -262,10 +265,10 @@ def isothermal(results: CampaignTables, settings: Settings) -> Sheet:
     fits = results.configured
     for number, oil in enumerate(oils):
         panel = sheet.panel(number, oil)
+        law = FittedLaw.of(fits.coefficients, oil, quality=fits.fit_quality)
         for run, curve in _curves_of(results.points, oil, choice).groupby("run_id"):
             pressure = 0.05 * round(20 * float(curve["max_hertz_pressure_gpa"].mean()))
             marker = levels.setdefault(pressure, style.MARKERS[len(levels) % len(style.MARKERS)])
-            law = FittedLaw.of(fits.coefficients, oil, quality=fits.fit_quality)
             corrected = without_heat(curve, law, contact, settings)
             about: style.Look = {"oil": oil, "label": str(run)}
             look = {"marker": marker, "color": style.oil_colour(oil, list(settings.oils))}

@@ -32,8 +32,6 @@ from oilfilm.tables import failed_gates
 from oilfilm.units import FloatArray
 
 _LETTERS = 112  # of 7 pt in a line of the page
-_STEPS_DRAWN = 4000  # steps along a signal; more cannot be told apart on paper
-_MARK = style.STATE_COLOURS["refused"]
 _PASSING: style.Look = {"facecolor": style.tint("#56B4E9", 0.25), "linewidth": 0.4}
 _FAILING: style.Look = {
     "facecolor": style.tint("#E69F00", 0.25),
@@ -162,33 +160,46 @@ def draw_page(
     if not timed:
         signals = replace(signals, time_s=signals.row.astype(float))
     time_s = signals.time_s
-    marked = _times(signals, entry["first_row"], entry["last_row"])
-    margin = 0.01 * (time_s.max() - time_s.min()) or 1.0
-    span = float(time_s.min() - margin), float(time_s.max() + margin)
     title, *head = _head(entry, run)
-    count, width = len(kind.shown_signals), style.DOUBLE_COLUMN_IN
-    top = 0.45 + 0.13 * len(head)
-    sheet = Sheet(count, width=width, height=5.6 / count, down=0.1, top=top, left=0.85, sharex=True)
+    count, top = len(kind.shown_signals), 0.3 + 0.13 * len(head)
+    layout: style.Look = {"width": style.DOUBLE_COLUMN_IN, "height": 5.6 / count, "left": 0.85}
+    sheet = Sheet(count, down=0.1, top=top, sharex=True, **layout)
+    failing = _fail_alone(points)
     for axis, (name, label) in zip(sheet.axes, kind.shown_signals.items(), strict=True):
         axis.set_ylabel(label, fontsize=7)
         axis.yaxis.set_label_coords(-0.095, 0.5)
         _draw_signal(axis, time_s, signals[name])
-        _shade_plateaus(axis, signals, points)
-        for edge in marked:
-            axis.axvline(edge, color=_MARK, linewidth=1.0)
-        axis.set_xlim(*span)
+        for plateaus, look in ((points[~failing], _PASSING), (points[failing], _FAILING)):
+            rows = zip(plateaus["first_row"], plateaus["last_row"], strict=True)
+            spans = [_times(signals, first, last) for first, last in rows]
+            bars = [(start, stop - start) for start, stop in spans]
+            axis.broken_barh(bars, (0, 1), transform=axis.get_xaxis_transform(), zorder=0.5, **look)
+        for edge in _times(signals, entry["first_row"], entry["last_row"]):
+            axis.axvline(edge, color=style.STATE_COLOURS["refused"], linewidth=1.0)
+    margin = 0.01 * (time_s.max() - time_s.min()) or 1.0
+    sheet.axes[0].set_xlim(time_s.min() - margin, time_s.max() + margin)
     sheet.axes[-1].set_xlabel("Time since the log's start (s)" if timed else "Row of the log")
-    first = sheet.axes[0]
-    look: style.Look = {"va": "top", "parse_math": False, "xycoords": "axes fraction"}
+    look = {"va": "top", "parse_math": False, "xycoords": "axes fraction", "linespacing": 1.35}
     look |= {"textcoords": "offset points", "annotation_clip": False}
-    above = 72 * (top - 0.03), 72 * (top - 0.23)
-    first.annotate(title, (0, 1), xytext=(-55, above[0]), fontsize=9, fontweight="bold", **look)
-    rest = "\n".join(head)
-    first.annotate(rest, (0, 1), xytext=(-55, above[1]), fontsize=7, linespacing=1.35, **look)
-    _label_marked_rows(first, marked, at_right=sum(marked) > sum(span), entry=entry)
+    for text, size, below in ((title, 9, 0.03), ("\n".join(head), 7, 0.23)):
+        above = -55, 72 * (top - below)
+        weight = "bold" if text == title else "normal"
+        sheet.axes[0].annotate(text, (0, 1), above, fontsize=size, fontweight=weight, **look)
     passing = Patch(**_PASSING, label="plateau that passes its own gates")
-    sheet.legend([passing, Patch(**_FAILING, label="plateau refused by its own gates")])
+    marked = style.line_handle(_rows_concerned(entry), color=style.STATE_COLOURS["refused"])
+    sheet.legend([passing, Patch(**_FAILING, label="plateau refused by its own gates"), marked])
     return sheet.finish(SIMULATED if settings.campaign.data == "simulated" else "")
+
+
+def _rows_concerned(entry: Mapping[str, Any]) -> str:
+    """What the marks of a page are at, in words."""
+    first, last = entry["first_row"], entry["last_row"]
+    rows = f"row {first}" if first == last else f"rows {first} to {last}"
+    return {
+        "rows": f"{rows}: concerned",
+        "plateaus": f"{rows}: failing plateaus",
+        "whole run": "concerns the whole run",
+    }[entry["place"]]
 
 
 def _marked(refusals: pd.DataFrame, points: pd.DataFrame) -> tuple[str, int, int]:
@@ -231,49 +242,9 @@ def _draw_signal(axis: Axes, time_s: FloatArray, values: FloatArray) -> None:
         axis.set_yticks([])
         return
     marker = "." if len(values) < 200 else ""
-    xy = _thinned(time_s, values)
-    axis.plot(*xy, color="black", linewidth=0.6, marker=marker, markersize=2)
+    axis.plot(time_s, values, color="black", linewidth=0.6, marker=marker, markersize=2)
     axis.ticklabel_format(axis="y", useOffset=False)
     axis.margins(y=0.12)
-
-
-def _thinned(time_s: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """A long signal as the lowest and the highest value of each of many short stretches."""
-    if len(values) <= 2 * _STEPS_DRAWN:
-        return time_s, values
-    starts = np.linspace(0, len(values), _STEPS_DRAWN, endpoint=False).astype(int)
-    both = np.stack([np.fmin.reduceat(values, starts), np.fmax.reduceat(values, starts)], axis=1)
-    return np.repeat(time_s[starts], 2), both.ravel()
-
-
-def _shade_plateaus(axis: Axes, signals: Signals, points: pd.DataFrame) -> None:
-    failing = _fail_alone(points)
-    for plateaus, look in ((points[~failing], _PASSING), (points[failing], _FAILING)):
-        rows = zip(plateaus["first_row"], plateaus["last_row"], strict=True)
-        spans = [_times(signals, first, last) for first, last in rows]
-        bars = [(start, stop - start) for start, stop in spans]
-        axis.broken_barh(bars, (0, 1), transform=axis.get_xaxis_transform(), zorder=0.5, **look)
-
-
-def _label_marked_rows(
-    axis: Axes, marked: tuple[float, float], *, at_right: bool, entry: Mapping[str, Any]
-) -> None:
-    """A bar above the first panel over the marked rows, with their numbers."""
-    start, stop = marked
-    across = axis.get_xaxis_transform()
-    bar: style.Look = {"color": _MARK, "linewidth": 3, "clip_on": False, "transform": across}
-    bar |= {"marker": "v" if start == stop else "", "markersize": 5, "solid_capstyle": "butt"}
-    axis.plot(marked, [1.05, 1.05], **bar)
-    first, last = entry["first_row"], entry["last_row"]
-    rows = f"row {first}" if first == last else f"rows {first} to {last}"
-    label = {
-        "rows": f"rows concerned: {rows}",
-        "plateaus": f"failing plateaus: {rows}",
-        "whole run": "concerns the whole run",
-    }[entry["place"]]
-    look: style.Look = {"xycoords": across, "textcoords": "offset points", "fontsize": 7}
-    look |= {"ha": "right" if at_right else "left", "color": _MARK, "annotation_clip": False}
-    axis.annotate(label, (stop if at_right else start, 1.05), xytext=(0, 4), **look)
 
 
 def _times(signals: Signals, first_row: int, last_row: int) -> tuple[float, float]:

@@ -18,23 +18,15 @@ from oilfilm.tables.campaign_tables import CampaignTables
 Draw = Callable[..., Sheet]
 SIMULATED = "SIMULATED"
 
-_FUNCTIONS: dict[str, Draw] = {}
 
-
-def register(*, name: str, **declared: Any) -> Callable[[Draw], Draw]:
+def register(**declared: Any) -> Callable[[Draw], Draw]:
     """Declare the figure that a function draws.
 
     Args:
-        name: Name of the figure.
-        declared: The other attributes of `FigureDeclaration`; `oilfilm.figure_catalogue` reads them
-            from the source.
+        declared: Attributes of `FigureDeclaration`; `oilfilm.figure_catalogue` reads them from the
+            source.
     """
-
-    def keep(draw: Draw) -> Draw:
-        _FUNCTIONS[name] = draw
-        return draw
-
-    return keep
+    return lambda draw: draw
 
 
 def draw_figure(
@@ -52,14 +44,11 @@ def draw_figure(
         KeyError: There is no such figure.
     """
     declared = figures()[name]
-    import_module(declared.module)
+    draw: Draw = getattr(import_module(declared.module), declared.name.replace("-", "_"))
     shown = {reference: references[reference] for reference in declared.references}
-    sheet = _FUNCTIONS[name](results, settings, **shown)
-    drawn = tables.empty("drawn")
-    if sheet.parts:
-        drawn = tables.conform(pd.concat(sheet.parts, ignore_index=True), "drawn", f"figure {name}")
+    sheet = draw(results, settings, **shown)
     simulated = declared.shows_data and settings.campaign.data == "simulated"
-    return sheet.finish(SIMULATED if simulated else ""), drawn
+    return sheet.finish(SIMULATED if simulated else ""), sheet.drawn()
 
 
 def draw_figures(

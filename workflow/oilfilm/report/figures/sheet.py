@@ -8,7 +8,8 @@ Decides: what is kept of what a figure draws.
 import io
 import re
 import string
-from collections.abc import Sequence
+import textwrap
+from collections.abc import Callable, Iterable, Sequence
 from hashlib import sha256
 from pathlib import Path
 from typing import Any
@@ -20,21 +21,24 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
+from PIL import Image
 
 from oilfilm import tables
 from oilfilm.atomic_write import atomic_file
-from oilfilm.report.figures.style import DOUBLE_COLUMN_IN, SINGLE_COLUMN_IN, Look
+from oilfilm.report.figures.style import DOUBLE_COLUMN_IN, GREY, SINGLE_COLUMN_IN, Look
 
 _MARK_IN = 0.14  # the line that says that data are simulated
 # Of a legend, in inches: height of a line, width of a symbol with its gaps, width of a letter.
 _LINE_IN, _SYMBOL_IN, _LETTER_IN = 0.155, 0.42, 0.061
+_SMALL_LETTER_IN = 0.049  # width of a letter of notes
+_COLOURS_OF_LINES = 8192  # in a drawing without a map of colours, at most
 _CLIP = re.compile(r'(  <clipPath id="(p\w+)">\n(.*?)  </clipPath>\n)', re.DOTALL)
 
 
 class Panel:
     """A panel; what it draws is kept as rows of the table `drawn`."""
 
-    def __init__(self, axis: Axes, letter: str, parts: list[pd.DataFrame]) -> None:
+    def __init__(self, axis: Axes, letter: str, parts: list[dict[str, Any]]) -> None:
         """Take the axes; rows are added to `parts`."""
         self.axis, self.letter, self.parts = axis, letter, parts
 
@@ -66,8 +70,7 @@ class Panel:
         """
         given = (self.letter if panel is None else panel, series, oil, label, x, y, value)
         arrays = np.broadcast_arrays(*map(np.atleast_1d, map(np.asarray, (*given, lower, upper))))
-        columns = dict(zip(tables.columns("drawn"), arrays, strict=True))
-        self.parts.append(pd.DataFrame(columns))
+        self.parts.append(dict(zip(tables.columns("drawn"), arrays, strict=True)))
 
     def line(self, series: Any, x: Any, y: Any, look: Look, **about: Any) -> None:
         """Draw and keep a line, with a band from `lower` to `upper` where these are given."""
@@ -134,6 +137,7 @@ class Sheet:
         self._bar: Axes | None = None
         # not by pyplot, which would keep every figure open
         self.figure = Figure()
+        FigureCanvasAgg(self.figure)  # measures texts without a trial drawing
         ratios = {"height_ratios": self.heights, **subplots}
         axes = list(self.figure.subplots(rows, columns, squeeze=False, **ratios).flat)
         for axis in axes[count:]:
@@ -141,7 +145,16 @@ class Sheet:
         self.axes = axes[:count]
         for axis in axes[max(count - columns, 0) : count]:
             axis.tick_params(labelbottom=True)
-        self.parts: list[pd.DataFrame] = []
+        self.parts: list[dict[str, Any]] = []
+
+    def drawn(self) -> pd.DataFrame:
+        """The table of what the panels have drawn so far."""
+        if not self.parts:
+            return tables.empty("drawn")
+        columns = {
+            name: np.concatenate([part[name] for part in self.parts]) for name in self.parts[0]
+        }
+        return tables.conform(pd.DataFrame(columns), "drawn", "a figure")
 
     def panel(self, number: int = 0, title: str | None = "", **look: Any) -> Panel:
         """A panel, with its letter before its title; without a title it has no letter."""
@@ -152,15 +165,15 @@ class Sheet:
         axis.set_label(letter)
         return Panel(axis, letter, self.parts)
 
-    def label(self, x: str = "", y: str = "", *, every: bool = False, **look: Any) -> None:
-        """Name the axes; inner panels have the names for the table alone unless `every` has."""
+    def label(self, x: str = "", y: str = "", **look: Any) -> None:
+        """Name the axes; inner panels have the names for the table alone."""
         for number, axis in enumerate(self.axes):
             axis.set(**{f"{name}label": text for name, text in (("x", x), ("y", y)) if text})
             axis.xaxis.label.set(**look)
             lowest = number + self._columns >= len(self.axes)
-            axis.xaxis.label.set_visible(every or lowest)
+            axis.xaxis.label.set_visible(lowest)
             axis.yaxis.label.set(**look)
-            axis.yaxis.label.set_visible(every or number % self._columns == 0)
+            axis.yaxis.label.set_visible(number % self._columns == 0)
 
     def legend(self, handles: Sequence[Any], title: str = "", columns: int = 0) -> None:
         """What colours, symbols and lines mean, below the panels, where it covers no data."""
@@ -243,6 +256,45 @@ def sentences(lines: str) -> Sheet:
     return sheet
 
 
+def table_page(
+    width: float, count: int, row_in: Any, head_in: float, notes: Sequence[str]
+) -> tuple[Sheet, Panel, Callable[..., None]]:
+    """A figure that is a table, with lines above and below its head and its rows.
+
+    Args:
+        width: Of the figure.
+        count: Number of rows.
+        row_in: Height of a row, or of each.
+        head_in: Height of the head.
+        notes: Below the table; they are wrapped.
+
+    Returns:
+        Figure, panel, and a function that writes a column: place from 0 to 1 of the width, head,
+        texts of the rows, keywords of the head and of all.
+    """
+    heights = np.broadcast_to(row_in, count)
+    letters = round(width / _SMALL_LETTER_IN)
+    small = [line for note in notes for line in textwrap.wrap(note, letters)]
+    table_in = head_in + heights.sum()
+    height_in = table_in + 0.08 + 0.1 * len(small)
+    sheet, panel = page(width, height_in, bottom=height_in, top=0)
+
+    def write(
+        x: float, head: str, texts: Iterable[str], head_look: Look | None = None, **look: Any
+    ) -> None:
+        # all cells alike: with line spacings of their own they are at different heights
+        look = {"va": "center", "fontsize": 7, "parse_math": False, **look}
+        panel.axis.text(x, head_in / 2, head, **look | (head_look or {}))
+        for y, text in zip(head_in + heights.cumsum() - heights / 2, texts, strict=False):
+            panel.axis.text(x, y, text, **look)
+
+    for edge in (0.0, head_in, table_in):
+        panel.axis.axhline(edge, color="black", linewidth=0.6)
+    below: Look = {"va": "bottom", "fontsize": 6, "linespacing": 1.15, "parse_math": False}
+    panel.axis.text(0, height_in, "\n".join(small), color=GREY, **below)
+    return sheet, panel, write
+
+
 def panels_in_words(figure: Figure) -> dict[str, dict[str, str]]:
     """Title, abscissa and ordinate of each panel by its letter, with their units."""
     return {
@@ -257,16 +309,26 @@ def panels_in_words(figure: Figure) -> dict[str, dict[str, str]]:
 
 
 def save(figure: Figure, *paths: Path) -> None:
-    """Write a figure as PNG or SVG, the same bytes each time, whole or not at all."""
-    figure.set_dpi(mpl.rcParams["savefig.dpi"])
+    """Write a figure as PNG or SVG, the same bytes each time, whole or not at all.
+
+    A PNG has a palette, unless a map of colours would show steps: that makes it a third in size.
+    """
+    dpi = mpl.rcParams["savefig.dpi"]
+    figure.set_dpi(dpi)
     for path in paths:
         with atomic_file(path) as aside:
             # `Figure.savefig` would draw the figure twice
-            canvas: Any = (FigureCanvasAgg if path.suffix == ".png" else FigureCanvasSVG)(figure)
             if path.suffix == ".png":
-                canvas.print_png(aside, metadata={"Software": None})
+                canvas: Any = FigureCanvasAgg(figure)
+                canvas.draw()
+                image = Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB")
+                if image.getcolors(_COLOURS_OF_LINES):
+                    # ten times as fast as the median cut
+                    image = image.quantize(256, Image.Quantize.FASTOCTREE, dither=Image.Dither.NONE)
+                image.save(aside, "PNG", dpi=(dpi, dpi))
             else:
                 text = io.StringIO()
+                canvas = FigureCanvasSVG(figure)
                 canvas.print_svg(text, metadata={"Date": None})
                 aside.write_text(_with_stable_clips(text.getvalue()), encoding="utf-8")
 

@@ -1,6 +1,6 @@
 """How every figure looks: widths of a journal, one colour per oil, one line style per meaning."""
 
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import matplotlib as mpl
@@ -11,7 +11,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import FixedLocator, NullFormatter, NullLocator
 
-from oilfilm.bearing.kinematics import entrainment_speed_m_s, pitch_speed_mm_rpm
+from oilfilm.bearing.kinematics import entrainment_speed_m_s
 from oilfilm.report import colours
 from oilfilm.units import FloatArray
 
@@ -58,14 +58,6 @@ LEVEL_PHRASES = {
 # What became of something: colour and symbol together, so that print in grey tells it as well.
 STATE_COLOURS = {"accepted": "#0072B2", "refused": "#D55E00", "missing": "#555555"}
 STATE_MARKERS = {"accepted": "o", "refused": "X", "missing": "D"}
-# Of each verdict on a claim: colour and symbol.
-VERDICTS = {
-    "holds": ("#0072B2", "o"),
-    "by construction": ("#56B4E9", "s"),
-    "holds in part": ("#E69F00", "D"),
-    "fails": ("#D55E00", "X"),
-    "cannot be checked": ("#777777", "_"),
-}
 BAR_LOOK: Look = {"markerfacecolor": "white", "markeredgewidth": 0.7, "elinewidth": 0.7}
 _SETTINGS: Any = {
     "font.size": 8,
@@ -73,6 +65,7 @@ _SETTINGS: Any = {
     "axes.labelsize": 8,
     "axes.titlesize": 8,
     "axes.titlelocation": "left",
+    "axes.titley": 1.0,  # or every tick would be measured to find room above it
     "axes.spines.top": False,
     "axes.spines.right": False,
     "axes.linewidth": 0.6,
@@ -94,14 +87,10 @@ _SETTINGS: Any = {
 mpl.rcParams.update(_SETTINGS)
 
 
-def oil_marker(oil: str, oils: Sequence[str]) -> str:
-    """The marker of an oil, beside its colour."""
-    return MARKERS[list(oils).index(oil) % len(MARKERS)]
-
-
 def oil_look(oil: str, oils: Sequence[str]) -> Look:
     """Colour and symbol of an oil."""
-    return {"color": oil_colour(oil, oils), "marker": oil_marker(oil, oils)}
+    marker = MARKERS[list(oils).index(oil) % len(MARKERS)]
+    return {"color": oil_colour(oil, oils), "marker": marker}
 
 
 def shades(colour: str, count: int) -> list[tuple[float, float, float]]:
@@ -122,13 +111,6 @@ def level_phrases(levels: Mapping[str, float]) -> str:
     return ", ".join(LEVEL_PHRASES[name].format(level) for name, level in levels.items())
 
 
-def bearing_speed_phrase(entrainment_speed_m_s: float) -> str:
-    """An entrainment speed with the dmN (mm rpm) of a bearing: `U = 200 m/s (dmN 7.6e6)`."""
-    mantissa, exponent = f"{pitch_speed_mm_rpm(entrainment_speed_m_s):.1e}".split("e")
-    speed = LEVEL_PHRASES["entrainment_speed_m_s"].format(entrainment_speed_m_s)
-    return f"{speed} (dmN {mantissa}e{int(exponent)})"
-
-
 def line_handle(label: str, **look: Any) -> Line2D:
     """An entry of a legend: a line, a symbol or both."""
     return Line2D([], [], label=label, **look)
@@ -137,11 +119,6 @@ def line_handle(label: str, **look: Any) -> Line2D:
 def symbol_handle(label: str, marker: str, **look: Any) -> Line2D:
     """An entry of a legend: a symbol without a line."""
     return Line2D([], [], linestyle="", marker=marker, label=label, **look)
-
-
-def oil_handles(oils: Sequence[str], shown: Collection[str], **look: Any) -> list[Line2D]:
-    """Entries of a legend that tell oils apart by colour and symbol: those that are shown."""
-    return [line_handle(oil, **oil_look(oil, oils), **look) for oil in oils if oil in shown]
 
 
 def lost_handles(oils: Iterable[str], reason: str = "") -> list[Patch]:

@@ -41,7 +41,7 @@ def constants(results: CampaignTables) -> Section:
         "Constants",
         made,
         [_of_oil(coefficients, oil, place) for place, oil in enumerate(oils)],
-        downloads=dict.fromkeys(("coefficients.csv", "coefficients.json"), fits.coefficients),
+        downloads={"coefficients.csv": fits.coefficients},
     )
 
 
