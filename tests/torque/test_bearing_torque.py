@@ -370,11 +370,11 @@ def test_groups_of_a_law_are_those_of_the_bearings_contact():
     load, speed = np.array([200.0, 900.0]), np.array([30.0, 60.0])
 
     def each(values: np.ndarray | float) -> np.ndarray:
-        return np.broadcast_to(values, (2,))[:, np.newaxis].astype(float)
+        return np.broadcast_to(values, (1, 2))[..., np.newaxis].astype(float)
 
     at = Conditions(each(load), each(1.0), each(speed), each(100.0), each(radius), modulus)
     in_bearing = LawInBearing.of(fitted, law.name, RIG, SETTINGS.law_floor.model_dump())
-    mu = in_bearing(at, np.full((2, 1), 0.02))
+    mu = in_bearing(at, np.full((1, 2, 1), 0.02))
     eta, beta = oil.dynamic_viscosity_pa_s(100.0), oil.temperature_viscosity_coefficient_1_k(100.0)
     groups = (
         load / (modulus * radius**2) / 1e-6,
@@ -385,7 +385,7 @@ def test_groups_of_a_law_are_those_of_the_bearings_contact():
         x0 * groups[0] ** x1 * groups[1] ** x2 * groups[2] ** x3
         for x0, x1, x2, x3 in WANG_DENG.reshape(4, 4)
     )
-    np.testing.assert_allclose(mu[:, 0], (a + b * 0.02) * np.exp(-c * 0.02) + d)
+    np.testing.assert_allclose(mu[0, :, 0], (a + b * 0.02) * np.exp(-c * 0.02) + d)
 
 
 def test_shares_beyond_an_unknown_box_are_unknown(config):

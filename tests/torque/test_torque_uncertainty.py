@@ -16,7 +16,7 @@ from oilfilm.settings.config import StandInUncertaintySettings, TermUncertaintyS
 from oilfilm.settings.resolve import resolve
 from oilfilm.torque.bearing_torque import Cases, OilInBearing, cage_slip_table, torque_table
 from oilfilm.torque.load_variables import LOAD_VARIABLES, LawInBearing
-from oilfilm.traction.law import to_constants, to_internal
+from oilfilm.traction.law import to_constants
 
 BEARING = shipped("mainshaft-167")
 EXACT = dict.fromkeys(("rolling", "hysteresis", "pocket", "land"), 0.0)
@@ -49,7 +49,7 @@ def oil(
     """
 
     def refitted(law: LawInBearing) -> LawInBearing:
-        internal = to_internal(law.fitted.law, law.constants)
+        internal = law.internal[0]
         spread, shifted = (to_constants(law.fitted.law, internal + off) for off in (refits, shifts))
         coefficients = replace(
             law.fitted.coefficients, spread=spread, shifted=shifted, unseen=unseen
@@ -95,7 +95,7 @@ def test_draws_give_the_uncertainty_of_refits_calibration_and_drag_by_their_deri
     refits = in_first(1.0, 400) * spread * random.standard_normal((400, 1))
     uncertain = oil("4050", refits, in_first(shift), drag=drag)
     law = uncertain.laws["stress"]
-    internal = to_internal(law.fitted.law, law.constants)
+    internal = law.internal[0]
     moved = uncertain.with_constants(to_constants(law.fitted.law, internal + in_first(shift)[0]))
     by_shift = torque(moved) - torque(uncertain)
     by_drag = (torque(uncertain, oil_volume_fraction=1.01 * SHARE) - torque(uncertain)) / 0.01
