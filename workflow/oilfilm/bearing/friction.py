@@ -228,8 +228,8 @@ class FrictionProblem:
             nodes = unknowns[..., 0].size * len(self.rule.share)
             if nodes > _CACHED and len(which) > 1:
                 half = len(which) // 2
-                parts = np.split(unknowns, [half], axis=-2), np.split(which, [half])
-                return np.concatenate([*map(residuals, *parts)], axis=-2)
+                halves = np.split(unknowns, [half], axis=-2), np.split(which, [half])
+                return np.concatenate([*map(residuals, *halves)], axis=-2)
             state = self.at(which).balance(unknowns, share)
             residual = np.empty(unknowns.shape)
             parts = [

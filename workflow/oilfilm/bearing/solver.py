@@ -21,6 +21,8 @@ _CHORDS, _CHORD_GAIN = 3, 0.2
 _GROWTH = 1e3
 # Shares of the difficult part of the equations on the way to the whole, where a start fails.
 _SHARES = (0.0, 0.25, 0.5, 0.75, 0.9, 1.0)
+# Jacobians of a share that is not the whole.
+_ON_THE_WAY = 40
 # How often the points that still fail start again beside one that was solved.
 _ROUNDS = 3
 # Damping with which settling begins, and below which there is none.
@@ -156,8 +158,10 @@ def _updated(inverse: FloatArray, step: FloatArray, change: FloatArray) -> Float
     expected = np.einsum("pij,pj->pi", inverse, change)
     row = np.einsum("pi,pij->pj", step, inverse)
     along = np.einsum("pi,pi->p", step, expected)
-    off = (step - expected) * np.divide(1.0, along, out=0 * along, where=along != 0)[:, None]
-    return inverse + off[:, :, np.newaxis] * row[:, np.newaxis]
+    off: FloatArray = (step - expected) * np.divide(1.0, along, out=0 * along, where=along != 0)[
+        :, None
+    ]
+    return np.asarray(inverse + off[:, :, np.newaxis] * row[:, np.newaxis], dtype=np.float64)
 
 
 def inverse_jacobian(equations: Equations, unknowns: FloatArray, scale: FloatArray) -> FloatArray:
@@ -188,8 +192,8 @@ def follow(
     solution = solve(equations(1.0), start, scale, max_iterations)
 
     def again(points: IndexArray, start: FloatArray, share: float = 1.0) -> FloatArray:
-        part = of_some(equations(share), points)
-        end = solve(part, start, scale[points], max_iterations)
+        most = max_iterations if share == 1 else min(max_iterations, _ON_THE_WAY)
+        end = solve(of_some(equations(share), points), start, scale[points], most)
         if share == 1:
             solution.put(points, end)
         return end.unknowns

@@ -131,13 +131,13 @@ def advice_in_band(
         return {"slip_advice": nominal, "advice_band": tables.empty("advice_band")}
     slips = _scenarios(oils, results, settings)
     of_drawn: list[Choice] = []
-    made: dict[tuple[str | float, ...], Choice] = {}
-    maps: list[tuple[tuple[float, ...], SlipMap]] = []
+    made: dict[tuple[object, ...], Choice] = {}
+    maps: list[tuple[tuple[object, ...], SlipMap]] = []
     for drawn, cage_slip in slips.groupby(_DRAWN, sort=False):
         at = SlipMap.of(cage_slip, choice)
         if at is None:
             continue
-        maps.append((drawn, at))
+        maps.append((tuple(drawn), at))
         if drawn[0] == slips["inlet_temperature_c"].iloc[0]:
             made[*_AS_SET.values(), *drawn] = choose(at, choice, lambda_limit)
             of_drawn.append(made[*_AS_SET.values(), *drawn])
@@ -373,8 +373,9 @@ def _with_shares(
     """The nominal advice with the shares of scenarios in which it and its best oil are good."""
     judged = np.array([each.judged for each in drawn])
     agree = np.array([each.judgement == "agree" for each in drawn])
-    best = nominal["best_oil"].map(dict(zip(oils, range(len(oils)), strict=True))).fillna(-1)
-    good = np.array([_of_oil(each.good, best.to_numpy(dtype=int)) for each in drawn])
+    places = {oil: place for place, oil in enumerate(oils)}
+    best: IntArray = np.array([places.get(oil, -1) for oil in nominal["best_oil"]], dtype=np.intp)
+    good = np.array([_of_oil(each.good, best) for each in drawn])
     names = np.array([[*oils, ""][place] for each in drawn for place in each.best])
     names = names.reshape(judged.shape)
     with np.errstate(invalid="ignore"):
@@ -386,5 +387,5 @@ def _with_shares(
                 for each, kept in zip(names.T, judged.T, strict=True)
             ],
         )
-    frame.loc[best.to_numpy() < 0, "best_oil_share"] = np.nan
+    frame.loc[best < 0, "best_oil_share"] = np.nan
     return tables.conform(frame, "slip_advice", "slip advice")
