@@ -61,7 +61,7 @@ def test_law_with_its_own_truth_has_no_error_anywhere() -> None:
 
 
 def test_refit_of_its_own_truth_knows_how_far_it_extrapolates(demo: Campaign) -> None:
-    fits = [demo.fit(oil, bootstrap=100) for oil in demo.config.oils]
+    fits = [demo.fit(oil, bootstrap=20, searches=2) for oil in demo.config.oils]
     table = extrapolate(
         truth_grid(demo.config, printed()),
         pd.concat([fit.coefficients for fit in fits]),
@@ -120,11 +120,6 @@ def test_region_names_what_lies_outside_the_levels_tested() -> None:
     assert regions["4102", 0.8, 200, 20] == "pressure, speed, temperature"
 
 
-def test_every_condition_is_beyond_a_box_that_is_not_known() -> None:
-    _, table = compared("demo", constants_of(printed()), unknown_box())
-    assert set(table["beyond"]) == {"pressure, speed, temperature"}
-
-
 def test_oil_that_could_not_be_fitted_has_no_errors() -> None:
     unfitted = constants_of(printed()).assign(value=np.nan)
     _, table = compared("demo", unfitted)
@@ -143,7 +138,7 @@ def test_law_that_was_fitted_for_one_oil_has_the_errors_of_that_one() -> None:
     assert np.isnan(row["inside_relative_rms"])
 
 
-@pytest.mark.parametrize("laws", [nightly(1), 7])
+@pytest.mark.parametrize("laws", [nightly(7), 2])
 def test_figure_draws_every_law_of_the_table_and_disclaims(laws: int, tmp_path: Path) -> None:
     config, table = compared("thermal", constants_of(printed()))
     several = pd.concat(

@@ -158,16 +158,15 @@ def _updated(inverse: FloatArray, step: FloatArray, change: FloatArray) -> Float
     expected = np.einsum("pij,pj->pi", inverse, change)
     row = np.einsum("pi,pij->pj", step, inverse)
     along = np.einsum("pi,pi->p", step, expected)
-    off: FloatArray = (step - expected) * np.divide(1.0, along, out=0 * along, where=along != 0)[
-        :, None
-    ]
-    return np.asarray(inverse + off[:, :, np.newaxis] * row[:, np.newaxis], dtype=np.float64)
+    weight = np.divide(1.0, along, out=np.zeros_like(along), where=along != 0)
+    return np.asarray(inverse + np.einsum("p,pi,pj->pij", weight, step - expected, row))
 
 
 def inverse_jacobian(equations: Equations, unknowns: FloatArray, scale: FloatArray) -> FloatArray:
     """What turns residuals into Newton steps in the unknowns' scale, shape (points, n, n)."""
     _, jacobian = _linearised(equations, unknowns, scale, np.arange(len(unknowns)))
-    return np.linalg.inv(_LEAST_STIFFNESS * np.eye(unknowns.shape[1]) - jacobian)
+    stiff = _LEAST_STIFFNESS * np.eye(unknowns.shape[1]) - jacobian
+    return np.asarray(np.linalg.inv(stiff), dtype=np.float64)
 
 
 def follow(
