@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from bearings import RPM, TESTED, equilibrium, problem, shipped
+from oilfilm.bearing.ellipse import grid
 from oilfilm.bearing.quasistatic import OperatingPoints
 from oilfilm.bearing.torque import torque_terms
 
@@ -46,8 +47,8 @@ def test_film_of_a_slipping_bearing_is_that_by_hand_at_the_slip_of_its_contacts(
     # mean slip with the load of strips across the ellipse as weight, 1 - y^2, on a plain fine
     # grid; along the rolling direction the slip hardly changes
     nodes = balance.traction.slide_roll_ratio[0].reshape(2, 16, 4).mean(axis=-1)
-    across = balance.sliding.across_m[0].reshape(2, 16, 4)[:, :, 0]
     width = contacts.semi_axis_y_m[0]
+    across = width[:, np.newaxis] * grid(16, 4).across.reshape(16, 4)[:, 0]
     fine = np.linspace(-1, 1, 2001)
     slip = np.array(
         [

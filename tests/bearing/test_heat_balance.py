@@ -62,7 +62,7 @@ def test_the_oil_takes_its_share_of_the_heat_of_a_bearing(oil):
     def heat_w(at: np.ndarray, which: np.ndarray) -> np.ndarray:
         points = OperatingPoints.axial(10e3, speed[which] * RPM)
         found = equilibrium(bearing, points, oil, at)
-        return bearing.ball_count * found.balance.heat_w.sum(axis=1)
+        return bearing.ball_count * np.sum(found.balance.heats_w, axis=0)
 
     balance = heat_balance(heat_w, oil_of(oil), SUPPLY, inlet)
     assert balance.balanced.all()

@@ -6,14 +6,21 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 
-from oilfilm.paper.audit.audit import printed_evidence
+from campaigns import CLAIMS
+from oilfilm.paper.audit.audit import checked_claims, printed_evidence
 from oilfilm.paper.audit.evidence import Evidence
+from oilfilm.paper.reference import Claim
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 
 OILS = ("4102", "4050", "4010")
 # |A|, its exponents; B, its exponents; C, its exponents: falls with U and T, rises with P
 PLAIN = [-0.02, 1.0, -0.5, -0.5, 0.5, 1.0, -0.5, -0.5, 30.0, 0.0, 0.0, 0.0]
+
+
+def claims_of(*ids: str) -> list[Claim]:
+    """These claims of the paper."""
+    return [claim for claim in checked_claims(CLAIMS) if claim.id in ids]
 
 
 def evidence_of(

@@ -36,7 +36,6 @@ REFERENCE = ROOT / "data/reference/printed_coefficients.yaml"
 OILS = ("4102", "4050", "4010")
 NAMES = [constant.name for constant in LAW.constants]
 EXPONENTS = [index for index, constant in enumerate(LAW.constants) if constant.condition]
-BEST_ORDER = ("+++-+++--", "--+--++++", "--++-++++")
 BOX = {
     "max_hertz_pressure_gpa": [0.8, 2.5],
     "entrainment_speed_m_s": [20.0, 200.0],
@@ -149,19 +148,6 @@ def test_stated_order_holds_on_a_tenth_to_a_fifth_of_the_box_with_the_signs_rest
     assert 0.05 <= min(even) < max(even) <= 0.145
 
 
-def test_other_signs_can_put_the_oils_in_the_stated_order() -> None:
-    # "whatever the signs" would be false: the search over all sets finds up to 97.5 %
-    assert in_order(BEST_ORDER, np.geomspace) > 0.9
-
-
-def test_printed_law_of_4010_leaves_what_a_film_can_carry() -> None:
-    """0.165 at S 0.0375: digits may be damaged as well as signs."""
-    mu = traction_coefficient(printed()["4010"], 2.5, 20.0, 20.0, np.linspace(0, 0.3, 301))
-    assert mu.max() == pytest.approx(0.174, abs=0.001)
-    at = traction_coefficient(printed()["4010"], 2.5, 20.0, 20.0, 0.0375)
-    assert at == pytest.approx(0.165, abs=0.0005)
-
-
 def test_order_of_the_oils_is_scored_by_pairs() -> None:
     levels = [np.linspace(*BOX[name], 7) for name in CONDITIONS]
     grid = np.meshgrid(*levels, np.array(SLIPS), indexing="ij")
@@ -232,18 +218,6 @@ def test_every_statement_is_a_column_and_every_set_a_row(studied: Studied) -> No
     assert len(verdicts) == 27
 
 
-def test_total_counts_the_statements_by_their_weight(studied: Studied) -> None:
-    sets, _ = studied
-    halves = ["start_falls_with_temperature", "earlier_plateau_with_speed"]
-    halves.append("earlier_plateau_with_temperature")
-    names = [*STATEMENTS, *BETWEEN_OILS]
-    expected = sets[names].sum(axis="columns") - sets[halves].sum(axis="columns") / 2
-    np.testing.assert_allclose(sets["total"], expected)
-    assert sets.loc[sets["rank"] == 1, "near_best"].all()
-    ranks = sets.groupby("oil")["total"].rank(method="min", ascending=False)
-    np.testing.assert_array_equal(sets["rank"], ranks)
-
-
 def test_margin_is_the_best_total_with_the_sign_less_that_with_the_other(studied: Studied) -> None:
     sets, verdicts = studied
     row = verdicts.set_index(["oil", "constant"]).loc[("4010", "B3")]
@@ -283,11 +257,6 @@ def test_verdicts_at_their_limits(
     margin: float, weakest: float, effect: float, expected: str
 ) -> None:
     assert verdict(margin, weakest, effect, near_best=0.5, no_effect_max=0.02) == expected
-
-
-def test_oils_of_the_campaign_only_are_listed(config: Settings) -> None:
-    for table in sign_study(config, tables.empty("points"), ["unrecorded-oil"]):
-        assert table.empty
 
 
 # ---------------------------------------------------------------- against points

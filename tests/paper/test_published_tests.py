@@ -59,7 +59,7 @@ def test_the_lowest_drag_left_open_is_that_of_the_fit_with_another_traction(conf
     for share in shares:
         degc, some = POWER_LOSS.inlet_temperature_c, {"oil_volume_fraction": share}
         found = equilibrium(bearing, points, "4050", degc, law, nodes, **some)
-        heat = bearing.ball_count * found.balance.heat_w.sum(axis=1)
+        heat = bearing.ball_count * np.sum(found.balance.heats_w, axis=0)
         squares.append(np.sum((heat / power - 1) ** 2))
     bend, slope, _ = np.polyfit(shares, squares, 2)
     # vertex of a parabola, on few nodes of the ellipse

@@ -29,7 +29,6 @@ from oilfilm.paper.published_tests import published_tests_table
 from oilfilm.paper.reference import PublishedBearingTests
 from oilfilm.physics.contact import Conditions
 from oilfilm.report.figures import style
-from oilfilm.report.sections.bearing import bearing
 from oilfilm.rig_twin.truth import true_tractions
 from oilfilm.settings.campaign import Matrix
 from oilfilm.settings.messages import load as load_settings
@@ -370,11 +369,11 @@ def test_groups_of_a_law_are_those_of_the_bearings_contact():
     load, speed = np.array([200.0, 900.0]), np.array([30.0, 60.0])
 
     def each(values: np.ndarray | float) -> np.ndarray:
-        return np.broadcast_to(values, (2,))[:, np.newaxis].astype(float)
+        return np.broadcast_to(values, (1, 2))[..., np.newaxis].astype(float)
 
     at = Conditions(each(load), each(1.0), each(speed), each(100.0), each(radius), modulus)
     in_bearing = LawInBearing.of(fitted, law.name, RIG, SETTINGS.law_floor.model_dump())
-    mu = in_bearing(at, np.full((2, 1), 0.02))
+    mu = in_bearing(at, np.full((1, 2, 1), 0.02))
     eta, beta = oil.dynamic_viscosity_pa_s(100.0), oil.temperature_viscosity_coefficient_1_k(100.0)
     groups = (
         load / (modulus * radius**2) / 1e-6,
@@ -385,7 +384,7 @@ def test_groups_of_a_law_are_those_of_the_bearings_contact():
         x0 * groups[0] ** x1 * groups[1] ** x2 * groups[2] ** x3
         for x0, x1, x2, x3 in WANG_DENG.reshape(4, 4)
     )
-    np.testing.assert_allclose(mu[:, 0], (a + b * 0.02) * np.exp(-c * 0.02) + d)
+    np.testing.assert_allclose(mu[0, :, 0], (a + b * 0.02) * np.exp(-c * 0.02) + d)
 
 
 def test_shares_beyond_an_unknown_box_are_unknown(config):
@@ -396,29 +395,6 @@ def test_shares_beyond_an_unknown_box_are_unknown(config):
     table, _ = torque_table(plateaus([5.0], [9000.0]), oils, config)
     assert table["share_beyond_pressure"].isna().all()
     assert table["share_beyond_speed"].between(0, 1).all()
-
-
-def test_report_tells_of_logs_and_errors(config, oils):
-    matrix = {"oil_temperature_c": [70]}
-    campaign = {"oils": ["4050"], "torque": {"matrix": matrix}}
-    _, curated, _ = curated_logs(config.with_changes({"campaign": campaign}))
-    torque, inversion = torque_table(curated.points, oils, config)
-    results = CampaignTables.in_memory(
-        torque_runs=curated.points,
-        torque_quarantine=curated.quarantine,
-        torque=torque,
-        torque_inversion=inversion,
-    )
-    section = bearing(results, config)
-    text = " ".join(fact.text for fact in section.facts)
-    assert "3 of 3 torque logs were read; 2 of them" in text
-    assert "8 of 8 torque plateaus are accepted." in text
-    assert "4050_F05000_T070.csv: zero drift. The zero of the torque moves" in text
-    # the printed constants have no refits
-    assert {row[5] for row in section.tables[0].rows} == {"not known"}
-    assert "The calculated torque has no uncertainty" in text
-    assert "24 of 24 were found" in text
-    assert not bearing(CampaignTables.in_memory(), config)
 
 
 def test_contacts_above_the_limits_of_oil_and_steel_are_told(oils):

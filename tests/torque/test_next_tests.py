@@ -109,7 +109,7 @@ def test_torque_after_the_planned_tests_scatters_as_the_plan_promised(
     assert (ratio < high).all(), ratio
 
 
-@pytest.mark.no_cover
+@pytest.mark.nightly
 def test_plan_beats_the_median_of_random_tests(
     known: Known, planned: Planned, after_plan: FloatArray
 ) -> None:

@@ -6,10 +6,10 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from campaigns import CLAIMS, ROOT, printed
-from claim_evidence import evidence_of
+from campaigns import ROOT, printed
+from claim_evidence import claims_of, evidence_of
 from oilfilm import tables
-from oilfilm.paper.audit.audit import audit, checked_claims
+from oilfilm.paper.audit.audit import audit
 from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
@@ -45,13 +45,12 @@ def results(misfit: float = 0.0, law: str = "deng2026", **changed: Any) -> Campa
 def judged(results: CampaignTables, settings: Settings) -> dict[str, pd.DataFrame]:
     control = torque_control(results, settings)
     evidence = evidence_of(printed(), settings, torque=results.torque, torque_control=control)
-    return audit(checked_claims(CLAIMS), [evidence], settings)
+    return audit(claims_of("torque-stress", "torque-load"), [evidence], settings)
 
 
 def verdicts(results: CampaignTables, settings: Settings) -> pd.DataFrame:
     """Rows of the claims on torque."""
-    claims = judged(results, settings)["claims"].set_index("claim")
-    return claims.loc[["torque-stress", "torque-load"]]
+    return judged(results, settings)["claims"].set_index("claim")
 
 
 @pytest.mark.parametrize(
@@ -106,8 +105,7 @@ def test_points_where_the_cage_may_roll_or_skid_are_not_averaged_in() -> None:
     assert control["n_plateaus"].iloc[0] == 1
     assert control["largest_torque_error"].iloc[0] == pytest.approx(0.01)
     made = judged(plain.replace(torque=skids), settings)
-    claims = made["claims"].set_index("claim")
-    assert claims.loc[["torque-stress", "torque-load"], "cases"].tolist() == [1, 1]
+    assert made["claims"]["cases"].tolist() == [1, 1]
     left_out = made["claim_numbers"].query("number == 'bistable'")
     assert left_out.set_index("claim")["value"].to_dict() == {"torque-stress": 1, "torque-load": 1}
 

@@ -16,7 +16,7 @@ from oilfilm.settings.config import StandInUncertaintySettings, TermUncertaintyS
 from oilfilm.settings.resolve import resolve
 from oilfilm.torque.bearing_torque import Cases, OilInBearing, cage_slip_table, torque_table
 from oilfilm.torque.load_variables import LOAD_VARIABLES, LawInBearing
-from oilfilm.traction.law import to_constants, to_internal
+from oilfilm.traction.law import to_constants
 
 BEARING = shipped("mainshaft-167")
 EXACT = dict.fromkeys(("rolling", "hysteresis", "pocket", "land"), 0.0)
@@ -49,7 +49,7 @@ def oil(
     """
 
     def refitted(law: LawInBearing) -> LawInBearing:
-        internal = to_internal(law.fitted.law, law.constants)
+        internal = law.internal[0]
         spread, shifted = (to_constants(law.fitted.law, internal + off) for off in (refits, shifts))
         coefficients = replace(
             law.fitted.coefficients, spread=spread, shifted=shifted, unseen=unseen
@@ -79,6 +79,14 @@ def torque(of: OilInBearing, **changed: float) -> np.ndarray:
     return replace(of, settings=settings).run(BEARING, *ROLLING)["torque_n_m"].to_numpy()
 
 
+def with_shares(of: OilInBearing, shares: np.ndarray, points: pd.DataFrame) -> pd.DataFrame:
+    """Friction at operating points with each share of oil."""
+    settings = (of.settings.model_copy(update={"oil_volume_fraction": each}) for each in shares)
+    return Cases(
+        BEARING, [(replace(of, settings=each), "stress", points) for each in settings]
+    ).run()
+
+
 def drawn(of: OilInBearing, *point: object, seed: int = 1) -> pd.DataFrame:
     names = ("axial_load_n", "inner_speed_rpm", "inlet_temperature_c")
     points = pd.DataFrame(
@@ -95,7 +103,7 @@ def test_draws_give_the_uncertainty_of_refits_calibration_and_drag_by_their_deri
     refits = in_first(1.0, 400) * spread * random.standard_normal((400, 1))
     uncertain = oil("4050", refits, in_first(shift), drag=drag)
     law = uncertain.laws["stress"]
-    internal = to_internal(law.fitted.law, law.constants)
+    internal = law.internal[0]
     moved = uncertain.with_constants(to_constants(law.fitted.law, internal + in_first(shift)[0]))
     by_shift = torque(moved) - torque(uncertain)
     by_drag = (torque(uncertain, oil_volume_fraction=1.01 * SHARE) - torque(uncertain)) / 0.01
@@ -166,16 +174,11 @@ def test_a_law_without_refits_has_no_uncertainty():
 @pytest.mark.parametrize(("load_n", "split"), [(5200.0, True), (20000.0, False)])
 def test_draws_on_both_sides_of_a_fold_are_told(load_n, split):
     # 4010 at 12 000 rpm and 70 degC under little load, where traction falls with slip
-    point = (load_n, 12000.0, 70.0)
+    point = {"axial_load_n": [load_n], "inner_speed_rpm": 12000.0, "inlet_temperature_c": 70.0}
     uncertain = oil("4010", in_first(0.0, 10), in_first(0.0, 0), drag=0.6)
-    found = drawn(uncertain, *point).iloc[0]
+    found = drawn(uncertain, *point.values()).iloc[0]
     shares = SHARE * np.exp(np.linspace(-0.6, 0.6, 41))
-    slips = [
-        replace(uncertain, settings=SETTINGS.model_copy(update={"oil_volume_fraction": share})).run(
-            BEARING, *point
-        )["cage_slip"][0]
-        for share in shares
-    ]
+    slips = with_shares(uncertain, shares, pd.DataFrame(point))["cage_slip"]
     # with more drag the cage slips more: by a jump where there is a fold
     assert (np.diff(slips).max() > 0.05) == split
     assert found["draws_split"] == split
@@ -212,17 +215,11 @@ def test_all_oils_of_a_draw_have_one_drag_and_the_best_of_each_draw_is_counted()
     points = ["pitch_speed_mm_rpm", "axial_load_n"]
     np.testing.assert_allclose(table.groupby(points)["best_share"].sum(), 1.0)
     # the same by hand: each drag for all oils, evenly over its logarithm
-    slip, torque, film = np.empty((3, 3, 41, 4))
-    for row, share in enumerate(SHARE * np.exp(np.linspace(-0.8, 0.8, 41))):
-        for number, each in enumerate(oils):
-            settings = each.settings.model_copy(update={"oil_volume_fraction": share})
-            at = table[table["oil"] == each.name]
-            run = replace(each, settings=settings).run(
-                BEARING, at["axial_load_n"].to_numpy(), at["inner_speed_rpm"].to_numpy(), 100.0
-            )
-            slip[number, row], torque[number, row], film[number, row] = run[
-                ["cage_slip", "torque_n_m", "lambda_ratio"]
-            ].to_numpy().T  # fmt: skip
+    at = table.loc[table["oil"] == "4050", [*ROLLING_POINT]]
+    shares = SHARE * np.exp(np.linspace(-0.8, 0.8, 41))
+    runs = pd.concat([with_shares(each, shares, at) for each in oils])
+    columns = runs[["cage_slip", "torque_n_m", "lambda_ratio"]].to_numpy()
+    slip, torque, film = np.moveaxis(columns.reshape(3, 41, 4, 3), -1, 0)
     full = film > config.gates.lambda_limit
     held = full & (slip <= config.selection.limits.slip_limit)
     by_torque = np.where(held, torque, np.inf).argmin(axis=0)

@@ -7,7 +7,7 @@ traction coefficient; Hertz's pressure gives the weight of each quadrature node.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, cached_property
 from typing import NamedTuple, Protocol
 
 import numpy as np
@@ -107,6 +107,11 @@ class Grid:
     share: FloatArray
     counts: tuple[int, int]
 
+    @cached_property
+    def moments(self) -> FloatArray:
+        """1, `along` and `across` of each node, by which forces are summed: shape (nodes, 3)."""
+        return np.column_stack([np.ones_like(self.along), self.along, self.across])
+
     def finer(self) -> "Grid":
         """Twice as many nodes either way."""
         return grid(2 * self.counts[0], 2 * self.counts[1])
@@ -163,6 +168,9 @@ class Sliding:
     """Sliding of the race over the ball; shapes (..., 2 contacts) or (..., 2 contacts, nodes).
 
     Attributes:
+        turning: Speeds of ball and race.
+        spin_rad_s: Of the ball about the normal, against the race.
+        roll_rad_s: Of the ball about t x n, against the race.
         across_m_s: Speed across the rolling direction at each node.
         along_m_s: Speed along t at each node.
         entrainment_speed_m_s: Mean surface speed in the contact's middle.
@@ -170,20 +178,19 @@ class Sliding:
             the faster one.
         middle_m: From the ball's centre to the contact's middle, along the normal.
         height_m: The same to each node.
-        across_m: From the normal to each node, across the rolling direction.
-        along_m: The same along t.
-        race_radius_m: From the bearing's axis to each node.
+        semi_axes_m: Along t and across the rolling direction, of which the nodes have shares.
     """
 
+    turning: Turning
+    spin_rad_s: FloatArray
+    roll_rad_s: FloatArray
     across_m_s: FloatArray
     along_m_s: FloatArray
     entrainment_speed_m_s: FloatArray
     middle_slide_roll_ratio: FloatArray
     middle_m: FloatArray
     height_m: FloatArray
-    across_m: FloatArray
-    along_m: FloatArray
-    race_radius_m: FloatArray
+    semi_axes_m: tuple[FloatArray, FloatArray]
 
 
 def sliding(
@@ -210,30 +217,34 @@ def sliding(
     """
     n_x, n_r = contacts.normal[..., 0, :], contacts.normal[..., 1, :]
     speeds = turning(contacts, motion, ring_speed_rad_s)
-    w_n, w_y, race = (speed[..., np.newaxis] for speed in speeds)
-    w_t = motion.spin_rad_s[..., 2, np.newaxis, np.newaxis]
+    spin, roll = speeds.about_normal - speeds.race * n_x, speeds.race * n_r + speeds.about_tangent
     bend, radius = bearing.deformed_radius_m, bearing.ball_diameter_m / 2
     # no contact is wider than the ball, though a search may come by such a state
-    edge = np.minimum(contacts.semi_axis_y_m, radius)
-    across_m = edge[..., np.newaxis] * rule.across
-    along_m = contacts.semi_axis_x_m[..., np.newaxis] * rule.along
+    edge, length = np.minimum(contacts.semi_axis_y_m, radius), contacts.semi_axis_x_m
     middle = bend + np.sqrt(radius**2 - edge**2) - np.sqrt(bend**2 - edge**2)
-    height = (middle - bend)[..., np.newaxis] + np.sqrt(bend[:, np.newaxis] ** 2 - across_m**2)
-    orbit = contacts.orbit_radius_m[..., np.newaxis]
-    race_radius = n_r[..., np.newaxis] * height + n_x[..., np.newaxis] * across_m
-    race_radius += orbit[..., np.newaxis]
-    race_speed, ball_speed = speeds.race * (orbit + n_r * middle), -speeds.about_tangent * middle
+    height = np.sqrt(bend[:, np.newaxis] ** 2 - (edge**2)[..., np.newaxis] * rule.across**2)
+    height += (middle - bend)[..., np.newaxis]
+    orbit = speeds.race * contacts.orbit_radius_m[..., np.newaxis]
+    across = (spin * length)[..., np.newaxis] * rule.along
+    across -= motion.spin_rad_s[..., 2, np.newaxis, np.newaxis] * height
+    along = roll[..., np.newaxis] * height
+    along -= (spin * edge)[..., np.newaxis] * rule.across
+    along += orbit[..., np.newaxis]
+    race_speed, ball_speed = orbit + speeds.race * n_r * middle, -speeds.about_tangent * middle
     mean = (race_speed + ball_speed) / 2
     return Sliding(
-        (w_n - race * n_x[..., np.newaxis]) * along_m - w_t * height,
-        race * race_radius - (w_n * across_m - w_y * height),
-        np.abs(mean),
-        np.divide(race_speed - ball_speed, mean, out=np.zeros_like(mean), where=mean != 0),
-        middle,
-        height,
-        across_m,
-        along_m,
-        race_radius,
+        turning=speeds,
+        spin_rad_s=spin,
+        roll_rad_s=roll,
+        across_m_s=across,
+        along_m_s=along,
+        entrainment_speed_m_s=np.abs(mean),
+        middle_slide_roll_ratio=np.divide(
+            race_speed - ball_speed, mean, out=np.zeros_like(mean), where=mean != 0
+        ),
+        middle_m=middle,
+        height_m=height,
+        semi_axes_m=(length, edge),
     )
 
 
@@ -242,10 +253,11 @@ class Traction:
     """Forces, moments and heat of traction; shapes (..., 2 contacts) unless stated otherwise.
 
     Attributes:
-        across_n: Force on the ball along t x n at each node: (..., 2 contacts, nodes).
+        across_n: Force on the ball along t x n.
         along_n: The same along t.
-        force_n: Sums of both: shape (..., 2 parts, 2 contacts).
-        moment_n_m: On the ball about its centre, about n, t x n and t: (..., 3, 2 contacts).
+        about_normal_n_m: Moment on the ball about its centre, about n.
+        about_across_n_m: The same about t x n.
+        about_tangent_n_m: The same about t.
         race_moment_n_m: On the race about the bearing's axis.
         heat_w: Force times sliding, summed over the ellipse.
         slide_roll_ratio: At each node, shape (..., 2 contacts, nodes).
@@ -254,8 +266,9 @@ class Traction:
 
     across_n: FloatArray
     along_n: FloatArray
-    force_n: FloatArray
-    moment_n_m: FloatArray
+    about_normal_n_m: FloatArray
+    about_across_n_m: FloatArray
+    about_tangent_n_m: FloatArray
     race_moment_n_m: FloatArray
     heat_w: FloatArray
     slide_roll_ratio: FloatArray
@@ -293,30 +306,33 @@ def traction(
     and the local slip, and Hertz's pressure shares the load out. Given the local pressure it would
     count pressure twice.
     """
-    speed = np.hypot(slip.across_m_s, slip.along_m_s)
-    entrainment = np.maximum(slip.entrainment_speed_m_s, np.finfo(float).tiny)[..., np.newaxis]
-    ratio = speed / entrainment
+    speed = np.sqrt(slip.across_m_s**2 + slip.along_m_s**2)
+    ratio = speed / np.maximum(slip.entrainment_speed_m_s, np.finfo(float).tiny)[..., np.newaxis]
     mu = law(at, ratio)
-    strength = mu * rule.share * contacts.load_n[..., np.newaxis] / np.maximum(speed, 1e-300)
+    strength = mu * rule.share
+    heat = np.einsum("...k,...k->...", strength, speed)
+    strength /= np.maximum(speed, 1e-300, out=speed)
+    strength *= contacts.load_n[..., np.newaxis]
     f_across, f_along = strength * slip.across_m_s, strength * slip.along_m_s
-    # x-component of the race's speed per turn, across the rolling direction: -n_x x
-    tilt = -contacts.normal[..., 0, :, np.newaxis] * slip.along_m
-
-    def summed(first: FloatArray, by: FloatArray) -> FloatArray:
-        return np.asarray(np.einsum("...k,...k->...", first, by))
-
-    moment = [
-        summed(slip.across_m, f_along) - summed(slip.along_m, f_across),
-        -summed(slip.height_m, f_along),
-        summed(slip.height_m, f_across),
-    ]
+    # sums of the forces, and of forces times x and times y
+    of_across = np.tensordot(f_across, rule.moments, 1)
+    of_along = np.tensordot(f_along, rule.moments, 1)
+    length, edge = slip.semi_axes_m
+    across, across_x = of_across[..., 0], of_across[..., 1] * length
+    along, along_y = of_along[..., 0], of_along[..., 2] * edge
+    across_z = np.einsum("...k,...k->...", f_across, slip.height_m)
+    along_z = np.einsum("...k,...k->...", f_along, slip.height_m)
+    n_x, n_r = contacts.normal[..., 0, :], contacts.normal[..., 1, :]
+    # by the distance from the bearing's axis, and across the rolling direction by the race's tilt
+    lever = along * contacts.orbit_radius_m[..., np.newaxis] + n_r * along_z + n_x * along_y
     return Traction(
-        f_across,
-        f_along,
-        np.stack([f_across.sum(axis=-1), f_along.sum(axis=-1)], axis=-2),
-        np.stack(moment, axis=-2),
-        -summed(f_along, slip.race_radius_m) - summed(f_across, tilt),
-        summed(strength * speed, speed),
-        ratio,
-        mu,
+        across_n=across,
+        along_n=along,
+        about_normal_n_m=along_y - across_x,
+        about_across_n_m=-along_z,
+        about_tangent_n_m=across_z,
+        race_moment_n_m=n_x * across_x - lever,
+        heat_w=contacts.load_n * heat,
+        slide_roll_ratio=ratio,
+        coefficient=mu,
     )

@@ -10,7 +10,7 @@ The cage turns steadily and all balls travel with it, each pushed or held by its
 Decides: motion of balls and cage at the friction equilibrium.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -24,7 +24,6 @@ from oilfilm.bearing.ellipse import (
     law_at,
     sliding,
     traction,
-    turning,
 )
 from oilfilm.bearing.geometry import Bearing
 from oilfilm.bearing.quasistatic import (
@@ -34,7 +33,6 @@ from oilfilm.bearing.quasistatic import (
     ball_force_n,
     centrifugal_force_n,
     contacts_at,
-    gyroscopic_moment_n_m,
     neighbourhood,
     raceway_control,
 )
@@ -47,19 +45,21 @@ from oilfilm.bearing.resistance import (
     rolling_force_n,
     rolling_force_reduction,
 )
-from oilfilm.bearing.solver import Equations, Solution, follow, of_some, solve
+from oilfilm.bearing.solver import Equations, Solution, follow, inverse_jacobian, near, solve
 from oilfilm.physics.contact import Conditions
 from oilfilm.units import FloatArray, IndexArray
 
 # Nodes of the ellipse across and along the rolling direction.
 QUADRATURE = (16, 4)
+# The same of random draws, and on the way to another equilibrium.
+COARSE = (6, 2)
 HEATS = ("traction", *TERMS)
 # Jacobians after which a point is given up.
 _MAX_ITERATIONS = 100
 # The same where the search starts near by.
 _MAX_NEAR = 14
-# Points whose arrays about fit a processor's cache.
-_CHUNK = 2000
+# Quadrature nodes whose arrays fit a processor's cache.
+_CACHED = 50_000
 # Scale of the speeds of a bearing at rest.
 _SLOWEST_RAD_S = 1e-3
 
@@ -75,9 +75,9 @@ class Balance:
         sliding: In the ellipses.
         traction: Of the film in the ellipses.
         drag_n: Of the oil along t, against the orbit.
-        heat_w: Of each of `HEATS`: (..., 6).
-        force_n: On the ball, (x, r): what is left of it at no equilibrium.
-        moment_n_m: On the ball about (x, r, t), less what its gyroscopic motion takes.
+        heats_w: Of each of `HEATS`.
+        force_n: On the ball along x and r: what is left of it at no equilibrium.
+        moment_n_m: On the ball about x, r and t, less what its gyroscopic motion takes.
         cage_n_m: On the cage.
         ring_force_n: On the inner ring along x.
         ring_moment_n_m: On the inner and the outer ring about the bearing's axis: (..., 2).
@@ -89,9 +89,9 @@ class Balance:
     sliding: Sliding
     traction: Traction
     drag_n: FloatArray
-    heat_w: FloatArray
-    force_n: FloatArray
-    moment_n_m: FloatArray
+    heats_w: tuple[FloatArray, ...]
+    force_n: tuple[FloatArray, ...]
+    moment_n_m: tuple[FloatArray, ...]
     cage_n_m: FloatArray
     ring_force_n: FloatArray
     ring_moment_n_m: FloatArray
@@ -139,9 +139,10 @@ class FrictionProblem:
         slip = sliding(bearing, contacts, motion, rings, rule)
         at = conditions(bearing, contacts, slip, oil.inlet_temperature_c[:, np.newaxis])
         film = traction(contacts, slip, at, self.law, rule)
-        (n_x, n_r), orbit = np.moveaxis(contacts.normal, -2, 0), contacts.orbit_radius_m
+        n_x, n_r = contacts.normal[..., 0, :], contacts.normal[..., 1, :]
+        orbit = contacts.orbit_radius_m
         race_radius = orbit[..., np.newaxis] + n_r * radius
-        roll, flex, roll_heat = self._rolling(contacts, motion, race_radius, share)
+        roll, flex, roll_heat = self._rolling(contacts, slip, race_radius, share)
         speed = orbit * motion.orbit_speed_rad_s
         drag = drag_force_n(
             bearing.ball_diameter_m, oil.mist_density_kg_m3, oil.drag_coefficient, speed
@@ -149,30 +150,26 @@ class FrictionProblem:
         drag = drag * share * oil.factor("drag")
         # the oil's rolling force shears the ball's surface and, by its pressure, pushes its centre
         pushed = roll * (2 * race_radius / orbit[..., np.newaxis] - 1)
-        pocket = drag - (film.force_n[..., 1, :] + pushed).sum(axis=-1)
+        pocket = drag - _both(film.along_n + pushed)
         # pocket and ball rub by Coulomb: against the spin, which turns its force by a right angle
         coulomb = share * oil.factor("pocket") * bearing.cage.pocket_friction_coefficient * pocket
-        spin = np.hypot(motion.spin_rad_s[..., 0], motion.spin_rad_s[..., 1])
-        axis = motion.spin_rad_s[..., :2] / np.maximum(spin, np.finfo(float).tiny)[..., None]
-        rub_x, rub_r = coulomb * axis[..., 1], -coulomb * axis[..., 0]
-        braked = np.abs(coulomb) * radius
-        force_x = -(film.force_n[..., 0, :] * n_r + contacts.load_n * n_x)
-        force_r = film.force_n[..., 0, :] * n_x - contacts.load_n * n_r
-        outward = rub_r + centrifugal_force_n(bearing, contacts, motion)
-        about_n, about_y, about_t = np.moveaxis(film.moment_n_m, -2, 0)
-        about_y = about_y + radius * roll + flex
-        moment = [
-            (about_n * n_x - about_y * n_r).sum(axis=-1) - braked * axis[..., 0],
-            (about_n * n_r + about_y * n_x).sum(axis=-1) - braked * axis[..., 1],
-            about_t.sum(axis=-1),
-        ]
+        w_x, w_r, w_t = (motion.spin_rad_s[..., part] for part in range(3))
+        spin = np.sqrt(w_x**2 + w_r**2)
+        turned = np.maximum(spin, np.finfo(float).tiny)
+        axis_x, axis_r = w_x / turned, w_r / turned
+        rub_r, braked = -coulomb * axis_x, np.abs(coulomb) * radius
+        force_x = -(film.across_n * n_r + contacts.load_n * n_x)
+        force_r = film.across_n * n_x - contacts.load_n * n_r
+        about_n, about_y = film.about_normal_n_m, film.about_across_n_m + radius * roll + flex
         guide = 1 if bearing.cage.guided_by_outer else 0
         lag = rings[:, guide] - motion.orbit_speed_rad_s
         damping = share * oil.factor("land") / bearing.ball_count
         land = damping * land_damping_n_m_s(bearing, oil) * lag
         on_ring = film.race_moment_n_m + flex * n_r - roll * race_radius
         on_ring[..., guide] -= land
-        heat = [film.heat_w.sum(axis=-1), *roll_heat, drag * speed, braked * spin, land * lag]
+        # what the ball's spin, turned along its orbit, takes about r and t
+        gyroscopic = share * bearing.ball_inertia_kg_m2 * motion.orbit_speed_rad_s
+        outward = rub_r + centrifugal_force_n(bearing, contacts, motion)
         return Balance(
             contacts=contacts,
             motion=motion,
@@ -180,18 +177,20 @@ class FrictionProblem:
             sliding=slip,
             traction=film,
             drag_n=drag,
-            heat_w=np.stack(heat, axis=-1),
-            force_n=np.stack(
-                [force_x.sum(axis=-1) + rub_x, force_r.sum(axis=-1) + outward], axis=-1
+            heats_w=(_both(film.heat_w), *roll_heat, drag * speed, braked * spin, land * lag),
+            force_n=(_both(force_x) + coulomb * axis_r, _both(force_r) + outward),
+            moment_n_m=(
+                _both(about_n * n_x - about_y * n_r) - braked * axis_x,
+                _both(about_n * n_r + about_y * n_x) - braked * axis_r + gyroscopic * w_t,
+                _both(film.about_tangent_n_m) - gyroscopic * w_r,
             ),
-            moment_n_m=np.stack(moment, axis=-1) - share * gyroscopic_moment_n_m(bearing, motion),
             cage_n_m=land - pocket * orbit - np.sign(pocket) * radius * rub_r,
             ring_force_n=-force_x[..., 0],
             ring_moment_n_m=on_ring,
         )
 
     def _rolling(
-        self, contacts: Contacts, motion: Motion, race_radius_m: FloatArray, share: float
+        self, contacts: Contacts, slip: Sliding, race_radius_m: FloatArray, share: float
     ) -> tuple[FloatArray, FloatArray, list[FloatArray]]:
         """Rolling resistance in each contact: the oil's force, the moment of hysteresis, heats.
 
@@ -202,9 +201,9 @@ class FrictionProblem:
         """
         bearing, oil = self.bearing, self.lubrication.of_contacts
         n_r, load = contacts.normal[..., 1, :], contacts.load_n
-        _, w_y, race = turning(contacts, motion, self.points.ring_speed_rad_s)
         # sum of the surface speeds along t
-        rolling = race * race_radius_m - w_y * bearing.ball_diameter_m / 2
+        rolling = slip.turning.race * race_radius_m
+        rolling -= slip.turning.about_tangent * (bearing.ball_diameter_m / 2)
         mean, radius_x = np.abs(rolling / 2), bearing.radius_x_m(np.abs(n_r))
         modulus = bearing.reduced_modulus_pa
         pressure = contacts.max_hertz_pressure_pa / modulus
@@ -216,8 +215,7 @@ class FrictionProblem:
         way = share * np.sign(rolling)
         force = way * reduction * force * factors[..., TERMS.index("rolling")]
         moment = way * moment * factors[..., TERMS.index("hysteresis")]
-        heats = [force * rolling, -moment * (w_y + race * n_r)]
-        return force, moment, [heat.sum(axis=-1) for heat in heats]
+        return force, moment, [_both(force * rolling), -_both(moment * slip.roll_rad_s)]
 
     def equations(self, share: float) -> Equations:
         """The equations with a share of everything that resists or turns the balls."""
@@ -226,14 +224,24 @@ class FrictionProblem:
         radius, pitch = bearing.ball_diameter_m / 2, bearing.pitch_diameter_m / 2
 
         def residuals(unknowns: FloatArray, which: IndexArray) -> FloatArray:
+            # in parts whose arrays fit a processor's cache
+            nodes = unknowns[..., 0].size * len(self.rule.share)
+            if nodes > _CACHED and len(which) > 1:
+                half = len(which) // 2
+                halves = np.split(unknowns, [half], axis=-2), np.split(which, [half])
+                return np.concatenate([*map(residuals, *halves)], axis=-2)
             state = self.at(which).balance(unknowns, share)
+            residual = np.empty(unknowns.shape)
             parts = [
-                state.force_n,
-                state.moment_n_m / radius,
-                state.cage_n_m[..., np.newaxis] / pitch,
-                (state.ring_force_n + load[which])[..., np.newaxis],
+                *state.force_n,
+                *(moment / radius for moment in state.moment_n_m),
+                state.cage_n_m / pitch,
+                state.ring_force_n + load[which],
             ]
-            return np.concatenate(parts, axis=-1) / unit[which, np.newaxis]
+            for number, part in enumerate(parts):
+                residual[..., number] = part
+            residual /= unit[which, np.newaxis]
+            return residual
 
         return residuals
 
@@ -283,7 +291,7 @@ class FrictionEquilibrium:
         contacts, motion = self.balance.contacts, self.balance.motion
         rings = self.problem.points.ring_speed_rad_s
         radius = self.problem.bearing.ball_diameter_m / 2
-        axis = np.abs(turning(contacts, motion, rings).about_tangent)
+        axis = np.abs(self.balance.sliding.turning.about_tangent)
         race = contacts.orbit_radius_m[..., np.newaxis] + contacts.normal[..., 1, :] * radius
         reach = race / np.maximum(axis / np.maximum(axis.max(axis=-1, keepdims=True), 1e-300), 1e-3)
         rolling = (rings * reach).sum(axis=-1) / reach.sum(axis=-1)
@@ -296,41 +304,76 @@ class FrictionEquilibrium:
         return np.asarray(self.balance.contacts.semi_axis_y_m.max(axis=-1) / radius)
 
 
+def _both(values: FloatArray) -> FloatArray:
+    """The sum over both contacts."""
+    return np.asarray(values[..., 0] + values[..., 1])
+
+
+@dataclass(frozen=True)
+class Neighbour:
+    """Known equilibria, near which others are looked for.
+
+    Attributes:
+        unknowns: Shape (points, 7).
+        inverse: Of the Jacobian there, shape (points, 7, 7).
+    """
+
+    unknowns: FloatArray
+    inverse: FloatArray
+
+    @classmethod
+    def of(cls, problem: FrictionProblem, unknowns: FloatArray) -> "Neighbour":
+        """The equilibria of a problem."""
+        slope = inverse_jacobian(problem.equations(1.0), unknowns, problem.scale())
+        return cls(unknowns, slope)
+
+    def at(self, which: IndexArray) -> "Neighbour":
+        """Some of them."""
+        return Neighbour(self.unknowns[which], self.inverse[which])
+
+
 def friction_equilibrium(
-    problem: FrictionProblem, start: FloatArray | None = None
+    problem: FrictionProblem, neighbour: Neighbour | None = None
 ) -> FrictionEquilibrium:
     """Where balls, cage and inner ring travel steadily under all forces.
 
     Args:
         problem: Bearing, loads, speeds, oil and law.
-        start: Unknowns of equilibria with other constants, near which these are looked for first.
+        neighbour: Equilibria with other constants, near which these are looked for first.
 
     Returns:
         The motion; not converged as well where a contact would be as wide as the ball.
     """
-    if start is None:
-        of_start, scale, near = problem.start(), problem.scale(), neighbourhood(problem.points)
-        solution = follow(problem.equations, of_start, scale, _MAX_ITERATIONS, near)
+    scale = problem.scale()
+    if neighbour is None:
+        # a law may be one of certain nodes
+        plain = problem.rule.counts == QUADRATURE
+        rule = grid(*COARSE) if plain else problem.rule
+        coarse = replace(problem, rule=rule)
+        start, place = problem.start(), neighbourhood(problem.points)
+        solution = follow(coarse.equations, start, scale, _MAX_ITERATIONS, place)
+        found = np.flatnonzero(solution.converged)
+        if problem.rule is not rule and len(found):
+            part = problem.at(found)
+            solution.put(found, _near(part, Neighbour.of(part, solution.unknowns[found])))
+        if problem.rule is not rule and len(lost := np.flatnonzero(~solution.converged)):
+            equations = problem.at(lost).equations(1.0)
+            solution.put(lost, solve(equations, start[lost], scale[lost], _MAX_ITERATIONS))
     else:
-        solution = _near(problem, start)
-    found = FrictionEquilibrium(problem, problem.balance(solution.unknowns), solution)
+        solution = _near(problem, neighbour)
+    made = FrictionEquilibrium(problem, problem.balance(solution.unknowns), solution)
     # beyond the range of Hertz's solution and of the groove there is no equilibrium
-    solution.converged[found.widest_contact() >= 1] = False
-    return found
+    solution.converged[made.widest_contact() >= 1] = False
+    return made
 
 
-def _near(problem: FrictionProblem, start: FloatArray) -> Solution:
-    """From known equilibria; where that leads nowhere, from a rolling cage."""
-    equations, scale = problem.equations(1.0), problem.scale()
-    chunks = np.array_split(np.arange(len(start)), -(-len(start) // _CHUNK))
-    parts = [
-        solve(of_some(equations, chunk), start[chunk], scale[chunk], _MAX_NEAR) for chunk in chunks
-    ]
-    columns = zip(*(vars(part).values() for part in parts), strict=True)
-    solution = Solution(*map(np.concatenate, columns))
-    lost = np.flatnonzero(~solution.converged)
-    if len(lost):
-        again = problem.at(lost)
-        end = solve(again.equations(1.0), again.start(), scale[lost], _MAX_ITERATIONS)
-        solution.put(lost, end)
+def _near(problem: FrictionProblem, neighbour: Neighbour) -> Solution:
+    """From known equilibria; where that leads nowhere, from there and a rolling cage by Newton."""
+    start, scale = neighbour.unknowns, problem.scale()
+    solution = near(problem.equations(1.0), start, scale, neighbour.inverse)
+    for most in (_MAX_NEAR, _MAX_ITERATIONS):
+        if len(lost := np.flatnonzero(~solution.converged)):
+            part = problem.at(lost)
+            begin = start[lost] if most == _MAX_NEAR else part.start()
+            solution.put(lost, solve(part.equations(1.0), begin, scale[lost], most))
     return solution

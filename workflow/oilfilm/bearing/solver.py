@@ -21,12 +21,17 @@ _CHORDS, _CHORD_GAIN = 3, 0.2
 _GROWTH = 1e3
 # Shares of the difficult part of the equations on the way to the whole, where a start fails.
 _SHARES = (0.0, 0.25, 0.5, 0.75, 0.9, 1.0)
+# Jacobians of a share that is not the whole.
+_ON_THE_WAY = 40
 # How often the points that still fail start again beside one that was solved.
 _ROUNDS = 3
 # Damping with which settling begins, and below which there is none.
 _FIRST_DAMPING, _LEAST_DAMPING = 0.1, 1e-6
 _SHORT_STEP = 0.1
 _NEWTON = 15
+
+# Steps of Broyden's method, and the residual at which they end: it must not show in the results.
+_UPDATES, _POLISHED = 20, 1e-12
 
 # Keeps a ball that touches nothing, and so feels nothing, from making the equations singular.
 _LEAST_STIFFNESS = 1e-12
@@ -114,6 +119,56 @@ def solve(
     return Solution(unknowns, size, size <= _TOLERANCE)
 
 
+def near(
+    equations: Equations, start: FloatArray, scale: FloatArray, inverse: FloatArray
+) -> Solution:
+    """Roots close to known ones, by Broyden's method: an evaluation per step, no Jacobian.
+
+    Args:
+        equations: As for `solve`.
+        start: Roots of similar equations, shape (points, unknowns).
+        scale: As for `solve`.
+        inverse: Of the Jacobian there, by `inverse_jacobian`: (points, unknowns, unknowns).
+
+    Reference: C. G. Broyden, A class of methods for solving nonlinear simultaneous equations,
+        Math. Comput. 19 (1965) 577.
+    """
+    unknowns, size = start.copy(), np.full(len(start), np.inf)
+    going, x, unit = np.arange(len(start)), start, scale
+    residual = equations(x, going)
+    for _ in range(_UPDATES):
+        step = np.einsum("pij,pj->pi", inverse, residual)
+        length = np.abs(step).max(axis=1)
+        step *= np.minimum(1.0, _LONGEST_STEP / np.maximum(length, _DIFFERENCE))[:, np.newaxis]
+        x = x + step * unit
+        change = residual - (residual := equations(x, going))
+        inverse = _updated(inverse, step, change)
+        size[going] = now = _size(residual)
+        # the step that the last residual asks for needs no check
+        unknowns[going] = x + np.einsum("pij,pj->pi", inverse, residual) * unit
+        on = (now > _POLISHED) & np.isfinite(now)
+        if not on.any():
+            break
+        going, x, unit, inverse, residual = going[on], x[on], unit[on], inverse[on], residual[on]
+    return Solution(unknowns, size, size <= _TOLERANCE)
+
+
+def _updated(inverse: FloatArray, step: FloatArray, change: FloatArray) -> FloatArray:
+    """The nearest inverse that gives the last step by the change of residuals that it brought."""
+    expected = np.einsum("pij,pj->pi", inverse, change)
+    row = np.einsum("pi,pij->pj", step, inverse)
+    along = np.einsum("pi,pi->p", step, expected)
+    weight = np.divide(1.0, along, out=np.zeros_like(along), where=along != 0)
+    return np.asarray(inverse + np.einsum("p,pi,pj->pij", weight, step - expected, row))
+
+
+def inverse_jacobian(equations: Equations, unknowns: FloatArray, scale: FloatArray) -> FloatArray:
+    """What turns residuals into Newton steps in the unknowns' scale, shape (points, n, n)."""
+    _, jacobian = _linearised(equations, unknowns, scale, np.arange(len(unknowns)))
+    stiff = _LEAST_STIFFNESS * np.eye(unknowns.shape[1]) - jacobian
+    return np.asarray(np.linalg.inv(stiff), dtype=np.float64)
+
+
 def follow(
     equations: Callable[[float], Equations],
     start: FloatArray,
@@ -123,8 +178,8 @@ def follow(
 ) -> Solution:
     """`solve`, and where that fails again from elsewhere.
 
-    First a part of the equations is brought in by and by; then the search starts from where the
-    nearest point that was solved ended.
+    First from where the nearest point that was solved ended; then a part of the equations is
+    brought in by and by.
 
     Args:
         equations: The equations with a share, 0 to 1, of their difficult part; 1 is the whole.
@@ -136,23 +191,26 @@ def follow(
     solution = solve(equations(1.0), start, scale, max_iterations)
 
     def again(points: IndexArray, start: FloatArray, share: float = 1.0) -> FloatArray:
-        part = of_some(equations(share), points)
-        end = solve(part, start, scale[points], max_iterations)
+        most = max_iterations if share == 1 else min(max_iterations, _ON_THE_WAY)
+        end = solve(of_some(equations(share), points), start, scale[points], most)
         if share == 1:
             solution.put(points, end)
         return end.unknowns
 
     failed = np.flatnonzero(~solution.converged)
-    here = start[failed]
-    for share in _SHARES if len(failed) else ():
-        here = again(failed, here, share)
     for _ in range(_ROUNDS):
-        failed, solved = np.flatnonzero(~solution.converged), np.flatnonzero(solution.converged)
+        solved = np.flatnonzero(solution.converged)
         if len(failed) == 0 or len(solved) == 0:
             break
         away = np.square(position[failed, np.newaxis] - position[solved]).sum(axis=-1)
         nearest = solved[away.argmin(axis=1)]
         again(failed, solution.unknowns[nearest] / scale[nearest] * scale[failed])
+        before, failed = len(failed), np.flatnonzero(~solution.converged)
+        if len(failed) == before:
+            break
+    here = start[failed]
+    for share in _SHARES if len(failed) else ():
+        here = again(failed, here, share)
     return solution
 
 

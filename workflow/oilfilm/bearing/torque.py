@@ -7,11 +7,12 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from oilfilm.bearing.ellipse import sliding, traction, turning
+from oilfilm.bearing.ellipse import sliding, traction
 from oilfilm.bearing.friction import (
     HEATS,
     FrictionEquilibrium,
     FrictionProblem,
+    Neighbour,
     friction_equilibrium,
 )
 from oilfilm.physics.contact import Conditions
@@ -24,6 +25,7 @@ def torque_terms(
     problem: FrictionProblem,
     tested: Mapping[str, FloatArray | tuple[float, float]],
     limiting_stress_ratio: FloatArray | float = LIMITING_STRESS_RATIO,
+    neighbour: Neighbour | None = None,
 ) -> dict[str, FloatArray]:
     """Torque on the inner ring with its terms, motion and residuals, an array a column.
 
@@ -36,13 +38,14 @@ def torque_terms(
         tested: Lowest and highest tested level of pressure, speed and slip, of all points or of
             each; NaN where unknown.
         limiting_stress_ratio: Of the oil of all points or of each.
+        neighbour: See `friction_equilibrium`.
     """
-    found = friction_equilibrium(problem)
+    found = friction_equilibrium(problem, neighbour)
     bearing, points = problem.bearing, problem.points
     balance, film, share = found.balance, found.balance.traction, problem.rule.share
     inner = points.ring_speed_rad_s[:, 0]
     speed = np.where(inner == 0, np.inf, inner)
-    heats = {name: balance.heat_w[:, part] for part, name in enumerate(HEATS)}
+    heats = dict(zip(HEATS, balance.heats_w, strict=True))
     heats |= _heat_by_sliding(found)
     balls, torque = bearing.ball_count, found.torque_n_m()
     rule = problem.rule.finer()
@@ -66,7 +69,7 @@ def torque_terms(
         **{f"{name}_torque_n_m": balls * heat / speed for name, heat in heats.items()},
         "torque_n_m": torque,
         "outer_ring_torque_n_m": balls * balance.ring_moment_n_m[:, 1],
-        "energy_error": _relative(torque * inner, balls * balance.heat_w.sum(axis=1)),
+        "energy_error": _relative(torque * inner, balls * np.sum(balance.heats_w, axis=0)),
         "quadrature_error": _relative(finer, film.heat_w.sum(axis=1)),
         "residual": found.solution.residual,
         "converged": found.solution.converged,
@@ -119,21 +122,16 @@ def film_ratio(found: FrictionEquilibrium) -> tuple[FloatArray, BoolArray]:
 
 def _heat_by_sliding(found: FrictionEquilibrium) -> dict[str, FloatArray]:
     """Heat of traction split by the kind of sliding, (points,) each; they add up to it."""
-    balance, slip = found.balance, found.balance.sliding
-    contacts, film = balance.contacts, balance.traction
-    n_x, n_r = (contacts.normal[:, part, :, np.newaxis] for part in range(2))
-    speeds = turning(contacts, balance.motion, found.problem.points.ring_speed_rad_s)
-    w_n, w_y, race = (speed[..., np.newaxis] for speed in speeds)
-    middle, spin, rolling = slip.middle_m[..., np.newaxis], w_n - race * n_x, race * n_r + w_y
-    orbit = race * contacts.orbit_radius_m[:, np.newaxis, np.newaxis]
-    w_t = balance.motion.spin_rad_s[:, 2, np.newaxis, np.newaxis]
+    film, slip = found.balance.traction, found.balance.sliding
+    orbit = slip.turning.race * found.balance.contacts.orbit_radius_m[:, np.newaxis]
+    middle = slip.roll_rad_s * slip.middle_m * film.along_n
     heats = {
-        "gross": film.along_n * (orbit + rolling * middle),
-        "spin": spin * (film.across_n * slip.along_m - film.along_n * slip.across_m),
-        "differential": film.along_n * rolling * (slip.height_m - middle),
-        "gyroscopic": -film.across_n * w_t * slip.height_m,
+        "gross": film.along_n * orbit + middle,
+        "spin": -slip.spin_rad_s * film.about_normal_n_m,
+        "differential": -slip.roll_rad_s * film.about_across_n_m - middle,
+        "gyroscopic": -found.balance.motion.spin_rad_s[:, 2:] * film.about_tangent_n_m,
     }
-    return {name: heat.sum(axis=(1, 2)) for name, heat in heats.items()}
+    return {name: heat.sum(axis=1) for name, heat in heats.items()}
 
 
 def _beyond(values: FloatArray, tested: FloatArray | tuple[float, float]) -> FloatArray:

@@ -17,9 +17,8 @@ Decides: which oil the paper advises at an operating point, and how firm that is
 """
 
 import itertools
-from collections.abc import Iterator, Sequence
-from dataclasses import replace
-from functools import partial
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pandas as pd
@@ -31,20 +30,85 @@ from oilfilm.fits.fitted import FittedLaw
 from oilfilm.settings.config import SelectionLimits, SelectionSettings
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
-from oilfilm.torque.bearing_torque import OilInBearing
+from oilfilm.torque.bearing_torque import Cases, OilInBearing
 from oilfilm.torque.best_oil import IntArray, best_index, by_oil, enough_film, operating_points
+from oilfilm.traction.law import CONDITIONS
 from oilfilm.units import BoolArray, FloatArray
 
 # The judgement where the choice depends on a film beyond the range of the thermal reduction.
 OUTSIDE = "outside the film formula"
 # Without a choice there is nothing that scenarios could disagree about.
 NO_CHOICE = ("no film", OUTSIDE)
-_POINT = ["pitch_speed_mm_rpm", "axial_load_n"]
-_DRAWN = ["oil_volume_fraction", "refit"]
+_DRAWN = ["inlet_temperature_c", "oil_volume_fraction", "refit"]
 _AS_SET: dict[str, str | float] = {"rule_order": "as set", "varied_limit": "", "limit_factor": 1.0}
-_SCENARIO = [*_AS_SET, "inlet_temperature_c", *_DRAWN]
 # What is chosen at every operating point: the oil that the rules advise, or one oil.
 BY_RULES = "rules"
+
+
+@dataclass(frozen=True)
+class SlipMap:
+    """Motion of a bearing with each oil; arrays of shape (oils, operating points).
+
+    Attributes:
+        oils: Names.
+        points: Operating points, with pressure and entrainment speed of the contacts.
+        slip: Cage slip.
+        torque: Friction torque, in N m.
+        film: Lambda.
+    """
+
+    oils: list[str]
+    points: pd.DataFrame
+    slip: FloatArray
+    torque: FloatArray
+    film: FloatArray
+
+    @classmethod
+    def of(cls, cage_slip: pd.DataFrame, settings: SelectionSettings) -> "SlipMap | None":
+        """The map of the rules' oils; None where one of them was not calculated."""
+        named = {oil for rule in settings.rules for oil in rule.prefer}
+        oils = [oil for oil in dict.fromkeys(cage_slip["oil"]) if oil in named]
+        if set(oils) < named:
+            return None
+        slip, torque, film, inner, outer = by_oil(
+            *(cage_slip, oils, "cage_slip", "torque_n_m", "lambda_ratio"),
+            *("inner_max_hertz_pressure_gpa", "outer_max_hertz_pressure_gpa"),
+        )
+        points = operating_points(cage_slip)
+        points = points.assign(
+            max_hertz_pressure_gpa=np.fmax.reduce([*inner, *outer]),
+            # whether it is fast depends on the bearing, not on how much its cage slips
+            entrainment_speed_m_s=entrainment_speed_m_s(points["pitch_speed_mm_rpm"].to_numpy()),
+        )
+        return cls(oils, points, slip, torque, film)
+
+
+@dataclass(frozen=True)
+class Choice:
+    """What is chosen at each operating point; indices of oils are -1 where there is none.
+
+    Attributes:
+        deciding: Index of the rule that decides.
+        advised: The oil that it advises.
+        start: The oil that the rules advise where nothing slips.
+        best: The best oil by cage slip.
+        within: Oils with enough film that hold the cage, shape (oils, points).
+        good: Oils that are as good as the best one, of the same shape.
+        judgement: Of the advice.
+    """
+
+    deciding: IntArray
+    advised: IntArray
+    start: IntArray
+    best: IntArray
+    within: BoolArray
+    good: BoolArray
+    judgement: np.ndarray
+
+    @property
+    def judged(self) -> BoolArray:
+        """Where there is a choice."""
+        return ~np.isin(self.judgement, NO_CHOICE)
 
 
 def advice_in_band(
@@ -65,38 +129,41 @@ def advice_in_band(
     nominal = advise(results.cage_slip, choice, lambda_limit)
     if nominal.empty:
         return {"slip_advice": nominal, "advice_band": tables.empty("advice_band")}
-    as_set = {"oil_volume_fraction": settings.bearing.oil_volume_fraction, "refit": 0}
-    slips = pd.concat(_drag_and_law(oils, results, settings), ignore_index=True)
-    drawn = [
-        advise(of_scenario, choice, lambda_limit).assign(
-            **_AS_SET, **{name: of_scenario[name].iloc[0] for name in _DRAWN}
-        )
-        for _, of_scenario in slips.groupby(_DRAWN, sort=False)
+    slips = _scenarios(oils, results, settings)
+    of_drawn: list[Choice] = []
+    made: dict[tuple[object, ...], Choice] = {}
+    maps: list[tuple[tuple[object, ...], SlipMap]] = []
+    for drawn, cage_slip in slips.groupby(_DRAWN, sort=False):
+        at = SlipMap.of(cage_slip, choice)
+        if at is None:
+            continue
+        maps.append((tuple(drawn), at))
+        if drawn[0] == slips["inlet_temperature_c"].iloc[0]:
+            made[*_AS_SET.values(), *drawn] = choose(at, choice, lambda_limit)
+            of_drawn.append(made[*_AS_SET.values(), *drawn])
+    as_set = settings.bearing.oil_volume_fraction, 0
+    for drawn, at in maps:
+        for reading, rules in _readings(choice) if drawn[1:] == as_set else ():
+            made.setdefault((*reading, *drawn), choose(at, rules, lambda_limit))
+    rows = [
+        (*scenario, name, maps[0][1].points["bearing"].iloc[0], each.judged.sum(), holds.sum())
+        for name in (BY_RULES, *dict.fromkeys(oil for rule in choice.rules for oil in rule.prefer))
+        for scenario, each in made.items()
+        if each.judged.any()
+        for holds in [_holds(each, name, maps[0][1].oils)]
     ]
-    slips = pd.concat(_at_temperatures(oils, results.cage_slip, settings), ignore_index=True)
-    read = [
-        advise(at_temperature, rules, lambda_limit).assign(**reading, **as_set)
-        for _, at_temperature in slips.groupby("inlet_temperature_c", sort=False)
-        for reading, rules in _readings(choice)
-    ]
-    advice = pd.concat([*drawn, *read], ignore_index=True)
-    advice = advice[~advice["judgement"].isin(NO_CHOICE)].drop_duplicates([*_SCENARIO, *_POINT])
-    good = {BY_RULES: advice["judgement"] == "agree"}
-    for oil in dict.fromkeys(oil for rule in choice.rules for oil in rule.prefer):
-        good[oil] = advice["good_oils"].str.split("; ").map(lambda oils, own=oil: own in oils)
-    chosen = [advice.assign(choice=name, agrees=holds) for name, holds in good.items()]
-    band = (
-        pd.concat(chosen)
-        .groupby([*_SCENARIO, "choice", "bearing"], sort=False)["agrees"]
-        .agg(operating_points="size", agreeing_points="sum")
-        .reset_index()[tables.columns("advice_band")]
-    )
-    of_drawn = pd.concat(drawn, ignore_index=True)
-    of_drawn = of_drawn[~of_drawn["judgement"].isin(NO_CHOICE)]
     return {
-        "slip_advice": _with_shares(nominal, of_drawn),
-        "advice_band": tables.conform(band, "advice_band", "advice band"),
+        "slip_advice": _with_shares(nominal, of_drawn, maps[0][1].oils),
+        "advice_band": tables.conform(
+            pd.DataFrame(rows, columns=tables.columns("advice_band")), "advice_band", "advice band"
+        ),
     }
+
+
+def _holds(choice: Choice, name: str, oils: Sequence[str]) -> BoolArray:
+    """Where the rules' oil, or this oil, is a good choice."""
+    agree = choice.judgement == "agree"
+    return choice.judged & (agree if name == BY_RULES else choice.good[oils.index(name)])
 
 
 def advise(
@@ -116,50 +183,21 @@ def advise(
     Raises:
         OilfilmError: No rule applies to an operating point.
     """
-    named = {oil for rule in settings.rules for oil in rule.prefer}
-    oils = [oil for oil in dict.fromkeys(cage_slip["oil"]) if oil in named]
-    if set(oils) < named:
+    if (at := SlipMap.of(cage_slip, settings)) is None:
         return tables.empty("slip_advice")
-    points, of = operating_points(cage_slip), partial(by_oil, cage_slip, oils)
-    slip, torque, film = of("cage_slip"), of("torque_n_m"), of("lambda_ratio")
-    contacts = points.assign(
-        max_hertz_pressure_gpa=np.fmax.reduce(
-            [*of("inner_max_hertz_pressure_gpa"), *of("outer_max_hertz_pressure_gpa")]
-        ),
-        # whether it is fast depends on the bearing, not on how much its cage slips
-        entrainment_speed_m_s=entrainment_speed_m_s(points["pitch_speed_mm_rpm"].to_numpy()),
-    )
-    limit = settings.limits.slip_limit
-    enough, perhaps = enough_film(film, lambda_limit)
-    # without equilibrium an oil is no choice, whatever its film
-    perhaps &= np.isfinite(slip)
-    within = enough & (slip <= limit)
-    best = best_index(slip, torque, enough, limit)
-    deciding, advised, start = _by_rules(contacts, oils, settings, slip, enough)
-    outside = _by_rules(contacts, oils, settings, slip, perhaps)[1] != advised
-    outside |= best_index(slip, torque, perhaps, limit) != best
-    best_slip, best_torque = _of_oil(slip, best), _of_oil(torque, best)
-    could = best_slip <= limit
-    loss = np.where(could, torque / best_torque, slip / best_slip) - 1
-    good = enough & (within | ~could) & (loss <= settings.indifference)
-    judgement = np.select(
-        [outside, best < 0, advised < 0, _of_oil(good, advised) == 1, ~could],
-        [OUTSIDE, "no film", "rule has none", "agree", "slips more"],
-        np.where(_of_oil(within, advised) == 1, "heats more", "slips"),
-    )
-    names = np.array([*oils, ""])
-    frame = points.assign(
-        oils_within_limit=["; ".join(np.compress(column, oils)) for column in within.T],
-        selection_rule=np.array([rule.name for rule in settings.rules])[deciding],
-        slip_that_decides=_of_oil(slip, start),
-        advised_oil=names[advised],
-        advised_cage_slip=_of_oil(slip, advised),
-        advised_torque_n_m=_of_oil(torque, advised),
-        best_oil=names[best],
-        best_cage_slip=best_slip,
-        best_torque_n_m=best_torque,
-        good_oils=["; ".join(np.compress(column, oils)) for column in good.T],
-        judgement=judgement,
+    made, names = choose(at, settings, lambda_limit), np.array([*at.oils, ""])
+    frame = at.points.assign(
+        oils_within_limit=_joined(made.within, at.oils),
+        selection_rule=np.array([rule.name for rule in settings.rules])[made.deciding],
+        slip_that_decides=_of_oil(at.slip, made.start),
+        advised_oil=names[made.advised],
+        advised_cage_slip=_of_oil(at.slip, made.advised),
+        advised_torque_n_m=_of_oil(at.torque, made.advised),
+        best_oil=names[made.best],
+        best_cage_slip=_of_oil(at.slip, made.best),
+        best_torque_n_m=_of_oil(at.torque, made.best),
+        good_oils=_joined(made.good, at.oils),
+        judgement=made.judgement,
         agree_share=np.nan,
         best_oil_share=np.nan,
         best_oils="",
@@ -167,13 +205,48 @@ def advise(
     return tables.conform(frame[tables.columns("slip_advice")], "slip_advice", "slip advice")
 
 
+def _joined(chosen: BoolArray, oils: Sequence[str]) -> list[str]:
+    """Names of the oils that are chosen at each operating point."""
+    return ["; ".join(itertools.compress(oils, column)) for column in chosen.T]
+
+
+def choose(at: SlipMap, settings: SelectionSettings, lambda_limit: float) -> Choice:
+    """The advice and the best oil at each operating point of a map.
+
+    Raises:
+        OilfilmError: No rule applies to an operating point.
+    """
+    limit, slip, torque = settings.limits.slip_limit, at.slip, at.torque
+    enough, perhaps = enough_film(at.film, lambda_limit)
+    # without equilibrium an oil is no choice, whatever its film
+    perhaps &= np.isfinite(slip)
+    within = enough & (slip <= limit)
+    best = best_index(slip, torque, enough, limit)
+    deciding, advised, start = _by_rules(at, settings, enough)
+    outside = _by_rules(at, settings, perhaps)[1] != advised
+    outside |= best_index(slip, torque, perhaps, limit) != best
+    best_slip = _of_oil(slip, best)
+    could = best_slip <= limit
+    loss = np.where(could, torque / _of_oil(torque, best), slip / best_slip) - 1
+    good = enough & (within | ~could) & (loss <= settings.indifference)
+    judgement = np.select(
+        [outside, best < 0, advised < 0, _of_oil(good, advised) == 1, ~could],
+        [OUTSIDE, "no film", "rule has none", "agree", "slips more"],
+        np.where(_of_oil(within, advised) == 1, "heats more", "slips"),
+    )
+    return Choice(deciding, advised, start, best, within, good, judgement)
+
+
 def decide(
-    points: pd.DataFrame, settings: SelectionSettings, oils: Sequence[str], enough: BoolArray
+    points: Mapping[str, FloatArray] | pd.DataFrame,
+    settings: SelectionSettings,
+    oils: Sequence[str],
+    enough: BoolArray,
 ) -> tuple[IntArray, IntArray]:
     """At each operating point the first rule that applies, and the oil it advises (-1 for none).
 
     Args:
-        points: Operating points with their slide-roll ratio.
+        points: Pressure, speed, temperature and slide-roll ratio of operating points.
         settings: `selection` of the settings, which says by `reading` which slide-roll ratio and
             which entrainment speed the rules' cage slip and bearing speed are.
         oils: The oils that may be advised.
@@ -182,24 +255,23 @@ def decide(
     Raises:
         OilfilmError: No rule applies to one of the points.
     """
-    limits, pressure = settings.limits, points["max_hertz_pressure_gpa"]
-    slipping = points["slide_roll_ratio"] > settings.slide_roll_ratio_limit
-    states = pd.DataFrame(
-        {
-            "slipping": slipping,
-            "gripping": ~slipping,
-            "light": pressure < limits.light_below_gpa,
-            "heavy": pressure >= limits.heavy_from_gpa,
-            "hot": points["inlet_temperature_c"] >= limits.hot_from_c,
-            "fast": points["entrainment_speed_m_s"] >= settings.fast_from_m_s,
-        }
-    )
-    applies = np.array([states[list(rule.when)].all(axis=1) for rule in settings.rules])
+    limits = settings.limits
+    levels = {name: np.asarray(points[name]) for name in (*CONDITIONS, "slide_roll_ratio")}
+    pressure, speed, temperature, slip = levels.values()
+    slipping = slip > settings.slide_roll_ratio_limit
+    states = {
+        "slipping": slipping,
+        "gripping": ~slipping,
+        "light": pressure < limits.light_below_gpa,
+        "heavy": pressure >= limits.heavy_from_gpa,
+        "hot": temperature >= limits.hot_from_c,
+        "fast": speed >= settings.fast_from_m_s,
+    }
+    applies = np.array([np.all([states[name] for name in rule.when], 0) for rule in settings.rules])
     if not (ruled := applies.any(axis=0)).all():
-        unruled = points[~ruled].select_dtypes("number").iloc[0]
-        condition = ", ".join(f"{name} {value:.3g}" for name, value in unruled.items())
+        at = ", ".join(f"{name} {level[~ruled][0]:.3g}" for name, level in levels.items())
         raise OilfilmError(
-            f"selection.rules of the configuration: no rule applies at {condition}; end the list "
+            f"selection.rules of the configuration: no rule applies at {at}; end the list "
             "with rules for `slipping` and for `gripping`."
         )
     orders = [np.array([oils.index(oil) for oil in rule.prefer]) for rule in settings.rules]
@@ -208,24 +280,23 @@ def decide(
         for order in orders
     ]
     deciding = np.argmax(applies, axis=0)
-    return deciding, np.array(advice)[deciding, np.arange(len(points))]
+    return deciding, np.array(advice)[deciding, np.arange(len(slip))]
 
 
 def _by_rules(
-    contacts: pd.DataFrame,
-    oils: Sequence[str],
-    settings: SelectionSettings,
-    slip: FloatArray,
-    enough: BoolArray,
+    at: SlipMap, settings: SelectionSettings, enough: BoolArray
 ) -> tuple[IntArray, IntArray, IntArray]:
     """At each point the rule that decides, the oil it advises, and that of the rules at no slip."""
-    limit, each = settings.limits.slip_limit, np.arange(len(contacts))
-    _, start = decide(contacts.assign(slide_roll_ratio=0.0), settings, oils, enough)
-    started = np.where(start >= 0, slip[start, each], 0.0)
-    slipping = contacts.assign(slide_roll_ratio=settings.slide_roll_ratio(started))
-    deciding, advised = decide(slipping, settings, oils, enough)
+    limit, slip, each = settings.limits.slip_limit, at.slip, np.arange(len(at.points))
+    points = {name: at.points[name].to_numpy() for name in CONDITIONS}
+    points["slide_roll_ratio"] = np.zeros(len(each))
+    _, start = decide(points, settings, at.oils, enough)
+    points["slide_roll_ratio"] = settings.slide_roll_ratio(
+        np.where(start >= 0, slip[start, each], 0.0)
+    )
+    deciding, advised = decide(points, settings, at.oils, enough)
     # "4050 is recommended, and if necessary, lubricant 4102": necessary while the cage still slips
-    prefer = [[oils.index(oil) for oil in rule.prefer] for rule in settings.rules]
+    prefer = [[at.oils.index(oil) for oil in rule.prefer] for rule in settings.rules]
     for point in each[(advised >= 0) & ~(slip[advised, each] <= limit)]:
         others = [oil for oil in prefer[deciding[point]] if enough[oil, point]]
         holding = [oil for oil in others if slip[oil, point] <= limit]
@@ -240,7 +311,7 @@ def _of_oil(values: FloatArray | BoolArray, oil: IntArray) -> FloatArray:
 
 def _readings(
     choice: SelectionSettings,
-) -> Iterator[tuple[dict[str, str | float], SelectionSettings]]:
+) -> Iterator[tuple[tuple[str | float, ...], SelectionSettings]]:
     """The rules in each order, and in each with one limit after the other changed."""
     by_name = {rule.name: rule for rule in choice.rules}
     orders = {str(_AS_SET["rule_order"]): list(by_name), **choice.band.rule_orders}
@@ -252,32 +323,21 @@ def _readings(
             "rules": [by_name[name] for name in names],
             "limits": choice.limits.model_copy(update=changed),
         }
-        reading: dict[str, str | float] = {"rule_order": order}
-        reading |= {"varied_limit": limit, "limit_factor": factor}
-        yield reading, choice.model_copy(update=update)
+        yield (order, limit, factor), choice.model_copy(update=update)
 
 
-def _at_temperatures(
-    oils: Sequence[OilInBearing], cage_slip: pd.DataFrame, settings: Settings
-) -> Iterator[pd.DataFrame]:
-    """Cage slip as set, and with oil of other supply temperatures."""
-    yield cage_slip
-    for oil, temperature in itertools.product(oils, settings.selection.band.inlet_temperature_c):
-        at = cage_slip[cage_slip["oil"] == oil.name]
-        if temperature not in set(at["inlet_temperature_c"]):
-            points = at["axial_load_n"].to_numpy(), at["inner_speed_rpm"].to_numpy()
-            yield oil.run(settings.tested_bearing(), *points, temperature).assign(
-                pitch_speed_mm_rpm=at["pitch_speed_mm_rpm"].to_numpy()
-            )
-
-
-def _drag_and_law(
+def _scenarios(
     oils: Sequence[OilInBearing], results: CampaignTables, settings: Settings
-) -> Iterator[pd.DataFrame]:
-    """Cage slip of each oil with every drag and refit; refit 0 is the fit itself."""
-    bearing, band, choice = settings.tested_bearing(), settings.bearing, settings.selection.band
+) -> pd.DataFrame:
+    """Cage slip of each oil as set, with every drag and refit, and with warmer or cooler oil.
+
+    Refit 0 is the fit itself.
+    """
+    band, choice = settings.bearing, settings.selection.band
     low, high = band.oil_volume_fraction_range
-    ends = np.geomspace(low, high, choice.oil_volume_fractions)
+    fractions = np.union1d(
+        np.geomspace(low, high, choice.oil_volume_fractions), band.oil_volume_fraction
+    )
     spread = {
         oil.name: FittedLaw.of(
             results.coefficients, oil.name, results.refits, law=oil.laws["stress"].fitted.law
@@ -285,38 +345,47 @@ def _drag_and_law(
         for oil in oils
     }
     # in every scenario each oil has a refit of its own: they were measured apart
-    count = min(choice.refits, *map(len, spread.values()))
-    refits = np.arange(count + 1)
-    for oil in oils:
-        at = results.cage_slip[results.cage_slip["oil"] == oil.name]
-        constants = np.vstack([oil.laws["stress"].constants, spread[oil.name][:count]])
-        points = at[["axial_load_n", "inner_speed_rpm", "inlet_temperature_c"]].to_numpy()
-        load, speed, temperature = np.tile(points, (len(refits), 1)).T
-        for fraction in np.union1d(ends, band.oil_volume_fraction):
-            drag = band.model_copy(update={"oil_volume_fraction": float(fraction)})
-            drawn = replace(oil, settings=drag).with_constants(
-                np.repeat(constants, len(at), axis=0)
-            )
-            yield drawn.run(bearing, load, speed, temperature).assign(
-                pitch_speed_mm_rpm=np.tile(at["pitch_speed_mm_rpm"], len(refits)),
-                oil_volume_fraction=fraction,
-                refit=np.repeat(refits, len(at)),
-            )
+    refits = range(min(choice.refits, *map(len, spread.values())) + 1)
+    points = operating_points(results.cage_slip).drop(columns="bearing")
+    as_set = {"oil_volume_fraction": band.oil_volume_fraction, "refit": 0}
+    groups = []
+    for fraction, refit in itertools.product(fractions.tolist(), refits):
+        at = {"oil_volume_fraction": fraction, "refit": refit}
+        update = band.model_copy(update={"oil_volume_fraction": fraction})
+        for oil in oils if at != as_set else ():
+            drawn = replace(oil, settings=update)
+            if refit:
+                drawn = drawn.with_constants(spread[oil.name][refit - 1])
+            groups.append((drawn, "stress", points.assign(**at)))
+    for temperature in choice.inlet_temperature_c:
+        if temperature not in set(points["inlet_temperature_c"]):
+            warm = points.assign(inlet_temperature_c=temperature, **as_set)
+            groups += [(oil, "stress", warm) for oil in oils]
+    return pd.concat(
+        [results.cage_slip.assign(**as_set), Cases(settings.tested_bearing(), groups).run()],
+        ignore_index=True,
+    )
 
 
-def _with_shares(nominal: pd.DataFrame, chosen: pd.DataFrame) -> pd.DataFrame:
+def _with_shares(
+    nominal: pd.DataFrame, drawn: Sequence[Choice], oils: Sequence[str]
+) -> pd.DataFrame:
     """The nominal advice with the shares of scenarios in which it and its best oil are good."""
-    shares = pd.DataFrame(columns=["agree_share", "best_oil_share", "best_oils"])
-    if len(chosen):
-        best = nominal.set_index(_POINT)["best_oil"]
-        expected = best.loc[pd.MultiIndex.from_frame(chosen[_POINT])]
-        pairs = zip(expected, chosen["good_oils"], strict=True)
-        good = [oil in oils.split("; ") for oil, oils in pairs]
-        agrees = chosen["judgement"] == "agree"
-        by_point = chosen.assign(good=good, agrees=agrees).groupby(_POINT)
-        shares["agree_share"] = by_point["agrees"].mean()
-        shares["best_oil_share"] = by_point["good"].mean().where(best != "")
-        shares["best_oils"] = by_point["best_oil"].agg(lambda oils: "; ".join(sorted(set(oils))))
-    frame = nominal.drop(columns=shares.columns).join(shares, on=_POINT)
-    frame = frame.fillna({"best_oils": ""})[tables.columns("slip_advice")]
+    judged = np.array([each.judged for each in drawn])
+    agree = np.array([each.judgement == "agree" for each in drawn])
+    places = {oil: place for place, oil in enumerate(oils)}
+    best: IntArray = np.array([places.get(oil, -1) for oil in nominal["best_oil"]], dtype=np.intp)
+    good = np.array([_of_oil(each.good, best) for each in drawn])
+    names = np.array([[*oils, ""][place] for each in drawn for place in each.best])
+    names = names.reshape(judged.shape)
+    with np.errstate(invalid="ignore"):
+        frame = nominal.assign(
+            agree_share=(agree & judged).sum(axis=0) / judged.sum(axis=0),
+            best_oil_share=np.where(judged, good, 0.0).sum(axis=0) / judged.sum(axis=0),
+            best_oils=[
+                "; ".join(np.unique(each[kept]))
+                for each, kept in zip(names.T, judged.T, strict=True)
+            ],
+        )
+    frame.loc[best < 0, "best_oil_share"] = np.nan
     return tables.conform(frame, "slip_advice", "slip advice")

@@ -20,6 +20,9 @@ from oilfilm.units import FloatArray
 _CUT_OFF = 1e6  # of mu, for laws that run away: its errors must be numbers of a table
 _SHORT_NAMES = np.array(["pressure", "speed", "temperature"])  # of CONDITIONS
 
+# Intervals that hold a truth or not.
+_INTERVALS = ("obs_ci", "mean_ci")
+
 
 def extrapolate(
     truth: pd.DataFrame,
@@ -127,27 +130,28 @@ def is_beyond(at: FloatArray, box: FloatArray, within: float) -> npt.NDArray[np.
 
 def _errors(compared: pd.DataFrame) -> dict[str, Any]:
     """Errors over some rows; their number alone where no row has a fitted value."""
-    rows = compared.dropna(subset="traction_coefficient")
-    if rows.empty:
-        return {"n_conditions": 0}
-    true = rows["true_traction_coefficient"]
-    error = (rows["traction_coefficient"] - true).to_numpy()
-    rmse = np.sqrt(np.mean(error**2))
-    worst = rows.iloc[np.abs(error).argmax()]
     at = (*CONDITIONS, "slide_roll_ratio", "true_traction_coefficient", "traction_coefficient")
+    names = [*at, *INTERVALS]
+    values = dict(zip(names, compared[names].to_numpy(dtype=float).T, strict=True))
+    fitted = np.isfinite(values["traction_coefficient"])
+    if not fitted.any():
+        return {"n_conditions": 0}
+    rows = {name: each[fitted] for name, each in values.items()}
+    true = rows["true_traction_coefficient"]
+    error = rows["traction_coefficient"] - true
+    rmse, worst = np.sqrt(np.mean(error**2)), np.abs(error).argmax()
+    held = {
+        f"{kind}_ratio": np.nan
+        if np.isnan(lower := rows[f"{kind}_lower"]).any()
+        else ((lower <= true) & (true <= rows[f"{kind}_upper"])).mean()
+        for kind in _INTERVALS
+    }
     return {
-        "n_conditions": len(rows),
+        "n_conditions": len(true),
         "rmse": rmse,
         "relative_rms": rmse / np.sqrt(np.mean(true**2)),
         "mean_error": error.mean(),
         "max_error": np.abs(error).max(),
-        **{f"{kind}_ratio": _held(rows, kind) for kind in ("obs_ci", "mean_ci")},
-        **{f"worst_{name}": worst[name] for name in at},
+        **held,
+        **{f"worst_{name}": rows[name][worst] for name in at},
     }
-
-
-def _held(rows: pd.DataFrame, kind: str) -> float:
-    """Share of rows whose interval contains the truth; NaN where a row has none."""
-    lower, upper = rows[f"{kind}_lower"], rows[f"{kind}_upper"]
-    held = rows["true_traction_coefficient"].between(lower, upper)
-    return float(held.mean()) if lower.notna().all() else np.nan

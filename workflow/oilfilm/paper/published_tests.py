@@ -14,11 +14,12 @@ import pandas as pd
 import scipy
 
 from oilfilm import tables
+from oilfilm.bearing.friction import Neighbour, friction_equilibrium
 from oilfilm.bearing.geometry import Bearing
 from oilfilm.paper.reference import PublishedBearingTest, PublishedBearingTests
 from oilfilm.settings.resolved import Settings
-from oilfilm.torque.bearing_torque import OilInBearing
-from oilfilm.units import RAD_S_PER_RPM, FloatArray
+from oilfilm.torque.bearing_torque import Cases, OilInBearing
+from oilfilm.units import RAD_S_PER_RPM, FloatArray, IndexArray
 
 # Shares of oil among which the fit looks; a tenth of the volume is far more than a sprayed
 # bearing holds.
@@ -57,12 +58,15 @@ def fitted_fraction(test: PublishedBearingTest, oil: OilInBearing, bearing: Bear
         oil: The oil with its law; every other constant is as set.
         bearing: The bearing.
     """
-    published = _columns(test)["published_power_w"]
+    at = _columns(test)
+    published, speed = at["published_power_w"], at["inner_speed_rpm"] * RAD_S_PER_RPM
     if np.isnan(published).all():
         return np.nan
+    known = _neighbour(test, oil, bearing)
 
     def squares(fraction: float) -> float:
-        power = _run(test, oil, bearing, fraction)["power_w"].to_numpy()
+        cases = _cases(test, oil, bearing, np.full(len(speed), fraction))
+        power = friction_equilibrium(cases.problem, known).torque_n_m() * speed
         return float(np.nansum((power / published - 1) ** 2))
 
     bounds = 0.0, _LARGEST_FRACTION
@@ -73,50 +77,69 @@ def fitted_fraction(test: PublishedBearingTest, oil: OilInBearing, bearing: Bear
 
 
 def _one_test(test: PublishedBearingTest, oil: OilInBearing, settings: Settings) -> pd.DataFrame:
-    bearing = settings.bearings[test.bearing].bearing(test.bearing)
-    low, high = (
-        _run(test, oil, bearing, end) for end in settings.bearing.oil_volume_fraction_range
+    bearing, at = settings.bearings[test.bearing].bearing(test.bearing), _columns(test)
+    speed = at["inner_speed_rpm"] * RAD_S_PER_RPM
+    fractions = *settings.bearing.oil_volume_fraction_range, settings.bearing.oil_volume_fraction
+    low, high, as_set = (
+        _cases(test, oil, bearing, np.full(len(speed), fraction)).run() for fraction in fractions
     )
-    return _run(test, oil, bearing, settings.bearing.oil_volume_fraction).assign(
-        **_columns(test),
-        power_low_w=low["power_w"],
-        power_high_w=high["power_w"],
+    return as_set.assign(
+        **at,
+        power_w=as_set["torque_n_m"] * speed,
+        power_low_w=low["torque_n_m"] * speed,
+        power_high_w=high["torque_n_m"] * speed,
         cage_slip_low=low["cage_slip"],
         cage_slip_high=high["cage_slip"],
         fitted_oil_volume_fraction=fitted_fraction(test, oil, bearing),
-        oil_volume_fraction_alone=[
-            _fraction_alone(test.model_copy(update={"rows": [row]}), oil, bearing)
-            for row in test.rows
-        ],
+        oil_volume_fraction_alone=_fractions_alone(test, oil, bearing),
         source=test.source,
         assumed=test.assumed,
     )
 
 
-def _fraction_alone(test: PublishedBearingTest, oil: OilInBearing, bearing: Bearing) -> float:
-    """Share of oil that gives the published value of a test of one row; NaN where none does."""
-    published = _columns(test)
-    name = "cage_slip" if np.isnan(published["published_power_w"]).any() else "power_w"
-    value = published[f"published_{name}"].item()
+def _fractions_alone(test: PublishedBearingTest, oil: OilInBearing, bearing: Bearing) -> FloatArray:
+    """Share of oil that gives the published value of each row; NaN where none does."""
+    at, known = _columns(test), _neighbour(test, oil, bearing)
+    speed, power = at["inner_speed_rpm"] * RAD_S_PER_RPM, at["published_power_w"]
 
-    def error(fraction: float) -> float:
-        return _run(test, oil, bearing, fraction)[name].item() - value
+    def error(fraction: FloatArray, rows: IndexArray) -> FloatArray:
+        every = np.zeros(len(speed))
+        every[rows] = fraction
+        found = friction_equilibrium(_cases(test, oil, bearing, every).problem, known)
+        slip = found.cage_slip() - at["published_cage_slip"]
+        return np.where(np.isnan(power), slip, found.torque_n_m() * speed - power)[rows]
 
-    if not error(0.0) < 0 < error(_LARGEST_FRACTION):
-        return np.nan
-    return float(scipy.optimize.brentq(error, 0.0, _LARGEST_FRACTION, xtol=_TOLERANCE))
+    # late, as in `bearing.heat_balance`
+    from scipy.optimize import elementwise  # noqa: PLC0415
 
-
-def _run(
-    test: PublishedBearingTest, oil: OilInBearing, bearing: Bearing, fraction: float
-) -> pd.DataFrame:
-    """Calculated friction of each row with a share of oil."""
-    settings = oil.settings.model_copy(update={"oil_volume_fraction": fraction})
-    at = _columns(test)
-    terms = replace(oil, settings=settings).run(
-        bearing, at["axial_load_n"], at["inner_speed_rpm"], test.inlet_temperature_c
+    found = elementwise.find_root(
+        error,
+        (np.zeros(len(speed)), np.full(len(speed), _LARGEST_FRACTION)),
+        args=(np.arange(len(speed)),),
+        tolerances={"xatol": _TOLERANCE},
     )
-    return terms.assign(power_w=terms["torque_n_m"] * at["inner_speed_rpm"] * RAD_S_PER_RPM)
+    return np.where(found.success, found.x, np.nan)
+
+
+def _neighbour(test: PublishedBearingTest, oil: OilInBearing, bearing: Bearing) -> Neighbour:
+    """Equilibria with the share of oil that is set."""
+    fraction = np.full(len(test.rows), oil.settings.oil_volume_fraction)
+    problem = _cases(test, oil, bearing, fraction).problem
+    return Neighbour.of(problem, friction_equilibrium(problem).solution.unknowns)
+
+
+def _cases(
+    test: PublishedBearingTest, oil: OilInBearing, bearing: Bearing, fractions: FloatArray
+) -> Cases:
+    """The rows of a test, each with a share of oil."""
+    points = pd.DataFrame(_columns(test))[["inner_speed_rpm", "axial_load_n"]]
+    points["inlet_temperature_c"] = test.inlet_temperature_c
+    of_rows = (
+        replace(oil, settings=oil.settings.model_copy(update={"oil_volume_fraction": fraction}))
+        for fraction in fractions.tolist()
+    )
+    groups = [(each, "stress", points.iloc[[row]]) for row, each in enumerate(of_rows)]
+    return Cases(bearing, groups)
 
 
 def _columns(test: PublishedBearingTest) -> dict[str, FloatArray]:

@@ -77,7 +77,7 @@ def _truth(
         )
     left = misfit(traction, settings)
     torque = found.torque_n_m()
-    heat = bearing.ball_count * found.balance.heat_w[:, HEATS.index("traction")]
+    heat = bearing.ball_count * found.balance.heats_w[HEATS.index("traction")]
     rows = [
         {
             "run_id": plan.name,

@@ -10,8 +10,8 @@ import scipy
 from oilfilm import tables
 from oilfilm.bearing.branches import other_equilibrium
 from oilfilm.bearing.catalogue_torque import palmgren_torque_n_m, skf_torque_n_m
-from oilfilm.bearing.ellipse import JoinedLaw, ScaledLaw, TractionLaw
-from oilfilm.bearing.friction import FrictionProblem
+from oilfilm.bearing.ellipse import ScaledLaw
+from oilfilm.bearing.friction import FrictionProblem, Neighbour
 from oilfilm.bearing.geometry import Bearing
 from oilfilm.bearing.quasistatic import OperatingPoints
 from oilfilm.bearing.resistance import TERMS, Lubrication
@@ -24,7 +24,7 @@ from oilfilm.settings.base import present
 from oilfilm.settings.config import BearingSettings
 from oilfilm.settings.resolved import Settings
 from oilfilm.torque.best_oil import best_index
-from oilfilm.torque.load_variables import LOAD_VARIABLES, LawInBearing
+from oilfilm.torque.load_variables import LOAD_VARIABLES, LawInBearing, law_of_groups
 from oilfilm.torque.torque_uncertainty import drawn, term_factors, with_uncertainty
 from oilfilm.traction import BEARING_LAW_NAMES
 from oilfilm.units import MM_PER_M, RAD_S_PER_RPM, FloatArray
@@ -100,7 +100,7 @@ class Cases:
 
     Attributes:
         oils: Oil of each group of points.
-        laws: Its law, by oil and load variable.
+        laws: Its law.
         points: One row per point: `oil`, `bearing`, `load_variable`, what the groups have, and
             where they have it `traction_factor`, a factor on all traction.
         problem: The same points for the solver.
@@ -117,7 +117,7 @@ class Cases:
                 inlet_temperature_c and any other.
         """
         self.oils = [oil for oil, _, _ in groups]
-        self.laws = {(oil.name, variable): oil.laws[variable] for oil, variable, _ in groups}
+        self.laws = [oil.laws[variable] for oil, variable, _ in groups]
         named = [
             points.assign(oil=oil.name, bearing=bearing.name, load_variable=variable)
             for oil, variable, points in groups
@@ -136,22 +136,24 @@ class Cases:
             ]
         )
         self._sizes = [len(points) for points in named]
-        law: TractionLaw = JoinedLaw(
-            [*self.laws.values()], np.repeat(np.arange(len(groups)), self._sizes)
-        )
+        law = law_of_groups(self.laws, self._sizes)
         if "traction_factor" in self.points:
             law = ScaledLaw(law, self.points["traction_factor"].to_numpy())
         turning = OperatingPoints.axial(load, speed * RAD_S_PER_RPM)
         self.problem = FrictionProblem(bearing, turning, lubrication, law)
 
-    def run(self) -> pd.DataFrame:
-        """Friction at every point, with the columns of `torque_terms`; null without equilibrium."""
+    def run(self, neighbour: Neighbour | None = None) -> pd.DataFrame:
+        """Friction at every point, with the columns of `torque_terms`; null without equilibrium.
+
+        Args:
+            neighbour: See `friction_equilibrium`.
+        """
         ends = {
             name: np.repeat([oil.tested[name] for oil in self.oils], self._sizes, axis=0).T
             for name in _TESTED
         }
         ratio = np.repeat([oil.oil.limiting_stress_ratio for oil in self.oils], self._sizes)
-        terms = _without_failures(torque_terms(self.problem, ends, ratio))
+        terms = _without_failures(torque_terms(self.problem, ends, ratio, neighbour))
         long_term, peak = self.oils[0].settings.pressure_limits_gpa
         pressure = terms[["inner_max_hertz_pressure_gpa", "outer_max_hertz_pressure_gpa"]].max(
             axis=1
@@ -167,8 +169,10 @@ class Cases:
 
     def drawn(self, calculated: pd.DataFrame, seed: int) -> FloatArray:
         """Results of random draws; see `torque_uncertainty.drawn`."""
-        oils = [oil.oil for oil in self.oils]
-        return drawn(self.problem, self.laws, oils, calculated, self.oils[0].settings, seed)
+        pairs = zip(self.oils, self.laws, strict=True)
+        groups = [(oil.name, oil.oil, law) for oil, law in pairs]
+        number = np.repeat(np.arange(len(groups)), self._sizes)
+        return drawn(self.problem, groups, number, calculated, self.oils[0].settings, seed)
 
     def assessed(self, calculated: pd.DataFrame, draws: FloatArray) -> pd.DataFrame:
         """What `run` calculated, with its uncertainty and the other equilibrium.

@@ -28,11 +28,11 @@ def operating_points(cage_slip: pd.DataFrame) -> pd.DataFrame:
     return cage_slip[OPERATING_POINT].drop_duplicates().reset_index(drop=True)
 
 
-def by_oil(cage_slip: pd.DataFrame, oils: Sequence[str], column: str) -> FloatArray:
-    """A column of the table of cage slip, shape (oils, operating points)."""
-    wide = cage_slip.pivot(index=OPERATING_POINT, columns="oil", values=column)
-    points = pd.MultiIndex.from_frame(operating_points(cage_slip))
-    return wide.loc[points, list(oils)].to_numpy(dtype=float).T
+def by_oil(cage_slip: pd.DataFrame, oils: Sequence[str], *columns: str) -> list[FloatArray]:
+    """Columns of the table of cage slip, each of shape (oils, operating points)."""
+    wide = cage_slip.pivot(index=OPERATING_POINT, columns="oil", values=list(columns))
+    wide = wide.loc[pd.MultiIndex.from_frame(operating_points(cage_slip))]
+    return [wide[name][list(oils)].to_numpy(dtype=float).T for name in columns]
 
 
 def enough_film(film: FloatArray, lambda_limit: float) -> tuple[BoolArray, BoolArray]:
@@ -67,6 +67,6 @@ def best_oils(cage_slip: pd.DataFrame, slip_limit: float, lambda_limit: float) -
     """The best oil (`best_oil`, empty where none has a full film) of each operating point."""
     oils = list(dict.fromkeys(cage_slip["oil"]))
     columns = ("cage_slip", "torque_n_m", "lambda_ratio")
-    slip, torque, film = (by_oil(cage_slip, oils, name) for name in columns)
+    slip, torque, film = by_oil(cage_slip, oils, *columns)
     best = best_index(slip, torque, enough_film(film, lambda_limit)[0], slip_limit)
     return operating_points(cage_slip).assign(best_oil=np.array([*oils, ""])[best])

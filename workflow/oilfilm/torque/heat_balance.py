@@ -12,11 +12,12 @@ import numpy as np
 import pandas as pd
 
 from oilfilm import tables
+from oilfilm.bearing.friction import Neighbour, friction_equilibrium
 from oilfilm.bearing.geometry import Bearing, OilSupply
 from oilfilm.bearing.heat_balance import heat_balance
 from oilfilm.settings.base import present
 from oilfilm.settings.resolved import Settings
-from oilfilm.torque.bearing_torque import OilInBearing, joined
+from oilfilm.torque.bearing_torque import Cases, OilInBearing, joined
 from oilfilm.torque.best_oil import best_oils
 from oilfilm.units import RAD_S_PER_RPM, FloatArray, IndexArray
 
@@ -67,17 +68,30 @@ def _heated(
     oil: OilInBearing, bearing: Bearing, points: pd.DataFrame, supply: OilSupply
 ) -> pd.DataFrame:
     """Friction of one oil's points with the oil as warm as it makes itself."""
-    load, speed, inlet = (
-        points[["axial_load_n", "inner_speed_rpm", "inlet_temperature_c"]].to_numpy().T
-    )
+    speed, load, inlet = points[_POINT].to_numpy(dtype=float).T
+    cold = Cases(bearing, [(oil, "stress", points[_POINT])]).problem
+    known = friction_equilibrium(cold)
+    latest = Neighbour.of(cold, known.solution.unknowns)
 
     def heat_w(contact_temperature_c: FloatArray, which: IndexArray) -> FloatArray:
-        terms = oil.run(bearing, load[which], speed[which], contact_temperature_c)
-        return (terms["torque_n_m"].to_numpy() * speed[which]) * RAD_S_PER_RPM
+        """Friction heat, found near the motion of the last temperature."""
+        heat = np.full(len(which), np.nan)
+        solved = known.solution.converged[which] & np.isfinite(contact_temperature_c)
+        if len(which := which[solved]):
+            warmed = contact_temperature_c[solved]
+            now = points[_POINT].iloc[which].assign(inlet_temperature_c=warmed)
+            problem = Cases(bearing, [(oil, "stress", now)]).problem
+            found = friction_equilibrium(problem, latest.at(which))
+            good = found.solution.converged
+            latest.unknowns[which[good]] = found.solution.unknowns[good]
+            power = found.torque_n_m() * speed[which] * RAD_S_PER_RPM
+            heat[solved] = np.where(good, power, np.nan)
+        return heat
 
     balance = heat_balance(heat_w, oil.oil, supply, inlet)
     warm = np.where(balance.balanced, balance.contact_temperature_c, inlet)
-    terms = oil.run(bearing, load, speed, warm)
+    at = points[_POINT].assign(inlet_temperature_c=warm)
+    terms = Cases(bearing, [(oil, "stress", at)]).run(latest)
     terms.loc[~balance.balanced, terms.select_dtypes("number").columns] = np.nan
     return terms.assign(
         run_id=points["run_id"].to_numpy(),

@@ -3,15 +3,16 @@
 Decides: how a law is evaluated in a bearing, with pressure or with load.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
+from oilfilm.bearing.ellipse import JoinedLaw, TractionLaw
 from oilfilm.fits.fitted import FittedLaw
 from oilfilm.physics.contact import Conditions, creep_slope
 from oilfilm.physics.rigs import Contact
-from oilfilm.traction.law import to_internal
+from oilfilm.traction.law import Law, to_internal
 from oilfilm.units import FloatArray, IndexArray
 
 LOAD_VARIABLES = ("stress", "load", "dimensionless_load")
@@ -35,30 +36,32 @@ class LawInBearing:
         rig: Contact of the traction rig on which the law was fitted.
         floor: Smallest level of each condition that the power laws are given; they have no value
             at zero.
-        constants: Those of the law in its order, shape (constants,), or one row for each operating
-            point of the bearing, shape (points, constants).
+        internal: The law's internal constants: one row, shape (1, constants), or one row for each
+            operating point of the bearing, shape (points, constants).
     """
 
     fitted: FittedLaw
     load_variable: str
     rig: Contact
     floor: Mapping[str, float]
-    constants: FloatArray
+    internal: FloatArray
 
     @classmethod
     def of(
         cls, fitted: FittedLaw, load_variable: str, rig: Contact, floor: Mapping[str, float]
     ) -> "LawInBearing":
         """A fitted law with the constants of its fit."""
-        return cls(fitted, load_variable, rig, floor, fitted.coefficients.constants)
+        internal = to_internal(fitted.law, fitted.coefficients.constants)
+        return cls(fitted, load_variable, rig, floor, np.atleast_2d(internal))
 
     def with_constants(self, constants: FloatArray) -> "LawInBearing":
         """The same law with other constants: one row, or one row for each operating point."""
-        return replace(self, constants=np.asarray(constants, dtype=float))
+        return replace(self, internal=to_internal(self.fitted.law, np.atleast_2d(constants)))
 
     def at_points(self, which: IndexArray) -> "LawInBearing":
         """See `TractionLaw`."""
-        return self if self.constants.ndim == 1 else self.with_constants(self.constants[which])
+        one = len(self.internal) == 1
+        return self if one else replace(self, internal=self.internal[which])
 
     def __call__(self, at: Conditions, slide_roll_ratio: FloatArray) -> FloatArray:
         """See `TractionLaw`."""
@@ -77,18 +80,14 @@ class LawInBearing:
         law = law.in_contacts(at.radius_x_m.ravel(), at.reduced_modulus_pa)
         rows = conditions.reshape(-1, conditions.shape[-1])
         design = law.design(rows, self.fitted.coefficients.known)
-        internal = to_internal(law, self.constants)
-        if internal.ndim == 1:
-            sizes = law.sizes(internal, design).reshape(-1, *conditions.shape[:-1])
-        else:
-            # the points are the third axis from the end, before contacts and nodes
-            blocks = internal.reshape(len(internal), 1, 1, len(law.coefficients), -1)
-            design = design.reshape(*conditions.shape[:-1], -1)
-            sizes = np.exp(np.einsum("...d,...ld->l...", design, blocks))
+        # the points are the third axis from the end, before contacts and nodes
+        blocks = self.internal.reshape(len(self.internal), 1, 1, len(law.coefficients), -1)
+        design = design.reshape(*conditions.shape[:-1], -1)
+        sizes = np.exp(np.einsum("...d,...ld->l...", design, blocks))
         mu = law.value(sizes, slide_roll_ratio)
         # below the slips of the tests a law may grip harder than the bodies' creep lets it
         steel = creep_slope(np.fmax(at.relative_pressure, _LEAST_RELATIVE_PRESSURE), at.ellipticity)
-        return np.minimum(mu, steel * slide_roll_ratio)
+        return np.minimum(mu, steel * slide_roll_ratio, out=mu)
 
     def _stress_gpa(self, at: Conditions) -> FloatArray:
         """Stress of the rig's contact where its load variable is that of the bearing's contact."""
@@ -99,3 +98,22 @@ class LawInBearing:
             of_rig = self.rig.reduced_modulus_pa * self.rig.radius_m**2
             relative = relative * of_rig / (at.reduced_modulus_pa * at.radius_x_m**2)
         return np.cbrt(relative)
+
+
+def law_of_groups(laws: Sequence[LawInBearing], counts: Sequence[int]) -> TractionLaw:
+    """The law of operating points that come in groups, each with its law.
+
+    Laws that differ in their constants alone become one, with constants for each point.
+    """
+    kinds: dict[tuple[Law, str], list[int]] = {}
+    for number, law in enumerate(laws):
+        kinds.setdefault((law.fitted.law, law.load_variable), []).append(number)
+    joined, kind = [], np.empty(len(laws), dtype=np.int64)
+    for place, members in enumerate(kinds.values()):
+        rows = [
+            np.resize(laws[each].internal, (counts[each], laws[each].internal.shape[1]))
+            for each in members
+        ]
+        joined.append(replace(laws[members[0]], internal=np.concatenate(rows)))
+        kind[members] = place
+    return joined[0] if len(joined) == 1 else JoinedLaw(joined, np.repeat(kind, counts))

@@ -10,15 +10,21 @@ tested box the spread of the draws is true as far as the law's form is.
 Decides: the uncertainty of torque, cage slip and power.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 import pandas as pd
 import scipy
 
-from oilfilm.bearing.ellipse import JoinedLaw, ScaledLaw, grid
-from oilfilm.bearing.friction import FrictionEquilibrium, FrictionProblem, friction_equilibrium
+from oilfilm.bearing.ellipse import ScaledLaw, grid
+from oilfilm.bearing.friction import (
+    COARSE,
+    FrictionEquilibrium,
+    FrictionProblem,
+    Neighbour,
+    friction_equilibrium,
+)
 from oilfilm.bearing.resistance import TERMS
 from oilfilm.bearing.torque import film_ratio
 from oilfilm.fits.fitted import FittedLaw
@@ -26,12 +32,10 @@ from oilfilm.fits.interval import LEVELS, Unseen
 from oilfilm.physics.oils import Oil
 from oilfilm.randomness import generator
 from oilfilm.settings.config import BearingSettings
-from oilfilm.torque.load_variables import LawInBearing
+from oilfilm.torque.load_variables import LawInBearing, law_of_groups
 from oilfilm.traction.law import to_constants, to_internal
 from oilfilm.units import BoolArray, FloatArray, IndexArray
 
-# Integration points of the draws: fewer than those of the calculated torque, whose error is shown.
-_QUADRATURE = (6, 2)
 # Draws without an equilibrium that may be left out.
 _LOST = 0.05
 _INTERVAL = (0.025, 0.975)
@@ -130,8 +134,8 @@ def _normal(draws: int, variables: int, random: np.random.Generator) -> FloatArr
 
 def drawn(
     problem: FrictionProblem,
-    laws: Mapping[tuple[str, str], LawInBearing],
-    oils: Sequence[Oil],
+    groups: Sequence[tuple[str, Oil, LawInBearing]],
+    number: IndexArray,
     calculated: pd.DataFrame,
     settings: BearingSettings,
     seed: int,
@@ -140,8 +144,8 @@ def drawn(
 
     Args:
         problem: What was calculated.
-        laws: The law of each oil and load variable, in the order of `problem.law`.
-        oils: The oil of each law.
+        groups: Name of an oil, its properties and its law, of each group of points.
+        number: Index of each point's group, rising.
         calculated: The results without draws.
         settings: Uncertainty of drag, other terms and stand-ins; number of draws.
         seed: Of the configuration. All oils and load variables share the numbers of bearing and
@@ -154,31 +158,30 @@ def drawn(
     shared = _normal(count, len(TERMS) + _SENSORS, generator(seed, "torque uncertainty"))
     factors = term_factors(settings, shared[:, : len(TERMS)])
     draws = []
-    for (name, _), law, oil in zip(laws, laws.values(), oils, strict=True):
+    for name, oil, law in groups:
         own = generator(seed, "torque uncertainty", name)
         draws.append(Draws.of(law.fitted, oil, settings, shared[:, len(TERMS) :], own))
-    group = calculated.groupby(["oil", "load_variable"], sort=False).ngroup()
-    number: IndexArray = np.asarray(group, dtype=np.int64)
     has_draws = np.array([each is not None for each in draws])[number]
     which = np.flatnonzero(has_draws & calculated["converged"].to_numpy(dtype=bool))
     results = np.full((len(DRAWN), count, len(number)), np.nan)
     if len(which) == 0:
         return results
-    at, known = number[which], calculated.iloc[which]
-    coarse = replace(problem.at(which), rule=grid(*_QUADRATURE))
+    known, of_point = calculated.iloc[which], [(groups[at][2], draws[at]) for at in number[which]]
+    coarse = replace(problem.at(which), rule=grid(*COARSE))
     # the search starts from the equilibrium without draws, so that draws stay on its branch while
     # it exists
     own_motion = friction_equilibrium(coarse)
-    every = _with_draws(coarse, [*laws.values()], at, draws, factors, known)
-    point = np.repeat(np.arange(len(at)), count)
-    found = friction_equilibrium(every, own_motion.solution.unknowns[point])
+    every = _with_draws(coarse, of_point, factors, known["mean_traction_coefficient"].to_numpy())
+    point = np.repeat(np.arange(len(which)), count)
+    neighbour = Neighbour.of(coarse, own_motion.solution.unknowns).at(point)
+    found = friction_equilibrium(every, neighbour)
     values, unknowns = _results(found), found.solution.unknowns
     # a draw whose branch has ended is on the other one: near the slowest cage of its point
     if len(lost := np.flatnonzero(np.isnan(values[0]))):
         slip = values[1].reshape(-1, count)
         slowest = np.nan_to_num(slip, nan=-np.inf).argmax(axis=1) + count * np.arange(len(slip))
-        again = friction_equilibrium(every.at(lost), unknowns[slowest[point[lost]]])
-        values[:, lost] = _results(again)
+        part, start = every.at(lost), unknowns[slowest[point[lost]]]
+        values[:, lost] = _results(friction_equilibrium(part, Neighbour.of(part, start)))
     # all draws have the coarser quadrature; beside a fold it may end on the other branch
     off = known[[*DRAWN]].to_numpy().T - _results(own_motion)
     same = np.abs(off[1]) < _SAME_BRANCH
@@ -189,32 +192,28 @@ def drawn(
 
 def _with_draws(
     problem: FrictionProblem,
-    laws: Sequence[LawInBearing],
-    number: IndexArray,
-    draws: Sequence[Draws | None],
+    of_point: Sequence[tuple[LawInBearing, Draws]],
     factors: FloatArray,
-    calculated: pd.DataFrame,
+    mean_traction: FloatArray,
 ) -> FrictionProblem:
-    """Every draw of every point; `number` is the index of each point's law."""
-    count, points = len(factors), np.arange(len(number))
-    point = np.repeat(points, count)
-    of_points = [each for each in (draws[index] for index in number) if each is not None]
-    constants = [each.constants for each in of_points]
-    drawn_laws = [
-        law.with_constants(np.concatenate([constants[each] for each in which]))
-        if len(which := points[number == index])
-        else law
-        for index, law in enumerate(laws)
-    ]
+    """Every draw of every point.
+
+    Args:
+        problem: The points.
+        of_point: Law and draws of each.
+        factors: On the terms of the balance, shape (draws, terms).
+        mean_traction: Mean traction coefficient of each point.
+    """
+    count, points = len(factors), len(of_point)
+    laws = [law.with_constants(draws.constants) for law, draws in of_point]
     # the error of a curve left out goes with all traction of a draw
-    mu = calculated["mean_traction_coefficient"].to_numpy()
-    unseen = [laws[index].fitted.coefficients.unseen for index in number]
-    sizes = np.nan_to_num(
-        [np.hypot(each.relative, each.absolute / m) for each, m in zip(unseen, mu, strict=True)]
-    )
-    scale = np.exp([size * each.scores for size, each in zip(sizes, of_points, strict=True)])
+    unseen = [law.fitted.coefficients.unseen for law, _ in of_point]
+    pairs = zip(unseen, mean_traction, strict=True)
+    sizes = np.nan_to_num([np.hypot(each.relative, each.absolute / mu) for each, mu in pairs])
+    scores = np.array([draws.scores for _, draws in of_point])
+    viscosity, pressure = np.concatenate([draws.oil for _, draws in of_point]).T
+    point = np.repeat(np.arange(points), count)
     lubrication = problem.lubrication.at(point)
-    viscosity, pressure = np.concatenate([each.oil for each in of_points]).T
     inlet = lubrication.oil
     oil = replace(
         inlet,
@@ -223,8 +222,10 @@ def _with_draws(
     )
     return replace(
         problem.at(point),
-        law=ScaledLaw(JoinedLaw(drawn_laws, number[point]), scale.ravel()),
-        lubrication=replace(lubrication, oil=oil, factors=np.tile(factors, (len(number), 1))),
+        law=ScaledLaw(
+            law_of_groups(laws, [count] * points), np.exp(sizes[:, np.newaxis] * scores).ravel()
+        ),
+        lubrication=replace(lubrication, oil=oil, factors=np.tile(factors, (points, 1))),
     )
 
 
