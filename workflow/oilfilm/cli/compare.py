@@ -4,13 +4,16 @@ Decides: how a comparison of fits is shown.
 """
 
 import argparse
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
+from oilfilm import tables
 from oilfilm.cli.arguments import campaign_folder, json_text, quantity, typed_conditions
 from oilfilm.errors import OilfilmError
 from oilfilm.fits.fitted import SLIP, FittedLaw, read_fit
@@ -20,115 +23,132 @@ from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.text_table import text_table
 from oilfilm.traction.law import QUANTITIES
 
+_MU = ("traction_coefficient", "obs_ci_lower", "obs_ci_upper")
+_RATIO = ("ratio", "ratio_lower", "ratio_upper")
+_CONSTANT = ("value", "lower", "upper")
 _SLIPS = (0.01, 0.03, 0.05, 0.1, 0.2)
 _DRAWN = 100  # slips of a drawn curve
 
 
+@dataclass(frozen=True)
+class NamedFit:
+    """The configured fit of one oil, and where it is from.
+
+    Attributes:
+        folder: Of the results.
+        campaign: Its campaign.
+        oil: Its oil.
+        source: Law, campaign and kind of data, in words.
+        fit: The fitted law.
+        constants: Rows of the table of coefficients.
+    """
+
+    folder: Path
+    campaign: str
+    oil: str
+    source: str
+    fit: FittedLaw
+    constants: pd.DataFrame
+
+
 def run(options: argparse.Namespace) -> int:
     """Run the command."""
-    fits, constants, sources = read_fits(options.folders, options.oil)
+    found = read_fits(options.folders, options.oil)
+    fits = {name: each.fit for name, each in found.items()}
     at = middle_of_tested(fits, typed_conditions(options))
     tested = min(float(fit.coefficients.box[-1, 1]) for fit in fits.values())
     slips = [quantity(slip, "dimensionless", "--slip") for slip in options.slip or ()]
     slips = slips or [slip for slip in _SLIPS if slip <= tested] or [tested]
     table = side_by_side(fits, at, slips)
     if options.json:
-        print(json_text({"at": at, "sources": sources, "points": table.to_dict("records")}))
+        sources = {name: each.source for name, each in found.items()}
+        print(json_text({"at": at, "sources": sources, "points": tables.rows(table)}))
     else:
-        print("\n".join(_lines(table, constants, at, sources, fits)))
+        print("\n".join([*_lines(found), *_mu(table, at, [*fits]), *_constants(found)]))
     if options.plot:
         curves = side_by_side(fits, at, np.linspace(0, tested, _DRAWN + 1)[1:])
-        _draw(curves, at, sources).savefig(options.plot)
+        simulated = any("simulated" in each.source for each in found.values())
+        _draw(curves, at, simulated=simulated).savefig(options.plot)
         if not options.json:
             print(f"Written: {options.plot}")
     return 0
 
 
-def read_fits(
-    folders: Sequence[Path], oils: Sequence[str] | None
-) -> tuple[dict[str, FittedLaw], dict[str, pd.DataFrame], dict[str, str]]:
-    """The configured fits in folders of results: law, constants and source of each, by one name.
-
-    The name is the shortest that tells them apart: oil, campaign, or both.
+def read_fits(folders: Sequence[Path], oils: Sequence[str] | None) -> dict[str, NamedFit]:
+    """The configured fits in folders of results, by the shortest name that tells them apart.
 
     Raises:
-        OilfilmError: There are fewer than two fits.
+        OilfilmError: There are fewer than two.
     """
     found = []
     for given in folders:
         folder, about = campaign_folder(given, None)
         coefficients = CampaignTables.in_folder(folder).configured.coefficients
-        of_oil = dict(list(coefficients.groupby("oil", sort=False)))
-        chosen = [oil for oil in of_oil if oils is None or oil in oils]
-        found += [
-            (folder, about, oil, of_oil[oil])
-            for oil in chosen
-            if of_oil[oil]["value"].notna().any()
-        ]
+        for oil in map(str, coefficients["oil"].unique()):
+            constants = coefficients[coefficients["oil"] == oil]
+            if oil in (oils or [oil]) and constants["value"].notna().any():
+                fit, campaign = read_fit(folder, oil), about["campaign"]
+                source = f"{fit.law.name}, from campaign {campaign}, {about['data']} data"
+                found.append(NamedFit(folder, campaign, oil, source, fit, constants))
     names = [
-        [oil for _, _, oil, _ in found],
-        [about["campaign"] for _, about, _, _ in found],
-        [f"{about['campaign']} {oil}" for _, about, oil, _ in found],
-        [f"{folder} {oil}" for folder, _, oil, _ in found],
+        [each.oil for each in found],
+        [each.campaign for each in found],
+        [f"{each.campaign} {each.oil}" for each in found],
+        [f"{each.folder} {each.oil}" for each in found],
     ]
     labels = next((each for each in names if len({*each}) == len(found)), [])
-    if len(found) < 2 or not labels:
+    if len(labels) < 2:
         raise OilfilmError(
             f"{', '.join(map(str, folders))}: found {len({*names[-1]})} fitted oils; expected at "
             "least two. Name another folder of results, or leave out --oil."
         )
-    fits = {label: read_fit(each[0], each[2]) for label, each in zip(labels, found, strict=True)}
-    sources = {
-        label: f"{fits[label].law.name}, from campaign {about['campaign']}, {about['data']} data"
-        for label, (_, about, _, _) in zip(labels, found, strict=True)
-    }
-    return fits, {label: each[3] for label, each in zip(labels, found, strict=True)}, sources
+    return dict(zip(labels, found, strict=True))
 
 
-def _lines(
-    table: pd.DataFrame,
-    constants: Mapping[str, pd.DataFrame],
-    at: Mapping[str, float],
-    sources: Mapping[str, str],
-    fits: Mapping[str, FittedLaw],
-) -> list[str]:
-    first, *others = fits
-    lines = [f"{label}: {source}" for label, source in sources.items()]
-    lines += [f"{label} is NOT SOUND: {why}" for label, fit in fits.items() for why in fit.wrong]
-    lines += ["", f"mu with the interval of the next good run, at {_where(at)}"]
-    by_slip = {slip: rows.set_index("fit") for slip, rows in table.groupby(SLIP, sort=False)}
-    mu = ("traction_coefficient", "obs_ci_lower", "obs_ci_upper")
-    rows = [["S", *fits]]
-    rows += [
-        [f"{slip:g}", *(_cell(of.loc[name], mu, 5) for name in fits)]
-        for slip, of in by_slip.items()
-    ]
-    lines += text_table(rows, right=len(fits))
-    ratio = ("ratio", "ratio_lower", "ratio_upper")
-    lines += ["", f"Ratio to {first}"]
-    rows = [["S", *others]]
-    rows += [
-        [f"{slip:g}", *(_cell(of.loc[name], ratio, 3) for name in others)]
-        for slip, of in by_slip.items()
-    ]
-    lines += text_table(rows, right=len(others))
+def _lines(found: Mapping[str, NamedFit]) -> Iterator[str]:
+    """Where each fit is from, and what keeps it from being sound."""
+    for name, each in found.items():
+        yield f"{name}: {each.source}"
+        yield from (f"{name} is NOT SOUND: {why}" for why in each.fit.wrong)
+
+
+def _mu(table: pd.DataFrame, at: Mapping[str, float], names: Sequence[str]) -> Iterator[str]:
+    """mu of each fit and its ratio to the first one, one row per slide-roll ratio."""
+    first, *others = names
+    points = {(row[SLIP], row["fit"]): row for row in tables.rows(table)}
+    slips = list(dict.fromkeys(table[SLIP]))
+    for title, columns, shown, digits in (
+        (f"mu with the interval of the next good run, at {_where(at)}", _MU, names, 5),
+        (f"Ratio to {first}", _RATIO, others, 3),
+    ):
+        rows = [
+            [f"{slip:g}", *(_cell(points[slip, name], columns, digits) for name in shown)]
+            for slip in slips
+        ]
+        yield from ("", title, *text_table([["S", *shown], *rows], right=len(shown)))
     if table["outside"].any():
-        lines.append("!: outside the tested conditions of that fit")
+        yield "!: outside the tested conditions of that fit"
     if table["over_limit"].any():
-        lines.append("IMPOSSIBLE: above the limiting shear stress, which no film carries")
-    names = list(dict.fromkeys(name for of in constants.values() for name in of["constant"]))
-    rows = [["constant", *fits]]
-    for name in names:
-        cells = [of.set_index("constant").reindex([name]).iloc[0] for of in constants.values()]
-        rows.append([name, *(_constant(cell) for cell in cells)])
-    return [*lines, "", "Constants with their 95 % intervals", *text_table(rows, right=len(fits))]
+        yield "IMPOSSIBLE: above the limiting shear stress, which no film carries"
 
 
-def _draw(curves: pd.DataFrame, at: Mapping[str, float], sources: Mapping[str, str]) -> Figure:
+def _constants(found: Mapping[str, NamedFit]) -> Iterator[str]:
+    by_name = [
+        {row["constant"]: row for row in tables.rows(each.constants)} for each in found.values()
+    ]
+    rows = [
+        [name, *(_cell(of[name], _CONSTANT, 5) if name in of else "-" for of in by_name)]
+        for name in dict.fromkeys(name for of in by_name for name in of)
+    ]
+    table = text_table([["constant", *found], *rows], right=len(found))
+    yield from ("", "Constants with their 95 % intervals", *table)
+
+
+def _draw(curves: pd.DataFrame, at: Mapping[str, float], *, simulated: bool) -> Figure:
     """mu over slip of each fit with its interval; beside it the ratios to the first fit."""
     figure = Figure(figsize=(style.DOUBLE_COLUMN_IN, 2.9), layout="constrained")
     left, right = figure.subplots(1, 2)
-    names = list(sources)
+    names = list(dict.fromkeys(curves["fit"]))
     for name, of_fit in curves.groupby("fit", sort=False):
         colour, slip = style.oil_colour(str(name), names), of_fit[SLIP]
         left.plot(slip, of_fit["traction_coefficient"], color=colour, label=name)
@@ -154,8 +174,7 @@ def _draw(curves: pd.DataFrame, at: Mapping[str, float], sources: Mapping[str, s
     for axis, label in ((left, style.TRACTION_LABEL), (right, f"Ratio to {names[0]}")):
         axis.set(xlabel=style.CONDITION_LABELS[SLIP], ylabel=label)
         axis.legend()
-    simulated = "SIMULATED data. " * any("simulated" in source for source in sources.values())
-    figure.suptitle(f"{simulated}{_where(at)}", fontsize=8)
+    figure.suptitle(f"{'SIMULATED data. ' * simulated}{_where(at)}", fontsize=8)
     return figure
 
 
@@ -166,17 +185,10 @@ def _where(at: Mapping[str, float]) -> str:
     )
 
 
-def _cell(row: "pd.Series[float]", names: Sequence[str], digits: int) -> str:
-    value, low, high = (row[name] for name in names)
+def _cell(row: Mapping[str, Any], columns: Sequence[str], digits: int) -> str:
+    value, low, high = (row[name] for name in columns)
     if np.isnan(value):
         return "not known"
     interval = "" if np.isnan(low) else f" ({low:.{digits}f} to {high:.{digits}f})"
-    mark = " IMPOSSIBLE" if row["over_limit"] else " !" if row["outside"] else ""
+    mark = " IMPOSSIBLE" if row.get("over_limit") else " !" if row.get("outside") else ""
     return f"{value:.{digits}f}{interval}{mark}"
-
-
-def _constant(row: "pd.Series[float]") -> str:
-    if np.isnan(row["value"]):
-        return "-"
-    interval = "" if np.isnan(row["lower"]) else f" ({row['lower']:.4g} to {row['upper']:.4g})"
-    return f"{row['value']:.5g}{interval}"

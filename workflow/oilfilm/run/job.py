@@ -3,6 +3,7 @@
 Decides: the provenance in the footer of every table.
 """
 
+import gc
 import sys
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
@@ -28,6 +29,9 @@ def job(snakemake: Any) -> Iterator[tuple[Settings, dict[str, Any]]]:
     whether its data are simulated, and digests of code, settings and inputs: no clock, no host, no
     path outside the project. A script appends its remarks to its log.
     """
+    # a job makes few cycles and ends soon: searching for them takes a tenth of its time
+    gc.freeze()
+    gc.set_threshold(50_000)
     log = Path(snakemake.log[0])
     try:
         with job_lock(Path(".snakemake")):
