@@ -51,7 +51,7 @@ def missing_readings(run: Run, limits: Limits) -> Finding | None:
     row, steps = run.signals.row, np.diff(run.signals.row)
     # a log that writes a slow channel in every twentieth row only has steps of 20 rows
     longest = limits.gates.clock_jump_intervals * median(steps)
-    if steps.max(initial=0) <= longest:
+    if not steps.max(initial=0) > longest:  # of a single row it is NaN
         return None
     hole = int(np.argmax(steps))
     first, last = row[hole] + 1, row[hole + 1] - 1
