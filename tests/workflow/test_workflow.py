@@ -56,7 +56,7 @@ def test_run_ends_with_a_summary_of_what_was_made(results: Path, released_projec
             assert (results / f"figures/{name}.{ending}").stat().st_size > 1000
     report = (results / "report.html").read_text(encoding="utf-8")
     assert "SIMULATED data" in report
-    assert "swapped_sign" in report
+    assert "swapped sign" in report
     assert len(report.encode()) < 8e6
 
 
