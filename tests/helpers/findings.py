@@ -10,7 +10,6 @@ from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
 
-import numpy as np
 import pandas as pd
 
 from oilfilm.paper.extrapolation import errors_by_law, relative_rms
@@ -33,7 +32,7 @@ def span(values: "pd.Series[float]", digits: int = 0, factor: float = 100) -> st
 
 
 def of_advice(campaign: str) -> dict[str, tuple[int, int, str, str]]:
-    """By choice: points where it agrees, of how many, its band, and its band in the order as set."""
+    """By choice: points where it agrees, of how many, its band, and that in the order as set."""
     band = table(campaign, "advice_band")
     share = band["agreeing_points"] / band["operating_points"]
     as_set = share[band["rule_order"] == "as set"]
@@ -106,13 +105,10 @@ def of_thermal() -> Iterator[tuple[str, str]]:
     yield "findings", f"fits each oil to {span(own['relative_rms'])} % rms"
     yield "findings", f"it is wrong by {span(errors)} % rms"
     figure = at[at["figure"] == "fig07"]
-    off = (figure["traction_coefficient"] / figure["true_traction_coefficient"] - 1).groupby(
-        figure["slide_roll_ratio"]
-    )
-    low, high = (
-        100 * off.mean().iloc[[np.abs(off.mean().index - s).argmin()]].item() for s in (0.04, 0.3)
-    )
-    yield "findings", f"it is {-low:.0f} % too low at S = 0.04 and {high:.0f} % too high at S = 0.3"
+    off = figure["traction_coefficient"] / figure["true_traction_coefficient"] - 1
+    mean = 100 * off.groupby(figure["slide_roll_ratio"].round(2)).mean()
+    low = f"{-mean[0.04]:.0f} % too low at S = 0.04 and {mean[0.3]:.0f} % too high at S = 0.3"
+    yield "findings", f"it is {low}"
     shares = {}
     for name in ("mean_ci", "obs_ci"):
         true = at["true_traction_coefficient"]
@@ -122,14 +118,10 @@ def of_thermal() -> Iterator[tuple[str, str]]:
     laws = errors_by_law(truth).set_index("law")[["inside_relative_rms", "beyond_relative_rms"]]
     nearest, worst = laws.loc["eyring"], laws.loc["wang-deng-critical-load"]
     others = laws.drop(["eyring", "wang-deng-critical-load"])
-    yield (
-        "findings",
-        f"{100 * nearest.iloc[0]:.0f} % within the box, {100 * nearest.iloc[1]:.0f} % beyond",
-    )
-    yield (
-        "findings",
-        f"have {span(laws.drop('eyring').iloc[:, 0])} %, and {span(others.iloc[:, 1])} % beyond",
-    )
+    near = f"{100 * nearest.iloc[0]:.0f} % within the box, {100 * nearest.iloc[1]:.0f} % beyond"
+    yield "findings", f"The Eyring law is nearest: {near}"
+    ends = span(laws.drop("eyring").iloc[:, 0]), span(others.iloc[:, 1])
+    yield "findings", f"have {ends[0]} %, and {ends[1]} % beyond"
     yield "findings", f"critical load has {100 * worst.iloc[1]:.0f} %"
     wang = quality[quality["law"].str.startswith("wang")]
     zero, critical = wang["zero_slip_traction"].abs(), wang["law"] == "wang-deng-critical-load"
