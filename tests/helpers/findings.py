@@ -1,4 +1,4 @@
-"""Hold README.md and docs/explanation/findings.md against finished runs of `demo` and `thermal`.
+"""Hold README.md and two pages of docs/explanation against finished runs of `demo` and `thermal`.
 
     python tests/helpers/findings.py
 
@@ -13,9 +13,11 @@ from pathlib import Path
 import pandas as pd
 
 from oilfilm.paper.extrapolation import errors_by_law, relative_rms
+from oilfilm.torque.torque_control import without_bistable
 
 ROOT = Path(__file__).parents[2]
 PAPER_LAW = "deng2026"
+CAMPAIGNS = ("demo", "thermal")
 
 
 def table(campaign: str, name: str) -> pd.DataFrame:
@@ -132,19 +134,47 @@ def of_thermal() -> Iterator[tuple[str, str]]:
     assert more < 0.01, more  # "within 1 %"
 
 
+def of_torque() -> Iterator[tuple[str, str]]:
+    """Page and text: what is said of the simulated torque."""
+    for campaign in ("demo", "thermal"):
+        rows = without_bistable(table(campaign, "torque"))
+        error = 100 * rows["relative_error"].abs()
+        cells = []
+        for variable in ("stress", "load"):
+            of_law = error[rows["load_variable"] == variable]
+            cells.append(f"{of_law.median():.2g} % and {of_law.max():.2g} %")
+        of_law = error[rows["load_variable"] == "stress"]
+        if campaign == "thermal":
+            yield "bearing", f"| of the torque | {' | '.join(cells)} |"
+            within = 100 * (of_law <= 3.79).mean()
+            yield "bearing", f"By pressure {within:.0f} % of the points are within"
+        else:
+            yield "bearing", f"within {of_law.median():.1g} % of the measured one in the median and"
+            yield "bearing", f"median and {of_law.max():.1f} % at worst"
+    counts = [table(campaign, "slip_advice")["judgement"].value_counts() for campaign in CAMPAIGNS]
+    for judgement, words in (
+        ("heats more", "another oil heats less"),
+        ("slips more", "no oil holds the cage, and another slips less"),
+        ("rule has none", "no oil that the rule prefers has enough film"),
+    ):
+        cells = [str(count.get(judgement, 0)) for count in counts]
+        yield "bearing", f"| {words} | {' | '.join(cells)} |"
+
+
 def main() -> int:
     pages = {
+        "bearing": ROOT / "docs/explanation/bearing.md",
         "README": ROOT / "README.md",
         "findings": ROOT / "docs/explanation/findings.md",
     }
     texts = {name: " ".join(path.read_text("utf-8").split()) for name, path in pages.items()}
     wrong = [
         f"{pages[page].relative_to(ROOT)} must say: {text}"
-        for part in (of_both, of_demo, of_thermal)
+        for part in (of_both, of_demo, of_thermal, of_torque)
         for page, text in part()
         if text not in texts[page]
     ]
-    print(*wrong or ["README and findings have the numbers of these runs."], sep="\n")
+    print(*wrong or ["The pages have the numbers of these runs."], sep="\n")
     return len(wrong) > 0
 
 
