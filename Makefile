@@ -103,6 +103,12 @@ nightly: $(DEV) $(DOCS) audit ## what audit says, long tests, then the pinned ca
 	$(IN_VENV) $(BIN)/snakemake release --config campaign=$(CAMPAIGN)
 	$(IN_VENV) $(BIN)/oilfilm diff data/reference/pins/$(CAMPAIGN) results/releases/$(CAMPAIGN)/latest --gate
 	$(IN_VENV) $(BIN)/oilfilm verify results/releases/$(CAMPAIGN)/latest --rebuild
+	@$(MAKE) --no-print-directory findings
+
+.PHONY: findings
+findings: $(DEV) ## run demo, thermal and etm-slim; are the numbers of README, findings and bearing those of the runs?
+	for campaign in demo thermal etm-slim; do $(IN_VENV) $(BIN)/snakemake --config campaign=$$campaign || exit 1; done
+	$(IN_VENV) $(BIN)/python tests/helpers/findings.py
 
 verify: $(DEV) ## the demonstration twice, in other surroundings each: the same bytes (10 min)
 	$(IN_VENV) $(BIN)/python tests/helpers/reproduce.py $(CAMPAIGN)

@@ -13,6 +13,7 @@ from fit_points import make_points, matrix
 from oilfilm.errors import OilfilmError
 from oilfilm.fits.fit import OilFit, fit_oil
 from oilfilm.fits.fitted import Coefficients, FittedLaw, predict
+from oilfilm.fits.interval import Band
 from oilfilm.settings.resolved import Settings
 from oilfilm.traction import LAWS
 from oilfilm.traction.laws.deng2026 import traction_coefficient
@@ -162,3 +163,22 @@ def test_a_mean_shear_stress_above_the_oils_limit_is_marked():
     found = predict("deng2026", printed()["4010"], np.array([2.5, 1.5]), 20.0, 20.0, 0.0375)
     assert found.traction_coefficient[0] == pytest.approx(0.165, abs=0.001)
     assert found.over_limit.tolist() == [True, False]
+
+
+@pytest.mark.parametrize(
+    ("mu", "half_width", "lower", "upper"),
+    [
+        # by hand, sqrt(mu^2 + h^2) -+ h: 3-4-5
+        (4e-5, 3e-5, 2e-5, 8e-5),
+        # an error of the zero of the force beside no traction to speak of: mu 7e-6 was up to 1.6e7
+        (1e-9, 1e-4, 0.0, 2e-4),
+        (0.02, 1e-4, 0.0199, 0.0201),
+    ],
+)
+def test_interval_of_a_tiny_mu_is_no_wider_than_its_error(
+    mu: float, half_width: float, lower: float, upper: float
+) -> None:
+    ends = Band(np.zeros((1, 1)), absolute=half_width).ends(
+        np.array([mu]), np.zeros((1, 1)), np.zeros((1, 1))
+    )
+    np.testing.assert_allclose(ends[:, 0], [lower, upper], rtol=2e-5, atol=1e-12)

@@ -148,6 +148,30 @@ def test_stated_order_holds_on_a_tenth_to_a_fifth_of_the_box_with_the_signs_rest
     assert 0.05 <= min(even) < max(even) <= 0.145
 
 
+def test_some_signs_give_the_stated_order_nearly_everywhere() -> None:
+    # docs/physics.md: over all 512 x 3 sets up to 97.5 %, recomputed apart from this code; found by
+    # climbing, one sign at a time, from each oil's set in use
+    signs = {
+        oil: list("".join("+-"[int(c < 0)] for c in printed()[oil][EXPONENTS])) for oil in OILS
+    }
+    best, improved = in_order([*map("".join, signs.values())], np.geomspace), True
+    while improved:
+        improved = False
+        for oil, place in itertools.product(OILS, range(9)):
+            turned = {name: [*of_oil] for name, of_oil in signs.items()}
+            turned[oil][place] = "-" if turned[oil][place] == "+" else "+"
+            share = in_order([*map("".join, turned.values())], np.geomspace)
+            if share > best:
+                best, signs, improved = share, turned, True
+    assert best > 0.9
+
+
+def test_printed_constants_of_4010_give_more_traction_than_a_film_can_carry() -> None:
+    # docs/physics.md: 0.165 at S 0.0375, recomputed apart from this code; mean stress 0.28 GPa
+    mu = oilfilm.printed("4010").predict_at(2.5, 20, 20, 0.0375).traction_coefficient
+    assert mu == pytest.approx(0.165, abs=5e-4)
+
+
 def test_order_of_the_oils_is_scored_by_pairs() -> None:
     levels = [np.linspace(*BOX[name], 7) for name in CONDITIONS]
     grid = np.meshgrid(*levels, np.array(SLIPS), indexing="ij")

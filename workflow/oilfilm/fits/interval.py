@@ -20,10 +20,12 @@ import numpy as np
 from oilfilm.traction.expression import compiled, name, parse
 from oilfilm.units import FloatArray, IndexArray
 
-# Lower and upper end by mu and the half width h: relative where the law is above zero, so that no
-# end changes its sign; absolute elsewhere.
+# Lower and upper end by mu and the half width h: where the law is above zero mu exp(-+asinh(h/mu)),
+# which is mu exp(-+h/mu) for a small h, changes no sign and stays near h for a tiny mu; absolute
+# elsewhere.
 _BY = {"mu": name("mu"), "h": name("h")}
-RELATIVE_ENDS = [parse(text, _BY) for text in ("mu / exp(h / mu)", "mu * exp(h / mu)")]
+_FACTOR = "(h + sqrt(mu*mu + h*h))"
+RELATIVE_ENDS = [parse(text, _BY) for text in (f"mu*mu/{_FACTOR}", _FACTOR)]
 ABSOLUTE_ENDS = [parse(text, _BY) for text in ("mu - h", "mu + h")]
 _relative_ends, _absolute_ends = compiled([*_BY], RELATIVE_ENDS), compiled([*_BY], ABSOLUTE_ENDS)
 
@@ -75,7 +77,7 @@ class Band:
     relative: float = 0.0
 
     def ends(self, mu: FloatArray, gradient: FloatArray, unseen_bend: FloatArray) -> FloatArray:
-        """Lower and upper end, shape (2, points): mu exp(+-h/mu) where mu > 0, else mu +- h.
+        """Lower and upper end, shape (2, points): sqrt(mu^2 + h^2) +- h where mu > 0, else mu +- h.
 
         Args:
             mu: Traction coefficient for positive slip, shape (points,).

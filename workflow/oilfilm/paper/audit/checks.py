@@ -97,7 +97,7 @@ def _linear_start(view: View) -> Outcome:
     start = np.linspace(0.0, to_slip, view.settings.audit.levels)
     r2 = _r_squared(start, view.mu(slide_roll_ratio=start), _S)
     straight = r2 >= view.settings.printed.signs.linear_r2_min
-    return view.outcome(end >= to_slip, end, straight=straight, longest=np.nanmax(end))
+    return view.outcome(straight, end, within=end >= to_slip, longest=np.nanmax(end))
 
 
 @_check("peak-decline", worst="largest", where="tested")
@@ -371,12 +371,14 @@ def _rolling_speed(view: View) -> Outcome:
     stated = view.settings.selection.stated
     pitch_speed, speed = stated.pitch_speed_mm_rpm, stated.entrainment_speed_m_s
     rolling = np.array([entrainment_speed_m_s(pitch_speed, gamma) for gamma in _GAMMAS])
-    near = np.abs(rolling / speed - 1) <= view.settings.audit.kinematic_tolerance
+    tolerance, surface = view.settings.audit.kinematic_tolerance, surface_speed_m_s(pitch_speed)
+    near = np.abs(rolling / speed - 1) <= tolerance
     return Outcome(
         pd.DataFrame({"oil": "", "holds": near, "value": rolling}),
         {
+            "as_surface": float(abs(surface / speed - 1) <= tolerance),
             "highest": rolling.max(),
-            "surface_speed": surface_speed_m_s(pitch_speed),
+            "surface_speed": surface,
             "pitch_speed": pitch_speed_mm_rpm(speed),
         },
     )
@@ -386,11 +388,12 @@ def _rolling_speed(view: View) -> Outcome:
 def _slip_is_cage_slip(view: View) -> Outcome:
     choice, slip = view.settings.selection, np.linspace(0.05, 0.4, 8)
     ratio = np.concatenate([inner_slide_roll_ratio(slip, gamma) / slip for gamma in _GAMMAS])
-    near = np.abs(ratio - 1) <= view.settings.audit.kinematic_tolerance
-    limit = choice.limits.slip_limit
+    tolerance, limit = view.settings.audit.kinematic_tolerance, choice.limits.slip_limit
+    near, of_both = (np.abs(each - 1) <= tolerance for each in (ratio, ratio / 2))
     return Outcome(
         pd.DataFrame({"oil": "", "holds": near, "value": ratio}),
         {
+            "both_races": float(of_both.mean()),
             "smallest": ratio.min(),
             "at_limit": float(inner_slide_roll_ratio(limit, choice.gamma)),
             "cage_slip": float(cage_slip(limit, choice.gamma)),
@@ -445,11 +448,10 @@ def _heavy_load(view: View) -> Outcome:
     heavy = _within(view, above=view.settings.selection.limits.heavy_from_gpa, below=np.inf)
     mu, adequate = heavy.mu_by_viscosity(), _thinnest_is_adequate(heavy)
     ratio = mu[-1:] / mu[:-1].min(axis=0, keepdims=True)
+    outcome = _where(heavy.outcome(ratio < 1, ratio, adequate=adequate), adequate, "no film")
     in_bearing = _least_torque_of_thinnest(view)
-    outcome = heavy.outcome(ratio < 1, ratio, bearing=in_bearing, adequate=adequate)
-    if len(in_bearing):
-        outcome.numbers["bearing_points"] = float(len(in_bearing))
-    return _where(outcome, adequate, "no film")
+    outcome.numbers.update(bearing=in_bearing.mean(), bearing_points=float(len(in_bearing)))
+    return outcome
 
 
 def _of_equation(evidence: Evidence, holds: Callable[[Law], BoolArray]) -> bool:
@@ -532,6 +534,9 @@ def _least_torque_of_thinnest(view: View) -> BoolArray:
     """Whether the least viscous oil has the least torque, at each heavily loaded operating point.
 
     Heavily loaded: from the highest pressure of the paper's tests on, with enough film.
+
+    Raises:
+        NotCheckableError: There is no such point.
     """
     slips, oils = view.evidence.measured.cage_slip, view.evidence.falling_viscosity
     slips = slips[slips["oil"].isin(oils) & (slips["lambda_ratio"] > view.evidence.lambda_limit)]
@@ -539,6 +544,8 @@ def _least_torque_of_thinnest(view: View) -> BoolArray:
     slips = slips[pressure >= view.settings.printed.boxes.tested.max_hertz_pressure_gpa[1]]
     torque = slips.pivot(index=OPERATING_POINT, columns="oil", values="torque_n_m")
     torque = torque.reindex(columns=list(oils)).dropna(subset=[oils[-1]])
+    if torque.empty:
+        raise NotCheckableError("no bearing")
     return np.asarray(torque.min(axis=1) == torque[oils[-1]], dtype=bool)
 
 

@@ -142,9 +142,8 @@ def _draw(panel: Panel, advice: pd.DataFrame, oils: list[str]) -> None:
         vmax=len(oils) + 0.5,
         rasterized=True,
     )
-    differs = (advice["judgement"] != "agree") & ~outside
     for oil in oils:
-        other = advice[(advice["best_oil"] == oil) & differs]
+        other = advice[(advice["best_oil"] == oil) & _differs(advice)]
         look: style.Look = {"linestyle": "", "markersize": 3.5, **style.oil_look(oil, oils)}
         axis.plot(other[x], other[y], **look)
     for judgement, (marker, _) in _NO_CHOICE.items():
@@ -156,20 +155,26 @@ def _draw(panel: Panel, advice: pd.DataFrame, oils: list[str]) -> None:
     panel.keep("advised oil", advice[x], advice[y], oil=advice["advised_oil"], label=label)
 
 
+def _differs(advice: pd.DataFrame) -> "pd.Series[bool]":
+    """Where the best oil is known and another one than the advised oil."""
+    return ~advice["judgement"].isin(("agree", OUTSIDE))
+
+
 def _handles(advice: pd.DataFrame, oils: list[str]) -> list[Any]:
     """Entries of the legend."""
     handles: list[Any] = []
     for oil in oils:
-        if oil in {*advice["advised_oil"], *advice["best_oil"]}:
-            tint = style.tint(style.oil_colour(oil, oils), _FIELD)
-            handles += [
-                Patch(facecolor=tint, label=f"paper advises {oil}"),
-                style.line_handle(
-                    f"best oil: {oil}", linestyle="", markersize=3.5, **style.oil_look(oil, oils)
-                ),
-            ]
+        tint = style.tint(style.oil_colour(oil, oils), _FIELD)
+        if oil in set(advice["advised_oil"]):
+            handles.append(Patch(facecolor=tint, label=f"paper advises {oil}"))
+        if oil in set(advice.loc[_differs(advice), "best_oil"]):
+            look: style.Look = {
+                **{"linestyle": "", "markersize": 3.5},
+                **style.oil_look(oil, oils),
+            }
+            handles.append(style.line_handle(f"best oil: {oil}", **look))
     if (advice["judgement"] == "rule has none").any():
-        look: style.Look = {"facecolor": "white", "edgecolor": style.GREY, "linewidth": 0.6}
+        look = {"facecolor": "white", "edgecolor": style.GREY, "linewidth": 0.6}
         handles.append(Patch(label="paper's oils lack film", **look))
     return handles + [
         style.symbol_handle(label, marker, color=style.GREY, markersize=3.5)

@@ -24,6 +24,7 @@ from oilfilm.units import FloatArray
 
 _STEPS = 121  # along the abscissa
 _SYMBOLS = 4  # along a curve
+_NOT_DRAWN = ", not drawn"
 # A printed line nearer to the refit than this share of its largest mu cannot be told from it.
 _NEAR = 0.05
 _ROOM = 1.3  # largest mu of a panel over that of its lines
@@ -159,8 +160,10 @@ def _draw(
     """Intervals as bands, the refit as lines with a symbol per level, printed constants dashed."""
     abscissa, by = cut
     every, tested = getattr(levels, by), getattr(levels, abscissa)
-    # without slip there is nothing to measure, but a curve begins there
-    x = np.linspace(0.0 if abscissa == _SLIP else min(tested), max(tested), _STEPS)
+    x = np.linspace(min(tested), max(tested), _STEPS)
+    if abscissa == _SLIP:
+        # without slip there is nothing to measure, but a curve begins there, and bends most near it
+        x = max(tested) * np.linspace(0, 1, _STEPS) ** 2
     highest, beyond = 0.0, np.zeros(_STEPS, dtype=bool)
     for (oil, of_oil), level in itertools.product(laws.items(), every):
         at = pd.DataFrame({**fixed, by: level, abscissa: x})[[*CONDITIONS, _SLIP]].to_numpy()
@@ -191,7 +194,7 @@ def _draw(
                 panel.axis.plot(x, mu, color=style.shades(colour, 2)[0], **look)
                 panel.keep("printed", x, mu, **about)
             else:
-                about["label"] += ", not drawn"
+                about["label"] += _NOT_DRAWN
                 panel.keep("printed", x, mu, **about)
                 continue
             highest = max(highest, mu.max())
@@ -224,10 +227,12 @@ def _handles(
         style.line_handle(style.level_phrases({by: level}), marker=marker, **grey)
         for level, marker in zip(levels, itertools.cycle(style.MARKERS), strict=False)
     ]
-    if (drawn["series"] == "printed").any():
-        off = drawn["value"].max()
+    printed = drawn[drawn["series"] == "printed"]
+    if len(printed):
+        off, hidden = printed["value"].max(), printed["words"].str.endswith(_NOT_DRAWN).all()
         label = f"printed constants, off by up to {100 * off:.{1 if off < 0.1 else 0}f} %"
         dashed: style.Look = {"color": "black", "linestyle": style.LINES["printed"]}
-        handles.append(style.line_handle(label, linewidth=0.6, **dashed))
+        label, width = (label + _NOT_DRAWN, 0.0) if hidden else (label, 0.6)
+        handles.append(style.line_handle(label, linewidth=width, **dashed))
     interval = Patch(color=style.GREY, alpha=0.25, linewidth=0, label="95 %, next run")
     return [*handles, interval, _BEYOND]

@@ -14,6 +14,7 @@ from oilfilm.report.figures.sheet import Panel, Sheet, sentences
 from oilfilm.report.words import load_variable
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
+from oilfilm.torque.load_variables import LOAD_VARIABLES
 from oilfilm.traction.law import CONDITIONS
 
 _DRAWN_INTERVAL = 1.96  # bars are 95 % intervals, in standard uncertainties
@@ -21,11 +22,6 @@ _DRAWN_INTERVAL = 1.96  # bars are 95 % intervals, in standard uncertainties
 _LEVELS = (("full", "-"), ("none", (0, (5, 2))), ("left", ":"), ("right", "-."), ("top", "-"))
 # The campaign's own law, and the one on load that it is compared with, by colour.
 _LAWS = {"stress": "#0072B2", "wang-deng-load": "#D55E00"}
-_LOAD_VARIABLES = {
-    "stress": "pressure P",
-    "load": "load W",
-    "dimensionless_load": "load W/(E'R\N{SUPERSCRIPT TWO})",
-}
 _LOOKS: dict[str, style.Look] = {
     "load": {"linestyle": style.LINES["load"], "marker": "s"},
     "dimensionless_load": {"linestyle": style.LINES["dimensionless load"], "marker": "^"},
@@ -155,7 +151,8 @@ def torque_load_variable(results: CampaignTables, settings: Settings) -> Sheet:
     """Load variables of the law in the bearing.
 
     Error (%) of the calculated torque against speed of the inner ring, one panel per oil and
-    load variable. The law is evaluated with pressure, with load and with dimensionless load.
+    load variable. The law is evaluated with pressure P, with load W and with dimensionless load
+    W/(E'R\N{SUPERSCRIPT TWO}).
     Crosses: the cage may roll or skid.
     """
     choice = settings.figures.fig06
@@ -168,8 +165,8 @@ def torque_load_variable(results: CampaignTables, settings: Settings) -> Sheet:
     loads = sorted(set(table["load"]))
     layout: style.Look = {"height": 1.15, "sharex": True, "sharey": True}
     sheet = Sheet(3 * len(oils), len(oils), width=style.DOUBLE_COLUMN_IN, **layout)
-    for number, (variable, oil) in enumerate(itertools.product(_LOAD_VARIABLES, oils)):
-        panel = sheet.panel(number, f"{oil}, {_LOAD_VARIABLES[variable]}")
+    for number, (variable, oil) in enumerate(itertools.product(LOAD_VARIABLES, oils)):
+        panel = sheet.panel(number, f"{oil}, {load_variable(variable)}")
         rows = table[(table["oil"] == oil) & (table["load_variable"] == variable)]
         shades = style.shades(style.oil_colour(oil, list(settings.oils)), len(loads))
         for load, shade, marker in zip(loads, shades, style.MARKERS, strict=False):

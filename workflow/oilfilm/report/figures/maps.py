@@ -82,7 +82,7 @@ def friction_map(results: CampaignTables, settings: Settings) -> Sheet:
         (f"lambda = {settings.gates.lambda_limit:g}", "--", 0.9),
     )
     mu = [field.traction_coefficient.reshape(at[0].shape) for field in fields]
-    highest = max(float(np.nanmax(field)) for field in mu)
+    highest, somewhere = max(float(np.nanmax(field)) for field in mu), set()
     for number, ((pressure, oil), field) in enumerate(zip(panels, mu, strict=True)):
         panel = sheet.panel(number, f"{oil}, {pressure:g} GPa")
         panel.axis.set(xscale="log", yscale="log")
@@ -93,7 +93,7 @@ def friction_map(results: CampaignTables, settings: Settings) -> Sheet:
         limit = laws[oil].coefficients.limiting_stress_ratio
         film = _lambda(oil, pressure, at, choice.inlet_temperature_c, settings)
         stress_mpa = 1e3 * 2 / 3 * pressure * field
-        for (_, dashes, width), of_line, levels in zip(
+        for (label, dashes, width), of_line, levels in zip(
             lines,
             (stress_mpa, field, field, film),
             (_STRESS_LEVELS, [largest], [limit], [settings.gates.lambda_limit]),
@@ -101,6 +101,8 @@ def friction_map(results: CampaignTables, settings: Settings) -> Sheet:
         ):
             look = {"colors": "black", "linestyles": dashes, "linewidths": width}
             drawn = panel.axis.contour(speed, slip, of_line, levels, **look)
+            if any(len(path) for path in drawn.get_paths()):
+                somewhere.add(label)
             if levels is _STRESS_LEVELS:
                 panel.axis.clabel(drawn, fontsize=5, fmt="%g")
         _frame(panel, laws[oil], pressure, choice.inlet_temperature_c)
@@ -116,8 +118,10 @@ def friction_map(results: CampaignTables, settings: Settings) -> Sheet:
     handles: list[Any] = [
         style.line_handle(label, color="black", linestyle=dashes, linewidth=width)
         for label, dashes, width in lines
+        if label in somewhere
     ]
-    handles.append(Rectangle((0, 0), 1, 1, facecolor="#3b528b", edgecolor="white", label="tested"))
+    look = {"facecolor": "#3b528b", "edgecolor": "white"}
+    handles.append(Rectangle((0, 0), 1, 1, label="white frame: tested", **look))
     sheet.legend(handles, style.level_phrases({"inlet_temperature_c": choice.inlet_temperature_c}))
     return sheet
 
