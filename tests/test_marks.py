@@ -1,8 +1,8 @@
 """No mu without its mark: every place where mu can be asked, at points that nobody tested.
 
-Beside it: what each tool computes from its export (`exports/test_exports.py`, `test_workbook.py`),
-the shades and the dotted line of figures (`report/test_drawings.py`), the contacts of a torque above
-the limit (`torque/test_bearing_torque.py`).
+Beside it: what each tool computes from its export (`exports/test_exports.py` and
+`test_workbook.py`), the shades of figures (`report/test_drawings.py`), the contacts of a torque
+above the limit (`torque/test_bearing_torque.py`).
 """
 
 import importlib.util
@@ -189,7 +189,7 @@ MARKS = {
     "over the limit": {"over"},
 }
 # Exports have one flag. They do not have the tested conditions, and say so.
-ONE_FLAG = dict.fromkeys(POINTS, set()) | dict.fromkeys(("outside", "over the limit"), {"marked"})
+ONE_FLAG = {name: {"marked"} if name in ("outside", "over the limit") else set() for name in POINTS}
 
 
 @pytest.mark.parametrize("place", PLACES, ids=lambda place: place.__name__)

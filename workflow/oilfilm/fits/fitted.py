@@ -305,8 +305,7 @@ class FittedLaw:
         ends = lower, upper, own_lower, own_upper
         spacings = self.spacings(conditions)
         outside = (distance > 0) | (spacings > 1)
-        marks = (outside, distance, off, spacings, over)
-        return Prediction(sign * mu, *ends, *marks, self.wrong)
+        return Prediction(sign * mu, *ends, outside, distance, off, spacings, over, self.wrong)
 
     def predict_at(
         self,
