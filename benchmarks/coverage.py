@@ -7,6 +7,8 @@ the interval of the next good run (`obs_ci`) should hold 90 to 99 % of their poi
 interval (`mean_ci`) the noise-free truth, where the fit is sound.
 
     python benchmarks/coverage.py [replicates]
+    python benchmarks/coverage.py clean [campaigns]  (how often a steady campaign is called changed)
+    python benchmarks/coverage.py few [campaigns]    (width of the law's own interval of 12 runs)
 """
 
 import itertools
@@ -22,10 +24,13 @@ import pandas as pd
 from oilfilm.fits.fit import fit_oil
 from oilfilm.fits.fitted import Coefficients, FittedLaw
 from oilfilm.fits.law_comparison import laws_of
+from oilfilm.fits.patterns import find_patterns
+from oilfilm.fits.soundness import leftover
 from oilfilm.paper.reference import printed_constants
 from oilfilm.randomness import generator
 from oilfilm.rig_twin.truth import LawTruth, Truth, true_tractions
 from oilfilm.settings.resolve import resolve
+from oilfilm.traction import PAPER_LAW
 from oilfilm.traction.law import FloatArray
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests/helpers"))
@@ -173,6 +178,71 @@ def trial(case: tuple[str, str, int, bool, int]) -> dict[str, object]:
     }  # fmt: skip
 
 
+def clean(number: int) -> dict[str, object]:
+    """One steady campaign of three oils, with several groups of logs: the changes it is accused of.
+
+    As a whole run judges it: each oil against the others, the runs in a random order.
+    """
+    random = generator(7, "clean", str(number))
+    matrix = conditions_of((72, 24)[number % 2])
+    points, fits = {}, {}
+    for oil in OILS:
+        truth = truth_of("deng2026", oil)
+        campaign = Campaign(truth, _settings("demo").common_contact())
+        points[oil] = campaign.points(matrix[random.permutation(len(matrix))], random, oil)
+        # `leftover` refits from there
+        fits[oil] = FittedLaw(PAPER_LAW, Coefficients.bare(PAPER_LAW, truth.constants))
+    runs = points[OILS[0]]["run_id"].unique()
+    half = {
+        f"form {form}": {*runs[random.permutation(len(runs)) < len(runs) // 2]} for form in "ab"
+    }
+    found = {oil: find_patterns(leftover(fits[oil], points[oil], half, fits)) for oil in OILS}
+    named = [f"{oil} {each.what} {each.when}" for oil in OILS for each in found[oil]]
+    changes = [text for text in named if not text.endswith(" law")]
+    return {"curves": len(matrix), "alarm": bool(changes), "bend": len(named) > len(changes),
+            "what": "; ".join(named)}  # fmt: skip
+
+
+def few(case: tuple[str, int]) -> tuple[FloatArray, FloatArray]:
+    """One campaign of 12 runs: error of ln mu and half width, at the corners and in the middle."""
+    oil, number = case
+    campaign = Campaign(truth_of("deng2026", oil), _settings("demo").common_contact())
+    matrix = conditions_of(12)
+    points = campaign.points(matrix, generator(7, "few", oil, str(number)), oil)
+    fitted = _fitted(fit_oil(points, oil, _quick(12), number), oil)
+    ends = np.stack([matrix.min(axis=0), matrix.max(axis=0)])
+    at = np.array([*itertools.product(*ends.T), ends.mean(axis=0)])
+    at, slip = np.repeat(at, 3, axis=0), np.tile([0.01, 0.05, 0.3], len(at))
+    own = fitted.predict(at, slip)
+    error = np.log(own.traction_coefficient / campaign.truth(*at.T, slip))
+    return error, np.log(own.mean_ci_upper / own.mean_ci_lower) / 2
+
+
+def check_clean(campaigns: int = 100) -> None:
+    """Print how many steady campaigns raise an alarm."""
+    with ProcessPoolExecutor(1) as pool:
+        rows = pd.DataFrame(list(pool.map(clean, range(campaigns))))
+    print(rows[rows["what"] != ""].to_string())
+    print(rows.groupby("curves")[["alarm", "bend"]].agg(["sum", "count"]))
+
+
+def check_few(campaigns: int = 200) -> None:
+    """Print the width of the law's own interval over the right one, and how often it holds.
+
+    The right half width at a point is the 95 % quantile of the error over all campaigns.
+    """
+    for oil in OILS:
+        with ProcessPoolExecutor(1) as pool:
+            cases = [(oil, number) for number in range(campaigns)]
+            error, half = map(np.array, zip(*pool.map(few, cases, chunksize=8), strict=True))
+        ratio = np.median(half, axis=0) / np.quantile(np.abs(error), 0.95, axis=0)
+        held = np.mean(np.abs(error) <= half)
+        print(
+            f"{oil}: median width over the right one, by point: {ratio.min():.2f} to "
+            f"{ratio.max():.2f}, median {np.median(ratio):.2f}; truth inside at {held:.1%}"
+        )
+
+
 def main(replicates: int = 3) -> None:
     """Print the table, and renew the one of the documentation."""
     cases = [
@@ -193,4 +263,5 @@ def main(replicates: int = 3) -> None:
 
 
 if __name__ == "__main__":
-    main(*(int(argument) for argument in sys.argv[1:2]))
+    check = {"clean": check_clean, "few": check_few}.get("".join(sys.argv[1:2]), main)
+    check(*(int(argument) for argument in sys.argv[1:] if argument.isdigit()))

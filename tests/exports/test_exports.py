@@ -237,7 +237,7 @@ def refuse_other_values(
     mu, outside = evaluate(fit, arguments, folder).T
     # mu of 1e-3 and less is a difference of terms of size 0.05
     np.testing.assert_allclose(mu, expected(fit, rows), rtol=1e-12, atol=1e-16)
-    np.testing.assert_array_equal(outside == 1, beyond(fit, arguments))
+    np.testing.assert_array_equal(outside == 1, beyond(fit, arguments, mu))
 
 
 # Each law in two tools, each tool with the default law and with the one that has most functions.
@@ -312,7 +312,7 @@ def test_exported_printed_constants_give_eqs_7_to_9(config: Settings, tmp_path: 
         np.testing.assert_allclose(mu, np.sign(rows.T[3]) * of_paper, rtol=1e-12, atol=1e-16)
         # the paper's abstract: 1.0 to 1.5 GPa, 25 to 40 m/s, 25 to 120 degC, S up to 0.3
         inside = ((rows >= [1, 25, 25, -0.3]) & (rows <= [1.5, 40, 120, 0.3])).all(axis=1)
-        np.testing.assert_array_equal(outside == 1, ~inside)
+        np.testing.assert_array_equal(outside == 1, ~inside | (of_paper > 0.12))
 
 
 def test_exports_of_a_campaign_hold_the_printed_constants_of_its_oils_only(

@@ -129,8 +129,9 @@ def expected(fit: Description, rows: pd.DataFrame) -> np.ndarray:
     return fit.fitted.predict(conditions, rows[SLIP].to_numpy()).traction_coefficient
 
 
-def beyond(fit: Description, arguments: np.ndarray) -> np.ndarray:
-    inside = np.abs(arguments[:, -1]) <= 0.3
+def beyond(fit: Description, arguments: np.ndarray, mu: np.ndarray) -> np.ndarray:
+    """Outside the tested box, or above the limiting shear stress of 0.12 of the pressure."""
+    inside = (np.abs(arguments[:, -1]) <= 0.3) & (np.abs(mu) <= 0.12)
     for condition, column in zip(fit.arguments, arguments.T[:-1], strict=True):
         lower, upper = condition.tested
         inside &= (column >= lower) & (column <= upper)

@@ -5,7 +5,7 @@ Decides: fits on arrays, without files.
 
 import warnings
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from html import escape
 from typing import Any
@@ -157,7 +157,8 @@ class ArrayFit:
             OilfilmError: A quantity has a unit of something else.
         """
         at = (max_hertz_pressure, entrainment_speed, inlet_temperature, slide_roll_ratio)
-        return self.law.predict_at(*at, level=level)
+        found = self.law.predict_at(*at, level=level)
+        return replace(found, wrong=tuple(what_is_wrong(self.soundness)))
 
     def compare(self) -> LawComparison:
         """Fit the other laws of these conditions as well, and name the best one.

@@ -28,6 +28,7 @@ _RATIO = ("ratio", "ratio_lower", "ratio_upper")
 _CONSTANT = ("value", "lower", "upper")
 _SLIPS = (0.01, 0.03, 0.05, 0.1, 0.2)
 _DRAWN = 100  # slips of a drawn curve
+_DOTTED = ". Dotted: not tested, or above the limiting shear stress"
 
 
 @dataclass(frozen=True)
@@ -149,9 +150,13 @@ def _draw(curves: pd.DataFrame, at: Mapping[str, float], *, simulated: bool) -> 
     figure = Figure(figsize=(style.DOUBLE_COLUMN_IN, 2.9), layout="constrained")
     left, right = figure.subplots(1, 2)
     names = list(dict.fromkeys(curves["fit"]))
+    marked = (curves["outside"] | curves["over_limit"]).groupby(curves["fit"], sort=False)
+    marks = {name: each.to_numpy() for name, each in marked}
     for name, of_fit in curves.groupby("fit", sort=False):
         colour, slip = style.oil_colour(str(name), names), of_fit[SLIP]
-        left.plot(slip, of_fit["traction_coefficient"], color=colour, label=name)
+        mu, unsure = of_fit["traction_coefficient"], marks[str(name)]
+        left.plot(slip, mu.mask(unsure), color=colour, label=name)
+        left.plot(slip, mu.where(unsure), ":", color=colour)
         left.fill_between(
             slip,
             of_fit["obs_ci_lower"],
@@ -161,7 +166,9 @@ def _draw(curves: pd.DataFrame, at: Mapping[str, float], *, simulated: bool) -> 
             linewidth=0,
         )
         if name != names[0]:
-            right.plot(slip, of_fit["ratio"], color=colour, label=name)
+            unsure = unsure | marks[names[0]]
+            right.plot(slip, of_fit["ratio"].mask(unsure), color=colour, label=name)
+            right.plot(slip, of_fit["ratio"].where(unsure), ":", color=colour)
             right.fill_between(
                 slip,
                 of_fit["ratio_lower"],
@@ -174,7 +181,9 @@ def _draw(curves: pd.DataFrame, at: Mapping[str, float], *, simulated: bool) -> 
     for axis, label in ((left, style.TRACTION_LABEL), (right, f"Ratio to {names[0]}")):
         axis.set(xlabel=style.CONDITION_LABELS[SLIP], ylabel=label)
         axis.legend()
-    figure.suptitle(f"{'SIMULATED data. ' * simulated}{_where(at)}", fontsize=8)
+    dotted = any(each.any() for each in marks.values())
+    title = f"{'SIMULATED data. ' * simulated}{_where(at)}{_DOTTED * dotted}"
+    figure.suptitle(title, fontsize=8)
     return figure
 
 

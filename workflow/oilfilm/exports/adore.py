@@ -91,6 +91,7 @@ def _row(description: Description, requested: Mapping[str, float]) -> dict[str, 
         "peak_slip_velocity": peak * speed,
         "peak_mu": (a + b * peak) * math.exp(-c * peak) + d,
         "outside_tested_box": description.outside(groups),
+        "peak_above_limiting_stress": (a + b * peak) * math.exp(-c * peak) + d > description.limit,
         "peak_outside_tested_slip": peak > (description.slip.tested[1] or 0.0),
     }
 

@@ -91,6 +91,7 @@ def json_text(
             "source": law.source,
         },
         "conditions": list(map(asdict, (*description.conditions, description.slip))),
+        "limiting_stress_over_pressure": description.limit,
         "constants": list(description.constants),
         "not_sound": [*description.fitted.wrong],
         "fit": quality

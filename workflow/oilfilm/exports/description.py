@@ -117,6 +117,11 @@ class Description:
         return "; ".join(fixed.sentence() for fixed in self.fitted.coefficients.fixed)
 
     @property
+    def limit(self) -> float:
+        """Limiting shear stress of the oil over the pressure: no film carries a larger |mu|."""
+        return self.fitted.coefficients.limiting_stress_ratio
+
+    @property
     def slip(self) -> Condition:
         """S; |S| counts as tested from 0, because traction is odd in S."""
         tested = (0.0, number_or_none(self.fitted.coefficients.box[-1, 1]))

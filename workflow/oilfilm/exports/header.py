@@ -10,6 +10,10 @@ from oilfilm.report.captions import PAPER, credit
 # Fortran ends a line at 132 characters; an editor shows fewer.
 _WIDTH = 92
 KNOWN_WHERE_TESTED = "mu is known only where it was tested"
+NOT_MARKED = (
+    "The tested box is a rectangle: inside it, conditions far from every run are not marked "
+    "(oilfilm predict marks them)"
+)
 
 
 def header(description: Description, sentences: Iterable[str], mark: str, *results: str) -> str:
@@ -37,7 +41,7 @@ def header(description: Description, sentences: Iterable[str], mark: str, *resul
         *_lines(*sentences, indent="  "),
         *_lines(where_known and f"Not an argument, because {KNOWN_WHERE_TESTED}: {where_known}"),
         "",
-        *_lines(*results),
+        *_lines(*results, NOT_MARKED),
     ]
     return "\n".join(f"{mark}{line}".rstrip() for line in lines)
 
@@ -108,6 +112,14 @@ def argument_sentences(description: Description) -> list[str]:
         ),
         f"{SLIP}: {slip_range(description)}",
     ]
+
+
+def marked(description: Description) -> str:
+    """Where the functions mark mu, in words."""
+    return (
+        f"mu is extrapolated or its size is above {description.limit:g}, the oil's limiting shear "
+        f"stress over the pressure"
+    )
 
 
 def slip_range(description: Description) -> str:

@@ -11,7 +11,7 @@ from functools import partial
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from oilfilm.exports.description import SLIP, Condition, Description
-from oilfilm.exports.header import argument_sentences, header, slip_range, span
+from oilfilm.exports.header import argument_sentences, header, marked, slip_range, span
 from oilfilm.exports.names import plain
 from oilfilm.traction.expression import Form, Language, functions_of
 from oilfilm.units import ABSOLUTE_ZERO_C, PA_PER_GPA
@@ -101,6 +101,8 @@ class Target:
             meanings=given and description.argument_meanings,
             slip=SLIP,
             slip_end=description.slip.tested[1],
+            limit=repr(description.limit),
+            marked=marked(description),
             steps=[
                 (self.language.identifier(name), self._wrapped(self.language.write(value)))
                 for name, value in description.steps

@@ -15,7 +15,13 @@ from openpyxl.styles import Font, PatternFill
 from openpyxl.workbook.properties import CalcProperties
 
 from oilfilm.exports.description import SLIP, SLIP_MEANING, Description
-from oilfilm.exports.header import KNOWN_WHERE_TESTED, fit_sentences, law_sentences, origin
+from oilfilm.exports.header import (
+    KNOWN_WHERE_TESTED,
+    NOT_MARKED,
+    fit_sentences,
+    law_sentences,
+    origin,
+)
 from oilfilm.exports.names import plain
 from oilfilm.report.spreadsheet import is_formula
 from oilfilm.traction.expression import Form, Language, Node
@@ -44,6 +50,7 @@ _FORMS = {
 }
 # Rows of the curve; a slip of 0 and then steps up to the largest tested.
 CURVE_STEPS = 30
+_IMPOSSIBLE = "IMPOSSIBLE: above the limiting shear stress of the oil"
 _EPOCH = datetime.datetime(1980, 1, 1)
 _BOLD, _TITLE = Font(bold=True), Font(bold=True, size=14)
 _GIVEN = PatternFill("solid", fgColor="FFF2CC")
@@ -115,8 +122,11 @@ def _point(sheet: Any, description: Description) -> dict[str, str]:
     outside = f'COUNTIF(F{first}:F{sheet.max_row},"OUTSIDE")'
     _add(sheet, None)
     result = _add(sheet, "mu", None, "1", "traction force over load, of the sign of S", font=_TITLE)
-    words = '"inside the tested box","EXTRAPOLATED: outside the tested box"'
-    _add(sheet, "range", _Formula(f"IF({outside}=0,{words})"))
+    within = f'IF(ABS(B{result})>{description.limit!r},"{_IMPOSSIBLE}","inside the tested box")'
+    beyond = '"EXTRAPOLATED: outside the tested box"'
+    row = _add(sheet, "range", _Formula(f"IF({outside}=0,{within},{beyond})"))
+    cells["range"] = f"$B${row}"
+    _add(sheet, NOT_MARKED)
     _add(sheet, None)
     _add(sheet, "Constants (power law of each coefficient)", font=_BOLD)
     groups = [f"exponent of {condition.symbol}" for condition in description.conditions]
@@ -141,7 +151,7 @@ def _curve(sheet: Any, description: Description, cells: dict[str, str]) -> None:
     """mu over S at the operating point of the first sheet, with a chart."""
     _add(sheet, "mu over S at the operating point of the sheet mu", font=_TITLE)
     _add(sheet, origin(description), font=_BOLD)
-    _add(sheet, None)
+    _add(sheet, _Formula(f"mu!{cells['range']}"))
     along = [name for name, _ in description.law.steps]
     first = 1 + _add(sheet, "S", *along, font=_BOLD)
     values = dict(description.steps_of_named_constants)

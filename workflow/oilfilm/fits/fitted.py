@@ -146,6 +146,8 @@ class Prediction:
             tested conditions are not known.
         over_limit: True where the mean shear stress, mu times the mean pressure, would be above the
             oil's limiting shear stress: no film carries it.
+        wrong: What keeps the fit from being sound, in sentences, wherever mu is asked for; of
+            printed constants what their open signs leave open.
     """
 
     traction_coefficient: FloatArray
@@ -158,6 +160,7 @@ class Prediction:
     away: npt.NDArray[np.bool_]
     spacings: FloatArray
     over_limit: npt.NDArray[np.bool_]
+    wrong: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -302,7 +305,7 @@ class FittedLaw:
         ends = lower, upper, own_lower, own_upper
         spacings = self.spacings(conditions)
         outside = (distance > 0) | (spacings > 1)
-        return Prediction(sign * mu, *ends, outside, distance, off, spacings, over)
+        return Prediction(sign * mu, *ends, outside, distance, off, spacings, over, self.wrong)
 
     def predict_at(
         self,
@@ -314,7 +317,7 @@ class FittedLaw:
     ) -> Prediction:
         """As the function `predict`, with this law: GPa, m/s, degC, or quantities of pint."""
         at = (max_hertz_pressure, entrainment_speed, inlet_temperature, slide_roll_ratio)
-        return predict(self.law, self.coefficients, *at, level=level)
+        return replace(predict(self.law, self.coefficients, *at, level=level), wrong=self.wrong)
 
     def on_line(self, conditions: FloatArray) -> FloatArray:
         """Conditions with those that the fit does not follow at their tested level or line.
@@ -570,7 +573,8 @@ def predict(
     if why := _why_unknown(fit, rows):
         lost = int(np.isnan(prediction.traction_coefficient).sum())
         warnings.warn(f"mu is NaN at {lost} of {len(slip)} points: {why}", stacklevel=2)
-    return Prediction(**{name: array.reshape(shape) for name, array in vars(prediction).items()})
+    parts = {name: each for name, each in vars(prediction).items() if name != "wrong"}
+    return Prediction(**{name: array.reshape(shape) for name, array in parts.items()})
 
 
 def _why_unknown(fit: FittedLaw, conditions: FloatArray) -> str:

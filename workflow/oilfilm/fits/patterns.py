@@ -23,7 +23,7 @@ from oilfilm.fits.curve_errors import EFFECTS, Curves, effects
 from oilfilm.fits.descent import descend
 from oilfilm.fits.engine import Optimum
 from oilfilm.fits.problem import CurveData, Problem, build_problem
-from oilfilm.units import BoolArray, FloatArray
+from oilfilm.units import BoolArray, FloatArray, IndexArray
 
 # Of all patterns of one kind that are looked for together.
 _FALSE_ALARMS = 0.01
@@ -31,9 +31,10 @@ _FALSE_ALARMS = 0.01
 _FEWEST_CURVES, _SMALLEST_SHARE = 4, 1 / 8
 # Two kinds of runs without a name are told apart where their means differ by more than this many
 # standard deviations, and this many more over the effective number of curves. The best split of
-# 60 simulated campaigns of one kind of runs reached 5.9 with 18 effective curves, 8.3 with 5.
+# 25 simulated campaigns of one kind of runs, three oils each, reached 4.8 with 18 effective curves,
+# 5.5 with 13, 6.9 with 7 and 10.0 with 4.
 _SEPARATION, _SEPARATION_FEW = 6.0, 20.0
-_ROUNDS, _STARTS = 25, 8
+_ROUNDS, _STARTS = 25, 24
 _ROUGH = 1e-4
 # Runs found to be wrong are those of a known group where so many agree.
 _SAME_GROUP = 0.9
@@ -117,6 +118,15 @@ class Leftover:
         left = _orthogonal(self.jacobian, columns)
         taken = np.sum((self._bend_basis.T @ left) ** 2, axis=0)
         return np.asarray(1 - taken / np.maximum(np.sum(left**2, axis=0), np.finfo(float).tiny))
+
+    def beside_gain(self, columns: FloatArray) -> FloatArray:
+        """What is left of each column, shape (points, n), when each curve has a gain of its own.
+
+        The scatter of the force from run to run then hides no cause of another shape over slip.
+        """
+        starts, mu = self.problem.starts, self.fitted[:, np.newaxis]
+        gain = np.add.reduceat(columns * mu, starts, axis=0) / np.add.reduceat(mu**2, starts)
+        return np.asarray(columns - mu * gain[self.data.curve])
 
     @property
     def can_show(self) -> bool:
@@ -319,24 +329,24 @@ def _split(left: Leftover, taken: FloatArray) -> _Found | None:
     """Runs of two kinds, told apart by a cause alone; None where they are one kind.
 
     Fitted in turns from several beginnings: the constants and the size of the cause, then which
-    runs have it.
+    runs have it. A temperature is looked for beside a gain of each curve's own as well.
     """
-    count, starts = len(left.data.runs), left.problem.starts
+    count = len(left.data.runs)
     random = np.random.default_rng(0)
-    basis, _ = np.linalg.qr(taken)
-    rest = left.residual - basis @ (basis.T @ left.residual)
-    best: _Found | None = None
+    searches = []
     for cause, column in left.signatures.items():
-        across = np.add.reduceat(basis * column[:, np.newaxis], starts, axis=0)
-        sums = _SumsOfCurves(
-            np.add.reduceat(column**2, starts),
-            np.add.reduceat(column * rest, starts),
-            across @ across.T,
-        )
-        beginnings = [sums.amount(np.zeros(count), 0.0), *random.random((_STARTS, count))]
+        columns = np.column_stack([taken, left.residual, column])
+        sums = _SumsOfCurves.of(columns, left.problem.starts)
+        searches.append((cause, column, sums, sums))
+        if cause == "inlet temperature":
+            beside = _SumsOfCurves.of(left.beside_gain(columns), left.problem.starts)
+            searches.append((cause, column, sums, beside))
+    best: _Found | None = None
+    for cause, column, sums, seen in searches:
+        beginnings = [seen.amount(np.zeros(count), 0.0), *random.random((_STARTS, count))]
         for beginning in beginnings:
-            members, size, separate = sums.in_turns(beginning > np.median(beginning), left)
-            if not separate:
+            members, size, separation = seen.in_turns(beginning > np.median(beginning), left)
+            if separation <= 1:
                 continue
             marked = column * members[left.data.curve]
             if left.beside_bends(marked[:, np.newaxis])[0] <= _TOLD_APART:
@@ -362,6 +372,16 @@ class _SumsOfCurves:
     score: FloatArray
     shared: FloatArray
 
+    @classmethod
+    def of(cls, columns: FloatArray, starts: IndexArray) -> "_SumsOfCurves":
+        """Of columns: what is taken, then the residual, then the signature."""
+        basis, _ = np.linalg.qr(columns[:, :-2])
+        residual, signature = columns[:, -2:].T
+        rest = residual - basis @ (basis.T @ residual)
+        across = np.add.reduceat(basis * signature[:, np.newaxis], starts, axis=0)
+        power, score = (np.add.reduceat(signature * each, starts) for each in (signature, rest))
+        return cls(power, score, across @ across.T)
+
     def power_beside(self, members: BoolArray) -> float:
         """Squared length of the cause in these runs, beside what the constants take up."""
         return float(self.power[members].sum() - members @ self.shared @ members)
@@ -373,13 +393,13 @@ class _SumsOfCurves:
         sums = self.score + size * self.shared @ members
         return np.divide(sums, self.power, out=np.zeros_like(sums), where=shows)
 
-    def in_turns(self, members: BoolArray, left: Leftover) -> tuple[BoolArray, float, bool]:
-        """Which runs have the cause, its size, and whether these runs are a kind of their own."""
+    def in_turns(self, members: BoolArray, left: Leftover) -> tuple[BoolArray, float, float]:
+        """Which runs have the cause, its size, and their separation over the limit; 0 for none."""
         size, amount = 0.0, np.zeros(len(members))
         for _ in range(_ROUNDS):
             beside = self.power_beside(members)
             if not left.is_group(members) or beside <= 1e-8 * self.power.sum():
-                return members, size, False
+                return members, size, 0.0
             size = float(self.score[members].sum()) / beside
             amount = self.amount(members.astype(float), size)
             now = np.abs(amount - size) < np.abs(amount)
@@ -387,14 +407,17 @@ class _SumsOfCurves:
                 break
             members = now
         if not left.is_group(members):
-            return members, size, False
+            return members, size, 0.0
         # runs in which the cause shows more tell more
         count, power = len(members), self.power
         middle = float(np.average(amount[members], weights=power[members]))
         errors = amount - np.where(members, middle, 0.0)
-        scatter = np.sqrt(np.average(errors**2, weights=power) * count / (count - 2))
+        # what is taken has made them smaller, above all where bends are taken as well
+        free = 1 - np.trace(self.shared) / power.sum()
+        squares = np.average(errors**2, weights=power) / max(free, np.finfo(float).tiny)
+        scatter = np.sqrt(squares * count / (count - 2))
         limit = _SEPARATION + _SEPARATION_FEW * float(power @ power) / float(power.sum()) ** 2
-        return members, size, bool(abs(middle) > limit * scatter)
+        return members, size, float(abs(middle) / (limit * scatter))
 
 
 def _bend(left: Leftover, taken: FloatArray) -> _Found | None:

@@ -39,6 +39,10 @@ def answer(results: CampaignTables, settings: Settings) -> Section:
             level = fits[oil].coefficients.bands(fits[oil].law, LEVEL)[2]
             if not np.isnan(ends).any():
                 interval = f"{_MU(ends[0])} to {_MU(ends[1])} ({100 * level:.2g} %)"
+            if at.outside[0]:
+                interval += ", not tested there"
+            if at.over_limit[0]:
+                interval += ", above the limiting shear stress"
         rows.append(
             [
                 oil,
