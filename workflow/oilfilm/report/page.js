@@ -58,6 +58,7 @@ function fill(made, attributes, children) {
 const html = (tag, attributes, ...children) => fill(document.createElement(tag), attributes, children);
 const shape = (tag, attributes, ...children) => (
   fill(document.createElementNS("http://www.w3.org/2000/svg", tag), attributes, children));
+const three = (value) => (Number.isFinite(value) ? value.toPrecision(3) : "\u2013");
 const short = (value, digits = 4) => (Number.isFinite(value) ? Number(value.toPrecision(digits)).toString() : "\u2013");
 
 // Round numbers across a range, about five of them.
@@ -189,8 +190,8 @@ function tell() {
     const oil = OILS[Number(box.value)];
     const { mu, lower, upper, beyond, away, tested, outside } = predict(oil, state.point);
     const card = box.closest(".card");
-    card.querySelector(".mu bdi").textContent = away ? "not known here" : short(mu, 3);
-    card.querySelector(".interval bdi").textContent = Number.isFinite(upper) ? `${short(lower, 3)} to ${short(upper, 3)} (${
+    card.querySelector(".mu bdi").textContent = away ? "not known here" : three(mu);
+    card.querySelector(".interval bdi").textContent = Number.isFinite(upper) ? `${three(lower)} to ${three(upper)} (${
       short(100 * oil.level, 2)} %)` : "not known";
     card.classList.toggle("beyond", outside);
     if (box.checked && outside && !away && !beyond.includes(true)) warnings.set("between tested conditions", [`not near (${oil.name})`]);
