@@ -2,15 +2,19 @@
 
 import itertools
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from campaigns import printed
 from fit_points import LAW
+from oilfilm.fits.conditions import FixedCondition, to_text
 from oilfilm.fits.engine import polish
+from oilfilm.fits.fitted import Coefficients, FittedLaw
 from oilfilm.fits.patterns import Leftover, find_patterns
 from oilfilm.fits.problem import build_problem, curve_data
+from oilfilm.fits.soundness import verdict_of_fit
 from oilfilm.fits.soundness_words import what_is_wrong
 from oilfilm.home import CONFIG
 from oilfilm.rig_twin.truth import LawTruth, true_tractions
@@ -106,6 +110,22 @@ def test_a_law_that_is_not_true_is_found(config: Settings) -> None:
     load_n = points.groupby("run_id")["load_n"].mean().to_numpy(float)
     first = find_patterns(Leftover(problem, best, data, load_n, {}, {}))[0]
     assert first.when == "law"
+
+
+def test_campaign_of_unknown_pressure_gets_a_verdict(config: Settings) -> None:
+    # as of a rig whose ball was not recorded: the runs are enough, but one condition is missing
+    campaign = Campaign(LawTruth(printed()["4050"]), config.common_contact())
+    points = campaign.points(matrix(), np.random.default_rng(3), "4050")
+    points = points.assign(max_hertz_pressure_gpa=np.nan)
+    fit = Coefficients.bare(LAW, printed()["4050"])
+    fit = replace(fit, known=np.array([False, True, True]))
+    unknown = to_text([FixedCondition("max_hertz_pressure_gpa", None, 0.0)])
+    quality = {"rmse": 1e-4, "relative_rms": 0.01, "certified": True, "two_level_conditions": ""}
+    quality["fixed_conditions"] = unknown
+    row = verdict_of_fit(quality, FittedLaw(LAW, fit), points, config.fit)
+    assert row["law_verdict"] == row["campaign_verdict"] == "condition missing"
+    assert not row["sound"]
+    assert len(what_is_wrong(row)) == 1
 
 
 def test_a_change_is_told_with_runs_and_size() -> None:

@@ -95,7 +95,7 @@ def leftover(
     data = _in_order(curve_data(points, law.conditions))
     load = points.groupby("run_id")["load_n"].mean()
     load_n = load.reindex(data.runs).to_numpy(dtype=float)
-    if not np.isfinite(data.conditions[:, fitted.coefficients.known]).all():
+    if not np.isfinite(data.conditions).all():
         return None
     problem = build_problem(law, data, fitted.coefficients.known)
     start = to_internal(law, fitted.coefficients.constants)[problem.free]
@@ -162,7 +162,11 @@ def _verdict(
         law = "too few curves"
     elif quality["two_level_conditions"]:
         law = "two levels"
-    steady = "too few curves" if left is None or not left.can_show else "steady"
+    steady = "steady"
+    if left is None:
+        steady = "too few curves" if law == "no fit" else "condition missing"
+    elif not left.can_show:
+        steady = "too few curves"
     if change is not None:
         steady = "changed"
     elif steady == "steady" and law in ("misfit", "bend"):
