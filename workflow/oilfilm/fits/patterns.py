@@ -32,8 +32,9 @@ _FEWEST_CURVES, _SMALLEST_SHARE = 4, 1 / 8
 # Two kinds of runs without a name are told apart where their means differ by more than this many
 # standard deviations, and this many more over the degrees of freedom: effective curves less the
 # terms of a power law. In simulated campaigns of one kind of runs with scattered gains the best
-# split reached 15.9 with 4 degrees (12 runs), 9.0 with 9 (18 runs) and 7.1 with 17 (27 runs).
-_SEPARATION, _SEPARATION_FEW = 6.0, 40.0
+# split reached 9.0 with 9 degrees (18 runs) and 7.1 with 17 (27 runs). With 4 (12 runs) it reached
+# 21, no less than where half of the runs were wrong by 3 %: so few degrees tell no kinds apart.
+_SEPARATION, _SEPARATION_FEW, _FEWEST_DEGREES = 6.0, 40.0, 8.0
 _ROUNDS, _STARTS = 25, 8
 _ROUGH = 1e-4
 # Runs found to be wrong are those of a known group where so many agree.
@@ -395,7 +396,9 @@ class _SumsOfCurves:
         errors = amount - np.where(members, middle, 0.0)
         scatter = np.sqrt(np.average(errors**2, weights=power) * count / (count - 2))
         effective = float(power.sum()) ** 2 / float(power @ power)
-        degrees = max(effective - 1 - int(left.problem.followed.sum()), 1.0)
+        degrees = effective - 1 - int(left.problem.followed.sum())
+        if degrees < _FEWEST_DEGREES:
+            return members, size, False
         limit = _SEPARATION + _SEPARATION_FEW / degrees
         return members, size, bool(abs(middle) > limit * scatter)
 
