@@ -17,7 +17,6 @@ import pandas as pd
 
 from oilfilm import tables
 from oilfilm.errors import OilfilmError
-from oilfilm.fits.best_law import best_laws
 from oilfilm.fits.conditions import levels_of
 from oilfilm.fits.fit import OilFit, fit_oil
 from oilfilm.fits.fitted import (
@@ -28,12 +27,9 @@ from oilfilm.fits.fitted import (
     in_unit,
     refuse_impossible,
 )
-from oilfilm.fits.law_comparison import compare_laws
 from oilfilm.fits.soundness import verdict_of_fit
 from oilfilm.fits.soundness_words import what_is_wrong
 from oilfilm.home import CONFIG
-from oilfilm.report.sections.fits import curve_facts
-from oilfilm.report.sections.laws import law_facts
 from oilfilm.settings.config import FitSettings, GateSettings
 from oilfilm.settings.messages import check
 from oilfilm.settings.resolve import read_config
@@ -111,6 +107,9 @@ class ArrayFit:
     @property
     def verdict(self) -> str:
         """Whether the fit is sound, and what its user must know."""
+        # templates are loaded when words are asked for, here and below: a fit needs none
+        from oilfilm.report.sections.fits import curve_facts  # noqa: PLC0415
+
         fit = self.tables
         (law,) = fit.fit_quality["law"]
         if self.soundness["sound"]:
@@ -170,6 +169,10 @@ class ArrayFit:
 
         It takes a few times as long as the fit.
         """
+        from oilfilm.fits.best_law import best_laws  # noqa: PLC0415
+        from oilfilm.fits.law_comparison import compare_laws  # noqa: PLC0415
+        from oilfilm.report.sections.laws import law_facts  # noqa: PLC0415
+
         config = read_config(CONFIG)
         settings = Settings.of(
             {
@@ -270,8 +273,8 @@ def fit(
         max_hertz_pressure: P of each point, in GPa.
         entrainment_speed: U, in m/s.
         inlet_temperature: T, in degC.
-        slide_roll_ratio: S.
-        traction_coefficient: mu.
+        slide_roll_ratio: Slide-roll ratio S.
+        traction_coefficient: Traction coefficient mu.
         law: Name of the law: one of pressure, speed and temperature.
         curve: Name or number of the run of each point. Points of a run share its calibration
             error, so whole runs are resampled for the intervals. If not given, points whose
@@ -285,6 +288,19 @@ def fit(
 
     Returns:
         The fit. Data that cannot be fitted give a verdict that says why.
+
+    Examples:
+        Twelve curves on the printed law of 4102 give its constants back:
+
+        >>> import oilfilm
+        >>> levels = [1.0, 1.25, 1.5], [25, 40], [50, 120], [0.01, 0.03, 0.1, 0.3]
+        >>> at = np.meshgrid(*levels)
+        >>> mu = oilfilm.printed("4102").predict_at(*at).traction_coefficient
+        >>> fitted = oilfilm.fit(*at, mu, searches=2, bootstrap=20)
+        >>> fitted.constants["value"].round(3)[["A0", "A1"]].to_dict()
+        {'A0': -0.016, 'A1': 1.665}
+        >>> float(fitted.predict(1.2, 30, 70, 0.05).traction_coefficient)
+        0.0107...
     """
     given = (max_hertz_pressure, entrainment_speed, inlet_temperature)
     at = [in_unit(value, name) for value, name in zip(given, CONDITIONS, strict=True)]

@@ -554,8 +554,8 @@ def predict(
         entrainment_speed: U in m/s.
         inlet_temperature: T in degC. NaN for a condition that the fit does not follow asks for
             its tested level.
-        slide_roll_ratio: S. The four broadcast against each other, arrays of xarray by the names
-            of their dimensions.
+        slide_roll_ratio: Slide-roll ratio S. The four broadcast against each other, arrays of
+            xarray by the names of their dimensions.
         level: Of confidence.
 
     Returns:
