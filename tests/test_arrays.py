@@ -1,6 +1,7 @@
 """Fits on arrays: planted constants come back, with units or without."""
 
 import pickle
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -97,8 +98,43 @@ def test_result_shows_itself(fitted: ArrayFit) -> None:
     assert "A0" in repr(fitted)
     assert "<td>" in fitted._repr_html_()
     axes = fitted.plot(Figure().subplots())
-    # points and law of each of the 12 conditions
-    assert len(axes.lines) == 24
+    # all points in grey, then law and points of five of the 12 conditions
+    assert len(axes.lines) == 1 + 2 * 5
+    assert len(axes.get_legend().get_texts()) == 5
+
+
+def test_a_picture_of_one_condition_has_the_interval_of_the_next_run(fitted: ArrayFit) -> None:
+    axes = fitted.plot(Figure().subplots(), at=[1.2, 30, 70])
+    (band,) = axes.collections
+    at = fitted.predict(1.2, 30, 70, 0.3)
+    ends = band.get_paths()[0].vertices
+    last = ends[np.isclose(ends[:, 0], 0.3), 1]
+    np.testing.assert_allclose([last.min(), last.max()], [at.obs_ci_lower, at.obs_ci_upper])
+    assert axes.get_legend().get_texts()[0].get_text() == "1.2 GPa, 30 m/s, 70 degC"
+
+
+def test_predictions_keep_the_index_of_a_column(points: pd.DataFrame) -> None:
+    printed = oilfilm.printed("4102")
+    slip = points["S"].iloc[3:6].set_axis(["a", "b", "c"])
+    predicted = printed.predict_at(1.2, 30, 70, slip)
+    np.testing.assert_array_equal(
+        predicted.traction_coefficient["b"],
+        printed.predict_at(1.2, 30, 70, slip["b"]).traction_coefficient,
+    )
+    assert list(predicted.to_frame().index) == ["a", "b", "c"]
+    assert repr(predicted).splitlines()[1].startswith("a ")
+    with pytest.raises(oilfilm.OilfilmError, match="different indices"):
+        printed.predict_at(1.2, points["U"], 70, slip)
+
+
+def test_arrays_of_xarray_broadcast_by_the_names_of_their_dimensions() -> None:
+    xarray = pytest.importorskip("xarray")
+    speed = xarray.DataArray([25.0, 40.0], dims="speed", coords={"speed": [25, 40]})
+    slip = xarray.DataArray([0.02, 0.1], dims="slip")
+    mu = oilfilm.printed("4102").predict_at(1.2, speed, 70, slip).traction_coefficient
+    assert mu.dims == ("speed", "slip")
+    alone = oilfilm.printed("4102").predict_at(1.2, 40, 70, 0.02).traction_coefficient
+    assert float(mu.sel(speed=40)[0]) == float(alone)
 
 
 def test_data_that_cannot_be_fitted_give_a_verdict() -> None:
@@ -182,3 +218,20 @@ def test_a_fit_is_summed_up_and_pickled(fitted: ArrayFit) -> None:
     pd.testing.assert_frame_equal(again.constants, fitted.constants)
     assert again.predict(1.2, 30, 70, 0.05) is not None
     assert {"fit", "fit_table", "predict", "printed", "read_fit"} <= set(dir(oilfilm))
+
+
+def test_a_saved_fit_predicts_the_same(fitted: ArrayFit, tmp_path: Path) -> None:
+    fitted.save(tmp_path / "june")
+    again = oilfilm.read_fit(tmp_path / "june").predict_at(1.2, 30, 70, 0.05)
+    pd.testing.assert_frame_equal(again.to_frame(), fitted.predict(1.2, 30, 70, 0.05).to_frame())
+    assert (tmp_path / "june/report.html").is_file()
+    with pytest.raises(oilfilm.OilfilmError, match="exists already"):
+        fitted.save(tmp_path / "june")
+
+
+def test_few_curves_of_one_pressure_say_why_numbers_are_missing(points: pd.DataFrame) -> None:
+    noise = 1e-3 * np.random.default_rng(4).standard_normal(len(points))
+    few = points.assign(mu=points["mu"] * (1 + noise))[points["P"] == 1.0]
+    text = oilfilm.fit(*(few[name] for name in few), **QUICK).summary()
+    assert "There is no interval: fewer than 8 curves" in text
+    assert "maximum Hertz pressure was tested at 1 GPa only" in text

@@ -12,6 +12,8 @@ import pytest
 from bad_logs import csv
 from campaigns import ROOT
 from oilfilm.cli import main
+from oilfilm.cli.parser import COMMANDS as DECLARED
+from oilfilm.cli.parser import parser
 
 AT = "--oil 4102 --stress 1.2GPa --speed 30m/s --temperature 70degC --slip 0.05"
 # The command, in a folder with the files that `mistakes` makes, and a part of what it says.
@@ -149,3 +151,23 @@ def test_first_word_that_is_no_command_gets_a_short_answer(
     message = " ".join(capsys.readouterr().err.split())
     assert sentence in message
     assert len(message) < 1000
+
+
+@pytest.mark.parametrize("command", ["check", "fit", "verify"])
+def test_endless_path_is_cut_in_the_message(
+    command: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main([command, "x" * 6000]) == 2
+    message = capsys.readouterr().err
+    assert "(6" in message
+    assert len(message) < 1000
+
+
+def test_help_of_every_command_ends_with_an_example_that_is_understood(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    for declare in DECLARED:
+        with pytest.raises(SystemExit, match="0"):
+            main([declare.__name__, "--help"])
+        example = " ".join(capsys.readouterr().out.partition("Example: oilfilm ")[2].split())
+        assert parser().parse_args(example.split()).command == declare.__name__

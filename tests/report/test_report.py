@@ -107,7 +107,7 @@ def test_cards_answer_for_every_oil_at_one_point(page: Page, results: CampaignTa
     for oil in OILS:
         expected = FittedLaw.of_configured(results, oil).predict_at(*at)
         ends = [float(expected.obs_ci_lower), float(expected.obs_ci_upper)]
-        mu, *interval = (f"{value:.3g}" for value in (float(expected.traction_coefficient), *ends))
+        mu, *interval = (f"{value:#.3g}" for value in (float(expected.traction_coefficient), *ends))
         assert f"{mu} Next good run{' to '.join(interval)} (90 %)" in text
     assert "Fitsound" in text
     assert "Fitnot sound (law: bend; campaign: changed)" in text

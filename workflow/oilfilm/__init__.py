@@ -9,8 +9,18 @@ In other programs and notebooks:
 - `oilfilm.predict(law, constants, P, U, T, S)` evaluates a law.
 """
 
-from importlib import import_module
-from typing import Any
+import importlib
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    # what editors complete and type checkers see
+    from oilfilm.arrays import fit
+    from oilfilm.errors import OilfilmError
+    from oilfilm.fits.fitted import predict, read_fit
+    from oilfilm.paper.printed_law import printed
+    from oilfilm.table_fit import fit_table
+
+    __version__: str
 
 __all__ = ["OilfilmError", "__version__", "fit", "fit_table", "predict", "printed", "read_fit"]
 
@@ -25,7 +35,7 @@ _MODULES = {
 
 
 def __dir__() -> list[str]:
-    return sorted({*globals(), *__all__})
+    return list(__all__)
 
 
 def __getattr__(name: str) -> Any:
@@ -38,5 +48,5 @@ def __getattr__(name: str) -> Any:
         # not the installed package's: an unpacked archive of a release runs without one
         return tomllib.loads((HOME / "pyproject.toml").read_text("utf-8"))["project"]["version"]
     if name in _MODULES:
-        return getattr(import_module(_MODULES[name]), name)
+        return getattr(importlib.import_module(_MODULES[name]), name)
     raise AttributeError(f"module 'oilfilm' has no attribute {name!r}")

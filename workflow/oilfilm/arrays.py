@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from html import escape
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -16,7 +17,6 @@ import pandas as pd
 
 from oilfilm import tables
 from oilfilm.errors import OilfilmError
-from oilfilm.fits.best_law import best_laws
 from oilfilm.fits.conditions import levels_of
 from oilfilm.fits.fit import OilFit, fit_oil
 from oilfilm.fits.fitted import (
@@ -27,12 +27,9 @@ from oilfilm.fits.fitted import (
     in_unit,
     refuse_impossible,
 )
-from oilfilm.fits.law_comparison import compare_laws
 from oilfilm.fits.soundness import verdict_of_fit
 from oilfilm.fits.soundness_words import what_is_wrong
 from oilfilm.home import CONFIG
-from oilfilm.report.sections.fits import curve_facts
-from oilfilm.report.sections.laws import law_facts
 from oilfilm.settings.config import FitSettings, GateSettings
 from oilfilm.settings.messages import check
 from oilfilm.settings.resolve import read_config
@@ -45,8 +42,8 @@ _MU = "traction_coefficient"
 _OIL = "oil"
 # Of a curve drawn between its points.
 _DRAWN = 200
-# A legend of more curves hides them.
-_LEGEND = 15
+# Curves of a picture; more hide each other.
+_CURVES = 5
 
 
 @dataclass(frozen=True)
@@ -74,12 +71,16 @@ class ArrayFit:
         tables: The tables of the fit, as the workflow writes them.
         settings: Settings of the fit.
         notes: What its user must know of the points, in sentences.
+        source: File of the table that was fitted, else empty.
+        oil: Name of the oil.
     """
 
     points: pd.DataFrame
     tables: OilFit
     settings: FitSettings
     notes: tuple[str, ...]
+    source: str = ""
+    oil: str = _OIL
 
     @property
     def law(self) -> FittedLaw:
@@ -106,6 +107,9 @@ class ArrayFit:
     @property
     def verdict(self) -> str:
         """Whether the fit is sound, and what its user must know."""
+        # templates are loaded when words are asked for, here and below: a fit needs none
+        from oilfilm.report.sections.fits import curve_facts  # noqa: PLC0415
+
         fit = self.tables
         (law,) = fit.fit_quality["law"]
         if self.soundness["sound"]:
@@ -114,8 +118,9 @@ class ArrayFit:
             first = [f"{law}: NOT sound", *what_is_wrong(self.soundness)]
             first += [] if fit.fit_quality["certified"].item() else [fit.certificate]
         warnings = curve_facts(fit.fit_quality, fit.tables["curve_residuals"])
-        interval = self.law.coefficients.unseen.at(0.95)[0]
-        if np.isnan(interval):
+        coefficients = self.law.coefficients
+        first += [f"Not followed: {fixed.sentence()}." for fixed in coefficients.fixed]
+        if np.isnan(coefficients.unseen.at(0.95)[0]):
             least = self.settings.min_curves_for_errors
             first.append(
                 f"There is no interval: fewer than {least} curves (min_curves_for_errors)."
@@ -165,6 +170,10 @@ class ArrayFit:
 
         It takes a few times as long as the fit.
         """
+        from oilfilm.fits.best_law import best_laws  # noqa: PLC0415
+        from oilfilm.fits.law_comparison import compare_laws  # noqa: PLC0415
+        from oilfilm.report.sections.laws import law_facts  # noqa: PLC0415
+
         config = read_config(CONFIG)
         settings = Settings.of(
             {
@@ -184,29 +193,56 @@ class ArrayFit:
         text = f"{finding.text} {finding.advice}".rstrip()
         return LawComparison(text.removeprefix(f"{_OIL}: "), laws)
 
-    def plot(self, axes: Any = None) -> Any:
-        """Draw measured points and the law of each curve; returns the axes.
+    def save(self, folder: Path | str) -> None:
+        """Write tables, exports for bearing codes, a summary and a report into a new folder.
+
+        `oilfilm.read_fit(folder)` and `oilfilm predict --results folder` read them.
+
+        Raises:
+            OilfilmError: The folder exists, or its name cannot be that of a campaign.
+        """
+        # only who saves waits for the report
+        from oilfilm.saved_fit import save_fit  # noqa: PLC0415
+
+        save_fit(self, Path(folder))
+
+    def plot(self, axes: Any = None, at: npt.ArrayLike | None = None) -> Any:
+        """Draw the law with the interval of the next run, and the measured points.
 
         Args:
             axes: Axes of matplotlib to draw into; new ones if not given.
+            at: Conditions, one row each in the order of the law's: `[[1.2, 30, 70]]` for GPa, m/s
+                and degC. If not given, up to five tested ones from low to high traction.
+
+        Returns:
+            The axes.
         """
         if axes is None:
             from matplotlib import pyplot  # noqa: PLC0415 - only who draws waits for it
 
             axes = pyplot.subplots(layout="constrained")[1]
-        law = self.law
-        names = list(law.law.conditions)
+        names = list(self.law.law.conditions)
         units = [QUANTITIES[name].unit for name in names]
-        for _, curve in self.points.groupby("run_id", sort=False):
-            slip = np.linspace(0, curve[SLIP].max(), _DRAWN)
-            at = curve[names].mean().to_numpy()
-            label = ", ".join(f"{value:.3g} {unit}" for value, unit in zip(at, units, strict=True))
-            (line,) = axes.plot(slip, law.traction(at, slip), label=label)
-            axes.plot(curve[SLIP], curve[_MU], "o", markersize=3, color=line.get_color())
+        curves = self.points.groupby("run_id", sort=False)
+        tested = curves[names].mean()
+        slip = np.linspace(0, self.points[SLIP].abs().max(), _DRAWN)
+        if at is None:
+            order = curves[_MU].max().argsort().to_numpy()
+            chosen = np.linspace(0, len(order) - 1, min(len(order), _CURVES)).round().astype(int)
+            at = tested.to_numpy()[order[chosen]]
+        axes.plot(self.points[SLIP], self.points[_MU], ".", color="0.85", zorder=0)
+        for row in np.atleast_2d(np.asarray(at, float)):
+            predicted = self.law.predict(np.tile(row, (_DRAWN, 1)), slip)
+            label = ", ".join(f"{value:.3g} {unit}" for value, unit in zip(row, units, strict=True))
+            (line,) = axes.plot(slip, predicted.traction_coefficient, label=label)
+            band = (slip, predicted.obs_ci_lower, predicted.obs_ci_upper)
+            axes.fill_between(*band, color=line.get_color(), alpha=0.2, linewidth=0)
+            near = tested[np.isclose(tested, row, rtol=0.01).all(axis=1)].index
+            own = self.points[self.points["run_id"].isin(near)]
+            axes.plot(own[SLIP], own[_MU], "o", markersize=3, color=line.get_color())
         axes.set_xlabel("Slide-roll ratio")
         axes.set_ylabel("Traction coefficient")
-        if len(axes.lines) <= 2 * _LEGEND:
-            axes.legend(fontsize="x-small")
+        axes.legend(fontsize="small", title="Line: law. Band: 95 % interval of the next run")
         return axes
 
     def __repr__(self) -> str:
@@ -238,8 +274,8 @@ def fit(
         max_hertz_pressure: P of each point, in GPa.
         entrainment_speed: U, in m/s.
         inlet_temperature: T, in degC.
-        slide_roll_ratio: S.
-        traction_coefficient: mu.
+        slide_roll_ratio: Slide-roll ratio S.
+        traction_coefficient: Traction coefficient mu.
         law: Name of the law: one of pressure, speed and temperature.
         curve: Name or number of the run of each point. Points of a run share its calibration
             error, so whole runs are resampled for the intervals. If not given, points whose
@@ -253,6 +289,19 @@ def fit(
 
     Returns:
         The fit. Data that cannot be fitted give a verdict that says why.
+
+    Examples:
+        Twelve curves on the printed law of 4102 give its constants back:
+
+        >>> import oilfilm
+        >>> levels = [1.0, 1.25, 1.5], [25, 40], [50, 120], [0.01, 0.03, 0.1, 0.3]
+        >>> at = np.meshgrid(*levels)
+        >>> mu = oilfilm.printed("4102").predict_at(*at).traction_coefficient
+        >>> fitted = oilfilm.fit(*at, mu, searches=2, bootstrap=20)
+        >>> fitted.constants["value"].round(3)[["A0", "A1"]].to_dict()
+        {'A0': -0.016, 'A1': 1.665}
+        >>> float(fitted.predict(1.2, 30, 70, 0.05).traction_coefficient)
+        0.0107...
     """
     given = (max_hertz_pressure, entrainment_speed, inlet_temperature)
     at = [in_unit(value, name) for value, name in zip(given, CONDITIONS, strict=True)]

@@ -1,5 +1,10 @@
 """The exception for a mistake of the user, and text that is safe to print."""
 
+import re
+
+# No name of a file that people give is so long; a message with it could not be read.
+_ENDLESS = re.compile(r"\S{1000,}")
+
 
 def printable(text: object) -> str:
     """Text that is safe to print: control characters and changes of direction are escaped."""
@@ -25,8 +30,10 @@ class OilfilmError(Exception):
 
     The message names the file, the row or key, what was found, what was expected and what to do.
     Scripts and the command line print it without a traceback. It may quote a file of unknown
-    origin, so each of its lines is made `printable`.
+    origin, so endless words are cut and
+    each of its lines is made `printable`.
     """
 
     def __str__(self) -> str:
-        return "\n".join(map(printable, super().__str__().split("\n")))
+        message = _ENDLESS.sub(lambda word: cut(word[0]), super().__str__())
+        return "\n".join(map(printable, message.split("\n")))

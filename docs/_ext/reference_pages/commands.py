@@ -37,6 +37,8 @@ def _section(name: str, command: argparse.ArgumentParser) -> str:
         "",
         command.description or "",
         "",
+        f"    {(command.epilog or '').removeprefix('Example: ')}",
+        "",
         "| argument | meaning |",
         "| --- | --- |",
         *(f"| `{names}` | {_cell(meaning)} |" for names, meaning in _arguments(command)),

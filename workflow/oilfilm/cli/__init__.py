@@ -49,7 +49,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 2
     except OSError as error:
-        print(f"{error.filename or 'the output'}: {error.strerror}.", file=sys.stderr)
+        print(OilfilmError(f"{error.filename or 'the output'}: {error.strerror}."), file=sys.stderr)
         return 2
     except KeyboardInterrupt:
         return 130

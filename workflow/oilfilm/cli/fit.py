@@ -4,9 +4,9 @@ import argparse
 from collections.abc import Iterator
 
 import oilfilm
+from oilfilm.arrays import ArrayFit
 from oilfilm.cli.arguments import quantity, typed_conditions
 from oilfilm.errors import OilfilmError, printable
-from oilfilm.table_fit import TableFit
 
 
 def run(options: argparse.Namespace) -> int:
@@ -33,7 +33,7 @@ def run(options: argparse.Namespace) -> int:
     return int(fit.constants["value"].isna().all())
 
 
-def _lines(fit: TableFit) -> Iterator[str]:
+def _lines(fit: ArrayFit) -> Iterator[str]:
     curves = fit.points["run_id"].nunique()
     yield f"{fit.source}: {len(fit.points)} points in {curves} curves"
     yield from (f"  {note}" for note in fit.notes)

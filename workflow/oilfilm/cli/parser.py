@@ -1,7 +1,8 @@
 """The arguments of every command, declared without importing what runs it.
 
-A command is one function of `COMMANDS`, whose docstring is its help. The module of its name, or
-`releases`, runs it: its `run` takes the parsed arguments and gives the exit code.
+A command is one function of `COMMANDS`. Its docstring is its help and ends with an example. The
+module of its name, or `releases`, runs it: its `run` takes the parsed arguments and gives the exit
+code.
 
 Decides: commands, options and their help.
 """
@@ -30,6 +31,8 @@ def init(command: argparse.ArgumentParser) -> None:
 
     The folder gets settings, run sheet and Snakefile. Logs are copied into it. The settings get
     what the logs seem to hold. Fill in the lines marked FILL IN.
+
+    Example: oilfilm init june ~/rig/*.csv
     """
     command.add_argument("folder", type=Path, metavar="DIR", help="a new or empty folder")
     command.add_argument(
@@ -42,7 +45,9 @@ def run(command: argparse.ArgumentParser) -> None:
     """Make everything in a project folder.
 
     Snakemake runs the workflow of a project folder or of a clone. The exit code is Snakemake's. It
-    is given the arguments behind --: oilfilm run june -- --dry-run
+    is given the arguments behind --.
+
+    Example: oilfilm run june -- --dry-run
     """
     # everything, because argparse alone would take the first argument for snakemake for the folder
     command.add_argument(
@@ -58,6 +63,8 @@ def check(command: argparse.ArgumentParser) -> None:
 
     It shows how each log was understood. Exit code 0: all logs are accepted; 1: a log or a run is
     refused; 2: a mistake in the command or the configuration.
+
+    Example: oilfilm check data/raw/june
     """
     command.add_argument(
         "logs", nargs="+", type=Path, metavar="FILE", help="log to check, or folder of logs"
@@ -80,6 +87,8 @@ def watch(command: argparse.ArgumentParser) -> None:
 
     The logs in data/raw/CAMPAIGN and data/raw/CAMPAIGN-torque are judged as `check` does, and every
     new log as soon as it is finished. Stop with Ctrl-C; nothing is lost.
+
+    Example: oilfilm watch --campaign june
     """
     _add_campaign(command, "campaign (default: that of config.yaml)")
     _add_config(command)
@@ -97,6 +106,8 @@ def fit(command: argparse.ArgumentParser) -> None:
 
     The table (csv, tsv, xlsx, Parquet) has slide-roll ratio, mean speed, load or maximum Hertz
     pressure, temperature and mu. Its columns are found by name and unit.
+
+    Example: oilfilm fit mu.csv --ball-radius 9.525mm --save mu-results
     """
     command.add_argument("table", type=Path, metavar="TABLE", help="one row per settled reading")
     command.add_argument("--ball-radius", metavar="9.525mm", help="load becomes pressure with it")
@@ -118,7 +129,11 @@ def fit(command: argparse.ArgumentParser) -> None:
 
 
 def predict(command: argparse.ArgumentParser) -> None:
-    """Traction coefficient of a fitted oil."""
+    """Traction coefficient of a fitted oil.
+
+    Example: oilfilm predict --results results/june --oil NAME --stress 1.2GPa
+    --speed 30m/s --temperature 70degC --slip 0.05
+    """
     command.add_argument("--oil", required=True, help="name of the oil")
     command.add_argument(
         "--printed", action="store_true", help="take the constants that the paper prints"
@@ -139,6 +154,8 @@ def compare(command: argparse.ArgumentParser) -> None:
 
     It shows mu of each at the same condition, the ratio to the first one with its interval, and
     the constants.
+
+    Example: oilfilm compare results/june results/july --temperature 70degC
     """
     command.add_argument(
         "folders", nargs="+", type=Path, metavar="DIR", help="results of a campaign: results/june"
@@ -157,6 +174,8 @@ def plan(command: argparse.ArgumentParser) -> None:
 
     They are those whose measurement most reduces the uncertainty of a bearing's friction torque or
     cage slip, or of mu where there is no bearing.
+
+    Example: oilfilm plan --results results/june --for traction --count 3
     """
     _add_results(command)
     _add_config(command)
@@ -180,7 +199,10 @@ def plan(command: argparse.ArgumentParser) -> None:
 
 
 def verify(command: argparse.ArgumentParser) -> None:
-    """Check that no file of a release has changed."""
+    """Check that no file of a release has changed.
+
+    Example: oilfilm verify results/releases/june/latest
+    """
     _add_release(command)
     command.add_argument(
         "--rebuild", action="store_true", help="run the workflow on the raw logs again and compare"
@@ -194,13 +216,18 @@ def fetch(command: argparse.ArgumentParser) -> None:
 
     The folder appears when every file of the release is there and as released. The key is read from
     AWS_ACCESS_KEY_ID and AWS_SECRET_ACCESS_KEY, the server's address from AWS_ENDPOINT_URL_S3.
+
+    Example: oilfilm fetch s3://lab/june/v1-0 june-v1-0
     """
     command.add_argument("address", metavar="ADDRESS", help="its place, as s3://lab/june/v1-0")
     command.add_argument("folder", type=Path, metavar="FOLDER", help="a new folder")
 
 
 def diff(command: argparse.ArgumentParser) -> None:
-    """Show the differences between two releases."""
+    """Show the differences between two releases.
+
+    Example: oilfilm diff data/reference/pins/june results/releases/june/latest
+    """
     _add_release(command, "before", "A")
     _add_release(command, "after", "B")
     command.add_argument(
@@ -213,7 +240,10 @@ def diff(command: argparse.ArgumentParser) -> None:
 
 
 def pin(command: argparse.ArgumentParser) -> None:
-    """Keep a release as the reference for later ones."""
+    """Keep a release as the reference for later ones.
+
+    Example: oilfilm pin results/releases/june/latest
+    """
     _add_release(command)
 
 
@@ -222,6 +252,8 @@ def export(command: argparse.ArgumentParser) -> None:
 
     The formats are Python, workbook, C, Fortran, Modelica, MATLAB, ADORE constants, JSON and CSV.
     Fits of a campaign are in results/*/exports.
+
+    Example: oilfilm export --printed --oil 4102
     """
     command.add_argument(
         "--printed", action="store_true", required=True, help="the constants of the paper"
@@ -257,10 +289,13 @@ def parser() -> argparse.ArgumentParser:
         dest="command", required=True, metavar="COMMAND", title="commands", parser_class=_AnyOrder
     )
     for declare in COMMANDS:
-        text = " ".join((declare.__doc__ or "").split())
+        text, _, example = " ".join((declare.__doc__ or "").split()).partition(" Example: ")
         purpose = text.partition(".")[0]
         help_of_list = purpose[:1].lower() + purpose[1:]
-        command = commands.add_parser(declare.__name__, help=help_of_list, description=text)
+        epilog = f"Example: {example}"
+        command = commands.add_parser(
+            declare.__name__, help=help_of_list, description=text, epilog=epilog
+        )
         declare(command)
         module = "releases" if declare in _OF_RELEASES else declare.__name__
         command.set_defaults(module=module)

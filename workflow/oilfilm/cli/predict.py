@@ -21,6 +21,7 @@ from oilfilm.paper.printed_law import PrintedLaw
 def run(options: argparse.Namespace) -> int:
     """Run the command."""
     at = {SLIP: quantity(options.slip, "dimensionless", "--slip"), **typed_conditions(options)}
+    fit: FittedLaw
     if options.printed:
         fit, source = oilfilm.printed(options.oil), "constants as the paper prints them"
     else:

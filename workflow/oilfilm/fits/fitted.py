@@ -3,7 +3,9 @@
 Decides: traction at a condition, wherever it is needed, and where it is refused.
 """
 
+import importlib
 import warnings
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
@@ -35,6 +37,7 @@ from oilfilm.units import FloatArray
 SLIP = "slide_roll_ratio"
 # Ends of the intervals of a prediction, as attributes and as columns of tables.
 INTERVALS = ("obs_ci_lower", "obs_ci_upper", "mean_ci_lower", "mean_ci_upper")
+_SHOWN = ("traction_coefficient", *INTERVALS, "outside")
 # Points predicted at once: about what fits a processor's cache.
 _CHUNK = 1 << 14
 
@@ -127,6 +130,8 @@ class Coefficients:
 class Prediction:
     """Traction coefficients with their intervals; all arrays of one shape.
 
+    Of columns of pandas they are columns with the same index; of arrays of xarray, such arrays.
+
     Attributes:
         traction_coefficient: mu; odd in the slide-roll ratio.
         obs_ci_lower: Lower end of the interval of the next good run, from curves left out of the
@@ -161,6 +166,23 @@ class Prediction:
     spacings: FloatArray
     over_limit: npt.NDArray[np.bool_]
     wrong: tuple[str, ...] = ()
+
+    def to_frame(self) -> pd.DataFrame:
+        """One row per point, one column per attribute; dimensions of xarray become the index."""
+        columns = {
+            name: values.to_series() if getattr(values, "dims", ()) else np.ravel(values)
+            for name, values in vars(self).items()
+            if name != "wrong"
+        }
+        index = getattr(self.traction_coefficient, "index", None)
+        return pd.DataFrame(columns, index=index)
+
+    def __repr__(self) -> str:
+        # an interval that the fit does not have is no column
+        return self.to_frame()[list(_SHOWN)].dropna(axis=1, how="all").to_string(max_rows=20)
+
+    def _repr_html_(self) -> str:
+        return self.to_frame().to_html(max_rows=20)
 
 
 @dataclass(frozen=True)
@@ -437,8 +459,12 @@ def _in_order(law: Law, rows: pd.DataFrame) -> FloatArray:
     return np.where(~heads & fitted & np.isnan(values), law.known, values)
 
 
-def read_fit(folder: Path | str, oil: str) -> FittedLaw:
-    """The fit of one oil from a campaign's results, as `results/demo`.
+def read_fit(folder: Path | str, oil: str | None = None) -> FittedLaw:
+    """The fit of one oil from a campaign's results, as `results/demo`, or of a saved fit.
+
+    Args:
+        folder: With the folder `tables` in it.
+        oil: Not needed where there is one oil only.
 
     Raises:
         OilfilmError: There are no such results, or no such oil in them.
@@ -447,7 +473,8 @@ def read_fit(folder: Path | str, oil: str) -> FittedLaw:
         refuse_unpacking(Path(folder, "tables", f"{name}.parquet"))
     results = CampaignTables.in_folder(Path(folder))
     oils = sorted(results.configured.fit_quality["oil"])
-    if oil not in oils:
+    oil = oils[0] if oil is None and len(oils) == 1 else oil
+    if oil is None or oil not in oils:
         raise OilfilmError(
             f"{folder}: no fit of oil {oil!r}; there are fits of {', '.join(oils) or 'none'}."
         )
@@ -531,11 +558,12 @@ def predict(
         entrainment_speed: U in m/s.
         inlet_temperature: T in degC. NaN for a condition that the fit does not follow asks for
             its tested level.
-        slide_roll_ratio: S. The four broadcast against each other.
+        slide_roll_ratio: Slide-roll ratio S. The four broadcast against each other, arrays of
+            xarray by the names of their dimensions.
         level: Of confidence.
 
     Returns:
-        Arrays of the broadcast shape.
+        Arrays of the broadcast shape, columns or arrays of xarray as the arguments were.
 
     Warns:
         UserWarning: mu is NaN at some points because it is not known there; it says why.
@@ -563,8 +591,10 @@ def predict(
         )
     if not isinstance(coefficients, Coefficients):
         coefficients = Coefficients.bare(law, np.asarray(coefficients, dtype=float))
-    given = (max_hertz_pressure, entrainment_speed, inlet_temperature, slide_roll_ratio)
     names = (*CONDITIONS, SLIP)
+    given, labelled = _aligned(
+        max_hertz_pressure, entrainment_speed, inlet_temperature, slide_roll_ratio
+    )
     arrays = np.broadcast_arrays(*map(in_unit, given, names))
     shape = arrays[0].shape
     *conditions, slip = (np.asarray(array, dtype=float).ravel() for array in arrays)
@@ -574,7 +604,28 @@ def predict(
         lost = int(np.isnan(prediction.traction_coefficient).sum())
         warnings.warn(f"mu is NaN at {lost} of {len(slip)} points: {why}", stacklevel=2)
     parts = {name: each for name, each in vars(prediction).items() if name != "wrong"}
-    return Prediction(**{name: array.reshape(shape) for name, array in parts.items()})
+    return Prediction(
+        **{name: labelled(array.reshape(shape), name) for name, array in parts.items()}
+    )
+
+
+def _aligned(*given: Any) -> tuple[tuple[Any, ...], Callable[[npt.NDArray[Any], str], Any]]:
+    """The arguments as they broadcast, and what labels an array as they are labelled.
+
+    Raises:
+        OilfilmError: Two columns of pandas have different indices.
+    """
+    if any(hasattr(value, "dims") for value in given):
+        xarray = importlib.import_module("xarray")
+        wrapped = (value if hasattr(value, "dims") else xarray.DataArray(value) for value in given)
+        given = xarray.broadcast(*wrapped)
+        return given, lambda array, name: given[0].copy(data=array).rename(name)
+    indices = [value.index for value in given if isinstance(value, pd.Series)]
+    if not indices:
+        return given, lambda array, name: array
+    if not all(index.equals(indices[0]) for index in indices):
+        raise OilfilmError("the columns have different indices; take them from one data frame.")
+    return given, lambda array, name: pd.Series(array, indices[0], name=name)
 
 
 def _why_unknown(fit: FittedLaw, conditions: FloatArray) -> str:

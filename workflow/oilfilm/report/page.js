@@ -9,6 +9,7 @@ const all = (selector, within = document) => [...within.querySelectorAll(selecto
 const DATA = JSON.parse(byId("report-data").textContent);
 const { axes: AXES, oils: OILS, points: POINTS, runs: RUNS } = DATA;
 const POINTS_OF_CURVE = 201;
+const MANY = 500;
 
 // ---------------------------------------------------------------- predicting
 
@@ -58,6 +59,7 @@ function fill(made, attributes, children) {
 const html = (tag, attributes, ...children) => fill(document.createElement(tag), attributes, children);
 const shape = (tag, attributes, ...children) => (
   fill(document.createElementNS("http://www.w3.org/2000/svg", tag), attributes, children));
+const three = (value) => (Number.isFinite(value) ? value.toPrecision(3) : "\u2013");
 const short = (value, digits = 4) => (Number.isFinite(value) ? Number(value.toPrecision(digits)).toString() : "\u2013");
 
 // Round numbers across a range, about five of them.
@@ -96,15 +98,20 @@ function chart({ label, axis, range, series, shades = [], cursor }) {
     const band = lines[i].filter(({ upper }) => Number.isFinite(upper));
     const outline = [...band.map((at) => [at.x, at.upper]), ...band.map((at) => [at.x, at.lower]).reverse()];
     return shape("path", { class: `band ${kind}`, d: path(outline) });
-  }), ...series.map(({ kind }, i) => (
-    shape("path", { class: `line ${kind}`, d: path(lines[i].map(({ x: at, mu }) => [at, mu])) }))));
+  }));
+  const curves = series.map(({ kind }, i) => (
+    shape("path", { class: `line ${kind}`, d: path(lines[i].map(({ x: at, mu }) => [at, mu])) })));
+  // points by the hundred would cover the curves
+  const many = dots.length > MANY;
+  if (!many) inside.append(...curves);
   for (const { kind, dots: own } of series) {
     const bars = own.filter(({ half }) => half > 0).map(({ x: at, mu, half }) => path([[at, mu - half], [at, mu + half]]));
     inside.append(shape("path", { class: `bar ${kind}`, d: bars.join("") }));
     inside.append(...own.map(({ x: at, mu, text, refused }) => (refused
       ? shape("path", { class: "refused", d: `M${x(at) - 4} ${y(mu) - 4}l8 8m0 -8l-8 8` }, shape("title", {}, text))
-      : shape("circle", { class: `dot ${kind}`, cx: x(at), cy: y(mu), r: 4 }, shape("title", {}, text)))));
+      : shape("circle", { class: `dot ${kind}`, cx: x(at), cy: y(mu), r: many ? 1.5 : 4 }, shape("title", {}, text)))));
   }
+  if (many) inside.append(...curves);
   if (cursor !== undefined) inside.append(shape("path", { class: "cursor", d: `M${x(cursor)} ${top}V${height - bottom}` }));
   svg.append(inside, shape("path", { class: "axis", d: `M${left} ${top}V${height - bottom}H${width - right}` }),
     ...ticks(low, high).flatMap((value) => [shape("path", { class: "axis", d: `M${x(value)} ${height - bottom}v5` }),
@@ -189,8 +196,8 @@ function tell() {
     const oil = OILS[Number(box.value)];
     const { mu, lower, upper, beyond, away, tested, outside } = predict(oil, state.point);
     const card = box.closest(".card");
-    card.querySelector(".mu bdi").textContent = away ? "not known here" : short(mu, 3);
-    card.querySelector(".interval bdi").textContent = Number.isFinite(upper) ? `${short(lower, 3)} to ${short(upper, 3)} (${
+    card.querySelector(".mu bdi").textContent = away ? "not known here" : three(mu);
+    card.querySelector(".interval bdi").textContent = Number.isFinite(upper) ? `${three(lower)} to ${three(upper)} (${
       short(100 * oil.level, 2)} %)` : "not known";
     card.classList.toggle("beyond", outside);
     if (box.checked && outside && !away && !beyond.includes(true)) warnings.set("between tested conditions", [`not near (${oil.name})`]);

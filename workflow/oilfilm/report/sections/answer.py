@@ -13,7 +13,7 @@ from oilfilm.report.words import law_name
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 
-_MU = number(".3g")
+_MU = number("#.3g")
 _BESIDE = {"best": "best of those compared", "tie": "ties with others"}
 
 

@@ -19,6 +19,8 @@ _TWO = percent(2)
 _SAME_GAIN = 0.03
 # Share of the points at which mu is known at least so well.
 _MOST = 0.95
+# Of the largest mu of the law: below it a point has no traction to speak of.
+_CLEAR = 0.01
 
 
 def fits(results: CampaignTables) -> Section:
@@ -66,7 +68,8 @@ def certainty(results: CampaignTables) -> pd.DataFrame:
     """How sure mu of the next run is at the accepted points: half of its 95 % interval over mu.
 
     Columns median and largest (below which 95 % of the points are) by oil; null where the fit has
-    no interval. Where mu is nearly zero an interval over mu says nothing.
+    no interval. Rolling without slip is left out: an interval over a mu of
+    nearly zero says nothing.
     """
     certainties = {}
     accepted = results.points[results.points["accepted"]]
@@ -77,7 +80,8 @@ def certainty(results: CampaignTables) -> pd.DataFrame:
         prediction = fit.predict(conditions.to_numpy(float), slip.to_numpy(float))
         size = np.abs(prediction.traction_coefficient)
         width = prediction.obs_ci_upper - prediction.obs_ci_lower
-        half = pd.Series(width[size > 0] / 2 / size[size > 0])
+        clear = size > _CLEAR * size.max(initial=0.0)
+        half = pd.Series(width[clear] / 2 / size[clear])
         certainties[oil] = half.median(), half.quantile(_MOST)
     index = pd.Index(certainties, dtype=str)
     return pd.DataFrame([*certainties.values()], index, columns=["median", "largest"])

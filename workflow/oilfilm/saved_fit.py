@@ -1,0 +1,125 @@
+"""A fit of arrays or of a table of mu, saved as a campaign has its results.
+
+Decides: what is saved of a fit that was made without the workflow.
+"""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pandas as pd
+
+import oilfilm
+from oilfilm import tables
+from oilfilm.atomic_write import atomic_folder, write_bytes, write_text
+from oilfilm.digests import file_digest
+from oilfilm.errors import OilfilmError
+from oilfilm.exports.campaign import export_campaign
+from oilfilm.fits.finished import finished_fits
+from oilfilm.home import CONFIG
+from oilfilm.logs.base import SET_POINTS
+from oilfilm.report.html import html
+from oilfilm.report.sections.answer import answer
+from oilfilm.report.sections.constants import constants
+from oilfilm.report.sections.fits import fits
+from oilfilm.report.sections.laws import laws
+from oilfilm.report.text import text
+from oilfilm.settings.resolve import resolve, safe_name
+from oilfilm.settings.resolved import Settings
+from oilfilm.tables.campaign_tables import CampaignTables
+from oilfilm.tables.dictionary import TABLES
+
+if TYPE_CHECKING:
+    from oilfilm.arrays import ArrayFit
+
+_PLACES = (("Report", "report.html"), ("Tables", "tables"), ("Exports", "exports"))
+
+
+def save_fit(fit: "ArrayFit", folder: Path) -> None:
+    """Write tables, exports and report, as a campaign has them in its results.
+
+    Args:
+        fit: The fit.
+        folder: A new folder; its name is that of the campaign.
+
+    Raises:
+        OilfilmError: The folder exists, or its name cannot be that of a campaign.
+    """
+    if folder.exists():
+        raise OilfilmError(f"{folder}: exists already. Name a new folder.")
+    name = safe_name(folder.resolve().name, folder)
+    settings = _settings(fit, name)
+    results = CampaignTables.in_memory(
+        **{table: frame.assign(oil=fit.oil) for table, frame in fit.tables.tables.items()},
+        **_data(fit, name),
+    )
+    finished = {**_data(fit, name), **finished_fits(results, settings)}
+    results = results.replace(**finished)
+    source = Path(fit.source)
+    provenance = {
+        "code": f"oilfilm {oilfilm.__version__}",
+        "settings": None,
+        "inputs": {source.name: file_digest(source)} if source.is_file() else {},
+    }
+    with atomic_folder(folder) as made:
+        about = {"campaign": name, "data": "measured", **provenance}
+        for table, frame in finished.items():
+            tables.write(frame, table, made / f"tables/{table}.parquet", about)
+        parts = (results.coefficients, results.fit_quality, results.soundness)
+        exports = export_campaign(results.points, *parts, settings, provenance)
+        for file, content in exports.items():
+            write_bytes(content, made / "exports" / file)
+        sections = [answer(results, settings), fits(results), constants(results)]
+        sections = [each for each in (*sections, laws(results, settings)) if each]
+        write_text(text(sections, settings.campaign, _PLACES), made / "summary.txt")
+        page = html(sections, results, [], made, settings, provenance)
+        write_text(page, made / "report.html")
+
+
+def _data(fit: "ArrayFit", campaign: str) -> dict[str, pd.DataFrame]:
+    """The tables `points` and `runs` of a campaign that has this table alone."""
+    points = fit.points.assign(
+        oil=fit.oil, accepted=True, n_samples=1, first_row=fit.points.index + 1
+    )
+    means = points.groupby("run_id", sort=False)
+    runs = pd.DataFrame({"accepted_points": means.size(), "plateaus": means.size()})
+    for name in {*SET_POINTS} & {*points}:
+        runs[f"nominal_{name}"] = means[name].mean()
+    runs = runs.reset_index().assign(
+        campaign=campaign, oil=fit.oil, rig="unknown", verdict="accepted", file=fit.source
+    )
+    return {"points": _filled(points, "points"), "runs": _filled(runs, "runs")}
+
+
+def _settings(fit: "ArrayFit", campaign: str) -> Settings:
+    """Settings of a campaign that has this table alone."""
+    return Settings.of(
+        {
+            **resolve(CONFIG, {"campaign": "etm-slim"}).plain(),
+            "campaign": {
+                "name": campaign,
+                "data": "measured",
+                "description": f"table of traction coefficients {Path(fit.source).name}",
+                "rigs": ["unknown"],
+                "oils": [],
+                "oils_without_properties": [fit.oil],
+                "figures": [],
+            },
+            "dataset": {},
+            "rigs": {},
+            "oils": {fit.oil: None},
+            "bearings": {},
+            "fit": fit.settings.model_dump(),
+        }
+    )
+
+
+def _filled(frame: pd.DataFrame, table: str) -> pd.DataFrame:
+    """A frame as a table of a campaign: what it does not know is missing, 0 or empty."""
+    unknown: dict[str, Any] = {"number": 0.0, "integer": 0, "flag": False, "text": ""}
+    lacking = [column for column in TABLES[table].columns if column.name not in frame]
+    values = {
+        column.name: np.nan if column.nullable else (*column.allowed, unknown[column.type])[0]
+        for column in lacking
+    }
+    return tables.conform(frame.assign(**values), table, "the table")
