@@ -20,6 +20,7 @@ from openpyxl import load_workbook
 
 import oilfilm
 from browsers import CHROMIUM, QUIET
+from oilfilm.arrays import ArrayFit
 from oilfilm.cli import main
 from oilfilm.exports.adore import adore_rows
 from oilfilm.exports.workbook import workbook
@@ -28,7 +29,6 @@ from oilfilm.fits.side_by_side import side_by_side
 from oilfilm.paper.printed_exports import describe_printed
 from oilfilm.report.sections.answer import answer
 from oilfilm.settings.resolved import Settings
-from oilfilm.table_fit import TableFit
 from oilfilm.tables.campaign_tables import CampaignTables
 
 CONDITIONS = ("max_hertz_pressure_gpa", "entrainment_speed_m_s", "inlet_temperature_c")
@@ -56,7 +56,7 @@ POINTS = {
 class Asked:
     """A fit that was saved twice, so that it can be compared, and what reads its output."""
 
-    fit: TableFit
+    fit: ArrayFit
     folders: list[Path]
     capsys: pytest.CaptureFixture[str]
 
@@ -70,7 +70,7 @@ class Asked:
 
 
 @pytest.fixture(scope="module")
-def saved(tmp_path_factory: pytest.TempPathFactory) -> tuple[TableFit, list[Path]]:
+def saved(tmp_path_factory: pytest.TempPathFactory) -> tuple[ArrayFit, list[Path]]:
     slip = np.linspace(0.01, 0.3, 8)
     at = np.array([(*condition, each) for condition in TESTED for each in slip])
     mu = 6 * oilfilm.printed("4010").predict_at(*at.T).traction_coefficient
@@ -86,7 +86,7 @@ def saved(tmp_path_factory: pytest.TempPathFactory) -> tuple[TableFit, list[Path
 
 
 @pytest.fixture
-def asked(saved: tuple[TableFit, list[Path]], capsys: pytest.CaptureFixture[str]) -> Asked:
+def asked(saved: tuple[ArrayFit, list[Path]], capsys: pytest.CaptureFixture[str]) -> Asked:
     return Asked(*saved, capsys)
 
 

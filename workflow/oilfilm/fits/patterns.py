@@ -33,9 +33,9 @@ _FEWEST_CURVES, _SMALLEST_SHARE = 4, 1 / 8
 # standard deviations, and this many more over the effective number of curves. The best split of
 # 25 simulated campaigns of one kind of runs, three oils each, reached 4.8 with 18 effective curves,
 # 5.5 with 13, 6.9 with 7 and 10.0 with 4.
-# With fewer degrees of freedom, effective curves less the terms of a power law, no kinds are told
-# apart: in clean campaigns of 12 runs (4 degrees) a split reached what a fault of 3 % reaches.
-_SEPARATION, _SEPARATION_FEW, _FEWEST_DEGREES = 6.0, 20.0, 8.0
+# With fewer degrees of freedom, curves less the terms of a power law, no kinds are told apart: in
+# clean campaigns of 12 runs (8 degrees) a split reached what a fault of 3 % reaches.
+_SEPARATION, _SEPARATION_FEW, _FEWEST_DEGREES = 6.0, 20.0, 12
 _ROUNDS, _STARTS = 25, 24
 _ROUGH = 1e-4
 # Runs found to be wrong are those of a known group where so many agree.
@@ -415,7 +415,7 @@ class _SumsOfCurves:
         middle = float(np.average(amount[members], weights=power[members]))
         errors = amount - np.where(members, middle, 0.0)
         effective = float(power.sum()) ** 2 / float(power @ power)
-        if effective - 1 - int(left.problem.followed.sum()) < _FEWEST_DEGREES:
+        if count - 1 - int(left.problem.followed.sum()) < _FEWEST_DEGREES:
             return members, size, 0.0
         # what is taken has made them smaller, above all where bends are taken as well
         free = 1 - np.trace(self.shared) / power.sum()
