@@ -164,6 +164,8 @@ def _draw(
     if abscissa == _SLIP:
         # without slip there is nothing to measure, but a curve begins there, and bends most near it
         x = max(tested) * np.linspace(0, 1, _STEPS) ** 2
+    middles = x[0] + np.ptp(x) * (np.arange(_SYMBOLS) + 0.5) / _SYMBOLS
+    symbols = np.searchsorted(x, middles).tolist()
     highest, beyond = 0.0, np.zeros(_STEPS, dtype=bool)
     for (oil, of_oil), level in itertools.product(laws.items(), every):
         at = pd.DataFrame({**fixed, by: level, abscissa: x})[[*CONDITIONS, _SLIP]].to_numpy()
@@ -187,7 +189,7 @@ def _draw(
                 look: style.Look = {"color": colour, "markerfacecolor": "white"}
                 look["marker"] = style.MARKERS[every.index(level) % len(style.MARKERS)]
                 look |= {"markeredgewidth": 0.7, "linestyle": style.LINES["fit"]}
-                look["markevery"] = (_STEPS // (2 * _SYMBOLS), _STEPS // _SYMBOLS)
+                look["markevery"] = symbols
                 panel.line("refit", x, mu, look, **about)
             elif level == every[len(every) // 2] and off > _NEAR:
                 look = {"linestyle": style.LINES["printed"], "linewidth": 0.6}
