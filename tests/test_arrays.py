@@ -1,5 +1,6 @@
 """Fits on arrays: planted constants come back, with units or without."""
 
+import itertools
 import pickle
 from pathlib import Path
 
@@ -235,3 +236,19 @@ def test_few_curves_of_one_pressure_say_why_numbers_are_missing(points: pd.DataF
     text = oilfilm.fit(*(few[name] for name in few), **QUICK).summary()
     assert "There is no interval: fewer than 8 curves" in text
     assert "maximum Hertz pressure was tested at 1 GPa only" in text
+
+
+@pytest.mark.parametrize("seed", [2, 3, 4])
+def test_twelve_runs_with_scattered_loads_are_not_called_changed(seed: int) -> None:
+    """As the tutorial's logs; each was called changed by a split into two kinds by chance."""
+    random, law = np.random.default_rng(1000 + seed), oilfilm.printed("4102")
+    at, mu = [], []
+    for cell in itertools.product((1.0, 1.5), (25.0, 40.0), (40.0, 70.0, 100.0)):
+        slip = np.linspace(0, 0.3, 16)
+        true = cell[0] * (1 + random.normal(0, 0.005)), *cell[1:]
+        load_n = 42.1 if cell[0] == 1 else 142.1
+        noise = random.normal(0, 0.004, 16) / np.sqrt(150) / load_n
+        mu.append(law.predict_at(*true, slip).traction_coefficient + noise)
+        at += [(*cell, each) for each in slip]
+    fit = oilfilm.fit(*np.transpose(at), np.concatenate(mu), **QUICK)
+    assert fit.soundness["campaign_verdict"] == "steady"
