@@ -1,12 +1,21 @@
 """A log is refused for its true reason: the sentence names what is wrong, first of all."""
 
+import re
+import shutil
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 import formats
 from bad_logs import CONFIG, GOOD, KEYS, UNITS, csv, good
+from campaigns import ROOT
 from oilfilm.curation.curate import check_logs
+from oilfilm.errors import OilfilmError
+from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
+
+SLIPS = (0.0, 0.02, 0.04, 0.06, 0.08, 0.10, 0.12, 0.0)
 
 
 def reason(content: bytes, settings: Settings = CONFIG) -> tuple[str, str]:
@@ -91,3 +100,88 @@ def test_pressure_in_mpa_that_is_labelled_gpa_is_told(value: str) -> None:
     values = {**good(), "load": np.full(len(good()["load"]), float(value))}
     content = formats.csv(values, {**UNITS, "load": "GPa"}, KEYS)
     assert check_logs([("log", content)], CONFIG).points.empty
+
+
+@pytest.mark.parametrize(("seconds", "rows", "told"), [(4.0, 20, True), (8.0, 10, False)])
+def test_sensor_that_is_read_more_slowly_than_the_log_is_told(
+    seconds: float, rows: int, told: bool
+) -> None:
+    """Sample and hold at 20 rows per second: 3 readings of a plateau are no mean, 14 are."""
+    values = good(SLIPS, seconds)
+    held = values["traction_force"][np.arange(len(values["time"])) // rows * rows]
+    values["traction_force"] = held
+    verdict = check_logs([("log", csv(values))], CONFIG)
+    run = verdict.runs.iloc[0]
+    assert run["rule"] == ("held_readings" if told else "")
+    assert (
+        "each value of the traction force is repeated in 20 rows (1 s)" in run["reason"]
+    ) == told
+    # a wild reading is one, in however many rows it is
+    assert verdict.points["accepted"].any() != told
+    assert not verdict.points["failed_gates"].str.contains("spiky").any()
+
+
+def test_bytes_that_are_no_text_are_told() -> None:
+    content = np.random.default_rng(3).bytes(4000)
+    rule, sentence = reason(content)
+    assert (rule, "is not text" in sentence) == ("unknown_format", True)
+
+
+@pytest.mark.parametrize("drift_n", [0.0, 0.5])
+def test_force_that_is_15_times_too_large_is_impossible_and_in_no_unit(drift_n: float) -> None:
+    """A zero that moves by 0.5 N of 20 N, or an oil with mu of 0.002, is not the reason."""
+    values = good(SLIPS)
+    force = 15 * values["traction_force"] + np.linspace(0, drift_n, len(values["time"]))
+    rule, sentence = reason(csv({**values, "traction_force": force}))
+    assert (rule, "gf labelled N" in sentence) == ("impossible_traction", False)
+
+
+RIG = "ball-on-disc-20mm"
+
+
+@pytest.mark.parametrize(
+    ("rig", "told"),
+    [
+        ({}, ""),
+        ({"full_scale": {"load_n": 4}}, "load_n goes up to 82.1"),
+        ({"ball": {"youngs_modulus_pa": 20.6e9}}, "Young's modulus of the ball is 20.6 GPa"),
+        ({"ball_radius_m": 0.1}, "the ball's radius is 100 mm"),
+    ],
+)
+def test_rig_that_no_log_contradicts_but_none_is_like_is_doubted(
+    rig: dict[str, object], told: str
+) -> None:
+    """The set point is a load, so that no pressure depends on radius and modulus."""
+    settings = CONFIG.with_changes({"rigs": {RIG: rig}})
+    content = csv(good(), load_n=82.2, max_hertz_pressure_gpa=None)
+    (warning,) = check_logs([("log", content)], settings).runs["warning"]
+    assert (told in warning) if told else warning == ""
+
+
+@pytest.mark.parametrize("error", [0, 0.5])
+def test_calibration_that_no_sensor_has_is_refused(error: float) -> None:
+    with pytest.raises(OilfilmError, match=r"`rigs.*calibration.load_relative`: found 0"):
+        CONFIG.with_changes({"rigs": {RIG: {"calibration": {"load_relative": error}}}})
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        (
+            "columns:\n  load: {name: [Fz, W]}\n  traction_force: {name: W}\n",
+            "`columns.traction_force`: 'W' is listed for 'load' too",
+        ),
+        ("header:\n  oil: Oil\n  rig: [Rig, Oil]\n", "'Oil' is listed for 'oil' too"),
+        ("columns:\n  load: {name: 5}\n", 'found 5, expected text. Put it in quotes: "5"'),
+        (
+            "oil_aliases:\n  4102: [Turbo]\n",
+            "4102 under `oil_aliases` is no text. Put it",
+        ),
+    ],
+)
+def test_mistake_of_a_campaign_file_is_told(tmp_path: Path, text: str, told: str) -> None:
+    shutil.copytree(ROOT / "config", tmp_path, dirs_exist_ok=True)
+    with (tmp_path / "campaigns/demo.yaml").open("a") as file:
+        file.write(text)
+    with pytest.raises(OilfilmError, match=re.escape(told)):
+        resolve(tmp_path, {"campaign": "demo"})

@@ -270,7 +270,7 @@ def collect(
         points = _refuse_plateaus(points, again, kind)
         runs = _with_verdicts(runs, points, again)
         quarantine.append(quarantine_rows(again, runs))
-    runs = with_campaign_warnings(runs, points, kind)
+    runs = with_campaign_warnings(runs, points, kind, settings)
     return Curated(
         points.sort_values(["run_id", "first_row"], ignore_index=True),
         runs.sort_values("run_id", ignore_index=True),

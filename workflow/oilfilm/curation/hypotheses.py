@@ -68,6 +68,8 @@ _NO_SWEEP = -0.004, 0.1
 # What rigs do: s between rows, at most; s for which they hold a level.
 _SLOWEST_S = 2.0
 _HOLD_S = 0.5, 600.0
+# The largest traction coefficients of a sweep are seldom smaller; spikes are no force.
+_USUAL, _ALMOST_ALL = 0.005, 0.95
 # Speeds that are in this ratio or less roll.
 _ROLLING = 2.0
 _BALL, _DISC = "ball_speed_m_s", "disc_speed_m_s"
@@ -147,7 +149,8 @@ def traction_hypotheses(rig: Rig) -> Iterator[Hypothesis]:
     yield from time_hypotheses()
     for words, factor in _FORCE_UNITS.items():
         undo = scaled(factor, "traction_force_n")
-        yield Hypothesis("force_scale", f"a traction force {words}", undo, _BY_FORCE)
+        usual = partial(_usual_traction, undo)
+        yield Hypothesis("force_scale", f"a traction force {words}", undo, _BY_FORCE, usual)
     ratios, factors = {"speeds": 1.0}, dict(_SPEED_UNITS)
     if rig.ball_track_radius_m is not None and rig.disc_track_radius_m is not None:
         ratios["spindle speeds"] = rig.ball_track_radius_m / rig.disc_track_radius_m
@@ -219,6 +222,12 @@ def _rolls_with(undo: Callable[[Columns], Columns], samples: Columns, levels: in
     undone = undo(samples)
     ball, disc = (median(undone[name]) for name in (_BALL, _DISC))
     return 1 / _ROLLING < abs(ball / disc) < _ROLLING if disc else False
+
+
+def _usual_traction(undo: Callable[[Columns], Columns], samples: Columns, levels: int) -> bool:
+    """Whether the largest forces are those of an oil once a mistake is undone."""
+    force_n, load_n = (np.abs(undo(samples)[f"{name}_n"]) for name in ("traction_force", "load"))
+    return bool(np.quantile(force_n, _ALMOST_ALL) > _USUAL * median(load_n))
 
 
 def _turns_backwards(samples: Columns, levels: int) -> bool:

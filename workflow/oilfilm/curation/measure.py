@@ -132,14 +132,15 @@ def average(
     values = dict(zip(names, stretches, strict=True))
     wild = statistics.spikes(values[kind.sensor.column], inside, settings.spikes.threshold)
     inside &= ~wild
+    rows = statistics.rows_per_reading(signals[kind.sensor.column])
     means = dict(zip(names, statistics.means(stretches, inside), strict=True))
     shares = 1 / 2, settings.plateaus.transient_share
     halves, beginning = (statistics.first_part(inside, part) for part in shares)
     return {
         "first_row": signals.row[starts],
         "last_row": signals.row[stops - 1],
-        "n_samples": inside.sum(axis=1),
-        "n_spikes": wild.sum(axis=1),
+        "n_samples": inside.sum(axis=1) // rows,
+        "n_spikes": wild.sum(axis=1) // rows,
         "duration_s": (stops - starts) * signals.interval_s,
         **means,
         **{

@@ -197,7 +197,7 @@ def spiky(points: pd.DataFrame, limits: Limits) -> Judgement:
     return Judgement(
         # a single one is left out of a plateau of few rows as well
         (spikes > 1) & (spikes > allowed * (points["n_samples"] + spikes)),
-        f"up to {spikes.max()} readings of a plateau are spikes; allowed {allowed:.0%} of its rows",
+        f"up to {spikes.max()} readings of a plateau are spikes; allowed {allowed:.0%} of them",
     )
 
 

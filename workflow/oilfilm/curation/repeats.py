@@ -11,7 +11,7 @@ the others of its rig.
 """
 
 from collections.abc import Iterator
-from itertools import combinations
+from itertools import chain, combinations
 from typing import Any
 
 import numpy as np
@@ -32,15 +32,22 @@ Case = tuple[str, str, str]
 _ROUNDING = 1e-4
 # Fewer plateaus may agree by chance.
 _PLATEAUS = 3
-# So many plateaus, apart by this share of their errors in the mean square: chances of 1e-6 in two
-# quantities.
-_PLATEAUS_OF_COPY, _NO_NOISE = 8, 0.3
+# So many plateaus, apart by this share of their errors in the mean square, of slip and of mu: with
+# load, speed and temperature as near as below, chances of 1e-6. Rounding moves the slip by more.
+_PLATEAUS_OF_COPY, _NO_NOISE = 8, (0.6, 0.3)
 # Copies are so near each other in load, speed and temperature, relative to the largest.
 _NEAR = 5e-4
 # An odd repeat is so many times as far from the others as these are from each other.
 _ODD = 3
 # So many runs of a rig tell what its channels do.
 _FEWEST_RUNS = 4
+# Column of plateaus and its key of a rig's `full_scale`.
+_SCALES = {
+    "load_n": "load_n",
+    "traction_force_n": "traction_force_n",
+    "entrainment_speed_m_s": "surface_speed_m_s",
+    "inlet_temperature_c": "temperature_c",
+}
 
 
 def repeated(
@@ -194,14 +201,16 @@ def _same_noise(points: pd.DataFrame) -> Iterator[tuple[str, str]]:
     """Pairs of runs whose plateaus differ by far less than their own errors, whatever the rows.
 
     The same readings, cut off elsewhere or rounded, keep the errors of their means; other readings
-    of the same condition have other ones. The last plateaus of both are compared.
+    of the same condition have other ones. The last plateaus of both are compared, but for the very
+    last: it ends where the log does, or in a step that is found to within a few rows.
     """
     means = ["slide_roll_ratio", "traction_coefficient"]
     errors = [f"{name}_se" for name in means]
     of_runs = points[(points[errors] > 0).all(axis=1)].groupby("run_id")
     counts = of_runs.size()
-    names = counts.index[counts >= _PLATEAUS_OF_COPY]
-    last = of_runs.tail(_PLATEAUS_OF_COPY)
+    names = counts.index[counts > _PLATEAUS_OF_COPY]
+    last = of_runs.tail(_PLATEAUS_OF_COPY + 1)
+    last = last.drop(of_runs.tail(1).index)
     last = last[last["run_id"].isin(names)]
     if len(names) < 2:
         return
@@ -212,8 +221,8 @@ def _same_noise(points: pd.DataFrame) -> Iterator[tuple[str, str]]:
     near = np.nan_to_num(at[:, -_PLATEAUS:].reshape(len(names), -1))
     for one, other in _near_pairs(near, _NEAR * np.abs(near).max(axis=0, initial=0.0)):
         apart = values[one] - values[other]
-        # the zero of the force may be that of other rows
-        apart[:, 1] -= np.median(apart[:, 1])
+        # the zero of the force may be that of other rows, and rounding moves the speeds
+        apart -= np.median(apart, axis=0)
         relative = apart / np.hypot(se[one], se[other])
         if (np.sqrt(np.mean(relative**2, axis=0)) < _NO_NOISE).all():
             yield names[one], names[other]
@@ -275,16 +284,39 @@ def _difference(first: pd.DataFrame, later: pd.DataFrame, settings: Settings) ->
     return float(np.median(np.maximum(beyond, 0.0) / ((np.abs(mu) + np.abs(expected)) / 2)))
 
 
-def with_campaign_warnings(runs: pd.DataFrame, points: pd.DataFrame, kind: RigKind) -> pd.DataFrame:
-    """Runs with warnings that only the other runs of their rig can give."""
+def with_campaign_warnings(
+    runs: pd.DataFrame, points: pd.DataFrame, kind: RigKind, settings: Settings
+) -> pd.DataFrame:
+    """Runs with warnings that only the other runs of their rig, or its file, can give."""
     if kind.name != TRACTION:
         return runs
     accepted = runs[runs["verdict"] == "accepted"].set_index("run_id")
     found = {run_id: [text] for run_id, text in accepted["warning"].items() if text}
-    for run_id, text in _constant_channels(points[points["run_id"].isin(accepted.index)], accepted):
+    points = points[points["run_id"].isin(accepted.index)]
+    for run_id, text in chain(
+        _constant_channels(points, accepted), _of_rig(points, accepted["rig"], settings)
+    ):
         found.setdefault(run_id, []).append(text)
     warnings = ["; ".join(found.get(run_id, ())) for run_id in runs["run_id"]]
     return runs.assign(warning=pd.Series(warnings, runs.index, dtype="str"))
+
+
+def _of_rig(
+    points: pd.DataFrame, rigs: "pd.Series[str]", settings: Settings
+) -> Iterator[tuple[str, str]]:
+    """Readings beyond the full scale of the rig's file, and materials that no rig has."""
+    for run_id, of_run in points.groupby("run_id"):
+        rig = settings.rigs.get(name := rigs.loc[run_id])
+        doubts = [f"unusual_rig: {each}" for each in rig.doubts()] if rig else []
+        scale = rig.full_scale if rig else None
+        for column, key in _SCALES.items() if scale else ():
+            largest, full = of_run[column].abs().max(), getattr(scale, key)
+            if largest > full:
+                doubts.append(
+                    f"full_scale: {column} goes up to {largest:.4g}, but the full scale of its "
+                    f"sensor is {full:g} in the rig's file (full_scale: {key})"
+                )
+        yield from ((str(run_id), f"{each}; correct {name}.yaml") for each in doubts)
 
 
 def _constant_channels(points: pd.DataFrame, runs: pd.DataFrame) -> Iterator[tuple[str, str]]:

@@ -22,7 +22,14 @@ from oilfilm.curation.gate import (
     TractionLimits,
     unit_hint,
 )
-from oilfilm.curation.statistics import MAD_TO_SIGMA, changed, is_noise, longest_hold, median
+from oilfilm.curation.statistics import (
+    MAD_TO_SIGMA,
+    changed,
+    is_noise,
+    longest_hold,
+    median,
+    rows_per_reading,
+)
 from oilfilm.units import FloatArray
 
 RUN_GATES: Gates[RunJudge] = Gates()
@@ -119,14 +126,34 @@ _FEW = 3
 _FEWEST_OF_CURVE = 6
 # Each of the two last steps of a curve in the wrong order falls by more than this of the largest.
 _FALL = 0.08
-# A jump is so many times as large as the range of three levels on either side.
-_FLATTER = 5
+# A jump is so many times as large as the range of three levels on either side, and as the scatter.
+_FLATTER, _SCATTERS = 2, 5
+# Levels further apart than so many times their neighbours say nothing of the slope between them.
+_WIDEST_RATIO = 4
 # A signal of fewer values does not move.
 _FEWEST_LEVELS = 3
+# The mean of fewer readings has no standard error worth the name.
+_FEWEST_READINGS = 5
 # Readings before and after a hold that must show noise, too.
 _AROUND = 20
 # In a sound run a channel with noise is held so long with less than this chance.
 _CHANCE = 1e-9
+
+
+@gate
+def held_readings(run: Run, limits: Limits) -> Finding | None:
+    """The sensor is read so slowly that a plateau has few readings of its own."""
+    durations = run.plateaus["duration_s"]
+    plateau_s = median(durations) if len(durations) else limits.plateaus.min_duration_s
+    rows = rows_per_reading(run.signals[run.sensor.column])
+    hold_s = rows * run.signals.interval_s
+    if rows == 1 or not plateau_s < _FEWEST_READINGS * hold_s:
+        return None
+    return Finding(
+        f"each value of the {run.sensor.name} is repeated in {rows} rows ({hold_s:.2g} s): it is "
+        f"read more slowly than the logger writes, and a plateau of {plateau_s:.2g} s has "
+        f"{int(plateau_s / hold_s)} of its readings; expected {_FEWEST_READINGS} or more"
+    )
 
 
 @gate
@@ -182,6 +209,23 @@ def _small_traction(run: Run, limits: TractionLimits, least: float) -> str:
     return (
         f"the median traction coefficient above a slip of {limits.gates.sign_slip_min:g} is "
         f"{size:.2g}; expected {least:g} or more{hint}"
+    )
+
+
+@gate
+def impossible_traction(run: Run, limits: TractionLimits) -> Finding | None:
+    """The zero moves, but the traction is too large by more than a zero explains."""
+    if run.flaw is None or run.flaw[0] != "zero_drift":
+        return None
+    slip, mu = run.plateaus["slide_roll_ratio"], run.plateaus["traction_coefficient"]
+    size = median(np.abs(mu[np.abs(slip) > limits.gates.sign_slip_min]))
+    drift = limits.zero_drift_max * _SURE / median(run.plateaus["load_n"])
+    if not size - drift > limits.gates.traction_max:
+        return None
+    return Finding(
+        f"the median traction coefficient above a slip of {limits.gates.sign_slip_min:g} is "
+        f"{size:.2g}; expected {limits.gates.traction_max:g} or less. Beside that, "
+        f"{run.flaw[1].sentence}"
     )
 
 
@@ -265,22 +309,34 @@ def order_of_time(run: Run, limits: TractionLimits) -> Finding | None:
 
 @gate
 def gain_jump(run: Run, limits: TractionLimits) -> Finding | None:
-    """The traction jumps between two slips, and changes little on either side."""
+    """The traction jumps between two slips by more than its slopes on either side explain.
+
+    The slope of a sound curve goes from the one to the other. Two jumps, there and back, may be
+    mistakes; the third largest excess shows the scatter.
+    """
     for slip, mu in _curves(run, limits):
         largest, allowed = float(np.abs(mu).max()), limits.gates.traction_jump_max
-        for place in range(3, len(slip) - 1):
-            before, after = mu[place - 3 : place], mu[place : place + 3]
-            jump, range_ = after[0] - before[-1], max(np.ptp(before), np.ptp(after))
-            gap = slip[place] - slip[place - 1]
-            wide = min(np.ptp(slip[place - 3 : place]), np.ptp(slip[place : place + 3]))
-            # where the curve still rises, or one level repeats, nothing is known of its shape
-            flat = min(before.min(), after.min()) > largest / 2 and wide > gap / 2
-            if flat and abs(jump) > max(allowed * largest, _FLATTER * range_):
-                return Finding(
-                    f"the traction coefficient jumps by {jump:.4f} between slide-roll ratios of "
-                    f"{slip[place - 1]:.4f} and {slip[place]:.4f}, and is flat on either side; "
-                    f"allowed {allowed:.0%} of the largest, {largest:.4f}"
-                )
+        jump, gap = np.diff(mu), np.diff(slip)
+        slope = np.divide(jump, gap, out=np.zeros(len(gap)), where=gap > 0)
+        ends = np.stack([slope[:-2], slope[2:]]) * gap[1:-1]
+        excess = np.maximum(jump[1:-1] - ends.max(axis=0), ends.min(axis=0) - jump[1:-1])
+        # where the curve still rises, or one level repeats, little is known of its shape
+        flat = np.minimum(mu[1:-2], mu[2:-1]) > largest / 2
+        scatter = _SCATTERS * np.sort(np.where(flat, excess, 0.0))[-3]
+        flat &= np.minimum(gap[:-2], gap[2:]) > gap[1:-1] / _WIDEST_RATIO
+        # with three levels on either side
+        ranges = np.ptp(np.lib.stride_tricks.sliding_window_view(mu, 3), axis=1)
+        beside = np.maximum(ranges[:-3], ranges[3:])
+        flat[[0, -1]] = False
+        flat[1:-1] &= np.abs(jump[2:-2]) > _FLATTER * beside
+        place = int(np.argmax(np.where(flat, excess, -np.inf)))
+        if flat[place] and excess[place] > max(allowed * largest, scatter):
+            return Finding(
+                f"the traction coefficient jumps by {jump[place + 1]:.4f} between slide-roll "
+                f"ratios of {slip[place + 1]:.4f} and {slip[place + 2]:.4f}, {excess[place]:.4f} "
+                "more than its slopes on either side explain; allowed "
+                f"{allowed:.0%} of the largest, {largest:.4f}"
+            )
     return None
 
 
@@ -395,7 +451,7 @@ def _branches(run: Run, limits: TractionLimits) -> tuple[FloatArray, FloatArray]
 # --- warnings
 
 # A share of the largest plateau by which readings seldom scatter.
-_NOISY = 0.05
+_NOISY = 0.03
 # Small and large readings, over the largest; so many give the noise to within a tenth.
 _SMALL, _LARGE, _ALMOST_ALL = 0.2, 0.8, 0.99
 _CHANGES = 60

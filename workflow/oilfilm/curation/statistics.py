@@ -21,6 +21,9 @@ _LEAST_TURNS = 1 / 4
 # Readings closer than this, relative, differ by the rounding of a conversion only.
 _ROUNDING = 1e-9
 
+# A sensor holds its values where these last so many rows or more, almost all equally long.
+_SHORTEST_HOLD, _EVEN, _FEWEST_HOLDS = 3, 0.9, 10
+
 # Noise is seldom alike over more samples than this; a drift or a hum is.
 _NEAR_LAGS = 8
 
@@ -145,6 +148,20 @@ def longest_hold(values: FloatArray) -> tuple[int, int]:
 def changed(values: FloatArray) -> FloatArray:
     """The values without those that repeat the one before."""
     return values[np.flatnonzero(np.diff(values)) + 1]
+
+
+def rows_per_reading(values: FloatArray) -> int:
+    """In how many rows a logger writes each value of a slower sensor (sample and hold); else 1.
+
+    Examples:
+        >>> rows_per_reading(np.repeat(np.arange(20.0), 6))
+        6
+        >>> rows_per_reading(np.arange(20.0))
+        1
+    """
+    holds = np.diff(np.flatnonzero(np.diff(values)))
+    rows = round(median(holds)) if len(holds) >= _FEWEST_HOLDS else 1
+    return rows if rows >= _SHORTEST_HOLD and np.mean(np.abs(holds - rows) <= 1) >= _EVEN else 1
 
 
 def is_noise(readings: FloatArray) -> bool:

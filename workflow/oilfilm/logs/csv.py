@@ -64,10 +64,16 @@ class _Head:
     quoted: bool
 
 
+# Text has no more control characters than this among its first letters; other files do.
+_JUDGED, _ODD_SHARE = 1000, 0.02
+
+
 def recognises(head: bytes) -> bool:
     """True for text with a `#` comment or a line of several cells near its top."""
     text = normalise(head).decode("utf-8", "replace").lstrip("\ufeff \n")
-    if not text or "\0" in text[:200]:
+    first = text[:_JUDGED]
+    odd = sum(not (letter.isprintable() or letter.isspace()) for letter in first)
+    if not text or "\0" in first[:200] or odd > _ODD_SHARE * len(first):
         return False
     lines = text.splitlines()[:100]
     parted = (line.split() for line in lines)

@@ -75,7 +75,7 @@ _SET_POINTS = ["max_hertz_pressure_gpa", "load_n", "entrainment_speed_m_s", "inl
 # One name, or a list of them.
 Names = Annotated[
     q.Levels[q.Text],
-    BeforeValidator(lambda given: [given] if isinstance(given, str) else given),
+    BeforeValidator(lambda given: given if isinstance(given, list) else [given]),
     WithJsonSchema(
         {
             "anyOf": [

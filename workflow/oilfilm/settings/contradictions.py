@@ -24,8 +24,25 @@ def contradictions(settings: Settings) -> Iterator[Contradiction]:
     for rig in campaign.semantics_of_rig.keys() - set(campaign.rigs):
         known = ", ".join(campaign.rigs)
         yield ("semantics_of_rig", rig), f"{rig!r} is none of the campaign's rigs ({known})."
+    yield from _named_twice(campaign)
     yield from _simulation(campaign)
     yield from _figures(settings)
+
+
+def _named_twice(campaign: Campaign) -> Iterator[Contradiction]:
+    """One name of a log for two of the project's."""
+    torque = campaign.torque.columns if campaign.torque else {}
+    of_columns = {("columns", key): column.name for key, column in campaign.columns.items()}
+    of_torque = {("torque", "columns", key): column.name for key, column in torque.items()}
+    of_header = {("header", key): names for key, names in campaign.header.items()}
+    for named in (of_columns, of_torque, of_header):
+        first: dict[str, tuple[str, ...]] = {}
+        for steps, names in named.items():
+            for name in names:
+                other = first.setdefault(name, steps)
+                if other != steps:
+                    sentence = f"{name!r} is listed for {other[-1]!r} too; leave it with one."
+                    yield steps, f"`{'.'.join(steps)}`: {sentence}"
 
 
 def _simulation(campaign: Campaign) -> Iterator[Contradiction]:

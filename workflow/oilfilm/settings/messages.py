@@ -47,6 +47,7 @@ _FORM_OF_NAME = (
     "text of the form ABC-1_2.3: ASCII letters, digits, '_', '.' and '-' alone. Other names of an "
     "oil go under `aliases`"
 )
+_TEXT = {"type": "string"}
 # Mistakes of a file from which the first line is chosen.
 _MOST_MISTAKES = 100
 # Units that are taken for the expected one: (unit, factor, offset) into the expected one.
@@ -170,11 +171,15 @@ def _mistakes(error: ValidationError, model: Any) -> Iterator[tuple[Steps, str]]
 def _sentence(details: ErrorDetails, steps: Steps, schema: Mapping[str, Any]) -> str:
     group, node, value = dotted(steps[:-1]), node_at(schema, steps), details["input"]
     under = f" under `{group}`" if group else ""
+    if details["loc"][-1:] == ("[key]",) and details["type"] == "string_type":
+        return f"the key {value!r}{under} is no text.{_hint(value, _TEXT)}"
     if details["type"] == "extra_forbidden" or details["loc"][-1:] == ("[key]",):
         return _unknown_key(steps[-1], node_at(schema, steps[:-1]), under)
     meaning = _meaning(schema, steps)
     if details["type"] == "missing":
         return f"the key {str(steps[-1])!r} is missing{under}. {meaning}".rstrip()
+    if details["type"] == "string_type":  # an item of a list of names may be given alone
+        node = {**node, **_TEXT}
     expected, hint = _expected(details, node), _hint(value, node)
     return f"`{dotted(steps)}`: found {value!r}, expected {expected}.{hint} {meaning}".rstrip()
 

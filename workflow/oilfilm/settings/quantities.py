@@ -53,6 +53,8 @@ Positive = Annotated[float, Field(gt=0, **_unit("1"))]
 AboveOne = Annotated[float, Field(gt=1, **_unit("1"))]
 Tolerance = Annotated[float, Field(gt=0, lt=1, **_unit("1"))]  # relative: 0.03 is 3 %
 RelativeError = Annotated[float, Field(ge=0, lt=1, **_unit("1"))]
+# of a sensor: none is without error, and one of more than a fifth measures nothing
+CalibrationError = Annotated[float, Field(gt=0, le=0.2, **_unit("1"))]
 Factor = Annotated[float, Field(gt=0, le=1000, **_unit("1"))]
 SlideRollRatio = Annotated[float, Field(gt=0, le=2, **_unit("1"))]  # over the mean speed
 SlideRollRatioOrZero = Annotated[float, Field(ge=0, le=2, **_unit("1"))]

@@ -4,6 +4,7 @@ Decides: the keys of a rig file.
 """
 
 import math
+from collections.abc import Iterator
 from typing import Self
 
 from pydantic import model_validator
@@ -13,7 +14,11 @@ from oilfilm.physics.rigs import Contact
 from oilfilm.physics.roughness import combined_roughness, rq_from_ra
 from oilfilm.settings import quantities as q
 from oilfilm.settings.base import Group, contradiction, key, optional
-from oilfilm.units import M_PER_UM
+from oilfilm.units import M_PER_UM, PA_PER_GPA
+
+# Glass; steels, ceramics and hard metals.
+_MODULI_GPA = (60, 95), (190, 720)
+_RADII_M = 0.001, 0.06
 
 
 class Elasticity(Group):
@@ -35,9 +40,9 @@ class FullScale(Group):
 class Calibration(Group):
     """Standard uncertainties of calibration."""
 
-    load_relative: q.RelativeError = key("Of the load.")
-    traction_force_relative: q.RelativeError = key("Of the traction force.")
-    speed_relative: q.RelativeError = key("Of the surface speeds.")
+    load_relative: q.CalibrationError = key("Of the load.")
+    traction_force_relative: q.CalibrationError = key("Of the traction force.")
+    speed_relative: q.CalibrationError = key("Of the surface speeds.")
     temperature_c: q.TemperatureErrorC = key("Of the inlet temperature.")
 
 
@@ -80,6 +85,25 @@ class Rig(Group):
                     f"the key {name!r} is missing, which a rig with `ball_radius_m` must have.",
                 )
         return self
+
+    def doubts(self) -> Iterator[str]:
+        """What is as it seldom is, although no log contradicts it."""
+        for body in ("ball", "disc"):
+            if (elasticity := getattr(self, body)) is None:
+                continue
+            modulus_gpa = elasticity.youngs_modulus_pa / PA_PER_GPA
+            if not any(low <= modulus_gpa <= high for low, high in _MODULI_GPA):
+                yield (
+                    f"Young's modulus of the {body} is {modulus_gpa:.4g} GPa ({body}: "
+                    "youngs_modulus_pa); steels, ceramics and glass have "
+                    f"{' or '.join(f'{low} to {high}' for low, high in _MODULI_GPA)} GPa"
+                )
+        least_m, most_m = _RADII_M
+        if self.ball_radius_m is not None and not least_m <= self.ball_radius_m <= most_m:
+            yield (
+                f"the ball's radius is {self.ball_radius_m * 1e3:g} mm (ball_radius_m); balls of "
+                f"rigs have {least_m * 1e3:g} to {most_m * 1e3:g} mm"
+            )
 
     def contact(self) -> Contact | None:
         """The contact of ball and disc; None where it was not recorded.
