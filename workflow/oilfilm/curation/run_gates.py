@@ -126,10 +126,8 @@ _FEW = 3
 _FEWEST_OF_CURVE = 6
 # Each of the two last steps of a curve in the wrong order falls by more than this of the largest.
 _FALL = 0.08
-# A jump is so many times as large as the range of three levels on either side, and as the scatter.
-_FLATTER, _SCATTERS = 2, 5
-# Levels further apart than so many times their neighbours say nothing of the slope between them.
-_WIDEST_RATIO = 4
+# A jump is so many times as large as the range of three levels on either side.
+_FLATTER = 5
 # A signal of fewer values does not move.
 _FEWEST_LEVELS = 3
 # The mean of fewer readings has no standard error worth the name.
@@ -309,34 +307,22 @@ def order_of_time(run: Run, limits: TractionLimits) -> Finding | None:
 
 @gate
 def gain_jump(run: Run, limits: TractionLimits) -> Finding | None:
-    """The traction jumps between two slips by more than its slopes on either side explain.
-
-    The slope of a sound curve goes from the one to the other. Two jumps, there and back, may be
-    mistakes; the third largest excess shows the scatter.
-    """
+    """The traction jumps between two slips, and changes little on either side."""
     for slip, mu in _curves(run, limits):
         largest, allowed = float(np.abs(mu).max()), limits.gates.traction_jump_max
-        jump, gap = np.diff(mu), np.diff(slip)
-        slope = np.divide(jump, gap, out=np.zeros(len(gap)), where=gap > 0)
-        ends = np.stack([slope[:-2], slope[2:]]) * gap[1:-1]
-        excess = np.maximum(jump[1:-1] - ends.max(axis=0), ends.min(axis=0) - jump[1:-1])
-        # where the curve still rises, or one level repeats, little is known of its shape
-        flat = np.minimum(mu[1:-2], mu[2:-1]) > largest / 2
-        scatter = _SCATTERS * np.sort(np.where(flat, excess, 0.0))[-3]
-        flat &= np.minimum(gap[:-2], gap[2:]) > gap[1:-1] / _WIDEST_RATIO
-        # with three levels on either side
-        ranges = np.ptp(np.lib.stride_tricks.sliding_window_view(mu, 3), axis=1)
-        beside = np.maximum(ranges[:-3], ranges[3:])
-        flat[[0, -1]] = False
-        flat[1:-1] &= np.abs(jump[2:-2]) > _FLATTER * beside
-        place = int(np.argmax(np.where(flat, excess, -np.inf)))
-        if flat[place] and excess[place] > max(allowed * largest, scatter):
-            return Finding(
-                f"the traction coefficient jumps by {jump[place + 1]:.4f} between slide-roll "
-                f"ratios of {slip[place + 1]:.4f} and {slip[place + 2]:.4f}, {excess[place]:.4f} "
-                "more than its slopes on either side explain; allowed "
-                f"{allowed:.0%} of the largest, {largest:.4f}"
-            )
+        for place in range(3, len(slip) - 1):
+            before, after = mu[place - 3 : place], mu[place : place + 3]
+            jump, range_ = after[0] - before[-1], max(np.ptp(before), np.ptp(after))
+            gap = slip[place] - slip[place - 1]
+            wide = min(np.ptp(slip[place - 3 : place]), np.ptp(slip[place : place + 3]))
+            # where the curve still rises, or one level repeats, nothing is known of its shape
+            flat = min(before.min(), after.min()) > largest / 2 and wide > gap / 2
+            if flat and abs(jump) > max(allowed * largest, _FLATTER * range_):
+                return Finding(
+                    f"the traction coefficient jumps by {jump:.4f} between slide-roll ratios of "
+                    f"{slip[place - 1]:.4f} and {slip[place]:.4f}, and is flat on either side; "
+                    f"allowed {allowed:.0%} of the largest, {largest:.4f}"
+                )
     return None
 
 

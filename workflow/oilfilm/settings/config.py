@@ -147,9 +147,7 @@ class GateSettings(SignalGateSettings):
     slip_tolerance: q.SlipChange = key("Distance of S from the nearest planned value.")
     branch_difference_max: q.TractionChange = key("Median difference of mu of branches.")
     branch_ratio_max: q.Tolerance = key("Relative difference of branches that is a warning.")
-    traction_jump_max: q.Tolerance = key(
-        "Jump of mu between two slips beyond its slopes, over the largest."
-    )
+    traction_jump_max: q.Tolerance = key("Jump of mu between two slips, over the largest mu.")
     branch_points: int = key("Fewest points of a branch.", ge=2)
     film_trend_factor: q.AboveOne = key("Largest factor between a film and its power law in speed.")
     sign_slip_min: q.SlideRollRatioOrZero = key("The force's sign is judged above this |S|.")
