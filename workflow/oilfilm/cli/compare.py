@@ -152,35 +152,21 @@ def _draw(curves: pd.DataFrame, at: Mapping[str, float], *, simulated: bool) -> 
     names = list(dict.fromkeys(curves["fit"]))
     marked = (curves["outside"] | curves["over_limit"]).groupby(curves["fit"], sort=False)
     marks = {name: each.to_numpy() for name, each in marked}
-    for name, of_fit in curves.groupby("fit", sort=False):
-        colour, slip = style.oil_colour(str(name), names), of_fit[SLIP]
-        mu, unsure = of_fit["traction_coefficient"], marks[str(name)]
-        left.plot(slip, mu.mask(unsure), color=colour, label=name)
-        left.plot(slip, mu.where(unsure), ":", color=colour)
-        left.fill_between(
-            slip,
-            of_fit["obs_ci_lower"],
-            of_fit["obs_ci_upper"],
-            color=colour,
-            alpha=0.2,
-            linewidth=0,
-        )
-        if name != names[0]:
-            unsure = unsure | marks[names[0]]
-            right.plot(slip, of_fit["ratio"].mask(unsure), color=colour, label=name)
-            right.plot(slip, of_fit["ratio"].where(unsure), ":", color=colour)
-            right.fill_between(
-                slip,
-                of_fit["ratio_lower"],
-                of_fit["ratio_upper"],
-                color=colour,
-                alpha=0.2,
-                linewidth=0,
-            )
-    right.axhline(1, color=style.GREY, linewidth=0.6)
-    for axis, label in ((left, style.TRACTION_LABEL), (right, f"Ratio to {names[0]}")):
+    first = marks[names[0]]
+    for axis, label, columns, shown, beside in (
+        (left, style.TRACTION_LABEL, _MU, names, np.zeros_like(first)),
+        (right, f"Ratio to {names[0]}", _RATIO, names[1:], first),
+    ):
+        for name in shown:
+            of_fit, unsure = curves[curves["fit"] == name], marks[name] | beside
+            slip, (value, low, high) = of_fit[SLIP], (of_fit[column] for column in columns)
+            colour = style.oil_colour(name, names)
+            axis.plot(slip, value.mask(unsure), color=colour, label=name)
+            axis.plot(slip, value.where(unsure), ":", color=colour)
+            axis.fill_between(slip, low, high, color=colour, alpha=0.2, linewidth=0)
         axis.set(xlabel=style.CONDITION_LABELS[SLIP], ylabel=label)
         axis.legend()
+    right.axhline(1, color=style.GREY, linewidth=0.6)
     dotted = any(each.any() for each in marks.values())
     title = f"{'SIMULATED data. ' * simulated}{_where(at)}{_DOTTED * dotted}"
     figure.suptitle(title, fontsize=8)
