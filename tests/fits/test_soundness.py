@@ -17,7 +17,7 @@ from oilfilm.fits.problem import build_problem, curve_data
 from oilfilm.fits.soundness import verdict_of_fit
 from oilfilm.fits.soundness_words import what_is_wrong
 from oilfilm.home import CONFIG
-from oilfilm.rig_twin.truth import LawTruth, true_tractions
+from oilfilm.rig_twin.truth import LawTruth, Truth, true_tractions
 from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
 from oilfilm.traction.law import to_internal
@@ -44,10 +44,11 @@ def leftover(
     seed: int,
     oil: str = "4050",
     groups: Mapping[str, np.ndarray] | None = None,
+    truth: Truth | None = None,
 ) -> Leftover:
     random = np.random.default_rng(seed)
     campaign = Campaign(
-        LawTruth(printed()[oil]),
+        truth or LawTruth(printed()[oil]),
         settings.common_contact(),
         drift=drift,
         other=LawTruth(printed()["4010"]),
@@ -111,17 +112,27 @@ def test_clean_campaigns_raise_no_alarm(config: Settings) -> None:
     assert sum(map(bool, alarms)) <= 1
 
 
+def smooth_step(*at: np.ndarray) -> np.ndarray:
+    """A tanh(B S/A): no decline at large slip, and a sharper bend than any shape of Eq. 7."""
+    pressure, speed, temperature, slip = at
+    level = 0.03 * pressure**0.5 * (speed / 20) ** -0.3 * (temperature / 20) ** -0.25
+    slope = 3.0 * pressure**1.5 * (speed / 20) ** -0.4 * (temperature / 20) ** -1.2
+    return level * np.tanh(slope * slip / level)
+
+
 @pytest.mark.no_cover
-def test_a_law_that_is_not_true_is_found(config: Settings) -> None:
-    truth = true_tractions(resolve(CONFIG, {"campaign": "thermal"}), {})["4050"]
-    random = np.random.default_rng(4)
-    points = Campaign(truth, config.common_contact()).points(matrix(), random)
-    data = curve_data(points)
-    problem = build_problem(LAW, data, np.ones(3, dtype=bool))
-    best = polish(problem, to_internal(LAW, printed()["4050"]))
-    load_n = points.groupby("run_id")["load_n"].mean().to_numpy(float)
-    first = find_patterns(Leftover(problem, best, data, load_n, {}, {}))[0]
+@pytest.mark.parametrize("seed", [4, 5, 6])
+@pytest.mark.parametrize("name", ["heated film", "smooth step"])
+def test_a_law_that_is_not_true_is_found_and_no_run_is_blamed(
+    config: Settings, name: str, seed: int
+) -> None:
+    film = true_tractions(resolve(CONFIG, {"campaign": "thermal"}), {})["4050"]
+    truth = film if name == "heated film" else smooth_step
+    first, *others = find_patterns(leftover(config, Drift(), seed, truth=truth))
     assert first.when == "law"
+    if name == "smooth step":
+        assert first.what == "shape"
+        assert not others
 
 
 def test_campaign_of_unknown_pressure_gets_a_verdict(config: Settings) -> None:

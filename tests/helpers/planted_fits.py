@@ -28,6 +28,6 @@ def planted_fit(law: Law) -> tuple[FittedLaw, float, int]:
     spread, known = to_constants(law, scattered), np.array([True, False, True])
     constants = to_constants(law, internal)
     two_levels = ("inlet_temperature_c",)
-    rest = (box, (speed,), Unseen(2e-5, 0.01, np.full(5, 1.7)), 20.0, two_levels)
+    rest = (box, (speed,), Unseen(2e-5, 0.01, 0.02, np.full(5, 1.7)), 20.0, two_levels)
     fit = Coefficients(constants, known, spread, spread[:3], *rest)
     return FittedLaw(law, fit), factor, power

@@ -9,7 +9,7 @@ from scipy.special import ndtri
 
 from bearings import SETTINGS, printed_law, shipped
 from campaigns import ROOT, oil_of
-from oilfilm.bearing.ellipse import ScaledLaw
+from oilfilm.bearing.ellipse import Conditions, ScaledLaw, law_at
 from oilfilm.bearing.friction import friction_equilibrium
 from oilfilm.fits.interval import UNKNOWN, Unseen
 from oilfilm.settings.config import StandInUncertaintySettings, TermUncertaintySettings
@@ -17,6 +17,7 @@ from oilfilm.settings.resolve import resolve
 from oilfilm.torque.bearing_torque import Cases, OilInBearing, cage_slip_table, torque_table
 from oilfilm.torque.load_variables import LOAD_VARIABLES, LawInBearing
 from oilfilm.traction.law import to_constants
+from oilfilm.units import FloatArray, IndexArray
 
 BEARING = shipped("mainshaft-167")
 EXACT = dict.fromkeys(("rolling", "hysteresis", "pocket", "land"), 0.0)
@@ -27,6 +28,16 @@ ROLLING_POINT = {
     "inlet_temperature_c": 100.0,
 }
 ROLLING = (10000.0, np.array([6000.0, 12000.0]), 100.0)
+
+
+class AtOtherSlip(ScaledLaw):
+    """A law at 1.01 times the slip."""
+
+    def __call__(self, at: Conditions, slide_roll_ratio: FloatArray) -> FloatArray:
+        return super().__call__(at, 1.01 * slide_roll_ratio)
+
+    def at_points(self, which: IndexArray) -> "AtOtherSlip":
+        return AtOtherSlip(law_at(self.law, which), self.factor[which])
 
 
 def oil(
@@ -198,11 +209,16 @@ def test_viscosity_of_a_stand_in_and_errors_of_unseen_curves_widen_the_torque():
     assert found[0] == pytest.approx((second - first) / np.log(1.01) * 0.1, rel=0.1)
     # curves left out are off by 5 % of mu at one standard deviation (quantiles of a normal score)
     scores = ndtri(0.5 + np.array([0.5, 0.8, 0.9, 0.95, 0.99]) / 2)
-    unseen = oil("4050", in_first(0.0, 10), in_first(0.0, 0), unseen=Unseen(0.0, 0.05, scores))
-    stronger = replace(cases.problem, law=ScaledLaw(cases.problem.law, np.array([1.01])))
-    change = friction_equilibrium(stronger).torque_n_m()[0] - first
-    found = drawn(unseen, *ROLLING_POINT.values())["torque_n_m_uncertainty"]
-    assert found[0] == pytest.approx(change / np.log(1.01) * 0.05, rel=0.15)
+    law = cases.problem.law
+    for unseen, moved in (
+        (Unseen(0.0, 0.05, 0.0, scores), ScaledLaw(law, np.array([1.01]))),
+        (Unseen(0.0, 0.0, 0.05, scores), AtOtherSlip(law, np.ones(1))),
+    ):
+        problem = replace(cases.problem, law=moved)
+        change = friction_equilibrium(problem).torque_n_m()[0] - first
+        errs = oil("4050", in_first(0.0, 10), in_first(0.0, 0), unseen=unseen)
+        found = drawn(errs, *ROLLING_POINT.values())["torque_n_m_uncertainty"]
+        assert found[0] == pytest.approx(abs(change) / np.log(1.01) * 0.05, rel=0.15)
 
 
 def test_all_oils_of_a_draw_have_one_drag_and_the_best_of_each_draw_is_counted():

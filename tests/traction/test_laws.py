@@ -60,6 +60,16 @@ def test_values_and_jacobian_are_those_of_the_text(law: Law) -> None:
 
 
 @pytest.mark.parametrize("law", EVERY_LAW.values(), ids=EVERY_LAW)
+def test_scaling_the_slip_is_a_direction_of_the_constants(law: Law) -> None:
+    internal, at = internal_of(law), observe(law)
+    step = 1e-5
+    ends = [law.traction(internal, replace(at, slip=at.slip * np.exp(d))) for d in (step, -step)]
+    expected = (ends[0] - ends[1]) / (2 * step)
+    found = law.jacobian(internal, at) @ law.slip_scale
+    np.testing.assert_allclose(found, expected, rtol=1e-6, atol=1e-9)
+
+
+@pytest.mark.parametrize("law", EVERY_LAW.values(), ids=EVERY_LAW)
 def test_curvatures_are_the_slopes_of_the_slopes(law: Law) -> None:
     """By central differences, of some of the coefficients and in their order."""
     at, step = observe(law), 1e-5

@@ -199,6 +199,7 @@ def _solve(problem: Problem, tested: _Tested, settings: FitSettings, seed: int) 
     random = generator(seed, "left out", oil)
     left_out = leave_curves_out(problem, best, settings.left_out_groups, random)
     own_error = spread_left_out(problem, best, estimates.random_covariance)
+    by_slip = problem.law.jacobian(problem.expand(best.values), problem.at) @ problem.law.slip_scale
     return Solution(
         problem,
         data,
@@ -208,7 +209,7 @@ def _solve(problem: Problem, tested: _Tested, settings: FitSettings, seed: int) 
         profiles(problem, best, naive),
         robust_fit(problem, best),
         left_out,
-        scores_of_unseen(problem.mu + left_out, problem.mu, own_error, problem.at.curve),
+        scores_of_unseen(problem.mu + left_out, problem.mu, by_slip, own_error, problem.at.curve),
         len(drawn) - len(refits),
     )
 

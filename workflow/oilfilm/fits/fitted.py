@@ -118,7 +118,9 @@ class Coefficients:
         calibration = normal_quantile(level) * calibration
         held, quantile = unseen.at(level)
         run = Band(
-            np.hstack([quantile * root, calibration]),
+            np.column_stack(
+                [quantile * root, calibration, quantile * unseen.slip * law.slip_scale]
+            ),
             quantile * unseen.absolute,
             quantile * unseen.relative,
         )

@@ -31,6 +31,7 @@ _relative_ends, _absolute_ends = compiled([*_BY], RELATIVE_ENDS), compiled([*_BY
 
 # At which the interval of a further run is kept; a campaign of few runs gives the lower ones only.
 LEVELS = (0.5, 0.8, 0.9, 0.95, 0.99)
+_PARTS = {part: f"unseen_{part}" for part in ("absolute", "relative", "slip")}
 _QUANTILES = tuple(f"unseen_quantile_{round(100 * level)}" for level in LEVELS)
 # Traction below this share of the rms of mu is as uncertain as at this share.
 _SMALL_TRACTION = 0.05
@@ -103,18 +104,24 @@ def between_two_levels(value: FloatArray, low: float, high: float) -> FloatArray
 class Unseen:
     """How far curves left out of the fit lie from their prediction.
 
-    A point's error is measured in its expected size s, s^2 = absolute^2 + (relative mu)^2 + e^2,
+    A point's error is measured in its expected size s,
+
+        s^2 = absolute^2 + (relative mu)^2 + (slip S dmu/dS)^2 + e^2,
+
     e the law's own random standard error there.
 
     Attributes:
         absolute: Part of s that does not depend on mu.
         relative: Part that goes with mu.
+        slip: Part that goes with S dmu/dS, as an error of the slip's scale does: where the law is
+            wrong, it is most often so at small slip.
         quantiles: Of the scores, errors over s, at each of `LEVELS`; NaN where there are too few
             curves for it.
     """
 
     absolute: float
     relative: float
+    slip: float
     quantiles: FloatArray
 
     def at(self, level: float) -> tuple[float, float]:
@@ -132,20 +139,25 @@ class Unseen:
     def columns(self) -> dict[str, float]:
         """As columns of the table `fit_quality`."""
         quantiles = dict(zip(_QUANTILES, self.quantiles.tolist(), strict=True))
-        return {"unseen_absolute": self.absolute, "unseen_relative": self.relative, **quantiles}
+        return {**{name: getattr(self, part) for part, name in _PARTS.items()}, **quantiles}
 
     @classmethod
     def of(cls, row: Mapping[str, Any]) -> "Unseen":
         """What `columns` wrote."""
         quantiles = np.array([row[name] for name in _QUANTILES], dtype=float)
-        return cls(float(row["unseen_absolute"]), float(row["unseen_relative"]), quantiles)
+        parts = {part: float(row[name]) for part, name in _PARTS.items()}
+        return cls(**parts, quantiles=quantiles)
 
 
-UNKNOWN = Unseen(float("nan"), float("nan"), np.full(len(LEVELS), np.nan))
+UNKNOWN = Unseen(np.nan, np.nan, np.nan, np.full(len(LEVELS), np.nan))
 
 
 def scores_of_unseen(
-    predicted: FloatArray, measured: FloatArray, own_error: FloatArray, curve: IndexArray
+    predicted: FloatArray,
+    measured: FloatArray,
+    by_slip: FloatArray,
+    own_error: FloatArray,
+    curve: IndexArray,
 ) -> Unseen:
     """Scores of points whose curve the fit had not seen, and their quantiles over curves.
 
@@ -161,23 +173,28 @@ def scores_of_unseen(
     Args:
         predicted: mu by the fit that has not seen the point's curve; NaN where there is none.
         measured: mu of each point.
+        by_slip: S dmu/dS of the law at each point.
         own_error: The random standard error of that fit's mu.
         curve: Curve of each point.
     """
     known = np.isfinite(predicted) & np.isfinite(own_error)
-    predicted, measured, own_error = predicted[known], measured[known], own_error[known]
+    floats = predicted, measured, by_slip, own_error
+    predicted, measured, by_slip, own_error = (each[known] for each in floats)
     curve = curve[known]
     curves = len(np.unique(curve))
     if curves < 2:
         return UNKNOWN
-    absolute, relative = _sizes(predicted, measured - predicted, own_error)
-    size = np.sqrt(absolute**2 + (relative * predicted) ** 2 + own_error**2)
+    parts = np.stack([np.ones_like(predicted), predicted, by_slip])
+    sizes = _sizes(parts, measured - predicted, own_error)
+    size = np.sqrt(sizes**2 @ parts**2 + own_error**2)
     scores = _distance(predicted, measured) / np.maximum(size, np.finfo(float).tiny)
     order = np.argsort(scores, kind="stable")
     share = np.cumsum((1 / np.bincount(curve)[curve])[order]) / curves
     wanted = np.array(LEVELS) * (curves + 1) / curves
     index = np.minimum(np.searchsorted(share, wanted - 1e-12), len(share) - 1)
-    return Unseen(absolute, relative, np.where(wanted <= 1 + 1e-12, scores[order][index], np.nan))
+    quantiles = np.where(wanted <= 1 + 1e-12, scores[order][index], np.nan)
+    absolute, relative, slip = sizes.tolist()
+    return Unseen(absolute, relative, slip, quantiles)
 
 
 def _distance(mu: FloatArray, measured: FloatArray) -> FloatArray:
@@ -187,22 +204,21 @@ def _distance(mu: FloatArray, measured: FloatArray) -> FloatArray:
     return np.where(both, mu * np.abs(np.log(ratio)), np.abs(measured - mu))
 
 
-def _sizes(mu: FloatArray, error: FloatArray, own_error: FloatArray) -> tuple[float, float]:
-    """Absolute and relative part of errors, beside the law's own: least squares of error^2.
+def _sizes(parts: FloatArray, error: FloatArray, own_error: FloatArray) -> FloatArray:
+    """Sizes of the parts of errors beside the law's own: least squares of error^2, none negative.
 
     Weighted by the inverse variance that errors in proportion to mu have.
+
+    Args:
+        parts: 1, mu and S dmu/dS of each point, shape (3, points).
+        error: Of each point.
+        own_error: The law's own standard error there.
     """
-    scale = float(np.sqrt(np.mean(mu**2)))
-    share = float(np.sqrt(np.mean(error**2))) / scale
-    if share == 0:
-        return 0.0, 0.0
-    variance = share**2 * (mu**2 + (_SMALL_TRACTION * scale) ** 2)
-    columns = np.stack([np.full(len(mu), scale**2), mu**2]) / variance
-    wanted = (error**2 - own_error**2) / variance
-    parts = np.linalg.lstsq(columns.T, wanted)[0]
-    if parts.min() < 0:
-        # one of them alone, whichever explains more
-        alone = np.maximum(columns @ wanted, 0) / np.sum(columns**2, axis=1)
-        better = np.argmax(alone * (columns @ wanted))
-        parts = np.where(np.arange(2) == better, alone, 0.0)
-    return float(np.sqrt(parts[0]) * scale), float(np.sqrt(parts[1]))
+    squares = parts**2
+    mean_square = np.mean(squares[1])
+    variance = np.mean(error**2) * (squares[1] / mean_square + _SMALL_TRACTION**2)
+    if not variance.any():
+        return np.zeros(len(parts))
+    return np.sqrt(
+        scipy.optimize.nnls((squares / variance).T, (error**2 - own_error**2) / variance)[0]
+    )

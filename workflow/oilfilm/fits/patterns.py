@@ -44,9 +44,8 @@ _SAME_GROUP = 0.9
 _TOLD_APART = 0.08
 # Reading a quantity of some runs twice or half as large must lower the SSE to this share.
 _MISREAD_SSE = 0.3
-# Degrees of the polynomials over the slip.
-_SHAPES = (2, 3, 4, 5)
-_STEP = 1e-4
+# Degrees of the polynomials over the slip, and over S dmu/dS / mu.
+_SHAPES, _RISES = (2, 3, 4, 5), (1, 2, 3, 4)
 _ROUNDING = 1e-7
 # Causes in the order in which they are preferred where they explain nearly the same.
 _CAUSES = (
@@ -97,13 +96,15 @@ class Leftover:
         curves = Curves(self.data.conditions, self.load_n, self.data.curve, self.data.slip)
         columns = dict(zip(EFFECTS, effects(law, internal, curves).T, strict=True))
         columns["load"] = columns["load"] / self.load_n[self.data.curve]
-        ends = [
-            law.traction(internal, replace(self.problem.at, slip=self.data.slip * np.exp(step)))
-            for step in (_STEP, -_STEP)
-        ]
-        columns["slip"] = (ends[1] - ends[0]) / (2 * _STEP)
+        columns["slip"] = -self.by_slip
         known = {name: columns[name] for name in _CAUSES if np.isfinite(columns[name]).all()}
         return {**{f"oil {oil}": mu - self.fitted for oil, mu in self.others.items()}, **known}
+
+    @cached_property
+    def by_slip(self) -> FloatArray:
+        """S dmu/dS at each point."""
+        law, internal = self.problem.law, self.problem.expand(self.optimum.values)
+        return law.jacobian(internal, self.problem.at) @ law.slip_scale
 
     @property
     def fitted(self) -> FloatArray:
@@ -273,10 +274,12 @@ def _sized(left: Leftover, pattern: Pattern, size: float, column: FloatArray) ->
 
 
 def _bends(left: Leftover) -> list[tuple[Pattern, FloatArray]]:
-    """What a law could lack: coefficients that bend over conditions, another shape over slip."""
-    problem, every = left.problem, tuple(left.data.runs)
-    sizes = problem.law.sizes(problem.expand(left.optimum.values), problem.at.design)
-    mu, slopes = problem.law.value_and_slopes(sizes[:, problem.at.curve], problem.at.slip)
+    """What a law could lack: mu or the slip's scale bends over conditions; another shape over slip.
+
+    The shape is looked for over the slip, and over S dmu/dS / mu, which is 1 where mu rises in
+    proportion to the slip and 0 at its peak: curves may bend at different slips.
+    """
+    problem, every, mu = left.problem, tuple(left.data.runs), left.fitted
     known = np.flatnonzero(problem.followed)
     scaled = problem.at.design[:, 1:][:, known]
     scaled = (scaled - scaled.mean(axis=0)) / scaled.std(axis=0)
@@ -284,9 +287,12 @@ def _bends(left: Leftover) -> list[tuple[Pattern, FloatArray]]:
     for first, second in zip(*np.triu_indices(len(known)), strict=True):
         names = problem.law.groups[known[first]], problem.law.groups[known[second]]
         product = (scaled[:, first] * scaled[:, second])[problem.at.curve]
-        bends += [(" ".join(dict.fromkeys(names)), slope * product) for slope in slopes]
-    along = 2 * problem.at.slip / problem.at.slip.max() - 1
-    bends += [("shape", mu * np.polynomial.Legendre.basis(degree)(along)) for degree in _SHAPES]
+        bends += [(" ".join(dict.fromkeys(names)), each * product) for each in (mu, left.by_slip)]
+    along = problem.at.slip / problem.at.slip.max()
+    rise = np.clip(left.by_slip / np.where(mu > 0, mu, np.inf), -1, 1)
+    for place, degrees in ((along, _SHAPES), (rise, _RISES)):
+        shapes = (np.polynomial.Legendre.basis(degree)(2 * place - 1) for degree in degrees)
+        bends += [("shape", mu * shape) for shape in shapes]
     return [(Pattern(what, "law", every), column) for what, column in bends]
 
 

@@ -110,8 +110,10 @@ class Draws:
         assumed = settings.stand_in_uncertainty
         names = ("viscosity", "pressure_viscosity_coefficient")
         spread = np.array([getattr(assumed, name) if oil.stand_in else 0.0 for name in names])
-        normal = _normal(count, 3, random)
-        scores = _scores(coefficients.unseen, normal[:, 2])
+        normal = _normal(count, 4, random)
+        scores, of_slip = (_scores(coefficients.unseen, each) for each in normal[:, 2:].T)
+        slip = np.nan_to_num(coefficients.unseen.slip) * of_slip
+        moved = moved + slip[:, np.newaxis] * law.slip_scale
         return cls(to_constants(law, moved), scores, np.exp(spread * normal[:, :2]))
 
 

@@ -58,6 +58,7 @@ class Coefficient:
     The search looks for |X0| between `smallest` and `largest`; the sign can never change. It starts
     above `searched_from`, where that is given: far below it |X0| has no effect to find its way by.
     `exponents` are given where the law knows them: X0 is then the coefficient's only constant.
+    `per_slip` coefficients multiply the slip wherever it stands in the equation.
     """
 
     name: str
@@ -66,6 +67,7 @@ class Coefficient:
     largest: float
     exponents: tuple[float, ...] | None = None
     searched_from: float | None = None
+    per_slip: bool = False
 
 
 @dataclass(frozen=True)
@@ -230,6 +232,13 @@ class Law:
             for name, slope in zip(self.local_constants, self.graphs[1:], strict=True)
         ]
         return linear
+
+    @cached_property
+    def slip_scale(self) -> FloatArray:
+        """Direction of the internal constants in which mu changes by S dmu/dS: (constants,)."""
+        each = np.zeros((len(self.coefficients), 1 + len(self.groups)))
+        each[:, 0] = [coefficient.per_slip for coefficient in self.coefficients]
+        return each.ravel()
 
     @cached_property
     def _arguments(self) -> tuple[str, ...]:

@@ -23,8 +23,8 @@ DENG2026 = Law(
     equation="(A + B*S)*exp(-C*S) - A",
     coefficients=(
         Coefficient("A", -1, 1e-4, 1.0),
-        Coefficient("B", +1, 1e-4, 1e3),
-        Coefficient("C", +1, 1e-2, 1e4),
+        Coefficient("B", +1, 1e-4, 1e3, per_slip=True),
+        Coefficient("C", +1, 1e-2, 1e4, per_slip=True),
     ),
     adore=("A", "B", "C", "-A"),
 )

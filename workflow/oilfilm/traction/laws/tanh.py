@@ -16,6 +16,6 @@ TANH = Law(
     equation="A*tanh(B*S/A)",
     coefficients=(
         Coefficient("A", +1, 1e-4, 1.0),
-        Coefficient("B", +1, 1e-2, 1e4),
+        Coefficient("B", +1, 1e-2, 1e4, per_slip=True),
     ),
 )

@@ -28,8 +28,8 @@ from oilfilm.units import BoolArray, FloatArray
 _CONDITIONS = ("load_n", "entrainment_speed_m_s", "inlet_temperature_c")
 _COEFFICIENTS = (
     Coefficient("A", -1, 1e-4, 1.0),
-    Coefficient("B", +1, 1e-4, 1e3),
-    Coefficient("C", +1, 1e-2, 1e4),
+    Coefficient("B", +1, 1e-4, 1e3, per_slip=True),
+    Coefficient("C", +1, 1e-2, 1e4, per_slip=True),
     Coefficient("D", +1, 1e-4, 1.0),
 )
 
