@@ -174,4 +174,6 @@ def test_an_error_of_the_slips_scale_is_found_as_such() -> None:
     curve = np.repeat(np.arange(30), 50)
     unseen = scores_of_unseen(predicted, predicted + errors, steep, np.zeros(1500), curve)
     assert unseen.slip == pytest.approx(3e-3)
-    assert np.hypot(unseen.absolute, unseen.relative) < 1e-7
+    assert unseen.relative < 1e-7
+    # no point is exact, but most of the error is of the slip
+    assert unseen.absolute < 0.06 * np.sqrt(np.mean((3e-3 * by_slip) ** 2))

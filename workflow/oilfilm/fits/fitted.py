@@ -23,6 +23,7 @@ from oilfilm.fits.interval import (
     Band,
     Unseen,
     between_two_levels,
+    degrees_of_spread,
     normal_quantile,
     student_quantile,
 )
@@ -57,7 +58,7 @@ class Coefficients:
         fixed: The conditions that the fit does not follow, with the level or line tested; empty
             where that is unknown.
         unseen: How far curves left out of the fit lie from their prediction.
-        degrees: Curves less the terms of each power law: degrees of freedom of the spread.
+        degrees: Degrees of freedom of the spread, as of `degrees_of_spread`.
         two_levels: The followed conditions that were tested at two levels only.
         limiting_stress_ratio: Limiting shear stress of the oil over the pressure.
         tested: Conditions of each curve, shape (curves, conditions); no rows where unknown.
@@ -269,7 +270,7 @@ class FittedLaw:
             two_levels = tuple(filter(None, row["two_level_conditions"].split(", ")))
             if np.isfinite(row["limiting_stress_ratio"]):
                 limit = float(row["limiting_stress_ratio"])
-            degrees = float(row["n_curves"]) - 1 - known.sum()
+            degrees = degrees_of_spread(row["n_curves"], 1 + known.sum())
         tested = np.empty((0, len(law.conditions)))
         if curves is not None:
             means = [f"mean_{name}" for name in law.conditions]

@@ -52,6 +52,18 @@ def student_quantile(level: float, degrees: float) -> float:
     return float(scipy.special.stdtrit(degrees, 0.5 + level / 2))
 
 
+def degrees_of_spread(curves: int, terms: int) -> float:
+    """Degrees of freedom of a spread by the residuals of whole curves.
+
+    Curves less the terms of a power law, and as many again: curves with much leverage show little
+    of the scatter. Of 12 curves and 4 terms, 4 are left. Those after Bell and McCaffrey are 1.2 to
+    5 there, by condition, with a median of 3; with 8, intervals held the truth at 90 %.
+
+    Reference: R. M. Bell, D. F. McCaffrey, Survey Methodology 28 (2002) 169, section 3.
+    """
+    return float(max(curves - 2 * terms, min(curves - terms, 1)))
+
+
 @dataclass(frozen=True)
 class Band:
     """What makes the half width h of an interval about mu.
@@ -219,6 +231,8 @@ def _sizes(parts: FloatArray, error: FloatArray, own_error: FloatArray) -> Float
     variance = np.mean(error**2) * (squares[1] / mean_square + _SMALL_TRACTION**2)
     if not variance.any():
         return np.zeros(len(parts))
-    return np.sqrt(
-        scipy.optimize.nnls((squares / variance).T, (error**2 - own_error**2) / variance)[0]
-    )
+    beside_own = (error**2 - own_error**2) / variance
+    sizes = np.sqrt(scipy.optimize.nnls((squares / variance).T, beside_own)[0])
+    # no point is exact, not even where there is neither traction nor a slope
+    sizes[0] = max(sizes[0], _SMALL_TRACTION * float(np.sqrt(np.mean(error**2))))
+    return np.asarray(sizes)
