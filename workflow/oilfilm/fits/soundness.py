@@ -51,7 +51,7 @@ def judged_fits(
         left = None
         if oil in fitted:
             used = results.points[results.points["accepted"] & (results.points["oil"] == oil)]
-            left = leftover(fitted[oil], used, _in_common(results.runs), fitted)
+            left = leftover(fitted[oil], used, _in_common(results.runs, used), fitted)
         shown = bool(lack.get(oil, "") == "shown")
         rows.append({**_verdict(row, left, shown, settings), "oil": oil, "law": row["law"]})
     return tables.from_rows(rows, "soundness")
@@ -125,8 +125,8 @@ def _in_order(data: CurveData) -> CurveData:
     )
 
 
-def _in_common(runs: pd.DataFrame) -> dict[str, set[str]]:
-    """Runs that have something in common: rig, kind and form of the log, a set point stated."""
+def _in_common(runs: pd.DataFrame, points: pd.DataFrame) -> dict[str, set[str]]:
+    """Runs that have something in common: rig, kind and form of log, a set point stated, a side."""
     groups = {
         f"{column} {value}": set(of_value["run_id"])
         for column in _GROUPS
@@ -136,6 +136,8 @@ def _in_common(runs: pd.DataFrame) -> dict[str, set[str]]:
         if match := _NOMINAL.match(column):
             stated = set(runs.loc[runs[column].notna(), "run_id"])
             groups[f"set point of {match[1].replace('_', ' ')} stated"] = stated
+    highest = points.groupby("run_id")["slide_roll_ratio"].max()
+    groups["slip below zero"] = set(highest.index[highest <= 0])
     return groups
 
 
