@@ -151,7 +151,7 @@ def alter(release: Path, path: str, content: bytes) -> None:
     """Put other content into a release or a pin and into its manifest, as a stranger can."""
     (release / path).chmod(0o644)
     (release / path).write_bytes(content)
-    record = FileRecord.of(release, path)
+    record = FileRecord.of(release / path, path)
     manifest, _ = read_manifest(release)
     stated: dict[str, object] = {}
     if path == "config.yaml":

@@ -252,12 +252,3 @@ def test_pressure_viscosity_is_given_or_by_a_rule(
 )
 def test_own_oil_that_cannot_be_is_refused(oil: dict[str, object], words: str) -> None:
     assert words in str(first_mistake(oil, OilFile))
-
-
-def test_compressed_oil_is_denser_as_dowson_and_higginson_have_it() -> None:
-    # 1 + 0.6 p/(1 + 1.7 p), p in GPa (Dowson and Higginson 1966); both are fits of mineral oils
-    pressure = np.array([0.0, 0.2, 0.5, 1.0])
-    ratio = OILS["4050"].compressed_density_kg_m3(40.0, pressure * 1e9) / OILS[
-        "4050"
-    ].density_kg_m3(40.0)
-    np.testing.assert_allclose(ratio, 1 + 0.6 * pressure / (1 + 1.7 * pressure), rtol=0.03)

@@ -108,10 +108,11 @@ def test_load_cell_one_percent_off_is_named(
     assert any("A0" in row for row in stated["beyond_limits"]["rows"])
     of_oil = sum(name.startswith("4102") for name in logs_of(demo))
     assert f"Raw logs: {of_oil}\n" in text
-    assert "data/raw/demo/4102_P1.00_U25_T025.csv  changed" in text
+    assert "data/raw/demo/4102_P1.00_U25_T025.csv  " in text
     assert "4050" not in text
     comparison = comparison_of(before, miscalibrated)
-    assert not any(section.rows for section in comparison.of_inputs[1:4])
+    titles = {section.title for section in comparison.sections}
+    assert not titles & {"Configuration", "Code", "Packages"}
     constants = comparison.constants
     largest = constants.loc[constants["change"].idxmax()]
     assert (largest["oil"], largest["constant"]) == ("4102", "A0")
@@ -174,34 +175,31 @@ def comparison_of(before: Path, after: Path) -> Comparison:
     return compare(StoredRelease.open(before), StoredRelease.open(after), DRIFT)
 
 
-def test_point_and_constant_that_change_their_verdict_are_named(
-    make: Make, plain: Path, frames: dict[str, pd.DataFrame]
+def test_each_difference_is_in_its_section(
+    make: Make, plain: Path, demo: Campaign, frames: dict[str, pd.DataFrame]
 ) -> None:
     points, coefficients = frames["points"].copy(), frames["coefficients"].copy()
     first = points.index[points["accepted"]][0]
     points.loc[first, ["accepted", "failed_gates"]] = [False, "thin_film"]
     coefficients.loc[3, "verdict"] = "sign unknown"
-    after = make(points=points, coefficients=coefficients)
-    row = points.loc[first]
-    assert comparison_of(plain, after).of_inputs[4].rows == [
-        ("points", f"{row['run_id']}, {row['first_row']}", "True", "False: thin_film"),
-        ("coefficients", "4102, deng2026, A3", "known", "sign unknown"),
-    ]
-
-
-def test_changed_setting_is_named_with_its_key(make: Make, plain: Path, demo: Campaign) -> None:
     config = demo.config.with_changes({"gates": {"lambda_limit": 2.5}})
-    comparison = comparison_of(plain, make(config))
-    assert comparison.of_inputs[1].rows == [("gates.lambda_limit", "3.0", "2.5")]
-
-
-def test_changed_package_is_named(make: Make, plain: Path) -> None:
-    after = make()
+    after = make(config, points=points, coefficients=coefficients)
     environment = read_manifest(after)[0].made_from.environment.model_dump()
     packages = {**environment["packages"], "numpy": "99.0"}
     alter(after, "environment.json", canonical({**environment, "packages": packages}).encode())
-    ((what, _, new),) = comparison_of(plain, after).of_inputs[3].rows
+    rows = {each.title: each.rows for each in comparison_of(plain, after).sections}
+    row = points.loc[first]
+    assert rows["Verdicts"] == [
+        (f"points: {row['run_id']}, {row['first_row']}", "True", "False: thin_film"),
+        ("coefficients: 4102, deng2026, A3", "known", "sign unknown"),
+    ]
+    assert rows["Configuration"] == [("gates.lambda_limit", "3.0", "2.5")]
+    ((what, _, new),) = rows["Packages"]
     assert (what, new) == ("environment.packages.numpy", "99.0")
+    assert {name for name, _, _ in rows["Other files"]} == {
+        *("config.yaml", "environment.json", "tables/datapackage.json"),
+        *("tables/coefficients.parquet", "tables/points.parquet"),
+    }
 
 
 def test_releases_of_a_campaign_that_is_not_configured_here_are_compared_but_not_gated(

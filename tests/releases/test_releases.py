@@ -536,8 +536,8 @@ def test_rebuild_names_every_difference_and_where_the_first_begins(
     assert code == 1
     assert printed.splitlines()[1:] == [
         "rebuilt from the raw logs: 2 differences, the first:",
-        "code/workflow/oilfilm/fit.py: changed, line 1: 'answer = 42', then 'answer = 43'",
-        "summary.txt: changed",
+        "code/workflow/oilfilm/fit.py: changed, line 1: b'answer = 42', then b'answer = 43'",
+        "summary.txt: changed, 5 bytes, then 12",
     ]
 
 

@@ -164,14 +164,12 @@ class StoredRelease:
         except UNREADABLE as error:
             raise OilfilmError(f"{file}: cannot be read as a table ({error}).") from error
 
-    def config(self) -> dict[str, Any] | None:
-        """The configuration as resolved; None where the pin does not keep it.
+    def config(self) -> dict[str, Any]:
+        """The configuration as resolved.
 
         Raises:
             OilfilmError: As `file`, or it is no YAML.
         """
-        if not self.holds(CONFIG):
-            return None
         path = self.file(CONFIG, _LARGEST_CONFIG)
         try:
             return read_yaml(path).values

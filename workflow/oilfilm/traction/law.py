@@ -149,6 +149,10 @@ class Law:
         """Rows of groups from rows of conditions."""
         return conditions
 
+    def of(self, oil: Oil | None, contact: Contact | None) -> "Law | None":
+        """The law for an oil in a contact; None where it needs one of them that is not known."""
+        return self
+
     def in_contacts(self, radius_m: FloatArray, reduced_modulus_pa: float) -> "Law":
         """The law with its groups made in other contacts, one per row of conditions.
 
@@ -341,23 +345,6 @@ def _to_second_order(
         for index in by[: row + 1]
     ]
     return _compiled((graphs[0], *slopes, *curvatures), names)
-
-
-@dataclass(frozen=True)
-class LawOfContact:
-    """A law that needs an oil's properties and the contact, by its name.
-
-    Attributes:
-        name: As of `Law`.
-        of: Makes the law for an oil in a contact.
-        in_bearings: As of `Law`.
-        title: As of `Law`.
-    """
-
-    name: str
-    of: Callable[[Oil, Contact], Law]
-    in_bearings: bool = False
-    title: str = ""
 
 
 def to_constants(law: Law, internal: FloatArray) -> FloatArray:
