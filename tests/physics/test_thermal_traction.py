@@ -149,7 +149,7 @@ def test_stress_and_temperatures_found_belong_together(
         OILS[oil].pressure_viscosity_coefficient_1_pa(at),
         mean_pressure,
     )
-    limit = limiting_stress(mean_pressure, at, ratio=0.08, reference_c=40.0, decay_1_k=0.003)
+    limit = limiting_stress(mean_pressure, at, ThermalEhl(**CONSTANTS))
     bearable = limited_stress(eyring_stress(viscosity, state.shear_rate_1_s, 5e6), limit)
     assert state.shear_stress_pa == pytest.approx(bearable, rel=1e-7)
     assert 0 < state.shear_stress_pa < limit

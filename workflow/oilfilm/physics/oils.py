@@ -316,14 +316,6 @@ def roelands_1_pa(viscosity_pa_s: Floats, z: Floats) -> FloatArray:
     return np.asarray(z * (np.log(viscosity_pa_s) + 9.67) / 1.962e8)
 
 
-def _by_rule(oil: Oil, t: AnyArray) -> AnyArray:
-    return PRESSURE_RULES[oil.pressure_rule](oil, t)
-
-
-def _given(oil: Oil, t: AnyArray) -> AnyArray:
-    return oil.pressure_viscosity.at(t)
-
-
 def _so_klaus(oil: Oil, t: AnyArray) -> AnyArray:
     """By viscosity and density at T; b by the line through the viscosities at 40 and 100 degC."""
     ends = np.array([40.0, 100.0]) - ABSOLUTE_ZERO_C
@@ -333,17 +325,21 @@ def _so_klaus(oil: Oil, t: AnyArray) -> AnyArray:
     return so_klaus_1_pa(FORMULAS[oil.model][0](oil, t) / density * 1e6, slope, density)
 
 
-def _roelands_rule(oil: Oil, t: AnyArray) -> AnyArray:
-    return roelands_1_pa(FORMULAS[oil.model][0](oil, t), oil.coefficients["roelands_z"])
-
-
 Formula = Callable[[Oil, AnyArray], AnyArray]
 # Pressure-viscosity coefficient of oils whose `model` leaves it open.
 PRESSURE_RULES: dict[str, Formula] = {
-    "given": _given,
+    "given": lambda oil, t: oil.pressure_viscosity.at(t),
     "so-klaus": _so_klaus,
-    "roelands": _roelands_rule,
+    "roelands": lambda oil, t: roelands_1_pa(
+        FORMULAS[oil.model][0](oil, t), oil.coefficients["roelands_z"]
+    ),
 }
+
+
+def _by_rule(oil: Oil, t: AnyArray) -> AnyArray:
+    return PRESSURE_RULES[oil.pressure_rule](oil, t)
+
+
 # Viscosity and pressure-viscosity coefficient by temperature in K, by the `model` of an oil's file.
 FORMULAS: dict[str, tuple[Formula, Formula]] = {
     "adore-mil-l-7808": (_mil_l_7808_viscosity, _mil_l_7808_pressure_viscosity),
