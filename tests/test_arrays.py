@@ -2,6 +2,8 @@
 
 import itertools
 import pickle
+import runpy
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -184,20 +186,33 @@ def test_points_taken_apart_are_warned_of(points: pd.DataFrame) -> None:
 
 
 @pytest.mark.parametrize(
-    ("column", "factor", "hint"),
-    [("S", 100.0, "percent"), ("P", 1000.0, "MPa"), ("mu", np.nan, "no number")],
+    ("column", "change", "hint"),
+    [
+        ("S", lambda slip: 100 * slip, "percent"),
+        ("P", lambda pressure: 1000 * pressure, "MPa"),
+        ("P", lambda pressure: -pressure, "wrong sign"),
+        ("T", lambda celsius: celsius + 273.15, "in kelvins"),
+        ("T", lambda celsius: celsius - 2 * 273.15, "converted from kelvins twice"),
+        ("mu", lambda mu: np.nan * mu, "no number"),
+    ],
 )
 def test_impossible_numbers_are_refused_with_their_likely_unit(
-    points: pd.DataFrame, column: str, factor: float, hint: str
+    points: pd.DataFrame, column: str, change: Callable[[pd.Series], pd.Series], hint: str
 ) -> None:
-    wrong = points.assign(**{column: points[column] * factor})
+    wrong = points.assign(**{column: change(points[column])})
     with pytest.raises(oilfilm.OilfilmError, match=hint):
         oilfilm.fit(*(wrong[name] for name in wrong), **QUICK)
 
 
-def test_prediction_at_an_impossible_pressure_is_refused(fitted: ArrayFit) -> None:
-    with pytest.raises(oilfilm.OilfilmError, match=r"1200 GPa.*MPa"):
-        fitted.predict(1200, 30, 70, 0.05)
+@pytest.mark.parametrize(
+    ("at", "expected"),
+    [((1200, 30, 70), r"1200 GPa.*MPa"), ((1.2, 30, -5), "above zero; found 1.2, 30, -5")],
+)
+def test_prediction_at_an_impossible_condition_is_refused(
+    fitted: ArrayFit, at: tuple[float, ...], expected: str
+) -> None:
+    with pytest.raises(oilfilm.OilfilmError, match=expected):
+        fitted.predict(*at, 0.05)
 
 
 def test_calibration_widens_both_intervals(points: pd.DataFrame) -> None:
@@ -228,6 +243,17 @@ def test_a_saved_fit_predicts_the_same(fitted: ArrayFit, tmp_path: Path) -> None
     assert (tmp_path / "june/report.html").is_file()
     with pytest.raises(oilfilm.OilfilmError, match="exists already"):
         fitted.save(tmp_path / "june")
+
+
+def test_a_fit_is_exported_by_the_ending_of_a_file(fitted: ArrayFit, tmp_path: Path) -> None:
+    fitted.export(tmp_path / "law.py")
+    exported = runpy.run_path(str(tmp_path / "law.py"))
+    mu = fitted.predict(1.2, 30, 70, 0.05).traction_coefficient
+    assert exported["traction_coefficient"](1.2, 30, 70, 0.05) == pytest.approx(float(mu), rel=1e-9)
+    fitted.export(tmp_path / "law.h")
+    assert "Measured data" in (tmp_path / "law.h").read_text(encoding="utf-8")
+    with pytest.raises(oilfilm.OilfilmError, match=r"law\.rs: there is no export.*\.f90"):
+        fitted.export(tmp_path / "law.rs")
 
 
 def test_few_curves_of_one_pressure_say_why_numbers_are_missing(points: pd.DataFrame) -> None:

@@ -22,7 +22,7 @@ import oilfilm
 from browsers import CHROMIUM, QUIET
 from oilfilm.arrays import ArrayFit
 from oilfilm.cli import main
-from oilfilm.exports.adore import adore_rows
+from oilfilm.exports.data_files import adore_rows
 from oilfilm.exports.workbook import workbook
 from oilfilm.fits.fitted import Prediction, predict
 from oilfilm.fits.side_by_side import side_by_side

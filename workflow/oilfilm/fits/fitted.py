@@ -511,6 +511,9 @@ def refuse_impossible(values: FloatArray, name: str) -> None:
     )
     if len(wrong):
         found = values.ravel()[wrong[0]]
+        if found < low:
+            celsius = name == "inlet_temperature_c"
+            hint = "converted from kelvins twice? Add 273.15" if celsius else "of the wrong sign"
         unit = "" if tables.COLUMNS[name].unit == "1" else f" {tables.COLUMNS[name].unit}"
         raise OilfilmError(
             f"{name}: found {found:g}{unit} at {len(wrong)} of {values.size} points, the first is "

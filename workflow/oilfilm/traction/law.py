@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from oilfilm.errors import OilfilmError
 from oilfilm.physics.oils import Oil
 from oilfilm.physics.rigs import Contact
 from oilfilm.traction import expression
@@ -24,6 +25,10 @@ CONDITIONS = ("max_hertz_pressure_gpa", "entrainment_speed_m_s", "inlet_temperat
 
 # Power laws of traction steeper than this are not known; the search needs a limit.
 _STEEPEST = 6.0
+
+
+class NoValueError(OilfilmError, ValueError):
+    """A condition at which a law has no value."""
 
 
 @dataclass(frozen=True)
@@ -280,13 +285,16 @@ class Law:
             varied: Groups that count; the others stay at their reference. All if not given.
 
         Raises:
-            ValueError: A group is not above zero, where the power laws have no value.
+            NoValueError: A group is not above zero, where the power laws have no value.
         """
         relative = self.group_values(np.atleast_2d(conditions)) / np.array(self.reference)
         if varied is not None:
             relative = np.where(varied, relative, 1.0)
-        if not np.all(relative > 0):
-            raise ValueError(f"{self.name} needs {', '.join(self.conditions)} above zero")
+        for row in np.atleast_2d(conditions)[~np.all(relative > 0, axis=1)]:
+            found = ", ".join(f"{value:g}" for value in row)
+            raise NoValueError(
+                f"{self.name} needs {', '.join(self.conditions)} above zero; found {found}"
+            )
         return np.column_stack([np.ones(len(relative)), np.log(relative)])
 
     def sizes(self, internal: FloatArray, design: FloatArray) -> FloatArray:
