@@ -12,9 +12,8 @@ from campaigns import ROOT, Campaign, carry_through
 from command_line import printed_objects
 from oilfilm.cli import main
 from oilfilm.releases.compare import Comparison, compare, drift_table
-from oilfilm.releases.copies import pin
 from oilfilm.releases.manifest import Manifest, canonical, read_manifest
-from oilfilm.releases.stored_release import StoredRelease
+from oilfilm.releases.stored_release import StoredRelease, pin
 from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
 from oilfilm.traction.laws.deng2026 import traction_coefficient

@@ -23,7 +23,6 @@ from oilfilm.cli import main
 from oilfilm.errors import OilfilmError
 from oilfilm.releases import rebuild
 from oilfilm.releases import release as making
-from oilfilm.releases.copies import pin
 from oilfilm.releases.manifest import (
     CHECKSUMS,
     LARGEST,
@@ -34,7 +33,7 @@ from oilfilm.releases.manifest import (
     read_manifest,
     sha256_of,
 )
-from oilfilm.releases.stored_release import verify
+from oilfilm.releases.stored_release import pin, verify
 from oilfilm.report.release_id import UNRELEASED
 from oilfilm.settings.resolve import read_config, resolve, unresolve
 from oilfilm.settings.resolved import Settings

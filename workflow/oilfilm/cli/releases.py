@@ -11,9 +11,8 @@ from oilfilm import tables
 from oilfilm.cli.arguments import config_folder, json_text
 from oilfilm.errors import printable
 from oilfilm.releases.compare import Comparison, Section, compare, drift_table
-from oilfilm.releases.copies import fetch_release, pin
 from oilfilm.releases.rebuild import rebuild
-from oilfilm.releases.stored_release import StoredRelease
+from oilfilm.releases.stored_release import StoredRelease, fetch_release, pin
 from oilfilm.settings.config import DriftSettings
 from oilfilm.settings.resolve import read_config, resolve
 

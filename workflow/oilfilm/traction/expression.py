@@ -313,31 +313,28 @@ class Language:
     """
 
     forms: Mapping[str, Form]
-    numeral: Callable[[float], str] = repr
-    identifier: Callable[[str], str] = str
+    numeral: Callable[[Any], str] = repr
+    identifier: Callable[[Any], str] = str
     brackets: str = "({})"
 
     def write(self, node: Node) -> str:
         """The node as text."""
-        if isinstance(node.leaf, float):
-            return self.numeral(node.leaf)
+        return self._written(node)[0]
+
+    def _written(self, node: Node) -> tuple[str, int]:
+        """The node as text, and how strongly it binds."""
         if not node.operands:
-            return self.identifier(node.leaf)
-        form = self._form(node)
-        operands = [
-            self.write(operand)
-            if self._strength(operand) >= least
-            else self.brackets.format(self.write(operand))
-            for operand, least in zip(node.operands, form.needs, strict=False)
-        ]
-        return form.template.format(*operands)
-
-    def _form(self, node: Node) -> Form:
+            of_leaf = self.numeral if isinstance(node.leaf, float) else self.identifier
+            return of_leaf(node.leaf), 5
         default = _ARITHMETIC.get(node.operation, Form(f"{node.operation}({{}})"))
-        return self.forms.get(node.operation, default)
-
-    def _strength(self, node: Node) -> int:
-        return self._form(node).strength if node.operands else 5
+        form = self.forms.get(node.operation, default)
+        operands = [
+            text if strength >= least else self.brackets.format(text)
+            for (text, strength), least in zip(
+                map(self._written, node.operands), form.needs, strict=False
+            )
+        ]
+        return form.template.format(*operands), form.strength
 
 
 NUMPY = Language({})
