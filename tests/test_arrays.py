@@ -44,12 +44,10 @@ def test_planted_constants_come_back(fitted: ArrayFit) -> None:
     at = fitted.predict(1.2, 30, 70, 0.05)
     assert at.obs_ci_lower <= at.traction_coefficient <= at.obs_ci_upper
     assert fitted.predict(1.2, 30, 70, 0.5).outside
-
-
-def test_printed_law_shows_its_equation_and_the_digits_of_the_paper() -> None:
-    shown = repr(oilfilm.printed(4102))
-    assert shown == repr(oilfilm.printed("4102"))
-    assert shown.startswith("deng2026: mu = (A + B*S)*exp(-C*S) - A; A0 -0.01567792, A1 1.6654,")
+    shown = "deng2026: mu = (A + B*S)*exp(-C*S) - A; A0 -0.01567792, A1 1.6654,"
+    assert repr(oilfilm.printed(4102)).startswith(shown)
+    with pytest.raises(oilfilm.OilfilmError, match="no constants of '4103'; of 4102"):
+        oilfilm.printed("4103")
 
 
 def test_search_that_misses_an_exact_fit_is_told() -> None:
@@ -103,17 +101,14 @@ def test_result_shows_itself(fitted: ArrayFit) -> None:
     axes = fitted.plot(Figure().subplots())
     # all points in grey, then law and points of five of the 12 conditions
     assert len(axes.lines) == 1 + 2 * 5
-    assert len(axes.get_legend().get_texts()) == 5
-
-
-def test_a_picture_of_one_condition_has_the_interval_of_the_next_run(fitted: ArrayFit) -> None:
     axes = fitted.plot(Figure().subplots(), at=[1.2, 30, 70])
-    (band,) = axes.collections
+    (band,), (label,) = axes.collections, axes.get_legend().get_texts()
+    assert label.get_text() == "1.2 GPa, 30 m/s, 70 degC"
+    # the interval of the next run
     at = fitted.predict(1.2, 30, 70, 0.3)
     ends = band.get_paths()[0].vertices
     last = ends[np.isclose(ends[:, 0], 0.3), 1]
     np.testing.assert_allclose([last.min(), last.max()], [at.obs_ci_lower, at.obs_ci_upper])
-    assert axes.get_legend().get_texts()[0].get_text() == "1.2 GPa, 30 m/s, 70 degC"
 
 
 def test_predictions_keep_the_index_of_a_column(points: pd.DataFrame) -> None:
@@ -149,6 +144,7 @@ def test_data_that_cannot_be_fitted_give_a_verdict() -> None:
 @pytest.mark.parametrize(
     ("arguments", "expected"),
     [
+        ({"max_hertz_pressure": [1.0, 1.2, 1.5]}, "shapes that do not match"),
         ({"law": "eyering"}, "no law 'eyering'.*eyring"),
         ({"law": "wang-deng-load"}, "no law"),
         ({"bootstap": 9}, "Did you mean 'bootstrap'"),
@@ -156,15 +152,10 @@ def test_data_that_cannot_be_fitted_give_a_verdict() -> None:
     ],
 )
 def test_mistake_is_told_in_a_sentence(arguments: dict[str, object], expected: str) -> None:
+    names = ("max_hertz_pressure", "entrainment_speed", "inlet_temperature", "slide_roll_ratio")
+    at = dict(zip(names, (1.0, 25, 50, [0.0, 0.1]), strict=True))
     with pytest.raises(oilfilm.OilfilmError, match=expected):
-        oilfilm.fit(1.0, 25, 50, [0.0, 0.1], [0.0, 0.02], **arguments)
-
-
-def test_arrays_that_do_not_match_and_oils_without_constants_are_told() -> None:
-    with pytest.raises(oilfilm.OilfilmError, match="shapes that do not match"):
-        oilfilm.fit([1.0, 1.2, 1.5], 25, 50, [0.0, 0.1], [0.0, 0.02])
-    with pytest.raises(oilfilm.OilfilmError, match="no constants of '4103'; of 4102"):
-        oilfilm.printed("4103")
+        oilfilm.fit(**(at | {"traction_coefficient": [0.0, 0.02]} | arguments))
 
 
 def test_measured_conditions_that_agree_within_tolerances_are_one_curve(

@@ -63,7 +63,7 @@ def test_release_and_the_link_to_it_are_whole(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("program", "fault"),
     [
-        ("atomic_write._flush_names = lambda folder: None\n" + TABLES, "may be missing: "),
+        ("atomic_write._flush = lambda path: None\n" + TABLES, "may be missing: "),
         ("Path('promised').mkdir(); Path('promised/a').write_text('a')\n", "torn: .*promised/a"),
     ],
     ids=["names are not flushed", "written in place"],

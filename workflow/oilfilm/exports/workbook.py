@@ -28,24 +28,15 @@ from oilfilm.traction.expression import Form, Language, Node
 # Spreadsheets lack two functions; both forms are without cancellation at small x.
 _EXPM1 = "IF({0}>0.5,EXP({0})-1,2*TANH({0}/2)/(1-TANH({0}/2)))"
 _LOG1P = "2*ATANH({0}/(2+{0}))"
-_FORMS = {
-    "+": Form("{}+{}", 1, (1, 2)),
-    "-": Form("{}-{}", 1, (1, 2)),
+_SAME = ("exp", "sqrt", "tanh", "asinh", "abs", "sign")
+_FORMS = {name: Form(f"{name.upper()}({{}})") for name in _SAME} | {
+    "log": Form("LN({})"),
     # a minus sign binds more strongly than a power there: -2^2 is 4
     "negative": Form("-{}", 1, (5,)),
-    "*": Form("{}*{}", 2, (2, 3)),
-    "/": Form("{}/{}", 2, (2, 3)),
     "**": Form("{}^{}", 4, (5, 5)),
-    "exp": Form("EXP({})"),
     # the operand occurs several times, so it needs brackets of its own
     "expm1": Form(_EXPM1, 5, (5,)),
-    "log": Form("LN({})"),
     "log1p": Form(_LOG1P, 5, (5,)),
-    "sqrt": Form("SQRT({})"),
-    "tanh": Form("TANH({})"),
-    "asinh": Form("ASINH({})"),
-    "abs": Form("ABS({})"),
-    "sign": Form("SIGN({})"),
 }
 # Rows of the curve; a slip of 0 and then steps up to the largest tested.
 CURVE_STEPS = 30
