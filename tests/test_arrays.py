@@ -182,6 +182,7 @@ def test_points_taken_apart_are_warned_of(points: pd.DataFrame) -> None:
         ("S", lambda slip: 100 * slip, "percent"),
         ("P", lambda pressure: 1000 * pressure, "MPa"),
         ("P", lambda pressure: -pressure, "wrong sign"),
+        ("U", lambda speed: 0 * speed, r"found 0 m/s.*expected above 0 to 500 m/s\.$"),
         ("T", lambda celsius: celsius + 273.15, "in kelvins"),
         ("T", lambda celsius: celsius - 2 * 273.15, "converted from kelvins twice"),
         ("mu", lambda mu: np.nan * mu, "no number"),

@@ -19,7 +19,6 @@ from oilfilm.releases.stored_release import StoredRelease
 from oilfilm.settings.config import DriftSettings
 from oilfilm.text_table import text_table
 from oilfilm.traction import LAWS
-from oilfilm.units import FloatArray
 
 Row = tuple[str, ...]
 # Rows of a section that are printed.
@@ -249,7 +248,7 @@ def _traction(before: StoredRelease, after: StoredRelease, drift: DriftSettings)
         try:
             row = _largest_change(oil, fits[0].get(oil), fits[1].get(oil), drift)
         except ValueError as why:
-            row = {"change": np.inf, "before": np.nan, "after": np.nan, "where": str(why)}
+            row = {"change": np.inf, "where": str(why)}
         rows.append({"oil": oil, **row})
     return pd.DataFrame(rows, columns=["oil", "change", "before", "after", "where"])
 
@@ -268,7 +267,9 @@ def _largest_change(
         raise ValueError(f"laws {before.law.name} and {after.law.name}")
     *box, (_, slip_max) = before.coefficients.box
     slips = [slip for slip in drift.slide_roll_ratio if not slip > slip_max]
-    axes = [_levels(low, high, drift.levels) for low, high in box]
+    # a condition that was never recorded has no effect: one level
+    levels = (np.linspace(*ends, drift.levels) for ends in box)
+    axes = [np.unique(level) if np.isfinite(level).all() else np.ones(1) for level in levels]
     axes.append(np.array(slips or [slip_max]))
     conditions = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, len(axes))
     # where a condition is not followed, along its tested level or line
@@ -285,9 +286,3 @@ def _largest_change(
     where.append(f"S {conditions[worst, -1]:.4g}")
     of_worst = {"change": change[worst], "before": old[worst], "after": new[worst]}
     return {**of_worst, "where": ", ".join(where)}
-
-
-def _levels(low: float, high: float, count: int) -> FloatArray:
-    """Levels of a condition. A condition that was never recorded has no effect: one level."""
-    known = np.isfinite(low) and np.isfinite(high)
-    return np.unique(np.linspace(low, high, count)) if known else np.array([1.0])
