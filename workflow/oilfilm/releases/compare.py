@@ -268,7 +268,7 @@ def _largest_change(
     *box, (_, slip_max) = before.coefficients.box
     slips = [slip for slip in drift.slide_roll_ratio if not slip > slip_max]
     # a condition that was never recorded has no effect: one level
-    levels = (np.linspace(*ends, drift.levels) for ends in box)
+    levels = (np.linspace(low, high, drift.levels) for low, high in box)
     axes = [np.unique(level) if np.isfinite(level).all() else np.ones(1) for level in levels]
     axes.append(np.array(slips or [slip_max]))
     conditions = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, len(axes))
