@@ -2,6 +2,8 @@
 
 import itertools
 import pickle
+import runpy
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -42,12 +44,10 @@ def test_planted_constants_come_back(fitted: ArrayFit) -> None:
     at = fitted.predict(1.2, 30, 70, 0.05)
     assert at.obs_ci_lower <= at.traction_coefficient <= at.obs_ci_upper
     assert fitted.predict(1.2, 30, 70, 0.5).outside
-
-
-def test_printed_law_shows_its_equation_and_the_digits_of_the_paper() -> None:
-    shown = repr(oilfilm.printed(4102))
-    assert shown == repr(oilfilm.printed("4102"))
-    assert shown.startswith("deng2026: mu = (A + B*S)*exp(-C*S) - A; A0 -0.01567792, A1 1.6654,")
+    shown = "deng2026: mu = (A + B*S)*exp(-C*S) - A; A0 -0.01567792, A1 1.6654,"
+    assert repr(oilfilm.printed(4102)).startswith(shown)
+    with pytest.raises(oilfilm.OilfilmError, match="no constants of '4103'; of 4102"):
+        oilfilm.printed("4103")
 
 
 def test_search_that_misses_an_exact_fit_is_told() -> None:
@@ -101,17 +101,14 @@ def test_result_shows_itself(fitted: ArrayFit) -> None:
     axes = fitted.plot(Figure().subplots())
     # all points in grey, then law and points of five of the 12 conditions
     assert len(axes.lines) == 1 + 2 * 5
-    assert len(axes.get_legend().get_texts()) == 5
-
-
-def test_a_picture_of_one_condition_has_the_interval_of_the_next_run(fitted: ArrayFit) -> None:
     axes = fitted.plot(Figure().subplots(), at=[1.2, 30, 70])
-    (band,) = axes.collections
+    (band,), (label,) = axes.collections, axes.get_legend().get_texts()
+    assert label.get_text() == "1.2 GPa, 30 m/s, 70 degC"
+    # the interval of the next run
     at = fitted.predict(1.2, 30, 70, 0.3)
     ends = band.get_paths()[0].vertices
     last = ends[np.isclose(ends[:, 0], 0.3), 1]
     np.testing.assert_allclose([last.min(), last.max()], [at.obs_ci_lower, at.obs_ci_upper])
-    assert axes.get_legend().get_texts()[0].get_text() == "1.2 GPa, 30 m/s, 70 degC"
 
 
 def test_predictions_keep_the_index_of_a_column(points: pd.DataFrame) -> None:
@@ -147,6 +144,7 @@ def test_data_that_cannot_be_fitted_give_a_verdict() -> None:
 @pytest.mark.parametrize(
     ("arguments", "expected"),
     [
+        ({"max_hertz_pressure": [1.0, 1.2, 1.5]}, "shapes that do not match"),
         ({"law": "eyering"}, "no law 'eyering'.*eyring"),
         ({"law": "wang-deng-load"}, "no law"),
         ({"bootstap": 9}, "Did you mean 'bootstrap'"),
@@ -154,15 +152,10 @@ def test_data_that_cannot_be_fitted_give_a_verdict() -> None:
     ],
 )
 def test_mistake_is_told_in_a_sentence(arguments: dict[str, object], expected: str) -> None:
+    names = ("max_hertz_pressure", "entrainment_speed", "inlet_temperature", "slide_roll_ratio")
+    at = dict(zip(names, (1.0, 25, 50, [0.0, 0.1]), strict=True))
     with pytest.raises(oilfilm.OilfilmError, match=expected):
-        oilfilm.fit(1.0, 25, 50, [0.0, 0.1], [0.0, 0.02], **arguments)
-
-
-def test_arrays_that_do_not_match_and_oils_without_constants_are_told() -> None:
-    with pytest.raises(oilfilm.OilfilmError, match="shapes that do not match"):
-        oilfilm.fit([1.0, 1.2, 1.5], 25, 50, [0.0, 0.1], [0.0, 0.02])
-    with pytest.raises(oilfilm.OilfilmError, match="no constants of '4103'; of 4102"):
-        oilfilm.printed("4103")
+        oilfilm.fit(**(at | {"traction_coefficient": [0.0, 0.02]} | arguments))
 
 
 def test_measured_conditions_that_agree_within_tolerances_are_one_curve(
@@ -184,20 +177,34 @@ def test_points_taken_apart_are_warned_of(points: pd.DataFrame) -> None:
 
 
 @pytest.mark.parametrize(
-    ("column", "factor", "hint"),
-    [("S", 100.0, "percent"), ("P", 1000.0, "MPa"), ("mu", np.nan, "no number")],
+    ("column", "change", "hint"),
+    [
+        ("S", lambda slip: 100 * slip, "percent"),
+        ("P", lambda pressure: 1000 * pressure, "MPa"),
+        ("P", lambda pressure: -pressure, "wrong sign"),
+        ("U", lambda speed: 0 * speed, r"found 0 m/s.*expected above 0 to 500 m/s\.$"),
+        ("T", lambda celsius: celsius + 273.15, "in kelvins"),
+        ("T", lambda celsius: celsius - 2 * 273.15, "converted from kelvins twice"),
+        ("mu", lambda mu: np.nan * mu, "no number"),
+    ],
 )
 def test_impossible_numbers_are_refused_with_their_likely_unit(
-    points: pd.DataFrame, column: str, factor: float, hint: str
+    points: pd.DataFrame, column: str, change: Callable[[pd.Series], pd.Series], hint: str
 ) -> None:
-    wrong = points.assign(**{column: points[column] * factor})
+    wrong = points.assign(**{column: change(points[column])})
     with pytest.raises(oilfilm.OilfilmError, match=hint):
         oilfilm.fit(*(wrong[name] for name in wrong), **QUICK)
 
 
-def test_prediction_at_an_impossible_pressure_is_refused(fitted: ArrayFit) -> None:
-    with pytest.raises(oilfilm.OilfilmError, match=r"1200 GPa.*MPa"):
-        fitted.predict(1200, 30, 70, 0.05)
+@pytest.mark.parametrize(
+    ("at", "expected"),
+    [((1200, 30, 70), r"1200 GPa.*MPa"), ((1.2, 30, -5), "above zero; found 1.2, 30, -5")],
+)
+def test_prediction_at_an_impossible_condition_is_refused(
+    fitted: ArrayFit, at: tuple[float, ...], expected: str
+) -> None:
+    with pytest.raises(oilfilm.OilfilmError, match=expected):
+        fitted.predict(*at, 0.05)
 
 
 def test_calibration_widens_both_intervals(points: pd.DataFrame) -> None:
@@ -228,6 +235,17 @@ def test_a_saved_fit_predicts_the_same(fitted: ArrayFit, tmp_path: Path) -> None
     assert (tmp_path / "june/report.html").is_file()
     with pytest.raises(oilfilm.OilfilmError, match="exists already"):
         fitted.save(tmp_path / "june")
+
+
+def test_a_fit_is_exported_by_the_ending_of_a_file(fitted: ArrayFit, tmp_path: Path) -> None:
+    fitted.export(tmp_path / "law.py")
+    exported = runpy.run_path(str(tmp_path / "law.py"))
+    mu = fitted.predict(1.2, 30, 70, 0.05).traction_coefficient
+    assert exported["traction_coefficient"](1.2, 30, 70, 0.05) == pytest.approx(float(mu), rel=1e-9)
+    fitted.export(tmp_path / "law.h")
+    assert "Measured data" in (tmp_path / "law.h").read_text(encoding="utf-8")
+    with pytest.raises(oilfilm.OilfilmError, match=r"law\.rs: there is no export.*\.f90"):
+        fitted.export(tmp_path / "law.rs")
 
 
 def test_few_curves_of_one_pressure_say_why_numbers_are_missing(points: pd.DataFrame) -> None:

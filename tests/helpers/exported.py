@@ -10,6 +10,7 @@ from oilfilm.fits.conditions import FixedCondition, to_text
 from oilfilm.fits.interval import UNKNOWN
 from oilfilm.paper.printed_exports import describe_printed
 from oilfilm.settings.resolved import Settings
+from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction.law import CONDITIONS, Law
 
 PRINTED = ROOT / "data/reference/printed_coefficients.yaml"
@@ -30,12 +31,9 @@ HOSTILE = [
 ]
 
 
-Tables = tuple[pd.DataFrame, pd.DataFrame, pd.DataFrame]
-
-
 def tables_of(
     law: Law, oils: list[str], values: dict[str, float], unknown: tuple[str, ...] = ()
-) -> Tables:
+) -> CampaignTables:
     """Points, coefficients and quality of oils whose constants are planted."""
     corners = pd.DataFrame([LOWER, UPPER], columns=list(CONDITIONS))
     corners["load_n"] = LOAD_AT_1_GPA * corners["max_hertz_pressure_gpa"] ** 3
@@ -52,6 +50,8 @@ def tables_of(
         verdict=np.where(constants["value"].notna(), "known", "not identifiable"),
     )
     quality = {
+        **UNKNOWN.columns(),
+        "limiting_stress_ratio": np.nan,
         "law": law.name,
         "n_points": 62,
         "n_curves": 2,
@@ -74,15 +74,10 @@ def tables_of(
         **corners.min().add_prefix("tested_min_"),
         **corners.max().add_prefix("tested_max_"),
     }
-    return (
-        pd.concat([frame.assign(oil=oil) for oil in oils for frame in (points, wild)]),
-        pd.concat([constants.assign(oil=oil, law=law.name) for oil in oils]),
-        pd.DataFrame(
-            [
-                {**UNKNOWN.columns(), "limiting_stress_ratio": np.nan, **quality, "oil": oil}
-                for oil in oils
-            ]
-        ),
+    return CampaignTables.in_memory(
+        points=pd.concat([frame.assign(oil=oil) for oil in oils for frame in (points, wild)]),
+        coefficients=pd.concat([constants.assign(oil=oil, law=law.name) for oil in oils]),
+        fit_quality=pd.DataFrame([{**quality, "oil": oil} for oil in oils]),
     )
 
 
@@ -103,7 +98,7 @@ def describe_law(config: Settings, name: str, left_out: int | None = None) -> De
             planted[constant.name] = np.nan
         if left_out is not None and constant.condition is None:
             planted[constant.name[:-1]] = value * 0.9
-    return describe("4050", "4050", *tables_of(law, ["4050"], planted), law, config)
+    return describe(tables_of(law, ["4050"], planted), "4050", "4050", law, config)
 
 
 def grid() -> pd.DataFrame:

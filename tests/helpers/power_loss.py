@@ -9,7 +9,7 @@ import re
 import shutil
 import subprocess
 import sys
-from dataclasses import dataclass, field
+from collections.abc import Iterable
 from pathlib import Path, PurePosixPath
 
 CALLS = (
@@ -36,80 +36,62 @@ def trace(program: str, folder: Path, record: Path) -> list[str]:
     return record.read_text(encoding="utf-8", errors="replace").splitlines()
 
 
-@dataclass
-class Disk:
-    """The worst that is on the disk below a folder.
+def replay(calls: list[str], root: PurePosixPath) -> tuple[list[str], int]:
+    """Follow a program, with a power failure after each of its calls.
 
-    Attributes:
-        root: The folder, below the one that the program ran in.
-        torn: Files with content that is not flushed.
-        loose: Names, made or removed, of which the disk may not know.
-        renames: How many names were given by a rename.
-        faults: What a power failure after one of the calls would break.
+    Args:
+        calls: As of `trace`.
+        root: The folder that somebody relies on, below the one that the program ran in.
+
+    Returns:
+        What a power failure would break; how many names below the folder were given by a rename.
     """
+    # files with content, and names made or removed, of which the disk may not know
+    torn: set[PurePosixPath] = set()
+    loose: set[PurePosixPath] = set()
+    faults: list[str] = []
+    renames = 0
 
-    root: PurePosixPath
-    torn: set[PurePosixPath] = field(default_factory=set)
-    loose: set[PurePosixPath] = field(default_factory=set)
-    renames: int = 0
-    faults: list[str] = field(default_factory=list)
+    def visible(paths: Iterable[PurePosixPath]) -> list[PurePosixPath]:
+        below = (path for path in paths if path.is_relative_to(root))
+        return [p for p in below if not any(x.startswith(".") for x in p.relative_to(root).parts)]
 
-    def visible(self, path: PurePosixPath) -> bool:
-        """Whether somebody relies on a name."""
-        return not any(part.startswith(".") for part in path.relative_to(self.root).parts)
-
-    def replay(self, calls: list[str]) -> None:
-        """Follow a program, with a power failure after each of its calls."""
-        for line in calls:
-            if call := _CALL.match(line):
-                self._follow(call["name"], call["arguments"])
-                self.faults += [
-                    f"torn: {path} after {line}" for path in self.torn if self.visible(path)
-                ]
-        self.faults += [f"may be missing: {path}" for path in self.loose if self.visible(path)]
-
-    def _follow(self, name: str, arguments: str) -> None:
+    for line in calls:
+        if not (call := _CALL.match(line)):
+            continue
+        name, arguments = call["name"], call["arguments"]
         opened = [PurePosixPath(each["path"]) for each in _OPENED.finditer(arguments)]
-        named = [
-            PurePosixPath(opened[0] if opened else self.root.parent, each["path"])
-            for each in _QUOTED.finditer(arguments)
-        ]
+        above = opened[0] if opened else root.parent
+        named = [above / each["path"] for each in _QUOTED.finditer(arguments)]
         if name in _WRITES:
-            self._note(self.torn, opened[0])
+            torn.add(opened[0])
         elif name == "copy_file_range":
-            self._note(self.torn, opened[1])
+            torn.add(opened[1])
         elif name == "openat" and "O_CREAT" in arguments:
-            self._note(self.loose, named[0])
-            if "O_TRUNC" in arguments:
-                self._note(self.torn, named[0])
+            loose.add(named[0])
+            torn |= {named[0]} if "O_TRUNC" in arguments else set()
         elif name in {"fsync", "fdatasync"}:
-            self.torn.discard(opened[0])
-            self.loose -= {path for path in self.loose if path.parent == opened[0]}
+            torn.discard(opened[0])
+            loose = {path for path in loose if path.parent != opened[0]}
         elif name.startswith("rename"):
-            self._rename(named[0], named[1])
+            old, new = named
+            renames += new.is_relative_to(root)
+            if visible([new]):
+                inside = (path for path in loose if path != old and path.is_relative_to(old))
+                beside = (p for p in visible(loose) if p.parent == new.parent and p != old)
+                faults += [f"renamed with {path} not flushed" for path in inside]
+                faults += [f"{new} may be there without {path}" for path in beside]
+            torn, loose = (
+                {new / p.relative_to(old) if p.is_relative_to(old) else p for p in known}
+                for known in (torn, loose)
+            )
+            loose.add(new)
         elif name.startswith(("mkdir", "symlink")):
-            self._note(self.loose, named[-1])
+            loose.add(named[-1])
         elif name.startswith("unlink"):
-            self.torn = {path for path in self.torn if not path.is_relative_to(named[0])}
-            self.loose = {path for path in self.loose if not path.is_relative_to(named[0])}
-
-    def _rename(self, old: PurePosixPath, new: PurePosixPath) -> None:
-        if not new.is_relative_to(self.root):
-            return
-        self.renames += 1
-        if self.visible(new):
-            inside = {path for path in self.loose if path != old and path.is_relative_to(old)}
-            self.faults += [f"renamed with {path} not flushed" for path in inside]
-            before = {path for path in self.loose if path.parent == new.parent and path != old}
-            self.faults += [
-                f"{new} may be there without {path}" for path in before if self.visible(path)
-            ]
-        for known in (self.torn, self.loose):
-            moved = {path for path in known if path.is_relative_to(old)}
-            known.difference_update(moved)
-            known.update(new / path.relative_to(old) for path in moved)
-        self.loose.add(new)
-
-    def _note(self, known: set[PurePosixPath], path: PurePosixPath) -> None:
-        if path.is_relative_to(self.root):
-            known.add(path)
+            torn, loose = (
+                {path for path in known if not path.is_relative_to(named[0])}
+                for known in (torn, loose)
+            )
+        faults += [f"torn: {path} after {line}" for path in visible(torn)]
+    return faults + [f"may be missing: {path}" for path in visible(loose)], renames

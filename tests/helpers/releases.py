@@ -30,6 +30,8 @@ from oilfilm.releases.release import FinishedRun, make_release
 from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
 
+# A log may be named by the time of day.
+RAW = {"a.csv": b"load_n\n1\n", "b 12:30.csv": b"load_n\n2\n"}
 # A picture of 8 x 6 pixels, as far as its head.
 PNG = b"\x89PNG\r\n\x1a\n" + struct.pack(">I4s2I", 13, b"IHDR", 8, 6) + bytes(range(64))
 
@@ -151,7 +153,7 @@ def alter(release: Path, path: str, content: bytes) -> None:
     """Put other content into a release or a pin and into its manifest, as a stranger can."""
     (release / path).chmod(0o644)
     (release / path).write_bytes(content)
-    record = FileRecord.of(release, path)
+    record = FileRecord.of(release / path, path)
     manifest, _ = read_manifest(release)
     stated: dict[str, object] = {}
     if path == "config.yaml":

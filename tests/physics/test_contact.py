@@ -46,27 +46,6 @@ def test_load_of_a_pressure_and_pressure_of_a_load_are_inverse(
     assert load_for_max_hertz_pressure(pressure, radius_m, modulus_pa) == pytest.approx(load_n)
 
 
-@given(loads_n, st.floats(0.1, 10.0))
-def test_load_grows_as_the_cube_of_pressure(load_n: float, factor: float) -> None:
-    pressure = max_hertz_pressure(load_n, BALL_RADIUS_M, M50)
-    load = load_for_max_hertz_pressure(factor * pressure, BALL_RADIUS_M, M50)
-    assert load == pytest.approx(factor**3 * load_n)
-
-
-@given(loads_n, radii_m, moduli_pa)
-def test_mean_pressure_of_a_circular_contact_is_two_thirds_of_its_maximum(
-    load_n: float, radius_m: float, modulus_pa: float
-) -> None:
-    # Johnson (1985), Eq. 4.24: p0 = 3 p_m / 2
-    mean_pressure = load_n / (np.pi * contact_radius(load_n, radius_m, modulus_pa) ** 2)
-    maximum = max_hertz_pressure(load_n, radius_m, modulus_pa)
-    assert mean_pressure == pytest.approx(2 / 3 * maximum)
-
-
-def test_unloaded_ball_presses_on_nothing() -> None:
-    assert max_hertz_pressure(0.0, BALL_RADIUS_M, M50) == 0
-
-
 def test_softer_body_decides_the_reduced_modulus() -> None:
     # a rigid partner adds nothing: 1/E' = (1 - nu^2)/(2 E), by hand
     assert reduced_modulus(70e9, 0.3, np.inf, 0.3) == pytest.approx(2 * 70e9 / 0.91)
@@ -104,17 +83,6 @@ def test_turning_an_ellipse_by_a_quarter_exchanges_its_axes(
     assert turned.ellipticity == pytest.approx(1 / contact.ellipticity)
     assert turned.max_hertz_pressure_pa == pytest.approx(contact.max_hertz_pressure_pa)
     assert turned.approach_m == pytest.approx(contact.approach_m)
-
-
-@given(loads_n, radii_m, radius_ratios, st.floats(0.01, 100.0))
-def test_model_twice_as_large_under_four_times_the_load_has_the_same_pressure(
-    load_n: float, radius_m: float, ratio: float, size: float
-) -> None:
-    contact = elliptical_contact(load_n, radius_m, ratio * radius_m, M50)
-    larger = elliptical_contact(size**2 * load_n, size * radius_m, size * ratio * radius_m, M50)
-    assert larger.max_hertz_pressure_pa == pytest.approx(contact.max_hertz_pressure_pa)
-    assert larger.semi_axis_x_m == pytest.approx(size * contact.semi_axis_x_m)
-    assert larger.approach_m == pytest.approx(size * contact.approach_m)
 
 
 @given(loads_n, radii_m, st.floats(1.2, 1e4))
@@ -185,30 +153,11 @@ def test_angular_contact_bearings_have_the_benchmark_pressures(
     assert contact.max_hertz_pressure_pa / 1e9 == pytest.approx(max_pressure_gpa, abs=0.0007)
 
 
-@pytest.mark.parametrize(
-    ("race_mm", "max_pressure_gpa", "approach_um"),
-    [(52.291 / 2, 3.13, 29.1), (-77.706 / 2, 2.63, 28.3)],
-)
-def test_hamrock_anderson_bearing_is_near_the_simplified_solution(
-    race_mm: float, max_pressure_gpa: float, approach_um: float
-) -> None:
-    # docs/physics.md, check 2. Its four figures are those of the simplified solution
-    # k = (Ry/Rx)^(2/pi), which lies about 1 % off the exact one used here.
-    steel = reduced_modulus(200e9, 0.3, 200e9, 0.3)
-    along, across = 1 / (1 / 6.35e-3 + 1e3 / race_mm), 1 / (1 / 6.35e-3 - 1 / 6.604e-3)
-    contact = elliptical_contact(5 * 8900 / 9, along, across, steel)
-    assert contact.max_hertz_pressure_pa / 1e9 == pytest.approx(max_pressure_gpa, rel=0.015)
-    assert contact.approach_m * 1e6 == pytest.approx(approach_um, rel=0.015)
-
-
-def test_missing_load_gives_a_missing_pressure_and_spares_its_neighbours() -> None:
-    contact = elliptical_contact(np.array([100.0, np.nan]), 5e-3, 0.1, M50)
-    assert np.isfinite(contact.max_hertz_pressure_pa).tolist() == [True, False]
-
-
-def test_each_attribute_has_the_shape_of_all_arguments_together() -> None:
-    contact = elliptical_contact(np.ones((4, 1)), np.full(3, 5e-3), 0.1, M50)
+def test_arguments_broadcast_and_a_missing_load_spares_its_neighbours() -> None:
+    loads = np.array([[100.0], [np.nan], [1.0], [2.0]])
+    contact = elliptical_contact(loads, np.full(3, 5e-3), 0.1, M50)
     assert {np.shape(value) for value in vars(contact).values()} == {(4, 3)}
+    assert np.isnan(contact.max_hertz_pressure_pa[:, 0]).tolist() == [False, True, False, False]
 
 
 @pytest.mark.parametrize("difference", [1e-3, 1e-9, -1e-9, 2e-16, -2e-16])
@@ -217,15 +166,6 @@ def test_nearly_circular_contact_is_solved(difference: float) -> None:
     # second-order term is about a fifth of the square, the rest is rounding
     k = ellipticity(1.0, 1 + difference)
     assert k - 1 == pytest.approx(2 / 3 * difference, abs=0.2 * difference**2 + 1e-15)
-
-
-@given(radius_ratios)
-def test_ellipticity_lies_between_the_root_and_the_two_thirds_power(ratio: float) -> None:
-    # both limits follow from Johnson (1985), Eq. 4.28: k -> ratio^(2/3) for a nearly circular
-    # contact and, but for a logarithm, ratio^(1/2) for a nearly linear one
-    k = ellipticity(1.0, ratio)
-    low, high = sorted([ratio**0.5, ratio ** (2 / 3)])
-    assert low * (1 - 1e-12) <= k <= high * (1 + 1e-12)
 
 
 def test_creep_of_a_contact_that_is_wide_across_the_rolling_direction_is_carters() -> None:

@@ -101,14 +101,6 @@ def test_check_2_film_thickness_in_a_radial_ball_bearing_agrees(
     assert central(**contact) * 1e6 == pytest.approx(central_um, abs=0.0005)
 
 
-def test_round_contact_loses_the_printed_share_to_side_leakage() -> None:
-    # docs/physics.md [S, H]: brackets 0.706 (central) and 0.493 (minimum) at k = 1, printed to
-    # 0.0005
-    wide = CHECK_1 | {"ellipticity": 1e3}
-    assert central(**CHECK_1) / central(**wide) == pytest.approx(0.706, abs=0.0005)
-    assert minimum(**CHECK_1) / minimum(**wide) == pytest.approx(0.493, abs=0.0005)
-
-
 def test_worst_corner_of_the_rig_has_the_printed_film() -> None:
     # docs/physics.md [C], printed to 0.0005 um
     assert minimum(**WORST_CORNER) * 1e6 == pytest.approx(0.092, abs=0.0005)
@@ -162,18 +154,6 @@ def test_film_follows_speed_and_load_by_the_published_powers(
 
 
 @pytest.mark.parametrize("thickness", THICKNESSES)
-@given(factor=factors)
-def test_doubling_viscosity_thickens_the_film_as_doubling_speed_does(
-    thickness: Literal["minimum", "central"], factor: float
-) -> None:
-    thicker_oil, faster = (
-        isothermal(thickness, **CHECK_1 | {name: factor * CHECK_1[name]})
-        for name in ("dynamic_viscosity_pa_s", "entrainment_speed_m_s")
-    )
-    assert thicker_oil == pytest.approx(faster)
-
-
-@pytest.mark.parametrize("thickness", THICKNESSES)
 @given(size=factors)
 def test_model_of_another_size_at_equal_pressure_and_rate_has_the_same_film_in_proportion(
     thickness: Literal["minimum", "central"], size: float
@@ -189,13 +169,6 @@ def test_model_of_another_size_at_equal_pressure_and_rate_has_the_same_film_in_p
     assert film == pytest.approx(size * isothermal(thickness, **CHECK_1))
 
 
-@given(st.floats(1.0, 8.0))
-def test_film_is_thinner_at_the_sides_than_in_the_centre(k: float) -> None:
-    # within the range of ellipticity that the formulas were fitted to
-    contact = CHECK_1 | {"ellipticity": k}
-    assert minimum(**contact) < central(**contact)
-
-
 @given(slips, thermal_loadings)
 def test_heating_never_thickens_the_film_whichever_surface_is_faster(
     slip: float, loading: float
@@ -206,13 +179,6 @@ def test_heating_never_thickens_the_film_whichever_surface_is_faster(
     assert 0 < one_way <= 1
     assert reduction(slide_roll_ratio=slip, thermal_loading=0.0) == 1
     assert one_way == other_way
-
-
-def test_rig_has_the_printed_roughness() -> None:
-    # docs/physics.md, rig: Ra 0.0172 um, Rq 0.0215 um for ball and disc together, printed to
-    # 0.00005 um
-    assert combined_roughness(0.014e-6, 0.010e-6) * 1e6 == pytest.approx(0.0172, abs=5e-5)
-    assert RIG_ROUGHNESS_M * 1e6 == pytest.approx(0.0215, abs=5e-5)
 
 
 def test_missing_speed_gives_a_missing_film_and_spares_its_neighbours() -> None:

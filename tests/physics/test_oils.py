@@ -1,20 +1,14 @@
 """Oil properties against the evaluated tables of docs/physics.md and against each other."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
-import yaml
 from hypothesis import given
 from hypothesis import strategies as st
 
 from campaigns import ROOT, oil_of
-from oilfilm.errors import OilfilmError
-from oilfilm.physics.contact import Conditions, load_for_max_hertz_pressure, reduced_modulus
-from oilfilm.physics.film import InletOil, isothermal_film_thickness
 from oilfilm.physics.oils import Oil, PiecewiseLinear
-from oilfilm.settings.messages import first_mistake, load
-from oilfilm.settings.oil import OilFile
+from oilfilm.settings.messages import first_mistake
+from oilfilm.settings.oil import MeasuredOil, OilFile
 from oilfilm.settings.yaml_file import read_yaml
 
 FOLDER = ROOT / "config" / "oils"
@@ -64,51 +58,37 @@ def test_stand_ins_have_the_tabulated_properties(
     assert oil.temperature_viscosity_coefficient_1_k(celsius) == printed(beta)
 
 
-def test_4102_has_the_two_viscosities_that_its_line_was_drawn_through() -> None:
-    # docs/physics.md: 7.0 cSt at 100 degC and 40.2 cSt at 40 degC, printed to 0.05 cSt
-    viscosity_cst = OILS["4102"].kinematic_viscosity_m2_s(np.array([100.0, 40.0])) * 1e6
+# docs/physics.md [S]: MIL-L-7808 and MIL-L-23699 at temperatures in K; 4102 [C] at 293 to 423 K
+SOURCES = [
+    ("4010", "density_kg_m3", [311, 367, 422, 478], [954, 914, 870, 826]),
+    ("4010", "specific_heat_j_kgk", [311, 367, 422, 478], [1800.2, 1967.7, 2177.0, 2344.5]),
+    ("4010", "thermal_conductivity_w_mk", [311, 367, 422], [0.14485, 0.13395, 0.13265]),
+    ("4050", "density_kg_m3", [233, 300, 367, 422], [1016, 966, 922, 884]),
+    ("4050", "specific_heat_j_kgk", [233, 422], [2000, 2000]),
+    # 0.14868 - 2.2275e-4 (T - 366.67)
+    ("4050", "thermal_conductivity_w_mk", [366.67, 466.67], [0.14868, 0.126405]),
+    ("4102", "density_kg_m3", [373.15], [920]),
+    ("4102", "specific_heat_j_kgk", [293.15, 423.15], [2000, 2000]),
+    ("4102", "thermal_conductivity_w_mk", [293.15, 423.15], [0.147, 0.147]),
+]
+
+
+@pytest.mark.parametrize(("name", "quantity", "kelvin", "values"), SOURCES)
+def test_oils_keep_the_thermal_properties_of_their_source(
+    name: str, quantity: str, kelvin: list[float], values: list[float]
+) -> None:
+    found = getattr(OILS[name], quantity)(np.array(kelvin) - 273.15)
+    np.testing.assert_allclose(found, values, rtol=1e-6)
+
+
+def test_4102_has_the_printed_viscosities() -> None:
+    # docs/physics.md: 7.0 cSt at 100 degC and 40.2 cSt at 40 degC, printed to 0.05 cSt; alpha
+    # 1.15e-8 1/Pa at 100 degC by the 23699 rule
+    oil = OILS["4102"]
+    viscosity_cst = oil.kinematic_viscosity_m2_s(np.array([100.0, 40.0])) * 1e6
     assert viscosity_cst == pytest.approx(np.array([7.0, 40.2]), abs=0.05)
-
-
-def test_4102_has_the_printed_pressure_viscosity_coefficient_when_hot() -> None:
-    # docs/physics.md: 1.15e-8 1/Pa at 100 degC by the 23699 rule, printed to 0.005e-8
-    alpha = OILS["4102"].pressure_viscosity_coefficient_1_pa(100.0)
-    assert alpha * 1e8 == pytest.approx(1.15, abs=0.005)
-
-
-def test_4102_has_the_printed_density_heat_and_uncertainty() -> None:
-    # docs/physics.md: rho about 920 kg/m3 at 100 degC, cp 2000, k 0.147; alpha +-15 %, rho +-3 %
-    oil, celsius = OILS["4102"], np.array([20.0, 100.0, 150.0])
-    assert oil.density_kg_m3(100.0) == pytest.approx(920)
-    assert oil.specific_heat_j_kgk(celsius) == pytest.approx(2000)
-    assert oil.thermal_conductivity_w_mk(celsius) == pytest.approx(0.147)
+    assert oil.pressure_viscosity_coefficient_1_pa(100.0) * 1e8 == pytest.approx(1.15, abs=0.005)
     assert oil.relative_uncertainty == {"pressure_viscosity_coefficient": 0.15, "density": 0.03}
-
-
-def test_4010_keeps_the_thermal_properties_of_its_source() -> None:
-    # docs/physics.md, MIL-L-7808 at 311, 367, 422 and 478 K [S]
-    celsius = np.array([311, 367, 422, 478]) - 273.15
-    oil = OILS["4010"]
-    assert oil.density_kg_m3(celsius) == pytest.approx([954, 914, 870, 826])
-    assert oil.specific_heat_j_kgk(celsius) == pytest.approx([1800.2, 1967.7, 2177.0, 2344.5])
-    assert oil.thermal_conductivity_w_mk(celsius) == pytest.approx(
-        [0.14485, 0.13395, 0.13265, 0.13136]
-    )
-
-
-@given(rig_temperatures_c)
-def test_4050_conducts_heat_as_its_source_says(celsius: float) -> None:
-    # docs/physics.md, MIL-L-23699 [S]: k = 0.14868 - 2.2275e-4 (T - 366.67), T in K
-    kelvin = celsius + 273.15
-    expected = 0.14868 - 2.2275e-4 * (kelvin - 366.67)
-    assert OILS["4050"].thermal_conductivity_w_mk(celsius) == pytest.approx(expected)
-
-
-def test_4050_keeps_the_density_and_heat_of_its_source() -> None:
-    # docs/physics.md, MIL-L-23699 at 233, 300, 367 and 422 K [S]
-    celsius = np.array([233, 300, 367, 422]) - 273.15
-    assert OILS["4050"].density_kg_m3(celsius) == pytest.approx([1016, 966, 922, 884])
-    assert OILS["4050"].specific_heat_j_kgk(celsius) == pytest.approx(2000)
 
 
 @pytest.mark.parametrize(("name", "grade_cst"), [("4010", 3), ("4050", 5), ("4102", 7)])
@@ -143,16 +123,6 @@ def test_beta_is_the_slope_of_the_logarithm_of_viscosity(oil: Oil, celsius: floa
     assert oil.temperature_viscosity_coefficient_1_k(celsius) == pytest.approx(slope, rel=1e-6)
 
 
-@given(any_oil, rig_temperatures_c, st.floats(0.1, 30.0))
-def test_film_is_thinner_when_hotter(oil: Oil, celsius: float, rise: float) -> None:
-    steel = reduced_modulus(203e9, 0.29, 203e9, 0.29)
-    temperatures = np.array([celsius, celsius + rise])
-    load = load_for_max_hertz_pressure(1.5e9, 0.010, steel)
-    at = Conditions(load, 1.5, 25.0, temperatures, 0.010, steel)
-    cold, hot = isothermal_film_thickness(InletOil.of(oil, temperatures), at, "minimum")
-    assert hot < cold
-
-
 def test_missing_temperature_gives_a_missing_viscosity() -> None:
     viscosity = OILS["4010"].dynamic_viscosity_pa_s(np.array([np.nan, 100.0]))
     assert np.isnan(viscosity).tolist() == [True, False]
@@ -162,21 +132,6 @@ def test_table_is_continued_beyond_both_ends() -> None:
     line = PiecewiseLinear((300.0, 310.0, 330.0), (10.0, 12.0, 8.0))
     at = np.array([290.0, 300.0, 305.0, 310.0, 320.0, 330.0, 340.0])
     assert line.at(at) == pytest.approx([8.0, 10.0, 11.0, 12.0, 10.0, 8.0, 6.0])
-
-
-def test_unknown_model_is_refused_with_the_allowed_ones() -> None:
-    values = read_yaml(FOLDER / "4010.yaml").values | {"model": "andrade"}
-    models = ("adore-mil-l-7808", "adore-mil-l-23699", "astm-d341", "walther", "vogel", "roelands")
-    allowed = ", ".join(map(repr, models))
-    assert first_mistake(values, OilFile) == f"`model`: found 'andrade', expected one of {allowed}."
-
-
-def test_coefficients_of_another_model_are_refused(tmp_path: Path) -> None:
-    config = read_yaml(FOLDER / "4102.yaml").values | {"model": "adore-mil-l-7808"}
-    path = tmp_path / "4102.yaml"
-    path.write_text(yaml.safe_dump(config), encoding="utf-8")
-    with pytest.raises(OilfilmError, match="coefficients"):
-        load(path, OilFile)
 
 
 def own_oil(model: str, sheet: list[list[float]], **pressure: object) -> dict[str, object]:
@@ -197,12 +152,8 @@ SHEET = [[313.15, 40.2], [343.15, 14.8], [373.15, 7.0]]
 @pytest.mark.parametrize(
     ("model", "rows"), [("walther", SHEET[::2]), ("vogel", SHEET), ("roelands", SHEET[::2])]
 )
-def test_own_oil_has_the_viscosities_of_its_data_sheet(
-    model: str, rows: list[list[float]], tmp_path: Path
-) -> None:
-    path = tmp_path / "own.yaml"
-    path.write_text(yaml.safe_dump(own_oil(model, rows)), encoding="utf-8")
-    oil = load(path, OilFile).properties()
+def test_own_oil_has_the_viscosities_of_its_data_sheet(model: str, rows: list[list[float]]) -> None:
+    oil = MeasuredOil(**own_oil(model, rows)).properties()
     celsius, viscosity = np.array(SHEET).T - np.array([[273.15], [0.0]])
     found = oil.kinematic_viscosity_m2_s(celsius) * 1e6
     given = np.isin(SHEET, rows)[:, 0]
@@ -215,24 +166,21 @@ def test_own_oil_has_the_viscosities_of_its_data_sheet(
 
 
 @pytest.mark.parametrize(
-    ("pressure", "alpha"),
+    ("pressure", "alpha", "tolerance"),
     [
         # 2 tables' values between their levels; z by its formula, 0.6 (ln 0.03698 + 9.67)/0.1962
-        ({"rule": "given", "rows": [[300, 2e-8], [400, 1e-8]]}, 18.685),
-        ({"rule": "roelands", "z": 0.6}, 19.49),
+        ({"rule": "given", "rows": [[300, 2e-8], [400, 1e-8]]}, 18.685, 1e-3),
+        ({"rule": "roelands", "z": 0.6}, 19.49, 1e-3),
         # esters and polyalphaolefins of 40 cSt have 15 to 25 1/GPa at 40 degC
-        ({"rule": "so-klaus"}, pytest.approx(20, rel=0.2)),
+        ({"rule": "so-klaus"}, 20, 0.2),
     ],
 )
 def test_pressure_viscosity_is_given_or_by_a_rule(
-    pressure: dict[str, object], alpha: float, tmp_path: Path
+    pressure: dict[str, object], alpha: float, tolerance: float
 ) -> None:
-    path = tmp_path / "own.yaml"
-    path.write_text(yaml.safe_dump(own_oil("walther", SHEET[::2], **pressure)), encoding="utf-8")
-    found = load(path, OilFile).properties().pressure_viscosity_coefficient_1_pa(40.0) * 1e9
-    assert float(found) == (
-        alpha if not isinstance(alpha, float) else pytest.approx(alpha, rel=1e-3)
-    )
+    oil = MeasuredOil(**own_oil("walther", SHEET[::2], **pressure)).properties()
+    found = float(oil.pressure_viscosity_coefficient_1_pa(40.0) * 1e9)
+    assert found == pytest.approx(alpha, rel=tolerance)
 
 
 @pytest.mark.parametrize(
@@ -248,16 +196,9 @@ def test_pressure_viscosity_is_given_or_by_a_rule(
             own_oil("walther", SHEET[::2], rule="roelands", z=0.15),
             "is 4.872 1/GPa; expected 5 to 50",
         ),
+        (own_oil("andrade", SHEET), "`model`: found 'andrade', expected one of 'adore-mil-l-7808'"),
+        (read_yaml(FOLDER / "4102.yaml").values | {"model": "adore-mil-l-7808"}, "coefficients"),
     ],
 )
 def test_own_oil_that_cannot_be_is_refused(oil: dict[str, object], words: str) -> None:
     assert words in str(first_mistake(oil, OilFile))
-
-
-def test_compressed_oil_is_denser_as_dowson_and_higginson_have_it() -> None:
-    # 1 + 0.6 p/(1 + 1.7 p), p in GPa (Dowson and Higginson 1966); both are fits of mineral oils
-    pressure = np.array([0.0, 0.2, 0.5, 1.0])
-    ratio = OILS["4050"].compressed_density_kg_m3(40.0, pressure * 1e9) / OILS[
-        "4050"
-    ].density_kg_m3(40.0)
-    np.testing.assert_allclose(ratio, 1 + 0.6 * pressure / (1 + 1.7 * pressure), rtol=0.03)

@@ -6,11 +6,8 @@ from pathlib import Path
 import pytest
 
 from oilfilm.cli import main
-from oilfilm.settings.resolved import Settings
-from releases import made, project, released, runs_of
 from storage_servers import SECRET, Storage, in_environment, moto_storage
 
-RAW = {"a.csv": b"load_n\n1\n"}
 PLACE = "s3://lab/releases/demo"
 
 
@@ -21,15 +18,12 @@ def storage() -> Iterator[Storage]:
         yield server
 
 
-@pytest.fixture(scope="module")
-def release(config: Settings, storage: Storage, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A release, which is in the bucket as well."""
-    folder = tmp_path_factory.mktemp("fetch")
-    made_here = released(made(project(folder / "p"), config, RAW, {"runs": runs_of(RAW, folder)}))
-    files = (path for path in made_here.rglob("*") if path.is_file())
-    keys = {f"releases/demo/{path.relative_to(made_here).as_posix()}": path for path in files}
+@pytest.fixture(scope="module", autouse=True)
+def in_the_bucket(release: Path, storage: Storage) -> None:
+    """The release is in the bucket as well."""
+    files = (path for path in release.rglob("*") if path.is_file())
+    keys = {f"releases/demo/{path.relative_to(release).as_posix()}": path for path in files}
     storage.put("lab", {key: path.read_bytes() for key, path in keys.items()})
-    return made_here
 
 
 def test_fetched_release_has_every_byte(
@@ -55,7 +49,6 @@ def test_fetched_release_has_every_byte(
     ids=["altered", "extra", "manifest"],
 )
 def test_release_that_is_not_as_released_makes_no_folder(
-    release: Path,
     storage: Storage,
     tmp_path: Path,
     change: dict[str, bytes],

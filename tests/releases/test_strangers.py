@@ -17,24 +17,17 @@ from oilfilm.releases.manifest import MANIFEST
 from oilfilm.settings.resolved import Settings
 from oilfilm.settings.yaml_file import as_yaml
 from oilfilm.tables import SCHEMA_VERSION
-from releases import alter, made, project, released, runs_of
+from releases import alter
 
 CONFIG = ["--config", str(ROOT / "config")]
-RAW = {"a.csv": b"load_n\n1\n"}
 # Markup, a template, an address that runs a script, and what steers a terminal or turns a line.
 HOSTILE = "<img src=x onerror=alert(1)>{{ 7 * 7 }}\u202e\x1b[31m"
 
 
-@pytest.fixture(scope="module")
-def before(config: Settings, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    folder = tmp_path_factory.mktemp("strangers")
-    return released(made(project(folder / "p"), config, RAW, {"runs": runs_of(RAW, folder)}))
-
-
 @pytest.fixture
-def stranger(before: Path, tmp_path: Path) -> Path:
+def stranger(release: Path, tmp_path: Path) -> Path:
     """A copy of the release, for a stranger to change."""
-    return shutil.copytree(before, tmp_path / "stranger")
+    return shutil.copytree(release, tmp_path / "stranger")
 
 
 def refusal(capsys: pytest.CaptureFixture[str], *arguments: object) -> str:
@@ -64,10 +57,10 @@ def test_key_that_a_manifest_has_twice_is_refused(
 
 
 def test_configuration_made_to_deceive_is_refused(
-    before: Path, stranger: Path, capsys: pytest.CaptureFixture[str]
+    release: Path, stranger: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     alter(stranger, "config.yaml", b"a: \x1b[31m\n")
-    assert "not valid YAML" in refusal(capsys, "diff", before, stranger, *CONFIG)
+    assert "not valid YAML" in refusal(capsys, "diff", release, stranger, *CONFIG)
 
 
 NOWHERE = ("../../evil", "/evil", "a/b", "C:evil", "")

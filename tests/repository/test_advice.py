@@ -1,9 +1,7 @@
 """Every command that a message or a page advises exists, with its options."""
 
 import argparse
-import ast
 import re
-from collections.abc import Iterator
 from pathlib import Path
 
 from snakemake.cli import get_argument_parser
@@ -45,30 +43,16 @@ def options(of: argparse.ArgumentParser) -> set[str]:
 OF_SNAKEMAKE = options(get_argument_parser())
 
 
-def texts(path: Path) -> Iterator[str]:
-    """The prose of a file: a page as a whole, of Python the strings, f-strings with {}."""
-    text = path.read_text(encoding="utf-8")
-    if path.suffix != ".py":
-        yield text
-        return
-    for node in ast.walk(ast.parse(text)):
-        if isinstance(node, ast.JoinedStr):
-            parts = (each.value if isinstance(each, ast.Constant) else "{}" for each in node.values)
-            yield "".join(map(str, parts))
-        elif isinstance(node, ast.Constant) and isinstance(node.value, str):
-            yield node.value
-
-
 def advised(path: Path) -> list[str]:
     """The commands that a file names."""
-    found = [command for text in texts(path) for command in QUOTED.findall(text)]
-    return found if path.suffix == ".py" else found + LINE.findall(path.read_text("utf-8"))
+    text = path.read_text(encoding="utf-8")
+    return QUOTED.findall(text) + (LINE.findall(text) if path.suffix != ".py" else [])
 
 
 def mistake(command: str) -> str:
     """What is wrong with a command; empty where it can be run."""
     # what is quoted is one word
-    program, *words = re.sub(r"(['\"]).*?\1", "QUOTED", command).split()
+    program, *words = re.sub(r"(['\"]).*?\1", "QUOTED", command).replace('"', " ").split()
     if not words or words[0].endswith("...") or words[0].isupper():  # any of several
         return ""
     own = words[: words.index("--")] if "--" in words else words  # the rest is for snakemake

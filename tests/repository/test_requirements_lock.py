@@ -13,7 +13,7 @@ from packaging.utils import canonicalize_name
 
 from campaigns import ROOT
 
-LOCKS = [*ROOT.glob("requirements/*.lock")]
+LOCKS = {path.stem: path for path in ROOT.glob("requirements/*.lock")}
 # The extras of pyproject.toml that each lock holds.
 RUNNING = ("report", "workflow", "clone")
 EXTRAS = {
@@ -40,18 +40,13 @@ def version(pin: Requirement) -> str:
     return specifier.version
 
 
-def lock_named(name: str) -> Path:
-    (path,) = (path for path in LOCKS if path.stem == name)
-    return path
-
-
 @pytest.mark.parametrize("lock", EXTRAS)
 def test_lock_has_what_pyproject_asks_for(lock: str) -> None:
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     asked = [*project["dependencies"]]
     for extra in EXTRAS[lock]:
         asked += project["optional-dependencies"][extra]
-    pinned = pins(lock_named(lock))
+    pinned = pins(LOCKS[lock])
     for needed in (each for each in map(Requirement, asked) if each.name != project["name"]):
         if needed.marker is None or needed.marker.evaluate({"extra": ""}):
             versions = [version(pin) for pin in pinned.get(canonicalize_name(needed.name), [])]
@@ -64,7 +59,7 @@ def test_locked_versions_are_installed_and_fit_each_other() -> None:
     installed = {canonicalize_name(each.name): each.version for each in metadata.distributions()}
     different = [
         f"{pin}: {installed.get(name)} is installed"
-        for name, several in pins(lock_named("dev")).items()
+        for name, several in pins(LOCKS["dev"]).items()
         for pin in several
         if pin.marker is None or pin.marker.evaluate()
         if installed.get(name) != version(pin)
@@ -77,8 +72,8 @@ def test_locked_versions_are_installed_and_fit_each_other() -> None:
 
 def test_locks_agree_and_name_hashes_but_no_place_to_install_from() -> None:
     """Optional packages and benchmarks run in one process with ours."""
-    ours = pins(lock_named("dev"))
-    for lock in (*LOCKS, *ROOT.glob("benchmarks/*.lock")):
+    ours = pins(LOCKS["dev"])
+    for lock in (*LOCKS.values(), *ROOT.glob("benchmarks/*.lock")):
         text, theirs = lock.read_text(encoding="utf-8"), pins(lock)
         for name in ours.keys() & theirs.keys():
             assert {version(pin) for pin in theirs[name]} <= {version(pin) for pin in ours[name]}

@@ -20,7 +20,7 @@ from oilfilm.randomness import generator
 from oilfilm.settings.resolved import Settings
 from oilfilm.traction import LAW_NAMES, LAWS, expression, laws_for
 from oilfilm.traction.law import CONDITIONS, Law
-from oilfilm.traction.laws.wang_deng import wang_deng_groups
+from oilfilm.traction.laws.wang_deng import WANG_DENG_GROUPS
 
 ComplexArray = npt.NDArray[np.complex128]
 
@@ -139,21 +139,12 @@ def test_dimensionless_load_depends_on_pressure_over_modulus_alone() -> None:
     for radius_m, modulus_pa in ((0.010, 221.6e9), (0.003, 221.6e9), (0.010, 443.2e9)):
         contact = Contact(radius_m, modulus_pa, 1e-8, 1e-8)
         load_n = float(load_for_max_hertz_pressure(pressure, radius_m, modulus_pa))
-        group = wang_deng_groups(OIL, contact).group_values(np.array([[load_n, 30.0, 70.0]]))[0, 0]
+        law = WANG_DENG_GROUPS.of(OIL, contact)
+        group = law.group_values(np.array([[load_n, 30.0, 70.0]]))[0, 0]
         assert group == pytest.approx(2 * np.pi**3 / 3 * (pressure / modulus_pa) ** 3, rel=1e-12)
         groups.append(group)
     assert groups[0] == pytest.approx(groups[1], rel=1e-12)
     assert groups[0] == pytest.approx(8 * groups[2], rel=1e-12)
-
-
-def test_groups_are_those_of_the_film_formulas() -> None:
-    # docs/physics.md, check 1 [C]: 23699 at 100 degC, 25 m/s, 142 N: L 0.424; eta 5.006 mPa s,
-    # E' 221.6 GPa, R 10 mm: 5.006e-3 * 25/(221.6e9 * 0.01) = 5.65e-11; 142/(221.6e9 * 1e-4)
-    law = EVERY_LAW["wang-deng-groups"]
-    load, speed, heating = law.group_values(np.array([[142.0, 25.0, 100.0]]))[0]
-    assert load == pytest.approx(6.41e-6, rel=2e-3)
-    assert speed == pytest.approx(5.65e-11, rel=2e-3)
-    assert heating == pytest.approx(0.424, rel=2e-3)
 
 
 def test_load_and_stress_are_one_law_for_one_ball(config: Settings) -> None:
@@ -213,17 +204,6 @@ def test_three_levels_of_load_leave_two_critical_loads() -> None:
     assert 0.42 < critical_loads[1] < 1.42
 
 
-def test_traction_of_wang_deng_at_no_slip_is_d_minus_a() -> None:
-    law = LAWS["wang-deng-load"]
-    sizes = np.array([0.030, 0.9, 27.0, 0.033])
-    assert law.value(sizes, np.array(0.0)) == pytest.approx(0.003, rel=1e-12)
-    # and with D = |A| it is Eq. 7
-    sizes[3] = sizes[0]
-    np.testing.assert_allclose(
-        law.value(sizes, SLIP), LAWS["deng2026"].value(sizes[:3], SLIP), rtol=1e-12, atol=1e-17
-    )
-
-
 def test_eyring_law_solves_its_own_equation() -> None:
     law = LAWS["eyring"]
     slope, eyring, limit, heat = sizes = np.array([5.0, 0.01, 0.05, 200.0])
@@ -236,47 +216,45 @@ def test_eyring_law_solves_its_own_equation() -> None:
     np.testing.assert_allclose(law.value(sizes, SLIP), cold, rtol=1e-8)
 
 
-@pytest.mark.parametrize(
-    ("name", "slope", "level"),
-    [("eyring", 5.0, None), ("carreau", 5.0, 0.05), ("tanh", 5.0, 0.05)],
-)
-def test_yardsticks_start_with_their_slope_and_end_at_their_limit(
-    name: str, slope: float, level: float | None
-) -> None:
-    sizes = {
-        "eyring": [5.0, 0.01, 0.05, 200.0],
-        "carreau": [5.0, 0.02, 0.6, 0.05],
-        "tanh": [0.05, 5.0],
-    }[name]
-    law = LAWS[name]
-    assert law.value(np.array(sizes), np.array(1e-7)) / 1e-7 == pytest.approx(slope, rel=1e-4)
-    if level is not None:
-        assert law.value(np.array(sizes), np.array(1e6)) == pytest.approx(level, rel=1e-6)
-
-
 def test_laws_that_need_an_oil_and_a_contact_are_had_only_with_both() -> None:
     assert set(laws_for(None, CONTACT)) == set(laws_for(OIL, None)) == set(LAWS)
     assert tuple(EVERY_LAW) == LAW_NAMES
 
 
 @pytest.mark.parametrize(
-    ("name", "alone"), [("wang-deng-groups", 1), ("wang-deng-groups", 2)], ids=["speed", "heat"]
+    ("name", "varied", "why"),
+    [
+        ("wang-deng-groups", [True, True, False], "speed and temperature to vary"),
+        ("wang-deng-groups", [True, False, True], "speed and temperature to vary"),
+        ("wang-deng-critical-load", [False, True, True], "needs load_n to vary"),
+    ],
 )
-def test_groups_cannot_be_told_apart_where_speed_or_temperature_varies_alone(
-    name: str, alone: int
+def test_law_is_refused_where_what_it_needs_does_not_vary(
+    name: str, varied: list[bool], why: str
 ) -> None:
     law = EVERY_LAW[name]
     data = curve_data(points_of(law), law.conditions)
-    varied = np.array([True, alone == 1, alone == 2])
-    with pytest.raises(ValueError, match="speed and temperature to vary"):
-        build_problem(law, data, varied)
+    with pytest.raises(ValueError, match=why):
+        build_problem(law, data, np.array(varied))
 
 
-def test_critical_load_needs_loads() -> None:
-    law = LAWS["wang-deng-critical-load"]
-    data = curve_data(points_of(law), law.conditions)
-    with pytest.raises(ValueError, match="needs load_n to vary"):
-        build_problem(law, data, np.array([False, True, True]))
+@pytest.mark.parametrize(
+    ("name", "sizes", "slope", "level"),
+    [
+        # by each law's own equation: slope at rest, level at endless slip
+        ("deng2026", [0.03, 0.9, 27.0], 0.9 + 0.03 * 27.0, 0.03),
+        ("carreau", [5.0, 0.02, 0.6, 0.05], 5.0, 0.05),
+        ("tanh", [0.05, 5.0], 5.0, 0.05),
+        ("eyring", [5.0, 0.01, 0.05, 200.0], 5.0, None),
+    ],
+)
+def test_law_starts_with_its_slope_and_ends_at_its_level(
+    name: str, sizes: list[float], slope: float, level: float | None
+) -> None:
+    law = LAWS[name]
+    assert law.value(np.array(sizes), np.array(1e-7)) / 1e-7 == pytest.approx(slope, rel=1e-4)
+    if level is not None:
+        assert law.value(np.array(sizes), np.array(1e6)) == pytest.approx(level, rel=1e-6)
 
 
 def test_constant_beyond_its_bound_is_held_there_and_the_others_fitted() -> None:

@@ -206,6 +206,18 @@ class ArrayFit:
 
         save_fit(self, Path(folder))
 
+    def export(self, file: Path | str) -> None:
+        """Write the law for another program, in the form that the ending of the file names.
+
+        `.py`, `.h` (C), `.f90`, `.m` (MATLAB), `.mo` (Modelica), `.xlsx`, `.json` or `.csv`.
+
+        Raises:
+            OilfilmError: There is no such form, or nothing could be fitted.
+        """
+        from oilfilm.saved_fit import export_fit  # noqa: PLC0415 - as above
+
+        export_fit(self, Path(file))
+
     def plot(self, axes: Any = None, at: npt.ArrayLike | None = None) -> Any:
         """Draw the law with the interval of the next run, and the measured points.
 

@@ -63,20 +63,17 @@ def _temporary(path: Path) -> Path:
 
 def flush(path: Path) -> None:
     """Force a file, or a folder and all in it, to disk: what is renamed next must not be empty."""
-    if not path.is_dir():
-        with path.open("r+b") as written:  # Windows flushes no file that is open for reading only
-            os.fsync(written.fileno())
-        return
-    for each in path.iterdir():
-        if not each.is_symlink():  # a link is content of its folder
-            flush(each)
-    _flush_names(path)
+    if path.is_dir():
+        for each in path.iterdir():
+            if not each.is_symlink():  # a link is content of its folder
+                flush(each)
+    _flush(path)
 
 
 def rename_flushed(temporary: Path, path: Path) -> None:
     """Give what has been flushed, or a link, its name, in one step and for good."""
     temporary.replace(path)
-    _flush_names(path.parent)
+    _flush(path.parent)
 
 
 def make_folder(folder: Path) -> None:
@@ -84,13 +81,15 @@ def make_folder(folder: Path) -> None:
     missing = [each for each in (folder, *folder.parents) if not each.exists()]
     folder.mkdir(parents=True, exist_ok=True)
     for each in missing:
-        _flush_names(each.parent)
+        _flush(each.parent)
 
 
-def _flush_names(folder: Path) -> None:
+def _flush(path: Path) -> None:
+    """Force the content of a file, or the names in a folder, to disk."""
     try:
-        descriptor = os.open(folder, os.O_RDONLY)
-    except PermissionError:  # Windows opens no folder, and needs no flush of names
+        # Windows flushes no file that is open for reading only, and opens no folder
+        descriptor = os.open(path, os.O_RDONLY if path.is_dir() else os.O_RDWR)
+    except PermissionError:
         return
     try:
         os.fsync(descriptor)

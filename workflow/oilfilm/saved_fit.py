@@ -14,7 +14,9 @@ from oilfilm import tables
 from oilfilm.atomic_write import atomic_folder, write_bytes, write_text
 from oilfilm.digests import file_digest
 from oilfilm.errors import OilfilmError
-from oilfilm.exports.campaign import export_campaign
+from oilfilm.exports.campaign import export, export_campaign
+from oilfilm.exports.description import describe
+from oilfilm.exports.names import identifiers
 from oilfilm.fits.finished import finished_fits
 from oilfilm.home import CONFIG
 from oilfilm.logs.base import SET_POINTS
@@ -26,12 +28,15 @@ from oilfilm.report.sections.laws import laws
 from oilfilm.report.text import text
 from oilfilm.settings.resolve import resolve, safe_name
 from oilfilm.settings.resolved import Settings
+from oilfilm.table_needs import OF_FIT
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.tables.dictionary import TABLES
+from oilfilm.traction import LAWS
 
 if TYPE_CHECKING:
     from oilfilm.arrays import ArrayFit
 
+_SAVED = ("points", "runs", *OF_FIT, "law_verdicts", "lack_of_fit", "soundness")
 _PLACES = (("Report", "report.html"), ("Tables", "tables"), ("Exports", "exports"))
 
 
@@ -48,32 +53,49 @@ def save_fit(fit: "ArrayFit", folder: Path) -> None:
     if folder.exists():
         raise OilfilmError(f"{folder}: exists already. Name a new folder.")
     name = safe_name(folder.resolve().name, folder)
-    settings = _settings(fit, name)
-    results = CampaignTables.in_memory(
-        **{table: frame.assign(oil=fit.oil) for table, frame in fit.tables.tables.items()},
-        **_data(fit, name),
-    )
-    finished = {**_data(fit, name), **finished_fits(results, settings)}
-    results = results.replace(**finished)
-    source = Path(fit.source)
-    provenance = {
-        "code": f"oilfilm {oilfilm.__version__}",
-        "settings": None,
-        "inputs": {source.name: file_digest(source)} if source.is_file() else {},
-    }
+    results, settings, provenance = _campaign(fit, name)
     with atomic_folder(folder) as made:
         about = {"campaign": name, "data": "measured", **provenance}
-        for table, frame in finished.items():
-            tables.write(frame, table, made / f"tables/{table}.parquet", about)
-        parts = (results.coefficients, results.fit_quality, results.soundness)
-        exports = export_campaign(results.points, *parts, settings, provenance)
-        for file, content in exports.items():
+        for table in _SAVED:
+            tables.write(results.table(table), table, made / f"tables/{table}.parquet", about)
+        for file, content in export_campaign(results, settings, provenance).items():
             write_bytes(content, made / "exports" / file)
         sections = [answer(results, settings), fits(results), constants(results)]
         sections = [each for each in (*sections, laws(results, settings)) if each]
         write_text(text(sections, settings.campaign, _PLACES), made / "summary.txt")
         page = html(sections, results, [], made, settings, provenance)
         write_text(page, made / "report.html")
+
+
+def export_fit(fit: "ArrayFit", path: Path) -> None:
+    """Write the law in the form that the ending of a file names.
+
+    Raises:
+        OilfilmError: There is no such form, or the fit has none.
+    """
+    results, settings, provenance = _campaign(fit, "arrays")
+    law, (name,) = LAWS[settings.fit.law], identifiers([fit.oil]).values()
+    described = describe(results, fit.oil, name, law, settings)
+    files = export(described, provenance)
+    by_ending = {Path(file).suffix: content for file, content in reversed(files.items())}
+    if path.suffix not in by_ending:
+        why = described.obstacle or f"expected {', '.join(sorted(by_ending))}"
+        raise OilfilmError(f"{path}: there is no export of this kind: {why}.")
+    write_bytes(by_ending[path.suffix], path)
+
+
+def _campaign(fit: "ArrayFit", name: str) -> tuple[CampaignTables, Settings, dict[str, Any]]:
+    """The fit as a finished campaign: its tables, settings and provenance."""
+    settings, data = _settings(fit, name), _data(fit, name)
+    of_fit = {table: frame.assign(oil=fit.oil) for table, frame in fit.tables.tables.items()}
+    results = CampaignTables.in_memory(**of_fit, **data)
+    source = Path(fit.source)
+    provenance = {
+        "code": f"oilfilm {oilfilm.__version__}",
+        "settings": None,
+        "inputs": {source.name: file_digest(source)} if source.is_file() else {},
+    }
+    return results.replace(**finished_fits(results, settings)), settings, provenance
 
 
 def _data(fit: "ArrayFit", campaign: str) -> dict[str, pd.DataFrame]:

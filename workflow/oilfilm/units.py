@@ -6,10 +6,12 @@ Decides: which units are converted, and into which.
 import re
 from dataclasses import dataclass
 from functools import cache
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+import yaml
 
 FloatArray = npt.NDArray[np.float64]
 BoolArray = npt.NDArray[np.bool_]
@@ -48,39 +50,6 @@ class Conversion:
         return self.scale * values + self.offset
 
 
-# What logs write and pint reads otherwise, or not at all.
-_SPELLINGS = {
-    "rpm": "rpm",
-    "min-1": "1/min",
-    "s-1": "1/s",
-    "r/min": "rpm",
-    "rev/min": "rpm",
-    "u/min": "rpm",
-    "upm": "rpm",
-    "tr/min": "rpm",
-    "\u8f6c/\u5206": "rpm",
-    "sek": "s",
-    "\u79d2": "s",
-    "\u725b": "newton",
-    "\u6444\u6c0f\u5ea6": "degC",
-    "rev/s": "1/s",
-    "rps": "1/s",
-    "\N{DEGREE SIGN}c": "degC",
-    "\N{DEGREE CELSIUS}": "degC",
-    "degc": "degC",
-    "deg c": "degC",
-    "c": "degC",
-    "\N{DEGREE SIGN}f": "degF",
-    "\N{DEGREE FAHRENHEIT}": "degF",
-    "degf": "degF",
-    "deg f": "degF",
-    "k": "kelvin",
-    "kgf": "kilogram_force",
-    "gf": "gram_force",
-    "lbf": "pound_force",
-    "n": "newton",
-    "-": "dimensionless",
-}
 # Words, each perhaps to a power of one digit, and products of them. A unit comes out of a file, and
 # pint would compute whatever else is in it, 10**10**10 too.
 _FACTOR = r"(?:1|%|[^\W\d]+)(?:(?:\^|\*\*)-?\d|\u207b?[\u00b9\u00b2\u00b3])?"
@@ -110,7 +79,7 @@ def possible_conversion(unit: str, targets: tuple[str, ...]) -> Conversion | Non
     """The same; None where there is none."""
     if unit in targets:
         return Conversion(unit)
-    spelling = _SPELLINGS.get(unit.strip().lower(), unit.strip())
+    spelling = _spellings().get(unit.strip().lower(), unit.strip())
     for target in targets if len(spelling) <= _LONGEST and _PLAIN.fullmatch(spelling) else ():
         try:
             at_zero, at_one = (_measured(value, spelling, target) for value in (0.0, 1.0))
@@ -118,6 +87,13 @@ def possible_conversion(unit: str, targets: tuple[str, ...]) -> Conversion | Non
             continue
         return Conversion(target, at_one - at_zero, at_zero)
     return None
+
+
+@cache
+def _spellings() -> dict[str, str]:
+    """What pint reads, by what logs write."""
+    known = yaml.safe_load(Path(__file__).with_name("units.yaml").read_text(encoding="utf-8"))
+    return {spelling: unit for unit, spellings in known.items() for spelling in spellings}
 
 
 def _measured(value: float, unit: str, target: str) -> float:

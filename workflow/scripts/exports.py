@@ -9,14 +9,7 @@ from oilfilm.tables.campaign_tables import CampaignTables
 
 with job(snakemake) as (settings, provenance):
     results = CampaignTables.of_job(snakemake.input)
-    files = export_campaign(
-        points=results.points,
-        coefficients=results.coefficients,
-        quality=results.fit_quality,
-        soundness=results.soundness,
-        settings=settings,
-        provenance=provenance,
-    )
+    files = export_campaign(results, settings, provenance)
     with atomic_folder(Path(snakemake.output.folder)) as folder:
         for name, content in files.items():
             write_bytes(content, folder / name)

@@ -2,7 +2,7 @@
 
 from oilfilm.traction import LAWS
 from oilfilm.traction.law import QUANTITIES, Law
-from oilfilm.traction.typeset import latex
+from oilfilm.traction.typeset import mathml
 
 _BEGINS = """\
 # Traction laws
@@ -20,7 +20,6 @@ def page() -> str:
 
 
 def _section(law: Law) -> str:
-    formulas = "\n\n".join(f"$${formula}$$" for formula in latex(law))
     rows = "\n".join(
         f"| {coefficient.name} | {'+' if coefficient.sign > 0 else '-'} | "
         f"{coefficient.smallest:g} to {coefficient.largest:g} |"
@@ -31,7 +30,11 @@ def _section(law: Law) -> str:
     return f"""
 ## {law.name}
 
-{formulas}
+```{{raw}} html
+<div class="equation" tabindex="0">{mathml(law)}</div>
+```
+
+`{law.formula}`
 
 {groups}. Source: {law.source}.
 

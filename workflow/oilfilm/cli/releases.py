@@ -1,6 +1,7 @@
 """The commands about releases: `oilfilm verify`, `fetch`, `diff` and `pin`."""
 
 import argparse
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -10,9 +11,8 @@ from oilfilm import tables
 from oilfilm.cli.arguments import config_folder, json_text
 from oilfilm.errors import printable
 from oilfilm.releases.compare import Comparison, Section, compare, drift_table
-from oilfilm.releases.copies import fetch_release, pin
 from oilfilm.releases.rebuild import rebuild
-from oilfilm.releases.stored_release import StoredRelease
+from oilfilm.releases.stored_release import StoredRelease, fetch_release, pin
 from oilfilm.settings.config import DriftSettings
 from oilfilm.settings.resolve import read_config, resolve
 
@@ -92,12 +92,12 @@ def _plain(comparison: Comparison, too_far: Section) -> dict[str, Any]:
         return tables.rows(table[table["change"] != 0])
 
     return {
-        "before": comparison.before.name,
-        "after": comparison.after.name,
-        "sections": [section.model_dump() for section in comparison.sections if section.rows],
+        "before": comparison.names[0],
+        "after": comparison.names[1],
+        "sections": [asdict(section) for section in comparison.sections],
         "constants": changed(comparison.constants),
         "traction": changed(comparison.traction),
-        "beyond_limits": too_far.model_dump(),
+        "beyond_limits": asdict(too_far),
     }
 
 

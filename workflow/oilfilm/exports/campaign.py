@@ -7,18 +7,14 @@ import html
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
-import pandas as pd
-
-from oilfilm import studies, tables
-from oilfilm.exports.adore import adore_csv, adore_obstacle
-from oilfilm.exports.data_files import csv_table, json_text
+from oilfilm import studies
+from oilfilm.exports.data_files import adore_csv, adore_obstacle, csv_table, json_text
 from oilfilm.exports.description import Description, describe
-from oilfilm.exports.header import certificate, origin
 from oilfilm.exports.languages import FORTRAN, MATLAB, MODELICA, PYTHON, C
 from oilfilm.exports.names import identifiers, plain
 from oilfilm.exports.workbook import workbook
-from oilfilm.fits.soundness_words import what_is_wrong
 from oilfilm.settings.resolved import Settings
+from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction import LAWS
 
 
@@ -29,10 +25,6 @@ class _Form(NamedTuple):
     users: str
     use: str
     write: Callable[[Description], str | bytes]
-
-    def file_of(self, oil: str) -> str:
-        """Name of an oil's file."""
-        return self.file.replace("*", oil)
 
 
 # These need all coefficients of the law.
@@ -69,20 +61,12 @@ certificate.
 
 
 def export_campaign(
-    points: pd.DataFrame,
-    coefficients: pd.DataFrame,
-    quality: pd.DataFrame,
-    soundness: pd.DataFrame,
-    settings: Settings,
-    provenance: Mapping[str, Any],
+    results: CampaignTables, settings: Settings, provenance: Mapping[str, Any]
 ) -> dict[str, bytes]:
     """Every oil's fit in every form, and what the campaign's studies export beside them.
 
     Args:
-        points: Table of points of the campaign, for the level of what did not vary.
-        coefficients: Table of coefficients.
-        quality: Table of fit quality.
-        soundness: Table `soundness`.
+        results: Tables `points`, `coefficients`, `fit_quality` and `soundness`.
         settings: `campaign`, `fit`, `exports` and `printed` of them.
         provenance: Digests of code, settings and inputs.
 
@@ -90,13 +74,9 @@ def export_campaign(
         File, relative to the folder of the exports -> its content. A form that cannot be
         written is named in the JSON file, with the reason.
     """
-    law = LAWS[settings.fit.law]
+    law, quality = LAWS[settings.fit.law], results.fit_quality
     names = identifiers(quality.loc[quality["law"] == law.name, "oil"])
-    wrong = {str(row["oil"]): what_is_wrong(row) for row in tables.rows(soundness)}
-    fits = [
-        describe(oil, name, points, coefficients, quality, law, settings, wrong.get(oil, []))
-        for oil, name in names.items()
-    ]
+    fits = [describe(results, oil, name, law, settings) for oil, name in names.items()]
     sources = {key: provenance[key] for key in ("code", "settings", "inputs")}
     files: dict[str, bytes] = {}
     links = []
@@ -134,7 +114,7 @@ def export(fit: Description, provenance: Mapping[str, Any]) -> dict[str, bytes]:
         if obstacle:
             not_written[name_of_form] = obstacle
         else:
-            files[name_of_form] = form.file_of(name)
+            files[name_of_form] = form.file.replace("*", name)
             texts[files[name_of_form]] = form.write(fit)
     texts[f"traction_{name}.json"] = json_text(fit, files, not_written, provenance)
     return {
@@ -144,14 +124,14 @@ def export(fit: Description, provenance: Mapping[str, Any]) -> dict[str, bytes]:
 
 def _index(fits: Sequence[Description], below: str) -> str:
     """The page that says which file is for whom, in Markdown."""
-    origins = dict.fromkeys(f"- {html.escape(origin(fit), quote=False)}." for fit in fits)
+    origins = dict.fromkeys(f"- {html.escape(fit.origin, quote=False)}." for fit in fits)
     forms = [f"| `{each.file}` | {each.users} | {each.use} |" for each in FORMS.values()]
     rows = []
     for fit in fits:
         symbols = ", ".join([*(condition.symbol for condition in fit.arguments), "S"])
         where = fit.where_known and f"; {fit.where_known}"
         depends = "unknown" if fit.obstacle else symbols + where
-        cells = (plain(fit.oil), f"`{fit.identifier}/`", depends, certificate(fit))
+        cells = (plain(fit.oil), f"`{fit.identifier}/`", depends, fit.certificate)
         rows.append(f"| {' | '.join(html.escape(cell, quote=False) for cell in cells)} |")
     parts = {"origins": origins, "oils": rows, "forms": forms}
     return _INDEX.format(**{name: "\n".join(each) for name, each in parts.items()}, below=below)

@@ -1,17 +1,24 @@
-"""The one description of an oil's constants from which every form of export is made."""
+"""The one description of an oil's constants from which every form of export is made.
 
-from collections.abc import Iterator, Mapping, Sequence
+Its sentences are what every exported file says of itself, as lines of plain text.
+"""
+
+import textwrap
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 from typing import Any, Literal
 
 import numpy as np
 import pandas as pd
 
 from oilfilm import tables
+from oilfilm.exports.names import plain
 from oilfilm.fits.fitted import FittedLaw
+from oilfilm.fits.soundness_words import what_is_wrong
+from oilfilm.report.captions import PAPER, credit
 from oilfilm.settings.campaign import Campaign
 from oilfilm.settings.resolved import Settings
+from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction import expression
 from oilfilm.traction.expression import Node
 from oilfilm.traction.law import QUANTITIES, Law, to_internal
@@ -21,6 +28,13 @@ SLIP = "slide_roll_ratio"
 SLIP_MEANING = "sliding speed over entrainment speed"
 _PRESSURE = "max_hertz_pressure_gpa"
 _LOAD = "load_n"
+# Fortran ends a line at 132 characters; an editor shows fewer.
+_WIDTH = 92
+KNOWN_WHERE_TESTED = "mu is known only where it was tested"
+NOT_MARKED = (
+    "The tested box is a rectangle: inside it, conditions far from every run are not marked "
+    "(oilfilm predict marks them)"
+)
 # Contacts whose load over the cube of the pressure differs less than this are one contact.
 _SAME_CONTACT = 1e-6
 
@@ -160,24 +174,15 @@ class Description:
         names = (constant.name for constant in self.law.constants)
         return dict(zip(names, self.fitted.coefficients.constants.tolist(), strict=True))
 
-    @cached_property
-    def steps(self) -> list[tuple[str, Node]]:
+    def steps(self, *, named: bool = False) -> list[tuple[str, Node]]:
         """mu in straight-line form: name and value of each step from the arguments to "mu".
 
         mu is that of |S|; the last thing a function does is to give it the sign of S.
+
+        Args:
+            named: Whether the constants are by their names, else by their values.
         """
-        return self._steps({name: repr(value) for name, value in self.values.items()}, ())
-
-    @cached_property
-    def steps_of_named_constants(self) -> list[tuple[str, Node]]:
-        """As `steps`, with the constants by their names."""
-        names = tuple(self.values)
-        return self._steps({name: name for name in names}, names)
-
-    def _steps(
-        self, written: Mapping[str, str], constants: Sequence[str]
-    ) -> list[tuple[str, Node]]:
-        """Ratios to the references, coefficients, |S| and the law, from constants as `written`."""
+        written = {name: name if named else repr(value) for name, value in self.values.items()}
         steps = [(each.relative, f"{each.name}/{each.reference!r}") for each in self.arguments]
         for name in self.law.local_constants:
             powers = [
@@ -187,7 +192,7 @@ class Description:
             ]
             steps.append((name, " * ".join([written[f"{name}0"], *powers])))
         steps += [("S", f"abs({SLIP})"), *self.law.steps]
-        return expression.parse_steps(steps, (*self.argument_names, *constants))
+        return expression.parse_steps(steps, (*self.argument_names, *written))
 
     def coefficients_at(self, groups: FloatArray) -> dict[str, float]:
         """The coefficients, with their signs, at one row of the law's groups."""
@@ -205,43 +210,152 @@ class Description:
         inside = (ends[:, 0] <= groups) & (groups <= ends[:, 1])
         return not inside[self.fitted.coefficients.known].all()
 
+    # ------------------------------------------------------------ sentences
+
+    def header(self, sentences: Iterable[str], mark: str, *results: str) -> str:
+        """The head of a source file, as a comment whose every line begins with `mark`.
+
+        Args:
+            description: The fit.
+            sentences: One per argument: name, meaning, unit, range tested.
+            mark: What makes a line a comment.
+            results: What the functions give back, and for which arguments they give nothing.
+        """
+        oil, where_known = plain(self.oil), self.where_known
+        lines = [
+            *_lines(f"Traction coefficient mu (traction force over load) of the oil {oil}"),
+            "",
+            *_lines(
+                self.origin,
+                *self.fit_sentences,
+                f"Every constant: traction_{self.identifier}.json and .csv",
+            ),
+            "",
+            *_lines(*self.law_sentences),
+            "",
+            "Arguments, and the box tested",
+            *_lines(*sentences, indent="  "),
+            *_lines(
+                where_known and f"Not an argument, because {KNOWN_WHERE_TESTED}: {where_known}"
+            ),
+            "",
+            *_lines(*results, NOT_MARKED),
+        ]
+        return "\n".join(f"{mark}{line}".rstrip() for line in lines)
+
+    @property
+    def origin(self) -> str:
+        """Where the constants come from, and whether the data behind them are real."""
+        campaign = self.campaign
+        if campaign is None:
+            return f"PRINTED CONSTANTS of {PAPER}, Eqs 11-13"
+        kind = (
+            plain(f"Measured data{credit(campaign)}")
+            if campaign.data == "measured"
+            else "SIMULATED DATA, not for design"
+        )
+        return f"{kind}. Campaign {plain(campaign.name)}: {plain(campaign.description)}"
+
+    @property
+    def fit_sentences(self) -> list[str]:
+        """How good the fit is; of the paper's constants, what is not known of them."""
+        fit = self.quality
+        if fit is None:
+            by_verdict: dict[str, list[str]] = {}
+            for constant in self.constants:
+                _, _, sure = str(constant["verdict"]).partition(", ")
+                by_verdict.setdefault(sure, []).append(str(constant["name"]))
+            by_verdict.pop("", None)
+            sure = "; ".join(
+                f"{verdict}: {', '.join(names)}" for verdict, names in by_verdict.items()
+            )
+            return [
+                f"They are {self.certificate}. The tested box is that of the paper's abstract.",
+                "The signs of the exponents were lost in the available text and are restored.",
+                f"How sure they are: {sure}",
+                *(f"NOT SOUND: {sentence}" for sentence in self.fitted.wrong),
+            ]
+        return [
+            f"Fit: {fit['n_points']} points of {fit['n_curves']} runs, rms error of mu "
+            f"{fit['rmse']:.2g}; {self.certificate}",
+            *(plain(f"NOT SOUND: {each}") for each in self.fitted.wrong),
+        ]
+
+    @property
+    def certificate(self) -> str:
+        """How many searches agree where the fit is certified, else why it is not."""
+        fit = self.quality
+        if fit is None:
+            return "as printed, not refitted: without errors and intervals"
+        if fit["certified"]:
+            return f"certified: {fit['searches_agreeing']} of {fit['searches']} searches agree"
+        return plain(str(fit["certificate"]))
+
+    @property
+    def law_sentences(self) -> list[str]:
+        """The law, its powers and its source."""
+        given, law = self.arguments, self.law
+        return [
+            f"Law {law.name}: {law.formula} for S >= 0, and mu(-S) = -mu(S)",
+            *([f"with {self.power_law(given)}"] if given else []),
+            law.source,
+        ]
+
+    @property
+    def argument_sentences(self) -> list[str]:
+        """One sentence per argument, in the units of the tables."""
+        return [
+            *(
+                f"{condition.name}: {condition.symbol}, {condition.meaning}, {condition.unit}; "
+                f"{span(*condition.tested)}"
+                for condition in self.arguments
+            ),
+            f"{SLIP}: {self.slip_range}",
+        ]
+
+    @property
+    def marked(self) -> str:
+        """Where the functions mark mu, in words."""
+        return (
+            f"mu is extrapolated or its size is above {self.limit:g}, the oil's limiting shear "
+            f"stress over the pressure"
+        )
+
+    @property
+    def slip_range(self) -> str:
+        """What S is, and how far it was tested."""
+        return f"S, {SLIP_MEANING}, either sign; |S| {span(*self.slip.tested)}"
+
 
 def describe(
-    oil: str,
-    identifier: str,
-    points: pd.DataFrame,
-    coefficients: pd.DataFrame,
-    quality: pd.DataFrame,
-    law: Law,
-    settings: Settings,
-    wrong: Sequence[str] = (),
+    results: CampaignTables, oil: str, identifier: str, law: Law, settings: Settings
 ) -> Description:
     """Describe one oil's fit.
 
     Args:
+        results: Tables `points` (what was tested), `coefficients`, `fit_quality`, `soundness`.
         oil: The oil.
         identifier: Its name in identifiers (`names.identifiers`).
-        points: Table of points of the campaign: what was tested.
-        coefficients: Table of coefficients.
-        quality: Table of fit quality.
         law: The fitted law.
         settings: `campaign` and `exports` of them.
-        wrong: What keeps the fit from being sound, in sentences.
     """
     requested = [point.model_dump() for point in settings.exports.adore_points]
+    coefficients, quality, points, judged = (
+        table[table["oil"] == oil]
+        for table in (results.coefficients, results.fit_quality, results.points, results.soundness)
+    )
+    wrong = [sentence for row in tables.rows(judged) for sentence in what_is_wrong(row)]
     fitted = FittedLaw.of(coefficients, oil, quality=quality, law=law)
-    fitted = replace(fitted, wrong=tuple(wrong))
-    rows = coefficients[(coefficients["oil"] == oil) & (coefficients["law"] == law.name)]
-    (row,) = tables.rows(quality[(quality["oil"] == oil) & (quality["law"] == law.name)])
-    accepted = points[(points["oil"] == oil) & points["accepted"]]
-    meanings = constant_meanings(law)
+    (row,) = tables.rows(quality[quality["law"] == law.name])
+    accepted, meanings = points[points["accepted"]], constant_meanings(law)
+    constants = tables.rows(coefficients[coefficients["law"] == law.name])
     return Description(
         oil=oil,
         identifier=identifier,
         campaign=settings.campaign,
-        fitted=fitted,
+        fitted=replace(fitted, wrong=tuple(wrong)),
         conditions=tuple(_conditions(fitted, accepted)),
-        constants=tuple(_constant(row, meanings[row["constant"]]) for row in tables.rows(rows)),
+        constants=tuple(_constant(each, meanings[each["constant"]]) for each in constants),
         quality=row,
         adore_points=_with_load(requested, accepted),
     )
@@ -307,3 +421,13 @@ def _constant(row: Mapping[str, Any], meaning: str) -> dict[str, Any]:
         "systematic_standard_error": number_or_none(row["systematic_standard_error"]),
         "verdict": row["verdict"],
     }
+
+
+def span(lower: float | None, upper: float | None) -> str:
+    """A range in words."""
+    return "unknown" if lower is None or upper is None else f"{lower:.4g} to {upper:.4g}"
+
+
+def _lines(*texts: str, indent: str = "") -> list[str]:
+    wrapper = textwrap.TextWrapper(_WIDTH, initial_indent=indent, subsequent_indent=indent + "  ")
+    return [line for text in texts for line in wrapper.wrap(text)]

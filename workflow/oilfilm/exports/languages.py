@@ -7,11 +7,11 @@ import textwrap
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
+from typing import NamedTuple
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
-from oilfilm.exports.description import SLIP, Condition, Description
-from oilfilm.exports.header import argument_sentences, header, marked, slip_range, span
+from oilfilm.exports.description import SLIP, Condition, Description, span
 from oilfilm.exports.names import plain
 from oilfilm.traction.expression import Form, Language, functions_of
 from oilfilm.units import ABSOLUTE_ZERO_C, PA_PER_GPA
@@ -30,8 +30,7 @@ _TEMPLATES = Environment(
 )
 
 
-@dataclass(frozen=True)
-class _Input:
+class _Input(NamedTuple):
     """A condition in SI units, as Modelica has it: `factor` times its value, plus `offset`."""
 
     name: str
@@ -39,12 +38,6 @@ class _Input:
     shown_unit: str = ""
     factor: float = 1.0
     offset: float = 0.0
-
-    @property
-    def attributes(self) -> str:
-        """Attributes of its declaration."""
-        shown = f', displayUnit = "{self.shown_unit}"' if self.shown_unit else ""
-        return f'unit = "{self.unit}"{shown}'
 
     @property
     def in_table_units(self) -> str:
@@ -90,7 +83,7 @@ class Target:
 
     def source(self, description: Description) -> str:
         """The functions of a law: mu, and whether it is extrapolated."""
-        values = [value for _, value in description.steps]
+        values = [value for _, value in description.steps()]
         given = description.arguments
         return _TEMPLATES.get_template(f"{self.template}.jinja").render(
             name=description.identifier,
@@ -102,14 +95,14 @@ class Target:
             slip=SLIP,
             slip_end=description.slip.tested[1],
             limit=repr(description.limit),
-            marked=marked(description),
+            marked=description.marked,
             steps=[
                 (self.language.identifier(name), self._wrapped(self.language.write(value)))
-                for name, value in description.steps
+                for name, value in description.steps()
             ],
             needs=lambda *functions: not functions_of(values).isdisjoint(functions),
-            head=partial(header, description, argument_sentences(description)),
-            head_si=partial(header, description, _si_sentences(description)),
+            head=partial(description.header, description.argument_sentences),
+            head_si=partial(description.header, _si_sentences(description)),
             result=partial(_result, description),
             box=partial(self._box, description),
             si=lambda condition: _SI[condition.name],
@@ -142,7 +135,7 @@ def _result(description: Description, without: str) -> str:
 
 def _si_sentences(description: Description) -> Sequence[str]:
     named = [_SI[each.name].sentence(each) for each in description.arguments]
-    return [*named, f"{_SI[SLIP].name}: {slip_range(description)}"]
+    return [*named, f"{_SI[SLIP].name}: {description.slip_range}"]
 
 
 C = Target("c.h", Language({"**": Form("pow({}, {})"), "abs": Form("fabs({})")}))

@@ -43,12 +43,8 @@ def identifiers(oils: Iterable[str]) -> Mapping[str, str]:
     """
     cleaned = {oil: re.sub(r"[^a-z0-9]+", "_", oil.lower()).strip("_") for oil in oils}
     uses = Counter(cleaned.values())
-    return {
-        oil: name if name and uses[name] == 1 and len(name) <= _LONGEST else _told_apart(name, oil)
-        for oil, name in cleaned.items()
-    }
-
-
-def _told_apart(name: str, oil: str) -> str:
-    digest = hashlib.sha256(oil.encode()).hexdigest()[:8]
-    return f"{name[: _LONGEST - 9]}_{digest}".strip("_")
+    for oil, name in cleaned.items():
+        if not name or uses[name] > 1 or len(name) > _LONGEST:
+            digest = hashlib.sha256(oil.encode()).hexdigest()[:8]
+            cleaned[oil] = f"{name[: _LONGEST - 9]}_{digest}".strip("_")
+    return cleaned

@@ -14,13 +14,12 @@ from openpyxl.chart import Reference, ScatterChart, Series
 from openpyxl.styles import Font, PatternFill
 from openpyxl.workbook.properties import CalcProperties
 
-from oilfilm.exports.description import SLIP, SLIP_MEANING, Description
-from oilfilm.exports.header import (
+from oilfilm.exports.description import (
     KNOWN_WHERE_TESTED,
     NOT_MARKED,
-    fit_sentences,
-    law_sentences,
-    origin,
+    SLIP,
+    SLIP_MEANING,
+    Description,
 )
 from oilfilm.exports.names import plain
 from oilfilm.report.spreadsheet import is_formula
@@ -29,24 +28,15 @@ from oilfilm.traction.expression import Form, Language, Node
 # Spreadsheets lack two functions; both forms are without cancellation at small x.
 _EXPM1 = "IF({0}>0.5,EXP({0})-1,2*TANH({0}/2)/(1-TANH({0}/2)))"
 _LOG1P = "2*ATANH({0}/(2+{0}))"
-_FORMS = {
-    "+": Form("{}+{}", 1, (1, 2)),
-    "-": Form("{}-{}", 1, (1, 2)),
+_SAME = ("exp", "sqrt", "tanh", "asinh", "abs", "sign")
+_FORMS = {name: Form(f"{name.upper()}({{}})") for name in _SAME} | {
+    "log": Form("LN({})"),
     # a minus sign binds more strongly than a power there: -2^2 is 4
     "negative": Form("-{}", 1, (5,)),
-    "*": Form("{}*{}", 2, (2, 3)),
-    "/": Form("{}/{}", 2, (2, 3)),
     "**": Form("{}^{}", 4, (5, 5)),
-    "exp": Form("EXP({})"),
     # the operand occurs several times, so it needs brackets of its own
     "expm1": Form(_EXPM1, 5, (5,)),
-    "log": Form("LN({})"),
     "log1p": Form(_LOG1P, 5, (5,)),
-    "sqrt": Form("SQRT({})"),
-    "tanh": Form("TANH({})"),
-    "asinh": Form("ASINH({})"),
-    "abs": Form("ABS({})"),
-    "sign": Form("SIGN({})"),
 }
 # Rows of the curve; a slip of 0 and then steps up to the largest tested.
 CURVE_STEPS = 30
@@ -96,8 +86,8 @@ def _add(sheet: Any, *values: Any, font: Font | None = None) -> int:
 def _point(sheet: Any, description: Description) -> dict[str, str]:
     """The sheet of one operating point; returns the cell of each name in the law's steps."""
     _add(sheet, f"Traction coefficient of the oil {plain(description.oil)}", font=_TITLE)
-    _add(sheet, origin(description), font=_BOLD)
-    for line in (*fit_sentences(description), *law_sentences(description)):
+    _add(sheet, description.origin, font=_BOLD)
+    for line in (*description.fit_sentences, *description.law_sentences):
         _add(sheet, line)
     if description.where_known:
         _add(sheet, f"{KNOWN_WHERE_TESTED}: {description.where_known}")
@@ -137,7 +127,7 @@ def _point(sheet: Any, description: Description) -> dict[str, str]:
         cells |= {each: f"${_COLUMNS[at]}${row}" for at, each in enumerate(names, 1)}
     _add(sheet, None)
     _add(sheet, "Steps", font=_BOLD)
-    for name, value in description.steps_of_named_constants:
+    for name, value in description.steps(named=True):
         row = _add(sheet, name, _Formula(_write(value, cells)))
         cells[name] = f"$B${row}"
     positive = ",".join(f"{cells[condition.name]}>0" for condition in description.arguments)
@@ -150,11 +140,11 @@ def _point(sheet: Any, description: Description) -> dict[str, str]:
 def _curve(sheet: Any, description: Description, cells: dict[str, str]) -> None:
     """mu over S at the operating point of the first sheet, with a chart."""
     _add(sheet, "mu over S at the operating point of the sheet mu", font=_TITLE)
-    _add(sheet, origin(description), font=_BOLD)
+    _add(sheet, description.origin, font=_BOLD)
     _add(sheet, _Formula(f"mu!{cells['range']}"))
     along = [name for name, _ in description.law.steps]
     first = 1 + _add(sheet, "S", *along, font=_BOLD)
-    values = dict(description.steps_of_named_constants)
+    values = dict(description.steps(named=True))
     last = description.slip.tested[1] or 0.3
     for step in range(CURVE_STEPS + 1):
         row = first + step

@@ -509,15 +509,19 @@ def refuse_impossible(values: FloatArray, name: str) -> None:
         OilfilmError: A value is out of the possible range.
     """
     low, high, hint = _POSSIBLE.get(name, (-np.inf, np.inf, ""))
-    wrong = np.flatnonzero(
-        ~np.isnan(values.ravel()) & ~((values >= low) & (values <= high)).ravel()
-    )
+    # a load, pressure or speed of 0 makes no contact
+    possible = (values >= low) & (values <= high) & ((values > 0) | (low < 0))
+    wrong = np.flatnonzero(~np.isnan(values.ravel()) & ~possible.ravel())
     if len(wrong):
         found = values.ravel()[wrong[0]]
+        if found < low:
+            celsius = name == "inlet_temperature_c"
+            hint = "converted from kelvins twice? Add 273.15" if celsius else "of the wrong sign"
         unit = "" if tables.COLUMNS[name].unit == "1" else f" {tables.COLUMNS[name].unit}"
         raise OilfilmError(
             f"{name}: found {found:g}{unit} at {len(wrong)} of {values.size} points, the first is "
-            f"number {wrong[0] + 1}; expected {low:g} to {high:g}{unit}. Perhaps {hint}."
+            f"number {wrong[0] + 1}; expected {'' if low else 'above '}{low:g} to {high:g}{unit}."
+            + (f" Perhaps {hint}." if found else "")
         )
 
 

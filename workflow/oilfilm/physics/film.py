@@ -21,6 +21,8 @@ from oilfilm.units import PA_PER_GPA, BoolArray, FloatArray
 
 # Outside this range no oil is a liquid lubricant, and the formulas of its properties overflow.
 _OIL_TEMPERATURES_C = (-100.0, 500.0)
+# Of phi_T; assumed: nearer to zero its fit is beyond its range.
+_LEAST_NUMERATOR = 0.1
 
 Thickness = Literal["minimum", "central"]
 
@@ -77,22 +79,6 @@ def isothermal_film_thickness(oil: "InletOil", at: Conditions, thickness: Thickn
     return np.asarray(relative * radius)
 
 
-@dataclass(frozen=True)
-class ThermalReductionFit:
-    """Constants of the fitted formula of `thermal_reduction_factor`, all dimensionless."""
-
-    pressure_factor: float = 13.2
-    pressure_power: float = 0.42
-    shear_factor: float = 0.213
-    shear_power: float = 0.64
-    slip_factor: float = 2.23
-    slip_power: float = 0.83
-    least_numerator: float = 0.1  # assumed: nearer to zero the fit is beyond its range
-
-
-THERMAL_REDUCTION_FIT = ThermalReductionFit()
-
-
 def thermal_reduction_factor(
     relative_pressure: Floats, slide_roll_ratio: Floats, thermal_loading: Floats
 ) -> FloatArray:
@@ -121,11 +107,9 @@ def thermal_reduction_factor(
         >>> phi.round(3)
         array([0.835, 0.766])
     """
-    fit = THERMAL_REDUCTION_FIT
-    numerator = _numerator(relative_pressure, thermal_loading)
-    slip = 1 + fit.slip_factor * np.abs(slide_roll_ratio) ** fit.slip_power
-    shear = fit.shear_factor * slip * thermal_loading**fit.shear_power
-    return np.asarray(numerator / (1 + shear))
+    slip = 1 + 2.23 * np.abs(slide_roll_ratio) ** 0.83
+    shear = 0.213 * slip * thermal_loading**0.64
+    return np.asarray(_numerator(relative_pressure, thermal_loading) / (1 + shear))
 
 
 def within_thermal_reduction(relative_pressure: Floats, thermal_loading: Floats) -> BoolArray:
@@ -137,15 +121,12 @@ def within_thermal_reduction(relative_pressure: Floats, thermal_loading: Floats)
         relative_pressure: As in `thermal_reduction_factor`.
         thermal_loading: As there.
     """
-    numerator = _numerator(relative_pressure, thermal_loading)
-    return np.asarray(numerator >= THERMAL_REDUCTION_FIT.least_numerator)
+    return np.asarray(_numerator(relative_pressure, thermal_loading) >= _LEAST_NUMERATOR)
 
 
 def _numerator(relative_pressure: Floats, thermal_loading: Floats) -> FloatArray:
     """1 - 13.2 (p0/E') L^0.42."""
-    fit = THERMAL_REDUCTION_FIT
-    heating = fit.pressure_factor * relative_pressure * thermal_loading**fit.pressure_power
-    return np.asarray(1 - heating)
+    return np.asarray(1 - 13.2 * relative_pressure * thermal_loading**0.42)
 
 
 @dataclass(frozen=True)

@@ -54,16 +54,9 @@ def mean_film_rise(
     sliding_m_s = np.abs(slide_roll_ratio) * at.entrainment_speed_m_s
     heat = np.abs(traction_coefficient) * mean_pressure_pa * sliding_m_s
     radius = contact_radius(at.load_n, at.radius_x_m, at.reduced_modulus_pa)
-    both = [
-        flash_temperature_rise(
-            heat / 2,
-            radius,
-            at.entrainment_speed_m_s * (1 + side * slide_roll_ratio / 2),
-            solid_conductivity_w_mk,
-            solid_volumetric_heat_j_m3k,
-        )
-        for side in (-1, 1)
-    ]
+    solid = solid_conductivity_w_mk, solid_volumetric_heat_j_m3k
+    speeds = (at.entrainment_speed_m_s * (1 + side * slide_roll_ratio / 2) for side in (-1, 1))
+    slower, faster = (flash_temperature_rise(heat / 2, radius, speed, *solid) for speed in speeds)
     thickness_m = film_thickness(oil, at, slide_roll_ratio, "central")
     film = film_temperature_rise(heat, thickness_m, oil.thermal_conductivity_w_mk)
-    return (both[0] + both[1]) / 2 + film
+    return (slower + faster) / 2 + film

@@ -114,11 +114,6 @@ class Oil:
         """Density rho, in kg/m3."""
         return self.density.at(_kelvin(temperature_c))
 
-    def compressed_density_kg_m3(self, temperature_c: Floats, pressure_pa: Floats) -> FloatArray:
-        """Density under pressure, by the ambient one and `tait_compression`."""
-        volume = tait_compression(pressure_pa, temperature_c)
-        return np.asarray(self.density_kg_m3(temperature_c) / volume)
-
     def specific_heat_j_kgk(self, temperature_c: Floats) -> FloatArray:
         """Specific heat, in J/(kg K)."""
         return self.specific_heat.at(_kelvin(temperature_c))
@@ -321,37 +316,6 @@ def roelands_1_pa(viscosity_pa_s: Floats, z: Floats) -> FloatArray:
     return np.asarray(z * (np.log(viscosity_pa_s) + 9.67) / 1.962e8)
 
 
-def tait_compression(pressure_pa: Floats, temperature_c: Floats) -> FloatArray:
-    """Volume of an oil under pressure over that at ambient pressure, by Tait's equation.
-
-        V/V_0 = 1 - ln[1 + p/K (1 + K')]/(1 + K'),   K = 9 GPa exp(-0.0065 T), K' = 11, T in K
-
-    Args:
-        pressure_pa: p, in Pa.
-        temperature_c: T, in degC.
-
-    Reference: S. Bair, High Pressure Rheology for Quantitative Elastohydrodynamics, Elsevier
-        (2007), with his universal constants (second-hand).
-
-    Examples:
-        At 1 GPa and 40 degC an oil is about a fifth denser; Dowson and Higginson's
-        1 + 0.6 p/(1 + 1.7 p), p in GPa, has 1.22:
-
-        >>> print(f"{1 / tait_compression(1e9, 40.0):.2f}")
-        1.25
-    """
-    stiffness = 9e9 * np.exp(-0.0065 * _kelvin(temperature_c))
-    return np.asarray(1 - np.log(1 + np.asarray(pressure_pa) / stiffness * 12) / 12)
-
-
-def _by_rule(oil: Oil, t: AnyArray) -> AnyArray:
-    return PRESSURE_RULES[oil.pressure_rule](oil, t)
-
-
-def _given(oil: Oil, t: AnyArray) -> AnyArray:
-    return oil.pressure_viscosity.at(t)
-
-
 def _so_klaus(oil: Oil, t: AnyArray) -> AnyArray:
     """By viscosity and density at T; b by the line through the viscosities at 40 and 100 degC."""
     ends = np.array([40.0, 100.0]) - ABSOLUTE_ZERO_C
@@ -361,17 +325,21 @@ def _so_klaus(oil: Oil, t: AnyArray) -> AnyArray:
     return so_klaus_1_pa(FORMULAS[oil.model][0](oil, t) / density * 1e6, slope, density)
 
 
-def _roelands_rule(oil: Oil, t: AnyArray) -> AnyArray:
-    return roelands_1_pa(FORMULAS[oil.model][0](oil, t), oil.coefficients["roelands_z"])
-
-
 Formula = Callable[[Oil, AnyArray], AnyArray]
 # Pressure-viscosity coefficient of oils whose `model` leaves it open.
 PRESSURE_RULES: dict[str, Formula] = {
-    "given": _given,
+    "given": lambda oil, t: oil.pressure_viscosity.at(t),
     "so-klaus": _so_klaus,
-    "roelands": _roelands_rule,
+    "roelands": lambda oil, t: roelands_1_pa(
+        FORMULAS[oil.model][0](oil, t), oil.coefficients["roelands_z"]
+    ),
 }
+
+
+def _by_rule(oil: Oil, t: AnyArray) -> AnyArray:
+    return PRESSURE_RULES[oil.pressure_rule](oil, t)
+
+
 # Viscosity and pressure-viscosity coefficient by temperature in K, by the `model` of an oil's file.
 FORMULAS: dict[str, tuple[Formula, Formula]] = {
     "adore-mil-l-7808": (_mil_l_7808_viscosity, _mil_l_7808_pressure_viscosity),

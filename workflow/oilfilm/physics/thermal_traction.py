@@ -137,11 +137,7 @@ def eyring_stress(
 
 
 def limiting_stress(
-    pressure_pa: Floats,
-    temperature_c: Floats,
-    ratio: Floats,
-    reference_c: Floats,
-    decay_1_k: Floats,
+    pressure_pa: Floats, temperature_c: Floats, constants: ThermalEhl
 ) -> FloatArray:
     """Largest shear stress that a film can bear.
 
@@ -153,9 +149,7 @@ def limiting_stress(
     Args:
         pressure_pa: p, in Pa.
         temperature_c: T of the film, in degC.
-        ratio: Lambda, at the reference temperature.
-        reference_c: T_r, in degC.
-        decay_1_k: b, in 1/K.
+        constants: Lambda at the reference temperature T_r, and its decay b.
 
     Returns:
         tau_L, in Pa.
@@ -163,8 +157,9 @@ def limiting_stress(
     Reference: S. Bair and W. O. Winer, J. Lubr. Technol. 101 (1979) 251, for its being
         proportional to pressure.
     """
-    cooler = np.asarray(reference_c) - temperature_c
-    return np.asarray(ratio * pressure_pa * np.exp(decay_1_k * cooler))
+    cooler = constants.limiting_stress_reference_c - np.asarray(temperature_c)
+    warmed = np.exp(constants.limiting_stress_decay_1_k * cooler)
+    return np.asarray(constants.limiting_stress_ratio * pressure_pa * warmed)
 
 
 def limited_stress(stress_pa: Floats, limiting_stress_pa: Floats) -> FloatArray:
@@ -298,13 +293,7 @@ def film_stress(
         oil.pressure_viscosity_coefficient_1_pa(film_temperature_c),
         pressure_pa,
     )
-    limit = limiting_stress(
-        pressure_pa,
-        film_temperature_c,
-        constants.limiting_stress_ratio,
-        constants.limiting_stress_reference_c,
-        constants.limiting_stress_decay_1_k,
-    )
+    limit = limiting_stress(pressure_pa, film_temperature_c, constants)
     thinned = eyring_stress(viscosity, shear_rate_1_s, constants.eyring_stress_pa)
     return limited_stress(thinned, limit)
 
@@ -361,30 +350,24 @@ def sliding_film(
     sliding_m_s = np.asarray(slide_roll_ratio) * speed
     # both rises are proportional to the heat: kelvin per pascal of shear stress. The chords of an
     # ellipse are those of a circle with its semi-axis along the rolling direction.
-    flash = flash_temperature_rise(
-        sliding_m_s / 2,
-        semi_axis_x_m,
-        speed,
-        constants.solid_conductivity_w_mk,
-        constants.solid_volumetric_heat_j_m3k,
-    )
-    within = film_temperature_rise(
-        sliding_m_s, film_thickness_m, inlet_oil.thermal_conductivity_w_mk
-    )
+    solid = constants.solid_conductivity_w_mk, constants.solid_volumetric_heat_j_m3k
+    flash = flash_temperature_rise(sliding_m_s / 2, semi_axis_x_m, speed, *solid)
+    conductivity = inlet_oil.thermal_conductivity_w_mk
+    within = film_temperature_rise(sliding_m_s, film_thickness_m, conductivity)
     shear_rate = sliding_m_s / film_thickness_m
     # the stress at which all slip would be creep
     creep = creep_slope(at.relative_pressure, at.ellipticity) * pressure_pa * slide_roll_ratio
-    pressure, inlet, rise, rate, most = np.broadcast_arrays(
+    known = np.broadcast_arrays(
         pressure_pa, at.inlet_temperature_c, flash + within, shear_rate, creep
     )
-    stress = _stress_with_heat(oil, constants, pressure, inlet, rise, rate, most)
-    of_film = _share_of_film(stress, most)
+    stress = _stress_with_heat(oil, constants, *known)
+    of_film = _share_of_film(stress, known[-1])
     return SlidingFilm(
         shear_stress_pa=stress,
-        shear_rate_1_s=rate * of_film,
+        shear_rate_1_s=shear_rate * of_film,
         film_thickness_m=film_thickness_m,
-        surface_temperature_c=inlet + flash * of_film * stress,
-        film_temperature_c=inlet + rise * of_film * stress,
+        surface_temperature_c=at.inlet_temperature_c + flash * of_film * stress,
+        film_temperature_c=at.inlet_temperature_c + (flash + within) * of_film * stress,
     )
 
 
@@ -431,25 +414,14 @@ def thermal_ehl_traction(
     return np.asarray((film.shear_stress_pa / pressure) @ (weight / weight.sum()))
 
 
-def _stress_with_heat(
-    oil: Oil,
-    constants: ThermalEhl,
-    pressure_pa: FloatArray,
-    inlet_temperature_c: FloatArray,
-    rise_k_pa: FloatArray,
-    shear_rate_1_s: FloatArray,
-    creep_stress_pa: FloatArray,
-) -> FloatArray:
+def _stress_with_heat(oil: Oil, constants: ThermalEhl, *known: FloatArray) -> FloatArray:
     """Shear stress of a film that its own heat warms and that the bodies' creep relieves.
 
     Args:
         oil: The oil.
         constants: Stresses.
-        pressure_pa: p.
-        inlet_temperature_c: Of the oil.
-        rise_k_pa: Rise of the film's temperature per pascal of the stress, were all slip its own.
-        shear_rate_1_s: Of the film, were all slip its own.
-        creep_stress_pa: Stress at which the bodies' creep takes all slip.
+        known: Pressure; temperature of the inlet; rise of the film's temperature per pascal of the
+            stress and its shear rate, were all slip its own; stress at which all slip is creep.
     """
 
     def excess(stress: FloatArray, *known: FloatArray) -> FloatArray:
@@ -458,15 +430,15 @@ def _stress_with_heat(
         warm = inlet + rise * share * stress
         return stress - film_stress(oil, constants, pressure, warm, shear_rate * share)
 
+    pressure, inlet, rise, shear_rate, most = known
     # the stress is largest in a film that stays cold; the factor allows for rounding
-    coldest = film_stress(oil, constants, pressure_pa, inlet_temperature_c, shear_rate_1_s)
+    coldest = film_stress(oil, constants, pressure, inlet, shear_rate)
     with np.errstate(divide="ignore"):
-        hottest = (_HOTTEST_C - inlet_temperature_c) / rise_k_pa
-    highest = np.minimum(np.minimum(coldest * (1 + 1e-9), hottest), creep_stress_pa)
+        hottest = (_HOTTEST_C - inlet) / rise
+    highest = np.minimum(np.minimum(coldest * (1 + 1e-9), hottest), most)
     # imported here: it takes half a second, and the formulas above do without
     from scipy.optimize import elementwise  # noqa: PLC0415
 
-    known = pressure_pa, inlet_temperature_c, rise_k_pa, shear_rate_1_s, creep_stress_pa
     root = elementwise.find_root(excess, (np.zeros_like(highest), highest), args=known)
     return np.asarray(root.x)
 

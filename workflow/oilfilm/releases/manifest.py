@@ -50,13 +50,8 @@ class FileRecord(Group):
     size: int = key("Bytes.", ge=0, le=2**53)
 
     @classmethod
-    def of(cls, folder: Path, path: str) -> "FileRecord":
-        """The record of a file that is there."""
-        return cls.of_file(folder / path, path)
-
-    @classmethod
-    def of_file(cls, file: Path, path: str) -> "FileRecord":
-        """The record of a file under another path."""
+    def of(cls, file: Path, path: str) -> "FileRecord":
+        """The record of a file that is there, under a path of the release."""
         return cls(path=path, sha256=file_digest(file), size=file.stat().st_size)
 
 
@@ -170,14 +165,10 @@ def read_manifest(folder: Path) -> tuple[Manifest, bool]:
         path = folder / name
         if path.is_file() and not path.is_symlink():
             return _parse(path), name == PINNED_MANIFEST
-    if folder.parent.name == "pins":
-        raise OilfilmError(
-            f"{folder}: is not a pin: it holds no {PINNED_MANIFEST}. "
-            f"`oilfilm pin results/releases/{folder.name}/latest` makes one of a release."
-        )
     raise OilfilmError(
-        f"{folder}: is not a release: it holds no {MANIFEST}. `snakemake release` makes one in "
-        "results/releases/<campaign>."
+        f"{folder}: is not a release: it holds no {MANIFEST}, nor {PINNED_MANIFEST} as a pin has. "
+        "`snakemake release` makes a release in results/releases/<campaign>, and `oilfilm pin` a "
+        "pin of it."
     )
 
 

@@ -54,16 +54,15 @@ def lay_out(stored: StoredRelease, root: Path, folder: Path) -> None:
     Raises:
         OilfilmError: It is a pin, its configuration is none, a raw log is missing or has changed.
     """
-    config = stored.config()
-    if stored.pinned or config is None:
+    if stored.pinned:
         raise OilfilmError(
             f"{stored.folder}: is a pin, which cannot be rebuilt; expected a release."
         )
-    for path, file in {
-        **code_files(home.HOME),
-        **{path: home.HOME / path for path in _OTHER_FILES},
-    }.items():
+    for path, file in code_files(home.HOME).items():
         copy_file(file, folder / path)
+    for path in _OTHER_FILES:
+        copy_file(home.HOME / path, folder / path)
+    config = stored.config()
     try:
         settings = Settings.of(config)
         check(config["campaign"], Campaign, lambda steps: "campaign")
@@ -74,33 +73,25 @@ def lay_out(stored: StoredRelease, root: Path, folder: Path) -> None:
             f"({error}). If the release was made by another version, rebuild it with a clone of "
             f"that version; its code is in the folder {CODE}/ of the release."
         ) from error
-    simulated = _simulated_folders(settings)
+    # the rig twin writes these logs again
+    torque_twin = settings.campaign.torque and settings.campaign.torque.twin
+    name = settings.campaign.name
+    twins = {name: settings.campaign.twin, f"{name}-torque": torque_twin}
     for path, text in texts.items():
         target = folder / "config" / path
         target.parent.mkdir(parents=True, exist_ok=True)
         target.write_text(text, encoding="utf-8")
-    campaign = stored.manifest.made_from.campaign
     for record in stored.manifest.made_from.raw:
-        # the rig twin writes these logs again
-        if record.path.split("/")[2] in simulated:
+        if twins.get(record.path.split("/")[2]):
             continue
         source = root / record.path
         if source.is_file():
             copy_file(source, folder / record.path)
-        if not source.is_file() or FileRecord.of(folder, record.path) != record:
+        if not source.is_file() or FileRecord.of(folder / record.path, record.path) != record:
             raise OilfilmError(
-                f"{source}: is not the log that release {campaign} "
-                f"{stored.manifest.version} was made from. "
+                f"{source}: is not the log that release {stored.name} was made from. "
                 "Put the original back, then try again."
             )
-
-
-def _simulated_folders(settings: Settings) -> set[str]:
-    """Folders of raw logs that a rig twin writes."""
-    campaign = settings.campaign
-    torque_twin = campaign.torque and campaign.torque.twin
-    twins = {campaign.name: campaign.twin, f"{campaign.name}-torque": torque_twin}
-    return {name for name, twin in twins.items() if twin}
 
 
 def _run(folder: Path, stored: StoredRelease, cores: str) -> None:
@@ -123,21 +114,19 @@ def _run(folder: Path, stored: StoredRelease, cores: str) -> None:
 
 
 def differences(before: StoredRelease, after: StoredRelease) -> list[str]:
-    """Every file in which two releases differ, of the first one also where."""
+    """Every file in which two releases differ, and where."""
     parts = (
         ("raw log ", before.manifest.made_from.raw, after.manifest.made_from.raw),
         ("", before.manifest.files, after.manifest.files),
         ("samples ", before.manifest.samples, after.manifest.samples),
     )
-    changes = [
-        (what, path, state)
-        for what, *both in parts
-        for path, _, _, state in changed(*({each.path: each for each in side} for side in both))
-    ]
-    # code first: it may explain the other differences
-    changes.sort(key=lambda change: not change[1].startswith(f"{CODE}/"))
-    lines = [f"{what}{printable(path)}: {state}" for what, path, state in changes]
-    if changes and (changes[0][0], changes[0][2]) == ("", "changed"):
-        path = changes[0][1]
-        lines[0] += f", {file_difference(before.file(path), after.file(path))}"
-    return lines
+    lines: list[tuple[bool, str]] = []
+    for what, *both in parts:
+        old, new = ({record.path: record for record in side} for side in both)
+        for path in changed(old, new):
+            state = "new" if path not in old else "gone" if path not in new else "changed"
+            if state == "changed" and not what:
+                state += f", {file_difference(before.file(path), after.file(path))}"
+            # code first: it may explain the other differences
+            lines.append((not path.startswith(f"{CODE}/"), f"{what}{printable(path)}: {state}"))
+    return [line for _, line in sorted(lines, key=lambda line: line[0])]

@@ -101,7 +101,7 @@ def make_release(run: FinishedRun, releases: Path) -> tuple[Path, bool]:
         schema_version=tables.SCHEMA_VERSION,
         config=sha256_of(config),
         code=code_tree_digest(run.home),
-        lock=FileRecord.of(run.home, RUN_LOCK).sha256,
+        lock=file_digest(run.home / RUN_LOCK),
         environment=environment(run.home),
         raw=_raw_records(run),
     )
@@ -133,8 +133,8 @@ def _raw_records(run: FinishedRun) -> list[FileRecord]:
     """The raw logs; refused where one has changed since the run read it."""
     records = []
     for path, digest in sorted(run.raw.items()):
-        copied = (run.root / run.copies / path).is_file()
-        record = FileRecord.of(run.root / run.copies if copied else run.root, path)
+        copied = run.root / run.copies / path
+        record = FileRecord.of(copied if copied.is_file() else run.root / path, path)
         if record.sha256 != digest:
             raise OilfilmError(
                 f"{path}: has changed since the run read it (sha256 {record.sha256[:12]}, "
@@ -197,7 +197,7 @@ def _gather(run: FinishedRun, made_from: MadeFrom, config: str, folder: Path) ->
         for name, paths in sorted(of_oil.items())
         for digest, rows in [content_digest(paths)]
     ]
-    records = [FileRecord.of(folder, name) for name in files_below(folder)]
+    records = [FileRecord.of(folder / name, name) for name in files_below(folder)]
     manifest = Manifest.of(made_from, records, samples)
     for name, text in {MANIFEST: manifest.text(), CHECKSUMS: checksums(manifest)}.items():
         (folder / name).write_bytes(text.encode("utf-8"))

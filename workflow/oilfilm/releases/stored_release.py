@@ -1,6 +1,8 @@
-"""Read and check a release or a pin. Every file is checked against its hash before it is read.
+"""Read, check and copy a release or a pin. A file is checked against its hash before it is read.
 
-Decides: when a release counts as unchanged.
+A pin is the small part of a release that a repository keeps.
+
+Decides: when a release counts as unchanged; what a pin keeps of a release.
 """
 
 import os
@@ -13,23 +15,37 @@ from pathlib import Path
 from typing import Any
 
 import pandas as pd
+import pyarrow as arrow
+from pyarrow import fs
 
 from oilfilm import tables
+from oilfilm.atomic_write import atomic_folder
 from oilfilm.digests import file_digest, files_below
 from oilfilm.errors import OilfilmError, printable
 from oilfilm.releases.manifest import (
     BESIDE,
     CHECKSUMS,
     CONFIG,
+    PINNED_MANIFEST,
     SIGNATURE,
     FileRecord,
     Manifest,
     checksums,
     read_manifest,
 )
+from oilfilm.releases.tree import PINS, copy_file
 from oilfilm.settings.yaml_file import read_yaml
 from oilfilm.tables.limits import LARGEST_TABLE, UNREADABLE, refuse_unpacking
 
+# What the drift gate and a comparison of settings and verdicts need; no points, for their size.
+_KEPT = (
+    "config.yaml",
+    "tables/claims.parquet",
+    "tables/coefficients.parquet",
+    "tables/fit_quality.parquet",
+    "tables/runs.parquet",
+    "tables/torque_runs.parquet",
+)
 # Bytes of one file that is read into memory, and of a configuration.
 _LARGEST_FILE, _LARGEST_CONFIG = 1 << 28, 1 << 20
 
@@ -164,14 +180,12 @@ class StoredRelease:
         except UNREADABLE as error:
             raise OilfilmError(f"{file}: cannot be read as a table ({error}).") from error
 
-    def config(self) -> dict[str, Any] | None:
-        """The configuration as resolved; None where the pin does not keep it.
+    def config(self) -> dict[str, Any]:
+        """The configuration as resolved.
 
         Raises:
             OilfilmError: As `file`, or it is no YAML.
         """
-        if not self.holds(CONFIG):
-            return None
         path = self.file(CONFIG, _LARGEST_CONFIG)
         try:
             return read_yaml(path).values
@@ -186,3 +200,58 @@ def verify(folder: Path) -> list[str]:
         OilfilmError: The manifest is missing, damaged or altered.
     """
     return StoredRelease.open(folder).changes()
+
+
+def pin(release: Path, root: Path) -> Path:
+    """Keep a release as its campaign's pin, in folder of the one before; the pin's folder.
+
+    Raises:
+        OilfilmError: It is no release, is damaged, or is itself a pin.
+    """
+    stored = StoredRelease.open(release)
+    if stored.pinned:
+        raise OilfilmError(f"{release}: is a pin already; expected a release.")
+    folder = root / PINS / stored.manifest.made_from.campaign
+    with atomic_folder(folder) as temporary:
+        for path in _KEPT:
+            if path in stored.files:
+                copy_file(stored.file(path), temporary / path)
+        (temporary / PINNED_MANIFEST).write_bytes(stored.manifest.text().encode())
+    return folder
+
+
+def fetch_release(address: str, folder: Path) -> None:
+    """Copy a release and check every file; its folder appears when each is as released.
+
+    Args:
+        address: Its place, as s3://bucket/releases/june/v1-0123456789ab. Credentials and server
+            come from the environment, as for every S3 client.
+        folder: A folder that does not exist yet.
+
+    Raises:
+        OilfilmError: The storage fails, it is no release, or a file is not as it was released.
+    """
+    if folder.exists():
+        raise OilfilmError(f"{folder}: exists already. Name a new folder.")
+    if not address.startswith("s3://") or "@" in address or "?" in address:
+        # not quoted: it may hold a key
+        raise OilfilmError(
+            "The address of the release: expected s3://BUCKET/PLACE, without a key or a server. "
+            "They are read from AWS_ACCESS_KEY_ID, AWS_SECRET_ACCESS_KEY and AWS_ENDPOINT_URL_S3."
+        )
+    with atomic_folder(folder) as temporary:
+        try:
+            storage, place = fs.FileSystem.from_uri(address.rstrip("/"))
+            fs.copy_files(place, str(temporary), storage, fs.LocalFileSystem())
+        except (OSError, arrow.ArrowException) as error:
+            raise OilfilmError(
+                f"{address}: cannot be copied ({printable(error)[:300]}). Check the address, "
+                "AWS_ACCESS_KEY_ID, AWS_SECRET_ACCESS_KEY, AWS_ENDPOINT_URL_S3 and the network, "
+                "then try again."
+            ) from None
+        try:
+            complaints = StoredRelease.open(temporary).changes()
+        except OilfilmError as fault:
+            raise OilfilmError(str(fault).replace(str(temporary), address)) from None
+        if complaints:
+            raise OilfilmError(f"{address}: is not as it was released: {complaints[0]}")

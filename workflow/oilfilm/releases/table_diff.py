@@ -1,4 +1,4 @@
-"""The first difference between two files: row, line or byte."""
+"""The first difference between two files: row or line."""
 
 from pathlib import Path
 
@@ -11,32 +11,26 @@ from oilfilm.tables.limits import UNREADABLE
 
 
 def file_difference(before: Path, after: Path) -> str:
-    """The first difference of two files: row and column, line or byte; empty if none."""
+    """The first difference of two files: row and column, or line; empty if none."""
     links = [str(path.readlink()) if path.is_symlink() else "" for path in (before, after)]
     if any(links):
         return "" if links[0] == links[1] else f"links to {links[0]}, then to {links[1]}"
     old, new = before.read_bytes(), after.read_bytes()
-    if old == new:
-        return ""
+    if old == new or not old.startswith(b"PAR1") or not new.startswith(b"PAR1"):
+        return _line_difference(old, new)
     try:
-        if old.startswith(b"PAR1") and new.startswith(b"PAR1"):
-            tables = (parquet.read_table(path, partitioning=None) for path in (before, after))
-            return _table_difference(*tables)
+        tables = (parquet.read_table(path, partitioning=None) for path in (before, after))
+        return _table_difference(*tables)
     except UNREADABLE as error:
         return f"cannot be read ({error})"
-    try:
-        return _text_difference(old.decode(), new.decode())
-    except UnicodeDecodeError:
-        pairs = enumerate(zip(old, new, strict=False))
-        return f"byte {next((at for at, (a, b) in pairs if a != b), min(len(old), len(new)))}"
 
 
-def _text_difference(old: str, new: str) -> str:
+def _line_difference(old: bytes, new: bytes) -> str:
     lines = zip(old.splitlines(), new.splitlines(), strict=False)
     for number, (before, after) in enumerate(lines, start=1):
         if before != after:
             return f"line {number}: {before[:200]!r}, then {after[:200]!r}"
-    return f"{len(old)} letters, then {len(new)}"
+    return "" if old == new else f"{len(old)} bytes, then {len(new)}"
 
 
 def _table_difference(old: arrow.Table, new: arrow.Table) -> str:
@@ -51,14 +45,8 @@ def _table_difference(old: arrow.Table, new: arrow.Table) -> str:
         if not same.all():
             row = int(np.argmin(same))
             return f"column {name}, row {row}: {first.iloc[row]!r}, then {then.iloc[row]!r}"
-    footers = [_footer(table) for table in (old, new)]
+    footers = [table.schema.metadata or {} for table in (old, new)]
     for key in sorted(footers[0].keys() | footers[1].keys()):
-        texts = [footer.get(key, "") for footer in footers]
-        if texts[0] != texts[1]:
-            return f"the same rows; {key} in the footer, {_text_difference(*texts)}"
+        if difference := _line_difference(*(footer.get(key, b"") for footer in footers)):
+            return f"the same rows; {key.decode()} in the footer, {difference}"
     return "the same rows and footer, laid out differently"
-
-
-def _footer(table: arrow.Table) -> dict[str, str]:
-    content: dict[bytes, bytes] = table.schema.metadata or {}
-    return {key.decode(): text.decode(errors="backslashreplace") for key, text in content.items()}

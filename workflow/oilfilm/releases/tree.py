@@ -62,7 +62,7 @@ def copy_file(source: Path, target: Path) -> None:
 
 def code_tree_digest(home: Path) -> str:
     """One hash over all of the code."""
-    return records_digest(FileRecord.of_file(file, path) for path, file in code_files(home).items())
+    return records_digest(FileRecord.of(file, path) for path, file in code_files(home).items())
 
 
 def environment(home: Path) -> Environment:

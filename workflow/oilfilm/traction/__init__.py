@@ -6,13 +6,13 @@ from types import ModuleType
 from oilfilm.physics.oils import Oil
 from oilfilm.physics.rigs import Contact
 from oilfilm.traction import laws
-from oilfilm.traction.law import Law, LawOfContact
+from oilfilm.traction.law import Law
 
-_EVERY_LAW = [law for law in vars(laws).values() if isinstance(law, Law | LawOfContact)]
+_EVERY_LAW = [law for law in vars(laws).values() if isinstance(law, Law)]
 LAW_NAMES = tuple(law.name for law in _EVERY_LAW)
 LAW_TITLES = {law.name: law.title or law.name for law in _EVERY_LAW}
 # Laws that need only the conditions.
-LAWS: dict[str, Law] = {law.name: law for law in _EVERY_LAW if isinstance(law, Law)}
+LAWS = {law.name: law for law in _EVERY_LAW if law.of(None, None)}
 # The module of each law.
 LAW_FILES = {
     law.name: Path(str(module.__file__))
@@ -33,13 +33,5 @@ def laws_for(oil: Oil | None, contact: Contact | None) -> dict[str, Law]:
     Args:
         oil: None where its properties are not known.
         contact: None where its geometry and materials are not known, or not all the same.
-
-    Returns:
-        LAWS, and those that need both where both are known.
     """
-    if oil is None or contact is None:
-        return LAWS
-    return {
-        law.name: law.of(oil, contact) if isinstance(law, LawOfContact) else law
-        for law in _EVERY_LAW
-    }
+    return {law.name: known for law in _EVERY_LAW if (known := law.of(oil, contact))}

@@ -8,7 +8,7 @@ docs/how-to/extend.md).
 
 import ast
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from typing import Any
@@ -64,23 +64,18 @@ def _add(first: Node, second: Node) -> Node:
         return second
     if second is _ZERO:
         return first
-    if second.operation == "negative":
-        return _subtract(first, second.operands[0])
-    if first.operation == "negative":
-        return _subtract(second, first.operands[0])
+    if "negative" in (first.operation, second.operation):
+        if first.operation != "negative":
+            return _node("-", first, second.operands[0])
+        positive = first.operands[0]
+        if second.operation != "negative":
+            return _node("-", second, positive)
+        return _negative(_add(positive, second.operands[0]))
     return _node("+", first, second)
 
 
 def _subtract(first: Node, second: Node) -> Node:
-    if first is _ZERO:
-        return _negative(second)
-    if second is _ZERO:
-        return first
-    if second.operation == "negative":
-        return _add(first, second.operands[0])
-    if first.operation == "negative":
-        return _negative(_add(first.operands[0], second))
-    return _node("-", first, second)
+    return _add(first, _negative(second))
 
 
 def _multiply(first: Node, second: Node) -> Node:
@@ -90,26 +85,25 @@ def _multiply(first: Node, second: Node) -> Node:
         return second
     if second is _ONE:
         return first
-    if first.operation == "negative":
-        return _negative(_multiply(first.operands[0], second))
-    if second.operation == "negative":
-        return _negative(_multiply(first, second.operands[0]))
     if second.operation == "*":
         # x (y (z/x)), as derivatives of x f(z/x) have it
         rest = second.operands[1]
         if rest.operation == "/" and rest.operands[1] is first:
             return _multiply(second.operands[0], rest.operands[0])
-    return _node("*", first, second)
+    return _with_sign("*", first, second)
 
 
 def _divide(first: Node, second: Node) -> Node:
-    if first is _ZERO or second is _ONE:
-        return first
+    return first if first is _ZERO or second is _ONE else _with_sign("/", first, second)
+
+
+def _with_sign(operation: str, first: Node, second: Node) -> Node:
+    """A product or quotient whose sign stands before it."""
     if first.operation == "negative":
-        return _negative(_divide(first.operands[0], second))
+        return _negative(_BUILD[operation](first.operands[0], second))
     if second.operation == "negative":
-        return _negative(_divide(first, second.operands[0]))
-    return _node("/", first, second)
+        return _negative(_BUILD[operation](first, second.operands[0]))
+    return _node(operation, first, second)
 
 
 def _power(base: Node, exponent: Node) -> Node:
@@ -187,20 +181,21 @@ def parse_steps(steps: Iterable[tuple[str, str]], names: Iterable[str]) -> list[
     return parsed
 
 
+def _below(nodes: Iterable[Node]) -> Iterator[Node]:
+    """Nodes and all their operands, those of one node after it."""
+    for node in nodes:
+        yield node
+        yield from _below(node.operands)
+
+
 def functions_of(nodes: Iterable[Node]) -> set[str]:
     """Names of the functions that occur in any of the nodes."""
-    called: set[str] = set()
-    for node in nodes:
-        called |= {node.operation} & _FUNCTIONS.keys()
-        called |= functions_of(node.operands)
-    return called
+    return _FUNCTIONS.keys() & {node.operation for node in _below(nodes)}
 
 
 def names_in(node: Node) -> set[str]:
     """Every name in a node."""
-    if isinstance(node.leaf, str) and node.leaf:
-        return {node.leaf}
-    return set().union(*map(names_in, node.operands))
+    return {str(each.leaf) for each in _below([node]) if each.operation == "name"}
 
 
 def logarithmic_derivative(node: Node, variable: str) -> Node:
@@ -253,13 +248,12 @@ def in_steps(results: Sequence[Node]) -> tuple[list[tuple[str, Node]], list[Node
     Returns:
         Steps in their order, each a name and a node of earlier names; and the results by them.
     """
-    uses: Counter[Node] = Counter()
-
-    def count(node: Node) -> None:
-        uses[node] += 1
-        if uses[node] == 1:
-            for operand in node.operands:
-                count(operand)
+    uses = Counter(results)
+    waiting = list(uses)
+    while waiting:
+        operands = waiting.pop().operands
+        waiting += [operand for operand in {*operands} if operand not in uses]
+        uses.update(operands)
 
     steps: list[tuple[str, Node]] = []
     written: dict[Node, Node] = {}
@@ -276,8 +270,6 @@ def in_steps(results: Sequence[Node]) -> tuple[list[tuple[str, Node]], list[Node
             written[node] = plain
         return written[node]
 
-    for result in results:
-        count(result)
     return steps, [write_out(result) for result in results]
 
 
@@ -321,31 +313,28 @@ class Language:
     """
 
     forms: Mapping[str, Form]
-    numeral: Callable[[float], str] = repr
-    identifier: Callable[[str], str] = str
+    numeral: Callable[[Any], str] = repr
+    identifier: Callable[[Any], str] = str
     brackets: str = "({})"
 
     def write(self, node: Node) -> str:
         """The node as text."""
-        if isinstance(node.leaf, float):
-            return self.numeral(node.leaf)
+        return self._written(node)[0]
+
+    def _written(self, node: Node) -> tuple[str, int]:
+        """The node as text, and how strongly it binds."""
         if not node.operands:
-            return self.identifier(node.leaf)
-        form = self._form(node)
-        operands = [
-            self.write(operand)
-            if self._strength(operand) >= least
-            else self.brackets.format(self.write(operand))
-            for operand, least in zip(node.operands, form.needs, strict=False)
-        ]
-        return form.template.format(*operands)
-
-    def _form(self, node: Node) -> Form:
+            of_leaf = self.numeral if isinstance(node.leaf, float) else self.identifier
+            return of_leaf(node.leaf), 5
         default = _ARITHMETIC.get(node.operation, Form(f"{node.operation}({{}})"))
-        return self.forms.get(node.operation, default)
-
-    def _strength(self, node: Node) -> int:
-        return self._form(node).strength if node.operands else 5
+        form = self.forms.get(node.operation, default)
+        operands = [
+            text if strength >= least else self.brackets.format(text)
+            for (text, strength), least in zip(
+                map(self._written, node.operands), form.needs, strict=False
+            )
+        ]
+        return form.template.format(*operands), form.strength
 
 
 NUMPY = Language({})

@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from oilfilm.errors import OilfilmError
 from oilfilm.physics.oils import Oil
 from oilfilm.physics.rigs import Contact
 from oilfilm.traction import expression
@@ -24,6 +25,10 @@ CONDITIONS = ("max_hertz_pressure_gpa", "entrainment_speed_m_s", "inlet_temperat
 
 # Power laws of traction steeper than this are not known; the search needs a limit.
 _STEEPEST = 6.0
+
+
+class NoValueError(OilfilmError, ValueError):
+    """A condition at which a law has no value."""
 
 
 @dataclass(frozen=True)
@@ -150,6 +155,10 @@ class Law:
     def group_values(self, conditions: FloatArray) -> FloatArray:
         """Rows of groups from rows of conditions."""
         return conditions
+
+    def of(self, oil: Oil | None, contact: Contact | None) -> "Law | None":
+        """The law for an oil in a contact; None where it needs one of them that is not known."""
+        return self
 
     def in_contacts(self, radius_m: FloatArray, reduced_modulus_pa: float) -> "Law":
         """The law with its groups made in other contacts, one per row of conditions.
@@ -285,13 +294,16 @@ class Law:
             varied: Groups that count; the others stay at their reference. All if not given.
 
         Raises:
-            ValueError: A group is not above zero, where the power laws have no value.
+            NoValueError: A group is not above zero, where the power laws have no value.
         """
         relative = self.group_values(np.atleast_2d(conditions)) / np.array(self.reference)
         if varied is not None:
             relative = np.where(varied, relative, 1.0)
-        if not np.all(relative > 0):
-            raise ValueError(f"{self.name} needs {', '.join(self.conditions)} above zero")
+        for row in np.atleast_2d(conditions)[~np.all(relative > 0, axis=1)]:
+            found = ", ".join(f"{value:g}" for value in row)
+            raise NoValueError(
+                f"{self.name} needs {', '.join(self.conditions)} above zero; found {found}"
+            )
         return np.column_stack([np.ones(len(relative)), np.log(relative)])
 
     def sizes(self, internal: FloatArray, design: FloatArray) -> FloatArray:
@@ -350,23 +362,6 @@ def _to_second_order(
         for index in by[: row + 1]
     ]
     return _compiled((graphs[0], *slopes, *curvatures), names)
-
-
-@dataclass(frozen=True)
-class LawOfContact:
-    """A law that needs an oil's properties and the contact, by its name.
-
-    Attributes:
-        name: As of `Law`.
-        of: Makes the law for an oil in a contact.
-        in_bearings: As of `Law`.
-        title: As of `Law`.
-    """
-
-    name: str
-    of: Callable[[Oil, Contact], Law]
-    in_bearings: bool = False
-    title: str = ""
 
 
 def to_constants(law: Law, internal: FloatArray) -> FloatArray:

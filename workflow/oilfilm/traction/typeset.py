@@ -1,4 +1,4 @@
-"""A law's equation as mathematics: MathML for the report, LaTeX for the documentation.
+"""A law's equation as mathematics, for the report and the documentation.
 
 Decides: the equation of a law as the report shows it.
 """
@@ -7,24 +7,6 @@ from oilfilm.traction.expression import Form, Language
 from oilfilm.traction.law import QUANTITIES, Law
 
 DEGREES = "&#176;C"
-LATEX = Language(
-    {
-        "*": Form(r"{}\,{}", 2, (2, 3)),
-        "/": Form(r"\frac{{{}}}{{{}}}", 3, (0, 0)),
-        "**": Form("{}^{{{}}}", 4, (5, 0)),
-        "exp": Form(r"\mathrm{{e}}^{{{}}}", 4, (0,)),
-        "expm1": Form(r"\mathrm{{e}}^{{{}}} - 1", 1, (0,)),
-        "log1p": Form(r"\ln\left(1 + {}\right)", 5, (1,)),
-        "log": Form(r"\ln\left({}\right)"),
-        "sqrt": Form(r"\sqrt{{{}}}"),
-        "tanh": Form(r"\tanh\left({}\right)"),
-        "asinh": Form(r"\operatorname{{arsinh}}\left({}\right)"),
-        "abs": Form(r"\left|{}\right|"),
-    },
-    numeral="{:g}".format,
-    identifier=lambda name: rf"\{name}" if name == "mu" else name,
-    brackets=r"\left({}\right)",
-)
 
 
 def _operator(text: str) -> str:
@@ -60,62 +42,33 @@ MATHML = Language(
 )
 
 
-def latex(law: Law) -> list[str]:
-    """The equation, its parts and its power laws, one LaTeX formula each."""
-    equations = [
-        rf"{LATEX.identifier(name)} = {LATEX.write(value)}" for name, value in law.definitions()
-    ]
-    for coefficient, factors in _power_laws(law).items():
-        powers = "".join(
-            rf" \left(\frac{{{symbol}}}{{\text{{{reference}}}}}\right)^{{{exponent}}}"
-            for symbol, reference, exponent in factors
-        )
-        equations.append(f"{coefficient} = {coefficient}_0{powers}")
-    return equations
-
-
 def mathml(law: Law) -> str:
-    """The same as MathML, one `math` element per formula; made of our own text only."""
+    """The equation, its parts and its power laws, one `math` element per formula.
+
+    X stands for all coefficients but those whose exponents the law gives.
+    """
     formulas = [
         f"{MATHML.identifier(name)}<mo>=</mo>{MATHML.write(value)}"
         for name, value in law.definitions()
     ]
-    for coefficient, factors in _power_laws(law).items():
-        powers = "".join(
-            f"<msup><mrow><mo>(</mo><mfrac><mi>{symbol}</mi>"
-            f"<mtext>{reference.replace('degC', DEGREES)}</mtext></mfrac>"
-            f"<mo>)</mo></mrow>{_exponent(exponent)}</msup>"
-            for symbol, reference, exponent in factors
-        )
-        head = f"<mi>{coefficient}</mi><mo>=</mo><msub><mi>{coefficient}</mi><mn>0</mn></msub>"
-        formulas.append(head + powers)
-    return " ".join(f'<math display="block"><mrow>{text}</mrow></math>' for text in formulas)
-
-
-def _exponent(text: str) -> str:
-    """A number, or a constant such as X1 with its number as index."""
-    if text[0].isalpha():
-        return f"<msub><mi>{text[0]}</mi><mn>{text[1:]}</mn></msub>"
-    return f"<mn>{text}</mn>"
-
-
-def _power_laws(law: Law) -> dict[str, list[tuple[str, str, str]]]:
-    """X for all coefficients, then those whose exponents the law gives, by name.
-
-    Each with its factors: symbol, reference with its unit, exponent.
-    """
-    exponents = {"X": [f"X{number}" for number in range(1, len(law.groups) + 1)]}
-    for coefficient in law.coefficients:
-        if coefficient.exponents is not None:
-            exponents[coefficient.name] = [f"{exponent:g}" for exponent in coefficient.exponents]
-    quantities = [QUANTITIES[group] for group in law.groups]
-    references = [
-        (quantity.symbol, f"{reference:g} {quantity.unit}".removesuffix(" 1"))
-        for quantity, reference in zip(quantities, law.reference, strict=True)
-    ]
-    return {
-        name: [
-            (*base, power) for base, power in zip(references, powers, strict=True) if power != "0"
-        ]
-        for name, powers in exponents.items()
+    exponents = {
+        "X": [f"<msub><mi>X</mi><mn>{1 + at}</mn></msub>" for at in range(len(law.groups))]
     }
+    exponents |= {
+        each.name: [f"<mn>{exponent:g}</mn>" if exponent else "" for exponent in each.exponents]
+        for each in law.coefficients
+        if each.exponents is not None
+    }
+    for name, powers in exponents.items():
+        factors = [f"<mi>{name}</mi><mo>=</mo><msub><mi>{name}</mi><mn>0</mn></msub>"]
+        for group, reference, power in zip(law.groups, law.reference, powers, strict=True):
+            quantity = QUANTITIES[group]
+            unit = f"{reference:g} {quantity.unit}".removesuffix(" 1").replace("degC", DEGREES)
+            factors.append(
+                f"<msup><mrow><mo>(</mo><mfrac><mi>{quantity.symbol}</mi><mtext>{unit}</mtext>"
+                f"</mfrac><mo>)</mo></mrow>{power}</msup>"
+                if power
+                else ""
+            )
+        formulas.append("".join(factors))
+    return " ".join(f'<math display="block"><mrow>{text}</mrow></math>' for text in formulas)

@@ -22,7 +22,7 @@ import numpy as np
 from oilfilm.physics.film import InletOil
 from oilfilm.physics.oils import Oil
 from oilfilm.physics.rigs import Contact
-from oilfilm.traction.law import Coefficient, Law, LawOfContact
+from oilfilm.traction.law import Coefficient, Law
 from oilfilm.units import BoolArray, FloatArray
 
 _CONDITIONS = ("load_n", "entrainment_speed_m_s", "inlet_temperature_c")
@@ -80,12 +80,25 @@ class WangDengGroups(Law):
     (2 pi^3/3) (p_max/E')^3 whatever the ball: this basis is one of stress, not of load.
     """
 
-    oil: Oil
-    radius_m: FloatArray | float
-    reduced_modulus_pa: float
+    oil: Oil | None = None
+    radius_m: FloatArray | float = np.nan
+    reduced_modulus_pa: float = np.nan
+
+    def of(self, oil: Oil | None, contact: Contact | None) -> "WangDengGroups | None":
+        """See `Law.of`."""
+        if oil is None or contact is None:
+            return None
+        return replace(
+            self,
+            oil=oil,
+            radius_m=contact.radius_m,
+            reduced_modulus_pa=contact.reduced_modulus_pa,
+        )
 
     def group_values(self, conditions: FloatArray) -> FloatArray:
         """The three groups from W in N, U in m/s and T in degC."""
+        if self.oil is None:
+            raise ValueError(f"{self.name} needs the oil and the contact")
         load_n, speed_m_s, temperature_c = conditions.T
         modulus_pa, radius_m = self.reduced_modulus_pa, self.radius_m
         inlet = InletOil.of(self.oil, temperature_c)
@@ -115,24 +128,15 @@ class WangDengGroups(Law):
         return np.array([load, speed, speed])
 
 
-def wang_deng_groups(oil: Oil, contact: Contact) -> WangDengGroups:
-    """The law on dimensionless groups of an oil in a contact."""
-    return WangDengGroups(
-        name=WANG_DENG_GROUPS.name,
-        title=WANG_DENG_GROUPS.title,
-        source=f"{WANG_DENG_LOAD.source}; the groups are ours",
-        equation=WANG_DENG_LOAD.equation,
-        coefficients=_COEFFICIENTS,
-        conditions=_CONDITIONS,
-        groups=("dimensionless_load", "dimensionless_speed", "thermal_loading_parameter"),
-        reference=(1e-6, 1e-10, 1.0),
-        adore=WANG_DENG_LOAD.adore,
-        oil=oil,
-        radius_m=contact.radius_m,
-        reduced_modulus_pa=contact.reduced_modulus_pa,
-    )
-
-
-WANG_DENG_GROUPS = LawOfContact(
-    "wang-deng-groups", wang_deng_groups, in_bearings=True, title="dimensionless Wang-Deng"
+WANG_DENG_GROUPS = WangDengGroups(
+    name="wang-deng-groups",
+    title="dimensionless Wang-Deng",
+    source=f"{WANG_DENG_LOAD.source}; the groups are ours",
+    equation=WANG_DENG_LOAD.equation,
+    coefficients=_COEFFICIENTS,
+    conditions=_CONDITIONS,
+    groups=("dimensionless_load", "dimensionless_speed", "thermal_loading_parameter"),
+    reference=(1e-6, 1e-10, 1.0),
+    adore=WANG_DENG_LOAD.adore,
+    in_bearings=True,
 )

@@ -1,5 +1,6 @@
-"""The conda recipe says what pyproject.toml says, and a package can be built from it."""
+"""Conda recipe, citation and archive say what pyproject.toml says; a package can be built."""
 
+import json
 import sys
 import tomllib
 from pathlib import Path
@@ -20,6 +21,18 @@ def test_recipe_has_version_entry_point_and_packages_of_the_project() -> None:
     assert packages == {package.replace(" ", "") for package in wanted}
     (entry,) = recipe["build"]["python"]["entry_points"]
     assert entry == f"oilfilm = {PROJECT['scripts']['oilfilm']}"
+
+
+def test_citation_and_archive_have_title_version_authors_and_licence_of_the_project() -> None:
+    citation = yaml.safe_load((ROOT / "CITATION.cff").read_text("utf-8"))
+    archive = json.loads((ROOT / ".zenodo.json").read_text("utf-8"))
+    for stated in (citation, archive):
+        assert (stated["version"], stated["license"]) == (PROJECT["version"], PROJECT["license"])
+        people = stated["authors"] if stated is citation else stated["creators"]
+        assert people == PROJECT["authors"]
+    assert archive["title"] == citation["title"]
+    assert archive["description"] == citation["abstract"]
+    assert archive["keywords"] == citation["keywords"]
 
 
 @pytest.mark.nightly
