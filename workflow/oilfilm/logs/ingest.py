@@ -29,7 +29,7 @@ from oilfilm.logs.base import (
 from oilfilm.logs.columns import ROWS_ADVICE, Found, read_tables
 from oilfilm.logs.log_kind import LogKind, Vocabulary
 from oilfilm.logs.raw_files import LARGEST_LOG
-from oilfilm.logs.registry import BINARY, READERS, recognised_format
+from oilfilm.logs.registry import BINARY, FOREIGN, READERS, recognised_format
 from oilfilm.logs.run_sheet import NO_SHEET, RunSheet, SheetOfLog
 from oilfilm.logs.traction_log import TRACTION
 from oilfilm.settings.resolved import Settings
@@ -37,17 +37,6 @@ from oilfilm.tables import LARGEST
 from oilfilm.tables.table_file import digests_of_runs
 
 _LONGEST_LABEL = 200
-# How files begin that are no logs.
-_FOREIGN = {
-    b"\xff\xd8\xff": "a JPEG picture",
-    b"\x89PNG": "a PNG picture",
-    b"GIF8": "a GIF picture",
-    b"%PDF": "a PDF document",
-    b"PK": "an Excel workbook or a zip archive: export it as csv, or unpack it",
-    b"TDSh": "the index of a tdms log without its data: take the file .tdms beside it",
-    b"\x1f\x8b": "a log that was packed twice: unpack it once",
-    b"\xd0\xcf\x11\xe0": "a document of an old Office program: export it as csv",
-}
 _COPY_AGAIN = "Copy it again from the rig, or export it again: this copy cannot be repaired."
 _UNSUSPICIOUS = 1 << 24
 _COMPRESSED = {b"\x1f\x8b": "gzip", b"\x28\xb5\x2f\xfd": "zstd"}
@@ -245,9 +234,10 @@ def _found(name: str, content: bytes, vocabulary: Vocabulary) -> Found:
         UnreadableLogError: The format is not known, or nothing of the file can be used.
     """
     if name not in READERS:
-        reason = f"the format is not known: the file {_what_it_seems(content[:40])}"
         advice = f"Formats read: {', '.join(READERS)}. data/raw/README.md describes them."
-        reason = reason if content else "the file is empty"
+        seen = f"not text; its first bytes are {content[:8].hex(' ')} (hexadecimal)"
+        seen = next((kind for mark, kind in FOREIGN.items() if content.startswith(mark)), seen)
+        reason = f"the format is not known: the file is {seen}" if content else "the file is empty"
         raise UnreadableLogError(reason, advice, rule="unknown_format")
     try:
         return READERS[name].tables(content, vocabulary)
@@ -311,17 +301,6 @@ def unpack(content: bytes) -> bytes:
 
 def _too_large(reason: str) -> UnreadableLogError:
     return UnreadableLogError(reason, "Begin a file for each run.", rule="too_large")
-
-
-def _what_it_seems(head: bytes) -> str:
-    """What the first bytes of a file show, without bytes that no terminal can show."""
-    kind = next((kind for mark, kind in _FOREIGN.items() if head.startswith(mark)), None)
-    if kind is not None:
-        return f"is {kind}"
-    text = head.decode("utf-8", "ignore")
-    if text and all(letter.isprintable() or letter.isspace() for letter in text):
-        return f"begins {text!r}"
-    return f"is not text; its first bytes are {head[:8].hex(' ')} (hexadecimal)"
 
 
 def _about_run(run: LoggedRun) -> dict[str, Any]:

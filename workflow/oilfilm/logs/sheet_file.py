@@ -8,7 +8,6 @@ Decides: columns, units and mistakes of the run sheet.
 """
 
 import csv
-import difflib
 import io
 import os
 import unicodedata
@@ -56,35 +55,30 @@ class _LogNames:
     """The logs of a campaign by the names that the run sheet may give them."""
 
     def __init__(self, files: Iterable[str]) -> None:
-        # a log keeps its name when it is packed; a name without a folder means any folder
-        self._by_form: list[dict[str, list[str]]] = [{}, {}, {}, {}]
+        self._by_form: dict[tuple[int, str], list[str]] = {}
         for file in files:
             name = unicodedata.normalize("NFC", file)
-            forms = [
-                each for of in (name, PurePosixPath(name).name) for each in (of, _unpacked(of))
-            ]
-            for by_form, form in zip(self._by_form, forms, strict=True):
-                by_form.setdefault(form, []).append(file)
+            # a name without a folder means any folder; a log keeps its name when it is packed
+            for rank, form in enumerate((name, PurePosixPath(name).name)):
+                unpacked = form.removesuffix(".gz").removesuffix(".zst")
+                self._by_form.setdefault((2 * rank, form), []).append(file)
+                self._by_form.setdefault((2 * rank + 1, unpacked), []).append(file)
 
     def meant(self, cell: str) -> tuple[list[str], bool]:
         """The logs that a cell of `file` means, and whether it is a name that several logs have."""
         pattern = unicodedata.normalize("NFC", cell).replace("\\", "/").removeprefix("./")
         if not set(pattern) & set("*?"):
-            found = next(filter(None, (by.get(pattern) for by in self._by_form)), [])
+            same = (self._by_form.get((rank, pattern), []) for rank in range(4))
+            found = next(filter(None, same), [])
             return found, len(found) > 1
-        wanted = self._by_form[:2] if "/" in pattern else self._by_form[2:]
+        ranks = (0, 1) if "/" in pattern else (2, 3)
         fitting = (
             file
-            for by in wanted
-            for form, files in by.items()
-            if matches(form, pattern)
+            for (rank, form), files in self._by_form.items()
+            if rank in ranks and matches(form, pattern)
             for file in files
         )
         return [*dict.fromkeys(fitting)], False
-
-
-def _unpacked(name: str) -> str:
-    return name.removesuffix(".gz").removesuffix(".zst")
 
 
 class _Column(NamedTuple):
@@ -106,7 +100,6 @@ class _Sheet:
 
     def __post_init__(self) -> None:
         names = listed_names(self.settings)
-        self.words = [*_COLUMNS, *self.kind.sheet_keys, *names]
         self.keys = (*_COLUMNS, *self.kind.sheet_keys)
         # set points repeat from row to row
         self.meaning = cache(lambda own, text: meaning(own, text, names))
@@ -330,17 +323,14 @@ def _has_unit(column: _Column, sheet: _Sheet) -> bool:
 
 def _is_sound(column: _Column, row: int, sheet: _Sheet) -> bool:
     """Whether a column is known, with its unit; what is wrong with it goes to the mistakes."""
-    bare, unit = apart(column.own)
+    unit = apart(column.own)[1]
     # a set point without a unit is known by its quantity
     key = {of: name for name, (of, _) in SET_POINT_UNITS.items()}.get(column.key, column.key)
     if key not in sheet.keys:
-        near = difflib.get_close_matches(bare, sheet.words, 1)
-        hint = f"; did you mean {near[0]!r}?" if near else "."
         sheet.refuse(
             f"row {row}",
-            f"found the unknown column {column.name!r}{hint} Known: {', '.join(sheet.keys)}. A "
-            "column that is not to be read: list its name under `header: remarks` of the campaign "
-            "file.",
+            f"found the unknown column {column.name!r}; expected {', '.join(sheet.keys)}. A column "
+            "that is not to be read: list it under `header: remarks` of the campaign file.",
         )
         return False
     if key not in SET_POINTS or _has_unit(column, sheet):
