@@ -93,16 +93,6 @@ def test_growing_log_waits_and_a_changed_one_is_judged_again(project: Path) -> N
     assert looked(watcher) == []
 
 
-def test_removed_log_is_forgotten_and_a_renamed_one_is_judged_anew(project: Path) -> None:
-    moved = put(project, "b.csv", GOOD)
-    gone = put(project, "c.csv", b"no log", minute=1)
-    watcher = watcher_of(project)
-    assert len(looked(watcher)) == 2
-    gone.unlink()
-    moved.rename(moved.with_name("d.csv"))
-    assert looked(watcher) == [f"june/d.csv: {ACCEPTED}"]
-
-
 @pytest.mark.skipif(os.name == "nt", reason="Windows has no such names")
 def test_hostile_names_and_contents_are_shown_as_text(
     project: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch

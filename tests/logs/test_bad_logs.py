@@ -73,14 +73,6 @@ def test_log_that_mostly_stands_still_is_compared_where_it_turns(noise_m_s: floa
             assert run.flaw.reason.startswith("slide_roll_ratio")
 
 
-def test_wrong_track_radius_shows_where_the_log_has_its_own_speed() -> None:
-    name = "ball-on-disc-20mm"
-    radius_m = CONFIG.rigs[name].ball_track_radius_m * 1.02
-    config = CONFIG.with_changes({"rigs": {name: {"ball_track_radius_m": radius_m}}})
-    (reason,) = check_logs([("log", csv(logged_twice(), UNITS_TWICE))], config).quarantine["reason"]
-    assert "entrainment_speed is 30 in row" in reason
-
-
 @pytest.mark.parametrize("bad", BAD_LOGS, ids=lambda bad: bad.name)
 def test_bad_log_gets_its_verdict_in_a_sentence(bad: Bad) -> None:
     verdict = check_logs([("log", bad.content)], bad.config)

@@ -12,7 +12,6 @@ from hypothesis import strategies as st
 
 import bad_logs
 from campaigns import ROOT
-from oilfilm import tables
 from oilfilm.logs import ingest
 from oilfilm.logs.base import Reading, UnreadableLogError
 from oilfilm.logs.header import header_keys, misspelt_key, named_keys
@@ -142,13 +141,6 @@ def test_speeds_in_m_s_and_load_as_pressure_need_no_spindle_radius() -> None:
     assert run.samples["disc_speed_m_s"].tolist() == [26]
 
 
-def test_renamed_column_is_found_by_the_campaign_file() -> None:
-    config = with_campaign(columns={"load": {"name": "\u8f7d\u8377", "unit": "kgf"}})
-    names = "time_s,\u8f7d\u8377,traction_force_n,ball_speed_m_s,disc_speed_m_s,"
-    (run,) = read(f"{names}inlet_temperature_c", "0,10,-0.5,1,2,70", config=config).runs
-    assert run.samples["load_n"].tolist() == pytest.approx([98.0665])
-
-
 SLIP_NAMES = "time_s,load_n,traction_force_n,inlet_temperature_c,entrainment speed [mm/s],"
 
 
@@ -208,15 +200,6 @@ def test_header_in_another_language_and_an_oil_by_another_name() -> None:
         assert named_keys({"schmierstoff": "Öl B-12", **others}, config) == {"oil": "4102"}
     contradicting = header_keys({"schmierstoff": "4102", "oil": "4050"}, config)
     assert contradicting["oil"] == "4102 / 4050"
-
-
-def test_table_of_runs_names_how_a_log_was_read() -> None:
-    names = "time_s load_n traction_force_n ball_speed_rpm disc_speed_rpm Temperature[\u00b0C]"
-    config = with_campaign(columns={"inlet_temperature": {"name": "Temperature"}})
-    log = f"#oil:4102\n{names}\n{' '.join(6 * ['0,5'])}\n".replace(" ", ";").encode("cp1252")
-    (run,) = tables.rows(ingest.ingest_logs([("log", log)], config).runs)
-    form = [run[name] for name in ("encoding", "delimiter", "decimal_mark")]
-    assert form == ["cp1252", "semicolon", "comma"]
 
 
 ONE_OIL = type(CONFIG).of({**CONFIG.plain(), "oils": {"4050": CONFIG.plain()["oils"]["4050"]}})

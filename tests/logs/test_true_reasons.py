@@ -121,12 +121,6 @@ def test_sensor_that_is_read_more_slowly_than_the_log_is_told(
     assert not verdict.points["failed_gates"].str.contains("spiky").any()
 
 
-def test_bytes_that_are_no_text_are_told() -> None:
-    content = np.random.default_rng(3).bytes(4000)
-    rule, sentence = reason(content)
-    assert (rule, "is not text" in sentence) == ("unknown_format", True)
-
-
 @pytest.mark.parametrize("drift_n", [0.0, 0.5])
 def test_force_that_is_15_times_too_large_is_impossible_and_in_no_unit(drift_n: float) -> None:
     """A zero that moves by 0.5 N of 20 N, or an oil with mu of 0.002, is not the reason."""

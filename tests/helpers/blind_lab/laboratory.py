@@ -105,7 +105,12 @@ def build(project: Path, config: Path, seed: int, faults: bool = True) -> Labora
             dialect = replace(draw_dialect(random), packed=False)
             # a condition of its own, so that no other run of the campaign takes its place
             content = faulty(fault, oils[name], _between(levels, random), bench, dialect, random)
-            file(content, dialect, f"fault_{number:03}", Filed("", name, kind, fault.rules))
+            file(
+                content,
+                dialect,
+                f"fault_{number:03}",
+                Filed("", name, kind, (*fault.rules.split(),)),
+            )
         for kind, rules, name, sound in _misfiled(drafts, bench, oils, levels, random):
             file(
                 sound.bytes(),
