@@ -87,7 +87,7 @@ def tables(content: bytes, vocabulary: Vocabulary) -> Found:
         if text.find(b"\n#", max(start - 1, 0)) >= 0:
             body = _COMMENT_LINES.sub(lambda line: _row_or_nothing(line[0], head), text[start:])
             start = 0
-        rows = count_rows(memoryview(body)[start:])
+        rows = count_rows(body, start)
         known = vocabulary.meanings(head.names, head.units)
         stamps = _stamps(head, known)
     except ValueError as error:

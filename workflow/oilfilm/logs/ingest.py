@@ -176,10 +176,7 @@ def read_bytes(path: Path) -> bytes:
             # a pipe without a writer would be waited for
             raise OilfilmError(f"{path}: is a pipe or a device; expected a file.")
         with path.open("rb") as file:
-            # as large as it says, because room for the largest log takes its time
-            size = min(path.stat().st_size, LARGEST_LOG)
-            content = file.read(size + 1)
-            return content + file.read(LARGEST_LOG - size) if len(content) > size else content
+            return file.read(LARGEST_LOG + 1)
     except OSError as error:
         folder = isinstance(error, IsADirectoryError)
         advice = "Name the logs in it" if folder else "Check the path and its rights"

@@ -13,7 +13,7 @@ import pandas as pd
 import pyarrow as arrow
 import pyarrow.csv as arrow_csv
 
-from oilfilm.logs.encoding import count_rows, longest_line
+from oilfilm.logs.encoding import count_rows
 from oilfilm.logs.instants import seconds
 from oilfilm.units import FloatArray
 
@@ -49,7 +49,7 @@ class TextTable:
     @cached_property
     def rows(self) -> int:
         """How many rows there are, a last one that may be cut too."""
-        return count_rows(memoryview(self.text)[self.start :])
+        return count_rows(self.text, self.start)
 
     @property
     def cut(self) -> int:
@@ -67,37 +67,17 @@ class TextTable:
         if not whole:
             return [np.full(self.rows, np.nan) for _ in places]
         misfits: list[int] = []
-        plain = [place for place in places if place not in self.stamps]
-        numbers: dict[int, FloatArray] = {}
         try:
-            every = np.empty((len(plain), self.rows))
-            read = 0
-            # block by block, so that the numbers are in memory once
-            with arrow_csv.open_csv(
-                *self._parser(whole, plain, arrow.float64(), misfits)
-            ) as blocks:
-                for block in blocks:
-                    for column, place in zip(every, plain, strict=True):
-                        cells = block[str(place)].to_numpy(zero_copy_only=False)
-                        column[read : read + len(cells)] = cells
-                    read += block.num_rows
-            numbers = {place: column[:read] for place, column in zip(plain, every, strict=True)}
+            numbers = self._floats(whole, places, misfits)
         except arrow.ArrowInvalid:
-            misfits.clear()
-            table = arrow_csv.read_csv(*self._parser(whole, plain, arrow.binary(), misfits))
-            numbers = {place: self._numbers(table[str(place)].to_pandas()) for place in plain}
-        if self.stamps:
-            misfits.clear()
-            table = arrow_csv.read_csv(*self._parser(whole, self.stamps, arrow.string(), misfits))
-            texts = [table[str(place)].to_pandas() for place in self.stamps]
-            numbers[self.stamps[0]] = seconds(*(each.str.strip(' "') for each in texts))
+            numbers = [self._column(whole, place, misfits) for place in places]
         if not misfits and not self.cut:
-            return [numbers[place] for place in places]
+            return numbers
         fitting = np.ones(self.rows, dtype=bool)
         fitting[np.array(misfits, dtype=int) - 1] = False
         fitting[self.rows - bool(self.cut) :] = False
         every = np.full((len(places), self.rows), np.nan)
-        every[:, fitting] = [numbers[place] for place in places]
+        every[:, fitting] = numbers
         return [*every]
 
     def show(self, index: int) -> str:
@@ -108,25 +88,39 @@ class TextTable:
     def _lines(self) -> list[bytes]:
         return self.text[self.start :].split(b"\n")
 
-    def _parser(
+    def _column(self, rows: memoryview, place: int, misfits: list[int]) -> FloatArray:
+        """The numbers of one column; `misfits` gets the rows that do not fit, which have none."""
+        if place in self.stamps:
+            texts = self._cells(rows, self.stamps, arrow.string(), misfits)
+            return seconds(*(each.to_pandas().str.strip(' "') for each in texts))
+        try:
+            return self._floats(rows, [place], misfits)[0]
+        except arrow.ArrowInvalid:
+            (texts,) = self._cells(rows, [place], arrow.binary(), misfits)
+            return self._numbers(texts.to_pandas())
+
+    def _floats(
+        self, rows: memoryview, places: Sequence[int], misfits: list[int]
+    ) -> list[FloatArray]:
+        """Numbers of some columns; ArrowInvalid: a cell is none, or a line longer than a block."""
+        return [each.to_numpy() for each in self._cells(rows, places, arrow.float64(), misfits)]
+
+    def _cells(
         self, rows: memoryview, places: Sequence[int], kind: arrow.DataType, misfits: list[int]
-    ) -> tuple[Any, ...]:
-        """What Arrow needs for some columns; rows that do not fit go to `misfits`."""
+    ) -> list[arrow.ChunkedArray]:
+        misfits.clear()
 
         def skip(row: arrow_csv.InvalidRow) -> str:
             misfits.append(row.number)
             return "skip"
 
-        types = {str(place): kind for place in places}
-        return (
+        names, numbers = [*map(str, range(self.width))], kind == arrow.float64()
+        types = {names[place]: kind for place in places}
+        block = _BLOCK if numbers else len(rows) + 1
+        table = arrow_csv.read_csv(
             arrow.BufferReader(arrow.py_buffer(rows)),
-            # one thread: only then are the rows that do not fit numbered;
-            # no line may be longer than a block
-            arrow_csv.ReadOptions(
-                use_threads=False,
-                column_names=[*map(str, range(self.width))],
-                block_size=max(_BLOCK, 1 + longest_line(rows)),
-            ),
+            # one thread: only then are the rows that do not fit numbered
+            arrow_csv.ReadOptions(use_threads=False, column_names=names, block_size=block),
             # a stray quote must not swallow the lines up to the next one
             arrow_csv.ParseOptions(
                 delimiter=self.delimiter, quote_char=False, invalid_row_handler=skip
@@ -134,9 +128,10 @@ class TextTable:
             arrow_csv.ConvertOptions(
                 include_columns=[*types],
                 column_types=types,
-                decimal_point=self.decimal_mark if kind == arrow.float64() else ".",
+                decimal_point=self.decimal_mark if numbers else ".",
             ),
         )
+        return [table[names[place]] for place in places]
 
     def _numbers(self, cells: "pd.Series[Any]") -> FloatArray:
         """Numbers of raw cells; NaN where a cell holds anything else."""
