@@ -16,11 +16,17 @@ from itertools import zip_longest
 
 from oilfilm.logs.base import TextForm, UnreadableLogError, check_rows
 from oilfilm.logs.columns import Found, LoggedTable
-from oilfilm.logs.encoding import HEAD_SEARCHED, count_rows, encodings_of, normalise
 from oilfilm.logs.header import FULL_WIDTH
-from oilfilm.logs.instants import is_date, is_stamp
 from oilfilm.logs.log_kind import Vocabulary
-from oilfilm.logs.text_rows import TextTable
+from oilfilm.logs.text_rows import (
+    HEAD_SEARCHED,
+    TextTable,
+    count_rows,
+    encodings_of,
+    is_date,
+    is_stamp,
+    normalise,
+)
 from oilfilm.settings.base import plain_key
 
 _BLANKS = " "

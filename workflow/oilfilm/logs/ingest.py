@@ -17,15 +17,7 @@ import pyarrow as arrow
 
 from oilfilm import tables
 from oilfilm.errors import OilfilmError, printable
-from oilfilm.logs.base import (
-    MOST_FOLDED,
-    LoggedRun,
-    Reading,
-    TextForm,
-    Understood,
-    UnreadableLogError,
-    refused_ranges,
-)
+from oilfilm.logs import base
 from oilfilm.logs.columns import ROWS_ADVICE, Found, read_tables
 from oilfilm.logs.log_kind import LogKind, Vocabulary
 from oilfilm.logs.raw_files import LARGEST_LOG
@@ -48,9 +40,9 @@ class ReadLog:
 
     file: str
     format: str
-    form: TextForm
+    form: base.TextForm
     rows: int
-    runs: Mapping[str, Understood]
+    runs: Mapping[str, base.Understood]
 
 
 @dataclass(frozen=True)
@@ -73,7 +65,7 @@ def ingest_logs(
     settings: Settings,
     kind: LogKind = TRACTION,
     sheet: RunSheet = NO_SHEET,
-    keep: Callable[[LoggedRun], None] | None = None,
+    keep: Callable[[base.LoggedRun], None] | None = None,
     verified: Mapping[str, str] | None = None,
 ) -> Ingested:
     """Read raw logs, given by name and bytes, into samples, runs and quarantine.
@@ -90,7 +82,7 @@ def ingest_logs(
         OilfilmError: A log has the name of a run of another one.
         RuntimeError: A reader lost a row (a defect of oilfilm, never of the log).
     """
-    logged: dict[str, list[LoggedRun]] = {oil: [] for oil in settings.oils}
+    logged: dict[str, list[base.LoggedRun]] = {oil: [] for oil in settings.oils}
     runs: list[dict[str, Any]] = []
     refused: list[dict[str, Any]] = []
     file_of_run: dict[str, str] = {}
@@ -128,7 +120,7 @@ def ingest_logs(
 @contextmanager
 def sample_files(
     paths: Mapping[str, Path], provenance: Mapping[str, Any]
-) -> Iterator[Callable[[LoggedRun], None]]:
+) -> Iterator[Callable[[base.LoggedRun], None]]:
     """Write the samples of runs as they come, so that memory does not grow with their number.
 
     A row group has whole runs: as many as `tables.ROW_GROUP` rows hold, or a single longer one.
@@ -138,7 +130,7 @@ def sample_files(
         paths: File of each oil.
         provenance: As `tables.writing`.
     """
-    waiting: dict[str, list[LoggedRun]] = {oil: [] for oil in paths}
+    waiting: dict[str, list[base.LoggedRun]] = {oil: [] for oil in paths}
     content: dict[str, dict[str, str]] = {oil: {} for oil in paths}
     with ExitStack() as files:
         add = {
@@ -155,7 +147,7 @@ def sample_files(
                 content[oil].update(digests_of_runs(samples))
                 waiting[oil].clear()
 
-        def keep(run: LoggedRun) -> None:
+        def keep(run: base.LoggedRun) -> None:
             if sum(map(len, waiting[run.oil])) + len(run) > tables.ROW_GROUP:
                 write(run.oil)
             waiting[run.oil].append(run)
@@ -189,7 +181,7 @@ def read_log(
     settings: Settings,
     kind: LogKind = TRACTION,
     sheet: RunSheet = NO_SHEET,
-) -> tuple[str, Reading]:
+) -> tuple[str, base.Reading]:
     """The format of a file's bytes and what they hold; `file` is its name, unique among the logs.
 
     Raises:
@@ -204,7 +196,7 @@ def read_log(
 
 def _read_log(
     content: bytes, file: str, settings: Settings, kind: LogKind, sheet: SheetOfLog
-) -> tuple[str, Reading]:
+) -> tuple[str, base.Reading]:
     name = "none"
     try:
         inside = unpack(content)
@@ -213,9 +205,11 @@ def _read_log(
         reading = _without_absurd(read_tables(found, file, settings, kind, sheet))
         if not reading.runs and not reading.refusals:
             reason = f"the file looks like {name}, but holds no row of data"
-            raise UnreadableLogError(reason, "Take it out, or export it again.", rule="no_rows")
-    except UnreadableLogError as error:
-        return name, Reading(error.rows, [], [error.refusal.of_rows("", 1, error.rows)])
+            raise base.UnreadableLogError(
+                reason, "Take it out, or export it again.", rule="no_rows"
+            )
+    except base.UnreadableLogError as error:
+        return name, base.Reading(error.rows, [], [error.refusal.of_rows("", 1, error.rows)])
     kept = sum(len(run) for run in reading.runs)
     refused = sum(refusal.refused_rows for refusal in reading.refusals)
     if kept + refused != reading.rows:
@@ -235,18 +229,18 @@ def _found(name: str, content: bytes, vocabulary: Vocabulary) -> Found:
         seen = f"not text; its first bytes are {content[:8].hex(' ')} (hexadecimal)"
         seen = next((kind for mark, kind in FOREIGN.items() if content.startswith(mark)), seen)
         reason = f"the format is not known: the file is {seen}" if content else "the file is empty"
-        raise UnreadableLogError(reason, advice, rule="unknown_format")
+        raise base.UnreadableLogError(reason, advice, rule="unknown_format")
     try:
         return READERS[name].tables(content, vocabulary)
     except Exception as error:
-        if name not in BINARY or isinstance(error, UnreadableLogError):
+        if name not in BINARY or isinstance(error, base.UnreadableLogError):
             raise
         what = " ".join(str(error).split())[:200] or type(error).__name__
         reason = f"the file begins like {name}, but cannot be read: {what}"
-        raise UnreadableLogError(reason, _COPY_AGAIN, rule="damaged_file") from error
+        raise base.UnreadableLogError(reason, _COPY_AGAIN, rule="damaged_file") from error
 
 
-def _without_absurd(reading: Reading) -> Reading:
+def _without_absurd(reading: base.Reading) -> base.Reading:
     """The reading without rows whose numbers no table may hold, as the load of 1e6 GPa.
 
     Cells are judged by the readers; this is about what units and definitions make of them.
@@ -262,7 +256,7 @@ def _without_absurd(reading: Reading) -> Reading:
                 continue
             absurd = held & (np.abs(values) >= LARGEST)
             problem = f"{name} comes out as {LARGEST:g} or more"
-            refusals += refused_ranges(
+            refusals += base.refused_ranges(
                 run.run_id, run.samples["row"][absurd], "unreadable_row", problem, ROWS_ADVICE
             )
             held &= ~absurd
@@ -283,24 +277,24 @@ def unpack(content: bytes) -> bytes:
     if codec is None:
         return content
     # so much any log may unfold to: one of rest alone has the same rows throughout
-    most = min(LARGEST_LOG, max(_UNSUSPICIOUS, MOST_FOLDED * len(content)))
+    most = min(LARGEST_LOG, max(_UNSUSPICIOUS, base.MOST_FOLDED * len(content)))
     try:
         with arrow.CompressedInputStream(arrow.BufferReader(content), codec) as stream:
             inside = bytes(stream.read(most + 1))
     except OSError as error:
         damage = f"the compressed file cannot be unpacked: {error}"
-        raise UnreadableLogError(damage, _COPY_AGAIN, rule="damaged_archive") from error
+        raise base.UnreadableLogError(damage, _COPY_AGAIN, rule="damaged_archive") from error
     if len(inside) > most:
-        times = f", its size times {MOST_FOLDED}" if most < LARGEST_LOG else ""
+        times = f", its size times {base.MOST_FOLDED}" if most < LARGEST_LOG else ""
         raise _too_large(f"unpacked the file has more than {most >> 20} MiB{times}")
     return inside
 
 
-def _too_large(reason: str) -> UnreadableLogError:
-    return UnreadableLogError(reason, "Begin a file for each run.", rule="too_large")
+def _too_large(reason: str) -> base.UnreadableLogError:
+    return base.UnreadableLogError(reason, "Begin a file for each run.", rule="too_large")
 
 
-def _about_run(run: LoggedRun) -> dict[str, Any]:
+def _about_run(run: base.LoggedRun) -> dict[str, Any]:
     return {
         "run_id": run.run_id,
         "oil": run.oil,
@@ -320,7 +314,7 @@ def _about_run(run: LoggedRun) -> dict[str, Any]:
     }
 
 
-def _together(runs: list[LoggedRun]) -> pd.DataFrame:
+def _together(runs: list[base.LoggedRun]) -> pd.DataFrame:
     """Samples of several runs under each other, with the run's id."""
     if not runs:
         return tables.empty("samples")

@@ -21,8 +21,7 @@ from pathlib import Path, PurePosixPath
 from typing import NamedTuple
 
 from oilfilm.errors import OilfilmError, printable
-from oilfilm.logs.base import SET_POINTS, Refusal, set_point, set_point_range
-from oilfilm.logs.encoding import encodings_of
+from oilfilm.logs import base
 from oilfilm.logs.header import SET_POINT_UNITS, apart, listed_names, meaning
 from oilfilm.logs.log_kind import LogKind
 from oilfilm.logs.raw_files import find_sheet, is_sheet, named_logs
@@ -35,6 +34,7 @@ from oilfilm.logs.run_sheet import (
     SheetRow,
     matches,
 )
+from oilfilm.logs.text_rows import encodings_of
 from oilfilm.settings.base import plain_key
 from oilfilm.settings.resolved import Settings
 
@@ -155,13 +155,13 @@ def read_run_sheet(
         if not found:
             strays.append(f"row {number}: {row.file!r} matches no log")
     sheet.stop()
-    remarks: list[Refusal] = []
+    remarks: list[base.Refusal] = []
     if strays:
-        remarks.append(Refusal(UNMATCHED, printable(_listed(strays)), UNMATCHED_ADVICE))
+        remarks.append(base.Refusal(UNMATCHED, printable(_listed(strays)), UNMATCHED_ADVICE))
     if rows and (unlisted := [file for file in files if file not in matched]):
         reason = f"no row for {len(unlisted)} of {len(files)} logs: {_listed(unlisted)}"
         advice = "Only their headers count. Add rows where that is wrong."
-        remarks.append(Refusal(UNLISTED, printable(reason), advice))
+        remarks.append(base.Refusal(UNLISTED, printable(reason), advice))
     rows_of = {file: tuple(of) for file, of in matched.items()}
     return RunSheet(path.name, rows_of, tuple(remarks))
 
@@ -318,7 +318,10 @@ def _are_units(names: Sequence[str], cells: Sequence[str], sheet: _Sheet) -> boo
 
 def _has_unit(column: _Column, sheet: _Sheet) -> bool:
     """Whether a column gives a set point, in a unit that makes a number of 1."""
-    return column.key in SET_POINTS and set_point(*sheet.meaning(column.own, "1")) is not None
+    return (
+        column.key in base.SET_POINTS
+        and base.set_point(*sheet.meaning(column.own, "1")) is not None
+    )
 
 
 def _is_sound(column: _Column, row: int, sheet: _Sheet) -> bool:
@@ -333,7 +336,7 @@ def _is_sound(column: _Column, row: int, sheet: _Sheet) -> bool:
             "that is not to be read: list it under `header: remarks` of the campaign file.",
         )
         return False
-    if key not in SET_POINTS or _has_unit(column, sheet):
+    if key not in base.SET_POINTS or _has_unit(column, sheet):
         return True
     found = f"found the unit {unit!r}" if unit else "has no unit"
     expected = "N or GPa" if key == "load_n" else SET_POINT_UNITS[key][1]
@@ -382,9 +385,9 @@ def _row(
 def _value(column: _Column, text: str, sheet: _Sheet) -> tuple[str | None, str]:
     """The value of a cell as its header key holds it, or None, and what is expected there."""
     key, settings = column.key, sheet.settings
-    if key in SET_POINTS:
-        least, most = set_point_range(key)
-        value = set_point(*sheet.meaning(column.own, text))
+    if key in base.SET_POINTS:
+        least, most = base.set_point_range(key)
+        value = base.set_point(*sheet.meaning(column.own, text))
         expected = f"a number above {least:g}, below {most:g} {SET_POINT_UNITS[key][1]}"
         return (None if value is None else f"{value:.12g}"), expected
     torque = settings.campaign.torque

@@ -13,16 +13,7 @@ from functools import cache, cached_property
 import numpy as np
 
 from oilfilm.home import CONFIG
-from oilfilm.logs.base import (
-    LOADS,
-    SET_POINTS,
-    LoggedRun,
-    Names,
-    Nominal,
-    TextForm,
-    UnreadableLogError,
-    set_point,
-)
+from oilfilm.logs import base
 from oilfilm.logs.csv import may_be_table
 from oilfilm.logs.header import SET_POINT_UNITS, UNITS, apart, meaning, number_and_unit, oil_key
 from oilfilm.logs.ingest import read_log, unpack
@@ -116,8 +107,8 @@ class Sniffed:
 
     file: str
     format: str
-    form: TextForm
-    guesses: Mapping[str, Names]
+    form: base.TextForm
+    guesses: Mapping[str, base.Names]
     missing: Sequence[str]
     names: Sequence[str]
     problem: str
@@ -157,7 +148,7 @@ def sniff(file: str, content: bytes, zero: ZeroSource) -> Sniffed:
     }
     runs: list[Run] = []
 
-    def run(log: ContinuousLog, settings: Settings) -> LoggedRun:
+    def run(log: ContinuousLog, settings: Settings) -> base.LoggedRun:
         # the oil and the rig of the settings for the readers are not those of the log
         unsaid = {"oil", "rig"} - log.understood.sources.keys()
         keys = {key: text for key, text in log.keys.items() if key not in unsaid}
@@ -165,7 +156,7 @@ def sniff(file: str, content: bytes, zero: ZeroSource) -> Sniffed:
         part = log.run_id[len(file) + 1 :]
         runs.append(_run(part, keys, log.values, units, unitless, zero))
         samples = {"row": log.rows}
-        return LoggedRun(log.run_id, "", "", "continuous", Nominal(), samples)
+        return base.LoggedRun(log.run_id, "", "", "continuous", base.Nominal(), samples)
 
     # the time of LabVIEW's logs need be no column; exports of PCS programs have no names to guess
     optional = {"csv": set(), "pcs": {*VOCABULARY.quantities}}.get(name or "", {"time"})
@@ -191,14 +182,14 @@ def sniff(file: str, content: bytes, zero: ZeroSource) -> Sniffed:
     )
 
 
-def _names(content: bytes) -> tuple[str | None, Names, bool]:
+def _names(content: bytes) -> tuple[str | None, base.Names, bool]:
     """The format of a file, the columns of its best table, and whether it may be a log at all.
 
     That is a file in a format of logs, a packed one that is damaged, or text with rows of numbers.
     """
     try:
         content = unpack(content)
-    except UnreadableLogError:
+    except base.UnreadableLogError:
         return None, [], True
     name, tables = recognised_format(content), []
     if name is None:
@@ -213,7 +204,7 @@ def _names(content: bytes) -> tuple[str | None, Names, bool]:
     return name, best, name != "csv" or may_be_table(content)
 
 
-def _missing(meant: Mapping[str, Names]) -> list[str]:
+def _missing(meant: Mapping[str, base.Names]) -> list[str]:
     """The quantities that a log needs and that no column means for certain."""
     known = {quantity for quantity, columns in meant.items() if len(columns) == 1}
     if _MU in known:
@@ -338,8 +329,8 @@ def _lines(keys: Mapping[str, str], measured: Mapping[str, float]) -> dict[str, 
 
 def _possible_lines(name: str, text: str) -> Iterator[tuple[str, Line, bool]]:
     """The set points that a header line may be, and whether its unit or name says so."""
-    if name in SET_POINTS:
-        value = set_point(name, text)
+    if name in base.SET_POINTS:
+        value = base.set_point(name, text)
         if value is not None:
             yield name, Line(name, value, True), True
         return
@@ -353,10 +344,10 @@ def _possible_lines(name: str, text: str) -> Iterator[tuple[str, Line, bool]]:
         if meant != quantity.replace("max_hertz_pressure", "load"):
             continue
         found, number = meaning(f"{quantity}_[{beside or trailing or unit}]", text, {})
-        value = set_point(key, number) if found == key else None
+        value = base.set_point(key, number) if found == key else None
         if value is not None:
             # a unit in brackets or behind the number is read; one in the name must be the key's
-            listed = set_point(*meaning(name, text, {plain_key(words): key}))
+            listed = base.set_point(*meaning(name, text, {plain_key(words): key}))
             yield key, Line(words, value, listed == value), bool(given)
 
 
@@ -374,7 +365,7 @@ def set_points(run: Run) -> dict[str, float]:
     """
     others = {key: line.value for key, line in run.lines.items() if not line.listed}
     # the load has one set point, as force or as pressure
-    given = run.lines.keys() | (LOADS if run.lines.keys() & LOADS else frozenset())
+    given = run.lines.keys() | (base.LOADS if run.lines.keys() & base.LOADS else frozenset())
     levels = {key: each for key, each in run.measured.items() if np.isfinite(each)}
     return others | {key: levels[key] for key in levels if key not in given}
 
@@ -531,7 +522,7 @@ class Findings:
             # of runs whose condition is not known whole nobody can say that they repeat
             if (
                 levels.keys() >= {"entrainment_speed_m_s", "inlet_temperature_c"}
-                and levels.keys() & LOADS
+                and levels.keys() & base.LOADS
             ):
                 conditions.append((run.oil, *sorted(levels.items())))
         return len(set(conditions)) < len(conditions)
