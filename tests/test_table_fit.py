@@ -11,7 +11,7 @@ import pytest
 
 import oilfilm
 from oilfilm.cli import main
-from oilfilm.mu_table import read_mu_table, with_pressure
+from oilfilm.table_fit import read_mu_table, with_pressure
 
 QUICK = {"searches": 2, "bootstrap": 20}
 PLANTED = oilfilm.printed("4102")

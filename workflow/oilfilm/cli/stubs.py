@@ -177,7 +177,7 @@ def _rows(log: Sniffed, found: Findings) -> Iterator[dict[str, object]]:
         row |= {"oil": ""} if found.unnamed_oil else {}
         # the rows of a table of mu are settled readings, which such a table does not say
         row |= {"log_kind": "steps"} if run.settled and not run.log_kind else {}
-        remarks = ["guess: set points are medians of the log"] if given.keys() - run.lines else []
+        remarks = ["guess: set points are medians of the log"] if given else []
         if found.unnamed_oil and not run.oil:
             remarks.append("FILL IN: the oil")
         yield {**row, "remarks": ". ".join(remarks)}

@@ -38,18 +38,6 @@ _SPEEDS = frozenset({"ball_speed", "disc_speed", "entrainment_speed"})
 _LOADS = {"N": "load_n", "GPa": "max_hertz_pressure_gpa"}
 
 
-@dataclass(frozen=True)
-class Line:
-    """A set point in a header: the line's name there, and its value in the unit of the key.
-
-    `listed` is true where naming the line under `header` of a campaign is enough to have it read.
-    """
-
-    name: str
-    value: float
-    listed: bool
-
-
 # Gives the source of the zero of the force by time, ball and disc speed, load, force; None: none.
 ZeroSource = Callable[[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray], str | None]
 
@@ -63,7 +51,7 @@ class Run:
         oil_key: The header line that names the oil; empty where none does.
         oil: What that line says.
         rig: What the header says of the rig.
-        lines: Header lines of set points, by the project's key.
+        lines: Header lines of set points by the project's key: the line's name, its value.
         measured: Levels of load, speed and temperature, by set point; NaN: none is held.
         settled: Whether each row is a settled reading, so that nothing follows from its time.
         zero: Source of the zero of the force, as `semantics` names it; empty where that cannot be
@@ -79,7 +67,7 @@ class Run:
     oil_key: str = ""
     oil: str = ""
     rig: str = ""
-    lines: Mapping[str, Line] = field(default_factory=dict)
+    lines: Mapping[str, tuple[str, float]] = field(default_factory=dict)
     measured: Mapping[str, float] = field(default_factory=dict)
     settled: bool = False
     zero: str | None = ""
@@ -316,58 +304,44 @@ def _signs(slip: FloatArray, force: FloatArray, of_bodies: bool) -> dict[str, st
 # ---------------------------------------------------------------- header lines
 
 
-def _lines(keys: Mapping[str, str], measured: Mapping[str, float]) -> dict[str, Line]:
-    """The set points of a header by the project's key; where two may be one, the first."""
-    lines: dict[str, Line] = {}
+def _lines(keys: Mapping[str, str], measured: Mapping[str, float]) -> dict[str, tuple[str, float]]:
+    """The header lines that give set points where the campaign file lists them; of two, the first.
+
+    Without its unit a line is one where the signal is near to it.
+    """
+    lines: dict[str, tuple[str, float]] = {}
     for name, text in keys.items():
-        for key, line, given in _possible_lines(name, text):
-            if given or _is_near(key, line.value, measured):
-                lines.setdefault(key, line)
+        bare, beside = apart(name)
+        words = bare.replace("_", " ")
+        last, behind = (
+            plain_key(words.split()[-1] if words.split() else ""),
+            number_and_unit(text)[1],
+        )
+        for key, (quantity, unit) in SET_POINT_UNITS.items():
+            meant = guessed(words, unit, VOCABULARY)[0]
+            if name != key and meant != quantity.replace("max_hertz_pressure", "load"):
+                continue
+            found, number = meaning(name, text, {plain_key(words): key})
+            value = base.set_point(key, number) if found == key else None
+            given = name == key or beside or behind or UNITS.get(last) == unit
+            if value is not None and (given or _is_near(key, value, measured)):
+                lines.setdefault(key, (words, value))
                 break
     return lines
 
 
-def _possible_lines(name: str, text: str) -> Iterator[tuple[str, Line, bool]]:
-    """The set points that a header line may be, and whether its unit or name says so."""
-    if name in base.SET_POINTS:
-        value = base.set_point(name, text)
-        if value is not None:
-            yield name, Line(name, value, True), True
-        return
-    bare, beside = apart(name)
-    words = bare.replace("_", " ")
-    *others, last = words.split() or [""]
-    trailing = last if others and plain_key(last) in UNITS else ""
-    given = number_and_unit(text)[1] or beside or trailing
-    for key, (quantity, unit) in SET_POINT_UNITS.items():
-        meant, _ = guessed(" ".join(others) if trailing else words, unit, VOCABULARY)
-        if meant != quantity.replace("max_hertz_pressure", "load"):
-            continue
-        found, number = meaning(f"{quantity}_[{beside or trailing or unit}]", text, {})
-        value = base.set_point(key, number) if found == key else None
-        if value is not None:
-            # a unit in brackets or behind the number is read; one in the name must be the key's
-            listed = base.set_point(*meaning(name, text, {plain_key(words): key}))
-            yield key, Line(words, value, listed == value), bool(given)
-
-
 def _is_near(key: str, value: float, measured: Mapping[str, float]) -> bool:
     known = measured.get(key, np.nan)
-    if key == "inlet_temperature_c":
-        return bool(abs(value - known) <= _NEAR_C)
-    return bool(abs(value - known) <= _NEAR * abs(known))
+    near = _NEAR_C if key == "inlet_temperature_c" else _NEAR * abs(known)
+    return bool(abs(value - known) <= near)
 
 
 def set_points(run: Run) -> dict[str, float]:
-    """Set points of a run that its header does not give as the readers take them.
-
-    They are those of header lines in other units, then the levels of its signals.
-    """
-    others = {key: line.value for key, line in run.lines.items() if not line.listed}
+    """Levels of a run whose set points its header does not give."""
     # the load has one set point, as force or as pressure
     given = run.lines.keys() | (base.LOADS if run.lines.keys() & base.LOADS else frozenset())
-    levels = {key: each for key, each in run.measured.items() if np.isfinite(each)}
-    return others | {key: levels[key] for key in levels if key not in given}
+    levels = run.measured.items()
+    return {key: level for key, level in levels if np.isfinite(level) and key not in given}
 
 
 def rows_of_sheet(log: Sniffed) -> Sequence[Run]:
@@ -447,9 +421,8 @@ class Findings:
     def header(self) -> dict[str, list[str]]:
         """Names of header lines by the project's key, without those that are the key itself."""
         of_oils = [("oil", run.oil_key.replace("_", " ")) for run in self.runs if run.oil_key]
-        lines = [each for run in self.runs for each in run.lines.items()]
-        listed = [(key, line.name) for key, line in lines if line.listed]
-        return _grouped((k, name) for k, name in [*of_oils, *listed] if plain_key(name) != k)
+        lines = [(key, name) for run in self.runs for key, (name, _) in run.lines.items()]
+        return _grouped((k, name) for k, name in [*of_oils, *lines] if plain_key(name) != k)
 
     @cached_property
     def oils(self) -> dict[str, list[str]]:
@@ -518,7 +491,7 @@ class Findings:
         """Whether two runs of one oil have the same set points."""
         conditions = []
         for run in self.runs:
-            levels = set_points(run) | {key: line.value for key, line in run.lines.items()}
+            levels = set_points(run) | {key: value for key, (_, value) in run.lines.items()}
             # of runs whose condition is not known whole nobody can say that they repeat
             if (
                 levels.keys() >= {"entrainment_speed_m_s", "inlet_temperature_c"}
