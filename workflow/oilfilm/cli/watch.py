@@ -28,27 +28,14 @@ Stamp = tuple[int, int]
 
 
 def run(options: argparse.Namespace) -> int:
-    """Watch until interrupted, which ends with the exit code 130.
-
-    When a file of the configuration changes, settings are read again and all logs judged anew.
-    """
+    """Watch until interrupted, which ends with the exit code 130."""
     config, raw = config_folder(options.config), project_folder(options.config) / "data/raw"
-    overrides = {"campaign": options.campaign} if options.campaign else {}
-    watcher: Watcher | None = None
-    of_config: object = None
+    settings = resolve(config, {"campaign": options.campaign} if options.campaign else {})
+    watcher = Watcher(settings, raw, options.settle)
+    _say(f"Watching {' and '.join(map(str, watcher.folders))}. Stop with Ctrl-C: nothing is lost.")
     while True:
-        if (now := _stamps(config.rglob("*.yaml"))) != of_config:
-            try:
-                watcher = Watcher(resolve(config, overrides), raw, options.settle)
-                folders = " and ".join(map(str, watcher.folders))
-                _say(f"Watching {folders}. Stop with Ctrl-C: nothing is lost.")
-            except (OilfilmError, OSError) as error:
-                if watcher is None:
-                    raise
-                _say(f"{error} Until then the previous settings apply.")
-            of_config = now
-        verdict = next(watcher.look(), None) if watcher is not None else None
-        if verdict is None:
+        # one verdict per look: a log that has just been finished does not wait for old ones
+        if (verdict := next(watcher.look(), None)) is None:
             time.sleep(_PAUSE_S)
         else:
             _say(f"{datetime.now():%H:%M:%S} {verdict}")
