@@ -14,7 +14,6 @@ import unicodedata
 import zipfile
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
 from functools import cache
 from itertools import zip_longest
 from pathlib import Path, PurePosixPath
@@ -47,6 +46,7 @@ _LISTED = 20
 # The line of names is near the top, below comments and the line `sep=;` of Excel.
 _LINES_SEARCHED = 20
 _LARGEST = 1 << 24
+_QUANTITIES = {quantity: key for key, (quantity, _) in SET_POINT_UNITS.items()}
 
 Cells = list[list[str]]
 
@@ -89,18 +89,14 @@ class _Column(NamedTuple):
     key: str
 
 
-@dataclass
 class _Sheet:
     """A run sheet while it is read: its settings, and the mistakes found so far."""
 
-    path: Path
-    settings: Settings
-    kind: LogKind
-    mistakes: list[str] = field(default_factory=list)
-
-    def __post_init__(self) -> None:
-        names = listed_names(self.settings)
-        self.keys = (*_COLUMNS, *self.kind.sheet_keys)
+    def __init__(self, path: Path, settings: Settings, kind: LogKind) -> None:
+        self.path, self.settings = path, settings
+        self.keys = (*_COLUMNS, *kind.sheet_keys)
+        self.mistakes: list[str] = []
+        names = listed_names(settings)
         # set points repeat from row to row
         self.meaning = cache(lambda own, text: meaning(own, text, names))
 
@@ -109,7 +105,14 @@ class _Sheet:
         unit = unit.strip("[]()- ")
         own = f"{plain_key(name)}_[{plain_key(unit)}]" if unit else plain_key(name)
         key = self.meaning(own, "1")[0]
-        return _Column(name, own, key if key in self.keys else apart(key)[0])
+        bare = apart(key)[0]
+        # a set point without a unit is known by its quantity
+        return _Column(name, own, key if key in self.keys else _QUANTITIES.get(bare, bare))
+
+    def has_unit(self, column: _Column) -> bool:
+        """Whether a column gives a set point, in a unit that makes a number of 1."""
+        key, one = self.meaning(column.own, "1")
+        return key in base.SET_POINTS and base.set_point(key, one) is not None
 
     def refuse(self, where: str, sentence: str) -> None:
         """Add a mistake."""
@@ -225,25 +228,23 @@ def _rows(content: bytes, sheet: _Sheet) -> list[tuple[int, SheetRow]]:
         return []
     below = start + 1
     units = records[below][: len(names)] if below < len(records) else []
-    if _are_units(names, units, sheet):
-        below += 1
-    else:
+    if not _are_units(names, units, sheet):
         units = []
+    below += bool(units)
     columns = {
         index: sheet.column(name, unit)
         for index, (name, unit) in enumerate(zip_longest(names, units, fillvalue=""))
         if name
     }
-    counts = Counter(
-        column.key for column in columns.values() if _is_sound(column, start + 1, sheet)
-    )
-    for key, count in counts.items():
-        if count > 1 and key != "remarks":
+    for column in columns.values():
+        _check_column(column, f"row {start + 1}", sheet)
+    for key, count in Counter(column.key for column in columns.values()).items():
+        if count > 1 and key in sheet.keys and key != "remarks":
             sheet.refuse(f"row {start + 1}", f"{count} columns give {key}: leave one of them.")
     if sheet.mistakes:
         return []
     numbered = enumerate(records[below:], start=below + 1)
-    rows = [(n, _row(n, cells, columns, sheet)) for n, cells in numbered if any(cells)]
+    rows = ((n, _row(n, cells, columns, sheet)) for n, cells in numbered if any(cells))
     return [(n, row) for n, row in rows if row is not None]
 
 
@@ -313,38 +314,25 @@ def _are_units(names: Sequence[str], cells: Sequence[str], sheet: _Sheet) -> boo
     """Whether a row below the names names no log and has a unit for some set point."""
     columns = [(sheet.column(*each), each[1]) for each in zip(names, cells, strict=False)]
     named = any(column.key == "file" and cell not in ("", "-") for column, cell in columns)
-    return not named and any(cell and _has_unit(column, sheet) for column, cell in columns)
+    return not named and any(cell and sheet.has_unit(column) for column, cell in columns)
 
 
-def _has_unit(column: _Column, sheet: _Sheet) -> bool:
-    """Whether a column gives a set point, in a unit that makes a number of 1."""
-    return (
-        column.key in base.SET_POINTS
-        and base.set_point(*sheet.meaning(column.own, "1")) is not None
-    )
-
-
-def _is_sound(column: _Column, row: int, sheet: _Sheet) -> bool:
+def _check_column(column: _Column, row: str, sheet: _Sheet) -> None:
     """Whether a column is known, with its unit; what is wrong with it goes to the mistakes."""
-    unit = apart(column.own)[1]
-    # a set point without a unit is known by its quantity
-    key = {of: name for name, (of, _) in SET_POINT_UNITS.items()}.get(column.key, column.key)
-    if key not in sheet.keys:
+    if column.key not in sheet.keys:
         sheet.refuse(
-            f"row {row}",
+            row,
             f"found the unknown column {column.name!r}; expected {', '.join(sheet.keys)}. A column "
             "that is not to be read: list it under `header: remarks` of the campaign file.",
         )
-        return False
-    if key not in base.SET_POINTS or _has_unit(column, sheet):
-        return True
-    found = f"found the unit {unit!r}" if unit else "has no unit"
-    expected = "N or GPa" if key == "load_n" else SET_POINT_UNITS[key][1]
-    sheet.refuse(
-        f"row {row}, column {column.name!r}",
-        f"{found}, expected {expected} in brackets behind the name or in a row below.",
-    )
-    return False
+    elif column.key in base.SET_POINTS and not sheet.has_unit(column):
+        unit = apart(column.own)[1]
+        found = f"found the unit {unit!r}" if unit else "has no unit"
+        expected = "N or GPa" if column.key == "load_n" else SET_POINT_UNITS[column.key][1]
+        sheet.refuse(
+            f"{row}, column {column.name!r}",
+            f"{found}, expected {expected} in brackets behind the name or in a row below.",
+        )
 
 
 def _row(
@@ -368,18 +356,16 @@ def _row(
     keys: dict[str, str] = {}
     for index, text in filled.items():
         column = columns[index]
-        if column.key in _COLUMNS and column.key != "oil":
-            continue
-        value, expected = _value(column, text, sheet)
-        if value is not None:
-            keys[column.key] = value
-        elif not excluded:  # of a run that is left out nothing need be known
-            where = f"{row}, column {column.name!r}"
-            sheet.refuse(where, f"found {text[:60]!r}, expected {expected}.")
-    if len(sheet.mistakes) > mistakes:
-        return None
+        if column.key == "oil" or column.key not in _COLUMNS:
+            value, expected = _value(column, text, sheet)
+            if value is not None:
+                keys[column.key] = value
+            elif not excluded:  # of a run that is left out nothing need be known
+                where = f"{row}, column {column.name!r}"
+                sheet.refuse(where, f"found {text[:60]!r}, expected {expected}.")
     reason = printable(exclude) if excluded else ""
-    return SheetRow(texts["file"], texts.get("run", ""), reason, keys)
+    made = SheetRow(texts.get("file", ""), texts.get("run", ""), reason, keys)
+    return made if len(sheet.mistakes) == mistakes else None
 
 
 def _value(column: _Column, text: str, sheet: _Sheet) -> tuple[str | None, str]:
