@@ -22,7 +22,7 @@ from oilfilm.logs.columns import ROWS_ADVICE, Found, read_tables
 from oilfilm.logs.log_kind import LogKind, Vocabulary
 from oilfilm.logs.raw_files import LARGEST_LOG
 from oilfilm.logs.registry import BINARY, FOREIGN, READERS, recognised_format
-from oilfilm.logs.run_sheet import NO_SHEET, RunSheet, SheetOfLog
+from oilfilm.logs.run_sheet import NO_SHEET, RunSheet
 from oilfilm.logs.traction_log import TRACTION
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables import LARGEST
@@ -187,35 +187,27 @@ def read_log(
     Raises:
         RuntimeError: The reader lost a row.
     """
-    of_log = sheet.of_log(file)
-    name, reading = _read_log(content, file, settings, kind, of_log)
-    reading = of_log.completed(reading)
-    refusals = [replace(refusal, reason=printable(refusal.reason)) for refusal in reading.refusals]
-    return name, replace(reading, refusals=refusals)
-
-
-def _read_log(
-    content: bytes, file: str, settings: Settings, kind: LogKind, sheet: SheetOfLog
-) -> tuple[str, base.Reading]:
-    name = "none"
+    name, of_log = "none", sheet.of_log(file)
     try:
         inside = unpack(content)
         name = recognised_format(inside) or name
         found = _found(name, inside, kind.vocabulary_of(settings.campaign))
-        reading = _without_absurd(read_tables(found, file, settings, kind, sheet))
+        reading = _without_absurd(read_tables(found, file, settings, kind, of_log))
         if not reading.runs and not reading.refusals:
             reason = f"the file looks like {name}, but holds no row of data"
-            raise base.UnreadableLogError(
-                reason, "Take it out, or export it again.", rule="no_rows"
-            )
+            advice = "Take it out, or export it again."
+            raise base.UnreadableLogError(reason, advice, rule="no_rows")
+        if inside is not content:
+            reading = replace(reading, unpacked_sha256=hashlib.sha256(inside).hexdigest())
     except base.UnreadableLogError as error:
-        return name, base.Reading(error.rows, [], [error.refusal.of_rows("", 1, error.rows)])
+        reading = base.Reading(error.rows, [], [error.refusal.of_rows("", 1, error.rows)])
     kept = sum(len(run) for run in reading.runs)
     refused = sum(refusal.refused_rows for refusal in reading.refusals)
     if kept + refused != reading.rows:
         raise RuntimeError(f"{file}: {reading.rows} rows, but {kept} kept and {refused} refused")
-    digest = hashlib.sha256(inside).hexdigest() if inside is not content else ""
-    return name, replace(reading, unpacked_sha256=digest)
+    reading = of_log.completed(reading)
+    refusals = [replace(refusal, reason=printable(refusal.reason)) for refusal in reading.refusals]
+    return name, replace(reading, refusals=refusals)
 
 
 def _found(name: str, content: bytes, vocabulary: Vocabulary) -> Found:
