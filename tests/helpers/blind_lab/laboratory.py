@@ -63,7 +63,9 @@ class Laboratory:
         return [log for log in self.logs if log.fault]
 
 
-def build(project: Path, config: Path, seed: int, faults: bool = True) -> Laboratory:
+def build(
+    project: Path, config: Path, seed: int, faults: bool = True, levels: int = 3
+) -> Laboratory:
     """Write a campaign `blind` into a project folder.
 
     Args:
@@ -71,6 +73,7 @@ def build(project: Path, config: Path, seed: int, faults: bool = True) -> Labora
         config: The configuration folder whose thresholds are used.
         seed: Every choice follows from it.
         faults: Also file the logs with faults.
+        levels: Of pressure, of speed and of temperature.
     """
     random = np.random.default_rng(seed)
     bench = draw_bench(random, draw_machine(random))
@@ -85,9 +88,9 @@ def build(project: Path, config: Path, seed: int, faults: bool = True) -> Labora
         path.write_bytes(content)
         logs.append(replace(about, file=path.name))
 
-    levels = _levels(random)
+    every = _levels(random)
     for name, oil in oils.items():
-        for number, condition in enumerate(product(*levels)):
+        for number, condition in enumerate(product(*(each[:levels] for each in every))):
             dialect = draw_dialect(random)
             sound = draft(bench.run(oil, Condition(*condition), random), dialect, bench)
             about = Filed("", name, rows=len(sound.recording))
@@ -96,7 +99,7 @@ def build(project: Path, config: Path, seed: int, faults: bool = True) -> Labora
         name = str(random.choice(list(oils)))
         dialect = replace(draw_dialect(random), packed=False)
         # a condition of its own, so that no other run of the campaign takes its place
-        content = faulty(fault, oils[name], _between(levels, random), bench, dialect, random)
+        content = faulty(fault, oils[name], _between(every, random), bench, dialect, random)
         about = Filed("", name, kind, (*fault.rules.split(),))
         file(content, dialect, f"fault_{number:03}", about)
     return Laboratory(oils, bench, tuple(logs))
