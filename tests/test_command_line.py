@@ -39,7 +39,7 @@ def test_what_only_the_workflow_has_is_named(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     (tmp_path / "Snakefile").touch()
-    monkeypatch.setattr("oilfilm.cli.arguments.find_spec", lambda name: None)
+    monkeypatch.setattr("oilfilm.cli.run.find_spec", lambda name: None)
     assert main(["run", str(tmp_path)]) == 2
     assert "pip install 'oilfilm[workflow]'" in capsys.readouterr().err
 

@@ -223,7 +223,7 @@ BAD_LOGS = (
         "damaged_file",
         tdms_damaged=(damaged(TDMS, TDMS.rindex(b"TDSm")), "begins like tdms"),
         parquet_damaged=(damaged(PARQUET, 300), "begins like parquet"),
-        parquet_encrypted=(b"PARE" + PARQUET[4:], "encrypted"),
+        parquet_encrypted=(b"PARE" + PARQUET[4:-4] + b"PARE", "encrypted"),
     ),
     *bad(
         "header",

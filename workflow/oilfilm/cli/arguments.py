@@ -6,7 +6,6 @@ Decides: which units a typed quantity may have; where a command looks for settin
 import argparse
 import json
 import re
-from importlib.util import find_spec
 from math import isfinite
 from pathlib import Path
 from typing import Any
@@ -21,19 +20,6 @@ from oilfilm.logs.base import LARGEST_READING
 from oilfilm.settings.resolve import read_config
 from oilfilm.traction.law import QUANTITIES
 from oilfilm.units import conversion
-
-
-def need_workflow() -> None:
-    """Refuse to go on where Snakemake is not installed.
-
-    Raises:
-        OilfilmError: It is not.
-    """
-    if find_spec("snakemake") is None:
-        raise OilfilmError(
-            "Snakemake is not installed: only the core of oilfilm is. Install the workflow: "
-            "pip install 'oilfilm[workflow]'"
-        )
 
 
 def config_folder(given: Path | None) -> Path:

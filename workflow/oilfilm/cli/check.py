@@ -34,7 +34,9 @@ def run(options: argparse.Namespace) -> int:
     kind = next((each for each in _KINDS if each.name == options.kind), None)
     config = config_folder(options.config)
     raw = project_folder(options.config) / "data" / "raw"
-    given = [log for path in options.logs for log in _logs_at(path)]
+    given: list[Path] = []
+    for path in options.logs:
+        given += [path / name for name in raw_files(path)] if path.is_dir() else [path]
     campaign = options.campaign or _campaign_of(given, raw, config, options.config is not None)
     settings = resolve(config, {"campaign": campaign} if campaign else {})
     # a pattern such as data/raw/own/*.csv names the run sheet too
@@ -55,14 +57,6 @@ def _gone(campaign: str, raw: Path) -> Iterator[str]:
         there = named_logs(raw / folder) if (raw / folder).is_dir() else ()
         if gone := seen.gone(f"data/raw/{folder}/{name}" for name, _ in there):
             yield gone
-
-
-def _logs_at(path: Path) -> list[Path]:
-    """The log that a path names, or all logs of a folder."""
-    try:
-        return [path / name for name in raw_files(path)] if path.is_dir() else [path]
-    except OSError:  # whoever reads it says why it cannot be read
-        return [path]
 
 
 def _campaign_of(paths: Iterable[Path], own: Path, config: Path, named: bool) -> str | None:
