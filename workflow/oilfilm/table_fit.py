@@ -24,6 +24,7 @@ from oilfilm.logs.base import UnreadableLogError
 from oilfilm.logs.columns import LoggedTable
 from oilfilm.logs.header import apart
 from oilfilm.logs.ingest import read_bytes, unpack
+from oilfilm.logs.traction_log import TRACTION
 from oilfilm.logs.words import Guesses, has_word, unit_in_name
 from oilfilm.physics.contact import max_hertz_pressure, reduced_modulus
 from oilfilm.settings.base import plain_key
@@ -39,33 +40,9 @@ MATERIALS = {
     "silicon-nitride": (310e9, 0.26),
     "glass": (82e9, 0.206),
 }
-_OWN_NAMES = {
-    PRESSURE: ("load", "GPa"),
-    LOAD: ("load", "N"),
-    SPEED: ("entrainment_speed", "m/s"),
-    "ball_speed_m_s": ("ball_speed", "m/s"),
-    "disc_speed_m_s": ("disc_speed", "m/s"),
-    TEMPERATURE: ("inlet_temperature", "degC"),
-    SLIP: (SLIP, "1"),
-    MU: (MU, "1"),
-}
-# Symbols that papers use alone as the name of a column; surer than any word.
-_SYMBOLS = {
-    "s": SLIP,
-    "srr": SLIP,
-    "mu": MU,
-    "\u03bc": MU,
-    "cof": MU,
-    "f": MU,
-    "t": "inlet_temperature",
-    "p": "load",
-    "p0": "load",
-    "ph": "load",
-    "w": "load",
-    "u": "entrainment_speed",
-    "ue": "entrainment_speed",
-}
-VOCABULARY = Guesses("traction", "columns", _OWN_NAMES, (), symbols=_SYMBOLS)
+_COLUMNS = {PRESSURE, LOAD, SPEED, "ball_speed_m_s", "disc_speed_m_s", TEMPERATURE, SLIP, MU}
+_OWN_NAMES = {n: of for n, of in TRACTION.vocabulary.own_names.items() if n in _COLUMNS}
+VOCABULARY = Guesses("traction", "columns", _OWN_NAMES, (), symbols=True)
 # Columns of text by the words of their names; a time or temperature is none of them.
 _LABELS = {
     "oil": "oil öl oel lubric schmierstoff huile aceite olio lube масл 油",
