@@ -3,7 +3,7 @@
 Decides: the signals of a traction log.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
@@ -62,15 +62,44 @@ _SAMPLED = {
 def _header_problem(
     keys: Mapping[str, str], columns: Sequence[Column], settings: Settings
 ) -> base.Refusal | None:
-    return (
-        oil_problem(keys, settings)
-        or unknown("rig", keys, settings.rigs)
-        or simulation_problem(keys, settings)
-        or _kind_problem(keys)
-        or misspelt_key(keys, settings)
-        or _set_point_problem(keys)
-        or _rig_problem(columns, keys["rig"], settings.rigs[keys["rig"]])
-    )
+    return next(filter(None, _problems(keys, columns, settings)), None)
+
+
+def _problems(
+    keys: Mapping[str, str], columns: Sequence[Column], settings: Settings
+) -> Iterator[base.Refusal | None]:
+    """What is wrong with a header, one after the other: later ones take the earlier for granted."""
+    yield oil_problem(keys, settings)
+    yield unknown("rig", keys, settings.rigs)
+    yield simulation_problem(keys, settings)
+    if (kind := keys.get("log_kind", "continuous")) not in ("continuous", "steps"):
+        yield base.Refusal(
+            "not_a_sweep",
+            f"the header says log_kind: {kind[:120]!r}; expected continuous or steps",
+            "Nothing to do if this is not a slip sweep; otherwise correct the header. "
+            f"{FORMAT_ADVICE}",
+        )
+    yield misspelt_key(keys, settings)
+    for name in base.SET_POINTS:
+        if name in keys and base.set_point(name, keys[name]) is None:
+            least, most = base.set_point_range(name)
+            unit = " (in GPa, not MPa)" if name == "max_hertz_pressure_gpa" else ""
+            yield base.Refusal(
+                "header",
+                f"the header says {name}: {keys[name][:60]!r}; expected a number above {least:g}, "
+                f"below {most:g}{unit}",
+                f"Correct the header. {FORMAT_ADVICE}",
+            )
+    rig, units = settings.rigs[keys["rig"]], {each.quantity: each.to.unit for each in columns}
+    needed = [f"{body}_track_radius_m" for body in _BODIES if units.get(f"{body}_speed") == "rpm"]
+    needed += ["ball_radius_m"] if units.get("load") == "GPa" else []
+    if missing := [key for key in needed if getattr(rig, key) is None]:
+        yield base.Refusal(
+            "rig",
+            f"speeds in rpm or a load as pressure need {', '.join(missing)} of the rig "
+            f"{keys['rig']!r}",
+            f"Add it to config/rigs/{keys['rig']}.yaml.",
+        )
 
 
 def _run(log: ContinuousLog, settings: Settings) -> base.LoggedRun:
@@ -160,48 +189,6 @@ def nominal(keys: Mapping[str, str], settings: Settings) -> base.Nominal:
     if contact is not None and pressure is not None and values.get("load_n") is None:
         values["load_n"] = float(contact.load_n(pressure))
     return base.Nominal(**values)
-
-
-def _kind_problem(keys: Mapping[str, str]) -> base.Refusal | None:
-    """Why a log that says what kind of log it is gives no points."""
-    kind = keys.get("log_kind", "continuous")
-    if kind in ("continuous", "steps"):
-        return None
-    return base.Refusal(
-        "not_a_sweep",
-        f"the header says log_kind: {kind[:120]!r}; expected continuous or steps",
-        f"Nothing to do if this is not a slip sweep; otherwise correct the header. {FORMAT_ADVICE}",
-    )
-
-
-def _set_point_problem(keys: Mapping[str, str]) -> base.Refusal | None:
-    """What is wrong with a set point of the header."""
-    for name in base.SET_POINTS:
-        if name in keys and base.set_point(name, keys[name]) is None:
-            least, most = base.set_point_range(name)
-            return base.Refusal(
-                "header",
-                f"the header says {name}: {keys[name][:60]!r}; expected a number above "
-                f"{least:g}, below {most:g}"
-                + (" (in GPa, not MPa)" if name == "max_hertz_pressure_gpa" else ""),
-                f"Correct the header. {FORMAT_ADVICE}",
-            )
-    return None
-
-
-def _rig_problem(columns: Sequence[Column], name: str, rig: Rig) -> base.Refusal | None:
-    """What the columns need of the rig and its file does not say."""
-    units = {column.quantity: column.to.unit for column in columns}
-    needed = [f"{body}_track_radius_m" for body in _BODIES if units.get(f"{body}_speed") == "rpm"]
-    needed += ["ball_radius_m"] if units.get("load") == "GPa" else []
-    missing = [key for key in needed if getattr(rig, key) is None]
-    if not missing:
-        return None
-    return base.Refusal(
-        "rig",
-        f"speeds in rpm or a load as pressure need {', '.join(missing)} of the rig {name!r}",
-        f"Add it to config/rigs/{name}.yaml.",
-    )
 
 
 def _surface_speeds(
