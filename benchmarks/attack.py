@@ -45,7 +45,7 @@ CASES = {
     ],
     "hostile settings": ["tests/settings"],
     "hostile logs, folders and run sheets; rows and files counted apart": ["tests/logs"],
-    "mistakes at the command line": ["tests/test_cli_mistakes.py"],
+    "mistakes at the command line": ["tests/test_command_line.py"],
 }
 
 

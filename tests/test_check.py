@@ -15,7 +15,7 @@ from command_line import printed_objects
 from damages import SOUND, stuck
 from oilfilm.cli import main
 from oilfilm.cli.check import check_files
-from oilfilm.cli.check_text import WIDTH, report
+from oilfilm.cli.checked import WIDTH, report
 from oilfilm.curation.traction_rig import TRACTION_RIG
 from oilfilm.settings.resolve import resolve
 

@@ -104,15 +104,6 @@ def test_printed_constants_need_no_results(
     assert "the paper prints no constants of 'own'" in capsys.readouterr().err
 
 
-def test_units_of_a_prediction_are_converted(
-    results: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert ask(results) == 0
-    plain = capsys.readouterr().out
-    assert ask(results, stress="1200MPa", temperature="343.15K", slip="5%", speed="30") == 0
-    assert capsys.readouterr().out == plain
-
-
 def test_mistakes_in_a_prediction_are_sentences(
     results: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -1,12 +1,16 @@
-"""The command itself: help without waiting, version."""
+"""The command itself: help without waiting, version, and a sentence for every mistake."""
 
+import os
 import re
 import subprocess
 import sys
 from pathlib import Path
+from typing import IO, Any
 
 import pytest
 
+from bad_logs import csv
+from campaigns import ROOT
 from oilfilm import __version__
 from oilfilm.cli import main
 from oilfilm.cli.parser import COMMANDS, CONDITION_OPTIONS, parser
@@ -35,7 +39,7 @@ def test_what_only_the_workflow_has_is_named(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     (tmp_path / "Snakefile").touch()
-    monkeypatch.setattr("oilfilm.cli.arguments.find_spec", lambda name: None)
+    monkeypatch.setattr("oilfilm.cli.run.find_spec", lambda name: None)
     assert main(["run", str(tmp_path)]) == 2
     assert "pip install 'oilfilm[workflow]'" in capsys.readouterr().err
 
@@ -64,3 +68,124 @@ def test_options_stand_before_or_between_files(arguments: list[str]) -> None:
     options = parser().parse_args(["init", *arguments])
     assert (options.folder, options.campaign) == (Path("DIR"), "june")
     assert options.logs == [Path("a.csv")]
+
+
+AT = "--oil 4102 --stress 1.2GPa --speed 30m/s --temperature 70degC --slip 0.05"
+# The command, in a folder with the files that `mistakes` makes, and a part of what it says.
+MISTAKES = {
+    "check": "required: FILE",
+    "check missing.csv": "missing.csv: cannot be read (No such file or directory).",
+    "check folder": "folder: holds no logs",
+    "check loop": "loop: cannot be read (Too many levels of symbolic links). Check the path",
+    "check secret.csv": "secret.csv: cannot be read (Permission denied). Check the path",
+    "check good.csv --campaign nothing": "config/campaigns/nothing.yaml does not exist",
+    "check good.csv --config folder": "folder/config.yaml: there is no such file",
+    "check good.csv --torque --traction": "not allowed with argument",
+    "check good.csv --torque --campaign etm-slim": "campaign 'etm-slim': has no torque logs",
+    "predict": "the following arguments are required",
+    f"predict {AT}": "results: has no results of a campaign",
+    f"predict {AT} --results damaged": "coefficients.parquet: cannot be read as Parquet",
+    f"predict {AT} --campaign june": "neither results/tables nor results/june/tables",
+    f"predict {AT.replace('30m/s', 'fast')}": "--speed: found 'fast'; expected a number in m/s",
+    f"predict {AT.replace('1.2GPa', '1.2kg')}": "--stress: found '1.2kg': the unit 'kg' is none",
+    f"predict {AT.replace('1.2GPa', '1e999')}": "--stress: found '1e999': no quantity is 1e+09",
+    f"predict {AT} --law tanh": "unrecognized arguments",
+    "export": "required: --printed",
+    "export --printed --oil 4103": "no constants of '4103'; expected one of 4102, 4050, 4010",
+    "verify": "required: RELEASE",
+    "check pipe.csv": "pipe.csv: is a pipe or a device; expected a file",
+    "init made pipe.csv": "pipe.csv: is a pipe or a device",
+    "verify missing": "missing: is not a release",
+    "verify binary_manifest --rebuild": "manifest.json",
+    "diff folder missing": "folder: is not a release",
+    "diff empty_manifest binary_manifest": "manifest.json",
+    "pin good.csv": "good.csv: is not a release",
+    "chekc good.csv": "invalid choice: 'chekc' (choose from ",
+}
+
+
+@pytest.fixture(scope="module")
+def mistakes(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with all kinds of files that no command can use, and one good log."""
+    folder = tmp_path_factory.mktemp("mistakes")
+    (folder / "config").symlink_to(ROOT / "config")
+    contents = {
+        "good.csv": csv(),
+        "damaged/demo/tables/coefficients.parquet": b"PAR1",
+        "empty_manifest/manifest.json": b"",
+        "binary_manifest/manifest.json": bytes(range(256)),
+    }
+    for name, content in contents.items():
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        (folder / name).write_bytes(content)
+    (folder / "folder").mkdir()
+    (folder / "loop").symlink_to("loop")
+    os.mkfifo(folder / "pipe.csv")
+    return folder
+
+
+@pytest.mark.parametrize(("command", "sentence"), MISTAKES.items(), ids=range(len(MISTAKES)))
+def test_mistake_ends_in_a_sentence(
+    mistakes: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+    command: str,
+    sentence: str,
+) -> None:
+    monkeypatch.chdir(mistakes)
+    usual = Path.open
+
+    def guarded(path: Path, mode: str = "r", **options: Any) -> IO[Any]:
+        # root may read every file
+        if path.name == "secret.csv":
+            raise PermissionError(13, "Permission denied", str(path))
+        return usual(path, mode, **options)
+
+    monkeypatch.setattr(Path, "open", guarded)
+    try:
+        code = main(command.split())
+    except SystemExit as end:
+        code = int(str(end.code))
+    said = "".join(capsys.readouterr())
+    assert re.sub(r"\s+", " ", sentence) in re.sub(r"\s+", " ", said)
+    assert code == 2
+
+
+def test_reader_of_the_output_may_go_away_and_the_terminal_may_know_ascii_only(
+    tmp_path: Path,
+) -> None:
+    log = tmp_path / "a.csv"
+    log.write_bytes(csv(oil="油"))
+    command = [sys.executable, "-m", "oilfilm", "check", str(log), "--config", str(ROOT / "config")]
+    ascii_only = {"LC_ALL": "C", "PYTHONCOERCECLOCALE": "0", "PYTHONUTF8": "0"}
+    environment = {**os.environ, **ascii_only, "PYTHONPATH": str(ROOT / "workflow")}
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
+    assert done.returncode == 1
+    assert r"the header says oil '\u6cb9'" in done.stdout
+    read, write = os.pipe()
+    os.close(read)
+    gone = subprocess.run(
+        command, env=environment, stdout=write, stderr=subprocess.PIPE, text=True, check=False
+    )
+    os.close(write)
+    assert (gone.returncode, gone.stderr) == (2, "")
+
+
+@pytest.mark.parametrize("command", ["check", "fit", "verify"])
+def test_endless_path_is_cut_in_the_message(
+    command: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main([command, "x" * 6000]) == 2
+    message = capsys.readouterr().err
+    assert "(6" in message
+    assert len(message) < 1000
+
+
+def test_help_of_every_command_ends_with_an_example_that_is_understood(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    for declare in COMMANDS:
+        with pytest.raises(SystemExit, match="0"):
+            main([declare.__name__, "--help"])
+        example = " ".join(capsys.readouterr().out.partition("Example: oilfilm ")[2].split())
+        assert parser().parse_args(example.split()).command == declare.__name__

@@ -64,8 +64,8 @@ def test_command_names_campaigns_and_marks_what_was_not_tested(
     folders: list[Path], capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
     picture = tmp_path / "mu.png"
-    words = ["compare", *map(str, folders), "--plot", str(picture)]
-    assert main([*words, "--json", "--slip", "5%"]) == 0
+    words = ["compare", *map(str, folders)]
+    assert main([*words, "--json", "--slip", "5%", "--plot", str(picture)]) == 0
     shown = json.loads(capsys.readouterr().out)
     assert [point["fit"] for point in shown["points"]] == ["june", "july"]
     assert shown["points"][1]["ratio"] == pytest.approx(RATIO, rel=0.02)

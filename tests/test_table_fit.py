@@ -11,7 +11,7 @@ import pytest
 
 import oilfilm
 from oilfilm.cli import main
-from oilfilm.mu_table import read_mu_table, with_pressure
+from oilfilm.table_fit import read_mu_table, with_pressure
 
 QUICK = {"searches": 2, "bootstrap": 20}
 PLANTED = oilfilm.printed("4102")
@@ -115,7 +115,7 @@ def test_one_of_several_oils_and_curves_of_the_table_are_used(points: pd.DataFra
     [
         ({"p [GPa]": "p"}, "the column 'p' has no unit"),
         ({"mu": "y"}, "no column is the traction coefficient"),
-        ({"p [GPa]": "load_n [m]"}, "is in 'm'; expected GPa or N"),
+        ({"p [GPa]": "load_n [m]"}, "is in 'm'; expected N or GPa"),
         ({"T [°C]": "y"}, r"no column is the inlet temperature.*--temperature 40degC"),
         ({"U [m/s]": "mean speed [m/s]", "T [°C]": "mean u [m/s]"}, "could both be"),
     ],

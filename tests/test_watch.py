@@ -93,23 +93,22 @@ def test_growing_log_waits_and_a_changed_one_is_judged_again(project: Path) -> N
     assert looked(watcher) == []
 
 
-def test_removed_log_is_forgotten_and_a_renamed_one_is_judged_anew(project: Path) -> None:
-    moved = put(project, "b.csv", GOOD)
-    gone = put(project, "c.csv", b"no log", minute=1)
-    watcher = watcher_of(project)
-    assert len(looked(watcher)) == 2
-    gone.unlink()
-    moved.rename(moved.with_name("d.csv"))
-    assert looked(watcher) == [f"june/d.csv: {ACCEPTED}"]
-
-
 @pytest.mark.skipif(os.name == "nt", reason="Windows has no such names")
 def test_hostile_names_and_contents_are_shown_as_text(
     project: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     name = "a\x1b[2J.csv"
     put(project, name, csv(oil="4102\N{RIGHT-TO-LEFT OVERRIDE}\x1b]0;title\x07"))
-    run_steps(monkeypatch, project, lambda: None)
+    waits, sleep = iter([0.02, 0.02]), time.sleep
+
+    def wait(_: float) -> None:
+        if (seconds := next(waits, None)) is None:
+            raise KeyboardInterrupt
+        sleep(seconds)
+
+    monkeypatch.setattr(time, "sleep", wait)
+    monkeypatch.chdir(project)
+    assert main(["watch", "--settle", "0.01"]) == 130
     out = capsys.readouterr().out
     assert "REFUSED" in out
     assert not {"\x1b", "\x07", "\N{RIGHT-TO-LEFT OVERRIDE}"} & set(out)
@@ -163,36 +162,6 @@ def test_missing_folder_is_named_until_it_is_there(project: Path) -> None:
     assert "there is no such folder" in line
     put(project, "a.csv", GOOD)
     assert looked(watcher) == [f"june/a.csv: {ACCEPTED}"]
-
-
-def run_steps(monkeypatch: pytest.MonkeyPatch, project: Path, *steps: Callable[[], object]) -> int:
-    """Exit code of `oilfilm watch`, which meets each step where it would wait; then Ctrl-C."""
-    to_come, sleep = iter([step for each in steps for step in (each, lambda: None)]), time.sleep
-
-    def wait(_: float) -> None:
-        if (step := next(to_come, None)) is None:
-            raise KeyboardInterrupt
-        step()
-        sleep(0.02)
-
-    monkeypatch.setattr(time, "sleep", wait)
-    monkeypatch.chdir(project)
-    return main(["watch", "--settle", "0.01"])
-
-
-def test_settings_are_read_again_when_they_change(
-    project: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    put(project, "a.csv", csv(lubricant="4010", oil=None))
-    more = {**CAMPAIGN, "oils": ["4102", "4010"], "header": {"oil": "lubricant"}}
-    steps = [lambda: write_campaign(project, {**CAMPAIGN, "oils": 7})]
-    steps.append(lambda: write_campaign(project, more))
-    code = run_steps(monkeypatch, project, lambda: None, *steps, lambda: None)
-    assert code == 130
-    _, before, after = capsys.readouterr().out.split("Watching ")
-    assert "june/a.csv: REFUSED" in before
-    assert before.count("june.yaml") == 1  # the mistake is named once
-    assert f"june/a.csv: {ACCEPTED}" in after
 
 
 @pytest.mark.parametrize("text", ["0", "-1", "nan", "soon"])

@@ -13,7 +13,7 @@ from oilfilm.curation.curate import Curated
 @pytest.fixture(scope="module")
 def laboratory(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Laboratory]:
     project = tmp_path_factory.mktemp("laboratory")
-    return project, build(project, ROOT / "config", seed=1)
+    return project, build(project, ROOT / "config", seed=1, levels=2)
 
 
 @pytest.fixture(scope="module")
@@ -45,12 +45,13 @@ def test_faults_are_stopped_or_named_with_a_right_reason(result: Outcome) -> Non
 
 
 @pytest.mark.nightly
-def test_constants_and_traction_of_the_sound_logs_are_the_true_ones(
-    laboratory: tuple[Path, Laboratory], verdicts: Curated, result: Outcome
-) -> None:
-    project, lab = laboratory
-    settings = settings_of(project).with_changes({"fit": {"bootstrap": 200, "searches": 2}})
-    with_fits(result, lab, verdicts, settings)
+def test_constants_and_traction_of_the_sound_logs_are_the_true_ones(tmp_path: Path) -> None:
+    lab = build(tmp_path, ROOT / "config", seed=1)
+    settings = settings_of(tmp_path)
+    verdicts = curated(tmp_path, settings)
+    result = outcome(lab, verdicts)
+    changed = settings.with_changes({"fit": {"bootstrap": 200, "searches": 2}})
+    with_fits(result, lab, verdicts, changed)
     # 36 intervals of 95 %: fewer than 30 inside happen once in 30 000 laboratories
     assert sum(result.inside) >= 30
     assert max(result.rms_sound.values()) < 0.01

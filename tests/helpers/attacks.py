@@ -5,7 +5,8 @@
 
 import gzip
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
 from numpy.random import Generator
@@ -15,53 +16,47 @@ from oilfilm.curation.rig_kind import RigKind
 from oilfilm.curation.traction_rig import TRACTION_RIG
 from oilfilm.settings.resolved import Settings
 
+Lines = list[bytes]
+Mutator = Callable[[bytes, bytes, Generator], bytes]
+
 _NUMBER = re.compile(rb"-?\d+\.\d+(?:e-?\d+)?")
 _SECTOR = 512
-_ABSURD = [
-    b"\x00" * 50,
-    b"nan",
-    b"inf",
-    b"-inf",
-    b"1e999",
-    b"9" * 400,
-    b"\xff\xfe",
-    b"\r",
-    b"\n\n\n",
-    b",,,,,,,,",
-    b"\t" * 30,
-    b'"',
-    b"# oil: \n",
+_ABSURD = (
+    *(b"nan", b"inf", b"-inf", b"1e999", b"9" * 400, b"-0", b"1,5", b'"', b"=HYPERLINK(1)"),
+    *(bytes(50), b"\xff\xfe", b"\xff" * 8, b"\xff\xff\xff\x7f", b"\x00" * 7 + b"\xf0\x7f"),
+    *(b"\r", b"\n\n\n", b",,,,,,,,", b"\t" * 30, b"# oil: \n", b"TDSm", b"PAR1", b"X_Value\t"),
+    *(b"***End_of_Header***\n", b"Channels\t99999999999999999999\n"),
     b"Step 1 started at 99/99/9999 99:99:99\n",
-    b"=HYPERLINK(1)",
-    b"-0",
-    b"1,5",
-    b"\xff" * 8,
-    b"\xff\xff\xff\x7f",
-    b"\x00" * 7 + b"\xf0\x7f",
-    b"TDSm",
-    b"PAR1",
-    b"***End_of_Header***\n",
-    b"Channels\t99999999999999999999\n",
-    b"X_Value\t",
-]
+)
+_ENDS = (b"\r\n", b"\r", b"\n\n", b"\n\r", b"\x0b", b" \n", b",\n", b";\n")
+_ENCODINGS = ("utf-16", "utf-16-be", "utf-8-sig", "utf-32", "cp037", "utf-7")
+_ERRORS = (b"#N/A", b"#DIV/0!", b"#VALUE!", b"#REF!", b"N/A")
+# Other digits, exponents, marks and signs of a number.
+_FORMS: tuple[Callable[[bytes], bytes], ...] = (
+    lambda number: number.replace(b".", b","),
+    lambda number: number.replace(b".", b""),
+    lambda number: number + b"e400",
+    lambda number: b"-" + number,
+    lambda number: number[:-1] + b"O",
+    lambda number: number[::-1],
+    lambda number: b"0x" + number,
+    lambda number: number.replace(b".", b"_"),
+    lambda number: "\N{ARABIC-INDIC DIGIT THREE}".encode() + number,
+    lambda number: b"",
+)
 
 
-def _lines(content: bytes) -> list[bytes]:
-    return content.splitlines(keepends=True)
+def _any(choices: Sequence[Any], random: Generator) -> Any:
+    return choices[int(random.integers(0, len(choices)))]
 
 
-def _some(random: Generator, size: int) -> tuple[int, int]:
+def _stretch(size: int, most: int, random: Generator) -> tuple[int, int]:
+    """A stretch of a whole of some size."""
     start = int(random.integers(0, max(size, 1)))
-    return start, min(size, start + int(random.integers(1, 40)))
+    return start, min(size, start + int(random.integers(1, most)))
 
 
-def _stretch(content: bytes, random: Generator) -> tuple[int, int]:
-    """A stretch of up to 4000 bytes."""
-    start, stop = sorted(int(position) for position in random.integers(0, len(content) + 1, 2))
-    return start, min(stop, start + int(random.integers(1, 4000)))
-
-
-def _flipped(content: bytes, _: bytes, random: Generator) -> bytes:
+def flipped(content: bytes, _: bytes, random: Generator) -> bytes:
     """One to twenty bits turned over."""
     changed = bytearray(content)
     for position in random.integers(0, len(content), random.integers(1, 20)) if content else ():
@@ -69,17 +64,16 @@ def _flipped(content: bytes, _: bytes, random: Generator) -> bytes:
     return bytes(changed)
 
 
-def _cut(content: bytes, _: bytes, random: Generator) -> bytes:
+def cut(content: bytes, _: bytes, random: Generator) -> bytes:
     """The beginning, the end or the middle is lost."""
-    start, stop = _stretch(content, random)
-    kept = (content[:start], content[stop:], content[:start] + content[stop:])
-    return kept[int(random.integers(0, len(kept)))]
+    start, stop = _stretch(len(content), 4000, random)
+    return _any((content[:start], content[stop:], content[:start] + content[stop:]), random)
 
 
-def _absurd(content: bytes, _: bytes, random: Generator) -> bytes:
+def absurd(content: bytes, _: bytes, random: Generator) -> bytes:
     """Something absurd between the bytes, over them, or in a cell."""
-    start, _stop = _stretch(content, random)
-    text, kind = _ABSURD[int(random.integers(0, len(_ABSURD)))], int(random.integers(0, 3))
+    start, _stop = _stretch(len(content), 2, random)
+    text, kind = _any(_ABSURD, random), int(random.integers(0, 3))
     if kind < 2:
         # over what is there: lengths and offsets of a binary file stay in step
         return content[:start] + text + content[start + kind * len(text) :]
@@ -88,23 +82,7 @@ def _absurd(content: bytes, _: bytes, random: Generator) -> bytes:
     return content[: cell + 1] + text + content[end:] if 0 <= cell < end else content
 
 
-def _shuffled(content: bytes, _: bytes, random: Generator) -> bytes:
-    """Some lines in another order, as of two writers at a time."""
-    lines = _lines(content)
-    start, stop = _some(random, len(lines))
-    lines[start:stop] = [lines[start + index] for index in random.permutation(stop - start)]
-    return b"".join(lines)
-
-
-def _interleaved(content: bytes, donor: bytes, random: Generator) -> bytes:
-    """Lines of another log in between."""
-    lines, others = _lines(content), _lines(donor)
-    start, stop = _some(random, len(others))
-    at = int(random.integers(0, len(lines) + 1))
-    return b"".join([*lines[:at], *others[start:stop], *lines[at:]])
-
-
-def _spliced(content: bytes, donor: bytes, random: Generator) -> bytes:
+def spliced(content: bytes, donor: bytes, random: Generator) -> bytes:
     """The first part of one log and the last of another."""
     return (
         content[: random.integers(0, len(content) + 1)]
@@ -112,97 +90,83 @@ def _spliced(content: bytes, donor: bytes, random: Generator) -> bytes:
     )
 
 
-def _numbers(content: bytes, _: bytes, random: Generator) -> bytes:
-    """Other digits, exponents, marks and signs in one number of a hundred."""
-    forms: list[Callable[[bytes], bytes]] = [
-        lambda number: number.replace(b".", b","),
-        lambda number: number.replace(b".", b""),
-        lambda number: number + b"e400",
-        lambda number: b"-" + number,
-        lambda number: number[:-1] + b"O",
-        lambda number: number[::-1],
-        lambda number: b"0x" + number,
-        lambda number: number.replace(b".", b"_"),
-        lambda number: "\N{ARABIC-INDIC DIGIT THREE}".encode() + number,
-        lambda number: b"",
-    ]
-
-    def other(match: re.Match[bytes]) -> bytes:
-        if random.random() > 0.01:
-            return match[0]
-        return forms[int(random.integers(0, len(forms)))](match[0])
-
-    return _NUMBER.sub(other, content)
+def numbers(content: bytes, _: bytes, random: Generator) -> bytes:
+    """One number of a hundred is written otherwise."""
+    return _NUMBER.sub(
+        lambda match: match[0] if random.random() > 0.01 else _any(_FORMS, random)(match[0]),
+        content,
+    )
 
 
-def _sectors(content: bytes, _: bytes, random: Generator) -> bytes:
+def sectors(content: bytes, _: bytes, random: Generator) -> bytes:
     """A sector of a disk read as zeros, or as the one before it."""
-    sector = int(random.integers(0, max(len(content) // _SECTOR, 1)))
-    start, stop = _SECTOR * sector, _SECTOR * (sector + 1)
+    start = _SECTOR * int(random.integers(0, max(len(content) // _SECTOR, 1)))
     before = content[max(start - _SECTOR, 0) : start] if random.random() < 0.5 else bytes(_SECTOR)
-    return content[:start] + before + content[stop:]
+    return content[:start] + before + content[start + _SECTOR :]
 
 
-def _encoded(content: bytes, _: bytes, random: Generator) -> bytes:
+def encoded(content: bytes, _: bytes, random: Generator) -> bytes:
     """Another encoding, as editors write it."""
-    text = content.decode("latin-1")
-    name = ("utf-16", "utf-16-be", "utf-8-sig", "utf-32", "cp037", "utf-7")[random.integers(0, 6)]
-    return text.encode(name, errors="replace")
+    return content.decode("latin-1").encode(_any(_ENCODINGS, random), errors="replace")
 
 
-def _line_ends(content: bytes, _: bytes, random: Generator) -> bytes:
-    ends = (b"\r\n", b"\r", b"\n\n", b"\n\r", b"\x0b", b" \n", b",\n", b";\n")
-    return content.replace(b"\n", ends[int(random.integers(0, len(ends)))])
+def line_ends(content: bytes, _: bytes, random: Generator) -> bytes:
+    """Other line ends."""
+    return content.replace(b"\n", _any(_ENDS, random))
 
 
-def _repeated(content: bytes, _: bytes, random: Generator) -> bytes:
-    """A transmission that was sent again."""
-    lines = _lines(content)
-    start, stop = _some(random, len(lines))
-    return b"".join([*lines[:stop], *lines[start:stop], *lines[stop:]])
+def packed(content: bytes, _: bytes, random: Generator) -> bytes:
+    """A compressed file, cut or with a bit changed."""
+    inside = gzip.compress(content, mtime=0)
+    return _any((flipped, cut), random)(inside, b"", random)
 
 
-def _columns(content: bytes, _: bytes, random: Generator) -> bytes:
-    """Cells of some lines moved by one, one too many or one too few."""
-    lines = _lines(content)
-    start, stop = _some(random, len(lines))
-    for index in range(start, stop):
-        cells = lines[index].rstrip(b"\n").split(b",")
-        turn = (cells[1:] + cells[:1], cells[1:], [*cells, b"1"])[int(random.integers(0, 3))]
-        lines[index] = b",".join(turn) + b"\n"
-    return b"".join(lines)
+def _in_lines(change: Callable[[Lines, Lines, Generator], Lines], name: str) -> Mutator:
+    """A damage of some lines in a row, which also gets the lines of another log."""
+
+    def mutator(content: bytes, donor: bytes, random: Generator) -> bytes:
+        lines = content.splitlines(keepends=True)
+        start, stop = _stretch(len(lines), 40, random)
+        some = change(lines[start:stop], donor.splitlines(keepends=True), random)
+        return b"".join([*lines[:start], *some, *lines[stop:]])
+
+    mutator.__name__ = name
+    return mutator
 
 
-def _errors(content: bytes, _: bytes, random: Generator) -> bytes:
-    """Errors of a spreadsheet in the first cell of some lines below the names."""
-    lines = _lines(content)
-    start, stop = _some(random, len(lines))
-    for index in range(max(start, len(lines) // 9), stop):
-        error = (b"#N/A", b"#DIV/0!", b"#VALUE!", b"#REF!", b"N/A")[int(random.integers(0, 5))]
-        lines[index] = error + b"," + lines[index].partition(b",")[2]
-    return b"".join(lines)
+def _moved(line: bytes, random: Generator) -> bytes:
+    """Cells moved by one, one too many or one too few."""
+    cells = line.rstrip(b"\n").split(b",")
+    return b",".join(_any((cells[1:] + cells[:1], cells[1:], [*cells, b"1"]), random)) + b"\n"
 
 
-def _packed(content: bytes, _: bytes, random: Generator) -> bytes:
-    """A compressed file, cut or with a byte changed."""
-    packed = bytearray(gzip.compress(content, mtime=0))
-    if random.random() < 0.5:
-        return bytes(packed[: random.integers(0, len(packed))])
-    packed[random.integers(0, len(packed))] ^= 1 << int(random.integers(0, 8))
-    return bytes(packed)
+def _interleaved(some: Lines, others: Lines, random: Generator) -> Lines:
+    start, stop = _stretch(len(others), 40, random)
+    return [*others[start:stop], *some]
 
 
-MUTATORS = (
-    *(_flipped, _cut, _absurd),
-    *(_shuffled, _interleaved, _spliced, _numbers, _sectors, _encoded),
-    *(_line_ends, _repeated, _columns, _errors, _packed),
+MUTATORS: tuple[Mutator, ...] = (
+    *(flipped, cut, absurd, spliced, numbers, sectors, encoded, line_ends, packed),
+    # two writers at a time, a transmission that was sent again, errors of a spreadsheet
+    _in_lines(lambda some, _, random: [some[n] for n in random.permutation(len(some))], "shuffled"),
+    _in_lines(_interleaved, "interleaved"),
+    _in_lines(lambda some, *_: [*some, *some], "repeated"),
+    _in_lines(lambda some, _, random: [_moved(line, random) for line in some], "columns"),
+    _in_lines(
+        lambda some, _, random: [
+            _any(_ERRORS, random) + b"," + line.partition(b",")[2]
+            for line in some
+            if b"time [s]" not in line
+        ],
+        "errors",
+    ),
 )
 
 
 def attack(content: bytes, donor: bytes, random: Generator) -> bytes:
     """One to three damages; `donor` is another log, from which some take a part."""
     for _ in range(random.integers(1, 4)):
-        content = MUTATORS[int(random.integers(0, len(MUTATORS)))](content, donor, random)
+        content = _any(MUTATORS, random)(content, donor, random)
     return content
 
 

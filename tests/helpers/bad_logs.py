@@ -209,7 +209,6 @@ BAD_LOGS = (
         empty=(b"", "the file is empty"),
         binary_junk=(bytes(range(255, 0, -1)) * 20, "first bytes are ff fe fd"),
         zip=(zipped(), "a zip archive"),
-        html_error_page=(HTML, "DOCTYPE html"),
         pdf=(b"%PDF-1.7\n%\xe2\xe3\xcf\xd3\n1 0 obj\n", "a PDF document"),
         gz_in_gz=(gzip.compress(gzip.compress(GOOD)), "packed twice"),
         gz_of_zeros=(gzip.compress(bytes(1 << 24), 9), "first bytes are 00 00"),
@@ -224,7 +223,7 @@ BAD_LOGS = (
         "damaged_file",
         tdms_damaged=(damaged(TDMS, TDMS.rindex(b"TDSm")), "begins like tdms"),
         parquet_damaged=(damaged(PARQUET, 300), "begins like parquet"),
-        parquet_encrypted=(b"PARE" + PARQUET[4:], "encrypted"),
+        parquet_encrypted=(b"PARE" + PARQUET[4:-4] + b"PARE", "encrypted"),
     ),
     *bad(
         "header",
@@ -246,6 +245,7 @@ BAD_LOGS = (
     *bad(
         "columns",
         only_comments=(HEAD, "no line names columns"),
+        html_error_page=(HTML, "its first line is '<!DOCTYPE html>'"),
         other_table=(b"name,age,town,zip\nann,31,ulm,1\n", "'name,age,town,zip'"),
         doubled_column=(GOOD.replace(b"disc_", b"ball_"), "repeats the column 'ball_speed'"),
         unit_to_compute_for_ever=(GOOD.replace(b"[N]", b"[10**10**10]"), "'10**10**10' is none"),

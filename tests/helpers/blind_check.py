@@ -1,6 +1,6 @@
 """What the library makes of a blind laboratory's logs, in numbers."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from itertools import product
 from pathlib import Path
@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from blind_lab.laboratory import CAMPAIGN, Filed, Laboratory
+from blind_lab.laboratory import CAMPAIGN, Laboratory
 from oilfilm.curation.curate import Curated, check_logs
 from oilfilm.curation.run_gates import DOUBTS
 from oilfilm.fits.fit import OilFit, fit_oil
@@ -59,42 +59,31 @@ def curated(project: Path, settings: Settings) -> Curated:
 
 def outcome(laboratory: Laboratory, verdicts: Curated) -> Outcome:
     """Detection and false alarms of curation."""
-    accepted = verdicts.runs.set_index("file")["verdict"] == "accepted"
-    rules = verdicts.quarantine.groupby("file")["rule"].agg(set).to_dict()
-    for file, warning in verdicts.runs.set_index("file")["warning"].items():
-        if warning:
-            rules.setdefault(file, set()).update(
-                name for name in (*DOUBTS, "constant_channel") if name in warning
-            )
+    runs, listed = verdicts.runs.set_index("file"), verdicts.quarantine
     # a run of which most plateaus fail names their gates in its sentence
-    sentences = verdicts.quarantine.groupby("file")["reason"].agg(" ".join).to_dict()
+    said = (listed["rule"] + ": " + listed["reason"]).groupby(listed["file"]).agg(" ".join)
+    told = {
+        file: f"{said.get(file, '')} {warning}".strip()
+        for file, warning in runs["warning"]
+        .reindex(runs.index.union(said.index), fill_value="")
+        .items()
+        if file in said or any(name in warning for name in (*DOUBTS, "constant_channel"))
+    }
     sound = {log.file for log in laboratory.sound}
-    false_alarms = [
-        f"{file}: {', '.join(sorted(rules.get(file, ())))}"
-        for file in sorted(sound)
-        if file in rules or not accepted.get(file, False)
-    ]
-    named = {log.file: (log, rules.get(log.file, set())) for log in laboratory.faulty}
+    accepted = set(runs.index[runs["verdict"] == "accepted"])
+    false_alarms = [f"{f}: {told.get(f)}" for f in sorted(sound) if f in told or f not in accepted]
     right = [
-        file
-        for file, (log, said) in named.items()
-        if said & set(log.rules) or _named(log, sentences)
+        log for log in laboratory.faulty if any(r in told.get(log.file, "") for r in log.rules)
     ]
-    silent = [log.fault for log, said in named.values() if not said]
+    silent = [log.fault for log in laboratory.faulty if log.file not in told]
     misnamed = [
-        f"{log.fault}: {', '.join(sorted(said))}"
-        for file, (log, said) in named.items()
-        if said and file not in right
+        f"{log.fault}: {told[log.file]}"
+        for log in laboratory.faulty
+        if log.file in told and log not in right
     ]
-    points = _of(verdicts, sound)
-    return Outcome(
-        false_alarms, float((~points["accepted"]).mean()), silent, misnamed, len(right), len(named)
-    )
-
-
-def _named(log: Filed, sentences: Mapping[str, str]) -> bool:
-    """True where the sentence about a log names one of the right rules."""
-    return any(rule in sentences.get(log.file, "") for rule in log.rules)
+    points, faults = _of(verdicts, sound), len(laboratory.faulty)
+    refused = float((~points["accepted"]).mean())
+    return Outcome(false_alarms, refused, silent, misnamed, len(right), faults)
 
 
 def with_fits(

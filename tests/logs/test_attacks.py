@@ -13,7 +13,7 @@ from oilfilm.settings.resolved import Settings
 from pcs_exports import film_export, traction_export
 
 
-@pytest.mark.parametrize("mutator", MUTATORS, ids=lambda mutator: mutator.__name__.strip("_"))
+@pytest.mark.parametrize("mutator", MUTATORS, ids=lambda mutator: mutator.__name__)
 @pytest.mark.parametrize("rig", SOUND)
 def test_every_row_of_a_damaged_log_is_accepted_or_refused(rig: str, mutator) -> None:
     """`make bench-attack` takes 10 000 logs."""

@@ -12,7 +12,6 @@ from hypothesis import strategies as st
 
 import bad_logs
 from campaigns import ROOT
-from oilfilm import tables
 from oilfilm.logs import ingest
 from oilfilm.logs.base import Reading, UnreadableLogError
 from oilfilm.logs.header import header_keys, misspelt_key, named_keys
@@ -134,21 +133,6 @@ def with_campaign(**changes: Any) -> Settings:
     return CONFIG.with_changes({"campaign": changes})
 
 
-def test_speeds_in_m_s_and_load_as_pressure_need_no_spindle_radius() -> None:
-    names = "time_s,max_hertz_pressure_gpa,traction_force_n,ball_speed_m_s,disc_speed_m_s,"
-    (run,) = read(f"{names}inlet_temperature_c", "0,1.5,0.5,24,26,70").runs
-    # docs/physics.md: W 142 N at 1.5 GPa
-    assert run.samples["load_n"][0] == pytest.approx(142, abs=0.5)
-    assert run.samples["disc_speed_m_s"].tolist() == [26]
-
-
-def test_renamed_column_is_found_by_the_campaign_file() -> None:
-    config = with_campaign(columns={"load": {"name": "\u8f7d\u8377", "unit": "kgf"}})
-    names = "time_s,\u8f7d\u8377,traction_force_n,ball_speed_m_s,disc_speed_m_s,"
-    (run,) = read(f"{names}inlet_temperature_c", "0,10,-0.5,1,2,70", config=config).runs
-    assert run.samples["load_n"].tolist() == pytest.approx([98.0665])
-
-
 SLIP_NAMES = "time_s,load_n,traction_force_n,inlet_temperature_c,entrainment speed [mm/s],"
 
 
@@ -198,33 +182,7 @@ def test_archive_that_unfolds_without_end_is_refused(monkeypatch: pytest.MonkeyP
     assert error.value.refusal.rule == "too_large"
 
 
-def test_header_in_another_language_and_an_oil_by_another_name() -> None:
-    config = with_campaign(header={"oil": ["Schmierstoff", "润滑油"]}).with_changes(
-        {"oils": {"4102": {"aliases": ["Öl B-12"]}}}
-    )
-    keys = named_keys({"润滑油": "Öl B-12", "load_n": "80"}, config)
-    assert keys == {"oil": "4102", "load_n": "80"}
-    for others in ({"oil": "4102"}, {"oil": "4102 / \u00f6l  b-12"}):
-        assert named_keys({"schmierstoff": "Öl B-12", **others}, config) == {"oil": "4102"}
-    contradicting = header_keys({"schmierstoff": "4102", "oil": "4050"}, config)
-    assert contradicting["oil"] == "4102 / 4050"
-
-
-def test_table_of_runs_names_how_a_log_was_read() -> None:
-    names = "time_s load_n traction_force_n ball_speed_rpm disc_speed_rpm Temperature[\u00b0C]"
-    config = with_campaign(columns={"inlet_temperature": {"name": "Temperature"}})
-    log = f"#oil:4102\n{names}\n{' '.join(6 * ['0,5'])}\n".replace(" ", ";").encode("cp1252")
-    (run,) = tables.rows(ingest.ingest_logs([("log", log)], config).runs)
-    form = [run[name] for name in ("encoding", "delimiter", "decimal_mark")]
-    assert form == ["cp1252", "semicolon", "comma"]
-
-
 ONE_OIL = type(CONFIG).of({**CONFIG.plain(), "oils": {"4050": CONFIG.plain()["oils"]["4050"]}})
-
-
-def test_one_oil_in_a_campaign_needs_no_label() -> None:
-    assert header_keys({}, ONE_OIL)["oil"] == "4050"
-    assert "oil" not in header_keys({}, CONFIG)
 
 
 @pytest.mark.parametrize("key", ["lubricant", "test_oil", "oil_name", "Schmierstoff", "润滑油"])

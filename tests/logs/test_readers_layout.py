@@ -3,15 +3,12 @@
 from collections.abc import Callable
 
 import numpy as np
-import pandas as pd
 import pytest
 
 import bad_logs
 import formats
 from oilfilm.logs.base import Reading
-from oilfilm.logs.encoding import encodings_of
 from oilfilm.logs.ingest import read_log
-from oilfilm.logs.instants import seconds
 
 CONFIG = bad_logs.CONFIG
 NAMES = "time;load;traction_force;ball_speed;disc_speed;inlet_temperature".split(";")
@@ -195,34 +192,6 @@ def test_damaged_byte_does_not_change_the_encoding(
         reading = read_log(log_bytes, "log", CONFIG)[1]
         assert reading.form.encoding == encoding
         assert len(reading.runs[0]) == rows
-
-
-@pytest.mark.parametrize(
-    ("text", "encoding"),
-    [
-        ("\u00d6lzulauf [\u00b0C];K\u00fcvette", "cp1252"),
-        ("\u6da6\u6ed1\u6cb9, \u5f20", "gb18030"),
-        ("\u00b0C", "utf-8"),
-        ("load;1;2;3", "utf-16-le"),
-        ("load;1;2;3", "utf-16-be"),
-    ],
-)
-def test_encoding_is_known_without_a_mark_and_in_spite_of_damage(text: str, encoding: str) -> None:
-    content = text.encode(encoding)
-    for damage in (b"", b"" if encoding.startswith("utf-16") else b", \xff"):
-        assert encodings_of(content + damage)[0] == encoding
-
-
-@pytest.mark.parametrize(
-    "stamps",
-    [
-        ["2026-10-25T02:59:59+02:00", "2026-10-25T02:59:59.5+02:00", "2026-10-25T02:00:00+01:00"],
-        ["2026-12-31T23:59:59.5", "2027-01-01T00:00:00.0", "2027-01-01T00:00:00.5"],
-        ["23:59:59.5", "00:00:00", "00:00:00.5"],
-    ],
-)
-def test_time_goes_on_over_midnight_and_changes_of_the_offset(stamps: list[str]) -> None:
-    assert seconds(pd.Series(stamps)).tolist() == [0.0, 0.5, 1.0]
 
 
 @pytest.mark.parametrize("encoding", ["utf-8", "cp1252"])

@@ -9,7 +9,7 @@ import numpy as np
 import yaml
 
 from blind_lab.bench import Bench, Condition, draw_bench
-from blind_lab.defects import FAULTS, Draft, draft, faulty
+from blind_lab.defects import FAULTS, draft, faulty
 from blind_lab.dialects import HEADER, NAMES, Dialect, draw_dialect, suffix
 from blind_lab.truth import Oil, draw_machine, draw_oil
 
@@ -17,8 +17,6 @@ CAMPAIGN, RIG = "blind", "our-rig"
 _HEAT = {"specific_heat_j_kgk": 2000.0, "thermal_conductivity_w_mk": 0.15}
 # Names of each oil: in the laboratory's own script, and in one that every encoding can write.
 _OILS = (("Turbo 5 alt",), ("Öl B-12", "Oil B-12"), ("合成油 3", "Synthetic 3"))
-# Numbers of the sound logs that are filed once more under another oil, or contradicted by one.
-_COPIED, _TAKEN, _SHIFTED = 4, 5, 7
 _SETTING_KEYS = (
     "oil",
     "max_hertz_pressure_gpa",
@@ -43,7 +41,6 @@ class Filed:
     oil: str
     fault: str = ""
     rules: tuple[str, ...] = ()
-    doubted: bool = False  # a sound log that another one contradicts
     rows: int = 0
 
 
@@ -58,7 +55,7 @@ class Laboratory:
     @property
     def sound(self) -> list[Filed]:
         """Logs that nothing is wrong with."""
-        return [log for log in self.logs if not log.fault and not log.doubted]
+        return [log for log in self.logs if not log.fault]
 
     @property
     def faulty(self) -> list[Filed]:
@@ -66,7 +63,9 @@ class Laboratory:
         return [log for log in self.logs if log.fault]
 
 
-def build(project: Path, config: Path, seed: int, faults: bool = True) -> Laboratory:
+def build(
+    project: Path, config: Path, seed: int, faults: bool = True, levels: int = 3
+) -> Laboratory:
     """Write a campaign `blind` into a project folder.
 
     Args:
@@ -74,6 +73,7 @@ def build(project: Path, config: Path, seed: int, faults: bool = True) -> Labora
         config: The configuration folder whose thresholds are used.
         seed: Every choice follows from it.
         faults: Also file the logs with faults.
+        levels: Of pressure, of speed and of temperature.
     """
     random = np.random.default_rng(seed)
     bench = draw_bench(random, draw_machine(random))
@@ -88,31 +88,20 @@ def build(project: Path, config: Path, seed: int, faults: bool = True) -> Labora
         path.write_bytes(content)
         logs.append(replace(about, file=path.name))
 
-    drafts: dict[str, list[Draft]] = {}
-    levels = _levels(random)
+    every = _levels(random)
     for name, oil in oils.items():
-        for number, condition in enumerate(product(*levels)):
+        for number, condition in enumerate(product(*(each[:levels] for each in every))):
             dialect = draw_dialect(random)
             sound = draft(bench.run(oil, Condition(*condition), random), dialect, bench)
-            drafts.setdefault(name, []).append(sound)
-            doubted = faults and name == next(iter(oils)) and number in (_COPIED, _SHIFTED)
-            doubted |= faults and name == list(oils)[1] and number == _TAKEN
-            about = Filed("", name, doubted=doubted, rows=len(sound.recording))
+            about = Filed("", name, rows=len(sound.recording))
             file(sound.bytes(), dialect, f"{name}_{number:03}", about)
-    if faults:
-        for number, (kind, fault) in enumerate(FAULTS.items()):
-            name = str(random.choice(list(oils)))
-            dialect = replace(draw_dialect(random), packed=False)
-            # a condition of its own, so that no other run of the campaign takes its place
-            content = faulty(fault, oils[name], _between(levels, random), bench, dialect, random)
-            file(content, dialect, f"fault_{number:03}", Filed("", name, kind, fault.rules))
-        for kind, rules, name, sound in _misfiled(drafts, bench, oils, levels, random):
-            file(
-                sound.bytes(),
-                sound.dialect,
-                f"zz_{kind.replace(' ', '_')}",
-                Filed("", name, kind if rules else "", rules, doubted=not rules),
-            )
+    for number, (kind, fault) in enumerate(FAULTS.items() if faults else ()):
+        name = str(random.choice(list(oils)))
+        dialect = replace(draw_dialect(random), packed=False)
+        # a condition of its own, so that no other run of the campaign takes its place
+        content = faulty(fault, oils[name], _between(every, random), bench, dialect, random)
+        about = Filed("", name, kind, (*fault.rules.split(),))
+        file(content, dialect, f"fault_{number:03}", about)
     return Laboratory(oils, bench, tuple(logs))
 
 
@@ -127,73 +116,6 @@ def _levels(random: np.random.Generator) -> tuple[list[float], list[float], list
 def _between(levels: tuple[list[float], ...], random: np.random.Generator) -> Condition:
     """A condition between the levels."""
     return Condition(*(round(random.uniform(min(each), max(each)), 3) for each in levels))
-
-
-def _misfiled(
-    drafts: dict[str, list[Draft]],
-    bench: Bench,
-    oils: dict[str, Oil],
-    levels: tuple[list[float], list[float], list[float]],
-    random: np.random.Generator,
-) -> list[tuple[str, tuple[str, ...], str, Draft]]:
-    """Sound logs that are filed wrongly: kind, right rules (none: sound), oil by label, log."""
-    first, second = list(oils)[:2]
-    plain = replace(draw_dialect(random), packed=False)
-
-    def again(sound: Draft, oil: str = first) -> Draft:
-        recording = replace(sound.recording, oil=oils[oil].names)
-        return draft(recording, plain, bench)
-
-    def other_oil(number: int) -> Draft:
-        """A run of the first oil at a condition, labelled as the second's."""
-        condition = drafts[first][number].recording.condition
-        run = bench.run(oils[first], condition, random)
-        return draft(replace(run, oil=oils[second].names), plain, bench)
-
-    def later(sound: Draft) -> Draft:
-        """The log without its first second, each reading with a digit less."""
-        recording = sound.recording.rows(np.arange(int(bench.rate), len(sound.recording)))
-        digits = {"force": 3, "load": 2, "ball": 3, "disc": 3, "celsius": 2}
-        signals = {name: np.round(recording.signals[name], n) for name, n in digits.items()}
-        return replace(sound, recording=recording.changed(**signals))
-
-    thrice = _between(levels, random)
-
-    def repeat(factor: float = 1.0) -> Draft:
-        """One of three runs of one condition."""
-        run = bench.run(oils[first], thrice, random)
-        return draft(run.changed(force=factor * run.signals["force"]), plain, bench)
-
-    label = replace(
-        bench.run(oils[first], _between(levels, random), random), oil=oils[second].names
-    )
-    once_more = bench.run(oils[first], drafts[first][6].recording.condition, random)
-    by_load = draft(once_more, plain, bench)
-    header = list(by_load.header.items())
-    header[1] = "load_n", f"{bench.machine.load(once_more.condition.pressure * 1e9):.3f}"
-    by_load = replace(by_load, header=dict(header))
-    return [
-        ("byte copy", ("duplicate_log",), first, drafts[first][2]),
-        ("same samples in another format", ("duplicate_log",), first, again(drafts[first][3])),
-        (
-            "same samples under two oils",
-            ("conflicting_labels",),
-            second,
-            again(drafts[first][_COPIED], oil=second),
-        ),
-        (
-            "same samples later and rounded, under two oils",
-            ("conflicting_labels",),
-            second,
-            again(later(drafts[first][_SHIFTED]), oil=second),
-        ),
-        ("a repeat that is 9 percent high", ("conflicting_condition",), first, repeat(1.09)),
-        ("good repeat", (), first, repeat()),
-        ("good repeat again", (), first, repeat()),
-        ("set point as a load", ("duplicate_condition",), first, by_load),
-        ("another oil at a taken condition", ("conflicting_condition",), second, other_oil(_TAKEN)),
-        ("another oil at a free condition", ("curve_off",), second, draft(label, plain, bench)),
-    ]
 
 
 def _write_config(project: Path, config: Path, bench: Bench, oils: dict[str, Oil]) -> None:

@@ -6,8 +6,6 @@ Decides: which units a typed quantity may have; where a command looks for settin
 import argparse
 import json
 import re
-from importlib.util import find_spec
-from math import isfinite
 from pathlib import Path
 from typing import Any
 
@@ -21,19 +19,6 @@ from oilfilm.logs.base import LARGEST_READING
 from oilfilm.settings.resolve import read_config
 from oilfilm.traction.law import QUANTITIES
 from oilfilm.units import conversion
-
-
-def need_workflow() -> None:
-    """Refuse to go on where Snakemake is not installed.
-
-    Raises:
-        OilfilmError: It is not.
-    """
-    if find_spec("snakemake") is None:
-        raise OilfilmError(
-            "Snakemake is not installed: only the core of oilfilm is. Install the workflow: "
-            "pip install 'oilfilm[workflow]'"
-        )
 
 
 def config_folder(given: Path | None) -> Path:
@@ -85,15 +70,8 @@ def json_text(values: Any) -> str:
         >>> json_text({"mu": [float("nan"), 0.5]})
         '{"mu": [null, 0.5]}'
     """
-    return json.dumps(_with_null(values), allow_nan=False)
-
-
-def _with_null(value: Any) -> Any:
-    if isinstance(value, dict):
-        return {name: _with_null(part) for name, part in value.items()}
-    if isinstance(value, list | tuple):
-        return [_with_null(part) for part in value]
-    return None if isinstance(value, float) and not isfinite(value) else value
+    plain = json.loads(json.dumps(values), parse_constant=lambda constant: None)
+    return json.dumps(plain)
 
 
 def typed_conditions(options: argparse.Namespace) -> dict[str, float]:
@@ -102,11 +80,10 @@ def typed_conditions(options: argparse.Namespace) -> dict[str, float]:
     Raises:
         OilfilmError: As by `quantity`.
     """
-    typed = {option: getattr(options, option.removeprefix("--")) for option in CONDITION_OPTIONS}
     return {
-        name: quantity(typed[option], QUANTITIES[name].unit, option)
+        name: quantity(text, QUANTITIES[name].unit, option)
         for option, (name, _, _) in CONDITION_OPTIONS.items()
-        if typed[option] is not None
+        if (text := getattr(options, option.removeprefix("--"))) is not None
     }
 
 

@@ -10,8 +10,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
 from oilfilm.cli.arguments import config_folder, json_text, project_folder
-from oilfilm.cli.check_text import report
-from oilfilm.cli.checked import Plain, checked_logs
+from oilfilm.cli.checked import Plain, checked_logs, report
 from oilfilm.curation.curate import curate_ingested
 from oilfilm.curation.rig_kind import RigKind
 from oilfilm.curation.torque_rig import TORQUE_RIG
@@ -35,7 +34,9 @@ def run(options: argparse.Namespace) -> int:
     kind = next((each for each in _KINDS if each.name == options.kind), None)
     config = config_folder(options.config)
     raw = project_folder(options.config) / "data" / "raw"
-    given = [log for path in options.logs for log in _logs_at(path)]
+    given: list[Path] = []
+    for path in options.logs:
+        given += [path / name for name in raw_files(path)] if path.is_dir() else [path]
     campaign = options.campaign or _campaign_of(given, raw, config, options.config is not None)
     settings = resolve(config, {"campaign": campaign} if campaign else {})
     # a pattern such as data/raw/own/*.csv names the run sheet too
@@ -58,14 +59,6 @@ def _gone(campaign: str, raw: Path) -> Iterator[str]:
             yield gone
 
 
-def _logs_at(path: Path) -> list[Path]:
-    """The log that a path names, or all logs of a folder."""
-    try:
-        return [path / name for name in raw_files(path)] if path.is_dir() else [path]
-    except OSError:  # whoever reads it says why it cannot be read
-        return [path]
-
-
 def _campaign_of(paths: Iterable[Path], own: Path, config: Path, named: bool) -> str | None:
     """The campaign in whose folders the logs are; None where they are elsewhere.
 
@@ -84,20 +77,17 @@ def _campaign_of(paths: Iterable[Path], own: Path, config: Path, named: bool) ->
     for path in (Path(os.path.realpath(path)) for path in paths):
         for raw in (folder for folder in path.parents if folder.parts[-2:] == ("data", "raw")):
             campaign = path.relative_to(raw).parts[0].removesuffix("-torque")
-            project = raw.parents[1]
-            if raw == own and (config / f"campaigns/{campaign}.yaml").is_file():
-                known.add(campaign)
-            elif (
-                raw != own
-                and not named
-                and (project / f"config/campaigns/{campaign}.yaml").is_file()
-            ):
-                raise OilfilmError(
-                    f"{path}: is of the campaign {campaign} in the project folder {project}, which "
-                    "has settings of its own. Run the command there, or name the settings that are "
-                    f"meant: --config {project / 'config'}, or --campaign with a campaign of the "
-                    "present folder."
-                )
+            of_project = raw.parents[1] / "config"
+            if ((config if raw == own else of_project) / f"campaigns/{campaign}.yaml").is_file():
+                if raw == own:
+                    known.add(campaign)
+                elif not named:
+                    raise OilfilmError(
+                        f"{path}: is of the campaign {campaign} in the project folder "
+                        f"{raw.parents[1]}, which has settings of its own. Run the command there, "
+                        f"or name the settings that are meant: --config {of_project}, or "
+                        "--campaign with a campaign of the present folder."
+                    )
     if len(known) > 1:
         raise OilfilmError(
             f"{own}: the logs are of the campaigns {' and '.join(sorted(known))}. Check one "
@@ -179,8 +169,8 @@ def kind_of(file: str, content: bytes, settings: Settings) -> RigKind:
             "is: --traction or --torque."
         )
     # a log that lacks columns of one kind only is of the other, whatever else is wrong with it
-    return runs[0] if runs else min(_KINDS, key=lambda kind: _lacks_columns(readings[kind]))
+    return min(runs or _KINDS, key=lambda kind: "columns" in _rules(readings[kind]))
 
 
-def _lacks_columns(reading: Reading) -> bool:
-    return any(refusal.rule == "columns" for refusal in reading.refusals)
+def _rules(reading: Reading) -> set[str]:
+    return {refusal.rule for refusal in reading.refusals}

@@ -2,7 +2,6 @@
 
 import argparse
 import shutil
-import sys
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -138,13 +137,7 @@ def _sniffed(logs: dict[str, Path]) -> tuple[Findings, list[Sniffed]]:
         for source in BEST_FIRST
     }
     zero = partial(zero_source, settings_by_source=by_source)
-    sniffed: list[Sniffed] = []
-    for number, (file, path) in enumerate(logs.items(), start=1):
-        # one line at a terminal, because hundreds of logs take a minute; cleared at the end
-        if sys.stderr.isatty():
-            end = f"{number} of {len(logs)} logs" if number < len(logs) else ""
-            print(f"\r\x1b[K{end}", end="", file=sys.stderr, flush=True)
-        sniffed.append(sniff(file, read_bytes(path), zero))
+    sniffed = [sniff(file, read_bytes(path), zero) for file, path in logs.items()]
     found = Findings([log for log in sniffed if log.is_log])
     if sniffed and not found.named:
         problems = "\n".join(f"  {log.file}: {log.problem}" for log in sniffed)

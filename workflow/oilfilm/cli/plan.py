@@ -1,7 +1,7 @@
 """The command `oilfilm plan`: the rig conditions to test next."""
 
 import argparse
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -59,9 +59,9 @@ def run(options: argparse.Namespace) -> int:
     request = _request(options, settings, config)
     plans = [plan for oil in oils for plan in plan_oil(results, settings, oil, request)]
     if options.json:
-        print("\n".join(json_text(_plain(plan, about)) for plan in plans))
+        print("\n".join(json_text({**about, **_plain(plan)}) for plan in plans))
     else:
-        print("\n\n".join(map(_text, plans)))
+        print("\n\n".join("\n".join(_lines(plan, _plain(plan))) for plan in plans))
         print(f"\n{ASSUMPTION}\nfrom campaign {about['campaign']}, {about['data']} data")
     return 0
 
@@ -88,92 +88,72 @@ def _request(options: argparse.Namespace, settings: Settings, config: Path) -> R
 
 
 def _duty(text: str) -> list[float]:
-    parts = text.split(",")
-    if len(parts) != len(_DUTY_UNITS):
+    of_units = zip(text.split(","), _DUTY_UNITS, strict=False)
+    values = [quantity(part, unit, "--duty") for part, unit in of_units]
+    if text.count(",") != len(_DUTY_UNITS) - 1 or min(values) <= 0:
         raise OilfilmError(
-            f"--duty: found {text!r}; expected axial load, speed and oil temperature, as "
-            f"{DUTY_EXAMPLE}."
-        )
-    values = [quantity(part, unit, "--duty") for part, unit in zip(parts, _DUTY_UNITS, strict=True)]
-    if min(values) <= 0:
-        raise OilfilmError(
-            f"--duty: found {text!r}; expected three numbers above 0, as {DUTY_EXAMPLE}."
+            f"--duty: found {text!r}; expected axial load, speed and oil temperature, three "
+            f"numbers above 0, as {DUTY_EXAMPLE}."
         )
     return values
 
 
-def _chosen(plan: NextTests) -> pd.DataFrame:
-    """The chosen tests in their order: rows of the table `test_plan`."""
-    table = plan.table()
-    return table[table["test_order"] > 0].sort_values("test_order")
-
-
-def _operating_points(plan: NextTests) -> pd.DataFrame:
-    """What the uncertainty is of: `at`, `value`, uncertainty now and with the plan."""
-    wanted = plan.wanted
-    return pd.DataFrame(
-        {
-            "at": wanted.labels,
-            "value": wanted.values,
-            "uncertainty_now": uncertainties(plan.known.precision, plan.gradients),
-            "uncertainty_with_plan": uncertainties(plan.design.end, plan.gradients),
-        }
-    )
-
-
-def _without_calibration(plan: NextTests) -> float:
-    known = plan.known
-    return float(uncertainty(*known.without_calibration(known.precision, plan.gradients)))
-
-
-def _plain(plan: NextTests, about: Mapping[str, str]) -> dict[str, Any]:
+def _plain(plan: NextTests) -> dict[str, Any]:
     """A plan as plain values: what is known, the tests in their order, what they bring."""
-    tests = _chosen(plan)
+    known, wanted, gradients = plan.known, plan.wanted, plan.gradients
+    without_calibration = uncertainty(*known.without_calibration(known.precision, gradients))
+    tests = plan.table()
+    tests = tests[[name for name in tables.columns("test_plan") if name in tests]]
+    points = {
+        "at": wanted.labels,
+        "value": wanted.values,
+        "uncertainty_now": uncertainties(known.precision, gradients),
+        "uncertainty_with_plan": uncertainties(plan.design.end, gradients),
+    }
     return {
-        **about,
         "oil": plan.oil,
-        "target": plan.wanted.target,
+        "target": wanted.target,
         "bearing": plan.where,
         "uncertainty_now": plan.design.before,
-        "uncertainty_now_without_calibration": _without_calibration(plan),
-        "tests": tables.rows(
-            tests[[name for name in tables.columns("test_plan") if name in tests]]
-        ),
-        "operating_points": tables.rows(_operating_points(plan)),
-        "left_out": list(plan.wanted.left_out),
+        "uncertainty_now_without_calibration": float(without_calibration),
+        "tests": tables.rows(tests[tests["test_order"] > 0].sort_values("test_order")),
+        "operating_points": tables.rows(pd.DataFrame(points)),
+        "left_out": list(wanted.left_out),
         "conditions": len(plan.candidates.tests),
         "conditions_left_out": {name: int(n) for name, n in plan.candidates.left_out.items() if n},
-        "calibration_known": bool(plan.known.calibration.any()),
+        "calibration_known": bool(known.calibration.any()),
         "assumption": ASSUMPTION,
     }
 
 
-def _text(plan: NextTests) -> str:
+def _lines(plan: NextTests, plain: Mapping[str, Any]) -> Iterator[str]:
     """The plan in sentences and a table."""
-    name, factor, unit = _SHOWN[plan.wanted.target]
+    name, factor, unit = _SHOWN[plain["target"]]
+    points, tests = plain["operating_points"], plain["tests"]
 
     def shown(uncertainty: float) -> str:
         return "unknown" if np.isnan(uncertainty) else f"{factor * uncertainty:.3g}{unit}"
 
     def largest(column: str) -> str:
-        worst = points.iloc[int(points[column].fillna(0).argmax())]
+        worst = max(points, key=lambda point: float(np.nan_to_num(point[column])))
         return f"{shown(worst[column])} at {worst['at']}"
 
-    points = _operating_points(plan)
     where = f" in {plan.where}" if plan.where else ""
-    lines = [
-        f"{plan.oil}{where}: standard uncertainty of the {name} from the law, root "
-        f"mean square over {len(points)} operating points: {shown(plan.design.before)}; "
-        f"largest {largest('uncertainty_now')}.",
-        f"With exact sensors it would be {shown(_without_calibration(plan))}: "
-        "the rest is their calibration, which all tests on this rig share."
-        if plan.known.calibration.any()
-        else "The calibration of the rig's sensors is not stated, so it is not included.",
-        *(f"left out: {reason}" for reason in plan.wanted.left_out),
-    ]
-    reasons = [f"{reason} ({int(n)})" for reason, n in plan.candidates.left_out.items() if n]
-    beyond = f"; the others are beyond {', '.join(reasons)}." if reasons else "."
-    lines.append(f"{len(plan.candidates.tests)} conditions of plan.levels can be run{beyond}")
+    yield (
+        f"{plan.oil}{where}: standard uncertainty of the {name} from the law, root mean square "
+        f"over {len(points)} operating points: {shown(plan.design.before)}; largest "
+        f"{largest('uncertainty_now')}."
+    )
+    if plain["calibration_known"]:
+        exact = shown(plain["uncertainty_now_without_calibration"])
+        rest = "the rest is their calibration, which all tests on this rig share"
+        yield f"With exact sensors it would be {exact}: {rest}."
+    else:
+        yield "The calibration of the rig's sensors is not stated, so it is not included."
+    yield from (f"left out: {reason}" for reason in plain["left_out"])
+    reasons = ", ".join(f"{reason} ({n})" for reason, n in plain["conditions_left_out"].items())
+    beyond = f"; the others are beyond {reasons}" if reasons else ""
+    yield f"{plain['conditions']} conditions of plan.levels can be run{beyond}."
     heads = ["no.", *(head for head, *_ in _TEST_COLUMNS), "uncertainty then"]
     rows = [
         [
@@ -181,15 +161,14 @@ def _text(plan: NextTests) -> str:
             *(f"{test[column]:{digits}}" for _, column, digits in _TEST_COLUMNS),
             shown(test["uncertainty_with_plan"]),
         ]
-        for test in tables.rows(_chosen(plan))
+        for test in tests
     ]
     if rows:
-        lines += text_table([heads, *rows], right=len(heads) - 1)
-        lines.append(f"Largest after the plan: {largest('uncertainty_with_plan')}.")
+        yield from text_table([heads, *rows], right=len(heads) - 1)
+        yield f"Largest after the plan: {largest('uncertainty_with_plan')}."
     if len(rows) < plan.count:
         more = "more " if rows else ""
-        lines.append(
-            f"No {more}test is worth measuring: each makes the {name} more certain by less than "
-            f"{plan.smallest_gain:.2g} of its uncertainty (plan.smallest_gain)."
+        yield (
+            f"No {more}test is worth measuring: each makes the {name} more certain "
+            f"by less than {plan.smallest_gain:.2g} of its uncertainty (plan.smallest_gain)."
         )
-    return "\n".join(lines)

@@ -4,9 +4,9 @@ import argparse
 import subprocess
 import sys
 from collections.abc import Sequence
+from importlib.util import find_spec
 from pathlib import Path
 
-from oilfilm.cli.arguments import need_workflow
 from oilfilm.errors import OilfilmError
 from oilfilm.settings.resolve import resolve
 
@@ -26,7 +26,8 @@ def run(options: argparse.Namespace) -> int:
             f"{folder}: has no Snakefile, so it is not a project folder. Name one, or make one: "
             "oilfilm init DIR LOG..."
         )
-    need_workflow()
+    if find_spec("snakemake") is None:
+        raise ModuleNotFoundError(name="snakemake")
     if not arguments:
         # said plainly here: Snakemake names its own file and line before it
         resolve(folder / "config", {})

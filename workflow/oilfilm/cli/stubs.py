@@ -3,6 +3,7 @@
 Decides: the files that `oilfilm init` writes.
 """
 
+import re
 from collections import Counter
 from collections.abc import Iterator
 
@@ -114,19 +115,14 @@ def _columns(found: Findings) -> Iterator[Line]:
 
 
 def _semantics(found: Findings) -> Iterator[Line]:
-    whys = {
-        "slower_body": "guess: the slip of the logs shows it",
-        "traction_sign": "guess: the force falls where the slip rises",
-    }
-    yield from (
-        (key, found.semantics[key], why) for key, why in whys.items() if key in found.semantics
-    )
+    whys = {"slower_body": "the slip of the logs shows it"}
+    whys |= {"traction_sign": "the force falls where the slip rises"}
+    yield from ((key, value, f"guess: {whys[key]}") for key, value in found.semantics.items())
     if found.zeros:
         ((source, count),) = found.zeros.most_common(1)
         total = found.zeros.total()
-        why = _ZEROS[source].format(
-            which="the runs" if count == total else f"{count} of {total} runs"
-        )
+        which = "the runs" if count == total else f"{count} of {total} runs"
+        why = _ZEROS[source].format(which=which)
         if found.needs_radii and source in ("rolling_phases", "opening_phase"):
             why += "; true where the radii of the tracks make the beginning pure rolling"
         yield "zero", source, why
@@ -177,7 +173,7 @@ def _rows(log: Sniffed, found: Findings) -> Iterator[dict[str, object]]:
         row |= {"oil": ""} if found.unnamed_oil else {}
         # the rows of a table of mu are settled readings, which such a table does not say
         row |= {"log_kind": "steps"} if run.settled and not run.log_kind else {}
-        remarks = ["guess: set points are medians of the log"] if given.keys() - run.lines else []
+        remarks = ["guess: set points are medians of the log"] if given else []
         if found.unnamed_oil and not run.oil:
             remarks.append("FILL IN: the oil")
         yield {**row, "remarks": ". ".join(remarks)}
@@ -192,11 +188,10 @@ def _line(key: str, value: object, comment: str = "") -> str:
 
 def _flow(value: object) -> str:
     """A value on one line, as YAML reads it back."""
-    if isinstance(value, dict):
-        return (
-            "{" + ", ".join(f"{_flow(name)}: {_flow(each)}" for name, each in value.items()) + "}"
-        )
     if value is None:
         return ""
-    text = yaml.safe_dump(value, default_flow_style=True, allow_unicode=True, width=np.inf)
-    return text.removesuffix("\n").removesuffix("\n...")
+    text = yaml.safe_dump(
+        value, default_flow_style=True, allow_unicode=True, sort_keys=False, width=np.inf
+    )
+    # a last key without a value is to be filled in
+    return re.sub(r" null}$", " }", text.removesuffix("\n").removesuffix("\n..."))

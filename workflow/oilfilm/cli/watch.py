@@ -13,12 +13,11 @@ from pathlib import Path
 
 from oilfilm.cli.arguments import config_folder, project_folder
 from oilfilm.cli.check import judged_logs, kinds_of_folders
-from oilfilm.cli.checked import Plain, Problem, problems
+from oilfilm.cli.checked import Plain, problems
 from oilfilm.curation.rig_kind import RigKind
 from oilfilm.errors import OilfilmError, printable
 from oilfilm.logs.ingest import read_bytes
 from oilfilm.logs.raw_files import find_sheet, named_logs
-from oilfilm.logs.run_sheet import RunSheet
 from oilfilm.logs.sheet_file import sheet_of_paths
 from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
@@ -29,27 +28,14 @@ Stamp = tuple[int, int]
 
 
 def run(options: argparse.Namespace) -> int:
-    """Watch until interrupted, which ends with the exit code 130.
-
-    When a file of the configuration changes, settings are read again and all logs judged anew.
-    """
+    """Watch until interrupted, which ends with the exit code 130."""
     config, raw = config_folder(options.config), project_folder(options.config) / "data/raw"
-    overrides = {"campaign": options.campaign} if options.campaign else {}
-    watcher: Watcher | None = None
-    of_config: object = None
+    settings = resolve(config, {"campaign": options.campaign} if options.campaign else {})
+    watcher = Watcher(settings, raw, options.settle)
+    _say(f"Watching {' and '.join(map(str, watcher.folders))}. Stop with Ctrl-C: nothing is lost.")
     while True:
-        if (now := _stamps(config.rglob("*.yaml"))) != of_config:
-            try:
-                watcher = Watcher(resolve(config, overrides), raw, options.settle)
-                folders = " and ".join(map(str, watcher.folders))
-                _say(f"Watching {folders}. Stop with Ctrl-C: nothing is lost.")
-            except (OilfilmError, OSError) as error:
-                if watcher is None:
-                    raise
-                _say(f"{error} Until then the previous settings apply.")
-            of_config = now
-        verdict = next(watcher.look(), None) if watcher is not None else None
-        if verdict is None:
+        # one verdict per look: a log that has just been finished does not wait for old ones
+        if (verdict := next(watcher.look(), None)) is None:
             time.sleep(_PAUSE_S)
         else:
             _say(f"{datetime.now():%H:%M:%S} {verdict}")
@@ -71,15 +57,10 @@ class Watcher:
 
     def __init__(self, settings: Settings, raw: Path, settle_s: float) -> None:
         self._settings, self._raw, self._settle_s = settings, raw, settle_s
+        self.folders = {raw / name: kind for name, kind in kinds_of_folders(settings).items()}
         self._seen: dict[Path, tuple[Stamp, float]] = {}
         self._judged: dict[Path, object] = {}
         self._said: dict[Path, str] = {}
-
-    @property
-    def folders(self) -> dict[Path, RigKind]:
-        """The folders of the campaign, with the kind of rig whose logs each has."""
-        kinds = kinds_of_folders(self._settings)
-        return {self._raw / name: kind for name, kind in kinds.items()}
 
     def look(self) -> Iterator[str]:
         """Look at every file and yield each new verdict; the newest logs come first."""
@@ -107,11 +88,13 @@ class Watcher:
                 continue
             name = path.relative_to(self._raw).as_posix()
             try:
-                verdict = faults[path] and f"REFUSED; {faults[path]}"
-                verdict = verdict or self._verdict(path, kind, sheet)
+                verdict = f"REFUSED; {faults[path]}"
+                if not faults[path]:
+                    log = [(str(path), read_bytes(path))]
+                    verdict = _line(*judged_logs(log, self._settings, kind, sheet))
                 self._judged[path] = state
                 yield f"{name}: {verdict}"
-            except (OilfilmError, OSError) as error:
+            except Exception as error:  # one log must not end the watch
                 # tried again: on Windows the program of the rig may hold the file
                 yield from self._once(path, f"{name}: {_sentence(error, path)}")
 
@@ -127,20 +110,6 @@ class Watcher:
             self._seen[path] = (stamp, now)
         return now - self._seen[path][1] >= self._settle_s
 
-    def _verdict(self, path: Path, kind: RigKind, sheet: RunSheet) -> str:
-        """The verdict on a log in one line."""
-        named = str(path), read_bytes(path)
-        try:
-            (found,) = judged_logs([named], self._settings, kind, sheet)
-        except (OilfilmError, OSError):
-            raise
-        except Exception as error:  # one log must not end the watch
-            return (
-                f"NOT JUDGED; a defect of oilfilm: {type(error).__name__}: {error} -> Run `oilfilm "
-                "check` on it, and report what is printed."
-            )
-        return _line(found)
-
 
 def _stamps(paths: Iterable[Path]) -> dict[Path, Stamp]:
     """Size and date of each file that is there."""
@@ -151,25 +120,23 @@ def _stamps(paths: Iterable[Path]) -> dict[Path, Stamp]:
 def _line(log: Plain) -> str:
     """Verdict, count of plateaus and problems; only the first one of a log that is refused."""
     runs = log["runs"]
-    good, all_of_them = (
-        sum(run[name] for run in runs) for name in ("accepted_plateaus", "plateaus")
-    )
-    plateaus = f"{good} of {all_of_them} plateaus"
+    good, plateaus = (sum(run[key] for run in runs) for key in ("accepted_plateaus", "plateaus"))
+    verdict = f"{log['verdict'].upper()}, {good} of {plateaus} plateaus"
     if len(runs) > 1:
-        plateaus += f" in {sum(run['verdict'] == 'accepted' for run in runs)} of {len(runs)} runs"
-    found = [_with_advice(problem, log) for problem in problems(log)]
+        verdict += f" in {sum(run['verdict'] == 'accepted' for run in runs)} of {len(runs)} runs"
+    found = []
+    for problem in problems(log):
+        run = problem.run_id.removeprefix(log["file"]).strip(":") if len(runs) > 1 else ""
+        advice = f" -> {problem.advice}" if problem.advice else ""
+        found.append(f"{run}: {problem.found}{advice}".removeprefix(": "))
     shown = found if log["verdict"] == "accepted" else found[:1]
     more = f" (and {len(found) - len(shown)} more)" if len(found) > len(shown) else ""
-    return "; ".join([f"{log['verdict'].upper()}, {plateaus}", *shown]) + more
-
-
-def _with_advice(problem: Problem, log: Plain) -> str:
-    run = problem.run_id.removeprefix(log["file"]).strip(":") if len(log["runs"]) > 1 else ""
-    found = f"{run}: {problem.found}" if run else problem.found
-    return f"{found} -> {problem.advice}" if problem.advice else found
+    return "; ".join([verdict, *shown]) + more
 
 
 def _sentence(error: Exception, path: Path) -> str:
     if isinstance(error, OSError):
         return f"{error.filename or path}: {error.strerror or error}."
-    return str(error)
+    if isinstance(error, OilfilmError):
+        return str(error)
+    return f"NOT JUDGED; a defect of oilfilm: {type(error).__name__}: {error}"

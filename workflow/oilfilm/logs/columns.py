@@ -14,20 +14,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from oilfilm.logs.base import (
-    HARDEST_GPA,
-    LARGEST_READING,
-    Flaw,
-    IndexArray,
-    LogColumn,
-    LoggedRun,
-    Reading,
-    Refusal,
-    TextForm,
-    Understood,
-    as_ranges,
-    refused_ranges,
-)
+from oilfilm.logs import base
 from oilfilm.logs.log_kind import Column, ContinuousLog, LogKind, Vocabulary
 from oilfilm.logs.run_sheet import SheetOfLog
 from oilfilm.settings.resolved import Settings
@@ -75,8 +62,8 @@ class LoggedTable:
     part: str = ""
     alone: bool = False
     vocabulary: Vocabulary | None = None
-    flaw: Flaw | None = None
-    problem: Refusal | None = None
+    flaw: base.Flaw | None = None
+    problem: base.Refusal | None = None
     clocks: Mapping[int, tuple[float, float, str]] = field(default_factory=dict)
     cut: int = 0
     show: Callable[[int], str] | None = None
@@ -84,17 +71,17 @@ class LoggedTable:
 
 
 # What a reader finds in a file.
-Found = tuple[TextForm, Iterable[LoggedTable]]
+Found = tuple[base.TextForm, Iterable[LoggedTable]]
 
 
 def read_tables(
     found: Found, file: str, settings: Settings, kind: LogKind, sheet: SheetOfLog
-) -> Reading:
+) -> base.Reading:
     """The runs that the tables of a file make, and what had to be refused of them."""
     form, tables = found
     rows = 0
-    runs: list[LoggedRun] = []
-    refusals: list[Refusal] = []
+    runs: list[base.LoggedRun] = []
+    refusals: list[base.Refusal] = []
     for table in tables:
         run_id = file if table.alone or not table.part else f"{file}:{table.part}"
         try:
@@ -103,15 +90,15 @@ def read_tables(
         except ValueError as error:
             read_as = f"; read as {form.encoding}" if form.encoding not in ("", "ascii") else ""
             advice = kind.vocabulary.advice
-            problem = Refusal("columns", f"{error}{read_as}", advice)
+            problem = base.Refusal("columns", f"{error}{read_as}", advice)
             run, refused = None, [_whole(problem, table, run_id, rows + 1)]
         rows += table.rows
         runs += [run] if run is not None else []
         refusals += refused
-    return Reading(rows, runs, refusals, form)
+    return base.Reading(rows, runs, refusals, form)
 
 
-def _whole(problem: Refusal, table: LoggedTable, run_id: str, first_row: int) -> Refusal:
+def _whole(problem: base.Refusal, table: LoggedTable, run_id: str, first_row: int) -> base.Refusal:
     """The refusal of all rows of a table."""
     return problem.of_rows(run_id if table.part else "", first_row, first_row + table.rows - 1)
 
@@ -124,7 +111,7 @@ def _read_table(
     kind: LogKind,
     sheet: SheetOfLog,
     mark: str,
-) -> tuple[LoggedRun | None, list[Refusal]]:
+) -> tuple[base.LoggedRun | None, list[base.Refusal]]:
     """The run of a table and its refusals; `mark` is the decimal mark in a word, if in doubt.
 
     Raises:
@@ -146,14 +133,14 @@ def _read_table(
     whole = slice(table.rows - bool(table.cut))
     refusals = [
         _unreadable(table, logged, first, last, first - first_row)
-        for first, last in as_ranges(rows[whole][~good[whole]])
+        for first, last in base.as_ranges(rows[whole][~good[whole]])
     ]
     flaw = table.flaw
     if table.broken is not None:
         contradiction = "the row contradicts itself: speeds, slip, forces, coefficient disagree"
         advice = "Look at these rows: a sensor or the export has failed there."
         broken = rows[whole][(good & table.broken)[whole]]
-        refusals += refused_ranges("", broken, "identity_broken", contradiction, advice)
+        refusals += base.refused_ranges("", broken, "identity_broken", contradiction, advice)
         good &= ~table.broken
     if table.cut:
         good[-1] = False
@@ -168,9 +155,9 @@ def _read_table(
         flaw = flaw or _rate_change(values["time"], rows)
     flaw = flaw or _two_decimal_marks(table, refusals, mark)
     places = {column.index for column in used}
-    understood = Understood(
+    understood = base.Understood(
         [
-            LogColumn.of(column.name, column.logged_unit, column.quantity, column.to, numbers)
+            base.LogColumn.of(column.name, column.logged_unit, column.quantity, column.to, numbers)
             for column, numbers in zip(used, logged, strict=True)
         ],
         [name for index, name in enumerate(table.names) if index not in places],
@@ -183,33 +170,37 @@ def _read_table(
 
 def _unreadable(
     table: LoggedTable, logged: Sequence[FloatArray], first: int, last: int, index: int
-) -> Refusal:
+) -> base.Refusal:
     """Rows refused for a cell; the first of them, at some index of the table, is shown."""
     seen = table.show(index) if table.show else ", ".join(f"{each[index]:g}" for each in logged)
     reason = (
         f"rows {first} to {last}: cells are missing, too many, not numbers or absurdly large; row "
         f"{first} reads {seen[:80]!r}"
     )
-    return Refusal("unreadable_row", reason, ROWS_ADVICE).of_rows("", first, last)
+    return base.Refusal("unreadable_row", reason, ROWS_ADVICE).of_rows("", first, last)
 
 
-def _cut_row(table: LoggedTable, row: int) -> tuple[Refusal, Flaw | None]:
+def _cut_row(table: LoggedTable, row: int) -> tuple[base.Refusal, base.Flaw | None]:
     """The refusal of a last row without a line end; and why the run cannot be used, if so."""
     if table.show and "\0" in (seen := table.show(table.rows - 1)):
         zeros = len(seen) - len(seen.replace("\0", ""))
         reason = f"the log ends in {zeros} zero bytes in row {row} (its last good row is {row - 1})"
         advice = "The disk or the logger has lost what was there: copy the log again."
-        return Refusal("cut_row", reason, advice).of_rows("", row, row), Flaw("truncated", reason)
+        return base.Refusal("cut_row", reason, advice).of_rows("", row, row), base.Flaw(
+            "truncated", reason
+        )
     if table.cut >= len(table.names):
         reason = f"row {row}, the last, has no line end, so that its last number may be cut"
-        refusal = Refusal("unterminated_row", reason, "End the file with a line end.")
+        refusal = base.Refusal("unterminated_row", reason, "End the file with a line end.")
         return refusal.of_rows("", row, row), None
     reason = f"the log ends in the middle of row {row} (its last good row is {row - 1})"
     advice = "This row is not used. Check whether the run was complete."
-    return Refusal("cut_row", reason, advice).of_rows("", row, row), Flaw("truncated", reason)
+    return base.Refusal("cut_row", reason, advice).of_rows("", row, row), base.Flaw(
+        "truncated", reason
+    )
 
 
-def _rate_change(time: FloatArray, rows: IndexArray) -> Flaw | None:
+def _rate_change(time: FloatArray, rows: base.IndexArray) -> base.Flaw | None:
     """Whether rows come at another interval from some row on: levels are found at one interval."""
     count = (len(time) - 1) // _ROWS_OF_RATE
     steps = np.diff(time)[: count * _ROWS_OF_RATE].reshape(count, _ROWS_OF_RATE)
@@ -221,14 +212,16 @@ def _rate_change(time: FloatArray, rows: IndexArray) -> Flaw | None:
     if other.sum() < _BLOCKS_OF_RATE:
         return None
     first = int(np.argmax(other))
-    return Flaw(
+    return base.Flaw(
         "sampling_rate",
         f"rows come every {usual[0]:.3g} s at first and every {usual[first]:.3g} s from about row "
         f"{rows[first * _ROWS_OF_RATE]} on; expected one sampling rate",
     )
 
 
-def _two_decimal_marks(table: LoggedTable, refusals: Sequence[Refusal], mark: str) -> Flaw | None:
+def _two_decimal_marks(
+    table: LoggedTable, refusals: Sequence[base.Refusal], mark: str
+) -> base.Flaw | None:
     """Whether many rows are refused because they have the other decimal mark."""
     other = {"comma": r"\d\.\d", "point": r"\d,\d"}.get(mark)
     if other is None or table.show is None:
@@ -236,7 +229,7 @@ def _two_decimal_marks(table: LoggedTable, refusals: Sequence[Refusal], mark: st
     having = [each for each in refusals if re.search(other, each.reason.partition("reads")[2])]
     if not having or sum(each.refused_rows for each in having) < table.rows * _MANY_ROWS:
         return None
-    return Flaw("decimal_marks", f"{having[0].reason}; most other rows have a decimal {mark}")
+    return base.Flaw("decimal_marks", f"{having[0].reason}; most other rows have a decimal {mark}")
 
 
 def _with_time(table: LoggedTable, vocabulary: Vocabulary) -> LoggedTable:
@@ -286,7 +279,7 @@ def _converted(
     """
     good = np.logical_and.reduce(
         [
-            np.abs(numbers) < (_LARGEST_TIME if column.quantity == "time" else LARGEST_READING)
+            np.abs(numbers) < (_LARGEST_TIME if column.quantity == "time" else base.LARGEST_READING)
             for column, numbers in zip(columns, logged, strict=True)
             if not column.spare
         ]
@@ -299,7 +292,7 @@ def _converted(
     for column in columns:
         quantity, numbers = column.quantity, values[column.quantity]
         if column.to.unit == "GPa":
-            good = good & ~(np.abs(numbers) > HARDEST_GPA)
+            good = good & ~(np.abs(numbers) > base.HARDEST_GPA)
         if quantity.endswith("temperature"):
             absurd = (numbers <= ABSOLUTE_ZERO_C) | (numbers >= _HOTTEST_C)
             good = good & ~absurd

@@ -16,16 +16,17 @@ from itertools import zip_longest
 
 from oilfilm.logs.base import TextForm, UnreadableLogError, check_rows
 from oilfilm.logs.columns import Found, LoggedTable
-from oilfilm.logs.encoding import (
+from oilfilm.logs.header import FULL_WIDTH
+from oilfilm.logs.log_kind import Vocabulary
+from oilfilm.logs.text_rows import (
     HEAD_SEARCHED,
+    TextTable,
     count_rows,
     encodings_of,
+    is_date,
+    is_stamp,
     normalise,
 )
-from oilfilm.logs.header import FULL_WIDTH
-from oilfilm.logs.instants import is_date, is_stamp
-from oilfilm.logs.log_kind import Vocabulary
-from oilfilm.logs.text_rows import TextTable
 from oilfilm.settings.base import plain_key
 
 _BLANKS = " "
@@ -69,20 +70,10 @@ _JUDGED, _ODD_SHARE = 1000, 0.02
 
 
 def recognises(head: bytes) -> bool:
-    """True for text with a `#` comment or a line of several cells near its top."""
-    text = normalise(head).decode("utf-8", "replace").lstrip("\ufeff \n")
-    first = text[:_JUDGED]
+    """True for any text."""
+    first = normalise(head).decode("utf-8", "replace").lstrip("\ufeff \n")[:_JUDGED]
     odd = sum(not (letter.isprintable() or letter.isspace()) for letter in first)
-    if not text or "\0" in first[:200] or odd > _ODD_SHARE * len(first):
-        return False
-    lines = text.splitlines()[:100]
-    parted = (line.split() for line in lines)
-    return (
-        text.startswith("#")
-        or any(line.count(mark) >= 3 for line in lines for mark in _DELIMITERS)
-        # a row of numbers that blanks part
-        or any(len(row) >= _FEWEST_COLUMNS and all(map(_is_number, row[1:])) for row in parted)
-    )
+    return bool(first) and "\0" not in first[:200] and odd <= _ODD_SHARE * len(first)
 
 
 def tables(content: bytes, vocabulary: Vocabulary) -> Found:
@@ -102,7 +93,7 @@ def tables(content: bytes, vocabulary: Vocabulary) -> Found:
         if text.find(b"\n#", max(start - 1, 0)) >= 0:
             body = _COMMENT_LINES.sub(lambda line: _row_or_nothing(line[0], head), text[start:])
             start = 0
-        rows = count_rows(memoryview(body)[start:])
+        rows = count_rows(body, start)
         known = vocabulary.meanings(head.names, head.units)
         stamps = _stamps(head, known)
     except ValueError as error:

@@ -10,6 +10,7 @@ from pathlib import Path
 
 from oilfilm.atomic_write import write_text
 from oilfilm.errors import OilfilmError
+from oilfilm.logs.raw_files import listing
 
 FOLDER = Path("data/first_seen")
 # The listings are for people and version control; so many digits tell any two logs apart.
@@ -97,8 +98,5 @@ class FirstSeen:
             )
         together = {**digests, **self._digests}
         if together != self._digests:
-            write_text(
-                "".join(f"{digest}  {log}\n" for log, digest in sorted(together.items())),
-                self._path,
-            )
+            write_text(listing(dict(sorted(together.items()))), self._path)
             self._digests = together

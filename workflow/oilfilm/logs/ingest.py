@@ -17,37 +17,18 @@ import pyarrow as arrow
 
 from oilfilm import tables
 from oilfilm.errors import OilfilmError, printable
-from oilfilm.logs.base import (
-    MOST_FOLDED,
-    LoggedRun,
-    Reading,
-    TextForm,
-    Understood,
-    UnreadableLogError,
-    refused_ranges,
-)
+from oilfilm.logs import base
 from oilfilm.logs.columns import ROWS_ADVICE, Found, read_tables
 from oilfilm.logs.log_kind import LogKind, Vocabulary
 from oilfilm.logs.raw_files import LARGEST_LOG
-from oilfilm.logs.registry import BINARY, READERS, recognised_format
-from oilfilm.logs.run_sheet import NO_SHEET, RunSheet, SheetOfLog
+from oilfilm.logs.registry import BINARY, FOREIGN, READERS, recognised_format
+from oilfilm.logs.run_sheet import NO_SHEET, RunSheet
 from oilfilm.logs.traction_log import TRACTION
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables import LARGEST
 from oilfilm.tables.table_file import digests_of_runs
 
 _LONGEST_LABEL = 200
-# How files begin that are no logs.
-_FOREIGN = {
-    b"\xff\xd8\xff": "a JPEG picture",
-    b"\x89PNG": "a PNG picture",
-    b"GIF8": "a GIF picture",
-    b"%PDF": "a PDF document",
-    b"PK": "an Excel workbook or a zip archive: export it as csv, or unpack it",
-    b"TDSh": "the index of a tdms log without its data: take the file .tdms beside it",
-    b"\x1f\x8b": "a log that was packed twice: unpack it once",
-    b"\xd0\xcf\x11\xe0": "a document of an old Office program: export it as csv",
-}
 _COPY_AGAIN = "Copy it again from the rig, or export it again: this copy cannot be repaired."
 _UNSUSPICIOUS = 1 << 24
 _COMPRESSED = {b"\x1f\x8b": "gzip", b"\x28\xb5\x2f\xfd": "zstd"}
@@ -59,9 +40,9 @@ class ReadLog:
 
     file: str
     format: str
-    form: TextForm
+    form: base.TextForm
     rows: int
-    runs: Mapping[str, Understood]
+    runs: Mapping[str, base.Understood]
 
 
 @dataclass(frozen=True)
@@ -84,7 +65,7 @@ def ingest_logs(
     settings: Settings,
     kind: LogKind = TRACTION,
     sheet: RunSheet = NO_SHEET,
-    keep: Callable[[LoggedRun], None] | None = None,
+    keep: Callable[[base.LoggedRun], None] | None = None,
     verified: Mapping[str, str] | None = None,
 ) -> Ingested:
     """Read raw logs, given by name and bytes, into samples, runs and quarantine.
@@ -101,7 +82,7 @@ def ingest_logs(
         OilfilmError: A log has the name of a run of another one.
         RuntimeError: A reader lost a row (a defect of oilfilm, never of the log).
     """
-    logged: dict[str, list[LoggedRun]] = {oil: [] for oil in settings.oils}
+    logged: dict[str, list[base.LoggedRun]] = {oil: [] for oil in settings.oils}
     runs: list[dict[str, Any]] = []
     refused: list[dict[str, Any]] = []
     file_of_run: dict[str, str] = {}
@@ -139,7 +120,7 @@ def ingest_logs(
 @contextmanager
 def sample_files(
     paths: Mapping[str, Path], provenance: Mapping[str, Any]
-) -> Iterator[Callable[[LoggedRun], None]]:
+) -> Iterator[Callable[[base.LoggedRun], None]]:
     """Write the samples of runs as they come, so that memory does not grow with their number.
 
     A row group has whole runs: as many as `tables.ROW_GROUP` rows hold, or a single longer one.
@@ -149,7 +130,7 @@ def sample_files(
         paths: File of each oil.
         provenance: As `tables.writing`.
     """
-    waiting: dict[str, list[LoggedRun]] = {oil: [] for oil in paths}
+    waiting: dict[str, list[base.LoggedRun]] = {oil: [] for oil in paths}
     content: dict[str, dict[str, str]] = {oil: {} for oil in paths}
     with ExitStack() as files:
         add = {
@@ -166,7 +147,7 @@ def sample_files(
                 content[oil].update(digests_of_runs(samples))
                 waiting[oil].clear()
 
-        def keep(run: LoggedRun) -> None:
+        def keep(run: base.LoggedRun) -> None:
             if sum(map(len, waiting[run.oil])) + len(run) > tables.ROW_GROUP:
                 write(run.oil)
             waiting[run.oil].append(run)
@@ -187,10 +168,7 @@ def read_bytes(path: Path) -> bytes:
             # a pipe without a writer would be waited for
             raise OilfilmError(f"{path}: is a pipe or a device; expected a file.")
         with path.open("rb") as file:
-            # as large as it says, because room for the largest log takes its time
-            size = min(path.stat().st_size, LARGEST_LOG)
-            content = file.read(size + 1)
-            return content + file.read(LARGEST_LOG - size) if len(content) > size else content
+            return file.read(LARGEST_LOG + 1)
     except OSError as error:
         folder = isinstance(error, IsADirectoryError)
         advice = "Name the logs in it" if folder else "Check the path and its rights"
@@ -203,39 +181,33 @@ def read_log(
     settings: Settings,
     kind: LogKind = TRACTION,
     sheet: RunSheet = NO_SHEET,
-) -> tuple[str, Reading]:
+) -> tuple[str, base.Reading]:
     """The format of a file's bytes and what they hold; `file` is its name, unique among the logs.
 
     Raises:
         RuntimeError: The reader lost a row.
     """
-    of_log = sheet.of_log(file)
-    name, reading = _read_log(content, file, settings, kind, of_log)
-    reading = of_log.completed(reading)
-    refusals = [replace(refusal, reason=printable(refusal.reason)) for refusal in reading.refusals]
-    return name, replace(reading, refusals=refusals)
-
-
-def _read_log(
-    content: bytes, file: str, settings: Settings, kind: LogKind, sheet: SheetOfLog
-) -> tuple[str, Reading]:
-    name = "none"
+    name, of_log = "none", sheet.of_log(file)
     try:
         inside = unpack(content)
         name = recognised_format(inside) or name
         found = _found(name, inside, kind.vocabulary_of(settings.campaign))
-        reading = _without_absurd(read_tables(found, file, settings, kind, sheet))
+        reading = _without_absurd(read_tables(found, file, settings, kind, of_log))
         if not reading.runs and not reading.refusals:
             reason = f"the file looks like {name}, but holds no row of data"
-            raise UnreadableLogError(reason, "Take it out, or export it again.", rule="no_rows")
-    except UnreadableLogError as error:
-        return name, Reading(error.rows, [], [error.refusal.of_rows("", 1, error.rows)])
+            advice = "Take it out, or export it again."
+            raise base.UnreadableLogError(reason, advice, rule="no_rows")
+        if inside is not content:
+            reading = replace(reading, unpacked_sha256=hashlib.sha256(inside).hexdigest())
+    except base.UnreadableLogError as error:
+        reading = base.Reading(error.rows, [], [error.refusal.of_rows("", 1, error.rows)])
     kept = sum(len(run) for run in reading.runs)
     refused = sum(refusal.refused_rows for refusal in reading.refusals)
     if kept + refused != reading.rows:
         raise RuntimeError(f"{file}: {reading.rows} rows, but {kept} kept and {refused} refused")
-    digest = hashlib.sha256(inside).hexdigest() if inside is not content else ""
-    return name, replace(reading, unpacked_sha256=digest)
+    reading = of_log.completed(reading)
+    refusals = [replace(refusal, reason=printable(refusal.reason)) for refusal in reading.refusals]
+    return name, replace(reading, refusals=refusals)
 
 
 def _found(name: str, content: bytes, vocabulary: Vocabulary) -> Found:
@@ -245,21 +217,22 @@ def _found(name: str, content: bytes, vocabulary: Vocabulary) -> Found:
         UnreadableLogError: The format is not known, or nothing of the file can be used.
     """
     if name not in READERS:
-        reason = f"the format is not known: the file {_what_it_seems(content[:40])}"
         advice = f"Formats read: {', '.join(READERS)}. data/raw/README.md describes them."
-        reason = reason if content else "the file is empty"
-        raise UnreadableLogError(reason, advice, rule="unknown_format")
+        seen = f"not text; its first bytes are {content[:8].hex(' ')} (hexadecimal)"
+        seen = next((kind for mark, kind in FOREIGN.items() if content.startswith(mark)), seen)
+        reason = f"the format is not known: the file is {seen}" if content else "the file is empty"
+        raise base.UnreadableLogError(reason, advice, rule="unknown_format")
     try:
         return READERS[name].tables(content, vocabulary)
     except Exception as error:
-        if name not in BINARY or isinstance(error, UnreadableLogError):
+        if name not in BINARY or isinstance(error, base.UnreadableLogError):
             raise
         what = " ".join(str(error).split())[:200] or type(error).__name__
         reason = f"the file begins like {name}, but cannot be read: {what}"
-        raise UnreadableLogError(reason, _COPY_AGAIN, rule="damaged_file") from error
+        raise base.UnreadableLogError(reason, _COPY_AGAIN, rule="damaged_file") from error
 
 
-def _without_absurd(reading: Reading) -> Reading:
+def _without_absurd(reading: base.Reading) -> base.Reading:
     """The reading without rows whose numbers no table may hold, as the load of 1e6 GPa.
 
     Cells are judged by the readers; this is about what units and definitions make of them.
@@ -275,7 +248,7 @@ def _without_absurd(reading: Reading) -> Reading:
                 continue
             absurd = held & (np.abs(values) >= LARGEST)
             problem = f"{name} comes out as {LARGEST:g} or more"
-            refusals += refused_ranges(
+            refusals += base.refused_ranges(
                 run.run_id, run.samples["row"][absurd], "unreadable_row", problem, ROWS_ADVICE
             )
             held &= ~absurd
@@ -296,35 +269,24 @@ def unpack(content: bytes) -> bytes:
     if codec is None:
         return content
     # so much any log may unfold to: one of rest alone has the same rows throughout
-    most = min(LARGEST_LOG, max(_UNSUSPICIOUS, MOST_FOLDED * len(content)))
+    most = min(LARGEST_LOG, max(_UNSUSPICIOUS, base.MOST_FOLDED * len(content)))
     try:
         with arrow.CompressedInputStream(arrow.BufferReader(content), codec) as stream:
             inside = bytes(stream.read(most + 1))
     except OSError as error:
         damage = f"the compressed file cannot be unpacked: {error}"
-        raise UnreadableLogError(damage, _COPY_AGAIN, rule="damaged_archive") from error
+        raise base.UnreadableLogError(damage, _COPY_AGAIN, rule="damaged_archive") from error
     if len(inside) > most:
-        times = f", its size times {MOST_FOLDED}" if most < LARGEST_LOG else ""
+        times = f", its size times {base.MOST_FOLDED}" if most < LARGEST_LOG else ""
         raise _too_large(f"unpacked the file has more than {most >> 20} MiB{times}")
     return inside
 
 
-def _too_large(reason: str) -> UnreadableLogError:
-    return UnreadableLogError(reason, "Begin a file for each run.", rule="too_large")
+def _too_large(reason: str) -> base.UnreadableLogError:
+    return base.UnreadableLogError(reason, "Begin a file for each run.", rule="too_large")
 
 
-def _what_it_seems(head: bytes) -> str:
-    """What the first bytes of a file show, without bytes that no terminal can show."""
-    kind = next((kind for mark, kind in _FOREIGN.items() if head.startswith(mark)), None)
-    if kind is not None:
-        return f"is {kind}"
-    text = head.decode("utf-8", "ignore")
-    if text and all(letter.isprintable() or letter.isspace() for letter in text):
-        return f"begins {text!r}"
-    return f"is not text; its first bytes are {head[:8].hex(' ')} (hexadecimal)"
-
-
-def _about_run(run: LoggedRun) -> dict[str, Any]:
+def _about_run(run: base.LoggedRun) -> dict[str, Any]:
     return {
         "run_id": run.run_id,
         "oil": run.oil,
@@ -344,7 +306,7 @@ def _about_run(run: LoggedRun) -> dict[str, Any]:
     }
 
 
-def _together(runs: list[LoggedRun]) -> pd.DataFrame:
+def _together(runs: list[base.LoggedRun]) -> pd.DataFrame:
     """Samples of several runs under each other, with the run's id."""
     if not runs:
         return tables.empty("samples")

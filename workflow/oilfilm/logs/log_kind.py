@@ -9,14 +9,7 @@ from collections.abc import Callable, Mapping, Sequence, Set
 from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
 
-from oilfilm.logs.base import (
-    NOTHING_UNDERSTOOD,
-    Flaw,
-    IndexArray,
-    LoggedRun,
-    Refusal,
-    Understood,
-)
+from oilfilm.logs import base
 from oilfilm.logs.header import FULL_WIDTH, apart
 from oilfilm.settings import campaign as campaign_file
 from oilfilm.settings.base import plain_key
@@ -223,10 +216,10 @@ class ContinuousLog:
     run_id: str
     keys: Mapping[str, str]
     columns: Sequence[Column]
-    rows: IndexArray
+    rows: base.IndexArray
     values: Mapping[str, FloatArray]
-    flaw: Flaw | None = None
-    understood: Understood = NOTHING_UNDERSTOOD
+    flaw: base.Flaw | None = None
+    understood: base.Understood = base.NOTHING_UNDERSTOOD
 
 
 @dataclass(frozen=True)
@@ -244,8 +237,8 @@ class LogKind:
 
     vocabulary: Vocabulary
     renamed: Callable[[Campaign], Renamed]
-    header_problem: Callable[[Mapping[str, str], Sequence[Column], Settings], Refusal | None]
-    run: Callable[[ContinuousLog, Settings], LoggedRun]
+    header_problem: Callable[[Mapping[str, str], Sequence[Column], Settings], base.Refusal | None]
+    run: Callable[[ContinuousLog, Settings], base.LoggedRun]
     sheet_keys: tuple[str, ...]
     spared: Callable[[Mapping[str, str], Settings], Set[str]] = lambda *about: frozenset()
 

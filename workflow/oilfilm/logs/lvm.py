@@ -11,10 +11,9 @@ import numpy as np
 
 from oilfilm.logs.base import Flaw, Refusal, TextForm, UnreadableLogError, check_lines
 from oilfilm.logs.columns import Found, LoggedTable
-from oilfilm.logs.encoding import encodings_of, normalise
 from oilfilm.logs.header import FORMAT_ADVICE
 from oilfilm.logs.log_kind import Vocabulary
-from oilfilm.logs.text_rows import TextTable
+from oilfilm.logs.text_rows import TextTable, encodings_of, normalise
 from oilfilm.settings.base import plain_key
 
 _TITLE = b"LabVIEW Measurement"

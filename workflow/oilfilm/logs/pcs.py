@@ -16,18 +16,10 @@ from typing import Any
 import numpy as np
 import yaml
 
-from oilfilm.logs.base import (
-    LARGEST_READING,
-    Refusal,
-    TextForm,
-    UnreadableLogError,
-    check_lines,
-    distinct,
-    number,
-)
+from oilfilm.logs import base
 from oilfilm.logs.columns import Found, LoggedTable
-from oilfilm.logs.encoding import encodings_of
 from oilfilm.logs.log_kind import Vocabulary
+from oilfilm.logs.text_rows import encodings_of
 from oilfilm.settings.campaign import Column
 from oilfilm.units import BoolArray, FloatArray
 
@@ -67,24 +59,24 @@ def recognises(head: bytes) -> bool:
 
 def tables(content: bytes, vocabulary: Vocabulary) -> Found:
     """See `Reader.tables`."""
-    check_lines(content)
+    base.check_lines(content)
     # older programs write the degree sign in the encoding of western Windows
     likely = encodings_of(content)[0]
     encoding = likely if likely in {"ascii", "utf-8"} else "cp1252"
     text = content.decode(encoding, "replace").removeprefix("\ufeff")
     steps = list(_steps(re.split("\r\n|\r|\n", text)))
-    labels = distinct(f"step{step.number:03d}" for step in steps)
+    labels = base.distinct(f"step{step.number:03d}" for step in steps)
     if vocabulary.name != "traction":
         reason = f"the file is an export of a PCS traction rig, not a {vocabulary.name} log"
         advice = "Move it to the folder of the campaign's traction logs."
-        raise UnreadableLogError(reason, advice, sum(len(step.lines) for step in steps))
+        raise base.UnreadableLogError(reason, advice, sum(len(step.lines) for step in steps))
     cut = bool(text) and not text.endswith(("\n", "\r"))
     logged = [
         _table(step, label, cut and step is steps[-1])
         for step, label in zip(steps, labels, strict=True)
         if step.lines
     ]
-    return TextForm.of(encoding, "\t", "."), logged
+    return base.TextForm.of(encoding, "\t", "."), logged
 
 
 def _steps(lines: Iterable[str]) -> Iterator[_Step]:
@@ -131,7 +123,7 @@ def _table(step: _Step, label: str, cut: bool) -> LoggedTable:
     }
     values |= dict(zip(_SPEEDS, _surface_speeds(values), strict=True))
     readable = np.logical_and.reduce(
-        [~(np.abs(numbers) > LARGEST_READING) for numbers in values.values()]
+        [~(np.abs(numbers) > base.LARGEST_READING) for numbers in values.values()]
         + [~np.isnan(values[name]) for name in _REQUIRED]
     )
     values["time"] = np.where(readable, values["time"], np.nan)
@@ -164,22 +156,22 @@ def _table(step: _Step, label: str, cut: bool) -> LoggedTable:
     )
 
 
-def _problem(step: _Step, missing: Sequence[str]) -> Refusal | None:
+def _problem(step: _Step, missing: Sequence[str]) -> base.Refusal | None:
     if step.type.lower() not in _SWEEPS:
-        return Refusal(
+        return base.Refusal(
             "not_a_sweep",
             f"step {step.number} is of type {step.type[:60]!r}; expected a traction or film sweep",
             "Nothing to do: such rows carry no traction curve.",
         )
     reason = f"step {step.number} lacks the columns {', '.join(missing)}"
     advice = "Export the step again with all columns."
-    return Refusal("columns", reason, advice) if missing else None
+    return base.Refusal("columns", reason, advice) if missing else None
 
 
 def _number(cell: Sequence[str]) -> float:
     """The number of a cell; NaN where it is blank or missing, infinity where it holds none."""
     try:
-        return number(cell[0]) if cell and cell[0].strip() else np.nan
+        return base.number(cell[0]) if cell and cell[0].strip() else np.nan
     except ValueError:
         return np.inf
 

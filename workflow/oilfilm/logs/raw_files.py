@@ -163,16 +163,15 @@ class RawLogs:
             try:
                 self._found[name] = _state(path)
                 with path.open("rb") as file:
+                    digest = hashlib.file_digest(file, "sha256").hexdigest()
+                    file.seek(0)
                     content = file.read(LARGEST_LOG + 1)
-                    whole = hashlib.sha256(content)
-                    while rest := file.read(1 << 24):
-                        whole.update(rest)
             except OSError as error:
                 raise OilfilmError(
                     f"{self.folder / name}: cannot be read ({error.strerror}). Check its rights. "
                     "If it is missing, put it back, or run snakemake again without it."
                 ) from error
-            digest = self.digests[name] = whole.hexdigest()
+            self.digests[name] = digest
             if self.written.get(name, digest) != digest:
                 raise OilfilmError(
                     f"{self.folder / name}: is not as the rig twin wrote it. Delete it: the next "

@@ -89,18 +89,17 @@ class SheetOfLog:
         header = header_keys(logged, settings)
         rows = [row for row in self.rows if _is_about(row, part)]
         given = {key: value for row in reversed(rows) for key, value in row.keys.items()}
-        rig = given.get("rig", header.get("rig", next(iter(settings.rigs))))
-        problem = self._disagreement(rows, rig, settings)
+        # the load has one set point, as force or as pressure
         over = LOADS if given.keys() & LOADS else frozenset()
         keys = {key: text for key, text in header.items() if key not in over} | given
-        remarks = self._contradictions(run_id, header, given, rig, settings)
+        remarks = self._contradictions(run_id, header, given, settings)
         if run_id == self.file and self.rows and not rows:
             remarks.append(self._unmatched(self.rows, [part], run_id))
         sources = {
             **dict.fromkeys(named_keys(logged, settings).keys() - over, "header"),
             **dict.fromkeys(given, "run sheet"),
         }
-        return Labels(keys, remarks, self._exclusion(rows), problem, sources)
+        return Labels(keys, remarks, self._exclusion(rows), self._disagreement(rows), sources)
 
     def completed(self, reading: Reading) -> Reading:
         """The reading of the log with what the sheet says of all its runs together.
@@ -140,48 +139,26 @@ class SheetOfLog:
         reason = f"{self.sheet} excludes it: {'; '.join(reasons)}"
         return Flaw(EXCLUDED, reason) if reasons else None
 
-    def _disagreement(
-        self, rows: Sequence[SheetRow], rig: str, settings: Settings
-    ) -> Refusal | None:
+    def _disagreement(self, rows: Sequence[SheetRow]) -> Refusal | None:
         """Why the rows about a run cannot be followed: they contradict each other."""
-        given: dict[str, dict[str, str]] = {}
-        for row in rows:
-            for key, value in row.keys.items():
-                given.setdefault(key, {}).setdefault(value, f"{value!r} (row of {row})")
-        reason = ""
-        if differing := [(key, of) for key, of in given.items() if len(of) > 1]:
-            key, of = differing[0]
-            listed = ", ".join(of.values())
-            reason = f"has several rows for the run, which disagree in {key}: {listed}"
-        elif given.keys() >= LOADS:
-            load, pressure = (next(iter(given[key])) for key in sorted(LOADS))
-            if not _same("load_n", load, "max_hertz_pressure_gpa", pressure, rig, settings):
-                reason = (
-                    f"gives the run load_n {load} and max_hertz_pressure_gpa {pressure}, but on "
-                    "this rig that load gives another pressure"
-                )
-        advice = "Leave one of them, or make the pattern of a row narrower."
-        return Refusal("sheet_rows_disagree", f"{self.sheet} {reason}", advice) if reason else None
+        for key in dict.fromkeys(key for row in rows for key in row.keys):
+            given = {row.keys[key]: row for row in reversed(rows) if key in row.keys}
+            if len(given) > 1:
+                of_rows = (f"{value!r} (row of {row})" for value, row in reversed(given.items()))
+                reason = f"has several rows for the run, which disagree in {key}"
+                advice = "Leave one of them, or make the pattern of a row narrower."
+                reason = f"{self.sheet} {reason}: {', '.join(of_rows)}"
+                return Refusal("sheet_rows_disagree", reason, advice)
+        return None
 
     def _contradictions(
-        self,
-        run_id: str,
-        header: Mapping[str, str],
-        given: Mapping[str, str],
-        rig: str,
-        settings: Settings,
+        self, run_id: str, header: Mapping[str, str], given: Mapping[str, str], settings: Settings
     ) -> list[Refusal]:
         differing: list[str] = []
         for key, value in given.items():
-            # the load has one set point, as force or as pressure
-            others = {key} if key in header or key not in LOADS else LOADS
-            if key == "oil" and key not in header:
-                others = {oil_key(header) or key}
-            differing += [
-                f"{key} {value} (header: {other} {header[other][:60]!r})"
-                for other in sorted(others & header.keys())
-                if not _same(key, value, other, header[other], rig, settings)
-            ]
+            other = oil_key(header) or key if key == "oil" and key not in header else key
+            if other in header and not _same(key, value, header[other], settings):
+                differing.append(f"{key} {value} (header: {other} {header[other][:60]!r})")
         reason = f"{self.sheet} and the header disagree: {', '.join(differing)}"
         advice = "The run sheet is used. Correct the one that is wrong."
         return [Refusal(CONTRADICTION, reason, advice, run_id)] if differing else []
@@ -211,26 +188,17 @@ def matches(name: str, pattern: str) -> bool:
     return fnmatchcase(name, pattern.replace("[", "[[]"))
 
 
-def _same(key: str, value: str, other: str, text: str, rig: str, settings: Settings) -> bool:
-    """Whether a value of the sheet says the same as a text under a key, on a rig."""
+def _same(key: str, value: str, text: str, settings: Settings) -> bool:
+    """Whether a value of the sheet says the same as the text of a header line."""
     if key not in SET_POINTS:
         return value == (oil_id(text, settings) if key == "oil" else text)
-    in_sheet, in_header = set_point(key, value), set_point(other, text)
+    in_sheet, in_header = set_point(key, value), set_point(key, text)
     if in_sheet is None or in_header is None:
         return False
     same = settings.same_set_point
-    if key == "inlet_temperature_c":
-        return abs(in_sheet - in_header) <= same.temperature_c
-    share = same.relative
-    if other != key:
-        contact = settings.rigs[rig].contact() if rig in settings.rigs else None
-        if contact is None:
-            return True  # nothing says what load makes that pressure
-        loads = {key: in_sheet, other: in_header}
-        in_sheet = loads["load_n"]
-        in_header = float(contact.load_n(loads["max_hertz_pressure_gpa"]))
-        share *= 3  # the load goes with the cube of the pressure
-    return abs(in_sheet - in_header) <= share * abs(in_header)
+    relative = same.relative * abs(in_header)
+    allowed = same.temperature_c if key == "inlet_temperature_c" else relative
+    return abs(in_sheet - in_header) <= allowed
 
 
 @dataclass(frozen=True)

@@ -8,22 +8,19 @@ Decides: columns, units and mistakes of the run sheet.
 """
 
 import csv
-import difflib
 import io
 import os
 import unicodedata
 import zipfile
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
 from functools import cache
 from itertools import zip_longest
 from pathlib import Path, PurePosixPath
 from typing import NamedTuple
 
 from oilfilm.errors import OilfilmError, printable
-from oilfilm.logs.base import SET_POINTS, Refusal, set_point, set_point_range
-from oilfilm.logs.encoding import encodings_of
+from oilfilm.logs import base
 from oilfilm.logs.header import SET_POINT_UNITS, apart, listed_names, meaning
 from oilfilm.logs.log_kind import LogKind
 from oilfilm.logs.raw_files import find_sheet, is_sheet, named_logs
@@ -36,6 +33,7 @@ from oilfilm.logs.run_sheet import (
     SheetRow,
     matches,
 )
+from oilfilm.logs.text_rows import encodings_of
 from oilfilm.settings.base import plain_key
 from oilfilm.settings.resolved import Settings
 
@@ -48,6 +46,7 @@ _LISTED = 20
 # The line of names is near the top, below comments and the line `sep=;` of Excel.
 _LINES_SEARCHED = 20
 _LARGEST = 1 << 24
+_QUANTITIES = {quantity: key for key, (quantity, _) in SET_POINT_UNITS.items()}
 
 Cells = list[list[str]]
 
@@ -56,35 +55,30 @@ class _LogNames:
     """The logs of a campaign by the names that the run sheet may give them."""
 
     def __init__(self, files: Iterable[str]) -> None:
-        # a log keeps its name when it is packed; a name without a folder means any folder
-        self._by_form: list[dict[str, list[str]]] = [{}, {}, {}, {}]
+        self._by_form: dict[tuple[int, str], list[str]] = {}
         for file in files:
             name = unicodedata.normalize("NFC", file)
-            forms = [
-                each for of in (name, PurePosixPath(name).name) for each in (of, _unpacked(of))
-            ]
-            for by_form, form in zip(self._by_form, forms, strict=True):
-                by_form.setdefault(form, []).append(file)
+            # a name without a folder means any folder; a log keeps its name when it is packed
+            for rank, form in enumerate((name, PurePosixPath(name).name)):
+                unpacked = form.removesuffix(".gz").removesuffix(".zst")
+                self._by_form.setdefault((2 * rank, form), []).append(file)
+                self._by_form.setdefault((2 * rank + 1, unpacked), []).append(file)
 
     def meant(self, cell: str) -> tuple[list[str], bool]:
         """The logs that a cell of `file` means, and whether it is a name that several logs have."""
         pattern = unicodedata.normalize("NFC", cell).replace("\\", "/").removeprefix("./")
         if not set(pattern) & set("*?"):
-            found = next(filter(None, (by.get(pattern) for by in self._by_form)), [])
+            same = (self._by_form.get((rank, pattern), []) for rank in range(4))
+            found = next(filter(None, same), [])
             return found, len(found) > 1
-        wanted = self._by_form[:2] if "/" in pattern else self._by_form[2:]
+        ranks = (0, 1) if "/" in pattern else (2, 3)
         fitting = (
             file
-            for by in wanted
-            for form, files in by.items()
-            if matches(form, pattern)
+            for (rank, form), files in self._by_form.items()
+            if rank in ranks and matches(form, pattern)
             for file in files
         )
         return [*dict.fromkeys(fitting)], False
-
-
-def _unpacked(name: str) -> str:
-    return name.removesuffix(".gz").removesuffix(".zst")
 
 
 class _Column(NamedTuple):
@@ -95,19 +89,14 @@ class _Column(NamedTuple):
     key: str
 
 
-@dataclass
 class _Sheet:
     """A run sheet while it is read: its settings, and the mistakes found so far."""
 
-    path: Path
-    settings: Settings
-    kind: LogKind
-    mistakes: list[str] = field(default_factory=list)
-
-    def __post_init__(self) -> None:
-        names = listed_names(self.settings)
-        self.words = [*_COLUMNS, *self.kind.sheet_keys, *names]
-        self.keys = (*_COLUMNS, *self.kind.sheet_keys)
+    def __init__(self, path: Path, settings: Settings, kind: LogKind) -> None:
+        self.path, self.settings = path, settings
+        self.keys = (*_COLUMNS, *kind.sheet_keys)
+        self.mistakes: list[str] = []
+        names = listed_names(settings)
         # set points repeat from row to row
         self.meaning = cache(lambda own, text: meaning(own, text, names))
 
@@ -116,7 +105,14 @@ class _Sheet:
         unit = unit.strip("[]()- ")
         own = f"{plain_key(name)}_[{plain_key(unit)}]" if unit else plain_key(name)
         key = self.meaning(own, "1")[0]
-        return _Column(name, own, key if key in self.keys else apart(key)[0])
+        bare = apart(key)[0]
+        # a set point without a unit is known by its quantity
+        return _Column(name, own, key if key in self.keys else _QUANTITIES.get(bare, bare))
+
+    def has_unit(self, column: _Column) -> bool:
+        """Whether a column gives a set point, in a unit that makes a number of 1."""
+        key, one = self.meaning(column.own, "1")
+        return key in base.SET_POINTS and base.set_point(key, one) is not None
 
     def refuse(self, where: str, sentence: str) -> None:
         """Add a mistake."""
@@ -162,13 +158,13 @@ def read_run_sheet(
         if not found:
             strays.append(f"row {number}: {row.file!r} matches no log")
     sheet.stop()
-    remarks: list[Refusal] = []
+    remarks: list[base.Refusal] = []
     if strays:
-        remarks.append(Refusal(UNMATCHED, printable(_listed(strays)), UNMATCHED_ADVICE))
+        remarks.append(base.Refusal(UNMATCHED, printable(_listed(strays)), UNMATCHED_ADVICE))
     if rows and (unlisted := [file for file in files if file not in matched]):
         reason = f"no row for {len(unlisted)} of {len(files)} logs: {_listed(unlisted)}"
         advice = "Only their headers count. Add rows where that is wrong."
-        remarks.append(Refusal(UNLISTED, printable(reason), advice))
+        remarks.append(base.Refusal(UNLISTED, printable(reason), advice))
     rows_of = {file: tuple(of) for file, of in matched.items()}
     return RunSheet(path.name, rows_of, tuple(remarks))
 
@@ -232,25 +228,23 @@ def _rows(content: bytes, sheet: _Sheet) -> list[tuple[int, SheetRow]]:
         return []
     below = start + 1
     units = records[below][: len(names)] if below < len(records) else []
-    if _are_units(names, units, sheet):
-        below += 1
-    else:
+    if not _are_units(names, units, sheet):
         units = []
+    below += bool(units)
     columns = {
         index: sheet.column(name, unit)
         for index, (name, unit) in enumerate(zip_longest(names, units, fillvalue=""))
         if name
     }
-    counts = Counter(
-        column.key for column in columns.values() if _is_sound(column, start + 1, sheet)
-    )
-    for key, count in counts.items():
-        if count > 1 and key != "remarks":
+    for column in columns.values():
+        _check_column(column, f"row {start + 1}", sheet)
+    for key, count in Counter(column.key for column in columns.values()).items():
+        if count > 1 and key in sheet.keys and key != "remarks":
             sheet.refuse(f"row {start + 1}", f"{count} columns give {key}: leave one of them.")
     if sheet.mistakes:
         return []
     numbered = enumerate(records[below:], start=below + 1)
-    rows = [(n, _row(n, cells, columns, sheet)) for n, cells in numbered if any(cells)]
+    rows = ((n, _row(n, cells, columns, sheet)) for n, cells in numbered if any(cells))
     return [(n, row) for n, row in rows if row is not None]
 
 
@@ -320,38 +314,25 @@ def _are_units(names: Sequence[str], cells: Sequence[str], sheet: _Sheet) -> boo
     """Whether a row below the names names no log and has a unit for some set point."""
     columns = [(sheet.column(*each), each[1]) for each in zip(names, cells, strict=False)]
     named = any(column.key == "file" and cell not in ("", "-") for column, cell in columns)
-    return not named and any(cell and _has_unit(column, sheet) for column, cell in columns)
+    return not named and any(cell and sheet.has_unit(column) for column, cell in columns)
 
 
-def _has_unit(column: _Column, sheet: _Sheet) -> bool:
-    """Whether a column gives a set point, in a unit that makes a number of 1."""
-    return column.key in SET_POINTS and set_point(*sheet.meaning(column.own, "1")) is not None
-
-
-def _is_sound(column: _Column, row: int, sheet: _Sheet) -> bool:
+def _check_column(column: _Column, row: str, sheet: _Sheet) -> None:
     """Whether a column is known, with its unit; what is wrong with it goes to the mistakes."""
-    bare, unit = apart(column.own)
-    # a set point without a unit is known by its quantity
-    key = {of: name for name, (of, _) in SET_POINT_UNITS.items()}.get(column.key, column.key)
-    if key not in sheet.keys:
-        near = difflib.get_close_matches(bare, sheet.words, 1)
-        hint = f"; did you mean {near[0]!r}?" if near else "."
+    if column.key not in sheet.keys:
         sheet.refuse(
-            f"row {row}",
-            f"found the unknown column {column.name!r}{hint} Known: {', '.join(sheet.keys)}. A "
-            "column that is not to be read: list its name under `header: remarks` of the campaign "
-            "file.",
+            row,
+            f"found the unknown column {column.name!r}; expected {', '.join(sheet.keys)}. A column "
+            "that is not to be read: list it under `header: remarks` of the campaign file.",
         )
-        return False
-    if key not in SET_POINTS or _has_unit(column, sheet):
-        return True
-    found = f"found the unit {unit!r}" if unit else "has no unit"
-    expected = "N or GPa" if key == "load_n" else SET_POINT_UNITS[key][1]
-    sheet.refuse(
-        f"row {row}, column {column.name!r}",
-        f"{found}, expected {expected} in brackets behind the name or in a row below.",
-    )
-    return False
+    elif column.key in base.SET_POINTS and not sheet.has_unit(column):
+        unit = apart(column.own)[1]
+        found = f"found the unit {unit!r}" if unit else "has no unit"
+        expected = "N or GPa" if column.key == "load_n" else SET_POINT_UNITS[column.key][1]
+        sheet.refuse(
+            f"{row}, column {column.name!r}",
+            f"{found}, expected {expected} in brackets behind the name or in a row below.",
+        )
 
 
 def _row(
@@ -375,26 +356,24 @@ def _row(
     keys: dict[str, str] = {}
     for index, text in filled.items():
         column = columns[index]
-        if column.key in _COLUMNS and column.key != "oil":
-            continue
-        value, expected = _value(column, text, sheet)
-        if value is not None:
-            keys[column.key] = value
-        elif not excluded:  # of a run that is left out nothing need be known
-            where = f"{row}, column {column.name!r}"
-            sheet.refuse(where, f"found {text[:60]!r}, expected {expected}.")
-    if len(sheet.mistakes) > mistakes:
-        return None
+        if column.key == "oil" or column.key not in _COLUMNS:
+            value, expected = _value(column, text, sheet)
+            if value is not None:
+                keys[column.key] = value
+            elif not excluded:  # of a run that is left out nothing need be known
+                where = f"{row}, column {column.name!r}"
+                sheet.refuse(where, f"found {text[:60]!r}, expected {expected}.")
     reason = printable(exclude) if excluded else ""
-    return SheetRow(texts["file"], texts.get("run", ""), reason, keys)
+    made = SheetRow(texts.get("file", ""), texts.get("run", ""), reason, keys)
+    return made if len(sheet.mistakes) == mistakes else None
 
 
 def _value(column: _Column, text: str, sheet: _Sheet) -> tuple[str | None, str]:
     """The value of a cell as its header key holds it, or None, and what is expected there."""
     key, settings = column.key, sheet.settings
-    if key in SET_POINTS:
-        least, most = set_point_range(key)
-        value = set_point(*sheet.meaning(column.own, text))
+    if key in base.SET_POINTS:
+        least, most = base.set_point_range(key)
+        value = base.set_point(*sheet.meaning(column.own, text))
         expected = f"a number above {least:g}, below {most:g} {SET_POINT_UNITS[key][1]}"
         return (None if value is None else f"{value:.12g}"), expected
     torque = settings.campaign.torque

@@ -13,16 +13,7 @@ from functools import cache, cached_property
 import numpy as np
 
 from oilfilm.home import CONFIG
-from oilfilm.logs.base import (
-    LOADS,
-    SET_POINTS,
-    LoggedRun,
-    Names,
-    Nominal,
-    TextForm,
-    UnreadableLogError,
-    set_point,
-)
+from oilfilm.logs import base
 from oilfilm.logs.csv import may_be_table
 from oilfilm.logs.header import SET_POINT_UNITS, UNITS, apart, meaning, number_and_unit, oil_key
 from oilfilm.logs.ingest import read_log, unpack
@@ -47,18 +38,6 @@ _SPEEDS = frozenset({"ball_speed", "disc_speed", "entrainment_speed"})
 _LOADS = {"N": "load_n", "GPa": "max_hertz_pressure_gpa"}
 
 
-@dataclass(frozen=True)
-class Line:
-    """A set point in a header: the line's name there, and its value in the unit of the key.
-
-    `listed` is true where naming the line under `header` of a campaign is enough to have it read.
-    """
-
-    name: str
-    value: float
-    listed: bool
-
-
 # Gives the source of the zero of the force by time, ball and disc speed, load, force; None: none.
 ZeroSource = Callable[[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray], str | None]
 
@@ -72,7 +51,7 @@ class Run:
         oil_key: The header line that names the oil; empty where none does.
         oil: What that line says.
         rig: What the header says of the rig.
-        lines: Header lines of set points, by the project's key.
+        lines: Header lines of set points by the project's key: the line's name, its value.
         measured: Levels of load, speed and temperature, by set point; NaN: none is held.
         settled: Whether each row is a settled reading, so that nothing follows from its time.
         zero: Source of the zero of the force, as `semantics` names it; empty where that cannot be
@@ -88,7 +67,7 @@ class Run:
     oil_key: str = ""
     oil: str = ""
     rig: str = ""
-    lines: Mapping[str, Line] = field(default_factory=dict)
+    lines: Mapping[str, tuple[str, float]] = field(default_factory=dict)
     measured: Mapping[str, float] = field(default_factory=dict)
     settled: bool = False
     zero: str | None = ""
@@ -116,8 +95,8 @@ class Sniffed:
 
     file: str
     format: str
-    form: TextForm
-    guesses: Mapping[str, Names]
+    form: base.TextForm
+    guesses: Mapping[str, base.Names]
     missing: Sequence[str]
     names: Sequence[str]
     problem: str
@@ -157,7 +136,7 @@ def sniff(file: str, content: bytes, zero: ZeroSource) -> Sniffed:
     }
     runs: list[Run] = []
 
-    def run(log: ContinuousLog, settings: Settings) -> LoggedRun:
+    def run(log: ContinuousLog, settings: Settings) -> base.LoggedRun:
         # the oil and the rig of the settings for the readers are not those of the log
         unsaid = {"oil", "rig"} - log.understood.sources.keys()
         keys = {key: text for key, text in log.keys.items() if key not in unsaid}
@@ -165,7 +144,7 @@ def sniff(file: str, content: bytes, zero: ZeroSource) -> Sniffed:
         part = log.run_id[len(file) + 1 :]
         runs.append(_run(part, keys, log.values, units, unitless, zero))
         samples = {"row": log.rows}
-        return LoggedRun(log.run_id, "", "", "continuous", Nominal(), samples)
+        return base.LoggedRun(log.run_id, "", "", "continuous", base.Nominal(), samples)
 
     # the time of LabVIEW's logs need be no column; exports of PCS programs have no names to guess
     optional = {"csv": set(), "pcs": {*VOCABULARY.quantities}}.get(name or "", {"time"})
@@ -191,14 +170,14 @@ def sniff(file: str, content: bytes, zero: ZeroSource) -> Sniffed:
     )
 
 
-def _names(content: bytes) -> tuple[str | None, Names, bool]:
+def _names(content: bytes) -> tuple[str | None, base.Names, bool]:
     """The format of a file, the columns of its best table, and whether it may be a log at all.
 
     That is a file in a format of logs, a packed one that is damaged, or text with rows of numbers.
     """
     try:
         content = unpack(content)
-    except UnreadableLogError:
+    except base.UnreadableLogError:
         return None, [], True
     name, tables = recognised_format(content), []
     if name is None:
@@ -213,7 +192,7 @@ def _names(content: bytes) -> tuple[str | None, Names, bool]:
     return name, best, name != "csv" or may_be_table(content)
 
 
-def _missing(meant: Mapping[str, Names]) -> list[str]:
+def _missing(meant: Mapping[str, base.Names]) -> list[str]:
     """The quantities that a log needs and that no column means for certain."""
     known = {quantity for quantity, columns in meant.items() if len(columns) == 1}
     if _MU in known:
@@ -325,58 +304,44 @@ def _signs(slip: FloatArray, force: FloatArray, of_bodies: bool) -> dict[str, st
 # ---------------------------------------------------------------- header lines
 
 
-def _lines(keys: Mapping[str, str], measured: Mapping[str, float]) -> dict[str, Line]:
-    """The set points of a header by the project's key; where two may be one, the first."""
-    lines: dict[str, Line] = {}
+def _lines(keys: Mapping[str, str], measured: Mapping[str, float]) -> dict[str, tuple[str, float]]:
+    """The header lines that give set points where the campaign file lists them; of two, the first.
+
+    Without its unit a line is one where the signal is near to it.
+    """
+    lines: dict[str, tuple[str, float]] = {}
     for name, text in keys.items():
-        for key, line, given in _possible_lines(name, text):
-            if given or _is_near(key, line.value, measured):
-                lines.setdefault(key, line)
+        bare, beside = apart(name)
+        words = bare.replace("_", " ")
+        last, behind = (
+            plain_key(words.split()[-1] if words.split() else ""),
+            number_and_unit(text)[1],
+        )
+        for key, (quantity, unit) in SET_POINT_UNITS.items():
+            meant = guessed(words, unit, VOCABULARY)[0]
+            if name != key and meant != quantity.replace("max_hertz_pressure", "load"):
+                continue
+            found, number = meaning(name, text, {plain_key(words): key})
+            value = base.set_point(key, number) if found == key else None
+            given = name == key or beside or behind or UNITS.get(last) == unit
+            if value is not None and (given or _is_near(key, value, measured)):
+                lines.setdefault(key, (words, value))
                 break
     return lines
 
 
-def _possible_lines(name: str, text: str) -> Iterator[tuple[str, Line, bool]]:
-    """The set points that a header line may be, and whether its unit or name says so."""
-    if name in SET_POINTS:
-        value = set_point(name, text)
-        if value is not None:
-            yield name, Line(name, value, True), True
-        return
-    bare, beside = apart(name)
-    words = bare.replace("_", " ")
-    *others, last = words.split() or [""]
-    trailing = last if others and plain_key(last) in UNITS else ""
-    given = number_and_unit(text)[1] or beside or trailing
-    for key, (quantity, unit) in SET_POINT_UNITS.items():
-        meant, _ = guessed(" ".join(others) if trailing else words, unit, VOCABULARY)
-        if meant != quantity.replace("max_hertz_pressure", "load"):
-            continue
-        found, number = meaning(f"{quantity}_[{beside or trailing or unit}]", text, {})
-        value = set_point(key, number) if found == key else None
-        if value is not None:
-            # a unit in brackets or behind the number is read; one in the name must be the key's
-            listed = set_point(*meaning(name, text, {plain_key(words): key}))
-            yield key, Line(words, value, listed == value), bool(given)
-
-
 def _is_near(key: str, value: float, measured: Mapping[str, float]) -> bool:
     known = measured.get(key, np.nan)
-    if key == "inlet_temperature_c":
-        return bool(abs(value - known) <= _NEAR_C)
-    return bool(abs(value - known) <= _NEAR * abs(known))
+    near = _NEAR_C if key == "inlet_temperature_c" else _NEAR * abs(known)
+    return bool(abs(value - known) <= near)
 
 
 def set_points(run: Run) -> dict[str, float]:
-    """Set points of a run that its header does not give as the readers take them.
-
-    They are those of header lines in other units, then the levels of its signals.
-    """
-    others = {key: line.value for key, line in run.lines.items() if not line.listed}
+    """Levels of a run whose set points its header does not give."""
     # the load has one set point, as force or as pressure
-    given = run.lines.keys() | (LOADS if run.lines.keys() & LOADS else frozenset())
-    levels = {key: each for key, each in run.measured.items() if np.isfinite(each)}
-    return others | {key: levels[key] for key in levels if key not in given}
+    given = run.lines.keys() | (base.LOADS if run.lines.keys() & base.LOADS else frozenset())
+    levels = run.measured.items()
+    return {key: level for key, level in levels if np.isfinite(level) and key not in given}
 
 
 def rows_of_sheet(log: Sniffed) -> Sequence[Run]:
@@ -456,9 +421,8 @@ class Findings:
     def header(self) -> dict[str, list[str]]:
         """Names of header lines by the project's key, without those that are the key itself."""
         of_oils = [("oil", run.oil_key.replace("_", " ")) for run in self.runs if run.oil_key]
-        lines = [each for run in self.runs for each in run.lines.items()]
-        listed = [(key, line.name) for key, line in lines if line.listed]
-        return _grouped((k, name) for k, name in [*of_oils, *listed] if plain_key(name) != k)
+        lines = [(key, name) for run in self.runs for key, (name, _) in run.lines.items()]
+        return _grouped((k, name) for k, name in [*of_oils, *lines] if plain_key(name) != k)
 
     @cached_property
     def oils(self) -> dict[str, list[str]]:
@@ -527,11 +491,11 @@ class Findings:
         """Whether two runs of one oil have the same set points."""
         conditions = []
         for run in self.runs:
-            levels = set_points(run) | {key: line.value for key, line in run.lines.items()}
+            levels = set_points(run) | {key: value for key, (_, value) in run.lines.items()}
             # of runs whose condition is not known whole nobody can say that they repeat
             if (
                 levels.keys() >= {"entrainment_speed_m_s", "inlet_temperature_c"}
-                and levels.keys() & LOADS
+                and levels.keys() & base.LOADS
             ):
                 conditions.append((run.oil, *sorted(levels.items())))
         return len(set(conditions)) < len(conditions)

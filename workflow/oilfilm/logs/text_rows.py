@@ -1,11 +1,18 @@
-"""The rows of a text log as numbers: parsed by Arrow, cell by cell where a cell is no number.
+"""The text of a log: its encoding, its rows as numbers, its time stamps as seconds.
 
-Decides: which number a cell of a text log holds.
+Rows are parsed by Arrow, a column cell by cell where a cell is no number.
+
+Decides: in which encoding a text log is read; which number a cell of a text log holds; how time
+stamps are read.
 """
 
-from collections.abc import Sequence
+import re
+from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
+from datetime import date
 from functools import cached_property
+from itertools import islice
 from typing import Any
 
 import numpy as np
@@ -13,9 +20,74 @@ import pandas as pd
 import pyarrow as arrow
 import pyarrow.csv as arrow_csv
 
-from oilfilm.logs.encoding import count_rows, longest_line
-from oilfilm.logs.instants import seconds
 from oilfilm.units import FloatArray
+
+HEAD_SEARCHED = 1 << 16
+_EMPTY_LINES = re.compile(rb"\n\n+")
+_HIGH_BYTES = re.compile(rb"[\x80-\xff]+")
+_UTF8_MARK = b"\xef\xbb\xbf"
+_UTF16_MARKS = (b"\xff\xfe", b"\xfe\xff")
+# So many runs of bytes of 128 and above tell the encoding.
+_RUNS_SEARCHED = 10_000
+# Nearly all Chinese characters in use are in level 1 of GB 2312, whose first bytes are below.
+_LEVEL_2 = 0xD8
+
+
+def encodings_of(content: bytes) -> list[str]:
+    """The encodings that a text may have, the most likely first.
+
+    A mark, zeros (UTF-16) or valid UTF-8 leave one. In a damaged text most bytes of 128 and above
+    are as its encoding wants them all the same: UTF-8 is hardly ever met by chance; common Chinese
+    characters have two such bytes in GB18030; western letters of Windows-1252 have one between
+    others.
+    """
+    if content.startswith(_UTF8_MARK):
+        return ["utf-8"]
+    if content.startswith(_UTF16_MARKS):
+        return ["utf-16"]
+    head = content[:2000]
+    zeros = head[1::2].count(0), head[0::2].count(0)
+    if max(zeros) > len(head) / 4:
+        return ["utf-16-le" if zeros[0] > zeros[1] else "utf-16-be"]
+    if content.isascii():
+        return ["ascii"]
+    with suppress(UnicodeDecodeError):
+        content.decode("utf-8")
+        return ["utf-8"]
+    runs = [match[0] for match in islice(_HIGH_BYTES.finditer(content), _RUNS_SEARCHED)]
+    letters = b" ".join(runs).decode("utf-8", "replace").replace(" ", "")
+    chinese = sum(len(run) % 2 == 0 and run[0] < _LEVEL_2 for run in runs)
+    likely = "gb18030" if chinese > len(runs) / 2 else "cp1252"
+    if letters.count("\ufffd") <= len(letters) / 2:
+        likely = "utf-8"
+    return sorted(("cp1252", "utf-8", "gb18030"), key=lambda encoding: encoding != likely)
+
+
+def normalise(content: bytes, encoding: str | None = None) -> bytes:
+    """The text as UTF-8 with LF line ends, whatever it was written in.
+
+    Empty lines are left out. Bytes that are not valid in the encoding become the replacement
+    character, so that the rows that hold them are refused.
+
+    Args:
+        content: The file's bytes, or the first of them.
+        encoding: Its encoding; the most likely one if not given.
+    """
+    encoding = encoding or encodings_of(content)[0]
+    if encoding != "ascii":
+        content = content.decode(encoding, "replace").encode("utf-8")
+    content = content.removeprefix(_UTF8_MARK)
+    if b"\r" in content:
+        content = content.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
+    return _EMPTY_LINES.sub(b"\n", content).lstrip(b"\n")
+
+
+def count_rows(text: bytes, start: int = 0) -> int:
+    """Lines of a text without empty lines; the last one counts without a line end too."""
+    return text.count(b"\n", start) + (len(text) > start and not text.endswith(b"\n"))
+
+
+# ---------------------------------------------------------------- rows
 
 _BLOCK = 1 << 22
 # Marks between thousands that are no decimal mark anywhere.
@@ -49,7 +121,7 @@ class TextTable:
     @cached_property
     def rows(self) -> int:
         """How many rows there are, a last one that may be cut too."""
-        return count_rows(memoryview(self.text)[self.start :])
+        return count_rows(self.text, self.start)
 
     @property
     def cut(self) -> int:
@@ -67,37 +139,17 @@ class TextTable:
         if not whole:
             return [np.full(self.rows, np.nan) for _ in places]
         misfits: list[int] = []
-        plain = [place for place in places if place not in self.stamps]
-        numbers: dict[int, FloatArray] = {}
         try:
-            every = np.empty((len(plain), self.rows))
-            read = 0
-            # block by block, so that the numbers are in memory once
-            with arrow_csv.open_csv(
-                *self._parser(whole, plain, arrow.float64(), misfits)
-            ) as blocks:
-                for block in blocks:
-                    for column, place in zip(every, plain, strict=True):
-                        cells = block[str(place)].to_numpy(zero_copy_only=False)
-                        column[read : read + len(cells)] = cells
-                    read += block.num_rows
-            numbers = {place: column[:read] for place, column in zip(plain, every, strict=True)}
+            numbers = self._floats(whole, places, misfits)
         except arrow.ArrowInvalid:
-            misfits.clear()
-            table = arrow_csv.read_csv(*self._parser(whole, plain, arrow.binary(), misfits))
-            numbers = {place: self._numbers(table[str(place)].to_pandas()) for place in plain}
-        if self.stamps:
-            misfits.clear()
-            table = arrow_csv.read_csv(*self._parser(whole, self.stamps, arrow.string(), misfits))
-            texts = [table[str(place)].to_pandas() for place in self.stamps]
-            numbers[self.stamps[0]] = seconds(*(each.str.strip(' "') for each in texts))
+            numbers = [self._column(whole, place, misfits) for place in places]
         if not misfits and not self.cut:
-            return [numbers[place] for place in places]
+            return numbers
         fitting = np.ones(self.rows, dtype=bool)
         fitting[np.array(misfits, dtype=int) - 1] = False
         fitting[self.rows - bool(self.cut) :] = False
         every = np.full((len(places), self.rows), np.nan)
-        every[:, fitting] = [numbers[place] for place in places]
+        every[:, fitting] = numbers
         return [*every]
 
     def show(self, index: int) -> str:
@@ -108,25 +160,39 @@ class TextTable:
     def _lines(self) -> list[bytes]:
         return self.text[self.start :].split(b"\n")
 
-    def _parser(
+    def _column(self, rows: memoryview, place: int, misfits: list[int]) -> FloatArray:
+        """The numbers of one column; `misfits` gets the rows that do not fit, which have none."""
+        if place in self.stamps:
+            texts = self._cells(rows, self.stamps, arrow.string(), misfits)
+            return seconds(*(each.to_pandas().str.strip(' "') for each in texts))
+        try:
+            return self._floats(rows, [place], misfits)[0]
+        except arrow.ArrowInvalid:
+            (texts,) = self._cells(rows, [place], arrow.binary(), misfits)
+            return self._numbers(texts.to_pandas())
+
+    def _floats(
+        self, rows: memoryview, places: Sequence[int], misfits: list[int]
+    ) -> list[FloatArray]:
+        """Numbers of some columns; ArrowInvalid: a cell is none, or a line longer than a block."""
+        return [each.to_numpy() for each in self._cells(rows, places, arrow.float64(), misfits)]
+
+    def _cells(
         self, rows: memoryview, places: Sequence[int], kind: arrow.DataType, misfits: list[int]
-    ) -> tuple[Any, ...]:
-        """What Arrow needs for some columns; rows that do not fit go to `misfits`."""
+    ) -> list[arrow.ChunkedArray]:
+        misfits.clear()
 
         def skip(row: arrow_csv.InvalidRow) -> str:
             misfits.append(row.number)
             return "skip"
 
-        types = {str(place): kind for place in places}
-        return (
+        names, numbers = [*map(str, range(self.width))], kind == arrow.float64()
+        types = {names[place]: kind for place in places}
+        block = _BLOCK if numbers else len(rows) + 1
+        table = arrow_csv.read_csv(
             arrow.BufferReader(arrow.py_buffer(rows)),
-            # one thread: only then are the rows that do not fit numbered;
-            # no line may be longer than a block
-            arrow_csv.ReadOptions(
-                use_threads=False,
-                column_names=[*map(str, range(self.width))],
-                block_size=max(_BLOCK, 1 + longest_line(rows)),
-            ),
+            # one thread: only then are the rows that do not fit numbered
+            arrow_csv.ReadOptions(use_threads=False, column_names=names, block_size=block),
             # a stray quote must not swallow the lines up to the next one
             arrow_csv.ParseOptions(
                 delimiter=self.delimiter, quote_char=False, invalid_row_handler=skip
@@ -134,9 +200,10 @@ class TextTable:
             arrow_csv.ConvertOptions(
                 include_columns=[*types],
                 column_types=types,
-                decimal_point=self.decimal_mark if kind == arrow.float64() else ".",
+                decimal_point=self.decimal_mark if numbers else ".",
             ),
         )
+        return [table[names[place]] for place in places]
 
     def _numbers(self, cells: "pd.Series[Any]") -> FloatArray:
         """Numbers of raw cells; NaN where a cell holds anything else."""
@@ -150,3 +217,88 @@ class TextTable:
         # the other mark would be a second decimal mark: such a cell is no number
         text = text.str.replace(other, "?", regex=False).str.replace(",", ".", regex=False)
         return pd.to_numeric(text, errors="coerce").to_numpy(dtype=np.float64)
+
+
+# ---------------------------------------------------------------- time stamps
+
+# Year, month, day by ISO 8601, with `/` or `.` too; or day.month.year, which no country writes
+# otherwise. 03/01/2026 may be March or January: it is no date.
+_DATE = r"(?P<date>\d{4}([-/.])\d{1,2}\2\d{1,2}|\d{1,2}\.\d{1,2}\.\d{4})"
+_CLOCK = r"(?P<h>\d{1,4}):(?P<min>[0-5]\d)(?::(?P<s>[0-5]\d(?:[.,]\d{1,9})?))?"
+_ZONE = r"\s?(?P<zone>Z|[+-]\d\d(?::?\d\d)?)?"
+_STAMP = re.compile(rf"(?:{_DATE}(?:T|\s+))?{_CLOCK}{_ZONE}")
+_DAY = re.compile(_DATE)
+_DAY_S = 86_400.0
+_HOUR_S = 3_600.0
+
+
+def is_stamp(cell: str) -> bool:
+    """Whether a cell holds a time of day, with or without its date."""
+    return _STAMP.fullmatch(cell) is not None
+
+
+def is_date(cell: str) -> bool:
+    """Whether a cell holds a date alone."""
+    return _DAY.fullmatch(cell) is not None
+
+
+def seconds(stamps: "pd.Series[str]", dates: "pd.Series[str] | None" = None) -> FloatArray:
+    """Seconds since the first time stamp; NaN where a cell holds none.
+
+    A time of day without a date that falls by more than half a day is of the next day.
+
+    Args:
+        stamps: Cells of the time column.
+        dates: Cells of a column of dates beside it, if the log has one.
+
+    Examples:
+        >>> seconds(pd.Series(["2026-03-01T10:15:00.250", "2026-03-01 10:15:00.750"])).tolist()
+        [0.0, 0.5]
+    """
+    parts = stamps.str.extract(f"^{_STAMP.pattern}$")
+    clock: FloatArray = np.asarray(
+        parts["h"].astype(float) * _HOUR_S
+        + parts["min"].astype(float) * 60
+        + parts["s"].str.replace(",", ".").astype(float).fillna(0.0),
+        dtype=np.float64,
+    )
+    time: FloatArray = clock - _by_text(parts["zone"].fillna("Z"), _offset_s)
+    day = _by_text(parts["date"] if dates is None else dates, _day)
+    dated = bool(np.isfinite(day).any())
+    if dated:
+        # counted from the first day, because the seconds of centuries leave too few digits
+        time += (day - np.nanmin(day)) * _DAY_S
+    known = np.flatnonzero(np.isfinite(time))
+    if len(known):
+        time -= time[known[0]]
+        if not dated:
+            steps = np.diff(time[known], prepend=0.0)
+            time[known] += _DAY_S * np.cumsum(steps < -_DAY_S / 2)
+    return time
+
+
+def _by_text(texts: "pd.Series[str]", number: Callable[[str], float]) -> FloatArray:
+    """A number for each text, found once for texts that are the same; NaN where there is none."""
+    known = {}
+    for text in texts.dropna().unique():
+        try:
+            known[text] = number(text)
+        except ValueError:
+            continue
+    return texts.map(known).to_numpy(dtype=np.float64)
+
+
+def _day(text: str) -> float:
+    if not is_date(text):
+        raise ValueError(f"{text!r} is no date")
+    parts = [int(part) for part in re.split("[-/.]", text)]
+    return float(date(*(parts if parts[0] > 31 else parts[::-1])).toordinal())
+
+
+def _offset_s(zone: str) -> float:
+    """Seconds that local time is ahead of UTC."""
+    if zone == "Z":
+        return 0.0
+    digits = zone[1:].replace(":", "").ljust(4, "0")
+    ahead = int(digits[:2]) * _HOUR_S + int(digits[2:]) * 60
+    return -ahead if zone.startswith("-") else ahead

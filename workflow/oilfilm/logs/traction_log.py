@@ -3,22 +3,11 @@
 Decides: the signals of a traction log.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
-from oilfilm.logs.base import (
-    LOADS,
-    SET_POINTS,
-    Flaw,
-    IndexArray,
-    LoggedRun,
-    Nominal,
-    Refusal,
-    samples_of_run,
-    set_point,
-    set_point_range,
-)
+from oilfilm.logs import base
 from oilfilm.logs.header import (
     FORMAT_ADVICE,
     misspelt_key,
@@ -72,19 +61,48 @@ _SAMPLED = {
 
 def _header_problem(
     keys: Mapping[str, str], columns: Sequence[Column], settings: Settings
-) -> Refusal | None:
-    return (
-        oil_problem(keys, settings)
-        or unknown("rig", keys, settings.rigs)
-        or simulation_problem(keys, settings)
-        or _kind_problem(keys)
-        or misspelt_key(keys, settings)
-        or _set_point_problem(keys)
-        or _rig_problem(columns, keys["rig"], settings.rigs[keys["rig"]])
-    )
+) -> base.Refusal | None:
+    return next(filter(None, _problems(keys, columns, settings)), None)
 
 
-def _run(log: ContinuousLog, settings: Settings) -> LoggedRun:
+def _problems(
+    keys: Mapping[str, str], columns: Sequence[Column], settings: Settings
+) -> Iterator[base.Refusal | None]:
+    """What is wrong with a header, one after the other: later ones take the earlier for granted."""
+    yield oil_problem(keys, settings)
+    yield unknown("rig", keys, settings.rigs)
+    yield simulation_problem(keys, settings)
+    if (kind := keys.get("log_kind", "continuous")) not in ("continuous", "steps"):
+        yield base.Refusal(
+            "not_a_sweep",
+            f"the header says log_kind: {kind[:120]!r}; expected continuous or steps",
+            "Nothing to do if this is not a slip sweep; otherwise correct the header. "
+            f"{FORMAT_ADVICE}",
+        )
+    yield misspelt_key(keys, settings)
+    for name in base.SET_POINTS:
+        if name in keys and base.set_point(name, keys[name]) is None:
+            least, most = base.set_point_range(name)
+            unit = " (in GPa, not MPa)" if name == "max_hertz_pressure_gpa" else ""
+            yield base.Refusal(
+                "header",
+                f"the header says {name}: {keys[name][:60]!r}; expected a number above {least:g}, "
+                f"below {most:g}{unit}",
+                f"Correct the header. {FORMAT_ADVICE}",
+            )
+    rig, units = settings.rigs[keys["rig"]], {each.quantity: each.to.unit for each in columns}
+    needed = [f"{body}_track_radius_m" for body in _BODIES if units.get(f"{body}_speed") == "rpm"]
+    needed += ["ball_radius_m"] if units.get("load") == "GPa" else []
+    if missing := [key for key in needed if getattr(rig, key) is None]:
+        yield base.Refusal(
+            "rig",
+            f"speeds in rpm or a load as pressure need {', '.join(missing)} of the rig "
+            f"{keys['rig']!r}",
+            f"Add it to config/rigs/{keys['rig']}.yaml.",
+        )
+
+
+def _run(log: ContinuousLog, settings: Settings) -> base.LoggedRun:
     keys, given = log.keys, nominal(log.keys, settings)
     rig, semantics = settings.rigs[keys["rig"]], settings.campaign.semantics_for(keys["rig"])
     units = {column.quantity: column.to.unit for column in log.columns}
@@ -103,7 +121,7 @@ def _run(log: ContinuousLog, settings: Settings) -> LoggedRun:
     sampled = {f"{name}_{unit}": values[name] for name, unit in _SAMPLED.items() if name in values}
     if "film_thickness" in values:
         sampled["measured_film_thickness_um"] = values["film_thickness"]
-    samples = samples_of_run(
+    samples = base.samples_of_run(
         row=log.rows,
         time_s=values["time"],
         load_n=values["load"],
@@ -111,7 +129,7 @@ def _run(log: ContinuousLog, settings: Settings) -> LoggedRun:
         disc_speed_m_s=disc,
         **sampled,
     )
-    return LoggedRun(
+    return base.LoggedRun(
         log.run_id,
         keys["oil"],
         keys["rig"],
@@ -124,7 +142,7 @@ def _run(log: ContinuousLog, settings: Settings) -> LoggedRun:
     )
 
 
-def _fraction_in_percent(log: ContinuousLog, values: Mapping[str, FloatArray]) -> Flaw | None:
+def _fraction_in_percent(log: ContinuousLog, values: Mapping[str, FloatArray]) -> base.Flaw | None:
     """Whether the only slip of a log is so small that its %, not the slip, is in doubt."""
     column = next((each for each in log.columns if each.quantity == "slide_roll_ratio"), None)
     if column is None or column.spare or column.logged_unit != "%" or not len(log.rows):
@@ -132,14 +150,14 @@ def _fraction_in_percent(log: ContinuousLog, values: Mapping[str, FloatArray]) -
     largest = float(np.max(np.abs(values["slide_roll_ratio"])))
     if not 0 < largest < _LEAST_SLIP:
         return None
-    return Flaw(
+    return base.Flaw(
         "slip_unit",
         f"the column {column.name[:60]!r} goes up to {100 * largest:.3g} % of slip, which shows no "
         "traction curve; it may be a fraction, whose unit is 1",
     )
 
 
-def _held(given: Nominal) -> dict[str, float]:
+def _held(given: base.Nominal) -> dict[str, float]:
     """What set points say of the quantities that a table of settled readings may leave out."""
     held = {
         "load": given.load_n,
@@ -156,63 +174,21 @@ def _spared(keys: Mapping[str, str], settings: Settings) -> frozenset[str]:
     return frozenset({"time", *_held(nominal(keys, settings))})
 
 
-def nominal(keys: Mapping[str, str], settings: Settings) -> Nominal:
+def nominal(keys: Mapping[str, str], settings: Settings) -> base.Nominal:
     """Set points of a run: those of its header keys before those of the campaign file.
 
     The load follows from the pressure where the contact of the rig is known.
     """
-    given = {name: set_point(name, keys[name]) for name in SET_POINTS if name in keys}
+    given = {name: base.set_point(name, keys[name]) for name in base.SET_POINTS if name in keys}
     known = {name: value for name, value in given.items() if value is not None}
     # the load has one set point, as force or as pressure
-    over = LOADS if known.keys() & LOADS else frozenset()
-    values = settings.campaign.set_points.model_dump(include=set(SET_POINTS) - over) | known
+    over = base.LOADS if known.keys() & base.LOADS else frozenset()
+    values = settings.campaign.set_points.model_dump(include=set(base.SET_POINTS) - over) | known
     rig, pressure = settings.rigs.get(keys.get("rig", "")), values.get("max_hertz_pressure_gpa")
     contact = rig.contact() if rig else None
     if contact is not None and pressure is not None and values.get("load_n") is None:
         values["load_n"] = float(contact.load_n(pressure))
-    return Nominal(**values)
-
-
-def _kind_problem(keys: Mapping[str, str]) -> Refusal | None:
-    """Why a log that says what kind of log it is gives no points."""
-    kind = keys.get("log_kind", "continuous")
-    if kind in ("continuous", "steps"):
-        return None
-    return Refusal(
-        "not_a_sweep",
-        f"the header says log_kind: {kind[:120]!r}; expected continuous or steps",
-        f"Nothing to do if this is not a slip sweep; otherwise correct the header. {FORMAT_ADVICE}",
-    )
-
-
-def _set_point_problem(keys: Mapping[str, str]) -> Refusal | None:
-    """What is wrong with a set point of the header."""
-    for name in SET_POINTS:
-        if name in keys and set_point(name, keys[name]) is None:
-            least, most = set_point_range(name)
-            return Refusal(
-                "header",
-                f"the header says {name}: {keys[name][:60]!r}; expected a number above "
-                f"{least:g}, below {most:g}"
-                + (" (in GPa, not MPa)" if name == "max_hertz_pressure_gpa" else ""),
-                f"Correct the header. {FORMAT_ADVICE}",
-            )
-    return None
-
-
-def _rig_problem(columns: Sequence[Column], name: str, rig: Rig) -> Refusal | None:
-    """What the columns need of the rig and its file does not say."""
-    units = {column.quantity: column.to.unit for column in columns}
-    needed = [f"{body}_track_radius_m" for body in _BODIES if units.get(f"{body}_speed") == "rpm"]
-    needed += ["ball_radius_m"] if units.get("load") == "GPa" else []
-    missing = [key for key in needed if getattr(rig, key) is None]
-    if not missing:
-        return None
-    return Refusal(
-        "rig",
-        f"speeds in rpm or a load as pressure need {', '.join(missing)} of the rig {name!r}",
-        f"Add it to config/rigs/{name}.yaml.",
-    )
+    return base.Nominal(**values)
 
 
 def _surface_speeds(
@@ -242,10 +218,10 @@ def _contradiction(
     values: Mapping[str, FloatArray],
     ball: FloatArray,
     disc: FloatArray,
-    rows: IndexArray,
+    rows: base.IndexArray,
     log: Semantics,
     limits: LoggedTwiceSettings,
-) -> Flaw | None:
+) -> base.Flaw | None:
     """How a log's own entrainment speed, slip or force contradicts its other columns, if so."""
     turning, given = np.arange(len(rows)), []
     if not values.keys() & {"entrainment_speed", "slide_roll_ratio", _BOTH_WAYS[0]}:
@@ -277,7 +253,7 @@ def _contradiction(
         known = np.flatnonzero(np.isfinite(apart))
         if len(known) and (median := float(np.median(apart[known]))) > getattr(limits, name):
             worst = known[np.argmax(apart[known])]
-            return Flaw(
+            return base.Flaw(
                 "columns_disagree",
                 f"{name} is {logged[worst]:.4g} in row {rows[turning][worst]}, but {others} "
                 f"give {expected[worst]:.4g}; the median difference is {median:.2g}, allowed "
@@ -292,6 +268,6 @@ TRACTION = LogKind(
     lambda campaign: campaign.columns,
     _header_problem,
     _run,
-    sheet_keys=("rig", "log_kind", *SET_POINTS),
+    sheet_keys=("rig", "log_kind", *base.SET_POINTS),
     spared=_spared,
 )

@@ -8,8 +8,8 @@ Decides: what `oilfilm init` takes a column or a header line for.
 
 import re
 import unicodedata
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Iterable
+from dataclasses import dataclass
 from pathlib import Path
 
 import yaml
@@ -84,10 +84,10 @@ def unit_in_name(name: str, quantity: str, vocabulary: Vocabulary) -> str:
 class Guesses(Vocabulary):
     """A vocabulary in which names that are not known mean what they seem to mean.
 
-    `symbols` has quantities by plain names that are no words.
+    `symbols` says whether names that are symbols mean what papers use them for.
     """
 
-    symbols: Mapping[str, str] = field(default_factory=dict)
+    symbols: bool = False
 
     def meaning(self, name: str) -> tuple[str, str | None] | None:
         """See `Vocabulary.meaning`."""
@@ -99,9 +99,10 @@ class Guesses(Vocabulary):
         if known := super().meaning(name):
             return known[0], unit or known[1] or "", _KNOWN
         bare = apart(name)[0]
-        symbol = self.symbols.get(plain_key(bare), "")
-        if symbol and (not unit or self.fits(symbol, unit)):
-            return symbol, unit, _KNOWN
+        for quantity, words in _WORDS.items() if self.symbols else ():
+            symbol = plain_key(bare) in words.get("symbols", "").split()
+            if symbol and (not unit or self.fits(quantity, unit)):
+                return quantity, unit, _KNOWN
         quantity, score = guessed(bare, unit, self)
         return quantity, unit, score
 
