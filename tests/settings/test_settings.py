@@ -63,11 +63,11 @@ def test_only_the_demonstration_is_made_by_the_papers_law(campaign: str, law: bo
 def test_large_file_of_settings_is_refused_at_once(tmp_path: Path, text: str) -> None:
     path = tmp_path / "campaign.yaml"
     path.write_text("".join(text.format(number, number) for number in range(700_000)))
-    with pytest.raises(OilfilmError, match="bytes; expected at most 524288"):
+    with pytest.raises(OilfilmError, match="at most 524288 bytes"):
         load(path, CampaignFile)
 
 
 def test_file_of_settings_that_is_a_pipe_is_refused(tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "campaign.yaml")
-    with pytest.raises(OilfilmError, match="is not a plain file"):
+    with pytest.raises(OilfilmError, match="expected a plain file"):
         load(tmp_path / "campaign.yaml", CampaignFile)

@@ -34,9 +34,7 @@ class CageKeys(Group):
     land_diameter_m: q.LengthM = key("Diameter of the guiding land.")
     land_width_m: q.LengthM = key("Width of both lands together.")
     land_clearance_m: q.LengthM = key("Radial clearance.")
-    pocket_friction_coefficient: float = key(
-        "Coulomb friction of ball on pocket.", unit="1", ge=0, le=1
-    )
+    pocket_friction_coefficient: float = key("Of ball on pocket.", unit="1", ge=0, le=1)
 
 
 class OilSupplyKeys(Group):
@@ -44,10 +42,7 @@ class OilSupplyKeys(Group):
 
     flow_l_min: float = key("Flow at the inlet temperature.", unit="L/min", gt=0, le=1000)
     heat_share: q.Share = key("Share of friction heat that the oil, not shaft or housing, takes.")
-    outlet_weight: q.Share = key(
-        "Where the oil of the contacts lies between inlet (0) and outlet (1) temperature.",
-        default=0.5,
-    )
+    outlet_weight: q.Share = key("Oil of the contacts: 0 inlet, 1 outlet temperature.", default=0.5)
 
     def supply(self) -> OilSupply:
         """The oil for the heat balance."""
