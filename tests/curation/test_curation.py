@@ -15,9 +15,10 @@ from campaigns import Campaign, printed
 from damages import SOUND
 from oilfilm import tables
 from oilfilm.curation import statistics
-from oilfilm.curation.curate import Curated, arrays_of, check_logs, collect, curate, first_fault
+from oilfilm.curation.curate import Curated, arrays_of, check_logs, collect, curate
 from oilfilm.curation.gate import Run, Signals
 from oilfilm.curation.measure import find_steps, measure, settled_parts
+from oilfilm.curation.run_gates import first_fault
 from oilfilm.curation.traction_rig import TRACTION_RIG
 from oilfilm.curation.verdicts import judge_plateaus
 from oilfilm.settings.campaign import Semantics
@@ -294,7 +295,7 @@ def test_sweep_whose_way_back_differs_is_refused(
     force = force + 0.001 * np.random.default_rng(1).standard_normal(len(force))
     signals = rig_log(force, slip, time_s)
     run = measured(signals, config)
-    fault = first_fault(run, TRACTION_RIG, TRACTION_RIG.limits(config))
+    fault = first_fault(run, TRACTION_RIG.name, TRACTION_RIG.limits(config))
     assert (fault and fault[0]) == ("branches_differ" if refused else None)
 
 

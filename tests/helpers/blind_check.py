@@ -10,7 +10,7 @@ import pandas as pd
 
 from blind_lab.laboratory import CAMPAIGN, Filed, Laboratory
 from oilfilm.curation.curate import Curated, check_logs
-from oilfilm.curation.run_gates import DOUBTS
+from oilfilm.curation.run_gates import WARNINGS
 from oilfilm.fits.fit import OilFit, fit_oil
 from oilfilm.fits.fitted import FittedLaw
 from oilfilm.settings.resolve import resolve
@@ -64,7 +64,9 @@ def outcome(laboratory: Laboratory, verdicts: Curated) -> Outcome:
     for file, warning in verdicts.runs.set_index("file")["warning"].items():
         if warning:
             rules.setdefault(file, set()).update(
-                name for name in (*DOUBTS, "constant_channel") if name in warning
+                name
+                for name in (*(each.name for each in WARNINGS), "constant_channel")
+                if name in warning
             )
     # a run of which most plateaus fail names their gates in its sentence
     sentences = verdicts.quarantine.groupby("file")["reason"].agg(" ".join).to_dict()

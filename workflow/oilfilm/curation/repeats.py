@@ -16,6 +16,7 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+from scipy.spatial import cKDTree
 
 from oilfilm.curation.coverage import SET_POINTS, with_levels
 from oilfilm.curation.gate import TRACTION, Finding
@@ -153,14 +154,11 @@ def _compared_conditions(
     noted = noted[noted[[pressure, load]].notna().any(axis=1)].fillna({pressure: -1, load: -1})
     for group in _same(noted, ["oil", "rig", *SET_POINTS]):
         curves = {run.run_id: accepted.iloc[rows[run.run_id]] for run in group}
-        pairs = combinations(curves, 2)
-        yield (
-            list(curves),
-            {
-                frozenset(pair): _difference(curves[pair[0]], curves[pair[1]], settings)
-                for pair in pairs
-            },
-        )
+        apart = {
+            frozenset((one, other)): _difference(curves[one], curves[other], settings)
+            for one, other in combinations(curves, 2)
+        }
+        yield list(curves), apart
 
 
 def _same(runs: pd.DataFrame, key: list[str]) -> Iterator[list[Any]]:
@@ -181,10 +179,8 @@ def _same_readings(
     for first, *others in _same(runs.assign(place=places), ["content_sha256", "place"]):
         yield from ((first, later) for later in others)
     points = points[points["run_id"].isin(named)]
-    first_rows, means = (
-        points["first_row"].to_numpy(),
-        points[list(kind.averaging.means)].to_numpy(float),
-    )
+    first_rows = points["first_row"].to_numpy()
+    means = points[list(kind.averaging.means)].to_numpy(float)
     alike: dict[tuple[int, ...], list[tuple[Any, FloatArray]]] = {}
     for run_id, at in points.groupby("run_id").indices.items():
         if len(at) >= _PLATEAUS:
@@ -245,24 +241,10 @@ def _equal_pairs(values: FloatArray) -> Iterator[tuple[int, int]]:
 
 
 def _near_pairs(values: FloatArray, reach: FloatArray) -> list[tuple[int, int]]:
-    """Pairs of rows that differ by no more than the reach of each column, in their order.
-
-    Rows are sorted by the column that tells most of them apart, and compared with their neighbours.
-    """
-    if len(values) < 2:
-        return []
+    """Pairs of rows that differ by no more than the reach of each column, in their order."""
     # a little more than the reach, which rounding must not cut
     scaled = values / np.where(reach > 0, 1.01 * reach, 1.0)
-    most = np.argmax(np.median(np.abs(np.diff(np.sort(scaled, axis=0), axis=0)), axis=0))
-    order = np.argsort(scaled[:, most], kind="stable")
-    scaled, pairs = scaled[order], []
-    for step in range(1, len(order)):
-        near = np.flatnonzero(scaled[step:, most] - scaled[:-step, most] <= 1)
-        if len(near) == 0:
-            break
-        near = near[(np.abs(scaled[near + step] - scaled[near]) <= 1).all(axis=1)]
-        pairs += np.sort(np.stack([order[near], order[near + step]]), axis=0).T.tolist()
-    return sorted(map(tuple, pairs))
+    return sorted(cKDTree(scaled).query_pairs(1.0, p=np.inf)) if len(values) > 1 else []
 
 
 def _difference(first: pd.DataFrame, later: pd.DataFrame, settings: Settings) -> float:

@@ -83,14 +83,15 @@ class TorqueRig(RigKind):
 
     def derive(self, averages: Columns, zero: FloatArray, zero_se: FloatArray) -> Columns:
         """Torque above the zero, and how steady it is."""
-        load = averages["axial_load_n"]
-        loaded = np.where(load == 0, np.nan, np.abs(load))
+        load, torque = averages["axial_load_n"], averages["torque_n_m"] - zero
+        loaded, turned = (np.where(size == 0, np.nan, np.abs(size)) for size in (load, torque))
         return {
             **averages,
             "tare_n_m": zero,
-            "torque_n_m": averages["torque_n_m"] - zero,
+            "torque_n_m": torque,
             "torque_n_m_se": np.hypot(averages["torque_n_m_se"], zero_se),
             "torque_change_n_m": averages["torque_n_m_change"],
+            "torque_change": averages["torque_n_m_change"] / turned,
             "oil_temperature_change_c": averages["oil_temperature_c_change"],
             "temperature_change_c": averages["oil_temperature_c_change"],
             "load_change": averages["axial_load_n_change"] / loaded,

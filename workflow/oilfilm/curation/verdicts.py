@@ -13,6 +13,7 @@ from oilfilm import tables
 from oilfilm.curation.gate import RULES, Finding, Limits, TractionLimits
 from oilfilm.curation.plateau_gates import (
     PLATEAU_GATES,
+    sentence_of,
     slip_is_held,
     surely_unphysical,
     unit_of_load,
@@ -52,7 +53,7 @@ def judge_plateaus(points: pd.DataFrame, kind: RigKind, limits: Limits) -> pd.Da
     """Which gates each plateau fails: one boolean column per gate, one row per plateau."""
     gates = PLATEAU_GATES.of(kind.name) if len(points) else []
     return pd.DataFrame(
-        {gate.name: np.asarray(gate.judge(points, limits).fails) for gate in gates},
+        {gate.name: np.asarray(gate.judge(points, limits)) for gate in gates},
         index=points.index,
         dtype=bool,
     )
@@ -126,7 +127,7 @@ def _why(
     gates = PLATEAU_GATES.of(kind.name)
     for gate in gates:
         if failed[gate.name].all():
-            return gate.name, Finding(gate.judge(points, limits).sentence)
+            return gate.name, Finding(sentence_of(gate, points, limits))
     unphysical, wanted = judged["unphysical"], judged["wanted"]
     if unphysical.any() and isinstance(limits, TractionLimits):
         worst = points.iloc[points["traction_coefficient"].abs().where(unphysical).argmax()]
