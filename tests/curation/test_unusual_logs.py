@@ -453,13 +453,26 @@ def test_fault_of_a_run_is_refused_for_its_reason(
     assert rules(judged(change(good(SWEEP)))) == [rule]
 
 
-def test_way_back_that_is_a_tenth_higher_is_a_warning() -> None:
+@pytest.mark.parametrize(
+    ("factor", "added", "rule", "warning"),
+    # 0.004 and 0.006 about the limit of 0.005; a tenth of mu = 0.03 is less
+    [
+        (1.1, 0.0, "", "branches_apart"),
+        (1.0, 0.0043, "", "branches_apart"),
+        (1.0, 0.0057, "branches_differ", ""),
+    ],
+)
+def test_way_back_that_is_higher_is_a_warning_or_refused(
+    factor: float, added: float, rule: str, warning: str
+) -> None:
     phases = (*SLIPS, *SLIPS[-2:0:-1], 0.0)
     values = good(phases)
-    values["traction_force"][len(SLIPS) * HELD : -HELD] *= 1.1
+    back = slice(len(SLIPS) * HELD, -HELD)
+    values["traction_force"][back] *= factor
+    values["traction_force"][back] += added * values["load"][back]
     (run,) = judged(values).runs.to_dict("records")
-    assert run["verdict"] == "accepted"
-    assert run["warning"].startswith("branches_apart: with rising slip")
+    assert run["rule"] == rule
+    assert run["warning"].startswith(warning)
 
 
 def test_same_readings_that_begin_later_and_are_rounded_are_known_under_another_oil() -> None:
