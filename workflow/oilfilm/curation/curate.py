@@ -13,7 +13,7 @@ import numpy as np
 import pandas as pd
 
 from oilfilm import tables
-from oilfilm.curation.gate import Columns, Finding, Limits
+from oilfilm.curation.gate import Columns, Fault, Finding, Limits, fault
 from oilfilm.curation.hypotheses import DOUBTFUL, Hypothesis
 from oilfilm.curation.measure import measure
 from oilfilm.curation.repeats import repeated, with_campaign_warnings
@@ -181,20 +181,21 @@ def _measured(
     partly: list[Refusal] = []
     plateaus, warnings = {}, []
     for row in tables.rows(runs):
-        run_id, fault, doubt = row["run_id"], None, ""
+        run_id, doubt = row["run_id"], ""
+        why: Fault | None = None
         if run_id in samples_of:
             signals = kind.signals(samples_of[run_id], row["rig"], settings)
             run = measure(signals, kind, row["rig"], settings, settled=row["log_kind"] == "steps")
             plateaus[run_id] = run.plateaus
         if row["rule"]:
-            fault = row["rule"], Finding(row["reason"])
+            why = row["rule"], Finding(row["reason"])
         elif run_id not in samples_of:
-            fault = "no_rows", Finding("the log has no readable row of data")
-        elif (fault := first_fault(run, kind.name, limits)) is None:
+            why = fault("no_rows")
+        elif (why := first_fault(run, kind.name, limits)) is None:
             doubt = warning(run, kind.name, limits)
             partly += [refusal("too_short", each, kind, run_id) for each in run.too_short]
-        if fault is not None:
-            refused[run_id] = refusal(*fault, kind, run_id)
+        if why is not None:
+            refused[run_id] = refusal(*why, kind, run_id)
         warnings.append(doubt)
     runs = runs.assign(warning=pd.Series(warnings, runs.index, dtype="str"))
     points = _table_of_plateaus(plateaus, runs.set_index("run_id"), settings, kind)

@@ -96,6 +96,17 @@ class Finding(NamedTuple):
 Fault = tuple[str, Finding]
 
 
+def found(rule: str, **numbers: Any) -> Finding:
+    """What was found, by the sentence that `rules.yaml` has for a rule that is no gate."""
+    rows = (int(numbers.get(row, 0)) for row in ("first", "last"))
+    return Finding(RULES["sentences"][rule].format(**numbers), *rows)
+
+
+def fault(rule: str, **numbers: Any) -> Fault:
+    """A rule that is no gate, and what was found."""
+    return rule, found(rule, **numbers)
+
+
 @dataclass(frozen=True)
 class Run:
     """One measured run, as the gates of runs look at it.

@@ -19,15 +19,15 @@ import pandas as pd
 from scipy.spatial import cKDTree
 
 from oilfilm.curation.coverage import SET_POINTS, with_levels
-from oilfilm.curation.gate import TRACTION, Finding
+from oilfilm.curation.gate import TRACTION, found
 from oilfilm.curation.rig_kind import RigKind
 from oilfilm.curation.verdicts import refusal
 from oilfilm.logs.base import Refusal
 from oilfilm.settings.resolved import Settings
 from oilfilm.units import FloatArray
 
-# Rule, run and what was found.
-Case = tuple[str, str, str]
+# Rule, run, and what the rule's sentence needs.
+Case = tuple[str, str, dict[str, Any]]
 
 # Copies of one log in other formats differ by the rounding of their numbers, two runs by more.
 _ROUNDING = 1e-4
@@ -66,19 +66,17 @@ def repeated(
     """
     traction = kind.name == TRACTION
     once = traction and settings.campaign.repeated_conditions != "accept"
-    found: dict[str, tuple[str, str]] = {}
+    cases_of: dict[str, Refusal] = {}
     for wanted, cases in (
         (True, lambda left: _readings(points, left, kind)),
         (traction, _labels),
         (once, lambda left: _conditions(points, left, settings)),
     ):
-        left = runs[(runs["verdict"] == "accepted") & ~runs["run_id"].isin(found)]
+        left = runs[(runs["verdict"] == "accepted") & ~runs["run_id"].isin(cases_of)]
         if wanted and len(left) > 1:
-            for rule, run_id, sentence in cases(left.sort_values(["file", "run_id"])):
-                found.setdefault(run_id, (rule, sentence))
-    return [
-        refusal(rule, Finding(sentence), kind, run_id) for run_id, (rule, sentence) in found.items()
-    ]
+            for rule, run_id, about in cases(left.sort_values(["file", "run_id"])):
+                cases_of.setdefault(run_id, refusal(rule, found(rule, **about), kind, run_id))
+    return list(cases_of.values())
 
 
 def _readings(points: pd.DataFrame, runs: pd.DataFrame, kind: RigKind) -> Iterator[Case]:
@@ -86,20 +84,17 @@ def _readings(points: pd.DataFrame, runs: pd.DataFrame, kind: RigKind) -> Iterat
     pairs = list(_same_readings(points, runs, kind))
     for first, later in pairs:
         if first.oil == later.oil:
-            sentence = f"the log has the same readings as {first.run_id}, which is kept"
-            yield "duplicate_log", later.run_id, sentence
+            yield "duplicate_log", later.run_id, {"kept": first.run_id}
     for pair in pairs:
         for run, other in (pair, pair[::-1]):
             if run.oil != other.oil:
-                sentence = f"{other.run_id} has the same readings under the oil {other.oil!r}"
-                yield "conflicting_labels", run.run_id, f"{sentence}; one label is wrong"
+                yield "conflicting_labels", run.run_id, {"other": other}
 
 
 def _labels(runs: pd.DataFrame) -> Iterator[Case]:
     """The name of an earlier run."""
     for first, *others in _same(runs, ["label"]):
-        sentence = f"the header gives the run the name that {first.run_id} has, which is kept"
-        yield from (("repeated_label", later.run_id, sentence) for later in others)
+        yield from (("repeated_label", later.run_id, {"kept": first.run_id}) for later in others)
 
 
 def _conditions(points: pd.DataFrame, runs: pd.DataFrame, settings: Settings) -> Iterator[Case]:
@@ -122,21 +117,13 @@ def _conditions(points: pd.DataFrame, runs: pd.DataFrame, settings: Settings) ->
                 if len(against) < len(others):
                     kept.append(run_id)
                     continue
-            of_others = f" (and {len(against) - 1} more)" if len(against) > 1 else ""
+            more = f" (and {len(against) - 1} more)" if len(against) > 1 else ""
             agree = f"; the others agree within {max(mutual):.1%}" if mutual else ""
-            sentence = (
-                f"{against[0]}{of_others} has the same oil and set points, but its traction "
-                f"differs by {to_others[against[0]]:.1%} in the median, beyond the errors; "
-                f"allowed {min(limit, allowed):.0%}{agree}"
-            )
-            yield "conflicting_condition", run_id, sentence
+            about = dict(other=against[0], more=more, apart=to_others[against[0]], agree=agree)
+            yield "conflicting_condition", run_id, {**about, "allowed": min(limit, allowed)}
         for later in kept[1:]:
-            sentence = (
-                f"the run has the oil and the set points of {kept[0]}, which is kept; their "
-                f"traction differs by {apart[frozenset((kept[0], later))]:.1%} in the median "
-                "beyond its errors"
-            )
-            yield "duplicate_condition", later, sentence
+            about = {"kept": kept[0], "apart": apart[frozenset((kept[0], later))]}
+            yield "duplicate_condition", later, about
 
 
 def _compared_conditions(
@@ -273,13 +260,13 @@ def with_campaign_warnings(
     if kind.name != TRACTION:
         return runs
     accepted = runs[runs["verdict"] == "accepted"].set_index("run_id")
-    found = {run_id: [text] for run_id, text in accepted["warning"].items() if text}
+    texts = {run_id: [text] for run_id, text in accepted["warning"].items() if text}
     points = points[points["run_id"].isin(accepted.index)]
     for run_id, text in chain(
         _constant_channels(points, accepted), _of_rig(points, accepted["rig"], settings)
     ):
-        found.setdefault(run_id, []).append(text)
-    warnings = ["; ".join(found.get(run_id, ())) for run_id in runs["run_id"]]
+        texts.setdefault(run_id, []).append(text)
+    warnings = ["; ".join(texts.get(run_id, ())) for run_id in runs["run_id"]]
     return runs.assign(warning=pd.Series(warnings, runs.index, dtype="str"))
 
 

@@ -22,6 +22,7 @@ from oilfilm.curation.gate import (
     RunJudge,
     TorqueLimits,
     TractionLimits,
+    fault,
     unit_hint,
 )
 from oilfilm.curation.statistics import (
@@ -66,7 +67,7 @@ def first_fault(run: Run, rig: str, limits: Limits) -> Fault | None:
             rows = (int(found.get(row, 0)) for row in ("first", "last"))
             return each.name, Finding(_sentence(each, run, limits, found), *rows)
     if run.flaw is None and len(run.plateaus["time_s"]) == 0:
-        return "no_plateau", Finding("no steady part was found")
+        return fault("no_plateau")
     return run.flaw
 
 

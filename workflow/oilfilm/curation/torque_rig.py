@@ -14,7 +14,7 @@ import numpy.typing as npt
 import pandas as pd
 
 from oilfilm.curation.gate import TORQUE as NAME
-from oilfilm.curation.gate import Channel, Columns, Finding, Signals, TorqueLimits
+from oilfilm.curation.gate import Channel, Columns, Finding, Signals, TorqueLimits, found
 from oilfilm.curation.hypotheses import Hypothesis, setting_hypotheses, time_hypotheses
 from oilfilm.curation.measure import find_steps, settled_parts
 from oilfilm.curation.rig_kind import Averaging, Division, Rest, RigKind
@@ -161,9 +161,5 @@ def _too_short(signals: Signals, start: int, stop: int, settings: TorquePlateauS
     speed_rpm = median(signals["inner_speed_rpm"][start:stop])
     held_s = (stop - start) * signals.interval_s
     least_s = settings.settle_s + settings.guard_s + settings.min_duration_s
-    return Finding(
-        f"the speed of about {speed_rpm:.0f} rpm was held for {held_s:.1f} s; expected "
-        f"{least_s:g} s or more",
-        signals.row[start],
-        signals.row[stop - 1],
-    )
+    rows = dict(zip(("first", "last"), signals.row[[start, stop - 1]], strict=True))
+    return found("brief_level", speed=speed_rpm, held=held_s, least=least_s, **rows)

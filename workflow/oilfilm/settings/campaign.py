@@ -4,7 +4,6 @@ Decides: the keys of a campaign file; how the signals of a rig are meant (sign, 
 """
 
 import re
-from datetime import date
 from typing import Annotated, Any, Literal, Self
 
 import numpy as np
@@ -15,17 +14,10 @@ from oilfilm.settings.base import Group, contradiction, key, one_of, optional, u
 from oilfilm.settings.config import Matrix
 from oilfilm.units import FloatArray
 
-_ISO_DAY = re.compile(r"\d{4}-\d{2}-\d{2}")
 _YEAR = re.compile(r"(?<!\d)(?:19|20)\d{2}(?!\d)")
 
 
-def _possible_date(text: str) -> str:
-    """A date in free words: it names a year, and each day in ISO form exists."""
-    try:
-        for day in _ISO_DAY.findall(text):
-            date.fromisoformat(day)
-    except ValueError:
-        raise unexpected("days of the calendar") from None
+def _with_year(text: str) -> str:
     if not _YEAR.search(text):
         raise unexpected("a date with its year, such as '2026-06-02' or 'June 2026'")
     return text
@@ -58,7 +50,7 @@ class Dataset(Group):
     licence: (
         Annotated[str, Field(pattern=r"^(https?://[^\s<>\"{}|\\^`]+|[A-Za-z0-9._-]+)$")] | None
     ) = optional("Licence: an SPDX identifier (MIT, CC-BY-4.0) or an address.")
-    date: Annotated[str, AfterValidator(_possible_date)] | None = optional(
+    date: Annotated[q.Calendar, AfterValidator(_with_year)] | None = optional(
         "When the data were measured, in quotes: '2026-06-02', 'June 2026'."
     )
     creators: q.Levels[q.Text] | None = optional("Who made the data: persons or organisations.")

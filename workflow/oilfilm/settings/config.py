@@ -3,10 +3,9 @@
 Decides: name, unit, range and meaning of the keys of `config/config.yaml`.
 """
 
-from datetime import date
 from typing import Annotated, Literal, Self
 
-from pydantic import AfterValidator, Field, model_validator
+from pydantic import Field, model_validator
 
 from oilfilm.bearing.kinematics import (
     AnyFloats,
@@ -14,21 +13,12 @@ from oilfilm.bearing.kinematics import (
     inner_slide_roll_ratio,
 )
 from oilfilm.settings import quantities as q
-from oilfilm.settings.base import Group, contradiction, key, one_of, unexpected
+from oilfilm.settings.base import Group, contradiction, key, one_of
 from oilfilm.traction import LAW_NAMES, LAWS
-
-
-def _existing_day(day: str) -> str:
-    try:
-        date.fromisoformat(day)
-    except ValueError:
-        raise unexpected("a day of the calendar in quotes, such as '2026-01-10'") from None
-    return day
-
 
 LawOfConditions = Annotated[str, one_of(LAWS), Field(json_schema_extra={"enum": list(LAWS)})]
 AnyLaw = Annotated[str, one_of(LAW_NAMES), Field(json_schema_extra={"enum": list(LAW_NAMES)})]
-Day = Annotated[str, Field(pattern=r"^[0-9]{4}-[0-9]{2}-[0-9]{2}$"), AfterValidator(_existing_day)]
+Day = Annotated[q.Calendar, Field(pattern=r"^[0-9]{4}-[0-9]{2}-[0-9]{2}$")]
 ContactState = Literal["slipping", "gripping", "light", "heavy", "hot", "fast"]
 
 
