@@ -167,7 +167,7 @@ def _same_readings(
         yield from ((first, later) for later in others)
     points = points[points["run_id"].isin(named)]
     first_rows = points["first_row"].to_numpy()
-    means = points[list(kind.averaging.means)].to_numpy(float)
+    means = points[list(kind.means)].to_numpy(float)
     alike: dict[tuple[int, ...], list[tuple[Any, FloatArray]]] = {}
     for run_id, at in points.groupby("run_id").indices.items():
         if len(at) >= _PLATEAUS:

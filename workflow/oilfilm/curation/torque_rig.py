@@ -17,7 +17,7 @@ from oilfilm.curation.gate import TORQUE as NAME
 from oilfilm.curation.gate import Channel, Columns, Finding, Signals, TorqueLimits, found
 from oilfilm.curation.hypotheses import Hypothesis, setting_hypotheses, time_hypotheses
 from oilfilm.curation.measure import find_steps, settled_parts
-from oilfilm.curation.rig_kind import Averaging, Division, Rest, RigKind
+from oilfilm.curation.rig_kind import Division, RigKind
 from oilfilm.curation.statistics import median
 from oilfilm.logs.log_kind import LogKind
 from oilfilm.logs.torque_log import TORQUE
@@ -47,11 +47,10 @@ class TorqueRig(RigKind):
         Channel("inner_speed_rpm", "speed", "rpm"),
         Channel("oil_temperature_c", "oil temperature", "degC"),
     )
-    averaging = Averaging(
-        means=_SIGNALS,
-        errors=("torque_n_m",),
-        changes=("torque_n_m", "oil_temperature_c", "axial_load_n"),
-    )
+    means = _SIGNALS
+    errors: tuple[str, ...] = ("torque_n_m",)
+    changes: tuple[str, ...] = ("torque_n_m", "oil_temperature_c", "axial_load_n")
+    transients: tuple[str, ...] = ()
     words: Mapping[str, str] = {"sensor": sensor.name, "level": "speed"}
     carried: tuple[str, ...] = ("oil", "rig", "sha256", "reader")
     keeps_refused_runs = False
@@ -73,13 +72,13 @@ class TorqueRig(RigKind):
         turning = np.abs(signals["inner_speed_rpm"]) > torque_logs.tare.max_speed_rpm
         if not turning.any():
             none = np.array([], dtype=np.int64)
-            rest = Rest(signals, {}, "standstill")
-            return Division(signals, rest, none, none, slice(0, len(signals)))
+            return Division(signals, none, none, signals, {})
         first, last = int(np.argmax(turning)), len(turning) - int(np.argmax(turning[::-1]))
         starts, stops, too_short = _levels(signals, first, last, torque_logs.plateaus)
         phases = {"opening": slice(0, first), "closing": slice(last, len(turning))}
-        rest = Rest(signals, phases, "standstill")
-        return Division(signals, rest, starts, stops, turning, too_short)
+        return Division(
+            signals, starts, stops, signals, phases, working=turning, too_short=too_short
+        )
 
     def derive(self, averages: Columns, zero: FloatArray, zero_se: FloatArray) -> Columns:
         """Torque above the zero, and how steady it is."""

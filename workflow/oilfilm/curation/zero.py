@@ -14,7 +14,7 @@ import numpy as np
 
 from oilfilm.curation import statistics
 from oilfilm.curation.gate import Channel, Columns, Fault, Finding, Run, Signals, fault, found
-from oilfilm.curation.rig_kind import Rest
+from oilfilm.curation.rig_kind import Division
 from oilfilm.settings.config import CurationSettings
 from oilfilm.units import BoolArray, FloatArray
 
@@ -103,7 +103,9 @@ def zero_reference(
     return ZeroReference(time_s, output, statistics.standard_errors(values[1], inside, output))
 
 
-def moved_zero(zero: ZeroReference, rest: Rest, sensor: Channel, allowed: float) -> Fault | None:
+def moved_zero(
+    zero: ZeroReference, parts: Division, sensor: Channel, allowed: float
+) -> Fault | None:
     """A zero that is another after the run, by the most likely cause.
 
     Noise that is as large as the difference; a sensor that still comes to rest in the last phase;
@@ -111,21 +113,21 @@ def moved_zero(zero: ZeroReference, rest: Rest, sensor: Channel, allowed: float)
 
     Args:
         zero: The zero at both phases.
-        rest: The phases.
+        parts: The phases.
         sensor: The signal whose zero it is.
         allowed: Largest difference, in the sensor's unit.
     """
     if abs(zero.drift) <= allowed:
         return None
-    last, part = list(rest.phases.items())[-1]
-    values = rest.signals[sensor.column][part]
+    last, part = list(parts.phases.items())[-1]
+    values = parts.at_rest[sensor.column][part]
     third = len(values) // 3
     change = float(np.mean(values[-third:]) - np.mean(values[:third])) if third else 0.0
     about = {"sensor": sensor, "drift": zero.drift, "allowed": allowed}
     # towards the opening zero, by more than its share of a drift that goes on all the time
     if -change * np.sign(zero.drift) > _STILL_MOVING * abs(zero.drift):
-        about |= dict(zip(("first", "last"), rest.signals.row[part][[0, -1]], strict=True))
-        return fault("zero_not_settled", phase=last, rest=rest.words, change=change, **about)
+        about |= dict(zip(("first", "last"), parts.at_rest.row[part][[0, -1]], strict=True))
+        return fault("zero_not_settled", phase=last, rest=parts.words, change=change, **about)
     error = float(np.hypot(*zero.output_se[[0, -1]]))
     if abs(zero.drift) <= _SURE * error:
         return fault("zero_noisy", error=error, **about)
@@ -191,18 +193,18 @@ def _ramp(speed: FloatArray, window: int, tolerance: float) -> int:
     return int(np.argmax(steady)) if steady.any() else len(speed)
 
 
-def sliding_phase(rest: Rest, name: str, limit: float) -> Finding | None:
+def sliding_phase(parts: Division, name: str, limit: float) -> Finding | None:
     """A phase whose slide-roll ratio is beyond a limit, if it is."""
-    slip = float(np.mean(rest.signals["slide_roll_ratio"][rest.phases[name]]))
+    slip = float(np.mean(parts.at_rest["slide_roll_ratio"][parts.phases[name]]))
     return found("sliding_phase", phase=name, slip=slip, limit=limit) if abs(slip) > limit else None
 
 
-def part_of_curve(rest: Rest, plateaus: Columns, allowed: float) -> Fault | None:
+def part_of_curve(parts: Division, plateaus: Columns, allowed: float) -> Fault | None:
     """A phase taken for pure rolling whose traction is more than a share of the largest one."""
     slips, mu = plateaus["slide_roll_ratio"], plateaus["traction_coefficient"]
     largest = float(np.nanmax(np.abs(mu), initial=0.0))
-    for name, part in rest.phases.items():
-        values = rest.signals["slide_roll_ratio"][np.newaxis, part]
+    for name, part in parts.phases.items():
+        values = parts.at_rest["slide_roll_ratio"][np.newaxis, part]
         inside = np.ones(values.shape, dtype=bool)
         mean = statistics.means(values, inside)
         slip = float(mean[0])
