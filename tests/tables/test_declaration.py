@@ -10,7 +10,7 @@ import oilfilm
 from oilfilm import studies, tables
 from oilfilm.settings.yaml_file import read_yaml
 from oilfilm.tables.dictionary import declare, use
-from reference_pages.table_examples import examples, read_examples
+from reference_pages.table_examples import read_examples
 
 studies.declare_tables(studies.available())
 USED = {column.name: column for model in tables.TABLES.values() for column in model.columns}
@@ -101,20 +101,3 @@ def test_every_column_has_an_example_that_its_declaration_allows(model: tables.T
         for name, value in shown.items()
     }
     model.schema.validate(pd.DataFrame([row]), lazy=True)
-
-
-def test_examples_are_of_one_full_row_where_there_is_one(tmp_path: Path) -> None:
-    rows = [
-        {"oil": "4102", "refit": 1, "value": 0.123456, "cause": "resampled curves"},
-        {"oil": "", "refit": 2, "value": 0.5, "cause": "x" * 50},
-    ]
-    text = {"law": "tanh", "constant": "A0"}
-    frame = tables.from_rows([{**row, **text} for row in rows], "refits")
-    for folder, kept in (("first", frame[1:]), ("second", frame)):
-        path = tmp_path / folder / "tables/refits.parquet"
-        path.parent.mkdir(parents=True)
-        tables.write(kept, "refits", path, {"campaign": folder, "data": "measured"})
-    assert examples(tmp_path / "second")["refits"] == {**rows[0], **text, "value": 0.1235}
-    # the second campaign fills what is empty in the first one
-    found = examples(tmp_path / "first", tmp_path / "second")["refits"]
-    assert (found["oil"], found["refit"], found["cause"]) == ("4102", 2, f"{'x' * 12}…")

@@ -35,7 +35,7 @@ def measure(
     """
     channels = kind.sensor, kind.load, kind.channels
     if settled:
-        return Run(signals, signals, _readings(signals, kind), *channels)
+        return Run(signals, signals, _readings(signals, kind, settings.curation), *channels)
     curation, limits = settings.curation, kind.limits(settings)
     parts = kind.divide(signals, rig, settings)
     usable = parts.signals
@@ -54,22 +54,13 @@ def measure(
     return replace(run, flaw=kind.zero_fault(run, parts, rig, settings))
 
 
-def _readings(signals: Signals, kind: RigKind) -> Columns:
+def _readings(signals: Signals, kind: RigKind, settings: CurationSettings) -> Columns:
     """Each row as a plateau without errors and changes; the rig has removed the zero."""
-    count, unknown = len(signals), nothing(len(signals))
-    averages = {
-        **signals.columns,
-        "first_row": signals.row,
-        "last_row": signals.row,
-        "n_samples": np.ones(count, dtype=np.int64),
-        "n_spikes": np.zeros(count, dtype=np.int64),
-        "time_s": signals.time_s,
-        "duration_s": unknown,
-        **{f"{name}_se": unknown for name in kind.errors},
-        **{f"{name}_change": unknown for name in kind.changes},
-        **{f"{name}_transient": unknown for name in kind.transients},
-    }
-    return kind.derive(averages, np.zeros(count), unknown)
+    rows = np.arange(len(signals))
+    alone = average(signals, rows, rows + 1, kind, settings)
+    averages = {**signals.columns, **alone, "duration_s": nothing(len(rows))}
+    averages["n_samples"] = np.ones(len(rows), dtype=np.int64)
+    return kind.derive(averages, np.zeros(len(rows)), nothing(len(rows)))
 
 
 def _usable_phases(
