@@ -77,7 +77,7 @@ def test_name_of_two_oils_is_refused_however_it_is_written(folder: Path, where: 
         ("rigs: [pcs-etm]", "<<: {rigs: [pcs-etm]}", ["`<<` takes keys from elsewhere"]),
         ("rigs: [pcs-etm]", "rigs: !!python/object:os.system x", ["not valid YAML"]),
         ("rigs: [pcs-etm]", f"rigs: {'[' * 3000}{']' * 3000}", ["nested more than 50 deep"]),
-        ("traction_min: -0.03", f"traction_min: -1{'0' * 400}", ["1329 bits", "below 1e+15"]),
+        ("traction_min: -0.03", f"traction_min: -1{'0' * 400}", ["a value cannot be read"]),
         ("traction_min: -0.03", f"traction_min: -1{'0' * 5000}", ["a value cannot be read"]),
         ("description: ", "description: 2026-13-45\nfigurs: ", ["a value cannot be read"]),
     ],
@@ -105,7 +105,7 @@ def test_numbers_inside_groups_of_the_command_line_are_numbers(folder: Path) -> 
 
 @pytest.mark.parametrize("value", ["a: b", "[[[", "*a", "2026-13-45", ".nan", float("nan")])
 def test_no_value_of_the_command_line_ends_in_a_traceback(folder: Path, value: object) -> None:
-    with pytest.raises(OilfilmError, match=r"--config.*(expected a number|expected a finite one)"):
+    with pytest.raises(OilfilmError, match=r"--config.*expected a (finite )?number"):
         resolve(folder, {"gates": {"load_tolerance": value}})
 
 

@@ -281,10 +281,7 @@ def _of_rig(
         for column, key in _SCALES.items() if scale else ():
             largest, full = of_run[column].abs().max(), getattr(scale, key)
             if largest > full:
-                doubts.append(
-                    f"full_scale: {column} goes up to {largest:.4g}, but the full scale of its "
-                    f"sensor is {full:g} in the rig's file (full_scale: {key})"
-                )
+                doubts.append(found("full_scale", column=column, of=largest, full=full, key=key)[0])
         yield from ((str(run_id), f"{each}; correct {name}.yaml") for each in doubts)
 
 
@@ -296,10 +293,7 @@ def _constant_channels(points: pd.DataFrame, runs: pd.DataFrame) -> Iterator[tup
         constant = judged["max"] - judged["min"] <= 1e-9 * judged["max"].abs()
         for _, of_rig in constant.groupby(runs["rig"].reindex(judged.index)):
             if len(of_rig) >= _FEWEST_RUNS and of_rig.mean() < 1 / 2:
+                moving = dict(name=name, others=(~of_rig).sum(), runs=len(of_rig))
                 for run_id in of_rig.index[of_rig]:
-                    yield (
-                        str(run_id),
-                        f"constant_channel: the {name} is {of_runs['min'].loc[run_id]:g} in the "
-                        f"whole run, but moves in {(~of_rig).sum()} of {len(of_rig)} runs of its "
-                        "rig; it may copy its set point",
-                    )
+                    value = of_runs["min"].loc[run_id]
+                    yield str(run_id), found("constant_channel", value=value, **moving)[0]

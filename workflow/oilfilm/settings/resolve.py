@@ -30,7 +30,6 @@ from oilfilm.settings.yaml_file import (
     dotted,
     leaves,
     read_yaml,
-    unusable_values,
 )
 
 # A file system takes 255 bytes; a release and the exports append to names.
@@ -193,8 +192,6 @@ def named_file(folder: Path, kind: str, name: str, named_at: str) -> Any:
 def _merged_keys(config: YamlFile, campaign: YamlFile, given: Mapping[str, Any]) -> Config:
     """The keys of config.yaml, with those of the campaign and of the command line over them."""
     own, given = campaign.values.get("settings", {}), _with_numbers(given, config.values)
-    for steps, complaint in unusable_values(given):
-        raise OilfilmError(f"the command line's --config, `{dotted(steps)}`: {complaint}")
 
     def location_of(steps: Steps) -> str:
         # the last key may be one of several that contradict each other: look for its group too
@@ -231,9 +228,9 @@ def _with_numbers(given: Any, defaults: Any) -> Any:
         return given
     try:
         value = yaml.safe_load(given)
-    except (yaml.YAMLError, ValueError, RecursionError):
+        return value if isinstance(value, int | float) and float(value) == value else given
+    except (yaml.YAMLError, ValueError, OverflowError, RecursionError):
         return given
-    return value if isinstance(value, int | float) else given
 
 
 def _names_of_two_oils(settings: Settings) -> Iterator[tuple[Steps, str]]:

@@ -12,8 +12,6 @@ import yaml
 
 from oilfilm.errors import OilfilmError
 
-# No quantity of a rig or an oil is larger in its unit. Larger numbers would overflow.
-LARGEST_NUMBER = 1e15
 # Bytes of a file: ten thousand lines; the longest one of the project has a few hundred.
 _LARGEST_FILE = 1 << 19
 # No file of the project nests deeper than six groups.
@@ -62,21 +60,18 @@ def read_yaml(path: Path) -> YamlFile:
 
     Raises:
         OilfilmError: The file is missing, is not UTF-8 or not valid YAML, repeats a key, uses an
-            alias or a tag, holds a number that is not finite, or has no keys.
+            alias or a tag, or has no keys.
     """
     try:
         node = _composed(_text_of(path), path)
         if not isinstance(node, yaml.MappingNode):
             raise OilfilmError(f"{path}: found no keys; expected `key: value` lines.")
-        file = YamlFile(path, _value_of(node, path), node)
+        return YamlFile(path, _value_of(node, path), node)
     except yaml.YAMLError as error:
         mark, problem = (getattr(error, f"problem{part}", None) for part in ("_mark", ""))
         location = f"{path}, line {mark.line + 1}" if mark else path
         reason = " ".join(str(problem or error).split())
         raise OilfilmError(f"{location}: not valid YAML: {reason}.") from error
-    for steps, complaint in unusable_values(file.values):
-        raise OilfilmError(f"{file.location_of(steps)}, `{dotted(steps)}`: {complaint}")
-    return file
 
 
 def as_yaml(values: Mapping[str, Any]) -> str:
@@ -97,18 +92,6 @@ def leaves(value: object, steps: tuple[object, ...] = ()) -> Iterator[tuple[Any,
             yield from leaves(part, (*steps, step))
     else:
         yield steps, value
-
-
-def unusable_values(values: object) -> Iterator[tuple[Any, str]]:
-    """Values that no key accepts: the steps to each, and a complaint.
-
-    Numbers that are not finite would switch gates off, because every comparison with them fails.
-    """
-    for steps, value in leaves(values):
-        if isinstance(value, int | float) and not abs(value) < LARGEST_NUMBER:
-            found = value if isinstance(value, float) else f"of {value.bit_length()} bits"
-            most = f"expected a finite one, below {LARGEST_NUMBER:g}"
-            yield steps, f"found the number {found}; {most}."
 
 
 def dotted(steps: Sequence[object]) -> str:
@@ -148,9 +131,11 @@ def _value_of(node: yaml.Node, path: Path) -> Any:
             values[_value_of(key, path)] = _value_of(value, path)
         return values
     try:
-        return yaml.constructor.SafeConstructor().construct_document(node)
-    except ValueError as error:
-        # as of the 45th of a month, or of a number of five thousand digits
+        value = yaml.constructor.SafeConstructor().construct_document(node)
+        float(value if isinstance(value, int) else 0)
+        return value
+    except (ValueError, OverflowError) as error:
+        # as of the 45th of a month, or of a number of four hundred digits
         raise _mistake(path, node, f"a value cannot be read ({error}); correct it.") from error
 
 
