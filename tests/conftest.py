@@ -67,9 +67,9 @@ def made_once(
 
 def simulated(config: Settings, folder: Path) -> Campaign:
     truth = []
-    for run, content, row in simulate_campaign(config, printed()):
+    for run, content, rows in simulate_campaign(config, printed()):
         (folder / run.name).write_bytes(content)
-        truth.append(row)
+        truth += rows
     files = sorted(path.name for path in folder.iterdir())
     campaign = carry_through(config, folder, files)
     return Campaign(

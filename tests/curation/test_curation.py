@@ -15,9 +15,8 @@ from campaigns import Campaign, printed
 from damages import SOUND
 from oilfilm import tables
 from oilfilm.curation import statistics
-from oilfilm.curation.curate import Curated, arrays_of, check_logs, collect, curate, first_fault
-from oilfilm.curation.gate import Run, Signals
-from oilfilm.curation.measure import find_steps, measure, settled_parts
+from oilfilm.curation.curate import Curated, arrays_of, check_logs, collect, curate
+from oilfilm.curation.measure import find_steps, settled_parts
 from oilfilm.curation.traction_rig import TRACTION_RIG
 from oilfilm.curation.verdicts import judge_plateaus
 from oilfilm.settings.campaign import Semantics
@@ -90,15 +89,6 @@ def test_shares_together_give_what_one_share_gives(demo: Campaign) -> None:
 # --- signals of known shape --------------------------------------------------------------------
 
 
-def staircase(
-    levels: list[float], seconds: float = 4.0, noise: float = 0.0, seed: int = 0
-) -> tuple[np.ndarray, np.ndarray]:
-    """Time and slip at 50 Hz, each level held for some seconds."""
-    time_s = np.arange(round(len(levels) * seconds * 50)) / 50
-    slip = np.repeat(levels, round(seconds * 50)).astype(float)
-    return time_s, slip + noise * np.random.default_rng(seed).standard_normal(len(slip))
-
-
 @given(
     steps=st.lists(st.sampled_from([-0.02, -0.01, 0.01, 0.015, 0.05]), min_size=1, max_size=12),
     seconds=st.floats(2.2, 6.0),
@@ -108,7 +98,8 @@ def test_steps_are_found_where_they_are_and_nowhere_else(
     steps: list[float], seconds: float, seed: int
 ) -> None:
     levels = list(np.cumsum([0.0, *steps]))
-    _, slip = staircase(levels, seconds, 0.002, seed)
+    slip = np.repeat(levels, round(seconds * 50))
+    slip = slip + 0.002 * np.random.default_rng(seed).standard_normal(len(slip))
     found = find_steps(slip, 0.02, 0.004, PLATEAUS)
     expected = np.arange(1, len(levels)) * round(seconds * 50)
     assert len(found) == len(expected)
@@ -158,42 +149,6 @@ def test_transient_that_outlasts_the_settling_time_is_measured_and_refused() -> 
     steady = decay[80 + 16 : 80 + 78]
     expected = steady[:12].mean() - steady[12:].mean()
     np.testing.assert_allclose(points["traction_transient"], expected, atol=3e-4)
-
-
-def rig_log(force_n: np.ndarray, slip: np.ndarray, time_s: np.ndarray) -> Signals:
-    """A run at 100 N, 30 m/s and 70 degC."""
-    count = len(time_s)
-    columns = {
-        "load_n": np.full(count, 100.0),
-        "traction_force_n": force_n,
-        "slide_roll_ratio": slip,
-        "entrainment_speed_m_s": np.full(count, 30.0),
-        "ball_speed_m_s": 30.0 * (1 - slip / 2),
-        "disc_speed_m_s": 30.0 * (1 + slip / 2),
-        "inlet_temperature_c": np.full(count, 70.0),
-    }
-    return Signals(np.arange(1, count + 1), time_s, columns)
-
-
-def measured(
-    signals: Signals, config: Settings, zero: str = "rolling_phases", **of_zero: float
-) -> Run:
-    """Plateaus of a run, with the zero taken in one way and limits of the zero changed."""
-    changes = {"curation": {"zero_reference": of_zero}, "campaign": {"semantics": {"zero": zero}}}
-    return measure(signals, TRACTION_RIG, "ball-on-disc-20mm", config.with_changes(changes))
-
-
-@given(zero=st.floats(-5, 5), drift=st.floats(-1, 1), mu=st.floats(0.001, 0.1))
-def test_linear_drift_of_the_zero_leaves_no_trace(
-    config: Settings, zero: float, drift: float, mu: float
-) -> None:
-    time_s, slip = staircase([0.0, 0.0, 0.05, 0.1, 0.0])
-    true_mu = np.where(slip > 0.01, mu, 0.0)
-    force = zero + drift * time_s / time_s[-1] + true_mu * 100.0
-    run = measured(rig_log(force, slip, time_s), config, max_drift_n=2.0)
-    assert run.flaw is None
-    sliding = run.plateaus["slide_roll_ratio"] > 0.01
-    np.testing.assert_allclose(run.plateaus["traction_coefficient"][sliding], mu, atol=1e-12)
 
 
 # --- gates, one by one ---------------------------------------------------------------------------
@@ -281,21 +236,6 @@ def test_wrong_fringe_orders_leave_the_power_law_of_the_other_films(config: Sett
     )
     failed = judge_plateaus(points, TRACTION_RIG, TRACTION_RIG.limits(config))
     assert failed["film_off_trend"].tolist() == wrong.tolist()
-
-
-@pytest.mark.parametrize(("rise", "refused"), [(0.004, False), (0.006, True)])
-def test_sweep_whose_way_back_differs_is_refused(
-    config: Settings, rise: float, refused: bool
-) -> None:
-    levels = [0.0, 0.0, *np.arange(1, 8) * 0.03, *np.arange(6, 0, -1) * 0.03, 0.0]
-    time_s, slip = staircase(levels)
-    back = time_s > time_s[np.argmax(slip)] + 4
-    force = 10 * slip + np.where(back & (slip > 0.01), 100 * rise, 0.0)
-    force = force + 0.001 * np.random.default_rng(1).standard_normal(len(force))
-    signals = rig_log(force, slip, time_s)
-    run = measured(signals, config)
-    fault = first_fault(run, TRACTION_RIG, TRACTION_RIG.limits(config))
-    assert (fault and fault[0]) == ("branches_differ" if refused else None)
 
 
 def test_name_of_an_earlier_run_is_refused() -> None:

@@ -2,7 +2,6 @@
 
 import re
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -67,7 +66,19 @@ def held_for(values: Columns, name: str, rows: int) -> Columns:
     return {**values, name: np.repeat(values[name][::rows], rows)[:count]}
 
 
+def late(values: Columns, jitter_s: float) -> Columns:
+    """The clock of a program, with the three decimals of many loggers."""
+    late_s = jitter_s * np.random.default_rng(7).standard_exponential(len(values["time"]))
+    return {**values, "time": np.round(values["time"] + late_s, 3)}
+
+
 SOUND: dict[str, Callable[[Columns], Columns]] = {
+    "slips falling": lambda _: good((0.0, *SLIPS[:0:-1], 0.0)),
+    "up and down": lambda _: good((*SLIPS, *SLIPS[-2:0:-1], 0.0)),
+    "repeated levels": lambda _: good((0.0, 0.05, 0.0, 0.05, 0.1, 0.05, 0.1, 0.05, 0.0)),
+    "two levels": lambda _: good((0.0, 0.05, 0.1, 0.0)),
+    "clock of a program": lambda values: late(values, 0.005),
+    "clock that is nearly even": lambda values: late(values, 0.0005),
     "standstill before the run": lambda values: at_rest(values, 0),
     "standstill in the middle": lambda values: at_rest(values, 480),
     "coarse thermometer": coarse_thermometer,
@@ -95,22 +106,6 @@ def test_unusual_log_that_nothing_is_wrong_with_is_used(name: str) -> None:
     assert rules(curated) == []
     assert curated.runs["warning"].tolist() == [""]
     assert curated.points["accepted"].mean() > 0.9
-
-
-@pytest.mark.parametrize(
-    "phases",
-    [
-        (0.0, *SLIPS[:0:-1], 0.0),
-        (*SLIPS, *SLIPS[-2:0:-1], 0.0),
-        (0.0, 0.05, 0.0, 0.05, 0.1, 0.05, 0.1, 0.05, 0.0),
-        (0.0, 0.05, 0.1, 0.0),
-    ],
-    ids=["down", "up and down", "repeated levels", "two levels"],
-)
-def test_sweep_of_any_order_is_used(phases: tuple[float, ...]) -> None:
-    curated = judged(good(phases))
-    assert rules(curated) == []
-    assert curated.points["accepted"].all()
 
 
 def test_negative_slips_cost_no_positive_ones() -> None:
@@ -248,15 +243,16 @@ GF = 9.80665e-3  # N
         ({"disc_speed": np.pi / 30}, "speed_unit", "disc's speed 9.549 times as large"),
         ({"load": 1e-3}, "load_off_nominal", "may be in kN"),
         ({"load": 1 / 4.4482216}, "load_off_nominal", "may be in lbf"),
-        ({"inlet_temperature": lambda celsius: celsius + 273.15}, "temperature_off_nominal", " K$"),
-        ({"inlet_temperature": lambda c: 1.8 * c + 32}, "temperature_off_nominal", " degF$"),
+        ({"inlet_temperature": 1.8}, "temperature_off_nominal", "degC, nominal 70 degC"),
         ({"ball_speed": 1.3}, "track_radii", "the one ratio"),
     ],
 )
-def test_unit_or_sign_that_is_wrong_is_named(change: dict[str, Any], rule: str, words: str) -> None:
+def test_unit_or_sign_that_is_wrong_is_named(
+    change: dict[str, float], rule: str, words: str
+) -> None:
     values = good(SWEEP)
     for name, by in change.items():
-        values[name] = by(values[name]) if callable(by) else by * values[name]
+        values[name] = by * values[name]
     curated = judged(values)
     assert rules(curated) == [rule]
     assert re.search(words, curated.quarantine["reason"].iloc[0])
@@ -323,15 +319,6 @@ def test_warning_names_a_digit_of_the_time_that_is_wrong(
     between = f"{0.05 + change_s:g} s pass between row {place} and row {place + 1}"
     assert run["warning"].startswith(f"uneven_clock: rows come every 0.05 s, but {between}")
     assert f"({steps} such steps)" in run["warning"]
-
-
-@pytest.mark.parametrize("jitter_s", [0.0005, 0.005])
-def test_clock_of_a_program_is_no_wrong_digit(jitter_s: float) -> None:
-    values = good(SWEEP)
-    late_s = jitter_s * np.random.default_rng(7).standard_exponential(len(values["time"]))
-    # with the three decimals of many loggers
-    time_s = np.round(values["time"] + late_s, 3)
-    assert judged({**values, "time": time_s}).runs["warning"].tolist() == [""]
 
 
 # --- runs against each other -------------------------------------------------------------------
@@ -453,13 +440,26 @@ def test_fault_of_a_run_is_refused_for_its_reason(
     assert rules(judged(change(good(SWEEP)))) == [rule]
 
 
-def test_way_back_that_is_a_tenth_higher_is_a_warning() -> None:
+@pytest.mark.parametrize(
+    ("factor", "added", "rule", "warning"),
+    # 0.004 and 0.006 about the limit of 0.005; a tenth of mu = 0.03 is less
+    [
+        (1.1, 0.0, "", "branches_apart"),
+        (1.0, 0.0043, "", "branches_apart"),
+        (1.0, 0.0057, "branches_differ", ""),
+    ],
+)
+def test_way_back_that_is_higher_is_a_warning_or_refused(
+    factor: float, added: float, rule: str, warning: str
+) -> None:
     phases = (*SLIPS, *SLIPS[-2:0:-1], 0.0)
     values = good(phases)
-    values["traction_force"][len(SLIPS) * HELD : -HELD] *= 1.1
+    back = slice(len(SLIPS) * HELD, -HELD)
+    values["traction_force"][back] *= factor
+    values["traction_force"][back] += added * values["load"][back]
     (run,) = judged(values).runs.to_dict("records")
-    assert run["verdict"] == "accepted"
-    assert run["warning"].startswith("branches_apart: with rising slip")
+    assert run["rule"] == rule
+    assert run["warning"].startswith(warning)
 
 
 def test_same_readings_that_begin_later_and_are_rounded_are_known_under_another_oil() -> None:

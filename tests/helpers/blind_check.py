@@ -10,7 +10,7 @@ import pandas as pd
 
 from blind_lab.laboratory import CAMPAIGN, Laboratory
 from oilfilm.curation.curate import Curated, check_logs
-from oilfilm.curation.run_gates import DOUBTS
+from oilfilm.curation.run_gates import WARNINGS
 from oilfilm.fits.fit import OilFit, fit_oil
 from oilfilm.fits.fitted import FittedLaw
 from oilfilm.settings.resolve import resolve
@@ -67,7 +67,8 @@ def outcome(laboratory: Laboratory, verdicts: Curated) -> Outcome:
         for file, warning in runs["warning"]
         .reindex(runs.index.union(said.index), fill_value="")
         .items()
-        if file in said or any(name in warning for name in (*DOUBTS, "constant_channel"))
+        if file in said
+        or any(name in warning for name in (*(each.name for each in WARNINGS), "constant_channel"))
     }
     sound = {log.file for log in laboratory.sound}
     accepted = set(runs.index[runs["verdict"] == "accepted"])

@@ -218,8 +218,8 @@ RIG = "ball-on-disc-20mm"
     [
         ({}, ""),
         ({"full_scale": {"load_n": 4}}, "load_n goes up to 82.1"),
-        ({"ball": {"youngs_modulus_pa": 20.6e9}}, "Young's modulus of the ball is 20.6 GPa"),
-        ({"ball_radius_m": 0.1}, "the ball's radius is 100 mm"),
+        ({"ball": {"youngs_modulus_pa": 20.6e9}}, "ball: youngs_modulus_pa is 2.06e+10"),
+        ({"ball_radius_m": 0.1}, "ball_radius_m is 0.1;"),
     ],
 )
 def test_rig_that_no_log_contradicts_but_none_is_like_is_doubted(

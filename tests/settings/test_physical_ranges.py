@@ -75,18 +75,17 @@ def test_value_that_no_rig_or_oil_has_is_refused(
 
 
 @pytest.mark.parametrize(
-    ("oil", "old", "new", "expected"),
+    ("file", "key", "value", "expected"),
     [
-        ("4102", "viscosity_slope: 3.4101", "viscosity_slope: 3.3", "100c_cst is 7; .* within 25%"),
-        ("4050", "stand_in: true", "stand_in: false", "give 5.45 cSt .* is 5; .* within 5%"),
+        (OIL, "coefficients.viscosity_slope", "3.3", "100c_cst is 7; .* within 25%"),
+        ("oils/4050.yaml", "stand_in", "false", "give 5.45 cSt .* is 5; .* within 5%"),
     ],
 )
 def test_coefficients_that_contradict_the_grade_of_the_oil_are_refused(
-    folder: Path, oil: str, old: str, new: str, expected: str
+    folder: Path, file: str, key: str, value: str, expected: str
 ) -> None:
-    path = folder / f"oils/{oil}.yaml"
-    path.write_text(path.read_text("utf-8").replace(old, new, 1), "utf-8")
-    with pytest.raises(OilfilmError, match=rf"{oil}.yaml, line \d+: `coefficients`: .*{expected}"):
+    write_instead(folder / file, key, value)
+    with pytest.raises(OilfilmError, match=f"{file}, line [0-9]+: `coefficients`: .*{expected}"):
         resolve(folder, {"campaign": "demo"})
 
 

@@ -45,11 +45,6 @@ def test_changed_settings_are_checked_and_leave_the_others_alone(config: Setting
         config.with_changes({"fit": {"bootstrap": 1}})
 
 
-def test_settings_cannot_be_changed_in_place(config: Settings) -> None:
-    with pytest.raises(ValueError, match="frozen"):
-        config.gates.lambda_limit = 1.0  # type: ignore[misc]
-
-
 @pytest.mark.parametrize(
     ("campaign", "law"), [("demo", True), ("thermal", False), ("etm-slim", False)]
 )
@@ -59,15 +54,9 @@ def test_only_the_demonstration_is_made_by_the_papers_law(campaign: str, law: bo
     assert part.campaign.truth_is_law is law
 
 
-@pytest.mark.parametrize("text", ["key{}: {}\n", "- {}\n"])
-def test_large_file_of_settings_is_refused_at_once(tmp_path: Path, text: str) -> None:
-    path = tmp_path / "campaign.yaml"
-    path.write_text("".join(text.format(number, number) for number in range(700_000)))
-    with pytest.raises(OilfilmError, match="bytes; expected at most 524288"):
-        load(path, CampaignFile)
-
-
-def test_file_of_settings_that_is_a_pipe_is_refused(tmp_path: Path) -> None:
-    os.mkfifo(tmp_path / "campaign.yaml")
-    with pytest.raises(OilfilmError, match="is not a plain file"):
-        load(tmp_path / "campaign.yaml", CampaignFile)
+def test_file_of_settings_that_is_large_or_a_pipe_is_refused_at_once(tmp_path: Path) -> None:
+    (tmp_path / "large.yaml").write_text("key: {}\n" * 100_000)
+    os.mkfifo(tmp_path / "pipe.yaml")
+    for path in tmp_path.iterdir():
+        with pytest.raises(OilfilmError, match="a plain file of at most 524288 bytes"):
+            load(path, CampaignFile)

@@ -10,8 +10,7 @@ import oilfilm
 from oilfilm import studies, tables
 from oilfilm.settings.yaml_file import read_yaml
 from oilfilm.tables.dictionary import declare, use
-from reference_pages import tables as tables_page
-from reference_pages.table_examples import examples, read_examples
+from reference_pages.table_examples import read_examples
 
 studies.declare_tables(studies.available())
 USED = {column.name: column for model in tables.TABLES.values() for column in model.columns}
@@ -47,21 +46,6 @@ def test_units_are_of_the_quantity_that_the_name_says() -> None:
         endings = [ending for ending in ENDINGS if name.endswith(ending)]
         if column.type == "number" and endings:
             assert column.unit == ENDINGS[max(endings, key=len)], column.name
-
-
-def test_difference_of_temperatures_is_in_kelvin() -> None:
-    """A value in degC has an offset that a difference lacks: 2 K is not 2 degC."""
-    words = ("difference", "minus", "uncertainty", "standard error", "spread")
-    of_differences = [
-        column
-        for column in tables.COLUMNS.values()
-        if "temperature" in column.name and any(word in column.meaning for word in words)
-    ]
-    assert {column.name for column in of_differences} == {
-        "inlet_temperature_systematic_c",
-        "oil_temperature_change_c",
-    }
-    assert {column.unit for column in of_differences} == {"K"}
 
 
 @pytest.mark.parametrize("model", tables.TABLES.values(), ids=tables.TABLES)
@@ -106,19 +90,6 @@ def test_no_key_is_given_twice_in_a_declaration(path: Path) -> None:
     assert read_yaml(path).values
 
 
-def test_new_table_and_new_column_have_a_dash_until_there_is_an_example(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    known = {name: of for name, of in read_examples().items() if name != "points"}
-    del known["runs"]["oil"]
-    monkeypatch.setattr(tables_page, "read_examples", lambda: known)
-    points, runs = (
-        tables_page.page().partition(f"\n## {name}\n")[2] for name in ("points", "runs")
-    )
-    for section in (points, runs):
-        assert "\n| `oil` | text | - |" in section.partition("\n## ")[0]
-
-
 @pytest.mark.parametrize("model", tables.TABLES.values(), ids=tables.TABLES)
 def test_every_column_has_an_example_that_its_declaration_allows(model: tables.Table) -> None:
     """`make schemas RESULTS="results/demo results/thermal results/etm-slim"` renews them."""
@@ -130,20 +101,3 @@ def test_every_column_has_an_example_that_its_declaration_allows(model: tables.T
         for name, value in shown.items()
     }
     model.schema.validate(pd.DataFrame([row]), lazy=True)
-
-
-def test_examples_are_of_one_full_row_where_there_is_one(tmp_path: Path) -> None:
-    rows = [
-        {"oil": "4102", "refit": 1, "value": 0.123456, "cause": "resampled curves"},
-        {"oil": "", "refit": 2, "value": 0.5, "cause": "x" * 50},
-    ]
-    text = {"law": "tanh", "constant": "A0"}
-    frame = tables.from_rows([{**row, **text} for row in rows], "refits")
-    for folder, kept in (("first", frame[1:]), ("second", frame)):
-        path = tmp_path / folder / "tables/refits.parquet"
-        path.parent.mkdir(parents=True)
-        tables.write(kept, "refits", path, {"campaign": folder, "data": "measured"})
-    assert examples(tmp_path / "second")["refits"] == {**rows[0], **text, "value": 0.1235}
-    # the second campaign fills what is empty in the first one
-    found = examples(tmp_path / "first", tmp_path / "second")["refits"]
-    assert (found["oil"], found["refit"], found["cause"]) == ("4102", 2, f"{'x' * 12}…")

@@ -33,7 +33,7 @@ from oilfilm.text_table import text_table
 # Columns of plateaus that show what a log was understood to be.
 MEASURED = {
     TRACTION: (*SET_POINTS, "slide_roll_ratio", "traction_coefficient", "lambda_ratio"),
-    TORQUE: TORQUE_RIG.averaging.means,
+    TORQUE: TORQUE_RIG.means,
 }
 _REFUSED = ["run_id", "rule", "reason", "advice", "first_row", "last_row", "refused_rows"]
 _OF_RUN = ["run_id", "label", "oil", "rig", "verdict", "warning", "plateaus"]

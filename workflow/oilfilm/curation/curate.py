@@ -13,12 +13,12 @@ import numpy as np
 import pandas as pd
 
 from oilfilm import tables
-from oilfilm.curation.gate import Columns, Fault, Finding, Limits, Run
+from oilfilm.curation.gate import Columns, Fault, Finding, Limits, fault
 from oilfilm.curation.hypotheses import DOUBTFUL, Hypothesis
 from oilfilm.curation.measure import measure
 from oilfilm.curation.repeats import repeated, with_campaign_warnings
 from oilfilm.curation.rig_kind import RigKind
-from oilfilm.curation.run_gates import RUN_GATES, warning
+from oilfilm.curation.run_gates import first_fault, warning
 from oilfilm.curation.traction_rig import TRACTION_RIG
 from oilfilm.curation.verdicts import (
     judge_plateaus,
@@ -147,39 +147,59 @@ def curate(
         settings: Settings of the run.
         kind: The kind of rig.
     """
-    limits, samples_of = kind.limits(settings), _by_run(samples)
-    refused: dict[str, Refusal] = {}
-    partly: list[Refusal] = []
-    plateaus, warnings = {}, []
-    for row in tables.rows(runs):
-        run_id, fault, doubt = row["run_id"], None, ""
-        if run_id in samples_of:
-            signals = kind.signals(samples_of[run_id], row["rig"], settings)
-            run = measure(signals, kind, row["rig"], settings, settled=row["log_kind"] == "steps")
-            plateaus[run_id] = run.plateaus
-        if row["rule"]:
-            fault = row["rule"], Finding(row["reason"])
-        elif run_id not in samples_of:
-            fault = "no_rows", Finding("the log has no readable row of data")
-        elif (fault := first_fault(run, kind, limits)) is None:
-            doubt = warning(run, limits)
-            partly += [refusal("too_short", each, kind, run_id) for each in run.too_short]
-        if fault is not None:
-            refused[run_id] = refusal(*fault, kind, run_id)
-        warnings.append(doubt)
-    runs = runs.assign(warning=warnings)
-    by_run = runs.set_index("run_id")
-    points = _table_of_plateaus(plateaus, by_run, settings, kind)
-    judged = _judge(points, runs, refused, partly, kind, limits)
+    samples_of = _by_run(samples)
+    measured = _measured(samples_of, runs, settings, kind)
+    judged = _judge(measured, kind)
+    by_run = measured.runs.set_index("run_id")
     explained = {
         row["run_id"]: cause
         for row in tables.rows(judged.runs[judged.runs["rule"].isin(DOUBTFUL)])
         if row["run_id"] in samples_of
         and (cause := _explanation(samples_of[row["run_id"]], row, by_run, settings, kind))
     }
-    if not explained:
-        return judged
-    return _judge(points, runs, {**refused, **explained}, partly, kind, limits)
+    measured.refused.update(explained)
+    return _judge(measured, kind) if explained else judged
+
+
+@dataclass(frozen=True)
+class _Measured:
+    """Plateaus of runs, what their own run refuses or warns of, and the limits of the gates."""
+
+    points: pd.DataFrame
+    runs: pd.DataFrame
+    refused: dict[str, Refusal]
+    partly: list[Refusal]
+    limits: Limits
+
+
+def _measured(
+    samples_of: Mapping[str, Columns], runs: pd.DataFrame, settings: Settings, kind: RigKind
+) -> _Measured:
+    """Plateaus of each run, and what the gates of runs find."""
+    limits = kind.limits(settings)
+    refused: dict[str, Refusal] = {}
+    partly: list[Refusal] = []
+    plateaus, warnings = {}, []
+    for row in tables.rows(runs):
+        run_id, doubt = row["run_id"], ""
+        why: Fault | None = None
+        if run_id in samples_of:
+            signals = kind.signals(samples_of[run_id], row["rig"], settings)
+            run = measure(signals, kind, row["rig"], settings, settled=row["log_kind"] == "steps")
+            plateaus[run_id] = run.plateaus
+        if row["rule"]:
+            why = row["rule"], Finding(row["reason"])
+        elif run_id not in samples_of:
+            why = fault("no_rows")
+        elif (why := first_fault(run, kind.name, limits)) is None:
+            doubt = warning(run, kind.name, limits)
+            partly += [refusal("too_short", each, kind, run_id) for each in run.too_short]
+        if why is not None:
+            refused[run_id] = refusal(*why, kind, run_id)
+        warnings.append(doubt)
+    runs = runs.assign(warning=pd.Series(warnings, runs.index, dtype="str"))
+    points = _table_of_plateaus(plateaus, runs.set_index("run_id"), settings, kind)
+    return _Measured(points, runs, refused, partly, limits)
 
 
 def _explanation(
@@ -190,25 +210,35 @@ def _explanation(
     Args:
         samples: Those of the run.
         run: Its row of the table of runs.
-        runs: All of them, by `run_id`.
+        runs: All of them as ingested, by `run_id`.
         settings: Settings of the run.
         kind: The kind of rig.
     """
     if run["log_kind"] == "steps":
         return None  # readings that the rig's program has settled and converted
-    of_settings: list[list[Hypothesis]] = [[]]
+    tried: list[list[Hypothesis]] = [[]]
     for hypothesis in kind.hypotheses(run["rig"], settings):
-        if run["rule"] not in hypothesis.explains:
-            continue
-        if not hypothesis.changes:
-            of_settings[0].append(hypothesis)
-        elif hypothesis.plausible(samples, 0):  # before it takes time
-            of_settings.append([hypothesis])
+        if run["rule"] in hypothesis.explains:
+            # of settings one at a time, and before it takes time
+            if not hypothesis.changes:
+                tried[0].append(hypothesis)
+            elif hypothesis.plausible(samples, 0):
+                tried.append([hypothesis])
     passing: list[tuple[int, Hypothesis]] = []
-    for hypotheses in filter(None, of_settings):
-        changes = hypotheses[0].changes
-        changed = settings.with_changes(changes) if changes else settings
-        passing += _passing(hypotheses, samples, run, runs, changed, kind)
+    for hypotheses in filter(None, tried):
+        # each as a run of its own
+        by_name = {each.sentence: each for each in hypotheses}
+        as_runs = runs.loc[[run["run_id"]] * len(by_name)].assign(run_id=list(by_name), rule="")
+        changed = settings.with_changes(changes) if (changes := hypotheses[0].changes) else settings
+        undone = {name: each.undo(samples) for name, each in by_name.items()}
+        judged = _judge(_measured(undone, as_runs, changed, kind), kind).runs
+        good = judged[judged["accepted_points"] > judged["plateaus"] / 2]
+        counts = zip(good["run_id"], good["plateaus"], good["accepted_points"], strict=True)
+        passing += [
+            (accepted, by_name[name])
+            for name, plateaus, accepted in counts
+            if by_name[name].plausible(samples, plateaus)
+        ]
     if not passing:
         return None
     _, best = max(passing, key=lambda each: each[0])
@@ -216,37 +246,6 @@ def _explanation(
     causes = "; or ".join(each.sentence for _, each in passing if each.rule == best.rule)
     sentence = f"the run would pass with {causes}; as it is, {run['reason']}"
     return refusal(best.rule, Finding(sentence), kind, run["run_id"])
-
-
-def _passing(
-    hypotheses: list[Hypothesis],
-    samples: Columns,
-    run: Mapping[str, Any],
-    runs: pd.DataFrame,
-    settings: Settings,
-    kind: RigKind,
-) -> list[tuple[int, Hypothesis]]:
-    """The hypotheses under which most plateaus of a run pass, each with how many do."""
-    limits, undone_by = kind.limits(settings), {}
-    for hypothesis in hypotheses:
-        signals = kind.signals(hypothesis.undo(samples), run["rig"], settings)
-        undone = measure(signals, kind, run["rig"], settings)
-        plausible = hypothesis.plausible(samples, len(undone.plateaus["time_s"]))
-        if plausible and not first_fault(undone, kind, limits):
-            undone_by[hypothesis.sentence] = hypothesis, undone.plateaus
-    # one table for all of them, in which each stands for a run
-    as_runs = runs.loc[[run["run_id"]] * len(undone_by)].set_axis(list(undone_by))
-    plateaus = {name: columns for name, (_, columns) in undone_by.items()}
-    points = _table_of_plateaus(plateaus, as_runs.rename_axis("run_id"), settings, kind)
-    failed = judge_plateaus(points, kind, limits)
-    accepted = (~failed.any(axis=1)).groupby(points["run_id"])
-    counts, shares = accepted.sum().to_dict(), accepted.mean().to_dict()
-    refused = {each.run_id for each in runs_not_usable(points, failed, kind, limits)}
-    return [
-        (counts[name], hypothesis)
-        for name, (hypothesis, _) in undone_by.items()
-        if name not in refused and shares[name] > 1 / 2
-    ]
 
 
 def collect(
@@ -294,17 +293,6 @@ def _by_run(samples: pd.DataFrame) -> dict[str, Columns]:
     }
 
 
-def first_fault(run: Run, kind: RigKind, limits: Limits) -> Fault | None:
-    """Rule and finding of the first gate that refuses a run, if one does."""
-    for gate in RUN_GATES.of(kind.name):
-        finding = gate.judge(run, limits)
-        if finding is not None:
-            return gate.name, finding
-    if run.flaw is None and len(run.plateaus["time_s"]) == 0:
-        return "no_plateau", Finding("no steady part was found")
-    return run.flaw
-
-
 def _table_of_plateaus(
     plateaus_of: Mapping[str, Columns], runs: pd.DataFrame, settings: Settings, kind: RigKind
 ) -> pd.DataFrame:
@@ -324,15 +312,10 @@ def _table_of_plateaus(
     return points.assign(**numbers.mask(numbers.abs() >= tables.LARGEST))
 
 
-def _judge(
-    points: pd.DataFrame,
-    runs: pd.DataFrame,
-    refused: Mapping[str, Refusal],
-    partly: list[Refusal],
-    kind: RigKind,
-    limits: Limits,
-) -> Curated:
+def _judge(measured: _Measured, kind: RigKind) -> Curated:
     """Plateaus and runs with their verdicts, and the runs that were refused."""
+    points, runs, limits = measured.points, measured.runs, measured.limits
+    refused = measured.refused
     failed = judge_plateaus(points, kind, limits)
     unrefused = ~points["run_id"].isin(list(refused))
     by_plateaus = list(runs_not_usable(points[unrefused], failed[unrefused], kind, limits))
@@ -347,7 +330,9 @@ def _judge(
     ordered = [of_runs[run_id] for run_id in runs["run_id"] if run_id in of_runs]
     runs = _with_verdicts(runs, points, ordered)
     return Curated(
-        points[tables.columns(kind.table)], runs, quarantine_rows([*ordered, *partly], runs)
+        points[tables.columns(kind.table)],
+        runs,
+        quarantine_rows([*ordered, *measured.partly], runs),
     )
 
 

@@ -1,13 +1,15 @@
-"""What a gate is: one function that finds a fault, with its advice and the rigs that it judges.
+"""What a gate is: one function that finds a fault, and what `rules.yaml` says of it.
 
 A gate of runs looks at the signals of one run; a gate of plateaus looks at the plateaus of many
 runs at once. `run_gates.py` and `plateau_gates.py` define them all in the order in which they
-judge. A new gate is one function there and one entry in `rules.yaml`, which has the advice.
+judge. A new gate is one function there, which gives numbers, and one entry in `rules.yaml`, which
+has the sentence and the advice.
 
-Decides: which rigs a gate judges, when it cannot be applied, and the advice for every rule.
+Decides: which rigs a gate judges, when it cannot be applied, and the sentence and the advice for
+every rule.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -94,6 +96,17 @@ class Finding(NamedTuple):
 Fault = tuple[str, Finding]
 
 
+def found(rule: str, **numbers: Any) -> Finding:
+    """What was found, by the sentence that `rules.yaml` has for a rule that is no gate."""
+    rows = (int(numbers.get(row, 0)) for row in ("first", "last"))
+    return Finding(RULES["sentences"][rule].format(**numbers), *rows)
+
+
+def fault(rule: str, **numbers: Any) -> Fault:
+    """A rule that is no gate, and what was found."""
+    return rule, found(rule, **numbers)
+
+
 @dataclass(frozen=True)
 class Run:
     """One measured run, as the gates of runs look at it.
@@ -131,13 +144,6 @@ def unit_hint(name: str, fits: Callable[[float], bool]) -> str:
     return f"; the {name} may be in {units}" if units else ""
 
 
-class Judgement(NamedTuple):
-    """Which plateaus a gate refuses, and the sentence about them all."""
-
-    fails: "pd.Series[bool] | BoolArray"
-    sentence: str
-
-
 @dataclass(frozen=True)
 class Limits:
     """What the gates of every rig compare with; the drift of the zero in the sensor's unit."""
@@ -169,22 +175,25 @@ class TorqueLimits(Limits):
     zero: TareSettings
 
 
-# A check of one run: None where the run passes. The limits are those of the rigs that it judges.
-RunJudge = Callable[[Run, Any], Finding | None]
-# A check of plateaus, which carry the oil and the set points of their run. Where its quantity is
-# null (no set point, no second half) it does not refuse.
-PlateauJudge = Callable[[pd.DataFrame, Any], Judgement]
+# What a gate found in a run, as its sentence needs it; `first` and `last` are the rows concerned.
+Found = Iterator[dict[str, Any]]
+# A check of one run, of which the first thing found counts. The limits are those of its rigs.
+RunJudge = Callable[[Run, Any], Found]
+# A check of plateaus, which carry the oil and the set points of their run: those that it refuses.
+# Where its quantity is null (no set point, no second half) it does not refuse.
+PlateauJudge = Callable[[pd.DataFrame, Any], "pd.Series[bool] | BoolArray"]
 Judge = TypeVar("Judge", RunJudge, PlateauJudge)
 
 
 @dataclass(frozen=True)
 class Gate(Generic[Judge]):
-    """A check with its advice and the kinds of rig that it judges.
+    """A check with what `rules.yaml` says of it.
 
     Attributes:
         name: Of its function.
         judge: The function.
         judges: Kinds of rig, separated by blanks.
+        finds: Sentence about a refusal, with names of numbers in braces.
         advice: What to do about a refusal.
         blames_run: For gates of plateaus: it shows a fault of the run. Where many plateaus fail
             it, the others are no better.
@@ -195,7 +204,8 @@ class Gate(Generic[Judge]):
     name: str
     judge: Judge
     judges: str
-    advice: str
+    finds: str
+    advice: str = ""
     blames_run: bool = True
     needs: str = ""
 
@@ -204,13 +214,20 @@ class Gate(Generic[Judge]):
         """The kinds of rig that it judges."""
         return tuple(self.judges.split())
 
+    def sentence(self, limits: Limits, **numbers: Any) -> str:
+        """The sentence about a refusal, by the limits and what was found."""
+        return self.finds.format(limits=limits, gates=limits.gates, **numbers)
+
 
 class Gates(list[Gate[Judge]]):
-    """Gates in the order in which they judge."""
+    """Gates in the order in which they judge; `part` of `rules.yaml` has what they find."""
+
+    def __init__(self, part: str = "gates") -> None:
+        self._part = part
 
     def gate(self, judge: Judge) -> Judge:
         """Make a function a gate under its own name, the last one so far."""
-        self.append(Gate(judge.__name__, judge, **RULES["gates"][judge.__name__]))
+        self.append(Gate(judge.__name__, judge, **RULES[self._part][judge.__name__]))
         return judge
 
     def of(self, rig: str) -> list[Gate[Judge]]:

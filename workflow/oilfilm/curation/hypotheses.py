@@ -126,22 +126,19 @@ def setting_hypotheses(part: str, levels: StepSettings, min_step: str) -> Iterat
         tried += [("long_setting", key, share) for share in (0.1, 0.01, 0.001)]
     for rule, key, share in tried:
         value = getattr(levels, key)
+        shortest_s = value / _LONGEST_SHARE if rule == "long_setting" else np.inf
         yield Hypothesis(
             rule,
             f"{key} of {share * value:.3g}; {part}.plateaus.{key} is {value:g}",
             dict,
             _BY_TIME,
-            _always if key == min_step else partial(_long_for_run, value),
+            partial(_shorter_than, shortest_s),
             {part: {"plateaus": {key: share * value}}},
         )
 
 
-def _always(samples: Columns, levels: int) -> bool:
-    return True
-
-
-def _long_for_run(value_s: float, samples: Columns, levels: int) -> bool:
-    return value_s > _LONGEST_SHARE * float(np.ptp(samples["time_s"]))
+def _shorter_than(most_s: float, samples: Columns, levels: int) -> bool:
+    return bool(np.ptp(samples["time_s"]) < most_s)
 
 
 def traction_hypotheses(rig: Rig) -> Iterator[Hypothesis]:

@@ -11,7 +11,7 @@ import pandas as pd
 
 from oilfilm.curation import statistics
 from oilfilm.curation.gate import Columns, Fault, Run, Signals
-from oilfilm.curation.rig_kind import Averaging, Division, Rest, RigKind, nothing
+from oilfilm.curation.rig_kind import Division, RigKind, nothing
 from oilfilm.curation.statistics import MAD_TO_SIGMA, median
 from oilfilm.curation.zero import moved_zero, phase_too_short, sliding_phase, zero_reference
 from oilfilm.settings.config import CurationSettings, PlateauSettings, TorquePlateauSettings
@@ -35,54 +35,44 @@ def measure(
     """
     channels = kind.sensor, kind.load, kind.channels
     if settled:
-        return Run(signals, signals, _readings(signals, kind), *channels)
+        return Run(signals, signals, _readings(signals, kind, settings.curation), *channels)
     curation, limits = settings.curation, kind.limits(settings)
-    division = kind.divide(signals, rig, settings)
-    rest, usable = division.rest, division.signals
-    served, flaw = _usable_phases(rest, settings, limits.zero.min_duration_s)
-    starts, stops = _without(division, served if rest.in_levels else [], curation)
+    parts = kind.divide(signals, rig, settings)
+    usable = parts.signals
+    served, flaw = _usable_phases(parts, settings, limits.zero.min_duration_s)
+    starts, stops = _without(parts, served if parts.in_levels else [], curation)
     averages = average(usable, starts, stops, kind, curation)
     if flaw is not None:
         output = output_se = nothing(len(starts))
     else:
         spike = curation.spikes.threshold
-        zero = zero_reference(rest.signals, kind.sensor.column, rest.phases, spike)
+        zero = zero_reference(parts.at_rest, kind.sensor.column, parts.phases, spike)
         output, output_se = zero.at(averages["time_s"]), zero.standard_error_at(averages["time_s"])
-        flaw = moved_zero(zero, rest, kind.sensor, limits.zero_drift_max)
-    plateaus, working = kind.derive(averages, output, output_se), usable.at(division.working)
-    run = Run(signals, working, plateaus, *channels, flaw, division.too_short)
-    return replace(run, flaw=kind.zero_fault(run, rest, rig, settings))
+        flaw = moved_zero(zero, parts, kind.sensor, limits.zero_drift_max)
+    plateaus, working = kind.derive(averages, output, output_se), usable.at(parts.working)
+    run = Run(signals, working, plateaus, *channels, flaw, parts.too_short)
+    return replace(run, flaw=kind.zero_fault(run, parts, rig, settings))
 
 
-def _readings(signals: Signals, kind: RigKind) -> Columns:
+def _readings(signals: Signals, kind: RigKind, settings: CurationSettings) -> Columns:
     """Each row as a plateau without errors and changes; the rig has removed the zero."""
-    count, averaging = len(signals), kind.averaging
-    unknown = nothing(count)
-    averages = {
-        **signals.columns,
-        "first_row": signals.row,
-        "last_row": signals.row,
-        "n_samples": np.ones(count, dtype=np.int64),
-        "n_spikes": np.zeros(count, dtype=np.int64),
-        "time_s": signals.time_s,
-        "duration_s": unknown,
-        **{f"{name}_se": unknown for name in averaging.errors},
-        **{f"{name}_change": unknown for name in averaging.changes},
-        **{f"{name}_transient": unknown for name in averaging.transients},
-    }
-    return kind.derive(averages, np.zeros(count), unknown)
+    rows = np.arange(len(signals))
+    alone = average(signals, rows, rows + 1, kind, settings)
+    averages = {**signals.columns, **alone, "duration_s": nothing(len(rows))}
+    averages["n_samples"] = np.ones(len(rows), dtype=np.int64)
+    return kind.derive(averages, np.zeros(len(rows)), nothing(len(rows)))
 
 
 def _usable_phases(
-    rest: Rest, settings: Settings, least_s: float
+    parts: Division, settings: Settings, least_s: float
 ) -> tuple[list[slice], Fault | None]:
     """The phases at rest up to the first that gives no zero, and what is wrong with that one."""
     usable: list[slice] = []
     slip = settings.curation.zero_reference.max_slide_roll_ratio
-    for name, part in rest.phases.items():
-        problem = phase_too_short(rest.signals, part, f"{name} phase of {rest.words}", least_s)
-        if problem is None and rest.in_levels:
-            problem = sliding_phase(rest, name, slip)
+    for name, part in parts.phases.items():
+        problem = phase_too_short(parts.at_rest, part, f"{name} phase of {parts.words}", least_s)
+        if problem is None and parts.in_levels:
+            problem = sliding_phase(parts, name, slip)
         if problem is not None:
             return usable, ("zero_missing", problem)
         usable.append(part)
@@ -90,13 +80,13 @@ def _usable_phases(
 
 
 def _without(
-    division: Division, phases: list[slice], curation: CurationSettings
+    parts: Division, phases: list[slice], curation: CurationSettings
 ) -> tuple[IndexArray, IndexArray]:
     """Starts and stops of the levels less the phases that have served the zero.
 
     What is left of such a level is a plateau where it is long enough.
     """
-    signals, starts, stops = division.signals, division.starts, division.stops
+    signals, starts, stops = parts.signals, parts.starts, parts.stops
     for phase in phases:
         served = (starts < phase.stop) & (stops > phase.start)
         starts = np.where(served, phase.stop, starts)
@@ -116,7 +106,7 @@ def average(
     kind: RigKind,
     settings: CurationSettings,
 ) -> Columns:
-    """Means over plateaus, spikes of the sensor left out, with what `Averaging` adds to them.
+    """Means over plateaus, spikes of the sensor left out, with errors, changes and transients.
 
     Args:
         signals: The run.
@@ -125,9 +115,8 @@ def average(
         kind: The kind of rig.
         settings: `curation` of the configuration.
     """
-    wanted: Averaging = kind.averaging
-    names = ("time_s", *wanted.means)
-    logged = np.stack([signals.time_s, *(signals[name] for name in wanted.means)])
+    names = ("time_s", *kind.means)
+    logged = np.stack([signals.time_s, *(signals[name] for name in kind.means)])
     stretches, inside = statistics.cut(logged, starts, stops)
     values = dict(zip(names, stretches, strict=True))
     wild = statistics.spikes(values[kind.sensor.column], inside, settings.spikes.threshold)
@@ -145,12 +134,12 @@ def average(
         **means,
         **{
             f"{name}_se": statistics.standard_errors(values[name], inside, means[name])
-            for name in wanted.errors
+            for name in kind.errors
         },
-        **{f"{name}_change": -_excess(values[name], inside, halves) for name in wanted.changes},
+        **{f"{name}_change": -_excess(values[name], inside, halves) for name in kind.changes},
         **{
             f"{name}_transient": _excess(values[name], inside, beginning)
-            for name in wanted.transients
+            for name in kind.transients
         },
     }
 

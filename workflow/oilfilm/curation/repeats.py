@@ -16,17 +16,18 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+from scipy.spatial import cKDTree
 
 from oilfilm.curation.coverage import SET_POINTS, with_levels
-from oilfilm.curation.gate import TRACTION, Finding
+from oilfilm.curation.gate import TRACTION, found
 from oilfilm.curation.rig_kind import RigKind
 from oilfilm.curation.verdicts import refusal
 from oilfilm.logs.base import Refusal
 from oilfilm.settings.resolved import Settings
 from oilfilm.units import FloatArray
 
-# Rule, run and what was found.
-Case = tuple[str, str, str]
+# Rule, run, and what the rule's sentence needs.
+Case = tuple[str, str, dict[str, Any]]
 
 # Copies of one log in other formats differ by the rounding of their numbers, two runs by more.
 _ROUNDING = 1e-4
@@ -65,19 +66,17 @@ def repeated(
     """
     traction = kind.name == TRACTION
     once = traction and settings.campaign.repeated_conditions != "accept"
-    found: dict[str, tuple[str, str]] = {}
+    cases_of: dict[str, Refusal] = {}
     for wanted, cases in (
         (True, lambda left: _readings(points, left, kind)),
         (traction, _labels),
         (once, lambda left: _conditions(points, left, settings)),
     ):
-        left = runs[(runs["verdict"] == "accepted") & ~runs["run_id"].isin(found)]
+        left = runs[(runs["verdict"] == "accepted") & ~runs["run_id"].isin(cases_of)]
         if wanted and len(left) > 1:
-            for rule, run_id, sentence in cases(left.sort_values(["file", "run_id"])):
-                found.setdefault(run_id, (rule, sentence))
-    return [
-        refusal(rule, Finding(sentence), kind, run_id) for run_id, (rule, sentence) in found.items()
-    ]
+            for rule, run_id, about in cases(left.sort_values(["file", "run_id"])):
+                cases_of.setdefault(run_id, refusal(rule, found(rule, **about), kind, run_id))
+    return list(cases_of.values())
 
 
 def _readings(points: pd.DataFrame, runs: pd.DataFrame, kind: RigKind) -> Iterator[Case]:
@@ -85,20 +84,17 @@ def _readings(points: pd.DataFrame, runs: pd.DataFrame, kind: RigKind) -> Iterat
     pairs = list(_same_readings(points, runs, kind))
     for first, later in pairs:
         if first.oil == later.oil:
-            sentence = f"the log has the same readings as {first.run_id}, which is kept"
-            yield "duplicate_log", later.run_id, sentence
+            yield "duplicate_log", later.run_id, {"kept": first.run_id}
     for pair in pairs:
         for run, other in (pair, pair[::-1]):
             if run.oil != other.oil:
-                sentence = f"{other.run_id} has the same readings under the oil {other.oil!r}"
-                yield "conflicting_labels", run.run_id, f"{sentence}; one label is wrong"
+                yield "conflicting_labels", run.run_id, {"other": other}
 
 
 def _labels(runs: pd.DataFrame) -> Iterator[Case]:
     """The name of an earlier run."""
     for first, *others in _same(runs, ["label"]):
-        sentence = f"the header gives the run the name that {first.run_id} has, which is kept"
-        yield from (("repeated_label", later.run_id, sentence) for later in others)
+        yield from (("repeated_label", later.run_id, {"kept": first.run_id}) for later in others)
 
 
 def _conditions(points: pd.DataFrame, runs: pd.DataFrame, settings: Settings) -> Iterator[Case]:
@@ -121,21 +117,13 @@ def _conditions(points: pd.DataFrame, runs: pd.DataFrame, settings: Settings) ->
                 if len(against) < len(others):
                     kept.append(run_id)
                     continue
-            of_others = f" (and {len(against) - 1} more)" if len(against) > 1 else ""
+            more = f" (and {len(against) - 1} more)" if len(against) > 1 else ""
             agree = f"; the others agree within {max(mutual):.1%}" if mutual else ""
-            sentence = (
-                f"{against[0]}{of_others} has the same oil and set points, but its traction "
-                f"differs by {to_others[against[0]]:.1%} in the median, beyond the errors; "
-                f"allowed {min(limit, allowed):.0%}{agree}"
-            )
-            yield "conflicting_condition", run_id, sentence
+            about = dict(other=against[0], more=more, apart=to_others[against[0]], agree=agree)
+            yield "conflicting_condition", run_id, {**about, "allowed": min(limit, allowed)}
         for later in kept[1:]:
-            sentence = (
-                f"the run has the oil and the set points of {kept[0]}, which is kept; their "
-                f"traction differs by {apart[frozenset((kept[0], later))]:.1%} in the median "
-                "beyond its errors"
-            )
-            yield "duplicate_condition", later, sentence
+            about = {"kept": kept[0], "apart": apart[frozenset((kept[0], later))]}
+            yield "duplicate_condition", later, about
 
 
 def _compared_conditions(
@@ -153,14 +141,11 @@ def _compared_conditions(
     noted = noted[noted[[pressure, load]].notna().any(axis=1)].fillna({pressure: -1, load: -1})
     for group in _same(noted, ["oil", "rig", *SET_POINTS]):
         curves = {run.run_id: accepted.iloc[rows[run.run_id]] for run in group}
-        pairs = combinations(curves, 2)
-        yield (
-            list(curves),
-            {
-                frozenset(pair): _difference(curves[pair[0]], curves[pair[1]], settings)
-                for pair in pairs
-            },
-        )
+        apart = {
+            frozenset((one, other)): _difference(curves[one], curves[other], settings)
+            for one, other in combinations(curves, 2)
+        }
+        yield list(curves), apart
 
 
 def _same(runs: pd.DataFrame, key: list[str]) -> Iterator[list[Any]]:
@@ -181,10 +166,8 @@ def _same_readings(
     for first, *others in _same(runs.assign(place=places), ["content_sha256", "place"]):
         yield from ((first, later) for later in others)
     points = points[points["run_id"].isin(named)]
-    first_rows, means = (
-        points["first_row"].to_numpy(),
-        points[list(kind.averaging.means)].to_numpy(float),
-    )
+    first_rows = points["first_row"].to_numpy()
+    means = points[list(kind.means)].to_numpy(float)
     alike: dict[tuple[int, ...], list[tuple[Any, FloatArray]]] = {}
     for run_id, at in points.groupby("run_id").indices.items():
         if len(at) >= _PLATEAUS:
@@ -245,24 +228,10 @@ def _equal_pairs(values: FloatArray) -> Iterator[tuple[int, int]]:
 
 
 def _near_pairs(values: FloatArray, reach: FloatArray) -> list[tuple[int, int]]:
-    """Pairs of rows that differ by no more than the reach of each column, in their order.
-
-    Rows are sorted by the column that tells most of them apart, and compared with their neighbours.
-    """
-    if len(values) < 2:
-        return []
+    """Pairs of rows that differ by no more than the reach of each column, in their order."""
     # a little more than the reach, which rounding must not cut
     scaled = values / np.where(reach > 0, 1.01 * reach, 1.0)
-    most = np.argmax(np.median(np.abs(np.diff(np.sort(scaled, axis=0), axis=0)), axis=0))
-    order = np.argsort(scaled[:, most], kind="stable")
-    scaled, pairs = scaled[order], []
-    for step in range(1, len(order)):
-        near = np.flatnonzero(scaled[step:, most] - scaled[:-step, most] <= 1)
-        if len(near) == 0:
-            break
-        near = near[(np.abs(scaled[near + step] - scaled[near]) <= 1).all(axis=1)]
-        pairs += np.sort(np.stack([order[near], order[near + step]]), axis=0).T.tolist()
-    return sorted(map(tuple, pairs))
+    return sorted(cKDTree(scaled).query_pairs(1.0, p=np.inf)) if len(values) > 1 else []
 
 
 def _difference(first: pd.DataFrame, later: pd.DataFrame, settings: Settings) -> float:
@@ -291,13 +260,13 @@ def with_campaign_warnings(
     if kind.name != TRACTION:
         return runs
     accepted = runs[runs["verdict"] == "accepted"].set_index("run_id")
-    found = {run_id: [text] for run_id, text in accepted["warning"].items() if text}
+    texts = {run_id: [text] for run_id, text in accepted["warning"].items() if text}
     points = points[points["run_id"].isin(accepted.index)]
     for run_id, text in chain(
         _constant_channels(points, accepted), _of_rig(points, accepted["rig"], settings)
     ):
-        found.setdefault(run_id, []).append(text)
-    warnings = ["; ".join(found.get(run_id, ())) for run_id in runs["run_id"]]
+        texts.setdefault(run_id, []).append(text)
+    warnings = ["; ".join(texts.get(run_id, ())) for run_id in runs["run_id"]]
     return runs.assign(warning=pd.Series(warnings, runs.index, dtype="str"))
 
 
@@ -312,10 +281,7 @@ def _of_rig(
         for column, key in _SCALES.items() if scale else ():
             largest, full = of_run[column].abs().max(), getattr(scale, key)
             if largest > full:
-                doubts.append(
-                    f"full_scale: {column} goes up to {largest:.4g}, but the full scale of its "
-                    f"sensor is {full:g} in the rig's file (full_scale: {key})"
-                )
+                doubts.append(found("full_scale", column=column, of=largest, full=full, key=key)[0])
         yield from ((str(run_id), f"{each}; correct {name}.yaml") for each in doubts)
 
 
@@ -327,10 +293,7 @@ def _constant_channels(points: pd.DataFrame, runs: pd.DataFrame) -> Iterator[tup
         constant = judged["max"] - judged["min"] <= 1e-9 * judged["max"].abs()
         for _, of_rig in constant.groupby(runs["rig"].reindex(judged.index)):
             if len(of_rig) >= _FEWEST_RUNS and of_rig.mean() < 1 / 2:
+                moving = dict(name=name, others=(~of_rig).sum(), runs=len(of_rig))
                 for run_id in of_rig.index[of_rig]:
-                    yield (
-                        str(run_id),
-                        f"constant_channel: the {name} is {of_runs['min'].loc[run_id]:g} in the "
-                        f"whole run, but moves in {(~of_rig).sum()} of {len(of_rig)} runs of its "
-                        "rig; it may copy its set point",
-                    )
+                    value = of_runs["min"].loc[run_id]
+                    yield str(run_id), found("constant_channel", value=value, **moving)[0]

@@ -1,7 +1,7 @@
 """A kind of rig as curation sees it: the small part in which traction and torque rigs differ."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Protocol
 
 import numpy as np
@@ -15,58 +15,30 @@ from oilfilm.units import BoolArray, FloatArray, IndexArray
 
 
 @dataclass(frozen=True)
-class Rest:
-    """Where the zero of a run's sensor is read.
-
-    Attributes:
-        signals: The samples that the phases are parts of.
-        phases: The phases that give the zero, by name, in the order of time.
-        words: What the rig does there.
-        in_levels: Whether the phases are parts of levels, of which the rest gives plateaus.
-    """
-
-    signals: Signals
-    phases: Mapping[str, slice]
-    words: str
-    in_levels: bool = False
-
-
-@dataclass(frozen=True)
 class Division:
-    """Where a run is at rest and where it holds a level, as indices into its signals.
+    """Where a run is at rest, which gives the zero, and where it holds a level.
 
     Attributes:
         signals: The samples from which plateaus can be made.
-        rest: Where the zero is read.
-        starts: First sample of the settled part of each level.
+        starts: First sample of the settled part of each level, as an index into them.
         stops: The sample past its last one.
+        at_rest: The samples that the phases are parts of.
+        phases: The phases that give the zero, by name, in the order of time.
+        words: What the rig does there.
+        in_levels: Whether the phases are parts of levels, of which the rest gives plateaus.
         working: The samples between the phases at rest at which the rig turns.
         too_short: Levels that ended before they settled and give no plateau.
     """
 
     signals: Signals
-    rest: Rest
     starts: IndexArray
     stops: IndexArray
-    working: BoolArray | slice
+    at_rest: Signals
+    phases: Mapping[str, slice]
+    words: str = "standstill"
+    in_levels: bool = False
+    working: BoolArray | slice = field(default_factory=lambda: slice(None))
     too_short: Sequence[Finding] = ()
-
-
-@dataclass(frozen=True)
-class Averaging:
-    """What is made of each signal over a plateau, beside its mean.
-
-    Attributes:
-        means: Columns that are averaged.
-        errors: Those with a standard error.
-        changes: Those whose second half is compared with the first.
-        transients: Those whose beginning is compared with the rest.
-    """
-
-    means: tuple[str, ...]
-    errors: tuple[str, ...]
-    changes: tuple[str, ...]
-    transients: tuple[str, ...] = ()
 
 
 class RigKind(Protocol):
@@ -79,7 +51,10 @@ class RigKind(Protocol):
         sensor: The signal whose zero is removed and whose spikes are left out.
         load: The signal of the load.
         channels: The logged signals beside the sensor.
-        averaging: What is made of each signal over a plateau.
+        means: Columns that are averaged over a plateau.
+        errors: Those with a standard error.
+        changes: Those whose second half is compared with the first.
+        transients: Those whose beginning is compared with the rest.
         words: Its words in sentences and advice: sensor, level.
         carried: Columns of the table of runs that every plateau carries.
         keeps_refused_runs: Whether the table has the plateaus of runs that were refused as a whole.
@@ -92,7 +67,10 @@ class RigKind(Protocol):
     sensor: Channel
     load: Channel
     channels: tuple[Channel, ...]
-    averaging: Averaging
+    means: tuple[str, ...]
+    errors: tuple[str, ...]
+    changes: tuple[str, ...]
+    transients: tuple[str, ...]
     words: Mapping[str, str]
     carried: tuple[str, ...]
     keeps_refused_runs: bool
@@ -106,12 +84,12 @@ class RigKind(Protocol):
         """Rest and levels of a run."""
         ...
 
-    def zero_fault(self, run: Run, rest: Rest, rig: str, settings: Settings) -> Fault | None:
+    def zero_fault(self, run: Run, parts: Division, rig: str, settings: Settings) -> Fault | None:
         """What is wrong with the zero, by all that the run shows of it.
 
         Args:
             run: As measured with the zero; its `flaw` is what was found before.
-            rest: The phases that gave the zero.
+            parts: The phases that gave the zero.
             rig: Name of the rig.
             settings: Settings of the run.
         """
@@ -121,7 +99,7 @@ class RigKind(Protocol):
         """Plateaus with the zero removed and what follows from one plateau alone.
 
         Args:
-            averages: `<column>`, and `<column>_se`, `_change` and `_transient` as `averaging` says;
+            averages: `<column>`, and `<column>_se`, `_change`, `_transient` of those listed;
                 every signal, where the rows of the log are settled readings.
             zero: The sensor's zero at each plateau; NaN where there is none.
             zero_se: Its standard error.

@@ -6,20 +6,23 @@ Decides: when a whole run is refused (clock, stuck sensor, sign, temperature dri
 a run that is used.
 """
 
-from collections.abc import Callable
 from itertools import combinations
 from typing import Any
 
 import numpy as np
 
 from oilfilm.curation.gate import (
+    Fault,
     Finding,
+    Found,
+    Gate,
     Gates,
     Limits,
     Run,
     RunJudge,
     TorqueLimits,
     TractionLimits,
+    fault,
     unit_hint,
 )
 from oilfilm.curation.statistics import (
@@ -30,91 +33,10 @@ from oilfilm.curation.statistics import (
     median,
     rows_per_reading,
 )
-from oilfilm.units import FloatArray
+from oilfilm.units import BoolArray, FloatArray
 
 RUN_GATES: Gates[RunJudge] = Gates()
 gate = RUN_GATES.gate
-
-
-@gate
-def time_disorder(run: Run, limits: Limits) -> Finding | None:
-    """The clock stands still or runs backwards."""
-    time_s, row = run.signals.time_s, run.signals.row
-    backward = np.flatnonzero(np.diff(time_s) <= 0)
-    if len(backward) == 0:
-        return None
-    first = int(backward[0])
-    return Finding(
-        f"the time stamp does not increase at {len(backward)} rows, first from {time_s[first]:g} s "
-        f"at row {row[first]} to {time_s[first + 1]:g} s at row {row[first + 1]}",
-        row[first],
-        row[first + 1],
-    )
-
-
-@gate
-def missing_readings(run: Run, limits: Limits) -> Finding | None:
-    """So many rows in one place cannot be read that the run has a hole."""
-    row, steps = run.signals.row, np.diff(run.signals.row)
-    # a log that writes a slow channel in every twentieth row only has steps of 20 rows
-    longest = limits.gates.clock_jump_intervals * median(steps)
-    if not steps.max(initial=0) > longest:  # of a single row it is NaN
-        return None
-    hole = int(np.argmax(steps))
-    first, last = row[hole] + 1, row[hole + 1] - 1
-    return Finding(
-        f"no row from {first} to {last} can be used; expected no gap of more than "
-        f"{longest - 1:g} rows",
-        first,
-        last,
-    )
-
-
-@gate
-def clock_jump(run: Run, limits: Limits) -> Finding | None:
-    """The clock jumps ahead."""
-    gaps = np.diff(run.signals.time_s)
-    longest_s = limits.gates.clock_jump_intervals * run.signals.interval_s
-    if not gaps.max(initial=0) > longest_s:  # of settled readings without time it is NaN
-        return None
-    longest = int(np.argmax(gaps))
-    before, after = run.signals.row[[longest, longest + 1]]
-    return Finding(
-        f"{gaps[longest]:g} s pass between row {before} and row {after}; expected no gap over "
-        f"{longest_s:g} s",
-        before,
-        after,
-    )
-
-
-@gate
-def same_channel(run: Run, limits: Limits) -> Finding | None:
-    """A run without a zero has the same readings in two channels."""
-    if run.flaw is None or run.flaw[0] != "zero_missing":
-        return None
-    for one, other in combinations(run.channels, 2):
-        values = run.signals[one.column]
-        apart = np.mean(np.abs(values - run.signals[other.column]))
-        # but for the rounding of other units
-        if apart <= _ROUNDED * np.mean(np.abs(np.diff(values))):
-            return Finding(
-                f"the {one.name} and the {other.name} are the same in every row; one column may be "
-                "taken for both"
-            )
-    return None
-
-
-@gate
-def never_turns(run: Run, limits: TorqueLimits) -> Finding | None:
-    """The bearing stands still from the first row to the last."""
-    fastest_rpm = float(np.abs(run.signals["inner_speed_rpm"]).max())
-    if fastest_rpm > limits.zero.max_speed_rpm:
-        return None
-    return Finding(
-        f"the bearing never turns: its highest speed is {fastest_rpm:g} rpm; expected more than "
-        f"{limits.zero.max_speed_rpm:g} rpm"
-    )
-
 
 # So many standard errors are no chance.
 _SURE = 5
@@ -138,32 +60,105 @@ _AROUND = 20
 _CHANCE = 1e-9
 
 
+def first_fault(run: Run, rig: str, limits: Limits) -> Fault | None:
+    """Rule and finding of the first gate that refuses a run, if one does."""
+    for each in RUN_GATES.of(rig):
+        for found in each.judge(run, limits):
+            rows = (int(found.get(row, 0)) for row in ("first", "last"))
+            return each.name, Finding(_sentence(each, run, limits, found), *rows)
+    if run.flaw is None and len(run.plateaus["time_s"]) == 0:
+        return fault("no_plateau")
+    return run.flaw
+
+
+def warning(run: Run, rig: str, limits: Limits) -> str:
+    """All warnings about a run, each with its name; empty where there is none."""
+    return "; ".join(
+        f"{each.name}: {_sentence(each, run, limits, found)}"
+        for each in WARNINGS.of(rig)
+        for found in each.judge(run, limits)
+    )
+
+
+def _sentence(of: Gate[RunJudge], run: Run, limits: Limits, found: dict[str, Any]) -> str:
+    return of.sentence(limits, sensor=run.sensor, **found)
+
+
 @gate
-def held_readings(run: Run, limits: Limits) -> Finding | None:
+def time_disorder(run: Run, limits: Limits) -> Found:
+    """The clock stands still or runs backwards."""
+    backward = np.flatnonzero(np.diff(run.signals.time_s) <= 0)
+    if len(backward):
+        both = backward[0] + np.arange(2)
+        before, after = run.signals.time_s[both]
+        first, last = run.signals.row[both]
+        yield dict(rows=len(backward), before=before, after=after, first=first, last=last)
+
+
+@gate
+def missing_readings(run: Run, limits: Limits) -> Found:
+    """So many rows in one place cannot be read that the run has a hole."""
+    row, steps = run.signals.row, np.diff(run.signals.row)
+    # a log that writes a slow channel in every twentieth row only has steps of 20 rows
+    longest = limits.gates.clock_jump_intervals * median(steps)
+    if steps.max(initial=0) > longest:  # of a single row it is NaN
+        hole = int(np.argmax(steps))
+        yield dict(first=row[hole] + 1, last=row[hole + 1] - 1, allowed=longest - 1)
+
+
+@gate
+def clock_jump(run: Run, limits: Limits) -> Found:
+    """The clock jumps ahead."""
+    gaps = np.diff(run.signals.time_s)
+    longest_s = limits.gates.clock_jump_intervals * run.signals.interval_s
+    if gaps.max(initial=0) > longest_s:  # of settled readings without time it is NaN
+        longest = int(np.argmax(gaps))
+        first, last = run.signals.row[[longest, longest + 1]]
+        yield dict(gap=gaps[longest], first=first, last=last, allowed=longest_s)
+
+
+@gate
+def same_channel(run: Run, limits: Limits) -> Found:
+    """A run without a zero has the same readings in two channels."""
+    if run.flaw is None or run.flaw[0] != "zero_missing":
+        return
+    for one, other in combinations(run.channels, 2):
+        values = run.signals[one.column]
+        apart = np.mean(np.abs(values - run.signals[other.column]))
+        # but for the rounding of other units
+        if apart <= _ROUNDED * np.mean(np.abs(np.diff(values))):
+            yield dict(one=one.name, other=other.name)
+
+
+@gate
+def never_turns(run: Run, limits: TorqueLimits) -> Found:
+    """The bearing stands still from the first row to the last."""
+    fastest_rpm = float(np.abs(run.signals["inner_speed_rpm"]).max())
+    if not fastest_rpm > limits.zero.max_speed_rpm:
+        yield dict(fastest=fastest_rpm)
+
+
+@gate
+def held_readings(run: Run, limits: Limits) -> Found:
     """The sensor is read so slowly that a plateau has few readings of its own."""
     durations = run.plateaus["duration_s"]
     plateau_s = median(durations) if len(durations) else limits.plateaus.min_duration_s
     rows = rows_per_reading(run.signals[run.sensor.column])
     hold_s = rows * run.signals.interval_s
-    if rows == 1 or not plateau_s < _FEWEST_READINGS * hold_s:
-        return None
-    return Finding(
-        f"each value of the {run.sensor.name} is repeated in {rows} rows ({hold_s:.2g} s): it is "
-        f"read more slowly than the logger writes, and a plateau of {plateau_s:.2g} s has "
-        f"{int(plateau_s / hold_s)} of its readings; expected {_FEWEST_READINGS} or more"
-    )
+    if rows > 1 and plateau_s < _FEWEST_READINGS * hold_s:
+        readings = int(plateau_s / hold_s)
+        found = dict(rows=rows, hold=hold_s, plateau=plateau_s, readings=readings)
+        yield {**found, "fewest": _FEWEST_READINGS}
 
 
 @gate
-def stuck_channel(run: Run, limits: Limits) -> Finding | None:
+def stuck_channel(run: Run, limits: Limits) -> Found:
     """A signal that shows noise stops moving for part of the run."""
-    row = run.working.row
     for channel in run.channels:
         values = run.working[channel.column]
-        hold = _long_hold(values, run, limits)
-        if hold is None:
+        start, stop = _long_hold(values, run, limits)
+        if start == stop:
             continue
-        start, stop = hold
         others = np.delete(values, np.s_[start + 1 : stop])
         updates = changed(others)
         repeats = 1 - len(updates) / len(others)
@@ -172,95 +167,72 @@ def stuck_channel(run: Run, limits: Limits) -> Finding | None:
         sides = [side for side in (before, after[:_AROUND]) if len(side) > _AROUND / 2]
         noisy = is_noise(updates) and all(map(is_noise, sides))
         if noisy and len(values) * repeats ** (stop - start) < _CHANCE:
-            first, last = row[[start, stop - 1]]
-            return Finding(
-                f"the {channel.name} is exactly {values[start]:g} {channel.unit} from row {first} "
-                f"to row {last}, but has noise in the rest of the run",
-                first,
-                last,
-            )
-    return None
+            first, last = run.working.row[[start, stop - 1]]
+            yield dict(channel=channel, value=values[start], first=first, last=last)
 
 
-def _long_hold(values: FloatArray, run: Run, limits: Limits) -> tuple[int, int] | None:
-    """The longest stretch of one value, as `longest_hold`; None where it is not suspicious."""
+def _long_hold(values: FloatArray, run: Run, limits: Limits) -> tuple[int, int]:
+    """The longest stretch of one value, as `longest_hold`; empty where it is not suspicious."""
     start, stop = longest_hold(values) if len(values) else (0, 0)
     long = (stop - start) * run.signals.interval_s >= limits.stuck.duration_s
-    return (start, stop) if long and stop - start >= limits.stuck.samples else None
+    return (start, stop) if long and stop - start >= limits.stuck.samples else (0, 0)
+
+
+def _sliding(run: Run, limits: TractionLimits) -> BoolArray:
+    """The plateaus at which the sign and the size of the traction can be judged."""
+    return np.asarray(np.abs(run.plateaus["slide_roll_ratio"]) > limits.gates.sign_slip_min)
+
+
+def _usual_size(run: Run, limits: TractionLimits) -> float:
+    return median(np.abs(run.plateaus["traction_coefficient"][_sliding(run, limits)]))
 
 
 @gate
-def no_traction(run: Run, limits: TractionLimits) -> Finding | None:
+def no_traction(run: Run, limits: TractionLimits) -> Found:
     """The traction coefficients of the sliding plateaus are smaller than those of any oil."""
-    sentence = _small_traction(run, limits, limits.gates.sliding_traction_min)
-    return Finding(sentence) if sentence else None
+    yield from _small_traction(run, limits, limits.gates.sliding_traction_min)
 
 
-def _small_traction(run: Run, limits: TractionLimits, least: float) -> str:
-    """Sentence about a median traction coefficient below a limit; empty where it is not."""
-    slip, mu = run.plateaus["slide_roll_ratio"], run.plateaus["traction_coefficient"]
-    size = median(np.abs(mu[np.abs(slip) > limits.gates.sign_slip_min]))
-    if not size < least:
-        return ""
+def _small_traction(run: Run, limits: TractionLimits, least: float) -> Found:
+    size = _usual_size(run, limits)
     usual, most = limits.gates.sliding_traction_usual, limits.gates.traction_max
-    hint = unit_hint("traction force", lambda newton: usual <= size * newton <= most)
-    return (
-        f"the median traction coefficient above a slip of {limits.gates.sign_slip_min:g} is "
-        f"{size:.2g}; expected {least:g} or more{hint}"
-    )
+    if size < least:
+        hint = unit_hint("traction force", lambda newton: usual <= size * newton <= most)
+        yield dict(size=size, hint=hint)
 
 
 @gate
-def impossible_traction(run: Run, limits: TractionLimits) -> Finding | None:
+def impossible_traction(run: Run, limits: TractionLimits) -> Found:
     """The zero moves, but the traction is too large by more than a zero explains."""
     if run.flaw is None or run.flaw[0] != "zero_drift":
-        return None
-    slip, mu = run.plateaus["slide_roll_ratio"], run.plateaus["traction_coefficient"]
-    size = median(np.abs(mu[np.abs(slip) > limits.gates.sign_slip_min]))
-    drift = limits.zero_drift_max * _SURE / median(run.plateaus["load_n"])
-    if not size - drift > limits.gates.traction_max:
-        return None
-    return Finding(
-        f"the median traction coefficient above a slip of {limits.gates.sign_slip_min:g} is "
-        f"{size:.2g}; expected {limits.gates.traction_max:g} or less. Beside that, "
-        f"{run.flaw[1].sentence}"
-    )
+        return
+    size, load_n = _usual_size(run, limits), median(run.plateaus["load_n"])
+    if size - limits.zero_drift_max * _SURE / load_n > limits.gates.traction_max:
+        yield dict(size=size, flaw=run.flaw[1].sentence)
 
 
 @gate
-def swapped_sign(run: Run, limits: TractionLimits) -> Finding | None:
+def swapped_sign(run: Run, limits: TractionLimits) -> Found:
     """The traction force acts against the slip."""
-    slip = run.plateaus["slide_roll_ratio"]
-    sliding = np.abs(slip) > limits.gates.sign_slip_min
-    along = run.plateaus["traction_force_n"][sliding] * np.sign(slip[sliding])
-    median_n = median(along) if len(along) else 0.0
-    if not median_n < 0 or (along < 0).mean() < limits.gates.sign_share:
-        return None
-    return Finding(
-        f"the traction force acts against the slip (median {median_n:.3g} N); expected the slower "
-        "body to be dragged along"
-    )
+    along = run.plateaus["traction_force_n"] * np.sign(run.plateaus["slide_roll_ratio"])
+    along = along[_sliding(run, limits)]
+    if median(along) < 0 and (along < 0).mean() >= limits.gates.sign_share:
+        yield dict(median=median(along))
 
 
 @gate
-def sign_changes(run: Run, limits: TractionLimits) -> Finding | None:
+def sign_changes(run: Run, limits: TractionLimits) -> Found:
     """The traction force acts against the slip in one part of the run and along it in another."""
     plateaus = run.plateaus
     slip, force_n = plateaus["slide_roll_ratio"], plateaus["traction_force_n"]
     error_n = _SURE * np.nan_to_num(plateaus["traction_coefficient_se"]) * plateaus["load_n"]
-    sure = (np.abs(slip) > limits.gates.sign_slip_min) & (np.abs(force_n) > error_n)
+    sure = _sliding(run, limits) & (np.abs(force_n) > error_n)
     against = sure & (force_n * slip < 0)
     few = max(_FEW, (1 - limits.gates.sign_share) * sure.sum())
-    if not few <= against.sum() <= sure.sum() - few:
-        return None
-    first, last = np.flatnonzero(against)[[0, -1]]
-    return Finding(
-        f"the traction force acts against the slip on {against.sum()} of {sure.sum()} sliding "
-        "plateaus and along it on the others; the speeds of ball and disc or the polarity of the "
-        "force may have been exchanged within the run",
-        plateaus["first_row"][first],
-        plateaus["last_row"][last],
-    )
+    if few <= against.sum() <= sure.sum() - few:
+        begin, end = np.flatnonzero(against)[[0, -1]]
+        rows = dict(first=plateaus["first_row"][begin], last=plateaus["last_row"][end])
+        yield dict(against=against.sum(), sliding=sure.sum(), **rows)
 
 
 def _ways(run: Run, limits: TractionLimits) -> list[tuple[FloatArray, FloatArray]]:
@@ -290,23 +262,18 @@ def _curves(run: Run, limits: TractionLimits) -> list[tuple[FloatArray, FloatArr
 
 
 @gate
-def order_of_time(run: Run, limits: TractionLimits) -> Finding | None:
+def order_of_time(run: Run, limits: TractionLimits) -> Found:
     """The traction falls to nothing at the largest slip, as if the force ran the other way."""
     for _, mu in _curves(run, limits):
-        largest, last = mu.max(), mu[-3:]
+        largest, small, last = mu.max(), mu[:3].max(), mu[-3:]
         falls = -np.diff(last)
         steep = falls.min() > _FALL * largest and falls.sum() > (largest - last[-1]) / 2
-        if steep and mu[:3].max() > last[0]:
-            return Finding(
-                f"the traction coefficient falls from {last[0]:.4f} to {last[-1]:.4f} over the "
-                f"three largest slips, below {mu[:3].max():.4f} at small ones: force and slip may "
-                "run in opposite orders of time"
-            )
-    return None
+        if steep and small > last[0]:
+            yield dict(begin=last[0], end=last[-1], small=small)
 
 
 @gate
-def gain_jump(run: Run, limits: TractionLimits) -> Finding | None:
+def gain_jump(run: Run, limits: TractionLimits) -> Found:
     """The traction jumps between two slips, and changes little on either side."""
     for slip, mu in _curves(run, limits):
         largest, allowed = float(np.abs(mu).max()), limits.gates.traction_jump_max
@@ -318,18 +285,12 @@ def gain_jump(run: Run, limits: TractionLimits) -> Finding | None:
             # where the curve still rises, or one level repeats, nothing is known of its shape
             flat = min(before.min(), after.min()) > largest / 2 and wide > gap / 2
             if flat and abs(jump) > max(allowed * largest, _FLATTER * range_):
-                return Finding(
-                    f"the traction coefficient jumps by {jump:.4f} between slide-roll ratios of "
-                    f"{slip[place - 1]:.4f} and {slip[place]:.4f}, and is flat on either side; "
-                    f"allowed {allowed:.0%} of the largest, {largest:.4f}"
-                )
-    return None
+                yield dict(jump=jump, before=slip[place - 1], after=slip[place], largest=largest)
 
 
 @gate
-def saturated(run: Run, limits: Limits) -> Finding | None:
+def saturated(run: Run, limits: Limits) -> Found:
     """A sensor is at the end of its range for part of the run."""
-    row = run.working.row
     for channel in (run.sensor, run.load):
         values = run.working[channel.column]
         for extreme in (values.max(initial=-np.inf), values.min(initial=np.inf)):
@@ -345,15 +306,9 @@ def saturated(run: Run, limits: Limits) -> Finding | None:
                 and _piled_up(values, extreme, limits.gates.piled_up_factor)
                 and is_noise(changed(np.delete(values, at_stop)))
             ):
-                first, last = row[at_stop[[0, -1]]]
-                return Finding(
-                    f"the {channel.name} is at its extreme of {extreme:g} {channel.unit} in "
-                    f"{share:.1%} of the rows, between row {first} and row {last}; allowed "
-                    f"{limits.gates.saturated_share:.1%}",
-                    first,
-                    last,
-                )
-    return None
+                first, last = run.working.row[at_stop[[0, -1]]]
+                rows = dict(first=first, last=last)
+                yield dict(channel=channel, extreme=extreme, share=share, **rows)
 
 
 def _piled_up(values: FloatArray, extreme: float, factor: float) -> bool:
@@ -368,59 +323,36 @@ def _piled_up(values: FloatArray, extreme: float, factor: float) -> bool:
 
 
 @gate
-def stuck_sensor(run: Run, limits: Limits) -> Finding | None:
+def stuck_sensor(run: Run, limits: Limits) -> Found:
     """The sensor gives exactly the same reading again and again."""
-    values, row = run.working[run.sensor.column], run.working.row
-    hold = _long_hold(values, run, limits)
-    if hold is None:
-        return None
-    start, stop = hold
-    first, last = row[[start, stop - 1]]
-    return Finding(
-        f"the {run.sensor.name} is exactly {values[start]:g} {run.sensor.unit} from row {first} to "
-        f"row {last}; expected noise within {limits.stuck.duration_s:g} s{_few_digits(values)}",
-        first,
-        last,
-    )
-
-
-def _few_digits(values: FloatArray) -> str:
-    """A hint where a signal does move, but in steps of its last digit."""
-    levels = np.unique(values)
-    if len(levels) < _FEWEST_LEVELS or is_noise(changed(values)):
-        return ""
-    return (
-        f"; it moves in steps of {np.diff(levels).min():.2g}: log it with more digits, if that is "
-        "its last one"
-    )
+    values = run.working[run.sensor.column]
+    start, stop = _long_hold(values, run, limits)
+    if start < stop:
+        levels, hint = np.unique(values), ""
+        if len(levels) >= _FEWEST_LEVELS and not is_noise(changed(values)):
+            step = f"; it moves in steps of {np.diff(levels).min():.2g}"
+            hint = f"{step}: log it with more digits, if that is its last one"
+        first, last = run.working.row[[start, stop - 1]]
+        yield dict(value=values[start], first=first, last=last, hint=hint)
 
 
 @gate
-def temperature_drift(run: Run, limits: TractionLimits) -> Finding | None:
+def temperature_drift(run: Run, limits: TractionLimits) -> Found:
     """The inlet temperature differs between the plateaus of one run."""
     levels = run.plateaus["inlet_temperature_c"]
-    levels = levels[~np.isnan(levels)]
-    allowed_c = limits.gates.temperature_drift_max_c
-    if len(levels) == 0 or levels.max() - levels.min() <= allowed_c:
-        return None
-    return Finding(
-        f"the inlet temperature goes from {levels.min():.1f} to {levels.max():.1f} degC within the "
-        f"run; allowed {allowed_c:g} degC"
-    )
+    least, most = np.fmin.reduce(levels, initial=np.inf), np.fmax.reduce(levels, initial=-np.inf)
+    if most - least > limits.gates.temperature_drift_max_c:
+        yield dict(least=least, most=most)
 
 
 @gate
-def branches_differ(run: Run, limits: TractionLimits) -> Finding | None:
+def branches_differ(run: Run, limits: TractionLimits) -> Found:
     """The traction coefficients of rising and falling slip do not agree."""
     differences, _ = _branches(run, limits)
     # the median, because other gates judge single wild points
-    difference = median(np.abs(differences)) if len(differences) else 0.0
-    if difference <= limits.gates.branch_difference_max:
-        return None
-    return Finding(
-        f"with rising and falling slip the traction coefficients differ by {difference:.4f} "
-        f"(median over {len(differences)} points); allowed {limits.gates.branch_difference_max:g}"
-    )
+    difference = median(np.abs(differences))
+    if difference > limits.gates.branch_difference_max:
+        yield dict(difference=difference, points=len(differences))
 
 
 def _branches(run: Run, limits: TractionLimits) -> tuple[FloatArray, FloatArray]:
@@ -436,6 +368,8 @@ def _branches(run: Run, limits: TractionLimits) -> tuple[FloatArray, FloatArray]
 
 # --- warnings
 
+WARNINGS: Gates[RunJudge] = Gates("warnings")
+
 # A share of the largest plateau by which readings seldom scatter.
 _NOISY = 0.03
 # Small and large readings, over the largest; so many give the noise to within a tenth.
@@ -449,23 +383,20 @@ _FIXED = 0.03
 _FAR_OFF = 3
 
 
-def little_traction(run: Run, limits: TractionLimits) -> str:
+@WARNINGS.gate
+def little_traction(run: Run, limits: TractionLimits) -> Found:
     """The traction is less than oils have, though not impossible."""
-    return _small_traction(run, limits, limits.gates.sliding_traction_usual)
+    yield from _small_traction(run, limits, limits.gates.sliding_traction_usual)
 
 
-def branches_apart(run: Run, limits: TractionLimits) -> str:
+@WARNINGS.gate
+def branches_apart(run: Run, limits: TractionLimits) -> Found:
     """Rising and falling slip differ by a share of the traction: something changes with time."""
     differences, mu = _branches(run, limits)
     slides = np.abs(mu) > limits.gates.sliding_traction_min
     ratio = median(differences[slides] / mu[slides])
-    if slides.sum() < limits.gates.branch_points or abs(ratio) <= limits.gates.branch_ratio_max:
-        return ""
-    return (
-        f"with rising slip the traction coefficients are {ratio:+.1%} from those with falling slip "
-        f"(median over {slides.sum()} points); the gain of a sensor or the contact may change with "
-        "time"
-    )
+    if slides.sum() >= limits.gates.branch_points and abs(ratio) > limits.gates.branch_ratio_max:
+        yield dict(ratio=ratio, points=slides.sum())
 
 
 def _noise(run: Run) -> FloatArray:
@@ -478,72 +409,46 @@ def _noise(run: Run) -> FloatArray:
     return np.abs(np.diff(readings, 2)) / np.sqrt(6)
 
 
-def soft_saturation(run: Run, limits: Limits) -> str:
+@WARNINGS.gate
+def noisy_sensor(run: Run, limits: Limits) -> Found:
+    """The readings scatter by a large share of what is measured."""
+    each = _noise(run)
+    noise = MAD_TO_SIGMA * median(each)
+    largest = float(np.nanmax(np.abs(run.plateaus[run.sensor.column]), initial=0.0))
+    if len(each) >= _CHANGES and noise > _NOISY * largest:
+        yield dict(noise=noise, share=noise / largest)
+
+
+@WARNINGS.gate
+def soft_saturation(run: Run, limits: Limits) -> Found:
     """The sensor has less noise at its largest readings: its amplifier compresses them."""
     noise, size = _noise(run), np.abs(run.working[run.sensor.column][1:-1])
     if len(noise) == 0:
-        return ""
+        return
     largest = np.quantile(size, _ALMOST_ALL)
     parts = size < _SMALL * largest, size > _LARGE * largest
     if min(map(np.count_nonzero, parts)) < _CHANGES:
-        return ""
+        return
     small, large = (MAD_TO_SIGMA * median(noise[part]) for part in parts)
-    if large >= _NOISE_LEFT * small or not is_noise(changed(size[parts[0]])):
-        return ""
-    name, unit = run.sensor.name, run.sensor.unit
-    return (
-        f"the noise of the {name} falls from {small:.2g} {unit} at small to {large:.2g} {unit} at "
-        "large readings; the sensor or its amplifier may be near the end of its range and give too "
-        "little there"
-    )
+    if large < _NOISE_LEFT * small and is_noise(changed(size[parts[0]])):
+        yield dict(small=small, large=large)
 
 
-def noisy_sensor(run: Run, limits: Limits) -> str:
-    """The readings scatter by a large share of what is measured."""
-    each, name = _noise(run), run.sensor.name
-    noise = MAD_TO_SIGMA * median(each)
-    largest = float(np.nanmax(np.abs(run.plateaus[run.sensor.column]), initial=0.0))
-    if len(each) < _CHANGES or not noise > _NOISY * largest:
-        return ""
-    return (
-        f"the readings of the {name} scatter by {noise:.2g} {run.sensor.unit}, "
-        f"{noise / largest:.0%} of the largest plateau; a cable, the amplifier or vibration may "
-        "disturb the sensor"
-    )
-
-
-def uneven_clock(run: Run, limits: Limits) -> str:
+@WARNINGS.gate
+def uneven_clock(run: Run, limits: Limits) -> Found:
     """Rows come at a fixed interval, but a few of them do not: a digit of their time may be wrong.
 
     A clock that runs backwards or stands still is refused before.
     """
     gap_s, step = np.diff(run.signals.time_s), np.diff(run.signals.row)
     if len(gap_s) < _CHANGES:
-        return ""
+        return
     beside = step == np.median(step)  # no row between them was refused
     interval_s = run.signals.interval_s
     off_s = np.where(beside, np.abs(gap_s - interval_s), 0.0)
     usual_s = float(np.quantile(off_s[beside], _ALMOST_ALL))
     odd = np.flatnonzero(off_s > max(_FAR_OFF * usual_s, _FIXED * interval_s))
-    if usual_s > _FIXED * interval_s or len(odd) == 0:
-        return ""
-    first = int(odd[0])
-    before, after = run.signals.row[[first, first + 1]]
-    return (
-        f"rows come every {interval_s:g} s, but {gap_s[first]:g} s pass between row {before} and "
-        f"row {after} ({len(odd)} such steps); a digit of the time may be wrong, or rows are lost"
-    )
-
-
-_OF_TRACTION = (little_traction, branches_apart)
-DOUBTS: dict[str, Callable[[Run, Any], str]] = {
-    each.__name__: each for each in (*_OF_TRACTION, noisy_sensor, soft_saturation, uneven_clock)
-}
-
-
-def warning(run: Run, limits: Limits) -> str:
-    """All warnings about a run, each with its name; empty where there is none."""
-    traction = isinstance(limits, TractionLimits)
-    asked = {name: doubt for name, doubt in DOUBTS.items() if traction or doubt not in _OF_TRACTION}
-    found = {name: doubt(run, limits) for name, doubt in asked.items()}
-    return "; ".join(f"{name}: {sentence}" for name, sentence in found.items() if sentence)
+    if usual_s <= _FIXED * interval_s and len(odd):
+        before, after = run.signals.row[[odd[0], odd[0] + 1]]
+        gap = dict(gap=gap_s[odd[0]], before=before, after=after)
+        yield dict(interval=interval_s, steps=len(odd), **gap)

@@ -14,10 +14,10 @@ import numpy.typing as npt
 import pandas as pd
 
 from oilfilm.curation.gate import TORQUE as NAME
-from oilfilm.curation.gate import Channel, Columns, Finding, Signals, TorqueLimits
+from oilfilm.curation.gate import Channel, Columns, Finding, Signals, TorqueLimits, found
 from oilfilm.curation.hypotheses import Hypothesis, setting_hypotheses, time_hypotheses
 from oilfilm.curation.measure import find_steps, settled_parts
-from oilfilm.curation.rig_kind import Averaging, Division, Rest, RigKind
+from oilfilm.curation.rig_kind import Division, RigKind
 from oilfilm.curation.statistics import median
 from oilfilm.logs.log_kind import LogKind
 from oilfilm.logs.torque_log import TORQUE
@@ -47,11 +47,10 @@ class TorqueRig(RigKind):
         Channel("inner_speed_rpm", "speed", "rpm"),
         Channel("oil_temperature_c", "oil temperature", "degC"),
     )
-    averaging = Averaging(
-        means=_SIGNALS,
-        errors=("torque_n_m",),
-        changes=("torque_n_m", "oil_temperature_c", "axial_load_n"),
-    )
+    means = _SIGNALS
+    errors: tuple[str, ...] = ("torque_n_m",)
+    changes: tuple[str, ...] = ("torque_n_m", "oil_temperature_c", "axial_load_n")
+    transients: tuple[str, ...] = ()
     words: Mapping[str, str] = {"sensor": sensor.name, "level": "speed"}
     carried: tuple[str, ...] = ("oil", "rig", "sha256", "reader")
     keeps_refused_runs = False
@@ -73,24 +72,25 @@ class TorqueRig(RigKind):
         turning = np.abs(signals["inner_speed_rpm"]) > torque_logs.tare.max_speed_rpm
         if not turning.any():
             none = np.array([], dtype=np.int64)
-            rest = Rest(signals, {}, "standstill")
-            return Division(signals, rest, none, none, slice(0, len(signals)))
+            return Division(signals, none, none, signals, {})
         first, last = int(np.argmax(turning)), len(turning) - int(np.argmax(turning[::-1]))
         starts, stops, too_short = _levels(signals, first, last, torque_logs.plateaus)
         phases = {"opening": slice(0, first), "closing": slice(last, len(turning))}
-        rest = Rest(signals, phases, "standstill")
-        return Division(signals, rest, starts, stops, turning, too_short)
+        return Division(
+            signals, starts, stops, signals, phases, working=turning, too_short=too_short
+        )
 
     def derive(self, averages: Columns, zero: FloatArray, zero_se: FloatArray) -> Columns:
         """Torque above the zero, and how steady it is."""
-        load = averages["axial_load_n"]
-        loaded = np.where(load == 0, np.nan, np.abs(load))
+        load, torque = averages["axial_load_n"], averages["torque_n_m"] - zero
+        loaded, turned = (np.where(size == 0, np.nan, np.abs(size)) for size in (load, torque))
         return {
             **averages,
             "tare_n_m": zero,
-            "torque_n_m": averages["torque_n_m"] - zero,
+            "torque_n_m": torque,
             "torque_n_m_se": np.hypot(averages["torque_n_m_se"], zero_se),
             "torque_change_n_m": averages["torque_n_m_change"],
+            "torque_change": averages["torque_n_m_change"] / turned,
             "oil_temperature_change_c": averages["oil_temperature_c_change"],
             "temperature_change_c": averages["oil_temperature_c_change"],
             "load_change": averages["axial_load_n_change"] / loaded,
@@ -160,9 +160,5 @@ def _too_short(signals: Signals, start: int, stop: int, settings: TorquePlateauS
     speed_rpm = median(signals["inner_speed_rpm"][start:stop])
     held_s = (stop - start) * signals.interval_s
     least_s = settings.settle_s + settings.guard_s + settings.min_duration_s
-    return Finding(
-        f"the speed of about {speed_rpm:.0f} rpm was held for {held_s:.1f} s; expected "
-        f"{least_s:g} s or more",
-        signals.row[start],
-        signals.row[stop - 1],
-    )
+    rows = dict(zip(("first", "last"), signals.row[[start, stop - 1]], strict=True))
+    return found("brief_level", speed=speed_rpm, held=held_s, least=least_s, **rows)

@@ -15,7 +15,7 @@ from oilfilm.curation.gate import TRACTION as NAME
 from oilfilm.curation.gate import Channel, Columns, Fault, Run, Signals, TractionLimits
 from oilfilm.curation.hypotheses import Hypothesis, setting_hypotheses, traction_hypotheses
 from oilfilm.curation.measure import find_steps, measure, settled_parts
-from oilfilm.curation.rig_kind import Averaging, Division, Rest, RigKind, nothing
+from oilfilm.curation.rig_kind import Division, RigKind, nothing
 from oilfilm.curation.zero import force_left, part_of_curve, phases_at_standstill, turns_steadily
 from oilfilm.logs.log_kind import LogKind
 from oilfilm.logs.traction_log import TRACTION
@@ -51,18 +51,16 @@ class TractionRig(RigKind):
         Channel("disc_speed_m_s", "disc speed", "m/s"),
         Channel("inlet_temperature_c", "inlet temperature", "degC"),
     )
-    averaging = Averaging(
-        means=(
-            "slide_roll_ratio",
-            "traction_force_n",
-            "load_n",
-            "entrainment_speed_m_s",
-            "inlet_temperature_c",
-        ),
-        errors=("slide_roll_ratio", "traction_force_n", "load_n"),
-        changes=("slide_roll_ratio", "traction_force_n", "load_n", "inlet_temperature_c"),
-        transients=("slide_roll_ratio", "traction_force_n"),
+    means = (
+        "slide_roll_ratio",
+        "traction_force_n",
+        "load_n",
+        "entrainment_speed_m_s",
+        "inlet_temperature_c",
     )
+    errors = ("slide_roll_ratio", "traction_force_n", "load_n")
+    changes = (*errors, "inlet_temperature_c")
+    transients = ("slide_roll_ratio", "traction_force_n")
     words: Mapping[str, str] = {"sensor": sensor.name, "level": "slip"}
     carried: tuple[str, ...] = (
         "oil",
@@ -108,8 +106,7 @@ class TractionRig(RigKind):
         starts, stops = settled_parts(len(usable), steps, interval_s, levels)
         zero = settings.campaign.semantics_for(rig).zero
         if zero == "standstill":
-            rest = Rest(signals, phases_at_standstill(signals, curation), "standstill")
-            return Division(usable, rest, starts, stops, slice(None))
+            return Division(usable, starts, stops, signals, phases_at_standstill(signals, curation))
         # the opening phase gives the zero first; what is left of it is a plateau at no slip
         zero_rows = round(curation.zero_reference.duration_s / interval_s)
         rolling = {"opening": slice(0, 0), "closing": slice(0, 0)}
@@ -117,10 +114,9 @@ class TractionRig(RigKind):
             rolling["opening"] = slice(0, min(zero_rows, int(stops[0])))
             rolling["closing"] = slice(int(starts[-1]), int(stops[-1]))
         phases = {name: rolling[name] for name in _PHASES[zero]}
-        rest = Rest(usable, phases, "pure rolling", in_levels=True)
-        return Division(usable, rest, starts, stops, slice(None))
+        return Division(usable, starts, stops, usable, phases, "pure rolling", in_levels=True)
 
-    def zero_fault(self, run: Run, rest: Rest, rig: str, settings: Settings) -> Fault | None:
+    def zero_fault(self, run: Run, parts: Division, rig: str, settings: Settings) -> Fault | None:
         """A phase that is part of the curve, or a force where it should be zero."""
         source, curation = settings.campaign.semantics_for(rig).zero, settings.curation
         if source == "standstill":
@@ -128,7 +124,7 @@ class TractionRig(RigKind):
         if source == "already_removed":
             return force_left(run, curation)
         share = curation.zero_reference.max_traction_share
-        return run.flaw or part_of_curve(rest, run.plateaus, share)
+        return run.flaw or part_of_curve(parts, run.plateaus, share)
 
     def derive(self, averages: Columns, zero: FloatArray, zero_se: FloatArray) -> Columns:
         """Traction force above the zero, mu = F/W and its standard error."""
@@ -139,7 +135,7 @@ class TractionRig(RigKind):
         force_se_n = np.hypot(averages["traction_force_n_se"], zero_se)
         kept = ("first_row", "last_row", "n_samples", "n_spikes", "time_s", "duration_s")
         return {
-            **{name: averages[name] for name in (*kept, *self.averaging.means)},
+            **{name: averages[name] for name in (*kept, *self.means)},
             "force_asymmetry": _asymmetry(averages),
             "measured_film_thickness_um": averages.get("measured_film_thickness_um", unknown),
             "slide_roll_ratio_se": averages["slide_roll_ratio_se"],

@@ -10,9 +10,10 @@ import numpy as np
 import pandas as pd
 
 from oilfilm import tables
-from oilfilm.curation.gate import RULES, Finding, Limits, TractionLimits
+from oilfilm.curation.gate import RULES, Fault, Finding, Limits, TractionLimits, fault
 from oilfilm.curation.plateau_gates import (
     PLATEAU_GATES,
+    sentence_of,
     slip_is_held,
     surely_unphysical,
     unit_of_load,
@@ -52,7 +53,7 @@ def judge_plateaus(points: pd.DataFrame, kind: RigKind, limits: Limits) -> pd.Da
     """Which gates each plateau fails: one boolean column per gate, one row per plateau."""
     gates = PLATEAU_GATES.of(kind.name) if len(points) else []
     return pd.DataFrame(
-        {gate.name: np.asarray(gate.judge(points, limits).fails) for gate in gates},
+        {gate.name: np.asarray(gate.judge(points, limits)) for gate in gates},
         index=points.index,
         dtype=bool,
     )
@@ -121,38 +122,26 @@ def _why(
     many_where_held: bool,
     kind: RigKind,
     limits: Limits,
-) -> tuple[str, Finding]:
+) -> Fault:
     """Rule and finding about one run that cannot be used."""
     gates = PLATEAU_GATES.of(kind.name)
     for gate in gates:
         if failed[gate.name].all():
-            return gate.name, Finding(gate.judge(points, limits).sentence)
+            return gate.name, Finding(sentence_of(gate, points, limits))
     unphysical, wanted = judged["unphysical"], judged["wanted"]
     if unphysical.any() and isinstance(limits, TractionLimits):
         worst = points.iloc[points["traction_coefficient"].abs().where(unphysical).argmax()]
-        sentence = (
-            f"on {unphysical.sum()} of the {len(points)} plateaus slip and load are as they should "
-            "be, but the traction coefficient is impossible, as "
-            f"{worst['traction_coefficient']:.4f} at a slide-roll ratio of "
-            f"{worst['slide_roll_ratio']:.4f}, so that the others cannot be trusted"
-            f"{unit_of_load(points, limits)}"
-        )
-        rows = int(worst["first_row"]), int(worst["last_row"])
-        return "impossible_traction", Finding(sentence, *rows)
+        rows = {"first": worst["first_row"], "last": worst["last_row"]}
+        about = dict(count=unphysical.sum(), plateaus=len(points), worst=worst, **rows)
+        return fault("impossible_traction", hint=unit_of_load(points, limits), **about)
     if not judged["left"].any():
-        sentence = (
-            f"none of the {wanted.sum()} plateaus{'' if wanted.all() else ' that slide'} passes "
-            f"every gate ({_counts(failed[wanted])})"
-        )
-        return "no_point_left", Finding(sentence)
+        which = "" if wanted.all() else " that slide"
+        counts = _counts(failed[wanted])
+        return fault("no_point_left", count=wanted.sum(), which=which, counts=counts)
     faulty = judged["faulty_where_held" if many_where_held else "faulty"]
-    blaming = [gate.name for gate in gates if gate.blames_run]
-    sentence = (
-        f"{faulty.sum()} of the {len(points)} plateaus ({faulty.mean():.0%}) fail gates that show "
-        f"a fault of the run ({_counts(failed.loc[faulty, blaming])}), so that the others cannot "
-        f"be trusted; allowed {limits.gates.faulty_share_max:.0%}"
-    )
-    return "many_plateaus_fail", Finding(sentence)
+    counts = _counts(failed.loc[faulty, [gate.name for gate in gates if gate.blames_run]])
+    about = dict(count=faulty.sum(), plateaus=len(points), share=faulty.mean(), counts=counts)
+    return fault("many_plateaus_fail", allowed=limits.gates.faulty_share_max, **about)
 
 
 def _counts(failed: pd.DataFrame) -> str:

@@ -13,8 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from oilfilm.curation import statistics
-from oilfilm.curation.gate import Channel, Columns, Fault, Finding, Run, Signals
-from oilfilm.curation.rig_kind import Rest
+from oilfilm.curation.gate import Channel, Columns, Fault, Finding, Run, Signals, fault, found
+from oilfilm.curation.rig_kind import Division
 from oilfilm.settings.config import CurationSettings
 from oilfilm.units import BoolArray, FloatArray
 
@@ -73,15 +73,12 @@ def phase_too_short(
     """
     rows = part.stop - part.start
     if rows <= 0:
-        return Finding(f"the log has no {name}")
+        return found("no_phase", name=name)
     duration_s = rows * signals.interval_s
     # a single row gives no standard error
     if duration_s >= min_duration_s and rows > 1:
         return None
-    return Finding(
-        f"{duration_s:.2f} s ({rows} rows) are left of the {name}; expected {min_duration_s:g} s "
-        "or more, and two rows"
-    )
+    return found("short_phase", duration=duration_s, rows=rows, name=name, least=min_duration_s)
 
 
 def zero_reference(
@@ -106,7 +103,9 @@ def zero_reference(
     return ZeroReference(time_s, output, statistics.standard_errors(values[1], inside, output))
 
 
-def moved_zero(zero: ZeroReference, rest: Rest, sensor: Channel, allowed: float) -> Fault | None:
+def moved_zero(
+    zero: ZeroReference, parts: Division, sensor: Channel, allowed: float
+) -> Fault | None:
     """A zero that is another after the run, by the most likely cause.
 
     Noise that is as large as the difference; a sensor that still comes to rest in the last phase;
@@ -114,31 +113,25 @@ def moved_zero(zero: ZeroReference, rest: Rest, sensor: Channel, allowed: float)
 
     Args:
         zero: The zero at both phases.
-        rest: The phases.
+        parts: The phases.
         sensor: The signal whose zero it is.
         allowed: Largest difference, in the sensor's unit.
     """
     if abs(zero.drift) <= allowed:
         return None
-    name, unit = sensor.name, sensor.unit
-    moves = f"the zero of the {name} moves by {zero.drift:.3g} {unit} during the run"
-    limit = f"allowed {allowed:g} {unit}"
-    last, part = list(rest.phases.items())[-1]
-    values = rest.signals[sensor.column][part]
+    last, part = list(parts.phases.items())[-1]
+    values = parts.at_rest[sensor.column][part]
     third = len(values) // 3
     change = float(np.mean(values[-third:]) - np.mean(values[:third])) if third else 0.0
+    about = {"sensor": sensor, "drift": zero.drift, "allowed": allowed}
     # towards the opening zero, by more than its share of a drift that goes on all the time
     if -change * np.sign(zero.drift) > _STILL_MOVING * abs(zero.drift):
-        first_row, last_row = (int(row) for row in rest.signals.row[part][[0, -1]])
-        sentence = (
-            f"{moves}; within the {last} phase of {rest.words} it still changes by {change:.3g}"
-        )
-        return "zero_not_settled", Finding(f"{sentence} {unit}; {limit}", first_row, last_row)
+        about |= dict(zip(("first", "last"), parts.at_rest.row[part][[0, -1]], strict=True))
+        return fault("zero_not_settled", phase=last, rest=parts.words, change=change, **about)
     error = float(np.hypot(*zero.output_se[[0, -1]]))
     if abs(zero.drift) <= _SURE * error:
-        sentence = f"{moves}, which is noise: the standard error is {error:.2g} {unit}; {limit}"
-        return "zero_noisy", Finding(sentence)
-    return "zero_drift", Finding(f"{moves}; {limit}")
+        return fault("zero_noisy", error=error, **about)
+    return fault("zero_drift", **about)
 
 
 def _still(signals: Signals, settings: CurationSettings) -> BoolArray:
@@ -200,23 +193,18 @@ def _ramp(speed: FloatArray, window: int, tolerance: float) -> int:
     return int(np.argmax(steady)) if steady.any() else len(speed)
 
 
-def sliding_phase(rest: Rest, name: str, limit: float) -> Finding | None:
+def sliding_phase(parts: Division, name: str, limit: float) -> Finding | None:
     """A phase whose slide-roll ratio is beyond a limit, if it is."""
-    slip = float(np.mean(rest.signals["slide_roll_ratio"][rest.phases[name]]))
-    if abs(slip) <= limit:
-        return None
-    return Finding(
-        f"the {name} phase runs at a slide-roll ratio of {slip:.4f}; expected pure rolling, "
-        f"within {limit}"
-    )
+    slip = float(np.mean(parts.at_rest["slide_roll_ratio"][parts.phases[name]]))
+    return found("sliding_phase", phase=name, slip=slip, limit=limit) if abs(slip) > limit else None
 
 
-def part_of_curve(rest: Rest, plateaus: Columns, allowed: float) -> Fault | None:
+def part_of_curve(parts: Division, plateaus: Columns, allowed: float) -> Fault | None:
     """A phase taken for pure rolling whose traction is more than a share of the largest one."""
     slips, mu = plateaus["slide_roll_ratio"], plateaus["traction_coefficient"]
     largest = float(np.nanmax(np.abs(mu), initial=0.0))
-    for name, part in rest.phases.items():
-        values = rest.signals["slide_roll_ratio"][np.newaxis, part]
+    for name, part in parts.phases.items():
+        values = parts.at_rest["slide_roll_ratio"][np.newaxis, part]
         inside = np.ones(values.shape, dtype=bool)
         mean = statistics.means(values, inside)
         slip = float(mean[0])
@@ -225,12 +213,9 @@ def part_of_curve(rest: Rest, plateaus: Columns, allowed: float) -> Fault | None
         slope = initial_slope(slips, mu, slip)
         swallowed = abs(slope * slip)
         if swallowed > allowed * largest:
-            return "zero_missing", Finding(
-                f"the {name} phase is not pure rolling: its slide-roll ratio is {slip:.4f}. "
-                f"By the initial slope of the run ({slope:.3g}) its traction coefficient is "
-                f"{swallowed:.2g}, {swallowed / largest:.0%} of the largest one; allowed "
-                f"{allowed:.0%}"
-            )
+            numbers = {"slip": slip, "slope": slope, "mu": swallowed, "allowed": allowed}
+            share = swallowed / largest
+            return "zero_missing", found("part_of_curve", phase=name, share=share, **numbers)
     return None
 
 
@@ -252,10 +237,7 @@ def force_left(run: Run, curation: CurationSettings) -> Fault | None:
     if not beyond.any():
         return None
     first = int(np.argmax(beyond))
-    return "zero_left", Finding(
-        f"the traction force is {force_n[first]:.3g} N {places[first]}, but semantics: zero is "
-        f"already_removed; allowed {allowed_n:g} N"
-    )
+    return fault("zero_left", force=force_n[first], place=places[first], allowed=allowed_n)
 
 
 def initial_slope(slip: FloatArray, mu: FloatArray, at_slip: float) -> float:

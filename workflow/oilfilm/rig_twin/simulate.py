@@ -7,14 +7,19 @@ defects.
 """
 
 import io
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from hashlib import sha256
 from itertools import accumulate
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pyarrow as arrow
 import pyarrow.csv as arrow_csv
 
+from oilfilm import tables
+from oilfilm.atomic_write import write_text
+from oilfilm.logs.raw_files import listing
 from oilfilm.physics.contact import max_hertz_pressure
 from oilfilm.physics.rigs import Contact
 from oilfilm.randomness import generator
@@ -48,8 +53,8 @@ Columns = dict[str, FloatArray]
 
 def simulate_campaign(
     settings: Settings, constants: Mapping[str, FloatArray]
-) -> Iterator[tuple[PlannedRun, bytes, dict[str, Any]]]:
-    """Each planned run with the bytes of its csv log and its row of the truth table.
+) -> Iterator[tuple[PlannedRun, bytes, list[dict[str, Any]]]]:
+    """Each planned run with the bytes of its csv log and its one row of the truth table.
 
     `constants` are the printed ones, which are true unless the campaign's twin has another truth.
     The random numbers of a run depend on the seed and the run's name alone, so that a run is the
@@ -71,7 +76,7 @@ def simulate_campaign(
             "gate": GATES.get(run.defect, ""),
             **{level: true[level].mean() for level in run.set_points},
         }
-        yield run, log_content("rig", run, _logged(run, true, twin, rig, random)), truth
+        yield run, log_content("rig", run, _logged(run, true, twin, rig, random)), [truth]
 
 
 def slip_programme(twin: Twin) -> tuple[FloatArray, FloatArray]:
@@ -197,3 +202,28 @@ def log_content(twin: str, run: PlannedRun, columns: Columns) -> bytes:
         row = content.index(b"\n", int(0.6 * len(content))) + 1
         return content[: content.index(b",", content.index(b",", row) + 1) + 3]
     return content
+
+
+def write_logs(
+    simulated: Iterable[tuple[PlannedRun, bytes, list[dict[str, Any]]]],
+    table: str,
+    outputs: Any,
+    provenance: Mapping[str, Any],
+) -> None:
+    """Write simulated logs, the list of their digests, and the table of their truth.
+
+    Args:
+        simulated: Each run with the bytes of its log and its rows of the truth.
+        table: Name of that table.
+        outputs: Named outputs of a Snakemake job: `logs`, `listing`, `truth`.
+        provenance: As `tables.write`.
+    """
+    paths = {Path(path).name: Path(path) for path in outputs.logs}
+    truth: list[dict[str, Any]] = []
+    digests = {}
+    for run, content, rows in simulated:
+        paths[run.name].write_bytes(content)
+        digests[run.name] = sha256(content).hexdigest()
+        truth += rows
+    write_text(listing(dict(sorted(digests.items()))), Path(outputs.listing))
+    tables.write(tables.from_rows(truth, table), table, Path(outputs.truth), provenance)

@@ -34,9 +34,7 @@ class CageKeys(Group):
     land_diameter_m: q.LengthM = key("Diameter of the guiding land.")
     land_width_m: q.LengthM = key("Width of both lands together.")
     land_clearance_m: q.LengthM = key("Radial clearance.")
-    pocket_friction_coefficient: float = key(
-        "Coulomb friction of ball on pocket.", unit="1", ge=0, le=1
-    )
+    pocket_friction_coefficient: float = key("Of ball on pocket.", unit="1", ge=0, le=1)
 
 
 class OilSupplyKeys(Group):
@@ -44,10 +42,7 @@ class OilSupplyKeys(Group):
 
     flow_l_min: float = key("Flow at the inlet temperature.", unit="L/min", gt=0, le=1000)
     heat_share: q.Share = key("Share of friction heat that the oil, not shaft or housing, takes.")
-    outlet_weight: q.Share = key(
-        "Where the oil of the contacts lies between inlet (0) and outlet (1) temperature.",
-        default=0.5,
-    )
+    outlet_weight: q.Share = key("Oil of the contacts: 0 inlet, 1 outlet temperature.", default=0.5)
 
     def supply(self) -> OilSupply:
         """The oil for the heat balance."""
@@ -86,32 +81,22 @@ class BearingFile(Group):
             if name not in type(self).model_fields:
                 yield ("assumed", str(number)), f"{name!r} is no key of a bearing."
         if ball >= pitch / 2:
-            yield (
-                ("ball_diameter_m",),
-                f"found {ball:g} m with a pitch diameter of {pitch:g} m; expected less than half "
-                "of it, or there is no room for an inner ring and a shaft.",
-            )
-        if ball >= pitch * math.sin(math.pi / self.ball_count):
-            room = int(math.pi / math.asin(min(ball / pitch, 1.0)))
-            yield (
-                ("ball_count",),
-                f"found {self.ball_count} balls of {ball:g} m, which overlap on a pitch diameter "
-                f"of {pitch:g} m; there is room for {room}.",
-            )
+            room = f"less than half of the pitch diameter of {pitch:g} m"
+            yield ("ball_diameter_m",), f"found {ball:g} m; expected {room}."
+        most = int(math.pi / math.asin(min(ball / pitch, 1.0)))
+        if self.ball_count > most:
+            found = f"found {self.ball_count} balls of {ball:g} m, which overlap"
+            yield ("ball_count",), f"{found}; there is room for {most}."
         land, outer = cage.land_diameter_m, cage.guidance == "outer"
-        if outer != (land > pitch) or abs(land - pitch) > ball:
-            low, high = (pitch, pitch + ball) if outer else (pitch - ball, pitch)
-            yield (
-                ("cage", "land_diameter_m"),
-                f"found {land:g} m with guidance: {cage.guidance}; expected {low:g} to {high:g} m, "
-                "between the pitch diameter and the balls' far side.",
-            )
+        low, high = (pitch, pitch + ball) if outer else (pitch - ball, pitch)
+        if not low <= land <= high or land == pitch:
+            between = f"{low:g} to {high:g} m, between pitch diameter and the balls' far side"
+            found = f"found {land:g} m with guidance: {cage.guidance}"
+            yield ("cage", "land_diameter_m"), f"{found}; expected {between}."
         if cage.land_clearance_m >= ball / 2:
-            yield (
-                ("cage", "land_clearance_m"),
-                f"found {cage.land_clearance_m:g} m; expected well below the balls' radius of "
-                f"{ball / 2:g} m.",
-            )
+            found, most_m = f"found {cage.land_clearance_m:g} m", f"{ball / 2:g} m"
+            expected = f"well below the balls' radius of {most_m}"
+            yield ("cage", "land_clearance_m"), f"{found}; expected {expected}."
 
     def bearing(self, name: str) -> Bearing:
         """The bearing for mechanics; `name` is its file's name.

@@ -4,7 +4,6 @@ Decides: the keys of a campaign file; how the signals of a rig are meant (sign, 
 """
 
 import re
-from datetime import date
 from typing import Annotated, Any, Literal, Self
 
 import numpy as np
@@ -15,17 +14,10 @@ from oilfilm.settings.base import Group, contradiction, key, one_of, optional, u
 from oilfilm.settings.config import Matrix
 from oilfilm.units import FloatArray
 
-_ISO_DAY = re.compile(r"\d{4}-\d{2}-\d{2}")
 _YEAR = re.compile(r"(?<!\d)(?:19|20)\d{2}(?!\d)")
 
 
-def _possible_date(text: str) -> str:
-    """A date in free words: it names a year, and each day in ISO form exists."""
-    try:
-        for day in _ISO_DAY.findall(text):
-            date.fromisoformat(day)
-    except ValueError:
-        raise unexpected("days of the calendar") from None
+def _with_year(text: str) -> str:
     if not _YEAR.search(text):
         raise unexpected("a date with its year, such as '2026-06-02' or 'June 2026'")
     return text
@@ -58,16 +50,13 @@ class Dataset(Group):
     licence: (
         Annotated[str, Field(pattern=r"^(https?://[^\s<>\"{}|\\^`]+|[A-Za-z0-9._-]+)$")] | None
     ) = optional("Licence: an SPDX identifier (MIT, CC-BY-4.0) or an address.")
-    date: Annotated[str, AfterValidator(_possible_date)] | None = optional(
+    date: Annotated[q.Calendar, AfterValidator(_with_year)] | None = optional(
         "When the data were measured, in quotes: '2026-06-02', 'June 2026'."
     )
     creators: q.Levels[q.Text] | None = optional("Who made the data: persons or organisations.")
-    sources: Annotated[list[Source], Field(min_length=1)] | None = optional(
-        "Other sources of the data."
-    )
+    sources: q.Filled[Source] | None = optional("Other sources of the data.")
     acknowledged_changes: list[AcknowledgedChange] = key(
-        "Raw logs that were changed on purpose after a run had read them; a run refuses others.",
-        default=[],
+        "Raw logs changed on purpose after a run had read them; a run refuses others.", default=[]
     )
 
 
@@ -159,11 +148,8 @@ class SetPoints(Group):
     inlet_temperature_c: (
         Annotated[float, Field(gt=-100, le=250, json_schema_extra={"unit": "degC"})] | None
     ) = optional("Inlet temperature.")
-    slide_roll_ratio: Annotated[list[q.SignedSlideRollRatio], Field(min_length=1)] | None = (
-        optional(
-            "Planned slide-roll ratios; points further from all of them than slip_tolerance are "
-            "refused."
-        )
+    slide_roll_ratio: q.Filled[q.SignedSlideRollRatio] | None = optional(
+        "Planned S; points further from all of them than slip_tolerance are refused."
     )
 
 
@@ -186,13 +172,9 @@ class ThermalEhl(Group):
     eyring_stress_pa: float = key("The film thins under shear above it.", unit="Pa", ge=1e4, le=1e9)
     limiting_stress_ratio: float = key("Limiting stress over pressure there.", unit="1", gt=0, le=1)
     limiting_stress_reference_c: float = key("Reference temperature.", unit="degC", ge=-100, le=250)
-    limiting_stress_decay_1_k: float = key(
-        "Relative fall of that ratio with the film's temperature.", unit="1/K", ge=0, le=1
-    )
-    solid_conductivity_w_mk: float = key("Of ball and disc.", unit="W/(m K)", gt=0, le=3000)
-    solid_volumetric_heat_j_m3k: float = key(
-        "Density times specific heat.", unit="J/(m3 K)", ge=1e5, le=1e8
-    )
+    limiting_stress_decay_1_k: float = key("Its relative fall per kelvin.", unit="1/K", ge=0, le=1)
+    solid_conductivity_w_mk: q.SolidConductivityWMK = key("Of ball and disc.")
+    solid_volumetric_heat_j_m3k: q.SolidHeatJM3K = key("Density times specific heat of both.")
 
 
 SamplingRateHz = Annotated[float, Field(gt=0, le=1e6, json_schema_extra={"unit": "Hz"})]
@@ -295,19 +277,13 @@ class CampaignKeys(Group):
     oils_without_properties: q.Unique[q.Name] = key("Oils of unknown properties.", default=[])
     oil_aliases: dict[str, Names] = key("By oil: names beside its `aliases`.", default={})
     figures: q.Unique[q.Name] = key("Figures to draw.")
-    studies: q.Unique[q.Name] = key(
-        "Studies with tables, figures and sections of their own; `paper`: Deng et al. (2026).",
-        default=[],
-    )
+    studies: q.Unique[q.Name] = key("Studies to add; `paper`: Deng et al. (2026).", default=[])
     min_accepted_runs: int = key(
-        "Accepted runs that the campaign needs, and each of its oils that has logs (torque logs "
-        "counted apart); with fewer the run of the workflow fails when everything else is made.",
+        "Accepted runs that the campaign and each oil with logs need; with fewer `make` fails.",
         ge=0,
         default=1,
     )
-    min_accepted_share: q.Share = key(
-        "Share of runs, unreadable logs too, that must be accepted.", default=0.0
-    )
+    min_accepted_share: q.Share = key("Share of runs that must be accepted.", default=0.0)
     matrix: Matrix | None = optional("Planned conditions, each level with each.")
     columns: dict[TractionColumn, Column] = key("Columns with names of their own.", default={})
     header: dict[HeaderKey, Names] = key("Own names of header keys, sheet columns.", default={})
@@ -345,9 +321,7 @@ class CampaignKeys(Group):
 class CampaignFile(CampaignKeys, Dataset):
     """The keys of config/campaigns/<name>.yaml."""
 
-    settings: dict[str, Any] = key(
-        "Any key of config/config.yaml but `campaign`, for this campaign only.", default={}
-    )
+    settings: dict[str, Any] = key("Keys of config/config.yaml for this campaign.", default={})
 
 
 class Campaign(CampaignKeys):

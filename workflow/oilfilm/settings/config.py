@@ -3,10 +3,9 @@
 Decides: name, unit, range and meaning of the keys of `config/config.yaml`.
 """
 
-from datetime import date
 from typing import Annotated, Literal, Self
 
-from pydantic import AfterValidator, Field, model_validator
+from pydantic import Field, model_validator
 
 from oilfilm.bearing.kinematics import (
     AnyFloats,
@@ -14,21 +13,12 @@ from oilfilm.bearing.kinematics import (
     inner_slide_roll_ratio,
 )
 from oilfilm.settings import quantities as q
-from oilfilm.settings.base import Group, contradiction, key, one_of, unexpected
+from oilfilm.settings.base import Group, contradiction, key, one_of
 from oilfilm.traction import LAW_NAMES, LAWS
-
-
-def _existing_day(day: str) -> str:
-    try:
-        date.fromisoformat(day)
-    except ValueError:
-        raise unexpected("a day of the calendar in quotes, such as '2026-01-10'") from None
-    return day
-
 
 LawOfConditions = Annotated[str, one_of(LAWS), Field(json_schema_extra={"enum": list(LAWS)})]
 AnyLaw = Annotated[str, one_of(LAW_NAMES), Field(json_schema_extra={"enum": list(LAW_NAMES)})]
-Day = Annotated[str, Field(pattern=r"^[0-9]{4}-[0-9]{2}-[0-9]{2}$"), AfterValidator(_existing_day)]
+Day = Annotated[q.Calendar, Field(pattern=r"^[0-9]{4}-[0-9]{2}-[0-9]{2}$")]
 ContactState = Literal["slipping", "gripping", "light", "heavy", "hot", "fast"]
 
 
@@ -102,13 +92,7 @@ class LoggedTwiceSettings(Group):
 class SameSetPointSettings(Group):
     """How far two notes of one set point may be apart."""
 
-    relative: float = key(
-        "Relative difference of pressures or speeds that are the same; of loads where the rig's "
-        "contact, and so the pressure, is not known.",
-        unit="1",
-        ge=0,
-        le=0.1,
-    )
+    relative: q.SameLevel = key("Relative difference; of loads where no pressure is known.")
     temperature_c: q.TemperatureErrorC = key("Difference of temperatures that are the same.")
 
 
@@ -118,10 +102,7 @@ class SignalGateSettings(Group):
     load_change_max: q.PositiveShare = key("Change of load from first to second half of a plateau.")
     temperature_change_max_c: q.TemperatureDifferenceC = key("The same for the oil's temperature.")
     spike_share_max: q.Share = key("Share of a plateau's rows that may be spikes.")
-    faulty_share_max: q.Share = key(
-        "Share of a run's plateaus that may fail gates which show a fault of the run; more of "
-        "them, if at least three or more than half, refuse the whole run."
-    )
+    faulty_share_max: q.Share = key("Share of plateaus that may fail gates which blame the run.")
     clock_jump_intervals: q.Positive = key("Longest gap, in sampling intervals.")
     saturated_share: q.Tolerance = key("Share of rows at a sensor's extreme value.")
     piled_up_factor: q.AboveOne = key("How often a saturated value occurs, over the next one.")
@@ -130,9 +111,7 @@ class SignalGateSettings(Group):
 class GateSettings(SignalGateSettings):
     """Limits of the gates that points and runs must pass."""
 
-    lambda_limit: float = key(
-        "Full film above this film thickness over roughness.", unit="1", ge=0, le=100
-    )
+    lambda_limit: q.LambdaRatio = key("Full film above this film thickness over roughness.")
     load_tolerance: q.Tolerance = key("Deviation from the nominal load, relative.")
     speed_tolerance: q.Tolerance = key("Deviation from the nominal speed, relative.")
     temperature_tolerance_c: q.TemperatureDifferenceC = key("Deviation from the set temperature.")
@@ -182,23 +161,15 @@ class FitSettings(Group):
     generations: int = key("Generations of a search.", ge=1)
     polished: int = key("Members of the population that are polished.", ge=1)
     agreement_sse: q.Tolerance = key("Relative difference of SSE between searches that agree.")
-    agreement_constants: float = key(
-        "Difference of constants between them, in naive standard errors.", unit="1", gt=0
-    )
+    agreement_constants: q.Positive = key("The same of constants, in naive standard errors.")
     gradient_cosine_max: q.Tolerance = key("Largest gradient cosine at an optimum.")
     min_relative_range: q.Tolerance = key("Less (max - min)/max gives no exponent.")
     smallest_singular_value: q.Tolerance = key(
-        "Smallest singular value of the standardised logarithms of the conditions, over the "
-        "largest, at which a direction counts as varied."
+        "A direction of the conditions is varied from this singular value, over the largest, on."
     )
-    level_tolerance: q.Share = key(
-        "How far beyond its tested scatter, relative, a condition without exponent may be asked "
-        "for."
-    )
+    level_tolerance: q.Share = key("Reach beyond a condition without exponent, relative.")
     min_curves_for_errors: int = key("With fewer curves no errors are given.", ge=2)
-    min_curves_to_resample: int = key(
-        "With fewer curves errors are cluster-robust (CR2), not by bootstrap.", ge=2
-    )
+    min_curves_to_resample: int = key("With fewer curves errors are cluster-robust (CR2).", ge=2)
     level_gap: q.PositiveShare = key("Levels differ by more than this share of the range.")
     left_out_groups: int = key("Most groups of curves that are left out one at a time.", ge=2)
     pulling_weight: q.Share = key("A curve of less mean weight pulls the fit.")
@@ -294,10 +265,8 @@ class PalmgrenSettings(Group):
 class CageSlipSettings(Group):
     """The map of cage slip."""
 
-    pitch_speed_mm_rpm: Annotated[q.Levels[q.PitchSpeedMmRpm], Field(min_length=2)] = key(
-        "Pitch diameter times speed."
-    )
-    axial_load_n: Annotated[q.Levels[q.LoadN], Field(min_length=2)] = key("Axial loads.")
+    pitch_speed_mm_rpm: q.Several[q.PitchSpeedMmRpm] = key("Pitch diameter times speed.")
+    axial_load_n: q.Several[q.LoadN] = key("Axial loads.")
     inlet_temperature_c: q.TemperatureC = key("Oil temperature.")
 
 
@@ -316,19 +285,12 @@ class BearingSettings(Group):
 
     drag_coefficient: float = key("Of a ball in its row, by frontal area.", unit="1", ge=0, le=10)
     oil_volume_fraction: q.Share = key("Oil in the space of the balls; drag follows it.")
-    oil_volume_fraction_range: q.Band[q.Share] = key(
-        "Its uncertainty, as outer bounds: lowest and highest share by single published tests and "
-        "by another traction."
-    )
+    oil_volume_fraction_range: q.Band[q.Share] = key("Its outer bounds, by single published tests.")
     law_floor: LawFloorSettings = key("Smallest levels at which a law is evaluated.")
-    pressure_limits_gpa: q.Band[q.PressureGpa] = key(
-        "Maximum Hertz pressures above which a point is flagged: in the long term, and at peaks."
-    )
+    pressure_limits_gpa: q.Band[q.PressureGpa] = key("Highest pressure in the long term, at peaks.")
     term_uncertainty: TermUncertaintySettings = key("Relative uncertainty of the other terms.")
     stand_in_uncertainty: StandInUncertaintySettings = key("Uncertainty of stand-in oils.")
-    skf_pitch_speed_max: q.PitchSpeedMmRpm = key(
-        "Pitch diameter times speed up to which the SKF formula is an opinion."
-    )
+    skf_pitch_speed_max: q.PitchSpeedMmRpm = key("Largest dm n of the SKF formula.")
     uncertainty: TorqueDrawSettings = key("Uncertainty of what is calculated.")
     palmgren: PalmgrenSettings = key("Constants of Palmgren's torque.")
     cage_slip: CageSlipSettings = key("The map of cage slip.")
@@ -366,9 +328,7 @@ class FormErrorSettings(Group):
     """How far the form of a law may be wrong where it was not tested."""
 
     size: q.RelativeError = key("Standard deviation of its relative error.")
-    length: q.PositiveShare = key(
-        "Distance over which the error changes, over the span of the tests to choose from."
-    )
+    length: q.PositiveShare = key("Distance over which it changes, over the span of the tests.")
 
 
 class PlanSettings(Group):
@@ -377,13 +337,9 @@ class PlanSettings(Group):
     tests: int = key("Tests of a plan, chosen one after the other.", ge=1, le=50)
     levels: PlanLevels = key("Levels of the tests to choose from.")
     form_error: FormErrorSettings = key("Error of the law's form.")
-    smallest_gain: q.Share = key(
-        "Relative fall of the uncertainty below which a test is not worth measuring."
-    )
+    smallest_gain: q.Share = key("Relative fall of the uncertainty that is worth a test.")
     duty_points: list[DutyPoint] = key(
-        "Operating points of the bearing; those of `torque.matrix` if not given, else those of "
-        "`bearing.cage_slip`.",
-        default=[],
+        "Points of the bearing; else those of `torque.matrix` or `bearing.cage_slip`.", default=[]
     )
     traction_at: q.Levels[PointOfTraction] = key("Points to plan for where there is no bearing.")
 
@@ -460,10 +416,7 @@ class AuditSettings(Group):
     kinematic_tolerance: q.Tolerance = key("What 'nearly' allows in statements on speed and slip.")
     torque_stress_error: q.Factor = key("Largest relative torque error of the stress law (paper).")
     torque_load_error: q.Factor = key("Largest relative torque error of the load law (paper).")
-    twin_misfit_max: q.Tolerance = key(
-        "Relative difference between the traction behind simulated torque logs and the one behind "
-        "the traction logs, above which no claim on torque is checked."
-    )
+    twin_misfit_max: q.Tolerance = key("Misfit of the two simulated rigs that a claim allows.")
 
 
 class SelectionLimits(Group):
@@ -489,15 +442,13 @@ class SelectionRule(Group):
     name: q.Text = key("Name of the rule.")
     section: q.Text = key("Section of the paper, in quotes where it is a number.")
     when: q.Unique[ContactState] = key("States of the contact that must all be true.")
-    prefer: Annotated[list[q.Name], Field(min_length=1)] = key("Oils, the first choice first.")
+    prefer: q.Filled[q.Name] = key("Oils, the first choice first.")
 
 
 class AdviceBandSettings(Group):
     """Scenarios in which the advice on oils is worked out again."""
 
-    oil_volume_fractions: int = key(
-        "Levels of bearing.oil_volume_fraction over its range, beside its value.", ge=2, le=100
-    )
+    oil_volume_fractions: int = key("Levels of bearing.oil_volume_fraction_range.", ge=2, le=100)
     refits: int = key("Refits of each law, beside the fit.", ge=0, le=1000)
     limit_factors: q.Unique[q.Factor] = key("Factors on each of `limits`, one after the other.")
     inlet_temperature_c: q.Unique[q.TemperatureC] = key("Supply temperatures beside the map's.")
@@ -508,17 +459,12 @@ class SelectionSettings(Group):
     """The paper's advice on which oil to choose."""
 
     reading: Literal["kinematic", "paper"] = key(
-        "How cage slip and bearing speed become slide-roll ratio and entrainment speed: by "
-        "kinematics, or as the paper takes them for one another."
+        "How slip and speed of the bearing become S and U: by kinematics, or as in the paper."
     )
-    gamma: float = key(
-        "Effective D cos(alpha)/dm in S = 2 s/(1 + gamma (1 - s)).", unit="1", gt=-1, lt=1
-    )
+    gamma: q.Gamma = key("Effective D cos(alpha)/dm in S = 2 s/(1 + gamma (1 - s)).")
     stated: StatedSpeed = key("Speeds that the paper takes for one another.")
     limits: SelectionLimits = key("Limits between the states of a contact.")
-    rules: Annotated[list[SelectionRule], Field(min_length=1)] = key(
-        "Rules; the first that applies decides."
-    )
+    rules: q.Filled[SelectionRule] = key("Rules; the first that applies decides.")
     indifference: q.RelativeError = key("Oils that differ by less are equally good, relative.")
     band: AdviceBandSettings = key("Scenarios for the advice by cage slip.")
 
@@ -557,9 +503,7 @@ class Fig02Settings(Group):
     """Condition of figure 2."""
 
     oil: q.Name = key("Oil shown, in quotes.")
-    inlet_temperature_c: Annotated[q.Levels[q.TemperatureC], Field(max_length=5)] = key(
-        "Temperatures, one row of panels each."
-    )
+    inlet_temperature_c: q.Rows[q.TemperatureC] = key("Temperatures, one row of panels each.")
     entrainment_speed_m_s: q.SpeedMs = key("Speed of the panels by pressure.")
     max_hertz_pressure_gpa: q.PressureGpa = key("Pressure of the panels by speed.")
 
@@ -581,9 +525,7 @@ class Fig06Settings(Group):
 class FrictionMapSettings(Group):
     """Conditions of the friction map."""
 
-    max_hertz_pressure_gpa: Annotated[q.Levels[q.PressureGpa], Field(max_length=5)] = key(
-        "Pressures, one row of panels each."
-    )
+    max_hertz_pressure_gpa: q.Rows[q.PressureGpa] = key("Pressures, one row of panels each.")
     inlet_temperature_c: q.TemperatureC = key("Temperature.")
     entrainment_speed_m_s: q.Band[q.SpeedMs] = key("Lowest and highest speed.")
     slide_roll_ratio: q.Band[q.SlideRollRatio] = key("Smallest and largest slip.")
@@ -603,10 +545,8 @@ class IsothermalSettings(Group):
     same_temperature_c: q.TemperatureDifferenceC = key("Temperatures this near are the same.")
     entrainment_speed_m_s: q.SpeedMs = key("Speed.")
     same_within: q.RelativeError = key("Speeds this near are the same, relative.")
-    solid_conductivity_w_mk: float = key("Of ball and disc.", unit="W/(m K)", gt=0, le=3000)
-    solid_volumetric_heat_j_m3k: float = key(
-        "Density times specific heat of ball and disc.", unit="J/(m3 K)", gt=0, le=1e8
-    )
+    solid_conductivity_w_mk: q.SolidConductivityWMK = key("Of ball and disc.")
+    solid_volumetric_heat_j_m3k: q.SolidHeatJM3K = key("Density times specific heat of both.")
 
 
 class FigureSettings(Group):
@@ -668,20 +608,13 @@ class DriftSettings(Group):
     standard_errors: q.Factor = key("Largest change of a constant, in its standard errors.")
     traction: q.Factor = key("Largest change of mu over the tested box, relative.")
     levels: int = key("Levels of each condition.", ge=2, le=50)
-    slide_roll_ratio: Annotated[q.Rising[q.SlideRollRatio], Field(max_length=50)] = key(
-        "Slide-roll ratios, rising."
-    )
+    slide_roll_ratio: q.Slips = key("Slide-roll ratios, rising.")
 
 
 class SplitSettings(Group):
     """How the work is spread over jobs. It is no part of any result."""
 
-    runs: int = key(
-        "Raw logs in a share of ingest and curation, at most, on average. The number of shares is "
-        "a power of two: it doubles as the campaign grows.",
-        ge=1,
-        default=250,
-    )
+    runs: int = key("Raw logs in a share of the work, on average, at most.", ge=1, default=250)
 
 
 class ConfigKeys(Group):

@@ -91,13 +91,8 @@ def check_file(
     location_of = location_of or file.location_of
     for steps, value in leaves(file.values):
         if value is None:
-            unit = _in_unit(node_at(schema_of(model), steps))
-            wanted = (
-                f"write a value{unit}, or leave the key out. {_meaning(schema_of(model), steps)}"
-            )
-            raise OilfilmError(
-                f"{location_of(steps)}, `{dotted(steps)}`: found nothing; {wanted}".rstrip()
-            )
+            wanted = "found nothing; write a value, or leave the key out."
+            raise OilfilmError(f"{location_of(steps)}, `{dotted(steps)}`: {wanted}")
     return check(file.values, model, location_of, file.line_of)
 
 

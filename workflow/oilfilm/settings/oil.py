@@ -86,9 +86,7 @@ class AstmD341Coefficients(AlphaOfViscosity):
 class MeasuredViscosity(Group):
     """Viscosities of a data sheet, through which the formula's curve goes."""
 
-    kinematic_viscosity_cst: PropertyTable[ViscosityCst] = key(
-        "Rows of [K, cSt]: two for walther and roelands, three for vogel."
-    )
+    kinematic_viscosity_cst: PropertyTable[ViscosityCst] = key("Rows of [K, cSt]; for vogel three.")
 
 
 class PressureViscosity(Group):
@@ -114,9 +112,7 @@ class PressureViscosity(Group):
 class OilUncertainty(Group):
     """Uncertainty of properties where it is known, relative."""
 
-    pressure_viscosity_coefficient: q.Tolerance | None = optional(
-        "Half-width of alpha (0.15: 15 %)."
-    )
+    pressure_viscosity_coefficient: q.Tolerance | None = optional("Half-width of alpha.")
     density: q.Tolerance | None = optional("Half-width of the density.")
 
 
@@ -136,28 +132,16 @@ class OilKeys(Group):
     name: q.Text = key("Full name.")
     display_name: q.Text = key("Full name, in quotes. Figures and tables show the id.")
     aliases: list[q.Text] = key("Other names that logs give the oil.", default=[])
-    nominal_kinematic_viscosity_100c_cst: float = key(
-        "Grade at 100 degC.", unit="cSt", gt=0.5, le=2000
-    )
+    nominal_kinematic_viscosity_100c_cst: float = key("At 100 degC.", unit="cSt", gt=0.5, le=2000)
     stand_in: bool = key("The properties are another oil's, because its own are not known.")
     note: q.Text = key("What the reader must know of the properties' origin.")
     source: q.Text = key("Source of the numbers.")
-    density_kg_m3: PropertyTable[OilDensityKgM3] = key("Rows of [K, kg/m3], two or more.")
-    pressure_viscosity: PressureViscosity | None = optional(
-        "Pressure-viscosity coefficient, for walther, vogel and roelands."
-    )
-    specific_heat_j_kgk: PropertyTable[SpecificHeatJKgK] = key(
-        "Rows of [K, J/(kg K)], two or more."
-    )
-    thermal_conductivity_w_mk: PropertyTable[ConductivityWMK] = key(
-        "Rows of [K, W/(m K)], two or more."
-    )
-    limiting_shear_stress: LimitingStress | None = optional(
-        "Limiting shear stress; if not given 0.12 of the pressure, as no known oil has more."
-    )
-    relative_uncertainty: OilUncertainty = key(
-        "Uncertainty where it is known.", default=OilUncertainty()
-    )
+    density_kg_m3: PropertyTable[OilDensityKgM3] = key("Rows of [K, kg/m3].")
+    pressure_viscosity: PressureViscosity | None = optional("For walther, vogel and roelands.")
+    specific_heat_j_kgk: PropertyTable[SpecificHeatJKgK] = key("Rows of [K, J/(kg K)].")
+    thermal_conductivity_w_mk: PropertyTable[ConductivityWMK] = key("Rows of [K, W/(m K)].")
+    limiting_shear_stress: LimitingStress | None = optional("Else 0.12 of the pressure.")
+    relative_uncertainty: OilUncertainty = key("Where it is known.", default=OilUncertainty())
 
     @model_validator(mode="after")
     def _coefficients_give_the_stated_viscosity(self) -> Self:

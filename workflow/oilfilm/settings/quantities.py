@@ -5,6 +5,8 @@ The ranges are wide: they refuse a value in the wrong unit (1250 for 1.25 GPa), 
 Decides: unit and range of every quantity in the settings.
 """
 
+import re
+from datetime import date
 from itertools import pairwise
 from typing import Annotated, Any, TypeVar
 
@@ -31,18 +33,31 @@ def _different(values: list[Any]) -> list[Any]:
     return values
 
 
+def _existing_days(text: str) -> str:
+    try:
+        for day in re.findall(r"\d{4}-\d{2}-\d{2}", text):
+            date.fromisoformat(day)
+    except ValueError:
+        raise unexpected("a day of the calendar, such as '2026-01-10'") from None
+    return text
+
+
 # ---------------------------------------------------------------- text
 
 NAME_PATTERN = r"^[A-Za-z0-9_][A-Za-z0-9_.-]*$"
 Name = Annotated[str, Field(pattern=NAME_PATTERN)]  # becomes part of a path
 Text = Annotated[str, Field(min_length=1)]
+Calendar = Annotated[str, AfterValidator(_existing_days)]
 WebAddress = Annotated[str, Field(pattern=r"^https?://[^\s<>\"{}|\\^`]+$")]
 
 # ---------------------------------------------------------------- lists
 
-Levels = Annotated[list[T], Field(min_length=1), AfterValidator(_different)]
+Filled = Annotated[list[T], Field(min_length=1)]
+Levels = Annotated[Filled[T], AfterValidator(_different)]
+Several = Annotated[Levels[T], Field(min_length=2)]
+Rows = Annotated[Levels[T], Field(max_length=5)]  # of panels
 Unique = Annotated[list[T], AfterValidator(_different)]
-Rising = Annotated[list[T], Field(min_length=1), AfterValidator(_rising)]
+Rising = Annotated[Filled[T], AfterValidator(_rising)]
 Band = Annotated[list[T], Field(min_length=2, max_length=2), AfterValidator(_rising)]
 
 # ---------------------------------------------------------------- numbers without unit
@@ -52,6 +67,7 @@ PositiveShare = Annotated[float, Field(gt=0, le=1, **_unit("1"))]
 Positive = Annotated[float, Field(gt=0, **_unit("1"))]
 AboveOne = Annotated[float, Field(gt=1, **_unit("1"))]
 Tolerance = Annotated[float, Field(gt=0, lt=1, **_unit("1"))]  # relative: 0.03 is 3 %
+SameLevel = Annotated[float, Field(ge=0, le=0.1, **_unit("1"))]  # relative
 RelativeError = Annotated[float, Field(ge=0, lt=1, **_unit("1"))]
 # of a sensor: none is without error, and one of more than a fifth measures nothing
 CalibrationError = Annotated[float, Field(gt=0, le=0.2, **_unit("1"))]
@@ -62,7 +78,10 @@ SignedSlideRollRatio = Annotated[float, Field(ge=-2, le=2, **_unit("1"))]
 SlipChange = Annotated[float, Field(gt=0, le=2, **_unit("1"))]
 TractionChange = Annotated[float, Field(gt=0, le=1, **_unit("1"))]
 Levelled = Annotated[int, Field(ge=2, le=1000)]
+LambdaRatio = Annotated[float, Field(ge=0, le=100, **_unit("1"))]
+Gamma = Annotated[float, Field(gt=-1, lt=1, **_unit("1"))]
 PoissonRatio = Annotated[float, Field(ge=0, le=0.5, **_unit("1"))]
+Slips = Annotated[Rising[SlideRollRatio], Field(max_length=50)]
 GrooveCurvature = Annotated[float, Field(gt=0.5, le=1, **_unit("1"))]
 
 # ---------------------------------------------------------------- operating conditions
@@ -89,3 +108,5 @@ TrackRadiusM = Annotated[float, Field(ge=1e-4, le=2, **_unit("m"))]
 RoughnessUm = Annotated[float, Field(gt=0, le=2, **_unit("um"))]
 YoungsModulusPa = Annotated[float, Field(ge=1e8, le=2e12, **_unit("Pa"))]
 SolidDensityKgM3 = Annotated[float, Field(ge=500, le=25000, **_unit("kg/m3"))]
+SolidConductivityWMK = Annotated[float, Field(gt=0, le=3000, **_unit("W/(m K)"))]
+SolidHeatJM3K = Annotated[float, Field(ge=1e5, le=1e8, **_unit("J/(m3 K)"))]

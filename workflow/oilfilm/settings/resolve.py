@@ -5,6 +5,7 @@ Decides: the precedence of settings (the command line, then `settings` of the ca
 is read from; which name of an oil is whose.
 """
 
+import re
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -23,10 +24,17 @@ from oilfilm.settings.messages import Steps, check_file
 from oilfilm.settings.oil import OilFile
 from oilfilm.settings.resolved import Settings, merge
 from oilfilm.settings.rig import Rig
-from oilfilm.settings.yaml_file import YamlFile, as_yaml, dotted, read_yaml, unusable_values
+from oilfilm.settings.yaml_file import (
+    YamlFile,
+    as_yaml,
+    dotted,
+    leaves,
+    read_yaml,
+)
 
 # A file system takes 255 bytes; a release and the exports append to names.
 _LONGEST_NAME = 100
+_NAME = re.compile(r"[\w-][\w.-]*")
 _MODELS: dict[str, Any] = {"rig": Rig, "oil": OilFile, "bearing": BearingFile}
 
 
@@ -184,15 +192,13 @@ def named_file(folder: Path, kind: str, name: str, named_at: str) -> Any:
 def _merged_keys(config: YamlFile, campaign: YamlFile, given: Mapping[str, Any]) -> Config:
     """The keys of config.yaml, with those of the campaign and of the command line over them."""
     own, given = campaign.values.get("settings", {}), _with_numbers(given, config.values)
-    for steps, complaint in unusable_values(given):
-        raise OilfilmError(f"the command line's --config, `{dotted(steps)}`: {complaint}")
 
     def location_of(steps: Steps) -> str:
         # the last key may be one of several that contradict each other: look for its group too
         for known in (steps, steps[:-1]):
-            if _has(given, known):
+            if known in _all_steps(given):
                 return "the command line's --config"
-            if _has(own, known):
+            if known in _all_steps(own):
                 return campaign.location_of(("settings", *steps))
         return config.location_of(steps)
 
@@ -205,13 +211,9 @@ def _merged_keys(config: YamlFile, campaign: YamlFile, given: Mapping[str, Any])
     return check_file(replace(config, values=merged), Config, location_of)
 
 
-def _has(values: Any, steps: Steps) -> bool:
-    try:
-        for step in steps:
-            values = values[step]
-    except (LookupError, TypeError):
-        return False
-    return bool(steps)
+def _all_steps(values: Any) -> set[Steps]:
+    """The steps to every value and every group above it."""
+    return {steps[: n + 1] for steps, _ in leaves(values) for n in range(len(steps))}
 
 
 def _with_numbers(given: Any, defaults: Any) -> Any:
@@ -226,9 +228,9 @@ def _with_numbers(given: Any, defaults: Any) -> Any:
         return given
     try:
         value = yaml.safe_load(given)
-    except (yaml.YAMLError, ValueError, RecursionError):
+        return value if isinstance(value, int | float) and float(value) == value else given
+    except (yaml.YAMLError, ValueError, OverflowError, RecursionError):
         return given
-    return value if isinstance(value, int | float) else given
 
 
 def _names_of_two_oils(settings: Settings) -> Iterator[tuple[Steps, str]]:
@@ -257,15 +259,10 @@ def safe_name(name: object, named_at: object) -> str:
         OilfilmError: It is none; the sentence begins with `named_at`.
     """
     text = str(name)
-    plain = all(letter.isalnum() or letter in "-_." for letter in text)
-    if not (text and plain) or text.startswith(".") or isinstance(name, float):
+    allowed = not isinstance(name, float) and _NAME.fullmatch(text)
+    if not allowed or len(text.encode()) > _LONGEST_NAME:
         raise OilfilmError(
-            f"{named_at}: {cut(text, 20)!r} cannot be a name: use letters, digits, '-', '_' and "
-            "'.', not starting with '.', and no decimal number."
-        )
-    if len(text.encode()) > _LONGEST_NAME:
-        raise OilfilmError(
-            f"{named_at}: {text[:20]!r}... has {len(text.encode())} bytes; expected at most "
-            f"{_LONGEST_NAME}, so that names of files made with it stay below 255. Shorten it."
+            f"{named_at}: {cut(name, 20)!r} cannot be a name: use letters, digits, '-', '_' and "
+            f"'.', at most {_LONGEST_NAME} bytes, not starting with '.', and no decimal number."
         )
     return text

@@ -14,11 +14,11 @@ from oilfilm.physics.rigs import Contact
 from oilfilm.physics.roughness import combined_roughness, rq_from_ra
 from oilfilm.settings import quantities as q
 from oilfilm.settings.base import Group, contradiction, key, optional
-from oilfilm.units import M_PER_UM, PA_PER_GPA
+from oilfilm.units import M_PER_UM
 
 # Glass; steels, ceramics and hard metals.
-_MODULI_GPA = (60, 95), (190, 720)
-_RADII_M = 0.001, 0.06
+_MODULI_PA = (6e10, 9.5e10), (1.9e11, 7.2e11)
+_RADII_M = ((0.001, 0.06),)
 
 
 class Elasticity(Group):
@@ -88,22 +88,18 @@ class Rig(Group):
 
     def doubts(self) -> Iterator[str]:
         """What is as it seldom is, although no log contradicts it."""
-        for body in ("ball", "disc"):
-            if (elasticity := getattr(self, body)) is None:
-                continue
-            modulus_gpa = elasticity.youngs_modulus_pa / PA_PER_GPA
-            if not any(low <= modulus_gpa <= high for low, high in _MODULI_GPA):
-                yield (
-                    f"Young's modulus of the {body} is {modulus_gpa:.4g} GPa ({body}: "
-                    "youngs_modulus_pa); steels, ceramics and glass have "
-                    f"{' or '.join(f'{low} to {high}' for low, high in _MODULI_GPA)} GPa"
-                )
-        least_m, most_m = _RADII_M
-        if self.ball_radius_m is not None and not least_m <= self.ball_radius_m <= most_m:
-            yield (
-                f"the ball's radius is {self.ball_radius_m * 1e3:g} mm (ball_radius_m); balls of "
-                f"rigs have {least_m * 1e3:g} to {most_m * 1e3:g} mm"
-            )
+        moduli = {"ball": self.ball, "disc": self.disc}
+        values: dict[str, tuple[float, tuple[tuple[float, float], ...]]] = {
+            f"{body}: youngs_modulus_pa": (known.youngs_modulus_pa, _MODULI_PA)
+            for body, known in moduli.items()
+            if known is not None
+        }
+        if self.ball_radius_m is not None:
+            values["ball_radius_m"] = self.ball_radius_m, _RADII_M
+        for name, (value, usual) in values.items():
+            if not any(low <= value <= high for low, high in usual):
+                ranges = " or ".join(f"{low:g} to {high:g}" for low, high in usual)
+                yield f"{name} is {value:.4g}; usual rigs have {ranges}"
 
     def contact(self) -> Contact | None:
         """The contact of ball and disc; None where it was not recorded.

@@ -3,7 +3,7 @@
 Decides: which YAML is read.
 """
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -12,14 +12,12 @@ import yaml
 
 from oilfilm.errors import OilfilmError
 
-# No quantity of a rig or an oil is larger in its unit. Larger numbers would overflow.
-LARGEST_NUMBER = 1e15
 # Bytes of a file: ten thousand lines; the longest one of the project has a few hundred.
 _LARGEST_FILE = 1 << 19
 # No file of the project nests deeper than six groups.
 _DEEPEST_GROUP = 50
-# libyaml is ten times as fast; PyYAML itself says better what is wrong.
-_LOADERS = (getattr(yaml, "CSafeLoader", yaml.SafeLoader), yaml.SafeLoader)
+# libyaml is ten times as fast; it would crash on groups nested without end.
+_LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 
 
 @dataclass(frozen=True)
@@ -62,59 +60,38 @@ def read_yaml(path: Path) -> YamlFile:
 
     Raises:
         OilfilmError: The file is missing, is not UTF-8 or not valid YAML, repeats a key, uses an
-            alias or a tag, holds a number that is not finite, or has no keys.
+            alias or a tag, or has no keys.
     """
-    text = _text_of(path)
-    for loader in _LOADERS:
-        try:
-            node = _composed(text, path, loader)
-            if not isinstance(node, yaml.MappingNode):
-                raise OilfilmError(f"{path}: found no keys; expected `key: value` lines.")
-            file = YamlFile(path, _value_of(node, path), node)
-            break
-        except yaml.YAMLError as error:
-            if loader is _LOADERS[-1]:
-                raise _not_yaml(path, error) from error
-    for steps, complaint in unusable_values(file.values):
-        raise OilfilmError(f"{file.location_of(steps)}, `{dotted(steps)}`: {complaint}")
-    return file
+    try:
+        node = _composed(_text_of(path), path)
+        if not isinstance(node, yaml.MappingNode):
+            raise OilfilmError(f"{path}: found no keys; expected `key: value` lines.")
+        return YamlFile(path, _value_of(node, path), node)
+    except yaml.YAMLError as error:
+        mark, problem = (getattr(error, f"problem{part}", None) for part in ("_mark", ""))
+        location = f"{path}, line {mark.line + 1}" if mark else path
+        reason = " ".join(str(problem or error).split())
+        raise OilfilmError(f"{location}: not valid YAML: {reason}.") from error
 
 
 def as_yaml(values: Mapping[str, Any]) -> str:
     """Plain values as YAML that `read_yaml` reads back, keys in their own order."""
-    # no aliases, which are refused; no sorting: tables follow the order of levels and oils
+    # no sorting: tables follow the order of levels and oils
     return yaml.dump({**values}, Dumper=_Plain, sort_keys=False, allow_unicode=True, width=100)
 
 
 class _Plain(yaml.SafeDumper):
     def ignore_aliases(self, _: Any) -> bool:
-        return True
+        return True  # they are refused
 
 
 def leaves(value: object, steps: tuple[object, ...] = ()) -> Iterator[tuple[Any, object]]:
     """The single values in groups and lists: the steps to each, and the value."""
-    if not isinstance(value, Mapping | list):
+    if isinstance(value, Mapping | list):
+        for step, part in value.items() if isinstance(value, Mapping) else enumerate(value):
+            yield from leaves(part, (*steps, step))
+    else:
         yield steps, value
-        return
-    parts: Iterable[tuple[object, object]] = (
-        value.items() if isinstance(value, Mapping) else enumerate(value)
-    )
-    for step, part in parts:
-        yield from leaves(part, (*steps, step))
-
-
-def unusable_values(values: object) -> Iterator[tuple[Any, str]]:
-    """Values that no key accepts: the steps to each, and a complaint.
-
-    Numbers that are not finite would switch gates off, because every comparison with them fails.
-    """
-    for steps, value in leaves(values):
-        if isinstance(value, int | float) and not abs(value) < LARGEST_NUMBER:
-            number = value if isinstance(value, float) else f"of {value.bit_length()} bits"
-            yield (
-                steps,
-                f"found the number {number}; expected a finite one, below {LARGEST_NUMBER:g}.",
-            )
 
 
 def dotted(steps: Sequence[object]) -> str:
@@ -122,9 +99,9 @@ def dotted(steps: Sequence[object]) -> str:
     return ".".join(map(str, steps))
 
 
-def _composed(text: str, path: Path, loader: type[yaml.SafeLoader]) -> yaml.Node | None:
+def _composed(text: str, path: Path) -> yaml.Node | None:
     depth = 0
-    for event in yaml.parse(text, Loader=loader):
+    for event in yaml.parse(text, Loader=_LOADER):
         # an alias can unfold one small file into gigabytes
         if isinstance(event, yaml.AliasEvent):
             raise _mistake(path, event, f"found the alias *{event.anchor}; write the value out.")
@@ -132,7 +109,7 @@ def _composed(text: str, path: Path, loader: type[yaml.SafeLoader]) -> yaml.Node
         depth -= isinstance(event, yaml.CollectionEndEvent)
         if depth > _DEEPEST_GROUP:
             raise _mistake(path, event, f"groups are nested more than {_DEEPEST_GROUP} deep.")
-    return yaml.compose(text, Loader=loader)
+    return yaml.compose(text, Loader=_LOADER)
 
 
 def _value_of(node: yaml.Node, path: Path) -> Any:
@@ -148,53 +125,36 @@ def _value_of(node: yaml.Node, path: Path) -> Any:
             if key.tag.endswith(":merge"):
                 raise _mistake(path, key, "`<<` takes keys from elsewhere; write them out.")
             if key.value in lines:
-                raise _mistake(
-                    path,
-                    key,
-                    f"duplicate key {key.value!r} (first defined at line {lines[key.value]}); "
-                    "keep one of them.",
-                )
+                first = f"(first defined at line {lines[key.value]})"
+                raise _mistake(path, key, f"duplicate key {key.value!r} {first}; keep one of them.")
             lines[key.value] = _line(key)
             values[_value_of(key, path)] = _value_of(value, path)
         return values
     try:
-        return yaml.constructor.SafeConstructor().construct_document(node)
-    except ValueError as error:
-        # as of the 45th of a month, or of a number of five thousand digits
+        value = yaml.constructor.SafeConstructor().construct_document(node)
+        float(value if isinstance(value, int) else 0)
+        return value
+    except (ValueError, OverflowError) as error:
+        # as of the 45th of a month, or of a number of four hundred digits
         raise _mistake(path, node, f"a value cannot be read ({error}); correct it.") from error
 
 
 def _text_of(path: Path) -> str:
+    if not path.exists():
+        raise OilfilmError(f"{path}: there is no such file. Run from the top folder of a project.")
+    # a pipe never ends
+    if not path.is_file() or path.stat().st_size > _LARGEST_FILE:
+        expected = f"a plain file of at most {_LARGEST_FILE} bytes"
+        raise OilfilmError(f"{path}: cannot be read as settings; expected {expected}.")
     try:
-        # a pipe never ends
-        if path.exists() and not path.is_file():
-            raise OilfilmError(f"{path}: is not a plain file; expected YAML.")
-        if (size := path.stat().st_size) > _LARGEST_FILE:
-            raise OilfilmError(
-                f"{path}: has {size} bytes; expected at most {_LARGEST_FILE}. Remove what is not "
-                "a setting."
-            )
         content = path.read_bytes()
         return content.decode("utf-8")
-    except FileNotFoundError as error:
-        raise OilfilmError(
-            f"{path}: there is no such file. Run from the top folder of the project."
-        ) from error
     except OSError as error:
         raise OilfilmError(f"{path}: cannot be read ({error}).") from error
     except UnicodeDecodeError as error:
         line = content[: error.start].count(b"\n") + 1
-        raise OilfilmError(
-            f"{path}, line {line}: cannot be read as UTF-8 text (byte "
-            f"0x{content[error.start]:02x}); save the file as UTF-8."
-        ) from error
-
-
-def _not_yaml(path: Path, error: yaml.YAMLError) -> OilfilmError:
-    mark = getattr(error, "problem_mark", None)
-    location = f"{path}, line {mark.line + 1}" if mark is not None else str(path)
-    reason = " ".join((getattr(error, "problem", None) or str(error)).split())
-    return OilfilmError(f"{location}: not valid YAML: {reason}.")
+        wrong = f"cannot be read as UTF-8 text (byte 0x{content[error.start]:02x})"
+        raise OilfilmError(f"{path}, line {line}: {wrong}; save the file as UTF-8.") from error
 
 
 def _mistake(path: Path, thing: yaml.Node | yaml.Event, sentence: str) -> OilfilmError:
