@@ -18,6 +18,7 @@ from pathlib import Path
 from oilfilm import studies
 
 _LIBRARY = Path(__file__).parent
+_CATEGORIES = {"data": "Data quality", "law": "Fits", "bearing": "Bearing"}
 
 
 @dataclass(frozen=True)
@@ -34,7 +35,6 @@ class FigureDeclaration:
         module: Module of its function.
         family: Figures of one family are drawn by one job, because imports take longer than
             drawing.
-        category: Section of the report; every counterpart of the paper is in "Paper".
         tables: Finished tables that it is drawn from.
         settings: Settings that it depends on; `campaign.matrix` is a key of the campaign file.
         references: Files of data/reference that it shows, without ending.
@@ -49,7 +49,6 @@ class FigureDeclaration:
     paragraphs: tuple[str, ...]
     module: str
     family: str
-    category: str = "Paper"
     tables: tuple[str, ...] = ()
     settings: tuple[str, ...] = ()
     references: tuple[str, ...] = ()
@@ -57,6 +56,11 @@ class FigureDeclaration:
     shows_data: bool = True
     requires: str = ""
     compares_laws: bool = False
+
+    @property
+    def category(self) -> str:
+        """Section of the report; every counterpart of the paper is in "Paper"."""
+        return "Paper" if self.paper else _CATEGORIES[self.family]
 
     @property
     def caption(self) -> str:

@@ -16,7 +16,7 @@ import pandas as pd
 
 from oilfilm.fits.conditions import LEAST_SIZE
 from oilfilm.fits.fitted import FittedLaw
-from oilfilm.report.colours import oil_colour
+from oilfilm.report.words import CONDITIONS, oil_colour
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.torque.operating_grid import AXES
@@ -26,13 +26,6 @@ from oilfilm.units import FloatArray
 LEVEL = 0.95
 _LOAD = "load_n"
 _STEPS = 100  # of a slider, at least
-# Symbol, label and unit.
-LABELS = {
-    "max_hertz_pressure_gpa": ("P", "Maximum Hertz pressure", "GPa"),
-    "entrainment_speed_m_s": ("U", "Entrainment speed", "m/s"),
-    "inlet_temperature_c": ("T", "Inlet temperature", "\N{DEGREE SIGN}C"),
-    "slide_roll_ratio": ("S", "Slide-roll ratio", ""),
-}
 
 
 @dataclass(frozen=True)
@@ -86,7 +79,7 @@ def explorer(results: CampaignTables, settings: Settings) -> dict[str, Any]:
     nearby = settings.report.nearby.model_dump()
     axes = []
     for axis in sliders(fits, results.points, settings):
-        symbol, label, unit = LABELS[axis.name]
+        symbol, label, unit = CONDITIONS[axis.name]
         relative = f"{axis.name}_relative" in nearby
         near = nearby[f"{axis.name}_relative" if relative else axis.name]
         axes.append(

@@ -1,12 +1,22 @@
-"""Names and words of the report: load variables, gates, and what the words of verdicts mean.
+"""Names of the report: conditions, load variables, gates, symbols of print; the colour of an oil.
 
-Decides: the meaning of each word of a verdict, and the symbols of print.
+Decides: names and units on axes; the symbols of print.
 """
 
 import re
+from collections.abc import Sequence
 
 from oilfilm.traction import LAW_TITLES
 
+# Symbol, label and unit of what mu is a function of.
+CONDITIONS = {
+    "max_hertz_pressure_gpa": ("P", "Maximum Hertz pressure", "GPa"),
+    "entrainment_speed_m_s": ("U", "Entrainment speed", "m/s"),
+    "inlet_temperature_c": ("T", "Inlet temperature", "\N{DEGREE SIGN}C"),
+    "slide_roll_ratio": ("S", "Slide-roll ratio", ""),
+}
+# Okabe and Ito's colours, which stay apart for every kind of colour vision.
+_PALETTE = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 LOAD_VARIABLES = {
     **LAW_TITLES,
     "stress": "pressure-based",
@@ -24,6 +34,11 @@ _PRINTED = {
     r"(?<=\d) (?=GPa|m/s|%|\N{DEGREE SIGN}|\N{MICRO SIGN})": "\N{NO-BREAK SPACE}",
     r"(?<=\bS) (?=\d)": "\N{NO-BREAK SPACE}",
 }
+
+
+def oil_colour(oil: str, oils: Sequence[str]) -> str:
+    """The colour of an oil: its place in the campaign decides, everywhere alike."""
+    return _PALETTE[list(oils).index(oil) % len(_PALETTE)]
 
 
 def law_name(key: str) -> str:

@@ -25,7 +25,7 @@ _LOAD = "nominal_load_n"
 _CELL = ["oil", _TEMPERATURE, _SPEED, _PRESSURE, _LOAD]
 
 
-@register(category="Data quality", family="data", tables=("coverage",), settings=("oils",))
+@register(family="data", tables=("coverage",), settings=("oils",))
 def coverage(results: CampaignTables, settings: Settings) -> Sheet:
     """Coverage of the test matrix.
 

@@ -75,7 +75,6 @@ def draw_series(panel: Panel, series: Iterable[Series]) -> None:
 
 
 @register(
-    category="Data quality",
     family="data",
     tables=("points", "runs", "coefficients"),
     settings=("oils", "rigs", "same_set_point", "campaign.matrix"),
@@ -162,7 +161,6 @@ def _draw_cloud(panel: Panel, colour: str, series: Sequence[Series]) -> None:
 
 
 @register(
-    category="Fits",
     family="data",
     tables=("points", "runs", "coefficients"),
     settings=("oils", "rigs", "same_set_point", "campaign.matrix"),

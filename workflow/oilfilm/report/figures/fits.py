@@ -35,7 +35,7 @@ _KINDS: dict[str, style.Look] = {
 }
 
 
-@register(category="Fits", family="law", tables=("coefficients",), settings=("oils",))
+@register(family="law", tables=("coefficients",), settings=("oils",))
 def constants(results: CampaignTables, settings: Settings) -> Sheet:
     """Fitted constants.
 
@@ -125,7 +125,6 @@ def _of_oil(rows: pd.DataFrame) -> dict[float, tuple[str, list[str]]]:
 
 
 @register(
-    category="Fits",
     family="law",
     tables=("coefficients", "correlations", "profiles"),
     settings=("oils",),
@@ -207,7 +206,6 @@ def _draw_profiles(
 
 
 @register(
-    category="Fits",
     family="law",
     tables=("points", "fit_quality", "coefficients"),
     settings=("oils", "rigs"),

@@ -6,6 +6,7 @@ Decides: what is kept of what a figure draws.
 """
 
 import io
+import itertools
 import re
 import string
 import textwrap
@@ -25,7 +26,7 @@ from PIL import Image
 
 from oilfilm import tables
 from oilfilm.atomic_write import atomic_file
-from oilfilm.report.figures.style import DOUBLE_COLUMN_IN, GREY, SINGLE_COLUMN_IN, Look
+from oilfilm.report.figures.style import DOUBLE_COLUMN_IN, GREY, SINGLE_COLUMN_IN, Look, plain
 
 _MARK_IN = 0.14  # the line that says that data are simulated
 # Of a legend, in inches: height of a line, width of a symbol with its gaps, width of a letter.
@@ -161,7 +162,7 @@ class Sheet:
         axis, letter = self.axes[number], ""
         if title is not None:
             letter = string.ascii_letters[number]
-            axis.set_title(f"({letter}) {title}".rstrip(), **look)
+            axis.set_title(f"({letter}) {plain(title)}".rstrip(), **{"parse_math": False, **look})
         axis.set_label(letter)
         return Panel(axis, letter, self.parts)
 
@@ -236,6 +237,39 @@ class Sheet:
             place: Look = {"ha": "right", "va": "top", "fontsize": 6.5, "fontweight": "bold"}
             self.figure.text(1 - 0.03 / width, 1 - 0.02 / height, mark, color="#555555", **place)
         return self.figure
+
+
+class NothingToDrawError(Exception):
+    """A figure has nothing to draw; its message says why, in place of the figure."""
+
+
+def oil_grid(
+    oils: Sequence[str],
+    otherwise: str = "",
+    rows: Sequence[Any] = ("",),
+    title: Callable[[Any, str], str] = lambda _, oil: oil,
+    **layout: Any,
+) -> tuple[Sheet, list[tuple[Panel, Any, str]]]:
+    """A figure with one column of panels per oil; of one row at most three are side by side.
+
+    Args:
+        oils: Those that are shown.
+        otherwise: What to say where there is none.
+        rows: What each row of panels is for.
+        title: Of a panel, from its row and oil.
+        layout: As `Sheet`.
+
+    Returns:
+        The figure, and each panel with its row and oil.
+
+    Raises:
+        NothingToDrawError: There is no oil.
+    """
+    if not oils:
+        raise NothingToDrawError(otherwise)
+    cells = list(itertools.product(rows, oils))
+    sheet = Sheet(len(cells), len(oils) if len(rows) > 1 else min(len(oils), 3), **layout)
+    return sheet, [(sheet.panel(n, title(*cell)), *cell) for n, cell in enumerate(cells)]
 
 
 def page(width: float, height: float, *, bottom: float, top: float) -> tuple[Sheet, Panel]:

@@ -7,9 +7,9 @@ import numpy as np
 
 from oilfilm import tables
 from oilfilm.report.document import Section
-from oilfilm.report.explorer import LABELS, LEVEL, explored_fits, load_at_1_gpa, sliders
+from oilfilm.report.explorer import LEVEL, explored_fits, load_at_1_gpa, sliders
 from oilfilm.report.shown_table import Column, ShownTable, number
-from oilfilm.report.words import law_name
+from oilfilm.report.words import CONDITIONS, law_name
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 
@@ -64,8 +64,8 @@ def answer(results: CampaignTables, settings: Settings) -> Section:
         Column("runs", "Runs accepted"),
     ]
     point = ", ".join(
-        f"{LABELS[axis.name][0]} {axis.start:.{axis.digits}f} {LABELS[axis.name][2]}".rstrip()
-        for axis in axes
+        f"{symbol} {axis.start:.{axis.digits}f} {unit}".rstrip()
+        for axis, (symbol, _, unit) in zip(axes, CONDITIONS.values(), strict=True)
         if not axis.idle
     )
     table = ShownTable("answers", f"At {point}", columns, rows, in_text=True)
