@@ -51,6 +51,16 @@ def law_name(key: str) -> str:
     return LAW_TITLES.get(key, key)
 
 
+def law_names(keys: str) -> str:
+    """The titles of laws whose names are joined by commas.
+
+    Examples:
+        >>> law_names("deng2026, my-law")
+        'Deng (Eq. 7), my-law'
+    """
+    return ", ".join(map(law_name, keys.split(", ")))
+
+
 def load_variable(key: str) -> str:
     """A law and what it is evaluated with in the bearing, in words.
 

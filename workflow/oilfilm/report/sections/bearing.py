@@ -8,13 +8,10 @@ from oilfilm import tables
 from oilfilm.logs.run_sheet import REMARKS
 from oilfilm.report.document import Section, facts
 from oilfilm.report.sections.data import first_cases, refusals, refused_points
-from oilfilm.report.shown_table import Column, ShownTable, percent, show
-from oilfilm.report.words import load_variable
+from oilfilm.report.shown_table import ShownTable, show_declared
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.torque.torque_control import bistable_points, without_bistable
-
-_ONE = percent(1)
 
 
 def bearing(results: CampaignTables, settings: Settings) -> Section:
@@ -115,20 +112,4 @@ def _error_table(sure: pd.DataFrame) -> ShownTable:
         f"{row['agrees']} of {row['judged']}" if row["judged"] else "not known"
         for row in tables.rows(errors)
     ]
-    agreeing = "points where the difference is within twice its standard uncertainty"
-    return show(
-        errors,
-        "torque",
-        "Calculated against measured friction torque, without points where the cage may roll or "
-        "skid; nothing is fitted to torque",
-        [
-            Column("oil", "Oil", meaning=""),
-            Column("load_variable", "Law and load variable", load_variable, meaning=""),
-            Column("points", "Points", is_number=True),
-            Column("median", "Median error", _ONE, is_number=True),
-            Column("largest", "Largest error", _ONE, is_number=True),
-            Column("agreeing", "Agree within uncertainty", meaning=agreeing),
-            Column("share", "Traction's share of torque, median", _ONE, is_number=True),
-        ],
-        in_text=True,
-    )
+    return show_declared(errors, "torque")

@@ -10,7 +10,7 @@ from oilfilm.report import runs
 from oilfilm.report.captions import film_unjudged_oils, stand_in_oils
 from oilfilm.report.document import Section, facts
 from oilfilm.report.enough import shortfalls, unread_logs
-from oilfilm.report.shown_table import Column, ShownTable, show
+from oilfilm.report.shown_table import ShownTable, show_declared
 from oilfilm.report.words import gate_name
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables import failed_gates
@@ -63,20 +63,6 @@ def refused(results: CampaignTables, settings: Settings) -> Section:
     """Everything that was refused, the first case of each gate in words."""
     counts = results.gate_counts
     counts = counts[~counts["gate"].isin(REMARKS)]
-    gates = show(
-        counts,
-        "gate_counts",
-        "What was refused, by gate; a point counts at every gate that refused it",
-        [
-            Column("gate", "Gate", gate_name),
-            Column("what", "Judges"),
-            Column("files", "Logs"),
-            Column("runs_refused", "Runs refused"),
-            Column("points", "Points"),
-            Column("rows", "Rows"),
-        ],
-        in_text=True,
-    )
     made = facts(
         "report/sections/refused.jinja",
         verdicts=_named(results.runs.query("verdict == 'refused'")["rule"].value_counts()),
@@ -86,13 +72,9 @@ def refused(results: CampaignTables, settings: Settings) -> Section:
         other_gates=counts[~counts["gate"].isin(results.quarantine["rule"])].to_dict("records"),
     )
     listed = refusals(results.quarantine, "quarantine", settings.report.rows_max)
-    return Section(
-        "refused",
-        "Refused",
-        made,
-        [gates, listed],
-        downloads={"quarantine.csv": results.quarantine},
-    )
+    shown = [show_declared(counts, "gate_counts"), listed]
+    saved = {"quarantine.csv": results.quarantine}
+    return Section("refused", "Refused", made, shown, downloads=saved)
 
 
 def refusals(quarantine: pd.DataFrame, name: str, most: int) -> ShownTable:
@@ -103,16 +85,9 @@ def refusals(quarantine: pd.DataFrame, name: str, most: int) -> ShownTable:
     quarantine = quarantine[~quarantine["rule"].isin(REMARKS)]
     if not quarantine["rule"].duplicated().any():
         quarantine = quarantine[:0]
-    columns = [
-        Column("file", "Log"),
-        Column("rule", "Gate", gate_name),
-        Column("reason", "What was found"),
-        Column("advice", "What to do"),
-    ]
-    if (quarantine["run_id"] != quarantine["file"]).any():
-        columns.insert(1, Column("run_id", "Run"))
-    caption = "Everything that was refused: logs, runs and rows"
-    return show(quarantine, "quarantine", caption, columns, name=name, most=most)
+    if not (quarantine["run_id"] != quarantine["file"]).any():
+        quarantine = quarantine.drop(columns="run_id")
+    return show_declared(quarantine, "quarantine", name=name, most=most)
 
 
 def first_cases(quarantine: pd.DataFrame) -> list[dict[str, object]]:

@@ -8,20 +8,20 @@ from oilfilm import tables
 from oilfilm.fits.best_law import FEWEST_CURVES
 from oilfilm.report.captions import tie
 from oilfilm.report.document import Fact, Section, facts
-from oilfilm.report.shown_table import Column, ShownTable, number, percent, show, yes_or_no
+from oilfilm.report.shown_table import show_declared
 from oilfilm.report.words import law_name
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction import LAWS
 from oilfilm.traction.law import QUANTITIES
 
-_TWO, _SMALL, _WHOLE = percent(2), percent(3), number(".0f")
-
 
 def laws(results: CampaignTables, settings: Settings) -> Section:
     """Which law describes each oil best, what to do, and every law's errors side by side."""
     made = law_facts(results.law_verdicts, results.fit_quality, tie(settings.campaign))
-    return Section("laws", "Laws", made, [_verdicts(results), _errors(results)])
+    errors = show_declared(results.fit_quality, "comparison")
+    verdicts = show_declared(results.law_verdicts, "law_verdicts")
+    return Section("laws", "Laws", made, [verdicts, errors])
 
 
 def law_facts(verdicts: pd.DataFrame, quality: pd.DataFrame, tie: str = "") -> list[Fact]:
@@ -40,7 +40,8 @@ def _compared(row: dict[str, Any], quality: pd.DataFrame) -> dict[str, Any]:
     """One row of `law_verdicts` with what the sentences say of the laws in question."""
     rows = tables.rows(quality[quality["oil"] == row["oil"]])
     by_law = {each["law"]: each for each in rows}
-    ties = [law for law in _laws(row["left_out_ties"]) if law in _laws(row["bic_ties"])]
+    by_bic = row["bic_ties"].split(", ")
+    ties = [law for law in row["left_out_ties"].split(", ") if law and law in by_bic]
     fewest = min(ties, key=lambda law: by_law[law]["n_constants"]) if ties else ""
     better = row["better_law"]
     taken = {law: LAWS[law].conditions for law in (row["law"], better) if law in LAWS}
@@ -58,56 +59,3 @@ def _compared(row: dict[str, Any], quality: pd.DataFrame) -> dict[str, Any]:
         if other_conditions
         else {},
     }
-
-
-def _laws(ties: str) -> list[str]:
-    return ties.split(", ") if ties else []
-
-
-def _names(ties: str) -> str:
-    return ", ".join(map(law_name, _laws(ties)))
-
-
-def _verdicts(results: CampaignTables) -> ShownTable:
-    return show(
-        results.law_verdicts,
-        "law_verdicts",
-        "The configured law beside the best of the laws compared",
-        [
-            Column("oil", "Oil"),
-            Column("law", "Configured law", law_name),
-            Column("verdict", "Verdict", is_verdict=True),
-            Column("left_out_ties", "Best at curves left out, with ties", _names),
-            Column("left_out_relative_rms", "Configured, rms of mu", _TWO, ""),
-            Column("left_out_difference", "rms higher by", _SMALL, ""),
-            Column("left_out_difference_error", "\N{PLUS-MINUS SIGN} of it", _SMALL, ""),
-            Column("bic_ties", "Best by BIC, with ties", _names),
-            Column("bic_difference", "BIC higher by", _WHOLE, ""),
-            Column("bic_difference_error", "\N{PLUS-MINUS SIGN} of it", _WHOLE, ""),
-        ],
-        in_text=True,
-    )
-
-
-def _errors(results: CampaignTables) -> ShownTable:
-    return show(
-        results.fit_quality,
-        "fit_quality",
-        "Laws fitted to the same points by the same fit: errors relative to mu "
-        "where they were fitted, and at ends of the matrix that were left out",
-        [
-            Column("oil", "Oil"),
-            Column("law", "Law", law_name),
-            Column("n_constants", "Constants"),
-            Column("relative_rms", "Fitted", _TWO, ""),
-            Column("pressure_end_out_relative_rms", "P ends left out", _TWO, ""),
-            Column("speed_end_out_relative_rms", "U ends left out", _TWO, ""),
-            Column("temperature_end_out_relative_rms", "T ends left out", _TWO, ""),
-            Column("left_out_rmse", "Curve left out, rms", number(".2e"), ""),
-            Column("zero_slip_traction", "mu at no slip", number(".1e"), ""),
-            Column("bic", "BIC", _WHOLE, ""),
-            Column("active_bounds", "At bounds"),
-            Column("certified", "Certified", yes_or_no, is_verdict=True),
-        ],
-        name="comparison",
-    )
