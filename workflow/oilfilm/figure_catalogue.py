@@ -41,7 +41,6 @@ class FigureDeclaration:
         paper: Its counterpart in the paper, as "Fig. 2"; empty where the paper has none.
         shows_data: False where nothing comes from the campaign's logs.
         requires: Key of the campaign file without which there is nothing to draw.
-        compares_laws: True where laws are shown side by side.
     """
 
     name: str
@@ -55,7 +54,6 @@ class FigureDeclaration:
     paper: str = ""
     shows_data: bool = True
     requires: str = ""
-    compares_laws: bool = False
 
     @property
     def category(self) -> str:

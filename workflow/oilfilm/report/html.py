@@ -17,8 +17,7 @@ from PIL import Image
 
 from oilfilm import tables
 from oilfilm.figure_catalogue import figures
-from oilfilm.report import runs
-from oilfilm.report.captions import caption, film_unjudged_oils
+from oilfilm.report import captions, runs
 from oilfilm.report.document import Section
 from oilfilm.report.explorer import explorer
 from oilfilm.report.glossary import meanings
@@ -87,11 +86,11 @@ def html(
     Returns:
         HTML; the same results give the same text.
     """
-    unjudged, gallery = film_unjudged_oils(results.points), dict[str, list[Picture]]()
+    gallery: dict[str, list[Picture]] = {}
     for png in pngs:
-        figure, text = figures()[png.stem], caption(png.stem, settings.campaign, unjudged)
-        picture = Picture(png, f"figures/{png.name}", figure.numbered_title, text)
-        gallery.setdefault(figure.category, []).append(picture)
+        figure = figures()[png.stem]
+        about = f"figures/{png.name}", figure.numbered_title, captions.caption(png.stem)
+        gallery.setdefault(figure.category, []).append(Picture(png, *about))
     signals = [
         Picture(
             refused / row["page"],
@@ -112,6 +111,7 @@ def html(
         "words": _words(sections),
         "settings": settings,
         "provenance": provenance,
+        "origin": captions.provenance(settings.campaign),
         "unreleased": UNRELEASED,
         "style": _asset("page.css"),
         "equations": [

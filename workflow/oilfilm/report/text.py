@@ -40,7 +40,7 @@ def text(
     places = [f"- {what}: results/{campaign.name}/{place}" for what, place in where]
     lines = [
         sentence(f"Campaign {campaign.name}: {campaign.description}"),
-        sentence(provenance(campaign, ())),
+        sentence(provenance(campaign)),
         "",
         *_headed(first.title, _contents(first)),
         *_headed("Trouble", _trouble(sections)),

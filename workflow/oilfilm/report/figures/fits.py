@@ -207,7 +207,6 @@ def _draw_profiles(
     family="law",
     tables=("points", "fit_quality", "coefficients"),
     settings=("oils", "rigs"),
-    compares_laws=True,
 )
 def law_errors(results: CampaignTables, settings: Settings) -> Sheet:
     """Laws at zero slip and on data left out.

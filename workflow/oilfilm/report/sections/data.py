@@ -7,7 +7,6 @@ from oilfilm import tables
 from oilfilm.curation.coverage import describe_condition, planned_states
 from oilfilm.logs.run_sheet import REMARKS
 from oilfilm.report import runs
-from oilfilm.report.captions import film_unjudged_oils, stand_in_oils
 from oilfilm.report.document import Section, facts
 from oilfilm.report.enough import shortfalls, unread_logs
 from oilfilm.report.shown_table import ShownTable, show_declared
@@ -49,9 +48,9 @@ def data(results: CampaignTables, settings: Settings) -> Section:
         missing=[f"{row['oil']} at {describe_condition(row)}" for row in missing[:_NAMED]],
         more_missing=max(len(missing) - _NAMED, 0),
         unjudged=unjudged.sum(),
-        unjudged_oils=film_unjudged_oils(points),
+        unjudged_oils=points.loc[unjudged, "oil"].unique().tolist(),
         reason=campaign.film_unjudged.reason if campaign.film_unjudged else "",
-        stand_ins=stand_in_oils(settings.oils),
+        stand_ins=[name for name, oil in settings.oils.items() if oil and oil.stand_in],
         film=settings.film,
         lambda_limit=settings.gates.lambda_limit,
         without_set_point=without[without > 0].to_dict(),
