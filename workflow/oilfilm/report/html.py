@@ -20,11 +20,10 @@ from oilfilm.figure_catalogue import figures
 from oilfilm.report import captions, runs
 from oilfilm.report.document import Section
 from oilfilm.report.explorer import explorer
-from oilfilm.report.glossary import meanings
 from oilfilm.report.law_script import law_script
 from oilfilm.report.release_id import UNRELEASED
 from oilfilm.report.spreadsheet import csv_text
-from oilfilm.report.words import printed
+from oilfilm.report.words import meanings, printed
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction import LAWS
@@ -147,9 +146,11 @@ def html(
 
 def _look(verdict: str) -> str:
     """How a verdict looks: good, fair or bad."""
-    beginnings = {text: look for look, texts in _LOOKS.items() for text in texts.split(", ")}
-    fitting = [text for text in beginnings if f"{verdict} ".startswith(f"{text} ")]
-    return beginnings[max(fitting, key=len)] if fitting else ""
+    beginnings = [(text, look) for look, texts in _LOOKS.items() for text in texts.split(", ")]
+    fitting = [
+        (len(text), look) for text, look in beginnings if f"{verdict} ".startswith(f"{text} ")
+    ]
+    return max(fitting, default=(0, ""))[1]
 
 
 def _words(sections: Sequence[Section]) -> list[tuple[str, str]]:

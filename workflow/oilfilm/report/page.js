@@ -18,8 +18,10 @@ const MANY = 500;
 function onLine(oil, asked) {
   const tested = [...asked];
   let away = false;
-  for (const { axis, level, within, least_size: least, in_step: others } of oil.fixed) {
-    tested[axis] = others.reduce((value, other) => value * (asked[other.axis] / other.centre) ** other.exponent, level ?? NaN);
+  const place = (condition) => oil.conditions.indexOf(condition);
+  for (const { condition, level, within, least_size: least, in_step: others } of oil.fixed) {
+    const axis = place(condition);
+    tested[axis] = others.reduce((value, other) => value * (asked[place(other.condition)] / other.centre) ** other.exponent, level ?? NaN);
     const near = Math.abs(asked[axis] - tested[axis]) <= within * Math.max(Math.abs(tested[axis]), least);
     away ||= !near && !AXES[axis].idle;
   }
@@ -27,11 +29,11 @@ function onLine(oil, asked) {
 }
 
 // Distance to the nearest tested conditions, in units of their largest step; 0 where they are unknown.
-function spacings({ lattice }, tested) {
+function spacings({ lattice, conditions }, tested) {
   if (!lattice.length) return 0;
-  const coordinate = (axis, value) => (axis.log ? Math.log(value) : value);
+  const coordinate = ({ log }, value) => (log ? Math.log(value) : value);
   const away = lattice[0].tested.map((_, k) => Math.max(...lattice.map((axis) => (
-    Math.abs(coordinate(axis, tested[axis.axis]) - coordinate(axis, axis.tested[k])) / axis.step))));
+    Math.abs(coordinate(axis, tested[conditions.indexOf(axis.condition)]) - coordinate(axis, axis.tested[k])) / axis.step))));
   return Math.min(...away);
 }
 

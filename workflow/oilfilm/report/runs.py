@@ -10,7 +10,7 @@ import pandas as pd
 from oilfilm import tables
 from oilfilm.fits.interval import normal_quantile
 from oilfilm.report.document import sentence
-from oilfilm.report.explorer import LEVEL
+from oilfilm.report.explorer import LEVEL, plain
 from oilfilm.report.shown_table import ShownTable, show_declared
 from oilfilm.report.words import gate_name
 from oilfilm.tables.campaign_tables import CampaignTables
@@ -63,7 +63,7 @@ def run_pages(results: CampaignTables, most: int) -> list[dict[str, Any]]:
             if run["verdict"] != "accepted"
             else "",
             "warning": run["warning"],
-            "condition": _plain(means.loc[run["run_id"]]),
+            "condition": plain(means.loc[run["run_id"]], _DIGITS),
         }
         for run in tables.rows(runs)
     ]
@@ -85,17 +85,9 @@ def drawn_points(points: pd.DataFrame, most: int) -> dict[str, Any]:
         "names": names.tolist(),
         "run": run.tolist(),
         "oil": points["oil"].tolist(),
-        "axes": [_plain(points[name]) for name in AXES],
-        "mu": _plain(points["traction_coefficient"]),
-        "half": _plain(half.fillna(0), 2),
+        "axes": [plain(points[name], _DIGITS) for name in AXES],
+        "mu": plain(points["traction_coefficient"], _DIGITS),
+        "half": plain(half.fillna(0), 2),
         "accepted": points["accepted"].astype(int).tolist(),
         "left_out": accepted - int(points["accepted"].sum()),
     }
-
-
-def _plain(values: "pd.Series[float]", digits: int = _DIGITS) -> list[float | None]:
-    """Numbers as JSON has them, with the digits that a drawing shows."""
-    return [
-        float(f"{value:.{digits}g}") if np.isfinite(value) else None
-        for value in values.to_numpy(float)
-    ]
