@@ -13,7 +13,6 @@ from typing import Any
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined, Template
 from markupsafe import Markup
-from PIL import Image
 
 from oilfilm import tables
 from oilfilm.figure_catalogue import figures
@@ -30,7 +29,6 @@ from oilfilm.traction import LAWS
 from oilfilm.traction.typeset import mathml
 
 _HERE = Path(__file__).parent
-_SCALE = 0.62  # CSS pixels per pixel: a single column of a journal has 370
 # How verdicts look; the first one that a text begins with.
 _LOOKS = {
     "good": "known, holds, yes, best, tie, not shown, accepted, certified, sound, ties",
@@ -56,12 +54,6 @@ class Picture:
     file: str
     title: str
     caption: str
-
-    @property
-    def size(self) -> tuple[int, ...]:
-        """Width and height on a wide screen, in CSS pixels."""
-        with Image.open(self.png) as picture:
-            return tuple(round(pixels * _SCALE) for pixels in picture.size)
 
 
 def html(

@@ -1,7 +1,7 @@
 """Names of the report: conditions, load variables, gates, symbols of print; the colour of an oil.
 
-Decides: names and units on axes; the symbols of print; with `glossary.yaml` the meaning of each word
-of a verdict.
+Decides: names and units on axes; the symbols of print; the meaning of each word of a
+verdict (`glossary.yaml`).
 """
 
 import re

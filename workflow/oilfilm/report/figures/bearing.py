@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 from matplotlib.colors import BoundaryNorm
-from matplotlib.patches import Patch, Rectangle
+from matplotlib.patches import Patch
 
 from oilfilm.report.figures import style
 from oilfilm.report.figures.registry import register
@@ -182,8 +182,7 @@ def cage_slip(results: CampaignTables, settings: Settings) -> Sheet:
     Cage slip at friction equilibrium, one panel per oil. Abscissa: dmN, pitch diameter times
     speed (million mm rpm), and entrainment speed U of rolling balls. Ordinate: axial load (kN).
     Full line: limit of the cage slip. Dashed lines: the 2.5 % and 97.5 % quantiles of the slip
-    reach the limit. Hatched: the limit lies between the quantiles. Open circles: no interval
-    could be calculated. Crosses: the cage may roll or skid.
+    reach the limit. Open circles: no interval could be calculated. Crosses: the cage may roll or skid.
     """
     table = results.cage_slip.assign(**in_units_of_axes(results.cage_slip))
     limit = settings.selection.limits.slip_limit
@@ -199,7 +198,6 @@ def cage_slip(results: CampaignTables, settings: Settings) -> Sheet:
     handles: list[Any] = [
         style.line_handle(f"slip of {limit:g}", color="black"),
         style.line_handle("its 95 % interval", linestyle="--", color="black", linewidth=0.8),
-        Patch(fill=False, hatch="////", linewidth=0, label="within the interval"),
     ]
     if _no_interval(table).any():
         look: style.Look = {"color": "black", "markerfacecolor": "white"}
@@ -238,10 +236,6 @@ def _draw_slip(panel: Panel, of_oil: pd.DataFrame, oil: str, limit: float) -> An
     for field, look in ((slip, {"linewidths": 1.1}), (lower, ends), (upper, ends)):
         if field.count():
             axis.contour(speed, load, field, [limit], colors="black", **look)
-    for row, column in np.argwhere(np.ma.filled((lower < limit) & (upper > limit), False)):
-        wide, high = across[column + 1] - across[column], along[row + 1] - along[row]
-        corner = across[column], along[row]
-        axis.add_patch(Rectangle(corner, wide, high, fill=False, hatch="////", linewidth=0))
     without = of_oil[_no_interval(of_oil)]
     ring: style.Look = {"color": "black", "markerfacecolor": "white", "markersize": 3.5}
     axis.plot(without["speed"], without["load_kn"], "o", **ring)

@@ -43,7 +43,6 @@ def bearing(results: CampaignTables, settings: Settings) -> Section:
         bistable_points=bistable_points(sound),
         why_lost=torque.loc[~torque["converged"], "why"].unique().tolist(),
         has_uncertainty=not len(sound) or (sure["verdict"] != "not known").any(),
-        errors=_errors(sure[sure["load_variable"] == "stress"]),
         control=_control(results.torque_control),
         share=by_stress["traction_torque_n_m"] / by_stress["torque_n_m"],
         beyond={
@@ -58,13 +57,6 @@ def bearing(results: CampaignTables, settings: Settings) -> Section:
     )
     listed = refusals(refused, "torque_quarantine", settings.report.rows_max)
     return Section("bearing", "Bearing", made, [_error_table(sure), listed])
-
-
-def _errors(torque: pd.DataFrame) -> list[dict[str, Any]]:
-    """Size of the relative error of the torque by oil: median and largest."""
-    known = torque.dropna(subset=["relative_error"])
-    size = known["relative_error"].abs().groupby(known["oil"], sort=False)
-    return tables.rows(size.agg(["median", "max"]).reset_index())
 
 
 def _control(control: pd.DataFrame) -> list[dict[str, Any]]:

@@ -11,7 +11,6 @@ from oilfilm.fits.lack_of_fit import ADVISED_REPEATS
 from oilfilm.fits.soundness_words import what_is_wrong
 from oilfilm.report.document import Fact, Section, facts
 from oilfilm.report.shown_table import show_declared
-from oilfilm.report.words import law_name
 from oilfilm.tables.campaign_tables import CampaignTables
 
 # A curve of which mu differs less than this as a whole is odd by its shape.
@@ -25,13 +24,12 @@ _CLEAR = 0.01
 def fits(results: CampaignTables) -> Section:
     """Misfit, certificate and certainty of each fit, noise and lack of fit."""
     quality, sure = results.configured.fit_quality, certainty(results)
-    fitted = tables.rows(quality[quality["rmse"].notna()].join(sure, on="oil"))
+    fitted = tables.rows(quality[quality["rmse"].notna()])
     made = facts(
         "report/sections/fits.jinja",
         fitted=fitted,
         wrong={str(row["oil"]): what_is_wrong(row) for row in tables.rows(results.soundness)},
         lost=tables.rows(quality[quality["rmse"].isna()]),
-        laws=list(dict.fromkeys(quality["law"].map(law_name))),
         **_odd(results.configured.curve_residuals),
         misfits=tables.rows(results.lack_of_fit),
         unrepeated=tables.rows(results.lack_of_fit.query("verdict == 'no repeats'")),
