@@ -81,13 +81,6 @@ def test_traction_is_drawn_over_lambda_or_over_the_hersey_number(
     np.testing.assert_allclose(of_runs, expected, rtol=1e-3)
 
 
-def test_oils_without_properties_have_no_film(drawing: Draw, results: CampaignTables) -> None:
-    unknown = results.points.assign(lambda_ratio=np.nan)
-    figure, drawn = drawing("stribeck", points=unknown)
-    assert drawn.empty
-    assert "give the properties of the oil" in figure.axes[0].texts[0].get_text()
-
-
 @dataclass
 class HeatedTruth:
     """Traction of thermal elastohydrodynamics in place of a fitted law."""
