@@ -154,7 +154,7 @@ def test_page_stays_below_its_limit_and_says_what_it_leaves_out(write: Write, te
     assert 'download="quarantine.csv"' not in page
     assert "tables/quarantine.csv" in page
     assert page.count("data:image/png") == text.count("data:image/png")
-    files = sum(map(len, re.findall(r'(?:src|href)="(data:[^"]{9,})"', text)))
+    files = sum(map(len, re.findall(r'(?:srcset|href)="(data:[^"]{9,})"', text)))
     size_max = len(text.encode()) - files + 1000
     page = write({"report": {"size_max_mb": size_max / 1e6}})
     assert len(page.encode()) <= size_max
@@ -185,7 +185,8 @@ def test_slider_covers_its_range_in_round_steps(low: float, high: float, step: f
     assert axis.steps < 2000
 
 
-def test_measured_campaign_does_not_say_simulated(write: Write) -> None:
+def test_header_says_once_where_the_data_are_from(write: Write, text: str) -> None:
+    assert text.count("SIMULATED data (rig twin") == 1
     measured = write({"campaign": {"data": "measured"}, "dataset": {"date": "June 2026"}})
     assert "SIMULATED data" not in measured
     assert "Measured data" in measured
