@@ -29,7 +29,6 @@ from oilfilm.settings.base import present
 from oilfilm.settings.messages import load
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
-from oilfilm.traction import LAWS
 from oilfilm.traction.law import CONDITIONS
 from pictures import Draw, draw, drawing_of, nothing_is_cut_off
 from reports import rows
@@ -282,12 +281,9 @@ def test_lines_beyond_the_limit_are_counted_and_no_level_is_left_out(
     for axis in figure.axes:
         texts = [text.get_text() for text in axis.get_legend().get_texts()]
         assert f"fit ({limit} of {len(matrix())} conditions)" in texts
-    lines = drawn[drawn["series"] == "fit"].groupby("oil")["words"].unique()
-    for of_oil in lines:
-        levels = [set(column) for column in zip(*(at.split(", ") for at in of_oil), strict=True)]
-        assert list(map(len, levels)) == [
-            len(set(column)) for column in zip(*matrix(), strict=True)
-        ]
+    for lines in drawn[drawn["series"] == "fit"].groupby("oil")["words"].unique():
+        levels = [set(column) for column in zip(*(at.split(", ") for at in lines), strict=True)]
+        assert [*map(len, levels)] == [len({*column}) for column in zip(*matrix(), strict=True)]
     measured = drawn[drawn["series"] == "measured"].groupby("oil").size()
     accepted = results.points[results.points["accepted"]].groupby("oil").size()
     assert measured.to_dict() == accepted.to_dict()
@@ -375,30 +371,6 @@ def test_pictures_look_as_they_did(drawing: Draw, tmp_path: Path, name: str) -> 
     drawing(name)[0].savefig(path, dpi=60, metadata={"Software": None})
     message = compare_images(str(BASELINE / f"{name}.png"), str(path), TOLERANCE)
     assert message is None, f"{message}\nIs it meant? Look at it, then copy it over the baseline."
-
-
-def test_law_on_load_is_drawn_at_the_load_of_its_points(
-    drawing: Draw, results: CampaignTables
-) -> None:
-    law = LAWS["wang-deng-load"]
-    coefficients = pd.concat(
-        results.coefficients.iloc[[0] * len(law.constants)].assign(
-            oil=oil,
-            law=law.name,
-            constant=[constant.name for constant in law.constants],
-            value=[0.1 * (constant.sign or 2.0) for constant in law.constants],
-        )
-        for oil in printed()
-    )
-    quality = results.fit_quality.assign(law=law.name)
-    _, drawn = drawing("fig03", coefficients=coefficients, fit_quality=quality)
-    fits = drawn[(drawn["series"] == "fit") & (drawn["x"] == 0.3)]
-    # all points were made at 80 N; by one slip, mu then follows speed and temperature alone
-    at = np.array([(80.0, speed, temperature) for _, speed, temperature in matrix()])
-    allowed = FittedLaw.of(coefficients, "4102").traction(at, np.full(len(at), 0.3))
-    nearest = np.abs(np.subtract.outer(fits["y"].to_numpy(), allowed)).min(axis=1)
-    assert len(fits)
-    np.testing.assert_allclose(nearest, 0, atol=1e-12)
 
 
 def test_panel_keeps_what_it_draws() -> None:
