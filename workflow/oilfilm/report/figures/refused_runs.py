@@ -106,19 +106,17 @@ def listing(
     refused = refused.sort_values(["file", "run_id"], kind="stable").reset_index(drop=True)
     samples = refused["run_id"].map(about["samples"]).fillna(0)
     turn = refused[samples > 0].groupby("rule").cumcount().sort_values(kind="stable")
-    rows = []
-    for number, refusal in enumerate(tables.rows(refused)):
-        run_id, page, marked = refusal["run_id"], "", ("", 0, 0)
-        if number in turn.index[:most]:
-            page = page_name(run_id, kind.name)
-            same = quarantine["run_id"].eq(run_id) & quarantine["reason"].eq(refusal["reason"])
-            marked = _marked(quarantine[same], points[points["run_id"] == run_id])
-        rows.append(
-            {name: refusal[name] for name in ("run_id", "file", "rule", "reason", "advice")}
-            | dict(zip(("place", "first_row", "last_row"), marked, strict=True))
-            | {"oil": about["oil"].get(run_id, ""), "page": page}
-        )
-    return tables.from_rows(rows, "refused_pages")
+    listed = refused[["run_id", "file", "rule", "reason", "advice"]].assign(
+        **{"place": "", "first_row": 0, "last_row": 0, "page": ""},
+        oil=refused["run_id"].map(about["oil"].get).fillna(""),
+    )
+    for number in turn.index[:most]:
+        run_id, reason = refused.loc[number, ["run_id", "reason"]]
+        same = quarantine["run_id"].eq(run_id) & quarantine["reason"].eq(reason)
+        marked = _marked(quarantine[same], points[points["run_id"] == run_id])
+        shown = ["place", "first_row", "last_row", "page"]
+        listed.loc[number, shown] = [*marked, page_name(run_id, kind.name)]
+    return tables.conform(listed, "refused_pages", "refused runs")
 
 
 def page_name(run_id: str, rig: str) -> str:

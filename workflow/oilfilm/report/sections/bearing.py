@@ -33,6 +33,7 @@ def bearing(results: CampaignTables, settings: Settings) -> Section:
         read=len(read),
         logs=len(logs),
         plateaus=runs,
+        limits_gpa=settings.bearing.pressure_limits_gpa,
         refused_plateaus=refused_points(runs),
         cases=first_cases(refused),
         not_calculated=without_torque["oil"].value_counts().to_dict(),
@@ -44,14 +45,7 @@ def bearing(results: CampaignTables, settings: Settings) -> Section:
         why_lost=torque.loc[~torque["converged"], "why"].unique().tolist(),
         has_uncertainty=not len(sound) or (sure["verdict"] != "not known").any(),
         control=_control(results.torque_control),
-        share=by_stress["traction_torque_n_m"] / by_stress["torque_n_m"],
-        beyond={
-            name: by_stress[f"share_beyond_{name}"].mean() for name in ("pressure", "speed", "slip")
-        },
-        over_long_term=(by_stress["pressure_verdict"] == "above long-term").sum(),
-        over_peak=(by_stress["pressure_verdict"] == "above peak").sum(),
-        over_stress=(by_stress["contacts_over_stress_limit"] > 0).sum(),
-        pressure_limits=settings.bearing.pressure_limits_gpa,
+        by_stress=by_stress,
         inversion=results.torque_inversion["verdict"].tolist(),
         **_heat(results.heat_balance),
     )

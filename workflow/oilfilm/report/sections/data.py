@@ -27,7 +27,7 @@ _SET_POINTS = {
 
 def data(results: CampaignTables, settings: Settings) -> Section:
     """What was read and accepted, which conditions are covered, what is known of the film."""
-    points, campaign = results.points, settings.campaign
+    points = results.points
     has_matrix = results.coverage["planned"].any()
     conditions = planned_states(results.coverage) if has_matrix else results.coverage
     missing = tables.rows(conditions[conditions["state"] == "missing"])
@@ -35,24 +35,16 @@ def data(results: CampaignTables, settings: Settings) -> Section:
     unjudged = points["accepted"] & (points["film_judgement"] == "cannot be judged")
     made = facts(
         "report/sections/data.jinja",
-        runs=results.runs,
-        accepted_runs=(results.runs["verdict"] == "accepted").sum(),
-        points=points,
+        results=results,
+        settings=settings,
         unread=len(unread_logs(results)),
-        shortfalls=shortfalls(results, campaign),
-        samples=results.runs["samples"].sum(),
-        refused_rows=results.quarantine["refused_rows"].sum(),
+        shortfalls=shortfalls(results, settings.campaign),
         has_matrix=has_matrix,
         conditions=conditions["state"].value_counts().reindex(_STATES, fill_value=0),
-        outside=(~results.coverage["planned"]).sum(),
         missing=[f"{row['oil']} at {describe_condition(row)}" for row in missing[:_NAMED]],
         more_missing=max(len(missing) - _NAMED, 0),
-        unjudged=unjudged.sum(),
-        unjudged_oils=points.loc[unjudged, "oil"].unique().tolist(),
-        reason=campaign.film_unjudged.reason if campaign.film_unjudged else "",
+        unjudged=points.loc[unjudged, "oil"],
         stand_ins=[name for name, oil in settings.oils.items() if oil and oil.stand_in],
-        film=settings.film,
-        lambda_limit=settings.gates.lambda_limit,
         without_set_point=without[without > 0].to_dict(),
     )
     return Section("data", "Data", made, [runs.run_list(results, settings.report.rows_max)])
