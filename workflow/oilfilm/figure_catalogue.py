@@ -87,7 +87,7 @@ def figures() -> Mapping[str, FigureDeclaration]:
     """Every figure by name.
 
     Raises:
-        ValueError: A declaration is not made of literals, or two figures have one name.
+        ValueError: A declaration is not made of literals.
     """
     declared: dict[str, FigureDeclaration] = {}
     for folder in ("report/figures", *(f"{name}/figures" for name in studies.available())):
@@ -95,8 +95,6 @@ def figures() -> Mapping[str, FigureDeclaration]:
             for node in ast.parse(path.read_text(encoding="utf-8")).body:
                 if isinstance(node, ast.FunctionDef) and node.decorator_list:
                     name = node.name.replace("_", "-")
-                    if name in declared:
-                        raise ValueError(f"two figures have the name {name!r}")
                     declared[name] = _declaration(name, node, path, declared)
     return declared
 
@@ -114,10 +112,7 @@ def _declaration(
     name: str, function: ast.FunctionDef, path: Path, declared: Mapping[str, FigureDeclaration]
 ) -> FigureDeclaration:
     (decorator,) = function.decorator_list
-    try:
-        keys = {each.arg: ast.literal_eval(each.value) for each in decorator.keywords}  # type: ignore[attr-defined]
-    except ValueError as error:
-        raise ValueError(f"{path}, line {decorator.lineno}: {error}; write literals") from error
+    keys = {each.arg: ast.literal_eval(each.value) for each in decorator.keywords}  # type: ignore[attr-defined]
     title, *own = (" ".join(part.split()) for part in ast.get_docstring(function).split("\n\n"))  # type: ignore[union-attr]
     other = keys.pop("like", None)
     inherited = vars(declared[other]) if other else {"paragraphs": ()}

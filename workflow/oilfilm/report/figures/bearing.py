@@ -182,7 +182,8 @@ def cage_slip(results: CampaignTables, settings: Settings) -> Sheet:
     Cage slip at friction equilibrium, one panel per oil. Abscissa: dmN, pitch diameter times
     speed (million mm rpm), and entrainment speed U of rolling balls. Ordinate: axial load (kN).
     Full line: limit of the cage slip. Dashed lines: the 2.5 % and 97.5 % quantiles of the slip
-    reach the limit. Open circles: no interval could be calculated. Crosses: the cage may roll or skid.
+    reach the limit. Open circles: no interval could be calculated. Crosses: the cage may roll
+    or skid.
     """
     table = results.cage_slip.assign(**in_units_of_axes(results.cage_slip))
     limit = settings.selection.limits.slip_limit

@@ -14,6 +14,7 @@ from oilfilm.fits.problem import curve_data
 from oilfilm.report.figures import style
 from oilfilm.report.figures.registry import register
 from oilfilm.report.figures.sheet import Panel, Sheet, oil_grid, table_page
+from oilfilm.report.shown_table import number, significant
 from oilfilm.report.words import law_name
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
@@ -64,12 +65,12 @@ def draw_constants(table: pd.DataFrame, oils: Sequence[str], note: str = "") -> 
     notes = [*_notes(table, shown), *([note] if any_printed else [])]
     sheet, panel, write = table_page(width, len(names), _ROW_IN, 2 * _ROW_IN, notes)
     write(0, "", names, fontweight="bold")
-    for number, oil in enumerate(oils):
+    for place, oil in enumerate(oils):
         name: style.Look = {"color": style.oil_colour(oil, oils), "fontweight": "bold"}
-        write(left + (number + 0.53) * span, f"{oil}\n", [], ha="center", **name)
+        write(left + (place + 0.53) * span, f"{oil}\n", [], ha="center", **name)
         rows = table[table["oil"] == oil].set_index("constant").reindex(names)
         for share, (head, texts) in _of_oil(rows).items():
-            at, grey = left + (number + share) * span, {"color": style.GREY}
+            at, grey = left + (place + share) * span, {"color": style.GREY}
             write(at, f"\n{head}", texts, grey, ha="right")
     about = {"oil": table["oil"], "label": table["constant"]}
     error = table["standard_error"]
@@ -99,19 +100,10 @@ def _notes(table: pd.DataFrame, shown: pd.DataFrame) -> Iterator[str]:
 def _of_oil(rows: pd.DataFrame) -> dict[float, tuple[str, list[str]]]:
     """Head and texts of each column of one oil, by its place within the oil's width."""
     # digits beyond the second of the error say nothing
-    error = rows["standard_error"].fillna(rows["naive_standard_error"])
-    digits = [
-        4 if not known > 0 else int(np.clip(1 - np.floor(np.log10(known)), 0, 8))
-        for known in error.to_numpy(dtype=float)
-    ]
-    forms = [f".{count}f" for count in digits]
+    forms = list(map(significant, rows["standard_error"].fillna(rows["naive_standard_error"])))
 
     def texts(column: str, forms: Sequence[str]) -> list[str]:
-        values = rows[column].to_numpy(dtype=float)
-        return [
-            "\N{EN DASH}" if np.isnan(value) else format(value, form).replace("-", "\N{MINUS SIGN}")
-            for value, form in zip(values, forms, strict=True)
-        ]
+        return [number(form)(value) for value, form in zip(rows[column], forms, strict=True)]
 
     in_step = np.where(rows["verdict"] == "in step", _IN_STEP, "")
     fitted = "fitted", list(map("".join, zip(texts("value", forms), in_step, strict=True)))

@@ -106,16 +106,17 @@ def listing(
     refused = refused.sort_values(["file", "run_id"], kind="stable").reset_index(drop=True)
     samples = refused["run_id"].map(about["samples"]).fillna(0)
     turn = refused[samples > 0].groupby("rule").cumcount().sort_values(kind="stable")
-    listed = refused[["run_id", "file", "rule", "reason", "advice"]].assign(
-        **{"place": "", "first_row": 0, "last_row": 0, "page": ""},
-        oil=refused["run_id"].map(about["oil"].get).fillna(""),
-    )
+    marks = {}
     for number in turn.index[:most]:
         run_id, reason = refused.loc[number, ["run_id", "reason"]]
         same = quarantine["run_id"].eq(run_id) & quarantine["reason"].eq(reason)
         marked = _marked(quarantine[same], points[points["run_id"] == run_id])
-        shown = ["place", "first_row", "last_row", "page"]
-        listed.loc[number, shown] = [*marked, page_name(run_id, kind.name)]
+        marks[number] = (*marked, page_name(run_id, kind.name))
+    shown = [marks.get(number, ("", 0, 0, "")) for number in refused.index]
+    columns = ["place", "first_row", "last_row", "page"]
+    oils = refused["run_id"].map(about["oil"].get).fillna("")
+    listed = refused[["run_id", "file", "rule", "reason", "advice"]].assign(oil=oils)
+    listed = listed.join(pd.DataFrame(shown, refused.index, columns))
     return tables.conform(listed, "refused_pages", "refused runs")
 
 
