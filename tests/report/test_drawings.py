@@ -266,10 +266,9 @@ def test_runs_with_a_load_for_a_set_point_have_their_own_lines(
     assert fits["words"].nunique() == len(matrix())
     # the points are on the printed law: each line must be too, at the pressure of its own load
     law = FittedLaw.of(results.coefficients, "4102")
-    for condition in matrix():
-        mu = law.traction(np.array(condition), fits["x"].unique())
-        ends = fits.groupby("words")["y"].apply(np.array)
-        assert any(np.allclose(line, mu, rtol=1e-9) for line in ends), condition
+    drawn_lines = np.sort(np.stack(fits.groupby("words")["y"].apply(np.array)), axis=0)
+    expected = [law.traction(np.array(at), fits["x"].unique()) for at in matrix()]
+    np.testing.assert_allclose(drawn_lines, np.sort(expected, axis=0), rtol=1e-9)
 
 
 def test_lines_beyond_the_limit_are_counted_and_no_level_is_left_out(
@@ -318,11 +317,11 @@ def test_residuals_vanish_on_the_law_and_show_what_is_planted(
 def test_residuals_of_a_rig_that_reverses_the_slip_keep_their_sign(
     drawing: Draw, results: CampaignTables
 ) -> None:
-    both = ["slide_roll_ratio", "traction_coefficient"]
-    slipping = results.points[results.points["slide_roll_ratio"] > 0]
-    high = slipping.assign(traction_coefficient=slipping["traction_coefficient"] + 1e-3)
-    reversed_slip = high.assign(**(-high[both]))
-    forward, reverse = (drawing("residuals", points=points)[1] for points in (high, reversed_slip))
+    high = results.points.query("slide_roll_ratio > 0").copy()
+    high["traction_coefficient"] += 1e-3
+    other_way = high.copy()
+    other_way[["slide_roll_ratio", "traction_coefficient"]] *= -1
+    forward, reverse = (drawing("residuals", points=points)[1] for points in (high, other_way))
     np.testing.assert_allclose(forward["y"], reverse["y"])
 
 
@@ -348,11 +347,7 @@ PICTURES = ["fig01", "fig03", "fig07", "identifiability"]
 @pytest.mark.parametrize("oils", [["4102", "4050", "4010"], nightly(["4102"])])
 @pytest.mark.parametrize("name", quick_ones(DRAWN_HERE, PICTURES))
 def test_figures_are_as_wide_as_a_column_and_nothing_is_cut_off(
-    drawing: Draw,
-    config: Settings,
-    tmp_path: Path,
-    name: str,
-    oils: list[str],
+    drawing: Draw, config: Settings, tmp_path: Path, name: str, oils: list[str]
 ) -> None:
     plain = config.plain()
     fewer = {oil: plain["oils"][oil] for oil in oils}
@@ -442,15 +437,10 @@ def test_measured_campaign_without_a_matrix_shows_the_levels_of_its_runs(
 
 def test_map_shows_the_state_of_each_condition(config: Settings) -> None:
     names = [f"nominal_{name}" for name in CONDITIONS]
-    conditions = [dict(zip(names, levels, strict=True)) for levels in matrix()]
-    first = {"runs_accepted": 0, "runs_refused": 2}
-    counts = [first, *[{"runs_accepted": 1}] * (len(conditions) - 1)]
-    cells = [
-        {"oil": "4102", "planned": True, **at, **count}
-        for at, count in zip(conditions, counts, strict=True)
-    ]
-    mapped = CampaignTables.in_memory(coverage=rows("coverage", *cells))
-    figure, drawn = draw("coverage", mapped, config)
+    cells = rows("coverage", *(dict(zip(names, levels, strict=True)) for levels in matrix()))
+    cells = cells.assign(oil="4102", planned=True, runs_accepted=1)
+    cells.loc[0, ["runs_accepted", "runs_refused"]] = 0, 2
+    figure, drawn = draw("coverage", CampaignTables.in_memory(coverage=cells), config)
     assert drawn["series"].value_counts().to_dict() == {"accepted": len(cells) - 1, "refused": 1}
     assert drawn.loc[drawn["series"] == "refused", "words"].tolist() == ["0/2"]
     assert nothing_is_cut_off(figure)

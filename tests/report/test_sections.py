@@ -30,38 +30,27 @@ from reports import OILS, report_of, rows
 _PAPER = re.compile(r"paper|claim|Printed|Fig\. ")
 
 
-def finished(campaign: Campaign, oil: str) -> CampaignTables:
-    """The tables of one fit of a campaign."""
-    config, curated = campaign.config, campaign.curated
-    fit = campaign.fit(oil, bootstrap=20, searches=2)
-    results = CampaignTables.in_memory(
-        runs=curated.runs,
-        points=curated.points,
-        quarantine=curated.quarantine,
-        coverage=coverage(curated.runs, config),
-        gate_counts=gate_counts(curated.runs, curated.points, curated.quarantine),
-        coefficients=fit.coefficients,
-        fit_quality=fit.fit_quality,
-        refits=fit.refits,
-    )
-    if not config.campaign.twin:
-        return results
-    relative = config.same_set_point.relative
-    truth = truth_grid(config, printed())
-    signs, sign_verdicts = sign_study(config, curated.points)
-    basis = printed_evidence(printed(), config)
-    return results.replace(
-        extrapolation=extrapolate(truth, fit.coefficients, fit.refits, fit.fit_quality, relative),
-        printed_judged=judge_printed(results, printed(), config.oils, config.printed),
-        signs=signs,
-        sign_verdicts=sign_verdicts,
-        **audit(checked_claims(CLAIMS), [basis], config),
-    )
-
-
 @pytest.fixture(scope="module")
 def demo_tables(demo: Campaign) -> CampaignTables:
-    return finished(demo, "4010")
+    """The tables of one fit of the demonstration."""
+    config, curated = demo.config, demo.curated
+    fit = demo.fit("4010", bootstrap=20, searches=2)
+    fitted = fit.coefficients, fit.refits, fit.fit_quality
+    signs, sign_verdicts = sign_study(config, curated.points)
+    results = CampaignTables.in_memory(
+        **{name: getattr(curated, name) for name in ("runs", "points", "quarantine")},
+        **dict(zip(("coefficients", "refits", "fit_quality"), fitted, strict=True)),
+        coverage=coverage(curated.runs, config),
+        gate_counts=gate_counts(curated.runs, curated.points, curated.quarantine),
+        extrapolation=extrapolate(
+            truth_grid(config, printed()), *fitted, config.same_set_point.relative
+        ),
+        signs=signs,
+        sign_verdicts=sign_verdicts,
+        **audit(checked_claims(CLAIMS), [printed_evidence(printed(), config)], config),
+    )
+    judged = judge_printed(results, printed(), config.oils, config.printed)
+    return results.replace(printed_judged=judged)
 
 
 def by_anchor(results: CampaignTables, config: Settings) -> dict[str, Section]:
