@@ -200,7 +200,7 @@ function tell() {
     card.classList.toggle("beyond", outside);
     const reasons = AXES.flatMap(({ symbol, idle }, k) => (beyond[k] ? [`${symbol} ${idle ? short(tested[k]) : state.point[k]}: tested ${
       oil.box[k].map((end) => short(onAxis(oil, end, k), 3)).join(" to ")}`] : []));
-    if (outside && !away && !reasons.length) reasons.push("between tested conditions");
+    if (outside && !away && !reasons.length) reasons.push("not near any tested condition");
     if (mu > oil.limit) reasons.push(`no film carries more shear stress than ${oil.limit} of the pressure`);
     if (box.checked && reasons.length) warnings.push(`${oil.name}: ${reasons.join(", ")}`);
   }

@@ -207,7 +207,7 @@ def law_errors(results: CampaignTables, settings: Settings) -> Sheet:
     laws that are not shown have none. (b) Rms error of each law over the rms of the measured
     traction coefficient: on fitted curves, on curves left out, and on the lowest and highest
     levels of pressure, speed and temperature left out. Open symbols: fit not certified (the
-    table of the comparison says why). The groups and readings
+    table of the comparison says why); constants at a bound are named. The groups and readings
     of the Wang-Deng laws are ours.
     """
     compared, oils = results.fit_quality.dropna(subset="rmse"), list(settings.oils)
@@ -237,7 +237,7 @@ def law_errors(results: CampaignTables, settings: Settings) -> Sheet:
     above.axis.set_xlim(-0.5, max(len(starting), 1) - 0.5)
     above.axis.grid(visible=False, axis="x")
     above.axis.set_ylabel(f"{style.MU} at S = 0 ({style.THOUSANDTHS})")
-    below.axis.set_yticks(range(len(laws)), list(map(law_name, laws)))
+    below.axis.set_yticks(range(len(laws)), [_with_bounds(compared, law) for law in laws])
     below.axis.set(ylim=(len(laws) - 0.45, -0.55), xscale="log")
     below.axis.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
     # decimals as each level needs them: 0.2 %, 100 %
@@ -280,6 +280,13 @@ def _draw_errors(panel: Panel, fit: Mapping[str, Any], height: float, oils: Sequ
         known = values[~np.isnan(values)]
         if len(known):
             panel.dots(kind, known, np.full(len(known), height), face | look, **about)
+
+
+def _with_bounds(compared: pd.DataFrame, law: str) -> str:
+    """Name of a law, with the constants that ended at a bound for any oil below it."""
+    bounds = compared.loc[compared["law"] == law, "active_bounds"]
+    names = dict.fromkeys(name for joined in bounds if joined for name in joined.split(", "))
+    return f"{law_name(law)}\n(at bounds: {', '.join(names)})" if names else law_name(law)
 
 
 def symbol_of(fit: Mapping[str, Any], oils: Sequence[str]) -> style.Look:
