@@ -81,13 +81,6 @@ def test_traction_is_drawn_over_lambda_or_over_the_hersey_number(
     np.testing.assert_allclose(of_runs, expected, rtol=1e-3)
 
 
-def test_oils_without_properties_have_no_film(drawing: Draw, results: CampaignTables) -> None:
-    unknown = results.points.assign(lambda_ratio=np.nan)
-    figure, drawn = drawing("stribeck", points=unknown)
-    assert drawn.empty
-    assert "give the properties of the oil" in figure.axes[0].texts[0].get_text()
-
-
 @dataclass
 class HeatedTruth:
     """Traction of thermal elastohydrodynamics in place of a fitted law."""
@@ -160,19 +153,15 @@ def test_correction_recovers_most_of_what_heat_took(
         assert without_heat(hot, truth, contact, config)["traction_coefficient"].isna().all()  # type: ignore[arg-type]
 
 
-def test_isothermal_curves_are_corrected_by_the_law(
-    drawing: Draw, results: CampaignTables, config: Settings
-) -> None:
+def test_isothermal_curves_are_corrected_by_the_law(drawing: Draw, results: CampaignTables) -> None:
     figure, drawn = drawing("isothermal")
     assert nothing_is_cut_off(figure)
-    rows = drawn[(drawn["oil"] == "4102") & (drawn["series"] == "isothermal") & (drawn["x"] > 0)]
-    run = rows["words"].iloc[0]
-    at = results.points[results.points["run_id"] == run].iloc[0]
-    known = rows[rows["words"] == run].dropna(subset="y")
-    condition = printed()["4102"], at["max_hertz_pressure_gpa"], at["entrainment_speed_m_s"]
-    heated = traction_coefficient(*condition, 120.0, known["x"])
-    assert len(known) > 5
+    rows = drawn.query("oil == '4102' and series == 'isothermal' and x > 0").dropna(subset="y")
+    run = rows[rows["words"] == rows["words"].iloc[0]]
+    at = results.points.set_index("run_id").loc[run["words"].iloc[0]].iloc[0]
+    condition = at["max_hertz_pressure_gpa"], at["entrainment_speed_m_s"], 120.0
     # heat lowers the traction, the more the more slip there is
-    gain = known["y"] / heated
+    gain = run["y"] / traction_coefficient(printed()["4102"], *condition, run["x"])
+    assert len(run) > 5
     assert (gain > 1).all()
     assert gain.is_monotonic_increasing

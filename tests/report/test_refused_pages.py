@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
-from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 
 import torque_logs
@@ -48,9 +47,11 @@ HOSTILE = [
 
 
 @pytest.fixture(scope="module")
-def pages(demo: Campaign) -> pd.DataFrame:
+def pages(demo: Campaign) -> dict[str, dict[str, Any]]:
+    """Entry of each page by the rule that refused its run."""
     curated = demo.curated
-    return listing(curated.runs, curated.points, curated.quarantine, 50)
+    listed = listing(curated.runs, curated.points, curated.quarantine, 50)
+    return {entry["rule"]: entry for entry in tables.rows(listed[listed["page"] != ""])}
 
 
 def samples_of(demo: Campaign, run_id: str) -> pd.DataFrame:
@@ -68,15 +69,13 @@ def page_of(
     return draw_page({**entry, **changed}, run, samples, of_run, demo.config)
 
 
-def entry_of(pages: pd.DataFrame, rule: str) -> dict[str, Any]:
-    (entry,) = tables.rows(pages[pages["rule"] == rule])
-    return entry
-
-
-@pytest.fixture(scope="module")
-def stuck(pages: pd.DataFrame) -> dict[str, Any]:
-    """The entry of the run whose force sensor was stuck."""
-    return entry_of(pages, "stuck_sensor")
+def marks(figure: Figure) -> list[list[float]]:
+    """Where the upright lines of each panel are."""
+    colour = style.STATE_COLOURS["refused"]
+    lines = [
+        [line for line in axis.get_lines() if line.get_color() == colour] for axis in figure.axes
+    ]
+    return [[float(line.get_xdata()[0]) for line in of_panel] for of_panel in lines]
 
 
 def texts_of(figure: Figure) -> str:
@@ -84,55 +83,39 @@ def texts_of(figure: Figure) -> str:
     return " ".join(text.get_text() for text in texts)
 
 
-def test_every_planted_defect_has_a_page_of_its_own(demo: Campaign, pages: pd.DataFrame) -> None:
+def test_every_planted_defect_has_a_page_that_says_what_is_wrong_and_what_to_do(
+    demo: Campaign, pages: dict[str, dict[str, Any]]
+) -> None:
     planted = demo.truth.query("defect != ''")
-    shown = pages[pages["page"] != ""]
-    assert dict(shown[["run_id", "rule"]].to_numpy()) == dict(
-        planted[["run_id", "gate"]].to_numpy()
-    )
-    assert shown["page"].is_unique
-
-
-def test_mark_lies_where_the_sensor_was_stuck(demo: Campaign, stuck: dict[str, Any]) -> None:
-    rows = 4020
-    # the rig twin holds the force from 40 % of the rows on
-    first = int(0.4 * rows)
-    assert (stuck["place"], stuck["first_row"], stuck["last_row"]) == ("rows", first + 1, rows)
-    figure = page_of(demo, stuck)
-    colour = style.STATE_COLOURS["refused"]
-    for axis in figure.axes:
-        marks = [line.get_xdata() for line in axis.get_lines() if line.get_color() == colour]
-        edges = [mark[0] for mark in marks if len(set(mark)) == 1]  # upright lines
-        # 50 Hz, the first row at 0 s
-        assert edges == pytest.approx([first / 50, (rows - 1) / 50])
-    assert any(to_rgb(line.get_color()) == to_rgb(colour) for line in figure.axes[0].get_lines())
-
-
-def test_mark_of_a_cut_log_is_at_its_end_and_that_of_a_whole_run_spans_it(
-    demo: Campaign, pages: pd.DataFrame
-) -> None:
-    cut, again = entry_of(pages, "truncated"), entry_of(pages, "duplicate_condition")
-    signal, *edges = page_of(demo, cut).axes[0].get_lines()
-    assert edges[0].get_xdata()[0] == signal.get_xdata()[-1]
-    assert (again["place"], again["first_row"], again["last_row"]) == ("whole run", 0, 0)
-    signal, *edges = page_of(demo, again).axes[0].get_lines()
-    assert [edge.get_xdata()[0] for edge in edges[:2]] == [*signal.get_xdata()[[0, -1]]]
-
-
-def test_without_rows_the_failing_plateaus_are_marked(demo: Campaign, pages: pd.DataFrame) -> None:
-    thin = entry_of(pages, "thin_film")
-    points = demo.curated.points[demo.curated.points["run_id"] == thin["run_id"]]
-    marked = thin["place"], thin["first_row"], thin["last_row"]
-    assert marked == ("plateaus", points["first_row"].min(), points["last_row"].max())
-
-
-def test_page_says_what_is_wrong_what_to_do_and_that_it_is_simulated(
-    demo: Campaign, pages: pd.DataFrame
-) -> None:
-    for entry in tables.rows(pages):
+    shown = {entry["run_id"]: rule for rule, entry in pages.items()}
+    assert shown == dict(planted[["run_id", "gate"]].to_numpy())
+    for entry in pages.values():
         text = texts_of(page_of(demo, entry)).replace("\n", " ")
         for part in (entry["run_id"], entry["reason"], entry["advice"], "SIMULATED"):
             assert part in text
+
+
+def test_marks_are_where_the_trouble_is(demo: Campaign, pages: dict[str, dict[str, Any]]) -> None:
+    # of 4020 rows at 50 Hz the rig twin holds the force from 40 % on
+    first, rows = int(0.4 * 4020), 4020
+    stuck = pages["stuck_sensor"]
+    assert (stuck["place"], stuck["first_row"], stuck["last_row"]) == ("rows", first + 1, rows)
+    for of_panel in marks(page_of(demo, stuck)):
+        assert of_panel == pytest.approx([first / 50, (rows - 1) / 50])
+    # a cut log is marked at its end, a whole run at both ends
+    for rule, place, ends in (
+        ("truncated", "rows", [-1, -1]),
+        ("duplicate_condition", "whole run", [0, -1]),
+    ):
+        figure = page_of(demo, pages[rule])
+        time_s = figure.axes[0].get_lines()[0].get_xdata()
+        assert pages[rule]["place"] == place
+        assert marks(figure)[0] == [time_s[end] for end in ends]
+    # without rows the failing plateaus are marked
+    thin = pages["thin_film"]
+    points = demo.curated.points[demo.curated.points["run_id"] == thin["run_id"]]
+    marked = thin["place"], thin["first_row"], thin["last_row"]
+    assert marked == ("plateaus", points["first_row"].min(), points["last_row"].max())
 
 
 def test_page_names_are_safe_and_differ(tmp_path: Path) -> None:
@@ -146,8 +129,9 @@ def test_page_names_are_safe_and_differ(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("name", [name for name in HOSTILE if set(name) & set("\n$\udcff")])
 def test_text_of_logs_is_drawn_as_it_stands(
-    demo: Campaign, stuck: dict[str, Any], tmp_path: Path, name: str
+    demo: Campaign, pages: dict[str, dict[str, Any]], tmp_path: Path, name: str
 ) -> None:
+    stuck = pages["stuck_sensor"]
     hostile = {"run_id": name, "file": f"in {name}", "reason": f"found {name!r}: {name}"}
     figure = page_of(demo, stuck, samples_of(demo, stuck["run_id"]).iloc[:300], **hostile)
     save(figure, tmp_path / "page.png")
@@ -179,18 +163,16 @@ def test_what_has_no_signal_is_listed_without_a_page(demo: Campaign) -> None:
     (entry,) = tables.rows(listing(demo.curated.runs, demo.curated.points, unread, 9))
     assert (entry["file"], entry["page"], entry["reason"]) == ("broken.csv", "", "x")
     assert listing(*map(tables.empty, ("runs", "points", "quarantine")), 9).empty
-
-
-def test_step_without_a_run_is_a_refusal_in_a_file_with_runs() -> None:
+    # a step without a run is a refusal in a file with runs
     curated = carry_logs(PCS_CONFIG, [("log.txt", traction_export(range(1, 4)))]).curated
-    assert set(curated.quarantine["rule"]) == {"not_a_sweep"}
     (entry,) = tables.rows(listing(curated.runs, curated.points, curated.quarantine, 9))
     assert (entry["rule"], entry["page"]) == ("not_a_sweep", "")
 
 
 def test_signals_that_were_not_logged_are_said_to_be_so(
-    demo: Campaign, stuck: dict[str, Any]
+    demo: Campaign, pages: dict[str, dict[str, Any]]
 ) -> None:
+    stuck = pages["stuck_sensor"]
     bare = samples_of(demo, stuck["run_id"]).assign(load_n=np.nan, ball_speed_m_s=np.nan)
     assert texts_of(page_of(demo, stuck, bare)).count("not logged") == 2
 

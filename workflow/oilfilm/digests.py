@@ -121,7 +121,7 @@ def _code(path: Path) -> _Code:
 
 
 # A module names the file beside it that it reads.
-_DATA = re.compile(rb'"(\w+\.yaml)"')
+_DATA = re.compile(rb'"(\w+\.(?:yaml|mplstyle))"')
 # Newer versions of Python leave empty lists out of a dump.
 _EMPTY = re.compile(r"(?<=\()(\w+=\[\](, )?)+|, \w+=\[\]")
 

@@ -18,6 +18,7 @@ from pathlib import Path
 from oilfilm import studies
 
 _LIBRARY = Path(__file__).parent
+_CATEGORIES = {"data": "Data quality", "law": "Fits", "bearing": "Bearing"}
 
 
 @dataclass(frozen=True)
@@ -34,14 +35,12 @@ class FigureDeclaration:
         module: Module of its function.
         family: Figures of one family are drawn by one job, because imports take longer than
             drawing.
-        category: Section of the report; every counterpart of the paper is in "Paper".
         tables: Finished tables that it is drawn from.
         settings: Settings that it depends on; `campaign.matrix` is a key of the campaign file.
         references: Files of data/reference that it shows, without ending.
         paper: Its counterpart in the paper, as "Fig. 2"; empty where the paper has none.
         shows_data: False where nothing comes from the campaign's logs.
         requires: Key of the campaign file without which there is nothing to draw.
-        compares_laws: True where laws are shown side by side.
     """
 
     name: str
@@ -49,14 +48,17 @@ class FigureDeclaration:
     paragraphs: tuple[str, ...]
     module: str
     family: str
-    category: str = "Paper"
     tables: tuple[str, ...] = ()
     settings: tuple[str, ...] = ()
     references: tuple[str, ...] = ()
     paper: str = ""
     shows_data: bool = True
     requires: str = ""
-    compares_laws: bool = False
+
+    @property
+    def category(self) -> str:
+        """Section of the report; every counterpart of the paper is in "Paper"."""
+        return "Paper" if self.paper else _CATEGORIES[self.family]
 
     @property
     def caption(self) -> str:
@@ -85,7 +87,7 @@ def figures() -> Mapping[str, FigureDeclaration]:
     """Every figure by name.
 
     Raises:
-        ValueError: A declaration is not made of literals, or two figures have one name.
+        ValueError: A declaration is not made of literals.
     """
     declared: dict[str, FigureDeclaration] = {}
     for folder in ("report/figures", *(f"{name}/figures" for name in studies.available())):
@@ -93,8 +95,6 @@ def figures() -> Mapping[str, FigureDeclaration]:
             for node in ast.parse(path.read_text(encoding="utf-8")).body:
                 if isinstance(node, ast.FunctionDef) and node.decorator_list:
                     name = node.name.replace("_", "-")
-                    if name in declared:
-                        raise ValueError(f"two figures have the name {name!r}")
                     declared[name] = _declaration(name, node, path, declared)
     return declared
 
@@ -112,10 +112,7 @@ def _declaration(
     name: str, function: ast.FunctionDef, path: Path, declared: Mapping[str, FigureDeclaration]
 ) -> FigureDeclaration:
     (decorator,) = function.decorator_list
-    try:
-        keys = {each.arg: ast.literal_eval(each.value) for each in decorator.keywords}  # type: ignore[attr-defined]
-    except ValueError as error:
-        raise ValueError(f"{path}, line {decorator.lineno}: {error}; write literals") from error
+    keys = {each.arg: ast.literal_eval(each.value) for each in decorator.keywords}  # type: ignore[attr-defined]
     title, *own = (" ".join(part.split()) for part in ast.get_docstring(function).split("\n\n"))  # type: ignore[union-attr]
     other = keys.pop("like", None)
     inherited = vars(declared[other]) if other else {"paragraphs": ()}

@@ -16,7 +16,7 @@ import pandas as pd
 
 from oilfilm.fits.conditions import LEAST_SIZE
 from oilfilm.fits.fitted import FittedLaw
-from oilfilm.report.colours import oil_colour
+from oilfilm.report.words import CONDITIONS, oil_colour
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.torque.operating_grid import AXES
@@ -26,13 +26,6 @@ from oilfilm.units import FloatArray
 LEVEL = 0.95
 _LOAD = "load_n"
 _STEPS = 100  # of a slider, at least
-# Symbol, label and unit.
-LABELS = {
-    "max_hertz_pressure_gpa": ("P", "Maximum Hertz pressure", "GPa"),
-    "entrainment_speed_m_s": ("U", "Entrainment speed", "m/s"),
-    "inlet_temperature_c": ("T", "Inlet temperature", "\N{DEGREE SIGN}C"),
-    "slide_roll_ratio": ("S", "Slide-roll ratio", ""),
-}
 
 
 @dataclass(frozen=True)
@@ -68,9 +61,7 @@ class Axis:
         power = int(np.floor(np.log10(widest)))
         step, digits = 10.0**power, max(0, -power)
         first, last = np.floor(low / step + 1e-9), np.ceil(high / step - 1e-9)
-        low, high, start = (
-            round(float(value), digits) for value in (first * step, last * step, start)
-        )
+        low, high, start = (round(float(at), digits) for at in (first * step, last * step, start))
         return cls(name, low, high, step, int(last - first), digits, start, idle)
 
 
@@ -83,28 +74,18 @@ def explorer(results: CampaignTables, settings: Settings) -> dict[str, Any]:
     """
     load_n = load_at_1_gpa(settings)
     fits = explored_fits(results, load_n)
-    nearby = settings.report.nearby.model_dump()
-    axes = []
+    nearby, axes = settings.report.nearby.model_dump(), []
     for axis in sliders(fits, results.points, settings):
-        symbol, label, unit = LABELS[axis.name]
-        relative = f"{axis.name}_relative" in nearby
-        near = nearby[f"{axis.name}_relative" if relative else axis.name]
-        axes.append(
-            asdict(axis)
-            | {"symbol": symbol, "label": label, "unit": unit, "nearby": near, "relative": relative}
-        )
-    return {
-        "axes": axes,
-        "oils": [
-            {
-                "name": oil,
-                "colour": oil_colour(oil, list(settings.oils)),
-                "where": [fixed.sentence() for fixed in fit.coefficients.fixed],
-                **law_of(fit, load_n),
-            }
-            for oil, fit in fits.items()
-        ],
-    }
+        symbol, label, unit = CONDITIONS[axis.name]
+        relative = nearby.get(f"{axis.name}_relative")
+        width = {"nearby": nearby.get(axis.name, relative), "relative": relative is not None}
+        axes.append({**asdict(axis), "symbol": symbol, "label": label, "unit": unit, **width})
+    oils = []
+    for oil, fit in fits.items():
+        about = {"name": oil, "colour": oil_colour(oil, list(settings.oils))}
+        where = [fixed.sentence() for fixed in fit.coefficients.fixed]
+        oils.append({**about, "where": where, **law_of(fit, load_n)})
+    return {"axes": axes, "oils": oils}
 
 
 def load_at_1_gpa(settings: Settings) -> float | None:
@@ -148,10 +129,9 @@ def sliders(fits: Mapping[str, FittedLaw], points: pd.DataFrame, settings: Setti
             near = inner <= high and outer >= low
             low, high = (min(low, inner), max(high, outer)) if near else (inner, outer)
         start = float(np.clip(centre.get(name, low), low, high))
-        follow = name == "slide_roll_ratio" or any(
-            fit.coefficients.known[index] for fit in fits.values()
-        )
-        axes.append(Axis.over(name, low, high, start, idle=not follow))
+        followed = any(fit.coefficients.known[index] for fit in fits.values() if index < 3)
+        idle = not followed and name != "slide_roll_ratio"
+        axes.append(Axis.over(name, low, high, start, idle))
     return axes
 
 
@@ -180,51 +160,38 @@ def law_of(fit: FittedLaw, load_at_1_gpa: float | None = None) -> dict[str, Any]
     """
     law, coefficients = fit.law, fit.coefficients
     band, _, level = coefficients.bands(law, LEVEL)
-    inputs = [(load_at_1_gpa, 3) if name == _LOAD else (1.0, 1) for name in law.conditions]
-    axis_of = law.conditions.index
+    place = law.conditions.index
     fixed_names = {each.condition for each in coefficients.fixed}
     followed = [name for name in law.conditions if name not in fixed_names]
     lattice = zip(followed, fit.lattice[1], strict=True) if len(coefficients.tested) else ()
-    ends = {name: coefficients.box[axis_of(name)] for name in coefficients.two_levels}
-    return {
+    law_as_json = {
         "law": law.name,
-        "inputs": inputs,
-        "reference": list(law.reference),
-        "internal": to_internal(law, coefficients.constants).tolist(),
-        "known": coefficients.known.tolist(),
+        "conditions": law.conditions,
+        "inputs": [(load_at_1_gpa, 3) if name == _LOAD else (1.0, 1) for name in law.conditions],
+        "reference": law.reference,
+        "internal": to_internal(law, coefficients.constants),
+        "known": coefficients.known,
         "fixed": [
-            {
-                "axis": axis_of(each.condition),
-                "level": each.level,
-                "within": each.within,
-                "least_size": LEAST_SIZE.get(each.condition, 0.0),
-                "in_step": [
-                    {**asdict(other), "axis": axis_of(other.condition)} for other in each.in_step
-                ],
-            }
+            asdict(each) | {"least_size": LEAST_SIZE.get(each.condition, 0.0)}
             for each in coefficients.fixed
         ],
-        "level": _plain(level),
+        "level": level,
         "limit": coefficients.limiting_stress_ratio,
         # tested levels of each followed condition, by curve, and their largest step
         "lattice": [
-            {
-                "axis": axis_of(name),
-                "log": name not in LEAST_SIZE,
-                "step": float(step),
-                "tested": coefficients.tested[:, axis_of(name)].tolist(),
-            }
+            {"condition": name, "step": step, "tested": coefficients.tested[:, place(name)]}
+            | {"log": name not in LEAST_SIZE}
             for name, step in lattice
             if np.isfinite(step)
         ],
         "two_levels": [
-            {"axis": axis_of(name), "low": low, "high": high} for name, (low, high) in ends.items()
+            dict(zip(("low", "high"), coefficients.box[place(name)], strict=True), condition=name)
+            for name in coefficients.two_levels
         ],
-        "band": None
-        if np.isnan(band.reach).any()
-        else {**asdict(band), "reach": band.reach.T.tolist()},
-        "box": [list(map(_plain, ends)) for ends in fit.reach],
+        "band": None if np.isnan(band.reach).any() else asdict(band) | {"reach": band.reach.T},
+        "box": fit.reach,
     }
+    return {key: plain(value) for key, value in law_as_json.items()}
 
 
 def _over_axes(box: FloatArray, law: Law, load_at_1_gpa: float | None) -> FloatArray:
@@ -234,6 +201,18 @@ def _over_axes(box: FloatArray, law: Law, load_at_1_gpa: float | None) -> FloatA
     return np.vstack([np.cbrt(box[:1] / load_at_1_gpa), box[1:]])
 
 
-def _plain(value: float) -> float | None:
-    """A number that JSON has; None for NaN and infinity."""
-    return float(value) if np.isfinite(value) else None
+def plain(value: Any, digits: int = 0) -> Any:
+    """Numbers and arrays as JSON has them: null for NaN and infinity.
+
+    Args:
+        value: A number, an array, or lists and mappings of them.
+        digits: So many of each number, if any.
+    """
+    if isinstance(value, Mapping):
+        return {key: plain(each, digits) for key, each in value.items()}
+    if isinstance(value, list | tuple | np.ndarray | pd.Series):
+        return [plain(each, digits) for each in value]
+    if isinstance(value, float | np.floating):
+        known = float(f"{value:.{digits}g}") if digits else float(value)
+        return known if np.isfinite(known) else None
+    return value.item() if isinstance(value, np.generic) else value

@@ -13,26 +13,22 @@ from typing import Any
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined, Template
 from markupsafe import Markup
-from PIL import Image
 
 from oilfilm import tables
 from oilfilm.figure_catalogue import figures
-from oilfilm.report import runs
-from oilfilm.report.captions import caption, film_unjudged_oils
+from oilfilm.report import captions, runs
 from oilfilm.report.document import Section
 from oilfilm.report.explorer import explorer
-from oilfilm.report.glossary import meanings
 from oilfilm.report.law_script import law_script
 from oilfilm.report.release_id import UNRELEASED
 from oilfilm.report.spreadsheet import csv_text
-from oilfilm.report.words import printed
+from oilfilm.report.words import meanings, printed
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction import LAWS
 from oilfilm.traction.typeset import mathml
 
 _HERE = Path(__file__).parent
-_SCALE = 0.62  # CSS pixels per pixel: a single column of a journal has 370
 # How verdicts look; the first one that a text begins with.
 _LOOKS = {
     "good": "known, holds, yes, best, tie, not shown, accepted, certified, sound, ties",
@@ -59,12 +55,6 @@ class Picture:
     title: str
     caption: str
 
-    @property
-    def size(self) -> tuple[int, ...]:
-        """Width and height on a wide screen, in CSS pixels."""
-        with Image.open(self.png) as picture:
-            return tuple(round(pixels * _SCALE) for pixels in picture.size)
-
 
 def html(
     sections: Sequence[Section],
@@ -87,11 +77,11 @@ def html(
     Returns:
         HTML; the same results give the same text.
     """
-    unjudged, gallery = film_unjudged_oils(results.points), dict[str, list[Picture]]()
+    gallery: dict[str, list[Picture]] = {}
     for png in pngs:
-        figure, text = figures()[png.stem], caption(png.stem, settings.campaign, unjudged)
-        picture = Picture(png, f"figures/{png.name}", figure.numbered_title, text)
-        gallery.setdefault(figure.category, []).append(picture)
+        figure = figures()[png.stem]
+        about = f"figures/{png.name}", figure.numbered_title, captions.caption(png.stem)
+        gallery.setdefault(figure.category, []).append(Picture(png, *about))
     signals = [
         Picture(
             refused / row["page"],
@@ -112,6 +102,7 @@ def html(
         "words": _words(sections),
         "settings": settings,
         "provenance": provenance,
+        "origin": captions.provenance(settings.campaign),
         "unreleased": UNRELEASED,
         "style": _asset("page.css"),
         "equations": [
@@ -147,9 +138,11 @@ def html(
 
 def _look(verdict: str) -> str:
     """How a verdict looks: good, fair or bad."""
-    beginnings = {text: look for look, texts in _LOOKS.items() for text in texts.split(", ")}
-    fitting = [text for text in beginnings if f"{verdict} ".startswith(f"{text} ")]
-    return beginnings[max(fitting, key=len)] if fitting else ""
+    beginnings = [(text, look) for look, texts in _LOOKS.items() for text in texts.split(", ")]
+    fitting = [
+        (len(text), look) for text, look in beginnings if f"{verdict} ".startswith(f"{text} ")
+    ]
+    return max(fitting, default=(0, ""))[1]
 
 
 def _words(sections: Sequence[Section]) -> list[tuple[str, str]]:

@@ -32,7 +32,8 @@ function traction(fit, at) {
   const { mu, slopes } = LAWS[law](sizes, at.at(-1));
   const gradient = slopes.flatMap((slope) => design.map((value) => slope * value));
   const along = band ? band.reach.map((column) => dot(gradient, column)) : [];
-  const bends = fit.two_levels.map(({ axis, low, high }) => {
+  const bends = fit.two_levels.map(({ condition, low, high }) => {
+    const axis = fit.conditions.indexOf(condition);
     const moved = at.with(axis, low * (high / low) ** ((at[axis] - low) / (high - low)));
     return traction({ ...fit, band: null, two_levels: [] }, moved).mu - mu;
   });

@@ -39,104 +39,105 @@ def data_package(settings: Settings, files: Iterable[TableFile]) -> str:
         OilfilmError: A table's footer and the campaign disagree on whether the data are simulated.
     """
     campaign, about = settings.campaign, settings.dataset
-    in_order = sorted(files, key=lambda file: file.path)
-    for file in in_order:
+    of_table: dict[str, list[TableFile]] = {name: [] for name in tables.TABLES}
+    for file in sorted(files, key=lambda file: file.path):
         if file.data != campaign.data:
             raise OilfilmError(
                 f"{file.path}: its footer says that the data are {file.data}, campaign "
                 f"{campaign.name!r} that they are {campaign.data}. Delete it and run snakemake "
                 "again."
             )
-    of_table: dict[str, list[TableFile]] = {}
-    for file in sorted(in_order, key=lambda file: [*tables.TABLES].index(file.table)):
-        of_table.setdefault(file.table, []).append(file)
-    creators = about.creators or ()
+        of_table[file.table].append(file)
+    present = {table: of_this for table, of_this in of_table.items() if of_this}
     description = [
         campaign.description,
         _ORIGIN[campaign.data],
         f"Licence: {about.licence or _NOT_STATED}.",
-        f"Creators: {', '.join(creators) or _NOT_STATED}.",
+        f"Creators: {', '.join(about.creators or ()) or _NOT_STATED}.",
     ]
     for change in about.acknowledged_changes:
         log = f"{change.log} ({change.was}, now {change.now})"
         description.append(f"Changed after it was first read: {log}: {change.reason}")
-    descriptor: dict[str, Any] = {
+    licence = about.licence or ""
+    descriptor = {
         # The standard allows fewer letters in a name than a campaign may have.
         "name": re.sub(r"[^a-z0-9._-]", "-", campaign.name.lower()),
         "title": about.title or f"Traction campaign {campaign.name}",
         "description": "\n".join(description),
         "data": campaign.data,
+        "licenses": [{"path" if "://" in licence else "name": licence}] if licence else [],
+        "contributors": [{"title": name, "role": "author"} for name in about.creators or ()],
         "sources": [
-            {"title": source.title, **({"path": source.address} if source.address else {})}
+            _given({"title": source.title, "path": source.address})
             for source in (_RAW_LOGS, *(about.sources or ()))
         ],
-        "resources": [_resource(table, of_this, of_table) for table, of_this in of_table.items()],
+        "resources": [_resource(table, of_this, present) for table, of_this in present.items()],
     }
-    if about.licence:
-        descriptor["licenses"] = [{"path" if "://" in about.licence else "name": about.licence}]
-    if creators:
-        descriptor["contributors"] = [{"title": name, "role": "author"} for name in creators]
-    return json.dumps(descriptor, indent=2, ensure_ascii=False) + "\n"
+    return json.dumps(_given(descriptor), indent=2, ensure_ascii=False) + "\n"
+
+
+def _given(keys: dict[str, Any]) -> dict[str, Any]:
+    """The keys that have a value: the standard allows no empty ones."""
+    return {key: value for key, value in keys.items() if value not in ("", None, [], {})}
 
 
 def _resource(table: str, files: Sequence[TableFile], present: Container[str]) -> dict[str, Any]:
-    model = tables.TABLES[table]
-    about_files = [
-        {"path": file.path, "hash": f"sha256:{file.sha256}", "bytes": file.bytes, "rows": file.rows}
-        for file in files
-    ]
-    paths = [file.path for file in files]
-    return {
+    model, first = tables.TABLES[table], files[0]
+    resource = {
         "name": table,
         "type": "table",
         "description": model.about,
-        "path": paths if len(paths) > 1 else paths[0],
-        # columns that are in the names of the folders and not in the files
-        "partitions": [part.partition("=")[0] for part in paths[0].split("/") if "=" in part],
+        "path": first.path if len(files) == 1 else [file.path for file in files],
         "format": "parquet",
         "mediatype": "application/vnd.apache.parquet",
         "bytes": sum(file.bytes for file in files),
-        **({"hash": about_files[0]["hash"]} if len(files) == 1 else {}),
+        "hash": f"sha256:{first.sha256}" if len(files) == 1 else "",
         "rows": sum(file.rows for file in files),
-        "files": about_files,
+        "files": [
+            {"path": file.path, "hash": f"sha256:{file.sha256}"}
+            | {"bytes": file.bytes, "rows": file.rows}
+            for file in files
+        ],
         "schema": _schema(model, present),
     }
+    # columns that are in the names of the folders and not in the files
+    partitions = [part.partition("=")[0] for part in first.path.split("/") if "=" in part]
+    return _given(resource) | {"partitions": partitions}
 
 
 def _schema(model: tables.Table, present: Container[str]) -> dict[str, Any]:
     """Columns and keys; only keys to tables that are in the package."""
-    schema: dict[str, Any] = {
-        "fields": [_field(column) for column in model.columns],
-        # an empty text is a value here
-        "missingValues": [],
-    }
-    if any(model[name].nullable for name in model.key):
-        # the standard forbids nulls in a primary key
-        schema["uniqueKeys"] = [list(model.key)]
-    elif model.key:
-        schema["primaryKey"] = list(model.key)
+    # the standard forbids nulls in a primary key
+    with_nulls = any(model[name].nullable for name in model.key)
     foreign = [
         {"fields": list(columns), "reference": {"resource": table, "fields": list(columns)}}
         for table, columns in model.references.items()
         if table in present
     ]
-    return {**schema, "foreignKeys": foreign} if foreign else schema
+    schema = {
+        "fields": [_field(column) for column in model.columns],
+        "uniqueKeys": [list(model.key)] if with_nulls else [],
+        "primaryKey": [] if with_nulls else list(model.key),
+        "foreignKeys": foreign,
+    }
+    # an empty text is a value here
+    return _given(schema) | {"missingValues": []}
 
 
 def _field(column: tables.Column) -> dict[str, Any]:
-    constraints: dict[str, Any] = {} if column.nullable else {"required": True}
-    if column.at_least is not None and column.at_least > -tables.LARGEST:
-        constraints["minimum"] = column.at_least
-    if column.at_most is not None and column.at_most < tables.LARGEST:
-        constraints["maximum"] = column.at_most
-    if column.allowed:
-        constraints["enum"] = list(column.allowed)
+    low, high = column.at_least, column.at_most
+    constraints = {
+        "required": not column.nullable or None,
+        "minimum": low if low is not None and low > -tables.LARGEST else None,
+        "maximum": high if high is not None and high < tables.LARGEST else None,
+        "enum": list(column.allowed),
+    }
     field = {
         "name": column.name,
         "type": _TYPES.get(column.type, column.type),
         "description": column.meaning_here,
         "unit": "" if column.unit == tables.BY_ROW else column.unit,
         "caveat": column.caveat,
-        "constraints": constraints,
+        "constraints": _given(constraints),
     }
-    return {key: value for key, value in field.items() if value}
+    return _given(field)

@@ -18,8 +18,10 @@ const MANY = 500;
 function onLine(oil, asked) {
   const tested = [...asked];
   let away = false;
-  for (const { axis, level, within, least_size: least, in_step: others } of oil.fixed) {
-    tested[axis] = others.reduce((value, other) => value * (asked[other.axis] / other.centre) ** other.exponent, level ?? NaN);
+  const place = (condition) => oil.conditions.indexOf(condition);
+  for (const { condition, level, within, least_size: least, in_step: others } of oil.fixed) {
+    const axis = place(condition);
+    tested[axis] = others.reduce((value, other) => value * (asked[place(other.condition)] / other.centre) ** other.exponent, level ?? NaN);
     const near = Math.abs(asked[axis] - tested[axis]) <= within * Math.max(Math.abs(tested[axis]), least);
     away ||= !near && !AXES[axis].idle;
   }
@@ -27,11 +29,11 @@ function onLine(oil, asked) {
 }
 
 // Distance to the nearest tested conditions, in units of their largest step; 0 where they are unknown.
-function spacings({ lattice }, tested) {
+function spacings({ lattice, conditions }, tested) {
   if (!lattice.length) return 0;
-  const coordinate = (axis, value) => (axis.log ? Math.log(value) : value);
+  const coordinate = ({ log }, value) => (log ? Math.log(value) : value);
   const away = lattice[0].tested.map((_, k) => Math.max(...lattice.map((axis) => (
-    Math.abs(coordinate(axis, tested[axis.axis]) - coordinate(axis, axis.tested[k])) / axis.step))));
+    Math.abs(coordinate(axis, tested[conditions.indexOf(axis.condition)]) - coordinate(axis, axis.tested[k])) / axis.step))));
   return Math.min(...away);
 }
 
@@ -155,16 +157,12 @@ function nearby(oil, along) {
 
 // The parts of the abscissa at which every oil shown is outside its tested conditions.
 function untested(series) {
-  const lines = series.map((one) => one.line);
-  const parts = [];
-  (lines[0] ?? []).forEach(({ x }, i, { length }) => {
-    if (!lines.every((line) => line[i].outside)) return;
-    const edge = (k) => lines[0][Math.min(length - 1, Math.max(0, k))].x;
-    const ends = [(edge(i - 1) + x) / 2, (x + edge(i + 1)) / 2];
-    if (parts.length && parts.at(-1)[1] >= ends[0]) parts.at(-1)[1] = ends[1];
-    else parts.push(ends);
-  });
-  return parts;
+  const xs = (series[0]?.line ?? []).map(({ x }) => x);
+  const half = (xs[1] - xs[0]) / 2;
+  const outside = xs.map((_, i) => series.every(({ line }) => line[i].outside));
+  const starts = xs.filter((_, i) => outside[i] && !outside[i - 1]);
+  const ends = xs.filter((_, i) => outside[i] && !outside[i + 1]);
+  return starts.map((start, i) => [Math.max(xs[0], start - half), Math.min(xs.at(-1), ends[i] + half)]);
 }
 
 function draw() {
@@ -191,7 +189,7 @@ const pointText = () => AXES.flatMap((axis, i) => (axis.idle ? []
 
 function tell() {
   byId("here").textContent = `At ${pointText()}`;
-  const warnings = new Map();
+  const warnings = [];
   for (const box of document.getElementsByName("oil")) {
     const oil = OILS[Number(box.value)];
     const { mu, lower, upper, beyond, away, tested, outside } = predict(oil, state.point);
@@ -200,31 +198,23 @@ function tell() {
     card.querySelector(".interval bdi").textContent = Number.isFinite(upper) ? `${three(lower)} to ${three(upper)} (${
       short(100 * oil.level, 2)} %)` : "not known";
     card.classList.toggle("beyond", outside);
-    if (box.checked && outside && !away && !beyond.includes(true)) warnings.set("between tested conditions", [`not near (${oil.name})`]);
-    if (box.checked && mu > oil.limit) {
-      warnings.set("shear stress", [...(warnings.get("shear stress") ?? []), `no film carries more than ${oil.limit} of the pressure (${oil.name})`]);
-    }
-    AXES.forEach(({ symbol, idle }, k) => {
-      if (!beyond[k] || !box.checked) return;
-      const value = idle ? short(tested[k]) : state.point[k];
-      const key = `${symbol} ${value}`;
-      const [low, high] = oil.box[k].map((end) => short(onAxis(oil, end, k), 3));
-      const range = `tested ${low} to ${high} (${oil.name})`;
-      warnings.set(key, [...(warnings.get(key) ?? []), range]);
-    });
+    const reasons = AXES.flatMap(({ symbol, idle }, k) => (beyond[k] ? [`${symbol} ${idle ? short(tested[k]) : state.point[k]}: tested ${
+      oil.box[k].map((end) => short(onAxis(oil, end, k), 3)).join(" to ")}`] : []));
+    if (outside && !away && !reasons.length) reasons.push("not near any tested condition");
+    if (mu > oil.limit) reasons.push(`no film carries more shear stress than ${oil.limit} of the pressure`);
+    if (box.checked && reasons.length) warnings.push(`${oil.name}: ${reasons.join(", ")}`);
   }
-  byId("outside").hidden = !warnings.size;
-  byId("outside").textContent = `Outside the tested conditions, where the law is a guess: ${
-    [...warnings].map(([key, ranges]) => `${key}: ${ranges.join(", ")}`).join("; ")}.`;
+  byId("outside").hidden = !warnings.length;
+  byId("outside").textContent = `Outside the tested conditions, where the law is a guess: ${warnings.join("; ")}.`;
 }
 
 function update() {
   byId("abscissa").value = state.x;
   AXES.forEach((axis, i) => {
-    const slider = byId(`slider-${axis.symbol}`);
+    const [slider, value] = ["slider", "value"].map((name) => byId(`${name}-${axis.symbol}`));
     slider.value = stepOf(axis, state.point[i]);
     slider.setAttribute("aria-valuetext", `${state.point[i]} ${axis.unit}`);
-    byId(`value-${axis.symbol}`).value = state.point[i].toFixed(axis.digits);
+    value.value = state.point[i].toFixed(axis.digits);
   });
   for (const box of document.getElementsByName("oil")) box.checked = state.oils.includes(Number(box.value));
   draw();
@@ -232,33 +222,27 @@ function update() {
 }
 
 function listenToExplorer() {
-  const change = (then) => (event) => {
-    then(event.target);
+  const listen = (element, kind, change) => element.addEventListener(kind, ({ target }) => {
+    change(target.value);
     update();
-  };
-  AXES.forEach((axis, i) => {
-    byId(`slider-${axis.symbol}`).addEventListener("input", change(({ value }) => { state.point[i] = at(axis, Number(value)); }));
-    byId(`value-${axis.symbol}`).addEventListener("change", change(({ value }) => {
-      if (value !== "") state.point[i] = at(axis, stepOf(axis, Number(value)));
-    }));
   });
-  byId("abscissa").addEventListener("change", change(({ value }) => { state.x = value; }));
+  AXES.forEach((axis, i) => {
+    listen(byId(`slider-${axis.symbol}`), "input", (value) => { state.point[i] = at(axis, Number(value)); });
+    listen(byId(`value-${axis.symbol}`), "change", (value) => { if (value !== "") state.point[i] = at(axis, stepOf(axis, Number(value))); });
+  });
+  listen(byId("abscissa"), "change", (value) => { state.x = value; });
   for (const box of document.getElementsByName("oil")) {
-    box.addEventListener("change", change(() => { state.oils = all("[name=oil]:checked").map(({ value }) => Number(value)); }));
+    listen(box, "change", () => { state.oils = all("[name=oil]:checked").map(({ value }) => Number(value)); });
   }
   addEventListener("resize", draw);
 }
 
 // ---------------------------------------------------------------- tables
 
-// "\u22120.03", "4.3 %" and "31 of 31" are sorted as numbers, all else as text; what is none comes last
+// "\u22120.03", "4.3 %" and "31 of 31" are sorted as numbers, all else as text; texts come last
 function order(one, other) {
-  if (one === other || [one, other].some((text) => !text || text === "\u2013")) {
-    return Number(!one || one === "\u2013") - Number(!other || other === "\u2013");
-  }
-  const [a, b] = [one, other].map((text) => (/^[\u2212+-]?[\d.]+(e[\u2212+-]?\d+)?( %| of \d+)?$/.test(text)
-    ? parseFloat(text.replaceAll("\u2212", "-")) : NaN));
-  return Number.isNaN(a - b) ? one.localeCompare(other, "en", { numeric: true }) : a - b;
+  const [a, b] = [one, other].map((text) => parseFloat(text.replaceAll("\u2212", "-")));
+  return a - b || Number.isNaN(a) - Number.isNaN(b) || one.localeCompare(other, "en", { numeric: true });
 }
 
 function sortTable(table, column) {

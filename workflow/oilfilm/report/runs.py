@@ -10,14 +10,13 @@ import pandas as pd
 from oilfilm import tables
 from oilfilm.fits.interval import normal_quantile
 from oilfilm.report.document import sentence
-from oilfilm.report.explorer import LEVEL
-from oilfilm.report.shown_table import Column, ShownTable, number, show
+from oilfilm.report.explorer import LEVEL, plain
+from oilfilm.report.shown_table import ShownTable, show_declared
 from oilfilm.report.words import gate_name
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.torque.operating_grid import AXES
 from oilfilm.traction.law import CONDITIONS
 
-_SHORT = number(".3g")
 _DIGITS = 6  # of a drawn value
 
 
@@ -32,38 +31,14 @@ def run_list(results: CampaignTables, most: int) -> ShownTable:
     runs = shown_runs(results, most)
     of_runs = results.points.groupby("run_id")["accepted"].agg(["sum", "size"])
     counts = of_runs.reindex(runs["run_id"], fill_value=0).astype(int)
-    set_points = {
-        "nominal_max_hertz_pressure_gpa": "P",
-        "nominal_load_n": "Load",
-        "nominal_entrainment_speed_m_s": "U",
-        "nominal_inlet_temperature_c": "T",
-    }
-    shown = show(
-        runs.assign(
-            passed=[f"{good} of {size}" for good, size in counts.to_numpy()],
-            why=runs["rule"].map(gate_name),
-            warned=np.where(runs["warning"] != "", "yes", ""),
-        ),
-        "runs",
-        "Runs: conditions and verdict",
-        [
-            Column("run_id", "Run"),
-            Column("oil", "Oil"),
-            Column("rig", "Rig"),
-            *(
-                Column(name, symbol, _SHORT)
-                for name, symbol in set_points.items()
-                if runs[name].notna().any()
-            ),
-            Column("passed", "Plateaus accepted"),
-            Column("verdict", "Verdict", is_verdict=True),
-            Column("why", "Refused by"),
-            Column("warned", "Warning", unit=""),
-        ],
-        name="run-list",
+    shown = runs.assign(
+        passed=[f"{good} of {size}" for good, size in counts.to_numpy()],
+        why=runs["rule"],
+        warned=np.where(runs["warning"] != "", "yes", ""),
     )
+    listed = show_declared(shown.dropna(axis="columns", how="all"), "run-list")
     links = [f"#run?name={quote(name, safe='')}" for name in runs["run_id"]]
-    return replace(shown, links=links, left_out=len(results.runs) - len(runs))
+    return replace(listed, links=links, left_out=len(results.runs) - len(runs))
 
 
 def run_pages(results: CampaignTables, most: int) -> list[dict[str, Any]]:
@@ -88,7 +63,7 @@ def run_pages(results: CampaignTables, most: int) -> list[dict[str, Any]]:
             if run["verdict"] != "accepted"
             else "",
             "warning": run["warning"],
-            "condition": _plain(means.loc[run["run_id"]]),
+            "condition": plain(means.loc[run["run_id"]], _DIGITS),
         }
         for run in tables.rows(runs)
     ]
@@ -110,17 +85,9 @@ def drawn_points(points: pd.DataFrame, most: int) -> dict[str, Any]:
         "names": names.tolist(),
         "run": run.tolist(),
         "oil": points["oil"].tolist(),
-        "axes": [_plain(points[name]) for name in AXES],
-        "mu": _plain(points["traction_coefficient"]),
-        "half": _plain(half.fillna(0), 2),
+        "axes": [plain(points[name], _DIGITS) for name in AXES],
+        "mu": plain(points["traction_coefficient"], _DIGITS),
+        "half": plain(half.fillna(0), 2),
         "accepted": points["accepted"].astype(int).tolist(),
         "left_out": accepted - int(points["accepted"].sum()),
     }
-
-
-def _plain(values: "pd.Series[float]", digits: int = _DIGITS) -> list[float | None]:
-    """Numbers as JSON has them, with the digits that a drawing shows."""
-    return [
-        float(f"{value:.{digits}g}") if np.isfinite(value) else None
-        for value in values.to_numpy(float)
-    ]

@@ -1,16 +1,22 @@
 """Tables of the report: which columns of the finished tables are shown, and how numbers read.
 
-Decides: digits, signs and units of numbers in shown tables.
+`shown_tables.yaml` beside this module declares the tables of every campaign.
+
+Decides: signs and units of numbers in shown tables.
 """
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import cache
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pandas as pd
+import yaml
 
 from oilfilm import tables
+from oilfilm.report.words import gate_name, law_name, law_names, load_variable
 
 _NONE = "\N{EN DASH}"
 _MINUS = "\N{MINUS SIGN}"
@@ -107,6 +113,51 @@ def yes_or_no(value: Any) -> str:
     return "yes" if value else "no"
 
 
+# What a declared column calls its form, beside formats of numbers and percents.
+FORMS: dict[str, Form] = {
+    "gate": gate_name,
+    "law": law_name,
+    "laws": law_names,
+    "load variable": load_variable,
+    "yes or no": yes_or_no,
+}
+
+
+def show_declared(
+    frame: pd.DataFrame, declared: str, caption: str = "", name: str = "", most: int | None = None
+) -> ShownTable:
+    """A table of `shown_tables.yaml`; columns that the frame does not have are left out.
+
+    Args:
+        frame: Its rows.
+        declared: Its name there.
+        caption: What it shows, if not said there.
+        name: Of it in the page, if another one.
+        most: Rows that are shown at most.
+    """
+    about = _declarations()[declared]
+    columns = []
+    for column, given in about["columns"].items():
+        keys = {"heading": given} if isinstance(given, str) else dict(given)
+        if column in frame:
+            columns.append(Column(column, **keys | {"form": _form(keys.get("form", ""))}))
+    shown = caption or about["caption"], columns
+    more: dict[str, Any] = {"most": most, "in_text": about.get("in_text", False)}
+    return show(frame, about.get("model", declared), *shown, name=name or declared, **more)
+
+
+@cache
+def _declarations() -> dict[str, Any]:
+    path = Path(__file__).with_name("shown_tables.yaml")
+    return dict(yaml.safe_load(path.read_text(encoding="utf-8")))
+
+
+def _form(name: str) -> Form:
+    if name in FORMS or not name:
+        return FORMS.get(name, str)
+    return percent(int(name[:-1])) if name.endswith("%") else number(name)
+
+
 def show(
     frame: pd.DataFrame,
     table: str,
@@ -128,7 +179,8 @@ def show(
         most: Rows that are shown at most.
         in_text: Whether the text has it, beside the page.
     """
-    columns = [column.described(tables.TABLES[table]) for column in columns]
+    if model := tables.TABLES.get(table):
+        columns = [column.described(model) for column in columns]
     rows = [
         [column.form(row[column.name]) for column in columns] for row in tables.rows(frame[:most])
     ]

@@ -8,8 +8,8 @@ from collections.abc import Iterable, Iterator, Sequence
 from oilfilm.errors import printable
 from oilfilm.report.captions import provenance
 from oilfilm.report.document import Fact, Section, sentence
-from oilfilm.report.glossary import meanings
 from oilfilm.report.shown_table import ShownTable
+from oilfilm.report.words import meanings
 from oilfilm.settings.campaign import Campaign
 from oilfilm.text_table import markdown_table
 
@@ -40,7 +40,7 @@ def text(
     places = [f"- {what}: results/{campaign.name}/{place}" for what, place in where]
     lines = [
         sentence(f"Campaign {campaign.name}: {campaign.description}"),
-        sentence(provenance(campaign, ())),
+        sentence(provenance(campaign)),
         "",
         *_headed(first.title, _contents(first)),
         *_headed("Trouble", _trouble(sections)),

@@ -1,12 +1,26 @@
-"""Names and words of the report: load variables, gates, and what the words of verdicts mean.
+"""Names of the report: conditions, load variables, gates, symbols of print; the colour of an oil.
 
-Decides: the meaning of each word of a verdict, and the symbols of print.
+Decides: names and units on axes; the symbols of print; the meaning of each word of a
+verdict (`glossary.yaml`).
 """
 
 import re
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import yaml
 
 from oilfilm.traction import LAW_TITLES
 
+# Symbol, label and unit of what mu is a function of.
+CONDITIONS = {
+    "max_hertz_pressure_gpa": ("P", "Maximum Hertz pressure", "GPa"),
+    "entrainment_speed_m_s": ("U", "Entrainment speed", "m/s"),
+    "inlet_temperature_c": ("T", "Inlet temperature", "\N{DEGREE SIGN}C"),
+    "slide_roll_ratio": ("S", "Slide-roll ratio", ""),
+}
+# Okabe and Ito's colours, which stay apart for every kind of colour vision.
+_PALETTE = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 LOAD_VARIABLES = {
     **LAW_TITLES,
     "stress": "pressure-based",
@@ -26,6 +40,11 @@ _PRINTED = {
 }
 
 
+def oil_colour(oil: str, oils: Sequence[str]) -> str:
+    """The colour of an oil: its place in the campaign decides, everywhere alike."""
+    return _PALETTE[list(oils).index(oil) % len(_PALETTE)]
+
+
 def law_name(key: str) -> str:
     """The title of a law; laws that are not installed keep their name.
 
@@ -34,6 +53,16 @@ def law_name(key: str) -> str:
         ('Deng (Eq. 7)', 'my-law')
     """
     return LAW_TITLES.get(key, key)
+
+
+def law_names(keys: str) -> str:
+    """The titles of laws whose names are joined by commas.
+
+    Examples:
+        >>> law_names("deng2026, my-law")
+        'Deng (Eq. 7), my-law'
+    """
+    return ", ".join(map(law_name, keys.split(", ")))
 
 
 def load_variable(key: str) -> str:
@@ -66,3 +95,25 @@ def printed(text: str) -> str:
     for plain, sign in _PRINTED.items():
         text = re.sub(plain, sign, text)
     return text
+
+
+def meanings(text: str, *more: Mapping[str, str]) -> list[tuple[str, str]]:
+    """The words of a text that need a meaning, each with its meaning, in one order.
+
+    Args:
+        text: What is shown.
+        more: Meanings of further words.
+    """
+    path = Path(__file__).with_name("glossary.yaml")
+    known = dict(yaml.safe_load(path.read_text(encoding="utf-8")))
+    for words in more:
+        known |= words
+    return [(word, meaning) for word, meaning in known.items() if _occurs(word, text)]
+
+
+def _occurs(word: str, text: str) -> bool:
+    if not word[-1].isalpha():
+        return word in text.replace("\N{PLUS-MINUS SIGN}", "+-")
+    # "steps" is no plural of the verdict "in step"
+    ending = "s?" if word.islower() and word.isalpha() else ""
+    return re.search(rf"(?<![\w-]){re.escape(word)}{ending}(?![\w-])", text) is not None

@@ -27,14 +27,13 @@ _NO_CHOICE = {
 _NO_MAP = "The oils of selection.rules have no law or no film here:\nno map."
 
 
-@register(like="torque", paper="Fig. 6", category="Paper")
+@register(like="torque", paper="Fig. 6")
 def fig06(results: CampaignTables, settings: Settings) -> Sheet:
     """Friction torque of the bearing."""
     return torque(results, settings)
 
 
 @register(
-    category="Bearing",
     family="bearing",
     tables=("published_tests",),
     settings=("bearing",),
@@ -90,7 +89,6 @@ def power_loss(results: CampaignTables, settings: Settings) -> Sheet:
 
 
 @register(
-    category="Bearing",
     family="bearing",
     tables=("slip_advice",),
     settings=("oils", "bearing"),

@@ -32,7 +32,6 @@ _DASHES: style.Look = {"fit": "-", "left out": style.LINES["left out"], "Eq. 7":
     family="law",
     tables=("points", "fit_quality", "coefficients", "law_points"),
     settings=("oils", "rigs"),
-    compares_laws=True,
 )
 def fig04(results: CampaignTables, settings: Settings) -> Sheet:
     """The Wang-Deng law at zero slip and on a curve left out.

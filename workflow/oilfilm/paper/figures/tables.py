@@ -219,9 +219,7 @@ def _table(
     return sheet
 
 
-@register(
-    like="constants", paper="Eqs 11-13", category="Paper", references=("printed_coefficients",)
-)
+@register(like="constants", paper="Eqs 11-13", references=("printed_coefficients",))
 def eqs11_13(
     results: CampaignTables, settings: Settings, printed_coefficients: PrintedCoefficients
 ) -> Sheet:

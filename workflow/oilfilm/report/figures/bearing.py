@@ -6,18 +6,17 @@ from typing import Any
 import numpy as np
 import pandas as pd
 from matplotlib.colors import BoundaryNorm
-from matplotlib.patches import Patch, Rectangle
+from matplotlib.patches import Patch
 
 from oilfilm.report.figures import style
 from oilfilm.report.figures.registry import register
-from oilfilm.report.figures.sheet import Panel, Sheet, sentences
+from oilfilm.report.figures.sheet import Panel, Sheet, oil_grid
 from oilfilm.report.words import load_variable
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.torque.load_variables import LOAD_VARIABLES
 from oilfilm.traction.law import CONDITIONS
 
-_DRAWN_INTERVAL = 1.96  # bars are 95 % intervals, in standard uncertainties
 # Temperatures by the fill of symbols and the dashes of lines.
 _LEVELS = (("full", "-"), ("none", (0, (5, 2))), ("left", ":"), ("right", "-."), ("top", "-"))
 # The campaign's own law, and the one on load that it is compared with, by colour.
@@ -28,19 +27,11 @@ _LOOKS: dict[str, style.Look] = {
 }
 _SLIP_LEVELS = (-1.0, 0.01, 0.05, 0.15, 0.3, 0.5, 0.75, 1.0)
 _CROSS: style.Look = {"marker": "x", "color": "black", "linestyle": "", "markersize": 4}
-_ROLLS_OR_SKIDS = "cage may roll or skid"
+_NO_LAW = "No oil has a law that a bearing could use."
 _PRESSURE, _SPEED, _TEMPERATURE = CONDITIONS
-# The ordinate of each row of panels; of the third condition the best level is shown.
-_ROWS = (_PRESSURE, _TEMPERATURE)
 
 
-@register(
-    category="Bearing",
-    family="bearing",
-    tables=("torque",),
-    settings=("oils", "figures"),
-    requires="torque",
-)
+@register(family="bearing", tables=("torque",), settings=("oils", "figures"), requires="torque")
 def torque(results: CampaignTables, settings: Settings) -> Sheet:
     """Friction torque of the bearing.
 
@@ -52,60 +43,55 @@ def torque(results: CampaignTables, settings: Settings) -> Sheet:
     uncertainty of the difference. Crosses: the cage may roll or skid.
     """
     table = _in_sets(results.torque, settings)
-    oils = [oil for oil in settings.oils if (table["oil"] == oil).any()]
-    if not oils:
-        return sentences("No torque was measured, or no law could be evaluated.")
     levels = sorted(set(table["level"]))
-    panels = list(itertools.product(sorted(set(table["load"])), oils))
-    layout: style.Look = {"height": 1.2, "top": 0.45, "down": 0.55}
-    layout |= {"sharex": True, "sharey": "row", "width": style.DOUBLE_COLUMN_IN}
-    sheet = Sheet(len(panels), len(oils), **layout)
-    for number, (load, oil) in enumerate(panels):
-        panel = sheet.panel(number, f"{oil}, {_kilonewtons(load)}", pad=18)
+    sheet, panels = oil_grid(
+        style.oils_in(table, settings),
+        "No torque was measured, or no law could be evaluated.",
+        sorted(set(table["load"])),
+        lambda load, oil: f"{oil}, {_kilonewtons(load)}",
+        **{"height": 1.2, "top": 0.45, "down": 0.55, "sharex": True, "sharey": "row"},
+        width=style.DOUBLE_COLUMN_IN,
+    )
+    for panel, load, oil in panels:
+        panel.axis.set_title(panel.axis.get_title(loc="left"), pad=18)
         rows = table[(table["oil"] == oil) & (table["load"] == load)]
-        for line, (variable, colour) in enumerate(_LAWS.items()):
-            of_law = rows[rows["load_variable"] == variable]
-            _draw_calculated(panel, of_law, variable, levels)
+        for level, (fill, dashes) in zip(levels, itertools.cycle(_LEVELS), strict=False):
+            _draw_torque(panel, rows[rows["level"] == level], f"{level:.0f} degC", fill, dashes)
+        for line, (law, colour) in enumerate(_LAWS.items()):
             place: style.Look = {"transform": panel.axis.transAxes, "fontsize": 6}
-            panel.axis.text(0, 1.11 - 0.09 * line, _agreement(of_law), color=colour, **place)
-        _draw_measured(panel, rows[rows["load_variable"] == "stress"], levels)
+            agreement = _agreement(rows[rows["load_variable"] == law])
+            panel.axis.text(0, 1.11 - 0.09 * line, agreement, color=colour, **place)
     sheet.label(style.SPEED_LABEL, "Friction torque (N m)", fontsize=7)
     laws = [law for law in _LAWS if (table["load_variable"] == law).any()]
     handles: list[Any] = [Patch(color=_LAWS[law], label=load_variable(law)) for law in laws]
-    handles += [
-        style.line_handle(
-            f"{level:.0f} \N{DEGREE SIGN}C: measured and calculated",
-            **{"marker": "o", "markersize": 4, "color": "black", "linewidth": 0.9},
-            fillstyle=fill,
-            linestyle=dashes,
-        )
-        for level, (fill, dashes) in zip(levels, itertools.cycle(_LEVELS), strict=False)
-    ]
+    black: style.Look = {"marker": "o", "markersize": 4, "color": "black", "linewidth": 0.9}
+    for level, (fill, dashes) in zip(levels, itertools.cycle(_LEVELS), strict=False):
+        label = f"{level:.0f} \N{DEGREE SIGN}C: measured and calculated"
+        handles.append(style.line_handle(label, fillstyle=fill, linestyle=dashes, **black))
     sheet.legend(handles + _cross_handles(table))
     return sheet
 
 
-def _draw_calculated(
-    panel: Panel, of_law: pd.DataFrame, variable: str, levels: list[float]
-) -> None:
-    for level, (_, dashes) in zip(levels, itertools.cycle(_LEVELS), strict=False):
-        at = of_law[of_law["level"] == level].sort_values("inner_speed_rpm")
-        speed, y, both = at["inner_speed_rpm"] / 1e3, at["torque_n_m"], at["bistable"]
-        label = f"{level:.0f} degC" + both.map({True: ", bistable", False: ""})
+def _draw_torque(panel: Panel, rows: pd.DataFrame, label: str, fill: str, dashes: Any) -> None:
+    """Lines of each law and symbols of what was measured, of one panel at one temperature."""
+    rows = rows.sort_values("inner_speed_rpm")
+    speed = rows["inner_speed_rpm"] / 1e3
+    for law, colour in _LAWS.items():
+        own = rows["load_variable"] == law
+        at, both = rows[own], own & rows["bistable"]
         band = {"lower": at["torque_n_m_lower"], "upper": at["torque_n_m_upper"]}
-        look = {"color": _LAWS[variable], "linestyle": dashes, "linewidth": 0.9}
-        panel.line(load_variable(variable), speed, y, look, label=label, oil=at["oil"], **band)
-        panel.axis.plot(speed[both], y[both], **_CROSS)
-
-
-def _draw_measured(panel: Panel, rows: pd.DataFrame, levels: list[float]) -> None:
-    for level, (fill, _) in zip(levels, itertools.cycle(_LEVELS), strict=False):
-        at = rows[rows["level"] == level]
-        values = at["measured_torque_n_m"]
-        bar = _DRAWN_INTERVAL * at["measured_torque_n_m_uncertainty"]
-        look = {"color": "black", "marker": "o", "fillstyle": fill, "elinewidth": 0.7}
-        about = {"label": f"{level:.0f} degC", "lower": values - bar, "upper": values + bar}
-        panel.dots("measured", at["inner_speed_rpm"] / 1e3, values, look, oil=at["oil"], **about)
+        band["label"] = label + at["bistable"].map({True: ", bistable", False: ""})
+        look = {"color": colour, "linestyle": dashes, "linewidth": 0.9}
+        name = load_variable(law)
+        panel.line(name, speed[own], at["torque_n_m"], look, oil=at["oil"], **band)
+        panel.axis.plot(speed[both], rows.loc[both, "torque_n_m"], **_CROSS)
+    own = rows["load_variable"] == "stress"
+    values = rows.loc[own, "measured_torque_n_m"]
+    bar = style.SE_DRAWN * rows.loc[own, "measured_torque_n_m_uncertainty"]
+    about = {"label": label, "oil": rows.loc[own, "oil"]}
+    about |= {"lower": values - bar, "upper": values + bar}
+    look = {"color": "black", "marker": "o", "fillstyle": fill, "elinewidth": 0.7}
+    panel.dots("measured", speed[own], values, look, **about)
 
 
 def _agreement(of_law: pd.DataFrame) -> str:
@@ -137,16 +123,10 @@ def _kilonewtons(load_n: float) -> str:
 
 
 def _cross_handles(table: pd.DataFrame) -> list[Any]:
-    return [style.line_handle(_ROLLS_OR_SKIDS, **_CROSS)] if table["bistable"].any() else []
+    return [style.line_handle("cage may roll or skid", **_CROSS)] if table["bistable"].any() else []
 
 
-@register(
-    category="Bearing",
-    family="bearing",
-    tables=("torque",),
-    settings=("oils", "figures"),
-    requires="torque",
-)
+@register(family="bearing", tables=("torque",), settings=("oils", "figures"), requires="torque")
 def torque_load_variable(results: CampaignTables, settings: Settings) -> Sheet:
     """Load variables of the law in the bearing.
 
@@ -159,14 +139,15 @@ def torque_load_variable(results: CampaignTables, settings: Settings) -> Sheet:
     near = results.torque["inlet_temperature_c"] - choice.inlet_temperature_c
     here = near.abs() <= choice.same_within * choice.inlet_temperature_c
     table = _in_sets(results.torque[here], settings)
-    oils = [oil for oil in settings.oils if (table["oil"] == oil).any()]
-    if not oils:
-        return sentences("No torque was measured at this temperature.")
     loads = sorted(set(table["load"]))
-    layout: style.Look = {"height": 1.15, "sharex": True, "sharey": True}
-    sheet = Sheet(3 * len(oils), len(oils), width=style.DOUBLE_COLUMN_IN, **layout)
-    for number, (variable, oil) in enumerate(itertools.product(LOAD_VARIABLES, oils)):
-        panel = sheet.panel(number, f"{oil}, {load_variable(variable)}")
+    sheet, panels = oil_grid(
+        style.oils_in(table, settings),
+        "No torque was measured at this temperature.",
+        LOAD_VARIABLES,
+        lambda variable, oil: f"{oil}, {load_variable(variable)}",
+        **{"height": 1.15, "sharex": True, "sharey": True, "width": style.DOUBLE_COLUMN_IN},
+    )
+    for panel, variable, oil in panels:
         rows = table[(table["oil"] == oil) & (table["load_variable"] == variable)]
         shades = style.shades(style.oil_colour(oil, list(settings.oils)), len(loads))
         for load, shade, marker in zip(loads, shades, style.MARKERS, strict=False):
@@ -190,7 +171,6 @@ def torque_load_variable(results: CampaignTables, settings: Settings) -> Sheet:
 
 
 @register(
-    category="Bearing",
     family="bearing",
     tables=("cage_slip",),
     settings=("oils", "bearing", "selection"),
@@ -202,33 +182,27 @@ def cage_slip(results: CampaignTables, settings: Settings) -> Sheet:
     Cage slip at friction equilibrium, one panel per oil. Abscissa: dmN, pitch diameter times
     speed (million mm rpm), and entrainment speed U of rolling balls. Ordinate: axial load (kN).
     Full line: limit of the cage slip. Dashed lines: the 2.5 % and 97.5 % quantiles of the slip
-    reach the limit. Hatched: the limit lies between the quantiles. Open circles: no interval
-    could be calculated. Crosses: the cage may roll or skid.
+    reach the limit. Open circles: no interval could be calculated. Crosses: the cage may roll
+    or skid.
     """
     table = results.cage_slip.assign(**in_units_of_axes(results.cage_slip))
-    oils = [oil for oil in settings.oils if (table["oil"] == oil).any()]
-    if not oils:
-        return sentences("No oil has a law that a bearing could use.")
     limit = settings.selection.limits.slip_limit
-    columns = min(len(oils), 3)
-    sheet = Sheet(len(oils), columns, height=1.7, right=0.75, sharex=True, sharey=True)
+    layout: style.Look = {"height": 1.7, "right": 0.75, "sharex": True, "sharey": True}
+    sheet, panels = oil_grid(style.oils_in(table, settings), _NO_LAW, **layout)
     sheet.axes[0].set_yscale("log")
     sheet.axes[0].yaxis.set_major_formatter("{x:g}")
-    for number, oil in enumerate(oils):
-        filled = _draw_slip(sheet.panel(number, oil), table[table["oil"] == oil], oil, limit)
+    for panel, _, oil in panels:
+        filled = _draw_slip(panel, table[table["oil"] == oil], oil, limit)
     bar = sheet.colour_bar(filled, "Cage slip", ticks=_SLIP_LEVELS[1:])
     bar.set_yticklabels([f"{level:g}" for level in _SLIP_LEVELS[1:]])
     sheet.label(style.DMN_LABEL, style.AXIAL_LOAD_LABEL, fontsize=7)
-    black: style.Look = {"color": "black", "linewidth": 1.1}
     handles: list[Any] = [
-        style.line_handle(f"slip of {limit:g}", **black),
-        style.line_handle("its 95 % interval", linestyle="--", **black | {"linewidth": 0.8}),
-        Patch(fill=False, hatch="////", linewidth=0, label="within the interval"),
+        style.line_handle(f"slip of {limit:g}", color="black"),
+        style.line_handle("its 95 % interval", linestyle="--", color="black", linewidth=0.8),
     ]
     if _no_interval(table).any():
-        handles.append(
-            style.symbol_handle("no interval", "o", color="black", markerfacecolor="white")
-        )
+        look: style.Look = {"color": "black", "markerfacecolor": "white"}
+        handles.append(style.symbol_handle("no interval", "o", **look))
     temperature = settings.bearing.cage_slip.inlet_temperature_c
     bearing = table["bearing"].iloc[0]
     title = f"{bearing}, oil at {temperature:g} \N{DEGREE SIGN}C; {style.DMN_AS_SPEED}"
@@ -263,10 +237,6 @@ def _draw_slip(panel: Panel, of_oil: pd.DataFrame, oil: str, limit: float) -> An
     for field, look in ((slip, {"linewidths": 1.1}), (lower, ends), (upper, ends)):
         if field.count():
             axis.contour(speed, load, field, [limit], colors="black", **look)
-    for row, column in np.argwhere(np.ma.filled((lower < limit) & (upper > limit), False)):
-        wide, high = across[column + 1] - across[column], along[row + 1] - along[row]
-        corner = across[column], along[row]
-        axis.add_patch(Rectangle(corner, wide, high, fill=False, hatch="////", linewidth=0))
     without = of_oil[_no_interval(of_oil)]
     ring: style.Look = {"color": "black", "markerfacecolor": "white", "markersize": 3.5}
     axis.plot(without["speed"], without["load_kn"], "o", **ring)
@@ -280,13 +250,7 @@ def _draw_slip(panel: Panel, of_oil: pd.DataFrame, oil: str, limit: float) -> An
     return filled
 
 
-@register(
-    category="Bearing",
-    family="bearing",
-    tables=("size_effect",),
-    settings=("oils",),
-    requires="torque",
-)
+@register(family="bearing", tables=("size_effect",), settings=("oils",), requires="torque")
 def size_effect(results: CampaignTables, settings: Settings) -> Sheet:
     """Size effect of laws of load.
 
@@ -297,7 +261,7 @@ def size_effect(results: CampaignTables, settings: Settings) -> Sheet:
     slip while that by spin goes on growing.
     """
     oils, table = list(settings.oils), results.size_effect
-    sheet = Sheet(2, 2, height=2.0, left=0.7, sharey=True)
+    sheet = Sheet(2, 2, left=0.7, sharey=True)
     panels = (
         ("ball size", "ball_diameter_mm", "Ball diameter (mm)", "pressure and surface speed"),
         ("conformity", "groove_curvature", "Groove radius over ball diameter", "load and speed"),
@@ -310,30 +274,19 @@ def size_effect(results: CampaignTables, settings: Settings) -> Sheet:
             look = {"color": style.oil_colour(oil, oils), **_LOOKS[variable]}
             panel.line(variable, line[column], 100 * line["relative_to_stress"], look, oil=oil)
         panel.axis.axhline(0, color="black", linewidth=0.6)
-        panel.axis.set_xlabel(label)
-        panel.axis.set_ylabel("Traction torque above that\nof the pressure-based law (%)")
+        panel.axis.set(
+            xlabel=label, ylabel="Traction torque above that\nof the pressure-based law (%)"
+        )
         if table.empty:
-            panel.say("No oil has a law that a bearing could use.", fontsize=6)
+            panel.say(_NO_LAW, fontsize=6)
     sheet.axes[1].yaxis.label.set_visible(False)
-    shown = set(table["oil"])
-    handles: list[Any] = [
-        Patch(color=style.oil_colour(oil, oils), label=oil) for oil in oils if oil in shown
-    ]
-    handles += [
-        style.line_handle(load_variable(name), color=style.GREY, linewidth=0.9, **look)
-        for name, look in _LOOKS.items()
-    ]
-    sheet.legend(handles)
+    grey: style.Look = {"color": style.GREY, "linewidth": 0.9}
+    laws = [style.line_handle(load_variable(name), **grey, **_LOOKS[name]) for name in _LOOKS]
+    sheet.legend([*style.oil_patches(style.oils_in(table, settings), oils), *laws])
     return sheet
 
 
-@register(
-    category="Bearing",
-    family="bearing",
-    tables=("test_plan", "points"),
-    settings=("oils",),
-    requires="torque",
-)
+@register(family="bearing", tables=("test_plan", "points"), settings=("oils",), requires="torque")
 def plan(results: CampaignTables, settings: Settings) -> Sheet:
     """Tests to run next.
 
@@ -350,17 +303,18 @@ def plan(results: CampaignTables, settings: Settings) -> Sheet:
     # by how much one test reduces the uncertainty
     share = tests["uncertainty_with_test"] / tests["uncertainty_now"]
     tests = tests.assign(reduction=100 * (1 - share))[tests["target"] == "torque"]
-    oils = [oil for oil in settings.oils if (tests["oil"] == oil).any()]
-    if not oils:
-        return sentences(
-            "No test can be planned for any oil:\n`oilfilm plan` says what is missing."
-        )
     points = results.points[results.points["accepted"]]
     runs = points.groupby(["oil", "run_id"], as_index=False)[list(CONDITIONS)].mean().dropna()
     layout: style.Look = {"height": 1.5, "right": 0.7, "sharex": True, "sharey": "row"}
-    sheet = Sheet(2 * len(oils), len(oils), width=style.DOUBLE_COLUMN_IN, **layout)
-    for number, (y, oil) in enumerate(itertools.product(_ROWS, oils)):
-        panel = sheet.panel(number, style.plain(oil), parse_math=False)
+    sheet, panels = oil_grid(
+        style.oils_in(tests, settings),
+        "No test can be planned for any oil:\n`oilfilm plan` says what is missing.",
+        # the ordinate of each row; of the third condition the best level is shown
+        (_PRESSURE, _TEMPERATURE),
+        width=style.DOUBLE_COLUMN_IN,
+        **layout,
+    )
+    for panel, y, oil in panels:
         panel.axis.set_ylabel(style.CONDITION_LABELS[y], fontsize=7)
         of_oil, of_runs = tests[tests["oil"] == oil], runs[runs["oil"] == oil]
         mesh = _draw_plan(panel, of_oil, of_runs, y, tests["reduction"].max())

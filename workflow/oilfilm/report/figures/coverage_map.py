@@ -1,17 +1,16 @@
 """The coverage map: which conditions were accepted, refused or have no run that could be read."""
 
-import itertools
-from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 import pandas as pd
+from matplotlib.axes import Axes
 from matplotlib.patches import Rectangle
 
 from oilfilm import tables
 from oilfilm.report.figures import style
 from oilfilm.report.figures.registry import register
-from oilfilm.report.figures.sheet import Panel, Sheet, sentences
+from oilfilm.report.figures.sheet import NothingToDrawError, Sheet, oil_grid
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 
@@ -22,10 +21,15 @@ _SPEED = "nominal_entrainment_speed_m_s"
 _TEMPERATURE = "nominal_inlet_temperature_c"
 _PRESSURE = "nominal_max_hertz_pressure_gpa"
 _LOAD = "nominal_load_n"
+_NOT_PLANNED: style.Look = {
+    "fill": False,
+    "edgecolor": style.GREY,
+    "linestyle": style.LINES["not planned"],
+}
 _CELL = ["oil", _TEMPERATURE, _SPEED, _PRESSURE, _LOAD]
 
 
-@register(category="Data quality", family="data", tables=("coverage",), settings=("oils",))
+@register(family="data", tables=("coverage",), settings=("oils",))
 def coverage(results: CampaignTables, settings: Settings) -> Sheet:
     """Coverage of the test matrix.
 
@@ -35,41 +39,50 @@ def coverage(results: CampaignTables, settings: Settings) -> Sheet:
     Missing: no run of the condition could be read. Dashed: not in the matrix.
     """
     cells = _cells(results.coverage)
-    oils = [oil for oil in settings.oils if (cells["oil"] == oil).any()]
     if reason := _why_no_map(cells):
         per_oil = cells.groupby("oil")[["runs_accepted", "runs"]].sum()
-        per_oil_text = [
-            f"{style.plain(str(oil))}: {accepted} of {runs} runs accepted"
-            for oil, accepted, runs in per_oil.itertuples()
+        lines = [
+            f"{oil}: {good} of {runs} runs accepted" for oil, good, runs in per_oil.itertuples()
         ]
-        return sentences("\n".join([reason, "", *per_oil_text]))
+        raise NothingToDrawError("\n".join([reason, "", *map(style.plain, lines)]))
     temperatures = cells.drop_duplicates("temperature").sort_values("temperature")[_TEMPERATURE]
-    layout: style.Look = {
-        "height": _CELL_IN * cells["y"].nunique(),
-        "down": 0.22,
-        "sharex": True,
-        "sharey": True,
-    }
-    sheet = Sheet(len(temperatures) * len(oils), len(oils), left=0.75, **layout)
-    for number, (row, oil) in enumerate(itertools.product(range(len(temperatures)), oils)):
+    has_matrix = bool(cells["planned"].any())
+
+    def title(row: tuple[int, float], oil: str) -> str:
+        phrase = style.level_phrases({"inlet_temperature_c": row[1]})
+        return f"{oil}, {'T not stated' if np.isnan(row[1]) else phrase}"
+
+    layout: style.Look = {"height": _CELL_IN * cells["y"].nunique(), "left": 0.75, "down": 0.22}
+    layout |= {"sharex": True, "sharey": True}
+    sheet, panels = oil_grid(
+        style.oils_in(cells, settings),
+        rows=list(enumerate(temperatures)),
+        title=title,
+        **layout,
+    )
+    for panel, (row, _), oil in panels:
+        panel.axis.set_title(panel.axis.get_title(loc="left"), fontsize=7, pad=3)
         of_panel = cells[(cells["oil"] == oil) & (cells["temperature"] == row)]
-        level = temperatures.iloc[row]
-        known = not np.isnan(level)
-        at = style.level_phrases({"inlet_temperature_c": level}) if known else "T not stated"
-        look: style.Look = {"fontsize": 7, "pad": 3, "parse_math": False}
-        panel = sheet.panel(number, f"{style.plain(oil)}, {at}", **look)
-        _draw(panel, of_panel, bool(cells["planned"].any()))
+        _draw(panel.axis, of_panel, has_matrix)
         x, y = of_panel[_SPEED], of_panel[_PRESSURE].fillna(of_panel[_LOAD])
         panel.keep(of_panel["state"], x, y, oil=oil, label=of_panel["label"])
-    _label(sheet, cells)
+    # ticks are levels, evenly spaced: of a pressure or, where none is stated, of a load
+    forces = cells.drop_duplicates("y").sort_values("y")
+    speeds = cells.drop_duplicates("x").sort_values("x")[_SPEED]
+    in_gpa, in_n = _levels(forces[_PRESSURE], " GPa"), _levels(forces[_LOAD], " N")
+    axis = sheet.axes[0]
+    axis.set_yticks(range(len(forces)), in_gpa.fillna(in_n).fillna("not stated"))
+    axis.set_xticks(range(len(speeds)), _levels(speeds, "").fillna("not stated"))
+    axis.set(xlim=(-0.5, len(speeds) - 0.5), ylim=(-0.5, len(forces) - 0.5))
+    sheet.label("U (m/s)", "P or W", fontsize=7)
     counts = cells["state"].value_counts()
     handles: list[Any] = [
         style.symbol_handle(f"{state} ({counts.get(state, 0)})", **_symbol(state), markersize=4)
         for state in _STATES
     ]
-    if cells["planned"].any() and not cells["planned"].all():
+    if has_matrix and not cells["planned"].all():
         outside = f"not in the matrix ({(~cells['planned']).sum()})"
-        handles.append(Rectangle((0, 0), 1, 1, label=outside, **_not_planned()))
+        handles.append(Rectangle((0, 0), 1, 1, label=outside, **_NOT_PLANNED))
     sheet.legend(handles, "Conditions by state; in a cell: accepted/all runs")
     return sheet
 
@@ -111,24 +124,20 @@ def _why_no_map(cells: pd.DataFrame) -> str:
     return ""
 
 
-def _draw(panel: Panel, cells: pd.DataFrame, has_matrix: bool) -> None:
+def _draw(axis: Axes, cells: pd.DataFrame, has_matrix: bool) -> None:
     """Cells of one panel: the state's symbol, accepted of all runs."""
-    axis = panel.axis
     for state, of_state in cells.groupby("state"):
         x = of_state["x"] - 0.2 * (of_state["label"] != "1/1")
         axis.plot(x, of_state["y"], linestyle="", markersize=3.6, **_symbol(str(state)))
-    for cell in tables.rows(cells[~cells["label"].isin(["", "1/1"])]):
-        look: style.Look = {"ha": "center", "va": "center_baseline", "fontsize": 6}
-        axis.text(cell["x"] + 0.17, cell["y"], cell["label"], **look)
-    for cell in tables.rows(cells[~cells["planned"]] if has_matrix else cells.iloc[:0]):
-        corner = cell["x"] - 0.46, cell["y"] - 0.42
-        axis.add_patch(Rectangle(corner, 0.92, 0.84, **_not_planned()))
+    look: style.Look = {"ha": "center", "va": "center_baseline", "fontsize": 6}
+    for cell in tables.rows(cells):
+        if cell["label"] != "1/1":
+            axis.text(cell["x"] + 0.17, cell["y"], cell["label"], **look)
+        if has_matrix and not cell["planned"]:
+            corner = cell["x"] - 0.46, cell["y"] - 0.42
+            axis.add_patch(Rectangle(corner, 0.92, 0.84, **_NOT_PLANNED))
     axis.tick_params(length=0)
     axis.spines[:].set_visible(False)
-
-
-def _not_planned() -> style.Look:
-    return {"fill": False, "edgecolor": style.GREY, "linestyle": style.LINES["not planned"]}
 
 
 def _symbol(state: str) -> style.Look:
@@ -138,21 +147,6 @@ def _symbol(state: str) -> style.Look:
     return {"marker": style.STATE_MARKERS[state], "color": colour, "markerfacecolor": face}
 
 
-def _label(sheet: Sheet, cells: pd.DataFrame) -> None:
-    """Ticks are levels, evenly spaced: of a pressure or, where none is stated, of a load."""
-    forces = cells.drop_duplicates("y").sort_values("y")[[_PRESSURE, _LOAD]]
-    units = {_PRESSURE: " GPa", _LOAD: " N"}
-    labels = [_level(row, units) for row in tables.rows(forces)]
-    speeds = cells.drop_duplicates("x").sort_values("x")[[_SPEED]]
-    sheet.axes[0].set_yticks(range(len(labels)), labels)
-    sheet.axes[0].set_ylim(-0.5, len(labels) - 0.5)
-    sheet.axes[0].set_xlim(-0.5, len(speeds) - 0.5)
-    speed_labels = [_level(row, {_SPEED: ""}) for row in tables.rows(speeds)]
-    sheet.axes[0].set_xticks(range(len(speeds)), speed_labels)
-    sheet.label("U (m/s)", "P or W", fontsize=7)
-
-
-def _level(row: Mapping[str, Any], units: Mapping[str, str]) -> str:
-    """The first level that is stated, with its unit."""
-    stated = [f"{row[name]:.4g}{unit}" for name, unit in units.items() if not np.isnan(row[name])]
-    return stated[0] if stated else "not stated"
+def _levels(values: "pd.Series[float]", unit: str) -> "pd.Series[str]":
+    """Levels in words; null where none is stated."""
+    return values.map(lambda level: f"{level:.4g}{unit}", na_action="ignore").astype("string")

@@ -13,7 +13,8 @@ from oilfilm.fits.fitted import FittedLaw
 from oilfilm.report.document import counted
 from oilfilm.report.figures import style
 from oilfilm.report.figures.registry import register
-from oilfilm.report.figures.sheet import Panel, Sheet
+from oilfilm.report.figures.sheet import Panel, Sheet, oil_grid
+from oilfilm.report.words import CONDITIONS as CONDITION_WORDS
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction.law import CONDITIONS
@@ -29,12 +30,6 @@ _FITS_DRAWN = 500
 # have the same temperature.
 _GOLDEN_RATIO = (5**0.5 - 1) / 2
 _MEASURED = ["slide_roll_ratio", "traction_coefficient", "traction_coefficient_se"]
-_LABELS = {
-    "max_hertz_pressure_gpa": "P (GPa)",
-    "entrainment_speed_m_s": "U (m/s)",
-    "inlet_temperature_c": "T (\N{DEGREE SIGN}C)",
-    "slide_roll_ratio": "|S|",
-}
 _GROUPS = 15  # of equally many points, where no set points tell levels apart
 _MILLI = 1e3
 
@@ -75,7 +70,6 @@ def draw_series(panel: Panel, series: Iterable[Series]) -> None:
 
 
 @register(
-    category="Data quality",
     family="data",
     tables=("points", "runs", "coefficients"),
     settings=("oils", "rigs", "same_set_point", "campaign.matrix"),
@@ -88,12 +82,11 @@ def curves(results: CampaignTables, settings: Settings) -> Sheet:
     Lines: fitted law at each tested condition; where only some are drawn, the legend says so.
     """
     oils = list(settings.oils)
-    sheet = Sheet(len(oils), len(oils), height=2.2, sharex=True, sharey=True)
+    sheet, panels = oil_grid(oils, height=2.2, sharex=True, sharey=True)
     # runs at speeds that nobody stated are no repeats of one condition
     runs = with_levels(with_measured(results.runs, results.points), settings)
-    for number, oil in enumerate(oils):
+    for panel, _, oil in panels:
         of_oil = results.points[results.points["accepted"] & (results.points["oil"] == oil)]
-        panel = sheet.panel(number, oil)
         if of_oil.empty:
             count = int((runs["oil"] == oil).sum())
             refused = f"no accepted point\n({counted(count, 'run')} refused)"
@@ -105,11 +98,10 @@ def curves(results: CampaignTables, settings: Settings) -> Sheet:
         colour = style.oil_colour(oil, oils)
         apart = 1 < len(conditions) <= _CONDITIONS_TOLD_APART and len(of_oil) <= _POINTS_TOLD_APART
         shades = style.shades(colour, len(conditions)) if apart else itertools.repeat("black")
+        looks = zip(shades, itertools.cycle(style.MARKERS), strict=False)
         series = [
-            Series(label, oil, points, law, shade, marker)
-            for (label, points), shade, marker in zip(
-                conditions.items(), shades, itertools.cycle(style.MARKERS), strict=False
-            )
+            Series(label, oil, points, law, *look)
+            for (label, points), look in zip(conditions.items(), looks, strict=False)
         ]
         if apart:
             draw_series(panel, series)
@@ -126,12 +118,11 @@ def curves(results: CampaignTables, settings: Settings) -> Sheet:
 
 def _conditions(runs: pd.DataFrame, points: pd.DataFrame) -> dict[str, pd.DataFrame]:
     """The points of each set of set points by its phrase; `runs` are those of `with_levels`."""
-    names = list(SET_POINTS)
+    names, units = list(SET_POINTS), ("GPa", "N", "m/s", "\N{DEGREE SIGN}C")
     by_phrase = {}
-    for _, group in points.merge(runs[["run_id", *names]], on="run_id").groupby(
-        names, dropna=False
-    ):
-        levels = zip(group[names].iloc[0], ("GPa", "N", "m/s", "\N{DEGREE SIGN}C"), strict=True)
+    with_set_points = points.merge(runs[["run_id", *names]], on="run_id")
+    for _, group in with_set_points.groupby(names, dropna=False):
+        levels = zip(group[names].iloc[0], units, strict=True)
         phrase = ", ".join(f"{level:.4g} {unit}" for level, unit in levels if not np.isnan(level))
         by_phrase[phrase] = group
     return by_phrase
@@ -142,27 +133,24 @@ def _draw_cloud(panel: Panel, colour: str, series: Sequence[Series]) -> None:
     points = pd.concat([condition.points for condition in series])
     x, y, _ = points[_MEASURED].to_numpy(dtype=float).T
     # few lines are drawn over their points, many lines under all points
-    few = len(series) <= _CONDITIONS_TOLD_APART
-    many = few and len(points) > _POINTS_TOLD_APART
-    look: style.Look = {"marker": ".", "color": colour, "alpha": 0.15 if many else 0.7}
-    look |= {"markersize": 1.6 if many or not few else 3.5, "rasterized": True}
+    few, many = len(series) <= _CONDITIONS_TOLD_APART, len(points) > _POINTS_TOLD_APART
+    look: style.Look = {"marker": ".", "color": colour, "alpha": 0.15 if few and many else 0.7}
+    look |= {"markersize": 3.5 if few and not many else 1.6, "rasterized": True}
     # so many error bars would hide the points: none is drawn
     panel.dots("measured", x, y, look, oil=series[0].oil, label=series[0].oil)
     # a sample in the legend that can be seen
     panel.axis.plot([], [], ".", color=colour, markersize=5, label=f"points ({len(points)})")
     spread = np.argsort(np.arange(len(series)) * _GOLDEN_RATIO % 1)[:_FITS_DRAWN]
-    for number in sorted(spread):
-        condition = series[number]
-        look = {"color": condition.colour, "linewidth": 1.1 if few else 0.3}
-        look["zorder"] = 3 if few else 1.5
-        fit = condition.fit(float(np.abs(x).max()))
-        panel.line("fit", fit[0], fit[1], look, oil=condition.oil, label=condition.label)
+    look = {"linewidth": 1.1, "zorder": 3} if few else {"linewidth": 0.3, "zorder": 1.5}
+    for condition in (series[number] for number in sorted(spread)):
+        at, mu = condition.fit(float(np.abs(x).max()))
+        own = {"color": condition.colour, **look}
+        panel.line("fit", at, mu, own, oil=condition.oil, label=condition.label)
     not_all = f" ({len(spread)} of {len(series)} conditions)" if len(spread) < len(series) else ""
     panel.axis.plot([], [], color="black", label=f"fit{not_all}")
 
 
 @register(
-    category="Fits",
     family="data",
     tables=("points", "runs", "coefficients"),
     settings=("oils", "rigs", "same_set_point", "campaign.matrix"),
@@ -177,13 +165,13 @@ def residuals(results: CampaignTables, settings: Settings) -> Sheet:
     """
     oils, runs = list(settings.oils), with_levels(results.runs, settings)
     layout: style.Look = {"height": 1.1, "down": 0.3, "sharex": "col", "sharey": "row"}
-    sheet = Sheet(len(oils) * len(_LABELS), len(_LABELS), **layout)
-    panels = itertools.product(oils, _LABELS.items())
-    for number, (oil, (condition, label)) in enumerate(panels):
+    sheet = Sheet(len(oils) * len(CONDITION_WORDS), len(CONDITION_WORDS), **layout)
+    panels = itertools.product(oils, CONDITION_WORDS.items())
+    for number, (oil, (condition, (symbol, _, unit))) in enumerate(panels):
         panel = sheet.panel(number)
-        if number % len(_LABELS) == 0:
+        if number % len(CONDITION_WORDS) == 0:
             points = _residuals(results, runs, oil)
-        panel.axis.set_xlabel(label)
+        panel.axis.set_xlabel(f"{symbol} ({unit})" if unit else f"|{symbol}|")
         delta = f"\N{GREEK CAPITAL LETTER DELTA}{style.MU} ({style.THOUSANDTHS})"
         panel.axis.set_ylabel(f"{oil}: {delta}", fontsize=7)
         if points is None or points[condition].isna().all():
@@ -199,14 +187,10 @@ def residuals(results: CampaignTables, settings: Settings) -> Sheet:
         look = {"marker": "o", "color": "black", **style.BAR_LOOK}
         panel.dots("mean", at, mean, look, oil=oil, lower=mean - sd, upper=mean + sd)
     sheet.label()
-    look = {"linestyle": "none", "color": "black"}
-    mean_label = "mean of a level, with the standard deviation of its plateaus"
-    sheet.legend(
-        [
-            style.line_handle("plateau", marker=".", markersize=3, **look),
-            style.line_handle(mean_label, marker="o", markerfacecolor="white", **look),
-        ]
-    )
+    plateau = style.symbol_handle("plateau", ".", color="black", markersize=3)
+    label = "mean of a level, with the standard deviation of its plateaus"
+    level = style.symbol_handle(label, "o", color="black", markerfacecolor="white")
+    sheet.legend([plateau, level])
     return sheet
 
 

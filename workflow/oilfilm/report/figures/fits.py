@@ -5,8 +5,7 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from matplotlib.patches import Patch
-from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+from matplotlib.ticker import LogLocator, NullFormatter
 
 from oilfilm import tables
 from oilfilm.fits.fitted import FittedLaw
@@ -14,7 +13,8 @@ from oilfilm.fits.law_comparison import laws_of
 from oilfilm.fits.problem import curve_data
 from oilfilm.report.figures import style
 from oilfilm.report.figures.registry import register
-from oilfilm.report.figures.sheet import Panel, Sheet, sentences, table_page
+from oilfilm.report.figures.sheet import Panel, Sheet, oil_grid, table_page
+from oilfilm.report.shown_table import number, significant
 from oilfilm.report.words import law_name
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
@@ -35,7 +35,7 @@ _KINDS: dict[str, style.Look] = {
 }
 
 
-@register(category="Fits", family="law", tables=("coefficients",), settings=("oils",))
+@register(family="law", tables=("coefficients",), settings=("oils",))
 def constants(results: CampaignTables, settings: Settings) -> Sheet:
     """Fitted constants.
 
@@ -65,12 +65,12 @@ def draw_constants(table: pd.DataFrame, oils: Sequence[str], note: str = "") -> 
     notes = [*_notes(table, shown), *([note] if any_printed else [])]
     sheet, panel, write = table_page(width, len(names), _ROW_IN, 2 * _ROW_IN, notes)
     write(0, "", names, fontweight="bold")
-    for number, oil in enumerate(oils):
+    for place, oil in enumerate(oils):
         name: style.Look = {"color": style.oil_colour(oil, oils), "fontweight": "bold"}
-        write(left + (number + 0.53) * span, f"{oil}\n", [], ha="center", **name)
+        write(left + (place + 0.53) * span, f"{oil}\n", [], ha="center", **name)
         rows = table[table["oil"] == oil].set_index("constant").reindex(names)
         for share, (head, texts) in _of_oil(rows).items():
-            at, grey = left + (number + share) * span, {"color": style.GREY}
+            at, grey = left + (place + share) * span, {"color": style.GREY}
             write(at, f"\n{head}", texts, grey, ha="right")
     about = {"oil": table["oil"], "label": table["constant"]}
     error = table["standard_error"]
@@ -100,19 +100,10 @@ def _notes(table: pd.DataFrame, shown: pd.DataFrame) -> Iterator[str]:
 def _of_oil(rows: pd.DataFrame) -> dict[float, tuple[str, list[str]]]:
     """Head and texts of each column of one oil, by its place within the oil's width."""
     # digits beyond the second of the error say nothing
-    error = rows["standard_error"].fillna(rows["naive_standard_error"])
-    digits = [
-        4 if not known > 0 else int(np.clip(1 - np.floor(np.log10(known)), 0, 8))
-        for known in error.to_numpy(dtype=float)
-    ]
-    forms = [f".{count}f" for count in digits]
+    forms = list(map(significant, rows["standard_error"].fillna(rows["naive_standard_error"])))
 
     def texts(column: str, forms: Sequence[str]) -> list[str]:
-        values = rows[column].to_numpy(dtype=float)
-        return [
-            "\N{EN DASH}" if np.isnan(value) else format(value, form).replace("-", "\N{MINUS SIGN}")
-            for value, form in zip(values, forms, strict=True)
-        ]
+        return [number(form)(value) for value, form in zip(rows[column], forms, strict=True)]
 
     in_step = np.where(rows["verdict"] == "in step", _IN_STEP, "")
     fitted = "fitted", list(map("".join, zip(texts("value", forms), in_step, strict=True)))
@@ -125,7 +116,6 @@ def _of_oil(rows: pd.DataFrame) -> dict[float, tuple[str, list[str]]]:
 
 
 @register(
-    category="Fits",
     family="law",
     tables=("coefficients", "correlations", "profiles"),
     settings=("oils",),
@@ -139,30 +129,29 @@ def identifiability(results: CampaignTables, settings: Settings) -> Sheet:
     points. A straight line marks a well-determined constant; the two that bend most are named.
     """
     results, every = results.configured, list(settings.oils)
-    fitted = set(results.profiles["oil"])
-    oils = [oil for oil in every if oil in fitted]
-    if not oils:
-        return sentences("No oil has a fit with profiles.")
+    oils = style.oils_in(results.profiles, settings)
     side = (style.DOUBLE_COLUMN_IN - 1.45 - 0.4 * (len(oils) - 1)) / max(len(oils), 2)
     layout: style.Look = {"height": (side, side), "across": 0.4, "down": 0.62, "right": 0.8}
-    sheet = Sheet(2 * len(oils), len(oils), width=style.DOUBLE_COLUMN_IN, **layout)
-    for column, oil in enumerate(oils):
+    layout["width"] = style.DOUBLE_COLUMN_IN
+    kinds = ("correlations", "profiles")
+    sheet, panels = oil_grid(oils, "No oil has a fit with profiles.", kinds, **layout)
+    for panel, kind, oil in panels:
         coefficients, correlations, profiles = (
             table[table["oil"] == oil]
             for table in (results.coefficients, results.correlations, results.profiles)
         )
-        error = coefficients["standard_error"]
-        title = f"{oil}, by the Jacobian" if error.isna().all() else oil
+        if kind == "profiles":
+            _draw_profiles(panel, profiles, coefficients, oil, every)
+            continue
+        if coefficients["standard_error"].isna().all():
+            panel.axis.set_title(f"{panel.axis.get_title(loc='left')}, by the Jacobian")
         names = list(profiles["constant"].unique())
-        image = _draw_correlations(sheet.panel(column, title), correlations, names, oil)
-        below = sheet.panel(column + len(oils), oil)
-        _draw_profiles(below, profiles, coefficients, oil, every)
+        image = _draw_correlations(panel, correlations, names, oil)
     sheet.colour_bar(image, "Correlation")
     sheet.axes[len(oils)].set_ylabel("Signed root of the rise\nof the squared error")
-    sheet.axes[len(oils) + len(oils) // 2].set_xlabel(
-        "Distance from the fit in naive standard errors"
-    )
-    if lost := [oil for oil in every if oil not in fitted]:
+    below = sheet.axes[len(oils) + len(oils) // 2]
+    below.set_xlabel("Distance from the fit in naive standard errors")
+    if lost := [oil for oil in every if oil not in oils]:
         sheet.legend(style.lost_handles(lost, "no fit"))
     return sheet
 
@@ -207,11 +196,9 @@ def _draw_profiles(
 
 
 @register(
-    category="Fits",
     family="law",
     tables=("points", "fit_quality", "coefficients"),
     settings=("oils", "rigs"),
-    compares_laws=True,
 )
 def law_errors(results: CampaignTables, settings: Settings) -> Sheet:
     """Laws at zero slip and on data left out.
@@ -235,42 +222,33 @@ def law_errors(results: CampaignTables, settings: Settings) -> Sheet:
         above.say("no law could be fitted")
     elif not starting:
         above.say("every law that was compared has no traction without slip")
-    _draw_starts(above, results, settings, compared, starting)
-    _draw_errors(below, compared, laws, oils)
+    for fit in tables.rows(compared):
+        # laws are apart by one, their oils by so much that many stay within their law
+        among = oils.index(fit["oil"]) - (len(oils) - 1) / 2
+        if fit["law"] in starting:
+            y = starts_of(results, fit["oil"], fit["law"], settings)["y"].to_numpy()
+            apart = min(0.26, 0.8 / len(oils))
+            x = starting.index(fit["law"]) + (among + np.linspace(-0.35, 0.35, len(y))) * apart
+            above.axis.plot(x, 1e3 * y, **symbol_of(fit, oils), markeredgewidth=0.5)
+            above.keep("zero slip", x, y, oil=fit["oil"], label=_label(fit))
+        _draw_errors(below, fit, laws.index(fit["law"]) + among * min(0.24, 0.8 / len(oils)), oils)
+    above.axis.axhline(0, color="black", linewidth=0.8)
+    above.axis.set_xticks(range(len(starting)), map(law_name, starting))
+    above.axis.set_xlim(-0.5, max(len(starting), 1) - 0.5)
+    above.axis.grid(visible=False, axis="x")
     above.axis.set_ylabel(f"{style.MU} at S = 0 ({style.THOUSANDTHS})")
+    below.axis.set_yticks(range(len(laws)), [_with_bounds(compared, law) for law in laws])
+    below.axis.set(ylim=(len(laws) - 0.45, -0.55), xscale="log")
+    below.axis.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    # decimals as each level needs them: 0.2 %, 100 %
+    below.axis.xaxis.set_major_formatter(lambda value, _: f"{100 * value:.3g}%")
+    below.axis.xaxis.set_minor_formatter(NullFormatter())
+    below.axis.grid(visible=False, axis="y")
     below.axis.set_xlabel(f"Rms error over rms of measured {style.MU}")
-    fitted = set(compared["oil"])
-    handles: list[Any] = [
-        Patch(color=style.oil_colour(oil, oils), label=oil) for oil in oils if oil in fitted
-    ]
-    handles += [
-        style.line_handle(kind, color="black", markerfacecolor="white", linestyle="", **look)
-        for kind, look in _KINDS.items()
-    ]
-    sheet.legend(handles)
+    white: style.Look = {"color": "black", "markerfacecolor": "white", "linestyle": ""}
+    kinds = [style.line_handle(kind, **white, **look) for kind, look in _KINDS.items()]
+    sheet.legend([*style.oil_patches(style.oils_in(compared, settings), oils), *kinds])
     return sheet
-
-
-def _draw_starts(
-    panel: Panel,
-    results: CampaignTables,
-    settings: Settings,
-    compared: pd.DataFrame,
-    laws: Sequence[str],
-) -> None:
-    """A cloud per law and oil: mu at zero slip at each condition, spread along the abscissa."""
-    oils = list(settings.oils)
-    panel.axis.axhline(0, color="black", linewidth=0.8)
-    for fit in tables.rows(compared[compared["law"].isin(laws)]):
-        y = starts_of(results, fit["oil"], fit["law"], settings)["y"].to_numpy()
-        apart = min(0.26, 0.8 / len(oils))
-        middle = laws.index(fit["law"]) + apart * (oils.index(fit["oil"]) - (len(oils) - 1) / 2)
-        x = middle + np.linspace(-0.35, 0.35, len(y)) * apart
-        panel.axis.plot(x, 1e3 * y, **symbol_of(fit, oils), markeredgewidth=0.5)
-        panel.keep("zero slip", x, y, oil=fit["oil"], label=_label(fit))
-    panel.axis.set_xticks(range(len(laws)), [law_name(law) for law in laws])
-    panel.axis.set_xlim(-0.5, max(len(laws), 1) - 0.5)
-    panel.axis.grid(visible=False, axis="x")
 
 
 def starts_of(results: CampaignTables, oil: str, law_key: str, settings: Settings) -> pd.DataFrame:
@@ -287,34 +265,21 @@ def starts_of(results: CampaignTables, oil: str, law_key: str, settings: Setting
     return pd.DataFrame({"run_id": data.runs, "y": y}).iloc[order]
 
 
-def _draw_errors(
-    panel: Panel, compared: pd.DataFrame, laws: Sequence[str], oils: Sequence[str]
-) -> None:
-    """One row per law, one line per oil from the smallest of its errors to the largest."""
-    axis = panel.axis
-    for fit in tables.rows(compared):
-        apart = min(0.24, 0.8 / len(oils))  # rows of many oils stay within those of their law
-        height = laws.index(fit["law"]) + apart * (oils.index(fit["oil"]) - (len(oils) - 1) / 2)
-        colour = style.oil_colour(fit["oil"], oils)
-        left_out = fit["left_out_rmse"] * fit["relative_rms"] / fit["rmse"]
-        ends = [fit[f"{end}_end_out_relative_rms"] for end in _ENDS]
-        errors = dict(zip(_KINDS, ([fit["relative_rms"]], [left_out], ends), strict=True))
-        every = np.concatenate(list(errors.values()))
-        axis.plot([np.nanmin(every), np.nanmax(every)], [height] * 2, color=colour, linewidth=0.6)
-        face = {"color": colour, "markerfacecolor": colour if fit["certified"] else "white"}
-        for kind, values in errors.items():
-            known = np.array([value for value in values if not np.isnan(value)])
-            about = {"oil": fit["oil"], "label": _label(fit)}
-            if len(known):
-                panel.dots(kind, known, np.full(len(known), height), face | _KINDS[kind], **about)
-    axis.set_yticks(range(len(laws)), [_with_bounds(compared, law) for law in laws])
-    axis.set_ylim(len(laws) - 0.45, -0.55)
-    axis.set_xscale("log")
-    axis.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-    # decimals as each level needs them: 0.2 %, 100 %
-    axis.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{100 * value:.3g}%"))
-    axis.xaxis.set_minor_formatter(NullFormatter())
-    axis.grid(visible=False, axis="y")
+def _draw_errors(panel: Panel, fit: Mapping[str, Any], height: float, oils: Sequence[str]) -> None:
+    """Each kind of error of one fit, on a line from the smallest to the largest."""
+    colour = style.oil_colour(fit["oil"], oils)
+    left_out = fit["left_out_rmse"] * fit["relative_rms"] / fit["rmse"]
+    ends = [fit[f"{end}_end_out_relative_rms"] for end in _ENDS]
+    errors = [np.array([fit["relative_rms"]]), np.array([left_out]), np.array(ends)]
+    every = np.concatenate(errors)
+    line = [np.nanmin(every), np.nanmax(every)]
+    panel.axis.plot(line, [height] * 2, color=colour, linewidth=0.6)
+    face = {"color": colour, "markerfacecolor": colour if fit["certified"] else "white"}
+    about = {"oil": fit["oil"], "label": _label(fit)}
+    for (kind, look), values in zip(_KINDS.items(), errors, strict=True):
+        known = values[~np.isnan(values)]
+        if len(known):
+            panel.dots(kind, known, np.full(len(known), height), face | look, **about)
 
 
 def _with_bounds(compared: pd.DataFrame, law: str) -> str:

@@ -1,7 +1,5 @@
 """Maps for a tribologist: mu over speed and slip, mu over film or Hersey number, heat removed."""
 
-import itertools
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -10,15 +8,15 @@ from matplotlib.patches import Rectangle
 
 from oilfilm.fits.fitted import FittedLaw
 from oilfilm.physics.contact import Conditions
-from oilfilm.physics.film import InletOil, contact_film, film_thickness
+from oilfilm.physics.film import InletOil, film_thickness
 from oilfilm.physics.heated_film import mean_film_rise
 from oilfilm.physics.rigs import Contact
 from oilfilm.report.figures import style
 from oilfilm.report.figures.registry import register
-from oilfilm.report.figures.sheet import Panel, Sheet, sentences
+from oilfilm.report.figures.sheet import NothingToDrawError, Panel, Sheet, oil_grid
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
-from oilfilm.traction import LAWS
+from oilfilm.torque.operating_grid import Grid, films, obstacle, traction
 from oilfilm.traction.law import CONDITIONS
 from oilfilm.units import FloatArray
 
@@ -32,7 +30,6 @@ _STRESS_LEVELS = 8  # isolines of the mean shear stress
 
 
 @register(
-    category="Fits",
     family="law",
     tables=("points", "coefficients", "fit_quality"),
     settings=("figures", "film", "gates", "oils", "rigs"),
@@ -49,112 +46,73 @@ def friction_map(results: CampaignTables, settings: Settings) -> Sheet:
     1979); no film carries more. Dashed line: limit of lambda, below which the film is not full.
     Frame: tested conditions.
     """
-    choice = settings.figures.friction_map
-    laws = {
-        str(oil): FittedLaw.of(of_oil, str(oil), quality=results.configured.fit_quality)
-        for oil, of_oil in results.configured.coefficients.groupby("oil", sort=False)
-        if _follows_all(of_oil)
-    }
-    if not laws:
-        return sentences("No oil has a fitted law of pressure, speed and temperature.")
-    speed, slip = (
-        np.geomspace(low, high, _STEPS)
-        for low, high in (choice.entrainment_speed_m_s, choice.slide_roll_ratio)
+    choice, laws = settings.figures.friction_map, _laws(results)
+    pressures, temperature = choice.max_hertz_pressure_gpa, choice.inlet_temperature_c
+    layout: style.Look = {"height": 1.55, "right": 0.75, "across": 0.25, "sharex": True}
+    sheet, panels = oil_grid(
+        list(laws),
+        "No oil has a fitted law of pressure, speed and temperature.",
+        list(enumerate(pressures)),
+        lambda row, oil: f"{oil}, {row[1]:g} GPa",
+        **{**layout, "sharey": True, "width": style.DOUBLE_COLUMN_IN},
     )
-    at = np.meshgrid(speed, slip)
-    panels = list(itertools.product(choice.max_hertz_pressure_gpa, laws))
-    layout: style.Look = {
-        "height": 1.55,
-        "right": 0.75,
-        "across": 0.25,
-        "sharex": True,
-        "sharey": True,
-    }
-    sheet = Sheet(len(panels), len(laws), width=style.DOUBLE_COLUMN_IN, **layout)
-    fields = [
-        laws[oil].predict(_at(pressure, at[0].ravel(), choice.inlet_temperature_c), at[1].ravel())
-        for pressure, oil in panels
-    ]
-    lines = (
-        ("mean shear stress (MPa)", "-", 0.4),
-        (f"largest measured {style.MU}", "-", 1.6),
-        ("limiting shear stress", ":", 1.6),
-        (f"lambda = {settings.gates.lambda_limit:g}", "--", 0.9),
-    )
-    mu = [field.traction_coefficient.reshape(at[0].shape) for field in fields]
-    highest, somewhere = max(float(np.nanmax(field)) for field in mu), set()
-    for number, ((pressure, oil), field) in enumerate(zip(panels, mu, strict=True)):
-        panel = sheet.panel(number, f"{oil}, {pressure:g} GPa")
+    ranges = choice.entrainment_speed_m_s, choice.slide_roll_ratio
+    speed, slip = (np.geomspace(low, high, _STEPS) for low, high in ranges)
+    grid = Grid(np.array(pressures), speed, np.array([temperature]), slip)
+    mesh, limit = np.meshgrid(speed, slip), settings.gates.lambda_limit
+    mu = {oil: traction(law, grid) for oil, law in laws.items()}
+    over_roughness = {oil: film.over(grid)[1] for oil, film in films(settings).items()}
+    highest, handles = max(float(np.nanmax(field)) for field in mu.values()), dict[str, Any]()
+    for panel, (row, pressure), oil in panels:
         panel.axis.set(xscale="log", yscale="log")
+        field = mu[oil][row, :, 0].T
+        lambda_ratio = np.full_like(field, np.nan)
+        if oil in over_roughness:
+            lambda_ratio = over_roughness[oil][row, :, 0].T
         look: style.Look = {"cmap": "viridis", "vmin": 0, "vmax": highest, "rasterized": True}
-        mesh = panel.axis.pcolormesh(speed, slip, field, shading="gouraud", **look)
+        image = panel.axis.pcolormesh(speed, slip, field, shading="gouraud", **look)
         accepted = results.points[results.points["accepted"] & (results.points["oil"] == oil)]
         largest = accepted["traction_coefficient"].abs().max()
-        limit = laws[oil].coefficients.limiting_stress_ratio
-        film = _lambda(oil, pressure, at, choice.inlet_temperature_c, settings)
         stress_mpa = 1e3 * 2 / 3 * pressure * field
-        for (label, dashes, width), of_line, levels in zip(
-            lines,
-            (stress_mpa, field, field, film),
-            (_STRESS_LEVELS, [largest], [limit], [settings.gates.lambda_limit]),
-            strict=True,
+        most = [laws[oil].coefficients.limiting_stress_ratio]
+        for label, of_line, levels, dashes, width in (
+            ("mean shear stress (MPa)", stress_mpa, _STRESS_LEVELS, "-", 0.4),
+            (f"largest measured {style.MU}", field, [largest], "-", 1.6),
+            ("limiting shear stress", field, most, ":", 1.6),
+            (f"lambda = {limit:g}", lambda_ratio, [limit], "--", 0.9),
         ):
             look = {"colors": "black", "linestyles": dashes, "linewidths": width}
             drawn = panel.axis.contour(speed, slip, of_line, levels, **look)
-            if any(len(path) for path in drawn.get_paths()):
-                somewhere.add(label)
             if levels is _STRESS_LEVELS:
                 panel.axis.clabel(drawn, fontsize=5, fmt="%g")
-        _frame(panel, laws[oil], pressure, choice.inlet_temperature_c)
+            if any(len(path) for path in drawn.get_paths()):
+                look = {"color": "black", "linestyle": dashes, "linewidth": width}
+                handles[label] = style.line_handle(label, **look)
+        _frame(panel, laws[oil], pressure, temperature)
         panel.axis.grid(False)
-        panel.keep("mu", at[0].ravel(), at[1].ravel(), oil=oil, value=field.ravel())
-        panel.keep("lambda", at[0].ravel(), at[1].ravel(), oil=oil, value=film.ravel())
+        for series, values in (("mu", field), ("lambda", lambda_ratio)):
+            panel.keep(series, mesh[0].ravel(), mesh[1].ravel(), oil=oil, value=values.ravel())
         panel.keep("largest measured mu", np.nan, oil=oil, value=largest)
     style.log_ticks(sheet.axes[0].xaxis, _SPEED_TICKS)
     style.log_ticks(sheet.axes[0].yaxis, _SLIP_TICKS)
     sheet.axes[0].set(xlim=(speed[0], speed[-1]), ylim=(slip[0], slip[-1]))
     sheet.label("U (m/s)", style.CONDITION_LABELS["slide_roll_ratio"])
-    sheet.colour_bar(mesh, style.TRACTION_LABEL)
-    handles: list[Any] = [
-        style.line_handle(label, color="black", linestyle=dashes, linewidth=width)
-        for label, dashes, width in lines
-        if label in somewhere
-    ]
-    look = {"facecolor": "#3b528b", "edgecolor": "white"}
-    handles.append(Rectangle((0, 0), 1, 1, label="white frame: tested", **look))
-    sheet.legend(handles, style.level_phrases({"inlet_temperature_c": choice.inlet_temperature_c}))
+    sheet.colour_bar(image, style.TRACTION_LABEL)
+    look = {"facecolor": "#3b528b", "edgecolor": "white", "label": "white frame: tested"}
+    tested = Rectangle((0, 0), 1, 1, **look)
+    at = style.level_phrases({"inlet_temperature_c": temperature})
+    sheet.legend([*handles.values(), tested], at)
     return sheet
 
 
-def _at(pressure: float, speed: FloatArray, temperature: float) -> FloatArray:
-    """Rows of the conditions of a law."""
-    return np.column_stack([np.full_like(speed, pressure), speed, np.full_like(speed, temperature)])
-
-
-def _contact(settings: Settings) -> Contact | None:
-    """The contact of the campaign's first rig whose contact is known."""
-    contacts = (rig.contact() for rig in settings.rigs.values())
-    return next((contact for contact in contacts if contact is not None), None)
-
-
-def _lambda(
-    oil: str, pressure: float, at: Sequence[FloatArray], temperature: float, settings: Settings
-) -> FloatArray:
-    """lambda over a mesh of speed and slip; NaN where oil or contact are not known."""
-    contact, properties = _contact(settings), settings.properties_of(oil)
-    if contact is None or properties is None:
-        return np.full(at[0].shape, np.nan)
-    load = np.full(at[0].shape, contact.load_n(pressure))
-    _, ratio = contact_film(
-        properties,
-        contact,
-        **settings.film.model_dump(),
-        load_n=load,
-        entrainment_speed_m_s=at[0],
-        inlet_temperature_c=np.full(at[0].shape, temperature),
-        slide_roll_ratio=at[1],
-    )
-    return ratio
+def _laws(results: CampaignTables) -> dict[str, FittedLaw]:
+    """The configured law of each oil that has one of pressure, speed and temperature."""
+    fits = results.configured
+    laws = {
+        str(oil): FittedLaw.of(fits.coefficients, oil, quality=fits.fit_quality)
+        for oil in fits.coefficients["oil"].unique()
+    }
+    return {oil: law for oil, law in laws.items() if not obstacle(law)}
 
 
 def _frame(panel: Panel, law: FittedLaw, pressure: float, temperature: float) -> None:
@@ -166,12 +124,7 @@ def _frame(panel: Panel, law: FittedLaw, pressure: float, temperature: float) ->
         panel.axis.add_patch(frame)
 
 
-@register(
-    category="Data quality",
-    family="data",
-    tables=("points",),
-    settings=("figures", "gates", "oils", "rigs"),
-)
+@register(family="data", tables=("points",), settings=("figures", "gates", "oils", "rigs"))
 def stribeck(results: CampaignTables, settings: Settings) -> Sheet:
     """Traction against film thickness.
 
@@ -180,36 +133,32 @@ def stribeck(results: CampaignTables, settings: Settings) -> Sheet:
     of viscosity at the inlet, entrainment speed, reduced radius and load. Colour: maximum Hertz
     pressure (GPa). Dashed line: limit of lambda for a full film.
     """
-    choice, oils = settings.figures.stribeck, list(settings.oils)
+    choice = settings.figures.stribeck
     points = _of_one_slip(results.points, choice.slide_roll_ratio)
     x = _hersey(points, settings) if choice.abscissa == "hersey" else points["lambda_ratio"]
     points = points.assign(x=x).dropna(subset="x")
-    shown = [oil for oil in oils if (points["oil"] == oil).any()]
-    if not shown:
-        return sentences(
-            "No accepted point near this slide-roll ratio has a known film:\n"
-            "give the properties of the oil and the geometry of the rig."
-        )
-    columns = min(len(shown), 3)
     layout: style.Look = {"height": 1.9, "right": 0.75, "sharex": True, "sharey": True}
-    sheet = Sheet(len(shown), columns, **layout)
+    sheet, panels = oil_grid(
+        style.oils_in(points, settings),
+        "No accepted point near this slide-roll ratio has a known film:\n"
+        "give the properties of the oil and the geometry of the rig.",
+        **layout,
+    )
     pressure = points["max_hertz_pressure_gpa"]
-    for number, oil in enumerate(shown):
-        panel, of_oil = sheet.panel(number, oil), points[points["oil"] == oil]
+    for panel, _, oil in panels:
+        of_oil = points[points["oil"] == oil]
         xy = of_oil["x"], of_oil["traction_coefficient"].abs()
         colour = of_oil["max_hertz_pressure_gpa"]
-        span: style.Look = {"vmin": pressure.min(), "vmax": pressure.max()}
-        dots = panel.axis.scatter(*xy, c=colour, s=9, cmap="viridis_r", linewidths=0, **span)
+        span: style.Look = {"vmin": pressure.min(), "vmax": pressure.max(), "linewidths": 0}
+        dots = panel.axis.scatter(*xy, c=colour, s=9, cmap="viridis_r", **span)
         panel.keep("measured", *xy, oil=oil, value=colour, label=of_oil["run_id"])
         panel.axis.set_xscale("log")
         panel.axis.set_ylim(bottom=0)
         if choice.abscissa == "lambda":
             style.log_ticks(panel.axis.xaxis, _FILM_TICKS)
             panel.axis.axvline(settings.gates.lambda_limit, color="black", linestyle="--")
-    label = (
-        "lambda" if choice.abscissa == "lambda" else "Hersey number \N{GREEK SMALL LETTER ETA}UR/W"
-    )
-    sheet.label(label, f"{style.MU} at S = {choice.slide_roll_ratio:g}")
+    labels = {"lambda": "lambda", "hersey": "Hersey number \N{GREEK SMALL LETTER ETA}UR/W"}
+    sheet.label(labels[choice.abscissa], f"{style.MU} at S = {choice.slide_roll_ratio:g}")
     sheet.colour_bar(dots, "Maximum Hertz pressure (GPa)")
     return sheet
 
@@ -235,7 +184,6 @@ def _hersey(points: pd.DataFrame, settings: Settings) -> "pd.Series[float]":
 
 
 @register(
-    category="Data quality",
     family="data",
     tables=("points", "coefficients", "fit_quality"),
     settings=("figures", "oils", "rigs"),
@@ -253,27 +201,20 @@ def isothermal(results: CampaignTables, settings: Settings) -> Sheet:
     colder than the tests, slower than 0.7 of the lowest tested speed or beyond the largest slip
     by as much are left out.
     """
-    choice = settings.figures.isothermal
-    oils = [
-        oil
-        for oil in settings.oils
-        if settings.properties_of(oil) is not None
-        and _follows_all(results.configured.coefficients.query("oil == @oil"))
-    ]
-    contact = _contact(settings)
-    if not oils or contact is None:
-        return sentences("The heat of no contact is known:\ngive rig, oil and a fitted law.")
+    choice, laws = settings.figures.isothermal, _laws(results)
+    contact = next(filter(None, (rig.contact() for rig in settings.rigs.values())), None)
+    nothing = "The heat of no contact is known:\ngive rig, oil and a fitted law."
+    if contact is None:
+        raise NothingToDrawError(nothing)
+    oils = [oil for oil in settings.oils if oil in laws and settings.properties_of(oil)]
     layout: style.Look = {"height": 1.9, "sharex": True, "sharey": True}
-    sheet = Sheet(len(oils), min(len(oils), 3), **layout)
+    sheet, panels = oil_grid(oils, nothing, **layout)
     levels: dict[float, str] = {}
-    fits = results.configured
-    for number, oil in enumerate(oils):
-        panel = sheet.panel(number, oil)
-        law = FittedLaw.of(fits.coefficients, oil, quality=fits.fit_quality)
+    for panel, _, oil in panels:
         for run, curve in _curves_of(results.points, oil, choice).groupby("run_id"):
             pressure = 0.05 * round(20 * float(curve["max_hertz_pressure_gpa"].mean()))
             marker = levels.setdefault(pressure, style.MARKERS[len(levels) % len(style.MARKERS)])
-            corrected = without_heat(curve, law, contact, settings)
+            corrected = without_heat(curve, laws[oil], contact, settings)
             about: style.Look = {"oil": oil, "label": str(run)}
             look = {"marker": marker, "color": style.oil_colour(oil, list(settings.oils))}
             x = curve["slide_roll_ratio"].abs()
@@ -286,24 +227,13 @@ def isothermal(results: CampaignTables, settings: Settings) -> Sheet:
     sheet.axes[0].set(xlim=(0, None), ylim=(0, None))
     sheet.label(style.CONDITION_LABELS["slide_roll_ratio"], style.TRACTION_LABEL)
     grey: style.Look = {"color": style.GREY}
-    handles = [
-        style.symbol_handle(f"P = {pressure:.3g} GPa", marker, **grey)
-        for pressure, marker in sorted(levels.items())
-    ]
+    pressures = [(f"P = {pressure:.3g} GPa", marker) for pressure, marker in sorted(levels.items())]
+    handles = [style.symbol_handle(*of_level, **grey) for of_level in pressures]
     handles.append(style.symbol_handle("measured", "o", markerfacecolor="white", **grey))
     handles.append(style.symbol_handle("isothermal", "o", **grey))
-    at = {
-        "entrainment_speed_m_s": choice.entrainment_speed_m_s,
-        "inlet_temperature_c": choice.inlet_temperature_c,
-    }
+    at = choice.model_dump(include={"entrainment_speed_m_s", "inlet_temperature_c"})
     sheet.legend(handles, style.level_phrases(at))
     return sheet
-
-
-def _follows_all(coefficients: pd.DataFrame) -> bool:
-    """Whether an oil has a fit of pressure, speed and temperature."""
-    known = len(coefficients) > 0 and bool(coefficients["value"].notna().all())
-    return known and LAWS[coefficients["law"].iloc[0]].conditions == CONDITIONS
 
 
 def _curves_of(points: pd.DataFrame, oil: str, choice: Any) -> pd.DataFrame:
@@ -342,8 +272,12 @@ def without_heat(
         at = Conditions(load_n, pressure, speed, inlet_c, radius, contact.reduced_modulus_pa)
         return InletOil.of(oil, inlet_c), at
 
+    def mu_by_law(speed: FloatArray, inlet_c: FloatArray, slip: FloatArray) -> FloatArray:
+        conditions = np.column_stack([pressure, speed, inlet_c])
+        return law.predict(conditions, slip).traction_coefficient
+
     wanted_m = film_thickness(*state(speed, temperature), slip, "central")
-    at_inlet = law.predict(np.column_stack([pressure, speed, temperature]), slip)
+    at_inlet = mu_by_law(speed, temperature, slip)
     cold, rise, slower = mu, np.zeros_like(mu), speed
     for _ in range(_ROUNDS):
         inlet_c = np.maximum(temperature - rise, coldest)
@@ -355,13 +289,9 @@ def without_heat(
         slower = np.maximum(slower * (wanted_m / thickness_m) ** (1 / 0.67), slowest)
         solids = choice.solid_conductivity_w_mk, choice.solid_volumetric_heat_j_m3k
         before, rise = rise, mean_film_rise(*colder, cold, faster_slip, *solids)
-        there = law.predict(np.column_stack([pressure, slower, inlet_c]), faster_slip)
-        ratio = np.ones_like(mu)
-        sliding = at_inlet.traction_coefficient != 0
-        np.divide(
-            there.traction_coefficient, at_inlet.traction_coefficient, out=ratio, where=sliding
-        )
-        cold = mu * ratio
+        there = mu_by_law(slower, inlet_c, faster_slip)
+        # without slip there is no traction, and nothing to correct
+        cold = mu * np.where(at_inlet == 0, 1.0, there / np.where(at_inlet == 0, 1.0, at_inlet))
     _, most_slip = law.reach[3]
     # in a film that runs away from its inlet the two never agree
     tested = (temperature - rise >= coldest) & (slower > slowest) & (rise - before <= 0.01 * rise)

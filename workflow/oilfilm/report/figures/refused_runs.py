@@ -10,7 +10,6 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
@@ -29,7 +28,6 @@ from oilfilm.report.figures.registry import SIMULATED
 from oilfilm.report.figures.sheet import Sheet, save
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables import failed_gates
-from oilfilm.units import FloatArray
 
 _LETTERS = 112  # of 7 pt in a line of the page
 _PASSING: style.Look = {"facecolor": style.tint("#56B4E9", 0.25), "linewidth": 0.4}
@@ -63,10 +61,8 @@ def judged_torque_logs(
     samples = ingested.all_samples()
     curated = curate(samples, ingested.runs, settings, TORQUE_RIG)
 
-    def of_run(run_id: str) -> pd.DataFrame:
-        return samples[samples["run_id"] == run_id]
-
-    return Judged(TORQUE_RIG, curated.runs, curated.points, quarantine, of_run)
+    by_run = samples.groupby("run_id").get_group
+    return Judged(TORQUE_RIG, curated.runs, curated.points, quarantine, by_run)
 
 
 def draw_pages(rigs: Iterable[Judged], settings: Settings, most: int, folder: Path) -> pd.DataFrame:
@@ -110,19 +106,18 @@ def listing(
     refused = refused.sort_values(["file", "run_id"], kind="stable").reset_index(drop=True)
     samples = refused["run_id"].map(about["samples"]).fillna(0)
     turn = refused[samples > 0].groupby("rule").cumcount().sort_values(kind="stable")
-    rows = []
-    for number, refusal in enumerate(tables.rows(refused)):
-        run_id, page, marked = refusal["run_id"], "", ("", 0, 0)
-        if number in turn.index[:most]:
-            page = page_name(run_id, kind.name)
-            same = quarantine["run_id"].eq(run_id) & quarantine["reason"].eq(refusal["reason"])
-            marked = _marked(quarantine[same], points[points["run_id"] == run_id])
-        rows.append(
-            {name: refusal[name] for name in ("run_id", "file", "rule", "reason", "advice")}
-            | dict(zip(("place", "first_row", "last_row"), marked, strict=True))
-            | {"oil": about["oil"].get(run_id, ""), "page": page}
-        )
-    return tables.from_rows(rows, "refused_pages")
+    marks = {}
+    for number in turn.index[:most]:
+        run_id, reason = refused.loc[number, ["run_id", "reason"]]
+        same = quarantine["run_id"].eq(run_id) & quarantine["reason"].eq(reason)
+        marked = _marked(quarantine[same], points[points["run_id"] == run_id])
+        marks[number] = (*marked, page_name(run_id, kind.name))
+    shown = [marks.get(number, ("", 0, 0, "")) for number in refused.index]
+    columns = ["place", "first_row", "last_row", "page"]
+    oils = refused["run_id"].map(about["oil"].get).fillna("")
+    listed = refused[["run_id", "file", "rule", "reason", "advice"]].assign(oil=oils)
+    listed = listed.join(pd.DataFrame(shown, refused.index, columns))
+    return tables.conform(listed, "refused_pages", "refused runs")
 
 
 def page_name(run_id: str, rig: str) -> str:
@@ -165,10 +160,20 @@ def draw_page(
     layout: style.Look = {"width": style.DOUBLE_COLUMN_IN, "height": 5.6 / count, "left": 0.85}
     sheet = Sheet(count, down=0.1, top=top, sharex=True, **layout)
     failing = _fail_alone(points)
-    for axis, (name, label) in zip(sheet.axes, kind.shown_signals.items(), strict=True):
+    for number, (name, label) in enumerate(kind.shown_signals.items()):
+        panel = sheet.panel(number, None)
+        axis, values = panel.axis, signals[name]
         axis.set_ylabel(label, fontsize=7)
         axis.yaxis.set_label_coords(-0.095, 0.5)
-        _draw_signal(axis, time_s, signals[name])
+        axis.grid(axis="x", visible=False)
+        if np.isfinite(values).any():
+            marker = "." if len(values) < 200 else ""
+            axis.plot(time_s, values, color="black", linewidth=0.6, marker=marker, markersize=2)
+            axis.ticklabel_format(axis="y", useOffset=False)
+            axis.margins(y=0.12)
+        else:
+            panel.say("not logged")
+            axis.set_yticks([])
         for plateaus, look in ((points[~failing], _PASSING), (points[failing], _FAILING)):
             rows = zip(plateaus["first_row"], plateaus["last_row"], strict=True)
             spans = [_times(signals, first, last) for first, last in rows]
@@ -195,11 +200,9 @@ def _rows_concerned(entry: Mapping[str, Any]) -> str:
     """What the marks of a page are at, in words."""
     first, last = entry["first_row"], entry["last_row"]
     rows = f"row {first}" if first == last else f"rows {first} to {last}"
-    return {
-        "rows": f"{rows}: concerned",
-        "plateaus": f"{rows}: failing plateaus",
-        "whole run": "concerns the whole run",
-    }[entry["place"]]
+    if entry["place"] == "whole run":
+        return "concerns the whole run"
+    return f"{rows}: {'concerned' if entry['place'] == 'rows' else 'failing plateaus'}"
 
 
 def _marked(refusals: pd.DataFrame, points: pd.DataFrame) -> tuple[str, int, int]:
@@ -234,24 +237,9 @@ def _wrapped(text: str, lines: int, letters: int = _LETTERS) -> list[str]:
     return textwrap.wrap(style.plain(text), letters, max_lines=lines, placeholder=" ...") or [""]
 
 
-def _draw_signal(axis: Axes, time_s: FloatArray, values: FloatArray) -> None:
-    axis.grid(axis="x", visible=False)
-    if not np.isfinite(values).any():
-        place: style.Look = {"ha": "center", "va": "center", "transform": axis.transAxes}
-        axis.text(0.5, 0.5, "not logged", **place)
-        axis.set_yticks([])
-        return
-    marker = "." if len(values) < 200 else ""
-    axis.plot(time_s, values, color="black", linewidth=0.6, marker=marker, markersize=2)
-    axis.ticklabel_format(axis="y", useOffset=False)
-    axis.margins(y=0.12)
-
-
 def _times(signals: Signals, first_row: int, last_row: int) -> tuple[float, float]:
     """First and last time of a range of rows; 0 and 0 mean all, unread rows the nearest one."""
-    inside = (signals.row >= first_row) & (signals.row <= last_row)
-    if last_row == 0:
-        inside = np.ones_like(inside)
-    elif not inside.any():
+    inside = (signals.row >= first_row) & (signals.row <= last_row) | (last_row == 0)
+    if not inside.any():
         inside[np.abs(signals.row - first_row).argmin()] = True
     return float(signals.time_s[inside].min()), float(signals.time_s[inside].max())

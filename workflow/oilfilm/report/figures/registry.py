@@ -10,7 +10,13 @@ from matplotlib.figure import Figure
 
 from oilfilm import tables
 from oilfilm.figure_catalogue import figures
-from oilfilm.report.figures.sheet import Sheet, panels_in_words, save
+from oilfilm.report.figures.sheet import (
+    NothingToDrawError,
+    Sheet,
+    panels_in_words,
+    save,
+    sentences,
+)
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 
@@ -46,7 +52,10 @@ def draw_figure(
     declared = figures()[name]
     draw: Draw = getattr(import_module(declared.module), declared.name.replace("-", "_"))
     shown = {reference: references[reference] for reference in declared.references}
-    sheet = draw(results, settings, **shown)
+    try:
+        sheet = draw(results, settings, **shown)
+    except NothingToDrawError as reason:
+        sheet = sentences(str(reason))
     simulated = declared.shows_data and settings.campaign.data == "simulated"
     return sheet.finish(SIMULATED if simulated else ""), sheet.drawn()
 

@@ -6,6 +6,7 @@ Decides: what is kept of what a figure draws.
 """
 
 import io
+import itertools
 import re
 import string
 import textwrap
@@ -25,8 +26,10 @@ from PIL import Image
 
 from oilfilm import tables
 from oilfilm.atomic_write import atomic_file
-from oilfilm.report.figures.style import DOUBLE_COLUMN_IN, GREY, SINGLE_COLUMN_IN, Look
+from oilfilm.report.figures.style import DOUBLE_COLUMN_IN, GREY, SINGLE_COLUMN_IN, Look, plain
 
+# Room around and between panels, as `Sheet` describes it.
+_ROOM_IN = {"left": 0.62, "right": 0.1, "top": 0.22, "bottom": 0.4, "across": 0.15, "down": 0.27}
 _MARK_IN = 0.14  # the line that says that data are simulated
 # Of a legend, in inches: height of a line, width of a symbol with its gaps, width of a letter.
 _LINE_IN, _SYMBOL_IN, _LETTER_IN = 0.155, 0.42, 0.061
@@ -106,13 +109,7 @@ class Sheet:
         *,
         width: float | None = None,
         height: float | Sequence[float] = 2.0,
-        left: float = 0.62,
-        right: float = 0.1,
-        top: float = 0.22,
-        bottom: float = 0.4,
-        across: float = 0.15,
-        down: float = 0.27,
-        **subplots: Any,
+        **layout: Any,
     ) -> None:
         """Place the panels.
 
@@ -121,24 +118,20 @@ class Sheet:
             columns: Panels side by side.
             width: Of the figure; by default one column of the page for one panel, else two.
             height: Of a panel, or of the panels of each row.
-            left: Room for the ordinate.
-            right: Room beside the last column.
-            top: Room for the titles of the first row.
-            bottom: Room for the abscissa of the last row.
-            across: Gap between columns.
-            down: Gap between rows.
-            subplots: As `Figure.subplots`.
+            layout: `left` for the ordinate, `right` beside the last column, `top` for the titles,
+                `bottom` for the abscissa, gaps `across` columns and `down` rows; and keywords of
+                `Figure.subplots`.
         """
+        room = {side: layout.pop(side, usual) for side, usual in _ROOM_IN.items()}
         rows = -(-count // columns)
         self.heights = [height] * rows if isinstance(height, float | int) else list(height)
         self._width = width or (DOUBLE_COLUMN_IN if columns > 1 else SINGLE_COLUMN_IN)
-        self._room = {"left": left, "right": right, "top": top, "bottom": bottom}
-        self._gaps, self._columns, self._legend_in = (across, down), columns, 0.0
+        self._room, self._columns, self._legend_in = room, columns, 0.0
         self._bar: Axes | None = None
         # not by pyplot, which would keep every figure open
         self.figure = Figure()
         FigureCanvasAgg(self.figure)  # measures texts without a trial drawing
-        ratios = {"height_ratios": self.heights, **subplots}
+        ratios = {"height_ratios": self.heights, **layout}
         axes = list(self.figure.subplots(rows, columns, squeeze=False, **ratios).flat)
         for axis in axes[count:]:
             axis.remove()
@@ -161,7 +154,7 @@ class Sheet:
         axis, letter = self.axes[number], ""
         if title is not None:
             letter = string.ascii_letters[number]
-            axis.set_title(f"({letter}) {title}".rstrip(), **look)
+            axis.set_title(f"({letter}) {plain(title)}".rstrip(), **{"parse_math": False, **look})
         axis.set_label(letter)
         return Panel(axis, letter, self.parts)
 
@@ -212,7 +205,8 @@ class Sheet:
 
     def finish(self, mark: str = "") -> Figure:
         """The figure with everything in its place, and above it what its data are."""
-        room, width, (across, down) = self._room, self._width, self._gaps
+        room, width = self._room, self._width
+        across, down = room["across"], room["down"]
         above = room["top"] + (_MARK_IN if mark else 0)
         below = room["bottom"] + self._legend_in
         rows, columns = len(self.heights), self._columns
@@ -236,6 +230,39 @@ class Sheet:
             place: Look = {"ha": "right", "va": "top", "fontsize": 6.5, "fontweight": "bold"}
             self.figure.text(1 - 0.03 / width, 1 - 0.02 / height, mark, color="#555555", **place)
         return self.figure
+
+
+class NothingToDrawError(Exception):
+    """A figure has nothing to draw; its message says why, in place of the figure."""
+
+
+def oil_grid(
+    oils: Sequence[str],
+    otherwise: str = "",
+    rows: Sequence[Any] = ("",),
+    title: Callable[[Any, str], str] = lambda _, oil: oil,
+    **layout: Any,
+) -> tuple[Sheet, list[tuple[Panel, Any, str]]]:
+    """A figure with one column of panels per oil; of one row at most three are side by side.
+
+    Args:
+        oils: Those that are shown.
+        otherwise: What to say where there is none.
+        rows: What each row of panels is for.
+        title: Of a panel, from its row and oil.
+        layout: As `Sheet`.
+
+    Returns:
+        The figure, and each panel with its row and oil.
+
+    Raises:
+        NothingToDrawError: There is no oil.
+    """
+    if not oils:
+        raise NothingToDrawError(otherwise)
+    cells = list(itertools.product(rows, oils))
+    sheet = Sheet(len(cells), len(oils) if len(rows) > 1 else min(len(oils), 3), **layout)
+    return sheet, [(sheet.panel(n, title(*cell)), *cell) for n, cell in enumerate(cells)]
 
 
 def page(width: float, height: float, *, bottom: float, top: float) -> tuple[Sheet, Panel]:

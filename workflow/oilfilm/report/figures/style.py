@@ -1,18 +1,21 @@
 """How every figure looks: widths of a journal, one colour per oil, one line style per meaning."""
 
 from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 import matplotlib as mpl
 import numpy as np
+import pandas as pd
 from matplotlib.colors import to_rgb
-from matplotlib.font_manager import findfont, get_font
+from matplotlib.font_manager import FontProperties, findfont, get_font
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import FixedLocator, NullFormatter, NullLocator
 
 from oilfilm.bearing.kinematics import entrainment_speed_m_s
-from oilfilm.report import colours
+from oilfilm.report import words
+from oilfilm.settings.resolved import Settings
 from oilfilm.units import FloatArray
 
 # Columns of a page, 84 and 174 mm.
@@ -20,7 +23,7 @@ SINGLE_COLUMN_IN = 84 / 25.4
 DOUBLE_COLUMN_IN = 174 / 25.4
 
 Look = dict[str, Any]  # keywords of matplotlib
-oil_colour = colours.oil_colour
+oil_colour = words.oil_colour
 MARKERS = ("o", "s", "^", "D", "v", "P")
 # One style per meaning: what a law was fitted to, or where its constants are from.
 LINES: Look = {
@@ -32,16 +35,18 @@ LINES: Look = {
     "not planned": (0, (6, 1.5)),
 }
 GREY = "#555555"  # of words and keys that belong to no oil
-EXTRAPOLATED = colours.EXTRAPOLATED
+EXTRAPOLATED = "#ececec"  # behind what no test reaches
 MU = "\N{GREEK SMALL LETTER MU}"
 # No mathematics of matplotlib: its parser takes half a second to load.
 THOUSANDTHS = "10\N{SUPERSCRIPT MINUS}\N{SUPERSCRIPT THREE}"
 # Name of each condition on an axis, and one level of it in a title.
 CONDITION_LABELS = {
-    "max_hertz_pressure_gpa": "Maximum Hertz pressure P (GPa)",
-    "entrainment_speed_m_s": "Entrainment speed U (m/s)",
-    "inlet_temperature_c": "Inlet temperature T (\N{DEGREE SIGN}C)",
-    "slide_roll_ratio": "Slide-roll ratio S",
+    name: f"{label} {symbol} ({unit})".removesuffix(" ()")
+    for name, (symbol, label, unit) in words.CONDITIONS.items()
+}
+LEVEL_PHRASES = {
+    name: f"{symbol} = {{:g}} {unit}".rstrip()
+    for name, (symbol, _, unit) in words.CONDITIONS.items()
 }
 TRACTION_LABEL = f"Traction coefficient {MU}"
 SPEED_LABEL = "Speed of the inner ring (1000 rpm)"
@@ -49,48 +54,27 @@ DMN_LABEL = "dmN (million mm rpm)"
 DMN_AS_SPEED = f"dmN of 1 million mm rpm is U = {entrainment_speed_m_s(1e6):.0f} m/s"
 AXIAL_LOAD_LABEL = "Axial load (kN)"
 SE_DRAWN = 1.96  # error bars are 95 % intervals
-LEVEL_PHRASES = {
-    "max_hertz_pressure_gpa": "P = {:g} GPa",
-    "entrainment_speed_m_s": "U = {:g} m/s",
-    "inlet_temperature_c": "T = {:g} \N{DEGREE SIGN}C",
-    "slide_roll_ratio": "S = {:g}",
-}
 # What became of something: colour and symbol together, so that print in grey tells it as well.
 STATE_COLOURS = {"accepted": "#0072B2", "refused": "#D55E00", "missing": "#555555"}
 STATE_MARKERS = {"accepted": "o", "refused": "X", "missing": "D"}
 BAR_LOOK: Look = {"markerfacecolor": "white", "markeredgewidth": 0.7, "elinewidth": 0.7}
-_SETTINGS: Any = {
-    "font.size": 8,
-    "font.family": "DejaVu Sans",
-    "axes.labelsize": 8,
-    "axes.titlesize": 8,
-    "axes.titlelocation": "left",
-    "axes.titley": 1.0,  # or every tick would be measured to find room above it
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.linewidth": 0.6,
-    "axes.grid": True,
-    "axes.axisbelow": True,
-    "grid.color": "#e5e5e5",
-    "grid.linewidth": 0.5,
-    "legend.fontsize": 7,
-    "legend.title_fontsize": 7,
-    "legend.frameon": False,
-    "lines.linewidth": 1.1,
-    "lines.markersize": 2.8,
-    "xtick.labelsize": 7,
-    "ytick.labelsize": 7,
-    "savefig.dpi": 180,  # as wide as the report shows it
-    "svg.hashsalt": "oilfilm",
-    "svg.fonttype": "none",
-}
-mpl.rcParams.update(_SETTINGS)
+mpl.rc_file(Path(__file__).with_name("journal.mplstyle"))
 
 
 def oil_look(oil: str, oils: Sequence[str]) -> Look:
     """Colour and symbol of an oil."""
     marker = MARKERS[list(oils).index(oil) % len(MARKERS)]
     return {"color": oil_colour(oil, oils), "marker": marker}
+
+
+def oils_in(table: pd.DataFrame, settings: Settings) -> list[str]:
+    """The oils of a campaign that have rows in a table."""
+    return [oil for oil in settings.oils if (table["oil"] == oil).any()]
+
+
+def oil_patches(shown: Iterable[str], oils: Sequence[str]) -> list[Any]:
+    """Entries of a legend: the colour of each oil that is shown."""
+    return [Patch(color=oil_colour(oil, oils), label=oil) for oil in shown]
 
 
 def shades(colour: str, count: int) -> list[tuple[float, float, float]]:
@@ -135,15 +119,14 @@ def log_ticks(side: Any, ticks: Sequence[float]) -> None:
     side.set_minor_formatter(NullFormatter())
 
 
-def cell_edges(centres: FloatArray, scale: str) -> FloatArray:
+def cell_edges(centres: FloatArray, scale: str = "linear") -> FloatArray:
     """Edges of cells around rising centres, half way along a linear or logarithmic scale."""
     levels = np.log(centres) if scale == "log" else centres
+    beyond = 2 * levels[0] - levels[1:2], 2 * levels[-1] - levels[-2:-1]
+    around = np.concatenate([beyond[0], levels, beyond[1]])
     if len(levels) == 1:
-        edges = levels[0] + np.array([-0.5, 0.5])
-    else:
-        middles = (levels[1:] + levels[:-1]) / 2
-        first, last = 2 * levels[0] - middles[0], 2 * levels[-1] - middles[-1]
-        edges = np.concatenate([[first], middles, [last]])
+        around = levels + np.array([-1.0, 0.0, 1.0])
+    edges = (around[1:] + around[:-1]) / 2
     return np.exp(edges) if scale == "log" else edges
 
 
@@ -152,7 +135,7 @@ def plain(text: str) -> str:
 
     To be drawn with `parse_math=False`, or `$` would begin a formula.
     """
-    font = get_font(findfont(_SETTINGS["font.family"]))
+    font = get_font(findfont(FontProperties()))
     return "".join(
         letter
         if letter.isprintable() and font.get_char_index(ord(letter))

@@ -1,19 +1,19 @@
 """The answer to the first question: how large is mu, how sure, and can the fit be trusted."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from oilfilm import tables
+from oilfilm.fits.fitted import FittedLaw
 from oilfilm.report.document import Section
-from oilfilm.report.explorer import LABELS, LEVEL, explored_fits, load_at_1_gpa, sliders
-from oilfilm.report.shown_table import Column, ShownTable, number
-from oilfilm.report.words import law_name
+from oilfilm.report.explorer import LEVEL, explored_fits, load_at_1_gpa, sliders
+from oilfilm.report.shown_table import show_declared
+from oilfilm.report.words import CONDITIONS, law_name
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 
-_MU = number("#.3g")
 _BESIDE = {"best": "best of those compared", "tie": "ties with others"}
 
 
@@ -22,54 +22,44 @@ def answer(results: CampaignTables, settings: Settings) -> Section:
     load_n = load_at_1_gpa(settings)
     fits = explored_fits(results, load_n)
     axes = sliders(fits, results.points, settings)
-    pressure, speed, temperature, slip = [np.nan if axis.idle else axis.start for axis in axes]
-    compared = {row["oil"]: row for row in tables.rows(results.law_verdicts)}
-    sound = {row["oil"]: row for row in tables.rows(results.soundness)}
-    runs = results.runs.assign(accepted=results.runs["verdict"] == "accepted")
-    counts = runs.groupby("oil")["accepted"].agg(["sum", "size"])
-    rows = []
-    for fit in tables.rows(results.configured.fit_quality):
-        oil, mu, interval = str(fit["oil"]), np.nan, "not known"
-        if oil in fits:
-            first = pressure
-            if load_n is not None and "load_n" in fits[oil].law.conditions:
-                first = load_n * pressure**3
-            at = fits[oil].predict(np.array([[first, speed, temperature]]), np.array([slip]))
-            mu, ends = at.traction_coefficient[0], [at.obs_ci_lower[0], at.obs_ci_upper[0]]
-            level = fits[oil].coefficients.bands(fits[oil].law, LEVEL)[2]
-            if not np.isnan(ends).any():
-                interval = f"{_MU(ends[0])} to {_MU(ends[1])} ({100 * level:.2g} %)"
-            if at.outside[0]:
-                interval += ", not tested there"
-            if at.over_limit[0]:
-                interval += ", above the limiting shear stress"
-        rows.append(
-            [
-                oil,
-                _MU(mu),
-                interval,
-                law_name(fit["law"]),
-                _beside_others(compared[oil]) if oil in compared else "not compared",
-                _soundness(sound[oil]) if oil in sound else "not sound",
-                "{sum} of {size}".format(**counts.loc[oil]) if oil in counts.index else "none",
-            ]
-        )
-    columns = [
-        Column("oil", "Oil"),
-        Column("mu", "mu"),
-        Column("interval", "Next good run"),
-        Column("law", "Law"),
-        Column("beside", "Beside other laws", is_verdict=True),
-        Column("fit", "Fit", is_verdict=True),
-        Column("runs", "Runs accepted"),
-    ]
+    at = [np.nan if axis.idle else axis.start for axis in axes]
+    oil, quality = results.configured.fit_quality["oil"], results.configured.fit_quality
+    known = {name: _at_point(fit, at, load_n) for name, fit in fits.items()}
+    beside = {row["oil"]: _beside_others(row) for row in tables.rows(results.law_verdicts)}
+    sound = {row["oil"]: _soundness(row) for row in tables.rows(results.soundness)}
+    accepted = (results.runs["verdict"] == "accepted").groupby(results.runs["oil"])
+    runs = {name: f"{of_oil.sum()} of {len(of_oil)}" for name, of_oil in accepted}
+    rows = quality.assign(
+        mu=[known.get(name, (np.nan, ""))[0] for name in oil],
+        interval=[known.get(name, (np.nan, "not known"))[1] for name in oil],
+        beside=[beside.get(name, "not compared") for name in oil],
+        fit=[sound.get(name, "not sound") for name in oil],
+        runs=[runs.get(name, "none") for name in oil],
+    )
     point = ", ".join(
-        f"{LABELS[axis.name][0]} {axis.start:.{axis.digits}f} {LABELS[axis.name][2]}".rstrip()
-        for axis in axes
+        f"{symbol} {axis.start:.{axis.digits}f} {unit}".rstrip()
+        for axis, (symbol, _, unit) in zip(axes, CONDITIONS.values(), strict=True)
         if not axis.idle
     )
-    table = ShownTable("answers", f"At {point}", columns, rows, in_text=True)
+    table = show_declared(rows, "answers", f"At {point}")
     return Section("answer", "Answer", tables=[table])
+
+
+def _at_point(
+    fit: FittedLaw, at: Sequence[float], load_at_1_gpa: float | None
+) -> tuple[float, str]:
+    """mu of a fit at P, U, T and S, and its interval in words."""
+    pressure, *others, slip = at
+    if load_at_1_gpa is not None and "load_n" in fit.law.conditions:
+        pressure = load_at_1_gpa * pressure**3
+    found = fit.predict(np.array([[pressure, *others]]), np.array([slip]))
+    lower, upper, interval = found.obs_ci_lower[0], found.obs_ci_upper[0], "not known"
+    if not np.isnan([lower, upper]).any():
+        level = fit.coefficients.bands(fit.law, LEVEL)[2]
+        interval = f"{lower:#.3g} to {upper:#.3g} ({100 * level:.2g} %)"
+    interval += ", not tested there" if found.outside[0] else ""
+    interval += ", above the limiting shear stress" if found.over_limit[0] else ""
+    return found.traction_coefficient[0], interval
 
 
 def _soundness(row: Mapping[str, Any]) -> str:

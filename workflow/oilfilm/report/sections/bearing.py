@@ -8,13 +8,10 @@ from oilfilm import tables
 from oilfilm.logs.run_sheet import REMARKS
 from oilfilm.report.document import Section, facts
 from oilfilm.report.sections.data import first_cases, refusals, refused_points
-from oilfilm.report.shown_table import Column, ShownTable, percent, show
-from oilfilm.report.words import load_variable
+from oilfilm.report.shown_table import ShownTable, show_declared
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.torque.torque_control import bistable_points, without_bistable
-
-_ONE = percent(1)
 
 
 def bearing(results: CampaignTables, settings: Settings) -> Section:
@@ -36,6 +33,7 @@ def bearing(results: CampaignTables, settings: Settings) -> Section:
         read=len(read),
         logs=len(logs),
         plateaus=runs,
+        limits_gpa=settings.bearing.pressure_limits_gpa,
         refused_plateaus=refused_points(runs),
         cases=first_cases(refused),
         not_calculated=without_torque["oil"].value_counts().to_dict(),
@@ -46,28 +44,13 @@ def bearing(results: CampaignTables, settings: Settings) -> Section:
         bistable_points=bistable_points(sound),
         why_lost=torque.loc[~torque["converged"], "why"].unique().tolist(),
         has_uncertainty=not len(sound) or (sure["verdict"] != "not known").any(),
-        errors=_errors(sure[sure["load_variable"] == "stress"]),
         control=_control(results.torque_control),
-        share=by_stress["traction_torque_n_m"] / by_stress["torque_n_m"],
-        beyond={
-            name: by_stress[f"share_beyond_{name}"].mean() for name in ("pressure", "speed", "slip")
-        },
-        over_long_term=(by_stress["pressure_verdict"] == "above long-term").sum(),
-        over_peak=(by_stress["pressure_verdict"] == "above peak").sum(),
-        over_stress=(by_stress["contacts_over_stress_limit"] > 0).sum(),
-        pressure_limits=settings.bearing.pressure_limits_gpa,
+        by_stress=by_stress,
         inversion=results.torque_inversion["verdict"].tolist(),
         **_heat(results.heat_balance),
     )
     listed = refusals(refused, "torque_quarantine", settings.report.rows_max)
     return Section("bearing", "Bearing", made, [_error_table(sure), listed])
-
-
-def _errors(torque: pd.DataFrame) -> list[dict[str, Any]]:
-    """Size of the relative error of the torque by oil: median and largest."""
-    known = torque.dropna(subset=["relative_error"])
-    size = known["relative_error"].abs().groupby(known["oil"], sort=False)
-    return tables.rows(size.agg(["median", "max"]).reset_index())
 
 
 def _control(control: pd.DataFrame) -> list[dict[str, Any]]:
@@ -115,20 +98,4 @@ def _error_table(sure: pd.DataFrame) -> ShownTable:
         f"{row['agrees']} of {row['judged']}" if row["judged"] else "not known"
         for row in tables.rows(errors)
     ]
-    agreeing = "points where the difference is within twice its standard uncertainty"
-    return show(
-        errors,
-        "torque",
-        "Calculated against measured friction torque, without points where the cage may roll or "
-        "skid; nothing is fitted to torque",
-        [
-            Column("oil", "Oil", meaning=""),
-            Column("load_variable", "Law and load variable", load_variable, meaning=""),
-            Column("points", "Points", is_number=True),
-            Column("median", "Median error", _ONE, is_number=True),
-            Column("largest", "Largest error", _ONE, is_number=True),
-            Column("agreeing", "Agree within uncertainty", meaning=agreeing),
-            Column("share", "Traction's share of torque, median", _ONE, is_number=True),
-        ],
-        in_text=True,
-    )
+    return show_declared(errors, "torque")

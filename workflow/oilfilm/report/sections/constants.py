@@ -6,7 +6,7 @@ import pandas as pd
 from oilfilm import tables
 from oilfilm.fits.conditions import from_text
 from oilfilm.report.document import Section, facts
-from oilfilm.report.shown_table import Column, ShownTable, number, show, significant
+from oilfilm.report.shown_table import ShownTable, number, show_declared, significant
 from oilfilm.tables.campaign_tables import CampaignTables
 
 # Constants that move together so closely replace each other.
@@ -78,13 +78,4 @@ def _of_oil(coefficients: pd.DataFrame, oil: str, place: int) -> ShownTable:
         texts.loc[index, names] = [form(row[name]) for name in names]
     interval = texts[lower] + " \N{HORIZONTAL ELLIPSIS} " + texts[upper]
     texts[lower] = texts[lower].where(rows[lower].isna(), interval)
-    columns = [
-        Column("constant", "Constant"),
-        Column("value", "Value", unit=""),
-        Column(lower, "Joint interval", unit=""),
-        Column("standard_error", "Standard error, random", unit=""),
-        Column("systematic_standard_error", "Standard error, calibration", unit=""),
-        Column("verdict", "Verdict", is_verdict=True),
-    ]
-    name = f"constants{place}"
-    return show(texts, "coefficients", oil, columns, name=name, in_text=True)
+    return show_declared(texts, "constants", oil, f"constants{place}")

@@ -7,10 +7,9 @@ from oilfilm import tables
 from oilfilm.curation.coverage import describe_condition, planned_states
 from oilfilm.logs.run_sheet import REMARKS
 from oilfilm.report import runs
-from oilfilm.report.captions import film_unjudged_oils, stand_in_oils
 from oilfilm.report.document import Section, facts
 from oilfilm.report.enough import shortfalls, unread_logs
-from oilfilm.report.shown_table import Column, ShownTable, show
+from oilfilm.report.shown_table import ShownTable, show_declared
 from oilfilm.report.words import gate_name
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables import failed_gates
@@ -28,7 +27,7 @@ _SET_POINTS = {
 
 def data(results: CampaignTables, settings: Settings) -> Section:
     """What was read and accepted, which conditions are covered, what is known of the film."""
-    points, campaign = results.points, settings.campaign
+    points = results.points
     has_matrix = results.coverage["planned"].any()
     conditions = planned_states(results.coverage) if has_matrix else results.coverage
     missing = tables.rows(conditions[conditions["state"] == "missing"])
@@ -36,24 +35,16 @@ def data(results: CampaignTables, settings: Settings) -> Section:
     unjudged = points["accepted"] & (points["film_judgement"] == "cannot be judged")
     made = facts(
         "report/sections/data.jinja",
-        runs=results.runs,
-        accepted_runs=(results.runs["verdict"] == "accepted").sum(),
-        points=points,
+        results=results,
+        settings=settings,
         unread=len(unread_logs(results)),
-        shortfalls=shortfalls(results, campaign),
-        samples=results.runs["samples"].sum(),
-        refused_rows=results.quarantine["refused_rows"].sum(),
+        shortfalls=shortfalls(results, settings.campaign),
         has_matrix=has_matrix,
         conditions=conditions["state"].value_counts().reindex(_STATES, fill_value=0),
-        outside=(~results.coverage["planned"]).sum(),
         missing=[f"{row['oil']} at {describe_condition(row)}" for row in missing[:_NAMED]],
         more_missing=max(len(missing) - _NAMED, 0),
-        unjudged=unjudged.sum(),
-        unjudged_oils=film_unjudged_oils(points),
-        reason=campaign.film_unjudged.reason if campaign.film_unjudged else "",
-        stand_ins=stand_in_oils(settings.oils),
-        film=settings.film,
-        lambda_limit=settings.gates.lambda_limit,
+        unjudged=points.loc[unjudged, "oil"],
+        stand_ins=[name for name, oil in settings.oils.items() if oil and oil.stand_in],
         without_set_point=without[without > 0].to_dict(),
     )
     return Section("data", "Data", made, [runs.run_list(results, settings.report.rows_max)])
@@ -63,20 +54,6 @@ def refused(results: CampaignTables, settings: Settings) -> Section:
     """Everything that was refused, the first case of each gate in words."""
     counts = results.gate_counts
     counts = counts[~counts["gate"].isin(REMARKS)]
-    gates = show(
-        counts,
-        "gate_counts",
-        "What was refused, by gate; a point counts at every gate that refused it",
-        [
-            Column("gate", "Gate", gate_name),
-            Column("what", "Judges"),
-            Column("files", "Logs"),
-            Column("runs_refused", "Runs refused"),
-            Column("points", "Points"),
-            Column("rows", "Rows"),
-        ],
-        in_text=True,
-    )
     made = facts(
         "report/sections/refused.jinja",
         verdicts=_named(results.runs.query("verdict == 'refused'")["rule"].value_counts()),
@@ -86,13 +63,9 @@ def refused(results: CampaignTables, settings: Settings) -> Section:
         other_gates=counts[~counts["gate"].isin(results.quarantine["rule"])].to_dict("records"),
     )
     listed = refusals(results.quarantine, "quarantine", settings.report.rows_max)
-    return Section(
-        "refused",
-        "Refused",
-        made,
-        [gates, listed],
-        downloads={"quarantine.csv": results.quarantine},
-    )
+    shown = [show_declared(counts, "gate_counts"), listed]
+    saved = {"quarantine.csv": results.quarantine}
+    return Section("refused", "Refused", made, shown, downloads=saved)
 
 
 def refusals(quarantine: pd.DataFrame, name: str, most: int) -> ShownTable:
@@ -103,16 +76,9 @@ def refusals(quarantine: pd.DataFrame, name: str, most: int) -> ShownTable:
     quarantine = quarantine[~quarantine["rule"].isin(REMARKS)]
     if not quarantine["rule"].duplicated().any():
         quarantine = quarantine[:0]
-    columns = [
-        Column("file", "Log"),
-        Column("rule", "Gate", gate_name),
-        Column("reason", "What was found"),
-        Column("advice", "What to do"),
-    ]
-    if (quarantine["run_id"] != quarantine["file"]).any():
-        columns.insert(1, Column("run_id", "Run"))
-    caption = "Everything that was refused: logs, runs and rows"
-    return show(quarantine, "quarantine", caption, columns, name=name, most=most)
+    if not (quarantine["run_id"] != quarantine["file"]).any():
+        quarantine = quarantine.drop(columns="run_id")
+    return show_declared(quarantine, "quarantine", name=name, most=most)
 
 
 def first_cases(quarantine: pd.DataFrame) -> list[dict[str, object]]:

@@ -10,11 +10,9 @@ from oilfilm.fits.fitted import FittedLaw
 from oilfilm.fits.lack_of_fit import ADVISED_REPEATS
 from oilfilm.fits.soundness_words import what_is_wrong
 from oilfilm.report.document import Fact, Section, facts
-from oilfilm.report.shown_table import Column, ShownTable, number, percent, show, yes_or_no
-from oilfilm.report.words import law_name
+from oilfilm.report.shown_table import show_declared
 from oilfilm.tables.campaign_tables import CampaignTables
 
-_TWO = percent(2)
 # A curve of which mu differs less than this as a whole is odd by its shape.
 _SAME_GAIN = 0.03
 # Share of the points at which mu is known at least so well.
@@ -26,25 +24,22 @@ _CLEAR = 0.01
 def fits(results: CampaignTables) -> Section:
     """Misfit, certificate and certainty of each fit, noise and lack of fit."""
     quality, sure = results.configured.fit_quality, certainty(results)
-    fitted = tables.rows(quality[quality["rmse"].notna()].join(sure, on="oil"))
+    fitted = tables.rows(quality[quality["rmse"].notna()])
     made = facts(
         "report/sections/fits.jinja",
         fitted=fitted,
         wrong={str(row["oil"]): what_is_wrong(row) for row in tables.rows(results.soundness)},
         lost=tables.rows(quality[quality["rmse"].isna()]),
-        laws=list(dict.fromkeys(quality["law"].map(law_name))),
         **_odd(results.configured.curve_residuals),
         misfits=tables.rows(results.lack_of_fit),
         unrepeated=tables.rows(results.lack_of_fit.query("verdict == 'no repeats'")),
         repeats=ADVISED_REPEATS,
     )
-    return Section(
-        "fits",
-        "Fits",
-        made,
-        [_fit_table(quality, sure), _noise(results.lack_of_fit)],
-        downloads={"fit_quality.csv": quality},
-    )
+    shown = [
+        show_declared(quality.join(sure, on="oil"), "fit_quality"),
+        show_declared(results.lack_of_fit, "lack_of_fit"),
+    ]
+    return Section("fits", "Fits", made, shown, downloads={"fit_quality.csv": quality})
 
 
 def curve_facts(quality: pd.DataFrame, residuals: pd.DataFrame) -> list[Fact]:
@@ -85,47 +80,3 @@ def certainty(results: CampaignTables) -> pd.DataFrame:
         certainties[oil] = half.median(), half.quantile(_MOST)
     index = pd.Index(certainties, dtype=str)
     return pd.DataFrame([*certainties.values()], index, columns=["median", "largest"])
-
-
-def _fit_table(quality: pd.DataFrame, sure: pd.DataFrame) -> ShownTable:
-    meaning = (
-        "half of the 95 % interval of the next good run over mu, at the accepted points: from "
-        "curves left out of the fit, and from calibration"
-    )
-    return show(
-        quality.join(sure, on="oil"),
-        "fit_quality",
-        "How near the law comes to the points, and how sure the fitted curves are",
-        [
-            Column("oil", "Oil"),
-            Column("law", "Law", law_name),
-            Column("n_points", "Points"),
-            Column("n_curves", "Curves"),
-            Column("relative_rms", "Misfit, rms of mu", _TWO, ""),
-            Column("max_error", "Largest error of mu", number(".2e"), ""),
-            Column("median", "mu known to, median", _TWO, "", meaning, is_number=True),
-            Column("largest", "at 95 % of the points", _TWO, "", meaning, is_number=True),
-            Column("certified", "Certified", yes_or_no, is_verdict=True),
-        ],
-        in_text=True,
-    )
-
-
-def _noise(misfits: pd.DataFrame) -> ShownTable:
-    return show(
-        misfits,
-        "lack_of_fit",
-        "Noise and lack of fit, rms of mu",
-        [
-            Column("oil", "Oil"),
-            Column("relative_rms", "Misfit", _TWO, ""),
-            Column("repeat_relative_rms", "Noise, by repeats", _TWO, ""),
-            Column("lack_of_fit_relative_rms", "Lack of fit", _TWO, ""),
-            Column("plateau_relative_rms", "Noise within plateaus", _TWO, ""),
-            Column("n_repeats", "Repeats"),
-            Column("lack_of_fit_ratio", "F", number(".3g"), ""),
-            Column("lack_of_fit_limit", "Limit of F", number(".3g"), ""),
-            Column("verdict", "Lack of fit is", is_verdict=True),
-        ],
-        in_text=True,
-    )
