@@ -12,11 +12,11 @@ from oilfilm import tables
 from oilfilm.curation.coverage import coverage, gate_counts
 from oilfilm.logs.run_sheet import CONTRADICTION, UNLISTED
 from oilfilm.paper.advice import OUTSIDE
-from oilfilm.paper.audit.audit import audit, checked_claims, printed_evidence
+from oilfilm.paper.audit.audit import audit, printed_evidence
 from oilfilm.paper.extrapolation import extrapolate
 from oilfilm.paper.printed.judge import judge_printed
 from oilfilm.paper.printed_law import with_printed
-from oilfilm.paper.reference import PrintedCoefficients
+from oilfilm.paper.reference import PrintedCoefficients, read_claims
 from oilfilm.paper.sections import OTHER_CHOICES
 from oilfilm.report import runs
 from oilfilm.report.document import Fact, Section, facts
@@ -58,7 +58,7 @@ def finished(campaign: Campaign, oil: str) -> CampaignTables:
         printed_judged=judge_printed(results, printed(), config.oils, config.printed),
         signs=signs,
         sign_verdicts=sign_verdicts,
-        **audit(checked_claims(CLAIMS), [basis], config),
+        **audit(read_claims(CLAIMS).claims, [basis]),
     )
 
 

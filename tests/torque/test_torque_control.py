@@ -45,7 +45,7 @@ def results(misfit: float = 0.0, law: str = "deng2026", **changed: Any) -> Campa
 def judged(results: CampaignTables, settings: Settings) -> dict[str, pd.DataFrame]:
     control = torque_control(results, settings)
     evidence = evidence_of(printed(), settings, torque=results.torque, torque_control=control)
-    return audit(claims_of("torque-stress", "torque-load"), [evidence], settings)
+    return audit(claims_of("torque-stress", "torque-load"), [evidence])
 
 
 def verdicts(results: CampaignTables, settings: Settings) -> pd.DataFrame:

@@ -92,6 +92,11 @@ class Claim(Group):
     wording: Text = key("The paper's own words.")
     holds_where: Text = key("What makes the claim hold, read strictly; settings in braces.")
     readings: dict[str, Text] = key("Other fair readings of it, by name.", default={})
+    judged_on: Literal["tested", "extrapolated", "data", "formula"] = key(
+        "Box on which the verdict rests; `data` where the check looks at tables, `formula` where "
+        "it looks at the paper's Eq. 1, and at no box."
+    )
+    worst: Literal["largest", "smallest"] = key("Which `quantity` is the worst.")
     quantity: Text = key("What is judged in each case, with its format in braces.")
     numbers: dict[str, Text] = key("What the claim's further numbers are.", default={})
 
