@@ -16,15 +16,15 @@ import pandas as pd
 from oilfilm import tables
 from oilfilm.paper.printed.judge import squared_errors
 from oilfilm.paper.printed.statements import (
-    BETWEEN_OILS,
+    HALF,
     LAW,
-    STATEMENTS,
-    Limits,
     Surface,
     hot_convergence,
+    share,
     viscosity_order,
+    where_true,
 )
-from oilfilm.settings.config import Boxes, PrintedSettings, SignSettings
+from oilfilm.settings.config import PrintedSettings, SignSettings
 from oilfilm.traction.law import to_constants, to_internal
 from oilfilm.units import FloatArray
 
@@ -34,9 +34,6 @@ _EXPONENTS = [index for index, constant in enumerate(LAW.constants) if constant.
 _SETS = np.array(list(itertools.product((1, -1), repeat=len(_EXPONENTS))))  # one row per set
 # The slips whose totals count come first; the others may only lower a verdict.
 _SLIPS = ("curve", "figures")
-_WEIGHTS = {name: statement.weight for name, statement in STATEMENTS.items()} | dict.fromkeys(
-    BETWEEN_OILS, 1.0
-)
 
 
 def study_signs(
@@ -58,12 +55,16 @@ def study_signs(
     Returns:
         The tables `signs` and `sign_verdicts`.
     """
-    limits = Limits(traction_max, settings.signs.linear_r2_min, settings.signs.decline_max)
-    scores = {slips: _scores(printed, slips, settings, limits) for slips in _SLIPS}
+    # internal constants of every sign set, shape (constants, sets); A0, B0, C0 keep their sign
+    candidates = {}
+    for oil, constants in printed.items():
+        internal = np.tile(to_internal(LAW, constants)[:, np.newaxis], (1, len(_SETS)))
+        internal[_EXPONENTS] = np.abs(internal[_EXPONENTS]) * _SETS.T
+        candidates[oil] = internal
+    scores = [_scores(candidates, slips, settings, traction_max) for slips in _SLIPS]
     sets, verdicts = [], []
     for oil in [oil for oil in printed if oil in oils]:
-        of_oil = [scores[slips][oil] for slips in _SLIPS]
-        internal = _candidates(printed[oil])
+        of_oil, internal = [each[oil] for each in scores], candidates[oil]
         constants = np.array([to_constants(LAW, of_set) for of_set in internal.T])
         totals = [pd.Series(_total(shares)) for shares in of_oil]
         ranks = [total.rank(method="min", ascending=False).astype(int) for total in totals]
@@ -92,47 +93,41 @@ def study_signs(
     )
 
 
-def _candidates(constants: FloatArray) -> FloatArray:
-    """Internal constants of every sign set, shape (constants, sets); A0, B0, C0 keep theirs."""
-    internal = np.tile(to_internal(LAW, constants)[:, np.newaxis], (1, len(_SETS)))
-    internal[_EXPONENTS] = np.abs(internal[_EXPONENTS]) * _SETS.T
-    return internal
-
-
 def _scores(
-    printed: Mapping[str, FloatArray], slips: str, settings: PrintedSettings, limits: Limits
+    candidates: Mapping[str, FloatArray],
+    slips: str,
+    settings: PrintedSettings,
+    traction_max: float,
 ) -> dict[str, Shares]:
     """The statements' shares of each oil."""
     scores, surfaces, best = {}, {}, {}
-    for oil, constants in printed.items():
-        internal = _candidates(constants)
-        boxes = {box: _surface(box, slips, internal, settings) for box in Boxes.model_fields}
-        scores[oil] = {
-            name: statement.score(boxes[statement.box], limits)
-            for name, statement in STATEMENTS.items()
-        }
+    for oil, internal in candidates.items():
+        tested = _surface("tested", slips, internal, settings)
+        surfaces[oil] = drawn = _surface("extrapolated", slips, internal, settings)
+        compared = settings.signs.slide_roll_ratio.figures
+        holds = where_true(tested, drawn, compared, traction_max, settings.signs)
+        scores[oil] = {name: share(each) for name, each in holds.items()}
         winner = int(np.argmax(_total(scores[oil])))
-        surfaces[oil] = boxes["extrapolated"]
         best[oil] = _surface("extrapolated", slips, internal[:, [winner]], settings)
     # the others as their own statements choose them: the signs in use must not vouch for each other
-    for index, oil in enumerate(printed):
-        others = list(best.values())
+    others = list(best.values())
+    for index, (oil, surface) in enumerate(surfaces.items()):
         before, after = others[:index], others[index + 1 :]
-        scores[oil]["viscosity_order"] = viscosity_order(surfaces[oil], before, after)
-        scores[oil]["hot_convergence"] = hot_convergence(surfaces[oil], before + after)
+        scores[oil]["viscosity_order"] = viscosity_order(surface, before, after)
+        scores[oil]["hot_convergence"] = hot_convergence(surface, before + after)
     return scores
 
 
 def _surface(box: str, slips: str, internal: FloatArray, settings: PrintedSettings) -> Surface:
-    levels = settings.boxes.model_dump()[box]
-    ratios = settings.signs.slide_roll_ratio
-    slip = getattr(ratios, slips)
-    return Surface.over(levels, settings.signs.levels, slip, ratios.figures, internal)
+    levels, slip = settings.boxes.model_dump()[box], settings.signs.slide_roll_ratio.model_dump()
+    return Surface.over(levels, settings.signs.levels, slip[slips], internal)
 
 
 def _total(shares: Shares, without: str = "") -> FloatArray:
     """Number of statements that hold, those that cannot be asked not counted."""
-    weighted = [_WEIGHTS[name] * share for name, share in shares.items() if name != without]
+    weighted = [
+        (0.5 if name in HALF else 1.0) * share for name, share in shares.items() if name != without
+    ]
     return np.nansum(weighted, axis=0)
 
 
@@ -177,15 +172,15 @@ def _verdicts(
             "least_sse_turned": [sets["sse"][~own].min(skipna=False) for own in has],
         }
     )
-    near_best, no_effect = limits.near_best, limits.no_effect_max
-    sure = zip(frame["margin"], frame["weakest_margin"], frame["effect"], strict=True)
-    return frame.assign(verdict=[verdict(*row, near_best, no_effect) for row in sure])
+    return frame.assign(
+        verdict=verdicts(frame["margin"], frame["weakest_margin"], frame["effect"], limits)
+    )
 
 
-def verdict(
-    margin: float, weakest: float, effect: float, near_best: float, no_effect_max: float
-) -> str:
-    """How sure a sign in use is.
+def verdicts(
+    margin: pd.Series, weakest: pd.Series, effect: pd.Series, limits: SignSettings
+) -> np.ndarray:
+    """How sure the signs in use are.
 
     Without effect: turning it alone moves mu by `no_effect_max` of its largest value at most.
     Settled: all sets within `near_best` statements of the best have the sign, whichever one
@@ -197,13 +192,8 @@ def verdict(
         margin: In statements (see the module).
         weakest: The smallest margin with any one statement left out, at either slips.
         effect: Largest change of mu over its largest value.
-        near_best: Statements behind the best that still count as near it.
-        no_effect_max: Largest effect that counts as none.
+        limits: The limits.
     """
-    if effect <= no_effect_max:
-        return "without effect"
-    if weakest >= near_best:
-        return "settled"
-    if margin >= near_best:
-        return "probable"
-    return "against" if margin <= -near_best else "open"
+    near, none = limits.near_best, effect <= limits.no_effect_max
+    found = [none, weakest >= near, margin >= near, margin <= -near]
+    return np.select(found, ["without effect", "settled", "probable", "against"], "open")
