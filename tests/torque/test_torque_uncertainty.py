@@ -9,7 +9,6 @@ from scipy.special import ndtri
 
 from bearings import SETTINGS, printed_law, shipped
 from campaigns import ROOT, oil_of
-from oilfilm.bearing.ellipse import ScaledLaw
 from oilfilm.bearing.friction import friction_equilibrium
 from oilfilm.fits.interval import UNKNOWN, Unseen
 from oilfilm.settings.config import StandInUncertaintySettings, TermUncertaintySettings
@@ -199,7 +198,7 @@ def test_viscosity_of_a_stand_in_and_errors_of_unseen_curves_widen_the_torque():
     # curves left out are off by 5 % of mu at one standard deviation (quantiles of a normal score)
     scores = ndtri(0.5 + np.array([0.5, 0.8, 0.9, 0.95, 0.99]) / 2)
     unseen = oil("4050", in_first(0.0, 10), in_first(0.0, 0), unseen=Unseen(0.0, 0.05, scores))
-    stronger = replace(cases.problem, law=ScaledLaw(cases.problem.law, np.array([1.01])))
+    stronger = replace(cases.problem, lubrication=known.with_traction(np.array([1.01])))
     change = friction_equilibrium(stronger).torque_n_m()[0] - first
     found = drawn(unseen, *ROLLING_POINT.values())["torque_n_m_uncertainty"]
     assert found[0] == pytest.approx(change / np.log(1.01) * 0.05, rel=0.15)

@@ -37,7 +37,6 @@ from oilfilm.bearing.quasistatic import (
     raceway_control,
 )
 from oilfilm.bearing.resistance import (
-    TERMS,
     Lubrication,
     drag_force_n,
     hysteresis_moment_n_m,
@@ -53,7 +52,6 @@ from oilfilm.units import FloatArray, IndexArray
 QUADRATURE = (16, 4)
 # The same of random draws, and on the way to another equilibrium.
 COARSE = (6, 2)
-HEATS = ("traction", *TERMS)
 # Jacobians after which a point is given up.
 _MAX_ITERATIONS = 100
 # The same where the search starts near by.
@@ -138,7 +136,7 @@ class FrictionProblem:
         motion = Motion(unknowns[..., 5], unknowns[..., 2:5])
         slip = sliding(bearing, contacts, motion, rings, rule)
         at = conditions(bearing, contacts, slip, oil.inlet_temperature_c[:, np.newaxis])
-        film = traction(contacts, slip, at, self.law, rule)
+        film = traction(contacts, slip, at, self.law, rule, oil.factor("traction"))
         n_x, n_r = contacts.normal[..., 0, :], contacts.normal[..., 1, :]
         orbit = contacts.orbit_radius_m
         race_radius = orbit[..., np.newaxis] + n_r * radius
@@ -202,8 +200,8 @@ class FrictionProblem:
         bearing, oil = self.bearing, self.lubrication.of_contacts
         n_r, load = contacts.normal[..., 1, :], contacts.load_n
         # sum of the surface speeds along t
-        rolling = slip.turning.race * race_radius_m
-        rolling -= slip.turning.about_tangent * (bearing.ball_diameter_m / 2)
+        rolling = slip.race_rad_s * race_radius_m
+        rolling -= slip.axis_rad_s * (bearing.ball_diameter_m / 2)
         mean, radius_x = np.abs(rolling / 2), bearing.radius_x_m(np.abs(n_r))
         modulus = bearing.reduced_modulus_pa
         pressure = contacts.max_hertz_pressure_pa / modulus
@@ -211,10 +209,9 @@ class FrictionProblem:
         viscosity = oil.dynamic_viscosity_pa_s
         force = rolling_force_n(load, mean, viscosity, radius_x, bearing.radius_y_m, modulus)
         moment = hysteresis_moment_n_m(load, bearing.ball_diameter_m, radius_x, bearing.radius_y_m)
-        factors = self.lubrication.factors[:, np.newaxis]
-        way = share * np.sign(rolling)
-        force = way * reduction * force * factors[..., TERMS.index("rolling")]
-        moment = way * moment * factors[..., TERMS.index("hysteresis")]
+        way, known = share * np.sign(rolling), self.lubrication
+        force = way * reduction * force * known.factor("rolling")[:, np.newaxis]
+        moment = way * moment * known.factor("hysteresis")[:, np.newaxis]
         return force, moment, [_both(force * rolling), -_both(moment * slip.roll_rad_s)]
 
     def equations(self, share: float) -> Equations:
@@ -291,7 +288,7 @@ class FrictionEquilibrium:
         contacts, motion = self.balance.contacts, self.balance.motion
         rings = self.problem.points.ring_speed_rad_s
         radius = self.problem.bearing.ball_diameter_m / 2
-        axis = np.abs(self.balance.sliding.turning.about_tangent)
+        axis = np.abs(self.balance.sliding.axis_rad_s)
         race = contacts.orbit_radius_m[..., np.newaxis] + contacts.normal[..., 1, :] * radius
         reach = race / np.maximum(axis / np.maximum(axis.max(axis=-1, keepdims=True), 1e-300), 1e-3)
         rolling = (rings * reach).sum(axis=-1) / reach.sum(axis=-1)

@@ -10,7 +10,6 @@ import scipy
 from oilfilm import tables
 from oilfilm.bearing.branches import other_equilibrium
 from oilfilm.bearing.catalogue_torque import palmgren_torque_n_m, skf_torque_n_m
-from oilfilm.bearing.ellipse import ScaledLaw
 from oilfilm.bearing.friction import FrictionProblem, Neighbour
 from oilfilm.bearing.geometry import Bearing
 from oilfilm.bearing.quasistatic import OperatingPoints
@@ -33,8 +32,6 @@ _POINT = ["axial_load_n", "inner_speed_rpm", "inlet_temperature_c"]
 _TESTED = ("max_hertz_pressure_gpa", "entrainment_speed_m_s", "slide_roll_ratio")
 # Of a ball's load; a larger residual is no number worth a table.
 _LARGEST_RESIDUAL = 1e9
-# Beyond this inner contact angle no groove is left to guide the ball.
-_SHOULDER_DEG = 65.0
 # Factors on all traction, among which the inversion looks for that of a measured torque.
 _FACTORS = np.geomspace(1 / 8, 8, 25)
 # Largest difference in standard uncertainties between values that agree.
@@ -136,9 +133,9 @@ class Cases:
             ]
         )
         self._sizes = [len(points) for points in named]
-        law = law_of_groups(self.laws, self._sizes)
         if "traction_factor" in self.points:
-            law = ScaledLaw(law, self.points["traction_factor"].to_numpy())
+            lubrication = lubrication.with_traction(self.points["traction_factor"].to_numpy())
+        law = law_of_groups(self.laws, self._sizes)
         turning = OperatingPoints.axial(load, speed * RAD_S_PER_RPM)
         self.problem = FrictionProblem(bearing, turning, lubrication, law)
 
@@ -249,26 +246,22 @@ def _without_failures(terms: Mapping[str, FloatArray]) -> pd.DataFrame:
     """Null where there is no equilibrium, with the reason."""
     converged, residual = terms["converged"].astype(bool), terms["residual"]
     cleared = {name: np.where(converged, values, np.nan) for name, values in terms.items()}
-    states = zip(residual, terms["inner_contact_angle_deg"], terms["widest_contact"], strict=True)
-    why = ["" if good else _why(*state) for good, state in zip(converged, states, strict=True)]
+    widest = [
+        f"the contacts would be {wide:.2g} times as wide as the balls; check the axial load "
+        "and its unit"
+        for wide in terms["widest_contact"]
+    ]
+    imbalance = [
+        f"forces stay {left:.2g} of a ball's load out of balance; no steady motion was found"
+        for left in residual
+    ]
+    why = np.select([converged, terms["widest_contact"] >= 1], ["", widest], imbalance)
     return pd.DataFrame(cleared).assign(
         converged=converged,
         film_in_range=converged & terms["film_in_range"].astype(bool),
         residual=np.where(residual < _LARGEST_RESIDUAL, residual, np.nan),
         why=np.array(why, dtype=object),
     )
-
-
-def _why(residual: float, inner_angle_deg: float, widest_contact: float) -> str:
-    if widest_contact >= 1:
-        return (
-            f"the contacts would be {widest_contact:.2g} times as wide as the balls; check the "
-            "axial load and its unit"
-        )
-    imbalance = f"forces stay {residual:.2g} of a ball's load out of balance"
-    if inner_angle_deg > _SHOULDER_DEG:
-        return f"{imbalance}; the ball climbs the inner shoulder ({inner_angle_deg:.0f} degrees)"
-    return f"{imbalance}; no steady motion was found, which need not mean that there is none"
 
 
 def torque_table(

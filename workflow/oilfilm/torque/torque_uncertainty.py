@@ -17,7 +17,7 @@ import numpy as np
 import pandas as pd
 import scipy
 
-from oilfilm.bearing.ellipse import ScaledLaw, grid
+from oilfilm.bearing.ellipse import grid
 from oilfilm.bearing.friction import (
     COARSE,
     FrictionEquilibrium,
@@ -220,12 +220,12 @@ def _with_draws(
         dynamic_viscosity_pa_s=inlet.dynamic_viscosity_pa_s * viscosity,
         pressure_viscosity_coefficient_1_pa=inlet.pressure_viscosity_coefficient_1_pa * pressure,
     )
+    on_traction = np.exp(sizes[:, np.newaxis] * scores).ravel()
+    every = np.column_stack([on_traction, np.tile(factors, (points, 1))])
     return replace(
         problem.at(point),
-        law=ScaledLaw(
-            law_of_groups(laws, [count] * points), np.exp(sizes[:, np.newaxis] * scores).ravel()
-        ),
-        lubrication=replace(lubrication, oil=oil, factors=np.tile(factors, (points, 1))),
+        law=law_of_groups(laws, [count] * points),
+        lubrication=replace(lubrication, oil=oil, factors=every),
     )
 
 

@@ -8,7 +8,7 @@ from matplotlib import colormaps
 from matplotlib.colors import ListedColormap
 from matplotlib.patches import Patch
 
-from oilfilm.bearing.friction import HEATS
+from oilfilm.bearing.resistance import HEATS
 from oilfilm.paper.advice import OUTSIDE
 from oilfilm.report.figures import style
 from oilfilm.report.figures.bearing import in_units_of_axes, torque
