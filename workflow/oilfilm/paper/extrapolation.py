@@ -20,9 +20,6 @@ from oilfilm.units import FloatArray
 _CUT_OFF = 1e6  # of mu, for laws that run away: its errors must be numbers of a table
 _SHORT_NAMES = np.array(["pressure", "speed", "temperature"])  # of CONDITIONS
 
-# Intervals that hold a truth or not.
-_INTERVALS = ("obs_ci", "mean_ci")
-
 
 def extrapolate(
     truth: pd.DataFrame,
@@ -98,15 +95,10 @@ def errors_by_law(compared: pd.DataFrame) -> pd.DataFrame:
     rows = []
     for law, group in compared.dropna(subset="traction_coefficient").groupby("law", sort=False):
         outside = group["beyond"] != ""
-        beyond = _errors(group[outside])
-        rows.append(
-            _errors(group)
-            | {"law": law, "inside_relative_rms": relative_rms(group[~outside])}
-            | {
-                f"beyond_{name}": beyond.get(name, np.nan)
-                for name in ("relative_rms", "obs_ci_ratio")
-            }
-        )
+        beyond = pd.Series(_errors(group[outside]), dtype=float)
+        beyond = beyond.reindex(["relative_rms", "obs_ci_ratio"]).add_prefix("beyond_")
+        inside = {"law": law, "inside_relative_rms": relative_rms(group[~outside])}
+        rows.append(_errors(group) | inside | dict(beyond))
     return pd.DataFrame(rows)
 
 
@@ -130,28 +122,23 @@ def is_beyond(at: FloatArray, box: FloatArray, within: float) -> npt.NDArray[np.
 
 def _errors(compared: pd.DataFrame) -> dict[str, Any]:
     """Errors over some rows; their number alone where no row has a fitted value."""
-    at = (*CONDITIONS, "slide_roll_ratio", "true_traction_coefficient", "traction_coefficient")
-    names = [*at, *INTERVALS]
-    values = dict(zip(names, compared[names].to_numpy(dtype=float).T, strict=True))
-    fitted = np.isfinite(values["traction_coefficient"])
-    if not fitted.any():
+    rows = compared.dropna(subset="traction_coefficient")
+    if rows.empty:
         return {"n_conditions": 0}
-    rows = {name: each[fitted] for name, each in values.items()}
     true = rows["true_traction_coefficient"]
     error = rows["traction_coefficient"] - true
-    rmse, worst = np.sqrt(np.mean(error**2)), np.abs(error).argmax()
-    held = {
-        f"{kind}_ratio": np.nan
-        if np.isnan(lower := rows[f"{kind}_lower"]).any()
-        else ((lower <= true) & (true <= rows[f"{kind}_upper"])).mean()
-        for kind in _INTERVALS
-    }
+    rmse, worst = np.sqrt(np.mean(error**2)), rows.iloc[int(error.abs().argmax())]
+    ends = {kind: (rows[f"{kind}_lower"], rows[f"{kind}_upper"]) for kind in ("obs_ci", "mean_ci")}
+    at = [*CONDITIONS, "slide_roll_ratio", "true_traction_coefficient", "traction_coefficient"]
     return {
-        "n_conditions": len(true),
+        "n_conditions": len(rows),
         "rmse": rmse,
         "relative_rms": rmse / np.sqrt(np.mean(true**2)),
         "mean_error": error.mean(),
         "max_error": np.abs(error).max(),
-        **held,
-        **{f"worst_{name}": rows[name][worst] for name in at},
+        **{
+            f"{kind}_ratio": true.between(lower, upper).mean() if lower.notna().all() else np.nan
+            for kind, (lower, upper) in ends.items()
+        },
+        **worst[at].add_prefix("worst_"),
     }

@@ -110,7 +110,7 @@ def _draw_zero_slip(
     if not sum(map(len, starts)):
         return
     among = pd.concat(starts, ignore_index=True)
-    name, run = among.loc[among["y"].abs().idxmax(), ["law", "run_id"]]
+    name, run = among[["law", "run_id"]].to_numpy()[among["y"].abs().argmax()]
     curve, look, colour, about, label = _begin(whole, fits[name], run, results, settings)
     slip, mu = _finely(fits[name], curve, results, settings)
     near.plot(curve["slide_roll_ratio"], 1e3 * curve["traction_coefficient"], ".", **colour)
@@ -138,31 +138,34 @@ def _draw_left_out(
     off = beside.join(measured, on=key)
     squares = off[mu].sub(off["measured"], axis=0).pow(2).groupby([off["law"], off["run_id"]])
     # rms error of each law on each curve, by the fit of all curves and by that without the curve
-    rms = squares.mean() ** 0.5
-    growth = rms[mu[1]] - rms[mu[0]]
-    growth = growth[growth.index.get_level_values("law").str.startswith(_WANG_DENG)].dropna()
-    if growth.empty:
+    pairs = (squares.mean() ** 0.5).reset_index().to_numpy().tolist()
+    rms = {(str(law), str(run)): (seen, unseen) for law, run, seen, unseen in pairs}
+    grows = {
+        at: unseen - seen
+        for at, (seen, unseen) in rms.items()
+        if at[0].startswith(_WANG_DENG) and not np.isnan(unseen)
+    }
+    if not grows:
         return
-    name, run = growth.idxmax()
+    name, run = max(grows, key=lambda at: grows[at])
     curve, look, colour, _, label = _begin(whole, fits[name], run, results, settings)
     for law, series in ((name, "fit"), (name, "left out"), (DENG2026.name, "left out")):
         column = mu[series == "left out"]
         of_law = _one_side(beside[(beside["law"] == law) & (beside["run_id"] == run)])
         if law not in fits or of_law[column].isna().any():
             continue
-        slip, line = of_law["slide_roll_ratio"], of_law[column]
+        at, line = of_law["slide_roll_ratio"].to_numpy(), of_law[column].to_numpy()
         # a fit without the curve is known at its plateaus alone
-        drawn = _finely(fits[law], curve, results, settings) if series == "fit" else (slip, line)
+        fine = _finely(fits[law], curve, results, settings) if series == "fit" else (at, line)
         dashes = {"linestyle": _DASHES["Eq. 7" if law == DENG2026.name else series]}
-        whole.line(series, *drawn, colour | dashes, oil=fits[law]["oil"], label=f"{law}, run {run}")
+        about: style.Look = {"oil": fits[law]["oil"], "label": f"{law}, run {run}"}
+        whole.line(series, fine[0], fine[1], colour | dashes, **about)
         dots: style.Look = {"marker": ".", "markersize": 2, "linewidth": 0.5}
-        difference = line.to_numpy() - curve["traction_coefficient"].to_numpy()
-        errors.plot(slip, 1e3 * difference, **colour | dashes | dots)
-    arrow = " \N{RIGHTWARDS ARROW} "
-    label += f"\nrms error {arrow.join(map(_thousandths, rms.loc[name, run]))} {_TIMES}"
-    if (DENG2026.name, run) in rms.index:
-        paper = arrow.join(map(_thousandths, rms.loc[DENG2026.name, run]))
-        label += f"; Eq. 7: {paper} {_TIMES}"
+        difference = line - curve["traction_coefficient"].to_numpy()
+        errors.plot(at, 1e3 * difference, **colour | dashes | dots)
+    label += f"\nrms error {_growth(*rms[name, run])}"
+    if (DENG2026.name, run) in rms:
+        label += f"; Eq. 7: {_growth(*rms[DENG2026.name, run])}"
     yield style.line_handle(label, **look)
 
 
@@ -198,6 +201,11 @@ def _one_side(points: pd.DataFrame) -> pd.DataFrame:
     side = np.where(points["slide_roll_ratio"] < 0, -1.0, 1.0)
     turned = points.filter(regex="slide_roll_ratio$|traction_coefficient$").mul(side, axis="index")
     return points.assign(**turned).sort_values("slide_roll_ratio")
+
+
+def _growth(seen: float, unseen: float) -> str:
+    arrow = "\N{RIGHTWARDS ARROW}"
+    return f"{_thousandths(seen)} {arrow} {_thousandths(unseen)} {_TIMES}"
 
 
 def _thousandths(number: float) -> str:
