@@ -2,7 +2,6 @@
 
 import re
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -14,7 +13,6 @@ from hypothesis import strategies as st
 import oilfilm
 from campaigns import ROOT, printed, sign_study
 from oilfilm import tables
-from oilfilm.errors import OilfilmError
 from oilfilm.exports.campaign import in_folders
 from oilfilm.home import CONFIG
 from oilfilm.paper.printed import statements
@@ -22,7 +20,7 @@ from oilfilm.paper.printed.judge import judge_printed, largest_difference, squar
 from oilfilm.paper.printed.signs import verdicts
 from oilfilm.paper.printed.statements import LAW, Surface, where_true
 from oilfilm.paper.printed_exports import describe_printed
-from oilfilm.paper.reference import PrintedCoefficients, printed_constants
+from oilfilm.paper.reference import PrintedCoefficients
 from oilfilm.settings.messages import load
 from oilfilm.settings.resolve import read_config
 from oilfilm.settings.resolved import Settings
@@ -325,17 +323,6 @@ def test_fit_without_all_constants_is_judged_by_its_errors_alone(judge) -> None:
 def test_oils_without_printed_constants_or_fit_have_no_row(config: Settings) -> None:
     oils = ["unrecorded-oil", "4050"]
     assert judge_printed(CampaignTables.in_memory(), printed(), oils, config.printed).empty
-
-
-# ---------------------------------------------------------------- the reference file
-
-
-def test_order_that_forgets_an_oil_is_refused(tmp_path: Path) -> None:
-    text = REFERENCE.read_text(encoding="utf-8")
-    wrong = tmp_path / "printed.yaml"
-    wrong.write_text(text.replace('["4102", "4050", "4010"]', '["4102", "4050"]'), encoding="utf-8")
-    with pytest.raises(OilfilmError, match="names 4102, 4050, `oils` has 4102, 4050, 4010"):
-        printed_constants(wrong)
 
 
 # ---------------------------------------------------------------- what the lost signs leave open

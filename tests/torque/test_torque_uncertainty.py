@@ -91,9 +91,7 @@ def drawn(of: OilInBearing, *point: object, seed: int = 1) -> pd.DataFrame:
     points = pd.DataFrame(
         dict(zip(names, np.broadcast_arrays(*map(np.atleast_1d, point)), strict=True))
     )
-    cases = Cases(BEARING, [(of, "stress", points)])
-    calculated = cases.run()
-    return cases.assessed(calculated, cases.drawn(calculated, seed))
+    return Cases(BEARING, [(of, "stress", points)]).assessed(seed)[0]
 
 
 def test_draws_give_the_uncertainty_of_refits_calibration_and_drag_by_their_derivatives():
