@@ -1,13 +1,11 @@
 """The fitted law in bearings: load variables compared, traction found again, tables and figures."""
 
-import itertools
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 import pandas as pd
 import pytest
-from scipy.optimize import least_squares
 
 from bearings import (
     RIG,
@@ -27,8 +25,6 @@ from oilfilm.paper.advice import advise
 from oilfilm.paper.published_tests import published_tests_table
 from oilfilm.paper.reference import PublishedBearingTests
 from oilfilm.physics.contact import Conditions
-from oilfilm.rig_twin.truth import true_tractions
-from oilfilm.settings.campaign import Matrix
 from oilfilm.settings.messages import load as load_settings
 from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
@@ -42,7 +38,6 @@ from oilfilm.torque.bearing_torque import (
 )
 from oilfilm.torque.load_variables import LOAD_VARIABLES, LawInBearing
 from oilfilm.traction import LAWS, laws_for
-from oilfilm.traction.law import Observations, to_constants, to_internal
 from pictures import draw, nothing_is_cut_off
 from reports import rows
 from torque_logs import curated_logs
@@ -165,49 +160,6 @@ def test_an_oil_tested_at_one_temperature_says_nothing_about_a_bearing(config):
     lost = coefficients["constant"].str.endswith("3") & (coefficients["oil"] == "4050")
     oils = oils_in_bearings(coefficients[~lost], quality, config)
     assert [oil.name for oil in oils] == ["4102", "4010"]
-
-
-def fitted_to(traction: Callable[..., np.ndarray], matrix: Matrix) -> np.ndarray:
-    """Constants of Eqs 7-9 nearest to a traction over the traction rig's matrix, free of noise."""
-    law = LAWS["deng2026"]
-    conditions = np.array(list(itertools.product(*matrix.model_dump().values())), dtype=float)
-    slip = np.linspace(0, 0.3, 16)
-    curve = np.repeat(np.arange(len(conditions)), len(slip))
-    at = Observations(law.design(conditions), curve, np.tile(slip, len(conditions)))
-    mu = traction(*conditions[curve].T, at.slip)
-    fit = least_squares(
-        lambda internal: law.traction(internal, at) - mu,
-        to_internal(law, printed()["4050"]),
-        lambda internal: law.jacobian(internal, at),
-        method="lm",
-        x_scale="jac",
-    )
-    return to_constants(law, fit.x)
-
-
-def test_torque_of_local_physics_is_met_nearest_by_the_law_on_pressure():
-    # truth: thermal EHL at every point of both rigs' contacts; law: fitted to the traction rig's
-    matrix = {"oil_temperature_c": [100], "axial_load_n": [10000, 20000]}
-    campaign = {"oils": ["4050"], "torque": {"matrix": matrix}}
-    config = resolve(ROOT / "config", {"campaign": "thermal"}).with_changes({"campaign": campaign})
-    traction = true_tractions(config, printed())["4050"]
-    coefficients, quality = printed_fits()
-    of_oil = coefficients["oil"] == "4050"
-    coefficients.loc[of_oil, "value"] = fitted_to(traction, config.campaign.matrix)
-    _, curated, truth = curated_logs(config)
-    assert curated.quarantine.empty
-    measured, true = (
-        frame.sort_values(["run_id", "inner_speed_rpm"])["torque_n_m"].to_numpy()
-        for frame in (curated.points, truth)
-    )
-    # 0.3 % calibration and the noise
-    np.testing.assert_allclose(measured, true, rtol=0.02)
-    table, _ = torque_table(curated.points, oils_in_bearings(coefficients, quality, config), config)
-    error = table["relative_error"].abs().groupby(table["load_variable"]).median()
-    # how much nearer depends on the oil: with a limiting stress traction hardly follows pressure
-    assert error["stress"] < error["load"]
-    assert error["stress"] < error["dimensionless_load"]
-    assert error["stress"] < 0.05
 
 
 def test_a_planted_defect_of_the_twin_is_caught(config):
