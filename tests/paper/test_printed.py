@@ -15,10 +15,9 @@ from campaigns import ROOT, printed, sign_study
 from oilfilm import tables
 from oilfilm.exports.campaign import in_folders
 from oilfilm.home import CONFIG
-from oilfilm.paper.printed import statements
+from oilfilm.paper.printed import signs
 from oilfilm.paper.printed.judge import judge_printed, largest_difference, squared_errors
-from oilfilm.paper.printed.signs import verdicts
-from oilfilm.paper.printed.statements import LAW, Surface, where_true
+from oilfilm.paper.printed.signs import LAW, Surface, verdicts, where_true
 from oilfilm.paper.printed_exports import describe_printed
 from oilfilm.paper.reference import PrintedCoefficients
 from oilfilm.settings.messages import load
@@ -111,20 +110,20 @@ def test_order_of_the_oils_is_scored_by_pairs() -> None:
     mu = {oil: traction_coefficient(printed()[oil], *grid) for oil in OILS}
     upper, lower = mu["4102"] > mu["4050"], mu["4050"] > mu["4010"]
     first, second, third = (surface(printed()[oil]) for oil in OILS)
-    order = statements.viscosity_order
+    order = signs.viscosity_order
     assert order(first, [], [second, third])[0] == pytest.approx(upper.mean())
     assert order(third, [first, second], [])[0] == pytest.approx(lower.mean())
     assert order(second, [first], [third])[0] == pytest.approx((upper.mean() + lower.mean()) / 2)
     assert np.isnan(order(first, [], [])).all()
-    assert np.isnan(statements.hot_convergence(first, [])).all()
+    assert np.isnan(signs.hot_convergence(first, [])).all()
 
 
 def test_oils_that_differ_only_by_a_fading_plateau_converge_when_hot() -> None:
     fades = surface(constants((-0.02, 1e-9, 1e4), [0, 0, -0.5, 0, 0, 0, 0, 0, 0]))
     lower = surface(constants((-0.01, 1e-9, 1e4), [0, 0, -0.5, 0, 0, 0, 0, 0, 0]))
-    assert statements.hot_convergence(fades, [lower])[0] == 1
+    assert signs.hot_convergence(fades, [lower])[0] == 1
     grows = surface(constants((-0.02, 1e-9, 1e4), [0, 0, 0.5, 0, 0, 0, 0, 0, 0]))
-    assert statements.hot_convergence(grows, [lower])[0] == 0
+    assert signs.hot_convergence(grows, [lower])[0] == 0
 
 
 @given(powers=exponents)
