@@ -74,10 +74,9 @@ class Balance:
         traction: Of the film in the ellipses.
         drag_n: Of the oil along t, against the orbit.
         heats_w: Of each of `HEATS`.
-        force_n: On the ball along x and r: what is left of it at no equilibrium.
-        moment_n_m: On the ball about x, r and t, less what its gyroscopic motion takes.
-        cage_n_m: On the cage.
-        ring_force_n: On the inner ring along x.
+        left_over_n: What is left at no equilibrium, shape (..., 7): force on the ball along x and
+            r; moment about x, r and t, less what its gyroscopic motion takes, over its radius;
+            moment on the cage over the pitch radius; force on the inner ring along x.
         ring_moment_n_m: On the inner and the outer ring about the bearing's axis: (..., 2).
     """
 
@@ -88,10 +87,7 @@ class Balance:
     traction: Traction
     drag_n: FloatArray
     heats_w: tuple[FloatArray, ...]
-    force_n: tuple[FloatArray, ...]
-    moment_n_m: tuple[FloatArray, ...]
-    cage_n_m: FloatArray
-    ring_force_n: FloatArray
+    left_over_n: FloatArray
     ring_moment_n_m: FloatArray
 
 
@@ -168,6 +164,17 @@ class FrictionProblem:
         # what the ball's spin, turned along its orbit, takes about r and t
         gyroscopic = share * bearing.ball_inertia_kg_m2 * motion.orbit_speed_rad_s
         outward = rub_r + centrifugal_force_n(bearing, contacts, motion)
+        cage = land - pocket * orbit - np.sign(pocket) * radius * rub_r
+        about_r = about_n * n_r + about_y * n_x
+        parts = (
+            _both(force_x) + coulomb * axis_r,
+            _both(force_r) + outward,
+            (_both(about_n * n_x - about_y * n_r) - braked * axis_x) / radius,
+            (_both(about_r) - braked * axis_r + gyroscopic * w_t) / radius,
+            (_both(film.about_tangent_n_m) - gyroscopic * w_r) / radius,
+            cage / (bearing.pitch_diameter_m / 2),
+            self.points.axial_load_n / bearing.ball_count - force_x[..., 0],
+        )
         return Balance(
             contacts=contacts,
             motion=motion,
@@ -176,14 +183,7 @@ class FrictionProblem:
             traction=film,
             drag_n=drag,
             heats_w=(_both(film.heat_w), *roll_heat, drag * speed, braked * spin, land * lag),
-            force_n=(_both(force_x) + coulomb * axis_r, _both(force_r) + outward),
-            moment_n_m=(
-                _both(about_n * n_x - about_y * n_r) - braked * axis_x,
-                _both(about_n * n_r + about_y * n_x) - braked * axis_r + gyroscopic * w_t,
-                _both(film.about_tangent_n_m) - gyroscopic * w_r,
-            ),
-            cage_n_m=land - pocket * orbit - np.sign(pocket) * radius * rub_r,
-            ring_force_n=-force_x[..., 0],
+            left_over_n=np.stack(parts, axis=-1),
             ring_moment_n_m=on_ring,
         )
 
@@ -216,9 +216,7 @@ class FrictionProblem:
 
     def equations(self, share: float) -> Equations:
         """The equations with a share of everything that resists or turns the balls."""
-        bearing, unit = self.bearing, ball_force_n(self.bearing, self.points)
-        load = self.points.axial_load_n / bearing.ball_count
-        radius, pitch = bearing.ball_diameter_m / 2, bearing.pitch_diameter_m / 2
+        unit = ball_force_n(self.bearing, self.points)
 
         def residuals(unknowns: FloatArray, which: IndexArray) -> FloatArray:
             # in parts whose arrays fit a processor's cache
@@ -227,18 +225,8 @@ class FrictionProblem:
                 half = len(which) // 2
                 halves = np.split(unknowns, [half], axis=-2), np.split(which, [half])
                 return np.concatenate([*map(residuals, *halves)], axis=-2)
-            state = self.at(which).balance(unknowns, share)
-            residual = np.empty(unknowns.shape)
-            parts = [
-                *state.force_n,
-                *(moment / radius for moment in state.moment_n_m),
-                state.cage_n_m / pitch,
-                state.ring_force_n + load[which],
-            ]
-            for number, part in enumerate(parts):
-                residual[..., number] = part
-            residual /= unit[which, np.newaxis]
-            return residual
+            left = self.at(which).balance(unknowns, share).left_over_n
+            return left / unit[which, np.newaxis]
 
         return residuals
 
