@@ -196,7 +196,7 @@ def _printed(results: CampaignTables, campaign: Campaign) -> Section:
     apart[sizes] = apart[sizes].abs()
     sum_of_squares, difference = number(".3e"), number(".1e")
     signs = results.sign_verdicts.groupby(["oil", "verdict"])["constant"].agg(" ".join)
-    named = signs.unstack().reindex(columns=_SIGN_VERDICTS).fillna("-")
+    named = signs.unstack(fill_value="-").reindex(columns=_SIGN_VERDICTS, fill_value="-")
     used = results.signs[results.signs["in_use"]].drop_duplicates("oil")
     used = used.join(named, on="oil", how="inner")
     of_constants = [
