@@ -122,23 +122,28 @@ def is_beyond(at: FloatArray, box: FloatArray, within: float) -> npt.NDArray[np.
 
 def _errors(compared: pd.DataFrame) -> dict[str, Any]:
     """Errors over some rows; their number alone where no row has a fitted value."""
-    rows = compared.dropna(subset="traction_coefficient")
-    if rows.empty:
+    at = (*CONDITIONS, "slide_roll_ratio", "true_traction_coefficient", "traction_coefficient")
+    names = [*at, *INTERVALS]
+    values = dict(zip(names, compared[names].to_numpy(dtype=float).T, strict=True))
+    fitted = np.isfinite(values["traction_coefficient"])
+    if not fitted.any():
         return {"n_conditions": 0}
+    rows = {name: each[fitted] for name, each in values.items()}
     true = rows["true_traction_coefficient"]
     error = rows["traction_coefficient"] - true
-    rmse, worst = np.sqrt(np.mean(error**2)), rows.iloc[int(error.abs().argmax())]
-    ends = {kind: (rows[f"{kind}_lower"], rows[f"{kind}_upper"]) for kind in ("obs_ci", "mean_ci")}
-    at = [*CONDITIONS, "slide_roll_ratio", "true_traction_coefficient", "traction_coefficient"]
+    rmse, worst = np.sqrt(np.mean(error**2)), np.abs(error).argmax()
+    held = {
+        f"{kind}_ratio": np.nan
+        if np.isnan(lower := rows[f"{kind}_lower"]).any()
+        else ((lower <= true) & (true <= rows[f"{kind}_upper"])).mean()
+        for kind in ("obs_ci", "mean_ci")
+    }
     return {
-        "n_conditions": len(rows),
+        "n_conditions": len(true),
         "rmse": rmse,
         "relative_rms": rmse / np.sqrt(np.mean(true**2)),
         "mean_error": error.mean(),
         "max_error": np.abs(error).max(),
-        **{
-            f"{kind}_ratio": true.between(lower, upper).mean() if lower.notna().all() else np.nan
-            for kind, (lower, upper) in ends.items()
-        },
-        **worst[at].add_prefix("worst_"),
+        **held,
+        **{f"worst_{name}": rows[name][worst] for name in at},
     }

@@ -88,13 +88,15 @@ def largest_difference(
         `difference` (printed - fitted), `traction_coefficient` (fitted), and the condition there.
     """
     axes = [np.linspace(box[name][0], box[name][1], levels) for name in AXES]
-    grid = [level.ravel() for level in np.meshgrid(*axes, indexing="ij")]
+    grid = np.meshgrid(*axes, indexing="ij")
     by_fit = traction_coefficient(fitted, *grid)
     difference = traction_coefficient(printed, *grid) - by_fit
-    found = pd.DataFrame(dict(zip(AXES, grid, strict=True)))
-    found = found.assign(difference=difference, traction_coefficient=by_fit)
-    largest = found.loc[np.abs(difference).argmax()]
-    return dict(largest if np.isfinite(difference).all() else largest * np.nan)
+    found = dict(zip(AXES, grid, strict=True))
+    found |= {"difference": difference, "traction_coefficient": by_fit}
+    if np.isnan(difference).any():
+        return dict.fromkeys(found, np.nan)
+    largest = np.unravel_index(np.argmax(np.abs(difference)), difference.shape)
+    return {name: float(values[largest]) for name, values in found.items()}
 
 
 def squared_errors(points: pd.DataFrame, constants: FloatArray) -> FloatArray:
