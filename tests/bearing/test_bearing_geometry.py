@@ -1,14 +1,10 @@
-import shutil
-
 import numpy as np
 import pytest
 
 from bearings import FOLDER, SHIPPED, shipped
-from oilfilm.errors import OilfilmError
 from oilfilm.physics.contact import elliptical_contact
 from oilfilm.settings.bearing import BallMaterial, BearingFile
 from oilfilm.settings.messages import first_mistake, load
-from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import merge
 from oilfilm.settings.yaml_file import read_yaml
 
@@ -54,11 +50,3 @@ def test_impossible_geometry_is_refused_by_name(changes, key, words):
     mistake = first_mistake(changed, BearingFile)
     assert mistake.startswith(f"`{key}`: found")
     assert words in mistake
-
-
-def test_an_impossible_bearing_of_a_campaign_is_refused_before_anything_runs(tmp_path):
-    shutil.copytree(FOLDER.parent, tmp_path / "config")
-    file = tmp_path / "config/bearings/mainshaft-167.yaml"
-    file.write_text(file.read_text("utf-8").replace("ball_count: 20", "ball_count: 30"), "utf-8")
-    with pytest.raises(OilfilmError, match=r"line 9: `ball_count`: found 30 balls.*room for 23"):
-        resolve(tmp_path / "config", {})

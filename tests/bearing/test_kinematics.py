@@ -16,7 +16,7 @@ from oilfilm.bearing.kinematics import (
 )
 from oilfilm.bearing.quasistatic import Motion, OperatingPoints, raceway_control
 from oilfilm.bearing.torque import torque_terms
-from oilfilm.units import RAD_S_PER_RPM, FloatArray
+from oilfilm.units import RAD_S_PER_RPM
 
 TESTED = dict.fromkeys(
     ("max_hertz_pressure_gpa", "entrainment_speed_m_s", "slide_roll_ratio"), (0.0, 10.0)
@@ -68,30 +68,16 @@ def test_contact_of_a_real_groove_slides_as_the_closed_form_has_it() -> None:
     assert abs(middle[1]) < 1e-4
 
 
-@pytest.fixture(scope="module")
-def equilibria() -> dict[str, FloatArray]:
-    """Cage slip and S of 4050 with its printed law at dmN 4e6, 100 degC, with much oil about."""
-    bearing = shipped("mainshaft-167")
-    load = np.array([20_000.0, 14_500.0, 12_000.0, 8_000.0])
+def test_slide_roll_ratio_of_the_equilibrium_is_nearly_twice_the_cage_slip() -> None:
+    # 4050 with its printed law at dmN 4e6, 100 degC, with much oil about
+    bearing, load = shipped("mainshaft-167"), np.array([20_000.0, 14_500.0, 12_000.0, 8_000.0])
     points = OperatingPoints.axial(load, 4e6 / (bearing.pitch_diameter_m * 1e3) * RPM)
-    return torque_terms(problem(bearing, points, oil_volume_fraction=0.02), TESTED)
-
-
-def test_slide_roll_ratio_of_the_equilibrium_is_nearly_twice_the_cage_slip(
-    equilibria: dict[str, FloatArray],
-) -> None:
+    terms = torque_terms(problem(bearing, points, oil_volume_fraction=0.02), TESTED)
+    slip, ratio = terms["cage_slip"], terms["inner_slide_roll_ratio"]
     # docs/physics.md, kinematics: S at the inner race by cage slip
     known = np.array([[0.083, 0.144, 0.215, 0.383], [0.155, 0.277, 0.423, 0.758]])
-    expected = np.interp(equilibria["cage_slip"], *known)
-    np.testing.assert_allclose(equilibria["inner_slide_roll_ratio"], expected, rtol=0.01)
-
-
-def test_closed_form_encloses_the_equilibrium_between_no_and_the_unloaded_gamma(
-    equilibria: dict[str, FloatArray],
-) -> None:
-    bearing = shipped("mainshaft-167")
-    size = bearing.ball_diameter_m / bearing.pitch_diameter_m
-    unloaded = size * np.cos(bearing.contact_angle_rad)
-    slip, ratio = equilibria["cage_slip"], equilibria["inner_slide_roll_ratio"]
-    assert (inner_slide_roll_ratio(slip, unloaded) < ratio).all()
+    np.testing.assert_allclose(ratio, np.interp(slip, *known), rtol=0.01)
+    # the closed form encloses it between no gamma and that of the unloaded bearing
+    gamma = bearing.ball_diameter_m / bearing.pitch_diameter_m * np.cos(bearing.contact_angle_rad)
+    assert (inner_slide_roll_ratio(slip, gamma) < ratio).all()
     assert (ratio < inner_slide_roll_ratio(slip)).all()

@@ -7,9 +7,9 @@ import numpy as np
 import pandas as pd
 
 from campaigns import CLAIMS
-from oilfilm.paper.audit.audit import checked_claims, printed_evidence
-from oilfilm.paper.audit.evidence import Evidence
-from oilfilm.paper.reference import Claim
+from oilfilm.paper.audit.audit import printed_evidence
+from oilfilm.paper.audit.evidence import View
+from oilfilm.paper.reference import Claim, read_claims
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 
@@ -20,7 +20,7 @@ PLAIN = [-0.02, 1.0, -0.5, -0.5, 0.5, 1.0, -0.5, -0.5, 30.0, 0.0, 0.0, 0.0]
 
 def claims_of(*ids: str) -> list[Claim]:
     """These claims of the paper."""
-    return [claim for claim in checked_claims(CLAIMS) if claim.id in ids]
+    return [claim for claim in read_claims(CLAIMS).claims if claim.id in ids]
 
 
 def evidence_of(
@@ -29,7 +29,7 @@ def evidence_of(
     *,
     truth_is_law: bool = False,
     **measured: pd.DataFrame,
-) -> Evidence:
+) -> View:
     """Laws with these constants, and tables of what was measured."""
     evidence = printed_evidence({oil: np.array(row) for oil, row in constants.items()}, config)
     return replace(

@@ -18,6 +18,7 @@ from oilfilm.paper.extrapolation import (
 from oilfilm.rig_twin.truth import truth_grid
 from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
+from oilfilm.traction.law import CONDITIONS
 
 
 def constants_of(values: dict[str, np.ndarray]) -> pd.DataFrame:
@@ -39,12 +40,6 @@ def truth_of(campaign: str) -> tuple[Settings, pd.DataFrame]:
     """Settings of a campaign and the truth of its twin, which no test changes."""
     config = resolve(ROOT / "config", {"campaign": campaign})
     return config, truth_grid(config, printed())
-
-
-def unknown_box() -> pd.DataFrame:
-    """The quality of fits of which no tested condition is known."""
-    _, quality = printed_fits()
-    return quality.assign(**dict.fromkeys(quality.filter(like="tested_"), np.nan))
 
 
 def test_law_with_its_own_truth_has_no_error_anywhere() -> None:
@@ -79,12 +74,10 @@ def test_errors_are_those_of_a_known_shift() -> None:
     # |A0| a tenth too large: mu at the plateau, where exp(-C S) is gone, is a tenth too large
     wrong = {oil: np.where(np.arange(12) == 0, 1.1, 1.0) * of for oil, of in printed().items()}
     _, table = compared("demo", constants_of(wrong))
-    plateau = table[(table["oil"] == "4102") & (table["traction_coefficient"] > 0)]
-    settled = plateau[
-        (plateau["figure"] == "fig07")
-        & (plateau["slide_roll_ratio"] == 0.30)
-        & (plateau["inlet_temperature_c"] == 30)
-    ]
+    settled = table.query(
+        "oil == '4102' and figure == 'fig07' and slide_roll_ratio == 0.3"
+        " and inlet_temperature_c == 30"
+    )
     ratio = settled["traction_coefficient"] / settled["true_traction_coefficient"]
     np.testing.assert_allclose(ratio, 1.1, rtol=1e-3)
     assert relative_rms(settled) == pytest.approx(0.1, rel=1e-2)
@@ -102,9 +95,7 @@ def test_law_without_bounds_ends_in_a_number_not_in_an_error() -> None:
 
 def test_region_names_what_lies_outside_the_levels_tested() -> None:
     _, table = compared("demo", constants_of(printed()))
-    at = table.set_index(
-        ["oil", "max_hertz_pressure_gpa", "entrainment_speed_m_s", "inlet_temperature_c"]
-    )["beyond"].groupby(level=[0, 1, 2, 3])
+    at = table.groupby(["oil", *CONDITIONS])["beyond"]
     regions = at.first()
     assert at.nunique().max() == 1
     # the box of config/campaigns/demo.yaml: 1.0-1.5 GPa, 25-40 m/s, 25-120 degC
@@ -115,20 +106,18 @@ def test_region_names_what_lies_outside_the_levels_tested() -> None:
     assert regions["4102", 0.8, 200, 20] == "pressure, speed, temperature"
 
 
-def test_oil_that_could_not_be_fitted_has_no_errors() -> None:
-    unfitted = constants_of(printed()).assign(value=np.nan)
-    _, table = compared("demo", unfitted)
-    errors = extrapolation_errors(table)
+def test_errors_are_those_of_the_oils_that_were_fitted() -> None:
+    one = constants_of(printed())
+    _, none = compared("demo", one.assign(value=np.nan))
+    errors = extrapolation_errors(none)
     assert errors["n_conditions"].sum() == 0
     assert errors["rmse"].isna().all()
-    assert errors_by_law(table).empty
-
-
-def test_law_that_was_fitted_for_one_oil_has_the_errors_of_that_one() -> None:
-    one = constants_of(printed())
+    assert errors_by_law(none).empty
+    # one oil, of whose fit no tested condition is known
+    _, quality = printed_fits()
+    unknown = quality.assign(**dict.fromkeys(quality.filter(like="tested_"), np.nan))
     some = one.assign(value=one["value"].where(one["oil"] == "4102"))
-    _, table = compared("demo", some, unknown_box())
-    (row,) = tables.rows(errors_by_law(table))
+    (row,) = tables.rows(errors_by_law(compared("demo", some, unknown)[1]))
     assert row["beyond_relative_rms"] == row["relative_rms"]
     assert np.isnan(row["inside_relative_rms"])
 

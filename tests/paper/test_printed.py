@@ -1,10 +1,7 @@
 """The printed constants judged: statements by hand, planted signs, distances in closed form."""
 
-import itertools
 import re
-from collections.abc import Callable, Sequence
-from dataclasses import replace
-from pathlib import Path
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -16,15 +13,13 @@ from hypothesis import strategies as st
 import oilfilm
 from campaigns import ROOT, printed, sign_study
 from oilfilm import tables
-from oilfilm.errors import OilfilmError
 from oilfilm.exports.campaign import in_folders
 from oilfilm.home import CONFIG
-from oilfilm.paper.printed import statements
+from oilfilm.paper.printed import signs
 from oilfilm.paper.printed.judge import judge_printed, largest_difference, squared_errors
-from oilfilm.paper.printed.signs import verdict
-from oilfilm.paper.printed.statements import BETWEEN_OILS, LAW, STATEMENTS, Limits, Surface
+from oilfilm.paper.printed.signs import LAW, Surface, verdicts, where_true
 from oilfilm.paper.printed_exports import describe_printed
-from oilfilm.paper.reference import PrintedCoefficients, printed_constants
+from oilfilm.paper.reference import PrintedCoefficients
 from oilfilm.settings.messages import load
 from oilfilm.settings.resolve import read_config
 from oilfilm.settings.resolved import Settings
@@ -42,13 +37,7 @@ BOX = {
     "inlet_temperature_c": [20.0, 140.0],
     "slide_roll_ratio": [0.0, 0.3],
 }
-# The law at 1/x of its reference is the law with turned exponents at x.
-MIRRORED = BOX | {
-    "max_hertz_pressure_gpa": [0.5, 2.0],
-    "entrainment_speed_m_s": [10.0, 40.0],
-    "inlet_temperature_c": [10.0, 40.0],
-}
-LIMITS = Limits(traction_max=0.15, linear_r2_min=0.95, decline_max=0.2)
+LIMITS = read_config(CONFIG).printed.signs
 SLIPS = [0.05, 0.1, 0.15, 0.2]
 Studied = tuple[pd.DataFrame, pd.DataFrame]
 exponents = st.lists(st.floats(-3, 3), min_size=9, max_size=9)
@@ -58,14 +47,14 @@ def constants(heads: tuple[float, float, float], powers: list[float]) -> np.ndar
     return np.concatenate([[head, *powers[3 * at : 3 * at + 3]] for at, head in enumerate(heads)])
 
 
-def surface(
-    of: np.ndarray, box: dict[str, list[float]] = BOX, levels: int = 7, slips: Any = SLIPS
-) -> Surface:
-    return Surface.over(box, levels, slips, SLIPS, to_internal(LAW, of)[:, np.newaxis])
+def surface(of: np.ndarray, levels: int = 7) -> Surface:
+    return Surface.over(BOX, levels, SLIPS, to_internal(LAW, of)[:, np.newaxis])
 
 
-def score(name: str, of: Surface) -> float:
-    return float(STATEMENTS[name].score(of, LIMITS)[0])
+def scores(of: Surface, **limits: float) -> dict[str, float]:
+    """Share of the box where each statement holds."""
+    holds = where_true(of, of, SLIPS, 0.15, LIMITS.model_copy(update=limits))
+    return {name: float(each.mean()) for name, each in holds.items()}
 
 
 @pytest.fixture(scope="module")
@@ -87,27 +76,22 @@ def test_plateau_alone_follows_the_exponents_of_a() -> None:
     """B next to nothing and C huge: mu is |A| = 0.01 P / sqrt(U/20) / (T/20)^0.3 at every slip."""
     flat = surface(constants((-0.01, 1e-9, 1e4), [1, -0.5, -0.3, 0, 0, 0, 0, 0, 0]))
     np.testing.assert_allclose(flat.mu[0, 0, 0, :, 0], 0.008, rtol=1e-6)
-    for name in ("physical", *PLATEAU_TRENDS):
-        assert score(name, flat) == 1, name
-    assert score("declines_slightly", flat) == 0  # the peak lies far beyond the slips
-    turned = surface(constants((-0.01, 1e-9, 1e4), [-1, 0.5, 0.3, 0, 0, 0, 0, 0, 0]))
-    for name in PLATEAU_TRENDS:
-        assert score(name, turned) == 0, name
+    held = scores(flat)
+    assert {name for name in ("physical", *PLATEAU_TRENDS) if held[name] < 1} == set()
+    assert held["declines_slightly"] == 0  # the peak lies far beyond the slips
+    turned = scores(surface(constants((-0.01, 1e-9, 1e4), [-1, 0.5, 0.3, 0, 0, 0, 0, 0, 0])))
+    assert {name for name in PLATEAU_TRENDS if turned[name] > 0} == set()
 
 
 def test_start_of_the_curve_follows_the_exponents_of_b() -> None:
     """|A| next to nothing: the slope at zero slip is B, the knee is 1/(e C)."""
     powers = [0, 0, 0, 0, 0, -1, 0.5, 0.2, -0.4]
     start = surface(constants((-1e-12, 1.0, 50.0), powers))
-    np.testing.assert_allclose(start.knee[1, 1, 1, 0], 1 / (np.e * local_c(start)), rtol=1e-6)
-    assert score("start_falls_with_temperature", start) == 1
-    assert score("earlier_plateau_with_stress", start) == 1
-    assert score("earlier_plateau_with_speed", start) == 1
-    assert score("earlier_plateau_with_temperature", start) == 0
-
-
-def local_c(of: Surface) -> float:
-    return float(of.sizes[2, 1, 1, 1, 0])
+    np.testing.assert_allclose(start.knee, 1 / (np.e * start.sizes[2]), rtol=1e-6)
+    held = scores(start)
+    assert held["start_falls_with_temperature"] == held["earlier_plateau_with_stress"] == 1
+    assert held["earlier_plateau_with_speed"] == 1
+    assert held["earlier_plateau_with_temperature"] == 0
 
 
 def test_slight_decline_is_measured_from_the_peak_to_the_end() -> None:
@@ -116,60 +100,8 @@ def test_slight_decline_is_measured_from_the_peak_to_the_end() -> None:
     curve = surface(constants((-0.02, 1.0, 30.0), [0.0] * 9))
     assert curve.peak_slip.flat[0] == pytest.approx(1 / 30 + 0.02)
     assert curve.peak.flat[0] == pytest.approx(0.02673, abs=1e-5)
-    slight = STATEMENTS["declines_slightly"].score
-    assert slight(curve, replace(LIMITS, decline_max=0.26))[0] == 1
-    assert slight(curve, replace(LIMITS, decline_max=0.24))[0] == 0
-
-
-def in_order(signs: Sequence[str], spacing: Callable[..., np.ndarray]) -> float:
-    """Share of the box where 4102 > 4050 > 4010, each oil with these signs of its exponents."""
-    levels = [spacing(*BOX[name], 7) for name in CONDITIONS[:2]]
-    levels += [np.linspace(*BOX[CONDITIONS[2]], 7), np.array(SLIPS)]
-    grid = np.meshgrid(*levels, indexing="ij")
-    mu = []
-    for oil, of_oil in zip(OILS, signs, strict=True):
-        turned = np.abs(printed()[oil]) * [-1.0, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1]
-        turned[EXPONENTS] *= [1.0 if sign == "+" else -1.0 for sign in of_oil]
-        mu.append(traction_coefficient(turned, *grid))
-    return float(((mu[0] > mu[1]) & (mu[1] > mu[2])).mean())
-
-
-def test_stated_order_holds_on_a_tenth_to_a_fifth_of_the_box_with_the_signs_restored(
-    studied: Studied,
-) -> None:
-    # docs/physics.md, traction law; recomputed apart from this code for the 32 best sets: 10-18 %
-    sets, _ = studied
-    near = [sets[(sets["oil"] == oil) & sets["near_best"]]["signs"] for oil in OILS]
-    combined = list(itertools.product(*near))
-    assert len(combined) == 32
-    shares = [in_order(signs, np.geomspace) for signs in combined]
-    assert 0.095 <= min(shares) < max(shares) <= 0.18
-    even = [in_order(signs, np.linspace) for signs in combined]
-    assert 0.05 <= min(even) < max(even) <= 0.145
-
-
-def test_some_signs_give_the_stated_order_nearly_everywhere() -> None:
-    # docs/physics.md: over all 512 x 3 sets up to 97.5 %, recomputed apart from this code; found by
-    # climbing, one sign at a time, from each oil's set in use
-    signs = {
-        oil: list("".join("+-"[int(c < 0)] for c in printed()[oil][EXPONENTS])) for oil in OILS
-    }
-    best, improved = in_order([*map("".join, signs.values())], np.geomspace), True
-    while improved:
-        improved = False
-        for oil, place in itertools.product(OILS, range(9)):
-            turned = {name: [*of_oil] for name, of_oil in signs.items()}
-            turned[oil][place] = "-" if turned[oil][place] == "+" else "+"
-            share = in_order([*map("".join, turned.values())], np.geomspace)
-            if share > best:
-                best, signs, improved = share, turned, True
-    assert best > 0.9
-
-
-def test_printed_constants_of_4010_give_more_traction_than_a_film_can_carry() -> None:
-    # docs/physics.md: 0.165 at S 0.0375, recomputed apart from this code; mean stress 0.28 GPa
-    mu = oilfilm.printed("4010").predict_at(2.5, 20, 20, 0.0375).traction_coefficient
-    assert mu == pytest.approx(0.165, abs=5e-4)
+    assert scores(curve, decline_max=0.26)["declines_slightly"] == 1
+    assert scores(curve, decline_max=0.24)["declines_slightly"] == 0
 
 
 def test_order_of_the_oils_is_scored_by_pairs() -> None:
@@ -178,41 +110,20 @@ def test_order_of_the_oils_is_scored_by_pairs() -> None:
     mu = {oil: traction_coefficient(printed()[oil], *grid) for oil in OILS}
     upper, lower = mu["4102"] > mu["4050"], mu["4050"] > mu["4010"]
     first, second, third = (surface(printed()[oil]) for oil in OILS)
-    order = statements.viscosity_order
+    order = signs.viscosity_order
     assert order(first, [], [second, third])[0] == pytest.approx(upper.mean())
     assert order(third, [first, second], [])[0] == pytest.approx(lower.mean())
     assert order(second, [first], [third])[0] == pytest.approx((upper.mean() + lower.mean()) / 2)
-
-
-def test_oil_alone_cannot_be_compared() -> None:
-    alone = surface(printed()["4102"])
-    assert np.isnan(statements.viscosity_order(alone, [], [])).all()
-    assert np.isnan(statements.hot_convergence(alone, [])).all()
+    assert np.isnan(order(first, [], [])).all()
+    assert np.isnan(signs.hot_convergence(first, [])).all()
 
 
 def test_oils_that_differ_only_by_a_fading_plateau_converge_when_hot() -> None:
     fades = surface(constants((-0.02, 1e-9, 1e4), [0, 0, -0.5, 0, 0, 0, 0, 0, 0]))
     lower = surface(constants((-0.01, 1e-9, 1e4), [0, 0, -0.5, 0, 0, 0, 0, 0, 0]))
-    assert statements.hot_convergence(fades, [lower])[0] == 1
+    assert signs.hot_convergence(fades, [lower])[0] == 1
     grows = surface(constants((-0.02, 1e-9, 1e4), [0, 0, 0.5, 0, 0, 0, 0, 0, 0]))
-    assert statements.hot_convergence(grows, [lower])[0] == 0
-
-
-@given(powers=exponents)
-@pytest.mark.parametrize(
-    ("name", "condition"),
-    [("rises_with_stress", 0), ("falls_with_speed", 1), ("falls_with_temperature", 2)],
-)
-def test_turning_all_exponents_of_a_condition_turns_its_statement(
-    name: str, condition: int, powers: list[float]
-) -> None:
-    """Over a box that is its own mirror image the shares of a law and of its mirror add to 1."""
-    law = surface(constants((-0.02, 0.8, 25.0), powers), MIRRORED, levels=2)
-    mirror = np.where(np.arange(9) % 3 == condition, -1, 1) * powers
-    mirrored = surface(constants((-0.02, 0.8, 25.0), mirror), MIRRORED, levels=2)
-    steps = np.diff(law.mu, axis=condition)
-    ties = np.isclose(steps, 0, atol=1e-15).mean()
-    assert abs(score(name, law) + score(name, mirrored) - 1) <= ties + 1e-12
+    assert signs.hot_convergence(grows, [lower])[0] == 0
 
 
 @given(powers=exponents)
@@ -236,34 +147,29 @@ def test_peak_is_the_largest_value_of_the_curve(powers: list[float]) -> None:
 def test_every_statement_is_a_column_and_every_set_a_row(studied: Studied) -> None:
     sets, verdicts = studied
     about = ["oil", "signs", "in_use", "rank", "rank_at_figures", "total", "near_best"]
-    assert tables.columns("signs") == [*about, *STATEMENTS, *BETWEEN_OILS, "sse"]
+    names = [*scores(surface(printed()["4102"])), "viscosity_order", "hot_convergence"]
+    assert tables.columns("signs") == [*about, *names, "sse"]
     assert (sets.groupby("oil")["signs"].nunique() == 512).all()
     assert (sets.groupby("oil")["in_use"].sum() == 1).all()
     assert len(verdicts) == 27
 
 
-def test_margin_is_the_best_total_with_the_sign_less_that_with_the_other(studied: Studied) -> None:
+def test_signs_that_the_text_settles_and_those_that_it_leaves_open(studied: Studied) -> None:
     sets, verdicts = studied
-    row = verdicts.set_index(["oil", "constant"]).loc[("4010", "B3")]
+    found = verdicts.set_index(["oil", "constant"])
+    sure, row = found["verdict"], found.loc[("4010", "B3")]
+    # mu falls with U and T through the plateau |A| (section 4.3.2 and 4.3.4)
+    assert (sure.loc[list(OILS), ["A2", "A3"]] == "settled").all()
+    # docs/physics.md, traction law: open; low confidence; 0.0022 is without effect
+    assert sure["4010", "C3"] == sure["4010", "C2"] == "open"
+    assert sure["4050", "C2"] == "without effect"
+    assert not (sure == "against").any()
+    # turning 0.0022 changes C by 2^0.0044 - 1 = 0.3 % at most, and mu by less (C S e^-CS < 1)
+    assert 0 < found.at[("4050", "C2"), "effect"] < 0.0031
+    # the best total with the sign less that with the other
     totals = sets[sets["oil"] == "4010"].groupby(sets["signs"].str[5])["total"].max()
     assert row["margin"] == pytest.approx(totals["-"] - totals["+"])
     assert row["weakest_margin"] <= row["margin"]
-
-
-def test_signs_that_the_text_settles_and_those_that_it_leaves_open(studied: Studied) -> None:
-    verdicts = studied[1].set_index(["oil", "constant"])["verdict"]
-    # mu falls with U and T through the plateau |A| (section 4.3.2 and 4.3.4)
-    assert (verdicts.loc[list(OILS), ["A2", "A3"]] == "settled").all()
-    # docs/physics.md, traction law: open; low confidence; 0.0022 is without effect
-    assert verdicts["4010", "C3"] == verdicts["4010", "C2"] == "open"
-    assert verdicts["4050", "C2"] == "without effect"
-    assert not (verdicts == "against").any()
-
-
-def test_effect_of_a_tiny_exponent_is_bounded_by_its_power(studied: Studied) -> None:
-    """Turning 0.0022 changes C by 2^0.0044 - 1 = 0.3 % at most, and mu by less (C S e^-CS < 1)."""
-    effects = studied[1].set_index(["oil", "constant"])["effect"]
-    assert 0 < effects["4050", "C2"] < 0.0031
 
 
 @pytest.mark.parametrize(
@@ -280,7 +186,8 @@ def test_effect_of_a_tiny_exponent_is_bounded_by_its_power(studied: Studied) -> 
 def test_verdicts_at_their_limits(
     margin: float, weakest: float, effect: float, expected: str
 ) -> None:
-    assert verdict(margin, weakest, effect, near_best=0.5, no_effect_max=0.02) == expected
+    limits = LIMITS.model_copy(update={"near_best": 0.5, "no_effect_max": 0.02})
+    assert verdicts(*map(np.array, (margin, weakest, effect)), limits) == expected
 
 
 # ---------------------------------------------------------------- against points
@@ -313,11 +220,10 @@ def test_points_of_planted_signs_give_them_back(config: Settings) -> None:
 
 
 def test_points_that_the_law_cannot_take_have_no_error() -> None:
-    points = points_of(printed()["4102"])
-    sets = printed()["4102"][np.newaxis]
+    points, sets = points_of(printed()["4102"]), printed()["4102"][np.newaxis]
     assert squared_errors(points, sets)[0] == pytest.approx(0, abs=1e-25)
-    assert np.isnan(squared_errors(points.assign(inlet_temperature_c=-5.0), sets)).all()
-    assert np.isnan(squared_errors(points.assign(accepted=False), sets)).all()
+    for unfit in ({"inlet_temperature_c": -5.0}, {"accepted": False}):
+        assert np.isnan(squared_errors(points.assign(**unfit), sets)).all()
 
 
 def fit_of(values: np.ndarray, error: np.ndarray) -> pd.DataFrame:
@@ -369,16 +275,6 @@ def refits_of(constants: np.ndarray, steps: np.ndarray) -> pd.DataFrame:
     return rows.assign(oil="4102", law=LAW.name, cause="resampled curves")
 
 
-def test_joint_distance_counts_each_constant_in_its_own_spread(judge) -> None:
-    """24 refits, two of them off by s: variance 2 s^2 / 23; all constants off by 3 such errors."""
-    spread = np.linspace(0.01, 0.05, 12)
-    off = 3 * spread * np.sqrt(2 / 23)
-    of_paper = printed()["4102"]
-    fitted = np.where(np.arange(12) % 4 == 0, of_paper * np.exp(off), of_paper + off)
-    row = judge(fit_of(fitted, np.ones(12)), refits=refits_of(fitted, np.diag(spread)))
-    assert row["joint_distance"] == pytest.approx(3 * np.sqrt(12))
-
-
 def test_errors_that_go_together_shorten_the_joint_distance_along_their_direction(judge) -> None:
     """A1 and A2 refit at (1, 1) and (0.5, -0.5): off by (1, 1) is sqrt(23/2) errors away."""
     steps = np.eye(12)
@@ -426,22 +322,6 @@ def test_fit_without_all_constants_is_judged_by_its_errors_alone(judge) -> None:
 def test_oils_without_printed_constants_or_fit_have_no_row(config: Settings) -> None:
     oils = ["unrecorded-oil", "4050"]
     assert judge_printed(CampaignTables.in_memory(), printed(), oils, config.printed).empty
-
-
-# ---------------------------------------------------------------- the reference file
-
-
-def test_order_of_viscosity_is_that_of_the_paper() -> None:
-    # section 2.3: 7, 5 and 3 cSt at 100 degC
-    assert list(printed_constants(REFERENCE)) == list(OILS)
-
-
-def test_order_that_forgets_an_oil_is_refused(tmp_path: Path) -> None:
-    text = REFERENCE.read_text(encoding="utf-8")
-    wrong = tmp_path / "printed.yaml"
-    wrong.write_text(text.replace('["4102", "4050", "4010"]', '["4102", "4050"]'), encoding="utf-8")
-    with pytest.raises(OilfilmError, match="names 4102, 4050, `oils` has 4102, 4050, 4010"):
-        printed_constants(wrong)
 
 
 # ---------------------------------------------------------------- what the lost signs leave open

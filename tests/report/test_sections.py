@@ -10,11 +10,11 @@ import pytest
 from campaigns import CLAIMS, REFERENCE, Campaign, printed, sign_study, without
 from oilfilm.curation.coverage import coverage, gate_counts
 from oilfilm.logs.run_sheet import CONTRADICTION, UNLISTED
-from oilfilm.paper.audit.audit import audit, checked_claims, printed_evidence
+from oilfilm.paper.audit.audit import audit, printed_evidence
 from oilfilm.paper.extrapolation import extrapolate
 from oilfilm.paper.printed.judge import judge_printed
 from oilfilm.paper.printed_law import with_printed
-from oilfilm.paper.reference import PrintedCoefficients
+from oilfilm.paper.reference import PrintedCoefficients, read_claims
 from oilfilm.report import runs
 from oilfilm.report.document import Fact, Section, facts
 from oilfilm.report.sections.build import sections
@@ -47,7 +47,7 @@ def demo_tables(demo: Campaign) -> CampaignTables:
         ),
         signs=signs,
         sign_verdicts=sign_verdicts,
-        **audit(checked_claims(CLAIMS), [printed_evidence(printed(), config)], config),
+        **audit(read_claims(CLAIMS).claims, [printed_evidence(printed(), config)]),
     )
     judged = judge_printed(results, printed(), config.oils, config.printed)
     return results.replace(printed_judged=judged)

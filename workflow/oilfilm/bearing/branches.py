@@ -13,7 +13,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from oilfilm.bearing.ellipse import ScaledLaw, grid
+from oilfilm.bearing.ellipse import grid
 from oilfilm.bearing.friction import COARSE, FrictionEquilibrium, FrictionProblem
 from oilfilm.bearing.solver import solve
 from oilfilm.units import FloatArray
@@ -47,10 +47,10 @@ def other_equilibrium(
     # inner one
     unknowns[count:, 2:6] *= _SKIDDING
     for factor in _FACTORS:
-        both_ways = ScaledLaw(whole.law, np.repeat([factor, 1 / factor], count))
+        both_ways = whole.lubrication.with_traction(np.repeat([factor, 1 / factor], count))
         # fewer nodes are enough on the way
         rule = whole.rule if factor == _FACTORS[-1] else grid(*COARSE)
-        part = replace(whole, law=both_ways, rule=rule)
+        part = replace(whole, lubrication=both_ways, rule=rule)
         end = solve(part.equations(1.0), unknowns, scale, _MAX_ITERATIONS)
         # what is lost at one factor starts at the next from where it was
         unknowns = np.where(end.converged[:, np.newaxis], end.unknowns, unknowns)

@@ -5,10 +5,9 @@ axis changes across the groove, and the contact as a whole slips. A traction law
 traction coefficient; Hertz's pressure gives the weight of each quadrature node.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache, cached_property
-from typing import NamedTuple, Protocol
+from typing import Protocol
 
 import numpy as np
 import scipy
@@ -32,57 +31,6 @@ class TractionLaw(Protocol):
         The axes from the end are nodes, contacts and operating points.
         """
         ...
-
-
-@dataclass(frozen=True)
-class ScaledLaw:
-    """A law times a factor, shape (points,), at each operating point."""
-
-    law: TractionLaw
-    factor: FloatArray
-
-    def __call__(self, at: Conditions, slide_roll_ratio: FloatArray) -> FloatArray:
-        """See `TractionLaw`."""
-        return np.asarray(self.factor[:, None, None] * self.law(at, slide_roll_ratio))
-
-    def at_points(self, which: IndexArray) -> "ScaledLaw":
-        """See `TractionLaw`."""
-        return ScaledLaw(law_at(self.law, which), self.factor[which])
-
-
-@dataclass(frozen=True)
-class JoinedLaw:
-    """Several laws, each of some of the operating points.
-
-    Attributes:
-        laws: The laws; one that differs between points counts its own points only.
-        number: Index of each point's law, shape (points,).
-    """
-
-    laws: Sequence[TractionLaw]
-    number: IndexArray
-
-    def __call__(self, at: Conditions, slide_roll_ratio: FloatArray) -> FloatArray:
-        """See `TractionLaw`."""
-        mu = np.empty_like(slide_roll_ratio)
-        for number, law in enumerate(self.laws):
-            if len(which := np.flatnonzero(self.number == number)):
-                levels = {
-                    name: value[..., which, :, :] if np.ndim(value) else value
-                    for name, value in vars(at).items()
-                }
-                mu[..., which, :, :] = law(Conditions(**levels), slide_roll_ratio[..., which, :, :])
-        return mu
-
-    def at_points(self, which: IndexArray) -> "JoinedLaw":
-        """See `TractionLaw`."""
-        place = np.empty_like(self.number)
-        for number in range(len(self.laws)):
-            of_law = self.number == number
-            place[of_law] = np.arange(of_law.sum())
-        chosen, place = self.number[which], place[which]
-        laws = [law_at(law, place[chosen == number]) for number, law in enumerate(self.laws)]
-        return JoinedLaw(laws, chosen)
 
 
 def law_at(law: TractionLaw, which: IndexArray) -> TractionLaw:
@@ -141,34 +89,13 @@ def grid(across: int, along: int) -> Grid:
     return Grid(*nodes, (across, along))
 
 
-class Turning(NamedTuple):
-    """Speeds of ball and race at each contact, in rad/s; shapes (..., 2 contacts).
-
-    Attributes:
-        about_normal: The ball's spin about the normal n.
-        about_tangent: The ball's spin about t x n.
-        race: The race's speed about the bearing's axis, against the ball's orbit.
-    """
-
-    about_normal: FloatArray
-    about_tangent: FloatArray
-    race: FloatArray
-
-
-def turning(contacts: Contacts, motion: Motion, ring_speed_rad_s: FloatArray) -> Turning:
-    """Speeds at the contacts from those of the ball and of both rings, shape (..., 2)."""
-    n_x, n_r = contacts.normal[..., 0, :], contacts.normal[..., 1, :]
-    w_x, w_r = motion.spin_rad_s[..., :1], motion.spin_rad_s[..., 1:2]
-    race = ring_speed_rad_s - motion.orbit_speed_rad_s[..., np.newaxis]
-    return Turning(w_x * n_x + w_r * n_r, w_r * n_x - w_x * n_r, race)
-
-
 @dataclass(frozen=True)
 class Sliding:
     """Sliding of the race over the ball; shapes (..., 2 contacts) or (..., 2 contacts, nodes).
 
     Attributes:
-        turning: Speeds of ball and race.
+        race_rad_s: The race's speed about the bearing's axis, against the ball's orbit.
+        axis_rad_s: The ball's spin about t x n.
         spin_rad_s: Of the ball about the normal, against the race.
         roll_rad_s: Of the ball about t x n, against the race.
         across_m_s: Speed across the rolling direction at each node.
@@ -181,7 +108,8 @@ class Sliding:
         semi_axes_m: Along t and across the rolling direction, of which the nodes have shares.
     """
 
-    turning: Turning
+    race_rad_s: FloatArray
+    axis_rad_s: FloatArray
     spin_rad_s: FloatArray
     roll_rad_s: FloatArray
     across_m_s: FloatArray
@@ -216,24 +144,26 @@ def sliding(
     Reference: A. B. Jones, J. Basic Eng. 81 (1959) 1; T. A. Harris, Rolling Bearing Analysis.
     """
     n_x, n_r = contacts.normal[..., 0, :], contacts.normal[..., 1, :]
-    speeds = turning(contacts, motion, ring_speed_rad_s)
-    spin, roll = speeds.about_normal - speeds.race * n_x, speeds.race * n_r + speeds.about_tangent
+    w_x, w_r = motion.spin_rad_s[..., :1], motion.spin_rad_s[..., 1:2]
+    race, axis = ring_speed_rad_s - motion.orbit_speed_rad_s[..., np.newaxis], w_r * n_x - w_x * n_r
+    spin, roll = w_x * n_x + w_r * n_r - race * n_x, race * n_r + axis
     bend, radius = bearing.deformed_radius_m, bearing.ball_diameter_m / 2
     # no contact is wider than the ball, though a search may come by such a state
     edge, length = np.minimum(contacts.semi_axis_y_m, radius), contacts.semi_axis_x_m
     middle = bend + np.sqrt(radius**2 - edge**2) - np.sqrt(bend**2 - edge**2)
     height = np.sqrt(bend[:, np.newaxis] ** 2 - (edge**2)[..., np.newaxis] * rule.across**2)
     height += (middle - bend)[..., np.newaxis]
-    orbit = speeds.race * contacts.orbit_radius_m[..., np.newaxis]
+    orbit = race * contacts.orbit_radius_m[..., np.newaxis]
     across = (spin * length)[..., np.newaxis] * rule.along
     across -= motion.spin_rad_s[..., 2, np.newaxis, np.newaxis] * height
     along = roll[..., np.newaxis] * height
     along -= (spin * edge)[..., np.newaxis] * rule.across
     along += orbit[..., np.newaxis]
-    race_speed, ball_speed = orbit + speeds.race * n_r * middle, -speeds.about_tangent * middle
+    race_speed, ball_speed = orbit + race * n_r * middle, -axis * middle
     mean = (race_speed + ball_speed) / 2
     return Sliding(
-        turning=speeds,
+        race_rad_s=race,
+        axis_rad_s=axis,
         spin_rad_s=spin,
         roll_rad_s=roll,
         across_m_s=across,
@@ -298,17 +228,23 @@ def conditions(
 
 
 def traction(
-    contacts: Contacts, slip: Sliding, at: Conditions, law: TractionLaw, rule: Grid
+    contacts: Contacts,
+    slip: Sliding,
+    at: Conditions,
+    law: TractionLaw,
+    rule: Grid,
+    factor: FloatArray | float = 1.0,
 ) -> Traction:
     """Force, moments and heat of the film's traction, by quadrature over the ellipse.
 
     The law was fitted to averages over contacts at their p_max: it is given the contact's p_max
     and the local slip, and Hertz's pressure shares the load out. Given the local pressure it would
-    count pressure twice.
+    count pressure twice. A factor on all traction has the shape (points,).
     """
     speed = np.sqrt(slip.across_m_s**2 + slip.along_m_s**2)
     ratio = speed / np.maximum(slip.entrainment_speed_m_s, np.finfo(float).tiny)[..., np.newaxis]
     mu = law(at, ratio)
+    mu *= np.reshape(factor, (-1, 1, 1))
     strength = mu * rule.share
     heat = np.einsum("...k,...k->...", strength, speed)
     strength /= np.maximum(speed, 1e-300, out=speed)

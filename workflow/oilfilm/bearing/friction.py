@@ -37,7 +37,6 @@ from oilfilm.bearing.quasistatic import (
     raceway_control,
 )
 from oilfilm.bearing.resistance import (
-    TERMS,
     Lubrication,
     drag_force_n,
     hysteresis_moment_n_m,
@@ -53,7 +52,6 @@ from oilfilm.units import FloatArray, IndexArray
 QUADRATURE = (16, 4)
 # The same of random draws, and on the way to another equilibrium.
 COARSE = (6, 2)
-HEATS = ("traction", *TERMS)
 # Jacobians after which a point is given up.
 _MAX_ITERATIONS = 100
 # The same where the search starts near by.
@@ -76,10 +74,9 @@ class Balance:
         traction: Of the film in the ellipses.
         drag_n: Of the oil along t, against the orbit.
         heats_w: Of each of `HEATS`.
-        force_n: On the ball along x and r: what is left of it at no equilibrium.
-        moment_n_m: On the ball about x, r and t, less what its gyroscopic motion takes.
-        cage_n_m: On the cage.
-        ring_force_n: On the inner ring along x.
+        left_over_n: What is left at no equilibrium, shape (..., 7): force on the ball along x and
+            r; moment about x, r and t, less what its gyroscopic motion takes, over its radius;
+            moment on the cage over the pitch radius; force on the inner ring along x.
         ring_moment_n_m: On the inner and the outer ring about the bearing's axis: (..., 2).
     """
 
@@ -90,10 +87,7 @@ class Balance:
     traction: Traction
     drag_n: FloatArray
     heats_w: tuple[FloatArray, ...]
-    force_n: tuple[FloatArray, ...]
-    moment_n_m: tuple[FloatArray, ...]
-    cage_n_m: FloatArray
-    ring_force_n: FloatArray
+    left_over_n: FloatArray
     ring_moment_n_m: FloatArray
 
 
@@ -138,7 +132,7 @@ class FrictionProblem:
         motion = Motion(unknowns[..., 5], unknowns[..., 2:5])
         slip = sliding(bearing, contacts, motion, rings, rule)
         at = conditions(bearing, contacts, slip, oil.inlet_temperature_c[:, np.newaxis])
-        film = traction(contacts, slip, at, self.law, rule)
+        film = traction(contacts, slip, at, self.law, rule, oil.factor("traction"))
         n_x, n_r = contacts.normal[..., 0, :], contacts.normal[..., 1, :]
         orbit = contacts.orbit_radius_m
         race_radius = orbit[..., np.newaxis] + n_r * radius
@@ -170,6 +164,17 @@ class FrictionProblem:
         # what the ball's spin, turned along its orbit, takes about r and t
         gyroscopic = share * bearing.ball_inertia_kg_m2 * motion.orbit_speed_rad_s
         outward = rub_r + centrifugal_force_n(bearing, contacts, motion)
+        cage = land - pocket * orbit - np.sign(pocket) * radius * rub_r
+        about_r = about_n * n_r + about_y * n_x
+        parts = (
+            _both(force_x) + coulomb * axis_r,
+            _both(force_r) + outward,
+            (_both(about_n * n_x - about_y * n_r) - braked * axis_x) / radius,
+            (_both(about_r) - braked * axis_r + gyroscopic * w_t) / radius,
+            (_both(film.about_tangent_n_m) - gyroscopic * w_r) / radius,
+            cage / (bearing.pitch_diameter_m / 2),
+            self.points.axial_load_n / bearing.ball_count - force_x[..., 0],
+        )
         return Balance(
             contacts=contacts,
             motion=motion,
@@ -178,14 +183,7 @@ class FrictionProblem:
             traction=film,
             drag_n=drag,
             heats_w=(_both(film.heat_w), *roll_heat, drag * speed, braked * spin, land * lag),
-            force_n=(_both(force_x) + coulomb * axis_r, _both(force_r) + outward),
-            moment_n_m=(
-                _both(about_n * n_x - about_y * n_r) - braked * axis_x,
-                _both(about_n * n_r + about_y * n_x) - braked * axis_r + gyroscopic * w_t,
-                _both(film.about_tangent_n_m) - gyroscopic * w_r,
-            ),
-            cage_n_m=land - pocket * orbit - np.sign(pocket) * radius * rub_r,
-            ring_force_n=-force_x[..., 0],
+            left_over_n=np.stack(parts, axis=-1),
             ring_moment_n_m=on_ring,
         )
 
@@ -202,8 +200,8 @@ class FrictionProblem:
         bearing, oil = self.bearing, self.lubrication.of_contacts
         n_r, load = contacts.normal[..., 1, :], contacts.load_n
         # sum of the surface speeds along t
-        rolling = slip.turning.race * race_radius_m
-        rolling -= slip.turning.about_tangent * (bearing.ball_diameter_m / 2)
+        rolling = slip.race_rad_s * race_radius_m
+        rolling -= slip.axis_rad_s * (bearing.ball_diameter_m / 2)
         mean, radius_x = np.abs(rolling / 2), bearing.radius_x_m(np.abs(n_r))
         modulus = bearing.reduced_modulus_pa
         pressure = contacts.max_hertz_pressure_pa / modulus
@@ -211,17 +209,14 @@ class FrictionProblem:
         viscosity = oil.dynamic_viscosity_pa_s
         force = rolling_force_n(load, mean, viscosity, radius_x, bearing.radius_y_m, modulus)
         moment = hysteresis_moment_n_m(load, bearing.ball_diameter_m, radius_x, bearing.radius_y_m)
-        factors = self.lubrication.factors[:, np.newaxis]
-        way = share * np.sign(rolling)
-        force = way * reduction * force * factors[..., TERMS.index("rolling")]
-        moment = way * moment * factors[..., TERMS.index("hysteresis")]
+        way, known = share * np.sign(rolling), self.lubrication
+        force = way * reduction * force * known.factor("rolling")[:, np.newaxis]
+        moment = way * moment * known.factor("hysteresis")[:, np.newaxis]
         return force, moment, [_both(force * rolling), -_both(moment * slip.roll_rad_s)]
 
     def equations(self, share: float) -> Equations:
         """The equations with a share of everything that resists or turns the balls."""
-        bearing, unit = self.bearing, ball_force_n(self.bearing, self.points)
-        load = self.points.axial_load_n / bearing.ball_count
-        radius, pitch = bearing.ball_diameter_m / 2, bearing.pitch_diameter_m / 2
+        unit = ball_force_n(self.bearing, self.points)
 
         def residuals(unknowns: FloatArray, which: IndexArray) -> FloatArray:
             # in parts whose arrays fit a processor's cache
@@ -230,18 +225,8 @@ class FrictionProblem:
                 half = len(which) // 2
                 halves = np.split(unknowns, [half], axis=-2), np.split(which, [half])
                 return np.concatenate([*map(residuals, *halves)], axis=-2)
-            state = self.at(which).balance(unknowns, share)
-            residual = np.empty(unknowns.shape)
-            parts = [
-                *state.force_n,
-                *(moment / radius for moment in state.moment_n_m),
-                state.cage_n_m / pitch,
-                state.ring_force_n + load[which],
-            ]
-            for number, part in enumerate(parts):
-                residual[..., number] = part
-            residual /= unit[which, np.newaxis]
-            return residual
+            left = self.at(which).balance(unknowns, share).left_over_n
+            return left / unit[which, np.newaxis]
 
         return residuals
 
@@ -291,7 +276,7 @@ class FrictionEquilibrium:
         contacts, motion = self.balance.contacts, self.balance.motion
         rings = self.problem.points.ring_speed_rad_s
         radius = self.problem.bearing.ball_diameter_m / 2
-        axis = np.abs(self.balance.sliding.turning.about_tangent)
+        axis = np.abs(self.balance.sliding.axis_rad_s)
         race = contacts.orbit_radius_m[..., np.newaxis] + contacts.normal[..., 1, :] * radius
         reach = race / np.maximum(axis / np.maximum(axis.max(axis=-1, keepdims=True), 1e-300), 1e-3)
         rolling = (rings * reach).sum(axis=-1) / reach.sum(axis=-1)

@@ -6,7 +6,7 @@ Decides: drag, rolling resistance, pockets and lands of a bearing.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -18,6 +18,7 @@ from oilfilm.units import FloatArray, IndexArray
 
 # What resists beside traction, in the order of arrays of factors.
 TERMS = ("rolling", "hysteresis", "drag", "pocket", "land")
+HEATS = ("traction", *TERMS)
 
 
 @dataclass(frozen=True)
@@ -29,7 +30,7 @@ class Lubrication:
         oil: Properties on which films depend.
         mist_density_kg_m3: Oil's mass in the volume that the balls travel through, in kg/m3.
         drag_coefficient: c_D of a ball in the row, for its frontal area.
-        factors: On each of `TERMS`, by which a term may be off: shape (points, terms).
+        factors: On each of `HEATS`, by which it may be off: shape (points, heats).
     """
 
     inlet_temperature_c: FloatArray
@@ -52,7 +53,7 @@ class Lubrication:
             InletOil.of(oil, inlet_temperature_c),
             oil_volume_fraction * oil.density_kg_m3(inlet_temperature_c),
             np.full(len(inlet_temperature_c), drag_coefficient),
-            np.ones((len(inlet_temperature_c), len(TERMS))),
+            np.ones((len(inlet_temperature_c), len(HEATS))),
         )
 
     @classmethod
@@ -71,8 +72,12 @@ class Lubrication:
         return Lubrication(**{name: values[which] for name, values in vars(self).items()})
 
     def factor(self, term: str) -> FloatArray:
-        """The factor on one of `TERMS`, shape (points,)."""
-        return self.factors[:, TERMS.index(term)]
+        """The factor on one of `HEATS`, shape (points,)."""
+        return self.factors[:, HEATS.index(term)]
+
+    def with_traction(self, factor: FloatArray) -> "Lubrication":
+        """The same with all traction times a factor, shape (points,)."""
+        return replace(self, factors=np.column_stack([factor, self.factors[:, 1:]]))
 
     @property
     def of_contacts(self) -> InletOil:

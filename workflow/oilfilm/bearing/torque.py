@@ -9,12 +9,12 @@ import numpy as np
 
 from oilfilm.bearing.ellipse import sliding, traction
 from oilfilm.bearing.friction import (
-    HEATS,
     FrictionEquilibrium,
     FrictionProblem,
     Neighbour,
     friction_equilibrium,
 )
+from oilfilm.bearing.resistance import HEATS
 from oilfilm.physics.contact import Conditions
 from oilfilm.physics.film import film_thickness, within_thermal_reduction
 from oilfilm.physics.oils import LIMITING_STRESS_RATIO
@@ -50,7 +50,8 @@ def torque_terms(
     balls, torque = bearing.ball_count, found.torque_n_m()
     rule = problem.rule.finer()
     slip = sliding(bearing, balance.contacts, balance.motion, points.ring_speed_rad_s, rule)
-    finer = traction(balance.contacts, slip, balance.at, problem.law, rule).heat_w.sum(axis=1)
+    factor = problem.lubrication.factor("traction")
+    finer = traction(balance.contacts, slip, balance.at, problem.law, rule, factor)
     angle = np.degrees(balance.contacts.contact_angle_rad)
     pressure, rolling = (
         level[..., 0]
@@ -70,7 +71,7 @@ def torque_terms(
         "torque_n_m": torque,
         "outer_ring_torque_n_m": balls * balance.ring_moment_n_m[:, 1],
         "energy_error": _relative(torque * inner, balls * np.sum(balance.heats_w, axis=0)),
-        "quadrature_error": _relative(finer, film.heat_w.sum(axis=1)),
+        "quadrature_error": _relative(finer.heat_w.sum(axis=1), film.heat_w.sum(axis=1)),
         "residual": found.solution.residual,
         "converged": found.solution.converged,
         "widest_contact": found.widest_contact(),
@@ -123,7 +124,7 @@ def film_ratio(found: FrictionEquilibrium) -> tuple[FloatArray, BoolArray]:
 def _heat_by_sliding(found: FrictionEquilibrium) -> dict[str, FloatArray]:
     """Heat of traction split by the kind of sliding, (points,) each; they add up to it."""
     film, slip = found.balance.traction, found.balance.sliding
-    orbit = slip.turning.race * found.balance.contacts.orbit_radius_m[:, np.newaxis]
+    orbit = slip.race_rad_s * found.balance.contacts.orbit_radius_m[:, np.newaxis]
     middle = slip.roll_rad_s * slip.middle_m * film.along_n
     heats = {
         "gross": film.along_n * orbit + middle,

@@ -17,8 +17,9 @@ Decides: which oil the paper advises at an operating point, and how firm that is
 """
 
 import itertools
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -31,7 +32,14 @@ from oilfilm.settings.config import SelectionLimits, SelectionSettings
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.torque.bearing_torque import Cases, OilInBearing
-from oilfilm.torque.best_oil import IntArray, best_index, by_oil, enough_film, operating_points
+from oilfilm.torque.best_oil import (
+    OPERATING_POINT,
+    IntArray,
+    best_index,
+    by_oil,
+    enough_film,
+    operating_points,
+)
 from oilfilm.traction.law import CONDITIONS
 from oilfilm.units import BoolArray, FloatArray
 
@@ -39,76 +47,12 @@ from oilfilm.units import BoolArray, FloatArray
 OUTSIDE = "outside the film formula"
 # Without a choice there is nothing that scenarios could disagree about.
 NO_CHOICE = ("no film", OUTSIDE)
-_DRAWN = ["inlet_temperature_c", "oil_volume_fraction", "refit"]
-_AS_SET: dict[str, str | float] = {"rule_order": "as set", "varied_limit": "", "limit_factor": 1.0}
+# Oils, operating points, and arrays of shape (oils, points): cage slip, torque in N m, lambda.
+SlipMap = tuple[list[str], pd.DataFrame, FloatArray, FloatArray, FloatArray]
 # What is chosen at every operating point: the oil that the rules advise, or one oil.
 BY_RULES = "rules"
-
-
-@dataclass(frozen=True)
-class SlipMap:
-    """Motion of a bearing with each oil; arrays of shape (oils, operating points).
-
-    Attributes:
-        oils: Names.
-        points: Operating points, with pressure and entrainment speed of the contacts.
-        slip: Cage slip.
-        torque: Friction torque, in N m.
-        film: Lambda.
-    """
-
-    oils: list[str]
-    points: pd.DataFrame
-    slip: FloatArray
-    torque: FloatArray
-    film: FloatArray
-
-    @classmethod
-    def of(cls, cage_slip: pd.DataFrame, settings: SelectionSettings) -> "SlipMap | None":
-        """The map of the rules' oils; None where one of them was not calculated."""
-        named = {oil for rule in settings.rules for oil in rule.prefer}
-        oils = [oil for oil in dict.fromkeys(cage_slip["oil"]) if oil in named]
-        if set(oils) < named:
-            return None
-        slip, torque, film, inner, outer = by_oil(
-            *(cage_slip, oils, "cage_slip", "torque_n_m", "lambda_ratio"),
-            *("inner_max_hertz_pressure_gpa", "outer_max_hertz_pressure_gpa"),
-        )
-        points = operating_points(cage_slip)
-        points = points.assign(
-            max_hertz_pressure_gpa=np.fmax.reduce([*inner, *outer]),
-            # whether it is fast depends on the bearing, not on how much its cage slips
-            entrainment_speed_m_s=entrainment_speed_m_s(points["pitch_speed_mm_rpm"].to_numpy()),
-        )
-        return cls(oils, points, slip, torque, film)
-
-
-@dataclass(frozen=True)
-class Choice:
-    """What is chosen at each operating point; indices of oils are -1 where there is none.
-
-    Attributes:
-        deciding: Index of the rule that decides.
-        advised: The oil that it advises.
-        start: The oil that the rules advise where nothing slips.
-        best: The best oil by cage slip.
-        within: Oils with enough film that hold the cage, shape (oils, points).
-        good: Oils that are as good as the best one, of the same shape.
-        judgement: Of the advice.
-    """
-
-    deciding: IntArray
-    advised: IntArray
-    start: IntArray
-    best: IntArray
-    within: BoolArray
-    good: BoolArray
-    judgement: np.ndarray
-
-    @property
-    def judged(self) -> BoolArray:
-        """Where there is a choice."""
-        return ~np.isin(self.judgement, NO_CHOICE)
+# Columns that tell scenarios apart: how the rules are read; drag and refit.
+_READING, _DRAWN = ["rule_order", "varied_limit", "limit_factor"], ["oil_volume_fraction", "refit"]
 
 
 def advice_in_band(
@@ -130,40 +74,26 @@ def advice_in_band(
     if nominal.empty:
         return {"slip_advice": nominal, "advice_band": tables.empty("advice_band")}
     slips = _scenarios(oils, results, settings)
-    of_drawn: list[Choice] = []
-    made: dict[tuple[object, ...], Choice] = {}
-    maps: list[tuple[tuple[object, ...], SlipMap]] = []
-    for drawn, cage_slip in slips.groupby(_DRAWN, sort=False):
-        at = SlipMap.of(cage_slip, choice)
-        if at is None:
-            continue
-        maps.append((tuple(drawn), at))
-        if drawn[0] == slips["inlet_temperature_c"].iloc[0]:
-            made[*_AS_SET.values(), *drawn] = choose(at, choice, lambda_limit)
-            of_drawn.append(made[*_AS_SET.values(), *drawn])
-    as_set = settings.bearing.oil_volume_fraction, 0
-    for drawn, at in maps:
-        for reading, rules in _readings(choice) if drawn[1:] == as_set else ():
-            made.setdefault((*reading, *drawn), choose(at, rules, lambda_limit))
-    rows = [
-        (*scenario, name, maps[0][1].points["bearing"].iloc[0], each.judged.sum(), holds.sum())
-        for name in (BY_RULES, *dict.fromkeys(oil for rule in choice.rules for oil in rule.prefer))
-        for scenario, each in made.items()
-        if each.judged.any()
-        for holds in [_holds(each, name, maps[0][1].oils)]
+    as_set = slips["oil_volume_fraction"].eq(settings.bearing.oil_volume_fraction)
+    as_set &= slips["refit"] == 0
+    drawn, varied = (_slip_map(each, choice, _DRAWN) for each in (slips, slips[as_set]))
+    made = [
+        _choices(varied if number else drawn, rules, lambda_limit).assign(**reading)
+        for number, (reading, rules) in enumerate(_readings(choice))
     ]
+    chosen = [BY_RULES, *dict.fromkeys(oil for rule in choice.rules for oil in rule.prefer)]
+    band = _judged(pd.concat(made)).melt(
+        ["bearing", *_READING, *_DRAWN, "inlet_temperature_c"], chosen, "choice", "agrees"
+    )
+    counts = band.groupby([*band.columns.drop("agrees")], sort=False)["agrees"]
+    band = counts.agg(operating_points="size", agreeing_points="sum").reset_index()
+    of_drawn = made[0][made[0]["inlet_temperature_c"] == slips["inlet_temperature_c"].iloc[0]]
     return {
-        "slip_advice": _with_shares(nominal, of_drawn, maps[0][1].oils),
+        "slip_advice": _with_shares(nominal, _judged(of_drawn)),
         "advice_band": tables.conform(
-            pd.DataFrame(rows, columns=tables.columns("advice_band")), "advice_band", "advice band"
+            band[tables.columns("advice_band")], "advice_band", "advice band"
         ),
     }
-
-
-def _holds(choice: Choice, name: str, oils: Sequence[str]) -> BoolArray:
-    """Where the rules' oil, or this oil, is a good choice."""
-    agree = choice.judgement == "agree"
-    return choice.judged & (agree if name == BY_RULES else choice.good[oils.index(name)])
 
 
 def advise(
@@ -183,47 +113,59 @@ def advise(
     Raises:
         OilfilmError: No rule applies to an operating point.
     """
-    if (at := SlipMap.of(cage_slip, settings)) is None:
+    if not {oil for rule in settings.rules for oil in rule.prefer} <= set(cage_slip["oil"]):
         return tables.empty("slip_advice")
-    made, names = choose(at, settings, lambda_limit), np.array([*at.oils, ""])
-    frame = at.points.assign(
-        oils_within_limit=_joined(made.within, at.oils),
-        selection_rule=np.array([rule.name for rule in settings.rules])[made.deciding],
-        slip_that_decides=_of_oil(at.slip, made.start),
-        advised_oil=names[made.advised],
-        advised_cage_slip=_of_oil(at.slip, made.advised),
-        advised_torque_n_m=_of_oil(at.torque, made.advised),
-        best_oil=names[made.best],
-        best_cage_slip=_of_oil(at.slip, made.best),
-        best_torque_n_m=_of_oil(at.torque, made.best),
-        good_oils=_joined(made.good, at.oils),
-        judgement=made.judgement,
-        agree_share=np.nan,
-        best_oil_share=np.nan,
-        best_oils="",
-    )
+    frame = _choices(_slip_map(cage_slip, settings), settings, lambda_limit)
+    frame = frame.assign(agree_share=np.nan, best_oil_share=np.nan, best_oils="")
     return tables.conform(frame[tables.columns("slip_advice")], "slip_advice", "slip advice")
 
 
-def _joined(chosen: BoolArray, oils: Sequence[str]) -> list[str]:
-    """Names of the oils that are chosen at each operating point."""
-    return ["; ".join(itertools.compress(oils, column)) for column in chosen.T]
+def _slip_map(
+    cage_slip: pd.DataFrame, settings: SelectionSettings, scenario: Sequence[str] = ()
+) -> SlipMap:
+    """Motion of a bearing with each oil of the rules.
+
+    Args:
+        cage_slip: Table of cage slip, with columns that tell scenarios apart.
+        settings: `selection` of the settings.
+        scenario: Those columns.
+    """
+    named = {oil for rule in settings.rules for oil in rule.prefer}
+    oils = [oil for oil in dict.fromkeys(cage_slip["oil"]) if oil in named]
+    index = [*scenario, *OPERATING_POINT]
+    slip, torque, film, inner, outer = by_oil(
+        *(cage_slip, oils, "cage_slip", "torque_n_m", "lambda_ratio"),
+        *("inner_max_hertz_pressure_gpa", "outer_max_hertz_pressure_gpa"),
+        index=index,
+    )
+    points = cage_slip[index].drop_duplicates(ignore_index=True)
+    points = points.assign(
+        max_hertz_pressure_gpa=np.fmax.reduce([*inner, *outer]),
+        # whether it is fast depends on the bearing, not on how much its cage slips
+        entrainment_speed_m_s=entrainment_speed_m_s(points["pitch_speed_mm_rpm"].to_numpy()),
+    )
+    return oils, points, slip, torque, film
 
 
-def choose(at: SlipMap, settings: SelectionSettings, lambda_limit: float) -> Choice:
-    """The advice and the best oil at each operating point of a map.
+def _choices(at: SlipMap, settings: SelectionSettings, lambda_limit: float) -> pd.DataFrame:
+    """The advice and the best oil at each operating point of each scenario.
+
+    Returns:
+        Most columns of the table of advice, those of the scenario, and for each oil of the rules
+        by its name whether it is as good as the best one.
 
     Raises:
         OilfilmError: No rule applies to an operating point.
     """
-    limit, slip, torque = settings.limits.slip_limit, at.slip, at.torque
-    enough, perhaps = enough_film(at.film, lambda_limit)
+    oils, points, slip, torque, film = at
+    limit = settings.limits.slip_limit
+    enough, perhaps = enough_film(film, lambda_limit)
     # without equilibrium an oil is no choice, whatever its film
     perhaps &= np.isfinite(slip)
     within = enough & (slip <= limit)
     best = best_index(slip, torque, enough, limit)
-    deciding, advised, start = _by_rules(at, settings, enough)
-    outside = _by_rules(at, settings, perhaps)[1] != advised
+    deciding, advised, start = _by_rules(points, slip, oils, settings, enough)
+    outside = _by_rules(points, slip, oils, settings, perhaps)[1] != advised
     outside |= best_index(slip, torque, perhaps, limit) != best
     best_slip = _of_oil(slip, best)
     could = best_slip <= limit
@@ -234,11 +176,37 @@ def choose(at: SlipMap, settings: SelectionSettings, lambda_limit: float) -> Cho
         [OUTSIDE, "no film", "rule has none", "agree", "slips more"],
         np.where(_of_oil(within, advised) == 1, "heats more", "slips"),
     )
-    return Choice(deciding, advised, start, best, within, good, judgement)
+    names = np.array([*oils, ""])
+    return points.assign(
+        oils_within_limit=_joined(within, oils),
+        selection_rule=np.array([rule.name for rule in settings.rules])[deciding],
+        slip_that_decides=_of_oil(slip, start),
+        advised_oil=names[advised],
+        advised_cage_slip=_of_oil(slip, advised),
+        advised_torque_n_m=_of_oil(torque, advised),
+        best_oil=names[best],
+        best_cage_slip=best_slip,
+        best_torque_n_m=_of_oil(torque, best),
+        good_oils=_joined(good, oils),
+        judgement=judgement,
+        **dict(zip(oils, good, strict=True)),
+    )
+
+
+def _joined(chosen: BoolArray, oils: Sequence[str]) -> np.ndarray:
+    """Names of the oils that are chosen at each operating point."""
+    kinds, kind = np.unique(chosen.T, axis=0, return_inverse=True)
+    return np.array(["; ".join(itertools.compress(oils, each)) for each in kinds])[kind]
+
+
+def _judged(choices: pd.DataFrame) -> pd.DataFrame:
+    """Where there is a choice, with whether the rules make a good one."""
+    judged = choices[~choices["judgement"].isin(NO_CHOICE)]
+    return judged.assign(**{BY_RULES: judged["judgement"] == "agree"})
 
 
 def decide(
-    points: Mapping[str, FloatArray] | pd.DataFrame,
+    points: pd.DataFrame,
     settings: SelectionSettings,
     oils: Sequence[str],
     enough: BoolArray,
@@ -256,8 +224,8 @@ def decide(
         OilfilmError: No rule applies to one of the points.
     """
     limits = settings.limits
-    levels = {name: np.asarray(points[name]) for name in (*CONDITIONS, "slide_roll_ratio")}
-    pressure, speed, temperature, slip = levels.values()
+    levels = points[[*CONDITIONS, "slide_roll_ratio"]]
+    pressure, speed, temperature, slip = levels.to_numpy(dtype=float).T
     slipping = slip > settings.slide_roll_ratio_limit
     states = {
         "slipping": slipping,
@@ -269,7 +237,7 @@ def decide(
     }
     applies = np.array([np.all([states[name] for name in rule.when], 0) for rule in settings.rules])
     if not (ruled := applies.any(axis=0)).all():
-        at = ", ".join(f"{name} {level[~ruled][0]:.3g}" for name, level in levels.items())
+        at = ", ".join(f"{name} {level:.3g}" for name, level in levels[~ruled].iloc[0].items())
         raise OilfilmError(
             f"selection.rules of the configuration: no rule applies at {at}; end the list "
             "with rules for `slipping` and for `gripping`."
@@ -284,19 +252,19 @@ def decide(
 
 
 def _by_rules(
-    at: SlipMap, settings: SelectionSettings, enough: BoolArray
+    points: pd.DataFrame,
+    slip: FloatArray,
+    oils: Sequence[str],
+    settings: SelectionSettings,
+    enough: BoolArray,
 ) -> tuple[IntArray, IntArray, IntArray]:
     """At each point the rule that decides, the oil it advises, and that of the rules at no slip."""
-    limit, slip, each = settings.limits.slip_limit, at.slip, np.arange(len(at.points))
-    points = {name: at.points[name].to_numpy() for name in CONDITIONS}
-    points["slide_roll_ratio"] = np.zeros(len(each))
-    _, start = decide(points, settings, at.oils, enough)
-    points["slide_roll_ratio"] = settings.slide_roll_ratio(
-        np.where(start >= 0, slip[start, each], 0.0)
-    )
-    deciding, advised = decide(points, settings, at.oils, enough)
+    limit, each = settings.limits.slip_limit, np.arange(len(points))
+    _, start = decide(points.assign(slide_roll_ratio=0.0), settings, oils, enough)
+    ratio = settings.slide_roll_ratio(np.where(start >= 0, slip[start, each], 0.0))
+    deciding, advised = decide(points.assign(slide_roll_ratio=ratio), settings, oils, enough)
     # "4050 is recommended, and if necessary, lubricant 4102": necessary while the cage still slips
-    prefer = [[at.oils.index(oil) for oil in rule.prefer] for rule in settings.rules]
+    prefer = [[oils.index(oil) for oil in rule.prefer] for rule in settings.rules]
     for point in each[(advised >= 0) & ~(slip[advised, each] <= limit)]:
         others = [oil for oil in prefer[deciding[point]] if enough[oil, point]]
         holding = [oil for oil in others if slip[oil, point] <= limit]
@@ -311,10 +279,10 @@ def _of_oil(values: FloatArray | BoolArray, oil: IntArray) -> FloatArray:
 
 def _readings(
     choice: SelectionSettings,
-) -> Iterator[tuple[tuple[str | float, ...], SelectionSettings]]:
-    """The rules in each order, and in each with one limit after the other changed."""
+) -> Iterator[tuple[dict[str, Any], SelectionSettings]]:
+    """The rules as set, in each order, and in each with one limit after the other changed."""
     by_name = {rule.name: rule for rule in choice.rules}
-    orders = {str(_AS_SET["rule_order"]): list(by_name), **choice.band.rule_orders}
+    orders = {"as set": list(by_name), **choice.band.rule_orders}
     factors = itertools.product(SelectionLimits.model_fields, choice.band.limit_factors)
     limits = [("", 1.0), *factors]
     for (order, names), (limit, factor) in itertools.product(orders.items(), limits):
@@ -323,7 +291,8 @@ def _readings(
             "rules": [by_name[name] for name in names],
             "limits": choice.limits.model_copy(update=changed),
         }
-        yield (order, limit, factor), choice.model_copy(update=update)
+        reading = dict(zip(_READING, (order, limit, factor), strict=True))
+        yield reading, choice.model_copy(update=update)
 
 
 def _scenarios(
@@ -367,25 +336,22 @@ def _scenarios(
     )
 
 
-def _with_shares(
-    nominal: pd.DataFrame, drawn: Sequence[Choice], oils: Sequence[str]
-) -> pd.DataFrame:
-    """The nominal advice with the shares of scenarios in which it and its best oil are good."""
-    judged = np.array([each.judged for each in drawn])
-    agree = np.array([each.judgement == "agree" for each in drawn])
-    places = {oil: place for place, oil in enumerate(oils)}
-    best: IntArray = np.array([places.get(oil, -1) for oil in nominal["best_oil"]], dtype=np.intp)
-    good = np.array([_of_oil(each.good, best) for each in drawn])
-    names = np.array([[*oils, ""][place] for each in drawn for place in each.best])
-    names = names.reshape(judged.shape)
-    with np.errstate(invalid="ignore"):
-        frame = nominal.assign(
-            agree_share=(agree & judged).sum(axis=0) / judged.sum(axis=0),
-            best_oil_share=np.where(judged, good, 0.0).sum(axis=0) / judged.sum(axis=0),
-            best_oils=[
-                "; ".join(np.unique(each[kept]))
-                for each, kept in zip(names.T, judged.T, strict=True)
-            ],
-        )
-    frame.loc[best < 0, "best_oil_share"] = np.nan
-    return tables.conform(frame, "slip_advice", "slip advice")
+def _with_shares(nominal: pd.DataFrame, drawn: pd.DataFrame) -> pd.DataFrame:
+    """The nominal advice with the shares of scenarios in which it and its best oil are good.
+
+    Args:
+        nominal: Table of advice.
+        drawn: Choices of scenarios of drag and law, where there is one.
+    """
+    best = drawn[OPERATING_POINT].merge(nominal[[*OPERATING_POINT, "best_oil"]], how="left")
+    known = best["best_oil"].replace("", np.nan).to_numpy()
+    good = [row.get(oil, np.nan) for row, oil in zip(drawn.to_dict("records"), known, strict=True)]
+    points = drawn.assign(good=np.array(good, dtype=float)).groupby(OPERATING_POINT)
+    shares = points.agg(
+        agree_share=(BY_RULES, "mean"),
+        best_oil_share=("good", "mean"),
+        best_oils=("best_oil", lambda oils: "; ".join(np.unique(oils))),
+    )
+    frame = nominal[nominal.columns.difference(shares.columns, sort=False)]
+    frame = frame.join(shares, on=OPERATING_POINT).fillna({"best_oils": ""})
+    return tables.conform(frame[[*nominal.columns]], "slip_advice", "slip advice")

@@ -20,9 +20,6 @@ from oilfilm.units import FloatArray
 _CUT_OFF = 1e6  # of mu, for laws that run away: its errors must be numbers of a table
 _SHORT_NAMES = np.array(["pressure", "speed", "temperature"])  # of CONDITIONS
 
-# Intervals that hold a truth or not.
-_INTERVALS = ("obs_ci", "mean_ci")
-
 
 def extrapolate(
     truth: pd.DataFrame,
@@ -98,15 +95,10 @@ def errors_by_law(compared: pd.DataFrame) -> pd.DataFrame:
     rows = []
     for law, group in compared.dropna(subset="traction_coefficient").groupby("law", sort=False):
         outside = group["beyond"] != ""
-        beyond = _errors(group[outside])
-        rows.append(
-            _errors(group)
-            | {"law": law, "inside_relative_rms": relative_rms(group[~outside])}
-            | {
-                f"beyond_{name}": beyond.get(name, np.nan)
-                for name in ("relative_rms", "obs_ci_ratio")
-            }
-        )
+        beyond = pd.Series(_errors(group[outside]), dtype=float)
+        beyond = beyond.reindex(["relative_rms", "obs_ci_ratio"]).add_prefix("beyond_")
+        inside = {"law": law, "inside_relative_rms": relative_rms(group[~outside])}
+        rows.append(_errors(group) | inside | dict(beyond))
     return pd.DataFrame(rows)
 
 
@@ -144,7 +136,7 @@ def _errors(compared: pd.DataFrame) -> dict[str, Any]:
         f"{kind}_ratio": np.nan
         if np.isnan(lower := rows[f"{kind}_lower"]).any()
         else ((lower <= true) & (true <= rows[f"{kind}_upper"])).mean()
-        for kind in _INTERVALS
+        for kind in ("obs_ci", "mean_ci")
     }
     return {
         "n_conditions": len(true),

@@ -1,6 +1,8 @@
 """The constants that the paper prints, described as a fit is."""
 
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 from oilfilm.exports.description import Condition, Description, constant_meanings
 from oilfilm.exports.names import identifiers
@@ -24,52 +26,39 @@ def describe_printed(path: Path, tested: Box, settings: ExportSettings) -> list[
     """
     printed = load(path, PrintedCoefficients)
     names = identifiers([f"{oil} printed" for oil in printed.falling_viscosity])
-    return [
-        _describe(oil, name, printed_law(printed, oil, tested), settings)
-        for oil, name in zip(printed.falling_viscosity, names.values(), strict=True)
-    ]
-
-
-def _describe(
-    oil: str, identifier: str, fitted: PrintedLaw, settings: ExportSettings
-) -> Description:
-    law, box = fitted.law, fitted.coefficients.box.tolist()
-    conditions = [
-        Condition(
-            name,
-            QUANTITIES[name].symbol,
-            QUANTITIES[name].meaning,
-            QUANTITIES[name].unit,
-            "argument",
-            level=None,
-            reference=reference,
-            tested=(low, high),
+    points = tuple(point.model_dump() for point in settings.adore_points)
+    described = []
+    for oil, name in zip(printed.falling_viscosity, names.values(), strict=True):
+        fitted = printed_law(printed, oil, tested)
+        described.append(
+            Description(
+                oil=oil,
+                identifier=name,
+                campaign=None,
+                fitted=fitted,
+                conditions=tuple(_conditions(fitted)),
+                constants=tuple(_constants(fitted)),
+                quality=None,
+                adore_points=points,
+            )
         )
-        for name, reference, (low, high) in zip(law.conditions, law.reference, box, strict=False)
-    ]
-    meanings, values = constant_meanings(law), fitted.coefficients.constants.tolist()
-    constants = [
-        {
-            "name": constant.name,
-            "meaning": meanings[constant.name],
-            "value": value,
-            "unit": "1",
-            "standard_error": None,
-            "interval": [None, None],
-            "systematic_standard_error": None,
-            "verdict": f"printed, sign {sure}"
-            if (sure := fitted.signs.get(constant.name))
-            else "printed",
-        }
-        for constant, value in zip(law.constants, values, strict=True)
-    ]
-    return Description(
-        oil=oil,
-        identifier=identifier,
-        campaign=None,
-        fitted=fitted,
-        conditions=tuple(conditions),
-        constants=tuple(constants),
-        quality=None,
-        adore_points=tuple(point.model_dump() for point in settings.adore_points),
-    )
+    return described
+
+
+def _conditions(fitted: PrintedLaw) -> Iterator[Condition]:
+    law, box = fitted.law, fitted.coefficients.box.tolist()
+    for name, reference, (low, high) in zip(law.conditions, law.reference, box, strict=False):
+        about = QUANTITIES[name].symbol, QUANTITIES[name].meaning, QUANTITIES[name].unit
+        yield Condition(name, *about, "argument", None, reference, (low, high))
+
+
+def _constants(fitted: PrintedLaw) -> Iterator[dict[str, Any]]:
+    """What the description has of each constant: a value, but no uncertainty."""
+    meanings, signs = constant_meanings(fitted.law), fitted.signs
+    unknown = {"standard_error": None, "interval": [None, None], "systematic_standard_error": None}
+    values = fitted.coefficients.constants.tolist()
+    for constant, value in zip(fitted.law.constants, values, strict=True):
+        name = constant.name
+        sure = f"printed, sign {signs[name]}" if name in signs else "printed"
+        about = {"name": name, "meaning": meanings[name], "value": value, "unit": "1"}
+        yield {**about, **unknown, "verdict": sure}

@@ -6,7 +6,7 @@ constant of a bearing that no drawing gives. It is fitted to published power los
 Decides: where the drag in a bearing comes from.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -58,16 +58,14 @@ def fitted_fraction(test: PublishedBearingTest, oil: OilInBearing, bearing: Bear
         oil: The oil with its law; every other constant is as set.
         bearing: The bearing.
     """
-    at = _columns(test)
-    published, speed = at["published_power_w"], at["inner_speed_rpm"] * RAD_S_PER_RPM
-    if np.isnan(published).all():
+    rows = _rows(test)
+    if rows["published_power_w"].isna().all():
         return np.nan
-    known = _neighbour(test, oil, bearing)
+    found_with = _equilibria(test, oil, bearing)
 
     def squares(fraction: float) -> float:
-        cases = _cases(test, oil, bearing, np.full(len(speed), fraction))
-        power = friction_equilibrium(cases.problem, known).torque_n_m() * speed
-        return float(np.nansum((power / published - 1) ** 2))
+        power = found_with(np.full(len(rows), fraction))[0]
+        return float(np.nansum((power / rows["published_power_w"] - 1) ** 2))
 
     bounds = 0.0, _LARGEST_FRACTION
     found = scipy.optimize.minimize_scalar(
@@ -77,14 +75,14 @@ def fitted_fraction(test: PublishedBearingTest, oil: OilInBearing, bearing: Bear
 
 
 def _one_test(test: PublishedBearingTest, oil: OilInBearing, settings: Settings) -> pd.DataFrame:
-    bearing, at = settings.bearings[test.bearing].bearing(test.bearing), _columns(test)
-    speed = at["inner_speed_rpm"] * RAD_S_PER_RPM
+    bearing, rows = settings.bearings[test.bearing].bearing(test.bearing), _rows(test)
+    speed = rows["inner_speed_rpm"] * RAD_S_PER_RPM
     fractions = *settings.bearing.oil_volume_fraction_range, settings.bearing.oil_volume_fraction
     low, high, as_set = (
-        _cases(test, oil, bearing, np.full(len(speed), fraction)).run() for fraction in fractions
+        _cases(test, oil, bearing, np.full(len(rows), fraction)).run() for fraction in fractions
     )
     return as_set.assign(
-        **at,
+        **{str(name): values for name, values in rows.items()},
         power_w=as_set["torque_n_m"] * speed,
         power_low_w=low["torque_n_m"] * speed,
         power_high_w=high["torque_n_m"] * speed,
@@ -99,40 +97,47 @@ def _one_test(test: PublishedBearingTest, oil: OilInBearing, settings: Settings)
 
 def _fractions_alone(test: PublishedBearingTest, oil: OilInBearing, bearing: Bearing) -> FloatArray:
     """Share of oil that gives the published value of each row; NaN where none does."""
-    at, known = _columns(test), _neighbour(test, oil, bearing)
-    speed, power = at["inner_speed_rpm"] * RAD_S_PER_RPM, at["published_power_w"]
+    rows, found_with = _rows(test), _equilibria(test, oil, bearing)
 
-    def error(fraction: FloatArray, rows: IndexArray) -> FloatArray:
-        every = np.zeros(len(speed))
-        every[rows] = fraction
-        found = friction_equilibrium(_cases(test, oil, bearing, every).problem, known)
-        slip = found.cage_slip() - at["published_cage_slip"]
-        return np.where(np.isnan(power), slip, found.torque_n_m() * speed - power)[rows]
+    def error(fraction: FloatArray, which: IndexArray) -> FloatArray:
+        every = np.zeros(len(rows))
+        every[which] = fraction
+        power, slip = found_with(every)
+        off = (power - rows["published_power_w"]).fillna(slip - rows["published_cage_slip"])
+        return off.to_numpy()[which]
 
     # late, as in `bearing.heat_balance`
     from scipy.optimize import elementwise  # noqa: PLC0415
 
     found = elementwise.find_root(
         error,
-        (np.zeros(len(speed)), np.full(len(speed), _LARGEST_FRACTION)),
-        args=(np.arange(len(speed)),),
+        (np.zeros(len(rows)), np.full(len(rows), _LARGEST_FRACTION)),
+        args=(np.arange(len(rows)),),
         tolerances={"xatol": _TOLERANCE},
     )
     return np.where(found.success, found.x, np.nan)
 
 
-def _neighbour(test: PublishedBearingTest, oil: OilInBearing, bearing: Bearing) -> Neighbour:
-    """Equilibria with the share of oil that is set."""
-    fraction = np.full(len(test.rows), oil.settings.oil_volume_fraction)
-    problem = _cases(test, oil, bearing, fraction).problem
-    return Neighbour.of(problem, friction_equilibrium(problem).solution.unknowns)
+def _equilibria(
+    test: PublishedBearingTest, oil: OilInBearing, bearing: Bearing
+) -> Callable[[FloatArray], tuple[FloatArray, FloatArray]]:
+    """Power loss in W and cage slip of each row by its share of oil, near those as set."""
+    as_set = np.full(len(test.rows), oil.settings.oil_volume_fraction)
+    problem = _cases(test, oil, bearing, as_set).problem
+    known = Neighbour.of(problem, friction_equilibrium(problem).solution.unknowns)
+
+    def found_with(fractions: FloatArray) -> tuple[FloatArray, FloatArray]:
+        found = friction_equilibrium(_cases(test, oil, bearing, fractions).problem, known)
+        return found.torque_n_m() * problem.points.ring_speed_rad_s[:, 0], found.cage_slip()
+
+    return found_with
 
 
 def _cases(
     test: PublishedBearingTest, oil: OilInBearing, bearing: Bearing, fractions: FloatArray
 ) -> Cases:
     """The rows of a test, each with a share of oil."""
-    points = pd.DataFrame(_columns(test))[["inner_speed_rpm", "axial_load_n"]]
+    points = _rows(test)[["inner_speed_rpm", "axial_load_n"]]
     points["inlet_temperature_c"] = test.inlet_temperature_c
     of_rows = (
         replace(oil, settings=oil.settings.model_copy(update={"oil_volume_fraction": fraction}))
@@ -142,15 +147,7 @@ def _cases(
     return Cases(bearing, groups)
 
 
-def _columns(test: PublishedBearingTest) -> dict[str, FloatArray]:
-    """The test's rows, an array a column; NaN where a row has no such value."""
-    names = {
-        "inner_speed_rpm": "inner_speed_rpm",
-        "axial_load_n": "axial_load_n",
-        "power_w": "published_power_w",
-        "largest_cage_slip": "published_cage_slip",
-    }
-    return {
-        column: np.array([getattr(row, name) for row in test.rows], dtype=float)
-        for name, column in names.items()
-    }
+def _rows(test: PublishedBearingTest) -> pd.DataFrame:
+    """The test's rows; NaN where a row has no such value."""
+    names = {"power_w": "published_power_w", "largest_cage_slip": "published_cage_slip"}
+    return pd.DataFrame([row.model_dump() for row in test.rows], dtype=float).rename(columns=names)

@@ -4,12 +4,12 @@ Decides: which constants the paper prints, its claims and published tests (in `d
 """
 
 from pathlib import Path
-from typing import Annotated, Literal, Self
+from typing import Annotated, Literal
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import Field
 
-from oilfilm.settings.base import Group, contradiction, key
+from oilfilm.settings.base import Group, key
 from oilfilm.settings.messages import load
 from oilfilm.settings.quantities import (
     Levels,
@@ -43,16 +43,6 @@ class PrintedCoefficients(Group):
     law: Name = key("Law.")
     falling_viscosity: Levels[str] = key("Oils, the most viscous first.")
     oils: Annotated[dict[str, OilConstants], Field(min_length=1)] = key("Constants by oil.")
-
-    @model_validator(mode="after")
-    def _lists_have_the_same_oils(self) -> Self:
-        if sorted(self.falling_viscosity) != sorted(self.oils):
-            raise contradiction(
-                ("falling_viscosity",),
-                f"`falling_viscosity` names {', '.join(self.falling_viscosity)}, `oils` has "
-                f"{', '.join(self.oils)}; both must have the same oils, each once.",
-            )
-        return self
 
     def constants(self) -> dict[str, FloatArray]:
         """Twelve constants of each oil, the most viscous first: X0 and exponents of A, B, C."""
@@ -92,6 +82,11 @@ class Claim(Group):
     wording: Text = key("The paper's own words.")
     holds_where: Text = key("What makes the claim hold, read strictly; settings in braces.")
     readings: dict[str, Text] = key("Other fair readings of it, by name.", default={})
+    judged_on: Literal["tested", "extrapolated", "data", "formula"] = key(
+        "Box on which the verdict rests; `data` where the check looks at tables, `formula` where "
+        "it looks at the paper's Eq. 1, and at no box."
+    )
+    worst: Literal["largest", "smallest"] = key("Which `quantity` is the worst.")
     quantity: Text = key("What is judged in each case, with its format in braces.")
     numbers: dict[str, Text] = key("What the claim's further numbers are.", default={})
 
@@ -111,16 +106,6 @@ class PublishedRow(Group):
     axial_load_n: LoadN = key("Axial load.")
     power_w: PowerW | None = key("Power loss.", default=None)
     largest_cage_slip: Share | None = key("Largest cage slip of the whole test.", default=None)
-
-    @model_validator(mode="after")
-    def _has_one_finding(self) -> Self:
-        if (self.power_w is None) == (self.largest_cage_slip is None):
-            raise contradiction(
-                ("power_w",),
-                "a row has either `power_w` or `largest_cage_slip`; found "
-                f"{self.power_w} and {self.largest_cage_slip}.",
-            )
-        return self
 
 
 class PublishedBearingTest(Group):

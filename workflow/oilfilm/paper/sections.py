@@ -75,15 +75,13 @@ def _claims(results: CampaignTables, settings: Settings) -> Section:
         return Section("claims", "Claims of the paper")
     of_paper = read_claims(reference_file("claims"))
     stated = {claim.id: claim.claim for claim in of_paper.claims}
-    verdicts = claims.assign(basis=claims["basis"].map(BASES), claim=claims["claim"].map(stated))
-    verdicts = verdicts.pivot(index="claim", columns="basis", values="verdict").reindex(
-        index=[stated[each] for each in claims["claim"].unique()],
-        columns=[BASES[each] for each in claims["basis"].unique()],
-    )
+    named = claims.assign(basis=claims["basis"].map(BASES), claim=claims["claim"].map(stated))
+    verdicts = named.pivot(index="claim", columns="basis", values="verdict")
+    verdicts = verdicts.reindex(index=named["claim"].unique(), columns=named["basis"].unique())
     counts = verdicts.apply(pd.Series.value_counts).reindex(_CLAIM_VERDICTS).T.fillna(0)
     failing = verdicts[(verdicts == "fails").any(axis=1)].fillna("not judged")
     refit = claims[claims["basis"] == "refit"]
-    own = numbers[numbers["basis"] == "refit"]
+    judged = set(numbers.loc[numbers["basis"] == "refit", "oil"])
     made = facts(
         "paper/claims.jinja",
         refit=refit["verdict"].value_counts().reindex(_CLAIM_VERDICTS).dropna().astype(int),
@@ -91,33 +89,24 @@ def _claims(results: CampaignTables, settings: Settings) -> Section:
             of_paper.cannot_be_checked[code] for code in refit["reason_code"].unique() if code
         ],
         campaign=settings.campaign,
-        left_out=[oil for oil in settings.oils if oil not in set(own["oil"])],
+        left_out=[oil for oil in settings.oils if oil not in judged],
     )
+    columns = [Column("basis", "Constants"), *(Column(each, each) for each in _CLAIM_VERDICTS)]
+    of_failing = [Column(basis, basis, is_verdict=True) for basis in failing.columns]
     shown = [
-        show(
-            counts.astype(int).rename_axis("basis").reset_index(),
-            "claims",
-            "Verdicts on the claims",
-            [Column("basis", "Constants"), *(Column(each, each) for each in _CLAIM_VERDICTS)],
-            name="claim-counts",
-            in_text=True,
-        ),
-        show(
-            failing.reset_index(),
-            "claims",
-            "Claims that fail",
-            [
-                Column("claim", "Claim", meaning=""),
-                *(Column(basis, basis, is_verdict=True) for basis in failing.columns),
-            ],
-            name="failing-claims",
-            in_text=True,
-        ),
+        show(frame.reset_index(), "claims", caption, columns, name=name, in_text=True)
+        for frame, caption, columns, name in (
+            (counts.astype(int), "Verdicts on the claims", columns, "claim-counts"),
+            (
+                *(failing, "Claims that fail"),
+                *([Column("claim", "Claim", meaning=""), *of_failing], "failing-claims"),
+            ),
+        )
     ]
     entries = [
-        _entry(claim, claims[claims["claim"] == claim.id], of_paper, numbers, settings)
+        _entry(claim, rows, of_paper, numbers[numbers["claim"] == claim.id], settings)
         for claim in of_paper.claims
-        if claim.id in set(claims["claim"])
+        if len(rows := claims[claims["claim"] == claim.id])
     ]
     downloads = {"claims.csv": claims, "claim_numbers.csv": numbers}
     return Section("claims", "Claims of the paper", made, shown, entries, downloads, _WORDS)
@@ -127,39 +116,41 @@ def _entry(
     claim: Claim, rows: pd.DataFrame, of_paper: Claims, numbers: pd.DataFrame, settings: Settings
 ) -> Entry:
     """A claim with its verdicts, what was found on each basis, and the paper's words."""
-    judged, paragraphs = tables.rows(rows), []
-    for row in judged:
-        if reason := row["reason_code"]:
-            sentences = [f"cannot be checked: {of_paper.cannot_be_checked[reason]}."]
-        else:
-            own = (numbers["claim"] == claim.id) & (numbers["basis"] == row["basis"])
-            sentences = _finding(row, claim, numbers[own], settings)
-        on = f"{BASES[row['basis']]}, {_JUDGED_ON[row['judged_on']]}"
-        paragraphs.append(f"{on}: {' '.join(sentences)}")
+    verdicts, paragraphs = [], []
+    for row in tables.rows(rows):
+        basis, own = BASES[row["basis"]], numbers[numbers["basis"] == row["basis"]]
+        finding = f"cannot be checked: {of_paper.cannot_be_checked.get(row['reason_code'])}."
+        if not row["reason_code"]:
+            finding = _finding(row, claim, own, settings)
+        verdicts.append((basis, row["verdict"]))
+        paragraphs.append(f"{basis}, {_JUDGED_ON[row['judged_on']]}: {finding}")
     paragraphs.append(
         f"Holds where {_filled(claim.holds_where, settings)}. Section {claim.section}: "
         f"\N{LEFT DOUBLE QUOTATION MARK}{claim.wording.strip()}\N{RIGHT DOUBLE QUOTATION MARK}"
     )
-    verdicts = [(BASES[row["basis"]], row["verdict"]) for row in judged]
     return Entry(claim.claim, verdicts, paragraphs)
 
 
 def _finding(
     row: Mapping[str, Any], claim: Claim, numbers: pd.DataFrame, settings: Settings
-) -> list[str]:
+) -> str:
     """Share, worst case and further numbers of a claim on one basis, in sentences."""
-    sentences = [f"Holds strictly in {share_text(row['share'])} of {row['cases']} cases."]
+    share = row["share"]
+    found = f"Holds strictly in {_share(share)} of {row['cases']} cases."
     if row["verdict"] == "by construction":
-        sentences.append("The equation makes it so for any constants that it allows.")
-    head = "Worst case" if row["share"] < 1 else "Case nearest to failing"
-    sentences.append(f"{head}: {worst_case(row, claim)}.")
-    listed = []
+        found += " The equation makes it so for any constants that it allows."
+    known = [row["worst_oil"]] if row["worst_oil"] else []
+    known += [form.format(row[name]) for name, form in _LEVELS.items() if not pd.isna(row[name])]
+    found += f" {'Worst case' if share < 1 else 'Case nearest to failing'}: "
+    found += claim.quantity.format(row["worst_value"])
+    found += f" at {', '.join(known)}." if known else "."
     readings = {name: f'read as "{text}"' for name, text in claim.readings.items()}
     labels = {"share": "cases in which it holds", **readings, **claim.numbers}
+    listed = []
     for name, label in labels.items():
         meaning, _, form = label.partition(": {:")
         values = [
-            (f"{value:{form.rstrip('}')}}" if form else share_text(value))
+            (f"{value:{form.rstrip('}')}}" if form else _share(value))
             + (f" ({oil})" if oil else "")
             for value, oil in numbers.loc[numbers["number"] == name, ["value", "oil"]].to_numpy()
         ]
@@ -167,18 +158,10 @@ def _finding(
             listed.append(f"{_filled(meaning, settings)}: {', '.join(values)}")
         elif name in readings:
             listed.append(f"not judged on these constants: {_filled(label, settings)}")
-    return [*sentences, f"Further numbers: {'; '.join(listed)}."] if listed else sentences
+    return f"{found} Further numbers: {'; '.join(listed)}." if listed else found
 
 
-def worst_case(row: Mapping[str, Any], claim: Claim) -> str:
-    """What was found in the worst case of a claim, and where that is."""
-    known = [row["worst_oil"]] if row["worst_oil"] else []
-    known += [form.format(row[name]) for name, form in _LEVELS.items() if not pd.isna(row[name])]
-    condition = f" at {', '.join(known)}" if known else ""
-    return f"{claim.quantity.format(row['worst_value'])}{condition}"
-
-
-def share_text(share: float) -> str:
+def _share(share: float) -> str:
     """A share in percent, 100 or 0 only where it is all or none."""
     near = not 0.01 <= share <= 0.99 and share not in (0.0, 1.0)
     return f"{min(max(share, 0.001), 0.999):.1%}" if near else f"{share:.0%}"
@@ -212,40 +195,30 @@ def _printed(results: CampaignTables, campaign: Campaign) -> Section:
     sizes = ["tested_difference", "extrapolated_difference"]
     apart[sizes] = apart[sizes].abs()
     sum_of_squares, difference = number(".3e"), number(".1e")
+    signs = results.sign_verdicts.groupby(["oil", "verdict"])["constant"].agg(" ".join)
+    named = signs.unstack(fill_value="-").reindex(columns=_SIGN_VERDICTS, fill_value="-")
     used = results.signs[results.signs["in_use"]].drop_duplicates("oil")
-    named = (
-        results.sign_verdicts.groupby(["oil", "verdict"])["constant"]
-        .agg(" ".join)
-        .unstack("verdict", fill_value="-")
-        .reindex(columns=_SIGN_VERDICTS, fill_value="-")
+    used = used.join(named, on="oil", how="inner")
+    of_constants = [
+        Column("printed_sse", "SSE, printed", sum_of_squares),
+        Column("fitted_sse", "SSE, fitted", sum_of_squares),
+        Column("tested_difference", "Largest difference, tested", difference),
+        Column("extrapolated_difference", "beyond them", difference),
+    ]
+    of_signs = [
+        Column("rank", "Rank of the set in use"),
+        Column("rank_at_figures", "at slips of Figs 8 and 9"),
+        *(Column(verdict, verdict) for verdict in _SIGN_VERDICTS),
+    ]
+    beside = (
+        "Printed constants beside the fitted ones: sum of squared errors (SSE), and the "
+        "largest difference of mu at tested conditions and beyond them"
     )
+    sure = "Signs of the printed exponents, and how sure each of them is"
+    oil = Column("oil", "Oil")
     shown = [
-        show(
-            apart,
-            "printed_judged",
-            "Printed constants beside the fitted ones: sum of squared errors (SSE), and the "
-            "largest difference of mu at tested conditions and beyond them",
-            [
-                Column("oil", "Oil"),
-                Column("printed_sse", "SSE, printed", sum_of_squares),
-                Column("fitted_sse", "SSE, fitted", sum_of_squares),
-                Column("tested_difference", "Largest difference, tested", difference),
-                Column("extrapolated_difference", "beyond them", difference),
-            ],
-            in_text=True,
-        ),
-        show(
-            used.join(named, on="oil", how="inner"),
-            "signs",
-            "Signs of the printed exponents, and how sure each of them is",
-            [
-                Column("oil", "Oil"),
-                Column("rank", "Rank of the set in use"),
-                Column("rank_at_figures", "at slips of Figs 8 and 9"),
-                *(Column(verdict, verdict) for verdict in _SIGN_VERDICTS),
-            ],
-            in_text=True,
-        ),
+        show(apart, "printed_judged", beside, [oil, *of_constants], in_text=True),
+        show(used, "signs", sure, [oil, *of_signs], in_text=True),
     ]
     return Section("printed", "Printed constants", made, shown)
 

@@ -6,9 +6,9 @@ from typing import Any
 import numpy as np
 
 from oilfilm.bearing.ellipse import grid
-from oilfilm.bearing.friction import HEATS, FrictionProblem, friction_equilibrium
+from oilfilm.bearing.friction import FrictionProblem, friction_equilibrium
 from oilfilm.bearing.quasistatic import OperatingPoints
-from oilfilm.bearing.resistance import Lubrication
+from oilfilm.bearing.resistance import HEATS, Lubrication
 from oilfilm.errors import OilfilmError
 from oilfilm.randomness import generator
 from oilfilm.rig_twin.plan import PlannedRun, planned_torque_runs

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -10,9 +11,8 @@ import scipy
 from oilfilm import tables
 from oilfilm.bearing.branches import other_equilibrium
 from oilfilm.bearing.catalogue_torque import palmgren_torque_n_m, skf_torque_n_m
-from oilfilm.bearing.ellipse import ScaledLaw
 from oilfilm.bearing.friction import FrictionProblem, Neighbour
-from oilfilm.bearing.geometry import Bearing
+from oilfilm.bearing.geometry import Bearing, Cage
 from oilfilm.bearing.quasistatic import OperatingPoints
 from oilfilm.bearing.resistance import TERMS, Lubrication
 from oilfilm.bearing.torque import torque_terms
@@ -33,8 +33,6 @@ _POINT = ["axial_load_n", "inner_speed_rpm", "inlet_temperature_c"]
 _TESTED = ("max_hertz_pressure_gpa", "entrainment_speed_m_s", "slide_roll_ratio")
 # Of a ball's load; a larger residual is no number worth a table.
 _LARGEST_RESIDUAL = 1e9
-# Beyond this inner contact angle no groove is left to guide the ball.
-_SHOULDER_DEG = 65.0
 # Factors on all traction, among which the inversion looks for that of a measured torque.
 _FACTORS = np.geomspace(1 / 8, 8, 25)
 # Largest difference in standard uncertainties between values that agree.
@@ -136,9 +134,9 @@ class Cases:
             ]
         )
         self._sizes = [len(points) for points in named]
-        law = law_of_groups(self.laws, self._sizes)
         if "traction_factor" in self.points:
-            law = ScaledLaw(law, self.points["traction_factor"].to_numpy())
+            lubrication = lubrication.with_traction(self.points["traction_factor"].to_numpy())
+        law = law_of_groups(self.laws, self._sizes)
         turning = OperatingPoints.axial(load, speed * RAD_S_PER_RPM)
         self.problem = FrictionProblem(bearing, turning, lubrication, law)
 
@@ -155,43 +153,35 @@ class Cases:
         ratio = np.repeat([oil.oil.limiting_stress_ratio for oil in self.oils], self._sizes)
         terms = _without_failures(torque_terms(self.problem, ends, ratio, neighbour))
         long_term, peak = self.oils[0].settings.pressure_limits_gpa
-        pressure = terms[["inner_max_hertz_pressure_gpa", "outer_max_hertz_pressure_gpa"]].max(
-            axis=1
-        )
+        pressure = terms.filter(regex="max_hertz_pressure_gpa").max(axis=1)
         terms["pressure_verdict"] = np.select(
             [np.isnan(pressure), pressure > peak, pressure > long_term],
             ["not known", "above peak", "above long-term"],
             "within",
         )
-        return pd.concat(
-            [terms, self.points[[*self.points.columns.difference(terms.columns)]]], axis=1
-        )
+        return terms.join(self.points[self.points.columns.difference(terms.columns)])
 
-    def drawn(self, calculated: pd.DataFrame, seed: int) -> FloatArray:
-        """Results of random draws; see `torque_uncertainty.drawn`."""
-        pairs = zip(self.oils, self.laws, strict=True)
-        groups = [(oil.name, oil.oil, law) for oil, law in pairs]
-        number = np.repeat(np.arange(len(groups)), self._sizes)
-        return drawn(self.problem, groups, number, calculated, self.oils[0].settings, seed)
-
-    def assessed(self, calculated: pd.DataFrame, draws: FloatArray) -> pd.DataFrame:
-        """What `run` calculated, with its uncertainty and the other equilibrium.
+    def assessed(self, seed: int) -> tuple[pd.DataFrame, FloatArray]:
+        """What `run` calculates, with its uncertainty and the other equilibrium; and the draws.
 
         Args:
-            calculated: Of `run` without a factor on traction.
-            draws: Of `drawn`.
+            seed: Of the configuration.
 
         Returns:
             See `with_uncertainty`; besides `other_cage_slip`, `other_torque_n_m` and `bistable`,
-            which is true where there is another equilibrium or the draws have two.
+            which is true where there is another equilibrium or the draws have two. The draws are
+            as of `torque_uncertainty.drawn`.
         """
+        calculated = self.run()
+        named = zip(self.oils, self.laws, strict=True)
+        groups = [(oil.name, oil.oil, law) for oil, law in named]
+        number = np.repeat(np.arange(len(groups)), self._sizes)
+        draws = drawn(self.problem, groups, number, calculated, self.oils[0].settings, seed)
         slip, torque = other_equilibrium(self.problem, calculated["cage_slip"].to_numpy())
         terms = with_uncertainty(calculated, draws, self.problem.points.ring_speed_rad_s[:, 0])
-        return terms.assign(
-            bistable=~np.isnan(slip) | terms["draws_split"],
-            other_cage_slip=slip,
-            other_torque_n_m=torque,
-        )
+        bistable = ~np.isnan(slip) | terms["draws_split"]
+        other = {"other_cage_slip": slip, "other_torque_n_m": torque}
+        return terms.assign(bistable=bistable, **other), draws
 
 
 def oils_in_bearings(
@@ -214,7 +204,10 @@ def oils_in_bearings(
     floor = settings.bearing.law_floor.model_dump()
     oils = []
     configured = {row["oil"]: row for row in tables.rows(quality[quality["configured"]])}
-    for name in [oil for oil in settings.oils if oil in configured]:
+    for name in settings.oils:
+        oil = settings.properties_of(name)
+        if oil is None or name not in configured:
+            continue
         row, known = configured[name], laws_of(name, settings)
         fitted = set(coefficients.loc[coefficients["oil"] == name, "law"])
         law_names = {variable: row["law"] for variable in LOAD_VARIABLES}
@@ -226,49 +219,39 @@ def oils_in_bearings(
         laws = {
             variable: LawInBearing.of(fits[law], variable, rig, floor)
             for variable, law in law_names.items()
-            if _holds_anywhere(fits[law])
+            # the conditions of a bearing are not those of the tests
+            if fits[law].coefficients.known.all()
+            and not np.isnan(fits[law].coefficients.constants).any()
         }
-        oil = settings.properties_of(name)
-        if oil is None or "stress" not in laws:
-            continue
-        tested = {
-            level: (float(row[f"tested_min_{level}"]), float(row[f"tested_max_{level}"]))
-            for level in _TESTED
-        }
-        oils.append(OilInBearing(name, oil, laws, tested, settings.bearing))
+        if "stress" in laws:
+            tested = {
+                level: (float(row[f"tested_min_{level}"]), float(row[f"tested_max_{level}"]))
+                for level in _TESTED
+            }
+            oils.append(OilInBearing(name, oil, laws, tested, settings.bearing))
     return oils
-
-
-def _holds_anywhere(law: FittedLaw) -> bool:
-    """Whether a law follows every condition: those of a bearing are not those of the tests."""
-    coefficients = law.coefficients
-    return bool(coefficients.known.all() and not np.isnan(coefficients.constants).any())
 
 
 def _without_failures(terms: Mapping[str, FloatArray]) -> pd.DataFrame:
     """Null where there is no equilibrium, with the reason."""
     converged, residual = terms["converged"].astype(bool), terms["residual"]
     cleared = {name: np.where(converged, values, np.nan) for name, values in terms.items()}
-    states = zip(residual, terms["inner_contact_angle_deg"], terms["widest_contact"], strict=True)
-    why = ["" if good else _why(*state) for good, state in zip(converged, states, strict=True)]
+    widest = [
+        f"the contacts would be {wide:.2g} times as wide as the balls; check the axial load "
+        "and its unit"
+        for wide in terms["widest_contact"]
+    ]
+    imbalance = [
+        f"forces stay {left:.2g} of a ball's load out of balance; no steady motion was found"
+        for left in residual
+    ]
+    why = np.select([converged, terms["widest_contact"] >= 1], ["", widest], imbalance)
     return pd.DataFrame(cleared).assign(
         converged=converged,
         film_in_range=converged & terms["film_in_range"].astype(bool),
         residual=np.where(residual < _LARGEST_RESIDUAL, residual, np.nan),
         why=np.array(why, dtype=object),
     )
-
-
-def _why(residual: float, inner_angle_deg: float, widest_contact: float) -> str:
-    if widest_contact >= 1:
-        return (
-            f"the contacts would be {widest_contact:.2g} times as wide as the balls; check the "
-            "axial load and its unit"
-        )
-    imbalance = f"forces stay {residual:.2g} of a ball's load out of balance"
-    if inner_angle_deg > _SHOULDER_DEG:
-        return f"{imbalance}; the ball climbs the inner shoulder ({inner_angle_deg:.0f} degrees)"
-    return f"{imbalance}; no steady motion was found, which need not mean that there is none"
 
 
 def torque_table(
@@ -297,8 +280,7 @@ def torque_table(
     cases = Cases(
         bearing, [(oil, variable, rows) for oil, rows in of_oils for variable in oil.laws]
     )
-    calculated = cases.run()
-    terms = cases.assessed(calculated, cases.drawn(calculated, settings.seed))
+    terms, _ = cases.assessed(settings.seed)
     terms = _compared(bearing, terms, {oil.name: oil for oil, _ in of_oils}, settings)
     inversion = _inversion(bearing, [oil for oil, _ in of_oils], terms, settings)
     return joined([terms], "torque"), joined([inversion], "torque_inversion")
@@ -308,8 +290,9 @@ def _compared(
     bearing: Bearing, terms: pd.DataFrame, oils: Mapping[str, OilInBearing], settings: Settings
 ) -> pd.DataFrame:
     """Calculated torque beside the measured one and beside the catalogues' estimates."""
-    random = terms["measured_torque_n_m_se"].to_numpy()
-    uncertainty = np.linalg.norm([random, *_calibration_n_m(terms, settings)], axis=0)
+    uncertainty = np.hypot(
+        terms["measured_torque_n_m_se"].to_numpy(), _calibration_n_m(terms, settings)
+    )
     difference = terms["torque_n_m"] - terms["measured_torque_n_m"]
     compatibility = difference / np.hypot(terms["torque_n_m_uncertainty"], uncertainty)
     verdict = np.select(
@@ -368,32 +351,33 @@ def _inversion(
         relative * by_law[f"{term}_torque_n_m"].to_numpy()
         for term, relative in zip(TERMS, spread, strict=True)
     ]
-    uncertain_n_m = np.linalg.norm([*_calibration_n_m(by_law, settings), *others], axis=0)
+    uncertain_n_m = np.linalg.norm([_calibration_n_m(by_law, settings), *others], axis=0)
     with np.errstate(divide="ignore", invalid="ignore"):
         slope = np.where(rise != 0, span / rise, np.inf)
         value = np.where(encloses.any(axis=0), coefficient[lower], np.nan) - above[lower] * slope
         random = np.abs(slope) * by_law["measured_torque_n_m_se"].to_numpy()
         systematic = np.abs(slope) * uncertain_n_m
-    solved = np.isfinite(value) & np.isfinite(random) & np.isfinite(systematic)
-    uncertainty = np.where(solved, np.hypot(random, systematic), np.nan)
+    found = np.stack([value, random, systematic])
+    solved = np.isfinite(found).all(axis=0)
+    names = ("traction_coefficient", "traction_coefficient_se", "traction_coefficient_systematic")
     verdict = np.select(
-        [~solved, uncertainty < value], ["no solution", "determined"], "undetermined"
+        [~solved, np.hypot(random, systematic) < value],
+        ["no solution", "determined"],
+        "undetermined",
     )
     return by_law.assign(
+        **dict(zip(names, np.where(solved, found, np.nan), strict=True)),
         traction_share=by_law["traction_torque_n_m"] / by_law["torque_n_m"],
         law_traction_coefficient=by_law["mean_traction_coefficient"],
-        traction_coefficient=np.where(solved, value, np.nan),
-        traction_coefficient_se=np.where(solved, random, np.nan),
-        traction_coefficient_systematic=np.where(solved, systematic, np.nan),
         verdict=verdict,
     )
 
 
-def _calibration_n_m(terms: pd.DataFrame, settings: Settings) -> list[FloatArray]:
-    """Standard uncertainties of the measured torque by the sensor's offset and its gain."""
+def _calibration_n_m(terms: pd.DataFrame, settings: Settings) -> FloatArray:
+    """Standard uncertainty of the measured torque by the sensor's offset and its gain."""
     calibration = present(settings.campaign.torque, "torque", "the campaign").calibration
-    torque = terms["measured_torque_n_m"].to_numpy()
-    return [np.full(len(torque), calibration.torque_n_m), calibration.torque_relative * torque]
+    gain = calibration.torque_relative * terms["measured_torque_n_m"].to_numpy()
+    return np.hypot(calibration.torque_n_m, gain)
 
 
 def cage_slip_table(oils: Sequence[OilInBearing], settings: Settings) -> pd.DataFrame:
@@ -408,9 +392,7 @@ def cage_slip_table(oils: Sequence[OilInBearing], settings: Settings) -> pd.Data
         inlet_temperature_c=cage_slip.inlet_temperature_c,
     )
     cases = Cases(bearing, [(oil, "stress", points) for oil in oils])
-    calculated = cases.run()
-    draws = cases.drawn(calculated, settings.seed)
-    terms = cases.assessed(calculated, draws)
+    terms, draws = cases.assessed(settings.seed)
     return joined([terms.assign(best_share=_best_share(draws, len(oils), settings))], "cage_slip")
 
 
@@ -469,18 +451,13 @@ def size_effect_table(oils: Sequence[OilInBearing], settings: Settings) -> pd.Da
 
 def _scaled(bearing: Bearing, factor: float) -> Bearing:
     """A bearing with all lengths in proportion, but for the roughness."""
-    cage = bearing.cage
-    return replace(
-        bearing,
-        ball_diameter_m=factor * bearing.ball_diameter_m,
-        pitch_diameter_m=factor * bearing.pitch_diameter_m,
-        cage=replace(
-            cage,
-            land_diameter_m=factor * cage.land_diameter_m,
-            land_width_m=factor * cage.land_width_m,
-            land_clearance_m=factor * cage.land_clearance_m,
-        ),
-    )
+
+    def times(part: Bearing | Cage, *names: str) -> dict[str, Any]:
+        return {name: factor * getattr(part, name) for name in names}
+
+    lengths = times(bearing.cage, "land_diameter_m", "land_width_m", "land_clearance_m")
+    sizes = times(bearing, "ball_diameter_m", "pitch_diameter_m")
+    return replace(bearing, **sizes, cage=replace(bearing.cage, **lengths))
 
 
 def joined(parts: Iterable[pd.DataFrame], table: str) -> pd.DataFrame:

@@ -8,11 +8,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from oilfilm.bearing.ellipse import JoinedLaw, TractionLaw
+from oilfilm.bearing.ellipse import TractionLaw
 from oilfilm.fits.fitted import FittedLaw
 from oilfilm.physics.contact import Conditions, creep_slope
 from oilfilm.physics.rigs import Contact
-from oilfilm.traction.law import Law, to_internal
+from oilfilm.traction.law import to_internal
 from oilfilm.units import FloatArray, IndexArray
 
 LOAD_VARIABLES = ("stress", "load", "dimensionless_load")
@@ -100,20 +100,50 @@ class LawInBearing:
         return np.cbrt(relative)
 
 
+@dataclass(frozen=True)
+class JoinedLaw:
+    """Several laws, each of some of the operating points.
+
+    Attributes:
+        laws: The laws, with constants for every point.
+        number: Index of each point's law, shape (points,).
+    """
+
+    laws: Sequence[LawInBearing]
+    number: IndexArray
+
+    def __call__(self, at: Conditions, slide_roll_ratio: FloatArray) -> FloatArray:
+        """See `TractionLaw`."""
+        mu = np.empty_like(slide_roll_ratio)
+        for number, law in enumerate(self.laws):
+            if len(which := np.flatnonzero(self.number == number)):
+                levels = {
+                    name: value[..., which, :, :] if np.ndim(value) else value
+                    for name, value in vars(at).items()
+                }
+                slip = slide_roll_ratio[..., which, :, :]
+                mu[..., which, :, :] = law.at_points(which)(Conditions(**levels), slip)
+        return mu
+
+    def at_points(self, which: IndexArray) -> "JoinedLaw":
+        """See `TractionLaw`."""
+        return JoinedLaw([law.at_points(which) for law in self.laws], self.number[which])
+
+
 def law_of_groups(laws: Sequence[LawInBearing], counts: Sequence[int]) -> TractionLaw:
     """The law of operating points that come in groups, each with its law.
 
     Laws that differ in their constants alone become one, with constants for each point.
     """
-    kinds: dict[tuple[Law, str], list[int]] = {}
-    for number, law in enumerate(laws):
-        kinds.setdefault((law.fitted.law, law.load_variable), []).append(number)
-    joined, kind = [], np.empty(len(laws), dtype=np.int64)
-    for place, members in enumerate(kinds.values()):
+    keys = [(law.fitted.law, law.load_variable) for law in laws]
+    kinds, joined = list(dict.fromkeys(keys)), []
+    for kind in kinds:
+        first = laws[keys.index(kind)]
+        own = [law if key == kind else first for law, key in zip(laws, keys, strict=True)]
         rows = [
-            np.resize(laws[each].internal, (counts[each], laws[each].internal.shape[1]))
-            for each in members
+            np.resize(law.internal, (count, first.internal.shape[1]))
+            for law, count in zip(own, counts, strict=True)
         ]
-        joined.append(replace(laws[members[0]], internal=np.concatenate(rows)))
-        kind[members] = place
-    return joined[0] if len(joined) == 1 else JoinedLaw(joined, np.repeat(kind, counts))
+        joined.append(replace(first, internal=np.concatenate(rows)))
+    number = np.repeat([kinds.index(key) for key in keys], counts)
+    return joined[0] if len(joined) == 1 else JoinedLaw(joined, number)

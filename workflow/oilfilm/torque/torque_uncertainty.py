@@ -11,13 +11,14 @@ Decides: the uncertainty of torque, cage slip and power.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
 import scipy
 
-from oilfilm.bearing.ellipse import ScaledLaw, grid
+from oilfilm.bearing.ellipse import grid
 from oilfilm.bearing.friction import (
     COARSE,
     FrictionEquilibrium,
@@ -68,8 +69,7 @@ def term_factors(settings: BearingSettings, normal: FloatArray) -> FloatArray:
     return factors
 
 
-@dataclass(frozen=True)
-class Draws:
+class Draws(NamedTuple):
     """Draws of one oil's law and properties.
 
     Attributes:
@@ -82,39 +82,38 @@ class Draws:
     scores: FloatArray
     oil: FloatArray
 
-    @classmethod
-    def of(
-        cls,
-        fitted: FittedLaw,
-        oil: Oil,
-        settings: BearingSettings,
-        sensors: FloatArray,
-        random: np.random.Generator,
-    ) -> "Draws | None":
-        """Draws of an oil; None without refits of its law.
 
-        Args:
-            fitted: The law with its refits.
-            oil: The oil.
-            settings: How far a stand-in's properties may be off.
-            sensors: Errors of the rig's sensors over their uncertainties, shape (draws, sensors).
-            random: Source of the oil's own random numbers.
-        """
-        law, coefficients, count = fitted.law, fitted.coefficients, len(sensors)
-        refits = coefficients.spread
-        if len(refits) < 2 or np.isnan(coefficients.constants).any():
-            return None
-        chosen = random.permutation(np.resize(random.permutation(len(refits)), count))
-        shifts = to_internal(law, coefficients.shifted) - to_internal(law, coefficients.constants)
-        moved = to_internal(law, refits[chosen]) + sensors[:, : len(shifts)] @ shifts
-        assumed = settings.stand_in_uncertainty
-        names = ("viscosity", "pressure_viscosity_coefficient")
-        spread = np.array([getattr(assumed, name) if oil.stand_in else 0.0 for name in names])
-        normal = _normal(count, 4, random)
-        scores, of_slip = (_scores(coefficients.unseen, each) for each in normal[:, 2:].T)
-        slip = np.nan_to_num(coefficients.unseen.slip) * of_slip
-        moved = moved + slip[:, np.newaxis] * law.slip_scale
-        return cls(to_constants(law, moved), scores, np.exp(spread * normal[:, :2]))
+def _draws(
+    fitted: FittedLaw,
+    oil: Oil,
+    settings: BearingSettings,
+    sensors: FloatArray,
+    random: np.random.Generator,
+) -> Draws | None:
+    """Draws of an oil; None without refits of its law.
+
+    Args:
+        fitted: The law with its refits.
+        oil: The oil.
+        settings: How far a stand-in's properties may be off.
+        sensors: Errors of the rig's sensors over their uncertainties, shape (draws, sensors).
+        random: Source of the oil's own random numbers.
+    """
+    law, coefficients, count = fitted.law, fitted.coefficients, len(sensors)
+    refits = coefficients.spread
+    if len(refits) < 2 or np.isnan(coefficients.constants).any():
+        return None
+    chosen = random.permutation(np.resize(random.permutation(len(refits)), count))
+    shifts = to_internal(law, coefficients.shifted) - to_internal(law, coefficients.constants)
+    moved = to_internal(law, refits[chosen]) + sensors[:, : len(shifts)] @ shifts
+    assumed = settings.stand_in_uncertainty
+    spread = [assumed.viscosity, assumed.pressure_viscosity_coefficient]
+    normal = _normal(count, 4, random)
+    scores, of_slip = (_scores(coefficients.unseen, each) for each in normal[:, 2:].T)
+    slip = np.nan_to_num(coefficients.unseen.slip) * of_slip
+    moved = moved + slip[:, np.newaxis] * law.slip_scale
+    factors = np.exp(np.array(spread) * oil.stand_in * normal[:, :2])
+    return Draws(to_constants(law, moved), scores, factors)
 
 
 def _scores(unseen: Unseen, normal: FloatArray) -> FloatArray:
@@ -129,9 +128,9 @@ def _scores(unseen: Unseen, normal: FloatArray) -> FloatArray:
 
 def _normal(draws: int, variables: int, random: np.random.Generator) -> FloatArray:
     """Standard normal numbers, each variable stratified: one draw from each equal slice."""
-    slices = np.array([random.permutation(draws) for _ in range(variables)], dtype=float)
+    slices = [random.permutation(draws) for _ in range(variables)]
     within = random.random((variables, draws))
-    return np.asarray(scipy.special.ndtri((slices.reshape(variables, draws) + within) / draws).T)
+    return np.asarray(scipy.special.ndtri((np.array(slices) + within) / draws).T)
 
 
 def drawn(
@@ -162,7 +161,7 @@ def drawn(
     draws = []
     for name, oil, law in groups:
         own = generator(seed, "torque uncertainty", name)
-        draws.append(Draws.of(law.fitted, oil, settings, shared[:, len(TERMS) :], own))
+        draws.append(_draws(law.fitted, oil, settings, shared[:, len(TERMS) :], own))
     has_draws = np.array([each is not None for each in draws])[number]
     which = np.flatnonzero(has_draws & calculated["converged"].to_numpy(dtype=bool))
     results = np.full((len(DRAWN), count, len(number)), np.nan)
@@ -222,12 +221,12 @@ def _with_draws(
         dynamic_viscosity_pa_s=inlet.dynamic_viscosity_pa_s * viscosity,
         pressure_viscosity_coefficient_1_pa=inlet.pressure_viscosity_coefficient_1_pa * pressure,
     )
+    on_traction = np.exp(sizes[:, np.newaxis] * scores).ravel()
+    every = np.column_stack([on_traction, np.tile(factors, (points, 1))])
     return replace(
         problem.at(point),
-        law=ScaledLaw(
-            law_of_groups(laws, [count] * points), np.exp(sizes[:, np.newaxis] * scores).ravel()
-        ),
-        lubrication=replace(lubrication, oil=oil, factors=np.tile(factors, (points, 1))),
+        law=law_of_groups(laws, [count] * points),
+        lubrication=replace(lubrication, oil=oil, factors=every),
     )
 
 
@@ -247,16 +246,15 @@ def with_uncertainty(
     """
     torque, slip, _ = draws
     enough = np.isfinite(torque).mean(axis=0) >= 1 - _LOST
+    power = torque * speed_rad_s, calculated["torque_n_m"] * speed_rad_s
     columns: dict[str, FloatArray] = {}
-    quantities = {"torque_n_m": torque, "cage_slip": slip, "power_w": torque * speed_rad_s}
-    for name, values in quantities.items():
+    for name, values in (("torque_n_m", torque), ("cage_slip", slip), ("power_w", power[0])):
         found = np.where(enough, values, 0.0)
         lower, upper = np.nanquantile(found, _INTERVAL, axis=0)
         spread = np.nanstd(found, axis=0, ddof=1)
         for suffix, value in {"uncertainty": spread, "lower": lower, "upper": upper}.items():
             columns[f"{name}_{suffix}"] = np.where(enough, value, np.nan)
-    power = calculated["torque_n_m"] * speed_rad_s
-    return calculated.assign(power_w=power, **columns, draws_split=enough & _split(slip))
+    return calculated.assign(power_w=power[1], **columns, draws_split=enough & _split(slip))
 
 
 def _results(found: FrictionEquilibrium) -> FloatArray:

@@ -10,49 +10,15 @@ import pandas as pd
 from oilfilm.fits.fitted import FittedLaw
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
-from oilfilm.torque.operating_grid import AXES, Film, Grid, traction
+from oilfilm.torque.operating_grid import AXES, Grid, films, traction
 from oilfilm.units import BoolArray, FloatArray
 
 # Further numbers of a claim by name: one, or one per oil.
 Numbers = dict[str, float | dict[str, float]]
-Worst = Literal["largest", "smallest"]
 
 
 class NotCheckableError(Exception):
     """A claim cannot be checked; the message is a code of data/reference/claims.yaml."""
-
-
-@dataclass(frozen=True)
-class Evidence:
-    """One basis on which the claims are judged.
-
-    Attributes:
-        basis: Name of it: `refit` or `printed`.
-        falling_viscosity: The oils that the claims are about, the most viscous first.
-        laws: Law of each oil that has all its constants.
-        films: Film of each oil whose properties are known, in the contact of the rig.
-        lambda_limit: Full film above.
-        measured: Tables of points, fit quality and torque; empty where the basis has none.
-        truth_is_law: Whether the points were simulated with the paper's law.
-    """
-
-    basis: str
-    falling_viscosity: Sequence[str]
-    laws: Mapping[str, FittedLaw]
-    films: Mapping[str, Film]
-    lambda_limit: float
-    measured: CampaignTables = field(default_factory=CampaignTables.in_memory)
-    truth_is_law: bool = False
-
-    def rows(self, table: str, *, reason: str) -> pd.DataFrame:
-        """A table of the basis.
-
-        Raises:
-            NotCheckableError: The basis has none.
-        """
-        if (frame := self.measured.table(table)).empty:
-            raise NotCheckableError("not printed" if self.basis == "printed" else reason)
-        return frame
 
 
 @dataclass(frozen=True)
@@ -68,16 +34,16 @@ class Outcome:
     """
 
     cases: pd.DataFrame
-    numbers: Numbers = field(default_factory=dict)
-    by_construction: bool = field(default=False, kw_only=True)
-    complete: bool = field(default=True, kw_only=True)
+    numbers: Numbers
+    by_construction: bool = False
+    complete: bool = True
 
     @property
     def share(self) -> float:
         """Share of the cases in which the claim holds."""
         return float(self.cases["holds"].mean())
 
-    def worst_case(self, worst: Worst) -> pd.Series:
+    def worst_case(self, worst: Literal["largest", "smallest"]) -> pd.Series:
         """The case farthest from holding; of those that hold the nearest to failing."""
         failing = self.cases[~self.cases["holds"]]
         among = self.cases if failing.empty else failing
@@ -86,31 +52,55 @@ class Outcome:
         return among.iloc[int(index)].reindex(["oil", *AXES, "value"])
 
 
+def outcome(cases: pd.DataFrame, **numbers: Any) -> Outcome:
+    """An outcome with further numbers; of an array of truths its share, NaN where it is empty."""
+
+    def number(each: Any) -> Any:
+        if isinstance(each, dict):
+            return {name: number(part) for name, part in each.items()}
+        truths = isinstance(each, np.ndarray) and each.dtype == bool
+        return float(each if not truths else each.mean() if each.size else np.nan)
+
+    return Outcome(cases, number(numbers))
+
+
 @dataclass(frozen=True)
 class View:
-    """One basis over a grid of operating conditions, as a check sees it.
+    """One basis of the verdicts over a grid of operating conditions, as a check sees it.
 
     Arrays have the axes oil, P, U, T, S, of length 1 where a case spans an axis.
+
+    Attributes:
+        basis: Name of it: `refit` or `printed`.
+        falling_viscosity: The oils that the claims are about, the most viscous first.
+        laws: Law of each oil that has all its constants.
+        settings: The settings.
+        grid: The operating conditions.
+        measured: Tables of points, fit quality and torque; empty where the basis has none.
+        truth_is_law: Whether the points were simulated with the paper's law.
     """
 
-    evidence: Evidence
-    grid: Grid
+    basis: str
+    falling_viscosity: Sequence[str]
+    laws: Mapping[str, FittedLaw]
     settings: Settings
+    grid: Grid
+    measured: CampaignTables = field(default_factory=CampaignTables.in_memory)
+    truth_is_law: bool = False
 
     def at(self, **levels: Sequence[float] | FloatArray) -> "View":
         """The same with other levels on some axes of the grid."""
         return replace(self, grid=self.grid.at(**levels))
 
-    @property
-    def oils(self) -> tuple[str, ...]:
-        """Oils that have a law.
+    def rows(self, table: str, *, reason: str) -> pd.DataFrame:
+        """A table of the basis.
 
         Raises:
-            NotCheckableError: None has.
+            NotCheckableError: The basis has none.
         """
-        if not self.evidence.laws:
-            raise NotCheckableError("no law")
-        return tuple(self.evidence.laws)
+        if (frame := self.measured.table(table)).empty:
+            raise NotCheckableError("not printed" if self.basis == "printed" else reason)
+        return frame
 
     @property
     def curve(self) -> FloatArray:
@@ -118,60 +108,46 @@ class View:
         end = self.settings.printed.boxes.tested.slide_roll_ratio[1]
         return np.linspace(0.0, end, self.settings.audit.curve_points)
 
-    def mu(self, **levels: Sequence[float] | FloatArray) -> FloatArray:
-        """mu over the grid, with other levels on some axes, of every oil with a law."""
-        grid = self.grid.at(**levels)
-        return np.stack([traction(self.evidence.laws[oil], grid) for oil in self.oils])
+    def mu(
+        self, oils: Sequence[str] | None = None, **levels: Sequence[float] | FloatArray
+    ) -> FloatArray:
+        """mu over the grid, with other levels on some axes, of every oil with a law.
+
+        Raises:
+            NotCheckableError: None has one, or one of the given oils has none.
+        """
+        oils, grid = list(self.laws) if oils is None else oils, self.grid.at(**levels)
+        if not oils or not set(oils) <= set(self.laws):
+            raise NotCheckableError("no law")
+        return np.stack([traction(self.laws[oil], grid) for oil in oils])
 
     def mu_by_viscosity(self, **levels: Sequence[float] | FloatArray) -> FloatArray:
-        """The same of the oils that the claims are about, the most viscous first.
+        """The same of the oils that the claims are about, the most viscous first."""
+        return self.mu(self.falling_viscosity, **levels)
+
+    def films(self, *oils: str, **changed: str) -> FloatArray:
+        """Film thickness in um and lambda over the grid, shape (2, oils, P, U, T, S).
+
+        Args:
+            oils: The oils; without any, those of the claims whose film is known.
+            changed: What differs from the settings of the film.
 
         Raises:
-            NotCheckableError: One of them has no law.
+            NotCheckableError: An oil or the contact is not known well enough.
         """
-        oils, laws, grid = (
-            self.evidence.falling_viscosity,
-            self.evidence.laws,
-            self.grid.at(**levels),
-        )
-        if not set(oils) <= set(laws):
-            raise NotCheckableError("no law")
-        return np.stack([traction(laws[oil], grid) for oil in oils])
-
-    def film(self, oil: str) -> tuple[FloatArray, FloatArray]:
-        """Film thickness in um and lambda of one oil over the grid.
-
-        Raises:
-            NotCheckableError: Oil or contact are not known well enough.
-        """
-        if oil not in self.evidence.films:
+        known = films(self.settings)
+        oils = oils or tuple(oil for oil in self.falling_viscosity if oil in known)
+        if not oils or not set(oils) <= set(known):
             raise NotCheckableError("no film")
-        return self.evidence.films[oil].over(self.grid)
-
-    def of_most_viscous(self, holds: BoolArray) -> BoolArray:
-        """The cases of the most viscous oil, which the paper shows; none where it has no law."""
-        return holds[[oil == self.evidence.falling_viscosity[0] for oil in self.oils]]
-
-    def central_film(self) -> FloatArray:
-        """Central film thickness in um over the box and its whole curves, oils in rows."""
-        slips = [0.0, *self.grid.slide_roll_ratio, self.curve[-1]]
-        films = [self.evidence.films.get(oil) for oil in self.evidence.falling_viscosity]
-        central = {"thickness": "central"}
-        return np.array(
-            [
-                replace(film, settings=film.settings.model_copy(update=central)).over(
-                    self.grid.at(slide_roll_ratio=slips)
-                )[0]
-                for film in films
-                if film
-            ]
-        )
+        how = self.settings.film.model_copy(update=changed)
+        each = [replace(known[oil], settings=how).over(self.grid) for oil in oils]
+        return np.stack(each, axis=1)
 
     def by_oil(
         self, summary: Callable[[FloatArray], float], values: FloatArray
     ) -> dict[str, float]:
-        """One number per oil from an array whose first axis is that of the oils."""
-        return {oil: float(summary(part)) for oil, part in zip(self.oils, values, strict=True)}
+        """One number per oil from an array whose first axis is that of the oils with a law."""
+        return {oil: float(summary(part)) for oil, part in zip(self.laws, values, strict=True)}
 
     def outcome(self, holds: BoolArray, value: FloatArray, **numbers: Any) -> Outcome:
         """What a check finds over the grid.
@@ -179,37 +155,18 @@ class View:
         Args:
             holds: True where the claim holds.
             value: The quantity that decides.
-            numbers: Further numbers; of an array of truths its share.
+            numbers: Further numbers, as for `outcome`.
         """
-        oils = self.oils if len(holds) == len(self.oils) else [""]
-        return Outcome(cases(self.grid, oils, holds, value), shares(numbers))
+        oils = [*self.laws] if len(holds) == len(self.laws) else [""]
+        return outcome(self.cases(oils, holds, value), **numbers)
 
-
-def shares(numbers: Mapping[str, Any]) -> Numbers:
-    """Numbers, with the share of the cases for arrays of truths; NaN where there are none."""
-    return {
-        name: (float(each.mean()) if each.size else np.nan)
-        if isinstance(each, np.ndarray) and each.dtype == bool
-        else each
-        for name, each in numbers.items()
-    }
-
-
-def cases(grid: Grid, oils: Sequence[str], holds: BoolArray, value: FloatArray) -> pd.DataFrame:
-    """Cases from arrays of shape (oils, P, U, T, S), of length 1 along each axis they span.
-
-    Args:
-        grid: The grid whose axes the arrays have or span.
-        oils: Oils of the first axis; one empty text where a case compares oils.
-        holds: True where the claim holds.
-        value: The quantity that decides.
-    """
-    axes = [
-        levels if length > 1 or len(levels) == 1 else np.array([np.nan])
-        for levels, length in zip(grid.levels, holds.shape[1:], strict=True)
-    ]
-    of_oil, *mesh = np.meshgrid(np.arange(len(oils)), *axes, indexing="ij")
-    conditions = {name: level.ravel() for name, level in zip(AXES, mesh, strict=True)}
-    value = np.broadcast_to(value, holds.shape).ravel()
-    names = np.asarray(oils)[of_oil.ravel()]
-    return pd.DataFrame({"oil": names, **conditions, "holds": holds.ravel(), "value": value})
+    def cases(self, oils: Sequence[str], holds: BoolArray, value: FloatArray) -> pd.DataFrame:
+        """Cases from arrays over the grid; one oil of no name where a case compares oils."""
+        axes = [
+            levels if length > 1 or len(levels) == 1 else np.array([np.nan])
+            for levels, length in zip(self.grid.levels, holds.shape[1:], strict=True)
+        ]
+        mesh = np.meshgrid(np.asarray(oils, dtype=object), *axes, indexing="ij")
+        at = {name: level.ravel() for name, level in zip(("oil", *AXES), mesh, strict=True)}
+        value = np.broadcast_to(value, holds.shape)
+        return pd.DataFrame({**at, "holds": holds.ravel(), "value": value.ravel()})

@@ -8,7 +8,7 @@ from matplotlib import colormaps
 from matplotlib.colors import ListedColormap
 from matplotlib.patches import Patch
 
-from oilfilm.bearing.friction import HEATS
+from oilfilm.bearing.resistance import HEATS
 from oilfilm.paper.advice import OUTSIDE
 from oilfilm.report.figures import style
 from oilfilm.report.figures.bearing import in_units_of_axes, torque
@@ -66,22 +66,21 @@ def power_loss(results: CampaignTables, settings: Settings) -> Sheet:
         speed, watts, labels=HEATS, colors=shades, edgecolor="white", linewidth=0.3
     )
     low, high = settings.bearing.oil_volume_fraction_range
-    ends = [table["power_low_w"], table["power_high_w"]]
     dashed: style.Look = {"linestyle": "--", "color": "black"}
-    for end in ends:
-        panel.axis.plot(speed, end, **dashed)
+    for end in ("power_low_w", "power_high_w"):
+        panel.axis.plot(speed, table[end], **dashed)
     # not in the colour of an oil; the rim shows it on dark areas
     dots: style.Look = {"marker": "o", "color": "black", "markeredgecolor": "white"}
     dots["markersize"] = 4
     for term, power in zip(HEATS, watts, strict=True):
         panel.keep(term, speed, power, oil=oil)
-    panel.keep("sum", speed, table["power_w"], oil=oil, lower=ends[0], upper=ends[1])
+    ends = {"lower": table["power_low_w"], "upper": table["power_high_w"]}
+    panel.keep("sum", speed, table["power_w"], oil=oil, **ends)
     panel.dots("published", speed, table["published_power_w"], dots)
     panel.axis.set_axisbelow(True)
     panel.axis.set_title(f"{bearing}, {oil}, {load:g} N, {temperature:.0f} \N{DEGREE SIGN}C")
     published = style.line_handle("published", **dots | {"linestyle": ""})
-    range_label = f"oil {low:.2%} and {high:.2%}"
-    handles = [*areas, style.line_handle(range_label, **dashed), published]
+    handles = [*areas, style.line_handle(f"oil {low:.2%} and {high:.2%}", **dashed), published]
     logs = SIMULATED if settings.campaign.data == "simulated" else "this campaign's"
     share = f"{settings.bearing.oil_volume_fraction:.2%} of the volume"
     sheet.legend(handles, f"oil {share}, fitted; traction law from {logs} logs")
@@ -109,27 +108,26 @@ def slip_advice(results: CampaignTables, settings: Settings) -> Sheet:
     panel = sheet.panel(title=None)
     panel.axis.set_yscale("log")
     panel.axis.yaxis.set_major_formatter("{x:g}")
-    _draw(panel, advice.assign(**in_units_of_axes(advice)), oils)
     sheet.label(style.DMN_LABEL, style.AXIAL_LOAD_LABEL)
     temperature = settings.bearing.cage_slip.inlet_temperature_c
     title = f"{advice['bearing'].iloc[0]}, oil at {temperature:g} \N{DEGREE SIGN}C"
-    sheet.legend(_handles(advice, oils), f"{title};\n{style.DMN_AS_SPEED}")
+    handles = _draw(panel, advice.assign(**in_units_of_axes(advice)), oils)
+    sheet.legend(handles, f"{title};\n{style.DMN_AS_SPEED}")
     return sheet
 
 
-def _draw(panel: Panel, advice: pd.DataFrame, oils: list[str]) -> None:
-    """Fields in the colour of the advised oil, and symbols of the best oil.
+def _draw(panel: Panel, advice: pd.DataFrame, oils: list[str]) -> list[Any]:
+    """Fields in the colour of the advised oil, symbols of the best oil; entries of the legend.
 
     Args:
         panel: Its scales are set already.
         advice: Columns `advised_oil`, `best_oil` and `judgement`, one row per cell.
         oils: Oils of the campaign, which fix the colours.
     """
-    axis, x, y = panel.axis, "speed", "load_kn"
-    outside = advice["judgement"] == OUTSIDE
+    axis, x, y, judgement = panel.axis, "speed", "load_kn", advice["judgement"]
     # white: no oil is advised, or the choice depends on a film that is not known
-    shown = advice.assign(number=advice["advised_oil"].mask(outside, "").map(["", *oils].index))
-    field = shown.pivot(index=y, columns=x, values="number")
+    advised = advice["advised_oil"].mask(judgement == OUTSIDE, "")
+    field = advice.assign(number=advised.map(["", *oils].index)).pivot(index=y, columns=x)["number"]
     fields = [style.tint(style.oil_colour(oil, oils), _FIELD) for oil in oils]
     axis.pcolormesh(
         style.cell_edges(field.columns.to_numpy(), axis.get_xscale()),
@@ -140,42 +138,26 @@ def _draw(panel: Panel, advice: pd.DataFrame, oils: list[str]) -> None:
         vmax=len(oils) + 0.5,
         rasterized=True,
     )
-    for oil in oils:
-        other = advice[(advice["best_oil"] == oil) & _differs(advice)]
-        look: style.Look = {"linestyle": "", "markersize": 3.5, **style.oil_look(oil, oils)}
-        axis.plot(other[x], other[y], **look)
-    for judgement, (marker, _) in _NO_CHOICE.items():
-        here = advice[advice["judgement"] == judgement]
-        # a cross of thin lines needs more room than a filled symbol
-        axis.plot(here[x], here[y], marker, color=style.GREY, markersize=5)
-    axis.grid(False)
-    label = advice["judgement"] + ", best " + advice["best_oil"].replace("", "none")
-    panel.keep("advised oil", advice[x], advice[y], oil=advice["advised_oil"], label=label)
-
-
-def _differs(advice: pd.DataFrame) -> "pd.Series[bool]":
-    """Where the best oil is known and another one than the advised oil."""
-    return ~advice["judgement"].isin(("agree", OUTSIDE))
-
-
-def _handles(advice: pd.DataFrame, oils: list[str]) -> list[Any]:
-    """Entries of the legend."""
     handles: list[Any] = []
-    for oil in oils:
-        tint = style.tint(style.oil_colour(oil, oils), _FIELD)
+    for oil, tint in zip(oils, fields, strict=True):
         if oil in set(advice["advised_oil"]):
             handles.append(Patch(facecolor=tint, label=f"paper advises {oil}"))
-        if oil in set(advice.loc[_differs(advice), "best_oil"]):
-            look: style.Look = {
-                **{"linestyle": "", "markersize": 3.5},
-                **style.oil_look(oil, oils),
-            }
+        # where the best oil is known and another one than the advised oil
+        other = advice[(advice["best_oil"] == oil) & ~judgement.isin(("agree", OUTSIDE))]
+        look: style.Look = {"linestyle": "", "markersize": 3.5, **style.oil_look(oil, oils)}
+        if len(other):
+            axis.plot(other[x], other[y], **look)
             handles.append(style.line_handle(f"best oil: {oil}", **look))
-    if (advice["judgement"] == "rule has none").any():
+    if (judgement == "rule has none").any():
         look = {"facecolor": "white", "edgecolor": style.GREY, "linewidth": 0.6}
         handles.append(Patch(label="paper's oils lack film", **look))
-    return handles + [
-        style.symbol_handle(label, marker, color=style.GREY, markersize=3.5)
-        for judgement, (marker, label) in _NO_CHOICE.items()
-        if (advice["judgement"] == judgement).any()
-    ]
+    for name, (marker, label) in _NO_CHOICE.items():
+        here = advice[judgement == name]
+        if len(here):
+            # a cross of thin lines needs more room than a filled symbol
+            axis.plot(here[x], here[y], marker, color=style.GREY, markersize=5)
+            handles.append(style.symbol_handle(label, marker, color=style.GREY, markersize=3.5))
+    axis.grid(False)
+    labels = judgement + ", best " + advice["best_oil"].replace("", "none")
+    panel.keep("advised oil", advice[x], advice[y], oil=advice["advised_oil"], label=labels)
+    return handles

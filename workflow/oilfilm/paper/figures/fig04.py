@@ -24,6 +24,7 @@ from oilfilm.units import FloatArray
 
 Fit = Mapping[str, Any]  # a row of a table
 _TIMES = f"\N{MULTIPLICATION SIGN} {style.THOUSANDTHS}"
+_WANG_DENG = "wang-deng"
 _DASHES: style.Look = {"fit": "-", "left out": style.LINES["left out"], "Eq. 7": ":"}
 
 
@@ -56,8 +57,8 @@ def fig04(results: CampaignTables, settings: Settings) -> Sheet:
     handles: list[list[Any]] = [[], []]
     for oil in settings.oils:
         of_oil = {fit["law"]: fit for fit in tables.rows(fits[fits["oil"] == oil])}
-        handles[0] += _draw_zero_slip(whole, near, oil, of_oil, results, settings)
-        handles[1] += _draw_left_out(unseen, errors, oil, of_oil, results, settings)
+        handles[0] += _draw_zero_slip(whole, near, of_oil, results, settings)
+        handles[1] += _draw_left_out(unseen, errors, of_oil, results, settings)
     for panel, of_panel in zip((whole, unseen), handles, strict=True):
         if not of_panel:
             panel.say("no Wang-Deng law could be fitted")
@@ -95,108 +96,103 @@ def _zoom(axis: Axes, drawn: pd.DataFrame) -> None:
 def _draw_zero_slip(
     whole: Panel,
     near: Axes,
-    oil: str,
     fits: Mapping[str, Fit],
     results: CampaignTables,
     settings: Settings,
 ) -> Iterator[Any]:
     """Of one oil: the curve at which a fit has the most traction without slip."""
-    starts = [starts_of(results, oil, law, settings).assign(law=law) for law in _wang_deng(fits)]
+    starts = [
+        starts_of(results, fit["oil"], law, settings).assign(law=law)
+        for law, fit in fits.items()
+        if law.startswith(_WANG_DENG)
+    ]
     if not sum(map(len, starts)):
         return
     among = pd.concat(starts, ignore_index=True)
-    (largest,) = tables.rows(among.loc[[among["y"].abs().idxmax()]])
-    name, run = largest["law"], largest["run_id"]
-    curve = _one_side(results.points.query("accepted and run_id == @run"))
-    fitted = FittedLaw.of(results.coefficients, oil, law=laws_of(oil, settings)[name])
-    slip, mu = _finely(fitted, curve)
-    look, colour = _looks(fits[name], settings)
-    about = {"oil": oil, "label": f"{name}, run {run}"}
-    _draw_measured(whole, curve, colour, about)
+    name, run = among[["law", "run_id"]].to_numpy()[among["y"].abs().argmax()]
+    curve, look, colour, about, label = _begin(whole, fits[name], run, results, settings)
+    slip, mu = _finely(fits[name], curve, results, settings)
     near.plot(curve["slide_roll_ratio"], 1e3 * curve["traction_coefficient"], ".", **colour)
     whole.line("fit", slip, mu, colour, **about)
     near.plot(slip, 1e3 * mu, **colour)
     # an open symbol hides no other
     near.plot(0, 1e3 * mu[0], **look | {"markersize": 5}, zorder=4 + (not fits[name]["certified"]))
     whole.keep("zero slip", 0.0, mu[0], **about)
-    label = f"{_about(fits[name], curve)}\n{style.MU}(0) = {_thousandths(mu[0])} {_TIMES}"
+    label += f"\n{style.MU}(0) = {_thousandths(mu[0])} {_TIMES}"
     yield style.line_handle(label, **look | {"markersize": 5})
 
 
 def _draw_left_out(
     whole: Panel,
     errors: Axes,
-    oil: str,
     fits: Mapping[str, Fit],
     results: CampaignTables,
     settings: Settings,
 ) -> Iterator[Any]:
     """Of one oil: the curve whose error by a Wang-Deng law grows most when left out."""
-    rms = _errors_by_curve(results, oil)
-    growth = {
-        key: errors["unseen"] - errors["seen"]
-        for key, errors in rms.items()
-        if key[0] in _wang_deng(fits) and not np.isnan(errors["unseen"])
+    key, oil = ["run_id", "first_row"], [fit["oil"] for fit in fits.values()][:1]
+    beside = results.law_points[results.law_points["oil"].isin(oil)]
+    mu = ["traction_coefficient", "left_out_traction_coefficient"]
+    measured = results.points.set_index(key)[mu[0]].rename("measured")
+    off = beside.join(measured, on=key)
+    squares = off[mu].sub(off["measured"], axis=0).pow(2).groupby([off["law"], off["run_id"]])
+    # rms error of each law on each curve, by the fit of all curves and by that without the curve
+    pairs = (squares.mean() ** 0.5).reset_index().to_numpy().tolist()
+    rms = {(str(law), str(run)): (seen, unseen) for law, run, seen, unseen in pairs}
+    grows = {
+        at: unseen - seen
+        for at, (seen, unseen) in rms.items()
+        if at[0].startswith(_WANG_DENG) and not np.isnan(unseen)
     }
-    if not growth:
+    if not grows:
         return
-    name, run = max(growth, key=lambda key: growth[key])
-    curve = _one_side(results.points.query("accepted and run_id == @run"))
-    beside = results.law_points[results.law_points["run_id"] == run]
-    look, colour = _looks(fits[name], settings)
-    _draw_measured(whole, curve, colour, {"oil": oil, "label": f"{name}, run {run}"})
+    name, run = max(grows, key=lambda at: grows[at])
+    curve, look, colour, _, label = _begin(whole, fits[name], run, results, settings)
     for law, series in ((name, "fit"), (name, "left out"), (DENG2026.name, "left out")):
-        column = "traction_coefficient" if series == "fit" else "left_out_traction_coefficient"
-        of_law = _one_side(beside[beside["law"] == law])
+        column = mu[series == "left out"]
+        of_law = _one_side(beside[(beside["law"] == law) & (beside["run_id"] == run)])
         if law not in fits or of_law[column].isna().any():
             continue
-        fitted = FittedLaw.of(results.coefficients, oil, law=laws_of(oil, settings)[law])
+        at, line = of_law["slide_roll_ratio"].to_numpy(), of_law[column].to_numpy()
+        # a fit without the curve is known at its plateaus alone
+        fine = _finely(fits[law], curve, results, settings) if series == "fit" else (at, line)
         dashes = {"linestyle": _DASHES["Eq. 7" if law == DENG2026.name else series]}
-        slip, mu = _finely(fitted, curve, of_law[column] / of_law["traction_coefficient"], of_law)
-        whole.line(series, slip, mu, colour | dashes, oil=oil, label=f"{law}, run {run}")
-        off = of_law[column].to_numpy() - curve["traction_coefficient"].to_numpy()
+        about: style.Look = {"oil": fits[law]["oil"], "label": f"{law}, run {run}"}
+        whole.line(series, fine[0], fine[1], colour | dashes, **about)
         dots: style.Look = {"marker": ".", "markersize": 2, "linewidth": 0.5}
-        errors.plot(of_law["slide_roll_ratio"], 1e3 * off, **colour | dashes | dots)
-    label = f"{_about(fits[name], curve)}\nrms error {_growth(rms[name, run])}"
+        difference = line - curve["traction_coefficient"].to_numpy()
+        errors.plot(at, 1e3 * difference, **colour | dashes | dots)
+    label += f"\nrms error {_growth(*rms[name, run])}"
     if (DENG2026.name, run) in rms:
-        label += f"; Eq. 7: {_growth(rms[DENG2026.name, run])}"
+        label += f"; Eq. 7: {_growth(*rms[DENG2026.name, run])}"
     yield style.line_handle(label, **look)
 
 
+def _begin(
+    panel: Panel, fit: Fit, run: str, results: CampaignTables, settings: Settings
+) -> tuple[pd.DataFrame, style.Look, style.Look, style.Look, str]:
+    """Draw a curve as measured; give it with the looks of symbol and lines, and what it is."""
+    curve = _one_side(results.points.query("accepted and run_id == @run"))
+    look = symbol_of(fit, list(settings.oils))
+    x, y = curve["slide_roll_ratio"], curve["traction_coefficient"]
+    bar = style.SE_DRAWN * curve["traction_coefficient_se"]
+    dots: style.Look = {"color": look["color"], "marker": ".", "markersize": 3, "elinewidth": 0.7}
+    about: style.Look = {"oil": fit["oil"], "label": f"{fit['law']}, run {run}"}
+    panel.dots("measured", x, y, dots, lower=y - bar, upper=y + bar, **about)
+    levels = {name: float(f"{curve[name].mean():.3g}") for name in CONDITIONS}
+    label = f"{fit['oil']}, {law_name(fit['law'])}\n{style.level_phrases(levels)}"
+    return curve, look, {"color": look["color"], "linewidth": 0.9}, about, label
+
+
 def _finely(
-    fitted: FittedLaw, curve: pd.DataFrame, ratio: Any = 1.0, at: pd.DataFrame | None = None
+    fit: Fit, curve: pd.DataFrame, results: CampaignTables, settings: Settings
 ) -> tuple[FloatArray, FloatArray]:
-    """Slip and mu of a fit at the mean conditions of a curve, between its plateaus as well.
-
-    The constants of a fit without the curve are not kept, but its mu at the plateaus. Its ratio to
-    the fit of all curves changes slowly along a curve, so that it is interpolated.
-    """
-    largest = float(curve["slide_roll_ratio"].max())
-    slip = np.linspace(0, 1, 301) ** 2 * largest  # close enough together for the zoom
-    mu = fitted.traction(curve[list(fitted.law.conditions)].mean().to_numpy(dtype=float), slip)
-    if at is not None:
-        # near zero slip both are near zero
-        known = at["slide_roll_ratio"] > 0.005 * largest
-        ratio = np.interp(slip, at.loc[known, "slide_roll_ratio"], ratio[known])
-    return slip, mu * ratio
-
-
-def _errors_by_curve(results: CampaignTables, oil: str) -> dict[tuple[str, str], Fit]:
-    """Rms error of an oil's laws by law and curve, `seen` by the fit and `unseen`."""
-    key = ["run_id", "first_row"]
-    beside = results.law_points[results.law_points["oil"] == oil]
-    measured = results.points.set_index(key)["traction_coefficient"].rename("measured")
-    both = beside.join(measured, on=key)
-    squares = both[["law", "run_id"]].assign(
-        seen=(both["traction_coefficient"] - both["measured"]) ** 2,
-        unseen=(both["left_out_traction_coefficient"] - both["measured"]) ** 2,
-    )
-    roots = squares.groupby(["law", "run_id"]).mean() ** 0.5
-    return {(row["law"], row["run_id"]): row for row in tables.rows(roots.reset_index())}
-
-
-def _wang_deng(fits: Mapping[str, Fit]) -> list[str]:
-    return [law for law in fits if law.startswith("wang-deng")]
+    """Slip and mu of a fit at the mean conditions of a curve, between its plateaus as well."""
+    law = laws_of(fit["oil"], settings)[fit["law"]]
+    fitted = FittedLaw.of(results.coefficients, fit["oil"], law=law)
+    # close enough together for the detail
+    slip = np.linspace(0, 1, 301) ** 2 * float(curve["slide_roll_ratio"].max())
+    return slip, fitted.traction(curve[list(law.conditions)].mean().to_numpy(dtype=float), slip)
 
 
 def _one_side(points: pd.DataFrame) -> pd.DataFrame:
@@ -206,30 +202,9 @@ def _one_side(points: pd.DataFrame) -> pd.DataFrame:
     return points.assign(**turned).sort_values("slide_roll_ratio")
 
 
-def _looks(fit: Fit, settings: Settings) -> tuple[style.Look, style.Look]:
-    """Symbol of a fit, and its lines."""
-    look = symbol_of(fit, list(settings.oils))
-    return look, {"color": look["color"], "linewidth": 0.9}
-
-
-def _draw_measured(
-    panel: Panel, curve: pd.DataFrame, look: style.Look, about: Mapping[str, str]
-) -> None:
-    x, y = curve["slide_roll_ratio"], curve["traction_coefficient"]
-    bar = style.SE_DRAWN * curve["traction_coefficient_se"]
-    dots: style.Look = {"color": look["color"], "marker": ".", "markersize": 3, "elinewidth": 0.7}
-    panel.dots("measured", x, y, dots, lower=y - bar, upper=y + bar, **about)
-
-
-def _about(fit: Fit, curve: pd.DataFrame) -> str:
-    """Oil and law of a fit; below, the conditions of a curve."""
-    levels = {name: float(f"{curve[name].mean():.3g}") for name in CONDITIONS}
-    return f"{fit['oil']}, {law_name(fit['law'])}\n{style.level_phrases(levels)}"
-
-
-def _growth(errors: Fit) -> str:
-    seen, unseen = _thousandths(errors["seen"]), _thousandths(errors["unseen"])
-    return f"{seen} \N{RIGHTWARDS ARROW} {unseen} {_TIMES}"
+def _growth(seen: float, unseen: float) -> str:
+    arrow = "\N{RIGHTWARDS ARROW}"
+    return f"{_thousandths(seen)} {arrow} {_thousandths(unseen)} {_TIMES}"
 
 
 def _thousandths(number: float) -> str:

@@ -173,33 +173,25 @@ def _draw(
         box, within = of_oil["refit"].coefficients.box, settings.same_set_point.relative
         beyond |= is_beyond(at, box, within).any(axis=1)
         colour = style.oil_colour(oil, list(settings.oils))
-        refit: FloatArray = np.zeros(0)
-        for series, law in of_oil.items():
-            predicted = law.predict(np.ascontiguousarray(at[:, :-1]), at[:, -1])
-            mu = predicted.traction_coefficient
-            refit = refit if len(refit) else mu
+        label, conditions = style.level_phrases({by: level}), np.ascontiguousarray(at[:, :-1])
+        found = of_oil["refit"].predict(conditions, at[:, -1])
+        refit = found.traction_coefficient
+        highest = max(highest, refit.max())
+        interval = {"lower": found.obs_ci_lower, "upper": found.obs_ci_upper}
+        look: style.Look = {"color": colour, "markerfacecolor": "white", "markeredgewidth": 0.7}
+        look["marker"] = style.MARKERS[every.index(level) % len(style.MARKERS)]
+        look |= {"linestyle": style.LINES["fit"], "markevery": symbols}
+        panel.line("refit", x, refit, look, oil=oil, label=label, value=0.0, **interval)
+        if "printed" in of_oil:
+            mu = of_oil["printed"].predict(conditions, at[:, -1]).traction_coefficient
             off = float(np.abs(mu - refit).max() / refit.max())
-            about: style.Look = {
-                "oil": oil,
-                "value": off,
-                "label": style.level_phrases({by: level}),
-            }
-            about |= {"lower": predicted.obs_ci_lower, "upper": predicted.obs_ci_upper}
-            if series == "refit":
-                look: style.Look = {"color": colour, "markerfacecolor": "white"}
-                look["marker"] = style.MARKERS[every.index(level) % len(style.MARKERS)]
-                look |= {"markeredgewidth": 0.7, "linestyle": style.LINES["fit"]}
-                look["markevery"] = symbols
-                panel.line("refit", x, mu, look, **about)
-            elif level == every[len(every) // 2] and off > _NEAR:
-                look = {"linestyle": style.LINES["printed"], "linewidth": 0.6}
-                panel.axis.plot(x, mu, color=style.shades(colour, 2)[0], **look)
-                panel.keep("printed", x, mu, **about)
+            if level == every[len(every) // 2] and off > _NEAR:
+                dashed: style.Look = {"linestyle": style.LINES["printed"], "linewidth": 0.6}
+                panel.axis.plot(x, mu, color=style.shades(colour, 2)[0], **dashed)
+                highest = max(highest, mu.max())
             else:
-                about["label"] += _NOT_DRAWN
-                panel.keep("printed", x, mu, **about)
-                continue
-            highest = max(highest, mu.max())
+                label += _NOT_DRAWN
+            panel.keep("printed", x, mu, oil=oil, label=label, value=off)
     for start, end in _stretches(x, beyond):
         panel.axis.axvspan(start, end, color=style.EXTRAPOLATED, linewidth=0, zorder=0)
     panel.axis.set_xlim(x.min(), x.max())

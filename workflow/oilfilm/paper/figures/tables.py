@@ -11,7 +11,6 @@ import pandas as pd
 from oilfilm.curation.coverage import with_levels
 from oilfilm.paper.printed_law import with_printed
 from oilfilm.paper.reference import PaperStatement, PaperTables, PrintedCoefficients
-from oilfilm.physics.oils import Oil
 from oilfilm.report.figures import style
 from oilfilm.report.figures.fits import draw_constants
 from oilfilm.report.figures.registry import register
@@ -60,21 +59,19 @@ def tab01(results: CampaignTables, settings: Settings, paper_tables: PaperTables
     at 100 \N{DEGREE SIGN}C and 1 bar, with their sources. The values of the paper are lost.
     Properties that stand in for unknown ones are marked.
     """
-    rows = []
+    rows, notes = [], []
     for name in settings.oils:
         oil = settings.properties_of(name)
-        for quantity, unit, of_oil in _OF_OIL:
-            value = np.nan if oil is None else float(of_oil(oil))
-            rows.append(_row(name, quantity, unit, value, _source_of(oil)))
-    notes = list(dict.fromkeys(f"{row['thing']}: {row['source']}" for row in rows))
+        source = "no known properties"
+        if oil is not None:
+            source = f"stand-in: {oil.source}" if oil.stand_in else oil.source
+        notes.append(f"{name}: {source}")
+        rows += [
+            _row(name, quantity, unit, np.nan if oil is None else float(of_oil(oil)), source)
+            for quantity, unit, of_oil in _OF_OIL
+        ]
     title = f"Properties at {_AT_C:g} \N{DEGREE SIGN}C and 1 bar"
     return _table(title, rows, notes, paper_tables.tab01)
-
-
-def _source_of(oil: Oil | None) -> str:
-    if oil is None:
-        return "no known properties"
-    return f"stand-in: {oil.source}" if oil.stand_in else oil.source
 
 
 @register(
@@ -91,28 +88,25 @@ def tab02(results: CampaignTables, settings: Settings, paper_tables: PaperTables
     (\N{DEGREE SIGN}C); slide-roll ratios of the accepted points; accepted curves. The table of
     the paper is lost; the last column quotes its text.
     """
-    matrix = settings.campaign.matrix
-    source = "campaign file, matrix" if matrix is not None else "set points of the logs"
-    runs = with_levels(results.runs, settings)
+    matrix, runs = settings.campaign.matrix, with_levels(results.runs, settings)
+    logged = "set points of the logs"
+    source = "campaign file, matrix" if matrix is not None else logged
     accepted = results.points[results.points["accepted"]]
-    rows = []
+    rows, about = [], "this campaign"
     for name, (quantity, unit) in _MATRIX.items():
-        levels = (
-            getattr(matrix, name)
-            if matrix is not None
-            else sorted(runs[f"nominal_{name}"].dropna().unique())
-        )
-        rows.append(_row("this campaign", quantity, unit, _levels(levels), source))
+        set_points = sorted(runs[f"nominal_{name}"].dropna().unique())
+        levels = _levels(set_points if matrix is None else getattr(matrix, name))
+        rows.append(_row(about, quantity, unit, levels, source))
     # of a rig whose contact is not known
     if loads := sorted(runs["nominal_load_n"].dropna().unique()):
-        rows.append(_row("this campaign", "load", "N", _levels(loads), "set points of the logs"))
+        rows.append(_row(about, "load", "N", _levels(loads), logged))
     slips = accepted["slide_roll_ratio"].abs()
     reached = f"{round(slips.min(), 3):g} to {round(slips.max(), 3):g}" if len(slips) else _NONE
-    rows.append(_row("this campaign", "slide-roll ratio", "", reached, "accepted points"))
+    rows.append(_row(about, "slide-roll ratio", "", reached, "accepted points"))
     for oil in settings.oils:
         of_oil = runs.loc[runs["oil"] == oil, "run_id"]
         curves = f"{of_oil.isin(accepted['run_id']).sum()} accepted of {len(of_oil)} runs"
-        rows.append(_row("this campaign", f"curves of {oil}", "", curves, "tables runs and points"))
+        rows.append(_row(about, f"curves of {oil}", "", curves, "tables runs and points"))
     return _table("Test matrix", rows, [f"Levels: {source}."], paper_tables.tab02)
 
 
@@ -170,18 +164,13 @@ def _row(
     number_format: Callable[[float], str] = _number,
 ) -> dict[str, Any]:
     """One cell: a text, or a number in its format."""
-    value = np.nan if isinstance(content, str) else float(content)
-    text = (
-        content if isinstance(content, str) else _NONE if np.isnan(value) else number_format(value)
-    )
-    return {
-        "thing": thing,
-        "quantity": quantity,
-        "unit": unit,
-        "words": f"{text}*" if source == "assumed" else text,
-        "value": value,
-        "source": source,
-    }
+    if isinstance(content, str):
+        value, text = np.nan, content
+    else:
+        value, text = content, _NONE if np.isnan(content) else number_format(content)
+    text = f"{text}*" if source == "assumed" else text
+    columns = ("thing", "quantity", "unit", "words", "value", "source")
+    return dict(zip(columns, (thing, quantity, unit, text, value, source), strict=True))
 
 
 def _table(

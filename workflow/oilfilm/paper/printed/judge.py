@@ -11,11 +11,11 @@ import pandas as pd
 from oilfilm import tables
 from oilfilm.fits.fitted import FittedLaw
 from oilfilm.fits.problem import curve_data
-from oilfilm.paper.printed.statements import LAW
 from oilfilm.settings.config import PrintedSettings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.torque.operating_grid import AXES
 from oilfilm.traction.law import Observations, to_internal
+from oilfilm.traction.laws.deng2026 import DENG2026 as LAW
 from oilfilm.traction.laws.deng2026 import traction_coefficient
 from oilfilm.units import FloatArray
 

@@ -1,5 +1,9 @@
 """Lost signs of the printed exponents: all 512 sets per oil, compared with the paper's text.
 
+Nearly all of section 4.3 describes figures that the authors drew from these very constants. A
+statement's name is a column of the table `signs`, which has its meaning and its section of the
+paper. Arrays have the axes P, U, T, (S,) sign sets, so that all sign sets are scored at once.
+
 A set's total is the number of statements that hold, each counted by the share of its box where it
 does. A sign is judged by its margin: the best total among the sets that have it, less the best
 among those that have the other one, whatever the other eight signs are.
@@ -8,35 +12,105 @@ Decides: which signs the printed exponents may have.
 """
 
 import itertools
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import pandas as pd
 
 from oilfilm import tables
 from oilfilm.paper.printed.judge import squared_errors
-from oilfilm.paper.printed.statements import (
-    BETWEEN_OILS,
-    LAW,
-    STATEMENTS,
-    Limits,
-    Surface,
-    hot_convergence,
-    viscosity_order,
-)
-from oilfilm.settings.config import Boxes, PrintedSettings, SignSettings
-from oilfilm.traction.law import to_constants, to_internal
-from oilfilm.units import FloatArray
+from oilfilm.settings.config import PrintedSettings, SignSettings
+from oilfilm.traction.law import CONDITIONS, to_constants, to_internal
+from oilfilm.traction.laws.deng2026 import DENG2026
+from oilfilm.units import BoolArray, FloatArray
 
+LAW = DENG2026  # its constants are printed
 Shares = dict[str, FloatArray]  # of its box where a statement holds, for each sign set
 
 _EXPONENTS = [index for index, constant in enumerate(LAW.constants) if constant.condition]
 _SETS = np.array(list(itertools.product((1, -1), repeat=len(_EXPONENTS))))  # one row per set
 # The slips whose totals count come first; the others may only lower a verdict.
 _SLIPS = ("curve", "figures")
-_WEIGHTS = {name: statement.weight for name, statement in STATEMENTS.items()} | dict.fromkeys(
-    BETWEEN_OILS, 1.0
+STRESS, SPEED, TEMPERATURE, SLIP = range(4)  # axes
+# Statements that count half: the slope at zero slip, where the oil is Newtonian, follows only by
+# the physics that a sentence names, and two are readings of one sentence.
+HALF = (
+    "start_falls_with_temperature",
+    *("earlier_plateau_with_speed", "earlier_plateau_with_temperature"),
 )
+
+
+@dataclass(frozen=True)
+class Surface:
+    """Eqs 7-9 over a box of conditions, for many sets of constants.
+
+    Attributes:
+        stress: Levels of P, in GPa.
+        slip: Levels of S.
+        largest_slip: The box's largest S.
+        sizes: |A|, B and C of Eq. 7, axes coefficient, P, U, T, sets.
+    """
+
+    stress: FloatArray
+    slip: FloatArray
+    largest_slip: float
+    sizes: FloatArray
+
+    @classmethod
+    def over(
+        cls,
+        box: Mapping[str, Sequence[float]],
+        levels: int,
+        slip: Sequence[float],
+        internal: FloatArray,
+    ) -> "Surface":
+        """The surface over a box.
+
+        Args:
+            box: Lowest and highest value of each condition and of `slide_roll_ratio`.
+            levels: Evenly spaced levels of each condition.
+            slip: Levels of the slide-roll ratio.
+            internal: Constants in the law's internal form, shape (constants, sets).
+        """
+        axes = [np.linspace(box[name][0], box[name][1], levels) for name in CONDITIONS]
+        conditions = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, len(axes))
+        sizes = LAW.sizes(internal, LAW.design(conditions))
+        shape = -1, levels, levels, levels, internal.shape[1]
+        largest = max(box["slide_roll_ratio"])
+        return cls(axes[STRESS], np.sort(slip), largest, sizes.reshape(shape))
+
+    @cached_property
+    def mu(self) -> FloatArray:
+        """Traction coefficient, axes P, U, T, S, sets."""
+        return np.stack([self.at(slip) for slip in self.slip], axis=SLIP)
+
+    def at(self, slip: FloatArray | float) -> FloatArray:
+        """Traction coefficient at one slip, or at a slip of each condition; axes P, U, T, sets."""
+        return LAW.value(self.sizes, np.asarray(slip))
+
+    @cached_property
+    def peak_slip(self) -> FloatArray:
+        """Slip of the one peak, where dmu/dS = 0: 1/C + |A|/B."""
+        size, slope, rate = self.sizes
+        return 1 / rate + size / slope
+
+    @cached_property
+    def peak(self) -> FloatArray:
+        """Largest mu within the box's slips."""
+        return self.at(np.minimum(self.peak_slip, self.largest_slip))
+
+    @property
+    def slope(self) -> FloatArray:
+        """Slope of the curve at zero slip: B + |A| C."""
+        size, slope, rate = self.sizes
+        return slope + size * rate
+
+    @cached_property
+    def knee(self) -> FloatArray:
+        """Slip at which the straight start would reach the peak: the end of the linear range."""
+        return self.peak / self.slope
 
 
 def study_signs(
@@ -58,12 +132,16 @@ def study_signs(
     Returns:
         The tables `signs` and `sign_verdicts`.
     """
-    limits = Limits(traction_max, settings.signs.linear_r2_min, settings.signs.decline_max)
-    scores = {slips: _scores(printed, slips, settings, limits) for slips in _SLIPS}
+    # internal constants of every sign set, shape (constants, sets); A0, B0, C0 keep their sign
+    candidates = {}
+    for oil, constants in printed.items():
+        internal = np.tile(to_internal(LAW, constants)[:, np.newaxis], (1, len(_SETS)))
+        internal[_EXPONENTS] = np.abs(internal[_EXPONENTS]) * _SETS.T
+        candidates[oil] = internal
+    scores = [_scores(candidates, slips, settings, traction_max) for slips in _SLIPS]
     sets, verdicts = [], []
     for oil in [oil for oil in printed if oil in oils]:
-        of_oil = [scores[slips][oil] for slips in _SLIPS]
-        internal = _candidates(printed[oil])
+        of_oil, internal = [each[oil] for each in scores], candidates[oil]
         constants = np.array([to_constants(LAW, of_set) for of_set in internal.T])
         totals = [pd.Series(_total(shares)) for shares in of_oil]
         ranks = [total.rank(method="min", ascending=False).astype(int) for total in totals]
@@ -92,47 +170,41 @@ def study_signs(
     )
 
 
-def _candidates(constants: FloatArray) -> FloatArray:
-    """Internal constants of every sign set, shape (constants, sets); A0, B0, C0 keep theirs."""
-    internal = np.tile(to_internal(LAW, constants)[:, np.newaxis], (1, len(_SETS)))
-    internal[_EXPONENTS] = np.abs(internal[_EXPONENTS]) * _SETS.T
-    return internal
-
-
 def _scores(
-    printed: Mapping[str, FloatArray], slips: str, settings: PrintedSettings, limits: Limits
+    candidates: Mapping[str, FloatArray],
+    slips: str,
+    settings: PrintedSettings,
+    traction_max: float,
 ) -> dict[str, Shares]:
     """The statements' shares of each oil."""
     scores, surfaces, best = {}, {}, {}
-    for oil, constants in printed.items():
-        internal = _candidates(constants)
-        boxes = {box: _surface(box, slips, internal, settings) for box in Boxes.model_fields}
-        scores[oil] = {
-            name: statement.score(boxes[statement.box], limits)
-            for name, statement in STATEMENTS.items()
-        }
+    for oil, internal in candidates.items():
+        tested = _surface("tested", slips, internal, settings)
+        surfaces[oil] = drawn = _surface("extrapolated", slips, internal, settings)
+        compared = settings.signs.slide_roll_ratio.figures
+        holds = where_true(tested, drawn, compared, traction_max, settings.signs)
+        scores[oil] = {name: share(each) for name, each in holds.items()}
         winner = int(np.argmax(_total(scores[oil])))
-        surfaces[oil] = boxes["extrapolated"]
         best[oil] = _surface("extrapolated", slips, internal[:, [winner]], settings)
     # the others as their own statements choose them: the signs in use must not vouch for each other
-    for index, oil in enumerate(printed):
-        others = list(best.values())
+    others = list(best.values())
+    for index, (oil, surface) in enumerate(surfaces.items()):
         before, after = others[:index], others[index + 1 :]
-        scores[oil]["viscosity_order"] = viscosity_order(surfaces[oil], before, after)
-        scores[oil]["hot_convergence"] = hot_convergence(surfaces[oil], before + after)
+        scores[oil]["viscosity_order"] = viscosity_order(surface, before, after)
+        scores[oil]["hot_convergence"] = hot_convergence(surface, before + after)
     return scores
 
 
 def _surface(box: str, slips: str, internal: FloatArray, settings: PrintedSettings) -> Surface:
-    levels = settings.boxes.model_dump()[box]
-    ratios = settings.signs.slide_roll_ratio
-    slip = getattr(ratios, slips)
-    return Surface.over(levels, settings.signs.levels, slip, ratios.figures, internal)
+    levels, slip = settings.boxes.model_dump()[box], settings.signs.slide_roll_ratio.model_dump()
+    return Surface.over(levels, settings.signs.levels, slip[slips], internal)
 
 
 def _total(shares: Shares, without: str = "") -> FloatArray:
     """Number of statements that hold, those that cannot be asked not counted."""
-    weighted = [_WEIGHTS[name] * share for name, share in shares.items() if name != without]
+    weighted = [
+        (0.5 if name in HALF else 1.0) * share for name, share in shares.items() if name != without
+    ]
     return np.nansum(weighted, axis=0)
 
 
@@ -177,15 +249,15 @@ def _verdicts(
             "least_sse_turned": [sets["sse"][~own].min(skipna=False) for own in has],
         }
     )
-    near_best, no_effect = limits.near_best, limits.no_effect_max
-    sure = zip(frame["margin"], frame["weakest_margin"], frame["effect"], strict=True)
-    return frame.assign(verdict=[verdict(*row, near_best, no_effect) for row in sure])
+    return frame.assign(
+        verdict=verdicts(frame["margin"], frame["weakest_margin"], frame["effect"], limits)
+    )
 
 
-def verdict(
-    margin: float, weakest: float, effect: float, near_best: float, no_effect_max: float
-) -> str:
-    """How sure a sign in use is.
+def verdicts(
+    margin: pd.Series, weakest: pd.Series, effect: pd.Series, limits: SignSettings
+) -> np.ndarray:
+    """How sure the signs in use are.
 
     Without effect: turning it alone moves mu by `no_effect_max` of its largest value at most.
     Settled: all sets within `near_best` statements of the best have the sign, whichever one
@@ -197,13 +269,97 @@ def verdict(
         margin: In statements (see the module).
         weakest: The smallest margin with any one statement left out, at either slips.
         effect: Largest change of mu over its largest value.
-        near_best: Statements behind the best that still count as near it.
-        no_effect_max: Largest effect that counts as none.
+        limits: The limits.
     """
-    if effect <= no_effect_max:
-        return "without effect"
-    if weakest >= near_best:
-        return "settled"
-    if margin >= near_best:
-        return "probable"
-    return "against" if margin <= -near_best else "open"
+    near, none = limits.near_best, effect <= limits.no_effect_max
+    found = [none, weakest >= near, margin >= near, margin <= -near]
+    return np.select(found, ["without effect", "settled", "probable", "against"], "open")
+
+
+def where_true(
+    tested: Surface,
+    drawn: Surface,
+    compared: Sequence[float],
+    traction_max: float,
+    limits: SignSettings,
+) -> dict[str, BoolArray]:
+    """Where each statement about one oil holds, for each sign set: the last axis.
+
+    Args:
+        tested: The box that was tested (section 2).
+        drawn: The box that the figures of section 4.3 draw.
+        compared: Slips whose lowest and highest the text compares.
+        traction_max: Largest believable mu.
+        limits: What counts as linear and slight.
+    """
+    mu = drawn.mu
+    low, high = drawn.at(min(compared)), drawn.at(max(compared))
+    # R2 of the straight line mu(P) is covariance^2/variances
+    stress, off = drawn.stress - drawn.stress.mean(), mu - mu.mean(axis=STRESS, keepdims=True)
+    covariance = np.tensordot(stress, off, axes=1)
+    variances = (stress**2).sum() * (off**2).sum(axis=STRESS)
+    linear = covariance**2 >= limits.linear_r2_min * variances
+    slight = tested.at(tested.largest_slip) >= (1 - limits.decline_max) * tested.peak
+    # change by stress and by temperature at the lowest speed and at the highest one
+    of_stress, of_heat = (mu[-1] - mu[0])[[0, -1]], (mu[:, :, 0] - mu[:, :, -1])[:, [0, -1]]
+    return {
+        "physical": (mu.min(axis=SLIP) >= 0) & (drawn.peak <= traction_max),
+        "rises_with_stress": np.diff(mu, axis=STRESS) > 0,
+        "linear_in_stress": linear & (covariance > 0),
+        "falls_with_speed": _falls(mu, SPEED),
+        "levels_off_with_speed": _levels_off(mu, SPEED),
+        "falls_with_temperature": _falls(mu, TEMPERATURE),
+        "levels_off_with_temperature": _levels_off(mu, TEMPERATURE),
+        "start_falls_with_temperature": _falls(tested.slope, TEMPERATURE),
+        "rises_with_slip": high > low,
+        "declines_slightly": (tested.peak_slip < tested.largest_slip) & slight,
+        "earlier_plateau_with_stress": _falls(drawn.knee, STRESS),
+        "earlier_plateau_with_speed": _falls(tested.knee, SPEED),
+        "earlier_plateau_with_temperature": _falls(tested.knee, TEMPERATURE),
+        "slip_raises_stress_effect": high[-1] - high[0] > np.abs(low[-1] - low[0]),
+        "speed_mutes_stress_effect": of_stress[0] > np.abs(of_stress[1]),
+        "speed_mutes_temperature_effect": of_heat[:, 0] > np.abs(of_heat[:, 1]),
+    }
+
+
+def viscosity_order(
+    surface: Surface, more_viscous: Sequence[Surface], less_viscous: Sequence[Surface]
+) -> FloatArray:
+    """Mu is below that of the next more viscous oil, and above that of the next less viscous one.
+
+    The other oils' surfaces are of one set each. NaN where there is no other oil.
+    """
+    holds = [surface.mu < other.mu for other in more_viscous[-1:]]
+    holds += [surface.mu > other.mu for other in less_viscous[:1]]
+    return _mean(holds, surface)
+
+
+def hot_convergence(surface: Surface, others: Sequence[Surface]) -> FloatArray:
+    """Mu is nearer to that of each other oil at the highest temperature than at the lowest."""
+    apart = [np.abs(surface.mu - other.mu) for other in others]
+    return _mean([gap[:, :, -1] < gap[:, :, 0] for gap in apart], surface)
+
+
+def share(holds: BoolArray) -> FloatArray:
+    """Share of all conditions and slips where something holds, for each sign set."""
+    return holds.reshape(-1, holds.shape[-1]).mean(axis=0)
+
+
+def _mean(holds: list[BoolArray], surface: Surface) -> FloatArray:
+    nothing = np.full(surface.mu.shape[-1], np.nan)
+    return np.mean([share(each) for each in holds], axis=0) if holds else nothing
+
+
+def _falls(values: FloatArray, axis: int) -> BoolArray:
+    """Smaller at the next level of an axis."""
+    return np.diff(values, axis=axis) < 0
+
+
+def _levels_off(mu: FloatArray, axis: int) -> BoolArray:
+    """Mu changes less over the last third of the levels than it falls over the first.
+
+    Of 20 to 140 degC the thirds are 20-60 and 100-140.
+    """
+    level = np.moveaxis(mu, axis, 0)
+    third = (len(level) - 1) // 3
+    return np.asarray(level[0] - level[third] > np.abs(level[-1 - third] - level[-1]))
