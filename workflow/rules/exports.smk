@@ -9,6 +9,8 @@ rule exports:
     log:
         "<logs>/exports.log",
     localrule: True
+    # no other rule needs it: it runs beside the report
+    priority: -1
     params:
         code=code("exports.py", *STUDIES),
         # no digest of Python's modules covers these

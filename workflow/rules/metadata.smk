@@ -19,6 +19,8 @@ rule metadata:
     log:
         "<logs>/metadata.log",
     localrule: True
+    # no other rule needs it: it runs beside the report
+    priority: -1
     params:
         code=code("metadata.py", *TABLE_WORDS),
         config=part("dataset", campaign=("description", "studies", *ORIGIN)),

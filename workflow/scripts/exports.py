@@ -2,20 +2,18 @@
 
 from pathlib import Path
 
+import oilfilm.run.job as run
 from oilfilm.atomic_write import atomic_folder, write_bytes
 from oilfilm.exports.campaign import export_campaign
-from oilfilm.run.job import job
-from oilfilm.tables.campaign_tables import CampaignTables
 
-with job(snakemake) as (settings, provenance):
-    results = CampaignTables.of_job(snakemake.input)
+with run.job(snakemake) as job:
     files = export_campaign(
-        points=results.points,
-        coefficients=results.coefficients,
-        quality=results.fit_quality,
-        soundness=results.soundness,
-        settings=settings,
-        provenance=provenance,
+        points=job.tables.points,
+        coefficients=job.tables.coefficients,
+        quality=job.tables.fit_quality,
+        soundness=job.tables.soundness,
+        settings=job.settings,
+        provenance=job.provenance,
     )
     with atomic_folder(Path(snakemake.output.folder)) as folder:
         for name, content in files.items():

@@ -1,25 +1,14 @@
 """Simulate the torque logs of a demonstration campaign."""
 
-from hashlib import sha256
 from pathlib import Path
 
-from oilfilm import tables
-from oilfilm.atomic_write import write_text
-from oilfilm.logs.raw_files import listing
+import oilfilm.run.job as run
 from oilfilm.paper.reference import printed_constants
 from oilfilm.rig_twin.torque_logs import simulate_torque
-from oilfilm.run.job import job
 
-with job(snakemake) as (settings, provenance):
-    outputs = snakemake.output
-    paths = {Path(path).name: Path(path) for path in outputs.logs}
+with run.job(snakemake) as job:
     constants = printed_constants(Path(snakemake.input.printed))
-    truth, digests = [], {}
-    for run, content, rows in simulate_torque(settings, constants):
-        paths[run.name].write_bytes(content)
-        digests[run.name] = sha256(content).hexdigest()
-        truth += rows
-    write_text(listing(dict(sorted(digests.items()))), Path(outputs.listing))
-    tables.write(
-        tables.from_rows(truth, "torque_truth"), "torque_truth", Path(outputs.truth), provenance
+    simulated = simulate_torque(job.settings, constants)
+    job.write_simulated(
+        ((log.name, content, rows) for log, content, rows in simulated), "torque_truth"
     )
