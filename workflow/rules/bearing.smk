@@ -103,8 +103,8 @@ rule heat_balance:
         made=made("heat-balance"),
     log:
         "<logs>/heat-balance.log",
-    localrule: True
     priority: 1
+    localrule: True
     params:
         code=code("heat_balance.py"),
         config=part(

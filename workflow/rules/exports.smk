@@ -8,9 +8,9 @@ rule exports:
         made=made("exports"),
     log:
         "<logs>/exports.log",
-    localrule: True
     # no other rule needs it: it runs beside the report
     priority: -1
+    localrule: True
     params:
         code=code("exports.py", *STUDIES),
         # no digest of Python's modules covers these

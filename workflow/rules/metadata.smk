@@ -18,9 +18,9 @@ rule metadata:
         made=made("metadata"),
     log:
         "<logs>/metadata.log",
-    localrule: True
     # no other rule needs it: it runs beside the report
     priority: -1
+    localrule: True
     params:
         code=code("metadata.py", *TABLE_WORDS),
         config=part("dataset", campaign=("description", "studies", *ORIGIN)),
