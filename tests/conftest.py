@@ -12,8 +12,6 @@ if sys.platform != "win32":
 
 # Before NumPy is imported, here and in the workers: small matrices lose by threads, sixtyfold.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-# To collect the tests imports a thousand modules: with fewer searches for cycles, a tenth faster.
-gc.set_threshold(50_000)
 
 import pytest
 from hypothesis import HealthCheck, settings
@@ -24,6 +22,9 @@ from oilfilm.logs.raw_files import raw_files
 from oilfilm.rig_twin.simulate import simulate_campaign
 from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
+
+# Collecting the tests imports a thousand modules: with fewer searches for cycles, a tenth faster.
+gc.set_threshold(50_000)
 
 # No timed assertions, and the same examples in every run: a slow machine must not fail a test.
 for profile, examples in {"quick": 30, "nightly": 300}.items():
