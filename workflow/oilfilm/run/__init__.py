@@ -2,6 +2,6 @@
 
 import gc
 
-# A process of a run makes few cycles and ends soon. Searching for them takes a tenth of its time,
-# mostly while packages are imported: a script imports this room first.
-gc.set_threshold(50_000)
+# Searching for cycles among what is imported takes a twentieth of a job's start and finds none:
+# a script imports this room first.
+gc.set_threshold(500_000)

@@ -95,7 +95,9 @@ def job(snakemake: Any) -> Iterator[Job]:
 
     A script appends its remarks to its log.
     """
+    # a job makes few cycles and ends soon
     gc.freeze()
+    gc.set_threshold(50_000)
     log = Path(snakemake.log[0])
     try:
         with job_lock(Path(".snakemake")):
