@@ -36,8 +36,6 @@ class Surroundings:
 
 
 TWO_CORES = Surroundings("2")
-# Fewer jobs, and the same bytes.
-IN_ONE_SHARE = "split={'runs': 12}"
 USUAL = Surroundings(
     environment={"PYTHONHASHSEED": "1", "TZ": "UTC", "LC_ALL": "C.UTF-8", "USER": "one"}
 )

@@ -26,6 +26,7 @@ PROGRAMS = ("slurmctld", "slurmd", "slurmdbd", "munged", "mariadbd", "sbatch", "
 PLUGINS = ("snakemake-executor-plugin-slurm", "snakemake-executor-plugin-slurm-jobstep")
 PROFILE = ("--workflow-profile", "profiles/slurm")
 SYSTEM_SETTINGS = Path("/etc/slurm/slurm.conf")
+_TEMPLATE = Path(__file__).with_name("slurm.conf")
 
 
 class UnavailableError(Exception):
@@ -211,7 +212,7 @@ class Cluster:
             f"StoragePort={database}\nStorageUser=slurm\nStoragePass=test\n"
         )
         dbd.chmod(0o600)  # slurmdbd refuses others
-        settings = _SETTINGS.format(
+        settings = _TEMPLATE.read_text(encoding="utf-8").format(
             **{"shared": shared, "host": self.host, "folder": self.folder, "cpus": self.cores},
             **{"controller": controller, "node": node, "accounting": accounting},
             memory=os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") // 2**20 * 8 // 10,
@@ -219,43 +220,6 @@ class Cluster:
         (self.folder / "slurm.conf").write_text(settings)
         SYSTEM_SETTINGS.parent.mkdir(exist_ok=True)
         SYSTEM_SETTINGS.symlink_to(self.folder / "slurm.conf")
-
-
-# Memory limits mean nothing without OverMemoryKill: there are no control groups here.
-_SETTINGS = """{shared}ClusterName=test
-SlurmctldHost={host}(127.0.0.1)
-SlurmctldPort={controller}
-SlurmdPort={node}
-SlurmdUser=root
-CommunicationParameters=NoCtldInAddrAny,NoInAddrAny
-MpiDefault=none
-ProctrackType=proctrack/linuxproc
-TaskPlugin=task/none
-SwitchType=switch/none
-ReturnToService=2
-SlurmctldPidFile={folder}/slurmctld.pid
-SlurmdPidFile={folder}/slurmd.pid
-SlurmdSpoolDir={folder}/spool
-StateSaveLocation={folder}/state
-SlurmctldLogFile={folder}/slurmctld.log
-SlurmdLogFile={folder}/slurmd.log
-SchedulerType=sched/backfill
-SelectType=select/cons_tres
-SelectTypeParameters=CR_Core_Memory
-JobAcctGatherType=jobacct_gather/linux
-JobAcctGatherFrequency=task=1
-JobAcctGatherParams=OverMemoryKill
-AccountingStorageType=accounting_storage/slurmdbd
-AccountingStorageHost=127.0.0.1
-AccountingStoragePort={accounting}
-AccountingStoragePass={folder}/munge.socket
-AccountingStoreFlags=job_comment
-MinJobAge=300
-KillWait=5
-SlurmdParameters=config_overrides
-NodeName={host} NodeAddr=127.0.0.1 CPUs={cpus} RealMemory={memory} State=UNKNOWN
-PartitionName=test Nodes={host} Default=YES MaxTime=INFINITE State=UP OverTimeLimit=0
-"""
 
 
 def _free_ports(count: int) -> Sequence[int]:

@@ -20,7 +20,7 @@ from oilfilm.report.document import Fact, Section, facts
 from oilfilm.report.sections.build import sections
 from oilfilm.report.sections.fits import certainty
 from oilfilm.report.shown_table import percent
-from oilfilm.report.text import beginning, text
+from oilfilm.report.text import text
 from oilfilm.rig_twin.truth import truth_grid
 from oilfilm.settings.messages import load
 from oilfilm.settings.resolved import Settings
@@ -286,10 +286,3 @@ def test_name_from_a_log_can_begin_no_sentence_of_its_own() -> None:
     case = {"name": forged, "gate": "drift", "count": 1, "reason": "it drifts", "advice": "Wait"}
     (fact,) = facts("report/sections/cases.jinja", cases=[case], cases_in="quarantine.parquet")
     assert fact == Fact("a.csv + Everything is certified: drift. It drifts.", "Wait.")
-
-
-def test_end_of_a_run_is_short_and_says_where_the_whole_is() -> None:
-    body = [f"line {number}" for number in range(100)]
-    short = beginning("\n".join(body) + "\n", "summary.txt").splitlines()
-    assert short == [*body[:75], "... 25 more lines: summary.txt"]
-    assert beginning("line\n", "summary.txt") == "line\n"

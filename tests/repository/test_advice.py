@@ -2,9 +2,8 @@
 
 import argparse
 import re
+from functools import cache
 from pathlib import Path
-
-from snakemake.cli import get_argument_parser
 
 from campaigns import ROOT
 from oilfilm.cli.parser import parser
@@ -40,7 +39,12 @@ def options(of: argparse.ArgumentParser) -> set[str]:
     return {name for action in of._actions for name in action.option_strings}
 
 
-OF_SNAKEMAKE = options(get_argument_parser())
+@cache
+def of_snakemake() -> set[str]:
+    # imported where needed: it takes a second
+    from snakemake.cli import get_argument_parser  # noqa: PLC0415
+
+    return options(get_argument_parser())
 
 
 def advised(path: Path) -> list[str]:
@@ -61,7 +65,7 @@ def mistake(command: str) -> str:
     if program == "make":
         unknown = set(plain) - TARGETS
     elif program == "snakemake":
-        unknown = (given - OF_SNAKEMAKE) | (set(plain) & {words[0]}) - RULES
+        unknown = (given - of_snakemake()) | (set(plain) & {words[0]}) - RULES
     elif words[0].startswith("-"):
         unknown = given - options(parser())
     elif words[0] in commands():

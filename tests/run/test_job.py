@@ -32,9 +32,19 @@ def a_job(tmp_path: Path) -> SimpleNamespace:
 
 
 def test_provenance_tells_measured_from_simulated_and_knows_no_clock(tmp_path: Path) -> None:
-    with job(a_job(tmp_path)) as (_, first), job(a_job(tmp_path)) as (_, second):
-        assert first == second
+    with job(a_job(tmp_path)) as one, job(a_job(tmp_path)) as another:
+        first = one.provenance
+        assert first == another.provenance
         assert (first["campaign"], first["data"], first["rule"]) == ("june", "measured", "fit")
+
+
+def test_tables_are_written_to_the_outputs_that_are_named_after_them(tmp_path: Path) -> None:
+    torque = a_job(tmp_path)
+    torque.output = {"torque_quarantine": str(tmp_path / "torque_quarantine.parquet")}
+    with job(torque) as of_job:
+        of_job.write({"torque_quarantine": tables.empty("quarantine")})
+    footer = tables.read_footer(tmp_path / "torque_quarantine.parquet")
+    assert (footer["table"], footer["rule"]) == ("quarantine", "fit")
 
 
 def inputs_of(top: Path, shares: list[list[str]], wildcards: dict[str, str]) -> dict[str, str]:
@@ -48,9 +58,8 @@ def inputs_of(top: Path, shares: list[list[str]], wildcards: dict[str, str]) -> 
         part = {**about, "settings": "s", "part": True, "inputs": inputs}
         tables.write(tables.empty("points"), "points", path, part)
         collect.input.append(str(path))
-    with job(collect) as (_, provenance):
-        inputs = provenance["inputs"]
-    return inputs
+    with job(collect) as of_job:
+        return dict(of_job.provenance["inputs"])
 
 
 @pytest.fixture

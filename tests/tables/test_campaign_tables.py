@@ -7,7 +7,7 @@ import pytest
 
 from oilfilm import tables
 from oilfilm.errors import OilfilmError
-from oilfilm.tables.campaign_tables import CampaignTables, write_tables
+from oilfilm.tables.campaign_tables import CampaignTables
 
 PROVENANCE = {"campaign": "june", "data": "measured"}
 RUNS = pd.DataFrame({"run_id": ["a.csv"]})
@@ -38,13 +38,6 @@ def test_campaign_without_torque_logs_has_empty_tables_of_torque(tmp_path: Path)
     assert results.torque_quarantine.empty
     with pytest.raises(OilfilmError, match=r"coefficients\.parquet: there is no such table"):
         results.coefficients  # noqa: B018
-
-
-def test_tables_are_written_to_the_outputs_that_are_named_after_them(tmp_path: Path) -> None:
-    outputs = {"torque_quarantine": str(tmp_path / "torque_quarantine.parquet")}
-    write_tables({"torque_quarantine": tables.empty("quarantine")}, outputs, PROVENANCE)
-    footer = tables.read_footer(tmp_path / "torque_quarantine.parquet")
-    assert footer["table"] == "quarantine"
 
 
 def test_replaced_table_leaves_the_others_and_the_original_as_they_were() -> None:

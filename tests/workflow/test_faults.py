@@ -18,7 +18,6 @@ import pytest
 from campaigns import lay_out_small
 from oilfilm.releases.table_diff import file_difference
 from reproduce import (
-    IN_ONE_SHARE,
     Surroundings,
     command,
     compare,
@@ -36,6 +35,8 @@ pytestmark = pytest.mark.workflow
 
 SMALL = ("--config", "campaign=small")
 POINTS = "results/small/tables/points.parquet"
+# One job makes it.
+SHARE = "results/small/parts/points/0/points.parquet"
 
 
 @pytest.fixture(scope="module")
@@ -143,7 +144,7 @@ def test_second_run_is_refused_and_a_killed_one_is_in_nobodys_way(
 ) -> None:
     new = tmp_path / "new"
     shutil.copytree(undisturbed, new, symlinks=True)
-    again = (POINTS, "--forcerun", "points", *SMALL, IN_ONE_SHARE)
+    again = (SHARE, "--forcerun", "points", *SMALL)
     with start(new, *again, stdout=subprocess.DEVNULL, new_session=True) as first:
         wait_for(lambda: bool(unfinished(new)))
         os.killpg(first.pid, signal.SIGSTOP)  # it must not end while the second one starts
@@ -154,8 +155,8 @@ def test_second_run_is_refused_and_a_killed_one_is_in_nobodys_way(
     wait_for(lambda: no_job_is_left(new))
     # another date, user, locale, time zone and order of hashes, and a Python without assertions
     around = Surroundings("1", unusual(tmp_path).environment)
-    succeed(new, POINTS, *SMALL, IN_ONE_SHARE, around=around)
-    assert file_difference(undisturbed / POINTS, new / POINTS) == ""
+    succeed(new, SHARE, *SMALL, around=around)
+    assert file_difference(undisturbed / SHARE, new / SHARE) == ""
 
 
 @pytest.mark.nightly

@@ -46,7 +46,7 @@ def test_points_that_go_to_a_bucket_are_those_of_a_folder(
 ) -> None:
     project = tmp_path / "project"
     lay_out_small(project)
-    points = "results/small/tables/points.parquet"
+    points = "results/small/parts/points/0/points.parquet"
     output = succeed(project, points, *SMALL, *IN_BUCKET, "s3://lab/quick", around=around(storage))
     assert SECRET not in output
     assert files_with_a_key(tmp_path) == []

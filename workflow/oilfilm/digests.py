@@ -108,37 +108,53 @@ def _code(path: Path) -> _Code:
         gc.enable()
     inside = path.is_relative_to(_PACKAGE)
     package = ".".join(path.parent.relative_to(_PACKAGE.parent).parts) if inside else ""
-    imports: set[Path] = set()
-    for statement in _statements(tree):
-        if isinstance(statement, ast.Raise) and isinstance(statement.exc, ast.Call):
-            statement.exc = statement.exc.func  # without its message
-        elif isinstance(statement, ast.Import | ast.ImportFrom):
-            imports.update(*map(_module_files, _imported_names(statement, package)))
-    text = _EMPTY.sub("", ast.dump(tree))
+    text: list[str] = []
+    names: list[str] = []
+    _walk(tree, package, text, names)
+    imports = {file for name in names for file in _module_files(name)}
     beside = {path.with_name(name.decode()) for name in _DATA.findall(content)}
     imports.update(file for file in beside if file.is_file())
-    return _Code(hashlib.sha256(text.encode()).hexdigest(), frozenset(imports))
+    return _Code(hashlib.sha256("\n".join(text).encode()).hexdigest(), frozenset(imports))
 
 
 # A module names the file beside it that it reads.
 _DATA = re.compile(rb'"(\w+\.(?:yaml|mplstyle))"')
-# Newer versions of Python leave empty lists out of a dump.
-_EMPTY = re.compile(r"(?<=\()(\w+=\[\](, )?)+|, \w+=\[\]")
 
 
-def _statements(parent: ast.AST) -> Iterator[ast.stmt]:
-    """Every statement below a node; docstrings are removed."""
-    for name in ("body", "orelse", "finalbody", "handlers", "cases"):
-        block = getattr(parent, name, None)
-        if not isinstance(block, list):  # an expression with a body
-            continue
-        if isinstance(parent, ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef):
-            if ast.get_docstring(parent, clean=False) is not None:
-                del block[0]
-        for each in block:
-            if isinstance(each, ast.stmt):
-                yield each
-            yield from _statements(each)
+def _walk(node: ast.AST, package: str, text: list[str], names: list[str]) -> None:
+    """Add what a node computes to `text`, and what it imports to `names`.
+
+    Empty fields are left out: newer versions of Python have more of them. So are docstrings and the
+    message of an error.
+    """
+    if isinstance(node, ast.Import | ast.ImportFrom):
+        names += _imported_names(node, package)
+    elif isinstance(node, ast.Raise) and isinstance(node.exc, ast.Call):
+        node.exc = node.exc.func
+    text.append(type(node).__name__)
+    for name in node._fields:
+        value = getattr(node, name, None)
+        if isinstance(value, ast.AST):
+            # whether a name is read or set is seen from its place
+            if name != "ctx":
+                text.append(name)
+                _walk(value, package, text, names)
+        elif isinstance(value, list):
+            if name == "body" and isinstance(node, _WITH_DOCSTRING):
+                value = value[ast.get_docstring(node, clean=False) is not None :]
+            if value:
+                text.append(name)
+            for each in value:
+                if isinstance(each, ast.AST):
+                    _walk(each, package, text, names)
+                else:
+                    text.append(repr(each))
+        elif value is not None:
+            text += name, repr(value)
+    text.append(")")
+
+
+_WITH_DOCSTRING = (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)
 
 
 def _imported_names(statement: ast.Import | ast.ImportFrom, package: str) -> Iterator[str]:

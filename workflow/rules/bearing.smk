@@ -6,7 +6,7 @@ if TORQUE_SIMULATED:
             printed=reference_file("printed_coefficients"),
         output:
             logs=raw_logs(TORQUE_RAW, TORQUE_FILES),
-            truth="<results>/twin/torque_truth.parquet",
+            torque_truth="<results>/twin/torque_truth.parquet",
             listing="<results>/twin/torque_logs.sha256",
         log:
             "<logs>/torque-twin.log",
@@ -54,7 +54,7 @@ rule torque:
     "Measured torque against the law with each load variable; the traction that it implies."
     input:
         **finished("torque_runs", *FITTED),
-        torque_truth=rules.torque_twin.output.truth if TORQUE_SIMULATED else [],
+        torque_truth=rules.torque_twin.output.torque_truth if TORQUE_SIMULATED else [],
     output:
         torque="<tables>/torque.parquet",
         torque_inversion="<tables>/torque_inversion.parquet",
@@ -103,6 +103,7 @@ rule heat_balance:
         made=made("heat-balance"),
     log:
         "<logs>/heat-balance.log",
+    priority: 1
     localrule: True
     params:
         code=code("heat_balance.py"),

@@ -8,6 +8,8 @@ rule exports:
         made=made("exports"),
     log:
         "<logs>/exports.log",
+    # no other rule needs it: it runs beside the report
+    priority: -1
     localrule: True
     params:
         code=code("exports.py", *STUDIES),

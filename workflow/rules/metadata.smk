@@ -18,6 +18,8 @@ rule metadata:
         made=made("metadata"),
     log:
         "<logs>/metadata.log",
+    # no other rule needs it: it runs beside the report
+    priority: -1
     localrule: True
     params:
         code=code("metadata.py", *TABLE_WORDS),

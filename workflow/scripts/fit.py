@@ -2,14 +2,12 @@
 
 from pathlib import Path
 
+import oilfilm.run.job as run
 from oilfilm.fits.law_comparison import fit_law
-from oilfilm.run.job import job
-from oilfilm.tables.campaign_tables import CampaignTables, write_tables
 
-with job(snakemake) as (settings, provenance):
+with run.job(snakemake) as job:
     oil, law = snakemake.wildcards.oil, snakemake.wildcards.law
-    points = CampaignTables.of_job(snakemake.input).points
-    fit = fit_law(points, oil, law, settings)
-    write_tables(fit.tables, snakemake.output, provenance)
+    fit = fit_law(job.tables.points, oil, law, job.settings)
+    job.write(fit.tables)
     with Path(snakemake.log[0]).open("a", encoding="utf-8") as log:
         log.write(f"{oil}, {law}: {fit.certificate}\n")

@@ -2,17 +2,17 @@
 
 from pathlib import Path
 
+import oilfilm.run.job as run
 from oilfilm import studies
 from oilfilm.errors import OilfilmError
 from oilfilm.home import HOME
 from oilfilm.logs.raw_files import read_listings
 from oilfilm.releases.release import FinishedRun, make_release
 from oilfilm.releases.tree import code_tree_digest
-from oilfilm.run.job import job, say
 
-with job(snakemake) as (settings, _):
+with run.job(snakemake) as job:
     inputs, params = snakemake.input, snakemake.params
-    studies.declare_tables(settings.campaign.studies)
+    studies.declare_tables(job.settings.campaign.studies)
     releases, package = Path(params.releases), Path(inputs.package)
     if code_tree_digest(HOME) != params.tree:
         raise OilfilmError("The code has changed while it ran. Run `snakemake release` again.")
@@ -20,7 +20,7 @@ with job(snakemake) as (settings, _):
     finished = FinishedRun(
         root=Path(),
         home=HOME,
-        settings=settings,
+        settings=job.settings,
         results=package.parents[1],
         files=[Path(path) for path in inputs if path not in others],
         raw=read_listings(*map(Path, inputs.digests)) | params.sheets,
@@ -30,4 +30,4 @@ with job(snakemake) as (settings, _):
     folder, new = make_release(finished, releases)
     # a job killed after its release finds it when it runs again: the log must not tell
     Path(snakemake.log[0]).write_text(f"{folder}: the release of this run\n", encoding="utf-8")
-    say(f"{folder}: {'released' if new else 'exists already, with the same bytes'}")
+    run.say(f"{folder}: {'released' if new else 'exists already, with the same bytes'}")

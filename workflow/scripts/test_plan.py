@@ -1,11 +1,10 @@
 """Choose the rig conditions to test next."""
 
-from oilfilm.run.job import job, say
-from oilfilm.tables.campaign_tables import CampaignTables, write_tables
+import oilfilm.run.job as run
 from oilfilm.torque.next_tests import plan_table
 
-with job(snakemake) as (settings, provenance):
-    plan, reasons = plan_table(CampaignTables.of_job(snakemake.input), settings)
+with run.job(snakemake) as job:
+    plan, reasons = plan_table(job.tables, job.settings)
     for reason in reasons:
-        say(f"no plan: {reason}")
-    write_tables({"test_plan": plan}, snakemake.output, provenance)
+        run.say(f"no plan: {reason}")
+    job.write({"test_plan": plan})

@@ -1,17 +1,17 @@
 """Compare measured torque with the fitted law for each load variable; say what that can show."""
 
-from oilfilm.run.job import job
-from oilfilm.tables.campaign_tables import CampaignTables, write_tables
+import oilfilm.run.job as run
 from oilfilm.torque.bearing_torque import oils_in_bearings, torque_table
 from oilfilm.torque.torque_control import torque_control
 
-with job(snakemake) as (settings, provenance):
-    results = CampaignTables.of_job(snakemake.input)
-    oils = oils_in_bearings(results.coefficients, results.fit_quality, settings, results.refits)
-    torque, inversion = torque_table(results.torque_runs, oils, settings)
+with run.job(snakemake) as job:
+    oils = oils_in_bearings(
+        job.tables.coefficients, job.tables.fit_quality, job.settings, job.tables.refits
+    )
+    torque, inversion = torque_table(job.tables.torque_runs, oils, job.settings)
     frames = {
         "torque": torque,
         "torque_inversion": inversion,
-        "torque_control": torque_control(results.replace(torque=torque), settings),
+        "torque_control": torque_control(job.tables.replace(torque=torque), job.settings),
     }
-    write_tables(frames, snakemake.output, provenance)
+    job.write(frames)

@@ -1,12 +1,12 @@
-"""Simulate the torque logs of a demonstration campaign."""
+"""Simulate the logs of the torque rig and the truth behind them."""
 
 from pathlib import Path
-
+import oilfilm.run.job as run
 from oilfilm.paper.reference import printed_constants
 from oilfilm.rig_twin.simulate import write_logs
 from oilfilm.rig_twin.torque_logs import simulate_torque
-from oilfilm.run.job import job
 
-with job(snakemake) as (settings, provenance):
+with run.job(snakemake) as job:
     constants = printed_constants(Path(snakemake.input.printed))
-    write_logs(simulate_torque(settings, constants), "torque_truth", snakemake.output, provenance)
+    logs = simulate_torque(job.settings, constants)
+    write_logs(logs, "torque_truth", snakemake.output, job.provenance)

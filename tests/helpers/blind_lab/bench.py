@@ -3,7 +3,7 @@
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from scipy.signal import lfilter
+import scipy
 
 from blind_lab.truth import Array, Machine, Oil
 
@@ -99,13 +99,16 @@ def _controlled(wanted: Array, rate: float, frequency: float, damping: float) ->
     fine = 8
     gain, kept = (frequency / (rate * fine)) ** 2, 1 - 2 * damping * frequency / (rate * fine)
     moved = np.repeat(wanted - wanted[0], fine)
-    return wanted[0] + lfilter([gain], [1, gain - 1 - kept, kept], moved)[fine - 1 :: fine]
+    return (
+        wanted[0]
+        + scipy.signal.lfilter([gain], [1, gain - 1 - kept, kept], moved)[fine - 1 :: fine]
+    )
 
 
 def lagging(values: Array, rate: float, constant: float) -> Array:
     """Output of a sensor with a time constant in s."""
     share = 1 - np.exp(-1 / (rate * constant))
-    output, _ = lfilter([share], [1, share - 1], values, zi=[(1 - share) * values[0]])
+    output, _ = scipy.signal.lfilter([share], [1, share - 1], values, zi=[(1 - share) * values[0]])
     return output
 
 

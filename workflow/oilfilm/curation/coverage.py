@@ -45,7 +45,7 @@ def coverage(runs: pd.DataFrame, settings: Settings) -> pd.DataFrame:
     tested = _counted(with_levels(runs, settings))
     conditions = tested.merge(planned, on=_CONDITION, how="outer")
     nothing: dict[str, Any] = {"rig": rigs[0] if len(rigs) == 1 else "", "planned": False}
-    conditions = conditions.fillna(nothing | dict.fromkeys(_COUNTS, 0))
+    conditions = conditions.fillna(nothing | dict.fromkeys(_COUNTS, 0)).astype({"planned": bool})
     state = np.select(
         [conditions["runs_accepted"] > 0, conditions["runs_refused"] > 0],
         ["accepted", "refused"],

@@ -1,6 +1,6 @@
 """The report as plain text: the answer first, then trouble, then each section.
 
-Decides: what the summary shows, and how much of it a run prints at its end.
+Decides: what the summary shows.
 """
 
 from collections.abc import Iterable, Iterator, Sequence
@@ -13,8 +13,6 @@ from oilfilm.report.words import meanings
 from oilfilm.settings.campaign import Campaign
 from oilfilm.text_table import markdown_table
 
-# Lines of a summary that a run prints at its end.
-_LINES_MAX = 75
 _PLACES = (
     ("Report", "report.html (open it in a browser; it needs no network)"),
     ("Tables", "tables (start with quarantine.csv)"),
@@ -51,19 +49,6 @@ def text(
     words = meanings("\n".join(lines), *(section.words for section in sections))
     lines += _headed("Words", [f"- {word}: {sentence(meaning)}" for word, meaning in words])
     return "\n".join(map(printable, lines)).rstrip() + "\n"
-
-
-def beginning(summary: str, path: str) -> str:
-    """A summary as a terminal gets it at the end of a run: not too long.
-
-    Args:
-        summary: The whole of it.
-        path: The file that has the whole.
-    """
-    lines = summary.rstrip().split("\n")
-    left_out = len(lines) - _LINES_MAX
-    more = [f"... {left_out} more lines: {path}"] if left_out > 0 else []
-    return "\n".join([*lines[:_LINES_MAX], *more]) + "\n"
 
 
 def _headed(title: str, lines: Iterable[str]) -> list[str]:

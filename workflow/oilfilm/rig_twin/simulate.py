@@ -215,7 +215,7 @@ def write_logs(
     Args:
         simulated: Each run with the bytes of its log and its rows of the truth.
         table: Name of that table.
-        outputs: Named outputs of a Snakemake job: `logs`, `listing`, `truth`.
+        outputs: Named outputs of a Snakemake job: `logs`, `listing`, and the table.
         provenance: As `tables.write`.
     """
     paths = {Path(path).name: Path(path) for path in outputs.logs}
@@ -226,4 +226,4 @@ def write_logs(
         digests[run.name] = sha256(content).hexdigest()
         truth += rows
     write_text(listing(dict(sorted(digests.items()))), Path(outputs.listing))
-    tables.write(tables.from_rows(truth, table), table, Path(outputs.truth), provenance)
+    tables.write(tables.from_rows(truth, table), table, Path(outputs[table]), provenance)

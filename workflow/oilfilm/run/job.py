@@ -7,9 +7,14 @@ import gc
 import sys
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any, NoReturn, TextIO
 
+import pandas as pd
+
+from oilfilm import tables
 from oilfilm.atomic_write import write_text
 from oilfilm.digests import file_digest, files_below, input_digest, settings_digest
 from oilfilm.errors import OilfilmError
@@ -18,18 +23,59 @@ from oilfilm.logs.raw_files import RawLogs, listing, read_listings
 from oilfilm.run.lock import job_lock
 from oilfilm.run.start import machine_fault
 from oilfilm.settings.resolved import Settings
-from oilfilm.tables import read_footer
+from oilfilm.tables.campaign_tables import CampaignTables, model_of
+
+
+@dataclass(frozen=True)
+class Job:
+    """What a script gets.
+
+    Attributes:
+        snakemake: The object that Snakemake gives to a script.
+        settings: Those that the rule lists as `config`.
+        provenance: Of the tables that it writes: which campaign, whether its data are simulated,
+            digests of code, settings and inputs; no clock, no host, no path outside the project.
+    """
+
+    snakemake: Any
+    settings: Settings
+    provenance: dict[str, Any]
+
+    @cached_property
+    def tables(self) -> CampaignTables:
+        """The tables among the inputs, read when they are first used."""
+        return CampaignTables.of_job(self.snakemake.input)
+
+    def write(self, frames: Mapping[str, pd.DataFrame]) -> None:
+        """Write each table to the output that the rule names after it.
+
+        Raises:
+            OilfilmError: As `tables.write`.
+        """
+        for name, frame in frames.items():
+            path = Path(self.snakemake.output[name])
+            tables.write(frame, model_of(name), path, self.provenance)
+
+    def raw_logs(self, folder: str) -> RawLogs:
+        """The raw logs: the inputs `logs`, whose names are the params `files`.
+
+        Args:
+            folder: Name of their folder below data/raw. Measured logs become inputs in the
+                provenance when they are read.
+        """
+        inputs, names = self.snakemake.input, self.snakemake.params.files
+        written = read_listings(Path(inputs.listing)) if inputs.get("listing") else {}
+        paths = dict(zip(names, map(Path, inputs.get("logs", [])), strict=True))
+        return RawLogs(Path("data/raw", folder), paths, written, self.provenance["inputs"])
 
 
 @contextmanager
-def job(snakemake: Any) -> Iterator[tuple[Settings, dict[str, Any]]]:
-    """Give a script its settings and the provenance of its tables; end a mistake in a sentence.
+def job(snakemake: Any) -> Iterator[Job]:
+    """Give a script its settings, tables and provenance; end a mistake in a sentence.
 
-    The settings are those that the rule lists as `config`. The provenance says which campaign,
-    whether its data are simulated, and digests of code, settings and inputs: no clock, no host, no
-    path outside the project. A script appends its remarks to its log.
+    A script appends its remarks to its log.
     """
-    # a job makes few cycles and ends soon: searching for them takes a tenth of its time
+    # a job makes few cycles and ends soon
     gc.freeze()
     gc.set_threshold(50_000)
     log = Path(snakemake.log[0])
@@ -37,7 +83,7 @@ def job(snakemake: Any) -> Iterator[tuple[Settings, dict[str, Any]]]:
         with job_lock(Path(".snakemake")):
             log.write_text("", encoding="utf-8")
             settings = Settings.of(snakemake.params.config)
-            yield settings, _provenance(snakemake, settings)
+            yield Job(snakemake, settings, _provenance(snakemake, settings))
             _write_digests(snakemake.output)
             with log.open("a", encoding="utf-8") as remarks:
                 remarks.write("done\n")
@@ -70,20 +116,6 @@ def _write_digests(outputs: Any) -> None:
 def say(text: str, stream: TextIO = sys.stdout) -> None:
     """Print a text; at a terminal it takes the place of the line of progress."""
     print(f"\x1b[K{text}" if stream.isatty() else text, file=stream, flush=True)
-
-
-def raw_logs(snakemake: Any, folder: str, provenance: Mapping[str, Any]) -> RawLogs:
-    """The raw logs of a job: its inputs `logs`, whose names are the params `files`.
-
-    Args:
-        snakemake: The object that Snakemake gives to a script.
-        folder: Name of their folder below data/raw.
-        provenance: That of the job; measured logs become inputs in it when they are read.
-    """
-    inputs, names = snakemake.input, snakemake.params.files
-    written = read_listings(Path(inputs.listing)) if inputs.get("listing") else {}
-    paths = dict(zip(names, map(Path, inputs.get("logs", [])), strict=True))
-    return RawLogs(Path("data/raw", folder), paths, written, provenance["inputs"])
 
 
 def _end(sentence: str, log: Path) -> NoReturn:
@@ -120,7 +152,7 @@ def _input_digests(paths: list[Path]) -> dict[str, str]:
         name = portable(path)
         if path.suffix == ".sha256" and "/parts/" in name:
             continue  # the digests of logs that the tables of the part name
-        footer = read_footer(path) if _is_table_of_part(name) else {}
+        footer = tables.read_footer(path) if _is_table_of_part(name) else {}
         if footer.get("part"):
             inputs |= footer["inputs"]
             inputs[f"rule {footer['rule']}"] = f"code {footer['code']}, {footer['settings']}"

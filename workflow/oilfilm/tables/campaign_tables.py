@@ -10,7 +10,7 @@ import pandas as pd
 from oilfilm.errors import OilfilmError
 from oilfilm.table_needs import NOT_IN_EVERY_CAMPAIGN, OF_FIT
 from oilfilm.tables.dictionary import TABLES
-from oilfilm.tables.store import read, write
+from oilfilm.tables.store import read
 
 # Tables whose rows are those of another table.
 _SAME_COLUMNS = {"torque_quarantine": "quarantine"}
@@ -123,20 +123,3 @@ def _known_names() -> list[str]:
 def model_of(name: str) -> str:
     """Name of the model that a campaign's table follows."""
     return _SAME_COLUMNS.get(name, name)
-
-
-def write_tables(
-    frames: Mapping[str, pd.DataFrame], outputs: Any, provenance: Mapping[str, Any]
-) -> None:
-    """Write each table to the output that the rule names after it.
-
-    Args:
-        frames: Tables by name.
-        outputs: Named outputs of a Snakemake job.
-        provenance: As `tables.write`.
-
-    Raises:
-        OilfilmError: As `tables.write`.
-    """
-    for name, frame in frames.items():
-        write(frame, model_of(name), Path(outputs[name]), provenance)
