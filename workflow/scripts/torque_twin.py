@@ -1,6 +1,7 @@
 """Simulate the logs of the torque rig and the truth behind them."""
 
 from pathlib import Path
+
 import oilfilm.run.job as run
 from oilfilm.paper.reference import printed_constants
 from oilfilm.rig_twin.simulate import write_logs

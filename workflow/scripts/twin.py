@@ -1,6 +1,7 @@
 """Simulate the raw logs of a campaign whose truth is known."""
 
 from pathlib import Path
+
 import oilfilm.run.job as run
 from oilfilm.paper.reference import printed_constants
 from oilfilm.rig_twin.simulate import simulate_campaign, write_logs
