@@ -23,7 +23,9 @@ def coverage() -> Figure:
         shown = shown.loc[truths]
         where = np.arange(len(truths))
         panel.axvspan(0.9 if curves == 24 else 0.85, 0.99, color=GREY, alpha=0.25, lw=0)
-        panel.plot(shown["mean"], where, "s", color=ORANGE, label="law's own interval: true mean")
+        for column, filled, of in (("mean", "none", "all fits"), ("mean if sound", ORANGE, "sound")):
+            label = f"law's own interval: true mean, {of}"
+            panel.plot(shown[column], where, "s", color=ORANGE, markerfacecolor=filled, label=label)
         panel.plot(
             shown["obs"], where, "o", color=BLUE, label="interval of the next run: new points"
         )
