@@ -119,7 +119,7 @@ def test_law_refits_itself_and_is_shown_in_the_report(
 
 def test_figure_is_drawn_again_with_its_family(due: Callable[[Path, str, str], set[str]]) -> None:
     changed = due(
-        LIBRARY / "report/figures/bearing.py", "_DRAWN_INTERVAL = 1", "_DRAWN_INTERVAL = 2"
+        LIBRARY / "report/figures/bearing.py", "_SLIP_LEVELS = (-1.0,", "_SLIP_LEVELS = (-0.9,"
     )
     assert changed == {"bearing_figures"}
 

@@ -9,6 +9,7 @@ that a change of the rig is not called a bend of the law, nor a bend a change.
 Decides: when a pattern in the residuals is called found.
 """
 
+import itertools
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
@@ -284,9 +285,11 @@ def _bends(left: Leftover) -> list[tuple[Pattern, FloatArray]]:
     scaled = problem.at.design[:, 1:][:, known]
     scaled = (scaled - scaled.mean(axis=0)) / scaled.std(axis=0)
     bends = []
-    for first, second in zip(*np.triu_indices(len(known)), strict=True):
-        names = problem.law.groups[known[first]], problem.law.groups[known[second]]
-        product = (scaled[:, first] * scaled[:, second])[problem.at.curve]
+    # squares, products of two, cubes
+    pairs = itertools.combinations_with_replacement(range(len(known)), 2)
+    for powers in (*pairs, *((index,) * 3 for index in range(len(known)))):
+        names = [problem.law.groups[known[index]] for index in powers]
+        product = scaled[:, list(powers)].prod(axis=1)[problem.at.curve]
         bends += [(" ".join(dict.fromkeys(names)), each * product) for each in (mu, left.by_slip)]
     along = problem.at.slip / problem.at.slip.max()
     rise = np.clip(left.by_slip / np.where(mu > 0, mu, np.inf), -1, 1)
