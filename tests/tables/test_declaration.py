@@ -48,6 +48,17 @@ def test_units_are_of_the_quantity_that_the_name_says() -> None:
             assert column.unit == ENDINGS[max(endings, key=len)], column.name
 
 
+def test_difference_of_temperatures_is_in_kelvin() -> None:
+    """A value in degC has an offset that a difference lacks: 2 K is not 2 degC."""
+    words = ("difference", "minus", "uncertainty", "standard error", "spread")
+    units = {
+        column.name: column.unit
+        for column in tables.COLUMNS.values()
+        if "temperature" in column.name and any(word in column.meaning for word in words)
+    }
+    assert units == {"inlet_temperature_systematic_c": "K", "oil_temperature_change_c": "K"}
+
+
 @pytest.mark.parametrize("model", tables.TABLES.values(), ids=tables.TABLES)
 def test_table_has_a_key_or_says_why_not(model: tables.Table) -> None:
     assert bool(model.key) != bool(model.no_key)
