@@ -7,8 +7,7 @@ from scipy.stats import t as student
 from campaigns import printed
 from fit_points import LAW, make_points, matrix, problem_of
 from oilfilm.fits.engine import polish
-from oilfilm.fits.profile import profile_interval, profiles
-from oilfilm.fits.uncertainty import naive_covariance
+from oilfilm.fits.uncertainty import naive_covariance, profile_interval, profiles
 from oilfilm.traction.law import to_internal
 
 

@@ -4,13 +4,13 @@ Decides: what is saved of a fit that was made without the workflow.
 """
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-import numpy as np
 import pandas as pd
 
 import oilfilm
 from oilfilm import tables
+from oilfilm.arrays import ArrayFit, table_of
 from oilfilm.atomic_write import atomic_folder, write_bytes, write_text
 from oilfilm.digests import file_digest
 from oilfilm.errors import OilfilmError
@@ -30,17 +30,13 @@ from oilfilm.settings.resolve import resolve, safe_name
 from oilfilm.settings.resolved import Settings
 from oilfilm.table_needs import OF_FIT
 from oilfilm.tables.campaign_tables import CampaignTables
-from oilfilm.tables.dictionary import TABLES
 from oilfilm.traction import LAWS
-
-if TYPE_CHECKING:
-    from oilfilm.arrays import ArrayFit
 
 _SAVED = ("points", "runs", *OF_FIT, "law_verdicts", "lack_of_fit", "soundness")
 _PLACES = (("Report", "report.html"), ("Tables", "tables"), ("Exports", "exports"))
 
 
-def save_fit(fit: "ArrayFit", folder: Path) -> None:
+def save_fit(fit: ArrayFit, folder: Path) -> None:
     """Write tables, exports and report, as a campaign has them in its results.
 
     Args:
@@ -67,7 +63,7 @@ def save_fit(fit: "ArrayFit", folder: Path) -> None:
         write_text(page, made / "report.html")
 
 
-def export_fit(fit: "ArrayFit", path: Path) -> None:
+def export_fit(fit: ArrayFit, path: Path) -> None:
     """Write the law in the form that the ending of a file names.
 
     Raises:
@@ -84,7 +80,7 @@ def export_fit(fit: "ArrayFit", path: Path) -> None:
     write_bytes(by_ending[path.suffix], path)
 
 
-def _campaign(fit: "ArrayFit", name: str) -> tuple[CampaignTables, Settings, dict[str, Any]]:
+def _campaign(fit: ArrayFit, name: str) -> tuple[CampaignTables, Settings, dict[str, Any]]:
     """The fit as a finished campaign: its tables, settings and provenance."""
     settings, data = _settings(fit, name), _data(fit, name)
     of_fit = {table: frame.assign(oil=fit.oil) for table, frame in fit.tables.tables.items()}
@@ -98,22 +94,20 @@ def _campaign(fit: "ArrayFit", name: str) -> tuple[CampaignTables, Settings, dic
     return results.replace(**finished_fits(results, settings)), settings, provenance
 
 
-def _data(fit: "ArrayFit", campaign: str) -> dict[str, pd.DataFrame]:
+def _data(fit: ArrayFit, campaign: str) -> dict[str, pd.DataFrame]:
     """The tables `points` and `runs` of a campaign that has this table alone."""
-    points = fit.points.assign(
-        oil=fit.oil, accepted=True, n_samples=1, first_row=fit.points.index + 1
-    )
-    means = points.groupby("run_id", sort=False)
+    points = table_of(fit.points, fit.oil)
+    means = fit.points.groupby("run_id", sort=False)
     runs = pd.DataFrame({"accepted_points": means.size(), "plateaus": means.size()})
-    for name in {*SET_POINTS} & {*points}:
+    for name in {*SET_POINTS} & {*fit.points}:
         runs[f"nominal_{name}"] = means[name].mean()
     runs = runs.reset_index().assign(
         campaign=campaign, oil=fit.oil, rig="unknown", verdict="accepted", file=fit.source
     )
-    return {"points": _filled(points, "points"), "runs": _filled(runs, "runs")}
+    return {"points": points, "runs": tables.filled(runs, "runs", "the table")}
 
 
-def _settings(fit: "ArrayFit", campaign: str) -> Settings:
+def _settings(fit: ArrayFit, campaign: str) -> Settings:
     """Settings of a campaign that has this table alone."""
     return Settings.of(
         {
@@ -134,14 +128,3 @@ def _settings(fit: "ArrayFit", campaign: str) -> Settings:
             "fit": fit.settings.model_dump(),
         }
     )
-
-
-def _filled(frame: pd.DataFrame, table: str) -> pd.DataFrame:
-    """A frame as a table of a campaign: what it does not know is missing, 0 or empty."""
-    unknown: dict[str, Any] = {"number": 0.0, "integer": 0, "flag": False, "text": ""}
-    lacking = [column for column in TABLES[table].columns if column.name not in frame]
-    values = {
-        column.name: np.nan if column.nullable else (*column.allowed, unknown[column.type])[0]
-        for column in lacking
-    }
-    return tables.conform(frame.assign(**values), table, "the table")

@@ -23,7 +23,7 @@ from oilfilm.fits.cross_validation import (
     spread_left_out,
 )
 from oilfilm.fits.engine import Optimum, at_bounds, polish, search
-from oilfilm.fits.fit_tables import fitted_names, tables_of_fit, tables_without_fit
+from oilfilm.fits.fit_tables import Solution, fitted_names, tables_of_fit, tables_without_fit
 from oilfilm.fits.interval import scores_of_unseen
 from oilfilm.fits.objectives import robust_fit
 from oilfilm.fits.problem import (
@@ -32,13 +32,12 @@ from oilfilm.fits.problem import (
     build_problem,
     curve_data,
 )
-from oilfilm.fits.profile import profiles
-from oilfilm.fits.solution import Solution
-from oilfilm.fits.systematic import calibration_refits
 from oilfilm.fits.uncertainty import (
     Estimates,
+    calibration_refits,
     curve_bootstrap,
     naive_covariance,
+    profiles,
     robust_draws,
     without_bounds,
 )

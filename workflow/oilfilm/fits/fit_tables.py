@@ -1,6 +1,7 @@
 """The tables of one fit: constants, quality, refits, correlations, profiles, residuals by curve."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -9,11 +10,11 @@ import pandas as pd
 from oilfilm import tables
 from oilfilm.fits.certificate import tested_grid, traction_on
 from oilfilm.fits.conditions import from_text
-from oilfilm.fits.interval import normal_quantile
-from oilfilm.fits.objectives import curve_agreement, difference, odd_curves
-from oilfilm.fits.profile import profile_interval
-from oilfilm.fits.solution import Solution
-from oilfilm.fits.systematic import SENSORS
+from oilfilm.fits.engine import Optimum
+from oilfilm.fits.interval import Unseen, normal_quantile
+from oilfilm.fits.objectives import Alternative, curve_agreement, difference, odd_curves
+from oilfilm.fits.problem import CurveData, Problem
+from oilfilm.fits.uncertainty import SENSORS, Estimates, profile_interval
 from oilfilm.settings.config import FitSettings
 from oilfilm.table_needs import OF_FIT
 from oilfilm.traction.law import CONDITIONS, Law
@@ -21,6 +22,37 @@ from oilfilm.units import FloatArray
 
 # Traction this small beside the largest is rounding: no dip below zero, no second rise.
 _ROUNDING = 1e-9
+
+
+@dataclass(frozen=True)
+class Solution:
+    """One law fitted to one oil.
+
+    Attributes:
+        problem: What was fitted; constants that ran into a bound are held there.
+        data: The curves it was fitted to.
+        best: The best end of the searches.
+        certificate: Whether the searches agree, and at what kind of optimum.
+        estimates: The free constants with their errors.
+        profile: As `profiles`.
+        robust: The fit with a robust loss; None for an exact fit.
+        left_out: Error of each point's mu by a fit that has not seen its curve, NaN where there is
+            none.
+        unseen: What these errors say of a further run.
+        refits_at_bounds: Refits of which a constant ended at a bound; they are not among the
+            estimates' refits.
+    """
+
+    problem: Problem
+    data: CurveData
+    best: Optimum
+    certificate: Mapping[str, Any]
+    estimates: Estimates
+    profile: tuple[FloatArray, FloatArray]
+    robust: Alternative | None
+    left_out: FloatArray
+    unseen: Unseen
+    refits_at_bounds: int
 
 
 def tables_of_fit(
@@ -37,18 +69,16 @@ def tables_of_fit(
         quality: Oil, law, counts and tested box: the row of `fit_quality` so far.
         settings: `sign_confidence` and `pulling_weight` of config's fit.
     """
-    return _checked(
-        quality,
-        {
-            "coefficients": _judged(_coefficients(solution, settings), solution, quality),
-            "fit_quality": pd.DataFrame([{**quality, **_quality(solution)}]),
-            "refits": _refits(solution),
-            "correlations": _correlations(solution),
-            "profiles": _profiles(solution),
-            "curve_residuals": _curve_residuals(solution, settings),
-            "law_points": _law_points(solution, points),
-        },
-    )
+    frames = {
+        "coefficients": _judged(_coefficients(solution, settings), solution, quality),
+        "fit_quality": pd.DataFrame([{**quality, **_quality(solution)}]),
+        "refits": _refits(solution),
+        "correlations": _correlations(solution),
+        "profiles": _profiles(solution),
+        "curve_residuals": _curve_residuals(solution, settings),
+        "law_points": _law_points(solution, points),
+    }
+    return _of_fit(quality, frames)
 
 
 def tables_without_fit(
@@ -63,31 +93,19 @@ def tables_without_fit(
         quality: As of `tables_of_fit`.
         reason: Why there is no fit.
     """
-    columns = tables.columns("coefficients")
-    rows = pd.DataFrame({"constant": constants}).reindex(columns=columns)
-    rows = rows.assign(identifiable=False, verdict="not identifiable")
-    row = {
-        **dict.fromkeys(tables.columns("fit_quality"), np.nan),
-        **quality,
-        "n_constants": 0,
-        "refits_at_bounds": 0,
-        "searches": 0,
-        "searches_agreeing": 0,
-        "active_bounds": "",
-        "certified": False,
-        "certificate": f"not fitted: {reason}",
-    }
-    filled = {"coefficients": rows, "fit_quality": pd.DataFrame([row])}
-    return _checked(quality, {**dict.fromkeys(OF_FIT, pd.DataFrame()), **filled})
+    rows = pd.DataFrame({"constant": constants}).assign(verdict="not identifiable")
+    row = {**quality, "certificate": f"not fitted: {reason}"}
+    known = {"coefficients": rows, "fit_quality": pd.DataFrame([row])}
+    return _of_fit(quality, {**dict.fromkeys(OF_FIT, pd.DataFrame()), **known})
 
 
-def _checked(
+def _of_fit(
     quality: Mapping[str, Any], frames: Mapping[str, pd.DataFrame]
 ) -> dict[str, pd.DataFrame]:
-    """Each table with oil and law in every row, checked by its declaration."""
-    oil, law = quality["oil"], quality["law"]
+    """Each table with oil and law in every row."""
+    of = {name: quality[name] for name in ("oil", "law")}
     return {
-        name: tables.conform(frame.assign(oil=oil, law=law), name, f"fit of {oil}")
+        name: tables.filled(frame.assign(**of), name, f"fit of {of['oil']}")
         if len(frame)
         else tables.empty(name)
         for name, frame in frames.items()
@@ -203,8 +221,6 @@ def _quality(solution: Solution) -> dict[str, Any]:
         "robust_difference": difference(problem, best, solution.robust),
         "left_out_rmse": float(np.sqrt(np.mean(solution.left_out**2))),
         "refits_at_bounds": solution.refits_at_bounds,
-        # of the oil, which a fit does not know
-        "limiting_stress_ratio": np.nan,
         **solution.unseen.columns(),
         **solution.certificate,
     }
@@ -331,7 +347,6 @@ def _curve_residuals(solution: Solution, settings: FitSettings) -> pd.DataFrame:
             "gain": agreement.gain,
             "robust_weight": agreement.weight,
             "odd": odd_curves(agreement, settings),
-            "likely_oil": "",
         }
     )
 
