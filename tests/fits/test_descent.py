@@ -26,7 +26,7 @@ def refit(
 
 @pytest.fixture(scope="module")
 def task() -> Problem:
-    return problem_of(make_points("4050", matrix(us=[25.0, 40.0]), noise=2e-4))[0]
+    return problem_of(make_points("4050", matrix(us=[25.0, 40.0]), noise=2e-4))
 
 
 def fitted(name: str) -> tuple[Problem, Optimum]:

@@ -12,7 +12,7 @@ from oilfilm.traction.law import to_internal
 
 
 def test_profile_rises_with_the_best_sse_that_the_others_allow() -> None:
-    task, _ = problem_of(make_points("4102", matrix(), noise=2e-4))
+    task = problem_of(make_points("4102", matrix(), noise=2e-4))
     best = polish(task, to_internal(LAW, printed()["4102"]))
     naive = naive_covariance(task, best)
     errors = np.sqrt(np.diag(naive))

@@ -121,22 +121,12 @@ def fit_oil(
     quality = about | _tested(law, data, followed, settings) | _tested_box(points)
     try:
         problem = build_problem(law, data, followed)
-        _refuse_hopeless(problem, data)
+        _refuse_hopeless(problem)
     except ValueError as error:
         return OilFit(tables_without_fit(fitted_names(law), quality, str(error)), None)
-    solution = _solve(problem, _Tested(oil, points, data, followed), settings, seed)
+    solution = _solve(problem, oil, points, settings, seed)
     quality |= _ends_out(solution, points, settings)
     return OilFit(tables_of_fit(solution, points, quality, settings), solution)
-
-
-@dataclass(frozen=True)
-class _Tested:
-    """What was tested of an oil: its points, their curves, and the conditions to follow."""
-
-    oil: str
-    points: pd.DataFrame
-    data: CurveData
-    followed: BoolArray
 
 
 def _tested(
@@ -155,8 +145,9 @@ def _tested(
     }
 
 
-def _refuse_hopeless(problem: Problem, data: CurveData) -> None:
+def _refuse_hopeless(problem: Problem) -> None:
     """Raise a ValueError that says in words why no law can be fitted to such data."""
+    data = problem.data
     if not len(data.mu):
         raise ValueError("0 accepted points")
     lost = int((~np.isfinite(data.mu) | ~np.isfinite(data.slip)).sum())
@@ -181,18 +172,19 @@ def _refuse_hopeless(problem: Problem, data: CurveData) -> None:
         raise ValueError(f"mu is {data.mu[0]:.4g} at every point, whatever the slip")
 
 
-def _solve(problem: Problem, tested: _Tested, settings: FitSettings, seed: int) -> Solution:
-    oil, data = tested.oil, tested.data
+def _solve(
+    problem: Problem, oil: str, points: pd.DataFrame, settings: FitSettings, seed: int
+) -> Solution:
     randoms = [generator(seed, "search", oil, number) for number in range(settings.searches)]
     ends = search(problem, settings, randoms)
-    ends += _from_nested(problem, tested, settings, generator(seed, "nested", oil))
+    ends += _from_nested(problem, settings, generator(seed, "nested", oil))
     problem, optima = _with_bounds_held(problem, ends)
     best = min(optima, key=lambda optimum: optimum.sse)
     naive = naive_covariance(problem, best)
     errors = np.sqrt(np.diag(naive))
     drawn = _refits(problem, best, settings, generator(seed, "bootstrap", oil))
     refits = without_bounds(problem, drawn)
-    shifted = calibration_refits(problem, best, tested.points, tested.followed)
+    shifted = calibration_refits(problem, best, points)
     estimates = Estimates(best.values, naive, refits, shifted)
     # the same groups for every law
     random = generator(seed, "left out", oil)
@@ -201,9 +193,8 @@ def _solve(problem: Problem, tested: _Tested, settings: FitSettings, seed: int) 
     by_slip = problem.law.jacobian(problem.expand(best.values), problem.at) @ problem.law.slip_scale
     return Solution(
         problem,
-        data,
         best,
-        certify(problem, data, optima, errors, settings),
+        certify(problem, optima, errors, settings),
         estimates,
         profiles(problem, best, naive),
         robust_fit(problem, best),
@@ -214,12 +205,12 @@ def _solve(problem: Problem, tested: _Tested, settings: FitSettings, seed: int) 
 
 
 def _from_nested(
-    problem: Problem, tested: _Tested, settings: FitSettings, random: np.random.Generator
+    problem: Problem, settings: FitSettings, random: np.random.Generator
 ) -> list[Optimum]:
     """The end next to the optimum of the law's special case, as one more search, if it has one."""
     if problem.law.nested is None:
         return []
-    inner = build_problem(problem.law.nested, tested.data, tested.followed)
+    inner = build_problem(problem.law.nested, problem.data, problem.varied)
     (best,) = search(inner, settings, [random])
     names = [constant.name for constant in inner.law.constants]
     known = dict(zip(names, inner.expand(best.values), strict=True))
@@ -266,6 +257,6 @@ def _ends_out(solution: Solution, points: pd.DataFrame, settings: FitSettings) -
         for level in levels.T
     ]
     return {
-        f"{name}_end_out_relative_rms": relative_rms(error, solution.data.mu)
+        f"{name}_end_out_relative_rms": relative_rms(error, solution.problem.mu)
         for name, error in zip(("pressure", "speed", "temperature"), errors, strict=True)
     }

@@ -13,7 +13,7 @@ from oilfilm.fits.conditions import from_text
 from oilfilm.fits.engine import Optimum
 from oilfilm.fits.interval import Unseen, normal_quantile
 from oilfilm.fits.objectives import Alternative, curve_agreement, difference, odd_curves
-from oilfilm.fits.problem import CurveData, Problem
+from oilfilm.fits.problem import Problem
 from oilfilm.fits.uncertainty import SENSORS, Estimates, profile_interval
 from oilfilm.settings.config import FitSettings
 from oilfilm.table_needs import OF_FIT
@@ -30,7 +30,6 @@ class Solution:
 
     Attributes:
         problem: What was fitted; constants that ran into a bound are held there.
-        data: The curves it was fitted to.
         best: The best end of the searches.
         certificate: Whether the searches agree, and at what kind of optimum.
         estimates: The free constants with their errors.
@@ -44,7 +43,6 @@ class Solution:
     """
 
     problem: Problem
-    data: CurveData
     best: Optimum
     certificate: Mapping[str, Any]
     estimates: Estimates
@@ -199,19 +197,19 @@ def _judged(rows: pd.DataFrame, solution: Solution, quality: Mapping[str, Any]) 
 
 
 def _quality(solution: Solution) -> dict[str, Any]:
-    problem, data, best = solution.problem, solution.data, solution.best
+    problem, best = solution.problem, solution.best
     residual = problem.residual(best.values)
     rmse = float(np.sqrt(np.mean(residual**2)))
     constants = len(best.values) + len(problem.at_bounds)
     aic, bic = information_criteria(best.sse, len(residual), constants)
-    on_grid = traction_on(problem, best, *tested_grid(problem, data))
+    on_grid = traction_on(problem, best, *tested_grid(problem))
     starts = on_grid[:, 0]
     negative, second_rise = curve_shapes(on_grid)
     return {
         "n_constants": constants,
         "sse": best.sse,
         "rmse": rmse,
-        "relative_rms": rmse / float(np.sqrt(np.mean(data.mu**2))),
+        "relative_rms": rmse / float(np.sqrt(np.mean(problem.mu**2))),
         "max_error": float(np.abs(residual).max()),
         "aic": aic,
         "bic": bic,
@@ -321,7 +319,7 @@ def _profiles(solution: Solution) -> pd.DataFrame:
 
 
 def _law_points(solution: Solution, points: pd.DataFrame) -> pd.DataFrame:
-    data = solution.data
+    data = solution.problem.data
     # the order of `curve_data`, whose traction is that of positive slip
     at = points[points["accepted"]].sort_values(["run_id", "first_row"]).reset_index(drop=True)
     side = np.where(at["slide_roll_ratio"] < 0, -1.0, 1.0)
@@ -333,7 +331,7 @@ def _law_points(solution: Solution, points: pd.DataFrame) -> pd.DataFrame:
 
 
 def _curve_residuals(solution: Solution, settings: FitSettings) -> pd.DataFrame:
-    problem, data = solution.problem, solution.data
+    problem, data = solution.problem, solution.problem.data
     residual = problem.residual(solution.best.values)
     counts = np.bincount(problem.at.curve, minlength=problem.curves)
     squares = np.bincount(problem.at.curve, residual**2, minlength=problem.curves)
@@ -353,7 +351,7 @@ def _curve_residuals(solution: Solution, settings: FitSettings) -> pd.DataFrame:
 
 def _mean_conditions(solution: Solution) -> dict[str, FloatArray]:
     """Mean conditions of each curve; NaN for those that the law does not take."""
-    law, data = solution.problem.law, solution.data
+    law, data = solution.problem.law, solution.problem.data
     known = dict(zip(law.conditions, data.conditions.T, strict=True))
     unknown = np.full(len(data.runs), np.nan)
     return {f"mean_{name}": known.get(name, unknown) for name in (*CONDITIONS, "load_n")}

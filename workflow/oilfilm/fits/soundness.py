@@ -109,7 +109,7 @@ def leftover(
     }
     known = {oil: mu for oil, mu in mixed.items() if np.isfinite(mu).all()}
     members = {name: np.isin(data.runs, list(runs)) for name, runs in groups.items()}
-    return Leftover(problem, optimum, data, load_n, members, known)
+    return Leftover(problem, optimum, load_n, members, known)
 
 
 def _in_order(data: CurveData) -> CurveData:

@@ -13,7 +13,7 @@ from oilfilm.fits.descent import descend
 from oilfilm.fits.engine import Optimum, at_bounds, polish
 from oilfilm.fits.interval import student_quantile
 from oilfilm.fits.problem import Problem, build_problem, curve_data
-from oilfilm.units import BoolArray, FloatArray, IndexArray
+from oilfilm.units import FloatArray, IndexArray
 
 # A refit is one draw of a spread: digits beyond these are never seen.
 _REFIT_TOLERANCE = 1e-8
@@ -174,9 +174,7 @@ def draw_curves(design: FloatArray, count: int, random: np.random.Generator) -> 
 # ---------------------------------------------------------------- calibration
 
 
-def calibration_refits(
-    problem: Problem, optimum: Optimum, points: pd.DataFrame, varied: BoolArray
-) -> FloatArray:
+def calibration_refits(problem: Problem, optimum: Optimum, points: pd.DataFrame) -> FloatArray:
     """The free constants refitted with each sensor off by its standard uncertainty.
 
     All points of a rig share such an error, so the sensors are shifted one at a time, everywhere;
@@ -186,7 +184,6 @@ def calibration_refits(
         problem: What was fitted.
         optimum: Where it ended.
         points: The oil's rows of the table of points.
-        varied: Conditions that gave exponents.
 
     Returns:
         One row per sensor, in the order of SENSORS; no rows where the calibration of one is not
@@ -196,9 +193,11 @@ def calibration_refits(
     refits = []
     for shifted in _shifted(accepted):
         data = curve_data(shifted, problem.law.conditions)
-        if not np.isfinite(data.mu).all() or not np.isfinite(data.conditions[:, varied]).all():
+        followed = data.conditions[:, problem.varied]
+        if not (np.isfinite(data.mu).all() and np.isfinite(followed).all()):
             return np.empty((0, len(optimum.values)))
-        moved = replace(problem, at=build_problem(problem.law, data, varied).at, mu=data.mu)
+        moved = build_problem(problem.law, data, problem.varied)
+        moved = replace(problem, at=moved.at, mu=moved.mu)
         refits.append(polish(moved, optimum.values).values)
     return np.array(refits)
 
