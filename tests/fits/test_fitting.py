@@ -16,7 +16,6 @@ from oilfilm.fits.certificate import certify, gradient_cosine, spectrum
 from oilfilm.fits.conditions import from_text
 from oilfilm.fits.engine import Optimum
 from oilfilm.fits.fit import OilFit, fit_oil
-from oilfilm.fits.fit_tables import sign_reach
 from oilfilm.fits.fitted import FittedLaw
 from oilfilm.fits.problem import curve_data
 from oilfilm.fits.uncertainty import naive_covariance
@@ -264,12 +263,6 @@ def test_exponent_whose_interval_holds_zero_has_no_known_sign(refitted: dict[str
         verdicts = refitted[oil].coefficients.set_index("constant")["verdict"]
         assert verdicts[constant] == "sign unknown"
         assert (verdicts[["A0", "A1", "B3", "C0", "C3"]] == "known").all()
-
-
-def test_signs_are_called_for_all_constants_together() -> None:
-    # one constant: the usual 1.96; twelve: 0.05/12 in two tails, 2.865 by tables of the normal law
-    assert sign_reach(1, 0.95) == pytest.approx(1.959964, abs=1e-6)
-    assert sign_reach(12, 0.95) == pytest.approx(2.8653, abs=5e-4)
 
 
 def test_constant_at_a_bound_is_named_and_not_certified(quick: FitSettings) -> None:

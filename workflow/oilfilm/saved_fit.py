@@ -4,13 +4,12 @@ Decides: what is saved of a fit that was made without the workflow.
 """
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 
 import oilfilm
 from oilfilm import tables
-from oilfilm.arrays import ArrayFit, table_of
 from oilfilm.atomic_write import atomic_folder, write_bytes, write_text
 from oilfilm.digests import file_digest
 from oilfilm.errors import OilfilmError
@@ -32,11 +31,14 @@ from oilfilm.table_needs import OF_FIT
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction import LAWS
 
+if TYPE_CHECKING:
+    from oilfilm.arrays import ArrayFit
+
 _SAVED = ("points", "runs", *OF_FIT, "law_verdicts", "lack_of_fit", "soundness")
 _PLACES = (("Report", "report.html"), ("Tables", "tables"), ("Exports", "exports"))
 
 
-def save_fit(fit: ArrayFit, folder: Path) -> None:
+def save_fit(fit: "ArrayFit", folder: Path) -> None:
     """Write tables, exports and report, as a campaign has them in its results.
 
     Args:
@@ -63,7 +65,7 @@ def save_fit(fit: ArrayFit, folder: Path) -> None:
         write_text(page, made / "report.html")
 
 
-def export_fit(fit: ArrayFit, path: Path) -> None:
+def export_fit(fit: "ArrayFit", path: Path) -> None:
     """Write the law in the form that the ending of a file names.
 
     Raises:
@@ -80,7 +82,7 @@ def export_fit(fit: ArrayFit, path: Path) -> None:
     write_bytes(by_ending[path.suffix], path)
 
 
-def _campaign(fit: ArrayFit, name: str) -> tuple[CampaignTables, Settings, dict[str, Any]]:
+def _campaign(fit: "ArrayFit", name: str) -> tuple[CampaignTables, Settings, dict[str, Any]]:
     """The fit as a finished campaign: its tables, settings and provenance."""
     settings, data = _settings(fit, name), _data(fit, name)
     of_fit = {table: frame.assign(oil=fit.oil) for table, frame in fit.tables.tables.items()}
@@ -94,9 +96,9 @@ def _campaign(fit: ArrayFit, name: str) -> tuple[CampaignTables, Settings, dict[
     return results.replace(**finished_fits(results, settings)), settings, provenance
 
 
-def _data(fit: ArrayFit, campaign: str) -> dict[str, pd.DataFrame]:
+def _data(fit: "ArrayFit", campaign: str) -> dict[str, pd.DataFrame]:
     """The tables `points` and `runs` of a campaign that has this table alone."""
-    points = table_of(fit.points, fit.oil)
+    points = fit.table
     means = fit.points.groupby("run_id", sort=False)
     runs = pd.DataFrame({"accepted_points": means.size(), "plateaus": means.size()})
     for name in {*SET_POINTS} & {*fit.points}:
@@ -107,7 +109,7 @@ def _data(fit: ArrayFit, campaign: str) -> dict[str, pd.DataFrame]:
     return {"points": points, "runs": tables.filled(runs, "runs", "the table")}
 
 
-def _settings(fit: ArrayFit, campaign: str) -> Settings:
+def _settings(fit: "ArrayFit", campaign: str) -> Settings:
     """Settings of a campaign that has this table alone."""
     return Settings.of(
         {

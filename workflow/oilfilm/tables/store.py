@@ -59,7 +59,8 @@ def filled(frame: pd.DataFrame, table: str, where: str = "new rows") -> pd.DataF
         if not column.nullable and known.hasnans:
             nothing = (*column.allowed, unknown[column.type])[0]
             known = known.astype(object).where(known.notna(), nothing)
-        values[column.name] = known.astype(column.dtype)
+        dtype: Any = column.dtype
+        values[column.name] = known.astype(dtype)
     return conform(pd.DataFrame(values), table, where)
 
 
