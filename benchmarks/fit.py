@@ -232,7 +232,7 @@ def certified(problem: Problem, data: CurveData) -> float:
     optima = search(problem, CONFIG.fit, [generator(seed, "certified") for seed in range(5)])
     best = min(optima, key=lambda optimum: optimum.sse)
     errors = np.sqrt(np.diag(naive_covariance(problem, best)))
-    verdict = certify(problem, data, optima, errors, CONFIG.fit)
+    verdict = certify(problem, optima, errors, CONFIG.fit)
     seconds = time.perf_counter() - start
     if not verdict["certified"]:
         print(verdict["certificate"])

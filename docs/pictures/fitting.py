@@ -4,10 +4,9 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from examples import settings, simulated_fit, simulated_points
-from oilfilm.fits.cross_validation import leave_curves_out
 from oilfilm.fits.engine import population_sse, search
-from oilfilm.fits.profile import profiles
-from oilfilm.fits.uncertainty import naive_covariance
+from oilfilm.fits.fit import leave_curves_out
+from oilfilm.fits.uncertainty import naive_covariance, profiles
 from style import BLUE, GREY, ORANGE, RED, axes, row
 
 

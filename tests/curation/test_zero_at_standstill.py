@@ -11,6 +11,8 @@ from hypothesis import strategies as st
 from bad_logs import CONFIG, KEYS, Columns, csv
 from nights import examples
 from oilfilm.curation.curate import Curated, check_logs
+from oilfilm.curation.gate import Signals
+from oilfilm.curation.zero import zero_reference
 from standstill import LARGEST, LEVELS, LOAD_N, UNITS, log, planted
 
 SHARE = CONFIG.curation.zero_reference.max_traction_share
@@ -75,6 +77,19 @@ def test_standstill_that_gives_no_zero_is_refused(values: Columns, rule: str, wo
     curated = judged(values, "standstill")
     assert curated.quarantine["rule"].tolist() == [rule]
     assert words in reason(curated)
+
+
+@given(output=st.floats(-5, 5), per_s=st.floats(-0.1, 0.1), last_s=st.floats(30, 1000))
+def test_linear_drift_of_the_zero_leaves_no_trace(
+    output: float, per_s: float, last_s: float
+) -> None:
+    """Mean of a line over a phase is its value at the mean time, so two phases give the line."""
+    time_s = np.linspace(0, last_s, 400)
+    line = output + per_s * time_s
+    signals = Signals(np.arange(400), time_s, {"traction_force_n": line})
+    phases = {"opening": slice(0, 60), "closing": slice(370, 400)}
+    zero = zero_reference(signals, "traction_force_n", phases, 6.0)
+    np.testing.assert_allclose(zero.at(time_s), line, atol=1e-12)
 
 
 ROLLING = {"levels": (0.0, *LEVELS[1:], 0.0), "still_s": (0.0, 0.0), "ramp_s": 0.0}

@@ -90,38 +90,35 @@ def test_difference_within_the_scatter_of_curves_is_a_tie_and_a_larger_one_is_no
     assert beaten["left_out_difference"] == pytest.approx(falls)
 
 
-def test_criteria_that_disagree_are_said_to() -> None:
-    base = np.full(30, 1.0)
-    many = {"deng2026": 2, "tanh": 40}
-    frames = compared({"deng2026": base, "tanh": 0.9 * base}, many)
+@pytest.mark.parametrize(
+    ("curves", "laws", "expected"),
+    [
+        # less error, but 38 constants more
+        (
+            30,
+            {"deng2026": (1.0, 2), "tanh": (0.9, 40)},
+            ("tanh", "deng2026", "criteria disagree", ""),
+        ),
+        # BIC by hand: 71.4 of deng2026, 128.7 of tanh, 9.9 of eyring
+        (
+            30,
+            {"deng2026": (1.0, 20), "tanh": (0.7, 40), "eyring": (0.99, 2)},
+            ("tanh", "eyring", "another law is better", "tanh"),
+        ),
+        (9, {"deng2026": (1.0, 3)}, ("", "", "no other law", "")),
+        (2, {"deng2026": (1.0, 2), "tanh": (0.5, 2)}, ("", "", "too few curves", "")),
+    ],
+)
+def test_verdict_on_the_first_law_is_that_of_both_criteria(
+    curves: int, laws: dict[str, tuple[float, int]], expected: tuple[str, ...]
+) -> None:
+    """Each law has the same squared error at every curve, and a number of constants."""
+    squares = {law: np.full(curves, square) for law, (square, _) in laws.items()}
+    frames = compared(squares, {law: constants for law, (_, constants) in laws.items()})
     (row,) = tables.rows(best_laws(*frames))
-    # less error, but 38 constants more
-    assert (row["left_out_law"], row["bic_law"]) == ("tanh", "deng2026")
-    assert row["verdict"] == "criteria disagree"
-
-
-def test_criteria_that_name_different_laws_agree_against_the_configured_one() -> None:
-    base = np.full(30, 1.0)
-    constants = {"deng2026": 20, "tanh": 40, "eyring": 2}
-    # BIC by hand: 71.4 of deng2026, 128.7 of tanh, 9.9 of eyring
-    frames = compared({"deng2026": base, "tanh": 0.7 * base, "eyring": 0.99 * base}, constants)
-    (row,) = tables.rows(best_laws(*frames))
-    assert (row["left_out_law"], row["bic_law"]) == ("tanh", "eyring")
-    assert (row["verdict"], row["better_law"]) == ("another law is better", "tanh")
-
-
-def test_comparison_that_was_not_made_is_named() -> None:
-    (row,) = tables.rows(best_laws(*compared({"deng2026": np.ones(9)}, {"deng2026": 3})))
-    assert row["verdict"] == "no other law"
-
-
-def test_two_curves_are_too_few_to_compare_laws() -> None:
-    (row,) = tables.rows(
-        best_laws(
-            *compared({"deng2026": np.ones(2), "tanh": np.full(2, 0.5)}, {"deng2026": 2, "tanh": 2})
-        )
+    assert tuple(row[name] for name in ("left_out_law", "bic_law", "verdict", "better_law")) == (
+        expected
     )
-    assert row["verdict"] == "too few curves"
 
 
 def misfit_of(config: Settings, repeats: int, law: str) -> tuple[dict[str, Any], float]:

@@ -33,12 +33,12 @@ def test_planted_sizes_of_errors_are_found_from_residuals() -> None:
     planted = replace(Errors(), force=0.0, speed=0.0)
     found = []
     for number in range(24):
-        problem, data = problem_of(run_tests(LARGE, generator(number, "sizes"), planted))
+        problem = problem_of(run_tests(LARGE, generator(number, "sizes"), planted))
         slopes = problem.jacobian(TRUTH)
         fitted = TRUTH - np.linalg.lstsq(slopes, problem.residual(TRUTH))[0]
         effect = effects(LAW, fitted, curves_at(LARGE))
         residual = -problem.residual(fitted)
-        sizes = error_sizes(problem.jacobian(fitted), effect, residual, data.curve)
+        sizes = error_sizes(problem.jacobian(fitted), effect, residual, problem.at.curve)
         found.append([*sizes.of_curve, sizes.of_point])
     error = np.std(found, axis=0, ddof=1) / np.sqrt(len(found))
     truth = np.array([*planted.of_curve, planted.point]) ** 2

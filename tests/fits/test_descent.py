@@ -26,7 +26,7 @@ def refit(
 
 @pytest.fixture(scope="module")
 def task() -> Problem:
-    return problem_of(make_points("4050", matrix(us=[25.0, 40.0]), noise=2e-4))[0]
+    return problem_of(make_points("4050", matrix(us=[25.0, 40.0]), noise=2e-4))
 
 
 def fitted(name: str) -> tuple[Problem, Optimum]:
@@ -75,16 +75,6 @@ def test_polish_ends_where_no_step_is_left(name: str) -> None:
     jacobian, residual = problem.jacobian(best.values), problem.residual(best.values)
     orthonormal, _ = np.linalg.qr(jacobian)
     assert np.linalg.norm(orthonormal.T @ residual) < 1e-9 * np.linalg.norm(residual)
-
-
-def test_weight_of_a_curve_is_that_many_copies_of_it(task: Problem) -> None:
-    copies = generator(2, "weights").integers(0, 3, (5, task.curves))
-    start = to_internal(LAW, printed()["4050"])
-    ends, sse = refit(task, start, copies.astype(float), tolerance=1e-13)
-    for end, total, counts in zip(ends, sse, copies, strict=True):
-        expected, least = scipy_end(task, start, counts)
-        assert total == pytest.approx(least, rel=1e-9)
-        np.testing.assert_allclose(end, expected, atol=1e-5)
 
 
 @pytest.mark.parametrize("name", EVERY_LAW)

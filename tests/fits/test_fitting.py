@@ -1,5 +1,6 @@
 """Fits: planted truth is found, the certificate can fail, what data cannot give is not given."""
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -15,9 +16,8 @@ from oilfilm.fits.certificate import certify, gradient_cosine, spectrum
 from oilfilm.fits.conditions import from_text
 from oilfilm.fits.engine import Optimum
 from oilfilm.fits.fit import OilFit, fit_oil
-from oilfilm.fits.fit_tables import sign_reach
 from oilfilm.fits.fitted import FittedLaw
-from oilfilm.fits.problem import Problem, curve_data
+from oilfilm.fits.problem import curve_data
 from oilfilm.fits.uncertainty import naive_covariance
 from oilfilm.randomness import generator
 from oilfilm.settings.config import FitSettings
@@ -56,7 +56,7 @@ def test_noise_free_data_give_the_planted_constants(quick: FitSettings, oil: str
 def test_twenty_searches_from_different_seeds_end_at_one_optimum(
     quick: FitSettings, oil: str
 ) -> None:
-    task, _ = problem_of(make_points(oil, matrix(), noise=2e-4))
+    task = problem_of(make_points(oil, matrix(), noise=2e-4))
     ends = engine.search(task, quick, [generator(seed, "seeds") for seed in range(20)])
     sse = np.array([end.sse for end in ends])
     assert (sse / sse.min() - 1).max() < 1e-8
@@ -80,14 +80,12 @@ def test_refit_of_the_demonstration_recovers_traction_and_constants(
 def test_naive_errors_are_right_where_points_are_independent() -> None:
     """Over many simulated data sets the naive error must be the spread of the estimates."""
     points = make_points("4102", matrix(us=[25.0, 40.0], ts=[25.0, 70.0, 120.0]))
-    task, data = problem_of(points)
+    task = problem_of(points)
     truth = to_internal(LAW, printed()["4102"])
     random = generator(11, "naive")
     estimates, errors = [], []
     for _ in range(150):
-        noisy = Problem(
-            LAW, task.at, data.mu + 2e-4 * random.standard_normal(len(data.mu)), task.free
-        )
+        noisy = replace(task, mu=task.mu + 2e-4 * random.standard_normal(len(task.mu)))
         end = engine.polish(noisy, truth)
         estimates.append(end.values)
         errors.append(np.sqrt(np.diag(naive_covariance(noisy, end))))
@@ -160,16 +158,16 @@ def test_data_that_cannot_be_fitted_end_in_a_verdict(
 
 
 def test_certificate_fails_where_searches_disagree_or_stop_early(quick: FitSettings) -> None:
-    task, data = problem_of(make_points("4102", matrix(), noise=2e-4))
+    task = problem_of(make_points("4102", matrix(), noise=2e-4))
     (end,) = engine.search(task, quick, [generator(1, "x")])
     errors = np.sqrt(np.diag(naive_covariance(task, end)))
-    assert certify(task, data, [end, end], errors, quick)["certified"]
+    assert certify(task, [end, end], errors, quick)["certified"]
     off = end.values + 0.5 * errors
     other = Optimum(off, float(np.sum(task.residual(off) ** 2)))
-    alone = certify(task, data, [other], errors, quick)
+    alone = certify(task, [other], errors, quick)
     assert not alone["certified"]
     assert "gradient" in alone["certificate"]
-    two = certify(task, data, [end, other], errors, quick)
+    two = certify(task, [end, other], errors, quick)
     assert (two["searches_agreeing"], two["certified"]) == (1, False)
     assert "not certified: 1 of 2 searches agree" in two["certificate"]
     assert gradient_cosine(task, other) > gradient_cosine(task, end)
@@ -265,12 +263,6 @@ def test_exponent_whose_interval_holds_zero_has_no_known_sign(refitted: dict[str
         verdicts = refitted[oil].coefficients.set_index("constant")["verdict"]
         assert verdicts[constant] == "sign unknown"
         assert (verdicts[["A0", "A1", "B3", "C0", "C3"]] == "known").all()
-
-
-def test_signs_are_called_for_all_constants_together() -> None:
-    # one constant: the usual 1.96; twelve: 0.05/12 in two tails, 2.865 by tables of the normal law
-    assert sign_reach(1, 0.95) == pytest.approx(1.959964, abs=1e-6)
-    assert sign_reach(12, 0.95) == pytest.approx(2.8653, abs=5e-4)
 
 
 def test_constant_at_a_bound_is_named_and_not_certified(quick: FitSettings) -> None:

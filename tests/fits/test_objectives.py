@@ -1,5 +1,7 @@
 """Weighted and robust fits beside the plain one: what they are for, and what they cost."""
 
+from dataclasses import replace
+
 import numpy as np
 import pandas as pd
 
@@ -8,7 +10,7 @@ from fit_points import LAW, P, T, U, make_points, matrix, problem_of
 from oilfilm.fits.engine import Optimum, polish
 from oilfilm.fits.fit import fit_oil
 from oilfilm.fits.objectives import difference, robust_fit
-from oilfilm.fits.problem import CurveData, Problem
+from oilfilm.fits.problem import Problem
 from oilfilm.randomness import generator
 from oilfilm.report.sections.fits import curve_facts
 from oilfilm.settings.resolved import Settings
@@ -17,9 +19,9 @@ from oilfilm.traction.laws.deng2026 import traction_coefficient
 from oilfilm.units import FloatArray
 
 
-def prepare(points: pd.DataFrame) -> tuple[Problem, CurveData, Optimum]:
-    problem, data = problem_of(points)
-    return problem, data, polish(problem, to_internal(LAW, printed()["4102"]))
+def prepare(points: pd.DataFrame) -> tuple[Problem, Optimum]:
+    problem = problem_of(points)
+    return problem, polish(problem, to_internal(LAW, printed()["4102"]))
 
 
 def error(internal: FloatArray) -> float:
@@ -39,8 +41,8 @@ def with_two_curves_off(points: pd.DataFrame) -> pd.DataFrame:
 def test_two_curves_off_by_15_percent_pull_the_plain_fit_and_not_the_robust_one() -> None:
     # docs/physics.md, fitting: measured on simulated data, plain 10 x worse in mu, robust 1.1 x
     points = make_points("4102", matrix(), noise=1e-4)
-    _, _, clean = prepare(points)
-    problem, _, plain = prepare(with_two_curves_off(points))
+    _, clean = prepare(points)
+    problem, plain = prepare(with_two_curves_off(points))
     robust = robust_fit(problem, plain)
     assert robust is not None
     assert error(plain.values) > 5 * error(clean.values)
@@ -69,11 +71,11 @@ def test_robust_fit_costs_little_where_nothing_is_wrong() -> None:
     ratio = []
     random = generator(7, "robust")
     points = make_points("4102", matrix(us=[25.0, 40.0]))
-    problem, data, _ = prepare(points)
+    problem = problem_of(points)
     truth = to_internal(LAW, printed()["4102"])
     for _ in range(40):
-        mu = data.mu + 2e-4 * random.standard_normal(len(data.mu))
-        noisy = Problem(LAW, problem.at, mu, problem.free)
+        mu = problem.mu + 2e-4 * random.standard_normal(len(problem.mu))
+        noisy = replace(problem, mu=mu)
         plain = polish(noisy, truth)
         robust = robust_fit(noisy, plain)
         assert robust is not None

@@ -4,8 +4,8 @@ import numpy as np
 import pandas as pd
 
 from fit_points import make_points, matrix
+from oilfilm.fits.finished import with_likely_oils
 from oilfilm.fits.fit import fit_oil
-from oilfilm.fits.odd_curves import with_likely_oils
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 

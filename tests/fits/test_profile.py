@@ -7,13 +7,12 @@ from scipy.stats import t as student
 from campaigns import printed
 from fit_points import LAW, make_points, matrix, problem_of
 from oilfilm.fits.engine import polish
-from oilfilm.fits.profile import profile_interval, profiles
-from oilfilm.fits.uncertainty import naive_covariance
+from oilfilm.fits.uncertainty import naive_covariance, profile_interval, profiles
 from oilfilm.traction.law import to_internal
 
 
 def test_profile_rises_with_the_best_sse_that_the_others_allow() -> None:
-    task, _ = problem_of(make_points("4102", matrix(), noise=2e-4))
+    task = problem_of(make_points("4102", matrix(), noise=2e-4))
     best = polish(task, to_internal(LAW, printed()["4102"]))
     naive = naive_covariance(task, best)
     errors = np.sqrt(np.diag(naive))

@@ -58,7 +58,7 @@ def leftover(
     problem = build_problem(LAW, data, np.ones(3, dtype=bool))
     best = polish(problem, to_internal(LAW, printed()[oil]))
     load_n = points.groupby("run_id")["load_n"].mean().to_numpy(float)
-    return Leftover(problem, best, data, load_n, groups or {}, {})
+    return Leftover(problem, best, load_n, groups or {}, {})
 
 
 DRIFTS = {

@@ -5,7 +5,7 @@ import pandas as pd
 
 from campaigns import printed
 from oilfilm import tables
-from oilfilm.fits.problem import CurveData, Problem, build_problem, curve_data
+from oilfilm.fits.problem import Problem, build_problem, curve_data
 from oilfilm.randomness import generator
 from oilfilm.traction import LAWS
 from oilfilm.traction.law import CONDITIONS
@@ -58,7 +58,6 @@ def matrix(ps: list[float] = P, us: list[float] = U, ts: list[float] = T) -> lis
     return [(p, u, t) for p in ps for u in us for t in ts]
 
 
-def problem_of(points: pd.DataFrame) -> tuple[Problem, CurveData]:
-    """The problem of fitting the law to points in which every condition varies, and its curves."""
-    data = curve_data(points)
-    return build_problem(LAW, data, np.ones(3, dtype=bool)), data
+def problem_of(points: pd.DataFrame) -> Problem:
+    """The problem of fitting the law to points in which every condition varies."""
+    return build_problem(LAW, curve_data(points), np.ones(3, dtype=bool))

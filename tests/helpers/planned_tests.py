@@ -83,7 +83,7 @@ def refit(
 
     The rig's four errors are fitted too, held by their standard uncertainties.
     """
-    data = problem_of(points)[1]
+    data = problem_of(points).data
     load = CONTACT.load_n(data.conditions[:, 0])
     curves = Curves(data.conditions, load, data.curve, data.slip)
     of_run = of_run or Errors()

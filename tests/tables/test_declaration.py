@@ -5,10 +5,10 @@ from pathlib import Path
 import pandas as pd
 import pint
 import pytest
+import yaml
 
 import oilfilm
 from oilfilm import studies, tables
-from oilfilm.settings.yaml_file import read_yaml
 from oilfilm.tables.dictionary import declare, use
 from reference_pages.table_examples import read_examples
 
@@ -46,6 +46,17 @@ def test_units_are_of_the_quantity_that_the_name_says() -> None:
         endings = [ending for ending in ENDINGS if name.endswith(ending)]
         if column.type == "number" and endings:
             assert column.unit == ENDINGS[max(endings, key=len)], column.name
+
+
+def test_difference_of_temperatures_is_in_kelvin() -> None:
+    """A value in degC has an offset that a difference lacks: 2 K is not 2 degC."""
+    words = ("difference", "minus", "uncertainty", "standard error", "spread")
+    units = {
+        column.name: column.unit
+        for column in tables.COLUMNS.values()
+        if "temperature" in column.name and any(word in column.meaning for word in words)
+    }
+    assert units == {"inlet_temperature_systematic_c": "K", "oil_temperature_change_c": "K"}
 
 
 @pytest.mark.parametrize("model", tables.TABLES.values(), ids=tables.TABLES)
@@ -87,7 +98,14 @@ def test_wrong_declaration_is_refused(
 
 @pytest.mark.parametrize("path", sorted(Path(oilfilm.__file__).parent.glob("*/*.yaml")), ids=str)
 def test_no_key_is_given_twice_in_a_declaration(path: Path) -> None:
-    assert read_yaml(path).values
+    nodes = [yaml.compose(path.read_bytes())]
+    for node in nodes:
+        if isinstance(node, yaml.MappingNode):
+            keys = [key.value for key, _ in node.value]
+            assert sorted(keys) == sorted({*keys}), path
+            nodes += [value for _, value in node.value]
+        elif isinstance(node, yaml.SequenceNode):
+            nodes += node.value
 
 
 @pytest.mark.parametrize("model", tables.TABLES.values(), ids=tables.TABLES)

@@ -90,6 +90,11 @@ class ArrayFit:
         return FittedLaw.of(*parts, curves=fit.tables["curve_residuals"])
 
     @property
+    def table(self) -> pd.DataFrame:
+        """The points as a table of points of a campaign."""
+        return _table_of(self.points, self.oil)
+
+    @property
     def constants(self) -> pd.DataFrame:
         """Constants by name with their standard errors and joint intervals; NaN where unknown."""
         columns = ["constant", "value", "standard_error", "lower", "upper"]
@@ -102,7 +107,7 @@ class ArrayFit:
         Runs are taken to have been made in the order of their names.
         """
         (row,) = tables.rows(self.tables.fit_quality)
-        return verdict_of_fit(row, self.law, _as_table(self.points), self.settings)
+        return verdict_of_fit(row, self.law, _table_of(self.points), self.settings)
 
     @property
     def verdict(self) -> str:
@@ -182,7 +187,7 @@ class ArrayFit:
                 "seed": config.seed,
             }
         )
-        points = _as_table(self.points)
+        points = _table_of(self.points)
         conditions = self.law.law.conditions
         names = [name for name, law in LAWS.items() if law.conditions == conditions]
         made = compare_laws(points, _OIL, names, settings)
@@ -371,7 +376,7 @@ def fit_points(
         warnings.warn(notes[0], stacklevel=3)
     given_settings = {**config.fit.model_dump(), **settings, "law": law}
     chosen = check(given_settings, FitSettings, lambda steps: "oilfilm.fit")
-    table = _as_table(points)
+    table = _table_of(points)
     if calibration is not None:
         table = _calibrated(
             table, check(dict(calibration), Calibration, lambda steps: "calibration")
@@ -419,7 +424,12 @@ def _calibrated(points: pd.DataFrame, calibration: Calibration) -> pd.DataFrame:
     )
 
 
-def _as_table(points: pd.DataFrame) -> pd.DataFrame:
+def _table_of(points: pd.DataFrame, oil: str = _OIL) -> pd.DataFrame:
     """Points as a table of points of a campaign."""
-    whole = tables.empty("points").reindex(points.index)
-    return whole.assign(**points, oil=_OIL, accepted=True, first_row=points.index)
+    known: dict[str, Any] = {
+        "oil": oil,
+        "accepted": True,
+        "n_samples": 1,
+        "first_row": points.index + 1,
+    }
+    return tables.filled(points.assign(**known), "points", "the table")

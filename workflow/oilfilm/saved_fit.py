@@ -6,7 +6,6 @@ Decides: what is saved of a fit that was made without the workflow.
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
 import pandas as pd
 
 import oilfilm
@@ -30,7 +29,6 @@ from oilfilm.settings.resolve import resolve, safe_name
 from oilfilm.settings.resolved import Settings
 from oilfilm.table_needs import OF_FIT
 from oilfilm.tables.campaign_tables import CampaignTables
-from oilfilm.tables.dictionary import TABLES
 from oilfilm.traction import LAWS
 
 if TYPE_CHECKING:
@@ -100,17 +98,15 @@ def _campaign(fit: "ArrayFit", name: str) -> tuple[CampaignTables, Settings, dic
 
 def _data(fit: "ArrayFit", campaign: str) -> dict[str, pd.DataFrame]:
     """The tables `points` and `runs` of a campaign that has this table alone."""
-    points = fit.points.assign(
-        oil=fit.oil, accepted=True, n_samples=1, first_row=fit.points.index + 1
-    )
-    means = points.groupby("run_id", sort=False)
+    points = fit.table
+    means = fit.points.groupby("run_id", sort=False)
     runs = pd.DataFrame({"accepted_points": means.size(), "plateaus": means.size()})
-    for name in {*SET_POINTS} & {*points}:
+    for name in {*SET_POINTS} & {*fit.points}:
         runs[f"nominal_{name}"] = means[name].mean()
     runs = runs.reset_index().assign(
         campaign=campaign, oil=fit.oil, rig="unknown", verdict="accepted", file=fit.source
     )
-    return {"points": _filled(points, "points"), "runs": _filled(runs, "runs")}
+    return {"points": points, "runs": tables.filled(runs, "runs", "the table")}
 
 
 def _settings(fit: "ArrayFit", campaign: str) -> Settings:
@@ -134,14 +130,3 @@ def _settings(fit: "ArrayFit", campaign: str) -> Settings:
             "fit": fit.settings.model_dump(),
         }
     )
-
-
-def _filled(frame: pd.DataFrame, table: str) -> pd.DataFrame:
-    """A frame as a table of a campaign: what it does not know is missing, 0 or empty."""
-    unknown: dict[str, Any] = {"number": 0.0, "integer": 0, "flag": False, "text": ""}
-    lacking = [column for column in TABLES[table].columns if column.name not in frame]
-    values = {
-        column.name: np.nan if column.nullable else (*column.allowed, unknown[column.type])[0]
-        for column in lacking
-    }
-    return tables.conform(frame.assign(**values), table, "the table")

@@ -32,6 +32,9 @@ _ENDS = (
 )
 
 
+_MEASURED = "traction_coefficient_measured"
+
+
 @dataclass(frozen=True)
 class Judged:
     """The laws by one judge.
@@ -65,7 +68,7 @@ def best_laws(
     for fit in tables.rows(quality[quality["configured"]]):
         of_oil = [frame[frame["oil"] == fit["oil"]] for frame in (quality, beside)]
         rows.append({"oil": fit["oil"], "law": fit["law"], **_verdict(fit, *of_oil)})
-    return tables.from_rows(rows, "law_verdicts")
+    return tables.filled(pd.DataFrame(rows), "law_verdicts")
 
 
 def _verdict(fit: dict[str, Any], quality: pd.DataFrame, beside: pd.DataFrame) -> dict[str, Any]:
@@ -73,18 +76,18 @@ def _verdict(fit: dict[str, Any], quality: pd.DataFrame, beside: pd.DataFrame) -
     rms = {str(name): float(value) for name, value in laws["left_out_rmse"].items()}
     fitted_laws = laws.index[laws["bic"].notna()]
     if len(laws) == 1:
-        return _NOTHING | {"verdict": "no other law"}
+        return {"verdict": "no other law"}
     if law not in fitted_laws:
-        return _NOTHING | {"verdict": "no fit"}
+        return {"verdict": "no fit"}
     if len(fitted_laws) == 1:
-        return _NOTHING | {"verdict": "no other fit"}
+        return {"verdict": "no other fit"}
     # other points, other sums: such laws cannot be set beside this one
     same = laws[(laws["n_points"] == laws.loc[law, "n_points"]) & laws["bic"].notna()]
     squares, counts = _squares(beside, same.index, "left_out_traction_coefficient")
     if law not in squares:
-        return _NOTHING | {"verdict": "constants left open"}
+        return {"verdict": "constants left open"}
     if len(counts) < FEWEST_CURVES:
-        return _NOTHING | {"verdict": "too few curves"}
+        return {"verdict": "too few curves"}
     points = counts.sum()
     unseen = _judged(
         law,
@@ -116,15 +119,6 @@ def _verdict(fit: dict[str, Any], quality: pd.DataFrame, beside: pd.DataFrame) -
         "bic_difference_error": by_bic.error,
         "ends_out_law": _best_at_ends(same),
     }
-
-
-_MEASURED = "traction_coefficient_measured"
-_NUMBERS = (
-    *("left_out_relative_rms", "best_left_out_relative_rms", "left_out_difference"),
-    *("left_out_difference_error", "bic_difference", "bic_difference_error"),
-)
-_NAMES = ("left_out_law", "left_out_ties", "bic_law", "bic_ties", "ends_out_law", "better_law")
-_NOTHING: dict[str, Any] = {**dict.fromkeys(_NUMBERS, np.nan), **dict.fromkeys(_NAMES, "")}
 
 
 def _squares(

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from oilfilm.fits.engine import Optimum
-from oilfilm.fits.problem import CurveData, Problem
+from oilfilm.fits.problem import Problem
 from oilfilm.settings.config import FitSettings
 from oilfilm.traction.law import Observations
 from oilfilm.units import FloatArray
@@ -17,7 +17,6 @@ from oilfilm.units import FloatArray
 
 def certify(
     problem: Problem,
-    data: CurveData,
     optima: Sequence[Optimum],
     naive_errors: FloatArray,
     settings: FitSettings,
@@ -28,7 +27,6 @@ def certify(
 
     Args:
         problem: What was fitted; constants that ran into a bound are held there.
-        data: The data it was fitted to.
         optima: End of each independent search, in the free constants.
         naive_errors: Naive standard errors of the free constants.
         settings: Limits of config's fit.
@@ -44,7 +42,7 @@ def certify(
         for spread, distance in zip(spreads, distances, strict=True)
     )
     cosine = gradient_cosine(problem, best) if best.sse > rounding else 0.0
-    smallest = float(traction_on(problem, best, *tested_grid(problem, data)).min())
+    smallest = float(traction_on(problem, best, *tested_grid(problem)).min())
     low, high, condition = spectrum(problem, best)
     active = ", ".join(problem.at_bounds)
     checks = {
@@ -106,8 +104,9 @@ def spectrum(problem: Problem, optimum: Optimum) -> tuple[float, float, float]:
     return float(sizes[-1] ** 2), float(sizes[0] ** 2), condition
 
 
-def tested_grid(problem: Problem, data: CurveData) -> tuple[FloatArray, FloatArray]:
+def tested_grid(problem: Problem) -> tuple[FloatArray, FloatArray]:
     """Rows of the design over the box of tested conditions, and slips from 0 to the largest."""
+    data = problem.data
     low, high = data.conditions.min(axis=0), data.conditions.max(axis=0)
     levels = np.meshgrid(*np.linspace(low, high, 9, axis=1), indexing="ij")
     conditions = np.stack(levels, axis=-1).reshape(-1, len(low))

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy
 
-from oilfilm.fits.systematic import SENSORS
+from oilfilm.fits.uncertainty import SENSORS
 from oilfilm.traction.law import Law, Observations
 from oilfilm.units import FloatArray, IndexArray
 

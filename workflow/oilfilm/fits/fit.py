@@ -1,4 +1,7 @@
-"""One law fitted to one oil: searches, certificate, errors."""
+"""One law fitted to one oil: searches, certificate, errors, also on curves that it has not seen.
+
+Decides: the errors of curves left out.
+"""
 
 import itertools
 from dataclasses import dataclass
@@ -15,15 +18,9 @@ from oilfilm.fits.conditions import (
     to_text,
     varied,
 )
-from oilfilm.fits.cross_validation import (
-    leave_curves_out,
-    leave_ends_out,
-    level_of,
-    relative_rms,
-    spread_left_out,
-)
+from oilfilm.fits.descent import descend
 from oilfilm.fits.engine import Optimum, at_bounds, polish, search
-from oilfilm.fits.fit_tables import fitted_names, tables_of_fit, tables_without_fit
+from oilfilm.fits.fit_tables import Solution, fitted_names, tables_of_fit, tables_without_fit
 from oilfilm.fits.interval import scores_of_unseen
 from oilfilm.fits.objectives import robust_fit
 from oilfilm.fits.problem import (
@@ -32,13 +29,12 @@ from oilfilm.fits.problem import (
     build_problem,
     curve_data,
 )
-from oilfilm.fits.profile import profiles
-from oilfilm.fits.solution import Solution
-from oilfilm.fits.systematic import calibration_refits
 from oilfilm.fits.uncertainty import (
     Estimates,
+    calibration_refits,
     curve_bootstrap,
     naive_covariance,
+    profiles,
     robust_draws,
     without_bounds,
 )
@@ -46,8 +42,10 @@ from oilfilm.randomness import generator
 from oilfilm.settings.config import FitSettings
 from oilfilm.traction import LAWS
 from oilfilm.traction.law import CONDITIONS, Law
-from oilfilm.units import BoolArray, FloatArray
+from oilfilm.units import BoolArray, FloatArray, IndexArray
 
+# Errors of single points are reported: they feel what an SSE does not.
+_TOLERANCE = 1e-8
 # Columns of the points that span the tested box, and the columns of `fit_quality` that hold it.
 BOX = (
     "max_hertz_pressure_gpa",
@@ -122,22 +120,12 @@ def fit_oil(
     quality = about | _tested(law, data, followed, settings) | _tested_box(points)
     try:
         problem = build_problem(law, data, followed)
-        _refuse_hopeless(problem, data)
+        _refuse_hopeless(problem)
     except ValueError as error:
         return OilFit(tables_without_fit(fitted_names(law), quality, str(error)), None)
-    solution = _solve(problem, _Tested(oil, points, data, followed), settings, seed)
+    solution = _solve(problem, oil, points, settings, seed)
     quality |= _ends_out(solution, points, settings)
     return OilFit(tables_of_fit(solution, points, quality, settings), solution)
-
-
-@dataclass(frozen=True)
-class _Tested:
-    """What was tested of an oil: its points, their curves, and the conditions to follow."""
-
-    oil: str
-    points: pd.DataFrame
-    data: CurveData
-    followed: BoolArray
 
 
 def _tested(
@@ -156,8 +144,9 @@ def _tested(
     }
 
 
-def _refuse_hopeless(problem: Problem, data: CurveData) -> None:
+def _refuse_hopeless(problem: Problem) -> None:
     """Raise a ValueError that says in words why no law can be fitted to such data."""
+    data = problem.data
     if not len(data.mu):
         raise ValueError("0 accepted points")
     lost = int((~np.isfinite(data.mu) | ~np.isfinite(data.slip)).sum())
@@ -182,18 +171,19 @@ def _refuse_hopeless(problem: Problem, data: CurveData) -> None:
         raise ValueError(f"mu is {data.mu[0]:.4g} at every point, whatever the slip")
 
 
-def _solve(problem: Problem, tested: _Tested, settings: FitSettings, seed: int) -> Solution:
-    oil, data = tested.oil, tested.data
+def _solve(
+    problem: Problem, oil: str, points: pd.DataFrame, settings: FitSettings, seed: int
+) -> Solution:
     randoms = [generator(seed, "search", oil, number) for number in range(settings.searches)]
     ends = search(problem, settings, randoms)
-    ends += _from_nested(problem, tested, settings, generator(seed, "nested", oil))
+    ends += _from_nested(problem, settings, generator(seed, "nested", oil))
     problem, optima = _with_bounds_held(problem, ends)
     best = min(optima, key=lambda optimum: optimum.sse)
     naive = naive_covariance(problem, best)
     errors = np.sqrt(np.diag(naive))
     drawn = _refits(problem, best, settings, generator(seed, "bootstrap", oil))
     refits = without_bounds(problem, drawn)
-    shifted = calibration_refits(problem, best, tested.points, tested.followed)
+    shifted = calibration_refits(problem, best, points)
     estimates = Estimates(best.values, naive, refits, shifted)
     # the same groups for every law
     random = generator(seed, "left out", oil)
@@ -202,9 +192,8 @@ def _solve(problem: Problem, tested: _Tested, settings: FitSettings, seed: int) 
     by_slip = problem.law.jacobian(problem.expand(best.values), problem.at) @ problem.law.slip_scale
     return Solution(
         problem,
-        data,
         best,
-        certify(problem, data, optima, errors, settings),
+        certify(problem, optima, errors, settings),
         estimates,
         profiles(problem, best, naive),
         robust_fit(problem, best),
@@ -215,12 +204,12 @@ def _solve(problem: Problem, tested: _Tested, settings: FitSettings, seed: int) 
 
 
 def _from_nested(
-    problem: Problem, tested: _Tested, settings: FitSettings, random: np.random.Generator
+    problem: Problem, settings: FitSettings, random: np.random.Generator
 ) -> list[Optimum]:
     """The end next to the optimum of the law's special case, as one more search, if it has one."""
     if problem.law.nested is None:
         return []
-    inner = build_problem(problem.law.nested, tested.data, tested.followed)
+    inner = build_problem(problem.law.nested, problem.data, problem.varied)
     (best,) = search(inner, settings, [random])
     names = [constant.name for constant in inner.law.constants]
     known = dict(zip(names, inner.expand(best.values), strict=True))
@@ -267,6 +256,130 @@ def _ends_out(solution: Solution, points: pd.DataFrame, settings: FitSettings) -
         for level in levels.T
     ]
     return {
-        f"{name}_end_out_relative_rms": relative_rms(error, solution.data.mu)
+        f"{name}_end_out_relative_rms": relative_rms(error, solution.problem.mu)
         for name, error in zip(("pressure", "speed", "temperature"), errors, strict=True)
     }
+
+
+# ---------------------------------------------------------------- curves left out
+
+
+def leave_curves_out(
+    problem: Problem, optimum: Optimum, groups: int, random: np.random.Generator
+) -> FloatArray:
+    """Error of each point's mu in a fit that has not seen its curve.
+
+    Each such fit descends from the optimum of all; another valley is not looked for. Up to `groups`
+    curves are left out one at a time. More are left out in as many groups, drawn at random, so
+    that the cost grows with the number of curves and not with its square. A fit then misses some
+    more curves than the one that it is judged by.
+
+    Args:
+        problem: What was fitted.
+        optimum: Where it ended.
+        groups: The largest number of fits.
+        random: Draws the groups.
+
+    Returns:
+        Fitted minus measured mu, shape (points,); NaN where the other curves leave a constant open.
+
+    Reference: T. Hastie, R. Tibshirani, J. Friedman, The Elements of Statistical Learning, 2nd ed.
+        (2009), section 7.10.1.
+    """
+    group = np.arange(problem.curves)
+    if problem.curves > groups:
+        group = random.permutation(group) % groups
+    return _errors_left_out(problem, optimum, np.unique(group)[:, np.newaxis] == group)
+
+
+def spread_left_out(problem: Problem, optimum: Optimum, covariance: FloatArray) -> FloatArray:
+    """Random standard error of mu at each point, by a fit that has not seen its curve.
+
+    That of the fit to all curves, times what the curve alone tells of its own mu:
+    g^T (J^T J - J_i^T J_i)^-1 g over g^T (J^T J)^-1 g.
+
+    Args:
+        problem: What was fitted.
+        optimum: Where it ended.
+        covariance: Of the free internal constants, shape (free, free).
+
+    Returns:
+        Shape (points,).
+    """
+    jacobian = problem.jacobian(optimum.values)
+    variance = np.einsum("pi,ij,pj->p", jacobian, covariance, jacobian)
+    orthonormal, _ = np.linalg.qr(jacobian)
+    seen = np.sum(orthonormal**2, axis=1)
+    unseen = np.empty_like(seen)
+    for first, length in zip(problem.starts, problem.lengths, strict=True):
+        of_curve = orthonormal[first : first + length]
+        # (I - Q_i^T Q_i)^-1 is endless where the curve alone decides a direction
+        others = np.linalg.pinv(np.eye(orthonormal.shape[1]) - of_curve.T @ of_curve)
+        unseen[first : first + length] = np.einsum("pi,ij,pj->p", of_curve, others, of_curve)
+    growth = np.divide(unseen, seen, out=np.ones_like(seen), where=seen > 0)
+    return np.sqrt(np.maximum(variance * growth, 0.0))
+
+
+def leave_ends_out(problem: Problem, optimum: Optimum, levels: IndexArray) -> FloatArray:
+    """The same of the curves of the lowest and of the highest level, by fits to the other levels.
+
+    Both ends are extrapolated to, one at a time.
+
+    Args:
+        problem: What was fitted.
+        optimum: Where it ended.
+        levels: Level of each curve, counted from 0, as by `level_of`.
+
+    Returns:
+        Fitted minus measured mu, shape (points,); NaN at all levels between, and at all points
+        where there are fewer than two levels or the others leave a constant open.
+    """
+    if levels.max(initial=0) == 0:
+        return np.full(len(problem.mu), np.nan)
+    return _errors_left_out(problem, optimum, np.stack([levels == 0, levels == levels.max()]))
+
+
+def level_of(values: FloatArray, gap: float) -> IndexArray:
+    """Levels among measured values, counted from 0 for the lowest.
+
+    Args:
+        values: One per curve.
+        gap: A new level begins where two neighbours differ by more than this share of the range.
+
+    Returns:
+        Level of each value; all 0 where a value is unknown.
+
+    Examples:
+        >>> level_of(np.array([25.1, 119.8, 24.9, 70.0, 120.2]), gap=0.05)
+        array([0, 2, 0, 1, 2])
+    """
+    if not np.isfinite(values).all():
+        return np.zeros(len(values), dtype=np.int64)
+    order = np.argsort(values)
+    steps = np.diff(values[order], prepend=values.min(initial=np.inf))
+    levels = np.empty(len(values), dtype=np.int64)
+    levels[order] = np.cumsum(steps > gap * np.ptp(values))
+    return levels
+
+
+def relative_rms(errors: FloatArray, mu: FloatArray) -> float:
+    """Root-mean-square error over root-mean-square mu, where there is an error; else NaN."""
+    known = np.isfinite(errors)
+    if not known.any():
+        return float("nan")
+    return float(np.sqrt(np.sum(errors[known] ** 2) / np.sum(mu[known] ** 2)))
+
+
+def _errors_left_out(problem: Problem, optimum: Optimum, left_out: BoolArray) -> FloatArray:
+    """Errors at the curves that each row of `left_out` leaves out, by a fit to the others."""
+    rank = np.linalg.matrix_rank(problem.at.design)
+    possible = [np.linalg.matrix_rank(problem.at.design[~row]) == rank for row in left_out]
+    left_out = left_out[possible]
+    starts = np.tile(optimum.values, (len(left_out), 1))
+    weights = (~left_out).astype(float)
+    ends, _ = descend(problem, starts, weights=weights, tolerance=_TOLERANCE, near=True)
+    errors = np.full(len(problem.mu), np.nan)
+    for end, row in zip(ends, left_out, strict=True):
+        points = row[problem.at.curve]
+        errors[points] = problem.residual(end)[points]
+    return errors

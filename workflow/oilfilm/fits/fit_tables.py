@@ -1,6 +1,7 @@
 """The tables of one fit: constants, quality, refits, correlations, profiles, residuals by curve."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -9,11 +10,11 @@ import pandas as pd
 from oilfilm import tables
 from oilfilm.fits.certificate import tested_grid, traction_on
 from oilfilm.fits.conditions import from_text
-from oilfilm.fits.interval import normal_quantile
-from oilfilm.fits.objectives import curve_agreement, difference, odd_curves
-from oilfilm.fits.profile import profile_interval
-from oilfilm.fits.solution import Solution
-from oilfilm.fits.systematic import SENSORS
+from oilfilm.fits.engine import Optimum
+from oilfilm.fits.interval import Unseen, normal_quantile
+from oilfilm.fits.objectives import Alternative, curve_agreement, difference, odd_curves
+from oilfilm.fits.problem import Problem
+from oilfilm.fits.uncertainty import SENSORS, Estimates, profile_interval
 from oilfilm.settings.config import FitSettings
 from oilfilm.table_needs import OF_FIT
 from oilfilm.traction.law import CONDITIONS, Law
@@ -21,6 +22,35 @@ from oilfilm.units import FloatArray
 
 # Traction this small beside the largest is rounding: no dip below zero, no second rise.
 _ROUNDING = 1e-9
+
+
+@dataclass(frozen=True)
+class Solution:
+    """One law fitted to one oil.
+
+    Attributes:
+        problem: What was fitted; constants that ran into a bound are held there.
+        best: The best end of the searches.
+        certificate: Whether the searches agree, and at what kind of optimum.
+        estimates: The free constants with their errors.
+        profile: As `profiles`.
+        robust: The fit with a robust loss; None for an exact fit.
+        left_out: Error of each point's mu by a fit that has not seen its curve, NaN where there is
+            none.
+        unseen: What these errors say of a further run.
+        refits_at_bounds: Refits of which a constant ended at a bound; they are not among the
+            estimates' refits.
+    """
+
+    problem: Problem
+    best: Optimum
+    certificate: Mapping[str, Any]
+    estimates: Estimates
+    profile: tuple[FloatArray, FloatArray]
+    robust: Alternative | None
+    left_out: FloatArray
+    unseen: Unseen
+    refits_at_bounds: int
 
 
 def tables_of_fit(
@@ -37,18 +67,16 @@ def tables_of_fit(
         quality: Oil, law, counts and tested box: the row of `fit_quality` so far.
         settings: `sign_confidence` and `pulling_weight` of config's fit.
     """
-    return _checked(
-        quality,
-        {
-            "coefficients": _judged(_coefficients(solution, settings), solution, quality),
-            "fit_quality": pd.DataFrame([{**quality, **_quality(solution)}]),
-            "refits": _refits(solution),
-            "correlations": _correlations(solution),
-            "profiles": _profiles(solution),
-            "curve_residuals": _curve_residuals(solution, settings),
-            "law_points": _law_points(solution, points),
-        },
-    )
+    frames = {
+        "coefficients": _judged(_coefficients(solution, settings), solution, quality),
+        "fit_quality": pd.DataFrame([{**quality, **_quality(solution)}]),
+        "refits": _refits(solution),
+        "correlations": _correlations(solution),
+        "profiles": _profiles(solution),
+        "curve_residuals": _curve_residuals(solution, settings),
+        "law_points": _law_points(solution, points),
+    }
+    return _of_fit(quality, frames)
 
 
 def tables_without_fit(
@@ -63,31 +91,19 @@ def tables_without_fit(
         quality: As of `tables_of_fit`.
         reason: Why there is no fit.
     """
-    columns = tables.columns("coefficients")
-    rows = pd.DataFrame({"constant": constants}).reindex(columns=columns)
-    rows = rows.assign(identifiable=False, verdict="not identifiable")
-    row = {
-        **dict.fromkeys(tables.columns("fit_quality"), np.nan),
-        **quality,
-        "n_constants": 0,
-        "refits_at_bounds": 0,
-        "searches": 0,
-        "searches_agreeing": 0,
-        "active_bounds": "",
-        "certified": False,
-        "certificate": f"not fitted: {reason}",
-    }
-    filled = {"coefficients": rows, "fit_quality": pd.DataFrame([row])}
-    return _checked(quality, {**dict.fromkeys(OF_FIT, pd.DataFrame()), **filled})
+    rows = pd.DataFrame({"constant": constants}).assign(verdict="not identifiable")
+    row = {**quality, "certificate": f"not fitted: {reason}"}
+    known = {"coefficients": rows, "fit_quality": pd.DataFrame([row])}
+    return _of_fit(quality, {**dict.fromkeys(OF_FIT, pd.DataFrame()), **known})
 
 
-def _checked(
+def _of_fit(
     quality: Mapping[str, Any], frames: Mapping[str, pd.DataFrame]
 ) -> dict[str, pd.DataFrame]:
-    """Each table with oil and law in every row, checked by its declaration."""
-    oil, law = quality["oil"], quality["law"]
+    """Each table with oil and law in every row."""
+    of = {name: quality[name] for name in ("oil", "law")}
     return {
-        name: tables.conform(frame.assign(oil=oil, law=law), name, f"fit of {oil}")
+        name: tables.filled(frame.assign(**of), name, f"fit of {of['oil']}")
         if len(frame)
         else tables.empty(name)
         for name, frame in frames.items()
@@ -181,19 +197,19 @@ def _judged(rows: pd.DataFrame, solution: Solution, quality: Mapping[str, Any]) 
 
 
 def _quality(solution: Solution) -> dict[str, Any]:
-    problem, data, best = solution.problem, solution.data, solution.best
+    problem, best = solution.problem, solution.best
     residual = problem.residual(best.values)
     rmse = float(np.sqrt(np.mean(residual**2)))
     constants = len(best.values) + len(problem.at_bounds)
     aic, bic = information_criteria(best.sse, len(residual), constants)
-    on_grid = traction_on(problem, best, *tested_grid(problem, data))
+    on_grid = traction_on(problem, best, *tested_grid(problem))
     starts = on_grid[:, 0]
     negative, second_rise = curve_shapes(on_grid)
     return {
         "n_constants": constants,
         "sse": best.sse,
         "rmse": rmse,
-        "relative_rms": rmse / float(np.sqrt(np.mean(data.mu**2))),
+        "relative_rms": rmse / float(np.sqrt(np.mean(problem.mu**2))),
         "max_error": float(np.abs(residual).max()),
         "aic": aic,
         "bic": bic,
@@ -203,8 +219,6 @@ def _quality(solution: Solution) -> dict[str, Any]:
         "robust_difference": difference(problem, best, solution.robust),
         "left_out_rmse": float(np.sqrt(np.mean(solution.left_out**2))),
         "refits_at_bounds": solution.refits_at_bounds,
-        # of the oil, which a fit does not know
-        "limiting_stress_ratio": np.nan,
         **solution.unseen.columns(),
         **solution.certificate,
     }
@@ -305,7 +319,7 @@ def _profiles(solution: Solution) -> pd.DataFrame:
 
 
 def _law_points(solution: Solution, points: pd.DataFrame) -> pd.DataFrame:
-    data = solution.data
+    data = solution.problem.data
     # the order of `curve_data`, whose traction is that of positive slip
     at = points[points["accepted"]].sort_values(["run_id", "first_row"]).reset_index(drop=True)
     side = np.where(at["slide_roll_ratio"] < 0, -1.0, 1.0)
@@ -317,7 +331,7 @@ def _law_points(solution: Solution, points: pd.DataFrame) -> pd.DataFrame:
 
 
 def _curve_residuals(solution: Solution, settings: FitSettings) -> pd.DataFrame:
-    problem, data = solution.problem, solution.data
+    problem, data = solution.problem, solution.problem.data
     residual = problem.residual(solution.best.values)
     counts = np.bincount(problem.at.curve, minlength=problem.curves)
     squares = np.bincount(problem.at.curve, residual**2, minlength=problem.curves)
@@ -331,14 +345,13 @@ def _curve_residuals(solution: Solution, settings: FitSettings) -> pd.DataFrame:
             "gain": agreement.gain,
             "robust_weight": agreement.weight,
             "odd": odd_curves(agreement, settings),
-            "likely_oil": "",
         }
     )
 
 
 def _mean_conditions(solution: Solution) -> dict[str, FloatArray]:
     """Mean conditions of each curve; NaN for those that the law does not take."""
-    law, data = solution.problem.law, solution.data
+    law, data = solution.problem.law, solution.problem.data
     known = dict(zip(law.conditions, data.conditions.T, strict=True))
     unknown = np.full(len(data.runs), np.nan)
     return {f"mean_{name}": known.get(name, unknown) for name in (*CONDITIONS, "load_n")}

@@ -253,30 +253,27 @@ class FittedLaw:
                     np.where(np.isnan(refitted := _in_order(law, rows)), values, refitted)
                     for rows in (wide[~calibration], wide[calibration])
                 )
-        box = np.full((len(law.conditions) + 1, 2), np.nan)
-        fixed: tuple[FixedCondition, ...] = ()
-        unseen, degrees, two_levels = UNKNOWN, np.inf, ()
-        limit = LIMITING_STRESS_RATIO
+        of_data: dict[str, Any] = {}
         if quality is not None:
             (row,) = tables.rows(of_fit(quality))
-            names = (*law.conditions, "slide_roll_ratio")
-            box = np.array(
-                [[row[f"tested_min_{name}"], row[f"tested_max_{name}"]] for name in names], float
-            )
+            names = (*law.conditions, SLIP)
+            ends = [[row[f"tested_{end}_{name}"] for end in ("min", "max")] for name in names]
             # that there is no traction without slip needs no test
-            box[-1, 0] = 0.0
-            fixed = from_text(row["fixed_conditions"])
-            unseen = Unseen.of(row)
-            two_levels = tuple(filter(None, row["two_level_conditions"].split(", ")))
+            ends[-1][0] = 0.0
+            of_data = {
+                "box": np.array(ends, float),
+                "fixed": from_text(row["fixed_conditions"]),
+                "unseen": Unseen.of(row),
+                "degrees": degrees_of_spread(row["n_curves"], 1 + known.sum()),
+                "two_levels": tuple(filter(None, row["two_level_conditions"].split(", "))),
+            }
             if np.isfinite(row["limiting_stress_ratio"]):
-                limit = float(row["limiting_stress_ratio"])
-            degrees = degrees_of_spread(row["n_curves"], 1 + known.sum())
-        tested = np.empty((0, len(law.conditions)))
+                of_data["limiting_stress_ratio"] = float(row["limiting_stress_ratio"])
         if curves is not None:
             means = [f"mean_{name}" for name in law.conditions]
-            tested = of_fit(curves)[means].to_numpy(float)
-        rest = (box, fixed, unseen, degrees, two_levels, limit, tested)
-        return cls(law, Coefficients(values, known, spread, shifted, *rest))
+            of_data["tested"] = of_fit(curves)[means].to_numpy(float)
+        bare = Coefficients.bare(law, values)
+        return cls(law, replace(bare, known=known, spread=spread, shifted=shifted, **of_data))
 
     @classmethod
     def of_configured(cls, results: CampaignTables, oil: str) -> "FittedLaw":

@@ -2,11 +2,10 @@
 
 from collections.abc import Iterable, Mapping
 
-import numpy as np
 import pandas as pd
 
 from oilfilm import tables
-from oilfilm.fits.fit import BOX, OilFit, fit_oil
+from oilfilm.fits.fit import OilFit, fit_oil
 from oilfilm.fits.fit_tables import tables_without_fit
 from oilfilm.settings.resolved import Settings
 from oilfilm.table_needs import OF_FIT
@@ -75,10 +74,6 @@ def laws_of(oil: str, settings: Settings) -> dict[str, Law]:
 
 
 def _without_properties(oil: str, law: str) -> OilFit:
-    quality = {
-        **{"oil": oil, "law": law, "configured": True, "n_points": 0, "n_curves": 0},
-        **{f"tested_{end}_{name}": np.nan for end in ("min", "max") for name in BOX},
-        **{"incomplete_curves": "", "fixed_conditions": "", "two_level_conditions": ""},
-    }
+    quality = {"oil": oil, "law": law, "configured": True}
     reason = "the law needs the oil's properties and one known contact (config)"
     return OilFit(tables_without_fit([], quality, reason), None)

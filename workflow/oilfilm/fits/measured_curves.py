@@ -9,7 +9,7 @@ from oilfilm.errors import OilfilmError
 from oilfilm.fits.curve_errors import Curves, ErrorSizes, effects, error_sizes, precision
 from oilfilm.fits.fitted import FittedLaw
 from oilfilm.fits.problem import curve_data
-from oilfilm.fits.systematic import SENSORS
+from oilfilm.fits.uncertainty import SENSORS
 from oilfilm.settings.rig import Calibration
 from oilfilm.traction.law import Law, to_internal
 from oilfilm.units import BoolArray, FloatArray
@@ -206,7 +206,7 @@ def _measured_curves(points: pd.DataFrame, law: Law) -> tuple[Curves, FloatArray
 
 
 def _sensor_errors(calibration: Calibration | None) -> FloatArray:
-    """Standard uncertainties in the order of `systematic.SENSORS`; 0 where they are not stated."""
+    """Standard uncertainties in the order of `SENSORS`; 0 where they are not stated."""
     if calibration is None:
         return np.zeros(4)
     return np.array(

@@ -23,7 +23,7 @@ import scipy
 from oilfilm.fits.curve_errors import EFFECTS, Curves, effects
 from oilfilm.fits.descent import descend
 from oilfilm.fits.engine import Optimum
-from oilfilm.fits.problem import CurveData, Problem, build_problem
+from oilfilm.fits.problem import Problem, build_problem
 from oilfilm.units import BoolArray, FloatArray, IndexArray
 
 # Of all patterns of one kind that are looked for together.
@@ -63,7 +63,6 @@ class Leftover:
     Attributes:
         problem: What was fitted.
         optimum: Where it ended.
-        data: The curves.
         load_n: Load of each curve.
         groups: Runs that have something in common, by what it is; True for those that have it.
         others: mu of other oils at the points, by oil.
@@ -71,7 +70,6 @@ class Leftover:
 
     problem: Problem
     optimum: Optimum
-    data: CurveData
     load_n: FloatArray
     groups: Mapping[str, BoolArray]
     others: Mapping[str, FloatArray]
@@ -94,9 +92,14 @@ class Leftover:
         temperature a kelvin; of another oil it is the share of it.
         """
         law, internal = self.problem.law, self.problem.expand(self.optimum.values)
-        curves = Curves(self.data.conditions, self.load_n, self.data.curve, self.data.slip)
+        curves = Curves(
+            self.problem.data.conditions,
+            self.load_n,
+            self.problem.at.curve,
+            self.problem.data.slip,
+        )
         columns = dict(zip(EFFECTS, effects(law, internal, curves).T, strict=True))
-        columns["load"] = columns["load"] / self.load_n[self.data.curve]
+        columns["load"] = columns["load"] / self.load_n[self.problem.at.curve]
         columns["slip"] = -self.by_slip
         known = {name: columns[name] for name in _CAUSES if np.isfinite(columns[name]).all()}
         return {**{f"oil {oil}": mu - self.fitted for oil, mu in self.others.items()}, **known}
@@ -130,17 +133,17 @@ class Leftover:
         """
         starts, mu = self.problem.starts, self.fitted[:, np.newaxis]
         gain = np.add.reduceat(columns * mu, starts, axis=0) / np.add.reduceat(mu**2, starts)
-        return np.asarray(columns - mu * gain[self.data.curve])
+        return np.asarray(columns - mu * gain[self.problem.at.curve])
 
     @property
     def can_show(self) -> bool:
         """Whether there are curves enough to show a pattern."""
-        return len(self.data.runs) - 2 - int(self.problem.followed.sum()) >= _FEWEST_CURVES
+        return self.problem.curves - 2 - int(self.problem.followed.sum()) >= _FEWEST_CURVES
 
     @property
     def fewest(self) -> int:
         """Fewest curves of a group."""
-        return max(_FEWEST_CURVES, int(np.ceil(_SMALLEST_SHARE * len(self.data.runs))))
+        return max(_FEWEST_CURVES, int(np.ceil(_SMALLEST_SHARE * self.problem.curves)))
 
     def is_group(self, members: BoolArray) -> bool:
         """Whether these curves, and the others, are enough for a group."""
@@ -280,7 +283,7 @@ def _bends(left: Leftover) -> list[tuple[Pattern, FloatArray]]:
     The shape is looked for over the slip, and over S dmu/dS / mu, which is 1 where mu rises in
     proportion to the slip and 0 at its peak: curves may bend at different slips.
     """
-    problem, every, mu = left.problem, tuple(left.data.runs), left.fitted
+    problem, every, mu = left.problem, tuple(left.problem.data.runs), left.fitted
     known = np.flatnonzero(problem.followed)
     scaled = problem.at.design[:, 1:][:, known]
     scaled = (scaled - scaled.mean(axis=0)) / scaled.std(axis=0)
@@ -301,7 +304,7 @@ def _bends(left: Leftover) -> list[tuple[Pattern, FloatArray]]:
 
 def _changes(left: Leftover) -> Iterator[tuple[Pattern, FloatArray]]:
     """Every cause with every course over the runs: trend, step, groups."""
-    runs = np.array(left.data.runs)
+    runs = np.array(left.problem.data.runs)
     count = len(runs)
     courses: list[tuple[str, str, npt.NDArray[Any]]] = [
         ("trend", "", np.linspace(0, 1, count)),
@@ -314,7 +317,7 @@ def _changes(left: Leftover) -> Iterator[tuple[Pattern, FloatArray]]:
     for cause, column in left.signatures.items():
         for when, group, course in courses:
             concerned = tuple(runs if when == "trend" else runs[course.astype(bool)])
-            yield Pattern(cause, when, concerned, group), column * course[left.data.curve]
+            yield Pattern(cause, when, concerned, group), column * course[left.problem.at.curve]
 
 
 def _of_runs(left: Leftover, what: str, members: BoolArray, size: float) -> Pattern:
@@ -324,7 +327,7 @@ def _of_runs(left: Leftover, what: str, members: BoolArray, size: float) -> Patt
     is taken for the wrong ones, else those that come later.
     """
     other = 1 / size if what.endswith("factor") else -size
-    runs = np.array(left.data.runs)
+    runs = np.array(left.problem.data.runs)
     for name, group in left.groups.items():
         alike = float(np.mean(group == members))
         if left.is_group(group) and max(alike, 1 - alike) >= _SAME_GROUP:
@@ -342,7 +345,7 @@ def _split(left: Leftover, taken: FloatArray) -> _Found | None:
     Fitted in turns from several beginnings: the constants and the size of the cause, then which
     runs have it. A temperature is looked for beside a gain of each curve's own as well.
     """
-    count = len(left.data.runs)
+    count = left.problem.curves
     random = np.random.default_rng(0)
     searches = []
     for cause, column in left.signatures.items():
@@ -359,7 +362,7 @@ def _split(left: Leftover, taken: FloatArray) -> _Found | None:
             members, size, separation = seen.in_turns(beginning > np.median(beginning), left)
             if separation <= 1:
                 continue
-            marked = column * members[left.data.curve]
+            marked = column * members[left.problem.at.curve]
             if left.beside_bends(marked[:, np.newaxis])[0] <= _TOLD_APART:
                 continue
             pattern = _of_runs(left, cause, members, size)
@@ -457,7 +460,7 @@ def _misread(left: Leftover) -> _Found | None:
     Such an error is too large for a slope. The fit is repeated with the quantity put right in some
     runs, and each run is then given to the reading that it agrees with.
     """
-    speed = left.data.conditions[:, _column_of(left.problem, "entrainment_speed_m_s")]
+    speed = left.problem.data.conditions[:, _column_of(left.problem, "entrainment_speed_m_s")]
     fast = speed > np.sqrt(speed.min() * speed.max())
     squares = _squares(left, left.problem, left.optimum)
     uneven = squares > np.median(squares)
@@ -484,20 +487,19 @@ def _column_of(problem: Problem, name: str) -> int:
 
 def _squares(left: Leftover, problem: Problem, end: Optimum) -> FloatArray:
     squares = problem.residual(end.values) ** 2
-    return np.asarray(np.bincount(left.data.curve, squares, len(left.data.runs)), dtype=float)
+    return np.asarray(np.bincount(left.problem.at.curve, squares, left.problem.curves), dtype=float)
 
 
 def _with_factor(left: Leftover, what: str, factor: FloatArray) -> Problem:
     """The problem with a quantity divided by a factor per run."""
-    data = left.data
+    data = left.problem.data
     if what == "speed factor":
         conditions = data.conditions.copy()
         conditions[:, _column_of(left.problem, "entrainment_speed_m_s")] /= factor
         data = replace(data, conditions=conditions)
     else:
         data = replace(data, slip=data.slip / factor[data.curve])
-    varied = left.problem.followed
-    made = build_problem(left.problem.law, data, varied)
+    made = build_problem(left.problem.law, data, left.problem.varied)
     return replace(left.problem, at=made.at)
 
 

@@ -37,13 +37,16 @@ class CurveData:
 class Problem:
     """Least squares of a law on data, over the constants that the data can give.
 
-    The others (`free` false) are exponents that the law itself gives, and those of conditions that
-    did not vary: held at zero, they leave the condition's effect inside the law's coefficients.
-    `held` are the indices and values of those that ran into a bound and stay there; `weight` is
-    that of each point's squared error, 1 where it is None.
+    `varied` are the conditions that a fit follows. The other constants (`free` false) are exponents
+    that the law itself gives, and those of conditions that did not vary: held at zero, they leave
+    the condition's effect inside the law's coefficients. `held` are the indices and values of those
+    that ran into a bound and stay there; `weight` is that of each point's squared error, 1 where it
+    is None.
     """
 
     law: Law
+    data: CurveData
+    varied: BoolArray
     at: Observations
     mu: FloatArray
     free: BoolArray
@@ -196,4 +199,4 @@ def build_problem(law: Law, data: CurveData, varied: BoolArray) -> Problem:
         [constant.known is None and follows[constant.condition] for constant in law.constants]
     )
     at = Observations(law.design(data.conditions, groups), data.curve, data.slip)
-    return Problem(law, at, data.mu, free)
+    return Problem(law, data, varied, at, data.mu, free)

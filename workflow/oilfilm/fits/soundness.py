@@ -23,6 +23,7 @@ from oilfilm.traction.law import Law, to_internal
 
 # What runs may have in common: columns of the table of runs.
 _GROUPS = ("rig", "log_kind", "reader", "encoding", "delimiter", "decimal_mark")
+_NONE = Pattern("", "", ())
 _NOMINAL = re.compile(r"nominal_(.+)_(?:gpa|n|m_s|c)$")
 
 
@@ -108,7 +109,7 @@ def leftover(
     }
     known = {oil: mu for oil, mu in mixed.items() if np.isfinite(mu).all()}
     members = {name: np.isin(data.runs, list(runs)) for name, runs in groups.items()}
-    return Leftover(problem, optimum, data, load_n, members, known)
+    return Leftover(problem, optimum, load_n, members, known)
 
 
 def _in_order(data: CurveData) -> CurveData:
@@ -146,8 +147,8 @@ def _verdict(
 ) -> dict[str, Any]:
     """The row of one fit."""
     found = find_patterns(left) if left is not None else []
-    bend = next((each for each in found if each.when == "law"), None)
-    change = next((each for each in found if each.when != "law"), None)
+    bend = next((each for each in found if each.when == "law"), _NONE)
+    change = next((each for each in found if each.when != "law"), _NONE)
     fixed = from_text(quality["fixed_conditions"])
     law = "adequate"
     if np.isnan(quality["rmse"]):
@@ -156,7 +157,7 @@ def _verdict(
         law = "condition missing"
     elif quality["relative_rms"] > settings.odd_scatter:
         law = "misfit"
-    elif bend is not None:
+    elif bend is not _NONE:
         law = "bend"
     elif lack_shown:
         law = "lack of fit"
@@ -169,7 +170,7 @@ def _verdict(
         steady = "too few curves" if law == "no fit" else "condition missing"
     elif not left.can_show:
         steady = "too few curves"
-    if change is not None:
+    if change is not _NONE:
         steady = "changed"
     elif steady == "steady" and law in ("misfit", "bend"):
         steady = "hidden by the law"
@@ -177,25 +178,14 @@ def _verdict(
     return {
         "optimum_confirmed": optimum,
         "law_verdict": law,
-        "bend": bend.what if bend else "",
-        "bend_relative_rms": bend.mu_share if bend else np.nan,
+        "bend": bend.what,
+        "bend_relative_rms": bend.mu_share,
         "campaign_verdict": steady,
-        **_change(change),
-        "sound": optimum and law == "adequate" and steady == "steady",
-    }
-
-
-def _change(change: Pattern | None) -> dict[str, Any]:
-    if change is None:
-        return {
-            **dict.fromkeys(("change", "change_course", "change_group", "changed_runs"), ""),
-            **dict.fromkeys(("change_size", "change_relative_rms"), np.nan),
-        }
-    return {
         "change": change.what,
         "change_course": change.when,
         "change_group": change.group,
         "changed_runs": ", ".join(change.runs) if change.when != "trend" else "",
         "change_size": change.size,
         "change_relative_rms": change.mu_share,
+        "sound": optimum and law == "adequate" and steady == "steady",
     }

@@ -1,15 +1,18 @@
-"""Errors of the constants: by the Jacobian, by a bootstrap over whole curves, and for few curves.
+"""Errors of the constants: by the Jacobian, a bootstrap over curves, calibration, and profiles.
 
-Decides: the standard errors of constants, by bootstrap or, below 20 curves, cluster-robust.
+Decides: the standard errors of constants, by bootstrap or, below 20 curves, cluster-robust; their
+errors from the calibration of the rig; their intervals by profile likelihood.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
+import pandas as pd
 
 from oilfilm.fits.descent import descend
-from oilfilm.fits.engine import Optimum, at_bounds
-from oilfilm.fits.problem import Problem
+from oilfilm.fits.engine import Optimum, at_bounds, polish
+from oilfilm.fits.interval import student_quantile
+from oilfilm.fits.problem import Problem, build_problem, curve_data
 from oilfilm.units import FloatArray, IndexArray
 
 # A refit is one draw of a spread: digits beyond these are never seen.
@@ -18,6 +21,10 @@ _REFIT_TOLERANCE = 1e-8
 _DRAWS = 100
 # A curve that alone decides a direction has no residual there: its leverage is cut off here.
 _LARGEST_LEVERAGE = 1 - 1e-6
+# Where a profile holds each constant, in naive standard errors from its optimum.
+_AT = np.array([-4.0, -3.0, -2.0, -1.5, -1.0, -0.5, 0.5, 1.0, 1.5, 2.0, 3.0, 4.0])
+# Sensors in the order of the refits by their calibration.
+SENSORS = ("load", "traction force", "entrainment speed", "inlet temperature")
 
 
 @dataclass(frozen=True)
@@ -162,3 +169,129 @@ def draw_curves(design: FloatArray, count: int, random: np.random.Generator) -> 
         drawn = np.where(more[:, :, np.newaxis] > 0, design, 0.0)
         draws = np.concatenate([draws, more[np.linalg.matrix_rank(drawn) == rank]])
     return draws
+
+
+# ---------------------------------------------------------------- calibration
+
+
+def calibration_refits(problem: Problem, optimum: Optimum, points: pd.DataFrame) -> FloatArray:
+    """The free constants refitted with each sensor off by its standard uncertainty.
+
+    All points of a rig share such an error, so the sensors are shifted one at a time, everywhere;
+    the root of the summed squares of the constants' changes is their systematic standard error.
+
+    Args:
+        problem: What was fitted.
+        optimum: Where it ended.
+        points: The oil's rows of the table of points.
+
+    Returns:
+        One row per sensor, in the order of SENSORS; no rows where the calibration of one is not
+        stated.
+    """
+    accepted = points[points["accepted"]]
+    refits = []
+    for shifted in _shifted(accepted):
+        data = curve_data(shifted, problem.law.conditions)
+        followed = data.conditions[:, problem.varied]
+        if not (np.isfinite(data.mu).all() and np.isfinite(followed).all()):
+            return np.empty((0, len(optimum.values)))
+        moved = build_problem(problem.law, data, problem.varied)
+        moved = replace(problem, at=moved.at, mu=moved.mu)
+        refits.append(polish(moved, optimum.values).values)
+    return np.array(refits)
+
+
+def _shifted(points: pd.DataFrame) -> list[pd.DataFrame]:
+    """The points as they would read with one sensor each off by its standard uncertainty.
+
+    A load of (1 + e) W makes mu = F/W smaller by 1/(1 + e) and the pressure, which goes with the
+    cube root of the load, larger.
+    """
+    load = 1 + points["load_systematic_n"] / points["load_n"]
+    force = points["traction_force_systematic_n"] / points["traction_force_n"].abs()
+    # at no force at all there is nothing to be a share of
+    gain = 1 + force.where(points["traction_force_n"] != 0, 0.0)
+    mu, pressure = points["traction_coefficient"], points["max_hertz_pressure_gpa"]
+    speed, temperature = points["entrainment_speed_m_s"], points["inlet_temperature_c"]
+    return [
+        points.assign(
+            traction_coefficient=mu / load,
+            max_hertz_pressure_gpa=pressure * np.cbrt(load),
+            load_n=points["load_n"] * load,
+        ),
+        points.assign(traction_coefficient=mu * gain),
+        # an error of speed that both bodies share leaves the slide-roll ratio as it is
+        points.assign(entrainment_speed_m_s=speed + points["entrainment_speed_systematic_m_s"]),
+        points.assign(inlet_temperature_c=temperature + points["inlet_temperature_systematic_c"]),
+    ]
+
+
+# ---------------------------------------------------------------- profiles
+
+
+def profiles(
+    problem: Problem, optimum: Optimum, naive: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Values of each free internal constant and the signed root of the SSE's rise there.
+
+        z = sign(x - x_best) sqrt((SSE(x) - SSE_best) / s^2),  s^2 = SSE_best / (points - constants)
+
+    For a linear law z is the distance in naive standard errors; how far it bends from that is how
+    far those errors mislead. Like them it takes every point's error for its own.
+
+    Args:
+        problem: What was fitted.
+        optimum: Where it ended.
+        naive: Naive covariance of the free internal constants. The others start where it expects
+            them.
+
+    Returns:
+        Two arrays of shape (free, levels), ascending, the optimum itself in the middle.
+
+    Reference: D. M. Bates, D. G. Watts, Nonlinear Regression Analysis and Its Applications (1988),
+    chapter 6.
+    """
+    count, levels = len(optimum.values), len(_AT)
+    degrees = len(problem.mu) - count
+    held = np.repeat(np.eye(count, dtype=bool), levels, axis=0)
+    errors = np.sqrt(np.diag(naive))
+    towards = (naive / errors).T[:, np.newaxis] * _AT[:, np.newaxis]
+    starts = optimum.values + towards.reshape(-1, count)
+    # beyond the bounds a constant has no meaning
+    starts = np.clip(starts, *problem.limits.T)
+    sse = np.full(len(starts), np.nan)
+    if np.isfinite(naive).all():
+        _, sse = descend(problem, starts, held=held, tolerance=1e-7, near=True)
+    rise = np.maximum(sse - optimum.sse, 0) * degrees / max(optimum.sse, np.finfo(float).tiny)
+    z = np.sign(np.tile(_AT, count)) * np.sqrt(rise)
+    middle = levels // 2
+    values = np.insert(starts[held].reshape(count, levels), middle, optimum.values, axis=1)
+    return values, np.insert(z.reshape(count, levels), middle, 0.0, axis=1)
+
+
+def profile_interval(
+    values: FloatArray, z: FloatArray, degrees: int, level: float = 0.95
+) -> tuple[float, float]:
+    """Where one constant's profile crosses Student's quantiles; NaN where it does not within reach.
+
+    Args:
+        values: Ascending values of the constant.
+        z: Signed roots there, as from `profiles`.
+        degrees: Points minus constants.
+        level: Of confidence.
+    """
+    limit = student_quantile(level, degrees)
+    rising = np.concatenate([[True], np.diff(z) > 0])
+    if not np.isfinite(z).all() or not rising.all():
+        return float("nan"), float("nan")
+    return _crossing(values, z, -limit), _crossing(values, z, limit)
+
+
+def _crossing(values: FloatArray, z: FloatArray, at: float) -> float:
+    """The value at one signed root: on the cubic through the four nearest ones; NaN outside."""
+    after = int(np.searchsorted(z, at))
+    if not 0 < after < len(z):
+        return float("nan")
+    some = slice(max(after - 2, 0), after + 2)
+    return float(np.polyval(np.polyfit(z[some], values[some], len(z[some]) - 1), at))

@@ -279,11 +279,14 @@ class CampaignKeys(Group):
     figures: q.Unique[q.Name] = key("Figures to draw.")
     studies: q.Unique[q.Name] = key("Studies to add; `paper`: Deng et al. (2026).", default=[])
     min_accepted_runs: int = key(
-        "Accepted runs that the campaign and each oil with logs need; with fewer `make` fails.",
+        "Accepted runs that the campaign and each oil with logs need (torque logs are counted "
+        "apart); with fewer `make` fails.",
         ge=0,
         default=1,
     )
-    min_accepted_share: q.Share = key("Share of runs that must be accepted.", default=0.0)
+    min_accepted_share: q.Share = key(
+        "Share of runs that must be accepted; unreadable logs count as runs.", default=0.0
+    )
     matrix: Matrix | None = optional("Planned conditions, each level with each.")
     columns: dict[TractionColumn, Column] = key("Columns with names of their own.", default={})
     header: dict[HeaderKey, Names] = key("Own names of header keys, sheet columns.", default={})

@@ -102,7 +102,10 @@ class SignalGateSettings(Group):
     load_change_max: q.PositiveShare = key("Change of load from first to second half of a plateau.")
     temperature_change_max_c: q.TemperatureDifferenceC = key("The same for the oil's temperature.")
     spike_share_max: q.Share = key("Share of a plateau's rows that may be spikes.")
-    faulty_share_max: q.Share = key("Share of plateaus that may fail gates which blame the run.")
+    faulty_share_max: q.Share = key(
+        "Share of plateaus that may fail gates which blame the run; more of them, at least three "
+        "or more than half, refuse the run."
+    )
     clock_jump_intervals: q.Positive = key("Longest gap, in sampling intervals.")
     saturated_share: q.Tolerance = key("Share of rows at a sensor's extreme value.")
     piled_up_factor: q.AboveOne = key("How often a saturated value occurs, over the next one.")
@@ -614,7 +617,11 @@ class DriftSettings(Group):
 class SplitSettings(Group):
     """How the work is spread over jobs. It is no part of any result."""
 
-    runs: int = key("Raw logs in a share of the work, on average, at most.", ge=1, default=250)
+    runs: int = key(
+        "Most raw logs in a share of the work, on average; the number of shares is a power of two.",
+        ge=1,
+        default=250,
+    )
 
 
 class ConfigKeys(Group):

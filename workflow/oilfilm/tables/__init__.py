@@ -18,6 +18,7 @@ from oilfilm.tables.store import ROW_GROUP as ROW_GROUP
 from oilfilm.tables.store import columns as columns
 from oilfilm.tables.store import conform as conform
 from oilfilm.tables.store import empty as empty
+from oilfilm.tables.store import filled as filled
 from oilfilm.tables.store import from_rows as from_rows
 from oilfilm.tables.store import read as read
 from oilfilm.tables.store import read_footer as read_footer

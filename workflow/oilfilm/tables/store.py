@@ -46,6 +46,24 @@ def from_rows(rows: list[dict[str, Any]], table: str) -> pd.DataFrame:
     return conform(pd.DataFrame(rows), table, "new rows") if rows else empty(table)
 
 
+def filled(frame: pd.DataFrame, table: str, where: str = "new rows") -> pd.DataFrame:
+    """Rows as a table: what they do not know is missing, 0 or empty, or the first text allowed.
+
+    Raises:
+        OilfilmError: As `conform`.
+    """
+    unknown: dict[str, Any] = {"number": 0.0, "integer": 0, "flag": False, "text": ""}
+    values = {}
+    for column in TABLES[table].columns:
+        known = frame.get(column.name, pd.Series(np.nan, frame.index))
+        if not column.nullable and known.hasnans:
+            nothing = (*column.allowed, unknown[column.type])[0]
+            known = known.astype(object).where(known.notna(), nothing)
+        dtype: Any = column.dtype
+        values[column.name] = known.astype(dtype)
+    return conform(pd.DataFrame(values), table, where)
+
+
 def rows(frame: pd.DataFrame) -> list[dict[str, Any]]:
     """The rows of a table, one dictionary per row."""
     return [{str(name): value for name, value in row.items()} for row in frame.to_dict("records")]

@@ -7,7 +7,7 @@ import pandas as pd
 
 from oilfilm import tables
 from oilfilm.fits.fitted import FittedLaw
-from oilfilm.fits.lack_of_fit import ADVISED_REPEATS
+from oilfilm.fits.noise import ADVISED_REPEATS
 from oilfilm.fits.soundness_words import what_is_wrong
 from oilfilm.report.document import Fact, Section, facts
 from oilfilm.report.shown_table import show_declared
