@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from bearings import RPM, equilibrium, printed_law, problem, shipped
-from oilfilm.bearing.branches import other_equilibrium
+from oilfilm.bearing.friction import other_equilibrium
 from oilfilm.bearing.quasistatic import OperatingPoints
 from oilfilm.physics.contact import Conditions
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from oilfilm.bearing.catalogue_torque import palmgren_torque_n_m, skf_torque_n_m
+from oilfilm.bearing.torque import palmgren_torque_n_m, skf_torque_n_m
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,6 @@ import numpy as np
 import pandas as pd
 import pytest
 from matplotlib.axes import Axes
-from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 from matplotlib.testing.compare import compare_images
@@ -23,7 +22,7 @@ from nights import nightly, quick_ones
 from oilfilm.fits.fitted import FittedLaw
 from oilfilm.paper.reference import PrintedCoefficients
 from oilfilm.randomness import generator
-from oilfilm.report.figures import curves, style
+from oilfilm.report.figures import curves
 from oilfilm.report.figures.sheet import Sheet, save
 from oilfilm.settings.base import present
 from oilfilm.settings.messages import load
@@ -384,32 +383,18 @@ def test_panel_keeps_what_it_draws() -> None:
     assert set(panel.parts[0]["panel"]) == {"a"}
 
 
-def test_an_oil_has_one_colour_in_every_panel(usual: Draw, config: Settings) -> None:
-    colours = {style.oil_colour(oil, list(config.oils)) for oil in config.oils}
-    assert len(colours) == 3
-    for axis in usual("fig03")[0].axes:
-        assert {to_hex(line.get_color()).upper() for line in axis.get_lines()} == colours
-
-
-def test_files_are_the_same_bytes_each_time(drawing: Draw, tmp_path: Path) -> None:
-    for name in ("a", "b"):
-        save(drawing("fig03")[0], tmp_path / f"{name}.png", tmp_path / f"{name}.svg")
+def test_same_figure_gives_the_same_bytes_whatever_the_last_bits_of_positions(
+    drawing: Draw, tmp_path: Path
+) -> None:
+    """These depend on the version of Python, whose `sum` rounds otherwise since 3.12."""
+    for shift in (0, 1):
+        figure, _ = drawing("tab02")
+        for axis in figure.axes if shift else ():
+            axis.set_position([np.nextafter(each, 1) for each in axis.get_position().bounds])
+        save(figure, tmp_path / f"{shift}.png", tmp_path / f"{shift}.svg")
+    assert 'clip-path="url(#p' in (tmp_path / "0.svg").read_text()
     for ending in ("png", "svg"):
-        assert (tmp_path / f"a.{ending}").read_bytes() == (tmp_path / f"b.{ending}").read_bytes()
-    assert len(list(tmp_path.iterdir())) == 4
-
-
-def test_last_bits_of_positions_are_in_no_file(drawing: Draw, tmp_path: Path) -> None:
-    """They depend on the version of Python, whose `sum` rounds otherwise since 3.12."""
-    figure, _ = drawing("tab02")
-    save(figure, tmp_path / "before.svg")
-    for axis in figure.axes:
-        box = axis.get_position()
-        axis.set_position([np.nextafter(each, 1) for each in box.bounds])
-    save(figure, tmp_path / "after.svg")
-    before, after = ((tmp_path / f"{name}.svg").read_text() for name in ("before", "after"))
-    assert 'clip-path="url(#p' in before
-    assert before == after
+        assert (tmp_path / f"0.{ending}").read_bytes() == (tmp_path / f"1.{ending}").read_bytes()
 
 
 @pytest.mark.parametrize(

@@ -18,9 +18,9 @@ from oilfilm.fits.optimal_design import choose, covariance, uncertainties, uncer
 from oilfilm.randomness import generator
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
-from oilfilm.torque.feasible_tests import candidates
 from oilfilm.torque.next_tests import (
     Request,
+    candidates,
     plan_oil,
     plan_table,
     request_of,
