@@ -36,7 +36,7 @@ ROOMS = {
             "test_bearing_geometry",
             "test_bearing_quasistatic",
             "test_bearing_friction",
-            "test_catalogue_torque",
+            "test_torque_terms",
             "test_heat_balance",
             "test_kinematics",
         ),

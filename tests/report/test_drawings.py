@@ -15,9 +15,8 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 from matplotlib.testing.compare import compare_images
 
-from bearings import printed_fits
 from campaigns import REFERENCE, printed, without
-from fit_points import make_points, matrix
+from fit_points import matrix
 from nights import nightly, quick_ones
 from oilfilm.fits.fitted import FittedLaw
 from oilfilm.paper.reference import PrintedCoefficients
@@ -39,13 +38,11 @@ TOLERANCE = 1.0
 
 
 @pytest.fixture(scope="module")
-def results() -> CampaignTables:
+def results(on_printed_law: CampaignTables) -> CampaignTables:
     """Points on the printed law of every oil, and refits that scatter by 1 % about it."""
-    coefficients, quality = printed_fits()
-    coefficients = coefficients.assign(
-        standard_error=0.01 * coefficients["value"].abs(),
-        naive_standard_error=0.01 * coefficients["value"].abs(),
-    )
+    coefficients, points = on_printed_law.coefficients, on_printed_law.points
+    error = 0.01 * coefficients["value"].abs()
+    coefficients = coefficients.assign(standard_error=error, naive_standard_error=error)
     random = generator(1, "refits")
     refits = pd.concat(
         coefficients[["oil", "law", "constant"]].assign(
@@ -55,18 +52,12 @@ def results() -> CampaignTables:
         )
         for number in range(40)
     )
-    points = pd.concat(
-        make_points(oil, matrix()).assign(run_id=lambda rows, oil=oil: oil + rows["run_id"])
-        for oil in printed()
-    )
     runs = points.groupby("run_id", as_index=False).first()[["run_id", "oil", *CONDITIONS]]
     runs = runs.rename(columns={name: f"nominal_{name}" for name in CONDITIONS})
     runs = runs.assign(rig="ball-on-disc-20mm", nominal_load_n=np.nan)
-    return CampaignTables.in_memory(
-        points=points,
+    return on_printed_law.replace(
         runs=runs,
         coefficients=coefficients,
-        fit_quality=quality,
         refits=refits,
         correlations=_correlations(refits),
         profiles=_profiles(coefficients),

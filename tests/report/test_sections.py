@@ -10,6 +10,7 @@ import pytest
 from campaigns import CLAIMS, REFERENCE, Campaign, printed, sign_study, without
 from oilfilm.curation.coverage import coverage, gate_counts
 from oilfilm.logs.run_sheet import CONTRADICTION, UNLISTED
+from oilfilm.paper import study
 from oilfilm.paper.audit.audit import audit, printed_evidence
 from oilfilm.paper.extrapolation import extrapolate
 from oilfilm.paper.printed_constants import judge_printed
@@ -162,7 +163,8 @@ def test_signs_are_those_of_the_fit_and_not_of_the_printed_sizes(
 
     def line(constants: pd.DataFrame, campaign: Settings = demo.config) -> str:
         results = demo_tables.replace(coefficients=constants, sign_verdicts=misleading)
-        return told(by_anchor(results, campaign)["printed"])
+        made = {section.anchor: section for section in study.sections(results, campaign)}
+        return told(made["printed"])
 
     beside = with_printed(fits, load(REFERENCE, PrintedCoefficients))
     sure = fits.assign(verdict="known", value=beside["printed_value"])
