@@ -15,8 +15,7 @@ from oilfilm.atomic_write import atomic_folder, write_bytes, write_text
 from oilfilm.digests import file_digest
 from oilfilm.errors import OilfilmError
 from oilfilm.exports.campaign import export, export_campaign
-from oilfilm.exports.description import describe
-from oilfilm.exports.names import identifiers
+from oilfilm.exports.description import describe, identifiers
 from oilfilm.fits.finished import finished_fits
 from oilfilm.home import CONFIG
 from oilfilm.logs.base import SET_POINTS

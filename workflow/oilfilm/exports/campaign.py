@@ -30,10 +30,11 @@ from oilfilm.exports.description import (
     Condition,
     Description,
     describe,
+    identifiers,
     number_or_none,
+    plain,
 )
 from oilfilm.exports.languages import FORTRAN, MATLAB, MODELICA, PYTHON, C
-from oilfilm.exports.names import identifiers, plain
 from oilfilm.exports.workbook import workbook
 from oilfilm.report.spreadsheet import csv_text
 from oilfilm.settings.resolved import Settings

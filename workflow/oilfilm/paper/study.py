@@ -11,8 +11,7 @@ import pandas as pd
 
 from oilfilm import tables
 from oilfilm.exports.campaign import in_folders
-from oilfilm.exports.description import Condition, Description, constant_meanings
-from oilfilm.exports.names import identifiers
+from oilfilm.exports.description import Condition, Description, constant_meanings, identifiers
 from oilfilm.home import reference_file
 from oilfilm.paper.advice import NO_CHOICE
 from oilfilm.paper.extrapolation import errors_by_law
