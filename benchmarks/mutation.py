@@ -31,12 +31,12 @@ ROOMS = {
         ("test_contact", "test_film", "test_oils"),
     ),
     "bearing": (
-        ("catalogue_torque", "geometry", "heat_balance", "kinematics", "quasistatic", "resistance"),
+        ("geometry", "heat_balance", "kinematics", "quasistatic", "resistance", "torque"),
         (
             "test_bearing_geometry",
             "test_bearing_quasistatic",
             "test_bearing_friction",
-            "test_catalogue_torque",
+            "test_torque_terms",
             "test_heat_balance",
             "test_kinematics",
         ),
@@ -65,12 +65,12 @@ ROOMS = {
         ("test_fitted", "test_conditions"),
     ),
     "torque": (
-        ("bearing_torque", "feasible_tests", "load_variables", "torque_uncertainty"),
+        ("bearing_torque", "load_variables", "next_tests", "torque_uncertainty"),
         ("test_bearing_torque", "test_torque_uncertainty", "test_next_tests"),
     ),
     "paper": (
-        ("advice_band", "published_tests", "selection", "slip_advice"),
-        ("test_advice_band", "test_published_tests", "test_selection", "test_slip_advice"),
+        ("advice", "published_tests"),
+        ("test_advice", "test_published_tests"),
     ),
 }
 # A test that takes so long has seen that something is wrong.

@@ -22,11 +22,11 @@ import oilfilm
 from browsers import CHROMIUM, QUIET
 from oilfilm.arrays import ArrayFit
 from oilfilm.cli import main
-from oilfilm.exports.data_files import adore_rows
+from oilfilm.exports.campaign import adore_rows
 from oilfilm.exports.workbook import workbook
 from oilfilm.fits.fitted import Prediction
-from oilfilm.paper.printed_exports import describe_printed
-from oilfilm.report.sections.answer import answer
+from oilfilm.paper.study import describe_printed
+from oilfilm.report.sections.fits import answer
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 

@@ -23,7 +23,10 @@ def coverage() -> Figure:
         shown = shown.loc[truths]
         where = np.arange(len(truths))
         panel.axvspan(0.9 if curves == 24 else 0.85, 0.99, color=GREY, alpha=0.25, lw=0)
-        for column, filled, of in (("mean", "none", "all fits"), ("mean if sound", ORANGE, "sound")):
+        for column, filled, of in (
+            ("mean", "none", "all fits"),
+            ("mean if sound", ORANGE, "sound"),
+        ):
             label = f"law's own interval: true mean, {of}"
             panel.plot(shown[column], where, "s", color=ORANGE, markerfacecolor=filled, label=label)
         panel.plot(

@@ -30,10 +30,8 @@ from exported import (
 )
 from law_points import EVERY_LAW
 from nights import nightly
-from oilfilm.exports.campaign import FORMS, export, export_campaign
-from oilfilm.exports.data_files import adore_rows
-from oilfilm.exports.description import SLIP, Description, describe
-from oilfilm.exports.names import identifiers, plain
+from oilfilm.exports.campaign import FORMS, adore_rows, export, export_campaign
+from oilfilm.exports.description import SLIP, Description, describe, identifiers, plain
 from oilfilm.settings.resolved import Settings
 from oilfilm.traction.law import CONDITIONS
 from oilfilm.traction.laws.deng2026 import traction_coefficient

@@ -14,7 +14,7 @@ from oilfilm import tables
 from oilfilm.curation.curate import Curated, collect, curate
 from oilfilm.fits.fit import OilFit, fit_oil
 from oilfilm.logs.ingest import Ingested, ingest_logs
-from oilfilm.paper.printed.signs import study_signs
+from oilfilm.paper.printed_constants import study_signs
 from oilfilm.paper.reference import printed_constants
 from oilfilm.physics.oils import Oil
 from oilfilm.physics.rigs import Contact

@@ -8,7 +8,7 @@ from law_points import EVERY_LAW, TRUTH
 from oilfilm.exports.description import SLIP, Description, describe
 from oilfilm.fits.conditions import FixedCondition, to_text
 from oilfilm.fits.interval import UNKNOWN
-from oilfilm.paper.printed_exports import describe_printed
+from oilfilm.paper.study import describe_printed
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction.law import CONDITIONS, Law

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from campaigns import ROOT
 from oilfilm.figure_catalogue import figures
 from oilfilm.paper.reference import read_reference
-from oilfilm.report.figures.registry import draw_figure
+from oilfilm.report.figures.sheet import draw_figure
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 

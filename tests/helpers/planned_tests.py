@@ -94,17 +94,23 @@ def refit(
         roots.append(
             np.linalg.inv(np.linalg.cholesky(d @ d.T + of_run.point**2 * np.eye(len(part))))
         )
-    at = curves.at(LAW)
+    at, of_sensors = curves.at(LAW), effect[:, :4] * of_rig
+    ends = np.cumsum([len(root) for root in roots])[:-1]
+
+    def whitened(left: FloatArray) -> list[FloatArray]:
+        return [root @ part for root, part in zip(roots, np.split(left, ends), strict=True)]
 
     def residual(unknown: FloatArray) -> FloatArray:
         internal, sensors = np.split(unknown, [len(TRUTH)])
-        left = data.mu - LAW.traction(internal, at) - effect[:, :4] @ (of_rig * sensors)
-        parts = np.split(left, np.cumsum([len(root) for root in roots])[:-1])
-        whitened = [root @ part for root, part in zip(roots, parts, strict=True)]
-        return np.concatenate([*whitened, sensors])
+        left = data.mu - LAW.traction(internal, at) - of_sensors @ sensors
+        return np.concatenate([*whitened(left), sensors])
+
+    def slopes(unknown: FloatArray) -> FloatArray:
+        of_law = LAW.jacobian(unknown[: len(TRUTH)], at)
+        return np.vstack([*whitened(-np.hstack([of_law, of_sensors])), np.eye(4, len(start), 12)])
 
     start = np.concatenate([TRUTH, np.zeros(4)])
-    return least_squares(residual, start, method="lm", x_scale="jac").x[: len(TRUTH)]
+    return least_squares(residual, start, slopes, method="lm", x_scale="jac").x[: len(TRUTH)]
 
 
 def oil_in_bearing() -> OilInBearing:

@@ -15,11 +15,18 @@ from campaigns import ROOT, printed, sign_study
 from oilfilm import tables
 from oilfilm.exports.campaign import in_folders
 from oilfilm.home import CONFIG
-from oilfilm.paper.printed import signs
-from oilfilm.paper.printed.judge import judge_printed, largest_difference, squared_errors
-from oilfilm.paper.printed.signs import LAW, Surface, verdicts, where_true
-from oilfilm.paper.printed_exports import describe_printed
+from oilfilm.paper import printed_constants as signs
+from oilfilm.paper.printed_constants import (
+    LAW,
+    Surface,
+    judge_printed,
+    largest_difference,
+    squared_errors,
+    verdicts,
+    where_true,
+)
 from oilfilm.paper.reference import PrintedCoefficients
+from oilfilm.paper.study import describe_printed
 from oilfilm.settings.messages import load
 from oilfilm.settings.resolve import read_config
 from oilfilm.settings.resolved import Settings

@@ -1,7 +1,11 @@
-"""Results that several tests of the report only look at, fitted once."""
+"""Results that several tests of the report only look at, made once."""
 
+import pandas as pd
 import pytest
 
+from bearings import printed_fits
+from campaigns import printed
+from fit_points import make_points, matrix
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from reports import results_of
@@ -10,3 +14,14 @@ from reports import results_of
 @pytest.fixture(scope="session")
 def results(config: Settings) -> CampaignTables:
     return results_of(config)
+
+
+@pytest.fixture(scope="session")
+def on_printed_law() -> CampaignTables:
+    """Points on the printed law of every oil; their lambda is 10 U/25."""
+    coefficients, quality = printed_fits()
+    points = pd.concat((make_points(oil, matrix()) for oil in printed()), ignore_index=True)
+    points["rig"] = "ball-on-disc-20mm"
+    points["run_id"] = points["oil"] + points["run_id"]
+    points["lambda_ratio"] = 0.4 * points["entrainment_speed_m_s"]
+    return CampaignTables.in_memory(points=points, coefficients=coefficients, fit_quality=quality)

@@ -3,20 +3,10 @@
 import subprocess
 import sys
 
-import pytest
-
 from campaigns import ROOT
 from oilfilm.figure_catalogue import figures
 from oilfilm.report.captions import caption, provenance
 from oilfilm.settings.resolved import Settings
-
-
-@pytest.mark.parametrize("name", figures())
-def test_caption_is_complete_sentences(name: str) -> None:
-    figure = figures()[name]
-    assert caption(name).startswith(figure.caption)
-    assert figure.caption.endswith(".")
-    assert not figure.title.endswith(".")
 
 
 def test_origin_of_data_says_simulated_or_who_measured(config: Settings) -> None:

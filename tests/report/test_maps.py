@@ -9,9 +9,8 @@ import pandas as pd
 import pytest
 from scipy.integrate import quad
 
-from bearings import printed_fits
 from campaigns import oil_of, printed
-from fit_points import make_points, matrix
+from fit_points import matrix
 from oilfilm.physics.contact import Conditions
 from oilfilm.physics.film import InletOil, film_thickness
 from oilfilm.physics.thermal_traction import ThermalEhl, film_stress, thermal_ehl_traction
@@ -25,23 +24,12 @@ from pictures import Draw, drawing_of, nothing_is_cut_off
 
 
 @pytest.fixture(scope="module")
-def results() -> CampaignTables:
-    """Points on the printed law of every oil; their lambda is 10 U/25."""
-    coefficients, quality = printed_fits()
-    points = pd.concat((make_points(oil, matrix()) for oil in printed()), ignore_index=True)
-    points["rig"] = "ball-on-disc-20mm"
-    points["run_id"] = points["oil"] + points["run_id"]
-    points["lambda_ratio"] = 0.4 * points["entrainment_speed_m_s"]
-    return CampaignTables.in_memory(points=points, coefficients=coefficients, fit_quality=quality)
-
-
-@pytest.fixture(scope="module")
-def drawing(results: CampaignTables, config: Settings) -> Draw:
-    return drawing_of(results, config)
+def drawing(on_printed_law: CampaignTables, config: Settings) -> Draw:
+    return drawing_of(on_printed_law, config)
 
 
 def test_friction_map_is_the_law_and_knows_the_film(
-    drawing: Draw, results: CampaignTables, config: Settings
+    drawing: Draw, on_printed_law: CampaignTables, config: Settings
 ) -> None:
     figure, drawn = drawing("friction-map")
     assert nothing_is_cut_off(figure)
@@ -56,12 +44,12 @@ def test_friction_map_is_the_law_and_knows_the_film(
     ratio = np.interp(25.0, fast["x"], fast["value"])
     assert ratio == pytest.approx(0.161 / roughness_um, rel=0.01)
     largest = drawn[drawn["series"] == "largest measured mu"].set_index("oil")["value"]
-    for oil, of_this in results.points[results.points["accepted"]].groupby("oil"):
+    for oil, of_this in on_printed_law.points[on_printed_law.points["accepted"]].groupby("oil"):
         assert (largest[[oil]] == of_this["traction_coefficient"].max()).all()
 
 
 def test_traction_is_drawn_over_lambda_or_over_the_hersey_number(
-    drawing: Draw, results: CampaignTables, config: Settings
+    drawing: Draw, on_printed_law: CampaignTables, config: Settings
 ) -> None:
     figure, drawn = drawing("stribeck")
     assert nothing_is_cut_off(figure)
@@ -71,10 +59,10 @@ def test_traction_is_drawn_over_lambda_or_over_the_hersey_number(
     hersey = config.with_changes({"figures": {"stribeck": {"abscissa": "hersey"}}})
     _, drawn = drawing("stribeck", hersey)
     # MIL-L-23699 at 100 degC: 5.006 mPa s (docs/physics.md); on a ball of 10 mm radius, 25 m/s
-    runs = results.points[
-        (results.points["oil"] == "4050")
-        & (results.points["inlet_temperature_c"] == 100)
-        & (results.points["entrainment_speed_m_s"] == 25)
+    runs = on_printed_law.points[
+        (on_printed_law.points["oil"] == "4050")
+        & (on_printed_law.points["inlet_temperature_c"] == 100)
+        & (on_printed_law.points["entrainment_speed_m_s"] == 25)
     ].drop_duplicates("run_id")
     of_runs = drawn.set_index("words").loc[runs["run_id"], "x"]
     expected = 5.006e-3 * 25 * 0.010 / runs["load_n"].to_numpy()
@@ -153,12 +141,14 @@ def test_correction_recovers_most_of_what_heat_took(
         assert without_heat(hot, truth, contact, config)["traction_coefficient"].isna().all()  # type: ignore[arg-type]
 
 
-def test_isothermal_curves_are_corrected_by_the_law(drawing: Draw, results: CampaignTables) -> None:
+def test_isothermal_curves_are_corrected_by_the_law(
+    drawing: Draw, on_printed_law: CampaignTables
+) -> None:
     figure, drawn = drawing("isothermal")
     assert nothing_is_cut_off(figure)
     rows = drawn.query("oil == '4102' and series == 'isothermal' and x > 0").dropna(subset="y")
     run = rows[rows["words"] == rows["words"].iloc[0]]
-    at = results.points.set_index("run_id").loc[run["words"].iloc[0]].iloc[0]
+    at = on_printed_law.points.set_index("run_id").loc[run["words"].iloc[0]].iloc[0]
     condition = at["max_hertz_pressure_gpa"], at["entrainment_speed_m_s"], 120.0
     # heat lowers the traction, the more the more slip there is
     gain = run["y"] / traction_coefficient(printed()["4102"], *condition, run["x"])

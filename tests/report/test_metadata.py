@@ -149,9 +149,10 @@ def test_licence_creators_and_sources_are_the_campaign_files(
 
 
 def test_same_tables_give_the_same_bytes(folder: Path, config: Settings) -> None:
-    files = [table_file(path, folder) for path in sorted(folder.rglob("*.parquet"))]
-    assert data_package(config, files) == data_package(config, files[::-1])
-    assert str(folder) not in data_package(config, files)
+    files = [table_file(path, folder) for path in folder.rglob("*.parquet")]
+    text = data_package(config, files)
+    assert text == data_package(config, files[::-1])
+    assert str(folder) not in text
 
 
 @pytest.mark.parametrize("one_liner", ONE_LINERS, ids=["duckdb", "pandas", "polars"])

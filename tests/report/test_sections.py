@@ -10,16 +10,16 @@ import pytest
 from campaigns import CLAIMS, REFERENCE, Campaign, printed, sign_study, without
 from oilfilm.curation.coverage import coverage, gate_counts
 from oilfilm.logs.run_sheet import CONTRADICTION, UNLISTED
+from oilfilm.paper import study
 from oilfilm.paper.audit.audit import audit, printed_evidence
 from oilfilm.paper.extrapolation import extrapolate
-from oilfilm.paper.printed.judge import judge_printed
+from oilfilm.paper.printed_constants import judge_printed
 from oilfilm.paper.printed_law import with_printed
 from oilfilm.paper.reference import PrintedCoefficients, read_claims
-from oilfilm.report import runs
-from oilfilm.report.document import Fact, Section, facts
+from oilfilm.report.document import Fact, Section, facts, percent
 from oilfilm.report.sections.build import sections
+from oilfilm.report.sections.data import run_pages
 from oilfilm.report.sections.fits import certainty
-from oilfilm.report.shown_table import percent
 from oilfilm.report.text import text
 from oilfilm.rig_twin.truth import truth_grid
 from oilfilm.settings.messages import load
@@ -163,7 +163,8 @@ def test_signs_are_those_of_the_fit_and_not_of_the_printed_sizes(
 
     def line(constants: pd.DataFrame, campaign: Settings = demo.config) -> str:
         results = demo_tables.replace(coefficients=constants, sign_verdicts=misleading)
-        return told(by_anchor(results, campaign)["printed"])
+        made = {section.anchor: section for section in study.sections(results, campaign)}
+        return told(made["printed"])
 
     beside = with_printed(fits, load(REFERENCE, PrintedCoefficients))
     sure = fits.assign(verdict="known", value=beside["printed_value"])
@@ -177,19 +178,9 @@ def test_signs_are_those_of_the_fit_and_not_of_the_printed_sizes(
     assert "signs in use. The points were SIMULATED: this says nothing of" in line(sure, elsewhere)
 
 
-def test_facts_have_the_numbers(results: CampaignTables, config: Settings) -> None:
-    brief = {anchor: told(section) for anchor, section in by_anchor(results, config).items()}
-    assert "54 of 55 runs and 1674 of 1674 points" in brief["data"]
-    assert "1 run refused: stuck sensor 1." in brief["refused"]
-    assert "1 log without a run: unreadable 1." in brief["refused"]
-    assert "holds 1." in brief["claims"]
-
-
-@pytest.mark.parametrize(
-    ("verdict", "advice"), [("another law is better", "law: tanh"), ("tie", "law: tanh")]
-)
+@pytest.mark.parametrize("verdict", ["another law is better", "tie"])
 def test_law_is_judged_once_for_all_oils_of_which_the_same_is_true(
-    results: CampaignTables, config: Settings, verdict: str, advice: str
+    results: CampaignTables, config: Settings, verdict: str
 ) -> None:
     ties = "deng2026, tanh" if verdict == "tie" else "tanh"
     row = {"law": "deng2026", "verdict": verdict, "better_law": "tanh"} | dict.fromkeys(
@@ -207,7 +198,7 @@ def test_law_is_judged_once_for_all_oils_of_which_the_same_is_true(
     assert fact.text.startswith(f"{OILS[0]}, {OILS[1]}: ")
     assert fact.is_trouble == (verdict == "another law is better")
     assert "hyperbolic tangent" in fact.text
-    assert advice in fact.advice
+    assert "law: tanh" in fact.advice
     assert best.text.startswith(f"{OILS[2]}: ")
 
 
@@ -252,10 +243,11 @@ def test_bearing_errors_leave_out_and_name_where_the_cage_may_skid(
 
 
 def test_certainty_is_half_the_interval_over_mu(results: CampaignTables) -> None:
-    # curves with 1 % gain errors, 18 of them, and a calibration of 0.5 % of load, 1 % of mu or less
+    # curves with 1 % gain errors, 18 of them, a calibration of 0.5 % of load, 1 % of mu or less;
+    # the largest is a number although mu is nearly zero at some points
     median, largest = certainty(results).loc["4102"]
-    assert 0.005 < median < 0.06
-    assert median < largest < 1  # although mu is nearly zero at some points
+    assert 0.005 < median < min(0.06, largest)
+    assert largest < 1
 
 
 def test_remarks_on_the_run_sheet_are_not_among_what_was_refused(
@@ -277,7 +269,7 @@ def test_page_of_a_refused_run_has_the_advice_of_the_rule_that_refused_it(
     remark = rows("quarantine", {**about, "rule": CONTRADICTION, "advice": "Correct the sheet."})
     quarantine = pd.concat([remark, results.quarantine], ignore_index=True)
     refused = results.runs[results.runs["run_id"] == "stuck.csv"]
-    (page,) = runs.run_pages(results.replace(quarantine=quarantine, runs=refused), 9)
+    (page,) = run_pages(results.replace(quarantine=quarantine, runs=refused), 9)
     assert page["refused"].endswith("The force stays. Check the sensor.")
 
 

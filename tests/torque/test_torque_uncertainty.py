@@ -170,7 +170,7 @@ def test_draws_on_both_sides_of_a_fold_are_told(load_n, split):
     point = {"axial_load_n": [load_n], "inner_speed_rpm": 12000.0, "inlet_temperature_c": 70.0}
     uncertain = oil("4010", in_first(0.0, 10), in_first(0.0, 0), drag=0.6)
     found = drawn(uncertain, *point.values()).iloc[0]
-    shares = SHARE * np.exp(np.linspace(-0.6, 0.6, 41))
+    shares = SHARE * np.exp(np.linspace(-0.6, 0.6, 25))
     slips = with_shares(uncertain, shares, pd.DataFrame(point))["cage_slip"]
     # with more drag the cage slips more: by a jump where there is a fold
     assert (np.diff(slips).max() > 0.05) == split

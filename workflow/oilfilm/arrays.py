@@ -177,7 +177,7 @@ class ArrayFit:
         """
         from oilfilm.fits.best_law import best_laws  # noqa: PLC0415
         from oilfilm.fits.law_comparison import compare_laws  # noqa: PLC0415
-        from oilfilm.report.sections.laws import law_facts  # noqa: PLC0415
+        from oilfilm.report.sections.fits import law_facts  # noqa: PLC0415
 
         config = read_config(CONFIG)
         settings = Settings.of(

@@ -14,16 +14,12 @@ from oilfilm.atomic_write import atomic_folder, write_bytes, write_text
 from oilfilm.digests import file_digest
 from oilfilm.errors import OilfilmError
 from oilfilm.exports.campaign import export, export_campaign
-from oilfilm.exports.description import describe
-from oilfilm.exports.names import identifiers
+from oilfilm.exports.description import describe, identifiers
 from oilfilm.fits.finished import finished_fits
 from oilfilm.home import CONFIG
 from oilfilm.logs.base import SET_POINTS
 from oilfilm.report.html import html
-from oilfilm.report.sections.answer import answer
-from oilfilm.report.sections.constants import constants
-from oilfilm.report.sections.fits import fits
-from oilfilm.report.sections.laws import laws
+from oilfilm.report.sections.fits import answer, constants, fits, laws
 from oilfilm.report.text import text
 from oilfilm.settings.resolve import resolve, safe_name
 from oilfilm.settings.resolved import Settings

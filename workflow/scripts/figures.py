@@ -4,7 +4,7 @@ from pathlib import Path
 
 import oilfilm.run.job as run
 from oilfilm.paper.reference import read_reference
-from oilfilm.report.figures.registry import draw_figures
+from oilfilm.report.figures.sheet import draw_figures
 
 with run.job(snakemake) as job:
     inputs, outputs = snakemake.input, snakemake.output

@@ -6,8 +6,7 @@ import oilfilm.run.job as run
 from oilfilm.fits.law_comparison import laws_of
 from oilfilm.paper.audit.audit import audit_campaign
 from oilfilm.paper.extrapolation import extrapolate, extrapolation_errors
-from oilfilm.paper.printed.judge import judge_printed
-from oilfilm.paper.printed.signs import study_signs
+from oilfilm.paper.printed_constants import judge_printed, study_signs
 from oilfilm.paper.reference import printed_constants
 from oilfilm.rig_twin.truth import truth_grid
 from oilfilm.tables import empty

@@ -10,7 +10,7 @@ from oilfilm.digests import file_digest
 from oilfilm.errors import OilfilmError
 from oilfilm.exports.campaign import in_folders
 from oilfilm.home import CONFIG, portable, reference_file
-from oilfilm.paper.printed_exports import describe_printed
+from oilfilm.paper.study import describe_printed
 from oilfilm.settings.resolve import read_config
 
 

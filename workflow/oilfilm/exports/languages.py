@@ -11,8 +11,7 @@ from typing import NamedTuple
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
-from oilfilm.exports.description import SLIP, Condition, Description, span
-from oilfilm.exports.names import plain
+from oilfilm.exports.description import SLIP, Condition, Description, plain, span
 from oilfilm.traction.expression import Form, Language, functions_of
 from oilfilm.units import ABSOLUTE_ZERO_C, PA_PER_GPA
 
@@ -26,7 +25,7 @@ _TEMPLATES = Environment(
     trim_blocks=True,
     lstrip_blocks=True,
     keep_trailing_newline=True,
-    autoescape=False,  # noqa: S701 - source code, whose names and texts `names.plain` has cleaned
+    autoescape=False,  # noqa: S701 - source code, whose names and texts `plain` has cleaned
 )
 
 

@@ -20,8 +20,8 @@ from oilfilm.exports.description import (
     SLIP,
     SLIP_MEANING,
     Description,
+    plain,
 )
-from oilfilm.exports.names import plain
 from oilfilm.report.spreadsheet import is_formula
 from oilfilm.traction.expression import Form, Language, Node
 

@@ -3,7 +3,7 @@
 The first interval is conformal: curves left out of the fit say how far a run that the fit has not
 seen lies from its prediction, whatever the reason, and whether or not the law is true. The second
 one is the law's own, by the delta method, and holds if the law is true. The report's script is
-written from the same equations (`oilfilm.report.law_script`).
+written from the same equations (`oilfilm.report.explorer`).
 
 Decides: the intervals of mu at a condition, wherever they are shown (`predict`, Python, explorer,
 exports, figures, torque).

@@ -1,14 +1,341 @@
-"""What a campaign with `studies: [paper]` has beside tables and figures."""
+"""What a campaign with `studies: [paper]` has beside tables and figures: sections and exports.
 
-from collections.abc import Collection, Mapping
+Decides: what the report of a campaign tells about the paper.
+"""
+
+from collections.abc import Collection, Iterator, Mapping
+from pathlib import Path
 from typing import Any
 
+import pandas as pd
+
+from oilfilm import tables
 from oilfilm.exports.campaign import in_folders
+from oilfilm.exports.description import Condition, Description, constant_meanings, identifiers
 from oilfilm.home import reference_file
-from oilfilm.paper.printed_exports import describe_printed
-from oilfilm.paper.sections import sections
+from oilfilm.paper.advice import NO_CHOICE
+from oilfilm.paper.extrapolation import errors_by_law
+from oilfilm.paper.printed_law import PrintedLaw, printed_law
+from oilfilm.paper.reference import Claim, Claims, PrintedCoefficients, read_claims
+from oilfilm.report.document import Column, Entry, Section, facts, number, percent, show
+from oilfilm.report.words import law_name
+from oilfilm.settings.campaign import Campaign
+from oilfilm.settings.config import Box, ExportSettings
+from oilfilm.settings.messages import load
 from oilfilm.settings.resolved import Settings
 from oilfilm.studies import Study
+from oilfilm.tables.campaign_tables import CampaignTables
+from oilfilm.torque.best_oil import OPERATING_POINT
+from oilfilm.traction import PAPER_LAW
+from oilfilm.traction.law import QUANTITIES
+
+
+def describe_printed(path: Path, tested: Box, settings: ExportSettings) -> list[Description]:
+    """Describe the printed constants of each oil of the paper.
+
+    Args:
+        path: data/reference/printed_coefficients.yaml.
+        tested: What the paper's abstract says was tested (`printed.boxes.tested`).
+        settings: Operating points of the ADORE form.
+
+    Raises:
+        OilfilmError: The file is missing or has a mistake.
+    """
+    printed = load(path, PrintedCoefficients)
+    names = identifiers([f"{oil} printed" for oil in printed.falling_viscosity])
+    points = tuple(point.model_dump() for point in settings.adore_points)
+    described = []
+    for oil, name in zip(printed.falling_viscosity, names.values(), strict=True):
+        fitted = printed_law(printed, oil, tested)
+        described.append(
+            Description(
+                oil=oil,
+                identifier=name,
+                campaign=None,
+                fitted=fitted,
+                conditions=tuple(_conditions(fitted)),
+                constants=tuple(_constants(fitted)),
+                quality=None,
+                adore_points=points,
+            )
+        )
+    return described
+
+
+def _conditions(fitted: PrintedLaw) -> Iterator[Condition]:
+    law, box = fitted.law, fitted.coefficients.box.tolist()
+    for name, reference, (low, high) in zip(law.conditions, law.reference, box, strict=False):
+        about = QUANTITIES[name].symbol, QUANTITIES[name].meaning, QUANTITIES[name].unit
+        yield Condition(name, *about, "argument", None, reference, (low, high))
+
+
+def _constants(fitted: PrintedLaw) -> Iterator[dict[str, Any]]:
+    """What the description has of each constant: a value, but no uncertainty."""
+    meanings, signs = constant_meanings(fitted.law), fitted.signs
+    unknown = {"standard_error": None, "interval": [None, None], "systematic_standard_error": None}
+    values = fitted.coefficients.constants.tolist()
+    for constant, value in zip(fitted.law.constants, values, strict=True):
+        name = constant.name
+        sure = f"printed, sign {signs[name]}" if name in signs else "printed"
+        about = {"name": name, "meaning": meanings[name], "value": value, "unit": "1"}
+        yield {**about, **unknown, "verdict": sure}
+
+
+# What the verdict on a claim is based on.
+BASES = {"refit": "this campaign", "printed": "printed constants"}
+# Where the oil that the paper advises is not the best one, by column `judgement` of `slip_advice`.
+OTHER_CHOICES = {
+    "slips": "The advised oil exceeds the limit of cage slip, and another oil does not,",
+    "heats more": "The advised oil gives more friction heat than the best oil",
+    "slips more": "The advised oil gives more cage slip than the best oil",
+    "rule has none": "None of the oils of the rule has enough film",
+}
+_SIGN_VERDICTS = ("settled", "probable", "open", "against", "without effect")
+_CLAIM_VERDICTS = ("holds", "by construction", "holds in part", "fails", "cannot be checked")
+_JUDGED_ON = {
+    "tested": "the box tested by the paper",
+    "extrapolated": "the box of figs 7 to 10",
+    "data": "the campaign's data",
+    "formula": "the paper's Eq. 1",
+}
+_LEVELS = {
+    "worst_max_hertz_pressure_gpa": "{:.3g} GPa",
+    "worst_entrainment_speed_m_s": "{:.3g} m/s",
+    "worst_inlet_temperature_c": "{:.3g} \N{DEGREE SIGN}C",
+    "worst_slide_roll_ratio": "S {:.3g}",
+}
+_WORDS = {
+    "CIRCULAR": "the data were made with the law that they are to test",
+    "holds in part": "true at some of the conditions only",
+    "by construction": "true for any constants, because the law's equation makes it so",
+    "cannot be checked": "the campaign lacks what the claim is about",
+}
+
+
+def sections(results: CampaignTables, settings: Settings) -> list[Section]:
+    """The paper's sections of a campaign's report.
+
+    Args:
+        results: The finished tables.
+        settings: All settings of the campaign.
+    """
+    return [
+        _claims(results, settings),
+        _printed(results, settings.campaign),
+        _choice(results),
+        _truth(results.extrapolation),
+    ]
+
+
+def _claims(results: CampaignTables, settings: Settings) -> Section:
+    """How many of the paper's claims hold, by basis, and each claim with its numbers."""
+    claims, numbers = results.claims, results.claim_numbers
+    if claims.empty:
+        return Section("claims", "Claims of the paper")
+    of_paper = read_claims(reference_file("claims"))
+    stated = {claim.id: claim.claim for claim in of_paper.claims}
+    named = claims.assign(basis=claims["basis"].map(BASES), claim=claims["claim"].map(stated))
+    verdicts = named.pivot(index="claim", columns="basis", values="verdict")
+    verdicts = verdicts.reindex(index=named["claim"].unique(), columns=named["basis"].unique())
+    counts = verdicts.apply(pd.Series.value_counts).reindex(_CLAIM_VERDICTS).T.fillna(0)
+    failing = verdicts[(verdicts == "fails").any(axis=1)].fillna("not judged")
+    refit = claims[claims["basis"] == "refit"]
+    judged = set(numbers.loc[numbers["basis"] == "refit", "oil"])
+    made = facts(
+        "paper/claims.jinja",
+        refit=refit["verdict"].value_counts().reindex(_CLAIM_VERDICTS).dropna().astype(int),
+        reasons=[
+            of_paper.cannot_be_checked[code] for code in refit["reason_code"].unique() if code
+        ],
+        campaign=settings.campaign,
+        left_out=[oil for oil in settings.oils if oil not in judged],
+    )
+    columns = [Column("basis", "Constants"), *(Column(each, each) for each in _CLAIM_VERDICTS)]
+    of_failing = [Column(basis, basis, is_verdict=True) for basis in failing.columns]
+    shown = [
+        show(frame.reset_index(), "claims", caption, columns, name=name, in_text=True)
+        for frame, caption, columns, name in (
+            (counts.astype(int), "Verdicts on the claims", columns, "claim-counts"),
+            (
+                *(failing, "Claims that fail"),
+                *([Column("claim", "Claim", meaning=""), *of_failing], "failing-claims"),
+            ),
+        )
+    ]
+    entries = [
+        _entry(claim, rows, of_paper, numbers[numbers["claim"] == claim.id], settings)
+        for claim in of_paper.claims
+        if len(rows := claims[claims["claim"] == claim.id])
+    ]
+    downloads = {"claims.csv": claims, "claim_numbers.csv": numbers}
+    return Section("claims", "Claims of the paper", made, shown, entries, downloads, _WORDS)
+
+
+def _entry(
+    claim: Claim, rows: pd.DataFrame, of_paper: Claims, numbers: pd.DataFrame, settings: Settings
+) -> Entry:
+    """A claim with its verdicts, what was found on each basis, and the paper's words."""
+    verdicts, paragraphs = [], []
+    for row in tables.rows(rows):
+        basis, own = BASES[row["basis"]], numbers[numbers["basis"] == row["basis"]]
+        finding = f"cannot be checked: {of_paper.cannot_be_checked.get(row['reason_code'])}."
+        if not row["reason_code"]:
+            finding = _finding(row, claim, own, settings)
+        verdicts.append((basis, row["verdict"]))
+        paragraphs.append(f"{basis}, {_JUDGED_ON[row['judged_on']]}: {finding}")
+    paragraphs.append(
+        f"Holds where {_filled(claim.holds_where, settings)}. Section {claim.section}: "
+        f"\N{LEFT DOUBLE QUOTATION MARK}{claim.wording.strip()}\N{RIGHT DOUBLE QUOTATION MARK}"
+    )
+    return Entry(claim.claim, verdicts, paragraphs)
+
+
+def _finding(
+    row: Mapping[str, Any], claim: Claim, numbers: pd.DataFrame, settings: Settings
+) -> str:
+    """Share, worst case and further numbers of a claim on one basis, in sentences."""
+    share = row["share"]
+    found = f"Holds strictly in {_share(share)} of {row['cases']} cases."
+    if row["verdict"] == "by construction":
+        found += " The equation makes it so for any constants that it allows."
+    known = [row["worst_oil"]] if row["worst_oil"] else []
+    known += [form.format(row[name]) for name, form in _LEVELS.items() if not pd.isna(row[name])]
+    found += f" {'Worst case' if share < 1 else 'Case nearest to failing'}: "
+    found += claim.quantity.format(row["worst_value"])
+    found += f" at {', '.join(known)}." if known else "."
+    readings = {name: f'read as "{text}"' for name, text in claim.readings.items()}
+    labels = {"share": "cases in which it holds", **readings, **claim.numbers}
+    listed = []
+    for name, label in labels.items():
+        meaning, _, form = label.partition(": {:")
+        values = [
+            (f"{value:{form.rstrip('}')}}" if form else _share(value))
+            + (f" ({oil})" if oil else "")
+            for value, oil in numbers.loc[numbers["number"] == name, ["value", "oil"]].to_numpy()
+        ]
+        if values:
+            listed.append(f"{_filled(meaning, settings)}: {', '.join(values)}")
+        elif name in readings:
+            listed.append(f"not judged on these constants: {_filled(label, settings)}")
+    return f"{found} Further numbers: {'; '.join(listed)}." if listed else found
+
+
+def _share(share: float) -> str:
+    """A share in percent, 100 or 0 only where it is all or none."""
+    near = not 0.01 <= share <= 0.99 and share not in (0.0, 1.0)
+    return f"{min(max(share, 0.001), 0.999):.1%}" if near else f"{share:.0%}"
+
+
+def _filled(text: str, settings: Settings) -> str:
+    """A text of a claim with settings in place of its braces."""
+    keys = {name: getattr(settings, name) for name in ("audit", "printed", "selection")}
+    return text.format(**keys)
+
+
+def _printed(results: CampaignTables, campaign: Campaign) -> Section:
+    """The constants printed in the paper: distance from the fit, and how sure their signs are."""
+    if results.signs.empty:
+        return Section("printed", "Printed constants")
+    fits = results.configured.coefficients
+    fits = fits[fits["law"] == PAPER_LAW.name]
+    fitted = fits[["oil", "constant", "value", "verdict"]].dropna(subset="value")
+    judged = fitted.merge(results.sign_verdicts[["oil", "constant", "sign"]])
+    same = (judged["value"] < 0) == (judged["sign"] == "-")
+    known, names = judged["verdict"] == "known", judged["oil"] + " " + judged["constant"]
+    made = facts(
+        "paper/printed.jinja",
+        confirmed=(known & same).sum(),
+        judged=len(judged),
+        turned=names[known & ~same].tolist(),
+        unknown=names[~known].tolist(),
+        campaign=campaign,
+    )
+    apart = results.printed_judged.dropna(subset=["tested_difference"])
+    sizes = ["tested_difference", "extrapolated_difference"]
+    apart[sizes] = apart[sizes].abs()
+    sum_of_squares, difference = number(".3e"), number(".1e")
+    signs = results.sign_verdicts.groupby(["oil", "verdict"])["constant"].agg(" ".join)
+    named = signs.unstack(fill_value="-").reindex(columns=_SIGN_VERDICTS, fill_value="-")
+    used = results.signs[results.signs["in_use"]].drop_duplicates("oil")
+    used = used.join(named, on="oil", how="inner")
+    of_constants = [
+        Column("printed_sse", "SSE, printed", sum_of_squares),
+        Column("fitted_sse", "SSE, fitted", sum_of_squares),
+        Column("tested_difference", "Largest difference, tested", difference),
+        Column("extrapolated_difference", "beyond them", difference),
+    ]
+    of_signs = [
+        Column("rank", "Rank of the set in use"),
+        Column("rank_at_figures", "at slips of Figs 8 and 9"),
+        *(Column(verdict, verdict) for verdict in _SIGN_VERDICTS),
+    ]
+    beside = (
+        "Printed constants beside the fitted ones: sum of squared errors (SSE), and the "
+        "largest difference of mu at tested conditions and beyond them"
+    )
+    sure = "Signs of the printed exponents, and how sure each of them is"
+    oil = Column("oil", "Oil")
+    shown = [
+        show(apart, "printed_judged", beside, [oil, *of_constants], in_text=True),
+        show(used, "signs", sure, [oil, *of_signs], in_text=True),
+    ]
+    return Section("printed", "Printed constants", made, shown)
+
+
+def _choice(results: CampaignTables) -> Section:
+    """The paper's choice of oil by cage slip beside the best oil, over operating points."""
+    advice = results.slip_advice
+    judged = advice[~advice["judgement"].isin(NO_CHOICE)]
+    if judged.empty:
+        return Section("choice", "Choice of oil")
+    others = judged[judged["judgement"] != "agree"]
+    counts, band = others["judgement"].value_counts(), results.advice_band
+    share = band["agreeing_points"] / band["operating_points"]
+    advised = [oil for oils in judged["good_oils"] for oil in oils.split("; ") if oil]
+    of_points = results.cage_slip.groupby(OPERATING_POINT)["best_share"].max()
+    made = facts(
+        "paper/choice.jinja",
+        total=len(judged),
+        agreeing=len(judged) - len(others),
+        others={OTHER_CHOICES[str(judgement)]: count for judgement, count in counts.items()},
+        best=others["best_oil"].value_counts().to_dict(),
+        band=share.groupby(band["choice"], sort=False).agg(["min", "max"]),
+        varied=band[["limit_factor", "inlet_temperature_c"]].agg(["min", "max"]),
+        always={oil: advised.count(oil) for oil in dict.fromkeys(advised)},
+        certain=(of_points >= 0.95).sum(),
+        drawn=of_points.count(),
+    )
+    return Section("choice", "Choice of oil", made)
+
+
+def _truth(extrapolation: pd.DataFrame) -> Section:
+    """How wrong each law is where the truth was simulated."""
+    errors = errors_by_law(extrapolation)
+    if errors.empty:
+        return Section("truth", "Simulated truth")
+    where = "{:g} GPa, {:g} m/s, {:g} degC, S {:g}"
+    conditions = [where.format(*condition) for condition in errors[list(_LEVELS)].to_numpy()]
+    share, whole, short = percent(2), percent(0), number(".4g")
+    table = show(
+        errors.assign(where=conditions),
+        "extrapolation_errors",
+        "Errors against the SIMULATED truth at the conditions of Figs 7-10, rms of mu",
+        [
+            Column("law", "Law", law_name),
+            Column("inside_relative_rms", "Error in the tested box", share),
+            Column("beyond_relative_rms", "beyond it", share),
+            Column(
+                "beyond_obs_ci_ratio", "Truth in the interval of the next run, beyond it", whole
+            ),
+            Column("worst_traction_coefficient", "Worst mu", short),
+            Column("worst_true_traction_coefficient", "True mu", short),
+            Column("where", "Worst condition"),
+        ],
+        name="truth-errors",
+        in_text=True,
+    )
+    return Section("truth", "Simulated truth", facts("paper/truth.jinja"), [table])
+
 
 # Beside the folders of fits; no identifier has a hyphen.
 _FOLDER = "printed-constants"

@@ -7,11 +7,13 @@ templates: each line of a template is one sentence and begins with a mark.
     ! 4010: the fit is NOT certified.        trouble: shown before all sections, and only there
     > Repeat the run.                        what to do about the sentence above
 
-Decides: what a section is, and that trouble comes first.
+`shown_tables.yaml` beside this module declares which columns of the finished tables are shown.
+
+Decides: what a section is, that trouble comes first, signs and units of numbers in shown tables.
 """
 
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache
 from pathlib import Path
@@ -19,10 +21,11 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+import yaml
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
-from oilfilm.report.shown_table import ShownTable
-from oilfilm.report.words import gate_name, law_name
+from oilfilm import tables
+from oilfilm.report.words import gate_name, law_name, law_names, load_variable
 
 _LIBRARY = Path(__file__).parents[1]
 UNKNOWN = "not known"
@@ -76,7 +79,7 @@ class Section:
     anchor: str
     title: str
     facts: Sequence[Fact] = ()
-    tables: Sequence[ShownTable] = ()
+    tables: Sequence["ShownTable"] = ()
     entries: Sequence[Entry] = ()
     downloads: Mapping[str, pd.DataFrame] = field(default_factory=dict)
     words: Mapping[str, str] = field(default_factory=dict)
@@ -127,23 +130,13 @@ def sentence(text: str) -> str:
     return f"{text[:1].upper()}{text[1:].rstrip('.')}." if text else ""
 
 
-def percent(share: float, digits: int = 1) -> str:
-    """A share in percent.
-
-    Examples:
-        >>> percent(0.0421, 1), percent(float("nan"))
-        ('4.2 %', 'not known')
-    """
+def _percent(share: float, digits: int = 1) -> str:
+    """A share in percent, in a sentence."""
     return UNKNOWN if np.isnan(share) else f"{100 * share:.{digits}f} %"
 
 
-def number(value: float, form: str = ".3g") -> str:
-    """A number with the digits that a reader needs.
-
-    Examples:
-        >>> number(0.12345), number(2e-7, ".0e")
-        ('0.123', '2e-07')
-    """
+def _number(value: float, form: str = ".3g") -> str:
+    """A number with the digits that a reader needs, in a sentence."""
     return UNKNOWN if np.isnan(value) else format(value, form)
 
 
@@ -176,8 +169,8 @@ def _environment() -> Environment:
         finalize=lambda value: _LINE_END.sub(" ", value) if isinstance(value, str) else value,
     )
     environment.filters |= {
-        "percent": percent,
-        "number": number,
+        "percent": _percent,
+        "number": _number,
         "counted": counted,
         "listed": listed,
         "sentence": sentence,
@@ -185,3 +178,181 @@ def _environment() -> Environment:
         "gate_name": gate_name,
     }
     return environment
+
+
+_NONE = "\N{EN DASH}"
+_MINUS = "\N{MINUS SIGN}"
+
+
+Form = Callable[[Any], str]
+
+
+@dataclass(frozen=True)
+class Column:
+    """A column of a shown table.
+
+    Attributes:
+        name: Name in the frame.
+        heading: What is printed above it.
+        form: How its values are printed.
+        unit: Unit of the printed values; that of the table's model if None.
+        meaning: What it is; that of the table's model if None.
+        is_number: Whether the values are numbers; what the model says if it has the column.
+        is_verdict: Whether the colour of a value says how good it is.
+    """
+
+    name: str
+    heading: str
+    form: Form = str
+    unit: str | None = None
+    meaning: str | None = None
+    is_number: bool = False
+    is_verdict: bool = False
+
+    def described(self, model: tables.Table) -> "Column":
+        """The column with what the model of its table says of it."""
+        if self.name not in model.names:
+            return replace(self, unit=self.unit or "")
+        column = model[self.name]
+        unit = column.shown_unit.replace("degC", "\N{DEGREE SIGN}C")
+        return replace(
+            self,
+            unit=unit if self.unit is None else self.unit,
+            meaning=column.description if self.meaning is None else self.meaning,
+            is_number=column.type in ("number", "integer"),
+        )
+
+
+@dataclass(frozen=True)
+class ShownTable:
+    """A table as it is printed: plain texts, which the page escapes.
+
+    Attributes:
+        name: Of it in the page, unique.
+        caption: What it shows.
+        columns: Its columns.
+        rows: One text per cell.
+        left_out: Rows that are not shown, because there are too many.
+        source: File of the campaign's results that has all of it.
+        links: Where the first cell of each row leads; nowhere without them.
+        in_text: Whether the text has it, beside the page.
+    """
+
+    name: str
+    caption: str
+    columns: Sequence[Column]
+    rows: Sequence[Sequence[str]]
+    left_out: int = 0
+    source: str = ""
+    links: Sequence[str] = ()
+    in_text: bool = False
+
+    def __bool__(self) -> bool:
+        """True where it has rows."""
+        return bool(self.rows)
+
+
+def significant(error: float) -> str:
+    """Format that shows two digits of an error, which is all that a value is good for."""
+    if np.isnan(error) or error <= 0:
+        return ".4g"
+    return f".{int(np.clip(1 - np.floor(np.log10(error)), 0, 8))}f"
+
+
+def number(digits: str) -> Form:
+    """A number with a proper minus; a dash where there is none."""
+    return lambda value: _NONE if np.isnan(value) else f"{value:{digits}}".replace("-", _MINUS)
+
+
+def percent(digits: int) -> Form:
+    """A share in percent."""
+    share = number(f".{digits}f")
+    return lambda value: _NONE if np.isnan(value) else f"{share(100 * value)} %"
+
+
+def yes_or_no(value: Any) -> str:
+    """A flag in words."""
+    return "yes" if value else "no"
+
+
+# What a declared column calls its form, beside formats of numbers and percents.
+FORMS: dict[str, Form] = {
+    "gate": gate_name,
+    "law": law_name,
+    "laws": law_names,
+    "load variable": load_variable,
+    "yes or no": yes_or_no,
+}
+
+
+def show_declared(
+    frame: pd.DataFrame, declared: str, caption: str = "", name: str = "", most: int | None = None
+) -> ShownTable:
+    """A table of `shown_tables.yaml`; columns that the frame does not have are left out.
+
+    Args:
+        frame: Its rows.
+        declared: Its name there.
+        caption: What it shows, if not said there.
+        name: Of it in the page, if another one.
+        most: Rows that are shown at most.
+    """
+    about = _declarations()[declared]
+    columns = []
+    for column, given in about["columns"].items():
+        keys = {"heading": given} if isinstance(given, str) else dict(given)
+        if column in frame:
+            columns.append(Column(column, **keys | {"form": _form(keys.get("form", ""))}))
+    shown = caption or about["caption"], columns
+    more: dict[str, Any] = {"most": most, "in_text": about.get("in_text", False)}
+    return show(frame, about.get("model", declared), *shown, name=name or declared, **more)
+
+
+@cache
+def _declarations() -> dict[str, Any]:
+    path = Path(__file__).with_name("shown_tables.yaml")
+    return dict(yaml.safe_load(path.read_text(encoding="utf-8")))
+
+
+def _form(name: str) -> Form:
+    if name in FORMS or not name:
+        return FORMS.get(name, str)
+    return percent(int(name[:-1])) if name.endswith("%") else number(name)
+
+
+def show(
+    frame: pd.DataFrame,
+    table: str,
+    caption: str,
+    columns: Sequence[Column],
+    *,
+    name: str = "",
+    most: int | None = None,
+    in_text: bool = False,
+) -> ShownTable:
+    """Some columns of a table.
+
+    Args:
+        frame: Rows of it.
+        table: Name of its model, which has units and meanings.
+        caption: What it shows.
+        columns: Its columns.
+        name: Of it in the page, if not the model's.
+        most: Rows that are shown at most.
+        in_text: Whether the text has it, beside the page.
+    """
+    if model := tables.TABLES.get(table):
+        columns = [column.described(model) for column in columns]
+    rows = [
+        [column.form(row[column.name]) for column in columns] for row in tables.rows(frame[:most])
+    ]
+    left_out = len(frame) - len(rows)
+    return ShownTable(
+        name or table,
+        caption,
+        columns,
+        rows,
+        left_out,
+        f"tables/{table}.parquet",
+        in_text=in_text,
+    )

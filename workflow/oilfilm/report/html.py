@@ -16,11 +16,11 @@ from markupsafe import Markup
 
 from oilfilm import tables
 from oilfilm.figure_catalogue import figures
-from oilfilm.report import captions, runs
+from oilfilm.report import captions
 from oilfilm.report.document import Section
-from oilfilm.report.explorer import explorer
-from oilfilm.report.law_script import law_script
+from oilfilm.report.explorer import explorer, law_script
 from oilfilm.report.release_id import UNRELEASED
+from oilfilm.report.sections.data import drawn_points, run_pages
 from oilfilm.report.spreadsheet import csv_text
 from oilfilm.report.words import meanings, printed
 from oilfilm.settings.resolved import Settings
@@ -94,8 +94,8 @@ def html(
     ]
     data = {
         **explorer(results, settings),
-        "points": runs.drawn_points(results.points, settings.report.points_max),
-        "runs": runs.run_pages(results, settings.report.rows_max),
+        "points": drawn_points(results.points, settings.report.points_max),
+        "runs": run_pages(results, settings.report.rows_max),
     }
     context = {
         "sections": sections,

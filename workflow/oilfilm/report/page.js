@@ -1,6 +1,6 @@
 // The report in a browser: the explorer of the fits, pages of runs, tables that sort.
 //
-// mu and its interval are evaluated by `traction`, which oilfilm.report.law_script writes from the laws;
+// mu and its interval are evaluated by `traction`, which oilfilm.report.explorer writes from the laws;
 // tests/report/test_report_browser.py holds it against Python. Names from logs reach the page as text only.
 "use strict";
 (() => {

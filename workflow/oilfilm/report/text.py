@@ -7,8 +7,7 @@ from collections.abc import Iterable, Iterator, Sequence
 
 from oilfilm.errors import printable
 from oilfilm.report.captions import provenance
-from oilfilm.report.document import Fact, Section, sentence
-from oilfilm.report.shown_table import ShownTable
+from oilfilm.report.document import Fact, Section, ShownTable, sentence
 from oilfilm.report.words import meanings
 from oilfilm.settings.campaign import Campaign
 from oilfilm.text_table import markdown_table

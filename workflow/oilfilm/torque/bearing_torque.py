@@ -9,13 +9,11 @@ import pandas as pd
 import scipy
 
 from oilfilm import tables
-from oilfilm.bearing.branches import other_equilibrium
-from oilfilm.bearing.catalogue_torque import palmgren_torque_n_m, skf_torque_n_m
-from oilfilm.bearing.friction import FrictionProblem, Neighbour
+from oilfilm.bearing.friction import FrictionProblem, Neighbour, other_equilibrium
 from oilfilm.bearing.geometry import Bearing, Cage
 from oilfilm.bearing.quasistatic import OperatingPoints
 from oilfilm.bearing.resistance import TERMS, Lubrication
-from oilfilm.bearing.torque import torque_terms
+from oilfilm.bearing.torque import palmgren_torque_n_m, skf_torque_n_m, torque_terms
 from oilfilm.fits.fitted import FittedLaw
 from oilfilm.fits.law_comparison import laws_of
 from oilfilm.physics.contact import Floats

@@ -12,8 +12,7 @@ from oilfilm.bearing.resistance import HEATS
 from oilfilm.paper.advice import OUTSIDE
 from oilfilm.report.figures import style
 from oilfilm.report.figures.bearing import in_units_of_axes, torque
-from oilfilm.report.figures.registry import SIMULATED, register
-from oilfilm.report.figures.sheet import Panel, Sheet, sentences
+from oilfilm.report.figures.sheet import SIMULATED, Panel, Sheet, register, sentences
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.units import RAD_S_PER_RPM

@@ -9,8 +9,7 @@ from matplotlib.colors import BoundaryNorm
 from matplotlib.patches import Patch
 
 from oilfilm.report.figures import style
-from oilfilm.report.figures.registry import register
-from oilfilm.report.figures.sheet import Panel, Sheet, oil_grid
+from oilfilm.report.figures.sheet import Panel, Sheet, oil_grid, register
 from oilfilm.report.words import load_variable
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables

@@ -11,10 +11,9 @@ from oilfilm import tables
 from oilfilm.fits.fitted import FittedLaw
 from oilfilm.fits.law_comparison import laws_of
 from oilfilm.fits.problem import curve_data
+from oilfilm.report.document import number, significant
 from oilfilm.report.figures import style
-from oilfilm.report.figures.registry import register
-from oilfilm.report.figures.sheet import Panel, Sheet, oil_grid, table_page
-from oilfilm.report.shown_table import number, significant
+from oilfilm.report.figures.sheet import Panel, Sheet, oil_grid, register, table_page
 from oilfilm.report.words import law_name
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables

@@ -12,8 +12,7 @@ from oilfilm.physics.film import InletOil, film_thickness
 from oilfilm.physics.heated_film import mean_film_rise
 from oilfilm.physics.rigs import Contact
 from oilfilm.report.figures import style
-from oilfilm.report.figures.registry import register
-from oilfilm.report.figures.sheet import NothingToDrawError, Panel, Sheet, oil_grid
+from oilfilm.report.figures.sheet import NothingToDrawError, Panel, Sheet, oil_grid, register
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.torque.operating_grid import Grid, films, obstacle, traction

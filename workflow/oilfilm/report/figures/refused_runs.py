@@ -24,8 +24,7 @@ from oilfilm.curation.traction_rig import TRACTION_RIG
 from oilfilm.logs.ingest import ingest_logs
 from oilfilm.logs.run_sheet import NO_SHEET, REMARKS, RunSheet
 from oilfilm.report.figures import style
-from oilfilm.report.figures.registry import SIMULATED
-from oilfilm.report.figures.sheet import Sheet, save
+from oilfilm.report.figures.sheet import SIMULATED, Sheet, save
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables import failed_gates
 

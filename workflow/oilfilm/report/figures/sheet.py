@@ -1,5 +1,7 @@
 """A figure: lettered panels on a grid in inches, a legend below them, and what they draw as rows.
 
+A figure is a function with the decorator `register`; its name leads to it and to its table.
+
 Positions follow from sizes in inches alone: no solver measures texts, whose last bits differ.
 
 Decides: what is kept of what a figure draws.
@@ -10,8 +12,9 @@ import itertools
 import re
 import string
 import textwrap
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from hashlib import sha256
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -26,7 +29,10 @@ from PIL import Image
 
 from oilfilm import tables
 from oilfilm.atomic_write import atomic_file
+from oilfilm.figure_catalogue import figures
 from oilfilm.report.figures.style import DOUBLE_COLUMN_IN, GREY, SINGLE_COLUMN_IN, Look, plain
+from oilfilm.settings.resolved import Settings
+from oilfilm.tables.campaign_tables import CampaignTables
 
 # Room around and between panels, as `Sheet` describes it.
 _ROOM_IN = {"left": 0.62, "right": 0.1, "top": 0.22, "bottom": 0.4, "across": 0.15, "down": 0.27}
@@ -373,3 +379,66 @@ def _with_stable_clips(svg: str) -> str:
             svg = svg.replace(whole, "", 1)
         names[name] = stable
     return re.sub(r"\bp[0-9a-f]{10}\b", lambda found: names.get(found[0], found[0]), svg)
+
+
+# From the campaign's tables and settings, and reference files by name, to the figure.
+Draw = Callable[..., Sheet]
+SIMULATED = "SIMULATED"
+
+
+def register(**declared: Any) -> Callable[[Draw], Draw]:
+    """Declare the figure that a function draws.
+
+    Args:
+        declared: Attributes of `FigureDeclaration`; `oilfilm.figure_catalogue` reads them from the
+            source.
+    """
+    return lambda draw: draw
+
+
+def draw_figure(
+    name: str, results: CampaignTables, settings: Settings, references: Mapping[str, Any]
+) -> tuple[Figure, pd.DataFrame]:
+    """A figure, which says whether its data are simulated, and the table of what it draws.
+
+    Args:
+        name: Name of the figure.
+        results: Tables that it is drawn from.
+        settings: Settings that it depends on.
+        references: Content of reference files by name.
+
+    Raises:
+        KeyError: There is no such figure.
+    """
+    declared = figures()[name]
+    draw: Draw = getattr(import_module(declared.module), declared.name.replace("-", "_"))
+    shown = {reference: references[reference] for reference in declared.references}
+    try:
+        sheet = draw(results, settings, **shown)
+    except NothingToDrawError as reason:
+        sheet = sentences(str(reason))
+    simulated = declared.shows_data and settings.campaign.data == "simulated"
+    return sheet.finish(SIMULATED if simulated else ""), sheet.drawn()
+
+
+def draw_figures(
+    files: Iterable[tuple[str, str, str]],
+    results: CampaignTables,
+    settings: Settings,
+    references: Mapping[str, Any],
+    provenance: Mapping[str, Any],
+) -> None:
+    """Draw figures and write exactly what each shows as a table.
+
+    Args:
+        files: PNG, SVG and table of each figure; the PNG's name is that of the figure.
+        results: Tables that the figures are drawn from.
+        settings: Settings that the figures depend on.
+        references: Content of reference files by name.
+        provenance: As `tables.write`.
+    """
+    for png, svg, drawn_file in files:
+        figure, drawn = draw_figure(Path(png).stem, results, settings, references)
+        footer = {**provenance, "panels": panels_in_words(figure)}
+        tables.write(drawn, "drawn", Path(drawn_file), footer)
+        save(figure, Path(png), Path(svg))

@@ -5,12 +5,8 @@ Decides: which sections a report has.
 
 from oilfilm import studies
 from oilfilm.report.document import Section
-from oilfilm.report.sections.answer import answer
-from oilfilm.report.sections.bearing import bearing
-from oilfilm.report.sections.constants import constants
-from oilfilm.report.sections.data import data, refused
-from oilfilm.report.sections.fits import fits
-from oilfilm.report.sections.laws import laws
+from oilfilm.report.sections.data import bearing, data, refused
+from oilfilm.report.sections.fits import answer, constants, fits, laws
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 

@@ -1,19 +1,26 @@
-"""What was read, accepted and refused, and why."""
+"""What was read, accepted and refused, and why; what torque logs and the bearing come to."""
+
+from dataclasses import replace
+from typing import Any
+from urllib.parse import quote
 
 import numpy as np
 import pandas as pd
 
 from oilfilm import tables
 from oilfilm.curation.coverage import describe_condition, planned_states
+from oilfilm.fits.interval import normal_quantile
 from oilfilm.logs.run_sheet import REMARKS
-from oilfilm.report import runs
-from oilfilm.report.document import Section, facts
+from oilfilm.report.document import Section, ShownTable, facts, sentence, show_declared
 from oilfilm.report.enough import shortfalls, unread_logs
-from oilfilm.report.shown_table import ShownTable, show_declared
+from oilfilm.report.explorer import LEVEL, plain
 from oilfilm.report.words import gate_name
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables import failed_gates
 from oilfilm.tables.campaign_tables import CampaignTables
+from oilfilm.torque.operating_grid import AXES
+from oilfilm.torque.torque_control import bistable_points, without_bistable
+from oilfilm.traction.law import CONDITIONS
 
 # Missing conditions that are named; the table coverage has them all.
 _NAMED = 3
@@ -47,7 +54,7 @@ def data(results: CampaignTables, settings: Settings) -> Section:
         stand_ins=[name for name, oil in settings.oils.items() if oil and oil.stand_in],
         without_set_point=without[without > 0].to_dict(),
     )
-    return Section("data", "Data", made, [runs.run_list(results, settings.report.rows_max)])
+    return Section("data", "Data", made, [run_list(results, settings.report.rows_max)])
 
 
 def refused(results: CampaignTables, settings: Settings) -> Section:
@@ -105,3 +112,166 @@ def _of_unread_logs(results: CampaignTables) -> "pd.Series[str]":
 
 def _named(counts: "pd.Series[int]") -> dict[str, int]:
     return {gate_name(str(gate)): int(count) for gate, count in counts.items()}
+
+
+def bearing(results: CampaignTables, settings: Settings) -> Section:
+    """Logs and plateaus, errors, soundness, what traction decides, heat; empty without logs."""
+    runs, refused, torque = results.torque_runs, results.torque_quarantine, results.torque
+    if runs.empty and refused.empty:
+        return Section("bearing", "Bearing")
+    kept = {run_id.rpartition(":")[0] or run_id for run_id in runs["run_id"]}
+    # of a refused run no plateau is kept
+    read = kept | set(refused.loc[refused["stage"] == "curate", "file"])
+    logs = read | set(refused.loc[~refused["rule"].isin(REMARKS), "file"])
+    without_torque = runs[runs["accepted"] & ~runs["oil"].isin(torque["oil"])]
+    sound = torque[torque["converged"]]
+    sure = without_bistable(sound)
+    by_stress = sound[sound["load_variable"] == "stress"]
+    made = facts(
+        "report/sections/bearing.jinja",
+        kept=len(kept),
+        read=len(read),
+        logs=len(logs),
+        plateaus=runs,
+        limits_gpa=settings.bearing.pressure_limits_gpa,
+        refused_plateaus=refused_points(runs),
+        cases=first_cases(refused),
+        not_calculated=without_torque["oil"].value_counts().to_dict(),
+        torque=torque,
+        sound=sound,
+        plateaus_calculated=len(sound.drop_duplicates(["run_id", "first_row"])),
+        bistable=len(sound[sound["bistable"]].drop_duplicates(["run_id", "first_row"])),
+        bistable_points=bistable_points(sound),
+        why_lost=torque.loc[~torque["converged"], "why"].unique().tolist(),
+        has_uncertainty=not len(sound) or (sure["verdict"] != "not known").any(),
+        control=_control(results.torque_control),
+        by_stress=by_stress,
+        inversion=results.torque_inversion["verdict"].tolist(),
+        **_heat(results.heat_balance),
+    )
+    listed = refusals(refused, "torque_quarantine", settings.report.rows_max)
+    return Section("bearing", "Bearing", made, [_error_table(sure), listed])
+
+
+def _control(control: pd.DataFrame) -> list[dict[str, Any]]:
+    """What a comparison with simulated torque shows, by verdict."""
+    return [
+        {"verdict": verdict, "misfit": rows["law_misfit"].max(), "oils": rows["oil"].tolist()}
+        for verdict, rows in control.groupby("verdict", sort=False)
+    ]
+
+
+def _heat(balance: pd.DataFrame) -> dict[str, Any]:
+    """What the oil's own heating changes on the map of cage slip."""
+    on_map = balance[balance["run_id"] == ""]
+    hot = on_map[on_map["balanced"]]
+    points = on_map.drop_duplicates(["inner_speed_rpm", "axial_load_n"])
+    return {
+        "heat_cases": len(on_map),
+        "balanced": len(hot),
+        "outlet": hot["outlet_temperature_c"],
+        # + 0.0 takes the minus sign from a rounded zero
+        "change": (hot["heated_torque_n_m"] / hot["torque_n_m"] - 1).round(2) + 0.0,
+        "other_best_oil": (points["best_oil"] != points["heated_best_oil"]).sum(),
+        "map_points": len(points),
+    }
+
+
+def _error_table(sure: pd.DataFrame) -> ShownTable:
+    """How far the calculated torque is from the measured one, by oil and load variable."""
+    known = sure.dropna(subset=["relative_error"])
+    known = known.assign(
+        size=known["relative_error"].abs(),
+        share=known["traction_torque_n_m"] / known["torque_n_m"],
+        agrees=known["verdict"] == "compatible",
+        is_judged=known["verdict"] != "not known",
+    )
+    errors = known.groupby(["oil", "load_variable"], sort=False, as_index=False).agg(
+        points=("size", "size"),
+        median=("size", "median"),
+        largest=("size", "max"),
+        agrees=("agrees", "sum"),
+        judged=("is_judged", "sum"),
+        share=("share", "median"),
+    )
+    errors["agreeing"] = [
+        f"{row['agrees']} of {row['judged']}" if row["judged"] else "not known"
+        for row in tables.rows(errors)
+    ]
+    return show_declared(errors, "torque")
+
+
+_DIGITS = 6  # of a drawn value
+
+
+def shown_runs(results: CampaignTables, most: int) -> pd.DataFrame:
+    """The runs that the page lists, refused ones first."""
+    is_accepted = results.runs["verdict"] == "accepted"
+    return results.runs.loc[is_accepted.sort_values(kind="stable").index[:most]]
+
+
+def run_list(results: CampaignTables, most: int) -> ShownTable:
+    """One row per run with its conditions and verdict; its name links to its page."""
+    runs = shown_runs(results, most)
+    of_runs = results.points.groupby("run_id")["accepted"].agg(["sum", "size"])
+    counts = of_runs.reindex(runs["run_id"], fill_value=0).astype(int)
+    shown = runs.assign(
+        passed=[f"{good} of {size}" for good, size in counts.to_numpy()],
+        why=runs["rule"],
+        warned=np.where(runs["warning"] != "", "yes", ""),
+    )
+    listed = show_declared(shown.dropna(axis="columns", how="all"), "run-list")
+    links = [f"#run?name={quote(name, safe='')}" for name in runs["run_id"]]
+    return replace(listed, links=links, left_out=len(results.runs) - len(runs))
+
+
+def run_pages(results: CampaignTables, most: int) -> list[dict[str, Any]]:
+    """What the page of each listed run tells, beside its row in the list.
+
+    Args:
+        results: The tables of the campaign.
+        most: Runs at most, as in `run_list`.
+    """
+    runs = shown_runs(results, most)
+    means = results.points.groupby("run_id")[list(CONDITIONS)].mean().reindex(runs["run_id"])
+    quarantine = results.quarantine
+    rules = quarantine["run_id"].map(runs.set_index("run_id")["rule"])
+    decisive = quarantine[quarantine["rule"] == rules].drop_duplicates("run_id")
+    advice = decisive.set_index("run_id")["advice"]
+    return [
+        {
+            "name": run["run_id"],
+            "oil": run["oil"],
+            "refused": f"Refused ({gate_name(run['rule'])}): {sentence(run['reason'])} "
+            f"{advice.get(run['run_id'], '')}"
+            if run["verdict"] != "accepted"
+            else "",
+            "warning": run["warning"],
+            "condition": plain(means.loc[run["run_id"]], _DIGITS),
+        }
+        for run in tables.rows(runs)
+    ]
+
+
+def drawn_points(points: pd.DataFrame, most: int) -> dict[str, Any]:
+    """The points that the page draws, evenly chosen, as columns of numbers.
+
+    Args:
+        points: Table of points.
+        most: Points at most.
+    """
+    accepted = int(points["accepted"].sum())
+    if len(points) > most:
+        points = points.iloc[:: -(-len(points) // most)]
+    run, names = pd.factorize(points["run_id"])
+    half = normal_quantile(LEVEL) * points["traction_coefficient_se"]
+    return {
+        "names": names.tolist(),
+        "run": run.tolist(),
+        "oil": points["oil"].tolist(),
+        "axes": [plain(points[name], _DIGITS) for name in AXES],
+        "mu": plain(points["traction_coefficient"], _DIGITS),
+        "half": plain(half.fillna(0), 2),
+        "accepted": points["accepted"].astype(int).tolist(),
+        "left_out": accepted - int(points["accepted"].sum()),
+    }

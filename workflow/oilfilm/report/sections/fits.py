@@ -1,17 +1,33 @@
-"""How near the configured law comes to the points of each oil, how sure it is, and the noise."""
+"""What the fits are worth: the answer, errors and noise, constants, and the laws side by side."""
 
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
 from oilfilm import tables
+from oilfilm.fits.best_law import FEWEST_CURVES
+from oilfilm.fits.conditions import from_text
 from oilfilm.fits.fitted import FittedLaw
+from oilfilm.fits.law_comparison import TIE
 from oilfilm.fits.noise import ADVISED_REPEATS
 from oilfilm.fits.soundness_words import what_is_wrong
-from oilfilm.report.document import Fact, Section, facts
-from oilfilm.report.shown_table import show_declared
+from oilfilm.report.document import (
+    Fact,
+    Section,
+    ShownTable,
+    facts,
+    number,
+    show_declared,
+    significant,
+)
+from oilfilm.report.explorer import LEVEL, explored_fits, load_at_1_gpa, sliders
+from oilfilm.report.words import CONDITIONS, law_name
+from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
+from oilfilm.traction import LAWS
+from oilfilm.traction.law import QUANTITIES
 
 # A curve of which mu differs less than this as a whole is odd by its shape.
 _SAME_GAIN = 0.03
@@ -80,3 +96,193 @@ def certainty(results: CampaignTables) -> pd.DataFrame:
         certainties[oil] = half.median(), half.quantile(_MOST)
     index = pd.Index(certainties, dtype=str)
     return pd.DataFrame([*certainties.values()], index, columns=["median", "largest"])
+
+
+_BESIDE = {"best": "best of those compared", "tie": "ties with others"}
+
+
+def answer(results: CampaignTables, settings: Settings) -> Section:
+    """A row per oil: mu at one operating point with its interval, the law, runs, soundness."""
+    load_n = load_at_1_gpa(settings)
+    fits = explored_fits(results, load_n)
+    axes = sliders(fits, results.points, settings)
+    at = [np.nan if axis.idle else axis.start for axis in axes]
+    oil, quality = results.configured.fit_quality["oil"], results.configured.fit_quality
+    known = {name: _at_point(fit, at, load_n) for name, fit in fits.items()}
+    beside = {row["oil"]: _beside_others(row) for row in tables.rows(results.law_verdicts)}
+    sound = {row["oil"]: _soundness(row) for row in tables.rows(results.soundness)}
+    accepted = (results.runs["verdict"] == "accepted").groupby(results.runs["oil"])
+    runs = {name: f"{of_oil.sum()} of {len(of_oil)}" for name, of_oil in accepted}
+    rows = quality.assign(
+        mu=[known.get(name, (np.nan, ""))[0] for name in oil],
+        interval=[known.get(name, (np.nan, "not known"))[1] for name in oil],
+        beside=[beside.get(name, "not compared") for name in oil],
+        fit=[sound.get(name, "not sound") for name in oil],
+        runs=[runs.get(name, "none") for name in oil],
+    )
+    point = ", ".join(
+        f"{symbol} {axis.start:.{axis.digits}f} {unit}".rstrip()
+        for axis, (symbol, _, unit) in zip(axes, CONDITIONS.values(), strict=True)
+        if not axis.idle
+    )
+    table = show_declared(rows, "answers", f"At {point}")
+    return Section("answer", "Answer", tables=[table])
+
+
+def _at_point(
+    fit: FittedLaw, at: Sequence[float], load_at_1_gpa: float | None
+) -> tuple[float, str]:
+    """mu of a fit at P, U, T and S, and its interval in words."""
+    pressure, *others, slip = at
+    if load_at_1_gpa is not None and "load_n" in fit.law.conditions:
+        pressure = load_at_1_gpa * pressure**3
+    found = fit.predict(np.array([[pressure, *others]]), np.array([slip]))
+    lower, upper, interval = found.obs_ci_lower[0], found.obs_ci_upper[0], "not known"
+    if not np.isnan([lower, upper]).any():
+        level = fit.coefficients.bands(fit.law, LEVEL)[2]
+        interval = f"{lower:#.3g} to {upper:#.3g} ({100 * level:.2g} %)"
+    interval += ", not tested there" if found.outside[0] else ""
+    interval += ", above the limiting shear stress" if found.over_limit[0] else ""
+    return found.traction_coefficient[0], interval
+
+
+def _soundness(row: Mapping[str, Any]) -> str:
+    """Whether a fit is sound, and otherwise which parts are not; sentences are among trouble."""
+    parts = [] if row["optimum_confirmed"] else ["optimum not confirmed"]
+    parts += [f"law: {row['law_verdict']}"] if row["law_verdict"] != "adequate" else []
+    parts += [f"campaign: {row['campaign_verdict']}"] if row["campaign_verdict"] != "steady" else []
+    return "sound" if row["sound"] else f"not sound ({'; '.join(parts)})"
+
+
+def _beside_others(row: Mapping[str, Any]) -> str:
+    """How the configured law compares with the others."""
+    if row["verdict"] == "another law is better":
+        return f"worse than {law_name(row['better_law'])}"
+    return _BESIDE.get(row["verdict"], f"not decided: {row['verdict']}")
+
+
+# Constants that move together so closely replace each other.
+_STRONG = 0.95
+
+
+def constants(results: CampaignTables) -> Section:
+    """A table per oil, and a sentence for each constant that the data do not determine."""
+    fits = results.configured
+    if fits.coefficients.empty:
+        return Section("constants", "Constants")
+    coefficients = with_partners(fits.coefficients, fits.correlations)
+    oils = coefficients["oil"].unique()
+    quality = {row["oil"]: row for row in tables.rows(fits.fit_quality)}
+    made = facts(
+        "report/sections/constants.jinja",
+        fits=[
+            {
+                "oil": oil,
+                "curves": quality[str(oil)]["n_curves"],
+                "constants": tables.rows(rows),
+                "fixed": [
+                    each.sentence() for each in from_text(quality[str(oil)]["fixed_conditions"])
+                ],
+            }
+            for oil, rows in coefficients.groupby("oil", sort=False)
+            if rows["value"].notna().any()
+        ],
+    )
+    return Section(
+        "constants",
+        "Constants",
+        made,
+        [_of_oil(coefficients, oil, place) for place, oil in enumerate(oils)],
+        downloads={"coefficients.csv": fits.coefficients},
+    )
+
+
+def with_partners(coefficients: pd.DataFrame, correlations: pd.DataFrame) -> pd.DataFrame:
+    """Constants, each with the one that may replace it.
+
+    Args:
+        coefficients: Table of coefficients.
+        correlations: Table of correlations.
+
+    Returns:
+        The coefficients with columns `partner` (the constant that moves most with this one, empty
+        where none does so closely) and `correlation`.
+    """
+    other_way = correlations.rename(columns={"constant": "other", "other": "constant"})
+    both = pd.concat([correlations, other_way], ignore_index=True)
+    both = both.assign(size=both["correlation"].abs()).query("size >= @_STRONG")
+    closest = both.sort_values("size", ascending=False).drop_duplicates(["oil", "law", "constant"])
+    partners = closest[["oil", "law", "constant", "other", "correlation"]]
+    paired = coefficients.merge(partners, how="left", on=["oil", "law", "constant"])
+    return paired.assign(partner=paired["other"].fillna(""))
+
+
+def _of_oil(coefficients: pd.DataFrame, oil: str, place: int) -> ShownTable:
+    """Constants of one oil with their errors. Digits beyond the second of the error say nothing."""
+    rows = coefficients[coefficients["oil"] == oil]
+    names = ["value", "standard_error", "systematic_standard_error", "lower", "upper"]
+    texts = rows.astype(object)
+    for index, row in rows.iterrows():
+        error = row["standard_error"]
+        form = number(significant(row["naive_standard_error"] if np.isnan(error) else error))
+        texts.loc[index, names] = [form(row[name]) for name in names]
+    interval = texts["lower"] + " \N{HORIZONTAL ELLIPSIS} " + texts["upper"]
+    texts["lower"] = texts["lower"].where(rows["lower"].isna(), interval)
+    return show_declared(texts, "constants", oil, f"constants{place}")
+
+
+def laws(results: CampaignTables, settings: Settings) -> Section:
+    """Which law describes each oil best, what to do, and every law's errors side by side."""
+    # what must be said wherever the laws of a simulated campaign are compared
+    tie = f"Wang-Deng here: {TIE}" if settings.campaign.truth_is_law else ""
+    made = law_facts(results.law_verdicts, results.fit_quality, tie)
+    errors = show_declared(results.fit_quality, "comparison")
+    verdicts = show_declared(results.law_verdicts, "law_verdicts")
+    return Section("laws", "Laws", made, [verdicts, errors])
+
+
+def law_facts(verdicts: pd.DataFrame, quality: pd.DataFrame, tie: str = "") -> list[Fact]:
+    """What the comparison says of the configured law of the oils, and what to do.
+
+    Oils of which the same is true have one sentence.
+
+    Args:
+        verdicts: Table `law_verdicts`.
+        quality: Table of fit quality, of every law.
+        tie: What must be said of the laws of this campaign.
+    """
+    groups: dict[str, dict[str, Any]] = {}
+    for row in tables.rows(verdicts):
+        of_oil = tables.rows(quality[quality["oil"] == row["oil"]])
+        told, misfits = _compared(row, {fit["law"]: fit for fit in of_oil})
+        group = groups.setdefault(repr(told), {**told, "oils": [], "misfits": []})
+        group["oils"].append(row["oil"])
+        group["misfits"].append(misfits)
+    rows = list(groups.values())
+    return facts("report/sections/laws.jinja", rows=rows, tie=tie, fewest_curves=FEWEST_CURVES)
+
+
+def _compared(
+    row: dict[str, Any], fits: Mapping[str, dict[str, Any]]
+) -> tuple[dict[str, Any], list[float]]:
+    """What a row of `law_verdicts` says, and the misfits of the better and the configured law."""
+    by_bic, law, better = row["bic_ties"].split(", "), row["law"], row["better_law"]
+    ties = [each for each in row["left_out_ties"].split(", ") if each and each in by_bic]
+    taken = {each: LAWS[each].conditions for each in (law, better) if each in LAWS}
+    others = len(taken) == 2 and taken[law] != taken[better]
+    meanings = {key: [QUANTITIES[each].short_meaning for each in taken[key]] for key in taken}
+    both = [fits[each] for each in (better, law) if each in fits]
+    judged = len(both) == 2
+    told = {
+        "verdict": row["verdict"],
+        "law": law,
+        "better_law": better,
+        "shared": sorted(law_name(each) for each in ties if each != law),
+        "fewest": min(ties, key=lambda each: fits[each]["n_constants"], default=""),
+        "can_be_set": list(LAWS),
+        "constants": [fit["n_constants"] for fit in both] if judged else [],
+        "unconfirmed": judged and not both[0]["certified"],
+        "beyond": row["ends_out_law"] if better != row["ends_out_law"] and better else "",
+        "takes": meanings if others else {},
+    }
+    return told, [fit["relative_rms"] for fit in both] if judged else []
