@@ -123,11 +123,6 @@ def test_beta_is_the_slope_of_the_logarithm_of_viscosity(oil: Oil, celsius: floa
     assert oil.temperature_viscosity_coefficient_1_k(celsius) == pytest.approx(slope, rel=1e-6)
 
 
-def test_missing_temperature_gives_a_missing_viscosity() -> None:
-    viscosity = OILS["4010"].dynamic_viscosity_pa_s(np.array([np.nan, 100.0]))
-    assert np.isnan(viscosity).tolist() == [True, False]
-
-
 def test_table_is_continued_beyond_both_ends() -> None:
     line = PiecewiseLinear((300.0, 310.0, 330.0), (10.0, 12.0, 8.0))
     at = np.array([290.0, 300.0, 305.0, 310.0, 320.0, 330.0, 340.0])

@@ -7,7 +7,6 @@ import doctest
 import os
 import re
 import shutil
-import subprocess
 import sys
 from pathlib import Path
 
@@ -15,6 +14,7 @@ import pytest
 import yaml
 
 from campaigns import ROOT
+from command_line import outcome
 from nights import nightly
 from oilfilm.logs.ingest import ingest_logs
 from oilfilm.logs.sheet_file import read_run_sheet
@@ -50,15 +50,8 @@ def follow(page: str, folder: Path, *, long: bool) -> str:
             assert name, "a file of a tutorial begins with its path"
             script += [f"cat > {name[1]} <<'END'", content.rstrip(), "END"]
     binaries = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
-    done = subprocess.run(
-        ["bash", "-c", "\n".join(script)],
-        cwd=folder,
-        env={**os.environ, "PATH": binaries},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    return done.stdout + done.stderr
+    environment = {**os.environ, "PATH": binaries}
+    return outcome(["bash", "-c", "\n".join(script)], cwd=folder, env=environment)[1]
 
 
 def refuse_missing(page: str, printed: str) -> None:

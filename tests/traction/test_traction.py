@@ -67,10 +67,6 @@ def test_internal_form_is_the_printed_equation(oil: str) -> None:
     population = np.column_stack([internal, internal + 0.1])
     np.testing.assert_allclose(LAW.traction(population, at)[:, 0], direct, rtol=1e-12, atol=1e-16)
     np.testing.assert_allclose(to_constants(LAW, internal), printed()[oil], rtol=1e-14)
-    sizes = np.abs(local(oil, (1.25, 30, 70)))[:, np.newaxis]
-    curve = LAW.value(sizes, slip)
-    expected = traction_coefficient(printed()[oil], 1.25, 30.0, 70.0, slip)
-    np.testing.assert_allclose(curve, expected, rtol=1e-12, atol=1e-17)
 
 
 def test_wrong_sign_and_impossible_conditions_are_refused() -> None:

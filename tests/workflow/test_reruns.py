@@ -5,20 +5,19 @@ them is Snakemake's own work: two dry runs in tests/workflow/test_workflow.py sh
 """
 
 import json
-import subprocess
 import sys
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
 from campaigns import ROOT
+from command_line import succeeded
 from oilfilm import digests
 
 LIBRARY = ROOT / "workflow/oilfilm"
 # Prints, of each rule of the demonstration, what its digest covers: the script, then modules.
 DECLARED = """
-import json, sys
+import json
 from types import SimpleNamespace
 from pathlib import Path
 from snakemake.api import ConfigSettings, OutputSettings, ResourceSettings, SnakemakeApi
@@ -47,140 +46,90 @@ print("DECLARED" + json.dumps(declared))
 @pytest.fixture(scope="module")
 def declared() -> dict[str, list[Path]]:
     """What the digest of each rule covers; a rule with a law has an entry per law."""
-    done = subprocess.run(
-        [sys.executable, "-c", DECLARED], cwd=ROOT, capture_output=True, text=True, check=False
-    )
-    assert done.returncode == 0, done.stderr
-    rules = json.loads(done.stdout.partition("DECLARED")[2])
+    text = succeeded([sys.executable, "-c", DECLARED], cwd=ROOT).partition("DECLARED")[2]
+    rules, _ = json.JSONDecoder().raw_decode(text)
     return {rule: [Path(path) for path in paths] for rule, paths in rules.items()}
 
 
-@pytest.fixture
+TANH = "import TANH as TANH"
+OTHER_LAW = f"{TANH}\nfrom oilfilm.traction.laws.tanh import TANH as OTHER"
+# A module, a text of it and what takes its place; what is made again, all of it.
+EXACTLY = [
+    # words, layout, errors, settings, the run around a job, a command, a law of no campaign
+    ("units.py", "\nfrom ", "\n# a remark\nfrom ", set()),
+    ("units.py", '"""', '"""Other words. ', set()),
+    ("physics/film.py", '    """', '    """Other words. ', set()),
+    ("physics/film.py", "\n\n\n", "\n\n\n\n", set()),
+    ("fits/fitted.py", "raise OilfilmError(", "raise OilfilmError('!' + ", set()),
+    ("settings/campaign.py", "What it is.", "The title.", set()),
+    ("run/job.py", '"done\\n"', '"ended\\n"', set()),
+    ("cli/check.py", "import", "import os\nimport", set()),
+    ("traction/laws/__init__.py", TANH, OTHER_LAW, set()),
+    # one law, one family of figures, the meaning of a column
+    ("traction/laws/tanh.py", "A*tanh(B*S/A)", "A*tanh(B*S)", {"fit tanh", "report"}),
+    ("report/figures/bearing.py", "0.75, 1.0)", "0.8, 1.0)", {"bearing_figures"}),
+    ("tables/rig.yaml", "time on the log's clock", "time of the log", {"metadata", "report"}),
+]
+# The same; some of what is made again, some of what is not.
+AMONG = [
+    ("curation/plateau_gates.py", {"points", "torque_runs"}, {"twin", "fit tanh", "torque"}),
+    ("logs/pcs.py", {"points"}, {"fit tanh", "twin", "torque_twin"}),
+    (
+        "bearing/solver.py",
+        {"torque", "bearing_maps", "heat_balance"},
+        {"points", "fit tanh", "fits", "metadata"},
+    ),
+    (
+        "traction/laws/deng2026.py",
+        {"twin", "paper", "exports"},
+        {"points", "fits", "fit tanh"},
+    ),
+]
+
+
 def due(
-    declared: dict[str, list[Path]], monkeypatch: pytest.MonkeyPatch
-) -> Callable[[Path, str, str], set[str]]:
-    """Gives the rules whose digest changes when one text of a module is replaced."""
-
-    def rules_due(module: Path, old: str, new: str) -> set[str]:
-        before = {rule: digests.code_digest(*paths) for rule, paths in declared.items()}
-        text = module.read_text(encoding="utf-8")
-        assert old in text, f"{module} has no {old!r} any more"
-        changed = text.replace(old, new, 1).encode()
-        read, computed = Path.read_bytes, digests._code
-        with monkeypatch.context() as patch:
-            patch.setattr(
-                Path, "read_bytes", lambda path: changed if path == module else read(path)
-            )
-            anew = computed.__wrapped__(module)
-            patch.setattr(digests, "_code", lambda path: anew if path == module else computed(path))
-            return {
-                rule
-                for rule, paths in declared.items()
-                if digests.code_digest(*paths) != before[rule]
-            }
-
-    return rules_due
+    declared: dict[str, list[Path]], monkeypatch: pytest.MonkeyPatch, name: str, old: str, new: str
+) -> set[str]:
+    """The rules whose digest changes when one text of a module is replaced."""
+    module = LIBRARY / name
+    before = {rule: digests.code_digest(*paths) for rule, paths in declared.items()}
+    text = module.read_text(encoding="utf-8")
+    assert old in text, f"{module} has no {old!r} any more"
+    changed = text.replace(old, new, 1).encode()
+    read, computed = Path.read_bytes, digests._code
+    monkeypatch.setattr(Path, "read_bytes", lambda path: changed if path == module else read(path))
+    anew = computed.__wrapped__(module)
+    monkeypatch.setattr(digests, "_code", lambda path: anew if path == module else computed(path))
+    return {rule for rule, paths in declared.items() if digests.code_digest(*paths) != before[rule]}
 
 
-@pytest.mark.parametrize(
-    ("module", "old", "new"),
-    [
-        pytest.param("units.py", "\nfrom ", "\n# a remark\nfrom ", id="comment"),
-        pytest.param("units.py", '"""', '"""Other words. ', id="docstring"),
-        pytest.param("physics/film.py", '    """', '    """Other words. ', id="inner docstring"),
-        pytest.param("physics/film.py", "\n\n\n", "\n\n\n\n", id="layout"),
-        pytest.param(
-            "fits/fitted.py", "raise OilfilmError(", "raise OilfilmError('!' + ", id="error"
-        ),
-        pytest.param("settings/campaign.py", "What it is.", "The title.", id="settings"),
-        pytest.param("run/job.py", '"done\\n"', '"ended\\n"', id="the run around a job"),
-        pytest.param("cli/check.py", "import", "import os\nimport", id="a command"),
-        pytest.param(
-            "traction/laws/__init__.py",
-            "import TANH as TANH",
-            "import TANH as TANH\nfrom oilfilm.traction.laws.tanh import TANH as OTHER",
-            id="a law that no campaign has",
-        ),
-    ],
-)
-def test_change_of_words_makes_nothing_again(
-    due: Callable[[Path, str, str], set[str]], module: str, old: str, new: str
-) -> None:
-    assert due(LIBRARY / module, old, new) == set()
-
-
-def test_law_refits_itself_and_is_shown_in_the_report(
-    due: Callable[[Path, str, str], set[str]],
-) -> None:
-    assert due(LIBRARY / "traction/laws/tanh.py", "A*tanh(B*S/A)", "A*tanh(B*S)") == {
-        *("fit tanh", "report"),
-    }
-
-
-def test_figure_is_drawn_again_with_its_family(due: Callable[[Path, str, str], set[str]]) -> None:
-    changed = due(
-        LIBRARY / "report/figures/bearing.py", "_DRAWN_INTERVAL = 1", "_DRAWN_INTERVAL = 2"
-    )
-    assert changed == {"bearing_figures"}
-
-
-def test_meaning_of_a_column_is_described_again(due: Callable[[Path, str, str], set[str]]) -> None:
-    changed = due(LIBRARY / "tables/rig.yaml", "time on the log's clock", "time of the log")
-    assert changed == {"metadata", "report"}
-
-
-def test_version_of_the_tables_makes_everything_again(
-    due: Callable[[Path, str, str], set[str]], declared: dict[str, list[Path]]
-) -> None:
-    module = LIBRARY / "tables/schema_version.py"
-    assert due(module, "SCHEMA_VERSION = ", "SCHEMA_VERSION = 1") == declared.keys()
-
-
-@pytest.mark.parametrize(
-    ("module", "old", "new", "among", "not_among"),
-    [
-        pytest.param(
-            "curation/plateau_gates.py",
-            "return",
-            "return 0 +",
-            {"points", "torque_runs"},
-            {"twin", "fit tanh", "torque"},
-            id="a gate",
-        ),
-        pytest.param(
-            "logs/pcs.py",
-            "return",
-            "return 0 +",
-            {"points"},
-            {"fit tanh", "twin", "torque_twin"},
-            id="a format",
-        ),
-        pytest.param(
-            "bearing/solver.py",
-            "return",
-            "return 0 +",
-            {"torque", "bearing_maps", "heat_balance"},
-            {"points", "fit tanh", "fits", "metadata"},
-            id="the solver of bearings",
-        ),
-        pytest.param(
-            "traction/laws/deng2026.py",
-            "return",
-            "return 0 +",
-            {"twin", "paper", "exports"},
-            {"points", "fits", "fit tanh"},
-            id="the paper's law",
-        ),
-    ],
-)
-def test_changed_computation_makes_again_what_it_computes(
-    due: Callable[[Path, str, str], set[str]],
+@pytest.mark.parametrize(("module", "old", "new", "expected"), EXACTLY)
+def test_change_makes_again_what_depends_on_it_and_nothing_else(
+    declared: dict[str, list[Path]],
+    monkeypatch: pytest.MonkeyPatch,
     module: str,
     old: str,
     new: str,
+    expected: set[str],
+) -> None:
+    assert due(declared, monkeypatch, module, old, new) == expected
+
+
+@pytest.mark.parametrize(("module", "among", "not_among"), AMONG)
+def test_changed_computation_makes_again_what_it_computes(
+    declared: dict[str, list[Path]],
+    monkeypatch: pytest.MonkeyPatch,
+    module: str,
     among: set[str],
     not_among: set[str],
 ) -> None:
-    changed = due(LIBRARY / module, old, new)
+    changed = due(declared, monkeypatch, module, "return", "return 0 +")
     assert among <= changed
     assert not not_among & changed
+
+
+def test_version_of_the_tables_makes_everything_again(
+    declared: dict[str, list[Path]], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    new = ("tables/schema_version.py", "SCHEMA_VERSION = ", "SCHEMA_VERSION = 1")
+    assert due(declared, monkeypatch, *new) == declared.keys()
