@@ -13,8 +13,8 @@ from campaigns import (
     ETM,
     QUICK,
     SMALL_MATRIX,
+    as_measured,
     lay_out,
-    lay_out_measured,
     lay_out_small,
     printed,
     read_campaign,
@@ -187,7 +187,9 @@ SHEET = (
 @pytest.fixture(scope="module")
 def own(project: Path) -> Path:
     """The simulated logs as a user's own, made to tables; the header of one is in a run sheet."""
-    raw = lay_out_measured(project, project)
+    raw = as_measured(project, "own")
+    for simulated in (project / "data/raw/small").glob("*.csv"):
+        shutil.copy(simulated, raw)
     log = raw / "4102_P1.25_U25_T050.csv"
     lines = log.read_text(encoding="utf-8").splitlines(keepends=True)
     log.write_text("".join(line for line in lines if not line.startswith("#")), encoding="utf-8")
@@ -342,14 +344,10 @@ def test_release_has_the_same_bytes_however_the_work_is_split(
 
 @pytest.mark.nightly
 def test_campaign_without_an_accepted_run_fails_when_everything_is_made(project: Path) -> None:
-    raw = project / "data/raw/spoiled"
-    raw.mkdir()
+    raw = as_measured(project, "spoiled")
     wrong_sign, no_log = "4102_P1.00_U40_T050.csv", "notes.csv"
     shutil.copy(project / "data/raw/small" / wrong_sign, raw)
     (raw / no_log).write_text("shift book", encoding="utf-8")
-    campaign = read_campaign(project, "small")
-    del campaign["twin"]
-    write_campaign(project, "spoiled", campaign)
     message = fail(project, "--config", "campaign=spoiled")
     assert "0 of 2 runs accepted, expected at least 1" in message
     # a run that fails later has read its logs, those too that are no logs
