@@ -130,21 +130,6 @@ class Campaign:
         )
 
 
-def with_calibration(points: pd.DataFrame, errors: RunErrors) -> pd.DataFrame:
-    """The points with the standard uncertainties of a calibration stated.
-
-    Args:
-        points: Table of points.
-        errors: Its `common_...` are the standard uncertainties; the speed is exact.
-    """
-    return points.assign(
-        load_systematic_n=errors.common_load * points["load_n"],
-        traction_force_systematic_n=errors.common_gain * points["traction_force_n"].abs(),
-        entrainment_speed_systematic_m_s=0.0,
-        inlet_temperature_systematic_c=errors.common_temperature_c,
-    )
-
-
 def spread_conditions(
     low: FloatArray, high: FloatArray, runs: int, random: np.random.Generator
 ) -> FloatArray:
