@@ -49,10 +49,7 @@ def project(root: Path) -> Path:
 
 
 def made(
-    root: Path,
-    settings: Settings,
-    raw: Mapping[str, bytes],
-    frames: Mapping[str, pd.DataFrame],
+    root: Path, settings: Settings, raw: Mapping[str, bytes], frames: Mapping[str, pd.DataFrame]
 ) -> FinishedRun:
     """A finished run in a project: its raw logs, tables, one figure, one log."""
     name = settings.campaign.name

@@ -139,8 +139,5 @@ def with_hostile_names(results: CampaignTables) -> CampaignTables:
     )
     pages = results.refused_pages.assign(run_id=HOSTILE[0], reason=HOSTILE[1], rule=HOSTILE[2])
     return results.replace(
-        points=renamed,
-        quarantine=refused,
-        torque_quarantine=refused,
-        refused_pages=pages,
+        points=renamed, quarantine=refused, torque_quarantine=refused, refused_pages=pages
     )

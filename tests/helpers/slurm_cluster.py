@@ -78,10 +78,7 @@ class Cluster:
         with ExitStack() as stack:
             doors = [stack.enter_context(socket.create_server(("127.0.0.1", 0))) for _ in range(4)]
             self.ports = [door.getsockname()[1] for door in doors]
-        self.environment = {
-            "SLURM_CONF": str(folder / "slurm.conf"),
-            "PATH": PATH,
-        }
+        self.environment = {"SLURM_CONF": str(folder / "slurm.conf"), "PATH": PATH}
         self._daemons: dict[str, subprocess.Popen[bytes]] = {}
 
     def around(self, project: Path, plugin: Path) -> Surroundings:

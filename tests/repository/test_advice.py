@@ -19,9 +19,7 @@ SOURCES = [
 # A command in backquotes, or the line of a block in a page; without what comes after a pipe.
 COMMAND = r"(?:\.venv/bin/)?((?:oilfilm|snakemake|make) [^`\n#|]+)"
 QUOTED, LINE = re.compile(f"`{COMMAND}[^`]*`"), re.compile(f"^{COMMAND}", re.MULTILINE)
-TARGETS = set(
-    re.findall(r"(?m)^([a-z-]+):", (ROOT / "Makefile").read_text(encoding="utf-8")),
-)
+TARGETS = set(re.findall(r"(?m)^([a-z-]+):", (ROOT / "Makefile").read_text(encoding="utf-8")))
 RULES = {
     name
     for path in (ROOT / "workflow").rglob("*")

@@ -79,11 +79,7 @@ AMONG = [
         {"torque", "bearing_maps", "heat_balance"},
         {"points", "fit tanh", "fits", "metadata"},
     ),
-    (
-        "traction/laws/deng2026.py",
-        {"twin", "paper", "exports"},
-        {"points", "fits", "fit tanh"},
-    ),
+    ("traction/laws/deng2026.py", {"twin", "paper", "exports"}, {"points", "fits", "fit tanh"}),
 ]
 
 

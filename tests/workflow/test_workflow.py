@@ -85,9 +85,7 @@ def jobs(output: str) -> dict[str, int]:
     return {rule.replace(" ", "_"): int(jobs) for rule, jobs in rows}
 
 
-def test_tables_of_a_run_are_valid_described_and_say_that_they_are_simulated(
-    results: Path,
-) -> None:
+def test_tables_of_a_run_are_valid_described_and_say_that_they_are_simulated(results: Path) -> None:
     for name in ("runs", "points", "quarantine", "coefficients", "fit_quality", "coverage"):
         path = results / f"tables/{name}.parquet"
         frame = tables.read(name, path)
