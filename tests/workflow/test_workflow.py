@@ -354,7 +354,7 @@ def test_campaign_without_an_accepted_run_fails_when_everything_is_made(project:
     results = project / "results/spoiled"
     # a person needs these to see why
     refused = tables.read("quarantine", results / "tables/quarantine.parquet")["rule"]
-    assert set(refused) == {"swapped_sign", "unknown_format"}
+    assert set(refused) == {"swapped_sign", "columns"}
     assert len(list((results / "refused").glob("*.png"))) == 1
     assert "NOT ENOUGH: 0 of 2 runs" in (results / "summary.txt").read_text(encoding="utf-8")
     assert "TOO FEW ACCEPTED RUNS" in (results / "report.html").read_text(encoding="utf-8")
