@@ -356,8 +356,8 @@ def test_campaign_without_an_accepted_run_fails_when_everything_is_made(project:
     refused = tables.read("quarantine", results / "tables/quarantine.parquet")["rule"]
     assert set(refused) == {"swapped_sign", "columns"}
     assert len(list((results / "refused").glob("*.png"))) == 1
-    assert "NOT ENOUGH: 0 of 2 runs" in (results / "summary.txt").read_text(encoding="utf-8")
-    assert "TOO FEW ACCEPTED RUNS" in (results / "report.html").read_text(encoding="utf-8")
+    for page in ("summary.txt", "report.html"):
+        assert "NOT ENOUGH: 0 of 2 runs" in (results / page).read_text(encoding="utf-8")
 
 
 @pytest.mark.nightly
