@@ -40,7 +40,6 @@ from simulated_points import (
     Campaign,
     RunErrors,
     spread_conditions,
-    with_calibration,
 )
 
 ROOT = Path(__file__).parents[1]
@@ -54,6 +53,21 @@ NEW_RUNS = 30
 _LOW_SLIP = 0.021
 TABLE = ROOT / "docs/explanation/coverage.csv"
 COMMON = RunErrors(common_gain=0.005, common_load=0.003, common_temperature_c=0.5)
+
+
+def with_calibration(points: pd.DataFrame, errors: RunErrors) -> pd.DataFrame:
+    """The points with the standard uncertainties of a calibration stated.
+
+    Args:
+        points: Table of points.
+        errors: Its `common_...` are the standard uncertainties; the speed is exact.
+    """
+    return points.assign(
+        load_systematic_n=errors.common_load * points["load_n"],
+        traction_force_systematic_n=errors.common_gain * points["traction_force_n"].abs(),
+        entrainment_speed_systematic_m_s=0.0,
+        inlet_temperature_systematic_c=errors.common_temperature_c,
+    )
 
 
 def conditions_of(curves: int) -> FloatArray:

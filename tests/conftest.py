@@ -2,13 +2,8 @@
 
 import gc
 import os
-import pickle
-import sys
-from collections.abc import Callable, Generator
+from collections.abc import Generator
 from pathlib import Path
-
-if sys.platform != "win32":
-    import fcntl
 
 # Before NumPy is imported, here and in the workers: small matrices lose by threads, sixtyfold.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
@@ -16,7 +11,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 import pytest
 from hypothesis import HealthCheck, settings
 
-from campaigns import ETM, REAL_PCS, ROOT, Campaign, carry_through, printed
+from campaigns import ETM, REAL_PCS, ROOT, Campaign, carry_through, made_once, printed
 from oilfilm import tables
 from oilfilm.logs.raw_files import raw_files
 from oilfilm.rig_twin.simulate import simulate_campaign
@@ -48,25 +43,6 @@ def config() -> Settings:
 def demo(config: Settings, tmp_path_factory: pytest.TempPathFactory) -> Campaign:
     """The whole demonstration campaign, simulated and curated once for all workers."""
     return made_once("demo", lambda folder: simulated(config, folder), tmp_path_factory)
-
-
-def made_once(
-    name: str, make: Callable[[Path], Campaign], tmp_path_factory: pytest.TempPathFactory
-) -> Campaign:
-    """What the first worker makes in a folder, for all workers of this run."""
-    if "PYTEST_XDIST_WORKER" not in os.environ:
-        return make(tmp_path_factory.mktemp(name))
-
-    # each worker has a folder of its own in that of the run
-    folder = tmp_path_factory.getbasetemp().parent / name
-    kept = folder.with_suffix(".pickle")
-    with folder.with_suffix(".lock").open("w") as lock:
-        fcntl.flock(lock, fcntl.LOCK_EX)
-        if not kept.exists():
-            folder.mkdir()
-            kept.write_bytes(pickle.dumps(make(folder)))
-    made: Campaign = pickle.loads(kept.read_bytes())
-    return made
 
 
 def simulated(config: Settings, folder: Path) -> Campaign:

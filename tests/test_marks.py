@@ -9,7 +9,6 @@ import io
 import json
 import runpy
 import shutil
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -90,7 +89,6 @@ def asked(saved: tuple[ArrayFit, list[Path]], capsys: pytest.CaptureFixture[str]
 
 
 Point = tuple[float, float, float, float]
-Place = Callable[[Asked, Point], set[str]]
 
 
 def words_of(point: Point) -> list[str]:
@@ -105,49 +103,39 @@ def of_prediction(found: Prediction) -> set[str]:
     return marks(found.outside, found.over_limit)
 
 
-def of_text(text: str, outside: str, over: str) -> set[str]:
-    return marks(outside in text, over in text)
+def ask(place: str, asked: Asked, point: Point) -> set[str]:
+    """The marks of mu at a point, in one of the places where it can be asked."""
+    first, *_ = asked.folders
+    predict = ["predict", "--oil", "own", "--results", str(first), *words_of(point)]
+    compare = ["compare", *map(str, asked.folders), *words_of(point)]
+    match place:
+        case "predict":
+            text = asked.command(*predict)
+            return marks("OUTSIDE" in text, "IMPOSSIBLE" in text)
+        case "predict as JSON":
+            found = json.loads(asked.command(*predict, "--json"))
+            return marks(found["outside"] or found["spacings"] > 1, found["over_limiting_stress"])
+        case "compare":
+            text = asked.command(*compare)
+            return marks("!: outside the tested" in text, "IMPOSSIBLE" in text)
+        case "compare as JSON":
+            (either,) = {
+                (each["outside"], each["over_limit"])
+                for each in json.loads(asked.command(*compare, "--json"))["points"]
+            }
+            return marks(*either)
+        case "fit":
+            return of_prediction(asked.fit.predict(*point))
+        case "saved fit":
+            return of_prediction(oilfilm.read_fit(first, "own").predict_at(*point))
+        case _:
+            exported = runpy.run_path(str(asked.exported("traction_own.py")))
+            return {"marked"} if exported["outside_tested_box"](*point) else set()
 
 
-def predict_text(asked: Asked, point: Point) -> set[str]:
-    words = ["predict", "--oil", "own", "--results", str(asked.folders[0]), *words_of(point)]
-    return of_text(asked.command(*words), "OUTSIDE", "IMPOSSIBLE")
-
-
-def predict_json(asked: Asked, point: Point) -> set[str]:
-    words = ["predict", "--oil", "own", "--results", str(asked.folders[0]), "--json"]
-    found = json.loads(asked.command(*words, *words_of(point)))
-    return marks(found["outside"] or found["spacings"] > 1, found["over_limiting_stress"])
-
-
-def compare_text(asked: Asked, point: Point) -> set[str]:
-    text = asked.command("compare", *map(str, asked.folders), *words_of(point))
-    return of_text(text, "!: outside the tested", "IMPOSSIBLE")
-
-
-def compare_json(asked: Asked, point: Point) -> set[str]:
-    words = ["compare", *map(str, asked.folders), "--json", *words_of(point)]
-    first, second = json.loads(asked.command(*words))["points"]
-    assert (first["outside"], first["over_limit"]) == (second["outside"], second["over_limit"])
-    return marks(first["outside"], first["over_limit"])
-
-
-def exported_python(asked: Asked, point: Point) -> set[str]:
-    exported = runpy.run_path(str(asked.exported("traction_own.py")))
-    return {"marked"} if exported["outside_tested_box"](*point) else set()
-
-
-def python(asked: Asked, point: Point) -> set[str]:
-    return of_prediction(asked.fit.predict(*point))
-
-
-def read_again(asked: Asked, point: Point) -> set[str]:
-    return of_prediction(oilfilm.read_fit(asked.folders[0], "own").predict_at(*point))
-
-
-PLACES: tuple[Place, ...] = (
-    *(predict_text, predict_json, compare_text, compare_json),
-    *(python, read_again, exported_python),
+PLACES = (
+    *("predict", "predict as JSON", "compare", "compare as JSON"),
+    *("fit", "saved fit", "exported Python"),
 )
 MARKS = {
     "tested": set(),
@@ -159,10 +147,10 @@ MARKS = {
 ONE_FLAG = {name: {"marked"} if name in ("outside", "over the limit") else set() for name in POINTS}
 
 
-@pytest.mark.parametrize("place", PLACES, ids=lambda place: place.__name__)
-def test_mu_has_its_mark_wherever_it_is_asked(place: Place, asked: Asked) -> None:
-    expected = ONE_FLAG if place is exported_python else MARKS
-    assert {name: place(asked, point) for name, point in POINTS.items()} == expected
+@pytest.mark.parametrize("place", PLACES)
+def test_mu_has_its_mark_wherever_it_is_asked(place: str, asked: Asked) -> None:
+    expected = ONE_FLAG if place == "exported Python" else MARKS
+    assert {name: ask(place, asked, point) for name, point in POINTS.items()} == expected
 
 
 def test_explorer_marks_mu(asked: Asked) -> None:

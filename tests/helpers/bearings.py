@@ -7,8 +7,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from campaigns import oil_of, printed, rig_contact
-from oilfilm import tables
+from campaigns import oil_of, printed, rig_contact, rows
 from oilfilm.bearing.ellipse import TractionLaw, grid
 from oilfilm.bearing.friction import (
     QUADRATURE,
@@ -99,25 +98,14 @@ def equilibrium(*asked: Any, **also: Any) -> FrictionEquilibrium:
 def printed_fits() -> tuple[pd.DataFrame, pd.DataFrame]:
     """Tables of coefficients and fit quality that hold the printed constants."""
     law = LAWS["deng2026"]
-    numbers = {"integer": 0, "flag": True, "text": ""}
     coefficients, quality = [], []
     for oil, constants in printed().items():
         for constant, value in zip(law.constants, constants, strict=True):
             row = {"oil": oil, "law": law.name, "constant": constant.name, "value": value}
-            coefficients.append({"verdict": "known", "identifiable": True, **row})
+            coefficients.append({"verdict": "known", **row})
         row = {"oil": oil, "law": law.name}
         for name, (low, high) in (TESTED | {"inlet_temperature_c": (25.0, 120.0)}).items():
             row |= {f"tested_min_{name}": low, f"tested_max_{name}": high}
         quality.append(row)
-    return (
-        _filled(coefficients, "coefficients", numbers),
-        _filled(quality, "fit_quality", numbers),
-    )
-
-
-def _filled(rows: list[dict[str, object]], table: str, of_type: dict[str, object]) -> pd.DataFrame:
-    """Rows with every other column of the table at a value that says nothing."""
-    nothing = {
-        column.name: of_type.get(column.type, np.nan) for column in tables.TABLES[table].columns
-    }
-    return tables.from_rows([nothing | row for row in rows], table)
+    fits = rows("coefficients", *coefficients, flag=True)
+    return fits, rows("fit_quality", *quality, flag=True)

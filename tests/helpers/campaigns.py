@@ -1,13 +1,18 @@
 """Campaigns for the tests: carried through the library, or laid out for snakemake."""
 
+import os
+import pickle
 import shutil
-from collections.abc import Collection, Iterable
+import sys
+from collections.abc import Callable, Collection, Iterable
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 import pandas as pd
+import pytest
 import yaml
 
 from oilfilm import tables
@@ -23,6 +28,9 @@ from oilfilm.settings.oil import OilFile
 from oilfilm.settings.resolved import Settings
 from oilfilm.settings.rig import Rig
 
+if sys.platform != "win32":
+    import fcntl
+
 ROOT = Path(__file__).parents[2]
 REFERENCE = ROOT / "data/reference/printed_coefficients.yaml"
 CLAIMS = ROOT / "data/reference/claims.yaml"
@@ -35,6 +43,9 @@ SMALL_MATRIX = {
     "entrainment_speed_m_s": [25, 40],
     "inlet_temperature_c": [50, 120],
 }
+
+
+Made = TypeVar("Made")
 
 
 @dataclass(frozen=True)
@@ -64,13 +75,13 @@ def rig_contact() -> Contact:
     return contact
 
 
+@cache
 def printed() -> dict[str, np.ndarray]:
     return printed_constants(REFERENCE)
 
 
-def carry_through(config: Settings, folder: Path, files: list[str]) -> Campaign:
-    logs = ((file, (folder / file).read_bytes()) for file in files)
-    return carry_logs(config, logs, folder)
+def carry_through(config: Settings, folder: Path, files: Iterable[str]) -> Campaign:
+    return carry_logs(config, ((file, (folder / file).read_bytes()) for file in files), folder)
 
 
 def carry_logs(
@@ -78,13 +89,34 @@ def carry_logs(
 ) -> Campaign:
     ingested = ingest_logs(logs, config)
     share = curate(ingested.all_samples(), ingested.runs, config)
-    return Campaign(
-        config,
-        folder,
-        tables.empty("truth"),
-        ingested,
-        collect([share], [ingested.quarantine], config),
-    )
+    curated = collect([share], [ingested.quarantine], config)
+    return Campaign(config, folder, tables.empty("truth"), ingested, curated)
+
+
+def made_once(
+    name: str, make: Callable[[Path], Made], tmp_path_factory: pytest.TempPathFactory
+) -> Made:
+    """What the first worker makes in a folder, for all workers of this run."""
+    if "PYTEST_XDIST_WORKER" not in os.environ:
+        return make(tmp_path_factory.mktemp(name, numbered=False))
+
+    # each worker has a folder of its own in that of the run
+    folder = tmp_path_factory.getbasetemp().parent / name
+    kept = folder.with_suffix(".pickle")
+    with folder.with_suffix(".lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        if not kept.exists():
+            folder.mkdir()
+            kept.write_bytes(pickle.dumps(make(folder)))
+    made: Made = pickle.loads(kept.read_bytes())
+    return made
+
+
+def rows(table: str, *given: dict[str, Any], flag: bool = False) -> pd.DataFrame:
+    """Rows of a table; what is not given is nothing, zero or false."""
+    nothing = {"number": np.nan, "integer": 0, "flag": flag, "text": ""}
+    empty = {column.name: nothing[column.type] for column in tables.TABLES[table].columns}
+    return pd.DataFrame([{**empty, **row} for row in given], columns=list(empty))
 
 
 def without(settings: Settings, *keys: str) -> Settings:
@@ -133,18 +165,14 @@ def lay_out_small(project: Path) -> None:
     write_campaign(project, "small", campaign)
 
 
-def lay_out_measured(simulated: Path, project: Path, of: str = "small") -> Path:
-    """The campaign `own`: the logs of another, as if a user had measured them; their folder."""
-    campaign = read_campaign(project, of)
+def as_measured(project: Path, name: str) -> Path:
+    """The campaign `small` under another name, as if a user had measured it; its empty folder."""
+    campaign = read_campaign(project, "small")
     del campaign["twin"]
-    if "torque" in campaign:
-        del campaign["torque"]["matrix"], campaign["torque"]["twin"]
-    write_campaign(project, "own", campaign)
-    raw = project / "data/raw"
-    for logs in (simulated / "data/raw").glob(f"{of}*"):
-        copy = raw / f"own{logs.name.removeprefix(of)}"
-        shutil.copytree(logs, copy, ignore=shutil.ignore_patterns(".*"))
-    return raw / "own"
+    write_campaign(project, name, campaign)
+    raw = project / "data/raw" / name
+    raw.mkdir()
+    return raw
 
 
 def read_campaign(project: Path, name: str) -> dict[str, Any]:

@@ -43,18 +43,14 @@ def span(values: "pd.Series[float]", digits: int = 0, factor: float = 100) -> st
 def of_advice(campaign: str) -> dict[str, Any]:
     """By choice: points where it agrees, of how many, its band, and that in the order as set."""
     band = table(campaign, "advice_band")
-    share = band["agreeing_points"] / band["operating_points"]
-    as_set = share[band["rule_order"] == "as set"]
-    found: dict[str, Any] = dict(table(campaign, "slip_advice")["judgement"].value_counts())
-    found |= {name: found.get(name, 0) for name in ("heats more", "slips more", "rule has none")}
+    band["share"] = band["agreeing_points"] / band["operating_points"]
+    judged = table(campaign, "slip_advice")["judgement"].value_counts()
+    found = dict.fromkeys(("heats more", "slips more", "rule has none"), 0) | dict(judged)
     for choice, rows in band.groupby("choice"):
-        first, points = rows.iloc[0], share[rows.index]
-        ends = span(points), span(as_set.reindex(rows.index).dropna())
-        found[f"oil{choice}" if choice.isdigit() else choice] = (
-            first["agreeing_points"],
-            first["operating_points"],
-            *ends,
-        )
+        as_set = rows.loc[rows["rule_order"] == "as set", "share"]
+        counts = rows.iloc[0][["agreeing_points", "operating_points"]]
+        name = f"oil{choice}" if choice.isdigit() else choice
+        found[name] = (*counts, span(rows["share"]), span(as_set))
     return found
 
 
@@ -83,9 +79,8 @@ def of_thermal() -> dict[str, Any]:
     own, at = quality[quality["law"] == PAPER_LAW], truth[truth["law"] == PAPER_LAW]
     assert own["certified"].all()
     beyond = at[at["beyond"] != ""].groupby("oil")
-    figure = at[at["figure"] == "fig07"]
-    off = figure["traction_coefficient"] / figure["true_traction_coefficient"] - 1
-    mean = 100 * off.groupby(figure["slide_roll_ratio"].round(2)).mean()
+    off = at[at["figure"] == "fig07"].eval("traction_coefficient / true_traction_coefficient - 1")
+    mean = 100 * off.groupby(at["slide_roll_ratio"].round(2)).mean()
     inside = {
         name: at["true_traction_coefficient"].between(at[f"{name}_lower"], at[f"{name}_upper"])
         for name in ("mean_ci", "obs_ci")
@@ -119,19 +114,17 @@ def of_torque(campaign: str) -> dict[str, Any]:
     truth, rows = (each.assign(speed=each["inner_speed_rpm"].round(-3)) for each in (truth, rows))
     keys = ["run_id", "speed"]
     rows = rows.merge(truth, on=keys, suffixes=("", "_true"), validate="many_to_one")
-    traction = rows["traction_torque_n_m"] / rows["traction_torque_n_m_true"] - 1
     rows = rows.assign(
         error=100 * rows["relative_error"].abs(),
-        part=100 * traction.abs(),
+        part=100 * (rows["traction_torque_n_m"] / rows["traction_torque_n_m_true"] - 1).abs(),
         own=(rows["torque_n_m"] / rows["torque_n_m_true"] - 1).abs(),
     )
     found: dict[str, Any] = {}
     for variable, here in rows.groupby("load_variable"):
         ends = [f(here[name]) for name in ("error", "part") for f in (pd.Series.median, max)]
         found[str(variable)] = (*ends, 100 * (here["error"] <= 3.79).mean())
-    own = rows[rows["load_variable"] == "stress"]
-    medians = span(own.groupby("oil")["own"].median(), 2)
-    return found | {"own_medians": medians, "own_worst": 100 * own["own"].max()}
+    own = rows[rows["load_variable"] == "stress"].groupby("oil")["own"]
+    return found | {"own_medians": span(own.median(), 2), "own_worst": 100 * own.max().max()}
 
 
 def main() -> int:

@@ -13,16 +13,15 @@ import sys
 from pathlib import Path
 from typing import Any
 
-import matplotlib
-
-matplotlib.use("agg")
-from matplotlib import pyplot
-
 FOLDER = Path(__file__).parents[2] / "docs/notebooks"
 
 
 def run_cell(source: str, namespace: dict[str, Any]) -> list[dict[str, Any]]:
     """Outputs of one cell: what it printed, the value of its last line, its pictures."""
+    # imported where needed: it takes a third of a second
+    from matplotlib import pyplot  # noqa: PLC0415
+
+    pyplot.switch_backend("agg")
     tree = ast.parse(source)
     last = tree.body.pop() if tree.body and isinstance(tree.body[-1], ast.Expr) else None
     printed, outputs = io.StringIO(), []

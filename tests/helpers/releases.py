@@ -10,7 +10,7 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
-from campaigns import ROOT, Campaign, without
+from campaigns import ROOT, Campaign, rows, without
 from oilfilm import home, tables
 from oilfilm.digests import file_digest
 from oilfilm.home import RUN_LOCK
@@ -49,10 +49,7 @@ def project(root: Path) -> Path:
 
 
 def made(
-    root: Path,
-    settings: Settings,
-    raw: Mapping[str, bytes],
-    frames: Mapping[str, pd.DataFrame],
+    root: Path, settings: Settings, raw: Mapping[str, bytes], frames: Mapping[str, pd.DataFrame]
 ) -> FinishedRun:
     """A finished run in a project: its raw logs, tables, one figure, one log."""
     name = settings.campaign.name
@@ -109,16 +106,14 @@ def rebuilding(monkeypatch: pytest.MonkeyPatch, run: FinishedRun, **changed: byt
 
 def runs_of(raw: dict[str, bytes], folder: Path) -> pd.DataFrame:
     """One row per log, as ingest writes it."""
-    text = dict.fromkeys(tables.columns("runs"), "")
-    text |= {"campaign": "demo", "oil": "4102", "log_kind": "steps", "verdict": "accepted"}
-    counts = {"samples": 1, "refused_rows": 0, "plateaus": 1, "accepted_points": 1}
-    nominal = {name: None for name in text if name.startswith("nominal_")}
-    rows = []
+    common = {"campaign": "demo", "oil": "4102", "log_kind": "steps", "verdict": "accepted"}
+    counts = dict.fromkeys(("samples", "plateaus", "accepted_points"), 1)
+    found = []
     for name, content in raw.items():
         (folder / name).write_bytes(content)
         digests = dict.fromkeys(("sha256", "content_sha256"), file_digest(folder / name))
-        rows.append({**text, **counts, **nominal, **digests, "run_id": name, "file": name})
-    return tables.from_rows(rows, "runs")
+        found.append({**common, **counts, **digests, "run_id": name, "file": name})
+    return rows("runs", *found)
 
 
 def measured_run(config: Settings, root: Path, raw: dict[str, bytes]) -> FinishedRun:

@@ -2,14 +2,12 @@
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
-import numpy as np
 import pandas as pd
 from PIL import Image
 
+from campaigns import rows
 from fit_points import make_points, matrix
-from oilfilm import tables
 from oilfilm.fits.fit import fit_oil
 from oilfilm.randomness import generator
 from oilfilm.report.html import html
@@ -33,13 +31,6 @@ HOSTILE = [
     "=HYPERLINK(1)",
     "long" * 100,
 ]
-
-
-def rows(table: str, *given: dict[str, Any]) -> pd.DataFrame:
-    """Rows of a table; what is not given is nothing, zero or false."""
-    nothing = {"number": np.nan, "integer": 0, "flag": False, "text": ""}
-    empty = {column.name: nothing[column.type] for column in tables.TABLES[table].columns}
-    return pd.DataFrame([{**empty, **row} for row in given], columns=list(empty))
 
 
 def fits_of(coefficients: pd.DataFrame) -> dict[str, pd.DataFrame]:
@@ -148,8 +139,5 @@ def with_hostile_names(results: CampaignTables) -> CampaignTables:
     )
     pages = results.refused_pages.assign(run_id=HOSTILE[0], reason=HOSTILE[1], rule=HOSTILE[2])
     return results.replace(
-        points=renamed,
-        quarantine=refused,
-        torque_quarantine=refused,
-        refused_pages=pages,
+        points=renamed, quarantine=refused, torque_quarantine=refused, refused_pages=pages
     )

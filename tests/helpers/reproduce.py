@@ -145,11 +145,7 @@ def fail(project: Path, *arguments: str, around: Surroundings = TWO_CORES) -> st
 
 
 def killed(
-    project: Path,
-    seconds: float,
-    *arguments: str,
-    files: int = 0,
-    around: Surroundings = TWO_CORES,
+    project: Path, seconds: float, *arguments: str, files: int = 0, around: Surroundings = TWO_CORES
 ) -> bool:
     """Run snakemake and kill it and all its jobs; false where it had ended by itself.
 
@@ -157,7 +153,8 @@ def killed(
     """
     quiet = subprocess.DEVNULL
     with start(project, *arguments, around=around, stdout=quiet, new_session=True) as process:
-        while process.poll() is None and recorded(project) < files:
+        made = project / ".snakemake/metadata"
+        while process.poll() is None and len([*made.glob("*")]) < files:
             time.sleep(0.05)
         try:
             process.wait(seconds)
@@ -167,38 +164,26 @@ def killed(
     return False
 
 
-def recorded(project: Path) -> int:
-    """How many files Snakemake knows to be made."""
-    return sum(1 for _ in (project / ".snakemake/metadata").glob("*"))
-
-
 def unfinished(project: Path) -> list[str]:
     """What Snakemake had begun to make, and not finished, when it was killed."""
     records = (project / ".snakemake/incomplete").glob("*")
     return sorted(base64.urlsafe_b64decode(record.name).decode() for record in records)
 
 
-def files_made(project: Path, but: str = "") -> set[str]:
-    """Files that a run has made, relative to the project, but those of a pattern."""
-    paths = {
-        path.relative_to(project)
+def files_made(project: Path) -> set[str]:
+    """Files that a run has made, relative to the project."""
+    return {
+        path.relative_to(project).as_posix()
         for folder in ("results", "data/raw")
         for path in (project / folder).rglob("*")
         # Snakemake's log has dates
         if (path.is_symlink() or path.is_file()) and path.name != "snakemake.log"
     }
-    return {path.as_posix() for path in paths if not (but and path.match(but))}
 
 
-def compare(before: Path, after: Path, but: str = "") -> str:
-    """The first file that two projects have made differently, and where; empty if there is none.
-
-    Args:
-        before: A project.
-        after: Another one.
-        but: Pattern of files that are left out.
-    """
-    old, new = files_made(before, but), files_made(after, but)
+def compare(before: Path, after: Path) -> str:
+    """The first file that two projects have made differently, and where; empty if there is none."""
+    old, new = files_made(before), files_made(after)
     if one_sided := old ^ new:
         return f"{min(one_sided)}: is in one of the projects only"
     differences = ((name, file_difference(before / name, after / name)) for name in sorted(old))

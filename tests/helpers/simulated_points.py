@@ -100,22 +100,22 @@ class Campaign:
         at = [np.broadcast_to(level[:, np.newaxis], slip.shape) for level in conditions.T]
         mu = self.truth(*at, slip)
         if self.other is not None:
-            share = _by_run(self.drift.other, runs)
+            share = np.reshape(self.drift.other, (-1, 1))
             mu = (1 - share) * mu + share * self.other(*at, slip)
         gain, load, temperature, zero = random.standard_normal((4, runs, 1))
         true_load = self.contact.load_n(at[0])
         read_load = true_load * (1 + errors.load * load + errors.common_load)
-        read_load = read_load + _by_run(self.drift.load_n, runs)
+        read_load = read_load + np.reshape(self.drift.load_n, (-1, 1))
         force = mu * (1 + errors.point * random.standard_normal(mu.shape)) + errors.zero * zero
         force = force * true_load * (1 + errors.gain * gain + errors.common_gain)
-        force = force * _by_run(self.drift.force, runs)
+        force = force * np.reshape(self.drift.force, (-1, 1))
         read_temperature = at[2] + errors.temperature_c * temperature + errors.common_temperature_c
         columns = {
             "max_hertz_pressure_gpa": at[0] * np.cbrt(read_load / true_load),
-            "entrainment_speed_m_s": at[1] * _by_run(self.drift.speed, runs),
-            "inlet_temperature_c": read_temperature + _by_run(self.drift.temperature_c, runs),
+            "entrainment_speed_m_s": at[1] * np.reshape(self.drift.speed, (-1, 1)),
+            "inlet_temperature_c": read_temperature + np.reshape(self.drift.temperature_c, (-1, 1)),
             "load_n": read_load,
-            "slide_roll_ratio": slip * _by_run(self.drift.slip, runs),
+            "slide_roll_ratio": slip * np.reshape(self.drift.slip, (-1, 1)),
             "traction_force_n": force,
             "traction_coefficient": force / read_load,
         }
@@ -130,27 +130,8 @@ class Campaign:
         )
 
 
-def with_calibration(points: pd.DataFrame, errors: RunErrors) -> pd.DataFrame:
-    """The points with the standard uncertainties of a calibration stated.
-
-    Args:
-        points: Table of points.
-        errors: Its `common_...` are the standard uncertainties; the speed is exact.
-    """
-    return points.assign(
-        load_systematic_n=errors.common_load * points["load_n"],
-        traction_force_systematic_n=errors.common_gain * points["traction_force_n"].abs(),
-        entrainment_speed_systematic_m_s=0.0,
-        inlet_temperature_systematic_c=errors.common_temperature_c,
-    )
-
-
 def spread_conditions(
     low: FloatArray, high: FloatArray, runs: int, random: np.random.Generator
 ) -> FloatArray:
     """Conditions drawn evenly between two corners of the box, shape (runs, 3)."""
     return low + (high - low) * random.random((runs, len(CONDITIONS)))
-
-
-def _by_run(values: FloatArray | float, runs: int) -> FloatArray:
-    return np.broadcast_to(np.asarray(values, dtype=float), (runs,))[:, np.newaxis]

@@ -6,6 +6,7 @@ that has this file already is left alone. It needs root and Debian's packages.
 """
 
 import os
+import re
 import shutil
 import signal
 import socket
@@ -13,12 +14,12 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager, suppress
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
-from types import MappingProxyType
 
 from campaigns import ROOT
+from command_line import outcome
 from reproduce import GUARD, Surroundings
 
 PACKAGES = ("slurm-wlm", "slurm-client", "slurmdbd", "munge", "mariadb-server")
@@ -26,6 +27,7 @@ PROGRAMS = ("slurmctld", "slurmd", "slurmdbd", "munged", "mariadbd", "sbatch", "
 PLUGINS = ("snakemake-executor-plugin-slurm", "snakemake-executor-plugin-slurm-jobstep")
 PROFILE = ("--workflow-profile", "profiles/slurm")
 SYSTEM_SETTINGS = Path("/etc/slurm/slurm.conf")
+PATH = os.pathsep.join([os.environ["PATH"], "/usr/sbin", "/sbin"])
 _TEMPLATE = Path(__file__).with_name("slurm.conf")
 
 
@@ -39,19 +41,14 @@ def install() -> None:
     Raises:
         UnavailableError: Not root, no apt-get, or apt-get fails.
     """
-    path = os.pathsep.join([os.environ["PATH"], "/usr/sbin", "/sbin"])
     if os.geteuid() != 0:
         raise UnavailableError("the daemons of Slurm are started by root only")
-    if all(shutil.which(program, path=path) for program in PROGRAMS):
-        return
-    if not shutil.which("apt-get"):
-        raise UnavailableError("Slurm is not installed, and there is no apt-get to install it")
-    quiet = {**os.environ, "DEBIAN_FRONTEND": "noninteractive"}
-    get = ["apt-get", "install", "-qq", "--no-install-recommends", *PACKAGES]
-    for command in (["apt-get", "update", "-qq"], get):
-        done = subprocess.run(command, env=quiet, capture_output=True, text=True, check=False)
-        if done.returncode != 0:
-            raise UnavailableError(f"`{' '.join(command)}` failed: {done.stderr.strip()[-300:]}")
+    if not all(shutil.which(program, path=PATH) for program in PROGRAMS):
+        get = "apt-get update -qq && apt-get install -qq --no-install-recommends"
+        quiet = {**os.environ, "DEBIAN_FRONTEND": "noninteractive"}
+        code, text = outcome(["sh", "-c", f"{get} {' '.join(PACKAGES)}"], env=quiet)
+        if code != 0:
+            raise UnavailableError(f"Slurm could not be installed: {text.strip()[-300:]}")
 
 
 def install_plugin(folder: Path) -> None:
@@ -60,20 +57,15 @@ def install_plugin(folder: Path) -> None:
     Raises:
         UnavailableError: The package index cannot be reached.
     """
-    lock, wanted = folder / "plugin.lock", False
-    lines = []
-    for line in (ROOT / "requirements/slurm.lock").read_text(encoding="utf-8").splitlines():
-        if not line.startswith((" ", "#")):
-            wanted = line.split("==")[0] in (*PLUGINS, "throttler")
-        if wanted:
-            lines.append(line)
-    lock.write_text("\n".join(lines), encoding="utf-8")
+    lock = (ROOT / "requirements/slurm.lock").read_text(encoding="utf-8")
+    pins = re.findall(r"(?m)^[a-z].*\n(?: .*\n)*", lock)
+    wanted = [pin for pin in pins if pin.partition("==")[0] in (*PLUGINS, "throttler")]
+    (folder / "plugin.lock").write_text("".join(wanted), encoding="utf-8")
     pip = [sys.executable, "-m", "uv", "pip", "install", "--quiet", "--no-deps"]
-    pip += ["--python", sys.executable]
-    command = [*pip, "--require-hashes", "--target", str(folder), "--requirement", str(lock)]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
-    if done.returncode != 0:
-        raise UnavailableError(f"the plugin could not be installed: {done.stderr.strip()[-300:]}")
+    pip += ["--python", sys.executable, "--require-hashes", "--target", str(folder)]
+    code, text = outcome([*pip, "--requirement", str(folder / "plugin.lock")])
+    if code != 0:
+        raise UnavailableError(f"the plugin could not be installed: {text.strip()[-300:]}")
 
 
 class Cluster:
@@ -83,29 +75,21 @@ class Cluster:
         self.cores = cores
         self.folder = folder
         self.host = socket.gethostname().split(".")[0]
-        self.ports = _free_ports(4)
-        self.environment = {
-            "SLURM_CONF": str(folder / "slurm.conf"),
-            "PATH": os.pathsep.join([os.environ["PATH"], "/usr/sbin", "/sbin"]),
-        }
+        with ExitStack() as stack:
+            doors = [stack.enter_context(socket.create_server(("127.0.0.1", 0))) for _ in range(4)]
+            self.ports = [door.getsockname()[1] for door in doors]
+        self.environment = {"SLURM_CONF": str(folder / "slurm.conf"), "PATH": PATH}
         self._daemons: dict[str, subprocess.Popen[bytes]] = {}
 
-    def around(
-        self, project: Path, plugin: Path, more: Mapping[str, str] = MappingProxyType({})
-    ) -> Surroundings:
+    def around(self, project: Path, plugin: Path) -> Surroundings:
         """What Snakemake finds around it that submits a project's jobs here."""
         path = os.pathsep.join(map(str, (project / "workflow", GUARD, plugin)))
-        return Surroundings("2", {**self.environment, "PYTHONPATH": path, **more})
+        return Surroundings("2", {**self.environment, "PYTHONPATH": path})
 
     def command(self, *words: str) -> str:
         """What a command of Slurm prints."""
-        return subprocess.run(
-            words,
-            env={**os.environ, **self.environment},
-            capture_output=True,
-            text=True,
-            check=True,
-        ).stdout
+        env = {**os.environ, **self.environment}
+        return subprocess.run(words, env=env, capture_output=True, text=True, check=True).stdout
 
     def up(self) -> None:
         """Start everything and wait until the node takes jobs."""
@@ -220,14 +204,6 @@ class Cluster:
         (self.folder / "slurm.conf").write_text(settings)
         SYSTEM_SETTINGS.parent.mkdir(exist_ok=True)
         SYSTEM_SETTINGS.symlink_to(self.folder / "slurm.conf")
-
-
-def _free_ports(count: int) -> Sequence[int]:
-    sockets = [socket.create_server(("127.0.0.1", 0)) for _ in range(count)]
-    ports = [door.getsockname()[1] for door in sockets]
-    for door in sockets:
-        door.close()
-    return ports
 
 
 @contextmanager

@@ -49,70 +49,43 @@ READ = {
 }
 
 
-def locked(lock: str) -> list[str]:
-    """Names of the packages of a lock, normalised, in order."""
-    names = re.findall(r"(?m)^([A-Za-z0-9][A-Za-z0-9._-]*)==", lock)
-    return sorted({re.sub(r"[-_.]+", "-", name).lower() for name in names})
+def stated(name: str, kept: dict[str, str]) -> str:
+    """The licence of a package as SPDX where that can be told, else in its words.
 
-
-def stated(about: metadata.PackageMetadata) -> str:
-    """What a package says of its licence: as SPDX where that can be told, else in its words."""
-    said: str | None = about.get("License-Expression")
-    if said:
-        return said
-    classifiers = [
-        each.rpartition(" :: ")[2]
-        for each in about.get_all("Classifier", [])
-        if each.startswith("License :: ")
-    ]
-    short = (about.get("License") or "").partition("\n")[0].strip()
-    words = classifiers[0] if len(classifiers) == 1 else " / ".join(classifiers) or short
-    return STATED.get(words, words)
-
-
-def kept() -> dict[str, str]:
-    """The table as it is: of packages for another platform or Python nothing else is known."""
-    if not TABLE.is_file():
-        return {}
-    return dict(csv.reader(io.StringIO(TABLE.read_text(encoding="utf-8"))))
-
-
-def licence(name: str) -> str:
-    """The licence of a package, as an SPDX expression.
-
-    Raises:
-        ValueError: It is not known, or not allowed.
+    Of packages for another platform or Python nothing but the table is known.
     """
     if name in READ:
-        found = READ[name]
-    else:
-        try:
-            found = stated(metadata.metadata(name))
-        except metadata.PackageNotFoundError:
-            found = kept().get(name, "nothing: it is not installed here; read it into the table")
-    unknown = set(re.split(r" AND | OR |[()]", found)) - ALLOWED - {""}
-    if unknown or not found:
-        raise ValueError(
-            f"{name}: states {found!r}; tests/lint/licences.py says which licences are allowed"
-        )
-    return found
+        return READ[name]
+    try:
+        about = metadata.metadata(name)
+    except metadata.PackageNotFoundError:
+        return kept.get(name, "nothing: it is not installed here; read it into the table")
+    classified = [each for each in about.get_all("Classifier", []) if "License :: " in each]
+    words = (about.get("License") or "").partition("\n")[0].strip()
+    if len(classified) == 1:
+        words = classified[0].rpartition(" :: ")[2]
+    return about.get("License-Expression") or STATED.get(words, words)
 
 
 def table() -> str:
-    """The licences as csv."""
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(["package", "licence"])
+    """The licences as csv; ends the program where one is not known or not allowed."""
     lock = (ROOT / "requirements/dev.lock").read_text(encoding="utf-8")
-    mistakes = []
-    for name in locked(lock):
-        try:
-            writer.writerow([name, licence(name)])
-        except ValueError as mistake:
-            mistakes.append(str(mistake))
+    names = re.findall(r"(?m)^([A-Za-z0-9][A-Za-z0-9._-]*)==", lock)
+    kept = dict(csv.reader(io.StringIO(TABLE.read_text(encoding="utf-8"))))
+    found = {
+        name: stated(name, kept)
+        for name in sorted({re.sub(r"[-_.]+", "-", each).lower() for each in names})
+    }
+    mistakes = [
+        f"{name}: states {licence!r}; tests/lint/licences.py says which licences are allowed"
+        for name, licence in found.items()
+        if not licence or set(re.split(r" AND | OR |[()]", licence)) - ALLOWED - {""}
+    ]
     if mistakes:
         sys.exit("\n".join(mistakes))
-    return text.getvalue()
+    return "".join(
+        f"{name},{licence}\n" for name, licence in {"package": "licence", **found}.items()
+    )
 
 
 if __name__ == "__main__":

@@ -91,14 +91,6 @@ def test_4102_has_the_printed_viscosities() -> None:
     assert oil.relative_uncertainty == {"pressure_viscosity_coefficient": 0.15, "density": 0.03}
 
 
-@pytest.mark.parametrize(("name", "grade_cst"), [("4010", 3), ("4050", 5), ("4102", 7)])
-def test_stand_in_is_of_the_grade_of_its_oil(name: str, grade_cst: float) -> None:
-    # docs/physics.md, rig: 3, 5 and 7 cSt at 100 degC, printed to 0.5 cSt
-    oil = OILS[name]
-    assert oil.nominal_kinematic_viscosity_100c_cst == grade_cst
-    assert oil.kinematic_viscosity_m2_s(100.0) * 1e6 == pytest.approx(grade_cst, abs=0.5)
-
-
 @given(any_oil, rig_temperatures_c, st.floats(0.1, 30.0))
 def test_hot_oil_is_thinner_lighter_and_yields_less_to_pressure(
     oil: Oil, celsius: float, rise: float
@@ -121,11 +113,6 @@ def test_beta_is_the_slope_of_the_logarithm_of_viscosity(oil: Oil, celsius: floa
     around = np.log(oil.dynamic_viscosity_pa_s(np.array([celsius - step, celsius + step])))
     slope = (around[0] - around[1]) / (2 * step)
     assert oil.temperature_viscosity_coefficient_1_k(celsius) == pytest.approx(slope, rel=1e-6)
-
-
-def test_missing_temperature_gives_a_missing_viscosity() -> None:
-    viscosity = OILS["4010"].dynamic_viscosity_pa_s(np.array([np.nan, 100.0]))
-    assert np.isnan(viscosity).tolist() == [True, False]
 
 
 def test_table_is_continued_beyond_both_ends() -> None:

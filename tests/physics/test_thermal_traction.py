@@ -164,18 +164,6 @@ def test_more_slip_heats_the_film_and_thins_it(
     assert more.film_thickness_m < less.film_thickness_m
 
 
-@given(names, pressures, speeds, inlets, slips)
-def test_heat_only_lowers_traction(
-    oil: str, pressure: float, speed: float, inlet: float, slip: float
-) -> None:
-    poorer, better = (
-        film(oil, pressure, speed, inlet, slip, solid_conductivity_w_mk=conductivity)
-        for conductivity in (5.0, 500.0)
-    )
-    assert poorer.shear_stress_pa <= better.shear_stress_pa * (1 + 1e-12)
-    assert better.film_temperature_c <= poorer.film_temperature_c
-
-
 def test_traction_rises_with_pressure_and_falls_when_hotter_in_the_test_box() -> None:
     pressure, inlet = np.meshgrid(np.linspace(1.0, 1.5, 6), np.linspace(25, 120, 20))
     for oil in OILS:

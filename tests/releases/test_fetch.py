@@ -6,15 +6,14 @@ from pathlib import Path
 import pytest
 
 from oilfilm.cli import main
-from storage_servers import SECRET, Storage, in_environment, moto_storage
+from storage_servers import SECRET, Storage, moto_storage
 
 PLACE = "s3://lab/releases/demo"
 
 
 @pytest.fixture(scope="module")
 def storage() -> Iterator[Storage]:
-    with moto_storage() as server, in_environment(server):
-        server.client().create_bucket(Bucket="lab")
+    with moto_storage() as server:
         yield server
 
 
@@ -23,7 +22,7 @@ def in_the_bucket(release: Path, storage: Storage) -> None:
     """The release is in the bucket as well."""
     files = (path for path in release.rglob("*") if path.is_file())
     keys = {f"releases/demo/{path.relative_to(release).as_posix()}": path for path in files}
-    storage.put("lab", {key: path.read_bytes() for key, path in keys.items()})
+    storage.put({key: path.read_bytes() for key, path in keys.items()})
 
 
 def test_fetched_release_has_every_byte(
@@ -55,14 +54,14 @@ def test_release_that_is_not_as_released_makes_no_folder(
     sentence: str,
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    whole = storage.files("lab", "releases/demo/")
+    whole = storage.files("releases/demo/")
     files = {f"altered/{name}": content for name, content in (whole | change).items()}
-    storage.put("lab", files)
+    storage.put(files)
     assert main(["fetch", "s3://lab/altered", str(tmp_path / "fetched")]) == 2
     assert sentence in capsys.readouterr().err
     assert list(tmp_path.iterdir()) == []
     for name in change.keys() - whole.keys():
-        storage.client().delete_object(Bucket="lab", Key=f"altered/{name}")
+        storage.client.delete_object(Bucket="lab", Key=f"altered/{name}")
 
 
 @pytest.mark.parametrize(

@@ -19,9 +19,7 @@ SOURCES = [
 # A command in backquotes, or the line of a block in a page; without what comes after a pipe.
 COMMAND = r"(?:\.venv/bin/)?((?:oilfilm|snakemake|make) [^`\n#|]+)"
 QUOTED, LINE = re.compile(f"`{COMMAND}[^`]*`"), re.compile(f"^{COMMAND}", re.MULTILINE)
-TARGETS = set(
-    re.findall(r"(?m)^([a-z-]+):", (ROOT / "Makefile").read_text(encoding="utf-8")),
-)
+TARGETS = set(re.findall(r"(?m)^([a-z-]+):", (ROOT / "Makefile").read_text(encoding="utf-8")))
 RULES = {
     name
     for path in (ROOT / "workflow").rglob("*")
@@ -30,21 +28,20 @@ RULES = {
 }
 
 
-def commands() -> dict[str, argparse.ArgumentParser]:
-    (sub,) = (each for each in parser()._actions if isinstance(each.choices, dict))
-    return dict(sub.choices)  # type: ignore[arg-type]
-
-
 def options(of: argparse.ArgumentParser) -> set[str]:
     return {name for action in of._actions for name in action.option_strings}
 
 
 @cache
-def of_snakemake() -> set[str]:
+def known() -> dict[str, set[str]]:
+    """Options of `oilfilm`, under an empty name, of each of its commands and of snakemake."""
     # imported where needed: it takes a second
     from snakemake.cli import get_argument_parser  # noqa: PLC0415
 
-    return options(get_argument_parser())
+    whole = parser()
+    (sub,) = (each for each in whole._actions if isinstance(each.choices, dict))
+    parsers = {"": whole, **sub.choices, "snakemake": get_argument_parser()}
+    return {name: options(each) for name, each in parsers.items()}
 
 
 def advised(path: Path) -> list[str]:
@@ -65,13 +62,10 @@ def mistake(command: str) -> str:
     if program == "make":
         unknown = set(plain) - TARGETS
     elif program == "snakemake":
-        unknown = (given - of_snakemake()) | (set(plain) & {words[0]}) - RULES
-    elif words[0].startswith("-"):
-        unknown = given - options(parser())
-    elif words[0] in commands():
-        unknown = given - options(commands()[words[0]])
+        unknown = (given - known()[program]) | (set(plain) & {words[0]}) - RULES
     else:
-        unknown = {words[0]}
+        name = "" if words[0].startswith("-") else words[0]
+        unknown = given - known()[name] if name in known() else {name}
     return f"{program} has no {min(unknown)}" if unknown else ""
 
 

@@ -2,7 +2,6 @@
 
 import json
 import os
-import subprocess
 import sys
 import tarfile
 from pathlib import Path
@@ -10,9 +9,13 @@ from pathlib import Path
 import pytest
 
 from campaigns import ROOT
+from command_line import outcome, succeeded
 from damages import SOUND
 from oilfilm import __version__
 
+pytestmark = pytest.mark.nightly
+
+BUILD = [sys.executable, "-m", "hatchling", "build"]
 PYTHON_CODE = """
 import json, sys
 import numpy as np
@@ -28,86 +31,68 @@ print(json.dumps({"found": found, "printed": law.coefficients.constants[0]}))
 
 def installed(folder: Path, *arguments: str) -> Path:
     """A new environment with the wheel, from the package registry; skips where none is reached."""
-    build = [sys.executable, "-m", "hatchling", "build", "-t", "wheel", "-d", str(folder)]
-    subprocess.run(build, cwd=ROOT, check=True, capture_output=True)
+    succeeded([*BUILD, "-t", "wheel", "-d", folder], cwd=ROOT)
     (wheel,) = folder.glob("*.whl")
     uv = [sys.executable, "-m", "uv"]
     environment = folder / "environment"
-    make = [*uv, "venv", "--quiet", "--python", sys.executable, str(environment)]
-    subprocess.run(make, check=True, capture_output=True)
-    install = [*uv, "pip", "install", "--quiet", "--python", str(environment / "bin/python")]
-    done = subprocess.run(
-        [*install, *arguments, str(wheel)], capture_output=True, text=True, check=False
-    )
-    if done.returncode and ("connect" in done.stderr or "fetch" in done.stderr):
+    succeeded([*uv, "venv", "--quiet", "--python", sys.executable, environment])
+    install = [*uv, "pip", "install", "--quiet", "--python", environment / "bin/python"]
+    code, text = outcome([*install, *arguments, wheel])
+    if code and ("connect" in text or "fetch" in text):
         pytest.skip("no package registry is reached, so that nothing can be installed")
-    assert done.returncode == 0, done.stderr
+    assert code == 0, text
+    (folder / "home").mkdir()
     return environment
 
 
-def run(environment: Path, home: Path, program: str, *arguments: str) -> tuple[int, str]:
+def run(environment: Path, program: str, *arguments: str) -> tuple[int, str]:
     """Exit code and output of a program of the environment, with nothing of this one."""
-    done = subprocess.run(
-        [str(environment / "bin" / program), *arguments],
-        cwd=home,
-        env={"HOME": str(home), "PATH": os.defpath},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    return done.returncode, done.stdout + done.stderr
+    home = environment.parent / "home"
+    nothing = {"HOME": str(home), "PATH": os.defpath}
+    return outcome([environment / "bin" / program, *arguments], cwd=home, env=nothing)
 
 
-def asked_of_the_core(core: Path, home: Path) -> None:
+def asked_of_the_core(core: Path) -> None:
     """Check a log, predict, fit arrays."""
-    assert run(core, home, "oilfilm", "--version") == (0, f"oilfilm {__version__}\n")
-    log = home / "4102.csv"
-    log.write_bytes(SOUND["traction"].text())
-    code, text = run(core, home, "oilfilm", "check", "--traction", str(log))
+    assert run(core, "oilfilm", "--version") == (0, f"oilfilm {__version__}\n")
+    (core.parent / "home/4102.csv").write_bytes(SOUND["traction"].text())
+    code, text = run(core, "oilfilm", "check", "--traction", "4102.csv")
     assert (code, "ACCEPTED" in text) == (0, True), text
     at = ("--stress", "1.2GPa", "--speed", "30m/s", "--temperature", "70degC", "--slip", "5%")
-    code, text = run(core, home, "oilfilm", "predict", "--printed", "--oil", "4102", *at)
+    code, text = run(core, "oilfilm", "predict", "--printed", "--oil", "4102", *at)
     assert (code, "mu = 0.01077" in text) == (0, True), text
-    code, text = run(core, home, "python", "-c", PYTHON_CODE)
+    code, text = run(core, "python", "-c", PYTHON_CODE)
     assert code == 0, text
     found = json.loads(text.splitlines()[-1])
     assert found["found"] == pytest.approx(found["printed"], rel=1e-5)
 
 
-@pytest.mark.nightly
 def test_core_does_its_part_and_names_what_it_lacks(tmp_path: Path) -> None:
-    (home := tmp_path / "home").mkdir()
     core = installed(tmp_path)
-    asked_of_the_core(core, home)
+    asked_of_the_core(core)
     pin = str(ROOT / "data/reference/pins/demo")
-    code, text = run(core, home, "oilfilm", "diff", pin, pin)
+    code, text = run(core, "oilfilm", "diff", pin, pin)
     assert code == 0, text
-    (home / "Snakefile").touch()
-    code, text = run(core, home, "oilfilm", "run")
+    (tmp_path / "home/Snakefile").touch()
+    code, text = run(core, "oilfilm", "run")
     assert (code, "pip install 'oilfilm[workflow]'" in text) == (2, True)
     for package in ("snakemake", "matplotlib", "pytest"):
-        code, text = run(core, home, "python", "-c", f"import {package}")
+        code, text = run(core, "python", "-c", f"import {package}")
         assert f"No module named '{package}'" in text
 
 
-@pytest.mark.nightly
 def test_oldest_packages_serve_as_well(tmp_path: Path) -> None:
     """The floors of pyproject.toml, one after the other the oldest that each allows."""
-    (home := tmp_path / "home").mkdir()
-    asked_of_the_core(installed(tmp_path, "--resolution", "lowest-direct"), home)
+    asked_of_the_core(installed(tmp_path, "--resolution", "lowest-direct"))
 
 
-@pytest.mark.nightly
 def test_wheel_of_the_source_archive_is_that_of_the_clone(tmp_path: Path) -> None:
     """What is published is built twice the same; the source has all that the wheel takes."""
-    build = [sys.executable, "-m", "hatchling", "build"]
     for target in ("wheel", "sdist"):
-        done = [*build, "--target", target, "--directory", str(tmp_path)]
-        subprocess.run(done, cwd=ROOT, check=True, capture_output=True)
+        succeeded([*BUILD, "--target", target, "--directory", tmp_path], cwd=ROOT)
     (wheel,), (source,) = tmp_path.glob("*.whl"), tmp_path.glob("*.tar.gz")
     with tarfile.open(source) as archive:
         archive.extractall(tmp_path / "source", filter="data")
     (unpacked,) = (tmp_path / "source").iterdir()
-    again = [*build, "--target", "wheel", "--directory", str(tmp_path / "again")]
-    subprocess.run(again, cwd=unpacked, check=True, capture_output=True)
+    succeeded([*BUILD, "--target", "wheel", "--directory", tmp_path / "again"], cwd=unpacked)
     assert (tmp_path / "again" / wheel.name).read_bytes() == wheel.read_bytes()

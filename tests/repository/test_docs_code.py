@@ -6,6 +6,7 @@ What takes minutes (`oilfilm run`, `make`, snakemake) is left to the nightly tes
 import doctest
 import os
 import re
+import shlex
 import shutil
 import subprocess
 import sys
@@ -16,6 +17,7 @@ import yaml
 
 from campaigns import ROOT
 from nights import nightly
+from oilfilm.cli import main
 from oilfilm.logs.ingest import ingest_logs
 from oilfilm.logs.sheet_file import read_run_sheet
 from oilfilm.logs.torque_log import TORQUE
@@ -39,26 +41,32 @@ def blocks(page: str) -> list[tuple[str, str]]:
     return re.findall(r"^```(sh|yaml|text|python)\n(.*?)^```", text, re.DOTALL | re.MULTILINE)
 
 
-def follow(page: str, folder: Path, *, long: bool) -> str:
+def follow(
+    page: str,
+    folder: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capfd: pytest.CaptureFixture[str],
+    *,
+    long: bool = False,
+) -> str:
     """Do in a folder what the blocks of a page say; what was printed."""
-    script = []
+    monkeypatch.chdir(folder)
+    monkeypatch.setenv("PATH", f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}")
     for language, content in blocks(page):
-        if language == "sh":
-            script += [line for line in content.splitlines() if long or not LONG.match(line)]
-        elif language == "yaml":
+        if language == "yaml":
             name = re.match(r"# (\S+)\n", content)
             assert name, "a file of a tutorial begins with its path"
-            script += [f"cat > {name[1]} <<'END'", content.rstrip(), "END"]
-    binaries = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
-    done = subprocess.run(
-        ["bash", "-c", "\n".join(script)],
-        cwd=folder,
-        env={**os.environ, "PATH": binaries},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    return done.stdout + done.stderr
+            Path(name[1]).write_text(content, encoding="utf-8")
+        lines = content.splitlines() if language == "sh" else ()
+        for line in (line for line in lines if long or not LONG.match(line)):
+            match shlex.split(line, comments=True):
+                case ["cd", place]:
+                    monkeypatch.chdir(place)
+                case ["oilfilm" | ".venv/bin/oilfilm", "init" | "check" as name, *words]:
+                    main([name, *words])  # without another start of Python
+                case _:
+                    subprocess.run(line, shell=True, check=False)
+    return capfd.readouterr().out
 
 
 def refuse_missing(page: str, printed: str) -> None:
@@ -70,17 +78,21 @@ def refuse_missing(page: str, printed: str) -> None:
 
 
 @pytest.mark.parametrize("long", [False, nightly(True)])
-def test_first_csv_prints_what_the_tutorial_says(tmp_path: Path, long: bool) -> None:
+def test_first_csv_prints_what_the_tutorial_says(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str], long: bool
+) -> None:
     shutil.copy(ROOT / "docs/examples/write_logs.py", tmp_path)
-    refuse_missing("first-csv.md", follow("first-csv.md", tmp_path, long=long))
+    printed = follow("first-csv.md", tmp_path, monkeypatch, capfd, long=long)
+    refuse_missing("first-csv.md", printed)
     assert (tmp_path / "june/results/june/report.html").is_file() == long
 
 
-def test_pcs_log_prints_what_the_tutorial_says(tmp_path: Path) -> None:
+def test_pcs_log_prints_what_the_tutorial_says(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
     for name in ("config", "data", "pyproject.toml", "Snakefile", "workflow"):
         (tmp_path / name).symlink_to(ROOT / name)
-    (tmp_path / ".venv").symlink_to(Path(sys.prefix))
-    refuse_missing("pcs-log.md", follow("pcs-log.md", tmp_path, long=False))
+    refuse_missing("pcs-log.md", follow("pcs-log.md", tmp_path, monkeypatch, capfd))
 
 
 def test_bearing_of_the_tutorial_has_an_equilibrium(capsys: pytest.CaptureFixture[str]) -> None:
@@ -92,10 +104,8 @@ def test_bearing_of_the_tutorial_has_an_equilibrium(capsys: pytest.CaptureFixtur
 
 
 def test_readme_prints_what_it_says() -> None:
-    (block,) = (
-        block for block in page_blocks() if block.page == "README.md" and block.language == "python"
-    )
-    example = doctest.DocTestParser().get_doctest(block.content, {}, "README.md", None, 0)
+    (code,) = re.findall(r"(?ms)^```python\n(.*?)^```", (ROOT / "README.md").read_text("utf-8"))
+    example = doctest.DocTestParser().get_doctest(code, {}, "README.md", None, 0)
     assert doctest.DocTestRunner().run(example).failed == 0
 
 

@@ -1,7 +1,6 @@
 """The lock files against pyproject.toml and the installed packages, without a network."""
 
 import re
-import subprocess
 import sys
 import tomllib
 from importlib import metadata
@@ -12,6 +11,7 @@ from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
 
 from campaigns import ROOT
+from command_line import succeeded
 
 LOCKS = {path.stem: path for path in ROOT.glob("requirements/*.lock")}
 # The extras of pyproject.toml that each lock holds.
@@ -66,8 +66,7 @@ def test_locked_versions_are_installed_and_fit_each_other() -> None:
     ]
     assert not different, "run `make`"
     check = [sys.executable, "-m", "uv", "pip", "check", "--python", sys.executable]
-    done = subprocess.run(check, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr
+    succeeded(check)
 
 
 def test_locks_agree_and_name_hashes_but_no_place_to_install_from() -> None:

@@ -2,13 +2,13 @@
 
 import os
 import re
-import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 
 from campaigns import ROOT
+from command_line import outcome
 
 GUARD = ROOT / "tests/guard"
 # urllib.parse only takes addresses apart
@@ -42,13 +42,7 @@ def test_guard_of_the_workflow_tests_refuses_what_it_should(
 ) -> None:
     log = tmp_path / "guard.log"
     environment = {**os.environ, "PYTHONPATH": str(GUARD), "OILFILM_GUARD": str(log)}
-    done = subprocess.run(
-        [sys.executable, "-c", program],
-        env=environment,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+    _, text = outcome([sys.executable, "-c", program], env=environment)
     written = log.read_text(encoding="utf-8") if log.exists() else ""
     assert refused in written
-    assert bool(refused) == bool(written) == ("refused by the tests' guard" in done.stderr)
+    assert bool(refused) == bool(written) == ("refused by the tests' guard" in text)

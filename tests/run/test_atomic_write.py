@@ -9,26 +9,19 @@ import pytest
 from oilfilm.atomic_write import atomic_file, atomic_folder, write_text
 
 
-def test_interrupted_file_leaves_the_old_one_and_no_rest(tmp_path: Path) -> None:
-    path = tmp_path / "summary.txt"
-    write_text("old", path)
-    with pytest.raises(OSError, match="full"), atomic_file(path) as aside:
-        aside.write_text("ne")
+@pytest.mark.parametrize("name", ["law.h", "exports/law.h"])
+def test_interrupted_file_or_folder_leaves_the_old_one_and_no_rest(
+    tmp_path: Path, name: str
+) -> None:
+    first, *inside = Path(name).parts
+    whole = atomic_folder if inside else atomic_file
+    with whole(tmp_path / first) as aside:
+        aside.joinpath(*inside).write_text("old")
+    with pytest.raises(OSError, match="full"), whole(tmp_path / first) as aside:
+        aside.joinpath(*inside).write_text("ne")
         raise OSError("the disk is full")
-    assert [(each.name, each.read_text()) for each in tmp_path.iterdir()] == [
-        ("summary.txt", "old")
-    ]
-
-
-def test_interrupted_folder_leaves_the_old_one_and_no_rest(tmp_path: Path) -> None:
-    path = tmp_path / "exports"
-    with atomic_folder(path) as aside:
-        (aside / "a.h").write_text("old")
-    with pytest.raises(OSError, match="full"), atomic_folder(path) as aside:
-        (aside / "a.h").write_text("ne")
-        raise OSError("the disk is full")
-    assert [each.name for each in tmp_path.iterdir()] == ["exports"]
-    assert (path / "a.h").read_text() == "old"
+    assert [each.name for each in tmp_path.iterdir()] == [first]
+    assert (tmp_path / name).read_text() == "old"
 
 
 def test_what_a_killed_run_left_beside_is_written_over(tmp_path: Path) -> None:

@@ -1,20 +1,96 @@
 """After a power failure at any system call a file, table or release is old or new, never torn.
 
 The idea is that of SQLite's crash tests: the calls of a real program are replayed against a disk
-that keeps no more than it must (tests/helpers/power_loss.py).
+at its worst. Content that was not flushed since it was written may be lost or torn. A name that was
+made, changed or removed may be there or not until its folder is flushed. A name with a dot in
+front, or below such a one, is no promise to anybody.
 """
 
 import re
+import sys
+from collections.abc import Iterable
 from pathlib import Path, PurePosixPath
 
 import pytest
 
 from campaigns import ROOT
-from power_loss import replay, trace, traceable
+from command_line import succeeded
+from reproduce import works
 
 pytestmark = pytest.mark.skipif(
-    not traceable(), reason="system calls cannot be listed: strace is missing or may not trace"
+    not works(["strace", "-o", "/dev/null", "true"]), reason="strace is missing or may not trace"
 )
+
+CALLS = (
+    "openat,write,pwrite64,writev,ftruncate,sendfile,copy_file_range,fsync,fdatasync,"
+    "rename,renameat,renameat2,unlink,unlinkat,mkdir,mkdirat,symlink,symlinkat"
+)
+_CALL = re.compile(r"^\d+ +(?P<name>\w+)\((?P<arguments>.*)\) += (?P<result>\d+)")
+_OPENED = re.compile(r"(?:\d+|AT_FDCWD)<(?P<path>[^>]*)>")
+_QUOTED = re.compile(r'"(?P<path>[^"]*)"')
+_WRITES = {"write", "pwrite64", "writev", "ftruncate", "sendfile"}
+
+
+def replay(calls: list[str], root: PurePosixPath) -> tuple[list[str], int]:
+    """Follow a program, with a power failure after each of its calls.
+
+    Args:
+        calls: As strace lists them.
+        root: The folder that somebody relies on, below the one that the program ran in.
+
+    Returns:
+        What a power failure would break; how many names below the folder were given by a rename.
+    """
+    # files with content, and names made or removed, of which the disk may not know
+    torn: set[PurePosixPath] = set()
+    loose: set[PurePosixPath] = set()
+    faults: list[str] = []
+    renames = 0
+
+    def visible(paths: Iterable[PurePosixPath]) -> list[PurePosixPath]:
+        below = (path for path in paths if path.is_relative_to(root))
+        return [p for p in below if not any(x.startswith(".") for x in p.relative_to(root).parts)]
+
+    for line in calls:
+        if not (call := _CALL.match(line)):
+            continue
+        name, arguments = call["name"], call["arguments"]
+        opened = [PurePosixPath(each["path"]) for each in _OPENED.finditer(arguments)]
+        above = opened[0] if opened else root.parent
+        named = [above / each["path"] for each in _QUOTED.finditer(arguments)]
+        if name in _WRITES:
+            torn.add(opened[0])
+        elif name == "copy_file_range":
+            torn.add(opened[1])
+        elif name == "openat" and "O_CREAT" in arguments:
+            loose.add(named[0])
+            torn |= {named[0]} if "O_TRUNC" in arguments else set()
+        elif name in {"fsync", "fdatasync"}:
+            torn.discard(opened[0])
+            loose = {path for path in loose if path.parent != opened[0]}
+        elif name.startswith("rename"):
+            old, new = named
+            renames += new.is_relative_to(root)
+            if visible([new]):
+                inside = (path for path in loose if path != old and path.is_relative_to(old))
+                beside = (p for p in visible(loose) if p.parent == new.parent and p != old)
+                faults += [f"renamed with {path} not flushed" for path in inside]
+                faults += [f"{new} may be there without {path}" for path in beside]
+            torn, loose = (
+                {new / p.relative_to(old) if p.is_relative_to(old) else p for p in known}
+                for known in (torn, loose)
+            )
+            loose.add(new)
+        elif name.startswith(("mkdir", "symlink")):
+            loose.add(named[-1])
+        elif name.startswith("unlink"):
+            torn, loose = (
+                {path for path in known if not path.is_relative_to(named[0])}
+                for known in (torn, loose)
+            )
+        faults += [f"torn: {path} after {line}" for path in visible(torn)]
+    return faults + [f"may be missing: {path}" for path in visible(loose)], renames
+
 
 BEGIN = f"""
 import sys
@@ -45,7 +121,9 @@ make_release(run, Path("promised"))
 
 
 def after_failures(program: str, folder: Path) -> tuple[list[str], int]:
-    calls = trace(BEGIN + program, folder, folder / "calls")
+    strace = ["strace", "-f", "-y", "-s", "4096", "-e", f"trace={CALLS}", "-o", folder / "calls"]
+    succeeded([*strace, sys.executable, "-c", BEGIN + program], cwd=folder)
+    calls = (folder / "calls").read_text(encoding="utf-8", errors="replace").splitlines()
     return replay(calls, PurePosixPath(folder / "promised"))
 
 

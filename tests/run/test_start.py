@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 from campaigns import ROOT
+from command_line import outcome
 from oilfilm.errors import OilfilmError
 from oilfilm.run.start import UNUSABLE, bring_dates_back, check_machine, start_python_by_name
 
@@ -44,9 +45,9 @@ def test_make_refuses_the_same_folders_before_anything_is_installed(
     folder.mkdir()
     shutil.copy(ROOT / "Makefile", folder)
     target = "help" if name in HARMLESS else "setup"
-    made = subprocess.run(["make", target], cwd=folder, capture_output=True, text=True, check=False)
-    assert (made.returncode == 0) == (name in HARMLESS), made.stderr
-    assert ("Rename the folder" in made.stderr) == (name not in HARMLESS)
+    code, text = outcome(["make", target], cwd=folder)
+    assert (code == 0) == (name in HARMLESS), text
+    assert ("Rename the folder" in text) == (name not in HARMLESS)
     assert [path.name for path in folder.iterdir()] == ["Makefile"]
 
 

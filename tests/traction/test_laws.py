@@ -163,18 +163,6 @@ def test_load_and_stress_are_one_law_for_one_ball(config: Settings) -> None:
     np.testing.assert_allclose(on_stress.values[2::4], on_load.values[2::4], rtol=1e-5, atol=1e-7)
 
 
-def test_a_ball_of_another_size_parts_load_from_stress() -> None:
-    """At the same stress a ball of 3 mm radius bears (3/10)^2 of the load."""
-    law = LAWS["wang-deng-load"]
-    load_n = load_for_max_hertz_pressure(
-        np.array([1.2e9, 1.2e9]), np.array([0.010, 0.003]), CONTACT.reduced_modulus_pa
-    )
-    rows = np.column_stack([load_n, np.full((2, 2), [30.0, 70.0])])
-    sizes = law.sizes(internal_of(law), law.design(rows))
-    exponent = TRUTH["wang-deng-load"][5]  # of load, in B
-    assert sizes[1, 1] / sizes[1, 0] == pytest.approx(0.09**exponent, rel=1e-12)
-
-
 def test_critical_load_far_above_is_the_law_without_it() -> None:
     """|Wc/W - 1| -> Wc/W: the factor is a constant and one exponent of load."""
     plain, critical = LAWS["wang-deng-load"], LAWS["wang-deng-critical-load"]

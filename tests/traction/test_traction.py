@@ -6,20 +6,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from campaigns import printed
+from fit_points import matrix
 from oilfilm.traction import LAWS
 from oilfilm.traction.law import Observations, to_constants, to_internal
 from oilfilm.traction.laws.deng2026 import traction_coefficient
 
 LAW = LAWS["deng2026"]
 OILS = ("4102", "4050", "4010")
-MATRIX = np.array(
-    [
-        (p, u, t)
-        for p in (1.0, 1.25, 1.5)
-        for u in (25.0, 30.0, 35.0, 40.0)
-        for t in (25.0, 50.0, 70.0, 85.0, 100.0, 120.0)
-    ]
-)
+MATRIX = np.array(matrix())
 box = st.tuples(st.floats(0.8, 2.5), st.floats(20, 200), st.floats(20, 140))
 
 
@@ -67,10 +61,6 @@ def test_internal_form_is_the_printed_equation(oil: str) -> None:
     population = np.column_stack([internal, internal + 0.1])
     np.testing.assert_allclose(LAW.traction(population, at)[:, 0], direct, rtol=1e-12, atol=1e-16)
     np.testing.assert_allclose(to_constants(LAW, internal), printed()[oil], rtol=1e-14)
-    sizes = np.abs(local(oil, (1.25, 30, 70)))[:, np.newaxis]
-    curve = LAW.value(sizes, slip)
-    expected = traction_coefficient(printed()[oil], 1.25, 30.0, 70.0, slip)
-    np.testing.assert_allclose(curve, expected, rtol=1e-12, atol=1e-17)
 
 
 def test_wrong_sign_and_impossible_conditions_are_refused() -> None:

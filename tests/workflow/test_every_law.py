@@ -2,12 +2,12 @@
 
 import json
 import shutil
-import subprocess
 from pathlib import Path
 
 import pytest
 
 from campaigns import read_campaign, write_campaign
+from command_line import succeeded
 from nights import nightly
 from oilfilm.exports.campaign import FORMS
 from oilfilm.tables.campaign_tables import CampaignTables
@@ -58,15 +58,7 @@ def run_with(project: Path, law: str) -> None:
         for job in (f"fit oil=4102 law={law}", "fits", "exports", "law_figures", "report")
     )
     (python, *_), environment = command(project)
-    done = subprocess.run(
-        [python, "-c", jobs],
-        cwd=project,
-        env=environment,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert done.returncode == 0, done.stdout + done.stderr
+    succeeded([python, "-c", jobs], cwd=project, env=environment)
 
 
 @pytest.mark.parametrize("law", ["hyperbola", *map(nightly, LAWS)])

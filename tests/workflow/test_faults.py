@@ -140,10 +140,10 @@ def no_job_is_left(project: Path) -> bool:
 
 
 def test_second_run_is_refused_and_a_killed_one_is_in_nobodys_way(
-    undisturbed: Path, tmp_path: Path
+    released_project: Path, tmp_path: Path
 ) -> None:
     new = tmp_path / "new"
-    shutil.copytree(undisturbed, new, symlinks=True)
+    shutil.copytree(released_project, new, symlinks=True)
     again = (SHARE, "--forcerun", "points", *SMALL)
     with start(new, *again, stdout=subprocess.DEVNULL, new_session=True) as first:
         wait_for(lambda: bool(unfinished(new)))
@@ -156,13 +156,11 @@ def test_second_run_is_refused_and_a_killed_one_is_in_nobodys_way(
     # another date, user, locale, time zone and order of hashes, and a Python without assertions
     around = Surroundings("1", unusual(tmp_path).environment)
     succeed(new, SHARE, *SMALL, around=around)
-    assert file_difference(undisturbed / SHARE, new / SHARE) == ""
+    assert file_difference(released_project / SHARE, new / SHARE) == ""
 
 
 @pytest.mark.nightly
-def test_damaged_result_is_not_released_until_its_step_is_done_anew(
-    undisturbed: Path,
-) -> None:
+def test_damaged_result_is_not_released_until_its_step_is_done_anew(undisturbed: Path) -> None:
     """One bit is turned over, and the time stamp is as it was."""
     path = undisturbed / "results/small/exports/4102/traction_4102.h"
     again = ("release", "--forcerun", "release", *SMALL)

@@ -2,7 +2,6 @@
 
 import os
 import shutil
-import subprocess
 import sys
 import zipfile
 from pathlib import Path
@@ -12,22 +11,10 @@ import pytest
 import yaml
 
 from campaigns import ROOT, read_campaign
+from command_line import succeeded
 from reproduce import measured
 
 pytestmark = pytest.mark.workflow
-
-SNAKEFILE = """from oilfilm.home import HOME
-
-module oilfilm:
-    snakefile: str(HOME / "workflow/Snakefile")
-    config: config
-
-use rule * from oilfilm
-
-onstart: oilfilm.onstart()
-onsuccess: oilfilm.onsuccess()
-onerror: oilfilm.onerror()
-"""
 
 
 @pytest.fixture(scope="module")
@@ -35,7 +22,7 @@ def installed(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with the content of the wheel, as an installation puts it."""
     folder = tmp_path_factory.mktemp("wheel")
     build = [sys.executable, "-m", "hatchling", "build", "-t", "wheel", "-d", str(folder)]
-    subprocess.run(build, cwd=ROOT, check=True, capture_output=True)
+    succeeded(build, cwd=ROOT)
     (wheel,) = folder.glob("*.whl")
     with zipfile.ZipFile(wheel) as archive:
         archive.extractall(folder / "site")
@@ -47,36 +34,7 @@ def run(installed: Path, folder: Path, *arguments: str) -> str:
     # coverage counts the library of the clone, not its copy
     kept = {name: value for name, value in os.environ.items() if name not in measured()}
     environment = {**kept, "PYTHONPATH": str(installed)}
-    done = subprocess.run(
-        [sys.executable, "-m", *arguments],
-        cwd=folder,
-        env=environment,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert done.returncode == 0, done.stdout[-2000:] + done.stderr[-2000:]
-    return done.stdout
-
-
-@pytest.mark.nightly
-def test_project_folder_needs_only_what_differs(
-    installed: Path, released_project: Path, tmp_path: Path
-) -> None:
-    """The workflow as a module of another folder makes the bytes that a clone makes."""
-    campaigns = tmp_path / "config/campaigns"
-    campaigns.mkdir(parents=True)
-    (tmp_path / "Snakefile").write_text(SNAKEFILE, encoding="utf-8")
-    (tmp_path / "config/config.yaml").write_text("campaign: small\n", encoding="utf-8")
-    campaign = (released_project / "config/campaigns/small.yaml").read_bytes()
-    (campaigns / "small.yaml").write_bytes(campaign)
-    made = [
-        f"results/small/{name}"
-        for name in ("tables/coefficients.parquet", "tables/runs.parquet", "figures/curves.png")
-    ]
-    run(installed, tmp_path, "snakemake", "--cores", "2", *made)
-    for name in made:
-        assert (tmp_path / name).read_bytes() == (released_project / name).read_bytes(), name
+    return succeeded([sys.executable, "-m", *arguments], cwd=folder, env=environment)
 
 
 # A workflow with a configuration and rules of its own, before and after those of oilfilm.

@@ -13,8 +13,8 @@ from campaigns import (
     ETM,
     QUICK,
     SMALL_MATRIX,
+    as_measured,
     lay_out,
-    lay_out_measured,
     lay_out_small,
     printed,
     read_campaign,
@@ -85,24 +85,18 @@ def jobs(output: str) -> dict[str, int]:
     return {rule.replace(" ", "_"): int(jobs) for rule, jobs in rows}
 
 
-def test_tables_of_a_run_are_valid_and_say_that_they_are_simulated(
-    results: Path, released_project: Path
-) -> None:
+def test_tables_of_a_run_are_valid_described_and_say_that_they_are_simulated(results: Path) -> None:
     for name in ("runs", "points", "quarantine", "coefficients", "fit_quality", "coverage"):
         path = results / f"tables/{name}.parquet"
         frame = tables.read(name, path)
         assert len(frame) > 0
         footer = tables.read_footer(path)
         assert (footer["data"], footer["campaign"]) == ("simulated", "small")
-        assert str(released_project) not in str(footer)
     runs = tables.read("runs", results / "tables/runs.parquet")
     refused = runs.loc[runs["verdict"] == "refused", "rule"]
     assert sorted(refused) == ["swapped_sign", "truncated"]
     pages = tables.read("refused_pages", results / "refused/index.parquet")
     assert all((results / "refused" / page).stat().st_size > 1000 for page in pages["page"])
-
-
-def test_tables_of_a_run_are_described(results: Path) -> None:
     folder = results / "tables"
     package = json.loads((folder / "datapackage.json").read_text(encoding="utf-8"))
     files = {file["path"]: file["hash"] for each in package["resources"] for file in each["files"]}
@@ -124,19 +118,16 @@ def test_run_is_released_once(project: Path, released_project: Path) -> None:
         assert path.is_dir() or str(released_project).encode() not in path.read_bytes(), path
 
 
-def everything(project: Path) -> dict[str, tuple[int, int]]:
-    """Size and time stamp of every file and folder of a project."""
-    stamps = {path.as_posix(): path.lstat() for path in [project, *project.rglob("*")]}
-    return {path: (stamp.st_size, stamp.st_mtime_ns) for path, stamp in stamps.items()}
-
-
 def test_second_run_has_nothing_to_do_and_a_dry_run_changes_no_file(project: Path) -> None:
-    before = everything(project)
+    def stamps() -> set[tuple[str, int, int]]:
+        paths = ((path, path.lstat()) for path in [project, *project.rglob("*")])
+        return {(path.as_posix(), stamp.st_size, stamp.st_mtime_ns) for path, stamp in paths}
+
+    before = stamps()
     assert "Nothing to be done" in succeed(project, "all", "figures", "-n", *SMALL)
-    after = everything(project)
-    changed = {path for path in before.keys() | after if before.get(path) != after.get(path)}
+    changed = {path for path, *_ in before ^ stamps()}
     # Snakemake's own journal and its note of what it found
-    assert [path for path in changed if not re.search(r"/\.snakemake/(log|iocache)", path)] == []
+    assert not [path for path in changed if not re.search(r"/\.snakemake/(log|iocache)", path)]
 
 
 @pytest.mark.nightly
@@ -194,7 +185,9 @@ SHEET = (
 @pytest.fixture(scope="module")
 def own(project: Path) -> Path:
     """The simulated logs as a user's own, made to tables; the header of one is in a run sheet."""
-    raw = lay_out_measured(project, project)
+    raw = as_measured(project, "own")
+    for simulated in (project / "data/raw/small").glob("*.csv"):
+        shutil.copy(simulated, raw)
     log = raw / "4102_P1.25_U25_T050.csv"
     lines = log.read_text(encoding="utf-8").splitlines(keepends=True)
     log.write_text("".join(line for line in lines if not line.startswith("#")), encoding="utf-8")
@@ -209,30 +202,26 @@ def test_logs_with_a_run_sheet_give_the_points_of_their_headers(project: Path, o
         for name in ("small", "own")
     )
     assert simulated.equals(points)
-    listed = (own.parents[2] / "results/own/tables/quarantine.csv").read_text(encoding="utf-8")
+    listed = (project / "results/own/tables/quarantine.csv").read_text(encoding="utf-8")
     assert "row 4: 'later.csv' matches no log" in listed
 
 
-def test_measured_logs_are_in_the_provenance_and_listed_as_first_seen(
-    project: Path, own: Path
-) -> None:
-    samples = tables.read_footer(project / "results/own/tables/samples/oil=4102/part-0.parquet")
-    logs = {name for name in samples["inputs"] if name.startswith("data/raw/own/")}
+def test_provenance_names_measured_logs_and_their_run_sheet(project: Path, own: Path) -> None:
+    def inputs(name: str) -> dict[str, str]:
+        made: dict[str, str] = tables.read_footer(project / f"results/own/{name}.parquet")["inputs"]
+        return made
+
+    of_samples = inputs("tables/samples/oil=4102/part-0")
+    logs = {name: digest for name, digest in of_samples.items() if name.startswith("data/raw/own/")}
     assert len(logs) == 6
-    for log in logs:
-        assert samples["inputs"][log] == file_digest(project / log)[:16]
+    assert logs == {log: file_digest(project / log)[:16] for log in logs}
     listed = [path.name for path in (project / "data/first_seen").glob("*.sha256")]
     assert listed == [f"{own.name}.sha256"]
-
-
-def test_tables_of_runs_and_points_name_their_run_sheet(project: Path, own: Path) -> None:
     digest = file_digest(own / "runs.csv")[:16]
     for table in ("points", "runs", "quarantine"):
-        footer = tables.read_footer(project / f"results/own/tables/{table}.parquet")
-        assert footer["inputs"]["data/raw/own/runs.csv"] == digest
+        assert inputs(f"tables/{table}")["data/raw/own/runs.csv"] == digest
     # no fit is made again for a row of the sheet that leaves its points as they are
-    of_oil = tables.read_footer(project / "results/own/parts/collect/4102/points.parquet")
-    assert of_oil["inputs"].keys() == {"logs of 4102"}
+    assert inputs("parts/collect/4102/points").keys() == {"logs of 4102"}
 
 
 @pytest.mark.nightly
@@ -302,13 +291,6 @@ def lay_out_two(project: Path) -> Path:
     return raw
 
 
-def jobs_without(log: Path, project: Path, *target: str) -> set[str]:
-    """Which jobs run again after a log is removed."""
-    log.unlink()
-    shown = succeed(project, *target, "--printshellcmds")
-    return set(re.findall(r"log: results/two/logs/(\S+)\.log", shown))
-
-
 @pytest.mark.nightly
 def test_removed_log_refits_its_oil_alone_in_the_same_bytes(tmp_path: Path) -> None:
     """One log of the first oil is removed, then one of the second in a run that is killed."""
@@ -323,7 +305,9 @@ def test_removed_log_refits_its_oil_alone_in_the_same_bytes(tmp_path: Path) -> N
         *listed.splitlines()
     }
 
-    jobs = jobs_without(raw / "4102_P1.25_U40_T120.csv", project, *target)
+    (raw / "4102_P1.25_U40_T120.csv").unlink()
+    shown = succeed(project, *target, "--printshellcmds")
+    jobs = set(re.findall(r"log: results/two/logs/(\S+)\.log", shown))
     assert {"fit-4102/deng2026", "fit-4102/tanh", "fits"} <= jobs
     assert not any(job.startswith("fit-4050") for job in jobs)
 
@@ -356,35 +340,24 @@ def test_release_has_the_same_bytes_however_the_work_is_split(
     assert manifests[0].read_bytes() == manifests[1].read_bytes()
 
 
-def lay_out_spoiled(project: Path) -> None:
-    """The campaign `spoiled`: two logs, none of which is accepted."""
-    raw = project / "data/raw/spoiled"
-    raw.mkdir(exist_ok=True)
-    shutil.copy(project / "data/raw/small/4102_P1.00_U40_T050.csv", raw)  # force of the wrong sign
-    (raw / "notes.csv").write_text("shift book", encoding="utf-8")
-    campaign = read_campaign(project, "small")
-    del campaign["twin"]
-    write_campaign(project, "spoiled", campaign)
-
-
 @pytest.mark.nightly
 def test_campaign_without_an_accepted_run_fails_when_everything_is_made(project: Path) -> None:
-    lay_out_spoiled(project)
+    raw = as_measured(project, "spoiled")
+    wrong_sign, no_log = "4102_P1.00_U40_T050.csv", "notes.csv"
+    shutil.copy(project / "data/raw/small" / wrong_sign, raw)
+    (raw / no_log).write_text("shift book", encoding="utf-8")
     message = fail(project, "--config", "campaign=spoiled")
     assert "0 of 2 runs accepted, expected at least 1" in message
     # a run that fails later has read its logs, those too that are no logs
     listed = (project / "data/first_seen/spoiled.sha256").read_text(encoding="utf-8")
-    assert [line.rpartition("/")[2] for line in listed.splitlines()] == [
-        "4102_P1.00_U40_T050.csv",
-        "notes.csv",
-    ]
+    assert [line.rpartition("/")[2] for line in listed.splitlines()] == [wrong_sign, no_log]
     results = project / "results/spoiled"
     # a person needs these to see why
     refused = tables.read("quarantine", results / "tables/quarantine.parquet")["rule"]
-    assert set(refused) == {"swapped_sign", "unknown_format"}
+    assert set(refused) == {"swapped_sign", "columns"}
     assert len(list((results / "refused").glob("*.png"))) == 1
-    assert "NOT ENOUGH: 0 of 2 runs" in (results / "summary.txt").read_text(encoding="utf-8")
-    assert "TOO FEW ACCEPTED RUNS" in (results / "report.html").read_text(encoding="utf-8")
+    for page in ("summary.txt", "report.html"):
+        assert "NOT ENOUGH: 0 of 2 runs" in (results / page).read_text(encoding="utf-8")
 
 
 @pytest.mark.nightly
