@@ -100,7 +100,9 @@ MISTAKES = {
     "diff folder missing": "folder: is not a release",
     "diff empty_manifest binary_manifest": "manifest.json",
     "pin good.csv": "good.csv: is not a release",
-    "chekc good.csv": "invalid choice: 'chekc' (choose from ",
+    "chekc good.csv": "'chekc' is no command. Did you mean 'check'?",
+    "good.csv": "'good.csv' is no command. Write `oilfilm check` before logs, `oilfilm fit` before",
+    "make": "'make' is no command. Expected one of init, run, check, ",
 }
 
 
@@ -171,11 +173,11 @@ def test_reader_of_the_output_may_go_away_and_the_terminal_may_know_ascii_only(
     assert (gone.returncode, gone.stderr) == (2, "")
 
 
-@pytest.mark.parametrize("command", ["check", "fit", "verify"])
+@pytest.mark.parametrize("command", ["check", "fit", "verify", ""])
 def test_endless_path_is_cut_in_the_message(
     command: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert main([command, "x" * 6000]) == 2
+    assert main([*filter(None, [command]), "x" * 6000]) == 2
     message = capsys.readouterr().err
     assert "(6" in message
     assert len(message) < 1000

@@ -2,6 +2,7 @@
 
 import argparse
 import shutil
+import sys
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -137,7 +138,13 @@ def _sniffed(logs: dict[str, Path]) -> tuple[Findings, list[Sniffed]]:
         for source in BEST_FIRST
     }
     zero = partial(zero_source, settings_by_source=by_source)
-    sniffed = [sniff(file, read_bytes(path), zero) for file, path in logs.items()]
+    sniffed: list[Sniffed] = []
+    for file, path in logs.items():
+        if sys.stderr.isatty():  # hundreds of logs take a minute
+            print(f"\r\x1b[K{len(sniffed)} of {len(logs)} logs read", end="", file=sys.stderr)
+        sniffed.append(sniff(file, read_bytes(path), zero))
+    if sys.stderr.isatty():
+        print("\r\x1b[K", end="", file=sys.stderr)
     found = Findings([log for log in sniffed if log.is_log])
     if sniffed and not found.named:
         problems = "\n".join(f"  {log.file}: {log.problem}" for log in sniffed)

@@ -51,7 +51,7 @@ def judged_fits(
         left = None
         if oil in fitted:
             used = results.points[results.points["accepted"] & (results.points["oil"] == oil)]
-            left = leftover(fitted[oil], used, _in_common(results.runs, used), fitted)
+            left = leftover(fitted[oil], used, runs_in_common(results.runs, used), fitted)
         shown = bool(lack.get(oil, "") == "shown")
         rows.append({**_verdict(row, left, shown, settings), "oil": oil, "law": row["law"]})
     return tables.from_rows(rows, "soundness")
@@ -108,7 +108,9 @@ def leftover(
     }
     known = {oil: mu for oil, mu in mixed.items() if np.isfinite(mu).all()}
     members = {name: np.isin(data.runs, list(runs)) for name, runs in groups.items()}
-    return Leftover(problem, optimum, data, load_n, members, known)
+    # what the same runs have in common is one cause
+    of_runs = {each.tobytes(): (name, each) for name, each in reversed(members.items())}
+    return Leftover(problem, optimum, data, load_n, dict(reversed(of_runs.values())), known)
 
 
 def _in_order(data: CurveData) -> CurveData:
@@ -125,13 +127,20 @@ def _in_order(data: CurveData) -> CurveData:
     )
 
 
-def _in_common(runs: pd.DataFrame, points: pd.DataFrame) -> dict[str, set[str]]:
-    """Runs that have something in common: rig, kind and form of log, a set point stated, a side."""
+def runs_in_common(runs: pd.DataFrame, points: pd.DataFrame) -> dict[str, set[str]]:
+    """Runs that have something in common.
+
+    That is the rig, the kind and form of the log, its columns and their units, what header and run
+    sheet say (a set point at all, any other key with its value), the sign of the slip.
+    """
     groups = {
         f"{column} {value}": set(of_value["run_id"])
         for column in _GROUPS
         for value, of_value in runs.groupby(column)
     }
+    for column, label, mark in (("columns", "the column ", ", "), ("stated", "", "; ")):
+        parts = runs.set_index("run_id")[column].str.split(mark).explode().dropna()
+        groups |= {f"{label}{part}": set(of.index) for part, of in parts.groupby(parts) if part}
     for column in runs.columns:
         if match := _NOMINAL.match(column):
             stated = set(runs.loc[runs[column].notna(), "run_id"])

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from oilfilm.errors import printable
 from oilfilm.logs import base
 from oilfilm.logs.log_kind import Column, ContinuousLog, LogKind, Vocabulary
 from oilfilm.logs.run_sheet import SheetOfLog
@@ -28,6 +29,10 @@ _LARGEST_TIME = 1e13
 _ROWS_OF_RATE, _BLOCKS_OF_RATE, _RATIO_OF_RATES = 50, 2, 1.5
 # So many of the rows are no slips of single rows.
 _MANY_ROWS = 0.05
+# Keys that have columns of their own in the table of runs; so many of the others are kept.
+_OF_RUNS = frozenset({"oil", "rig", "log_kind", "run", *base.SET_POINTS})
+_MOST_STATED = 30
+_DAY = re.compile(r"\d{4}([-/.])\d\d?\1\d\d?(?!\d)|\d\d?([-/.])\d\d?\2\d{4}(?!\d)")
 ROWS_ADVICE = "Look at these rows of the raw log; the rows around them are used."
 Values = npt.NDArray[Any]
 
@@ -162,10 +167,29 @@ def _read_table(
         ],
         [name for index, name in enumerate(table.names) if index not in places],
         labels.sources,
+        _named(table),
+        _stated(labels.keys),
     )
     flaw = labels.excluded or flaw
     log = ContinuousLog(run_id, labels.keys, used, rows, values, flaw, understood)
     return kind.run(log, settings), [*refusals, *labels.remarks]
+
+
+def _named(table: LoggedTable) -> str:
+    """The columns of a log, each with the unit beside its name."""
+    both = zip(table.names, table.units, strict=True)
+    return printable(", ".join(f"{name} [{unit}]" if unit else name for name, unit in both))[:2000]
+
+
+def _stated(keys: Mapping[str, str]) -> str:
+    """What header and run sheet say beside oil, rig and set points; of a time stamp the day."""
+    said = {key: _DAY.match(text) or [text] for key, text in sorted(keys.items()) if text}
+    parts = (
+        f"{key[:40]}={text[0][:60]}".replace(";", ",")
+        for key, text in said.items()
+        if key not in _OF_RUNS
+    )
+    return printable("; ".join(list(parts)[:_MOST_STATED]))
 
 
 def _unreadable(
