@@ -18,6 +18,7 @@ from oilfilm.errors import printable
 from oilfilm.logs import base
 from oilfilm.logs.log_kind import Column, ContinuousLog, LogKind, Vocabulary
 from oilfilm.logs.run_sheet import SheetOfLog
+from oilfilm.logs.text_rows import DAY
 from oilfilm.settings.resolved import Settings
 from oilfilm.units import ABSOLUTE_ZERO_C, BoolArray, FloatArray
 
@@ -32,7 +33,6 @@ _MANY_ROWS = 0.05
 # Keys that have columns of their own in the table of runs; so many of the others are kept.
 _OF_RUNS = frozenset({"oil", "rig", "log_kind", "run", *base.SET_POINTS})
 _MOST_STATED = 30
-_DAY = re.compile(r"\d{4}([-/.])\d\d?\1\d\d?(?!\d)|\d\d?([-/.])\d\d?\2\d{4}(?!\d)")
 ROWS_ADVICE = "Look at these rows of the raw log; the rows around them are used."
 Values = npt.NDArray[Any]
 
@@ -183,7 +183,7 @@ def _named(table: LoggedTable) -> str:
 
 def _stated(keys: Mapping[str, str]) -> str:
     """What header and run sheet say beside oil, rig and set points; of a time stamp the day."""
-    said = {key: _DAY.match(text) or [text] for key, text in sorted(keys.items()) if text}
+    said = {key: DAY.match(text) or [text] for key, text in sorted(keys.items()) if text}
     parts = (
         f"{key[:40]}={text[0][:60]}".replace(";", ",")
         for key, text in said.items()
