@@ -101,6 +101,9 @@ MISTAKES = {
     "diff empty_manifest binary_manifest": "manifest.json",
     "pin good.csv": "good.csv: is not a release",
     "chekc good.csv": "'chekc' is no command. Did you mean 'check'?",
+    "watch --settle 0": "found '0'; expected seconds above 0",
+    "watch --settle nan": "found 'nan'; expected seconds above 0",
+    f"predict {AT.replace('0.05', 'much')}": "--slip: found 'much'; expected a number",
     "good.csv": "'good.csv' is no command. Write `oilfilm check` before logs, `oilfilm fit` before",
     "make": "'make' is no command. Expected one of init, run, check, ",
 }

@@ -206,22 +206,19 @@ def _unreadable(
 
 def _cut_row(table: LoggedTable, row: int) -> tuple[base.Refusal, base.Flaw | None]:
     """The refusal of a last row without a line end; and why the run cannot be used, if so."""
-    if table.show and "\0" in (seen := table.show(table.rows - 1)):
-        zeros = len(seen) - len(seen.replace("\0", ""))
-        reason = f"the log ends in {zeros} zero bytes in row {row} (its last good row is {row - 1})"
+    seen = table.show(table.rows - 1) if table.show else ""
+    rule, good = "cut_row", f"(its last good row is {row - 1})"
+    if zeros := seen.count("\0"):
+        reason = f"the log ends in {zeros} zero bytes in row {row} {good}"
         advice = "The disk or the logger has lost what was there: copy the log again."
-        return base.Refusal("cut_row", reason, advice).of_rows("", row, row), base.Flaw(
-            "truncated", reason
-        )
-    if table.cut >= len(table.names):
+    elif table.cut < len(table.names):
+        reason = f"the log ends in the middle of row {row} {good}"
+        advice = "This row is not used. Check whether the run was complete."
+    else:
         reason = f"row {row}, the last, has no line end, so that its last number may be cut"
-        refusal = base.Refusal("unterminated_row", reason, "End the file with a line end.")
-        return refusal.of_rows("", row, row), None
-    reason = f"the log ends in the middle of row {row} (its last good row is {row - 1})"
-    advice = "This row is not used. Check whether the run was complete."
-    return base.Refusal("cut_row", reason, advice).of_rows("", row, row), base.Flaw(
-        "truncated", reason
-    )
+        rule, advice = "unterminated_row", "End the file with a line end."
+    refusal = base.Refusal(rule, reason, advice).of_rows("", row, row)
+    return refusal, base.Flaw("truncated", reason) if rule == "cut_row" else None
 
 
 def _rate_change(time: FloatArray, rows: base.IndexArray) -> base.Flaw | None:
