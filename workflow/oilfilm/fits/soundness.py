@@ -14,7 +14,7 @@ from oilfilm import tables
 from oilfilm.fits.conditions import from_text
 from oilfilm.fits.engine import polish
 from oilfilm.fits.fitted import FittedLaw
-from oilfilm.fits.patterns import Leftover, Pattern, find_patterns, natural_key
+from oilfilm.fits.patterns import FEWEST_CURVES, Leftover, Pattern, find_patterns, natural_key
 from oilfilm.fits.problem import CurveData, build_problem, curve_data
 from oilfilm.settings.config import FitSettings
 from oilfilm.tables.campaign_tables import CampaignTables
@@ -140,7 +140,11 @@ def runs_in_common(runs: pd.DataFrame, points: pd.DataFrame) -> dict[str, set[st
     }
     for column, label, mark in (("columns", "the column ", ", "), ("stated", "", "; ")):
         parts = runs.set_index("run_id")[column].str.split(mark).explode().dropna()
-        groups |= {f"{label}{part}": set(of.index) for part, of in parts.groupby(parts) if part}
+        groups |= {
+            f"{label}{part}": set(of.index)
+            for part, of in parts.groupby(parts)
+            if part and FEWEST_CURVES <= len(of) < len(runs)
+        }
     for column in runs.columns:
         if match := _NOMINAL.match(column):
             stated = set(runs.loc[runs[column].notna(), "run_id"])
