@@ -14,8 +14,7 @@ from campaigns import ROOT, read_campaign, write_campaign
 from command_line import printed_objects
 from damages import SOUND, stuck
 from oilfilm.cli import main
-from oilfilm.cli.check import check_files
-from oilfilm.cli.checked import WIDTH, report
+from oilfilm.cli.check import WIDTH, check_files, report
 from oilfilm.curation.traction_rig import TRACTION_RIG
 from oilfilm.settings.resolve import resolve
 

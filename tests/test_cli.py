@@ -108,7 +108,6 @@ def test_mistakes_in_a_prediction_are_sentences(
     results: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     for changed, message in (
-        ({"slip": "much"}, "--slip: found 'much'; expected a number"),
         ({"temperature": "-70"}, "inlet_temperature_c above zero"),
         ({"oil": "oil"}, "no fit of oil 'oil'; there are fits of 4102"),
     ):

@@ -100,7 +100,12 @@ MISTAKES = {
     "diff folder missing": "folder: is not a release",
     "diff empty_manifest binary_manifest": "manifest.json",
     "pin good.csv": "good.csv: is not a release",
-    "chekc good.csv": "invalid choice: 'chekc' (choose from ",
+    "chekc good.csv": "'chekc' is no command. Did you mean 'check'?",
+    "watch --settle 0": "found '0'; expected seconds above 0",
+    "watch --settle nan": "found 'nan'; expected seconds above 0",
+    f"predict {AT.replace('0.05', 'much')}": "--slip: found 'much'; expected a number",
+    "good.csv": "'good.csv' is no command. Write `oilfilm check` before logs, `oilfilm fit` before",
+    "make": "'make' is no command. Expected one of init, run, check, ",
 }
 
 
@@ -171,11 +176,11 @@ def test_reader_of_the_output_may_go_away_and_the_terminal_may_know_ascii_only(
     assert (gone.returncode, gone.stderr) == (2, "")
 
 
-@pytest.mark.parametrize("command", ["check", "fit", "verify"])
+@pytest.mark.parametrize("command", ["check", "fit", "verify", ""])
 def test_endless_path_is_cut_in_the_message(
     command: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert main([command, "x" * 6000]) == 2
+    assert main([*filter(None, [command]), "x" * 6000]) == 2
     message = capsys.readouterr().err
     assert "(6" in message
     assert len(message) < 1000

@@ -164,13 +164,6 @@ def test_missing_folder_is_named_until_it_is_there(project: Path) -> None:
     assert looked(watcher) == [f"june/a.csv: {ACCEPTED}"]
 
 
-@pytest.mark.parametrize("text", ["0", "-1", "nan", "soon"])
-def test_settling_time_must_be_positive(text: str, capsys: pytest.CaptureFixture[str]) -> None:
-    with pytest.raises(SystemExit):
-        main(["watch", "--settle", text])
-    assert f"found {text!r}; expected seconds above 0" in capsys.readouterr().err
-
-
 WITHOUT_UNIX = """
 import sys
 for name in ("fcntl", "grp", "pwd", "resource", "termios"):

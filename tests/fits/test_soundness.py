@@ -5,16 +5,19 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from campaigns import printed
 from fit_points import LAW
+from oilfilm import tables
+from oilfilm.fits import soundness
 from oilfilm.fits.conditions import FixedCondition, to_text
 from oilfilm.fits.engine import polish
 from oilfilm.fits.fitted import Coefficients, FittedLaw
 from oilfilm.fits.patterns import Leftover, find_patterns
 from oilfilm.fits.problem import build_problem, curve_data
-from oilfilm.fits.soundness import verdict_of_fit
+from oilfilm.fits.soundness import runs_in_common, verdict_of_fit
 from oilfilm.fits.soundness_words import what_is_wrong
 from oilfilm.home import CONFIG
 from oilfilm.rig_twin.truth import LawTruth, Truth, true_tractions
@@ -91,6 +94,31 @@ def test_a_change_over_the_runs_is_named(config: Settings, name: str) -> None:
     planted = {"force": 0.1, "load cell": 8.0, "mu falls": -0.08, "outlet temperature": 8.0}
     if name in planted:
         assert change.size == pytest.approx(planted[name], rel=0.25)
+
+
+@pytest.mark.parametrize(
+    ("column", "texts", "name"),
+    [
+        ("stated", ("ball=B7; day=1", "day=1"), "ball=B7"),
+        ("columns", ("time [s], T [K]", "time [s]"), "the column T [K]"),
+    ],
+)
+def test_runs_with_another_force_are_named_by_header_or_columns(
+    config: Settings, column: str, texts: tuple[str, str], name: str
+) -> None:
+    contact, drift = config.common_contact(), Drift(force=1 + 0.1 * HALF)
+    points = Campaign(LawTruth(printed()["4102"]), contact, drift=drift).points(
+        matrix(), np.random.default_rng(1), "4102"
+    )
+    runs = pd.DataFrame({"run_id": points["run_id"].unique(), "columns": "", "stated": ""})
+    runs[column] = np.where(HALF, *texts)
+    runs = runs.reindex(columns=[*tables.columns("runs")])
+    fitted = FittedLaw(LAW, Coefficients.bare(LAW, printed()["4102"]))
+    left = soundness.leftover(fitted, points, runs_in_common(runs, points), {})
+    assert left is not None
+    (change,) = (each for each in find_patterns(left) if each.when != "law")
+    assert (change.what, change.when, change.group) == ("traction force", "group", name)
+    assert change.size == pytest.approx(0.1, rel=0.25)
 
 
 def test_half_the_logs_with_the_outlet_temperature_are_found_without_a_label(

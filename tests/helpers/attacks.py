@@ -3,7 +3,6 @@
 `rows_written` counts the rows of a log without any reader of oilfilm.
 """
 
-import gzip
 import re
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -30,7 +29,6 @@ _ABSURD = (
 )
 _ENDS = (b"\r\n", b"\r", b"\n\n", b"\n\r", b"\x0b", b" \n", b",\n", b";\n")
 _ENCODINGS = ("utf-16", "utf-16-be", "utf-8-sig", "utf-32", "cp037", "utf-7")
-_ERRORS = (b"#N/A", b"#DIV/0!", b"#VALUE!", b"#REF!", b"N/A")
 # Other digits, exponents, marks and signs of a number.
 _FORMS: tuple[Callable[[bytes], bytes], ...] = (
     lambda number: number.replace(b".", b","),
@@ -115,12 +113,6 @@ def line_ends(content: bytes, _: bytes, random: Generator) -> bytes:
     return content.replace(b"\n", _any(_ENDS, random))
 
 
-def packed(content: bytes, _: bytes, random: Generator) -> bytes:
-    """A compressed file, cut or with a bit changed."""
-    inside = gzip.compress(content, mtime=0)
-    return _any((flipped, cut), random)(inside, b"", random)
-
-
 def _in_lines(change: Callable[[Lines, Lines, Generator], Lines], name: str) -> Mutator:
     """A damage of some lines in a row, which also gets the lines of another log."""
 
@@ -134,32 +126,17 @@ def _in_lines(change: Callable[[Lines, Lines, Generator], Lines], name: str) -> 
     return mutator
 
 
-def _moved(line: bytes, random: Generator) -> bytes:
-    """Cells moved by one, one too many or one too few."""
-    cells = line.rstrip(b"\n").split(b",")
-    return b",".join(_any((cells[1:] + cells[:1], cells[1:], [*cells, b"1"]), random)) + b"\n"
-
-
 def _interleaved(some: Lines, others: Lines, random: Generator) -> Lines:
     start, stop = _stretch(len(others), 40, random)
     return [*others[start:stop], *some]
 
 
 MUTATORS: tuple[Mutator, ...] = (
-    *(flipped, cut, absurd, spliced, numbers, sectors, encoded, line_ends, packed),
-    # two writers at a time, a transmission that was sent again, errors of a spreadsheet
+    *(flipped, cut, absurd, spliced, numbers, sectors, encoded, line_ends),
+    # two writers at a time, a transmission that was sent again
     _in_lines(lambda some, _, random: [some[n] for n in random.permutation(len(some))], "shuffled"),
     _in_lines(_interleaved, "interleaved"),
     _in_lines(lambda some, *_: [*some, *some], "repeated"),
-    _in_lines(lambda some, _, random: [_moved(line, random) for line in some], "columns"),
-    _in_lines(
-        lambda some, _, random: [
-            _any(_ERRORS, random) + b"," + line.partition(b",")[2]
-            for line in some
-            if b"time [s]" not in line
-        ],
-        "errors",
-    ),
 )
 
 

@@ -47,7 +47,7 @@ def test_damaged_pcs_logs_end_in_a_verdict(files: int) -> None:
 @pytest.mark.parametrize("rig", SOUND)
 @pytest.mark.parametrize("name", WRITERS)
 def test_damaged_logs_of_every_format_end_in_a_verdict(rig: str, name: str, files: int) -> None:
-    log, random = SOUND[rig], generator(1, f"fuzz {rig} {name}")
+    log, random = SOUND[rig], generator(2, f"fuzz {rig} {name}")
     content = log.written(name)
     damaged = [content[: int(share * len(content))] for share in (0.03, 0.5, 0.9, 0.999)]
     damaged += [attack(content, log.text(), random) for _ in range(files)]

@@ -42,13 +42,6 @@ def test_name_that_a_release_could_not_hold_is_refused(tmp_path: Path, name: byt
     str(error.value).encode("utf-8")
 
 
-def test_missing_and_empty_folders_are_told(tmp_path: Path) -> None:
-    with pytest.raises(OilfilmError, match="no such folder"):
-        raw_files(tmp_path / "june")
-    with pytest.raises(OilfilmError, match="holds no logs"):
-        raw_files(tmp_path)
-
-
 def dangling(path: Path) -> None:
     path.symlink_to("not-fetched.csv")
 

@@ -8,7 +8,7 @@ import pytest
 import bad_logs
 import formats
 from oilfilm.logs.base import Reading
-from oilfilm.logs.ingest import read_log
+from oilfilm.logs.ingest import ingest_logs, read_log
 
 CONFIG = bad_logs.CONFIG
 NAMES = "time;load;traction_force;ball_speed;disc_speed;inlet_temperature".split(";")
@@ -203,3 +203,13 @@ def test_damaged_byte_does_not_change_the_encoding_of_an_export(encoding: str) -
     (run,) = reading.runs
     assert len(run) == reading.rows - 1
     assert np.isfinite(run.samples["inlet_temperature_c"]).all()
+
+
+def test_runs_tell_the_columns_of_the_log_and_what_else_its_header_says() -> None:
+    log = bad_logs.csv(run="first", operator="A; B", date="2026-03-01 10:15", ball="B7")
+    (run,) = ingest_logs([("a.csv", log)], CONFIG).runs.to_dict("records")
+    speeds = "ball_speed [rpm], disc_speed [rpm]"
+    assert run["columns"] == (
+        f"time [s], load [N], traction_force [N], {speeds}, inlet_temperature [degC]"
+    )
+    assert run["stated"] == "ball=B7; date=2026-03-01; operator=A, B"

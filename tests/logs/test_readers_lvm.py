@@ -104,14 +104,9 @@ def test_bad_row_is_refused_by_number_and_its_neighbours_are_kept(read, bad: str
     assert (reading.rows, len(reading.runs[0])) == (41, 40)
 
 
-def test_empty_line_between_rows_loses_none(read) -> None:
+@pytest.mark.parametrize("beside", ["\n", "\ta note"])
+def test_empty_lines_and_comments_beside_rows_do_no_harm(read, beside: str) -> None:
     lines = formats.lvm(VALUES).decode().split("\r\n")
-    lines.insert(-3, "")
+    lines[-3] += beside
     reading = read("\n".join(lines))
     assert (reading.rows, reading.refusals, len(reading.runs[0])) == (40, [], 40)
-
-
-def test_comments_beside_rows_are_no_numbers_and_do_no_harm(read) -> None:
-    lines = formats.lvm(VALUES).decode().split("\r\n")
-    lines[-3] += "\ta note"
-    assert len(read("\n".join(lines)).runs[0]) == 40

@@ -11,7 +11,7 @@ import sys
 from collections.abc import Sequence
 from importlib import import_module
 
-from oilfilm.cli.parser import parser
+from oilfilm.cli.parser import check_command, parser
 from oilfilm.errors import OilfilmError
 
 
@@ -27,7 +27,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         sys.stdout.reconfigure(errors="backslashreplace")
     try:
         try:
-            options = parser().parse_args(arguments)
+            words = sys.argv[1:] if arguments is None else arguments
+            check_command(words)
+            options = parser().parse_args(words)
             # each command imports what it needs when it runs: the help waits for nothing
             return int(import_module(f"oilfilm.cli.{options.module}").run(options))
         finally:

@@ -1,30 +1,65 @@
 """The command `oilfilm check`: read logs, apply every gate, say what was understood.
 
-Decides: by which campaign a log is checked; whether a log is of a traction or a torque rig.
+What was found is plain values, for machines and `watch`, and text for people.
+
+Decides: by which campaign a log is checked; whether a log is of a traction or a torque rig; what
+`oilfilm check` finds in a log, as text and JSON.
 """
 
 import argparse
 import os
 import sys
-from collections.abc import Iterable, Iterator, Sequence
+import textwrap
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import asdict
+from itertools import chain
+from math import isnan
 from pathlib import Path
+from typing import Any, NamedTuple
 
+import numpy as np
+import pandas as pd
+
+from oilfilm import tables
 from oilfilm.cli.arguments import config_folder, json_text, project_folder
-from oilfilm.cli.checked import Plain, checked_logs, report
-from oilfilm.curation.curate import curate_ingested
+from oilfilm.curation.curate import Curated, curate_ingested
+from oilfilm.curation.gate import RULES, TORQUE, TRACTION, Gate
+from oilfilm.curation.plateau_gates import PLATEAU_GATES
 from oilfilm.curation.rig_kind import RigKind
+from oilfilm.curation.run_gates import RUN_GATES
 from oilfilm.curation.torque_rig import TORQUE_RIG
 from oilfilm.curation.traction_rig import TRACTION_RIG
-from oilfilm.errors import OilfilmError
-from oilfilm.logs.base import Reading
+from oilfilm.curation.verdicts import advice_for
+from oilfilm.errors import OilfilmError, printable
+from oilfilm.logs.base import LOADS, NOTHING_UNDERSTOOD, SET_POINTS, Reading
 from oilfilm.logs.first_seen import FirstSeen
-from oilfilm.logs.ingest import ingest_logs, read_bytes, read_log
+from oilfilm.logs.ingest import Ingested, ReadLog, ingest_logs, read_bytes, read_log
 from oilfilm.logs.raw_files import named_logs, raw_files
 from oilfilm.logs.run_sheet import RunSheet
 from oilfilm.logs.sheet_file import is_run_sheet, sheet_of_paths
 from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
+from oilfilm.tables import failed_gates
+from oilfilm.text_table import text_table
 
+# Columns of plateaus that show what a log was understood to be.
+MEASURED = {
+    TRACTION: (*SET_POINTS, "slide_roll_ratio", "traction_coefficient", "lambda_ratio"),
+    TORQUE: TORQUE_RIG.means,
+}
+_REFUSED = ["run_id", "rule", "reason", "advice", "first_row", "last_row", "refused_rows"]
+_OF_RUN = ["run_id", "label", "oil", "rig", "verdict", "warning", "plateaus"]
+# Where a label or set point comes from that the header does not give.
+_CAMPAIGN, _BY_HERTZ = "campaign", "by Hertz"
+WIDTH = 100
+# More runs of one log, and more logs at once, are shown in less detail.
+_RUNS_LISTED = 10
+_LOGS_IN_DETAIL = 10
+# A longer cell of a table is cut.
+_WIDEST_CELL = 22
+_COLUMN_HEADS = ["Column", "Unit", "Read as", "Unit", "Smallest", "Largest", "Numbers", "Missing"]
+Plain = dict[str, Any]
 _KINDS: tuple[RigKind, ...] = (TRACTION_RIG, TORQUE_RIG)
 Log = tuple[str, bytes]
 
@@ -174,3 +209,260 @@ def kind_of(file: str, content: bytes, settings: Settings) -> RigKind:
 
 def _rules(reading: Reading) -> set[str]:
     return {refusal.rule for refusal in reading.refusals}
+
+
+# ---------------------------------------------------------------- plain values
+
+
+class Problem(NamedTuple):
+    """What is wrong or doubtful about a log or a run of it, and what to do.
+
+    Attributes:
+        run_id: The run; empty where it is the file.
+        found: What was found, in a sentence that begins with the rule.
+        advice: What to do; empty where there is nothing to do.
+    """
+
+    run_id: str
+    found: str
+    advice: str = ""
+
+
+def checked_logs(
+    ingested: Ingested, curated: Curated, settings: Settings, kind: RigKind, sheet: RunSheet
+) -> Iterator[Plain]:
+    """What was found in each log, in the order in which they were read; NaN where unknown.
+
+    Args:
+        ingested: The logs as read.
+        curated: What curation made of them.
+        settings: Settings of the campaign.
+        kind: The kind of rig.
+        sheet: The run sheet as `sheet_of_paths` gives it.
+    """
+    for log in ingested.logs:
+        runs = tables.rows(curated.runs[curated.runs["file"] == log.file])
+        refused = curated.quarantine[curated.quarantine["file"] == log.file]
+        accepted = runs and all(run["verdict"] != "refused" for run in runs)
+        yield {
+            "file": log.file,
+            "campaign": settings.campaign.name,
+            "verdict": "accepted" if accepted else "refused",
+            "rig_kind": kind.name,
+            "format": log.format,
+            **asdict(log.form),
+            "rows": log.rows,
+            "refused_rows": int(refused["refused_rows"].sum()),
+            "run_sheet_rows": len(sheet.rows[log.file]) if log.file in sheet.rows else None,
+            "refusals": tables.rows(refused[_REFUSED]),
+            "runs": [_checked_run(run, log, curated, settings, kind) for run in runs],
+        }
+
+
+def problems(log: Plain) -> Iterator[Problem]:
+    """All that was found in a log, the reasons of refusals first."""
+    for each in log["refusals"]:
+        yield Problem(each["run_id"], f"{each['rule']}: {each['reason']}", each["advice"])
+    explained = {(each["run_id"], each["rule"]) for each in log["refusals"]}
+    for run in log["runs"]:
+        if run["warning"]:
+            yield Problem(run["run_id"], f"WARNING: {run['warning']}")
+        for gate in run["failed_gates"]:
+            if (run["run_id"], gate["gate"]) not in explained:
+                count = f"{gate['plateaus']} plateau{'' if gate['plateaus'] == 1 else 's'}"
+                found = f"{gate['gate']}: {count}, first at row {gate['first_row']}"
+                yield Problem(run["run_id"], found, gate["advice"])
+    if log["run_sheet_rows"] == 0:
+        advice = "Only its header counts. Correct the name in the sheet."
+        yield Problem("", "the run sheet has no row for this log", advice)
+
+
+def _checked_run(
+    run: Mapping[str, Any], log: ReadLog, curated: Curated, settings: Settings, kind: RigKind
+) -> Plain:
+    points = curated.points[curated.points["run_id"] == run["run_id"]]
+    understood = log.runs.get(run["run_id"], NOTHING_UNDERSTOOD)
+    sources, traction = understood.sources, kind.name == TRACTION
+    ends = points[list(MEASURED[kind.name])].agg(["min", "max"]).set_axis(["minimum", "maximum"])
+    return {
+        **{name: run[name] for name in _OF_RUN},
+        "oil_source": sources.get("oil", _CAMPAIGN),
+        "rig_source": sources.get("rig" if traction else "bearing", _CAMPAIGN),
+        "rows": run["samples"],
+        "accepted_plateaus": run["accepted_points"],
+        "columns": [asdict(column) for column in understood.columns],
+        "unused_columns": [name for name in understood.unused if name],
+        "set_points": _set_points(run, sources) if traction else {},
+        "measured": ends.to_dict(),
+        "failed_gates": list(_failed_gates(points, kind)),
+        "gates_not_applied": list(_not_applied(run, points, settings, kind)),
+    }
+
+
+def _set_points(run: Mapping[str, Any], sources: Mapping[str, str]) -> Plain:
+    named = {name: sources.get(name, _CAMPAIGN) for name in SET_POINTS}
+    if not LOADS.isdisjoint(sources):
+        # the load has one set point, as force or as pressure
+        named |= {name: _BY_HERTZ for name in LOADS - sources.keys()}
+    values = {name: run[f"nominal_{name}"] for name in SET_POINTS}
+    return {
+        name: None if pd.isna(value) else {"value": value, "source": named[name]}
+        for name, value in values.items()
+    }
+
+
+def _failed_gates(points: pd.DataFrame, kind: RigKind) -> Iterator[Plain]:
+    failed = failed_gates.one_row_per_gate(points).groupby("rule", sort=False)["first_row"]
+    for gate, rows in sorted(failed, key=lambda group: -len(group[1])):
+        first, advice = int(rows.min()), advice_for(str(gate), kind)
+        yield {"gate": gate, "plateaus": len(rows), "first_row": first, "advice": advice}
+
+
+def _not_applied(
+    run: Mapping[str, Any], points: pd.DataFrame, settings: Settings, kind: RigKind
+) -> Iterator[Plain]:
+    """The gates that lack what they need, where the run has plateaus to be judged."""
+    gates: list[Gate[Any]] = [*RUN_GATES.of(kind.name), *PLATEAU_GATES.of(kind.name)]
+    for gate in gates if len(points) else []:
+        if not (need := gate.needs):
+            continue
+        if need in points or need in run:
+            lacks = bool(np.all(pd.isna(points[need] if need in points else run[need])))
+        else:
+            lacks = not getattr(kind.limits(settings), need)
+        if lacks:
+            yield {"gate": gate.name, "reason": RULES["lacking"][need]}
+
+
+# ---------------------------------------------------------------- text
+
+
+def report(logs: Sequence[Plain]) -> str:
+    """Everything that was found in some logs, at most `WIDTH` columns wide but for long names."""
+    lines: list[str] = []
+    brief = len(logs) > _LOGS_IN_DETAIL
+    for log in logs:
+        lines += _verdict(log)
+        if not brief or log["verdict"] == "refused":
+            lines += [*_understood(log), ""]
+    if len(logs) > 1:
+        lines.append(f"{len(logs)} logs: {_counted(log['verdict'] for log in logs)}")
+        lines += [f"  {printable(log['file'])}" for log in logs if log["verdict"] == "refused"]
+        if brief:
+            lines.append("Name a log alone to see how it was understood, or add --json.")
+    return "\n".join(lines).rstrip()
+
+
+def _verdict(log: Plain) -> Iterator[str]:
+    """The verdict on each run, with the reason and the advice right below it."""
+    runs, file = log["runs"], printable(log["file"])
+    of_run: dict[str, list[Problem]] = {run["run_id"]: [] for run in runs}
+    of_file: list[Problem] = []
+    for problem in problems(log):
+        of_run.get(problem.run_id, of_file).append(problem)
+    if not runs:
+        yield f"{file}: {log['verdict'].upper()}"
+    if len(runs) > _RUNS_LISTED:
+        verdicts = _counted(run["verdict"] for run in runs)
+        yield f"{file}: {len(runs)} runs: {verdicts}; --json shows all"
+        runs = [run for run in runs if of_run[run["run_id"]]]
+    for run in sorted(runs, key=lambda run: run["verdict"] != "refused")[:_RUNS_LISTED]:
+        plateaus = f"{run['accepted_plateaus']} of {run['plateaus']} plateaus"
+        verdict = run["verdict"].upper()
+        yield f"{printable(run['run_id'])}: {verdict}, {plateaus}, {run['rows']} rows"
+        yield from _sentences(of_run[run["run_id"]])
+    yield from _sentences(of_file)
+
+
+def _counted(names: Iterable[str]) -> str:
+    """Each of some names with how often it comes, in their order."""
+    return ", ".join(f"{count} {name}" for name, count in sorted(Counter(names).items()))
+
+
+def _sentences(found: Iterable[Problem]) -> Iterator[str]:
+    for problem in found:
+        yield from _wrapped(printable(problem.found), "  ")
+        if problem.advice:
+            yield from _wrapped(f"-> {printable(problem.advice)}", "    ")
+
+
+def _wrapped(text: str, indent: str) -> list[str]:
+    wrapper = textwrap.TextWrapper(WIDTH, indent, f"{indent}  ")
+    wrapper.break_long_words = wrapper.break_on_hyphens = False
+    return wrapper.wrap(text)
+
+
+def _understood(log: Plain) -> Iterator[str]:
+    """How a log was understood: format, columns, conditions, gates that could not be applied."""
+    form = [log["format"]]
+    if log["encoding"]:
+        form += [log["encoding"], f"delimiter {log['delimiter']}", f"decimal {log['decimal_mark']}"]
+    refused = f" ({log['refused_rows']} refused)" if log["refused_rows"] else ""
+    read_as = f"Read as {log['rig_kind']} log of campaign {log['campaign']}: {', '.join(form)}"
+    yield from _wrapped(f"{read_as}, {log['rows']} rows{refused}", "  ")
+    runs = log["runs"]
+    if not runs:
+        return
+    rig = "rig" if log["rig_kind"] == "traction" else "bearing"
+    oils = sorted({f"{run['oil']} ({run['oil_source']})" for run in runs})
+    rigs = sorted({f"{run['rig']} ({run['rig_source']})" for run in runs})
+    yield f"  Oil {', '.join(oils)}; {rig} {', '.join(rigs)}"
+    yield from ("", *_columns(runs), *_conditions(log), *_gates_not_applied(runs))
+
+
+def _columns(runs: Sequence[Plain]) -> Iterator[str]:
+    """Each column of a log with its range over all runs."""
+    every = pd.DataFrame([column for run in runs for column in run["columns"]])
+    if len(every):
+        by = ["name", "logged_unit", "quantity", "unit"]
+        found = every.groupby(by, sort=False, as_index=False).agg(
+            {"minimum": "min", "maximum": "max", "count": "sum", "missing": "sum"}
+        )
+        for end in ("minimum", "maximum"):
+            found[end] = ["-" if pd.isna(value) else f"{value:.5g}" for value in found[end]]
+        rows = found.astype(str).to_numpy().tolist()
+        yield from text_table(
+            [_COLUMN_HEADS, *rows], right=4, most=_WIDEST_CELL, indent="  ", gap=" "
+        )
+    unused = dict.fromkeys(name for run in runs for name in run["unused_columns"])
+    if unused:
+        yield from _wrapped(f"Not read: {', '.join(map(printable, unused))}", "  ")
+
+
+def _conditions(log: Plain) -> Iterator[str]:
+    """Operating conditions and traction of each run, or of many runs together."""
+    runs = log["runs"]
+    together = len(runs) > _RUNS_LISTED
+    for group in [runs] if together else [[run] for run in runs]:
+        rows = []
+        for name in runs[0]["measured"]:
+            ends = [end for run in group for end in run["measured"][name].values()]
+            points = [point for run in group if (point := run["set_points"].get(name))]
+            sources = ", ".join(sorted({point["source"] for point in points}))
+            set_point = _span([point["value"] for point in points], measured=False)
+            rows.append([name, _span(ends), f"{set_point} ({sources})" if points else "-"])
+        label = group[0]["run_id"].removeprefix(log["file"]).strip(":") or "Plateaus"
+        head = [f"{len(runs)} runs" if together else label, "Measured", "Set point"]
+        yield from ("", *text_table([head, *rows], right=2, indent="  "))
+
+
+def _span(values: Sequence[float], *, measured: bool = True) -> str:
+    """The range of some numbers; small ones that were measured with a fixed count of decimals."""
+    known = sorted(value for value in values if not isnan(value))
+    if not known:
+        return "-"
+    # no minus before a zero
+    form = "z.4f" if measured and max(map(abs, known)) < 10 else ".4g"
+    lowest, highest = (f"{known[end]:{form}}" for end in (0, -1))
+    return lowest if lowest == highest else f"{lowest}..{highest}"
+
+
+def _gates_not_applied(runs: Sequence[Plain]) -> Iterator[str]:
+    """The gates that could not be applied to all runs or to some, by what they lack."""
+    of_reason: dict[str, dict[str, None]] = {}
+    for lacking in chain.from_iterable(run["gates_not_applied"] for run in runs):
+        of_reason.setdefault(lacking["reason"], {})[lacking["gate"]] = None
+    if of_reason:
+        yield from ("", "  Gates that could not be applied")
+    for reason, gates in of_reason.items():
+        yield from _wrapped(f"{', '.join(gates)}: {reason}", "    ")

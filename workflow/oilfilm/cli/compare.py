@@ -36,17 +36,13 @@ class NamedFit:
     """The configured fit of one oil, and where it is from.
 
     Attributes:
-        folder: Of the results.
-        campaign: Its campaign.
-        oil: Its oil.
+        names: What it may be called, the shortest first.
         source: Law, campaign and kind of data, in words.
         fit: The fitted law.
         constants: Rows of the table of coefficients.
     """
 
-    folder: Path
-    campaign: str
-    oil: str
+    names: tuple[str, ...]
     source: str
     fit: FittedLaw
     constants: pd.DataFrame
@@ -90,17 +86,13 @@ def read_fits(folders: Sequence[Path], oils: Sequence[str] | None) -> dict[str, 
             if oil in (oils or [oil]) and constants["value"].notna().any():
                 fit, campaign = read_fit(folder, oil), about["campaign"]
                 source = f"{fit.law.name}, from campaign {campaign}, {about['data']} data"
-                found.append(NamedFit(folder, campaign, oil, source, fit, constants))
-    names = [
-        [each.oil for each in found],
-        [each.campaign for each in found],
-        [f"{each.campaign} {each.oil}" for each in found],
-        [f"{each.folder} {each.oil}" for each in found],
-    ]
-    labels = next((each for each in names if len({*each}) == len(found)), [])
+                names = oil, campaign, f"{campaign} {oil}", f"{folder} {oil}"
+                found.append(NamedFit(names, source, fit, constants))
+    every = [*zip(*(each.names for each in found), strict=True)] or [()]
+    labels = next((names for names in every if len({*names}) == len(found)), ())
     if len(labels) < 2:
         raise OilfilmError(
-            f"{', '.join(map(str, folders))}: found {len({*names[-1]})} fitted oils; expected at "
+            f"{', '.join(map(str, folders))}: found {len({*every[-1]})} fitted oils; expected at "
             "least two. Name another folder of results, or leave out --oil."
         )
     return dict(zip(labels, found, strict=True))

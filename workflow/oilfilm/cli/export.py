@@ -1,8 +1,6 @@
 """The command `oilfilm export`: the constants that the paper prints, for bearing codes."""
 
 import argparse
-from collections.abc import Mapping
-from pathlib import Path
 
 import oilfilm
 from oilfilm.atomic_write import write_bytes
@@ -31,18 +29,14 @@ def run(options: argparse.Namespace) -> int:
         "inputs": {portable(path.resolve()): file_digest(path)},
     }
     files = in_folders(wanted, provenance)
-    _refuse_to_overwrite(options.folder, files)
-    for name, content in files.items():
-        write_bytes(content, options.folder / name)
-        print(options.folder / name)
-    return 0
-
-
-def _refuse_to_overwrite(folder: Path, files: Mapping[str, bytes]) -> None:
-    for name, content in files.items():
-        file = folder / name
+    contents = {options.folder / name: content for name, content in files.items()}
+    for file, content in contents.items():
         if file.exists() and not (file.is_file() and file.read_bytes() == content):
             raise OilfilmError(
                 f"{file}: exists with other content, and nothing was written. Remove it, or name "
                 "another folder."
             )
+    for file, content in contents.items():
+        write_bytes(content, file)
+        print(file)
+    return 0

@@ -8,12 +8,14 @@ Decides: commands, options and their help.
 """
 
 import argparse
+import difflib
 from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 import oilfilm
+from oilfilm.errors import OilfilmError, cut
 
 # Options of `predict`, `compare` and `fit`: the condition of a law, its meaning, an example.
 CONDITION_OPTIONS = {
@@ -302,6 +304,23 @@ def parser() -> argparse.ArgumentParser:
         declare(command)
         command.set_defaults(module="releases" if declare in _OF_RELEASES else name)
     return top
+
+
+def check_command(words: Sequence[str]) -> None:
+    """Refuse a first word that is no command.
+
+    Raises:
+        OilfilmError: It is none; the message names the command that was probably meant.
+    """
+    names = [declare.__name__ for declare in COMMANDS]
+    word = words[0] if words else "--help"
+    if word in names or word.startswith("-"):
+        return
+    near = difflib.get_close_matches(word[:80], names, n=1)
+    hint = f"Did you mean {near[0]!r}?" if near else f"Expected one of {', '.join(names)}."
+    if Path(word[:200]).exists():
+        hint = "Write `oilfilm check` before logs, `oilfilm fit` before a table of mu."
+    raise OilfilmError(f"{cut(word)!r} is no command. {hint}")
 
 
 def _seconds(text: str) -> float:

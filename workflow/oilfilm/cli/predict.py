@@ -144,14 +144,9 @@ def _text(predicted: Mapping[str, Any]) -> str:
 def _refuse_other_conditions(fit: FittedLaw, oil: str, at: Mapping[str, float]) -> None:
     """Refuse conditions that the law does not take, and missing ones that it needs."""
     wanted, fixed = fit.law.conditions, {each.condition for each in fit.coefficients.fixed}
-    for name in at:
-        if name not in (*wanted, SLIP):
-            raise OilfilmError(
-                f"{oil}: the law {fit.law.name} does not take {name}. It takes {', '.join(wanted)}."
-            )
+    if others := ", ".join(at.keys() - {*wanted, SLIP}):
+        takes = f"It takes {', '.join(wanted)}."
+        raise OilfilmError(f"{oil}: the law {fit.law.name} does not take {others}. {takes}")
     for option, (name, _, example) in CONDITION_OPTIONS.items():
-        if name in wanted and name not in at and name not in fixed:
-            raise OilfilmError(
-                f"{oil}: {option} is missing; the fit depends on {name}. Give it, as {option} "
-                f"{example}."
-            )
+        if name in {*wanted} - fixed - at.keys():
+            raise OilfilmError(f"{oil}: the fit depends on {name}. Give it, as {option} {example}.")

@@ -3,7 +3,6 @@
 import argparse
 import subprocess
 import sys
-from collections.abc import Sequence
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -13,7 +12,9 @@ from oilfilm.settings.resolve import resolve
 
 def run(options: argparse.Namespace) -> int:
     """Run the workflow in a folder; Snakemake's exit code."""
-    before, arguments = _parted(options.words)
+    words: list[str] = options.words
+    at = words.index("--") if "--" in words else len(words)
+    before, arguments = words[:at], words[at + 1 :]
     if len(before) > 1 or any(word.startswith("-") for word in before):
         raise OilfilmError(
             f"oilfilm run: found {' '.join(before)!r}; expected at most one folder. Arguments for "
@@ -34,11 +35,3 @@ def run(options: argparse.Namespace) -> int:
     command = [sys.executable, "-m", "snakemake", *arguments]
     # a list of arguments, no shell; they are those of the user who started this
     return subprocess.run(command, cwd=folder, check=False).returncode  # noqa: S603
-
-
-def _parted(words: Sequence[str]) -> tuple[Sequence[str], Sequence[str]]:
-    """The words before and behind `--`."""
-    if "--" not in words:
-        return words, []
-    at = words.index("--")
-    return words[:at], words[at + 1 :]

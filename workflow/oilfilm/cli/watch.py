@@ -12,8 +12,7 @@ from datetime import datetime
 from pathlib import Path
 
 from oilfilm.cli.arguments import config_folder, project_folder
-from oilfilm.cli.check import judged_logs, kinds_of_folders
-from oilfilm.cli.checked import Plain, problems
+from oilfilm.cli.check import Plain, judged_logs, kinds_of_folders, problems
 from oilfilm.curation.rig_kind import RigKind
 from oilfilm.errors import OilfilmError, printable
 from oilfilm.logs.ingest import read_bytes

@@ -29,7 +29,7 @@ from oilfilm.units import BoolArray, FloatArray, IndexArray
 # Of all patterns of one kind that are looked for together.
 _FALSE_ALARMS = 0.01
 # A step or a group has this many curves on either side, and this share of all.
-_FEWEST_CURVES, _SMALLEST_SHARE = 4, 1 / 8
+FEWEST_CURVES, _SMALLEST_SHARE = 4, 1 / 8
 # Two kinds of runs without a name are told apart where their means differ by more than this many
 # standard deviations, and this many more over the effective number of curves. The best split of
 # 25 simulated campaigns of one kind of runs, three oils each, reached 4.8 with 18 effective curves,
@@ -138,12 +138,12 @@ class Leftover:
     @property
     def can_show(self) -> bool:
         """Whether there are curves enough to show a pattern."""
-        return self.problem.curves - 2 - int(self.problem.followed.sum()) >= _FEWEST_CURVES
+        return self.problem.curves - 2 - int(self.problem.followed.sum()) >= FEWEST_CURVES
 
     @property
     def fewest(self) -> int:
         """Fewest curves of a group."""
-        return max(_FEWEST_CURVES, int(np.ceil(_SMALLEST_SHARE * self.problem.curves)))
+        return max(FEWEST_CURVES, int(np.ceil(_SMALLEST_SHARE * self.problem.curves)))
 
     def is_group(self, members: BoolArray) -> bool:
         """Whether these curves, and the others, are enough for a group."""

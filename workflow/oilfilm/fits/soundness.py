@@ -14,7 +14,7 @@ from oilfilm import tables
 from oilfilm.fits.conditions import from_text
 from oilfilm.fits.engine import polish
 from oilfilm.fits.fitted import FittedLaw
-from oilfilm.fits.patterns import Leftover, Pattern, find_patterns, natural_key
+from oilfilm.fits.patterns import FEWEST_CURVES, Leftover, Pattern, find_patterns, natural_key
 from oilfilm.fits.problem import CurveData, build_problem, curve_data
 from oilfilm.settings.config import FitSettings
 from oilfilm.tables.campaign_tables import CampaignTables
@@ -52,7 +52,7 @@ def judged_fits(
         left = None
         if oil in fitted:
             used = results.points[results.points["accepted"] & (results.points["oil"] == oil)]
-            left = leftover(fitted[oil], used, _in_common(results.runs, used), fitted)
+            left = leftover(fitted[oil], used, runs_in_common(results.runs, used), fitted)
         shown = bool(lack.get(oil, "") == "shown")
         rows.append({**_verdict(row, left, shown, settings), "oil": oil, "law": row["law"]})
     return tables.from_rows(rows, "soundness")
@@ -109,7 +109,9 @@ def leftover(
     }
     known = {oil: mu for oil, mu in mixed.items() if np.isfinite(mu).all()}
     members = {name: np.isin(data.runs, list(runs)) for name, runs in groups.items()}
-    return Leftover(problem, optimum, load_n, members, known)
+    # what the same runs have in common is one cause
+    of_runs = {each.tobytes(): (name, each) for name, each in reversed(members.items())}
+    return Leftover(problem, optimum, load_n, dict(reversed(of_runs.values())), known)
 
 
 def _in_order(data: CurveData) -> CurveData:
@@ -126,13 +128,24 @@ def _in_order(data: CurveData) -> CurveData:
     )
 
 
-def _in_common(runs: pd.DataFrame, points: pd.DataFrame) -> dict[str, set[str]]:
-    """Runs that have something in common: rig, kind and form of log, a set point stated, a side."""
+def runs_in_common(runs: pd.DataFrame, points: pd.DataFrame) -> dict[str, set[str]]:
+    """Runs that have something in common.
+
+    That is the rig, the kind and form of the log, its columns and their units, what header and run
+    sheet say (a set point at all, any other key with its value), the sign of the slip.
+    """
     groups = {
         f"{column} {value}": set(of_value["run_id"])
         for column in _GROUPS
         for value, of_value in runs.groupby(column)
     }
+    for column, label, mark in (("columns", "the column ", ", "), ("stated", "", "; ")):
+        parts = runs.set_index("run_id")[column].str.split(mark).explode().dropna()
+        groups |= {
+            f"{label}{part}": set(of.index)
+            for part, of in parts.groupby(parts)
+            if part and FEWEST_CURVES <= len(of) < len(runs)
+        }
     for column in runs.columns:
         if match := _NOMINAL.match(column):
             stated = set(runs.loc[runs[column].notna(), "run_id"])

@@ -151,11 +151,15 @@ class Understood:
         columns: The columns that are read.
         unused: The names of the others.
         sources: Where each header key comes from.
+        names: All columns, each with the unit beside its name.
+        stated: What header and run sheet say beside oil, rig and set points.
     """
 
     columns: Sequence[LogColumn] = ()
     unused: Sequence[str] = ()
     sources: Mapping[str, str] = field(default_factory=dict)
+    names: str = ""
+    stated: str = ""
 
 
 NOTHING_UNDERSTOOD = Understood()

@@ -14,9 +14,11 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from oilfilm.errors import printable
 from oilfilm.logs import base
 from oilfilm.logs.log_kind import Column, ContinuousLog, LogKind, Vocabulary
 from oilfilm.logs.run_sheet import SheetOfLog
+from oilfilm.logs.text_rows import DAY
 from oilfilm.settings.resolved import Settings
 from oilfilm.units import ABSOLUTE_ZERO_C, BoolArray, FloatArray
 
@@ -28,6 +30,9 @@ _LARGEST_TIME = 1e13
 _ROWS_OF_RATE, _BLOCKS_OF_RATE, _RATIO_OF_RATES = 50, 2, 1.5
 # So many of the rows are no slips of single rows.
 _MANY_ROWS = 0.05
+# Keys that have columns of their own in the table of runs; so many of the others are kept.
+_OF_RUNS = frozenset({"oil", "rig", "log_kind", "run", *base.SET_POINTS})
+_MOST_STATED = 30
 ROWS_ADVICE = "Look at these rows of the raw log; the rows around them are used."
 Values = npt.NDArray[Any]
 
@@ -162,10 +167,29 @@ def _read_table(
         ],
         [name for index, name in enumerate(table.names) if index not in places],
         labels.sources,
+        _named(table),
+        _stated(labels.keys),
     )
     flaw = labels.excluded or flaw
     log = ContinuousLog(run_id, labels.keys, used, rows, values, flaw, understood)
     return kind.run(log, settings), [*refusals, *labels.remarks]
+
+
+def _named(table: LoggedTable) -> str:
+    """The columns of a log, each with the unit beside its name."""
+    both = zip(table.names, table.units, strict=True)
+    return printable(", ".join(f"{name} [{unit}]" if unit else name for name, unit in both))[:2000]
+
+
+def _stated(keys: Mapping[str, str]) -> str:
+    """What header and run sheet say beside oil, rig and set points; of a time stamp the day."""
+    said = {key: DAY.match(text) or [text] for key, text in sorted(keys.items()) if text}
+    parts = (
+        f"{key[:40]}={text[0][:60]}".replace(";", ",")
+        for key, text in said.items()
+        if key not in _OF_RUNS
+    )
+    return printable("; ".join(list(parts)[:_MOST_STATED]))
 
 
 def _unreadable(
@@ -182,22 +206,19 @@ def _unreadable(
 
 def _cut_row(table: LoggedTable, row: int) -> tuple[base.Refusal, base.Flaw | None]:
     """The refusal of a last row without a line end; and why the run cannot be used, if so."""
-    if table.show and "\0" in (seen := table.show(table.rows - 1)):
-        zeros = len(seen) - len(seen.replace("\0", ""))
-        reason = f"the log ends in {zeros} zero bytes in row {row} (its last good row is {row - 1})"
+    seen = table.show(table.rows - 1) if table.show else ""
+    rule, good = "cut_row", f"(its last good row is {row - 1})"
+    if zeros := seen.count("\0"):
+        reason = f"the log ends in {zeros} zero bytes in row {row} {good}"
         advice = "The disk or the logger has lost what was there: copy the log again."
-        return base.Refusal("cut_row", reason, advice).of_rows("", row, row), base.Flaw(
-            "truncated", reason
-        )
-    if table.cut >= len(table.names):
+    elif table.cut < len(table.names):
+        reason = f"the log ends in the middle of row {row} {good}"
+        advice = "This row is not used. Check whether the run was complete."
+    else:
         reason = f"row {row}, the last, has no line end, so that its last number may be cut"
-        refusal = base.Refusal("unterminated_row", reason, "End the file with a line end.")
-        return refusal.of_rows("", row, row), None
-    reason = f"the log ends in the middle of row {row} (its last good row is {row - 1})"
-    advice = "This row is not used. Check whether the run was complete."
-    return base.Refusal("cut_row", reason, advice).of_rows("", row, row), base.Flaw(
-        "truncated", reason
-    )
+        rule, advice = "unterminated_row", "End the file with a line end."
+    refusal = base.Refusal(rule, reason, advice).of_rows("", row, row)
+    return refusal, base.Flaw("truncated", reason) if rule == "cut_row" else None
 
 
 def _rate_change(time: FloatArray, rows: base.IndexArray) -> base.Flaw | None:

@@ -293,6 +293,8 @@ def _about_run(run: base.LoggedRun) -> dict[str, Any]:
         "rig": run.rig,
         "log_kind": run.kind,
         "label": printable(run.label)[:_LONGEST_LABEL],
+        "columns": run.understood.names,
+        "stated": run.understood.stated,
         **{
             f"nominal_{key}": math.nan if x is None else x for key, x in asdict(run.nominal).items()
         },

@@ -90,7 +90,7 @@ def _unreachable(path: Path, folder: Path) -> str:
     if not path.is_file():
         return "is a pipe or a device, expected a file. Take it out."
     if not path.resolve().is_relative_to(folder.resolve()):
-        return f"is a link that leads out of {folder}. Copy the log into it."
+        return f"is a link that leads out of {folder}. Copy the file into it."
     return ""
 
 
@@ -127,10 +127,8 @@ def find_sheet(folder: Path) -> Path | None:
         names = " and ".join(path.name for path in sheets)
         raise OilfilmError(f"{folder}: has the run sheets {names}. Leave one of them.")
     for path in sheets:
-        if not path.resolve().is_relative_to(folder.resolve()):
-            raise OilfilmError(
-                f"{path}: is a link that leads out of {folder}. Copy the run sheet into the folder."
-            )
+        if problem := _unreachable(path, folder):
+            raise OilfilmError(f"{path}: {problem}")
     return sheets[0] if sheets else None
 
 

@@ -313,10 +313,7 @@ def _lines(keys: Mapping[str, str], measured: Mapping[str, float]) -> dict[str, 
     for name, text in keys.items():
         bare, beside = apart(name)
         words = bare.replace("_", " ")
-        last, behind = (
-            plain_key(words.split()[-1] if words.split() else ""),
-            number_and_unit(text)[1],
-        )
+        last, behind = plain_key(f" {words}".split(" ")[-1]), number_and_unit(text)[1]
         for key, (quantity, unit) in SET_POINT_UNITS.items():
             meant = guessed(words, unit, VOCABULARY)[0]
             if name != key and meant != quantity.replace("max_hertz_pressure", "load"):

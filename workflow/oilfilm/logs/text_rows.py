@@ -7,10 +7,9 @@ stamps are read.
 """
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass
-from datetime import date
 from functools import cached_property
 from itertools import islice
 from typing import Any
@@ -225,10 +224,11 @@ class TextTable:
 # otherwise. 03/01/2026 may be March or January: it is no date.
 _DATE = r"(?P<date>\d{4}([-/.])\d{1,2}\2\d{1,2}|\d{1,2}\.\d{1,2}\.\d{4})"
 _CLOCK = r"(?P<h>\d{1,4}):(?P<min>[0-5]\d)(?::(?P<s>[0-5]\d(?:[.,]\d{1,9})?))?"
-_ZONE = r"\s?(?P<zone>Z|[+-]\d\d(?::?\d\d)?)?"
+_ZONE = r"\s?(?:Z|(?P<ahead>[+-]\d\d)(?::?(?P<and>\d\d))?)?"
 _STAMP = re.compile(rf"(?:{_DATE}(?:T|\s+))?{_CLOCK}{_ZONE}")
-_DAY = re.compile(_DATE)
+DAY = re.compile(_DATE)
 _DAY_S = 86_400.0
+_NUMBERS = ("h", "min", "s", "ahead", "and")
 _HOUR_S = 3_600.0
 
 
@@ -239,7 +239,7 @@ def is_stamp(cell: str) -> bool:
 
 def is_date(cell: str) -> bool:
     """Whether a cell holds a date alone."""
-    return _DAY.fullmatch(cell) is not None
+    return DAY.fullmatch(cell) is not None
 
 
 def seconds(stamps: "pd.Series[str]", dates: "pd.Series[str] | None" = None) -> FloatArray:
@@ -256,14 +256,12 @@ def seconds(stamps: "pd.Series[str]", dates: "pd.Series[str] | None" = None) -> 
         [0.0, 0.5]
     """
     parts = stamps.str.extract(f"^{_STAMP.pattern}$")
-    clock: FloatArray = np.asarray(
-        parts["h"].astype(float) * _HOUR_S
-        + parts["min"].astype(float) * 60
-        + parts["s"].str.replace(",", ".").astype(float).fillna(0.0),
-        dtype=np.float64,
-    )
-    time: FloatArray = clock - _by_text(parts["zone"].fillna("Z"), _offset_s)
-    day = _by_text(parts["date"] if dates is None else dates, _day)
+    numbers = parts.assign(s=parts["s"].str.replace(",", "."))[[*_NUMBERS]].astype(float)
+    numbers = numbers.fillna({"s": 0.0, "ahead": 0.0, "and": 0.0})
+    minutes_ahead = 60 * numbers["ahead"] + np.copysign(numbers["and"], numbers["ahead"])
+    clock = numbers["h"] * _HOUR_S + numbers["min"] * 60 + numbers["s"] - 60 * minutes_ahead
+    time: FloatArray = clock.to_numpy(np.float64, copy=True)
+    day = _days(parts["date"] if dates is None else dates)
     dated = bool(np.isfinite(day).any())
     if dated:
         # counted from the first day, because the seconds of centuries leave too few digits
@@ -277,28 +275,11 @@ def seconds(stamps: "pd.Series[str]", dates: "pd.Series[str] | None" = None) -> 
     return time
 
 
-def _by_text(texts: "pd.Series[str]", number: Callable[[str], float]) -> FloatArray:
-    """A number for each text, found once for texts that are the same; NaN where there is none."""
-    known = {}
-    for text in texts.dropna().unique():
-        try:
-            known[text] = number(text)
-        except ValueError:
-            continue
-    return texts.map(known).to_numpy(dtype=np.float64)
-
-
-def _day(text: str) -> float:
-    if not is_date(text):
-        raise ValueError(f"{text!r} is no date")
-    parts = [int(part) for part in re.split("[-/.]", text)]
-    return float(date(*(parts if parts[0] > 31 else parts[::-1])).toordinal())
-
-
-def _offset_s(zone: str) -> float:
-    """Seconds that local time is ahead of UTC."""
-    if zone == "Z":
-        return 0.0
-    digits = zone[1:].replace(":", "").ljust(4, "0")
-    ahead = int(digits[:2]) * _HOUR_S + int(digits[2:]) * 60
-    return -ahead if zone.startswith("-") else ahead
+def _days(texts: "pd.Series[str]") -> FloatArray:
+    """Days since a fixed one; NaN where a cell holds no date."""
+    dates = texts.where(texts.str.fullmatch(DAY, na=False)).str.replace("[/.]", "-", regex=True)
+    first, last = (
+        pd.to_datetime(dates, format=form, errors="coerce") for form in ("%Y-%m-%d", "%d-%m-%Y")
+    )
+    days = (first.fillna(last) - pd.Timestamp(0)) / pd.Timedelta(days=1)
+    return np.asarray(days, dtype=np.float64)

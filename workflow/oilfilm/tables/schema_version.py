@@ -6,4 +6,4 @@ tables are made again. Meanings and caveats of columns change no table.
 Decides: when all tables are made again.
 """
 
-SCHEMA_VERSION = 13
+SCHEMA_VERSION = 14
