@@ -241,16 +241,19 @@ def test_every_file_that_differs_is_missing_or_extra_is_named(
     assert printed[1].endswith("is not a plain file.")
 
 
-@pytest.mark.parametrize("kept", [0, -1], ids=["empty", "a line short"])
+@pytest.mark.parametrize("kept", [None, 0, -1], ids=["gone", "empty", "a line short"])
 def test_release_without_its_whole_list_of_hashes_is_not_as_released(
-    loose: Path, tmp_path: Path, kept: int
+    loose: Path, tmp_path: Path, kept: int | None
 ) -> None:
     folder = shutil.copytree(loose, tmp_path / "release")
     lines = (folder / CHECKSUMS).read_text(encoding="utf-8").splitlines(keepends=True)
     # the manifest and every file, by another program's reading
     named = {line.split("  ", 1)[1].rstrip("\n") for line in lines}
     assert named == {*bytes_of(folder)} - {CHECKSUMS}
-    (folder / CHECKSUMS).write_text("".join(lines[:kept]), encoding="utf-8")
+    if kept is None:
+        (folder / CHECKSUMS).unlink()
+    else:
+        (folder / CHECKSUMS).write_text("".join(lines[:kept]), encoding="utf-8")
     (complaint,) = verify(folder)
     assert complaint.startswith(f"{CHECKSUMS}: ")
 
