@@ -306,6 +306,7 @@ def jobs_without(log: Path, project: Path, *target: str) -> set[str]:
     """Which jobs run again after a log is removed."""
     log.unlink()
     shown = succeed(project, *target, "--printshellcmds")
+    assert f"are gone: data/raw/two/{log.name}." in shown
     return set(re.findall(r"log: results/two/logs/(\S+)\.log", shown))
 
 
