@@ -16,6 +16,7 @@ from damages import SOUND, stuck
 from oilfilm.cli import main
 from oilfilm.cli.check import WIDTH, check_files, report
 from oilfilm.curation.traction_rig import TRACTION_RIG
+from oilfilm.logs.first_seen import FirstSeen
 from oilfilm.settings.resolve import resolve
 
 CONFIG = ["--config", str(ROOT / "config")]
@@ -148,6 +149,10 @@ def test_logs_in_the_folder_of_a_campaign_are_judged_by_it(
     for name, campaign in (("june", "june"), ("elsewhere", "demo")):
         (log,) = checked(capsys, logs[name], *where)
         assert log["campaign"] == campaign
+    seen = FirstSeen("june", folder=tmp_path / "data/first_seen")
+    seen.check_and_add(dict.fromkeys(["data/raw/june/a.csv", "data/raw/june/b.csv"], "0" * 64), [])
+    assert main(["check", str(logs["june"]), *where]) == 1
+    assert "earlier run has read are gone: data/raw/june/b.csv." in capsys.readouterr().err
     assert main(["check", str(logs["june"]), str(logs["demo"]), *where]) == 2
     assert "the logs are of the campaigns demo and june" in capsys.readouterr().err
 

@@ -395,6 +395,20 @@ def accept_film(made: Project) -> None:
     made.campaign_file.write_text(re.sub("(?m)^film_unjudged:.*", FILM, text), encoding="utf-8")
 
 
+def test_settings_files_begin_with_the_schema_by_which_editors_check_them(tmp_path: Path) -> None:
+    """Those of the clone, which the wheel holds in the same folders, and those of a new project."""
+    made = project_of(tmp_path / "p", [])
+    for config in (ROOT / "config", made.folder / "config"):
+        files = list(config.rglob("*.yaml"))
+        assert len(files) >= 4
+        for file in files:
+            kind = "config" if file.parent == config else file.parent.name.removesuffix("s")
+            mark, schema = file.read_text(encoding="utf-8").split("\n", 1)[0].split("$schema=")
+            assert mark == "# yaml-language-server: "
+            assert (file.parent / schema).resolve().name == f"{kind}.schema.json"
+            assert (file.parent / schema).is_file()
+
+
 def test_project_without_logs_says_what_to_do(tmp_path: Path) -> None:
     made = project_of(tmp_path / "p", [])
     assert "film_unjudged" in made.asked

@@ -6,8 +6,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 import oilfilm
-from examples import NAMES
-from law import SLIP
+from examples import NAMES, contact, simulated_points
+from law import AT, SLIP
 from oilfilm.fits.fitted import Coefficients, FittedLaw
 from style import GREEN, GREY, OILS, axes
 
@@ -45,4 +45,24 @@ def open_signs() -> Figure:
     one.plot([], color=GREY, label="the other 15 choices")
     one.legend()
     one.set(xlim=(0, 0.3), ylim=(0, None))
+    return figure
+
+
+def near_zero() -> Figure:
+    """mu at small slip of Wang-Deng laws that were fitted to points of the paper's law."""
+    figure, one = axes(xlabel="Slide-roll ratio S (1)", ylabel="Traction coefficient mu (1)")
+    slip = np.linspace(0, 0.002, 50)
+    pressure, speed, temperature = AT
+    mu = oilfilm.printed("4102").predict_at(*AT, slip).traction_coefficient
+    one.plot(slip, mu, color=GREY, label="paper's law, which made the points")
+    points = simulated_points()
+    table = points.set_axis(["p [GPa]", "U [m/s]", "T [degC]", "SRR", "mu", "curve"], axis=1)
+    table["load [N]"] = contact().load_n(table.pop("p [GPa]"))
+    at = np.tile([contact().load_n(pressure), speed, temperature], (len(slip), 1))
+    for name, style in (("wang-deng-load", "--"), ("wang-deng-critical-load", ":")):
+        fit = oilfilm.fit_table(table, law=name, bootstrap=20, searches=2).law
+        one.plot(slip, fit.predict(at, slip).traction_coefficient, style, label=fit.law.title)
+    one.axhline(0, color=GREY, lw=0.7)
+    one.legend()
+    one.set(xlim=(0, 0.002), xticks=np.linspace(0, 0.002, 5))
     return figure

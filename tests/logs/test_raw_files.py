@@ -2,13 +2,17 @@
 
 import errno
 import os
+import tempfile
 from collections.abc import Callable
 from itertools import chain
 from pathlib import Path
 from typing import Any
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
+from nights import examples
 from oilfilm.errors import OilfilmError
 from oilfilm.logs.raw_files import (
     RawLogs,
@@ -20,15 +24,22 @@ from oilfilm.logs.raw_files import (
     shares_of,
 )
 
+LOGS = ["12:30 \u6cb9.csv", "a.csv", "june/a.csv", "june/runs.csv"]
+OTHERS = ["README.md", "README", ".hidden.csv", "runs.csv", "~$a.xlsx", "june/.x"]
 
-def test_logs_are_found_in_subfolders_and_notes_are_not_logs(tmp_path: Path) -> None:
-    (tmp_path / "june").mkdir()
-    logs = ["12:30 \u6cb9.csv", "june/a.csv", "june/runs.csv"]
-    others = ["README.md", "README", ".hidden.csv", "runs.csv", "~$a.xlsx", "june/.x"]
-    for name in (*logs, *others):
-        (tmp_path / name).write_text("x")
-    assert raw_files(tmp_path) == logs
-    assert [name for name in others if not is_passed_over(tmp_path / name, tmp_path)] == []
+
+@examples(0.5)
+@given(st.sets(st.sampled_from(LOGS), min_size=1), st.sets(st.sampled_from(OTHERS)))
+def test_every_file_of_a_folder_is_a_log_or_passed_over_by_its_name(
+    logs: set[str], others: set[str]
+) -> None:
+    with tempfile.TemporaryDirectory() as temporary:
+        folder = Path(temporary)
+        for name in logs | others:
+            (folder / name).parent.mkdir(exist_ok=True)
+            (folder / name).write_text("x")
+        assert raw_files(folder) == sorted(logs)
+        assert {name for name in logs | others if is_passed_over(folder / name, folder)} == others
 
 
 @pytest.mark.parametrize("name", [b"{a}.csv", b"a\\b.csv", b"a\nb.csv", b"\xe4.csv"])

@@ -1,6 +1,7 @@
 """Parquet: types, metadata, own tables, and files made to fill the memory."""
 
 import io
+import re
 from pathlib import Path
 from typing import Any
 
@@ -71,6 +72,23 @@ def test_bit_changed_in_a_page_with_a_checksum_is_found(read) -> None:
             changed = reading.runs[0].samples["load_n"][20]
             assert changed != load[20]
             assert 80 < changed < 90
+
+
+@pytest.mark.parametrize(
+    "said", [b"\xd2\x0f", b"\x94\x00", b"\xcf\x0f"], ids=["1001", "10", "-1000"]
+)
+def test_footer_that_counts_other_rows_than_the_pages_have_loses_none(read, said: bytes) -> None:
+    """Each count of 1000 in the footer, as Thrift writes it, is changed by a few bits."""
+    content = formats.as_parquet(formats.columns(1000))
+    footer = len(content) - 8 - int.from_bytes(content[-8:-4], "little")
+    places = [each.start() for each in re.finditer(rb"\xd0\x0f", content) if each.start() > footer]
+    reasons = set()
+    for place in places:
+        reading = read(content[:place] + said + content[place + 2 :])
+        kept = sum(map(len, reading.runs))
+        assert kept == 1000 or [each.rule for each in reading.refusals] == ["damaged_file"]
+        reasons |= {each.reason for each in reading.refusals}
+    assert any("and the pages have 1000" in reason for reason in reasons)
 
 
 def test_frame_of_pandas_with_attributes_and_own_names_is_a_log(read) -> None:

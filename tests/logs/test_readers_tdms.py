@@ -112,6 +112,16 @@ def test_cut_within_a_lead_in_is_noticed_although_no_row_is_lost(read) -> None:
         assert len(run) == 600
 
 
+@pytest.mark.parametrize("bit", range(3, 16))
+def test_changed_bit_in_the_length_of_the_names_loses_no_row(read, bit: int) -> None:
+    """The values of all channels would begin later, and the last rows of the file be cut off."""
+    content = bytearray(formats.tdms(formats.columns(1000)))
+    content[content.rindex(b"TDSm") + 20 + bit // 8] ^= 1 << bit % 8
+    reading = read(bytes(content))
+    assert not reading.runs
+    assert [refusal.rule for refusal in reading.refusals] == ["damaged_file"]
+
+
 def test_absurd_count_of_values_neither_fills_the_memory_nor_invents_rows(read) -> None:
     content = formats.tdms(formats.columns(60))
     reading = read(content.replace(struct.pack("<Q", 60), struct.pack("<Q", 1 << 40)))

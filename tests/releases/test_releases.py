@@ -230,15 +230,17 @@ def test_every_file_that_differs_is_missing_or_extra_is_named(
     (folder / "summary.txt").unlink()
     (folder / "exports/4102/law.h").write_bytes(b"much longer than before, all of it\n" * 3)
     (folder / "figures/fig99.png").write_bytes(b"")
+    (folder / "code/workflow/oilfilm/.planted.pyc").write_bytes(b"")
     (folder / "config.yaml").unlink()
     (folder / "config.yaml").symlink_to(ROOT / "config/config.yaml")
     assert main(["verify", str(folder)]) == 1
     printed = capsys.readouterr().out.splitlines()
-    assert printed[0].endswith(": 4 files are not as released:")
+    assert printed[0].endswith(": 5 files are not as released:")
     assert [line.split(":")[0] for line in printed[1:]] == [
-        *("config.yaml", "exports/4102/law.h", "figures/fig99.png", "summary.txt")
+        "code/workflow/oilfilm/.planted.pyc",
+        *("config.yaml", "exports/4102/law.h", "figures/fig99.png", "summary.txt"),
     ]
-    assert printed[1].endswith("is not a plain file.")
+    assert printed[2].endswith("is not a plain file.")
 
 
 def test_file_hidden_deep_is_named(loose: Path, tmp_path: Path) -> None:
@@ -265,8 +267,9 @@ def test_release_without_its_whole_list_of_hashes_is_not_as_released(
     # the manifest and every file, by another program's reading
     named = {line.split("  ", 1)[1].rstrip("\n") for line in lines}
     assert named == {*bytes_of(folder)} - {CHECKSUMS}
-    (folder / CHECKSUMS).unlink()
-    if kept is not None:
+    if kept is None:
+        (folder / CHECKSUMS).unlink()
+    else:
         (folder / CHECKSUMS).write_text("".join(lines[:kept]), encoding="utf-8")
     (complaint,) = verify(folder)
     assert complaint.startswith(f"{CHECKSUMS}: ")
@@ -316,7 +319,8 @@ def test_manifest_of_zeros_takes_little_memory(tmp_path: Path) -> None:
 def hostile(manifest: dict[str, Any]) -> Iterator[Any]:
     """Manifests that a stranger might send."""
     first, made_from = manifest["files"][0], manifest["made_from"]
-    for path in ("../../outside", "/etc/passwd", "a/../b", "C:/x", "a\\b", "", MANIFEST, "a\ud800"):
+    escapes = ("../../outside", "/etc/passwd", "a/../b", "C:/x", "a\\b", "", MANIFEST, "a\ud800")
+    for path in (*escapes, "a" * 1025):
         yield {**manifest, "files": [{**first, "path": path}]}
     yield {**manifest, "files": [{**first, "size": -1}]}
     yield {**manifest, "samples": [{**first, "sha256": "0"}]}
@@ -366,6 +370,16 @@ def test_hostile_manifest_is_refused_in_a_sentence(
     (tmp_path / MANIFEST).unlink()
     assert main(["verify", str(tmp_path)]) == 2
     assert "is not a release: it holds no manifest.json" in capsys.readouterr().err
+
+
+def test_manifest_of_more_files_than_any_release_has_is_refused(
+    release: Path, tmp_path: Path
+) -> None:
+    manifest = json.loads((release / MANIFEST).read_text(encoding="utf-8"))
+    files = [{**manifest["files"][0], "path": str(number)} for number in range(100_001)]
+    (tmp_path / MANIFEST).write_text(json.dumps({**manifest, "files": files}), encoding="utf-8")
+    with pytest.raises(OilfilmError, match="expected 100000 or fewer items"):
+        read_manifest(tmp_path)
 
 
 @pytest.mark.parametrize(

@@ -14,6 +14,7 @@ from oilfilm import read_fit
 from oilfilm.cli import main
 from oilfilm.errors import OilfilmError
 from oilfilm.releases.manifest import MANIFEST
+from oilfilm.releases.stored_release import StoredRelease
 from oilfilm.settings.resolved import Settings
 from oilfilm.settings.yaml_file import as_yaml
 from oilfilm.tables import SCHEMA_VERSION
@@ -61,6 +62,14 @@ def test_configuration_made_to_deceive_is_refused(
 ) -> None:
     alter(stranger, "config.yaml", b"a: \x1b[31m\n")
     assert "not valid YAML" in refusal(capsys, "diff", release, stranger, *CONFIG)
+
+
+def test_file_larger_than_any_of_a_release_is_not_opened(stranger: Path) -> None:
+    opened = StoredRelease.open(stranger)
+    large = opened.files["summary.txt"].model_copy(update={"size": (1 << 28) + 1})
+    opened.files["summary.txt"] = large
+    with pytest.raises(OilfilmError, match="268435457 bytes, more than are read"):
+        opened.file("summary.txt")
 
 
 NOWHERE = ("../../evil", "/evil", "a/b", "C:evil", "")

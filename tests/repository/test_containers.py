@@ -19,6 +19,14 @@ def copied() -> list[str]:
     return [line.removeprefix("!") for line in lines if line.startswith("!")]
 
 
+@pytest.mark.parametrize("recipe", ["Dockerfile", "apptainer.def"])
+def test_base_image_is_named_by_its_digest(recipe: str) -> None:
+    text = (CONTAINERS / recipe).read_text(encoding="utf-8")
+    bases = re.findall(r"(?m)^(?:FROM|From:) \S+?(@sha256:[0-9a-f]{64})?$", text)
+    assert bases
+    assert all(bases)
+
+
 @pytest.mark.nightly
 def test_steps_of_the_recipes_work_in_an_empty_folder(tmp_path: Path) -> None:
     """No container engine is needed: the same commands, on the files that the image gets."""

@@ -82,6 +82,7 @@ def test_provenance_names_the_logs_whatever_shares_they_were_read_in(copies: Pat
     ("fault", "sentence"),
     [
         (OSError(errno.ENOSPC, "-", "points.parquet"), "The disk is full. Make room on it ("),
+        (OSError(errno.EDQUOT, "-", "points.parquet"), "The quota on this disk is used up. Make"),
         (OSError(errno.EROFS, "-", "points.parquet"), "The disk can only be read. Mount it for"),
         (OSError(errno.EFBIG, "-", "points.parquet"), "A file would be larger than is allowed"),
         (MemoryError("points.parquet"), "There is not enough memory for this step"),

@@ -89,6 +89,19 @@ def fit_table(
     Raises:
         OilfilmError: A column or a condition is missing or cannot be understood, or a number is
             impossible.
+
+    Examples:
+        A table on the printed law of 4102 gives its constants back:
+
+        >>> import oilfilm
+        >>> levels = [1.0, 1.25, 1.5], [25, 40], [50, 120], [0.01, 0.03, 0.1, 0.3]
+        >>> names = ["p [GPa]", "U [m/s]", "T [degC]", "SRR"]
+        >>> table = pd.MultiIndex.from_product(levels, names=names).to_frame(index=False)
+        >>> at = table.to_numpy().T
+        >>> table["mu"] = oilfilm.printed("4102").predict_at(*at).traction_coefficient
+        >>> fitted = oilfilm.fit_table(table, searches=2, bootstrap=20)
+        >>> fitted.constants["value"].round(3)[["A0", "A1"]].to_dict()
+        {'A0': -0.016, 'A1': 1.665}
     """
     found = read_mu_table(table)
     points, notes = found.points.assign(**(at or {})), list(found.notes)

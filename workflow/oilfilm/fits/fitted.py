@@ -468,6 +468,19 @@ def read_fit(folder: Path | str, oil: str | None = None) -> FittedLaw:
 
     Raises:
         OilfilmError: There are no such results, or no such oil in them.
+
+    Examples:
+        A fit that was saved as `june`. Of a campaign: `oilfilm.read_fit("results/demo", "4102")`.
+
+        >>> import tempfile
+        >>> import oilfilm
+        >>> at = np.meshgrid([1.0, 1.25, 1.5], [25, 40], [50, 120], [0.01, 0.03, 0.1, 0.3])
+        >>> mu = oilfilm.printed("4102").predict_at(*at).traction_coefficient
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     oilfilm.fit(*at, mu, searches=2, bootstrap=20).save(f"{folder}/june")
+        ...     law = oilfilm.read_fit(f"{folder}/june")
+        >>> float(law.predict_at(1.2, 30, 70, 0.05).traction_coefficient)
+        0.0107...
     """
     for name in ("coefficients", "refits", "fit_quality", "curve_residuals", "soundness"):
         refuse_unpacking(Path(folder, "tables", f"{name}.parquet"))

@@ -18,6 +18,8 @@ IndexArray = npt.NDArray[np.int64]
 # Columns of a log: each one's name, and the unit beside or below it (empty where there is none).
 Names = list[tuple[str, str]]
 
+COPY_AGAIN = "Copy it again from the rig, or export it again: this copy cannot be repaired."
+
 # A reading beyond this is no measurement of any rig, whatever its unit.
 LARGEST_READING = 1e9
 # A day of 50 Hz logging is 4.3 million rows. What has more, or unfolds to more than so many times

@@ -29,7 +29,6 @@ from oilfilm.tables import LARGEST
 from oilfilm.tables.table_file import digests_of_runs
 
 _LONGEST_LABEL = 200
-_COPY_AGAIN = "Copy it again from the rig, or export it again: this copy cannot be repaired."
 _UNSUSPICIOUS = 1 << 24
 _COMPRESSED = {b"\x1f\x8b": "gzip", b"\x28\xb5\x2f\xfd": "zstd"}
 
@@ -229,7 +228,7 @@ def _found(name: str, content: bytes, vocabulary: Vocabulary) -> Found:
             raise
         what = " ".join(str(error).split())[:200] or type(error).__name__
         reason = f"the file begins like {name}, but cannot be read: {what}"
-        raise base.UnreadableLogError(reason, _COPY_AGAIN, rule="damaged_file") from error
+        raise base.UnreadableLogError(reason, base.COPY_AGAIN, rule="damaged_file") from error
 
 
 def _without_absurd(reading: base.Reading) -> base.Reading:
@@ -275,7 +274,7 @@ def unpack(content: bytes) -> bytes:
             inside = bytes(stream.read(most + 1))
     except OSError as error:
         damage = f"the compressed file cannot be unpacked: {error}"
-        raise base.UnreadableLogError(damage, _COPY_AGAIN, rule="damaged_archive") from error
+        raise base.UnreadableLogError(damage, base.COPY_AGAIN, rule="damaged_archive") from error
     if len(inside) > most:
         times = f", its size times {base.MOST_FOLDED}" if most < LARGEST_LOG else ""
         raise _too_large(f"unpacked the file has more than {most >> 20} MiB{times}")

@@ -9,7 +9,7 @@ import numpy.typing as npt
 import pyarrow as arrow
 import pyarrow.parquet as parquet
 
-from oilfilm.logs.base import NO_TEXT, UnreadableLogError, check_rows
+from oilfilm.logs.base import COPY_AGAIN, NO_TEXT, UnreadableLogError, check_rows
 from oilfilm.logs.columns import Found, LoggedTable, header_text
 from oilfilm.logs.log_kind import Vocabulary
 from oilfilm.settings.base import plain_key
@@ -44,6 +44,9 @@ def tables(content: bytes, vocabulary: Vocabulary) -> Found:
     known = vocabulary.meanings(schema.names, units)
     wanted = {schema.names[n]: "" for n in known if _holds_numbers(schema.types[n])}
     columns = log.read(columns=[*wanted], use_threads=False)
+    if columns.num_rows != rows:
+        reason = f"the footer counts {rows} rows, and the pages have {columns.num_rows}"
+        raise UnreadableLogError(reason, COPY_AGAIN, columns.num_rows, "damaged_file")
     logged = LoggedTable(
         _keys(metadata),
         schema.names,

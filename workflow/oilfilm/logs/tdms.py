@@ -36,10 +36,16 @@ def recognises(head: bytes) -> bool:
 
 def tables(content: bytes, vocabulary: Vocabulary) -> Found:
     """See `Reader.tables`."""
-    flaw = _cut(content)
+    flaw, raw = _segments(content)
     with TdmsFile.open(io.BytesIO(content)) as log:
         channels = [channel for group in log.groups() for channel in group.channels()]
         _check_claims(channels, [log.properties, *(g.properties for g in log.groups())], content)
+        sizes = [getattr(channel.data_type, "size", 0) for channel in channels]
+        # texts and raw data of DAQmx have no size, channels without data no type
+        if not flaw and None not in sizes:
+            used = sum(len(channel) * size for channel, size in zip(channels, sizes, strict=True))
+            if used != raw:
+                raise ValueError(f"its channels have {used} bytes of values, its segments {raw}")
         groups = [group for group in log.groups() if any(map(len, group.channels()))]
         if flaw and not groups:
             advice = "Copy it again, or repeat the run."
@@ -51,22 +57,23 @@ def tables(content: bytes, vocabulary: Vocabulary) -> Found:
         ]
 
 
-def _cut(content: bytes) -> Flaw | None:
-    """What is wrong with the last segment where it was not written to its end."""
-    position, number = 0, 0
+def _segments(content: bytes) -> tuple[Flaw | None, int]:
+    """What is wrong with the last segment where it was not written to its end; bytes of values."""
+    position, number, raw = 0, 0, 0
     while position < len(content):
         number += 1
         sentence = f"the file ends within segment {number}, which was not written to its end"
         lead_in = content[position : position + _LEAD_IN]
         if len(lead_in) < _LEAD_IN or not lead_in.startswith(_TAG):
             # another tag is damage, which the library reports
-            return Flaw("truncated", sentence) if _TAG.startswith(lead_in[:4]) else None
+            return (Flaw("truncated", sentence) if _TAG.startswith(lead_in[:4]) else None), raw
         order = ">" if lead_in[4] & _BIG_ENDIAN else "<"
-        (length,) = struct.unpack(f"{order}Q", lead_in[12:20])
+        length, of_names = struct.unpack(f"{order}QQ", lead_in[12:28])
         if length == _UNKNOWN_END or position + _LEAD_IN + length > len(content):
-            return Flaw("truncated", sentence)
+            return Flaw("truncated", sentence), raw
         position += _LEAD_IN + length
-    return None
+        raw += length - of_names
+    return None, raw
 
 
 def _check_claims(

@@ -16,7 +16,7 @@ from typing import Any
 from pydantic import TypeAdapter, ValidationError
 from pydantic_core import ErrorDetails
 
-from oilfilm.errors import OilfilmError
+from oilfilm.errors import OilfilmError, cut
 from oilfilm.physics.oils import FORMULAS
 from oilfilm.settings.quantities import NAME_PATTERN
 from oilfilm.settings.yaml_file import YamlFile, dotted, leaves, read_yaml
@@ -175,8 +175,8 @@ def _sentence(details: ErrorDetails, steps: Steps, schema: Mapping[str, Any]) ->
         return f"the key {str(steps[-1])!r} is missing{under}. {meaning}".rstrip()
     if details["type"] == "string_type":  # an item of a list of names may be given alone
         node = {**node, **_TEXT}
-    expected, hint = _expected(details, node), _hint(value, node)
-    return f"`{dotted(steps)}`: found {value!r}, expected {expected}.{hint} {meaning}".rstrip()
+    found, expected, hint = cut(repr(value)), _expected(details, node), _hint(value, node)
+    return f"`{dotted(steps)}`: found {found}, expected {expected}.{hint} {meaning}".rstrip()
 
 
 def _unknown_key(unknown: Any, group: Mapping[str, Any], under: str) -> str:
