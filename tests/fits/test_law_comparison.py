@@ -10,8 +10,9 @@ from law_points import EVERY_LAW, MATRIX, internal_of, points_of
 from nights import nightly
 from oilfilm import tables
 from oilfilm.fits import engine
+from oilfilm.fits.conditions import level_of
 from oilfilm.fits.engine import Optimum
-from oilfilm.fits.fit import leave_curves_out, leave_ends_out, level_of
+from oilfilm.fits.fit import leave_curves_out, leave_ends_out
 from oilfilm.fits.fit_tables import curve_shapes
 from oilfilm.fits.law_comparison import compare_laws, laws_of
 from oilfilm.fits.problem import Problem, build_problem, curve_data

@@ -15,6 +15,7 @@ from oilfilm.fits.conditions import (
     fixed_conditions,
     followed_conditions,
     incomplete_curves,
+    level_of,
     to_text,
     varied,
 )
@@ -337,29 +338,6 @@ def leave_ends_out(problem: Problem, optimum: Optimum, levels: IndexArray) -> Fl
     if levels.max(initial=0) == 0:
         return np.full(len(problem.mu), np.nan)
     return _errors_left_out(problem, optimum, np.stack([levels == 0, levels == levels.max()]))
-
-
-def level_of(values: FloatArray, gap: float) -> IndexArray:
-    """Levels among measured values, counted from 0 for the lowest.
-
-    Args:
-        values: One per curve.
-        gap: A new level begins where two neighbours differ by more than this share of the range.
-
-    Returns:
-        Level of each value; all 0 where a value is unknown.
-
-    Examples:
-        >>> level_of(np.array([25.1, 119.8, 24.9, 70.0, 120.2]), gap=0.05)
-        array([0, 2, 0, 1, 2])
-    """
-    if not np.isfinite(values).all():
-        return np.zeros(len(values), dtype=np.int64)
-    order = np.argsort(values)
-    steps = np.diff(values[order], prepend=values.min(initial=np.inf))
-    levels = np.empty(len(values), dtype=np.int64)
-    levels[order] = np.cumsum(steps > gap * np.ptp(values))
-    return levels
 
 
 def relative_rms(errors: FloatArray, mu: FloatArray) -> float:

@@ -20,6 +20,7 @@ import numpy as np
 import numpy.typing as npt
 import scipy
 
+from oilfilm.fits.conditions import level_of
 from oilfilm.fits.curve_errors import EFFECTS, Curves, effects
 from oilfilm.fits.descent import descend
 from oilfilm.fits.engine import Optimum
@@ -45,6 +46,8 @@ _SAME_GROUP = 0.9
 _TOLD_APART = 0.08
 # Reading a quantity of some runs twice or half as large must lower the SSE to this share.
 _MISREAD_SSE = 0.3
+# Levels of a condition differ by more than this share of its range.
+_GAP = 0.05
 # Degrees of the polynomials over the slip, and over S dmu/dS / mu.
 _SHAPES, _RISES = (2, 3, 4, 5), (1, 2, 3, 4)
 _ROUNDING = 1e-7
@@ -288,9 +291,10 @@ def _bends(left: Leftover) -> list[tuple[Pattern, FloatArray]]:
     scaled = problem.at.design[:, 1:][:, known]
     scaled = (scaled - scaled.mean(axis=0)) / scaled.std(axis=0)
     bends = []
-    # squares, products of two, cubes
+    # squares, products of two; cubes, which three levels do not tell from squares
     pairs = itertools.combinations_with_replacement(range(len(known)), 2)
-    for powers in (*pairs, *((index,) * 3 for index in range(len(known)))):
+    cubes = [(index,) * 3 for index, each in enumerate(scaled.T) if level_of(each, _GAP).max() > 2]
+    for powers in (*pairs, *cubes):
         names = [problem.law.groups[known[index]] for index in powers]
         product = scaled[:, list(powers)].prod(axis=1)[problem.at.curve]
         bends += [(" ".join(dict.fromkeys(names)), each * product) for each in (mu, left.by_slip)]
