@@ -144,7 +144,7 @@ def test_run_of_unknown_temperature_does_not_cost_the_effect_of_temperature(
 
 
 def test_missing_or_foreign_conditions_are_named(heated: FittedLaw) -> None:
-    with pytest.raises(OilfilmError, match="as --stress 1.2GPa"):
+    with pytest.raises(OilfilmError, match="Give it, as --stress"):
         prediction(heated, "4102", {"entrainment_speed_m_s": 30, "slide_roll_ratio": 0.1})
     with pytest.raises(OilfilmError, match="the law deng2026 does not take load_n"):
         prediction(heated, "4102", {"load_n": 30, "slide_roll_ratio": 0.1})
