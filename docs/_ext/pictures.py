@@ -4,6 +4,7 @@ Its argument is `module.function`, its content the caption; `:alt:` says what th
 """
 
 import sys
+from functools import cache
 from importlib import import_module
 from pathlib import Path
 from typing import ClassVar
@@ -18,17 +19,17 @@ from sphinx.util.docutils import SphinxDirective
 FOLDER = "_build/pictures"
 
 
+@cache
 def draw(name: str, folder: Path) -> Path:
-    """The picture `module.function` as a file; drawn once."""
+    """The picture `module.function` as a file; drawn once in a build."""
     file = folder / f"{name}.png"
-    if not file.exists():
-        module, _, function = name.partition(".")
-        style = import_module("style")
-        with pyplot.rc_context(style.STYLE):
-            figure = getattr(import_module(module), function)()
-            folder.mkdir(parents=True, exist_ok=True)
-            figure.savefig(file, metadata={"Software": None})
-            pyplot.close("all")
+    module, _, function = name.partition(".")
+    style = import_module("style")
+    with pyplot.rc_context(style.STYLE):
+        figure = getattr(import_module(module), function)()
+        folder.mkdir(parents=True, exist_ok=True)
+        figure.savefig(file, metadata={"Software": None})
+        pyplot.close("all")
     return file
 
 

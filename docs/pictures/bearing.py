@@ -8,10 +8,10 @@ from matplotlib.figure import Figure
 
 import oilfilm
 from examples import NAMES, bearing, contact, oil, settings
-from oilfilm.bearing.friction import HEATS, FrictionProblem
+from oilfilm.bearing.friction import FrictionProblem
 from oilfilm.bearing.kinematics import inner_slide_roll_ratio
 from oilfilm.bearing.quasistatic import OperatingPoints, raceway_control
-from oilfilm.bearing.resistance import Lubrication
+from oilfilm.bearing.resistance import HEATS, Lubrication
 from oilfilm.bearing.torque import torque_terms
 from oilfilm.torque.load_variables import LawInBearing
 from style import OILS, axes, row

@@ -1,4 +1,4 @@
-"""Benchmarks run by hand and rarely: what they take from the library must still be there."""
+"""Benchmarks and the pictures of the site run rarely: what they import must still be there."""
 
 import ast
 from importlib import import_module
@@ -9,8 +9,11 @@ import pytest
 from campaigns import ROOT
 
 
-@pytest.mark.parametrize("path", sorted((ROOT / "benchmarks").glob("*.py")), ids=lambda p: p.stem)
-def test_benchmark_imports_what_the_library_has(path: Path) -> None:
+RARE = sorted([*(ROOT / "benchmarks").glob("*.py"), *(ROOT / "docs/pictures").glob("*.py")])
+
+
+@pytest.mark.parametrize("path", RARE, ids=lambda path: path.stem)
+def test_what_rarely_runs_imports_what_the_library_has(path: Path) -> None:
     imports = [
         node
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
