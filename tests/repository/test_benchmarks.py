@@ -8,7 +8,6 @@ import pytest
 
 from campaigns import ROOT
 
-
 RARE = sorted([*(ROOT / "benchmarks").glob("*.py"), *(ROOT / "docs/pictures").glob("*.py")])
 
 
