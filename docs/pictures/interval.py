@@ -22,7 +22,8 @@ def coverage() -> Figure:
         shown = table[table["curves"] == curves].groupby("truth").mean(numeric_only=True)
         shown = shown.loc[truths]
         where = np.arange(len(truths))
-        panel.axvspan(0.9 if curves == 24 else 0.85, 0.99, color=GREY, alpha=0.25, lw=0)
+        wanted = (0.9, 0.99) if curves == 24 else (0.85, 1.0)
+        panel.axvspan(*wanted, color=GREY, alpha=0.25, lw=0)
         for column, filled, of in (
             ("mean", "none", "all fits"),
             ("mean if sound", ORANGE, "sound"),
