@@ -249,12 +249,13 @@ bench-mutation: ## how many small faults in seven rooms the quick tests see (two
 		--require-hashes --requirement benchmarks/mutation.lock
 	$(MUTATION)/bin/python benchmarks/mutation.py
 
+# Extras stay in the lock: without them pip may take a newer version and then refuses it.
 # Pins that still fit pyproject.toml stay; `make upgrade` moves them. One version of each package
 # for every Python ("fewest"): what a fit yields must not depend on the interpreter's age.
 # The client of object storage takes no newer python-dateutil. It is the same without the client: what
 # a release was made with must not depend on where it is kept.
 COMPILE = echo 'python-dateutil<3' | $(or $(UV),$(BIN)/uv) pip compile --quiet $(UPGRADE) --universal --fork-strategy fewest \
-	--generate-hashes --no-emit-index-url --python-version 3.11 --custom-compile-command "make lock" \
+	--generate-hashes --no-strip-extras --no-emit-index-url --python-version 3.11 --custom-compile-command "make lock" \
 	--constraint -
 
 # All but slurm, which would slow down every start of Snakemake in the tests.

@@ -11,7 +11,7 @@ from fit_points import LAW
 from oilfilm.fits.engine import Optimum, polish
 from oilfilm.fits.fit import fit_oil
 from oilfilm.fits.fitted import FittedLaw
-from oilfilm.fits.interval import LEVELS, scores_of_unseen
+from oilfilm.fits.interval import LEVELS, Band, scores_of_unseen
 from oilfilm.fits.problem import build_problem, curve_data
 from oilfilm.fits.uncertainty import curve_bootstrap, naive_covariance, robust_covariance
 from oilfilm.home import CONFIG
@@ -126,8 +126,8 @@ def test_quantiles_of_curves_left_out_are_those_of_their_ranks() -> None:
     none = np.zeros(19)
     unseen = scores_of_unseen(predicted, predicted - errors * 1e-3, none, none, np.arange(19))
     size = np.hypot(unseen.absolute, unseen.relative)
-    # as half widths of an interval that does not change its sign: |ln(measured/mu)|
-    expected = -np.log1p(-errors * 1e-3) / size
+    # as half widths of an interval that does not change its sign: sinh|ln(measured/mu)|
+    expected = np.sinh(-np.log1p(-errors * 1e-3)) / size
     known = dict(zip(LEVELS, unseen.quantiles, strict=True))
     assert known[0.95] == pytest.approx(expected[18])
     assert known[0.9] == pytest.approx(expected[17])
@@ -159,3 +159,16 @@ def test_an_error_of_the_slips_scale_is_found_as_such() -> None:
     assert unseen.relative < 1e-7
     # no point is exact, but most of the error is of the slip
     assert unseen.absolute < 0.06 * np.sqrt(np.mean((3e-3 * by_slip) ** 2))
+
+
+@pytest.mark.parametrize("measured", [0.002, 0.005, 0.0099, 0.012, 0.03])
+def test_the_interval_just_holds_the_curve_that_made_its_quantile(measured: float) -> None:
+    """One error in nine is the largest: the 90 % interval of such a size ends at it."""
+    predicted, none = np.full(9, 0.01), np.zeros(9)
+    read = np.array([*[0.01] * 8, measured])
+    unseen = scores_of_unseen(predicted, read, none, none, np.arange(9))
+    band = Band(
+        np.zeros((1, 1)), unseen.absolute * unseen.at(0.9)[1], unseen.relative * unseen.at(0.9)[1]
+    )
+    lower, upper = band.ends(np.array([0.01]), np.zeros((1, 1)), np.zeros((1, 0)))[:, 0]
+    assert (lower if measured < 0.01 else upper) == pytest.approx(measured)

@@ -179,6 +179,17 @@ def test_campaign_of_unknown_pressure_gets_a_verdict(config: Settings) -> None:
     assert len(what_is_wrong(row)) == 1
 
 
+def test_a_run_that_the_fit_left_out_spoils_no_verdict(config: Settings) -> None:
+    campaign = Campaign(LawTruth(printed()["4050"]), config.common_contact())
+    points = campaign.points(matrix(), np.random.default_rng(3), "4050")
+    points.loc[points["run_id"] == "run000", "inlet_temperature_c"] = np.nan
+    quality = {"rmse": 1e-4, "relative_rms": 0.01, "certified": True, "two_level_conditions": ""}
+    quality |= {"fixed_conditions": to_text([]), "incomplete_curves": "run000"}
+    fitted = FittedLaw(LAW, Coefficients.bare(LAW, printed()["4050"]))
+    row = verdict_of_fit(quality, fitted, points, config.fit)
+    assert (row["law_verdict"], row["campaign_verdict"]) == ("adequate", "steady")
+
+
 def test_a_change_is_told_with_runs_and_size() -> None:
     row = {
         **{"optimum_confirmed": True, "law_verdict": "adequate", "bend": ""},

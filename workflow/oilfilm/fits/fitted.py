@@ -116,17 +116,15 @@ class Coefficients:
         """
         root, unseen = self.root(law), self.unseen
         calibration = (to_internal(law, self.shifted) - to_internal(law, self.constants)).T
-        calibration = normal_quantile(level) * calibration
         held, quantile = unseen.at(level)
+        of_run = (normal_quantile(held) if held > 0 else np.nan) * calibration
         run = Band(
-            np.column_stack(
-                [quantile * root, calibration, quantile * unseen.slip * law.slip_scale]
-            ),
+            np.column_stack([quantile * root, of_run, quantile * unseen.slip * law.slip_scale]),
             quantile * unseen.absolute,
             quantile * unseen.relative,
         )
         own = student_quantile(level, self.degrees) if self.degrees > 0 else np.nan
-        return run, Band(np.hstack([own * root, calibration])), held
+        return run, Band(np.hstack([own * root, normal_quantile(level) * calibration])), held
 
 
 @dataclass(frozen=True)

@@ -210,10 +210,13 @@ def scores_of_unseen(
 
 
 def _distance(mu: FloatArray, measured: FloatArray) -> FloatArray:
-    """Half width of the interval about mu, as `Band.ends` makes it, that just holds `measured`."""
+    """Half width of the interval about mu, as `Band.ends` makes it, that just holds `measured`.
+
+    Where mu is above zero and `measured` is not, no such interval holds it; their difference then.
+    """
     both = (mu > 0) & (measured > 0)
     ratio = np.where(both, measured, 1.0) / np.where(both, mu, 1.0)
-    return np.where(both, mu * np.abs(np.log(ratio)), np.abs(measured - mu))
+    return np.where(both, mu * np.abs(ratio - 1 / ratio) / 2, np.abs(measured - mu))
 
 
 def _sizes(parts: FloatArray, error: FloatArray, own_error: FloatArray) -> FloatArray:

@@ -1,9 +1,9 @@
 """Patterns in what a fit leaves over: runs that changed, and bends that the law lacks.
 
 Each pattern is a column of errors that could have been made: "from run 12 on the force reads
-higher", "a coefficient bends over the temperature". What the constants can take up of it is taken
+higher", "mu bends over the temperature". What the constants can take up of it is taken
 out; the rest is compared with the residuals, curve by curve, because the points of a run share its
-errors. The surest pattern comes first and the other kind is looked for in what it leaves over, so
+errors. The pattern that explains most comes first and the other kind is looked for in what it leaves over, so
 that a change of the rig is not called a bend of the law, nor a bend a change.
 
 Decides: when a pattern in the residuals is called found.
@@ -160,7 +160,7 @@ class Pattern:
     Attributes:
         what: Code of the cause: one of `EFFECTS`, `slip`, `oil <name>`, `speed factor` or
             `slip factor` for a quantity that is read twice or half as large; of a bend `shape`, or
-            the two conditions over which a coefficient bends.
+            the conditions over which mu or the scale of the slip bends.
         when: `trend`, `from` a run on, `group`, `some runs`; `law` for a bend of the law.
         runs: The runs concerned; all for a trend or a bend.
         group: What they have in common; empty where nothing is known.

@@ -52,6 +52,7 @@ def judged_fits(
         left = None
         if oil in fitted:
             used = results.points[results.points["accepted"] & (results.points["oil"] == oil)]
+            used = _fitted_points(used, row)
             left = leftover(fitted[oil], used, runs_in_common(results.runs, used), fitted)
         shown = bool(lack.get(oil, "") == "shown")
         rows.append({**_verdict(row, left, shown, settings), "oil": oil, "law": row["law"]})
@@ -74,8 +75,14 @@ def verdict_of_fit(
         settings: `odd_scatter`.
     """
     known = np.isfinite(quality["rmse"])
-    left = leftover(fitted, points, {}, {}) if known else None
+    left = leftover(fitted, _fitted_points(points, quality), {}, {}) if known else None
     return _verdict(quality, left, False, settings)
+
+
+def _fitted_points(points: pd.DataFrame, quality: Mapping[str, Any]) -> pd.DataFrame:
+    """The points without those of runs that the fit left out, because a condition is unknown."""
+    left_out = str(quality.get("incomplete_curves") or "").split("; ")
+    return points[~points["run_id"].isin(left_out)]
 
 
 def leftover(

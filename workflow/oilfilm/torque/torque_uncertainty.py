@@ -1,7 +1,7 @@
 """Uncertainty of calculated torque, cage slip and power, by random draws through the equilibrium.
 
 Each draw takes one refit of the law, moves it by the calibration of the traction rig's sensors,
-scales it by the error of a curve left out of the fit, draws the oil's viscosity where a similar oil
+scales it, and its slip, by the error of a curve left out of the fit, draws the oil's viscosity where a similar oil
 stands in for it, and puts a random factor on each other term of the balance. The equilibrium is
 solved again, so that the cage slips by what the drawn forces allow. Drag and the other terms belong
 to the bearing and calibration to the rig: a draw has the same of them for all oils. Far beyond the
@@ -207,7 +207,8 @@ def _with_draws(
     """
     count, points = len(factors), len(of_point)
     laws = [law.with_constants(draws.constants) for law, draws in of_point]
-    # the error of a curve left out goes with all traction of a draw
+    # the part of the slip is in the constants; the two others go with all traction of a draw, as in
+    # `oilfilm.fits.interval.Band.ends`
     unseen = [law.fitted.coefficients.unseen for law, _ in of_point]
     pairs = zip(unseen, mean_traction, strict=True)
     sizes = np.nan_to_num([np.hypot(each.relative, each.absolute / mu) for each, mu in pairs])
@@ -221,7 +222,7 @@ def _with_draws(
         dynamic_viscosity_pa_s=inlet.dynamic_viscosity_pa_s * viscosity,
         pressure_viscosity_coefficient_1_pa=inlet.pressure_viscosity_coefficient_1_pa * pressure,
     )
-    on_traction = np.exp(sizes[:, np.newaxis] * scores).ravel()
+    on_traction = np.exp(np.arcsinh(sizes[:, np.newaxis] * scores)).ravel()
     every = np.column_stack([on_traction, np.tile(factors, (points, 1))])
     return replace(
         problem.at(point),
