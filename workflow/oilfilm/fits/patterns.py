@@ -3,8 +3,8 @@
 Each pattern is a column of errors that could have been made: "from run 12 on the force reads
 higher", "mu bends over the temperature". What the constants can take up of it is taken
 out; the rest is compared with the residuals, curve by curve, because the points of a run share its
-errors. The pattern that explains most comes first and the other kind is looked for in what it leaves over, so
-that a change of the rig is not called a bend of the law, nor a bend a change.
+errors. The pattern that explains most comes first. The other kind is looked for in what it leaves
+over, so that a change of the rig is not called a bend of the law, nor a bend a change.
 
 Decides: when a pattern in the residuals is called found.
 """

@@ -1,11 +1,11 @@
 """Uncertainty of calculated torque, cage slip and power, by random draws through the equilibrium.
 
 Each draw takes one refit of the law, moves it by the calibration of the traction rig's sensors,
-scales it, and its slip, by the error of a curve left out of the fit, draws the oil's viscosity where a similar oil
-stands in for it, and puts a random factor on each other term of the balance. The equilibrium is
-solved again, so that the cage slips by what the drawn forces allow. Drag and the other terms belong
-to the bearing and calibration to the rig: a draw has the same of them for all oils. Far beyond the
-tested box the spread of the draws is true as far as the law's form is.
+scales it and its slip by the error of a curve left out of the fit, draws the oil's viscosity where
+a similar oil stands in for it, and puts a random factor on each other term of the balance. The
+equilibrium is solved again, so that the cage slips by what the drawn forces allow. Drag and the
+other terms belong to the bearing and calibration to the rig: a draw has the same of them for all
+oils. Far beyond the tested box the spread of the draws is true as far as the law's form is.
 
 Decides: the uncertainty of torque, cage slip and power.
 """
