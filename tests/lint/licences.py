@@ -70,7 +70,7 @@ def stated(name: str, kept: dict[str, str]) -> str:
 def table() -> str:
     """The licences as csv; ends the program where one is not known or not allowed."""
     lock = (ROOT / "requirements/dev.lock").read_text(encoding="utf-8")
-    names = re.findall(r"(?m)^([A-Za-z0-9][A-Za-z0-9._-]*)==", lock)
+    names = re.findall(r"(?m)^([A-Za-z0-9][A-Za-z0-9._-]*)(?:\[[^]]*\])?==", lock)
     kept = dict(csv.reader(io.StringIO(TABLE.read_text(encoding="utf-8"))))
     found = {
         name: stated(name, kept)
