@@ -10,7 +10,7 @@ from law_points import EVERY_LAW, MATRIX, internal_of, points_of
 from nights import nightly
 from oilfilm import tables
 from oilfilm.fits import engine
-from oilfilm.fits.conditions import level_of
+from oilfilm.fits.conditions import levels_by_gap
 from oilfilm.fits.engine import Optimum
 from oilfilm.fits.fit import leave_curves_out, leave_ends_out
 from oilfilm.fits.fit_tables import curve_shapes
@@ -97,7 +97,7 @@ def test_curves_left_out_are_those_of_brute_force(groups: int) -> None:
 def test_only_the_end_levels_are_extrapolated_to() -> None:
     law = LAWS["deng2026"]
     task, best = fitted(law, points_of(law))
-    levels = level_of(MATRIX["inlet_temperature_c"].to_numpy(), 0.05)
+    levels = levels_by_gap(MATRIX["inlet_temperature_c"].to_numpy(), 0.05)
     errors = leave_ends_out(task, best, levels)
     ends = np.isin(levels[task.at.curve], [0, 3])
     assert np.isnan(errors[~ends]).all()
@@ -110,7 +110,7 @@ def test_end_levels_that_leave_a_constant_open_give_no_error() -> None:
     points = points_of(law)
     task, best = fitted(law, points[points["max_hertz_pressure_gpa"].isin([1.0, 1.5])])
     pressure = MATRIX.loc[MATRIX["max_hertz_pressure_gpa"].isin([1.0, 1.5])].iloc[:, 0]
-    assert np.isnan(leave_ends_out(task, best, level_of(pressure.to_numpy(), 0.05))).all()
+    assert np.isnan(leave_ends_out(task, best, levels_by_gap(pressure.to_numpy(), 0.05))).all()
     one_level = np.zeros(task.curves, dtype=np.int64)
     assert np.isnan(leave_ends_out(task, best, one_level)).all()
 

@@ -286,7 +286,7 @@ def levels_of(name: str, values: FloatArray, gates: GateSettings) -> IndexArray:
     return clusters(values, 2 * gates.temperature_tolerance_c)
 
 
-def level_of(values: FloatArray, gap: float) -> IndexArray:
+def levels_by_gap(values: FloatArray, gap: float) -> IndexArray:
     """Levels among measured values, counted from 0 for the lowest.
 
     Args:
@@ -297,13 +297,13 @@ def level_of(values: FloatArray, gap: float) -> IndexArray:
         Level of each value; all 0 where a value is unknown.
 
     Examples:
-        >>> level_of(np.array([25.1, 119.8, 24.9, 70.0, 120.2]), gap=0.05)
+        >>> levels_by_gap(np.array([25.1, 119.8, 24.9, 70.0, 120.2]), gap=0.05)
         array([0, 2, 0, 1, 2])
     """
     if not np.isfinite(values).all():
         return np.zeros(len(values), dtype=np.int64)
     order = np.argsort(values)
-    steps = np.diff(values[order], prepend=values.min(initial=np.inf))
+    steps = np.diff(values[order], prepend=values.min())
     levels = np.empty(len(values), dtype=np.int64)
     levels[order] = np.cumsum(steps > gap * np.ptp(values))
     return levels

@@ -15,7 +15,7 @@ from oilfilm.fits.conditions import (
     fixed_conditions,
     followed_conditions,
     incomplete_curves,
-    level_of,
+    levels_by_gap,
     to_text,
     varied,
 )
@@ -134,7 +134,7 @@ def _tested(
 ) -> dict[str, Any]:
     """What the table of quality says of the curves before any search."""
     conditions = itertools.compress(zip(law.conditions, data.conditions.T, strict=True), followed)
-    two = [name for name, each in conditions if level_of(each, settings.level_gap).max() == 1]
+    two = [name for name, each in conditions if levels_by_gap(each, settings.level_gap).max() == 1]
     fixed = fixed_conditions(law.conditions, data.conditions, followed, settings)
     return {
         "configured": True,
@@ -190,7 +190,7 @@ def _solve(
     random = generator(seed, "left out", oil)
     left_out = leave_curves_out(problem, best, settings.left_out_groups, random)
     own_error = spread_left_out(problem, best, estimates.random_covariance)
-    by_slip = problem.law.jacobian(problem.expand(best.values), problem.at) @ problem.law.slip_scale
+    by_slip = problem.by_slip(best.values)
     return Solution(
         problem,
         best,
@@ -253,7 +253,7 @@ def _ends_out(solution: Solution, points: pd.DataFrame, settings: FitSettings) -
     # the scatter of one level has no ends
     levels = np.where(varied(CONDITIONS, conditions, settings), conditions, np.nan)
     errors = [
-        leave_ends_out(solution.problem, solution.best, level_of(level, settings.level_gap))
+        leave_ends_out(solution.problem, solution.best, levels_by_gap(level, settings.level_gap))
         for level in levels.T
     ]
     return {
@@ -329,7 +329,7 @@ def leave_ends_out(problem: Problem, optimum: Optimum, levels: IndexArray) -> Fl
     Args:
         problem: What was fitted.
         optimum: Where it ended.
-        levels: Level of each curve, counted from 0, as by `level_of`.
+        levels: Level of each curve, counted from 0, as by `levels_by_gap`.
 
     Returns:
         Fitted minus measured mu, shape (points,); NaN at all levels between, and at all points

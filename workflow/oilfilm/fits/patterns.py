@@ -20,7 +20,7 @@ import numpy as np
 import numpy.typing as npt
 import scipy
 
-from oilfilm.fits.conditions import level_of
+from oilfilm.fits.conditions import levels_by_gap
 from oilfilm.fits.curve_errors import EFFECTS, Curves, effects
 from oilfilm.fits.descent import descend
 from oilfilm.fits.engine import Optimum
@@ -110,8 +110,7 @@ class Leftover:
     @cached_property
     def by_slip(self) -> FloatArray:
         """S dmu/dS at each point."""
-        law, internal = self.problem.law, self.problem.expand(self.optimum.values)
-        return law.jacobian(internal, self.problem.at) @ law.slip_scale
+        return self.problem.by_slip(self.optimum.values)
 
     @property
     def fitted(self) -> FloatArray:
@@ -293,7 +292,9 @@ def _bends(left: Leftover) -> list[tuple[Pattern, FloatArray]]:
     bends = []
     # squares, products of two; cubes, which three levels do not tell from squares
     pairs = itertools.combinations_with_replacement(range(len(known)), 2)
-    cubes = [(index,) * 3 for index, each in enumerate(scaled.T) if level_of(each, _GAP).max() > 2]
+    cubes = [
+        (index,) * 3 for index, each in enumerate(scaled.T) if levels_by_gap(each, _GAP).max() > 2
+    ]
     for powers in (*pairs, *cubes):
         names = [problem.law.groups[known[index]] for index in powers]
         product = scaled[:, list(powers)].prod(axis=1)[problem.at.curve]

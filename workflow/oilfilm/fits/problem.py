@@ -159,6 +159,10 @@ class Problem:
         """Fitted minus measured mu at each point."""
         return self.law.traction(self.expand(values), self.at) - self.mu
 
+    def by_slip(self, values: FloatArray) -> FloatArray:
+        """S dmu/dS at each point."""
+        return self.law.jacobian(self.expand(values), self.at) @ self.law.slip_scale
+
     def jacobian(self, values: FloatArray) -> FloatArray:
         """Derivatives of the residual by the free constants."""
         return self.law.jacobian(self.expand(values), self.at)[:, self.free]

@@ -299,8 +299,9 @@ class Law:
         relative = self.group_values(np.atleast_2d(conditions)) / np.array(self.reference)
         if varied is not None:
             relative = np.where(varied, relative, 1.0)
-        for row in np.atleast_2d(conditions)[~np.all(relative > 0, axis=1)]:
-            found = ", ".join(f"{value:g}" for value in row)
+        without = np.atleast_2d(conditions)[~np.all(relative > 0, axis=1)]
+        if len(without):
+            found = ", ".join(f"{value:g}" for value in without[0])
             raise NoValueError(
                 f"{self.name} needs {', '.join(self.conditions)} above zero; found {found}"
             )
