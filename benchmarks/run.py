@@ -107,7 +107,7 @@ def import_all() -> None:
     for module in pkgutil.walk_packages(package.__path__, "oilfilm."):
         if not module.name.endswith("__main__"):
             import_module(module.name)
-    for name in ("matplotlib.pyplot", "scipy.optimize", "scipy.special", "bokeh.models"):
+    for name in ("matplotlib.pyplot", "scipy.optimize", "scipy.special"):
         import_module(name)
 
 
