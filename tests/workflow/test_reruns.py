@@ -126,7 +126,7 @@ def test_figure_is_drawn_again_with_its_family(due: Callable[[Path, str, str], s
 
 def test_meaning_of_a_column_is_described_again(due: Callable[[Path, str, str], set[str]]) -> None:
     changed = due(LIBRARY / "tables/rig.yaml", "time on the log's clock", "time of the log")
-    assert changed == {"metadata", "report"}
+    assert changed == {"report"}
 
 
 def test_version_of_the_tables_makes_everything_again(
@@ -160,7 +160,7 @@ def test_version_of_the_tables_makes_everything_again(
             "return",
             "return 0 +",
             {"torque", "bearing_maps", "heat_balance"},
-            {"points", "fit tanh", "fits", "metadata"},
+            {"points", "fit tanh", "fits"},
             id="the solver of bearings",
         ),
         pytest.param(

@@ -3,9 +3,9 @@ rule release:
     "Everything the run has made, and what it was made from, in a folder that never changes."
     input:
         rules.all.input,
-        rules.metadata.input.tables,
-        rules.metadata.input.samples,
-        package=rules.metadata.output.package,
+        tables=list(TABLE_FILES.values()),
+        samples=rules.report.input.samples,
+        package=rules.report.output.package,
         digests=[
             *expand("<parts>/points/{shard}/logs.sha256", shard=SHARDS),
             *([rules.torque_runs.output.logs] if CAMPAIGN.torque is not None else []),

@@ -9,26 +9,37 @@ PAGE_FILES = sorted(
 )
 
 
+# Every table but the samples, which are many files.
+TABLE_FILES = {
+    name: in_report(path, category="Tables")
+    for name, path in finished(
+        *("runs", "points", "quarantine", "coverage", "gate_counts"),
+        *OF_FIT,
+        *("law_verdicts", "lack_of_fit", "soundness"),
+        *NOT_IN_EVERY_CAMPAIGN,
+    ).items()
+    if path
+}
+
+
 rule report:
-    "What a reader wants to know of the campaign: an HTML file that needs no network, and text."
+    "What a reader wants to know of the campaign, as a page and as text; a data package of its tables."
     input:
-        **finished(
-            "runs points quarantine coverage gate_counts coefficients correlations",
-            "fit_quality law_verdicts lack_of_fit soundness refits curve_residuals extrapolation",
-            "printed_judged signs sign_verdicts claims claim_numbers torque_runs torque_quarantine",
-            "torque torque_control torque_inversion cage_slip slip_advice advice_band heat_balance",
-        ),
+        **TABLE_FILES,
+        samples=expand(SAMPLES, shard=SHARDS),
         refused_pages=rules.refused.output.pages,
         claim_words=reference_file("claims") if "paper" in CAMPAIGN.studies else [],
         png=expand("<figures>/{figure}.png", figure=CAMPAIGN.figures),
     output:
         page="<results>/report.html",
         summary="<results>/summary.txt",
+        package="<tables>/datapackage.json",
         made=made("report"),
     log:
         "<logs>/report.log",
     localrule: True
     params:
+        tables=list(TABLE_FILES),
         code=code("report.py", *LAW_FILES.values(), *TABLE_WORDS, *STUDIES),
         page=[file_digest(path) for path in PAGE_FILES],
         captions=[[figures()[name].title, figures()[name].caption] for name in CAMPAIGN.figures],

@@ -1,4 +1,4 @@
-"""Write the report of a campaign, as a page and as text."""
+"""Write the report of a campaign, as a page and as text; describe its tables as a data package."""
 
 from pathlib import Path
 
@@ -6,8 +6,10 @@ import oilfilm.run.job as run
 from oilfilm import studies
 from oilfilm.atomic_write import write_text
 from oilfilm.report.html import html
+from oilfilm.report.metadata import data_package
 from oilfilm.report.sections.build import sections
 from oilfilm.report.text import text
+from oilfilm.tables.table_file import table_file
 
 with run.job(snakemake) as job:
     studies.declare_tables(job.settings.campaign.studies)
@@ -17,3 +19,7 @@ with run.job(snakemake) as job:
     pngs = [Path(png) for png in inputs.png]
     page = html(made, job.tables, pngs, Path(inputs.refused_pages), job.settings, job.provenance)
     write_text(page, Path(outputs.page))
+    package = Path(outputs.package)
+    written = [*(inputs[name] for name in snakemake.params.tables), *inputs.samples]
+    files = [table_file(Path(path), package.parent) for path in written]
+    write_text(data_package(job.settings, files), package)
