@@ -3,7 +3,7 @@ rule release:
     "Everything the run has made, and what it was made from, in a folder that never changes."
     input:
         rules.all.input,
-        tables=list(TABLE_FILES.values()),
+        tables=[path for path in TABLE_FILES.values() if path],
         samples=rules.report.input.samples,
         package=rules.report.output.package,
         digests=[

@@ -11,14 +11,13 @@ PAGE_FILES = sorted(
 
 # Every table but the samples, which are many files.
 TABLE_FILES = {
-    name: in_report(path, category="Tables")
+    name: in_report(path, category="Tables") if path else []
     for name, path in finished(
         *("runs", "points", "quarantine", "coverage", "gate_counts"),
         *OF_FIT,
         *("law_verdicts", "lack_of_fit", "soundness"),
         *NOT_IN_EVERY_CAMPAIGN,
     ).items()
-    if path
 }
 
 
@@ -39,7 +38,7 @@ rule report:
         "<logs>/report.log",
     localrule: True
     params:
-        tables=list(TABLE_FILES),
+        tables=[name for name, path in TABLE_FILES.items() if path],
         code=code("report.py", *LAW_FILES.values(), *TABLE_WORDS, *STUDIES),
         page=[file_digest(path) for path in PAGE_FILES],
         captions=[[figures()[name].title, figures()[name].caption] for name in CAMPAIGN.figures],
