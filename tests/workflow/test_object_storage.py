@@ -6,7 +6,6 @@ from pathlib import Path
 import pytest
 
 from campaigns import lay_out_small
-from oilfilm.releases.table_diff import file_difference
 from reproduce import fail, succeed
 from storage_servers import IN_BUCKET, SECRET, Storage, files_with_a_key, moto_storage
 
@@ -27,7 +26,7 @@ def assert_same(local: Path, stored: dict[str, bytes], folder: Path) -> None:
         path = folder / name
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_bytes(content)
-        assert content == (local / name).read_bytes(), file_difference(local / name, path)
+        assert content == (local / name).read_bytes(), path
 
 
 def test_points_that_go_to_a_bucket_are_those_of_a_folder(

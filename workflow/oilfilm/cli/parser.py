@@ -222,7 +222,6 @@ def verify(command: Command) -> None:
     command.release()
     command.flag("--rebuild", "run the workflow on the raw logs again and compare")
     command.text("--cores", "cores for --rebuild (default: all)", default="all")
-    command.json("one JSON object")
 
 
 def fetch(command: Command) -> None:
@@ -247,7 +246,6 @@ def diff(command: Command) -> None:
     limits = "the limits of `drift` in config.yaml"
     command.flag("--gate", f"show only changes beyond {limits}; exit with 1 if any")
     command.config()
-    command.json("one JSON object")
 
 
 def pin(command: Command) -> None:
