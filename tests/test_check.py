@@ -15,7 +15,6 @@ from command_line import printed_objects
 from damages import SOUND, stuck
 from oilfilm.cli import main
 from oilfilm.cli.check import WIDTH, check_files, report
-from oilfilm.curation.traction_rig import TRACTION_RIG
 from oilfilm.logs.first_seen import FirstSeen
 from oilfilm.settings.resolve import resolve
 
@@ -113,7 +112,7 @@ def test_kind_of_a_log_is_found_by_its_columns(
     assert run["set_points"] == {}
 
 
-def test_log_with_the_columns_of_both_kinds_needs_the_option(
+def test_log_with_the_columns_of_both_kinds_needs_the_folder_of_one(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     sound, other = SOUND["traction"], SOUND["torque"]
@@ -122,9 +121,7 @@ def test_log_with_the_columns_of_both_kinds_needs_the_option(
     both = replace(sound, values=values, units={**other.units, **sound.units})
     (tmp_path / "both.csv").write_bytes(both.written("csv"))
     assert main(["check", str(tmp_path / "both.csv"), *CONFIG]) == 2
-    assert "Say which it is: --traction or --torque." in capsys.readouterr().err
-    (log,) = checked(capsys, "--torque", tmp_path / "both.csv", *CONFIG)
-    assert log["rig_kind"] == "torque"
+    assert "demo or demo-torque of data/raw." in capsys.readouterr().err
 
 
 def test_folder_of_a_log_says_its_kind(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -157,28 +154,9 @@ def test_logs_in_the_folder_of_a_campaign_are_judged_by_it(
     assert "the logs are of the campaigns demo and june" in capsys.readouterr().err
 
 
-def test_log_of_another_project_is_not_judged_by_the_settings_of_this_one(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    here, project = tmp_path / "here", tmp_path / "project of july"
-    for folder in (here, project):
-        shutil.copytree(ROOT / "config", folder / "config")
-    write_campaign(project, "july", read_campaign(ROOT, "demo"))
-    log = project / "data/raw/july/a.csv"
-    log.parent.mkdir(parents=True)
-    log.write_bytes(b"no log")
-    monkeypatch.chdir(here)
-    assert main(["check", str(log)]) == 2
-    message = capsys.readouterr().err
-    assert f"{log}: is of the campaign july in the project folder {project}" in message
-    assert f"--config {project / 'config'}" in message
-    assert main(["check", str(log), "--campaign", "demo"]) == 1  # judged, and no log
-    assert main(["check", str(log), "--config", str(project / "config")]) == 1
-
-
 def test_many_refused_runs_of_one_log_are_counted() -> None:
     settings = resolve(ROOT / "config", {"campaign": "demo"})
-    (log,) = check_files([("a.csv", stuck(SOUND["traction"]))], settings, TRACTION_RIG)
+    (log,) = check_files([("a.csv", stuck(SOUND["traction"]))], settings)
     (run,), names = log["runs"], [f"run{number:02}" for number in range(12)]
     many = {
         **log,

@@ -80,8 +80,6 @@ MISTAKES = {
     "check secret.csv": "secret.csv: cannot be read (Permission denied). Check the path",
     "check good.csv --campaign nothing": "config/campaigns/nothing.yaml does not exist",
     "check good.csv --config folder": "folder/config.yaml: there is no such file",
-    "check good.csv --torque --traction": "not allowed with argument",
-    "check good.csv --torque --campaign etm-slim": "campaign 'etm-slim': has no torque logs",
     "predict": "the following arguments are required",
     f"predict {AT}": "results: has no results of a campaign",
     f"predict {AT} --results damaged": "coefficients.parquet: cannot be read as Parquet",

@@ -56,7 +56,7 @@ def asked_of_the_core(core: Path) -> None:
     """Check a log, predict, fit arrays."""
     assert run(core, "oilfilm", "--version") == (0, f"oilfilm {__version__}\n")
     (core.parent / "home/4102.csv").write_bytes(SOUND["traction"].text())
-    code, text = run(core, "oilfilm", "check", "--traction", "4102.csv")
+    code, text = run(core, "oilfilm", "check", "4102.csv")
     assert (code, "ACCEPTED" in text) == (0, True), text
     at = ("--stress", "1.2GPa", "--speed", "30m/s", "--temperature", "70degC", "--slip", "5%")
     code, text = run(core, "oilfilm", "predict", "--printed", "--oil", "4102", *at)

@@ -32,9 +32,9 @@ from oilfilm.curation.torque_rig import TORQUE_RIG
 from oilfilm.curation.traction_rig import TRACTION_RIG
 from oilfilm.curation.verdicts import advice_for
 from oilfilm.errors import OilfilmError, printable
-from oilfilm.logs.base import LOADS, NOTHING_UNDERSTOOD, SET_POINTS, Reading
+from oilfilm.logs.base import LOADS, NOTHING_UNDERSTOOD, SET_POINTS
 from oilfilm.logs.first_seen import FirstSeen
-from oilfilm.logs.ingest import Ingested, ReadLog, ingest_logs, read_bytes, read_log
+from oilfilm.logs.ingest import ReadLog, ingest_logs, read_bytes, read_log
 from oilfilm.logs.raw_files import named_logs, raw_files
 from oilfilm.logs.run_sheet import RunSheet
 from oilfilm.logs.sheet_file import is_run_sheet, sheet_of_paths
@@ -56,8 +56,6 @@ WIDTH = 100
 # More runs of one log, and more logs at once, are shown in less detail.
 _RUNS_LISTED = 10
 _LOGS_IN_DETAIL = 10
-# A longer cell of a table is cut.
-_WIDEST_CELL = 22
 _COLUMN_HEADS = ["Column", "Unit", "Read as", "Unit", "Smallest", "Largest", "Numbers", "Missing"]
 Plain = dict[str, Any]
 _KINDS: tuple[RigKind, ...] = (TRACTION_RIG, TORQUE_RIG)
@@ -66,13 +64,12 @@ Log = tuple[str, bytes]
 
 def run(options: argparse.Namespace) -> int:
     """Run the command; exit code 1 where a log is refused."""
-    kind = next((each for each in _KINDS if each.name == options.kind), None)
     config = config_folder(options.config)
     raw = project_folder(options.config) / "data" / "raw"
     given: list[Path] = []
     for path in options.logs:
         given += [path / name for name in raw_files(path)] if path.is_dir() else [path]
-    campaign = options.campaign or _campaign_of(given, raw, config, options.config is not None)
+    campaign = options.campaign or _campaign_of(given, raw, config)
     settings = resolve(config, {"campaign": campaign} if campaign else {})
     # a pattern such as data/raw/own/*.csv names the run sheet too
     paths = [path for path in dict.fromkeys(given) if not is_run_sheet(path, raw)]
@@ -80,7 +77,7 @@ def run(options: argparse.Namespace) -> int:
         raise OilfilmError(f"{_name(given[0])}: is a run sheet. Name logs.")
     for gone in _gone(settings.campaign.name, raw) if campaign else ():
         print(gone, file=sys.stderr)
-    checked = check_files([(_name(path), read_bytes(path)) for path in paths], settings, kind, raw)
+    checked = check_files([(_name(path), read_bytes(path)) for path in paths], settings, raw)
     print("\n".join(map(json_text, checked)) if options.json else report(checked))
     return int(any(log["verdict"] == "refused" for log in checked))
 
@@ -94,41 +91,24 @@ def _gone(campaign: str, raw: Path) -> Iterator[str]:
             yield gone
 
 
-def _campaign_of(paths: Iterable[Path], own: Path, config: Path, named: bool) -> str | None:
+def _campaign_of(paths: Iterable[Path], raw: Path, config: Path) -> str | None:
     """The campaign in whose folders the logs are; None where they are elsewhere.
 
-    Args:
-        paths: The logs.
-        own: The folder of the campaigns' folders in the present project.
-        config: The configuration folder.
-        named: Whether it was named, and so meant for logs of other projects too.
-
     Raises:
-        OilfilmError: They are of several campaigns, or of another project, whose settings are not
-            the ones here.
+        OilfilmError: They are of several campaigns.
     """
-    own, known = own.resolve(), set()
+    raw = raw.resolve()
     # not `resolve`, which fails on a link to itself
-    for path in (Path(os.path.realpath(path)) for path in paths):
-        for raw in (folder for folder in path.parents if folder.parts[-2:] == ("data", "raw")):
-            campaign = path.relative_to(raw).parts[0].removesuffix("-torque")
-            of_project = raw.parents[1] / "config"
-            if ((config if raw == own else of_project) / f"campaigns/{campaign}.yaml").is_file():
-                if raw == own:
-                    known.add(campaign)
-                elif not named:
-                    raise OilfilmError(
-                        f"{path}: is of the campaign {campaign} in the project folder "
-                        f"{raw.parents[1]}, which has settings of its own. Run the command there, "
-                        f"or name the settings that are meant: --config {of_project}, or "
-                        "--campaign with a campaign of the present folder."
-                    )
+    real = [Path(os.path.realpath(path)) for path in paths]
+    inside = (path.relative_to(raw) for path in real if path.is_relative_to(raw))
+    named = {path.parts[0].removesuffix("-torque") for path in inside}
+    known = sorted(name for name in named if (config / f"campaigns/{name}.yaml").is_file())
     if len(known) > 1:
         raise OilfilmError(
-            f"{own}: the logs are of the campaigns {' and '.join(sorted(known))}. Check one "
+            f"{raw}: the logs are of the campaigns {' and '.join(known)}. Check one "
             "campaign at a time, or name with --campaign the one whose limits are meant."
         )
-    return next(iter(known), None)
+    return known[0] if known else None
 
 
 def _name(path: Path) -> str:
@@ -137,23 +117,19 @@ def _name(path: Path) -> str:
 
 
 def check_files(
-    logs: Sequence[Log],
-    settings: Settings,
-    kind: RigKind | None = None,
-    raw: Path = Path("data/raw"),
+    logs: Sequence[Log], settings: Settings, raw: Path = Path("data/raw")
 ) -> list[Plain]:
     """What was found in logs, in their order.
 
     Args:
         logs: The logs by path and content.
         settings: Settings of the campaign.
-        kind: The kind of rig; found out for each log if not given.
         raw: The folder of the campaigns' folders, whose run sheets are used.
 
     Raises:
         OilfilmError: The kind of a log cannot be told, or as `ingest_logs`.
     """
-    kinds = [kind or kind_of(*log, settings) for log in logs]
+    kinds = [kind_of(*log, settings) for log in logs]
     found: dict[str, Plain] = {}
     for each in _KINDS:
         of_kind = [log for log, its_kind in zip(logs, kinds, strict=True) if its_kind is each]
@@ -163,24 +139,11 @@ def check_files(
     return [found[file] for file, _ in logs]
 
 
-def judged_logs(
-    logs: Sequence[Log], settings: Settings, kind: RigKind, sheet: RunSheet
-) -> list[Plain]:
-    """What was found in logs of one kind, in their order.
-
-    Raises:
-        OilfilmError: As `ingest_logs`.
-    """
-    ingested = ingest_logs(logs, settings, kind.logs, sheet)
-    curated = curate_ingested(ingested, settings, kind)
-    return list(checked_logs(ingested, curated, settings, kind, sheet))
-
-
 def kinds_of_folders(settings: Settings) -> dict[str, RigKind]:
     """The folders of a campaign below `data/raw`, with the kind of rig whose logs each has."""
-    name, folders = settings.campaign.name, zip(("", "-torque"), _KINDS, strict=True)
-    kinds = {f"{name}{ending}": kind for ending, kind in folders}
-    return kinds if settings.campaign.torque is not None else {name: TRACTION_RIG}
+    name = settings.campaign.name
+    torque = {f"{name}-torque": TORQUE_RIG} if settings.campaign.torque is not None else {}
+    return {name: TRACTION_RIG, **torque}
 
 
 def kind_of(file: str, content: bytes, settings: Settings) -> RigKind:
@@ -200,15 +163,15 @@ def kind_of(file: str, content: bytes, settings: Settings) -> RigKind:
     runs = [kind for kind, reading in readings.items() if reading.runs]
     if len(runs) > 1:
         raise OilfilmError(
-            f"{file}: has the columns of a traction log and those of a torque log. Say which it "
-            "is: --traction or --torque."
+            f"{file}: has the columns of a traction log and those of a torque log. Put it into the "
+            f"folder that says which it is: {' or '.join(of_folder)} of data/raw."
         )
+
+    def lacks_columns(kind: RigKind) -> bool:
+        return "columns" in {refusal.rule for refusal in readings[kind].refusals}
+
     # a log that lacks columns of one kind only is of the other, whatever else is wrong with it
-    return min(runs or _KINDS, key=lambda kind: "columns" in _rules(readings[kind]))
-
-
-def _rules(reading: Reading) -> set[str]:
-    return {refusal.rule for refusal in reading.refusals}
+    return min(runs or _KINDS, key=lacks_columns)
 
 
 # ---------------------------------------------------------------- plain values
@@ -228,18 +191,22 @@ class Problem(NamedTuple):
     advice: str = ""
 
 
-def checked_logs(
-    ingested: Ingested, curated: Curated, settings: Settings, kind: RigKind, sheet: RunSheet
+def judged_logs(
+    logs: Sequence[Log], settings: Settings, kind: RigKind, sheet: RunSheet
 ) -> Iterator[Plain]:
-    """What was found in each log, in the order in which they were read; NaN where unknown.
+    """What was found in logs of one kind, in their order; NaN where unknown.
 
     Args:
-        ingested: The logs as read.
-        curated: What curation made of them.
+        logs: The logs by path and content.
         settings: Settings of the campaign.
         kind: The kind of rig.
         sheet: The run sheet as `sheet_of_paths` gives it.
+
+    Raises:
+        OilfilmError: As `ingest_logs`.
     """
+    ingested = ingest_logs(logs, settings, kind.logs, sheet)
+    curated = curate_ingested(ingested, settings, kind)
     for log in ingested.logs:
         runs = tables.rows(curated.runs[curated.runs["file"] == log.file])
         refused = curated.quarantine[curated.quarantine["file"] == log.file]
@@ -342,7 +309,7 @@ def report(logs: Sequence[Plain]) -> str:
     lines: list[str] = []
     brief = len(logs) > _LOGS_IN_DETAIL
     for log in logs:
-        lines += _verdict(log)
+        lines += verdict_lines(log)
         if not brief or log["verdict"] == "refused":
             lines += [*_understood(log), ""]
     if len(logs) > 1:
@@ -353,7 +320,7 @@ def report(logs: Sequence[Plain]) -> str:
     return "\n".join(lines).rstrip()
 
 
-def _verdict(log: Plain) -> Iterator[str]:
+def verdict_lines(log: Plain) -> Iterator[str]:
     """The verdict on each run, with the reason and the advice right below it."""
     runs, file = log["runs"], printable(log["file"])
     of_run: dict[str, list[Problem]] = {run["run_id"]: [] for run in runs}
@@ -421,38 +388,32 @@ def _columns(runs: Sequence[Plain]) -> Iterator[str]:
         for end in ("minimum", "maximum"):
             found[end] = ["-" if pd.isna(value) else f"{value:.5g}" for value in found[end]]
         rows = found.astype(str).to_numpy().tolist()
-        yield from text_table(
-            [_COLUMN_HEADS, *rows], right=4, most=_WIDEST_CELL, indent="  ", gap=" "
-        )
+        yield from text_table([_COLUMN_HEADS, *rows], right=4, indent="  ")
     unused = dict.fromkeys(name for run in runs for name in run["unused_columns"])
     if unused:
         yield from _wrapped(f"Not read: {', '.join(map(printable, unused))}", "  ")
 
 
 def _conditions(log: Plain) -> Iterator[str]:
-    """Operating conditions and traction of each run, or of many runs together."""
-    runs = log["runs"]
-    together = len(runs) > _RUNS_LISTED
-    for group in [runs] if together else [[run] for run in runs]:
-        rows = []
-        for name in runs[0]["measured"]:
-            ends = [end for run in group for end in run["measured"][name].values()]
-            points = [point for run in group if (point := run["set_points"].get(name))]
-            sources = ", ".join(sorted({point["source"] for point in points}))
-            set_point = _span([point["value"] for point in points], measured=False)
-            rows.append([name, _span(ends), f"{set_point} ({sources})" if points else "-"])
-        label = group[0]["run_id"].removeprefix(log["file"]).strip(":") or "Plateaus"
-        head = [f"{len(runs)} runs" if together else label, "Measured", "Set point"]
-        yield from ("", *text_table([head, *rows], right=2, indent="  "))
+    """Operating conditions and traction over all runs of a log."""
+    runs, rows = log["runs"], []
+    for name in runs[0]["measured"]:
+        ends = [end for run in runs for end in run["measured"][name].values()]
+        points = [point for run in runs if (point := run["set_points"].get(name))]
+        sources = ", ".join(sorted({point["source"] for point in points}))
+        set_point = f"{_span([point['value'] for point in points])} ({sources})" if points else "-"
+        rows.append([name, _span(ends), set_point])
+    title = "Plateaus" if len(runs) == 1 else f"Plateaus of {len(runs)} runs"
+    yield from ("", *text_table([[title, "Measured", "Set point"], *rows], right=2, indent="  "))
 
 
-def _span(values: Sequence[float], *, measured: bool = True) -> str:
-    """The range of some numbers; small ones that were measured with a fixed count of decimals."""
+def _span(values: Sequence[float]) -> str:
+    """The range of some numbers; small ones with a fixed count of decimals."""
     known = sorted(value for value in values if not isnan(value))
     if not known:
         return "-"
     # no minus before a zero
-    form = "z.4f" if measured and max(map(abs, known)) < 10 else ".4g"
+    form = "z.4f" if max(map(abs, known)) < 10 else ".4g"
     lowest, highest = (f"{known[end]:{form}}" for end in (0, -1))
     return lowest if lowest == highest else f"{lowest}..{highest}"
 

@@ -122,10 +122,6 @@ def check(command: Command) -> None:
     default = "that of the logs' folder, else that of config.yaml"
     command.text("--campaign", f"campaign with the rig, oils and limits (default: {default})")
     command.config()
-    kind = command.add_mutually_exclusive_group()
-    for rig in ("traction", "torque"):
-        meaning = f"they are logs of a {rig} rig (default: by folder and columns)"
-        kind.add_argument(f"--{rig}", dest="kind", action="store_const", const=rig, help=meaning)
     command.json("one JSON object per log")
 
 
