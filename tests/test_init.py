@@ -2,7 +2,6 @@
 
 import re
 import shutil
-import sys
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -252,7 +251,7 @@ def test_log_with_standstill_is_right_after_one_line(tmp_path: Path, offset_n: f
 
 
 def test_files_that_are_no_logs_are_named_and_not_copied(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     lab, raw = tmp_path / "lab", tmp_path / "p/data/raw/p"
     (good,) = write_logs(lab, BENCH, RUNS[:1])
@@ -274,10 +273,8 @@ def test_files_that_are_no_logs_are_named_and_not_copied(
     assert not (tmp_path / "p").exists()
     printed = capsys.readouterr().err
     assert all(f"{name}: " in printed for name in (*foreign, *unusable))
-    monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
     assert main(["init", str(tmp_path / "p"), str(lab)]) == 1
-    printed, progress = capsys.readouterr()
-    assert f"\r\x1b[K{len(foreign) + len(unusable)} of 10 logs read" in progress
+    printed = capsys.readouterr().out
     assert all(f"{name} is no log and was not copied: " in printed for name in foreign)
     assert all(f"{name} could not be read: " in printed for name in unusable)
     assert "the file is a JPEG picture" in printed
@@ -336,7 +333,7 @@ def test_shipped_oil_and_rig_are_referred_to(tmp_path: Path) -> None:
     made = project_of(tmp_path / "q", [ETM / f"step{number:03}.csv.gz" for number in (3, 4)])
     assert made.campaign["rigs"] == ["pcs-etm"]
     assert made.campaign["repeated_conditions"] == "accept"
-    assert "config/rigs/pcs-etm.yaml" not in made.made.files
+    assert "config/rigs/pcs-etm.yaml" not in made.made.texts
     campaign = project(tmp_path, bench_and_runs("Öl 4102")[1]).campaign
     assert (campaign["oils"], campaign["oil_aliases"]) == (["4102"], {"4102": ["Öl 4102"]})
 
@@ -397,7 +394,7 @@ def accept_film(made: Project) -> None:
 
 def test_settings_files_begin_with_the_schema_by_which_editors_check_them(tmp_path: Path) -> None:
     """Those of the clone, which the wheel holds in the same folders, and those of a new project."""
-    made = project_of(tmp_path / "p", [])
+    made = project(tmp_path)
     for config in (ROOT / "config", made.folder / "config"):
         files = list(config.rglob("*.yaml"))
         assert len(files) >= 4
@@ -407,13 +404,6 @@ def test_settings_files_begin_with_the_schema_by_which_editors_check_them(tmp_pa
             assert mark == "# yaml-language-server: "
             assert (file.parent / schema).resolve().name == f"{kind}.schema.json"
             assert (file.parent / schema).is_file()
-
-
-def test_project_without_logs_says_what_to_do(tmp_path: Path) -> None:
-    made = project_of(tmp_path / "p", [])
-    assert "film_unjudged" in made.asked
-    accept_film(made)
-    assert resolve(tmp_path / "p/config", {}).campaign.rigs == ["my-rig"]
 
 
 @pytest.mark.parametrize("stated", [False, True])

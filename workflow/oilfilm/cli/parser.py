@@ -93,7 +93,7 @@ def init(command: Command) -> None:
     Example: oilfilm init june ~/rig/*.csv
     """
     command.path("folder", "DIR", "a new or empty folder")
-    command.path("logs", "LOG", "logs, folders of logs", nargs="*", default=[])
+    command.path("logs", "LOG", "logs, folders of logs", nargs="+")
     command.text("--campaign", "name of the campaign (default: that of DIR)")
 
 
