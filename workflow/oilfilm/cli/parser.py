@@ -207,7 +207,6 @@ def plan(command: Command) -> None:
     command.text("--duty", meaning, action="append", metavar=DUTY_EXAMPLE)
     meaning = "what shall become more certain (default: torque, or traction without a bearing)"
     command.text("--for", meaning, dest="target", choices=("torque", "cage-slip", "traction"))
-    command.json("one JSON object per oil")
 
 
 def verify(command: Command) -> None:
