@@ -34,7 +34,7 @@ from oilfilm.report.metadata import data_package
 from oilfilm.report.release_id import with_release
 from oilfilm.settings.resolved import Settings
 from oilfilm.settings.yaml_file import as_yaml
-from oilfilm.tables.table_file import content_digest, table_file
+from oilfilm.tables.table_file import content_digest
 
 _REPORT, _SAMPLES = "report.html", "tables/samples/"
 
@@ -179,11 +179,12 @@ def _gather(run: FinishedRun, made_from: MadeFrom, config: str, folder: Path) ->
     copied |= {f"{CODE}/{name}": path for name, path in code_files(run.home).items()}
     for name, path in copied.items():
         copy_file(path, folder / name)
-    described = [table_file(path, path.parent) for path in sorted(folder.glob("tables/*.parquet"))]
     texts = {
         CONFIG: config,
         ENVIRONMENT: canonical(made_from.environment.model_dump()),
-        "tables/datapackage.json": data_package(run.settings, described),
+        "tables/datapackage.json": data_package(
+            run.settings, folder / "tables", folder.glob("tables/*.parquet")
+        ),
     }
     if _REPORT in copied:
         page = (folder / _REPORT).read_bytes().decode("utf-8")

@@ -1,7 +1,6 @@
-"""What is stated about a written table: its file, and its content, whatever files hold it."""
+"""The content of samples: what is stated of it does not depend on the files that hold it."""
 
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
 from hashlib import sha256
 from itertools import pairwise
 from pathlib import Path
@@ -10,42 +9,9 @@ import numpy as np
 import pandas as pd
 import pyarrow.parquet as parquet
 
-from oilfilm.digests import file_digest, settings_digest
+from oilfilm.digests import settings_digest
 from oilfilm.tables.dictionary import TABLES
 from oilfilm.tables.store import read_footer, read_run
-
-
-@dataclass(frozen=True)
-class TableFile:
-    """One Parquet file of the dataset; its path is relative to the folder of the tables."""
-
-    table: str
-    path: str
-    data: str
-    sha256: str
-    bytes: int
-    rows: int
-
-
-def table_file(path: Path, folder: Path) -> TableFile:
-    """What a data package states about one written table.
-
-    Args:
-        path: The file.
-        folder: Of the tables.
-
-    Raises:
-        OilfilmError: The file is missing, damaged or was not written by oilfilm.
-    """
-    footer = read_footer(path)
-    return TableFile(
-        table=footer["table"],
-        path=path.relative_to(folder).as_posix(),
-        data=footer["data"],
-        sha256=file_digest(path),
-        bytes=path.stat().st_size,
-        rows=parquet.read_metadata(path).num_rows,
-    )
 
 
 def digests_of_runs(samples: pd.DataFrame) -> dict[str, str]:
