@@ -27,7 +27,7 @@ def results(demo: Campaign, tmp_path_factory: pytest.TempPathFactory) -> Path:
     fitted = demo.fit("4102", searches=2, bootstrap=50).tables
     finished = finished_fits(CampaignTables.in_memory(**curated, **fitted), demo.config)
     for name, table in {**curated, **finished}.items():
-        tables.write(table, name, folder / "demo" / "tables" / f"{name}.parquet", about)
+        tables.write(table, name, folder / "tables" / f"{name}.parquet", about)
     return folder
 
 
@@ -51,27 +51,6 @@ def test_prediction_has_interval_and_source(
     assert "95% interval of the next good run 0.010" in output
     assert "simulated data" in output
     assert "OUTSIDE" not in output
-
-
-def test_results_are_found_in_the_folder_of_the_campaign_and_in_that_of_all(
-    results: Path,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-) -> None:
-    # a project folder names its campaign
-    (tmp_path / "config").mkdir()
-    (tmp_path / "config/config.yaml").write_text("campaign: june\n", encoding="utf-8")
-    (tmp_path / "results").mkdir()
-    (tmp_path / "results/june").symlink_to(results / "demo")
-    said = []
-    for folder, where in ((results, "."), (results / "demo", "."), (Path("results"), tmp_path)):
-        monkeypatch.chdir(where)
-        assert ask(folder) == 0
-        said.append(capsys.readouterr().out)
-    assert len(set(said)) == 1
-    assert ask(results / "demo", campaign="june") == 2
-    assert "has results of the campaign 'demo'; expected 'june'" in capsys.readouterr().err
 
 
 def test_json_has_the_numbers_of_the_text(

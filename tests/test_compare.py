@@ -67,7 +67,7 @@ def test_command_names_campaigns_and_marks_what_was_not_tested(
     words = ["compare", *map(str, folders)]
     assert main([*words, "--json", "--slip", "5%", "--plot", str(picture)]) == 0
     shown = json.loads(capsys.readouterr().out)
-    assert [point["fit"] for point in shown["points"]] == ["june", "july"]
+    assert [point["fit"] for point in shown["points"]] == [f"{each} oil" for each in folders]
     assert shown["points"][1]["ratio"] == pytest.approx(RATIO, rel=0.02)
     assert not any(point["outside"] for point in shown["points"])
     assert picture.stat().st_size > 0

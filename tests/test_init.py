@@ -363,14 +363,14 @@ def test_nothing_is_overwritten_or_left_behind(tmp_path: Path) -> None:
     logs = write_logs(tmp_path / "logs", BENCH, RUNS[:1])
     again = write_logs(tmp_path / "other", BENCH, RUNS[1:2])
     unfit = Path(shutil.copy(logs[0], tmp_path / "a{b}.csv"))
-    for folder, given, name, sentence in (
-        ("logs", [], None, "not empty"),
-        ("p", [*logs, *again], None, r"has the name of .*Rename one"),
-        ("p", [unfit], None, "cannot be in the name of a log"),
-        *(("p", logs, name, r"cannot be a name|Shorten it") for name in ("..", "a b", "x" * 200)),
+    for folder, given, sentence in (
+        ("logs", logs, "not empty"),
+        ("p", [*logs, *again], r"has the name of .*Rename one"),
+        ("p", [unfit], "cannot be in the name of a log"),
+        ("a b", logs, "cannot be a name"),
     ):
         with pytest.raises(OilfilmError, match=sentence):
-            make_project(tmp_path / folder, given, name)
+            make_project(tmp_path / folder, given)
     assert not (tmp_path / "p").exists()
 
 

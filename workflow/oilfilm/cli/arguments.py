@@ -32,33 +32,23 @@ def project_folder(config: Path | None) -> Path:
     return config.parent if config else Path()
 
 
-def campaign_folder(results: Path, campaign: str | None) -> tuple[Path, dict[str, str]]:
+def campaign_folder(results: Path | None) -> tuple[Path, dict[str, str]]:
     """The folder of a campaign's results, and the campaign and kind of its data.
 
     Args:
-        results: That folder, or the folder that it is in.
-        campaign: The campaign that it must be of; in a folder of several, that of `config.yaml`
-            where none is given.
+        results: That folder; that of the campaign of `config.yaml` if not given.
 
     Raises:
         OilfilmError: There are no such results.
     """
-    folder = results
-    if not (results / "tables").is_dir():
-        folder = results / (campaign or read_config(config_folder(None)).campaign)
+    folder = results or Path("results", read_config(config_folder(None)).campaign)
     if not (folder / "tables").is_dir():
         raise OilfilmError(
-            f"{results}: has no results of a campaign: there is neither {results / 'tables'} nor "
-            f"{folder / 'tables'}. Run snakemake, or correct --results or --campaign."
+            f"{folder}: has no results of a campaign: there is no {folder / 'tables'}. "
+            "Run snakemake, or correct --results."
         )
     footer = tables.read_footer(folder / "tables" / "coefficients.parquet")
-    about = {name: str(footer.get(name)) for name in ("campaign", "data")}
-    if campaign not in (None, about["campaign"]):
-        raise OilfilmError(
-            f"{folder}: has results of the campaign {about['campaign']!r}; expected {campaign!r}. "
-            "Leave out --campaign or correct --results."
-        )
-    return folder, about
+    return folder, {name: str(footer.get(name)) for name in ("campaign", "data")}
 
 
 def json_text(values: Any) -> str:

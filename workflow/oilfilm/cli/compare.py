@@ -5,9 +5,8 @@ Decides: how a comparison of fits is shown.
 
 import argparse
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -31,18 +30,15 @@ _DRAWN = 100  # slips of a drawn curve
 _DOTTED = ". Dotted: not tested, or above the limiting shear stress"
 
 
-@dataclass(frozen=True)
-class NamedFit:
+class NamedFit(NamedTuple):
     """The configured fit of one oil, and where it is from.
 
     Attributes:
-        names: What it may be called, the shortest first.
         source: Law, campaign and kind of data, in words.
         fit: The fitted law.
         constants: Rows of the table of coefficients.
     """
 
-    names: tuple[str, ...]
     source: str
     fit: FittedLaw
     constants: pd.DataFrame
@@ -72,30 +68,26 @@ def run(options: argparse.Namespace) -> int:
 
 
 def read_fits(folders: Sequence[Path], oils: Sequence[str] | None) -> dict[str, NamedFit]:
-    """The configured fits in folders of results, by the shortest name that tells them apart.
+    """The configured fits in folders of results, by folder and oil.
 
     Raises:
         OilfilmError: There are fewer than two.
     """
-    found = []
-    for given in folders:
-        folder, about = campaign_folder(given, None)
+    found = {}
+    for folder in folders:
+        _, about = campaign_folder(folder)
         coefficients = CampaignTables.in_folder(folder).configured.coefficients
-        for oil in map(str, coefficients["oil"].unique()):
-            constants = coefficients[coefficients["oil"] == oil]
+        for oil, constants in coefficients.groupby("oil", sort=False):
             if oil in (oils or [oil]) and constants["value"].notna().any():
-                fit, campaign = read_fit(folder, oil), about["campaign"]
-                source = f"{fit.law.name}, from campaign {campaign}, {about['data']} data"
-                names = oil, campaign, f"{campaign} {oil}", f"{folder} {oil}"
-                found.append(NamedFit(names, source, fit, constants))
-    every = [*zip(*(each.names for each in found), strict=True)] or [()]
-    labels = next((names for names in every if len({*names}) == len(found)), ())
-    if len(labels) < 2:
+                fit = read_fit(folder, str(oil))
+                source = f"{fit.law.name}, from campaign {about['campaign']}, {about['data']} data"
+                found[f"{folder} {oil}"] = NamedFit(source, fit, constants)
+    if len(found) < 2:
         raise OilfilmError(
-            f"{', '.join(map(str, folders))}: found {len({*every[-1]})} fitted oils; expected at "
+            f"{', '.join(map(str, folders))}: found {len(found)} fitted oils; expected at "
             "least two. Name another folder of results, or leave out --oil."
         )
-    return dict(zip(labels, found, strict=True))
+    return found
 
 
 def _lines(found: Mapping[str, NamedFit]) -> Iterator[str]:

@@ -87,7 +87,7 @@ class NewProject:
 
 def run(options: argparse.Namespace) -> int:
     """Write the folder, say what was found and what is to fill in; 1 if a log cannot be read."""
-    made = make_project(options.folder, options.logs, options.campaign)
+    made = make_project(options.folder, options.logs)
     print("\n".join(map(printable, _report(made, str(options.folder)))))
     return int(any(log.problem for log in made.found.logs))
 
@@ -109,18 +109,17 @@ def _report(made: NewProject, folder: str) -> Iterator[str]:
     yield f"Then: cd {quote(folder)}; oilfilm check data/raw/{made.campaign}; oilfilm run"
 
 
-def make_project(folder: Path, given: Sequence[Path], campaign: str | None = None) -> NewProject:
+def make_project(folder: Path, given: Sequence[Path]) -> NewProject:
     """Write a project folder for logs, which are copied into it; nothing that exists is changed.
 
     Args:
-        folder: The folder; it must not exist, or be empty.
+        folder: The folder, with the name of the campaign; it must not exist, or be empty.
         given: Logs, and folders of logs.
-        campaign: Name of the campaign; that of the folder if not given.
 
     Raises:
         OilfilmError: The folder is not empty, the name cannot be one, or no log can be read.
     """
-    name = safe_name(campaign or folder.resolve().name, "--campaign" if campaign else folder)
+    name = safe_name(folder.resolve().name, folder)
     if folder.exists() and not (folder.is_dir() and not any(folder.iterdir())):
         raise OilfilmError(
             f"{folder}: exists already and is not empty. Name a new or an empty folder."

@@ -28,23 +28,7 @@ DUTY_EXAMPLE = "10000N,12000rpm,100degC"
 
 
 class Command(argparse.ArgumentParser):
-    """One command. Options may be before, between and after files: `init DIR --campaign june`."""
-
-    _ordering = False
-
-    def parse_known_args(  # type: ignore[override]
-        self, args: Sequence[str] | None = None, namespace: argparse.Namespace | None = None
-    ) -> tuple[argparse.Namespace, list[str]]:
-        """See `argparse.ArgumentParser`."""
-        # what finds the order calls this method for options and files in turn
-        takes_the_rest = any(action.nargs == argparse.REMAINDER for action in self._actions)
-        if self._ordering or takes_the_rest:
-            return super().parse_known_args(args, namespace)
-        self._ordering = True
-        try:
-            return self.parse_known_intermixed_args(args, namespace)
-        finally:
-            self._ordering = False
+    """One command."""
 
     def text(self, name: str, meaning: str, **others: Any) -> None:
         """Add an argument."""
@@ -73,11 +57,9 @@ class Command(argparse.ArgumentParser):
         self.path("--config", None, f"configuration folder ({where})")
 
     def results(self) -> None:
-        """Add `--results` and `--campaign`."""
-        meaning = "folder of a campaign's results, as results/demo, or folder of all campaigns"
-        default = Path("results")
-        self.path("--results", None, f"{meaning} (default: {default})", default=default)
-        self.text("--campaign", "campaign in the folder of all (default: that of config.yaml)")
+        """Add `--results`."""
+        meaning = "folder of a campaign's results (default: that of config.yaml's campaign)"
+        self.path("--results", "results/june", meaning)
 
     def release(self, name: str = "release", metavar: str = "RELEASE") -> None:
         """Add the folder of a release."""
@@ -92,9 +74,8 @@ def init(command: Command) -> None:
 
     Example: oilfilm init june ~/rig/*.csv
     """
-    command.path("folder", "DIR", "a new or empty folder")
+    command.path("folder", "DIR", "a new or empty folder; its name is that of the campaign")
     command.path("logs", "LOG", "logs, folders of logs", nargs="+")
-    command.text("--campaign", "name of the campaign (default: that of DIR)")
 
 
 def run(command: Command) -> None:

@@ -44,7 +44,7 @@ ASSUMPTION = (
 
 def run(options: argparse.Namespace) -> int:
     """Run the command."""
-    folder, about = campaign_folder(options.results, options.campaign)
+    folder, about = campaign_folder(options.results)
     config = config_folder(options.config)
     settings = resolve(config, {"campaign": about["campaign"]})
     results = CampaignTables.in_folder(folder)

@@ -25,7 +25,7 @@ def run(options: argparse.Namespace) -> int:
     if options.printed:
         fit, source = oilfilm.printed(options.oil), "constants as the paper prints them"
     else:
-        folder, about = campaign_folder(options.results, options.campaign)
+        folder, about = campaign_folder(options.results)
         fit = read_fit(folder, options.oil)
         source = f"from campaign {about['campaign']}, {about['data']} data"
     predicted = prediction(fit, options.oil, at, source)
