@@ -77,9 +77,10 @@ def read_fits(folders: Sequence[Path], oils: Sequence[str] | None) -> dict[str, 
     for folder in folders:
         _, about = campaign_folder(folder)
         coefficients = CampaignTables.in_folder(folder).configured.coefficients
-        for oil, constants in coefficients.groupby("oil", sort=False):
+        for oil in map(str, coefficients["oil"].unique()):
+            constants = coefficients[coefficients["oil"] == oil]
             if oil in (oils or [oil]) and constants["value"].notna().any():
-                fit = read_fit(folder, str(oil))
+                fit = read_fit(folder, oil)
                 source = f"{fit.law.name}, from campaign {about['campaign']}, {about['data']} data"
                 found[f"{folder} {oil}"] = NamedFit(source, fit, constants)
     if len(found) < 2:

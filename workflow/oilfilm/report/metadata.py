@@ -54,7 +54,7 @@ def data_package(settings: Settings, folder: Path, paths: Iterable[Path]) -> str
                 f"{campaign.name!r} that they are {campaign.data}. Delete it and run snakemake "
                 "again."
             )
-        file = {"path": name, "hash": f"sha256:{file_digest(path)}"}
+        file: dict[str, Any] = {"path": name, "hash": f"sha256:{file_digest(path)}"}
         file |= {"bytes": path.stat().st_size, "rows": parquet.read_metadata(path).num_rows}
         of_table[footer["table"]].append(file)
     present = {table: of_this for table, of_this in of_table.items() if of_this}
