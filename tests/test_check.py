@@ -12,11 +12,10 @@ import pytest
 from bad_logs import good
 from campaigns import ROOT, read_campaign, write_campaign
 from command_line import printed_objects
-from damages import SOUND, stuck
+from damages import SOUND
 from oilfilm.cli import main
-from oilfilm.cli.check import WIDTH, check_files, report
+from oilfilm.cli.check import WIDTH
 from oilfilm.logs.first_seen import FirstSeen
-from oilfilm.settings.resolve import resolve
 
 CONFIG = ["--config", str(ROOT / "config")]
 N_PER_KGF = 9.80665
@@ -152,20 +151,6 @@ def test_logs_in_the_folder_of_a_campaign_are_judged_by_it(
     assert "earlier run has read are gone: data/raw/june/b.csv." in capsys.readouterr().err
     assert main(["check", str(logs["june"]), str(logs["demo"]), *where]) == 2
     assert "the logs are of the campaigns demo and june" in capsys.readouterr().err
-
-
-def test_many_refused_runs_of_one_log_are_counted() -> None:
-    settings = resolve(ROOT / "config", {"campaign": "demo"})
-    (log,) = check_files([("a.csv", stuck(SOUND["traction"]))], settings)
-    (run,), names = log["runs"], [f"run{number:02}" for number in range(12)]
-    many = {
-        **log,
-        "runs": [{**run, "run_id": name} for name in names],
-        "refusals": [{**each, "run_id": name} for each in log["refusals"] for name in names],
-    }
-    text = report([many])
-    assert [name for name in names if f"{name}: REFUSED" in text] == names[:10]
-    assert text.startswith("a.csv: 12 runs: 12 refused; --json shows all\n")
 
 
 def test_page_shows_what_is_printed(

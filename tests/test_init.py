@@ -15,7 +15,7 @@ import yaml
 import formats
 import standstill
 from blind_lab.bench import Recording
-from blind_lab.dialects import NAMES, Dialect, draw_dialect
+from blind_lab.dialects import Dialect, draw_dialect
 from campaigns import ETM, ROOT
 from command_line import printed_objects
 from foreign_logs import (
@@ -187,13 +187,6 @@ def test_set_points_that_no_header_gives_are_those_of_the_bench(tmp_path: Path) 
         assert remarks.startswith("guess")
 
 
-def test_header_in_another_unit_is_not_listed_for_a_key_in_gpa(tmp_path: Path) -> None:
-    made = project(
-        tmp_path, change=lambda text: text.replace(b"Pressung GPa: 1,0", b"Pressung MPa: 1000")
-    )
-    assert "max_hertz_pressure_gpa" not in made.campaign["header"]
-
-
 @pytest.mark.parametrize(
     ("changed", "semantics"),
     [
@@ -318,15 +311,6 @@ def test_unknown_names_and_units_are_asked_for(tmp_path: Path) -> None:
     assert {"ball_track_radius_m", "disc_track_radius_m"} <= made.asked.keys()
     assert made.made.found.oils == {"oel-b-12": ["Öl B-12"]}
     assert "load_n" not in made.sheet[0]
-
-
-def test_unit_without_brackets_is_read(tmp_path: Path) -> None:
-    names = "|".join(NAMES["german"].values()).encode("cp1252")
-    made = project(
-        tmp_path, change=lambda text: re.sub(rb"(%b) \[(.*?)\]" % names, rb"\1 in \2", text)
-    )
-    assert made.campaign["columns"]["load"] == {"name": ["Normalkraft in N"], "unit": "N"}
-    assert not made.made.found.logs[0].problem
 
 
 def test_shipped_oil_and_rig_are_referred_to(tmp_path: Path) -> None:

@@ -228,21 +228,6 @@ def test_every_file_that_differs_is_missing_or_extra_is_named(
     assert printed[2].endswith("is not a plain file.")
 
 
-def test_file_hidden_deep_is_named(loose: Path, tmp_path: Path) -> None:
-    """Deeper than Python's functions may call each other."""
-    depth = sys.getrecursionlimit() + 100
-    path = folder = shutil.copytree(loose, tmp_path / "r")
-    for _ in range(depth):
-        path /= "d"
-        path.mkdir()
-    try:
-        (path / "x").write_bytes(b"")
-        assert verify(folder) == ["d/" * depth + "x: is extra: the manifest does not name it."]
-    finally:
-        # Python's own recurses
-        subprocess.run(["rm", "-rf", str(folder / "d")], check=True)
-
-
 @pytest.mark.parametrize("kept", [None, 0, -1], ids=["deleted", "empty", "a line short"])
 def test_release_without_its_whole_list_of_hashes_is_not_as_released(
     loose: Path, tmp_path: Path, kept: int | None

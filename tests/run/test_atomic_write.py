@@ -48,8 +48,3 @@ def test_what_is_flushed_is_open_for_writing_as_windows_demands(
     with atomic_folder(tmp_path / "folder") as aside:
         (aside / "b.txt").write_text("b")
     assert len(flushed) == 2
-
-
-def test_line_ends_are_written_as_they_are(tmp_path: Path) -> None:
-    write_text("a\r\nb\n", tmp_path / "a.csv")
-    assert (tmp_path / "a.csv").read_bytes() == b"a\r\nb\n"

@@ -43,15 +43,6 @@ def test_footer_says_units_version_and_that_data_are_simulated(tmp_path: Path) -
     assert parquet.ParquetFile(path).metadata.created_by.startswith("parquet-cpp-arrow")
 
 
-def test_bytes_do_not_depend_on_when_they_are_written(
-    quarantine: pd.DataFrame, tmp_path: Path
-) -> None:
-    for name in ("a", "b"):
-        tables.write(quarantine, "quarantine", tmp_path / name, ABOUT)
-    assert (tmp_path / "a").read_bytes() == (tmp_path / "b").read_bytes()
-    assert b"pandas" not in parquet.read_schema(tmp_path / "a").metadata
-
-
 @pytest.mark.parametrize(
     ("column", "value", "expected"),
     [
@@ -112,19 +103,6 @@ def test_repeated_key_is_refused(demo) -> None:
     frame = pd.concat([demo.curated.runs.head(2)] * 2)
     with pytest.raises(OilfilmError, match="2 rows repeat run_id"):
         tables.conform(frame, "runs", "here")
-
-
-@given(st.lists(st.tuples(st.sampled_from("abc"), st.integers(1, 4)), max_size=6))
-def test_key_of_samples_is_refused_where_two_rows_share_it(keys: list[tuple[str, int]]) -> None:
-    frame = pd.DataFrame(
-        {name: [np.nan] * len(keys) for name in tables.columns("samples")}
-        | {"run_id": [run for run, _ in keys], "row": [row for _, row in keys], "time_s": 0.0}
-    )
-    if len(set(keys)) == len(keys):
-        assert len(tables.conform(frame, "samples", "here")) == len(keys)
-    else:
-        with pytest.raises(OilfilmError, match=r"rows repeat run_id \+ row"):
-            tables.conform(frame, "samples", "here")
 
 
 def test_missing_and_unknown_columns_are_named() -> None:

@@ -60,18 +60,6 @@ def test_run_ends_with_a_summary_of_what_was_made(results: Path, released_projec
     assert len(report.encode()) < 8e6
 
 
-@pytest.mark.nightly
-def test_snakemakes_own_report_has_every_figure_and_table(project: Path) -> None:
-    succeed(project, *SMALL, "--report", "report-snakemake.html")
-    page = (project / "report-snakemake.html").read_text(encoding="utf-8")
-    for text in ("Fitted constants", "All curves", "Data quality"):
-        assert text in page
-    for name in ("coefficients", "fit_quality", "points", "quarantine"):
-        assert f"tables/{name}.parquet" in page
-    # nothing is fetched, so that it opens without a network
-    assert not re.search(r"<(script|link|img)[^>]+(src|href)=[\"']?(https?:)?//", page)
-
-
 def planned(project: Path, *arguments: str) -> dict[str, int]:
     """How many jobs of each rule a dry run would run."""
     return jobs(succeed(project, "-n", *arguments))
@@ -130,14 +118,6 @@ def test_second_run_has_nothing_to_do_and_a_dry_run_changes_no_file(project: Pat
     assert not [path for path in changed if not re.search(r"/\.snakemake/(log|iocache)", path)]
 
 
-@pytest.mark.nightly
-def test_another_configured_law_refits_nothing(project: Path) -> None:
-    """It is among those that are compared: one fit per oil and law serves both."""
-    rules = set(planned(project, *SMALL, "fit={'law': 'tanh'}"))
-    assert {"fits", "exports"} <= rules
-    assert "fit" not in rules
-
-
 @contextmanager
 def changed(path: Path, old: str, new: str) -> Iterator[None]:
     """A file with one text replaced, for a while."""
@@ -154,22 +134,6 @@ def test_changed_code_runs_what_it_affects_and_nothing_else(project: Path) -> No
     with changed(style, "\nimport ", "\n# a remark\nimport json\nimport "):
         rules = set(planned(project, *SMALL))
     assert rules == {"data_figures", "law_figures", "refused", "report", "enough", "all"}
-
-
-@pytest.mark.nightly
-def test_corrected_title_redoes_the_description_and_nothing_else(project: Path) -> None:
-    with changed(project / "config/campaigns/small.yaml", "title: ", "title: Corrected "):
-        assert set(planned(project, *SMALL)) == {"metadata", "report", "enough", "all"}
-
-
-def test_mistake_in_a_campaign_file_ends_in_a_sentence(project: Path) -> None:
-    campaigns = project / "config/campaigns"
-    text = (campaigns / "small.yaml").read_text(encoding="utf-8")
-    wrong = text.replace("data: simulated", "data: imagined")
-    (campaigns / "wrong.yaml").write_text(wrong, encoding="utf-8")
-    message = fail(project, "--config", "campaign=wrong")
-    assert "wrong.yaml, line" in message
-    assert "`data`: found 'imagined', expected one of 'measured', 'simulated'" in message
 
 
 TABLES_OF_OWN = [f"results/own/tables/{name}.parquet" for name in ("points", "runs")]
@@ -243,17 +207,6 @@ def test_job_of_a_cluster_reads_the_logs_that_were_there_when_the_run_began(
             only = ("--target-jobs", job, "--allowed-rules", job.partition(":")[0])
             succeed(cluster, *process, *only, "--config", "campaign=own", "split={'runs': 1}")
     assert [table.read_bytes() for table in tables_made] == before
-
-
-@pytest.mark.nightly
-def test_excluded_log_is_refused_with_the_reason_of_the_run_sheet(project: Path, own: Path) -> None:
-    with changed(own / "runs.csv", "25,50,", "25,50,oil spilt"):
-        assert planned(project, *OWN)["points"] == 1  # its share alone
-        succeed(project, *OWN)
-    runs = tables.read("runs", project / TABLES_OF_OWN[1]).set_index("run_id")
-    log = "4102_P1.25_U25_T050.csv"
-    assert runs.at[log, "reason"] == "runs.csv excludes it: oil spilt"
-    assert runs.index[runs["rule"] == "excluded"].tolist() == [log]
 
 
 def test_changed_log_redoes_its_own_share_and_needs_a_reason(project: Path, own: Path) -> None:

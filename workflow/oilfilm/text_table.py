@@ -61,14 +61,10 @@ def width_of(text: str) -> int:
 def _padded(rows: Sequence[Row], right: int) -> list[list[str]]:
     cells = [[printable(cell) for cell in row] for row in rows]
     widths = [max(map(width_of, column)) for column in zip(*cells, strict=True)]
-    padded = []
-    for row in cells:
-        blanks = [" " * (width - width_of(cell)) for cell, width in zip(row, widths, strict=True)]
-        to_the_right = len(row) - right
-        padded.append(
-            [
-                blank + cell if index >= to_the_right else cell + blank
-                for index, (cell, blank) in enumerate(zip(row, blanks, strict=True))
-            ]
-        )
-    return padded
+    left = len(cells[0]) - right
+
+    def padded(index: int, cell: str) -> str:
+        blanks = " " * (widths[index] - width_of(cell))
+        return cell + blanks if index < left else blanks + cell
+
+    return [[padded(*each) for each in enumerate(row)] for row in cells]

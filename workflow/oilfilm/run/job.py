@@ -152,20 +152,14 @@ def _input_digests(paths: list[Path]) -> dict[str, str]:
         name = portable(path)
         if path.suffix == ".sha256" and "/parts/" in name:
             continue  # the digests of logs that the tables of the part name
-        footer = tables.read_footer(path) if _is_table_of_part(name) else {}
+        of_part = path.suffix == ".parquet" and ("/parts/" in name or "/tables/samples/" in name)
+        footer = tables.read_footer(path) if of_part else {}
         if footer.get("part"):
             inputs |= footer["inputs"]
             inputs[f"rule {footer['rule']}"] = f"code {footer['code']}, {footer['settings']}"
         else:
             inputs[name] = input_digest(path)[:16]
     return inputs
-
-
-def _is_table_of_part(name: str) -> bool:
-    """Whether a path from the top folder is a table that a part of a step has written."""
-    top, *folders = name.split("/")
-    of_part = folders[1:2] == ["parts"] or folders[1:3] == ["tables", "samples"]
-    return top == "results" and of_part and name.endswith(".parquet")
 
 
 def by_folder(inputs: Mapping[str, str]) -> dict[str, str]:
