@@ -85,8 +85,6 @@ def quantity(text: str, unit: str, option: str) -> float:
     """
     number = re.fullmatch(r"\s*([-+]?[0-9.]+(?:[eE][-+]?[0-9]+)?)\s*(\S*)\s*", text)
     expected = f"expected a number in {unit}, as 0.5{'' if unit == 'dimensionless' else unit}"
-    if "," in text:
-        expected += ", with a decimal point and no comma"
     if number is None:
         raise OilfilmError(f"{option}: found {text!r}; {expected}.")
     try:

@@ -16,7 +16,7 @@ from dataclasses import asdict
 from itertools import chain
 from math import isnan
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -177,20 +177,6 @@ def kind_of(file: str, content: bytes, settings: Settings) -> RigKind:
 # ---------------------------------------------------------------- plain values
 
 
-class Problem(NamedTuple):
-    """What is wrong or doubtful about a log or a run of it, and what to do.
-
-    Attributes:
-        run_id: The run; empty where it is the file.
-        found: What was found, in a sentence that begins with the rule.
-        advice: What to do; empty where there is nothing to do.
-    """
-
-    run_id: str
-    found: str
-    advice: str = ""
-
-
 def judged_logs(
     logs: Sequence[Log], settings: Settings, kind: RigKind, sheet: RunSheet
 ) -> Iterator[Plain]:
@@ -224,24 +210,6 @@ def judged_logs(
             "refusals": tables.rows(refused[_REFUSED]),
             "runs": [_checked_run(run, log, curated, settings, kind) for run in runs],
         }
-
-
-def problems(log: Plain) -> Iterator[Problem]:
-    """All that was found in a log, the reasons of refusals first."""
-    for each in log["refusals"]:
-        yield Problem(each["run_id"], f"{each['rule']}: {each['reason']}", each["advice"])
-    explained = {(each["run_id"], each["rule"]) for each in log["refusals"]}
-    for run in log["runs"]:
-        if run["warning"]:
-            yield Problem(run["run_id"], f"WARNING: {run['warning']}")
-        for gate in run["failed_gates"]:
-            if (run["run_id"], gate["gate"]) not in explained:
-                count = f"{gate['plateaus']} plateau{'' if gate['plateaus'] == 1 else 's'}"
-                found = f"{gate['gate']}: {count}, first at row {gate['first_row']}"
-                yield Problem(run["run_id"], found, gate["advice"])
-    if log["run_sheet_rows"] == 0:
-        advice = "Only its header counts. Correct the name in the sheet."
-        yield Problem("", "the run sheet has no row for this log", advice)
 
 
 def _checked_run(
@@ -322,35 +290,50 @@ def report(logs: Sequence[Plain]) -> str:
 
 def verdict_lines(log: Plain) -> Iterator[str]:
     """The verdict on each run, with the reason and the advice right below it."""
-    runs, file = log["runs"], printable(log["file"])
-    of_run: dict[str, list[Problem]] = {run["run_id"]: [] for run in runs}
-    of_file: list[Problem] = []
-    for problem in problems(log):
-        of_run.get(problem.run_id, of_file).append(problem)
+    runs, file, found = log["runs"], printable(log["file"]), _found(log)
     if not runs:
         yield f"{file}: {log['verdict'].upper()}"
     if len(runs) > _RUNS_LISTED:
         verdicts = _counted(run["verdict"] for run in runs)
         yield f"{file}: {len(runs)} runs: {verdicts}; --json shows all"
-        runs = [run for run in runs if of_run[run["run_id"]]]
+        runs = [run for run in runs if found[run["run_id"]]]
     for run in sorted(runs, key=lambda run: run["verdict"] != "refused")[:_RUNS_LISTED]:
         plateaus = f"{run['accepted_plateaus']} of {run['plateaus']} plateaus"
         verdict = run["verdict"].upper()
         yield f"{printable(run['run_id'])}: {verdict}, {plateaus}, {run['rows']} rows"
-        yield from _sentences(of_run[run["run_id"]])
-    yield from _sentences(of_file)
+        yield from found[run["run_id"]]
+    yield from found[""]
+
+
+def _found(log: Plain) -> dict[str, list[str]]:
+    """What is wrong or doubtful, and what to do, by run; under an empty name, of the file."""
+    lines: dict[str, list[str]] = {"": [], **{run["run_id"]: [] for run in log["runs"]}}
+
+    def add(run_id: str, found: str, advice: str = "") -> None:
+        of_run = lines.get(run_id, lines[""])
+        of_run += _wrapped(printable(found), "  ")
+        of_run += _wrapped(f"-> {printable(advice)}", "    ") if advice else []
+
+    for each in log["refusals"]:
+        add(each["run_id"], f"{each['rule']}: {each['reason']}", each["advice"])
+    explained = {(each["run_id"], each["rule"]) for each in log["refusals"]}
+    for run in log["runs"]:
+        if run["warning"]:
+            add(run["run_id"], f"WARNING: {run['warning']}")
+        for gate in run["failed_gates"]:
+            if (run["run_id"], gate["gate"]) not in explained:
+                count = f"{gate['plateaus']} plateau{'' if gate['plateaus'] == 1 else 's'}"
+                found = f"{gate['gate']}: {count}, first at row {gate['first_row']}"
+                add(run["run_id"], found, gate["advice"])
+    if log["run_sheet_rows"] == 0:
+        advice = "Only its header counts. Correct the name in the sheet."
+        add("", "the run sheet has no row for this log", advice)
+    return lines
 
 
 def _counted(names: Iterable[str]) -> str:
     """Each of some names with how often it comes, in their order."""
     return ", ".join(f"{count} {name}" for name, count in sorted(Counter(names).items()))
-
-
-def _sentences(found: Iterable[Problem]) -> Iterator[str]:
-    for problem in found:
-        yield from _wrapped(printable(problem.found), "  ")
-        if problem.advice:
-            yield from _wrapped(f"-> {printable(problem.advice)}", "    ")
 
 
 def _wrapped(text: str, indent: str) -> list[str]:

@@ -10,7 +10,6 @@ Decides: commands, options and their help.
 import argparse
 import difflib
 from collections.abc import Sequence
-from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -117,7 +116,7 @@ def watch(command: Command) -> None:
     command.text("--campaign", "campaign (default: that of config.yaml)")
     command.config()
     meaning = "a log is finished when it has not changed for so long (default: 3)"
-    command.text("--settle", meaning, type=_seconds, default=3.0, metavar="SECONDS")
+    command.text("--settle", meaning, type=float, default=3.0, metavar="SECONDS")
 
 
 def fit(command: Command) -> None:
@@ -295,10 +294,3 @@ def check_command(words: Sequence[str]) -> None:
     if Path(word[:200]).exists():
         hint = "Write `oilfilm check` before logs, `oilfilm fit` before a table of mu."
     raise OilfilmError(f"{cut(word)!r} is no command. {hint}")
-
-
-def _seconds(text: str) -> float:
-    with suppress(ValueError):
-        if 0 < float(text) < 1e5:
-            return float(text)
-    raise argparse.ArgumentTypeError(f"found {text!r}; expected seconds above 0, as 3")

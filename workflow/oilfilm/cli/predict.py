@@ -63,11 +63,6 @@ def prediction(
     if np.isnan(fit.coefficients.constants).any():
         raise OilfilmError(f"{oil}: nothing could be fitted; see results/*/summary.txt.")
     line = dict(zip(fit.law.conditions, fit.on_line(conditions)[0].tolist(), strict=True))
-    where = {
-        each: each.sentence()
-        + ("" if np.isnan(line[each.condition]) else f"; here that is {line[each.condition]:.4g}")
-        for each in fit.coefficients.fixed
-    }
     if away := fit.away_from(conditions):
         advice = "Give a point on it. Without the option the tested value is used."
         if any(each.level is None for each in away):
@@ -75,7 +70,7 @@ def prediction(
                 "Leave the option out. For a pressure fill in `ball_radius_m`, `ball` and `disc` "
                 "of the rig's file (roughness is not needed) and run again, or fit a law of load."
             )
-        there = "; ".join(where[each] for each in away)
+        there = "; ".join(each.sentence() for each in away)
         raise OilfilmError(f"{oil}: mu is not known there: {there}. {advice}")
     at = {**line, SLIP: at[SLIP]}
     mu, ranges = float(predicted.traction_coefficient[0]), float(predicted.distance[0])
@@ -93,7 +88,7 @@ def prediction(
         "traction_coefficient": mu,
         "level": fit.coefficients.unseen.at(0.95)[0],
         **intervals,
-        "fixed": [*where.values()],
+        "fixed": [each.sentence() for each in fit.coefficients.fixed],
         "outside": [
             {"quantity": name, "value": value, "minimum": low, "maximum": high}
             for (name, value), (low, high) in zip(at.items(), fit.reach.tolist(), strict=True)
