@@ -3,7 +3,7 @@
 Decides: the drift gate: when a refit has moved too far.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,7 +13,7 @@ import pandas as pd
 from oilfilm import studies, tables
 from oilfilm.errors import OilfilmError
 from oilfilm.fits.fitted import FittedLaw
-from oilfilm.releases.manifest import CODE
+from oilfilm.releases.manifest import FileRecord
 from oilfilm.releases.stored_release import StoredRelease
 from oilfilm.settings.config import DriftSettings
 from oilfilm.text_table import text_table
@@ -136,19 +136,18 @@ def _moved(title: str, moved: pd.DataFrame) -> Section:
 def _parts(stored: StoredRelease) -> dict[str, dict[str, str]]:
     """What a release was made from and its files: section -> name -> value or hash."""
     made_from = stored.manifest.made_from
-    code: dict[str, str] = {}
-    others: dict[str, str] = {}
-    for path, record in stored.files.items():
-        (code if path.startswith(f"{CODE}/") else others)[path] = record.sha256[:12]
     packages = made_from.model_dump(exclude={"config", "code", "raw"})
     return {
-        "Raw logs": {record.path: record.sha256[:12] for record in made_from.raw},
+        "Raw logs": _hashes(made_from.raw),
         "Configuration": dict(_leaves(stored.config())),
-        "Code": code,
         "Packages": dict(_leaves(packages)),
-        "Other files": others,
-        "Samples": {record.path: record.sha256[:12] for record in stored.manifest.samples},
+        "Files": _hashes(stored.manifest.files),
+        "Samples": _hashes(stored.manifest.samples),
     }
+
+
+def _hashes(records: Iterable[FileRecord]) -> dict[str, str]:
+    return {record.path: record.sha256[:12] for record in records}
 
 
 def _leaves(value: Any, path: str = "") -> Iterator[tuple[str, str]]:
