@@ -4,10 +4,8 @@ Decides: which units a typed quantity may have; where a command looks for settin
 """
 
 import argparse
-import json
 import re
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -49,19 +47,6 @@ def campaign_folder(results: Path | None) -> tuple[Path, dict[str, str]]:
         )
     footer = tables.read_footer(folder / "tables" / "coefficients.parquet")
     return folder, {name: str(footer.get(name)) for name in ("campaign", "data")}
-
-
-def json_text(values: Any) -> str:
-    """Plain values as JSON on one line, in ASCII whatever the terminal can show.
-
-    A number that is not known is null.
-
-    Examples:
-        >>> json_text({"mu": [float("nan"), 0.5]})
-        '{"mu": [null, 0.5]}'
-    """
-    plain = json.loads(json.dumps(values), parse_constant=lambda constant: None)
-    return json.dumps(plain)
 
 
 def typed_conditions(options: argparse.Namespace) -> dict[str, float]:

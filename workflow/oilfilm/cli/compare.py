@@ -13,7 +13,7 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from oilfilm import tables
-from oilfilm.cli.arguments import campaign_folder, json_text, quantity, typed_conditions
+from oilfilm.cli.arguments import campaign_folder, quantity, typed_conditions
 from oilfilm.errors import OilfilmError
 from oilfilm.fits.fitted import SLIP, FittedLaw, read_fit
 from oilfilm.fits.side_by_side import middle_of_tested, side_by_side
@@ -53,17 +53,12 @@ def run(options: argparse.Namespace) -> int:
     slips = [quantity(slip, "dimensionless", "--slip") for slip in options.slip or ()]
     slips = slips or [slip for slip in _SLIPS if slip <= tested] or [tested]
     table = side_by_side(fits, at, slips)
-    if options.json:
-        sources = {name: each.source for name, each in found.items()}
-        print(json_text({"at": at, "sources": sources, "points": tables.rows(table)}))
-    else:
-        print("\n".join([*_lines(found), *_mu(table, at, [*fits]), *_constants(found)]))
+    print("\n".join([*_lines(found), *_mu(table, at, [*fits]), *_constants(found)]))
     if options.plot:
         curves = side_by_side(fits, at, np.linspace(0, tested, _DRAWN + 1)[1:])
         simulated = any("simulated" in each.source for each in found.values())
         _draw(curves, at, simulated=simulated).savefig(options.plot)
-        if not options.json:
-            print(f"Written: {options.plot}")
+        print(f"Written: {options.plot}")
     return 0
 
 

@@ -41,10 +41,6 @@ class Command(argparse.ArgumentParser):
         """Add an option without a value."""
         self.add_argument(name, action="store_true", help=meaning, **others)
 
-    def json(self, what: str) -> None:
-        """Add `--json`."""
-        self.flag("--json", f"print {what}")
-
     def conditions(self, about: str) -> None:
         """Add the conditions of a law; `about` has places for meaning and example of each."""
         for option, (_, meaning, example) in CONDITION_OPTIONS.items():
@@ -102,7 +98,7 @@ def check(command: Command) -> None:
     default = "that of the logs' folder, else that of config.yaml"
     command.text("--campaign", f"campaign with the rig, oils and limits (default: {default})")
     command.config()
-    command.json("one JSON object per log")
+    command.flag("--json", "print one JSON object per log")
 
 
 def watch(command: Command) -> None:
@@ -150,7 +146,6 @@ def predict(command: Command) -> None:
     meaning = "slide-roll ratio, as 0.05 or 5%%; a negative one as --slip=-5%%"
     command.text("--slip", meaning, required=True)
     command.results()
-    command.json("one JSON object")
 
 
 def compare(command: Command) -> None:
@@ -166,7 +161,6 @@ def compare(command: Command) -> None:
     command.conditions("{meaning}, as {example} (default: the middle of what all tested)")
     command.text("--slip", "slide-roll ratio; may be repeated", action="append")
     command.path("--plot", "FILE", "draw mu and ratios: png, svg")
-    command.json("one JSON object")
 
 
 def plan(command: Command) -> None:
