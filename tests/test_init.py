@@ -154,26 +154,6 @@ def test_english_french_and_chinese_logs_in_one_folder_are_accepted(
     accepted(project_of(tmp_path / "blind", [tmp_path / "lab"]), monkeypatch, capsys)
 
 
-@pytest.mark.parametrize("name", ["tdms", "lvm", "parquet"])
-def test_columns_of_binary_formats_are_recognised(tmp_path: Path, name: str) -> None:
-    german = {
-        "time": "time" if name == "lvm" else "Zeit",
-        "load": "Normalkraft",
-        "traction_force": "Reibkraft",
-        "ball_speed": "Drehzahl Kugel",
-        "disc_speed": "Drehzahl Scheibe",
-        "inlet_temperature": "Ölzulauf",
-    }
-    values = {german[key]: column for key, column in formats.columns(100).items()}
-    units = {german[key]: unit for key, unit in formats.UNITS.items()}
-    log = formats.WRITERS[name](values, units, {"Schmierstoff": "Öl B-12"})
-    campaign = project_of_bytes(tmp_path, log).campaign
-    assert {key: column["name"] for key, column in campaign["columns"].items()} == {
-        key: [own] for key, own in german.items() if own != "time"
-    }
-    assert campaign["header"]["oil"] == ["schmierstoff"]
-
-
 def test_set_points_that_no_header_gives_are_those_of_the_bench(tmp_path: Path) -> None:
     names, *rows = project(tmp_path, RUNS, METRES, slice(1)).sheet
     assert names == "file;load_n;entrainment_speed_m_s;inlet_temperature_c;exclude;remarks"

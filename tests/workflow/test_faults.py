@@ -156,19 +156,3 @@ def test_second_run_is_refused_and_a_killed_one_is_in_nobodys_way(
     around = Surroundings("1", unusual(tmp_path).environment)
     succeed(new, SHARE, *SMALL, around=around)
     assert (released_project / SHARE).read_bytes() == (new / SHARE).read_bytes()
-
-
-@pytest.mark.nightly
-def test_damaged_result_is_not_released_until_its_step_is_done_anew(undisturbed: Path) -> None:
-    """One bit is turned over, and the time stamp is as it was."""
-    path = undisturbed / "results/small/exports/4102/traction_4102.h"
-    again = ("release", "--forcerun", "release", *SMALL)
-    before, stamp = path.read_bytes(), path.stat()
-    path.write_bytes(before[:-9] + bytes([before[-9] ^ 1]) + before[-8:])
-    os.utime(path, ns=(stamp.st_atime_ns, stamp.st_mtime_ns))
-    made = "results/small/made/exports.sha256"
-    message = fail(undisturbed, *again)
-    assert f"traction_4102.h: is not as its step wrote it. Remove {made}" in message
-    (undisturbed / made).unlink()
-    assert "exists already, with the same bytes" in succeed(undisturbed, *again)
-    assert path.read_bytes() == before
