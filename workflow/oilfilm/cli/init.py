@@ -199,7 +199,6 @@ def _gathered(given: Iterable[Path]) -> tuple[dict[str, Path], list[Path]]:
 def _texts(name: str, found: Findings) -> dict[str, str]:
     """The files that say what was found, by their path below the folder."""
     files = {
-        "README.txt": template("README.txt.jinja", name=name),
         "Snakefile": template("Snakefile"),
         "config/config.yaml": template("config.yaml.jinja", name=name),
         f"config/campaigns/{name}.yaml": campaign_yaml(name, found),

@@ -7,7 +7,7 @@ Decides: when a log that is being written is finished.
 
 import argparse
 import time
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from datetime import datetime
 from pathlib import Path
 
@@ -16,7 +16,7 @@ from oilfilm.cli.check import judged_logs, kinds_of_folders, verdict_lines
 from oilfilm.curation.rig_kind import RigKind
 from oilfilm.errors import OilfilmError, printable
 from oilfilm.logs.ingest import read_bytes
-from oilfilm.logs.raw_files import find_sheet, named_logs
+from oilfilm.logs.raw_files import named_logs
 from oilfilm.logs.sheet_file import sheet_of_paths
 from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
@@ -72,18 +72,15 @@ class Watcher:
 
     def _look_at(self, folder: Path, kind: RigKind) -> Iterator[str]:
         faults = {folder / name: fault for name, fault in named_logs(folder)}
-        of_sheet = _stamps(path for path in [find_sheet(folder)] if path)
-        stamps = _stamps(faults)
+        found = {path: path.stat() for path in faults if path.exists()}
+        stamps = {path: (each.st_size, each.st_mtime_ns) for path, each in found.items()}
         # every file is looked at: one that has changed settles from now on
-        every = {**of_sheet, **stamps}
-        settled = {path for path, stamp in every.items() if self._settled(path, stamp)}
-        if not settled >= of_sheet.keys():
-            return
-        paths = [path for path in stamps if not faults[path]]
-        sheet = sheet_of_paths(paths, self._raw, self._settings, kind.logs)
-        for path in sorted(stamps, key=lambda path: stamps[path][1], reverse=True):
+        settled = [path for path, stamp in stamps.items() if self._settled(path, stamp)]
+        sound = [path for path in stamps if not faults[path]]
+        sheet = sheet_of_paths(sound, self._raw, self._settings, kind.logs)
+        for path in sorted(settled, key=lambda path: stamps[path][1], reverse=True):
             state = stamps[path], sheet.rows.get(str(path))
-            if path not in settled or self._judged.get(path) == state:
+            if self._judged.get(path) == state:
                 continue
             try:
                 verdict = f"{path}: REFUSED\n  {faults[path]}"
@@ -109,9 +106,3 @@ class Watcher:
         if self._seen.get(path, (None,))[0] != stamp:
             self._seen[path] = (stamp, now)
         return now - self._seen[path][1] >= self._settle_s
-
-
-def _stamps(paths: Iterable[Path]) -> dict[Path, Stamp]:
-    """Size and date of each file that is there."""
-    found = {path: path.stat() for path in paths if path.exists()}
-    return {path: (status.st_size, status.st_mtime_ns) for path, status in found.items()}
