@@ -148,7 +148,7 @@ def test_each_difference_is_in_its_section(
     ((what, _, new),) = rows["Packages"]
     assert (what, new) == ("environment.packages.numpy", "99.0")
     assert {name for name, _, _ in rows["Files"]} == {
-        *("config.yaml", "environment.json", "tables/datapackage.json"),
+        *("config.yaml", "environment.json", "report.html", "tables/datapackage.json"),
         *("tables/coefficients.parquet", "tables/points.parquet"),
     }
 
