@@ -76,14 +76,14 @@ class FixedCondition:
         if self.level is None:
             return f"{name} is not known of every run"
         level, nearby = (
-            f"{self.level:.4g} {tables.COLUMNS[self.condition].unit}",
+            f"{self.level:.4g} {tables.unit_of(self.condition)}",
             f"(within {self.within:.1%})",
         )
         if not self.in_step:
             return f"{name} was tested at {level} only {nearby}"
         others = [QUANTITIES[other.condition].short_meaning for other in self.in_step]
         powers = " ".join(
-            f"({text} / {other.centre:.4g} {tables.COLUMNS[other.condition].unit})^{other.exponent:.3g}"
+            f"({text} / {other.centre:.4g} {tables.unit_of(other.condition)})^{other.exponent:.3g}"
             for text, other in zip(others, self.in_step, strict=True)
         )
         return (

@@ -253,9 +253,7 @@ def _largest_change(
     change[(new == old) | (np.isnan(old) & np.isnan(new))] = 0.0
     worst = int(change.argmax())
     named = zip(before.law.conditions, at[worst], strict=True)
-    where = [
-        f"{value:.4g} {tables.COLUMNS[name].unit}" for name, value in named if np.isfinite(value)
-    ]
+    where = [f"{value:.4g} {tables.unit_of(name)}" for name, value in named if np.isfinite(value)]
     where.append(f"S {conditions[worst, -1]:.4g}")
     of_worst = {"change": change[worst], "before": old[worst], "after": new[worst]}
     return {**of_worst, "where": ", ".join(where)}

@@ -12,6 +12,7 @@ from oilfilm.tables.declaration import Column as Column
 from oilfilm.tables.declaration import Table as Table
 from oilfilm.tables.dictionary import COLUMNS as COLUMNS
 from oilfilm.tables.dictionary import TABLES as TABLES
+from oilfilm.tables.dictionary import unit_of as unit_of
 from oilfilm.tables.schema_version import SCHEMA_VERSION as SCHEMA_VERSION
 from oilfilm.tables.store import ROW_GROUP as ROW_GROUP
 from oilfilm.tables.store import columns as columns

@@ -125,6 +125,15 @@ def _table(name: str, entry: Mapping[str, Any], check: Check | None) -> Table:
     )
 
 
+def unit_of(name: str) -> str:
+    """The unit of a column; "1" for plain numbers, empty for text and flags.
+
+    Raises:
+        KeyError: No table has such a column.
+    """
+    return COLUMNS[name].unit
+
+
 def _verdict_agrees_with_failed_gates(frame: pd.DataFrame) -> str:
     wrong = int((frame["accepted"] != (frame["failed_gates"] == "")).sum())
     return f"{wrong} points are accepted with a failed gate or refused without one" if wrong else ""
