@@ -79,19 +79,6 @@ def test_columns_and_set_points_are_shown_as_logged_and_as_understood(
     assert not {"load_off_nominal", "temperature_off_nominal"} & set(lacking)
 
 
-def test_broken_file_gives_the_refusal_first(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    Path("a.csv").write_text("time_s,load_n,x,y\n0,80,1,1\n")
-    Path("b.csv").write_bytes(SOUND["traction"].text())
-    assert main(["check", "a.csv", "b.csv", *CONFIG]) == 1
-    lines = capsys.readouterr().out.splitlines()
-    assert lines[0] == "a.csv: REFUSED"
-    assert lines[1].startswith("  columns: the log lacks the columns traction_force")
-    assert lines[-2:] == ["2 logs: 1 accepted, 1 refused", "  a.csv"]
-
-
 def test_kind_of_a_log_is_found_by_its_columns(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

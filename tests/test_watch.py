@@ -145,16 +145,6 @@ def test_log_that_cannot_be_read_does_not_end_the_watch(
     assert ACCEPTED in line
 
 
-def test_missing_folder_is_named_until_it_is_there(project: Path) -> None:
-    (project / "data/raw/june").rmdir()
-    watcher = watcher_of(project)
-    (line,) = looked(watcher)
-    assert "there is no such folder" in line
-    put(project, "a.csv", GOOD)
-    (line,) = looked(watcher)
-    assert ACCEPTED in line
-
-
 WITHOUT_UNIX = """
 import sys
 for name in ("fcntl", "grp", "pwd", "resource", "termios"):

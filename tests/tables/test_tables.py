@@ -1,6 +1,5 @@
 """The contract of the tables: what is forbidden cannot be written, and footers tell the story."""
 
-import json
 from pathlib import Path
 
 import numpy as np
@@ -124,16 +123,6 @@ def test_other_table_other_version_and_damage_are_refused(
     pd.DataFrame({"a": [1]}).to_parquet(path)
     with pytest.raises(OilfilmError, match="not a table of oilfilm"):
         tables.read("quarantine", path)
-
-
-def test_dictionary_columns_survive(demo, tmp_path: Path) -> None:
-    samples = next(iter(demo.ingested.samples.values())).head(1000)
-    path = tmp_path / "s.parquet"
-    tables.write(samples, "samples", path, ABOUT)
-    schema = parquet.read_schema(path)
-    assert str(schema.field("run_id").type).startswith("dictionary")
-    assert json.loads(schema.metadata[b"oilfilm"])["table"] == "samples"
-    assert tables.read("samples", path)["run_id"].tolist() == samples["run_id"].tolist()
 
 
 @pytest.mark.parametrize(("in_footer", "every"), [(False, 7), (True, 29)])

@@ -10,7 +10,6 @@ from pathlib import Path
 import pytest
 
 from campaigns import (
-    ETM,
     QUICK,
     SMALL_MATRIX,
     as_measured,
@@ -167,24 +166,6 @@ def test_logs_with_a_run_sheet_give_the_points_of_their_headers(project: Path, o
     assert "row 4: 'later.csv' matches no log" in listed
 
 
-def test_provenance_names_measured_logs_and_their_run_sheet(project: Path, own: Path) -> None:
-    def inputs(name: str) -> dict[str, str]:
-        made: dict[str, str] = tables.read_footer(project / f"results/own/{name}.parquet")["inputs"]
-        return made
-
-    of_samples = inputs("tables/samples/oil=4102/part-0")
-    logs = {name: digest for name, digest in of_samples.items() if name.startswith("data/raw/own/")}
-    assert len(logs) == 6
-    assert logs == {log: file_digest(project / log)[:16] for log in logs}
-    listed = [path.name for path in (project / "data/first_seen").glob("*.sha256")]
-    assert listed == [f"{own.name}.sha256"]
-    digest = file_digest(own / "runs.csv")[:16]
-    for table in ("points", "runs", "quarantine"):
-        assert inputs(f"tables/{table}")["data/raw/own/runs.csv"] == digest
-    # no fit is made again for a row of the sheet that leaves its points as they are
-    assert inputs("parts/collect/4102/points").keys() == {"logs of 4102"}
-
-
 def test_changed_log_redoes_its_own_share_and_needs_a_reason(project: Path, own: Path) -> None:
     name = "4102_P1.50_U40_T120.csv"
     with changed(own / name, "\n", "\n\n"):
@@ -296,16 +277,3 @@ def test_campaign_without_an_accepted_run_fails_when_everything_is_made(project:
     assert len(list((results / "refused").glob("*.png"))) == 1
     for page in ("summary.txt", "report.html"):
         assert "NOT ENOUGH: 0 of 2 runs" in (results / page).read_text(encoding="utf-8")
-
-
-@pytest.mark.nightly
-def test_measured_curves_that_ship_go_through(project: Path) -> None:
-    shutil.copytree(ETM, project / "data/raw/etm-slim")
-    campaign = read_campaign(project, "etm-slim")
-    # 20 000 points: the comparison would take longer than all the rest
-    campaign["settings"] |= QUICK | {"compare": {"laws": ["tanh"]}}
-    write_campaign(project, "etm-slim", campaign)
-    output = succeed(project, "--config", "campaign=etm-slim")
-    assert "FILM NOT JUDGED" in output
-    assert "Points: 20482 of 20500 are accepted" in output
-    assert (project / "results/etm-slim/figures/curves.png").stat().st_size > 10_000
