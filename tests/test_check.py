@@ -2,7 +2,6 @@
 
 import os
 import shutil
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -79,16 +78,17 @@ def test_columns_and_set_points_are_shown_as_logged_and_as_understood(
     assert not {"load_off_nominal", "temperature_off_nominal"} & set(lacking)
 
 
-def test_kind_of_a_log_is_found_by_its_columns(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    logs, folder = {}, tmp_path / "logs"
-    (folder / "april").mkdir(parents=True)
-    for kind, name in (("torque", "logs/april/b.csv"), ("traction", "logs/a.csv")):
-        logs[kind] = SOUND[kind].text()
-        (tmp_path / name).write_bytes(logs[kind])
+def test_folder_of_a_log_says_its_kind(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    # a project may have the name of its campaign
+    logs = {
+        "traction": tmp_path / "demo/april/a.csv",
+        "torque": tmp_path / "demo/demo-torque/b.csv",
+    }
+    for kind, path in logs.items():
+        path.parent.mkdir(parents=True)
+        path.write_bytes(SOUND[kind].text())
     # a folder is checked with all its subfolders
-    traction, torque = checked(capsys, folder, *CONFIG)
+    traction, torque = checked(capsys, tmp_path / "demo", *CONFIG)
     assert (traction["rig_kind"], torque["rig_kind"]) == ("traction", "torque")
     assert (traction["verdict"], torque["verdict"]) == ("accepted", "accepted")
     (run,) = torque["runs"]
@@ -96,27 +96,6 @@ def test_kind_of_a_log_is_found_by_its_columns(
     assert run["measured"]["inner_speed_rpm"]["maximum"] == pytest.approx(9000, rel=1e-3)
     assert run["measured"]["torque_n_m"]["minimum"] == pytest.approx(2, abs=0.05)
     assert run["set_points"] == {}
-
-
-def test_log_with_the_columns_of_both_kinds_needs_the_folder_of_one(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    sound, other = SOUND["traction"], SOUND["torque"]
-    load = sound.values["load"]
-    values = sound.values | {name: load for name in other.values if name != "time"}
-    both = replace(sound, values=values, units={**other.units, **sound.units})
-    (tmp_path / "both.csv").write_bytes(both.written("csv"))
-    assert main(["check", str(tmp_path / "both.csv"), *CONFIG]) == 2
-    assert "demo or demo-torque of data/raw." in capsys.readouterr().err
-
-
-def test_folder_of_a_log_says_its_kind(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    # a project may have the name of its campaign
-    folder = tmp_path / "demo/data/raw/demo-torque"
-    folder.mkdir(parents=True)
-    (folder / "a.csv").write_text("nothing that can be read\n")
-    (log,) = checked(capsys, folder / "a.csv", *CONFIG)
-    assert (log["rig_kind"], log["verdict"]) == ("torque", "refused")
 
 
 def test_logs_in_the_folder_of_a_campaign_are_judged_by_it(

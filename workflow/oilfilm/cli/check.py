@@ -35,7 +35,7 @@ from oilfilm.curation.verdicts import advice_for
 from oilfilm.errors import OilfilmError, printable
 from oilfilm.logs.base import LOADS, NOTHING_UNDERSTOOD, SET_POINTS
 from oilfilm.logs.first_seen import FirstSeen
-from oilfilm.logs.ingest import ReadLog, ingest_logs, read_bytes, read_log
+from oilfilm.logs.ingest import ReadLog, ingest_logs, read_bytes
 from oilfilm.logs.raw_files import named_logs, raw_files
 from oilfilm.logs.run_sheet import RunSheet
 from oilfilm.logs.sheet_file import is_run_sheet, sheet_of_paths
@@ -133,9 +133,9 @@ def check_files(
         raw: The folder of the campaigns' folders, whose run sheets are used.
 
     Raises:
-        OilfilmError: The kind of a log cannot be told, or as `ingest_logs`.
+        OilfilmError: As `ingest_logs`.
     """
-    kinds = [kind_of(*log, settings) for log in logs]
+    kinds = [kind_of(file, settings) for file, _ in logs]
     found: dict[str, Plain] = {}
     for each in _KINDS:
         of_kind = [log for log, its_kind in zip(logs, kinds, strict=True) if its_kind is each]
@@ -152,32 +152,12 @@ def kinds_of_folders(settings: Settings) -> dict[str, RigKind]:
     return {name: TRACTION_RIG, **torque}
 
 
-def kind_of(file: str, content: bytes, settings: Settings) -> RigKind:
-    """The kind of rig that a log is of: by the folder that it is in, else by its columns.
-
-    Raises:
-        OilfilmError: It may be of either kind.
-    """
-    of_folder = kinds_of_folders(settings)
-    if len(of_folder) == 1:
-        return TRACTION_RIG
+def kind_of(file: str, settings: Settings) -> RigKind:
+    """The kind of rig that a log is of, by its folder: traction, but for that of torque logs."""
+    kinds = kinds_of_folders(settings)
     # the nearest folder decides: that of the project may have the name of the campaign, too
-    for folder in Path(file).resolve().parents:
-        if folder.name in of_folder:
-            return of_folder[folder.name]
-    readings = {kind: read_log(content, file, settings, kind.logs)[1] for kind in _KINDS}
-    runs = [kind for kind, reading in readings.items() if reading.runs]
-    if len(runs) > 1:
-        raise OilfilmError(
-            f"{file}: has the columns of a traction log and those of a torque log. Put it into the "
-            f"folder that says which it is: {' or '.join(of_folder)} of data/raw."
-        )
-
-    def lacks_columns(kind: RigKind) -> bool:
-        return "columns" in {refusal.rule for refusal in readings[kind].refusals}
-
-    # a log that lacks columns of one kind only is of the other, whatever else is wrong with it
-    return min(runs or _KINDS, key=lacks_columns)
+    nearest = (folder.name for folder in Path(file).resolve().parents if folder.name in kinds)
+    return kinds[next(nearest, settings.campaign.name)]
 
 
 # ---------------------------------------------------------------- plain values

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from oilfilm import tables
 from oilfilm.atomic_write import flush, make_folder, rename_flushed
-from oilfilm.digests import file_digest, files_below
+from oilfilm.digests import file_digest, files_below, files_of
 from oilfilm.errors import OilfilmError
 from oilfilm.home import RUN_LOCK, portable
 from oilfilm.logs.raw_files import read_listings
@@ -68,11 +68,10 @@ class FinishedRun:
         """Output files by their path below the results, without hidden files."""
         found: dict[str, Path] = {}
         for path in self.files:
-            inside = files_below(self.root / path) if (self.root / path).is_dir() else [""]
-            for each in (path / name for name in inside):
-                name = each.relative_to(self.results)
+            for file in files_of(self.root / path):
+                name = file.relative_to(self.root / self.results)
                 if not any(part.startswith(".") for part in name.parts):
-                    found[name.as_posix()] = self.root / each
+                    found[name.as_posix()] = file
         return dict(sorted(found.items()))
 
 

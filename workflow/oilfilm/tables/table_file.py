@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Iterable, Mapping
 from hashlib import sha256
-from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -20,20 +19,13 @@ def digests_of_runs(samples: pd.DataFrame) -> dict[str, str]:
     Args:
         samples: Table of samples, the rows of a run together.
     """
-    runs = samples["run_id"].astype("category").cat
-    codes = runs.codes.to_numpy()
-    starts = np.flatnonzero(np.diff(codes, prepend=-1))
-    columns = [
-        np.ascontiguousarray(samples[column.name], column.dtype)
-        for column in TABLES["samples"].columns
-        if column.name != "run_id"
-    ]
+    columns = [column for column in TABLES["samples"].columns if column.name != "run_id"]
     digests = {}
-    for start, stop in pairwise([*starts, len(codes)]):
+    for run_id, of_run in samples.groupby("run_id", sort=False, observed=True):
         digest = sha256()
         for column in columns:
-            digest.update(column[start:stop].data)
-        digests[str(runs.categories[codes[start]])] = digest.hexdigest()
+            digest.update(np.ascontiguousarray(of_run[column.name], column.dtype).data)
+        digests[str(run_id)] = digest.hexdigest()
     return digests
 
 
