@@ -234,7 +234,7 @@ def export(command: Command) -> None:
     Example: oilfilm export --printed --oil 4102
     """
     command.flag("--printed", "the constants of the paper", required=True)
-    command.text("--oil", "4102, 4050 or 4010 (default: all three)")
+    command.text("--oil", "one oil (default: all three)", choices=("4102", "4050", "4010"))
     default = Path("printed-constants")
     meaning = f"where to write them (default: {default})"
     command.path("folder", "FOLDER", meaning, nargs="?", default=default)
