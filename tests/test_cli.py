@@ -110,7 +110,7 @@ def test_plan_names_conditions_in_their_order_and_what_it_trusts(
     # of torque.matrix
     now = re.search(r"mainshaft-167: .* friction torque .* 24 operating points: (\S+) %", text)
     exact = re.search(r"With exact sensors it would be (\S+) %", text)
-    tests = re.findall(r"(?m)^([123]) .* (\S+) %$", text)
+    tests = re.findall(r"(?m)^ *([123]) .* (\S+) %$", text)
     assert now and exact
     assert [order for order, _ in tests] == ["1", "2", "3"]
     promised = [float(now[1]), *(float(after) for _, after in tests)]

@@ -7,7 +7,6 @@ from pathlib import Path
 
 import numpy as np
 
-from oilfilm import tables
 from oilfilm.cli.arguments import campaign_folder, config_folder, quantity
 from oilfilm.cli.parser import DUTY_EXAMPLE
 from oilfilm.errors import OilfilmError
@@ -15,8 +14,8 @@ from oilfilm.fits.optimal_design import uncertainties, uncertainty
 from oilfilm.settings.resolve import named_file, resolve
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
-from oilfilm.text_table import text_table
 from oilfilm.torque.next_tests import BEARING_TARGETS, NextTests, Request, plan_oil, request_of
+from oilfilm.traction.law import CONDITIONS
 from oilfilm.units import FloatArray
 
 _DUTY_UNITS = ("N", "rpm", "degC")
@@ -26,15 +25,7 @@ _SHOWN = {
     "cage_slip": ("cage slip", 1.0, ""),
     "traction": ("mu", 100.0, " %"),
 }
-# Columns of the table of tests as text, after their order: head, column, digits.
-_TEST_COLUMNS = (
-    ("P GPa", "max_hertz_pressure_gpa", "g"),
-    ("U m/s", "entrainment_speed_m_s", "g"),
-    ("T degC", "inlet_temperature_c", "g"),
-    ("W N", "load_n", ".1f"),
-    ("S up to", "slide_roll_ratio", ".2f"),
-    ("lambda", "lambda_ratio", ".1f"),
-)
+_TEST_COLUMNS = ["test_order", *CONDITIONS, "load_n", "slide_roll_ratio", "lambda_ratio"]
 ASSUMPTION = (
     "The plan allows for an error of the law's form (plan.form_error). Only the uncertainty from "
     "the law is planned for; the other terms of the torque have their own "
@@ -126,16 +117,9 @@ def _lines(plan: NextTests) -> Iterator[str]:
     yield f"{len(plan.candidates.tests)} conditions of plan.levels can be run{beyond}."
     tests = plan.table().query("test_order > 0").sort_values("test_order")
     if len(tests):
-        heads = ["no.", *(head for head, *_ in _TEST_COLUMNS), "uncertainty then"]
-        rows = [
-            [
-                str(test["test_order"]),
-                *(f"{test[column]:{digits}}" for _, column, digits in _TEST_COLUMNS),
-                shown(test["uncertainty_with_plan"]),
-            ]
-            for test in tables.rows(tests)
-        ]
-        yield from text_table([heads, *rows], right=len(heads) - 1)
+        after = tests["uncertainty_with_plan"].map(shown)
+        listed = tests[_TEST_COLUMNS].assign(uncertainty_then=after)
+        yield listed.to_string(index=False, float_format="{:.4g}".format)
         yield f"Largest after the plan: {largest(design.end)}."
     if len(tests) < plan.count:
         more = "more " if len(tests) else ""
