@@ -67,7 +67,7 @@ def test_command_names_campaigns_and_marks_what_was_not_tested(
     words = ["compare", *map(str, folders)]
     assert main([*words, "--slip", "5%", "--plot", str(picture)]) == 0
     text = capsys.readouterr().out
-    (ratio,) = re.findall(r"(?m)^0\.05 +([\d.]+) \([\d.]+ to [\d.]+\)$", text)
+    (ratio,) = re.findall(r"(?m)^ *0\.05 +([\d.]+) \([\d.]+ to [\d.]+\)$", text)
     assert float(ratio) == pytest.approx(RATIO, rel=0.02)
     assert "outside" not in text
     assert picture.stat().st_size > 0

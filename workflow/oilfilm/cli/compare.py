@@ -14,12 +14,11 @@ from matplotlib.figure import Figure
 
 from oilfilm import tables
 from oilfilm.cli.arguments import campaign_folder, quantity, typed_conditions
-from oilfilm.errors import OilfilmError
+from oilfilm.errors import OilfilmError, printable
 from oilfilm.fits.fitted import SLIP, FittedLaw, read_fit
 from oilfilm.fits.side_by_side import middle_of_tested, side_by_side
 from oilfilm.report.figures import style
 from oilfilm.tables.campaign_tables import CampaignTables
-from oilfilm.text_table import text_table
 from oilfilm.traction.law import QUANTITIES
 
 _MU = ("traction_coefficient", "obs_ci_lower", "obs_ci_upper")
@@ -77,7 +76,7 @@ def read_fits(folders: Sequence[Path], oils: Sequence[str] | None) -> dict[str, 
             if oil in (oils or [oil]) and constants["value"].notna().any():
                 fit = read_fit(folder, oil)
                 source = f"{fit.law.name}, from campaign {about['campaign']}, {about['data']} data"
-                found[f"{folder} {oil}"] = NamedFit(source, fit, constants)
+                found[printable(f"{folder} {oil}")] = NamedFit(source, fit, constants)
     if len(found) < 2:
         raise OilfilmError(
             f"{', '.join(map(str, folders))}: found {len(found)} fitted oils; expected at "
@@ -96,17 +95,15 @@ def _lines(found: Mapping[str, NamedFit]) -> Iterator[str]:
 def _mu(table: pd.DataFrame, at: Mapping[str, float], names: Sequence[str]) -> Iterator[str]:
     """mu of each fit and its ratio to the first one, one row per slide-roll ratio."""
     first, *others = names
-    points = {(row[SLIP], row["fit"]): row for row in tables.rows(table)}
-    slips = list(dict.fromkeys(table[SLIP]))
     for title, columns, shown, digits in (
         (f"mu with the interval of the next good run, at {_where(at)}", _MU, names, 5),
         (f"Ratio to {first}", _RATIO, others, 3),
     ):
-        rows = [
-            [f"{slip:g}", *(_cell(points[slip, name], columns, digits) for name in shown)]
-            for slip in slips
-        ]
-        yield from ("", title, *text_table([["S", *shown], *rows], right=len(shown)))
+        cells = {"S": table.loc[table["fit"] == first, SLIP]} | {
+            name: [_cell(row, columns, digits) for row in tables.rows(table[table["fit"] == name])]
+            for name in shown
+        }
+        yield from ("", title, pd.DataFrame(cells).to_string(index=False))
     if table["outside"].any():
         yield "!: outside the tested conditions of that fit"
     if table["over_limit"].any():
@@ -114,15 +111,12 @@ def _mu(table: pd.DataFrame, at: Mapping[str, float], names: Sequence[str]) -> I
 
 
 def _constants(found: Mapping[str, NamedFit]) -> Iterator[str]:
-    by_name = [
-        {row["constant"]: row for row in tables.rows(each.constants)} for each in found.values()
-    ]
-    rows = [
-        [name, *(_cell(of[name], _CONSTANT, 5) if name in of else "-" for of in by_name)]
-        for name in dict.fromkeys(name for of in by_name for name in of)
-    ]
-    table = text_table([["constant", *found], *rows], right=len(found))
-    yield from ("", "Constants with their 95 % intervals", *table)
+    cells = {
+        name: {row["constant"]: _cell(row, _CONSTANT, 5) for row in tables.rows(each.constants)}
+        for name, each in found.items()
+    }
+    table = pd.DataFrame(cells).fillna("-").to_string()
+    yield from ("", "Constants with their 95 % intervals", table)
 
 
 def _draw(curves: pd.DataFrame, at: Mapping[str, float], *, simulated: bool) -> Figure:
