@@ -221,15 +221,14 @@ def _checked_run(
 
 
 def _set_points(run: Mapping[str, Any], sources: Mapping[str, str]) -> Plain:
-    named = {name: sources.get(name, _CAMPAIGN) for name in SET_POINTS}
-    if not LOADS.isdisjoint(sources):
-        # the load has one set point, as force or as pressure
-        named |= {name: _BY_HERTZ for name in LOADS - sources.keys()}
-    values = {name: run[f"nominal_{name}"] for name in SET_POINTS}
-    return {
-        name: None if pd.isna(value) else {"value": value, "source": named[name]}
-        for name, value in values.items()
-    }
+    # the load has one set point, as force or as pressure
+    by_hertz = LOADS if not LOADS.isdisjoint(sources) else frozenset()
+    found: Plain = dict.fromkeys(SET_POINTS)
+    for name in SET_POINTS:
+        if not pd.isna(value := run[f"nominal_{name}"]):
+            source = sources.get(name, _BY_HERTZ if name in by_hertz else _CAMPAIGN)
+            found[name] = {"value": value, "source": source}
+    return found
 
 
 def _failed_gates(points: pd.DataFrame, kind: RigKind) -> Iterator[Plain]:

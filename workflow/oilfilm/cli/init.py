@@ -99,8 +99,7 @@ def _report(made: NewProject, folder: str) -> Iterator[str]:
         yield f"  {log.file} is no log and was not copied: {log.problem}"
     for quantity, names in made.found.columns.items():
         yield f"  {quantity}: {', '.join(names)} (guess)"
-    yield "Written:"
-    yield from (f"  {file}" for file in made.texts)
+    yield f"Written: {', '.join(made.texts)}"
     yield f"To fill in, because only you can know it: {len(made.to_fill_in)}"
     for file, number, line in made.to_fill_in:
         yield f"  {file}, line {number}: {' '.join(line.split())}"

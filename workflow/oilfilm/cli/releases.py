@@ -13,8 +13,17 @@ from oilfilm.settings.resolve import read_config, resolve
 
 def run(options: argparse.Namespace) -> int:
     """Run the command of this name; exit code 1 where a release is not as it should be."""
-    commands = {"verify": _verify, "fetch": _fetch, "diff": _diff, "pin": _pin}
-    return commands[options.command](options)
+    match options.command:
+        case "verify":
+            return _verify(options)
+        case "diff":
+            return _diff(options)
+        case "fetch":
+            fetch_release(options.address, options.folder)
+            print(f"{options.folder}: all files are as released")
+        case _:
+            print(f"{pin(options.release, Path())}: pinned; commit it")
+    return 0
 
 
 def _verify(options: argparse.Namespace) -> int:
@@ -35,19 +44,6 @@ def _verify(options: argparse.Namespace) -> int:
     different = f"rebuilt from the raw logs, with differences:\n{rebuilt.text(rebuilt.sections)}"
     print(different if rebuilt.sections else same)
     return int(bool(rebuilt.sections))
-
-
-def _fetch(options: argparse.Namespace) -> int:
-    """Copy a release; every file is checked before its folder appears."""
-    fetch_release(options.address, options.folder)
-    print(f"{options.folder}: all files are as released")
-    return 0
-
-
-def _pin(options: argparse.Namespace) -> int:
-    """Keep a release as the reference for later ones."""
-    print(f"{pin(options.release, Path())}: pinned; commit it")
-    return 0
 
 
 def _diff(options: argparse.Namespace) -> int:

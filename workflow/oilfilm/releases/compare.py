@@ -3,7 +3,7 @@
 Decides: the drift gate: when a refit has moved too far.
 """
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -139,8 +139,8 @@ def _parts(stored: StoredRelease) -> dict[str, dict[str, str]]:
     packages = made_from.model_dump(exclude={"config", "code", "raw"})
     return {
         "Raw logs": _hashes(made_from.raw),
-        "Configuration": dict(_leaves(stored.config())),
-        "Packages": dict(_leaves(packages)),
+        "Configuration": _leaves(stored.config()),
+        "Packages": _leaves(packages),
         "Files": _hashes(stored.manifest.files),
         "Samples": _hashes(stored.manifest.samples),
     }
@@ -150,13 +150,9 @@ def _hashes(records: Iterable[FileRecord]) -> dict[str, str]:
     return {record.path: record.sha256[:12] for record in records}
 
 
-def _leaves(value: Any, path: str = "") -> Iterator[tuple[str, str]]:
+def _leaves(tree: dict[str, Any]) -> dict[str, str]:
     """Keys of a tree, joined by points, and the values at their ends; lists are values."""
-    if isinstance(value, Mapping) and value:
-        for name, below in value.items():
-            yield from _leaves(below, f"{path}.{name}" if path else str(name))
-    else:
-        yield path, str(value)
+    return {str(name): str(value) for name, value in pd.json_normalize(tree).iloc[0].items()}
 
 
 def _verdicts(*both: StoredRelease) -> Iterator[Row]:
