@@ -122,9 +122,7 @@ def _name(path: Path) -> str:
     return str(path).encode("utf-8", "backslashreplace").decode("utf-8")
 
 
-def check_files(
-    logs: Sequence[Log], settings: Settings, raw: Path = Path("data/raw")
-) -> list[Plain]:
+def check_files(logs: Sequence[Log], settings: Settings, raw: Path) -> list[Plain]:
     """What was found in logs, in their order.
 
     Args:
@@ -135,10 +133,9 @@ def check_files(
     Raises:
         OilfilmError: As `ingest_logs`.
     """
-    kinds = [kind_of(file, settings) for file, _ in logs]
     found: dict[str, Plain] = {}
     for each in _KINDS:
-        of_kind = [log for log, its_kind in zip(logs, kinds, strict=True) if its_kind is each]
+        of_kind = [(file, log) for file, log in logs if kind_of(file, settings) is each]
         if of_kind:
             sheet = sheet_of_paths([Path(file) for file, _ in of_kind], raw, settings, each.logs)
             found |= {log["file"]: log for log in judged_logs(of_kind, settings, each, sheet)}
