@@ -26,6 +26,7 @@ from oilfilm.releases.manifest import (
     read_manifest,
 )
 from oilfilm.releases.release import FinishedRun, make_release
+from oilfilm.releases.stored_release import StoredRelease
 from oilfilm.report.release_id import UNRELEASED
 from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
@@ -114,6 +115,11 @@ def runs_of(raw: dict[str, bytes]) -> pd.DataFrame:
         digests = dict.fromkeys(("sha256", "content_sha256"), sha256(content).hexdigest())
         found.append({**common, **digests, "run_id": name, "file": name})
     return rows("runs", *found)
+
+
+def verify(folder: Path) -> list[str]:
+    """What `oilfilm verify` finds in a release or a pin."""
+    return StoredRelease.open(folder).changes()
 
 
 def released(run: FinishedRun) -> Path:

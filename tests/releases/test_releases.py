@@ -29,9 +29,9 @@ from oilfilm.releases.manifest import (
     read_manifest,
     sha256_of,
 )
-from oilfilm.releases.stored_release import pin, verify
+from oilfilm.releases.stored_release import pin
 from oilfilm.settings.resolved import Settings
-from releases import RAW, made, made_now, project, rebuilding, released, runs_of
+from releases import RAW, made, made_now, project, rebuilding, released, runs_of, verify
 
 SECOND = "data/raw/demo/b 12:30.csv"
 

@@ -21,7 +21,7 @@ from campaigns import (
 )
 from oilfilm import tables
 from oilfilm.digests import file_digest
-from oilfilm.releases.stored_release import verify
+from oilfilm.releases.stored_release import StoredRelease
 from oilfilm.rig_twin.simulate import simulate_campaign
 from oilfilm.settings.resolve import resolve
 from reproduce import compare, fail, succeed
@@ -94,7 +94,7 @@ def test_run_is_released_once(project: Path, released_project: Path) -> None:
     folder = (project / "results/releases/small/latest").resolve()
     first = released_project.with_suffix(".txt").read_text()
     assert f"releases/small/{folder.name}: released" in first
-    assert verify(folder) == []
+    assert StoredRelease.open(folder).changes() == []
     assert {"report.html", "summary.txt", "exports", "figures", "refused", "tables"} <= {
         path.name for path in folder.iterdir()
     }

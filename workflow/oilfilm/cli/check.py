@@ -14,7 +14,6 @@ import textwrap
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict
-from itertools import chain
 from math import isnan
 from pathlib import Path
 from typing import Any
@@ -385,10 +384,8 @@ def _span(values: Sequence[float]) -> str:
 
 def _gates_not_applied(runs: Sequence[Plain]) -> Iterator[str]:
     """The gates that could not be applied to all runs or to some, by what they lack."""
-    of_reason: dict[str, dict[str, None]] = {}
-    for lacking in chain.from_iterable(run["gates_not_applied"] for run in runs):
-        of_reason.setdefault(lacking["reason"], {})[lacking["gate"]] = None
-    if of_reason:
+    lacking = pd.DataFrame([each for run in runs for each in run["gates_not_applied"]])
+    if len(lacking):
         yield from ("", "  Gates that could not be applied")
-    for reason, gates in of_reason.items():
-        yield from _wrapped(f"{', '.join(gates)}: {reason}", "    ")
+        for reason, gates in lacking.drop_duplicates().groupby("reason", sort=False)["gate"]:
+            yield from _wrapped(f"{', '.join(gates)}: {reason}", "    ")

@@ -180,15 +180,6 @@ class StoredRelease:
             raise OilfilmError(f"{path}: its groups are nested too deeply.") from None
 
 
-def verify(folder: Path) -> list[str]:
-    """`StoredRelease.changes` of a folder.
-
-    Raises:
-        OilfilmError: The manifest is missing, damaged or altered.
-    """
-    return StoredRelease.open(folder).changes()
-
-
 def pin(release: Path, root: Path) -> Path:
     """Keep a release as its campaign's pin, in folder of the one before; the pin's folder.
 
