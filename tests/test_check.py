@@ -2,7 +2,6 @@
 
 import os
 import shutil
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -12,12 +11,10 @@ import pytest
 from bad_logs import good
 from campaigns import ROOT, read_campaign, write_campaign
 from command_line import printed_objects
-from damages import SOUND, stuck
+from damages import SOUND
 from oilfilm.cli import main
-from oilfilm.cli.check import WIDTH, check_files, report
-from oilfilm.curation.traction_rig import TRACTION_RIG
+from oilfilm.cli.check import WIDTH
 from oilfilm.logs.first_seen import FirstSeen
-from oilfilm.settings.resolve import resolve
 
 CONFIG = ["--config", str(ROOT / "config")]
 N_PER_KGF = 9.80665
@@ -81,29 +78,17 @@ def test_columns_and_set_points_are_shown_as_logged_and_as_understood(
     assert not {"load_off_nominal", "temperature_off_nominal"} & set(lacking)
 
 
-def test_broken_file_gives_the_refusal_first(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    Path("a.csv").write_text("time_s,load_n,x,y\n0,80,1,1\n")
-    Path("b.csv").write_bytes(SOUND["traction"].text())
-    assert main(["check", "a.csv", "b.csv", *CONFIG]) == 1
-    lines = capsys.readouterr().out.splitlines()
-    assert lines[0] == "a.csv: REFUSED"
-    assert lines[1].startswith("  columns: the log lacks the columns traction_force")
-    assert lines[-2:] == ["2 logs: 1 accepted, 1 refused", "  a.csv"]
-
-
-def test_kind_of_a_log_is_found_by_its_columns(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    logs, folder = {}, tmp_path / "logs"
-    (folder / "april").mkdir(parents=True)
-    for kind, name in (("torque", "logs/april/b.csv"), ("traction", "logs/a.csv")):
-        logs[kind] = SOUND[kind].text()
-        (tmp_path / name).write_bytes(logs[kind])
+def test_folder_of_a_log_says_its_kind(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    # a project may have the name of its campaign
+    logs = {
+        "traction": tmp_path / "demo/april/a.csv",
+        "torque": tmp_path / "demo/demo-torque/b.csv",
+    }
+    for kind, path in logs.items():
+        path.parent.mkdir(parents=True)
+        path.write_bytes(SOUND[kind].text())
     # a folder is checked with all its subfolders
-    traction, torque = checked(capsys, folder, *CONFIG)
+    traction, torque = checked(capsys, tmp_path / "demo", *CONFIG)
     assert (traction["rig_kind"], torque["rig_kind"]) == ("traction", "torque")
     assert (traction["verdict"], torque["verdict"]) == ("accepted", "accepted")
     (run,) = torque["runs"]
@@ -111,29 +96,6 @@ def test_kind_of_a_log_is_found_by_its_columns(
     assert run["measured"]["inner_speed_rpm"]["maximum"] == pytest.approx(9000, rel=1e-3)
     assert run["measured"]["torque_n_m"]["minimum"] == pytest.approx(2, abs=0.05)
     assert run["set_points"] == {}
-
-
-def test_log_with_the_columns_of_both_kinds_needs_the_option(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    sound, other = SOUND["traction"], SOUND["torque"]
-    load = sound.values["load"]
-    values = sound.values | {name: load for name in other.values if name != "time"}
-    both = replace(sound, values=values, units={**other.units, **sound.units})
-    (tmp_path / "both.csv").write_bytes(both.written("csv"))
-    assert main(["check", str(tmp_path / "both.csv"), *CONFIG]) == 2
-    assert "Say which it is: --traction or --torque." in capsys.readouterr().err
-    (log,) = checked(capsys, "--torque", tmp_path / "both.csv", *CONFIG)
-    assert log["rig_kind"] == "torque"
-
-
-def test_folder_of_a_log_says_its_kind(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    # a project may have the name of its campaign
-    folder = tmp_path / "demo/data/raw/demo-torque"
-    folder.mkdir(parents=True)
-    (folder / "a.csv").write_text("nothing that can be read\n")
-    (log,) = checked(capsys, folder / "a.csv", *CONFIG)
-    assert (log["rig_kind"], log["verdict"]) == ("torque", "refused")
 
 
 def test_logs_in_the_folder_of_a_campaign_are_judged_by_it(
@@ -155,39 +117,6 @@ def test_logs_in_the_folder_of_a_campaign_are_judged_by_it(
     assert "earlier run has read are gone: data/raw/june/b.csv." in capsys.readouterr().err
     assert main(["check", str(logs["june"]), str(logs["demo"]), *where]) == 2
     assert "the logs are of the campaigns demo and june" in capsys.readouterr().err
-
-
-def test_log_of_another_project_is_not_judged_by_the_settings_of_this_one(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    here, project = tmp_path / "here", tmp_path / "project of july"
-    for folder in (here, project):
-        shutil.copytree(ROOT / "config", folder / "config")
-    write_campaign(project, "july", read_campaign(ROOT, "demo"))
-    log = project / "data/raw/july/a.csv"
-    log.parent.mkdir(parents=True)
-    log.write_bytes(b"no log")
-    monkeypatch.chdir(here)
-    assert main(["check", str(log)]) == 2
-    message = capsys.readouterr().err
-    assert f"{log}: is of the campaign july in the project folder {project}" in message
-    assert f"--config {project / 'config'}" in message
-    assert main(["check", str(log), "--campaign", "demo"]) == 1  # judged, and no log
-    assert main(["check", str(log), "--config", str(project / "config")]) == 1
-
-
-def test_many_refused_runs_of_one_log_are_counted() -> None:
-    settings = resolve(ROOT / "config", {"campaign": "demo"})
-    (log,) = check_files([("a.csv", stuck(SOUND["traction"]))], settings, TRACTION_RIG)
-    (run,), names = log["runs"], [f"run{number:02}" for number in range(12)]
-    many = {
-        **log,
-        "runs": [{**run, "run_id": name} for name in names],
-        "refusals": [{**each, "run_id": name} for each in log["refusals"] for name in names],
-    }
-    text = report([many])
-    assert [name for name in names if f"{name}: REFUSED" in text] == names[:10]
-    assert text.startswith("a.csv: 12 runs: 12 refused; --json shows all\n")
 
 
 def test_page_shows_what_is_printed(

@@ -1,6 +1,6 @@
 """Fits side by side: a planted ratio comes back, whichever fit is named first."""
 
-import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -65,11 +65,11 @@ def test_command_names_campaigns_and_marks_what_was_not_tested(
 ) -> None:
     picture = tmp_path / "mu.png"
     words = ["compare", *map(str, folders)]
-    assert main([*words, "--json", "--slip", "5%", "--plot", str(picture)]) == 0
-    shown = json.loads(capsys.readouterr().out)
-    assert [point["fit"] for point in shown["points"]] == ["june", "july"]
-    assert shown["points"][1]["ratio"] == pytest.approx(RATIO, rel=0.02)
-    assert not any(point["outside"] for point in shown["points"])
+    assert main([*words, "--slip", "5%", "--plot", str(picture)]) == 0
+    text = capsys.readouterr().out
+    (ratio,) = re.findall(r"(?m)^ *0\.05 +([\d.]+) \([\d.]+ to [\d.]+\)$", text)
+    assert float(ratio) == pytest.approx(RATIO, rel=0.02)
+    assert "outside" not in text
     assert picture.stat().st_size > 0
     assert main([*words, "--stress", "2.5GPa"]) == 0
     assert "outside" in capsys.readouterr().out

@@ -6,7 +6,6 @@ above the limit (`torque/test_bearing_torque.py`).
 """
 
 import io
-import json
 import runpy
 import shutil
 from dataclasses import dataclass, replace
@@ -112,18 +111,9 @@ def ask(place: str, asked: Asked, point: Point) -> set[str]:
         case "predict":
             text = asked.command(*predict)
             return marks("OUTSIDE" in text, "IMPOSSIBLE" in text)
-        case "predict as JSON":
-            found = json.loads(asked.command(*predict, "--json"))
-            return marks(found["outside"] or found["spacings"] > 1, found["over_limiting_stress"])
         case "compare":
             text = asked.command(*compare)
             return marks("!: outside the tested" in text, "IMPOSSIBLE" in text)
-        case "compare as JSON":
-            (either,) = {
-                (each["outside"], each["over_limit"])
-                for each in json.loads(asked.command(*compare, "--json"))["points"]
-            }
-            return marks(*either)
         case "fit":
             return of_prediction(asked.fit.predict(*point))
         case "saved fit":
@@ -133,10 +123,7 @@ def ask(place: str, asked: Asked, point: Point) -> set[str]:
             return {"marked"} if exported["outside_tested_box"](*point) else set()
 
 
-PLACES = (
-    *("predict", "predict as JSON", "compare", "compare as JSON"),
-    *("fit", "saved fit", "exported Python"),
-)
+PLACES = ("predict", "compare", "fit", "saved fit", "exported Python")
 MARKS = {
     "tested": set(),
     "outside": {"outside"},
@@ -199,11 +186,11 @@ def test_open_signs_go_with_printed_constants(config: Settings, asked: Asked) ->
     found = oilfilm.printed("4010").predict_at(*point)
     assert lost in found.wrong[0]
     words = ["predict", "--printed", "--oil", "4010", *words_of(point)]
-    assert lost in asked.command(*words)
-    stated = json.loads(asked.command(*words, "--json"))
-    assert lost in stated["wrong"][0]
+    text = asked.command(*words)
+    assert lost in text
+    ends = text.partition("over the open signs mu is ")[2].split()[:3:2]
     # worked out apart from this code
-    np.testing.assert_allclose(stated["sign_range"], [0.0018, 0.0157], atol=5e-5)
+    np.testing.assert_allclose(list(map(float, ends)), [0.0018, 0.0157], atol=5e-5)
     reference = Path(__file__).parents[1] / "data/reference/printed_coefficients.yaml"
     described = describe_printed(reference, config.printed.boxes.tested, config.exports)
     (of_4010,) = (each for each in described if each.oil == "4010")

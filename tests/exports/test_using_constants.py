@@ -78,16 +78,11 @@ def test_roller_of_the_page_moves_as_its_equation_says(folder: Path) -> None:
     assert result["speed"][-1] == pytest.approx(speed, rel=1e-6)
 
 
-def test_same_files_may_be_written_again_and_others_are_kept(
-    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+def test_constants_of_one_oil_are_written_to_a_new_folder(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    written = folder / "printed-constants"
-    assert main(["export", "--printed", str(written)]) == 0
     one = tmp_path / "one"
     assert main(["export", "--printed", "--oil", "4050", str(one)]) == 0
     assert {path.name for path in one.iterdir()} == {"README.md", "4050_printed"}
-    capsys.readouterr()
-    (one / "README.md").write_text("mine", encoding="utf-8")
     assert main(["export", "--printed", str(one)]) == 2
-    assert "exists with other content, and nothing was written" in capsys.readouterr().err
-    assert {path.name for path in one.iterdir()} == {"README.md", "4050_printed"}
+    assert "one: exists already" in capsys.readouterr().err

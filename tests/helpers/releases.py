@@ -10,9 +10,8 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
-from campaigns import ROOT, Campaign, rows, without
+from campaigns import ROOT, Campaign, rows
 from oilfilm import home, tables
-from oilfilm.digests import file_digest
 from oilfilm.home import RUN_LOCK
 from oilfilm.logs.raw_files import listing
 from oilfilm.releases import rebuild
@@ -27,6 +26,8 @@ from oilfilm.releases.manifest import (
     read_manifest,
 )
 from oilfilm.releases.release import FinishedRun, make_release
+from oilfilm.releases.stored_release import StoredRelease
+from oilfilm.report.release_id import UNRELEASED
 from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
 
@@ -37,13 +38,13 @@ PNG = b"\x89PNG\r\n\x1a\n" + struct.pack(">I4s2I", 13, b"IHDR", 8, 6) + bytes(ra
 
 
 def project(root: Path) -> Path:
-    """The top folder of a project: a little code, the real reference data and lock."""
+    """The top folder of a project: a little code, the real reference data, lock and profile."""
     (root / "workflow/oilfilm").mkdir(parents=True)
     (root / "workflow/oilfilm/fit.py").write_text("answer = 42\n", encoding="utf-8")
     (root / "Snakefile").write_text("# rules\n", encoding="utf-8")
     shutil.copytree(ROOT / "data/reference", root / "data/reference")
-    (root / "requirements").mkdir()
-    for name in ("pyproject.toml", RUN_LOCK):
+    for name in ("pyproject.toml", RUN_LOCK, "profiles/default/config.yaml"):
+        (root / name).parent.mkdir(parents=True, exist_ok=True)
         shutil.copy(ROOT / name, root / name)
     return root
 
@@ -67,6 +68,7 @@ def made(
     others: dict[Path, bytes] = {
         results / "figures/fig02.png": PNG,
         results / "summary.txt": b"fine\n",
+        results / "report.html": f"<h1>\u6cb9\r\n</h1>{UNRELEASED}".encode(),
         results / "exports/4102/law.h": b"double mu;\n",
         results / "exports/.snakemake_timestamp": b"",
         results / "logs/fit-4102.log": b"4102: certified\ndone\n",
@@ -95,7 +97,7 @@ def rebuilding(monkeypatch: pytest.MonkeyPatch, run: FinishedRun, **changed: byt
     def run_again(folder: Path, *_: object) -> None:
         config = resolve(folder / "config", {})
         raw = {Path(path).name: (folder / path).read_bytes() for path in run.raw}
-        again = made(folder, config, raw, {"runs": runs_of(raw, folder / "data")})
+        again = made(folder, config, raw, {"runs": runs_of(raw)})
         for name, content in changed.items():
             (folder / run.results / f"{name}.txt").write_bytes(content)
         released(again)
@@ -104,26 +106,20 @@ def rebuilding(monkeypatch: pytest.MonkeyPatch, run: FinishedRun, **changed: byt
     monkeypatch.setattr(home, "HOME", run.home)
 
 
-def runs_of(raw: dict[str, bytes], folder: Path) -> pd.DataFrame:
+def runs_of(raw: dict[str, bytes]) -> pd.DataFrame:
     """One row per log, as ingest writes it."""
     common = {"campaign": "demo", "oil": "4102", "log_kind": "steps", "verdict": "accepted"}
-    counts = dict.fromkeys(("samples", "plateaus", "accepted_points"), 1)
+    common |= dict.fromkeys(("samples", "plateaus", "accepted_points"), 1)
     found = []
     for name, content in raw.items():
-        (folder / name).write_bytes(content)
-        digests = dict.fromkeys(("sha256", "content_sha256"), file_digest(folder / name))
-        found.append({**common, **counts, **digests, "run_id": name, "file": name})
+        digests = dict.fromkeys(("sha256", "content_sha256"), sha256(content).hexdigest())
+        found.append({**common, **digests, "run_id": name, "file": name})
     return rows("runs", *found)
 
 
-def measured_run(config: Settings, root: Path, raw: dict[str, bytes]) -> FinishedRun:
-    """A finished run of measured logs, with the profile that a rebuild runs by."""
-    campaign = without(config, "twin", "torque").with_changes({"campaign": {"figures": ["fig02"]}})
-    project(root)
-    (root / "profiles/default").mkdir(parents=True)
-    shutil.copy(ROOT / "profiles/default/config.yaml", root / "profiles/default")
-    own = Settings.of({**campaign.plain(), "bearings": {}})
-    return made(root, own, raw, {"runs": runs_of(raw, root.parent)})
+def verify(folder: Path) -> list[str]:
+    """What `oilfilm verify` finds in a release or a pin."""
+    return StoredRelease.open(folder).changes()
 
 
 def released(run: FinishedRun) -> Path:

@@ -12,4 +12,4 @@ from releases import RAW, made, project, released, runs_of
 def release(config: Settings, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A release of two logs."""
     folder = tmp_path_factory.mktemp("release")
-    return released(made(project(folder / "p"), config, RAW, {"runs": runs_of(RAW, folder)}))
+    return released(made(project(folder / "p"), config, RAW, {"runs": runs_of(RAW)}))

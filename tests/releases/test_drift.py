@@ -2,16 +2,17 @@
 
 import re
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
 
-from campaigns import ROOT, Campaign, carry_through
-from command_line import printed_objects
+from campaigns import ROOT, Campaign
 from oilfilm.cli import main
-from oilfilm.releases.compare import Comparison, compare, drift_table
+from oilfilm.curation.curate import collect, curate
+from oilfilm.releases.compare import Comparison, compare
 from oilfilm.releases.manifest import Manifest, canonical, read_manifest
 from oilfilm.releases.stored_release import StoredRelease, pin
 from oilfilm.settings.resolve import resolve
@@ -22,24 +23,8 @@ from releases import alter, made, project, released, tables_of, write_manifest
 OILS = ("4102", "4050")
 CONFIG = ["--config", str(ROOT / "config")]
 DRIFT = resolve(ROOT / "config", {"campaign": "demo"}).drift
-Change = Callable[[str, bytes], bytes]
-
-
-def with_load_factor(content: bytes, factor: float) -> bytes:
-    """A log as a load cell writes it that shows every load too large by a factor."""
-    return re.sub(
-        rb"(?m)^([-0-9.]+),([-0-9.]+),",
-        lambda row: b"%s,%.3f," % (row[1], float(row[2]) * factor),
-        content,
-    )
-
-
-def logs_of(campaign: Campaign, oils: tuple[str, ...] = OILS) -> dict[str, bytes]:
-    return {
-        path.name: path.read_bytes()
-        for path in sorted(campaign.folder.iterdir())
-        if path.name.startswith(oils)
-    }
+LOGS = {"4050.csv": b"1", "4102.csv": b"1"}
+Make = Callable[..., Path]
 
 
 @pytest.fixture(scope="module")
@@ -49,30 +34,38 @@ def frames(demo: Campaign) -> dict[str, pd.DataFrame]:
 
 
 @pytest.fixture(scope="module")
-def before(
+def make(
     demo: Campaign, frames: dict[str, pd.DataFrame], tmp_path_factory: pytest.TempPathFactory
-) -> Path:
-    """Their release."""
-    root = project(tmp_path_factory.mktemp("before") / "p")
-    return released(made(root, demo.config, logs_of(demo), frames))
+) -> Make:
+    """Releases of these tables, some of them, the logs or settings replaced."""
+
+    def release(
+        config: Settings = demo.config, raw: dict[str, bytes] = LOGS, **replaced: pd.DataFrame
+    ) -> Path:
+        root = project(tmp_path_factory.mktemp("drift") / "p")
+        return released(made(root, config, raw, {**frames, **replaced}))
+
+    return release
 
 
 @pytest.fixture(scope="module")
-def miscalibrated(
-    demo: Campaign, frames: dict[str, pd.DataFrame], tmp_path_factory: pytest.TempPathFactory
-) -> Path:
+def before(make: Make) -> Path:
+    """A release that no test changes."""
+    return make()
+
+
+@pytest.fixture(scope="module")
+def miscalibrated(demo: Campaign, frames: dict[str, pd.DataFrame], make: Make) -> Path:
     """The same after the load cell read 1 % too much in every run of 4102."""
-    folder = tmp_path_factory.mktemp("raw")
-    logs = {name: with_load_factor(log, 1.01) for name, log in logs_of(demo, ("4102",)).items()}
-    for name, content in logs.items():
-        (folder / name).write_bytes(content)
-    again = tables_of(carry_through(demo.config, folder, sorted(logs)), OILS[:1])
+    samples, runs = demo.ingested.samples["4102"], demo.ingested.runs.query("oil == '4102'")
+    share = curate(samples.assign(load_n=1.01 * samples["load_n"]), runs, demo.config)
+    curated = collect([share], [demo.ingested.quarantine[:0]], demo.config)
+    again = tables_of(replace(demo, curated=curated), OILS[:1])
     both = {
         name: pd.concat([again[name], frame[frame["oil"] == "4050"]], ignore_index=True)
         for name, frame in frames.items()
     }
-    root = project(tmp_path_factory.mktemp("after") / "p")
-    return released(made(root, demo.config, {**logs_of(demo), **logs}, both))
+    return make(raw={**LOGS, "4102.csv": b"2"}, **both)
 
 
 @pytest.mark.parametrize("pinned", [False, True])
@@ -86,9 +79,11 @@ def test_load_cell_one_percent_off_is_stopped_by_the_gate_of_a_release_and_of_it
     reference = pin(before, tmp_path) if pinned else before
     assert main(["diff", str(reference), str(miscalibrated), "--gate", *CONFIG]) == 1
     printed = capsys.readouterr().out
-    moved = [line.split() for line in printed.splitlines()[4:]]
+    moved = [line.split() for line in printed.splitlines()[5:]]
     assert {line[0] for line in moved} == {"4102"}
     assert "mu" in {line[1] for line in moved}
+    assert main(["diff", str(before), str(before), *CONFIG]) == 0
+    assert capsys.readouterr().out.endswith("no difference\n")
     if pinned:
         assert sum(path.stat().st_size for path in reference.rglob("*.*")) < 300_000
         assert main(["diff", str(reference), str(before), "--gate", *CONFIG]) == 0
@@ -96,26 +91,20 @@ def test_load_cell_one_percent_off_is_stopped_by_the_gate_of_a_release_and_of_it
 
 
 def test_load_cell_one_percent_off_is_named(
-    before: Path, miscalibrated: Path, demo: Campaign, capsys: pytest.CaptureFixture[str]
+    before: Path, miscalibrated: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """Which logs of which oil, which constants, how much of mu."""
     assert main(["diff", str(before), str(miscalibrated), *CONFIG]) == 0
     text = capsys.readouterr().out
-    (stated,) = printed_objects(capsys, "diff", before, miscalibrated, *CONFIG)
-    (largest,) = (row for row in stated["constants"] if row["constant"] == "A0")
-    assert largest["oil"] == "4102"
-    assert any("A0" in row for row in stated["beyond_limits"]["rows"])
-    of_oil = sum(name.startswith("4102") for name in logs_of(demo))
-    assert f"Raw logs: {of_oil}\n" in text
-    assert "data/raw/demo/4102_P1.00_U25_T025.csv  " in text
+    assert re.search(r"Raw logs: 1\n.*\n  data/raw/demo/4102\.csv  ", text)
     assert "4050" not in text
     comparison = comparison_of(before, miscalibrated)
     titles = {section.title for section in comparison.sections}
     assert not titles & {"Configuration", "Code", "Packages"}
-    constants = comparison.constants
-    largest = constants.loc[constants["change"].idxmax()]
-    assert (largest["oil"], largest["constant"]) == ("4102", "A0")
-    change = comparison.traction.set_index("oil")["change"]
+    moved = comparison.moved
+    largest = moved.loc[moved["change"].idxmax()]
+    assert (largest["oil"], largest["what"]) == ("4102", "A0")
+    change = moved[moved["what"] == "mu"].set_index("oil")["change"]
     assert change["4050"] == 0
     # force over a load read 1 % too high is 1/1.01 of mu, found at a pressure 1.01^(1/3) higher
     true = traction_coefficient(_values(before), 1.25 * 1.01 ** (-1 / 3), 30.0, 70.0, 0.05)
@@ -130,44 +119,7 @@ def _values(release: Path) -> np.ndarray:
     return coefficients.loc[coefficients["oil"] == "4102", "value"].to_numpy()
 
 
-def test_equal_releases_pass_silently(
-    before: Path,
-    demo: Campaign,
-    frames: dict[str, pd.DataFrame],
-    tmp_path: Path,
-    capsys: pytest.CaptureFixture[str],
-) -> None:
-    again = released(made(project(tmp_path / "p"), demo.config, logs_of(demo), frames))
-    assert again.name == before.name
-    assert main(["diff", str(before), str(again), "--gate", *CONFIG]) == 0
-    assert capsys.readouterr().out == ""
-    assert main(["diff", str(before), str(again), *CONFIG]) == 0
-    assert capsys.readouterr().out.endswith("no difference\n")
-
-
 # ---------------------------------------------------------------- what else can differ
-
-
-Make = Callable[..., Path]
-
-
-@pytest.fixture
-def make(demo: Campaign, frames: dict[str, pd.DataFrame], tmp_path: Path) -> Make:
-    """Releases of the same tables without raw logs, some of them or settings replaced."""
-
-    def release(config: Settings = demo.config, **replaced: pd.DataFrame) -> Path:
-        root = project(tmp_path / str(len(list(tmp_path.iterdir()))))
-        return released(made(root, config, {}, {**frames, **replaced}))
-
-    return release
-
-
-@pytest.fixture(scope="module")
-def plain(
-    demo: Campaign, frames: dict[str, pd.DataFrame], tmp_path_factory: pytest.TempPathFactory
-) -> Path:
-    """A release of the tables of `frames` without raw logs; no test changes it."""
-    return released(made(project(tmp_path_factory.mktemp("plain") / "p"), demo.config, {}, frames))
 
 
 def comparison_of(before: Path, after: Path) -> Comparison:
@@ -175,7 +127,7 @@ def comparison_of(before: Path, after: Path) -> Comparison:
 
 
 def test_each_difference_is_in_its_section(
-    make: Make, plain: Path, demo: Campaign, frames: dict[str, pd.DataFrame]
+    make: Make, before: Path, demo: Campaign, frames: dict[str, pd.DataFrame]
 ) -> None:
     points, coefficients = frames["points"].copy(), frames["coefficients"].copy()
     first = points.index[points["accepted"]][0]
@@ -186,7 +138,7 @@ def test_each_difference_is_in_its_section(
     environment = read_manifest(after)[0].made_from.environment.model_dump()
     packages = {**environment["packages"], "numpy": "99.0"}
     alter(after, "environment.json", canonical({**environment, "packages": packages}).encode())
-    rows = {each.title: each.rows for each in comparison_of(plain, after).sections}
+    rows = {each.title: each.rows for each in comparison_of(before, after).sections}
     row = points.loc[first]
     assert rows["Verdicts"] == [
         (f"points: {row['run_id']}, {row['first_row']}", "True", "False: thin_film"),
@@ -195,8 +147,8 @@ def test_each_difference_is_in_its_section(
     assert rows["Configuration"] == [("gates.lambda_limit", "3.0", "2.5")]
     ((what, _, new),) = rows["Packages"]
     assert (what, new) == ("environment.packages.numpy", "99.0")
-    assert {name for name, _, _ in rows["Other files"]} == {
-        *("config.yaml", "environment.json", "tables/datapackage.json"),
+    assert {name for name, _, _ in rows["Files"]} == {
+        *("config.yaml", "environment.json", "report.html", "tables/datapackage.json"),
         *("tables/coefficients.parquet", "tables/points.parquet"),
     }
 
@@ -212,13 +164,13 @@ def test_releases_of_a_campaign_that_is_not_configured_here_are_compared_but_not
 
 
 def test_lost_fits_and_constants_are_stopped(
-    make: Make, plain: Path, frames: dict[str, pd.DataFrame]
+    make: Make, before: Path, frames: dict[str, pd.DataFrame]
 ) -> None:
     """4050 has no fit any more, and 4102 has no C3."""
     kept = {name: frames[name] for name in ("coefficients", "fit_quality", "refits")}
     kept = {name: frame[frame["oil"] == "4102"].copy() for name, frame in kept.items()}
     kept["coefficients"].loc[kept["coefficients"]["constant"] == "C3", "value"] = np.nan
-    rows = drift_table(comparison_of(plain, make(**kept)), DRIFT).rows
+    rows = comparison_of(before, make(**kept)).beyond_limits.rows
     assert {row[0] for row in rows} == set(OILS)
     assert "4050 is fitted in one release only" in str(rows)
     lost = {row[:2] for row in rows if row[4] == "inf standard errors"}
@@ -226,7 +178,7 @@ def test_lost_fits_and_constants_are_stopped(
 
 
 def test_fits_of_other_laws_are_not_compared(
-    make: Make, plain: Path, frames: dict[str, pd.DataFrame]
+    make: Make, before: Path, frames: dict[str, pd.DataFrame]
 ) -> None:
     """Each law has a fit for each oil; the campaign uses one."""
     fits = ("coefficients", "fit_quality")
@@ -234,41 +186,37 @@ def test_fits_of_other_laws_are_not_compared(
     other["fit_quality"]["configured"] = False
     other["coefficients"]["value"] *= 2
     both = {name: pd.concat([frames[name], other[name]], ignore_index=True) for name in fits}
-    comparison = comparison_of(plain, make(**both))
-    assert (comparison.constants["change"] == 0).all()
-    assert (comparison.traction["change"] == 0).all()
+    assert (comparison_of(before, make(**both)).moved["change"] == 0).all()
 
 
 @pytest.mark.parametrize(("scale", "stopped"), [(1.0099, False), (1.0101, True)])
 def test_gate_closes_at_its_limit(
-    make: Make, plain: Path, frames: dict[str, pd.DataFrame], scale: float, stopped: bool
+    make: Make, before: Path, frames: dict[str, pd.DataFrame], scale: float, stopped: bool
 ) -> None:
     """mu is A + B S times an exponential that C decides: A and B by 1 % move mu by 1 %."""
     coefficients = frames["coefficients"].copy()
     heads = (coefficients["oil"] == "4102") & coefficients["constant"].isin(["A0", "B0"])
     coefficients.loc[heads, "value"] *= scale
-    # so that mu alone decides
-    drift = DRIFT.model_copy(update={"standard_errors": 1e9})
-    comparison = comparison_of(plain, make(coefficients=coefficients))
-    change = comparison.traction.set_index("oil")["change"]
-    assert change["4102"] == pytest.approx(scale - 1, rel=1e-9)
-    assert bool(drift_table(comparison, drift).rows) == stopped
+    comparison = comparison_of(before, make(coefficients=coefficients))
+    moved = comparison.moved.set_index(["oil", "what"])["change"]
+    assert moved["4102", "mu"] == pytest.approx(scale - 1, rel=1e-9)
+    assert ("mu" in str(comparison.beyond_limits.rows)) == stopped
 
 
 @pytest.mark.parametrize("law", ["no-such-law", "tanh"])
 def test_tables_that_contradict_each_other_or_are_of_another_time_end_in_a_sentence(
     make: Make,
-    plain: Path,
+    before: Path,
     frames: dict[str, pd.DataFrame],
     law: str,
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     after = make(coefficients=frames["coefficients"].assign(law=law))
-    assert main(["diff", str(after), str(plain), *CONFIG]) == 2
+    assert main(["diff", str(after), str(before), *CONFIG]) == 2
     printed = capsys.readouterr().err
     assert ("tables/" in printed, printed.count("\n")) == (True, 1)
     manifest, _ = read_manifest(after)
     made_from = manifest.made_from.model_copy(update={"schema_version": 1})
     write_manifest(after, Manifest.of(made_from, manifest.files, manifest.samples))
-    assert main(["diff", str(after), str(plain), *CONFIG]) == 2
+    assert main(["diff", str(after), str(before), *CONFIG]) == 2
     assert "its tables have schema version 1, and version" in capsys.readouterr().err

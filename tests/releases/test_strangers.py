@@ -135,13 +135,3 @@ def test_table_that_is_too_much_or_deceives_is_no_fit(kind: str, tmp_path: Path)
         read_fit(tmp_path, "4102")
     assert len(str(refused.value)) < 3000
     assert all(line.isprintable() for line in str(refused.value).split("\n"))
-
-
-def test_table_of_very_many_parts_is_not_walked_through(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr("oilfilm.tables.limits._MOST_CHUNKS", 1000)
-    content = arrow.table({f"c{number}": [1.0] * 11 for number in range(100)})
-    written(tmp_path / "tables/coefficients.parquet", content, row_group_size=1)
-    with pytest.raises(OilfilmError, match="100 columns in 11 parts; expected at most 1000"):
-        read_fit(tmp_path, "4102")

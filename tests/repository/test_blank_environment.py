@@ -1,7 +1,7 @@
 """The wheel in a blank environment with an empty HOME: what the core gives, what it asks for."""
 
-import json
 import os
+import re
 import sys
 import tarfile
 from pathlib import Path
@@ -16,17 +16,6 @@ from oilfilm import __version__
 pytestmark = pytest.mark.nightly
 
 BUILD = [sys.executable, "-m", "hatchling", "build"]
-PYTHON_CODE = """
-import json, sys
-import numpy as np
-import oilfilm
-levels = np.meshgrid([1.0, 1.25, 1.5], [25, 40], [50, 120], np.linspace(0, 0.3, 11))
-law = oilfilm.printed("4102")
-mu = oilfilm.predict(law.law, law.coefficients, *levels).traction_coefficient
-fit = oilfilm.fit(*levels, mu, searches=2, bootstrap=20)
-found = fit.constants.loc["A0", "value"]
-print(json.dumps({"found": found, "printed": law.coefficients.constants[0]}))
-"""
 
 
 def installed(folder: Path, *arguments: str) -> Path:
@@ -53,18 +42,17 @@ def run(environment: Path, program: str, *arguments: str) -> tuple[int, str]:
 
 
 def asked_of_the_core(core: Path) -> None:
-    """Check a log, predict, fit arrays."""
+    """Check a log, predict, run the lines of the README."""
     assert run(core, "oilfilm", "--version") == (0, f"oilfilm {__version__}\n")
     (core.parent / "home/4102.csv").write_bytes(SOUND["traction"].text())
-    code, text = run(core, "oilfilm", "check", "--traction", "4102.csv")
+    code, text = run(core, "oilfilm", "check", "4102.csv")
     assert (code, "ACCEPTED" in text) == (0, True), text
     at = ("--stress", "1.2GPa", "--speed", "30m/s", "--temperature", "70degC", "--slip", "5%")
     code, text = run(core, "oilfilm", "predict", "--printed", "--oil", "4102", *at)
     assert (code, "mu = 0.01077" in text) == (0, True), text
-    code, text = run(core, "python", "-c", PYTHON_CODE)
-    assert code == 0, text
-    found = json.loads(text.splitlines()[-1])
-    assert found["found"] == pytest.approx(found["printed"], rel=1e-5)
+    (code,) = re.findall(r"(?ms)^```python\n(.*?)^```", (ROOT / "README.md").read_text("utf-8"))
+    (core.parent / "home/readme.txt").write_text(code, encoding="utf-8")
+    assert run(core, "python", "-m", "doctest", "readme.txt") == (0, "")
 
 
 def test_core_does_its_part_and_names_what_it_lacks(tmp_path: Path) -> None:

@@ -1,12 +1,10 @@
 """A file or folder is there whole or not at all."""
 
-import os
-import stat
 from pathlib import Path
 
 import pytest
 
-from oilfilm.atomic_write import atomic_file, atomic_folder, write_text
+from oilfilm.atomic_write import atomic_file, atomic_folder
 
 
 @pytest.mark.parametrize("name", ["law.h", "exports/law.h"])
@@ -31,25 +29,3 @@ def test_what_a_killed_run_left_beside_is_written_over(tmp_path: Path) -> None:
     with atomic_folder(tmp_path / "exports") as aside:
         (aside / "a.h").write_text("new")
     assert [each.name for each in tmp_path.rglob("*")] == ["exports", "a.h"]
-
-
-def test_what_is_flushed_is_open_for_writing_as_windows_demands(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    flushed = []
-
-    def fsync(descriptor: int) -> None:
-        if stat.S_ISREG(os.fstat(descriptor).st_mode):
-            os.write(descriptor, b"")  # fails where it is open for reading only
-            flushed.append(descriptor)
-
-    monkeypatch.setattr(os, "fsync", fsync)
-    write_text("a", tmp_path / "a.txt")
-    with atomic_folder(tmp_path / "folder") as aside:
-        (aside / "b.txt").write_text("b")
-    assert len(flushed) == 2
-
-
-def test_line_ends_are_written_as_they_are(tmp_path: Path) -> None:
-    write_text("a\r\nb\n", tmp_path / "a.csv")
-    assert (tmp_path / "a.csv").read_bytes() == b"a\r\nb\n"

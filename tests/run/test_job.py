@@ -38,15 +38,6 @@ def test_provenance_tells_measured_from_simulated_and_knows_no_clock(tmp_path: P
         assert (first["campaign"], first["data"], first["rule"]) == ("june", "measured", "fit")
 
 
-def test_tables_are_written_to_the_outputs_that_are_named_after_them(tmp_path: Path) -> None:
-    torque = a_job(tmp_path)
-    torque.output = {"torque_quarantine": str(tmp_path / "torque_quarantine.parquet")}
-    with job(torque) as of_job:
-        of_job.write({"torque_quarantine": tables.empty("quarantine")})
-    footer = tables.read_footer(tmp_path / "torque_quarantine.parquet")
-    assert (footer["table"], footer["rule"]) == ("quarantine", "fit")
-
-
 def inputs_of(top: Path, shares: list[list[str]], wildcards: dict[str, str]) -> dict[str, str]:
     """Inputs in the provenance of a job that reads the points of some shares of the logs."""
     collect = a_job(top)

@@ -9,21 +9,12 @@ from pathlib import Path
 
 import pytest
 
-from campaigns import ROOT
-from command_line import outcome
 from oilfilm.errors import OilfilmError
 from oilfilm.run.start import UNUSABLE, bring_dates_back, check_machine, start_python_by_name
 
 HARMLESS = ["My Lab", "Prüfstand", "it's", "a#b%c;d", "-x", "l" * 200]
 # The shell that make asks loses a newline at the end.
 UNUSABLE_NAMES = [f"a{character}b" for character in sorted(UNUSABLE - {"\x00"})]
-
-
-def test_harmless_folder_is_accepted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    for name in HARMLESS:
-        (tmp_path / name).mkdir()
-        monkeypatch.chdir(tmp_path / name)
-        check_machine([])
 
 
 def test_unusable_folder_is_refused_with_the_character(
@@ -35,20 +26,6 @@ def test_unusable_folder_is_refused_with_the_character(
         with pytest.raises(OilfilmError, match="Rename the folder") as refused:
             check_machine([])
         assert repr(name[1]) in str(refused.value)
-
-
-@pytest.mark.parametrize("name", ["a$(touch X)b", "a:b", "a\nb", 'a"b', *HARMLESS[:4]])
-def test_make_refuses_the_same_folders_before_anything_is_installed(
-    name: str, tmp_path: Path
-) -> None:
-    folder = tmp_path / name
-    folder.mkdir()
-    shutil.copy(ROOT / "Makefile", folder)
-    target = "help" if name in HARMLESS else "setup"
-    code, text = outcome(["make", target], cwd=folder)
-    assert (code == 0) == (name in HARMLESS), text
-    assert ("Rename the folder" in text) == (name not in HARMLESS)
-    assert [path.name for path in folder.iterdir()] == ["Makefile"]
 
 
 def test_python_in_a_folder_with_a_blank_is_found_by_its_name(

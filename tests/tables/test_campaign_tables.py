@@ -38,9 +38,3 @@ def test_campaign_without_torque_logs_has_empty_tables_of_torque(tmp_path: Path)
     assert results.torque_quarantine.empty
     with pytest.raises(OilfilmError, match=r"coefficients\.parquet: there is no such table"):
         results.coefficients  # noqa: B018
-
-
-def test_replaced_table_leaves_the_others_and_the_original_as_they_were() -> None:
-    before = CampaignTables.in_memory(runs=RUNS)
-    after = before.replace(runs=RUNS[:0], points=tables.empty("points"))
-    assert (len(before.runs), len(after.runs)) == (1, 0)

@@ -9,7 +9,6 @@ import yaml
 
 import oilfilm
 from oilfilm import studies, tables
-from oilfilm.tables.dictionary import declare, use
 from reference_pages.table_examples import read_examples
 
 studies.declare_tables(studies.available())
@@ -48,17 +47,6 @@ def test_units_are_of_the_quantity_that_the_name_says() -> None:
             assert column.unit == ENDINGS[max(endings, key=len)], column.name
 
 
-def test_difference_of_temperatures_is_in_kelvin() -> None:
-    """A value in degC has an offset that a difference lacks: 2 K is not 2 degC."""
-    words = ("difference", "minus", "uncertainty", "standard error", "spread")
-    units = {
-        column.name: column.unit
-        for column in tables.COLUMNS.values()
-        if "temperature" in column.name and any(word in column.meaning for word in words)
-    }
-    assert units == {"inlet_temperature_systematic_c": "K", "oil_temperature_change_c": "K"}
-
-
 @pytest.mark.parametrize("model", tables.TABLES.values(), ids=tables.TABLES)
 def test_table_has_a_key_or_says_why_not(model: tables.Table) -> None:
     assert bool(model.key) != bool(model.no_key)
@@ -66,34 +54,6 @@ def test_table_has_a_key_or_says_why_not(model: tables.Table) -> None:
     for other, columns in model.references.items():
         assert tables.TABLES[other].key == columns
         assert set(columns) <= set(model.names)
-
-
-def test_table_narrows_a_column_and_never_widens_it() -> None:
-    assert use("load_n", "required | mean").nullable is False
-    assert use("load_n", "mean").meaning == tables.COLUMNS["load_n"].meaning
-    for name, text in (("lambda_ratio", "<= 2e12 |"), ("stage", "(ingest, guess) |")):
-        with pytest.raises(ValueError, match=f"'{name}' cannot be widened"):
-            use(name, text)
-
-
-@pytest.mark.parametrize(
-    ("content", "problem"),
-    [
-        ("columns: {}\ntables: {t: {row: A row, columns: run_id colour}}", "colour"),
-        ("columns: {}\ntables: {t: {row: A row, columns: run_id, uses: {oil: x}}}", "no columns"),
-        ("columns: {run_id: text | again}\ntables: {}", "'run_id' is declared twice"),
-        ("columns: {}\ntables: {runs: {row: A row, columns: run_id}}", "'runs' is declared twice"),
-        ("columns: {colour: text >> 1 | a colour}\ntables: {}", "no kind of column"),
-    ],
-)
-def test_wrong_declaration_is_refused(
-    tmp_path: Path, content: str, problem: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr("oilfilm.tables.dictionary.COLUMNS", dict(tables.COLUMNS))
-    path = tmp_path / "tables.yaml"
-    path.write_text(content)
-    with pytest.raises((ValueError, KeyError), match=problem):
-        declare(path)
 
 
 @pytest.mark.parametrize("path", sorted(Path(oilfilm.__file__).parent.glob("*/*.yaml")), ids=str)

@@ -1,6 +1,5 @@
 """The contract of the tables: what is forbidden cannot be written, and footers tell the story."""
 
-import json
 from pathlib import Path
 
 import numpy as np
@@ -41,15 +40,6 @@ def test_footer_says_units_version_and_that_data_are_simulated(tmp_path: Path) -
     assert field.metadata[b"unit"] == b"N"
     assert b"load" in field.metadata[b"description"]
     assert parquet.ParquetFile(path).metadata.created_by.startswith("parquet-cpp-arrow")
-
-
-def test_bytes_do_not_depend_on_when_they_are_written(
-    quarantine: pd.DataFrame, tmp_path: Path
-) -> None:
-    for name in ("a", "b"):
-        tables.write(quarantine, "quarantine", tmp_path / name, ABOUT)
-    assert (tmp_path / "a").read_bytes() == (tmp_path / "b").read_bytes()
-    assert b"pandas" not in parquet.read_schema(tmp_path / "a").metadata
 
 
 @pytest.mark.parametrize(
@@ -114,19 +104,6 @@ def test_repeated_key_is_refused(demo) -> None:
         tables.conform(frame, "runs", "here")
 
 
-@given(st.lists(st.tuples(st.sampled_from("abc"), st.integers(1, 4)), max_size=6))
-def test_key_of_samples_is_refused_where_two_rows_share_it(keys: list[tuple[str, int]]) -> None:
-    frame = pd.DataFrame(
-        {name: [np.nan] * len(keys) for name in tables.columns("samples")}
-        | {"run_id": [run for run, _ in keys], "row": [row for _, row in keys], "time_s": 0.0}
-    )
-    if len(set(keys)) == len(keys):
-        assert len(tables.conform(frame, "samples", "here")) == len(keys)
-    else:
-        with pytest.raises(OilfilmError, match=r"rows repeat run_id \+ row"):
-            tables.conform(frame, "samples", "here")
-
-
 def test_missing_and_unknown_columns_are_named() -> None:
     frame = tables.empty("runs").drop(columns="oil").assign(colour="red")
     with pytest.raises(OilfilmError, match=r"lacks \['oil'\].*unknown \['colour'\]"):
@@ -146,16 +123,6 @@ def test_other_table_other_version_and_damage_are_refused(
     pd.DataFrame({"a": [1]}).to_parquet(path)
     with pytest.raises(OilfilmError, match="not a table of oilfilm"):
         tables.read("quarantine", path)
-
-
-def test_dictionary_columns_survive(demo, tmp_path: Path) -> None:
-    samples = next(iter(demo.ingested.samples.values())).head(1000)
-    path = tmp_path / "s.parquet"
-    tables.write(samples, "samples", path, ABOUT)
-    schema = parquet.read_schema(path)
-    assert str(schema.field("run_id").type).startswith("dictionary")
-    assert json.loads(schema.metadata[b"oilfilm"])["table"] == "samples"
-    assert tables.read("samples", path)["run_id"].tolist() == samples["run_id"].tolist()
 
 
 @pytest.mark.parametrize(("in_footer", "every"), [(False, 7), (True, 29)])

@@ -106,11 +106,13 @@ def test_commands_need_no_clone(installed: Path, released_project: Path, tmp_pat
     results, raw = released_project / "results", released_project / "data/raw/small"
     (tmp_path / "config").mkdir()
     (tmp_path / "config/config.yaml").write_text("campaign: demo\n", encoding="utf-8")
-    log = next(raw.glob("4102_P1.25*.csv"))
-    check = ("oilfilm", "check", str(log), "--campaign", "demo")
-    assert "ACCEPTED" in run(installed, tmp_path, *check)
-    release = str((results / "releases/small/latest").resolve())
-    assert "as released" in run(installed, tmp_path, "oilfilm", "verify", release)
     at = ("--stress", "1.2GPa", "--speed", "30m/s", "--temperature", "70degC", "--slip", "0.05")
-    where = ("--results", str(results / "small"), "--oil", "4102")
-    assert "mu = 0.01" in run(installed, tmp_path, "oilfilm", "predict", *where, *at)
+    commands = [
+        ["check", str(next(raw.glob("4102_P1.25*.csv"))), "--campaign", "demo"],
+        ["verify", str((results / "releases/small/latest").resolve())],
+        ["predict", "--results", str(results / "small"), "--oil", "4102", *at],
+    ]
+    program = f"from oilfilm.cli import main\nfor words in {commands}: main(words)\n"
+    (tmp_path / "commands.py").write_text(program, encoding="utf-8")
+    text = run(installed, tmp_path, "commands")
+    assert all(word in text for word in ("ACCEPTED", "as released", "mu = 0.01"))

@@ -1,70 +1,36 @@
 """Whole runs with results in object storage: the bytes of a run in folders."""
 
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
 from campaigns import lay_out_small
-from oilfilm.releases.table_diff import file_difference
 from reproduce import fail, succeed
-from storage_servers import IN_BUCKET, SECRET, Storage, files_with_a_key, moto_storage
+from storage_servers import IN_BUCKET, SECRET, files_with_a_key, moto_storage
 
-pytestmark = pytest.mark.workflow
+pytestmark = [pytest.mark.workflow, pytest.mark.nightly]
 
 SMALL = ("--config", "campaign=small")
 
 
-@pytest.fixture(scope="module")
-def storage() -> Iterator[Storage]:
-    with moto_storage() as storage:
-        yield storage
-
-
-def assert_same(local: Path, stored: dict[str, bytes], folder: Path) -> None:
-    """Every file of the bucket has the bytes of the local run; the first difference is named."""
-    for name, content in sorted(stored.items()):
-        path = folder / name
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_bytes(content)
-        assert content == (local / name).read_bytes(), file_difference(local / name, path)
-
-
-def test_points_that_go_to_a_bucket_are_those_of_a_folder(
-    released_project: Path, storage: Storage, tmp_path: Path
-) -> None:
-    project = tmp_path / "project"
-    lay_out_small(project)
-    points = "results/small/parts/points/0/points.parquet"
-    output = succeed(project, points, *SMALL, *IN_BUCKET, "s3://lab/quick")
-    assert SECRET not in output
-    assert files_with_a_key(tmp_path) == []
-    stored = storage.files("quick/")
-    assert points in stored
-    assert_same(released_project, stored, tmp_path / "stored")
-
-
-@pytest.mark.nightly
-def test_results_without_a_place_end_a_run_in_a_sentence(storage: Storage, tmp_path: Path) -> None:
+def test_results_without_a_place_end_a_run_in_a_sentence(tmp_path: Path) -> None:
     lay_out_small(tmp_path)
-    output = fail(tmp_path, *SMALL, *IN_BUCKET[:2])
-    assert "s3://BUCKET/PLACE" in output
+    assert "s3://BUCKET/PLACE" in fail(tmp_path, *SMALL, *IN_BUCKET[:2])
 
 
-@pytest.mark.nightly
 def test_run_with_results_in_a_bucket_makes_the_same_release(
-    released_project: Path, storage: Storage, tmp_path: Path
+    released_project: Path, tmp_path: Path
 ) -> None:
-    project = tmp_path / "project"
-    lay_out_small(project)
-    arguments = ("release", *SMALL, *IN_BUCKET, "s3://lab/all/of/it")
-    output = succeed(project, *arguments)
-    stored = storage.files("all/of/it/")
+    lay_out_small(tmp_path)
+    with moto_storage() as storage:
+        output = succeed(tmp_path, "release", *SMALL, *IN_BUCKET, "s3://lab/all/of/it")
+        stored = storage.files("all/of/it/")
     assert "results/small/report.html" in stored
-    assert_same(released_project, stored, tmp_path / "stored")
+    for name, content in stored.items():
+        assert content == (released_project / name).read_bytes(), name
+        assert SECRET.encode() not in content
     local = released_project / "results/releases/small/latest"
-    release = project / "results/releases/small" / local.readlink().name
+    release = tmp_path / "results/releases/small" / local.readlink().name
     assert (release / "manifest.json").read_bytes() == (local / "manifest.json").read_bytes()
     assert SECRET not in output
-    for folder in (project, tmp_path / "stored"):
-        assert files_with_a_key(folder) == []
+    assert files_with_a_key(tmp_path) == []

@@ -45,6 +45,11 @@ def files_below(folder: Path) -> list[str]:
     return sorted(paths)
 
 
+def files_of(path: Path) -> list[Path]:
+    """A file, or all files below a folder."""
+    return [path / name for name in files_below(path)] if path.is_dir() else [path]
+
+
 def input_digest(path: Path) -> str:
     """sha256 of a file, or of the names and contents of all files below a folder."""
     if path.is_file():

@@ -13,12 +13,11 @@ HOME = _CLONE if (_CLONE / "workflow" / "rules").is_dir() else PACKAGE / "shippe
 CONFIG = HOME / "config"
 # The packages that results are made with, by exact version.
 RUN_LOCK = "requirements/run.lock"
-_REFERENCE = "data/reference"
 
 
 def reference_file(name: str) -> Path:
     """A file of data/reference, given without its ending: from the working folder in a clone."""
-    path = HOME / _REFERENCE / f"{name}.yaml"
+    path = HOME / "data/reference" / f"{name}.yaml"
     return path.relative_to(Path.cwd()) if path.is_relative_to(Path.cwd()) else path
 
 

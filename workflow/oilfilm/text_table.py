@@ -15,25 +15,21 @@ def text_table(
     rows: Sequence[Row],
     *,
     right: int = 0,
-    most: int | None = None,
     indent: str = "",
-    gap: str = "  ",
 ) -> list[str]:
     """Lines of a table without rules; control characters in cells are escaped.
 
     Args:
         rows: Cells, each row with as many.
         right: So many of the last columns are aligned to the right.
-        most: A longer cell is cut to so many letters and ends in `~`.
         indent: Before each line.
-        gap: Between the columns.
 
     Examples:
         >>> print(*text_table([["oil", "points"], ["4102", "70"]], right=1), sep=chr(10))
         oil   points
         4102      70
     """
-    return [f"{indent}{gap.join(cells)}".rstrip() for cells in _padded(rows, right, most)]
+    return [f"{indent}{'  '.join(cells)}".rstrip() for cells in _padded(rows, right)]
 
 
 def markdown_table(header: Row, rows: Sequence[Row]) -> list[str]:
@@ -47,7 +43,7 @@ def markdown_table(header: Row, rows: Sequence[Row]) -> list[str]:
     """
     if not rows:
         return []
-    head, *body = _padded([header, *rows], right=0, most=None)
+    head, *body = _padded([header, *rows], right=0)
     lines = [f"| {' | '.join(cells)} |" for cells in (head, *body)]
     return [lines[0], f"|{'|'.join('-' * (width_of(cell) + 2) for cell in head)}|", *lines[1:]]
 
@@ -62,25 +58,13 @@ def width_of(text: str) -> int:
     return sum(2 if unicodedata.east_asian_width(letter) in "WF" else 1 for letter in text)
 
 
-def _padded(rows: Sequence[Row], right: int, most: int | None) -> list[list[str]]:
-    cells = [[_cut(printable(cell), most) for cell in row] for row in rows]
+def _padded(rows: Sequence[Row], right: int) -> list[list[str]]:
+    cells = [[printable(cell) for cell in row] for row in rows]
     widths = [max(map(width_of, column)) for column in zip(*cells, strict=True)]
-    padded = []
-    for row in cells:
-        blanks = [" " * (width - width_of(cell)) for cell, width in zip(row, widths, strict=True)]
-        to_the_right = len(row) - right
-        padded.append(
-            [
-                blank + cell if index >= to_the_right else cell + blank
-                for index, (cell, blank) in enumerate(zip(row, blanks, strict=True))
-            ]
-        )
-    return padded
+    left = len(cells[0]) - right
 
+    def padded(index: int, cell: str) -> str:
+        blanks = " " * (widths[index] - width_of(cell))
+        return cell + blanks if index < left else blanks + cell
 
-def _cut(text: str, most: int | None) -> str:
-    if most is None or width_of(text) <= most:
-        return text
-    while width_of(text) >= most:
-        text = text[:-1]
-    return f"{text}~"
+    return [[padded(*each) for each in enumerate(row)] for row in cells]

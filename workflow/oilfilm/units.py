@@ -20,7 +20,6 @@ IndexArray = npt.NDArray[np.int64]
 PA_PER_GPA = 1e9
 M_PER_UM = 1e-6
 MM_PER_M = 1e3
-N_PER_KN = 1e3
 RAD_S_PER_RPM = np.pi / 30
 ABSOLUTE_ZERO_C = -273.15
 

@@ -9,7 +9,6 @@ from oilfilm.report.html import html
 from oilfilm.report.metadata import data_package
 from oilfilm.report.sections.build import sections
 from oilfilm.report.text import text
-from oilfilm.tables.table_file import table_file
 
 with run.job(snakemake) as job:
     studies.declare_tables(job.settings.campaign.studies)
@@ -20,6 +19,5 @@ with run.job(snakemake) as job:
     page = html(made, job.tables, pngs, Path(inputs.refused_pages), job.settings, job.provenance)
     write_text(page, Path(outputs.page))
     package = Path(outputs.package)
-    written = [*(inputs[name] for name in snakemake.params.tables), *inputs.samples]
-    files = [table_file(Path(path), package.parent) for path in written]
-    write_text(data_package(job.settings, files), package)
+    written = map(Path, (*(inputs[name] for name in snakemake.params.tables), *inputs.samples))
+    write_text(data_package(job.settings, package.parent, written), package)

@@ -4,10 +4,8 @@ Decides: which units a typed quantity may have; where a command looks for settin
 """
 
 import argparse
-import json
 import re
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -32,46 +30,23 @@ def project_folder(config: Path | None) -> Path:
     return config.parent if config else Path()
 
 
-def campaign_folder(results: Path, campaign: str | None) -> tuple[Path, dict[str, str]]:
+def campaign_folder(results: Path | None) -> tuple[Path, dict[str, str]]:
     """The folder of a campaign's results, and the campaign and kind of its data.
 
     Args:
-        results: That folder, or the folder that it is in.
-        campaign: The campaign that it must be of; in a folder of several, that of `config.yaml`
-            where none is given.
+        results: That folder; that of the campaign of `config.yaml` if not given.
 
     Raises:
         OilfilmError: There are no such results.
     """
-    folder = results
-    if not (results / "tables").is_dir():
-        folder = results / (campaign or read_config(config_folder(None)).campaign)
+    folder = results or Path("results", read_config(config_folder(None)).campaign)
     if not (folder / "tables").is_dir():
         raise OilfilmError(
-            f"{results}: has no results of a campaign: there is neither {results / 'tables'} nor "
-            f"{folder / 'tables'}. Run snakemake, or correct --results or --campaign."
+            f"{folder}: has no results of a campaign: there is no {folder / 'tables'}. "
+            "Run snakemake, or correct --results."
         )
     footer = tables.read_footer(folder / "tables" / "coefficients.parquet")
-    about = {name: str(footer.get(name)) for name in ("campaign", "data")}
-    if campaign not in (None, about["campaign"]):
-        raise OilfilmError(
-            f"{folder}: has results of the campaign {about['campaign']!r}; expected {campaign!r}. "
-            "Leave out --campaign or correct --results."
-        )
-    return folder, about
-
-
-def json_text(values: Any) -> str:
-    """Plain values as JSON on one line, in ASCII whatever the terminal can show.
-
-    A number that is not known is null.
-
-    Examples:
-        >>> json_text({"mu": [float("nan"), 0.5]})
-        '{"mu": [null, 0.5]}'
-    """
-    plain = json.loads(json.dumps(values), parse_constant=lambda constant: None)
-    return json.dumps(plain)
+    return folder, {name: str(footer.get(name)) for name in ("campaign", "data")}
 
 
 def typed_conditions(options: argparse.Namespace) -> dict[str, float]:
@@ -95,8 +70,6 @@ def quantity(text: str, unit: str, option: str) -> float:
     """
     number = re.fullmatch(r"\s*([-+]?[0-9.]+(?:[eE][-+]?[0-9]+)?)\s*(\S*)\s*", text)
     expected = f"expected a number in {unit}, as 0.5{'' if unit == 'dimensionless' else unit}"
-    if "," in text:
-        expected += ", with a decimal point and no comma"
     if number is None:
         raise OilfilmError(f"{option}: found {text!r}; {expected}.")
     try:

@@ -7,22 +7,22 @@ Decides: by which campaign a log is checked; whether a log is of a traction or a
 """
 
 import argparse
+import json
 import os
 import sys
 import textwrap
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict
-from itertools import chain
 from math import isnan
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import pandas as pd
 
 from oilfilm import tables
-from oilfilm.cli.arguments import config_folder, json_text, project_folder
+from oilfilm.cli.arguments import config_folder, project_folder
 from oilfilm.curation.curate import Curated, curate_ingested
 from oilfilm.curation.gate import RULES, TORQUE, TRACTION, Gate
 from oilfilm.curation.plateau_gates import PLATEAU_GATES
@@ -32,9 +32,9 @@ from oilfilm.curation.torque_rig import TORQUE_RIG
 from oilfilm.curation.traction_rig import TRACTION_RIG
 from oilfilm.curation.verdicts import advice_for
 from oilfilm.errors import OilfilmError, printable
-from oilfilm.logs.base import LOADS, NOTHING_UNDERSTOOD, SET_POINTS, Reading
+from oilfilm.logs.base import LOADS, NOTHING_UNDERSTOOD, SET_POINTS
 from oilfilm.logs.first_seen import FirstSeen
-from oilfilm.logs.ingest import Ingested, ReadLog, ingest_logs, read_bytes, read_log
+from oilfilm.logs.ingest import ReadLog, ingest_logs, read_bytes
 from oilfilm.logs.raw_files import named_logs, raw_files
 from oilfilm.logs.run_sheet import RunSheet
 from oilfilm.logs.sheet_file import is_run_sheet, sheet_of_paths
@@ -56,8 +56,6 @@ WIDTH = 100
 # More runs of one log, and more logs at once, are shown in less detail.
 _RUNS_LISTED = 10
 _LOGS_IN_DETAIL = 10
-# A longer cell of a table is cut.
-_WIDEST_CELL = 22
 _COLUMN_HEADS = ["Column", "Unit", "Read as", "Unit", "Smallest", "Largest", "Numbers", "Missing"]
 Plain = dict[str, Any]
 _KINDS: tuple[RigKind, ...] = (TRACTION_RIG, TORQUE_RIG)
@@ -66,13 +64,12 @@ Log = tuple[str, bytes]
 
 def run(options: argparse.Namespace) -> int:
     """Run the command; exit code 1 where a log is refused."""
-    kind = next((each for each in _KINDS if each.name == options.kind), None)
     config = config_folder(options.config)
     raw = project_folder(options.config) / "data" / "raw"
     given: list[Path] = []
     for path in options.logs:
         given += [path / name for name in raw_files(path)] if path.is_dir() else [path]
-    campaign = options.campaign or _campaign_of(given, raw, config, options.config is not None)
+    campaign = options.campaign or _campaign_of(given, raw, config)
     settings = resolve(config, {"campaign": campaign} if campaign else {})
     # a pattern such as data/raw/own/*.csv names the run sheet too
     paths = [path for path in dict.fromkeys(given) if not is_run_sheet(path, raw)]
@@ -80,9 +77,14 @@ def run(options: argparse.Namespace) -> int:
         raise OilfilmError(f"{_name(given[0])}: is a run sheet. Name logs.")
     for gone in _gone(settings.campaign.name, raw) if campaign else ():
         print(gone, file=sys.stderr)
-    checked = check_files([(_name(path), read_bytes(path)) for path in paths], settings, kind, raw)
-    print("\n".join(map(json_text, checked)) if options.json else report(checked))
+    checked = check_files([(_name(path), read_bytes(path)) for path in paths], settings, raw)
+    print("\n".join(map(_json, checked)) if options.json else report(checked))
     return int(any(log["verdict"] == "refused" for log in checked))
+
+
+def _json(log: Plain) -> str:
+    """One line in ASCII, whatever the terminal can show; a number that is not known is null."""
+    return json.dumps(json.loads(json.dumps(log), parse_constant=lambda constant: None))
 
 
 def _gone(campaign: str, raw: Path) -> Iterator[str]:
@@ -94,41 +96,24 @@ def _gone(campaign: str, raw: Path) -> Iterator[str]:
             yield gone
 
 
-def _campaign_of(paths: Iterable[Path], own: Path, config: Path, named: bool) -> str | None:
+def _campaign_of(paths: Iterable[Path], raw: Path, config: Path) -> str | None:
     """The campaign in whose folders the logs are; None where they are elsewhere.
 
-    Args:
-        paths: The logs.
-        own: The folder of the campaigns' folders in the present project.
-        config: The configuration folder.
-        named: Whether it was named, and so meant for logs of other projects too.
-
     Raises:
-        OilfilmError: They are of several campaigns, or of another project, whose settings are not
-            the ones here.
+        OilfilmError: They are of several campaigns.
     """
-    own, known = own.resolve(), set()
+    raw = raw.resolve()
     # not `resolve`, which fails on a link to itself
-    for path in (Path(os.path.realpath(path)) for path in paths):
-        for raw in (folder for folder in path.parents if folder.parts[-2:] == ("data", "raw")):
-            campaign = path.relative_to(raw).parts[0].removesuffix("-torque")
-            of_project = raw.parents[1] / "config"
-            if ((config if raw == own else of_project) / f"campaigns/{campaign}.yaml").is_file():
-                if raw == own:
-                    known.add(campaign)
-                elif not named:
-                    raise OilfilmError(
-                        f"{path}: is of the campaign {campaign} in the project folder "
-                        f"{raw.parents[1]}, which has settings of its own. Run the command there, "
-                        f"or name the settings that are meant: --config {of_project}, or "
-                        "--campaign with a campaign of the present folder."
-                    )
+    real = [Path(os.path.realpath(path)) for path in paths]
+    inside = (path.relative_to(raw) for path in real if path.is_relative_to(raw))
+    named = {path.parts[0].removesuffix("-torque") for path in inside}
+    known = sorted(name for name in named if (config / f"campaigns/{name}.yaml").is_file())
     if len(known) > 1:
         raise OilfilmError(
-            f"{own}: the logs are of the campaigns {' and '.join(sorted(known))}. Check one "
+            f"{raw}: the logs are of the campaigns {' and '.join(known)}. Check one "
             "campaign at a time, or name with --campaign the one whose limits are meant."
         )
-    return next(iter(known), None)
+    return known[0] if known else None
 
 
 def _name(path: Path) -> str:
@@ -136,110 +121,60 @@ def _name(path: Path) -> str:
     return str(path).encode("utf-8", "backslashreplace").decode("utf-8")
 
 
-def check_files(
-    logs: Sequence[Log],
-    settings: Settings,
-    kind: RigKind | None = None,
-    raw: Path = Path("data/raw"),
-) -> list[Plain]:
+def check_files(logs: Sequence[Log], settings: Settings, raw: Path) -> list[Plain]:
     """What was found in logs, in their order.
 
     Args:
         logs: The logs by path and content.
         settings: Settings of the campaign.
-        kind: The kind of rig; found out for each log if not given.
         raw: The folder of the campaigns' folders, whose run sheets are used.
 
     Raises:
-        OilfilmError: The kind of a log cannot be told, or as `ingest_logs`.
+        OilfilmError: As `ingest_logs`.
     """
-    kinds = [kind or kind_of(*log, settings) for log in logs]
     found: dict[str, Plain] = {}
     for each in _KINDS:
-        of_kind = [log for log, its_kind in zip(logs, kinds, strict=True) if its_kind is each]
+        of_kind = [(file, log) for file, log in logs if kind_of(file, settings) is each]
         if of_kind:
             sheet = sheet_of_paths([Path(file) for file, _ in of_kind], raw, settings, each.logs)
             found |= {log["file"]: log for log in judged_logs(of_kind, settings, each, sheet)}
     return [found[file] for file, _ in logs]
 
 
+def kinds_of_folders(settings: Settings) -> dict[str, RigKind]:
+    """The folders of a campaign below `data/raw`, with the kind of rig whose logs each has."""
+    name = settings.campaign.name
+    torque = {f"{name}-torque": TORQUE_RIG} if settings.campaign.torque is not None else {}
+    return {name: TRACTION_RIG, **torque}
+
+
+def kind_of(file: str, settings: Settings) -> RigKind:
+    """The kind of rig that a log is of, by its folder: traction, but for that of torque logs."""
+    kinds = kinds_of_folders(settings)
+    # the nearest folder decides: that of the project may have the name of the campaign, too
+    nearest = (folder.name for folder in Path(file).resolve().parents if folder.name in kinds)
+    return kinds[next(nearest, settings.campaign.name)]
+
+
+# ---------------------------------------------------------------- plain values
+
+
 def judged_logs(
     logs: Sequence[Log], settings: Settings, kind: RigKind, sheet: RunSheet
-) -> list[Plain]:
-    """What was found in logs of one kind, in their order.
+) -> Iterator[Plain]:
+    """What was found in logs of one kind, in their order; NaN where unknown.
+
+    Args:
+        logs: The logs by path and content.
+        settings: Settings of the campaign.
+        kind: The kind of rig.
+        sheet: The run sheet as `sheet_of_paths` gives it.
 
     Raises:
         OilfilmError: As `ingest_logs`.
     """
     ingested = ingest_logs(logs, settings, kind.logs, sheet)
     curated = curate_ingested(ingested, settings, kind)
-    return list(checked_logs(ingested, curated, settings, kind, sheet))
-
-
-def kinds_of_folders(settings: Settings) -> dict[str, RigKind]:
-    """The folders of a campaign below `data/raw`, with the kind of rig whose logs each has."""
-    name, folders = settings.campaign.name, zip(("", "-torque"), _KINDS, strict=True)
-    kinds = {f"{name}{ending}": kind for ending, kind in folders}
-    return kinds if settings.campaign.torque is not None else {name: TRACTION_RIG}
-
-
-def kind_of(file: str, content: bytes, settings: Settings) -> RigKind:
-    """The kind of rig that a log is of: by the folder that it is in, else by its columns.
-
-    Raises:
-        OilfilmError: It may be of either kind.
-    """
-    of_folder = kinds_of_folders(settings)
-    if len(of_folder) == 1:
-        return TRACTION_RIG
-    # the nearest folder decides: that of the project may have the name of the campaign, too
-    for folder in Path(file).resolve().parents:
-        if folder.name in of_folder:
-            return of_folder[folder.name]
-    readings = {kind: read_log(content, file, settings, kind.logs)[1] for kind in _KINDS}
-    runs = [kind for kind, reading in readings.items() if reading.runs]
-    if len(runs) > 1:
-        raise OilfilmError(
-            f"{file}: has the columns of a traction log and those of a torque log. Say which it "
-            "is: --traction or --torque."
-        )
-    # a log that lacks columns of one kind only is of the other, whatever else is wrong with it
-    return min(runs or _KINDS, key=lambda kind: "columns" in _rules(readings[kind]))
-
-
-def _rules(reading: Reading) -> set[str]:
-    return {refusal.rule for refusal in reading.refusals}
-
-
-# ---------------------------------------------------------------- plain values
-
-
-class Problem(NamedTuple):
-    """What is wrong or doubtful about a log or a run of it, and what to do.
-
-    Attributes:
-        run_id: The run; empty where it is the file.
-        found: What was found, in a sentence that begins with the rule.
-        advice: What to do; empty where there is nothing to do.
-    """
-
-    run_id: str
-    found: str
-    advice: str = ""
-
-
-def checked_logs(
-    ingested: Ingested, curated: Curated, settings: Settings, kind: RigKind, sheet: RunSheet
-) -> Iterator[Plain]:
-    """What was found in each log, in the order in which they were read; NaN where unknown.
-
-    Args:
-        ingested: The logs as read.
-        curated: What curation made of them.
-        settings: Settings of the campaign.
-        kind: The kind of rig.
-        sheet: The run sheet as `sheet_of_paths` gives it.
-    """
     for log in ingested.logs:
         runs = tables.rows(curated.runs[curated.runs["file"] == log.file])
         refused = curated.quarantine[curated.quarantine["file"] == log.file]
@@ -257,24 +192,6 @@ def checked_logs(
             "refusals": tables.rows(refused[_REFUSED]),
             "runs": [_checked_run(run, log, curated, settings, kind) for run in runs],
         }
-
-
-def problems(log: Plain) -> Iterator[Problem]:
-    """All that was found in a log, the reasons of refusals first."""
-    for each in log["refusals"]:
-        yield Problem(each["run_id"], f"{each['rule']}: {each['reason']}", each["advice"])
-    explained = {(each["run_id"], each["rule"]) for each in log["refusals"]}
-    for run in log["runs"]:
-        if run["warning"]:
-            yield Problem(run["run_id"], f"WARNING: {run['warning']}")
-        for gate in run["failed_gates"]:
-            if (run["run_id"], gate["gate"]) not in explained:
-                count = f"{gate['plateaus']} plateau{'' if gate['plateaus'] == 1 else 's'}"
-                found = f"{gate['gate']}: {count}, first at row {gate['first_row']}"
-                yield Problem(run["run_id"], found, gate["advice"])
-    if log["run_sheet_rows"] == 0:
-        advice = "Only its header counts. Correct the name in the sheet."
-        yield Problem("", "the run sheet has no row for this log", advice)
 
 
 def _checked_run(
@@ -300,15 +217,14 @@ def _checked_run(
 
 
 def _set_points(run: Mapping[str, Any], sources: Mapping[str, str]) -> Plain:
-    named = {name: sources.get(name, _CAMPAIGN) for name in SET_POINTS}
-    if not LOADS.isdisjoint(sources):
-        # the load has one set point, as force or as pressure
-        named |= {name: _BY_HERTZ for name in LOADS - sources.keys()}
-    values = {name: run[f"nominal_{name}"] for name in SET_POINTS}
-    return {
-        name: None if pd.isna(value) else {"value": value, "source": named[name]}
-        for name, value in values.items()
-    }
+    # the load has one set point, as force or as pressure
+    by_hertz = LOADS if not LOADS.isdisjoint(sources) else frozenset()
+    found: Plain = dict.fromkeys(SET_POINTS)
+    for name in SET_POINTS:
+        if not pd.isna(value := run[f"nominal_{name}"]):
+            source = sources.get(name, _BY_HERTZ if name in by_hertz else _CAMPAIGN)
+            found[name] = {"value": value, "source": source}
+    return found
 
 
 def _failed_gates(points: pd.DataFrame, kind: RigKind) -> Iterator[Plain]:
@@ -342,7 +258,7 @@ def report(logs: Sequence[Plain]) -> str:
     lines: list[str] = []
     brief = len(logs) > _LOGS_IN_DETAIL
     for log in logs:
-        lines += _verdict(log)
+        lines += verdict_lines(log)
         if not brief or log["verdict"] == "refused":
             lines += [*_understood(log), ""]
     if len(logs) > 1:
@@ -353,37 +269,52 @@ def report(logs: Sequence[Plain]) -> str:
     return "\n".join(lines).rstrip()
 
 
-def _verdict(log: Plain) -> Iterator[str]:
+def verdict_lines(log: Plain) -> Iterator[str]:
     """The verdict on each run, with the reason and the advice right below it."""
-    runs, file = log["runs"], printable(log["file"])
-    of_run: dict[str, list[Problem]] = {run["run_id"]: [] for run in runs}
-    of_file: list[Problem] = []
-    for problem in problems(log):
-        of_run.get(problem.run_id, of_file).append(problem)
+    runs, file, found = log["runs"], printable(log["file"]), _found(log)
     if not runs:
         yield f"{file}: {log['verdict'].upper()}"
     if len(runs) > _RUNS_LISTED:
         verdicts = _counted(run["verdict"] for run in runs)
         yield f"{file}: {len(runs)} runs: {verdicts}; --json shows all"
-        runs = [run for run in runs if of_run[run["run_id"]]]
+        runs = [run for run in runs if found[run["run_id"]]]
     for run in sorted(runs, key=lambda run: run["verdict"] != "refused")[:_RUNS_LISTED]:
         plateaus = f"{run['accepted_plateaus']} of {run['plateaus']} plateaus"
         verdict = run["verdict"].upper()
         yield f"{printable(run['run_id'])}: {verdict}, {plateaus}, {run['rows']} rows"
-        yield from _sentences(of_run[run["run_id"]])
-    yield from _sentences(of_file)
+        yield from found[run["run_id"]]
+    yield from found[""]
+
+
+def _found(log: Plain) -> dict[str, list[str]]:
+    """What is wrong or doubtful, and what to do, by run; under an empty name, of the file."""
+    lines: dict[str, list[str]] = {"": [], **{run["run_id"]: [] for run in log["runs"]}}
+
+    def add(run_id: str, found: str, advice: str = "") -> None:
+        of_run = lines.get(run_id, lines[""])
+        of_run += _wrapped(printable(found), "  ")
+        of_run += _wrapped(f"-> {printable(advice)}", "    ") if advice else []
+
+    for each in log["refusals"]:
+        add(each["run_id"], f"{each['rule']}: {each['reason']}", each["advice"])
+    explained = {(each["run_id"], each["rule"]) for each in log["refusals"]}
+    for run in log["runs"]:
+        if run["warning"]:
+            add(run["run_id"], f"WARNING: {run['warning']}")
+        for gate in run["failed_gates"]:
+            if (run["run_id"], gate["gate"]) not in explained:
+                count = f"{gate['plateaus']} plateau{'' if gate['plateaus'] == 1 else 's'}"
+                found = f"{gate['gate']}: {count}, first at row {gate['first_row']}"
+                add(run["run_id"], found, gate["advice"])
+    if log["run_sheet_rows"] == 0:
+        advice = "Only its header counts. Correct the name in the sheet."
+        add("", "the run sheet has no row for this log", advice)
+    return lines
 
 
 def _counted(names: Iterable[str]) -> str:
     """Each of some names with how often it comes, in their order."""
     return ", ".join(f"{count} {name}" for name, count in sorted(Counter(names).items()))
-
-
-def _sentences(found: Iterable[Problem]) -> Iterator[str]:
-    for problem in found:
-        yield from _wrapped(printable(problem.found), "  ")
-        if problem.advice:
-            yield from _wrapped(f"-> {printable(problem.advice)}", "    ")
 
 
 def _wrapped(text: str, indent: str) -> list[str]:
@@ -421,48 +352,40 @@ def _columns(runs: Sequence[Plain]) -> Iterator[str]:
         for end in ("minimum", "maximum"):
             found[end] = ["-" if pd.isna(value) else f"{value:.5g}" for value in found[end]]
         rows = found.astype(str).to_numpy().tolist()
-        yield from text_table(
-            [_COLUMN_HEADS, *rows], right=4, most=_WIDEST_CELL, indent="  ", gap=" "
-        )
+        yield from text_table([_COLUMN_HEADS, *rows], right=4, indent="  ")
     unused = dict.fromkeys(name for run in runs for name in run["unused_columns"])
     if unused:
         yield from _wrapped(f"Not read: {', '.join(map(printable, unused))}", "  ")
 
 
 def _conditions(log: Plain) -> Iterator[str]:
-    """Operating conditions and traction of each run, or of many runs together."""
-    runs = log["runs"]
-    together = len(runs) > _RUNS_LISTED
-    for group in [runs] if together else [[run] for run in runs]:
-        rows = []
-        for name in runs[0]["measured"]:
-            ends = [end for run in group for end in run["measured"][name].values()]
-            points = [point for run in group if (point := run["set_points"].get(name))]
-            sources = ", ".join(sorted({point["source"] for point in points}))
-            set_point = _span([point["value"] for point in points], measured=False)
-            rows.append([name, _span(ends), f"{set_point} ({sources})" if points else "-"])
-        label = group[0]["run_id"].removeprefix(log["file"]).strip(":") or "Plateaus"
-        head = [f"{len(runs)} runs" if together else label, "Measured", "Set point"]
-        yield from ("", *text_table([head, *rows], right=2, indent="  "))
+    """Operating conditions and traction over all runs of a log."""
+    runs, rows = log["runs"], []
+    for name in runs[0]["measured"]:
+        ends = [end for run in runs for end in run["measured"][name].values()]
+        points = [point for run in runs if (point := run["set_points"].get(name))]
+        sources = ", ".join(sorted({point["source"] for point in points}))
+        set_point = f"{_span([point['value'] for point in points])} ({sources})" if points else "-"
+        rows.append([name, _span(ends), set_point])
+    title = "Plateaus" if len(runs) == 1 else f"Plateaus of {len(runs)} runs"
+    yield from ("", *text_table([[title, "Measured", "Set point"], *rows], right=2, indent="  "))
 
 
-def _span(values: Sequence[float], *, measured: bool = True) -> str:
-    """The range of some numbers; small ones that were measured with a fixed count of decimals."""
+def _span(values: Sequence[float]) -> str:
+    """The range of some numbers; small ones with a fixed count of decimals."""
     known = sorted(value for value in values if not isnan(value))
     if not known:
         return "-"
     # no minus before a zero
-    form = "z.4f" if measured and max(map(abs, known)) < 10 else ".4g"
+    form = "z.4f" if max(map(abs, known)) < 10 else ".4g"
     lowest, highest = (f"{known[end]:{form}}" for end in (0, -1))
     return lowest if lowest == highest else f"{lowest}..{highest}"
 
 
 def _gates_not_applied(runs: Sequence[Plain]) -> Iterator[str]:
     """The gates that could not be applied to all runs or to some, by what they lack."""
-    of_reason: dict[str, dict[str, None]] = {}
-    for lacking in chain.from_iterable(run["gates_not_applied"] for run in runs):
-        of_reason.setdefault(lacking["reason"], {})[lacking["gate"]] = None
-    if of_reason:
+    lacking = pd.DataFrame([each for run in runs for each in run["gates_not_applied"]])
+    if len(lacking):
         yield from ("", "  Gates that could not be applied")
-    for reason, gates in of_reason.items():
-        yield from _wrapped(f"{', '.join(gates)}: {reason}", "    ")
+        for reason, gates in lacking.drop_duplicates().groupby("reason", sort=False)["gate"]:
+            yield from _wrapped(f"{', '.join(gates)}: {reason}", "    ")

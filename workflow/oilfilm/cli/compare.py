@@ -5,22 +5,20 @@ Decides: how a comparison of fits is shown.
 
 import argparse
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
 from oilfilm import tables
-from oilfilm.cli.arguments import campaign_folder, json_text, quantity, typed_conditions
-from oilfilm.errors import OilfilmError
+from oilfilm.cli.arguments import campaign_folder, quantity, typed_conditions
+from oilfilm.errors import OilfilmError, printable
 from oilfilm.fits.fitted import SLIP, FittedLaw, read_fit
 from oilfilm.fits.side_by_side import middle_of_tested, side_by_side
 from oilfilm.report.figures import style
 from oilfilm.tables.campaign_tables import CampaignTables
-from oilfilm.text_table import text_table
 from oilfilm.traction.law import QUANTITIES
 
 _MU = ("traction_coefficient", "obs_ci_lower", "obs_ci_upper")
@@ -31,18 +29,15 @@ _DRAWN = 100  # slips of a drawn curve
 _DOTTED = ". Dotted: not tested, or above the limiting shear stress"
 
 
-@dataclass(frozen=True)
-class NamedFit:
+class NamedFit(NamedTuple):
     """The configured fit of one oil, and where it is from.
 
     Attributes:
-        names: What it may be called, the shortest first.
         source: Law, campaign and kind of data, in words.
         fit: The fitted law.
         constants: Rows of the table of coefficients.
     """
 
-    names: tuple[str, ...]
     source: str
     fit: FittedLaw
     constants: pd.DataFrame
@@ -57,45 +52,37 @@ def run(options: argparse.Namespace) -> int:
     slips = [quantity(slip, "dimensionless", "--slip") for slip in options.slip or ()]
     slips = slips or [slip for slip in _SLIPS if slip <= tested] or [tested]
     table = side_by_side(fits, at, slips)
-    if options.json:
-        sources = {name: each.source for name, each in found.items()}
-        print(json_text({"at": at, "sources": sources, "points": tables.rows(table)}))
-    else:
-        print("\n".join([*_lines(found), *_mu(table, at, [*fits]), *_constants(found)]))
+    print("\n".join([*_lines(found), *_mu(table, at, [*fits]), *_constants(found)]))
     if options.plot:
         curves = side_by_side(fits, at, np.linspace(0, tested, _DRAWN + 1)[1:])
         simulated = any("simulated" in each.source for each in found.values())
         _draw(curves, at, simulated=simulated).savefig(options.plot)
-        if not options.json:
-            print(f"Written: {options.plot}")
+        print(f"Written: {options.plot}")
     return 0
 
 
 def read_fits(folders: Sequence[Path], oils: Sequence[str] | None) -> dict[str, NamedFit]:
-    """The configured fits in folders of results, by the shortest name that tells them apart.
+    """The configured fits in folders of results, by folder and oil.
 
     Raises:
         OilfilmError: There are fewer than two.
     """
-    found = []
-    for given in folders:
-        folder, about = campaign_folder(given, None)
+    found = {}
+    for folder in folders:
+        _, about = campaign_folder(folder)
         coefficients = CampaignTables.in_folder(folder).configured.coefficients
         for oil in map(str, coefficients["oil"].unique()):
             constants = coefficients[coefficients["oil"] == oil]
             if oil in (oils or [oil]) and constants["value"].notna().any():
-                fit, campaign = read_fit(folder, oil), about["campaign"]
-                source = f"{fit.law.name}, from campaign {campaign}, {about['data']} data"
-                names = oil, campaign, f"{campaign} {oil}", f"{folder} {oil}"
-                found.append(NamedFit(names, source, fit, constants))
-    every = [*zip(*(each.names for each in found), strict=True)] or [()]
-    labels = next((names for names in every if len({*names}) == len(found)), ())
-    if len(labels) < 2:
+                fit = read_fit(folder, oil)
+                source = f"{fit.law.name}, from campaign {about['campaign']}, {about['data']} data"
+                found[printable(f"{folder} {oil}")] = NamedFit(source, fit, constants)
+    if len(found) < 2:
         raise OilfilmError(
-            f"{', '.join(map(str, folders))}: found {len({*every[-1]})} fitted oils; expected at "
+            f"{', '.join(map(str, folders))}: found {len(found)} fitted oils; expected at "
             "least two. Name another folder of results, or leave out --oil."
         )
-    return dict(zip(labels, found, strict=True))
+    return found
 
 
 def _lines(found: Mapping[str, NamedFit]) -> Iterator[str]:
@@ -108,17 +95,15 @@ def _lines(found: Mapping[str, NamedFit]) -> Iterator[str]:
 def _mu(table: pd.DataFrame, at: Mapping[str, float], names: Sequence[str]) -> Iterator[str]:
     """mu of each fit and its ratio to the first one, one row per slide-roll ratio."""
     first, *others = names
-    points = {(row[SLIP], row["fit"]): row for row in tables.rows(table)}
-    slips = list(dict.fromkeys(table[SLIP]))
     for title, columns, shown, digits in (
         (f"mu with the interval of the next good run, at {_where(at)}", _MU, names, 5),
         (f"Ratio to {first}", _RATIO, others, 3),
     ):
-        rows = [
-            [f"{slip:g}", *(_cell(points[slip, name], columns, digits) for name in shown)]
-            for slip in slips
-        ]
-        yield from ("", title, *text_table([["S", *shown], *rows], right=len(shown)))
+        cells = {"S": table.loc[table["fit"] == first, SLIP]} | {
+            name: [_cell(row, columns, digits) for row in tables.rows(table[table["fit"] == name])]
+            for name in shown
+        }
+        yield from ("", title, pd.DataFrame(cells).to_string(index=False))
     if table["outside"].any():
         yield "!: outside the tested conditions of that fit"
     if table["over_limit"].any():
@@ -126,15 +111,12 @@ def _mu(table: pd.DataFrame, at: Mapping[str, float], names: Sequence[str]) -> I
 
 
 def _constants(found: Mapping[str, NamedFit]) -> Iterator[str]:
-    by_name = [
-        {row["constant"]: row for row in tables.rows(each.constants)} for each in found.values()
-    ]
-    rows = [
-        [name, *(_cell(of[name], _CONSTANT, 5) if name in of else "-" for of in by_name)]
-        for name in dict.fromkeys(name for of in by_name for name in of)
-    ]
-    table = text_table([["constant", *found], *rows], right=len(found))
-    yield from ("", "Constants with their 95 % intervals", *table)
+    cells = {
+        name: {row["constant"]: _cell(row, _CONSTANT, 5) for row in tables.rows(each.constants)}
+        for name, each in found.items()
+    }
+    table = pd.DataFrame(cells).fillna("-").to_string()
+    yield from ("", "Constants with their 95 % intervals", table)
 
 
 def _draw(curves: pd.DataFrame, at: Mapping[str, float], *, simulated: bool) -> Figure:

@@ -16,12 +16,6 @@ def run(options: argparse.Namespace) -> int:
     """Run the command."""
     path, config = reference_file("printed_coefficients"), read_config(CONFIG)
     described = describe_printed(path, config.printed.boxes.tested, config.exports)
-    known = [each.oil for each in described]
-    if options.oil not in (None, *known):
-        raise OilfilmError(
-            f"--oil: the paper prints no constants of {options.oil!r}; expected one of "
-            f"{', '.join(known)}."
-        )
     wanted = [each for each in described if options.oil in (None, each.oil)]
     provenance = {
         "code": f"oilfilm {oilfilm.__version__}",
@@ -29,14 +23,9 @@ def run(options: argparse.Namespace) -> int:
         "inputs": {portable(path.resolve()): file_digest(path)},
     }
     files = in_folders(wanted, provenance)
-    contents = {options.folder / name: content for name, content in files.items()}
-    for file, content in contents.items():
-        if file.exists() and not (file.is_file() and file.read_bytes() == content):
-            raise OilfilmError(
-                f"{file}: exists with other content, and nothing was written. Remove it, or name "
-                "another folder."
-            )
-    for file, content in contents.items():
-        write_bytes(content, file)
-        print(file)
+    if options.folder.exists():
+        raise OilfilmError(f"{options.folder}: exists already. Name a new folder.")
+    for name, content in files.items():
+        write_bytes(content, options.folder / name)
+        print(options.folder / name)
     return 0

@@ -6,9 +6,8 @@ Decides: the files that `oilfilm init` writes.
 import argparse
 import re
 import shutil
-import sys
 from collections import Counter
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -24,7 +23,7 @@ from oilfilm.errors import OilfilmError, printable
 from oilfilm.home import CONFIG, HOME
 from oilfilm.logs.base import SET_POINTS
 from oilfilm.logs.ingest import read_bytes
-from oilfilm.logs.raw_files import is_sheet, raw_files, unfit_name
+from oilfilm.logs.raw_files import find_sheet, is_sheet, raw_files, unfit_name
 from oilfilm.logs.sniff import (
     VOCABULARY,
     Findings,
@@ -38,10 +37,11 @@ from oilfilm.settings.messages import load
 from oilfilm.settings.resolve import resolve, safe_name
 from oilfilm.settings.rig import Rig
 
-# Pages that messages and settings name.
-_PAGES = ("data/raw/README.md", "docs/reference/configuration.md")
-_PROFILE = "profiles/default/config.yaml"
-_KINDS = ("config", "campaign", "rig", "oil", "bearing")
+# Pages that messages and settings name, and how snakemake runs.
+_COPIES = (
+    *("data/raw/README.md", "docs/reference/configuration.md"),
+    "profiles/default/config.yaml",
+)
 # Marks what only the laboratory knows: the run stops without it. Behind "for the film" it does not.
 FILL_IN, FOR_FILM = "# FILL IN", "# for the film"
 _WIDTH = 34
@@ -55,7 +55,6 @@ _ZEROS = {
     "logger took the zero of the force off",
 }
 
-Marked = Sequence[tuple[str, int, str]]
 Line = tuple[str, object, str]
 
 
@@ -67,26 +66,30 @@ class NewProject:
         campaign: Name of the campaign.
         found: What the logs seem to hold.
         no_logs: Files that were given and are no logs; they are not copied.
-        files: The files that were written, below the folder; no logs.
-        to_fill_in: The lines that only the laboratory can fill in: file, line number, text.
-        for_film: The same of lines that the film thickness needs.
+        texts: The files that were written, without logs and copies, by their path below the folder.
     """
 
     campaign: str
     found: Findings
     no_logs: Sequence[Sniffed]
-    files: Sequence[str]
-    to_fill_in: Marked
-    for_film: Marked
+    texts: Mapping[str, str]
+
+    @property
+    def to_fill_in(self) -> list[tuple[str, int, str]]:
+        """The lines that only the laboratory can fill in: file, line number, text."""
+        return [
+            (file, number, line)
+            for file, text in self.texts.items()
+            for number, line in enumerate(text.splitlines(), start=1)
+            if FILL_IN in line
+        ]
 
 
 def run(options: argparse.Namespace) -> int:
     """Write the folder, say what was found and what is to fill in; 1 if a log cannot be read."""
-    made = make_project(options.folder, options.logs, options.campaign)
+    made = make_project(options.folder, options.logs)
     print("\n".join(map(printable, _report(made, str(options.folder)))))
-    given = {path.name for path in options.logs}
-    stopped = [*made.found.logs, *(log for log in made.no_logs if log.file in given)]
-    return int(any(log.problem for log in stopped))
+    return int(any(log.problem for log in made.found.logs))
 
 
 def _report(made: NewProject, folder: str) -> Iterator[str]:
@@ -96,75 +99,58 @@ def _report(made: NewProject, folder: str) -> Iterator[str]:
         yield f"  {log.file} is no log and was not copied: {log.problem}"
     for quantity, names in made.found.columns.items():
         yield f"  {quantity}: {', '.join(names)} (guess)"
-    yield "Written:"
-    yield from (f"  {file}" for file in made.files)
-    if made.to_fill_in:
-        yield f"To fill in, because only you can know it: {len(made.to_fill_in)}"
+    yield f"Written: {', '.join(made.texts)}"
+    yield f"To fill in, because only you can know it: {len(made.to_fill_in)}"
     for file, number, line in made.to_fill_in:
         yield f"  {file}, line {number}: {' '.join(line.split())}"
-    if made.for_film:
-        files = ", ".join(dict.fromkeys(file for file, *_ in made.for_film))
-        yield f"For pressure and film thickness, fill in as well: {files}"
-    first = "" if made.found.logs else f"put logs into data/raw/{made.campaign}; "
-    then = "Fill in these lines, then" if made.to_fill_in else "Then"
-    yield f"{then}: cd {quote(folder)}; {first}oilfilm check data/raw/{made.campaign}; oilfilm run"
+    if for_film := [file for file, text in made.texts.items() if FOR_FILM in text]:
+        yield f"For pressure and film thickness, fill in as well: {', '.join(for_film)}"
+    yield f"Then: cd {quote(folder)}; oilfilm check data/raw/{made.campaign}; oilfilm run"
 
 
-def make_project(folder: Path, given: Sequence[Path], campaign: str | None = None) -> NewProject:
+def make_project(folder: Path, given: Sequence[Path]) -> NewProject:
     """Write a project folder for logs, which are copied into it; nothing that exists is changed.
 
     Args:
-        folder: The folder; it must not exist, or be empty.
+        folder: The folder, with the name of the campaign; it must not exist, or be empty.
         given: Logs, and folders of logs.
-        campaign: Name of the campaign; that of the folder if not given.
 
     Raises:
         OilfilmError: The folder is not empty, the name cannot be one, or no log can be read.
     """
-    name = safe_name(campaign or folder.resolve().name, "--campaign" if campaign else folder)
+    name = safe_name(folder.resolve().name, folder)
     if folder.exists() and not (folder.is_dir() and not any(folder.iterdir())):
         raise OilfilmError(
             f"{folder}: exists already and is not empty. Name a new or an empty folder."
         )
-    logs, sheet = _gathered(given)
+    logs, sheets = _gathered(given)
     found, no_logs = _sniffed(logs)
     raw = f"data/raw/{name}"
     own = _texts(name, found)
-    if sheet is None:
+    if not sheets:
         own[f"{raw}/runs.csv"] = run_sheet(found)
-    copies = {page: page for page in _PAGES} | {
-        # beside the settings, where editors find them
-        f"config/schemas/{kind}.schema.json": f"workflow/schemas/{kind}.schema.json"
-        for kind in _KINDS
-    }
-    texts = own | {file: (HOME / source).read_text("utf-8") for file, source in copies.items()}
-    for file, text in texts.items():
+    for file, text in own.items():
         (folder / file).parent.mkdir(parents=True, exist_ok=True)
         # a mark at its beginning, so that spreadsheets read umlauts
         encoding = "utf-8-sig" if file.endswith(".csv") else "utf-8"
         (folder / file).write_text(text, encoding=encoding, newline="\n")
-    (folder / raw).mkdir(parents=True, exist_ok=True)
-    copied = {log.file: logs[log.file] for log in found.logs}
-    for file, path in (copied | ({sheet.name: sheet} if sheet else {})).items():
-        (folder / raw / file).parent.mkdir(parents=True, exist_ok=True)
-        shutil.copyfile(path, folder / raw / file)
-
-    def marked(mark: str) -> Marked:
-        return [
-            (file, number, line)
-            for file, text in own.items()
-            for number, line in enumerate(text.splitlines(), start=1)
-            if mark in line
-        ]
-
-    return NewProject(name, found, no_logs, [*own], marked(FILL_IN), marked(FOR_FILM))
+    copied = {f"{raw}/{log.file}": logs[log.file] for log in found.logs}
+    copied |= {f"{raw}/{sheet.name}": sheet for sheet in sheets}
+    copied |= {page: HOME / page for page in _COPIES}
+    # beside the settings, where editors find them
+    for schema in sorted((HOME / "workflow/schemas").glob("*.schema.json")):
+        copied[f"config/schemas/{schema.name}"] = schema
+    for file, source in copied.items():
+        (folder / file).parent.mkdir(parents=True, exist_ok=True)
+        shutil.copyfile(source, folder / file)
+    return NewProject(name, found, no_logs, own)
 
 
 def _sniffed(logs: dict[str, Path]) -> tuple[Findings, list[Sniffed]]:
     """What the logs hold, and the files that are no logs.
 
     Raises:
-        OilfilmError: Logs are given and nothing of them can be understood.
+        OilfilmError: Nothing can be understood as a log.
     """
     settings = resolve(CONFIG, {"campaign": "etm-slim"})
     by_source = {
@@ -172,15 +158,9 @@ def _sniffed(logs: dict[str, Path]) -> tuple[Findings, list[Sniffed]]:
         for source in BEST_FIRST
     }
     zero = partial(zero_source, settings_by_source=by_source)
-    sniffed: list[Sniffed] = []
-    for file, path in logs.items():
-        if sys.stderr.isatty():  # hundreds of logs take a minute
-            print(f"\r\x1b[K{len(sniffed)} of {len(logs)} logs read", end="", file=sys.stderr)
-        sniffed.append(sniff(file, read_bytes(path), zero))
-    if sys.stderr.isatty():
-        print("\r\x1b[K", end="", file=sys.stderr)
+    sniffed = [sniff(file, read_bytes(path), zero) for file, path in logs.items()]
     found = Findings([log for log in sniffed if log.is_log])
-    if sniffed and not found.named:
+    if not found.named:
         problems = "\n".join(f"  {log.file}: {log.problem}" for log in sniffed)
         raise OilfilmError(
             "Nothing was written, because nothing can be understood as a log of a traction rig:\n"
@@ -190,17 +170,18 @@ def _sniffed(logs: dict[str, Path]) -> tuple[Findings, list[Sniffed]]:
     return found, [log for log in sniffed if not log.is_log]
 
 
-def _gathered(given: Iterable[Path]) -> tuple[dict[str, Path], Path | None]:
+def _gathered(given: Iterable[Path]) -> tuple[dict[str, Path], list[Path]]:
     """The logs by their future names, and the run sheet if one is given."""
     logs: dict[str, Path] = {}
     sheets: list[Path] = []
     for path in given:
-        top = path if path.is_dir() else path.parent
-        sheets += [each for each in (sorted(path.glob("*")) or [path]) if is_sheet(each, top)]
-        inside = {name: path / name for name in raw_files(path)} if path.is_dir() else {}
-        for file, log in (inside or {path.name: path}).items():
-            if log in sheets:
-                continue
+        inside = {path.name: path}
+        if path.is_dir():
+            inside = {name: path / name for name in raw_files(path)}
+            sheets += [sheet for sheet in [find_sheet(path)] if sheet]
+        elif is_sheet(path, path.parent):
+            inside, sheets = {}, [*sheets, path]
+        for file, log in inside.items():
             if fault := unfit_name(file, log):
                 raise OilfilmError(fault)
             other = logs.setdefault(file, log)
@@ -211,17 +192,15 @@ def _gathered(given: Iterable[Path]) -> tuple[dict[str, Path], Path | None]:
                 )
     if len(sheets) > 1:
         raise OilfilmError(f"{sheets[1]}: is a second run sheet beside {sheets[0]}. Leave one out.")
-    return logs, sheets[0] if sheets else None
+    return logs, sheets
 
 
 def _texts(name: str, found: Findings) -> dict[str, str]:
     """The files that say what was found, by their path below the folder."""
     files = {
-        "README.txt": template("README.txt.jinja", name=name),
         "Snakefile": template("Snakefile"),
         "config/config.yaml": template("config.yaml.jinja", name=name),
         f"config/campaigns/{name}.yaml": campaign_yaml(name, found),
-        _PROFILE: (HOME / _PROFILE).read_text("utf-8"),
     }
     for rig in found.rigs:
         if rig not in shipped("rigs").values():
@@ -246,13 +225,7 @@ def template(file: str, /, **values: object) -> str:
         keep_trailing_newline=True,
         autoescape=False,  # noqa: S701 - YAML, whose values and comments `_line` writes
     )
-    return environment.get_template(file).render(line=_line, schema=schema_line, **values)
-
-
-def schema_line(kind: str) -> str:
-    """The line by which an editor checks a settings file and completes its keys."""
-    folder = "schemas" if kind == "config" else "../schemas"
-    return f"# yaml-language-server: $schema={folder}/{kind}.schema.json"
+    return environment.get_template(file).render(line=_line, **values)
 
 
 def campaign_yaml(name: str, found: Findings) -> str:
@@ -269,7 +242,7 @@ def campaign_yaml(name: str, found: Findings) -> str:
         own=own,
         unnamed="guess: no log names its oil; " if found.oils == {"my-oil": []} else "",
         aliases={oil: labels for oil, labels in found.oils.items() if labels not in ([], [oil])},
-        no_film=bool(own) or any(rig_of(rig).contact() is None for rig in found.rigs),
+        no_film=bool(own) or any(map(_lacks_contact, found.rigs)),
         groups={
             "columns": [*_columns(found)],
             "header": [(key, names, "guess") for key, names in found.header.items()],
@@ -291,12 +264,10 @@ def summary(found: Findings) -> Iterator[str]:
             yield f"{log.file} could not be read: {log.problem}"
 
 
-def rig_of(name: str) -> Rig:
-    """A shipped rig, or one of which nothing is known."""
-    if name in shipped("rigs").values():
-        rig: Rig = load(CONFIG / f"rigs/{name}.yaml", Rig)
-        return rig
-    return Rig(name=name, source="unknown")
+def _lacks_contact(rig: str) -> bool:
+    return rig not in shipped("rigs").values() or (
+        load(CONFIG / f"rigs/{rig}.yaml", Rig).contact() is None
+    )
 
 
 def _columns(found: Findings) -> Iterator[Line]:
@@ -334,26 +305,22 @@ def _semantics(found: Findings) -> Iterator[Line]:
 def oil_yaml(oil: str, found: Findings) -> str:
     """`config/oils/<id>.yaml`: the shipped template with the numbers left out."""
     label = next(iter(found.oils[oil]), oil)
-    numbers = "viscosity", "nominal", "pressure", "density", "specific", "thermal"
-    lines = [
-        schema_line("oil"),
-        "# Read when the campaign file lists the oil under `oils`: fill in all of it before.",
-    ]
-    template = (CONFIG / "oils/template.yaml").read_text(encoding="utf-8").splitlines()
-    start = next(number for number, line in enumerate(template) if line.startswith("id:"))
-    for line in template[start:]:
-        key, _, rest = line.partition(":")
-        given = {"id": oil, "name": label, "display_name": label}
-        if key in given:
-            lines.append(_line(key, given[key]))
-        elif key in ("note", "source"):
-            lines.append(_line(key, "not documented yet", rest.strip()))
-        elif key.strip().startswith(numbers):
-            comment = rest.partition("#")[2].strip() or f"as{rest}"
-            lines.append(_line(key, None, f"{FOR_FILM}: {comment}"))
-        elif not key.startswith("# aliases"):
-            lines.append(line)
-    return "\n".join([*lines, ""])
+    known = dict.fromkeys(("name", "display_name"), label) | {"id": oil}
+    known |= dict.fromkeys(("note", "source"), "not documented yet")
+
+    def own(line: re.Match[str]) -> str:
+        key, example = line[1], " ".join(line[2].split())
+        if key in ("stand_in", "model"):
+            return line[0]
+        return _line(key, known.get(key), "" if key in known else f"{FOR_FILM}: as {example}")
+
+    template = (CONFIG / "oils/template.yaml").read_text(encoding="utf-8")
+    keys = re.sub(r"(?m)^( *\w+): +(.+)$", own, template[template.index("id:") :])
+    return (
+        "# yaml-language-server: $schema=../schemas/oil.schema.json\n"
+        "# Read when the campaign file lists the oil under `oils`: fill in all of it before.\n"
+        f"{keys}"
+    )
 
 
 def run_sheet(found: Findings) -> str:

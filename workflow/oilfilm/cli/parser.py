@@ -10,7 +10,6 @@ Decides: commands, options and their help.
 import argparse
 import difflib
 from collections.abc import Sequence
-from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -28,23 +27,7 @@ DUTY_EXAMPLE = "10000N,12000rpm,100degC"
 
 
 class Command(argparse.ArgumentParser):
-    """One command. Options may be before, between and after files: `init DIR --campaign june`."""
-
-    _ordering = False
-
-    def parse_known_args(  # type: ignore[override]
-        self, args: Sequence[str] | None = None, namespace: argparse.Namespace | None = None
-    ) -> tuple[argparse.Namespace, list[str]]:
-        """See `argparse.ArgumentParser`."""
-        # what finds the order calls this method for options and files in turn
-        takes_the_rest = any(action.nargs == argparse.REMAINDER for action in self._actions)
-        if self._ordering or takes_the_rest:
-            return super().parse_known_args(args, namespace)
-        self._ordering = True
-        try:
-            return self.parse_known_intermixed_args(args, namespace)
-        finally:
-            self._ordering = False
+    """One command."""
 
     def text(self, name: str, meaning: str, **others: Any) -> None:
         """Add an argument."""
@@ -58,10 +41,6 @@ class Command(argparse.ArgumentParser):
         """Add an option without a value."""
         self.add_argument(name, action="store_true", help=meaning, **others)
 
-    def json(self, what: str) -> None:
-        """Add `--json`."""
-        self.flag("--json", f"print {what}")
-
     def conditions(self, about: str) -> None:
         """Add the conditions of a law; `about` has places for meaning and example of each."""
         for option, (_, meaning, example) in CONDITION_OPTIONS.items():
@@ -73,11 +52,9 @@ class Command(argparse.ArgumentParser):
         self.path("--config", None, f"configuration folder ({where})")
 
     def results(self) -> None:
-        """Add `--results` and `--campaign`."""
-        meaning = "folder of a campaign's results, as results/demo, or folder of all campaigns"
-        default = Path("results")
-        self.path("--results", None, f"{meaning} (default: {default})", default=default)
-        self.text("--campaign", "campaign in the folder of all (default: that of config.yaml)")
+        """Add `--results`."""
+        meaning = "folder of a campaign's results (default: that of config.yaml's campaign)"
+        self.path("--results", "results/june", meaning)
 
     def release(self, name: str = "release", metavar: str = "RELEASE") -> None:
         """Add the folder of a release."""
@@ -92,9 +69,8 @@ def init(command: Command) -> None:
 
     Example: oilfilm init june ~/rig/*.csv
     """
-    command.path("folder", "DIR", "a new or empty folder")
-    command.path("logs", "LOG", "logs, folders of logs", nargs="*", default=[])
-    command.text("--campaign", "name of the campaign (default: that of DIR)")
+    command.path("folder", "DIR", "a new or empty folder; its name is that of the campaign")
+    command.path("logs", "LOG", "logs, folders of logs", nargs="+")
 
 
 def run(command: Command) -> None:
@@ -122,11 +98,7 @@ def check(command: Command) -> None:
     default = "that of the logs' folder, else that of config.yaml"
     command.text("--campaign", f"campaign with the rig, oils and limits (default: {default})")
     command.config()
-    kind = command.add_mutually_exclusive_group()
-    for rig in ("traction", "torque"):
-        meaning = f"they are logs of a {rig} rig (default: by folder and columns)"
-        kind.add_argument(f"--{rig}", dest="kind", action="store_const", const=rig, help=meaning)
-    command.json("one JSON object per log")
+    command.flag("--json", "print one JSON object per log")
 
 
 def watch(command: Command) -> None:
@@ -140,7 +112,7 @@ def watch(command: Command) -> None:
     command.text("--campaign", "campaign (default: that of config.yaml)")
     command.config()
     meaning = "a log is finished when it has not changed for so long (default: 3)"
-    command.text("--settle", meaning, type=_seconds, default=3.0, metavar="SECONDS")
+    command.text("--settle", meaning, type=float, default=3.0, metavar="SECONDS")
 
 
 def fit(command: Command) -> None:
@@ -174,7 +146,6 @@ def predict(command: Command) -> None:
     meaning = "slide-roll ratio, as 0.05 or 5%%; a negative one as --slip=-5%%"
     command.text("--slip", meaning, required=True)
     command.results()
-    command.json("one JSON object")
 
 
 def compare(command: Command) -> None:
@@ -190,7 +161,6 @@ def compare(command: Command) -> None:
     command.conditions("{meaning}, as {example} (default: the middle of what all tested)")
     command.text("--slip", "slide-roll ratio; may be repeated", action="append")
     command.path("--plot", "FILE", "draw mu and ratios: png, svg")
-    command.json("one JSON object")
 
 
 def plan(command: Command) -> None:
@@ -211,7 +181,6 @@ def plan(command: Command) -> None:
     command.text("--duty", meaning, action="append", metavar=DUTY_EXAMPLE)
     meaning = "what shall become more certain (default: torque, or traction without a bearing)"
     command.text("--for", meaning, dest="target", choices=("torque", "cage-slip", "traction"))
-    command.json("one JSON object per oil")
 
 
 def verify(command: Command) -> None:
@@ -222,7 +191,6 @@ def verify(command: Command) -> None:
     command.release()
     command.flag("--rebuild", "run the workflow on the raw logs again and compare")
     command.text("--cores", "cores for --rebuild (default: all)", default="all")
-    command.json("one JSON object")
 
 
 def fetch(command: Command) -> None:
@@ -247,7 +215,6 @@ def diff(command: Command) -> None:
     limits = "the limits of `drift` in config.yaml"
     command.flag("--gate", f"show only changes beyond {limits}; exit with 1 if any")
     command.config()
-    command.json("one JSON object")
 
 
 def pin(command: Command) -> None:
@@ -267,7 +234,7 @@ def export(command: Command) -> None:
     Example: oilfilm export --printed --oil 4102
     """
     command.flag("--printed", "the constants of the paper", required=True)
-    command.text("--oil", "4102, 4050 or 4010 (default: all three)")
+    command.text("--oil", "one oil (default: all three)", choices=("4102", "4050", "4010"))
     default = Path("printed-constants")
     meaning = f"where to write them (default: {default})"
     command.path("folder", "FOLDER", meaning, nargs="?", default=default)
@@ -321,10 +288,3 @@ def check_command(words: Sequence[str]) -> None:
     if Path(word[:200]).exists():
         hint = "Write `oilfilm check` before logs, `oilfilm fit` before a table of mu."
     raise OilfilmError(f"{cut(word)!r} is no command. {hint}")
-
-
-def _seconds(text: str) -> float:
-    with suppress(ValueError):
-        if 0 < float(text) < 1e5:
-            return float(text)
-    raise argparse.ArgumentTypeError(f"found {text!r}; expected seconds above 0, as 3")

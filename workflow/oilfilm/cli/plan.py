@@ -1,24 +1,22 @@
 """The command `oilfilm plan`: the rig conditions to test next."""
 
 import argparse
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-import pandas as pd
 
-from oilfilm import tables
-from oilfilm.cli.arguments import campaign_folder, config_folder, json_text, quantity
+from oilfilm.cli.arguments import campaign_folder, config_folder, quantity
 from oilfilm.cli.parser import DUTY_EXAMPLE
 from oilfilm.errors import OilfilmError
 from oilfilm.fits.optimal_design import uncertainties, uncertainty
 from oilfilm.settings.resolve import named_file, resolve
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
-from oilfilm.text_table import text_table
 from oilfilm.torque.next_tests import BEARING_TARGETS, NextTests, Request, plan_oil, request_of
+from oilfilm.traction.law import CONDITIONS
+from oilfilm.units import FloatArray
 
 _DUTY_UNITS = ("N", "rpm", "degC")
 # How each target's uncertainty is printed: name, factor, unit.
@@ -27,15 +25,7 @@ _SHOWN = {
     "cage_slip": ("cage slip", 1.0, ""),
     "traction": ("mu", 100.0, " %"),
 }
-# Columns of the table of tests as text, after their order: head, column, digits.
-_TEST_COLUMNS = (
-    ("P GPa", "max_hertz_pressure_gpa", "g"),
-    ("U m/s", "entrainment_speed_m_s", "g"),
-    ("T degC", "inlet_temperature_c", "g"),
-    ("W N", "load_n", ".1f"),
-    ("S up to", "slide_roll_ratio", ".2f"),
-    ("lambda", "lambda_ratio", ".1f"),
-)
+_TEST_COLUMNS = ["test_order", *CONDITIONS, "load_n", "slide_roll_ratio", "lambda_ratio"]
 ASSUMPTION = (
     "The plan allows for an error of the law's form (plan.form_error). Only the uncertainty from "
     "the law is planned for; the other terms of the torque have their own "
@@ -45,7 +35,7 @@ ASSUMPTION = (
 
 def run(options: argparse.Namespace) -> int:
     """Run the command."""
-    folder, about = campaign_folder(options.results, options.campaign)
+    folder, about = campaign_folder(options.results)
     config = config_folder(options.config)
     settings = resolve(config, {"campaign": about["campaign"]})
     results = CampaignTables.in_folder(folder)
@@ -58,11 +48,8 @@ def run(options: argparse.Namespace) -> int:
         )
     request = _request(options, settings, config)
     plans = [plan for oil in oils for plan in plan_oil(results, settings, oil, request)]
-    if options.json:
-        print("\n".join(json_text({**about, **_plain(plan)}) for plan in plans))
-    else:
-        print("\n\n".join("\n".join(_lines(plan, _plain(plan))) for plan in plans))
-        print(f"\n{ASSUMPTION}\nfrom campaign {about['campaign']}, {about['data']} data")
+    print("\n\n".join("\n".join(_lines(plan)) for plan in plans))
+    print(f"\n{ASSUMPTION}\nfrom campaign {about['campaign']}, {about['data']} data")
     return 0
 
 
@@ -98,76 +85,44 @@ def _duty(text: str) -> list[float]:
     return values
 
 
-def _plain(plan: NextTests) -> dict[str, Any]:
-    """A plan as plain values: what is known, the tests in their order, what they bring."""
-    known, wanted, gradients = plan.known, plan.wanted, plan.gradients
-    without_calibration = uncertainty(*known.without_calibration(known.precision, gradients))
-    tests = plan.table()
-    tests = tests[[name for name in tables.columns("test_plan") if name in tests]]
-    points = {
-        "at": wanted.labels,
-        "value": wanted.values,
-        "uncertainty_now": uncertainties(known.precision, gradients),
-        "uncertainty_with_plan": uncertainties(plan.design.end, gradients),
-    }
-    return {
-        "oil": plan.oil,
-        "target": wanted.target,
-        "bearing": plan.where,
-        "uncertainty_now": plan.design.before,
-        "uncertainty_now_without_calibration": float(without_calibration),
-        "tests": tables.rows(tests[tests["test_order"] > 0].sort_values("test_order")),
-        "operating_points": tables.rows(pd.DataFrame(points)),
-        "left_out": list(wanted.left_out),
-        "conditions": len(plan.candidates.tests),
-        "conditions_left_out": {name: int(n) for name, n in plan.candidates.left_out.items() if n},
-        "calibration_known": bool(known.calibration.any()),
-        "assumption": ASSUMPTION,
-    }
-
-
-def _lines(plan: NextTests, plain: Mapping[str, Any]) -> Iterator[str]:
+def _lines(plan: NextTests) -> Iterator[str]:
     """The plan in sentences and a table."""
-    name, factor, unit = _SHOWN[plain["target"]]
-    points, tests = plain["operating_points"], plain["tests"]
+    name, factor, unit = _SHOWN[plan.wanted.target]
+    known, design, gradients = plan.known, plan.design, plan.gradients
 
     def shown(uncertainty: float) -> str:
         return "unknown" if np.isnan(uncertainty) else f"{factor * uncertainty:.3g}{unit}"
 
-    def largest(column: str) -> str:
-        worst = max(points, key=lambda point: float(np.nan_to_num(point[column])))
-        return f"{shown(worst[column])} at {worst['at']}"
+    def largest(precision: FloatArray) -> str:
+        at_points = np.nan_to_num(uncertainties(precision, gradients))
+        worst = int(at_points.argmax())
+        return f"{shown(at_points[worst])} at {plan.wanted.labels[worst]}"
 
     where = f" in {plan.where}" if plan.where else ""
     yield (
         f"{plan.oil}{where}: standard uncertainty of the {name} from the law, root mean square "
-        f"over {len(points)} operating points: {shown(plan.design.before)}; largest "
-        f"{largest('uncertainty_now')}."
+        f"over {len(plan.wanted.labels)} operating points: {shown(design.before)}; largest "
+        f"{largest(known.precision)}."
     )
-    if plain["calibration_known"]:
-        exact = shown(plain["uncertainty_now_without_calibration"])
+    if known.calibration.any():
+        exact = uncertainty(*known.without_calibration(known.precision, gradients))
         rest = "the rest is their calibration, which all tests on this rig share"
-        yield f"With exact sensors it would be {exact}: {rest}."
+        yield f"With exact sensors it would be {shown(float(exact))}: {rest}."
     else:
         yield "The calibration of the rig's sensors is not stated, so it is not included."
-    yield from (f"left out: {reason}" for reason in plain["left_out"])
-    reasons = ", ".join(f"{reason} ({n})" for reason, n in plain["conditions_left_out"].items())
+    yield from (f"left out: {reason}" for reason in plan.wanted.left_out)
+    left_out = plan.candidates.left_out.items()
+    reasons = ", ".join(f"{reason} ({count})" for reason, count in left_out if count)
     beyond = f"; the others are beyond {reasons}" if reasons else ""
-    yield f"{plain['conditions']} conditions of plan.levels can be run{beyond}."
-    heads = ["no.", *(head for head, *_ in _TEST_COLUMNS), "uncertainty then"]
-    rows = [
-        [
-            str(test["test_order"]),
-            *(f"{test[column]:{digits}}" for _, column, digits in _TEST_COLUMNS),
-            shown(test["uncertainty_with_plan"]),
-        ]
-        for test in tests
-    ]
-    if rows:
-        yield from text_table([heads, *rows], right=len(heads) - 1)
-        yield f"Largest after the plan: {largest('uncertainty_with_plan')}."
-    if len(rows) < plan.count:
-        more = "more " if rows else ""
+    yield f"{len(plan.candidates.tests)} conditions of plan.levels can be run{beyond}."
+    tests = plan.table().query("test_order > 0").sort_values("test_order")
+    if len(tests):
+        after = tests["uncertainty_with_plan"].map(shown)
+        listed = tests[_TEST_COLUMNS].assign(uncertainty_then=after)
+        yield listed.to_string(index=False, float_format="{:.4g}".format)
+        yield f"Largest after the plan: {largest(design.end)}."
+    if len(tests) < plan.count:
+        more = "more " if len(tests) else ""
         yield (
             f"No {more}test is worth measuring: each makes the {name} more certain "
             f"by less than {plan.smallest_gain:.2g} of its uncertainty (plan.smallest_gain)."

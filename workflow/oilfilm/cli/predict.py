@@ -4,18 +4,19 @@ Decides: when a prediction is refused; what is said of a prediction outside the 
 """
 
 import argparse
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 import oilfilm
 from oilfilm import tables
-from oilfilm.cli.arguments import campaign_folder, json_text, quantity, typed_conditions
+from oilfilm.cli.arguments import campaign_folder, quantity, typed_conditions
 from oilfilm.cli.parser import CONDITION_OPTIONS
 from oilfilm.errors import OilfilmError
-from oilfilm.fits.fitted import INTERVALS, SLIP, FittedLaw, read_fit, refuse_impossible
+from oilfilm.fits.fitted import SLIP, FittedLaw, read_fit, refuse_impossible
 from oilfilm.paper.printed_law import PrintedLaw
+from oilfilm.units import FloatArray
 
 
 def run(options: argparse.Namespace) -> int:
@@ -25,29 +26,21 @@ def run(options: argparse.Namespace) -> int:
     if options.printed:
         fit, source = oilfilm.printed(options.oil), "constants as the paper prints them"
     else:
-        folder, about = campaign_folder(options.results, options.campaign)
+        folder, about = campaign_folder(options.results)
         fit = read_fit(folder, options.oil)
         source = f"from campaign {about['campaign']}, {about['data']} data"
-    predicted = prediction(fit, options.oil, at, source)
-    if isinstance(fit, PrintedLaw):
-        line = np.array([[predicted["at"][name] for name in fit.law.conditions]])
-        ends = fit.sign_range(line, np.array([at[SLIP]]))
-        predicted |= {"signs": dict(fit.signs), "sign_range": [float(end[0]) for end in ends]}
-    print(json_text(predicted) if options.json else _text(predicted))
+    print("\n".join([*prediction(fit, options.oil, at), source]))
     return 0
 
 
-def prediction(
-    fit: FittedLaw, oil: str, at: Mapping[str, float], source: str = ""
-) -> dict[str, Any]:
-    """Prediction of a fit at one operating point, as plain values; NaN where unknown.
+def prediction(fit: FittedLaw, oil: str, at: Mapping[str, float]) -> list[str]:
+    """Prediction of a fit at one operating point, in sentences.
 
     Args:
         fit: The fitted law.
         oil: Name of its oil.
         at: Slide-roll ratio and conditions by their columns' names. A condition that the fit does
             not follow may be left out: mu is then given at its tested level.
-        source: Where the constants are from, in words.
 
     Raises:
         OilfilmError: The fit has no value there, or a condition is missing or too many.
@@ -55,19 +48,14 @@ def prediction(
     _refuse_other_conditions(fit, oil, at)
     for name, value in at.items():
         refuse_impossible(np.array([value]), name)
+    slip = np.array([at[SLIP]])
     conditions = np.array([[at.get(name, np.nan) for name in fit.law.conditions]])
     try:
-        predicted = fit.predict(conditions, np.array([at[SLIP]]))
+        predicted = fit.predict(conditions, slip)
     except ValueError as error:
         raise OilfilmError(f"{oil}: {error}.") from None
     if np.isnan(fit.coefficients.constants).any():
         raise OilfilmError(f"{oil}: nothing could be fitted; see results/*/summary.txt.")
-    line = dict(zip(fit.law.conditions, fit.on_line(conditions)[0].tolist(), strict=True))
-    where = {
-        each: each.sentence()
-        + ("" if np.isnan(line[each.condition]) else f"; here that is {line[each.condition]:.4g}")
-        for each in fit.coefficients.fixed
-    }
     if away := fit.away_from(conditions):
         advice = "Give a point on it. Without the option the tested value is used."
         if any(each.level is None for each in away):
@@ -75,70 +63,60 @@ def prediction(
                 "Leave the option out. For a pressure fill in `ball_radius_m`, `ball` and `disc` "
                 "of the rig's file (roughness is not needed) and run again, or fit a law of load."
             )
-        there = "; ".join(where[each] for each in away)
+        there = "; ".join(each.sentence() for each in away)
         raise OilfilmError(f"{oil}: mu is not known there: {there}. {advice}")
-    at = {**line, SLIP: at[SLIP]}
-    mu, ranges = float(predicted.traction_coefficient[0]), float(predicted.distance[0])
-    intervals = {name: float(getattr(predicted, name)[0]) for name in INTERVALS}
-    if not np.isfinite(mu):
+    (found,) = tables.rows(predicted.to_frame())
+    if not np.isfinite(found["traction_coefficient"]):
         raise OilfilmError(f"{oil}: the law {fit.law.name} has no value there.")
-    why = "too few curves were tested (fit.min_curves_for_errors)"
-    if isinstance(fit, PrintedLaw):
-        why = "the paper states none"
-    return {
-        "oil": oil,
-        "law": fit.law.name,
-        "source": source,
-        "at": at,
-        "traction_coefficient": mu,
-        "level": fit.coefficients.unseen.at(0.95)[0],
-        **intervals,
-        "fixed": [*where.values()],
-        "outside": [
-            {"quantity": name, "value": value, "minimum": low, "maximum": high}
-            for (name, value), (low, high) in zip(at.items(), fit.reach.tolist(), strict=True)
-            if np.isfinite([low, value]).all() and not low <= abs(value) <= high
-        ],
-        "tested_ranges_outside": ranges,
-        "spacings": float(predicted.spacings[0]),
-        "limiting_stress_ratio": fit.coefficients.limiting_stress_ratio,
-        "over_limiting_stress": bool(predicted.over_limit[0]),
-        "wrong": [*fit.wrong],
-        "no_interval": f"no interval, because {why}" if np.isnan(intervals["obs_ci_lower"]) else "",
-    }
-
-
-def _text(predicted: Mapping[str, Any]) -> str:
-    """A prediction in sentences."""
-    found = "{oil}, {law}: mu = {traction_coefficient:.5f}, ".format_map(predicted)
-    interval = "{level:.0%} interval of the next good run {obs_ci_lower:.5f} to {obs_ci_upper:.5f}"
-    lines = [found + (predicted["no_interval"] or interval.format_map(predicted))]
-    if not predicted["no_interval"]:
-        own = "if the law is true, mu is {mean_ci_lower:.5f} to {mean_ci_upper:.5f}"
-        lines.append(own.format_map(predicted))
-    if "signs" in predicted:
-        signs = ", ".join(f"{name} {sure}" for name, sure in predicted["signs"].items())
-        lines.append(f"restored signs: {signs}")
-        lines.append("over the open signs mu is {:.5f} to {:.5f}".format(*predicted["sign_range"]))
-    lines += [f"NOT SOUND: {each}" for each in predicted["wrong"]]
-    lines += [
-        f"mu and its interval are those where it was tested: {each}" for each in predicted["fixed"]
+    line = fit.on_line(conditions)
+    return [
+        *_intervals(fit, oil, found),
+        *(_of_printed(fit, line, slip) if isinstance(fit, PrintedLaw) else ()),
+        *(f"NOT SOUND: {each}" for each in fit.wrong),
+        *(
+            f"mu and its interval are those where it was tested: {each.sentence()}"
+            for each in fit.coefficients.fixed
+        ),
+        *_marks(fit, [*line[0], at[SLIP]], found),
     ]
-    for each in predicted["outside"]:
-        tested = "{quantity} {value:g}, tested {minimum:.4g} to {maximum:.4g}".format_map(each)
-        unit = tables.COLUMNS[each["quantity"]].shown_unit
-        lines.append(f"OUTSIDE the tested box: {tested} {unit}".rstrip())
-    if predicted["over_limiting_stress"]:
-        lines.append(
+
+
+def _intervals(fit: FittedLaw, oil: str, found: Mapping[str, Any]) -> Iterator[str]:
+    mu = f"{oil}, {fit.law.name}: mu = {found['traction_coefficient']:.5f}"
+    if np.isnan(found["obs_ci_lower"]):
+        why = "too few curves were tested (fit.min_curves_for_errors)"
+        why = "the paper states none" if isinstance(fit, PrintedLaw) else why
+        yield f"{mu}, no interval, because {why}"
+        return
+    level = f"{fit.coefficients.unseen.at(0.95)[0]:.0%} interval of the next good run"
+    yield f"{mu}, {level} {found['obs_ci_lower']:.5f} to {found['obs_ci_upper']:.5f}"
+    own = "if the law is true, mu is {mean_ci_lower:.5f} to {mean_ci_upper:.5f}"
+    yield own.format_map(found)
+
+
+def _of_printed(fit: PrintedLaw, line: FloatArray, slip: FloatArray) -> Iterator[str]:
+    yield f"restored signs: {', '.join(f'{name} {sure}' for name, sure in fit.signs.items())}"
+    (low,), (high,) = fit.sign_range(line, slip)
+    yield f"over the open signs mu is {low:.5f} to {high:.5f}"
+
+
+def _marks(fit: FittedLaw, at: Sequence[float], found: Mapping[str, Any]) -> Iterator[str]:
+    """What must be known of mu beyond what was tested, or above what any film carries."""
+    names = (*fit.law.conditions, SLIP)
+    for name, value, (low, high) in zip(names, at, fit.reach.tolist(), strict=True):
+        if np.isfinite([low, value]).all() and not low <= abs(value) <= high:
+            tested = f"{name} {value:g}, tested {low:.4g} to {high:.4g}"
+            yield f"OUTSIDE the tested box: {tested} {tables.COLUMNS[name].shown_unit}".rstrip()
+    if found["over_limit"]:
+        yield (
             "IMPOSSIBLE: mu is the mean shear stress over the mean pressure; no film of the oil "
-            "carries more than {limiting_stress_ratio:g} of it".format_map(predicted)
+            f"carries more than {fit.coefficients.limiting_stress_ratio:g} of it"
         )
-    if predicted["spacings"] > 1:
-        away = "OUTSIDE: the nearest tested conditions are {spacings:.1f} of their own steps away"
-        lines.append(away.format_map(predicted))
-    if (ranges := predicted["tested_ranges_outside"]) > 0:
-        lines.append(f"{ranges:.1f} tested ranges outside: the interval holds only if the law does")
-    return "\n".join([*lines, predicted["source"]])
+    if found["spacings"] > 1:
+        steps = f"{found['spacings']:.1f} of their own steps away"
+        yield f"OUTSIDE: the nearest tested conditions are {steps}"
+    if (ranges := found["distance"]) > 0:
+        yield f"{ranges:.1f} tested ranges outside: the interval holds only if the law does"
 
 
 def _refuse_other_conditions(fit: FittedLaw, oil: str, at: Mapping[str, float]) -> None:

@@ -7,7 +7,6 @@ from importlib.util import find_spec
 from pathlib import Path
 
 from oilfilm.errors import OilfilmError
-from oilfilm.settings.resolve import resolve
 
 
 def run(options: argparse.Namespace) -> int:
@@ -29,9 +28,6 @@ def run(options: argparse.Namespace) -> int:
         )
     if find_spec("snakemake") is None:
         raise ModuleNotFoundError(name="snakemake")
-    if not arguments:
-        # said plainly here: Snakemake names its own file and line before it
-        resolve(folder / "config", {})
     command = [sys.executable, "-m", "snakemake", *arguments]
     # a list of arguments, no shell; they are those of the user who started this
     return subprocess.run(command, cwd=folder, check=False).returncode  # noqa: S603

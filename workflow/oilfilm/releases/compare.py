@@ -3,8 +3,7 @@
 Decides: the drift gate: when a refit has moved too far.
 """
 
-import sys
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,15 +13,13 @@ import pandas as pd
 from oilfilm import studies, tables
 from oilfilm.errors import OilfilmError
 from oilfilm.fits.fitted import FittedLaw
-from oilfilm.releases.manifest import CODE
+from oilfilm.releases.manifest import FileRecord
 from oilfilm.releases.stored_release import StoredRelease
 from oilfilm.settings.config import DriftSettings
 from oilfilm.text_table import text_table
 from oilfilm.traction import LAWS
 
 Row = tuple[str, ...]
-# Rows of a section that are printed.
-_PRINTED_ROWS = 12
 # Tables with verdicts: the column of the verdict, then those that explain it.
 _JUDGED = {
     "runs": ["verdict", "rule", "reason"],
@@ -42,11 +39,9 @@ class Section:
     columns: Row
     rows: Sequence[Row]
 
-    def text(self, most: int = sys.maxsize) -> str:
-        """An aligned table of so many rows; control characters are escaped."""
-        lines = text_table([self.columns, *self.rows[:most]], indent="  ")
-        if len(self.rows) > most:
-            lines.append(f"  ... and {len(self.rows) - most} more; --json has all")
+    def text(self) -> str:
+        """An aligned table; control characters are escaped."""
+        lines = text_table([self.columns, *self.rows], indent="  ")
         return "\n".join([f"{self.title}: {len(self.rows)}", *lines])
 
 
@@ -57,29 +52,32 @@ class Comparison:
     Attributes:
         names: Of both releases.
         inputs: What comes before numbers, and the other files.
-        constants: oil, constant, before, after and change of each constant; NaN where there is
-            none. The change is in standard errors of the first release, infinite where one has no
-            value, and NaN where there is no standard error (few curves): mu tells then.
-        traction: Where mu of each oil changed most, relative, over the tested box of the first
-            release: change, before, after and `where`. The change is infinite where mu cannot be
-            compared; `where` then says why.
+        moved: oil, what, before, after, change and limit of each constant and of mu; NaN where
+            there is none. The change of a constant is in standard errors of the first release,
+            infinite where one has no value, and NaN where there is no standard error (few curves):
+            mu tells then. That of mu is relative, where it is largest (`where`) over the tested box
+            of the first release; infinite where mu cannot be compared, and `where` says why.
     """
 
     names: tuple[str, str]
     inputs: Sequence[Section]
-    constants: pd.DataFrame
-    traction: pd.DataFrame
+    moved: pd.DataFrame
 
     @property
     def sections(self) -> list[Section]:
         """What differs, as tables of text."""
-        constants, traction = (t[t["change"] != 0] for t in (self.constants, self.traction))
-        sections = (*self.inputs, _moved("Constants and traction", constants, traction))
-        return [section for section in sections if section.rows]
+        moved = _moved("Constants and traction", self.moved[self.moved["change"] != 0])
+        return [section for section in (*self.inputs, moved) if section.rows]
 
-    def text(self) -> str:
-        """All differences for a terminal; long tables are cut, with a note."""
-        texts = [section.text(_PRINTED_ROWS) for section in self.sections]
+    @property
+    def beyond_limits(self) -> Section:
+        """The drift gate: every change of a constant or of mu beyond its limit; no rows if none."""
+        too_far = self.moved[self.moved["change"] > self.moved["limit"]]
+        return _moved("Moved by more than the drift gate lets pass", too_far)
+
+    def text(self, sections: Sequence[Section]) -> str:
+        """Some sections for a terminal, below the names of both releases."""
+        texts = [section.text() for section in sections]
         head = "A {}\nB {}".format(*self.names)
         return "\n\n".join([head, *(texts or ["no difference"])])
 
@@ -92,7 +90,7 @@ def compare(before: StoredRelease, after: StoredRelease, drift: DriftSettings) -
     Args:
         before: The first release; changes are in its standard errors and over its tested box.
         after: The second.
-        drift: `drift` of the configuration: levels and slips at which mu is compared.
+        drift: `drift` of the configuration: limits, and levels and slips at which mu is compared.
 
     Raises:
         OilfilmError: A file of one of them is missing or damaged.
@@ -103,59 +101,32 @@ def compare(before: StoredRelease, after: StoredRelease, drift: DriftSettings) -
         Section(
             title,
             ("what", "A", "B"),
-            [(name, old[title].get(name, ""), new[title].get(name, "")) for name in names],
+            [
+                (name, old[title].get(name, ""), new[title].get(name, ""))
+                for name in sorted({name for name, _ in old[title].items() ^ new[title].items()})
+            ],
         )
         for title in old
-        for names in [changed(old[title], new[title])]
     ]
     verdicts = Section("Verdicts", ("row", "A", "B"), list(_verdicts(*both)))
+    moved = [
+        _constants(*both).assign(limit=drift.standard_errors),
+        _traction(*both, drift).assign(limit=drift.traction),
+    ]
     return Comparison(
-        (before.name, after.name),
-        [*sections, verdicts],
-        constants=_constants(*both),
-        traction=_traction(*both, drift),
+        (before.name, after.name), [*sections, verdicts], pd.concat(moved, ignore_index=True)
     )
 
 
-def changed(before: Mapping[str, Any], after: Mapping[str, Any]) -> list[str]:
-    """Names whose values differ, or that one of two mappings lacks."""
-    return sorted({name for name, _ in before.items() ^ after.items()})
-
-
-def drift_table(comparison: Comparison, drift: DriftSettings) -> Section:
-    """The drift gate: every change of a constant or of mu beyond its limit; no rows if none.
-
-    Args:
-        comparison: The reference release compared with a newer one.
-        drift: `drift` of the configuration.
-    """
-    constants, traction = comparison.constants, comparison.traction
-    return _moved(
-        "Moved by more than the drift gate lets pass",
-        constants[constants["change"] > drift.standard_errors],
-        traction[traction["change"] > drift.traction],
-        (f"{drift.standard_errors:g}", f"{100 * drift.traction:g} %"),
-    )
-
-
-def _moved(
-    title: str, constants: pd.DataFrame, traction: pd.DataFrame, limits: Row = ("", "")
-) -> Section:
+def _moved(title: str, moved: pd.DataFrame) -> Section:
     """Changes of constants and of mu, with the limit of each kind."""
-    rows = [
-        (
-            *(row["oil"], row["constant"], f"{row['before']:.6g}", f"{row['after']:.6g}"),
-            *(f"{row['change']:.2f} standard errors", limits[0]),
-        )
-        for row in tables.rows(constants)
-    ]
-    rows += [
-        (
-            *(row["oil"], "mu", f"{row['before']:.5f}", f"{row['after']:.5f}"),
-            *(f"{100 * row['change']:.3g} % at {row['where']}", limits[1]),
-        )
-        for row in tables.rows(traction)
-    ]
+    rows = []
+    for row in tables.rows(moved):
+        change, limit = f"{row['change']:.2f} standard errors", f"{row['limit']:g}"
+        if row["what"] == "mu":
+            change, limit = f"{row['change']:.3%} at {row['where']}", f"{row['limit']:.2%}"
+        ends = (f"{row[side]:.6g}" for side in ("before", "after"))
+        rows.append((row["oil"], row["what"], *ends, change, limit))
     return Section(title, ("oil", "what", "A", "B", "largest change", "limit"), rows)
 
 
@@ -165,27 +136,23 @@ def _moved(
 def _parts(stored: StoredRelease) -> dict[str, dict[str, str]]:
     """What a release was made from and its files: section -> name -> value or hash."""
     made_from = stored.manifest.made_from
-    code: dict[str, str] = {}
-    others: dict[str, str] = {}
-    for path, record in stored.files.items():
-        (code if path.startswith(f"{CODE}/") else others)[path] = record.sha256[:12]
     packages = made_from.model_dump(exclude={"config", "code", "raw"})
     return {
-        "Raw logs": {record.path: record.sha256[:12] for record in made_from.raw},
-        "Configuration": dict(_leaves(stored.config())),
-        "Code": code,
-        "Packages": dict(_leaves(packages)),
-        "Other files": others,
+        "Raw logs": _hashes(made_from.raw),
+        "Configuration": _leaves(stored.config()),
+        "Packages": _leaves(packages),
+        "Files": _hashes(stored.manifest.files),
+        "Samples": _hashes(stored.manifest.samples),
     }
 
 
-def _leaves(value: Any, path: str = "") -> Iterator[tuple[str, str]]:
+def _hashes(records: Iterable[FileRecord]) -> dict[str, str]:
+    return {record.path: record.sha256[:12] for record in records}
+
+
+def _leaves(tree: dict[str, Any]) -> dict[str, str]:
     """Keys of a tree, joined by points, and the values at their ends; lists are values."""
-    if isinstance(value, Mapping) and value:
-        for name, below in value.items():
-            yield from _leaves(below, f"{path}.{name}" if path else str(name))
-    else:
-        yield path, str(value)
+    return {str(name): str(value) for name, value in pd.json_normalize(tree).iloc[0].items()}
 
 
 def _verdicts(*both: StoredRelease) -> Iterator[Row]:
@@ -234,8 +201,8 @@ def _constants(before: StoredRelease, after: StoredRelease) -> pd.DataFrame:
     lost = both["before"].isna() != both["after"].isna()
     same = (both["before"] == both["after"]) | (both["before"].isna() & both["after"].isna())
     change = (both["after"] - both["before"]).abs() / both["error"]
-    both = both.assign(change=change.mask(lost, np.inf).mask(same, 0.0))
-    return both[["oil", "constant", "before", "after", "change"]]
+    both = both.assign(change=change.mask(lost, np.inf).mask(same, 0.0), what=both["constant"])
+    return both[["oil", "what", "before", "after", "change"]]
 
 
 def _traction(before: StoredRelease, after: StoredRelease, drift: DriftSettings) -> pd.DataFrame:
@@ -249,8 +216,8 @@ def _traction(before: StoredRelease, after: StoredRelease, drift: DriftSettings)
             row = _largest_change(oil, fits[0].get(oil), fits[1].get(oil), drift)
         except ValueError as why:
             row = {"change": np.inf, "where": str(why)}
-        rows.append({"oil": oil, **row})
-    return pd.DataFrame(rows, columns=["oil", "change", "before", "after", "where"])
+        rows.append({"oil": oil, "what": "mu", **row})
+    return pd.DataFrame(rows, columns=["oil", "what", "before", "after", "change", "where"])
 
 
 def _largest_change(

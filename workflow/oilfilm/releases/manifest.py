@@ -17,6 +17,7 @@ from pydantic import FailFast, Field
 
 from oilfilm.digests import file_digest
 from oilfilm.errors import OilfilmError
+from oilfilm.logs.raw_files import listing
 from oilfilm.settings.base import Group, key
 from oilfilm.settings.messages import first_mistake
 
@@ -132,7 +133,7 @@ def checksums(manifest: Manifest) -> str:
     """The hashes of a release as `sha256sum -c` reads them, that of the manifest first."""
     hashes = {MANIFEST: sha256_of(manifest.text())}
     hashes |= {record.path: record.sha256 for record in manifest.files}
-    return "".join(f"{digest}  {path}\n" for path, digest in hashes.items())
+    return listing(hashes)
 
 
 def canonical(content: Any) -> str:

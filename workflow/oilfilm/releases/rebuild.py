@@ -11,10 +11,9 @@ from pathlib import Path
 
 from oilfilm import home
 from oilfilm.errors import OilfilmError, printable
-from oilfilm.releases.compare import changed
+from oilfilm.releases.compare import Comparison, compare
 from oilfilm.releases.manifest import CODE, FileRecord
 from oilfilm.releases.stored_release import StoredRelease
-from oilfilm.releases.table_diff import file_difference
 from oilfilm.releases.tree import code_files, copy_file
 from oilfilm.settings.campaign import Campaign
 from oilfilm.settings.messages import check
@@ -25,8 +24,8 @@ from oilfilm.settings.resolved import Settings
 _OTHER_FILES = (home.RUN_LOCK, "pyproject.toml", "profiles/default/config.yaml")
 
 
-def rebuild(release: Path, root: Path, cores: str) -> list[str]:
-    """Rebuild a release from the local raw logs and code; list every difference.
+def rebuild(release: Path, root: Path, cores: str) -> Comparison:
+    """Rebuild a release from the local raw logs and code; compare it with what was rebuilt.
 
     The code in the release is never run: its author may be unknown. The local code must match.
 
@@ -41,15 +40,18 @@ def rebuild(release: Path, root: Path, cores: str) -> list[str]:
     stored = StoredRelease.open(release)
     with tempfile.TemporaryDirectory(prefix="oilfilm-rebuild-") as temporary:
         folder = Path(temporary)
-        lay_out(stored, root, folder)
+        settings = lay_out(stored, root, folder)
         _run(folder, stored, cores)
         campaign = stored.manifest.made_from.campaign
         rebuilt = StoredRelease.open(folder / "results" / "releases" / campaign / "latest")
-        return differences(stored, rebuilt)
+        return compare(stored, rebuilt, settings.drift)
 
 
-def lay_out(stored: StoredRelease, root: Path, folder: Path) -> None:
-    """Local code, and a release's configuration and measured logs, in a fresh folder.
+def lay_out(stored: StoredRelease, root: Path, folder: Path) -> Settings:
+    """Put local code, a release's configuration and measured logs into a fresh folder.
+
+    Returns:
+        The settings of the release.
 
     Raises:
         OilfilmError: It is a pin, its configuration is none, a raw log is missing or has changed.
@@ -92,6 +94,7 @@ def lay_out(stored: StoredRelease, root: Path, folder: Path) -> None:
                 f"{source}: is not the log that release {stored.name} was made from. "
                 "Put the original back, then try again."
             )
+    return settings
 
 
 def _run(folder: Path, stored: StoredRelease, cores: str) -> None:
@@ -111,22 +114,3 @@ def _run(folder: Path, stored: StoredRelease, cores: str) -> None:
         output = (done.stdout + done.stderr).replace(str(folder), ".").splitlines()
         last = "\n".join(printable(line) for line in output[-30:])
         raise OilfilmError(f"{stored.folder}: the rebuild failed. Its last lines:\n{last}")
-
-
-def differences(before: StoredRelease, after: StoredRelease) -> list[str]:
-    """Every file in which two releases differ, and where."""
-    parts = (
-        ("raw log ", before.manifest.made_from.raw, after.manifest.made_from.raw),
-        ("", before.manifest.files, after.manifest.files),
-        ("samples ", before.manifest.samples, after.manifest.samples),
-    )
-    lines: list[tuple[bool, str]] = []
-    for what, *both in parts:
-        old, new = ({record.path: record for record in side} for side in both)
-        for path in changed(old, new):
-            state = "new" if path not in old else "gone" if path not in new else "changed"
-            if state == "changed" and not what:
-                state += f", {file_difference(before.file(path), after.file(path))}"
-            # code first: it may explain the other differences
-            lines.append((not path.startswith(f"{CODE}/"), f"{what}{printable(path)}: {state}"))
-    return [line for _, line in sorted(lines, key=lambda line: line[0])]

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from oilfilm import tables
 from oilfilm.atomic_write import flush, make_folder, rename_flushed
-from oilfilm.digests import file_digest, files_below
+from oilfilm.digests import file_digest, files_below, files_of
 from oilfilm.errors import OilfilmError
 from oilfilm.home import RUN_LOCK, portable
 from oilfilm.logs.raw_files import read_listings
@@ -34,7 +34,7 @@ from oilfilm.report.metadata import data_package
 from oilfilm.report.release_id import with_release
 from oilfilm.settings.resolved import Settings
 from oilfilm.settings.yaml_file import as_yaml
-from oilfilm.tables.table_file import content_digest, table_file
+from oilfilm.tables.table_file import content_digest
 
 _REPORT, _SAMPLES = "report.html", "tables/samples/"
 
@@ -68,11 +68,10 @@ class FinishedRun:
         """Output files by their path below the results, without hidden files."""
         found: dict[str, Path] = {}
         for path in self.files:
-            inside = files_below(self.root / path) if (self.root / path).is_dir() else [""]
-            for each in (path / name for name in inside):
-                name = each.relative_to(self.results)
+            for file in files_of(self.root / path):
+                name = file.relative_to(self.root / self.results)
                 if not any(part.startswith(".") for part in name.parts):
-                    found[name.as_posix()] = self.root / each
+                    found[name.as_posix()] = file
         return dict(sorted(found.items()))
 
 
@@ -179,11 +178,12 @@ def _gather(run: FinishedRun, made_from: MadeFrom, config: str, folder: Path) ->
     copied |= {f"{CODE}/{name}": path for name, path in code_files(run.home).items()}
     for name, path in copied.items():
         copy_file(path, folder / name)
-    described = [table_file(path, path.parent) for path in sorted(folder.glob("tables/*.parquet"))]
     texts = {
         CONFIG: config,
         ENVIRONMENT: canonical(made_from.environment.model_dump()),
-        "tables/datapackage.json": data_package(run.settings, described),
+        "tables/datapackage.json": data_package(
+            run.settings, folder / "tables", folder.glob("tables/*.parquet")
+        ),
     }
     if _REPORT in copied:
         page = (folder / _REPORT).read_bytes().decode("utf-8")

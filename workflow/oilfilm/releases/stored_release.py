@@ -5,7 +5,6 @@ A pin is the small part of a release that a repository keeps.
 Decides: when a release counts as unchanged; what a pin keeps of a release.
 """
 
-import os
 import re
 import stat
 from dataclasses import dataclass
@@ -27,7 +26,6 @@ from oilfilm.releases.manifest import (
     CHECKSUMS,
     CONFIG,
     PINNED_MANIFEST,
-    SIGNATURE,
     FileRecord,
     Manifest,
     checksums,
@@ -78,11 +76,6 @@ class StoredRelease:
         version = f"{self.manifest.made_from.campaign} {self.manifest.version}"
         return printable(version) + (" (pin)" if self.pinned else "")
 
-    @property
-    def signed(self) -> bool:
-        """Whether there is a signature; only `ssh-keygen` and the signer's key can check it."""
-        return os.path.lexists(self.folder / SIGNATURE)
-
     def changes(self) -> list[str]:
         """A sentence for each file that differs from the manifest, is missing or is extra.
 
@@ -101,8 +94,6 @@ class StoredRelease:
             digest = sha256(text).hexdigest()
             named.append(FileRecord(path=CHECKSUMS, sha256=digest, size=len(text)))
             wrong += self._of_another_release()
-            if self.signed and not stat.S_ISREG((self.folder / SIGNATURE).lstat().st_mode):
-                wrong.append(f"{SIGNATURE}: is not a plain file.")
         return sorted([*filter(None, map(self.mismatch, named)), *wrong])
 
     def _of_another_release(self) -> list[str]:
@@ -136,10 +127,6 @@ class StoredRelease:
         hashes = f"sha256 {digest[:12]}..., {record.sha256[:12]}... in the manifest"
         return "" if digest == record.sha256 else f"{name}: differs: {hashes}."
 
-    def holds(self, path: str) -> bool:
-        """Whether a file can be read: a pin lacks most of those that it names."""
-        return path in self.files and (not self.pinned or (self.folder / path).exists())
-
     def file(self, path: str, largest: int = _LARGEST_FILE) -> Path:
         """Path of a file, after its hash and size are checked.
 
@@ -165,7 +152,7 @@ class StoredRelease:
             OilfilmError: As `file`, or it is no such table, or of another schema version.
         """
         path = f"tables/{name}.parquet"
-        if not self.holds(path):
+        if path not in self.files or (self.pinned and not (self.folder / path).exists()):
             return None
         version = self.manifest.made_from.schema_version
         if version != tables.SCHEMA_VERSION:
@@ -191,15 +178,6 @@ class StoredRelease:
             return read_yaml(path).values
         except RecursionError:
             raise OilfilmError(f"{path}: its groups are nested too deeply.") from None
-
-
-def verify(folder: Path) -> list[str]:
-    """`StoredRelease.changes` of a folder.
-
-    Raises:
-        OilfilmError: The manifest is missing, damaged or altered.
-    """
-    return StoredRelease.open(folder).changes()
 
 
 def pin(release: Path, root: Path) -> Path:

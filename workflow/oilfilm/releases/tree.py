@@ -22,7 +22,6 @@ _CODE = ("Snakefile", "workflow", "data/reference")
 _LIBRARY = "workflow/oilfilm"
 # A pin is a part of a release; if it counted, no release could be pinned.
 PINS = "data/reference/pins"
-_PINS = tuple(PINS.split("/"))
 
 
 def code_files(home: Path) -> dict[str, Path]:
@@ -45,7 +44,11 @@ def code_files(home: Path) -> dict[str, Path]:
 
 def _files(path: Path) -> Iterator[Path]:
     if path.is_dir():
-        if path.name == "__pycache__" or path.parts[-3:] == _PINS or path == PACKAGE / "shipped":
+        if (
+            path.name == "__pycache__"
+            or path.as_posix().endswith(PINS)
+            or path == PACKAGE / "shipped"
+        ):
             return
         for below in path.iterdir():
             if not below.name.startswith("."):

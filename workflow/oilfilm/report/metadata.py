@@ -8,13 +8,16 @@ folder of the tables, which can be moved as a whole.
 import json
 import re
 from collections.abc import Container, Iterable, Sequence
+from pathlib import Path
 from typing import Any
 
+import pyarrow.parquet as parquet
+
 from oilfilm import tables
+from oilfilm.digests import file_digest
 from oilfilm.errors import OilfilmError
 from oilfilm.settings.campaign import Source
 from oilfilm.settings.resolved import Settings
-from oilfilm.tables.table_file import TableFile
 
 _TYPES = {"text": "string", "flag": "boolean"}
 _ORIGIN = {
@@ -25,7 +28,7 @@ _NOT_STATED = "not stated"
 _RAW_LOGS = Source(title="raw logs of the campaign; runs.parquet has the name and sha256 of each")
 
 
-def data_package(settings: Settings, files: Iterable[TableFile]) -> str:
+def data_package(settings: Settings, folder: Path, paths: Iterable[Path]) -> str:
     """The text of `datapackage.json` (Data Package standard, version 1).
 
     A table in several files has a list of paths. The standard has no key for the hash of each, so
@@ -33,21 +36,27 @@ def data_package(settings: Settings, files: Iterable[TableFile]) -> str:
 
     Args:
         settings: At least the campaign's name, data and description, and the dataset.
-        files: The written tables, in any order.
+        folder: Of the tables.
+        paths: The written tables in it, in any order.
 
     Raises:
-        OilfilmError: A table's footer and the campaign disagree on whether the data are simulated.
+        OilfilmError: A table is missing, damaged or was not written by oilfilm, or its footer and
+            the campaign disagree on whether the data are simulated.
     """
     campaign, about = settings.campaign, settings.dataset
-    of_table: dict[str, list[TableFile]] = {name: [] for name in tables.TABLES}
-    for file in sorted(files, key=lambda file: file.path):
-        if file.data != campaign.data:
+    of_table: dict[str, list[dict[str, Any]]] = {name: [] for name in tables.TABLES}
+    files = {path.relative_to(folder).as_posix(): path for path in paths}
+    for name, path in sorted(files.items()):
+        footer = tables.read_footer(path)
+        if footer["data"] != campaign.data:
             raise OilfilmError(
-                f"{file.path}: its footer says that the data are {file.data}, campaign "
+                f"{name}: its footer says that the data are {footer['data']}, campaign "
                 f"{campaign.name!r} that they are {campaign.data}. Delete it and run snakemake "
                 "again."
             )
-        of_table[file.table].append(file)
+        file: dict[str, Any] = {"path": name, "hash": f"sha256:{file_digest(path)}"}
+        file |= {"bytes": path.stat().st_size, "rows": parquet.read_metadata(path).num_rows}
+        of_table[footer["table"]].append(file)
     present = {table: of_this for table, of_this in of_table.items() if of_this}
     description = [
         campaign.description,
@@ -81,27 +90,25 @@ def _given(keys: dict[str, Any]) -> dict[str, Any]:
     return {key: value for key, value in keys.items() if value not in ("", None, [], {})}
 
 
-def _resource(table: str, files: Sequence[TableFile], present: Container[str]) -> dict[str, Any]:
+def _resource(
+    table: str, files: Sequence[dict[str, Any]], present: Container[str]
+) -> dict[str, Any]:
     model, first = tables.TABLES[table], files[0]
     resource = {
         "name": table,
         "type": "table",
         "description": model.about,
-        "path": first.path if len(files) == 1 else [file.path for file in files],
+        "path": first["path"] if len(files) == 1 else [file["path"] for file in files],
         "format": "parquet",
         "mediatype": "application/vnd.apache.parquet",
-        "bytes": sum(file.bytes for file in files),
-        "hash": f"sha256:{first.sha256}" if len(files) == 1 else "",
-        "rows": sum(file.rows for file in files),
-        "files": [
-            {"path": file.path, "hash": f"sha256:{file.sha256}"}
-            | {"bytes": file.bytes, "rows": file.rows}
-            for file in files
-        ],
+        "bytes": sum(file["bytes"] for file in files),
+        "hash": first["hash"] if len(files) == 1 else "",
+        "rows": sum(file["rows"] for file in files),
+        "files": files,
         "schema": _schema(model, present),
     }
     # columns that are in the names of the folders and not in the files
-    partitions = [part.partition("=")[0] for part in first.path.split("/") if "=" in part]
+    partitions = [part.partition("=")[0] for part in first["path"].split("/") if "=" in part]
     return _given(resource) | {"partitions": partitions}
 
 

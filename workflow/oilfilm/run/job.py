@@ -16,7 +16,7 @@ import pandas as pd
 
 from oilfilm import tables
 from oilfilm.atomic_write import write_text
-from oilfilm.digests import file_digest, files_below, input_digest, settings_digest
+from oilfilm.digests import file_digest, files_of, input_digest, settings_digest
 from oilfilm.errors import OilfilmError
 from oilfilm.home import portable
 from oilfilm.logs.raw_files import RawLogs, listing, read_listings
@@ -105,12 +105,8 @@ def job(snakemake: Any) -> Iterator[Job]:
 def _write_digests(outputs: Any) -> None:
     """Write the sha256 of every output to the output `made`; a release compares them."""
     if made := outputs.get("made"):
-        digests = {}
-        for path in (Path(output) for output in outputs if output != made):
-            inside = files_below(path) if path.is_dir() else [""]
-            for each in (path / name for name in inside):
-                digests[portable(each)] = file_digest(each)
-        write_text(listing(digests), Path(made))
+        files = [file for path in outputs if path != made for file in files_of(Path(path))]
+        write_text(listing({portable(file): file_digest(file) for file in files}), Path(made))
 
 
 def say(text: str, stream: TextIO = sys.stdout) -> None:
@@ -152,20 +148,14 @@ def _input_digests(paths: list[Path]) -> dict[str, str]:
         name = portable(path)
         if path.suffix == ".sha256" and "/parts/" in name:
             continue  # the digests of logs that the tables of the part name
-        footer = tables.read_footer(path) if _is_table_of_part(name) else {}
+        of_part = path.suffix == ".parquet" and ("/parts/" in name or "/tables/samples/" in name)
+        footer = tables.read_footer(path) if of_part else {}
         if footer.get("part"):
             inputs |= footer["inputs"]
             inputs[f"rule {footer['rule']}"] = f"code {footer['code']}, {footer['settings']}"
         else:
             inputs[name] = input_digest(path)[:16]
     return inputs
-
-
-def _is_table_of_part(name: str) -> bool:
-    """Whether a path from the top folder is a table that a part of a step has written."""
-    top, *folders = name.split("/")
-    of_part = folders[1:2] == ["parts"] or folders[1:3] == ["tables", "samples"]
-    return top == "results" and of_part and name.endswith(".parquet")
 
 
 def by_folder(inputs: Mapping[str, str]) -> dict[str, str]:

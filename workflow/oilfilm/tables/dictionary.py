@@ -40,7 +40,7 @@ def declare(path: Path, checks: Mapping[str, Check] | None = None) -> None:
         checks: By table: a check over several columns.
 
     Raises:
-        ValueError: A name is declared twice, or a table widens a column.
+        ValueError: A name is declared twice.
         KeyError: A table has a column that is not declared.
     """
     content = yaml.load(path.read_bytes(), getattr(yaml, "CSafeLoader", yaml.SafeLoader))  # noqa: S506
@@ -91,27 +91,15 @@ def _limits(kind: str) -> tuple[str, dict[str, Any]]:
 
 
 def use(name: str, text: str) -> Column:
-    """A column as one table has it: same unit and meaning, narrower bounds, a note.
+    """A column as one table has it: same unit and meaning, other bounds, a note.
 
     Args:
         name: Of the column.
         text: The note, or `limits | note`.
-
-    Raises:
-        ValueError: A bound or an allowed text is outside what the column allows.
     """
-    column = COLUMNS[name]
     kind, _, note = text.rpartition("|")
-    unit, limits = _limits(kind.strip())
-    narrowed = replace(column, note=note.strip(), **limits)
-    if (
-        unit
-        or (narrowed.at_least or 0) < (column.at_least or 0)
-        or (narrowed.at_most or 0) > (column.at_most or 0)
-        or (column.allowed and not {*narrowed.allowed} <= {*column.allowed})
-    ):
-        raise ValueError(f"column {name!r} cannot be widened by a table")
-    return narrowed
+    _, limits = _limits(kind.strip())
+    return replace(COLUMNS[name], note=note.strip(), **limits)
 
 
 def _table(name: str, entry: Mapping[str, Any], check: Check | None) -> Table:

@@ -1,51 +1,16 @@
-"""What is stated about a written table: its file, and its content, whatever files hold it."""
+"""The content of samples: what is stated of it does not depend on the files that hold it."""
 
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
 from hashlib import sha256
-from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pyarrow.parquet as parquet
 
-from oilfilm.digests import file_digest, settings_digest
+from oilfilm.digests import settings_digest
 from oilfilm.tables.dictionary import TABLES
 from oilfilm.tables.store import read_footer, read_run
-
-
-@dataclass(frozen=True)
-class TableFile:
-    """One Parquet file of the dataset; its path is relative to the folder of the tables."""
-
-    table: str
-    path: str
-    data: str
-    sha256: str
-    bytes: int
-    rows: int
-
-
-def table_file(path: Path, folder: Path) -> TableFile:
-    """What a data package states about one written table.
-
-    Args:
-        path: The file.
-        folder: Of the tables.
-
-    Raises:
-        OilfilmError: The file is missing, damaged or was not written by oilfilm.
-    """
-    footer = read_footer(path)
-    return TableFile(
-        table=footer["table"],
-        path=path.relative_to(folder).as_posix(),
-        data=footer["data"],
-        sha256=file_digest(path),
-        bytes=path.stat().st_size,
-        rows=parquet.read_metadata(path).num_rows,
-    )
 
 
 def digests_of_runs(samples: pd.DataFrame) -> dict[str, str]:
@@ -54,20 +19,13 @@ def digests_of_runs(samples: pd.DataFrame) -> dict[str, str]:
     Args:
         samples: Table of samples, the rows of a run together.
     """
-    runs = samples["run_id"].astype("category").cat
-    codes = runs.codes.to_numpy()
-    starts = np.flatnonzero(np.diff(codes, prepend=-1))
-    columns = [
-        np.ascontiguousarray(samples[column.name], column.dtype)
-        for column in TABLES["samples"].columns
-        if column.name != "run_id"
-    ]
+    columns = [column for column in TABLES["samples"].columns if column.name != "run_id"]
     digests = {}
-    for start, stop in pairwise([*starts, len(codes)]):
+    for run_id, of_run in samples.groupby("run_id", sort=False, observed=True):
         digest = sha256()
         for column in columns:
-            digest.update(column[start:stop].data)
-        digests[str(runs.categories[codes[start]])] = digest.hexdigest()
+            digest.update(np.ascontiguousarray(of_run[column.name], column.dtype).data)
+        digests[str(run_id)] = digest.hexdigest()
     return digests
 
 
