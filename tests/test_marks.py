@@ -6,6 +6,7 @@ above the limit (`torque/test_bearing_torque.py`).
 """
 
 import io
+import json
 import runpy
 import shutil
 from dataclasses import dataclass, replace
@@ -111,6 +112,9 @@ def ask(place: str, asked: Asked, point: Point) -> set[str]:
         case "predict":
             text = asked.command(*predict)
             return marks("OUTSIDE" in text, "IMPOSSIBLE" in text)
+        case "predict --json":
+            found = json.loads(asked.command(*predict, "--json"))
+            return marks(found["outside"], found["over_limit"])
         case "compare":
             text = asked.command(*compare)
             return marks("!: outside the tested" in text, "IMPOSSIBLE" in text)
@@ -123,7 +127,7 @@ def ask(place: str, asked: Asked, point: Point) -> set[str]:
             return {"marked"} if exported["outside_tested_box"](*point) else set()
 
 
-PLACES = ("predict", "compare", "fit", "saved fit", "exported Python")
+PLACES = ("predict", "predict --json", "compare", "fit", "saved fit", "exported Python")
 MARKS = {
     "tested": set(),
     "outside": {"outside"},

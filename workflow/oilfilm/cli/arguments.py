@@ -4,8 +4,11 @@ Decides: which units a typed quantity may have; where a command looks for settin
 """
 
 import argparse
+import json
 import re
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -79,3 +82,8 @@ def quantity(text: str, unit: str, option: str) -> float:
         return value
     except ValueError as error:
         raise OilfilmError(f"{option}: found {text!r}: {error}; {expected}.") from None
+
+
+def json_line(plain: Mapping[str, Any]) -> str:
+    """Plain values as one line of JSON, which has no number for NaN and infinity: null."""
+    return json.dumps(json.loads(json.dumps(plain), parse_constant=lambda constant: None))

@@ -7,7 +7,6 @@ Decides: by which campaign a log is checked; whether a log is of a traction or a
 """
 
 import argparse
-import json
 import os
 import sys
 import textwrap
@@ -22,7 +21,7 @@ import numpy as np
 import pandas as pd
 
 from oilfilm import tables
-from oilfilm.cli.arguments import config_folder, project_folder
+from oilfilm.cli.arguments import config_folder, json_line, project_folder
 from oilfilm.curation.curate import Curated, curate_ingested
 from oilfilm.curation.gate import RULES, TORQUE, TRACTION, Gate
 from oilfilm.curation.plateau_gates import PLATEAU_GATES
@@ -78,13 +77,8 @@ def run(options: argparse.Namespace) -> int:
     for gone in _gone(settings.campaign.name, raw) if campaign else ():
         print(gone, file=sys.stderr)
     checked = check_files([(_name(path), read_bytes(path)) for path in paths], settings, raw)
-    print("\n".join(map(_json, checked)) if options.json else report(checked))
+    print("\n".join(map(json_line, checked)) if options.json else report(checked))
     return int(any(log["verdict"] == "refused" for log in checked))
-
-
-def _json(log: Plain) -> str:
-    """One line in ASCII, whatever the terminal can show; a number that is not known is null."""
-    return json.dumps(json.loads(json.dumps(log), parse_constant=lambda constant: None))
 
 
 def _gone(campaign: str, raw: Path) -> Iterator[str]:

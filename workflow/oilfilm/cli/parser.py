@@ -145,6 +145,7 @@ def predict(command: Command) -> None:
     command.conditions("{meaning}, as {example}")
     meaning = "slide-roll ratio, as 0.05 or 5%%; a negative one as --slip=-5%%"
     command.text("--slip", meaning, required=True)
+    command.flag("--json", "print one JSON object")
     command.results()
 
 

@@ -11,7 +11,7 @@ import numpy as np
 
 import oilfilm
 from oilfilm import tables
-from oilfilm.cli.arguments import campaign_folder, quantity, typed_conditions
+from oilfilm.cli.arguments import campaign_folder, json_line, quantity, typed_conditions
 from oilfilm.cli.parser import CONDITION_OPTIONS
 from oilfilm.errors import OilfilmError
 from oilfilm.fits.fitted import SLIP, FittedLaw, read_fit, refuse_impossible
@@ -29,12 +29,18 @@ def run(options: argparse.Namespace) -> int:
         folder, about = campaign_folder(options.results)
         fit = read_fit(folder, options.oil)
         source = f"from campaign {about['campaign']}, {about['data']} data"
-    print("\n".join([*prediction(fit, options.oil, at), source]))
+    found, sentences = prediction(fit, options.oil, at)
+    if options.json:
+        print(json_line({**found, "law": fit.law.name, "sentences": [*sentences, source]}))
+    else:
+        print("\n".join([*sentences, source]))
     return 0
 
 
-def prediction(fit: FittedLaw, oil: str, at: Mapping[str, float]) -> list[str]:
-    """Prediction of a fit at one operating point, in sentences.
+def prediction(
+    fit: FittedLaw, oil: str, at: Mapping[str, float]
+) -> tuple[dict[str, Any], list[str]]:
+    """Prediction of a fit at one operating point: a row of `Prediction.to_frame`, and sentences.
 
     Args:
         fit: The fitted law.
@@ -69,7 +75,7 @@ def prediction(fit: FittedLaw, oil: str, at: Mapping[str, float]) -> list[str]:
     if not np.isfinite(found["traction_coefficient"]):
         raise OilfilmError(f"{oil}: the law {fit.law.name} has no value there.")
     line = fit.on_line(conditions)
-    return [
+    return found, [
         *_intervals(fit, oil, found),
         *(_of_printed(fit, line, slip) if isinstance(fit, PrintedLaw) else ()),
         *(f"NOT SOUND: {each}" for each in fit.wrong),
