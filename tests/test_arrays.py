@@ -84,17 +84,6 @@ def test_quantities_are_converted(points: pd.DataFrame, fitted: ArrayFit) -> Non
         fitted.predict(units.Quantity(1.0, "m/s"), 30, 70, 0.05)
 
 
-def test_law_that_made_the_points_is_named_the_best(points: pd.DataFrame) -> None:
-    random = np.random.default_rng(3)
-    noisy = points["mu"] + 1e-4 * random.standard_normal(len(points))
-    fit = oilfilm.fit(*(points[name] for name in "PUTS"), noisy, law="tanh", **QUICK)
-    compared = fit.compare()
-    assert compared.verdict.startswith("Deng (Eq. 7) describes the data better than the configured")
-    assert compared.laws["bic"].idxmin() == "deng2026"
-    # laws of load cannot be compared, because the load is not known
-    assert "wang-deng-load" not in compared.laws.index
-
-
 def test_result_shows_itself(fitted: ArrayFit) -> None:
     assert "A0" in repr(fitted)
     assert "<td>" in fitted._repr_html_()

@@ -17,10 +17,11 @@ from oilfilm.fits.conditions import (
     from_text,
     to_text,
 )
-from oilfilm.fits.fit import OilFit, fit_oil
+from oilfilm.fits.fit import fit_oil
 from oilfilm.fits.fitted import FittedLaw, predict
 from oilfilm.settings.config import FitSettings
 from oilfilm.settings.resolve import resolve
+from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction.law import CONDITIONS, QUANTITIES
 from oilfilm.traction.laws.deng2026 import traction_coefficient
 
@@ -47,7 +48,7 @@ def heated(quick: FitSettings) -> FittedLaw:
     return fitted(fit_oil(make_points("4102", conditions, 1e-6), "4102", quick, SEED))
 
 
-def fitted(fit: OilFit) -> FittedLaw:
+def fitted(fit: CampaignTables) -> FittedLaw:
     return FittedLaw.of(fit.coefficients, "4102", fit.refits, fit.fit_quality)
 
 

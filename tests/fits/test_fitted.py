@@ -11,21 +11,22 @@ import oilfilm
 from campaigns import Campaign, printed
 from fit_points import make_points, matrix
 from oilfilm.errors import OilfilmError
-from oilfilm.fits.fit import OilFit, fit_oil
+from oilfilm.fits.fit import fit_oil
 from oilfilm.fits.fitted import Coefficients, FittedLaw, predict
 from oilfilm.fits.interval import Band
 from oilfilm.settings.resolved import Settings
+from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction import LAWS
 from oilfilm.traction.laws.deng2026 import traction_coefficient
 
 
 @pytest.fixture(scope="module")
-def fit(demo: Campaign) -> OilFit:
+def fit(demo: Campaign) -> CampaignTables:
     return demo.fit("4102", searches=2, bootstrap=400)
 
 
 @pytest.fixture(scope="module")
-def law(fit: OilFit) -> FittedLaw:
+def law(fit: CampaignTables) -> FittedLaw:
     return FittedLaw.of(fit.coefficients, "4102", fit.refits, fit.fit_quality)
 
 

@@ -15,13 +15,14 @@ from oilfilm.fits import engine
 from oilfilm.fits.certificate import certify, gradient_cosine, spectrum
 from oilfilm.fits.conditions import from_text
 from oilfilm.fits.engine import Optimum
-from oilfilm.fits.fit import OilFit, fit_oil
+from oilfilm.fits.fit import fit_oil
 from oilfilm.fits.fitted import FittedLaw
 from oilfilm.fits.problem import curve_data
 from oilfilm.fits.uncertainty import naive_covariance
 from oilfilm.randomness import generator
 from oilfilm.settings.config import FitSettings
 from oilfilm.settings.resolve import resolve
+from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction.law import to_internal
 from oilfilm.traction.laws.deng2026 import traction_coefficient
 from pcs_exports import shipped_numbers
@@ -37,7 +38,7 @@ def quick() -> FitSettings:
 
 
 @pytest.fixture(scope="module")
-def refitted(demo: Campaign) -> dict[str, OilFit]:
+def refitted(demo: Campaign) -> dict[str, CampaignTables]:
     """The fit of each oil of the demonstration."""
     return {oil: demo.fit(oil, bootstrap=200) for oil in OILS}
 
@@ -64,7 +65,7 @@ def test_twenty_searches_from_different_seeds_end_at_one_optimum(
 
 @pytest.mark.parametrize("oil", OILS)
 def test_refit_of_the_demonstration_recovers_traction_and_constants(
-    refitted: dict[str, OilFit], oil: str
+    refitted: dict[str, CampaignTables], oil: str
 ) -> None:
     coefficients, quality = refitted[oil].coefficients, refitted[oil].fit_quality
     assert quality["certified"].iloc[0], quality["certificate"].iloc[0]
@@ -257,7 +258,9 @@ def test_spectrum_is_that_of_a_problem_solved_by_hand() -> None:
     assert (low, high, condition) == pytest.approx((3.0, 20_000.0, 1.0))
 
 
-def test_exponent_whose_interval_holds_zero_has_no_known_sign(refitted: dict[str, OilFit]) -> None:
+def test_exponent_whose_interval_holds_zero_has_no_known_sign(
+    refitted: dict[str, CampaignTables],
+) -> None:
     # the printed U exponent of B of 4010 is -0.029, that of C of 4050 0.0022
     for oil, constant in (("4010", "B2"), ("4050", "C2")):
         verdicts = refitted[oil].coefficients.set_index("constant")["verdict"]
@@ -276,7 +279,7 @@ def test_constant_at_a_bound_is_named_and_not_certified(quick: FitSettings) -> N
 
 
 def test_joint_interval_is_the_one_that_the_verdict_on_the_sign_uses(
-    refitted: dict[str, OilFit],
+    refitted: dict[str, CampaignTables],
 ) -> None:
     for fit in refitted.values():
         rows = fit.coefficients

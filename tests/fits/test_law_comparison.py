@@ -6,18 +6,17 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from law_points import EVERY_LAW, MATRIX, internal_of, points_of
+from law_points import EVERY_LAW, MATRIX, compare_laws, internal_of, points_of
 from nights import nightly
 from oilfilm import tables
 from oilfilm.fits import engine
 from oilfilm.fits.conditions import levels_by_gap
 from oilfilm.fits.engine import Optimum
-from oilfilm.fits.fit import leave_curves_out, leave_ends_out
-from oilfilm.fits.fit_tables import curve_shapes
-from oilfilm.fits.law_comparison import compare_laws, laws_of
+from oilfilm.fits.fit import laws_of, leave_curves_out, leave_ends_out
 from oilfilm.fits.problem import Problem, build_problem, curve_data
 from oilfilm.report.figures import style
 from oilfilm.settings.resolved import Settings
+from oilfilm.table_needs import OF_FIT
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction import LAW_NAMES, LAWS
 from oilfilm.traction.law import Law, Observations
@@ -45,7 +44,7 @@ def fitted(law: Law, points: pd.DataFrame) -> tuple[Problem, Optimum]:
 def test_law_given_data_of_its_own_truth_wins(quick: Settings, name: str) -> None:
     laws = ["deng2026", "wang-deng-groups", "eyring", "tanh"]
     frames = compare_laws(points_of(EVERY_LAW[name], NOISE), "4050", laws, quick)
-    table = frames["fit_quality"].set_index("law")
+    table = frames.fit_quality.set_index("law")
     assert table["left_out_rmse"].idxmin() == name
     assert table["bic"].idxmin() == name
     assert table["temperature_end_out_relative_rms"].idxmin() == name
@@ -63,7 +62,7 @@ def test_few_curves_are_compared_without_a_mistake(quick: Settings, count: int, 
     runs = [f"run{step * number:03d}" for number in range(count)]
     points = points_of(EVERY_LAW["deng2026"], NOISE)
     frames = compare_laws(points[points["run_id"].isin(runs)], "4050", LAW_NAMES, quick)
-    assert frames["fit_quality"]["n_points"].eq(len(points) * count // 48).all()
+    assert frames.fit_quality["n_points"].eq(len(points) * count // 48).all()
 
 
 @pytest.mark.parametrize("groups", [100, 5])
@@ -115,24 +114,14 @@ def test_end_levels_that_leave_a_constant_open_give_no_error() -> None:
     assert np.isnan(leave_ends_out(task, best, one_level)).all()
 
 
-def test_curves_that_dip_or_rise_again_are_counted() -> None:
-    slip = np.linspace(0, 1, 101)
-    peak, rise = slip * np.exp(-5 * slip), slip
-    again = peak + 0.5 * np.where(slip > 0.8, slip - 0.8, 0)
-    below = peak - 0.01 * (slip < 0.005)  # one of 101 points, the first
-    negative, second = curve_shapes(np.stack([peak, rise, again, below]))
-    assert negative == pytest.approx(1 / 404)
-    assert second == pytest.approx(1 / 4)
-
-
 def test_law_without_what_it_needs_is_not_fitted_with_the_reason(quick: Settings) -> None:
     config = Settings.of({**quick.plain(), "oils": {"4050": None}})
     laws = ["tanh", "wang-deng-groups"]
     frames = compare_laws(points_of(LAWS["tanh"], NOISE), "4050", laws, config)
-    row = frames["fit_quality"].set_index("law").loc["wang-deng-groups"]
+    row = frames.fit_quality.set_index("law").loc["wang-deng-groups"]
     assert "needs the oil's properties" in row["certificate"]
     assert np.isnan(row["rmse"])
-    assert set(frames["coefficients"]["law"]) == {"tanh"}
+    assert set(frames.coefficients["law"]) == {"tanh"}
     assert "wang-deng-groups" not in laws_of("4050", config)
 
 
@@ -141,14 +130,13 @@ def test_comparison_without_any_accepted_point_still_gives_its_tables(
 ) -> None:
     refused = points_of(LAWS["tanh"]).assign(accepted=False)
     frames = compare_laws(refused, "4050", LAW_NAMES, quick)
-    verdicts = frames["fit_quality"].set_index("law")["certificate"]
+    verdicts = frames.fit_quality.set_index("law")["certificate"]
     assert verdicts.str.startswith("not fitted").all()
     assert "0 accepted points" in verdicts["deng2026"]
-    for name, table in frames.items():
-        tables.conform(table, name, name)
-    results = CampaignTables.in_memory(points=refused, **frames)
+    for name in OF_FIT:
+        tables.conform(frames.table(name), name, name)
     for name, words in (("fig04", "no Wang-Deng law could"), ("law-errors", "no law could")):
-        figure, drawn = draw(name, results, quick)
+        figure, drawn = draw(name, frames, quick)
         assert drawn.empty
         assert words in figure.axes[0].texts[0].get_text()
 
@@ -161,8 +149,7 @@ def starting(quick: Settings) -> tuple[Settings, CampaignTables]:
     both = ["slide_roll_ratio", "traction_coefficient"]
     # at no slip there is no direction
     points.loc[back & (points["slide_roll_ratio"] > 0), both] *= -1
-    made = compare_laws(points, "4050", ["deng2026", STARTS.name], quick)
-    return quick, CampaignTables.in_memory(points=points, **made)
+    return quick, compare_laws(points, "4050", ["deng2026", STARTS.name], quick)
 
 
 STARTS = LAWS["wang-deng-load"]
@@ -243,9 +230,9 @@ def test_fit_that_is_not_certified_has_an_open_symbol_and_its_bounds_are_named(
 def test_bounds_of_the_comparison_are_those_of_the_constants(quick: Settings) -> None:
     laws = ["tanh", "eyring", "carreau"]
     frames = compare_laws(points_of(LAWS["tanh"], NOISE), "4050", laws, quick)
-    constants = frames["coefficients"]
+    constants = frames.coefficients
     held = constants[constants["verdict"] == "at a bound"].groupby("law")["constant"].apply(set)
-    for row in tables.rows(frames["fit_quality"]):
+    for row in tables.rows(frames.fit_quality):
         names = set(filter(None, row["active_bounds"].split(", ")))
         assert names == held.get(row["law"], set())
         assert not (names and row["certified"])

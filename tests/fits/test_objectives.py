@@ -9,7 +9,7 @@ from campaigns import printed
 from fit_points import LAW, P, T, U, make_points, matrix, problem_of
 from oilfilm.fits.engine import Optimum, polish
 from oilfilm.fits.fit import fit_oil
-from oilfilm.fits.objectives import difference, robust_fit
+from oilfilm.fits.objectives import robust_fit
 from oilfilm.fits.problem import Problem
 from oilfilm.randomness import generator
 from oilfilm.report.sections.fits import curve_facts
@@ -46,18 +46,16 @@ def test_two_curves_off_by_15_percent_pull_the_plain_fit_and_not_the_robust_one(
     robust = robust_fit(problem, plain)
     assert robust is not None
     assert error(plain.values) > 5 * error(clean.values)
-    assert error(robust.values) < 1.5 * error(clean.values)
-    # what the two fits differ by is what the two curves did
-    assert difference(problem, plain, robust) > 0.003
+    assert error(robust[0]) < 1.5 * error(clean.values)
 
 
 def test_the_curves_that_pull_are_named_with_what_they_cost(config: Settings) -> None:
     quick = config.fit.model_copy(update={"bootstrap": 20, "searches": 1})
     points = make_points("4102", matrix(), noise=1e-4)
     clean = fit_oil(points, "4102", quick, config.seed)
-    assert not clean.tables["curve_residuals"]["odd"].any()
+    assert not clean.curve_residuals["odd"].any()
     spoilt = fit_oil(with_two_curves_off(points), "4102", quick, config.seed)
-    residuals = spoilt.tables["curve_residuals"]
+    residuals = spoilt.curve_residuals
     assert set(residuals.loc[residuals["odd"], "run_id"]) == {"run003", "run040"}
     warnings = [fact.text for fact in curve_facts(spoilt.fit_quality, residuals)]
     assert any("run003 pulls the fit away: mu is 1.15 times the fit's." in w for w in warnings)
@@ -79,7 +77,7 @@ def test_robust_fit_costs_little_where_nothing_is_wrong() -> None:
         plain = polish(noisy, truth)
         robust = robust_fit(noisy, plain)
         assert robust is not None
-        ratio.append([error(plain.values) ** 2, error(robust.values) ** 2])
+        ratio.append([error(plain.values) ** 2, error(robust[0]) ** 2])
     plain_mean, robust_mean = np.mean(ratio, axis=0)
     # 1/0.95 in variance; 40 draws of a pair know it to about 3 %
     assert 0.97 < robust_mean / plain_mean < 1.15

@@ -63,7 +63,7 @@ def results_of(config: Settings, oils: tuple[str, ...] = OILS) -> CampaignTables
     settings = config.fit.model_copy(update={"searches": 2, "bootstrap": 40})
     fits = [fit_oil(points, oil, settings, config.seed) for oil in oils]
     together = {
-        name: pd.concat([fit.tables[name] for fit in fits], ignore_index=True)
+        name: pd.concat([fit.table(name) for fit in fits], ignore_index=True)
         for name in ("coefficients", "fit_quality", "refits")
     }
     beside = rows("fit_quality", {"oil": "4102", "law": "eyring", "n_constants": 13})

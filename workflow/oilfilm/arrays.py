@@ -18,7 +18,7 @@ import pandas as pd
 from oilfilm import tables
 from oilfilm.errors import OilfilmError
 from oilfilm.fits.conditions import levels_of
-from oilfilm.fits.fit import OilFit, fit_oil
+from oilfilm.fits.fit import fit_oil
 from oilfilm.fits.fitted import (
     INTERVALS,
     SLIP,
@@ -33,8 +33,8 @@ from oilfilm.home import CONFIG
 from oilfilm.settings.config import FitSettings, GateSettings
 from oilfilm.settings.messages import check
 from oilfilm.settings.resolve import read_config
-from oilfilm.settings.resolved import Settings
 from oilfilm.settings.rig import Calibration
+from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction import LAWS, PAPER_LAW
 from oilfilm.traction.law import CONDITIONS, QUANTITIES
 
@@ -47,28 +47,12 @@ _CURVES = 5
 
 
 @dataclass(frozen=True)
-class LawComparison:
-    """The laws of pressure, speed and temperature on the same points.
-
-    Attributes:
-        verdict: The fitted law beside the best ones, in words.
-        laws: By law: constants, misfit, error at curves left out, BIC, certificate.
-    """
-
-    verdict: str
-    laws: pd.DataFrame
-
-    def __repr__(self) -> str:
-        return f"{self.verdict}\n{self.laws.to_string()}"
-
-
-@dataclass(frozen=True)
 class ArrayFit:
     """A law fitted to arrays.
 
     Attributes:
         points: What was fitted, one row per point; `run_id` names its curve.
-        tables: The tables of the fit, as the workflow writes them.
+        tables: The tables of the fit, as the workflow writes them; the oil is called `oil` there.
         settings: Settings of the fit.
         notes: What its user must know of the points, in sentences.
         source: File of the table that was fitted, else empty.
@@ -76,18 +60,17 @@ class ArrayFit:
     """
 
     points: pd.DataFrame
-    tables: OilFit
+    tables: CampaignTables
     settings: FitSettings
     notes: tuple[str, ...]
     source: str = ""
     oil: str = _OIL
 
-    @property
+    @cached_property
     def law(self) -> FittedLaw:
-        """The fitted law, with its intervals and tested box."""
-        fit = self.tables
-        parts = (fit.coefficients, _OIL, fit.refits, fit.fit_quality)
-        return FittedLaw.of(*parts, curves=fit.tables["curve_residuals"])
+        """The fitted law, with its intervals and tested box, and what is wrong with it."""
+        fit = FittedLaw.of_configured(self.tables, _OIL)
+        return replace(fit, wrong=tuple(what_is_wrong(self.soundness)))
 
     @property
     def table(self) -> pd.DataFrame:
@@ -107,7 +90,8 @@ class ArrayFit:
         Runs are taken to have been made in the order of their names.
         """
         (row,) = tables.rows(self.tables.fit_quality)
-        return verdict_of_fit(row, self.law, _table_of(self.points), self.settings)
+        fit = FittedLaw.of_configured(self.tables, _OIL)
+        return verdict_of_fit(row, fit, self.table, self.settings)
 
     @property
     def verdict(self) -> str:
@@ -115,22 +99,17 @@ class ArrayFit:
         # templates are loaded when words are asked for, here and below: a fit needs none
         from oilfilm.report.sections.fits import curve_facts  # noqa: PLC0415
 
-        fit = self.tables
-        (law,) = fit.fit_quality["law"]
-        if self.soundness["sound"]:
-            first = [f"{law}: sound: optimum confirmed, law adequate, runs steady"]
-        else:
-            first = [f"{law}: NOT sound", *what_is_wrong(self.soundness)]
-            first += [] if fit.fit_quality["certified"].item() else [fit.certificate]
-        warnings = curve_facts(fit.fit_quality, fit.tables["curve_residuals"])
-        coefficients = self.law.coefficients
-        first += [f"Not followed: {fixed.sentence()}." for fixed in coefficients.fixed]
-        if np.isnan(coefficients.unseen.at(0.95)[0]):
+        quality, law = self.tables.fit_quality, self.law
+        lines = [f"{law.law.name}: sound: optimum confirmed, law adequate, runs steady"]
+        if not self.soundness["sound"]:
+            lines = [f"{law.law.name}: NOT sound", *law.wrong]
+            lines += [*quality.loc[~quality["certified"], "certificate"]]
+        lines += [f"Not followed: {fixed.sentence()}." for fixed in law.coefficients.fixed]
+        if np.isnan(law.coefficients.unseen.at(0.95)[0]):
             least = self.settings.min_curves_for_errors
-            first.append(
-                f"There is no interval: fewer than {least} curves (min_curves_for_errors)."
-            )
-        return "\n".join([*first, *(fact.text for fact in warnings), *self.notes])
+            lines += [f"There is no interval: fewer than {least} curves (min_curves_for_errors)."]
+        warnings = curve_facts(quality, self.tables.curve_residuals)
+        return "\n".join([*lines, *(fact.text for fact in warnings), *self.notes])
 
     def summary(self) -> str:
         """Equation, counts, misfit, constants with intervals, and the verdict, as text."""
@@ -140,8 +119,8 @@ class ArrayFit:
             f"{row['relative_rms']:.2%} of mu (rms), at curves left out "
             f"{row['left_out_rmse'] / row['rmse']:.2f} times that; BIC {row['bic']:.1f}"
         )
-        equation = self.law.law.formula
-        return "\n".join([equation, counts, self.constants.to_string(), self.verdict])
+        lines = [self.law.law.formula, counts, self.constants.to_string(), self.verdict]
+        return "\n".join(lines)
 
     def to_frame(self) -> pd.DataFrame:
         """The points with mu of the law, its intervals and the residual."""
@@ -167,36 +146,7 @@ class ArrayFit:
             OilfilmError: A quantity has a unit of something else.
         """
         at = (max_hertz_pressure, entrainment_speed, inlet_temperature, slide_roll_ratio)
-        found = self.law.predict_at(*at, level=level)
-        return replace(found, wrong=tuple(what_is_wrong(self.soundness)))
-
-    def compare(self) -> LawComparison:
-        """Fit the other laws of these conditions as well, and name the best one.
-
-        It takes a few times as long as the fit.
-        """
-        from oilfilm.fits.best_law import best_laws  # noqa: PLC0415
-        from oilfilm.fits.law_comparison import compare_laws  # noqa: PLC0415
-        from oilfilm.report.sections.fits import law_facts  # noqa: PLC0415
-
-        config = read_config(CONFIG)
-        settings = Settings.of(
-            {
-                "compare": config.compare.model_dump(),
-                "fit": self.settings.model_dump(),
-                "seed": config.seed,
-            }
-        )
-        points = _table_of(self.points)
-        conditions = self.law.law.conditions
-        names = [name for name, law in LAWS.items() if law.conditions == conditions]
-        made = compare_laws(points, _OIL, names, settings)
-        judged = best_laws(made["fit_quality"], made["law_points"], points)
-        columns = ["n_constants", "relative_rms", "left_out_rmse", "bic", "certified"]
-        laws = made["fit_quality"].set_index("law")[columns]
-        (finding,) = law_facts(judged, made["fit_quality"])
-        text = f"{finding.text} {finding.advice}".rstrip()
-        return LawComparison(text.removeprefix(f"{_OIL}: "), laws)
+        return self.law.predict_at(*at, level=level)
 
     def save(self, folder: Path | str) -> None:
         """Write tables, exports for bearing codes, a summary and a report into a new folder.
@@ -378,9 +328,8 @@ def fit_points(
     chosen = check(given_settings, FitSettings, lambda steps: "oilfilm.fit")
     table = _table_of(points)
     if calibration is not None:
-        table = _calibrated(
-            table, check(dict(calibration), Calibration, lambda steps: "calibration")
-        )
+        stated = check(dict(calibration), Calibration, lambda steps: "calibration")
+        table = _calibrated(table, stated)
     return ArrayFit(points, fit_oil(table, _OIL, chosen, config.seed), chosen, notes)
 
 
@@ -402,11 +351,8 @@ def _refuse_unknown(points: pd.DataFrame, name: str) -> None:
 
 def _same_conditions(conditions: pd.DataFrame, gates: GateSettings) -> "pd.Series[int]":
     """Number of the condition of each point, within the tolerances of gates."""
-    levels = {
-        str(name): levels_of(str(name), values.to_numpy(float), gates)
-        for name, values in conditions.items()
-    }
-    return pd.DataFrame(levels).groupby(list(levels), sort=False).ngroup()
+    levels = [levels_of(str(name), at.to_numpy(float), gates) for name, at in conditions.items()]
+    return conditions.groupby(levels, sort=False).ngroup()
 
 
 def _calibrated(points: pd.DataFrame, calibration: Calibration) -> pd.DataFrame:
@@ -426,10 +372,5 @@ def _calibrated(points: pd.DataFrame, calibration: Calibration) -> pd.DataFrame:
 
 def _table_of(points: pd.DataFrame, oil: str = _OIL) -> pd.DataFrame:
     """Points as a table of points of a campaign."""
-    known: dict[str, Any] = {
-        "oil": oil,
-        "accepted": True,
-        "n_samples": 1,
-        "first_row": points.index + 1,
-    }
-    return tables.filled(points.assign(**known), "points", "the table")
+    whole = points.assign(oil=oil, accepted=True, n_samples=1, first_row=points.index + 1)
+    return tables.filled(whole, "points", "the table")

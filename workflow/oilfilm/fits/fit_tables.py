@@ -12,16 +12,14 @@ from oilfilm.fits.certificate import tested_grid, traction_on
 from oilfilm.fits.conditions import from_text
 from oilfilm.fits.engine import Optimum
 from oilfilm.fits.interval import Unseen, normal_quantile
-from oilfilm.fits.objectives import Alternative, curve_agreement, difference, odd_curves
+from oilfilm.fits.objectives import Robust, curve_agreement
 from oilfilm.fits.problem import Problem
 from oilfilm.fits.uncertainty import SENSORS, Estimates, profile_interval
 from oilfilm.settings.config import FitSettings
 from oilfilm.table_needs import OF_FIT
+from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction.law import CONDITIONS, Law
 from oilfilm.units import FloatArray
-
-# Traction this small beside the largest is rounding: no dip below zero, no second rise.
-_ROUNDING = 1e-9
 
 
 @dataclass(frozen=True)
@@ -32,7 +30,7 @@ class Solution:
         problem: What was fitted; constants that ran into a bound are held there.
         best: The best end of the searches.
         certificate: Whether the searches agree, and at what kind of optimum.
-        estimates: The free constants with their errors.
+        estimates: The free constants in the form of the law's equation, with their errors.
         profile: As `profiles`.
         robust: The fit with a robust loss; None for an exact fit.
         left_out: Error of each point's mu by a fit that has not seen its curve, NaN where there is
@@ -47,7 +45,7 @@ class Solution:
     certificate: Mapping[str, Any]
     estimates: Estimates
     profile: tuple[FloatArray, FloatArray]
-    robust: Alternative | None
+    robust: Robust | None
     left_out: FloatArray
     unseen: Unseen
     refits_at_bounds: int
@@ -58,8 +56,8 @@ def tables_of_fit(
     points: pd.DataFrame,
     quality: Mapping[str, Any],
     settings: FitSettings,
-) -> dict[str, pd.DataFrame]:
-    """Each table of a fit, by its name.
+) -> CampaignTables:
+    """The tables of a fit.
 
     Args:
         solution: The fit.
@@ -67,23 +65,22 @@ def tables_of_fit(
         quality: Oil, law, counts and tested box: the row of `fit_quality` so far.
         settings: `sign_confidence` and `pulling_weight` of config's fit.
     """
-    frames = {
-        "coefficients": _judged(_coefficients(solution, settings), solution, quality),
-        "fit_quality": pd.DataFrame([{**quality, **_quality(solution)}]),
-        "refits": _refits(solution),
-        "correlations": _correlations(solution),
-        "profiles": _profiles(solution),
-        "curve_residuals": _curve_residuals(solution, settings),
-        "law_points": _law_points(solution, points),
-    }
-    return _of_fit(quality, frames)
+    return _of_fit(
+        {**quality, **_quality(solution)},
+        coefficients=_coefficients(solution, settings, quality["fixed_conditions"]),
+        refits=_refits(solution),
+        correlations=_correlations(solution),
+        profiles=_profiles(solution),
+        curve_residuals=_curve_residuals(solution, settings),
+        law_points=_law_points(solution, points),
+    )
 
 
 def tables_without_fit(
     constants: Sequence[str],
     quality: Mapping[str, Any],
     reason: str,
-) -> dict[str, pd.DataFrame]:
+) -> CampaignTables:
     """The same of data that could not be fitted: no values, and the reason as the certificate.
 
     Args:
@@ -92,25 +89,22 @@ def tables_without_fit(
         reason: Why there is no fit.
     """
     rows = pd.DataFrame({"constant": constants}).assign(verdict="not identifiable")
-    row = {**quality, "certificate": f"not fitted: {reason}"}
-    known = {"coefficients": rows, "fit_quality": pd.DataFrame([row])}
-    return _of_fit(quality, {**dict.fromkeys(OF_FIT, pd.DataFrame()), **known})
+    return _of_fit({**quality, "certificate": f"not fitted: {reason}"}, coefficients=rows)
 
 
-def _of_fit(
-    quality: Mapping[str, Any], frames: Mapping[str, pd.DataFrame]
-) -> dict[str, pd.DataFrame]:
+def _of_fit(quality: Mapping[str, Any], **frames: pd.DataFrame) -> CampaignTables:
     """Each table with oil and law in every row."""
+    frames["fit_quality"] = pd.DataFrame([quality])
     of = {name: quality[name] for name in ("oil", "law")}
-    return {
+    made = {name: tables.empty(name) for name in OF_FIT} | {
         name: tables.filled(frame.assign(**of), name, f"fit of {of['oil']}")
-        if len(frame)
-        else tables.empty(name)
         for name, frame in frames.items()
+        if len(frame)
     }
+    return CampaignTables.in_memory(**made)
 
 
-def _coefficients(solution: Solution, settings: FitSettings) -> pd.DataFrame:
+def _coefficients(solution: Solution, settings: FitSettings, fixed_conditions: str) -> pd.DataFrame:
     """One row per constant, in the order of the law."""
     law, at_bounds = solution.problem.law, solution.problem.at_bounds
     estimated = _estimated(solution, settings.sign_confidence)
@@ -120,8 +114,13 @@ def _coefficients(solution: Solution, settings: FitSettings) -> pd.DataFrame:
     rows["identifiable"] = rows.index.isin(estimated.index)
     rows["verdict"] = rows["verdict"].fillna("not identifiable")
     for name, value in at_bounds.items():
-        rows.loc[name, "value"] = value
-        rows.loc[name, "verdict"] = "at a bound"
+        rows.loc[name, ["value", "verdict"]] = value, "at a bound"
+    along = {other.condition for each in from_text(fixed_conditions) for other in each.in_step}
+    # every group that a law makes of conditions may hold one of them
+    groups = along if law.groups == law.conditions else set(law.groups if along else ())
+    # an exponent along a line is one of no condition alone
+    in_step = [each.name for each in law.constants if each.condition in groups]
+    rows.loc[rows.index.isin(in_step) & rows["identifiable"], "verdict"] = "in step"
     return rows.rename_axis("constant").reset_index()
 
 
@@ -132,7 +131,7 @@ def fitted_names(law: Law) -> list[str]:
 
 def _estimated(solution: Solution, sign_confidence: float) -> pd.DataFrame:
     """One row per free constant, by its name, with its errors and intervals."""
-    problem, estimates = solution.problem, solution.estimates.reported(solution.problem)
+    problem, estimates = solution.problem, solution.estimates
     degrees = len(problem.mu) - len(solution.best.values)
     profiles = zip(*solution.profile, strict=True)
     ends = np.array([profile_interval(*profile, degrees) for profile in profiles])
@@ -180,43 +179,20 @@ def sign_reach(constants: int, confidence: float) -> float:
     return normal_quantile(1 - (1 - confidence) / constants)
 
 
-def _judged(rows: pd.DataFrame, solution: Solution, quality: Mapping[str, Any]) -> pd.DataFrame:
-    """The constants, with exponents along a line called so: they are of no condition alone."""
-    law = solution.problem.law
-    along = {
-        other.condition
-        for fixed in from_text(quality["fixed_conditions"])
-        for other in fixed.in_step
-    }
-    # every group that a law makes of conditions may hold one of them
-    groups = along if law.groups == law.conditions else set(law.groups if along else ())
-    names = {constant.name for constant in law.constants if constant.condition in groups}
-    in_step = rows["constant"].isin(names) & rows["identifiable"]
-    rows.loc[in_step, "verdict"] = "in step"
-    return rows
-
-
 def _quality(solution: Solution) -> dict[str, Any]:
     problem, best = solution.problem, solution.best
     residual = problem.residual(best.values)
     rmse = float(np.sqrt(np.mean(residual**2)))
     constants = len(best.values) + len(problem.at_bounds)
-    aic, bic = information_criteria(best.sse, len(residual), constants)
-    on_grid = traction_on(problem, best, *tested_grid(problem))
-    starts = on_grid[:, 0]
-    negative, second_rise = curve_shapes(on_grid)
+    starts = traction_on(problem, best, *tested_grid(problem))[:, 0]
     return {
         "n_constants": constants,
         "sse": best.sse,
         "rmse": rmse,
         "relative_rms": rmse / float(np.sqrt(np.mean(problem.mu**2))),
         "max_error": float(np.abs(residual).max()),
-        "aic": aic,
-        "bic": bic,
+        "bic": bayesian_criterion(best.sse, len(residual), constants),
         "zero_slip_traction": float(starts[np.argmax(np.abs(starts))]),
-        "negative_share": negative,
-        "second_rise_share": second_rise,
-        "robust_difference": difference(problem, best, solution.robust),
         "left_out_rmse": float(np.sqrt(np.mean(solution.left_out**2))),
         "refits_at_bounds": solution.refits_at_bounds,
         **solution.unseen.columns(),
@@ -224,13 +200,13 @@ def _quality(solution: Solution) -> dict[str, Any]:
     }
 
 
-def information_criteria(sse: float, n_points: int, n_constants: int) -> tuple[float, float]:
-    """Akaike's and the Bayesian information criterion of a least-squares fit.
+def bayesian_criterion(sse: float, n_points: int, n_constants: int) -> float:
+    """The Bayesian information criterion of a least-squares fit; NaN for an exact one.
 
-        AIC = n ln(SSE/n) + 2 k,   BIC = n ln(SSE/n) + k ln n
+        BIC = n ln(SSE/n) + k ln n
 
     k counts the constants and the variance of the errors; terms that all laws share are left out.
-    Both take every point for independent, which points of a run are not: differences between laws
+    It takes every point for independent, which points of a run are not: differences between laws
     look surer than they are.
 
     Args:
@@ -238,69 +214,44 @@ def information_criteria(sse: float, n_points: int, n_constants: int) -> tuple[f
         n_points: n.
         n_constants: Constants fitted.
 
-    Returns:
-        AIC and BIC; NaN for an exact fit.
-
     Reference: K. P. Burnham, D. R. Anderson, Model Selection and Multimodel Inference, 2nd ed.
         (2002), sections 2.2 and 6.4.
 
     Examples:
         By hand, 100 ln(1e-4/100) = -1381.55, k = 3:
 
-        >>> aic, bic = information_criteria(1e-4, 100, 2)
-        >>> print(f"{aic:.2f} {bic:.2f}")
-        -1375.55 -1367.74
+        >>> print(f"{bayesian_criterion(1e-4, 100, 2):.2f}")
+        -1367.74
     """
     if sse <= 0:
-        return float("nan"), float("nan")
-    fit, k = n_points * np.log(sse / n_points), n_constants + 1
-    return float(fit + 2 * k), float(fit + k * np.log(n_points))
-
-
-def curve_shapes(mu: FloatArray) -> tuple[float, float]:
-    """Where curves of mu against slip are not as the paper says: shares of the given grid.
-
-    Args:
-        mu: Shape (conditions, slips), slips rising.
-
-    Returns:
-        Share of all points where mu is below zero, and share of conditions at which mu rises again
-        after a fall: more than the paper's one peak.
-    """
-    rounding = _ROUNDING * float(np.abs(mu).max(initial=0.0))
-    steps = np.diff(mu, axis=1)
-    fallen = np.logical_or.accumulate(steps < -rounding, axis=1)
-    again = np.any(fallen & (steps > rounding), axis=1)
-    return float(np.mean(mu < -rounding)), float(np.mean(again))
+        return float("nan")
+    return float(n_points * np.log(sse / n_points) + (n_constants + 1) * np.log(n_points))
 
 
 def _refits(solution: Solution) -> pd.DataFrame:
-    estimates = solution.estimates.reported(solution.problem)
-    causes = [("resampled curves", estimates.refits)]
-    causes += [
-        (f"calibration of {sensor}", row[np.newaxis])
-        for sensor, row in zip(SENSORS, estimates.shifted, strict=False)
-    ]
-    names = solution.problem.names
-    frames = [
-        pd.DataFrame(
-            {
-                "cause": cause,
-                "refit": np.repeat(np.arange(len(values)), len(names)),
-                "constant": names * len(values),
-                "value": values.ravel(),
-            }
-        )
-        for cause, values in causes
-        if len(values)
-    ]
-    return pd.concat(frames, ignore_index=True) if frames else pd.DataFrame()
+    names, spread, shifted = (
+        solution.problem.names,
+        solution.estimates.refits,
+        solution.estimates.shifted,
+    )
+    values = np.vstack([spread, shifted])
+    calibration = [f"calibration of {sensor}" for sensor in SENSORS[: len(shifted)]]
+    causes = ["resampled curves"] * len(spread) + calibration
+    numbers = [*range(len(spread)), *[0] * len(shifted)]
+    return pd.DataFrame(
+        {
+            "cause": np.repeat(causes, len(names)),
+            "refit": np.repeat(numbers, len(names)),
+            "constant": names * len(values),
+            "value": values.ravel(),
+        }
+    )
 
 
 def _correlations(solution: Solution) -> pd.DataFrame:
     first, second = np.triu_indices(len(solution.problem.names), k=1)
     names = np.array(solution.problem.names)
-    values = solution.estimates.reported(solution.problem).correlation[first, second]
+    values = solution.estimates.correlation[first, second]
     return pd.DataFrame({"constant": names[first], "other": names[second], "correlation": values})
 
 
@@ -335,23 +286,15 @@ def _curve_residuals(solution: Solution, settings: FitSettings) -> pd.DataFrame:
     residual = problem.residual(solution.best.values)
     counts = np.bincount(problem.at.curve, minlength=problem.curves)
     squares = np.bincount(problem.at.curve, residual**2, minlength=problem.curves)
-    agreement = curve_agreement(problem, solution.robust)
+    levels = {f"mean_{name}": np.nan for name in (*CONDITIONS, "load_n")}
+    known = [f"mean_{name}" for name in problem.law.conditions]
+    levels |= dict(zip(known, data.conditions.T, strict=True))
     return pd.DataFrame(
         {
             "run_id": data.runs,
             "n_points": counts,
-            **_mean_conditions(solution),
+            **levels,
             "rmse": np.sqrt(squares / counts),
-            "gain": agreement.gain,
-            "robust_weight": agreement.weight,
-            "odd": odd_curves(agreement, settings),
+            **curve_agreement(problem, solution.robust, settings),
         }
     )
-
-
-def _mean_conditions(solution: Solution) -> dict[str, FloatArray]:
-    """Mean conditions of each curve; NaN for those that the law does not take."""
-    law, data = solution.problem.law, solution.problem.data
-    known = dict(zip(law.conditions, data.conditions.T, strict=True))
-    unknown = np.full(len(data.runs), np.nan)
-    return {f"mean_{name}": known.get(name, unknown) for name in (*CONDITIONS, "load_n")}

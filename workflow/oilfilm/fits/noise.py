@@ -20,8 +20,6 @@ from oilfilm.units import FloatArray, IndexArray
 
 _CONFIDENCE = 0.95
 _LARGEST_RATIO = 1e6
-# Repeated runs, as advised where there are none.
-ADVISED_REPEATS = (2, 5)
 # A set point that no log states is known by what was measured.
 _MEASURED = ("max_hertz_pressure_gpa", "load_n", "entrainment_speed_m_s", "inlet_temperature_c")
 
@@ -67,27 +65,18 @@ def _of_fit(
     constants = int(results.coefficients.loc[given, "value"].notna().sum())
     parts = lack_of_fit(residual, run, condition, levels, constants)
     size = float(np.sqrt(np.mean(mu**2)))
-    errors = used["traction_coefficient_se"].dropna()
-    row = {
+    verdict = "shown" if parts.shown else "not shown"
+    return {
         "n_repeats": parts.repeats,
         "n_repeated_conditions": parts.conditions,
         "relative_rms": quality["relative_rms"],
         "repeat_relative_rms": parts.noise / size,
         "lack_of_fit_relative_rms": parts.lack / size,
-        "plateau_relative_rms": float(np.sqrt(np.mean(errors**2))) / size
-        if len(errors)
-        else np.nan,
+        "plateau_relative_rms": np.sqrt((used["traction_coefficient_se"] ** 2).mean()) / size,
         "lack_of_fit_ratio": parts.ratio,
         "lack_of_fit_limit": parts.limit,
+        "verdict": "no repeats" if np.isnan(parts.noise) else verdict,
     }
-    # runs less the constants, each run counted as one observation
-    runs = run.max() + 1 - constants * (run.max() + 1) / len(run)
-    detectable = {
-        f"detectable_ratio_{repeats}_repeats": float(np.sqrt(f_limit(max(runs, 1.0), repeats)))
-        for repeats in ADVISED_REPEATS
-    }
-    verdict = "shown" if parts.shown else "not shown"
-    return {**row, **detectable, "verdict": "no repeats" if np.isnan(parts.noise) else verdict}
 
 
 def _conditions(results: CampaignTables, settings: Settings) -> "pd.Series[int]":
@@ -182,7 +171,9 @@ def lack_of_fit(
     repeats = int(np.sum(runs_of_condition[runs_of_condition > 1] - 1))
     conditions = int(np.sum(runs_of_condition > 1))
     _, cell = np.unique(np.column_stack([condition, slip]), axis=0, return_inverse=True)
-    values, cell_of_value = _means(residual, run, cell.ravel())
+    pairs, pair = np.unique(np.column_stack([cell, run]), axis=0, return_inverse=True)
+    # mean of each run in each cell
+    values, cell_of_value = np.bincount(pair, residual) / np.bincount(pair), pairs[:, 0]
     per_cell = np.bincount(cell_of_value)
     pure_degrees = len(values) - len(per_cell)
     fit_degrees = len(per_cell) - constants
@@ -194,38 +185,31 @@ def lack_of_fit(
     pure = max(pure, float(np.sum(values**2)) / _LARGEST_RATIO)
     ratio = float(np.sum(sums**2 / per_cell)) / fit_degrees / (pure / pure_degrees)
     per_run = len(values) / len(condition_of_run)
-    limit = f_limit(fit_degrees / per_run, pure_degrees / per_run)
-    noise = _between_runs(residual, run, cell.ravel())
+    degrees = fit_degrees / per_run, pure_degrees / per_run
+    limit = float(scipy.special.fdtri(*degrees, _CONFIDENCE))
+    noise = _between_runs(residual, pair, cell_of_value, cell)
     share = 1 - constants / len(residual)  # of the noise that the fit has not taken up
     unexplained = float(np.mean(residual**2)) - share * noise**2
     lack = float(np.sqrt(max(unexplained, 0.0)))
     return LackOfFit(repeats, conditions, noise, lack, ratio, limit)
 
 
-def f_limit(above: float, below: float) -> float:
-    """95 % quantile of F with these degrees of freedom."""
-    return float(scipy.special.fdtri(above, below, _CONFIDENCE))
+def _between_runs(
+    residual: FloatArray, pair: IndexArray, cell_of_pair: IndexArray, cell: IndexArray
+) -> float:
+    """Standard deviation of a point, from differences between runs in one cell.
 
-
-def _means(
-    residual: FloatArray, run: IndexArray, cell: IndexArray
-) -> tuple[FloatArray, IndexArray]:
-    """Mean residual of each run in each cell, and the cell of each mean."""
-    pairs, index = np.unique(np.column_stack([cell, run]), axis=0, return_inverse=True)
-    index = index.ravel()
-    return np.bincount(index, residual) / np.bincount(index), pairs[:, 0]
-
-
-def _between_runs(residual: FloatArray, run: IndexArray, cell: IndexArray) -> float:
-    """Standard deviation of a point, from differences between runs in one cell."""
-    pairs, index = np.unique(np.column_stack([cell, run]), axis=0, return_inverse=True)
-    in_run = _squared_differences(residual, index.ravel())
-    count_in_run = np.bincount(index.ravel())
-    total = _squared_differences(residual, cell)
-    count = np.bincount(cell)
-    runs = np.bincount(pairs[:, 0])
-    across = total - np.bincount(pairs[:, 0], in_run)
-    number = (count**2 - np.bincount(pairs[:, 0], count_in_run**2)) / 2
+    Args:
+        residual: Of each point.
+        pair: Pair of a cell and a run of each point.
+        cell_of_pair: Cell of each pair.
+        cell: Cell of each point.
+    """
+    in_run = np.bincount(cell_of_pair, _squared_differences(residual, pair))
+    across = _squared_differences(residual, cell) - in_run
+    pairs_in_run = np.bincount(cell_of_pair, np.bincount(pair) ** 2)
+    number = (np.bincount(cell) ** 2 - pairs_in_run) / 2
+    runs = np.bincount(cell_of_pair)
     repeated = runs > 1
     variances = across[repeated] / (2 * number[repeated])
     return float(np.sqrt(np.average(variances, weights=runs[repeated] - 1)))
