@@ -310,7 +310,13 @@ def fit_points(
         known = ", ".join(name for name, each in LAWS.items() if each.conditions == conditions)
         raise OilfilmError(f"there is no law {law!r} of these conditions; the laws are {known}.")
     for name in (*conditions, SLIP, _MU):
-        _refuse_unknown(points, name)
+        values = points[name].to_numpy(dtype=float)
+        if len(lost := np.flatnonzero(~np.isfinite(values))):
+            raise OilfilmError(
+                f"{name}: {len(lost)} of {len(values)} points have no number, the first is number "
+                f"{lost[0] + 1} ({values[lost[0]]}). Leave these points out."
+            )
+        refuse_impossible(values, name)
     config = read_config(CONFIG)
     runs = _same_conditions(points[list(conditions)], config.gates) if curve is None else curve
     if np.size(runs) != len(points):
@@ -331,22 +337,6 @@ def fit_points(
         stated = check(dict(calibration), Calibration, lambda steps: "calibration")
         table = _calibrated(table, stated)
     return ArrayFit(points, fit_oil(table, _OIL, chosen, config.seed), chosen, notes)
-
-
-def _refuse_unknown(points: pd.DataFrame, name: str) -> None:
-    """Refuse numbers that are missing, endless or impossible.
-
-    Raises:
-        OilfilmError: There is one.
-    """
-    values = points[name].to_numpy(dtype=float)
-    lost = np.flatnonzero(~np.isfinite(values))
-    if len(lost):
-        raise OilfilmError(
-            f"{name}: {len(lost)} of {len(values)} points have no number, the first is number "
-            f"{lost[0] + 1} ({values[lost[0]]}). Leave these points out."
-        )
-    refuse_impossible(values, name)
 
 
 def _same_conditions(conditions: pd.DataFrame, gates: GateSettings) -> "pd.Series[int]":

@@ -209,13 +209,7 @@ def _content(path: Path, found: MuTable) -> bytes:
     content = unpack(read_bytes(path))
     try:
         if content.startswith(_PARQUET):
-            import pyarrow.parquet  # noqa: PLC0415 - most tables are text
-
-            data = pyarrow.parquet.read_table(io.BytesIO(content))
-            units = [(each.metadata or {}).get(b"unit", b"").decode() for each in data.schema]
-            frame = data.to_pandas(ignore_metadata=True)
-            names = zip(frame.columns, units, strict=True)
-            return _text_of(frame.set_axis([f"{n} [{u}]" if u else n for n, u in names], axis=1))
+            return _text_of(pd.read_parquet(io.BytesIO(content)))
         if content.startswith(_EXCEL):
             # a sheet may have lines above the names
             sheet = pd.read_excel(io.BytesIO(content), header=None, dtype=object)
@@ -227,8 +221,7 @@ def _content(path: Path, found: MuTable) -> bytes:
 
 
 def _text_of(frame: pd.DataFrame) -> bytes:
-    index = not isinstance(frame.index, pd.RangeIndex)
-    return frame.to_csv(sep="\t", index=index and frame.index.names != [None]).encode()
+    return frame.to_csv(sep="\t", index=False).encode()
 
 
 def _columns(logged: LoggedTable, found: MuTable) -> dict[str, tuple[str, str]]:
@@ -307,11 +300,6 @@ def _without_gaps(found: MuTable) -> MuTable:
     points = found.points.loc[good].reset_index(drop=True)
     if points.empty:
         raise found.refuse("no row has all its numbers.", "Look at decimal marks and empty cells.")
-    if float(points[SLIP].abs().max()) > _LARGEST_SLIP:
-        raise found.refuse(
-            f"a slide-roll ratio is {points[SLIP].abs().max():g}; expected 2 at most.",
-            "Say `%` in the name of the column where it is meant, as `SRR [%]`.",
-        )
     # the law is odd: both signs say the same
     backwards = points[SLIP] < 0
     if (points.loc[backwards, MU] < 0).any():

@@ -31,7 +31,6 @@ from oilfilm.fits.uncertainty import (
     naive_covariance,
     profiles,
     robust_draws,
-    without_bounds,
 )
 from oilfilm.randomness import generator
 from oilfilm.settings.config import FitSettings
@@ -184,7 +183,8 @@ def _solve(
     naive = naive_covariance(problem, best)
     errors = np.sqrt(np.diag(naive))
     drawn = _refits(problem, best, settings, generator(seed, "bootstrap", oil))
-    refits = without_bounds(problem, drawn)
+    # a bound is where the search stopped, not what the curves say: its value means nothing
+    refits = drawn[~at_bounds(problem, drawn).any(axis=1)]
     shifted = calibration_refits(problem, best, points)
     estimates = Estimates(best.values, naive, refits, shifted)
     # the same groups for every law

@@ -14,6 +14,8 @@ from oilfilm.settings.rig import Calibration
 from oilfilm.traction.law import Law, to_internal
 from oilfilm.units import BoolArray, FloatArray
 
+# Standard uncertainties of a rig's calibration, in the order of `SENSORS`.
+_CALIBRATION = ("load_relative", "traction_force_relative", "speed_relative", "temperature_c")
 # Centres of the form's error, and their least distance in lengths: nearer ones tell nothing new.
 _CENTRES, _APART = 30, 0.3
 
@@ -181,39 +183,21 @@ def known_of(
     spread = to_internal(law, coefficients.spread)
     # constants that the law gives, or that ended at a bound, are the same in every refit
     free = np.ptp(spread, axis=0) > 0
-    curves, mu = _measured_curves(points[points["oil"] == oil], law)
+    of_oil = points[points["accepted"] & (points["oil"] == oil)]
+    known = of_oil.dropna(subset=[*law.conditions, "load_n"])
+    data = curve_data(known, law.conditions)
+    load_n = known.groupby("run_id", sort=True)["load_n"].mean().to_numpy(dtype=float)
+    curves = Curves(data.conditions, load_n, data.curve, data.slip)
     jacobian = law.jacobian(internal, curves.at(law))[:, free]
     if np.linalg.matrix_rank(jacobian) < jacobian.shape[1]:
         raise OilfilmError(
             f"{oil}: the accepted points do not tell the law's constants apart. Test at two or "
             "more levels of each condition, or fit again if points and fit are of different runs."
         )
-    residual = mu - law.traction(internal, curves.at(law))
+    residual = data.mu - law.traction(internal, curves.at(law))
     effect = effects(law, internal, curves)
     sizes = error_sizes(jacobian, effect, residual, curves.curve)
-    sensors = _sensor_errors(calibration)
+    sensors = np.array([getattr(calibration, name, 0.0) for name in _CALIBRATION])
     longest = np.argmax(np.bincount(curves.curve))
     slip = np.sort(curves.slip[curves.curve == longest])
     return Known(law, internal, free, curves, sizes, sensors, slip)
-
-
-def _measured_curves(points: pd.DataFrame, law: Law) -> tuple[Curves, FloatArray]:
-    """Accepted curves whose conditions are all known, and mu of their points."""
-    accepted = points[points["accepted"]].dropna(subset=[*law.conditions, "load_n"])
-    data = curve_data(accepted, law.conditions)
-    load = accepted.groupby("run_id", sort=True)["load_n"].mean().to_numpy(dtype=float)
-    return Curves(data.conditions, load, data.curve, data.slip), data.mu
-
-
-def _sensor_errors(calibration: Calibration | None) -> FloatArray:
-    """Standard uncertainties in the order of `SENSORS`; 0 where they are not stated."""
-    if calibration is None:
-        return np.zeros(4)
-    return np.array(
-        [
-            calibration.load_relative,
-            calibration.traction_force_relative,
-            calibration.speed_relative,
-            calibration.temperature_c,
-        ]
-    )

@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 
 from oilfilm.fits.descent import descend
-from oilfilm.fits.engine import Optimum, at_bounds, polish
+from oilfilm.fits.engine import Optimum, polish
 from oilfilm.fits.interval import student_quantile
 from oilfilm.fits.problem import Problem, build_problem, curve_data
 from oilfilm.units import FloatArray, IndexArray
@@ -114,14 +114,6 @@ def curve_bootstrap(
     draws = draw_curves(problem.at.design, refits, random)
     starts, weights = np.tile(optimum.values, (refits, 1)), draws.astype(float)
     return descend(problem, starts, weights=weights, tolerance=_REFIT_TOLERANCE, near=True)[0]
-
-
-def without_bounds(problem: Problem, refits: FloatArray) -> FloatArray:
-    """The refits of which no constant ended at a bound of the search.
-
-    A bound is where the search stopped, not what the curves say: its value means nothing.
-    """
-    return refits[~at_bounds(problem, refits).any(axis=1)]
 
 
 def robust_covariance(problem: Problem, optimum: Optimum) -> FloatArray:
