@@ -60,8 +60,7 @@ def leftover(
     data = curve_data(points)
     problem = build_problem(LAW, data, np.ones(3, dtype=bool))
     best = polish(problem, to_internal(LAW, printed()[oil]))
-    load_n = points.groupby("run_id")["load_n"].mean().to_numpy(float)
-    return Leftover(problem, best, load_n, groups or {}, {})
+    return Leftover(problem, best, groups or {}, {})
 
 
 DRIFTS = {

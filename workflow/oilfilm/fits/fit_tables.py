@@ -14,7 +14,7 @@ from oilfilm.fits.engine import Optimum
 from oilfilm.fits.interval import Unseen, normal_quantile
 from oilfilm.fits.objectives import Robust, curve_agreement
 from oilfilm.fits.problem import Problem
-from oilfilm.fits.uncertainty import SENSORS, Estimates, profile_interval
+from oilfilm.fits.uncertainty import SENSORS, Estimates
 from oilfilm.settings.config import FitSettings
 from oilfilm.table_needs import OF_FIT
 from oilfilm.tables.campaign_tables import CampaignTables
@@ -132,12 +132,6 @@ def fitted_names(law: Law) -> list[str]:
 def _estimated(solution: Solution, sign_confidence: float) -> pd.DataFrame:
     """One row per free constant, by its name, with its errors and intervals."""
     problem, estimates = solution.problem, solution.estimates
-    degrees = len(problem.mu) - len(solution.best.values)
-    profiles = zip(*solution.profile, strict=True)
-    ends = np.array([profile_interval(*profile, degrees) for profile in profiles])
-    lower, upper = problem.reported(ends.T)
-    # a constant below zero falls where its logarithm rises
-    turned = problem.signs < 0
     rows = pd.DataFrame(
         {
             "value": estimates.values,
@@ -145,8 +139,6 @@ def _estimated(solution: Solution, sign_confidence: float) -> pd.DataFrame:
             "lower": np.nan,
             "upper": np.nan,
             "naive_standard_error": estimates.naive_errors,
-            "profile_lower": np.where(turned, upper, lower),
-            "profile_upper": np.where(turned, lower, upper),
             "systematic_standard_error": estimates.systematic_errors,
             "verdict": "no interval",
         },

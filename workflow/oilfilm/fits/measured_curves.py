@@ -6,9 +6,9 @@ import numpy as np
 import pandas as pd
 
 from oilfilm.errors import OilfilmError
-from oilfilm.fits.curve_errors import Curves, ErrorSizes, effects, error_sizes, precision
+from oilfilm.fits.curve_errors import ErrorSizes, effects, error_sizes, precision
 from oilfilm.fits.fitted import FittedLaw
-from oilfilm.fits.problem import curve_data
+from oilfilm.fits.problem import Curves, curve_data
 from oilfilm.fits.uncertainty import SENSORS
 from oilfilm.settings.rig import Calibration
 from oilfilm.traction.law import Law, to_internal
@@ -185,16 +185,14 @@ def known_of(
     free = np.ptp(spread, axis=0) > 0
     of_oil = points[points["accepted"] & (points["oil"] == oil)]
     known = of_oil.dropna(subset=[*law.conditions, "load_n"])
-    data = curve_data(known, law.conditions)
-    load_n = known.groupby("run_id", sort=True)["load_n"].mean().to_numpy(dtype=float)
-    curves = Curves(data.conditions, load_n, data.curve, data.slip)
+    curves = curve_data(known, law.conditions)
     jacobian = law.jacobian(internal, curves.at(law))[:, free]
     if np.linalg.matrix_rank(jacobian) < jacobian.shape[1]:
         raise OilfilmError(
             f"{oil}: the accepted points do not tell the law's constants apart. Test at two or "
             "more levels of each condition, or fit again if points and fit are of different runs."
         )
-    residual = data.mu - law.traction(internal, curves.at(law))
+    residual = curves.mu - law.traction(internal, curves.at(law))
     effect = effects(law, internal, curves)
     sizes = error_sizes(jacobian, effect, residual, curves.curve)
     sensors = np.array([getattr(calibration, name, 0.0) for name in _CALIBRATION])

@@ -17,7 +17,7 @@ from oilfilm.fits.engine import polish
 from oilfilm.fits.fitted import FittedLaw
 from oilfilm.fits.noise import noise_and_misfit
 from oilfilm.fits.patterns import FEWEST_CURVES, Leftover, Pattern, find_patterns, natural_key
-from oilfilm.fits.problem import CurveData, build_problem, curve_data
+from oilfilm.fits.problem import build_problem, curve_data
 from oilfilm.settings.config import FitSettings
 from oilfilm.settings.resolved import Settings
 from oilfilm.table_needs import OF_FIT
@@ -163,9 +163,8 @@ def leftover(
         others: The fits of all oils.
     """
     law = fitted.law
-    data = _in_order(curve_data(points, law.conditions))
-    load = points.groupby("run_id")["load_n"].mean()
-    load_n = load.reindex(data.runs).to_numpy(dtype=float)
+    # in the order in which people count
+    data = curve_data(points, law.conditions, natural_key)
     if not np.isfinite(data.conditions).all():
         return None
     problem = build_problem(law, data, fitted.coefficients.known)
@@ -181,21 +180,7 @@ def leftover(
     members = {name: np.isin(data.runs, list(runs)) for name, runs in groups.items()}
     # what the same runs have in common is one cause
     of_runs = {each.tobytes(): (name, each) for name, each in reversed(members.items())}
-    return Leftover(problem, optimum, load_n, dict(reversed(of_runs.values())), known)
-
-
-def _in_order(data: CurveData) -> CurveData:
-    """The curves in the order of their names, as people count."""
-    order = np.array(sorted(range(len(data.runs)), key=lambda index: natural_key(data.runs[index])))
-    place = np.argsort(order)[data.curve]
-    points = np.argsort(place, kind="stable")
-    return CurveData(
-        [data.runs[index] for index in order],
-        data.conditions[order],
-        place[points],
-        data.slip[points],
-        data.mu[points],
-    )
+    return Leftover(problem, optimum, dict(reversed(of_runs.values())), known)
 
 
 def runs_in_common(runs: pd.DataFrame, points: pd.DataFrame) -> dict[str, set[str]]:

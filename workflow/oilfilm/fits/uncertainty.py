@@ -1,7 +1,7 @@
 """Errors of the constants: by the Jacobian, a bootstrap over curves, calibration, and profiles.
 
 Decides: the standard errors of constants, by bootstrap or, below 20 curves, cluster-robust; their
-errors from the calibration of the rig; their intervals by profile likelihood.
+errors from the calibration of the rig.
 """
 
 from dataclasses import dataclass, replace
@@ -11,7 +11,6 @@ import pandas as pd
 
 from oilfilm.fits.descent import descend
 from oilfilm.fits.engine import Optimum, polish
-from oilfilm.fits.interval import student_quantile
 from oilfilm.fits.problem import Problem, build_problem, curve_data
 from oilfilm.units import FloatArray, IndexArray
 
@@ -260,30 +259,3 @@ def profiles(
     middle = levels // 2
     values = np.insert(starts[held].reshape(count, levels), middle, optimum.values, axis=1)
     return values, np.insert(z.reshape(count, levels), middle, 0.0, axis=1)
-
-
-def profile_interval(
-    values: FloatArray, z: FloatArray, degrees: int, level: float = 0.95
-) -> tuple[float, float]:
-    """Where one constant's profile crosses Student's quantiles; NaN where it does not within reach.
-
-    Args:
-        values: Ascending values of the constant.
-        z: Signed roots there, as from `profiles`.
-        degrees: Points minus constants.
-        level: Of confidence.
-    """
-    limit = student_quantile(level, degrees)
-    rising = np.concatenate([[True], np.diff(z) > 0])
-    if not np.isfinite(z).all() or not rising.all():
-        return float("nan"), float("nan")
-    return _crossing(values, z, -limit), _crossing(values, z, limit)
-
-
-def _crossing(values: FloatArray, z: FloatArray, at: float) -> float:
-    """The value at one signed root: on the cubic through the four nearest ones; NaN outside."""
-    after = int(np.searchsorted(z, at))
-    if not 0 < after < len(z):
-        return float("nan")
-    some = slice(max(after - 2, 0), after + 2)
-    return float(np.polyval(np.polyfit(z[some], values[some], len(z[some]) - 1), at))
