@@ -19,14 +19,7 @@ from oilfilm import tables
 from oilfilm.errors import OilfilmError
 from oilfilm.fits.conditions import levels_of
 from oilfilm.fits.fit import fit_oil
-from oilfilm.fits.fitted import (
-    INTERVALS,
-    SLIP,
-    FittedLaw,
-    Prediction,
-    in_unit,
-    refuse_impossible,
-)
+from oilfilm.fits.fitted import INTERVALS, SLIP, FittedLaw, Prediction, in_unit, refuse_impossible
 from oilfilm.fits.soundness import verdict_of_fit
 from oilfilm.fits.soundness_words import what_is_wrong
 from oilfilm.home import CONFIG

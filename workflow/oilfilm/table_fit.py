@@ -35,11 +35,7 @@ PRESSURE, LOAD, SPEED = "max_hertz_pressure_gpa", "load_n", "entrainment_speed_m
 TEMPERATURE, SLIP, MU = "inlet_temperature_c", "slide_roll_ratio", "traction_coefficient"
 # Young's modulus in Pa and Poisson's ratio. Steel and silicon nitride as bearing steel and balls
 # have them (Harris and Kotzalas, Rolling Bearing Analysis, 5th ed., 2007); glass: Schott N-BK7.
-MATERIALS = {
-    "steel": (206e9, 0.3),
-    "silicon-nitride": (310e9, 0.26),
-    "glass": (82e9, 0.206),
-}
+MATERIALS = {"steel": (206e9, 0.3), "silicon-nitride": (310e9, 0.26), "glass": (82e9, 0.206)}
 _COLUMNS = {PRESSURE, LOAD, SPEED, "ball_speed_m_s", "disc_speed_m_s", TEMPERATURE, SLIP, MU}
 _OWN_NAMES = {n: of for n, of in TRACTION.vocabulary.own_names.items() if n in _COLUMNS}
 VOCABULARY = Guesses("traction", "columns", _OWN_NAMES, (), symbols=True)

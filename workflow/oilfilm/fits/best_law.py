@@ -25,13 +25,6 @@ _CONFIDENCE = 0.95
 _BARE_MENTION = 2.0
 # Fewer curves give no error of a difference.
 FEWEST_CURVES = 3
-_ENDS = (
-    "pressure_end_out_relative_rms",
-    "speed_end_out_relative_rms",
-    "temperature_end_out_relative_rms",
-)
-
-
 _MEASURED = "traction_coefficient_measured"
 
 
@@ -167,7 +160,8 @@ def jackknife_error(replicates: FloatArray) -> float:
 
 def _best_at_ends(laws: pd.DataFrame) -> str:
     """The law with the least error at end levels that were left out; empty where none is known."""
-    known = laws[list(_ENDS)].astype(float).dropna(axis=1, how="all").dropna()
+    ends = laws.filter(regex="_end_out_relative_rms$").astype(float)
+    known = ends.dropna(axis=1, how="all").dropna()
     if known.empty or not len(known.columns):
         return ""
     return str((known**2).mean(axis=1).idxmin())

@@ -49,13 +49,7 @@ TIE = (
 # Errors of single points are reported: they feel what an SSE does not.
 _TOLERANCE = 1e-8
 # Columns of the points that span the tested box, and the columns of `fit_quality` that hold it.
-BOX = (
-    "max_hertz_pressure_gpa",
-    "entrainment_speed_m_s",
-    "inlet_temperature_c",
-    "load_n",
-    "slide_roll_ratio",
-)
+BOX = (*CONDITIONS, "load_n", "slide_roll_ratio")
 
 
 def laws_of(oil: str, settings: Settings) -> dict[str, Law]:
@@ -86,11 +80,7 @@ def fit_law(points: pd.DataFrame, oil: str, name: str, settings: Settings) -> Ca
 
 
 def fit_oil(
-    points: pd.DataFrame,
-    oil: str,
-    settings: FitSettings,
-    seed: int,
-    law: Law | None = None,
+    points: pd.DataFrame, oil: str, settings: FitSettings, seed: int, law: Law | None = None
 ) -> CampaignTables:
     """Fit a law to one oil's accepted points.
 
@@ -150,8 +140,7 @@ def _refuse_hopeless(problem: Problem) -> None:
     data = problem.data
     if not len(data.mu):
         raise ValueError("0 accepted points")
-    lost = int((~np.isfinite(data.mu) | ~np.isfinite(data.slip)).sum())
-    if lost:
+    if lost := int(np.sum(~np.isfinite(data.mu + data.slip))):
         raise ValueError(f"{lost} accepted points have no traction coefficient or no slip")
     if not np.any(data.slip):
         raise ValueError("every slide-roll ratio is zero, where traction says nothing")
@@ -160,9 +149,8 @@ def _refuse_hopeless(problem: Problem) -> None:
             "no accepted point has traction above zero; is the sign of the force right "
             "(semantics of the campaign file)?"
         )
-    levels = data.conditions[data.curve]
-    distinct = len(np.unique(np.column_stack([levels, data.slip, data.mu]), axis=0))
-    needed = int(problem.free.sum()) + 1
+    points = np.column_stack([data.conditions[data.curve], data.slip, data.mu])
+    distinct, needed = len(np.unique(points, axis=0)), int(problem.free.sum()) + 1
     if distinct < needed:
         copies = f", {distinct} of them distinct" if distinct < len(data.mu) else ""
         raise ValueError(

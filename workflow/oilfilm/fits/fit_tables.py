@@ -52,10 +52,7 @@ class Solution:
 
 
 def tables_of_fit(
-    solution: Solution,
-    points: pd.DataFrame,
-    quality: Mapping[str, Any],
-    settings: FitSettings,
+    solution: Solution, points: pd.DataFrame, quality: Mapping[str, Any], settings: FitSettings
 ) -> CampaignTables:
     """The tables of a fit.
 
@@ -77,9 +74,7 @@ def tables_of_fit(
 
 
 def tables_without_fit(
-    constants: Sequence[str],
-    quality: Mapping[str, Any],
-    reason: str,
+    constants: Sequence[str], quality: Mapping[str, Any], reason: str
 ) -> CampaignTables:
     """The same of data that could not be fitted: no values, and the reason as the certificate.
 
@@ -131,18 +126,18 @@ def fitted_names(law: Law) -> list[str]:
 
 def _estimated(solution: Solution, sign_confidence: float) -> pd.DataFrame:
     """One row per free constant, by its name, with its errors and intervals."""
-    problem, estimates = solution.problem, solution.estimates
+    estimates, values = solution.estimates, solution.estimates.values
+    systematic = np.sqrt(((estimates.shifted - values) ** 2).sum(axis=0))
     rows = pd.DataFrame(
         {
-            "value": estimates.values,
-            "standard_error": np.nan,
-            "lower": np.nan,
-            "upper": np.nan,
-            "naive_standard_error": estimates.naive_errors,
-            "systematic_standard_error": estimates.systematic_errors,
+            "value": values,
+            **dict.fromkeys(("standard_error", "lower", "upper"), np.nan),
+            "naive_standard_error": np.sqrt(np.diag(estimates.naive)),
+            # from calibration
+            "systematic_standard_error": systematic if len(estimates.shifted) else np.nan,
             "verdict": "no interval",
         },
-        index=problem.names,
+        index=solution.problem.names,
     )
     if len(estimates.refits):
         rows["standard_error"] = [constant.std(ddof=1) for constant in estimates.refits.T]
@@ -221,11 +216,8 @@ def bayesian_criterion(sse: float, n_points: int, n_constants: int) -> float:
 
 
 def _refits(solution: Solution) -> pd.DataFrame:
-    names, spread, shifted = (
-        solution.problem.names,
-        solution.estimates.refits,
-        solution.estimates.shifted,
-    )
+    names, estimates = solution.problem.names, solution.estimates
+    spread, shifted = estimates.refits, estimates.shifted
     values = np.vstack([spread, shifted])
     calibration = [f"calibration of {sensor}" for sensor in SENSORS[: len(shifted)]]
     causes = ["resampled curves"] * len(spread) + calibration

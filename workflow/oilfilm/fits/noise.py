@@ -31,15 +31,12 @@ def noise_and_misfit(results: CampaignTables, settings: Settings) -> pd.DataFram
         results: Tables `coefficients`, `fit_quality`, `points` and `runs`.
         settings: `gates`, `rigs`, `oils`, `same_set_point`, and the campaign's `rigs` and `matrix`.
     """
-    conditions = _conditions(results, settings)
-    rows = []
-    results = results.configured
-    for quality in tables.rows(results.fit_quality):
-        row = {"oil": quality["oil"], "law": quality["law"]}
-        if np.isnan(quality["rmse"]):
-            rows.append({**row, "verdict": "no fit"})
-            continue
-        rows.append({**row, **_of_fit(quality, results, conditions, settings)})
+    conditions, rows = _conditions(results, settings), []
+    for quality in tables.rows(results.configured.fit_quality):
+        row = {"oil": quality["oil"], "law": quality["law"], "verdict": "no fit"}
+        if not np.isnan(quality["rmse"]):
+            row |= _of_fit(quality, results.configured, conditions, settings)
+        rows.append(row)
     return tables.filled(pd.DataFrame(rows), "lack_of_fit")
 
 

@@ -45,18 +45,6 @@ class Estimates:
     shifted: FloatArray
 
     @property
-    def naive_errors(self) -> FloatArray:
-        """Standard errors by `naive`."""
-        return np.sqrt(np.diag(self.naive))
-
-    @property
-    def systematic_errors(self) -> FloatArray:
-        """Standard errors from calibration; NaN where it is not known."""
-        if len(self.shifted) == 0:
-            return np.full(len(self.values), np.nan)
-        return np.sqrt(((self.shifted - self.values) ** 2).sum(axis=0))
-
-    @property
     def random_covariance(self) -> FloatArray:
         """Covariance of the refits, shape (n, n); NaN where there are none."""
         if not len(self.refits):
@@ -246,11 +234,9 @@ def profiles(
     count, levels = len(optimum.values), len(_AT)
     degrees = len(problem.mu) - count
     held = np.repeat(np.eye(count, dtype=bool), levels, axis=0)
-    errors = np.sqrt(np.diag(naive))
-    towards = (naive / errors).T[:, np.newaxis] * _AT[:, np.newaxis]
-    starts = optimum.values + towards.reshape(-1, count)
+    towards = (naive / np.sqrt(np.diag(naive))).T[:, np.newaxis] * _AT[:, np.newaxis]
     # beyond the bounds a constant has no meaning
-    starts = np.clip(starts, *problem.limits.T)
+    starts = np.clip(optimum.values + towards.reshape(-1, count), *problem.limits.T)
     sse = np.full(len(starts), np.nan)
     if np.isfinite(naive).all():
         _, sse = descend(problem, starts, held=held, tolerance=1e-7, near=True)

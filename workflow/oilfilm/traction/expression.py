@@ -127,10 +127,7 @@ _FUNCTIONS: dict[str, tuple[Any, Callable[[Node, Node, Node], Node]]] = {
     "log1p": (np.log1p, lambda u, f, du: _divide(du, _add(_ONE, u))),
     "sqrt": (np.sqrt, lambda u, f, du: _divide(du, _multiply(_TWO, f))),
     "tanh": (np.tanh, lambda u, f, du: _multiply(_subtract(_ONE, _power(f, _TWO)), du)),
-    "asinh": (
-        np.arcsinh,
-        lambda u, f, du: _divide(du, _node("sqrt", _add(_ONE, _power(u, _TWO)))),
-    ),
+    "asinh": (np.arcsinh, lambda u, f, du: _divide(du, _node("sqrt", _add(_ONE, _power(u, _TWO))))),
     "abs": (np.abs, lambda u, f, du: _multiply(_node("sign", u), du)),
     "sign": (np.sign, lambda u, f, du: _ZERO),
 }

@@ -209,10 +209,6 @@ class Law:
         mu, *rest = function(*sizes, slip)
         return mu, tuple(rest[: len(by)]), tuple(rest[len(by) :])
 
-    def definitions(self) -> list[tuple[str, Node]]:
-        """The equation as it is written: mu, then its parts, by signed coefficients and S."""
-        return expression.parse_steps(self.steps, self._arguments)[::-1]
-
     @property
     def steps(self) -> tuple[tuple[str, str], ...]:
         """The parts of the equation, then mu: name and text."""
