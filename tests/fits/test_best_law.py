@@ -21,15 +21,6 @@ from reports import rows
 NOISE = 2e-4
 
 
-@pytest.fixture(scope="module")
-def quick(config: Settings) -> Settings:
-    return config.with_changes(
-        {
-            "fit": {"searches": 2, "bootstrap": 20},
-        }
-    )
-
-
 def verdict_of(points: pd.DataFrame, config: Settings, law: str) -> dict[str, Any]:
     configured = config.with_changes({"fit": {"law": law}})
     compared = compare_laws(points, "4050", ["deng2026", "tanh", "carreau"], configured)

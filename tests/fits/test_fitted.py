@@ -97,10 +97,10 @@ def test_distance_from_the_tested_box_is_in_tested_ranges(law: FittedLaw) -> Non
     assert far.distance == pytest.approx((200 - high[1]) / (high[1] - low[1]))
 
 
-def test_broadcasting_and_a_million_points(law: FittedLaw) -> None:
-    slip = np.linspace(0, 0.3, 1000)
-    result = predict("deng2026", law.coefficients, np.linspace(1, 1.5, 1000)[:, None], 30, 70, slip)
-    assert result.mean_ci_lower.shape == (1000, 1000)
+def test_arguments_broadcast(law: FittedLaw) -> None:
+    slip = np.linspace(0, 0.3, 300)
+    result = predict("deng2026", law.coefficients, np.linspace(1, 1.5, 90)[:, None], 30, 70, slip)
+    assert result.mean_ci_lower.shape == (90, 300)
     expected = traction_coefficient(law.coefficients.constants, 1.5, 30, 70, slip)
     np.testing.assert_allclose(result.traction_coefficient[-1], expected, rtol=1e-12, atol=1e-16)
 

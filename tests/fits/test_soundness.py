@@ -187,15 +187,3 @@ def test_a_run_that_the_fit_left_out_spoils_no_verdict(config: Settings) -> None
     fitted = FittedLaw(LAW, Coefficients.bare(LAW, printed()["4050"]))
     row = verdict_of_fit(quality, fitted, points, config.fit)
     assert (row["law_verdict"], row["campaign_verdict"]) == ("adequate", "steady")
-
-
-def test_a_change_is_told_with_runs_and_size() -> None:
-    row = {
-        **{"optimum_confirmed": True, "law_verdict": "adequate", "bend": ""},
-        **{"bend_relative_rms": np.nan, "campaign_verdict": "changed", "change": "load"},
-        **{"change_course": "from", "change_group": "", "changed_runs": "run12, run13, run14"},
-        **{"change_size": 8.0, "change_relative_rms": 0.09},
-    }
-    (sentence,) = what_is_wrong(row)
-    assert "run12" in sentence
-    assert "8 N" in sentence

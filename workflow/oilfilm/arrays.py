@@ -125,21 +125,13 @@ class ArrayFit:
             fitted=fitted, residual=self.points[_MU].to_numpy() - fitted, **columns
         )
 
-    def predict(
-        self,
-        max_hertz_pressure: Any,
-        entrainment_speed: Any,
-        inlet_temperature: Any,
-        slide_roll_ratio: Any,
-        level: float = 0.95,
-    ) -> Prediction:
-        """mu with its interval; arguments as those of `fit`.
+    def predict(self, *at: Any, **level: float) -> Prediction:
+        """mu with its interval at P, U, T and S, in GPa, m/s and degC or as quantities of pint.
 
         Raises:
             OilfilmError: A quantity has a unit of something else.
         """
-        at = (max_hertz_pressure, entrainment_speed, inlet_temperature, slide_roll_ratio)
-        return self.law.predict_at(*at, level=level)
+        return self.law.predict_at(*at, **level)
 
     def save(self, folder: Path | str) -> None:
         """Write tables, exports for bearing codes, a summary and a report into a new folder.

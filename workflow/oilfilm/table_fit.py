@@ -270,13 +270,11 @@ def _fill(found: MuTable, logged: LoggedTable, columns: Mapping[str, tuple[str, 
 def _assumed_unit(quantity: str, name: str, numbers: FloatArray, found: MuTable) -> str:
     """The unit of a column that states none, where the numbers leave no doubt."""
     largest = float(np.nanmax(np.abs(numbers), initial=0))
-    if quantity == MU:
+    if quantity == MU or (quantity == SLIP and largest <= _LARGEST_SLIP):
         return "1"
     if quantity == SLIP:
-        unit = "1" if largest <= _LARGEST_SLIP else "%"
-        if unit == "%":
-            found.notes.append(f"assumed: {name!r} goes up to {largest:g}, so it is in %")
-        return unit
+        found.notes.append(f"assumed: {name!r} goes up to {largest:g}, so it is in %")
+        return "%"
     if quantity == "inlet_temperature" and largest < _HOTTEST_C:
         found.notes.append(f"assumed: {name!r} is in degC")
         return "degC"
@@ -323,10 +321,13 @@ def with_pressure(points: pd.DataFrame, ball_radius_m: float, materials: str) ->
         >>> with_pressure(points, 9.525e-3, "steel,steel")["max_hertz_pressure_gpa"].round(3)[0]
         np.float64(0.818)
     """
-    bodies = [_elastic(name.strip()) for name in materials.split(",")]
-    if len(bodies) != 2:
-        raise OilfilmError(f"--materials: found {materials!r}; expected ball,disc, as steel,glass.")
-    (e1, nu1), (e2, nu2) = bodies
+    try:
+        (e1, nu1), (e2, nu2) = (_elastic(name.strip()) for name in materials.split(","))
+    except (KeyError, ValueError):
+        raise OilfilmError(
+            f"--materials: found {materials!r}; expected ball,disc, as steel,glass, each one of "
+            f"{', '.join(MATERIALS)}, or Young's modulus and Poisson's ratio, as 206GPa:0.3."
+        ) from None
     modulus_pa = reduced_modulus(e1, nu1, e2, nu2)
     pressure_pa = max_hertz_pressure(points[LOAD].to_numpy(), ball_radius_m, modulus_pa)
     return points.assign(**{PRESSURE: pressure_pa / PA_PER_GPA})
@@ -334,13 +335,6 @@ def with_pressure(points: pd.DataFrame, ball_radius_m: float, materials: str) ->
 
 def _elastic(name: str) -> tuple[float, float]:
     modulus, mark, ratio = name.partition(":")
-    try:
-        if mark:
-            number = modulus.removesuffix("GPa")
-            return float(number) * PA_PER_GPA, float(ratio)
-        return MATERIALS[name]
-    except (KeyError, ValueError):
-        raise OilfilmError(
-            f"--materials: found {name!r}; expected one of {', '.join(MATERIALS)}, or Young's "
-            "modulus and Poisson's ratio, as 206GPa:0.3."
-        ) from None
+    if mark:
+        return float(modulus.removesuffix("GPa")) * PA_PER_GPA, float(ratio)
+    return MATERIALS[name]

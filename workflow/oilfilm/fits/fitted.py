@@ -245,12 +245,11 @@ class FittedLaw:
             index = ["cause", "refit"]
             wide = of_fit(refits).pivot(index=index, columns="constant", values="value")
             calibration = wide.index.get_level_values("cause").str.startswith("calibration")
-            if len(wide):
-                spread, shifted = (
-                    # constants at a bound stay there in every refit
-                    np.where(np.isnan(refitted := _in_order(law, rows)), values, refitted)
-                    for rows in (wide[~calibration], wide[calibration])
-                )
+            spread, shifted = (
+                # constants at a bound stay there in every refit
+                np.where(np.isnan(refitted := _in_order(law, rows)), values, refitted)
+                for rows in (wide[~calibration], wide[calibration])
+            )
         of_data: dict[str, Any] = {}
         if quality is not None:
             (row,) = tables.rows(of_fit(quality))

@@ -402,11 +402,13 @@ class _SumsOfCurves:
 
     def in_turns(self, members: BoolArray, left: Leftover) -> tuple[BoolArray, float, float]:
         """Which runs have the cause, its size, and their separation over the limit; 0 for none."""
-        size, amount = 0.0, np.zeros(len(members))
+        count, power, followed = len(members), self.power, int(left.problem.followed.sum())
+        if count - 1 - followed < _FEWEST_DEGREES:
+            return members, 0.0, 0.0
         for _ in range(_ROUNDS):
             beside = self.power_beside(members)
-            if not left.is_group(members) or beside <= 1e-8 * self.power.sum():
-                return members, size, 0.0
+            if not left.is_group(members) or beside <= 1e-8 * power.sum():
+                return members, 0.0, 0.0
             size = float(self.score[members].sum()) / beside
             amount = self.amount(members.astype(float), size)
             now = np.abs(amount - size) < np.abs(amount)
@@ -414,14 +416,11 @@ class _SumsOfCurves:
                 break
             members = now
         if not left.is_group(members):
-            return members, size, 0.0
+            return members, 0.0, 0.0
         # runs in which the cause shows more tell more
-        count, power = len(members), self.power
         middle = float(np.average(amount[members], weights=power[members]))
         errors = amount - np.where(members, middle, 0.0)
         effective = float(power.sum()) ** 2 / float(power @ power)
-        if count - 1 - int(left.problem.followed.sum()) < _FEWEST_DEGREES:
-            return members, size, 0.0
         # what is taken has made them smaller, above all where bends are taken as well
         free = 1 - np.trace(self.shared) / power.sum()
         squares = np.average(errors**2, weights=power) / max(free, np.finfo(float).tiny)
@@ -442,7 +441,7 @@ def _change(left: Leftover, taken: FloatArray) -> _Found | None:
     told = [each for each, share in zip(candidates, alone, strict=True) if share > _TOLD_APART]
     simple = _surest(left, told, taken) if told else None
     split = _split(left, taken)
-    if simple is not None and split is not None and simple[1] >= _NEARLY * split[1]:
+    if simple and split and simple[1] >= _NEARLY * split[1]:
         split = None
     return _larger(simple, split, misread)
 
@@ -469,8 +468,7 @@ def _misread(left: Leftover) -> _Found | None:
                 column = right - left.fitted
                 pattern = _of_runs(left, what, members, factor)
                 pattern = replace(_sized(left, pattern, 1.0, column), size=pattern.size)
-                found = pattern, left.optimum.sse - sse, column
-                best = _larger(best, found)
+                best = _larger(best, (pattern, left.optimum.sse - sse, column))
     return best
 
 

@@ -261,13 +261,7 @@ class Law:
             )
             known = coefficient.exponents or (None,) * len(self.groups)
             constants += [
-                Constant(
-                    f"{coefficient.name}{number}",
-                    -_STEEPEST,
-                    _STEEPEST,
-                    condition=group,
-                    known=value,
-                )
+                Constant(f"{coefficient.name}{number}", -_STEEPEST, _STEEPEST, 0, group, value)
                 for number, (group, value) in enumerate(zip(self.groups, known, strict=True), 1)
             ]
         return tuple(constants)
