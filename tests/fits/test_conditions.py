@@ -129,10 +129,7 @@ def test_missing_or_foreign_conditions_are_named(heated: FittedLaw) -> None:
         prediction(heated, "4102", {"load_n": 30, "slide_roll_ratio": 0.1})
 
 
-@given(
-    exponents=st.tuples(st.floats(-3, 3), st.floats(-3, 3)),
-    level=st.floats(20, 150),
-)
+@given(exponents=st.tuples(st.floats(-3, 3), st.floats(-3, 3)), level=st.floats(20, 150))
 def test_line_is_the_one_that_was_planted(
     quick: Settings, exponents: tuple[float, float], level: float
 ) -> None:

@@ -17,7 +17,6 @@ from oilfilm.fits.conditions import from_text
 from oilfilm.fits.engine import Optimum
 from oilfilm.fits.fit import fit_oil
 from oilfilm.fits.fitted import FittedLaw
-from oilfilm.fits.problem import curve_data
 from oilfilm.fits.uncertainty import naive_covariance
 from oilfilm.randomness import generator
 from oilfilm.settings.resolved import Settings
@@ -102,20 +101,6 @@ def test_one_condition_gives_a_curve_but_no_exponents(quick: Settings) -> None:
     assert levels["entrainment_speed_m_s"] == pytest.approx(30)
 
 
-def test_exponents_of_conditions_that_varied_are_given_beside_those_that_are_not(
-    quick: Settings,
-) -> None:
-    points = make_points("4102", matrix(us=[30.0]), noise=1e-6)
-    rows = fit_oil(points, "4102", quick.fit, SEED).coefficients.set_index("constant")
-    assert not rows.loc[["A0", "A2", "B0", "B2", "C0", "C2"], "identifiable"].any()
-    given = ["A1", "A3", "B1", "B3", "C1", "C3"]
-    expected = dict(zip([c.name for c in LAW.constants], printed()["4102"], strict=True))
-    np.testing.assert_allclose(
-        rows.loc[given, "value"], [expected[name] for name in given], rtol=1e-2
-    )
-    assert rows.loc[["A", "B", "C"], "identifiable"].all()
-
-
 @pytest.mark.parametrize(
     ("spoil", "reason"),
     [
@@ -160,17 +145,6 @@ def test_certificate_fails_where_searches_disagree_or_stop_early(quick: Settings
     assert (two["searches_agreeing"], two["certified"]) == (1, False)
     assert "not certified: 1 of 2 searches agree" in two["certificate"]
     assert gradient_cosine(task, other) > gradient_cosine(task, end)
-
-
-def test_traction_is_odd_in_slip_and_the_fit_knows() -> None:
-    points = make_points("4102", matrix())
-    mirrored = points.assign(
-        slide_roll_ratio=-points["slide_roll_ratio"],
-        traction_coefficient=-points["traction_coefficient"],
-    )
-    plain, turned = curve_data(points), curve_data(mirrored)
-    np.testing.assert_array_equal(plain.slip, turned.slip)
-    np.testing.assert_array_equal(plain.mu, turned.mu)
 
 
 def test_measured_curves_give_one_curve_and_the_fit_says_why_no_more(etm: Campaign) -> None:

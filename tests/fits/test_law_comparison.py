@@ -3,33 +3,23 @@
 from dataclasses import replace
 
 import numpy as np
-import pandas as pd
 import pytest
 
-from law_points import EVERY_LAW, MATRIX, compare_laws, internal_of, points_of
+from fit_points import polished
+from law_points import EVERY_LAW, MATRIX, TRUTH, compare_laws, internal_of, points_of
 from nights import nightly
 from oilfilm import tables
 from oilfilm.fits import engine
 from oilfilm.fits.conditions import levels_by_gap
-from oilfilm.fits.engine import Optimum
 from oilfilm.fits.fit import laws_of, leave_curves_out, leave_ends_out
-from oilfilm.fits.problem import Problem, build_problem, curve_data
-from oilfilm.report.figures import style
 from oilfilm.settings.resolved import Settings
 from oilfilm.table_needs import OF_FIT
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction import LAW_NAMES, LAWS
-from oilfilm.traction.law import Law, Observations
-from oilfilm.units import FloatArray
+from oilfilm.traction.law import Observations
 from pictures import draw
 
 NOISE = 2e-4
-
-
-def fitted(law: Law, points: pd.DataFrame) -> tuple[Problem, Optimum]:
-    data = curve_data(points, law.conditions)
-    task = build_problem(law, data, np.ones(3, dtype=bool))
-    return task, engine.polish(task, internal_of(law)[task.free])
 
 
 @pytest.mark.no_cover
@@ -66,7 +56,7 @@ def test_curves_left_out_are_those_of_brute_force(groups: int) -> None:
     law = LAWS["tanh"]
     points = points_of(law, 1e-3)
     few = points[points["run_id"].isin([f"run{number:03d}" for number in range(0, 48, 3)])]
-    task, best = fitted(law, few)
+    task, best = polished(few, TRUTH[law.name], law)
     errors = leave_curves_out(task, best, groups, np.random.default_rng(1))
     group = np.arange(task.curves)
     if groups < task.curves:
@@ -90,7 +80,7 @@ def test_curves_left_out_are_those_of_brute_force(groups: int) -> None:
 
 def test_only_the_end_levels_are_extrapolated_to() -> None:
     law = LAWS["deng2026"]
-    task, best = fitted(law, points_of(law))
+    task, best = polished(points_of(law), TRUTH[law.name], law)
     levels = levels_by_gap(MATRIX["inlet_temperature_c"].to_numpy(), 0.05)
     errors = leave_ends_out(task, best, levels)
     ends = np.isin(levels[task.at.curve], [0, 3])
@@ -102,7 +92,9 @@ def test_only_the_end_levels_are_extrapolated_to() -> None:
 def test_end_levels_that_leave_a_constant_open_give_no_error() -> None:
     law = LAWS["deng2026"]
     points = points_of(law)
-    task, best = fitted(law, points[points["max_hertz_pressure_gpa"].isin([1.0, 1.5])])
+    task, best = polished(
+        points[points["max_hertz_pressure_gpa"].isin([1.0, 1.5])], TRUTH[law.name], law
+    )
     pressure = MATRIX.loc[MATRIX["max_hertz_pressure_gpa"].isin([1.0, 1.5])].iloc[:, 0]
     assert np.isnan(leave_ends_out(task, best, levels_by_gap(pressure.to_numpy(), 0.05))).all()
     one_level = np.zeros(task.curves, dtype=np.int64)
@@ -120,9 +112,7 @@ def test_law_without_what_it_needs_is_not_fitted_with_the_reason(quick: Settings
     assert "wang-deng-groups" not in laws_of("4050", config)
 
 
-def test_comparison_without_any_accepted_point_still_gives_its_tables(
-    quick: Settings,
-) -> None:
+def test_comparison_without_any_accepted_point_still_gives_its_tables(quick: Settings) -> None:
     refused = points_of(LAWS["tanh"]).assign(accepted=False)
     frames = compare_laws(refused, "4050", LAW_NAMES, quick)
     verdicts = frames.fit_quality.set_index("law")["certificate"]
@@ -150,13 +140,6 @@ def starting(quick: Settings) -> tuple[Settings, CampaignTables]:
 STARTS = LAWS["wang-deng-load"]
 
 
-def planted_starts() -> FloatArray:
-    """mu(0) = D - |A| of each condition."""
-    levels = MATRIX[list(STARTS.conditions)].to_numpy()
-    sizes = STARTS.sizes(internal_of(STARTS), STARTS.design(levels))
-    return np.asarray(sizes[3] - sizes[0])
-
-
 def test_figure_of_errors_draws_what_the_table_says(
     starting: tuple[Settings, CampaignTables],
 ) -> None:
@@ -167,7 +150,11 @@ def test_figure_of_errors_draws_what_the_table_says(
     assert "load-based Wang-Deng" in ticks  # by its name, as everywhere
     starts = drawn[drawn["series"] == "zero slip"]
     assert starts["words"].str.startswith(STARTS.name).all()
-    np.testing.assert_allclose(np.sort(starts["y"]), np.sort(planted_starts()), atol=3 * NOISE)
+    # mu(0) = D - |A| of each condition
+    sizes = STARTS.sizes(
+        internal_of(STARTS), STARTS.design(MATRIX[list(STARTS.conditions)].to_numpy())
+    )
+    np.testing.assert_allclose(np.sort(starts["y"]), np.sort(sizes[3] - sizes[0]), atol=3 * NOISE)
     errors = drawn[(drawn["words"] == "deng2026") & (drawn["series"] == "fitted curves")]
     row = results.fit_quality.set_index("law").loc["deng2026"]
     assert errors["x"].item() == pytest.approx(row["relative_rms"])
@@ -199,23 +186,6 @@ def test_points_beside_a_law_keep_the_direction_of_their_slip(
     true = both[both["law"] == STARTS.name]
     for column in ("traction_coefficient", "left_out_traction_coefficient"):
         np.testing.assert_allclose(true[column], true["traction_coefficient_m"], atol=6 * NOISE)
-
-
-def test_fit_that_is_not_certified_has_an_open_symbol_and_its_bounds_are_named(
-    starting: tuple[Settings, CampaignTables],
-) -> None:
-    config, results = starting
-    for certified, face in ((False, "white"), (True, style.oil_colour("4050", ["4050"]))):
-        bounds = "" if certified else "C3"
-        table = results.fit_quality.assign(certified=certified, active_bounds=bounds)
-        one_oil = Settings.of({**config.plain(), "oils": {"4050": config.plain()["oils"]["4050"]}})
-        figure, _ = draw("fig04", results.replace(fit_quality=table), one_oil)
-        assert figure.legends[0].legend_handles[0].get_markerfacecolor() == face
-        figure, _ = draw("law-errors", results.replace(fit_quality=table), one_oil)
-        symbols = [line for line in figure.axes[1].get_lines() if line.get_linestyle() == "None"]
-        assert {symbol.get_markerfacecolor() for symbol in symbols} == {face}
-        ticks = [label.get_text() for label in figure.axes[1].get_yticklabels()]
-        assert ("Deng (Eq. 7)\n(at bounds: C3)" in ticks) != certified
 
 
 def test_bounds_of_the_comparison_are_those_of_the_constants(quick: Settings) -> None:

@@ -6,22 +6,16 @@ import numpy as np
 import pandas as pd
 
 from campaigns import printed
-from fit_points import LAW, P, T, U, make_points, matrix, problem_of
-from oilfilm.fits.engine import Optimum, polish
+from fit_points import LAW, P, T, U, make_points, matrix, polished, problem_of
+from oilfilm.fits.engine import polish
 from oilfilm.fits.fit import fit_oil
 from oilfilm.fits.objectives import robust_fit
-from oilfilm.fits.problem import Problem
 from oilfilm.randomness import generator
 from oilfilm.report.sections.fits import curve_facts
 from oilfilm.settings.resolved import Settings
 from oilfilm.traction.law import to_constants, to_internal
 from oilfilm.traction.laws.deng2026 import traction_coefficient
 from oilfilm.units import FloatArray
-
-
-def prepare(points: pd.DataFrame) -> tuple[Problem, Optimum]:
-    problem = problem_of(points)
-    return problem, polish(problem, to_internal(LAW, printed()["4102"]))
 
 
 def error(internal: FloatArray) -> float:
@@ -41,8 +35,8 @@ def with_two_curves_off(points: pd.DataFrame) -> pd.DataFrame:
 def test_two_curves_off_by_15_percent_pull_the_plain_fit_and_not_the_robust_one() -> None:
     # docs/physics.md, fitting: measured on simulated data, plain 10 x worse in mu, robust 1.1 x
     points = make_points("4102", matrix(), noise=1e-4)
-    _, clean = prepare(points)
-    problem, plain = prepare(with_two_curves_off(points))
+    _, clean = polished(points, printed()["4102"])
+    problem, plain = polished(with_two_curves_off(points), printed()["4102"])
     robust = robust_fit(problem, plain)
     assert robust is not None
     assert error(plain.values) > 5 * error(clean.values)

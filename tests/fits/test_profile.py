@@ -3,15 +3,12 @@
 import numpy as np
 
 from campaigns import printed
-from fit_points import LAW, make_points, matrix, problem_of
-from oilfilm.fits.engine import polish
+from fit_points import make_points, matrix, polished
 from oilfilm.fits.uncertainty import naive_covariance, profiles
-from oilfilm.traction.law import to_internal
 
 
 def test_profile_rises_with_the_best_sse_that_the_others_allow() -> None:
-    task = problem_of(make_points("4102", matrix(), noise=2e-4))
-    best = polish(task, to_internal(LAW, printed()["4102"]))
+    task, best = polished(make_points("4102", matrix(), noise=2e-4), printed()["4102"])
     naive = naive_covariance(task, best)
     errors = np.sqrt(np.diag(naive))
     values, z = profiles(task, best, naive)

@@ -9,21 +9,18 @@ import pandas as pd
 import pytest
 
 from campaigns import printed
-from fit_points import LAW
+from fit_points import LAW, polished
 from oilfilm import tables
 from oilfilm.fits import soundness
 from oilfilm.fits.conditions import FixedCondition, to_text
-from oilfilm.fits.engine import polish
 from oilfilm.fits.fitted import Coefficients, FittedLaw
 from oilfilm.fits.patterns import Leftover, find_patterns
-from oilfilm.fits.problem import build_problem, curve_data
 from oilfilm.fits.soundness import runs_in_common, verdict_of_fit
 from oilfilm.fits.soundness_words import what_is_wrong
 from oilfilm.home import CONFIG
 from oilfilm.rig_twin.truth import LawTruth, Truth, true_tractions
 from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
-from oilfilm.traction.law import to_internal
 from simulated_points import Campaign, Drift
 
 RUNS = 24
@@ -57,10 +54,7 @@ def leftover(
         other=LawTruth(printed()["4010"]),
     )
     points = campaign.points(matrix()[random.permutation(RUNS)], random, oil)
-    data = curve_data(points)
-    problem = build_problem(LAW, data, np.ones(3, dtype=bool))
-    best = polish(problem, to_internal(LAW, printed()[oil]))
-    return Leftover(problem, best, groups or {}, {})
+    return Leftover(*polished(points, printed()[oil]), groups or {}, {})
 
 
 DRIFTS = {

@@ -5,14 +5,14 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-import pandas as pd
 import pytest
 
+from fit_points import problem_of
 from law_points import EVERY_LAW, MATRIX, OIL, SLIP, TRUTH, internal_of, observe, points_of
 from oilfilm.fits import engine
 from oilfilm.fits.fit import fit_oil
 from oilfilm.fits.fitted import FittedLaw
-from oilfilm.fits.problem import Problem, build_problem, curve_data
+from oilfilm.fits.problem import build_problem, curve_data
 from oilfilm.physics.contact import load_for_max_hertz_pressure
 from oilfilm.physics.rigs import Contact
 from oilfilm.physics.thermal_traction import eyring_stress, limited_stress
@@ -23,10 +23,6 @@ from oilfilm.traction.law import CONDITIONS, Law
 from oilfilm.traction.laws.wang_deng import WANG_DENG_GROUPS
 
 ComplexArray = npt.NDArray[np.complex128]
-
-
-def problem_of(law: Law, points: pd.DataFrame) -> Problem:
-    return build_problem(law, curve_data(points, law.conditions), np.ones(3, dtype=bool))
 
 
 def by_hand(law: Law, internal: ComplexArray) -> ComplexArray:
@@ -109,7 +105,7 @@ def test_equation_with_an_unknown_name_is_told() -> None:
 
 @pytest.mark.parametrize("law", EVERY_LAW.values(), ids=EVERY_LAW)
 def test_global_search_finds_the_planted_law(law: Law, config: Settings) -> None:
-    task = problem_of(law, points_of(law))
+    task = problem_of(points_of(law), law)
     (optimum,) = engine.search(task, config.fit, [generator(3, "planted", law.name)])
     truth = np.array(TRUTH[law.name])[task.free]
     np.testing.assert_allclose(task.reported(optimum.values), truth, rtol=1e-4, atol=1e-6)
@@ -155,7 +151,7 @@ def test_load_and_stress_are_one_law_for_one_ball(config: Settings) -> None:
     )
     points = points_of(of_load, noise=2e-4)
     on_load, on_stress = (
-        engine.search(problem_of(law, points), config.fit, [generator(1, "bases", seed)])[0]
+        engine.search(problem_of(points, law), config.fit, [generator(1, "bases", seed)])[0]
         for law, seed in ((of_load, "load"), (of_stress, "stress"))
     )
     assert on_stress.sse == pytest.approx(on_load.sse, rel=1e-9)
@@ -180,7 +176,7 @@ def test_three_levels_of_load_leave_two_critical_loads() -> None:
     law = LAWS["wang-deng-critical-load"]
     points = points_of(law)
     three = points[points["max_hertz_pressure_gpa"] != 1.15]
-    task, start, ends = problem_of(law, three), internal_of(law), []
+    task, start, ends = problem_of(three, law), internal_of(law), []
     for critical in (3.0, 0.5):  # over 100 N; the loads are 42, 93 and 142 N
         start[16] = np.log(critical)
         ends.append(engine.polish(task, start[task.free]))
@@ -243,7 +239,7 @@ def test_constant_beyond_its_bound_is_held_there_and_the_others_fitted() -> None
     law = LAWS["tanh"]
     points = points_of(law)
     points["traction_coefficient"] = 0.005 * points["slide_roll_ratio"]  # B0 >= 0.01
-    task = problem_of(law, points)
+    task = problem_of(points, law)
     end = engine.polish(task, internal_of(law))
     assert (task.beyond(end.values) == 0).all()
     held = task.holding(end.values, engine.at_bounds(task, end.values))
