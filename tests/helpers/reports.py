@@ -33,13 +33,6 @@ HOSTILE = [
 ]
 
 
-def fits_of(coefficients: pd.DataFrame) -> dict[str, pd.DataFrame]:
-    """A table of coefficients with the fit quality that says which law is configured."""
-    laws = coefficients[["oil", "law"]].drop_duplicates().to_dict("records")
-    quality = rows("fit_quality", *({"configured": True, **law} for law in laws))
-    return {"coefficients": coefficients, "fit_quality": quality}
-
-
 def measured(oil: str) -> pd.DataFrame:
     """Points with errors of whole curves and a calibration, so that intervals have both parts."""
     points = make_points(oil, CONDITIONS, noise=1e-4)
