@@ -120,10 +120,8 @@ class ArrayFit:
         at = self.points[list(self.law.law.conditions)].to_numpy(float)
         predicted = self.law.predict(at, self.points[SLIP].to_numpy(float))
         columns = {name: getattr(predicted, name) for name in INTERVALS}
-        fitted = predicted.traction_coefficient
-        return self.points.assign(
-            fitted=fitted, residual=self.points[_MU].to_numpy() - fitted, **columns
-        )
+        made = self.points.assign(fitted=predicted.traction_coefficient, **columns)
+        return made.assign(residual=made[_MU] - made["fitted"])
 
     def predict(self, *at: Any, **level: float) -> Prediction:
         """mu with its interval at P, U, T and S, in GPa, m/s and degC or as quantities of pint.
@@ -192,8 +190,7 @@ class ArrayFit:
             near = tested[np.isclose(tested, row, rtol=0.01).all(axis=1)].index
             own = self.points[self.points["run_id"].isin(near)]
             axes.plot(own[SLIP], own[_MU], "o", markersize=3, color=line.get_color())
-        axes.set_xlabel("Slide-roll ratio")
-        axes.set_ylabel("Traction coefficient")
+        axes.set(xlabel="Slide-roll ratio", ylabel="Traction coefficient")
         axes.legend(fontsize="small", title="Line: law. Band: 95 % interval of the next run")
         return axes
 
@@ -255,9 +252,8 @@ def fit(
         >>> float(fitted.predict(1.2, 30, 70, 0.05).traction_coefficient)
         0.0107...
     """
-    given = (max_hertz_pressure, entrainment_speed, inlet_temperature)
-    at = [in_unit(value, name) for value, name in zip(given, CONDITIONS, strict=True)]
-    arrays = (*at, in_unit(slide_roll_ratio, SLIP), np.asarray(traction_coefficient, float))
+    at = (max_hertz_pressure, entrainment_speed, inlet_temperature, slide_roll_ratio)
+    arrays = [*map(in_unit, at, (*CONDITIONS, SLIP)), np.asarray(traction_coefficient, float)]
     try:
         columns = [array.ravel() for array in np.broadcast_arrays(*arrays)]
     except ValueError as error:

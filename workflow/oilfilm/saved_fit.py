@@ -54,8 +54,8 @@ def save_fit(fit: "ArrayFit", folder: Path) -> None:
             tables.write(results.table(table), table, made / f"tables/{table}.parquet", about)
         for file, content in export_campaign(results, settings, provenance).items():
             write_bytes(content, made / "exports" / file)
-        sections = [answer(results, settings), fits(results), constants(results)]
-        sections = [each for each in (*sections, laws(results, settings)) if each]
+        made_of = answer(results, settings), fits(results), constants(results)
+        sections = [each for each in (*made_of, laws(results, settings)) if each]
         write_text(text(sections, settings.campaign, _PLACES), made / "summary.txt")
         page = html(sections, results, [], made, settings, provenance)
         write_text(page, made / "report.html")

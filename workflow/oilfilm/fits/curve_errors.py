@@ -104,10 +104,8 @@ def error_sizes(
     def deviance(logarithms: FloatArray) -> float:
         return _deviance(np.exp(logarithms), products, points)
 
-    start = np.log([0.3] * (len(_OF_A_RUN) + 1))
-    best = scipy.optimize.minimize(
-        deviance, start, method="L-BFGS-B", bounds=scipy.optimize.Bounds(*_VARIANCES)
-    )
+    start, bounds = np.log([0.3] * (len(_OF_A_RUN) + 1)), scipy.optimize.Bounds(*_VARIANCES)
+    best = scipy.optimize.minimize(deviance, start, method="L-BFGS-B", bounds=bounds)
     variances = np.exp(best.x) * size[-1] ** 2
     of_curve = np.zeros(len(EFFECTS))
     of_curve[_OF_A_RUN] = variances[:-1] / size[: len(_OF_A_RUN)] ** 2

@@ -182,9 +182,6 @@ class Prediction:
         # an interval that the fit does not have is no column
         return self.to_frame()[list(_SHOWN)].dropna(axis=1, how="all").to_string(max_rows=20)
 
-    def _repr_html_(self) -> str:
-        return self.to_frame().to_html(max_rows=20)
-
 
 @dataclass(frozen=True)
 class FittedLaw:

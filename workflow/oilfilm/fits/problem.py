@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from oilfilm.traction.law import CONDITIONS, Law, Observations, bounds
+from oilfilm.traction.law import CONDITIONS, Law, Observations, bounds, to_constants
 from oilfilm.units import BoolArray, FloatArray, IndexArray
 
 
@@ -153,15 +153,9 @@ class Problem:
         at = replace(self.at, curve=self.at.curve[kept], slip=self.at.slip[kept])
         return replace(self, at=at, mu=self.mu[kept])
 
-    @property
-    def logarithmic(self) -> BoolArray:
-        """True for the free constants whose internal form is a logarithm."""
-        return np.asarray(self.signs != 0)
-
     def reported(self, values: FloatArray) -> FloatArray:
         """Free constants in the form of the law's equation; shape (..., free)."""
-        sizes = np.exp(np.where(self.logarithmic, values, 0.0))
-        return np.where(self.logarithmic, self.signs * sizes, values)
+        return to_constants(self.signs, values)
 
     def expand(self, values: FloatArray) -> FloatArray:
         """All internal constants from the free ones; (free,) or (free, population)."""

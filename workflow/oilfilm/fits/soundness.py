@@ -107,30 +107,25 @@ def verdict_of_fit(
     bend = next((each for each in found if each.when == "law"), _NONE)
     change = next((each for each in found if each.when != "law"), _NONE)
     few = left is not None and not left.can_show
-    law = "adequate"
-    if no_fit:
-        law = "no fit"
-    elif any(each.level is None for each in from_text(quality["fixed_conditions"])):
-        law = "condition missing"
-    elif quality["relative_rms"] > settings.odd_scatter:
-        law = "misfit"
-    elif bend is not _NONE:
-        law = "bend"
-    elif lack_shown:
-        law = "lack of fit"
-    elif left is None or few:
-        law = "too few curves"
-    elif quality["two_level_conditions"]:
-        law = "two levels"
-    steady = "steady"
-    if change is not _NONE:
-        steady = "changed"
-    elif no_fit or few:
-        steady = "too few curves"
-    elif left is None:
-        steady = "condition missing"
-    elif law in ("misfit", "bend"):
-        steady = "hidden by the law"
+    fixed = from_text(quality["fixed_conditions"])
+    # the first that holds
+    of_law = {
+        "no fit": no_fit,
+        "condition missing": any(each.level is None for each in fixed),
+        "misfit": quality["relative_rms"] > settings.odd_scatter,
+        "bend": bend is not _NONE,
+        "lack of fit": lack_shown,
+        "too few curves": left is None or few,
+        "two levels": quality["two_level_conditions"],
+    }
+    law = next((name for name, holds in of_law.items() if holds), "adequate")
+    of_campaign = {
+        "changed": change is not _NONE,
+        "too few curves": no_fit or few,
+        "condition missing": left is None,
+        "hidden by the law": law in ("misfit", "bend"),
+    }
+    steady = next((name for name, holds in of_campaign.items() if holds), "steady")
     optimum = bool(quality["certified"])
     return {
         "optimum_confirmed": optimum,

@@ -62,7 +62,7 @@ class Estimates:
         """The same of the constants in the form of the law's equation, from internal ones."""
         values = problem.reported(self.values)
         # d X0 / d ln|X0| = X0
-        slopes = np.where(problem.logarithmic, values, 1.0)
+        slopes = np.where(problem.signs, values, 1.0)
         return Estimates(
             values,
             self.naive * np.outer(slopes, slopes),

@@ -190,11 +190,6 @@ def functions_of(nodes: Iterable[Node]) -> set[str]:
     return _FUNCTIONS.keys() & {node.operation for node in _below(nodes)}
 
 
-def names_in(node: Node) -> set[str]:
-    """Every name in a node."""
-    return {str(each.leaf) for each in _below([node]) if each.operation == "name"}
-
-
 def logarithmic_derivative(node: Node, variable: str) -> Node:
     """x df/dx of a node f, x the variable: the change of f per relative change of x."""
     known: dict[Node, Node] = {}
@@ -340,17 +335,7 @@ NUMPY = Language({})
 def compiled(parameters: Sequence[str], results: Sequence[Node]) -> Callable[..., Any]:
     """A function of arrays that gives the tuple of results."""
     steps, ends = in_steps(results)
-    last_use = {
-        known: number
-        for number, node in enumerate([*(node for _, node in steps), *ends])
-        for known in names_in(node)
-    }
-    lines = []
-    for number, (step, node) in enumerate(steps):
-        lines.append(f"{step} = {NUMPY.write(node)}")
-        # what is done with makes room in the processor's cache
-        done = [known for known, _ in steps[:number] if last_use[known] == number]
-        lines += [f"del {', '.join(done)}"] if done else []
+    lines = [f"{step} = {NUMPY.write(node)}" for step, node in steps]
     values = ", ".join(NUMPY.write(end) for end in ends)
     body = "\n    ".join([*lines, f"return ({values},)"])
     source = f"def function({', '.join(parameters)}):\n    {body}\n"

@@ -355,10 +355,15 @@ def _to_second_order(
     return _compiled((graphs[0], *slopes, *curvatures), names)
 
 
-def to_constants(law: Law, internal: FloatArray) -> FloatArray:
-    """Constants in the form of the law's equation, from the search's form."""
-    size = np.exp(np.where(law.signs == 0, 0.0, internal))
-    return np.where(law.signs == 0, internal, law.signs * size)
+def to_constants(law: "Law | IndexArray", internal: FloatArray) -> FloatArray:
+    """Constants in the form of the law's equation, from the search's form.
+
+    Args:
+        law: The law, or the signs of some of its constants.
+        internal: Shape (..., constants).
+    """
+    signs = law.signs if isinstance(law, Law) else law
+    return np.where(signs == 0, internal, signs * np.exp(np.where(signs == 0, 0.0, internal)))
 
 
 def to_internal(law: Law, constants: FloatArray) -> FloatArray:
