@@ -12,10 +12,10 @@ from campaigns import Campaign, printed
 from fit_points import LAW, P, T, U, make_points, matrix, problem_of
 from nights import quick_ones
 from oilfilm.fits import engine
-from oilfilm.fits.certificate import certify, gradient_cosine, spectrum
 from oilfilm.fits.conditions import from_text
 from oilfilm.fits.engine import Optimum
 from oilfilm.fits.fit import fit_oil
+from oilfilm.fits.fit_tables import certify, gradient_cosine, spectrum
 from oilfilm.fits.fitted import FittedLaw
 from oilfilm.fits.uncertainty import naive_covariance
 from oilfilm.randomness import generator

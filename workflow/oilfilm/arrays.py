@@ -23,7 +23,7 @@ from oilfilm.fits.fitted import INTERVALS, SLIP, FittedLaw, Prediction, in_unit,
 from oilfilm.fits.soundness import verdict_of_fit
 from oilfilm.fits.soundness_words import what_is_wrong
 from oilfilm.home import CONFIG
-from oilfilm.settings.config import FitSettings, GateSettings
+from oilfilm.settings.config import FitSettings
 from oilfilm.settings.messages import check
 from oilfilm.settings.resolve import read_config
 from oilfilm.settings.rig import Calibration
@@ -299,7 +299,8 @@ def fit_points(
             )
         refuse_impossible(values, name)
     config = read_config(CONFIG)
-    runs = _same_conditions(points[list(conditions)], config.gates) if curve is None else curve
+    at = [levels_of(name, points[name].to_numpy(float), config.gates) for name in conditions]
+    runs = points.groupby(at, sort=False).ngroup() if curve is None else curve
     if np.size(runs) != len(points):
         raise OilfilmError(f"`curve` has {np.size(runs)} values; expected {len(points)}.")
     points = points.assign(run_id=np.asarray(runs).astype(str).ravel())
@@ -318,12 +319,6 @@ def fit_points(
         stated = check(dict(calibration), Calibration, lambda steps: "calibration")
         table = _calibrated(table, stated)
     return ArrayFit(points, fit_oil(table, _OIL, chosen, config.seed), chosen, notes)
-
-
-def _same_conditions(conditions: pd.DataFrame, gates: GateSettings) -> "pd.Series[int]":
-    """Number of the condition of each point, within the tolerances of gates."""
-    levels = [levels_of(str(name), at.to_numpy(float), gates) for name, at in conditions.items()]
-    return conditions.groupby(levels, sort=False).ngroup()
 
 
 def _calibrated(points: pd.DataFrame, calibration: Calibration) -> pd.DataFrame:

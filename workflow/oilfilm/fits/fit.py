@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from oilfilm.fits.certificate import certify
 from oilfilm.fits.conditions import (
     fixed_conditions,
     followed_conditions,
@@ -20,7 +19,13 @@ from oilfilm.fits.conditions import (
 )
 from oilfilm.fits.descent import descend
 from oilfilm.fits.engine import Optimum, at_bounds, polish, search
-from oilfilm.fits.fit_tables import Solution, fitted_names, tables_of_fit, tables_without_fit
+from oilfilm.fits.fit_tables import (
+    Solution,
+    certify,
+    fitted_names,
+    tables_of_fit,
+    tables_without_fit,
+)
 from oilfilm.fits.interval import scores_of_unseen
 from oilfilm.fits.objectives import robust_fit
 from oilfilm.fits.problem import CurveData, Problem, build_problem, curve_data

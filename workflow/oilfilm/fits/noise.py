@@ -57,7 +57,9 @@ def _of_fit(
     used, residual, slip, mu = used[known], residual[known], slip[known], mu[known]
     condition = used["run_id"].map(conditions).to_numpy(np.int64)
     run, _ = pd.factorize(used["run_id"])
-    levels = _slip_levels(np.abs(slip), condition, 2 * settings.gates.slip_tolerance)
+    width = 2 * settings.gates.slip_tolerance
+    of_condition = pd.Series(np.abs(slip)).groupby(condition)
+    levels = of_condition.transform(lambda each: clusters(each.to_numpy(), width)).to_numpy()
     given = results.coefficients["oil"] == quality["oil"]
     constants = int(results.coefficients.loc[given, "value"].notna().sum())
     parts = lack_of_fit(residual, run, condition, levels, constants)
@@ -93,16 +95,6 @@ def _conditions(results: CampaignTables, settings: Settings) -> "pd.Series[int]"
         near = levels_of(measured, means[measured].to_numpy(float), settings.gates)
         labels[name] = runs[name].where(noted, -1.0 - near)
     return labels.groupby(list(labels), sort=False, dropna=False).ngroup()
-
-
-def _slip_levels(slip: FloatArray, condition: IndexArray, width: float) -> IndexArray:
-    """Level of slip of each point, among the points of its condition."""
-    levels = np.empty(len(slip), dtype=np.int64)
-    order = np.argsort(condition, kind="stable")
-    edges = np.flatnonzero(np.diff(condition[order])) + 1
-    for here in np.split(order, edges):
-        levels[here] = clusters(slip[here], width)
-    return levels
 
 
 # ---------------------------------------------------------------- the test

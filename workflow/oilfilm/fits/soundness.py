@@ -196,10 +196,11 @@ def runs_in_common(runs: pd.DataFrame, points: pd.DataFrame) -> dict[str, set[st
             for part, of in parts.groupby(parts)
             if part and FEWEST_CURVES <= len(of) < len(runs)
         }
-    for column in runs.columns:
-        if match := _NOMINAL.match(column):
-            stated = set(runs.loc[runs[column].notna(), "run_id"])
-            groups[f"set point of {match[1].replace('_', ' ')} stated"] = stated
+    groups |= {
+        f"set point of {match[1].replace('_', ' ')} stated": set(runs.loc[at.notna(), "run_id"])
+        for column, at in runs.items()
+        if (match := _NOMINAL.match(str(column)))
+    }
     highest = points.groupby("run_id")["slide_roll_ratio"].max()
     groups["slip below zero"] = set(highest.index[highest <= 0])
     return groups
