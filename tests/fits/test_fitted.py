@@ -79,11 +79,6 @@ def test_traction_is_odd_in_slip_and_its_interval_too(
     assert one.mean_ci_lower <= one.traction_coefficient <= one.mean_ci_upper
 
 
-def test_at_no_slip_there_is_no_traction_and_no_doubt(law: FittedLaw) -> None:
-    result = predict("deng2026", law.coefficients, 1.25, 30.0, 70.0, 0.0)
-    assert (result.traction_coefficient, result.mean_ci_lower, result.mean_ci_upper) == (0, 0, 0)
-
-
 def test_distance_from_the_tested_box_is_in_tested_ranges(law: FittedLaw) -> None:
     low, high = law.coefficients.box.T
     # the matrix's own ends, give or take control errors of 1 % and 0.5 K, a few of them
@@ -125,16 +120,11 @@ def test_bare_constants_give_mu_without_interval_or_box() -> None:
 
 
 def test_nothing_fitted_gives_nothing(config: Settings) -> None:
-    fit = fit_oil(
-        make_points("4102", matrix()).assign(accepted=False), "4102", config.fit, config.seed
-    )
-    law = FittedLaw.of(fit.coefficients, "4102", fit.refits, fit.fit_quality)
-    result = law.predict(np.array([[1.25, 30.0, 70.0]]), np.array([0.1]))
-    assert np.isnan(
-        [result.traction_coefficient, result.mean_ci_lower, result.mean_ci_upper, result.distance]
-    ).all()
+    points = make_points("4102", matrix()).assign(accepted=False)
+    law = FittedLaw.of_configured(fit_oil(points, "4102", config.fit, config.seed), "4102")
     with pytest.warns(UserWarning, match="nothing could be fitted"):
-        predict("deng2026", law.coefficients, 1.25, 30.0, 70.0, 0.1)
+        result = law.predict_at(1.25, 30.0, 70.0, 0.1)
+    assert np.isnan([result.traction_coefficient, result.mean_ci_lower, result.distance]).all()
 
 
 def test_unknown_law_and_impossible_conditions_are_told() -> None:

@@ -156,28 +156,28 @@ def test_a_law_that_is_not_true_is_found_and_no_run_is_blamed(
         assert not others
 
 
-def test_campaign_of_unknown_pressure_gets_a_verdict(config: Settings) -> None:
-    # as of a rig whose ball was not recorded: the runs are enough, but one condition is missing
+def verdict_on(config: Settings, lost: str | None, known: list[bool], **quality: str) -> dict:
+    """The verdict where a condition is not known: in all runs, or in the first one."""
     campaign = Campaign(LawTruth(printed()["4050"]), config.common_contact())
     points = campaign.points(matrix(), np.random.default_rng(3), "4050")
-    points = points.assign(max_hertz_pressure_gpa=np.nan)
-    fit = Coefficients.bare(LAW, printed()["4050"])
-    fit = replace(fit, known=np.array([False, True, True]))
-    unknown = to_text([FixedCondition("max_hertz_pressure_gpa", None, 0.0)])
-    quality = {"rmse": 1e-4, "relative_rms": 0.01, "certified": True, "two_level_conditions": ""}
-    quality["fixed_conditions"] = unknown
-    row = verdict_of_fit(quality, FittedLaw(LAW, fit), points, config.fit)
+    of_run = points["run_id"] == "run000"
+    column = lost or "inlet_temperature_c"
+    points[column] = points[column].mask(of_run | bool(lost))
+    fit = replace(Coefficients.bare(LAW, printed()["4050"]), known=np.array(known))
+    row = {"rmse": 1e-4, "relative_rms": 0.01, "certified": True, "two_level_conditions": ""}
+    return verdict_of_fit(row | quality, FittedLaw(LAW, fit), points, config.fit)
+
+
+def test_campaign_of_unknown_pressure_gets_a_verdict(config: Settings) -> None:
+    # as of a rig whose ball was not recorded: the runs are enough, but one condition is missing
+    pressure = "max_hertz_pressure_gpa"
+    unknown = to_text([FixedCondition(pressure, None, 0.0)])
+    row = verdict_on(config, pressure, [False, True, True], fixed_conditions=unknown)
     assert row["law_verdict"] == row["campaign_verdict"] == "condition missing"
     assert not row["sound"]
     assert len(what_is_wrong(row)) == 1
 
 
 def test_a_run_that_the_fit_left_out_spoils_no_verdict(config: Settings) -> None:
-    campaign = Campaign(LawTruth(printed()["4050"]), config.common_contact())
-    points = campaign.points(matrix(), np.random.default_rng(3), "4050")
-    points.loc[points["run_id"] == "run000", "inlet_temperature_c"] = np.nan
-    quality = {"rmse": 1e-4, "relative_rms": 0.01, "certified": True, "two_level_conditions": ""}
-    quality |= {"fixed_conditions": to_text([]), "incomplete_curves": "run000"}
-    fitted = FittedLaw(LAW, Coefficients.bare(LAW, printed()["4050"]))
-    row = verdict_of_fit(quality, fitted, points, config.fit)
+    row = verdict_on(config, None, [True] * 3, fixed_conditions="", incomplete_curves="run000")
     assert (row["law_verdict"], row["campaign_verdict"]) == ("adequate", "steady")
