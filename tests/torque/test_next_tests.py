@@ -13,8 +13,14 @@ from oilfilm.errors import OilfilmError
 from oilfilm.fits.curve_errors import ErrorSizes
 from oilfilm.fits.fit import fit_oil
 from oilfilm.fits.fitted import FittedLaw, predict
-from oilfilm.fits.measured_curves import Known, known_of
-from oilfilm.fits.optimal_design import choose, covariance, uncertainties, uncertainty
+from oilfilm.fits.measured_curves import (
+    Known,
+    choose,
+    covariance,
+    known_of,
+    uncertainties,
+    uncertainty,
+)
 from oilfilm.randomness import generator
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables

@@ -28,7 +28,7 @@ from oilfilm.fits.fit_tables import (
 )
 from oilfilm.fits.interval import scores_of_unseen
 from oilfilm.fits.objectives import robust_fit
-from oilfilm.fits.problem import CurveData, Problem, build_problem, curve_data
+from oilfilm.fits.problem import Problem, build_problem, curve_data
 from oilfilm.fits.uncertainty import (
     Estimates,
     calibration_refits,
@@ -109,11 +109,19 @@ def fit_oil(
         points = points[~points["run_id"].isin(left_out)]
         data = curve_data(points, law.conditions)
     followed = followed_conditions(law.conditions, data.conditions, settings)
-    about = {"oil": oil, "law": law.name, "incomplete_curves": "; ".join(left_out)}
-    quality = about | _tested(law, data, followed, settings)
+    varying = itertools.compress(zip(law.conditions, data.conditions.T, strict=True), followed)
+    two = [name for name, each in varying if levels_by_gap(each, settings.level_gap).max() == 1]
+    fixed = fixed_conditions(law.conditions, data.conditions, followed, settings)
+    quality: dict[str, Any] = {
+        **{"oil": oil, "law": law.name, "configured": True},
+        **{"n_points": len(data.mu), "n_curves": len(data.runs)},
+        "incomplete_curves": "; ".join(left_out),
+        "fixed_conditions": to_text(fixed),
+        "two_level_conditions": ", ".join(two),
+    }
     accepted = points.loc[points["accepted"], list(BOX)].abs()
     for end, values in (("min", accepted.min()), ("max", accepted.max())):
-        quality |= values.astype(float).add_prefix(f"tested_{end}_").to_dict()
+        quality |= {f"tested_{end}_{name}": float(values[name]) for name in BOX}
     try:
         problem = build_problem(law, data, followed)
         _refuse_hopeless(problem)
@@ -122,22 +130,6 @@ def fit_oil(
     solution = _solve(problem, oil, points, settings, seed)
     quality |= _ends_out(solution, points, settings)
     return tables_of_fit(solution, points, quality, settings)
-
-
-def _tested(
-    law: Law, data: CurveData, followed: BoolArray, settings: FitSettings
-) -> dict[str, Any]:
-    """What the table of quality says of the curves before any search."""
-    conditions = itertools.compress(zip(law.conditions, data.conditions.T, strict=True), followed)
-    two = [name for name, each in conditions if levels_by_gap(each, settings.level_gap).max() == 1]
-    fixed = fixed_conditions(law.conditions, data.conditions, followed, settings)
-    return {
-        "configured": True,
-        "n_points": len(data.mu),
-        "n_curves": len(data.runs),
-        "fixed_conditions": to_text(fixed),
-        "two_level_conditions": ", ".join(two),
-    }
 
 
 def _refuse_hopeless(problem: Problem) -> None:

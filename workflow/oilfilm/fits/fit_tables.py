@@ -147,27 +147,16 @@ def _estimated(solution: Solution, sign_confidence: float) -> pd.DataFrame:
         rows["standard_error"] = [constant.std(ddof=1) for constant in estimates.refits.T]
         low, high = np.quantile(estimates.refits, [0.025, 0.975], axis=0)
         error = np.hypot(rows["standard_error"], rows["systematic_standard_error"].fillna(0.0))
-        reach = sign_reach(len(rows), sign_confidence) * error
+        # A fit calls the signs of all its constants at once: by an interval of 95 % each, of twelve
+        # constants without effect one would be called wrongly every second time. Hence
+        # Bonferroni's limit, for all of them together.
+        reach = normal_quantile(1 - (1 - sign_confidence) / len(rows)) * error
         # the refits may be skew
         rows["lower"] = np.minimum(rows["value"] - reach, low)
         rows["upper"] = np.maximum(rows["value"] + reach, high)
         known = rows["lower"] * rows["upper"] > 0
         rows["verdict"] = np.where(known, "known", "sign unknown")
     return rows
-
-
-def sign_reach(constants: int, confidence: float) -> float:
-    """Standard errors that a constant must lie from zero for its sign to be called known.
-
-    A fit calls the signs of all its constants at once: by an interval of 95 % each, of twelve
-    constants without effect one would be called wrongly every second time. Hence Bonferroni's
-    limit, for all of them together.
-
-    Args:
-        constants: Constants that are judged.
-        confidence: That no sign is called wrongly, as a share.
-    """
-    return normal_quantile(1 - (1 - confidence) / constants)
 
 
 def _quality(solution: Solution) -> dict[str, Any]:

@@ -54,8 +54,7 @@ def mathml(law: Law) -> str:
     ]
     exponents = {
         "X": [f"<msub><mi>X</mi><mn>{1 + at}</mn></msub>" for at in range(len(law.groups))]
-    }
-    exponents |= {
+    } | {
         each.name: [f"<mn>{exponent:g}</mn>" if exponent else "" for exponent in each.exponents]
         for each in law.coefficients
         if each.exponents is not None
