@@ -277,9 +277,8 @@ class FittedLaw:
             results: Tables `coefficients`, `refits`, `fit_quality` and `curve_residuals`.
             oil: The oil.
         """
-        fits = results.configured
-        tables_of_fit = (fits.coefficients, oil, fits.refits, fits.fit_quality)
-        return cls.of(*tables_of_fit, curves=fits.curve_residuals)
+        of = results.configured
+        return cls.of(of.coefficients, oil, of.refits, of.fit_quality, curves=of.curve_residuals)
 
     def traction(self, conditions: FloatArray, slip: FloatArray) -> FloatArray:
         """mu against slip at one row of the law's conditions, shape of `slip`."""
