@@ -22,9 +22,8 @@ import numpy as np
 import pandas as pd
 
 from oilfilm import tables
-from oilfilm.fits.fit import fit_oil
+from oilfilm.fits.fit import fit_oil, laws_of
 from oilfilm.fits.fitted import Coefficients, FittedLaw
-from oilfilm.fits.law_comparison import laws_of
 from oilfilm.fits.patterns import find_patterns
 from oilfilm.fits.soundness import leftover, verdict_of_fit
 from oilfilm.paper.reference import printed_constants

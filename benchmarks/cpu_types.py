@@ -19,6 +19,7 @@ import numpy as np  # noqa: E402
 import pandas as pd  # noqa: E402
 
 from oilfilm import tables  # noqa: E402
+from oilfilm.table_needs import OF_FIT  # noqa: E402
 
 OIL = "4102"
 NO_AVX512 = {
@@ -46,7 +47,7 @@ def make(folder: Path) -> None:
     """The tables of one oil: logs simulated, read, curated and fitted in this very process."""
     # imported here: the parent compares, and has a CPU of its own
     from campaigns import carry_through, printed  # noqa: PLC0415
-    from oilfilm.fits.law_comparison import compare_laws  # noqa: PLC0415
+    from law_points import compare_laws  # noqa: PLC0415
     from oilfilm.rig_twin.simulate import simulate_campaign  # noqa: PLC0415
     from oilfilm.settings.resolve import resolve  # noqa: PLC0415
 
@@ -58,7 +59,8 @@ def make(folder: Path) -> None:
             (raw / run.name).write_bytes(content)
     campaign = carry_through(config, raw, sorted(path.name for path in raw.iterdir()))
     made = {"points": campaign.curated.points, "runs": campaign.curated.runs}
-    made |= compare_laws(campaign.curated.points, OIL, config.compare.laws, config)
+    compared = compare_laws(campaign.curated.points, OIL, config.compare.laws, config)
+    made |= {name: compared.table(name) for name in OF_FIT}
     for name, frame in made.items():
         tables.write(
             frame, name, folder / f"{name}.parquet", {"campaign": "demo", "data": "simulated"}

@@ -30,9 +30,9 @@ import numpy as np
 from scipy.optimize import Bounds, differential_evolution, least_squares
 from simulated import simulate_curves
 
-from oilfilm.fits.certificate import certify
 from oilfilm.fits.conditions import varied
 from oilfilm.fits.engine import population_sse, search
+from oilfilm.fits.fit_tables import certify
 from oilfilm.fits.problem import CurveData, Problem, build_problem
 from oilfilm.fits.uncertainty import curve_bootstrap, naive_covariance
 from oilfilm.paper.reference import printed_constants

@@ -27,7 +27,8 @@ from numpy.random import Generator  # noqa: E402
 
 from campaigns import printed  # noqa: E402
 from fit_points import accepted_points  # noqa: E402
-from oilfilm.fits import law_comparison  # noqa: E402
+from law_points import compare_laws  # noqa: E402
+from oilfilm.fits import fit  # noqa: E402
 from oilfilm.fits.engine import Optimum  # noqa: E402
 from oilfilm.fits.problem import Problem  # noqa: E402
 from oilfilm.randomness import generator  # noqa: E402
@@ -71,7 +72,7 @@ class Costs:
 
 def compared(of_oil: pd.DataFrame) -> Costs:
     """All laws compared; the curves left out in groups and, not counted, one at a time."""
-    in_groups = law_comparison.leave_curves_out
+    in_groups = fit.leave_curves_out
     groups, alone = [0.0], [0.0]
     apart = [0.0]
 
@@ -87,10 +88,10 @@ def compared(of_oil: pd.DataFrame) -> Costs:
         alone.append(times[2] - times[1])
         return errors
 
-    law_comparison.leave_curves_out = timed
+    fit.leave_curves_out = timed
     start = time.process_time()
-    law_comparison.compare_laws(of_oil, OIL, LAW_NAMES, CONFIG)
-    law_comparison.leave_curves_out = in_groups
+    compare_laws(of_oil, OIL, LAW_NAMES, CONFIG)
+    fit.leave_curves_out = in_groups
     return Costs(time.process_time() - start - sum(alone), sum(groups), max(apart))
 
 

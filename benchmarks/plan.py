@@ -22,9 +22,8 @@ ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT / "tests/helpers"))
 
 from oilfilm.fits.fit import fit_oil  # noqa: E402
-from oilfilm.fits.optimal_design import uncertainty  # noqa: E402
+from oilfilm.fits.measured_curves import uncertainty  # noqa: E402
 from oilfilm.randomness import generator  # noqa: E402
-from oilfilm.tables.campaign_tables import CampaignTables  # noqa: E402
 from oilfilm.torque.next_tests import plan_oil, request_of  # noqa: E402
 from oilfilm.traction.law import CONDITIONS, FloatArray  # noqa: E402
 from planned_tests import (  # noqa: E402
@@ -51,8 +50,7 @@ def laboratory(count: int, designs: int, number: int) -> FloatArray:
     random = generator(number, "laboratory")
     points = run_tests(SMALL, random, Errors())
     fit = SETTINGS.with_changes({"fit": {"searches": 2, "bootstrap": 300}}).fit
-    tables = fit_oil(points, OIL, fit, number).tables
-    results = CampaignTables.in_memory(**tables, points=points)
+    results = fit_oil(points, OIL, fit, number).replace(points=points)
     request = replace(request_of(SETTINGS), duty=DUTY, count=count, targets=("torque",))
     (plan,) = plan_oil(results, SETTINGS, OIL, request)
     tests, design = plan.candidates.tests, plan.design

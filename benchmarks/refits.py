@@ -26,7 +26,7 @@ from simulated import simulate_curves
 
 from oilfilm.fits.conditions import varied
 from oilfilm.fits.engine import Optimum, at_bounds, search
-from oilfilm.fits.law_comparison import laws_of
+from oilfilm.fits.fit import laws_of
 from oilfilm.fits.problem import CurveData, Problem, build_problem
 from oilfilm.fits.uncertainty import curve_bootstrap, draw_curves
 from oilfilm.paper.reference import printed_constants

@@ -58,9 +58,10 @@ def simulate_curves(
         ]
     )
     return CurveData(
-        [f"run{number:03d}" for number in range(runs)],
         measured,
+        np.ravel(load_n * load_gain),
         np.repeat(np.arange(runs), steps),
         np.tile(slip, runs),
+        [f"run{number:03d}" for number in range(runs)],
         (force_n / (load_n * load_gain)).ravel(),
     )

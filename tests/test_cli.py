@@ -10,8 +10,7 @@ from oilfilm import tables
 from oilfilm.cli import main
 from oilfilm.cli.arguments import quantity
 from oilfilm.errors import OilfilmError
-from oilfilm.fits.finished import finished_fits
-from oilfilm.tables.campaign_tables import CampaignTables
+from oilfilm.fits.soundness import finished_fits
 from oilfilm.traction.laws.deng2026 import traction_coefficient
 
 CONFIG = ["--config", str(ROOT / "config")]
@@ -23,8 +22,8 @@ def results(demo: Campaign, tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("results")
     about = {"campaign": "demo", "data": "simulated", "rule": "fits"}
     curated = {"points": demo.curated.points, "runs": demo.curated.runs}
-    fitted = demo.fit("4102", searches=2, bootstrap=50).tables
-    finished = finished_fits(CampaignTables.in_memory(**curated, **fitted), demo.config)
+    fitted = demo.fit("4102", searches=2, bootstrap=50)
+    finished = finished_fits(fitted.replace(**curated), demo.config)
     for name, table in {**curated, **finished}.items():
         tables.write(table, name, folder / "tables" / f"{name}.parquet", about)
     return folder

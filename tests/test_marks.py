@@ -166,11 +166,6 @@ def test_explorer_marks_mu(asked: Asked) -> None:
     assert found == MARKS
 
 
-def test_head_of_an_export_says_what_its_flag_does_not_know(asked: Asked) -> None:
-    text = " ".join(asked.exported("*.py").read_text(encoding="utf-8").split())
-    assert "conditions far from every run are not marked" in text
-
-
 def test_card_of_the_report_is_marked(asked: Asked, config: Settings) -> None:
     results = CampaignTables.in_folder(asked.folders[0])
     (row,) = answer(results, config).tables[0].rows

@@ -4,8 +4,10 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from examples import settings, simulated_fit, simulated_points
-from oilfilm.fits.engine import population_sse, search
+from oilfilm.fits.engine import Optimum, population_sse, search
 from oilfilm.fits.fit import leave_curves_out
+from oilfilm.fits.problem import Problem
+from oilfilm.fits.soundness import leftover
 from oilfilm.fits.uncertainty import naive_covariance, profiles
 from style import BLUE, GREY, ORANGE, RED, axes, row
 
@@ -13,8 +15,7 @@ from style import BLUE, GREY, ORANGE, RED, axes, row
 def searches() -> Figure:
     """A random population, and where searches from it end."""
     figure, one = axes(xlabel="ln |A0| (1)", ylabel="ln B0 (1)")
-    solution = simulated_fit().tables.solution
-    problem, best = solution.problem, solution.best
+    problem, best = fitted_problem()
     random = np.random.default_rng(3)
     low, high = problem.limits.T
     population = random.uniform(low, high, (4000, len(low)))
@@ -37,8 +38,7 @@ def searches() -> Figure:
 def profile() -> Figure:
     """Profile of two constants."""
     figure, two = row(2)
-    solution = simulated_fit().tables.solution
-    problem, best = solution.problem, solution.best
+    problem, best = fitted_problem()
     naive = naive_covariance(problem, best)
     errors = np.sqrt(np.diag(naive))
     values, z = profiles(problem, best, naive)
@@ -104,8 +104,7 @@ def band() -> Figure:
 def left_out() -> Figure:
     """Error at each curve that was left out."""
     figure, one = axes(xlabel="Curve left out", ylabel="rms error of mu (%)")
-    solution = simulated_fit().tables.solution
-    problem, best = solution.problem, solution.best
+    problem, best = fitted_problem()
     errors = leave_curves_out(problem, best, 100, np.random.default_rng(0))
     curve = problem.at.curve
     unseen = [rms(errors[curve == each] / problem.mu[curve == each]) for each in np.unique(curve)]
@@ -117,6 +116,13 @@ def left_out() -> Figure:
     one.bar(place + 0.2, unseen, 0.4, color=BLUE, label="left out")
     one.legend()
     return figure
+
+
+def fitted_problem() -> tuple[Problem, Optimum]:
+    """What the simulated fit minimised, and where it ended."""
+    fit = simulated_fit()
+    left = leftover(fit.law, fit.table, {}, {})
+    return left.problem, left.optimum
 
 
 def rms(values: np.ndarray) -> float:

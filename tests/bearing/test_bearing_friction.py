@@ -12,7 +12,6 @@ from bearings import (
     RIG,
     RPM,
     SHIPPED,
-    TESTED,
     any_bearing,
     equilibrium,
     lubrication,
@@ -32,6 +31,7 @@ from oilfilm.bearing.resistance import (
 from oilfilm.bearing.torque import torque_terms
 from oilfilm.physics.contact import Conditions
 from oilfilm.torque.load_variables import LOAD_VARIABLES
+from planted_fits import TESTED
 
 SLIDINGS = ("gross", "spin", "differential", "gyroscopic")
 HARRIS, MAINSHAFT = shipped("harris-218"), shipped("mainshaft-167")

@@ -6,10 +6,11 @@ SKF and Palmgren against their equations, worked out by another program (bc, 20 
 import numpy as np
 import pytest
 
-from bearings import RPM, TESTED, equilibrium, problem, shipped
+from bearings import RPM, equilibrium, problem, shipped
 from oilfilm.bearing.ellipse import grid
 from oilfilm.bearing.quasistatic import OperatingPoints
 from oilfilm.bearing.torque import palmgren_torque_n_m, skf_torque_n_m, torque_terms
+from planted_fits import TESTED
 
 MAINSHAFT = shipped("mainshaft-167")
 # at 3.5 million mm rpm the inner contacts slide by half of their rolling speed

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from campaigns import ROOT, printed
+from campaigns import printed
 from fit_points import make_points, matrix
 from oilfilm.cli.predict import prediction
 from oilfilm.errors import OilfilmError
@@ -17,10 +17,10 @@ from oilfilm.fits.conditions import (
     from_text,
     to_text,
 )
-from oilfilm.fits.fit import OilFit, fit_oil
+from oilfilm.fits.fit import fit_oil
 from oilfilm.fits.fitted import FittedLaw, predict
-from oilfilm.settings.config import FitSettings
-from oilfilm.settings.resolve import resolve
+from oilfilm.settings.resolved import Settings
+from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction.law import CONDITIONS, QUANTITIES
 from oilfilm.traction.laws.deng2026 import traction_coefficient
 
@@ -35,19 +35,13 @@ def in_step(pressure: float) -> float:
 
 
 @pytest.fixture(scope="module")
-def quick() -> FitSettings:
-    settings = resolve(ROOT / "config", {}).fit
-    return settings.model_copy(update={"bootstrap": 20, "searches": 2})
-
-
-@pytest.fixture(scope="module")
-def heated(quick: FitSettings) -> FittedLaw:
+def heated(quick: Settings) -> FittedLaw:
     """4102 as printed, tested at temperatures that rose with the pressure."""
     conditions = [(p, u, in_step(p)) for p in PRESSURES for u in (25.0, 40.0)]
-    return fitted(fit_oil(make_points("4102", conditions, 1e-6), "4102", quick, SEED))
+    return fitted(fit_oil(make_points("4102", conditions, 1e-6), "4102", quick.fit, SEED))
 
 
-def fitted(fit: OilFit) -> FittedLaw:
+def fitted(fit: CampaignTables) -> FittedLaw:
     return FittedLaw.of(fit.coefficients, "4102", fit.refits, fit.fit_quality)
 
 
@@ -83,37 +77,22 @@ def test_corner_of_the_box_away_from_the_line_is_refused(
 
 @pytest.mark.parametrize(
     ("speed", "temperature", "listed"),
-    [
-        (90.0, 70.0, {"entrainment_speed_m_s"}),
-        (30.0, 120.0, {"inlet_temperature_c"}),
-        (90.0, 120.0, {"entrainment_speed_m_s", "inlet_temperature_c"}),
-    ],
+    [(90.0, 70.0, [1]), (30.0, 120.0, [2]), (90.0, 120.0, [1, 2])],
 )
 def test_refusal_lists_the_conditions_away_from_the_tested_ones_and_no_others(
-    quick: FitSettings, speed: float, temperature: float, listed: set[str]
+    quick: Settings, speed: float, temperature: float, listed: list[int]
 ) -> None:
-    law = fitted(
-        fit_oil(
-            make_points("4102", [(p, 30.0, 70.0) for p in PRESSURES], 1e-6), "4102", quick, SEED
-        )
-    )
-    at = dict(zip((*CONDITIONS, "slide_roll_ratio"), (1.2, speed, temperature, 0.05), strict=True))
-    with pytest.raises(OilfilmError) as refusal:
-        prediction(law, "4102", at)
-    named = {name: QUANTITIES[name].short_meaning for name in CONDITIONS}
-    assert {
-        name for name, text in named.items() if f"{text} was tested" in str(refusal.value)
-    } == listed
-    said = "; ".join(
-        f"{text} was tested at .* only .*" for name, text in named.items() if name in listed
-    )
-    with pytest.warns(UserWarning, match=f"NaN at 1 of 1 points: {said}$"):
-        predict("deng2026", law.coefficients, *at.values())
+    points = make_points("4102", [(p, 30.0, 70.0) for p in PRESSURES], 1e-6)
+    law = fitted(fit_oil(points, "4102", quick.fit, SEED))
+    names = [QUANTITIES[CONDITIONS[index]].short_meaning for index in listed]
+    text = "; ".join(f"{name} was tested at .* only .*" for name in names)
+    with pytest.warns(UserWarning, match=f"NaN at 1 of 1 points: {text}$"):
+        predict("deng2026", law.coefficients, 1.2, speed, temperature, 0.05)
 
 
-def test_exponents_along_a_line_are_not_those_of_one_condition(quick: FitSettings) -> None:
+def test_exponents_along_a_line_are_not_those_of_one_condition(quick: Settings) -> None:
     conditions = [(p, u, in_step(p)) for p in PRESSURES for u in (25.0, 40.0)]
-    fit = fit_oil(make_points("4102", conditions), "4102", quick, SEED)
+    fit = fit_oil(make_points("4102", conditions), "4102", quick.fit, SEED)
     rows = fit.coefficients.set_index("constant")
     constants = printed()["4102"].reshape(3, 4)
     for letter, (_, x1, x2, x3) in zip("ABC", constants, strict=True):
@@ -124,8 +103,8 @@ def test_exponents_along_a_line_are_not_those_of_one_condition(quick: FitSetting
         assert not rows.loc[f"{letter}3", "identifiable"]
 
 
-def test_one_tested_level_says_nothing_about_another(quick: FitSettings) -> None:
-    law = fitted(fit_oil(make_points("4102", matrix(us=[30.0])), "4102", quick, SEED))
+def test_one_tested_level_says_nothing_about_another(quick: Settings) -> None:
+    law = fitted(fit_oil(make_points("4102", matrix(us=[30.0])), "4102", quick.fit, SEED))
     truth = traction_coefficient(printed()["4102"], 1.2, 30.0, 70.0, SLIP)
     for speed in (30.0, 30.4, np.nan):
         np.testing.assert_allclose(mu_at(law, 1.2, speed, 70.0), truth, rtol=1e-5)
@@ -133,11 +112,11 @@ def test_one_tested_level_says_nothing_about_another(quick: FitSettings) -> None
 
 
 def test_run_of_unknown_temperature_does_not_cost_the_effect_of_temperature(
-    quick: FitSettings,
+    quick: Settings,
 ) -> None:
     points = make_points("4102", matrix())
     points.loc[points["run_id"] == "run004", "inlet_temperature_c"] = np.nan
-    fit = fit_oil(points, "4102", quick, SEED)
+    fit = fit_oil(points, "4102", quick.fit, SEED)
     rows = fit.coefficients.set_index("constant")
     np.testing.assert_allclose(rows["value"].to_numpy(), printed()["4102"], rtol=1e-5)
     assert fit.fit_quality["incomplete_curves"].tolist() == ["run004"]
@@ -150,41 +129,38 @@ def test_missing_or_foreign_conditions_are_named(heated: FittedLaw) -> None:
         prediction(heated, "4102", {"load_n": 30, "slide_roll_ratio": 0.1})
 
 
-@given(
-    exponents=st.tuples(st.floats(-3, 3), st.floats(-3, 3)),
-    level=st.floats(20, 150),
-)
+@given(exponents=st.tuples(st.floats(-3, 3), st.floats(-3, 3)), level=st.floats(20, 150))
 def test_line_is_the_one_that_was_planted(
-    quick: FitSettings, exponents: tuple[float, float], level: float
+    quick: Settings, exponents: tuple[float, float], level: float
 ) -> None:
     grid = np.array([(p, u) for p in (1.0, 1.3, 1.7) for u in (10.0, 20.0, 40.0)])
     temperature = level * (grid[:, 0] / 1.3) ** exponents[0] * (grid[:, 1] / 20) ** exponents[1]
     conditions = np.column_stack([grid, temperature])
-    followed = followed_conditions(CONDITIONS, conditions, quick)
+    followed = followed_conditions(CONDITIONS, conditions, quick.fit)
     assert followed.tolist() == [True, True, False]
-    (fixed,) = fixed_conditions(CONDITIONS, conditions, followed, quick)
+    (fixed,) = fixed_conditions(CONDITIONS, conditions, followed, quick.fit)
     if not fixed.in_step:  # it varied too little to be called varied
-        assert np.ptp(temperature) < quick.min_relative_range * temperature.max()
+        assert np.ptp(temperature) < quick.fit.min_relative_range * temperature.max()
         return
     line = fixed.on_line(dict(zip(CONDITIONS, conditions.T, strict=True)))
     # an exponent that moves the line by less than the tolerance is left out of it
-    np.testing.assert_allclose(line, temperature, rtol=2.1 * quick.level_tolerance)
-    assert fixed.within <= 3.1 * quick.level_tolerance
+    np.testing.assert_allclose(line, temperature, rtol=2.1 * quick.fit.level_tolerance)
+    assert fixed.within <= 3.1 * quick.fit.level_tolerance
 
 
-def test_independent_conditions_are_all_followed(quick: FitSettings) -> None:
+def test_independent_conditions_are_all_followed(quick: Settings) -> None:
     conditions = np.array(matrix(), dtype=float)
-    assert followed_conditions(CONDITIONS, conditions, quick).all()
+    assert followed_conditions(CONDITIONS, conditions, quick.fit).all()
     # noise of 1 % about one level is no variation; nor are two curves one of three conditions
     noisy = conditions.copy()
     noisy[:, 1] = 30 + 0.1 * np.sin(np.arange(len(conditions)))
-    assert followed_conditions(CONDITIONS, noisy, quick).tolist() == [True, False, True]
-    two = followed_conditions(CONDITIONS, conditions[[0, -1]], quick)
+    assert followed_conditions(CONDITIONS, noisy, quick.fit).tolist() == [True, False, True]
+    two = followed_conditions(CONDITIONS, conditions[[0, -1]], quick.fit)
     assert two.tolist() == [True, False, False]
     # nor is a scatter of 0.1 K about 1 degC
     cold = conditions.copy()
     cold[:, 2] = 1 + 0.1 * np.sin(np.arange(len(conditions)))
-    assert followed_conditions(CONDITIONS, cold, quick).tolist() == [True, True, False]
+    assert followed_conditions(CONDITIONS, cold, quick.fit).tolist() == [True, True, False]
 
 
 def test_fixed_conditions_survive_the_table() -> None:

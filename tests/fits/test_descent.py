@@ -5,11 +5,11 @@ import pytest
 from scipy.optimize import least_squares
 
 from campaigns import printed
-from fit_points import LAW, make_points, matrix, problem_of
-from law_points import EVERY_LAW, TRUTH, internal_of, points_of
+from fit_points import LAW, make_points, matrix, polished, problem_of
+from law_points import EVERY_LAW, TRUTH, points_of
 from oilfilm.fits.descent import descend
-from oilfilm.fits.engine import Optimum, polish
-from oilfilm.fits.problem import Problem, build_problem, curve_data
+from oilfilm.fits.engine import Optimum
+from oilfilm.fits.problem import Problem
 from oilfilm.fits.uncertainty import curve_bootstrap, draw_curves
 from oilfilm.randomness import generator
 from oilfilm.traction.law import to_internal
@@ -29,12 +29,9 @@ def task() -> Problem:
     return problem_of(make_points("4050", matrix(us=[25.0, 40.0]), noise=2e-4))
 
 
-def fitted(name: str) -> tuple[Problem, Optimum]:
+def fitted(name: str, noise: float = 2e-4) -> tuple[Problem, Optimum]:
     """A law fitted to noisy points of its own."""
-    law = EVERY_LAW[name]
-    data = curve_data(points_of(law, 2e-4), law.conditions)
-    problem = build_problem(law, data, np.ones(3, dtype=bool))
-    return problem, polish(problem, internal_of(law)[problem.free])
+    return polished(points_of(EVERY_LAW[name], noise), TRUTH[name], EVERY_LAW[name])
 
 
 def scipy_end(
@@ -92,12 +89,9 @@ def test_refits_that_leave_a_bound_end_on_it_where_scipy_ends(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """A critical load far below all loads: some resamples say nothing of it."""
-    law = EVERY_LAW["wang-deng-critical-load"]
     weak = [*TRUTH["wang-deng-load"], 0.01, -1.0, 0.0, 0.0]
-    monkeypatch.setitem(TRUTH, law.name, weak)
-    data = curve_data(points_of(law, 1e-3), law.conditions)
-    problem = build_problem(law, data, np.ones(3, dtype=bool))
-    best = polish(problem, internal_of(law)[problem.free])
+    monkeypatch.setitem(TRUTH, "wang-deng-critical-load", weak)
+    problem, best = fitted("wang-deng-critical-load", 1e-3)
     draws = draw_curves(problem.at.design, 12, generator(3, "refits"))
     ends, sse = refit(problem, best.values, draws.astype(float))
     expected = [scipy_end(problem, best.values, draw, "trf")[1] for draw in draws]

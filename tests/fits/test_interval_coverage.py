@@ -7,12 +7,10 @@ import pandas as pd
 import pytest
 
 from campaigns import printed
-from fit_points import LAW
-from oilfilm.fits.engine import Optimum, polish
+from fit_points import LAW, polished
 from oilfilm.fits.fit import fit_oil
 from oilfilm.fits.fitted import FittedLaw
 from oilfilm.fits.interval import LEVELS, Band, scores_of_unseen
-from oilfilm.fits.problem import build_problem, curve_data
 from oilfilm.fits.uncertainty import curve_bootstrap, naive_covariance, robust_covariance
 from oilfilm.home import CONFIG
 from oilfilm.randomness import generator
@@ -34,11 +32,6 @@ def campaign(config: Settings, oil: str) -> Campaign:
     return Campaign(LawTruth(printed()[oil]), config.common_contact())
 
 
-def polished(points: pd.DataFrame, truth: np.ndarray) -> tuple[object, Optimum]:
-    problem = build_problem(LAW, curve_data(points), np.ones(3, dtype=bool))
-    return problem, polish(problem, truth)
-
-
 @pytest.mark.no_cover
 def test_curve_bootstrap_covers_the_truth_and_naive_errors_do_not(
     config: Settings, conditions: np.ndarray
@@ -47,7 +40,9 @@ def test_curve_bootstrap_covers_the_truth_and_naive_errors_do_not(
     inside, naive = [], []
     for number in range(24):
         random = generator(1, "coverage", number)
-        problem, best = polished(campaign(config, "4050").points(conditions, random), truth)
+        problem, best = polished(
+            campaign(config, "4050").points(conditions, random), printed()["4050"]
+        )
         refits = curve_bootstrap(problem, best, 200, random)
         lower, upper = np.quantile(refits, [0.025, 0.975], axis=0)
         inside.append((lower <= truth) & (truth <= upper))
@@ -62,11 +57,10 @@ def test_curve_bootstrap_covers_the_truth_and_naive_errors_do_not(
 def test_errors_of_twelve_runs_are_as_large_as_the_scatter_of_such_campaigns(
     config: Settings,
 ) -> None:
-    truth = to_internal(LAW, printed()["4050"])
     ends, variances = [], []
     for number in range(80):
         points = campaign(config, "4050").points(SMALL, generator(2, "small", number))
-        problem, best = polished(points, truth)
+        problem, best = polished(points, printed()["4050"])
         ends.append(best.values)
         variances.append(np.diag(robust_covariance(problem, best)))
     ratio = np.sqrt(np.mean(variances, axis=0)) / np.std(ends, axis=0, ddof=1)

@@ -3,39 +3,23 @@
 from dataclasses import replace
 
 import numpy as np
-import pandas as pd
 import pytest
 
-from law_points import EVERY_LAW, MATRIX, internal_of, points_of
+from fit_points import polished
+from law_points import EVERY_LAW, MATRIX, TRUTH, compare_laws, internal_of, points_of
 from nights import nightly
 from oilfilm import tables
 from oilfilm.fits import engine
 from oilfilm.fits.conditions import levels_by_gap
-from oilfilm.fits.engine import Optimum
-from oilfilm.fits.fit import leave_curves_out, leave_ends_out
-from oilfilm.fits.fit_tables import curve_shapes
-from oilfilm.fits.law_comparison import compare_laws, laws_of
-from oilfilm.fits.problem import Problem, build_problem, curve_data
-from oilfilm.report.figures import style
+from oilfilm.fits.fit import laws_of, leave_curves_out, leave_ends_out
 from oilfilm.settings.resolved import Settings
+from oilfilm.table_needs import OF_FIT
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction import LAW_NAMES, LAWS
-from oilfilm.traction.law import Law, Observations
-from oilfilm.units import FloatArray
+from oilfilm.traction.law import Observations
 from pictures import draw
 
 NOISE = 2e-4
-
-
-@pytest.fixture(scope="module")
-def quick(config: Settings) -> Settings:
-    return config.with_changes({"fit": {"searches": 2, "bootstrap": 20}})
-
-
-def fitted(law: Law, points: pd.DataFrame) -> tuple[Problem, Optimum]:
-    data = curve_data(points, law.conditions)
-    task = build_problem(law, data, np.ones(3, dtype=bool))
-    return task, engine.polish(task, internal_of(law)[task.free])
 
 
 @pytest.mark.no_cover
@@ -45,7 +29,7 @@ def fitted(law: Law, points: pd.DataFrame) -> tuple[Problem, Optimum]:
 def test_law_given_data_of_its_own_truth_wins(quick: Settings, name: str) -> None:
     laws = ["deng2026", "wang-deng-groups", "eyring", "tanh"]
     frames = compare_laws(points_of(EVERY_LAW[name], NOISE), "4050", laws, quick)
-    table = frames["fit_quality"].set_index("law")
+    table = frames.fit_quality.set_index("law")
     assert table["left_out_rmse"].idxmin() == name
     assert table["bic"].idxmin() == name
     assert table["temperature_end_out_relative_rms"].idxmin() == name
@@ -63,7 +47,7 @@ def test_few_curves_are_compared_without_a_mistake(quick: Settings, count: int, 
     runs = [f"run{step * number:03d}" for number in range(count)]
     points = points_of(EVERY_LAW["deng2026"], NOISE)
     frames = compare_laws(points[points["run_id"].isin(runs)], "4050", LAW_NAMES, quick)
-    assert frames["fit_quality"]["n_points"].eq(len(points) * count // 48).all()
+    assert frames.fit_quality["n_points"].eq(len(points) * count // 48).all()
 
 
 @pytest.mark.parametrize("groups", [100, 5])
@@ -72,7 +56,7 @@ def test_curves_left_out_are_those_of_brute_force(groups: int) -> None:
     law = LAWS["tanh"]
     points = points_of(law, 1e-3)
     few = points[points["run_id"].isin([f"run{number:03d}" for number in range(0, 48, 3)])]
-    task, best = fitted(law, few)
+    task, best = polished(few, TRUTH[law.name], law)
     errors = leave_curves_out(task, best, groups, np.random.default_rng(1))
     group = np.arange(task.curves)
     if groups < task.curves:
@@ -95,60 +79,43 @@ def test_curves_left_out_are_those_of_brute_force(groups: int) -> None:
 
 
 def test_only_the_end_levels_are_extrapolated_to() -> None:
-    law = LAWS["deng2026"]
-    task, best = fitted(law, points_of(law))
+    points = points_of(LAWS["deng2026"])
+    task, best = polished(points, TRUTH["deng2026"])
     levels = levels_by_gap(MATRIX["inlet_temperature_c"].to_numpy(), 0.05)
     errors = leave_ends_out(task, best, levels)
     ends = np.isin(levels[task.at.curve], [0, 3])
     assert np.isnan(errors[~ends]).all()
     # exact points of the law itself: nothing is missed, however far
     assert np.abs(errors[ends]).max() < 1e-7
-
-
-def test_end_levels_that_leave_a_constant_open_give_no_error() -> None:
-    law = LAWS["deng2026"]
-    points = points_of(law)
-    task, best = fitted(law, points[points["max_hertz_pressure_gpa"].isin([1.0, 1.5])])
-    pressure = MATRIX.loc[MATRIX["max_hertz_pressure_gpa"].isin([1.0, 1.5])].iloc[:, 0]
-    assert np.isnan(leave_ends_out(task, best, levels_by_gap(pressure.to_numpy(), 0.05))).all()
-    one_level = np.zeros(task.curves, dtype=np.int64)
-    assert np.isnan(leave_ends_out(task, best, one_level)).all()
-
-
-def test_curves_that_dip_or_rise_again_are_counted() -> None:
-    slip = np.linspace(0, 1, 101)
-    peak, rise = slip * np.exp(-5 * slip), slip
-    again = peak + 0.5 * np.where(slip > 0.8, slip - 0.8, 0)
-    below = peak - 0.01 * (slip < 0.005)  # one of 101 points, the first
-    negative, second = curve_shapes(np.stack([peak, rise, again, below]))
-    assert negative == pytest.approx(1 / 404)
-    assert second == pytest.approx(1 / 4)
+    # the other levels of two, and those of one, leave a constant open
+    two = MATRIX["max_hertz_pressure_gpa"].isin([1.0, 1.5]).to_numpy()
+    task, best = polished(points[two[task.at.curve]], TRUTH["deng2026"])
+    pressures = MATRIX.loc[two, "max_hertz_pressure_gpa"].to_numpy()
+    for some in (levels_by_gap(pressures, 0.05), np.zeros(task.curves, dtype=np.int64)):
+        assert np.isnan(leave_ends_out(task, best, some)).all()
 
 
 def test_law_without_what_it_needs_is_not_fitted_with_the_reason(quick: Settings) -> None:
     config = Settings.of({**quick.plain(), "oils": {"4050": None}})
     laws = ["tanh", "wang-deng-groups"]
     frames = compare_laws(points_of(LAWS["tanh"], NOISE), "4050", laws, config)
-    row = frames["fit_quality"].set_index("law").loc["wang-deng-groups"]
+    row = frames.fit_quality.set_index("law").loc["wang-deng-groups"]
     assert "needs the oil's properties" in row["certificate"]
     assert np.isnan(row["rmse"])
-    assert set(frames["coefficients"]["law"]) == {"tanh"}
+    assert set(frames.coefficients["law"]) == {"tanh"}
     assert "wang-deng-groups" not in laws_of("4050", config)
 
 
-def test_comparison_without_any_accepted_point_still_gives_its_tables(
-    quick: Settings,
-) -> None:
+def test_comparison_without_any_accepted_point_still_gives_its_tables(quick: Settings) -> None:
     refused = points_of(LAWS["tanh"]).assign(accepted=False)
     frames = compare_laws(refused, "4050", LAW_NAMES, quick)
-    verdicts = frames["fit_quality"].set_index("law")["certificate"]
+    verdicts = frames.fit_quality.set_index("law")["certificate"]
     assert verdicts.str.startswith("not fitted").all()
     assert "0 accepted points" in verdicts["deng2026"]
-    for name, table in frames.items():
-        tables.conform(table, name, name)
-    results = CampaignTables.in_memory(points=refused, **frames)
+    for name in OF_FIT:
+        tables.conform(frames.table(name), name, name)
     for name, words in (("fig04", "no Wang-Deng law could"), ("law-errors", "no law could")):
-        figure, drawn = draw(name, results, quick)
+        figure, drawn = draw(name, frames, quick)
         assert drawn.empty
         assert words in figure.axes[0].texts[0].get_text()
 
@@ -161,18 +128,10 @@ def starting(quick: Settings) -> tuple[Settings, CampaignTables]:
     both = ["slide_roll_ratio", "traction_coefficient"]
     # at no slip there is no direction
     points.loc[back & (points["slide_roll_ratio"] > 0), both] *= -1
-    made = compare_laws(points, "4050", ["deng2026", STARTS.name], quick)
-    return quick, CampaignTables.in_memory(points=points, **made)
+    return quick, compare_laws(points, "4050", ["deng2026", STARTS.name], quick)
 
 
 STARTS = LAWS["wang-deng-load"]
-
-
-def planted_starts() -> FloatArray:
-    """mu(0) = D - |A| of each condition."""
-    levels = MATRIX[list(STARTS.conditions)].to_numpy()
-    sizes = STARTS.sizes(internal_of(STARTS), STARTS.design(levels))
-    return np.asarray(sizes[3] - sizes[0])
 
 
 def test_figure_of_errors_draws_what_the_table_says(
@@ -185,31 +144,31 @@ def test_figure_of_errors_draws_what_the_table_says(
     assert "load-based Wang-Deng" in ticks  # by its name, as everywhere
     starts = drawn[drawn["series"] == "zero slip"]
     assert starts["words"].str.startswith(STARTS.name).all()
-    np.testing.assert_allclose(np.sort(starts["y"]), np.sort(planted_starts()), atol=3 * NOISE)
+    # mu(0) = D - |A| of each condition
+    sizes = STARTS.sizes(
+        internal_of(STARTS), STARTS.design(MATRIX[list(STARTS.conditions)].to_numpy())
+    )
+    np.testing.assert_allclose(np.sort(starts["y"]), np.sort(sizes[3] - sizes[0]), atol=3 * NOISE)
     errors = drawn[(drawn["words"] == "deng2026") & (drawn["series"] == "fitted curves")]
     row = results.fit_quality.set_index("law").loc["deng2026"]
     assert errors["x"].item() == pytest.approx(row["relative_rms"])
 
 
-def test_fig04_shows_the_curve_whose_error_grows_most_by_brute_force(
+def test_fig04_shows_the_curve_whose_error_grows_most(
     starting: tuple[Settings, CampaignTables],
 ) -> None:
     config, results = starting
     _, drawn = draw("fig04", results, config)
-    task, best = fitted(STARTS, results.points)
-    seen = task.residual(best.values)
-    growth = []
-    for curve in range(task.curves):
-        mine = task.at.curve == curve
-        rows = np.delete(np.arange(task.curves), curve)
-        kept = task.at.curve[~mine]
-        at = Observations(task.at.design[rows], kept - (kept > curve), task.at.slip[~mine])
-        end = engine.polish(replace(task, at=at, mu=task.mu[~mine]), best.values)
-        unseen = task.residual(end.values)[mine]
-        growth.append(np.sqrt(np.mean(unseen**2)) - np.sqrt(np.mean(seen[mine] ** 2)))
-    worst = int(np.argmax(growth))
+    beside = results.law_points[results.law_points["law"] == STARTS.name]
+    both = beside.merge(results.points, on=["run_id", "first_row"], suffixes=("", "_m"))
+    of_run = both.set_index("run_id")
+    squares = [
+        (of_run[f"{left}traction_coefficient"] - of_run["traction_coefficient_m"]) ** 2
+        for left in ("left_out_", "")
+    ]
+    unseen, seen = (np.sqrt(each.groupby("run_id").mean()) for each in squares)
     shown = drawn.loc[drawn["panel"] == "b", "words"]
-    assert set(shown.str.rpartition("run ")[2]) == {f"run{worst:03d}"}
+    assert set(shown.str.rpartition("run ")[2]) == {(unseen - seen).idxmax()}
 
 
 def test_points_beside_a_law_keep_the_direction_of_their_slip(
@@ -223,29 +182,12 @@ def test_points_beside_a_law_keep_the_direction_of_their_slip(
         np.testing.assert_allclose(true[column], true["traction_coefficient_m"], atol=6 * NOISE)
 
 
-def test_fit_that_is_not_certified_has_an_open_symbol_and_its_bounds_are_named(
-    starting: tuple[Settings, CampaignTables],
-) -> None:
-    config, results = starting
-    for certified, face in ((False, "white"), (True, style.oil_colour("4050", ["4050"]))):
-        bounds = "" if certified else "C3"
-        table = results.fit_quality.assign(certified=certified, active_bounds=bounds)
-        one_oil = Settings.of({**config.plain(), "oils": {"4050": config.plain()["oils"]["4050"]}})
-        figure, _ = draw("fig04", results.replace(fit_quality=table), one_oil)
-        assert figure.legends[0].legend_handles[0].get_markerfacecolor() == face
-        figure, _ = draw("law-errors", results.replace(fit_quality=table), one_oil)
-        symbols = [line for line in figure.axes[1].get_lines() if line.get_linestyle() == "None"]
-        assert {symbol.get_markerfacecolor() for symbol in symbols} == {face}
-        ticks = [label.get_text() for label in figure.axes[1].get_yticklabels()]
-        assert ("Deng (Eq. 7)\n(at bounds: C3)" in ticks) != certified
-
-
 def test_bounds_of_the_comparison_are_those_of_the_constants(quick: Settings) -> None:
     laws = ["tanh", "eyring", "carreau"]
     frames = compare_laws(points_of(LAWS["tanh"], NOISE), "4050", laws, quick)
-    constants = frames["coefficients"]
+    constants = frames.coefficients
     held = constants[constants["verdict"] == "at a bound"].groupby("law")["constant"].apply(set)
-    for row in tables.rows(frames["fit_quality"]):
+    for row in tables.rows(frames.fit_quality):
         names = set(filter(None, row["active_bounds"].split(", ")))
         assert names == held.get(row["law"], set())
         assert not (names and row["certified"])

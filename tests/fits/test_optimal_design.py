@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from oilfilm.fits.optimal_design import choose, uncertainties, uncertainty
+from oilfilm.fits.measured_curves import choose, uncertainties, uncertainty
 from oilfilm.units import FloatArray
 
 GRID = np.linspace(-6, 6, 121)

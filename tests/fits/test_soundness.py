@@ -9,21 +9,18 @@ import pandas as pd
 import pytest
 
 from campaigns import printed
-from fit_points import LAW
+from fit_points import LAW, polished
 from oilfilm import tables
 from oilfilm.fits import soundness
 from oilfilm.fits.conditions import FixedCondition, to_text
-from oilfilm.fits.engine import polish
 from oilfilm.fits.fitted import Coefficients, FittedLaw
 from oilfilm.fits.patterns import Leftover, find_patterns
-from oilfilm.fits.problem import build_problem, curve_data
 from oilfilm.fits.soundness import runs_in_common, verdict_of_fit
 from oilfilm.fits.soundness_words import what_is_wrong
 from oilfilm.home import CONFIG
 from oilfilm.rig_twin.truth import LawTruth, Truth, true_tractions
 from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
-from oilfilm.traction.law import to_internal
 from simulated_points import Campaign, Drift
 
 RUNS = 24
@@ -57,11 +54,7 @@ def leftover(
         other=LawTruth(printed()["4010"]),
     )
     points = campaign.points(matrix()[random.permutation(RUNS)], random, oil)
-    data = curve_data(points)
-    problem = build_problem(LAW, data, np.ones(3, dtype=bool))
-    best = polish(problem, to_internal(LAW, printed()[oil]))
-    load_n = points.groupby("run_id")["load_n"].mean().to_numpy(float)
-    return Leftover(problem, best, load_n, groups or {}, {})
+    return Leftover(*polished(points, printed()[oil]), groups or {}, {})
 
 
 DRIFTS = {
@@ -163,40 +156,28 @@ def test_a_law_that_is_not_true_is_found_and_no_run_is_blamed(
         assert not others
 
 
-def test_campaign_of_unknown_pressure_gets_a_verdict(config: Settings) -> None:
-    # as of a rig whose ball was not recorded: the runs are enough, but one condition is missing
+def verdict_on(config: Settings, lost: str | None, known: list[bool], **quality: str) -> dict:
+    """The verdict where a condition is not known: in all runs, or in the first one."""
     campaign = Campaign(LawTruth(printed()["4050"]), config.common_contact())
     points = campaign.points(matrix(), np.random.default_rng(3), "4050")
-    points = points.assign(max_hertz_pressure_gpa=np.nan)
-    fit = Coefficients.bare(LAW, printed()["4050"])
-    fit = replace(fit, known=np.array([False, True, True]))
-    unknown = to_text([FixedCondition("max_hertz_pressure_gpa", None, 0.0)])
-    quality = {"rmse": 1e-4, "relative_rms": 0.01, "certified": True, "two_level_conditions": ""}
-    quality["fixed_conditions"] = unknown
-    row = verdict_of_fit(quality, FittedLaw(LAW, fit), points, config.fit)
+    of_run = points["run_id"] == "run000"
+    column = lost or "inlet_temperature_c"
+    points[column] = points[column].mask(of_run | bool(lost))
+    fit = replace(Coefficients.bare(LAW, printed()["4050"]), known=np.array(known))
+    row = {"rmse": 1e-4, "relative_rms": 0.01, "certified": True, "two_level_conditions": ""}
+    return verdict_of_fit(row | quality, FittedLaw(LAW, fit), points, config.fit)
+
+
+def test_campaign_of_unknown_pressure_gets_a_verdict(config: Settings) -> None:
+    # as of a rig whose ball was not recorded: the runs are enough, but one condition is missing
+    pressure = "max_hertz_pressure_gpa"
+    unknown = to_text([FixedCondition(pressure, None, 0.0)])
+    row = verdict_on(config, pressure, [False, True, True], fixed_conditions=unknown)
     assert row["law_verdict"] == row["campaign_verdict"] == "condition missing"
     assert not row["sound"]
     assert len(what_is_wrong(row)) == 1
 
 
 def test_a_run_that_the_fit_left_out_spoils_no_verdict(config: Settings) -> None:
-    campaign = Campaign(LawTruth(printed()["4050"]), config.common_contact())
-    points = campaign.points(matrix(), np.random.default_rng(3), "4050")
-    points.loc[points["run_id"] == "run000", "inlet_temperature_c"] = np.nan
-    quality = {"rmse": 1e-4, "relative_rms": 0.01, "certified": True, "two_level_conditions": ""}
-    quality |= {"fixed_conditions": to_text([]), "incomplete_curves": "run000"}
-    fitted = FittedLaw(LAW, Coefficients.bare(LAW, printed()["4050"]))
-    row = verdict_of_fit(quality, fitted, points, config.fit)
+    row = verdict_on(config, None, [True] * 3, fixed_conditions="", incomplete_curves="run000")
     assert (row["law_verdict"], row["campaign_verdict"]) == ("adequate", "steady")
-
-
-def test_a_change_is_told_with_runs_and_size() -> None:
-    row = {
-        **{"optimum_confirmed": True, "law_verdict": "adequate", "bend": ""},
-        **{"bend_relative_rms": np.nan, "campaign_verdict": "changed", "change": "load"},
-        **{"change_course": "from", "change_group": "", "changed_runs": "run12, run13, run14"},
-        **{"change_size": 8.0, "change_relative_rms": 0.09},
-    }
-    (sentence,) = what_is_wrong(row)
-    assert "run12" in sentence
-    assert "8 N" in sentence

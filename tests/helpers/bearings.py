@@ -5,9 +5,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pandas as pd
 
-from campaigns import oil_of, printed, rig_contact, rows
+from campaigns import oil_of, printed, rig_contact
 from oilfilm.bearing.ellipse import TractionLaw, grid
 from oilfilm.bearing.friction import (
     QUADRATURE,
@@ -31,11 +30,6 @@ SHIPPED = ("harris-218", "mainshaft-167", "nasa-35")
 RPM = np.pi / 30  # rad/s
 RIG = rig_contact()
 SETTINGS = load(CONFIG / "config.yaml", Config).bearing
-TESTED = {
-    "max_hertz_pressure_gpa": (1.0, 1.5),
-    "entrainment_speed_m_s": (25.0, 40.0),
-    "slide_roll_ratio": (0.0, 0.3),
-}
 
 
 def shipped(name: str) -> Bearing:
@@ -93,19 +87,3 @@ def equilibrium(*asked: Any, **also: Any) -> FrictionEquilibrium:
     found = friction_equilibrium(problem(*asked, **also))
     assert found.solution.converged.all()
     return found
-
-
-def printed_fits() -> tuple[pd.DataFrame, pd.DataFrame]:
-    """Tables of coefficients and fit quality that hold the printed constants."""
-    law = LAWS["deng2026"]
-    coefficients, quality = [], []
-    for oil, constants in printed().items():
-        for constant, value in zip(law.constants, constants, strict=True):
-            row = {"oil": oil, "law": law.name, "constant": constant.name, "value": value}
-            coefficients.append({"verdict": "known", **row})
-        row = {"oil": oil, "law": law.name}
-        for name, (low, high) in (TESTED | {"inlet_temperature_c": (25.0, 120.0)}).items():
-            row |= {f"tested_min_{name}": low, f"tested_max_{name}": high}
-        quality.append(row)
-    fits = rows("coefficients", *coefficients, flag=True)
-    return fits, rows("fit_quality", *quality, flag=True)

@@ -11,10 +11,11 @@ import pandas as pd
 from blind_lab.laboratory import CAMPAIGN, Laboratory
 from oilfilm.curation.curate import Curated, check_logs
 from oilfilm.curation.run_gates import WARNINGS
-from oilfilm.fits.fit import OilFit, fit_oil
+from oilfilm.fits.fit import fit_oil
 from oilfilm.fits.fitted import FittedLaw
 from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
+from oilfilm.tables.campaign_tables import CampaignTables
 
 
 @dataclass(frozen=True)
@@ -94,7 +95,7 @@ def with_fits(
     sound = {log.file for log in laboratory.sound}
     for oil in laboratory.oils:
         fit = fit_oil(verdicts.points, oil, settings.fit, settings.seed)
-        residuals = fit.tables["curve_residuals"]
+        residuals = fit.curve_residuals
         odd = set(residuals.loc[residuals["odd"], "run_id"])
         for log in laboratory.logs:
             if log.file in odd and log.fault in outcome.silent and "curve_off" in log.rules:
@@ -115,7 +116,7 @@ def _of(verdicts: Curated, files: set[str]) -> pd.DataFrame:
     ]
 
 
-def _inside(fit: OilFit, truth: list[float]) -> Iterator[bool]:
+def _inside(fit: CampaignTables, truth: list[float]) -> Iterator[bool]:
     rows = fit.coefficients.set_index("constant")
     names = [name for name in rows.index if name[-1:].isdigit()]
     for name, value in zip(names, truth, strict=True):
@@ -123,7 +124,7 @@ def _inside(fit: OilFit, truth: list[float]) -> Iterator[bool]:
         yield bool(lower <= value <= upper)
 
 
-def _rms(fit: OilFit, laboratory: Laboratory, oil: str) -> float:
+def _rms(fit: CampaignTables, laboratory: Laboratory, oil: str) -> float:
     """Relative rms error of mu against the truth over the box of the sound logs."""
     fitted = FittedLaw.of(fit.coefficients, oil)
     conditions = np.array(list(product((1.0, 1.2, 1.4), (16.0, 24.0, 34.0), (42.0, 65.0, 88.0))))

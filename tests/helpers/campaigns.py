@@ -17,7 +17,7 @@ import yaml
 
 from oilfilm import tables
 from oilfilm.curation.curate import Curated, collect, curate
-from oilfilm.fits.fit import OilFit, fit_oil
+from oilfilm.fits.fit import fit_oil
 from oilfilm.logs.ingest import Ingested, ingest_logs
 from oilfilm.paper.printed_constants import study_signs
 from oilfilm.paper.reference import printed_constants
@@ -27,6 +27,7 @@ from oilfilm.settings.messages import load
 from oilfilm.settings.oil import OilFile
 from oilfilm.settings.resolved import Settings
 from oilfilm.settings.rig import Rig
+from oilfilm.tables.campaign_tables import CampaignTables
 
 if sys.platform != "win32":
     import fcntl
@@ -58,7 +59,7 @@ class Campaign:
     ingested: Ingested
     curated: Curated
 
-    def fit(self, oil: str, **settings: Any) -> OilFit:
+    def fit(self, oil: str, **settings: Any) -> CampaignTables:
         config = self.config.with_changes({"fit": settings})
         return fit_oil(self.curated.points, oil, config.fit, config.seed)
 

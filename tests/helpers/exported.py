@@ -7,11 +7,11 @@ from campaigns import ROOT
 from law_points import EVERY_LAW, TRUTH
 from oilfilm.exports.description import SLIP, Description, describe
 from oilfilm.fits.conditions import FixedCondition, to_text
-from oilfilm.fits.interval import UNKNOWN
 from oilfilm.paper.study import describe_printed
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction.law import CONDITIONS, Law
+from planted_fits import planted_tables
 
 PRINTED = ROOT / "data/reference/printed_coefficients.yaml"
 LOWER, UPPER = np.array([1.0, 25.0, 25.0]), np.array([1.5, 40.0, 120.0])
@@ -40,44 +40,27 @@ def tables_of(
     points = corners.assign(run_id=["a", "b"], accepted=True)
     wild = points.assign(max_hertz_pressure_gpa=9.0, accepted=False)
     names = [constant.name for constant in law.constants if constant.known is None]
-    names += [name for name in values if name not in names]
-    constants = pd.DataFrame({"constant": names, "value": pd.Series(names).map(values)})
-    constants = constants.assign(
-        standard_error=constants["value"].abs() / 100,
-        lower=constants["value"] - 0.01,
-        upper=constants["value"] + 0.01,
-        systematic_standard_error=np.nan,
-        verdict=np.where(constants["value"].notna(), "known", "not identifiable"),
-    )
+    constants = dict.fromkeys(names, np.nan) | values
+    fixed = [
+        FixedCondition(name, None if name in unknown else corners[name].mean(), 0.02)
+        for name in law.conditions
+        if name in law.groups and not _has_exponents(law, name, values)
+    ]
     quality = {
-        **UNKNOWN.columns(),
-        "limiting_stress_ratio": np.nan,
-        "law": law.name,
-        "n_points": 62,
-        "n_curves": 2,
-        "rmse": 1e-4,
-        "max_error": 5e-4,
-        "certified": True,
-        "searches": 5,
-        "searches_agreeing": 5,
+        **{"n_points": 62, "n_curves": 2, "rmse": 1e-4, "max_error": 5e-4},
+        **{"searches": 5, "searches_agreeing": 5, "fixed_conditions": to_text(fixed)},
         "certificate": "certified: 5 of 5 searches agree; and more",
-        "fixed_conditions": to_text(
-            [
-                FixedCondition(name, None if name in unknown else corners[name].mean(), 0.02)
-                for name in law.conditions
-                if name in law.groups and not _has_exponents(law, name, values)
-            ]
-        ),
-        "two_level_conditions": "",
         "tested_min_slide_roll_ratio": 0.002,
-        "tested_max_slide_roll_ratio": 0.3,
         **corners.min().add_prefix("tested_min_"),
         **corners.max().add_prefix("tested_max_"),
     }
+    coefficients, quality_table = planted_tables(law, dict.fromkeys(oils, constants), **quality)
+    value = coefficients["value"]
+    errors = {"standard_error": value.abs() / 100, "lower": value - 0.01, "upper": value + 0.01}
     return CampaignTables.in_memory(
         points=pd.concat([frame.assign(oil=oil) for oil in oils for frame in (points, wild)]),
-        coefficients=pd.concat([constants.assign(oil=oil, law=law.name) for oil in oils]),
-        fit_quality=pd.DataFrame([{**quality, "oil": oil} for oil in oils]),
+        coefficients=coefficients.assign(**errors),
+        fit_quality=quality_table,
     )
 
 

@@ -1,14 +1,17 @@
 """Accepted points simulated from the printed constants, for the tests of fits."""
 
+from collections.abc import Sequence
+
 import numpy as np
 import pandas as pd
 
 from campaigns import printed
 from oilfilm import tables
+from oilfilm.fits.engine import Optimum, polish
 from oilfilm.fits.problem import Problem, build_problem, curve_data
 from oilfilm.randomness import generator
 from oilfilm.traction import LAWS
-from oilfilm.traction.law import CONDITIONS
+from oilfilm.traction.law import CONDITIONS, Law, to_internal
 from oilfilm.traction.laws.deng2026 import traction_coefficient
 from oilfilm.units import FloatArray
 
@@ -58,6 +61,14 @@ def matrix(ps: list[float] = P, us: list[float] = U, ts: list[float] = T) -> lis
     return [(p, u, t) for p in ps for u in us for t in ts]
 
 
-def problem_of(points: pd.DataFrame) -> Problem:
-    """The problem of fitting the law to points in which every condition varies."""
-    return build_problem(LAW, curve_data(points), np.ones(3, dtype=bool))
+def problem_of(points: pd.DataFrame, law: Law = LAW) -> Problem:
+    """The problem of fitting a law to points in which every condition varies."""
+    return build_problem(law, curve_data(points, law.conditions), np.ones(3, dtype=bool))
+
+
+def polished(
+    points: pd.DataFrame, truth: Sequence[float] | FloatArray, law: Law = LAW
+) -> tuple[Problem, Optimum]:
+    """The problem, and the optimum next to its true constants."""
+    problem = problem_of(points, law)
+    return problem, polish(problem, to_internal(law, np.array(truth))[problem.free])

@@ -1,11 +1,18 @@
 """Every traction law with plausible constants, and tables of points whose truth it is."""
 
+from collections.abc import Iterable
+
 import numpy as np
 import pandas as pd
 
 from campaigns import oil_of, printed, rig_contact
 from fit_points import accepted_points
+from oilfilm import tables
+from oilfilm.fits.fit import fit_law
 from oilfilm.randomness import generator
+from oilfilm.settings.resolved import Settings
+from oilfilm.table_needs import OF_FIT
+from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction import laws_for
 from oilfilm.traction.law import Law, Observations, to_internal
 from oilfilm.units import FloatArray
@@ -61,6 +68,20 @@ TRUTH: dict[str, list[float]] = {
     ],
     "tanh": [*(0.030, 0.5, -0.3, -0.25), *(3.0, 1.5, -0.4, -1.2)],
 }
+
+
+def compare_laws(
+    points: pd.DataFrame, oil: str, laws: Iterable[str], settings: Settings
+) -> CampaignTables:
+    """The tables of the fits of several laws to one oil, with the configured law marked."""
+    fits = [fit_law(points, oil, law, settings) for law in laws]
+    joined = {}
+    for name in OF_FIT:
+        filled = [each.table(name) for each in fits if len(each.table(name))]
+        joined[name] = pd.concat(filled or [tables.empty(name)], ignore_index=True)
+    quality = joined["fit_quality"]
+    quality["configured"] = quality["law"] == settings.fit.law
+    return CampaignTables.in_memory(points=points, **joined)
 
 
 def internal_of(law: Law) -> FloatArray:

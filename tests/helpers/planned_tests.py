@@ -10,15 +10,16 @@ import numpy as np
 import pandas as pd
 from scipy.optimize import least_squares
 
-from bearings import printed_fits
 from campaigns import ROOT, printed, rig_contact
 from fit_points import LAW, accepted_points, problem_of
-from oilfilm.fits.curve_errors import Curves, effects, points_of_curves
+from oilfilm.fits.curve_errors import effects, points_of_curves
+from oilfilm.fits.problem import Curves
 from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
 from oilfilm.torque.bearing_torque import OilInBearing, oils_in_bearings
 from oilfilm.traction.law import CONDITIONS, to_constants, to_internal
 from oilfilm.units import FloatArray
+from planted_fits import printed_fits
 
 OIL = "4102"
 CONTACT = rig_contact()

@@ -1,11 +1,57 @@
-"""Fits with planted constants and refits, of any law."""
+"""Fits with planted constants: as tables, as tables of the printed constants, and with refits."""
+
+from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
+import pandas as pd
 
+from campaigns import printed, rows
 from oilfilm.fits.conditions import FixedCondition, InStep
 from oilfilm.fits.fitted import Coefficients, FittedLaw
-from oilfilm.fits.interval import Unseen
+from oilfilm.fits.interval import UNKNOWN, Unseen
+from oilfilm.traction import PAPER_LAW
 from oilfilm.traction.law import Law, bounds, to_constants
+
+TESTED = {
+    "max_hertz_pressure_gpa": (1.0, 1.5),
+    "entrainment_speed_m_s": (25.0, 40.0),
+    "slide_roll_ratio": (0.0, 0.3),
+}
+
+
+def planted_tables(
+    law: Law, oils: Mapping[str, Mapping[str, float]], **of_quality: Any
+) -> tuple[pd.DataFrame, pd.DataFrame]:
+    """Tables of coefficients and fit quality of oils whose constants are planted, by name."""
+    ends = {
+        f"tested_{end}_{name}": value
+        for name, pair in (TESTED | {"inlet_temperature_c": (25.0, 120.0)}).items()
+        for end, value in zip(("min", "max"), pair, strict=True)
+    }
+    coefficients, quality = [], []
+    for oil, constants in oils.items():
+        of = {"oil": oil, "law": law.name}
+        quality.append({**of, **UNKNOWN.columns(), **ends, **of_quality})
+        for name, value in constants.items():
+            verdict = "not identifiable" if np.isnan(value) else "known"
+            coefficients.append({**of, "constant": name, "value": value, "verdict": verdict})
+    constants_table = rows("coefficients", *coefficients, flag=True)
+    return constants_table, rows("fit_quality", *quality, flag=True)
+
+
+def printed_fits() -> tuple[pd.DataFrame, pd.DataFrame]:
+    """Tables of coefficients and fit quality that hold the printed constants."""
+    names = [constant.name for constant in PAPER_LAW.constants]
+    oils = {oil: dict(zip(names, values, strict=True)) for oil, values in printed().items()}
+    return planted_tables(PAPER_LAW, oils)
+
+
+def fits_of(coefficients: pd.DataFrame) -> dict[str, pd.DataFrame]:
+    """A table of coefficients with the fit quality that says which law is configured."""
+    laws = coefficients[["oil", "law"]].drop_duplicates().to_dict("records")
+    quality = rows("fit_quality", *({"configured": True, **law} for law in laws))
+    return {"coefficients": coefficients, "fit_quality": quality}
 
 
 def planted_fit(law: Law) -> tuple[FittedLaw, float, int]:

@@ -169,12 +169,12 @@ def write_manifest(release: Path, manifest: Manifest) -> None:
 
 def tables_of(campaign: Campaign, oils: Sequence[str]) -> dict[str, pd.DataFrame]:
     """Runs, points and quick fits of some oils of a campaign."""
-    fits = [campaign.fit(oil, searches=2, bootstrap=60).tables for oil in oils]
+    fits = [campaign.fit(oil, searches=2, bootstrap=60) for oil in oils]
     judged = {"runs": campaign.curated.runs, "points": campaign.curated.points}
     return {
         **{name: table[table["oil"].isin(oils)] for name, table in judged.items()},
         **{
-            name: pd.concat([fit[name] for fit in fits], ignore_index=True)
+            name: pd.concat([fit.table(name) for fit in fits], ignore_index=True)
             for name in ("coefficients", "fit_quality", "refits")
         },
     }

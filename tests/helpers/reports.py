@@ -33,13 +33,6 @@ HOSTILE = [
 ]
 
 
-def fits_of(coefficients: pd.DataFrame) -> dict[str, pd.DataFrame]:
-    """A table of coefficients with the fit quality that says which law is configured."""
-    laws = coefficients[["oil", "law"]].drop_duplicates().to_dict("records")
-    quality = rows("fit_quality", *({"configured": True, **law} for law in laws))
-    return {"coefficients": coefficients, "fit_quality": quality}
-
-
 def measured(oil: str) -> pd.DataFrame:
     """Points with errors of whole curves and a calibration, so that intervals have both parts."""
     points = make_points(oil, CONDITIONS, noise=1e-4)
@@ -63,7 +56,7 @@ def results_of(config: Settings, oils: tuple[str, ...] = OILS) -> CampaignTables
     settings = config.fit.model_copy(update={"searches": 2, "bootstrap": 40})
     fits = [fit_oil(points, oil, settings, config.seed) for oil in oils]
     together = {
-        name: pd.concat([fit.tables[name] for fit in fits], ignore_index=True)
+        name: pd.concat([fit.table(name) for fit in fits], ignore_index=True)
         for name in ("coefficients", "fit_quality", "refits")
     }
     beside = rows("fit_quality", {"oil": "4102", "law": "eyring", "n_constants": 13})

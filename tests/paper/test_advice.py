@@ -7,7 +7,6 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from bearings import printed_fits
 from campaigns import ROOT
 from oilfilm import tables
 from oilfilm.errors import OilfilmError
@@ -17,6 +16,7 @@ from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.torque.bearing_torque import cage_slip_table, oils_in_bearings
 from oilfilm.torque.operating_grid import AXES
+from planted_fits import printed_fits
 
 Frames = dict[str, pd.DataFrame]
 # the paper's own order of viscosity, and of traction as it has it

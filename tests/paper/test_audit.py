@@ -22,7 +22,7 @@ from oilfilm.paper.reference import read_claims
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction import LAWS
-from reports import fits_of
+from planted_fits import fits_of
 from reports import rows as rows_of
 
 Judge = Callable[..., Outcome]

@@ -6,7 +6,6 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from bearings import printed_fits
 from campaigns import ROOT, Campaign, printed
 from oilfilm import tables
 from oilfilm.paper.extrapolation import (
@@ -19,6 +18,7 @@ from oilfilm.rig_twin.truth import truth_grid
 from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
 from oilfilm.traction.law import CONDITIONS
+from planted_fits import printed_fits
 
 
 def constants_of(values: dict[str, np.ndarray]) -> pd.DataFrame:

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from bearings import RPM, equilibrium, printed_fits
+from bearings import RPM, equilibrium
 from campaigns import ROOT, printed
 from oilfilm.bearing.ellipse import grid
 from oilfilm.bearing.quasistatic import OperatingPoints
@@ -14,6 +14,7 @@ from oilfilm.settings.messages import load
 from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
 from oilfilm.torque.bearing_torque import OilInBearing, oils_in_bearings
+from planted_fits import printed_fits
 
 PUBLISHED = load(ROOT / "data/reference/bearing_tests.yaml", PublishedBearingTests)
 POWER_LOSS, SKIDDING = PUBLISHED.tests

@@ -3,11 +3,11 @@
 import pandas as pd
 import pytest
 
-from bearings import printed_fits
 from campaigns import printed
 from fit_points import make_points, matrix
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
+from planted_fits import printed_fits
 from reports import results_of
 
 

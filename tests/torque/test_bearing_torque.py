@@ -7,16 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from bearings import (
-    RIG,
-    RPM,
-    SETTINGS,
-    TESTED,
-    printed_fits,
-    printed_law,
-    problem,
-    shipped,
-)
+from bearings import RIG, RPM, SETTINGS, printed_law, problem, shipped
 from campaigns import ROOT, oil_of, printed
 from oilfilm.bearing.quasistatic import OperatingPoints
 from oilfilm.bearing.torque import torque_terms
@@ -39,6 +30,7 @@ from oilfilm.torque.bearing_torque import (
 from oilfilm.torque.load_variables import LOAD_VARIABLES, LawInBearing
 from oilfilm.traction import LAWS, laws_for
 from pictures import draw, nothing_is_cut_off
+from planted_fits import TESTED, printed_fits
 from reports import rows
 from torque_logs import curated_logs
 

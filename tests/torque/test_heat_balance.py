@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from bearings import printed_fits
 from campaigns import ROOT
 from oilfilm import tables
 from oilfilm.paper.advice import advise
@@ -11,6 +10,7 @@ from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
 from oilfilm.torque.bearing_torque import OilInBearing, cage_slip_table, oils_in_bearings
 from oilfilm.torque.heat_balance import heat_balance_table
+from planted_fits import printed_fits
 
 MAP = {"pitch_speed_mm_rpm": [1e6, 3e6], "axial_load_n": [1000, 20000]}
 

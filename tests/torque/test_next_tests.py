@@ -13,8 +13,14 @@ from oilfilm.errors import OilfilmError
 from oilfilm.fits.curve_errors import ErrorSizes
 from oilfilm.fits.fit import fit_oil
 from oilfilm.fits.fitted import FittedLaw, predict
-from oilfilm.fits.measured_curves import Known, known_of
-from oilfilm.fits.optimal_design import choose, covariance, uncertainties, uncertainty
+from oilfilm.fits.measured_curves import (
+    Known,
+    choose,
+    covariance,
+    known_of,
+    uncertainties,
+    uncertainty,
+)
 from oilfilm.randomness import generator
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
@@ -134,7 +140,7 @@ def results() -> CampaignTables:
     points = run_tests(SMALL, generator(7, "campaign"), RUN)
     quick = SETTINGS.with_changes({"fit": {"searches": 2, "bootstrap": 200}}).fit
     fit = fit_oil(points, OIL, quick, 1)
-    return CampaignTables.in_memory(**fit.tables, points=points)
+    return fit.replace(points=points)
 
 
 @pytest.fixture(scope="module")
@@ -309,7 +315,7 @@ def test_a_fit_or_levels_that_leave_nothing_to_plan_are_refused(
     one_speed = run_tests([(p, 30.0, t) for p, _, t in SMALL], generator(8, "speed"), RUN)
     quick = SETTINGS.with_changes({"fit": {"searches": 2, "bootstrap": 20}}).fit
     fit = fit_oil(one_speed, OIL, quick, 1)
-    at_one_speed = CampaignTables.in_memory(**fit.tables, points=one_speed)
+    at_one_speed = fit.replace(points=one_speed)
     with pytest.raises(OilfilmError, match="follows every condition"):
         plan_oil(at_one_speed, SETTINGS, OIL, request_for)
 

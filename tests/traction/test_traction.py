@@ -58,8 +58,6 @@ def test_internal_form_is_the_printed_equation(oil: str) -> None:
     direct = traction_coefficient(printed()[oil], *MATRIX.T[:, :, None], slip).ravel()
     at = observe(MATRIX, slip)
     np.testing.assert_allclose(LAW.traction(internal, at), direct, rtol=1e-12, atol=1e-16)
-    population = np.column_stack([internal, internal + 0.1])
-    np.testing.assert_allclose(LAW.traction(population, at)[:, 0], direct, rtol=1e-12, atol=1e-16)
     np.testing.assert_allclose(to_constants(LAW, internal), printed()[oil], rtol=1e-14)
 
 

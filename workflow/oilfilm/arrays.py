@@ -18,23 +18,16 @@ import pandas as pd
 from oilfilm import tables
 from oilfilm.errors import OilfilmError
 from oilfilm.fits.conditions import levels_of
-from oilfilm.fits.fit import OilFit, fit_oil
-from oilfilm.fits.fitted import (
-    INTERVALS,
-    SLIP,
-    FittedLaw,
-    Prediction,
-    in_unit,
-    refuse_impossible,
-)
+from oilfilm.fits.fit import fit_oil
+from oilfilm.fits.fitted import INTERVALS, SLIP, FittedLaw, Prediction, in_unit, refuse_impossible
 from oilfilm.fits.soundness import verdict_of_fit
 from oilfilm.fits.soundness_words import what_is_wrong
 from oilfilm.home import CONFIG
-from oilfilm.settings.config import FitSettings, GateSettings
+from oilfilm.settings.config import FitSettings
 from oilfilm.settings.messages import check
 from oilfilm.settings.resolve import read_config
-from oilfilm.settings.resolved import Settings
 from oilfilm.settings.rig import Calibration
+from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction import LAWS, PAPER_LAW
 from oilfilm.traction.law import CONDITIONS, QUANTITIES
 
@@ -47,28 +40,12 @@ _CURVES = 5
 
 
 @dataclass(frozen=True)
-class LawComparison:
-    """The laws of pressure, speed and temperature on the same points.
-
-    Attributes:
-        verdict: The fitted law beside the best ones, in words.
-        laws: By law: constants, misfit, error at curves left out, BIC, certificate.
-    """
-
-    verdict: str
-    laws: pd.DataFrame
-
-    def __repr__(self) -> str:
-        return f"{self.verdict}\n{self.laws.to_string()}"
-
-
-@dataclass(frozen=True)
 class ArrayFit:
     """A law fitted to arrays.
 
     Attributes:
         points: What was fitted, one row per point; `run_id` names its curve.
-        tables: The tables of the fit, as the workflow writes them.
+        tables: The tables of the fit, as the workflow writes them; the oil is called `oil` there.
         settings: Settings of the fit.
         notes: What its user must know of the points, in sentences.
         source: File of the table that was fitted, else empty.
@@ -76,18 +53,17 @@ class ArrayFit:
     """
 
     points: pd.DataFrame
-    tables: OilFit
+    tables: CampaignTables
     settings: FitSettings
     notes: tuple[str, ...]
     source: str = ""
     oil: str = _OIL
 
-    @property
+    @cached_property
     def law(self) -> FittedLaw:
-        """The fitted law, with its intervals and tested box."""
-        fit = self.tables
-        parts = (fit.coefficients, _OIL, fit.refits, fit.fit_quality)
-        return FittedLaw.of(*parts, curves=fit.tables["curve_residuals"])
+        """The fitted law, with its intervals and tested box, and what is wrong with it."""
+        fit = FittedLaw.of_configured(self.tables, _OIL)
+        return replace(fit, wrong=tuple(what_is_wrong(self.soundness)))
 
     @property
     def table(self) -> pd.DataFrame:
@@ -107,7 +83,8 @@ class ArrayFit:
         Runs are taken to have been made in the order of their names.
         """
         (row,) = tables.rows(self.tables.fit_quality)
-        return verdict_of_fit(row, self.law, _table_of(self.points), self.settings)
+        fit = FittedLaw.of_configured(self.tables, _OIL)
+        return verdict_of_fit(row, fit, self.table, self.settings)
 
     @property
     def verdict(self) -> str:
@@ -115,22 +92,17 @@ class ArrayFit:
         # templates are loaded when words are asked for, here and below: a fit needs none
         from oilfilm.report.sections.fits import curve_facts  # noqa: PLC0415
 
-        fit = self.tables
-        (law,) = fit.fit_quality["law"]
-        if self.soundness["sound"]:
-            first = [f"{law}: sound: optimum confirmed, law adequate, runs steady"]
-        else:
-            first = [f"{law}: NOT sound", *what_is_wrong(self.soundness)]
-            first += [] if fit.fit_quality["certified"].item() else [fit.certificate]
-        warnings = curve_facts(fit.fit_quality, fit.tables["curve_residuals"])
-        coefficients = self.law.coefficients
-        first += [f"Not followed: {fixed.sentence()}." for fixed in coefficients.fixed]
-        if np.isnan(coefficients.unseen.at(0.95)[0]):
+        quality, law = self.tables.fit_quality, self.law
+        lines = [f"{law.law.name}: sound: optimum confirmed, law adequate, runs steady"]
+        if not self.soundness["sound"]:
+            lines = [f"{law.law.name}: NOT sound", *law.wrong]
+            lines += [*quality.loc[~quality["certified"], "certificate"]]
+        lines += [f"Not followed: {fixed.sentence()}." for fixed in law.coefficients.fixed]
+        if np.isnan(law.coefficients.unseen.at(0.95)[0]):
             least = self.settings.min_curves_for_errors
-            first.append(
-                f"There is no interval: fewer than {least} curves (min_curves_for_errors)."
-            )
-        return "\n".join([*first, *(fact.text for fact in warnings), *self.notes])
+            lines += [f"There is no interval: fewer than {least} curves (min_curves_for_errors)."]
+        warnings = curve_facts(quality, self.tables.curve_residuals)
+        return "\n".join([*lines, *(fact.text for fact in warnings), *self.notes])
 
     def summary(self) -> str:
         """Equation, counts, misfit, constants with intervals, and the verdict, as text."""
@@ -140,63 +112,24 @@ class ArrayFit:
             f"{row['relative_rms']:.2%} of mu (rms), at curves left out "
             f"{row['left_out_rmse'] / row['rmse']:.2f} times that; BIC {row['bic']:.1f}"
         )
-        equation = self.law.law.formula
-        return "\n".join([equation, counts, self.constants.to_string(), self.verdict])
+        lines = [self.law.law.formula, counts, self.constants.to_string(), self.verdict]
+        return "\n".join(lines)
 
     def to_frame(self) -> pd.DataFrame:
         """The points with mu of the law, its intervals and the residual."""
         at = self.points[list(self.law.law.conditions)].to_numpy(float)
         predicted = self.law.predict(at, self.points[SLIP].to_numpy(float))
         columns = {name: getattr(predicted, name) for name in INTERVALS}
-        fitted = predicted.traction_coefficient
-        return self.points.assign(
-            fitted=fitted, residual=self.points[_MU].to_numpy() - fitted, **columns
-        )
+        made = self.points.assign(fitted=predicted.traction_coefficient, **columns)
+        return made.assign(residual=made[_MU] - made["fitted"])
 
-    def predict(
-        self,
-        max_hertz_pressure: Any,
-        entrainment_speed: Any,
-        inlet_temperature: Any,
-        slide_roll_ratio: Any,
-        level: float = 0.95,
-    ) -> Prediction:
-        """mu with its interval; arguments as those of `fit`.
+    def predict(self, *at: Any, **level: float) -> Prediction:
+        """mu with its interval at P, U, T and S, in GPa, m/s and degC or as quantities of pint.
 
         Raises:
             OilfilmError: A quantity has a unit of something else.
         """
-        at = (max_hertz_pressure, entrainment_speed, inlet_temperature, slide_roll_ratio)
-        found = self.law.predict_at(*at, level=level)
-        return replace(found, wrong=tuple(what_is_wrong(self.soundness)))
-
-    def compare(self) -> LawComparison:
-        """Fit the other laws of these conditions as well, and name the best one.
-
-        It takes a few times as long as the fit.
-        """
-        from oilfilm.fits.best_law import best_laws  # noqa: PLC0415
-        from oilfilm.fits.law_comparison import compare_laws  # noqa: PLC0415
-        from oilfilm.report.sections.fits import law_facts  # noqa: PLC0415
-
-        config = read_config(CONFIG)
-        settings = Settings.of(
-            {
-                "compare": config.compare.model_dump(),
-                "fit": self.settings.model_dump(),
-                "seed": config.seed,
-            }
-        )
-        points = _table_of(self.points)
-        conditions = self.law.law.conditions
-        names = [name for name, law in LAWS.items() if law.conditions == conditions]
-        made = compare_laws(points, _OIL, names, settings)
-        judged = best_laws(made["fit_quality"], made["law_points"], points)
-        columns = ["n_constants", "relative_rms", "left_out_rmse", "bic", "certified"]
-        laws = made["fit_quality"].set_index("law")[columns]
-        (finding,) = law_facts(judged, made["fit_quality"])
-        text = f"{finding.text} {finding.advice}".rstrip()
-        return LawComparison(text.removeprefix(f"{_OIL}: "), laws)
+        return self.law.predict_at(*at, **level)
 
     def save(self, folder: Path | str) -> None:
         """Write tables, exports for bearing codes, a summary and a report into a new folder.
@@ -257,8 +190,7 @@ class ArrayFit:
             near = tested[np.isclose(tested, row, rtol=0.01).all(axis=1)].index
             own = self.points[self.points["run_id"].isin(near)]
             axes.plot(own[SLIP], own[_MU], "o", markersize=3, color=line.get_color())
-        axes.set_xlabel("Slide-roll ratio")
-        axes.set_ylabel("Traction coefficient")
+        axes.set(xlabel="Slide-roll ratio", ylabel="Traction coefficient")
         axes.legend(fontsize="small", title="Line: law. Band: 95 % interval of the next run")
         return axes
 
@@ -320,9 +252,8 @@ def fit(
         >>> float(fitted.predict(1.2, 30, 70, 0.05).traction_coefficient)
         0.0107...
     """
-    given = (max_hertz_pressure, entrainment_speed, inlet_temperature)
-    at = [in_unit(value, name) for value, name in zip(given, CONDITIONS, strict=True)]
-    arrays = (*at, in_unit(slide_roll_ratio, SLIP), np.asarray(traction_coefficient, float))
+    at = (max_hertz_pressure, entrainment_speed, inlet_temperature, slide_roll_ratio)
+    arrays = [*map(in_unit, at, (*CONDITIONS, SLIP)), np.asarray(traction_coefficient, float)]
     try:
         columns = [array.ravel() for array in np.broadcast_arrays(*arrays)]
     except ValueError as error:
@@ -360,9 +291,16 @@ def fit_points(
         known = ", ".join(name for name, each in LAWS.items() if each.conditions == conditions)
         raise OilfilmError(f"there is no law {law!r} of these conditions; the laws are {known}.")
     for name in (*conditions, SLIP, _MU):
-        _refuse_unknown(points, name)
+        values = points[name].to_numpy(dtype=float)
+        if len(lost := np.flatnonzero(~np.isfinite(values))):
+            raise OilfilmError(
+                f"{name}: {len(lost)} of {len(values)} points have no number, the first is number "
+                f"{lost[0] + 1} ({values[lost[0]]}). Leave these points out."
+            )
+        refuse_impossible(values, name)
     config = read_config(CONFIG)
-    runs = _same_conditions(points[list(conditions)], config.gates) if curve is None else curve
+    at = [levels_of(name, points[name].to_numpy(float), config.gates) for name in conditions]
+    runs = points.groupby(at, sort=False).ngroup() if curve is None else curve
     if np.size(runs) != len(points):
         raise OilfilmError(f"`curve` has {np.size(runs)} values; expected {len(points)}.")
     points = points.assign(run_id=np.asarray(runs).astype(str).ravel())
@@ -378,35 +316,9 @@ def fit_points(
     chosen = check(given_settings, FitSettings, lambda steps: "oilfilm.fit")
     table = _table_of(points)
     if calibration is not None:
-        table = _calibrated(
-            table, check(dict(calibration), Calibration, lambda steps: "calibration")
-        )
+        stated = check(dict(calibration), Calibration, lambda steps: "calibration")
+        table = _calibrated(table, stated)
     return ArrayFit(points, fit_oil(table, _OIL, chosen, config.seed), chosen, notes)
-
-
-def _refuse_unknown(points: pd.DataFrame, name: str) -> None:
-    """Refuse numbers that are missing, endless or impossible.
-
-    Raises:
-        OilfilmError: There is one.
-    """
-    values = points[name].to_numpy(dtype=float)
-    lost = np.flatnonzero(~np.isfinite(values))
-    if len(lost):
-        raise OilfilmError(
-            f"{name}: {len(lost)} of {len(values)} points have no number, the first is number "
-            f"{lost[0] + 1} ({values[lost[0]]}). Leave these points out."
-        )
-    refuse_impossible(values, name)
-
-
-def _same_conditions(conditions: pd.DataFrame, gates: GateSettings) -> "pd.Series[int]":
-    """Number of the condition of each point, within the tolerances of gates."""
-    levels = {
-        str(name): levels_of(str(name), values.to_numpy(float), gates)
-        for name, values in conditions.items()
-    }
-    return pd.DataFrame(levels).groupby(list(levels), sort=False).ngroup()
 
 
 def _calibrated(points: pd.DataFrame, calibration: Calibration) -> pd.DataFrame:
@@ -426,10 +338,5 @@ def _calibrated(points: pd.DataFrame, calibration: Calibration) -> pd.DataFrame:
 
 def _table_of(points: pd.DataFrame, oil: str = _OIL) -> pd.DataFrame:
     """Points as a table of points of a campaign."""
-    known: dict[str, Any] = {
-        "oil": oil,
-        "accepted": True,
-        "n_samples": 1,
-        "first_row": points.index + 1,
-    }
-    return tables.filled(points.assign(**known), "points", "the table")
+    whole = points.assign(oil=oil, accepted=True, n_samples=1, first_row=points.index + 1)
+    return tables.filled(whole, "points", "the table")

@@ -15,7 +15,7 @@ from oilfilm.digests import file_digest
 from oilfilm.errors import OilfilmError
 from oilfilm.exports.campaign import export, export_campaign
 from oilfilm.exports.description import describe, identifiers
-from oilfilm.fits.finished import finished_fits
+from oilfilm.fits.soundness import finished_fits
 from oilfilm.home import CONFIG
 from oilfilm.logs.base import SET_POINTS
 from oilfilm.report.html import html
@@ -54,8 +54,8 @@ def save_fit(fit: "ArrayFit", folder: Path) -> None:
             tables.write(results.table(table), table, made / f"tables/{table}.parquet", about)
         for file, content in export_campaign(results, settings, provenance).items():
             write_bytes(content, made / "exports" / file)
-        sections = [answer(results, settings), fits(results), constants(results)]
-        sections = [each for each in (*sections, laws(results, settings)) if each]
+        made_of = answer(results, settings), fits(results), constants(results)
+        sections = [each for each in (*made_of, laws(results, settings)) if each]
         write_text(text(sections, settings.campaign, _PLACES), made / "summary.txt")
         page = html(sections, results, [], made, settings, provenance)
         write_text(page, made / "report.html")
@@ -80,29 +80,25 @@ def export_fit(fit: "ArrayFit", path: Path) -> None:
 
 def _campaign(fit: "ArrayFit", name: str) -> tuple[CampaignTables, Settings, dict[str, Any]]:
     """The fit as a finished campaign: its tables, settings and provenance."""
-    settings, data = _settings(fit, name), _data(fit, name)
-    of_fit = {table: frame.assign(oil=fit.oil) for table, frame in fit.tables.tables.items()}
-    results = CampaignTables.in_memory(**of_fit, **data)
-    source = Path(fit.source)
+    means = fit.points.groupby("run_id", sort=False)
+    runs = pd.DataFrame({"accepted_points": means.size(), "plateaus": means.size()})
+    for column in {*SET_POINTS} & {*fit.points}:
+        runs[f"nominal_{column}"] = means[column].mean()
+    runs = runs.reset_index().assign(
+        campaign=name, oil=fit.oil, rig="unknown", verdict="accepted", file=fit.source
+    )
+    results = CampaignTables.in_memory(
+        points=fit.table,
+        runs=tables.filled(runs, "runs", "the table"),
+        **{table: fit.tables.table(table).assign(oil=fit.oil) for table in OF_FIT},
+    )
+    source, settings = Path(fit.source), _settings(fit, name)
     provenance = {
         "code": f"oilfilm {oilfilm.__version__}",
         "settings": None,
         "inputs": {source.name: file_digest(source)} if source.is_file() else {},
     }
     return results.replace(**finished_fits(results, settings)), settings, provenance
-
-
-def _data(fit: "ArrayFit", campaign: str) -> dict[str, pd.DataFrame]:
-    """The tables `points` and `runs` of a campaign that has this table alone."""
-    points = fit.table
-    means = fit.points.groupby("run_id", sort=False)
-    runs = pd.DataFrame({"accepted_points": means.size(), "plateaus": means.size()})
-    for name in {*SET_POINTS} & {*fit.points}:
-        runs[f"nominal_{name}"] = means[name].mean()
-    runs = runs.reset_index().assign(
-        campaign=campaign, oil=fit.oil, rig="unknown", verdict="accepted", file=fit.source
-    )
-    return {"points": points, "runs": tables.filled(runs, "runs", "the table")}
 
 
 def _settings(fit: "ArrayFit", campaign: str) -> Settings:

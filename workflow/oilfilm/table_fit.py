@@ -35,11 +35,7 @@ PRESSURE, LOAD, SPEED = "max_hertz_pressure_gpa", "load_n", "entrainment_speed_m
 TEMPERATURE, SLIP, MU = "inlet_temperature_c", "slide_roll_ratio", "traction_coefficient"
 # Young's modulus in Pa and Poisson's ratio. Steel and silicon nitride as bearing steel and balls
 # have them (Harris and Kotzalas, Rolling Bearing Analysis, 5th ed., 2007); glass: Schott N-BK7.
-MATERIALS = {
-    "steel": (206e9, 0.3),
-    "silicon-nitride": (310e9, 0.26),
-    "glass": (82e9, 0.206),
-}
+MATERIALS = {"steel": (206e9, 0.3), "silicon-nitride": (310e9, 0.26), "glass": (82e9, 0.206)}
 _COLUMNS = {PRESSURE, LOAD, SPEED, "ball_speed_m_s", "disc_speed_m_s", TEMPERATURE, SLIP, MU}
 _OWN_NAMES = {n: of for n, of in TRACTION.vocabulary.own_names.items() if n in _COLUMNS}
 VOCABULARY = Guesses("traction", "columns", _OWN_NAMES, (), symbols=True)
@@ -209,13 +205,7 @@ def _content(path: Path, found: MuTable) -> bytes:
     content = unpack(read_bytes(path))
     try:
         if content.startswith(_PARQUET):
-            import pyarrow.parquet  # noqa: PLC0415 - most tables are text
-
-            data = pyarrow.parquet.read_table(io.BytesIO(content))
-            units = [(each.metadata or {}).get(b"unit", b"").decode() for each in data.schema]
-            frame = data.to_pandas(ignore_metadata=True)
-            names = zip(frame.columns, units, strict=True)
-            return _text_of(frame.set_axis([f"{n} [{u}]" if u else n for n, u in names], axis=1))
+            return _text_of(pd.read_parquet(io.BytesIO(content)))
         if content.startswith(_EXCEL):
             # a sheet may have lines above the names
             sheet = pd.read_excel(io.BytesIO(content), header=None, dtype=object)
@@ -227,8 +217,7 @@ def _content(path: Path, found: MuTable) -> bytes:
 
 
 def _text_of(frame: pd.DataFrame) -> bytes:
-    index = not isinstance(frame.index, pd.RangeIndex)
-    return frame.to_csv(sep="\t", index=index and frame.index.names != [None]).encode()
+    return frame.to_csv(sep="\t", index=False).encode()
 
 
 def _columns(logged: LoggedTable, found: MuTable) -> dict[str, tuple[str, str]]:
@@ -281,13 +270,11 @@ def _fill(found: MuTable, logged: LoggedTable, columns: Mapping[str, tuple[str, 
 def _assumed_unit(quantity: str, name: str, numbers: FloatArray, found: MuTable) -> str:
     """The unit of a column that states none, where the numbers leave no doubt."""
     largest = float(np.nanmax(np.abs(numbers), initial=0))
-    if quantity == MU:
+    if quantity == MU or (quantity == SLIP and largest <= _LARGEST_SLIP):
         return "1"
     if quantity == SLIP:
-        unit = "1" if largest <= _LARGEST_SLIP else "%"
-        if unit == "%":
-            found.notes.append(f"assumed: {name!r} goes up to {largest:g}, so it is in %")
-        return unit
+        found.notes.append(f"assumed: {name!r} goes up to {largest:g}, so it is in %")
+        return "%"
     if quantity == "inlet_temperature" and largest < _HOTTEST_C:
         found.notes.append(f"assumed: {name!r} is in degC")
         return "degC"
@@ -307,11 +294,6 @@ def _without_gaps(found: MuTable) -> MuTable:
     points = found.points.loc[good].reset_index(drop=True)
     if points.empty:
         raise found.refuse("no row has all its numbers.", "Look at decimal marks and empty cells.")
-    if float(points[SLIP].abs().max()) > _LARGEST_SLIP:
-        raise found.refuse(
-            f"a slide-roll ratio is {points[SLIP].abs().max():g}; expected 2 at most.",
-            "Say `%` in the name of the column where it is meant, as `SRR [%]`.",
-        )
     # the law is odd: both signs say the same
     backwards = points[SLIP] < 0
     if (points.loc[backwards, MU] < 0).any():
@@ -339,10 +321,13 @@ def with_pressure(points: pd.DataFrame, ball_radius_m: float, materials: str) ->
         >>> with_pressure(points, 9.525e-3, "steel,steel")["max_hertz_pressure_gpa"].round(3)[0]
         np.float64(0.818)
     """
-    bodies = [_elastic(name.strip()) for name in materials.split(",")]
-    if len(bodies) != 2:
-        raise OilfilmError(f"--materials: found {materials!r}; expected ball,disc, as steel,glass.")
-    (e1, nu1), (e2, nu2) = bodies
+    try:
+        (e1, nu1), (e2, nu2) = (_elastic(name.strip()) for name in materials.split(","))
+    except (KeyError, ValueError):
+        raise OilfilmError(
+            f"--materials: found {materials!r}; expected ball,disc, as steel,glass, each one of "
+            f"{', '.join(MATERIALS)}, or Young's modulus and Poisson's ratio, as 206GPa:0.3."
+        ) from None
     modulus_pa = reduced_modulus(e1, nu1, e2, nu2)
     pressure_pa = max_hertz_pressure(points[LOAD].to_numpy(), ball_radius_m, modulus_pa)
     return points.assign(**{PRESSURE: pressure_pa / PA_PER_GPA})
@@ -350,13 +335,6 @@ def with_pressure(points: pd.DataFrame, ball_radius_m: float, materials: str) ->
 
 def _elastic(name: str) -> tuple[float, float]:
     modulus, mark, ratio = name.partition(":")
-    try:
-        if mark:
-            number = modulus.removesuffix("GPa")
-            return float(number) * PA_PER_GPA, float(ratio)
-        return MATERIALS[name]
-    except (KeyError, ValueError):
-        raise OilfilmError(
-            f"--materials: found {name!r}; expected one of {', '.join(MATERIALS)}, or Young's "
-            "modulus and Poisson's ratio, as 206GPa:0.3."
-        ) from None
+    if mark:
+        return float(modulus.removesuffix("GPa")) * PA_PER_GPA, float(ratio)
+    return MATERIALS[name]

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 import oilfilm.run.job as run
-from oilfilm.fits.law_comparison import laws_of
+from oilfilm.fits.fit import laws_of
 from oilfilm.paper.audit.audit import audit_campaign
 from oilfilm.paper.extrapolation import extrapolate, extrapolation_errors
 from oilfilm.paper.printed_constants import judge_printed, study_signs

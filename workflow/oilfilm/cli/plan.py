@@ -10,7 +10,7 @@ import numpy as np
 from oilfilm.cli.arguments import campaign_folder, config_folder, quantity
 from oilfilm.cli.parser import DUTY_EXAMPLE
 from oilfilm.errors import OilfilmError
-from oilfilm.fits.optimal_design import uncertainties, uncertainty
+from oilfilm.fits.measured_curves import uncertainties, uncertainty
 from oilfilm.settings.resolve import named_file, resolve
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables

@@ -7,7 +7,7 @@ because the points of a run share its errors.
 Decides: which law is the best one for an oil, and when laws tie.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -25,13 +25,6 @@ _CONFIDENCE = 0.95
 _BARE_MENTION = 2.0
 # Fewer curves give no error of a difference.
 FEWEST_CURVES = 3
-_ENDS = (
-    "pressure_end_out_relative_rms",
-    "speed_end_out_relative_rms",
-    "temperature_end_out_relative_rms",
-)
-
-
 _MEASURED = "traction_coefficient_measured"
 
 
@@ -73,7 +66,6 @@ def best_laws(
 
 def _verdict(fit: dict[str, Any], quality: pd.DataFrame, beside: pd.DataFrame) -> dict[str, Any]:
     law, laws = fit["law"], quality.set_index("law")
-    rms = {str(name): float(value) for name, value in laws["left_out_rmse"].items()}
     fitted_laws = laws.index[laws["bic"].notna()]
     if len(laws) == 1:
         return {"verdict": "no other law"}
@@ -83,34 +75,29 @@ def _verdict(fit: dict[str, Any], quality: pd.DataFrame, beside: pd.DataFrame) -
         return {"verdict": "no other fit"}
     # other points, other sums: such laws cannot be set beside this one
     same = laws[(laws["n_points"] == laws.loc[law, "n_points"]) & laws["bic"].notna()]
-    squares, counts = _squares(beside, same.index, "left_out_traction_coefficient")
+    squares = _squares(beside, same.index, "left_out_traction_coefficient")
     if law not in squares:
         return {"verdict": "constants left open"}
-    if len(counts) < FEWEST_CURVES:
+    if len(squares) < FEWEST_CURVES:
         return {"verdict": "too few curves"}
-    points = counts.sum()
-    unseen = _judged(
-        law,
-        {name: float(np.sqrt(each.sum() / points)) for name, each in squares.items()},
-        {name: np.sqrt((each.sum() - each) / (points - counts)) for name, each in squares.items()},
-    )
-    fitted, _ = _squares(beside, same.index, "traction_coefficient")
+    own = beside[beside["law"] == law]
+    counts = own.groupby("run_id").size().to_numpy()[:, np.newaxis]
+    sums, points = squares.sum(), counts.sum()
+    without_each = np.sqrt((sums - squares) / (points - counts))
+    unseen = _judged(law, np.sqrt(sums / points), without_each)
+    fitted = _squares(beside, same.index, "traction_coefficient")
     # the differences have the error of Vuong's statistic (Econometrica 57 (1989) 307, section 5)
-    by_bic = _judged(
-        law,
-        {str(name): float(value) for name, value in same["bic"].items()},
-        {name: points * np.log(each.sum() - each) for name, each in fitted.items()},
-        _BARE_MENTION,
-    )
-    size = float(np.sqrt(np.mean(beside.loc[beside["law"] == law, _MEASURED] ** 2)))
+    without_each = points * np.log(fitted.sum() - fitted)
+    by_bic = _judged(law, same["bic"], without_each, _BARE_MENTION)
+    size = float(np.sqrt(np.mean(own[_MEASURED] ** 2)))
     verdict, better = _judgement(law, unseen, by_bic, same)
     return {
         "verdict": verdict,
         "better_law": better,
         "left_out_law": unseen.best,
         "left_out_ties": ", ".join(unseen.ties),
-        "left_out_relative_rms": rms[law] / size,
-        "best_left_out_relative_rms": rms[unseen.best] / size,
+        "left_out_relative_rms": laws["left_out_rmse"][law] / size,
+        "best_left_out_relative_rms": laws["left_out_rmse"][unseen.best] / size,
         "left_out_difference": unseen.difference / size,
         "left_out_difference_error": unseen.error / size,
         "bic_law": by_bic.best,
@@ -121,48 +108,37 @@ def _verdict(fit: dict[str, Any], quality: pd.DataFrame, beside: pd.DataFrame) -
     }
 
 
-def _squares(
-    beside: pd.DataFrame, laws: Iterable[str], column: str
-) -> tuple[dict[str, FloatArray], FloatArray]:
-    """Sum of squared errors of each curve by law, and the curves' numbers of points.
+def _squares(beside: pd.DataFrame, laws: "pd.Index[str]", column: str) -> pd.DataFrame:
+    """Sum of squared errors of each curve, one column per law.
 
     Laws without an error at some point are left out.
     """
-    squares = {}
-    counts = np.empty(0)
-    for law in laws:
-        of_law = beside[beside["law"] == law]
-        errors = of_law[column] - of_law[_MEASURED]
-        if errors.isna().any():
-            continue
-        by_curve = (errors**2).groupby(of_law["run_id"], sort=True)
-        squares[law] = by_curve.sum().to_numpy(dtype=float)
-        counts = np.asarray(by_curve.count(), dtype=float)
-    return squares, counts
+    squares = (beside[column] - beside[_MEASURED]) ** 2
+    sums = squares.groupby([beside["run_id"], beside["law"]]).sum(skipna=False).unstack()
+    return sums.reindex(columns=laws).dropna(axis=1)
 
 
 def _judged(
-    law: str, values: dict[str, float], without_each: dict[str, FloatArray], least: float = 0.0
+    law: str, values: "pd.Series[float]", without_each: pd.DataFrame, least: float = 0.0
 ) -> Judged:
     """The laws by one criterion, the least of which is best.
 
     Args:
         law: The configured law.
         values: Of the criterion, by law.
-        without_each: The same without each curve.
+        without_each: The same without each curve, one column per law.
         least: A smaller difference is a tie.
     """
-    best = min(values, key=lambda name: values[name])
-    apart = {
-        name: (value - values[best], jackknife_error(without_each[name] - without_each[best]))
-        for name, value in values.items()
-    }
+    best = str(values.idxmin())
+    differences = values - values[best]
+    apart = without_each.sub(without_each[best], axis=0)
+    errors = {str(name): jackknife_error(each.to_numpy()) for name, each in apart.items()}
     ties = [
         name
-        for name, (difference, error) in apart.items()
-        if name != best and difference <= max(error, least)
+        for name, error in errors.items()
+        if name != best and differences[name] <= max(error, least)
     ]
-    return Judged(best, (best, *ties), *apart[law])
+    return Judged(best, (best, *ties), float(differences[law]), errors[law])
 
 
 def jackknife_error(replicates: FloatArray) -> float:
@@ -184,7 +160,8 @@ def jackknife_error(replicates: FloatArray) -> float:
 
 def _best_at_ends(laws: pd.DataFrame) -> str:
     """The law with the least error at end levels that were left out; empty where none is known."""
-    known = laws[list(_ENDS)].astype(float).dropna(axis=1, how="all").dropna()
+    ends = laws.filter(regex="_end_out_relative_rms$").astype(float)
+    known = ends.dropna(axis=1, how="all").dropna()
     if known.empty or not len(known.columns):
         return ""
     return str((known**2).mean(axis=1).idxmin())

@@ -75,20 +75,15 @@ class FixedCondition:
         name = QUANTITIES[self.condition].short_meaning
         if self.level is None:
             return f"{name} is not known of every run"
-        level, nearby = (
-            f"{self.level:.4g} {tables.unit_of(self.condition)}",
-            f"(within {self.within:.1%})",
-        )
-        if not self.in_step:
-            return f"{name} was tested at {level} only {nearby}"
-        others = [QUANTITIES[other.condition].short_meaning for other in self.in_step]
-        powers = " ".join(
-            f"({text} / {other.centre:.4g} {tables.unit_of(other.condition)})^{other.exponent:.3g}"
-            for text, other in zip(others, self.in_step, strict=True)
-        )
-        return (
-            f"{name} was tested in step with {' and '.join(others)} only: {level} {powers} {nearby}"
-        )
+        level = f"{self.level:.4g} {tables.unit_of(self.condition)}"
+        others, powers = [], ""
+        for other in self.in_step:
+            others.append(QUANTITIES[other.condition].short_meaning)
+            base = f"{others[-1]} / {other.centre:.4g} {tables.unit_of(other.condition)}"
+            powers += f" ({base})^{other.exponent:.3g}"
+        where = f"in step with {' and '.join(others)} only:" if others else "at"
+        only = "" if others else " only"
+        return f"{name} was tested {where} {level}{powers}{only} (within {self.within:.1%})"
 
 
 _FIXED = TypeAdapter(tuple[FixedCondition, ...])
@@ -257,11 +252,9 @@ def clusters(values: FloatArray, width: float) -> IndexArray:
         array([2, 1, 2, 1, 0])
     """
     clusters = np.zeros(len(values), dtype=np.int64)
-    first = -np.inf
-    number = 0
-    for index in np.argsort(values, kind="stable"):
-        if np.isnan(values[index]):
-            break
+    first, number = -np.inf, 0
+    known = np.flatnonzero(~np.isnan(values))
+    for index in known[np.argsort(values[known], kind="stable")]:
         if values[index] - first > width:
             first, number = values[index], number + 1
         clusters[index] = number

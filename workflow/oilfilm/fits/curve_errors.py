@@ -6,13 +6,14 @@ curve of 31 points is therefore no 31 independent pieces of information.
 Decides: which errors the points of a run share, and how large they are.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy
 
+from oilfilm.fits.problem import Curves
 from oilfilm.fits.uncertainty import SENSORS
-from oilfilm.traction.law import Law, Observations
+from oilfilm.traction.law import Law
 from oilfilm.units import FloatArray, IndexArray
 
 # What may be wrong in a whole curve: relative errors of load, force and speed, degrees of the
@@ -26,27 +27,6 @@ _VARIANCES = (-14.0, 4.0)
 _STEP = 1e-4
 # Error of mu below which a point counts as exact.
 _EXACT = 1e-9
-
-
-@dataclass(frozen=True)
-class Curves:
-    """Points of curves, measured or to be measured.
-
-    Attributes:
-        conditions: The law's conditions of each curve, shape (curves, conditions).
-        load_n: Load of each curve.
-        curve: Curve of each point, rising.
-        slip: Slide-roll ratio of each point, 0 or more.
-    """
-
-    conditions: FloatArray
-    load_n: FloatArray
-    curve: IndexArray
-    slip: FloatArray
-
-    def at(self, law: Law) -> Observations:
-        """The points as a law takes them."""
-        return Observations(law.design(self.conditions), self.curve, self.slip)
 
 
 def effects(law: Law, internal: FloatArray, curves: Curves) -> FloatArray:
@@ -65,7 +45,7 @@ def effects(law: Law, internal: FloatArray, curves: Curves) -> FloatArray:
         ends = []
         for sign in (1, -1):
             factor = [np.exp(sign * _STEP * factors.get(name, 0.0)) for name in law.conditions]
-            moved = Curves(curves.conditions * factor, curves.load_n, curves.curve, curves.slip)
+            moved = replace(curves, conditions=curves.conditions * factor)
             ends.append(law.traction(internal, moved.at(law)))
         return np.asarray((ends[0] - ends[1]) / (2 * _STEP))
 
@@ -124,10 +104,8 @@ def error_sizes(
     def deviance(logarithms: FloatArray) -> float:
         return _deviance(np.exp(logarithms), products, points)
 
-    start = np.log([0.3] * (len(_OF_A_RUN) + 1))
-    best = scipy.optimize.minimize(
-        deviance, start, method="L-BFGS-B", bounds=scipy.optimize.Bounds(*_VARIANCES)
-    )
+    start, bounds = np.log([0.3] * (len(_OF_A_RUN) + 1)), scipy.optimize.Bounds(*_VARIANCES)
+    best = scipy.optimize.minimize(deviance, start, method="L-BFGS-B", bounds=bounds)
     variances = np.exp(best.x) * size[-1] ** 2
     of_curve = np.zeros(len(EFFECTS))
     of_curve[_OF_A_RUN] = variances[:-1] / size[: len(_OF_A_RUN)] ** 2

@@ -271,11 +271,7 @@ def _sums(
 
 
 def _sums_of_curves(
-    problem: Problem,
-    sizes: FloatArray,
-    curve: IndexArray,
-    followed: tuple[int, ...],
-    curved: bool,
+    problem: Problem, sizes: FloatArray, curve: IndexArray, followed: tuple[int, ...], curved: bool
 ) -> FloatArray:
     """Sums over the points of curves, by ln|X| of the coefficients X that have a free constant.
 

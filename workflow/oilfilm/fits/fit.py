@@ -4,13 +4,11 @@ Decides: the errors of curves left out.
 """
 
 import itertools
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
-from oilfilm.fits.certificate import certify
 from oilfilm.fits.conditions import (
     fixed_conditions,
     followed_conditions,
@@ -21,15 +19,16 @@ from oilfilm.fits.conditions import (
 )
 from oilfilm.fits.descent import descend
 from oilfilm.fits.engine import Optimum, at_bounds, polish, search
-from oilfilm.fits.fit_tables import Solution, fitted_names, tables_of_fit, tables_without_fit
+from oilfilm.fits.fit_tables import (
+    Solution,
+    certify,
+    fitted_names,
+    tables_of_fit,
+    tables_without_fit,
+)
 from oilfilm.fits.interval import scores_of_unseen
 from oilfilm.fits.objectives import robust_fit
-from oilfilm.fits.problem import (
-    CurveData,
-    Problem,
-    build_problem,
-    curve_data,
-)
+from oilfilm.fits.problem import Problem, build_problem, curve_data
 from oilfilm.fits.uncertainty import (
     Estimates,
     calibration_refits,
@@ -37,64 +36,57 @@ from oilfilm.fits.uncertainty import (
     naive_covariance,
     profiles,
     robust_draws,
-    without_bounds,
 )
 from oilfilm.randomness import generator
 from oilfilm.settings.config import FitSettings
-from oilfilm.traction import LAWS
+from oilfilm.settings.resolved import Settings
+from oilfilm.tables.campaign_tables import CampaignTables
+from oilfilm.traction import LAWS, laws_for
 from oilfilm.traction.law import CONDITIONS, Law
 from oilfilm.units import BoolArray, FloatArray, IndexArray
 
+# Why the laws' comparison says nothing of Wang-Deng where the paper's law made the points.
+TIE = (
+    "a tie by construction: Eq. 7 made the SIMULATED points, and for one ball size load-based "
+    "Wang-Deng with D = -A is Eq. 7. Dimensionless Wang-Deng is another law. It is at a "
+    "disadvantage, because Eq. 7 made the points"
+)
 # Errors of single points are reported: they feel what an SSE does not.
 _TOLERANCE = 1e-8
 # Columns of the points that span the tested box, and the columns of `fit_quality` that hold it.
-BOX = (
-    "max_hertz_pressure_gpa",
-    "entrainment_speed_m_s",
-    "inlet_temperature_c",
-    "load_n",
-    "slide_roll_ratio",
-)
+BOX = (*CONDITIONS, "load_n", "slide_roll_ratio")
 
 
-@dataclass(frozen=True)
-class OilFit:
-    """The tables of one oil's fit by name, and what they were made from.
+def laws_of(oil: str, settings: Settings) -> dict[str, Law]:
+    """Every law whose needs an oil of a campaign and its rigs meet, by name."""
+    return laws_for(settings.properties_of(oil), settings.common_contact())
 
-    `solution` is None where the data could not be fitted.
+
+def fit_law(points: pd.DataFrame, oil: str, name: str, settings: Settings) -> CampaignTables:
+    """Fit one law to one oil's accepted points, and judge it by curves left out of the fit.
+
+    Points, settings, seeds and the curves that are left out are the same for every law.
+
+    Args:
+        points: Table of points.
+        oil: Oil to fit.
+        name: The law.
+        settings: `compare`, `fit` and `seed`; for a law that needs properties of the oil and the
+            contact, `oils` and `rigs` as well.
+
+    Returns:
+        As `fit_oil`. A law that needs unknown properties gives no values, with the reason.
     """
-
-    tables: dict[str, pd.DataFrame]
-    solution: Solution | None
-
-    @property
-    def coefficients(self) -> pd.DataFrame:
-        """Table of coefficients."""
-        return self.tables["coefficients"]
-
-    @property
-    def fit_quality(self) -> pd.DataFrame:
-        """Table of fit quality."""
-        return self.tables["fit_quality"]
-
-    @property
-    def refits(self) -> pd.DataFrame:
-        """Table of refits."""
-        return self.tables["refits"]
-
-    @property
-    def certificate(self) -> str:
-        """The certificate of the fit in a sentence."""
-        return str(self.fit_quality["certificate"].item())
+    law = LAWS[name] if name in LAWS else laws_of(oil, settings).get(name)
+    if law is None:
+        reason = "the law needs the oil's properties and one known contact (config)"
+        return tables_without_fit([], {"oil": oil, "law": name, "configured": True}, reason)
+    return fit_oil(points, oil, settings.fit, settings.seed, law)
 
 
 def fit_oil(
-    points: pd.DataFrame,
-    oil: str,
-    settings: FitSettings,
-    seed: int,
-    law: Law | None = None,
-) -> OilFit:
+    points: pd.DataFrame, oil: str, settings: FitSettings, seed: int, law: Law | None = None
+) -> CampaignTables:
     """Fit a law to one oil's accepted points.
 
     Args:
@@ -117,32 +109,27 @@ def fit_oil(
         points = points[~points["run_id"].isin(left_out)]
         data = curve_data(points, law.conditions)
     followed = followed_conditions(law.conditions, data.conditions, settings)
-    about = {"oil": oil, "law": law.name, "incomplete_curves": "; ".join(left_out)}
-    quality = about | _tested(law, data, followed, settings) | _tested_box(points)
+    varying = itertools.compress(zip(law.conditions, data.conditions.T, strict=True), followed)
+    two = [name for name, each in varying if levels_by_gap(each, settings.level_gap).max() == 1]
+    fixed = fixed_conditions(law.conditions, data.conditions, followed, settings)
+    quality: dict[str, Any] = {
+        **{"oil": oil, "law": law.name, "configured": True},
+        **{"n_points": len(data.mu), "n_curves": len(data.runs)},
+        "incomplete_curves": "; ".join(left_out),
+        "fixed_conditions": to_text(fixed),
+        "two_level_conditions": ", ".join(two),
+    }
+    accepted = points.loc[points["accepted"], list(BOX)].abs()
+    for end, values in (("min", accepted.min()), ("max", accepted.max())):
+        quality |= {f"tested_{end}_{name}": float(values[name]) for name in BOX}
     try:
         problem = build_problem(law, data, followed)
         _refuse_hopeless(problem)
     except ValueError as error:
-        return OilFit(tables_without_fit(fitted_names(law), quality, str(error)), None)
+        return tables_without_fit(fitted_names(law), quality, str(error))
     solution = _solve(problem, oil, points, settings, seed)
     quality |= _ends_out(solution, points, settings)
-    return OilFit(tables_of_fit(solution, points, quality, settings), solution)
-
-
-def _tested(
-    law: Law, data: CurveData, followed: BoolArray, settings: FitSettings
-) -> dict[str, Any]:
-    """What the table of quality says of the curves before any search."""
-    conditions = itertools.compress(zip(law.conditions, data.conditions.T, strict=True), followed)
-    two = [name for name, each in conditions if levels_by_gap(each, settings.level_gap).max() == 1]
-    fixed = fixed_conditions(law.conditions, data.conditions, followed, settings)
-    return {
-        "configured": True,
-        "n_points": len(data.mu),
-        "n_curves": len(data.runs),
-        "fixed_conditions": to_text(fixed),
-        "two_level_conditions": ", ".join(two),
-    }
+    return tables_of_fit(solution, points, quality, settings)
 
 
 def _refuse_hopeless(problem: Problem) -> None:
@@ -150,8 +137,7 @@ def _refuse_hopeless(problem: Problem) -> None:
     data = problem.data
     if not len(data.mu):
         raise ValueError("0 accepted points")
-    lost = int((~np.isfinite(data.mu) | ~np.isfinite(data.slip)).sum())
-    if lost:
+    if lost := int(np.sum(~np.isfinite(data.mu + data.slip))):
         raise ValueError(f"{lost} accepted points have no traction coefficient or no slip")
     if not np.any(data.slip):
         raise ValueError("every slide-roll ratio is zero, where traction says nothing")
@@ -160,9 +146,8 @@ def _refuse_hopeless(problem: Problem) -> None:
             "no accepted point has traction above zero; is the sign of the force right "
             "(semantics of the campaign file)?"
         )
-    levels = data.conditions[data.curve]
-    distinct = len(np.unique(np.column_stack([levels, data.slip, data.mu]), axis=0))
-    needed = int(problem.free.sum()) + 1
+    points = np.column_stack([data.conditions[data.curve], data.slip, data.mu])
+    distinct, needed = len(np.unique(points, axis=0)), int(problem.free.sum()) + 1
     if distinct < needed:
         copies = f", {distinct} of them distinct" if distinct < len(data.mu) else ""
         raise ValueError(
@@ -183,7 +168,8 @@ def _solve(
     naive = naive_covariance(problem, best)
     errors = np.sqrt(np.diag(naive))
     drawn = _refits(problem, best, settings, generator(seed, "bootstrap", oil))
-    refits = without_bounds(problem, drawn)
+    # a bound is where the search stopped, not what the curves say: its value means nothing
+    refits = drawn[~at_bounds(problem, drawn).any(axis=1)]
     shifted = calibration_refits(problem, best, points)
     estimates = Estimates(best.values, naive, refits, shifted)
     # the same groups for every law
@@ -195,7 +181,7 @@ def _solve(
         problem,
         best,
         certify(problem, optima, errors, settings),
-        estimates,
+        estimates.reported(problem),
         profiles(problem, best, naive),
         robust_fit(problem, best),
         left_out,
@@ -236,30 +222,19 @@ def _with_bounds_held(problem: Problem, ends: list[Optimum]) -> tuple[Problem, l
     return problem.holding(values, stuck), free
 
 
-def _tested_box(points: pd.DataFrame) -> dict[str, float]:
-    """Smallest and largest value of each condition over the accepted points, NaN if unknown."""
-    accepted = points.loc[points["accepted"], list(BOX)].abs()
-    low, high = accepted.min(), accepted.max()
-    return {
-        **{f"tested_min_{name}": float(low[name]) for name in BOX},
-        **{f"tested_max_{name}": float(high[name]) for name in BOX},
-    }
-
-
 def _ends_out(solution: Solution, points: pd.DataFrame, settings: FitSettings) -> dict[str, float]:
     """Errors at the lowest and highest level of each condition, left out of the fit."""
     # not the law's own conditions: every law is evaluated at the same levels
     conditions = curve_data(points).conditions
     # the scatter of one level has no ends
     levels = np.where(varied(CONDITIONS, conditions, settings), conditions, np.nan)
-    errors = [
-        leave_ends_out(solution.problem, solution.best, levels_by_gap(level, settings.level_gap))
-        for level in levels.T
-    ]
-    return {
-        f"{name}_end_out_relative_rms": relative_rms(error, solution.problem.mu)
-        for name, error in zip(("pressure", "speed", "temperature"), errors, strict=True)
-    }
+    problem, errors = solution.problem, {}
+    for name, level in zip(("pressure", "speed", "temperature"), levels.T, strict=True):
+        left = leave_ends_out(problem, solution.best, levels_by_gap(level, settings.level_gap))
+        size = np.sum(problem.mu[np.isfinite(left)] ** 2)
+        rms = float(np.sqrt(np.nansum(left**2) / size)) if size else np.nan
+        errors[f"{name}_end_out_relative_rms"] = rms
+    return errors
 
 
 # ---------------------------------------------------------------- curves left out
@@ -338,14 +313,6 @@ def leave_ends_out(problem: Problem, optimum: Optimum, levels: IndexArray) -> Fl
     if levels.max(initial=0) == 0:
         return np.full(len(problem.mu), np.nan)
     return _errors_left_out(problem, optimum, np.stack([levels == 0, levels == levels.max()]))
-
-
-def relative_rms(errors: FloatArray, mu: FloatArray) -> float:
-    """Root-mean-square error over root-mean-square mu, where there is an error; else NaN."""
-    known = np.isfinite(errors)
-    if not known.any():
-        return float("nan")
-    return float(np.sqrt(np.sum(errors[known] ** 2) / np.sum(mu[known] ** 2)))
 
 
 def _errors_left_out(problem: Problem, optimum: Optimum, left_out: BoolArray) -> FloatArray:

@@ -1,4 +1,9 @@
-"""The tables of one fit: constants, quality, refits, correlations, profiles, residuals by curve."""
+"""The tables of one fit: constants, quality, refits, correlations, profiles, residuals by curve.
+
+With the proof that a fit is the best one: independent searches agree at a flat, physical spot.
+
+Decides: when a fit is certified.
+"""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -8,20 +13,17 @@ import numpy as np
 import pandas as pd
 
 from oilfilm import tables
-from oilfilm.fits.certificate import tested_grid, traction_on
 from oilfilm.fits.conditions import from_text
 from oilfilm.fits.engine import Optimum
 from oilfilm.fits.interval import Unseen, normal_quantile
-from oilfilm.fits.objectives import Alternative, curve_agreement, difference, odd_curves
+from oilfilm.fits.objectives import Robust, curve_agreement
 from oilfilm.fits.problem import Problem
-from oilfilm.fits.uncertainty import SENSORS, Estimates, profile_interval
+from oilfilm.fits.uncertainty import SENSORS, Estimates
 from oilfilm.settings.config import FitSettings
 from oilfilm.table_needs import OF_FIT
-from oilfilm.traction.law import CONDITIONS, Law
+from oilfilm.tables.campaign_tables import CampaignTables
+from oilfilm.traction.law import CONDITIONS, Law, Observations
 from oilfilm.units import FloatArray
-
-# Traction this small beside the largest is rounding: no dip below zero, no second rise.
-_ROUNDING = 1e-9
 
 
 @dataclass(frozen=True)
@@ -32,7 +34,7 @@ class Solution:
         problem: What was fitted; constants that ran into a bound are held there.
         best: The best end of the searches.
         certificate: Whether the searches agree, and at what kind of optimum.
-        estimates: The free constants with their errors.
+        estimates: The free constants in the form of the law's equation, with their errors.
         profile: As `profiles`.
         robust: The fit with a robust loss; None for an exact fit.
         left_out: Error of each point's mu by a fit that has not seen its curve, NaN where there is
@@ -47,19 +49,16 @@ class Solution:
     certificate: Mapping[str, Any]
     estimates: Estimates
     profile: tuple[FloatArray, FloatArray]
-    robust: Alternative | None
+    robust: Robust | None
     left_out: FloatArray
     unseen: Unseen
     refits_at_bounds: int
 
 
 def tables_of_fit(
-    solution: Solution,
-    points: pd.DataFrame,
-    quality: Mapping[str, Any],
-    settings: FitSettings,
-) -> dict[str, pd.DataFrame]:
-    """Each table of a fit, by its name.
+    solution: Solution, points: pd.DataFrame, quality: Mapping[str, Any], settings: FitSettings
+) -> CampaignTables:
+    """The tables of a fit.
 
     Args:
         solution: The fit.
@@ -67,23 +66,20 @@ def tables_of_fit(
         quality: Oil, law, counts and tested box: the row of `fit_quality` so far.
         settings: `sign_confidence` and `pulling_weight` of config's fit.
     """
-    frames = {
-        "coefficients": _judged(_coefficients(solution, settings), solution, quality),
-        "fit_quality": pd.DataFrame([{**quality, **_quality(solution)}]),
-        "refits": _refits(solution),
-        "correlations": _correlations(solution),
-        "profiles": _profiles(solution),
-        "curve_residuals": _curve_residuals(solution, settings),
-        "law_points": _law_points(solution, points),
-    }
-    return _of_fit(quality, frames)
+    return _of_fit(
+        {**quality, **_quality(solution)},
+        coefficients=_coefficients(solution, settings, quality["fixed_conditions"]),
+        refits=_refits(solution),
+        correlations=_correlations(solution),
+        profiles=_profiles(solution),
+        curve_residuals=_curve_residuals(solution, settings),
+        law_points=_law_points(solution, points),
+    )
 
 
 def tables_without_fit(
-    constants: Sequence[str],
-    quality: Mapping[str, Any],
-    reason: str,
-) -> dict[str, pd.DataFrame]:
+    constants: Sequence[str], quality: Mapping[str, Any], reason: str
+) -> CampaignTables:
     """The same of data that could not be fitted: no values, and the reason as the certificate.
 
     Args:
@@ -92,25 +88,22 @@ def tables_without_fit(
         reason: Why there is no fit.
     """
     rows = pd.DataFrame({"constant": constants}).assign(verdict="not identifiable")
-    row = {**quality, "certificate": f"not fitted: {reason}"}
-    known = {"coefficients": rows, "fit_quality": pd.DataFrame([row])}
-    return _of_fit(quality, {**dict.fromkeys(OF_FIT, pd.DataFrame()), **known})
+    return _of_fit({**quality, "certificate": f"not fitted: {reason}"}, coefficients=rows)
 
 
-def _of_fit(
-    quality: Mapping[str, Any], frames: Mapping[str, pd.DataFrame]
-) -> dict[str, pd.DataFrame]:
+def _of_fit(quality: Mapping[str, Any], **frames: pd.DataFrame) -> CampaignTables:
     """Each table with oil and law in every row."""
+    frames["fit_quality"] = pd.DataFrame([quality])
     of = {name: quality[name] for name in ("oil", "law")}
-    return {
+    made = {name: tables.empty(name) for name in OF_FIT} | {
         name: tables.filled(frame.assign(**of), name, f"fit of {of['oil']}")
-        if len(frame)
-        else tables.empty(name)
         for name, frame in frames.items()
+        if len(frame)
     }
+    return CampaignTables.in_memory(**made)
 
 
-def _coefficients(solution: Solution, settings: FitSettings) -> pd.DataFrame:
+def _coefficients(solution: Solution, settings: FitSettings, fixed_conditions: str) -> pd.DataFrame:
     """One row per constant, in the order of the law."""
     law, at_bounds = solution.problem.law, solution.problem.at_bounds
     estimated = _estimated(solution, settings.sign_confidence)
@@ -120,8 +113,13 @@ def _coefficients(solution: Solution, settings: FitSettings) -> pd.DataFrame:
     rows["identifiable"] = rows.index.isin(estimated.index)
     rows["verdict"] = rows["verdict"].fillna("not identifiable")
     for name, value in at_bounds.items():
-        rows.loc[name, "value"] = value
-        rows.loc[name, "verdict"] = "at a bound"
+        rows.loc[name, ["value", "verdict"]] = value, "at a bound"
+    along = {other.condition for each in from_text(fixed_conditions) for other in each.in_step}
+    # every group that a law makes of conditions may hold one of them
+    groups = along if law.groups == law.conditions else set(law.groups if along else ())
+    # an exponent along a line is one of no condition alone
+    in_step = [each.name for each in law.constants if each.condition in groups]
+    rows.loc[rows.index.isin(in_step) & rows["identifiable"], "verdict"] = "in step"
     return rows.rename_axis("constant").reset_index()
 
 
@@ -132,32 +130,27 @@ def fitted_names(law: Law) -> list[str]:
 
 def _estimated(solution: Solution, sign_confidence: float) -> pd.DataFrame:
     """One row per free constant, by its name, with its errors and intervals."""
-    problem, estimates = solution.problem, solution.estimates.reported(solution.problem)
-    degrees = len(problem.mu) - len(solution.best.values)
-    profiles = zip(*solution.profile, strict=True)
-    ends = np.array([profile_interval(*profile, degrees) for profile in profiles])
-    lower, upper = problem.reported(ends.T)
-    # a constant below zero falls where its logarithm rises
-    turned = problem.signs < 0
+    estimates, values = solution.estimates, solution.estimates.values
+    systematic = np.sqrt(((estimates.shifted - values) ** 2).sum(axis=0))
     rows = pd.DataFrame(
         {
-            "value": estimates.values,
-            "standard_error": np.nan,
-            "lower": np.nan,
-            "upper": np.nan,
-            "naive_standard_error": estimates.naive_errors,
-            "profile_lower": np.where(turned, upper, lower),
-            "profile_upper": np.where(turned, lower, upper),
-            "systematic_standard_error": estimates.systematic_errors,
+            "value": values,
+            **dict.fromkeys(("standard_error", "lower", "upper"), np.nan),
+            "naive_standard_error": np.sqrt(np.diag(estimates.naive)),
+            # from calibration
+            "systematic_standard_error": systematic if len(estimates.shifted) else np.nan,
             "verdict": "no interval",
         },
-        index=problem.names,
+        index=solution.problem.names,
     )
     if len(estimates.refits):
         rows["standard_error"] = [constant.std(ddof=1) for constant in estimates.refits.T]
         low, high = np.quantile(estimates.refits, [0.025, 0.975], axis=0)
         error = np.hypot(rows["standard_error"], rows["systematic_standard_error"].fillna(0.0))
-        reach = sign_reach(len(rows), sign_confidence) * error
+        # A fit calls the signs of all its constants at once: by an interval of 95 % each, of twelve
+        # constants without effect one would be called wrongly every second time. Hence
+        # Bonferroni's limit, for all of them together.
+        reach = normal_quantile(1 - (1 - sign_confidence) / len(rows)) * error
         # the refits may be skew
         rows["lower"] = np.minimum(rows["value"] - reach, low)
         rows["upper"] = np.maximum(rows["value"] + reach, high)
@@ -166,57 +159,20 @@ def _estimated(solution: Solution, sign_confidence: float) -> pd.DataFrame:
     return rows
 
 
-def sign_reach(constants: int, confidence: float) -> float:
-    """Standard errors that a constant must lie from zero for its sign to be called known.
-
-    A fit calls the signs of all its constants at once: by an interval of 95 % each, of twelve
-    constants without effect one would be called wrongly every second time. Hence Bonferroni's
-    limit, for all of them together.
-
-    Args:
-        constants: Constants that are judged.
-        confidence: That no sign is called wrongly, as a share.
-    """
-    return normal_quantile(1 - (1 - confidence) / constants)
-
-
-def _judged(rows: pd.DataFrame, solution: Solution, quality: Mapping[str, Any]) -> pd.DataFrame:
-    """The constants, with exponents along a line called so: they are of no condition alone."""
-    law = solution.problem.law
-    along = {
-        other.condition
-        for fixed in from_text(quality["fixed_conditions"])
-        for other in fixed.in_step
-    }
-    # every group that a law makes of conditions may hold one of them
-    groups = along if law.groups == law.conditions else set(law.groups if along else ())
-    names = {constant.name for constant in law.constants if constant.condition in groups}
-    in_step = rows["constant"].isin(names) & rows["identifiable"]
-    rows.loc[in_step, "verdict"] = "in step"
-    return rows
-
-
 def _quality(solution: Solution) -> dict[str, Any]:
     problem, best = solution.problem, solution.best
     residual = problem.residual(best.values)
     rmse = float(np.sqrt(np.mean(residual**2)))
     constants = len(best.values) + len(problem.at_bounds)
-    aic, bic = information_criteria(best.sse, len(residual), constants)
-    on_grid = traction_on(problem, best, *tested_grid(problem))
-    starts = on_grid[:, 0]
-    negative, second_rise = curve_shapes(on_grid)
+    starts = traction_on(problem, best, *tested_grid(problem))[:, 0]
     return {
         "n_constants": constants,
         "sse": best.sse,
         "rmse": rmse,
         "relative_rms": rmse / float(np.sqrt(np.mean(problem.mu**2))),
         "max_error": float(np.abs(residual).max()),
-        "aic": aic,
-        "bic": bic,
+        "bic": bayesian_criterion(best.sse, len(residual), constants),
         "zero_slip_traction": float(starts[np.argmax(np.abs(starts))]),
-        "negative_share": negative,
-        "second_rise_share": second_rise,
-        "robust_difference": difference(problem, best, solution.robust),
         "left_out_rmse": float(np.sqrt(np.mean(solution.left_out**2))),
         "refits_at_bounds": solution.refits_at_bounds,
         **solution.unseen.columns(),
@@ -224,13 +180,13 @@ def _quality(solution: Solution) -> dict[str, Any]:
     }
 
 
-def information_criteria(sse: float, n_points: int, n_constants: int) -> tuple[float, float]:
-    """Akaike's and the Bayesian information criterion of a least-squares fit.
+def bayesian_criterion(sse: float, n_points: int, n_constants: int) -> float:
+    """The Bayesian information criterion of a least-squares fit; NaN for an exact one.
 
-        AIC = n ln(SSE/n) + 2 k,   BIC = n ln(SSE/n) + k ln n
+        BIC = n ln(SSE/n) + k ln n
 
     k counts the constants and the variance of the errors; terms that all laws share are left out.
-    Both take every point for independent, which points of a run are not: differences between laws
+    It takes every point for independent, which points of a run are not: differences between laws
     look surer than they are.
 
     Args:
@@ -238,69 +194,41 @@ def information_criteria(sse: float, n_points: int, n_constants: int) -> tuple[f
         n_points: n.
         n_constants: Constants fitted.
 
-    Returns:
-        AIC and BIC; NaN for an exact fit.
-
     Reference: K. P. Burnham, D. R. Anderson, Model Selection and Multimodel Inference, 2nd ed.
         (2002), sections 2.2 and 6.4.
 
     Examples:
         By hand, 100 ln(1e-4/100) = -1381.55, k = 3:
 
-        >>> aic, bic = information_criteria(1e-4, 100, 2)
-        >>> print(f"{aic:.2f} {bic:.2f}")
-        -1375.55 -1367.74
+        >>> print(f"{bayesian_criterion(1e-4, 100, 2):.2f}")
+        -1367.74
     """
     if sse <= 0:
-        return float("nan"), float("nan")
-    fit, k = n_points * np.log(sse / n_points), n_constants + 1
-    return float(fit + 2 * k), float(fit + k * np.log(n_points))
-
-
-def curve_shapes(mu: FloatArray) -> tuple[float, float]:
-    """Where curves of mu against slip are not as the paper says: shares of the given grid.
-
-    Args:
-        mu: Shape (conditions, slips), slips rising.
-
-    Returns:
-        Share of all points where mu is below zero, and share of conditions at which mu rises again
-        after a fall: more than the paper's one peak.
-    """
-    rounding = _ROUNDING * float(np.abs(mu).max(initial=0.0))
-    steps = np.diff(mu, axis=1)
-    fallen = np.logical_or.accumulate(steps < -rounding, axis=1)
-    again = np.any(fallen & (steps > rounding), axis=1)
-    return float(np.mean(mu < -rounding)), float(np.mean(again))
+        return float("nan")
+    return float(n_points * np.log(sse / n_points) + (n_constants + 1) * np.log(n_points))
 
 
 def _refits(solution: Solution) -> pd.DataFrame:
-    estimates = solution.estimates.reported(solution.problem)
-    causes = [("resampled curves", estimates.refits)]
-    causes += [
-        (f"calibration of {sensor}", row[np.newaxis])
-        for sensor, row in zip(SENSORS, estimates.shifted, strict=False)
-    ]
-    names = solution.problem.names
-    frames = [
-        pd.DataFrame(
-            {
-                "cause": cause,
-                "refit": np.repeat(np.arange(len(values)), len(names)),
-                "constant": names * len(values),
-                "value": values.ravel(),
-            }
-        )
-        for cause, values in causes
-        if len(values)
-    ]
-    return pd.concat(frames, ignore_index=True) if frames else pd.DataFrame()
+    names, estimates = solution.problem.names, solution.estimates
+    spread, shifted = estimates.refits, estimates.shifted
+    values = np.vstack([spread, shifted])
+    calibration = [f"calibration of {sensor}" for sensor in SENSORS[: len(shifted)]]
+    causes = ["resampled curves"] * len(spread) + calibration
+    numbers = [*range(len(spread)), *[0] * len(shifted)]
+    return pd.DataFrame(
+        {
+            "cause": np.repeat(causes, len(names)),
+            "refit": np.repeat(numbers, len(names)),
+            "constant": names * len(values),
+            "value": values.ravel(),
+        }
+    )
 
 
 def _correlations(solution: Solution) -> pd.DataFrame:
     first, second = np.triu_indices(len(solution.problem.names), k=1)
     names = np.array(solution.problem.names)
-    values = solution.estimates.reported(solution.problem).correlation[first, second]
+    values = solution.estimates.correlation[first, second]
     return pd.DataFrame({"constant": names[first], "other": names[second], "correlation": values})
 
 
@@ -335,23 +263,119 @@ def _curve_residuals(solution: Solution, settings: FitSettings) -> pd.DataFrame:
     residual = problem.residual(solution.best.values)
     counts = np.bincount(problem.at.curve, minlength=problem.curves)
     squares = np.bincount(problem.at.curve, residual**2, minlength=problem.curves)
-    agreement = curve_agreement(problem, solution.robust)
+    levels = {f"mean_{name}": np.nan for name in (*CONDITIONS, "load_n")}
+    known = [f"mean_{name}" for name in problem.law.conditions]
+    levels |= dict(zip(known, data.conditions.T, strict=True))
     return pd.DataFrame(
         {
             "run_id": data.runs,
             "n_points": counts,
-            **_mean_conditions(solution),
+            **levels,
             "rmse": np.sqrt(squares / counts),
-            "gain": agreement.gain,
-            "robust_weight": agreement.weight,
-            "odd": odd_curves(agreement, settings),
+            **curve_agreement(problem, solution.robust, settings),
         }
     )
 
 
-def _mean_conditions(solution: Solution) -> dict[str, FloatArray]:
-    """Mean conditions of each curve; NaN for those that the law does not take."""
-    law, data = solution.problem.law, solution.problem.data
-    known = dict(zip(law.conditions, data.conditions.T, strict=True))
-    unknown = np.full(len(data.runs), np.nan)
-    return {f"mean_{name}": known.get(name, unknown) for name in (*CONDITIONS, "load_n")}
+# ---------------------------------------------------------------- the certificate
+
+
+def certify(
+    problem: Problem, optima: Sequence[Optimum], naive_errors: FloatArray, settings: FitSettings
+) -> dict[str, Any]:
+    """What the searches and the optimum say, as columns of `fit_quality`.
+
+    The best optimum is `certified` where all of it holds.
+
+    Args:
+        problem: What was fitted; constants that ran into a bound are held there.
+        optima: End of each independent search, in the free constants.
+        naive_errors: Naive standard errors of the free constants.
+        settings: Limits of config's fit.
+    """
+    best = min(optima, key=lambda optimum: optimum.sse)
+    # an exact fit of exact points leaves rounding only, which agrees with nothing
+    rounding = 1e-20 * float(np.sum(problem.mu**2))
+    errors = np.maximum(naive_errors, 1e-9)
+    spreads = np.array([(each.sse - best.sse) / max(best.sse, rounding) for each in optima])
+    distances = np.array([np.max(np.abs(each.values - best.values) / errors) for each in optima])
+    spread, distance = float(spreads.max()), float(distances.max())
+    near = (spreads <= settings.agreement_sse) & (distances <= settings.agreement_constants)
+    agreeing = int(near.sum())
+    cosine = gradient_cosine(problem, best) if best.sse > rounding else 0.0
+    smallest = float(traction_on(problem, best, *tested_grid(problem)).min())
+    low, high, condition = spectrum(problem, best)
+    active = ", ".join(problem.at_bounds)
+    checks = {
+        f"{agreeing} of {len(optima)} searches agree": agreeing == len(optima),
+        f"their SSE differ by {spread:.1e}": spread <= settings.agreement_sse,
+        f"their constants by {distance:.1e} standard errors": (
+            distance <= settings.agreement_constants
+        ),
+        f"gradient cosine {cosine:.1e}": cosine <= settings.gradient_cosine_max,
+        f"mu >= {smallest:.1e} over the tested box": smallest >= 0,
+        f"curved in every direction (smallest eigenvalue {low:.1e})": low > 0,
+        f"bounds reached: {active or 'none'}": not active,
+    }
+    failing = [what for what, holds in checks.items() if not holds]
+    sentence = f"{'not certified' if failing else 'certified'}: {'; '.join(failing or checks)}"
+    return {
+        "searches": len(optima),
+        "searches_agreeing": agreeing,
+        "sse_spread": spread,
+        "constant_spread": distance,
+        "gradient_cosine": cosine,
+        "min_traction": smallest,
+        "condition_number": condition,
+        "hessian_smallest": low,
+        "hessian_largest": high,
+        "active_bounds": active,
+        "certified": not failing,
+        "certificate": sentence,
+    }
+
+
+def gradient_cosine(problem: Problem, optimum: Optimum) -> float:
+    """Largest |cos| of the angle between the residual and a column of the Jacobian.
+
+    It is zero at a stationary point whatever the scale of data and constants (the orthogonality
+    test of MINPACK's lmder).
+    """
+    residual, jacobian = problem.residual(optimum.values), problem.jacobian(optimum.values)
+    length = np.linalg.norm(residual) * np.linalg.norm(jacobian, axis=0)
+    return float(np.max(np.abs(residual @ jacobian) / np.where(length > 0, length, 1.0)))
+
+
+def spectrum(problem: Problem, optimum: Optimum) -> tuple[float, float, float]:
+    """Smallest and largest eigenvalue of the Hessian J^T J, and the condition number of J.
+
+    The eigenvalues are those of half the SSE by the free internal constants; the condition number
+    is that of J with columns of length 1, which no choice of units changes. It is NaN where J is
+    singular to rounding.
+    """
+    jacobian = problem.jacobian(optimum.values)
+    length = np.linalg.norm(jacobian, axis=0)
+    sizes = np.linalg.svd(jacobian, compute_uv=False)
+    scaled = np.linalg.svd(jacobian / np.where(length > 0, length, 1.0), compute_uv=False)
+    singular = scaled[-1] <= scaled[0] * max(jacobian.shape) * np.finfo(float).eps
+    condition = float("nan") if singular else float(scaled[0] / scaled[-1])
+    return float(sizes[-1] ** 2), float(sizes[0] ** 2), condition
+
+
+def tested_grid(problem: Problem) -> tuple[FloatArray, FloatArray]:
+    """Rows of the design over the box of tested conditions, and slips from 0 to the largest."""
+    data = problem.data
+    low, high = data.conditions.min(axis=0), data.conditions.max(axis=0)
+    levels = np.meshgrid(*np.linspace(low, high, 9, axis=1), indexing="ij")
+    conditions = np.stack(levels, axis=-1).reshape(-1, len(low))
+    rows = np.unique(problem.law.design(conditions, problem.followed), axis=0)
+    return rows, np.linspace(0, float(np.max(np.abs(data.slip))), 61)
+
+
+def traction_on(
+    problem: Problem, optimum: Optimum, rows: FloatArray, slips: FloatArray
+) -> FloatArray:
+    """mu at each row of the design and each slip: shape (rows, slips)."""
+    at = Observations(rows, np.repeat(np.arange(len(rows)), len(slips)), np.tile(slips, len(rows)))
+    mu = problem.law.traction(problem.expand(optimum.values), at)
+    return mu.reshape(len(rows), len(slips))

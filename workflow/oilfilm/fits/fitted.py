@@ -182,9 +182,6 @@ class Prediction:
         # an interval that the fit does not have is no column
         return self.to_frame()[list(_SHOWN)].dropna(axis=1, how="all").to_string(max_rows=20)
 
-    def _repr_html_(self) -> str:
-        return self.to_frame().to_html(max_rows=20)
-
 
 @dataclass(frozen=True)
 class FittedLaw:
@@ -245,12 +242,11 @@ class FittedLaw:
             index = ["cause", "refit"]
             wide = of_fit(refits).pivot(index=index, columns="constant", values="value")
             calibration = wide.index.get_level_values("cause").str.startswith("calibration")
-            if len(wide):
-                spread, shifted = (
-                    # constants at a bound stay there in every refit
-                    np.where(np.isnan(refitted := _in_order(law, rows)), values, refitted)
-                    for rows in (wide[~calibration], wide[calibration])
-                )
+            spread, shifted = (
+                # constants at a bound stay there in every refit
+                np.where(np.isnan(refitted := _in_order(law, rows)), values, refitted)
+                for rows in (wide[~calibration], wide[calibration])
+            )
         of_data: dict[str, Any] = {}
         if quality is not None:
             (row,) = tables.rows(of_fit(quality))
@@ -281,9 +277,8 @@ class FittedLaw:
             results: Tables `coefficients`, `refits`, `fit_quality` and `curve_residuals`.
             oil: The oil.
         """
-        fits = results.configured
-        tables_of_fit = (fits.coefficients, oil, fits.refits, fits.fit_quality)
-        return cls.of(*tables_of_fit, curves=fits.curve_residuals)
+        of = results.configured
+        return cls.of(of.coefficients, oil, of.refits, of.fit_quality, curves=of.curve_residuals)
 
     def traction(self, conditions: FloatArray, slip: FloatArray) -> FloatArray:
         """mu against slip at one row of the law's conditions, shape of `slip`."""
@@ -305,7 +300,8 @@ class FittedLaw:
         conditions = self.on_line(conditions)
         unknown = np.isnan(self.law.group_values(conditions)[:, self.coefficients.known])
         lost = off | unknown.any(axis=1)
-        mu, run, own = np.full(len(slip), np.nan), *np.full((2, 2, len(slip)), np.nan)
+        # of each point: mu; lower and upper end of both intervals
+        mu, ends = np.full(len(slip), np.nan), np.full((2, 2, len(slip)), np.nan)
         if not np.isnan(self.coefficients.constants).any():
             # any value that the law can take; mu is not known there
             evaluable = np.where(lost[:, np.newaxis], 1.0, conditions)
@@ -314,18 +310,17 @@ class FittedLaw:
                 chunk = slice(start, start + _CHUNK)
                 mu[chunk], gradient = self._with_gradient(evaluable[chunk], slip[chunk])
                 bend = self._unseen_bend(evaluable[chunk], slip[chunk], mu[chunk])
-                run[:, chunk] = of_run.ends(mu[chunk], gradient, bend)
-                own[:, chunk] = of_law.ends(mu[chunk], gradient, bend[:, :0])
-            mu[lost] = run[:, lost] = own[:, lost] = np.nan
+                ends[0, :, chunk] = of_run.ends(mu[chunk], gradient, bend)
+                ends[1, :, chunk] = of_law.ends(mu[chunk], gradient, bend[:, :0])
+            mu[lost] = ends[:, :, lost] = np.nan
         sign = np.where(slip < 0, -1.0, 1.0)
-        lower, upper = np.sort(sign * run, axis=0)
-        own_lower, own_upper = np.sort(sign * own, axis=0)
+        (lower, upper), (own_lower, own_upper) = np.sort(sign * ends, axis=1)
         distance = np.where(off, np.inf, self._distance(conditions, slip))
-        over = mu > self.coefficients.limiting_stress_ratio
-        ends = lower, upper, own_lower, own_upper
         spacings = self.spacings(conditions)
-        outside = (distance > 0) | (spacings > 1)
-        return Prediction(sign * mu, *ends, outside, distance, off, spacings, over, self.wrong)
+        where = (distance > 0) | (spacings > 1), distance, off, spacings
+        over = mu > self.coefficients.limiting_stress_ratio
+        intervals = lower, upper, own_lower, own_upper
+        return Prediction(sign * mu, *intervals, *where, over, self.wrong)
 
     def predict_at(
         self,
@@ -336,8 +331,28 @@ class FittedLaw:
         level: float = 0.95,
     ) -> Prediction:
         """As the function `predict`, with this law: GPa, m/s, degC, or quantities of pint."""
-        at = (max_hertz_pressure, entrainment_speed, inlet_temperature, slide_roll_ratio)
-        return replace(predict(self.law, self.coefficients, *at, level=level), wrong=self.wrong)
+        if self.law.conditions != CONDITIONS:
+            raise OilfilmError(
+                f"the law {self.law.name} is one of {', '.join(self.law.conditions)}; use the "
+                "method predict of the fitted law, which takes rows of them."
+            )
+        given, labelled = _aligned(
+            max_hertz_pressure, entrainment_speed, inlet_temperature, slide_roll_ratio
+        )
+        arrays = np.broadcast_arrays(*map(in_unit, given, (*CONDITIONS, SLIP)))
+        *conditions, slip = (np.asarray(array, dtype=float).ravel() for array in arrays)
+        rows = np.column_stack(conditions)
+        found = dict(vars(self.predict(rows, slip, level)))
+        if lost := int(np.isnan(found["traction_coefficient"]).sum()):
+            why = "; ".join(condition.sentence() for condition in self.away_from(rows))
+            if np.isnan(self.coefficients.constants).any():
+                why = "nothing could be fitted"
+            if why:
+                text = f"mu is NaN at {lost} of {len(slip)} points: {why}"
+                warnings.warn(text, stacklevel=2)
+        wrong, shape = found.pop("wrong"), arrays[0].shape
+        parts = {name: labelled(each.reshape(shape), name) for name, each in found.items()}
+        return Prediction(**parts, wrong=wrong)
 
     def on_line(self, conditions: FloatArray) -> FloatArray:
         """Conditions with those that the fit does not follow at their tested level or line.
@@ -599,29 +614,10 @@ def predict(
         if law not in LAWS:
             raise OilfilmError(f"there is no law {law!r}; the laws are {', '.join(LAWS)}.")
         law = LAWS[law]
-    if law.conditions != CONDITIONS:
-        raise OilfilmError(
-            f"the law {law.name} is one of {', '.join(law.conditions)}; use the method predict of "
-            "the fitted law, which takes rows of them."
-        )
     if not isinstance(coefficients, Coefficients):
-        coefficients = Coefficients.bare(law, np.asarray(coefficients, dtype=float))
-    names = (*CONDITIONS, SLIP)
-    given, labelled = _aligned(
-        max_hertz_pressure, entrainment_speed, inlet_temperature, slide_roll_ratio
-    )
-    arrays = np.broadcast_arrays(*map(in_unit, given, names))
-    shape = arrays[0].shape
-    *conditions, slip = (np.asarray(array, dtype=float).ravel() for array in arrays)
-    fit, rows = FittedLaw(law, coefficients), np.column_stack(conditions)
-    prediction = fit.predict(rows, slip, level)
-    if why := _why_unknown(fit, rows):
-        lost = int(np.isnan(prediction.traction_coefficient).sum())
-        warnings.warn(f"mu is NaN at {lost} of {len(slip)} points: {why}", stacklevel=2)
-    parts = {name: each for name, each in vars(prediction).items() if name != "wrong"}
-    return Prediction(
-        **{name: labelled(array.reshape(shape), name) for name, array in parts.items()}
-    )
+        coefficients = Coefficients.bare(law, coefficients)
+    at = (max_hertz_pressure, entrainment_speed, inlet_temperature, slide_roll_ratio)
+    return FittedLaw(law, coefficients).predict_at(*at, level=level)
 
 
 def _aligned(*given: Any) -> tuple[tuple[Any, ...], Callable[[npt.NDArray[Any], str], Any]]:
@@ -641,10 +637,3 @@ def _aligned(*given: Any) -> tuple[tuple[Any, ...], Callable[[npt.NDArray[Any], 
     if not all(index.equals(indices[0]) for index in indices):
         raise OilfilmError("the columns have different indices; take them from one data frame.")
     return given, lambda array, name: pd.Series(array, indices[0], name=name)
-
-
-def _why_unknown(fit: FittedLaw, conditions: FloatArray) -> str:
-    """Why mu is not known at some rows of conditions; empty where it is, or where they are NaN."""
-    if np.isnan(fit.coefficients.constants).any():
-        return "nothing could be fitted"
-    return "; ".join(condition.sentence() for condition in fit.away_from(conditions))

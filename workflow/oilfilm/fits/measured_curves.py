@@ -1,4 +1,15 @@
-"""What the measured curves of an oil tell about the constants of its law."""
+"""What the measured curves of an oil tell about its law, and which curve to measure next.
+
+What a curve adds to the precision of the constants is known before it is measured: its slopes and
+the expected errors of its points. Precisions add, so that no measurement can make anything less
+certain. Choosing the curves that make the variance of a wanted quantity least is c-optimality, the
+mean over several quantities is A-optimality (linear or L-optimality): A. C. Atkinson, A. N. Donev,
+R. D. Tobias, Optimum Experimental Designs, with SAS (2007), chapters 10 and 17. The law is not
+linear in its constants, so the design is optimal at the constants known so far (locally optimal),
+and a plan of several curves is made one after the other.
+
+Decides: how much a further curve would tell.
+"""
 
 from dataclasses import dataclass
 
@@ -6,14 +17,16 @@ import numpy as np
 import pandas as pd
 
 from oilfilm.errors import OilfilmError
-from oilfilm.fits.curve_errors import Curves, ErrorSizes, effects, error_sizes, precision
+from oilfilm.fits.curve_errors import ErrorSizes, effects, error_sizes, precision
 from oilfilm.fits.fitted import FittedLaw
-from oilfilm.fits.problem import curve_data
+from oilfilm.fits.problem import Curves, curve_data
 from oilfilm.fits.uncertainty import SENSORS
 from oilfilm.settings.rig import Calibration
 from oilfilm.traction.law import Law, to_internal
 from oilfilm.units import BoolArray, FloatArray
 
+# Standard uncertainties of a rig's calibration, in the order of `SENSORS`.
+_CALIBRATION = ("load_relative", "traction_force_relative", "speed_relative", "temperature_c")
 # Centres of the form's error, and their least distance in lengths: nearer ones tell nothing new.
 _CENTRES, _APART = 30, 0.3
 
@@ -181,39 +194,111 @@ def known_of(
     spread = to_internal(law, coefficients.spread)
     # constants that the law gives, or that ended at a bound, are the same in every refit
     free = np.ptp(spread, axis=0) > 0
-    curves, mu = _measured_curves(points[points["oil"] == oil], law)
+    of_oil = points[points["accepted"] & (points["oil"] == oil)]
+    known = of_oil.dropna(subset=[*law.conditions, "load_n"])
+    curves = curve_data(known, law.conditions)
     jacobian = law.jacobian(internal, curves.at(law))[:, free]
     if np.linalg.matrix_rank(jacobian) < jacobian.shape[1]:
         raise OilfilmError(
             f"{oil}: the accepted points do not tell the law's constants apart. Test at two or "
             "more levels of each condition, or fit again if points and fit are of different runs."
         )
-    residual = mu - law.traction(internal, curves.at(law))
+    residual = curves.mu - law.traction(internal, curves.at(law))
     effect = effects(law, internal, curves)
     sizes = error_sizes(jacobian, effect, residual, curves.curve)
-    sensors = _sensor_errors(calibration)
+    sensors = np.array([getattr(calibration, name, 0.0) for name in _CALIBRATION])
     longest = np.argmax(np.bincount(curves.curve))
     slip = np.sort(curves.slip[curves.curve == longest])
     return Known(law, internal, free, curves, sizes, sensors, slip)
 
 
-def _measured_curves(points: pd.DataFrame, law: Law) -> tuple[Curves, FloatArray]:
-    """Accepted curves whose conditions are all known, and mu of their points."""
-    accepted = points[points["accepted"]].dropna(subset=[*law.conditions, "load_n"])
-    data = curve_data(accepted, law.conditions)
-    load = accepted.groupby("run_id", sort=True)["load_n"].mean().to_numpy(dtype=float)
-    return Curves(data.conditions, load, data.curve, data.slip), data.mu
+# ---------------------------------------------------------------- the next curves
 
 
-def _sensor_errors(calibration: Calibration | None) -> FloatArray:
-    """Standard uncertainties in the order of `SENSORS`; 0 where they are not stated."""
-    if calibration is None:
-        return np.zeros(4)
-    return np.array(
-        [
-            calibration.load_relative,
-            calibration.traction_force_relative,
-            calibration.speed_relative,
-            calibration.temperature_c,
-        ]
-    )
+def covariance(precision: FloatArray) -> FloatArray:
+    """The inverse of precisions, shape (..., n, n), whose parameters may differ much in size."""
+    size = np.sqrt(np.diagonal(precision, axis1=-2, axis2=-1))
+    scale = size[..., :, np.newaxis] * size[..., np.newaxis, :]
+    return np.asarray(np.linalg.inv(precision / scale) / scale)
+
+
+def uncertainties(precision: FloatArray, gradients: FloatArray) -> FloatArray:
+    """Standard uncertainty of each quantity, shape (..., quantities).
+
+    Args:
+        precision: Of the parameters, shape (..., n, n).
+        gradients: Of the quantities by the parameters, shape (quantities, n).
+    """
+    variance = np.einsum("qn,...nm,qm->...q", gradients, covariance(precision), gradients)
+    return np.sqrt(np.maximum(variance, 0.0))
+
+
+def uncertainty(precision: FloatArray, gradients: FloatArray) -> FloatArray:
+    """Root mean square of `uncertainties`, shape (...,)."""
+    return np.asarray(np.sqrt(np.square(uncertainties(precision, gradients)).mean(axis=-1)))
+
+
+@dataclass(frozen=True)
+class Design:
+    """Curves chosen one after the other.
+
+    Attributes:
+        chosen: Candidates in the order of the plan.
+        before: Uncertainty with the curves that there are.
+        alone: Uncertainty with one candidate added, shape (candidates,).
+        after: Uncertainty after each chosen curve, shape (chosen,).
+        end: Precision of all curves.
+    """
+
+    chosen: list[int]
+    before: float
+    alone: FloatArray
+    after: FloatArray
+    end: FloatArray
+
+
+def choose(
+    known: FloatArray,
+    candidates: FloatArray,
+    gradients: FloatArray,
+    count: int,
+    smallest_gain: float = 0.0,
+) -> Design:
+    """Choose curves one after the other, each the best given those before.
+
+    Args:
+        known: Precision of the parameters by the curves that there are, shape (n, n).
+        candidates: What each curve that could be measured adds, shape (candidates, n, n); each is
+            chosen once at most.
+        gradients: Of the wanted quantities by the parameters, shape (quantities, n).
+        count: Number of curves; fewer where there are fewer candidates.
+        smallest_gain: Relative fall of the uncertainty below which a curve is not worth measuring.
+
+    Examples:
+        A straight line through 4 points with mean 0 is wanted at x = 0.5. Every new point at x
+        gives the variance 1/5 at the mean of all five, so the best one is x = 5 * 0.5
+        (the mean moves to where the line is wanted):
+
+        >>> x = np.linspace(-3, 3, 61)
+        >>> rows = np.stack([np.ones_like(x), x], axis=-1)[:, np.newaxis]
+        >>> new = np.swapaxes(rows, 1, 2) @ rows
+        >>> best = choose(np.diag([4.0, 10.0]), new, np.array([[1.0, 0.5]]), 1)
+        >>> print(f"{x[best.chosen[0]]:.1f} {best.after[0] ** 2:.3f}")
+        2.5 0.200
+    """
+    alone = uncertainty(known + candidates, gradients)
+    before = float(uncertainty(known, gradients))
+    left = np.ones(len(alone), dtype=bool)
+    chosen: list[int] = []
+    after = [before]
+    state = known
+    for _ in range(min(count, len(alone))):
+        new = np.where(left, uncertainty(state + candidates, gradients), np.inf)
+        best = int(np.argmin(new))
+        if new[best] > (1 - smallest_gain) * after[-1]:
+            break
+        chosen.append(best)
+        after.append(float(new[best]))
+        left[best] = False
+        state = state + candidates[best]
+    return Design(chosen, before, alone, np.array(after[1:]), state)

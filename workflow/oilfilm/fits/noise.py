@@ -20,8 +20,6 @@ from oilfilm.units import FloatArray, IndexArray
 
 _CONFIDENCE = 0.95
 _LARGEST_RATIO = 1e6
-# Repeated runs, as advised where there are none.
-ADVISED_REPEATS = (2, 5)
 # A set point that no log states is known by what was measured.
 _MEASURED = ("max_hertz_pressure_gpa", "load_n", "entrainment_speed_m_s", "inlet_temperature_c")
 
@@ -33,15 +31,12 @@ def noise_and_misfit(results: CampaignTables, settings: Settings) -> pd.DataFram
         results: Tables `coefficients`, `fit_quality`, `points` and `runs`.
         settings: `gates`, `rigs`, `oils`, `same_set_point`, and the campaign's `rigs` and `matrix`.
     """
-    conditions = _conditions(results, settings)
-    rows = []
-    results = results.configured
-    for quality in tables.rows(results.fit_quality):
-        row = {"oil": quality["oil"], "law": quality["law"]}
-        if np.isnan(quality["rmse"]):
-            rows.append({**row, "verdict": "no fit"})
-            continue
-        rows.append({**row, **_of_fit(quality, results, conditions, settings)})
+    conditions, rows = _conditions(results, settings), []
+    for quality in tables.rows(results.configured.fit_quality):
+        row = {"oil": quality["oil"], "law": quality["law"], "verdict": "no fit"}
+        if not np.isnan(quality["rmse"]):
+            row |= _of_fit(quality, results.configured, conditions, settings)
+        rows.append(row)
     return tables.filled(pd.DataFrame(rows), "lack_of_fit")
 
 
@@ -62,32 +57,25 @@ def _of_fit(
     used, residual, slip, mu = used[known], residual[known], slip[known], mu[known]
     condition = used["run_id"].map(conditions).to_numpy(np.int64)
     run, _ = pd.factorize(used["run_id"])
-    levels = _slip_levels(np.abs(slip), condition, 2 * settings.gates.slip_tolerance)
+    width = 2 * settings.gates.slip_tolerance
+    of_condition = pd.Series(np.abs(slip)).groupby(condition)
+    levels = of_condition.transform(lambda each: clusters(each.to_numpy(), width)).to_numpy()
     given = results.coefficients["oil"] == quality["oil"]
     constants = int(results.coefficients.loc[given, "value"].notna().sum())
     parts = lack_of_fit(residual, run, condition, levels, constants)
     size = float(np.sqrt(np.mean(mu**2)))
-    errors = used["traction_coefficient_se"].dropna()
-    row = {
+    verdict = "shown" if parts.shown else "not shown"
+    return {
         "n_repeats": parts.repeats,
         "n_repeated_conditions": parts.conditions,
         "relative_rms": quality["relative_rms"],
         "repeat_relative_rms": parts.noise / size,
         "lack_of_fit_relative_rms": parts.lack / size,
-        "plateau_relative_rms": float(np.sqrt(np.mean(errors**2))) / size
-        if len(errors)
-        else np.nan,
+        "plateau_relative_rms": np.sqrt((used["traction_coefficient_se"] ** 2).mean()) / size,
         "lack_of_fit_ratio": parts.ratio,
         "lack_of_fit_limit": parts.limit,
+        "verdict": "no repeats" if np.isnan(parts.noise) else verdict,
     }
-    # runs less the constants, each run counted as one observation
-    runs = run.max() + 1 - constants * (run.max() + 1) / len(run)
-    detectable = {
-        f"detectable_ratio_{repeats}_repeats": float(np.sqrt(f_limit(max(runs, 1.0), repeats)))
-        for repeats in ADVISED_REPEATS
-    }
-    verdict = "shown" if parts.shown else "not shown"
-    return {**row, **detectable, "verdict": "no repeats" if np.isnan(parts.noise) else verdict}
 
 
 def _conditions(results: CampaignTables, settings: Settings) -> "pd.Series[int]":
@@ -107,16 +95,6 @@ def _conditions(results: CampaignTables, settings: Settings) -> "pd.Series[int]"
         near = levels_of(measured, means[measured].to_numpy(float), settings.gates)
         labels[name] = runs[name].where(noted, -1.0 - near)
     return labels.groupby(list(labels), sort=False, dropna=False).ngroup()
-
-
-def _slip_levels(slip: FloatArray, condition: IndexArray, width: float) -> IndexArray:
-    """Level of slip of each point, among the points of its condition."""
-    levels = np.empty(len(slip), dtype=np.int64)
-    order = np.argsort(condition, kind="stable")
-    edges = np.flatnonzero(np.diff(condition[order])) + 1
-    for here in np.split(order, edges):
-        levels[here] = clusters(slip[here], width)
-    return levels
 
 
 # ---------------------------------------------------------------- the test
@@ -182,7 +160,9 @@ def lack_of_fit(
     repeats = int(np.sum(runs_of_condition[runs_of_condition > 1] - 1))
     conditions = int(np.sum(runs_of_condition > 1))
     _, cell = np.unique(np.column_stack([condition, slip]), axis=0, return_inverse=True)
-    values, cell_of_value = _means(residual, run, cell.ravel())
+    pairs, pair = np.unique(np.column_stack([cell, run]), axis=0, return_inverse=True)
+    # mean of each run in each cell
+    values, cell_of_value = np.bincount(pair, residual) / np.bincount(pair), pairs[:, 0]
     per_cell = np.bincount(cell_of_value)
     pure_degrees = len(values) - len(per_cell)
     fit_degrees = len(per_cell) - constants
@@ -194,38 +174,31 @@ def lack_of_fit(
     pure = max(pure, float(np.sum(values**2)) / _LARGEST_RATIO)
     ratio = float(np.sum(sums**2 / per_cell)) / fit_degrees / (pure / pure_degrees)
     per_run = len(values) / len(condition_of_run)
-    limit = f_limit(fit_degrees / per_run, pure_degrees / per_run)
-    noise = _between_runs(residual, run, cell.ravel())
+    degrees = fit_degrees / per_run, pure_degrees / per_run
+    limit = float(scipy.special.fdtri(*degrees, _CONFIDENCE))
+    noise = _between_runs(residual, pair, cell_of_value, cell)
     share = 1 - constants / len(residual)  # of the noise that the fit has not taken up
     unexplained = float(np.mean(residual**2)) - share * noise**2
     lack = float(np.sqrt(max(unexplained, 0.0)))
     return LackOfFit(repeats, conditions, noise, lack, ratio, limit)
 
 
-def f_limit(above: float, below: float) -> float:
-    """95 % quantile of F with these degrees of freedom."""
-    return float(scipy.special.fdtri(above, below, _CONFIDENCE))
+def _between_runs(
+    residual: FloatArray, pair: IndexArray, cell_of_pair: IndexArray, cell: IndexArray
+) -> float:
+    """Standard deviation of a point, from differences between runs in one cell.
 
-
-def _means(
-    residual: FloatArray, run: IndexArray, cell: IndexArray
-) -> tuple[FloatArray, IndexArray]:
-    """Mean residual of each run in each cell, and the cell of each mean."""
-    pairs, index = np.unique(np.column_stack([cell, run]), axis=0, return_inverse=True)
-    index = index.ravel()
-    return np.bincount(index, residual) / np.bincount(index), pairs[:, 0]
-
-
-def _between_runs(residual: FloatArray, run: IndexArray, cell: IndexArray) -> float:
-    """Standard deviation of a point, from differences between runs in one cell."""
-    pairs, index = np.unique(np.column_stack([cell, run]), axis=0, return_inverse=True)
-    in_run = _squared_differences(residual, index.ravel())
-    count_in_run = np.bincount(index.ravel())
-    total = _squared_differences(residual, cell)
-    count = np.bincount(cell)
-    runs = np.bincount(pairs[:, 0])
-    across = total - np.bincount(pairs[:, 0], in_run)
-    number = (count**2 - np.bincount(pairs[:, 0], count_in_run**2)) / 2
+    Args:
+        residual: Of each point.
+        pair: Pair of a cell and a run of each point.
+        cell_of_pair: Cell of each pair.
+        cell: Cell of each point.
+    """
+    in_run = np.bincount(cell_of_pair, _squared_differences(residual, pair))
+    across = _squared_differences(residual, cell) - in_run
+    pairs_in_run = np.bincount(cell_of_pair, np.bincount(pair) ** 2)
+    number = (np.bincount(cell) ** 2 - pairs_in_run) / 2
+    runs = np.bincount(cell_of_pair)
     repeated = runs > 1
     variances = across[repeated] / (2 * number[repeated])
     return float(np.sqrt(np.average(variances, weights=runs[repeated] - 1)))

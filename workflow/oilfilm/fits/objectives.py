@@ -6,7 +6,7 @@ same points says whether a few curves decide the constants.
 Decides: the robust fit, and which curves are odd.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -32,15 +32,11 @@ _ODD_SIGMA = 5.0
 _LEAST_ODD_GAIN = 0.02
 
 
-@dataclass(frozen=True)
-class Alternative:
-    """Another objective's end: constants, and the weight it gave to each point (at most 1)."""
-
-    values: FloatArray
-    weight: FloatArray
+# Free internal constants, and the weight of each point (at most 1).
+Robust = tuple[FloatArray, FloatArray]
 
 
-def robust_fit(problem: Problem, plain: Optimum) -> Alternative | None:
+def robust_fit(problem: Problem, plain: Optimum) -> Robust | None:
     """Cauchy loss, its scale from the median size of the residuals; None for an exact fit.
 
         minimise sum of ln(1 + (r/c)^2),  c = 2.3849 * 1.4826 median |r|
@@ -60,41 +56,25 @@ def robust_fit(problem: Problem, plain: Optimum) -> Alternative | None:
         before, residual = residual, problem.residual(values)
         if np.abs(residual - before).max() <= _STANDS * scale:
             break
-    return Alternative(values, 1 / (1 + (residual / scale) ** 2))
+    return values, 1 / (1 + (residual / scale) ** 2)
 
 
-def difference(problem: Problem, plain: Optimum, other: Alternative | None) -> float:
-    """Relative RMS difference of mu between two fits, over the fitted points."""
-    if other is None:
-        return float("nan")
-    mu = problem.residual(plain.values) + problem.mu
-    change = problem.residual(other.values) + problem.mu - mu
-    return float(np.sqrt(np.mean(change**2) / np.mean(mu**2)))
-
-
-@dataclass(frozen=True)
-class CurveAgreement:
-    """How each curve agrees with the robust fit of all of them.
+def curve_agreement(
+    problem: Problem, robust: Robust | None, settings: FitSettings
+) -> dict[str, FloatArray | BoolArray]:
+    """How each curve agrees with the robust fit of all of them; perfectly where it is exact.
 
     Points of little traction are left out: near S = 0 every curve agrees with every law.
 
-    Attributes:
-        weight: Mean robust weight of its points: near 1 where it agrees.
-        gain: Its traction over the fit's.
-        scatter: RMS difference from the fit times its gain, relative: a curve of another shape.
+    Returns:
+        Columns of `curve_residuals`: its traction over the fit's (`gain`), the mean weight of its
+        points (`robust_weight`, near 1 where it agrees), and whether it is `odd`.
     """
-
-    weight: FloatArray
-    gain: FloatArray
-    scatter: FloatArray
-
-
-def curve_agreement(problem: Problem, robust: Alternative | None) -> CurveAgreement:
-    """How each curve agrees with the robust fit; perfectly where the fit is exact."""
     ones = np.ones(problem.curves)
     if robust is None:
-        return CurveAgreement(ones, ones, 0 * ones)
-    curve, fitted = problem.at.curve, problem.residual(robust.values) + problem.mu
+        return {"gain": ones, "robust_weight": ones, "odd": ones < 0}
+    values, weight = robust
+    curve, fitted = problem.at.curve, problem.residual(values) + problem.mu
     counts = fitted >= _LEAST_TRACTION * np.maximum.reduceat(fitted, problem.starts)[curve]
 
     def total(of_points: FloatArray) -> FloatArray:
@@ -106,22 +86,25 @@ def curve_agreement(problem: Problem, robust: Alternative | None) -> CurveAgreem
     gain = np.divide(total(problem.mu * fitted), power, out=ones.copy(), where=power > 0)
     power = np.where(power > 0, power, 1.0)
     rest = total((problem.mu - gain[curve] * fitted) ** 2)
-    return CurveAgreement(total(robust.weight) / number, gain, np.sqrt(rest / power) / gain)
+    mean_weight = total(weight) / number
+    odd = _odd(gain, mean_weight, np.sqrt(rest / power) / gain, settings)
+    return {"gain": gain, "robust_weight": mean_weight, "odd": odd}
 
 
-def odd_curves(agreement: CurveAgreement, settings: FitSettings) -> BoolArray:
+def _odd(
+    gain: FloatArray, weight: FloatArray, scatter: FloatArray, settings: FitSettings
+) -> BoolArray:
     """Curves that do not belong to the others: they pull the plain fit away.
 
-    The gain or the scatter of such a curve is far from those of the others: further than the limit,
-    and than what a law that fits all of them badly explains. Half the limit is enough where the
-    robust fit nearly ignores the curve.
+    The gain or the scatter (rms difference from the fit times its gain, relative) of such a curve
+    is far from those of the others: further than the limit, and than what a law that fits all of
+    them badly explains. Half the limit is enough where the robust fit nearly ignores the curve.
     """
-    off = np.abs(np.log(np.maximum(agreement.gain, 1e-9)))
+    off = np.abs(np.log(np.maximum(gain, 1e-9)))
     far = (off > settings.odd_gain) & (off > _OUTLIER * np.median(off))
     far |= off > max(_ODD_SIGMA * MAD_TO_SIGMA * float(np.median(off)), _LEAST_ODD_GAIN)
-    wide = agreement.scatter > settings.odd_scatter
-    wide &= agreement.scatter > _OUTLIER * np.median(agreement.scatter)
+    wide = (scatter > settings.odd_scatter) & (scatter > _OUTLIER * np.median(scatter))
     # weights are of absolute residuals, which grow with mu: a weight alone is no reason
-    material = (off > settings.odd_gain / 2) | (agreement.scatter > settings.odd_scatter / 2)
-    ignored = material & (agreement.weight < settings.pulling_weight)
+    material = (off > settings.odd_gain / 2) | (scatter > settings.odd_scatter / 2)
+    ignored = material & (weight < settings.pulling_weight)
     return np.asarray(far | wide | ignored)

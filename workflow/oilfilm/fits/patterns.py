@@ -21,7 +21,7 @@ import numpy.typing as npt
 import scipy
 
 from oilfilm.fits.conditions import levels_by_gap
-from oilfilm.fits.curve_errors import EFFECTS, Curves, effects
+from oilfilm.fits.curve_errors import EFFECTS, effects
 from oilfilm.fits.descent import descend
 from oilfilm.fits.engine import Optimum
 from oilfilm.fits.problem import Problem, build_problem
@@ -46,6 +46,8 @@ _SAME_GROUP = 0.9
 _TOLD_APART = 0.08
 # Reading a quantity of some runs twice or half as large must lower the SSE to this share.
 _MISREAD_SSE = 0.3
+# Column of the entrainment speed among the conditions of every law.
+_SPEED = 1
 # Levels of a condition differ by more than this share of its range.
 _GAP = 0.05
 # Degrees of the polynomials over the slip, and over S dmu/dS / mu.
@@ -66,14 +68,12 @@ class Leftover:
     Attributes:
         problem: What was fitted.
         optimum: Where it ended.
-        load_n: Load of each curve.
         groups: Runs that have something in common, by what it is; True for those that have it.
         others: mu of other oils at the points, by oil.
     """
 
     problem: Problem
     optimum: Optimum
-    load_n: FloatArray
     groups: Mapping[str, BoolArray]
     others: Mapping[str, FloatArray]
 
@@ -94,15 +94,10 @@ class Leftover:
         Of the load it is an offset of the cell in newtons, of force, speed and slip a share, of the
         temperature a kelvin; of another oil it is the share of it.
         """
-        law, internal = self.problem.law, self.problem.expand(self.optimum.values)
-        curves = Curves(
-            self.problem.data.conditions,
-            self.load_n,
-            self.problem.at.curve,
-            self.problem.data.slip,
-        )
-        columns = dict(zip(EFFECTS, effects(law, internal, curves).T, strict=True))
-        columns["load"] = columns["load"] / self.load_n[self.problem.at.curve]
+        law, data = self.problem.law, self.problem.data
+        of_curves = effects(law, self.problem.expand(self.optimum.values), data)
+        columns = dict(zip(EFFECTS, of_curves.T, strict=True))
+        columns["load"] = columns["load"] / data.load_n[data.curve]
         columns["slip"] = -self.by_slip
         known = {name: columns[name] for name in _CAUSES if np.isfinite(columns[name]).all()}
         return {**{f"oil {oil}": mu - self.fitted for oil, mu in self.others.items()}, **known}
@@ -200,15 +195,9 @@ def find_patterns(left: Leftover) -> list[Pattern]:
     exact = _rms(left.residual) <= _ROUNDING * _rms(left.problem.mu)
     if exact or not left.can_show:
         return []
-    taken: FloatArray = left.jacobian
     found: list[Pattern] = []
-    least = 0.0
-    searches = {_bend, _change}
-    while best := max(
-        filter(None, (search(left, taken) for search in searches)),
-        key=lambda each: each[1],
-        default=None,
-    ):
+    taken, least, searches = left.jacobian, 0.0, {_bend, _change}
+    while best := _larger(*(search(left, taken) for search in searches)):
         pattern, explained, column = best
         # a change that is smaller than what the law lacks is most likely a part of that
         if explained >= least:
@@ -350,15 +339,14 @@ def _split(left: Leftover, taken: FloatArray) -> _Found | None:
     Fitted in turns from several beginnings: the constants and the size of the cause, then which
     runs have it. A temperature is looked for beside a gain of each curve's own as well.
     """
-    count = left.problem.curves
-    random = np.random.default_rng(0)
+    count, starts, random = left.problem.curves, left.problem.starts, np.random.default_rng(0)
     searches = []
     for cause, column in left.signatures.items():
         columns = np.column_stack([taken, left.residual, column])
-        sums = _SumsOfCurves.of(columns, left.problem.starts)
+        sums = _SumsOfCurves.of(columns, starts)
         searches.append((cause, column, sums, sums))
         if cause == "inlet temperature":
-            beside = _SumsOfCurves.of(left.beside_gain(columns), left.problem.starts)
+            beside = _SumsOfCurves.of(left.beside_gain(columns), starts)
             searches.append((cause, column, sums, beside))
     best: _Found | None = None
     for cause, column, sums, seen in searches:
@@ -414,11 +402,13 @@ class _SumsOfCurves:
 
     def in_turns(self, members: BoolArray, left: Leftover) -> tuple[BoolArray, float, float]:
         """Which runs have the cause, its size, and their separation over the limit; 0 for none."""
-        size, amount = 0.0, np.zeros(len(members))
+        count, power, followed = len(members), self.power, int(left.problem.followed.sum())
+        if count - 1 - followed < _FEWEST_DEGREES:
+            return members, 0.0, 0.0
         for _ in range(_ROUNDS):
             beside = self.power_beside(members)
-            if not left.is_group(members) or beside <= 1e-8 * self.power.sum():
-                return members, size, 0.0
+            if not left.is_group(members) or beside <= 1e-8 * power.sum():
+                return members, 0.0, 0.0
             size = float(self.score[members].sum()) / beside
             amount = self.amount(members.astype(float), size)
             now = np.abs(amount - size) < np.abs(amount)
@@ -426,14 +416,11 @@ class _SumsOfCurves:
                 break
             members = now
         if not left.is_group(members):
-            return members, size, 0.0
+            return members, 0.0, 0.0
         # runs in which the cause shows more tell more
-        count, power = len(members), self.power
         middle = float(np.average(amount[members], weights=power[members]))
         errors = amount - np.where(members, middle, 0.0)
         effective = float(power.sum()) ** 2 / float(power @ power)
-        if count - 1 - int(left.problem.followed.sum()) < _FEWEST_DEGREES:
-            return members, size, 0.0
         # what is taken has made them smaller, above all where bends are taken as well
         free = 1 - np.trace(self.shared) / power.sum()
         squares = np.average(errors**2, weights=power) / max(free, np.finfo(float).tiny)
@@ -454,7 +441,7 @@ def _change(left: Leftover, taken: FloatArray) -> _Found | None:
     told = [each for each, share in zip(candidates, alone, strict=True) if share > _TOLD_APART]
     simple = _surest(left, told, taken) if told else None
     split = _split(left, taken)
-    if simple is not None and split is not None and simple[1] >= _NEARLY * split[1]:
+    if simple and split and simple[1] >= _NEARLY * split[1]:
         split = None
     return _larger(simple, split, misread)
 
@@ -465,7 +452,7 @@ def _misread(left: Leftover) -> _Found | None:
     Such an error is too large for a slope. The fit is repeated with the quantity put right in some
     runs, and each run is then given to the reading that it agrees with.
     """
-    speed = left.problem.data.conditions[:, _column_of(left.problem, "entrainment_speed_m_s")]
+    speed = left.problem.data.conditions[:, _SPEED]
     fast = speed > np.sqrt(speed.min() * speed.max())
     squares = _squares(left, left.problem, left.optimum)
     uneven = squares > np.median(squares)
@@ -481,13 +468,8 @@ def _misread(left: Leftover) -> _Found | None:
                 column = right - left.fitted
                 pattern = _of_runs(left, what, members, factor)
                 pattern = replace(_sized(left, pattern, 1.0, column), size=pattern.size)
-                found = pattern, left.optimum.sse - sse, column
-                best = _larger(best, found)
+                best = _larger(best, (pattern, left.optimum.sse - sse, column))
     return best
-
-
-def _column_of(problem: Problem, name: str) -> int:
-    return problem.law.conditions.index(name)
 
 
 def _squares(left: Leftover, problem: Problem, end: Optimum) -> FloatArray:
@@ -500,7 +482,7 @@ def _with_factor(left: Leftover, what: str, factor: FloatArray) -> Problem:
     data = left.problem.data
     if what == "speed factor":
         conditions = data.conditions.copy()
-        conditions[:, _column_of(left.problem, "entrainment_speed_m_s")] /= factor
+        conditions[:, _SPEED] /= factor
         data = replace(data, conditions=conditions)
     else:
         data = replace(data, slip=data.slip / factor[data.curve])

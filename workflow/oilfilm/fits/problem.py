@@ -3,33 +3,50 @@
 Decides: which points are fitted.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 import pandas as pd
 
-from oilfilm.traction.law import CONDITIONS, Law, Observations, bounds
+from oilfilm.traction.law import CONDITIONS, Law, Observations, bounds, to_constants
 from oilfilm.units import BoolArray, FloatArray, IndexArray
 
 
 @dataclass(frozen=True)
-class CurveData:
+class Curves:
+    """Points of curves, measured or to be measured.
+
+    Attributes:
+        conditions: The law's conditions of each curve, shape (curves, conditions), NaN where
+            unknown.
+        load_n: Load of each curve.
+        curve: Curve of each point, rising.
+        slip: Slide-roll ratio of each point, 0 or more.
+    """
+
+    conditions: FloatArray
+    load_n: FloatArray
+    curve: IndexArray
+    slip: FloatArray
+
+    def at(self, law: Law) -> Observations:
+        """The points as a law takes them."""
+        return Observations(law.design(self.conditions), self.curve, self.slip)
+
+
+@dataclass(frozen=True)
+class CurveData(Curves):
     """Accepted points of one oil; a curve is one run at its mean measured conditions.
 
     Attributes:
         runs: Run of each curve.
-        conditions: (P in GPa, U in m/s, T in degC) of each curve, NaN where unknown.
-        curve: Curve of each point.
-        slip: Slide-roll ratio of each point, 0 or more.
         mu: Traction coefficient of each point.
     """
 
     runs: list[str]
-    conditions: FloatArray
-    curve: IndexArray
-    slip: FloatArray
     mu: FloatArray
 
 
@@ -136,15 +153,9 @@ class Problem:
         at = replace(self.at, curve=self.at.curve[kept], slip=self.at.slip[kept])
         return replace(self, at=at, mu=self.mu[kept])
 
-    @property
-    def logarithmic(self) -> BoolArray:
-        """True for the free constants whose internal form is a logarithm."""
-        return np.asarray(self.signs != 0)
-
     def reported(self, values: FloatArray) -> FloatArray:
         """Free constants in the form of the law's equation; shape (..., free)."""
-        sizes = np.exp(np.where(self.logarithmic, values, 0.0))
-        return np.where(self.logarithmic, self.signs * sizes, values)
+        return to_constants(self.signs, values)
 
     def expand(self, values: FloatArray) -> FloatArray:
         """All internal constants from the free ones; (free,) or (free, population)."""
@@ -168,23 +179,31 @@ class Problem:
         return self.law.jacobian(self.expand(values), self.at)[:, self.free]
 
 
-def curve_data(points: pd.DataFrame, conditions: Sequence[str] = CONDITIONS) -> CurveData:
+def curve_data(
+    points: pd.DataFrame,
+    conditions: Sequence[str] = CONDITIONS,
+    key: Callable[[str], Any] | None = None,
+) -> CurveData:
     """Accepted points of one oil, gathered by run.
 
     Args:
         points: Rows of the table of points.
         conditions: Columns that a law's power laws are of.
+        key: By which runs are put in order; their names if not given.
     """
-    accepted = points[points["accepted"]].sort_values(["run_id", "first_row"])
-    codes, runs = pd.factorize(accepted["run_id"], sort=True)
+    accepted = points[points["accepted"]]
+    runs = sorted(map(str, accepted["run_id"].unique()), key=key)
+    curve = accepted["run_id"].map(dict(zip(runs, range(len(runs)), strict=True)))
+    accepted = accepted.assign(curve=curve.astype(np.int64)).sort_values(["curve", "first_row"])
     # traction is odd in slip: a slightly negative slip is the same point seen from the other side
     side = np.where(accepted["slide_roll_ratio"] < 0, -1.0, 1.0)
-    levels = accepted.groupby("run_id", sort=True)[list(conditions)].mean()
+    means = accepted.groupby("curve")[[*{*conditions, "load_n"}]].mean()
     return CurveData(
-        [str(run) for run in runs],
-        levels.to_numpy(dtype=float).reshape(-1, len(conditions)),
-        codes.astype(np.int64),
+        means[list(conditions)].to_numpy(dtype=float),
+        means["load_n"].to_numpy(dtype=float),
+        accepted["curve"].to_numpy(),
         side * accepted["slide_roll_ratio"].to_numpy(),
+        runs,
         side * accepted["traction_coefficient"].to_numpy(),
     )
 

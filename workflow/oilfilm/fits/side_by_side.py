@@ -74,14 +74,10 @@ def middle_of_tested(fits: Mapping[str, FittedLaw], given: Mapping[str, float]) 
             for label, fit in fits.items()
             if name in fit.law.conditions
         }
-        low, high = (
-            max(low for low, _ in ranges.values()),
-            min(high for _, high in ranges.values()),
-        )
+        low = max(smallest for smallest, _ in ranges.values())
+        high = min(largest for _, largest in ranges.values())
         if not low <= high * (1 + 1e-6):
-            tested = "; ".join(
-                f"{label} {low:.4g} to {high:.4g}" for label, (low, high) in ranges.items()
-            )
+            tested = "; ".join(f"{label} {a:.4g} to {b:.4g}" for label, (a, b) in ranges.items())
             raise OilfilmError(
                 f"the tested ranges of {name} do not overlap ({tested}). Say where to compare."
             )

@@ -11,15 +11,18 @@ import numpy as np
 import pandas as pd
 
 from oilfilm import tables
+from oilfilm.fits.best_law import best_laws
 from oilfilm.fits.conditions import from_text
 from oilfilm.fits.engine import polish
 from oilfilm.fits.fitted import FittedLaw
+from oilfilm.fits.noise import noise_and_misfit
 from oilfilm.fits.patterns import FEWEST_CURVES, Leftover, Pattern, find_patterns, natural_key
-from oilfilm.fits.problem import CurveData, build_problem, curve_data
+from oilfilm.fits.problem import build_problem, curve_data
 from oilfilm.settings.config import FitSettings
+from oilfilm.settings.resolved import Settings
+from oilfilm.table_needs import OF_FIT
 from oilfilm.tables.campaign_tables import CampaignTables
-from oilfilm.traction import LAWS
-from oilfilm.traction.law import Law, to_internal
+from oilfilm.traction.law import to_internal
 
 # What runs may have in common: columns of the table of runs.
 _GROUPS = ("rig", "log_kind", "reader", "encoding", "delimiter", "decimal_mark")
@@ -27,62 +30,117 @@ _NONE = Pattern("", "", ())
 _NOMINAL = re.compile(r"nominal_(.+)_(?:gpa|n|m_s|c)$")
 
 
-def judged_fits(
-    results: CampaignTables, settings: FitSettings, laws: Mapping[str, Mapping[str, Law]]
-) -> pd.DataFrame:
-    """Table `soundness`: the verdict on the configured law's fit to each oil, in three parts.
+def finished_fits(results: CampaignTables, settings: Settings) -> dict[str, pd.DataFrame]:
+    """The tables of the fits, `law_verdicts`, `lack_of_fit` and `soundness`, by name.
 
     Args:
-        results: Tables `coefficients`, `fit_quality`, `lack_of_fit`, `points` and `runs`.
-        settings: `odd_scatter`.
-        laws: The laws that need properties of an oil, by oil and name.
+        results: The tables of every fit, `points` and `runs`.
+        settings: `fit`, and those of `noise_and_misfit`.
     """
-    fits = results.configured
+    quality = results.fit_quality
+    known = {oil: settings.properties_of(oil) for oil in quality["oil"].unique()}
+    limits = {oil: each.limiting_stress_ratio for oil, each in known.items() if each is not None}
+    quality = quality.assign(
+        configured=quality["law"] == settings.fit.law,
+        limiting_stress_ratio=quality["oil"].map(limits).astype(float),
+    )
+    results = results.replace(fit_quality=quality)
+    lack_of_fit = noise_and_misfit(results, settings)
+    return {
+        **{name: results.table(name) for name in OF_FIT},
+        "law_verdicts": best_laws(quality, results.law_points, results.points),
+        "lack_of_fit": lack_of_fit,
+        "soundness": judged_fits(results, lack_of_fit, settings.fit),
+    }
+
+
+def judged_fits(
+    results: CampaignTables, lack_of_fit: pd.DataFrame, settings: FitSettings
+) -> pd.DataFrame:
+    """Table `soundness`: the verdict on the configured law's fit to each oil, in three parts."""
+    fits, points = results.configured, results.points
+    quality = {row["oil"]: row for row in tables.rows(fits.fit_quality)}
     fitted = {
-        row["oil"]: FittedLaw.of(
-            fits.coefficients, row["oil"], None, fits.fit_quality, _law(row, laws)
-        )
-        for row in tables.rows(fits.fit_quality)
+        oil: FittedLaw.of(fits.coefficients, oil, quality=fits.fit_quality)
+        for oil, row in quality.items()
         if np.isfinite(row["rmse"])
     }
-    lack = results.lack_of_fit.set_index("oil")["verdict"]
+    lack = lack_of_fit.set_index("oil")["verdict"]
     rows = []
-    for row in tables.rows(fits.fit_quality):
-        oil = row["oil"]
-        left = None
-        if oil in fitted:
-            used = results.points[results.points["accepted"] & (results.points["oil"] == oil)]
-            used = _fitted_points(used, row)
-            left = leftover(fitted[oil], used, runs_in_common(results.runs, used), fitted)
-        shown = bool(lack.get(oil, "") == "shown")
-        rows.append({**_verdict(row, left, shown, settings), "oil": oil, "law": row["law"]})
+    for oil, row in quality.items():
+        used = points[points["accepted"] & (points["oil"] == oil)]
+        of_campaign = (results.runs, fitted, lack.get(oil) == "shown")
+        verdict = verdict_of_fit(row, fitted.get(oil), used, settings, *of_campaign)
+        rows.append({**verdict, "oil": oil, "law": row["law"]})
     return tables.from_rows(rows, "soundness")
 
 
-def _law(row: Mapping[str, Any], laws: Mapping[str, Mapping[str, Law]]) -> Law:
-    return LAWS[row["law"]] if row["law"] in LAWS else laws[row["oil"]][row["law"]]
-
-
 def verdict_of_fit(
-    quality: Mapping[str, Any], fitted: FittedLaw, points: pd.DataFrame, settings: FitSettings
+    quality: Mapping[str, Any],
+    fitted: FittedLaw | None,
+    points: pd.DataFrame,
+    settings: FitSettings,
+    runs: pd.DataFrame | None = None,
+    others: Mapping[str, FittedLaw] | None = None,
+    lack_shown: bool = False,
 ) -> dict[str, Any]:
-    """The row of the table `soundness` of one fit by itself, without a campaign around it.
+    """The row of the table `soundness` of one fit.
 
     Args:
         quality: The fit's row of `fit_quality`.
-        fitted: The fit.
+        fitted: The fit; None where there is none.
         points: Its accepted points.
         settings: `odd_scatter`.
+        runs: Table of runs; without it no groups of runs are known.
+        others: The fits of all oils.
+        lack_shown: Whether repeated runs show a lack of fit.
     """
-    known = np.isfinite(quality["rmse"])
-    left = leftover(fitted, _fitted_points(points, quality), {}, {}) if known else None
-    return _verdict(quality, left, False, settings)
-
-
-def _fitted_points(points: pd.DataFrame, quality: Mapping[str, Any]) -> pd.DataFrame:
-    """The points without those of runs that the fit left out, because a condition is unknown."""
-    left_out = str(quality.get("incomplete_curves") or "").split("; ")
-    return points[~points["run_id"].isin(left_out)]
+    left = None
+    no_fit = fitted is None or np.isnan(quality["rmse"])
+    if fitted is not None and not no_fit:
+        # a condition of these runs is unknown
+        left_out = str(quality.get("incomplete_curves") or "").split("; ")
+        used = points[~points["run_id"].isin(left_out)]
+        groups = {} if runs is None else runs_in_common(runs, used)
+        left = leftover(fitted, used, groups, others or {})
+    found = find_patterns(left) if left is not None else []
+    bend = next((each for each in found if each.when == "law"), _NONE)
+    change = next((each for each in found if each.when != "law"), _NONE)
+    few = left is not None and not left.can_show
+    fixed = from_text(quality["fixed_conditions"])
+    # the first that holds
+    of_law = {
+        "no fit": no_fit,
+        "condition missing": any(each.level is None for each in fixed),
+        "misfit": quality["relative_rms"] > settings.odd_scatter,
+        "bend": bend is not _NONE,
+        "lack of fit": lack_shown,
+        "too few curves": left is None or few,
+        "two levels": quality["two_level_conditions"],
+    }
+    law = next((name for name, holds in of_law.items() if holds), "adequate")
+    of_campaign = {
+        "changed": change is not _NONE,
+        "too few curves": no_fit or few,
+        "condition missing": left is None,
+        "hidden by the law": law in ("misfit", "bend"),
+    }
+    steady = next((name for name, holds in of_campaign.items() if holds), "steady")
+    optimum = bool(quality["certified"])
+    return {
+        "optimum_confirmed": optimum,
+        "law_verdict": law,
+        "bend": bend.what,
+        "bend_relative_rms": bend.mu_share,
+        "campaign_verdict": steady,
+        "change": change.what,
+        "change_course": change.when,
+        "change_group": change.group,
+        "changed_runs": ", ".join(change.runs) if change.when != "trend" else "",
+        "change_size": change.size,
+        "change_relative_rms": change.mu_share,
+        "sound": optimum and law == "adequate" and steady == "steady",
+    }
 
 
 def leftover(
@@ -100,9 +158,8 @@ def leftover(
         others: The fits of all oils.
     """
     law = fitted.law
-    data = _in_order(curve_data(points, law.conditions))
-    load = points.groupby("run_id")["load_n"].mean()
-    load_n = load.reindex(data.runs).to_numpy(dtype=float)
+    # in the order in which people count
+    data = curve_data(points, law.conditions, natural_key)
     if not np.isfinite(data.conditions).all():
         return None
     problem = build_problem(law, data, fitted.coefficients.known)
@@ -118,21 +175,7 @@ def leftover(
     members = {name: np.isin(data.runs, list(runs)) for name, runs in groups.items()}
     # what the same runs have in common is one cause
     of_runs = {each.tobytes(): (name, each) for name, each in reversed(members.items())}
-    return Leftover(problem, optimum, load_n, dict(reversed(of_runs.values())), known)
-
-
-def _in_order(data: CurveData) -> CurveData:
-    """The curves in the order of their names, as people count."""
-    order = np.array(sorted(range(len(data.runs)), key=lambda index: natural_key(data.runs[index])))
-    place = np.argsort(order)[data.curve]
-    points = np.argsort(place, kind="stable")
-    return CurveData(
-        [data.runs[index] for index in order],
-        data.conditions[order],
-        place[points],
-        data.slip[points],
-        data.mu[points],
-    )
+    return Leftover(problem, optimum, dict(reversed(of_runs.values())), known)
 
 
 def runs_in_common(runs: pd.DataFrame, points: pd.DataFrame) -> dict[str, set[str]]:
@@ -153,59 +196,11 @@ def runs_in_common(runs: pd.DataFrame, points: pd.DataFrame) -> dict[str, set[st
             for part, of in parts.groupby(parts)
             if part and FEWEST_CURVES <= len(of) < len(runs)
         }
-    for column in runs.columns:
-        if match := _NOMINAL.match(column):
-            stated = set(runs.loc[runs[column].notna(), "run_id"])
-            groups[f"set point of {match[1].replace('_', ' ')} stated"] = stated
+    groups |= {
+        f"set point of {match[1].replace('_', ' ')} stated": set(runs.loc[at.notna(), "run_id"])
+        for column, at in runs.items()
+        if (match := _NOMINAL.match(str(column)))
+    }
     highest = points.groupby("run_id")["slide_roll_ratio"].max()
     groups["slip below zero"] = set(highest.index[highest <= 0])
     return groups
-
-
-def _verdict(
-    quality: Mapping[str, Any], left: Leftover | None, lack_shown: bool, settings: FitSettings
-) -> dict[str, Any]:
-    """The row of one fit."""
-    found = find_patterns(left) if left is not None else []
-    bend = next((each for each in found if each.when == "law"), _NONE)
-    change = next((each for each in found if each.when != "law"), _NONE)
-    fixed = from_text(quality["fixed_conditions"])
-    law = "adequate"
-    if np.isnan(quality["rmse"]):
-        law = "no fit"
-    elif any(each.level is None for each in fixed):
-        law = "condition missing"
-    elif quality["relative_rms"] > settings.odd_scatter:
-        law = "misfit"
-    elif bend is not _NONE:
-        law = "bend"
-    elif lack_shown:
-        law = "lack of fit"
-    elif left is None or not left.can_show:
-        law = "too few curves"
-    elif quality["two_level_conditions"]:
-        law = "two levels"
-    steady = "steady"
-    if left is None:
-        steady = "too few curves" if law == "no fit" else "condition missing"
-    elif not left.can_show:
-        steady = "too few curves"
-    if change is not _NONE:
-        steady = "changed"
-    elif steady == "steady" and law in ("misfit", "bend"):
-        steady = "hidden by the law"
-    optimum = bool(quality["certified"])
-    return {
-        "optimum_confirmed": optimum,
-        "law_verdict": law,
-        "bend": bend.what,
-        "bend_relative_rms": bend.mu_share,
-        "campaign_verdict": steady,
-        "change": change.what,
-        "change_course": change.when,
-        "change_group": change.group,
-        "changed_runs": ", ".join(change.runs) if change.when != "trend" else "",
-        "change_size": change.size,
-        "change_relative_rms": change.mu_share,
-        "sound": optimum and law == "adequate" and steady == "steady",
-    }

@@ -1,7 +1,7 @@
 """Errors of the constants: by the Jacobian, a bootstrap over curves, calibration, and profiles.
 
 Decides: the standard errors of constants, by bootstrap or, below 20 curves, cluster-robust; their
-errors from the calibration of the rig; their intervals by profile likelihood.
+errors from the calibration of the rig.
 """
 
 from dataclasses import dataclass, replace
@@ -10,8 +10,7 @@ import numpy as np
 import pandas as pd
 
 from oilfilm.fits.descent import descend
-from oilfilm.fits.engine import Optimum, at_bounds, polish
-from oilfilm.fits.interval import student_quantile
+from oilfilm.fits.engine import Optimum, polish
 from oilfilm.fits.problem import Problem, build_problem, curve_data
 from oilfilm.units import FloatArray, IndexArray
 
@@ -46,18 +45,6 @@ class Estimates:
     shifted: FloatArray
 
     @property
-    def naive_errors(self) -> FloatArray:
-        """Standard errors by `naive`."""
-        return np.sqrt(np.diag(self.naive))
-
-    @property
-    def systematic_errors(self) -> FloatArray:
-        """Standard errors from calibration; NaN where it is not known."""
-        if len(self.shifted) == 0:
-            return np.full(len(self.values), np.nan)
-        return np.sqrt(((self.shifted - self.values) ** 2).sum(axis=0))
-
-    @property
     def random_covariance(self) -> FloatArray:
         """Covariance of the refits, shape (n, n); NaN where there are none."""
         if not len(self.refits):
@@ -75,7 +62,7 @@ class Estimates:
         """The same of the constants in the form of the law's equation, from internal ones."""
         values = problem.reported(self.values)
         # d X0 / d ln|X0| = X0
-        slopes = np.where(problem.logarithmic, values, 1.0)
+        slopes = np.where(problem.signs, values, 1.0)
         return Estimates(
             values,
             self.naive * np.outer(slopes, slopes),
@@ -114,14 +101,6 @@ def curve_bootstrap(
     draws = draw_curves(problem.at.design, refits, random)
     starts, weights = np.tile(optimum.values, (refits, 1)), draws.astype(float)
     return descend(problem, starts, weights=weights, tolerance=_REFIT_TOLERANCE, near=True)[0]
-
-
-def without_bounds(problem: Problem, refits: FloatArray) -> FloatArray:
-    """The refits of which no constant ended at a bound of the search.
-
-    A bound is where the search stopped, not what the curves say: its value means nothing.
-    """
-    return refits[~at_bounds(problem, refits).any(axis=1)]
 
 
 def robust_covariance(problem: Problem, optimum: Optimum) -> FloatArray:
@@ -255,11 +234,9 @@ def profiles(
     count, levels = len(optimum.values), len(_AT)
     degrees = len(problem.mu) - count
     held = np.repeat(np.eye(count, dtype=bool), levels, axis=0)
-    errors = np.sqrt(np.diag(naive))
-    towards = (naive / errors).T[:, np.newaxis] * _AT[:, np.newaxis]
-    starts = optimum.values + towards.reshape(-1, count)
+    towards = (naive / np.sqrt(np.diag(naive))).T[:, np.newaxis] * _AT[:, np.newaxis]
     # beyond the bounds a constant has no meaning
-    starts = np.clip(starts, *problem.limits.T)
+    starts = np.clip(optimum.values + towards.reshape(-1, count), *problem.limits.T)
     sse = np.full(len(starts), np.nan)
     if np.isfinite(naive).all():
         _, sse = descend(problem, starts, held=held, tolerance=1e-7, near=True)
@@ -268,30 +245,3 @@ def profiles(
     middle = levels // 2
     values = np.insert(starts[held].reshape(count, levels), middle, optimum.values, axis=1)
     return values, np.insert(z.reshape(count, levels), middle, 0.0, axis=1)
-
-
-def profile_interval(
-    values: FloatArray, z: FloatArray, degrees: int, level: float = 0.95
-) -> tuple[float, float]:
-    """Where one constant's profile crosses Student's quantiles; NaN where it does not within reach.
-
-    Args:
-        values: Ascending values of the constant.
-        z: Signed roots there, as from `profiles`.
-        degrees: Points minus constants.
-        level: Of confidence.
-    """
-    limit = student_quantile(level, degrees)
-    rising = np.concatenate([[True], np.diff(z) > 0])
-    if not np.isfinite(z).all() or not rising.all():
-        return float("nan"), float("nan")
-    return _crossing(values, z, -limit), _crossing(values, z, limit)
-
-
-def _crossing(values: FloatArray, z: FloatArray, at: float) -> float:
-    """The value at one signed root: on the cubic through the four nearest ones; NaN outside."""
-    after = int(np.searchsorted(z, at))
-    if not 0 < after < len(z):
-        return float("nan")
-    some = slice(max(after - 2, 0), after + 2)
-    return float(np.polyval(np.polyfit(z[some], values[some], len(z[some]) - 1), at))

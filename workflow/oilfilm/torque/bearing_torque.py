@@ -14,8 +14,8 @@ from oilfilm.bearing.geometry import Bearing, Cage
 from oilfilm.bearing.quasistatic import OperatingPoints
 from oilfilm.bearing.resistance import TERMS, Lubrication
 from oilfilm.bearing.torque import palmgren_torque_n_m, skf_torque_n_m, torque_terms
+from oilfilm.fits.fit import laws_of
 from oilfilm.fits.fitted import FittedLaw
-from oilfilm.fits.law_comparison import laws_of
 from oilfilm.physics.contact import Floats
 from oilfilm.physics.oils import Oil
 from oilfilm.settings.base import present

@@ -15,10 +15,9 @@ import pandas as pd
 
 from oilfilm.bearing.geometry import Bearing
 from oilfilm.errors import OilfilmError
-from oilfilm.fits.curve_errors import Curves
 from oilfilm.fits.fitted import FittedLaw
-from oilfilm.fits.measured_curves import FormError, Known, known_of, place
-from oilfilm.fits.optimal_design import Design, choose
+from oilfilm.fits.measured_curves import Design, FormError, Known, choose, known_of, place
+from oilfilm.fits.problem import Curves
 from oilfilm.physics.rigs import Contact
 from oilfilm.settings.config import PlanLevels, PlanSettings, PointOfTraction
 from oilfilm.settings.resolved import Settings

@@ -127,10 +127,7 @@ _FUNCTIONS: dict[str, tuple[Any, Callable[[Node, Node, Node], Node]]] = {
     "log1p": (np.log1p, lambda u, f, du: _divide(du, _add(_ONE, u))),
     "sqrt": (np.sqrt, lambda u, f, du: _divide(du, _multiply(_TWO, f))),
     "tanh": (np.tanh, lambda u, f, du: _multiply(_subtract(_ONE, _power(f, _TWO)), du)),
-    "asinh": (
-        np.arcsinh,
-        lambda u, f, du: _divide(du, _node("sqrt", _add(_ONE, _power(u, _TWO)))),
-    ),
+    "asinh": (np.arcsinh, lambda u, f, du: _divide(du, _node("sqrt", _add(_ONE, _power(u, _TWO))))),
     "abs": (np.abs, lambda u, f, du: _multiply(_node("sign", u), du)),
     "sign": (np.sign, lambda u, f, du: _ZERO),
 }
@@ -191,11 +188,6 @@ def _below(nodes: Iterable[Node]) -> Iterator[Node]:
 def functions_of(nodes: Iterable[Node]) -> set[str]:
     """Names of the functions that occur in any of the nodes."""
     return _FUNCTIONS.keys() & {node.operation for node in _below(nodes)}
-
-
-def names_in(node: Node) -> set[str]:
-    """Every name in a node."""
-    return {str(each.leaf) for each in _below([node]) if each.operation == "name"}
 
 
 def logarithmic_derivative(node: Node, variable: str) -> Node:
@@ -343,17 +335,7 @@ NUMPY = Language({})
 def compiled(parameters: Sequence[str], results: Sequence[Node]) -> Callable[..., Any]:
     """A function of arrays that gives the tuple of results."""
     steps, ends = in_steps(results)
-    last_use = {
-        known: number
-        for number, node in enumerate([*(node for _, node in steps), *ends])
-        for known in names_in(node)
-    }
-    lines = []
-    for number, (step, node) in enumerate(steps):
-        lines.append(f"{step} = {NUMPY.write(node)}")
-        # what is done with makes room in the processor's cache
-        done = [known for known, _ in steps[:number] if last_use[known] == number]
-        lines += [f"del {', '.join(done)}"] if done else []
+    lines = [f"{step} = {NUMPY.write(node)}" for step, node in steps]
     values = ", ".join(NUMPY.write(end) for end in ends)
     body = "\n    ".join([*lines, f"return ({values},)"])
     source = f"def function({', '.join(parameters)}):\n    {body}\n"

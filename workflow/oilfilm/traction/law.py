@@ -209,10 +209,6 @@ class Law:
         mu, *rest = function(*sizes, slip)
         return mu, tuple(rest[: len(by)]), tuple(rest[len(by) :])
 
-    def definitions(self) -> list[tuple[str, Node]]:
-        """The equation as it is written: mu, then its parts, by signed coefficients and S."""
-        return expression.parse_steps(self.steps, self._arguments)[::-1]
-
     @property
     def steps(self) -> tuple[tuple[str, str], ...]:
         """The parts of the equation, then mu: name and text."""
@@ -265,13 +261,7 @@ class Law:
             )
             known = coefficient.exponents or (None,) * len(self.groups)
             constants += [
-                Constant(
-                    f"{coefficient.name}{number}",
-                    -_STEEPEST,
-                    _STEEPEST,
-                    condition=group,
-                    known=value,
-                )
+                Constant(f"{coefficient.name}{number}", -_STEEPEST, _STEEPEST, 0, group, value)
                 for number, (group, value) in enumerate(zip(self.groups, known, strict=True), 1)
             ]
         return tuple(constants)
@@ -365,10 +355,15 @@ def _to_second_order(
     return _compiled((graphs[0], *slopes, *curvatures), names)
 
 
-def to_constants(law: Law, internal: FloatArray) -> FloatArray:
-    """Constants in the form of the law's equation, from the search's form."""
-    size = np.exp(np.where(law.signs == 0, 0.0, internal))
-    return np.where(law.signs == 0, internal, law.signs * size)
+def to_constants(law: "Law | IndexArray", internal: FloatArray) -> FloatArray:
+    """Constants in the form of the law's equation, from the search's form.
+
+    Args:
+        law: The law, or the signs of some of its constants.
+        internal: Shape (..., constants).
+    """
+    signs = law.signs if isinstance(law, Law) else law
+    return np.where(signs == 0, internal, signs * np.exp(np.where(signs == 0, 0.0, internal)))
 
 
 def to_internal(law: Law, constants: FloatArray) -> FloatArray:

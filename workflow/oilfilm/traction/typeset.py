@@ -3,7 +3,7 @@
 Decides: the equation of a law as the report shows it.
 """
 
-from oilfilm.traction.expression import Form, Language
+from oilfilm.traction.expression import Form, Language, parse_steps
 from oilfilm.traction.law import QUANTITIES, Law
 
 DEGREES = "&#176;C"
@@ -49,12 +49,12 @@ def mathml(law: Law) -> str:
     """
     formulas = [
         f"{MATHML.identifier(name)}<mo>=</mo>{MATHML.write(value)}"
-        for name, value in law.definitions()
+        # mu, then its parts
+        for name, value in parse_steps(law.steps, (*law.local_constants, "S"))[::-1]
     ]
     exponents = {
         "X": [f"<msub><mi>X</mi><mn>{1 + at}</mn></msub>" for at in range(len(law.groups))]
-    }
-    exponents |= {
+    } | {
         each.name: [f"<mn>{exponent:g}</mn>" if exponent else "" for exponent in each.exponents]
         for each in law.coefficients
         if each.exponents is not None

@@ -12,8 +12,8 @@ from matplotlib.ticker import MaxNLocator
 
 from oilfilm import tables
 from oilfilm.bearing.kinematics import pitch_speed_mm_rpm
+from oilfilm.fits.fit import laws_of
 from oilfilm.fits.fitted import Coefficients, FittedLaw
-from oilfilm.fits.law_comparison import laws_of
 from oilfilm.paper.extrapolation import is_beyond
 from oilfilm.paper.printed_law import with_printed
 from oilfilm.paper.reference import PrintedCoefficients

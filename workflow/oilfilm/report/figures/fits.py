@@ -8,8 +8,8 @@ import pandas as pd
 from matplotlib.ticker import LogLocator, NullFormatter
 
 from oilfilm import tables
+from oilfilm.fits.fit import laws_of
 from oilfilm.fits.fitted import FittedLaw
-from oilfilm.fits.law_comparison import laws_of
 from oilfilm.fits.problem import curve_data
 from oilfilm.report.document import number, significant
 from oilfilm.report.figures import style

@@ -9,9 +9,8 @@ import pandas as pd
 from oilfilm import tables
 from oilfilm.fits.best_law import FEWEST_CURVES
 from oilfilm.fits.conditions import from_text
+from oilfilm.fits.fit import TIE
 from oilfilm.fits.fitted import FittedLaw
-from oilfilm.fits.law_comparison import TIE
-from oilfilm.fits.noise import ADVISED_REPEATS
 from oilfilm.fits.soundness_words import what_is_wrong
 from oilfilm.report.document import (
     Fact,
@@ -49,7 +48,6 @@ def fits(results: CampaignTables) -> Section:
         **_odd(results.configured.curve_residuals),
         misfits=tables.rows(results.lack_of_fit),
         unrepeated=tables.rows(results.lack_of_fit.query("verdict == 'no repeats'")),
-        repeats=ADVISED_REPEATS,
     )
     shown = [
         show_declared(quality.join(sure, on="oil"), "fit_quality"),

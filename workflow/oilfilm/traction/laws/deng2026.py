@@ -59,11 +59,8 @@ def traction_coefficient(
         >>> round(float(traction_coefficient(c, 1.0, 20.0, 20.0, 0.05)), 6)
         0.020412
     """
-    bars = (
-        np.asarray(max_hertz_pressure_gpa) / DENG2026.reference[0],
-        np.asarray(entrainment_speed_m_s) / DENG2026.reference[1],
-        np.asarray(inlet_temperature_c) / DENG2026.reference[2],
-    )
+    at = (max_hertz_pressure_gpa, entrainment_speed_m_s, inlet_temperature_c)
+    bars = [np.asarray(each) / one for each, one in zip(at, DENG2026.reference, strict=True)]
     a, b, c = (
         block[0] * bars[0] ** block[1] * bars[1] ** block[2] * bars[2] ** block[3]
         for block in np.split(np.asarray(constants, dtype=float), 3)

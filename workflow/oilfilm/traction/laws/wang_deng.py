@@ -89,10 +89,7 @@ class WangDengGroups(Law):
         if oil is None or contact is None:
             return None
         return replace(
-            self,
-            oil=oil,
-            radius_m=contact.radius_m,
-            reduced_modulus_pa=contact.reduced_modulus_pa,
+            self, oil=oil, radius_m=contact.radius_m, reduced_modulus_pa=contact.reduced_modulus_pa
         )
 
     def group_values(self, conditions: FloatArray) -> FloatArray:
