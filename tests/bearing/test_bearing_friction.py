@@ -22,7 +22,11 @@ from bearings import (
 )
 from nights import examples, nightly
 from oilfilm.bearing.ellipse import conditions, grid, sliding, traction
-from oilfilm.bearing.friction import FrictionEquilibrium, other_equilibrium
+from oilfilm.bearing.friction import (
+    FrictionEquilibrium,
+    friction_equilibrium,
+    other_equilibrium,
+)
 from oilfilm.bearing.quasistatic import Motion, OperatingPoints, raceway_control, rolling_motion
 from oilfilm.bearing.resistance import (
     hysteresis_moment_n_m,
@@ -100,7 +104,7 @@ def test_power_put_in_is_the_sum_of_all_heat(name, load_variable):
     speed = np.array([0.3e6, 1e6, 2e6, 3e6]) / (bearing.pitch_diameter_m * 1e3) * RPM
     points = OperatingPoints.axial(3e7 * bearing.ball_diameter_m**2, speed)
     law = printed_law("4050", load_variable)
-    terms = torque_terms(problem(bearing, points, law=law), TESTED)
+    terms = torque_terms(friction_equilibrium(problem(bearing, points, law=law)), TESTED)
     assert terms["converged"].all()
     np.testing.assert_allclose(terms["energy_error"], 0, atol=1e-6)
     parts = sum(terms[f"{kind}_torque_n_m"] for kind in SLIDINGS)
@@ -114,7 +118,7 @@ def test_moments_on_all_bodies_cancel():
     balance, balls = equilibrium(*at).balance, MAINSHAFT.ball_count
     oil = balls * balance.drag_n * balance.contacts.orbit_radius_m
     np.testing.assert_allclose(balls * balance.ring_moment_n_m.sum(axis=1), -oil, rtol=1e-6)
-    terms = torque_terms(problem(*at), TESTED)
+    terms = torque_terms(friction_equilibrium(problem(*at)), TESTED)
     np.testing.assert_allclose(terms["torque_n_m"] - terms["outer_ring_torque_n_m"], oil, rtol=1e-6)
 
 
@@ -194,7 +198,7 @@ def test_shares_beyond_the_tested_box_are_those_of_the_traction_heat():
 
     def shares(*box: tuple[float, float]) -> list[float]:
         names = ("max_hertz_pressure_gpa", "entrainment_speed_m_s", "slide_roll_ratio")
-        terms = torque_terms(asked, dict(zip(names, box, strict=True)))
+        terms = torque_terms(friction_equilibrium(asked), dict(zip(names, box, strict=True)))
         return [terms[f"share_beyond_{name}"][0] for name in ("pressure", "speed", "slip")]
 
     assert shares(*[(0.0, 1e9)] * 3) == [0, 0, 0]
@@ -233,7 +237,9 @@ def test_any_bearing_finds_its_motion_or_says_how_far_it_is_from_it(
     points = OperatingPoints.axial(
         pressing * 1e6 * ball**2 * bearing.ball_count, dmn / (ball * room * 1e3) * RPM
     )
-    terms = torque_terms(problem(bearing, points, temperature_c=temperature), TESTED)
+    terms = torque_terms(
+        friction_equilibrium(problem(bearing, points, temperature_c=temperature)), TESTED
+    )
     if not terms["converged"][0]:
         # as the tables tell it: how much is out of balance, and where the ball lies
         assert terms["residual"][0] > 1e-10
@@ -269,7 +275,7 @@ def test_load_variables_agree_on_the_rigs_own_contact_and_load_alone_tells_ball_
 
 def test_film_beyond_the_thermal_reduction_is_unknown_and_without_speed_it_is_none():
     points = OperatingPoints.axial(20_000.0, np.array([0.0, 9000.0, 24_000.0]) * RPM)
-    terms = torque_terms(problem(MAINSHAFT, points, "4102", 10.0), TESTED)
+    terms = torque_terms(friction_equilibrium(problem(MAINSHAFT, points, "4102", 10.0)), TESTED)
     ratio = terms["lambda_ratio"]
     # Gupta's 1 - 13.2 (p0/E') L^0.42 is negative for L > 340 at 1.5 GPa (docs/physics.md, film);
     # cold 4102 at 105 m/s has 870

@@ -1,4 +1,4 @@
-"""The paper's advice on oils: its rules, the oil that holds the cage, scenarios of drag and law."""
+"""The paper's advice on oils: its rules, the oil that holds the cage, scenarios."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -18,7 +18,6 @@ from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.torque.bearing_torque import cage_slip_table, oils_in_bearings
 from oilfilm.torque.operating_grid import AXES
 
-Frames = dict[str, pd.DataFrame]
 # the paper's own order of viscosity, and of traction as it has it
 OILS = ("4102", "4050", "4010")
 NAN = np.nan
@@ -236,98 +235,20 @@ def test_without_an_oil_of_the_rules_there_is_no_advice(config: Settings) -> Non
 # ---------------------------------------------------------------- scenarios
 
 
-MORE_OIL = 0.03
-
-
-@pytest.fixture(scope="module")
-def small() -> Settings:
-    """A small map, with two levels of drag and one refit."""
-    bearing = {
-        "cage_slip": {"pitch_speed_mm_rpm": [1e6, 3e6], "axial_load_n": [2000, 8000, 30000]},
-        "oil_volume_fraction": 0.004,
-        "oil_volume_fraction_range": [0.004, MORE_OIL],
-    }
-    band: dict[str, Any] = {"oil_volume_fractions": 2, "refits": 1}
-    band |= {"limit_factors": [0.5], "inlet_temperature_c": [140]}
-    changes = {"bearing": bearing, "selection": {"band": band}}
-    return resolve(ROOT / "config", {"campaign": "demo"}).with_changes(changes)
-
-
-def refitted(factor: float) -> CampaignTables:
-    """The printed law as a fit, and a refit with all traction times a factor."""
-    coefficients, quality = printed_fits()
-    scaled = np.where(coefficients["constant"].isin(["A0", "B0"]), factor, 1.0)
-    refits = coefficients[["oil", "law", "constant"]].assign(
-        cause="resampled curves", refit=0, value=coefficients["value"] * scaled
+def test_scenario_of_a_hotter_oil_and_half_the_limit_is_that_of_the_bearing_by_itself() -> None:
+    points = {"pitch_speed_mm_rpm": [1e6, 3e6], "axial_load_n": [2000, 8000, 30000]}
+    changes = {"limit_factors": [0.5], "inlet_temperature_c": [140]}
+    small = resolve(ROOT / "config", {"campaign": "demo"}).with_changes(
+        {"bearing": {"cage_slip": points}, "selection": {"band": changes}}
     )
-    return CampaignTables.in_memory(coefficients=coefficients, fit_quality=quality, refits=refits)
-
-
-def in_band(config: Settings, factor: float) -> Frames:
-    results = refitted(factor)
-    oils = oils_in_bearings(results.coefficients, results.fit_quality, config)
-    return advice_in_band(oils, results.replace(cage_slip=cage_slip_table(oils, config)), config)
-
-
-def alone(config: Settings, fraction: float, factor: float) -> pd.DataFrame:
-    """The advice with this drag and with all traction times a factor, worked out by itself."""
-    changed = config.with_changes({"bearing": {"oil_volume_fraction": fraction}})
-    results = refitted(factor)
-    value = results.refits["value"].to_numpy()
-    oils = oils_in_bearings(results.coefficients.assign(value=value), results.fit_quality, changed)
-    slip = cage_slip_table(oils, changed)
-    return advise(slip, changed.selection, changed.gates.lambda_limit)
-
-
-def as_set(band: pd.DataFrame) -> pd.DataFrame:
-    """Scenarios of drag and law alone."""
-    own = (band["choice"] == BY_RULES) & (band["inlet_temperature_c"] == 100)
-    return band[own & (band["rule_order"] == "as set") & (band["varied_limit"] == "")]
-
-
-@pytest.mark.no_cover
-def test_each_scenario_is_that_of_the_bearing_by_itself(small: Settings) -> None:
-    made = in_band(small, 0.7)
-    advice, band = made["slip_advice"], made["advice_band"]
-    band = as_set(band).set_index(["oil_volume_fraction", "refit"])["agreeing_points"]
-    scenarios = {
-        (fraction, refit): alone(small, fraction, factor)
-        for fraction in (0.004, MORE_OIL)
-        for refit, factor in enumerate((1.0, 0.7))
-    }
-    agreeing = {at: (each["judgement"] == "agree").sum() for at, each in scenarios.items()}
-    assert band.to_dict() == agreeing
-    point = ["pitch_speed_mm_rpm", "axial_load_n"]
-    judged = pd.concat(scenarios.values()).set_index(point)["judgement"] == "agree"
-    agree = judged.groupby(level=point).mean()
-    np.testing.assert_allclose(advice.set_index(point)["agree_share"], agree.loc[:])
-    # more oil about, and less traction: somewhere another oil is best
-    assert band.nunique() > 1
-    uncertain = advice[advice["best_oil_share"] < 1]
-    assert len(uncertain)
-    assert (uncertain["best_oils"].str.count(";") > 0).all()
-
-
-def test_scenarios_that_are_alike_leave_every_choice_certain(small: Settings) -> None:
-    narrow = {"oil_volume_fraction_range": [0.004, 0.004 * (1 + 1e-9)]}
-    made = in_band(small.with_changes({"bearing": narrow}), 1.0)
-    advice, band = made["slip_advice"], made["advice_band"]
-    assert (advice["best_oil_share"] == 1).all()
-    assert set(advice["agree_share"]) <= {0.0, 1.0}
-    assert (as_set(band)["agreeing_points"] == advice["agree_share"].sum()).all()
+    oils = oils_in_bearings(*printed_fits(), small)
+    results = CampaignTables.in_memory(cage_slip=cage_slip_table(oils, small))
+    band = advice_in_band(oils, results, small)["advice_band"]
     assert set(band["choice"]) == {BY_RULES, *OILS}
     assert set(band["rule_order"]) == {"as set", *small.selection.band.rule_orders}
-
-
-def test_scenario_of_a_hotter_oil_and_half_the_limit_is_that_of_the_bearing_by_itself(
-    small: Settings,
-) -> None:
-    band = in_band(small, 1.0)["advice_band"]
     hot = small.with_changes({"bearing": {"cage_slip": {"inlet_temperature_c": 140}}})
     half = hot.with_changes({"selection": {"limits": {"slip_limit": 0.075}}}).selection
-    results = refitted(1.0)
-    slip = cage_slip_table(oils_in_bearings(results.coefficients, results.fit_quality, hot), hot)
-    alone = advise(slip, half, hot.gates.lambda_limit)
+    alone = advise(cage_slip_table(oils, hot), half, hot.gates.lambda_limit)
     alone = alone[~alone["judgement"].isin(NO_CHOICE)]
     here = band[(band["rule_order"] == "as set") & (band["varied_limit"] == "slip_limit")]
     here = here[here["inlet_temperature_c"] == 140].set_index("choice")

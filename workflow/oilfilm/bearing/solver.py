@@ -23,8 +23,6 @@ _GROWTH = 1e3
 _SHARES = (0.0, 0.25, 0.5, 0.75, 0.9, 1.0)
 # Jacobians of a share that is not the whole.
 _ON_THE_WAY = 40
-# How often the points that still fail start again beside one that was solved.
-_ROUNDS = 3
 # Damping with which settling begins, and below which there is none.
 _FIRST_DAMPING, _LEAST_DAMPING = 0.1, 1e-6
 _SHORT_STEP = 0.1
@@ -174,47 +172,28 @@ def follow(
     start: FloatArray,
     scale: FloatArray,
     max_iterations: int,
-    position: FloatArray,
 ) -> Solution:
-    """`solve`, and where that fails again from elsewhere.
-
-    First from where the nearest point that was solved ended; then a part of the equations is
-    brought in by and by.
+    """`solve`, and where that fails again: a part of the equations is brought in by and by.
 
     Args:
         equations: The equations with a share, 0 to 1, of their difficult part; 1 is the whole.
         start: As for `solve`.
         scale: As for `solve`.
         max_iterations: As for `solve`, for each search.
-        position: Coordinates in which near points have similar solutions, shape (points, any).
     """
     solution = solve(equations(1.0), start, scale, max_iterations)
-
-    def again(points: IndexArray, start: FloatArray, share: float = 1.0) -> FloatArray:
-        most = max_iterations if share == 1 else min(max_iterations, _ON_THE_WAY)
-        end = solve(of_some(equations(share), points), start, scale[points], most)
-        if share == 1:
-            solution.put(points, end)
-        return end.unknowns
-
     failed = np.flatnonzero(~solution.converged)
-    for _ in range(_ROUNDS):
-        solved = np.flatnonzero(solution.converged)
-        if len(failed) == 0 or len(solved) == 0:
-            break
-        away = np.square(position[failed, np.newaxis] - position[solved]).sum(axis=-1)
-        nearest = solved[away.argmin(axis=1)]
-        again(failed, solution.unknowns[nearest] / scale[nearest] * scale[failed])
-        before, failed = len(failed), np.flatnonzero(~solution.converged)
-        if len(failed) == before:
-            break
     here = start[failed]
     for share in _SHARES if len(failed) else ():
-        here = again(failed, here, share)
+        most = max_iterations if share == 1 else min(max_iterations, _ON_THE_WAY)
+        end = solve(_of_some(equations(share), failed), here, scale[failed], most)
+        here = end.unknowns
+    if len(failed):
+        solution.put(failed, end)
     return solution
 
 
-def of_some(equations: Equations, points: IndexArray) -> Equations:
+def _of_some(equations: Equations, points: IndexArray) -> Equations:
     """The equations of some of the points, numbered from 0 again."""
     return lambda unknowns, which: equations(unknowns, points[which])
 

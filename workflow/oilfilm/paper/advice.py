@@ -10,15 +10,13 @@ then.
 
 The paper states neither an order of its rules nor a number for "hot" and "fast". So the result is a
 band over scenarios: the rules in each order, each limit times some factors, at each supply
-temperature; and the rules as set with other drag (`bearing.oil_volume_fraction_range`) and refits
-of the law of each oil.
+temperature. How sure the best oil itself is, is `best_share` of the table of cage slip.
 
 Decides: which oil the paper advises at an operating point, and how firm that is.
 """
 
 import itertools
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -27,13 +25,11 @@ import pandas as pd
 from oilfilm import tables
 from oilfilm.bearing.kinematics import entrainment_speed_m_s
 from oilfilm.errors import OilfilmError
-from oilfilm.fits.fitted import FittedLaw
 from oilfilm.settings.config import SelectionLimits, SelectionSettings
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.torque.bearing_torque import Cases, OilInBearing
 from oilfilm.torque.best_oil import (
-    OPERATING_POINT,
     IntArray,
     best_index,
     by_oil,
@@ -51,18 +47,18 @@ NO_CHOICE = ("no film", OUTSIDE)
 SlipMap = tuple[list[str], pd.DataFrame, FloatArray, FloatArray, FloatArray]
 # What is chosen at every operating point: the oil that the rules advise, or one oil.
 BY_RULES = "rules"
-# Columns that tell scenarios apart: how the rules are read; drag and refit.
-_READING, _DRAWN = ["rule_order", "varied_limit", "limit_factor"], ["oil_volume_fraction", "refit"]
+# Columns that tell apart how the rules are read.
+_READING = ["rule_order", "varied_limit", "limit_factor"]
 
 
 def advice_in_band(
     oils: Sequence[OilInBearing], results: CampaignTables, settings: Settings
 ) -> dict[str, pd.DataFrame]:
-    """The advice at each operating point with its shares of scenarios, and each scenario's count.
+    """The advice at each operating point, and how often each scenario's advice is good.
 
     Args:
         oils: Oils with their laws.
-        results: Tables of coefficients and refits, and of cage slip, the nominal scenario.
+        results: Table of cage slip, the nominal scenario.
         settings: `bearing`, `gates` and `selection`, and the campaign's bearing.
 
     Returns:
@@ -73,23 +69,30 @@ def advice_in_band(
     nominal = advise(results.cage_slip, choice, lambda_limit)
     if nominal.empty:
         return {"slip_advice": nominal, "advice_band": tables.empty("advice_band")}
-    slips = _scenarios(oils, results, settings)
-    as_set = slips["oil_volume_fraction"].eq(settings.bearing.oil_volume_fraction)
-    as_set &= slips["refit"] == 0
-    drawn, varied = (_slip_map(each, choice, _DRAWN) for each in (slips, slips[as_set]))
-    made = [
-        _choices(varied if number else drawn, rules, lambda_limit).assign(**reading)
-        for number, (reading, rules) in enumerate(_readings(choice))
+    points = operating_points(results.cage_slip).drop(columns="bearing")
+    others = set(choice.band.inlet_temperature_c) - set(points["inlet_temperature_c"])
+    groups = [
+        (oil, "stress", points.assign(inlet_temperature_c=temperature))
+        for temperature in sorted(others)
+        for oil in oils
     ]
+    slips = [results.cage_slip]
+    if groups:
+        slips.append(Cases(settings.tested_bearing(), groups).run())
+    at = _slip_map(pd.concat(slips, ignore_index=True), choice)
+    made = [
+        _choices(at, rules, lambda_limit).assign(**reading) for reading, rules in _readings(choice)
+    ]
+    judged = pd.concat(made)
+    judged = judged[~judged["judgement"].isin(NO_CHOICE)]
+    judged[BY_RULES] = judged["judgement"] == "agree"
     chosen = [BY_RULES, *dict.fromkeys(oil for rule in choice.rules for oil in rule.prefer)]
-    band = _judged(pd.concat(made)).melt(
-        ["bearing", *_READING, *_DRAWN, "inlet_temperature_c"], chosen, "choice", "agrees"
-    )
-    counts = band.groupby([*band.columns.drop("agrees")], sort=False)["agrees"]
+    keys = ["bearing", *_READING, "inlet_temperature_c"]
+    band = judged.melt(keys, chosen, "choice", "agrees")
+    counts = band.groupby([*keys, "choice"], sort=False)["agrees"]
     band = counts.agg(operating_points="size", agreeing_points="sum").reset_index()
-    of_drawn = made[0][made[0]["inlet_temperature_c"] == slips["inlet_temperature_c"].iloc[0]]
     return {
-        "slip_advice": _with_shares(nominal, _judged(of_drawn)),
+        "slip_advice": nominal,
         "advice_band": tables.conform(
             band[tables.columns("advice_band")], "advice_band", "advice band"
         ),
@@ -107,8 +110,7 @@ def advise(
         lambda_limit: Full film above.
 
     Returns:
-        The table, whose shares of scenarios are null (`advice_in_band` has them); empty where an
-        oil that the rules name was not calculated.
+        The table; empty where an oil that the rules name was not calculated.
 
     Raises:
         OilfilmError: No rule applies to an operating point.
@@ -116,29 +118,18 @@ def advise(
     if not {oil for rule in settings.rules for oil in rule.prefer} <= set(cage_slip["oil"]):
         return tables.empty("slip_advice")
     frame = _choices(_slip_map(cage_slip, settings), settings, lambda_limit)
-    frame = frame.assign(agree_share=np.nan, best_oil_share=np.nan, best_oils="")
     return tables.conform(frame[tables.columns("slip_advice")], "slip_advice", "slip advice")
 
 
-def _slip_map(
-    cage_slip: pd.DataFrame, settings: SelectionSettings, scenario: Sequence[str] = ()
-) -> SlipMap:
-    """Motion of a bearing with each oil of the rules.
-
-    Args:
-        cage_slip: Table of cage slip, with columns that tell scenarios apart.
-        settings: `selection` of the settings.
-        scenario: Those columns.
-    """
+def _slip_map(cage_slip: pd.DataFrame, settings: SelectionSettings) -> SlipMap:
+    """Motion of a bearing with each oil of the rules."""
     named = {oil for rule in settings.rules for oil in rule.prefer}
     oils = [oil for oil in dict.fromkeys(cage_slip["oil"]) if oil in named]
-    index = [*scenario, *OPERATING_POINT]
     slip, torque, film, inner, outer = by_oil(
         *(cage_slip, oils, "cage_slip", "torque_n_m", "lambda_ratio"),
         *("inner_max_hertz_pressure_gpa", "outer_max_hertz_pressure_gpa"),
-        index=index,
     )
-    points = cage_slip[index].drop_duplicates(ignore_index=True)
+    points = operating_points(cage_slip)
     points = points.assign(
         max_hertz_pressure_gpa=np.fmax.reduce([*inner, *outer]),
         # whether it is fast depends on the bearing, not on how much its cage slips
@@ -197,12 +188,6 @@ def _joined(chosen: BoolArray, oils: Sequence[str]) -> np.ndarray:
     """Names of the oils that are chosen at each operating point."""
     kinds, kind = np.unique(chosen.T, axis=0, return_inverse=True)
     return np.array(["; ".join(itertools.compress(oils, each)) for each in kinds])[kind]
-
-
-def _judged(choices: pd.DataFrame) -> pd.DataFrame:
-    """Where there is a choice, with whether the rules make a good one."""
-    judged = choices[~choices["judgement"].isin(NO_CHOICE)]
-    return judged.assign(**{BY_RULES: judged["judgement"] == "agree"})
 
 
 def decide(
@@ -293,65 +278,3 @@ def _readings(
         }
         reading = dict(zip(_READING, (order, limit, factor), strict=True))
         yield reading, choice.model_copy(update=update)
-
-
-def _scenarios(
-    oils: Sequence[OilInBearing], results: CampaignTables, settings: Settings
-) -> pd.DataFrame:
-    """Cage slip of each oil as set, with every drag and refit, and with warmer or cooler oil.
-
-    Refit 0 is the fit itself.
-    """
-    band, choice = settings.bearing, settings.selection.band
-    low, high = band.oil_volume_fraction_range
-    fractions = np.union1d(
-        np.geomspace(low, high, choice.oil_volume_fractions), band.oil_volume_fraction
-    )
-    spread = {
-        oil.name: FittedLaw.of(
-            results.coefficients, oil.name, results.refits, law=oil.laws["stress"].fitted.law
-        ).coefficients.spread
-        for oil in oils
-    }
-    # in every scenario each oil has a refit of its own: they were measured apart
-    refits = range(min(choice.refits, *map(len, spread.values())) + 1)
-    points = operating_points(results.cage_slip).drop(columns="bearing")
-    as_set = {"oil_volume_fraction": band.oil_volume_fraction, "refit": 0}
-    groups = []
-    for fraction, refit in itertools.product(fractions.tolist(), refits):
-        at = {"oil_volume_fraction": fraction, "refit": refit}
-        update = band.model_copy(update={"oil_volume_fraction": fraction})
-        for oil in oils if at != as_set else ():
-            drawn = replace(oil, settings=update)
-            if refit:
-                drawn = drawn.with_constants(spread[oil.name][refit - 1])
-            groups.append((drawn, "stress", points.assign(**at)))
-    for temperature in choice.inlet_temperature_c:
-        if temperature not in set(points["inlet_temperature_c"]):
-            warm = points.assign(inlet_temperature_c=temperature, **as_set)
-            groups += [(oil, "stress", warm) for oil in oils]
-    return pd.concat(
-        [results.cage_slip.assign(**as_set), Cases(settings.tested_bearing(), groups).run()],
-        ignore_index=True,
-    )
-
-
-def _with_shares(nominal: pd.DataFrame, drawn: pd.DataFrame) -> pd.DataFrame:
-    """The nominal advice with the shares of scenarios in which it and its best oil are good.
-
-    Args:
-        nominal: Table of advice.
-        drawn: Choices of scenarios of drag and law, where there is one.
-    """
-    best = drawn[OPERATING_POINT].merge(nominal[[*OPERATING_POINT, "best_oil"]], how="left")
-    known = best["best_oil"].replace("", np.nan).to_numpy()
-    good = [row.get(oil, np.nan) for row, oil in zip(drawn.to_dict("records"), known, strict=True)]
-    points = drawn.assign(good=np.array(good, dtype=float)).groupby(OPERATING_POINT)
-    shares = points.agg(
-        agree_share=(BY_RULES, "mean"),
-        best_oil_share=("good", "mean"),
-        best_oils=("best_oil", lambda oils: "; ".join(np.unique(oils))),
-    )
-    frame = nominal[nominal.columns.difference(shares.columns, sort=False)]
-    frame = frame.join(shares, on=OPERATING_POINT).fillna({"best_oils": ""})
-    return tables.conform(frame[[*nominal.columns]], "slip_advice", "slip advice")

@@ -6,7 +6,7 @@ constant of a bearing that no drawing gives. It is fitted to published power los
 Decides: where the drag in a bearing comes from.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -19,7 +19,7 @@ from oilfilm.bearing.geometry import Bearing
 from oilfilm.paper.reference import PublishedBearingTest, PublishedBearingTests
 from oilfilm.settings.resolved import Settings
 from oilfilm.torque.bearing_torque import Cases, OilInBearing
-from oilfilm.units import RAD_S_PER_RPM, FloatArray, IndexArray
+from oilfilm.units import RAD_S_PER_RPM
 
 # Shares of oil among which the fit looks; a tenth of the volume is far more than a sprayed
 # bearing holds.
@@ -61,10 +61,12 @@ def fitted_fraction(test: PublishedBearingTest, oil: OilInBearing, bearing: Bear
     rows = _rows(test)
     if rows["published_power_w"].isna().all():
         return np.nan
-    found_with = _equilibria(test, oil, bearing)
+    as_set = _cases(test, oil, bearing, oil.settings.oil_volume_fraction).problem
+    known = Neighbour.of(as_set, friction_equilibrium(as_set).solution.unknowns)
 
     def squares(fraction: float) -> float:
-        power = found_with(np.full(len(rows), fraction))[0]
+        found = friction_equilibrium(_cases(test, oil, bearing, fraction).problem, known)
+        power = found.torque_n_m() * rows["inner_speed_rpm"] * RAD_S_PER_RPM
         return float(np.nansum((power / rows["published_power_w"] - 1) ** 2))
 
     bounds = 0.0, _LARGEST_FRACTION
@@ -78,9 +80,7 @@ def _one_test(test: PublishedBearingTest, oil: OilInBearing, settings: Settings)
     bearing, rows = settings.bearings[test.bearing].bearing(test.bearing), _rows(test)
     speed = rows["inner_speed_rpm"] * RAD_S_PER_RPM
     fractions = *settings.bearing.oil_volume_fraction_range, settings.bearing.oil_volume_fraction
-    low, high, as_set = (
-        _cases(test, oil, bearing, np.full(len(rows), fraction)).run() for fraction in fractions
-    )
+    low, high, as_set = (_cases(test, oil, bearing, fraction).run() for fraction in fractions)
     return as_set.assign(
         **{str(name): values for name, values in rows.items()},
         power_w=as_set["torque_n_m"] * speed,
@@ -89,62 +89,19 @@ def _one_test(test: PublishedBearingTest, oil: OilInBearing, settings: Settings)
         cage_slip_low=low["cage_slip"],
         cage_slip_high=high["cage_slip"],
         fitted_oil_volume_fraction=fitted_fraction(test, oil, bearing),
-        oil_volume_fraction_alone=_fractions_alone(test, oil, bearing),
         source=test.source,
         assumed=test.assumed,
     )
 
 
-def _fractions_alone(test: PublishedBearingTest, oil: OilInBearing, bearing: Bearing) -> FloatArray:
-    """Share of oil that gives the published value of each row; NaN where none does."""
-    rows, found_with = _rows(test), _equilibria(test, oil, bearing)
-
-    def error(fraction: FloatArray, which: IndexArray) -> FloatArray:
-        every = np.zeros(len(rows))
-        every[which] = fraction
-        power, slip = found_with(every)
-        off = (power - rows["published_power_w"]).fillna(slip - rows["published_cage_slip"])
-        return off.to_numpy()[which]
-
-    # late, as in `bearing.heat_balance`
-    from scipy.optimize import elementwise  # noqa: PLC0415
-
-    found = elementwise.find_root(
-        error,
-        (np.zeros(len(rows)), np.full(len(rows), _LARGEST_FRACTION)),
-        args=(np.arange(len(rows)),),
-        tolerances={"xatol": _TOLERANCE},
-    )
-    return np.where(found.success, found.x, np.nan)
-
-
-def _equilibria(
-    test: PublishedBearingTest, oil: OilInBearing, bearing: Bearing
-) -> Callable[[FloatArray], tuple[FloatArray, FloatArray]]:
-    """Power loss in W and cage slip of each row by its share of oil, near those as set."""
-    as_set = np.full(len(test.rows), oil.settings.oil_volume_fraction)
-    problem = _cases(test, oil, bearing, as_set).problem
-    known = Neighbour.of(problem, friction_equilibrium(problem).solution.unknowns)
-
-    def found_with(fractions: FloatArray) -> tuple[FloatArray, FloatArray]:
-        found = friction_equilibrium(_cases(test, oil, bearing, fractions).problem, known)
-        return found.torque_n_m() * problem.points.ring_speed_rad_s[:, 0], found.cage_slip()
-
-    return found_with
-
-
 def _cases(
-    test: PublishedBearingTest, oil: OilInBearing, bearing: Bearing, fractions: FloatArray
+    test: PublishedBearingTest, oil: OilInBearing, bearing: Bearing, fraction: float
 ) -> Cases:
-    """The rows of a test, each with a share of oil."""
+    """The rows of a test with a share of oil."""
     points = _rows(test)[["inner_speed_rpm", "axial_load_n"]]
+    settings = oil.settings.model_copy(update={"oil_volume_fraction": fraction})
     points["inlet_temperature_c"] = test.inlet_temperature_c
-    of_rows = (
-        replace(oil, settings=oil.settings.model_copy(update={"oil_volume_fraction": fraction}))
-        for fraction in fractions.tolist()
-    )
-    groups = [(each, "stress", points.iloc[[row]]) for row, each in enumerate(of_rows)]
-    return Cases(bearing, groups)
+    return Cases(bearing, [(replace(oil, settings=settings), "stress", points)])
 
 
 def _rows(test: PublishedBearingTest) -> pd.DataFrame:

@@ -451,8 +451,6 @@ class SelectionRule(Group):
 class AdviceBandSettings(Group):
     """Scenarios in which the advice on oils is worked out again."""
 
-    oil_volume_fractions: int = key("Levels of bearing.oil_volume_fraction_range.", ge=2, le=100)
-    refits: int = key("Refits of each law, beside the fit.", ge=0, le=1000)
     limit_factors: q.Unique[q.Factor] = key("Factors on each of `limits`, one after the other.")
     inlet_temperature_c: q.Unique[q.TemperatureC] = key("Supply temperatures beside the map's.")
     rule_orders: dict[str, list[q.Text]] = key("Other orders of the rules: their names, by order.")
