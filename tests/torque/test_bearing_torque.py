@@ -228,13 +228,6 @@ def test_figures_say_that_data_are_simulated_or_that_there_are_none(config, resu
     assert any(text.get_text() for axis in figure.axes for text in axis.texts)
 
 
-def test_catalogue_torque_is_no_opinion_beyond_the_speeds_of_the_catalogue(config, oils):
-    # 167.5 mm: 0.5 and 2 million mm rpm
-    torque, _ = torque_table(plateaus([2.0, 9.0], [3000.0, 12000.0]), oils, config)
-    of_stress = torque[torque["load_variable"] == "stress"]
-    assert list(of_stress["skf_valid"]) == [True, False]
-
-
 def test_published_power_loss_is_drawn_over_areas_of_all_terms(config, results):
     figure, drawn = draw("power-loss", results, config)
     (axis,) = figure.axes

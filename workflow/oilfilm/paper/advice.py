@@ -28,7 +28,7 @@ from oilfilm.errors import OilfilmError
 from oilfilm.settings.config import SelectionLimits, SelectionSettings
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
-from oilfilm.torque.bearing_torque import Cases, OilInBearing
+from oilfilm.torque.bearing_torque import Cases, OilInBearing, joined
 from oilfilm.torque.best_oil import (
     IntArray,
     best_index,
@@ -91,12 +91,7 @@ def advice_in_band(
     band = judged.melt(keys, chosen, "choice", "agrees")
     counts = band.groupby([*keys, "choice"], sort=False)["agrees"]
     band = counts.agg(operating_points="size", agreeing_points="sum").reset_index()
-    return {
-        "slip_advice": nominal,
-        "advice_band": tables.conform(
-            band[tables.columns("advice_band")], "advice_band", "advice band"
-        ),
-    }
+    return {"slip_advice": nominal, "advice_band": joined([band], "advice_band")}
 
 
 def advise(
@@ -118,7 +113,7 @@ def advise(
     if not {oil for rule in settings.rules for oil in rule.prefer} <= set(cage_slip["oil"]):
         return tables.empty("slip_advice")
     frame = _choices(_slip_map(cage_slip, settings), settings, lambda_limit)
-    return tables.conform(frame[tables.columns("slip_advice")], "slip_advice", "slip advice")
+    return joined([frame], "slip_advice")
 
 
 def _slip_map(cage_slip: pd.DataFrame, settings: SelectionSettings) -> SlipMap:

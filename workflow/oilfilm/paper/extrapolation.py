@@ -87,7 +87,7 @@ def extrapolation_errors(compared: pd.DataFrame) -> pd.DataFrame:
             "beyond_relative_rms": relative_rms(beyond),
             "beyond_obs_ci_ratio": held if beyond["obs_ci_lower"].notna().all() else np.nan,
         }
-        worst = group.loc[error.abs().idxmax(), _AT].add_prefix("worst_")
+        worst = group[_AT].iloc[int(error.abs().argmax())].add_prefix("worst_")
         rows.append(row | dict(worst))
     return tables.from_rows(rows, "extrapolation_errors")
 

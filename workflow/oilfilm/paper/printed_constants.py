@@ -83,7 +83,8 @@ def largest_difference(
         box: Lowest and highest value of each condition and of `slide_roll_ratio`.
         levels: How many of each.
     """
-    slip = np.linspace(*box["slide_roll_ratio"], levels)
+    lowest, highest = box["slide_roll_ratio"]
+    slip = np.linspace(lowest, highest, levels)
     internal = to_internal(LAW, np.array([printed, fitted])).T
     by_print, by_fit = np.moveaxis(Surface.over(box, levels, slip, internal).mu, -1, 0)
     difference = by_print - by_fit
@@ -144,7 +145,7 @@ class Surface:
         cls,
         box: Mapping[str, Sequence[float]],
         levels: int,
-        slip: Sequence[float],
+        slip: Sequence[float] | FloatArray,
         internal: FloatArray,
     ) -> "Surface":
         """The surface over a box.

@@ -13,12 +13,11 @@ import numpy as np
 import pandas as pd
 import scipy
 
-from oilfilm import tables
 from oilfilm.bearing.friction import Neighbour, friction_equilibrium
 from oilfilm.bearing.geometry import Bearing
 from oilfilm.paper.reference import PublishedBearingTest, PublishedBearingTests
 from oilfilm.settings.resolved import Settings
-from oilfilm.torque.bearing_torque import Cases, OilInBearing
+from oilfilm.torque.bearing_torque import Cases, OilInBearing, joined
 from oilfilm.units import RAD_S_PER_RPM
 
 # Shares of oil among which the fit looks; a tenth of the volume is far more than a sprayed
@@ -43,9 +42,7 @@ def published_tests_table(
         for test in published.tests
         if test.oil in by_name and test.bearing in settings.bearings
     ]
-    joined = pd.concat(frames, ignore_index=True) if frames else tables.empty("published_tests")
-    columns = tables.columns("published_tests")
-    return tables.conform(joined[columns], "published_tests", "table published_tests")
+    return joined(frames, "published_tests")
 
 
 def fitted_fraction(test: PublishedBearingTest, oil: OilInBearing, bearing: Bearing) -> float:
