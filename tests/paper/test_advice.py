@@ -1,6 +1,5 @@
 """The paper's advice on oils: its rules, the oil that holds the cage, scenarios."""
 
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -12,11 +11,11 @@ from campaigns import ROOT
 from oilfilm import tables
 from oilfilm.errors import OilfilmError
 from oilfilm.paper.advice import BY_RULES, NO_CHOICE, advice_in_band, advise, decide
+from oilfilm.settings.config import SelectionSettings
 from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.torque.bearing_torque import cage_slip_table, oils_in_bearings
-from oilfilm.torque.operating_grid import AXES
 
 # the paper's own order of viscosity, and of traction as it has it
 OILS = ("4102", "4050", "4010")
@@ -26,66 +25,47 @@ NAN = np.nan
 # ---------------------------------------------------------------- the rules
 
 
-# with slip, then load and speed: where both readings of the paper advise the same oil
-BOTH = [
-    (0.9, 150.0, 120.0, 0.3, "4102"),  # conclusion (4): fast, light, hot, slip above 15 %
-    (1.5, 50.0, 70.0, 0.3, "4050"),  # 4.3.2: slip above 15 %
-    (0.9, 50.0, 70.0, 0.05, "4102"),  # 4.3.3: below 1.0 GPa
-    (2.0, 50.0, 70.0, 0.05, "4010"),  # 4.3.3: from 2.0 GPa on
-    (1.5, 150.0, 120.0, 0.05, "4102"),  # 4.3.5: hot and fast
-    (1.5, 50.0, 70.0, 0.15, "4010"),  # 4.3.5: slip not above 15 %
-]
-# where they do not: 15 % cage slip is S = 0.29, and half of dmN 4e6 is 52 m/s, not 100 m/s
-APART = [
-    ("kinematic", 1.5, 50.0, 70.0, 0.28, "4010"),
-    ("kinematic", 1.5, 50.0, 70.0, 0.295, "4050"),
-    ("paper", 1.5, 50.0, 70.0, 0.28, "4050"),
-    ("kinematic", 1.5, 55.0, 120.0, 0.05, "4102"),
-    ("kinematic", 1.5, 50.0, 120.0, 0.05, "4010"),
-    ("paper", 1.5, 55.0, 120.0, 0.05, "4010"),
-    ("paper", 1.5, 100.0, 120.0, 0.05, "4102"),
-]
+# pressure in GPa, dmN in million mm rpm, degC, cage slip
+RULED: dict[str, list[tuple[float, float, float, float, str]]] = {
+    "slip, then load and speed": [
+        (0.9, 3.0, 120.0, 0.16, "4102"),  # conclusion (4): fast, light, hot, slip above 15 %
+        (1.5, 1.0, 70.0, 0.16, "4050"),  # 4.3.2: slip above 15 %
+        (0.9, 1.0, 70.0, 0.05, "4102"),  # 4.3.3: below 1.0 GPa
+        (2.0, 1.0, 70.0, 0.05, "4010"),  # 4.3.3: from 2.0 GPa on
+        (1.5, 2.0, 120.0, 0.05, "4102"),  # 4.3.5: hot and fast, half of dmN 4e6
+        (1.5, 1.9, 120.0, 0.05, "4010"),
+        (1.5, 1.0, 70.0, 0.15, "4010"),  # 4.3.5: slip not above 15 %
+    ],
+    # 5 (4): "when the cage slip ratio does not exceed 15 percent [...] 4010 is preferred"
+    "as set": [
+        (0.9, 1.0, 70.0, 0.05, "4010"),  # light, but the grip decides
+        (1.5, 3.0, 120.0, 0.05, "4010"),  # hot and fast
+        (0.9, 3.0, 120.0, 0.16, "4102"),  # fast, hot, light and slipping
+        (2.2, 1.0, 70.0, 0.16, "4050"),  # slipping under heavy load
+    ],
+}
 
 
-def ruled(
-    config: Settings, at: Sequence[float], *, reading: str = "kinematic", order: str = ""
-) -> str:
-    """The oil that the rules advise at P, U, T and S, where each has enough film."""
-    chosen = config.with_changes({"selection": {"reading": reading}}).selection
-    if order:
-        rules = {rule.name: rule for rule in chosen.rules}
-        names = chosen.band.rule_orders[order]
-        chosen = chosen.model_copy(update={"rules": [rules[name] for name in names]})
-    points = pd.DataFrame([at], columns=list(AXES))
-    _, advised = decide(points, chosen, OILS, np.ones((3, 1), dtype=bool))
+def ruled(selection: SelectionSettings, gpa: float, speed: float, heat: float, slip: float) -> str:
+    """The oil that the rules advise where each has enough film."""
+    point = {"max_hertz_pressure_gpa": [gpa], "pitch_speed_mm_rpm": [1e6 * speed]}
+    points = pd.DataFrame(point | {"inlet_temperature_c": [heat]})
+    _, advised = decide(points, np.array([slip]), selection, OILS, np.ones((3, 1), dtype=bool))
     return OILS[advised[0]]
 
 
 @pytest.mark.parametrize(
-    ("reading", "at", "oil"),
-    [(reading, case[:4], case[4]) for case in BOTH for reading in ("kinematic", "paper")]
-    + [(case[0], case[1:5], case[5]) for case in APART],
+    ("order", "case"), [(order, case) for order, cases in RULED.items() for case in cases]
 )
-def test_rules_advise_what_the_paper_says(
-    config: Settings, reading: str, at: tuple[float, ...], oil: str
+def test_rules_advise_what_the_paper_says_in_each_order(
+    config: Settings, order: str, case: tuple[float, float, float, float, str]
 ) -> None:
-    assert ruled(config, at, reading=reading, order="slip, then load and speed") == oil
-
-
-@pytest.mark.parametrize(
-    ("at", "oil"),
-    [
-        ((0.9, 50.0, 70.0, 0.05), "4010"),  # light, but the grip decides
-        ((1.5, 150.0, 120.0, 0.05), "4010"),  # hot and fast
-        ((0.9, 150.0, 120.0, 0.3), "4102"),  # fast, hot, light and slipping
-        ((2.2, 50.0, 70.0, 0.3), "4050"),  # slipping under heavy load
-    ],
-)
-def test_order_as_set_is_that_of_the_conclusion(
-    config: Settings, at: tuple[float, ...], oil: str
-) -> None:
-    # 5 (4): "when the cage slip ratio does not exceed 15 percent [...] 4010 is preferred"
-    assert ruled(config, at) == oil
+    chosen = config.selection
+    if order != "as set":
+        rules = {rule.name: rule for rule in chosen.rules}
+        names = chosen.band.rule_orders[order]
+        chosen = chosen.model_copy(update={"rules": [rules[name] for name in names]})
+    assert ruled(chosen, *case[:4]) == case[4]
 
 
 def test_order_that_forgets_a_rule_is_refused(config: Settings) -> None:
@@ -93,19 +73,16 @@ def test_order_that_forgets_a_rule_is_refused(config: Settings) -> None:
         config.with_changes({"selection": {"band": {"rule_orders": {"short": ["slipping"]}}}})
 
 
-def test_limits_of_the_readings_are_those_of_kinematics_and_of_the_paper(config: Settings) -> None:
+def test_limits_of_slip_and_speed_are_those_of_kinematics(config: Settings) -> None:
     # docs/physics.md, kinematics: 15 % cage slip is S = 0.29, dmN 4e6 about 105 m/s
     assert config.selection.slide_roll_ratio_limit == pytest.approx(0.29, abs=0.005)
     assert config.selection.fast_from_m_s == pytest.approx(105 / 2, rel=0.005)
-    paper = config.with_changes({"selection": {"reading": "paper"}}).selection
-    assert (paper.slide_roll_ratio_limit, paper.fast_from_m_s) == (0.15, 100.0)
 
 
 def test_operating_point_without_a_rule_is_refused(config: Settings) -> None:
     settings = config.selection.model_copy(update={"rules": config.selection.rules[1:]})
-    point = pd.DataFrame([(1.5, 50.0, 70.0, 0.1)], columns=list(AXES))
     with pytest.raises(OilfilmError, match=r"no rule applies at max_hertz.* 1\.5.*end"):
-        decide(point, settings, OILS, np.ones((3, 1), dtype=bool))
+        ruled(settings, 1.5, 1.0, 70.0, 0.1)
 
 
 # ---------------------------------------------------------------- by cage slip
@@ -178,36 +155,6 @@ def test_slip_decides_as_an_engineer_would(
     advice = advise(rows, config.selection, config.gates.lambda_limit)
     columns = ["selection_rule", "advised_oil", "best_oil", "judgement"]
     assert "|".join(advice[columns].iloc[0]) == expected
-
-
-@pytest.mark.parametrize(
-    ("reading", "million_mm_rpm", "temperature_c", "slip", "rule"),
-    [
-        ("kinematic", 1.9, 120.0, 0.5, "slipping"),
-        ("kinematic", 2.0, 120.0, 0.5, "fast, hot, light and slipping"),  # half of dmN 4e6
-        ("paper", 3.8, 120.0, 0.5, "slipping"),  # 99 m/s
-        ("paper", 3.9, 120.0, 0.5, "fast, hot, light and slipping"),  # 102 m/s
-        # the limit of cage slip is the same in both
-        *(
-            (reading, 1.0, 70.0, slip, rule)
-            for reading in ("kinematic", "paper")
-            for slip, rule in ((0.15, "little slip"), (0.151, "slipping"))
-        ),
-    ],
-)
-def test_bearing_is_fast_and_slips_by_the_reading(
-    config: Settings,
-    reading: str,
-    million_mm_rpm: float,
-    temperature_c: float,
-    slip: float,
-    rule: str,
-) -> None:
-    rows = pd.DataFrame(operating_point((0.01, 0.01, slip), pressure_gpa=0.9)).assign(
-        pitch_speed_mm_rpm=million_mm_rpm * 1e6, inlet_temperature_c=temperature_c
-    )
-    chosen = config.with_changes({"selection": {"reading": reading}}).selection
-    assert advise(rows, chosen, 3.0)["selection_rule"].tolist() == [rule]
 
 
 def test_each_operating_point_is_judged_by_itself(config: Settings) -> None:

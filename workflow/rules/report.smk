@@ -14,9 +14,9 @@ rule report:
     input:
         **finished(
             "runs points quarantine coverage gate_counts coefficients correlations",
-            "fit_quality law_verdicts lack_of_fit soundness refits curve_residuals extrapolation",
-            "printed_judged signs sign_verdicts claims claim_numbers torque_runs torque_quarantine",
-            "torque torque_control torque_inversion cage_slip slip_advice advice_band heat_balance",
+            "fit_quality law_verdicts lack_of_fit soundness refits curve_residuals",
+            "extrapolation_errors printed_judged signs sign_verdicts claims claim_numbers torque_runs torque_quarantine",
+            "torque torque_control cage_slip slip_advice advice_band heat_balance",
         ),
         refused_pages=rules.refused.output.pages,
         claim_words=reference_file("claims") if "paper" in CAMPAIGN.studies else [],

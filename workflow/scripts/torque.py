@@ -8,10 +8,6 @@ with run.job(snakemake) as job:
     oils = oils_in_bearings(
         job.tables.coefficients, job.tables.fit_quality, job.settings, job.tables.refits
     )
-    torque, inversion = torque_table(job.tables.torque_runs, oils, job.settings)
-    frames = {
-        "torque": torque,
-        "torque_inversion": inversion,
-        "torque_control": torque_control(job.tables.replace(torque=torque), job.settings),
-    }
-    job.write(frames)
+    torque = torque_table(job.tables.torque_runs, oils, job.settings)
+    control = torque_control(job.tables.replace(torque=torque), job.settings)
+    job.write({"torque": torque, "torque_control": control})

@@ -23,7 +23,6 @@ import numpy as np
 import pandas as pd
 
 from oilfilm import tables
-from oilfilm.bearing.kinematics import entrainment_speed_m_s
 from oilfilm.errors import OilfilmError
 from oilfilm.settings.config import SelectionLimits, SelectionSettings
 from oilfilm.settings.resolved import Settings
@@ -36,7 +35,6 @@ from oilfilm.torque.best_oil import (
     enough_film,
     operating_points,
 )
-from oilfilm.traction.law import CONDITIONS
 from oilfilm.units import BoolArray, FloatArray
 
 # The judgement where the choice depends on a film beyond the range of the thermal reduction.
@@ -125,11 +123,7 @@ def _slip_map(cage_slip: pd.DataFrame, settings: SelectionSettings) -> SlipMap:
         *("inner_max_hertz_pressure_gpa", "outer_max_hertz_pressure_gpa"),
     )
     points = operating_points(cage_slip)
-    points = points.assign(
-        max_hertz_pressure_gpa=np.fmax.reduce([*inner, *outer]),
-        # whether it is fast depends on the bearing, not on how much its cage slips
-        entrainment_speed_m_s=entrainment_speed_m_s(points["pitch_speed_mm_rpm"].to_numpy()),
-    )
+    points["max_hertz_pressure_gpa"] = np.fmax.reduce([*inner, *outer])
     return oils, points, slip, torque, film
 
 
@@ -187,6 +181,7 @@ def _joined(chosen: BoolArray, oils: Sequence[str]) -> np.ndarray:
 
 def decide(
     points: pd.DataFrame,
+    slip: FloatArray,
     settings: SelectionSettings,
     oils: Sequence[str],
     enough: BoolArray,
@@ -194,9 +189,9 @@ def decide(
     """At each operating point the first rule that applies, and the oil it advises (-1 for none).
 
     Args:
-        points: Pressure, speed, temperature and slide-roll ratio of operating points.
-        settings: `selection` of the settings, which says by `reading` which slide-roll ratio and
-            which entrainment speed the rules' cage slip and bearing speed are.
+        points: Pressure, dmN and temperature of operating points.
+        slip: Their cage slip.
+        settings: `selection` of the settings.
         oils: The oils that may be advised.
         enough: Whether an oil has enough film, shape (oils, points).
 
@@ -204,20 +199,21 @@ def decide(
         OilfilmError: No rule applies to one of the points.
     """
     limits = settings.limits
-    levels = points[[*CONDITIONS, "slide_roll_ratio"]]
-    pressure, speed, temperature, slip = levels.to_numpy(dtype=float).T
-    slipping = slip > settings.slide_roll_ratio_limit
+    levels = points[["max_hertz_pressure_gpa", "pitch_speed_mm_rpm", "inlet_temperature_c"]]
+    pressure, speed, temperature = levels.to_numpy(dtype=float).T
+    slipping = slip > limits.slip_limit
     states = {
         "slipping": slipping,
         "gripping": ~slipping,
         "light": pressure < limits.light_below_gpa,
         "heavy": pressure >= limits.heavy_from_gpa,
         "hot": temperature >= limits.hot_from_c,
-        "fast": speed >= settings.fast_from_m_s,
+        "fast": speed >= limits.fast_from_mm_rpm,
     }
     applies = np.array([np.all([states[name] for name in rule.when], 0) for rule in settings.rules])
     if not (ruled := applies.any(axis=0)).all():
-        at = ", ".join(f"{name} {level:.3g}" for name, level in levels[~ruled].iloc[0].items())
+        unruled = levels.assign(cage_slip=slip)[~ruled].iloc[0]
+        at = ", ".join(f"{name} {level:.3g}" for name, level in unruled.items())
         raise OilfilmError(
             f"selection.rules of the configuration: no rule applies at {at}; end the list "
             "with rules for `slipping` and for `gripping`."
@@ -240,15 +236,15 @@ def _by_rules(
 ) -> tuple[IntArray, IntArray, IntArray]:
     """At each point the rule that decides, the oil it advises, and that of the rules at no slip."""
     limit, each = settings.limits.slip_limit, np.arange(len(points))
-    _, start = decide(points.assign(slide_roll_ratio=0.0), settings, oils, enough)
-    ratio = settings.slide_roll_ratio(np.where(start >= 0, slip[start, each], 0.0))
-    deciding, advised = decide(points.assign(slide_roll_ratio=ratio), settings, oils, enough)
+    _, start = decide(points, np.zeros(len(points)), settings, oils, enough)
+    with_start = np.where(start >= 0, slip[start, each], 0.0)
+    deciding, advised = decide(points, with_start, settings, oils, enough)
     # "4050 is recommended, and if necessary, lubricant 4102": necessary while the cage still slips
-    prefer = [[oils.index(oil) for oil in rule.prefer] for rule in settings.rules]
     for point in each[(advised >= 0) & ~(slip[advised, each] <= limit)]:
-        others = [oil for oil in prefer[deciding[point]] if enough[oil, point]]
+        prefer = map(oils.index, settings.rules[deciding[point]].prefer)
+        others = [oil for oil in prefer if enough[oil, point]]
         holding = [oil for oil in others if slip[oil, point] <= limit]
-        advised[point] = holding[0] if holding else others[-1]
+        advised[point] = [*holding, others[-1]][0]
     return deciding, advised, start
 
 
