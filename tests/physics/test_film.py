@@ -22,8 +22,7 @@ from oilfilm.physics.film import (
     isothermal_film_thickness,
     thermal_reduction_factor,
 )
-from oilfilm.physics.rigs import Contact
-from oilfilm.physics.roughness import combined_roughness, rq_from_ra
+from oilfilm.physics.rigs import Contact, combined_roughness, rq_from_ra
 
 M50 = reduced_modulus(203e9, 0.29, 203e9, 0.29)
 LOAD_N = load_for_max_hertz_pressure(1.5e9, 0.010, M50)

@@ -10,8 +10,7 @@ from typing import Self
 from pydantic import model_validator
 
 from oilfilm.physics.contact import reduced_modulus
-from oilfilm.physics.rigs import Contact
-from oilfilm.physics.roughness import combined_roughness, rq_from_ra
+from oilfilm.physics.rigs import Contact, combined_roughness, rq_from_ra
 from oilfilm.settings import quantities as q
 from oilfilm.settings.base import Group, contradiction, key, optional
 from oilfilm.units import M_PER_UM
