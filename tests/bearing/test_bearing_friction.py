@@ -29,7 +29,6 @@ from oilfilm.bearing.friction import (
 )
 from oilfilm.bearing.quasistatic import Motion, OperatingPoints, raceway_control, rolling_motion
 from oilfilm.bearing.resistance import (
-    hysteresis_moment_n_m,
     land_damping_n_m_s,
     rolling_force_n,
 )
@@ -83,11 +82,6 @@ def test_rolling_force_has_the_rigid_and_the_elastic_limit(
     w, u = load_n / (1e11 * 1e-4), 0.01 * speed_m_s / (1e11 * 0.01)
     limit = factor * 1e11 * 1e-4 * 5**shape_power * w ** (1 / 3) * u**speed_power
     assert force == pytest.approx(limit, rel=rel)
-
-
-def test_hysteresis_grows_with_the_load_to_the_power_of_four_thirds():
-    one, eight = hysteresis_moment_n_m(np.array([100.0, 800.0]), 0.02, 0.009, 0.2)
-    assert eight / one == pytest.approx(8**1.33)
 
 
 def test_the_land_drags_as_oil_sheared_across_its_gap_does():
