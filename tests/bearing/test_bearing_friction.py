@@ -22,16 +22,9 @@ from bearings import (
 )
 from nights import examples, nightly
 from oilfilm.bearing.ellipse import conditions, grid, sliding, traction
-from oilfilm.bearing.friction import (
-    FrictionEquilibrium,
-    friction_equilibrium,
-    other_equilibrium,
-)
+from oilfilm.bearing.friction import FrictionEquilibrium, friction_equilibrium, other_equilibrium
 from oilfilm.bearing.quasistatic import Motion, OperatingPoints, raceway_control, rolling_motion
-from oilfilm.bearing.resistance import (
-    land_damping_n_m_s,
-    rolling_force_n,
-)
+from oilfilm.bearing.resistance import land_damping_n_m_s, rolling_force_n
 from oilfilm.bearing.torque import torque_terms
 from oilfilm.physics.contact import Conditions
 from oilfilm.torque.load_variables import LOAD_VARIABLES

@@ -249,10 +249,7 @@ READ: dict[str, tuple[float, dict[str, float]]] = {
 
 @pytest.mark.parametrize(("claim", "expected"), READ.items(), ids=READ)
 def test_each_fair_reading_has_its_share(
-    judge: Judge,
-    in_bearing: InBearing,
-    claim: str,
-    expected: tuple[float, dict[str, float]],
+    judge: Judge, in_bearing: InBearing, claim: str, expected: tuple[float, dict[str, float]]
 ) -> None:
     finding = judge(claim, in_bearing(printed()))
     assert finding.share == pytest.approx(expected[0], abs=0.005)

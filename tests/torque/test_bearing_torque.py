@@ -7,12 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from bearings import (
-    RIG,
-    SETTINGS,
-    printed_fits,
-    shipped,
-)
+from bearings import RIG, SETTINGS, printed_fits, shipped
 from campaigns import ROOT, oil_of, printed
 from oilfilm.fits.fitted import Coefficients, FittedLaw
 from oilfilm.paper.advice import advise

@@ -235,10 +235,7 @@ LIMITS = "lacks the key `limits`"
 
 @pytest.mark.parametrize(
     ("lacking", "sentence"),
-    [
-        (("limits",), LIMITS),
-        (("ball_radius_m", "limits"), "lacks the contact"),
-    ],
+    [(("limits",), LIMITS), (("ball_radius_m", "limits"), "lacks the contact")],
 )
 def test_a_rig_that_is_not_known_is_refused(
     results: CampaignTables, request_for: Request, lacking: tuple[str, ...], sentence: str

@@ -20,11 +20,7 @@ from oilfilm.traction.law import to_constants
 BEARING = shipped("mainshaft-167")
 EXACT = dict.fromkeys(("rolling", "hysteresis", "pocket", "land"), 0.0)
 SHARE = SETTINGS.oil_volume_fraction
-ROLLING_POINT = {
-    "axial_load_n": 10000.0,
-    "inner_speed_rpm": 12000.0,
-    "inlet_temperature_c": 100.0,
-}
+ROLLING_POINT = {"axial_load_n": 10000.0, "inner_speed_rpm": 12000.0, "inlet_temperature_c": 100.0}
 ROLLING = (10000.0, np.array([6000.0, 12000.0]), 100.0)
 
 

@@ -28,13 +28,7 @@ from oilfilm.settings.config import SelectionLimits, SelectionSettings
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.torque.bearing_torque import Cases, OilInBearing, joined
-from oilfilm.torque.best_oil import (
-    IntArray,
-    best_index,
-    by_oil,
-    enough_film,
-    operating_points,
-)
+from oilfilm.torque.best_oil import IntArray, best_index, by_oil, enough_film, operating_points
 from oilfilm.units import BoolArray, FloatArray
 
 # The judgement where the choice depends on a film beyond the range of the thermal reduction.
@@ -253,9 +247,7 @@ def _of_oil(values: FloatArray | BoolArray, oil: IntArray) -> FloatArray:
     return np.where(oil >= 0, values[oil, np.arange(len(oil))], np.nan)
 
 
-def _readings(
-    choice: SelectionSettings,
-) -> Iterator[tuple[dict[str, Any], SelectionSettings]]:
+def _readings(choice: SelectionSettings) -> Iterator[tuple[dict[str, Any], SelectionSettings]]:
     """The rules as set, in each order, and in each with one limit after the other changed."""
     by_name = {rule.name: rule for rule in choice.rules}
     orders = {"as set": list(by_name), **choice.band.rule_orders}

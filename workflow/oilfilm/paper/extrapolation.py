@@ -42,13 +42,16 @@ def extrapolate(
     Returns:
         Table `extrapolation`: one row per law and row of `truth`.
     """
+    # once, as the table is long
+    spread = dict(iter(refits.groupby(["oil", "law"])))
     parts = []
     for oil, of_oil in truth.groupby("oil", sort=False):
         named = of_oil.rename(columns={"traction_coefficient": "true_traction_coefficient"})
         known = LAWS if laws is None else laws[str(oil)]
         for fit in quality[quality["oil"] == oil].to_dict("records"):
             law = str(fit["law"])
-            fitted = FittedLaw.of(coefficients, str(oil), refits, quality, known[law])
+            own = spread.get((oil, law), refits.iloc[:0])
+            fitted = FittedLaw.of(coefficients, str(oil), own, quality, known[law])
             conditions = of_oil[list(fitted.law.conditions)].to_numpy()
             mu = fitted.predict(conditions, of_oil["slide_roll_ratio"].to_numpy())
             box = [[fit[f"tested_min_{name}"], fit[f"tested_max_{name}"]] for name in CONDITIONS]

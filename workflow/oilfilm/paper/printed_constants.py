@@ -70,10 +70,7 @@ def judge_printed(
 
 
 def largest_difference(
-    fitted: FloatArray,
-    printed: FloatArray,
-    box: Mapping[str, Sequence[float]],
-    levels: int,
+    fitted: FloatArray, printed: FloatArray, box: Mapping[str, Sequence[float]], levels: int
 ) -> float:
     """printed - fitted mu where they differ most in a box, on a grid of evenly spaced levels.
 
@@ -248,10 +245,7 @@ def study_signs(
 
 
 def _scores(
-    candidates: Mapping[str, FloatArray],
-    slips: str,
-    settings: PrintedSettings,
-    traction_max: float,
+    candidates: Mapping[str, FloatArray], slips: str, settings: PrintedSettings, traction_max: float
 ) -> dict[str, Shares]:
     """The statements' shares of each oil."""
     scores, surfaces, best = {}, {}, {}

@@ -75,9 +75,7 @@ class SlidingFilm:
 
 
 def barus_viscosity(
-    dynamic_viscosity_pa_s: Floats,
-    pressure_viscosity_coefficient_1_pa: Floats,
-    pressure_pa: Floats,
+    dynamic_viscosity_pa_s: Floats, pressure_viscosity_coefficient_1_pa: Floats, pressure_pa: Floats
 ) -> FloatArray:
     """Viscosity under pressure.
 

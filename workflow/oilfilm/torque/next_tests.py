@@ -179,8 +179,7 @@ def wanted_in_bearing(
     constants = to_constants(known.law, known.internal + moves[:, :-1])
     load, speed, heat = np.tile(duty.T, len(moves))
     terms = oil.with_constants(np.repeat(constants, len(duty), axis=0)).run(
-        *(bearing, load, speed, heat),
-        traction_factor=np.exp(np.repeat(moves[:, -1], len(duty))),
+        *(bearing, load, speed, heat), traction_factor=np.exp(np.repeat(moves[:, -1], len(duty)))
     )
     first = terms.iloc[: len(duty)]
     rolling, pressure = first[["entrainment_speed_m_s"]], first[[*_PRESSURES]].to_numpy()
