@@ -9,5 +9,4 @@ with run.job(snakemake) as job:
         job.tables.coefficients, job.tables.fit_quality, job.settings, job.tables.refits
     )
     torque = torque_table(job.tables.torque_runs, oils, job.settings)
-    control = torque_control(job.tables.replace(torque=torque), job.settings)
-    job.write({"torque": torque, "torque_control": control})
+    job.write({"torque": torque, "torque_control": torque_control(job.tables, job.settings)})

@@ -138,7 +138,7 @@ def _choices(at: SlipMap, settings: SelectionSettings, lambda_limit: float) -> p
     perhaps &= np.isfinite(slip)
     within = enough & (slip <= limit)
     best = best_index(slip, torque, enough, limit)
-    deciding, advised, start = _by_rules(points, slip, oils, settings, enough)
+    deciding, advised = _by_rules(points, slip, oils, settings, enough)
     outside = _by_rules(points, slip, oils, settings, perhaps)[1] != advised
     outside |= best_index(slip, torque, perhaps, limit) != best
     best_slip = _of_oil(slip, best)
@@ -154,13 +154,8 @@ def _choices(at: SlipMap, settings: SelectionSettings, lambda_limit: float) -> p
     return points.assign(
         oils_within_limit=_joined(within, oils),
         selection_rule=np.array([rule.name for rule in settings.rules])[deciding],
-        slip_that_decides=_of_oil(slip, start),
         advised_oil=names[advised],
-        advised_cage_slip=_of_oil(slip, advised),
-        advised_torque_n_m=_of_oil(torque, advised),
         best_oil=names[best],
-        best_cage_slip=best_slip,
-        best_torque_n_m=_of_oil(torque, best),
         good_oils=_joined(good, oils),
         judgement=judgement,
         **dict(zip(oils, good, strict=True)),
@@ -227,8 +222,8 @@ def _by_rules(
     oils: Sequence[str],
     settings: SelectionSettings,
     enough: BoolArray,
-) -> tuple[IntArray, IntArray, IntArray]:
-    """At each point the rule that decides, the oil it advises, and that of the rules at no slip."""
+) -> tuple[IntArray, IntArray]:
+    """At each point the rule that decides, and the oil it advises."""
     limit, each = settings.limits.slip_limit, np.arange(len(points))
     _, start = decide(points, np.zeros(len(points)), settings, oils, enough)
     with_start = np.where(start >= 0, slip[start, each], 0.0)
@@ -239,7 +234,7 @@ def _by_rules(
         others = [oil for oil in prefer if enough[oil, point]]
         holding = [oil for oil in others if slip[oil, point] <= limit]
         advised[point] = [*holding, others[-1]][0]
-    return deciding, advised, start
+    return deciding, advised
 
 
 def _of_oil(values: FloatArray | BoolArray, oil: IntArray) -> FloatArray:
