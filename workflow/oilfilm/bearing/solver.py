@@ -2,7 +2,6 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 
@@ -35,12 +34,9 @@ _UPDATES, _POLISHED = 20, 1e-12
 _LEAST_STIFFNESS = 1e-12
 
 
-class Equations(Protocol):
-    """Residuals of many bearings."""
-
-    def __call__(self, unknowns: FloatArray, which: IndexArray) -> FloatArray:
-        """Residuals of the points `which`, of the shape of `unknowns`: (..., points, unknowns)."""
-        ...
+# Residuals of many bearings: from unknowns, shape (..., points, unknowns), and the numbers of the
+# points they belong to, to residuals of the same shape.
+Equations = Callable[[FloatArray, IndexArray], FloatArray]
 
 
 @dataclass(frozen=True)
