@@ -423,25 +423,6 @@ def test_refit_of_simulated_logs_gets_the_verdicts_of_its_truth(table: pd.DataFr
     np.testing.assert_allclose(shares["refit"], shares["printed"], atol=0.05)
 
 
-def test_full_film_counts_points_of_the_matrix_however_their_set_points_are_noted(
-    demo: Campaign, fits: dict[str, pd.DataFrame]
-) -> None:
-    results, runs = results_of(demo, fits["4102"]), demo.curated.runs
-    noted = runs.assign(
-        nominal_max_hertz_pressure_gpa=np.nan,
-        nominal_load_n=runs["nominal_load_n"].round(1),
-        nominal_inlet_temperature_c=runs["nominal_inlet_temperature_c"] + 0.3,
-    )
-    points, of_noted = (
-        refit_evidence(results.replace(runs=some), OILS, demo.config).measured.points
-        for some in (runs, noted)
-    )
-    # the planted run at 12 m/s is none of the matrix, and its film is thin
-    assert points["entrainment_speed_m_s"].min() > 20
-    assert (points["lambda_ratio"] > 3).all()
-    pd.testing.assert_frame_equal(points, of_noted)
-
-
 def test_claim_about_what_was_not_fitted_or_calculated_cannot_be_checked(judge: Judge) -> None:
     known = {"4102": printed()["4102"]}
     with pytest.raises(NotCheckableError, match="no law"):

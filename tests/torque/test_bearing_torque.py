@@ -172,14 +172,6 @@ def test_figures_say_that_data_are_simulated_or_that_there_are_none(config, resu
     assert any(text.get_text() for axis in figure.axes for text in axis.texts)
 
 
-def test_published_power_loss_is_drawn_over_areas_of_all_terms(config, results):
-    figure, drawn = draw("power-loss", results, config)
-    (axis,) = figure.axes
-    np.testing.assert_array_equal(axis.lines[-1].get_ydata(), [350, 700, 1100, 1400])  # TP-2275
-    top = max(float(area.get_paths()[0].vertices[:, 1].max()) for area in axis.collections)
-    assert top == pytest.approx(drawn.loc[drawn["series"] == "sum", "y"].iloc[-1], rel=1e-6)
-
-
 # A, B, C, D of a law on load or on groups, each by its three conditions
 WANG_DENG = np.array(
     [-0.02, 0.15, -0.3, -0.1, 0.5, 0.4, -0.3, -0.9, 25, 0.2, 0.1, 0.3, 0.0205, 0.15, -0.3, -0.1]

@@ -129,15 +129,6 @@ def test_tests_near_the_bearings_contacts_win_where_the_form_may_be_wrong(
     assert away[1] < 0.7 * away[0]
 
 
-def test_where_nothing_is_worth_measuring_no_test_is_named(
-    results: CampaignTables, request_for: Request
-) -> None:
-    strict = SETTINGS.with_changes({"plan": {"smallest_gain": 0.99}})
-    for plan in plan_oil(results, strict, OIL, request_for):
-        assert plan.design.chosen == []
-        assert (plan.table()["test_order"] == 0).all()
-
-
 def test_plan_keeps_to_what_the_rig_can_run_and_no_test_makes_anything_less_certain(
     results: CampaignTables, request_for: Request
 ) -> None:
