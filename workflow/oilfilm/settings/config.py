@@ -25,8 +25,6 @@ class FilmSettings(Group):
     """The film thickness behind lambda."""
 
     thickness: Literal["minimum", "central"] = key("Film thickness that lambda uses.")
-    thermal_reduction: bool = key("Reduce the film by inlet heating (Gupta et al. 1992).")
-    roughness: Literal["rq", "ra"] = key("Roughness that lambda uses.")
 
 
 class ZeroReferenceSettings(Group):

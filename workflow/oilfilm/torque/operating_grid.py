@@ -102,7 +102,7 @@ class Film:
         thickness_m, lambda_ratio = contact_film(
             self.oil,
             self.contact,
-            **self.settings.model_dump(),
+            self.settings.thickness,
             load_n=self.contact.load_n(pressure),
             entrainment_speed_m_s=speed,
             inlet_temperature_c=temperature,
