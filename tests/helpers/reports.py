@@ -110,6 +110,7 @@ def results_of(config: Settings, oils: tuple[str, ...] = OILS) -> CampaignTables
             "torque",
             *({**torque, "load_variable": "stress", "relative_error": e} for e in (0.1, -0.3)),
         ),
+        torque_inversion=rows("torque_inversion", {"oil": "4102", "verdict": "determined"}),
     )
 
 

@@ -62,7 +62,7 @@ def test_with_one_truth_for_both_rigs_the_fitted_law_meets_the_torque(
     assert np.median(error) < 4e-4
     assert error.max() < 0.012
     # and of the logs: noise, and the sensor's calibration of 0.3 % and 0.01 N m
-    table = torque_table(curated.points, [oil], config)
+    table, _ = torque_table(curated.points, [oil], config)
     by_stress = table[table["load_variable"] == "stress"]
     measured, se = by_stress["measured_torque_n_m"], by_stress["measured_torque_n_m_se"]
     allowed = np.sqrt(se**2 + 0.01**2 + (0.003 * measured) ** 2)

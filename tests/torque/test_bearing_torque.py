@@ -7,8 +7,11 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from bearings import RIG, SETTINGS, printed_fits, shipped
+from bearings import RIG, RPM, SETTINGS, TESTED, printed_fits, printed_law, problem, shipped
 from campaigns import ROOT, oil_of, printed
+from oilfilm.bearing.friction import friction_equilibrium
+from oilfilm.bearing.quasistatic import OperatingPoints
+from oilfilm.bearing.torque import torque_terms
 from oilfilm.fits.fitted import Coefficients, FittedLaw
 from oilfilm.paper.advice import advise
 from oilfilm.paper.published_tests import published_tests_table
@@ -81,24 +84,68 @@ def test_each_operating_point_may_have_constants_of_its_own(oils):
         assert list(np.isclose(together, own, rtol=1e-8)) == [True, False, True]
 
 
+def test_inversion_finds_the_traction_that_was_planted(config, oils):
+    law, points = printed_law("4050"), OperatingPoints.axial(20000.0, SPEED_RPM * RPM)
+    stronger = lambda at, slide_roll_ratio: 1.33 * law(at, slide_roll_ratio)  # noqa: E731
+    truth = torque_terms(
+        friction_equilibrium(problem(shipped("mainshaft-167"), points, law=stronger)), TESTED
+    )
+    torque, inversion = torque_table(plateaus(truth["torque_n_m"], SPEED_RPM), oils, config)
+    np.testing.assert_allclose(
+        inversion["traction_coefficient"], truth["mean_traction_coefficient"], rtol=0.02
+    )
+    assert (inversion["law_traction_coefficient"] < inversion["traction_coefficient"]).all()
+    # the uncertainty of the other terms is large: traction decides only a part of the torque
+    assert (inversion["traction_share"] < 0.4).all()
+    assert (
+        inversion["traction_coefficient_systematic"] > inversion["traction_coefficient_se"]
+    ).all()
+    assert set(torque["load_variable"]) == {"stress", "load", "dimensionless_load"}
+
+
+def test_uncertainty_of_the_inversion_is_the_change_by_a_torque_wrong_by_it(config, oils):
+    se = 0.02
+    calibration = {"torque_n_m": 0.03, "torque_relative": 0.0}
+    exact = dict.fromkeys(("rolling", "hysteresis", "pocket", "land"), 0.0)
+    # the calibration's offset alone, so that its uncertainty is known: 3/2 of the random one
+    alone = config.with_changes(
+        {
+            "campaign": {"torque": {"calibration": calibration}},
+            "bearing": {"term_uncertainty": exact, "oil_volume_fraction_range": [0.0036, 0.003601]},
+        }
+    )
+    # a torque that 1.3 times the law's traction gives; its slope is steady there
+    first, moved = (
+        torque_table(plateaus([torque], [9000.0], se), oils, alone)[1].iloc[0]
+        for torque in (5.5, 5.5 + se)
+    )
+    change = moved["traction_coefficient"] - first["traction_coefficient"]
+    assert first["verdict"] == "determined"
+    assert first["traction_coefficient_se"] == pytest.approx(change, rel=0.05)
+    assert first["traction_coefficient_systematic"] == pytest.approx(1.5 * change, rel=0.05)
+
+
 def test_a_bearing_loaded_beyond_reason_has_no_torque_and_a_reason(config, oils):
-    # 20 kN logged as 20 MN
-    runs = plateaus([5.0, 5.0], [6000.0, 9000.0])
-    runs["axial_load_n"] *= [1000.0, 1.0]
-    torque = torque_table(runs, oils, config)
-    assert set(torque["load_variable"]) == set(LOAD_VARIABLES)
-    crushed, sound = (torque[torque["first_row"] == row] for row in (0, 1))
+    # 20 kN logged as 20 MN; the third torque is more than any traction gives
+    runs = plateaus([5.0, 5.0, 500.0], [6000.0, 9000.0, 6000.0])
+    runs["axial_load_n"] *= [1000.0, 1.0, 1.0]
+    torque, inversion = torque_table(runs, oils, config)
+    crushed, sound, _ = (torque[torque["first_row"] == row] for row in (0, 1, 2))
     assert not crushed["converged"].any()
     assert crushed["torque_n_m"].isna().all()
     assert crushed["why"].str.contains("check the axial load and its unit").all()
     assert sound["converged"].all()
     assert (sound["why"] == "").all()
+    assert list(inversion["verdict"] == "no solution") == [True, False, True]
+    assert list(inversion["traction_coefficient"].isna()) == [True, False, True]
 
 
 def test_an_oil_without_a_fit_is_left_out(config):
     coefficients, quality = printed_fits()
     oils = oils_in_bearings(coefficients.assign(value=np.nan), quality, config)
-    assert torque_table(plateaus([5.0], [6000.0]), oils, config).empty
+    torque, inversion = torque_table(plateaus([5.0], [6000.0]), oils, config)
+    assert torque.empty
+    assert inversion.empty
     assert cage_slip_table(oils, config).empty
 
 
@@ -152,7 +199,7 @@ def test_cage_slip_grows_with_speed_and_falls_with_load(config, oils):
 def results(config: Settings, oils: list[OilInBearing]) -> CampaignTables:
     slip = cage_slip_table(oils, config)
     return CampaignTables.in_memory(
-        torque=torque_table(plateaus([5.0, 6.5], [6000.0, 9000.0]), oils, config),
+        torque=torque_table(plateaus([5.0, 6.5], [6000.0, 9000.0]), oils, config)[0],
         cage_slip=slip,
         slip_advice=advise(slip, config.selection, config.gates.lambda_limit),
         size_effect=size_effect_table(oils, config),
@@ -185,7 +232,7 @@ def test_a_law_on_load_is_compared_as_well(config):
     rows = pd.concat([coefficients.iloc[:1]] * len(names)).assign(oil="4050", law=law.name)
     rows = rows.assign(constant=names, value=WANG_DENG)
     oils = oils_in_bearings(pd.concat([coefficients, rows]), pd.concat([quality, own]), config)
-    torque = torque_table(plateaus([5.0], [9000.0]), oils, config)
+    torque, _ = torque_table(plateaus([5.0], [9000.0]), oils, config)
     assert set(torque["load_variable"]) == {*LOAD_VARIABLES, law.name}
     assert torque.set_index("load_variable").at[law.name, "converged"]
 
@@ -226,7 +273,7 @@ def test_shares_beyond_an_unknown_box_are_unknown(config):
     ends = ("tested_min_max_hertz_pressure_gpa", "tested_max_max_hertz_pressure_gpa")
     unknown = quality.assign(**dict.fromkeys(ends, np.nan))
     oils = oils_in_bearings(coefficients, unknown, config)
-    table = torque_table(plateaus([5.0], [9000.0]), oils, config)
+    table, _ = torque_table(plateaus([5.0], [9000.0]), oils, config)
     assert table["share_beyond_pressure"].isna().all()
     assert table["share_beyond_speed"].between(0, 1).all()
 

@@ -122,7 +122,7 @@ def test_calculated_and_measured_torque_agree_within_two_combined_uncertainties(
         run_id="a.csv", oil="4050", accepted=True, axial_load_n=10000.0, inner_speed_rpm=12000.0
     )
     runs = runs.assign(oil_temperature_c=100.0, torque_n_m_se=0.01)
-    table = torque_table(runs, [uncertain], resolve(ROOT / "config", {}))
+    table, _ = torque_table(runs, [uncertain], resolve(ROOT / "config", {}))
     rows = table[table["load_variable"] == "stress"].sort_values("first_row")
     # of the sensor: 0.01 N m at random, 0.01 N m offset, 0.3 % gain
     of_sensor = np.sqrt(0.01**2 + 0.01**2 + (0.003 * measured) ** 2)

@@ -8,8 +8,8 @@ from oilfilm.settings.campaign import Campaign
 # By what a campaign must have, beside its traction logs; `paper` is a study.
 NEEDS = {
     ("torque",): (
-        *("torque_runs", "torque_quarantine", "torque", "torque_control", "cage_slip"),
-        *("heat_balance", "size_effect", "test_plan"),
+        *("torque_runs", "torque_quarantine", "torque", "torque_control", "torque_inversion"),
+        *("cage_slip", "heat_balance", "size_effect", "test_plan"),
     ),
     ("paper",): (*("printed_judged", "signs", "sign_verdicts", "claims", "claim_numbers"),),
     ("paper", "torque"): ("slip_advice", "advice_band", "published_tests"),

@@ -51,12 +51,13 @@ rule torque_runs:
 
 
 rule torque:
-    "Measured torque against the law with each load variable."
+    "Measured torque against the law with each load variable; the traction that it implies."
     input:
         **finished("torque_runs", *FITTED),
         torque_truth=rules.torque_twin.output.torque_truth if TORQUE_SIMULATED else [],
     output:
         torque="<tables>/torque.parquet",
+        torque_inversion="<tables>/torque_inversion.parquet",
         torque_control="<tables>/torque_control.parquet",
         made=made("torque"),
     log:

@@ -8,5 +8,6 @@ with run.job(snakemake) as job:
     oils = oils_in_bearings(
         job.tables.coefficients, job.tables.fit_quality, job.settings, job.tables.refits
     )
-    torque = torque_table(job.tables.torque_runs, oils, job.settings)
-    job.write({"torque": torque, "torque_control": torque_control(job.tables, job.settings)})
+    torque, inversion = torque_table(job.tables.torque_runs, oils, job.settings)
+    control = torque_control(job.tables, job.settings)
+    job.write({"torque": torque, "torque_inversion": inversion, "torque_control": control})

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+import scipy
 
 from oilfilm import tables
 from oilfilm.bearing.friction import (
@@ -17,7 +18,7 @@ from oilfilm.bearing.friction import (
 )
 from oilfilm.bearing.geometry import Bearing, Cage
 from oilfilm.bearing.quasistatic import OperatingPoints
-from oilfilm.bearing.resistance import Lubrication
+from oilfilm.bearing.resistance import TERMS, Lubrication
 from oilfilm.bearing.torque import torque_terms
 from oilfilm.fits.fitted import FittedLaw
 from oilfilm.fits.law_comparison import laws_of
@@ -28,7 +29,7 @@ from oilfilm.settings.config import BearingSettings
 from oilfilm.settings.resolved import Settings
 from oilfilm.torque.best_oil import best_index
 from oilfilm.torque.load_variables import LOAD_VARIABLES, LawInBearing, law_of_groups
-from oilfilm.torque.torque_uncertainty import drawn, with_uncertainty
+from oilfilm.torque.torque_uncertainty import drawn, term_factors, with_uncertainty
 from oilfilm.traction import BEARING_LAW_NAMES
 from oilfilm.units import MM_PER_M, RAD_S_PER_RPM, FloatArray
 
@@ -36,6 +37,8 @@ _POINT = ["axial_load_n", "inner_speed_rpm", "inlet_temperature_c"]
 _TESTED = ("max_hertz_pressure_gpa", "entrainment_speed_m_s", "slide_roll_ratio")
 # Of a ball's load; a larger residual is no number worth a table.
 _LARGEST_RESIDUAL = 1e9
+# Factors on all traction, among which the inversion looks for that of a measured torque.
+_FACTORS = np.geomspace(1 / 8, 8, 25)
 # Largest difference in standard uncertainties between values that agree.
 _COMPATIBLE = 2
 
@@ -261,48 +264,115 @@ def _without_failures(terms: Mapping[str, FloatArray]) -> pd.DataFrame:
 
 def torque_table(
     runs: pd.DataFrame, oils: Sequence[OilInBearing], settings: Settings
-) -> pd.DataFrame:
-    """Table `torque`: measured plateaus against every load variable.
+) -> tuple[pd.DataFrame, pd.DataFrame]:
+    """Measured plateaus against every load variable, and the traction of each by inversion.
 
     Args:
         runs: Table of torque runs; refused plateaus are left out.
         oils: Oils with their laws.
         settings: The settings.
+
+    Returns:
+        The tables `torque` and `torque_inversion`.
     """
     measured = runs.loc[runs["accepted"], ["run_id", "first_row", "oil", *_POINT[:2]]].assign(
         inlet_temperature_c=runs["oil_temperature_c"],
         measured_torque_n_m=runs["torque_n_m"],
         measured_torque_n_m_se=runs["torque_n_m_se"],
     )
-    groups = [
-        (oil, variable, plateaus)
-        for oil in oils
-        if len(plateaus := measured[measured["oil"] == oil.name])
-        for variable in oil.laws
-    ]
-    if not groups:
-        return tables.empty("torque")
-    terms, _ = Cases(settings.tested_bearing(), groups).assessed(settings.seed)
-    calibration = present(settings.campaign.torque, "torque", "the campaign").calibration
-    torque, random = (
-        terms[f"measured_torque_n_m{part}"].to_numpy(dtype=float) for part in ("", "_se")
+    of_oils = [(oil, measured[measured["oil"] == oil.name]) for oil in oils]
+    of_oils = [(oil, plateaus) for oil, plateaus in of_oils if len(plateaus)]
+    if not of_oils:
+        return tables.empty("torque"), tables.empty("torque_inversion")
+    bearing = settings.tested_bearing()
+    cases = Cases(
+        bearing, [(oil, variable, rows) for oil, rows in of_oils for variable in oil.laws]
     )
-    gain = calibration.torque_relative * torque
-    uncertainty = np.linalg.norm([random, np.full_like(gain, calibration.torque_n_m), gain], axis=0)
-    difference = terms["torque_n_m"] - torque
+    terms, _ = cases.assessed(settings.seed)
+    terms = _compared(terms, settings)
+    inversion = _inversion(bearing, [oil for oil, _ in of_oils], terms, settings)
+    return joined([terms], "torque"), joined([inversion], "torque_inversion")
+
+
+def _compared(terms: pd.DataFrame, settings: Settings) -> pd.DataFrame:
+    """Calculated torque beside the measured one."""
+    uncertainty = np.hypot(
+        terms["measured_torque_n_m_se"].to_numpy(), _calibration_n_m(terms, settings)
+    )
+    difference = terms["torque_n_m"] - terms["measured_torque_n_m"]
     compatibility = difference / np.hypot(terms["torque_n_m_uncertainty"], uncertainty)
     verdict = np.select(
         [np.isnan(compatibility), np.abs(compatibility) <= _COMPATIBLE],
         ["not known", "compatible"],
         "not compatible",
     )
-    compared = terms.assign(
+    return terms.assign(
         measured_torque_n_m_uncertainty=uncertainty,
-        relative_error=terms["torque_n_m"] / torque - 1,
+        relative_error=terms["torque_n_m"] / terms["measured_torque_n_m"] - 1,
         compatibility=compatibility,
         verdict=verdict,
     )
-    return joined([compared], "torque")
+
+
+def _inversion(
+    bearing: Bearing, oils: Sequence[OilInBearing], terms: pd.DataFrame, settings: Settings
+) -> pd.DataFrame:
+    """Traction that gives the measured torque, all of it scaled alike; the other terms stay.
+
+    The torque is calculated for each of `_FACTORS`. Traction coefficient is interpolated linearly
+    between the two neighbouring factors whose torques enclose the measured one; of several such
+    pairs the one nearest to the law's own factor 1 is taken.
+    """
+    by_law = terms[terms["load_variable"] == "stress"].reset_index(drop=True)
+    every = by_law.loc[np.repeat(by_law.index, len(_FACTORS)), ["oil", *_POINT]]
+    every = every.assign(traction_factor=np.tile(_FACTORS, len(by_law)))
+    calculated = Cases(
+        bearing, [(oil, "stress", every[every["oil"] == oil.name]) for oil in oils]
+    ).run()
+    torque, coefficient = (
+        calculated[name].to_numpy().reshape(-1, len(_FACTORS)).T
+        for name in ("torque_n_m", "mean_traction_coefficient")
+    )
+    above = torque - by_law["measured_torque_n_m"].to_numpy()
+    encloses = above[:-1] * above[1:] <= 0
+    distance = np.abs(np.log(_FACTORS[:-1] * _FACTORS[1:]))[:, np.newaxis]
+    lower = np.where(encloses, distance, np.inf).argmin(axis=0), np.arange(len(by_law))
+    rise, span = np.diff(torque, axis=0)[lower], np.diff(coefficient, axis=0)[lower]
+    # of the traction's part in the torque: calibration and the other terms
+    # the middles of many equal slices of the normal distribution
+    normal = scipy.special.ndtri((np.arange(1000) + 0.5) / 1000)[:, np.newaxis]
+    spread = term_factors(settings.bearing, np.repeat(normal, len(TERMS), axis=1)).std(axis=0)
+    others = [
+        relative * by_law[f"{term}_torque_n_m"].to_numpy()
+        for term, relative in zip(TERMS, spread, strict=True)
+    ]
+    uncertain_n_m = np.linalg.norm([_calibration_n_m(by_law, settings), *others], axis=0)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        slope = np.where(rise != 0, span / rise, np.inf)
+        value = np.where(encloses.any(axis=0), coefficient[lower], np.nan) - above[lower] * slope
+        random = np.abs(slope) * by_law["measured_torque_n_m_se"].to_numpy()
+        systematic = np.abs(slope) * uncertain_n_m
+    found = np.stack([value, random, systematic])
+    solved = np.isfinite(found).all(axis=0)
+    names = ("traction_coefficient", "traction_coefficient_se", "traction_coefficient_systematic")
+    verdict = np.select(
+        [~solved, np.hypot(random, systematic) < value],
+        ["no solution", "determined"],
+        "undetermined",
+    )
+    return by_law.assign(
+        **dict(zip(names, np.where(solved, found, np.nan), strict=True)),
+        traction_share=by_law["traction_torque_n_m"] / by_law["torque_n_m"],
+        law_traction_coefficient=by_law["mean_traction_coefficient"],
+        verdict=verdict,
+    )
+
+
+def _calibration_n_m(terms: pd.DataFrame, settings: Settings) -> FloatArray:
+    """Standard uncertainty of the measured torque by the sensor's offset and its gain."""
+    calibration = present(settings.campaign.torque, "torque", "the campaign").calibration
+    gain = calibration.torque_relative * terms["measured_torque_n_m"].to_numpy()
+    return np.hypot(calibration.torque_n_m, gain)
 
 
 def cage_slip_table(oils: Sequence[OilInBearing], settings: Settings) -> pd.DataFrame:

@@ -146,6 +146,7 @@ def bearing(results: CampaignTables, settings: Settings) -> Section:
         has_uncertainty=not len(sound) or (sure["verdict"] != "not known").any(),
         control=_control(results.torque_control),
         by_stress=by_stress,
+        inversion=results.torque_inversion["verdict"].tolist(),
         **_heat(results.heat_balance),
     )
     listed = refusals(refused, "torque_quarantine", settings.report.rows_max)
