@@ -219,6 +219,13 @@ def test_figures_say_that_data_are_simulated_or_that_there_are_none(config, resu
     assert any(text.get_text() for axis in figure.axes for text in axis.texts)
 
 
+def test_catalogue_torque_is_no_opinion_beyond_the_speeds_of_the_catalogue(config, oils):
+    # 167.5 mm: 0.5 and 2 million mm rpm
+    torque, _ = torque_table(plateaus([2.0, 9.0], [3000.0, 12000.0]), oils, config)
+    of_stress = torque[torque["load_variable"] == "stress"]
+    assert list(of_stress["skf_valid"]) == [True, False]
+
+
 # A, B, C, D of a law on load or on groups, each by its three conditions
 WANG_DENG = np.array(
     [-0.02, 0.15, -0.3, -0.1, 0.5, 0.4, -0.3, -0.9, 25, 0.2, 0.1, 0.3, 0.0205, 0.15, -0.3, -0.1]

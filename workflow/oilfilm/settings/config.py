@@ -255,6 +255,13 @@ class TorqueDrawSettings(Group):
     draws: int = key("Draws, each with an equilibrium of its own.", ge=40, le=10000)
 
 
+class PalmgrenSettings(Group):
+    """Constants of Palmgren's torque."""
+
+    f0: float = key("Of lubrication and bearing type.", unit="1", gt=0, le=100)
+    f1: q.PositiveShare = key("Of load and bearing type.")
+
+
 class CageSlipSettings(Group):
     """The map of cage slip."""
 
@@ -283,7 +290,9 @@ class BearingSettings(Group):
     pressure_limits_gpa: q.Band[q.PressureGpa] = key("Highest pressure in the long term, at peaks.")
     term_uncertainty: TermUncertaintySettings = key("Relative uncertainty of the other terms.")
     stand_in_uncertainty: StandInUncertaintySettings = key("Uncertainty of stand-in oils.")
+    skf_pitch_speed_max: q.PitchSpeedMmRpm = key("Largest dm n of the SKF formula.")
     uncertainty: TorqueDrawSettings = key("Uncertainty of what is calculated.")
+    palmgren: PalmgrenSettings = key("Constants of Palmgren's torque.")
     cage_slip: CageSlipSettings = key("The map of cage slip.")
     size_effect: SizeEffectSettings = key("Bearings of other sizes and grooves.")
 

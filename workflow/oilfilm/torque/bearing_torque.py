@@ -19,7 +19,7 @@ from oilfilm.bearing.friction import (
 from oilfilm.bearing.geometry import Bearing, Cage
 from oilfilm.bearing.quasistatic import OperatingPoints
 from oilfilm.bearing.resistance import TERMS, Lubrication
-from oilfilm.bearing.torque import torque_terms
+from oilfilm.bearing.torque import palmgren_torque_n_m, skf_torque_n_m, torque_terms
 from oilfilm.fits.fitted import FittedLaw
 from oilfilm.fits.law_comparison import laws_of
 from oilfilm.physics.contact import Floats
@@ -289,13 +289,15 @@ def torque_table(
         bearing, [(oil, variable, rows) for oil, rows in of_oils for variable in oil.laws]
     )
     terms, _ = cases.assessed(settings.seed)
-    terms = _compared(terms, settings)
+    terms = _compared(bearing, terms, {oil.name: oil for oil, _ in of_oils}, settings)
     inversion = _inversion(bearing, [oil for oil, _ in of_oils], terms, settings)
     return joined([terms], "torque"), joined([inversion], "torque_inversion")
 
 
-def _compared(terms: pd.DataFrame, settings: Settings) -> pd.DataFrame:
-    """Calculated torque beside the measured one."""
+def _compared(
+    bearing: Bearing, terms: pd.DataFrame, oils: Mapping[str, OilInBearing], settings: Settings
+) -> pd.DataFrame:
+    """Calculated torque beside the measured one and beside the catalogues' estimates."""
     uncertainty = np.hypot(
         terms["measured_torque_n_m_se"].to_numpy(), _calibration_n_m(terms, settings)
     )
@@ -306,11 +308,22 @@ def _compared(terms: pd.DataFrame, settings: Settings) -> pd.DataFrame:
         ["not known", "compatible"],
         "not compatible",
     )
+    load, speed, temperature = terms[_POINT].to_numpy().T
+    viscosity = np.empty(len(terms))
+    for name, oil in oils.items():
+        of_oil = terms["oil"].to_numpy() == name
+        viscosity[of_oil] = oil.oil.kinematic_viscosity_m2_s(temperature[of_oil])
+    pitch, palmgren = bearing.pitch_diameter_m, settings.bearing.palmgren
     return terms.assign(
         measured_torque_n_m_uncertainty=uncertainty,
         relative_error=terms["torque_n_m"] / terms["measured_torque_n_m"] - 1,
         compatibility=compatibility,
         verdict=verdict,
+        palmgren_torque_n_m=palmgren_torque_n_m(
+            load, speed, viscosity, pitch, bearing.contact_angle_rad, palmgren.f0, palmgren.f1
+        ),
+        skf_torque_n_m=skf_torque_n_m(load, speed, viscosity, pitch),
+        skf_valid=speed * pitch * MM_PER_M <= settings.bearing.skf_pitch_speed_max,
     )
 
 
