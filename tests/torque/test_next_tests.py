@@ -72,7 +72,7 @@ def actual_errors(added: list[tuple[float, float, float]]) -> FloatArray:
 
 def test_torque_after_the_planned_tests_scatters_as_the_plan_promised(known: Known) -> None:
     """Standard deviations of 150 simulated campaigns, within the 99.9 % range of chi-square."""
-    film = Film(CONTACT, SETTINGS.known_oil(OIL), SETTINGS.film)
+    film = Film(CONTACT, SETTINGS.known_oil(OIL), SETTINGS.film.thickness)
     plan, rig = SETTINGS.plan, SETTINGS.rigs[RIG_NAME]
     feasible = candidates(plan.levels, rig, RIG_NAME, film, SETTINGS.gates.lambda_limit, known)
     wanted = wanted_in_bearing(oil_in_bearing(), SETTINGS.tested_bearing(), DUTY, known, CONTACT)

@@ -33,6 +33,7 @@ from oilfilm.bearing.quasistatic import (
     ball_force_n,
     centrifugal_force_n,
     contacts_at,
+    neighbourhood,
     raceway_control,
 )
 from oilfilm.bearing.resistance import (
@@ -334,8 +335,8 @@ def friction_equilibrium(
         plain = problem.rule.counts == QUADRATURE
         rule = grid(*COARSE) if plain else problem.rule
         coarse = replace(problem, rule=rule)
-        start = problem.start()
-        solution = follow(coarse.equations, start, scale, _MAX_ITERATIONS)
+        start, place = problem.start(), neighbourhood(problem.points)
+        solution = follow(coarse.equations, start, scale, _MAX_ITERATIONS, place)
         found = np.flatnonzero(solution.converged)
         if problem.rule is not rule and len(found):
             part = problem.at(found)

@@ -192,6 +192,13 @@ def ball_force_n(bearing: Bearing, points: OperatingPoints) -> FloatArray:
     return np.maximum(force, np.finfo(float).tiny)
 
 
+def neighbourhood(points: OperatingPoints) -> FloatArray:
+    """Where operating points lie among each other: loads by their logarithms, speed."""
+    speed = np.abs(points.ring_speed_rad_s[:, 0] - points.ring_speed_rad_s[:, 1])
+    load = np.log1p(np.abs(points.axial_load_n))
+    return np.column_stack([load, 3 * speed / max(speed.max(), 1.0)])
+
+
 def raceway_control(
     bearing: Bearing, points: OperatingPoints, gyroscopic_sign: float = 1.0
 ) -> Equilibrium:
@@ -237,7 +244,7 @@ def raceway_control(
 
     start = _start(bearing, points)
     scale = np.full(start.shape, bearing.groove_offset_m.min())
-    solution = follow(with_share, start, scale, _MAX_ITERATIONS)
+    solution = follow(with_share, start, scale, _MAX_ITERATIONS, neighbourhood(points))
     return Equilibrium(*ball_state(solution.unknowns, np.arange(len(start))), solution)
 
 

@@ -22,6 +22,8 @@ _GROWTH = 1e3
 _SHARES = (0.0, 0.25, 0.5, 0.75, 0.9, 1.0)
 # Jacobians of a share that is not the whole.
 _ON_THE_WAY = 40
+# How often the points that still fail start again beside one that was solved.
+_ROUNDS = 2
 # Damping with which settling begins, and below which there is none.
 _FIRST_DAMPING, _LEAST_DAMPING = 0.1, 1e-6
 _SHORT_STEP = 0.1
@@ -168,24 +170,40 @@ def follow(
     start: FloatArray,
     scale: FloatArray,
     max_iterations: int,
+    position: FloatArray,
 ) -> Solution:
-    """`solve`, and where that fails again: a part of the equations is brought in by and by.
+    """`solve`, and where that fails again from elsewhere.
+
+    First a part of the equations is brought in by and by; then from where the nearest point that
+    was solved ended.
 
     Args:
         equations: The equations with a share, 0 to 1, of their difficult part; 1 is the whole.
         start: As for `solve`.
         scale: As for `solve`.
         max_iterations: As for `solve`, for each search.
+        position: Coordinates in which near points have similar solutions, shape (points, any).
     """
     solution = solve(equations(1.0), start, scale, max_iterations)
     failed = np.flatnonzero(~solution.converged)
+
+    def again(start: FloatArray, share: float = 1.0) -> FloatArray:
+        most = max_iterations if share == 1 else min(max_iterations, _ON_THE_WAY)
+        end = solve(_of_some(equations(share), failed), start, scale[failed], most)
+        if share == 1:
+            solution.put(failed, end)
+        return end.unknowns
+
     here = start[failed]
     for share in _SHARES if len(failed) else ():
-        most = max_iterations if share == 1 else min(max_iterations, _ON_THE_WAY)
-        end = solve(_of_some(equations(share), failed), here, scale[failed], most)
-        here = end.unknowns
-    if len(failed):
-        solution.put(failed, end)
+        here = again(here, share)
+    for _ in range(_ROUNDS):
+        failed, solved = (np.flatnonzero(solution.converged == way) for way in (False, True))
+        if len(failed) == 0 or len(solved) == 0:
+            break
+        away = np.square(position[failed, np.newaxis] - position[solved]).sum(axis=-1)
+        nearest = solved[away.argmin(axis=1)]
+        again(solution.unknowns[nearest] / scale[nearest] * scale[failed])
     return solution
 
 

@@ -181,10 +181,7 @@ class InletOil:
 
 
 def film_thickness(
-    oil: InletOil,
-    at: Conditions,
-    slide_roll_ratio: Floats,
-    thickness: Thickness,
+    oil: InletOil, at: Conditions, slide_roll_ratio: Floats, thickness: Thickness
 ) -> FloatArray:
     """Film thickness of an oil in a contact: h = phi_T h_isothermal.
 

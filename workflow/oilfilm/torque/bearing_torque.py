@@ -210,6 +210,8 @@ def oils_in_bearings(
     if (rig := settings.common_contact()) is None:
         return []
     floor = settings.bearing.law_floor.model_dump()
+    # once, as the table is long
+    spread = {} if refits is None else dict(iter(refits.groupby(["oil", "law"])))
     oils = []
     configured = {row["oil"]: row for row in tables.rows(quality[quality["configured"]])}
     for name in settings.oils:
@@ -221,7 +223,7 @@ def oils_in_bearings(
         law_names = {variable: row["law"] for variable in LOAD_VARIABLES}
         law_names |= {law: law for law in BEARING_LAW_NAMES if law in fitted and law in known}
         fits = {
-            law: FittedLaw.of(coefficients, name, refits, quality, known[law])
+            law: FittedLaw.of(coefficients, name, spread.get((name, law)), quality, known[law])
             for law in set(law_names.values())
         }
         laws = {

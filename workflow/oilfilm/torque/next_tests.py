@@ -367,7 +367,7 @@ def plan_oil(
         )
     fitted = FittedLaw.of_configured(results, oil)
     known = known_of(fitted, results.points, oil, rig.calibration)
-    film = Film(contact, properties, settings.film)
+    film = Film(contact, properties, settings.film.thickness)
     plan = settings.plan
     feasible = candidates(plan.levels, rig, name, film, settings.gates.lambda_limit, known)
     wanted: dict[str, Wanted] = {}
