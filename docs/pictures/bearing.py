@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 
 import oilfilm
 from examples import NAMES, bearing, contact, oil, settings
-from oilfilm.bearing.friction import FrictionProblem
+from oilfilm.bearing.friction import FrictionProblem, friction_equilibrium
 from oilfilm.bearing.kinematics import inner_slide_roll_ratio
 from oilfilm.bearing.quasistatic import OperatingPoints, raceway_control
 from oilfilm.bearing.resistance import HEATS, Lubrication
@@ -34,7 +34,9 @@ def terms(name: str, axial_load_n: float = 20e3):
     )
     box = settings().printed.boxes.tested.model_dump()
     tested = {key: tuple(ends) for key, ends in box.items() if key != "inlet_temperature_c"}
-    return torque_terms(FrictionProblem(bearing(), duty, oil_film, law), tested)
+    return torque_terms(
+        friction_equilibrium(FrictionProblem(bearing(), duty, oil_film, law)), tested
+    )
 
 
 def contact_angles() -> Figure:

@@ -4,7 +4,13 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from examples import NAMES, contact, oil
-from oilfilm.physics.film import InletOil, contact_film, thermal_reduction_factor
+from oilfilm.physics.contact import Conditions
+from oilfilm.physics.film import (
+    InletOil,
+    contact_film,
+    isothermal_film_thickness,
+    thermal_reduction_factor,
+)
 from oilfilm.units import FloatArray
 from style import GREY, OILS, axes, row
 
@@ -12,17 +18,13 @@ STYLES = ("-", "--", ":")
 PRESSURE = 1.25  # GPa
 
 
-def film(
-    name: str, speed: FloatArray, temperature: FloatArray, *, thermal: bool = True
-) -> tuple[FloatArray, FloatArray]:
+def film(name: str, speed: FloatArray, temperature: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Minimum film in um and lambda at pure rolling."""
     one = contact()
     thickness, ratio = contact_film(
         oil(name),
         one,
-        thickness="minimum",
-        thermal_reduction=thermal,
-        roughness="rq",
+        "minimum",
         load_n=one.load_n(PRESSURE),
         entrainment_speed_m_s=speed,
         inlet_temperature_c=temperature,
@@ -77,10 +79,14 @@ def thickness_over_speed() -> Figure:
     )
     speed = np.geomspace(0.5, 60, 120)
     for temperature, colour in ((40.0, "C0"), (70.0, "C1"), (120.0, "C2")):
-        for thermal, style in ((True, "-"), (False, ":")):
-            thickness, _ = film("4102", speed, np.asarray(temperature), thermal=thermal)
-            label = f"{temperature:g} °C" + ("" if thermal else ", isothermal")
-            one.plot(speed, thickness, style, color=colour, label=label)
+        label = f"{temperature:g} °C"
+        thickness, _ = film("4102", speed, np.asarray(temperature))
+        one.plot(speed, thickness, "-", color=colour, label=label)
+        rig, inlet = contact(), InletOil.of(oil("4102"), temperature)
+        of_rig = {"radius_x_m": rig.radius_m, "reduced_modulus_pa": rig.reduced_modulus_pa}
+        at = Conditions(rig.load_n(PRESSURE), PRESSURE, speed, temperature, **of_rig)
+        isothermal = isothermal_film_thickness(inlet, at, "minimum") * 1e6
+        one.plot(speed, isothermal, ":", color=colour, label=f"{label}, isothermal")
     one.legend(ncols=2)
     return figure
 

@@ -4,7 +4,7 @@ import os
 import pickle
 import shutil
 import sys
-from collections.abc import Callable, Collection, Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -127,17 +127,9 @@ def without(settings: Settings, *keys: str) -> Settings:
     return Settings.of({**plain, "campaign": campaign})
 
 
-def sign_study(
-    settings: Settings, points: pd.DataFrame, oils: Collection[str] | None = None
-) -> tuple[pd.DataFrame, pd.DataFrame]:
+def sign_study(settings: Settings) -> tuple[pd.DataFrame, pd.DataFrame]:
     """The study of the lost signs as its rule runs it."""
-    return study_signs(
-        printed(),
-        points,
-        settings.oils if oils is None else oils,
-        settings.printed,
-        settings.gates.traction_max,
-    )
+    return study_signs(printed(), settings.oils, settings.printed, settings.gates.traction_max)
 
 
 def lay_out(project: Path) -> None:

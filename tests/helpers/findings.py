@@ -13,7 +13,7 @@ from typing import Any
 import pandas as pd
 import yaml
 
-from oilfilm.paper.extrapolation import errors_by_law, relative_rms
+from oilfilm.paper.extrapolation import relative_rms
 from oilfilm.torque.torque_control import without_bistable
 
 ROOT = Path(__file__).parents[2]
@@ -85,7 +85,8 @@ def of_thermal() -> dict[str, Any]:
         name: at["true_traction_coefficient"].between(at[f"{name}_lower"], at[f"{name}_upper"])
         for name in ("mean_ci", "obs_ci")
     }
-    laws = errors_by_law(truth).set_index("law")[["inside_relative_rms", "beyond_relative_rms"]]
+    laws = thermal("extrapolation_errors").set_index("law")
+    laws = laws[["inside_relative_rms", "beyond_relative_rms"]]
     others = laws.drop("eyring")
     wang = quality[quality["law"].str.startswith("wang")]
     zero, critical = wang["zero_slip_traction"].abs(), wang["law"] == "wang-deng-critical-load"

@@ -1,7 +1,6 @@
 """The printed constants judged: statements by hand, planted signs, distances in closed form."""
 
 import re
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -21,7 +20,7 @@ from oilfilm.paper.printed_constants import (
     Surface,
     judge_printed,
     largest_difference,
-    squared_errors,
+    squared_error,
     verdicts,
     where_true,
 )
@@ -66,7 +65,7 @@ def scores(of: Surface, **limits: float) -> dict[str, float]:
 
 @pytest.fixture(scope="module")
 def studied(config: Settings) -> Studied:
-    return sign_study(config, tables.empty("points"))
+    return sign_study(config)
 
 
 # ---------------------------------------------------------------- statements
@@ -153,9 +152,9 @@ def test_peak_is_the_largest_value_of_the_curve(powers: list[float]) -> None:
 
 def test_every_statement_is_a_column_and_every_set_a_row(studied: Studied) -> None:
     sets, verdicts = studied
-    about = ["oil", "signs", "in_use", "rank", "rank_at_figures", "total", "near_best"]
+    about = ["oil", "signs", "in_use", "rank", "rank_at_figures", "total"]
     names = [*scores(surface(printed()["4102"])), "viscosity_order", "hot_convergence"]
-    assert tables.columns("signs") == [*about, *names, "sse"]
+    assert tables.columns("signs") == [*about, *names]
     assert (sets.groupby("oil")["signs"].nunique() == 512).all()
     assert (sets.groupby("oil")["in_use"].sum() == 1).all()
     assert len(verdicts) == 27
@@ -217,117 +216,44 @@ def points_of(truth: np.ndarray, oil: str = "4102") -> pd.DataFrame:
     )
 
 
-def test_points_of_planted_signs_give_them_back(config: Settings) -> None:
-    planted = printed()["4102"].copy()
-    planted[[3, 6, 9]] *= -1  # A3, B2, C1
-    sets, verdicts = sign_study(config, points_of(planted))
-    best = sets.loc[sets["sse"].idxmin()]
-    assert (best["oil"], best["signs"]) == ("4102", "+-++" + "+--" + "+-")
-    assert best["sse"] == pytest.approx(0, abs=1e-20)
-    of_4102 = verdicts[verdicts["oil"] == "4102"].set_index("constant")
-    turned = of_4102[of_4102["least_sse"] >= of_4102["least_sse_turned"]]
-    assert set(turned.index) == {"A3", "B2", "C1"}
-    assert sets.loc[sets["oil"] == "4050", "sse"].isna().all()
-
-
 def test_points_that_the_law_cannot_take_have_no_error() -> None:
-    points, sets = points_of(printed()["4102"]), printed()["4102"][np.newaxis]
-    assert squared_errors(points, sets)[0] == pytest.approx(0, abs=1e-25)
+    of_paper = printed()["4102"]
+    points = points_of(of_paper)
+    assert squared_error(points, of_paper) == pytest.approx(0, abs=1e-25)
     for unfit in ({"inlet_temperature_c": -5.0}, {"accepted": False}):
-        assert np.isnan(squared_errors(points.assign(**unfit), sets)).all()
+        assert np.isnan(squared_error(points.assign(**unfit), of_paper))
 
 
-def fit_of(values: np.ndarray, error: np.ndarray) -> pd.DataFrame:
-    frame = pd.DataFrame({"oil": "4102", "law": LAW.name, "constant": NAMES, "value": values})
-    return frame.assign(standard_error=error, systematic_standard_error=np.nan)
+def judged(config: Settings, fitted: np.ndarray, points: pd.DataFrame) -> dict[str, Any]:
+    """The judgement on the printed constants of 4102 beside a fit to points."""
+    coefficients = pd.DataFrame({"oil": "4102", "law": LAW.name, "constant": NAMES})
+    quality = pd.DataFrame({"oil": ["4102"], "law": [LAW.name], "sse": [1.0]})
+    results = CampaignTables.in_memory(
+        points=points, coefficients=coefficients.assign(value=fitted), fit_quality=quality
+    )
+    (row,) = tables.rows(judge_printed(results, printed(), config.oils, config.printed))
+    return row
 
 
-@pytest.fixture(scope="module")
-def judge(config: Settings) -> Callable[..., "pd.Series[Any]"]:
-    """The judgement on the printed constants of 4102, by default on noise-free points of them."""
-    of_law = points_of(printed()["4102"])
-
-    def judge(
-        fitted: pd.DataFrame,
-        points: pd.DataFrame = of_law,
-        sse: float = 1.0,
-        refits: pd.DataFrame | None = None,
-    ) -> "pd.Series[Any]":
-        quality = pd.DataFrame({"oil": ["4102"], "law": [LAW.name], "sse": [sse]})
-        frames = {"points": points, "coefficients": fitted, "fit_quality": quality}
-        more = {} if refits is None else {"refits": refits}
-        results = CampaignTables.in_memory(**frames, **more)
-        return judge_printed(results, printed(), config.oils, config.printed).iloc[0]
-
-    return judge
-
-
-def test_distances_are_in_standard_errors_with_the_systematic_part(judge) -> None:
-    of_paper = printed()["4102"]
-    errors = np.abs(of_paper) * 0.01
-    fitted = fit_of(of_paper + 3 * errors, errors)
-    # 3-4-5: twice the random error joined by an equal multiple of a systematic one
-    fitted.loc[4, "systematic_standard_error"] = np.sqrt(3.0) * errors[4]
-    row = judge(fitted)
-    assert row["a0_distance"] == pytest.approx(3)
-    assert row["c3_distance"] == pytest.approx(3)
-    assert row["b0_distance"] == pytest.approx(1.5)
-    assert np.isnan(row["joint_distance"])  # no refits
-    assert row["printed_sse"] == pytest.approx(0, abs=1e-25)
-    assert row["n_points"] == 12 * 16
-
-
-def refits_of(constants: np.ndarray, steps: np.ndarray) -> pd.DataFrame:
-    """Refits to either side of a fit along each row of steps, in ln|X0| and exponents."""
-    steps = np.concatenate([steps, -steps])
-    values = np.where(np.arange(12) % 4 == 0, constants * np.exp(steps), constants + steps)
-    refits = pd.DataFrame(values, columns=NAMES).rename_axis("refit").reset_index()
-    rows = refits.melt("refit", var_name="constant")
-    return rows.assign(oil="4102", law=LAW.name, cause="resampled curves")
-
-
-def test_errors_that_go_together_shorten_the_joint_distance_along_their_direction(judge) -> None:
-    """A1 and A2 refit at (1, 1) and (0.5, -0.5): off by (1, 1) is sqrt(23/2) errors away."""
-    steps = np.eye(12)
-    steps[1, 1:3] = 1.0, 1.0
-    steps[2, 1:3] = 0.5, -0.5
-    of_paper = printed()["4102"]
-    fitted = of_paper.copy()
-    fitted[1:3] += 1.0
-    fit, refits = fit_of(fitted, np.ones(12)), refits_of(fitted, steps)
-    row = judge(fit, refits=refits)
-    assert row["joint_distance"] == pytest.approx(np.sqrt(23 / 2))
-    # fewer refits than constants leave directions of which nothing is known
-    assert np.isnan(judge(fit, refits=refits[refits["refit"] < 5])["joint_distance"])
-
-
-def test_printed_errors_are_those_of_the_difference_in_mu(judge) -> None:
+def test_printed_errors_are_those_of_the_difference_in_mu(config: Settings) -> None:
     """Points of the printed law shifted by 1e-4: their SSE is n 1e-8."""
     points = points_of(printed()["4102"])
     points["traction_coefficient"] += 1e-4
-    row = judge(fit_of(printed()["4102"], np.ones(12)), points, sse=96e-8)
+    row = judged(config, printed()["4102"], points)
     assert row["printed_sse"] == pytest.approx(192e-8)
-    assert np.isnan(row["joint_distance"])
+    assert row["n_points"] == 192
     assert row["tested_difference"] == row["extrapolated_difference"] == 0
+    # a fit without all constants is judged by its errors alone
+    row = judged(config, np.full(12, np.nan), points)
+    assert row["printed_sse"] == pytest.approx(192e-8)
+    assert np.isnan(row["tested_difference"])
 
 
 def test_largest_difference_lies_where_the_plateaus_part() -> None:
     """Plateaus alone, 0.02 against 0.01 of P / sqrt(U/20) / (T/20)^0.3: the corner 2.5, 20, 20."""
     powers = [1, -0.5, -0.3, 0, 0, 0, 0, 0, 0]
     fitted, as_printed = (constants((head, 1e-9, 1e4), powers) for head in (-0.02, -0.01))
-    largest = largest_difference(fitted, as_printed, BOX, 9)
-    assert largest["difference"] == pytest.approx(-0.025)
-    assert largest["traction_coefficient"] == pytest.approx(0.05)
-    assert [largest[name] for name in CONDITIONS] == [2.5, 20, 20]
-    assert largest["slide_roll_ratio"] > 0
-
-
-def test_fit_without_all_constants_is_judged_by_its_errors_alone(judge) -> None:
-    fitted = fit_of(np.full(12, np.nan), np.full(12, np.nan))
-    row = judge(fitted)
-    assert row["printed_sse"] == pytest.approx(0, abs=1e-25)
-    assert row[[f"{name.lower()}_distance" for name in NAMES]].isna().all()
-    assert np.isnan(row["tested_difference"])
+    assert largest_difference(fitted, as_printed, BOX, 9) == pytest.approx(-0.025)
 
 
 def test_oils_without_printed_constants_or_fit_have_no_row(config: Settings) -> None:

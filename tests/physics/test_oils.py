@@ -91,22 +91,6 @@ def test_4102_has_the_printed_viscosities() -> None:
     assert oil.relative_uncertainty == {"pressure_viscosity_coefficient": 0.15, "density": 0.03}
 
 
-@given(any_oil, rig_temperatures_c, st.floats(0.1, 30.0))
-def test_hot_oil_is_thinner_lighter_and_yields_less_to_pressure(
-    oil: Oil, celsius: float, rise: float
-) -> None:
-    temperatures = np.array([celsius, celsius + rise])
-    for property_of in (
-        oil.dynamic_viscosity_pa_s,
-        oil.kinematic_viscosity_m2_s,
-        oil.density_kg_m3,
-        oil.pressure_viscosity_coefficient_1_pa,
-        oil.temperature_viscosity_coefficient_1_k,
-    ):
-        cold, hot = property_of(temperatures)
-        assert 0 < hot < cold
-
-
 @given(any_oil, rig_temperatures_c)
 def test_beta_is_the_slope_of_the_logarithm_of_viscosity(oil: Oil, celsius: float) -> None:
     step = 0.01  # K; the central difference is then good to about 1e-8 of beta

@@ -155,15 +155,6 @@ def test_stress_and_temperatures_found_belong_together(
     assert 0 < state.shear_stress_pa < limit
 
 
-@given(names, pressures, speeds, inlets, slips)
-def test_more_slip_heats_the_film_and_thins_it(
-    oil: str, pressure: float, speed: float, inlet: float, slip: float
-) -> None:
-    less, more = (film(oil, pressure, speed, inlet, part * slip) for part in (0.9, 1.0))
-    assert inlet < less.film_temperature_c < more.film_temperature_c
-    assert more.film_thickness_m < less.film_thickness_m
-
-
 def test_traction_rises_with_pressure_and_falls_when_hotter_in_the_test_box() -> None:
     pressure, inlet = np.meshgrid(np.linspace(1.0, 1.5, 6), np.linspace(25, 120, 20))
     for oil in OILS:

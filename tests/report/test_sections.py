@@ -12,7 +12,7 @@ from oilfilm.curation.coverage import coverage, gate_counts
 from oilfilm.logs.run_sheet import CONTRADICTION, UNLISTED
 from oilfilm.paper import study
 from oilfilm.paper.audit.audit import audit, printed_evidence
-from oilfilm.paper.extrapolation import extrapolate
+from oilfilm.paper.extrapolation import extrapolate, extrapolation_errors
 from oilfilm.paper.printed_constants import judge_printed
 from oilfilm.paper.printed_law import with_printed
 from oilfilm.paper.reference import PrintedCoefficients, read_claims
@@ -36,15 +36,14 @@ def demo_tables(demo: Campaign) -> CampaignTables:
     config, curated = demo.config, demo.curated
     fit = demo.fit("4010", bootstrap=20, searches=2)
     fitted = fit.coefficients, fit.refits, fit.fit_quality
-    signs, sign_verdicts = sign_study(config, curated.points)
+    signs, sign_verdicts = sign_study(config)
+    truth, within = truth_grid(config, printed()), config.same_set_point.relative
     results = CampaignTables.in_memory(
         **{name: getattr(curated, name) for name in ("runs", "points", "quarantine")},
         **dict(zip(("coefficients", "refits", "fit_quality"), fitted, strict=True)),
         coverage=coverage(curated.runs, config),
         gate_counts=gate_counts(curated.runs, curated.points, curated.quarantine),
-        extrapolation=extrapolate(
-            truth_grid(config, printed()), *fitted, config.same_set_point.relative
-        ),
+        extrapolation_errors=extrapolation_errors(extrapolate(truth, *fitted, within)),
         signs=signs,
         sign_verdicts=sign_verdicts,
         **audit(read_claims(CLAIMS).claims, [printed_evidence(printed(), config)]),
@@ -157,12 +156,10 @@ def test_sign_that_is_not_known_is_beside_the_interval_that_holds_zero(
 def test_signs_are_those_of_the_fit_and_not_of_the_printed_sizes(
     demo_tables: CampaignTables, demo: Campaign
 ) -> None:
-    """Printed sizes that suit no point may fit better with a turned sign: the fit decides."""
-    misleading = demo_tables.sign_verdicts.assign(least_sse=1.0, least_sse_turned=0.5)
     fits = demo_tables.coefficients
 
     def line(constants: pd.DataFrame, campaign: Settings = demo.config) -> str:
-        results = demo_tables.replace(coefficients=constants, sign_verdicts=misleading)
+        results = demo_tables.replace(coefficients=constants)
         made = {section.anchor: section for section in study.sections(results, campaign)}
         return told(made["printed"])
 

@@ -2,7 +2,6 @@
 
 from typing import Any
 
-import numpy as np
 import pandas as pd
 import pytest
 
@@ -60,9 +59,6 @@ def test_only_the_fitted_law_behind_both_rigs_is_a_positive_control(
 ) -> None:
     control = torque_control(results(misfit, law), settings_of(campaign))
     assert list(control["verdict"]) == [verdict]
-    assert control["median_torque_error"].iloc[0] == pytest.approx(0.015)
-    assert control["largest_torque_error"].iloc[0] == pytest.approx(0.02)
-    assert control["n_plateaus"].iloc[0] == 2
 
 
 @pytest.mark.parametrize(
@@ -93,16 +89,7 @@ def test_points_where_the_cage_may_roll_or_skid_are_not_averaged_in() -> None:
     settings = settings_of("thermal")
     plain = results(0.001)
     skids = plain.torque.assign(bistable=plain.torque["run_id"] == "1")
-    control = torque_control(plain.replace(torque=skids), settings)
-    assert control["n_plateaus"].iloc[0] == 1
-    assert control["largest_torque_error"].iloc[0] == pytest.approx(0.01)
     made = judged(plain.replace(torque=skids), settings)
     assert made["claims"]["cases"].tolist() == [1, 1]
     left_out = made["claim_numbers"].query("number == 'bistable'")
     assert left_out.set_index("claim")["value"].to_dict() == {"torque-stress": 1, "torque-load": 1}
-
-
-def test_control_without_a_calculated_torque_has_no_error() -> None:
-    empty = results(torque=tables.empty("torque"))
-    control = torque_control(empty, settings_of("demo"))
-    assert np.isnan(control["largest_torque_error"]).all()

@@ -133,7 +133,7 @@ def test_dimensionless_load_depends_on_pressure_over_modulus_alone() -> None:
     pressure = 1.2e9
     groups = []
     for radius_m, modulus_pa in ((0.010, 221.6e9), (0.003, 221.6e9), (0.010, 443.2e9)):
-        contact = Contact(radius_m, modulus_pa, 1e-8, 1e-8)
+        contact = Contact(radius_m, modulus_pa, 1e-8)
         load_n = float(load_for_max_hertz_pressure(pressure, radius_m, modulus_pa))
         law = WANG_DENG_GROUPS.of(OIL, contact)
         group = law.group_values(np.array([[load_n, 30.0, 70.0]]))[0, 0]

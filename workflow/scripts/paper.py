@@ -16,7 +16,7 @@ with run.job(snakemake) as job:
     constants, oils = printed_constants(printed), list(job.settings.oils)
     judged = judge_printed(job.tables.configured, constants, oils, job.settings.printed)
     limit = job.settings.gates.traction_max
-    signs, verdicts = study_signs(constants, job.tables.points, oils, job.settings.printed, limit)
+    signs, verdicts = study_signs(constants, oils, job.settings.printed, limit)
     frames = {"printed_judged": judged, "signs": signs, "sign_verdicts": verdicts}
     if job.settings.campaign.twin:
         truth = truth_grid(job.settings, constants)

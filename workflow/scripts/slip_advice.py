@@ -11,8 +11,7 @@ from oilfilm.torque.bearing_torque import oils_in_bearings
 
 with run.job(snakemake) as job:
     published = load(Path(snakemake.input.published), PublishedBearingTests)
-    fits = job.tables.coefficients, job.tables.fit_quality
-    oils = oils_in_bearings(*fits, job.settings, job.tables.refits)
+    oils = oils_in_bearings(job.tables.coefficients, job.tables.fit_quality, job.settings)
     frames = advice_in_band(oils, job.tables, job.settings)
     frames["published_tests"] = published_tests_table(published, oils, job.settings)
     job.write(frames)

@@ -9,9 +9,5 @@ with run.job(snakemake) as job:
         job.tables.coefficients, job.tables.fit_quality, job.settings, job.tables.refits
     )
     torque, inversion = torque_table(job.tables.torque_runs, oils, job.settings)
-    frames = {
-        "torque": torque,
-        "torque_inversion": inversion,
-        "torque_control": torque_control(job.tables.replace(torque=torque), job.settings),
-    }
-    job.write(frames)
+    control = torque_control(job.tables, job.settings)
+    job.write({"torque": torque, "torque_inversion": inversion, "torque_control": control})

@@ -5,9 +5,9 @@ axis changes across the groove, and the contact as a whole slips. A traction law
 traction coefficient; Hertz's pressure gives the weight of each quadrature node.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache, cached_property
-from typing import Protocol
 
 import numpy as np
 import scipy
@@ -17,20 +17,11 @@ from oilfilm.bearing.quasistatic import Contacts, Motion
 from oilfilm.physics.contact import Conditions
 from oilfilm.units import PA_PER_GPA, FloatArray, IndexArray
 
-
-class TractionLaw(Protocol):
-    """A traction law as a function of the conditions and the slip of contacts.
-
-    A law that differs between operating points has a method `at_points` that takes their indices
-    and gives the law of these points.
-    """
-
-    def __call__(self, at: Conditions, slide_roll_ratio: FloatArray) -> FloatArray:
-        """mu, of the shape of `slide_roll_ratio` (0 or more), whose last axis `at` has as 1.
-
-        The axes from the end are nodes, contacts and operating points.
-        """
-        ...
+# A traction law as a function of the conditions and the slip of contacts: mu, of the shape of the
+# slide-roll ratio (0 or more), whose last axis the conditions have as 1. The axes from the end are
+# nodes, contacts and operating points. A law that differs between operating points has a method
+# `at_points` that takes their indices and gives the law of these points.
+TractionLaw = Callable[[Conditions, FloatArray], FloatArray]
 
 
 def law_at(law: TractionLaw, which: IndexArray) -> TractionLaw:

@@ -2,7 +2,6 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 
@@ -24,7 +23,7 @@ _SHARES = (0.0, 0.25, 0.5, 0.75, 0.9, 1.0)
 # Jacobians of a share that is not the whole.
 _ON_THE_WAY = 40
 # How often the points that still fail start again beside one that was solved.
-_ROUNDS = 3
+_ROUNDS = 2
 # Damping with which settling begins, and below which there is none.
 _FIRST_DAMPING, _LEAST_DAMPING = 0.1, 1e-6
 _SHORT_STEP = 0.1
@@ -37,12 +36,9 @@ _UPDATES, _POLISHED = 20, 1e-12
 _LEAST_STIFFNESS = 1e-12
 
 
-class Equations(Protocol):
-    """Residuals of many bearings."""
-
-    def __call__(self, unknowns: FloatArray, which: IndexArray) -> FloatArray:
-        """Residuals of the points `which`, of the shape of `unknowns`: (..., points, unknowns)."""
-        ...
+# Residuals of many bearings: from unknowns, shape (..., points, unknowns), and the numbers of the
+# points they belong to, to residuals of the same shape.
+Equations = Callable[[FloatArray, IndexArray], FloatArray]
 
 
 @dataclass(frozen=True)
@@ -178,8 +174,8 @@ def follow(
 ) -> Solution:
     """`solve`, and where that fails again from elsewhere.
 
-    First from where the nearest point that was solved ended; then a part of the equations is
-    brought in by and by.
+    First a part of the equations is brought in by and by; then from where the nearest point that
+    was solved ended.
 
     Args:
         equations: The equations with a share, 0 to 1, of their difficult part; 1 is the whole.
@@ -189,32 +185,29 @@ def follow(
         position: Coordinates in which near points have similar solutions, shape (points, any).
     """
     solution = solve(equations(1.0), start, scale, max_iterations)
+    failed = np.flatnonzero(~solution.converged)
 
-    def again(points: IndexArray, start: FloatArray, share: float = 1.0) -> FloatArray:
+    def again(start: FloatArray, share: float = 1.0) -> FloatArray:
         most = max_iterations if share == 1 else min(max_iterations, _ON_THE_WAY)
-        end = solve(of_some(equations(share), points), start, scale[points], most)
+        end = solve(_of_some(equations(share), failed), start, scale[failed], most)
         if share == 1:
-            solution.put(points, end)
+            solution.put(failed, end)
         return end.unknowns
 
-    failed = np.flatnonzero(~solution.converged)
+    here = start[failed]
+    for share in _SHARES if len(failed) else ():
+        here = again(here, share)
     for _ in range(_ROUNDS):
-        solved = np.flatnonzero(solution.converged)
+        failed, solved = (np.flatnonzero(solution.converged == way) for way in (False, True))
         if len(failed) == 0 or len(solved) == 0:
             break
         away = np.square(position[failed, np.newaxis] - position[solved]).sum(axis=-1)
         nearest = solved[away.argmin(axis=1)]
-        again(failed, solution.unknowns[nearest] / scale[nearest] * scale[failed])
-        before, failed = len(failed), np.flatnonzero(~solution.converged)
-        if len(failed) == before:
-            break
-    here = start[failed]
-    for share in _SHARES if len(failed) else ():
-        here = again(failed, here, share)
+        again(solution.unknowns[nearest] / scale[nearest] * scale[failed])
     return solution
 
 
-def of_some(equations: Equations, points: IndexArray) -> Equations:
+def _of_some(equations: Equations, points: IndexArray) -> Equations:
     """The equations of some of the points, numbered from 0 again."""
     return lambda unknowns, which: equations(unknowns, points[which])
 

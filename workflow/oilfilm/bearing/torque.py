@@ -8,12 +8,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from oilfilm.bearing.ellipse import sliding, traction
-from oilfilm.bearing.friction import (
-    FrictionEquilibrium,
-    FrictionProblem,
-    Neighbour,
-    friction_equilibrium,
-)
+from oilfilm.bearing.friction import FrictionEquilibrium
 from oilfilm.bearing.resistance import HEATS
 from oilfilm.physics.contact import Conditions, Floats
 from oilfilm.physics.film import film_thickness, within_thermal_reduction
@@ -22,10 +17,9 @@ from oilfilm.units import MM_PER_M, BoolArray, FloatArray
 
 
 def torque_terms(
-    problem: FrictionProblem,
+    found: FrictionEquilibrium,
     tested: Mapping[str, FloatArray | tuple[float, float]],
     limiting_stress_ratio: FloatArray | float = LIMITING_STRESS_RATIO,
-    neighbour: Neighbour | None = None,
 ) -> dict[str, FloatArray]:
     """Torque on the inner ring with its terms, motion and residuals, an array a column.
 
@@ -34,13 +28,12 @@ def torque_terms(
     between them takes; a sensor on a ring and its whole housing has that as well.
 
     Args:
-        problem: Bearing, loads, speeds, oil and law; the outer ring at rest.
+        found: The equilibrium, the outer ring at rest.
         tested: Lowest and highest tested level of pressure, speed and slip, of all points or of
             each; NaN where unknown.
         limiting_stress_ratio: Of the oil of all points or of each.
-        neighbour: See `friction_equilibrium`.
     """
-    found = friction_equilibrium(problem, neighbour)
+    problem = found.problem
     bearing, points = problem.bearing, problem.points
     balance, film, share = found.balance, found.balance.traction, problem.rule.share
     inner = points.ring_speed_rad_s[:, 0]

@@ -293,7 +293,7 @@ def contact_state(
     thickness_m, lambda_ratio = contact_film(
         oil,
         contact,
-        **settings.model_dump(),
+        settings.thickness,
         load_n=load,
         entrainment_speed_m_s=points["entrainment_speed_m_s"].to_numpy(),
         inlet_temperature_c=points["inlet_temperature_c"].to_numpy(),

@@ -229,7 +229,7 @@ def uncertainties(precision: FloatArray, gradients: FloatArray) -> FloatArray:
         precision: Of the parameters, shape (..., n, n).
         gradients: Of the quantities by the parameters, shape (quantities, n).
     """
-    variance = np.einsum("qn,...nm,qm->...q", gradients, covariance(precision), gradients)
+    variance = (gradients @ covariance(precision) * gradients).sum(axis=-1)
     return np.sqrt(np.maximum(variance, 0.0))
 
 

@@ -10,37 +10,25 @@ then.
 
 The paper states neither an order of its rules nor a number for "hot" and "fast". So the result is a
 band over scenarios: the rules in each order, each limit times some factors, at each supply
-temperature; and the rules as set with other drag (`bearing.oil_volume_fraction_range`) and refits
-of the law of each oil.
+temperature. How sure the best oil itself is, is `best_share` of the table of cage slip.
 
 Decides: which oil the paper advises at an operating point, and how firm that is.
 """
 
 import itertools
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
 from oilfilm import tables
-from oilfilm.bearing.kinematics import entrainment_speed_m_s
 from oilfilm.errors import OilfilmError
-from oilfilm.fits.fitted import FittedLaw
 from oilfilm.settings.config import SelectionLimits, SelectionSettings
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
-from oilfilm.torque.bearing_torque import Cases, OilInBearing
-from oilfilm.torque.best_oil import (
-    OPERATING_POINT,
-    IntArray,
-    best_index,
-    by_oil,
-    enough_film,
-    operating_points,
-)
-from oilfilm.traction.law import CONDITIONS
+from oilfilm.torque.bearing_torque import Cases, OilInBearing, joined
+from oilfilm.torque.best_oil import IntArray, best_index, by_oil, enough_film, operating_points
 from oilfilm.units import BoolArray, FloatArray
 
 # The judgement where the choice depends on a film beyond the range of the thermal reduction.
@@ -51,18 +39,18 @@ NO_CHOICE = ("no film", OUTSIDE)
 SlipMap = tuple[list[str], pd.DataFrame, FloatArray, FloatArray, FloatArray]
 # What is chosen at every operating point: the oil that the rules advise, or one oil.
 BY_RULES = "rules"
-# Columns that tell scenarios apart: how the rules are read; drag and refit.
-_READING, _DRAWN = ["rule_order", "varied_limit", "limit_factor"], ["oil_volume_fraction", "refit"]
+# Columns that tell apart how the rules are read.
+_READING = ["rule_order", "varied_limit", "limit_factor"]
 
 
 def advice_in_band(
     oils: Sequence[OilInBearing], results: CampaignTables, settings: Settings
 ) -> dict[str, pd.DataFrame]:
-    """The advice at each operating point with its shares of scenarios, and each scenario's count.
+    """The advice at each operating point, and how often each scenario's advice is good.
 
     Args:
         oils: Oils with their laws.
-        results: Tables of coefficients and refits, and of cage slip, the nominal scenario.
+        results: Table of cage slip, the nominal scenario.
         settings: `bearing`, `gates` and `selection`, and the campaign's bearing.
 
     Returns:
@@ -73,27 +61,29 @@ def advice_in_band(
     nominal = advise(results.cage_slip, choice, lambda_limit)
     if nominal.empty:
         return {"slip_advice": nominal, "advice_band": tables.empty("advice_band")}
-    slips = _scenarios(oils, results, settings)
-    as_set = slips["oil_volume_fraction"].eq(settings.bearing.oil_volume_fraction)
-    as_set &= slips["refit"] == 0
-    drawn, varied = (_slip_map(each, choice, _DRAWN) for each in (slips, slips[as_set]))
-    made = [
-        _choices(varied if number else drawn, rules, lambda_limit).assign(**reading)
-        for number, (reading, rules) in enumerate(_readings(choice))
+    points = operating_points(results.cage_slip).drop(columns="bearing")
+    others = set(choice.band.inlet_temperature_c) - set(points["inlet_temperature_c"])
+    groups = [
+        (oil, "stress", points.assign(inlet_temperature_c=temperature))
+        for temperature in sorted(others)
+        for oil in oils
     ]
+    slips = [results.cage_slip]
+    if groups:
+        slips.append(Cases(settings.tested_bearing(), groups).run())
+    at = _slip_map(pd.concat(slips, ignore_index=True), choice)
+    made = [
+        _choices(at, rules, lambda_limit).assign(**reading) for reading, rules in _readings(choice)
+    ]
+    judged = pd.concat(made)
+    judged = judged[~judged["judgement"].isin(NO_CHOICE)]
+    judged[BY_RULES] = judged["judgement"] == "agree"
     chosen = [BY_RULES, *dict.fromkeys(oil for rule in choice.rules for oil in rule.prefer)]
-    band = _judged(pd.concat(made)).melt(
-        ["bearing", *_READING, *_DRAWN, "inlet_temperature_c"], chosen, "choice", "agrees"
-    )
-    counts = band.groupby([*band.columns.drop("agrees")], sort=False)["agrees"]
+    keys = ["bearing", *_READING, "inlet_temperature_c"]
+    band = judged.melt(keys, chosen, "choice", "agrees")
+    counts = band.groupby([*keys, "choice"], sort=False)["agrees"]
     band = counts.agg(operating_points="size", agreeing_points="sum").reset_index()
-    of_drawn = made[0][made[0]["inlet_temperature_c"] == slips["inlet_temperature_c"].iloc[0]]
-    return {
-        "slip_advice": _with_shares(nominal, _judged(of_drawn)),
-        "advice_band": tables.conform(
-            band[tables.columns("advice_band")], "advice_band", "advice band"
-        ),
-    }
+    return {"slip_advice": nominal, "advice_band": joined([band], "advice_band")}
 
 
 def advise(
@@ -107,8 +97,7 @@ def advise(
         lambda_limit: Full film above.
 
     Returns:
-        The table, whose shares of scenarios are null (`advice_in_band` has them); empty where an
-        oil that the rules name was not calculated.
+        The table; empty where an oil that the rules name was not calculated.
 
     Raises:
         OilfilmError: No rule applies to an operating point.
@@ -116,34 +105,19 @@ def advise(
     if not {oil for rule in settings.rules for oil in rule.prefer} <= set(cage_slip["oil"]):
         return tables.empty("slip_advice")
     frame = _choices(_slip_map(cage_slip, settings), settings, lambda_limit)
-    frame = frame.assign(agree_share=np.nan, best_oil_share=np.nan, best_oils="")
-    return tables.conform(frame[tables.columns("slip_advice")], "slip_advice", "slip advice")
+    return joined([frame], "slip_advice")
 
 
-def _slip_map(
-    cage_slip: pd.DataFrame, settings: SelectionSettings, scenario: Sequence[str] = ()
-) -> SlipMap:
-    """Motion of a bearing with each oil of the rules.
-
-    Args:
-        cage_slip: Table of cage slip, with columns that tell scenarios apart.
-        settings: `selection` of the settings.
-        scenario: Those columns.
-    """
+def _slip_map(cage_slip: pd.DataFrame, settings: SelectionSettings) -> SlipMap:
+    """Motion of a bearing with each oil of the rules."""
     named = {oil for rule in settings.rules for oil in rule.prefer}
     oils = [oil for oil in dict.fromkeys(cage_slip["oil"]) if oil in named]
-    index = [*scenario, *OPERATING_POINT]
     slip, torque, film, inner, outer = by_oil(
         *(cage_slip, oils, "cage_slip", "torque_n_m", "lambda_ratio"),
         *("inner_max_hertz_pressure_gpa", "outer_max_hertz_pressure_gpa"),
-        index=index,
     )
-    points = cage_slip[index].drop_duplicates(ignore_index=True)
-    points = points.assign(
-        max_hertz_pressure_gpa=np.fmax.reduce([*inner, *outer]),
-        # whether it is fast depends on the bearing, not on how much its cage slips
-        entrainment_speed_m_s=entrainment_speed_m_s(points["pitch_speed_mm_rpm"].to_numpy()),
-    )
+    points = operating_points(cage_slip)
+    points["max_hertz_pressure_gpa"] = np.fmax.reduce([*inner, *outer])
     return oils, points, slip, torque, film
 
 
@@ -164,7 +138,7 @@ def _choices(at: SlipMap, settings: SelectionSettings, lambda_limit: float) -> p
     perhaps &= np.isfinite(slip)
     within = enough & (slip <= limit)
     best = best_index(slip, torque, enough, limit)
-    deciding, advised, start = _by_rules(points, slip, oils, settings, enough)
+    deciding, advised = _by_rules(points, slip, oils, settings, enough)
     outside = _by_rules(points, slip, oils, settings, perhaps)[1] != advised
     outside |= best_index(slip, torque, perhaps, limit) != best
     best_slip = _of_oil(slip, best)
@@ -180,13 +154,8 @@ def _choices(at: SlipMap, settings: SelectionSettings, lambda_limit: float) -> p
     return points.assign(
         oils_within_limit=_joined(within, oils),
         selection_rule=np.array([rule.name for rule in settings.rules])[deciding],
-        slip_that_decides=_of_oil(slip, start),
         advised_oil=names[advised],
-        advised_cage_slip=_of_oil(slip, advised),
-        advised_torque_n_m=_of_oil(torque, advised),
         best_oil=names[best],
-        best_cage_slip=best_slip,
-        best_torque_n_m=_of_oil(torque, best),
         good_oils=_joined(good, oils),
         judgement=judgement,
         **dict(zip(oils, good, strict=True)),
@@ -199,14 +168,9 @@ def _joined(chosen: BoolArray, oils: Sequence[str]) -> np.ndarray:
     return np.array(["; ".join(itertools.compress(oils, each)) for each in kinds])[kind]
 
 
-def _judged(choices: pd.DataFrame) -> pd.DataFrame:
-    """Where there is a choice, with whether the rules make a good one."""
-    judged = choices[~choices["judgement"].isin(NO_CHOICE)]
-    return judged.assign(**{BY_RULES: judged["judgement"] == "agree"})
-
-
 def decide(
     points: pd.DataFrame,
+    slip: FloatArray,
     settings: SelectionSettings,
     oils: Sequence[str],
     enough: BoolArray,
@@ -214,9 +178,9 @@ def decide(
     """At each operating point the first rule that applies, and the oil it advises (-1 for none).
 
     Args:
-        points: Pressure, speed, temperature and slide-roll ratio of operating points.
-        settings: `selection` of the settings, which says by `reading` which slide-roll ratio and
-            which entrainment speed the rules' cage slip and bearing speed are.
+        points: Pressure, dmN and temperature of operating points.
+        slip: Their cage slip.
+        settings: `selection` of the settings.
         oils: The oils that may be advised.
         enough: Whether an oil has enough film, shape (oils, points).
 
@@ -224,20 +188,21 @@ def decide(
         OilfilmError: No rule applies to one of the points.
     """
     limits = settings.limits
-    levels = points[[*CONDITIONS, "slide_roll_ratio"]]
-    pressure, speed, temperature, slip = levels.to_numpy(dtype=float).T
-    slipping = slip > settings.slide_roll_ratio_limit
+    levels = points[["max_hertz_pressure_gpa", "pitch_speed_mm_rpm", "inlet_temperature_c"]]
+    pressure, speed, temperature = levels.to_numpy(dtype=float).T
+    slipping = slip > limits.slip_limit
     states = {
         "slipping": slipping,
         "gripping": ~slipping,
         "light": pressure < limits.light_below_gpa,
         "heavy": pressure >= limits.heavy_from_gpa,
         "hot": temperature >= limits.hot_from_c,
-        "fast": speed >= settings.fast_from_m_s,
+        "fast": speed >= limits.fast_from_mm_rpm,
     }
     applies = np.array([np.all([states[name] for name in rule.when], 0) for rule in settings.rules])
     if not (ruled := applies.any(axis=0)).all():
-        at = ", ".join(f"{name} {level:.3g}" for name, level in levels[~ruled].iloc[0].items())
+        unruled = levels.assign(cage_slip=slip)[~ruled].iloc[0]
+        at = ", ".join(f"{name} {level:.3g}" for name, level in unruled.items())
         raise OilfilmError(
             f"selection.rules of the configuration: no rule applies at {at}; end the list "
             "with rules for `slipping` and for `gripping`."
@@ -257,19 +222,19 @@ def _by_rules(
     oils: Sequence[str],
     settings: SelectionSettings,
     enough: BoolArray,
-) -> tuple[IntArray, IntArray, IntArray]:
-    """At each point the rule that decides, the oil it advises, and that of the rules at no slip."""
+) -> tuple[IntArray, IntArray]:
+    """At each point the rule that decides, and the oil it advises."""
     limit, each = settings.limits.slip_limit, np.arange(len(points))
-    _, start = decide(points.assign(slide_roll_ratio=0.0), settings, oils, enough)
-    ratio = settings.slide_roll_ratio(np.where(start >= 0, slip[start, each], 0.0))
-    deciding, advised = decide(points.assign(slide_roll_ratio=ratio), settings, oils, enough)
+    _, start = decide(points, np.zeros(len(points)), settings, oils, enough)
+    with_start = np.where(start >= 0, slip[start, each], 0.0)
+    deciding, advised = decide(points, with_start, settings, oils, enough)
     # "4050 is recommended, and if necessary, lubricant 4102": necessary while the cage still slips
-    prefer = [[oils.index(oil) for oil in rule.prefer] for rule in settings.rules]
     for point in each[(advised >= 0) & ~(slip[advised, each] <= limit)]:
-        others = [oil for oil in prefer[deciding[point]] if enough[oil, point]]
+        prefer = map(oils.index, settings.rules[deciding[point]].prefer)
+        others = [oil for oil in prefer if enough[oil, point]]
         holding = [oil for oil in others if slip[oil, point] <= limit]
-        advised[point] = holding[0] if holding else others[-1]
-    return deciding, advised, start
+        advised[point] = [*holding, others[-1]][0]
+    return deciding, advised
 
 
 def _of_oil(values: FloatArray | BoolArray, oil: IntArray) -> FloatArray:
@@ -277,9 +242,7 @@ def _of_oil(values: FloatArray | BoolArray, oil: IntArray) -> FloatArray:
     return np.where(oil >= 0, values[oil, np.arange(len(oil))], np.nan)
 
 
-def _readings(
-    choice: SelectionSettings,
-) -> Iterator[tuple[dict[str, Any], SelectionSettings]]:
+def _readings(choice: SelectionSettings) -> Iterator[tuple[dict[str, Any], SelectionSettings]]:
     """The rules as set, in each order, and in each with one limit after the other changed."""
     by_name = {rule.name: rule for rule in choice.rules}
     orders = {"as set": list(by_name), **choice.band.rule_orders}
@@ -293,65 +256,3 @@ def _readings(
         }
         reading = dict(zip(_READING, (order, limit, factor), strict=True))
         yield reading, choice.model_copy(update=update)
-
-
-def _scenarios(
-    oils: Sequence[OilInBearing], results: CampaignTables, settings: Settings
-) -> pd.DataFrame:
-    """Cage slip of each oil as set, with every drag and refit, and with warmer or cooler oil.
-
-    Refit 0 is the fit itself.
-    """
-    band, choice = settings.bearing, settings.selection.band
-    low, high = band.oil_volume_fraction_range
-    fractions = np.union1d(
-        np.geomspace(low, high, choice.oil_volume_fractions), band.oil_volume_fraction
-    )
-    spread = {
-        oil.name: FittedLaw.of(
-            results.coefficients, oil.name, results.refits, law=oil.laws["stress"].fitted.law
-        ).coefficients.spread
-        for oil in oils
-    }
-    # in every scenario each oil has a refit of its own: they were measured apart
-    refits = range(min(choice.refits, *map(len, spread.values())) + 1)
-    points = operating_points(results.cage_slip).drop(columns="bearing")
-    as_set = {"oil_volume_fraction": band.oil_volume_fraction, "refit": 0}
-    groups = []
-    for fraction, refit in itertools.product(fractions.tolist(), refits):
-        at = {"oil_volume_fraction": fraction, "refit": refit}
-        update = band.model_copy(update={"oil_volume_fraction": fraction})
-        for oil in oils if at != as_set else ():
-            drawn = replace(oil, settings=update)
-            if refit:
-                drawn = drawn.with_constants(spread[oil.name][refit - 1])
-            groups.append((drawn, "stress", points.assign(**at)))
-    for temperature in choice.inlet_temperature_c:
-        if temperature not in set(points["inlet_temperature_c"]):
-            warm = points.assign(inlet_temperature_c=temperature, **as_set)
-            groups += [(oil, "stress", warm) for oil in oils]
-    return pd.concat(
-        [results.cage_slip.assign(**as_set), Cases(settings.tested_bearing(), groups).run()],
-        ignore_index=True,
-    )
-
-
-def _with_shares(nominal: pd.DataFrame, drawn: pd.DataFrame) -> pd.DataFrame:
-    """The nominal advice with the shares of scenarios in which it and its best oil are good.
-
-    Args:
-        nominal: Table of advice.
-        drawn: Choices of scenarios of drag and law, where there is one.
-    """
-    best = drawn[OPERATING_POINT].merge(nominal[[*OPERATING_POINT, "best_oil"]], how="left")
-    known = best["best_oil"].replace("", np.nan).to_numpy()
-    good = [row.get(oil, np.nan) for row, oil in zip(drawn.to_dict("records"), known, strict=True)]
-    points = drawn.assign(good=np.array(good, dtype=float)).groupby(OPERATING_POINT)
-    shares = points.agg(
-        agree_share=(BY_RULES, "mean"),
-        best_oil_share=("good", "mean"),
-        best_oils=("best_oil", lambda oils: "; ".join(np.unique(oils))),
-    )
-    frame = nominal[nominal.columns.difference(shares.columns, sort=False)]
-    frame = frame.join(shares, on=OPERATING_POINT).fillna({"best_oils": ""})
-    return tables.conform(frame[[*nominal.columns]], "slip_advice", "slip advice")

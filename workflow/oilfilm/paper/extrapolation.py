@@ -5,7 +5,6 @@ one, and nothing is decided about the real oils.
 """
 
 from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -18,6 +17,7 @@ from oilfilm.traction.law import CONDITIONS, Law
 from oilfilm.units import FloatArray
 
 _CUT_OFF = 1e6  # of mu, for laws that run away: its errors must be numbers of a table
+_AT = [*CONDITIONS, "slide_roll_ratio", "true_traction_coefficient", "traction_coefficient"]
 _SHORT_NAMES = np.array(["pressure", "speed", "temperature"])  # of CONDITIONS
 
 
@@ -42,13 +42,16 @@ def extrapolate(
     Returns:
         Table `extrapolation`: one row per law and row of `truth`.
     """
+    # once, as the table is long
+    spread = dict(iter(refits.groupby(["oil", "law"])))
     parts = []
     for oil, of_oil in truth.groupby("oil", sort=False):
         named = of_oil.rename(columns={"traction_coefficient": "true_traction_coefficient"})
         known = LAWS if laws is None else laws[str(oil)]
         for fit in quality[quality["oil"] == oil].to_dict("records"):
             law = str(fit["law"])
-            fitted = FittedLaw.of(coefficients, str(oil), refits, quality, known[law])
+            own = spread.get((oil, law), refits.iloc[:0])
+            fitted = FittedLaw.of(coefficients, str(oil), own, quality, known[law])
             conditions = of_oil[list(fitted.law.conditions)].to_numpy()
             mu = fitted.predict(conditions, of_oil["slide_roll_ratio"].to_numpy())
             box = [[fit[f"tested_min_{name}"], fit[f"tested_max_{name}"]] for name in CONDITIONS]
@@ -66,45 +69,38 @@ def extrapolate(
 
 
 def extrapolation_errors(compared: pd.DataFrame) -> pd.DataFrame:
-    """Errors of each law for each oil, by figure and by the conditions outside the tested box.
+    """Errors over all oils and figures, one row per law that was fitted.
 
     Args:
         compared: Table `extrapolation`.
 
     Returns:
-        Table `extrapolation_errors`.
-    """
-    keys = ["law", "oil", "figure", "beyond"]
-    groups = compared.groupby(keys, sort=False)
-    rows = [dict(zip(keys, key, strict=True)) | _errors(group) for key, group in groups]
-    frame = pd.DataFrame(rows, columns=tables.columns("extrapolation_errors"))
-    return tables.conform(frame, "extrapolation_errors", "errors of extrapolation")
-
-
-def errors_by_law(compared: pd.DataFrame) -> pd.DataFrame:
-    """The errors over all oils and figures, one row per law that was fitted.
-
-    Args:
-        compared: Table `extrapolation`.
-
-    Returns:
-        `law`, the relative rms errors `inside_relative_rms` and `beyond_relative_rms` (of the
-        tested box; NaN without such conditions), `beyond_obs_ci_ratio`, and the columns of the
-        worst condition as in the table `extrapolation_errors`.
+        Table `extrapolation_errors`; NaN where no condition is in the tested box, or beyond it.
     """
     rows = []
     for law, group in compared.dropna(subset="traction_coefficient").groupby("law", sort=False):
-        outside = group["beyond"] != ""
-        beyond = pd.Series(_errors(group[outside]), dtype=float)
-        beyond = beyond.reindex(["relative_rms", "obs_ci_ratio"]).add_prefix("beyond_")
-        inside = {"law": law, "inside_relative_rms": relative_rms(group[~outside])}
-        rows.append(_errors(group) | inside | dict(beyond))
-    return pd.DataFrame(rows)
+        beyond = group[group["beyond"] != ""]
+        true = beyond["true_traction_coefficient"]
+        held = true.between(beyond["obs_ci_lower"], beyond["obs_ci_upper"]).mean()
+        error = group["traction_coefficient"] - group["true_traction_coefficient"]
+        row = {
+            "law": law,
+            "relative_rms": relative_rms(group),
+            "inside_relative_rms": relative_rms(group.drop(beyond.index)),
+            "beyond_relative_rms": relative_rms(beyond),
+            "beyond_obs_ci_ratio": held if beyond["obs_ci_lower"].notna().all() else np.nan,
+        }
+        worst = group[_AT].iloc[int(error.abs().argmax())].add_prefix("worst_")
+        rows.append(row | dict(worst))
+    return tables.from_rows(rows, "extrapolation_errors")
 
 
 def relative_rms(compared: pd.DataFrame) -> float:
     """Root-mean-square error over the root-mean-square of true mu; NaN where nothing was fitted."""
-    return float(_errors(compared).get("relative_rms", np.nan))
+    fitted = compared.dropna(subset="traction_coefficient")
+    true = fitted["true_traction_coefficient"]
+    error = np.linalg.norm(fitted["traction_coefficient"] - true)
+    return float(error / np.linalg.norm(true)) if len(fitted) else np.nan
 
 
 def is_beyond(at: FloatArray, box: FloatArray, within: float) -> npt.NDArray[np.bool_]:
@@ -118,32 +114,3 @@ def is_beyond(at: FloatArray, box: FloatArray, within: float) -> npt.NDArray[np.
     low, high = box.T
     slack = within * high
     return np.asarray(~((at >= low - slack) & (at <= high + slack)))
-
-
-def _errors(compared: pd.DataFrame) -> dict[str, Any]:
-    """Errors over some rows; their number alone where no row has a fitted value."""
-    at = (*CONDITIONS, "slide_roll_ratio", "true_traction_coefficient", "traction_coefficient")
-    names = [*at, *INTERVALS]
-    values = dict(zip(names, compared[names].to_numpy(dtype=float).T, strict=True))
-    fitted = np.isfinite(values["traction_coefficient"])
-    if not fitted.any():
-        return {"n_conditions": 0}
-    rows = {name: each[fitted] for name, each in values.items()}
-    true = rows["true_traction_coefficient"]
-    error = rows["traction_coefficient"] - true
-    rmse, worst = np.sqrt(np.mean(error**2)), np.abs(error).argmax()
-    held = {
-        f"{kind}_ratio": np.nan
-        if np.isnan(lower := rows[f"{kind}_lower"]).any()
-        else ((lower <= true) & (true <= rows[f"{kind}_upper"])).mean()
-        for kind in ("obs_ci", "mean_ci")
-    }
-    return {
-        "n_conditions": len(true),
-        "rmse": rmse,
-        "relative_rms": rmse / np.sqrt(np.mean(true**2)),
-        "mean_error": error.mean(),
-        "max_error": np.abs(error).max(),
-        **held,
-        **{f"worst_{name}": rows[name][worst] for name in at},
-    }

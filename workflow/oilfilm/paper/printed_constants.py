@@ -25,14 +25,11 @@ from oilfilm.fits.fitted import FittedLaw
 from oilfilm.fits.problem import curve_data
 from oilfilm.settings.config import PrintedSettings, SignSettings
 from oilfilm.tables.campaign_tables import CampaignTables
-from oilfilm.torque.operating_grid import AXES
-from oilfilm.traction.law import CONDITIONS, Observations, to_constants, to_internal
-from oilfilm.traction.laws.deng2026 import DENG2026, traction_coefficient
+from oilfilm.traction.law import CONDITIONS, Observations, to_internal
+from oilfilm.traction.laws.deng2026 import DENG2026
 from oilfilm.units import BoolArray, FloatArray
 
 LAW = DENG2026  # its constants are printed
-_NAMES = [constant.name for constant in LAW.constants]
-_ROUNDING = 1e-9
 
 
 def judge_printed(
@@ -44,107 +41,69 @@ def judge_printed(
     """One row per oil that has printed constants and a fit of the paper's law.
 
     Args:
-        results: Tables of points, coefficients, refits and fit quality, of one law per oil.
+        results: Tables of points, coefficients and fit quality, of one law per oil.
         printed: The twelve printed constants of each oil.
         oils: The campaign's oils.
         settings: Boxes of conditions and levels of the grid.
 
     Returns:
-        The table `printed_judged`. All judgements are null where no point was accepted. Only the
-        errors are given where the conditions cannot give all twelve constants. Without refits,
-        which give the fitted constants' covariance, there is no joint distance.
+        The table `printed_judged`. All judgements are null where no point was accepted; the
+        differences are where the conditions cannot give all twelve constants.
     """
     quality = results.fit_quality[results.fit_quality["law"] == LAW.name].set_index("oil")
     rows = []
     for oil in [oil for oil in oils if oil in printed and oil in quality.index]:
-        table = results.coefficients
-        of_oil = table[(table["oil"] == oil) & (table["law"] == LAW.name)]
-        fitted = of_oil.set_index("constant").reindex(_NAMES)
-        values = fitted["value"].to_numpy()
-        systematic = fitted["systematic_standard_error"].fillna(0.0).to_numpy()
-        errors = np.hypot(fitted["standard_error"].to_numpy(), systematic)
-        # data without any noise leave errors of rounding alone, which measure nothing
-        errors = np.where(errors > _ROUNDING * np.abs(values), errors, np.nan)
         points = results.points[results.points["oil"] == oil]
         row = {
             "oil": oil,
             "n_points": points["accepted"].sum(),
-            "printed_sse": squared_errors(points, printed[oil][np.newaxis])[0],
+            "printed_sse": squared_error(points, printed[oil]),
             "fitted_sse": quality.at[oil, "sse"],
-            "joint_distance": _joint_distance(of_oil, results.refits, oil, printed[oil]),
         }
-        for name, distance in zip(_NAMES, (values - printed[oil]) / errors, strict=True):
-            row[f"{name.lower()}_distance"] = distance
+        fitted = FittedLaw.of(results.coefficients, oil, law=LAW).coefficients.constants
         for box, levels in settings.boxes.model_dump().items():
-            largest = largest_difference(values, printed[oil], levels, settings.levels)
-            row |= {f"{box}_{name}": value for name, value in largest.items()}
+            row[f"{box}_difference"] = largest_difference(
+                fitted, printed[oil], levels, settings.levels
+            )
         rows.append(row)
     return tables.from_rows(rows, "printed_judged")
 
 
 def largest_difference(
-    fitted: FloatArray,
-    printed: FloatArray,
-    box: Mapping[str, Sequence[float]],
-    levels: int,
-) -> dict[str, float]:
-    """Where in a box printed and fitted mu differ most, on a grid.
+    fitted: FloatArray, printed: FloatArray, box: Mapping[str, Sequence[float]], levels: int
+) -> float:
+    """printed - fitted mu where they differ most in a box, on a grid of evenly spaced levels.
 
     Args:
-        fitted: A0..A3, B0..B3, C0..C3; any NaN makes every answer NaN.
+        fitted: A0..A3, B0..B3, C0..C3; any NaN makes the answer NaN.
         printed: The same, as printed.
         box: Lowest and highest value of each condition and of `slide_roll_ratio`.
-        levels: Evenly spaced levels of each.
-
-    Returns:
-        `difference` (printed - fitted), `traction_coefficient` (fitted), and the condition there.
+        levels: How many of each.
     """
-    axes = [np.linspace(box[name][0], box[name][1], levels) for name in AXES]
-    grid = np.meshgrid(*axes, indexing="ij")
-    by_fit = traction_coefficient(fitted, *grid)
-    difference = traction_coefficient(printed, *grid) - by_fit
-    found = dict(zip(AXES, grid, strict=True))
-    found |= {"difference": difference, "traction_coefficient": by_fit}
-    if np.isnan(difference).any():
-        return dict.fromkeys(found, np.nan)
-    largest = np.unravel_index(np.argmax(np.abs(difference)), difference.shape)
-    return {name: float(values[largest]) for name, values in found.items()}
+    lowest, highest = box["slide_roll_ratio"]
+    slip = np.linspace(lowest, highest, levels)
+    internal = to_internal(LAW, np.array([printed, fitted])).T
+    by_print, by_fit = np.moveaxis(Surface.over(box, levels, slip, internal).mu, -1, 0)
+    difference = by_print - by_fit
+    return float(difference.flat[np.abs(difference).argmax()])
 
 
-def squared_errors(points: pd.DataFrame, constants: FloatArray) -> FloatArray:
-    """Eq. 10 of sets of constants on the accepted points of one oil, as the fit takes them.
+def squared_error(points: pd.DataFrame, constants: FloatArray) -> float:
+    """Eq. 10 of constants on the accepted points of one oil, as the fit takes them.
 
     Args:
         points: The oil's rows of the table of points.
-        constants: A0..A3, B0..B3, C0..C3, shape (sets, 12).
+        constants: A0..A3, B0..B3, C0..C3.
 
     Returns:
-        Sum of squared errors of each set; NaN where no point was accepted, or where a condition
-        is unknown or not above zero.
+        Sum of squared errors; NaN where no point was accepted, or where a condition is unknown or
+        not above zero.
     """
     data = curve_data(points)
     if len(data.mu) == 0 or not np.all(data.conditions > 0):
-        return np.full(len(constants), np.nan)
-    at = Observations(LAW.design(data.conditions), data.curve, data.slip)
-    # one set at a time, so that memory does not grow with sets times points
-    sets = to_internal(LAW, constants)
-    return np.array([np.sum((LAW.traction(internal, at) - data.mu) ** 2) for internal in sets])
-
-
-def _joint_distance(
-    coefficients: pd.DataFrame, refits: pd.DataFrame, oil: str, printed: FloatArray
-) -> float:
-    """Mahalanobis distance in the law's internal constants: ln|X0| and the exponents.
-
-    About sqrt(12) where the printed constants are the truth. NaN without refits, or with fewer
-    than give the covariance all its directions.
-    """
-    fitted = FittedLaw.of(coefficients, oil, refits).coefficients
-    covariance = fitted.covariance(LAW)
-    if np.isnan(covariance).any() or np.linalg.matrix_rank(covariance) < len(printed):
         return np.nan
-    off = to_internal(LAW, fitted.constants) - to_internal(LAW, printed)
-    return float(np.sqrt(off @ np.linalg.solve(covariance, off)))
+    at = Observations(LAW.design(data.conditions), data.curve, data.slip)
+    return float(np.sum((LAW.traction(to_internal(LAW, constants), at) - data.mu) ** 2))
 
 
 Shares = dict[str, FloatArray]  # of its box where a statement holds, for each sign set
@@ -183,7 +142,7 @@ class Surface:
         cls,
         box: Mapping[str, Sequence[float]],
         levels: int,
-        slip: Sequence[float],
+        slip: Sequence[float] | FloatArray,
         internal: FloatArray,
     ) -> "Surface":
         """The surface over a box.
@@ -235,7 +194,6 @@ class Surface:
 
 def study_signs(
     printed: Mapping[str, FloatArray],
-    points: pd.DataFrame,
     oils: Collection[str],
     settings: PrintedSettings,
     traction_max: float,
@@ -244,7 +202,6 @@ def study_signs(
 
     Args:
         printed: The twelve constants of each oil, with the signs in use, the most viscous first.
-        points: Table of points of the campaign, for the sum of squared errors of each set.
         oils: The oils whose rows are given.
         settings: Boxes of conditions, slide-roll ratios and limits.
         traction_max: Largest believable mu.
@@ -262,7 +219,6 @@ def study_signs(
     sets, verdicts = [], []
     for oil in [oil for oil in printed if oil in oils]:
         of_oil, internal = [each[oil] for each in scores], candidates[oil]
-        constants = np.array([to_constants(LAW, of_set) for of_set in internal.T])
         totals = [pd.Series(_total(shares)) for shares in of_oil]
         ranks = [total.rank(method="min", ascending=False).astype(int) for total in totals]
         in_use = (np.sign(printed[oil][_EXPONENTS]) == _SETS).all(axis=1)
@@ -274,9 +230,7 @@ def study_signs(
                 "rank": ranks[0],
                 "rank_at_figures": ranks[1],
                 "total": totals[0],
-                "near_best": totals[0] > totals[0].max() - settings.signs.near_best,
                 **of_oil[0],
-                "sse": squared_errors(points[points["oil"] == oil], constants),
             }
         )
         sets.append(rows.sort_values("total", ascending=False, kind="stable"))
@@ -291,10 +245,7 @@ def study_signs(
 
 
 def _scores(
-    candidates: Mapping[str, FloatArray],
-    slips: str,
-    settings: PrintedSettings,
-    traction_max: float,
+    candidates: Mapping[str, FloatArray], slips: str, settings: PrintedSettings, traction_max: float
 ) -> dict[str, Shares]:
     """The statements' shares of each oil."""
     scores, surfaces, best = {}, {}, {}
@@ -346,27 +297,15 @@ def _verdicts(
     def margins(total: FloatArray) -> list[float]:
         return [total[own].max() - total[~own].max() for own in has]
 
-    without = pd.DataFrame(
-        {
-            (name, slips): margins(_total(shares, without=name))
-            for slips, shares in zip(_SLIPS, by_slips, strict=True)
-            for name in shares
-        }
-    )
-    weakest = without.idxmin(axis=1)
+    without = [margins(_total(shares, without=name)) for shares in by_slips for name in shares]
     frame = pd.DataFrame(
         {
             "oil": sets["oil"].iloc[0],
             "constant": [LAW.constants[index].name for index in _EXPONENTS],
             "sign": np.where(signs > 0, "+", "-"),
             "margin": margins(sets["total"].to_numpy()),
-            "weakest_margin": without.min(axis=1),
-            "weakest_without": weakest.str[0].astype("str"),
-            "weakest_slips": weakest.str[1].astype("str"),
-            "near_best_share": [own[sets["near_best"]].mean() for own in has],
+            "weakest_margin": np.min(without, axis=0),
             "effect": effects,
-            "least_sse": [sets["sse"][own].min(skipna=False) for own in has],
-            "least_sse_turned": [sets["sse"][~own].min(skipna=False) for own in has],
         }
     )
     return frame.assign(

@@ -1,30 +1,20 @@
-"""Published tests of bearings beside the calculation, and the drag that fits them best.
+"""Published tests of bearings beside the calculation.
 
 The oil's share of the volume between the rings, to which the drag is proportional, is the one
-constant of a bearing that no drawing gives. It is fitted to published power losses.
+constant of a bearing that no drawing gives. It is set by published power losses.
 
 Decides: where the drag in a bearing comes from.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
-import numpy as np
 import pandas as pd
-import scipy
 
-from oilfilm import tables
-from oilfilm.bearing.friction import Neighbour, friction_equilibrium
-from oilfilm.bearing.geometry import Bearing
 from oilfilm.paper.reference import PublishedBearingTest, PublishedBearingTests
 from oilfilm.settings.resolved import Settings
-from oilfilm.torque.bearing_torque import Cases, OilInBearing
-from oilfilm.units import RAD_S_PER_RPM, FloatArray, IndexArray
-
-# Shares of oil among which the fit looks; a tenth of the volume is far more than a sprayed
-# bearing holds.
-_LARGEST_FRACTION = 0.1
-_TOLERANCE = 1e-7
+from oilfilm.torque.bearing_torque import Cases, OilInBearing, joined
+from oilfilm.units import RAD_S_PER_RPM
 
 
 def published_tests_table(
@@ -43,111 +33,28 @@ def published_tests_table(
         for test in published.tests
         if test.oil in by_name and test.bearing in settings.bearings
     ]
-    joined = pd.concat(frames, ignore_index=True) if frames else tables.empty("published_tests")
-    columns = tables.columns("published_tests")
-    return tables.conform(joined[columns], "published_tests", "table published_tests")
-
-
-def fitted_fraction(test: PublishedBearingTest, oil: OilInBearing, bearing: Bearing) -> float:
-    """Share of oil that gives the published power losses best; NaN where the test has none.
-
-    Least squares of the relative errors, so that each speed counts alike.
-
-    Args:
-        test: The published test.
-        oil: The oil with its law; every other constant is as set.
-        bearing: The bearing.
-    """
-    rows = _rows(test)
-    if rows["published_power_w"].isna().all():
-        return np.nan
-    found_with = _equilibria(test, oil, bearing)
-
-    def squares(fraction: float) -> float:
-        power = found_with(np.full(len(rows), fraction))[0]
-        return float(np.nansum((power / rows["published_power_w"] - 1) ** 2))
-
-    bounds = 0.0, _LARGEST_FRACTION
-    found = scipy.optimize.minimize_scalar(
-        squares, bounds=bounds, method="bounded", options={"xatol": _TOLERANCE}
-    )
-    return float(found.x)
+    return joined(frames, "published_tests")
 
 
 def _one_test(test: PublishedBearingTest, oil: OilInBearing, settings: Settings) -> pd.DataFrame:
-    bearing, rows = settings.bearings[test.bearing].bearing(test.bearing), _rows(test)
+    bearing = settings.bearings[test.bearing].bearing(test.bearing)
+    names = {"power_w": "published_power_w", "largest_cage_slip": "published_cage_slip"}
+    rows = pd.DataFrame([row.model_dump() for row in test.rows], dtype=float).rename(columns=names)
+    points = rows.assign(inlet_temperature_c=test.inlet_temperature_c)
     speed = rows["inner_speed_rpm"] * RAD_S_PER_RPM
-    fractions = *settings.bearing.oil_volume_fraction_range, settings.bearing.oil_volume_fraction
-    low, high, as_set = (
-        _cases(test, oil, bearing, np.full(len(rows), fraction)).run() for fraction in fractions
-    )
+
+    def with_share(fraction: float) -> pd.DataFrame:
+        changed = oil.settings.model_copy(update={"oil_volume_fraction": fraction})
+        return Cases(bearing, [(replace(oil, settings=changed), "stress", points)]).run()
+
+    low, high = map(with_share, settings.bearing.oil_volume_fraction_range)
+    as_set = with_share(settings.bearing.oil_volume_fraction)
     return as_set.assign(
-        **{str(name): values for name, values in rows.items()},
         power_w=as_set["torque_n_m"] * speed,
         power_low_w=low["torque_n_m"] * speed,
         power_high_w=high["torque_n_m"] * speed,
         cage_slip_low=low["cage_slip"],
         cage_slip_high=high["cage_slip"],
-        fitted_oil_volume_fraction=fitted_fraction(test, oil, bearing),
-        oil_volume_fraction_alone=_fractions_alone(test, oil, bearing),
         source=test.source,
         assumed=test.assumed,
     )
-
-
-def _fractions_alone(test: PublishedBearingTest, oil: OilInBearing, bearing: Bearing) -> FloatArray:
-    """Share of oil that gives the published value of each row; NaN where none does."""
-    rows, found_with = _rows(test), _equilibria(test, oil, bearing)
-
-    def error(fraction: FloatArray, which: IndexArray) -> FloatArray:
-        every = np.zeros(len(rows))
-        every[which] = fraction
-        power, slip = found_with(every)
-        off = (power - rows["published_power_w"]).fillna(slip - rows["published_cage_slip"])
-        return off.to_numpy()[which]
-
-    # late, as in `bearing.heat_balance`
-    from scipy.optimize import elementwise  # noqa: PLC0415
-
-    found = elementwise.find_root(
-        error,
-        (np.zeros(len(rows)), np.full(len(rows), _LARGEST_FRACTION)),
-        args=(np.arange(len(rows)),),
-        tolerances={"xatol": _TOLERANCE},
-    )
-    return np.where(found.success, found.x, np.nan)
-
-
-def _equilibria(
-    test: PublishedBearingTest, oil: OilInBearing, bearing: Bearing
-) -> Callable[[FloatArray], tuple[FloatArray, FloatArray]]:
-    """Power loss in W and cage slip of each row by its share of oil, near those as set."""
-    as_set = np.full(len(test.rows), oil.settings.oil_volume_fraction)
-    problem = _cases(test, oil, bearing, as_set).problem
-    known = Neighbour.of(problem, friction_equilibrium(problem).solution.unknowns)
-
-    def found_with(fractions: FloatArray) -> tuple[FloatArray, FloatArray]:
-        found = friction_equilibrium(_cases(test, oil, bearing, fractions).problem, known)
-        return found.torque_n_m() * problem.points.ring_speed_rad_s[:, 0], found.cage_slip()
-
-    return found_with
-
-
-def _cases(
-    test: PublishedBearingTest, oil: OilInBearing, bearing: Bearing, fractions: FloatArray
-) -> Cases:
-    """The rows of a test, each with a share of oil."""
-    points = _rows(test)[["inner_speed_rpm", "axial_load_n"]]
-    points["inlet_temperature_c"] = test.inlet_temperature_c
-    of_rows = (
-        replace(oil, settings=oil.settings.model_copy(update={"oil_volume_fraction": fraction}))
-        for fraction in fractions.tolist()
-    )
-    groups = [(each, "stress", points.iloc[[row]]) for row, each in enumerate(of_rows)]
-    return Cases(bearing, groups)
-
-
-def _rows(test: PublishedBearingTest) -> pd.DataFrame:
-    """The test's rows; NaN where a row has no such value."""
-    names = {"power_w": "published_power_w", "largest_cage_slip": "published_cage_slip"}
-    return pd.DataFrame([row.model_dump() for row in test.rows], dtype=float).rename(columns=names)

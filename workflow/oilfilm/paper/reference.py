@@ -11,15 +11,7 @@ from pydantic import Field
 
 from oilfilm.settings.base import Group, key
 from oilfilm.settings.messages import load
-from oilfilm.settings.quantities import (
-    Levels,
-    LoadN,
-    Name,
-    Share,
-    SpeedRpm,
-    TemperatureC,
-    Text,
-)
+from oilfilm.settings.quantities import Levels, LoadN, Name, Share, SpeedRpm, TemperatureC, Text
 from oilfilm.units import FloatArray
 
 PowerW = Annotated[float, Field(gt=0, json_schema_extra={"unit": "W"})]

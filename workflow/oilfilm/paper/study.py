@@ -14,7 +14,6 @@ from oilfilm.exports.campaign import in_folders
 from oilfilm.exports.description import Condition, Description, constant_meanings, identifiers
 from oilfilm.home import reference_file
 from oilfilm.paper.advice import NO_CHOICE
-from oilfilm.paper.extrapolation import errors_by_law
 from oilfilm.paper.printed_law import PrintedLaw, printed_law
 from oilfilm.paper.reference import Claim, Claims, PrintedCoefficients, read_claims
 from oilfilm.report.document import Column, Entry, Section, facts, number, percent, show
@@ -123,7 +122,7 @@ def sections(results: CampaignTables, settings: Settings) -> list[Section]:
         _claims(results, settings),
         _printed(results, settings.campaign),
         _choice(results),
-        _truth(results.extrapolation),
+        _truth(results.extrapolation_errors),
     ]
 
 
@@ -308,9 +307,8 @@ def _choice(results: CampaignTables) -> Section:
     return Section("choice", "Choice of oil", made)
 
 
-def _truth(extrapolation: pd.DataFrame) -> Section:
+def _truth(errors: pd.DataFrame) -> Section:
     """How wrong each law is where the truth was simulated."""
-    errors = errors_by_law(extrapolation)
     if errors.empty:
         return Section("truth", "Simulated truth")
     where = "{:g} GPa, {:g} m/s, {:g} degC, S {:g}"

@@ -181,11 +181,7 @@ class InletOil:
 
 
 def film_thickness(
-    oil: InletOil,
-    at: Conditions,
-    slide_roll_ratio: Floats,
-    thickness: Thickness,
-    thermal_reduction: bool = True,
+    oil: InletOil, at: Conditions, slide_roll_ratio: Floats, thickness: Thickness
 ) -> FloatArray:
     """Film thickness of an oil in a contact: h = phi_T h_isothermal.
 
@@ -194,7 +190,6 @@ def film_thickness(
         at: The contact's conditions; a pressure of 0 leaves out the pressure term of phi_T.
         slide_roll_ratio: S.
         thickness: `minimum` or `central`, as in `isothermal_film_thickness`.
-        thermal_reduction: Whether phi_T of `thermal_reduction_factor` applies.
 
     Returns:
         h, in m; zero or negative outside the range of phi_T.
@@ -208,8 +203,6 @@ def film_thickness(
         0.161 um
     """
     isothermal = isothermal_film_thickness(oil, at, thickness)
-    if not thermal_reduction:
-        return isothermal
     loading = oil.thermal_loading(at.entrainment_speed_m_s)
     return isothermal * thermal_reduction_factor(at.relative_pressure, slide_roll_ratio, loading)
 
@@ -217,10 +210,8 @@ def film_thickness(
 def contact_film(
     oil: Oil,
     contact: Contact,
-    *,
     thickness: Thickness,
-    thermal_reduction: bool,
-    roughness: Literal["rq", "ra"],
+    *,
     load_n: FloatArray,
     entrainment_speed_m_s: FloatArray,
     inlet_temperature_c: FloatArray,
@@ -232,15 +223,13 @@ def contact_film(
         oil: The oil.
         contact: The contact.
         thickness: As in `film_thickness`.
-        thermal_reduction: As in `film_thickness`.
-        roughness: Which roughness lambda refers to.
         load_n: Normal load, in N (`contact.load_for_max_hertz_pressure` where p0 is known).
         entrainment_speed_m_s: Mean of the two surface speeds, in m/s.
         inlet_temperature_c: Oil temperature at the inlet, in degC.
         slide_roll_ratio: S.
 
     Returns:
-        Film thickness h, in m, and lambda = h/sigma, sigma the combined roughness, of the
+        Film thickness h, in m, and lambda = h/sigma, sigma the combined Rq, of the
         arguments' broadcast shape. NaN where speed or temperature is not possible, or where the
         thermal reduction is used outside its range.
     """
@@ -251,8 +240,7 @@ def contact_film(
     radius, modulus = np.asarray(contact.radius_m), contact.reduced_modulus_pa
     pressure = max_hertz_pressure(load_n, radius, modulus) / PA_PER_GPA
     at = Conditions(load_n, pressure, speed, inlet_temperature_c, radius, modulus)
-    thickness_m = film_thickness(inlet_oil, at, slide_roll_ratio, thickness, thermal_reduction)
+    thickness_m = film_thickness(inlet_oil, at, slide_roll_ratio, thickness)
     within = within_thermal_reduction(at.relative_pressure, inlet_oil.thermal_loading(speed))
-    is_film = np.isfinite(thickness_m) & (within | (not thermal_reduction))
-    thickness_m = np.where(is_film, thickness_m, np.nan)
-    return thickness_m, thickness_m / contact.roughness_m(roughness)
+    thickness_m = np.where(np.isfinite(thickness_m) & within, thickness_m, np.nan)
+    return thickness_m, thickness_m / contact.roughness_rq_m

@@ -12,7 +12,7 @@ from pydantic import model_validator
 
 from oilfilm.bearing.geometry import Bearing, Cage, OilSupply
 from oilfilm.physics.contact import reduced_modulus
-from oilfilm.physics.roughness import combined_roughness, rq_from_ra
+from oilfilm.physics.rigs import combined_roughness, rq_from_ra
 from oilfilm.settings import quantities as q
 from oilfilm.settings.base import Group, contradiction, key, optional
 from oilfilm.settings.rig import Elasticity

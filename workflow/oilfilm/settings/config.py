@@ -8,7 +8,6 @@ from typing import Annotated, Literal, Self
 from pydantic import Field, model_validator
 
 from oilfilm.bearing.kinematics import (
-    AnyFloats,
     entrainment_speed_m_s,
     inner_slide_roll_ratio,
 )
@@ -26,8 +25,6 @@ class FilmSettings(Group):
     """The film thickness behind lambda."""
 
     thickness: Literal["minimum", "central"] = key("Film thickness that lambda uses.")
-    thermal_reduction: bool = key("Reduce the film by inlet heating (Gupta et al. 1992).")
-    roughness: Literal["rq", "ra"] = key("Roughness that lambda uses.")
 
 
 class ZeroReferenceSettings(Group):
@@ -451,8 +448,6 @@ class SelectionRule(Group):
 class AdviceBandSettings(Group):
     """Scenarios in which the advice on oils is worked out again."""
 
-    oil_volume_fractions: int = key("Levels of bearing.oil_volume_fraction_range.", ge=2, le=100)
-    refits: int = key("Refits of each law, beside the fit.", ge=0, le=1000)
     limit_factors: q.Unique[q.Factor] = key("Factors on each of `limits`, one after the other.")
     inlet_temperature_c: q.Unique[q.TemperatureC] = key("Supply temperatures beside the map's.")
     rule_orders: dict[str, list[q.Text]] = key("Other orders of the rules: their names, by order.")
@@ -461,9 +456,6 @@ class AdviceBandSettings(Group):
 class SelectionSettings(Group):
     """The paper's advice on which oil to choose."""
 
-    reading: Literal["kinematic", "paper"] = key(
-        "How slip and speed of the bearing become S and U: by kinematics, or as in the paper."
-    )
     gamma: q.Gamma = key("Effective D cos(alpha)/dm in S = 2 s/(1 + gamma (1 - s)).")
     stated: StatedSpeed = key("Speeds that the paper takes for one another.")
     limits: SelectionLimits = key("Limits between the states of a contact.")
@@ -482,23 +474,14 @@ class SelectionSettings(Group):
                 )
         return self
 
-    def slide_roll_ratio(self, cage_slip: AnyFloats) -> AnyFloats:
-        """Slide-roll ratio at the inner race by the reading."""
-        if self.reading == "paper":
-            return cage_slip
-        return inner_slide_roll_ratio(cage_slip, self.gamma)
-
     @property
     def slide_roll_ratio_limit(self) -> float:
-        """Slide-roll ratio at the limit of cage slip, by the reading."""
-        return self.slide_roll_ratio(self.limits.slip_limit)
+        """Slide-roll ratio at the inner race at the limit of cage slip."""
+        return inner_slide_roll_ratio(self.limits.slip_limit, self.gamma)
 
     @property
     def fast_from_m_s(self) -> float:
-        """Entrainment speed from which on a contact is fast, by the reading."""
-        if self.reading == "paper":
-            share = self.limits.fast_from_mm_rpm / self.stated.pitch_speed_mm_rpm
-            return share * self.stated.entrainment_speed_m_s
+        """Entrainment speed from which on a contact is fast."""
         return entrainment_speed_m_s(self.limits.fast_from_mm_rpm)
 
 

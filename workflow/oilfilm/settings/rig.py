@@ -10,8 +10,7 @@ from typing import Self
 from pydantic import model_validator
 
 from oilfilm.physics.contact import reduced_modulus
-from oilfilm.physics.rigs import Contact
-from oilfilm.physics.roughness import combined_roughness, rq_from_ra
+from oilfilm.physics.rigs import Contact, combined_roughness, rq_from_ra
 from oilfilm.settings import quantities as q
 from oilfilm.settings.base import Group, contradiction, key, optional
 from oilfilm.units import M_PER_UM
@@ -114,14 +113,9 @@ class Rig(Group):
             self.disc.youngs_modulus_pa,
             self.disc.poisson_ratio,
         )
-        ra_m, rq_m = [], []
+        rq_m = []
         for body in ("ball", "disc"):
             ra_um, rq_um = (getattr(self, f"{body}_roughness_{kind}_um") for kind in ("ra", "rq"))
-            ra_m.append(math.nan if ra_um is None else ra_um * M_PER_UM)
-            rq_m.append(float(rq_from_ra(ra_m[-1])) if rq_um is None else rq_um * M_PER_UM)
-        return Contact(
-            self.ball_radius_m,
-            float(modulus_pa),
-            float(combined_roughness(*rq_m)),
-            float(combined_roughness(*ra_m)),
-        )
+            of_ra = rq_from_ra(math.nan if ra_um is None else ra_um * M_PER_UM)
+            rq_m.append(float(of_ra) if rq_um is None else rq_um * M_PER_UM)
+        return Contact(self.ball_radius_m, float(modulus_pa), float(combined_roughness(*rq_m)))

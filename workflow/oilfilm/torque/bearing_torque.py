@@ -9,7 +9,13 @@ import pandas as pd
 import scipy
 
 from oilfilm import tables
-from oilfilm.bearing.friction import FrictionProblem, Neighbour, other_equilibrium
+from oilfilm.bearing.friction import (
+    FrictionEquilibrium,
+    FrictionProblem,
+    Neighbour,
+    friction_equilibrium,
+    other_equilibrium,
+)
 from oilfilm.bearing.geometry import Bearing, Cage
 from oilfilm.bearing.quasistatic import OperatingPoints
 from oilfilm.bearing.resistance import TERMS, Lubrication
@@ -144,12 +150,15 @@ class Cases:
         Args:
             neighbour: See `friction_equilibrium`.
         """
+        return self._terms(friction_equilibrium(self.problem, neighbour))
+
+    def _terms(self, found: FrictionEquilibrium) -> pd.DataFrame:
         ends = {
             name: np.repeat([oil.tested[name] for oil in self.oils], self._sizes, axis=0).T
             for name in _TESTED
         }
         ratio = np.repeat([oil.oil.limiting_stress_ratio for oil in self.oils], self._sizes)
-        terms = _without_failures(torque_terms(self.problem, ends, ratio, neighbour))
+        terms = _without_failures(torque_terms(found, ends, ratio))
         long_term, peak = self.oils[0].settings.pressure_limits_gpa
         pressure = terms.filter(regex="max_hertz_pressure_gpa").max(axis=1)
         terms["pressure_verdict"] = np.select(
@@ -170,11 +179,12 @@ class Cases:
             which is true where there is another equilibrium or the draws have two. The draws are
             as of `torque_uncertainty.drawn`.
         """
-        calculated = self.run()
+        found = friction_equilibrium(self.problem)
+        calculated = self._terms(found)
         named = zip(self.oils, self.laws, strict=True)
         groups = [(oil.name, oil.oil, law) for oil, law in named]
         number = np.repeat(np.arange(len(groups)), self._sizes)
-        draws = drawn(self.problem, groups, number, calculated, self.oils[0].settings, seed)
+        draws = drawn(found, groups, number, calculated, self.oils[0].settings, seed)
         slip, torque = other_equilibrium(self.problem, calculated["cage_slip"].to_numpy())
         terms = with_uncertainty(calculated, draws, self.problem.points.ring_speed_rad_s[:, 0])
         bistable = ~np.isnan(slip) | terms["draws_split"]
@@ -200,6 +210,8 @@ def oils_in_bearings(
     if (rig := settings.common_contact()) is None:
         return []
     floor = settings.bearing.law_floor.model_dump()
+    # once, as the table is long
+    spread = {} if refits is None else dict(iter(refits.groupby(["oil", "law"])))
     oils = []
     configured = {row["oil"]: row for row in tables.rows(quality[quality["configured"]])}
     for name in settings.oils:
@@ -211,7 +223,7 @@ def oils_in_bearings(
         law_names = {variable: row["law"] for variable in LOAD_VARIABLES}
         law_names |= {law: law for law in BEARING_LAW_NAMES if law in fitted and law in known}
         fits = {
-            law: FittedLaw.of(coefficients, name, refits, quality, known[law])
+            law: FittedLaw.of(coefficients, name, spread.get((name, law)), quality, known[law])
             for law in set(law_names.values())
         }
         laws = {

@@ -28,22 +28,10 @@ def operating_points(cage_slip: pd.DataFrame) -> pd.DataFrame:
     return cage_slip[OPERATING_POINT].drop_duplicates().reset_index(drop=True)
 
 
-def by_oil(
-    cage_slip: pd.DataFrame,
-    oils: Sequence[str],
-    *columns: str,
-    index: Sequence[str] = OPERATING_POINT,
-) -> list[FloatArray]:
-    """Columns of the table of cage slip, each of shape (oils, operating points).
-
-    Args:
-        cage_slip: The table.
-        oils: The oils.
-        columns: The columns.
-        index: Columns that tell operating points apart; their order is that of the table.
-    """
-    wide = cage_slip.pivot(index=list(index), columns="oil", values=list(columns))
-    wide = wide.loc[pd.MultiIndex.from_frame(cage_slip[list(index)].drop_duplicates())]
+def by_oil(cage_slip: pd.DataFrame, oils: Sequence[str], *columns: str) -> list[FloatArray]:
+    """Columns of the table of cage slip, each of shape (oils, operating points)."""
+    wide = cage_slip.pivot(index=OPERATING_POINT, columns="oil", values=list(columns))
+    wide = wide.loc[pd.MultiIndex.from_frame(operating_points(cage_slip))]
     return [wide[name][list(oils)].to_numpy(dtype=float).T for name in columns]
 
 

@@ -68,7 +68,7 @@ def _heated(
     oil: OilInBearing, bearing: Bearing, points: pd.DataFrame, supply: OilSupply
 ) -> pd.DataFrame:
     """Friction of one oil's points with the oil as warm as it makes itself."""
-    speed, load, inlet = points[_POINT].to_numpy(dtype=float).T
+    speed, _, inlet = points[_POINT].to_numpy(dtype=float).T
     cold = Cases(bearing, [(oil, "stress", points[_POINT])]).problem
     known = friction_equilibrium(cold)
     latest = Neighbour.of(cold, known.solution.unknowns)
@@ -92,14 +92,10 @@ def _heated(
     warm = np.where(balance.balanced, balance.contact_temperature_c, inlet)
     at = points[_POINT].assign(inlet_temperature_c=warm)
     terms = Cases(bearing, [(oil, "stress", at)]).run(latest)
-    terms.loc[~balance.balanced, terms.select_dtypes("number").columns] = np.nan
-    return terms.assign(
-        run_id=points["run_id"].to_numpy(),
-        first_row=points["first_row"].to_numpy(),
-        pitch_speed_mm_rpm=points["pitch_speed_mm_rpm"].to_numpy(),
-        inner_speed_rpm=speed,
-        axial_load_n=load,
-        inlet_temperature_c=inlet,
+    terms.loc[~balance.balanced, _COMPARED] = np.nan
+    own = points[["run_id", "first_row", "oil", "bearing", "pitch_speed_mm_rpm", *_POINT]]
+    return own.reset_index(drop=True).assign(
+        **terms[_COMPARED],
         balanced=balance.balanced,
         heat_w=terms["torque_n_m"] * speed * RAD_S_PER_RPM,
         contact_temperature_c=balance.contact_temperature_c,

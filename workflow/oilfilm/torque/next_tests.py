@@ -171,35 +171,27 @@ def wanted_in_bearing(
     Raises:
         OilfilmError: No operating point has a gradient.
     """
-    free = np.flatnonzero(known.free)
-    step = _STEP * np.eye(len(known.internal))[free]
-    # every constant to either side, then all traction
-    still = np.zeros((1, len(known.internal)))
-    moved = known.internal + np.concatenate([still, step, still, -step, still])
-    factor = np.exp(
-        np.repeat([*[0.0] * (len(free) + 1), _STEP, *[0.0] * len(free), -_STEP], len(duty))
+    free, count = np.flatnonzero(known.free), len(known.internal)
+    # every constant to either side, and all traction
+    step = _STEP * np.eye(count + 1)[[*free, count]]
+    moves = np.concatenate([np.zeros((1, count + 1)), step, -step])
+    constants = to_constants(known.law, known.internal + moves[:, :-1])
+    load, speed, heat = np.tile(duty.T, len(moves))
+    terms = oil.with_constants(np.repeat(constants, len(duty), axis=0)).run(
+        *(bearing, load, speed, heat), traction_factor=np.exp(np.repeat(moves[:, -1], len(duty)))
     )
-    constants = np.repeat(to_constants(known.law, moved), len(duty), axis=0)
-    load, speed, heat = np.tile(duty.T, len(moved))
-    drawn = oil.with_constants(constants)
-    terms = drawn.run(bearing, load, speed, heat, traction_factor=factor)
     first = terms.iloc[: len(duty)]
-    rolling, pressure = first["entrainment_speed_m_s"], first[[*_PRESSURES]].to_numpy()
-    places = place(
-        contact.load_n(pressure),
-        np.repeat(rolling.to_numpy()[:, np.newaxis], 2, axis=1),
-        np.repeat(duty[:, 2:], 2, axis=1),
+    rolling, pressure = first[["entrainment_speed_m_s"]], first[[*_PRESSURES]].to_numpy()
+    both = (np.repeat(each, 2, axis=1) for each in (rolling.to_numpy(), duty[:, 2:]))
+    places = place(contact.load_n(pressure), *both)
+    # by target, moves and operating points
+    values = np.moveaxis(
+        terms[["torque_n_m", "cage_slip"]].to_numpy(dtype=float).reshape(len(moves), -1, 2), 2, 0
     )
-    converged = terms["converged"].to_numpy(dtype=bool).reshape(len(moved), -1)
+    converged = terms["converged"].to_numpy(dtype=bool).reshape(len(moves), -1)
     solved: BoolArray = np.asarray(converged.all(axis=0))
+    smooth: BoolArray = solved & np.all([_is_smooth(each) for each in values], axis=0)
     labels = [f"{load:g} N, {speed:g} rpm, {heat:g} degC" for load, speed, heat in duty]
-    values = {
-        target: terms[column].to_numpy(dtype=float).reshape(len(moved), -1)
-        for target, column in zip(BEARING_TARGETS, ("torque_n_m", "cage_slip"), strict=True)
-    }
-    smooth = solved.copy()
-    for each in values.values():
-        smooth &= _is_smooth(each, len(free) + 1)
     left_out = [
         f"{label}: " + ("it jumps with the constants" if good else "no equilibrium")
         for label, good, kept in zip(labels, solved, smooth, strict=True)
@@ -210,25 +202,22 @@ def wanted_in_bearing(
             f"{oil.name} in {bearing.name}: no duty point has a steady motion that follows the "
             f"law's constants ({left_out[0]}). Choose other duty points."
         )
-    wanted = {}
-    for target, each in values.items():
-        middle, ends = each[0], each[1:].reshape(2, len(free) + 1, -1)
-        gradient = (ends[0] - ends[1]).T / (2 * _STEP)
+    wanted, kept = {}, list(compress(labels, smooth))
+    for target, (middle, *ends) in zip(BEARING_TARGETS, values[..., smooth], strict=True):
+        forward, back = np.split(np.array(ends), 2)
+        gradient = (forward - back).T / (2 * _STEP)
         if target == "torque":
             gradient = gradient / middle[:, np.newaxis]
-        kept = list(compress(labels, smooth))
-        by_constants, lever = gradient[smooth, :-1], gradient[smooth, -1]
-        wanted[target] = Wanted(
-            target, kept, middle[smooth], by_constants, lever, places[smooth], left_out
-        )
+        by_constants, lever = gradient[:, :-1], gradient[:, -1]
+        wanted[target] = Wanted(target, kept, middle, by_constants, lever, places[smooth], left_out)
     return wanted
 
 
-def _is_smooth(values: FloatArray, free: int) -> BoolArray:
+def _is_smooth(values: FloatArray) -> BoolArray:
     """Whether forward and backward differences agree, over all constants together."""
-    ends = values[1:].reshape(2, free, -1)
-    first = np.linalg.norm(ends[0] - ends[1], axis=0) / 2
-    second = np.linalg.norm(ends[0] + ends[1] - 2 * values[0], axis=0)
+    forward, back = np.split(values[1:], 2)
+    first = np.linalg.norm(forward - back, axis=0) / 2
+    second = np.linalg.norm(forward + back - 2 * values[0], axis=0)
     # rounding of the equilibrium, where nothing depends on the law
     floor = 1e-9 * np.maximum(np.abs(values[0]), 1e-3)
     return np.asarray(second <= _LARGEST_BEND * first + floor)
@@ -377,13 +366,13 @@ def plan_oil(
         )
     fitted = FittedLaw.of_configured(results, oil)
     known = known_of(fitted, results.points, oil, rig.calibration)
-    film = Film(contact, properties, settings.film)
+    film = Film(contact, properties, settings.film.thickness)
     plan = settings.plan
     feasible = candidates(plan.levels, rig, name, film, settings.gates.lambda_limit, known)
     wanted: dict[str, Wanted] = {}
     if request.bearing is not None and set(request.targets) & set(BEARING_TARGETS):
-        in_bearings = oils_in_bearings(results.coefficients, results.fit_quality, settings)
-        own = [each for each in in_bearings if each.name == oil]
+        quality = results.fit_quality[results.fit_quality["oil"] == oil]
+        own = oils_in_bearings(results.coefficients, quality, settings)
         if not own:
             raise OilfilmError(
                 f"{oil}: the rigs of the campaign have different contacts, so that its law cannot "

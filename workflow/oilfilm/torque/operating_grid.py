@@ -7,10 +7,9 @@ import numpy as np
 import pandas as pd
 
 from oilfilm.fits.fitted import FittedLaw
-from oilfilm.physics.film import contact_film
+from oilfilm.physics.film import Thickness, contact_film
 from oilfilm.physics.oils import Oil
 from oilfilm.physics.rigs import Contact
-from oilfilm.settings.config import FilmSettings
 from oilfilm.settings.resolved import Settings
 from oilfilm.traction.law import CONDITIONS, QUANTITIES, Observations, to_internal
 from oilfilm.units import M_PER_UM, FloatArray
@@ -86,12 +85,12 @@ class Film:
     Attributes:
         contact: The contact.
         oil: The oil.
-        settings: `film` of the configuration: which film over which roughness.
+        thickness: Which film, as `film.thickness` of the configuration.
     """
 
     contact: Contact
     oil: Oil
-    settings: FilmSettings
+    thickness: Thickness
 
     def over(self, grid: Grid) -> tuple[FloatArray, FloatArray]:
         """Film thickness in um and lambda, both of shape `grid.shape`.
@@ -102,7 +101,7 @@ class Film:
         thickness_m, lambda_ratio = contact_film(
             self.oil,
             self.contact,
-            **self.settings.model_dump(),
+            self.thickness,
             load_n=self.contact.load_n(pressure),
             entrainment_speed_m_s=speed,
             inlet_temperature_c=temperature,
@@ -116,7 +115,7 @@ def films(settings: Settings) -> dict[str, Film]:
     contacts = (rig.contact() for rig in settings.rigs.values())
     known = [each for each in contacts if each and not np.isnan(each.roughness_rq_m)]
     return {
-        name: Film(known[0], oil.properties(), settings.film)
+        name: Film(known[0], oil.properties(), settings.film.thickness)
         for name, oil in settings.oils.items()
         if known and oil is not None
     }

@@ -3,7 +3,6 @@
 Decides: what a comparison with simulated torque shows.
 """
 
-import numpy as np
 import pandas as pd
 
 from oilfilm import tables
@@ -16,12 +15,10 @@ def torque_control(results: CampaignTables, settings: Settings) -> pd.DataFrame:
     """One row per oil with simulated torque logs; none where the torque was measured.
 
     Args:
-        results: Tables `torque`, `torque_truth` and `fit_quality`.
+        results: Tables `torque_truth` and `fit_quality`.
         settings: `audit` and the campaign's `oils` and `twin`.
     """
     fitted = results.configured.fit_quality.set_index("oil")["law"]
-    sure = without_bistable(results.torque)
-    torque = sure[sure["load_variable"] == "stress"]
     rows = []
     planted = results.torque_truth.groupby("oil")["law_misfit"].first()
     for oil in settings.campaign.oils:
@@ -32,17 +29,7 @@ def torque_control(results: CampaignTables, settings: Settings) -> pd.DataFrame:
             verdict = "positive control"
         if misfit > settings.audit.twin_misfit_max:
             verdict = "two truths"
-        error = torque.loc[torque["oil"] == oil, "relative_error"].dropna().abs()
-        rows.append(
-            {
-                "oil": oil,
-                "verdict": verdict,
-                "law_misfit": misfit,
-                "n_plateaus": len(error),
-                "median_torque_error": error.median() if len(error) else np.nan,
-                "largest_torque_error": error.max() if len(error) else np.nan,
-            }
-        )
+        rows.append({"oil": oil, "verdict": verdict, "law_misfit": misfit})
     return tables.from_rows(rows, "torque_control")
 
 

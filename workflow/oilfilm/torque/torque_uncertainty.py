@@ -134,7 +134,7 @@ def _normal(draws: int, variables: int, random: np.random.Generator) -> FloatArr
 
 
 def drawn(
-    problem: FrictionProblem,
+    found: FrictionEquilibrium,
     groups: Sequence[tuple[str, Oil, LawInBearing]],
     number: IndexArray,
     calculated: pd.DataFrame,
@@ -144,7 +144,7 @@ def drawn(
     """Torque, cage slip and lambda of each draw, shape (3, draws, points).
 
     Args:
-        problem: What was calculated.
+        found: The equilibria without draws.
         groups: Name of an oil, its properties and its law, of each group of points.
         number: Index of each point's group, rising.
         calculated: The results without draws.
@@ -168,15 +168,16 @@ def drawn(
     if len(which) == 0:
         return results
     known, of_point = calculated.iloc[which], [(groups[at][2], draws[at]) for at in number[which]]
-    coarse = replace(problem.at(which), rule=grid(*COARSE))
+    coarse = replace(found.problem.at(which), rule=grid(*COARSE))
     # the search starts from the equilibrium without draws, so that draws stay on its branch while
     # it exists
-    own_motion = friction_equilibrium(coarse)
+    unknowns = found.solution.unknowns[which]
+    own_motion = friction_equilibrium(coarse, Neighbour.of(coarse, unknowns))
     every = _with_draws(coarse, of_point, factors, known["mean_traction_coefficient"].to_numpy())
     point = np.repeat(np.arange(len(which)), count)
     neighbour = Neighbour.of(coarse, own_motion.solution.unknowns).at(point)
-    found = friction_equilibrium(every, neighbour)
-    values, unknowns = _results(found), found.solution.unknowns
+    of_draws = friction_equilibrium(every, neighbour)
+    values, unknowns = _results(of_draws), of_draws.solution.unknowns
     # a draw whose branch has ended is on the other one: near the slowest cage of its point
     if len(lost := np.flatnonzero(np.isnan(values[0]))):
         slip = values[1].reshape(-1, count)

@@ -130,18 +130,14 @@ def _judge(claim: Claim, basis: View) -> tuple[dict[str, Any], Numbers]:
 
     It holds if every fair reading of it does, and fails if none holds in a fair share.
     """
-    audit, outcomes = basis.settings.audit, {}
-    boxes = ("tested", "extrapolated")
-    for name in boxes if claim.judged_on in boxes else (claim.judged_on,):
-        grid = box(basis.settings, name) if name in boxes else basis.grid
-        try:
-            outcomes[name] = check(claim.id, replace(basis, grid=grid))
-        except NotCheckableError as why:
-            # a box may have no condition that the claim is about
-            if name == claim.judged_on or str(why) != "no condition":
-                reason = {"verdict": "cannot be checked", "reason_code": str(why)}
-                return reason | {"worst_oil": "", "cases": 0}, {}
-    outcome = outcomes[claim.judged_on]
+    audit, grid = basis.settings.audit, basis.grid
+    if claim.judged_on == "extrapolated":
+        grid = box(basis.settings, claim.judged_on)
+    try:
+        outcome = check(claim.id, replace(basis, grid=grid))
+    except NotCheckableError as why:
+        reason = {"verdict": "cannot be checked", "reason_code": str(why)}
+        return reason | {"worst_oil": "", "cases": 0}, {}
     others = (outcome.numbers.get(name, np.nan) for name in claim.readings)
     known = [share for share in others if isinstance(share, float) and not np.isnan(share)]
     read = [outcome.share, *known]
@@ -155,6 +151,5 @@ def _judge(claim: Claim, basis: View) -> tuple[dict[str, Any], Numbers]:
         "reason_code": "",
         "cases": len(outcome.cases),
         "share": outcome.share,
-        **{f"share_{name}_box": each.share for name, each in outcomes.items()},
         **outcome.worst_case(claim.worst).add_prefix("worst_"),
     }, {"share": {str(oil): share for oil, share in by_oil.items()}, **outcome.numbers}

@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 
 from oilfilm.fits.fitted import FittedLaw
+from oilfilm.physics.film import Thickness
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.torque.operating_grid import AXES, Grid, films, traction
@@ -125,12 +126,12 @@ class View:
         """The same of the oils that the claims are about, the most viscous first."""
         return self.mu(self.falling_viscosity, **levels)
 
-    def films(self, *oils: str, **changed: str) -> FloatArray:
+    def films(self, *oils: str, thickness: Thickness | None = None) -> FloatArray:
         """Film thickness in um and lambda over the grid, shape (2, oils, P, U, T, S).
 
         Args:
             oils: The oils; without any, those of the claims whose film is known.
-            changed: What differs from the settings of the film.
+            thickness: Which film; that of the settings if not given.
 
         Raises:
             NotCheckableError: An oil or the contact is not known well enough.
@@ -139,8 +140,8 @@ class View:
         oils = oils or tuple(oil for oil in self.falling_viscosity if oil in known)
         if not oils or not set(oils) <= set(known):
             raise NotCheckableError("no film")
-        how = self.settings.film.model_copy(update=changed)
-        each = [replace(known[oil], settings=how).over(self.grid) for oil in oils]
+        how = thickness or self.settings.film.thickness
+        each = [replace(known[oil], thickness=how).over(self.grid) for oil in oils]
         return np.stack(each, axis=1)
 
     def by_oil(

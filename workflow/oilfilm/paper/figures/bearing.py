@@ -19,10 +19,7 @@ from oilfilm.units import RAD_S_PER_RPM
 
 _FIELD = 0.45  # share of an oil's colour in its field
 # Where there is no best oil: symbol and its meaning, by judgement.
-_NO_CHOICE = {
-    "no film": ("x", "no film thick enough"),
-    OUTSIDE: ("+", "outside the film formula"),
-}
+_NO_CHOICE = {"no film": ("x", "no film thick enough"), OUTSIDE: ("+", "outside the film formula")}
 _NO_MAP = "The oils of selection.rules have no law or no film here:\nno map."
 
 
@@ -87,10 +84,7 @@ def power_loss(results: CampaignTables, settings: Settings) -> Sheet:
 
 
 @register(
-    family="bearing",
-    tables=("slip_advice",),
-    settings=("oils", "bearing"),
-    requires="torque",
+    family="bearing", tables=("slip_advice",), settings=("oils", "bearing"), requires="torque"
 )
 def slip_advice(results: CampaignTables, settings: Settings) -> Sheet:
     """Choice of oil by cage slip.

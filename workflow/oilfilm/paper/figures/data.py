@@ -298,10 +298,7 @@ def _row(
 
 
 def _table(
-    title: str,
-    rows: list[dict[str, Any]],
-    notes: list[str],
-    of_paper: Mapping[str, PaperStatement],
+    title: str, rows: list[dict[str, Any]], notes: list[str], of_paper: Mapping[str, PaperStatement]
 ) -> Sheet:
     """The rows as a table with one column per thing; last, what remains in the paper's text."""
     units = {row["quantity"]: row["unit"] for row in rows}

@@ -310,11 +310,7 @@ def _zoom(axis: Axes, drawn: pd.DataFrame) -> None:
 
 
 def _draw_zero_slip(
-    whole: Panel,
-    near: Axes,
-    fits: Mapping[str, Fit],
-    results: CampaignTables,
-    settings: Settings,
+    whole: Panel, near: Axes, fits: Mapping[str, Fit], results: CampaignTables, settings: Settings
 ) -> Iterator[Any]:
     """Of one oil: the curve at which a fit has the most traction without slip."""
     starts = [
@@ -339,11 +335,7 @@ def _draw_zero_slip(
 
 
 def _draw_left_out(
-    whole: Panel,
-    errors: Axes,
-    fits: Mapping[str, Fit],
-    results: CampaignTables,
-    settings: Settings,
+    whole: Panel, errors: Axes, fits: Mapping[str, Fit], results: CampaignTables, settings: Settings
 ) -> Iterator[Any]:
     """Of one oil: the curve whose error by a Wang-Deng law grows most when left out."""
     key, oil = ["run_id", "first_row"], [fit["oil"] for fit in fits.values()][:1]

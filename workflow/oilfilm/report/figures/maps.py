@@ -9,8 +9,8 @@ from matplotlib.patches import Rectangle
 from oilfilm.fits.fitted import FittedLaw
 from oilfilm.physics.contact import Conditions
 from oilfilm.physics.film import InletOil, film_thickness
-from oilfilm.physics.heated_film import mean_film_rise
 from oilfilm.physics.rigs import Contact
+from oilfilm.physics.thermal_traction import mean_film_rise
 from oilfilm.report.figures import style
 from oilfilm.report.figures.sheet import NothingToDrawError, Panel, Sheet, oil_grid, register
 from oilfilm.settings.resolved import Settings
