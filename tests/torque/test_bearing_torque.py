@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from bearings import RIG, RPM, SETTINGS, TESTED, printed_law, problem, shipped
+from bearings import RIG, RPM, SETTINGS, printed_law, problem, shipped
 from campaigns import ROOT, oil_of, printed
 from oilfilm.bearing.friction import friction_equilibrium
 from oilfilm.bearing.quasistatic import OperatingPoints

@@ -20,7 +20,7 @@ A number alone is in the unit of the example.
 | 2 | a mistake in the command, the configuration or a file; standard error has one sentence |
 | 130 | interrupted from the keyboard |
 
-With `--json` the commands `check` and `predict` print one object per line. Unknown numbers are null.
+With `--json`, `check` and `predict` print one object per line. An unknown number is null.
 """
 
 
