@@ -9,7 +9,7 @@ import pytest
 
 from campaigns import CLAIMS, REFERENCE, Campaign, printed, sign_study, without
 from oilfilm.curation.coverage import coverage, gate_counts
-from oilfilm.logs.run_sheet import CONTRADICTION, UNLISTED
+from oilfilm.logs.run_sheet import UNLISTED
 from oilfilm.paper import study
 from oilfilm.paper.audit.audit import audit, printed_evidence
 from oilfilm.paper.extrapolation import extrapolate
@@ -18,7 +18,6 @@ from oilfilm.paper.printed_law import with_printed
 from oilfilm.paper.reference import PrintedCoefficients, read_claims
 from oilfilm.report.document import Fact, Section, facts, percent
 from oilfilm.report.sections.build import sections
-from oilfilm.report.sections.data import run_pages
 from oilfilm.report.sections.fits import certainty
 from oilfilm.report.text import text
 from oilfilm.rig_twin.truth import truth_grid
@@ -260,17 +259,6 @@ def test_remarks_on_the_run_sheet_are_not_among_what_was_refused(
     section = by_anchor(changed, config)["refused"]
     assert [row[0] for row in section.tables[0].rows] == ["thin film"]
     assert "no row for a log" not in told(section)
-
-
-def test_page_of_a_refused_run_has_the_advice_of_the_rule_that_refused_it(
-    results: CampaignTables,
-) -> None:
-    about = {"run_id": "stuck.csv", "file": "stuck.csv"}
-    remark = rows("quarantine", {**about, "rule": CONTRADICTION, "advice": "Correct the sheet."})
-    quarantine = pd.concat([remark, results.quarantine], ignore_index=True)
-    refused = results.runs[results.runs["run_id"] == "stuck.csv"]
-    (page,) = run_pages(results.replace(quarantine=quarantine, runs=refused), 9)
-    assert page["refused"].endswith("The force stays. Check the sensor.")
 
 
 def test_name_from_a_log_can_begin_no_sentence_of_its_own() -> None:

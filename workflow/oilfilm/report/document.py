@@ -72,7 +72,6 @@ class Section:
         facts: What it tells, in sentences (`facts` makes them).
         tables: What it shows; the text has those that say so.
         entries: Details, which only a page shows.
-        downloads: Whole tables, by the name of the file that a page offers.
         words: Meanings of its own words, beside those of `oilfilm.report.words`.
     """
 
@@ -81,7 +80,6 @@ class Section:
     facts: Sequence[Fact] = ()
     tables: Sequence["ShownTable"] = ()
     entries: Sequence[Entry] = ()
-    downloads: Mapping[str, pd.DataFrame] = field(default_factory=dict)
     words: Mapping[str, str] = field(default_factory=dict)
 
     def __bool__(self) -> bool:

@@ -20,8 +20,7 @@ from oilfilm.report import captions
 from oilfilm.report.document import Section
 from oilfilm.report.explorer import explorer, law_script
 from oilfilm.report.release_id import UNRELEASED
-from oilfilm.report.sections.data import drawn_points, run_pages
-from oilfilm.report.spreadsheet import csv_text
+from oilfilm.report.sections.data import drawn_points
 from oilfilm.report.words import meanings, printed
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
@@ -37,6 +36,10 @@ _LOOKS = {
     "bad": "at a bound, not identifiable, fails, another law is better, refused, not certified, "
     "no, not sound, worse",
 }
+
+
+# Of a picture in the page, beside its content.
+_LONGEST_TAG = 200
 
 
 @dataclass(frozen=True)
@@ -95,7 +98,6 @@ def html(
     data = {
         **explorer(results, settings),
         "points": drawn_points(results.points, settings.report.points_max),
-        "runs": run_pages(results, settings.report.rows_max),
     }
     context = {
         "sections": sections,
@@ -109,31 +111,22 @@ def html(
             (Markup(mathml(LAWS[name])), LAWS[name].source)  # noqa: S704  (our own text)
             for name in dict.fromkeys(results.configured.coefficients["law"])
         ],
-        "run_count": len(results.runs),
         "gallery": gallery,
         "signals": signals,
         "data": data,
         "scripts": [Markup(law_script(LAWS.values())), _asset("page.js")],  # noqa: S704
     }
-    files = {
-        picture.file: _address("image/png", picture.png.read_bytes())
-        for picture in (*(each for shown in gallery.values() for each in shown), *signals)
-    }
-    # the mark of UTF-8, without which some spreadsheets take it for another encoding
-    files |= {
-        name: _address("text/csv;charset=utf-8", csv_text(frame).encode("utf-8-sig"))
-        for section in sections
-        for name, frame in section.downloads.items()
-    }
-    # the smallest files first: as many as there is room for
-    embedded = dict(sorted(files.items(), key=lambda file: len(file[1])))
+    pictures = [*(each for shown in gallery.values() for each in shown), *signals]
+    files = {each.file: base64.b64encode(each.png.read_bytes()).decode() for each in pictures}
+    embedded: dict[str, str] = {}
     page = _template().render(context, embedded=embedded)
-    limit = settings.report.size_max_mb * 1e6
-    while embedded and (excess := len(page.encode()) - limit) > 0:
-        while embedded and excess > 0:
-            excess -= len(embedded.popitem()[1])
-        page = _template().render(context, embedded=embedded)
-    return page
+    room = settings.report.size_max_mb * 1e6 - len(page.encode())
+    # the smallest files first: as many as there is room for
+    for file, content in sorted(files.items(), key=lambda each: len(each[1])):
+        room -= len(content) + _LONGEST_TAG
+        if room > 0:
+            embedded[file] = f"data:image/png;base64,{content}"
+    return _template().render(context, embedded=embedded)
 
 
 def _look(verdict: str) -> str:
@@ -155,11 +148,6 @@ def _words(sections: Sequence[Section]) -> list[tuple[str, str]]:
             texts += [table.caption, *(column.heading for column in table.columns)]
             texts += [cell for row in table.rows for cell in row]
     return meanings(" | ".join(texts), *(section.words for section in sections))
-
-
-def _address(kind: str, content: bytes) -> str:
-    """A file as an address that has all of it."""
-    return f"data:{kind};base64,{base64.b64encode(content).decode('ascii')}"
 
 
 def _asset(name: str) -> Markup:

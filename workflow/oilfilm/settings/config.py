@@ -592,7 +592,7 @@ class ReportSettings(Group):
 
     size_max_mb: float = key("Size of the page; further pictures are left out.", unit="MB", gt=0)
     rows_max: int = key("Rows of a list of refusals or of runs; the rest is counted.", ge=1)
-    points_max: int = key("Measured points in the explorer and in pages of runs.", ge=1)
+    points_max: int = key("Measured points in the explorer.", ge=1)
     nearby: NearbySettings = key("Points shown beside a curve.")
 
 

@@ -55,7 +55,7 @@ def fits(results: CampaignTables) -> Section:
         show_declared(quality.join(sure, on="oil"), "fit_quality"),
         show_declared(results.lack_of_fit, "lack_of_fit"),
     ]
-    return Section("fits", "Fits", made, shown, downloads={"fit_quality.csv": quality})
+    return Section("fits", "Fits", made, shown)
 
 
 def curve_facts(quality: pd.DataFrame, residuals: pd.DataFrame) -> list[Fact]:
@@ -193,7 +193,6 @@ def constants(results: CampaignTables) -> Section:
         "Constants",
         made,
         [_of_oil(coefficients, oil, place) for place, oil in enumerate(oils)],
-        downloads={"coefficients.csv": fits.coefficients},
     )
 
 
