@@ -417,6 +417,7 @@ def test_map_shows_the_state_of_each_condition(config: Settings) -> None:
     cells = cells.assign(oil="4102", planned=True, runs_accepted=1)
     cells.loc[0, ["runs_accepted", "runs_refused"]] = 0, 2
     figure, drawn = draw("coverage", CampaignTables.in_memory(coverage=cells), config)
-    assert drawn["series"].value_counts().to_dict() == {"accepted": len(cells) - 1, "refused": 1}
+    states = {"accepted": len(cells) - 1, "refused": 1}
+    assert drawn["series"].value_counts().to_dict() == states
     assert drawn.loc[drawn["series"] == "refused", "words"].tolist() == ["0/2"]
     assert nothing_is_cut_off(figure)

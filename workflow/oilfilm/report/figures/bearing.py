@@ -37,9 +37,8 @@ def torque(results: CampaignTables, settings: Settings) -> Sheet:
     Friction torque (N m) against speed of the inner ring, one panel per oil and axial load.
     Symbols: measured torque; bars: 95 % interval from random error and calibration. Lines:
     torque calculated with the pressure-based law and with the load-based Wang-Deng law. Bands:
-    95 % interval from refits of the law, calibration and the other terms of the torque. Above
-    each panel: median error of each law, and points that agree within twice the standard
-    uncertainty of the difference. Crosses: the cage may roll or skid.
+    95 % interval from refits of the law, calibration and the other terms of the torque. Crosses:
+    the cage may roll or skid.
     """
     table = _in_sets(results.torque, settings)
     levels = sorted(set(table["level"]))
@@ -48,18 +47,12 @@ def torque(results: CampaignTables, settings: Settings) -> Sheet:
         "No torque was measured, or no law could be evaluated.",
         sorted(set(table["load"])),
         lambda load, oil: f"{oil}, {_kilonewtons(load)}",
-        **{"height": 1.2, "top": 0.45, "down": 0.55, "sharex": True, "sharey": "row"},
-        width=style.DOUBLE_COLUMN_IN,
+        **{"height": 1.2, "sharex": True, "sharey": "row", "width": style.DOUBLE_COLUMN_IN},
     )
     for panel, load, oil in panels:
-        panel.axis.set_title(panel.axis.get_title(loc="left"), pad=18)
         rows = table[(table["oil"] == oil) & (table["load"] == load)]
         for level, (fill, dashes) in zip(levels, itertools.cycle(_LEVELS), strict=False):
             _draw_torque(panel, rows[rows["level"] == level], f"{level:.0f} degC", fill, dashes)
-        for line, (law, colour) in enumerate(_LAWS.items()):
-            place: style.Look = {"transform": panel.axis.transAxes, "fontsize": 6}
-            agreement = _agreement(rows[rows["load_variable"] == law])
-            panel.axis.text(0, 1.11 - 0.09 * line, agreement, color=colour, **place)
     sheet.label(style.SPEED_LABEL, "Friction torque (N m)", fontsize=7)
     laws = [law for law in _LAWS if (table["load_variable"] == law).any()]
     handles: list[Any] = [Patch(color=_LAWS[law], label=load_variable(law)) for law in laws]
@@ -91,17 +84,6 @@ def _draw_torque(panel: Panel, rows: pd.DataFrame, label: str, fill: str, dashes
     about |= {"lower": values - bar, "upper": values + bar}
     look = {"color": "black", "marker": "o", "fillstyle": fill, "elinewidth": 0.7}
     panel.dots("measured", speed[own], values, look, **about)
-
-
-def _agreement(of_law: pd.DataFrame) -> str:
-    """Median error of a law, and at how many points it agrees with the measurement."""
-    sure = of_law[~of_law["bistable"]].dropna(subset=["relative_error"])
-    if sure.empty:
-        return ""
-    agree = (sure["verdict"] == "compatible").sum()
-    known = (sure["verdict"] != "not known").any()
-    agrees = f", {agree} of {len(sure)} agree" if known else ""
-    return f"error {100 * sure['relative_error'].abs().median():.2g} %{agrees}"
 
 
 def _in_sets(table: pd.DataFrame, settings: Settings) -> pd.DataFrame:

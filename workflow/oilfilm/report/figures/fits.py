@@ -13,7 +13,14 @@ from oilfilm.fits.law_comparison import laws_of
 from oilfilm.fits.problem import curve_data
 from oilfilm.report.document import number, significant
 from oilfilm.report.figures import style
-from oilfilm.report.figures.sheet import Panel, Sheet, oil_grid, register, table_page
+from oilfilm.report.figures.sheet import (
+    NothingToDrawError,
+    Panel,
+    Sheet,
+    oil_grid,
+    register,
+    table_page,
+)
 from oilfilm.report.words import law_name
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
@@ -23,8 +30,7 @@ from oilfilm.traction.law import QUANTITIES
 _ROW_IN = 0.17
 _IN_STEP = "\N{DAGGER}"
 _REACH = 4.5  # naive standard errors to either side of a profile
-_NAMED = 2  # profiles that bend most ...
-_BENT = 0.05  # ... by this at least, in naive standard errors
+_BENT = 0.05  # of them, by which a profile that is named bends at least
 _ENDS = ("pressure", "speed", "temperature")
 # Kinds of error, from those on the fitted curves themselves to the farthest: how each is drawn.
 _KINDS: dict[str, style.Look] = {
@@ -150,8 +156,6 @@ def identifiability(results: CampaignTables, settings: Settings) -> Sheet:
     sheet.axes[len(oils)].set_ylabel("Signed root of the rise\nof the squared error")
     below = sheet.axes[len(oils) + len(oils) // 2]
     below.set_xlabel("Distance from the fit in naive standard errors")
-    if lost := [oil for oil in every if oil not in oils]:
-        sheet.legend(style.lost_handles(lost, "no fit"))
     return sheet
 
 
@@ -177,73 +181,52 @@ def _draw_profiles(
 ) -> None:
     """Profiles over the distance from the fit, in naive standard errors."""
     panel.axis.axline((0, 0), slope=1, color=style.GREY, linewidth=0.6)
-    of_constant, bends = fitted.set_index("constant"), {}
-    for constant, line in profiles.groupby("constant", sort=False):
-        best, error = (
-            float(of_constant[name].loc[str(constant)])
-            for name in ("value", "naive_standard_error")
-        )
-        x, root = (line["value"] - best) / error, line["signed_root"]
+    lines = profiles.merge(fitted, on="constant", suffixes=("", "_fitted"))
+    distance = (lines["value"] - lines["value_fitted"]) / lines["naive_standard_error"]
+    for constant, line in lines.assign(distance=distance).groupby("constant", sort=False):
         look: style.Look = {"color": style.oil_colour(oil, oils), "linewidth": 0.7}
-        panel.line("profile", x, root, look, oil=oil, label=constant)
-        bends[str(constant)] = float((root - x).abs().max())
+        x, y = line["distance"], line["signed_root"]
+        panel.line("profile", x, y, look, oil=oil, label=constant)
     panel.axis.set(xlim=(-_REACH, _REACH), ylim=(-_REACH, _REACH), aspect="equal")
-    most = [name for name in sorted(bends, key=lambda name: -bends[name]) if bends[name] > _BENT]
-    labels = [f"{name}: off the line by {bends[name]:.2g}" for name in most[:_NAMED]]
+    off = (lines["signed_root"] - distance).abs().groupby(lines["constant"]).max()
+    most = off[off > _BENT].nlargest(2)
+    labels = [f"{name}: off the line by {bend:.2g}" for name, bend in most.items()]
     place: style.Look = {"va": "top", "fontsize": 6, "transform": panel.axis.transAxes}
     panel.axis.text(0.03, 0.97, "\n".join(labels), **place)
 
 
 @register(
     family="law",
-    tables=("points", "fit_quality", "coefficients"),
-    settings=("oils", "rigs"),
+    tables=("fit_quality",),
+    settings=("oils",),
 )
 def law_errors(results: CampaignTables, settings: Settings) -> Sheet:
-    """Laws at zero slip and on data left out.
+    """Errors of the laws.
 
-    (a) Traction coefficient at zero slip by each law, at every tested condition, cold to hot;
-    laws that are not shown have none. (b) Rms error of each law over the rms of the measured
-    traction coefficient: on fitted curves, on curves left out, and on the lowest and highest
-    levels of pressure, speed and temperature left out. Open symbols: fit not certified (the
-    table of the comparison says why); constants at a bound are named. The groups and readings
-    of the Wang-Deng laws are ours.
+    Rms error of each law over the rms of the measured traction coefficient: on fitted curves, on
+    curves left out, and on the lowest and highest levels of pressure, speed and temperature left
+    out. Open symbols: fit not certified (the table of the comparison says why); constants at a
+    bound are named. The groups and readings of the Wang-Deng laws are ours.
     """
     compared, oils = results.fit_quality.dropna(subset="rmse"), list(settings.oils)
     laws = list(dict.fromkeys(compared["law"]))
-    heights = (1.5, 0.34 * max(len(laws), 1) + 0.1)
-    layout: style.Look = {"width": style.DOUBLE_COLUMN_IN, "left": 1.75, "down": 0.6}
-    sheet = Sheet(2, height=heights, **layout)
-    above = sheet.panel(0, "Traction without slip at the tested conditions")
-    below = sheet.panel(1, "Errors of the laws")
-    starting = list(compared.loc[compared["zero_slip_traction"] != 0, "law"].unique())
     if not laws:
-        above.say("no law could be fitted")
-    elif not starting:
-        above.say("every law that was compared has no traction without slip")
+        raise NothingToDrawError("no law could be fitted")
+    sheet = Sheet(width=style.DOUBLE_COLUMN_IN, left=1.75, height=0.34 * len(laws) + 0.1)
+    panel = sheet.panel(title=None)
     for fit in tables.rows(compared):
         # laws are apart by one, their oils by so much that many stay within their law
         among = oils.index(fit["oil"]) - (len(oils) - 1) / 2
-        if fit["law"] in starting:
-            y = starts_of(results, fit["oil"], fit["law"], settings)["y"].to_numpy()
-            apart = min(0.26, 0.8 / len(oils))
-            x = starting.index(fit["law"]) + (among + np.linspace(-0.35, 0.35, len(y))) * apart
-            above.axis.plot(x, 1e3 * y, **symbol_of(fit, oils), markeredgewidth=0.5)
-            above.keep("zero slip", x, y, oil=fit["oil"], label=_label(fit))
-        _draw_errors(below, fit, laws.index(fit["law"]) + among * min(0.24, 0.8 / len(oils)), oils)
-    above.axis.axhline(0, color="black", linewidth=0.8)
-    above.axis.set_xticks(range(len(starting)), map(law_name, starting))
-    above.axis.set_xlim(-0.5, max(len(starting), 1) - 0.5)
-    above.axis.grid(visible=False, axis="x")
-    above.axis.set_ylabel(f"{style.MU} at S = 0 ({style.THOUSANDTHS})")
-    below.axis.set_yticks(range(len(laws)), [_with_bounds(compared, law) for law in laws])
-    below.axis.set(ylim=(len(laws) - 0.45, -0.55), xscale="log")
-    below.axis.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+        _draw_errors(panel, fit, laws.index(fit["law"]) + among * min(0.24, 0.8 / len(oils)), oils)
+    axis = panel.axis
+    axis.set_yticks(range(len(laws)), [_with_bounds(compared, law) for law in laws])
+    axis.set(ylim=(len(laws) - 0.45, -0.55), xscale="log")
+    axis.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
     # decimals as each level needs them: 0.2 %, 100 %
-    below.axis.xaxis.set_major_formatter(lambda value, _: f"{100 * value:.3g}%")
-    below.axis.xaxis.set_minor_formatter(NullFormatter())
-    below.axis.grid(visible=False, axis="y")
-    below.axis.set_xlabel(f"Rms error over rms of measured {style.MU}")
+    axis.xaxis.set_major_formatter(lambda value, _: f"{100 * value:.3g}%")
+    axis.xaxis.set_minor_formatter(NullFormatter())
+    axis.grid(visible=False, axis="y")
+    axis.set_xlabel(f"Rms error over rms of measured {style.MU}")
     white: style.Look = {"color": "black", "markerfacecolor": "white", "linestyle": ""}
     kinds = [style.line_handle(kind, **white, **look) for kind, look in _KINDS.items()]
     sheet.legend([*style.oil_patches(style.oils_in(compared, settings), oils), *kinds])
@@ -269,16 +252,16 @@ def _draw_errors(panel: Panel, fit: Mapping[str, Any], height: float, oils: Sequ
     colour = style.oil_colour(fit["oil"], oils)
     left_out = fit["left_out_rmse"] * fit["relative_rms"] / fit["rmse"]
     ends = [fit[f"{end}_end_out_relative_rms"] for end in _ENDS]
-    errors = [np.array([fit["relative_rms"]]), np.array([left_out]), np.array(ends)]
-    every = np.concatenate(errors)
-    line = [np.nanmin(every), np.nanmax(every)]
+    errors = [fit["relative_rms"]], [left_out], ends
+    line = [np.nanmin(np.concatenate(errors)), np.nanmax(np.concatenate(errors))]
     panel.axis.plot(line, [height] * 2, color=colour, linewidth=0.6)
     face = {"color": colour, "markerfacecolor": colour if fit["certified"] else "white"}
-    about = {"oil": fit["oil"], "label": _label(fit)}
+    label = fit["law"] if fit["certified"] else f"{fit['law']}, not certified"
     for (kind, look), values in zip(_KINDS.items(), errors, strict=True):
-        known = values[~np.isnan(values)]
-        if len(known):
-            panel.dots(kind, known, np.full(len(known), height), face | look, **about)
+        known = np.array(values)[~np.isnan(values)]
+        panel.dots(
+            kind, known, np.full(len(known), height), face | look, oil=fit["oil"], label=label
+        )
 
 
 def _with_bounds(compared: pd.DataFrame, law: str) -> str:
@@ -293,8 +276,3 @@ def symbol_of(fit: Mapping[str, Any], oils: Sequence[str]) -> style.Look:
     look = style.oil_look(fit["oil"], oils)
     face = look["color"] if fit["certified"] else "white"
     return {**look, "markerfacecolor": face, "linestyle": ""}
-
-
-def _label(fit: Mapping[str, Any]) -> str:
-    """A law, and where it is so that its fit has no certificate."""
-    return str(fit["law"]) if fit["certified"] else f"{fit['law']}, not certified"

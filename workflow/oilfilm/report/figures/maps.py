@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 from matplotlib.patches import Rectangle
+from matplotlib.ticker import MaxNLocator
 
 from oilfilm.fits.fitted import FittedLaw
 from oilfilm.physics.contact import Conditions
@@ -25,12 +26,11 @@ _ROUNDS = 30  # in which a colder inlet and the heat of its film come to agree
 _SPEED_TICKS = (1, 2, 5, 10, 20, 50, 100, 200)
 _SLIP_TICKS = (0.001, 0.003, 0.01, 0.03, 0.1, 0.3)
 _FILM_TICKS = (0.5, 1, 2, 5, 10, 20, 50, 100)
-_STRESS_LEVELS = 8  # isolines of the mean shear stress
 
 
 @register(
     family="law",
-    tables=("points", "coefficients", "fit_quality"),
+    tables=("coefficients", "fit_quality"),
     settings=("figures", "film", "gates", "oils", "rigs"),
 )
 def friction_map(results: CampaignTables, settings: Settings) -> Sheet:
@@ -38,10 +38,7 @@ def friction_map(results: CampaignTables, settings: Settings) -> Sheet:
 
     Traction coefficient of the fitted law (colour) over entrainment speed (m/s) and slide-roll
     ratio, one column of panels per oil and one row per maximum Hertz pressure, at one inlet
-    temperature. Thin lines: mean shear stress (MPa), two thirds of the maximum Hertz pressure
-    times the traction coefficient. Thick line: the largest traction coefficient of all accepted
-    points of the oil; beyond it the law asks for more shear stress per pressure than any test
-    has shown. Dotted line: limiting shear stress of the oil over pressure (Bair and Winer
+    temperature. Dotted line: limiting shear stress of the oil over pressure (Bair and Winer
     1979); no film carries more. Dashed line: limit of lambda, below which the film is not full.
     Frame: tested conditions.
     """
@@ -62,28 +59,21 @@ def friction_map(results: CampaignTables, settings: Settings) -> Sheet:
     mu = {oil: traction(law, grid) for oil, law in laws.items()}
     over_roughness = {oil: film.over(grid)[1] for oil, film in films(settings).items()}
     highest, handles = max(float(np.nanmax(field)) for field in mu.values()), dict[str, Any]()
+    levels = MaxNLocator(20).tick_values(0, highest)
     for panel, (row, pressure), oil in panels:
         panel.axis.set(xscale="log", yscale="log")
         field = mu[oil][row, :, 0].T
         lambda_ratio = np.full_like(field, np.nan)
         if oil in over_roughness:
             lambda_ratio = over_roughness[oil][row, :, 0].T
-        look: style.Look = {"cmap": "viridis", "vmin": 0, "vmax": highest, "rasterized": True}
-        image = panel.axis.pcolormesh(speed, slip, field, shading="gouraud", **look)
-        accepted = results.points[results.points["accepted"] & (results.points["oil"] == oil)]
-        largest = accepted["traction_coefficient"].abs().max()
-        stress_mpa = 1e3 * 2 / 3 * pressure * field
-        most = [laws[oil].coefficients.limiting_stress_ratio]
-        for label, of_line, levels, dashes, width in (
-            ("mean shear stress (MPa)", stress_mpa, _STRESS_LEVELS, "-", 0.4),
-            (f"largest measured {style.MU}", field, [largest], "-", 1.6),
+        image = panel.axis.contourf(speed, slip, field, levels)
+        most = laws[oil].coefficients.limiting_stress_ratio
+        for label, of_line, level, dashes, width in (
             ("limiting shear stress", field, most, ":", 1.6),
-            (f"lambda = {limit:g}", lambda_ratio, [limit], "--", 0.9),
+            (f"lambda = {limit:g}", lambda_ratio, limit, "--", 0.9),
         ):
-            look = {"colors": "black", "linestyles": dashes, "linewidths": width}
-            drawn = panel.axis.contour(speed, slip, of_line, levels, **look)
-            if levels is _STRESS_LEVELS:
-                panel.axis.clabel(drawn, fontsize=5, fmt="%g")
+            look: style.Look = {"colors": "black", "linestyles": dashes, "linewidths": width}
+            drawn = panel.axis.contour(speed, slip, of_line, [level], **look)
             if any(len(path) for path in drawn.get_paths()):
                 look = {"color": "black", "linestyle": dashes, "linewidth": width}
                 handles[label] = style.line_handle(label, **look)
@@ -91,7 +81,6 @@ def friction_map(results: CampaignTables, settings: Settings) -> Sheet:
         panel.axis.grid(False)
         for series, values in (("mu", field), ("lambda", lambda_ratio)):
             panel.keep(series, mesh[0].ravel(), mesh[1].ravel(), oil=oil, value=values.ravel())
-        panel.keep("largest measured mu", np.nan, oil=oil, value=largest)
     style.log_ticks(sheet.axes[0].xaxis, _SPEED_TICKS)
     style.log_ticks(sheet.axes[0].yaxis, _SLIP_TICKS)
     sheet.axes[0].set(xlim=(speed[0], speed[-1]), ylim=(slip[0], slip[-1]))

@@ -40,7 +40,6 @@ _MARK_IN = 0.14  # the line that says that data are simulated
 # Of a legend, in inches: height of a line, width of a symbol with its gaps, width of a letter.
 _LINE_IN, _SYMBOL_IN, _LETTER_IN = 0.155, 0.42, 0.061
 _SMALL_LETTER_IN = 0.049  # width of a letter of notes
-_COLOURS_OF_LINES = 8192  # in a drawing without a map of colours, at most
 _CLIP = re.compile(r'(  <clipPath id="(p\w+)">\n(.*?)  </clipPath>\n)', re.DOTALL)
 
 
@@ -344,7 +343,7 @@ def panels_in_words(figure: Figure) -> dict[str, dict[str, str]]:
 def save(figure: Figure, *paths: Path) -> None:
     """Write a figure as PNG or SVG, the same bytes each time, whole or not at all.
 
-    A PNG has a palette, unless a map of colours would show steps: that makes it a third in size.
+    A PNG has a palette: that makes it a third in size.
     """
     dpi = mpl.rcParams["savefig.dpi"]
     figure.set_dpi(dpi)
@@ -355,9 +354,8 @@ def save(figure: Figure, *paths: Path) -> None:
                 canvas: Any = FigureCanvasAgg(figure)
                 canvas.draw()
                 image = Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB")
-                if image.getcolors(_COLOURS_OF_LINES):
-                    # ten times as fast as the median cut
-                    image = image.quantize(256, Image.Quantize.FASTOCTREE, dither=Image.Dither.NONE)
+                # ten times as fast as the median cut
+                image = image.quantize(256, Image.Quantize.FASTOCTREE, dither=Image.Dither.NONE)
                 image.save(aside, "PNG", dpi=(dpi, dpi))
             else:
                 text = io.StringIO()
