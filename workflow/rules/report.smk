@@ -13,7 +13,7 @@ rule report:
     "What a reader wants to know of the campaign: an HTML file that needs no network, and text."
     input:
         **finished(
-            "runs points quarantine coverage gate_counts coefficients correlations",
+            "runs points quarantine coverage gate_counts coefficients",
             "fit_quality law_verdicts lack_of_fit soundness refits curve_residuals extrapolation",
             "printed_judged signs sign_verdicts claims claim_numbers torque_runs torque_quarantine",
             "torque torque_control torque_inversion cage_slip slip_advice advice_band heat_balance",

@@ -47,7 +47,7 @@ def torque(results: CampaignTables, settings: Settings) -> Sheet:
         "No torque was measured, or no law could be evaluated.",
         sorted(set(table["load"])),
         lambda load, oil: f"{oil}, {_kilonewtons(load)}",
-        **{"height": 1.2, "sharex": True, "sharey": "row", "width": style.DOUBLE_COLUMN_IN},
+        **{"height": 1.2, "sharey": "row", "width": style.DOUBLE_COLUMN_IN},
     )
     for panel, load, oil in panels:
         rows = table[(table["oil"] == oil) & (table["load"] == load)]
@@ -126,7 +126,7 @@ def torque_load_variable(results: CampaignTables, settings: Settings) -> Sheet:
         "No torque was measured at this temperature.",
         LOAD_VARIABLES,
         lambda variable, oil: f"{oil}, {load_variable(variable)}",
-        **{"height": 1.15, "sharex": True, "sharey": True, "width": style.DOUBLE_COLUMN_IN},
+        **{"height": 1.15, "width": style.DOUBLE_COLUMN_IN},
     )
     for panel, variable, oil in panels:
         rows = table[(table["oil"] == oil) & (table["load_variable"] == variable)]
@@ -168,8 +168,7 @@ def cage_slip(results: CampaignTables, settings: Settings) -> Sheet:
     """
     table = results.cage_slip.assign(**in_units_of_axes(results.cage_slip))
     limit = settings.selection.limits.slip_limit
-    layout: style.Look = {"height": 1.7, "right": 0.75, "sharex": True, "sharey": True}
-    sheet, panels = oil_grid(style.oils_in(table, settings), _NO_LAW, **layout)
+    sheet, panels = oil_grid(style.oils_in(table, settings), _NO_LAW, height=1.7, right=0.75)
     sheet.axes[0].set_yscale("log")
     sheet.axes[0].yaxis.set_major_formatter("{x:g}")
     for panel, _, oil in panels:
@@ -286,14 +285,15 @@ def plan(results: CampaignTables, settings: Settings) -> Sheet:
     tests = tests.assign(reduction=100 * (1 - share))[tests["target"] == "torque"]
     points = results.points[results.points["accepted"]]
     runs = points.groupby(["oil", "run_id"], as_index=False)[list(CONDITIONS)].mean().dropna()
-    layout: style.Look = {"height": 1.5, "right": 0.7, "sharex": True, "sharey": "row"}
     sheet, panels = oil_grid(
         style.oils_in(tests, settings),
         "No test can be planned for any oil:\n`oilfilm plan` says what is missing.",
         # the ordinate of each row; of the third condition the best level is shown
         (_PRESSURE, _TEMPERATURE),
+        height=1.5,
+        right=0.7,
+        sharey="row",
         width=style.DOUBLE_COLUMN_IN,
-        **layout,
     )
     for panel, y, oil in panels:
         panel.axis.set_ylabel(style.CONDITION_LABELS[y], fontsize=7)

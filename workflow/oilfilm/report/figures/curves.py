@@ -81,7 +81,7 @@ def curves(results: CampaignTables, settings: Settings) -> Sheet:
     Lines: fitted law at each tested condition; where only some are drawn, the legend says so.
     """
     oils = list(settings.oils)
-    sheet, panels = oil_grid(oils, height=2.2, sharex=True, sharey=True)
+    sheet, panels = oil_grid(oils, height=2.2)
     # runs at speeds that nobody stated are no repeats of one condition
     runs = with_levels(with_measured(results.runs, results.points), settings)
     for panel, _, oil in panels:
@@ -246,12 +246,12 @@ def coverage(results: CampaignTables, settings: Settings) -> Sheet:
             "Set points are read from the headers of logs and from\n"
             "`set_points` of the campaign file."
         )
-    layout: style.Look = {"height": 0.8, "down": 0.22, "sharex": True, "sharey": True}
     sheet, panels = oil_grid(
         style.oils_in(cells, settings),
         rows=temperatures,
         title=lambda level, oil: f"{oil}, {style.level_phrases({'inlet_temperature_c': level})}",
-        **layout,
+        height=0.8,
+        down=0.22,
     )
     for panel, temperature, oil in panels:
         of_panel = cells[(cells["oil"] == oil) & (cells[_TEMPERATURE] == temperature)]

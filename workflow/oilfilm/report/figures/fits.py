@@ -137,7 +137,7 @@ def identifiability(results: CampaignTables, settings: Settings) -> Sheet:
     oils = style.oils_in(results.profiles, settings)
     side = (style.DOUBLE_COLUMN_IN - 1.45 - 0.4 * (len(oils) - 1)) / max(len(oils), 2)
     layout: style.Look = {"height": (side, side), "across": 0.4, "down": 0.62, "right": 0.8}
-    layout["width"] = style.DOUBLE_COLUMN_IN
+    layout |= {"width": style.DOUBLE_COLUMN_IN, "sharex": False, "sharey": False}
     kinds = ("correlations", "profiles")
     sheet, panels = oil_grid(oils, "No oil has a fit with profiles.", kinds, **layout)
     for panel, kind, oil in panels:

@@ -44,13 +44,12 @@ def friction_map(results: CampaignTables, settings: Settings) -> Sheet:
     """
     choice, laws = settings.figures.friction_map, _laws(results)
     pressures, temperature = choice.max_hertz_pressure_gpa, choice.inlet_temperature_c
-    layout: style.Look = {"height": 1.55, "right": 0.75, "across": 0.25, "sharex": True}
     sheet, panels = oil_grid(
         list(laws),
         "No oil has a fitted law of pressure, speed and temperature.",
         list(enumerate(pressures)),
         lambda row, oil: f"{oil}, {row[1]:g} GPa",
-        **{**layout, "sharey": True, "width": style.DOUBLE_COLUMN_IN},
+        **{"height": 1.55, "right": 0.75, "across": 0.25, "width": style.DOUBLE_COLUMN_IN},
     )
     ranges = choice.entrainment_speed_m_s, choice.slide_roll_ratio
     speed, slip = (np.geomspace(low, high, _STEPS) for low, high in ranges)
@@ -125,12 +124,12 @@ def stribeck(results: CampaignTables, settings: Settings) -> Sheet:
     points = _of_one_slip(results.points, choice.slide_roll_ratio)
     x = _hersey(points, settings) if choice.abscissa == "hersey" else points["lambda_ratio"]
     points = points.assign(x=x).dropna(subset="x")
-    layout: style.Look = {"height": 1.9, "right": 0.75, "sharex": True, "sharey": True}
     sheet, panels = oil_grid(
         style.oils_in(points, settings),
         "No accepted point near this slide-roll ratio has a known film:\n"
         "give the properties of the oil and the geometry of the rig.",
-        **layout,
+        height=1.9,
+        right=0.75,
     )
     pressure = points["max_hertz_pressure_gpa"]
     for panel, _, oil in panels:
@@ -195,8 +194,7 @@ def isothermal(results: CampaignTables, settings: Settings) -> Sheet:
     if contact is None:
         raise NothingToDrawError(nothing)
     oils = [oil for oil in settings.oils if oil in laws and settings.properties_of(oil)]
-    layout: style.Look = {"height": 1.9, "sharex": True, "sharey": True}
-    sheet, panels = oil_grid(oils, nothing, **layout)
+    sheet, panels = oil_grid(oils, nothing, height=1.9)
     levels: dict[float, str] = {}
     for panel, _, oil in panels:
         for run, curve in _curves_of(results.points, oil, choice).groupby("run_id"):

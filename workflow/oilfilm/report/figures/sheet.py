@@ -50,34 +50,20 @@ class Panel:
         """Take the axes; rows are added to `parts`."""
         self.axis, self.letter, self.parts = axis, letter, parts
 
-    def keep(
-        self,
-        series: Any,
-        x: Any,
-        y: Any = np.nan,
-        *,
-        oil: Any = "",
-        label: Any = "",
-        value: Any = np.nan,
-        lower: Any = np.nan,
-        upper: Any = np.nan,
-        panel: Any = None,
-    ) -> None:
+    def keep(self, series: Any, x: Any, y: Any = np.nan, **about: Any) -> None:
         """Keep marks that matplotlib draws otherwise: arrays of one length, or one value for all.
 
         Args:
             series: Which line, symbol or row of the panel.
             x: Abscissa.
             y: Ordinate.
-            oil: Oil; empty where it is of none.
-            label: Text that is drawn there, or what tells the mark apart.
-            value: What a colour or a number shows.
-            lower: Lower end of a bar or band.
-            upper: Its upper end.
-            panel: Column of a table that is drawn, in place of the panel's letter.
+            about: `oil`; `label`, which is drawn there or tells the mark apart; `value` that a
+                colour or a number shows; `lower` and `upper` end of a bar or band; `panel`, a
+                column of a table, in place of the panel's letter.
         """
-        given = (self.letter if panel is None else panel, series, oil, label, x, y, value)
-        arrays = np.broadcast_arrays(*map(np.atleast_1d, map(np.asarray, (*given, lower, upper))))
+        given = {"panel": self.letter, "series": series, "oil": "", "label": "", "x": x, "y": y}
+        given |= {"value": np.nan, "lower": np.nan, "upper": np.nan, **about}
+        arrays = np.broadcast_arrays(*map(np.atleast_1d, map(np.asarray, given.values())))
         self.parts.append(dict(zip(tables.columns("drawn"), arrays, strict=True)))
 
     def line(self, series: Any, x: Any, y: Any, look: Look, **about: Any) -> None:
@@ -160,7 +146,6 @@ class Sheet:
         if title is not None:
             letter = string.ascii_letters[number]
             axis.set_title(f"({letter}) {plain(title)}".rstrip(), **{"parse_math": False, **look})
-        axis.set_label(letter)
         return Panel(axis, letter, self.parts)
 
     def label(self, x: str = "", y: str = "", **look: Any) -> None:
@@ -202,7 +187,7 @@ class Sheet:
 
     def colour_bar(self, mappable: Any, label: str, **look: Any) -> Axes:
         """A colour bar at the right of all panels; `right` must leave room for it."""
-        self._bar = self.figure.add_axes((0, 0, 0.1, 0.1), label="<colorbar>")
+        self._bar = self.figure.add_axes((0, 0, 0.1, 0.1))
         bar = self.figure.colorbar(mappable, cax=self._bar, **look)
         bar.set_label(label, fontsize=7)
         self._bar.tick_params(labelsize=6)
@@ -255,7 +240,7 @@ def oil_grid(
         otherwise: What to say where there is none.
         rows: What each row of panels is for.
         title: Of a panel, from its row and oil.
-        layout: As `Sheet`.
+        layout: As `Sheet`; all panels have the same axes unless it says otherwise.
 
     Returns:
         The figure, and each panel with its row and oil.
@@ -266,7 +251,8 @@ def oil_grid(
     if not oils:
         raise NothingToDrawError(otherwise)
     cells = list(itertools.product(rows, oils))
-    sheet = Sheet(len(cells), len(oils) if len(rows) > 1 else min(len(oils), 3), **layout)
+    columns = len(oils) if len(rows) > 1 else min(len(oils), 3)
+    sheet = Sheet(len(cells), columns, **{"sharex": True, "sharey": True, **layout})
     return sheet, [(sheet.panel(n, title(*cell)), *cell) for n, cell in enumerate(cells)]
 
 
@@ -325,19 +311,6 @@ def table_page(
     below: Look = {"va": "bottom", "fontsize": 6, "linespacing": 1.15, "parse_math": False}
     panel.axis.text(0, height_in, "\n".join(small), color=GREY, **below)
     return sheet, panel, write
-
-
-def panels_in_words(figure: Figure) -> dict[str, dict[str, str]]:
-    """Title, abscissa and ordinate of each panel by its letter, with their units."""
-    return {
-        str(axes.get_label()): {
-            "title": axes.get_title(loc="left"),
-            "x": axes.get_xlabel(),
-            "y": axes.get_ylabel(),
-        }
-        for axes in figure.axes
-        if axes.axison and axes.get_label() != "<colorbar>"
-    }
 
 
 def save(figure: Figure, *paths: Path) -> None:
@@ -437,6 +410,5 @@ def draw_figures(
     """
     for png, svg, drawn_file in files:
         figure, drawn = draw_figure(Path(png).stem, results, settings, references)
-        footer = {**provenance, "panels": panels_in_words(figure)}
-        tables.write(drawn, "drawn", Path(drawn_file), footer)
+        tables.write(drawn, "drawn", Path(drawn_file), provenance)
         save(figure, Path(png), Path(svg))
