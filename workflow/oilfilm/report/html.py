@@ -17,11 +17,11 @@ from markupsafe import Markup
 from oilfilm import tables
 from oilfilm.figure_catalogue import figures
 from oilfilm.report import captions
-from oilfilm.report.document import Section
+from oilfilm.report.document import Section, meanings
 from oilfilm.report.explorer import explorer, law_script
 from oilfilm.report.release_id import UNRELEASED
 from oilfilm.report.sections.data import drawn_points
-from oilfilm.report.words import meanings, printed
+from oilfilm.report.words import printed
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction import LAWS
@@ -101,7 +101,7 @@ def html(
     }
     context = {
         "sections": sections,
-        "words": _words(sections),
+        "words": meanings(sections).items(),
         "settings": settings,
         "provenance": provenance,
         "origin": captions.provenance(settings.campaign),
@@ -136,18 +136,6 @@ def _look(verdict: str) -> str:
         (len(text), look) for text, look in beginnings if f"{verdict} ".startswith(f"{text} ")
     ]
     return max(fitting, default=(0, ""))[1]
-
-
-def _words(sections: Sequence[Section]) -> list[tuple[str, str]]:
-    """The words of the page that need a meaning."""
-    texts: list[str] = []
-    for section in sections:
-        texts += [fact.text for fact in section.facts]
-        texts += [verdict for entry in section.entries for _, verdict in entry.verdicts]
-        for table in section.tables:
-            texts += [table.caption, *(column.heading for column in table.columns)]
-            texts += [cell for row in table.rows for cell in row]
-    return meanings(" | ".join(texts), *(section.words for section in sections))
 
 
 def _asset(name: str) -> Markup:

@@ -163,39 +163,27 @@ def _beside_others(row: Mapping[str, Any]) -> str:
 def constants(results: CampaignTables) -> Section:
     """A table per oil, and a sentence for each constant that the data do not determine."""
     fits = results.configured
-    if fits.coefficients.empty:
-        return Section("constants", "Constants")
-    coefficients = fits.coefficients
-    quality = {row["oil"]: row for row in tables.rows(fits.fit_quality)}
+    quality = fits.fit_quality.set_index("oil")
+    by_oil = [(str(oil), rows) for oil, rows in fits.coefficients.groupby("oil", sort=False)]
     made = facts(
         "report/sections/constants.jinja",
         fits=[
             {
                 "oil": oil,
-                "curves": quality[str(oil)]["n_curves"],
+                "curves": quality["n_curves"][oil],
                 "constants": tables.rows(rows),
-                "fixed": [
-                    each.sentence() for each in from_text(quality[str(oil)]["fixed_conditions"])
-                ],
+                "fixed": [each.sentence() for each in from_text(quality["fixed_conditions"][oil])],
             }
-            for oil, rows in coefficients.groupby("oil", sort=False)
+            for oil, rows in by_oil
             if rows["value"].notna().any()
         ],
     )
-    return Section(
-        "constants",
-        "Constants",
-        made,
-        [
-            _of_oil(coefficients, oil, place)
-            for place, oil in enumerate(coefficients["oil"].unique())
-        ],
-    )
+    shown = [_of_oil(rows, place) for place, (_, rows) in enumerate(by_oil)]
+    return Section("constants", "Constants", made, shown)
 
 
-def _of_oil(coefficients: pd.DataFrame, oil: str, place: int) -> ShownTable:
+def _of_oil(rows: pd.DataFrame, place: int) -> ShownTable:
     """Constants of one oil with their errors. Digits beyond the second of the error say nothing."""
-    rows = coefficients[coefficients["oil"] == oil]
     names = ["value", "standard_error", "systematic_standard_error", "lower", "upper"]
     texts = rows.astype(object)
     for index, row in rows.iterrows():
@@ -204,7 +192,7 @@ def _of_oil(coefficients: pd.DataFrame, oil: str, place: int) -> ShownTable:
         texts.loc[index, names] = [form(row[name]) for name in names]
     interval = texts["lower"] + " \N{HORIZONTAL ELLIPSIS} " + texts["upper"]
     texts["lower"] = texts["lower"].where(rows["lower"].isna(), interval)
-    return show_declared(texts, "constants", oil, f"constants{place}")
+    return show_declared(texts, "constants", rows["oil"].iloc[0], f"constants{place}")
 
 
 def laws(results: CampaignTables, settings: Settings) -> Section:
