@@ -220,24 +220,22 @@ LAWS_IN_TOOLS = [
     else nightly(evaluate, law, left_out)
     for evaluate in TOOLS
     for law, left_out in [*((law, None) for law in EVERY_LAW), ("deng2026", 1), ("carreau", 1)]
-]
+] + [(evaluate, "one curve", None) for evaluate in TOOLS]
 
 
 @pytest.mark.parametrize(("evaluate", "law", "left_out"), LAWS_IN_TOOLS)
 def test_exported_function_computes_the_law_and_takes_no_condition_left_out(
-    evaluate: Evaluate, law: str, left_out: int | None, config: Settings, tmp_path: Path
+    evaluate: Evaluate,
+    law: str,
+    left_out: int | None,
+    config: Settings,
+    curve_only: Description,
+    tmp_path: Path,
 ) -> None:
-    fit = describe_law(config, law, left_out)
+    fit = curve_only if law == "one curve" else describe_law(config, law, left_out)
     assert left_out is None or "entrainment_speed_m_s" not in fit.argument_names
+    assert law != "one curve" or fit.argument_names == [SLIP]
     refuse_other_values(evaluate, fit, grid(), tmp_path)
-
-
-@pytest.mark.parametrize("evaluate", TOOLS)
-def test_exported_function_of_one_curve_takes_the_slip_alone(
-    evaluate: Evaluate, curve_only: Description, tmp_path: Path
-) -> None:
-    assert curve_only.argument_names == [SLIP]
-    refuse_other_values(evaluate, curve_only, grid()[::9], tmp_path)
 
 
 @pytest.mark.parametrize("evaluate", [by_c, by_fortran, by_octave, by_python])
@@ -256,19 +254,6 @@ def test_modelica_stops_where_the_law_has_no_value(fit: Description, tmp_path: P
     save(fit, tmp_path)
     with pytest.raises(Exception, match=r"(?i)assert|non-finite|above 0"):
         by_modelica(fit, np.array([[-1.0, 30.0, 70.0, 0.1]]), tmp_path)
-
-
-def test_python_gives_a_number_for_numbers_and_broadcasts_arrays(
-    fit: Description, tmp_path: Path
-) -> None:
-    save(fit, tmp_path)
-    exported = runpy.run_path(str(tmp_path / "traction_4050.py"))
-    mu, outside = exported["traction_coefficient"], exported["outside_tested_box"]
-    assert float(mu(1, 30, 70, 0.1)) > 0
-    assert mu([1, 1.2, 1.5], 30, [[50], [100]], 0.1).shape == (2, 3)
-    # the box belongs to the tested conditions, its corners included
-    assert not outside(1, 25, 25, -0.3)
-    assert outside(1, 25, 25, [0.3, 0.31]).tolist() == [False, True]
 
 
 # ------------------------------------------------------------------------- printed constants

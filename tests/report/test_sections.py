@@ -18,7 +18,6 @@ from oilfilm.paper.printed_law import with_printed
 from oilfilm.paper.reference import PrintedCoefficients, read_claims
 from oilfilm.report.document import Fact, Section, facts, percent
 from oilfilm.report.sections.build import sections
-from oilfilm.report.sections.fits import certainty
 from oilfilm.report.text import text
 from oilfilm.rig_twin.truth import truth_grid
 from oilfilm.settings.messages import load
@@ -236,14 +235,6 @@ def test_bearing_errors_leave_out_and_name_where_the_cage_may_skid(
     row = cells(section, "torque", "4102")
     assert row["Points"] == "1"
     assert row["Median error"] == row["Largest error"] == percent(1)(0.1)
-
-
-def test_certainty_is_half_the_interval_over_mu(results: CampaignTables) -> None:
-    # curves with 1 % gain errors, 18 of them, a calibration of 0.5 % of load, 1 % of mu or less;
-    # the largest is a number although mu is nearly zero at some points
-    median, largest = certainty(results).loc["4102"]
-    assert 0.005 < median < min(0.06, largest)
-    assert largest < 1
 
 
 def test_remarks_on_the_run_sheet_are_not_among_what_was_refused(
