@@ -229,21 +229,18 @@ def test_points_beside_a_law_keep_the_direction_of_their_slip(
         np.testing.assert_allclose(true[column], true["traction_coefficient_m"], atol=6 * NOISE)
 
 
-def test_fit_that_is_not_certified_has_an_open_symbol_and_its_bounds_are_named(
+def test_fit_that_is_not_certified_has_an_open_symbol(
     starting: tuple[Settings, CampaignTables],
 ) -> None:
     config, results = starting
     for certified, face in ((False, "white"), (True, style.oil_colour("4050", ["4050"]))):
-        bounds = "" if certified else "C3"
-        table = results.fit_quality.assign(certified=certified, active_bounds=bounds)
+        table = results.fit_quality.assign(certified=certified)
         one_oil = Settings.of({**config.plain(), "oils": {"4050": config.plain()["oils"]["4050"]}})
         figure, _ = draw("fig04", results.replace(fit_quality=table), one_oil)
         assert figure.legends[0].legend_handles[0].get_markerfacecolor() == face
         figure, _ = draw("law-errors", results.replace(fit_quality=table), one_oil)
         symbols = [line for line in figure.axes[0].get_lines() if line.get_linestyle() == "None"]
         assert {symbol.get_markerfacecolor() for symbol in symbols} == {face}
-        ticks = [label.get_text() for label in figure.axes[0].get_yticklabels()]
-        assert ("Deng (Eq. 7)\n(at bounds: C3)" in ticks) != certified
 
 
 def test_bounds_of_the_comparison_are_those_of_the_constants(quick: Settings) -> None:

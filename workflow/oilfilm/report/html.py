@@ -131,11 +131,9 @@ def html(
 
 def _look(verdict: str) -> str:
     """How a verdict looks: good, fair or bad."""
-    beginnings = [(text, look) for look, texts in _LOOKS.items() for text in texts.split(", ")]
-    fitting = [
-        (len(text), look) for text, look in beginnings if f"{verdict} ".startswith(f"{text} ")
-    ]
-    return max(fitting, default=(0, ""))[1]
+    looks = {text: look for look, texts in _LOOKS.items() for text in texts.split(", ")}
+    fitting = [text for text in looks if f"{verdict} ".startswith(f"{text} ")]
+    return looks[max(fitting, key=len)] if fitting else ""
 
 
 def _asset(name: str) -> Markup:

@@ -163,8 +163,7 @@ def cage_slip(results: CampaignTables, settings: Settings) -> Sheet:
     Cage slip at friction equilibrium, one panel per oil. Abscissa: dmN, pitch diameter times
     speed (million mm rpm), and entrainment speed U of rolling balls. Ordinate: axial load (kN).
     Full line: limit of the cage slip. Dashed lines: the 2.5 % and 97.5 % quantiles of the slip
-    reach the limit. Open circles: no interval could be calculated. Crosses: the cage may roll
-    or skid.
+    reach the limit, where they could be calculated. Crosses: the cage may roll or skid.
     """
     table = results.cage_slip.assign(**in_units_of_axes(results.cage_slip))
     limit = settings.selection.limits.slip_limit
@@ -180,9 +179,6 @@ def cage_slip(results: CampaignTables, settings: Settings) -> Sheet:
         style.line_handle(f"slip of {limit:g}", color="black"),
         style.line_handle("its 95 % interval", linestyle="--", color="black", linewidth=0.8),
     ]
-    if _no_interval(table).any():
-        look: style.Look = {"color": "black", "markerfacecolor": "white"}
-        handles.append(style.symbol_handle("no interval", "o", **look))
     temperature = settings.bearing.cage_slip.inlet_temperature_c
     bearing = table["bearing"].iloc[0]
     title = f"{bearing}, oil at {temperature:g} \N{DEGREE SIGN}C; {style.DMN_AS_SPEED}"
@@ -193,12 +189,6 @@ def cage_slip(results: CampaignTables, settings: Settings) -> Sheet:
 def in_units_of_axes(rows: pd.DataFrame) -> dict[str, "pd.Series[float]"]:
     """Speed in million mm rpm and load in kN."""
     return {"speed": rows["pitch_speed_mm_rpm"] / 1e6, "load_kn": rows["axial_load_n"] / 1e3}
-
-
-def _no_interval(rows: pd.DataFrame) -> "pd.Series[bool]":
-    """Cells without an interval, where the table has intervals at all."""
-    some = bool(rows["cage_slip_lower"].notna().any())
-    return rows["cage_slip"].notna() & rows["cage_slip_lower"].isna() & some
 
 
 def _draw_slip(panel: Panel, of_oil: pd.DataFrame, oil: str, limit: float) -> Any:
@@ -217,9 +207,6 @@ def _draw_slip(panel: Panel, of_oil: pd.DataFrame, oil: str, limit: float) -> An
     for field, look in ((slip, {"linewidths": 1.1}), (lower, ends), (upper, ends)):
         if field.count():
             axis.contour(speed, load, field, [limit], colors="black", **look)
-    without = of_oil[_no_interval(of_oil)]
-    ring: style.Look = {"color": "black", "markerfacecolor": "white", "markersize": 3.5}
-    axis.plot(without["speed"], without["load_kn"], "o", **ring)
     both = of_oil[of_oil["bistable"]]
     axis.plot(both["speed"], both["load_kn"], **_CROSS)
     axis.grid(False)

@@ -10,7 +10,6 @@ import pandas as pd
 
 from oilfilm.curation.coverage import SET_POINTS, with_levels, with_measured
 from oilfilm.fits.fitted import FittedLaw
-from oilfilm.report.document import counted
 from oilfilm.report.figures import style
 from oilfilm.report.figures.sheet import NothingToDrawError, Panel, Sheet, oil_grid, register
 from oilfilm.report.words import CONDITIONS as CONDITION_WORDS
@@ -87,9 +86,7 @@ def curves(results: CampaignTables, settings: Settings) -> Sheet:
     for panel, _, oil in panels:
         of_oil = results.points[results.points["accepted"] & (results.points["oil"] == oil)]
         if of_oil.empty:
-            count = int((runs["oil"] == oil).sum())
-            refused = f"no accepted point\n({counted(count, 'run')} refused)"
-            panel.say(refused if count else "no run read")
+            panel.say("no accepted point")
             continue
         law = FittedLaw.of(results.configured.coefficients, oil)
         # one table per condition: columns that nobody draws would take most of the memory

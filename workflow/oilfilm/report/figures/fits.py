@@ -1,6 +1,6 @@
 """What the fits are worth: constants, how well data tell them apart, errors of all laws."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -25,12 +25,9 @@ from oilfilm.report.words import law_name
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction import LAWS
-from oilfilm.traction.law import QUANTITIES
+from oilfilm.traction.law import QUANTITIES, Law
 
 _ROW_IN = 0.17
-_IN_STEP = "\N{DAGGER}"
-_REACH = 4.5  # naive standard errors to either side of a profile
-_BENT = 0.05  # of them, by which a profile that is named bends at least
 _ENDS = ("pressure", "speed", "temperature")
 # Kinds of error, from those on the fitted curves themselves to the farthest: how each is drawn.
 _KINDS: dict[str, style.Look] = {
@@ -45,7 +42,7 @@ def constants(results: CampaignTables, settings: Settings) -> Sheet:
     """Fitted constants.
 
     Fitted constants of the traction law for each oil, with their standard errors from a
-    bootstrap over curves.
+    bootstrap over curves; none where there are too few.
     """
     table = results.configured.coefficients.assign(printed_value=np.nan)
     return draw_constants(table, list(settings.oils))
@@ -67,7 +64,8 @@ def draw_constants(table: pd.DataFrame, oils: Sequence[str], note: str = "") -> 
     left = 0.12 if len(oils) == 1 else 0.06
     span = (1 - left) / len(oils)
     width = style.SINGLE_COLUMN_IN if len(oils) == 1 else style.DOUBLE_COLUMN_IN
-    notes = [*_notes(table, shown), *([note] if any_printed else [])]
+    notes = [_powers(LAWS[name]) for name in table["law"].unique()]
+    notes += [note] if any_printed else []
     sheet, panel, write = table_page(width, len(names), _ROW_IN, 2 * _ROW_IN, notes)
     write(0, "", names, fontweight="bold")
     for place, oil in enumerate(oils):
@@ -86,20 +84,13 @@ def draw_constants(table: pd.DataFrame, oils: Sequence[str], note: str = "") -> 
     return sheet
 
 
-def _notes(table: pd.DataFrame, shown: pd.DataFrame) -> Iterator[str]:
-    """What the columns are, below the table."""
-    errors = "s.e.: from resampling whole curves"
-    if shown["standard_error"].isna().any():
-        errors += "; none where there are too few"
-    if (shown["verdict"] == "in step").any():
-        errors += f". {_IN_STEP}: along the tested line of conditions in step"
-    yield f"{errors}."
-    for law in (LAWS[name] for name in table["law"].unique()):
-        powers = ", ".join(
-            f"{QUANTITIES[group].symbol} over {reference:g} {QUANTITIES[group].unit}"
-            for group, reference in zip(law.groups, law.reference, strict=True)
-        )
-        yield f"{law_name(law.name)}: {powers}"
+def _powers(law: Law) -> str:
+    """What the constants of a law are powers of."""
+    powers = ", ".join(
+        f"{QUANTITIES[group].symbol} over {reference:g} {QUANTITIES[group].unit}"
+        for group, reference in zip(law.groups, law.reference, strict=True)
+    )
+    return f"{law_name(law.name)}: {powers}"
 
 
 def _of_oil(rows: pd.DataFrame) -> dict[float, tuple[str, list[str]]]:
@@ -110,8 +101,7 @@ def _of_oil(rows: pd.DataFrame) -> dict[float, tuple[str, list[str]]]:
     def texts(column: str, forms: Sequence[str]) -> list[str]:
         return [number(form)(value) for value, form in zip(rows[column], forms, strict=True)]
 
-    in_step = np.where(rows["verdict"] == "in step", _IN_STEP, "")
-    fitted = "fitted", list(map("".join, zip(texts("value", forms), in_step, strict=True)))
+    fitted = "fitted", texts("value", forms)
     errors = "\N{PLUS-MINUS SIGN} s.e.", texts("standard_error", forms)
     if rows["printed_value"].isna().all():
         return {0.5: fitted, 0.97: errors}
@@ -120,79 +110,36 @@ def _of_oil(rows: pd.DataFrame) -> dict[float, tuple[str, list[str]]]:
     return {0.29: fitted, 0.59: errors, 0.98: printed}
 
 
-@register(
-    family="law",
-    tables=("coefficients", "correlations", "profiles"),
-    settings=("oils",),
-)
+@register(family="law", tables=("correlations",), settings=("oils",))
 def identifiability(results: CampaignTables, settings: Settings) -> Sheet:
     """Identifiability of the constants.
 
-    Top: correlation of each pair of constants, by the bootstrap over curves or, with too few
-    curves, by the Jacobian. Bottom: profile of each constant. Ordinate: signed root of the rise
-    of the squared error. Abscissa: distance from the optimum in standard errors of independent
-    points. A straight line marks a well-determined constant; the two that bend most are named.
+    Correlation of each pair of constants, by the bootstrap over curves or, with too few curves,
+    by the Jacobian. Near 1 or -1 the two constants replace each other.
     """
-    results, every = results.configured, list(settings.oils)
-    oils = style.oils_in(results.profiles, settings)
-    side = (style.DOUBLE_COLUMN_IN - 1.45 - 0.4 * (len(oils) - 1)) / max(len(oils), 2)
-    layout: style.Look = {"height": (side, side), "across": 0.4, "down": 0.62, "right": 0.8}
-    layout |= {"width": style.DOUBLE_COLUMN_IN, "sharex": False, "sharey": False}
-    kinds = ("correlations", "profiles")
-    sheet, panels = oil_grid(oils, "No oil has a fit with profiles.", kinds, **layout)
-    for panel, kind, oil in panels:
-        coefficients, correlations, profiles = (
-            table[table["oil"] == oil]
-            for table in (results.coefficients, results.correlations, results.profiles)
-        )
-        if kind == "profiles":
-            _draw_profiles(panel, profiles, coefficients, oil, every)
-            continue
-        if coefficients["standard_error"].isna().all():
-            panel.axis.set_title(f"{panel.axis.get_title(loc='left')}, by the Jacobian")
-        names = list(profiles["constant"].unique())
-        image = _draw_correlations(panel, correlations, names, oil)
+    correlations = results.configured.correlations
+    sheet, panels = oil_grid(
+        style.oils_in(correlations, settings),
+        "No oil has a fit.",
+        **{"height": 1.55, "width": style.DOUBLE_COLUMN_IN, "across": 0.4, "right": 0.8},
+        sharex=False,
+        sharey=False,
+    )
+    for panel, _, oil in panels:
+        pairs = correlations[correlations["oil"] == oil]
+        names = list(dict.fromkeys([*pairs["constant"], *pairs["other"]]))
+        field = pairs.pivot(index="other", columns="constant", values="correlation")
+        # from orange by white to purple, distinct for every kind of colour vision
+        squares = field.reindex(index=names, columns=names).to_numpy(dtype=float)
+        image = panel.axis.imshow(squares, cmap="PuOr", vmin=-1, vmax=1)
+        panel.axis.set_xticks(range(len(names)), names, rotation=90, fontsize=6)
+        panel.axis.set_yticks(range(len(names)), names, fontsize=6)
+        panel.axis.grid(False)
+        panel.axis.tick_params(length=0)
+        label = pairs["constant"] + ", " + pairs["other"]
+        panel.keep("correlation", np.nan, oil=oil, label=label, value=pairs["correlation"])
     sheet.colour_bar(image, "Correlation")
-    sheet.axes[len(oils)].set_ylabel("Signed root of the rise\nof the squared error")
-    below = sheet.axes[len(oils) + len(oils) // 2]
-    below.set_xlabel("Distance from the fit in naive standard errors")
     return sheet
-
-
-def _draw_correlations(panel: Panel, pairs: pd.DataFrame, names: list[str], oil: str) -> Any:
-    """One square per pair below the diagonal; each pair is in the table once."""
-    field = np.full((len(names), len(names)), np.nan)
-    for row in tables.rows(pairs):
-        column, line = sorted(names.index(row[name]) for name in ("constant", "other"))
-        field[line, column] = row["correlation"]
-    # from orange by white to purple, distinct for every kind of colour vision
-    image = panel.axis.imshow(field, cmap="PuOr", vmin=-1, vmax=1)
-    panel.axis.set_xticks(range(len(names)), names, rotation=90, fontsize=6)
-    panel.axis.set_yticks(range(len(names)), names, fontsize=6)
-    panel.axis.grid(False)
-    panel.axis.tick_params(length=0)
-    label = pairs["constant"] + ", " + pairs["other"]
-    panel.keep("correlation", np.nan, oil=oil, label=label, value=pairs["correlation"])
-    return image
-
-
-def _draw_profiles(
-    panel: Panel, profiles: pd.DataFrame, fitted: pd.DataFrame, oil: str, oils: Sequence[str]
-) -> None:
-    """Profiles over the distance from the fit, in naive standard errors."""
-    panel.axis.axline((0, 0), slope=1, color=style.GREY, linewidth=0.6)
-    lines = profiles.merge(fitted, on="constant", suffixes=("", "_fitted"))
-    distance = (lines["value"] - lines["value_fitted"]) / lines["naive_standard_error"]
-    for constant, line in lines.assign(distance=distance).groupby("constant", sort=False):
-        look: style.Look = {"color": style.oil_colour(oil, oils), "linewidth": 0.7}
-        x, y = line["distance"], line["signed_root"]
-        panel.line("profile", x, y, look, oil=oil, label=constant)
-    panel.axis.set(xlim=(-_REACH, _REACH), ylim=(-_REACH, _REACH), aspect="equal")
-    off = (lines["signed_root"] - distance).abs().groupby(lines["constant"]).max()
-    most = off[off > _BENT].nlargest(2)
-    labels = [f"{name}: off the line by {bend:.2g}" for name, bend in most.items()]
-    place: style.Look = {"va": "top", "fontsize": 6, "transform": panel.axis.transAxes}
-    panel.axis.text(0.03, 0.97, "\n".join(labels), **place)
 
 
 @register(
@@ -205,8 +152,8 @@ def law_errors(results: CampaignTables, settings: Settings) -> Sheet:
 
     Rms error of each law over the rms of the measured traction coefficient: on fitted curves, on
     curves left out, and on the lowest and highest levels of pressure, speed and temperature left
-    out. Open symbols: fit not certified (the table of the comparison says why); constants at a
-    bound are named. The groups and readings of the Wang-Deng laws are ours.
+    out. Open symbols: fit not certified (the table of the comparison says why). The groups and
+    readings of the Wang-Deng laws are ours.
     """
     compared, oils = results.fit_quality.dropna(subset="rmse"), list(settings.oils)
     laws = list(dict.fromkeys(compared["law"]))
@@ -219,7 +166,7 @@ def law_errors(results: CampaignTables, settings: Settings) -> Sheet:
         among = oils.index(fit["oil"]) - (len(oils) - 1) / 2
         _draw_errors(panel, fit, laws.index(fit["law"]) + among * min(0.24, 0.8 / len(oils)), oils)
     axis = panel.axis
-    axis.set_yticks(range(len(laws)), [_with_bounds(compared, law) for law in laws])
+    axis.set_yticks(range(len(laws)), map(law_name, laws))
     axis.set(ylim=(len(laws) - 0.45, -0.55), xscale="log")
     axis.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
     # decimals as each level needs them: 0.2 %, 100 %
@@ -262,13 +209,6 @@ def _draw_errors(panel: Panel, fit: Mapping[str, Any], height: float, oils: Sequ
         panel.dots(
             kind, known, np.full(len(known), height), face | look, oil=fit["oil"], label=label
         )
-
-
-def _with_bounds(compared: pd.DataFrame, law: str) -> str:
-    """Name of a law, with the constants that ended at a bound for any oil below it."""
-    bounds = compared.loc[compared["law"] == law, "active_bounds"]
-    names = dict.fromkeys(name for joined in bounds if joined for name in joined.split(", "))
-    return f"{law_name(law)}\n(at bounds: {', '.join(names)})" if names else law_name(law)
 
 
 def symbol_of(fit: Mapping[str, Any], oils: Sequence[str]) -> style.Look:
