@@ -4,11 +4,14 @@ import pandas as pd
 import pytest
 
 from bearings import printed_fits
+from browsers import open_tab
 from campaigns import printed
 from fit_points import make_points, matrix
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from reports import results_of
+
+tab = pytest.fixture(scope="session")(open_tab)
 
 
 @pytest.fixture(scope="session")

@@ -3,15 +3,13 @@
 Needs chromium or Chrome (`.ci/tools` installs Debian's chromium); skipped where there is none.
 """
 
-import sys
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-from browsers import CHROMIUM, QUIET
+from browsers import Page, Tab
 from nights import nightly
 from oilfilm.fits.fitted import FittedLaw
 from oilfilm.report.explorer import law_of
@@ -21,58 +19,6 @@ from oilfilm.traction import LAWS
 from oilfilm.traction.law import CONDITIONS
 from planted_fits import planted_fit
 from reports import HOSTILE, OILS, report_of, with_hostile_names
-
-if sys.platform != "linux":
-    pytest.skip("the report is tested in Debian's chromium", allow_module_level=True)
-from axe_playwright_python.sync_playwright import Axe
-from playwright.sync_api import Browser, Dialog, Page, sync_playwright
-
-if CHROMIUM is None:
-    pytest.skip("there is no chromium (.ci/tools installs it)", allow_module_level=True)
-
-
-class Tab:
-    """One page for all tests, with what its console says and its requests beyond itself.
-
-    To load a file anew takes a third of the time of a new page.
-    """
-
-    def __init__(self, page: Page) -> None:
-        self.page = page
-        self.problems: list[str] = []
-        self.file = ""
-        page.on("console", lambda message: self.problems.append(message.text))
-        page.on("dialog", self._refuse)
-        page.on("pageerror", lambda error: self.problems.append(str(error)))
-        page.on("request", lambda request: self._ask(request.url))
-
-    def _refuse(self, dialog: Dialog) -> None:
-        self.problems.append(f"the page ran {dialog.message}")
-        dialog.dismiss()
-
-    def _ask(self, url: str) -> None:
-        if not url.startswith(("data:", "blob:", self.file)):
-            self.problems.append(url)
-
-    def open(self, file: Path, width: int = 1280) -> Page:
-        """The page of a file as a new reader has it."""
-        self.page.emulate_media(media="null", color_scheme="light")
-        self.page.set_viewport_size({"width": width, "height": 900})
-        # from the same page with another fragment it would only scroll
-        self.page.goto("about:blank")
-        self.problems.clear()
-        self.file = file.as_uri()
-        self.page.goto(self.file)
-        return self.page
-
-
-@pytest.fixture(scope="module")
-def tab() -> Iterator[Tab]:
-    with sync_playwright() as playwright:
-        # starts with an empty profile in a folder of its own
-        browser: Browser = playwright.chromium.launch(executable_path=CHROMIUM, args=QUIET)
-        yield Tab(browser.new_page())
-        browser.close()
 
 
 @pytest.fixture(scope="module")
@@ -228,12 +174,7 @@ def test_everyone_can_use_the_page(tab: Tab, report: Path, width: int, scheme: s
     assert page.locator("#chart").bounding_box()["y"] < 600
     for details in page.locator("details").all():
         details.evaluate("details => { details.open = true; }")
-    violations = [
-        f"{violation['id']}: {node['html'][:200]}"
-        for violation in Axe().run(page).response["violations"]
-        for node in violation["nodes"]
-    ]
-    assert violations == []
+    assert tab.violations() == []
     assert page.evaluate("document.documentElement.scrollWidth") <= width
 
 

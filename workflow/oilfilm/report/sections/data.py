@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 
 from oilfilm import tables
-from oilfilm.curation.coverage import describe_condition, planned_states
+from oilfilm.curation.coverage import planned_states
 from oilfilm.fits.interval import normal_quantile
 from oilfilm.logs.run_sheet import REMARKS
 from oilfilm.report.document import Section, ShownTable, facts, show_declared
@@ -21,14 +21,7 @@ from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.torque.operating_grid import AXES
 from oilfilm.torque.torque_control import bistable_points, without_bistable
 
-# Missing conditions that are named; the table coverage has them all.
-_NAMED = 3
 _STATES = ("accepted", "refused", "missing")
-_SET_POINTS = {
-    "nominal_load_n": "load",
-    "nominal_entrainment_speed_m_s": "speed",
-    "nominal_inlet_temperature_c": "temperature",
-}
 
 
 def data(results: CampaignTables, settings: Settings) -> Section:
@@ -36,8 +29,6 @@ def data(results: CampaignTables, settings: Settings) -> Section:
     points = results.points
     has_matrix = results.coverage["planned"].any()
     conditions = planned_states(results.coverage) if has_matrix else results.coverage
-    missing = tables.rows(conditions[conditions["state"] == "missing"])
-    without = results.runs[list(_SET_POINTS)].isna().sum().rename(_SET_POINTS)
     unjudged = points["accepted"] & (points["film_judgement"] == "cannot be judged")
     made = facts(
         "report/sections/data.jinja",
@@ -47,11 +38,8 @@ def data(results: CampaignTables, settings: Settings) -> Section:
         shortfalls=shortfalls(results, settings.campaign),
         has_matrix=has_matrix,
         conditions=conditions["state"].value_counts().reindex(_STATES, fill_value=0),
-        missing=[f"{row['oil']} at {describe_condition(row)}" for row in missing[:_NAMED]],
-        more_missing=max(len(missing) - _NAMED, 0),
         unjudged=points.loc[unjudged, "oil"],
         stand_ins=[name for name, oil in settings.oils.items() if oil and oil.stand_in],
-        without_set_point=without[without > 0].to_dict(),
     )
     return Section("data", "Data", made, [run_list(results, settings.report.rows_max)])
 
