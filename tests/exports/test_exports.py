@@ -363,6 +363,7 @@ def test_json_and_csv_give_the_same_mu_back(config: Settings, law: str) -> None:
     """As a reader does who has the files alone: power laws, then the equation as it is written."""
     fit = describe_law(config, law)
     texts = texts_of(fit)
+    assert pd.read_csv(io.StringIO(texts["traction_4050.csv"]))["unit"].notna().all()
     content = json.loads(texts["traction_4050.json"])
     assert {*content["files"], *content["not_written"]} == {"CSV", *FORMS}
     assert not set(content["not_written"]) - {"ADORE"}
@@ -386,18 +387,6 @@ def test_json_and_csv_give_the_same_mu_back(config: Settings, law: str) -> None:
     np.testing.assert_allclose(sign * mu, expected(fit, grid()), rtol=1e-12, atol=1e-16)
 
 
-def test_every_number_of_json_and_csv_has_its_unit(fit: Description) -> None:
-    texts = texts_of(fit)
-    conditions = json.loads(texts["traction_4050.json"])["conditions"]
-    assert [(each["symbol"], each["unit"], each["tested"]) for each in conditions] == [
-        ("P", "GPa", [1.0, 1.5]),
-        ("U", "m/s", [25.0, 40.0]),
-        ("T", "degC", [25.0, 120.0]),
-        ("S", "1", [0.0, 0.3]),
-    ]
-    assert pd.read_csv(io.StringIO(texts["traction_4050.csv"]))["unit"].notna().all()
-
-
 @pytest.mark.parametrize("left_out", [None, 1])
 @pytest.mark.parametrize("law", [name for name, law in EVERY_LAW.items() if law.adore])
 def test_adore_form_is_the_law_at_its_operating_point(
@@ -414,9 +403,7 @@ def test_adore_form_is_the_law_at_its_operating_point(
         points = pd.DataFrame([{**point, "entrainment_speed_m_s": speed}] * len(slips))
         law_mu = expected(fit, points.assign(**{SLIP: slips}))
         np.testing.assert_allclose(mu, law_mu, rtol=1e-12, atol=1e-16)
-        # as ADORE's user knows them: from rest, infinity and the peak
-        assert row["D"] == row["mu_far_beyond_peak"]
-        assert row["A"] == pytest.approx(row["mu_at_rest"] - row["mu_far_beyond_peak"])
+        # as ADORE's user knows it, from the peak
         slope = row["B"] / (row["A"] + row["B"] * row["peak_slip_velocity"])
         assert row["C"] == pytest.approx(slope, rel=1e-12)
         assert row["peak_mu"] >= mu.max()

@@ -136,17 +136,9 @@ def test_correction_recovers_most_of_what_heat_took(
         assert without_heat(hot, truth, contact, config)["traction_coefficient"].isna().all()  # type: ignore[arg-type]
 
 
-def test_isothermal_curves_are_corrected_by_the_law(
-    drawing: Draw, on_printed_law: CampaignTables
-) -> None:
+def test_isothermal_curves_are_above_the_measured_ones(drawing: Draw) -> None:
     figure, drawn = drawing("isothermal")
     assert nothing_is_cut_off(figure)
-    rows = drawn.query("oil == '4102' and series == 'isothermal' and x > 0").dropna(subset="y")
-    run = rows[rows["words"] == rows["words"].iloc[0]]
-    at = on_printed_law.points.set_index("run_id").loc[run["words"].iloc[0]].iloc[0]
-    condition = at["max_hertz_pressure_gpa"], at["entrainment_speed_m_s"], 120.0
-    # heat lowers the traction, the more the more slip there is
-    gain = run["y"] / traction_coefficient(printed()["4102"], *condition, run["x"])
-    assert len(run) > 5
-    assert (gain > 1).all()
-    assert gain.is_monotonic_increasing
+    curves = drawn.query("oil == '4102' and x > 0").pivot_table("y", ["words", "x"], "series")
+    # heat lowers the traction
+    assert (curves["isothermal"] > curves["measured"])[curves["isothermal"].notna()].all()

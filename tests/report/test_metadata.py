@@ -124,10 +124,6 @@ def test_licence_creators_and_sources_are_the_campaign_files(
     assert package["licenses"] == [{"name": "MIT"}]
     assert [each["title"] for each in package["contributors"]] == ["the oilfilm developers"]
     assert package["sources"][1]["path"] == "https://doi.org/10.3390/lubricants14010033"
-    address = "https://example.org/terms"
-    assert package_of(folder, settings_with({"licence": address}))["licenses"] == [
-        {"path": address}
-    ]
     assert not {"licenses", "contributors"} & set(package_of(folder, settings_with({})))
 
 

@@ -30,19 +30,15 @@ from pcs_exports import traction_export
 from reports import rows
 
 HOSTILE = [
-    "../../etc/passwd",
-    "/absolute/a.csv",
-    "..",
-    "",
-    "a b.csv",
-    "a-b.csv",
-    "A-B.csv",
+    *("../../etc/passwd", "/absolute/a.csv", "..", "", "a b.csv", "a-b.csv", "A-B.csv"),
     "\N{GREEK SMALL LETTER MU}\N{CJK UNIFIED IDEOGRAPH-6CB9}.csv",
-    "line\nbreak\x00.csv",
-    "x" * 5000,
-    "x" * 5001,
-    r"$\frac{1}{$ \input{x} _^{.csv",
-    "\udcff.csv",
+    *(
+        "line\nbreak\x00.csv",
+        "x" * 5000,
+        "x" * 5001,
+        r"$\frac{1}{$ \input{x} _^{.csv",
+        "\udcff.csv",
+    ),
 ]
 
 
