@@ -121,7 +121,10 @@ def identifiability(results: CampaignTables, settings: Settings) -> Sheet:
     sheet, panels = oil_grid(
         style.oils_in(correlations, settings),
         "No oil has a fit.",
-        **{"height": 1.55, "width": style.DOUBLE_COLUMN_IN, "across": 0.4, "right": 0.8},
+        width=style.DOUBLE_COLUMN_IN,
+        height=1.55,
+        across=0.4,
+        right=0.8,
         sharex=False,
         sharey=False,
     )

@@ -40,6 +40,7 @@ _MARK_IN = 0.14  # the line that says that data are simulated
 # Of a legend, in inches: height of a line, width of a symbol with its gaps, width of a letter.
 _LINE_IN, _SYMBOL_IN, _LETTER_IN = 0.155, 0.42, 0.061
 _SMALL_LETTER_IN = 0.049  # width of a letter of notes
+_COLOUR_BAR = "<colorbar>"
 _CLIP = re.compile(r'(  <clipPath id="(p\w+)">\n(.*?)  </clipPath>\n)', re.DOTALL)
 
 
@@ -146,6 +147,7 @@ class Sheet:
         if title is not None:
             letter = string.ascii_letters[number]
             axis.set_title(f"({letter}) {plain(title)}".rstrip(), **{"parse_math": False, **look})
+        axis.set_label(letter)
         return Panel(axis, letter, self.parts)
 
     def label(self, x: str = "", y: str = "", **look: Any) -> None:
@@ -187,7 +189,7 @@ class Sheet:
 
     def colour_bar(self, mappable: Any, label: str, **look: Any) -> Axes:
         """A colour bar at the right of all panels; `right` must leave room for it."""
-        self._bar = self.figure.add_axes((0, 0, 0.1, 0.1))
+        self._bar = self.figure.add_axes((0, 0, 0.1, 0.1), label=_COLOUR_BAR)
         bar = self.figure.colorbar(mappable, cax=self._bar, **look)
         bar.set_label(label, fontsize=7)
         self._bar.tick_params(labelsize=6)
@@ -410,5 +412,12 @@ def draw_figures(
     """
     for png, svg, drawn_file in files:
         figure, drawn = draw_figure(Path(png).stem, results, settings, references)
-        tables.write(drawn, "drawn", Path(drawn_file), provenance)
+        # what x and y are, with their units
+        panels = {
+            str(axes.get_label()): {"title": axes.get_title("left")}
+            | {"x": axes.get_xlabel(), "y": axes.get_ylabel()}
+            for axes in figure.axes
+            if axes.get_label() != _COLOUR_BAR
+        }
+        tables.write(drawn, "drawn", Path(drawn_file), {**provenance, "panels": panels})
         save(figure, Path(png), Path(svg))

@@ -61,17 +61,10 @@ def refused(results: CampaignTables, settings: Settings) -> Section:
     return Section("refused", "Refused", made, shown)
 
 
-def refusals(quarantine: pd.DataFrame, name: str, most: int) -> ShownTable:
-    """What was refused, why, and what to do, where sentences have only each gate's first case.
-
-    Remarks on the run sheet refuse nothing.
-    """
+def refusals(quarantine: pd.DataFrame, name: str, most: int, caption: str = "") -> ShownTable:
+    """What was refused, why, and what to do; remarks on the run sheet refuse nothing."""
     quarantine = quarantine[~quarantine["rule"].isin(REMARKS)]
-    if not quarantine["rule"].duplicated().any():
-        quarantine = quarantine[:0]
-    if not (quarantine["run_id"] != quarantine["file"]).any():
-        quarantine = quarantine.drop(columns="run_id")
-    return show_declared(quarantine, "quarantine", name=name, most=most)
+    return show_declared(quarantine, "quarantine", caption, name, most)
 
 
 def first_cases(quarantine: pd.DataFrame) -> list[dict[str, object]]:
@@ -135,7 +128,8 @@ def bearing(results: CampaignTables, settings: Settings) -> Section:
         inversion=results.torque_inversion["verdict"].tolist(),
         **_heat(results.heat_balance),
     )
-    listed = refusals(refused, "torque_quarantine", settings.report.rows_max)
+    caption = "Refused torque logs, runs and plateaus"
+    listed = refusals(refused, "torque_quarantine", settings.report.rows_max, caption)
     return Section("bearing", "Bearing", made, [_error_table(sure), listed])
 
 
