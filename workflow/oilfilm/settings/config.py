@@ -538,7 +538,6 @@ class StribeckSettings(Group):
     """What the figure `stribeck` shows."""
 
     slide_roll_ratio: q.SlideRollRatio = key("Slip of the points; the nearest of each run.")
-    abscissa: Literal["lambda", "hersey"] = key("What traction is drawn against.")
 
 
 class IsothermalSettings(Group):

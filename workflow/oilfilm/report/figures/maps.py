@@ -111,19 +111,16 @@ def _frame(panel: Panel, law: FittedLaw, pressure: float, temperature: float) ->
         panel.axis.add_patch(frame)
 
 
-@register(family="data", tables=("points",), settings=("figures", "gates", "oils", "rigs"))
+@register(family="data", tables=("points",), settings=("figures", "gates", "oils"))
 def stribeck(results: CampaignTables, settings: Settings) -> Sheet:
     """Traction against film thickness.
 
     Traction coefficient of the accepted points nearest to one slide-roll ratio, one panel per
-    oil, against lambda (film thickness over roughness) or against the Hersey number eta U R/W
-    of viscosity at the inlet, entrainment speed, reduced radius and load. Colour: maximum Hertz
-    pressure (GPa). Dashed line: limit of lambda for a full film.
+    oil, against lambda (film thickness over roughness). Colour: maximum Hertz pressure (GPa).
+    Dashed line: limit of lambda for a full film.
     """
-    choice = settings.figures.stribeck
-    points = _of_one_slip(results.points, choice.slide_roll_ratio)
-    x = _hersey(points, settings) if choice.abscissa == "hersey" else points["lambda_ratio"]
-    points = points.assign(x=x).dropna(subset="x")
+    level = settings.figures.stribeck.slide_roll_ratio
+    points = _of_one_slip(results.points, level).dropna(subset="lambda_ratio")
     sheet, panels = oil_grid(
         style.oils_in(points, settings),
         "No accepted point near this slide-roll ratio has a known film:\n"
@@ -134,18 +131,16 @@ def stribeck(results: CampaignTables, settings: Settings) -> Sheet:
     pressure = points["max_hertz_pressure_gpa"]
     for panel, _, oil in panels:
         of_oil = points[points["oil"] == oil]
-        xy = of_oil["x"], of_oil["traction_coefficient"].abs()
+        xy = of_oil["lambda_ratio"], of_oil["traction_coefficient"].abs()
         colour = of_oil["max_hertz_pressure_gpa"]
         span: style.Look = {"vmin": pressure.min(), "vmax": pressure.max(), "linewidths": 0}
         dots = panel.axis.scatter(*xy, c=colour, s=9, cmap="viridis_r", **span)
         panel.keep("measured", *xy, oil=oil, value=colour, label=of_oil["run_id"])
         panel.axis.set_xscale("log")
         panel.axis.set_ylim(bottom=0)
-        if choice.abscissa == "lambda":
-            style.log_ticks(panel.axis.xaxis, _FILM_TICKS)
-            panel.axis.axvline(settings.gates.lambda_limit, color="black", linestyle="--")
-    labels = {"lambda": "lambda", "hersey": "Hersey number \N{GREEK SMALL LETTER ETA}UR/W"}
-    sheet.label(labels[choice.abscissa], f"{style.MU} at S = {choice.slide_roll_ratio:g}")
+        style.log_ticks(panel.axis.xaxis, _FILM_TICKS)
+        panel.axis.axvline(settings.gates.lambda_limit, color="black", linestyle="--")
+    sheet.label("lambda", f"{style.MU} at S = {level:g}")
     sheet.colour_bar(dots, "Maximum Hertz pressure (GPa)")
     return sheet
 
@@ -156,18 +151,6 @@ def _of_one_slip(points: pd.DataFrame, slide_roll_ratio: float) -> pd.DataFrame:
     off = (accepted["slide_roll_ratio"].abs() - slide_roll_ratio).abs()
     near = accepted.assign(off=off)[off <= 0.25 * slide_roll_ratio]
     return near.loc[near.groupby("run_id")["off"].idxmin()]
-
-
-def _hersey(points: pd.DataFrame, settings: Settings) -> "pd.Series[float]":
-    """eta U R/W of each point; NaN where its oil or rig is not known."""
-    number = pd.Series(np.nan, index=points.index)
-    for (oil, rig), of_both in points.groupby(["oil", "rig"]):
-        properties, contact = settings.properties_of(str(oil)), settings.rigs[str(rig)].contact()
-        if properties is not None and contact is not None:
-            eta = properties.dynamic_viscosity_pa_s(of_both["inlet_temperature_c"].to_numpy())
-            speed = of_both["entrainment_speed_m_s"] * contact.radius_m
-            number[of_both.index] = eta * speed / of_both["load_n"]
-    return number
 
 
 @register(
