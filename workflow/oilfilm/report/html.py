@@ -6,7 +6,6 @@ Decides: how verdicts look, and which pictures and files a page has room for.
 import base64
 import hashlib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -42,23 +41,6 @@ _LOOKS = {
 _LONGEST_TAG = 200
 
 
-@dataclass(frozen=True)
-class Picture:
-    """A picture in the page.
-
-    Attributes:
-        png: The file.
-        file: Its path below the results of the campaign, as `figures/fig02.png`.
-        title: A few words, also for those who cannot see it; the paper's number before them.
-        caption: Its caption.
-    """
-
-    png: Path
-    file: str
-    title: str
-    caption: str
-
-
 def html(
     sections: Sequence[Section],
     results: CampaignTables,
@@ -80,18 +62,19 @@ def html(
     Returns:
         HTML; the same results give the same text.
     """
-    gallery: dict[str, list[Picture]] = {}
+    gallery: dict[str, list[dict[str, Any]]] = {}
     for png in pngs:
         figure = figures()[png.stem]
-        about = f"figures/{png.name}", figure.numbered_title, captions.caption(png.stem)
-        gallery.setdefault(figure.category, []).append(Picture(png, *about))
+        picture = {"png": png, "file": f"figures/{png.name}", "title": figure.numbered_title}
+        picture["caption"] = captions.caption(png.stem)
+        gallery.setdefault(figure.category, []).append(picture)
     signals = [
-        Picture(
-            refused / row["page"],
-            f"refused/{row['page']}",
-            f"Signals of {row['run_id']}",
-            f"{row['run_id']}: {row['reason']}",
-        )
+        {
+            "png": refused / row["page"],
+            "file": f"refused/{row['page']}",
+            "title": f"Signals of {row['run_id']}",
+            "caption": f"{row['run_id']}: {row['reason']}",
+        }
         for row in tables.rows(results.refused_pages)
         if row["page"]
     ]
@@ -117,7 +100,7 @@ def html(
         "scripts": [Markup(law_script(LAWS.values())), _asset("page.js")],  # noqa: S704
     }
     pictures = [*(each for shown in gallery.values() for each in shown), *signals]
-    files = {each.file: base64.b64encode(each.png.read_bytes()).decode() for each in pictures}
+    files = {each["file"]: base64.b64encode(each["png"].read_bytes()).decode() for each in pictures}
     embedded: dict[str, str] = {}
     page = _template().render(context, embedded=embedded)
     room = settings.report.size_max_mb * 1e6 - len(page.encode())

@@ -521,7 +521,6 @@ class Fig03Settings(Group):
 class Fig06Settings(Group):
     """Condition of figure 6."""
 
-    inlet_temperature_c: q.TemperatureC = key("Temperature.")
     same_within: q.RelativeError = key("Conditions this near are one set point, relative.")
 
 

@@ -13,7 +13,6 @@ from oilfilm.report.figures.sheet import Panel, Sheet, oil_grid, register
 from oilfilm.report.words import load_variable
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
-from oilfilm.torque.load_variables import LOAD_VARIABLES
 from oilfilm.traction.law import CONDITIONS
 
 # Temperatures by the fill of symbols and the dashes of lines.
@@ -46,7 +45,7 @@ def torque(results: CampaignTables, settings: Settings) -> Sheet:
         style.oils_in(table, settings),
         "No torque was measured, or no law could be evaluated.",
         sorted(set(table["load"])),
-        lambda load, oil: f"{oil}, {_kilonewtons(load)}",
+        lambda load, oil: f"{oil}, {round(load / 1e3, 1):g} kN",
         **{"height": 1.2, "sharey": "row", "width": style.DOUBLE_COLUMN_IN},
     )
     for panel, load, oil in panels:
@@ -99,56 +98,8 @@ def _in_sets(table: pd.DataFrame, settings: Settings) -> pd.DataFrame:
     return table.assign(load=loads, level=levels)
 
 
-def _kilonewtons(load_n: float) -> str:
-    return f"{round(load_n / 1e3, 1):g} kN"
-
-
 def _cross_handles(table: pd.DataFrame) -> list[Any]:
     return [style.line_handle("cage may roll or skid", **_CROSS)] if table["bistable"].any() else []
-
-
-@register(family="bearing", tables=("torque",), settings=("oils", "figures"), requires="torque")
-def torque_load_variable(results: CampaignTables, settings: Settings) -> Sheet:
-    """Load variables of the law in the bearing.
-
-    Error (%) of the calculated torque against speed of the inner ring, one panel per oil and
-    load variable. The law is evaluated with pressure P, with load W and with dimensionless load
-    W/(E'R\N{SUPERSCRIPT TWO}).
-    Crosses: the cage may roll or skid.
-    """
-    choice = settings.figures.fig06
-    near = results.torque["inlet_temperature_c"] - choice.inlet_temperature_c
-    here = near.abs() <= choice.same_within * choice.inlet_temperature_c
-    table = _in_sets(results.torque[here], settings)
-    loads = sorted(set(table["load"]))
-    sheet, panels = oil_grid(
-        style.oils_in(table, settings),
-        "No torque was measured at this temperature.",
-        LOAD_VARIABLES,
-        lambda variable, oil: f"{oil}, {load_variable(variable)}",
-        **{"height": 1.15, "width": style.DOUBLE_COLUMN_IN},
-    )
-    for panel, variable, oil in panels:
-        rows = table[(table["oil"] == oil) & (table["load_variable"] == variable)]
-        shades = style.shades(style.oil_colour(oil, list(settings.oils)), len(loads))
-        for load, shade, marker in zip(loads, shades, style.MARKERS, strict=False):
-            at = rows[rows["load"] == load].sort_values("inner_speed_rpm")
-            speed, error = at["inner_speed_rpm"] / 1e3, 100 * at["relative_error"]
-            look = {"marker": marker, "color": shade, "linewidth": 0.9}
-            about = {"oil": oil, "value": at["bistable"].astype(float)}
-            panel.line(_kilonewtons(load), speed, error, look, **about)
-            panel.axis.plot(speed[at["bistable"]], error[at["bistable"]], **_CROSS)
-        panel.axis.axhline(0, color="black", linewidth=0.6)
-    sheet.label(style.SPEED_LABEL, "Error of the torque (%)", fontsize=7)
-    # loads in shades of grey: each oil has its own colour
-    greys = style.shades(style.GREY, len(loads))
-    handles = [
-        style.line_handle(f"axial load {_kilonewtons(load)}", marker=marker, color=shade)
-        for load, shade, marker in zip(loads, greys, style.MARKERS, strict=False)
-    ]
-    title = f"oil at {choice.inlet_temperature_c:g} \N{DEGREE SIGN}C"
-    sheet.legend(handles + _cross_handles(table), title)
-    return sheet
 
 
 @register(
