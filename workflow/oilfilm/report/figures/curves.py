@@ -211,7 +211,7 @@ def _levels(points: pd.DataFrame, condition: str) -> "pd.Series[Any]":
     return pd.qcut(points[condition], _GROUPS, duplicates="drop")
 
 
-_MOST_TEMPERATURES = 12
+_MOST_ROWS = 12
 _SPEED = "nominal_entrainment_speed_m_s"
 _TEMPERATURE = "nominal_inlet_temperature_c"
 _PRESSURE = "nominal_max_hertz_pressure_gpa"
@@ -223,51 +223,50 @@ def coverage(results: CampaignTables, settings: Settings) -> Sheet:
     """Coverage of the test matrix.
 
     Conditions of the test matrix and of all runs, one column of panels per oil and one row per
-    inlet temperature. Abscissa: entrainment speed U (m/s). Ordinate: maximum Hertz pressure P
-    (GPa) or, where none is stated, load W (N). Numbers: accepted runs of all runs, where there is
-    not one accepted run. Missing: no run of the condition could be read. Conditions that are not
-    stated as a whole are not shown.
+    maximum Hertz pressure P or, where none is stated, load W. Abscissa: entrainment speed U (m/s).
+    Ordinate: inlet temperature T (\N{DEGREE SIGN}C). Numbers: accepted runs of all runs, where
+    there is not one accepted run. Missing: no run of the condition could be read. Conditions that
+    are not stated as a whole are not shown.
     """
     table = results.coverage
-    force, label = (_PRESSURE, "P (GPa)") if table[_PRESSURE].notna().all() else (_LOAD, "W (N)")
+    force, phrase = (_PRESSURE, "P = {:g} GPa") if table[_PRESSURE].any() else (_LOAD, "W = {:g} N")
     table = table.assign(runs=table["runs_accepted"] + table["runs_refused"])
     conditions = table.groupby(["oil", _TEMPERATURE, _SPEED, force], as_index=False)
     cells = conditions[["runs_accepted", "runs"]].sum()
     states = cells["runs_accepted"] > 0, cells["runs"] > 0
     cells["state"] = np.select(states, ["accepted", "refused"], "missing")
-    temperatures = sorted(cells[_TEMPERATURE].unique())
-    if not 0 < len(temperatures) <= _MOST_TEMPERATURES:
+    levels = sorted(cells[force].unique())
+    if not 0 < len(levels) <= _MOST_ROWS:
         raise NothingToDrawError(
-            f"Conditions at {len(temperatures)} temperatures: there is nothing to cover,\n"
+            f"Conditions at {len(levels)} pressures or loads: there is nothing to cover,\n"
             "or more than a map can show. The table coverage has all runs.\n"
             "Set points are read from the headers of logs and from\n"
             "`set_points` of the campaign file."
         )
     sheet, panels = oil_grid(
         style.oils_in(cells, settings),
-        rows=temperatures,
-        title=lambda level, oil: f"{oil}, {style.level_phrases({'inlet_temperature_c': level})}",
-        height=0.8,
-        down=0.22,
+        rows=levels,
+        title=lambda level, oil: f"{oil}, {phrase.format(level)}",
+        height=1.1,
     )
-    for panel, temperature, oil in panels:
-        of_panel = cells[(cells["oil"] == oil) & (cells[_TEMPERATURE] == temperature)]
+    for panel, level, oil in panels:
+        of_panel = cells[(cells["oil"] == oil) & (cells[force] == level)]
         panel.axis.margins(0.15)
         for state, of_state in of_panel.groupby("state"):
-            x, y, look = of_state[_SPEED], of_state[force], _symbol(str(state))
+            x, y, look = of_state[_SPEED], of_state[_TEMPERATURE], _symbol(str(state))
             counts = of_state["runs_accepted"].astype(str) + "/" + of_state["runs"].astype(str)
             labels = counts.where(counts != "1/1", "")
             panel.dots(state, x, y, look | {"markersize": 3.6}, oil=oil, label=labels)
-            for at in zip(labels, x, y, strict=True):
+            for number in labels.index[labels != ""]:
                 place: style.Look = {"xytext": (3, -2), "textcoords": "offset points"}
-                panel.axis.annotate(at[0], at[1:], **place, fontsize=6)
-    sheet.label("U (m/s)", label, fontsize=7)
+                panel.axis.annotate(labels[number], (x[number], y[number]), **place, fontsize=6)
+    sheet.label("U (m/s)", "T (\N{DEGREE SIGN}C)", fontsize=7)
     counts = cells["state"].value_counts()
     handles = [
         style.symbol_handle(f"{state} ({counts.get(state, 0)})", **_symbol(state), markersize=4)
         for state in style.STATE_COLOURS
     ]
-    sheet.legend(handles, "Conditions by state; in a cell: accepted/all runs")
+    sheet.legend(handles, "Conditions by state; beside a symbol: accepted/all runs")
     return sheet
 
 
