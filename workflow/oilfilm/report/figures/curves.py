@@ -125,7 +125,7 @@ def _conditions(runs: pd.DataFrame, points: pd.DataFrame) -> dict[str, pd.DataFr
 
 
 def _draw_cloud(panel: Panel, colour: str, series: Sequence[Series]) -> None:
-    """All points in one colour, over the fits at their conditions."""
+    """All points in one colour, with the fits at their conditions."""
     points = pd.concat([condition.points for condition in series])
     x, y, _ = points[_MEASURED].to_numpy(dtype=float).T
     look: style.Look = {"marker": ".", "color": colour, "alpha": 0.7, "markersize": 1.6}
@@ -134,7 +134,9 @@ def _draw_cloud(panel: Panel, colour: str, series: Sequence[Series]) -> None:
     # a sample in the legend that can be seen
     panel.axis.plot([], [], ".", color=colour, markersize=5, label=f"points ({len(points)})")
     spread = np.argsort(np.arange(len(series)) * _GOLDEN_RATIO % 1)[:_FITS_DRAWN]
-    look = {"color": "black", "linewidth": 0.3, "zorder": 1.5}
+    # few lines are drawn over their points, many lines under all points
+    few = len(series) <= _CONDITIONS_TOLD_APART
+    look = {"color": "black", "linewidth": 1.1 if few else 0.3, "zorder": 3 if few else 1.5}
     for condition in (series[number] for number in sorted(spread)):
         at, mu = condition.fit(float(np.abs(x).max()))
         panel.line("fit", at, mu, look, oil=condition.oil, label=condition.label)
