@@ -11,7 +11,8 @@ from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from reports import results_of
 
-tab = pytest.fixture(scope="session")(open_tab)
+# of a module: playwright runs once at a time, and other rooms start it as well
+tab = pytest.fixture(scope="module")(open_tab)
 
 
 @pytest.fixture(scope="session")
