@@ -1,6 +1,11 @@
 """The browser of the tests: Debian's chromium or Chrome, quiet, without what it would download."""
 
 import shutil
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
 
 CHROMIUM = shutil.which("chromium") or shutil.which("google-chrome")
 QUIET = [
@@ -12,3 +17,55 @@ QUIET = [
     "--disable-component-update",
     "--disable-sync",
 ]
+Page = Any  # of playwright, which is imported where it is needed
+
+
+class Tab:
+    """One page for all tests, with what its console says and its requests beyond files.
+
+    To load a file anew takes a third of the time of a new page.
+    """
+
+    def __init__(self, page: Page) -> None:
+        self.page = page
+        self.problems: list[str] = []
+        self.allowed: tuple[str, ...] = ()
+        page.on("console", lambda message: self.problems.append(message.text))
+        page.on("dialog", self._refuse)
+        page.on("pageerror", lambda error: self.problems.append(str(error)))
+        page.on("request", lambda request: self._ask(request.url))
+
+    def _refuse(self, dialog: Any) -> None:
+        self.problems.append(f"the page ran {dialog.message}")
+        dialog.dismiss()
+
+    def _ask(self, url: str) -> None:
+        if not url.startswith(("data:", "blob:", *self.allowed)):
+            self.problems.append(url)
+
+    def open(self, file: Path, width: int = 1280, others: str = "") -> Page:
+        """The page of a file as a new reader has it; it may load nothing, or only `others`."""
+        self.page.emulate_media(media="null", color_scheme="light")
+        self.page.set_viewport_size({"width": width, "height": 900})
+        # from the same page with another fragment it would only scroll
+        self.page.goto("about:blank")
+        self.problems.clear()
+        self.allowed = file.as_uri(), others or file.as_uri()
+        self.page.goto(file.as_uri())
+        return self.page
+
+    def violations(self) -> list[str]:
+        """What keeps people from using the page, as axe finds it."""
+        axe = pytest.importorskip("axe_playwright_python.sync_playwright").Axe()
+        found = axe.run(self.page).response["violations"]
+        return [f"{rule['id']}: {each['html'][:200]}" for rule in found for each in rule["nodes"]]
+
+
+def open_tab() -> Iterator[Tab]:
+    """A tab in a browser of its own, with an empty profile; skips where there is none."""
+    if CHROMIUM is None:
+        pytest.skip("there is no chromium (.ci/tools installs it)")
+    with pytest.importorskip("playwright.sync_api").sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=QUIET)
+        yield Tab(browser.new_page())
+        browser.close()

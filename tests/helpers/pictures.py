@@ -1,7 +1,6 @@
 """What tests ask of any drawn figure."""
 
 from collections.abc import Callable
-from typing import Any
 
 import pandas as pd
 from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -26,25 +25,17 @@ def nothing_is_cut_off(figure: Figure) -> bool:
     return min(box.x0, box.y0, width - box.x1, height - box.y1) > -0.01
 
 
-def draw(
-    name: str, results: CampaignTables, config: Settings, **replaced: Any
-) -> tuple[Figure, pd.DataFrame]:
-    """A figure and the table of what it draws, as its job does; reference files may be replaced."""
+def draw(name: str, results: CampaignTables, config: Settings) -> tuple[Figure, pd.DataFrame]:
+    """A figure and the table of what it draws, as its job does."""
     references = {
         reference: read_reference(ROOT / f"data/reference/{reference}.yaml")
         for reference in figures()[name].references
     }
-    return draw_figure(name, results, config, references | replaced)
+    return draw_figure(name, results, config, references)
 
 
-def drawing_of(results: CampaignTables, config: Settings, **references: Any) -> Draw:
+def drawing_of(results: CampaignTables, config: Settings) -> Draw:
     """Draws a figure by its name; other settings and other tables may be given."""
-
-    def drawing(
-        name: str, settings: Settings = config, **replaced: Any
-    ) -> tuple[Figure, pd.DataFrame]:
-        known = {"printed_coefficients"} & replaced.keys()
-        others = references | {reference: replaced.pop(reference) for reference in known}
-        return draw(name, results.replace(**replaced), settings, **others)
-
-    return drawing
+    return lambda name, settings=config, **replaced: draw(
+        name, results.replace(**replaced), settings
+    )

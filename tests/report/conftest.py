@@ -3,12 +3,16 @@
 import pandas as pd
 import pytest
 
+from browsers import open_tab
 from campaigns import printed
 from fit_points import make_points, matrix
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from planted_fits import printed_fits
 from reports import results_of
+
+# of a module: playwright runs once at a time, and other rooms start it as well
+tab = pytest.fixture(scope="module")(open_tab)
 
 
 @pytest.fixture(scope="session")

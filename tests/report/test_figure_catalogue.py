@@ -5,7 +5,7 @@ import sys
 
 from campaigns import ROOT
 from oilfilm.figure_catalogue import figures
-from oilfilm.report.captions import caption, provenance
+from oilfilm.report.captions import provenance
 from oilfilm.settings.resolved import Settings
 
 
@@ -14,11 +14,6 @@ def test_origin_of_data_says_simulated_or_who_measured(config: Settings) -> None
     own = {"name": "june", "data": "measured", "twin": None, "credit": "ours", "torque": None}
     measured = Settings.of({**config.plain(), "campaign": {**config.plain()["campaign"], **own}})
     assert provenance(measured.campaign) == "Measured data (ours), campaign 'june'"
-
-
-def test_captions_of_the_papers_figures_name_their_number() -> None:
-    assert "Made after Fig. 2 of Deng et al., Lubricants 14 (2026) 33." in caption("fig02")
-    assert all(bool(figure.paper) == (figure.category == "Paper") for figure in figures().values())
 
 
 def test_declarations_are_read_without_importing_what_draws() -> None:

@@ -28,9 +28,7 @@ def drawing(on_printed_law: CampaignTables, config: Settings) -> Draw:
     return drawing_of(on_printed_law, config)
 
 
-def test_friction_map_is_the_law_and_knows_the_film(
-    drawing: Draw, on_printed_law: CampaignTables, config: Settings
-) -> None:
+def test_friction_map_is_the_law_and_knows_the_film(drawing: Draw, config: Settings) -> None:
     figure, drawn = drawing("friction-map")
     assert nothing_is_cut_off(figure)
     of_oil = drawn[(drawn["oil"] == "4050") & (drawn["panel"] == "e")]  # 1.5 GPa
@@ -43,30 +41,14 @@ def test_friction_map_is_the_law_and_knows_the_film(
     roughness_um = 1e6 * present(rig.contact(), "contact", "the rig").roughness_rq_m
     ratio = np.interp(25.0, fast["x"], fast["value"])
     assert ratio == pytest.approx(0.161 / roughness_um, rel=0.01)
-    largest = drawn[drawn["series"] == "largest measured mu"].set_index("oil")["value"]
-    for oil, of_this in on_printed_law.points[on_printed_law.points["accepted"]].groupby("oil"):
-        assert (largest[[oil]] == of_this["traction_coefficient"].max()).all()
 
 
-def test_traction_is_drawn_over_lambda_or_over_the_hersey_number(
-    drawing: Draw, on_printed_law: CampaignTables, config: Settings
-) -> None:
+def test_traction_is_drawn_over_lambda(drawing: Draw) -> None:
     figure, drawn = drawing("stribeck")
     assert nothing_is_cut_off(figure)
     assert len(drawn) == 3 * len(matrix())
     speeds = drawn["x"] / 0.4
     assert set(speeds.round(6)) == {speed for _, speed, _ in matrix()}
-    hersey = config.with_changes({"figures": {"stribeck": {"abscissa": "hersey"}}})
-    _, drawn = drawing("stribeck", hersey)
-    # MIL-L-23699 at 100 degC: 5.006 mPa s (docs/physics.md); on a ball of 10 mm radius, 25 m/s
-    runs = on_printed_law.points[
-        (on_printed_law.points["oil"] == "4050")
-        & (on_printed_law.points["inlet_temperature_c"] == 100)
-        & (on_printed_law.points["entrainment_speed_m_s"] == 25)
-    ].drop_duplicates("run_id")
-    of_runs = drawn.set_index("words").loc[runs["run_id"], "x"]
-    expected = 5.006e-3 * 25 * 0.010 / runs["load_n"].to_numpy()
-    np.testing.assert_allclose(of_runs, expected, rtol=1e-3)
 
 
 @dataclass
@@ -141,17 +123,9 @@ def test_correction_recovers_most_of_what_heat_took(
         assert without_heat(hot, truth, contact, config)["traction_coefficient"].isna().all()  # type: ignore[arg-type]
 
 
-def test_isothermal_curves_are_corrected_by_the_law(
-    drawing: Draw, on_printed_law: CampaignTables
-) -> None:
+def test_isothermal_curves_are_above_the_measured_ones(drawing: Draw) -> None:
     figure, drawn = drawing("isothermal")
     assert nothing_is_cut_off(figure)
-    rows = drawn.query("oil == '4102' and series == 'isothermal' and x > 0").dropna(subset="y")
-    run = rows[rows["words"] == rows["words"].iloc[0]]
-    at = on_printed_law.points.set_index("run_id").loc[run["words"].iloc[0]].iloc[0]
-    condition = at["max_hertz_pressure_gpa"], at["entrainment_speed_m_s"], 120.0
-    # heat lowers the traction, the more the more slip there is
-    gain = run["y"] / traction_coefficient(printed()["4102"], *condition, run["x"])
-    assert len(run) > 5
-    assert (gain > 1).all()
-    assert gain.is_monotonic_increasing
+    curves = drawn.query("oil == '4102' and x > 0").pivot_table("y", ["words", "x"], "series")
+    # heat lowers the traction
+    assert (curves["isothermal"] > curves["measured"])[curves["isothermal"].notna()].all()

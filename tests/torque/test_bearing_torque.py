@@ -35,7 +35,7 @@ from planted_fits import TESTED, printed_fits
 from reports import rows
 from torque_logs import curated_logs
 
-FIGURES = ["fig06", "torque-load-variable", "cage-slip", "slip-advice", "size-effect", "power-loss"]
+FIGURES = ["fig06", "cage-slip", "slip-advice", "size-effect", "power-loss"]
 SPEED_RPM = np.array([6000.0, 9000.0, 12000.0])
 PUBLISHED = load_settings(ROOT / "data/reference/bearing_tests.yaml", PublishedBearingTests)
 

@@ -42,14 +42,11 @@ from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction import LAWS, expression
 from oilfilm.units import FloatArray
 
-FORM = "mu = (A + B u) exp(-C u) + D, u the slip velocity in m/s, 0 or more"
 UNITS = {
     "A": "1",
     "B": "s/m",
     "C": "s/m",
     "D": "1",
-    "mu_at_rest": "1",
-    "mu_far_beyond_peak": "1",
     "peak_slip_velocity": "m/s",
     "peak_mu": "1",
 }
@@ -106,7 +103,7 @@ def json_text(
     fixed_conditions = description.fitted.coefficients.fixed
     content = {
         "format": "oilfilm traction law",
-        "format_version": 4,
+        "format_version": 5,
         "oil": description.oil,
         "origin": description.origin,
         "campaign": campaign and {"name": campaign.name, "description": campaign.description},
@@ -140,11 +137,6 @@ def json_text(
             "rms_error_of_mu": number_or_none(quality["rmse"]),
             "largest_error_of_mu": number_or_none(quality["max_error"]),
             "fixed_conditions": [asdict(fixed) for fixed in fixed_conditions],
-        },
-        "adore": {
-            "form": FORM,
-            "units": UNITS,
-            "points": adore_rows(description) if "ADORE" in files else [],
         },
         "files": files,
         "not_written": not_written,
@@ -181,7 +173,7 @@ def adore_obstacle(description: Description) -> str:
     """Why there are no such constants; empty where there are."""
     law = description.law
     if law.adore is None:
-        return f"the law {law.name} has not the form {FORM.partition(',')[0]}"
+        return f"the law {law.name} has not the form mu = (A + B u) exp(-C u) + D"
     lacking = {
         name for point in description.adore_points for name in law.conditions if name not in point
     }
@@ -208,8 +200,6 @@ def _row(description: Description, requested: Mapping[str, float]) -> dict[str, 
         "B": b / speed,
         "C": c / speed,
         "D": d,
-        "mu_at_rest": a + d,
-        "mu_far_beyond_peak": d,
         "peak_slip_velocity": peak * speed,
         "peak_mu": (a + b * peak) * math.exp(-c * peak) + d,
         "outside_tested_box": description.outside(groups),

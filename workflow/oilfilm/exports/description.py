@@ -261,31 +261,29 @@ class Description:
         """The head of a source file, as a comment whose every line begins with `mark`.
 
         Args:
-            description: The fit.
             sentences: One per argument: name, meaning, unit, range tested.
             mark: What makes a line a comment.
             results: What the functions give back, and for which arguments they give nothing.
         """
-        oil, where_known = plain(self.oil), self.where_known
-        lines = [
-            *_lines(f"Traction coefficient mu (traction force over load) of the oil {oil}"),
+        where = f"Not an argument, because {KNOWN_WHERE_TESTED}: {self.where_known}"
+        texts = [
+            f"Traction coefficient mu (traction force over load) of the oil {plain(self.oil)}",
             "",
-            *_lines(
-                self.origin,
-                *self.fit_sentences,
-                f"Every constant: traction_{self.identifier}.json and .csv",
-            ),
+            self.origin,
+            *self.fit_sentences,
+            f"Every constant: traction_{self.identifier}.json and .csv",
             "",
-            *_lines(*self.law_sentences),
+            *self.law_sentences,
             "",
             "Arguments, and the box tested",
-            *_lines(*sentences, indent="  "),
-            *_lines(
-                where_known and f"Not an argument, because {KNOWN_WHERE_TESTED}: {where_known}"
-            ),
+            *(f"  {sentence}" for sentence in sentences),
+            *([where] if self.where_known else []),
             "",
-            *_lines(*results, NOT_MARKED),
+            *results,
+            NOT_MARKED,
         ]
+        wrapper = textwrap.TextWrapper(_WIDTH, subsequent_indent="  ")
+        lines = [line for text in texts for line in wrapper.wrap(text) or [""]]
         return "\n".join(f"{mark}{line}".rstrip() for line in lines)
 
     @property
@@ -471,8 +469,3 @@ def _constant(row: Mapping[str, Any], meaning: str) -> dict[str, Any]:
 def span(lower: float | None, upper: float | None) -> str:
     """A range in words."""
     return "unknown" if lower is None or upper is None else f"{lower:.4g} to {upper:.4g}"
-
-
-def _lines(*texts: str, indent: str = "") -> list[str]:
-    wrapper = textwrap.TextWrapper(_WIDTH, initial_indent=indent, subsequent_indent=indent + "  ")
-    return [line for text in texts for line in wrapper.wrap(text)]

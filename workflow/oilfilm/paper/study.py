@@ -166,8 +166,7 @@ def _claims(results: CampaignTables, settings: Settings) -> Section:
         for claim in of_paper.claims
         if len(rows := claims[claims["claim"] == claim.id])
     ]
-    downloads = {"claims.csv": claims, "claim_numbers.csv": numbers}
-    return Section("claims", "Claims of the paper", made, shown, entries, downloads, _WORDS)
+    return Section("claims", "Claims of the paper", made, shown, entries, _WORDS)
 
 
 def _entry(

@@ -9,7 +9,8 @@ templates: each line of a template is one sentence and begins with a mark.
 
 `shown_tables.yaml` beside this module declares which columns of the finished tables are shown.
 
-Decides: what a section is, that trouble comes first, signs and units of numbers in shown tables.
+Decides: what a section is, that trouble comes first, signs and units of numbers in shown tables,
+the meaning of each word of a verdict (`glossary.yaml`).
 """
 
 import re
@@ -72,8 +73,7 @@ class Section:
         facts: What it tells, in sentences (`facts` makes them).
         tables: What it shows; the text has those that say so.
         entries: Details, which only a page shows.
-        downloads: Whole tables, by the name of the file that a page offers.
-        words: Meanings of its own words, beside those of `oilfilm.report.words`.
+        words: Meanings of its own words, beside those of `glossary.yaml`.
     """
 
     anchor: str
@@ -81,12 +81,19 @@ class Section:
     facts: Sequence[Fact] = ()
     tables: Sequence["ShownTable"] = ()
     entries: Sequence[Entry] = ()
-    downloads: Mapping[str, pd.DataFrame] = field(default_factory=dict)
     words: Mapping[str, str] = field(default_factory=dict)
 
     def __bool__(self) -> bool:
         """True where it has something to say."""
         return bool(self.facts or any(self.tables) or self.entries)
+
+
+def meanings(sections: Iterable[Section]) -> dict[str, str]:
+    """The words of a report that need a meaning, each with its meaning."""
+    known = dict(_declarations("glossary"))
+    for section in sections:
+        known |= section.words
+    return known
 
 
 def facts(template: str, **numbers: Any) -> list[Fact]:
@@ -297,7 +304,7 @@ def show_declared(
         name: Of it in the page, if another one.
         most: Rows that are shown at most.
     """
-    about = _declarations()[declared]
+    about = _declarations("shown_tables")[declared]
     columns = []
     for column, given in about["columns"].items():
         keys = {"heading": given} if isinstance(given, str) else dict(given)
@@ -309,8 +316,8 @@ def show_declared(
 
 
 @cache
-def _declarations() -> dict[str, Any]:
-    path = Path(__file__).with_name("shown_tables.yaml")
+def _declarations(name: str) -> dict[str, Any]:
+    path = Path(__file__).with_name(f"{name}.yaml")
     return dict(yaml.safe_load(path.read_text(encoding="utf-8")))
 
 

@@ -6,7 +6,6 @@ Decides: how verdicts look, and which pictures and files a page has room for.
 import base64
 import hashlib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -17,12 +16,11 @@ from markupsafe import Markup
 from oilfilm import tables
 from oilfilm.figure_catalogue import figures
 from oilfilm.report import captions
-from oilfilm.report.document import Section
+from oilfilm.report.document import Section, meanings
 from oilfilm.report.explorer import explorer, law_script
 from oilfilm.report.release_id import UNRELEASED
-from oilfilm.report.sections.data import drawn_points, run_pages
-from oilfilm.report.spreadsheet import csv_text
-from oilfilm.report.words import meanings, printed
+from oilfilm.report.sections.data import drawn_points
+from oilfilm.report.words import printed
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction import LAWS
@@ -39,21 +37,8 @@ _LOOKS = {
 }
 
 
-@dataclass(frozen=True)
-class Picture:
-    """A picture in the page.
-
-    Attributes:
-        png: The file.
-        file: Its path below the results of the campaign, as `figures/fig02.png`.
-        title: A few words, also for those who cannot see it; the paper's number before them.
-        caption: Its caption.
-    """
-
-    png: Path
-    file: str
-    title: str
-    caption: str
+# Of a picture in the page, beside its content.
+_LONGEST_TAG = 200
 
 
 def html(
@@ -77,29 +62,29 @@ def html(
     Returns:
         HTML; the same results give the same text.
     """
-    gallery: dict[str, list[Picture]] = {}
+    gallery: dict[str, list[dict[str, Any]]] = {}
     for png in pngs:
         figure = figures()[png.stem]
-        about = f"figures/{png.name}", figure.numbered_title, captions.caption(png.stem)
-        gallery.setdefault(figure.category, []).append(Picture(png, *about))
+        picture = {"png": png, "file": f"figures/{png.name}", "title": figure.numbered_title}
+        picture["caption"] = captions.caption(png.stem)
+        gallery.setdefault(figure.category, []).append(picture)
     signals = [
-        Picture(
-            refused / row["page"],
-            f"refused/{row['page']}",
-            f"Signals of {row['run_id']}",
-            f"{row['run_id']}: {row['reason']}",
-        )
+        {
+            "png": refused / row["page"],
+            "file": f"refused/{row['page']}",
+            "title": f"Signals of {row['run_id']}",
+            "caption": f"{row['run_id']}: {row['reason']}",
+        }
         for row in tables.rows(results.refused_pages)
         if row["page"]
     ]
     data = {
         **explorer(results, settings),
         "points": drawn_points(results.points, settings.report.points_max),
-        "runs": run_pages(results, settings.report.rows_max),
     }
     context = {
         "sections": sections,
-        "words": _words(sections),
+        "words": meanings(sections).items(),
         "settings": settings,
         "provenance": provenance,
         "origin": captions.provenance(settings.campaign),
@@ -109,57 +94,29 @@ def html(
             (Markup(mathml(LAWS[name])), LAWS[name].source)  # noqa: S704  (our own text)
             for name in dict.fromkeys(results.configured.coefficients["law"])
         ],
-        "run_count": len(results.runs),
         "gallery": gallery,
         "signals": signals,
         "data": data,
         "scripts": [Markup(law_script(LAWS.values())), _asset("page.js")],  # noqa: S704
     }
-    files = {
-        picture.file: _address("image/png", picture.png.read_bytes())
-        for picture in (*(each for shown in gallery.values() for each in shown), *signals)
-    }
-    # the mark of UTF-8, without which some spreadsheets take it for another encoding
-    files |= {
-        name: _address("text/csv;charset=utf-8", csv_text(frame).encode("utf-8-sig"))
-        for section in sections
-        for name, frame in section.downloads.items()
-    }
-    # the smallest files first: as many as there is room for
-    embedded = dict(sorted(files.items(), key=lambda file: len(file[1])))
+    pictures = [*(each for shown in gallery.values() for each in shown), *signals]
+    files = {each["file"]: base64.b64encode(each["png"].read_bytes()).decode() for each in pictures}
+    embedded: dict[str, str] = {}
     page = _template().render(context, embedded=embedded)
-    limit = settings.report.size_max_mb * 1e6
-    while embedded and (excess := len(page.encode()) - limit) > 0:
-        while embedded and excess > 0:
-            excess -= len(embedded.popitem()[1])
-        page = _template().render(context, embedded=embedded)
-    return page
+    room = settings.report.size_max_mb * 1e6 - len(page.encode())
+    # the smallest files first: as many as there is room for
+    for file, content in sorted(files.items(), key=lambda each: len(each[1])):
+        room -= len(content) + _LONGEST_TAG
+        if room > 0:
+            embedded[file] = f"data:image/png;base64,{content}"
+    return _template().render(context, embedded=embedded)
 
 
 def _look(verdict: str) -> str:
     """How a verdict looks: good, fair or bad."""
-    beginnings = [(text, look) for look, texts in _LOOKS.items() for text in texts.split(", ")]
-    fitting = [
-        (len(text), look) for text, look in beginnings if f"{verdict} ".startswith(f"{text} ")
-    ]
-    return max(fitting, default=(0, ""))[1]
-
-
-def _words(sections: Sequence[Section]) -> list[tuple[str, str]]:
-    """The words of the page that need a meaning."""
-    texts: list[str] = []
-    for section in sections:
-        texts += [fact.text for fact in section.facts]
-        texts += [verdict for entry in section.entries for _, verdict in entry.verdicts]
-        for table in section.tables:
-            texts += [table.caption, *(column.heading for column in table.columns)]
-            texts += [cell for row in table.rows for cell in row]
-    return meanings(" | ".join(texts), *(section.words for section in sections))
-
-
-def _address(kind: str, content: bytes) -> str:
-    """A file as an address that has all of it."""
-    return f"data:{kind};base64,{base64.b64encode(content).decode('ascii')}"
+    looks = {text: look for look, texts in _LOOKS.items() for text in texts.split(", ")}
+    fitting = [text for text in looks if f"{verdict} ".startswith(f"{text} ")]
+    return looks[max(fitting, key=len)] if fitting else ""
 
 
 def _asset(name: str) -> Markup:

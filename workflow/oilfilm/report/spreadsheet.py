@@ -18,11 +18,6 @@ def write_csv(frame: pd.DataFrame, path: Path) -> None:
     write_text(csv_text(frame), path, encoding="utf-8-sig")
 
 
-def is_formula(text: str) -> bool:
-    """Whether a spreadsheet would take a text for a formula or a command."""
-    return text.startswith(_FORMULA_STARTS)
-
-
 def csv_text(frame: pd.DataFrame) -> str:
     """A table as csv, numbers with all their digits.
 

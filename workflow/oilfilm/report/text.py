@@ -7,8 +7,7 @@ from collections.abc import Iterable, Iterator, Sequence
 
 from oilfilm.errors import printable
 from oilfilm.report.captions import provenance
-from oilfilm.report.document import Fact, Section, ShownTable, sentence
-from oilfilm.report.words import meanings
+from oilfilm.report.document import Fact, Section, ShownTable, meanings, sentence
 from oilfilm.settings.campaign import Campaign
 from oilfilm.text_table import markdown_table
 
@@ -45,7 +44,7 @@ def text(
     ]
     for section in others:
         lines += _headed(section.title, _contents(section))
-    words = meanings("\n".join(lines), *(section.words for section in sections))
+    words = meanings(sections).items()
     lines += _headed("Words", [f"- {word}: {sentence(meaning)}" for word, meaning in words])
     return "\n".join(map(printable, lines)).rstrip() + "\n"
 

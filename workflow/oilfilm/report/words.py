@@ -1,14 +1,10 @@
 """Names of the report: conditions, load variables, gates, symbols of print; the colour of an oil.
 
-Decides: names and units on axes; the symbols of print; the meaning of each word of a
-verdict (`glossary.yaml`).
+Decides: names and units on axes; the symbols of print.
 """
 
 import re
-from collections.abc import Mapping, Sequence
-from pathlib import Path
-
-import yaml
+from collections.abc import Sequence
 
 from oilfilm.traction import LAW_TITLES
 
@@ -95,25 +91,3 @@ def printed(text: str) -> str:
     for plain, sign in _PRINTED.items():
         text = re.sub(plain, sign, text)
     return text
-
-
-def meanings(text: str, *more: Mapping[str, str]) -> list[tuple[str, str]]:
-    """The words of a text that need a meaning, each with its meaning, in one order.
-
-    Args:
-        text: What is shown.
-        more: Meanings of further words.
-    """
-    path = Path(__file__).with_name("glossary.yaml")
-    known = dict(yaml.safe_load(path.read_text(encoding="utf-8")))
-    for words in more:
-        known |= words
-    return [(word, meaning) for word, meaning in known.items() if _occurs(word, text)]
-
-
-def _occurs(word: str, text: str) -> bool:
-    if not word[-1].isalpha():
-        return word in text.replace("\N{PLUS-MINUS SIGN}", "+-")
-    # "steps" is no plural of the verdict "in step"
-    ending = "s?" if word.islower() and word.isalpha() else ""
-    return re.search(rf"(?<![\w-]){re.escape(word)}{ending}(?![\w-])", text) is not None

@@ -504,7 +504,6 @@ class Fig03Settings(Group):
 class Fig06Settings(Group):
     """Condition of figure 6."""
 
-    inlet_temperature_c: q.TemperatureC = key("Temperature.")
     same_within: q.RelativeError = key("Conditions this near are one set point, relative.")
 
 
@@ -521,7 +520,6 @@ class StribeckSettings(Group):
     """What the figure `stribeck` shows."""
 
     slide_roll_ratio: q.SlideRollRatio = key("Slip of the points; the nearest of each run.")
-    abscissa: Literal["lambda", "hersey"] = key("What traction is drawn against.")
 
 
 class IsothermalSettings(Group):
@@ -575,7 +573,7 @@ class ReportSettings(Group):
 
     size_max_mb: float = key("Size of the page; further pictures are left out.", unit="MB", gt=0)
     rows_max: int = key("Rows of a list of refusals or of runs; the rest is counted.", ge=1)
-    points_max: int = key("Measured points in the explorer and in pages of runs.", ge=1)
+    points_max: int = key("Measured points in the explorer.", ge=1)
     nearby: NearbySettings = key("Points shown beside a curve.")
 
 

@@ -13,7 +13,6 @@ from oilfilm.report.figures.sheet import Panel, Sheet, oil_grid, register
 from oilfilm.report.words import load_variable
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
-from oilfilm.torque.load_variables import LOAD_VARIABLES
 from oilfilm.traction.law import CONDITIONS
 
 # Temperatures by the fill of symbols and the dashes of lines.
@@ -37,9 +36,8 @@ def torque(results: CampaignTables, settings: Settings) -> Sheet:
     Friction torque (N m) against speed of the inner ring, one panel per oil and axial load.
     Symbols: measured torque; bars: 95 % interval from random error and calibration. Lines:
     torque calculated with the pressure-based law and with the load-based Wang-Deng law. Bands:
-    95 % interval from refits of the law, calibration and the other terms of the torque. Above
-    each panel: median error of each law, and points that agree within twice the standard
-    uncertainty of the difference. Crosses: the cage may roll or skid.
+    95 % interval from refits of the law, calibration and the other terms of the torque. Crosses:
+    the cage may roll or skid.
     """
     table = _in_sets(results.torque, settings)
     levels = sorted(set(table["level"]))
@@ -47,19 +45,13 @@ def torque(results: CampaignTables, settings: Settings) -> Sheet:
         style.oils_in(table, settings),
         "No torque was measured, or no law could be evaluated.",
         sorted(set(table["load"])),
-        lambda load, oil: f"{oil}, {_kilonewtons(load)}",
-        **{"height": 1.2, "top": 0.45, "down": 0.55, "sharex": True, "sharey": "row"},
-        width=style.DOUBLE_COLUMN_IN,
+        lambda load, oil: f"{oil}, {round(load / 1e3, 1):g} kN",
+        **{"height": 1.2, "sharey": "row", "width": style.DOUBLE_COLUMN_IN},
     )
     for panel, load, oil in panels:
-        panel.axis.set_title(panel.axis.get_title(loc="left"), pad=18)
         rows = table[(table["oil"] == oil) & (table["load"] == load)]
         for level, (fill, dashes) in zip(levels, itertools.cycle(_LEVELS), strict=False):
             _draw_torque(panel, rows[rows["level"] == level], f"{level:.0f} degC", fill, dashes)
-        for line, (law, colour) in enumerate(_LAWS.items()):
-            place: style.Look = {"transform": panel.axis.transAxes, "fontsize": 6}
-            agreement = _agreement(rows[rows["load_variable"] == law])
-            panel.axis.text(0, 1.11 - 0.09 * line, agreement, color=colour, **place)
     sheet.label(style.SPEED_LABEL, "Friction torque (N m)", fontsize=7)
     laws = [law for law in _LAWS if (table["load_variable"] == law).any()]
     handles: list[Any] = [Patch(color=_LAWS[law], label=load_variable(law)) for law in laws]
@@ -93,17 +85,6 @@ def _draw_torque(panel: Panel, rows: pd.DataFrame, label: str, fill: str, dashes
     panel.dots("measured", speed[own], values, look, **about)
 
 
-def _agreement(of_law: pd.DataFrame) -> str:
-    """Median error of a law, and at how many points it agrees with the measurement."""
-    sure = of_law[~of_law["bistable"]].dropna(subset=["relative_error"])
-    if sure.empty:
-        return ""
-    agree = (sure["verdict"] == "compatible").sum()
-    known = (sure["verdict"] != "not known").any()
-    agrees = f", {agree} of {len(sure)} agree" if known else ""
-    return f"error {100 * sure['relative_error'].abs().median():.2g} %{agrees}"
-
-
 def _in_sets(table: pd.DataFrame, settings: Settings) -> pd.DataFrame:
     """The table with the set points of `load` and temperature (`level`) that rows belong to."""
     within = settings.figures.fig06.same_within
@@ -117,56 +98,8 @@ def _in_sets(table: pd.DataFrame, settings: Settings) -> pd.DataFrame:
     return table.assign(load=loads, level=levels)
 
 
-def _kilonewtons(load_n: float) -> str:
-    return f"{round(load_n / 1e3, 1):g} kN"
-
-
 def _cross_handles(table: pd.DataFrame) -> list[Any]:
     return [style.line_handle("cage may roll or skid", **_CROSS)] if table["bistable"].any() else []
-
-
-@register(family="bearing", tables=("torque",), settings=("oils", "figures"), requires="torque")
-def torque_load_variable(results: CampaignTables, settings: Settings) -> Sheet:
-    """Load variables of the law in the bearing.
-
-    Error (%) of the calculated torque against speed of the inner ring, one panel per oil and
-    load variable. The law is evaluated with pressure P, with load W and with dimensionless load
-    W/(E'R\N{SUPERSCRIPT TWO}).
-    Crosses: the cage may roll or skid.
-    """
-    choice = settings.figures.fig06
-    near = results.torque["inlet_temperature_c"] - choice.inlet_temperature_c
-    here = near.abs() <= choice.same_within * choice.inlet_temperature_c
-    table = _in_sets(results.torque[here], settings)
-    loads = sorted(set(table["load"]))
-    sheet, panels = oil_grid(
-        style.oils_in(table, settings),
-        "No torque was measured at this temperature.",
-        LOAD_VARIABLES,
-        lambda variable, oil: f"{oil}, {load_variable(variable)}",
-        **{"height": 1.15, "sharex": True, "sharey": True, "width": style.DOUBLE_COLUMN_IN},
-    )
-    for panel, variable, oil in panels:
-        rows = table[(table["oil"] == oil) & (table["load_variable"] == variable)]
-        shades = style.shades(style.oil_colour(oil, list(settings.oils)), len(loads))
-        for load, shade, marker in zip(loads, shades, style.MARKERS, strict=False):
-            at = rows[rows["load"] == load].sort_values("inner_speed_rpm")
-            speed, error = at["inner_speed_rpm"] / 1e3, 100 * at["relative_error"]
-            look = {"marker": marker, "color": shade, "linewidth": 0.9}
-            about = {"oil": oil, "value": at["bistable"].astype(float)}
-            panel.line(_kilonewtons(load), speed, error, look, **about)
-            panel.axis.plot(speed[at["bistable"]], error[at["bistable"]], **_CROSS)
-        panel.axis.axhline(0, color="black", linewidth=0.6)
-    sheet.label(style.SPEED_LABEL, "Error of the torque (%)", fontsize=7)
-    # loads in shades of grey: each oil has its own colour
-    greys = style.shades(style.GREY, len(loads))
-    handles = [
-        style.line_handle(f"axial load {_kilonewtons(load)}", marker=marker, color=shade)
-        for load, shade, marker in zip(loads, greys, style.MARKERS, strict=False)
-    ]
-    title = f"oil at {choice.inlet_temperature_c:g} \N{DEGREE SIGN}C"
-    sheet.legend(handles + _cross_handles(table), title)
-    return sheet
 
 
 @register(
@@ -181,13 +114,11 @@ def cage_slip(results: CampaignTables, settings: Settings) -> Sheet:
     Cage slip at friction equilibrium, one panel per oil. Abscissa: dmN, pitch diameter times
     speed (million mm rpm), and entrainment speed U of rolling balls. Ordinate: axial load (kN).
     Full line: limit of the cage slip. Dashed lines: the 2.5 % and 97.5 % quantiles of the slip
-    reach the limit. Open circles: no interval could be calculated. Crosses: the cage may roll
-    or skid.
+    reach the limit, where they could be calculated. Crosses: the cage may roll or skid.
     """
     table = results.cage_slip.assign(**in_units_of_axes(results.cage_slip))
     limit = settings.selection.limits.slip_limit
-    layout: style.Look = {"height": 1.7, "right": 0.75, "sharex": True, "sharey": True}
-    sheet, panels = oil_grid(style.oils_in(table, settings), _NO_LAW, **layout)
+    sheet, panels = oil_grid(style.oils_in(table, settings), _NO_LAW, height=1.7, right=0.75)
     sheet.axes[0].set_yscale("log")
     sheet.axes[0].yaxis.set_major_formatter("{x:g}")
     for panel, _, oil in panels:
@@ -199,9 +130,6 @@ def cage_slip(results: CampaignTables, settings: Settings) -> Sheet:
         style.line_handle(f"slip of {limit:g}", color="black"),
         style.line_handle("its 95 % interval", linestyle="--", color="black", linewidth=0.8),
     ]
-    if _no_interval(table).any():
-        look: style.Look = {"color": "black", "markerfacecolor": "white"}
-        handles.append(style.symbol_handle("no interval", "o", **look))
     temperature = settings.bearing.cage_slip.inlet_temperature_c
     bearing = table["bearing"].iloc[0]
     title = f"{bearing}, oil at {temperature:g} \N{DEGREE SIGN}C; {style.DMN_AS_SPEED}"
@@ -212,12 +140,6 @@ def cage_slip(results: CampaignTables, settings: Settings) -> Sheet:
 def in_units_of_axes(rows: pd.DataFrame) -> dict[str, "pd.Series[float]"]:
     """Speed in million mm rpm and load in kN."""
     return {"speed": rows["pitch_speed_mm_rpm"] / 1e6, "load_kn": rows["axial_load_n"] / 1e3}
-
-
-def _no_interval(rows: pd.DataFrame) -> "pd.Series[bool]":
-    """Cells without an interval, where the table has intervals at all."""
-    some = bool(rows["cage_slip_lower"].notna().any())
-    return rows["cage_slip"].notna() & rows["cage_slip_lower"].isna() & some
 
 
 def _draw_slip(panel: Panel, of_oil: pd.DataFrame, oil: str, limit: float) -> Any:
@@ -236,9 +158,6 @@ def _draw_slip(panel: Panel, of_oil: pd.DataFrame, oil: str, limit: float) -> An
     for field, look in ((slip, {"linewidths": 1.1}), (lower, ends), (upper, ends)):
         if field.count():
             axis.contour(speed, load, field, [limit], colors="black", **look)
-    without = of_oil[_no_interval(of_oil)]
-    ring: style.Look = {"color": "black", "markerfacecolor": "white", "markersize": 3.5}
-    axis.plot(without["speed"], without["load_kn"], "o", **ring)
     both = of_oil[of_oil["bistable"]]
     axis.plot(both["speed"], both["load_kn"], **_CROSS)
     axis.grid(False)
@@ -304,14 +223,15 @@ def plan(results: CampaignTables, settings: Settings) -> Sheet:
     tests = tests.assign(reduction=100 * (1 - share))[tests["target"] == "torque"]
     points = results.points[results.points["accepted"]]
     runs = points.groupby(["oil", "run_id"], as_index=False)[list(CONDITIONS)].mean().dropna()
-    layout: style.Look = {"height": 1.5, "right": 0.7, "sharex": True, "sharey": "row"}
     sheet, panels = oil_grid(
         style.oils_in(tests, settings),
         "No test can be planned for any oil:\n`oilfilm plan` says what is missing.",
         # the ordinate of each row; of the third condition the best level is shown
         (_PRESSURE, _TEMPERATURE),
+        height=1.5,
+        right=0.7,
+        sharey="row",
         width=style.DOUBLE_COLUMN_IN,
-        **layout,
     )
     for panel, y, oil in panels:
         panel.axis.set_ylabel(style.CONDITION_LABELS[y], fontsize=7)

@@ -7,13 +7,9 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from matplotlib.axes import Axes
-from matplotlib.patches import Rectangle
 
-from oilfilm import tables
 from oilfilm.curation.coverage import SET_POINTS, with_levels, with_measured
 from oilfilm.fits.fitted import FittedLaw
-from oilfilm.report.document import counted
 from oilfilm.report.figures import style
 from oilfilm.report.figures.sheet import NothingToDrawError, Panel, Sheet, oil_grid, register
 from oilfilm.report.words import CONDITIONS as CONDITION_WORDS
@@ -84,21 +80,19 @@ def curves(results: CampaignTables, settings: Settings) -> Sheet:
     Lines: fitted law at each tested condition; where only some are drawn, the legend says so.
     """
     oils = list(settings.oils)
-    sheet, panels = oil_grid(oils, height=2.2, sharex=True, sharey=True)
+    sheet, panels = oil_grid(oils, height=2.2)
     # runs at speeds that nobody stated are no repeats of one condition
     runs = with_levels(with_measured(results.runs, results.points), settings)
     for panel, _, oil in panels:
         of_oil = results.points[results.points["accepted"] & (results.points["oil"] == oil)]
         if of_oil.empty:
-            count = int((runs["oil"] == oil).sum())
-            refused = f"no accepted point\n({counted(count, 'run')} refused)"
-            panel.say(refused if count else "no run read")
+            panel.say("no accepted point")
             continue
         law = FittedLaw.of(results.configured.coefficients, oil)
         # one table per condition: columns that nobody draws would take most of the memory
         conditions = _conditions(runs, of_oil[["run_id", *law.law.conditions, *_MEASURED]])
         colour = style.oil_colour(oil, oils)
-        apart = 1 < len(conditions) <= _CONDITIONS_TOLD_APART and len(of_oil) <= _POINTS_TOLD_APART
+        apart = len(conditions) <= _CONDITIONS_TOLD_APART and len(of_oil) <= _POINTS_TOLD_APART
         shades = style.shades(colour, len(conditions)) if apart else itertools.repeat("black")
         looks = zip(shades, itertools.cycle(style.MARKERS), strict=False)
         series = [
@@ -131,23 +125,21 @@ def _conditions(runs: pd.DataFrame, points: pd.DataFrame) -> dict[str, pd.DataFr
 
 
 def _draw_cloud(panel: Panel, colour: str, series: Sequence[Series]) -> None:
-    """All points in one colour, with the fits at their conditions through them."""
+    """All points in one colour, with the fits at their conditions."""
     points = pd.concat([condition.points for condition in series])
     x, y, _ = points[_MEASURED].to_numpy(dtype=float).T
-    # few lines are drawn over their points, many lines under all points
-    few, many = len(series) <= _CONDITIONS_TOLD_APART, len(points) > _POINTS_TOLD_APART
-    look: style.Look = {"marker": ".", "color": colour, "alpha": 0.15 if few and many else 0.7}
-    look |= {"markersize": 3.5 if few and not many else 1.6, "rasterized": True}
+    look: style.Look = {"marker": ".", "color": colour, "alpha": 0.7, "markersize": 1.6}
     # so many error bars would hide the points: none is drawn
-    panel.dots("measured", x, y, look, oil=series[0].oil, label=series[0].oil)
+    panel.dots("measured", x, y, look | {"rasterized": True}, oil=series[0].oil)
     # a sample in the legend that can be seen
     panel.axis.plot([], [], ".", color=colour, markersize=5, label=f"points ({len(points)})")
     spread = np.argsort(np.arange(len(series)) * _GOLDEN_RATIO % 1)[:_FITS_DRAWN]
-    look = {"linewidth": 1.1, "zorder": 3} if few else {"linewidth": 0.3, "zorder": 1.5}
+    # few lines are drawn over their points, many lines under all points
+    few = len(series) <= _CONDITIONS_TOLD_APART
+    look = {"color": "black", "linewidth": 1.1 if few else 0.3, "zorder": 3 if few else 1.5}
     for condition in (series[number] for number in sorted(spread)):
         at, mu = condition.fit(float(np.abs(x).max()))
-        own = {"color": condition.colour, **look}
-        panel.line("fit", at, mu, own, oil=condition.oil, label=condition.label)
+        panel.line("fit", at, mu, look, oil=condition.oil, label=condition.label)
     not_all = f" ({len(spread)} of {len(series)} conditions)" if len(spread) < len(series) else ""
     panel.axis.plot([], [], color="black", label=f"fit{not_all}")
 
@@ -221,130 +213,63 @@ def _levels(points: pd.DataFrame, condition: str) -> "pd.Series[Any]":
     return pd.qcut(points[condition], _GROUPS, duplicates="drop")
 
 
-_CELL_IN = 0.2  # height
-_LONGEST_IN = 9.0  # a page
-_STATES = list(style.STATE_COLOURS)
+_MOST_ROWS = 12
 _SPEED = "nominal_entrainment_speed_m_s"
 _TEMPERATURE = "nominal_inlet_temperature_c"
 _PRESSURE = "nominal_max_hertz_pressure_gpa"
 _LOAD = "nominal_load_n"
-_NOT_PLANNED: style.Look = {
-    "fill": False,
-    "edgecolor": style.GREY,
-    "linestyle": style.LINES["not planned"],
-}
-_CELL = ["oil", _TEMPERATURE, _SPEED, _PRESSURE, _LOAD]
 
 
 @register(family="data", tables=("coverage",), settings=("oils",))
 def coverage(results: CampaignTables, settings: Settings) -> Sheet:
     """Coverage of the test matrix.
 
-    Conditions of the test matrix, one column of panels per oil and one row per inlet
-    temperature. Abscissa: entrainment speed U (m/s). Ordinate: maximum Hertz pressure P (GPa)
-    or load W (N). Numbers: accepted runs of all runs, where there is not one accepted run.
-    Missing: no run of the condition could be read. Dashed: not in the matrix.
+    Conditions of the test matrix and of all runs, one column of panels per oil and one row per
+    maximum Hertz pressure P or, where none is stated, load W. Abscissa: entrainment speed U (m/s).
+    Ordinate: inlet temperature T (\N{DEGREE SIGN}C). Numbers: accepted runs of all runs, where
+    there is not one accepted run. Missing: no run of the condition could be read. Conditions that
+    are not stated as a whole are not shown.
     """
-    cells = _cells(results.coverage)
-    if reason := _why_no_map(cells):
-        per_oil = cells.groupby("oil")[["runs_accepted", "runs"]].sum()
-        lines = [
-            f"{oil}: {good} of {runs} runs accepted" for oil, good, runs in per_oil.itertuples()
-        ]
-        raise NothingToDrawError("\n".join([reason, "", *map(style.plain, lines)]))
-    temperatures = cells.drop_duplicates("temperature").sort_values("temperature")[_TEMPERATURE]
-    has_matrix = bool(cells["planned"].any())
-
-    def title(row: tuple[int, float], oil: str) -> str:
-        phrase = style.level_phrases({"inlet_temperature_c": row[1]})
-        return f"{oil}, {'T not stated' if np.isnan(row[1]) else phrase}"
-
-    layout: style.Look = {"height": _CELL_IN * cells["y"].nunique(), "left": 0.75, "down": 0.22}
-    layout |= {"sharex": True, "sharey": True}
+    table = results.coverage
+    force, phrase = (_PRESSURE, "P = {:g} GPa") if table[_PRESSURE].any() else (_LOAD, "W = {:g} N")
+    table = table.assign(runs=table["runs_accepted"] + table["runs_refused"])
+    conditions = table.groupby(["oil", _TEMPERATURE, _SPEED, force], as_index=False)
+    cells = conditions[["runs_accepted", "runs"]].sum()
+    states = cells["runs_accepted"] > 0, cells["runs"] > 0
+    cells["state"] = np.select(states, ["accepted", "refused"], "missing")
+    levels = sorted(cells[force].unique())
+    if not 0 < len(levels) <= _MOST_ROWS:
+        raise NothingToDrawError(
+            f"Conditions at {len(levels)} pressures or loads: there is nothing to cover,\n"
+            "or more than a map can show. The table coverage has all runs.\n"
+            "Set points are read from the headers of logs and from\n"
+            "`set_points` of the campaign file."
+        )
     sheet, panels = oil_grid(
         style.oils_in(cells, settings),
-        rows=list(enumerate(temperatures)),
-        title=title,
-        **layout,
+        rows=levels,
+        title=lambda level, oil: f"{oil}, {phrase.format(level)}",
+        height=1.1,
     )
-    for panel, (row, _), oil in panels:
-        panel.axis.set_title(panel.axis.get_title(loc="left"), fontsize=7, pad=3)
-        of_panel = cells[(cells["oil"] == oil) & (cells["temperature"] == row)]
-        _draw_cells(panel.axis, of_panel, has_matrix)
-        x, y = of_panel[_SPEED], of_panel[_PRESSURE].fillna(of_panel[_LOAD])
-        panel.keep(of_panel["state"], x, y, oil=oil, label=of_panel["label"])
-    # ticks are levels, evenly spaced: of a pressure or, where none is stated, of a load
-    forces = cells.drop_duplicates("y").sort_values("y")
-    speeds = cells.drop_duplicates("x").sort_values("x")[_SPEED]
-    in_gpa, in_n = _stated(forces[_PRESSURE], " GPa"), _stated(forces[_LOAD], " N")
-    axis = sheet.axes[0]
-    axis.set_yticks(range(len(forces)), in_gpa.fillna(in_n).fillna("not stated"))
-    axis.set_xticks(range(len(speeds)), _stated(speeds, "").fillna("not stated"))
-    axis.set(xlim=(-0.5, len(speeds) - 0.5), ylim=(-0.5, len(forces) - 0.5))
-    sheet.label("U (m/s)", "P or W", fontsize=7)
+    for panel, level, oil in panels:
+        of_panel = cells[(cells["oil"] == oil) & (cells[force] == level)]
+        panel.axis.margins(0.15)
+        for state, of_state in of_panel.groupby("state"):
+            x, y, look = of_state[_SPEED], of_state[_TEMPERATURE], _symbol(str(state))
+            counts = of_state["runs_accepted"].astype(str) + "/" + of_state["runs"].astype(str)
+            labels = counts.where(counts != "1/1", "")
+            panel.dots(state, x, y, look | {"markersize": 3.6}, oil=oil, label=labels)
+            for number in labels.index[labels != ""]:
+                place: style.Look = {"xytext": (3, -2), "textcoords": "offset points"}
+                panel.axis.annotate(labels[number], (x[number], y[number]), **place, fontsize=6)
+    sheet.label("U (m/s)", "T (\N{DEGREE SIGN}C)", fontsize=7)
     counts = cells["state"].value_counts()
-    handles: list[Any] = [
+    handles = [
         style.symbol_handle(f"{state} ({counts.get(state, 0)})", **_symbol(state), markersize=4)
-        for state in _STATES
+        for state in style.STATE_COLOURS
     ]
-    if has_matrix and not cells["planned"].all():
-        outside = f"not in the matrix ({(~cells['planned']).sum()})"
-        handles.append(Rectangle((0, 0), 1, 1, label=outside, **_NOT_PLANNED))
-    sheet.legend(handles, "Conditions by state; in a cell: accepted/all runs")
+    sheet.legend(handles, "Conditions by state; beside a symbol: accepted/all runs")
     return sheet
-
-
-def _cells(coverage: pd.DataFrame) -> pd.DataFrame:
-    """Cells of the map: conditions of all rigs together, with their positions and label.
-
-    `x`, `y` and `temperature` number the levels in rising order; those not stated come last.
-    """
-    runs = coverage["runs_accepted"] + coverage["runs_refused"]
-    conditions = coverage.assign(runs=runs).groupby(_CELL, dropna=False, as_index=False)
-    cells = conditions.agg({"runs_accepted": "sum", "runs": "sum", "planned": "any"})
-    accepted, total = cells["runs_accepted"].astype(str), cells["runs"].astype(str)
-    is_accepted, any_run = cells["runs_accepted"] > 0, cells["runs"] > 0
-    return cells.assign(
-        state=np.select([is_accepted, any_run], ["accepted", "refused"], "missing"),
-        x=cells.groupby(_SPEED, dropna=False).ngroup(),
-        y=cells.groupby([_PRESSURE, _LOAD], dropna=False).ngroup(),
-        temperature=cells.groupby(_TEMPERATURE, dropna=False).ngroup(),
-        label=(accepted + "/" + total).where(any_run, ""),
-    )
-
-
-def _why_no_map(cells: pd.DataFrame) -> str:
-    """What to say instead of a map, where there is none to draw; else empty."""
-    if cells.empty:
-        return "No run was read, and the campaign has no matrix:\nthere is nothing to cover."
-    if cells[_CELL[1:]].isna().all(axis=None):
-        return (
-            "No set points are stated, so that no map can be drawn.\n"
-            "Write them into the header of each log, or under\n`set_points` of the campaign file."
-        )
-    height_in = cells["y"].nunique() * cells["temperature"].nunique() * _CELL_IN
-    if height_in > 2 * _LONGEST_IN or cells["x"].nunique() > 40:
-        return (
-            f"{len(cells)} different conditions are more than a map can show.\n"
-            "The table coverage has them all."
-        )
-    return ""
-
-
-def _draw_cells(axis: Axes, cells: pd.DataFrame, has_matrix: bool) -> None:
-    """Cells of one panel: the state's symbol, accepted of all runs."""
-    for state, of_state in cells.groupby("state"):
-        x = of_state["x"] - 0.2 * (of_state["label"] != "1/1")
-        axis.plot(x, of_state["y"], linestyle="", markersize=3.6, **_symbol(str(state)))
-    look: style.Look = {"ha": "center", "va": "center_baseline", "fontsize": 6}
-    for cell in tables.rows(cells):
-        if cell["label"] != "1/1":
-            axis.text(cell["x"] + 0.17, cell["y"], cell["label"], **look)
-        if has_matrix and not cell["planned"]:
-            corner = cell["x"] - 0.46, cell["y"] - 0.42
-            axis.add_patch(Rectangle(corner, 0.92, 0.84, **_NOT_PLANNED))
-    axis.tick_params(length=0)
-    axis.spines[:].set_visible(False)
 
 
 def _symbol(state: str) -> style.Look:
@@ -352,8 +277,3 @@ def _symbol(state: str) -> style.Look:
     colour = style.STATE_COLOURS[state]
     face = "white" if state == "missing" else colour
     return {"marker": style.STATE_MARKERS[state], "color": colour, "markerfacecolor": face}
-
-
-def _stated(values: "pd.Series[float]", unit: str) -> "pd.Series[str]":
-    """Levels in words; null where none is stated."""
-    return values.map(lambda level: f"{level:.4g}{unit}", na_action="ignore").astype("string")

@@ -1,6 +1,6 @@
 """What the fits are worth: constants, how well data tell them apart, errors of all laws."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -13,18 +13,21 @@ from oilfilm.fits.fitted import FittedLaw
 from oilfilm.fits.problem import curve_data
 from oilfilm.report.document import number, significant
 from oilfilm.report.figures import style
-from oilfilm.report.figures.sheet import Panel, Sheet, oil_grid, register, table_page
+from oilfilm.report.figures.sheet import (
+    NothingToDrawError,
+    Panel,
+    Sheet,
+    oil_grid,
+    register,
+    table_page,
+)
 from oilfilm.report.words import law_name
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction import LAWS
-from oilfilm.traction.law import QUANTITIES
+from oilfilm.traction.law import QUANTITIES, Law
 
 _ROW_IN = 0.17
-_IN_STEP = "\N{DAGGER}"
-_REACH = 4.5  # naive standard errors to either side of a profile
-_NAMED = 2  # profiles that bend most ...
-_BENT = 0.05  # ... by this at least, in naive standard errors
 _ENDS = ("pressure", "speed", "temperature")
 # Kinds of error, from those on the fitted curves themselves to the farthest: how each is drawn.
 _KINDS: dict[str, style.Look] = {
@@ -39,7 +42,7 @@ def constants(results: CampaignTables, settings: Settings) -> Sheet:
     """Fitted constants.
 
     Fitted constants of the traction law for each oil, with their standard errors from a
-    bootstrap over curves.
+    bootstrap over curves; none where there are too few.
     """
     table = results.configured.coefficients.assign(printed_value=np.nan)
     return draw_constants(table, list(settings.oils))
@@ -61,7 +64,8 @@ def draw_constants(table: pd.DataFrame, oils: Sequence[str], note: str = "") -> 
     left = 0.12 if len(oils) == 1 else 0.06
     span = (1 - left) / len(oils)
     width = style.SINGLE_COLUMN_IN if len(oils) == 1 else style.DOUBLE_COLUMN_IN
-    notes = [*_notes(table, shown), *([note] if any_printed else [])]
+    notes = [_powers(LAWS[name]) for name in table["law"].unique()]
+    notes += [note] if any_printed else []
     sheet, panel, write = table_page(width, len(names), _ROW_IN, 2 * _ROW_IN, notes)
     write(0, "", names, fontweight="bold")
     for place, oil in enumerate(oils):
@@ -80,20 +84,13 @@ def draw_constants(table: pd.DataFrame, oils: Sequence[str], note: str = "") -> 
     return sheet
 
 
-def _notes(table: pd.DataFrame, shown: pd.DataFrame) -> Iterator[str]:
-    """What the columns are, below the table."""
-    errors = "s.e.: from resampling whole curves"
-    if shown["standard_error"].isna().any():
-        errors += "; none where there are too few"
-    if (shown["verdict"] == "in step").any():
-        errors += f". {_IN_STEP}: along the tested line of conditions in step"
-    yield f"{errors}."
-    for law in (LAWS[name] for name in table["law"].unique()):
-        powers = ", ".join(
-            f"{QUANTITIES[group].symbol} over {reference:g} {QUANTITIES[group].unit}"
-            for group, reference in zip(law.groups, law.reference, strict=True)
-        )
-        yield f"{law_name(law.name)}: {powers}"
+def _powers(law: Law) -> str:
+    """What the constants of a law are powers of."""
+    powers = ", ".join(
+        f"{QUANTITIES[group].symbol} over {reference:g} {QUANTITIES[group].unit}"
+        for group, reference in zip(law.groups, law.reference, strict=True)
+    )
+    return f"{law_name(law.name)}: {powers}"
 
 
 def _of_oil(rows: pd.DataFrame) -> dict[float, tuple[str, list[str]]]:
@@ -104,8 +101,7 @@ def _of_oil(rows: pd.DataFrame) -> dict[float, tuple[str, list[str]]]:
     def texts(column: str, forms: Sequence[str]) -> list[str]:
         return [number(form)(value) for value, form in zip(rows[column], forms, strict=True)]
 
-    in_step = np.where(rows["verdict"] == "in step", _IN_STEP, "")
-    fitted = "fitted", list(map("".join, zip(texts("value", forms), in_step, strict=True)))
+    fitted = "fitted", texts("value", forms)
     errors = "\N{PLUS-MINUS SIGN} s.e.", texts("standard_error", forms)
     if rows["printed_value"].isna().all():
         return {0.5: fitted, 0.97: errors}
@@ -114,136 +110,73 @@ def _of_oil(rows: pd.DataFrame) -> dict[float, tuple[str, list[str]]]:
     return {0.29: fitted, 0.59: errors, 0.98: printed}
 
 
-@register(
-    family="law",
-    tables=("coefficients", "correlations", "profiles"),
-    settings=("oils",),
-)
+@register(family="law", tables=("correlations",), settings=("oils",))
 def identifiability(results: CampaignTables, settings: Settings) -> Sheet:
     """Identifiability of the constants.
 
-    Top: correlation of each pair of constants, by the bootstrap over curves or, with too few
-    curves, by the Jacobian. Bottom: profile of each constant. Ordinate: signed root of the rise
-    of the squared error. Abscissa: distance from the optimum in standard errors of independent
-    points. A straight line marks a well-determined constant; the two that bend most are named.
+    Correlation of each pair of constants, by the bootstrap over curves or, with too few curves,
+    by the Jacobian. Near 1 or -1 the two constants replace each other.
     """
-    results, every = results.configured, list(settings.oils)
-    oils = style.oils_in(results.profiles, settings)
-    side = (style.DOUBLE_COLUMN_IN - 1.45 - 0.4 * (len(oils) - 1)) / max(len(oils), 2)
-    layout: style.Look = {"height": (side, side), "across": 0.4, "down": 0.62, "right": 0.8}
-    layout["width"] = style.DOUBLE_COLUMN_IN
-    kinds = ("correlations", "profiles")
-    sheet, panels = oil_grid(oils, "No oil has a fit with profiles.", kinds, **layout)
-    for panel, kind, oil in panels:
-        coefficients, correlations, profiles = (
-            table[table["oil"] == oil]
-            for table in (results.coefficients, results.correlations, results.profiles)
-        )
-        if kind == "profiles":
-            _draw_profiles(panel, profiles, coefficients, oil, every)
-            continue
-        if coefficients["standard_error"].isna().all():
-            panel.axis.set_title(f"{panel.axis.get_title(loc='left')}, by the Jacobian")
-        names = list(profiles["constant"].unique())
-        image = _draw_correlations(panel, correlations, names, oil)
+    correlations = results.configured.correlations
+    sheet, panels = oil_grid(
+        style.oils_in(correlations, settings),
+        "No oil has a fit.",
+        width=style.DOUBLE_COLUMN_IN,
+        height=1.55,
+        across=0.4,
+        right=0.8,
+        sharex=False,
+        sharey=False,
+    )
+    for panel, _, oil in panels:
+        pairs = correlations[correlations["oil"] == oil]
+        names = list(dict.fromkeys([*pairs["constant"], *pairs["other"]]))
+        field = pairs.pivot(index="other", columns="constant", values="correlation")
+        # from orange by white to purple, distinct for every kind of colour vision
+        squares = field.reindex(index=names, columns=names).to_numpy(dtype=float)
+        image = panel.axis.imshow(squares, cmap="PuOr", vmin=-1, vmax=1)
+        panel.axis.set_xticks(range(len(names)), names, rotation=90, fontsize=6)
+        panel.axis.set_yticks(range(len(names)), names, fontsize=6)
+        panel.axis.grid(False)
+        panel.axis.tick_params(length=0)
+        label = pairs["constant"] + ", " + pairs["other"]
+        panel.keep("correlation", np.nan, oil=oil, label=label, value=pairs["correlation"])
     sheet.colour_bar(image, "Correlation")
-    sheet.axes[len(oils)].set_ylabel("Signed root of the rise\nof the squared error")
-    below = sheet.axes[len(oils) + len(oils) // 2]
-    below.set_xlabel("Distance from the fit in naive standard errors")
-    if lost := [oil for oil in every if oil not in oils]:
-        sheet.legend(style.lost_handles(lost, "no fit"))
     return sheet
-
-
-def _draw_correlations(panel: Panel, pairs: pd.DataFrame, names: list[str], oil: str) -> Any:
-    """One square per pair below the diagonal; each pair is in the table once."""
-    field = np.full((len(names), len(names)), np.nan)
-    for row in tables.rows(pairs):
-        column, line = sorted(names.index(row[name]) for name in ("constant", "other"))
-        field[line, column] = row["correlation"]
-    # from orange by white to purple, distinct for every kind of colour vision
-    image = panel.axis.imshow(field, cmap="PuOr", vmin=-1, vmax=1)
-    panel.axis.set_xticks(range(len(names)), names, rotation=90, fontsize=6)
-    panel.axis.set_yticks(range(len(names)), names, fontsize=6)
-    panel.axis.grid(False)
-    panel.axis.tick_params(length=0)
-    label = pairs["constant"] + ", " + pairs["other"]
-    panel.keep("correlation", np.nan, oil=oil, label=label, value=pairs["correlation"])
-    return image
-
-
-def _draw_profiles(
-    panel: Panel, profiles: pd.DataFrame, fitted: pd.DataFrame, oil: str, oils: Sequence[str]
-) -> None:
-    """Profiles over the distance from the fit, in naive standard errors."""
-    panel.axis.axline((0, 0), slope=1, color=style.GREY, linewidth=0.6)
-    of_constant, bends = fitted.set_index("constant"), {}
-    for constant, line in profiles.groupby("constant", sort=False):
-        best, error = (
-            float(of_constant[name].loc[str(constant)])
-            for name in ("value", "naive_standard_error")
-        )
-        x, root = (line["value"] - best) / error, line["signed_root"]
-        look: style.Look = {"color": style.oil_colour(oil, oils), "linewidth": 0.7}
-        panel.line("profile", x, root, look, oil=oil, label=constant)
-        bends[str(constant)] = float((root - x).abs().max())
-    panel.axis.set(xlim=(-_REACH, _REACH), ylim=(-_REACH, _REACH), aspect="equal")
-    most = [name for name in sorted(bends, key=lambda name: -bends[name]) if bends[name] > _BENT]
-    labels = [f"{name}: off the line by {bends[name]:.2g}" for name in most[:_NAMED]]
-    place: style.Look = {"va": "top", "fontsize": 6, "transform": panel.axis.transAxes}
-    panel.axis.text(0.03, 0.97, "\n".join(labels), **place)
 
 
 @register(
     family="law",
-    tables=("points", "fit_quality", "coefficients"),
-    settings=("oils", "rigs"),
+    tables=("fit_quality",),
+    settings=("oils",),
 )
 def law_errors(results: CampaignTables, settings: Settings) -> Sheet:
-    """Laws at zero slip and on data left out.
+    """Errors of the laws.
 
-    (a) Traction coefficient at zero slip by each law, at every tested condition, cold to hot;
-    laws that are not shown have none. (b) Rms error of each law over the rms of the measured
-    traction coefficient: on fitted curves, on curves left out, and on the lowest and highest
-    levels of pressure, speed and temperature left out. Open symbols: fit not certified (the
-    table of the comparison says why); constants at a bound are named. The groups and readings
-    of the Wang-Deng laws are ours.
+    Rms error of each law over the rms of the measured traction coefficient: on fitted curves, on
+    curves left out, and on the lowest and highest levels of pressure, speed and temperature left
+    out. Open symbols: fit not certified (the table of the comparison says why). The groups and
+    readings of the Wang-Deng laws are ours.
     """
     compared, oils = results.fit_quality.dropna(subset="rmse"), list(settings.oils)
     laws = list(dict.fromkeys(compared["law"]))
-    heights = (1.5, 0.34 * max(len(laws), 1) + 0.1)
-    layout: style.Look = {"width": style.DOUBLE_COLUMN_IN, "left": 1.75, "down": 0.6}
-    sheet = Sheet(2, height=heights, **layout)
-    above = sheet.panel(0, "Traction without slip at the tested conditions")
-    below = sheet.panel(1, "Errors of the laws")
-    starting = list(compared.loc[compared["zero_slip_traction"] != 0, "law"].unique())
     if not laws:
-        above.say("no law could be fitted")
-    elif not starting:
-        above.say("every law that was compared has no traction without slip")
+        raise NothingToDrawError("no law could be fitted")
+    sheet = Sheet(width=style.DOUBLE_COLUMN_IN, left=1.75, height=0.34 * len(laws) + 0.1)
+    panel = sheet.panel(title=None)
     for fit in tables.rows(compared):
         # laws are apart by one, their oils by so much that many stay within their law
         among = oils.index(fit["oil"]) - (len(oils) - 1) / 2
-        if fit["law"] in starting:
-            y = starts_of(results, fit["oil"], fit["law"], settings)["y"].to_numpy()
-            apart = min(0.26, 0.8 / len(oils))
-            x = starting.index(fit["law"]) + (among + np.linspace(-0.35, 0.35, len(y))) * apart
-            above.axis.plot(x, 1e3 * y, **symbol_of(fit, oils), markeredgewidth=0.5)
-            above.keep("zero slip", x, y, oil=fit["oil"], label=_label(fit))
-        _draw_errors(below, fit, laws.index(fit["law"]) + among * min(0.24, 0.8 / len(oils)), oils)
-    above.axis.axhline(0, color="black", linewidth=0.8)
-    above.axis.set_xticks(range(len(starting)), map(law_name, starting))
-    above.axis.set_xlim(-0.5, max(len(starting), 1) - 0.5)
-    above.axis.grid(visible=False, axis="x")
-    above.axis.set_ylabel(f"{style.MU} at S = 0 ({style.THOUSANDTHS})")
-    below.axis.set_yticks(range(len(laws)), [_with_bounds(compared, law) for law in laws])
-    below.axis.set(ylim=(len(laws) - 0.45, -0.55), xscale="log")
-    below.axis.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+        _draw_errors(panel, fit, laws.index(fit["law"]) + among * min(0.24, 0.8 / len(oils)), oils)
+    axis = panel.axis
+    axis.set_yticks(range(len(laws)), map(law_name, laws))
+    axis.set(ylim=(len(laws) - 0.45, -0.55), xscale="log")
+    axis.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
     # decimals as each level needs them: 0.2 %, 100 %
-    below.axis.xaxis.set_major_formatter(lambda value, _: f"{100 * value:.3g}%")
-    below.axis.xaxis.set_minor_formatter(NullFormatter())
-    below.axis.grid(visible=False, axis="y")
-    below.axis.set_xlabel(f"Rms error over rms of measured {style.MU}")
+    axis.xaxis.set_major_formatter(lambda value, _: f"{100 * value:.3g}%")
+    axis.xaxis.set_minor_formatter(NullFormatter())
+    axis.grid(visible=False, axis="y")
+    axis.set_xlabel(f"Rms error over rms of measured {style.MU}")
     white: style.Look = {"color": "black", "markerfacecolor": "white", "linestyle": ""}
     kinds = [style.line_handle(kind, **white, **look) for kind, look in _KINDS.items()]
     sheet.legend([*style.oil_patches(style.oils_in(compared, settings), oils), *kinds])
@@ -269,23 +202,16 @@ def _draw_errors(panel: Panel, fit: Mapping[str, Any], height: float, oils: Sequ
     colour = style.oil_colour(fit["oil"], oils)
     left_out = fit["left_out_rmse"] * fit["relative_rms"] / fit["rmse"]
     ends = [fit[f"{end}_end_out_relative_rms"] for end in _ENDS]
-    errors = [np.array([fit["relative_rms"]]), np.array([left_out]), np.array(ends)]
-    every = np.concatenate(errors)
-    line = [np.nanmin(every), np.nanmax(every)]
+    errors = [fit["relative_rms"]], [left_out], ends
+    line = [np.nanmin(np.concatenate(errors)), np.nanmax(np.concatenate(errors))]
     panel.axis.plot(line, [height] * 2, color=colour, linewidth=0.6)
     face = {"color": colour, "markerfacecolor": colour if fit["certified"] else "white"}
-    about = {"oil": fit["oil"], "label": _label(fit)}
+    label = fit["law"] if fit["certified"] else f"{fit['law']}, not certified"
     for (kind, look), values in zip(_KINDS.items(), errors, strict=True):
-        known = values[~np.isnan(values)]
-        if len(known):
-            panel.dots(kind, known, np.full(len(known), height), face | look, **about)
-
-
-def _with_bounds(compared: pd.DataFrame, law: str) -> str:
-    """Name of a law, with the constants that ended at a bound for any oil below it."""
-    bounds = compared.loc[compared["law"] == law, "active_bounds"]
-    names = dict.fromkeys(name for joined in bounds if joined for name in joined.split(", "))
-    return f"{law_name(law)}\n(at bounds: {', '.join(names)})" if names else law_name(law)
+        known = np.array(values)[~np.isnan(values)]
+        panel.dots(
+            kind, known, np.full(len(known), height), face | look, oil=fit["oil"], label=label
+        )
 
 
 def symbol_of(fit: Mapping[str, Any], oils: Sequence[str]) -> style.Look:
@@ -293,8 +219,3 @@ def symbol_of(fit: Mapping[str, Any], oils: Sequence[str]) -> style.Look:
     look = style.oil_look(fit["oil"], oils)
     face = look["color"] if fit["certified"] else "white"
     return {**look, "markerfacecolor": face, "linestyle": ""}
-
-
-def _label(fit: Mapping[str, Any]) -> str:
-    """A law, and where it is so that its fit has no certificate."""
-    return str(fit["law"]) if fit["certified"] else f"{fit['law']}, not certified"

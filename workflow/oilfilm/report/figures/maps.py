@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 from matplotlib.patches import Rectangle
+from matplotlib.ticker import MaxNLocator
 
 from oilfilm.fits.fitted import FittedLaw
 from oilfilm.physics.contact import Conditions
@@ -25,12 +26,11 @@ _ROUNDS = 30  # in which a colder inlet and the heat of its film come to agree
 _SPEED_TICKS = (1, 2, 5, 10, 20, 50, 100, 200)
 _SLIP_TICKS = (0.001, 0.003, 0.01, 0.03, 0.1, 0.3)
 _FILM_TICKS = (0.5, 1, 2, 5, 10, 20, 50, 100)
-_STRESS_LEVELS = 8  # isolines of the mean shear stress
 
 
 @register(
     family="law",
-    tables=("points", "coefficients", "fit_quality"),
+    tables=("coefficients", "fit_quality"),
     settings=("figures", "film", "gates", "oils", "rigs"),
 )
 def friction_map(results: CampaignTables, settings: Settings) -> Sheet:
@@ -38,22 +38,18 @@ def friction_map(results: CampaignTables, settings: Settings) -> Sheet:
 
     Traction coefficient of the fitted law (colour) over entrainment speed (m/s) and slide-roll
     ratio, one column of panels per oil and one row per maximum Hertz pressure, at one inlet
-    temperature. Thin lines: mean shear stress (MPa), two thirds of the maximum Hertz pressure
-    times the traction coefficient. Thick line: the largest traction coefficient of all accepted
-    points of the oil; beyond it the law asks for more shear stress per pressure than any test
-    has shown. Dotted line: limiting shear stress of the oil over pressure (Bair and Winer
+    temperature. Dotted line: limiting shear stress of the oil over pressure (Bair and Winer
     1979); no film carries more. Dashed line: limit of lambda, below which the film is not full.
     Frame: tested conditions.
     """
     choice, laws = settings.figures.friction_map, _laws(results)
     pressures, temperature = choice.max_hertz_pressure_gpa, choice.inlet_temperature_c
-    layout: style.Look = {"height": 1.55, "right": 0.75, "across": 0.25, "sharex": True}
     sheet, panels = oil_grid(
         list(laws),
         "No oil has a fitted law of pressure, speed and temperature.",
         list(enumerate(pressures)),
         lambda row, oil: f"{oil}, {row[1]:g} GPa",
-        **{**layout, "sharey": True, "width": style.DOUBLE_COLUMN_IN},
+        **{"height": 1.55, "right": 0.75, "across": 0.25, "width": style.DOUBLE_COLUMN_IN},
     )
     ranges = choice.entrainment_speed_m_s, choice.slide_roll_ratio
     speed, slip = (np.geomspace(low, high, _STEPS) for low, high in ranges)
@@ -62,28 +58,21 @@ def friction_map(results: CampaignTables, settings: Settings) -> Sheet:
     mu = {oil: traction(law, grid) for oil, law in laws.items()}
     over_roughness = {oil: film.over(grid)[1] for oil, film in films(settings).items()}
     highest, handles = max(float(np.nanmax(field)) for field in mu.values()), dict[str, Any]()
+    levels = MaxNLocator(20).tick_values(0, highest)
     for panel, (row, pressure), oil in panels:
         panel.axis.set(xscale="log", yscale="log")
         field = mu[oil][row, :, 0].T
         lambda_ratio = np.full_like(field, np.nan)
         if oil in over_roughness:
             lambda_ratio = over_roughness[oil][row, :, 0].T
-        look: style.Look = {"cmap": "viridis", "vmin": 0, "vmax": highest, "rasterized": True}
-        image = panel.axis.pcolormesh(speed, slip, field, shading="gouraud", **look)
-        accepted = results.points[results.points["accepted"] & (results.points["oil"] == oil)]
-        largest = accepted["traction_coefficient"].abs().max()
-        stress_mpa = 1e3 * 2 / 3 * pressure * field
-        most = [laws[oil].coefficients.limiting_stress_ratio]
-        for label, of_line, levels, dashes, width in (
-            ("mean shear stress (MPa)", stress_mpa, _STRESS_LEVELS, "-", 0.4),
-            (f"largest measured {style.MU}", field, [largest], "-", 1.6),
+        image = panel.axis.contourf(speed, slip, field, levels)
+        most = laws[oil].coefficients.limiting_stress_ratio
+        for label, of_line, level, dashes, width in (
             ("limiting shear stress", field, most, ":", 1.6),
-            (f"lambda = {limit:g}", lambda_ratio, [limit], "--", 0.9),
+            (f"lambda = {limit:g}", lambda_ratio, limit, "--", 0.9),
         ):
-            look = {"colors": "black", "linestyles": dashes, "linewidths": width}
-            drawn = panel.axis.contour(speed, slip, of_line, levels, **look)
-            if levels is _STRESS_LEVELS:
-                panel.axis.clabel(drawn, fontsize=5, fmt="%g")
+            look: style.Look = {"colors": "black", "linestyles": dashes, "linewidths": width}
+            drawn = panel.axis.contour(speed, slip, of_line, [level], **look)
             if any(len(path) for path in drawn.get_paths()):
                 look = {"color": "black", "linestyle": dashes, "linewidth": width}
                 handles[label] = style.line_handle(label, **look)
@@ -91,7 +80,6 @@ def friction_map(results: CampaignTables, settings: Settings) -> Sheet:
         panel.axis.grid(False)
         for series, values in (("mu", field), ("lambda", lambda_ratio)):
             panel.keep(series, mesh[0].ravel(), mesh[1].ravel(), oil=oil, value=values.ravel())
-        panel.keep("largest measured mu", np.nan, oil=oil, value=largest)
     style.log_ticks(sheet.axes[0].xaxis, _SPEED_TICKS)
     style.log_ticks(sheet.axes[0].yaxis, _SLIP_TICKS)
     sheet.axes[0].set(xlim=(speed[0], speed[-1]), ylim=(slip[0], slip[-1]))
@@ -123,41 +111,36 @@ def _frame(panel: Panel, law: FittedLaw, pressure: float, temperature: float) ->
         panel.axis.add_patch(frame)
 
 
-@register(family="data", tables=("points",), settings=("figures", "gates", "oils", "rigs"))
+@register(family="data", tables=("points",), settings=("figures", "gates", "oils"))
 def stribeck(results: CampaignTables, settings: Settings) -> Sheet:
     """Traction against film thickness.
 
     Traction coefficient of the accepted points nearest to one slide-roll ratio, one panel per
-    oil, against lambda (film thickness over roughness) or against the Hersey number eta U R/W
-    of viscosity at the inlet, entrainment speed, reduced radius and load. Colour: maximum Hertz
-    pressure (GPa). Dashed line: limit of lambda for a full film.
+    oil, against lambda (film thickness over roughness). Colour: maximum Hertz pressure (GPa).
+    Dashed line: limit of lambda for a full film.
     """
-    choice = settings.figures.stribeck
-    points = _of_one_slip(results.points, choice.slide_roll_ratio)
-    x = _hersey(points, settings) if choice.abscissa == "hersey" else points["lambda_ratio"]
-    points = points.assign(x=x).dropna(subset="x")
-    layout: style.Look = {"height": 1.9, "right": 0.75, "sharex": True, "sharey": True}
+    level = settings.figures.stribeck.slide_roll_ratio
+    points = _of_one_slip(results.points, level).dropna(subset="lambda_ratio")
     sheet, panels = oil_grid(
         style.oils_in(points, settings),
         "No accepted point near this slide-roll ratio has a known film:\n"
         "give the properties of the oil and the geometry of the rig.",
-        **layout,
+        height=1.9,
+        right=0.75,
     )
     pressure = points["max_hertz_pressure_gpa"]
     for panel, _, oil in panels:
         of_oil = points[points["oil"] == oil]
-        xy = of_oil["x"], of_oil["traction_coefficient"].abs()
+        xy = of_oil["lambda_ratio"], of_oil["traction_coefficient"].abs()
         colour = of_oil["max_hertz_pressure_gpa"]
         span: style.Look = {"vmin": pressure.min(), "vmax": pressure.max(), "linewidths": 0}
         dots = panel.axis.scatter(*xy, c=colour, s=9, cmap="viridis_r", **span)
         panel.keep("measured", *xy, oil=oil, value=colour, label=of_oil["run_id"])
         panel.axis.set_xscale("log")
         panel.axis.set_ylim(bottom=0)
-        if choice.abscissa == "lambda":
-            style.log_ticks(panel.axis.xaxis, _FILM_TICKS)
-            panel.axis.axvline(settings.gates.lambda_limit, color="black", linestyle="--")
-    labels = {"lambda": "lambda", "hersey": "Hersey number \N{GREEK SMALL LETTER ETA}UR/W"}
-    sheet.label(labels[choice.abscissa], f"{style.MU} at S = {choice.slide_roll_ratio:g}")
+        style.log_ticks(panel.axis.xaxis, _FILM_TICKS)
+        panel.axis.axvline(settings.gates.lambda_limit, color="black", linestyle="--")
+    sheet.label("lambda", f"{style.MU} at S = {level:g}")
     sheet.colour_bar(dots, "Maximum Hertz pressure (GPa)")
     return sheet
 
@@ -168,18 +151,6 @@ def _of_one_slip(points: pd.DataFrame, slide_roll_ratio: float) -> pd.DataFrame:
     off = (accepted["slide_roll_ratio"].abs() - slide_roll_ratio).abs()
     near = accepted.assign(off=off)[off <= 0.25 * slide_roll_ratio]
     return near.loc[near.groupby("run_id")["off"].idxmin()]
-
-
-def _hersey(points: pd.DataFrame, settings: Settings) -> "pd.Series[float]":
-    """eta U R/W of each point; NaN where its oil or rig is not known."""
-    number = pd.Series(np.nan, index=points.index)
-    for (oil, rig), of_both in points.groupby(["oil", "rig"]):
-        properties, contact = settings.properties_of(str(oil)), settings.rigs[str(rig)].contact()
-        if properties is not None and contact is not None:
-            eta = properties.dynamic_viscosity_pa_s(of_both["inlet_temperature_c"].to_numpy())
-            speed = of_both["entrainment_speed_m_s"] * contact.radius_m
-            number[of_both.index] = eta * speed / of_both["load_n"]
-    return number
 
 
 @register(
@@ -206,8 +177,7 @@ def isothermal(results: CampaignTables, settings: Settings) -> Sheet:
     if contact is None:
         raise NothingToDrawError(nothing)
     oils = [oil for oil in settings.oils if oil in laws and settings.properties_of(oil)]
-    layout: style.Look = {"height": 1.9, "sharex": True, "sharey": True}
-    sheet, panels = oil_grid(oils, nothing, **layout)
+    sheet, panels = oil_grid(oils, nothing, height=1.9)
     levels: dict[float, str] = {}
     for panel, _, oil in panels:
         for run, curve in _curves_of(results.points, oil, choice).groupby("run_id"):

@@ -154,10 +154,9 @@ def draw_page(
     if not timed:
         signals = replace(signals, time_s=signals.row.astype(float))
     time_s = signals.time_s
-    title, *head = _head(entry, run)
-    count, top = len(kind.shown_signals), 0.3 + 0.13 * len(head)
+    head, count = _head(entry, run), len(kind.shown_signals)
     layout: style.Look = {"width": style.DOUBLE_COLUMN_IN, "height": 5.6 / count, "left": 0.85}
-    sheet = Sheet(count, down=0.1, top=top, sharex=True, **layout)
+    sheet = Sheet(count, down=0.1, top=0.1 + 0.13 * len(head), sharex=True, **layout)
     failing = _fail_alone(points)
     for number, (name, label) in enumerate(kind.shown_signals.items()):
         panel = sheet.panel(number, None)
@@ -170,6 +169,7 @@ def draw_page(
             axis.plot(time_s, values, color="black", linewidth=0.6, marker=marker, markersize=2)
             axis.ticklabel_format(axis="y", useOffset=False)
             axis.margins(y=0.12)
+            axis.locator_params(nbins=5)
         else:
             panel.say("not logged")
             axis.set_yticks([])
@@ -183,25 +183,13 @@ def draw_page(
     margin = 0.01 * (time_s.max() - time_s.min()) or 1.0
     sheet.axes[0].set_xlim(time_s.min() - margin, time_s.max() + margin)
     sheet.axes[-1].set_xlabel("Time since the log's start (s)" if timed else "Row of the log")
-    look = {"va": "top", "parse_math": False, "xycoords": "axes fraction", "linespacing": 1.35}
-    look |= {"textcoords": "offset points", "annotation_clip": False}
-    for text, size, below in ((title, 9, 0.03), ("\n".join(head), 7, 0.23)):
-        above = -55, 72 * (top - below)
-        weight = "bold" if text == title else "normal"
-        sheet.axes[0].annotate(text, (0, 1), above, fontsize=size, fontweight=weight, **look)
+    sheet.axes[0].set_title("\n".join(head), x=-0.11, fontsize=7, parse_math=False)
+    first, last = entry["first_row"], entry["last_row"]
+    concerned = f"rows {first} to {last}" if last else "concerns the whole run"
+    marked = style.line_handle(concerned, color=style.STATE_COLOURS["refused"])
     passing = Patch(**_PASSING, label="plateau that passes its own gates")
-    marked = style.line_handle(_rows_concerned(entry), color=style.STATE_COLOURS["refused"])
     sheet.legend([passing, Patch(**_FAILING, label="plateau refused by its own gates"), marked])
     return sheet.finish(SIMULATED if settings.campaign.data == "simulated" else "")
-
-
-def _rows_concerned(entry: Mapping[str, Any]) -> str:
-    """What the marks of a page are at, in words."""
-    first, last = entry["first_row"], entry["last_row"]
-    rows = f"row {first}" if first == last else f"rows {first} to {last}"
-    if entry["place"] == "whole run":
-        return "concerns the whole run"
-    return f"{rows}: {'concerned' if entry['place'] == 'rows' else 'failing plateaus'}"
 
 
 def _marked(refusals: pd.DataFrame, points: pd.DataFrame) -> tuple[str, int, int]:
@@ -219,7 +207,7 @@ def _fail_alone(points: pd.DataFrame) -> "pd.Series[bool]":
 
 
 def _head(entry: Mapping[str, Any], run: Mapping[str, Any]) -> list[str]:
-    """Lines of the head, in plain characters; the first is the title."""
+    """Lines of the head, in plain characters."""
     file = "" if entry["file"] == entry["run_id"] else f"file {entry['file']}, "
     about = (
         f"{file}oil {run['oil']}, rig {run['rig']}, set points: {describe_condition(run)}; "
@@ -227,13 +215,12 @@ def _head(entry: Mapping[str, Any], run: Mapping[str, Any]) -> list[str]:
     )
     # of one sentence; the listing has all of it
     reason, advice = f"{entry['rule']}: {entry['reason']}", f"What to do: {entry['advice']}"
-    texts = ((about, 2), (reason, 4), (advice, 4))
-    title = _wrapped(f"REFUSED: {entry['run_id']}", 1, 90)
-    return [*title, *(line for text, lines in texts for line in _wrapped(text, lines))]
-
-
-def _wrapped(text: str, lines: int, letters: int = _LETTERS) -> list[str]:
-    return textwrap.wrap(style.plain(text), letters, max_lines=lines, placeholder=" ...") or [""]
+    texts = ((f"REFUSED: {entry['run_id']}", 1), (about, 2), (reason, 4), (advice, 4))
+    return [
+        line
+        for text, lines in texts
+        for line in textwrap.wrap(style.plain(text), _LETTERS, max_lines=lines, placeholder=" ...")
+    ]
 
 
 def _times(signals: Signals, first_row: int, last_row: int) -> tuple[float, float]:

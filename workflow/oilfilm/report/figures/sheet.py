@@ -40,7 +40,7 @@ _MARK_IN = 0.14  # the line that says that data are simulated
 # Of a legend, in inches: height of a line, width of a symbol with its gaps, width of a letter.
 _LINE_IN, _SYMBOL_IN, _LETTER_IN = 0.155, 0.42, 0.061
 _SMALL_LETTER_IN = 0.049  # width of a letter of notes
-_COLOURS_OF_LINES = 8192  # in a drawing without a map of colours, at most
+_COLOUR_BAR = "<colorbar>"
 _CLIP = re.compile(r'(  <clipPath id="(p\w+)">\n(.*?)  </clipPath>\n)', re.DOTALL)
 
 
@@ -51,34 +51,20 @@ class Panel:
         """Take the axes; rows are added to `parts`."""
         self.axis, self.letter, self.parts = axis, letter, parts
 
-    def keep(
-        self,
-        series: Any,
-        x: Any,
-        y: Any = np.nan,
-        *,
-        oil: Any = "",
-        label: Any = "",
-        value: Any = np.nan,
-        lower: Any = np.nan,
-        upper: Any = np.nan,
-        panel: Any = None,
-    ) -> None:
+    def keep(self, series: Any, x: Any, y: Any = np.nan, **about: Any) -> None:
         """Keep marks that matplotlib draws otherwise: arrays of one length, or one value for all.
 
         Args:
             series: Which line, symbol or row of the panel.
             x: Abscissa.
             y: Ordinate.
-            oil: Oil; empty where it is of none.
-            label: Text that is drawn there, or what tells the mark apart.
-            value: What a colour or a number shows.
-            lower: Lower end of a bar or band.
-            upper: Its upper end.
-            panel: Column of a table that is drawn, in place of the panel's letter.
+            about: `oil`; `label`, which is drawn there or tells the mark apart; `value` that a
+                colour or a number shows; `lower` and `upper` end of a bar or band; `panel`, a
+                column of a table, in place of the panel's letter.
         """
-        given = (self.letter if panel is None else panel, series, oil, label, x, y, value)
-        arrays = np.broadcast_arrays(*map(np.atleast_1d, map(np.asarray, (*given, lower, upper))))
+        given = {"panel": self.letter, "series": series, "oil": "", "label": "", "x": x, "y": y}
+        given |= {"value": np.nan, "lower": np.nan, "upper": np.nan, **about}
+        arrays = np.broadcast_arrays(*map(np.atleast_1d, map(np.asarray, given.values())))
         self.parts.append(dict(zip(tables.columns("drawn"), arrays, strict=True)))
 
     def line(self, series: Any, x: Any, y: Any, look: Look, **about: Any) -> None:
@@ -203,7 +189,7 @@ class Sheet:
 
     def colour_bar(self, mappable: Any, label: str, **look: Any) -> Axes:
         """A colour bar at the right of all panels; `right` must leave room for it."""
-        self._bar = self.figure.add_axes((0, 0, 0.1, 0.1), label="<colorbar>")
+        self._bar = self.figure.add_axes((0, 0, 0.1, 0.1), label=_COLOUR_BAR)
         bar = self.figure.colorbar(mappable, cax=self._bar, **look)
         bar.set_label(label, fontsize=7)
         self._bar.tick_params(labelsize=6)
@@ -256,7 +242,7 @@ def oil_grid(
         otherwise: What to say where there is none.
         rows: What each row of panels is for.
         title: Of a panel, from its row and oil.
-        layout: As `Sheet`.
+        layout: As `Sheet`; all panels have the same axes unless it says otherwise.
 
     Returns:
         The figure, and each panel with its row and oil.
@@ -267,7 +253,8 @@ def oil_grid(
     if not oils:
         raise NothingToDrawError(otherwise)
     cells = list(itertools.product(rows, oils))
-    sheet = Sheet(len(cells), len(oils) if len(rows) > 1 else min(len(oils), 3), **layout)
+    columns = len(oils) if len(rows) > 1 else min(len(oils), 3)
+    sheet = Sheet(len(cells), columns, **{"sharex": True, "sharey": True, **layout})
     return sheet, [(sheet.panel(n, title(*cell)), *cell) for n, cell in enumerate(cells)]
 
 
@@ -328,23 +315,10 @@ def table_page(
     return sheet, panel, write
 
 
-def panels_in_words(figure: Figure) -> dict[str, dict[str, str]]:
-    """Title, abscissa and ordinate of each panel by its letter, with their units."""
-    return {
-        str(axes.get_label()): {
-            "title": axes.get_title(loc="left"),
-            "x": axes.get_xlabel(),
-            "y": axes.get_ylabel(),
-        }
-        for axes in figure.axes
-        if axes.axison and axes.get_label() != "<colorbar>"
-    }
-
-
 def save(figure: Figure, *paths: Path) -> None:
     """Write a figure as PNG or SVG, the same bytes each time, whole or not at all.
 
-    A PNG has a palette, unless a map of colours would show steps: that makes it a third in size.
+    A PNG has a palette: that makes it a third in size.
     """
     dpi = mpl.rcParams["savefig.dpi"]
     figure.set_dpi(dpi)
@@ -355,9 +329,8 @@ def save(figure: Figure, *paths: Path) -> None:
                 canvas: Any = FigureCanvasAgg(figure)
                 canvas.draw()
                 image = Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB")
-                if image.getcolors(_COLOURS_OF_LINES):
-                    # ten times as fast as the median cut
-                    image = image.quantize(256, Image.Quantize.FASTOCTREE, dither=Image.Dither.NONE)
+                # ten times as fast as the median cut
+                image = image.quantize(256, Image.Quantize.FASTOCTREE, dither=Image.Dither.NONE)
                 image.save(aside, "PNG", dpi=(dpi, dpi))
             else:
                 text = io.StringIO()
@@ -439,6 +412,12 @@ def draw_figures(
     """
     for png, svg, drawn_file in files:
         figure, drawn = draw_figure(Path(png).stem, results, settings, references)
-        footer = {**provenance, "panels": panels_in_words(figure)}
-        tables.write(drawn, "drawn", Path(drawn_file), footer)
+        # what x and y are, with their units
+        panels = {
+            str(axes.get_label()): {"title": axes.get_title("left")}
+            | {"x": axes.get_xlabel(), "y": axes.get_ylabel()}
+            for axes in figure.axes
+            if axes.get_label() != _COLOUR_BAR
+        }
+        tables.write(drawn, "drawn", Path(drawn_file), {**provenance, "panels": panels})
         save(figure, Path(png), Path(svg))

@@ -8,10 +8,10 @@ import numpy as np
 import pandas as pd
 
 from oilfilm import tables
-from oilfilm.curation.coverage import describe_condition, planned_states
+from oilfilm.curation.coverage import planned_states
 from oilfilm.fits.interval import normal_quantile
 from oilfilm.logs.run_sheet import REMARKS
-from oilfilm.report.document import Section, ShownTable, facts, sentence, show_declared
+from oilfilm.report.document import Section, ShownTable, facts, show_declared
 from oilfilm.report.enough import shortfalls, unread_logs
 from oilfilm.report.explorer import LEVEL, plain
 from oilfilm.report.words import gate_name
@@ -20,16 +20,8 @@ from oilfilm.tables import failed_gates
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.torque.operating_grid import AXES
 from oilfilm.torque.torque_control import bistable_points, without_bistable
-from oilfilm.traction.law import CONDITIONS
 
-# Missing conditions that are named; the table coverage has them all.
-_NAMED = 3
 _STATES = ("accepted", "refused", "missing")
-_SET_POINTS = {
-    "nominal_load_n": "load",
-    "nominal_entrainment_speed_m_s": "speed",
-    "nominal_inlet_temperature_c": "temperature",
-}
 
 
 def data(results: CampaignTables, settings: Settings) -> Section:
@@ -37,8 +29,6 @@ def data(results: CampaignTables, settings: Settings) -> Section:
     points = results.points
     has_matrix = results.coverage["planned"].any()
     conditions = planned_states(results.coverage) if has_matrix else results.coverage
-    missing = tables.rows(conditions[conditions["state"] == "missing"])
-    without = results.runs[list(_SET_POINTS)].isna().sum().rename(_SET_POINTS)
     unjudged = points["accepted"] & (points["film_judgement"] == "cannot be judged")
     made = facts(
         "report/sections/data.jinja",
@@ -48,11 +38,8 @@ def data(results: CampaignTables, settings: Settings) -> Section:
         shortfalls=shortfalls(results, settings.campaign),
         has_matrix=has_matrix,
         conditions=conditions["state"].value_counts().reindex(_STATES, fill_value=0),
-        missing=[f"{row['oil']} at {describe_condition(row)}" for row in missing[:_NAMED]],
-        more_missing=max(len(missing) - _NAMED, 0),
         unjudged=points.loc[unjudged, "oil"],
         stand_ins=[name for name, oil in settings.oils.items() if oil and oil.stand_in],
-        without_set_point=without[without > 0].to_dict(),
     )
     return Section("data", "Data", made, [run_list(results, settings.report.rows_max)])
 
@@ -71,21 +58,13 @@ def refused(results: CampaignTables, settings: Settings) -> Section:
     )
     listed = refusals(results.quarantine, "quarantine", settings.report.rows_max)
     shown = [show_declared(counts, "gate_counts"), listed]
-    saved = {"quarantine.csv": results.quarantine}
-    return Section("refused", "Refused", made, shown, downloads=saved)
+    return Section("refused", "Refused", made, shown)
 
 
-def refusals(quarantine: pd.DataFrame, name: str, most: int) -> ShownTable:
-    """What was refused, why, and what to do, where sentences have only each gate's first case.
-
-    Remarks on the run sheet refuse nothing.
-    """
+def refusals(quarantine: pd.DataFrame, name: str, most: int, caption: str = "") -> ShownTable:
+    """What was refused, why, and what to do; remarks on the run sheet refuse nothing."""
     quarantine = quarantine[~quarantine["rule"].isin(REMARKS)]
-    if not quarantine["rule"].duplicated().any():
-        quarantine = quarantine[:0]
-    if not (quarantine["run_id"] != quarantine["file"]).any():
-        quarantine = quarantine.drop(columns="run_id")
-    return show_declared(quarantine, "quarantine", name=name, most=most)
+    return show_declared(quarantine, "quarantine", caption, name, most)
 
 
 def first_cases(quarantine: pd.DataFrame) -> list[dict[str, object]]:
@@ -149,7 +128,8 @@ def bearing(results: CampaignTables, settings: Settings) -> Section:
         inversion=results.torque_inversion["verdict"].tolist(),
         **_heat(results.heat_balance),
     )
-    listed = refusals(refused, "torque_quarantine", settings.report.rows_max)
+    caption = "Refused torque logs, runs and plateaus"
+    listed = refusals(refused, "torque_quarantine", settings.report.rows_max, caption)
     return Section("bearing", "Bearing", made, [_error_table(sure), listed])
 
 
@@ -204,65 +184,33 @@ def _error_table(sure: pd.DataFrame) -> ShownTable:
 _DIGITS = 6  # of a drawn value
 
 
-def shown_runs(results: CampaignTables, most: int) -> pd.DataFrame:
-    """The runs that the page lists, refused ones first."""
-    is_accepted = results.runs["verdict"] == "accepted"
-    return results.runs.loc[is_accepted.sort_values(kind="stable").index[:most]]
-
-
 def run_list(results: CampaignTables, most: int) -> ShownTable:
-    """One row per run with its conditions and verdict; its name links to its page."""
-    runs = shown_runs(results, most)
+    """One row per run with its conditions and verdict, refused ones first.
+
+    Its name leads to its operating point in the chart, or to its signals.
+    """
+    runs = results.runs.assign(refused=results.runs["verdict"] != "accepted")
+    runs = runs.sort_values("refused", ascending=False, kind="stable")
     of_runs = results.points.groupby("run_id")["accepted"].agg(["sum", "size"])
     counts = of_runs.reindex(runs["run_id"], fill_value=0).astype(int)
-    shown = runs.assign(
-        passed=[f"{good} of {size}" for good, size in counts.to_numpy()],
-        why=runs["rule"],
-        warned=np.where(runs["warning"] != "", "yes", ""),
-    )
-    listed = show_declared(shown.dropna(axis="columns", how="all"), "run-list")
-    links = [f"#run?name={quote(name, safe='')}" for name in runs["run_id"]]
-    return replace(listed, links=links, left_out=len(results.runs) - len(runs))
-
-
-def run_pages(results: CampaignTables, most: int) -> list[dict[str, Any]]:
-    """What the page of each listed run tells, beside its row in the list.
-
-    Args:
-        results: The tables of the campaign.
-        most: Runs at most, as in `run_list`.
-    """
-    runs = shown_runs(results, most)
-    means = results.points.groupby("run_id")[list(CONDITIONS)].mean().reindex(runs["run_id"])
-    quarantine = results.quarantine
-    rules = quarantine["run_id"].map(runs.set_index("run_id")["rule"])
-    decisive = quarantine[quarantine["rule"] == rules].drop_duplicates("run_id")
-    advice = decisive.set_index("run_id")["advice"]
-    return [
-        {
-            "name": run["run_id"],
-            "oil": run["oil"],
-            "refused": f"Refused ({gate_name(run['rule'])}): {sentence(run['reason'])} "
-            f"{advice.get(run['run_id'], '')}"
-            if run["verdict"] != "accepted"
-            else "",
-            "warning": run["warning"],
-            "condition": plain(means.loc[run["run_id"]], _DIGITS),
-        }
-        for run in tables.rows(runs)
-    ]
+    passed = [f"{good} of {size}" for good, size in counts.to_numpy()]
+    shown = runs.assign(passed=passed, why=runs["rule"]).dropna(axis="columns", how="all")
+    listed = show_declared(shown, "run-list", most=most)
+    pages = results.refused_pages.query("page != ''").set_index("run_id")["page"]
+    anchors = "refused-" + pages.str.removesuffix(".png")
+    links = [f"#{anchors.get(name, f'run?name={quote(name)}')}" for name in runs["run_id"]]
+    return replace(listed, links=links[:most])
 
 
 def drawn_points(points: pd.DataFrame, most: int) -> dict[str, Any]:
-    """The points that the page draws, evenly chosen, as columns of numbers.
+    """The accepted points that the page draws, evenly chosen, as columns of numbers.
 
     Args:
         points: Table of points.
         most: Points at most.
     """
-    accepted = int(points["accepted"].sum())
-    if len(points) > most:
-        points = points.iloc[:: -(-len(points) // most)]
+    accepted = points[points["accepted"]]
+    points = accepted.iloc[:: max(-(-len(accepted) // most), 1)]
     run, names = pd.factorize(points["run_id"])
     half = normal_quantile(LEVEL) * points["traction_coefficient_se"]
     return {
@@ -272,6 +220,5 @@ def drawn_points(points: pd.DataFrame, most: int) -> dict[str, Any]:
         "axes": [plain(points[name], _DIGITS) for name in AXES],
         "mu": plain(points["traction_coefficient"], _DIGITS),
         "half": plain(half.fillna(0), 2),
-        "accepted": points["accepted"].astype(int).tolist(),
-        "left_out": accepted - int(points["accepted"].sum()),
+        "left_out": len(accepted) - len(points),
     }

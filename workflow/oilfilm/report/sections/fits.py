@@ -26,7 +26,6 @@ from oilfilm.report.words import CONDITIONS, law_name
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction import LAWS
-from oilfilm.traction.law import QUANTITIES
 
 # A curve of which mu differs less than this as a whole is odd by its shape.
 _SAME_GAIN = 0.03
@@ -53,7 +52,7 @@ def fits(results: CampaignTables) -> Section:
         show_declared(quality.join(sure, on="oil"), "fit_quality"),
         show_declared(results.lack_of_fit, "lack_of_fit"),
     ]
-    return Section("fits", "Fits", made, shown, downloads={"fit_quality.csv": quality})
+    return Section("fits", "Fits", made, shown)
 
 
 def curve_facts(quality: pd.DataFrame, residuals: pd.DataFrame) -> list[Fact]:
@@ -159,65 +158,30 @@ def _beside_others(row: Mapping[str, Any]) -> str:
     return _BESIDE.get(row["verdict"], f"not decided: {row['verdict']}")
 
 
-# Constants that move together so closely replace each other.
-_STRONG = 0.95
-
-
 def constants(results: CampaignTables) -> Section:
     """A table per oil, and a sentence for each constant that the data do not determine."""
     fits = results.configured
-    if fits.coefficients.empty:
-        return Section("constants", "Constants")
-    coefficients = with_partners(fits.coefficients, fits.correlations)
-    oils = coefficients["oil"].unique()
-    quality = {row["oil"]: row for row in tables.rows(fits.fit_quality)}
+    quality = fits.fit_quality.set_index("oil")
+    by_oil = [(str(oil), rows) for oil, rows in fits.coefficients.groupby("oil", sort=False)]
     made = facts(
         "report/sections/constants.jinja",
         fits=[
             {
                 "oil": oil,
-                "curves": quality[str(oil)]["n_curves"],
+                "curves": quality["n_curves"][oil],
                 "constants": tables.rows(rows),
-                "fixed": [
-                    each.sentence() for each in from_text(quality[str(oil)]["fixed_conditions"])
-                ],
+                "fixed": [each.sentence() for each in from_text(quality["fixed_conditions"][oil])],
             }
-            for oil, rows in coefficients.groupby("oil", sort=False)
+            for oil, rows in by_oil
             if rows["value"].notna().any()
         ],
     )
-    return Section(
-        "constants",
-        "Constants",
-        made,
-        [_of_oil(coefficients, oil, place) for place, oil in enumerate(oils)],
-        downloads={"coefficients.csv": fits.coefficients},
-    )
+    shown = [_of_oil(rows, place) for place, (_, rows) in enumerate(by_oil)]
+    return Section("constants", "Constants", made, shown)
 
 
-def with_partners(coefficients: pd.DataFrame, correlations: pd.DataFrame) -> pd.DataFrame:
-    """Constants, each with the one that may replace it.
-
-    Args:
-        coefficients: Table of coefficients.
-        correlations: Table of correlations.
-
-    Returns:
-        The coefficients with columns `partner` (the constant that moves most with this one, empty
-        where none does so closely) and `correlation`.
-    """
-    other_way = correlations.rename(columns={"constant": "other", "other": "constant"})
-    both = pd.concat([correlations, other_way], ignore_index=True)
-    both = both.assign(size=both["correlation"].abs()).query("size >= @_STRONG")
-    closest = both.sort_values("size", ascending=False).drop_duplicates(["oil", "law", "constant"])
-    partners = closest[["oil", "law", "constant", "other", "correlation"]]
-    paired = coefficients.merge(partners, how="left", on=["oil", "law", "constant"])
-    return paired.assign(partner=paired["other"].fillna(""))
-
-
-def _of_oil(coefficients: pd.DataFrame, oil: str, place: int) -> ShownTable:
+def _of_oil(rows: pd.DataFrame, place: int) -> ShownTable:
     """Constants of one oil with their errors. Digits beyond the second of the error say nothing."""
-    rows = coefficients[coefficients["oil"] == oil]
     names = ["value", "standard_error", "systematic_standard_error", "lower", "upper"]
     texts = rows.astype(object)
     for index, row in rows.iterrows():
@@ -226,7 +190,7 @@ def _of_oil(coefficients: pd.DataFrame, oil: str, place: int) -> ShownTable:
         texts.loc[index, names] = [form(row[name]) for name in names]
     interval = texts["lower"] + " \N{HORIZONTAL ELLIPSIS} " + texts["upper"]
     texts["lower"] = texts["lower"].where(rows["lower"].isna(), interval)
-    return show_declared(texts, "constants", oil, f"constants{place}")
+    return show_declared(texts, "constants", rows["oil"].iloc[0], f"constants{place}")
 
 
 def laws(results: CampaignTables, settings: Settings) -> Section:
@@ -251,36 +215,22 @@ def law_facts(verdicts: pd.DataFrame, quality: pd.DataFrame, tie: str = "") -> l
     """
     groups: dict[str, dict[str, Any]] = {}
     for row in tables.rows(verdicts):
-        of_oil = tables.rows(quality[quality["oil"] == row["oil"]])
-        told, misfits = _compared(row, {fit["law"]: fit for fit in of_oil})
-        group = groups.setdefault(repr(told), {**told, "oils": [], "misfits": []})
-        group["oils"].append(row["oil"])
-        group["misfits"].append(misfits)
-    rows = list(groups.values())
-    return facts("report/sections/laws.jinja", rows=rows, tie=tie, fewest_curves=FEWEST_CURVES)
-
-
-def _compared(
-    row: dict[str, Any], fits: Mapping[str, dict[str, Any]]
-) -> tuple[dict[str, Any], list[float]]:
-    """What a row of `law_verdicts` says, and the misfits of the better and the configured law."""
-    by_bic, law, better = row["bic_ties"].split(", "), row["law"], row["better_law"]
-    ties = [each for each in row["left_out_ties"].split(", ") if each and each in by_bic]
-    taken = {each: LAWS[each].conditions for each in (law, better) if each in LAWS}
-    others = len(taken) == 2 and taken[law] != taken[better]
-    meanings = {key: [QUANTITIES[each].short_meaning for each in taken[key]] for key in taken}
-    both = [fits[each] for each in (better, law) if each in fits]
-    judged = len(both) == 2
-    told = {
-        "verdict": row["verdict"],
-        "law": law,
-        "better_law": better,
-        "shared": sorted(law_name(each) for each in ties if each != law),
-        "fewest": min(ties, key=lambda each: fits[each]["n_constants"], default=""),
-        "can_be_set": list(LAWS),
-        "constants": [fit["n_constants"] for fit in both] if judged else [],
-        "unconfirmed": judged and not both[0]["certified"],
-        "beyond": row["ends_out_law"] if better != row["ends_out_law"] and better else "",
-        "takes": meanings if others else {},
-    }
-    return told, [fit["relative_rms"] for fit in both] if judged else []
+        fits = {fit["law"]: fit for fit in tables.rows(quality[quality["oil"] == row["oil"]])}
+        by_bic, better = row["bic_ties"].split(", "), row["better_law"]
+        ties = [each for each in row["left_out_ties"].split(", ") if each and each in by_bic]
+        told = {
+            "verdict": row["verdict"],
+            "law": row["law"],
+            "better_law": better,
+            "shared": sorted(law_name(each) for each in ties if each != row["law"]),
+            "fewest": min(ties, key=lambda each: fits[each]["n_constants"], default=""),
+            "unconfirmed": better in fits and not fits[better]["certified"],
+        }
+        groups.setdefault(repr(told), {**told, "oils": []})["oils"].append(row["oil"])
+    return facts(
+        "report/sections/laws.jinja",
+        rows=list(groups.values()),
+        tie=tie,
+        fewest_curves=FEWEST_CURVES,
+        can_be_set=list(LAWS),
+    )
