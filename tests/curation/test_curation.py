@@ -15,7 +15,7 @@ from campaigns import Campaign, printed
 from damages import SOUND
 from oilfilm import tables
 from oilfilm.curation import statistics
-from oilfilm.curation.curate import Curated, arrays_of, check_logs, collect, curate
+from oilfilm.curation.curate import arrays_of, check_logs, collect, curate_parts
 from oilfilm.curation.measure import find_steps, settled_parts
 from oilfilm.curation.traction_rig import TRACTION_RIG
 from oilfilm.curation.verdicts import judge_plateaus
@@ -74,16 +74,15 @@ def test_plateau_traction_is_the_true_one_within_its_errors(demo: Campaign) -> N
 
 
 def test_shares_together_give_what_one_share_gives(demo: Campaign) -> None:
-    runs = demo.ingested.runs.iloc[:12]
-    samples = pd.concat(demo.ingested.samples.values(), ignore_index=True)
-
-    def curated(*shares: pd.DataFrame) -> Curated:
-        parts = [(samples[samples["run_id"].isin(share["run_id"])], share) for share in shares]
-        return collect([curate(*part, demo.config) for part in parts], [], demo.config)
-
-    together, apart = curated(runs), curated(runs.iloc[::2], runs.iloc[1::2])
-    for name, frame in vars(together).items():
-        pd.testing.assert_frame_equal(getattr(apart, name), frame)
+    samples = demo.ingested.all_samples()
+    runs = demo.curated.runs["run_id"].iloc[:12]
+    halves = (samples[samples["run_id"].isin(half)] for half in (runs.iloc[::2], runs.iloc[1::2]))
+    few = replace(demo.ingested, runs=demo.ingested.runs.query("run_id in @runs"))
+    apart = collect(curate_parts(halves, few, demo.config), demo.config)
+    for name in ("points", "runs"):
+        whole = getattr(demo.curated, name)
+        expected = whole[whole["run_id"].isin(runs)].reset_index(drop=True)
+        pd.testing.assert_frame_equal(getattr(apart, name), expected)
 
 
 # --- signals of known shape --------------------------------------------------------------------

@@ -12,8 +12,7 @@ import pytest
 import bad_logs
 from damages import SOUND
 from oilfilm import tables
-from oilfilm.curation.curate import Curated, curate, curate_parts
-from oilfilm.errors import OilfilmError
+from oilfilm.curation.curate import Curated, collect, curate_ingested, curate_parts
 from oilfilm.logs.ingest import Ingested, ingest_logs, sample_files
 
 ABOUT = {"campaign": "demo", "data": "simulated"}
@@ -32,7 +31,7 @@ def in_parts(logs: Iterator[tuple[str, bytes]], folder: Path) -> tuple[Ingested,
     with sample_files(paths, ABOUT) as keep:
         ingested = ingest_logs(logs, CONFIG, keep=keep)
     samples = tables.read_parts("samples", *paths.values())
-    return ingested, curate_parts(samples, ingested.runs, CONFIG)
+    return ingested, collect(curate_parts(samples, ingested, CONFIG), CONFIG)
 
 
 def test_share_in_parts_gives_what_it_gives_as_a_whole(
@@ -41,7 +40,7 @@ def test_share_in_parts_gives_what_it_gives_as_a_whole(
     rows = len(SOUND["traction"].values["time"])
     monkeypatch.setattr(tables, "ROW_GROUP", 2 * rows)
     whole = ingest_logs(LOGS, CONFIG)
-    expected = curate(whole.all_samples(), whole.runs, CONFIG)
+    expected = curate_ingested(whole, CONFIG)
     ingested, curated = in_parts(iter(LOGS), tmp_path)
     assert {"accepted", "refused"} == set(expected.runs["verdict"])
     assert {"", "force_scale", "no_rows"} <= set(expected.runs["rule"])
@@ -79,11 +78,3 @@ def test_memory_does_not_grow_with_the_samples_of_a_share(
     more_samples = (many - few) * rows * len(tables.columns("samples")) * 8
     # what is kept of a run are its plateaus and its row of the table of runs
     assert peak_of(many) - peak_of(few) < more_samples / 4
-
-
-def test_rows_of_one_run_in_two_parts_are_refused() -> None:
-    whole = ingest_logs(LOGS[:1], CONFIG)
-    samples = whole.all_samples()
-    halves = samples.iloc[:200], samples.iloc[200:]
-    with pytest.raises(OilfilmError, match="the rows of run sound are in two parts"):
-        curate_parts(halves, whole.runs, CONFIG)

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from bad_logs import CONFIG, KEYS, Columns, csv
 from nights import examples
 from oilfilm.curation.curate import Curated, check_logs
-from oilfilm.curation.gate import Signals
+from oilfilm.curation.rig_kind import Signals
 from oilfilm.curation.zero import zero_reference
 from standstill import LARGEST, LEVELS, LOAD_N, UNITS, log, planted
 

@@ -16,7 +16,7 @@ import pytest
 import yaml
 
 from oilfilm import tables
-from oilfilm.curation.curate import Curated, collect, curate
+from oilfilm.curation.curate import Curated, curate_ingested
 from oilfilm.fits.fit import OilFit, fit_oil
 from oilfilm.logs.ingest import Ingested, ingest_logs
 from oilfilm.paper.printed_constants import study_signs
@@ -88,8 +88,7 @@ def carry_logs(
     config: Settings, logs: Iterable[tuple[str, bytes]], folder: Path = ROOT
 ) -> Campaign:
     ingested = ingest_logs(logs, config)
-    share = curate(ingested.all_samples(), ingested.runs, config)
-    curated = collect([share], [ingested.quarantine], config)
+    curated = curate_ingested(ingested, config)
     return Campaign(config, folder, tables.empty("truth"), ingested, curated)
 
 

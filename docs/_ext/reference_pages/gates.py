@@ -7,8 +7,9 @@ from typing import Any
 
 from pydantic import BaseModel
 
-from oilfilm.curation.gate import RULES, TORQUE, TRACTION, Gate
+from oilfilm.curation.gate import RULES, Gate
 from oilfilm.curation.plateau_gates import PLATEAU_GATES
+from oilfilm.curation.rig_kind import TORQUE, TRACTION
 from oilfilm.curation.run_gates import RUN_GATES
 from oilfilm.curation.torque_rig import TorqueRig
 from oilfilm.curation.traction_rig import TractionRig
@@ -54,22 +55,22 @@ def _section(gate: Gate[Any], settings: Settings) -> str:
     lines = [
         f"### {gate.name}\n",
         f"{meaning}\n",
-        f"- **Judges** logs of {_names(gate.rigs)} rigs.",
+        f"- **Judges** logs of {_names(gate.judges.split())} rigs.",
     ]
     if gate in PLATEAU_GATES and not gate.blames_run:
         lines.append("- **Blames** no run: only the plateaus that fail are refused.")
     if gate.needs:
         lines.append(f"- **Needs** `{gate.needs}`; without it the gate cannot be applied.")
     lines += [f"- **Limit** {limit}" for limit in _limits(gate, settings)]
-    lines += [f"- **What to do**: {advice}" for advice in _advice(gate.name, gate.rigs)]
+    lines += [f"- **What to do**: {advice}" for advice in _advice(gate.name, gate.judges.split())]
     return "\n".join(lines) + "\n"
 
 
-def _names(rigs: tuple[str, ...]) -> str:
+def _names(rigs: list[str]) -> str:
     return " and ".join(rigs)
 
 
-def _advice(rule: str, rigs: tuple[str, ...]) -> list[str]:
+def _advice(rule: str, rigs: list[str]) -> list[str]:
     """The advice; once for each rig where it differs."""
     by_rig = {rig: advice_for(rule, _RIGS[rig]) for rig in rigs}
     if len(set(by_rig.values())) == 1:
@@ -87,7 +88,7 @@ def _limits(gate: Gate[Any], settings: Settings) -> Iterator[str]:
         if group == "stuck":
             yield _limit("curation.stuck", key, settings.curation.stuck)
         else:
-            yield from (_limit(of_rig[rig][0], key, of_rig[rig][1]) for rig in gate.rigs)
+            yield from (_limit(of_rig[rig][0], key, of_rig[rig][1]) for rig in gate.judges.split())
 
 
 def _keys(gate: Gate[Any]) -> list[tuple[str, str]]:

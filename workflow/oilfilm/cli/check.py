@@ -24,9 +24,9 @@ import pandas as pd
 from oilfilm import tables
 from oilfilm.cli.arguments import config_folder, json_text, project_folder
 from oilfilm.curation.curate import Curated, curate_ingested
-from oilfilm.curation.gate import RULES, TORQUE, TRACTION, Gate
+from oilfilm.curation.gate import RULES, Gate
 from oilfilm.curation.plateau_gates import PLATEAU_GATES
-from oilfilm.curation.rig_kind import RigKind
+from oilfilm.curation.rig_kind import TORQUE, TRACTION, RigKind
 from oilfilm.curation.run_gates import RUN_GATES
 from oilfilm.curation.torque_rig import TORQUE_RIG
 from oilfilm.curation.traction_rig import TRACTION_RIG

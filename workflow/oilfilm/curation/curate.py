@@ -13,22 +13,15 @@ import numpy as np
 import pandas as pd
 
 from oilfilm import tables
-from oilfilm.curation.gate import Columns, Fault, Finding, Limits, fault
+from oilfilm.curation.gate import fault
 from oilfilm.curation.hypotheses import DOUBTFUL, Hypothesis
 from oilfilm.curation.measure import measure
 from oilfilm.curation.repeats import repeated, with_campaign_warnings
-from oilfilm.curation.rig_kind import RigKind
+from oilfilm.curation.rig_kind import Limits, RigKind
 from oilfilm.curation.run_gates import first_fault, warning
 from oilfilm.curation.traction_rig import TRACTION_RIG
-from oilfilm.curation.verdicts import (
-    judge_plateaus,
-    quarantine_rows,
-    refusal,
-    runs_not_usable,
-    with_gates,
-)
-from oilfilm.errors import OilfilmError
-from oilfilm.logs.base import Refusal
+from oilfilm.curation.verdicts import judge_plateaus, quarantine_rows, runs_not_usable
+from oilfilm.logs.base import Columns, Refusal
 from oilfilm.logs.ingest import Ingested, ingest_logs, sample_files
 from oilfilm.logs.raw_files import RawLogs
 from oilfilm.logs.run_sheet import NO_SHEET, RunSheet
@@ -58,10 +51,9 @@ def check_logs(
 def curate_ingested(
     ingested: Ingested, settings: Settings, kind: RigKind = TRACTION_RIG
 ) -> Curated:
-    """What curation makes of logs that are one share."""
+    """What curation makes of logs that are all of a campaign."""
     samples = ingested.all_samples()
-    share = curate(samples, ingested.runs, settings, kind)
-    curated = collect([share], [ingested.quarantine], settings, kind)
+    curated = collect(curate_parts([samples], ingested, settings, kind), settings, kind)
     # what the workflow could not write must not pass here
     if kind.name == TRACTION_RIG.name:
         tables.conform(samples, "samples", "samples of these logs")
@@ -90,50 +82,35 @@ def curate_share(
     """
     with sample_files(samples, provenance) as keep:
         ingested = ingest_logs(logs, settings, sheet=sheet, keep=keep, verified=logs.digests)
-    curated = curate_parts(tables.read_parts("samples", *samples.values()), ingested.runs, settings)
-    refused = pd.concat([ingested.quarantine, curated.quarantine], ignore_index=True)
-    return replace(curated, quarantine=refused)
+    return curate_parts(tables.read_parts("samples", *samples.values()), ingested, settings)
 
 
 def curate_parts(
     samples: Iterable[pd.DataFrame],
-    runs: pd.DataFrame,
+    ingested: Ingested,
     settings: Settings,
     kind: RigKind = TRACTION_RIG,
 ) -> Curated:
-    """As `curate`, of samples that come in parts, of which one is held at a time.
+    """Plateaus, runs and all that was refused, of samples that come in parts, one held at a time.
 
     Args:
         samples: Parts of the table of samples, each with whole runs.
-        runs: Table of runs as ingested.
+        ingested: The logs that they are of.
         settings: Settings of the run.
         kind: The kind of rig.
-
-    Raises:
-        OilfilmError: Two parts have rows of one run.
     """
-    place = {run_id: place for place, run_id in enumerate(runs["run_id"])}
-    left, curated = set(place), []
+    runs, parts = ingested.runs, []
+    without_rows = runs["run_id"]
     for part in samples:
-        run_ids = set(part["run_id"].unique())
-        if split := run_ids - left:
-            raise OilfilmError(
-                f"the rows of run {min(split)} are in two parts of the samples; expected them "
-                "together. Delete the samples and run snakemake again."
-            )
-        left -= run_ids
-        curated.append(curate(part, runs[runs["run_id"].isin(run_ids)], settings, kind))
-    without_rows = runs[runs["run_id"].isin(left)]
-    curated.append(curate(tables.empty("samples"), without_rows, settings, kind))
-
-    def joined(name: str) -> pd.DataFrame:
-        tables_of_parts = [getattr(part, name) for part in curated]
-        filled = [table for table in tables_of_parts if len(table)]
-        rows = pd.concat(filled or tables_of_parts[:1], ignore_index=True)
-        order = rows["run_id"].map(place).argsort(kind="stable")
-        return rows.take(order).reset_index(drop=True)
-
-    return Curated(joined("points"), joined("runs"), joined("quarantine"))
+        run_ids = part["run_id"].unique()
+        without_rows = without_rows[~without_rows.isin(run_ids)]
+        parts.append(curate(part, runs[runs["run_id"].isin(run_ids)], settings, kind))
+    parts.append(curate(tables.empty("samples"), runs.loc[without_rows.index], settings, kind))
+    points, of_runs, quarantine = (
+        pd.concat([getattr(part, name) for part in parts], ignore_index=True)
+        for name in ("points", "runs", "quarantine")
+    )
+    return Curated(points, of_runs, pd.concat([ingested.quarantine, quarantine], ignore_index=True))
 
 
 def curate(
@@ -150,12 +127,11 @@ def curate(
     samples_of = _by_run(samples)
     measured = _measured(samples_of, runs, settings, kind)
     judged = _judge(measured, kind)
-    by_run = measured.runs.set_index("run_id")
     explained = {
         row["run_id"]: cause
         for row in tables.rows(judged.runs[judged.runs["rule"].isin(DOUBTFUL)])
         if row["run_id"] in samples_of
-        and (cause := _explanation(samples_of[row["run_id"]], row, by_run, settings, kind))
+        and (cause := _explanation(samples_of[row["run_id"]], row, settings, kind))
     }
     measured.refused.update(explained)
     return _judge(measured, kind) if explained else judged
@@ -182,20 +158,19 @@ def _measured(
     plateaus, warnings = {}, []
     for row in tables.rows(runs):
         run_id, doubt = row["run_id"], ""
-        why: Fault | None = None
         if run_id in samples_of:
             signals = kind.signals(samples_of[run_id], row["rig"], settings)
             run = measure(signals, kind, row["rig"], settings, settled=row["log_kind"] == "steps")
             plateaus[run_id] = run.plateaus
         if row["rule"]:
-            why = row["rule"], Finding(row["reason"])
+            refused[run_id] = Refusal(row["rule"], row["reason"], "", run_id)
         elif run_id not in samples_of:
-            why = fault("no_rows")
-        elif (why := first_fault(run, kind.name, limits)) is None:
-            doubt = warning(run, kind.name, limits)
-            partly += [refusal("too_short", each, kind, run_id) for each in run.too_short]
-        if why is not None:
-            refused[run_id] = refusal(*why, kind, run_id)
+            refused[run_id] = fault("no_rows", run_id=run_id)
+        elif why := first_fault(run, limits):
+            refused[run_id] = replace(why, run_id=run_id)
+        else:
+            doubt = warning(run, limits)
+            partly += [replace(each, run_id=run_id) for each in run.too_short]
         warnings.append(doubt)
     runs = runs.assign(warning=pd.Series(warnings, runs.index, dtype="str"))
     points = _table_of_plateaus(plateaus, runs.set_index("run_id"), settings, kind)
@@ -203,79 +178,63 @@ def _measured(
 
 
 def _explanation(
-    samples: Columns, run: Mapping[str, Any], runs: pd.DataFrame, settings: Settings, kind: RigKind
+    samples: Columns, run: Mapping[str, Any], settings: Settings, kind: RigKind
 ) -> Refusal | None:
     """The simple mistake without which most plateaus of a refused run would pass, if there is one.
 
     Args:
         samples: Those of the run.
         run: Its row of the table of runs.
-        runs: All of them as ingested, by `run_id`.
         settings: Settings of the run.
         kind: The kind of rig.
     """
     if run["log_kind"] == "steps":
         return None  # readings that the rig's program has settled and converted
-    tried: list[list[Hypothesis]] = [[]]
-    for hypothesis in kind.hypotheses(run["rig"], settings):
-        if run["rule"] in hypothesis.explains:
-            # of settings one at a time, and before it takes time
-            if not hypothesis.changes:
-                tried[0].append(hypothesis)
-            elif hypothesis.plausible(samples, 0):
-                tried.append([hypothesis])
+    causes = [
+        each for each in kind.hypotheses(run["rig"], settings) if run["rule"] in each.explains
+    ]
+    # of settings one at a time, and before it takes time
+    tried = [[each for each in causes if not each.changes]]
+    tried += [[each] for each in causes if each.changes and each.plausible(samples, 0)]
     passing: list[tuple[int, Hypothesis]] = []
-    for hypotheses in filter(None, tried):
+    for several in filter(None, tried):
         # each as a run of its own
-        by_name = {each.sentence: each for each in hypotheses}
-        as_runs = runs.loc[[run["run_id"]] * len(by_name)].assign(run_id=list(by_name), rule="")
-        changed = settings.with_changes(changes) if (changes := hypotheses[0].changes) else settings
+        by_name = {each.sentence: each for each in several}
+        as_runs = pd.DataFrame([{**run, "run_id": name, "rule": ""} for name in by_name])
+        changed = settings.with_changes(changes) if (changes := several[0].changes) else settings
         undone = {name: each.undo(samples) for name, each in by_name.items()}
         judged = _judge(_measured(undone, as_runs, changed, kind), kind).runs
-        good = judged[judged["accepted_points"] > judged["plateaus"] / 2]
-        counts = zip(good["run_id"], good["plateaus"], good["accepted_points"], strict=True)
-        passing += [
-            (accepted, by_name[name])
-            for name, plateaus, accepted in counts
-            if by_name[name].plausible(samples, plateaus)
-        ]
+        for each in tables.rows(judged[judged["accepted_points"] > judged["plateaus"] / 2]):
+            if by_name[each["run_id"]].plausible(samples, each["plateaus"]):
+                passing.append((each["accepted_points"], by_name[each["run_id"]]))
     if not passing:
         return None
     _, best = max(passing, key=lambda each: each[0])
     # where several units would do, the data do not tell which one it is
-    causes = "; or ".join(each.sentence for _, each in passing if each.rule == best.rule)
-    sentence = f"the run would pass with {causes}; as it is, {run['reason']}"
-    return refusal(best.rule, Finding(sentence), kind, run["run_id"])
+    names = "; or ".join(each.sentence for _, each in passing if each.rule == best.rule)
+    sentence = f"the run would pass with {names}; as it is, {run['reason']}"
+    return Refusal(best.rule, sentence, "", run["run_id"])
 
 
-def collect(
-    shares: list[Curated],
-    unread: list[pd.DataFrame],
-    settings: Settings,
-    kind: RigKind = TRACTION_RIG,
-) -> Curated:
-    """All shares of a campaign as one, judged by the rules that compare runs with each other.
+def collect(curated: Curated, settings: Settings, kind: RigKind = TRACTION_RIG) -> Curated:
+    """All shares of a campaign, judged by the rules that compare runs with each other.
 
     Args:
-        shares: What `curate` made of each share.
-        unread: What ingest put into quarantine.
+        curated: What `curate_parts` made of all shares.
         settings: Settings of the run.
         kind: The kind of rig.
     """
-    points = pd.concat([share.points for share in shares], ignore_index=True)
-    runs = pd.concat([share.runs for share in shares], ignore_index=True)
-    quarantine = [*unread, *(share.quarantine for share in shares)]
+    points, runs, quarantine = curated.points, curated.runs, curated.quarantine
     if again := repeated(points, runs, kind, settings):
         points = _refuse_plateaus(points, again, kind)
         runs = _with_verdicts(runs, points, again)
-        quarantine.append(quarantine_rows(again, runs))
+        quarantine = pd.concat([quarantine, quarantine_rows(again, runs, kind)])
     runs = with_campaign_warnings(runs, points, kind, settings)
+    order = ["file", "run_id", "first_row", "rule"]
     return Curated(
         points.sort_values(["run_id", "first_row"], ignore_index=True),
         runs.sort_values("run_id", ignore_index=True),
-        pd.concat(quarantine, ignore_index=True).sort_values(
-            ["file", "run_id", "first_row", "rule"], ignore_index=True
-        ),
+        quarantine.sort_values(order, ignore_index=True),
     )
 
 
@@ -319,7 +278,8 @@ def _judge(measured: _Measured, kind: RigKind) -> Curated:
     failed = judge_plateaus(points, kind, limits)
     unrefused = ~points["run_id"].isin(list(refused))
     by_plateaus = list(runs_not_usable(points[unrefused], failed[unrefused], kind, limits))
-    points = _refuse_plateaus(with_gates(points, failed), list(refused.values()), kind)
+    points = points.assign(failed_gates=failed_gates.as_text(failed), accepted=~failed.any(axis=1))
+    points = _refuse_plateaus(points, list(refused.values()), kind)
     some_pass = set(points.loc[points["accepted"], "run_id"])
     # the plateaus stay, whatever the rig, with the gate of their run beside their own
     points = failed_gates.with_gate_of_run(
@@ -329,11 +289,8 @@ def _judge(measured: _Measured, kind: RigKind) -> Curated:
     of_runs = {each.run_id: each for each in (*refused.values(), *by_plateaus)}
     ordered = [of_runs[run_id] for run_id in runs["run_id"] if run_id in of_runs]
     runs = _with_verdicts(runs, points, ordered)
-    return Curated(
-        points[tables.columns(kind.table)],
-        runs,
-        quarantine_rows([*ordered, *measured.partly], runs),
-    )
+    quarantine = quarantine_rows([*ordered, *measured.partly], runs, kind)
+    return Curated(points[tables.columns(kind.table)], runs, quarantine)
 
 
 def _refuse_plateaus(points: pd.DataFrame, refused: list[Refusal], kind: RigKind) -> pd.DataFrame:

@@ -10,10 +10,10 @@ import numpy as np
 import pandas as pd
 
 from oilfilm.curation import statistics
-from oilfilm.curation.gate import Columns, Fault, Run, Signals
-from oilfilm.curation.rig_kind import Division, RigKind, nothing
+from oilfilm.curation.rig_kind import Division, RigKind, Run, Signals, nothing
 from oilfilm.curation.statistics import MAD_TO_SIGMA, median
 from oilfilm.curation.zero import moved_zero, phase_too_short, sliding_phase, zero_reference
+from oilfilm.logs.base import Columns, Refusal
 from oilfilm.settings.config import CurationSettings, PlateauSettings, TorquePlateauSettings
 from oilfilm.settings.resolved import Settings
 from oilfilm.units import BoolArray, FloatArray, IndexArray
@@ -33,9 +33,8 @@ def measure(
         settings: Settings of the run.
         settled: Each row is a settled reading already, the zero removed by the rig.
     """
-    channels = kind.sensor, kind.load, kind.channels
     if settled:
-        return Run(signals, signals, _readings(signals, kind, settings.curation), *channels)
+        return Run(kind, signals, signals, _readings(signals, kind, settings.curation))
     curation, limits = settings.curation, kind.limits(settings)
     parts = kind.divide(signals, rig, settings)
     usable = parts.signals
@@ -50,7 +49,7 @@ def measure(
         output, output_se = zero.at(averages["time_s"]), zero.standard_error_at(averages["time_s"])
         flaw = moved_zero(zero, parts, kind.sensor, limits.zero_drift_max)
     plateaus, working = kind.derive(averages, output, output_se), usable.at(parts.working)
-    run = Run(signals, working, plateaus, *channels, flaw, parts.too_short)
+    run = Run(kind, signals, working, plateaus, flaw, parts.too_short)
     return replace(run, flaw=kind.zero_fault(run, parts, rig, settings))
 
 
@@ -65,7 +64,7 @@ def _readings(signals: Signals, kind: RigKind, settings: CurationSettings) -> Co
 
 def _usable_phases(
     parts: Division, settings: Settings, least_s: float
-) -> tuple[list[slice], Fault | None]:
+) -> tuple[list[slice], Refusal | None]:
     """The phases at rest up to the first that gives no zero, and what is wrong with that one."""
     usable: list[slice] = []
     slip = settings.curation.zero_reference.max_slide_roll_ratio
@@ -74,7 +73,7 @@ def _usable_phases(
         if problem is None and parts.in_levels:
             problem = sliding_phase(parts, name, slip)
         if problem is not None:
-            return usable, ("zero_missing", problem)
+            return usable, problem
         usable.append(part)
     return usable, None
 

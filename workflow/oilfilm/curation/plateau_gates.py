@@ -3,22 +3,14 @@
 Decides: when a plateau is refused (drift, load, temperature, spikes, film).
 """
 
-from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import pandas as pd
 import scipy
 
-from oilfilm.curation.gate import (
-    Gate,
-    Gates,
-    Limits,
-    PlateauJudge,
-    TorqueLimits,
-    TractionLimits,
-    unit_hint,
-)
+from oilfilm.curation.gate import Gate, Gates, PlateauJudge, unit_hint
+from oilfilm.curation.rig_kind import Limits, TorqueLimits, TractionLimits
 from oilfilm.units import BoolArray
 
 PLATEAU_GATES: Gates[PlateauJudge] = Gates()
@@ -196,8 +188,9 @@ def thin_film(points: pd.DataFrame, limits: TractionLimits) -> "pd.Series[bool]"
 @gate
 def film_not_judged(points: pd.DataFrame, limits: TractionLimits) -> "pd.Series[bool]":
     """The film cannot be calculated, and the campaign does not accept that."""
+    accepted = limits.campaign.film_unjudged
     unknown = points["film_judgement"] == "cannot be judged"
-    return unknown & (not limits.accept_unjudged_film)
+    return unknown & (accepted is None or not accepted.accept)
 
 
 @gate
@@ -218,35 +211,6 @@ def unloaded(points: pd.DataFrame, limits: TorqueLimits) -> "pd.Series[bool]":
     return ~(points["axial_load_n"] > 0)
 
 
-class Span(NamedTuple):
-    """The range of a quantity over plateaus, printed as `0.10 to 0.25`."""
-
-    least: float
-    most: float
-
-    def __format__(self, form: str) -> str:
-        return f"{self.least:{form}} to {self.most:{form}}"
-
-
-class _Of(NamedTuple):
-    """A statistic of any column of plateaus."""
-
-    points: pd.DataFrame
-    statistic: Callable[["pd.Series[Any]"], Any]
-
-    def __getitem__(self, column: Any) -> Any:
-        return self.statistic(self.points[column])
-
-
-# Sentences take these of any column, as in `{largest[load_change]:.1%}`.
-_STATISTICS: dict[str, Callable[["pd.Series[Any]"], Any]] = {
-    "span": lambda values: Span(values.min(), values.max()),
-    "largest": lambda values: values.abs().max(),
-    "middle": lambda values: values.median(),
-    "mean": lambda values: values.mean(),
-}
-
-
 def _unit_of_set_load(points: pd.DataFrame, limits: TractionLimits) -> str:
     ratio = points["load_n"].mean() / points["nominal_load_n"].median()
     allowed = 2 * limits.gates.load_tolerance
@@ -255,7 +219,15 @@ def _unit_of_set_load(points: pd.DataFrame, limits: TractionLimits) -> str:
 
 def sentence_of(gate: Gate[PlateauJudge], points: pd.DataFrame, limits: Any) -> str:
     """What a gate found, about all of these plateaus."""
-    numbers = {name: _Of(points, statistic) for name, statistic in _STATISTICS.items()}
     hints = {"load_off_nominal": _unit_of_set_load, "traction_unphysical": unit_of_load}
     hint = hints[gate.name](points, limits) if gate.name in hints else ""
-    return gate.sentence(limits, **numbers, hint=hint)
+    numbers = points.select_dtypes("number")
+    return gate.sentence(
+        limits,
+        hint=hint,
+        least=numbers.min(),
+        most=numbers.max(),
+        largest=numbers.abs().max(),
+        middle=numbers.median(),
+        mean=numbers.mean(),
+    )

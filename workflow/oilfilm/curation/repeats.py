@@ -19,15 +19,11 @@ import pandas as pd
 from scipy.spatial import cKDTree
 
 from oilfilm.curation.coverage import SET_POINTS, with_levels
-from oilfilm.curation.gate import TRACTION, found
-from oilfilm.curation.rig_kind import RigKind
-from oilfilm.curation.verdicts import refusal
+from oilfilm.curation.gate import fault
+from oilfilm.curation.rig_kind import TRACTION, RigKind
 from oilfilm.logs.base import Refusal
 from oilfilm.settings.resolved import Settings
 from oilfilm.units import FloatArray
-
-# Rule, run, and what the rule's sentence needs.
-Case = tuple[str, str, dict[str, Any]]
 
 # Copies of one log in other formats differ by the rounding of their numbers, two runs by more.
 _ROUNDING = 1e-4
@@ -74,30 +70,31 @@ def repeated(
     ):
         left = runs[(runs["verdict"] == "accepted") & ~runs["run_id"].isin(cases_of)]
         if wanted and len(left) > 1:
-            for rule, run_id, about in cases(left.sort_values(["file", "run_id"])):
-                cases_of.setdefault(run_id, refusal(rule, found(rule, **about), kind, run_id))
+            for case in cases(left.sort_values(["file", "run_id"])):
+                cases_of.setdefault(case.run_id, case)
     return list(cases_of.values())
 
 
-def _readings(points: pd.DataFrame, runs: pd.DataFrame, kind: RigKind) -> Iterator[Case]:
+def _readings(points: pd.DataFrame, runs: pd.DataFrame, kind: RigKind) -> Iterator[Refusal]:
     """Copies of an earlier log, and the same readings under the names of two oils."""
     pairs = list(_same_readings(points, runs, kind))
     for first, later in pairs:
         if first.oil == later.oil:
-            yield "duplicate_log", later.run_id, {"kept": first.run_id}
+            yield fault("duplicate_log", run_id=later.run_id, kept=first.run_id)
     for pair in pairs:
         for run, other in (pair, pair[::-1]):
             if run.oil != other.oil:
-                yield "conflicting_labels", run.run_id, {"other": other}
+                yield fault("conflicting_labels", run_id=run.run_id, other=other)
 
 
-def _labels(runs: pd.DataFrame) -> Iterator[Case]:
+def _labels(runs: pd.DataFrame) -> Iterator[Refusal]:
     """The name of an earlier run."""
     for first, *others in _same(runs, ["label"]):
-        yield from (("repeated_label", later.run_id, {"kept": first.run_id}) for later in others)
+        for later in others:
+            yield fault("repeated_label", run_id=later.run_id, kept=first.run_id)
 
 
-def _conditions(points: pd.DataFrame, runs: pd.DataFrame, settings: Settings) -> Iterator[Case]:
+def _conditions(points: pd.DataFrame, runs: pd.DataFrame, settings: Settings) -> Iterator[Refusal]:
     """Runs of one condition: curves that contradict each other, and all but one of the others.
 
     Two runs contradict each other beyond `repeat_difference_max`. Of three or more, one that is off
@@ -120,10 +117,11 @@ def _conditions(points: pd.DataFrame, runs: pd.DataFrame, settings: Settings) ->
             more = f" (and {len(against) - 1} more)" if len(against) > 1 else ""
             agree = f"; the others agree within {max(mutual):.1%}" if mutual else ""
             about = dict(other=against[0], more=more, apart=to_others[against[0]], agree=agree)
-            yield "conflicting_condition", run_id, {**about, "allowed": min(limit, allowed)}
+            about["allowed"] = min(limit, allowed)
+            yield fault("conflicting_condition", run_id=run_id, **about)
         for later in kept[1:]:
-            about = {"kept": kept[0], "apart": apart[frozenset((kept[0], later))]}
-            yield "duplicate_condition", later, about
+            about = dict(kept=kept[0], apart=apart[frozenset((kept[0], later))])
+            yield fault("duplicate_condition", run_id=later, **about)
 
 
 def _compared_conditions(
@@ -281,7 +279,8 @@ def _of_rig(
         for column, key in _SCALES.items() if scale else ():
             largest, full = of_run[column].abs().max(), getattr(scale, key)
             if largest > full:
-                doubts.append(found("full_scale", column=column, of=largest, full=full, key=key)[0])
+                about = dict(column=column, of=largest, full=full, key=key)
+                doubts.append(fault("full_scale", **about).reason)
         yield from ((str(run_id), f"{each}; correct {name}.yaml") for each in doubts)
 
 
@@ -296,4 +295,4 @@ def _constant_channels(points: pd.DataFrame, runs: pd.DataFrame) -> Iterator[tup
                 moving = dict(name=name, others=(~of_rig).sum(), runs=len(of_rig))
                 for run_id in of_rig.index[of_rig]:
                     value = of_runs["min"].loc[run_id]
-                    yield str(run_id), found("constant_channel", value=value, **moving)[0]
+                    yield str(run_id), fault("constant_channel", value=value, **moving).reason

@@ -2,16 +2,124 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Protocol
+from functools import cached_property
+from typing import NamedTuple, Protocol
 
 import numpy as np
 import pandas as pd
 
-from oilfilm.curation.gate import Channel, Columns, Fault, Finding, Limits, Run, Signals
 from oilfilm.curation.hypotheses import Hypothesis
+from oilfilm.curation.statistics import median
+from oilfilm.logs.base import Columns, Refusal
 from oilfilm.logs.log_kind import LogKind
+from oilfilm.settings.campaign import Campaign
+from oilfilm.settings.config import (
+    GateSettings,
+    PlateauSettings,
+    SignalGateSettings,
+    StuckSettings,
+    TareSettings,
+    TorqueGateSettings,
+    TorquePlateauSettings,
+    ZeroReferenceSettings,
+)
 from oilfilm.settings.resolved import Settings
 from oilfilm.units import BoolArray, FloatArray, IndexArray
+
+TRACTION, TORQUE = "traction", "torque"
+# No logger of a rig is faster; damaged time stamps are, and would give endless windows.
+_SHORTEST_INTERVAL_S = 1e-6
+
+
+@dataclass(frozen=True)
+class Signals:
+    """One run: `row` and `time_s` of each sample, every other signal by the name of its column."""
+
+    row: IndexArray
+    time_s: FloatArray
+    columns: Mapping[str, FloatArray]
+
+    @cached_property
+    def interval_s(self) -> float:
+        """Median time between samples, in s; 1 where there are too few to tell."""
+        usual = median(np.diff(self.time_s))
+        return max(usual, _SHORTEST_INTERVAL_S) if usual > 0 else 1.0
+
+    def at(self, chosen: BoolArray | slice) -> "Signals":
+        """The samples that a mask or a slice chooses."""
+        if not isinstance(chosen, slice) and chosen.all():
+            return self
+        columns = {name: values[chosen] for name, values in self.columns.items()}
+        return Signals(self.row[chosen], self.time_s[chosen], columns)
+
+    def __getitem__(self, column: str) -> FloatArray:
+        return self.columns[column]
+
+    def __len__(self) -> int:
+        return len(self.row)
+
+
+class Channel(NamedTuple):
+    """A signal as sentences name it."""
+
+    column: str
+    name: str
+    unit: str
+
+
+@dataclass(frozen=True)
+class Run:
+    """One measured run, as the gates of runs look at it.
+
+    Attributes:
+        kind: The kind of rig.
+        signals: All samples of the run.
+        working: Those between the phases that give the zero at which the rig turns.
+        plateaus: Columns over the plateaus. Tables are made of all runs at once, because a small
+            table costs as much as a large one.
+        flaw: Why the run gives no zero, where it gives none.
+        too_short: Levels that give no plateau.
+    """
+
+    kind: "RigKind"
+    signals: Signals
+    working: Signals
+    plateaus: Columns
+    flaw: Refusal | None = None
+    too_short: Sequence[Refusal] = ()
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What the gates of every rig compare with; the drift of the zero in the sensor's unit."""
+
+    zero_drift_max: float
+    gates: SignalGateSettings
+    stuck: StuckSettings
+    plateaus: PlateauSettings | TorquePlateauSettings
+    zero: ZeroReferenceSettings | TareSettings
+
+
+@dataclass(frozen=True)
+class TractionLimits(Limits):
+    """What the gates of traction rigs compare with."""
+
+    gates: GateSettings
+    zero: ZeroReferenceSettings
+    campaign: Campaign
+
+    @property
+    def planned_slips(self) -> Sequence[float]:
+        """The slips that are planned, where any are."""
+        return self.campaign.set_points.slide_roll_ratio or ()
+
+
+@dataclass(frozen=True)
+class TorqueLimits(Limits):
+    """What the gates of torque rigs compare with."""
+
+    gates: TorqueGateSettings
+    zero: TareSettings
 
 
 @dataclass(frozen=True)
@@ -38,7 +146,7 @@ class Division:
     words: str = "standstill"
     in_levels: bool = False
     working: BoolArray | slice = field(default_factory=lambda: slice(None))
-    too_short: Sequence[Finding] = ()
+    too_short: Sequence[Refusal] = ()
 
 
 class RigKind(Protocol):
@@ -49,8 +157,7 @@ class RigKind(Protocol):
         logs: How its logs are read.
         table: Name of its table of plateaus.
         sensor: The signal whose zero is removed and whose spikes are left out.
-        load: The signal of the load.
-        channels: The logged signals beside the sensor.
+        channels: The logged signals beside the sensor, the load first.
         means: Columns that are averaged over a plateau.
         errors: Those with a standard error.
         changes: Those whose second half is compared with the first.
@@ -65,7 +172,6 @@ class RigKind(Protocol):
     logs: LogKind
     table: str
     sensor: Channel
-    load: Channel
     channels: tuple[Channel, ...]
     means: tuple[str, ...]
     errors: tuple[str, ...]
@@ -84,7 +190,7 @@ class RigKind(Protocol):
         """Rest and levels of a run."""
         ...
 
-    def zero_fault(self, run: Run, parts: Division, rig: str, settings: Settings) -> Fault | None:
+    def zero_fault(self, run: Run, parts: Division, rig: str, settings: Settings) -> Refusal | None:
         """What is wrong with the zero, by all that the run shows of it.
 
         Args:

@@ -11,20 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from oilfilm.curation.gate import (
-    Fault,
-    Finding,
-    Found,
-    Gate,
-    Gates,
-    Limits,
-    Run,
-    RunJudge,
-    TorqueLimits,
-    TractionLimits,
-    fault,
-    unit_hint,
-)
+from oilfilm.curation.gate import Found, Gate, Gates, RunJudge, fault, refused, unit_hint
+from oilfilm.curation.rig_kind import Limits, Run, TorqueLimits, TractionLimits
 from oilfilm.curation.statistics import (
     MAD_TO_SIGMA,
     changed,
@@ -33,6 +21,7 @@ from oilfilm.curation.statistics import (
     median,
     rows_per_reading,
 )
+from oilfilm.logs.base import Refusal
 from oilfilm.units import BoolArray, FloatArray
 
 RUN_GATES: Gates[RunJudge] = Gates()
@@ -60,28 +49,27 @@ _AROUND = 20
 _CHANCE = 1e-9
 
 
-def first_fault(run: Run, rig: str, limits: Limits) -> Fault | None:
-    """Rule and finding of the first gate that refuses a run, if one does."""
-    for each in RUN_GATES.of(rig):
+def first_fault(run: Run, limits: Limits) -> Refusal | None:
+    """The refusal by the first gate that refuses a run, if one does."""
+    for each in RUN_GATES.of(run.kind.name):
         for found in each.judge(run, limits):
-            rows = (int(found.get(row, 0)) for row in ("first", "last"))
-            return each.name, Finding(_sentence(each, run, limits, found), *rows)
+            return refused(each.name, _sentence(each, run, limits, found), found)
     if run.flaw is None and len(run.plateaus["time_s"]) == 0:
         return fault("no_plateau")
     return run.flaw
 
 
-def warning(run: Run, rig: str, limits: Limits) -> str:
+def warning(run: Run, limits: Limits) -> str:
     """All warnings about a run, each with its name; empty where there is none."""
     return "; ".join(
         f"{each.name}: {_sentence(each, run, limits, found)}"
-        for each in WARNINGS.of(rig)
+        for each in WARNINGS.of(run.kind.name)
         for found in each.judge(run, limits)
     )
 
 
 def _sentence(of: Gate[RunJudge], run: Run, limits: Limits, found: dict[str, Any]) -> str:
-    return of.sentence(limits, sensor=run.sensor, **found)
+    return of.sentence(limits, sensor=run.kind.sensor, **found)
 
 
 @gate
@@ -120,9 +108,9 @@ def clock_jump(run: Run, limits: Limits) -> Found:
 @gate
 def same_channel(run: Run, limits: Limits) -> Found:
     """A run without a zero has the same readings in two channels."""
-    if run.flaw is None or run.flaw[0] != "zero_missing":
+    if run.flaw is None or run.flaw.rule != "zero_missing":
         return
-    for one, other in combinations(run.channels, 2):
+    for one, other in combinations(run.kind.channels, 2):
         values = run.signals[one.column]
         apart = np.mean(np.abs(values - run.signals[other.column]))
         # but for the rounding of other units
@@ -143,7 +131,7 @@ def held_readings(run: Run, limits: Limits) -> Found:
     """The sensor is read so slowly that a plateau has few readings of its own."""
     durations = run.plateaus["duration_s"]
     plateau_s = median(durations) if len(durations) else limits.plateaus.min_duration_s
-    rows = rows_per_reading(run.signals[run.sensor.column])
+    rows = rows_per_reading(run.signals[run.kind.sensor.column])
     hold_s = rows * run.signals.interval_s
     if rows > 1 and plateau_s < _FEWEST_READINGS * hold_s:
         readings = int(plateau_s / hold_s)
@@ -154,7 +142,7 @@ def held_readings(run: Run, limits: Limits) -> Found:
 @gate
 def stuck_channel(run: Run, limits: Limits) -> Found:
     """A signal that shows noise stops moving for part of the run."""
-    for channel in run.channels:
+    for channel in run.kind.channels:
         values = run.working[channel.column]
         start, stop = _long_hold(values, run, limits)
         if start == stop:
@@ -204,11 +192,11 @@ def _small_traction(run: Run, limits: TractionLimits, least: float) -> Found:
 @gate
 def impossible_traction(run: Run, limits: TractionLimits) -> Found:
     """The zero moves, but the traction is too large by more than a zero explains."""
-    if run.flaw is None or run.flaw[0] != "zero_drift":
+    if run.flaw is None or run.flaw.rule != "zero_drift":
         return
     size, load_n = _usual_size(run, limits), median(run.plateaus["load_n"])
-    if size - limits.zero_drift_max * _SURE / load_n > limits.gates.traction_max:
-        yield dict(size=size, flaw=run.flaw[1].sentence)
+    if size - limits.zero.max_drift_n * _SURE / load_n > limits.gates.traction_max:
+        yield dict(size=size, flaw=run.flaw.reason)
 
 
 @gate
@@ -291,7 +279,7 @@ def gain_jump(run: Run, limits: TractionLimits) -> Found:
 @gate
 def saturated(run: Run, limits: Limits) -> Found:
     """A sensor is at the end of its range for part of the run."""
-    for channel in (run.sensor, run.load):
+    for channel in (run.kind.sensor, run.kind.channels[0]):
         values = run.working[channel.column]
         for extreme in (values.max(initial=-np.inf), values.min(initial=np.inf)):
             at_stop = np.flatnonzero(values == extreme)
@@ -325,7 +313,7 @@ def _piled_up(values: FloatArray, extreme: float, factor: float) -> bool:
 @gate
 def stuck_sensor(run: Run, limits: Limits) -> Found:
     """The sensor gives exactly the same reading again and again."""
-    values = run.working[run.sensor.column]
+    values = run.working[run.kind.sensor.column]
     start, stop = _long_hold(values, run, limits)
     if start < stop:
         levels, hint = np.unique(values), ""
@@ -405,7 +393,7 @@ def _noise(run: Run) -> FloatArray:
     No ramp shows in second differences, which have six times the variance of the noise.
     """
     settled = np.isnan(run.plateaus["duration_s"]).all()
-    readings = run.working[run.sensor.column][: 0 if settled else None]
+    readings = run.working[run.kind.sensor.column][: 0 if settled else None]
     return np.abs(np.diff(readings, 2)) / np.sqrt(6)
 
 
@@ -414,7 +402,7 @@ def noisy_sensor(run: Run, limits: Limits) -> Found:
     """The readings scatter by a large share of what is measured."""
     each = _noise(run)
     noise = MAD_TO_SIGMA * median(each)
-    largest = float(np.nanmax(np.abs(run.plateaus[run.sensor.column]), initial=0.0))
+    largest = float(np.nanmax(np.abs(run.plateaus[run.kind.sensor.column]), initial=0.0))
     if len(each) >= _CHANGES and noise > _NOISY * largest:
         yield dict(noise=noise, share=noise / largest)
 
@@ -422,7 +410,7 @@ def noisy_sensor(run: Run, limits: Limits) -> Found:
 @WARNINGS.gate
 def soft_saturation(run: Run, limits: Limits) -> Found:
     """The sensor has less noise at its largest readings: its amplifier compresses them."""
-    noise, size = _noise(run), np.abs(run.working[run.sensor.column][1:-1])
+    noise, size = _noise(run), np.abs(run.working[run.kind.sensor.column][1:-1])
     if len(noise) == 0:
         return
     largest = np.quantile(size, _ALMOST_ALL)

@@ -13,12 +13,13 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from oilfilm.curation.gate import TORQUE as NAME
-from oilfilm.curation.gate import Channel, Columns, Finding, Signals, TorqueLimits, found
+from oilfilm.curation.gate import fault
 from oilfilm.curation.hypotheses import Hypothesis, setting_hypotheses, time_hypotheses
 from oilfilm.curation.measure import find_steps, settled_parts
-from oilfilm.curation.rig_kind import Division, RigKind
+from oilfilm.curation.rig_kind import TORQUE as NAME
+from oilfilm.curation.rig_kind import Channel, Division, RigKind, Signals, TorqueLimits
 from oilfilm.curation.statistics import median
+from oilfilm.logs.base import Columns, Refusal
 from oilfilm.logs.log_kind import LogKind
 from oilfilm.logs.torque_log import TORQUE
 from oilfilm.settings.config import TorquePlateauSettings
@@ -41,9 +42,8 @@ class TorqueRig(RigKind):
     logs: LogKind = TORQUE
     table = "torque_runs"
     sensor = Channel("torque_n_m", "torque", "N m")
-    load = Channel("axial_load_n", "axial load", "N")
     channels = (
-        load,
+        Channel("axial_load_n", "axial load", "N"),
         Channel("inner_speed_rpm", "speed", "rpm"),
         Channel("oil_temperature_c", "oil temperature", "degC"),
     )
@@ -117,7 +117,7 @@ TORQUE_RIG = TorqueRig()
 
 def _levels(
     signals: Signals, first: int, last: int, settings: TorquePlateauSettings
-) -> tuple[IndexArray, IndexArray, list[Finding]]:
+) -> tuple[IndexArray, IndexArray, list[Refusal]]:
     """Starts and stops of settled levels of speed, and the levels that were held too briefly.
 
     Args:
@@ -155,10 +155,10 @@ def _near_median(speed: FloatArray, settings: TorquePlateauSettings) -> npt.NDAr
     return np.asarray(np.abs(speed - median(speed)) <= settings.min_step_rpm)
 
 
-def _too_short(signals: Signals, start: int, stop: int, settings: TorquePlateauSettings) -> Finding:
+def _too_short(signals: Signals, start: int, stop: int, settings: TorquePlateauSettings) -> Refusal:
     """A level that ended before it settled."""
     speed_rpm = median(signals["inner_speed_rpm"][start:stop])
     held_s = (stop - start) * signals.interval_s
     least_s = settings.settle_s + settings.guard_s + settings.min_duration_s
     rows = dict(zip(("first", "last"), signals.row[[start, stop - 1]], strict=True))
-    return found("brief_level", speed=speed_rpm, held=held_s, least=least_s, **rows)
+    return fault("too_short", "brief_level", speed=speed_rpm, held=held_s, least=least_s, **rows)

@@ -11,12 +11,20 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 import pandas as pd
 
-from oilfilm.curation.gate import TRACTION as NAME
-from oilfilm.curation.gate import Channel, Columns, Fault, Run, Signals, TractionLimits
 from oilfilm.curation.hypotheses import Hypothesis, setting_hypotheses, traction_hypotheses
 from oilfilm.curation.measure import find_steps, measure, settled_parts
-from oilfilm.curation.rig_kind import Division, RigKind, nothing
+from oilfilm.curation.rig_kind import TRACTION as NAME
+from oilfilm.curation.rig_kind import (
+    Channel,
+    Division,
+    RigKind,
+    Run,
+    Signals,
+    TractionLimits,
+    nothing,
+)
 from oilfilm.curation.zero import force_left, part_of_curve, phases_at_standstill, turns_steadily
+from oilfilm.logs.base import Columns, Refusal
 from oilfilm.logs.log_kind import LogKind
 from oilfilm.logs.traction_log import TRACTION
 from oilfilm.physics.contact import max_hertz_pressure
@@ -58,9 +66,8 @@ class TractionRig(RigKind):
     logs: LogKind = TRACTION
     table = "points"
     sensor = Channel("traction_force_n", "traction force", "N")
-    load = Channel("load_n", "load", "N")
     channels = (
-        load,
+        Channel("load_n", "load", "N"),
         Channel("ball_speed_m_s", "ball speed", "m/s"),
         Channel("disc_speed_m_s", "disc speed", "m/s"),
         Channel("inlet_temperature_c", "inlet temperature", "degC"),
@@ -130,7 +137,7 @@ class TractionRig(RigKind):
         phases = {name: rolling[name] for name in _PHASES[zero]}
         return Division(usable, starts, stops, usable, phases, "pure rolling", in_levels=True)
 
-    def zero_fault(self, run: Run, parts: Division, rig: str, settings: Settings) -> Fault | None:
+    def zero_fault(self, run: Run, parts: Division, rig: str, settings: Settings) -> Refusal | None:
         """A phase that is part of the curve, or a force where it should be zero."""
         source, curation = settings.campaign.semantics_for(rig).zero, settings.curation
         if source == "standstill":
@@ -175,17 +182,10 @@ class TractionRig(RigKind):
 
     def limits(self, settings: Settings) -> TractionLimits:
         """See `RigKind.limits`."""
-        curation, campaign = settings.curation, settings.campaign
-        unjudged = campaign.film_unjudged
-        return TractionLimits(
-            zero_drift_max=curation.zero_reference.max_drift_n,
-            gates=settings.gates,
-            stuck=curation.stuck,
-            plateaus=curation.plateaus,
-            zero=curation.zero_reference,
-            planned_slips=campaign.set_points.slide_roll_ratio or (),
-            accept_unjudged_film=unjudged is not None and unjudged.accept,
-        )
+        curation, gates, campaign = settings.curation, settings.gates, settings.campaign
+        zero = curation.zero_reference
+        limits = zero.max_drift_n, gates, curation.stuck, curation.plateaus, zero
+        return TractionLimits(*limits, campaign)
 
 
 TRACTION_RIG = TractionRig()
@@ -240,7 +240,7 @@ def zero_source(
     signals = Signals(np.arange(len(mean)), time_s, columns)
     for source in BEST_FIRST:
         measured = measure(signals, TRACTION_RIG, "", settings_by_source[source])
-        if measured.flaw is None or measured.flaw[0] != "zero_missing":
+        if measured.flaw is None or measured.flaw.rule != "zero_missing":
             return source
     return None
 

@@ -4,13 +4,13 @@ Decides: when faulty plateaus refuse their run; the row of a refusal, with its a
 """
 
 from collections.abc import Iterator
-from dataclasses import asdict
+from dataclasses import asdict, replace
 
 import numpy as np
 import pandas as pd
 
 from oilfilm import tables
-from oilfilm.curation.gate import RULES, Fault, Finding, Limits, TractionLimits, fault
+from oilfilm.curation.gate import RULES, fault
 from oilfilm.curation.plateau_gates import (
     PLATEAU_GATES,
     sentence_of,
@@ -18,10 +18,9 @@ from oilfilm.curation.plateau_gates import (
     surely_unphysical,
     unit_of_load,
 )
-from oilfilm.curation.rig_kind import RigKind
+from oilfilm.curation.rig_kind import Limits, RigKind, TractionLimits
 from oilfilm.logs.base import Refusal
 from oilfilm.logs.run_sheet import EXCLUDED, EXCLUDED_ADVICE
-from oilfilm.tables import failed_gates
 
 # Two faulty plateaus may be two mishaps, where they are not most of a short run.
 _MANY = 3
@@ -36,16 +35,13 @@ def advice_for(rule: str, kind: RigKind) -> str:
     return str(texts[rule]).format(**kind.words)
 
 
-def refusal(rule: str, finding: Finding, kind: RigKind, run_id: str) -> Refusal:
-    """A finding about a run as a refusal, with the advice for the rig."""
-    sentence, first_row, last_row = finding
-    return Refusal(rule, sentence, advice_for(rule, kind), run_id, first_row, last_row)
-
-
-def quarantine_rows(refusals: list[Refusal], runs: pd.DataFrame) -> pd.DataFrame:
+def quarantine_rows(refusals: list[Refusal], runs: pd.DataFrame, kind: RigKind) -> pd.DataFrame:
     """The table of quarantine of refusals by curation; `runs` has the run of each."""
-    of_run = runs.set_index("run_id")[["campaign", "file"]].to_dict("index")
-    rows = [{**of_run[each.run_id], "stage": "curate", **asdict(each)} for each in refusals]
+    of_run = runs.set_index("run_id")[["campaign", "file"]].assign(stage="curate").to_dict("index")
+    rows = [
+        {**of_run[each.run_id], **asdict(each), "advice": advice_for(each.rule, kind)}
+        for each in refusals
+    ]
     return tables.from_rows(rows, "quarantine")
 
 
@@ -57,12 +53,6 @@ def judge_plateaus(points: pd.DataFrame, kind: RigKind, limits: Limits) -> pd.Da
         index=points.index,
         dtype=bool,
     )
-
-
-def with_gates(points: pd.DataFrame, failed: pd.DataFrame) -> pd.DataFrame:
-    """Plateaus with the verdicts that follow from the gates that each of them fails."""
-    accepted = ~failed.any(axis=1)
-    return points.assign(failed_gates=failed_gates.as_text(failed), accepted=accepted)
 
 
 def runs_not_usable(
@@ -86,8 +76,8 @@ def runs_not_usable(
     most = means["faulty"] > max(1 / 2, share)
     for run_id in some.index[~some["left"] | most | many | some["unphysical"]]:
         mine = points["run_id"] == run_id
-        finding = _why(points[mine], failed[mine], judged[mine], many[run_id], kind, limits)
-        yield refusal(*finding, kind, str(run_id))
+        why = _why(points[mine], failed[mine], judged[mine], many[run_id], kind, limits)
+        yield replace(why, run_id=str(run_id))
 
 
 def _judged(
@@ -122,12 +112,12 @@ def _why(
     many_where_held: bool,
     kind: RigKind,
     limits: Limits,
-) -> Fault:
-    """Rule and finding about one run that cannot be used."""
+) -> Refusal:
+    """The refusal of one run that cannot be used."""
     gates = PLATEAU_GATES.of(kind.name)
     for gate in gates:
         if failed[gate.name].all():
-            return gate.name, Finding(sentence_of(gate, points, limits))
+            return Refusal(gate.name, sentence_of(gate, points, limits), "")
     unphysical, wanted = judged["unphysical"], judged["wanted"]
     if unphysical.any() and isinstance(limits, TractionLimits):
         worst = points.iloc[points["traction_coefficient"].abs().where(unphysical).argmax()]

@@ -16,9 +16,8 @@ from matplotlib.patches import Patch
 from oilfilm import tables
 from oilfilm.curation.coverage import describe_condition
 from oilfilm.curation.curate import arrays_of, curate
-from oilfilm.curation.gate import Signals
 from oilfilm.curation.plateau_gates import PLATEAU_GATES
-from oilfilm.curation.rig_kind import RigKind
+from oilfilm.curation.rig_kind import RigKind, Signals
 from oilfilm.curation.torque_rig import TORQUE_RIG
 from oilfilm.curation.traction_rig import TRACTION_RIG
 from oilfilm.logs.ingest import ingest_logs
