@@ -237,14 +237,6 @@ def test_wrong_fringe_orders_leave_the_power_law_of_the_other_films(config: Sett
     assert failed["film_off_trend"].tolist() == wrong.tolist()
 
 
-def test_name_of_an_earlier_run_is_refused() -> None:
-    sound = SOUND["traction"]
-    other = {**sound.values, "load": sound.values["load"] + 0.1}
-    logs = [("a", sound.text(run="17")), ("b", sound.text(other, run="17"))]
-    rules = check_logs(logs, sound.config).quarantine.set_index("run_id")["rule"]
-    assert rules.to_dict() == {"b": "repeated_label"}
-
-
 # --- what the signals are taken for -------------------------------------------------------------
 
 
