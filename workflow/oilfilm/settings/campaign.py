@@ -10,7 +10,7 @@ import numpy as np
 from pydantic import AfterValidator, BeforeValidator, Field, WithJsonSchema, model_validator
 
 from oilfilm.settings import quantities as q
-from oilfilm.settings.base import Group, contradiction, key, one_of, optional, unexpected
+from oilfilm.settings.base import Group, OneOf, contradiction, key, optional, unexpected
 from oilfilm.settings.config import Matrix
 from oilfilm.units import FloatArray
 
@@ -91,11 +91,9 @@ _OF_TRACTION = (
     "disc_speed inlet_temperature entrainment_speed slide_roll_ratio".split()
 )
 _OF_TORQUE = "time axial_load inner_speed oil_temperature outer_ring_temperature torque".split()
-HeaderKey = Annotated[str, one_of(_HEADER), Field(json_schema_extra={"enum": _HEADER})]
-TractionColumn = Annotated[
-    str, one_of(_OF_TRACTION), Field(json_schema_extra={"enum": _OF_TRACTION})
-]
-TorqueColumn = Annotated[str, one_of(_OF_TORQUE), Field(json_schema_extra={"enum": _OF_TORQUE})]
+HeaderKey = Annotated[str, OneOf(_HEADER)]
+TractionColumn = Annotated[str, OneOf(_OF_TRACTION)]
+TorqueColumn = Annotated[str, OneOf(_OF_TORQUE)]
 
 
 class Semantics(Group):

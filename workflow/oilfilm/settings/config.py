@@ -13,11 +13,11 @@ from oilfilm.bearing.kinematics import (
     inner_slide_roll_ratio,
 )
 from oilfilm.settings import quantities as q
-from oilfilm.settings.base import Group, contradiction, key, one_of
+from oilfilm.settings.base import Group, OneOf, contradiction, key
 from oilfilm.traction import LAW_NAMES, LAWS
 
-LawOfConditions = Annotated[str, one_of(LAWS), Field(json_schema_extra={"enum": list(LAWS)})]
-AnyLaw = Annotated[str, one_of(LAW_NAMES), Field(json_schema_extra={"enum": list(LAW_NAMES)})]
+LawOfConditions = Annotated[str, OneOf(LAWS)]
+AnyLaw = Annotated[str, OneOf(LAW_NAMES)]
 Day = Annotated[q.Calendar, Field(pattern=r"^[0-9]{4}-[0-9]{2}-[0-9]{2}$")]
 ContactState = Literal["slipping", "gripping", "light", "heavy", "hot", "fast"]
 

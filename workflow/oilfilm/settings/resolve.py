@@ -297,14 +297,8 @@ def _simulation(campaign: Campaign) -> Iterator[tuple[Steps, str]]:
         yield ("rigs",), "the rig twin simulates logs of one rig; name one."
     if twin is not None and campaign.matrix is None:
         yield ("twin",), "the rig twin needs a `matrix` of conditions."
-    if twin is not None and campaign.simulated_by is not None:
-        yield ("simulated_by",), "the rig twin simulates these logs: drop this key, or `twin`."
     if torque_twin is not None and twin is None:
         yield ("torque",), "the torque rig's twin needs the truth of the rig twin: add `twin`."
-    for oil in {defect.oil for defect in torque_twin.defects} if torque_twin else ():
-        if oil not in campaign.oils:
-            sentence = f"a planted defect names the oil {oil!r}, which the campaign does not have."
-            yield ("torque", "twin", "defects"), sentence
 
 
 def _figures(settings: Settings) -> Iterator[tuple[Steps, str]]:
