@@ -65,7 +65,6 @@ def test_name_of_two_oils_is_refused_however_it_is_written(folder: Path, where: 
         ),
         ("rigs:", "semantics_of_rig: {mtm: {zero: opening_phase}}\nrigs:", ["'mtm'", "pcs-etm"]),
         ("rigs:", "[a]: 1\nrigs:", ["a group as a key"]),
-        ("traction_min: -0.03", "traction_min: 0.3", ["gates.traction_min is 0.3", "below"]),
         ("data: measured", "data: measured\ntwin: {}", ["`twin"]),
         ("data: measured", "data: measured\nsimulated_by: x", ["`data: simulated`", "drop this"]),
         ("rigs: [pcs-etm]", "rigs: [../rigs]", ["`rigs.0`", "'../rigs'", "text of the form"]),

@@ -32,7 +32,6 @@ WRONG = [
     (BEARING, "ball_diameter_m", "22.225", "If it is in mm, write 0.022225."),
     (CONFIG, "release.date", '"2026-02-30"', "a day of the calendar"),
     (CONFIG, "release.date", "2026-01-10", 'expected text.*Put it in quotes: "2026-01-10"'),
-    (DEMO, "date", "last summer", "with its year"),
     (CONFIG, "gates.traction_min", ".nan", "nan"),
     (CONFIG, "gates.traction_max", ".inf", "inf"),
     (CONFIG, "gates.traction_max", "", "found nothing"),

@@ -3,24 +3,15 @@
 Decides: the keys of a campaign file; how the signals of a rig are meant (sign, slip, zero).
 """
 
-import re
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import AfterValidator, BeforeValidator, Field, WithJsonSchema, model_validator
+from pydantic import BeforeValidator, Field, WithJsonSchema
 
 from oilfilm.settings import quantities as q
-from oilfilm.settings.base import Group, OneOf, contradiction, key, optional, unexpected
+from oilfilm.settings.base import Group, OneOf, key, optional
 from oilfilm.settings.config import Matrix
 from oilfilm.units import FloatArray
-
-_YEAR = re.compile(r"(?<!\d)(?:19|20)\d{2}(?!\d)")
-
-
-def _with_year(text: str) -> str:
-    if not _YEAR.search(text):
-        raise unexpected("a date with its year, such as '2026-06-02' or 'June 2026'")
-    return text
 
 
 class Source(Group):
@@ -50,7 +41,7 @@ class Dataset(Group):
     licence: (
         Annotated[str, Field(pattern=r"^(https?://[^\s<>\"{}|\\^`]+|[A-Za-z0-9._-]+)$")] | None
     ) = optional("Licence: an SPDX identifier (MIT, CC-BY-4.0) or an address.")
-    date: Annotated[q.Calendar, AfterValidator(_with_year)] | None = optional(
+    date: str | None = optional(
         "When the data were measured, in quotes: '2026-06-02', 'June 2026'."
     )
     creators: q.Levels[q.Text] | None = optional("Who made the data: persons or organisations.")
@@ -253,14 +244,6 @@ class Torque(Group):
     columns: dict[TorqueColumn, Column] = key("Columns with names of their own.", default={})
     matrix: TorqueMatrix | None = optional("Operating points of the twin.")
     twin: TorqueTwin | None = optional("How the torque rig's twin simulates logs.")
-
-    @model_validator(mode="after")
-    def _twin_has_operating_points(self) -> Self:
-        if self.twin is not None and self.matrix is None:
-            raise contradiction(
-                ("twin",), "the torque rig's twin needs the operating points: add `matrix`."
-            )
-        return self
 
 
 class CampaignKeys(Group):

@@ -295,10 +295,6 @@ def _simulation(campaign: Campaign) -> Iterator[tuple[Steps, str]]:
         yield (at,), f"`{simulates}` simulates these logs: say `data: simulated`, or drop this key."
     if twin is not None and len(campaign.rigs) != 1:
         yield ("rigs",), "the rig twin simulates logs of one rig; name one."
-    if twin is not None and campaign.matrix is None:
-        yield ("twin",), "the rig twin needs a `matrix` of conditions."
-    if torque_twin is not None and twin is None:
-        yield ("torque",), "the torque rig's twin needs the truth of the rig twin: add `twin`."
 
 
 def _figures(settings: Settings) -> Iterator[tuple[Steps, str]]:
