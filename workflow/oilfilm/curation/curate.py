@@ -275,9 +275,9 @@ def _judge(measured: _Measured, kind: RigKind) -> Curated:
     """Plateaus and runs with their verdicts, and the runs that were refused."""
     points, runs, limits = measured.points, measured.runs, measured.limits
     refused = measured.refused
-    failed = judge_plateaus(points, kind, limits)
+    failed = judge_plateaus(points, limits)
     unrefused = ~points["run_id"].isin(list(refused))
-    by_plateaus = list(runs_not_usable(points[unrefused], failed[unrefused], kind, limits))
+    by_plateaus = list(runs_not_usable(points[unrefused], failed[unrefused], limits))
     points = points.assign(failed_gates=failed_gates.as_text(failed), accepted=~failed.any(axis=1))
     points = _refuse_plateaus(points, list(refused.values()), kind)
     some_pass = set(points.loc[points["accepted"], "run_id"])

@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import NamedTuple, Protocol
+from typing import ClassVar, NamedTuple, Protocol
 
 import numpy as np
 import pandas as pd
@@ -91,8 +91,9 @@ class Run:
 
 @dataclass(frozen=True)
 class Limits:
-    """What the gates of every rig compare with; the drift of the zero in the sensor's unit."""
+    """What the gates of a kind of rig compare with; the drift of the zero in the sensor's unit."""
 
+    rig: ClassVar[str]
     zero_drift_max: float
     gates: SignalGateSettings
     stuck: StuckSettings
@@ -104,6 +105,7 @@ class Limits:
 class TractionLimits(Limits):
     """What the gates of traction rigs compare with."""
 
+    rig = TRACTION
     gates: GateSettings
     zero: ZeroReferenceSettings
     campaign: Campaign
@@ -118,6 +120,7 @@ class TractionLimits(Limits):
 class TorqueLimits(Limits):
     """What the gates of torque rigs compare with."""
 
+    rig = TORQUE
     gates: TorqueGateSettings
     zero: TareSettings
 

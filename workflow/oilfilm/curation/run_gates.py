@@ -51,7 +51,7 @@ _CHANCE = 1e-9
 
 def first_fault(run: Run, limits: Limits) -> Refusal | None:
     """The refusal by the first gate that refuses a run, if one does."""
-    for each in RUN_GATES.of(run.kind.name):
+    for each in RUN_GATES.of(limits.rig):
         for found in each.judge(run, limits):
             return refused(each.name, _sentence(each, run, limits, found), found)
     if run.flaw is None and len(run.plateaus["time_s"]) == 0:
@@ -63,7 +63,7 @@ def warning(run: Run, limits: Limits) -> str:
     """All warnings about a run, each with its name; empty where there is none."""
     return "; ".join(
         f"{each.name}: {_sentence(each, run, limits, found)}"
-        for each in WARNINGS.of(run.kind.name)
+        for each in WARNINGS.of(limits.rig)
         for found in each.judge(run, limits)
     )
 

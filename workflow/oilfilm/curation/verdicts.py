@@ -16,7 +16,6 @@ from oilfilm.curation.plateau_gates import (
     sentence_of,
     slip_is_held,
     surely_unphysical,
-    unit_of_load,
 )
 from oilfilm.curation.rig_kind import Limits, RigKind, TractionLimits
 from oilfilm.logs.base import Refusal
@@ -45,9 +44,9 @@ def quarantine_rows(refusals: list[Refusal], runs: pd.DataFrame, kind: RigKind) 
     return tables.from_rows(rows, "quarantine")
 
 
-def judge_plateaus(points: pd.DataFrame, kind: RigKind, limits: Limits) -> pd.DataFrame:
+def judge_plateaus(points: pd.DataFrame, limits: Limits) -> pd.DataFrame:
     """Which gates each plateau fails: one boolean column per gate, one row per plateau."""
-    gates = PLATEAU_GATES.of(kind.name) if len(points) else []
+    gates = PLATEAU_GATES.of(limits.rig) if len(points) else []
     return pd.DataFrame(
         {gate.name: np.asarray(gate.judge(points, limits)) for gate in gates},
         index=points.index,
@@ -56,19 +55,18 @@ def judge_plateaus(points: pd.DataFrame, kind: RigKind, limits: Limits) -> pd.Da
 
 
 def runs_not_usable(
-    points: pd.DataFrame, failed: pd.DataFrame, kind: RigKind, limits: Limits
+    points: pd.DataFrame, failed: pd.DataFrame, limits: Limits
 ) -> Iterator[Refusal]:
     """Refusals of runs of which no plateau is left, or the others cannot be trusted either.
 
     Args:
         points: Plateaus of any number of runs.
         failed: The gates that each of them fails.
-        kind: The kind of rig.
-        limits: Its limits.
+        limits: Limits of the rig's gates.
     """
     if points.empty:
         return
-    judged = _judged(points, failed, kind, limits)
+    judged = _judged(points, failed, limits)
     of_runs = judged.groupby(points["run_id"])
     means, counts, some = of_runs.mean(), of_runs.sum(), of_runs.any()
     share = limits.gates.faulty_share_max
@@ -76,20 +74,18 @@ def runs_not_usable(
     most = means["faulty"] > max(1 / 2, share)
     for run_id in some.index[~some["left"] | most | many | some["unphysical"]]:
         mine = points["run_id"] == run_id
-        why = _why(points[mine], failed[mine], judged[mine], many[run_id], kind, limits)
+        why = _why(points[mine], failed[mine], judged[mine], many[run_id], limits)
         yield replace(why, run_id=str(run_id))
 
 
-def _judged(
-    points: pd.DataFrame, failed: pd.DataFrame, kind: RigKind, limits: Limits
-) -> pd.DataFrame:
+def _judged(points: pd.DataFrame, failed: pd.DataFrame, limits: Limits) -> pd.DataFrame:
     """What each plateau means for its run.
 
     A run is made for the plateaus that slide, where it has any (`wanted`). Gates that blame the
     run find it `faulty`; ramps between two slips are left out of `faulty_where_held`. A plateau is
     `unphysical` where slip and load are as they should be and the traction is one that no oil has.
     """
-    blaming = [gate.name for gate in PLATEAU_GATES.of(kind.name) if gate.blames_run]
+    blaming = [gate.name for gate in PLATEAU_GATES.of(limits.rig) if gate.blames_run]
     faulty = failed[blaming].any(axis=1)
     judged = pd.DataFrame({"wanted": True, "held": True, "unphysical": False}, index=points.index)
     if isinstance(limits, TractionLimits):
@@ -110,11 +106,10 @@ def _why(
     failed: pd.DataFrame,
     judged: pd.DataFrame,
     many_where_held: bool,
-    kind: RigKind,
     limits: Limits,
 ) -> Refusal:
     """The refusal of one run that cannot be used."""
-    gates = PLATEAU_GATES.of(kind.name)
+    gates = PLATEAU_GATES.of(limits.rig)
     for gate in gates:
         if failed[gate.name].all():
             return Refusal(gate.name, sentence_of(gate, points, limits), "")
@@ -123,7 +118,7 @@ def _why(
         worst = points.iloc[points["traction_coefficient"].abs().where(unphysical).argmax()]
         rows = {"first": worst["first_row"], "last": worst["last_row"]}
         about = dict(count=unphysical.sum(), plateaus=len(points), worst=worst, **rows)
-        return fault("impossible_traction", hint=unit_of_load(points, limits), **about)
+        return fault("impossible_traction", **about)
     if not judged["left"].any():
         which = "" if wanted.all() else " that slide"
         counts = _counts(failed[wanted])
