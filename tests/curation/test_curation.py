@@ -220,7 +220,7 @@ def test_gate_acts_just_beyond_its_limit(
     config: Settings, change: dict[str, Any], gate: str | None
 ) -> None:
     point = pd.DataFrame([{**GOOD_POINT, **change}])
-    failed = judge_plateaus(point, TRACTION_RIG, TRACTION_RIG.limits(config)).iloc[0]
+    failed = judge_plateaus(point, TRACTION_RIG.limits(config)).iloc[0]
     assert failed[failed].index.tolist() == ([gate] if gate else [])
 
 
@@ -233,7 +233,7 @@ def test_wrong_fringe_orders_leave_the_power_law_of_the_other_films(config: Sett
         nominal_entrainment_speed_m_s=np.nan,
         measured_film_thickness_um=np.where(wrong, film + 0.19, film),
     )
-    failed = judge_plateaus(points, TRACTION_RIG, TRACTION_RIG.limits(config))
+    failed = judge_plateaus(points, TRACTION_RIG.limits(config))
     assert failed["film_off_trend"].tolist() == wrong.tolist()
 
 

@@ -149,6 +149,17 @@ def traction_unphysical(points: pd.DataFrame, limits: TractionLimits) -> "pd.Ser
     return ~mu.between(limits.gates.traction_min, limits.gates.traction_max) & mu.notna()
 
 
+def unit_of_load(points: pd.DataFrame, limits: TractionLimits) -> str:
+    """The units of the load that make usual traction coefficients of too large ones, as a hint."""
+    sizes = points["traction_coefficient"].abs()
+    sliding = points["slide_roll_ratio"].abs() > limits.gates.sign_slip_min
+    middle, largest = sizes[sliding].median(), sizes.max()
+    usual, most = limits.gates.sliding_traction_usual, limits.gates.traction_max
+    if largest <= most:
+        return ""
+    return unit_hint("load", lambda scale: usual <= middle / scale and largest / scale <= most)
+
+
 def slip_is_held(points: pd.DataFrame, limits: TractionLimits) -> "pd.Series[bool]":
     """Plateaus of which the slip is steady; on a ramp between two slips it is not."""
     change, transient = points["slip_change"].abs(), points["slip_transient"].abs()
@@ -208,7 +219,8 @@ def _unit_of_set_load(points: pd.DataFrame, limits: TractionLimits) -> str:
 
 def sentence_of(gate: Gate[PlateauJudge], points: pd.DataFrame, limits: Any) -> str:
     """What a gate found, about all of these plateaus."""
-    hint = _unit_of_set_load(points, limits) if gate.name == "load_off_nominal" else ""
+    hints = {"load_off_nominal": _unit_of_set_load, "traction_unphysical": unit_of_load}
+    hint = hints[gate.name](points, limits) if gate.name in hints else ""
     numbers = points.select_dtypes("number")
     return gate.sentence(
         limits,

@@ -16,6 +16,7 @@ from oilfilm.curation.plateau_gates import (
     sentence_of,
     slip_is_held,
     surely_unphysical,
+    unit_of_load,
 )
 from oilfilm.curation.rig_kind import Limits, RigKind, TractionLimits
 from oilfilm.logs.base import Refusal
@@ -118,7 +119,7 @@ def _why(
         worst = points.iloc[points["traction_coefficient"].abs().where(unphysical).argmax()]
         rows = {"first": worst["first_row"], "last": worst["last_row"]}
         about = dict(count=unphysical.sum(), plateaus=len(points), worst=worst, **rows)
-        return fault("impossible_traction", **about)
+        return fault("impossible_traction", hint=unit_of_load(points, limits), **about)
     if not judged["left"].any():
         which = "" if wanted.all() else " that slide"
         counts = _counts(failed[wanted])
