@@ -63,13 +63,6 @@ def test_planned_condition_without_a_run_is_missing(demo: Campaign) -> None:
     assert planned["state"].tolist() == ["missing"] * 216
 
 
-def test_nothing_is_missing_without_a_matrix(demo: Campaign) -> None:
-    covered = coverage(demo.curated.runs.iloc[:5], without(demo.config, "matrix"))
-    assert set(covered["state"]) <= {"accepted", "refused"}
-    assert not covered["planned"].any()
-    assert covered["runs_accepted"].sum() + covered["runs_refused"].sum() == 5
-
-
 @pytest.mark.parametrize(
     ("column", "factor", "shift"),
     [

@@ -1,7 +1,5 @@
 """A share of the logs is ingested and curated a run at a time: the same results, bounded memory."""
 
-import gc
-import tracemalloc
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -53,28 +51,3 @@ def test_share_in_parts_gives_what_it_gives_as_a_whole(
         file = parquet.ParquetFile(path).metadata
         rows_of_groups = [file.row_group(at).num_rows for at in range(file.num_row_groups)]
         assert max(rows_of_groups) <= 2 * rows
-
-
-@pytest.mark.nightly
-def test_memory_does_not_grow_with_the_samples_of_a_share(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    # long runs: each part has tables of verdicts, of the same size for any number of samples
-    values = bad_logs.good(seconds=60.0)
-    log, rows = bad_logs.csv(values), len(values["time"])
-    monkeypatch.setattr(tables, "ROW_GROUP", 2 * rows)
-
-    def peak_of(runs: int) -> int:
-        gc.collect()
-        tracemalloc.start()
-        _, curated = in_parts(((f"log{run}", log) for run in range(runs)), tmp_path)
-        _, peak = tracemalloc.get_traced_memory()
-        tracemalloc.stop()
-        assert curated.runs["samples"].sum() == runs * rows
-        return peak
-
-    peak_of(1)  # imports and caches
-    few, many = 4, 16
-    more_samples = (many - few) * rows * len(tables.columns("samples")) * 8
-    # what is kept of a run are its plateaus and its row of the table of runs
-    assert peak_of(many) - peak_of(few) < more_samples / 4

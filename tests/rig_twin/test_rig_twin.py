@@ -9,18 +9,10 @@ import pytest
 from campaigns import ROOT, Campaign, carry_logs, printed
 from oilfilm.bearing.ellipse import TractionLaw
 from oilfilm.errors import OilfilmError
-from oilfilm.rig_twin.plan import planned_runs
 from oilfilm.rig_twin.simulate import simulate_campaign, slip_programme
 from oilfilm.rig_twin.truth import Truth, misfit, true_tractions, truth_grid
 from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
-
-
-def test_campaign_has_72_runs_an_oil_and_its_extra_defects(config: Settings) -> None:
-    runs = planned_runs(config.campaign)
-    assert len(runs) == 3 * 72 + 2
-    assert sum(run.defect != "" for run in runs) == 6
-    assert len({run.name for run in runs}) == len(runs)
 
 
 def test_log_depends_on_seed_and_name_alone_and_says_that_it_is_simulated(
