@@ -259,20 +259,6 @@ def test_slip_in_percent_or_as_a_fraction_is_named_where_slip_was_logged(
     assert rules(judged(values, units=units)) == ["slip_unit"]
 
 
-@pytest.mark.parametrize(
-    "seconds", [(0.8, 4.0), (4.0, 0.9), (0.8, 0.9)], ids=["opening", "levels", "both"]
-)
-def test_phases_that_are_only_short_are_not_taken_for_minutes(seconds: tuple[float, float]) -> None:
-    opening, level = (round(20 * each) for each in seconds)
-    starts = HELD * np.arange(len(SWEEP))
-    kept = [np.arange(start, start + (level if start else opening)) for start in starts]
-    rows = np.concatenate(kept)
-    values = {name: column[rows] for name, column in good(SWEEP).items()}
-    curated = judged({**values, "time": np.arange(len(rows)) / 20})
-    assert curated.runs["verdict"].tolist() == ["refused"]
-    assert set(rules(curated)) <= {"zero_missing", "too_short", "no_point_left"}
-
-
 def test_force_that_is_small_for_an_oil_is_a_warning() -> None:
     values = good(SWEEP)
     (run,) = judged(
