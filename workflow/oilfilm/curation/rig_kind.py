@@ -52,6 +52,10 @@ class Signals:
         columns = {name: values[chosen] for name, values in self.columns.items()}
         return Signals(self.row[chosen], self.time_s[chosen], columns)
 
+    def rows(self, first: int, last: int) -> dict[str, int]:
+        """The rows that a refusal concerns, from the first sample to the last."""
+        return {"first": self.row[first], "last": self.row[last]}
+
     def __getitem__(self, column: str) -> FloatArray:
         return self.columns[column]
 

@@ -77,10 +77,10 @@ def time_disorder(run: Run, limits: Limits) -> Found:
     """The clock stands still or runs backwards."""
     backward = np.flatnonzero(np.diff(run.signals.time_s) <= 0)
     if len(backward):
-        both = backward[0] + np.arange(2)
-        before, after = run.signals.time_s[both]
-        first, last = run.signals.row[both]
-        yield dict(rows=len(backward), before=before, after=after, first=first, last=last)
+        place = backward[0]
+        before, after = run.signals.time_s[place : place + 2]
+        rows = run.signals.rows(place, place + 1)
+        yield dict(rows=len(backward), before=before, after=after, **rows)
 
 
 @gate
@@ -101,8 +101,8 @@ def clock_jump(run: Run, limits: Limits) -> Found:
     longest_s = limits.gates.clock_jump_intervals * run.signals.interval_s
     if gaps.max(initial=0) > longest_s:  # of settled readings without time it is NaN
         longest = int(np.argmax(gaps))
-        first, last = run.signals.row[[longest, longest + 1]]
-        yield dict(gap=gaps[longest], first=first, last=last, allowed=longest_s)
+        rows = run.signals.rows(longest, longest + 1)
+        yield dict(gap=gaps[longest], allowed=longest_s, **rows)
 
 
 @gate
@@ -155,8 +155,8 @@ def stuck_channel(run: Run, limits: Limits) -> Found:
         sides = [side for side in (before, after[:_AROUND]) if len(side) > _AROUND / 2]
         noisy = is_noise(updates) and all(map(is_noise, sides))
         if noisy and len(values) * repeats ** (stop - start) < _CHANCE:
-            first, last = run.working.row[[start, stop - 1]]
-            yield dict(channel=channel, value=values[start], first=first, last=last)
+            rows = run.working.rows(start, stop - 1)
+            yield dict(channel=channel, value=values[start], **rows)
 
 
 def _long_hold(values: FloatArray, run: Run, limits: Limits) -> tuple[int, int]:
@@ -294,8 +294,7 @@ def saturated(run: Run, limits: Limits) -> Found:
                 and _piled_up(values, extreme, limits.gates.piled_up_factor)
                 and is_noise(changed(np.delete(values, at_stop)))
             ):
-                first, last = run.working.row[at_stop[[0, -1]]]
-                rows = dict(first=first, last=last)
+                rows = run.working.rows(at_stop[0], at_stop[-1])
                 yield dict(channel=channel, extreme=extreme, share=share, **rows)
 
 
@@ -320,8 +319,7 @@ def stuck_sensor(run: Run, limits: Limits) -> Found:
         if len(levels) >= _FEWEST_LEVELS and not is_noise(changed(values)):
             step = f"; it moves in steps of {np.diff(levels).min():.2g}"
             hint = f"{step}: log it with more digits, if that is its last one"
-        first, last = run.working.row[[start, stop - 1]]
-        yield dict(value=values[start], first=first, last=last, hint=hint)
+        yield dict(value=values[start], hint=hint, **run.working.rows(start, stop - 1))
 
 
 @gate

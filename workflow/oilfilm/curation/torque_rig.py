@@ -160,5 +160,5 @@ def _too_short(signals: Signals, start: int, stop: int, settings: TorquePlateauS
     speed_rpm = median(signals["inner_speed_rpm"][start:stop])
     held_s = (stop - start) * signals.interval_s
     least_s = settings.settle_s + settings.guard_s + settings.min_duration_s
-    rows = dict(zip(("first", "last"), signals.row[[start, stop - 1]], strict=True))
+    rows = signals.rows(start, stop - 1)
     return fault("too_short", "brief_level", speed=speed_rpm, held=held_s, least=least_s, **rows)

@@ -128,7 +128,7 @@ def moved_zero(
     about = {"sensor": sensor, "drift": zero.drift, "allowed": allowed}
     # towards the opening zero, by more than its share of a drift that goes on all the time
     if -change * np.sign(zero.drift) > _STILL_MOVING * abs(zero.drift):
-        about |= dict(zip(("first", "last"), parts.at_rest.row[part][[0, -1]], strict=True))
+        about |= parts.at_rest.rows(part.start, part.stop - 1)
         return fault("zero_not_settled", phase=last, rest=parts.words, change=change, **about)
     error = float(np.hypot(*zero.output_se[[0, -1]]))
     if abs(zero.drift) <= _SURE * error:
