@@ -7,11 +7,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from oilfilm.bearing.kinematics import (
-    AnyFloats,
-    entrainment_speed_m_s,
-    inner_slide_roll_ratio,
-)
+from oilfilm.bearing.kinematics import AnyFloats, entrainment_speed_m_s, inner_slide_roll_ratio
 from oilfilm.settings import quantities as q
 from oilfilm.settings.base import Group, OneOf, contradiction, key
 from oilfilm.traction import LAW_NAMES, LAWS

@@ -26,13 +26,7 @@ from oilfilm.settings.messages import Steps, check_file
 from oilfilm.settings.oil import OilFile
 from oilfilm.settings.resolved import Settings, merge
 from oilfilm.settings.rig import Rig
-from oilfilm.settings.yaml_file import (
-    YamlFile,
-    as_yaml,
-    dotted,
-    leaves,
-    read_yaml,
-)
+from oilfilm.settings.yaml_file import YamlFile, as_yaml, dotted, leaves, read_yaml
 
 # A file system takes 255 bytes; a release and the exports append to names.
 _LONGEST_NAME = 100
