@@ -16,7 +16,7 @@ from oilfilm import tables
 from oilfilm.curation import statistics
 from oilfilm.curation.curate import arrays_of, check_logs
 from oilfilm.curation.measure import find_steps, settled_parts
-from oilfilm.curation.traction_rig import TRACTION_RIG
+from oilfilm.curation.traction_rig import TractionRig
 from oilfilm.curation.verdicts import judge_plateaus
 from oilfilm.settings.campaign import Semantics
 from oilfilm.settings.resolved import Settings
@@ -190,7 +190,7 @@ def test_gate_acts_just_beyond_its_limit(
     config: Settings, change: dict[str, Any], gate: str | None
 ) -> None:
     point = pd.DataFrame([{**GOOD_POINT, **change}])
-    failed = judge_plateaus(point, TRACTION_RIG.limits(config)).iloc[0]
+    failed = judge_plateaus(point, TractionRig(config)).iloc[0]
     assert failed[failed].index.tolist() == ([gate] if gate else [])
 
 
@@ -203,7 +203,7 @@ def test_wrong_fringe_orders_leave_the_power_law_of_the_other_films(config: Sett
         nominal_entrainment_speed_m_s=np.nan,
         measured_film_thickness_um=np.where(wrong, film + 0.19, film),
     )
-    failed = judge_plateaus(points, TRACTION_RIG.limits(config))
+    failed = judge_plateaus(points, TractionRig(config))
     assert failed["film_off_trend"].tolist() == wrong.tolist()
 
 
@@ -221,7 +221,7 @@ def test_sign_and_slower_body_lead_to_the_same_signals(
     force_n = traction_sign * force_sign * 2.0
     samples = samples.assign(traction_force_n=force_n, disc_speed_m_s=disc, ball_speed_m_s=ball)
     settings = Settings.of({"campaign": {"semantics": log.model_dump(), "semantics_of_rig": {}}})
-    signals = TRACTION_RIG.signals(arrays_of(samples), "any", settings)
+    signals = TractionRig.signals(arrays_of(samples), "any", settings)
     assert signals["traction_force_n"].tolist() == [2.0]
     assert signals["slide_roll_ratio"].tolist() == [0.2]
 

@@ -11,6 +11,7 @@ import bad_logs
 from damages import SOUND
 from oilfilm import tables
 from oilfilm.curation.curate import Curated, collect, curate_ingested, curate_parts
+from oilfilm.curation.traction_rig import TractionRig
 from oilfilm.logs.ingest import Ingested, ingest_logs, sample_files
 
 ABOUT = {"campaign": "demo", "data": "simulated"}
@@ -29,7 +30,7 @@ def in_parts(logs: Iterator[tuple[str, bytes]], folder: Path) -> tuple[Ingested,
     with sample_files(paths, ABOUT) as keep:
         ingested = ingest_logs(logs, CONFIG, keep=keep)
     samples = tables.read_parts("samples", *paths.values())
-    return ingested, collect(curate_parts(samples, ingested, CONFIG), CONFIG)
+    return ingested, collect(curate_parts(samples, ingested, TractionRig(CONFIG)), CONFIG)
 
 
 def test_share_in_parts_gives_what_it_gives_as_a_whole(
@@ -38,7 +39,7 @@ def test_share_in_parts_gives_what_it_gives_as_a_whole(
     rows = len(SOUND["traction"].values["time"])
     monkeypatch.setattr(tables, "ROW_GROUP", 2 * rows)
     whole = ingest_logs(LOGS, CONFIG)
-    expected = curate_ingested(whole, CONFIG)
+    expected = curate_ingested(whole, TractionRig(CONFIG))
     ingested, curated = in_parts(iter(LOGS), tmp_path)
     assert {"accepted", "refused"} == set(expected.runs["verdict"])
     assert {"", "force_scale", "no_rows"} <= set(expected.runs["rule"])

@@ -10,7 +10,7 @@ import pytest
 import torque_logs
 from bad_logs import CONFIG, KEYS, UNITS, Columns, csv, good
 from oilfilm.curation.curate import Curated, check_logs
-from oilfilm.curation.torque_rig import TORQUE_RIG
+from oilfilm.curation.torque_rig import TorqueRig
 from oilfilm.tables import failed_gates
 
 SLIPS = tuple(0.02 * step for step in range(12))
@@ -147,7 +147,7 @@ def test_bearing_that_stands_still_for_a_while_has_no_stuck_speed() -> None:
     levels = np.repeat([0, 1, 0, 2, 3, 0], [120, 160, 140, 160, 160, 120])
     torque = np.array([0.0, 2.0, 3.0, 5.0])[levels]
     log = torque_logs.text(torque_logs.measured(3000.0 * levels, torque, 1))
-    curated = check_logs([("log", log)], CONFIG, TORQUE_RIG)
+    curated = check_logs([("log", log)], CONFIG, TorqueRig)
     assert rules(curated) == []
     kept = curated.points[curated.points["accepted"]]
     np.testing.assert_allclose(kept["torque_n_m"], [2, 3, 5], atol=0.03)

@@ -17,6 +17,7 @@ import yaml
 
 from oilfilm import tables
 from oilfilm.curation.curate import Curated, curate_ingested
+from oilfilm.curation.traction_rig import TractionRig
 from oilfilm.fits.fit import OilFit, fit_oil
 from oilfilm.logs.ingest import Ingested, ingest_logs
 from oilfilm.paper.printed_constants import study_signs
@@ -88,7 +89,7 @@ def carry_logs(
     config: Settings, logs: Iterable[tuple[str, bytes]], folder: Path = ROOT
 ) -> Campaign:
     ingested = ingest_logs(logs, config)
-    curated = curate_ingested(ingested, config)
+    curated = curate_ingested(ingested, TractionRig(config))
     return Campaign(config, folder, tables.empty("truth"), ingested, curated)
 
 

@@ -14,9 +14,9 @@ from oilfilm.settings.resolved import Settings
 
 
 def test_part_that_a_rule_lists_is_the_same_after_the_job_has_read_it(config: Settings) -> None:
-    part = config.part("gates", "oils", campaign=("twin", "torque"))
+    part = config.part("gates", "oils", campaign=("twin", "torque", "header"))
     assert set(part) == {"campaign", "gates", "oils"}
-    assert set(part["campaign"]) == {"name", "data", "twin", "torque"}
+    assert set(part["campaign"]) == {"name", "data", "twin", "torque", "header"}
     handed_over = json.loads(json.dumps(part))
     settings = Settings.of(handed_over)
     assert settings.plain() == part

@@ -70,7 +70,7 @@ class Watcher:
             except (OilfilmError, OSError) as error:
                 yield from self._once(folder, f"{_sentence(error, folder)} No log there is judged.")
 
-    def _look_at(self, folder: Path, kind: RigKind) -> Iterator[str]:
+    def _look_at(self, folder: Path, kind: type[RigKind]) -> Iterator[str]:
         faults = {folder / name: fault for name, fault in named_logs(folder)}
         of_sheet = _stamps(path for path in [find_sheet(folder)] if path)
         stamps = _stamps(faults)

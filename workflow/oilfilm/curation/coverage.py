@@ -13,7 +13,7 @@ import pandas as pd
 
 from oilfilm import tables
 from oilfilm.curation.plateau_gates import PLATEAU_GATES
-from oilfilm.curation.traction_rig import TRACTION_RIG
+from oilfilm.curation.traction_rig import TractionRig
 from oilfilm.curation.verdicts import advice_for
 from oilfilm.physics.contact import max_hertz_pressure
 from oilfilm.settings.config import SameSetPointSettings
@@ -95,7 +95,7 @@ def gate_counts(runs: pd.DataFrame, points: pd.DataFrame, quarantine: pd.DataFra
     of_points = failed_gates.one_row_per_gate(points).assign(stage="curate", refused_rows=0)
     of_points = of_points.assign(
         file=of_points["run_id"].map(runs.set_index("run_id")["file"]),
-        advice=[advice_for(rule, TRACTION_RIG) for rule in of_points["rule"]],
+        advice=[advice_for(rule, TractionRig) for rule in of_points["rule"]],
         points=1,
         runs_refused=0,
     )

@@ -17,7 +17,7 @@ from typing import Any, Generic, TypeVar
 import pandas as pd
 import yaml
 
-from oilfilm.curation.rig_kind import Limits, Run
+from oilfilm.curation.rig_kind import RigKind, Run
 from oilfilm.logs.base import Refusal
 from oilfilm.units import BoolArray
 
@@ -66,7 +66,7 @@ def unit_hint(name: str, fits: Callable[[float], bool]) -> str:
 
 # What a gate found in a run, as its sentence needs it; `first` and `last` are the rows concerned.
 Found = Iterator[dict[str, Any]]
-# A check of one run, of which the first thing found counts. The limits are those of its rigs.
+# A check of one run, of which the first thing found counts. The limits are those of the rig.
 RunJudge = Callable[[Run, Any], Found]
 # A check of plateaus, which carry the oil and the set points of their run: those that it refuses.
 # Where its quantity is null (no set point, no second half) it does not refuse.
@@ -86,7 +86,7 @@ class Gate(Generic[Judge]):
         advice: What to do about a refusal.
         blames_run: For gates of plateaus: it shows a fault of the run. Where many plateaus fail
             it, the others are no better.
-        needs: A column of plateaus or of runs, or a list of the limits. Where it is null in all
+        needs: A column of plateaus or of runs, or a list of the rig. Where it is null in all
             plateaus, or empty, the gate cannot be applied. Empty where it needs none.
     """
 
@@ -98,9 +98,9 @@ class Gate(Generic[Judge]):
     blames_run: bool = True
     needs: str = ""
 
-    def sentence(self, limits: Limits, **numbers: Any) -> str:
-        """The sentence about a refusal, by the limits and what was found."""
-        return self.finds.format(limits=limits, gates=limits.gates, **numbers)
+    def sentence(self, rig: RigKind, **numbers: Any) -> str:
+        """The sentence about a refusal, by the limits of the rig and what was found."""
+        return self.finds.format(rig=rig, gates=rig.gates, **numbers)
 
 
 class Gates(list[Gate[Judge]]):
@@ -114,6 +114,6 @@ class Gates(list[Gate[Judge]]):
         self.append(Gate(judge.__name__, judge, **RULES[self._part][judge.__name__]))
         return judge
 
-    def of(self, rig: str) -> list[Gate[Judge]]:
+    def of(self, kind: str) -> list[Gate[Judge]]:
         """The gates that judge a kind of rig."""
-        return [gate for gate in self if rig in gate.judges.split()]
+        return [gate for gate in self if kind in gate.judges.split()]

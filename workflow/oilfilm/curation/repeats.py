@@ -45,7 +45,7 @@ _SCALES = {
 
 
 def repeated(
-    points: pd.DataFrame, runs: pd.DataFrame, kind: RigKind, settings: Settings
+    points: pd.DataFrame, runs: pd.DataFrame, kind: type[RigKind], settings: Settings
 ) -> list[Refusal]:
     """Refusals of accepted runs that repeat or contradict others, those of copies first.
 
@@ -67,7 +67,7 @@ def repeated(
     return list(refused.values())
 
 
-def _readings(points: pd.DataFrame, runs: pd.DataFrame, kind: RigKind) -> Iterator[Refusal]:
+def _readings(points: pd.DataFrame, runs: pd.DataFrame, kind: type[RigKind]) -> Iterator[Refusal]:
     """Copies of an earlier log, and the same readings under the names of two oils."""
     pairs = list(_same_readings(points, runs, kind))
     for first, later in pairs:
@@ -140,7 +140,7 @@ def _same(runs: pd.DataFrame, key: list[str]) -> Iterator[list[Any]]:
 
 
 def _same_readings(
-    points: pd.DataFrame, runs: pd.DataFrame, kind: RigKind
+    points: pd.DataFrame, runs: pd.DataFrame, kind: type[RigKind]
 ) -> Iterator[tuple[Any, Any]]:
     """Pairs of runs out of files of one content, or with plateaus of the same noise."""
     named: dict[str, Any] = {str(run.run_id): run for run in runs.itertuples()}
@@ -206,7 +206,7 @@ def _difference(first: pd.DataFrame, later: pd.DataFrame, settings: Settings) ->
 
 
 def with_campaign_warnings(
-    runs: pd.DataFrame, points: pd.DataFrame, kind: RigKind, settings: Settings
+    runs: pd.DataFrame, points: pd.DataFrame, kind: type[RigKind], settings: Settings
 ) -> pd.DataFrame:
     """Runs with warnings that only the other runs of their rig, or its file, can give."""
     if kind.name != TRACTION:

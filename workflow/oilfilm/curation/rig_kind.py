@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import ClassVar, NamedTuple, Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 import pandas as pd
@@ -12,15 +12,11 @@ from oilfilm.curation.hypotheses import Hypothesis
 from oilfilm.curation.statistics import median
 from oilfilm.logs.base import Columns, Refusal
 from oilfilm.logs.log_kind import LogKind
-from oilfilm.settings.campaign import Campaign
 from oilfilm.settings.config import (
-    GateSettings,
-    PlateauSettings,
     SignalGateSettings,
+    StepSettings,
     StuckSettings,
     TareSettings,
-    TorqueGateSettings,
-    TorquePlateauSettings,
     ZeroReferenceSettings,
 )
 from oilfilm.settings.resolved import Settings
@@ -76,7 +72,7 @@ class Run:
     """One measured run, as the gates of runs look at it.
 
     Attributes:
-        kind: The kind of rig.
+        rig: The rig.
         signals: All samples of the run.
         working: Those between the phases that give the zero at which the rig turns.
         plateaus: Columns over the plateaus. Tables are made of all runs at once, because a small
@@ -85,48 +81,12 @@ class Run:
         too_short: Levels that give no plateau.
     """
 
-    kind: "RigKind"
+    rig: "RigKind"
     signals: Signals
     working: Signals
     plateaus: Columns
     flaw: Refusal | None = None
     too_short: Sequence[Refusal] = ()
-
-
-@dataclass(frozen=True)
-class Limits:
-    """What the gates of a kind of rig compare with; the drift of the zero in the sensor's unit."""
-
-    rig: ClassVar[str]
-    zero_drift_max: float
-    gates: SignalGateSettings
-    stuck: StuckSettings
-    plateaus: PlateauSettings | TorquePlateauSettings
-    zero: ZeroReferenceSettings | TareSettings
-
-
-@dataclass(frozen=True)
-class TractionLimits(Limits):
-    """What the gates of traction rigs compare with."""
-
-    rig = TRACTION
-    gates: GateSettings
-    zero: ZeroReferenceSettings
-    campaign: Campaign
-
-    @property
-    def planned_slips(self) -> Sequence[float]:
-        """The slips that are planned, where any are."""
-        return self.campaign.set_points.slide_roll_ratio or ()
-
-
-@dataclass(frozen=True)
-class TorqueLimits(Limits):
-    """What the gates of torque rigs compare with."""
-
-    rig = TORQUE
-    gates: TorqueGateSettings
-    zero: TareSettings
 
 
 @dataclass(frozen=True)
@@ -157,7 +117,7 @@ class Division:
 
 
 class RigKind(Protocol):
-    """A kind of rig. `TractionRig` and `TorqueRig` inherit from it.
+    """A kind of rig with the settings of a run. `TractionRig` and `TorqueRig` inherit from it.
 
     Attributes:
         name: As the gates name it.
@@ -173,6 +133,12 @@ class RigKind(Protocol):
         carried: Columns of the table of runs that every plateau carries.
         keeps_refused_runs: Whether the table has the plateaus of runs that were refused as a whole.
         shown_signals: Signals on the page of a refused run, with their labels.
+        settings: Settings of the run.
+        gates: The limits of its gates.
+        plateaus: How its levels are found.
+        zero: When it is at rest.
+        zero_drift_max: Largest change of the zero, in the sensor's unit.
+        stuck: When a signal is stuck.
     """
 
     name: str
@@ -188,23 +154,32 @@ class RigKind(Protocol):
     carried: tuple[str, ...]
     keeps_refused_runs: bool
     shown_signals: Mapping[str, str]
+    settings: Settings
+    gates: SignalGateSettings
+    plateaus: StepSettings
+    zero: ZeroReferenceSettings | TareSettings
+    zero_drift_max: float
+    stuck: StuckSettings
 
-    def signals(self, samples: Columns, rig: str, settings: Settings) -> Signals:
-        """The signals of one run of a rig, in the senses that the gates take them."""
+    def __init__(self, settings: Settings) -> None:
+        self.settings, self.stuck = settings, settings.curation.stuck
+
+    @staticmethod
+    def signals(samples: Columns, rig: str, settings: Settings) -> Signals:
+        """The signals of one run of a rig file, in the senses that the gates take them."""
         ...
 
-    def divide(self, signals: Signals, rig: str, settings: Settings) -> Division:
+    def divide(self, signals: Signals, rig: str) -> Division:
         """Rest and levels of a run."""
         ...
 
-    def zero_fault(self, run: Run, parts: Division, rig: str, settings: Settings) -> Refusal | None:
+    def zero_fault(self, run: Run, parts: Division, rig: str) -> Refusal | None:
         """What is wrong with the zero, by all that the run shows of it.
 
         Args:
             run: As measured with the zero; its `flaw` is what was found before.
             parts: The phases that gave the zero.
-            rig: Name of the rig.
-            settings: Settings of the run.
+            rig: Name of the rig's file.
         """
         return run.flaw
 
@@ -219,16 +194,12 @@ class RigKind(Protocol):
         """
         ...
 
-    def complete(self, points: pd.DataFrame, settings: Settings) -> pd.DataFrame:
-        """Plateaus of all runs with the columns that need rig and oil."""
+    def complete(self, points: pd.DataFrame) -> pd.DataFrame:
+        """Plateaus of all runs with the columns that need rig file and oil."""
         ...
 
-    def hypotheses(self, rig: str, settings: Settings) -> Iterable[Hypothesis]:
+    def hypotheses(self, rig: str) -> Iterable[Hypothesis]:
         """Mistakes that a refused log of the rig may hold, the most frequent first."""
-        return ()
-
-    def limits(self, settings: Settings) -> Limits:
-        """The limits of its gates and of its zero."""
         ...
 
 

@@ -1,7 +1,6 @@
 """What every typed model is made of: strict groups of keys, for settings and for printed JSON."""
 
 import unicodedata
-from collections.abc import Collection
 from dataclasses import dataclass
 from math import isfinite
 from typing import Annotated, Any, TypeVar
@@ -84,7 +83,7 @@ def unexpected(expected: str) -> PydanticCustomError:
 class OneOf:
     """Validates a text that must be one of some names."""
 
-    names: Collection[str]
+    names: tuple[str, ...]
 
     def __get_pydantic_core_schema__(self, *_: object) -> CoreSchema:
         return literal_schema([*self.names])

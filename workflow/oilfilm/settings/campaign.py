@@ -82,9 +82,9 @@ _OF_TRACTION = (
     "disc_speed inlet_temperature entrainment_speed slide_roll_ratio".split()
 )
 _OF_TORQUE = "time axial_load inner_speed oil_temperature outer_ring_temperature torque".split()
-HeaderKey = Annotated[str, OneOf(_HEADER)]
-TractionColumn = Annotated[str, OneOf(_OF_TRACTION)]
-TorqueColumn = Annotated[str, OneOf(_OF_TORQUE)]
+HeaderKey = Annotated[str, OneOf((*_HEADER,))]
+TractionColumn = Annotated[str, OneOf((*_OF_TRACTION,))]
+TorqueColumn = Annotated[str, OneOf((*_OF_TORQUE,))]
 
 
 class Semantics(Group):

@@ -12,7 +12,7 @@ from oilfilm.settings import quantities as q
 from oilfilm.settings.base import Group, OneOf, contradiction, key
 from oilfilm.traction import LAW_NAMES, LAWS
 
-LawOfConditions = Annotated[str, OneOf(LAWS)]
+LawOfConditions = Annotated[str, OneOf((*LAWS,))]
 AnyLaw = Annotated[str, OneOf(LAW_NAMES)]
 ContactState = Literal["slipping", "gripping", "light", "heavy", "hot", "fast"]
 
