@@ -11,7 +11,6 @@ import scipy
 
 from oilfilm.curation.gate import Gate, Gates, PlateauJudge, unit_hint
 from oilfilm.curation.rig_kind import RigKind
-from oilfilm.curation.torque_rig import TorqueRig
 from oilfilm.curation.traction_rig import TractionRig
 from oilfilm.units import BoolArray
 
@@ -89,9 +88,9 @@ def transient_not_ended(points: pd.DataFrame, rig: TractionRig) -> "pd.Series[bo
 
 
 @gate
-def torque_drifts(points: pd.DataFrame, rig: TorqueRig) -> "pd.Series[bool]":
+def torque_drifts(points: pd.DataFrame, rig: RigKind) -> "pd.Series[bool]":
     """The torque differs between the two halves of a plateau."""
-    return points["torque_change"].abs() > rig.gates.torque_change_max
+    return points["torque_change"].abs() > rig.settings.torque_logs.gates.torque_change_max
 
 
 @gate
@@ -194,19 +193,19 @@ def film_not_judged(points: pd.DataFrame, rig: TractionRig) -> "pd.Series[bool]"
 
 
 @gate
-def torque_not_positive(points: pd.DataFrame, rig: TorqueRig) -> "pd.Series[bool]":
+def torque_not_positive(points: pd.DataFrame, rig: RigKind) -> "pd.Series[bool]":
     """The torque does not resist the motion."""
     return ~(points["torque_n_m"] > 0)
 
 
 @gate
-def turns_backwards(points: pd.DataFrame, rig: TorqueRig) -> "pd.Series[bool]":
+def turns_backwards(points: pd.DataFrame, rig: RigKind) -> "pd.Series[bool]":
     """The speed is negative."""
     return points["inner_speed_rpm"] < 0
 
 
 @gate
-def unloaded(points: pd.DataFrame, rig: TorqueRig) -> "pd.Series[bool]":
+def unloaded(points: pd.DataFrame, rig: RigKind) -> "pd.Series[bool]":
     """Nothing pushes the bearing together."""
     return ~(points["axial_load_n"] > 0)
 

@@ -21,7 +21,6 @@ from oilfilm.curation.statistics import (
     median,
     rows_per_reading,
 )
-from oilfilm.curation.torque_rig import TorqueRig
 from oilfilm.curation.traction_rig import TractionRig
 from oilfilm.logs.base import Refusal
 from oilfilm.units import BoolArray, FloatArray
@@ -121,10 +120,10 @@ def same_channel(run: Run, rig: RigKind) -> Found:
 
 
 @gate
-def never_turns(run: Run, rig: TorqueRig) -> Found:
+def never_turns(run: Run, rig: RigKind) -> Found:
     """The bearing stands still from the first row to the last."""
     fastest_rpm = float(np.abs(run.signals["inner_speed_rpm"]).max())
-    if not fastest_rpm > rig.zero.max_speed_rpm:
+    if not fastest_rpm > rig.settings.torque_logs.tare.max_speed_rpm:
         yield dict(fastest=fastest_rpm)
 
 
