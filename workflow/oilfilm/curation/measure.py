@@ -58,10 +58,7 @@ def _readings(signals: Signals, rig: RigKind) -> Columns:
 def _usable_phases(parts: Division, rig: RigKind) -> tuple[list[slice], Refusal | None]:
     """The phases at rest up to the first that gives no zero, and what is wrong with that one."""
     usable: list[slice] = []
-    least_s, slip = (
-        rig.zero.min_duration_s,
-        rig.settings.curation.zero_reference.max_slide_roll_ratio,
-    )
+    slip = rig.settings.curation.zero_reference.max_slide_roll_ratio
     for name, part in parts.phases.items():
         words, least_s = f"{name} phase of {parts.words}", rig.zero.min_duration_s
         problem = phase_too_short(parts.at_rest, part, words, least_s)
@@ -82,9 +79,7 @@ def _without(parts: Division, phases: list[slice], rig: RigKind) -> tuple[IndexA
     for phase in phases:
         served = (starts < phase.stop) & (stops > phase.start)
         starts = np.where(served, phase.stop, starts)
-        kept = ~served | (
-            (stops - starts) * signals.interval_s >= rig.settings.curation.plateaus.min_duration_s
-        )
+        kept = ~served | ((stops - starts) * signals.interval_s >= rig.plateaus.min_duration_s)
         starts, stops = starts[kept], stops[kept]
     if len(signals) == 0:
         return starts[:0], stops[:0]

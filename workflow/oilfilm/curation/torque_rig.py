@@ -22,7 +22,7 @@ from oilfilm.curation.statistics import median
 from oilfilm.logs.base import Columns, Refusal
 from oilfilm.logs.log_kind import LogKind
 from oilfilm.logs.torque_log import TORQUE
-from oilfilm.settings.config import TareSettings, TorqueGateSettings, TorquePlateauSettings
+from oilfilm.settings.config import TorquePlateauSettings
 from oilfilm.settings.resolved import Settings
 from oilfilm.units import FloatArray, IndexArray
 
@@ -61,9 +61,7 @@ class TorqueRig(RigKind):
         "oil_temperature_c": "Oil temp.\n(\N{DEGREE SIGN}C)",
     }
 
-    gates: TorqueGateSettings
     plateaus: TorquePlateauSettings
-    zero: TareSettings
 
     def __init__(self, settings: Settings) -> None:
         super().__init__(settings)
