@@ -77,15 +77,11 @@ SOUND: dict[str, Callable[[Columns], Columns]] = {
     "slips falling": lambda _: good((0.0, *SLIPS[:0:-1], 0.0)),
     "up and down": lambda _: good((*SLIPS, *SLIPS[-2:0:-1], 0.0)),
     "repeated levels": lambda _: good((0.0, 0.05, 0.0, 0.05, 0.1, 0.05, 0.1, 0.05, 0.0)),
-    "two levels": lambda _: good((0.0, 0.05, 0.1, 0.0)),
     "clock of a program": late,
     "standstill in the middle": at_rest,
     "coarse thermometer": coarse_thermometer,
     "coarse force sensor": lambda values: {
         **values, "traction_force": np.round(values["traction_force"], 2),
-    },
-    "whole revolutions": lambda values: {
-        **values, **{name: np.round(values[name]) for name in SPINDLES},
     },
     "commanded speeds": commanded,
     "temperature once in five seconds": lambda values: held_for(values, "inlet_temperature", 100),

@@ -13,63 +13,7 @@ from nights import examples
 from oilfilm.curation.curate import Curated, check_logs
 from oilfilm.curation.rig_kind import Signals
 from oilfilm.curation.zero import zero_reference
-
-RATE_HZ, SPEED_M_S, LOAD_N = 20, 2.0, 40.0
-LEVELS = (0.002, 0.008, 0.015, 0.03, 0.05, 0.08, 0.12)
-UNITS = {
-    "time": "s",
-    "load": "N",
-    "traction_force": "N",
-    "ball_speed": "m/s",
-    "disc_speed": "m/s",
-    "inlet_temperature": "degC",
-}
-LARGEST = 0.05
-
-
-def planted(slip: np.ndarray, slope: float = 5.0, shape: str = "exponential") -> np.ndarray:
-    scaled = slope * slip / LARGEST
-    return LARGEST * (np.tanh(scaled) if shape == "tanh" else 1 - np.exp(-scaled))
-
-
-def log(
-    levels: tuple[float, ...] = LEVELS,
-    offset_n: float = 0.35,
-    *,
-    still_s: tuple[float, float] = (20.0, 20.0),
-    ramp_s: float = 1.0,
-    drift_n: float = 0.0,
-    slope: float = 5.0,
-    shape: str = "exponential",
-    encoder_m_s: float = 0.0,
-    seed: int = 1,
-) -> Columns:
-    """Standstill, a ramp to the first level, the levels at 4 s each, a ramp down, standstill."""
-    random = np.random.default_rng(seed)
-    ramp = np.linspace(0, 1, round(ramp_s * RATE_HZ), endpoint=False)
-    rest = [np.zeros(round(each * RATE_HZ)) for each in still_s]
-    held = np.repeat(levels, 4 * RATE_HZ)
-    share = np.concatenate([rest[0], ramp, np.ones(len(held)), ramp[::-1], rest[1]])
-    before, after = len(rest[0]) + len(ramp), len(rest[1]) + len(ramp)
-    slip = np.pad(held, (before, after), mode="edge")
-    count, turning = len(slip), share > 0
-    mu = planted(slip, slope, shape) * turning
-    # a ramp starts with the thin film of a slow contact: traction of another kind
-    mu = mu + 0.08 * (turning & (share < 1))
-    time = np.arange(count) / RATE_HZ
-    noise = random.standard_normal((5, count))
-    speed = SPEED_M_S * share
-    encoder = np.where(turning, 1e-4, encoder_m_s)
-    force = LOAD_N * mu + offset_n + drift_n * time / time[-1] + 0.01 * noise[0]
-    return {
-        "time": time,
-        "load": LOAD_N + 0.02 * noise[1],
-        "traction_force": force,
-        "ball_speed": speed * (1 - slip / 2) + encoder * noise[2],
-        "disc_speed": speed * (1 + slip / 2) + encoder * noise[3],
-        "inlet_temperature": 70 + 0.05 * noise[4],
-    }
-
+from standstill import LARGEST, LEVELS, LOAD_N, UNITS, log, planted
 
 SHARE = CONFIG.curation.zero_reference.max_traction_share
 

@@ -56,7 +56,6 @@ MISTAKES = [
     (ETM, "oils_without_properties: [unrecorded-oil]\n", "", ["names no oil", "`oils`"]),
     (ETM, "figures:", "figurs:", ["unknown key 'figurs'", "Did you mean 'figures'?"]),
     (ETM, "description:", "# description:", ["the key 'description' is missing"]),
-    (ETM, RIGS, "set_points: {load_n: hot}", ["'hot'", "a number"]),
     (ETM, RIGS, "set_points: {load_n: 4e1}", ["'4e1'", "Write 40."]),
     (ETM, RIGS, "set_points: {load_n: .nan}", ["nan", "finite"]),
     (ETM, "[curves", "[fig02, curves", ["line 10", "fig02", "study 'paper'"]),

@@ -76,9 +76,6 @@ class BearingFile(Group):
     def _impossible(self) -> Iterator[tuple[tuple[str, ...], str]]:
         """What cannot be built: the key to blame, and a sentence."""
         ball, pitch, cage = self.ball_diameter_m, self.pitch_diameter_m, self.cage
-        for number, name in enumerate(self.assumed):
-            if name not in type(self).model_fields:
-                yield ("assumed", str(number)), f"{name!r} is no key of a bearing."
         if ball >= pitch / 2:
             room = f"less than half of the pitch diameter of {pitch:g} m"
             yield ("ball_diameter_m",), f"found {ball:g} m; expected {room}."
