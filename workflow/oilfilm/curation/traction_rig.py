@@ -14,14 +14,7 @@ import pandas as pd
 from oilfilm.curation.hypotheses import Hypothesis, setting_hypotheses, traction_hypotheses
 from oilfilm.curation.measure import find_steps, measure, settled_parts
 from oilfilm.curation.rig_kind import TRACTION as NAME
-from oilfilm.curation.rig_kind import (
-    Channel,
-    Division,
-    RigKind,
-    Run,
-    Signals,
-    nothing,
-)
+from oilfilm.curation.rig_kind import Channel, Division, RigKind, Run, Signals, nothing
 from oilfilm.curation.zero import force_left, part_of_curve, phases_at_standstill, turns_steadily
 from oilfilm.logs.base import Columns, Refusal
 from oilfilm.logs.log_kind import LogKind

@@ -64,7 +64,7 @@ def runs_not_usable(points: pd.DataFrame, failed: pd.DataFrame, rig: RigKind) ->
     Args:
         points: Plateaus of any number of runs.
         failed: The gates that each of them fails.
-        rig: RigKind of the rig's gates.
+        rig: The rig.
     """
     if points.empty:
         return
@@ -74,9 +74,11 @@ def runs_not_usable(points: pd.DataFrame, failed: pd.DataFrame, rig: RigKind) ->
     share = rig.gates.faulty_share_max
     many = (means["faulty_where_held"] > share) & (counts["faulty_where_held"] >= _MANY)
     most = means["faulty"] > max(1 / 2, share)
+    blamed = judged["faulty_where_held"].where(points["run_id"].map(many), judged["faulty"])
+    judged = judged.assign(blamed=blamed)
     for run_id in some.index[~some["left"] | most | many | some["unphysical"]]:
         mine = points["run_id"] == run_id
-        why = _why(points[mine], failed[mine], judged[mine], many[run_id], rig)
+        why = _why(points[mine], failed[mine], judged[mine], rig)
         yield replace(why, run_id=str(run_id))
 
 
@@ -103,13 +105,7 @@ def _judged(points: pd.DataFrame, failed: pd.DataFrame, rig: RigKind) -> pd.Data
     return judged.assign(left=left, faulty=faulty, faulty_where_held=faulty & judged["held"])
 
 
-def _why(
-    points: pd.DataFrame,
-    failed: pd.DataFrame,
-    judged: pd.DataFrame,
-    many_where_held: bool,
-    rig: RigKind,
-) -> Refusal:
+def _why(points: pd.DataFrame, failed: pd.DataFrame, judged: pd.DataFrame, rig: RigKind) -> Refusal:
     """The refusal of one run that cannot be used."""
     gates = PLATEAU_GATES.of(rig.name)
     for gate in gates:
@@ -125,7 +121,7 @@ def _why(
         which = "" if wanted.all() else " that slide"
         counts = _counts(failed[wanted])
         return fault("no_point_left", count=wanted.sum(), which=which, counts=counts)
-    faulty = judged["faulty_where_held" if many_where_held else "faulty"]
+    faulty = judged["blamed"]
     counts = _counts(failed.loc[faulty, [gate.name for gate in gates if gate.blames_run]])
     about = dict(count=faulty.sum(), plateaus=len(points), share=faulty.mean(), counts=counts)
     return fault("many_plateaus_fail", allowed=rig.gates.faulty_share_max, **about)
