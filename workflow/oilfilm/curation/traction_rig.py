@@ -120,7 +120,7 @@ class TractionRig(RigKind):
         sliding = log.direction * (disc - ball)
         slip = np.divide(sliding, speed, out=nothing(len(speed)), where=speed != 0)
         columns = {
-            **{name: samples[name] for name in _LOGGED},
+            **{name: samples[name] for name in _LOGGED if name in samples},
             "traction_force_n": log.traction_sign * log.direction * samples["traction_force_n"],
             "entrainment_speed_m_s": speed,
             "slide_roll_ratio": slip,
@@ -228,20 +228,19 @@ def zero_source(
     Returns:
         A value of `semantics: zero`; None where none of them suits.
     """
-    mean = (ball_m_s + disc_m_s) / 2
-    slip = np.divide(disc_m_s - ball_m_s, mean, out=nothing(len(mean)), where=mean != 0)
-    columns = {
+    samples = {
+        "row": np.arange(len(time_s)),
+        "time_s": time_s,
         "load_n": load_n,
         "traction_force_n": force_n,
         "ball_speed_m_s": ball_m_s,
         "disc_speed_m_s": disc_m_s,
-        "entrainment_speed_m_s": mean,
-        "slide_roll_ratio": slip,
-        "inlet_temperature_c": np.zeros(len(mean)),
+        "inlet_temperature_c": np.zeros(len(time_s)),
     }
-    signals = Signals(np.arange(len(mean)), time_s, columns)
     for source in BEST_FIRST:
-        measured = measure(signals, TractionRig(settings_by_source[source]), "")
+        settings = settings_by_source[source]
+        signals = TractionRig.signals(samples, "", settings)
+        measured = measure(signals, TractionRig(settings), "")
         if measured.flaw is None or measured.flaw.rule != "zero_missing":
             return source
     return None
