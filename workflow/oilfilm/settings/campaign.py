@@ -53,17 +53,11 @@ class Dataset(Group):
 
 _SET_POINTS = ["max_hertz_pressure_gpa", "load_n", "entrainment_speed_m_s", "inlet_temperature_c"]
 # One name, or a list of them.
+_NAME = {"type": "string", "minLength": 1}
 Names = Annotated[
     q.Levels[q.Text],
     BeforeValidator(lambda given: given if isinstance(given, list) else [given]),
-    WithJsonSchema(
-        {
-            "anyOf": [
-                {"type": "string", "minLength": 1},
-                {"type": "array", "items": {"type": "string", "minLength": 1}, "minItems": 1},
-            ]
-        }
-    ),
+    WithJsonSchema({"anyOf": [_NAME, {"type": "array", "items": _NAME, "minItems": 1}]}),
 ]
 
 
