@@ -40,6 +40,7 @@ sys.path.insert(0, str(ROOT / "tests/helpers"))
 from campaigns import printed  # noqa: E402  (the tests' own helper)
 from oilfilm import tables  # noqa: E402
 from oilfilm.curation.curate import Curated, collect, curate_parts  # noqa: E402
+from oilfilm.curation.traction_rig import TractionRig  # noqa: E402
 from oilfilm.logs.ingest import ingest_logs, read_bytes, sample_files  # noqa: E402
 from oilfilm.logs.raw_files import shares_of  # noqa: E402
 from oilfilm.rig_twin.simulate import simulate_campaign  # noqa: E402
@@ -130,19 +131,20 @@ def carry_share(share: int, folder: Path, out: Path, config: Settings) -> Curate
     logs = ((file, read_bytes(folder / file)) for file in shares_in(folder)[share])
     with sample_files(paths, PROVENANCE) as keep:
         found = ingest_logs(logs, config, keep=keep)
-    curated = curate_parts(tables.read_parts("samples", *paths.values()), found.runs, config)
-    tables.write(curated.points, "points", out / f"parts/{share}/points.parquet", PROVENANCE)
-    tables.write(curated.runs, "runs", out / f"parts/{share}/runs.parquet", PROVENANCE)
-    refused = pd.concat([found.quarantine, curated.quarantine], ignore_index=True)
-    tables.write(refused, "quarantine", out / f"parts/{share}/quarantine.parquet", PROVENANCE)
-    return Curated(curated.points, curated.runs, refused)
+    samples = tables.read_parts("samples", *paths.values())
+    curated = curate_parts(samples, found, TractionRig(config))
+    for name, frame in vars(curated).items():
+        tables.write(frame, name, out / f"parts/{share}/{name}.parquet", PROVENANCE)
+    return curated
 
 
 def carry_all(pool: ProcessPoolExecutor, folder: Path, out: Path, config: Settings) -> float:
     """All shares on all cores, then collected and written; CPU time of the pool."""
     carry = partial(carry_share, folder=folder, out=out, config=config)
     shares, seconds = spread(pool, carry, shares_in(folder))
-    whole = collect(shares, [], config)
+    names = ("points", "runs", "quarantine")
+    of_all = (pd.concat([getattr(share, name) for share in shares]) for name in names)
+    whole = collect(Curated(*of_all), config)
     tables.write(whole.points, "points", out / "points.parquet", PROVENANCE)
     tables.write(whole.runs, "runs", out / "runs.parquet", PROVENANCE)
     tables.write(whole.quarantine, "quarantine", out / "quarantine.parquet", PROVENANCE)

@@ -5,6 +5,7 @@ import pytest
 
 from campaigns import Campaign, without
 from oilfilm.curation.curate import curate
+from oilfilm.curation.traction_rig import TractionRig
 from pcs_exports import shipped_numbers
 
 # docs/physics.md, PCS logs: rows where one force direction had not reversed
@@ -54,7 +55,7 @@ def test_without_the_switch_no_point_of_unjudged_film_passes(etm: Campaign) -> N
     (samples,) = etm.ingested.samples.values()
     runs = etm.ingested.runs.iloc[:20]
     samples = samples[samples["run_id"].isin(runs["run_id"])]
-    strict = curate(samples, runs, without(etm.config, "film_unjudged"))
+    strict = curate(samples, runs, TractionRig(without(etm.config, "film_unjudged")))
     assert not strict.points["accepted"].any()
     assert strict.points["failed_gates"].str.contains("film_not_judged").all()
     assert (strict.runs["verdict"] == "refused").all()

@@ -1,7 +1,5 @@
 """A share of the logs is ingested and curated a run at a time: the same results, bounded memory."""
 
-import gc
-import tracemalloc
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -12,8 +10,8 @@ import pytest
 import bad_logs
 from damages import SOUND
 from oilfilm import tables
-from oilfilm.curation.curate import Curated, curate, curate_parts
-from oilfilm.errors import OilfilmError
+from oilfilm.curation.curate import Curated, collect, curate_ingested, curate_parts
+from oilfilm.curation.traction_rig import TractionRig
 from oilfilm.logs.ingest import Ingested, ingest_logs, sample_files
 
 ABOUT = {"campaign": "demo", "data": "simulated"}
@@ -32,7 +30,7 @@ def in_parts(logs: Iterator[tuple[str, bytes]], folder: Path) -> tuple[Ingested,
     with sample_files(paths, ABOUT) as keep:
         ingested = ingest_logs(logs, CONFIG, keep=keep)
     samples = tables.read_parts("samples", *paths.values())
-    return ingested, curate_parts(samples, ingested.runs, CONFIG)
+    return ingested, collect(curate_parts(samples, ingested, TractionRig(CONFIG)), CONFIG)
 
 
 def test_share_in_parts_gives_what_it_gives_as_a_whole(
@@ -41,7 +39,7 @@ def test_share_in_parts_gives_what_it_gives_as_a_whole(
     rows = len(SOUND["traction"].values["time"])
     monkeypatch.setattr(tables, "ROW_GROUP", 2 * rows)
     whole = ingest_logs(LOGS, CONFIG)
-    expected = curate(whole.all_samples(), whole.runs, CONFIG)
+    expected = curate_ingested(whole, TractionRig(CONFIG))
     ingested, curated = in_parts(iter(LOGS), tmp_path)
     assert {"accepted", "refused"} == set(expected.runs["verdict"])
     assert {"", "force_scale", "no_rows"} <= set(expected.runs["rule"])
@@ -54,36 +52,3 @@ def test_share_in_parts_gives_what_it_gives_as_a_whole(
         file = parquet.ParquetFile(path).metadata
         rows_of_groups = [file.row_group(at).num_rows for at in range(file.num_row_groups)]
         assert max(rows_of_groups) <= 2 * rows
-
-
-@pytest.mark.nightly
-def test_memory_does_not_grow_with_the_samples_of_a_share(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    # long runs: each part has tables of verdicts, of the same size for any number of samples
-    values = bad_logs.good(seconds=60.0)
-    log, rows = bad_logs.csv(values), len(values["time"])
-    monkeypatch.setattr(tables, "ROW_GROUP", 2 * rows)
-
-    def peak_of(runs: int) -> int:
-        gc.collect()
-        tracemalloc.start()
-        _, curated = in_parts(((f"log{run}", log) for run in range(runs)), tmp_path)
-        _, peak = tracemalloc.get_traced_memory()
-        tracemalloc.stop()
-        assert curated.runs["samples"].sum() == runs * rows
-        return peak
-
-    peak_of(1)  # imports and caches
-    few, many = 4, 16
-    more_samples = (many - few) * rows * len(tables.columns("samples")) * 8
-    # what is kept of a run are its plateaus and its row of the table of runs
-    assert peak_of(many) - peak_of(few) < more_samples / 4
-
-
-def test_rows_of_one_run_in_two_parts_are_refused() -> None:
-    whole = ingest_logs(LOGS[:1], CONFIG)
-    samples = whole.all_samples()
-    halves = samples.iloc[:200], samples.iloc[200:]
-    with pytest.raises(OilfilmError, match="the rows of run sound are in two parts"):
-        curate_parts(halves, whole.runs, CONFIG)

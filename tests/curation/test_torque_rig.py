@@ -8,23 +8,16 @@ import pytest
 
 import formats
 import torque_logs
-from campaigns import ROOT
 from oilfilm.curation.curate import check_logs
-from oilfilm.curation.torque_rig import TORQUE_RIG
-from oilfilm.settings.resolve import resolve
+from oilfilm.curation.torque_rig import TorqueRig
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables import failed_gates
 from torque_logs import RATE_HZ, UNITS, by_quantity, signals, text
 
 
-@pytest.fixture(scope="module")
-def config() -> Settings:
-    return resolve(ROOT / "config", {})
-
-
 def measured(logs: list[tuple[str, bytes]], config: Settings) -> tuple[pd.DataFrame, pd.DataFrame]:
     """Plateaus and quarantine."""
-    curated = check_logs(logs, config, TORQUE_RIG)
+    curated = check_logs(logs, config, TorqueRig)
     return curated.points, curated.quarantine
 
 

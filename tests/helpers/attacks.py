@@ -12,7 +12,7 @@ from numpy.random import Generator
 
 from oilfilm.curation.curate import check_logs
 from oilfilm.curation.rig_kind import RigKind
-from oilfilm.curation.traction_rig import TRACTION_RIG
+from oilfilm.curation.traction_rig import TractionRig
 from oilfilm.settings.resolved import Settings
 
 Lines = list[bytes]
@@ -164,7 +164,7 @@ def rows_written(content: bytes) -> int | None:
     return len(rows) - 1 if len(named) == 1 else None
 
 
-def carry(content: bytes, config: Settings, kind: RigKind = TRACTION_RIG) -> str:
+def carry(content: bytes, config: Settings, kind: type[RigKind] = TractionRig) -> str:
     """Read and curate one damaged file; the rule or verdict it ends in.
 
     Asserts what must hold for any bytes. Readers raise where a row is lost.

@@ -16,7 +16,8 @@ import pytest
 import yaml
 
 from oilfilm import tables
-from oilfilm.curation.curate import Curated, collect, curate
+from oilfilm.curation.curate import Curated, curate_ingested
+from oilfilm.curation.traction_rig import TractionRig
 from oilfilm.fits.fit import fit_oil
 from oilfilm.logs.ingest import Ingested, ingest_logs
 from oilfilm.paper.printed_constants import study_signs
@@ -89,8 +90,7 @@ def carry_logs(
     config: Settings, logs: Iterable[tuple[str, bytes]], folder: Path = ROOT
 ) -> Campaign:
     ingested = ingest_logs(logs, config)
-    share = curate(ingested.all_samples(), ingested.runs, config)
-    curated = collect([share], [ingested.quarantine], config)
+    curated = curate_ingested(ingested, TractionRig(config))
     return Campaign(config, folder, tables.empty("truth"), ingested, curated)
 
 

@@ -14,8 +14,8 @@ import bad_logs
 import formats
 import torque_logs
 from oilfilm.curation.rig_kind import RigKind
-from oilfilm.curation.torque_rig import TORQUE_RIG
-from oilfilm.curation.traction_rig import TRACTION_RIG
+from oilfilm.curation.torque_rig import TorqueRig
+from oilfilm.curation.traction_rig import TractionRig
 from oilfilm.settings.resolved import Settings
 
 Columns = dict[str, np.ndarray]
@@ -25,7 +25,7 @@ Columns = dict[str, np.ndarray]
 class SoundLog:
     """A log that every gate accepts, with the names of its columns by their role."""
 
-    kind: RigKind
+    kind: type[RigKind]
     config: Settings
     values: Columns
     units: Mapping[str, str]
@@ -55,7 +55,7 @@ class SoundLog:
 
 SOUND = {
     "traction": SoundLog(
-        TRACTION_RIG,
+        TractionRig,
         bad_logs.CONFIG,
         bad_logs.good(),
         bad_logs.UNITS,
@@ -67,7 +67,7 @@ SOUND = {
         held=slice(160, 240),
     ),
     "torque": SoundLog(
-        TORQUE_RIG,
+        TorqueRig,
         bad_logs.CONFIG,
         torque_logs.by_quantity(torque_logs.signals()),
         torque_logs.UNITS,

@@ -20,7 +20,7 @@ from bad_logs import CONFIG, KEYS, PCS_ROW, UNITS, csv, good, pcs
 from campaigns import lay_out
 from oilfilm.cli import main
 from oilfilm.curation.curate import check_logs
-from oilfilm.curation.torque_rig import TORQUE_RIG
+from oilfilm.curation.torque_rig import TorqueRig
 from oilfilm.errors import OilfilmError
 from oilfilm.logs.base import Nominal
 from oilfilm.logs.ingest import Ingested, ingest_logs
@@ -364,7 +364,7 @@ def test_torque_log_gets_its_oil_from_the_sheet() -> None:
     }
     text = "file;oil;exclude\na.csv;4050;\nb.csv;4050;bearing was noisy\n"
     of_torque = sheet(text, list(logs), CONFIG, TORQUE)
-    curated = check_logs(logs.items(), CONFIG, TORQUE_RIG, of_torque)
+    curated = check_logs(logs.items(), CONFIG, TorqueRig, of_torque)
     assert curated.runs["oil"].tolist() == ["4050", "4050"]
     assert curated.runs["verdict"].tolist() == ["accepted", "refused"]
     assert curated.quarantine["rule"].tolist() == ["excluded"]

@@ -14,8 +14,8 @@ from bad_logs import PCS_CONFIG
 from campaigns import Campaign, carry_logs
 from oilfilm import tables
 from oilfilm.curation.curate import check_logs
-from oilfilm.curation.torque_rig import TORQUE_RIG
-from oilfilm.curation.traction_rig import TRACTION_RIG
+from oilfilm.curation.torque_rig import TorqueRig
+from oilfilm.curation.traction_rig import TractionRig
 from oilfilm.report.figures import style
 from oilfilm.report.figures.refused_runs import (
     Judged,
@@ -173,13 +173,13 @@ def test_refused_torque_log_has_its_page_beside_those_of_the_traction_logs(
     good = torque_logs.signals()
     signals = {"stuck.csv": good.assign(torque_n_m=3.25), "good.csv": good}
     logs = [(name, torque_logs.text(log)) for name, log in signals.items()]
-    quarantine = check_logs(logs, demo.config, TORQUE_RIG).quarantine
+    quarantine = check_logs(logs, demo.config, TorqueRig).quarantine
     torque = judged_torque_logs(logs, quarantine, demo.config)
     curated = demo.curated
     one = curated.runs[curated.runs["rule"] == "swapped_sign"]
     of_it = curated.quarantine["run_id"].isin(one["run_id"])
     tables_of_it = one, curated.points, curated.quarantine[of_it]
-    traction = Judged(TRACTION_RIG, *tables_of_it, partial(samples_of, demo))
+    traction = Judged(TractionRig, *tables_of_it, partial(samples_of, demo))
     pages = draw_pages([traction, torque], demo.config, 7, tmp_path)
     shown = pages[pages["page"] != ""]
     assert len(shown) == 2

@@ -9,18 +9,10 @@ import pytest
 from campaigns import ROOT, Campaign, carry_logs, printed
 from oilfilm.bearing.ellipse import TractionLaw
 from oilfilm.errors import OilfilmError
-from oilfilm.rig_twin.plan import planned_runs
 from oilfilm.rig_twin.simulate import simulate_campaign, slip_programme
 from oilfilm.rig_twin.truth import Truth, misfit, true_tractions, truth_grid
 from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
-
-
-def test_campaign_has_72_runs_an_oil_and_its_extra_defects(config: Settings) -> None:
-    runs = planned_runs(config.campaign)
-    assert len(runs) == 3 * 72 + 2
-    assert sum(run.defect != "" for run in runs) == 6
-    assert len({run.name for run in runs}) == len(runs)
 
 
 def test_log_depends_on_seed_and_name_alone_and_says_that_it_is_simulated(
@@ -102,17 +94,13 @@ def test_misfit_is_what_the_torque_rig_has_too_much(config: Settings) -> None:
     assert misfit(planted, config) == pytest.approx(0.07, abs=1e-6)
 
 
-@pytest.mark.parametrize("campaign", ["demo", "thermal"])
-def test_truth_grid_has_every_condition_of_figs_7_to_10_for_every_oil(campaign: str) -> None:
-    config = resolve(ROOT / "config", {"campaign": campaign})
+def test_truth_grid_has_every_condition_of_figs_7_to_10_for_every_oil() -> None:
+    config = resolve(ROOT / "config", {"campaign": "thermal"})
     grid = truth_grid(config, printed())
     wanted = sum(
         np.prod([len(levels) for levels in figure.model_dump().values()])
         for figure in config.extrapolation.values()
     )
     assert grid.groupby("oil").size().to_dict() == dict.fromkeys(["4010", "4050", "4102"], wanted)
-    assert grid["entrainment_speed_m_s"].max() == 200
-    assert grid["max_hertz_pressure_gpa"].max() == 2.5
     # docs/physics.md, sanity [C, L-M]: mu of 0.02 to 0.04 at its peak; nowhere far above
-    if campaign == "thermal":
-        assert 0.03 < grid["traction_coefficient"].max() < 0.05
+    assert 0.03 < grid["traction_coefficient"].max() < 0.05

@@ -46,59 +46,80 @@ def test_name_of_two_oils_is_refused_however_it_is_written(folder: Path, where: 
         resolve(folder, {"campaign": "demo"})
 
 
-@pytest.mark.parametrize(
-    ("old", "new", "expected"),
-    [
-        ("data: measured", "data: mesured", ["line", "`data`", "'mesured'", "'measured'"]),
-        ("oils: []", "oils: 4102", ["`oils`", "4102", "a list"]),
-        ("oils_without_properties: [unrecorded-oil]\n", "", ["names no oil", "`oils`"]),
-        ("figures:", "figurs:", ["unknown key 'figurs'", "Did you mean 'figures'?"]),
-        ("description:", "# description:", ["the key 'description' is missing"]),
-        ("rigs:", "set_points: {inlet_temperature_c: hot}\nrigs:", ["'hot'", "a number"]),
-        ("rigs:", "set_points: {inlet_temperature_c: 4e1}\nrigs:", ["'4e1'", "Write 40."]),
-        ("rigs:", "set_points: {inlet_temperature_c: .nan}\nrigs:", ["nan", "finite"]),
-        ("figures: [curves", "figures: [fig02, curves", ["line 10", "fig02", "study 'paper'"]),
-        (
-            "figures: [curves",
-            "figures: [size-effect, curves",
-            ["line 10", "`size-effect` needs `torque`"],
-        ),
-        ("rigs:", "semantics_of_rig: {mtm: {zero: opening_phase}}\nrigs:", ["'mtm'", "pcs-etm"]),
-        ("rigs:", "[a]: 1\nrigs:", ["a group as a key"]),
-        ("traction_min: -0.03", "traction_min: 0.3", ["gates.traction_min is 0.3", "below"]),
-        ("data: measured", "data: measured\ntwin: {}", ["`twin"]),
-        ("data: measured", "data: measured\nsimulated_by: x", ["`data: simulated`", "drop this"]),
-        ("rigs: [pcs-etm]", "rigs: [../rigs]", ["`rigs.0`", "'../rigs'", "text of the form"]),
-        ("rigs: [pcs-etm]", "rigs: [NO]", ["`rigs.0`", "False", 'put the word in quotes, as "NO"']),
-        ("rigs: [pcs-etm]", "rigs: [pcs-emt]", ["pcs-emt", "does not exist", "pcs-etm"]),
-        ("rigs: [pcs-etm]", "rigs: [pcs-etm]\nrigs: [other]", ["'rigs'", "first defined at line"]),
-        ("rigs: [pcs-etm]", "rigs: &a [pcs-etm]\noils: *a", ["alias"]),
-        ("rigs: [pcs-etm]", "rigs: [", ["not valid YAML", "line"]),
-        ("rigs: [pcs-etm]", "<<: {rigs: [pcs-etm]}", ["`<<` takes keys from elsewhere"]),
-        ("rigs: [pcs-etm]", "rigs: !!python/object:os.system x", ["not valid YAML"]),
-        ("rigs: [pcs-etm]", f"rigs: {'[' * 3000}{']' * 3000}", ["nested more than 50 deep"]),
-        ("traction_min: -0.03", f"traction_min: -1{'0' * 400}", ["a value cannot be read"]),
-        ("traction_min: -0.03", f"traction_min: -1{'0' * 5000}", ["a value cannot be read"]),
-        ("description: ", "description: 2026-13-45\nfigurs: ", ["a value cannot be read"]),
-    ],
-)
+CONFIG, DEMO, ETM = "config.yaml", "campaigns/demo.yaml", "campaigns/etm-slim.yaml"
+RIG, OIL = "rigs/ball-on-disc-20mm.yaml", "oils/4102.yaml"
+RIGS, FIRST = "rigs: [pcs-etm]", "coefficients:\n  viscosity_intercept:"
+# File, what stands there, what is written instead, parts of the message.
+MISTAKES = [
+    (ETM, "data: measured", "data: mesured", ["`data`", "'mesured'", "'measured'"]),
+    (ETM, "oils: []", "oils: 4102", ["`oils`", "4102", "a list"]),
+    (ETM, "oils_without_properties: [unrecorded-oil]\n", "", ["names no oil", "`oils`"]),
+    (ETM, "figures:", "figurs:", ["unknown key 'figurs'", "Did you mean 'figures'?"]),
+    (ETM, "description:", "# description:", ["the key 'description' is missing"]),
+    (ETM, RIGS, "set_points: {load_n: 4e1}", ["'4e1'", "Write 40."]),
+    (ETM, RIGS, "set_points: {load_n: .nan}", ["nan", "finite"]),
+    (ETM, "[curves", "[fig02, curves", ["line 10", "fig02", "study 'paper'"]),
+    (ETM, "[curves", "[size-effect, curves", ["line 10", "`size-effect` needs `torque`"]),
+    (ETM, "rigs:", "semantics_of_rig: {mtm: {zero: standstill}}\nrigs:", ["'mtm'", "pcs-etm"]),
+    (ETM, "data: measured", "data: measured\ntwin: {}", ["`twin"]),
+    (ETM, "data: measured", "data: measured\nsimulated_by: x", ["`data: simulated`", "drop this"]),
+    (ETM, RIGS, "[a]: 1", ["a group as a key"]),
+    (ETM, RIGS, "rigs: [../rigs]", ["`rigs.0`", "'../rigs'", "text of the form"]),
+    (ETM, RIGS, "rigs: [NO]", ["`rigs.0`", "False", 'put the word in quotes, as "NO"']),
+    (ETM, RIGS, "rigs: [pcs-emt]", ["pcs-emt", "does not exist", "pcs-etm"]),
+    (ETM, RIGS, "rigs: [pcs-etm]\nrigs: [other]", ["'rigs'", "first defined at line"]),
+    (ETM, RIGS, "rigs: &a [pcs-etm]\noils: *a", ["alias"]),
+    (ETM, RIGS, "rigs: [", ["not valid YAML", "line"]),
+    (ETM, RIGS, "<<: {rigs: [pcs-etm]}", ["`<<` takes keys from elsewhere"]),
+    (ETM, RIGS, "rigs: !!python/object:os.system x", ["not valid YAML"]),
+    (ETM, RIGS, f"rigs: {'[' * 3000}{']' * 3000}", ["nested more than 50 deep"]),
+    (ETM, "traction_min: -0.03", f"traction_min: -1{'0' * 5000}", ["a value cannot be read"]),
+    (DEMO, "gpa: [1.0, 1.25", "gpa: [1000, 1250", ["found 1000", "in MPa, write 1."]),
+    (DEMO, "c: [25, 50", "c: [298, 323", ["inlet_temperature_c.0", "in K, write 24.85"]),
+    (DEMO, "s: [25, 30", "s: [25000, 30", ["If it is in mm/s, write 25."]),
+    (DEMO, "slip_max: 0.30", "slip_max: 30", ["`twin.slip_max`", "If it is in %, write 0.3."]),
+    (CONFIG, "lambda_limit: 3.0", "lambda_limit:", ["`gates.lambda_limit`: found nothing"]),
+    (CONFIG, "settle_s: 0.8", "settle_s: 1.0e+14", ["plateaus.settle_s`", "86400 or less"]),
+    (CONFIG, 'date: "2026-01-10"', 'date: "2026-02-30"', ["a day of the calendar"]),
+    (CONFIG, 'date: "2026-01-10"', "date: 2026-01-10", ['Put it in quotes: "2026-01-10"']),
+    (CONFIG, "s: [25, 40]", "s: [40, 25]", ["found [40, 25]", "rising"]),
+    (RIG, "ball: {youngs_modulus_pa: 203.0e+9", "ball: {youngs_modulus_pa: 207", ["2.07e+11"]),
+    (RIG, "ball_roughness_ra_um: 0.014", "ball_roughness_ra_um: 14", ["in nm, write 0.014."]),
+    (RIG, "ball_radius_m: 0.010", "ball_radius_m: 10", ["`ball_radius_m`", "in mm, write 0.01."]),
+    (OIL, 'id: "4102"', 'id: "4050"', ["'4102', the file's name"]),
+    (OIL, "[298.15, 970.4]", "[298.15, 0.9704]", ["kg_m3.0.1`", "in g/cm3, write 970.4."]),
+    (OIL, "[[298.15, 970.4]", "[[25, 970.4]", ["`density_kg_m3.0.0`", "degC, write 298.15."]),
+    (OIL, "[[298.15, 970.4]", "[[373.15, 970.4]", ["each temperature once"]),
+    (OIL, "[[300, 0.147]", "[[300, 147]", ["in mW/(m K), write 0.147."]),
+    (OIL, "[[300, 2000]", "[[300, 2]", ["in kJ/(kg K), write 2000."]),
+    (OIL, f"{FIRST} 8.7181", f"{FIRST} 8.5", ["`coefficients`", "100c_cst is 7;", "within 25%"]),
+    # as an editor with a Western code page writes it
+    (RIG, "20 mm ball", "\udcb5m ball", ["line 3", "UTF-8", "0xb5", "save the file"]),
+]
+
+
+@pytest.mark.parametrize(("file", "old", "new", "expected"), MISTAKES)
 def test_mistake_is_told_in_a_sentence(
-    folder: Path, old: str, new: str, expected: list[str]
+    folder: Path, file: str, old: str, new: str, expected: list[str]
 ) -> None:
-    path = folder / "campaigns/etm-slim.yaml"
-    text = path.read_text(encoding="utf-8")
-    assert old in text
-    path.write_text(text.replace(old, new, 1), encoding="utf-8")
+    path = folder / file
+    before, found, after = path.read_text("utf-8").partition(old)
+    assert found
+    path.write_text(f"{before}{new}{after}", "utf-8", "surrogateescape")
     with pytest.raises(OilfilmError) as mistake:
-        resolve(folder, {"campaign": "etm-slim"})
-    for phrase in (*expected, "etm-slim.yaml"):
+        resolve(folder, {"campaign": "etm-slim" if file == ETM else "demo"})
+    line = "" if file == ETM else before.count("\n") + 1
+    assert str(mistake.value).startswith(f"{path}, line {line}")
+    for phrase in expected:
         assert phrase in str(mistake.value)
 
 
 def test_numbers_inside_groups_of_the_command_line_are_numbers(folder: Path) -> None:
     # snakemake --config "gates={'load_tolerance': 0.05}" hands over the text '0.05'
-    resolved = resolve(folder, {"gates": {"load_tolerance": "0.05"}})
+    figures = {"fig02": {"oil": "4050"}}
+    resolved = resolve(folder, {"gates": {"load_tolerance": "0.05"}, "figures": figures})
     assert resolved.gates.load_tolerance == 0.05
+    assert resolved.figures.fig02.oil == "4050"
     with pytest.raises(OilfilmError, match="found 'much', expected a number"):
         resolve(folder, {"gates": {"load_tolerance": "much"}})
 
@@ -151,10 +172,6 @@ def test_oil_of_a_project_wins_over_the_one_that_comes_with_oilfilm(folder: Path
     assert own["4102"]["name"].startswith("own, ")
 
 
-def test_text_of_the_command_line_stays_text(folder: Path) -> None:
-    assert resolve(folder, {"figures": {"fig02": {"oil": "4050"}}}).figures.fig02.oil == "4050"
-
-
 @pytest.mark.parametrize(
     ("name", "expected"), [(1000.0, "decimal number"), ("a" * 300, "at most 100"), ("", "a name")]
 )
@@ -175,3 +192,8 @@ def test_configuration_of_a_host_takes_the_place_of_the_file(folder: Path) -> No
     assert resolve_given(whole, typed).gates.temperature_tolerance_c == 2.0
     alone = {"campaign": "etm-slim"}
     assert resolve_given({**alone, "folder": str(folder)}, alone).seed != 3
+
+
+@pytest.mark.parametrize("campaign", ["thermal", "template"])
+def test_other_shipped_campaigns_can_be_read(campaign: str) -> None:
+    assert resolve(ROOT / "config", {"campaign": campaign}).campaign.name == campaign

@@ -6,18 +6,17 @@ from pathlib import Path
 
 import pytest
 
-from campaigns import ROOT, without
+from campaigns import without
 from oilfilm.errors import OilfilmError
 from oilfilm.settings.campaign import CampaignFile, Semantics
 from oilfilm.settings.messages import load
-from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
 
 
 def test_part_that_a_rule_lists_is_the_same_after_the_job_has_read_it(config: Settings) -> None:
-    part = config.part("gates", "oils", campaign=("twin", "torque"))
+    part = config.part("gates", "oils", campaign=("twin", "torque", "header"))
     assert set(part) == {"campaign", "gates", "oils"}
-    assert set(part["campaign"]) == {"name", "data", "twin", "torque"}
+    assert set(part["campaign"]) == {"name", "data", "twin", "torque", "header"}
     handed_over = json.loads(json.dumps(part))
     settings = Settings.of(handed_over)
     assert settings.plain() == part
@@ -43,15 +42,6 @@ def test_changed_settings_are_checked_and_leave_the_others_alone(config: Setting
     assert config.fit.bootstrap == 1000
     with pytest.raises(OilfilmError, match=r"`fit.bootstrap`: found 1, expected 20 or more"):
         config.with_changes({"fit": {"bootstrap": 1}})
-
-
-@pytest.mark.parametrize(
-    ("campaign", "law"), [("demo", True), ("thermal", False), ("etm-slim", False)]
-)
-def test_only_the_demonstration_is_made_by_the_papers_law(campaign: str, law: bool) -> None:
-    settings = resolve(ROOT / "config", {"campaign": campaign})
-    part = Settings.of(settings.part(campaign=["twin"]))
-    assert part.campaign.truth_is_law is law
 
 
 def test_file_of_settings_that_is_large_or_a_pipe_is_refused_at_once(tmp_path: Path) -> None:

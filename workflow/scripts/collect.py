@@ -22,7 +22,7 @@ with run.job(snakemake) as job:
     job.provenance["inputs"] |= params.run_sheet
     remove_others(Path(outputs.points).with_name("samples"), params.oils, params.shares)
     shares = Curated(job.tables.points, job.tables.runs, job.tables.quarantine)
-    campaign = collect([shares], [], job.settings)
+    campaign = collect(shares, job.settings)
     runs, points, quarantine = campaign.runs, campaign.points, campaign.quarantine
     counted = {
         "coverage": coverage(runs, job.settings),

@@ -5,7 +5,7 @@ from pathlib import Path
 import oilfilm.run.job as run
 from oilfilm import tables
 from oilfilm.atomic_write import atomic_folder
-from oilfilm.curation.traction_rig import TRACTION_RIG
+from oilfilm.curation.traction_rig import TractionRig
 from oilfilm.logs.run_sheet import RunSheet
 from oilfilm.report.figures.refused_runs import Judged, draw_pages, judged_torque_logs
 from oilfilm.tables.table_file import samples_by_run
@@ -13,9 +13,7 @@ from oilfilm.tables.table_file import samples_by_run
 with run.job(snakemake) as job:
     inputs = snakemake.input
     samples = samples_by_run([Path(path) for path in inputs.samples])
-    rigs = [
-        Judged(TRACTION_RIG, job.tables.runs, job.tables.points, job.tables.quarantine, samples)
-    ]
+    rigs = [Judged(TractionRig, job.tables.runs, job.tables.points, job.tables.quarantine, samples)]
     if job.settings.campaign.torque is not None:
         refused = job.tables.torque_quarantine
         logs = job.raw_logs(f"{job.settings.campaign.name}-torque")

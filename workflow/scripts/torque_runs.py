@@ -5,7 +5,7 @@ from pathlib import Path
 import oilfilm.run.job as run
 from oilfilm.atomic_write import write_text
 from oilfilm.curation.curate import check_logs
-from oilfilm.curation.torque_rig import TORQUE_RIG
+from oilfilm.curation.torque_rig import TorqueRig
 from oilfilm.logs.first_seen import FirstSeen
 from oilfilm.logs.raw_files import listing
 from oilfilm.logs.run_sheet import RunSheet
@@ -13,7 +13,7 @@ from oilfilm.logs.run_sheet import RunSheet
 with run.job(snakemake) as job:
     folder = f"{job.settings.campaign.name}-torque"
     logs = job.raw_logs(folder)
-    curated = check_logs(logs, job.settings, TORQUE_RIG, RunSheet.of_plain(snakemake.params.sheet))
+    curated = check_logs(logs, job.settings, TorqueRig, RunSheet.of_plain(snakemake.params.sheet))
     digests = logs.by_path()
     if not logs.written:
         first_seen = FirstSeen(job.settings.campaign.name, folder)

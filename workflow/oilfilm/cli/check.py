@@ -23,12 +23,12 @@ import pandas as pd
 from oilfilm import tables
 from oilfilm.cli.arguments import config_folder, json_line, project_folder
 from oilfilm.curation.curate import Curated, curate_ingested
-from oilfilm.curation.gate import RULES, TORQUE, TRACTION, Gate
+from oilfilm.curation.gate import RULES, Gate
 from oilfilm.curation.plateau_gates import PLATEAU_GATES
-from oilfilm.curation.rig_kind import RigKind
+from oilfilm.curation.rig_kind import TORQUE, TRACTION, RigKind
 from oilfilm.curation.run_gates import RUN_GATES
-from oilfilm.curation.torque_rig import TORQUE_RIG
-from oilfilm.curation.traction_rig import TRACTION_RIG
+from oilfilm.curation.torque_rig import TorqueRig
+from oilfilm.curation.traction_rig import TractionRig
 from oilfilm.curation.verdicts import advice_for
 from oilfilm.errors import OilfilmError, printable
 from oilfilm.logs.base import LOADS, NOTHING_UNDERSTOOD, SET_POINTS
@@ -45,7 +45,7 @@ from oilfilm.text_table import text_table
 # Columns of plateaus that show what a log was understood to be.
 MEASURED = {
     TRACTION: (*SET_POINTS, "slide_roll_ratio", "traction_coefficient", "lambda_ratio"),
-    TORQUE: TORQUE_RIG.means,
+    TORQUE: TorqueRig.means,
 }
 _REFUSED = ["run_id", "rule", "reason", "advice", "first_row", "last_row", "refused_rows"]
 _OF_RUN = ["run_id", "label", "oil", "rig", "verdict", "warning", "plateaus"]
@@ -57,7 +57,7 @@ _RUNS_LISTED = 10
 _LOGS_IN_DETAIL = 10
 _COLUMN_HEADS = ["Column", "Unit", "Read as", "Unit", "Smallest", "Largest", "Numbers", "Missing"]
 Plain = dict[str, Any]
-_KINDS: tuple[RigKind, ...] = (TRACTION_RIG, TORQUE_RIG)
+_KINDS: tuple[type[RigKind], ...] = (TractionRig, TorqueRig)
 Log = tuple[str, bytes]
 
 
@@ -135,14 +135,14 @@ def check_files(logs: Sequence[Log], settings: Settings, raw: Path) -> list[Plai
     return [found[file] for file, _ in logs]
 
 
-def kinds_of_folders(settings: Settings) -> dict[str, RigKind]:
+def kinds_of_folders(settings: Settings) -> dict[str, type[RigKind]]:
     """The folders of a campaign below `data/raw`, with the kind of rig whose logs each has."""
     name = settings.campaign.name
-    torque = {f"{name}-torque": TORQUE_RIG} if settings.campaign.torque is not None else {}
-    return {name: TRACTION_RIG, **torque}
+    kinds: dict[str, type[RigKind]] = {name: TractionRig, f"{name}-torque": TorqueRig}
+    return kinds if settings.campaign.torque is not None else {name: TractionRig}
 
 
-def kind_of(file: str, settings: Settings) -> RigKind:
+def kind_of(file: str, settings: Settings) -> type[RigKind]:
     """The kind of rig that a log is of, by its folder: traction, but for that of torque logs."""
     kinds = kinds_of_folders(settings)
     # the nearest folder decides: that of the project may have the name of the campaign, too
@@ -154,7 +154,7 @@ def kind_of(file: str, settings: Settings) -> RigKind:
 
 
 def judged_logs(
-    logs: Sequence[Log], settings: Settings, kind: RigKind, sheet: RunSheet
+    logs: Sequence[Log], settings: Settings, kind: type[RigKind], sheet: RunSheet
 ) -> Iterator[Plain]:
     """What was found in logs of one kind, in their order; NaN where unknown.
 
@@ -168,7 +168,7 @@ def judged_logs(
         OilfilmError: As `ingest_logs`.
     """
     ingested = ingest_logs(logs, settings, kind.logs, sheet)
-    curated = curate_ingested(ingested, settings, kind)
+    curated = curate_ingested(ingested, kind(settings))
     for log in ingested.logs:
         runs = tables.rows(curated.runs[curated.runs["file"] == log.file])
         refused = curated.quarantine[curated.quarantine["file"] == log.file]
@@ -189,7 +189,7 @@ def judged_logs(
 
 
 def _checked_run(
-    run: Mapping[str, Any], log: ReadLog, curated: Curated, settings: Settings, kind: RigKind
+    run: Mapping[str, Any], log: ReadLog, curated: Curated, settings: Settings, kind: type[RigKind]
 ) -> Plain:
     points = curated.points[curated.points["run_id"] == run["run_id"]]
     understood = log.runs.get(run["run_id"], NOTHING_UNDERSTOOD)
@@ -221,7 +221,7 @@ def _set_points(run: Mapping[str, Any], sources: Mapping[str, str]) -> Plain:
     return found
 
 
-def _failed_gates(points: pd.DataFrame, kind: RigKind) -> Iterator[Plain]:
+def _failed_gates(points: pd.DataFrame, kind: type[RigKind]) -> Iterator[Plain]:
     failed = failed_gates.one_row_per_gate(points).groupby("rule", sort=False)["first_row"]
     for gate, rows in sorted(failed, key=lambda group: -len(group[1])):
         first, advice = int(rows.min()), advice_for(str(gate), kind)
@@ -229,7 +229,7 @@ def _failed_gates(points: pd.DataFrame, kind: RigKind) -> Iterator[Plain]:
 
 
 def _not_applied(
-    run: Mapping[str, Any], points: pd.DataFrame, settings: Settings, kind: RigKind
+    run: Mapping[str, Any], points: pd.DataFrame, settings: Settings, kind: type[RigKind]
 ) -> Iterator[Plain]:
     """The gates that lack what they need, where the run has plateaus to be judged."""
     gates: list[Gate[Any]] = [*RUN_GATES.of(kind.name), *PLATEAU_GATES.of(kind.name)]
@@ -239,7 +239,7 @@ def _not_applied(
         if need in points or need in run:
             lacks = bool(np.all(pd.isna(points[need] if need in points else run[need])))
         else:
-            lacks = not getattr(kind.limits(settings), need)
+            lacks = not getattr(kind(settings), need)
         if lacks:
             yield {"gate": gate.name, "reason": RULES["lacking"][need]}
 

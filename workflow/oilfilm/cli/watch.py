@@ -70,7 +70,7 @@ class Watcher:
             except (OilfilmError, OSError) as error:
                 yield from self._once(folder, f"{error} No log in {folder} is judged.")
 
-    def _look_at(self, folder: Path, kind: RigKind) -> Iterator[str]:
+    def _look_at(self, folder: Path, kind: type[RigKind]) -> Iterator[str]:
         faults = {folder / name: fault for name, fault in named_logs(folder)}
         found = {path: path.stat() for path in faults if path.exists()}
         stamps = {path: (each.st_size, each.st_mtime_ns) for path, each in found.items()}

@@ -13,7 +13,7 @@ import pandas as pd
 
 from oilfilm import tables
 from oilfilm.curation.plateau_gates import PLATEAU_GATES
-from oilfilm.curation.traction_rig import TRACTION_RIG
+from oilfilm.curation.traction_rig import TractionRig
 from oilfilm.curation.verdicts import advice_for
 from oilfilm.physics.contact import max_hertz_pressure
 from oilfilm.settings.config import SameSetPointSettings
@@ -92,11 +92,22 @@ def describe_condition(condition: Mapping[Any, Any]) -> str:
 
 def gate_counts(runs: pd.DataFrame, points: pd.DataFrame, quarantine: pd.DataFrame) -> pd.DataFrame:
     """Table of gate counts: how many files, runs, points and rows each gate or rule refused."""
-    refusals = pd.concat([_from_quarantine(quarantine), _from_points(points, runs)])
+    of_points = failed_gates.one_row_per_gate(points).assign(stage="curate", refused_rows=0)
+    of_points = of_points.assign(
+        file=of_points["run_id"].map(runs.set_index("run_id")["file"]),
+        advice=[advice_for(rule, TractionRig) for rule in of_points["rule"]],
+        points=1,
+        runs_refused=0,
+    )
+    by_curation = quarantine["stage"] == "curate"
+    of_runs = quarantine.assign(points=0, runs_refused=by_curation.astype(int))
+    refusals = pd.concat([of_runs, of_points])
     if refusals.empty:
         return tables.empty("gate_counts")
-    # a file that cannot be read has no run
-    refusals = refusals.assign(run_id=refusals["run_id"].mask(refusals["run_id"] == ""))
+    no_run = refusals["run_id"] == ""  # of a file that cannot be read
+    of_gate, curated = refusals["rule"].isin(_GATES), refusals["stage"] == "curate"
+    what = np.select([of_gate, curated, no_run], ["point", "run", "file"], "rows")
+    refusals = refusals.assign(what=what, run_id=refusals["run_id"].mask(no_run))
     counts = refusals.groupby(["stage", "rule", "what"], as_index=False).agg(
         files=("file", "nunique"),
         runs=("run_id", "nunique"),
@@ -166,27 +177,3 @@ def _counted(runs: pd.DataFrame) -> pd.DataFrame:
     )
     key = ["oil", "rig", *SET_POINTS]
     return counts.groupby(key, dropna=False)[list(_COUNTS)].sum().reset_index()
-
-
-def _from_quarantine(quarantine: pd.DataFrame) -> pd.DataFrame:
-    by_curation = quarantine["stage"] == "curate"
-    what = np.select(
-        [quarantine["rule"].isin(_GATES), by_curation, quarantine["run_id"] == ""],
-        ["point", "run", "file"],
-        "rows",
-    )
-    return quarantine.assign(what=what, runs_refused=by_curation.astype(int), points=0)
-
-
-def _from_points(points: pd.DataFrame, runs: pd.DataFrame) -> pd.DataFrame:
-    """One row per gate and run whose points it refused."""
-    refused = failed_gates.one_row_per_gate(points)
-    counts = refused.groupby(["run_id", "rule"], as_index=False).agg(points=("rule", "size"))
-    return counts.assign(
-        file=counts["run_id"].map(runs.set_index("run_id")["file"]),
-        stage="curate",
-        what=np.where(counts["rule"].isin(_GATES), "point", "run"),
-        refused_rows=0,
-        runs_refused=0,
-        advice=[advice_for(rule, TRACTION_RIG) for rule in counts["rule"]],
-    )

@@ -13,22 +13,15 @@ import numpy as np
 import pandas as pd
 
 from oilfilm import tables
-from oilfilm.curation.gate import Columns, Fault, Finding, Limits, fault
+from oilfilm.curation.gate import fault
 from oilfilm.curation.hypotheses import DOUBTFUL, Hypothesis
 from oilfilm.curation.measure import measure
 from oilfilm.curation.repeats import repeated, with_campaign_warnings
 from oilfilm.curation.rig_kind import RigKind
 from oilfilm.curation.run_gates import first_fault, warning
-from oilfilm.curation.traction_rig import TRACTION_RIG
-from oilfilm.curation.verdicts import (
-    judge_plateaus,
-    quarantine_rows,
-    refusal,
-    runs_not_usable,
-    with_gates,
-)
-from oilfilm.errors import OilfilmError
-from oilfilm.logs.base import Refusal
+from oilfilm.curation.traction_rig import TractionRig
+from oilfilm.curation.verdicts import judge_plateaus, quarantine_rows, runs_not_usable
+from oilfilm.logs.base import Columns, Refusal
 from oilfilm.logs.ingest import Ingested, ingest_logs, sample_files
 from oilfilm.logs.raw_files import RawLogs
 from oilfilm.logs.run_sheet import NO_SHEET, RunSheet
@@ -48,24 +41,21 @@ class Curated:
 def check_logs(
     logs: Iterable[tuple[str, bytes]],
     settings: Settings,
-    kind: RigKind = TRACTION_RIG,
+    kind: type[RigKind] = TractionRig,
     sheet: RunSheet = NO_SHEET,
 ) -> Curated:
     """What ingest and curation make of logs, given by name and content, and their run sheet."""
-    return curate_ingested(ingest_logs(logs, settings, kind.logs, sheet), settings, kind)
+    return curate_ingested(ingest_logs(logs, settings, kind.logs, sheet), kind(settings))
 
 
-def curate_ingested(
-    ingested: Ingested, settings: Settings, kind: RigKind = TRACTION_RIG
-) -> Curated:
-    """What curation makes of logs that are one share."""
+def curate_ingested(ingested: Ingested, rig: RigKind) -> Curated:
+    """What curation makes of logs that are all of a campaign."""
     samples = ingested.all_samples()
-    share = curate(samples, ingested.runs, settings, kind)
-    curated = collect([share], [ingested.quarantine], settings, kind)
+    curated = collect(curate_parts([samples], ingested, rig), rig.settings, type(rig))
     # what the workflow could not write must not pass here
-    if kind.name == TRACTION_RIG.name:
+    if rig.name == TractionRig.name:
         tables.conform(samples, "samples", "samples of these logs")
-    tables.conform(curated.points, kind.table, "plateaus of these logs")
+    tables.conform(curated.points, rig.table, "plateaus of these logs")
     return curated
 
 
@@ -90,192 +80,144 @@ def curate_share(
     """
     with sample_files(samples, provenance) as keep:
         ingested = ingest_logs(logs, settings, sheet=sheet, keep=keep, verified=logs.digests)
-    curated = curate_parts(tables.read_parts("samples", *samples.values()), ingested.runs, settings)
-    refused = pd.concat([ingested.quarantine, curated.quarantine], ignore_index=True)
-    return replace(curated, quarantine=refused)
+    parts = tables.read_parts("samples", *samples.values())
+    return curate_parts(parts, ingested, TractionRig(settings))
 
 
-def curate_parts(
-    samples: Iterable[pd.DataFrame],
-    runs: pd.DataFrame,
-    settings: Settings,
-    kind: RigKind = TRACTION_RIG,
-) -> Curated:
-    """As `curate`, of samples that come in parts, of which one is held at a time.
+def curate_parts(samples: Iterable[pd.DataFrame], ingested: Ingested, rig: RigKind) -> Curated:
+    """Plateaus, runs and all that was refused, of samples that come in parts, one held at a time.
 
     Args:
         samples: Parts of the table of samples, each with whole runs.
-        runs: Table of runs as ingested.
-        settings: Settings of the run.
-        kind: The kind of rig.
-
-    Raises:
-        OilfilmError: Two parts have rows of one run.
+        ingested: The logs that they are of.
+        rig: The rig.
     """
-    place = {run_id: place for place, run_id in enumerate(runs["run_id"])}
-    left, curated = set(place), []
+    runs, parts = ingested.runs, []
+    without_rows = runs["run_id"]
     for part in samples:
-        run_ids = set(part["run_id"].unique())
-        if split := run_ids - left:
-            raise OilfilmError(
-                f"the rows of run {min(split)} are in two parts of the samples; expected them "
-                "together. Delete the samples and run snakemake again."
-            )
-        left -= run_ids
-        curated.append(curate(part, runs[runs["run_id"].isin(run_ids)], settings, kind))
-    without_rows = runs[runs["run_id"].isin(left)]
-    curated.append(curate(tables.empty("samples"), without_rows, settings, kind))
-
-    def joined(name: str) -> pd.DataFrame:
-        tables_of_parts = [getattr(part, name) for part in curated]
-        filled = [table for table in tables_of_parts if len(table)]
-        rows = pd.concat(filled or tables_of_parts[:1], ignore_index=True)
-        order = rows["run_id"].map(place).argsort(kind="stable")
-        return rows.take(order).reset_index(drop=True)
-
-    return Curated(joined("points"), joined("runs"), joined("quarantine"))
+        run_ids = part["run_id"].unique()
+        without_rows = without_rows[~without_rows.isin(run_ids)]
+        parts.append(curate(part, runs[runs["run_id"].isin(run_ids)], rig))
+    parts.append(curate(tables.empty("samples"), runs.loc[without_rows.index], rig))
+    points, of_runs, quarantine = (
+        pd.concat([getattr(part, name) for part in parts], ignore_index=True)
+        for name in ("points", "runs", "quarantine")
+    )
+    return Curated(points, of_runs, pd.concat([ingested.quarantine, quarantine], ignore_index=True))
 
 
-def curate(
-    samples: pd.DataFrame, runs: pd.DataFrame, settings: Settings, kind: RigKind = TRACTION_RIG
-) -> Curated:
+def curate(samples: pd.DataFrame, runs: pd.DataFrame, rig: RigKind) -> Curated:
     """Plateaus of every run, judged by every gate of the rig.
 
     Args:
         samples: Table of samples, the rows of a run together.
         runs: Table of runs as ingested.
-        settings: Settings of the run.
-        kind: The kind of rig.
+        rig: The rig.
     """
     samples_of = _by_run(samples)
-    measured = _measured(samples_of, runs, settings, kind)
-    judged = _judge(measured, kind)
-    by_run = measured.runs.set_index("run_id")
+    measured = _measured(samples_of, runs, rig)
+    judged = _judge(measured)
     explained = {
         row["run_id"]: cause
         for row in tables.rows(judged.runs[judged.runs["rule"].isin(DOUBTFUL)])
         if row["run_id"] in samples_of
-        and (cause := _explanation(samples_of[row["run_id"]], row, by_run, settings, kind))
+        and (cause := _explanation(samples_of[row["run_id"]], row, rig))
     }
     measured.refused.update(explained)
-    return _judge(measured, kind) if explained else judged
+    return _judge(measured) if explained else judged
 
 
 @dataclass(frozen=True)
 class _Measured:
-    """Plateaus of runs, what their own run refuses or warns of, and the limits of the gates."""
+    """Plateaus of runs, and what their own run refuses or warns of."""
 
     points: pd.DataFrame
     runs: pd.DataFrame
     refused: dict[str, Refusal]
     partly: list[Refusal]
-    limits: Limits
+    rig: RigKind
 
 
-def _measured(
-    samples_of: Mapping[str, Columns], runs: pd.DataFrame, settings: Settings, kind: RigKind
-) -> _Measured:
+def _measured(samples_of: Mapping[str, Columns], runs: pd.DataFrame, rig: RigKind) -> _Measured:
     """Plateaus of each run, and what the gates of runs find."""
-    limits = kind.limits(settings)
     refused: dict[str, Refusal] = {}
     partly: list[Refusal] = []
     plateaus, warnings = {}, []
     for row in tables.rows(runs):
         run_id, doubt = row["run_id"], ""
-        why: Fault | None = None
         if run_id in samples_of:
-            signals = kind.signals(samples_of[run_id], row["rig"], settings)
-            run = measure(signals, kind, row["rig"], settings, settled=row["log_kind"] == "steps")
+            signals = rig.signals(samples_of[run_id], row["rig"], rig.settings)
+            run = measure(signals, rig, row["rig"], settled=row["log_kind"] == "steps")
             plateaus[run_id] = run.plateaus
         if row["rule"]:
-            why = row["rule"], Finding(row["reason"])
+            refused[run_id] = Refusal(row["rule"], row["reason"], "", run_id)
         elif run_id not in samples_of:
-            why = fault("no_rows")
-        elif (why := first_fault(run, kind.name, limits)) is None:
-            doubt = warning(run, kind.name, limits)
-            partly += [refusal("too_short", each, kind, run_id) for each in run.too_short]
-        if why is not None:
-            refused[run_id] = refusal(*why, kind, run_id)
+            refused[run_id] = fault("no_rows", run_id=run_id)
+        elif why := first_fault(run):
+            refused[run_id] = replace(why, run_id=run_id)
+        else:
+            doubt = warning(run)
+            partly += [replace(each, run_id=run_id) for each in run.too_short]
         warnings.append(doubt)
     runs = runs.assign(warning=pd.Series(warnings, runs.index, dtype="str"))
-    points = _table_of_plateaus(plateaus, runs.set_index("run_id"), settings, kind)
-    return _Measured(points, runs, refused, partly, limits)
+    points = _table_of_plateaus(plateaus, runs.set_index("run_id"), rig)
+    return _Measured(points, runs, refused, partly, rig)
 
 
-def _explanation(
-    samples: Columns, run: Mapping[str, Any], runs: pd.DataFrame, settings: Settings, kind: RigKind
-) -> Refusal | None:
+def _explanation(samples: Columns, run: Mapping[str, Any], rig: RigKind) -> Refusal | None:
     """The simple mistake without which most plateaus of a refused run would pass, if there is one.
 
     Args:
         samples: Those of the run.
         run: Its row of the table of runs.
-        runs: All of them as ingested, by `run_id`.
-        settings: Settings of the run.
-        kind: The kind of rig.
+        rig: The rig.
     """
     if run["log_kind"] == "steps":
         return None  # readings that the rig's program has settled and converted
-    tried: list[list[Hypothesis]] = [[]]
-    for hypothesis in kind.hypotheses(run["rig"], settings):
-        if run["rule"] in hypothesis.explains:
-            # of settings one at a time, and before it takes time
-            if not hypothesis.changes:
-                tried[0].append(hypothesis)
-            elif hypothesis.plausible(samples, 0):
-                tried.append([hypothesis])
+    causes = [each for each in rig.hypotheses(run["rig"]) if run["rule"] in each.explains]
+    # of settings one at a time, and before it takes time
+    tried = [[each for each in causes if not each.changes]]
+    tried += [[each] for each in causes if each.changes and each.plausible(samples, 0)]
     passing: list[tuple[int, Hypothesis]] = []
-    for hypotheses in filter(None, tried):
+    for several in filter(None, tried):
         # each as a run of its own
-        by_name = {each.sentence: each for each in hypotheses}
-        as_runs = runs.loc[[run["run_id"]] * len(by_name)].assign(run_id=list(by_name), rule="")
-        changed = settings.with_changes(changes) if (changes := hypotheses[0].changes) else settings
+        by_name = {each.sentence: each for each in several}
+        as_runs = pd.DataFrame([{**run, "run_id": name, "rule": ""} for name in by_name])
+        changes = several[0].changes
+        changed = type(rig)(rig.settings.with_changes(changes)) if changes else rig
         undone = {name: each.undo(samples) for name, each in by_name.items()}
-        judged = _judge(_measured(undone, as_runs, changed, kind), kind).runs
-        good = judged[judged["accepted_points"] > judged["plateaus"] / 2]
-        counts = zip(good["run_id"], good["plateaus"], good["accepted_points"], strict=True)
-        passing += [
-            (accepted, by_name[name])
-            for name, plateaus, accepted in counts
-            if by_name[name].plausible(samples, plateaus)
-        ]
+        judged = _judge(_measured(undone, as_runs, changed)).runs
+        for each in tables.rows(judged[judged["accepted_points"] > judged["plateaus"] / 2]):
+            if by_name[each["run_id"]].plausible(samples, each["plateaus"]):
+                passing.append((each["accepted_points"], by_name[each["run_id"]]))
     if not passing:
         return None
     _, best = max(passing, key=lambda each: each[0])
     # where several units would do, the data do not tell which one it is
-    causes = "; or ".join(each.sentence for _, each in passing if each.rule == best.rule)
-    sentence = f"the run would pass with {causes}; as it is, {run['reason']}"
-    return refusal(best.rule, Finding(sentence), kind, run["run_id"])
+    names = "; or ".join(each.sentence for _, each in passing if each.rule == best.rule)
+    sentence = f"the run would pass with {names}; as it is, {run['reason']}"
+    return Refusal(best.rule, sentence, "", run["run_id"])
 
 
-def collect(
-    shares: list[Curated],
-    unread: list[pd.DataFrame],
-    settings: Settings,
-    kind: RigKind = TRACTION_RIG,
-) -> Curated:
-    """All shares of a campaign as one, judged by the rules that compare runs with each other.
+def collect(curated: Curated, settings: Settings, kind: type[RigKind] = TractionRig) -> Curated:
+    """All shares of a campaign, judged by the rules that compare runs with each other.
 
     Args:
-        shares: What `curate` made of each share.
-        unread: What ingest put into quarantine.
+        curated: What `curate_parts` made of all shares.
         settings: Settings of the run.
         kind: The kind of rig.
     """
-    points = pd.concat([share.points for share in shares], ignore_index=True)
-    runs = pd.concat([share.runs for share in shares], ignore_index=True)
-    quarantine = [*unread, *(share.quarantine for share in shares)]
+    points, runs, quarantine = curated.points, curated.runs, curated.quarantine
     if again := repeated(points, runs, kind, settings):
         points = _refuse_plateaus(points, again, kind)
         runs = _with_verdicts(runs, points, again)
-        quarantine.append(quarantine_rows(again, runs))
+        quarantine = pd.concat([quarantine, quarantine_rows(again, runs, kind)])
     runs = with_campaign_warnings(runs, points, kind, settings)
+    order = ["file", "run_id", "first_row", "rule"]
     return Curated(
         points.sort_values(["run_id", "first_row"], ignore_index=True),
         runs.sort_values("run_id", ignore_index=True),
-        pd.concat(quarantine, ignore_index=True).sort_values(
-            ["file", "run_id", "first_row", "rule"], ignore_index=True
-        ),
+        quarantine.sort_values(order, ignore_index=True),
     )
 
 
@@ -294,32 +236,33 @@ def _by_run(samples: pd.DataFrame) -> dict[str, Columns]:
 
 
 def _table_of_plateaus(
-    plateaus_of: Mapping[str, Columns], runs: pd.DataFrame, settings: Settings, kind: RigKind
+    plateaus_of: Mapping[str, Columns], runs: pd.DataFrame, rig: RigKind
 ) -> pd.DataFrame:
     """All plateaus with what they carry of their run and what needs rig and oil."""
     if not plateaus_of:
-        return tables.empty(kind.table)
+        return tables.empty(rig.table)
     measured = list(plateaus_of.values())
     counts = [len(plateaus["time_s"]) for plateaus in measured]
-    about = runs.loc[list(plateaus_of), list(kind.carried)]
+    about = runs.loc[list(plateaus_of), list(rig.carried)]
     carried = about.reset_index().take(np.repeat(np.arange(len(counts)), counts))
     points = carried.reset_index(drop=True).assign(
         **{name: np.concatenate([run[name] for run in measured]) for name in measured[0]}
     )
-    points = kind.complete(points, settings)
+    points = rig.complete(points)
     # no table may hold such numbers, as mu has under no load at all
     numbers = points.select_dtypes("float")
     return points.assign(**numbers.mask(numbers.abs() >= tables.LARGEST))
 
 
-def _judge(measured: _Measured, kind: RigKind) -> Curated:
+def _judge(measured: _Measured) -> Curated:
     """Plateaus and runs with their verdicts, and the runs that were refused."""
-    points, runs, limits = measured.points, measured.runs, measured.limits
+    points, runs, rig = measured.points, measured.runs, measured.rig
     refused = measured.refused
-    failed = judge_plateaus(points, kind, limits)
+    failed = judge_plateaus(points, rig)
     unrefused = ~points["run_id"].isin(list(refused))
-    by_plateaus = list(runs_not_usable(points[unrefused], failed[unrefused], kind, limits))
-    points = _refuse_plateaus(with_gates(points, failed), list(refused.values()), kind)
+    by_plateaus = list(runs_not_usable(points[unrefused], failed[unrefused], rig))
+    points = points.assign(failed_gates=failed_gates.as_text(failed), accepted=~failed.any(axis=1))
+    points = _refuse_plateaus(points, list(refused.values()), type(rig))
     some_pass = set(points.loc[points["accepted"], "run_id"])
     # the plateaus stay, whatever the rig, with the gate of their run beside their own
     points = failed_gates.with_gate_of_run(
@@ -329,14 +272,13 @@ def _judge(measured: _Measured, kind: RigKind) -> Curated:
     of_runs = {each.run_id: each for each in (*refused.values(), *by_plateaus)}
     ordered = [of_runs[run_id] for run_id in runs["run_id"] if run_id in of_runs]
     runs = _with_verdicts(runs, points, ordered)
-    return Curated(
-        points[tables.columns(kind.table)],
-        runs,
-        quarantine_rows([*ordered, *measured.partly], runs),
-    )
+    quarantine = quarantine_rows([*ordered, *measured.partly], runs, type(rig))
+    return Curated(points[tables.columns(rig.table)], runs, quarantine)
 
 
-def _refuse_plateaus(points: pd.DataFrame, refused: list[Refusal], kind: RigKind) -> pd.DataFrame:
+def _refuse_plateaus(
+    points: pd.DataFrame, refused: list[Refusal], kind: type[RigKind]
+) -> pd.DataFrame:
     """Plateaus of which those of refused runs are refused too, or left out, as the rig has it."""
     gate_of_run = {each.run_id: each.rule for each in refused}
     if kind.keeps_refused_runs:

@@ -16,8 +16,8 @@ from typing import Any
 
 import numpy as np
 
-from oilfilm.curation.gate import Columns
 from oilfilm.curation.statistics import median
+from oilfilm.logs.base import Columns
 from oilfilm.settings.config import StepSettings
 from oilfilm.settings.rig import Rig
 from oilfilm.units import RAD_S_PER_RPM
@@ -74,13 +74,7 @@ _USUAL, _ALMOST_ALL = 0.005, 0.95
 _ROLLING = 2.0
 _BALL, _DISC = "ball_speed_m_s", "disc_speed_m_s"
 # Unit, the unit that it is labelled as, and what the numbers must be multiplied by.
-_TIME_UNITS = (
-    ("ms", "s", 1e-3),
-    ("min", "s", 60.0),
-    ("s", "ms", 1e3),
-    ("us", "s", 1e-6),
-    ("h", "s", 3600.0),
-)
+_TIME_UNITS = (("ms", "s", 1e-3), ("min", "s", 60.0), ("s", "ms", 1e3))
 _FORCE_UNITS = {
     "1000 times smaller, as mN labelled N would be, or a load in kN": 1e-3,
     "102 times smaller, as gf labelled N would be": 9.80665e-3,

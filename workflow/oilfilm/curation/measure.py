@@ -10,78 +10,67 @@ import numpy as np
 import pandas as pd
 
 from oilfilm.curation import statistics
-from oilfilm.curation.gate import Columns, Fault, Run, Signals
-from oilfilm.curation.rig_kind import Division, RigKind, nothing
+from oilfilm.curation.rig_kind import Division, RigKind, Run, Signals, nothing
 from oilfilm.curation.statistics import MAD_TO_SIGMA, median
 from oilfilm.curation.zero import moved_zero, phase_too_short, sliding_phase, zero_reference
-from oilfilm.settings.config import CurationSettings, PlateauSettings, TorquePlateauSettings
-from oilfilm.settings.resolved import Settings
+from oilfilm.logs.base import Columns, Refusal
+from oilfilm.settings.config import StepSettings
 from oilfilm.units import BoolArray, FloatArray, IndexArray
 
-Levels = PlateauSettings | TorquePlateauSettings
 
-
-def measure(
-    signals: Signals, kind: RigKind, rig: str, settings: Settings, settled: bool = False
-) -> Run:
+def measure(signals: Signals, rig: RigKind, name: str, settled: bool = False) -> Run:
     """The plateaus of a run, less the zero of its sensor.
 
     Args:
         signals: The run.
-        kind: The kind of rig.
-        rig: Name of the rig.
-        settings: Settings of the run.
+        rig: The rig.
+        name: Name of its file.
         settled: Each row is a settled reading already, the zero removed by the rig.
     """
-    channels = kind.sensor, kind.load, kind.channels
     if settled:
-        return Run(signals, signals, _readings(signals, kind, settings.curation), *channels)
-    curation, limits = settings.curation, kind.limits(settings)
-    parts = kind.divide(signals, rig, settings)
+        return Run(rig, signals, signals, _readings(signals, rig))
+    parts = rig.divide(signals, name)
     usable = parts.signals
-    served, flaw = _usable_phases(parts, settings, limits.zero.min_duration_s)
-    starts, stops = _without(parts, served if parts.in_levels else [], curation)
-    averages = average(usable, starts, stops, kind, curation)
+    served, flaw = _usable_phases(parts, rig)
+    starts, stops = _without(parts, served if parts.in_levels else [], rig)
+    averages = average(usable, starts, stops, rig)
     if flaw is not None:
         output = output_se = nothing(len(starts))
     else:
-        spike = curation.spikes.threshold
-        zero = zero_reference(parts.at_rest, kind.sensor.column, parts.phases, spike)
+        spike = rig.settings.curation.spikes.threshold
+        zero = zero_reference(parts.at_rest, rig.sensor.column, parts.phases, spike)
         output, output_se = zero.at(averages["time_s"]), zero.standard_error_at(averages["time_s"])
-        flaw = moved_zero(zero, parts, kind.sensor, limits.zero_drift_max)
-    plateaus, working = kind.derive(averages, output, output_se), usable.at(parts.working)
-    run = Run(signals, working, plateaus, *channels, flaw, parts.too_short)
-    return replace(run, flaw=kind.zero_fault(run, parts, rig, settings))
+        flaw = moved_zero(zero, parts, rig.sensor, rig.zero_drift_max)
+    plateaus, working = rig.derive(averages, output, output_se), usable.at(parts.working)
+    run = Run(rig, signals, working, plateaus, flaw, parts.too_short)
+    return replace(run, flaw=rig.zero_fault(run, parts, name))
 
 
-def _readings(signals: Signals, kind: RigKind, settings: CurationSettings) -> Columns:
+def _readings(signals: Signals, rig: RigKind) -> Columns:
     """Each row as a plateau without errors and changes; the rig has removed the zero."""
     rows = np.arange(len(signals))
-    alone = average(signals, rows, rows + 1, kind, settings)
+    alone = average(signals, rows, rows + 1, rig)
     averages = {**signals.columns, **alone, "duration_s": nothing(len(rows))}
     averages["n_samples"] = np.ones(len(rows), dtype=np.int64)
-    return kind.derive(averages, np.zeros(len(rows)), nothing(len(rows)))
+    return rig.derive(averages, np.zeros(len(rows)), nothing(len(rows)))
 
 
-def _usable_phases(
-    parts: Division, settings: Settings, least_s: float
-) -> tuple[list[slice], Fault | None]:
+def _usable_phases(parts: Division, rig: RigKind) -> tuple[list[slice], Refusal | None]:
     """The phases at rest up to the first that gives no zero, and what is wrong with that one."""
     usable: list[slice] = []
-    slip = settings.curation.zero_reference.max_slide_roll_ratio
+    slip = rig.settings.curation.zero_reference.max_slide_roll_ratio
     for name, part in parts.phases.items():
-        problem = phase_too_short(parts.at_rest, part, f"{name} phase of {parts.words}", least_s)
+        words, least_s = f"{name} phase of {parts.words}", rig.zero.min_duration_s
+        problem = phase_too_short(parts.at_rest, part, words, least_s)
         if problem is None and parts.in_levels:
             problem = sliding_phase(parts, name, slip)
         if problem is not None:
-            return usable, ("zero_missing", problem)
+            return usable, problem
         usable.append(part)
     return usable, None
 
 
-def _without(
-    parts: Division, phases: list[slice], curation: CurationSettings
-) -> tuple[IndexArray, IndexArray]:
+def _without(parts: Division, phases: list[slice], rig: RigKind) -> tuple[IndexArray, IndexArray]:
     """Starts and stops of the levels less the phases that have served the zero.
 
     What is left of such a level is a plateau where it is long enough.
@@ -90,7 +79,7 @@ def _without(
     for phase in phases:
         served = (starts < phase.stop) & (stops > phase.start)
         starts = np.where(served, phase.stop, starts)
-        kept = ~served | ((stops - starts) * signals.interval_s >= curation.plateaus.min_duration_s)
+        kept = ~served | ((stops - starts) * signals.interval_s >= rig.plateaus.min_duration_s)
         starts, stops = starts[kept], stops[kept]
     if len(signals) == 0:
         return starts[:0], stops[:0]
@@ -99,29 +88,23 @@ def _without(
     return np.minimum(starts, stops - 1), stops
 
 
-def average(
-    signals: Signals,
-    starts: IndexArray,
-    stops: IndexArray,
-    kind: RigKind,
-    settings: CurationSettings,
-) -> Columns:
+def average(signals: Signals, starts: IndexArray, stops: IndexArray, rig: RigKind) -> Columns:
     """Means over plateaus, spikes of the sensor left out, with errors, changes and transients.
 
     Args:
         signals: The run.
         starts: First sample of each plateau.
         stops: The sample past its last one.
-        kind: The kind of rig.
-        settings: `curation` of the configuration.
+        rig: The rig.
     """
-    names = ("time_s", *kind.means)
-    logged = np.stack([signals.time_s, *(signals[name] for name in kind.means)])
+    settings = rig.settings.curation
+    names = ("time_s", *rig.means)
+    logged = np.stack([signals.time_s, *(signals[name] for name in rig.means)])
     stretches, inside = statistics.cut(logged, starts, stops)
     values = dict(zip(names, stretches, strict=True))
-    wild = statistics.spikes(values[kind.sensor.column], inside, settings.spikes.threshold)
+    wild = statistics.spikes(values[rig.sensor.column], inside, settings.spikes.threshold)
     inside &= ~wild
-    rows = statistics.rows_per_reading(signals[kind.sensor.column])
+    rows = statistics.rows_per_reading(signals[rig.sensor.column])
     means = dict(zip(names, statistics.means(stretches, inside), strict=True))
     shares = 1 / 2, settings.plateaus.transient_share
     halves, beginning = (statistics.first_part(inside, part) for part in shares)
@@ -134,12 +117,11 @@ def average(
         **means,
         **{
             f"{name}_se": statistics.standard_errors(values[name], inside, means[name])
-            for name in kind.errors
+            for name in rig.errors
         },
-        **{f"{name}_change": -_excess(values[name], inside, halves) for name in kind.changes},
+        **{f"{name}_change": -_excess(values[name], inside, halves) for name in rig.changes},
         **{
-            f"{name}_transient": _excess(values[name], inside, beginning)
-            for name in kind.transients
+            f"{name}_transient": _excess(values[name], inside, beginning) for name in rig.transients
         },
     }
 
@@ -150,7 +132,7 @@ def _excess(values: FloatArray, inside: BoolArray, first: BoolArray) -> FloatArr
 
 
 def find_steps(
-    level: FloatArray, interval_s: float, min_step: float, settings: Levels
+    level: FloatArray, interval_s: float, min_step: float, settings: StepSettings
 ) -> IndexArray:
     """Indices at which a signal steps to another level.
 
@@ -180,7 +162,7 @@ def find_steps(
 
 
 def settled_parts(
-    samples: int, steps: IndexArray, interval_s: float, settings: Levels
+    samples: int, steps: IndexArray, interval_s: float, settings: StepSettings
 ) -> tuple[IndexArray, IndexArray]:
     """First and past-the-last index of the steady part of each level between the steps.
 

@@ -1,4 +1,4 @@
-"""Runs that repeat each other: copies, names given twice, conditions run twice, wrong labels.
+"""Runs that repeat each other: copies, conditions run twice, wrong labels.
 
 What one log cannot show, the others of its rig may: a channel that never moves.
 
@@ -19,18 +19,11 @@ import pandas as pd
 from scipy.spatial import cKDTree
 
 from oilfilm.curation.coverage import SET_POINTS, with_levels
-from oilfilm.curation.gate import TRACTION, found
-from oilfilm.curation.rig_kind import RigKind
-from oilfilm.curation.verdicts import refusal
+from oilfilm.curation.gate import fault
+from oilfilm.curation.rig_kind import TRACTION, RigKind
 from oilfilm.logs.base import Refusal
 from oilfilm.settings.resolved import Settings
-from oilfilm.units import FloatArray
 
-# Rule, run, and what the rule's sentence needs.
-Case = tuple[str, str, dict[str, Any]]
-
-# Copies of one log in other formats differ by the rounding of their numbers, two runs by more.
-_ROUNDING = 1e-4
 # Fewer plateaus may agree by chance.
 _PLATEAUS = 3
 # So many plateaus, apart by this share of their errors in the mean square, of slip and of mu: with
@@ -52,7 +45,7 @@ _SCALES = {
 
 
 def repeated(
-    points: pd.DataFrame, runs: pd.DataFrame, kind: RigKind, settings: Settings
+    points: pd.DataFrame, runs: pd.DataFrame, kind: type[RigKind], settings: Settings
 ) -> list[Refusal]:
     """Refusals of accepted runs that repeat or contradict others, those of copies first.
 
@@ -64,40 +57,29 @@ def repeated(
         kind: The kind of rig.
         settings: Settings of the run.
     """
-    traction = kind.name == TRACTION
-    once = traction and settings.campaign.repeated_conditions != "accept"
-    cases_of: dict[str, Refusal] = {}
-    for wanted, cases in (
-        (True, lambda left: _readings(points, left, kind)),
-        (traction, _labels),
-        (once, lambda left: _conditions(points, left, settings)),
-    ):
-        left = runs[(runs["verdict"] == "accepted") & ~runs["run_id"].isin(cases_of)]
-        if wanted and len(left) > 1:
-            for rule, run_id, about in cases(left.sort_values(["file", "run_id"])):
-                cases_of.setdefault(run_id, refusal(rule, found(rule, **about), kind, run_id))
-    return list(cases_of.values())
+    left = runs[runs["verdict"] == "accepted"].sort_values(["file", "run_id"])
+    refused: dict[str, Refusal] = {}
+    for case in _readings(points, left, kind):
+        refused.setdefault(case.run_id, case)
+    if kind.name == TRACTION and settings.campaign.repeated_conditions != "accept":
+        left = left[~left["run_id"].isin(refused)]
+        refused |= {case.run_id: case for case in _conditions(points, left, settings)}
+    return list(refused.values())
 
 
-def _readings(points: pd.DataFrame, runs: pd.DataFrame, kind: RigKind) -> Iterator[Case]:
+def _readings(points: pd.DataFrame, runs: pd.DataFrame, kind: type[RigKind]) -> Iterator[Refusal]:
     """Copies of an earlier log, and the same readings under the names of two oils."""
     pairs = list(_same_readings(points, runs, kind))
     for first, later in pairs:
         if first.oil == later.oil:
-            yield "duplicate_log", later.run_id, {"kept": first.run_id}
+            yield fault("duplicate_log", run_id=later.run_id, kept=first.run_id)
     for pair in pairs:
         for run, other in (pair, pair[::-1]):
             if run.oil != other.oil:
-                yield "conflicting_labels", run.run_id, {"other": other}
+                yield fault("conflicting_labels", run_id=run.run_id, other=other)
 
 
-def _labels(runs: pd.DataFrame) -> Iterator[Case]:
-    """The name of an earlier run."""
-    for first, *others in _same(runs, ["label"]):
-        yield from (("repeated_label", later.run_id, {"kept": first.run_id}) for later in others)
-
-
-def _conditions(points: pd.DataFrame, runs: pd.DataFrame, settings: Settings) -> Iterator[Case]:
+def _conditions(points: pd.DataFrame, runs: pd.DataFrame, settings: Settings) -> Iterator[Refusal]:
     """Runs of one condition: curves that contradict each other, and all but one of the others.
 
     Two runs contradict each other beyond `repeat_difference_max`. Of three or more, one that is off
@@ -120,10 +102,11 @@ def _conditions(points: pd.DataFrame, runs: pd.DataFrame, settings: Settings) ->
             more = f" (and {len(against) - 1} more)" if len(against) > 1 else ""
             agree = f"; the others agree within {max(mutual):.1%}" if mutual else ""
             about = dict(other=against[0], more=more, apart=to_others[against[0]], agree=agree)
-            yield "conflicting_condition", run_id, {**about, "allowed": min(limit, allowed)}
+            about["allowed"] = min(limit, allowed)
+            yield fault("conflicting_condition", run_id=run_id, **about)
         for later in kept[1:]:
-            about = {"kept": kept[0], "apart": apart[frozenset((kept[0], later))]}
-            yield "duplicate_condition", later, about
+            about = dict(kept=kept[0], apart=apart[frozenset((kept[0], later))])
+            yield fault("duplicate_condition", run_id=later, **about)
 
 
 def _compared_conditions(
@@ -157,26 +140,16 @@ def _same(runs: pd.DataFrame, key: list[str]) -> Iterator[list[Any]]:
 
 
 def _same_readings(
-    points: pd.DataFrame, runs: pd.DataFrame, kind: RigKind
+    points: pd.DataFrame, runs: pd.DataFrame, kind: type[RigKind]
 ) -> Iterator[tuple[Any, Any]]:
-    """Pairs of runs out of files of one content, or with plateaus that agree in rows and means."""
+    """Pairs of runs out of files of one content, or with plateaus of the same noise."""
     named: dict[str, Any] = {str(run.run_id): run for run in runs.itertuples()}
     # a file may hold several runs
     places = [f"in {run_id.removeprefix(run.file)}" for run_id, run in named.items()]
     for first, *others in _same(runs.assign(place=places), ["content_sha256", "place"]):
         yield from ((first, later) for later in others)
-    points = points[points["run_id"].isin(named)]
-    first_rows = points["first_row"].to_numpy()
-    means = points[list(kind.means)].to_numpy(float)
-    alike: dict[tuple[int, ...], list[tuple[Any, FloatArray]]] = {}
-    for run_id, at in points.groupby("run_id").indices.items():
-        if len(at) >= _PLATEAUS:
-            alike.setdefault(tuple(first_rows[at]), []).append((named[str(run_id)], means[at]))
-    for group in alike.values():
-        for first, later in _equal_pairs(np.array([means for _, means in group])):
-            yield group[first][0], group[later][0]
     if kind.name == TRACTION:
-        for name, other in _same_noise(points):
+        for name, other in _same_noise(points[points["run_id"].isin(named)]):
             yield named[name], named[other]
 
 
@@ -202,36 +175,15 @@ def _same_noise(points: pd.DataFrame) -> Iterator[tuple[str, str]]:
         for columns in (means, errors, ["load_n", "entrainment_speed_m_s", "inlet_temperature_c"])
     )
     near = np.nan_to_num(at[:, -_PLATEAUS:].reshape(len(names), -1))
-    for one, other in _near_pairs(near, _NEAR * np.abs(near).max(axis=0, initial=0.0)):
+    reach = _NEAR * np.abs(near).max(axis=0)
+    scaled = near / np.where(reach > 0, reach, 1.0)
+    for one, other in sorted(cKDTree(scaled).query_pairs(1.0, p=np.inf)):
         apart = values[one] - values[other]
         # the zero of the force may be that of other rows, and rounding moves the speeds
         apart -= np.median(apart, axis=0)
         relative = apart / np.hypot(se[one], se[other])
         if (np.sqrt(np.mean(relative**2, axis=0)) < _NO_NOISE).all():
             yield names[one], names[other]
-
-
-def _equal_pairs(values: FloatArray) -> Iterator[tuple[int, int]]:
-    """Pairs of runs whose means agree to within rounding, in the order of the runs.
-
-    Args:
-        values: Means of each run, shape (runs, plateaus, means).
-    """
-    unknown, values = np.isnan(values), np.nan_to_num(values)
-    largest = np.abs(values).max(axis=1)
-    reach = np.broadcast_to(_ROUNDING * largest.max(axis=0), values.shape[1:])
-    for one, other in _near_pairs(values.reshape(len(values), -1), reach.ravel()):
-        allowed = _ROUNDING * np.maximum(largest[one], largest[other])
-        same = (np.abs(values[one] - values[other]) <= allowed) & (unknown[one] == unknown[other])
-        if same.all():
-            yield one, other
-
-
-def _near_pairs(values: FloatArray, reach: FloatArray) -> list[tuple[int, int]]:
-    """Pairs of rows that differ by no more than the reach of each column, in their order."""
-    # a little more than the reach, which rounding must not cut
-    scaled = values / np.where(reach > 0, 1.01 * reach, 1.0)
-    return sorted(cKDTree(scaled).query_pairs(1.0, p=np.inf)) if len(values) > 1 else []
 
 
 def _difference(first: pd.DataFrame, later: pd.DataFrame, settings: Settings) -> float:
@@ -254,7 +206,7 @@ def _difference(first: pd.DataFrame, later: pd.DataFrame, settings: Settings) ->
 
 
 def with_campaign_warnings(
-    runs: pd.DataFrame, points: pd.DataFrame, kind: RigKind, settings: Settings
+    runs: pd.DataFrame, points: pd.DataFrame, kind: type[RigKind], settings: Settings
 ) -> pd.DataFrame:
     """Runs with warnings that only the other runs of their rig, or its file, can give."""
     if kind.name != TRACTION:
@@ -281,7 +233,8 @@ def _of_rig(
         for column, key in _SCALES.items() if scale else ():
             largest, full = of_run[column].abs().max(), getattr(scale, key)
             if largest > full:
-                doubts.append(found("full_scale", column=column, of=largest, full=full, key=key)[0])
+                about = dict(column=column, of=largest, full=full, key=key)
+                doubts.append(fault("full_scale", **about).reason)
         yield from ((str(run_id), f"{each}; correct {name}.yaml") for each in doubts)
 
 
@@ -296,4 +249,4 @@ def _constant_channels(points: pd.DataFrame, runs: pd.DataFrame) -> Iterator[tup
                 moving = dict(name=name, others=(~of_rig).sum(), runs=len(of_rig))
                 for run_id in of_rig.index[of_rig]:
                     value = of_runs["min"].loc[run_id]
-                    yield str(run_id), found("constant_channel", value=value, **moving)[0]
+                    yield str(run_id), fault("constant_channel", value=value, **moving).reason

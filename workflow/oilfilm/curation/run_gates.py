@@ -11,20 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from oilfilm.curation.gate import (
-    Fault,
-    Finding,
-    Found,
-    Gate,
-    Gates,
-    Limits,
-    Run,
-    RunJudge,
-    TorqueLimits,
-    TractionLimits,
-    fault,
-    unit_hint,
-)
+from oilfilm.curation.gate import Found, Gate, Gates, RunJudge, fault, refused, unit_hint
+from oilfilm.curation.rig_kind import RigKind, Run
 from oilfilm.curation.statistics import (
     MAD_TO_SIGMA,
     changed,
@@ -33,6 +21,8 @@ from oilfilm.curation.statistics import (
     median,
     rows_per_reading,
 )
+from oilfilm.curation.traction_rig import TractionRig
+from oilfilm.logs.base import Refusal
 from oilfilm.units import BoolArray, FloatArray
 
 RUN_GATES: Gates[RunJudge] = Gates()
@@ -60,69 +50,68 @@ _AROUND = 20
 _CHANCE = 1e-9
 
 
-def first_fault(run: Run, rig: str, limits: Limits) -> Fault | None:
-    """Rule and finding of the first gate that refuses a run, if one does."""
-    for each in RUN_GATES.of(rig):
-        for found in each.judge(run, limits):
-            rows = (int(found.get(row, 0)) for row in ("first", "last"))
-            return each.name, Finding(_sentence(each, run, limits, found), *rows)
+def first_fault(run: Run) -> Refusal | None:
+    """The refusal by the first gate that refuses a run, if one does."""
+    for each in RUN_GATES.of(run.rig.name):
+        for found in each.judge(run, run.rig):
+            return refused(each.name, _sentence(each, run, found), found)
     if run.flaw is None and len(run.plateaus["time_s"]) == 0:
         return fault("no_plateau")
     return run.flaw
 
 
-def warning(run: Run, rig: str, limits: Limits) -> str:
+def warning(run: Run) -> str:
     """All warnings about a run, each with its name; empty where there is none."""
     return "; ".join(
-        f"{each.name}: {_sentence(each, run, limits, found)}"
-        for each in WARNINGS.of(rig)
-        for found in each.judge(run, limits)
+        f"{each.name}: {_sentence(each, run, found)}"
+        for each in WARNINGS.of(run.rig.name)
+        for found in each.judge(run, run.rig)
     )
 
 
-def _sentence(of: Gate[RunJudge], run: Run, limits: Limits, found: dict[str, Any]) -> str:
-    return of.sentence(limits, sensor=run.sensor, **found)
+def _sentence(of: Gate[RunJudge], run: Run, found: dict[str, Any]) -> str:
+    return of.sentence(run.rig, sensor=run.rig.sensor, **found)
 
 
 @gate
-def time_disorder(run: Run, limits: Limits) -> Found:
+def time_disorder(run: Run, rig: RigKind) -> Found:
     """The clock stands still or runs backwards."""
     backward = np.flatnonzero(np.diff(run.signals.time_s) <= 0)
     if len(backward):
-        both = backward[0] + np.arange(2)
-        before, after = run.signals.time_s[both]
-        first, last = run.signals.row[both]
-        yield dict(rows=len(backward), before=before, after=after, first=first, last=last)
+        place = backward[0]
+        before, after = run.signals.time_s[place : place + 2]
+        rows = run.signals.rows(place, place + 1)
+        yield dict(rows=len(backward), before=before, after=after, **rows)
 
 
 @gate
-def missing_readings(run: Run, limits: Limits) -> Found:
+def missing_readings(run: Run, rig: RigKind) -> Found:
     """So many rows in one place cannot be read that the run has a hole."""
     row, steps = run.signals.row, np.diff(run.signals.row)
     # a log that writes a slow channel in every twentieth row only has steps of 20 rows
-    longest = limits.gates.clock_jump_intervals * median(steps)
+    longest = rig.gates.clock_jump_intervals * median(steps)
     if steps.max(initial=0) > longest:  # of a single row it is NaN
         hole = int(np.argmax(steps))
         yield dict(first=row[hole] + 1, last=row[hole + 1] - 1, allowed=longest - 1)
 
 
 @gate
-def clock_jump(run: Run, limits: Limits) -> Found:
+def clock_jump(run: Run, rig: RigKind) -> Found:
     """The clock jumps ahead."""
     gaps = np.diff(run.signals.time_s)
-    longest_s = limits.gates.clock_jump_intervals * run.signals.interval_s
+    longest_s = rig.gates.clock_jump_intervals * run.signals.interval_s
     if gaps.max(initial=0) > longest_s:  # of settled readings without time it is NaN
         longest = int(np.argmax(gaps))
-        first, last = run.signals.row[[longest, longest + 1]]
-        yield dict(gap=gaps[longest], first=first, last=last, allowed=longest_s)
+        rows = run.signals.rows(longest, longest + 1)
+        yield dict(gap=gaps[longest], allowed=longest_s, **rows)
 
 
 @gate
-def same_channel(run: Run, limits: Limits) -> Found:
+def same_channel(run: Run, rig: RigKind) -> Found:
     """A run without a zero has the same readings in two channels."""
-    if run.flaw is None or run.flaw[0] != "zero_missing":
+    if run.flaw is None or run.flaw.rule != "zero_missing":
         return
-    for one, other in combinations(run.channels, 2):
+    for one, other in combinations(run.rig.channels, 2):
         values = run.signals[one.column]
         apart = np.mean(np.abs(values - run.signals[other.column]))
         # but for the rounding of other units
@@ -131,19 +120,19 @@ def same_channel(run: Run, limits: Limits) -> Found:
 
 
 @gate
-def never_turns(run: Run, limits: TorqueLimits) -> Found:
+def never_turns(run: Run, rig: RigKind) -> Found:
     """The bearing stands still from the first row to the last."""
     fastest_rpm = float(np.abs(run.signals["inner_speed_rpm"]).max())
-    if not fastest_rpm > limits.zero.max_speed_rpm:
+    if not fastest_rpm > rig.settings.torque_logs.tare.max_speed_rpm:
         yield dict(fastest=fastest_rpm)
 
 
 @gate
-def held_readings(run: Run, limits: Limits) -> Found:
+def held_readings(run: Run, rig: RigKind) -> Found:
     """The sensor is read so slowly that a plateau has few readings of its own."""
     durations = run.plateaus["duration_s"]
-    plateau_s = median(durations) if len(durations) else limits.plateaus.min_duration_s
-    rows = rows_per_reading(run.signals[run.sensor.column])
+    plateau_s = median(durations) if len(durations) else rig.plateaus.min_duration_s
+    rows = rows_per_reading(run.signals[run.rig.sensor.column])
     hold_s = rows * run.signals.interval_s
     if rows > 1 and plateau_s < _FEWEST_READINGS * hold_s:
         readings = int(plateau_s / hold_s)
@@ -152,11 +141,11 @@ def held_readings(run: Run, limits: Limits) -> Found:
 
 
 @gate
-def stuck_channel(run: Run, limits: Limits) -> Found:
+def stuck_channel(run: Run, rig: RigKind) -> Found:
     """A signal that shows noise stops moving for part of the run."""
-    for channel in run.channels:
+    for channel in run.rig.channels:
         values = run.working[channel.column]
-        start, stop = _long_hold(values, run, limits)
+        start, stop = _long_hold(values, run, rig)
         if start == stop:
             continue
         others = np.delete(values, np.s_[start + 1 : stop])
@@ -167,75 +156,75 @@ def stuck_channel(run: Run, limits: Limits) -> Found:
         sides = [side for side in (before, after[:_AROUND]) if len(side) > _AROUND / 2]
         noisy = is_noise(updates) and all(map(is_noise, sides))
         if noisy and len(values) * repeats ** (stop - start) < _CHANCE:
-            first, last = run.working.row[[start, stop - 1]]
-            yield dict(channel=channel, value=values[start], first=first, last=last)
+            rows = run.working.rows(start, stop - 1)
+            yield dict(channel=channel, value=values[start], **rows)
 
 
-def _long_hold(values: FloatArray, run: Run, limits: Limits) -> tuple[int, int]:
+def _long_hold(values: FloatArray, run: Run, rig: RigKind) -> tuple[int, int]:
     """The longest stretch of one value, as `longest_hold`; empty where it is not suspicious."""
     start, stop = longest_hold(values) if len(values) else (0, 0)
-    long = (stop - start) * run.signals.interval_s >= limits.stuck.duration_s
-    return (start, stop) if long and stop - start >= limits.stuck.samples else (0, 0)
+    long = (stop - start) * run.signals.interval_s >= rig.stuck.duration_s
+    return (start, stop) if long and stop - start >= rig.stuck.samples else (0, 0)
 
 
-def _sliding(run: Run, limits: TractionLimits) -> BoolArray:
+def _sliding(run: Run, rig: TractionRig) -> BoolArray:
     """The plateaus at which the sign and the size of the traction can be judged."""
-    return np.asarray(np.abs(run.plateaus["slide_roll_ratio"]) > limits.gates.sign_slip_min)
+    return np.asarray(np.abs(run.plateaus["slide_roll_ratio"]) > rig.gates.sign_slip_min)
 
 
-def _usual_size(run: Run, limits: TractionLimits) -> float:
-    return median(np.abs(run.plateaus["traction_coefficient"][_sliding(run, limits)]))
+def _usual_size(run: Run, rig: TractionRig) -> float:
+    return median(np.abs(run.plateaus["traction_coefficient"][_sliding(run, rig)]))
 
 
 @gate
-def no_traction(run: Run, limits: TractionLimits) -> Found:
+def no_traction(run: Run, rig: TractionRig) -> Found:
     """The traction coefficients of the sliding plateaus are smaller than those of any oil."""
-    yield from _small_traction(run, limits, limits.gates.sliding_traction_min)
+    yield from _small_traction(run, rig, rig.gates.sliding_traction_min)
 
 
-def _small_traction(run: Run, limits: TractionLimits, least: float) -> Found:
-    size = _usual_size(run, limits)
-    usual, most = limits.gates.sliding_traction_usual, limits.gates.traction_max
+def _small_traction(run: Run, rig: TractionRig, least: float) -> Found:
+    size = _usual_size(run, rig)
+    usual, most = rig.gates.sliding_traction_usual, rig.gates.traction_max
     if size < least:
         hint = unit_hint("traction force", lambda newton: usual <= size * newton <= most)
         yield dict(size=size, hint=hint)
 
 
 @gate
-def impossible_traction(run: Run, limits: TractionLimits) -> Found:
+def impossible_traction(run: Run, rig: TractionRig) -> Found:
     """The zero moves, but the traction is too large by more than a zero explains."""
-    if run.flaw is None or run.flaw[0] != "zero_drift":
+    if run.flaw is None or run.flaw.rule != "zero_drift":
         return
-    size, load_n = _usual_size(run, limits), median(run.plateaus["load_n"])
-    if size - limits.zero_drift_max * _SURE / load_n > limits.gates.traction_max:
-        yield dict(size=size, flaw=run.flaw[1].sentence)
+    size, load_n = _usual_size(run, rig), median(run.plateaus["load_n"])
+    if size - rig.zero.max_drift_n * _SURE / load_n > rig.gates.traction_max:
+        yield dict(size=size, flaw=run.flaw.reason)
 
 
 @gate
-def swapped_sign(run: Run, limits: TractionLimits) -> Found:
+def swapped_sign(run: Run, rig: TractionRig) -> Found:
     """The traction force acts against the slip."""
     along = run.plateaus["traction_force_n"] * np.sign(run.plateaus["slide_roll_ratio"])
-    along = along[_sliding(run, limits)]
-    if median(along) < 0 and (along < 0).mean() >= limits.gates.sign_share:
+    along = along[_sliding(run, rig)]
+    if median(along) < 0 and (along < 0).mean() >= rig.gates.sign_share:
         yield dict(median=median(along))
 
 
 @gate
-def sign_changes(run: Run, limits: TractionLimits) -> Found:
+def sign_changes(run: Run, rig: TractionRig) -> Found:
     """The traction force acts against the slip in one part of the run and along it in another."""
     plateaus = run.plateaus
     slip, force_n = plateaus["slide_roll_ratio"], plateaus["traction_force_n"]
     error_n = _SURE * np.nan_to_num(plateaus["traction_coefficient_se"]) * plateaus["load_n"]
-    sure = _sliding(run, limits) & (np.abs(force_n) > error_n)
+    sure = _sliding(run, rig) & (np.abs(force_n) > error_n)
     against = sure & (force_n * slip < 0)
-    few = max(_FEW, (1 - limits.gates.sign_share) * sure.sum())
+    few = max(_FEW, (1 - rig.gates.sign_share) * sure.sum())
     if few <= against.sum() <= sure.sum() - few:
         begin, end = np.flatnonzero(against)[[0, -1]]
         rows = dict(first=plateaus["first_row"][begin], last=plateaus["last_row"][end])
         yield dict(against=against.sum(), sliding=sure.sum(), **rows)
 
 
-def _ways(run: Run, limits: TractionLimits) -> list[tuple[FloatArray, FloatArray]]:
+def _ways(run: Run, rig: TractionRig) -> list[tuple[FloatArray, FloatArray]]:
     """Rising slips and traction coefficients of each way of a sweep.
 
     It turns back at its inner extreme; fewer points than `branch_points` on either side of it are
@@ -243,7 +232,7 @@ def _ways(run: Run, limits: TractionLimits) -> list[tuple[FloatArray, FloatArray
     """
     slip, mu = run.plateaus["slide_roll_ratio"], run.plateaus["traction_coefficient"]
     known = np.isfinite(slip) & np.isfinite(mu)
-    slip, mu, least = slip[known], mu[known], limits.gates.branch_points
+    slip, mu, least = slip[known], mu[known], rig.gates.branch_points
     parts = [slice(None)]
     if len(slip) >= 2 * least:
         extremes = np.array([np.argmax(slip), np.argmin(slip)])
@@ -255,16 +244,16 @@ def _ways(run: Run, limits: TractionLimits) -> list[tuple[FloatArray, FloatArray
     return [(slip[part][order], mu[part][order]) for part, order in zip(parts, orders, strict=True)]
 
 
-def _curves(run: Run, limits: TractionLimits) -> list[tuple[FloatArray, FloatArray]]:
+def _curves(run: Run, rig: TractionRig) -> list[tuple[FloatArray, FloatArray]]:
     """Those ways of a sweep that have enough points with slip."""
-    sliding = [(slip[slip > 0], mu[slip > 0]) for slip, mu in _ways(run, limits)]
+    sliding = [(slip[slip > 0], mu[slip > 0]) for slip, mu in _ways(run, rig)]
     return [curve for curve in sliding if len(curve[0]) >= _FEWEST_OF_CURVE]
 
 
 @gate
-def order_of_time(run: Run, limits: TractionLimits) -> Found:
+def order_of_time(run: Run, rig: TractionRig) -> Found:
     """The traction falls to nothing at the largest slip, as if the force ran the other way."""
-    for _, mu in _curves(run, limits):
+    for _, mu in _curves(run, rig):
         largest, small, last = mu.max(), mu[:3].max(), mu[-3:]
         falls = -np.diff(last)
         steep = falls.min() > _FALL * largest and falls.sum() > (largest - last[-1]) / 2
@@ -273,10 +262,10 @@ def order_of_time(run: Run, limits: TractionLimits) -> Found:
 
 
 @gate
-def gain_jump(run: Run, limits: TractionLimits) -> Found:
+def gain_jump(run: Run, rig: TractionRig) -> Found:
     """The traction jumps between two slips, and changes little on either side."""
-    for slip, mu in _curves(run, limits):
-        largest, allowed = float(np.abs(mu).max()), limits.gates.traction_jump_max
+    for slip, mu in _curves(run, rig):
+        largest, allowed = float(np.abs(mu).max()), rig.gates.traction_jump_max
         for place in range(3, len(slip) - 1):
             before, after = mu[place - 3 : place], mu[place : place + 3]
             jump, range_ = after[0] - before[-1], max(np.ptp(before), np.ptp(after))
@@ -289,9 +278,9 @@ def gain_jump(run: Run, limits: TractionLimits) -> Found:
 
 
 @gate
-def saturated(run: Run, limits: Limits) -> Found:
+def saturated(run: Run, rig: RigKind) -> Found:
     """A sensor is at the end of its range for part of the run."""
-    for channel in (run.sensor, run.load):
+    for channel in (run.rig.sensor, run.rig.channels[0]):
         values = run.working[channel.column]
         for extreme in (values.max(initial=-np.inf), values.min(initial=np.inf)):
             at_stop = np.flatnonzero(values == extreme)
@@ -300,14 +289,13 @@ def saturated(run: Run, limits: Limits) -> Found:
             logged = run.signals[channel.column] == extreme
             stuck = np.argmax(logged) + np.count_nonzero(logged) == len(logged)
             if (
-                len(at_stop) >= limits.stuck.samples
-                and share > limits.gates.saturated_share
+                len(at_stop) >= rig.stuck.samples
+                and share > rig.gates.saturated_share
                 and not stuck
-                and _piled_up(values, extreme, limits.gates.piled_up_factor)
+                and _piled_up(values, extreme, rig.gates.piled_up_factor)
                 and is_noise(changed(np.delete(values, at_stop)))
             ):
-                first, last = run.working.row[at_stop[[0, -1]]]
-                rows = dict(first=first, last=last)
+                rows = run.working.rows(at_stop[0], at_stop[-1])
                 yield dict(channel=channel, extreme=extreme, share=share, **rows)
 
 
@@ -323,45 +311,44 @@ def _piled_up(values: FloatArray, extreme: float, factor: float) -> bool:
 
 
 @gate
-def stuck_sensor(run: Run, limits: Limits) -> Found:
+def stuck_sensor(run: Run, rig: RigKind) -> Found:
     """The sensor gives exactly the same reading again and again."""
-    values = run.working[run.sensor.column]
-    start, stop = _long_hold(values, run, limits)
+    values = run.working[run.rig.sensor.column]
+    start, stop = _long_hold(values, run, rig)
     if start < stop:
         levels, hint = np.unique(values), ""
         if len(levels) >= _FEWEST_LEVELS and not is_noise(changed(values)):
             step = f"; it moves in steps of {np.diff(levels).min():.2g}"
             hint = f"{step}: log it with more digits, if that is its last one"
-        first, last = run.working.row[[start, stop - 1]]
-        yield dict(value=values[start], first=first, last=last, hint=hint)
+        yield dict(value=values[start], hint=hint, **run.working.rows(start, stop - 1))
 
 
 @gate
-def temperature_drift(run: Run, limits: TractionLimits) -> Found:
+def temperature_drift(run: Run, rig: TractionRig) -> Found:
     """The inlet temperature differs between the plateaus of one run."""
     levels = run.plateaus["inlet_temperature_c"]
     least, most = np.fmin.reduce(levels, initial=np.inf), np.fmax.reduce(levels, initial=-np.inf)
-    if most - least > limits.gates.temperature_drift_max_c:
+    if most - least > rig.gates.temperature_drift_max_c:
         yield dict(least=least, most=most)
 
 
 @gate
-def branches_differ(run: Run, limits: TractionLimits) -> Found:
+def branches_differ(run: Run, rig: TractionRig) -> Found:
     """The traction coefficients of rising and falling slip do not agree."""
-    differences, _ = _branches(run, limits)
+    differences, _ = _branches(run, rig)
     # the median, because other gates judge single wild points
     difference = median(np.abs(differences))
-    if difference > limits.gates.branch_difference_max:
+    if difference > rig.gates.branch_difference_max:
         yield dict(difference=difference, points=len(differences))
 
 
-def _branches(run: Run, limits: TractionLimits) -> tuple[FloatArray, FloatArray]:
+def _branches(run: Run, rig: TractionRig) -> tuple[FloatArray, FloatArray]:
     """Differences of mu between the two ways of a sweep, and mu; empty where it goes one way."""
-    (slip, mu), *back = _ways(run, limits)
+    (slip, mu), *back = _ways(run, rig)
     for back_slip, back_mu in back:
         low, high = max(slip[0], back_slip[0]), min(slip[-1], back_slip[-1])
         shared = (slip >= low) & (slip <= high)
-        if shared.sum() >= limits.gates.branch_points:
+        if shared.sum() >= rig.gates.branch_points:
             return mu[shared] - np.interp(slip[shared], back_slip, back_mu), mu[shared]
     return mu[:0], mu[:0]
 
@@ -384,18 +371,18 @@ _FAR_OFF = 3
 
 
 @WARNINGS.gate
-def little_traction(run: Run, limits: TractionLimits) -> Found:
+def little_traction(run: Run, rig: TractionRig) -> Found:
     """The traction is less than oils have, though not impossible."""
-    yield from _small_traction(run, limits, limits.gates.sliding_traction_usual)
+    yield from _small_traction(run, rig, rig.gates.sliding_traction_usual)
 
 
 @WARNINGS.gate
-def branches_apart(run: Run, limits: TractionLimits) -> Found:
+def branches_apart(run: Run, rig: TractionRig) -> Found:
     """Rising and falling slip differ by a share of the traction: something changes with time."""
-    differences, mu = _branches(run, limits)
-    slides = np.abs(mu) > limits.gates.sliding_traction_min
+    differences, mu = _branches(run, rig)
+    slides = np.abs(mu) > rig.gates.sliding_traction_min
     ratio = median(differences[slides] / mu[slides])
-    if slides.sum() >= limits.gates.branch_points and abs(ratio) > limits.gates.branch_ratio_max:
+    if slides.sum() >= rig.gates.branch_points and abs(ratio) > rig.gates.branch_ratio_max:
         yield dict(ratio=ratio, points=slides.sum())
 
 
@@ -405,24 +392,24 @@ def _noise(run: Run) -> FloatArray:
     No ramp shows in second differences, which have six times the variance of the noise.
     """
     settled = np.isnan(run.plateaus["duration_s"]).all()
-    readings = run.working[run.sensor.column][: 0 if settled else None]
+    readings = run.working[run.rig.sensor.column][: 0 if settled else None]
     return np.abs(np.diff(readings, 2)) / np.sqrt(6)
 
 
 @WARNINGS.gate
-def noisy_sensor(run: Run, limits: Limits) -> Found:
+def noisy_sensor(run: Run, rig: RigKind) -> Found:
     """The readings scatter by a large share of what is measured."""
     each = _noise(run)
     noise = MAD_TO_SIGMA * median(each)
-    largest = float(np.nanmax(np.abs(run.plateaus[run.sensor.column]), initial=0.0))
+    largest = float(np.nanmax(np.abs(run.plateaus[run.rig.sensor.column]), initial=0.0))
     if len(each) >= _CHANGES and noise > _NOISY * largest:
         yield dict(noise=noise, share=noise / largest)
 
 
 @WARNINGS.gate
-def soft_saturation(run: Run, limits: Limits) -> Found:
+def soft_saturation(run: Run, rig: RigKind) -> Found:
     """The sensor has less noise at its largest readings: its amplifier compresses them."""
-    noise, size = _noise(run), np.abs(run.working[run.sensor.column][1:-1])
+    noise, size = _noise(run), np.abs(run.working[run.rig.sensor.column][1:-1])
     if len(noise) == 0:
         return
     largest = np.quantile(size, _ALMOST_ALL)
@@ -435,7 +422,7 @@ def soft_saturation(run: Run, limits: Limits) -> Found:
 
 
 @WARNINGS.gate
-def uneven_clock(run: Run, limits: Limits) -> Found:
+def uneven_clock(run: Run, rig: RigKind) -> Found:
     """Rows come at a fixed interval, but a few of them do not: a digit of their time may be wrong.
 
     A clock that runs backwards or stands still is refused before.

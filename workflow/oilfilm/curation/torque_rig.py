@@ -13,12 +13,13 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from oilfilm.curation.gate import TORQUE as NAME
-from oilfilm.curation.gate import Channel, Columns, Finding, Signals, TorqueLimits, found
+from oilfilm.curation.gate import fault
 from oilfilm.curation.hypotheses import Hypothesis, setting_hypotheses, time_hypotheses
 from oilfilm.curation.measure import find_steps, settled_parts
-from oilfilm.curation.rig_kind import Division, RigKind
+from oilfilm.curation.rig_kind import TORQUE as NAME
+from oilfilm.curation.rig_kind import Channel, Division, RigKind, Signals
 from oilfilm.curation.statistics import median
+from oilfilm.logs.base import Columns, Refusal
 from oilfilm.logs.log_kind import LogKind
 from oilfilm.logs.torque_log import TORQUE
 from oilfilm.settings.config import TorquePlateauSettings
@@ -41,9 +42,8 @@ class TorqueRig(RigKind):
     logs: LogKind = TORQUE
     table = "torque_runs"
     sensor = Channel("torque_n_m", "torque", "N m")
-    load = Channel("axial_load_n", "axial load", "N")
     channels = (
-        load,
+        Channel("axial_load_n", "axial load", "N"),
         Channel("inner_speed_rpm", "speed", "rpm"),
         Channel("oil_temperature_c", "oil temperature", "degC"),
     )
@@ -61,20 +61,28 @@ class TorqueRig(RigKind):
         "oil_temperature_c": "Oil temp.\n(\N{DEGREE SIGN}C)",
     }
 
-    def signals(self, samples: Columns, rig: str, settings: Settings) -> Signals:
+    plateaus: TorquePlateauSettings
+
+    def __init__(self, settings: Settings) -> None:
+        super().__init__(settings)
+        logs = settings.torque_logs
+        self.gates, self.plateaus, self.zero = logs.gates, logs.plateaus, logs.tare
+        self.zero_drift_max = logs.tare.max_drift_n_m
+
+    @staticmethod
+    def signals(samples: Columns, rig: str, settings: Settings) -> Signals:
         """See `RigKind.signals`."""
         columns = {name: samples[name] for name in _SIGNALS}
         return Signals(samples["row"], samples["time_s"], columns)
 
-    def divide(self, signals: Signals, rig: str, settings: Settings) -> Division:
+    def divide(self, signals: Signals, rig: str) -> Division:
         """Levels of speed between the first and the last sample at which the bearing turns."""
-        torque_logs = settings.torque_logs
-        turning = np.abs(signals["inner_speed_rpm"]) > torque_logs.tare.max_speed_rpm
+        turning = np.abs(signals["inner_speed_rpm"]) > self.zero.max_speed_rpm
         if not turning.any():
             none = np.array([], dtype=np.int64)
             return Division(signals, none, none, signals, {})
         first, last = int(np.argmax(turning)), len(turning) - int(np.argmax(turning[::-1]))
-        starts, stops, too_short = _levels(signals, first, last, torque_logs.plateaus)
+        starts, stops, too_short = _levels(signals, first, last, self.plateaus)
         phases = {"opening": slice(0, first), "closing": slice(last, len(turning))}
         return Division(
             signals, starts, stops, signals, phases, working=turning, too_short=too_short
@@ -96,28 +104,19 @@ class TorqueRig(RigKind):
             "load_change": averages["axial_load_n_change"] / loaded,
         }
 
-    def complete(self, points: pd.DataFrame, settings: Settings) -> pd.DataFrame:
+    def complete(self, points: pd.DataFrame) -> pd.DataFrame:
         """The rig of a torque log is its bearing."""
         return points.rename(columns={"rig": "bearing"})
 
-    def hypotheses(self, rig: str, settings: Settings) -> Iterator[Hypothesis]:
+    def hypotheses(self, rig: str) -> Iterator[Hypothesis]:
         """See `RigKind.hypotheses`."""
         yield from time_hypotheses()
-        yield from setting_hypotheses("torque_logs", settings.torque_logs.plateaus, "min_step_rpm")
-
-    def limits(self, settings: Settings) -> TorqueLimits:
-        """See `RigKind.limits`."""
-        logs = settings.torque_logs
-        stuck = settings.curation.stuck
-        return TorqueLimits(logs.tare.max_drift_n_m, logs.gates, stuck, logs.plateaus, logs.tare)
-
-
-TORQUE_RIG = TorqueRig()
+        yield from setting_hypotheses("torque_logs", self.plateaus, "min_step_rpm")
 
 
 def _levels(
     signals: Signals, first: int, last: int, settings: TorquePlateauSettings
-) -> tuple[IndexArray, IndexArray, list[Finding]]:
+) -> tuple[IndexArray, IndexArray, list[Refusal]]:
     """Starts and stops of settled levels of speed, and the levels that were held too briefly.
 
     Args:
@@ -155,10 +154,10 @@ def _near_median(speed: FloatArray, settings: TorquePlateauSettings) -> npt.NDAr
     return np.asarray(np.abs(speed - median(speed)) <= settings.min_step_rpm)
 
 
-def _too_short(signals: Signals, start: int, stop: int, settings: TorquePlateauSettings) -> Finding:
+def _too_short(signals: Signals, start: int, stop: int, settings: TorquePlateauSettings) -> Refusal:
     """A level that ended before it settled."""
     speed_rpm = median(signals["inner_speed_rpm"][start:stop])
     held_s = (stop - start) * signals.interval_s
     least_s = settings.settle_s + settings.guard_s + settings.min_duration_s
-    rows = dict(zip(("first", "last"), signals.row[[start, stop - 1]], strict=True))
-    return found("brief_level", speed=speed_rpm, held=held_s, least=least_s, **rows)
+    rows = signals.rows(start, stop - 1)
+    return fault("too_short", "brief_level", speed=speed_rpm, held=held_s, least=least_s, **rows)

@@ -6,24 +6,29 @@ Decides: how a traction log is curated; what `oilfilm init` takes for the source
 pressure, film and lambda of a point; the error of calibration that the points of a run share.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 import pandas as pd
 
-from oilfilm.curation.gate import TRACTION as NAME
-from oilfilm.curation.gate import Channel, Columns, Fault, Run, Signals, TractionLimits
 from oilfilm.curation.hypotheses import Hypothesis, setting_hypotheses, traction_hypotheses
 from oilfilm.curation.measure import find_steps, measure, settled_parts
-from oilfilm.curation.rig_kind import Division, RigKind, nothing
+from oilfilm.curation.rig_kind import TRACTION as NAME
+from oilfilm.curation.rig_kind import Channel, Division, RigKind, Run, Signals, nothing
 from oilfilm.curation.zero import force_left, part_of_curve, phases_at_standstill, turns_steadily
+from oilfilm.logs.base import Columns, Refusal
 from oilfilm.logs.log_kind import LogKind
 from oilfilm.logs.traction_log import TRACTION
 from oilfilm.physics.contact import max_hertz_pressure
 from oilfilm.physics.film import contact_film
 from oilfilm.physics.oils import Oil
 from oilfilm.physics.rigs import Contact
-from oilfilm.settings.config import FilmSettings
+from oilfilm.settings.config import (
+    FilmSettings,
+    GateSettings,
+    PlateauSettings,
+    ZeroReferenceSettings,
+)
 from oilfilm.settings.resolved import Settings
 from oilfilm.settings.rig import Rig
 from oilfilm.units import M_PER_UM, PA_PER_GPA, FloatArray
@@ -58,9 +63,8 @@ class TractionRig(RigKind):
     logs: LogKind = TRACTION
     table = "points"
     sensor = Channel("traction_force_n", "traction force", "N")
-    load = Channel("load_n", "load", "N")
     channels = (
-        load,
+        Channel("load_n", "load", "N"),
         Channel("ball_speed_m_s", "ball speed", "m/s"),
         Channel("disc_speed_m_s", "disc speed", "m/s"),
         Channel("inlet_temperature_c", "inlet temperature", "degC"),
@@ -92,7 +96,23 @@ class TractionRig(RigKind):
         "inlet_temperature_c": "Inlet temp.\n(\N{DEGREE SIGN}C)",
     }
 
-    def signals(self, samples: Columns, rig: str, settings: Settings) -> Signals:
+    gates: GateSettings
+    plateaus: PlateauSettings
+    zero: ZeroReferenceSettings
+
+    def __init__(self, settings: Settings) -> None:
+        super().__init__(settings)
+        self.gates, self.plateaus = settings.gates, settings.curation.plateaus
+        self.zero = settings.curation.zero_reference
+        self.zero_drift_max = self.zero.max_drift_n
+
+    @property
+    def planned_slips(self) -> Sequence[float]:
+        """The slips that are planned, where any are."""
+        return self.settings.campaign.set_points.slide_roll_ratio or ()
+
+    @staticmethod
+    def signals(samples: Columns, rig: str, settings: Settings) -> Signals:
         """Force and slip positive with the slower body slowed; S is NaN where nothing turns."""
         log = settings.campaign.semantics_for(rig)
         ball, disc = samples["ball_speed_m_s"], samples["disc_speed_m_s"]
@@ -100,7 +120,7 @@ class TractionRig(RigKind):
         sliding = log.direction * (disc - ball)
         slip = np.divide(sliding, speed, out=nothing(len(speed)), where=speed != 0)
         columns = {
-            **{name: samples[name] for name in _LOGGED},
+            **{name: samples[name] for name in _LOGGED if name in samples},
             "traction_force_n": log.traction_sign * log.direction * samples["traction_force_n"],
             "entrainment_speed_m_s": speed,
             "slide_roll_ratio": slip,
@@ -109,20 +129,20 @@ class TractionRig(RigKind):
         }
         return Signals(samples["row"], samples["time_s"], columns)
 
-    def divide(self, signals: Signals, rig: str, settings: Settings) -> Division:
+    def divide(self, signals: Signals, rig: str) -> Division:
         """Levels of slip; the first and the last of them are pure rolling."""
-        curation, levels = settings.curation, settings.curation.plateaus
+        curation, levels = self.settings.curation, self.plateaus
         # where nothing turns S has no value
         turning = np.isfinite(signals["slide_roll_ratio"]) & turns_steadily(signals, curation)
         usable = signals.at(turning)
         interval_s = usable.interval_s
         steps = find_steps(usable["slide_roll_ratio"], interval_s, levels.min_step, levels)
         starts, stops = settled_parts(len(usable), steps, interval_s, levels)
-        zero = settings.campaign.semantics_for(rig).zero
+        zero = self.settings.campaign.semantics_for(rig).zero
         if zero == "standstill":
             return Division(usable, starts, stops, signals, phases_at_standstill(signals, curation))
         # the opening phase gives the zero first; what is left of it is a plateau at no slip
-        zero_rows = round(curation.zero_reference.duration_s / interval_s)
+        zero_rows = round(self.zero.duration_s / interval_s)
         rolling = {"opening": slice(0, 0), "closing": slice(0, 0)}
         if len(steps):
             rolling["opening"] = slice(0, min(zero_rows, int(stops[0])))
@@ -130,15 +150,14 @@ class TractionRig(RigKind):
         phases = {name: rolling[name] for name in _PHASES[zero]}
         return Division(usable, starts, stops, usable, phases, "pure rolling", in_levels=True)
 
-    def zero_fault(self, run: Run, parts: Division, rig: str, settings: Settings) -> Fault | None:
+    def zero_fault(self, run: Run, parts: Division, rig: str) -> Refusal | None:
         """A phase that is part of the curve, or a force where it should be zero."""
-        source, curation = settings.campaign.semantics_for(rig).zero, settings.curation
+        source = self.settings.campaign.semantics_for(rig).zero
         if source == "standstill":
             return run.flaw
         if source == "already_removed":
-            return force_left(run, curation)
-        share = curation.zero_reference.max_traction_share
-        return run.flaw or part_of_curve(parts, run.plateaus, share)
+            return force_left(run, self.settings.curation)
+        return run.flaw or part_of_curve(parts, run.plateaus, self.zero.max_traction_share)
 
     def derive(self, averages: Columns, zero: FloatArray, zero_se: FloatArray) -> Columns:
         """Traction force above the zero, mu = F/W and its standard error."""
@@ -164,31 +183,14 @@ class TractionRig(RigKind):
             "temperature_change_c": averages["inlet_temperature_c_change"],
         }
 
-    def complete(self, points: pd.DataFrame, settings: Settings) -> pd.DataFrame:
+    def complete(self, points: pd.DataFrame) -> pd.DataFrame:
         """With contact pressure, film, lambda and the calibration of the rig's sensors."""
-        return with_calibration(with_film(points, settings), settings.rigs)
+        return with_calibration(with_film(points, self.settings), self.settings.rigs)
 
-    def hypotheses(self, rig: str, settings: Settings) -> Iterator[Hypothesis]:
+    def hypotheses(self, rig: str) -> Iterator[Hypothesis]:
         """See `RigKind.hypotheses`."""
-        yield from traction_hypotheses(settings.rigs[rig])
-        yield from setting_hypotheses("curation", settings.curation.plateaus, "min_step")
-
-    def limits(self, settings: Settings) -> TractionLimits:
-        """See `RigKind.limits`."""
-        curation, campaign = settings.curation, settings.campaign
-        unjudged = campaign.film_unjudged
-        return TractionLimits(
-            zero_drift_max=curation.zero_reference.max_drift_n,
-            gates=settings.gates,
-            stuck=curation.stuck,
-            plateaus=curation.plateaus,
-            zero=curation.zero_reference,
-            planned_slips=campaign.set_points.slide_roll_ratio or (),
-            accept_unjudged_film=unjudged is not None and unjudged.accept,
-        )
-
-
-TRACTION_RIG = TractionRig()
+        yield from traction_hypotheses(self.settings.rigs[rig])
+        yield from setting_hypotheses("curation", self.plateaus, "min_step")
 
 
 def _asymmetry(averages: Columns) -> FloatArray:
@@ -226,21 +228,20 @@ def zero_source(
     Returns:
         A value of `semantics: zero`; None where none of them suits.
     """
-    mean = (ball_m_s + disc_m_s) / 2
-    slip = np.divide(disc_m_s - ball_m_s, mean, out=nothing(len(mean)), where=mean != 0)
-    columns = {
+    samples = {
+        "row": np.arange(len(time_s)),
+        "time_s": time_s,
         "load_n": load_n,
         "traction_force_n": force_n,
         "ball_speed_m_s": ball_m_s,
         "disc_speed_m_s": disc_m_s,
-        "entrainment_speed_m_s": mean,
-        "slide_roll_ratio": slip,
-        "inlet_temperature_c": np.zeros(len(mean)),
+        "inlet_temperature_c": np.zeros(len(time_s)),
     }
-    signals = Signals(np.arange(len(mean)), time_s, columns)
     for source in BEST_FIRST:
-        measured = measure(signals, TRACTION_RIG, "", settings_by_source[source])
-        if measured.flaw is None or measured.flaw[0] != "zero_missing":
+        settings = settings_by_source[source]
+        signals = TractionRig.signals(samples, "", settings)
+        measured = measure(signals, TractionRig(settings), "")
+        if measured.flaw is None or measured.flaw.rule != "zero_missing":
             return source
     return None
 

@@ -4,13 +4,13 @@ Decides: when faulty plateaus refuse their run; the row of a refusal, with its a
 """
 
 from collections.abc import Iterator
-from dataclasses import asdict
+from dataclasses import asdict, replace
 
 import numpy as np
 import pandas as pd
 
 from oilfilm import tables
-from oilfilm.curation.gate import RULES, Fault, Finding, Limits, TractionLimits, fault
+from oilfilm.curation.gate import RULES, fault
 from oilfilm.curation.plateau_gates import (
     PLATEAU_GATES,
     sentence_of,
@@ -19,16 +19,16 @@ from oilfilm.curation.plateau_gates import (
     unit_of_load,
 )
 from oilfilm.curation.rig_kind import RigKind
+from oilfilm.curation.traction_rig import TractionRig
 from oilfilm.logs.base import Refusal
 from oilfilm.logs.run_sheet import EXCLUDED, EXCLUDED_ADVICE
-from oilfilm.tables import failed_gates
 
 # Two faulty plateaus may be two mishaps, where they are not most of a short run.
 _MANY = 3
 _IF_RIGHT = "If that is not the mistake, correct the fault that is named after 'as it is'."
 
 
-def advice_for(rule: str, kind: RigKind) -> str:
+def advice_for(rule: str, kind: type[RigKind]) -> str:
     """What to do about a refusal by the gate or rule of that name."""
     texts = {name: entry["advice"] for name, entry in RULES["gates"].items()}
     texts |= {**RULES["others"], EXCLUDED: EXCLUDED_ADVICE, **RULES[kind.name]}
@@ -36,112 +36,95 @@ def advice_for(rule: str, kind: RigKind) -> str:
     return str(texts[rule]).format(**kind.words)
 
 
-def refusal(rule: str, finding: Finding, kind: RigKind, run_id: str) -> Refusal:
-    """A finding about a run as a refusal, with the advice for the rig."""
-    sentence, first_row, last_row = finding
-    return Refusal(rule, sentence, advice_for(rule, kind), run_id, first_row, last_row)
-
-
-def quarantine_rows(refusals: list[Refusal], runs: pd.DataFrame) -> pd.DataFrame:
+def quarantine_rows(
+    refusals: list[Refusal], runs: pd.DataFrame, kind: type[RigKind]
+) -> pd.DataFrame:
     """The table of quarantine of refusals by curation; `runs` has the run of each."""
-    of_run = runs.set_index("run_id")[["campaign", "file"]].to_dict("index")
-    rows = [{**of_run[each.run_id], "stage": "curate", **asdict(each)} for each in refusals]
+    of_run = runs.set_index("run_id")[["campaign", "file"]].assign(stage="curate").to_dict("index")
+    rows = [
+        {**of_run[each.run_id], **asdict(each), "advice": advice_for(each.rule, kind)}
+        for each in refusals
+    ]
     return tables.from_rows(rows, "quarantine")
 
 
-def judge_plateaus(points: pd.DataFrame, kind: RigKind, limits: Limits) -> pd.DataFrame:
+def judge_plateaus(points: pd.DataFrame, rig: RigKind) -> pd.DataFrame:
     """Which gates each plateau fails: one boolean column per gate, one row per plateau."""
-    gates = PLATEAU_GATES.of(kind.name) if len(points) else []
+    gates = PLATEAU_GATES.of(rig.name) if len(points) else []
     return pd.DataFrame(
-        {gate.name: np.asarray(gate.judge(points, limits)) for gate in gates},
+        {gate.name: np.asarray(gate.judge(points, rig)) for gate in gates},
         index=points.index,
         dtype=bool,
     )
 
 
-def with_gates(points: pd.DataFrame, failed: pd.DataFrame) -> pd.DataFrame:
-    """Plateaus with the verdicts that follow from the gates that each of them fails."""
-    accepted = ~failed.any(axis=1)
-    return points.assign(failed_gates=failed_gates.as_text(failed), accepted=accepted)
-
-
-def runs_not_usable(
-    points: pd.DataFrame, failed: pd.DataFrame, kind: RigKind, limits: Limits
-) -> Iterator[Refusal]:
+def runs_not_usable(points: pd.DataFrame, failed: pd.DataFrame, rig: RigKind) -> Iterator[Refusal]:
     """Refusals of runs of which no plateau is left, or the others cannot be trusted either.
 
     Args:
         points: Plateaus of any number of runs.
         failed: The gates that each of them fails.
-        kind: The kind of rig.
-        limits: Its limits.
+        rig: The rig.
     """
     if points.empty:
         return
-    judged = _judged(points, failed, kind, limits)
+    judged = _judged(points, failed, rig)
     of_runs = judged.groupby(points["run_id"])
     means, counts, some = of_runs.mean(), of_runs.sum(), of_runs.any()
-    share = limits.gates.faulty_share_max
+    share = rig.gates.faulty_share_max
     many = (means["faulty_where_held"] > share) & (counts["faulty_where_held"] >= _MANY)
     most = means["faulty"] > max(1 / 2, share)
+    blamed = judged["faulty_where_held"].where(points["run_id"].map(many), judged["faulty"])
+    judged = judged.assign(blamed=blamed)
     for run_id in some.index[~some["left"] | most | many | some["unphysical"]]:
         mine = points["run_id"] == run_id
-        finding = _why(points[mine], failed[mine], judged[mine], many[run_id], kind, limits)
-        yield refusal(*finding, kind, str(run_id))
+        why = _why(points[mine], failed[mine], judged[mine], rig)
+        yield replace(why, run_id=str(run_id))
 
 
-def _judged(
-    points: pd.DataFrame, failed: pd.DataFrame, kind: RigKind, limits: Limits
-) -> pd.DataFrame:
+def _judged(points: pd.DataFrame, failed: pd.DataFrame, rig: RigKind) -> pd.DataFrame:
     """What each plateau means for its run.
 
     A run is made for the plateaus that slide, where it has any (`wanted`). Gates that blame the
     run find it `faulty`; ramps between two slips are left out of `faulty_where_held`. A plateau is
     `unphysical` where slip and load are as they should be and the traction is one that no oil has.
     """
-    blaming = [gate.name for gate in PLATEAU_GATES.of(kind.name) if gate.blames_run]
+    blaming = [gate.name for gate in PLATEAU_GATES.of(rig.name) if gate.blames_run]
     faulty = failed[blaming].any(axis=1)
     judged = pd.DataFrame({"wanted": True, "held": True, "unphysical": False}, index=points.index)
-    if isinstance(limits, TractionLimits):
-        sliding = points["slide_roll_ratio"].abs() > limits.zero.max_slide_roll_ratio
-        held = slip_is_held(points, limits)
+    if isinstance(rig, TractionRig):
+        sliding = points["slide_roll_ratio"].abs() > rig.zero.max_slide_roll_ratio
+        held = slip_is_held(points, rig)
         causes = failed[["slip_out_of_range", "load_off_nominal", "load_changes"]].any(axis=1)
         judged = judged.assign(
             wanted=sliding | ~points["run_id"].isin(points.loc[sliding, "run_id"]),
             held=held,
-            unphysical=~causes & held & surely_unphysical(points, limits),
+            unphysical=~causes & held & surely_unphysical(points, rig),
         )
     left = judged["wanted"] & ~failed.any(axis=1)
     return judged.assign(left=left, faulty=faulty, faulty_where_held=faulty & judged["held"])
 
 
-def _why(
-    points: pd.DataFrame,
-    failed: pd.DataFrame,
-    judged: pd.DataFrame,
-    many_where_held: bool,
-    kind: RigKind,
-    limits: Limits,
-) -> Fault:
-    """Rule and finding about one run that cannot be used."""
-    gates = PLATEAU_GATES.of(kind.name)
+def _why(points: pd.DataFrame, failed: pd.DataFrame, judged: pd.DataFrame, rig: RigKind) -> Refusal:
+    """The refusal of one run that cannot be used."""
+    gates = PLATEAU_GATES.of(rig.name)
     for gate in gates:
         if failed[gate.name].all():
-            return gate.name, Finding(sentence_of(gate, points, limits))
+            return Refusal(gate.name, sentence_of(gate, points, rig), "")
     unphysical, wanted = judged["unphysical"], judged["wanted"]
-    if unphysical.any() and isinstance(limits, TractionLimits):
+    if unphysical.any() and isinstance(rig, TractionRig):
         worst = points.iloc[points["traction_coefficient"].abs().where(unphysical).argmax()]
         rows = {"first": worst["first_row"], "last": worst["last_row"]}
         about = dict(count=unphysical.sum(), plateaus=len(points), worst=worst, **rows)
-        return fault("impossible_traction", hint=unit_of_load(points, limits), **about)
+        return fault("impossible_traction", hint=unit_of_load(points, rig), **about)
     if not judged["left"].any():
         which = "" if wanted.all() else " that slide"
         counts = _counts(failed[wanted])
         return fault("no_point_left", count=wanted.sum(), which=which, counts=counts)
-    faulty = judged["faulty_where_held" if many_where_held else "faulty"]
+    faulty = judged["blamed"]
     counts = _counts(failed.loc[faulty, [gate.name for gate in gates if gate.blames_run]])
     about = dict(count=faulty.sum(), plateaus=len(points), share=faulty.mean(), counts=counts)
-    return fault("many_plateaus_fail", allowed=limits.gates.faulty_share_max, **about)
+    return fault("many_plateaus_fail", allowed=rig.gates.faulty_share_max, **about)
 
 
 def _counts(failed: pd.DataFrame) -> str:

@@ -13,8 +13,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from oilfilm.curation import statistics
-from oilfilm.curation.gate import Channel, Columns, Fault, Finding, Run, Signals, fault, found
-from oilfilm.curation.rig_kind import Division
+from oilfilm.curation.gate import fault
+from oilfilm.curation.rig_kind import Channel, Division, Run, Signals
+from oilfilm.logs.base import Columns, Refusal
 from oilfilm.settings.config import CurationSettings
 from oilfilm.units import BoolArray, FloatArray
 
@@ -62,7 +63,7 @@ class ZeroReference:
 
 def phase_too_short(
     signals: Signals, part: slice, name: str, min_duration_s: float
-) -> Finding | None:
+) -> Refusal | None:
     """What is wrong with the length of a phase at rest, if anything.
 
     Args:
@@ -73,12 +74,13 @@ def phase_too_short(
     """
     rows = part.stop - part.start
     if rows <= 0:
-        return found("no_phase", name=name)
+        return fault("zero_missing", "no_phase", name=name)
     duration_s = rows * signals.interval_s
     # a single row gives no standard error
     if duration_s >= min_duration_s and rows > 1:
         return None
-    return found("short_phase", duration=duration_s, rows=rows, name=name, least=min_duration_s)
+    about = dict(duration=duration_s, rows=rows, name=name, least=min_duration_s)
+    return fault("zero_missing", "short_phase", **about)
 
 
 def zero_reference(
@@ -105,7 +107,7 @@ def zero_reference(
 
 def moved_zero(
     zero: ZeroReference, parts: Division, sensor: Channel, allowed: float
-) -> Fault | None:
+) -> Refusal | None:
     """A zero that is another after the run, by the most likely cause.
 
     Noise that is as large as the difference; a sensor that still comes to rest in the last phase;
@@ -126,7 +128,7 @@ def moved_zero(
     about = {"sensor": sensor, "drift": zero.drift, "allowed": allowed}
     # towards the opening zero, by more than its share of a drift that goes on all the time
     if -change * np.sign(zero.drift) > _STILL_MOVING * abs(zero.drift):
-        about |= dict(zip(("first", "last"), parts.at_rest.row[part][[0, -1]], strict=True))
+        about |= parts.at_rest.rows(part.start, part.stop - 1)
         return fault("zero_not_settled", phase=last, rest=parts.words, change=change, **about)
     error = float(np.hypot(*zero.output_se[[0, -1]]))
     if abs(zero.drift) <= _SURE * error:
@@ -193,13 +195,15 @@ def _ramp(speed: FloatArray, window: int, tolerance: float) -> int:
     return int(np.argmax(steady)) if steady.any() else len(speed)
 
 
-def sliding_phase(parts: Division, name: str, limit: float) -> Finding | None:
+def sliding_phase(parts: Division, name: str, limit: float) -> Refusal | None:
     """A phase whose slide-roll ratio is beyond a limit, if it is."""
     slip = float(np.mean(parts.at_rest["slide_roll_ratio"][parts.phases[name]]))
-    return found("sliding_phase", phase=name, slip=slip, limit=limit) if abs(slip) > limit else None
+    if abs(slip) <= limit:
+        return None
+    return fault("zero_missing", "sliding_phase", phase=name, slip=slip, limit=limit)
 
 
-def part_of_curve(parts: Division, plateaus: Columns, allowed: float) -> Fault | None:
+def part_of_curve(parts: Division, plateaus: Columns, allowed: float) -> Refusal | None:
     """A phase taken for pure rolling whose traction is more than a share of the largest one."""
     slips, mu = plateaus["slide_roll_ratio"], plateaus["traction_coefficient"]
     largest = float(np.nanmax(np.abs(mu), initial=0.0))
@@ -215,11 +219,11 @@ def part_of_curve(parts: Division, plateaus: Columns, allowed: float) -> Fault |
         if swallowed > allowed * largest:
             numbers = {"slip": slip, "slope": slope, "mu": swallowed, "allowed": allowed}
             share = swallowed / largest
-            return "zero_missing", found("part_of_curve", phase=name, share=share, **numbers)
+            return fault("zero_missing", "part_of_curve", phase=name, share=share, **numbers)
     return None
 
 
-def force_left(run: Run, curation: CurationSettings) -> Fault | None:
+def force_left(run: Run, curation: CurationSettings) -> Refusal | None:
     """A force without slip or at standstill although the rig is said to have removed its zero."""
     plateaus, logged = run.plateaus, run.signals
     allowed_n, least_s = curation.zero_reference.max_drift_n, curation.zero_reference.min_duration_s

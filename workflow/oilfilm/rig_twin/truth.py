@@ -54,6 +54,16 @@ class Truth(Protocol):
         ...
 
 
+def _carrying(at: Conditions) -> Conditions:
+    """Contacts that carry something, if only a little."""
+    return replace(
+        at,
+        load_n=np.fmax(at.load_n, _LEAST_LOAD_N),
+        max_hertz_pressure_gpa=np.fmax(at.max_hertz_pressure_gpa, _LEAST_PRESSURE_GPA),
+        entrainment_speed_m_s=np.fmax(at.entrainment_speed_m_s, _LEAST_SPEED_M_S),
+    )
+
+
 @dataclass(frozen=True)
 class LawTruth:
     """The paper's law: mu of a contact by its p_max, at every point with the slip there.
@@ -72,12 +82,9 @@ class LawTruth:
         """See `Truth`."""
 
         def law(at: Conditions, slide_roll_ratio: FloatArray) -> FloatArray:
-            return self(
-                np.fmax(at.max_hertz_pressure_gpa, _LEAST_PRESSURE_GPA),
-                np.fmax(at.entrainment_speed_m_s, _LEAST_SPEED_M_S),
-                at.inlet_temperature_c,
-                slide_roll_ratio,
-            )
+            at = _carrying(at)
+            contact = at.max_hertz_pressure_gpa, at.entrainment_speed_m_s, at.inlet_temperature_c
+            return self(*contact, slide_roll_ratio)
 
         return law
 
@@ -109,18 +116,13 @@ class FilmTruth:
         """See `Truth`."""
 
         def law(at: Conditions, slide_roll_ratio: FloatArray) -> FloatArray:
-            load = np.fmax(at.load_n, _LEAST_LOAD_N)
-            contact = elliptical_contact(load, at.radius_x_m, radius_y_m, at.reduced_modulus_pa)
-            peak = np.fmax(at.max_hertz_pressure_gpa, _LEAST_PRESSURE_GPA) * PA_PER_GPA
-            pressure = peak * np.sqrt(1 - rule.along**2 - rule.across**2)
-            speed = np.fmax(at.entrainment_speed_m_s, _LEAST_SPEED_M_S)
-            at = replace(
-                at,
-                load_n=load,
-                max_hertz_pressure_gpa=peak / PA_PER_GPA,
-                entrainment_speed_m_s=speed,
-                ellipticity=contact.ellipticity,
+            at = _carrying(at)
+            contact = elliptical_contact(
+                at.load_n, at.radius_x_m, radius_y_m, at.reduced_modulus_pa
             )
+            peak = at.max_hertz_pressure_gpa * PA_PER_GPA
+            pressure = peak * np.sqrt(1 - rule.along**2 - rule.across**2)
+            at = replace(at, ellipticity=contact.ellipticity)
             film = sliding_film(
                 self.oil, self.constants, at, pressure, slide_roll_ratio, contact.semi_axis_x_m
             )

@@ -1,12 +1,13 @@
 """What every typed model is made of: strict groups of keys, for settings and for printed JSON."""
 
 import unicodedata
-from collections.abc import Collection
+from dataclasses import dataclass
 from math import isfinite
 from typing import Annotated, Any, TypeVar
 
-from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field
-from pydantic_core import PydanticCustomError
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
+from pydantic_core import CoreSchema, PydanticCustomError
+from pydantic_core.core_schema import literal_schema
 
 from oilfilm.errors import OilfilmError
 
@@ -78,15 +79,14 @@ def unexpected(expected: str) -> PydanticCustomError:
     return PydanticCustomError("unexpected", "{expected}", {"expected": expected})
 
 
-def one_of(names: Collection[str]) -> AfterValidator:
+@dataclass(frozen=True)
+class OneOf:
     """Validates a text that must be one of some names."""
 
-    def known(name: str) -> str:
-        if name not in names:
-            raise unexpected("one of " + ", ".join(map(repr, names)))
-        return name
+    names: tuple[str, ...]
 
-    return AfterValidator(known)
+    def __get_pydantic_core_schema__(self, *_: object) -> CoreSchema:
+        return literal_schema([*self.names])
 
 
 def contradiction(steps: tuple[object, ...], sentence: str) -> PydanticCustomError:

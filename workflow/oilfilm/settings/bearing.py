@@ -11,7 +11,6 @@ import numpy as np
 from pydantic import model_validator
 
 from oilfilm.bearing.geometry import Bearing, Cage, OilSupply
-from oilfilm.physics.contact import reduced_modulus
 from oilfilm.physics.rigs import combined_roughness, rq_from_ra
 from oilfilm.settings import quantities as q
 from oilfilm.settings.base import Group, contradiction, key, optional
@@ -77,9 +76,6 @@ class BearingFile(Group):
     def _impossible(self) -> Iterator[tuple[tuple[str, ...], str]]:
         """What cannot be built: the key to blame, and a sentence."""
         ball, pitch, cage = self.ball_diameter_m, self.pitch_diameter_m, self.cage
-        for number, name in enumerate(self.assumed):
-            if name not in type(self).model_fields:
-                yield ("assumed", str(number)), f"{name!r} is no key of a bearing."
         if ball >= pitch / 2:
             room = f"less than half of the pitch diameter of {pitch:g} m"
             yield ("ball_diameter_m",), f"found {ball:g} m; expected {room}."
@@ -110,12 +106,6 @@ class BearingFile(Group):
             >>> print(f"{load(file, BearingFile).bearing('218').ball_mass_kg * 1e3:.2f} g")
             45.06 g
         """
-        modulus_pa = reduced_modulus(
-            self.ball.youngs_modulus_pa,
-            self.ball.poisson_ratio,
-            self.ring.youngs_modulus_pa,
-            self.ring.poisson_ratio,
-        )
         rq_m = [
             rq_from_ra(ra_um * M_PER_UM)
             for ra_um in (self.ball_roughness_ra_um, self.race_roughness_ra_um)
@@ -127,7 +117,7 @@ class BearingFile(Group):
             ball_count=self.ball_count,
             contact_angle_rad=float(np.radians(self.contact_angle_deg)),
             groove_curvature=(self.inner_groove_curvature, self.outer_groove_curvature),
-            reduced_modulus_pa=float(modulus_pa),
+            reduced_modulus_pa=self.ball.reduced_modulus_with(self.ring),
             ball_density_kg_m3=self.ball.density_kg_m3,
             roughness_rq_m=float(combined_roughness(*rq_m)),
             cage=Cage(

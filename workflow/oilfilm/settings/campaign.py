@@ -3,24 +3,15 @@
 Decides: the keys of a campaign file; how the signals of a rig are meant (sign, slip, zero).
 """
 
-import re
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import AfterValidator, BeforeValidator, Field, WithJsonSchema, model_validator
+from pydantic import BeforeValidator, Field, WithJsonSchema
 
 from oilfilm.settings import quantities as q
-from oilfilm.settings.base import Group, contradiction, key, one_of, optional, unexpected
+from oilfilm.settings.base import Group, OneOf, key, optional
 from oilfilm.settings.config import Matrix
 from oilfilm.units import FloatArray
-
-_YEAR = re.compile(r"(?<!\d)(?:19|20)\d{2}(?!\d)")
-
-
-def _with_year(text: str) -> str:
-    if not _YEAR.search(text):
-        raise unexpected("a date with its year, such as '2026-06-02' or 'June 2026'")
-    return text
 
 
 class Source(Group):
@@ -50,7 +41,7 @@ class Dataset(Group):
     licence: (
         Annotated[str, Field(pattern=r"^(https?://[^\s<>\"{}|\\^`]+|[A-Za-z0-9._-]+)$")] | None
     ) = optional("Licence: an SPDX identifier (MIT, CC-BY-4.0) or an address.")
-    date: Annotated[q.Calendar, AfterValidator(_with_year)] | None = optional(
+    date: str | None = optional(
         "When the data were measured, in quotes: '2026-06-02', 'June 2026'."
     )
     creators: q.Levels[q.Text] | None = optional("Who made the data: persons or organisations.")
@@ -62,17 +53,11 @@ class Dataset(Group):
 
 _SET_POINTS = ["max_hertz_pressure_gpa", "load_n", "entrainment_speed_m_s", "inlet_temperature_c"]
 # One name, or a list of them.
+_NAME = {"type": "string", "minLength": 1}
 Names = Annotated[
     q.Levels[q.Text],
     BeforeValidator(lambda given: given if isinstance(given, list) else [given]),
-    WithJsonSchema(
-        {
-            "anyOf": [
-                {"type": "string", "minLength": 1},
-                {"type": "array", "items": {"type": "string", "minLength": 1}, "minItems": 1},
-            ]
-        }
-    ),
+    WithJsonSchema({"anyOf": [_NAME, {"type": "array", "items": _NAME, "minItems": 1}]}),
 ]
 
 
@@ -91,11 +76,9 @@ _OF_TRACTION = (
     "disc_speed inlet_temperature entrainment_speed slide_roll_ratio".split()
 )
 _OF_TORQUE = "time axial_load inner_speed oil_temperature outer_ring_temperature torque".split()
-HeaderKey = Annotated[str, one_of(_HEADER), Field(json_schema_extra={"enum": _HEADER})]
-TractionColumn = Annotated[
-    str, one_of(_OF_TRACTION), Field(json_schema_extra={"enum": _OF_TRACTION})
-]
-TorqueColumn = Annotated[str, one_of(_OF_TORQUE), Field(json_schema_extra={"enum": _OF_TORQUE})]
+HeaderKey = Annotated[str, OneOf((*_HEADER,))]
+TractionColumn = Annotated[str, OneOf((*_OF_TRACTION,))]
+TorqueColumn = Annotated[str, OneOf((*_OF_TORQUE,))]
 
 
 class Semantics(Group):
@@ -255,14 +238,6 @@ class Torque(Group):
     columns: dict[TorqueColumn, Column] = key("Columns with names of their own.", default={})
     matrix: TorqueMatrix | None = optional("Operating points of the twin.")
     twin: TorqueTwin | None = optional("How the torque rig's twin simulates logs.")
-
-    @model_validator(mode="after")
-    def _twin_has_operating_points(self) -> Self:
-        if self.twin is not None and self.matrix is None:
-            raise contradiction(
-                ("twin",), "the torque rig's twin needs the operating points: add `matrix`."
-            )
-        return self
 
 
 class CampaignKeys(Group):

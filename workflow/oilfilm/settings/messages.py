@@ -42,6 +42,7 @@ _EXPECTED = {
     "tuple_type": "a list",
     "dict_type": "a group of keys",
     "model_type": "a group of keys",
+    "union_tag_invalid": "one of {expected_tags}",
 }
 _FORM_OF_NAME = (
     "text of the form ABC-1_2.3: ASCII letters, digits, '_', '.' and '-' alone. Other names of an "
@@ -154,24 +155,22 @@ def _mistakes(error: ValidationError, model: Any) -> Iterator[tuple[Steps, str]]
         if details["type"] == "contradiction":
             steps = (*steps, *context["at"])
             yield steps, f"`{dotted(steps)}`: {context['sentence']}"
-        elif details["type"] == "union_tag_invalid":
-            found, allowed = context["tag"], context["expected_tags"]
-            yield (*steps, "model"), f"`model`: found {found!r}, expected one of {allowed}."
-        elif details["type"] == "union_tag_not_found":
-            yield steps, "the key 'model' is missing."
-        else:
-            yield steps, _sentence(details, steps, schema)
+            continue
+        if details["type"].startswith("union_tag"):
+            steps = (*steps, "model")
+        yield steps, _sentence(details, steps, schema)
 
 
 def _sentence(details: ErrorDetails, steps: Steps, schema: Mapping[str, Any]) -> str:
-    group, node, value = dotted(steps[:-1]), node_at(schema, steps), details["input"]
+    group, node = dotted(steps[:-1]), node_at(schema, steps)
+    value = details.get("ctx", {}).get("tag", details["input"])
     under = f" under `{group}`" if group else ""
     if details["loc"][-1:] == ("[key]",) and details["type"] == "string_type":
         return f"the key {value!r}{under} is no text.{_hint(value, _TEXT)}"
     if details["type"] == "extra_forbidden" or details["loc"][-1:] == ("[key]",):
         return _unknown_key(steps[-1], node_at(schema, steps[:-1]), under)
     meaning = _meaning(schema, steps)
-    if details["type"] == "missing":
+    if details["type"] in ("missing", "union_tag_not_found"):
         return f"the key {str(steps[-1])!r} is missing{under}. {meaning}".rstrip()
     if details["type"] == "string_type":  # an item of a list of names may be given alone
         node = {**node, **_TEXT}

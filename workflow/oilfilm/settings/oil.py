@@ -42,6 +42,10 @@ PropertyTable = Annotated[
 ]
 
 
+def _curve(rows: list[tuple[float, float]]) -> oils.PiecewiseLinear:
+    return oils.PiecewiseLinear(*zip(*sorted(rows), strict=True))
+
+
 class MilL7808Coefficients(Group):
     """Coefficients of the MIL-L-7808 formulas."""
 
@@ -172,30 +176,25 @@ class OilKeys(Group):
 
     def properties(self) -> oils.Oil:
         """The oil with its property formulas."""
-        tables = {
-            "density": self.density_kg_m3,
-            "specific_heat": self.specific_heat_j_kgk,
-            "thermal_conductivity": self.thermal_conductivity_w_mk,
-        }
-        copied = {"id", "name", "display_name", "nominal_kinematic_viscosity_100c_cst", "model"}
-        plain: dict[str, Any] = {
-            **self.model_dump(include={*copied, "stand_in", "note", "source"}),
-            **{
-                name: oils.PiecewiseLinear(*zip(*sorted(rows), strict=True))
-                for name, rows in tables.items()
-            },
-        }
-        uncertainty = self.relative_uncertainty.model_dump(exclude_none=True)
-        coefficients = self.numbers()
-        if (pressure := self.pressure_viscosity) is not None:
-            plain["pressure_rule"] = pressure.rule
+        copied = {"id", "name", "display_name", "model", "stand_in", "note", "source"}
+        grade = "nominal_kinematic_viscosity_100c_cst"
+        given: dict[str, Any] = self.model_dump(include={*copied, grade})
+        coefficients, pressure = self.numbers(), self.pressure_viscosity
+        if pressure is not None:
+            given["pressure_rule"] = pressure.rule
             coefficients |= {} if pressure.z is None else {"roelands_z": pressure.z}
             if pressure.rows is not None:
-                rows = zip(*sorted(pressure.rows), strict=True)
-                plain["pressure_viscosity"] = oils.PiecewiseLinear(*rows)
+                given["pressure_viscosity"] = _curve(pressure.rows)
         if self.limiting_shear_stress is not None:
-            plain["limiting_stress_ratio"] = self.limiting_shear_stress.ratio
-        return oils.Oil(**plain, coefficients=coefficients, relative_uncertainty=uncertainty)
+            given["limiting_stress_ratio"] = self.limiting_shear_stress.ratio
+        return oils.Oil(
+            **given,
+            density=_curve(self.density_kg_m3),
+            specific_heat=_curve(self.specific_heat_j_kgk),
+            thermal_conductivity=_curve(self.thermal_conductivity_w_mk),
+            coefficients=coefficients,
+            relative_uncertainty=self.relative_uncertainty.model_dump(exclude_none=True),
+        )
 
 
 class MilL7808Oil(OilKeys):
@@ -238,8 +237,8 @@ class MeasuredOil(OilKeys):
         temperature_k, viscosity_cst = rows.T
         if self.model == "walther":
             return oils.walther_coefficients(temperature_k, viscosity_cst)
-        density = oils.PiecewiseLinear(*zip(*sorted(self.density_kg_m3), strict=True))
-        viscosity = viscosity_cst / _CST_PER_M2_S * density.at(temperature_k)
+        density = _curve(self.density_kg_m3).at(temperature_k)
+        viscosity = viscosity_cst / _CST_PER_M2_S * density
         if self.model == "vogel":
             return oils.vogel_coefficients(temperature_k, viscosity)
         return oils.roelands_coefficients(temperature_k, viscosity)

@@ -5,7 +5,7 @@ The ranges are wide: they refuse a value in the wrong unit (1250 for 1.25 GPa), 
 Decides: unit and range of every quantity in the settings.
 """
 
-import re
+from contextlib import suppress
 from datetime import date
 from itertools import pairwise
 from typing import Annotated, Any, TypeVar
@@ -33,13 +33,11 @@ def _different(values: list[Any]) -> list[Any]:
     return values
 
 
-def _existing_days(text: str) -> str:
-    try:
-        for day in re.findall(r"\d{4}-\d{2}-\d{2}", text):
-            date.fromisoformat(day)
-    except ValueError:
-        raise unexpected("a day of the calendar, such as '2026-01-10'") from None
-    return text
+def _existing_day(text: str) -> str:
+    with suppress(ValueError):
+        if date.fromisoformat(text).isoformat() == text:
+            return text
+    raise unexpected("a day of the calendar, such as '2026-01-10'")
 
 
 # ---------------------------------------------------------------- text
@@ -47,7 +45,7 @@ def _existing_days(text: str) -> str:
 NAME_PATTERN = r"^[A-Za-z0-9_][A-Za-z0-9_.-]*$"
 Name = Annotated[str, Field(pattern=NAME_PATTERN)]  # becomes part of a path
 Text = Annotated[str, Field(min_length=1)]
-Calendar = Annotated[str, AfterValidator(_existing_days)]
+Day = Annotated[str, AfterValidator(_existing_day)]
 WebAddress = Annotated[str, Field(pattern=r"^https?://[^\s<>\"{}|\\^`]+$")]
 
 # ---------------------------------------------------------------- lists

@@ -26,13 +26,7 @@ from oilfilm.settings.messages import Steps, check_file
 from oilfilm.settings.oil import OilFile
 from oilfilm.settings.resolved import Settings, merge
 from oilfilm.settings.rig import Rig
-from oilfilm.settings.yaml_file import (
-    YamlFile,
-    as_yaml,
-    dotted,
-    leaves,
-    read_yaml,
-)
+from oilfilm.settings.yaml_file import YamlFile, as_yaml, dotted, leaves, read_yaml
 
 # A file system takes 255 bytes; a release and the exports append to names.
 _LONGEST_NAME = 100
@@ -295,16 +289,6 @@ def _simulation(campaign: Campaign) -> Iterator[tuple[Steps, str]]:
         yield (at,), f"`{simulates}` simulates these logs: say `data: simulated`, or drop this key."
     if twin is not None and len(campaign.rigs) != 1:
         yield ("rigs",), "the rig twin simulates logs of one rig; name one."
-    if twin is not None and campaign.matrix is None:
-        yield ("twin",), "the rig twin needs a `matrix` of conditions."
-    if twin is not None and campaign.simulated_by is not None:
-        yield ("simulated_by",), "the rig twin simulates these logs: drop this key, or `twin`."
-    if torque_twin is not None and twin is None:
-        yield ("torque",), "the torque rig's twin needs the truth of the rig twin: add `twin`."
-    for oil in {defect.oil for defect in torque_twin.defects} if torque_twin else ():
-        if oil not in campaign.oils:
-            sentence = f"a planted defect names the oil {oil!r}, which the campaign does not have."
-            yield ("torque", "twin", "defects"), sentence
 
 
 def _figures(settings: Settings) -> Iterator[tuple[Steps, str]]:

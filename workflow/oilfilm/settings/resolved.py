@@ -117,9 +117,6 @@ class Settings(ConfigKeys):
         """The settings with some keys changed, for a trial: `{"fit": {"bootstrap": 20}}`."""
         return type(self).of(merge(self.plain(), changes))
 
-    def __repr__(self) -> str:
-        return f"Settings of the campaign {self.campaign.name}: {', '.join(vars(self))}"
-
 
 def _listed(model: type[_Part], plain: Mapping[str, Any]) -> _Part:
     """A group with the listed keys; another one has no value there, not even its default."""

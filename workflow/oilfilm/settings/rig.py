@@ -26,6 +26,11 @@ class Elasticity(Group):
     youngs_modulus_pa: q.YoungsModulusPa = key("Young's modulus.")
     poisson_ratio: q.PoissonRatio = key("Poisson's ratio.")
 
+    def reduced_modulus_with(self, other: "Elasticity") -> float:
+        """Reduced modulus of a contact of two bodies, in Pa."""
+        mine, its = ((body.youngs_modulus_pa, body.poisson_ratio) for body in (self, other))
+        return float(reduced_modulus(*mine, *its))
+
 
 class FullScale(Group):
     """Full scale of the sensors."""
@@ -87,16 +92,13 @@ class Rig(Group):
 
     def doubts(self) -> Iterator[str]:
         """What is as it seldom is, although no log contradicts it."""
-        moduli = {"ball": self.ball, "disc": self.disc}
-        values: dict[str, tuple[float, tuple[tuple[float, float], ...]]] = {
-            f"{body}: youngs_modulus_pa": (known.youngs_modulus_pa, _MODULI_PA)
-            for body, known in moduli.items()
-            if known is not None
-        }
-        if self.ball_radius_m is not None:
-            values["ball_radius_m"] = self.ball_radius_m, _RADII_M
-        for name, (value, usual) in values.items():
-            if not any(low <= value <= high for low, high in usual):
+        modulus = "youngs_modulus_pa"
+        for name, value, usual in (
+            (f"ball: {modulus}", getattr(self.ball, modulus, None), _MODULI_PA),
+            (f"disc: {modulus}", getattr(self.disc, modulus, None), _MODULI_PA),
+            ("ball_radius_m", self.ball_radius_m, _RADII_M),
+        ):
+            if value is not None and not any(low <= value <= high for low, high in usual):
                 ranges = " or ".join(f"{low:g} to {high:g}" for low, high in usual)
                 yield f"{name} is {value:.4g}; usual rigs have {ranges}"
 
@@ -107,15 +109,10 @@ class Rig(Group):
         """
         if self.ball_radius_m is None or self.ball is None or self.disc is None:
             return None
-        modulus_pa = reduced_modulus(
-            self.ball.youngs_modulus_pa,
-            self.ball.poisson_ratio,
-            self.disc.youngs_modulus_pa,
-            self.disc.poisson_ratio,
-        )
         rq_m = []
         for body in ("ball", "disc"):
             ra_um, rq_um = (getattr(self, f"{body}_roughness_{kind}_um") for kind in ("ra", "rq"))
             of_ra = rq_from_ra(math.nan if ra_um is None else ra_um * M_PER_UM)
             rq_m.append(float(of_ra) if rq_um is None else rq_um * M_PER_UM)
-        return Contact(self.ball_radius_m, float(modulus_pa), float(combined_roughness(*rq_m)))
+        modulus_pa = self.ball.reduced_modulus_with(self.disc)
+        return Contact(self.ball_radius_m, modulus_pa, float(combined_roughness(*rq_m)))

@@ -16,11 +16,10 @@ from matplotlib.patches import Patch
 from oilfilm import tables
 from oilfilm.curation.coverage import describe_condition
 from oilfilm.curation.curate import arrays_of, curate
-from oilfilm.curation.gate import Signals
 from oilfilm.curation.plateau_gates import PLATEAU_GATES
-from oilfilm.curation.rig_kind import RigKind
-from oilfilm.curation.torque_rig import TORQUE_RIG
-from oilfilm.curation.traction_rig import TRACTION_RIG
+from oilfilm.curation.rig_kind import RigKind, Signals
+from oilfilm.curation.torque_rig import TorqueRig
+from oilfilm.curation.traction_rig import TractionRig
 from oilfilm.logs.ingest import ingest_logs
 from oilfilm.logs.run_sheet import NO_SHEET, REMARKS, RunSheet
 from oilfilm.report.figures import style
@@ -42,7 +41,7 @@ _FAILING: style.Look = {
 class Judged:
     """What curation made of the logs of one kind of rig; `samples` gives those of a run by name."""
 
-    kind: RigKind
+    kind: type[RigKind]
     runs: pd.DataFrame
     points: pd.DataFrame
     quarantine: pd.DataFrame
@@ -56,12 +55,12 @@ def judged_torque_logs(
     sheet: RunSheet = NO_SHEET,
 ) -> Judged:
     """Refused torque logs by name and content, read again: their samples are in no table."""
-    ingested = ingest_logs(logs, settings, TORQUE_RIG.logs, sheet)
+    ingested = ingest_logs(logs, settings, TorqueRig.logs, sheet)
     samples = ingested.all_samples()
-    curated = curate(samples, ingested.runs, settings, TORQUE_RIG)
+    curated = curate(samples, ingested.runs, TorqueRig(settings))
 
     by_run = samples.groupby("run_id").get_group
-    return Judged(TORQUE_RIG, curated.runs, curated.points, quarantine, by_run)
+    return Judged(TorqueRig, curated.runs, curated.points, quarantine, by_run)
 
 
 def draw_pages(rigs: Iterable[Judged], settings: Settings, most: int, folder: Path) -> pd.DataFrame:
@@ -86,7 +85,7 @@ def listing(
     points: pd.DataFrame,
     quarantine: pd.DataFrame,
     most: int,
-    kind: RigKind = TRACTION_RIG,
+    kind: type[RigKind] = TractionRig,
 ) -> pd.DataFrame:
     """Every refused run and whatever gave no run at all, with the page of each run that gets one.
 
@@ -137,7 +136,7 @@ def draw_page(
     samples: pd.DataFrame,
     points: pd.DataFrame,
     settings: Settings,
-    kind: RigKind = TRACTION_RIG,
+    kind: type[RigKind] = TractionRig,
 ) -> Figure:
     """One page: the reason in words, then the signals against time with the rows marked.
 
