@@ -254,17 +254,6 @@ def _split(line: str, delimiter: str) -> list[str]:
     return [cell.strip() for cell in cells]
 
 
-def may_be_table(content: bytes) -> bool:
-    """Whether some line near the top of a text is a row of numbers for the most part."""
-    text = normalise(content[:HEAD_SEARCHED]).decode("utf-8", "replace")
-    return any(
-        _FEWEST_COLUMNS <= numbers and len(cells) <= 2 * numbers
-        for line in text.split("\n", _LINES_SEARCHED)[:_LINES_SEARCHED]
-        for delimiter in (*_DELIMITERS, _BLANKS)
-        if (numbers := sum(map(_is_number, cells := _split(line.lstrip("# \t"), delimiter))))
-    )
-
-
 def _plain_cells(body: bytes, head: _Head, start: int) -> tuple[bytes, str, int]:
     """The rows with one mark between cells that no cell holds, that mark, and where they start."""
     plain = not (head.quoted and any(head.delimiter in cell for row in head.rows for cell in row))

@@ -116,11 +116,6 @@ class Vocabulary:
                 found[place] = quantity, named if named and use_named else beside
         return found
 
-    def score(self, names: Sequence[str], units: Sequence[str]) -> tuple[int, int]:
-        """How many names are known and have a unit that fits, and how many are known at all."""
-        known = self.meanings(names, units).values()
-        return sum(self.fits(quantity, unit) for quantity, unit in known), len(known)
-
     def columns(
         self, names: Sequence[str], units: Sequence[str], spared: Set[str] = frozenset()
     ) -> tuple[Column, ...]:

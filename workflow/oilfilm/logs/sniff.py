@@ -14,7 +14,6 @@ import numpy as np
 
 from oilfilm.home import CONFIG
 from oilfilm.logs import base
-from oilfilm.logs.csv import may_be_table
 from oilfilm.logs.header import SET_POINT_UNITS, UNITS, apart, meaning, number_and_unit, oil_key
 from oilfilm.logs.ingest import read_log, unpack
 from oilfilm.logs.log_kind import ContinuousLog, LogKind
@@ -22,7 +21,7 @@ from oilfilm.logs.registry import READERS, recognised_format
 from oilfilm.logs.traction_log import TRACTION
 from oilfilm.logs.words import Guesses, guessed, unit_in_name
 from oilfilm.settings.base import plain_key
-from oilfilm.settings.campaign import Column, Semantics
+from oilfilm.settings.campaign import Column
 from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
 from oilfilm.units import BoolArray, FloatArray
@@ -56,8 +55,6 @@ class Run:
         settled: Whether each row is a settled reading, so that nothing follows from its time.
         zero: Source of the zero of the force, as `semantics` names it; empty where that cannot be
             told, None where none suits.
-        signs: The body that is slowed, and whether the force is against the slip (-1) or with it
-            (1), as `semantics` names them; without what cannot be told.
         units: The unit of each quantity.
         log_kind: What the header says of it.
         slow: Whether the steps of the time are too long to be seconds.
@@ -71,7 +68,6 @@ class Run:
     measured: Mapping[str, float] = field(default_factory=dict)
     settled: bool = False
     zero: str | None = ""
-    signs: Mapping[str, str | int] = field(default_factory=dict)
     units: Mapping[str, str] = field(default_factory=dict)
     log_kind: str = ""
     slow: bool = False
@@ -86,6 +82,7 @@ class Sniffed:
         format: Its format; `none` where it is not known.
         form: How it is written.
         guesses: Columns by the quantity that they seem to mean, each with its unit.
+        units: Unit in the name of each column that has none beside it; empty where there is none.
         missing: Quantities that no column seems to mean.
         names: All names of its columns.
         problem: Why it cannot be read, if so.
@@ -97,6 +94,7 @@ class Sniffed:
     format: str
     form: base.TextForm
     guesses: Mapping[str, base.Names]
+    units: Mapping[str, str]
     missing: Sequence[str]
     names: Sequence[str]
     problem: str
@@ -112,7 +110,7 @@ def _settings() -> Settings:
 
 def sniff(file: str, content: bytes, zero: ZeroSource) -> Sniffed:
     """What a log of a traction rig seems to hold."""
-    name, names, may_be_log = _names(content)
+    name, names = _names(content)
     meant = _GUESSES.columns_by_quantity(names)
     # names of the project need no line in the campaign file, where their unit is known
     guesses = {
@@ -140,14 +138,14 @@ def sniff(file: str, content: bytes, zero: ZeroSource) -> Sniffed:
         # the oil and the rig of the settings for the readers are not those of the log
         unsaid = {"oil", "rig"} - log.understood.sources.keys()
         keys = {key: text for key, text in log.keys.items() if key not in unsaid}
-        units = {column.quantity: column.to.unit for column in log.columns}
+        logged_in = {column.quantity: column.to.unit for column in log.columns}
         part = log.run_id[len(file) + 1 :]
-        runs.append(_run(part, keys, log.values, units, unitless, zero))
+        runs.append(_run(part, keys, log.values, logged_in, unitless, zero))
         samples = {"row": log.rows}
         return base.LoggedRun(log.run_id, "", "", "continuous", base.Nominal(), samples)
 
     # the time of LabVIEW's logs need be no column; exports of PCS programs have no names to guess
-    optional = {"csv": set(), "pcs": {*VOCABULARY.quantities}}.get(name or "", {"time"})
+    optional = {"csv": set(), "pcs": {*VOCABULARY.quantities}}.get(name, {"time"})
     missing = [each for each in _missing(meant) if each not in optional]
     timed = "time" in meant or _MU not in meant
     # what is missing is asked of the user; the rest of the log is read without it
@@ -156,40 +154,36 @@ def sniff(file: str, content: bytes, zero: ZeroSource) -> Sniffed:
         VOCABULARY, lambda campaign: renamed, lambda *about: None, run, (), lambda *about: spared
     )
     name, reading = read_log(content, file, _settings(), probe)
-    refused = next((each.reason for each in reading.refusals), "")
+    refused = next(((each.rule, each.reason) for each in reading.refusals), ("", ""))
+    # text is a log if some line names columns
+    no_log = refused[0] == "unknown_format" or (name == "csv" and not names)
     return Sniffed(
         file,
         name,
         reading.form,
         guesses,
+        units,
         missing,
         list(dict.fromkeys(name for name, _ in names if name)),
-        "" if runs else refused,
+        "" if runs else refused[1],
         runs,
-        bool(runs) or may_be_log,
+        not no_log,
     )
 
 
-def _names(content: bytes) -> tuple[str | None, base.Names, bool]:
-    """The format of a file, the columns of its best table, and whether it may be a log at all.
-
-    That is a file in a format of logs, a packed one that is damaged, or text with rows of numbers.
-    """
+def _names(content: bytes) -> tuple[str, base.Names]:
+    """The format of a file, and the columns of its best table."""
+    name, tables = "none", []
     try:
         content = unpack(content)
-    except base.UnreadableLogError:
-        return None, [], True
-    name, tables = recognised_format(content), []
-    if name is None:
-        return None, [], False
-    try:
+        name = recognised_format(content) or name
         if name != "pcs":
             _, found = READERS[name].tables(content, _GUESSES)
             tables = [[*zip(table.names, table.units, strict=True)] for table in found]
     except Exception:  # noqa: S110 - whatever a library stumbles over; reading the log says it
         pass
     best = max(tables, key=lambda names: len(_GUESSES.columns_by_quantity(names)), default=[])
-    return name, best, name != "csv" or may_be_table(content)
+    return name, best
 
 
 def _missing(meant: Mapping[str, base.Names]) -> list[str]:
@@ -220,7 +214,6 @@ def _run(
     ball, disc = _surface_speeds(values, units, nothing)
     mean = (ball + disc) / 2
     turning = _turning(mean)
-    slip = (disc - ball)[turning] / mean[turning]
     levels = {} if "load" in unitless else {_LOADS[units.get("load", "N")]: load}
     if units.get("ball_speed") != "rpm" and not _SPEEDS & unitless:
         levels["entrainment_speed_m_s"] = mean
@@ -245,7 +238,6 @@ def _run(
         measured,
         settled,
         zero(*signals) if timed else "",
-        _signs(slip, force[turning], "ball_speed" in units),
         units,
         log_kind,
         not settled and step > _LONGEST_STEP_S,
@@ -286,19 +278,6 @@ def _turning(speed: FloatArray) -> BoolArray:
     """The rows at more than half of the speed of the fastest ones."""
     known = len(speed) > 0 and np.isfinite(speed).all()
     return np.abs(speed) > (np.quantile(np.abs(speed), 0.9) / 2 if known else np.inf)
-
-
-def _signs(slip: FloatArray, force: FloatArray, of_bodies: bool) -> dict[str, str | int]:
-    """The body that is slowed and whether the force grows or falls with the slip, where plain."""
-    found: dict[str, str | int] = {}
-    if len(slip) > 1 and of_bodies:
-        least, most = np.quantile(slip, (0.02, 0.98))
-        (less, _), (more, slower) = sorted([(-least, "disc"), (most, "ball")])
-        found |= {"slower_body": slower} if less < more / 10 else {}
-    if len(slip) > 1 and np.ptp(slip) > 0 and np.ptp(force) > 0:
-        together = float(np.corrcoef(slip, force)[0, 1])
-        found |= {"traction_sign": 1 if together > 0 else -1} if abs(together) >= 0.3 else {}
-    return found
 
 
 # ---------------------------------------------------------------- header lines
@@ -403,12 +382,7 @@ class Findings:
 
     def unit(self, quantity: str) -> tuple[str, bool]:
         """The unit for the campaign file, empty where the logs give it; whether it is unknown."""
-        units = {
-            unit_in_name(name, quantity, VOCABULARY)
-            for log in self.named
-            for name, unit in log.guesses.get(quantity, [])[:1]
-            if not unit
-        }
+        units = {log.units[quantity] for log in self.named if quantity in log.units}
         known = next(iter(units)) if len(units) == 1 else ""
         if units == {""} and quantity == "time" and not any(run.slow for run in self.runs):
             known = "s"
@@ -460,18 +434,6 @@ class Findings:
         stated = all("max_hertz_pressure_gpa" in run.lines for run in self.runs)
         several = bool(loads) and max(loads) > (1 + _NEAR) * min(loads)
         return any(run.units.get("load") == "GPa" for run in self.runs) or (several and not stated)
-
-    @property
-    def semantics(self) -> dict[str, str | int]:
-        """How the signals seem to be meant, where it differs from the defaults."""
-        signs = [sign for run in self.runs if not run.settled for sign in run.signs.items()]
-        # the most common one of each key comes last
-        most = dict(sign for sign, _ in reversed(Counter(signs).most_common()))
-        return {
-            key: most[key]
-            for key in ("slower_body", "traction_sign")
-            if key in most and most[key] != Semantics.model_fields[key].default
-        }
 
     @cached_property
     def zeros(self) -> Counter[str | None]:
