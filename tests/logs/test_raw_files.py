@@ -69,7 +69,6 @@ def to_secret(path: Path) -> None:
         (to_secret, "leads out of"),
         (lambda path: path.symlink_to(path.parent), "is a link to a folder"),
         (os.mkfifo, "is a pipe or a device"),
-        (os.mkdir, "is an empty folder with the name of a log"),
     ],
 )
 def test_log_that_cannot_be_reached_is_named_and_never_left_out(

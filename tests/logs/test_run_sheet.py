@@ -137,12 +137,11 @@ def test_sheet_is_read_in_every_language_and_encoding(content: bytes, file: str)
     [
         # 1 kgf = 9.80665 N, 0 degC = 273.15 K by definition
         ("file,oil,load [kgf]\na.csv,4102,8", "load_n", 78.4532),
-        ("file,oil,load\n,,kN\na.csv,4102,0.08", "load_n", 80),
         ("file,oil,Last\na.csv,4102,80", "load_n", 80),
         ("file,oil,Last [kN]\na.csv,4102,0.08", "load_n", 80),
         ("file,oil,Last\uff08kN\uff09\na.csv,4102,0.08", "load_n", 80),
         ("file,oil,load [MPa]\na.csv,4102,1250", "max_hertz_pressure_gpa", 1.25),
-        ("file,oil,inlet_temperature\n-,-,K\na.csv,4102,343.15", "inlet_temperature_c", 70),
+        ("file,oil,inlet_temperature [K]\na.csv,4102,343.15", "inlet_temperature_c", 70),
         ("file,oil,inlet_temperature_c\na.csv,4102,-5", "inlet_temperature_c", -5),
     ],
 )

@@ -51,7 +51,7 @@ class Refusal:
     Attributes:
         rule: Name of the rule or gate.
         reason: The sentence: what was found and what was expected.
-        advice: What to do about it.
+        advice: What to do about it; empty for a run, whose rule has its advice.
         run_id: The run; empty where it is the file.
         first_row: First data row concerned, counted from 1; 0 where no row is meant.
         last_row: Last data row concerned.
@@ -60,7 +60,7 @@ class Refusal:
 
     rule: str
     reason: str
-    advice: str
+    advice: str = ""
     run_id: str = ""
     first_row: int = 0
     last_row: int = 0
@@ -74,6 +74,20 @@ class Refusal:
         )
 
 
+class UnreadableLogError(Exception):
+    """A file of which nothing can be used; `rows` counts what may be its rows."""
+
+    def __init__(self, reason: str, advice: str = "", rows: int = 0, rule: str = "columns") -> None:
+        super().__init__(reason)
+        self.refusal = Refusal(rule, reason, advice)
+        self.rows = rows
+
+
+def too_large(reason: str) -> UnreadableLogError:
+    """The refusal of a log that was made to fill the memory, or holds too much for one."""
+    return UnreadableLogError(reason, "Begin a file for each run.", rule="too_large")
+
+
 def check_rows(rows: int) -> None:
     """Refuse a table that is larger than any log, before it is read.
 
@@ -81,10 +95,7 @@ def check_rows(rows: int) -> None:
         UnreadableLogError: It is.
     """
     if rows > MOST_ROWS:
-        reason = f"the log has {rows} rows, more than {MOST_ROWS}"
-        raise UnreadableLogError(
-            reason, "Let the logger begin a file for each run.", 0, "too_large"
-        )
+        raise too_large(f"the log has {rows} rows, more than {MOST_ROWS}")
 
 
 def check_lines(content: bytes) -> None:
@@ -94,17 +105,7 @@ def check_lines(content: bytes) -> None:
         UnreadableLogError: It is.
     """
     if len(content) > _LARGEST_BY_LINE:
-        reason = f"a text of this format is read up to {_LARGEST_BY_LINE >> 20} MiB"
-        raise UnreadableLogError(reason, "Export it in parts, or as csv or tdms.", 0, "too_large")
-
-
-class UnreadableLogError(Exception):
-    """A file of which nothing can be used; `rows` counts what may be its rows."""
-
-    def __init__(self, reason: str, advice: str = "", rows: int = 0, rule: str = "columns") -> None:
-        super().__init__(reason)
-        self.refusal = Refusal(rule, reason, advice)
-        self.rows = rows
+        raise too_large(f"a text of this format is read up to {_LARGEST_BY_LINE >> 20} MiB")
 
 
 @dataclass(frozen=True)
@@ -168,14 +169,6 @@ NOTHING_UNDERSTOOD = Understood()
 
 
 @dataclass(frozen=True)
-class Flaw:
-    """Why a run cannot be used although its rows can be read: rule and sentence."""
-
-    rule: str
-    reason: str
-
-
-@dataclass(frozen=True)
 class LoggedRun:
     """One test run out of a raw file.
 
@@ -190,7 +183,7 @@ class LoggedRun:
     kind: str
     nominal: Nominal
     samples: Columns
-    flaw: Flaw | None = None
+    flaw: Refusal | None = None
     label: str = ""
     understood: Understood = NOTHING_UNDERSTOOD
 

@@ -67,7 +67,7 @@ class LoggedTable:
     part: str = ""
     alone: bool = False
     vocabulary: Vocabulary | None = None
-    flaw: base.Flaw | None = None
+    flaw: base.Refusal | None = None
     problem: base.Refusal | None = None
     clocks: Mapping[int, tuple[float, float, str]] = field(default_factory=dict)
     cut: int = 0
@@ -83,7 +83,7 @@ def read_tables(
     found: Found, file: str, settings: Settings, kind: LogKind, sheet: SheetOfLog
 ) -> base.Reading:
     """The runs that the tables of a file make, and what had to be refused of them."""
-    form, tables = found
+    form, tables = found[0], [*found[1]]
     rows = 0
     runs: list[base.LoggedRun] = []
     refusals: list[base.Refusal] = []
@@ -100,6 +100,7 @@ def read_tables(
         rows += table.rows
         runs += [run] if run is not None else []
         refusals += refused
+    refusals += sheet.strays([table.part for table in tables if table.part])
     return base.Reading(rows, runs, refusals, form)
 
 
@@ -204,7 +205,7 @@ def _unreadable(
     return base.Refusal("unreadable_row", reason, ROWS_ADVICE).of_rows("", first, last)
 
 
-def _cut_row(table: LoggedTable, row: int) -> tuple[base.Refusal, base.Flaw | None]:
+def _cut_row(table: LoggedTable, row: int) -> tuple[base.Refusal, base.Refusal | None]:
     """The refusal of a last row without a line end; and why the run cannot be used, if so."""
     seen = table.show(table.rows - 1) if table.show else ""
     rule, good = "cut_row", f"(its last good row is {row - 1})"
@@ -218,10 +219,10 @@ def _cut_row(table: LoggedTable, row: int) -> tuple[base.Refusal, base.Flaw | No
         reason = f"row {row}, the last, has no line end, so that its last number may be cut"
         rule, advice = "unterminated_row", "End the file with a line end."
     refusal = base.Refusal(rule, reason, advice).of_rows("", row, row)
-    return refusal, base.Flaw("truncated", reason) if rule == "cut_row" else None
+    return refusal, base.Refusal("truncated", reason) if rule == "cut_row" else None
 
 
-def _rate_change(time: FloatArray, rows: base.IndexArray) -> base.Flaw | None:
+def _rate_change(time: FloatArray, rows: base.IndexArray) -> base.Refusal | None:
     """Whether rows come at another interval from some row on: levels are found at one interval."""
     count = (len(time) - 1) // _ROWS_OF_RATE
     steps = np.diff(time)[: count * _ROWS_OF_RATE].reshape(count, _ROWS_OF_RATE)
@@ -233,7 +234,7 @@ def _rate_change(time: FloatArray, rows: base.IndexArray) -> base.Flaw | None:
     if other.sum() < _BLOCKS_OF_RATE:
         return None
     first = int(np.argmax(other))
-    return base.Flaw(
+    return base.Refusal(
         "sampling_rate",
         f"rows come every {usual[0]:.3g} s at first and every {usual[first]:.3g} s from about row "
         f"{rows[first * _ROWS_OF_RATE]} on; expected one sampling rate",
@@ -242,7 +243,7 @@ def _rate_change(time: FloatArray, rows: base.IndexArray) -> base.Flaw | None:
 
 def _two_decimal_marks(
     table: LoggedTable, refusals: Sequence[base.Refusal], mark: str
-) -> base.Flaw | None:
+) -> base.Refusal | None:
     """Whether many rows are refused because they have the other decimal mark."""
     other = {"comma": r"\d\.\d", "point": r"\d,\d"}.get(mark)
     if other is None or table.show is None:
@@ -250,7 +251,9 @@ def _two_decimal_marks(
     having = [each for each in refusals if re.search(other, each.reason.partition("reads")[2])]
     if not having or sum(each.refused_rows for each in having) < table.rows * _MANY_ROWS:
         return None
-    return base.Flaw("decimal_marks", f"{having[0].reason}; most other rows have a decimal {mark}")
+    return base.Refusal(
+        "decimal_marks", f"{having[0].reason}; most other rows have a decimal {mark}"
+    )
 
 
 def _with_time(table: LoggedTable, vocabulary: Vocabulary) -> LoggedTable:

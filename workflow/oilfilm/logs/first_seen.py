@@ -10,13 +10,11 @@ from pathlib import Path
 
 from oilfilm.atomic_write import write_text
 from oilfilm.errors import OilfilmError
-from oilfilm.logs.raw_files import listing
+from oilfilm.logs.raw_files import listed, listing
 
 FOLDER = Path("data/first_seen")
 # The listings are for people and version control; so many digits tell any two logs apart.
 _DIGITS = 16
-# So many logs are named.
-_LISTED = 20
 _LINE = re.compile(r"([0-9a-f]{64})  (data/raw/.+)")
 
 
@@ -50,12 +48,11 @@ class FirstSeen:
     def gone(self, logs: Iterable[str]) -> str:
         """Which logs an earlier run has read that are not among these, as a sentence; or empty."""
         lost = sorted(self._digests.keys() - set(logs))
-        listed = ", ".join(lost[:_LISTED]) + (" ..." if lost[_LISTED:] else "")
         if not lost:
             return ""
         return (
-            f"{len(lost)} logs that an earlier run has read are gone: {listed}. Put them back; if "
-            f"they are not meant to be there, take their lines out of {self._path}."
+            f"{len(lost)} logs that an earlier run has read are gone: {listed(lost)}. Put them "
+            f"back; if they are not meant to be there, take their lines out of {self._path}."
         )
 
     def check_and_add(

@@ -263,7 +263,7 @@ def unpack(content: bytes) -> bytes:
         UnreadableLogError: The compressed stream is cut or damaged, or the log is too large.
     """
     if len(content) > LARGEST_LOG:
-        raise _too_large(f"the file is larger than {LARGEST_LOG >> 20} MiB")
+        raise base.too_large(f"the file is larger than {LARGEST_LOG >> 20} MiB")
     codec = next((name for mark, name in _COMPRESSED.items() if content.startswith(mark)), None)
     if codec is None:
         return content
@@ -277,12 +277,8 @@ def unpack(content: bytes) -> bytes:
         raise base.UnreadableLogError(damage, base.COPY_AGAIN, rule="damaged_archive") from error
     if len(inside) > most:
         times = f", its size times {base.MOST_FOLDED}" if most < LARGEST_LOG else ""
-        raise _too_large(f"unpacked the file has more than {most >> 20} MiB{times}")
+        raise base.too_large(f"unpacked the file has more than {most >> 20} MiB{times}")
     return inside
-
-
-def _too_large(reason: str) -> base.UnreadableLogError:
-    return base.UnreadableLogError(reason, "Begin a file for each run.", rule="too_large")
 
 
 def _about_run(run: base.LoggedRun) -> dict[str, Any]:

@@ -213,7 +213,7 @@ class ContinuousLog:
     columns: Sequence[Column]
     rows: base.IndexArray
     values: Mapping[str, FloatArray]
-    flaw: base.Flaw | None = None
+    flaw: base.Refusal | None = None
     understood: base.Understood = base.NOTHING_UNDERSTOOD
 
 

@@ -9,7 +9,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from oilfilm.logs.base import Flaw, Refusal, TextForm, UnreadableLogError, check_lines
+from oilfilm.logs.base import Refusal, TextForm, UnreadableLogError, check_lines
 from oilfilm.logs.columns import Found, LoggedTable
 from oilfilm.logs.header import FORMAT_ADVICE
 from oilfilm.logs.log_kind import Vocabulary
@@ -126,12 +126,12 @@ def _row(line: str, width: int, separator: str) -> str:
     return line + missing * separator
 
 
-def _too_few_rows(header: Header, rows: int) -> Flaw | None:
+def _too_few_rows(header: Header, rows: int) -> Refusal | None:
     cells = header.get("samples", ())
     counts = [cell for cell in cells if cell.isascii() and cell.isdecimal() and len(cell) < 12]
     announced = max(map(int, counts), default=0)
     sentence = f"the segment announces {announced} samples and holds {rows}"
-    return Flaw("truncated", sentence) if announced > rows else None
+    return Refusal("truncated", sentence) if announced > rows else None
 
 
 def _clocks(header: Header, width: int, mark: str) -> Iterator[tuple[int, tuple[float, float]]]:

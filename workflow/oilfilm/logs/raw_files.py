@@ -16,7 +16,7 @@ from oilfilm.errors import OilfilmError
 _SHEETS = ("runs.csv", "runs.tsv", "runs.xlsx")
 # A log that is larger, or unfolds to more, was made to fill the memory.
 LARGEST_LOG = 1 << 28
-# So many faults are listed; the others are counted.
+# So many faults and names are listed; the others are counted.
 _LISTED = 20
 # Excel writes such a file beside a workbook that is open.
 _LOCK_FILE = "~$"
@@ -40,11 +40,21 @@ def raw_files(folder: Path) -> list[str]:
     """
     found = dict(named_logs(folder))
     if faults := [fault for fault in found.values() if fault]:
-        more = [f"{folder}: {len(faults) - _LISTED} more of them"] if faults[_LISTED:] else []
-        raise OilfilmError("\n".join([*faults[:_LISTED], *more]))
+        raise all_faults(faults, folder, "of them")
     if not found:
         raise OilfilmError(f"{folder}: holds no logs. Put the campaign's logs there.")
     return [*found]
+
+
+def all_faults(faults: Sequence[str], path: Path, what: str) -> OilfilmError:
+    """One error for the many faults of a folder or file, one per line."""
+    more = [f"{path}: {len(faults) - _LISTED} more {what}"] if faults[_LISTED:] else []
+    return OilfilmError("\n".join([*faults[:_LISTED], *more]))
+
+
+def listed(names: Sequence[str]) -> str:
+    """The first names of many, for a message."""
+    return ", ".join(names[:_LISTED]) + (" ..." if names[_LISTED:] else "")
 
 
 def named_logs(folder: Path) -> Iterator[tuple[str, str]]:
@@ -83,8 +93,7 @@ def _unreachable(path: Path, folder: Path) -> str:
     if path.is_symlink() and path.is_dir():
         return f"is a link to a folder. Copy the logs into {folder}."
     if path.is_dir():
-        empty = path.suffix and not any(os.scandir(path))
-        return "is an empty folder with the name of a log. Put the log there." if empty else ""
+        return ""
     if not path.exists():
         return "is a link to a file that is not there. Fetch the file, or take the link out."
     if not path.is_file():

@@ -10,7 +10,7 @@ from dataclasses import asdict, dataclass, field, replace
 from fnmatch import fnmatchcase
 from typing import Any, Self
 
-from oilfilm.logs.base import LOADS, SET_POINTS, Flaw, Reading, Refusal, set_point
+from oilfilm.logs.base import LOADS, SET_POINTS, Reading, Refusal, set_point
 from oilfilm.logs.header import header_keys, named_keys, oil_id, oil_key
 from oilfilm.settings.resolved import Settings
 
@@ -62,7 +62,7 @@ class Labels:
 
     keys: dict[str, str]
     remarks: list[Refusal]
-    excluded: Flaw | None = None
+    excluded: Refusal | None = None
     problem: Refusal | None = None
     sources: Mapping[str, str] = field(default_factory=dict)
 
@@ -93,51 +93,47 @@ class SheetOfLog:
         over = LOADS if given.keys() & LOADS else frozenset()
         keys = {key: text for key, text in header.items() if key not in over} | given
         remarks = self._contradictions(run_id, header, given, settings)
-        if run_id == self.file and self.rows and not rows:
-            remarks.append(self._unmatched(self.rows, [part], run_id))
         sources = {
             **dict.fromkeys(named_keys(logged, settings).keys() - over, "header"),
             **dict.fromkeys(given, "run sheet"),
         }
         return Labels(keys, remarks, self._exclusion(rows), self._disagreement(rows), sources)
 
-    def completed(self, reading: Reading) -> Reading:
-        """The reading of the log with what the sheet says of all its runs together.
-
-        What could not be read is listed as excluded where the sheet excludes it; rows that name a
-        run which the log does not have are named.
-        """
-        runs = {run.run_id for run in reading.runs}
-        refusals = [
-            refusal
-            if refusal.run_id in runs or (runs and not refusal.run_id) or refusal.rule in REMARKS
-            else self._unread(refusal)
-            for refusal in reading.refusals
+    def strays(self, parts: Sequence[str]) -> list[Refusal]:
+        """The rows that name a run which the log does not have, by its own names of its runs."""
+        known = ", ".join(map(repr, parts[:10])) + (" ..." if len(parts) > 10 else "")
+        return [
+            Refusal(
+                UNMATCHED,
+                f"{self.sheet} has a row for {row}, but the runs of the log are {known}",
+                UNMATCHED_ADVICE,
+            )
+            for row in self.rows
+            if parts and not any(_is_about(row, part) for part in parts)
         ]
-        named = runs | {refusal.run_id for refusal in refusals}
-        parts = sorted({self._part(run_id) for run_id in named} - {""})
-        strays = [row for row in self.rows if not any(_is_about(row, part) for part in parts)]
-        if parts and strays:
-            refusals += [self._unmatched([row], parts) for row in strays]
-        return replace(reading, refusals=refusals)
 
-    def _unread(self, refusal: Refusal) -> Refusal:
-        part = self._part(refusal.run_id)
-        about = [row for row in self.rows if _is_about(row, part)]
-        excluded = self._exclusion(about)
-        # without a run, the rows are about whatever the file held
-        if excluded is None or (not part and not all(row.exclude for row in about)):
-            return refusal
-        reason = f"{excluded.reason}; besides, {refusal.reason}"
-        return replace(refusal, rule=EXCLUDED, reason=reason, advice=EXCLUDED_ADVICE)
+    def completed(self, reading: Reading) -> Reading:
+        """The reading; what could not be read is listed as excluded where the sheet excludes it."""
+        runs = {run.run_id for run in reading.runs}
 
-    def _part(self, run_id: str) -> str:
-        return run_id[len(self.file) + 1 :] if run_id.startswith(f"{self.file}:") else ""
+        def unread(refusal: Refusal) -> Refusal:
+            part = refusal.run_id.removeprefix(self.file)[1:]
+            about = [row for row in self.rows if _is_about(row, part)]
+            excluded = self._exclusion(about)
+            read = refusal.run_id in runs or (runs and not refusal.run_id)
+            # without a run, the rows are about whatever the file held
+            other = not part and not all(row.exclude for row in about)
+            if read or other or excluded is None or refusal.rule in REMARKS:
+                return refusal
+            reason = f"{excluded.reason}; besides, {refusal.reason}"
+            return replace(refusal, rule=EXCLUDED, reason=reason, advice=EXCLUDED_ADVICE)
 
-    def _exclusion(self, rows: Sequence[SheetRow]) -> Flaw | None:
+        return replace(reading, refusals=[*map(unread, reading.refusals)])
+
+    def _exclusion(self, rows: Sequence[SheetRow]) -> Refusal | None:
         reasons = dict.fromkeys(row.exclude for row in rows if row.exclude)
         reason = f"{self.sheet} excludes it: {'; '.join(reasons)}"
-        return Flaw(EXCLUDED, reason) if reasons else None
+        return Refusal(EXCLUDED, reason) if reasons else None
 
     def _disagreement(self, rows: Sequence[SheetRow]) -> Refusal | None:
         """Why the rows about a run cannot be followed: they contradict each other."""
@@ -145,10 +141,12 @@ class SheetOfLog:
             given = {row.keys[key]: row for row in reversed(rows) if key in row.keys}
             if len(given) > 1:
                 of_rows = (f"{value!r} (row of {row})" for value, row in reversed(given.items()))
-                reason = f"has several rows for the run, which disagree in {key}"
-                advice = "Leave one of them, or make the pattern of a row narrower."
-                reason = f"{self.sheet} {reason}: {', '.join(of_rows)}"
-                return Refusal("sheet_rows_disagree", reason, advice)
+                return Refusal(
+                    "sheet_rows_disagree",
+                    f"{self.sheet} has several rows for the run, which disagree in {key}: "
+                    f"{', '.join(of_rows)}",
+                    "Leave one of them, or make the pattern of a row narrower.",
+                )
         return None
 
     def _contradictions(
@@ -162,14 +160,6 @@ class SheetOfLog:
         reason = f"{self.sheet} and the header disagree: {', '.join(differing)}"
         advice = "The run sheet is used. Correct the one that is wrong."
         return [Refusal(CONTRADICTION, reason, advice, run_id)] if differing else []
-
-    def _unmatched(
-        self, rows: Iterable[SheetRow], parts: Sequence[str], run_id: str = ""
-    ) -> Refusal:
-        listed = "; ".join(map(str, rows))
-        known = ", ".join(map(repr, parts[:10])) + (" ..." if len(parts) > 10 else "")
-        reason = f"{self.sheet} has rows for {listed}, but the runs of the log are {known}"
-        return Refusal(UNMATCHED, reason, UNMATCHED_ADVICE, run_id)
 
 
 def _is_about(row: SheetRow, part: str) -> bool:

@@ -11,7 +11,7 @@ import numpy.typing as npt
 from nptdms import TdmsFile, TdmsGroup
 from nptdms.log import log_manager
 
-from oilfilm.logs.base import NO_TEXT, Flaw, UnreadableLogError, check_rows, distinct
+from oilfilm.logs.base import NO_TEXT, Refusal, UnreadableLogError, check_rows, distinct
 from oilfilm.logs.columns import Found, LoggedTable, header_text
 from oilfilm.logs.log_kind import Vocabulary
 from oilfilm.settings.base import plain_key
@@ -57,7 +57,7 @@ def tables(content: bytes, vocabulary: Vocabulary) -> Found:
         ]
 
 
-def _segments(content: bytes) -> tuple[Flaw | None, int]:
+def _segments(content: bytes) -> tuple[Refusal | None, int]:
     """What is wrong with the last segment where it was not written to its end; bytes of values."""
     position, number, raw = 0, 0, 0
     while position < len(content):
@@ -66,11 +66,11 @@ def _segments(content: bytes) -> tuple[Flaw | None, int]:
         lead_in = content[position : position + _LEAD_IN]
         if len(lead_in) < _LEAD_IN or not lead_in.startswith(_TAG):
             # another tag is damage, which the library reports
-            return (Flaw("truncated", sentence) if _TAG.startswith(lead_in[:4]) else None), raw
+            return (Refusal("truncated", sentence) if _TAG.startswith(lead_in[:4]) else None), raw
         order = ">" if lead_in[4] & _BIG_ENDIAN else "<"
         length, of_names = struct.unpack(f"{order}QQ", lead_in[12:28])
         if length == _UNKNOWN_END or position + _LEAD_IN + length > len(content):
-            return Flaw("truncated", sentence), raw
+            return Refusal("truncated", sentence), raw
         position += _LEAD_IN + length
         raw += length - of_names
     return None, raw
@@ -99,7 +99,7 @@ def _table(
     of_file: Mapping[str, Any],
     label: str,
     alone: bool,
-    flaw: Flaw | None,
+    flaw: Refusal | None,
     vocabulary: Vocabulary,
 ) -> LoggedTable:
     """A group as a table, in which shorter channels end in rows without a number.

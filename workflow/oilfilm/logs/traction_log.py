@@ -142,7 +142,9 @@ def _run(log: ContinuousLog, settings: Settings) -> base.LoggedRun:
     )
 
 
-def _fraction_in_percent(log: ContinuousLog, values: Mapping[str, FloatArray]) -> base.Flaw | None:
+def _fraction_in_percent(
+    log: ContinuousLog, values: Mapping[str, FloatArray]
+) -> base.Refusal | None:
     """Whether the only slip of a log is so small that its %, not the slip, is in doubt."""
     column = next((each for each in log.columns if each.quantity == "slide_roll_ratio"), None)
     if column is None or column.spare or column.logged_unit != "%" or not len(log.rows):
@@ -150,7 +152,7 @@ def _fraction_in_percent(log: ContinuousLog, values: Mapping[str, FloatArray]) -
     largest = float(np.max(np.abs(values["slide_roll_ratio"])))
     if not 0 < largest < _LEAST_SLIP:
         return None
-    return base.Flaw(
+    return base.Refusal(
         "slip_unit",
         f"the column {column.name[:60]!r} goes up to {100 * largest:.3g} % of slip, which shows no "
         "traction curve; it may be a fraction, whose unit is 1",
@@ -221,7 +223,7 @@ def _contradiction(
     rows: base.IndexArray,
     log: Semantics,
     limits: LoggedTwiceSettings,
-) -> base.Flaw | None:
+) -> base.Refusal | None:
     """How a log's own entrainment speed, slip or force contradicts its other columns, if so."""
     turning, given = np.arange(len(rows)), []
     if not values.keys() & {"entrainment_speed", "slide_roll_ratio", _BOTH_WAYS[0]}:
@@ -253,7 +255,7 @@ def _contradiction(
         known = np.flatnonzero(np.isfinite(apart))
         if len(known) and (median := float(np.median(apart[known]))) > getattr(limits, name):
             worst = known[np.argmax(apart[known])]
-            return base.Flaw(
+            return base.Refusal(
                 "columns_disagree",
                 f"{name} is {logged[worst]:.4g} in row {rows[turning][worst]}, but {others} "
                 f"give {expected[worst]:.4g}; the median difference is {median:.2g}, allowed "
