@@ -3,13 +3,13 @@
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any, Self
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from oilfilm import tables
-from oilfilm.units import ABSOLUTE_ZERO_C, Conversion, FloatArray
+from oilfilm.units import ABSOLUTE_ZERO_C, FloatArray
 
 # Columns of the table of samples but for `run_id`: name -> array over the rows of one run.
 Columns = dict[str, npt.NDArray[Any]]
@@ -38,6 +38,7 @@ class Nominal:
     inlet_temperature_c: float | None = None
 
 
+NOT_STATED = Nominal()
 SET_POINTS = tuple(Nominal.__dataclass_fields__)
 LOADS = frozenset({"max_hertz_pressure_gpa", "load_n"})
 # No contact of steel or ceramic bears more: 900 is in MPa.
@@ -127,23 +128,10 @@ class LogColumn:
     logged_unit: str
     quantity: str
     unit: str
-    minimum: float = np.nan
-    maximum: float = np.nan
-    count: int = 0
-    missing: int = 0
-
-    @classmethod
-    def of(
-        cls, name: str, logged_unit: str, quantity: str, to: Conversion, logged: FloatArray
-    ) -> Self:
-        """A column with the range of its numbers, given as logged, NaN where a cell holds none."""
-        # extremes first: a number that is not finite is, or hides, one of them
-        finite = len(logged) > 0 and np.isfinite(logged.min() + logged.max())
-        known = logged if finite else logged[np.isfinite(logged)]
-        ends = to.of(np.array([known.min(), known.max()] if len(known) else [np.nan, np.nan]))
-        least, most = map(float, np.sort(ends))
-        missing = len(logged) - len(known)
-        return cls(name, logged_unit, quantity, to.unit, least, most, len(known), missing)
+    minimum: float
+    maximum: float
+    count: int
+    missing: int
 
 
 @dataclass(frozen=True)

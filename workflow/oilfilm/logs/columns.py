@@ -90,8 +90,7 @@ def read_tables(
     for table in tables:
         run_id = file if table.alone or not table.part else f"{file}:{table.part}"
         try:
-            mark = form.decimal_mark if form.delimiter != "comma" else ""
-            run, refused = _read_table(table, run_id, rows + 1, settings, kind, sheet, mark)
+            run, refused = _read_table(table, run_id, rows + 1, settings, kind, sheet, form)
         except ValueError as error:
             read_as = f"; read as {form.encoding}" if form.encoding not in ("", "ascii") else ""
             advice = kind.vocabulary.advice
@@ -116,9 +115,9 @@ def _read_table(
     settings: Settings,
     kind: LogKind,
     sheet: SheetOfLog,
-    mark: str,
+    form: base.TextForm,
 ) -> tuple[base.LoggedRun | None, list[base.Refusal]]:
-    """The run of a table and its refusals; `mark` is the decimal mark in a word, if in doubt.
+    """The run of a table and its refusals.
 
     Raises:
         ValueError: Its columns cannot be understood.
@@ -132,13 +131,13 @@ def _read_table(
     columns = vocabulary.columns(table.names, table.units, spared)
     if problem := labels.problem or kind.header_problem(labels.keys, columns, settings):
         return None, [_whole(problem, table, run_id, first_row), *labels.remarks]
-    used, logged = _numbers(table, columns)
-    values, good = _converted(used, logged)
+    logged = _numbers(table, columns)
+    values, good = _converted(logged)
     rows = np.arange(first_row, first_row + table.rows)
     # a last row without a line end is refused as such
     whole = slice(table.rows - bool(table.cut))
     refusals = [
-        _unreadable(table, logged, first, last, first - first_row)
+        _unreadable(table, [*logged.values()], first, last, first - first_row)
         for first, last in base.as_ranges(rows[whole][~good[whole]])
     ]
     flaw = table.flaw
@@ -150,29 +149,26 @@ def _read_table(
         good &= ~table.broken
     if table.cut:
         good[-1] = False
-        refusal, truncated = _cut_row(table, int(rows[-1]))
-        refusals.append(refusal)
-        flaw = flaw or truncated
+        refusals.append(_cut_row(table, int(rows[-1])))
+        if refusals[-1].rule == "cut_row":
+            flaw = flaw or replace(refusals[-1], rule="truncated")
     refusals = [replace(refusal, run_id=run_id) for refusal in refusals]
     if not good.all():
         rows = rows[good]
         values = {quantity: numbers[good] for quantity, numbers in values.items()}
     if "time" in values and labels.keys.get("log_kind") != "steps":
         flaw = flaw or _rate_change(values["time"], rows)
-    flaw = flaw or _two_decimal_marks(table, refusals, mark)
-    places = {column.index for column in used}
+    flaw = flaw or _two_decimal_marks(table, refusals, form)
+    places = {column.index for column in logged}
     understood = base.Understood(
-        [
-            base.LogColumn.of(column.name, column.logged_unit, column.quantity, column.to, numbers)
-            for column, numbers in zip(used, logged, strict=True)
-        ],
+        [column.read(numbers) for column, numbers in logged.items()],
         [name for index, name in enumerate(table.names) if index not in places],
         labels.sources,
         _named(table),
         _stated(labels.keys),
     )
     flaw = labels.excluded or flaw
-    log = ContinuousLog(run_id, labels.keys, used, rows, values, flaw, understood)
+    log = ContinuousLog(run_id, labels.keys, [*logged], rows, values, flaw, understood)
     return kind.run(log, settings), [*refusals, *labels.remarks]
 
 
@@ -205,8 +201,8 @@ def _unreadable(
     return base.Refusal("unreadable_row", reason, ROWS_ADVICE).of_rows("", first, last)
 
 
-def _cut_row(table: LoggedTable, row: int) -> tuple[base.Refusal, base.Refusal | None]:
-    """The refusal of a last row without a line end; and why the run cannot be used, if so."""
+def _cut_row(table: LoggedTable, row: int) -> base.Refusal:
+    """The refusal of a last row without a line end."""
     seen = table.show(table.rows - 1) if table.show else ""
     rule, good = "cut_row", f"(its last good row is {row - 1})"
     if zeros := seen.count("\0"):
@@ -218,8 +214,7 @@ def _cut_row(table: LoggedTable, row: int) -> tuple[base.Refusal, base.Refusal |
     else:
         reason = f"row {row}, the last, has no line end, so that its last number may be cut"
         rule, advice = "unterminated_row", "End the file with a line end."
-    refusal = base.Refusal(rule, reason, advice).of_rows("", row, row)
-    return refusal, base.Refusal("truncated", reason) if rule == "cut_row" else None
+    return base.Refusal(rule, reason, advice).of_rows("", row, row)
 
 
 def _rate_change(time: FloatArray, rows: base.IndexArray) -> base.Refusal | None:
@@ -242,18 +237,18 @@ def _rate_change(time: FloatArray, rows: base.IndexArray) -> base.Refusal | None
 
 
 def _two_decimal_marks(
-    table: LoggedTable, refusals: Sequence[base.Refusal], mark: str
+    table: LoggedTable, refusals: Sequence[base.Refusal], form: base.TextForm
 ) -> base.Refusal | None:
     """Whether many rows are refused because they have the other decimal mark."""
-    other = {"comma": r"\d\.\d", "point": r"\d,\d"}.get(mark)
-    if other is None or table.show is None:
+    mark = form.decimal_mark
+    if form.delimiter in ("", "comma") or table.show is None:
         return None
+    other = r"\d\.\d" if mark == "comma" else r"\d,\d"
     having = [each for each in refusals if re.search(other, each.reason.partition("reads")[2])]
     if not having or sum(each.refused_rows for each in having) < table.rows * _MANY_ROWS:
         return None
-    return base.Refusal(
-        "decimal_marks", f"{having[0].reason}; most other rows have a decimal {mark}"
-    )
+    reason = f"{having[0].reason}; most other rows have a decimal {mark}"
+    return base.Refusal("decimal_marks", reason)
 
 
 def _with_time(table: LoggedTable, vocabulary: Vocabulary) -> LoggedTable:
@@ -274,29 +269,28 @@ def _with_time(table: LoggedTable, vocabulary: Vocabulary) -> LoggedTable:
     return replace(table, names=names, units=units, values=values)
 
 
-def _numbers(
-    table: LoggedTable, columns: Sequence[Column]
-) -> tuple[list[Column], list[FloatArray]]:
+def _numbers(table: LoggedTable, columns: Sequence[Column]) -> dict[Column, FloatArray]:
     """The columns with their numbers as logged, without spare ones that hold none.
 
     Raises:
         ValueError: A column holds something else.
     """
-    kept, logged = [], []
-    values = table.values([column.index for column in columns])
-    for column, numbers in zip(columns, values, strict=True):
-        if numbers.dtype.kind in "iuf":
-            kept.append(column)
-            logged.append(numbers.astype(np.float64, copy=False))
-        elif not column.spare:
+    values = zip(columns, table.values([column.index for column in columns]), strict=True)
+    logged = {
+        column: numbers.astype(np.float64, copy=False)
+        for column, numbers in values
+        if numbers.dtype.kind in "iuf"
+    }
+    for column in columns:
+        if column not in logged and not column.spare:
             raise ValueError(f"the column {column.name[:60]!r} does not hold numbers")
-    return kept, logged
+    return logged
 
 
 def _converted(
-    columns: Sequence[Column], logged: Sequence[FloatArray]
+    logged: Mapping[Column, FloatArray],
 ) -> tuple[dict[str, FloatArray], BoolArray]:
-    """Logged numbers in the units of `columns`, by quantity, and which rows can be used.
+    """Numbers in the units of the columns, by quantity, and which rows can be used.
 
     A row can be used where every number but the spare ones is finite and below what any rig
     measures.
@@ -304,22 +298,21 @@ def _converted(
     good = np.logical_and.reduce(
         [
             np.abs(numbers) < (_LARGEST_TIME if column.quantity == "time" else base.LARGEST_READING)
-            for column, numbers in zip(columns, logged, strict=True)
+            for column, numbers in logged.items()
             if not column.spare
         ]
     )
     all_good = bool(good.all())
     values = {
         column.quantity: column.to.of(numbers if all_good else np.where(good, numbers, np.nan))
-        for column, numbers in zip(columns, logged, strict=True)
+        for column, numbers in logged.items()
     }
-    for column in columns:
+    for column in logged:
         quantity, numbers = column.quantity, values[column.quantity]
         if column.to.unit == "GPa":
             good = good & ~(np.abs(numbers) > base.HARDEST_GPA)
         if quantity.endswith("temperature"):
-            absurd = (numbers <= ABSOLUTE_ZERO_C) | (numbers >= _HOTTEST_C)
-            good = good & ~absurd
+            good = good & ~((numbers <= ABSOLUTE_ZERO_C) | (numbers >= _HOTTEST_C))
     return values, good
 
 

@@ -9,6 +9,8 @@ from collections.abc import Callable, Mapping, Sequence, Set
 from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
 
+import numpy as np
+
 from oilfilm.logs import base
 from oilfilm.logs.header import FULL_WIDTH, apart
 from oilfilm.settings import campaign as campaign_file
@@ -34,6 +36,16 @@ class Column:
     name: str
     logged_unit: str
     spare: bool = False
+
+    def read(self, logged: FloatArray) -> base.LogColumn:
+        """The column with the range of its numbers, given as logged; NaN where a cell has none."""
+        # extremes first: a number that is not finite is, or hides, one of them
+        finite = len(logged) > 0 and np.isfinite(logged.min() + logged.max())
+        known = logged if finite else logged[np.isfinite(logged)]
+        ends = self.to.of(np.array([known.min(), known.max()] if len(known) else [np.nan, np.nan]))
+        least, most = map(float, np.sort(ends))
+        about = self.name, self.logged_unit, self.quantity, self.to.unit
+        return base.LogColumn(*about, least, most, len(known), len(logged) - len(known))
 
 
 @dataclass(frozen=True)
@@ -215,6 +227,26 @@ class ContinuousLog:
     values: Mapping[str, FloatArray]
     flaw: base.Refusal | None = None
     understood: base.Understood = base.NOTHING_UNDERSTOOD
+
+    def run(
+        self,
+        rig: str,
+        samples: base.Columns,
+        nominal: base.Nominal = base.NOT_STATED,
+        flaw: base.Refusal | None = None,
+    ) -> base.LoggedRun:
+        """The run that has these samples; `flaw` counts where the log itself has none."""
+        return base.LoggedRun(
+            self.run_id,
+            self.keys.get("oil", ""),
+            rig,
+            self.keys.get("log_kind", "continuous"),
+            nominal,
+            samples,
+            self.flaw or flaw,
+            self.keys.get("run", ""),
+            self.understood,
+        )
 
 
 @dataclass(frozen=True)

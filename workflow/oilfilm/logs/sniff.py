@@ -141,8 +141,7 @@ def sniff(file: str, content: bytes, zero: ZeroSource) -> Sniffed:
         logged_in = {column.quantity: column.to.unit for column in log.columns}
         part = log.run_id[len(file) + 1 :]
         runs.append(_run(part, keys, log.values, logged_in, unitless, zero))
-        samples = {"row": log.rows}
-        return base.LoggedRun(log.run_id, "", "", "continuous", base.Nominal(), samples)
+        return log.run("", {"row": log.rows})
 
     # the time of LabVIEW's logs need be no column; exports of PCS programs have no names to guess
     optional = {"csv": set(), "pcs": {*VOCABULARY.quantities}}.get(name, {"time"})

@@ -5,9 +5,10 @@ signals.
 """
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 from oilfilm.errors import OilfilmError
-from oilfilm.logs.base import LoggedRun, Nominal, Refusal
+from oilfilm.logs.base import LoggedRun, Refusal
 from oilfilm.logs.header import oil_problem, simulation_problem
 from oilfilm.logs.log_kind import Column, ContinuousLog, LogKind, Vocabulary
 from oilfilm.settings.campaign import Campaign, Torque
@@ -45,17 +46,9 @@ def _run(log: ContinuousLog, settings: Settings) -> LoggedRun:
     """Samples have the columns of the project's own names and `row`; the `rig` is the bearing."""
     samples = {name: log.values[quantity] for name, (quantity, _) in _OWN_NAMES.items()}
     bearing = torque_of(settings.campaign).bearing
-    return LoggedRun(
-        log.run_id,
-        log.keys["oil"],
-        bearing,
-        "continuous",
-        Nominal(),
-        {"row": log.rows, **samples},
-        log.flaw,
-        log.keys.get("run", ""),
-        log.understood,
-    )
+    # whatever a header says, the rows of a torque log are no settled readings
+    log = replace(log, keys={**log.keys, "log_kind": "continuous"})
+    return log.run(bearing, {"row": log.rows, **samples})
 
 
 def torque_of(campaign: Campaign) -> Torque:

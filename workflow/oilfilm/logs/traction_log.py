@@ -129,17 +129,7 @@ def _run(log: ContinuousLog, settings: Settings) -> base.LoggedRun:
         disc_speed_m_s=disc,
         **sampled,
     )
-    return base.LoggedRun(
-        log.run_id,
-        keys["oil"],
-        keys["rig"],
-        keys.get("log_kind", "continuous"),
-        given,
-        samples,
-        log.flaw or contradiction or _fraction_in_percent(log, values),
-        keys.get("run", ""),
-        log.understood,
-    )
+    return log.run(keys["rig"], samples, given, contradiction or _fraction_in_percent(log, values))
 
 
 def _fraction_in_percent(
