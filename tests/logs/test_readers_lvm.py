@@ -32,7 +32,7 @@ def test_segments_are_runs_with_set_points_in_their_notes(read) -> None:
     lines += formats.lvm_segment(VALUES, formats.UNITS, ".", "inlet_temperature_c: 70")
     reading = read("\n".join(lines))
     assert [run.run_id for run in reading.runs] == ["log:segment1", "log:segment2"]
-    assert [run.nominal.inlet_temperature_c for run in reading.runs] == [25, 70]
+    assert [run.nominal["inlet_temperature_c"] for run in reading.runs] == [25, 70]
     assert reading.runs[1].samples["row"].tolist() == list(range(41, 81))
 
 

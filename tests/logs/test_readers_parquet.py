@@ -108,7 +108,7 @@ def test_frame_of_pandas_with_attributes_and_own_names_is_a_log(read) -> None:
     (run,) = read(buffer.getvalue()).runs
     np.testing.assert_allclose(run.samples["time_s"], VALUES["time"], atol=1e-9)
     np.testing.assert_allclose(run.samples["load_n"], VALUES["load"] * 9.80665, rtol=1e-12)
-    assert run.nominal.max_hertz_pressure_gpa == 1.25
+    assert run.nominal["max_hertz_pressure_gpa"] == 1.25
 
 
 def test_other_columns_of_any_type_are_not_read_and_doubled_ones_refused(read) -> None:

@@ -31,7 +31,7 @@ def test_groups_are_runs_with_their_own_set_points_and_rows_counted_through(read
     )
     reading = read(content)
     assert [run.run_id for run in reading.runs] == ["log:cold", "log:hot"]
-    assert [run.nominal.inlet_temperature_c for run in reading.runs] == [25, 70]
+    assert [run.nominal["inlet_temperature_c"] for run in reading.runs] == [25, 70]
     assert reading.runs[1].samples["row"].tolist() == list(range(31, 51))
     assert reading.rows == 50
 

@@ -22,7 +22,7 @@ from oilfilm.cli import main
 from oilfilm.curation.curate import check_logs
 from oilfilm.curation.torque_rig import TORQUE_RIG
 from oilfilm.errors import OilfilmError
-from oilfilm.logs.base import Nominal
+from oilfilm.logs.base import SET_POINTS as NAMED
 from oilfilm.logs.ingest import Ingested, ingest_logs
 from oilfilm.logs.log_kind import LogKind
 from oilfilm.logs.raw_files import find_sheet, raw_files
@@ -54,8 +54,7 @@ def ingested(text: str | bytes, logs: Mapping[str, bytes], settings: Settings = 
 
 
 def nominal(run: Mapping[str, Any]) -> list[float]:
-    names = Nominal.__dataclass_fields__
-    return [run[f"nominal_{name}"] for name in names if name != "load_n"]
+    return [run[f"nominal_{name}"] for name in NAMED if name != "load_n"]
 
 
 def zstd(log: bytes) -> bytes:

@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from oilfilm import tables
-from oilfilm.units import ABSOLUTE_ZERO_C, FloatArray
+from oilfilm.units import ABSOLUTE_ZERO_C
 
 # Columns of the table of samples but for `run_id`: name -> array over the rows of one run.
 Columns = dict[str, npt.NDArray[Any]]
@@ -28,18 +27,16 @@ MOST_ROWS, MOST_FOLDED = 4_500_000, 250
 _LARGEST_BY_LINE = 1 << 26
 
 
-@dataclass(frozen=True)
-class Nominal:
-    """Set points of a run; None where the log and the campaign do not say."""
-
-    max_hertz_pressure_gpa: float | None = None
-    load_n: float | None = None
-    entrainment_speed_m_s: float | None = None
-    inlet_temperature_c: float | None = None
-
-
-NOT_STATED = Nominal()
-SET_POINTS = tuple(Nominal.__dataclass_fields__)
+# Set points of a run that its log or the campaign states, by key.
+Nominal = Mapping[str, float]
+# Set point -> its quantity, as keys name it, and its unit.
+SET_POINT_UNITS = {
+    "max_hertz_pressure_gpa": ("max_hertz_pressure", "GPa"),
+    "load_n": ("load", "N"),
+    "entrainment_speed_m_s": ("entrainment_speed", "m/s"),
+    "inlet_temperature_c": ("inlet_temperature", "degC"),
+}
+SET_POINTS = tuple(SET_POINT_UNITS)
 LOADS = frozenset({"max_hertz_pressure_gpa", "load_n"})
 # No contact of steel or ceramic bears more: 900 is in MPa.
 HARDEST_GPA = 10.0
@@ -217,14 +214,6 @@ class Reading:
     unpacked_sha256: str = ""
 
 
-def samples_of_run(row: IndexArray, **given: FloatArray) -> Columns:
-    """Samples of one run; columns that are not given are empty."""
-    names = [name for name in tables.columns("samples") if name not in ("run_id", "row")]
-    # a column of one number that takes no memory
-    nothing = np.broadcast_to(np.nan, len(row))
-    return {"row": row, **dict.fromkeys(names, nothing), **given}
-
-
 def refused_ranges(
     run_id: str, rows: IndexArray, rule: str, problem: str, advice: str
 ) -> list[Refusal]:
@@ -253,7 +242,7 @@ def decimal_number(text: str) -> float:
 
 def set_point(name: str, text: str) -> float | None:
     """The set point that a text gives, with a decimal point or comma; None where it gives none."""
-    least, most = set_point_range(name)
+    least, most = _range(name)
     try:
         value = decimal_number(text)
     except ValueError:
@@ -261,8 +250,14 @@ def set_point(name: str, text: str) -> float | None:
     return value if least < value < most else None
 
 
-def set_point_range(name: str) -> tuple[float, float]:
-    """The limits between which a set point is."""
+def expected_set_point(name: str) -> str:
+    """What a set point must be, for a message."""
+    least, most = _range(name)
+    unit = SET_POINT_UNITS[name][1] + (", not MPa" if most == HARDEST_GPA else "")
+    return f"a number above {least:g}, below {most:g} (in {unit})"
+
+
+def _range(name: str) -> tuple[float, float]:
     least = ABSOLUTE_ZERO_C if name == "inlet_temperature_c" else 0.0
     return least, HARDEST_GPA if name == "max_hertz_pressure_gpa" else LARGEST_READING
 

@@ -9,6 +9,7 @@ Decides: which rows are refused for their cells.
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -129,7 +130,8 @@ def _read_table(
     labels = sheet.labels(run_id, table.keys, settings, table.part)
     spared = kind.spared(labels.keys, settings)
     columns = vocabulary.columns(table.names, table.units, spared)
-    if problem := labels.problem or kind.header_problem(labels.keys, columns, settings):
+    problems = chain([labels.problem], kind.header_problems(labels.keys, columns, settings))
+    if problem := next(filter(None, problems), None):
         return None, [_whole(problem, table, run_id, first_row), *labels.remarks]
     logged = _numbers(table, columns)
     values, good = _converted(logged)

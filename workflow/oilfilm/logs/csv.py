@@ -22,7 +22,7 @@ from oilfilm.logs.text_rows import (
     HEAD_SEARCHED,
     TextTable,
     count_rows,
-    encodings_of,
+    encoding_of,
     is_date,
     is_stamp,
     normalise,
@@ -78,7 +78,7 @@ def recognises(head: bytes) -> bool:
 
 def tables(content: bytes, vocabulary: Vocabulary) -> Found:
     """See `Reader.tables`."""
-    encoding = encodings_of(content)[0]
+    encoding = encoding_of(content)
     text = normalise(content, encoding)
     rows = max(count_rows(text) - 1, 0)  # one of the lines may be that of the names
     check_rows(rows)

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Mapping
 from difflib import SequenceMatcher
 from functools import lru_cache
 
-from oilfilm.logs.base import LOADS, Refusal, decimal_number
+from oilfilm.logs.base import LOADS, SET_POINT_UNITS, Refusal, decimal_number
 from oilfilm.settings.base import plain_key
 from oilfilm.settings.resolved import Settings
 from oilfilm.units import Conversion, possible_conversion
@@ -17,13 +17,6 @@ FORMAT_ADVICE = "data/raw/README.md describes the format."
 
 # Chinese input methods write the first for the second.
 FULL_WIDTH = str.maketrans("\uff1a\uff1d\uff08\uff09\uff3b\uff3d", ":=()[]")
-# Set point -> its quantity, as keys name it, and its unit.
-SET_POINT_UNITS = {
-    "max_hertz_pressure_gpa": ("max_hertz_pressure", "GPa"),
-    "load_n": ("load", "N"),
-    "entrainment_speed_m_s": ("entrainment_speed", "m/s"),
-    "inlet_temperature_c": ("inlet_temperature", "degC"),
-}
 # Units as `plain_key` leaves them.
 UNITS = {
     **{unit.lower(): unit for unit in "GPa MPa Pa N daN kN gf kgf lbf K".split()},
@@ -178,18 +171,14 @@ def oil_key(keys: Mapping[str, str]) -> str | None:
 
 def misspelt_key(keys: Mapping[str, str], settings: Settings) -> Refusal | None:
     """A key that nearly is that of a set point which neither the log nor the campaign has."""
-    given = keys.keys() | settings.campaign.set_points.model_dump(exclude_none=True).keys()
+    known = keys.keys() | settings.campaign.set_points.model_dump(exclude_none=True).keys()
+    # the load has one set point, as force or as pressure
+    known = (known | LOADS if known & LOADS else known) - {"oil"}
     names = {word: key for key, (of, _) in SET_POINT_UNITS.items() for word in (key, of)}
-    names |= {
-        word: key
-        for word, key in listed_names(settings).items()
-        if key in ("oil", *SET_POINT_UNITS)
-    }
+    listed = listed_names(settings).items()
+    names |= {word: key for word, key in listed if key in ("oil", *SET_POINT_UNITS)}
     for word, name in names.items():
-        # the load has one set point, as force or as pressure
-        if name != "oil" and given & (LOADS if name in LOADS else {name}):
-            continue
-        for key, text in keys.items():
+        for key, text in keys.items() if name not in known else ():
             unitless = key == word and number_and_unit(text)[0]
             if unitless or _is_slip_of_the_pen(apart(key)[0], word):
                 return Refusal(

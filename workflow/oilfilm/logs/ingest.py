@@ -4,7 +4,6 @@ Decides: where each row of a raw log ends: in samples or in quarantine.
 """
 
 import hashlib
-import math
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from dataclasses import asdict, dataclass, replace
@@ -290,9 +289,7 @@ def _about_run(run: base.LoggedRun) -> dict[str, Any]:
         "label": printable(run.label)[:_LONGEST_LABEL],
         "columns": run.understood.names,
         "stated": run.understood.stated,
-        **{
-            f"nominal_{key}": math.nan if x is None else x for key, x in asdict(run.nominal).items()
-        },
+        **{f"nominal_{key}": run.nominal.get(key, np.nan) for key in base.SET_POINTS},
         "samples": len(run),
         "plateaus": 0,
         "accepted_points": 0,

@@ -5,9 +5,10 @@ Decides: what the columns of a log mean, and their units.
 
 import unicodedata
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence, Set
+from collections.abc import Callable, Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
+from types import MappingProxyType
 
 import numpy as np
 
@@ -20,6 +21,7 @@ from oilfilm.settings.resolved import Settings
 from oilfilm.units import Conversion, FloatArray, conversion, possible_conversion
 
 Renamed = Mapping[str, campaign_file.Column]
+Problems = Iterator[base.Refusal | None]
 
 
 @dataclass(frozen=True)
@@ -232,7 +234,7 @@ class ContinuousLog:
         self,
         rig: str,
         samples: base.Columns,
-        nominal: base.Nominal = base.NOT_STATED,
+        nominal: base.Nominal = MappingProxyType({}),
         flaw: base.Refusal | None = None,
     ) -> base.LoggedRun:
         """The run that has these samples; `flaw` counts where the log itself has none."""
@@ -256,7 +258,8 @@ class LogKind:
     Attributes:
         vocabulary: What such logs may hold.
         renamed: The columns with names of their own in a campaign.
-        header_problem: Why a log with these header keys and columns cannot be used, if so.
+        header_problems: Why a log with these header keys and columns cannot be used; later ones
+            take the absence of earlier ones for granted.
         run: The run that a log makes.
         spared: Quantities that a log with these header keys needs no column of.
         sheet_keys: Header keys that the run sheet may give beside the oil.
@@ -264,7 +267,7 @@ class LogKind:
 
     vocabulary: Vocabulary
     renamed: Callable[[Campaign], Renamed]
-    header_problem: Callable[[Mapping[str, str], Sequence[Column], Settings], base.Refusal | None]
+    header_problems: Callable[[Mapping[str, str], Sequence[Column], Settings], Problems]
     run: Callable[[ContinuousLog, Settings], base.LoggedRun]
     sheet_keys: tuple[str, ...]
     spared: Callable[[Mapping[str, str], Settings], Set[str]] = lambda *about: frozenset()

@@ -13,7 +13,7 @@ from oilfilm.logs.base import Refusal, TextForm, UnreadableLogError, check_lines
 from oilfilm.logs.columns import Found, LoggedTable
 from oilfilm.logs.header import FORMAT_ADVICE
 from oilfilm.logs.log_kind import Vocabulary
-from oilfilm.logs.text_rows import TextTable, encodings_of, normalise
+from oilfilm.logs.text_rows import TextTable, encoding_of, normalise
 from oilfilm.settings.base import plain_key
 
 _TITLE = b"LabVIEW Measurement"
@@ -32,7 +32,7 @@ def recognises(head: bytes) -> bool:
 def tables(content: bytes, vocabulary: Vocabulary) -> Found:
     """See `Reader.tables`."""
     check_lines(content)
-    encoding = encodings_of(content)[0]
+    encoding = encoding_of(content)
     text = normalise(content, encoding).decode("utf-8", "replace")
     found = _SEPARATOR.search(text[:4000])
     separator = found[1] if found else "\t"

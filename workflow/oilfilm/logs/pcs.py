@@ -19,7 +19,7 @@ import yaml
 from oilfilm.logs import base
 from oilfilm.logs.columns import Found, LoggedTable
 from oilfilm.logs.log_kind import Vocabulary
-from oilfilm.logs.text_rows import encodings_of
+from oilfilm.logs.text_rows import encoding_of
 from oilfilm.settings.campaign import Column
 from oilfilm.units import BoolArray, FloatArray
 
@@ -61,7 +61,7 @@ def tables(content: bytes, vocabulary: Vocabulary) -> Found:
     """See `Reader.tables`."""
     base.check_lines(content)
     # older programs write the degree sign in the encoding of western Windows
-    likely = encodings_of(content)[0]
+    likely = encoding_of(content)
     encoding = likely if likely in {"ascii", "utf-8"} else "cp1252"
     text = content.decode(encoding, "replace").removeprefix("\ufeff")
     steps = list(_steps(re.split("\r\n|\r|\n", text)))

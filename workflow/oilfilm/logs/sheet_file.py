@@ -20,7 +20,7 @@ from typing import NamedTuple
 
 from oilfilm.errors import OilfilmError, printable
 from oilfilm.logs import base
-from oilfilm.logs.header import SET_POINT_UNITS, apart, listed_names, meaning
+from oilfilm.logs.header import apart, listed_names, meaning
 from oilfilm.logs.log_kind import LogKind
 from oilfilm.logs.raw_files import all_faults, find_sheet, is_sheet, listed, named_logs
 from oilfilm.logs.run_sheet import (
@@ -32,7 +32,7 @@ from oilfilm.logs.run_sheet import (
     SheetRow,
     matches,
 )
-from oilfilm.logs.text_rows import encodings_of
+from oilfilm.logs.text_rows import encoding_of
 from oilfilm.settings.base import plain_key
 from oilfilm.settings.resolved import Settings
 
@@ -43,7 +43,7 @@ _KEPT = frozenset(["", *"0 - n no false nein falsch non faux nej nei 否".split(
 # The line of names is near the top, below comments and the line `sep=;` of Excel.
 _LINES_SEARCHED = 20
 _LARGEST = 1 << 24
-_QUANTITIES = {quantity: key for key, (quantity, _) in SET_POINT_UNITS.items()}
+_QUANTITIES = {quantity: key for key, (quantity, _) in base.SET_POINT_UNITS.items()}
 
 Cells = list[list[str]]
 
@@ -237,7 +237,7 @@ def _rows(content: bytes, sheet: _Sheet) -> list[tuple[int, SheetRow]]:
 
 def _texts(content: bytes) -> list[Cells]:
     """The cells of a text by each delimiter that it may have."""
-    text = content.decode(encodings_of(content)[0], "replace").removeprefix("\ufeff")
+    text = content.decode(encoding_of(content), "replace").removeprefix("\ufeff")
     readings = []
     for delimiter in (",", ";", "\t", "|"):
         # a cell longer than csv reads is none of a run sheet
@@ -292,7 +292,7 @@ def _check_column(column: _Column, row: str, sheet: _Sheet) -> None:
         if key not in base.SET_POINTS or base.set_point(key, one) is None:
             unit = apart(column.own)[1]
             found = f"found the unit {unit!r}" if unit else "has no unit"
-            expected = "N or GPa" if column.key == "load_n" else SET_POINT_UNITS[column.key][1]
+            expected = "N or GPa" if column.key == "load_n" else base.SET_POINT_UNITS[column.key][1]
             where = f"{row}, column {column.name!r}"
             sheet.refuse(where, f"{found}, expected {expected} in brackets behind the name.")
 
@@ -329,10 +329,8 @@ def _value(column: _Column, text: str, sheet: _Sheet) -> tuple[str | None, str]:
     """The value of a cell as its header key holds it, or None, and what is expected there."""
     key, settings = column.key, sheet.settings
     if key in base.SET_POINTS:
-        least, most = base.set_point_range(key)
         value = base.set_point(*sheet.meaning(column.own, text))
-        expected = f"a number above {least:g}, below {most:g} {SET_POINT_UNITS[key][1]}"
-        return (None if value is None else f"{value:.12g}"), expected
+        return (None if value is None else f"{value:.12g}"), base.expected_set_point(key)
     torque = settings.campaign.torque
     names = {
         "oil": [*settings.oils],

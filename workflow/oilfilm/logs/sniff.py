@@ -14,7 +14,7 @@ import numpy as np
 
 from oilfilm.home import CONFIG
 from oilfilm.logs import base
-from oilfilm.logs.header import SET_POINT_UNITS, UNITS, apart, meaning, number_and_unit, oil_key
+from oilfilm.logs.header import UNITS, apart, meaning, number_and_unit, oil_key
 from oilfilm.logs.ingest import read_log, unpack
 from oilfilm.logs.log_kind import ContinuousLog, LogKind
 from oilfilm.logs.registry import READERS, recognised_format
@@ -150,7 +150,12 @@ def sniff(file: str, content: bytes, zero: ZeroSource) -> Sniffed:
     # what is missing is asked of the user; the rest of the log is read without it
     spared = {*_missing(meant)} - {"time"} | (set() if timed else {"time"})
     probe = LogKind(
-        VOCABULARY, lambda campaign: renamed, lambda *about: None, run, (), lambda *about: spared
+        VOCABULARY,
+        lambda campaign: renamed,
+        lambda *about: iter(()),
+        run,
+        (),
+        lambda *about: spared,
     )
     name, reading = read_log(content, file, _settings(), probe)
     refused = next(((each.rule, each.reason) for each in reading.refusals), ("", ""))
@@ -292,7 +297,7 @@ def _lines(keys: Mapping[str, str], measured: Mapping[str, float]) -> dict[str, 
         bare, beside = apart(name)
         words = bare.replace("_", " ")
         last, behind = plain_key(f" {words}".split(" ")[-1]), number_and_unit(text)[1]
-        for key, (quantity, unit) in SET_POINT_UNITS.items():
+        for key, (quantity, unit) in base.SET_POINT_UNITS.items():
             meant = guessed(words, unit, VOCABULARY)[0]
             if name != key and meant != quantity.replace("max_hertz_pressure", "load"):
                 continue

@@ -10,7 +10,7 @@ from dataclasses import replace
 from oilfilm.errors import OilfilmError
 from oilfilm.logs.base import LoggedRun, Refusal
 from oilfilm.logs.header import oil_problem, simulation_problem
-from oilfilm.logs.log_kind import Column, ContinuousLog, LogKind, Vocabulary
+from oilfilm.logs.log_kind import Column, ContinuousLog, LogKind, Problems, Vocabulary
 from oilfilm.settings.campaign import Campaign, Torque
 from oilfilm.settings.resolved import Settings
 
@@ -25,21 +25,18 @@ _OWN_NAMES = {
 }
 
 
-def _header_problem(
+def _header_problems(
     keys: Mapping[str, str], columns: Sequence[Column], settings: Settings
-) -> Refusal | None:
+) -> Problems:
+    yield oil_problem(keys, settings)
     bearing = torque_of(settings.campaign).bearing
-    named = keys.get("bearing", bearing)
-    other = Refusal(
-        "other_bearing",
-        f"the header says bearing {named[:60]!r}; the campaign's is {bearing!r}",
-        "Correct the header, or put the log into a campaign of its own.",
-    )
-    return (
-        oil_problem(keys, settings)
-        or (other if named != bearing else None)
-        or simulation_problem(keys, settings)
-    )
+    if (named := keys.get("bearing", bearing)) != bearing:
+        yield Refusal(
+            "other_bearing",
+            f"the header says bearing {named[:60]!r}; the campaign's is {bearing!r}",
+            "Correct the header, or put the log into a campaign of its own.",
+        )
+    yield simulation_problem(keys, settings)
 
 
 def _run(log: ContinuousLog, settings: Settings) -> LoggedRun:
@@ -74,7 +71,7 @@ TORQUE = LogKind(
         always=tuple(quantity for quantity, _ in _OWN_NAMES.values()),
     ),
     lambda campaign: torque_of(campaign).columns,
-    _header_problem,
+    _header_problems,
     _run,
     sheet_keys=("bearing",),
 )

@@ -3,10 +3,11 @@
 Decides: the signals of a traction log.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from oilfilm import tables
 from oilfilm.logs import base
 from oilfilm.logs.header import (
     FORMAT_ADVICE,
@@ -15,7 +16,7 @@ from oilfilm.logs.header import (
     simulation_problem,
     unknown,
 )
-from oilfilm.logs.log_kind import Column, ContinuousLog, LogKind, Vocabulary
+from oilfilm.logs.log_kind import Column, ContinuousLog, LogKind, Problems, Vocabulary
 from oilfilm.settings.campaign import Semantics
 from oilfilm.settings.config import LoggedTwiceSettings
 from oilfilm.settings.resolved import Settings
@@ -51,23 +52,21 @@ _OWN_NAMES = {
 }
 
 
-# Quantities that samples have as they are logged, by the unit of their name there.
+# Columns of samples that are as they were logged, by quantity.
 _SAMPLED = {
-    "traction_force": "n",
-    **dict.fromkeys(_BOTH_WAYS, "n"),
-    "inlet_temperature": "c",
+    "time": "time_s",
+    "load": "load_n",
+    "traction_force": "traction_force_n",
+    "traction_force_1": "traction_force_1_n",
+    "traction_force_2": "traction_force_2_n",
+    "inlet_temperature": "inlet_temperature_c",
+    "film_thickness": "measured_film_thickness_um",
 }
 
 
-def _header_problem(
+def _header_problems(
     keys: Mapping[str, str], columns: Sequence[Column], settings: Settings
-) -> base.Refusal | None:
-    return next(filter(None, _problems(keys, columns, settings)), None)
-
-
-def _problems(
-    keys: Mapping[str, str], columns: Sequence[Column], settings: Settings
-) -> Iterator[base.Refusal | None]:
+) -> Problems:
     """What is wrong with a header, one after the other: later ones take the earlier for granted."""
     yield oil_problem(keys, settings)
     yield unknown("rig", keys, settings.rigs)
@@ -82,14 +81,9 @@ def _problems(
     yield misspelt_key(keys, settings)
     for name in base.SET_POINTS:
         if name in keys and base.set_point(name, keys[name]) is None:
-            least, most = base.set_point_range(name)
-            unit = " (in GPa, not MPa)" if name == "max_hertz_pressure_gpa" else ""
-            yield base.Refusal(
-                "header",
-                f"the header says {name}: {keys[name][:60]!r}; expected a number above {least:g}, "
-                f"below {most:g}{unit}",
-                f"Correct the header. {FORMAT_ADVICE}",
-            )
+            said = f"the header says {name}: {keys[name][:60]!r}"
+            reason = f"{said}; expected {base.expected_set_point(name)}"
+            yield base.Refusal("header", reason, f"Correct the header. {FORMAT_ADVICE}")
     rig, units = settings.rigs[keys["rig"]], {each.quantity: each.to.unit for each in columns}
     needed = [f"{body}_track_radius_m" for body in _BODIES if units.get(f"{body}_speed") == "rpm"]
     needed += ["ball_radius_m"] if units.get("load") == "GPa" else []
@@ -117,19 +111,17 @@ def _run(log: ContinuousLog, settings: Settings) -> base.LoggedRun:
         force = semantics.direction * values["traction_coefficient"] * values["load"]
         values["traction_force"] = force
     ball, disc = _surface_speeds(values, units, rig, semantics)
-    contradiction = _contradiction(values, ball, disc, log.rows, semantics, settings.logged_twice)
-    sampled = {f"{name}_{unit}": values[name] for name, unit in _SAMPLED.items() if name in values}
-    if "film_thickness" in values:
-        sampled["measured_film_thickness_um"] = values["film_thickness"]
-    samples = base.samples_of_run(
-        row=log.rows,
-        time_s=values["time"],
-        load_n=values["load"],
-        ball_speed_m_s=ball,
-        disc_speed_m_s=disc,
-        **sampled,
-    )
-    return log.run(keys["rig"], samples, given, contradiction or _fraction_in_percent(log, values))
+    # a column of one number, that takes no memory, where the log has none
+    empty = dict.fromkeys(tables.columns("samples"), np.broadcast_to(np.nan, len(log.rows)))
+    del empty["run_id"]
+    samples = empty | {
+        "row": log.rows,
+        "ball_speed_m_s": ball,
+        "disc_speed_m_s": disc,
+        **{column: values[name] for name, column in _SAMPLED.items() if name in values},
+    }
+    flaw = _contradiction(log.rows, values, (ball, disc), semantics, settings.logged_twice)
+    return log.run(keys["rig"], samples, given, flaw or _fraction_in_percent(log, values))
 
 
 def _fraction_in_percent(
@@ -151,12 +143,12 @@ def _fraction_in_percent(
 
 def _held(given: base.Nominal) -> dict[str, float]:
     """What set points say of the quantities that a table of settled readings may leave out."""
-    held = {
-        "load": given.load_n,
-        "entrainment_speed": given.entrainment_speed_m_s,
-        "inlet_temperature": given.inlet_temperature_c,
+    # of the pressure, the load follows
+    return {
+        base.SET_POINT_UNITS[name][0]: value
+        for name, value in given.items()
+        if name != "max_hertz_pressure_gpa"
     }
-    return {name: value for name, value in held.items() if value is not None}
 
 
 def _spared(keys: Mapping[str, str], settings: Settings) -> frozenset[str]:
@@ -175,12 +167,15 @@ def nominal(keys: Mapping[str, str], settings: Settings) -> base.Nominal:
     known = {name: value for name, value in given.items() if value is not None}
     # the load has one set point, as force or as pressure
     over = base.LOADS if known.keys() & base.LOADS else frozenset()
-    values = settings.campaign.set_points.model_dump(include=set(base.SET_POINTS) - over) | known
+    values = settings.campaign.set_points.model_dump(
+        include=set(base.SET_POINTS) - over, exclude_none=True
+    )
+    values |= known
     rig, pressure = settings.rigs.get(keys.get("rig", "")), values.get("max_hertz_pressure_gpa")
     contact = rig.contact() if rig else None
-    if contact is not None and pressure is not None and values.get("load_n") is None:
+    if contact is not None and pressure is not None and "load_n" not in values:
         values["load_n"] = float(contact.load_n(pressure))
-    return base.Nominal(**values)
+    return values
 
 
 def _surface_speeds(
@@ -207,15 +202,14 @@ def _surface_speeds(
 
 
 def _contradiction(
-    values: Mapping[str, FloatArray],
-    ball: FloatArray,
-    disc: FloatArray,
     rows: base.IndexArray,
+    values: Mapping[str, FloatArray],
+    speeds: tuple[FloatArray, FloatArray],
     log: Semantics,
     limits: LoggedTwiceSettings,
 ) -> base.Refusal | None:
     """How a log's own entrainment speed, slip or force contradicts its other columns, if so."""
-    turning, given = np.arange(len(rows)), []
+    (ball, disc), turning, given = speeds, np.arange(len(rows)), []
     if not values.keys() & {"entrainment_speed", "slide_roll_ratio", _BOTH_WAYS[0]}:
         return None  # nothing is logged twice
     if "ball_speed" in values:
@@ -258,7 +252,7 @@ def _contradiction(
 TRACTION = LogKind(
     Vocabulary("traction", "columns", _OWN_NAMES, _ALWAYS, _SPEEDS, _BOTH_WAYS, _INSTEAD),
     lambda campaign: campaign.columns,
-    _header_problem,
+    _header_problems,
     _run,
     sheet_keys=("rig", "log_kind", *base.SET_POINTS),
     spared=_spared,
