@@ -110,20 +110,6 @@ def test_what_is_written_comes_back_whatever_the_dialect(
         np.testing.assert_allclose(samples, expected, rtol=1e-12, atol=2e-13 * 300)
 
 
-@pytest.mark.parametrize(
-    ("rows", "loads"),
-    [
-        ("0;82;0;28650;7160;70;a.b\n0,02;82,5;0,25;28650,5;7160;70;a.b\n", [82.0, 82.5]),
-        ("0;82.5;0;28650;7160;70;warm, then cold\n", [82.5]),
-    ],
-)
-def test_decimal_mark_is_known_from_the_columns_that_are_read(rows: str, loads: list) -> None:
-    names = "time_s;load_n;traction_force_n;ball_speed_rpm;disc_speed_rpm;inlet_temperature_c;note"
-    _, reading = read_log(f"# oil: 4102\n{names}\n{rows}".encode(), "log", CONFIG)
-    assert reading.refusals == []
-    assert reading.runs[0].samples["load_n"].tolist() == loads
-
-
 def read(names: str, *rows: str, config: Settings = CONFIG) -> Reading:
     log = "\n".join(["# oil: 4102", names, *rows, ""])
     return read_log(log.encode("gb18030"), "log", config)[1]

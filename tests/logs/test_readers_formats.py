@@ -1,7 +1,6 @@
 """What all formats owe: the same run, read from any of them, gives the same samples."""
 
 import gzip
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -68,23 +67,6 @@ def test_settled_readings_of_a_rig_that_reverses_the_slip_are_read_as_such(
     cut = read(WRITERS[name](values, units, KEYS), config, example)
     assert [refusal.first_row for refusal in cut.refusals] == [5]
     assert cut.runs[0].kind == "continuous"
-
-
-@every_format
-def test_code_in_a_log_or_a_pickle_beside_it_is_never_run(
-    config: Settings, name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    code, pickle = "__import__('os').system('touch ran')", b'cos\nsystem\n(S"touch ran"\ntR.'
-    monkeypatch.chdir(tmp_path)
-    Path("log.pkl").write_bytes(pickle)
-    example = EXAMPLES["traction"]
-    values = {**example.columns(9), code: np.zeros(9)}
-    log = WRITERS[name](values, {**example.units, code: "1"}, {**KEYS, code: code})
-    # a count in the header of LVM is text too: brackets without end would stop an evaluation
-    for content in (log, log.replace(b"Channels\t", b"Channels\t" + 9000 * b"(")):
-        assert len(read(content, config, example).runs[0]) == 9
-    assert read(pickle, config, example).runs == []
-    assert [path.name for path in tmp_path.iterdir()] == ["log.pkl"]
 
 
 @every_log

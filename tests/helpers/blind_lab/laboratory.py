@@ -9,7 +9,7 @@ import numpy as np
 import yaml
 
 from blind_lab.bench import Bench, Condition, draw_bench
-from blind_lab.defects import FAULTS, draft, faulty
+from blind_lab.defects import FAULTS, Draft, faulty
 from blind_lab.dialects import HEADER, NAMES, Dialect, draw_dialect, suffix
 from blind_lab.truth import Oil, draw_machine, draw_oil
 
@@ -92,7 +92,7 @@ def build(
     for name, oil in oils.items():
         for number, condition in enumerate(product(*(each[:levels] for each in every))):
             dialect = draw_dialect(random)
-            sound = draft(bench.run(oil, Condition(*condition), random), dialect, bench)
+            sound = Draft.sound(bench.run(oil, Condition(*condition), random), dialect, bench)
             about = Filed("", name, rows=len(sound.recording))
             file(sound.bytes(), dialect, f"{name}_{number:03}", about)
     for number, (kind, fault) in enumerate(FAULTS.items() if faults else ()):
@@ -168,13 +168,14 @@ def _write_config(project: Path, config: Path, bench: Bench, oils: dict[str, Oil
 
 
 def _write(path: Path, values: dict) -> None:
-    path.write_text(yaml.safe_dump(_plain(values), allow_unicode=True), encoding="utf-8")
+    path.write_text(yaml.dump(values, Dumper=_Dumper, allow_unicode=True), encoding="utf-8")
 
 
-def _plain(value: object) -> object:
-    """NumPy's numbers as Python's."""
-    if isinstance(value, dict):
-        return {key: _plain(each) for key, each in value.items()}
-    if isinstance(value, list):
-        return [_plain(each) for each in value]
-    return value.item() if isinstance(value, np.generic) else value
+class _Dumper(yaml.SafeDumper):
+    """NumPy's numbers as Python's; each value in full."""
+
+    def ignore_aliases(self, data: object) -> bool:
+        return True
+
+
+_Dumper.add_multi_representer(np.generic, lambda dumper, value: dumper.represent_data(value.item()))
