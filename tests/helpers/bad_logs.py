@@ -142,11 +142,6 @@ def damaged(content: bytes, start: int) -> bytes:
     return content[:start] + bytes(16) + content[start + 16 :]
 
 
-def tdms_of_unequal_channels() -> bytes:
-    values = good()
-    return formats.tdms({**values, "load": values["load"][:-30]}, UNITS, KEYS)
-
-
 def tdms_of_text() -> bytes:
     values = {**good(), "load": np.array(["80.1"] * len(good()["load"]))}
     return formats.tdms(values, UNITS, KEYS)
@@ -269,11 +264,6 @@ BAD_LOGS = (
         superfluous_cell=(row_changed(lambda line: line + b",1"), "too many"),
         time_of_ages=(cell_changed(0, b"5e12"), "time_s"),
         absurd_pressure=(as_pressure(), "row 51 reads '2.5,1000000.0,"),
-    ),
-    *bad(
-        "unreadable_row",
-        used=True,
-        tdms_of_unequal_channels=(tdms_of_unequal_channels(), "row 371 reads '18.5, nan, 0."),
     ),
     # --- what the sensors and the rig did
     *bad(

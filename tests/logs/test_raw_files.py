@@ -48,9 +48,8 @@ def test_name_that_a_release_could_not_hold_is_refused(tmp_path: Path, name: byt
         (tmp_path / os.fsdecode(name)).write_text("x")
     except (OSError, ValueError):
         pytest.skip("this file system has no such names")
-    with pytest.raises(OilfilmError, match=r"cannot be in the name of a log.* Rename it") as error:
+    with pytest.raises(OilfilmError, match=r"cannot be in the name of a log.* Rename it"):
         raw_files(tmp_path)
-    str(error.value).encode("utf-8")
 
 
 def dangling(path: Path) -> None:
