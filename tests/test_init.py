@@ -259,7 +259,6 @@ def test_files_that_are_no_logs_are_named_and_not_copied(
     assert f"\r\x1b[K{len(foreign) + len(unusable)} of 10 logs read" in progress
     assert all(f"{name} is no log and was not copied: " in printed for name in foreign)
     assert all(f"{name} could not be read: " in printed for name in unusable)
-    assert "the file is a JPEG picture" in printed
     assert {path.name for path in raw.iterdir()} == {good.name, *unusable, "runs.csv"}
     assert "LICENSE" not in (raw / "runs.csv").read_text("utf-8-sig")
     for name in unusable:

@@ -18,7 +18,7 @@ import numpy.typing as npt
 from oilfilm.errors import printable
 from oilfilm.logs import base
 from oilfilm.logs.log_kind import Column, ContinuousLog, LogKind, Vocabulary
-from oilfilm.logs.run_sheet import SheetOfLog
+from oilfilm.logs.run_sheet import Labels, RunSheet
 from oilfilm.logs.text_rows import DAY
 from oilfilm.settings.resolved import Settings
 from oilfilm.units import ABSOLUTE_ZERO_C, BoolArray, FloatArray
@@ -81,7 +81,7 @@ Found = tuple[base.TextForm, Iterable[LoggedTable]]
 
 
 def read_tables(
-    found: Found, file: str, settings: Settings, kind: LogKind, sheet: SheetOfLog
+    found: Found, file: str, settings: Settings, kind: LogKind, sheet: RunSheet
 ) -> base.Reading:
     """The runs that the tables of a file make, and what had to be refused of them."""
     form, tables = found[0], [*found[1]]
@@ -91,7 +91,8 @@ def read_tables(
     for table in tables:
         run_id = file if table.alone or not table.part else f"{file}:{table.part}"
         try:
-            run, refused = _read_table(table, run_id, rows + 1, settings, kind, sheet, form)
+            labels = sheet.labels(file, table.part, run_id, table.keys, settings)
+            run, refused = _read_table(table, run_id, rows + 1, settings, kind, labels, form)
         except ValueError as error:
             read_as = f"; read as {form.encoding}" if form.encoding not in ("", "ascii") else ""
             advice = kind.vocabulary.advice
@@ -100,7 +101,7 @@ def read_tables(
         rows += table.rows
         runs += [run] if run is not None else []
         refusals += refused
-    refusals += sheet.strays([table.part for table in tables if table.part])
+    refusals += sheet.strays(file, [table.part for table in tables if table.part])
     return base.Reading(rows, runs, refusals, form)
 
 
@@ -115,7 +116,7 @@ def _read_table(
     first_row: int,
     settings: Settings,
     kind: LogKind,
-    sheet: SheetOfLog,
+    labels: Labels,
     form: base.TextForm,
 ) -> tuple[base.LoggedRun | None, list[base.Refusal]]:
     """The run of a table and its refusals.
@@ -127,7 +128,6 @@ def _read_table(
         return None, [_whole(table.problem, table, run_id, first_row)]
     vocabulary = table.vocabulary or kind.vocabulary_of(settings.campaign)
     table = _with_time(table, vocabulary)
-    labels = sheet.labels(run_id, table.keys, settings, table.part)
     spared = kind.spared(labels.keys, settings)
     columns = vocabulary.columns(table.names, table.units, spared)
     problems = chain([labels.problem], kind.header_problems(labels.keys, columns, settings))
@@ -316,6 +316,14 @@ def _converted(
         if quantity.endswith("temperature"):
             good = good & ~((numbers <= ABSOLUTE_ZERO_C) | (numbers >= _HOTTEST_C))
     return values, good
+
+
+def seconds(values: Values) -> Values:
+    """Instants as seconds since the first, durations as seconds; numbers as they are."""
+    if values.dtype.kind not in "mM":
+        return values
+    start = values[0] if values.dtype.kind == "M" and len(values) else 0
+    return (values - start) / np.timedelta64(1, "s")
 
 
 def header_text(value: object) -> str:

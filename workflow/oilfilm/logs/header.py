@@ -76,9 +76,9 @@ def listed_names(settings: Settings) -> dict[str, str]:
     return {plain_key(name): key for key, own in settings.campaign.header.items() for name in own}
 
 
-def header_keys(logged: Mapping[str, str], settings: Settings) -> dict[str, str]:
-    """The same; a log of the only oil or rig of a campaign need not name it."""
-    keys = named_keys(logged, settings)
+def header_keys(named: Mapping[str, str], settings: Settings) -> dict[str, str]:
+    """Header lines by the project's keys; a log of the only oil or rig of a campaign names none."""
+    keys = dict(named)
     if len(settings.rigs) == 1:
         keys.setdefault("rig", next(iter(settings.rigs)))
     like = oil_key(keys)

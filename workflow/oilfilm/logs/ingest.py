@@ -185,12 +185,12 @@ def read_log(
     Raises:
         RuntimeError: The reader lost a row.
     """
-    name, of_log = "none", sheet.of_log(file)
+    name = "none"
     try:
         inside = unpack(content)
         name = recognised_format(inside) or name
         found = _found(name, inside, kind.vocabulary_of(settings.campaign))
-        reading = _without_absurd(read_tables(found, file, settings, kind, of_log))
+        reading = _without_absurd(read_tables(found, file, settings, kind, sheet))
         if not reading.runs and not reading.refusals:
             reason = f"the file looks like {name}, but holds no row of data"
             advice = "Take it out, or export it again."
@@ -203,7 +203,7 @@ def read_log(
     refused = sum(refusal.refused_rows for refusal in reading.refusals)
     if kept + refused != reading.rows:
         raise RuntimeError(f"{file}: {reading.rows} rows, but {kept} kept and {refused} refused")
-    reading = of_log.completed(reading)
+    reading = sheet.completed(file, reading)
     refusals = [replace(refusal, reason=printable(refusal.reason)) for refusal in reading.refusals]
     return name, replace(reading, refusals=refusals)
 

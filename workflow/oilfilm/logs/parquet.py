@@ -10,7 +10,7 @@ import pyarrow as arrow
 import pyarrow.parquet as parquet
 
 from oilfilm.logs.base import COPY_AGAIN, NO_TEXT, UnreadableLogError, check_rows
-from oilfilm.logs.columns import Found, LoggedTable, header_text
+from oilfilm.logs.columns import Found, LoggedTable, header_text, seconds
 from oilfilm.logs.log_kind import Vocabulary
 from oilfilm.settings.base import plain_key
 
@@ -81,9 +81,7 @@ def _holds_numbers(kind: arrow.DataType) -> bool:
 def _numbers(column: arrow.ChunkedArray) -> npt.NDArray[Any]:
     """Numbers of a column, missing ones NaN; instants as seconds since the first."""
     if _is_instant(column.type):
-        instants = column.to_numpy()
-        start = instants[0] if instants.dtype.kind == "M" and len(instants) else 0
-        return (instants - start) / np.timedelta64(1, "s")
+        return seconds(column.to_numpy())
     return np.asarray(column.cast(arrow.float64(), safe=False).to_numpy())
 
 

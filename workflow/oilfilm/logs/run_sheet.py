@@ -67,105 +67,6 @@ class Labels:
     sources: Mapping[str, str] = field(default_factory=dict)
 
 
-@dataclass(frozen=True)
-class SheetOfLog:
-    """The rows of the run sheet that are about one log."""
-
-    sheet: str
-    file: str
-    rows: tuple[SheetRow, ...] = ()
-
-    def labels(
-        self, run_id: str, logged: Mapping[str, str], settings: Settings, part: str = ""
-    ) -> Labels:
-        """What is known of one run of the log.
-
-        Args:
-            run_id: Name of the run.
-            logged: Header lines by the keys of the log, as `plain_key` makes them.
-            settings: Settings of the campaign.
-            part: The run's own name in the log; empty where a log of its format is one run.
-        """
-        header = header_keys(logged, settings)
-        rows = [row for row in self.rows if _is_about(row, part)]
-        given = {key: value for row in reversed(rows) for key, value in row.keys.items()}
-        # the load has one set point, as force or as pressure
-        over = LOADS if given.keys() & LOADS else frozenset()
-        keys = {key: text for key, text in header.items() if key not in over} | given
-        remarks = self._contradictions(run_id, header, given, settings)
-        sources = {
-            **dict.fromkeys(named_keys(logged, settings).keys() - over, "header"),
-            **dict.fromkeys(given, "run sheet"),
-        }
-        return Labels(keys, remarks, self._exclusion(rows), self._disagreement(rows), sources)
-
-    def strays(self, parts: Sequence[str]) -> list[Refusal]:
-        """The rows that name a run which the log does not have, by its own names of its runs."""
-        known = ", ".join(map(repr, parts[:10])) + (" ..." if len(parts) > 10 else "")
-        return [
-            Refusal(
-                UNMATCHED,
-                f"{self.sheet} has a row for {row}, but the runs of the log are {known}",
-                UNMATCHED_ADVICE,
-            )
-            for row in self.rows
-            if parts and not any(_is_about(row, part) for part in parts)
-        ]
-
-    def completed(self, reading: Reading) -> Reading:
-        """The reading; what could not be read is listed as excluded where the sheet excludes it."""
-        runs = {run.run_id for run in reading.runs}
-
-        def unread(refusal: Refusal) -> Refusal:
-            part = refusal.run_id.removeprefix(self.file)[1:]
-            about = [row for row in self.rows if _is_about(row, part)]
-            excluded = self._exclusion(about)
-            read = refusal.run_id in runs or (runs and not refusal.run_id)
-            # without a run, the rows are about whatever the file held
-            other = not part and not all(row.exclude for row in about)
-            if read or other or excluded is None or refusal.rule in REMARKS:
-                return refusal
-            reason = f"{excluded.reason}; besides, {refusal.reason}"
-            return replace(refusal, rule=EXCLUDED, reason=reason, advice=EXCLUDED_ADVICE)
-
-        return replace(reading, refusals=[*map(unread, reading.refusals)])
-
-    def _exclusion(self, rows: Sequence[SheetRow]) -> Refusal | None:
-        reasons = dict.fromkeys(row.exclude for row in rows if row.exclude)
-        reason = f"{self.sheet} excludes it: {'; '.join(reasons)}"
-        return Refusal(EXCLUDED, reason) if reasons else None
-
-    def _disagreement(self, rows: Sequence[SheetRow]) -> Refusal | None:
-        """Why the rows about a run cannot be followed: they contradict each other."""
-        for key in dict.fromkeys(key for row in rows for key in row.keys):
-            given = {row.keys[key]: row for row in reversed(rows) if key in row.keys}
-            if len(given) > 1:
-                of_rows = (f"{value!r} (row of {row})" for value, row in reversed(given.items()))
-                return Refusal(
-                    "sheet_rows_disagree",
-                    f"{self.sheet} has several rows for the run, which disagree in {key}: "
-                    f"{', '.join(of_rows)}",
-                    "Leave one of them, or make the pattern of a row narrower.",
-                )
-        return None
-
-    def _contradictions(
-        self, run_id: str, header: Mapping[str, str], given: Mapping[str, str], settings: Settings
-    ) -> list[Refusal]:
-        differing: list[str] = []
-        for key, value in given.items():
-            other = oil_key(header) or key if key == "oil" and key not in header else key
-            if other in header and not _same(key, value, header[other], settings):
-                differing.append(f"{key} {value} (header: {other} {header[other][:60]!r})")
-        reason = f"{self.sheet} and the header disagree: {', '.join(differing)}"
-        advice = "The run sheet is used. Correct the one that is wrong."
-        return [Refusal(CONTRADICTION, reason, advice, run_id)] if differing else []
-
-
-def _is_about(row: SheetRow, part: str) -> bool:
-    return not (row.run and part) or matches(part, row.run)
-
-
 def matches(name: str, pattern: str) -> bool:
     """Whether a name fits a pattern, in which `*` is any text and `?` one letter.
 
@@ -205,9 +106,103 @@ class RunSheet:
     rows: Mapping[str, tuple[SheetRow, ...]] = field(default_factory=dict)
     remarks: tuple[Refusal, ...] = ()
 
-    def of_log(self, file: str) -> SheetOfLog:
-        """The rows about one log."""
-        return SheetOfLog(self.name, file, self.rows.get(file, ()))
+    def about(self, file: str, part: str) -> list[SheetRow]:
+        """The rows about a log, or about one run of it.
+
+        Args:
+            file: Name of the log.
+            part: The run's own name in the log; empty where a log of its format is one run.
+        """
+        rows = self.rows.get(file, ())
+        return [row for row in rows if not (row.run and part) or matches(part, row.run)]
+
+    def labels(
+        self, file: str, part: str, run_id: str, logged: Mapping[str, str], settings: Settings
+    ) -> Labels:
+        """What is known of one run of a log.
+
+        Args:
+            file: Name of the log.
+            part: The run's own name in the log, as for `about`.
+            run_id: Name of the run.
+            logged: Header lines by the keys of the log, as `plain_key` makes them.
+            settings: Settings of the campaign.
+        """
+        named = named_keys(logged, settings)
+        header = header_keys(named, settings)
+        rows = self.about(file, part)
+        given = {key: value for row in reversed(rows) for key, value in row.keys.items()}
+        # the load has one set point, as force or as pressure
+        over = LOADS if given.keys() & LOADS else frozenset()
+        keys = {key: text for key, text in header.items() if key not in over} | given
+        remarks = self._contradictions(run_id, header, given, settings)
+        sources = {
+            **dict.fromkeys(named.keys() - over, "header"),
+            **dict.fromkeys(given, "run sheet"),
+        }
+        return Labels(keys, remarks, self._exclusion(rows), self._disagreement(rows), sources)
+
+    def strays(self, file: str, parts: Sequence[str]) -> list[Refusal]:
+        """The rows that name a run which the log does not have, by its own names of its runs."""
+        known = ", ".join(map(repr, parts[:10])) + (" ..." if len(parts) > 10 else "")
+        return [
+            Refusal(
+                UNMATCHED,
+                f"{self.name} has a row for {row}, but the runs of the log are {known}",
+                UNMATCHED_ADVICE,
+            )
+            for row in self.rows.get(file, ())
+            if parts and not any(row in self.about(file, part) for part in parts)
+        ]
+
+    def completed(self, file: str, reading: Reading) -> Reading:
+        """The reading of a log; what cannot be read is excluded where the sheet says so."""
+        runs = {run.run_id for run in reading.runs}
+
+        def unread(refusal: Refusal) -> Refusal:
+            part = refusal.run_id.removeprefix(file)[1:]
+            about = self.about(file, part)
+            excluded = self._exclusion(about)
+            read = refusal.run_id in runs or (runs and not refusal.run_id)
+            # without a run, the rows are about whatever the file held
+            other = not part and not all(row.exclude for row in about)
+            if read or other or excluded is None or refusal.rule in REMARKS:
+                return refusal
+            reason = f"{excluded.reason}; besides, {refusal.reason}"
+            return replace(refusal, rule=EXCLUDED, reason=reason, advice=EXCLUDED_ADVICE)
+
+        return replace(reading, refusals=[*map(unread, reading.refusals)])
+
+    def _exclusion(self, rows: Sequence[SheetRow]) -> Refusal | None:
+        reasons = dict.fromkeys(row.exclude for row in rows if row.exclude)
+        reason = f"{self.name} excludes it: {'; '.join(reasons)}"
+        return Refusal(EXCLUDED, reason) if reasons else None
+
+    def _disagreement(self, rows: Sequence[SheetRow]) -> Refusal | None:
+        """Why the rows about a run cannot be followed: they contradict each other."""
+        for key in dict.fromkeys(key for row in rows for key in row.keys):
+            given = {row.keys[key]: row for row in reversed(rows) if key in row.keys}
+            if len(given) > 1:
+                of_rows = (f"{value!r} (row of {row})" for value, row in reversed(given.items()))
+                return Refusal(
+                    "sheet_rows_disagree",
+                    f"{self.name} has several rows for the run, which disagree in {key}: "
+                    f"{', '.join(of_rows)}",
+                    "Leave one of them, or make the pattern of a row narrower.",
+                )
+        return None
+
+    def _contradictions(
+        self, run_id: str, header: Mapping[str, str], given: Mapping[str, str], settings: Settings
+    ) -> list[Refusal]:
+        differing: list[str] = []
+        for key, value in given.items():
+            other = oil_key(header) or key if key == "oil" and key not in header else key
+            if other in header and not _same(key, value, header[other], settings):
+                differing.append(f"{key} {value} (header: {other} {header[other][:60]!r})")
+        reason = f"{self.name} and the header disagree: {', '.join(differing)}"
+        advice = "The run sheet is used. Correct the one that is wrong."
+        return [Refusal(CONTRADICTION, reason, advice, run_id)] if differing else []
 
     def plain(self, files: Iterable[str], *, remarks: bool) -> dict[str, Any]:
         """The part about some logs as Snakemake's params hold it; empty where it says nothing.

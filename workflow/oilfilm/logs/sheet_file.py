@@ -24,7 +24,6 @@ from oilfilm.logs.header import apart, listed_names, meaning
 from oilfilm.logs.log_kind import LogKind
 from oilfilm.logs.raw_files import all_faults, find_sheet, is_sheet, listed, named_logs
 from oilfilm.logs.run_sheet import (
-    NO_SHEET,
     UNLISTED,
     UNMATCHED,
     UNMATCHED_ADVICE,
@@ -189,7 +188,7 @@ def sheet_of_paths(paths: Iterable[Path], raw: Path, settings: Settings, kind: L
         if (real := path.resolve()).is_relative_to(inside):
             top, *below = real.relative_to(inside).parts
             by_folder.setdefault(top, {})["/".join(below)] = path
-    together = NO_SHEET
+    together = RunSheet()
     for top, logs in by_folder.items():
         sheet_path = find_sheet(raw / top)
         if sheet_path is None:

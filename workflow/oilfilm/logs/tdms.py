@@ -12,7 +12,7 @@ from nptdms import TdmsFile, TdmsGroup
 from nptdms.log import log_manager
 
 from oilfilm.logs.base import NO_TEXT, Refusal, UnreadableLogError, check_rows, distinct
-from oilfilm.logs.columns import Found, LoggedTable, header_text
+from oilfilm.logs.columns import Found, LoggedTable, header_text, seconds
 from oilfilm.logs.log_kind import Vocabulary
 from oilfilm.settings.base import plain_key
 
@@ -122,7 +122,7 @@ def _table(
         {plain_key(name): header_text(value) for name, value in properties.items()},
         names,
         units,
-        lambda places: [_of_length(_seconds(values[place]), rows) for place in places],
+        lambda places: [_of_length(seconds(values[place]), rows) for place in places],
         rows,
         label,
         alone,
@@ -137,13 +137,6 @@ def _table(
             if "wf_increment" in channel.properties
         },
     )
-
-
-def _seconds(values: Values) -> Values:
-    """Instants as seconds since the first; numbers as they are."""
-    if values.dtype.kind == "M" and len(values):
-        return (values - values[0]) / np.timedelta64(1, "s")
-    return values
 
 
 def _of_length(values: Values, rows: int) -> Values:
