@@ -28,7 +28,7 @@ from oilfilm.units import BoolArray, FloatArray
 
 VOCABULARY = TRACTION.vocabulary
 _GUESSES = Guesses("traction", "columns", VOCABULARY.own_names, ())
-# A header line without a unit is a set point where the signal is as near to it as this.
+# A signal is held at a level where its readings are as near to each other as this.
 _NEAR, _NEAR_C = 0.05, 3.0
 _MU = "traction_coefficient"
 # No rig samples a sweep more slowly: a time without unit is in something else than seconds then.
@@ -238,7 +238,7 @@ def _run(
         named,
         keys.get(named, ""),
         keys.get("rig", ""),
-        _lines(keys, measured),
+        _lines(keys),
         measured,
         settled,
         zero(*signals) if timed else "",
@@ -287,11 +287,8 @@ def _turning(speed: FloatArray) -> BoolArray:
 # ---------------------------------------------------------------- header lines
 
 
-def _lines(keys: Mapping[str, str], measured: Mapping[str, float]) -> dict[str, tuple[str, float]]:
-    """The header lines that give set points where the campaign file lists them; of two, the first.
-
-    Without its unit a line is one where the signal is near to it.
-    """
+def _lines(keys: Mapping[str, str]) -> dict[str, tuple[str, float]]:
+    """The header lines that give set points with their unit; of two for one, the first."""
     lines: dict[str, tuple[str, float]] = {}
     for name, text in keys.items():
         bare, beside = apart(name)
@@ -304,16 +301,10 @@ def _lines(keys: Mapping[str, str], measured: Mapping[str, float]) -> dict[str, 
             found, number = meaning(name, text, {plain_key(words): key})
             value = base.set_point(key, number) if found == key else None
             given = name == key or beside or behind or UNITS.get(last) == unit
-            if value is not None and (given or _is_near(key, value, measured)):
+            if value is not None and given:
                 lines.setdefault(key, (words, value))
                 break
     return lines
-
-
-def _is_near(key: str, value: float, measured: Mapping[str, float]) -> bool:
-    known = measured.get(key, np.nan)
-    near = _NEAR_C if key == "inlet_temperature_c" else _NEAR * abs(known)
-    return bool(abs(value - known) <= near)
 
 
 def set_points(run: Run) -> dict[str, float]:
