@@ -91,7 +91,8 @@ def ingest_logs(
         read.append(ReadLog(file, reader, reading.form, reading.rows, understood))
         about = {"campaign": settings.campaign.name, "file": file}
         digest = (verified or {}).get(file) or hashlib.sha256(content).hexdigest()
-        digests = {"sha256": digest, "content_sha256": reading.unpacked_sha256 or digest}
+        of_file = {**about, "sha256": digest, "content_sha256": reading.unpacked_sha256 or digest}
+        of_file |= {"reader": reader, **asdict(reading.form)}
         for run in reading.runs:
             other = file_of_run.setdefault(run.run_id, file)
             if other != file:
@@ -100,9 +101,7 @@ def ingest_logs(
                     "already. Rename the file."
                 )
             rows = sum(each.refused_rows for each in reading.refusals if each.run_id == run.run_id)
-            of_run = {**_about_run(run), "reader": reader, "refused_rows": rows}
-            of_run |= asdict(reading.form)
-            runs.append({**about, **digests, **of_run})
+            runs.append({**of_file, **_about_run(run), "refused_rows": rows})
             (keep or logged[run.oil].append)(run)
         refused += [{**about, "stage": "ingest", **asdict(each)} for each in reading.refusals]
     about = {"campaign": settings.campaign.name, "file": sheet.name, "stage": "ingest"}
@@ -215,15 +214,19 @@ def _found(name: str, content: bytes, vocabulary: Vocabulary) -> Found:
         UnreadableLogError: The format is not known, or nothing of the file can be used.
     """
     if name not in READERS:
-        advice = f"Formats read: {', '.join(READERS)}. data/raw/README.md describes them."
         seen = f"not text; its first bytes are {content[:8].hex(' ')} (hexadecimal)"
         seen = next((kind for mark, kind in FOREIGN.items() if content.startswith(mark)), seen)
-        reason = f"the format is not known: the file is {seen}" if content else "the file is empty"
-        raise base.UnreadableLogError(reason, advice, rule="unknown_format")
+        raise base.UnreadableLogError(
+            f"the format is not known: the file is {seen}" if content else "the file is empty",
+            f"Formats read: {', '.join(READERS)}. data/raw/README.md describes them.",
+            rule="unknown_format",
+        )
     try:
         return READERS[name].tables(content, vocabulary)
+    except base.UnreadableLogError:
+        raise
     except Exception as error:
-        if name not in BINARY or isinstance(error, base.UnreadableLogError):
+        if name not in BINARY:
             raise
         what = " ".join(str(error).split())[:200] or type(error).__name__
         reason = f"the file begins like {name}, but cannot be read: {what}"
@@ -304,9 +307,8 @@ def _together(runs: list[base.LoggedRun]) -> pd.DataFrame:
     """Samples of several runs under each other, with the run's id."""
     if not runs:
         return tables.empty("samples")
-    codes = np.repeat(np.arange(len(runs)), [len(run) for run in runs])
+    codes = np.repeat(np.arange(len(runs)), [*map(len, runs)])
     ids = pd.Categorical.from_codes(codes, categories=pd.Index([run.run_id for run in runs]))
-    together = {
-        name: np.concatenate([run.samples[name] for run in runs]) for name in runs[0].samples
-    }
+    names = runs[0].samples
+    together = {name: np.concatenate([run.samples[name] for run in runs]) for name in names}
     return pd.DataFrame({"run_id": ids, **together}, copy=False)

@@ -90,10 +90,9 @@ def is_passed_over(path: Path, folder: Path) -> bool:
 
 def _unreachable(path: Path, folder: Path) -> str:
     """Why what has the name of a log, or a folder of logs, cannot be read; empty where it can."""
-    if path.is_symlink() and path.is_dir():
-        return f"is a link to a folder. Copy the logs into {folder}."
     if path.is_dir():
-        return ""
+        linked = f"is a link to a folder. Copy the logs into {folder}."
+        return linked if path.is_symlink() else ""
     if not path.exists():
         return "is a link to a file that is not there. Fetch the file, or take the link out."
     if not path.is_file():
@@ -129,9 +128,8 @@ def find_sheet(folder: Path) -> Path | None:
     Raises:
         OilfilmError: There are several, or it is a link that leads out of the folder.
     """
-    sheets = [
-        path for path in sorted(folder.glob("*")) if is_sheet(path, folder) and path.is_file()
-    ]
+    paths = sorted(folder.glob("*"))
+    sheets = [path for path in paths if is_sheet(path, folder) and path.is_file()]
     if len(sheets) > 1:
         names = " and ".join(path.name for path in sheets)
         raise OilfilmError(f"{folder}: has the run sheets {names}. Leave one of them.")

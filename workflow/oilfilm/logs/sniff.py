@@ -127,10 +127,9 @@ def sniff(file: str, content: bytes, zero: ZeroSource) -> Sniffed:
     }
     # of time a unit that is not stated is the second; `_run` finds steps that contradict it
     unitless = {quantity for quantity, unit in units.items() if not unit and quantity != "time"}
-    read_as = {each: units[each] or VOCABULARY.quantities[each][0] for each in units}
+    read_as = {each: unit or VOCABULARY.quantities[each][0] for each, unit in units.items()}
     renamed = {
-        quantity: Column(name=[own], unit=read_as.get(quantity))
-        for quantity, (own, _) in certain.items()
+        each: Column(name=[own], unit=read_as.get(each)) for each, (own, _) in certain.items()
     }
     runs: list[Run] = []
 
@@ -364,23 +363,20 @@ class Findings:
     @property
     def doubtful(self) -> dict[str, list[str]]:
         """Quantities that no column seems to mean, or several: the names to choose from."""
-        found: list[tuple[str, str]] = []
-        doubtful: set[str] = set()
+        found: dict[str, dict[str, None]] = {}
         for log in self.named:
             several = {q: [n for n, _ in each] for q, each in log.guesses.items() if len(each) > 1}
             for quantity in {*log.missing, *several}:
                 names = several.get(quantity, [name for name in log.names if _is_left(name, log)])
-                doubtful.add(quantity)
-                found += [(quantity, name) for name in names]
-        names_of = _grouped(found)
-        return {quantity: names_of.get(quantity, []) for quantity in sorted(doubtful)}
+                found.setdefault(quantity, {}).update(dict.fromkeys(names))
+        return {quantity: [*found[quantity]] for quantity in sorted(found)}
 
     def unit(self, quantity: str) -> tuple[str, bool]:
         """The unit for the campaign file, empty where the logs give it; whether it is unknown."""
         units = {log.units[quantity] for log in self.named if quantity in log.units}
+        seconds = quantity == "time" and not any(run.slow for run in self.runs)
         known = next(iter(units)) if len(units) == 1 else ""
-        if units == {""} and quantity == "time" and not any(run.slow for run in self.runs):
-            known = "s"
+        known = "s" if units == {""} and seconds else known
         return known, bool(units) and not known
 
     @property
