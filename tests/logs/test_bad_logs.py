@@ -125,16 +125,6 @@ def test_unit_of_the_campaign_that_contradicts_the_log_is_refused(
     assert told == contradicts
 
 
-@pytest.mark.parametrize("factor", [5, 0.2, 2])
-def test_change_of_the_sampling_rate_is_told(factor: float) -> None:
-    values = good(seconds=12.0)
-    half = len(values["time"]) // 2
-    steps = np.where(np.arange(len(values["time"])) < half, 0.05, 0.05 * factor)
-    rule, sentence = reason(csv({**values, "time": np.cumsum(steps)}))
-    assert rule == "sampling_rate"
-    assert f"every 0.05 s at first and every {0.05 * factor:.3g} s from about row" in sentence
-
-
 @pytest.mark.parametrize("resolution", [0.05, 0.02, 0.1, 1.0])
 def test_coarse_time_stamps_are_no_change_of_the_rate(resolution: float) -> None:
     values = good(seconds=12.0)

@@ -44,10 +44,10 @@ SAMPLE_COLUMNS = {
 ENCODINGS = ("utf-8", "utf-8-sig", "utf-16", "utf-16-le", "utf-16-be", "gb18030")
 DIALECTS = st.fixed_dictionaries(
     {
-        "delimiter and decimal mark": st.sampled_from([",.", ";.", ";,", "\t.", "\t,", "|.", "|,"]),
+        "marks": st.sampled_from([",.", ";.", ";,", "\t.", "\t,", "|.", "|,"]),
         "end": st.sampled_from(["\n", "\r\n", "\r"]),
         "encoding": st.sampled_from(ENCODINGS),
-        "unit style": st.sampled_from(["brackets", "parentheses", "row"]),
+        "name": st.sampled_from(["{} [{}]", "{} ({})", "{}"]),
         "comment": st.sampled_from(["# ", ""]),
         "units": st.fixed_dictionaries(
             {name: st.sampled_from(sorted(units)) for name, units in UNITS.items()}
@@ -58,25 +58,18 @@ DIALECTS = st.fixed_dictionaries(
 
 
 def write(dialect: dict[str, Any], values: dict[str, np.ndarray]) -> bytes:
-    delimiter, decimal_mark = dialect["delimiter and decimal mark"]
-    comment, order = dialect["comment"], dialect["order"]
-    units = [dialect["units"].get(name, "") for name in order]
-    style = {"brackets": "{} [{}]", "parentheses": "{} ({})", "row": "{}"}[dialect["unit style"]]
-    names = [
-        style.format(name.replace("_", " ").title(), unit) if unit else name
-        for name, unit in zip(order, units, strict=True)
+    """Units stand behind the names or below them; a column of words is beside the numbers."""
+    (delimiter, decimal_mark), order, units = dialect["marks"], dialect["order"], dialect["units"]
+    titles = [dialect["name"].format(name.title(), units.get(name, "-")) for name in order]
+    below = [[units.get(name, "") for name in order]] if dialect["name"] == "{}" else []
+    rows = [
+        [repr(float(values[name][n])) if name in values else "x" for name in order]
+        for n in range(len(values["time"]))
     ]
-    lines = [f"{comment}oil: 4102", f"{comment}\u64cd\u4f5c\u5458: \u5f20", ""]
-    lines.append(delimiter.join(names))
-    if dialect["unit style"] == "row":
-        lines.append(delimiter.join(units))
-    for row in range(len(values["time"])):
-        cells = [
-            repr(float(values[name][row])).replace(".", decimal_mark) if name in values else "x"
-            for name in order
-        ]
-        lines.append(delimiter.join(cells))
-    return (dialect["end"].join(lines) + dialect["end"]).encode(dialect["encoding"])
+    cells = [[cell.replace(".", decimal_mark) for cell in row] for row in rows]
+    header = [f"{dialect['comment']}{line}" for line in ("oil: 4102", "\u64cd\u4f5c\u5458: \u5f20")]
+    lines = [*header, "", *map(delimiter.join, [titles, *below, *cells]), ""]
+    return dialect["end"].join(lines).encode(dialect["encoding"])
 
 
 @given(

@@ -90,14 +90,14 @@ def read_tables(
     refusals: list[base.Refusal] = []
     for table in tables:
         run_id = file if table.alone or not table.part else f"{file}:{table.part}"
+        labels = sheet.labels(file, table.part, run_id, table.keys, settings)
         try:
-            labels = sheet.labels(file, table.part, run_id, table.keys, settings)
             run, refused = _read_table(table, run_id, rows + 1, settings, kind, labels, form)
         except ValueError as error:
             read_as = f"; read as {form.encoding}" if form.encoding not in ("", "ascii") else ""
             advice = kind.vocabulary.advice
-            problem = base.Refusal("columns", f"{error}{read_as}", advice)
-            run, refused = None, [_whole(problem, table, run_id, rows + 1)]
+            problem = labels.whole(base.Refusal("columns", f"{error}{read_as}", advice))
+            run, refused = None, [_of_table(problem, table, run_id, rows + 1)]
         rows += table.rows
         runs += [run] if run is not None else []
         refusals += refused
@@ -105,7 +105,9 @@ def read_tables(
     return base.Reading(rows, runs, refusals, form)
 
 
-def _whole(problem: base.Refusal, table: LoggedTable, run_id: str, first_row: int) -> base.Refusal:
+def _of_table(
+    problem: base.Refusal, table: LoggedTable, run_id: str, first_row: int
+) -> base.Refusal:
     """The refusal of all rows of a table."""
     return problem.of_rows(run_id if table.part else "", first_row, first_row + table.rows - 1)
 
@@ -125,14 +127,15 @@ def _read_table(
         ValueError: Its columns cannot be understood.
     """
     if table.problem:
-        return None, [_whole(table.problem, table, run_id, first_row)]
+        return None, [_of_table(labels.whole(table.problem), table, run_id, first_row)]
     vocabulary = table.vocabulary or kind.vocabulary_of(settings.campaign)
     table = _with_time(table, vocabulary)
     spared = kind.spared(labels.keys, settings)
     columns = vocabulary.columns(table.names, table.units, spared)
     problems = chain([labels.problem], kind.header_problems(labels.keys, columns, settings))
     if problem := next(filter(None, problems), None):
-        return None, [_whole(problem, table, run_id, first_row), *labels.remarks]
+        problem = _of_table(labels.whole(problem), table, run_id, first_row)
+        return None, [problem, *labels.remarks]
     logged = _numbers(table, columns)
     values, good = _converted(logged)
     rows = np.arange(first_row, first_row + table.rows)

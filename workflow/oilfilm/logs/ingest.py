@@ -202,7 +202,6 @@ def read_log(
     refused = sum(refusal.refused_rows for refusal in reading.refusals)
     if kept + refused != reading.rows:
         raise RuntimeError(f"{file}: {reading.rows} rows, but {kept} kept and {refused} refused")
-    reading = sheet.completed(file, reading)
     refusals = [replace(refusal, reason=printable(refusal.reason)) for refusal in reading.refusals]
     return name, replace(reading, refusals=refusals)
 

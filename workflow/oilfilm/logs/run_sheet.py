@@ -6,11 +6,11 @@ Decides: what the run sheet says of a log, and what wins over its header.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import asdict, dataclass, field
 from fnmatch import fnmatchcase
 from typing import Any, Self
 
-from oilfilm.logs.base import LOADS, SET_POINTS, Reading, Refusal, set_point
+from oilfilm.logs.base import LOADS, SET_POINTS, Refusal, set_point
 from oilfilm.logs.header import header_keys, named_keys, oil_id, oil_key
 from oilfilm.settings.resolved import Settings
 
@@ -65,6 +65,13 @@ class Labels:
     excluded: Refusal | None = None
     problem: Refusal | None = None
     sources: Mapping[str, str] = field(default_factory=dict)
+
+    def whole(self, problem: Refusal) -> Refusal:
+        """Why nothing of the run can be read; of an excluded run, that it is excluded as well."""
+        if self.excluded is None:
+            return problem
+        reason = f"{self.excluded.reason}; besides, {problem.reason}"
+        return Refusal(EXCLUDED, reason, EXCLUDED_ADVICE)
 
 
 def matches(name: str, pattern: str) -> bool:
@@ -154,24 +161,6 @@ class RunSheet:
             for row in self.rows.get(file, ())
             if parts and not any(row in self.about(file, part) for part in parts)
         ]
-
-    def completed(self, file: str, reading: Reading) -> Reading:
-        """The reading of a log; what cannot be read is excluded where the sheet says so."""
-        runs = {run.run_id for run in reading.runs}
-
-        def unread(refusal: Refusal) -> Refusal:
-            part = refusal.run_id.removeprefix(file)[1:]
-            about = self.about(file, part)
-            excluded = self._exclusion(about)
-            read = refusal.run_id in runs or (runs and not refusal.run_id)
-            # without a run, the rows are about whatever the file held
-            other = not part and not all(row.exclude for row in about)
-            if read or other or excluded is None or refusal.rule in REMARKS:
-                return refusal
-            reason = f"{excluded.reason}; besides, {refusal.reason}"
-            return replace(refusal, rule=EXCLUDED, reason=reason, advice=EXCLUDED_ADVICE)
-
-        return replace(reading, refusals=[*map(unread, reading.refusals)])
 
     def _exclusion(self, rows: Sequence[SheetRow]) -> Refusal | None:
         reasons = dict.fromkeys(row.exclude for row in rows if row.exclude)
