@@ -48,8 +48,7 @@ class LoggedTable:
         units: Unit beside each name; empty where none.
         values: Gives the columns at some places, one number per row, NaN where a cell holds none.
         rows: How many rows there are, good and bad.
-        part: Name of the run in its file; empty where a file of the format is one run.
-        alone: Whether its run has the name of the file all the same.
+        part: Name of the run in its file; empty where the file is one run.
         vocabulary: What the names mean, where the format itself says it.
         flaw: Why the run cannot be used, if so.
         problem: Why nothing of it can be used, if so.
@@ -66,7 +65,6 @@ class LoggedTable:
     values: Callable[[Sequence[int]], Sequence[Values]]
     rows: int
     part: str = ""
-    alone: bool = False
     vocabulary: Vocabulary | None = None
     flaw: base.Refusal | None = None
     problem: base.Refusal | None = None
@@ -89,7 +87,7 @@ def read_tables(
     runs: list[base.LoggedRun] = []
     refusals: list[base.Refusal] = []
     for table in tables:
-        run_id = file if table.alone or not table.part else f"{file}:{table.part}"
+        run_id = f"{file}:{table.part}" if table.part else file
         labels = sheet.labels(file, table.part, run_id, table.keys, settings)
         try:
             run, refused = _read_table(table, run_id, rows + 1, settings, kind, labels, form)

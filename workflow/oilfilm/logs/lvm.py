@@ -49,8 +49,7 @@ def tables(content: bytes, vocabulary: Vocabulary) -> Found:
             lines[start:stop],
             of_file,
             (separator, "," if mark == "," else "."),
-            f"segment{number}",
-            alone=len(starts) == 1,
+            f"segment{number}" if starts[1:] else "",
             cut=stop == cut,
         )
         for number, (start, stop) in enumerate(pairwise([*starts, len(lines)]), start=1)
@@ -69,13 +68,7 @@ def _first(header: Header, key: str, usual: str) -> str:
 
 
 def _table(
-    lines: Sequence[str],
-    of_file: Header,
-    marks: tuple[str, str],
-    part: str,
-    *,
-    alone: bool,
-    cut: bool,
+    lines: Sequence[str], of_file: Header, marks: tuple[str, str], part: str, *, cut: bool
 ) -> LoggedTable | None:
     """A segment as a table; None without rows. `marks` part cells and are the decimal mark."""
     separator, mark = marks
@@ -109,7 +102,6 @@ def _table(
         table.numbers,
         len(rows),
         part,
-        alone,
         flaw=_too_few_rows(header, len(rows)),
         problem=None if names else Refusal("columns", reason, FORMAT_ADVICE),
         clocks=clocks,

@@ -118,7 +118,7 @@ class RunSheet:
 
         Args:
             file: Name of the log.
-            part: The run's own name in the log; empty where a log of its format is one run.
+            part: The run's own name in the log; empty where the log is one run.
         """
         rows = self.rows.get(file, ())
         return [row for row in rows if not (row.run and part) or matches(part, row.run)]

@@ -52,7 +52,7 @@ def tables(content: bytes, vocabulary: Vocabulary) -> Found:
             raise UnreadableLogError(flaw.reason, advice, rule="damaged_file")
         labels = distinct(group.name for group in groups)
         return NO_TEXT, [
-            _table(group, log.properties, label, len(groups) == 1, flaw, vocabulary)
+            _table(group, log.properties, label if groups[1:] else "", flaw, vocabulary)
             for group, label in zip(groups, labels, strict=True)
         ]
 
@@ -97,8 +97,7 @@ def _check_claims(
 def _table(
     group: TdmsGroup,
     of_file: Mapping[str, Any],
-    label: str,
-    alone: bool,
+    part: str,
     flaw: Refusal | None,
     vocabulary: Vocabulary,
 ) -> LoggedTable:
@@ -108,6 +107,7 @@ def _table(
     """
     channels = group.channels()
     names = [channel.name.strip() for channel in channels]
+    about = [channel.properties for channel in channels]
     units = [
         "s" if channel.dtype.kind == "M" else str(channel.properties.get("unit_string", "")).strip()
         for channel in channels
@@ -124,17 +124,12 @@ def _table(
         units,
         lambda places: [_of_length(seconds(values[place]), rows) for place in places],
         rows,
-        label,
-        alone,
+        part,
         flaw=flaw,
         clocks={
-            place: (
-                float(channel.properties.get("wf_start_offset", 0.0)),
-                float(channel.properties["wf_increment"]),
-                "s",
-            )
-            for place, channel in enumerate(channels)
-            if "wf_increment" in channel.properties
+            place: (float(each.get("wf_start_offset", 0.0)), float(each["wf_increment"]), "s")
+            for place, each in enumerate(about)
+            if "wf_increment" in each
         },
     )
 
