@@ -150,7 +150,7 @@ REFUSED = {
     "names of more words than cells": (
         log(["Oil Flow", *NAMES], None, [["1", *row] for row in ROWS], " "),
         "columns",
-        "are 8 words and the rows have 7 cells",
+        "blanks part 7 columns, but 8 names",
     ),
     "unknown encoding": (
         log([name.replace("load", "\u8377\u91cd") for name in NAMES]),

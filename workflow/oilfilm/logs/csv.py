@@ -9,7 +9,7 @@ Decides: how the layout of a text log is found.
 import csv
 import re
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence, Set
 from contextlib import suppress
 from dataclasses import dataclass
 from itertools import zip_longest
@@ -100,9 +100,7 @@ def tables(content: bytes, vocabulary: Vocabulary) -> Found:
         read_as = "" if encoding == "ascii" else f"; read as {encoding}"
         raise UnreadableLogError(f"{error}{read_as}", vocabulary.advice, rows) from error
     body, delimiter, start = _plain_cells(body, head, start)
-    decimal_mark, group_mark = _marks(
-        head, delimiter, [place for place in known if place not in stamps]
-    )
+    decimal_mark, group_mark = _marks(head, delimiter, known.keys() - stamps)
     table = TextTable(body, len(head.names), delimiter, decimal_mark, group_mark, stamps, start)
     logged = LoggedTable(
         _header_keys(head.header, head.delimiter),
@@ -173,12 +171,11 @@ def _refuse_row_above_names(head: _Head) -> None:
     A line that only counts the columns is none.
     """
     form = [_is_number(cell) for cell in head.rows[0]] if head.rows else []
-    for number, line in enumerate(head.header, start=1):
+    for number, line in enumerate(head.header if sum(form) >= _NUMBERS_OF_ROW else (), start=1):
         cells = _split(line, head.delimiter)
-        counted = {tuple(map(str, range(first, first + len(cells)))) for first in (0, 1)}
+        counted = [[str(n + first) for n in range(len(cells))] for first in (0, 1)]
         numbers = [_is_number(cell) or cell.startswith("#") for cell in cells]
-        like_a_row = sum(form) >= _NUMBERS_OF_ROW and numbers == form
-        if like_a_row and tuple(cells) not in counted:
+        if numbers == form and cells not in counted:
             raise ValueError(
                 f"line {number} reads {line[:_LONGEST]!r}, which looks like a row, but is "
                 "above the line of names; put the names above all rows"
@@ -202,24 +199,17 @@ def _line_of_names(lines: Sequence[str], vocabulary: Vocabulary) -> tuple[int, s
                         best, found = known(names), (number, delimiter, names)
         if found is not None:
             return found
-    unequal = ""
+    hint = ""
     for number, line in enumerate(lines):
         width = _width_of_rows(lines[number + 1 : number + 1 + _ROWS_SEARCHED])
-        if width < _FEWEST_COLUMNS:
-            continue
-        named = [*_blank_parted(line.lstrip("# \t"), vocabulary)]
-        for names in named:
-            if len(names) == width and known(names) >= 2:
-                return number, _BLANKS, names
-        if known(named[-1]) >= 2:
-            unequal = (
-                f"blanks part the columns, but the names {line.strip()[:120]!r} are "
-                f"{len(named[-1])} words and the rows have {width} cells: write names without "
-                "blanks, or part the columns by tabs or semicolons"
-            )
+        for names in _blank_parted(line, vocabulary) if width >= _FEWEST_COLUMNS else ():
+            if known(names) >= 2:
+                if len(names) == width:
+                    return number, _BLANKS, names
+                hint = f": blanks part {width} columns, but {len(names)} names; write these without"
     first = next((line for line in lines if line.strip() and line.lstrip()[0] != "#"), "")
     seen = f"; its first line is {first[:120]!r}" if first else ""
-    raise ValueError(unequal or f"no line names columns of a {vocabulary.name} log{seen}")
+    raise ValueError(f"no line names columns of a {vocabulary.name} log{hint or seen}")
 
 
 def _width_of_rows(lines: Sequence[str]) -> int:
@@ -232,6 +222,7 @@ def _width_of_rows(lines: Sequence[str]) -> int:
 
 def _blank_parted(line: str, vocabulary: Vocabulary) -> Iterator[list[str]]:
     """Names that blanks part: each word one, by two at least, or by one and known as a whole."""
+    line = line.lstrip("# \t")
     yield line.split()
     yield [name for name in re.split(r"\s{2,}|\t", line.strip()) if name]
     words, names = line.split(), []
@@ -268,21 +259,16 @@ def _plain_cells(body: bytes, head: _Head, start: int) -> tuple[bytes, str, int]
     return normalise(rows.encode(), "ascii"), "\t", 0
 
 
-def _marks(head: _Head, delimiter: str, places: Sequence[int]) -> tuple[str, str]:
+def _marks(head: _Head, delimiter: str, places: Set[int]) -> tuple[str, str]:
     """Decimal mark and mark between thousands, from the columns of numbers at some places."""
-    if delimiter == "," and not head.quoted:
-        return ".", ""
     # not the first row alone: it may hold whole numbers only
-    cells = [
-        row[place]
-        for row in head.rows
-        for place in places
-        if place < len(row) and "," in row[place]
-    ]
-    grouped = next((found for cell in cells if (found := _GROUPED.fullmatch(_bare(cell)))), None)
-    if grouped:
+    cells = [_bare(row[place]) for row in head.rows for place in places if place < len(row)]
+    cells = [cell for cell in cells if "," in cell]
+    if not cells or (delimiter == "," and not head.quoted):
+        return ".", ""
+    if grouped := next(filter(None, map(_GROUPED.fullmatch, cells)), None):
         return (",", ".") if grouped[1] == "." else (".", ",")
-    return "," if delimiter != "," and cells else ".", ""
+    return "." if delimiter == "," else ",", ""
 
 
 def _stamps(head: _Head, known: Mapping[int, tuple[str, str]]) -> tuple[int, ...]:
