@@ -16,7 +16,7 @@ from oilfilm.home import CONFIG
 from oilfilm.logs import base
 from oilfilm.logs.header import UNITS, apart, meaning, number_and_unit, oil_key
 from oilfilm.logs.ingest import read_log, unpack
-from oilfilm.logs.log_kind import ContinuousLog, LogKind
+from oilfilm.logs.log_kind import ContinuousLog, LogKind, Problems
 from oilfilm.logs.registry import READERS, recognised_format
 from oilfilm.logs.traction_log import TRACTION
 from oilfilm.logs.words import Guesses, guessed, unit_in_name
@@ -134,44 +134,26 @@ def sniff(file: str, content: bytes, zero: ZeroSource) -> Sniffed:
     runs: list[Run] = []
 
     def run(log: ContinuousLog, settings: Settings) -> base.LoggedRun:
-        # the oil and the rig of the settings for the readers are not those of the log
-        unsaid = {"oil", "rig"} - log.understood.sources.keys()
-        keys = {key: text for key, text in log.keys.items() if key not in unsaid}
-        logged_in = {column.quantity: column.to.unit for column in log.columns}
-        part = log.run_id[len(file) + 1 :]
-        runs.append(_run(part, keys, log.values, logged_in, unitless, zero))
+        runs.append(_run(log.run_id[len(file) + 1 :], log, unitless, zero))
         return log.run("", {"row": log.rows})
 
     # the time of LabVIEW's logs need be no column; exports of PCS programs have no names to guess
     optional = {"csv": set(), "pcs": {*VOCABULARY.quantities}}.get(name, {"time"})
     missing = [each for each in _missing(meant) if each not in optional]
-    timed = "time" in meant or _MU not in meant
     # what is missing is asked of the user; the rest of the log is read without it
-    spared = {*_missing(meant)} - {"time"} | (set() if timed else {"time"})
-    probe = LogKind(
-        VOCABULARY,
-        lambda campaign: renamed,
-        lambda *about: iter(()),
-        run,
-        (),
-        lambda *about: spared,
-    )
+    spared = {*_missing(meant), "time"}
+    probe = LogKind(VOCABULARY, lambda _: renamed, _no_problems, run, (), lambda *about: spared)
     name, reading = read_log(content, file, _settings(), probe)
     refused = next(((each.rule, each.reason) for each in reading.refusals), ("", ""))
     # text is a log if some line names columns
     no_log = refused[0] == "unknown_format" or (name == "csv" and not names)
-    return Sniffed(
-        file,
-        name,
-        reading.form,
-        guesses,
-        units,
-        missing,
-        list(dict.fromkeys(name for name, _ in names if name)),
-        "" if runs else refused[1],
-        runs,
-        not no_log,
-    )
+    own, problem = list(dict.fromkeys(name for name, _ in names if name)), refused[1]
+    found = guesses, units, missing, own, "" if runs else problem, runs
+    return Sniffed(file, name, reading.form, *found, not no_log)
+
+
+def _no_problems(*about: object) -> Problems:
+    yield from ()
 
 
 def _names(content: bytes) -> tuple[str, base.Names]:
@@ -199,16 +181,13 @@ def _missing(meant: Mapping[str, base.Names]) -> list[str]:
     return [quantity for quantity in (*VOCABULARY.always, *speeds) if quantity not in known]
 
 
-def _run(
-    part: str,
-    keys: Mapping[str, str],
-    values: Mapping[str, FloatArray],
-    units: Mapping[str, str],
-    unitless: Set[str],
-    zero: ZeroSource,
-) -> Run:
+def _run(part: str, log: ContinuousLog, unitless: Set[str], zero: ZeroSource) -> Run:
     """What the columns and header lines of a run show; nothing follows from `unitless` ones."""
-    count = len(next(iter(values.values()), []))
+    # the oil and the rig of the settings for the readers are not those of the log
+    unsaid = {"oil", "rig"} - log.understood.sources.keys()
+    keys = {key: text for key, text in log.keys.items() if key not in unsaid}
+    units = {column.quantity: column.to.unit for column in log.columns}
+    count, values = len(log.rows), log.values
     nothing = np.full(count, np.nan)
     time, load, force, temperature = (
         values.get(name, nothing)
