@@ -3,7 +3,7 @@
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -79,6 +79,11 @@ class UnreadableLogError(Exception):
         super().__init__(reason)
         self.refusal = Refusal(rule, reason, advice)
         self.rows = rows
+
+    @classmethod
+    def of(cls, problem: Refusal) -> Self:
+        """The error that a refusal ends in."""
+        return cls(problem.reason, problem.advice, rule=problem.rule)
 
 
 def too_large(reason: str) -> UnreadableLogError:

@@ -83,57 +83,49 @@ def read_tables(
 ) -> base.Reading:
     """The runs that the tables of a file make, and what had to be refused of them."""
     form, tables = found[0], [*found[1]]
+    read_as = f"; read as {form.encoding}" if form.encoding not in ("", "ascii") else ""
     rows = 0
     runs: list[base.LoggedRun] = []
     refusals: list[base.Refusal] = []
     for table in tables:
-        run_id = f"{file}:{table.part}" if table.part else file
-        labels = sheet.labels(file, table.part, run_id, table.keys, settings)
+        labels = sheet.labels(file, table.part, table.keys, settings)
         try:
-            run, refused = _read_table(table, run_id, rows + 1, settings, kind, labels, form)
-        except ValueError as error:
-            read_as = f"; read as {form.encoding}" if form.encoding not in ("", "ascii") else ""
-            advice = kind.vocabulary.advice
-            problem = labels.whole(base.Refusal("columns", f"{error}{read_as}", advice))
-            run, refused = None, [_of_table(problem, table, run_id, rows + 1)]
+            run, refused = _read_table(table, labels, rows + 1, form, settings, kind)
+            runs.append(run)
+        except (ValueError, base.UnreadableLogError) as error:
+            problem = base.Refusal("columns", f"{error}{read_as}", kind.vocabulary.advice)
+            problem = labels.whole(getattr(error, "refusal", problem))
+            run_id = labels.run_id if table.part else ""
+            refused = [problem.of_rows(run_id, rows + 1, rows + table.rows)]
         rows += table.rows
-        runs += [run] if run is not None else []
-        refusals += refused
+        refusals += [*refused, *labels.remarks]
     refusals += sheet.strays(file, [table.part for table in tables if table.part])
     return base.Reading(rows, runs, refusals, form)
 
 
-def _of_table(
-    problem: base.Refusal, table: LoggedTable, run_id: str, first_row: int
-) -> base.Refusal:
-    """The refusal of all rows of a table."""
-    return problem.of_rows(run_id if table.part else "", first_row, first_row + table.rows - 1)
-
-
 def _read_table(
     table: LoggedTable,
-    run_id: str,
+    labels: Labels,
     first_row: int,
+    form: base.TextForm,
     settings: Settings,
     kind: LogKind,
-    labels: Labels,
-    form: base.TextForm,
-) -> tuple[base.LoggedRun | None, list[base.Refusal]]:
-    """The run of a table and its refusals.
+) -> tuple[base.LoggedRun, list[base.Refusal]]:
+    """The run of a table and the refusals of its rows.
 
     Raises:
         ValueError: Its columns cannot be understood.
+        UnreadableLogError: Nothing of it can be used for another reason.
     """
     if table.problem:
-        return None, [_of_table(labels.whole(table.problem), table, run_id, first_row)]
+        raise base.UnreadableLogError.of(table.problem)
     vocabulary = table.vocabulary or kind.vocabulary_of(settings.campaign)
     table = _with_time(table, vocabulary)
     spared = kind.spared(labels.keys, settings)
     columns = vocabulary.columns(table.names, table.units, spared)
     problems = chain([labels.problem], kind.header_problems(labels.keys, columns, settings))
     if problem := next(filter(None, problems), None):
-        problem = _of_table(labels.whole(problem), table, run_id, first_row)
-        return None, [problem, *labels.remarks]
+        raise base.UnreadableLogError.of(problem)
     logged = _numbers(table, columns)
     values, good = _converted(logged)
     rows = np.arange(first_row, first_row + table.rows)
@@ -155,7 +147,7 @@ def _read_table(
         refusals.append(_cut_row(table, int(rows[-1])))
         if refusals[-1].rule == "cut_row":
             flaw = flaw or replace(refusals[-1], rule="truncated")
-    refusals = [replace(refusal, run_id=run_id) for refusal in refusals]
+    refusals = [replace(refusal, run_id=labels.run_id) for refusal in refusals]
     if not good.all():
         rows = rows[good]
         values = {quantity: numbers[good] for quantity, numbers in values.items()}
@@ -171,8 +163,8 @@ def _read_table(
         _stated(labels.keys),
     )
     flaw = labels.excluded or flaw
-    log = ContinuousLog(run_id, labels.keys, [*logged], rows, values, flaw, understood)
-    return kind.run(log, settings), [*refusals, *labels.remarks]
+    log = ContinuousLog(labels.run_id, labels.keys, [*logged], rows, values, flaw, understood)
+    return kind.run(log, settings), refusals
 
 
 def _named(table: LoggedTable) -> str:

@@ -53,6 +53,7 @@ class Labels:
     """What is known of a run, by its header and by the run sheet.
 
     Attributes:
+        run_id: Name of the run.
         keys: Header keys, with those of the sheet over them.
         remarks: Contradictions between the two, of which the sheet is right.
         excluded: Why the run is not to be used, if so.
@@ -60,6 +61,7 @@ class Labels:
         sources: Where each key comes from: `header` or `run sheet`.
     """
 
+    run_id: str
     keys: dict[str, str]
     remarks: list[Refusal]
     excluded: Refusal | None = None
@@ -123,18 +125,16 @@ class RunSheet:
         rows = self.rows.get(file, ())
         return [row for row in rows if not (row.run and part) or matches(part, row.run)]
 
-    def labels(
-        self, file: str, part: str, run_id: str, logged: Mapping[str, str], settings: Settings
-    ) -> Labels:
+    def labels(self, file: str, part: str, logged: Mapping[str, str], settings: Settings) -> Labels:
         """What is known of one run of a log.
 
         Args:
             file: Name of the log.
             part: The run's own name in the log, as for `about`.
-            run_id: Name of the run.
             logged: Header lines by the keys of the log, as `plain_key` makes them.
             settings: Settings of the campaign.
         """
+        run_id = f"{file}:{part}" if part else file
         named = named_keys(logged, settings)
         header = header_keys(named, settings)
         rows = self.about(file, part)
@@ -147,7 +147,8 @@ class RunSheet:
             **dict.fromkeys(named.keys() - over, "header"),
             **dict.fromkeys(given, "run sheet"),
         }
-        return Labels(keys, remarks, self._exclusion(rows), self._disagreement(rows), sources)
+        excluded, problem = self._exclusion(rows), self._disagreement(rows)
+        return Labels(run_id, keys, remarks, excluded, problem, sources)
 
     def strays(self, file: str, parts: Sequence[str]) -> list[Refusal]:
         """The rows that name a run which the log does not have, by its own names of its runs."""
