@@ -134,33 +134,25 @@ def test_listing_is_what_sha256sum_writes(tmp_path: Path) -> None:
     assert read_listings(written) == {"two words.csv": ABC}
 
 
-def logs(folder: Path, **options: Any) -> RawLogs:
-    return RawLogs(Path("data/raw/june"), {"a.csv": folder / "a.csv"}, **options)
+def test_logs_are_read_with_their_digests_as_the_twin_wrote_them_and_as_they_were(
+    tmp_path: Path,
+) -> None:
+    log, inputs = tmp_path / "a.csv", {}
 
+    def logs(**options: Any) -> RawLogs:
+        log.write_text("abc")
+        return RawLogs(Path("data/raw/june"), {"a.csv": log}, **options)
 
-def test_logs_are_read_with_their_digests(tmp_path: Path) -> None:
-    (tmp_path / "a.csv").write_text("abc")
-    inputs: dict[str, str] = {}
-    read = logs(tmp_path, inputs=inputs)
+    read = logs(inputs=inputs)
     assert list(read) == [("a.csv", b"abc")]
     assert read.by_path() == {"data/raw/june/a.csv": ABC}
     assert inputs == {"data/raw/june/a.csv": ABC[:16]}
-    (tmp_path / "a.csv").unlink()
-    with pytest.raises(OilfilmError, match=r"a\.csv: cannot be read .* put it back, or run"):
-        list(logs(tmp_path))
-
-
-def test_log_that_changes_while_it_is_read_is_refused(tmp_path: Path) -> None:
-    (tmp_path / "a.csv").write_text("abc")
-    read = logs(tmp_path)
-    list(read)
-    (tmp_path / "a.csv").write_text("abcd")
+    log.write_text("abcd")
     with pytest.raises(OilfilmError, match="has changed while it was read"):
         read.by_path()
-
-
-def test_log_that_is_not_as_the_twin_wrote_it_is_refused(tmp_path: Path) -> None:
-    (tmp_path / "a.csv").write_text("abc")
-    assert list(logs(tmp_path, written={"a.csv": ABC}))
+    assert list(logs(written={"a.csv": ABC}))
     with pytest.raises(OilfilmError, match=r"a\.csv: is not as the rig twin wrote it\. Delete"):
-        list(logs(tmp_path, written={"a.csv": "0" * 64}))
+        list(logs(written={"a.csv": "0" * 64}))
+    log.unlink()
+    with pytest.raises(OilfilmError, match=r"a\.csv: cannot be read .* put it back, or run"):
+        list(read)

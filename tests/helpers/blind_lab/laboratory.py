@@ -1,5 +1,6 @@
 """A laboratory's project folder: configuration, sound logs, and one log with each fault."""
 
+import json
 import shutil
 from dataclasses import dataclass, replace
 from itertools import product
@@ -168,14 +169,5 @@ def _write_config(project: Path, config: Path, bench: Bench, oils: dict[str, Oil
 
 
 def _write(path: Path, values: dict) -> None:
-    path.write_text(yaml.dump(values, Dumper=_Dumper, allow_unicode=True), encoding="utf-8")
-
-
-class _Dumper(yaml.SafeDumper):
-    """NumPy's numbers as Python's; each value in full."""
-
-    def ignore_aliases(self, data: object) -> bool:
-        return True
-
-
-_Dumper.add_multi_representer(np.generic, lambda dumper, value: dumper.represent_data(value.item()))
+    # JSON is YAML; NumPy's numbers as Python's
+    path.write_text(json.dumps(values, default=np.generic.item), encoding="utf-8")
