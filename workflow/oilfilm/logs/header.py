@@ -96,13 +96,23 @@ def meaning(own: str, text: str, names: Mapping[str, str]) -> tuple[str, str]:
         names: As `listed_names` gives them.
     """
     name, unit = _set_point(own, names)
+    digits, behind = number_and_unit(text)
     # without a unit `load` may be anything
-    if unit or to_set_point(name, number_and_unit(text)[1]):
-        # the load has one set point, as force or as pressure
-        if name == "load_n" and to_set_point("max_hertz_pressure_gpa", unit):
-            name = "max_hertz_pressure_gpa"
-        return name, _in_unit_of(name, text, unit)
-    return names.get(own, names.get(apart(own)[0], own)), text
+    if not (unit or to_set_point(name, behind)):
+        return names.get(own, names.get(apart(own)[0], own)), text
+    # the load has one set point, as force or as pressure
+    if name == "load_n" and to_set_point("max_hertz_pressure_gpa", unit):
+        name = "max_hertz_pressure_gpa"
+    to = to_set_point(name, behind or unit)
+    try:
+        value = decimal_number(digits)
+    except ValueError:
+        return name, text
+    if to is None:
+        return name, text if behind else f"{text} {unit}"
+    # with the rounding of a conversion, 80 N and 0.08 kN would be two values
+    plain = text == digits and (to.scale, to.offset) == (1, 0)
+    return name, text if plain else f"{to.scale * value + to.offset:.12g}"
 
 
 def _set_point(own: str, names: Mapping[str, str]) -> tuple[str, str]:
@@ -130,21 +140,6 @@ def to_set_point(name: str, unit: str) -> Conversion | None:
     """How a unit, in whatever letters, becomes that of a set point; None where it cannot."""
     written = UNITS.get(plain_key(unit), unit)
     return possible_conversion(written, (SET_POINT_UNITS[name][1],)) if name and written else None
-
-
-def _in_unit_of(name: str, text: str, unit: str) -> str:
-    """The number of a set point in its unit; the text where it is no number in a unit of it."""
-    digits, behind = number_and_unit(text)
-    to = to_set_point(name, behind or unit)
-    try:
-        value = decimal_number(digits)
-    except ValueError:
-        return text
-    if to is None:
-        return text if behind else f"{text} {unit}"
-    # with the rounding of a conversion, 80 N and 0.08 kN would be two values
-    plain = text == digits and (to.scale, to.offset) == (1, 0)
-    return text if plain else f"{to.scale * value + to.offset:.12g}"
 
 
 def number_and_unit(text: str) -> tuple[str, str]:

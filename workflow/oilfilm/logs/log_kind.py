@@ -230,6 +230,11 @@ class ContinuousLog:
     flaw: base.Refusal | None = None
     understood: base.Understood = base.NOTHING_UNDERSTOOD
 
+    @property
+    def units(self) -> dict[str, str]:
+        """Unit of the values of each quantity."""
+        return {column.quantity: column.to.unit for column in self.columns}
+
     def run(
         self,
         rig: str,

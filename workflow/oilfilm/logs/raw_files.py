@@ -66,13 +66,12 @@ def named_logs(folder: Path) -> Iterator[tuple[str, str]]:
     if not folder.is_dir():
         raise OilfilmError(f"{folder}: there is no such folder. Make it and put the logs there.")
     unreadable: dict[Path, str] = {}
-    paths: list[Path] = []
 
     def note(error: OSError) -> None:
         unreadable[Path(error.filename)] = f"cannot be read ({error.strerror}). Check its rights."
 
-    for place, folders, files in os.walk(folder, onerror=note):
-        paths += [Path(place, name) for name in (*folders, *files)]
+    walked = os.walk(folder, onerror=note)
+    paths = [Path(place, name) for place, dirs, files in walked for name in (*dirs, *files)]
     for path in sorted(paths):
         if is_passed_over(path, folder):
             continue

@@ -12,7 +12,7 @@ import io
 import os
 import unicodedata
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 from functools import cache
 from pathlib import Path, PurePosixPath
@@ -47,33 +47,26 @@ _QUANTITIES = {quantity: key for key, (quantity, _) in base.SET_POINT_UNITS.item
 Cells = list[list[str]]
 
 
-class _LogNames:
-    """The logs of a campaign by the names that the run sheet may give them."""
+def _meant_by(files: Iterable[str]) -> Callable[[str], list[str]]:
+    """Gives the logs of a campaign that a cell of `file` means."""
+    by_form: dict[tuple[int, str], list[str]] = {}
+    for file in files:
+        name = unicodedata.normalize("NFC", file)
+        # a name without a folder means any folder; a log keeps its name when it is packed
+        for rank, form in enumerate((name, PurePosixPath(name).name)):
+            unpacked = form.removesuffix(".gz").removesuffix(".zst")
+            by_form.setdefault((2 * rank, form), []).append(file)
+            by_form.setdefault((2 * rank + 1, unpacked), []).append(file)
 
-    def __init__(self, files: Iterable[str]) -> None:
-        self._by_form: dict[tuple[int, str], list[str]] = {}
-        for file in files:
-            name = unicodedata.normalize("NFC", file)
-            # a name without a folder means any folder; a log keeps its name when it is packed
-            for rank, form in enumerate((name, PurePosixPath(name).name)):
-                unpacked = form.removesuffix(".gz").removesuffix(".zst")
-                self._by_form.setdefault((2 * rank, form), []).append(file)
-                self._by_form.setdefault((2 * rank + 1, unpacked), []).append(file)
-
-    def meant(self, cell: str) -> list[str]:
-        """The logs that a cell of `file` means."""
+    def meant(cell: str) -> list[str]:
         pattern = unicodedata.normalize("NFC", cell).replace("\\", "/").removeprefix("./")
         if not _is_pattern(pattern):
-            same = (self._by_form.get((rank, pattern), []) for rank in range(4))
-            return next(filter(None, same), [])
+            return next(filter(None, (by_form.get((rank, pattern)) for rank in range(4))), [])
         ranks = (0, 1) if "/" in pattern else (2, 3)
-        fitting = (
-            file
-            for (rank, form), files in self._by_form.items()
-            if rank in ranks and matches(form, pattern)
-            for file in files
-        )
-        return [*dict.fromkeys(fitting)]
+        forms = (at for at in by_form if at[0] in ranks and matches(at[1], pattern))
+        return [*dict.fromkeys(file for at in forms for file in by_form[at])]
+
+    return meant
 
 
 def _is_pattern(cell: str) -> bool:
@@ -142,9 +135,9 @@ def read_run_sheet(
     rows = _rows(content, sheet)
     matched: dict[str, list[SheetRow]] = {}
     strays: list[str] = []
-    logs = _LogNames(files)
+    meant = _meant_by(files)
     for number, row in rows:
-        found = logs.meant(row.file)
+        found = meant(row.file)
         if len(found) > 1 and not _is_pattern(row.file):
             sentence = f"{row.file!r} is the name of {listed(found)}: add the folder."
             sheet.refuse(f"row {number}", sentence)

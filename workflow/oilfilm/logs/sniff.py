@@ -186,8 +186,7 @@ def _run(part: str, log: ContinuousLog, unitless: Set[str], zero: ZeroSource) ->
     # the oil and the rig of the settings for the readers are not those of the log
     unsaid = {"oil", "rig"} - log.understood.sources.keys()
     keys = {key: text for key, text in log.keys.items() if key not in unsaid}
-    units = {column.quantity: column.to.unit for column in log.columns}
-    count, values = len(log.rows), log.values
+    count, values, units = len(log.rows), log.values, log.units
     nothing = np.full(count, np.nan)
     time, load, force, temperature = (
         values.get(name, nothing)

@@ -99,18 +99,17 @@ def _header_problems(
 def _run(log: ContinuousLog, settings: Settings) -> base.LoggedRun:
     keys, given = log.keys, nominal(log.keys, settings)
     rig, semantics = settings.rigs[keys["rig"]], settings.campaign.semantics_for(keys["rig"])
-    units = {column.quantity: column.to.unit for column in log.columns}
     held = {"time": np.nan, **_held(given)}
     left_out = held.keys() & _spared(keys, settings) - log.values.keys()
     values = dict(log.values) | {name: np.full(len(log.rows), held[name]) for name in left_out}
     # a load as maximum Hertz pressure is refused of a rig whose contact is not known
-    contact = rig.contact() if units.get("load") == "GPa" else None
+    contact = rig.contact() if log.units.get("load") == "GPa" else None
     if contact is not None:
         values["load"] = contact.load_n(values["load"])
     if "traction_coefficient" in values:
         force = semantics.direction * values["traction_coefficient"] * values["load"]
         values["traction_force"] = force
-    ball, disc = _surface_speeds(values, units, rig, semantics)
+    ball, disc = _surface_speeds(values, log.units, rig, semantics)
     # a column of one number, that takes no memory, where the log has none
     empty = dict.fromkeys(tables.columns("samples"), np.broadcast_to(np.nan, len(log.rows)))
     del empty["run_id"]
