@@ -74,7 +74,6 @@ SAME = {
     ),
     "names as a comment": log(["# " + NAMES[0], *NAMES[1:]], [f"[{unit}]" for unit in UNITS]),
     "line of Excel": log(above='sep=;\n"oil";"4102";;;;'),
-    "numbers of the columns": log(above="# oil: 4102\n1;2;3;4;5;6"),
     "blanks": log(delimiter="  \t "),
     "blanks before the rows": log(delimiter=" ").replace("\n0", "\n   0"),
     "blanks and names with units": log(named(*NAMES), None, delimiter=" "),

@@ -166,16 +166,12 @@ def _row_or_nothing(line: bytes, head: _Head) -> bytes:
 
 
 def _refuse_row_above_names(head: _Head) -> None:
-    """Raise if a row is above the line of names: it would be lost as a header line.
-
-    A line that only counts the columns is none.
-    """
+    """Raise if a row is above the line of names: it would be lost as a header line."""
     form = [_is_number(cell) for cell in head.rows[0]] if head.rows else []
     for number, line in enumerate(head.header if sum(form) >= _NUMBERS_OF_ROW else (), start=1):
         cells = _split(line, head.delimiter)
-        counted = [[str(n + first) for n in range(len(cells))] for first in (0, 1)]
         numbers = [_is_number(cell) or cell.startswith("#") for cell in cells]
-        if numbers == form and cells not in counted:
+        if numbers == form:
             raise ValueError(
                 f"line {number} reads {line[:_LONGEST]!r}, which looks like a row, but is "
                 "above the line of names; put the names above all rows"

@@ -237,20 +237,14 @@ def _without_absurd(reading: base.Reading) -> base.Reading:
 
     Cells are judged by the readers; this is about what units and definitions make of them.
     """
-    runs, refusals = [], list(reading.refusals)
+    runs, refusals = [], [*reading.refusals]
     for run in reading.runs:
         held = np.ones(len(run), dtype=bool)
         for name, values in run.samples.items():
-            # a column that the log does not have is one number
-            seen = values[:1] if values.strides == (0,) else values
-            # extremes first: they hardly ever lead on, and cost a tenth of a mask
-            if max(np.fmax.reduce(seen, initial=0), -np.fmin.reduce(seen, initial=0)) < LARGEST:
-                continue
-            absurd = held & (np.abs(values) >= LARGEST)
-            problem = f"{name} comes out as {LARGEST:g} or more"
-            refusals += base.refused_ranges(
-                run.run_id, run.samples["row"][absurd], "unreadable_row", problem, ROWS_ADVICE
-            )
+            absurd = held & ((values >= LARGEST) | (values <= -LARGEST))
+            rows, problem = run.samples["row"][absurd], f"{name} comes out as {LARGEST:g} or more"
+            about = run.run_id, rows, "unreadable_row", problem
+            refusals += base.refused_ranges(*about, ROWS_ADVICE)
             held &= ~absurd
         kept = run.samples if held.all() else {n: v[held] for n, v in run.samples.items()}
         runs.append(replace(run, samples=kept))

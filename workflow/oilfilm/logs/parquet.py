@@ -72,10 +72,8 @@ def _is_instant(kind: arrow.DataType) -> bool:
 
 
 def _holds_numbers(kind: arrow.DataType) -> bool:
-    types = arrow.types
-    return _is_instant(kind) or any(
-        of(kind) for of in (types.is_integer, types.is_floating, types.is_decimal)
-    )
+    plain = arrow.types.is_integer(kind) or arrow.types.is_floating(kind)
+    return plain or arrow.types.is_decimal(kind) or _is_instant(kind)
 
 
 def _numbers(column: arrow.ChunkedArray) -> npt.NDArray[Any]:

@@ -16,7 +16,7 @@ from oilfilm.home import CONFIG
 from oilfilm.logs import base
 from oilfilm.logs.header import UNITS, apart, meaning, number_and_unit, oil_key
 from oilfilm.logs.ingest import read_log, unpack
-from oilfilm.logs.log_kind import ContinuousLog, LogKind, Problems
+from oilfilm.logs.log_kind import ContinuousLog, LogKind
 from oilfilm.logs.registry import READERS, recognised_format
 from oilfilm.logs.traction_log import TRACTION
 from oilfilm.logs.words import Guesses, guessed, unit_in_name
@@ -142,7 +142,7 @@ def sniff(file: str, content: bytes, zero: ZeroSource) -> Sniffed:
     missing = [each for each in _missing(meant) if each not in optional]
     # what is missing is asked of the user; the rest of the log is read without it
     spared = {*_missing(meant), "time"}
-    probe = LogKind(VOCABULARY, lambda _: renamed, _no_problems, run, (), lambda *about: spared)
+    probe = LogKind(VOCABULARY, lambda _: renamed, lambda *_: iter(()), run, (), lambda *_: spared)
     name, reading = read_log(content, file, _settings(), probe)
     refused = next(((each.rule, each.reason) for each in reading.refusals), ("", ""))
     # text is a log if some line names columns
@@ -150,10 +150,6 @@ def sniff(file: str, content: bytes, zero: ZeroSource) -> Sniffed:
     own, problem = list(dict.fromkeys(name for name, _ in names if name)), refused[1]
     found = guesses, units, missing, own, "" if runs else problem, runs
     return Sniffed(file, name, reading.form, *found, not no_log)
-
-
-def _no_problems(*about: object) -> Problems:
-    yield from ()
 
 
 def _names(content: bytes) -> tuple[str, base.Names]:
