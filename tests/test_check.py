@@ -12,7 +12,7 @@ import pytest
 from bad_logs import good
 from campaigns import ROOT, read_campaign, write_campaign
 from command_line import printed_objects
-from damages import SOUND, stuck
+from damages import DAMAGES, SOUND
 from oilfilm.cli import main
 from oilfilm.cli.check import WIDTH, check_files, report
 from oilfilm.curation.traction_rig import TRACTION_RIG
@@ -178,7 +178,8 @@ def test_log_of_another_project_is_not_judged_by_the_settings_of_this_one(
 
 def test_many_refused_runs_of_one_log_are_counted() -> None:
     settings = resolve(ROOT / "config", {"campaign": "demo"})
-    (log,) = check_files([("a.csv", stuck(SOUND["traction"]))], settings, TRACTION_RIG)
+    stuck = DAMAGES["stuck_sensor"].logs(SOUND["traction"])
+    (log,) = check_files([("a.csv", stuck)], settings, TRACTION_RIG)
     (run,), names = log["runs"], [f"run{number:02}" for number in range(12)]
     many = {
         **log,
