@@ -49,7 +49,7 @@ class LoggedTable:
         values: Gives the columns at some places, one number per row, NaN where a cell holds none.
         rows: How many rows there are, good and bad.
         part: Name of the run in its file; empty where the file is one run.
-        vocabulary: What the names mean, where the format itself says it.
+        columns: The columns that make a run, where the format itself says it.
         flaw: Why the run cannot be used, if so.
         problem: Why nothing of it can be used, if so.
         clocks: Start, increment and unit of the time of columns that were sampled evenly, by their
@@ -65,7 +65,7 @@ class LoggedTable:
     values: Callable[[Sequence[int]], Sequence[Values]]
     rows: int
     part: str = ""
-    vocabulary: Vocabulary | None = None
+    columns: Sequence[Column] = ()
     flaw: base.Refusal | None = None
     problem: base.Refusal | None = None
     clocks: Mapping[int, tuple[float, float, str]] = field(default_factory=dict)
@@ -119,10 +119,10 @@ def _read_table(
     """
     if table.problem:
         raise base.UnreadableLogError.of(table.problem)
-    vocabulary = table.vocabulary or kind.vocabulary_of(settings.campaign)
+    vocabulary = kind.vocabulary_of(settings.campaign)
     table = _with_time(table, vocabulary)
     spared = kind.spared(labels.keys, settings)
-    columns = vocabulary.columns(table.names, table.units, spared)
+    columns = table.columns or vocabulary.columns(table.names, table.units, spared)
     problems = chain([labels.problem], kind.header_problems(labels.keys, columns, settings))
     if problem := next(filter(None, problems), None):
         raise base.UnreadableLogError.of(problem)

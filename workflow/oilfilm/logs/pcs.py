@@ -18,10 +18,9 @@ import yaml
 
 from oilfilm.logs import base
 from oilfilm.logs.columns import Found, LoggedTable
-from oilfilm.logs.log_kind import Vocabulary
+from oilfilm.logs.log_kind import Column, Vocabulary
 from oilfilm.logs.text_rows import encoding_of
-from oilfilm.settings.campaign import Column
-from oilfilm.units import BoolArray, FloatArray
+from oilfilm.units import BoolArray, FloatArray, conversion
 
 _STEP = re.compile(r"^Step (\d{1,9})\b.* started at .+$")
 # A row of a table, were it cut after its first cell.
@@ -130,23 +129,20 @@ def _table(step: _Step, label: str, cut: bool) -> LoggedTable:
     used = [name for name in _SAMPLED if name in places or name in _SPEEDS]
     names = [step.names[places[name]] if name in places else f"{name} (mean)" for name in used]
     others = [*{name: "" for name in step.names if name not in names}]
+    logged, sampled = ([_SAMPLED[name][key] for name in used] for key in ("logged", "sampled"))
     width = len(cells[-1]) + len(names) + len(others) - len(step.names)
     return LoggedTable(
         {"log_kind": "steps"},
         [*names, *others],
-        [*(_SAMPLED[name]["logged"] for name in used), *[""] * len(others)],
+        [*logged, *[""] * len(others)],
         lambda wanted: [values[used[place]] for place in wanted],
         len(cells),
         label,
-        vocabulary=Vocabulary(
-            "traction",
-            "columns",
-            {name: (name, _SAMPLED[name]["sampled"]) for name in used},
-            ("time", "load", *_SPEEDS),
-            # rigs leave some of the others blank
-            ((), tuple(used[4:])),
-            renamed={ours: Column(name=[theirs]) for ours, theirs in zip(used, names, strict=True)},
-        ),
+        columns=[
+            # rigs leave some of the columns behind the first four blank
+            Column(name, place, conversion(unit, (to,)), names[place], unit, spare=place >= 4)
+            for place, (name, unit, to) in enumerate(zip(used, logged, sampled, strict=True))
+        ],
         problem=_problem(
             step, [_COLUMNS[name]["names"][0] for name in _REQUIRED if name not in places]
         ),
