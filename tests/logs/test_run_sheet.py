@@ -153,7 +153,7 @@ def test_set_point_is_converted_from_the_unit_of_its_column(
         (HEAD + f"a.csv,4050,{SET_POINTS}", {}, "oil 4050 (header: oil '4102')"),
         (HEAD + "a.csv,4102,1.5,30,70", {}, "1.5 (header: max_hertz_pressure_gpa '1.25')"),
         (HEAD + ROW, {"oil": "mystery"}, "oil 4102 (header: oil 'mystery')"),
-        (HEAD + ROW, {"oil": None, "lubricant": "mystery"}, "4102 (header: lubricant 'mystery')"),
+        (HEAD + ROW, {"oil": None, "lubricant": "mystery"}, "4102 (header: oil 'mystery')"),
         (HEAD + ROW, {"inlet_temperature_c": "warm"}, "70 (header: inlet_temperature_c 'warm')"),
         (HEAD + ROW, {}, ""),
         # the same to the third digit, or the same load by the contact of the rig

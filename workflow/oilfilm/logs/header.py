@@ -68,6 +68,8 @@ def named_keys(logged: Mapping[str, str], settings: Settings) -> dict[str, str]:
         if key == "oil":
             text = oil_id(text, settings)
         keys[key] = text if keys.get(key, text) == text else f"{keys[key]} / {text}"
+    if like := oil_key(keys):
+        keys.setdefault("oil", oil_id(keys[like], settings))
     return keys
 
 
@@ -81,8 +83,7 @@ def header_keys(named: Mapping[str, str], settings: Settings) -> dict[str, str]:
     keys = dict(named)
     if len(settings.rigs) == 1:
         keys.setdefault("rig", next(iter(settings.rigs)))
-    like = oil_key(keys)
-    if len(settings.oils) == 1 and (like is None or oil_id(keys[like], settings) in settings.oils):
+    if len(settings.oils) == 1:
         keys.setdefault("oil", next(iter(settings.oils)))
     return keys
 
@@ -156,7 +157,7 @@ def oil_id(text: str, settings: Settings) -> str:
 
 
 def oil_key(keys: Mapping[str, str]) -> str | None:
-    """The key of a header line that seems to name the oil, though not under `oil`."""
+    """The key of a header line that names the oil, though not under `oil`."""
     for key, text in keys.items():
         words = frozenset(key.split("_")) - _OIL_WORDS
         if key != "oil" and text and len(words) == 1 and words <= _OIL_KEYS:
@@ -201,20 +202,6 @@ def _is_slip_of_the_pen(written: str, meant: str) -> bool:
         return False
     pairs = zip(*words, strict=True)
     return all(SequenceMatcher(None, *pair).ratio() > _ALIKE for pair in pairs)
-
-
-def oil_problem(keys: Mapping[str, str], settings: Settings) -> Refusal | None:
-    """Why the oil of a log's header cannot be used."""
-    like = oil_key(keys)
-    if "oil" not in keys and like is not None:
-        return Refusal(
-            "unknown_oil",
-            f"the header has no key 'oil', but {like!r}: {keys[like][:60]!r}; the campaign's "
-            f"oils are {', '.join(settings.oils)}",
-            "In the campaign file list the key under `header: oil` and the name under "
-            "`oil_aliases`, or put the log into the campaign of its oil.",
-        )
-    return unknown("oil", keys, settings.oils)
 
 
 def unknown(kind: str, keys: Mapping[str, str], known: Iterable[str]) -> Refusal | None:

@@ -11,7 +11,7 @@ from fnmatch import fnmatchcase
 from typing import Any, Self
 
 from oilfilm.logs.base import LOADS, SET_POINTS, Refusal, set_point
-from oilfilm.logs.header import header_keys, named_keys, oil_id, oil_key
+from oilfilm.logs.header import header_keys, named_keys, oil_id
 from oilfilm.settings.resolved import Settings
 
 # Rules that refuse nothing: what they name is used, or was never there.
@@ -187,9 +187,8 @@ class RunSheet:
     ) -> list[Refusal]:
         differing: list[str] = []
         for key, value in given.items():
-            other = oil_key(header) or key if key == "oil" and key not in header else key
-            if other in header and not _same(key, value, header[other], settings):
-                differing.append(f"{key} {value} (header: {other} {header[other][:60]!r})")
+            if key in header and not _same(key, value, header[key], settings):
+                differing.append(f"{key} {value} (header: {key} {header[key][:60]!r})")
         reason = f"{self.name} and the header disagree: {', '.join(differing)}"
         advice = "The run sheet is used. Correct the one that is wrong."
         return [Refusal(CONTRADICTION, reason, advice, run_id)] if differing else []

@@ -203,7 +203,7 @@ def _run(part: str, log: ContinuousLog, unitless: Set[str], zero: ZeroSource) ->
     settled = log_kind == "steps" or (_MU in values and "time" not in values)
     signals = (time, ball, disc, load, force)
     continuous = count > 1 and np.isfinite(signals).all() and not settled
-    named = "oil" if "oil" in keys else oil_key(keys) or ""
+    named = oil_key(keys) or "oil"
     step = float(np.median(np.diff(time))) if count > 1 else 0.0
     timed = continuous and "time" not in unitless and step > 0
     return Run(

@@ -9,7 +9,7 @@ from dataclasses import replace
 
 from oilfilm.errors import OilfilmError
 from oilfilm.logs.base import LoggedRun, Refusal
-from oilfilm.logs.header import oil_problem, simulation_problem
+from oilfilm.logs.header import simulation_problem, unknown
 from oilfilm.logs.log_kind import Column, ContinuousLog, LogKind, Problems, Vocabulary
 from oilfilm.settings.campaign import Campaign, Torque
 from oilfilm.settings.resolved import Settings
@@ -28,7 +28,7 @@ _OWN_NAMES = {
 def _header_problems(
     keys: Mapping[str, str], columns: Sequence[Column], settings: Settings
 ) -> Problems:
-    yield oil_problem(keys, settings)
+    yield unknown("oil", keys, settings.oils)
     bearing = torque_of(settings.campaign).bearing
     if (named := keys.get("bearing", bearing)) != bearing:
         yield Refusal(

@@ -12,7 +12,6 @@ from oilfilm.logs import base
 from oilfilm.logs.header import (
     FORMAT_ADVICE,
     misspelt_key,
-    oil_problem,
     simulation_problem,
     unknown,
 )
@@ -68,7 +67,7 @@ def _header_problems(
     keys: Mapping[str, str], columns: Sequence[Column], settings: Settings
 ) -> Problems:
     """What is wrong with a header, one after the other: later ones take the earlier for granted."""
-    yield oil_problem(keys, settings)
+    yield unknown("oil", keys, settings.oils)
     yield unknown("rig", keys, settings.rigs)
     yield simulation_problem(keys, settings)
     if (kind := keys.get("log_kind", "continuous")) not in ("continuous", "steps"):
