@@ -17,9 +17,9 @@ from bad_logs import (
     CONFIG,
     GOOD,
     KEYS,
+    PCS_CONFIG,
     UNITS,
     UNITS_TWICE,
-    Bad,
     Columns,
     csv,
     good,
@@ -79,13 +79,18 @@ def test_log_that_mostly_stands_still_is_compared_where_it_turns(noise_m_s: floa
             assert run.flaw.reason.startswith("slide_roll_ratio")
 
 
-@pytest.mark.parametrize("bad", BAD_LOGS, ids=lambda bad: bad.name)
-def test_bad_log_gets_its_verdict_in_a_sentence(bad: Bad) -> None:
-    verdict = check_logs([("log", bad.content)], bad.config)
-    reasons = verdict.quarantine.loc[verdict.quarantine["rule"] == bad.rule, "reason"]
-    assert any(bad.sentence in reason for reason in reasons), verdict.quarantine["reason"].tolist()
+@pytest.mark.parametrize(
+    ("rule", "name"), [(rule, name) for rule, logs in BAD_LOGS.items() for name in logs]
+)
+def test_bad_log_gets_its_verdict_in_a_sentence(rule: str, name: str) -> None:
+    content, sentence = BAD_LOGS[rule][name]
+    config = PCS_CONFIG if name.startswith("pcs") else CONFIG
+    verdict = check_logs([("log", content)], config)
+    reasons = verdict.quarantine.loc[verdict.quarantine["rule"] == rule, "reason"]
+    assert any(sentence in reason for reason in reasons), verdict.quarantine["reason"].tolist()
     assert (verdict.quarantine["advice"] != "").all()
-    assert bool(verdict.points["accepted"].any()) == bad.used
+    # the rows around a bad one are used
+    assert bool(verdict.points["accepted"].any()) == rule.endswith("_row")
 
 
 def test_file_named_as_a_run_of_another_one_is_told() -> None:

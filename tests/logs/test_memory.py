@@ -67,7 +67,7 @@ def texts_in_numbers_place() -> bytes:
             [],
             512,
         ),
-        (texts_in_numbers_place, 0, ["columns"], 128),
+        nightly(texts_in_numbers_place, 0, ["columns"], 128),
     ],
 )
 def test_no_log_takes_more_memory_than_it_may(
