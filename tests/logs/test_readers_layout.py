@@ -122,48 +122,36 @@ def test_log_is_read_the_same_however_it_is_laid_out(text: str) -> None:
 REFUSED = {
     "thousands or decimals": (
         log(rows=[[*ROWS[0][:4], "7.160", "70,0"], ROWS[1]]),
-        "unreadable_row",
         "reads '0,00;82,3;0,05;28650,12;7.160;70,0'",
     ),
-    "text below the rows": (log(below="End of test"), "unreadable_row", "reads 'End of test'"),
+    "text below the rows": (log(below="End of test"), "reads 'End of test'"),
     "row above the names": (
         log(above="# oil: 4102\n" + ";".join(ROWS[0])),
-        "columns",
         "line 2 reads '0,00;82,3;0,05;28650,12;7160,00;70,0', which looks like a row",
     ),
     "row with a stamp above the names": (
         log(rows=timed("10:15:00", "10:15:01"), above="# oil: 4102\n10:14:59" + ";1" * 5),
-        "columns",
         "line 2 reads '10:14:59;1;1;1;1;1', which looks like a row",
     ),
     "two columns of one name": (
         log([*NAMES, "Load"], [*UNITS, "N"], [[*row, "82"] for row in ROWS]),
-        "columns",
         "repeats the column 'load'",
     ),
     "month or day": (
         log(rows=timed("03/01/2026 10:15:00", "03/01/2026 10:15:01")),
-        "columns",
         "holds '03/01/2026 10:15:00'; expected",
     ),
     "names of more words than cells": (
         log(["Oil Flow", *NAMES], None, [["1", *row] for row in ROWS], " "),
-        "columns",
         "blanks part 7 columns, but 8 names",
     ),
-    "unknown encoding": (
-        log([name.replace("load", "\u8377\u91cd") for name in NAMES]),
-        "columns",
-        "utf-8",
-    ),
+    "unknown encoding": (log([name.replace("load", "\u8377\u91cd") for name in NAMES]), "utf-8"),
 }
 
 
-@pytest.mark.parametrize(("text", "rule", "sentence"), REFUSED.values(), ids=REFUSED)
-def test_log_that_could_be_misread_is_refused(text: str, rule: str, sentence: str) -> None:
-    refusal = read(text).refusals[0]
-    assert refusal.rule == rule
-    assert sentence in refusal.reason
+@pytest.mark.parametrize(("text", "sentence"), REFUSED.values(), ids=REFUSED)
+def test_log_that_could_be_misread_is_refused(text: str, sentence: str) -> None:
+    assert sentence in read(text).refusals[0].reason
 
 
 def test_column_that_the_campaign_names_is_taken_before_one_of_the_same_meaning() -> None:

@@ -318,6 +318,7 @@ def no_text(sound: Draft, random: Random) -> Draft:
 # ---------------------------------------------------------------- the list
 
 _KGF, _LBF = 9.80665, 4.4482216152605
+_HOT, _LOAD = "temperature_off_nominal", "load_off_nominal"
 _UNIT, _LARGE = "little_traction no_traction curve_off", "traction_unphysical impossible_traction"
 
 FAULTS = {
@@ -333,25 +334,19 @@ FAULTS = {
     "force seven times too large": Fault(f"{_LARGE} curve_off", scaled("force", 7.0)),
     "force polarity": Fault("swapped_sign", scaled("force", -1.0)),
     "ball and disc exchanged": Fault("swapped_channels", exchanged(every)),
-    "load in kgf, labelled N": Fault("load_off_nominal", scaled("load", 1 / _KGF)),
-    "load in kN, labelled N": Fault("load_off_nominal", scaled("load", 1e-3)),
-    "load off by 12 %": Fault("load_off_nominal", scaled("load", 1.12)),
+    "load in kgf, labelled N": Fault(_LOAD, scaled("load", 1 / _KGF)),
+    "load in kN, labelled N": Fault(_LOAD, scaled("load", 1e-3)),
+    "load off by 12 %": Fault(_LOAD, scaled("load", 1.12)),
     "load rises within steps": Fault(
-        "load_changes load_off_nominal many_plateaus_fail", on("load", load_step)
+        f"load_changes {_LOAD} many_plateaus_fail", on("load", load_step)
     ),
-    "load cell unplugged": Fault("load_off_nominal traction_missing", noise("load", 0, 0.1)),
+    "load cell unplugged": Fault(f"{_LOAD} traction_missing", noise("load", 0, 0.1)),
     "speed off by 10 %": Fault("speed_off_nominal", scaled("ball disc", 1.1)),
     "speeds in rad/s, labelled 1/min": Fault("speed_unit speed_off_nominal", spindles_in_rad_s),
-    "temperature in K, labelled degC": Fault(
-        "temperature_off_nominal", scaled("celsius", 1, 273.15)
-    ),
-    "temperature off by 10 K": Fault("temperature_off_nominal", scaled("celsius", 1, 10.0)),
-    "temperature drifts by 6 K": Fault(
-        "temperature_drift temperature_off_nominal", drifting("celsius", 6.0)
-    ),
-    "open thermocouple": Fault(
-        "temperature_off_nominal stuck_channel", scaled("celsius", 0, 850.0)
-    ),
+    "temperature in K, labelled degC": Fault(_HOT, scaled("celsius", 1, 273.15)),
+    "temperature off by 10 K": Fault(_HOT, scaled("celsius", 1, 10.0)),
+    "temperature drifts by 6 K": Fault(f"temperature_drift {_HOT}", drifting("celsius", 6.0)),
+    "open thermocouple": Fault(f"{_HOT} stuck_channel", scaled("celsius", 0, 850.0)),
     "force saturated": Fault("saturated", on("force", saturated)),
     "force softly saturated": Fault("curve_off soft_saturation", on("force", soft_limit)),
     "15 % wild readings": Fault("spiky not_steady no_point_left", on("force", wild)),
@@ -359,9 +354,7 @@ FAULTS = {
     "force cable off": Fault("no_traction curve_off", noise("force", 0.3, 0.008)),
     "clock set back": Fault("time_disorder", in_rows("time", late, 1, -60.0)),
     "logger paused": Fault("clock_jump", in_rows("time", late, 1, 60.0)),
-    "rows written twice": Fault(
-        "time_disorder", only(lambda run: np.repeat(np.arange(len(run)), 2))
-    ),
+    "rows written twice": Fault("time_disorder", only(lambda run: np.arange(2 * len(run)) // 2)),
     "block of NaN": Fault("missing_readings", in_rows("force", middle, np.nan)),
     "time in ms, labelled s": Fault("time_unit", scaled("time", 1e3)),
     "time in min, labelled s": Fault("time_unit", scaled("time", 1 / 60)),

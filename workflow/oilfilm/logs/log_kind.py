@@ -8,7 +8,6 @@ from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
-from types import MappingProxyType
 
 import numpy as np
 
@@ -151,13 +150,9 @@ class Vocabulary:
         there = counts.keys() | spared
         either = self.either
         chosen = next((some for some in either if there >= set(some)), either[0])
-        needed = [
-            self.instead[quantity]
-            if quantity not in counts and self.instead.get(quantity) in counts
-            else quantity
-            for quantity in (*self.always, *chosen)
-            if quantity in counts or quantity not in spared
-        ]
+        served = {each for each in self.instead.keys() - counts if self.instead[each] in counts}
+        asked = (q for q in (*self.always, *chosen) if q in counts or q not in spared)
+        needed = [self.instead[q] if q in served else q for q in asked]
         # before their units: a log of something else is told what it is not
         if missing := [quantity for quantity in needed if quantity not in counts]:
             raise ValueError(self._lacking(missing, names))
@@ -236,11 +231,7 @@ class ContinuousLog:
         return {column.quantity: column.to.unit for column in self.columns}
 
     def run(
-        self,
-        rig: str,
-        samples: base.Columns,
-        nominal: base.Nominal = MappingProxyType({}),
-        flaw: base.Refusal | None = None,
+        self, rig: str, samples: base.Columns, nominal: base.Nominal, flaw: base.Refusal | None
     ) -> base.LoggedRun:
         """The run that has these samples; `flaw` counts where the log itself has none."""
         return base.LoggedRun(

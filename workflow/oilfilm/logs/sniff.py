@@ -135,7 +135,7 @@ def sniff(file: str, content: bytes, zero: ZeroSource) -> Sniffed:
 
     def run(log: ContinuousLog, settings: Settings) -> base.LoggedRun:
         runs.append(_run(log.run_id[len(file) + 1 :], log, unitless, zero))
-        return log.run("", {"row": log.rows})
+        return log.run("", {"row": log.rows}, {}, None)
 
     # the time of LabVIEW's logs need be no column; exports of PCS programs have no names to guess
     optional = {"csv": set(), "pcs": {*VOCABULARY.quantities}}.get(name, {"time"})

@@ -45,7 +45,7 @@ def _run(log: ContinuousLog, settings: Settings) -> LoggedRun:
     bearing = torque_of(settings.campaign).bearing
     # whatever a header says, the rows of a torque log are no settled readings
     log = replace(log, keys={**log.keys, "log_kind": "continuous"})
-    return log.run(bearing, {"row": log.rows, **samples})
+    return log.run(bearing, {"row": log.rows, **samples}, {}, None)
 
 
 def torque_of(campaign: Campaign) -> Torque:
