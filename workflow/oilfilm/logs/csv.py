@@ -102,15 +102,9 @@ def tables(content: bytes, vocabulary: Vocabulary) -> Found:
     body, delimiter, start = _plain_cells(body, head, start)
     decimal_mark, group_mark = _marks(head, delimiter, known.keys() - stamps)
     table = TextTable(body, len(head.names), delimiter, decimal_mark, group_mark, stamps, start)
-    logged = LoggedTable(
-        _header_keys(head.header, head.delimiter),
-        head.names,
-        head.units,
-        table.numbers,
-        table.rows,
-        cut=table.cut,
-        show=table.show,
-    )
+    keys = _header_keys(head.header, head.delimiter)
+    columns = head.names, head.units, table.numbers, table.rows
+    logged = LoggedTable(keys, *columns, cut=table.cut, show=table.show)
     return TextForm.of(encoding, head.delimiter, decimal_mark), [logged]
 
 

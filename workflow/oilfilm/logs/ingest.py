@@ -106,12 +106,9 @@ def ingest_logs(
         refused += [{**about, "stage": "ingest", **asdict(each)} for each in reading.refusals]
     about = {"campaign": settings.campaign.name, "file": sheet.name, "stage": "ingest"}
     refused += [{**about, **asdict(remark)} for remark in sheet.remarks]
-    return Ingested(
-        {oil: _together(of_oil) for oil, of_oil in logged.items()},
-        tables.from_rows(runs, "runs"),
-        tables.from_rows(refused, "quarantine"),
-        read,
-    )
+    samples = {oil: _together(of_oil) for oil, of_oil in logged.items()}
+    listed = tables.from_rows(runs, "runs"), tables.from_rows(refused, "quarantine")
+    return Ingested(samples, *listed, read)
 
 
 @contextmanager
@@ -130,12 +127,10 @@ def sample_files(
     waiting: dict[str, list[base.LoggedRun]] = {oil: [] for oil in paths}
     content: dict[str, dict[str, str]] = {oil: {} for oil in paths}
     with ExitStack() as files:
-        add = {
-            oil: files.enter_context(
-                tables.writing("samples", path, {**provenance, "content": content[oil]})
-            )
-            for oil, path in paths.items()
-        }
+        add = {}
+        for oil, path in paths.items():
+            about = {**provenance, "content": content[oil]}
+            add[oil] = files.enter_context(tables.writing("samples", path, about))
 
         def write(oil: str) -> None:
             if waiting[oil]:

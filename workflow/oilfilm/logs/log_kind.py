@@ -234,17 +234,10 @@ class ContinuousLog:
         self, rig: str, samples: base.Columns, nominal: base.Nominal, flaw: base.Refusal | None
     ) -> base.LoggedRun:
         """The run that has these samples; `flaw` counts where the log itself has none."""
-        return base.LoggedRun(
-            self.run_id,
-            self.keys.get("oil", ""),
-            rig,
-            self.keys.get("log_kind", "continuous"),
-            nominal,
-            samples,
-            self.flaw or flaw,
-            self.keys.get("run", ""),
-            self.understood,
-        )
+        keys, flaw = self.keys, self.flaw or flaw
+        about = keys.get("oil", ""), rig, keys.get("log_kind", "continuous"), nominal
+        own_name = keys.get("run", "")
+        return base.LoggedRun(self.run_id, *about, samples, flaw, own_name, self.understood)
 
 
 @dataclass(frozen=True)

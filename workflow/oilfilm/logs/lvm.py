@@ -44,17 +44,12 @@ def tables(content: bytes, vocabulary: Vocabulary) -> Found:
     of_file = _header(lines[: starts[0]], separator)
     mark = _first(of_file, "decimal_separator", ".")
     cut = len(lines) if not text.endswith("\n") else 0
+    marks = separator, "," if mark == "," else "."
     logged = [
-        _table(
-            lines[start:stop],
-            of_file,
-            (separator, "," if mark == "," else "."),
-            f"segment{number}" if starts[1:] else "",
-            cut=stop == cut,
-        )
-        for number, (start, stop) in enumerate(pairwise([*starts, len(lines)]), start=1)
+        _table(lines[start:stop], of_file, marks, f"segment{n}" if starts[1:] else "", stop == cut)
+        for n, (start, stop) in enumerate(pairwise([*starts, len(lines)]), start=1)
     ]
-    return TextForm.of(encoding, separator, "," if mark == "," else "."), filter(None, logged)
+    return TextForm.of(encoding, *marks), filter(None, logged)
 
 
 def _header(lines: Sequence[str], separator: str) -> Header:
@@ -68,7 +63,7 @@ def _first(header: Header, key: str, usual: str) -> str:
 
 
 def _table(
-    lines: Sequence[str], of_file: Header, marks: tuple[str, str], part: str, *, cut: bool
+    lines: Sequence[str], of_file: Header, marks: tuple[str, str], part: str, cut: bool
 ) -> LoggedTable | None:
     """A segment as a table; None without rows. `marks` part cells and are the decimal mark."""
     separator, mark = marks

@@ -1,7 +1,7 @@
 """Parquet logs: one row per instant, header keys in the file's metadata; a file is a run."""
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -47,18 +47,13 @@ def tables(content: bytes, vocabulary: Vocabulary) -> Found:
     if columns.num_rows != rows:
         reason = f"the footer counts {rows} rows, and the pages have {columns.num_rows}"
         raise UnreadableLogError(reason, COPY_AGAIN, columns.num_rows, "damaged_file")
-    logged = LoggedTable(
-        _keys(metadata),
-        schema.names,
-        units,
-        lambda places: [
-            _numbers(columns.column(columns.schema.get_all_field_indices(schema.names[place])[0]))
-            if schema.names[place] in wanted
-            else np.array([], dtype=str)
-            for place in places
-        ],
-        rows,
-    )
+    read = dict(zip(columns.schema.names, map(_numbers, columns.columns), strict=True))
+    nothing = np.array([], dtype=str)
+
+    def values(places: Sequence[int]) -> list[npt.NDArray[Any]]:
+        return [read.get(schema.names[place], nothing) for place in places]
+
+    logged = LoggedTable(_keys(metadata), schema.names, units, values, rows)
     return NO_TEXT, [logged] if rows else []
 
 

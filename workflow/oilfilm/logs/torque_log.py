@@ -63,13 +63,9 @@ def torque_of(campaign: Campaign) -> Torque:
 
 
 # Axial load, speed, temperatures and friction torque of a bearing against time.
+_ALL = tuple(quantity for quantity, _ in _OWN_NAMES.values())
 TORQUE = LogKind(
-    Vocabulary(
-        "torque",
-        "torque: columns",
-        _OWN_NAMES,
-        always=tuple(quantity for quantity, _ in _OWN_NAMES.values()),
-    ),
+    Vocabulary("torque", "torque: columns", _OWN_NAMES, _ALL),
     lambda campaign: torque_of(campaign).columns,
     _header_problems,
     _run,

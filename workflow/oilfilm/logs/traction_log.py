@@ -177,21 +177,16 @@ def nominal(keys: Mapping[str, str], settings: Settings) -> base.Nominal:
 
 
 def _surface_speeds(
-    values: Mapping[str, FloatArray],
-    units: Mapping[str, str],
-    rig: Rig,
-    log: Semantics,
+    values: Mapping[str, FloatArray], units: Mapping[str, str], rig: Rig, log: Semantics
 ) -> tuple[FloatArray, FloatArray]:
     """Surface speeds of ball and disc in m/s, from theirs or from entrainment speed and slip."""
     if "ball_speed" in values:
-        ball, disc = (
-            values[f"{body}_speed"]
-            if units[f"{body}_speed"] == "m/s"
-            else rpm_to_surface_speed(
-                values[f"{body}_speed"], getattr(rig, f"{body}_track_radius_m")
-            )
-            for body in _BODIES
-        )
+        ball, disc = (values[f"{body}_speed"] for body in _BODIES)
+        radii = rig.ball_track_radius_m, rig.disc_track_radius_m
+        if units["ball_speed"] == "rpm" and radii[0] is not None:
+            ball = rpm_to_surface_speed(ball, radii[0])
+        if units["disc_speed"] == "rpm" and radii[1] is not None:
+            disc = rpm_to_surface_speed(disc, radii[1])
         return ball, disc
     mean = values["entrainment_speed"]
     # a logged ratio is positive with the slower body slowed
