@@ -176,12 +176,8 @@ def _named(table: LoggedTable) -> str:
 def _stated(keys: Mapping[str, str]) -> str:
     """What header and run sheet say beside oil, rig and set points; of a time stamp the day."""
     said = {key: DAY.match(text) or [text] for key, text in sorted(keys.items()) if text}
-    parts = (
-        f"{key[:40]}={text[0][:60]}".replace(";", ",")
-        for key, text in said.items()
-        if key not in _OF_RUNS
-    )
-    return printable("; ".join(list(parts)[:_MOST_STATED]))
+    kept = [f"{key[:40]}={text[0][:60]}" for key, text in said.items() if key not in _OF_RUNS]
+    return printable("; ".join(each.replace(";", ",") for each in kept[:_MOST_STATED]))
 
 
 def _unreadable(
@@ -271,11 +267,7 @@ def _numbers(table: LoggedTable, columns: Sequence[Column]) -> dict[Column, Floa
         ValueError: A column holds something else.
     """
     values = zip(columns, table.values([column.index for column in columns]), strict=True)
-    logged = {
-        column: numbers.astype(np.float64, copy=False)
-        for column, numbers in values
-        if numbers.dtype.kind in "iuf"
-    }
+    logged = {c: n.astype(np.float64, copy=False) for c, n in values if n.dtype.kind in "iuf"}
     for column in columns:
         if column not in logged and not column.spare:
             raise ValueError(f"the column {column.name[:60]!r} does not hold numbers")

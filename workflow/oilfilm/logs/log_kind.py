@@ -178,10 +178,8 @@ class Vocabulary:
         others = either[either.index(chosen) + 1 :]
         spare = [quantity for some in others for quantity in some if quantity in columns]
         needed += [quantity for quantity in self.optional if quantity in columns]
-        return (
-            *(columns[quantity] for quantity in needed),
-            *(replace(columns[quantity], spare=True) for quantity in spare),
-        )
+        compared = (replace(columns[quantity], spare=True) for quantity in spare)
+        return (*(columns[quantity] for quantity in needed), *compared)
 
     def _lacking(self, missing: Sequence[str], names: Sequence[str]) -> str:
         """That quantities are missing, with what a log may have in their place."""

@@ -90,18 +90,10 @@ def _table(
             if all(np.array_equal(xs[0], each, equal_nan=True) for each in xs):
                 names, units = ["time", *names[1:]], [unit, *units[1:]]
     reason = f"the segment has no line `{_X}` with the names of its channels"
-    return LoggedTable(
-        dict(_keys(of_file)) | dict(_keys(own)),
-        names,
-        units,
-        table.numbers,
-        len(rows),
-        part,
-        flaw=_too_few_rows(header, len(rows)),
-        problem=None if names else Refusal("columns", reason, FORMAT_ADVICE),
-        clocks=clocks,
-        cut=width,
-    )
+    problem = None if names else Refusal("columns", reason, FORMAT_ADVICE)
+    flaw, keys = _too_few_rows(header, len(rows)), dict(_keys(of_file)) | dict(_keys(own))
+    columns = names, units, table.numbers, len(rows), part
+    return LoggedTable(keys, *columns, flaw=flaw, problem=problem, clocks=clocks, cut=width)
 
 
 def _row(line: str, width: int, separator: str) -> str:

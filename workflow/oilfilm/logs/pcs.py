@@ -131,6 +131,12 @@ def _table(step: _Step, label: str, cut: bool) -> LoggedTable:
     others = [*{name: "" for name in step.names if name not in names}]
     logged, sampled = ([_SAMPLED[name][key] for name in used] for key in ("logged", "sampled"))
     width = len(cells[-1]) + len(names) + len(others) - len(step.names)
+    columns = [
+        # rigs leave some of the columns behind the first four blank
+        Column(name, place, conversion(unit, (to,)), names[place], unit, spare=place >= 4)
+        for place, (name, unit, to) in enumerate(zip(used, logged, sampled, strict=True))
+    ]
+    missing = [_COLUMNS[name]["names"][0] for name in _REQUIRED if name not in places]
     return LoggedTable(
         {"log_kind": "steps"},
         [*names, *others],
@@ -138,14 +144,8 @@ def _table(step: _Step, label: str, cut: bool) -> LoggedTable:
         lambda wanted: [values[used[place]] for place in wanted],
         len(cells),
         label,
-        columns=[
-            # rigs leave some of the columns behind the first four blank
-            Column(name, place, conversion(unit, (to,)), names[place], unit, spare=place >= 4)
-            for place, (name, unit, to) in enumerate(zip(used, logged, sampled, strict=True))
-        ],
-        problem=_problem(
-            step, [_COLUMNS[name]["names"][0] for name in _REQUIRED if name not in places]
-        ),
+        columns=columns,
+        problem=_problem(step, missing),
         cut=width if cut else 0,
         show=step.lines.__getitem__,
         broken=_broken(values),
@@ -184,17 +184,15 @@ def _broken(values: Mapping[str, FloatArray]) -> BoolArray:
     abs_load, abs_rolling = np.abs(values["load"]), np.abs(rolling)
     with np.errstate(divide="ignore", invalid="ignore"):
         half = (values["traction_force_1"] - values["traction_force_2"]) / 2
+        # both speeds rounded to 0.01 mm/s, SRR to 0.001 %
+        rounded = (0.5 + 0.005 * np.abs(srr)) / abs_rolling + 0.0005
         # what rounding each cell of the identity to its printed digits can make of it
         differences = (
             (force - half, 1e-4),
             (np.abs(force) / values["load"] - values["coefficient"], 5e-5 + 1e-4 / abs_load),
             (rolling - (ball + disc) / 2, 0.010),
             (values["sliding"] - (disc - ball), 0.015),
-            # both speeds rounded to 0.01 mm/s, SRR to 0.001 %
-            (
-                srr - 100 * values["sliding"] / rolling,
-                (0.5 + 0.005 * np.abs(srr)) / abs_rolling + 0.0005,
-            ),
+            (srr - 100 * values["sliding"] / rolling, rounded),
         )
         broken = [np.abs(difference) > allowed + _FLOATING for difference, allowed in differences]
     return np.asarray(np.any(broken, axis=0))

@@ -15,11 +15,8 @@ from oilfilm.logs.header import header_keys, named_keys, oil_id
 from oilfilm.settings.resolved import Settings
 
 # Rules that refuse nothing: what they name is used, or was never there.
-UNMATCHED, UNLISTED, CONTRADICTION = (
-    "sheet_row_unmatched",
-    "logs_not_in_sheet",
-    "sheet_contradicts_header",
-)
+UNMATCHED, UNLISTED = "sheet_row_unmatched", "logs_not_in_sheet"
+CONTRADICTION = "sheet_contradicts_header"
 REMARKS = frozenset({UNMATCHED, UNLISTED, CONTRADICTION})
 EXCLUDED = "excluded"
 EXCLUDED_ADVICE = "Nothing to do. To use the run, empty the cell `exclude` of its row."
@@ -143,25 +140,17 @@ class RunSheet:
         over = LOADS if given.keys() & LOADS else frozenset()
         keys = {key: text for key, text in header.items() if key not in over} | given
         remarks = self._contradictions(run_id, header, given, settings)
-        sources = {
-            **dict.fromkeys(named.keys() - over, "header"),
-            **dict.fromkeys(given, "run sheet"),
-        }
+        sources = dict.fromkeys(named.keys() - over, "header") | dict.fromkeys(given, "run sheet")
         excluded, problem = self._exclusion(rows), self._disagreement(rows)
         return Labels(run_id, keys, remarks, excluded, problem, sources)
 
     def strays(self, file: str, parts: Sequence[str]) -> list[Refusal]:
         """The rows that name a run which the log does not have, by its own names of its runs."""
         known = ", ".join(map(repr, parts[:10])) + (" ..." if len(parts) > 10 else "")
-        return [
-            Refusal(
-                UNMATCHED,
-                f"{self.name} has a row for {row}, but the runs of the log are {known}",
-                UNMATCHED_ADVICE,
-            )
-            for row in self.rows.get(file, ())
-            if parts and not any(row in self.about(file, part) for part in parts)
-        ]
+        about = [row for part in parts for row in self.about(file, part)]
+        rows = [row for row in self.rows.get(file, ()) if parts and row not in about]
+        said, end = f"{self.name} has a row for", f"but the runs of the log are {known}"
+        return [Refusal(UNMATCHED, f"{said} {row}, {end}", UNMATCHED_ADVICE) for row in rows]
 
     def _exclusion(self, rows: Sequence[SheetRow]) -> Refusal | None:
         reasons = dict.fromkeys(row.exclude for row in rows if row.exclude)

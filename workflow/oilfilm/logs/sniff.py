@@ -184,10 +184,8 @@ def _run(part: str, log: ContinuousLog, unitless: Set[str], zero: ZeroSource) ->
     keys = {key: text for key, text in log.keys.items() if key not in unsaid}
     count, values, units = len(log.rows), log.values, log.units
     nothing = np.full(count, np.nan)
-    time, load, force, temperature = (
-        values.get(name, nothing)
-        for name in ("time", "load", "traction_force", "inlet_temperature")
-    )
+    names = "time", "load", "traction_force", "inlet_temperature"
+    time, load, force, temperature = (values.get(name, nothing) for name in names)
     ball, disc = _surface_speeds(values, units, nothing)
     mean = (ball + disc) / 2
     turning = _turning(mean)
@@ -206,19 +204,10 @@ def _run(part: str, log: ContinuousLog, unitless: Set[str], zero: ZeroSource) ->
     named = oil_key(keys) or "oil"
     step = float(np.median(np.diff(time))) if count > 1 else 0.0
     timed = continuous and "time" not in unitless and step > 0
-    return Run(
-        part,
-        named,
-        keys.get(named, ""),
-        keys.get("rig", ""),
-        _lines(keys),
-        measured,
-        settled,
-        zero(*signals) if timed else "",
-        units,
-        log_kind,
-        not settled and step > _LONGEST_STEP_S,
-    )
+    slow = not settled and step > _LONGEST_STEP_S
+    said = part, named, keys.get(named, ""), keys.get("rig", ""), _lines(keys)
+    found = measured, settled, zero(*signals) if timed else "", units
+    return Run(*said, *found, log_kind, slow)
 
 
 def _level(key: str, values: FloatArray) -> float:

@@ -116,22 +116,19 @@ def _table(
     rows = max(len(channels[place]) for place in known or range(len(channels)))
     check_rows(rows)
     # read here, as long as the file is open
-    values = {place: np.asarray(channels[place][:]) for place in known}
+    read = {place: seconds(np.asarray(channels[place][:])) for place in known}
+
+    def values(places: Sequence[int]) -> list[Values]:
+        return [_of_length(read[place], rows) for place in places]
+
+    clocks = {
+        place: (float(each.get("wf_start_offset", 0.0)), float(each["wf_increment"]), "s")
+        for place, each in enumerate(about)
+        if "wf_increment" in each
+    }
     properties = {**of_file, **group.properties}
-    return LoggedTable(
-        {plain_key(name): header_text(value) for name, value in properties.items()},
-        names,
-        units,
-        lambda places: [_of_length(seconds(values[place]), rows) for place in places],
-        rows,
-        part,
-        flaw=flaw,
-        clocks={
-            place: (float(each.get("wf_start_offset", 0.0)), float(each["wf_increment"]), "s")
-            for place, each in enumerate(about)
-            if "wf_increment" in each
-        },
-    )
+    keys = {plain_key(name): header_text(value) for name, value in properties.items()}
+    return LoggedTable(keys, names, units, values, rows, part, flaw=flaw, clocks=clocks)
 
 
 def _of_length(values: Values, rows: int) -> Values:

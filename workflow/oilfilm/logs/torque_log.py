@@ -62,8 +62,8 @@ def torque_of(campaign: Campaign) -> Torque:
     return campaign.torque
 
 
-# Axial load, speed, temperatures and friction torque of a bearing against time.
 _ALL = tuple(quantity for quantity, _ in _OWN_NAMES.values())
+# Axial load, speed, temperatures and friction torque of a bearing against time.
 TORQUE = LogKind(
     Vocabulary("torque", "torque: columns", _OWN_NAMES, _ALL),
     lambda campaign: torque_of(campaign).columns,

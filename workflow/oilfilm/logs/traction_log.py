@@ -51,16 +51,9 @@ _OWN_NAMES = {
 }
 
 
-# Columns of samples that are as they were logged, by quantity.
-_SAMPLED = {
-    "time": "time_s",
-    "load": "load_n",
-    "traction_force": "traction_force_n",
-    "traction_force_1": "traction_force_1_n",
-    "traction_force_2": "traction_force_2_n",
-    "inlet_temperature": "inlet_temperature_c",
-    "film_thickness": "measured_film_thickness_um",
-}
+# Columns of samples that are as they were logged, by quantity: the project's names in these units.
+_SAMPLED = {of: name for name, (of, unit) in _OWN_NAMES.items() if unit in ("s", "N", "degC")}
+_SAMPLED["film_thickness"] = "measured_film_thickness_um"
 
 
 def _header_problems(
@@ -141,12 +134,9 @@ def _fraction_in_percent(
 
 def _held(given: base.Nominal) -> dict[str, float]:
     """What set points say of the quantities that a table of settled readings may leave out."""
-    # of the pressure, the load follows
-    return {
-        base.SET_POINT_UNITS[name][0]: value
-        for name, value in given.items()
-        if name != "max_hertz_pressure_gpa"
-    }
+    # the load follows from the pressure
+    held = given.keys() - {"max_hertz_pressure_gpa"}
+    return {base.SET_POINT_UNITS[name][0]: given[name] for name in held}
 
 
 def _spared(keys: Mapping[str, str], settings: Settings) -> frozenset[str]:
