@@ -35,14 +35,7 @@ KEYS = {
     "entrainment_speed_m_s": 30,
     "inlet_temperature_c": 70,
 }
-UNITS = {
-    "time": "s",
-    "load": "N",
-    "traction_force": "N",
-    "ball_speed": "rpm",
-    "disc_speed": "rpm",
-    "inlet_temperature": "degC",
-}
+UNITS = dict(zip(formats.NAMES, "s N N rpm rpm degC".split(), strict=True))
 
 
 def good(phases: tuple[float, ...] = PHASES, seconds: float = 4.0) -> Columns:
@@ -86,11 +79,8 @@ UNITS_TWICE = {**UNITS, "entrainment_speed": "mm/s", "slide_roll_ratio": "%"}
 def logged_twice(speed: float = 30e3, per_slip: float = 100.0) -> Columns:
     """The good run with the set points of speed and slip beside the speeds of ball and disc."""
     slip = np.repeat(PHASES, round(4.0 * RATE_HZ))
-    return {
-        **good(),
-        "entrainment_speed": np.full_like(slip, speed),
-        "slide_roll_ratio": per_slip * slip,
-    }
+    speeds = {"entrainment_speed": np.full_like(slip, speed)}
+    return {**good(), **speeds, "slide_roll_ratio": per_slip * slip}
 
 
 def both_ways_positive() -> bytes:

@@ -1,7 +1,7 @@
 """The same run written in each raw format, for the tests of readers."""
 
 import io
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -12,13 +12,8 @@ from nptdms import ChannelObject, GroupObject, RootObject, TdmsWriter
 Columns = Mapping[str, np.ndarray]
 Units = Mapping[str, str]
 
-MEANS = {
-    "load": 82,
-    "traction_force": 0,
-    "ball_speed": 28650,
-    "disc_speed": 7160,
-    "inlet_temperature": 343,
-}
+NAMES = "time load traction_force ball_speed disc_speed inlet_temperature".split()
+MEANS = dict(zip(NAMES[1:], (82, 0, 28650, 7160, 343), strict=True))
 KEYS = {"oil": "4102", "max_hertz_pressure_gpa": 1.25, "entrainment_speed_m_s": 30}
 
 
@@ -29,14 +24,7 @@ def columns(rows: int) -> dict[str, np.ndarray]:
     return {"time": np.arange(rows) / 50, **noisy}
 
 
-UNITS = {
-    "time": "s",
-    "load": "kgf",
-    "traction_force": "N",
-    "ball_speed": "rpm",
-    "disc_speed": "1/min",
-    "inlet_temperature": "K",
-}
+UNITS = dict(zip(NAMES, "s kgf N rpm 1/min K".split(), strict=True))
 
 
 def csv(values: Columns, units: Units = UNITS, keys: Mapping[str, Any] = KEYS) -> bytes:
@@ -139,9 +127,4 @@ def as_parquet(
     return parquet_file(table(values, units, keys), **options)
 
 
-WRITERS: dict[str, Callable[..., bytes]] = {
-    "csv": csv,
-    "tdms": tdms,
-    "lvm": lvm,
-    "parquet": as_parquet,
-}
+WRITERS = {"csv": csv, "tdms": tdms, "lvm": lvm, "parquet": as_parquet}

@@ -63,11 +63,7 @@ def test_pasted_lines_with_a_reason_are_accepted_and_keep_the_first_digest(
     seen.check_and_add(digests, [change.model_dump()])
     lines = (tmp_path / "june.sha256").read_text(encoding="utf-8").splitlines()
     # as `sha256sum -c` reads them
-    assert lines == [
-        f"{BEFORE}  {OTHER}",
-        f"{AFTER}  data/raw/june/new.csv",
-        f"{BEFORE}  {LOG}",
-    ]
+    assert lines == [f"{BEFORE}  {OTHER}", f"{AFTER}  data/raw/june/new.csv", f"{BEFORE}  {LOG}"]
     # a second change needs a reason of its own; a second list would be a duplicate key
     message = refusal(seen, LATER, change)
     assert "at the end of `acknowledged_changes`" in message

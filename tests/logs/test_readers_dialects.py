@@ -31,14 +31,8 @@ UNITS = {
     "inlet_temperature": {"degC": 1.0, "\N{DEGREE SIGN}C": 1.0, "K": 1.0, "degF": 5 / 9},
 }
 ZERO_C = {"K": 273.15, "degF": 32.0}
-SAMPLE_COLUMNS = {
-    "time": "time_s",
-    "load": "load_n",
-    "traction_force": "traction_force_n",
-    "ball_speed": "ball_speed_m_s",
-    "disc_speed": "disc_speed_m_s",
-    "inlet_temperature": "inlet_temperature_c",
-}
+SAMPLES = "time_s load_n traction_force_n ball_speed_m_s disc_speed_m_s inlet_temperature_c".split()
+SAMPLE_COLUMNS = dict(zip(UNITS, SAMPLES, strict=True))
 
 
 ENCODINGS = ("utf-8", "utf-8-sig", "utf-16", "utf-16-le", "utf-16-be", "gb18030")

@@ -46,11 +46,7 @@ def table(labels: str = LABELS, without: Sequence[str] = (), **others: Any) -> b
     [
         (LABELS, [], {}),
         (f"{LABELS}# load_n: 142\n", [LOAD], {}),
-        (
-            f"{LABELS}# max_hertz_pressure_gpa: 1.5\n# inlet_temperature_c: 70\n",
-            [LOAD, CELSIUS],
-            {},
-        ),
+        (f"{LABELS}# load: 1.5 GPa\n# inlet_temperature_c: 70\n", [LOAD, CELSIUS], {}),
         (f"{LABELS}# entrainment_speed_m_s: 20\n", [SPEED], {}),
         (LABELS, [LOAD], {"Load (GPa)": 1.5}),
     ],

@@ -18,20 +18,9 @@ CAMPAIGN, RIG = "blind", "our-rig"
 _HEAT = {"specific_heat_j_kgk": 2000.0, "thermal_conductivity_w_mk": 0.15}
 # Names of each oil: in the laboratory's own script, and in one that every encoding can write.
 _OILS = (("Turbo 5 alt",), ("Öl B-12", "Oil B-12"), ("合成油 3", "Synthetic 3"))
-_SETTING_KEYS = (
-    "oil",
-    "max_hertz_pressure_gpa",
-    "entrainment_speed_m_s",
-    "inlet_temperature_c",
-)
-_QUANTITIES = {
-    "time": "time",
-    "load": "load",
-    "force": "traction_force",
-    "ball": "ball_speed",
-    "disc": "disc_speed",
-    "celsius": "inlet_temperature",
-}
+_SETTING_KEYS = "oil max_hertz_pressure_gpa entrainment_speed_m_s inlet_temperature_c".split()
+_COLUMNS = "time load traction_force ball_speed disc_speed inlet_temperature".split()
+_QUANTITIES = dict(zip("time load force ball disc celsius".split(), _COLUMNS, strict=True))
 
 
 @dataclass(frozen=True)

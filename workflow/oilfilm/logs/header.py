@@ -98,12 +98,12 @@ def meaning(own: str, text: str, names: Mapping[str, str]) -> tuple[str, str]:
     """
     name, unit = _set_point(own, names)
     digits, behind = number_and_unit(text)
+    # the load has one set point, as force or as pressure
+    if name == "load_n" and to_set_point("max_hertz_pressure_gpa", behind or unit):
+        name = "max_hertz_pressure_gpa"
     # without a unit `load` may be anything
     if not (unit or to_set_point(name, behind)):
         return names.get(own, names.get(apart(own)[0], own)), text
-    # the load has one set point, as force or as pressure
-    if name == "load_n" and to_set_point("max_hertz_pressure_gpa", unit):
-        name = "max_hertz_pressure_gpa"
     to = to_set_point(name, behind or unit)
     try:
         value = decimal_number(digits)
