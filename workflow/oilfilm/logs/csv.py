@@ -14,19 +14,11 @@ from contextlib import suppress
 from dataclasses import dataclass
 from itertools import zip_longest
 
+from oilfilm.logs import text_rows
 from oilfilm.logs.base import TextForm, UnreadableLogError, check_rows
 from oilfilm.logs.columns import Found, LoggedTable
 from oilfilm.logs.header import FULL_WIDTH
 from oilfilm.logs.log_kind import Vocabulary
-from oilfilm.logs.text_rows import (
-    HEAD_SEARCHED,
-    TextTable,
-    count_rows,
-    encoding_of,
-    is_date,
-    is_stamp,
-    normalise,
-)
 from oilfilm.settings.base import plain_key
 
 _BLANKS = " "
@@ -71,29 +63,29 @@ _JUDGED, _ODD_SHARE = 1000, 0.02
 
 def recognises(head: bytes) -> bool:
     """True for any text."""
-    first = normalise(head).decode("utf-8", "replace").lstrip("\ufeff \n")[:_JUDGED]
+    first = text_rows.normalise(head).decode("utf-8", "replace").lstrip("\ufeff \n")[:_JUDGED]
     odd = sum(not (letter.isprintable() or letter.isspace()) for letter in first)
     return bool(first) and "\0" not in first[:200] and odd <= _ODD_SHARE * len(first)
 
 
 def tables(content: bytes, vocabulary: Vocabulary) -> Found:
     """See `Reader.tables`."""
-    encoding = encoding_of(content)
-    text = normalise(content, encoding)
-    rows = max(count_rows(text) - 1, 0)  # one of the lines may be that of the names
+    encoding = text_rows.encoding_of(content)
+    text = text_rows.normalise(content, encoding)
+    rows = max(text_rows.count_rows(text) - 1, 0)  # one of the lines may be that of the names
     check_rows(rows)
     try:
         head = _find_head(text, vocabulary)
         rows += 1
         _refuse_row_above_names(head)
-        lines = text[:HEAD_SEARCHED].split(b"\n", head.start)[: head.start]
+        lines = text[: text_rows.HEAD_SEARCHED].split(b"\n", head.start)[: head.start]
         start = sum(map(len, lines)) + head.start
         body = text
         # asked first, because replacing what is not there takes longer than reading the log
         if text.find(b"\n#", max(start - 1, 0)) >= 0:
             body = _COMMENT_LINES.sub(lambda line: _row_or_nothing(line[0], head), text[start:])
             start = 0
-        rows = count_rows(body, start)
+        rows = text_rows.count_rows(body, start)
         known = vocabulary.meanings(head.names, head.units)
         stamps = _stamps(head, known)
     except ValueError as error:
@@ -101,7 +93,9 @@ def tables(content: bytes, vocabulary: Vocabulary) -> Found:
         raise UnreadableLogError(f"{error}{read_as}", vocabulary.advice, rows) from error
     body, delimiter, start = _plain_cells(body, head, start)
     decimal_mark, group_mark = _marks(head, delimiter, known.keys() - stamps)
-    table = TextTable(body, len(head.names), delimiter, decimal_mark, group_mark, stamps, start)
+    table = text_rows.TextTable(
+        body, len(head.names), delimiter, decimal_mark, group_mark, stamps, start
+    )
     keys = _header_keys(head.header, head.delimiter)
     columns = head.names, head.units, table.numbers, table.rows
     logged = LoggedTable(keys, *columns, cut=table.cut, show=table.show)
@@ -114,7 +108,7 @@ def _find_head(text: bytes, vocabulary: Vocabulary) -> _Head:
     Raises:
         ValueError: No line names columns.
     """
-    first = text[:HEAD_SEARCHED].decode("utf-8", "replace")
+    first = text[: text_rows.HEAD_SEARCHED].decode("utf-8", "replace")
     # asked first: most logs are ASCII, and each run pays for it
     first = first if first.isascii() else first.translate(FULL_WIDTH)
     lines = first.split("\n", _LINES_SEARCHED)[:_LINES_SEARCHED]
@@ -146,11 +140,8 @@ def _is_row(line: str, delimiter: str, width: int) -> bool:
     """
     cells = _split(line, delimiter)
     numbers = sum(cell.startswith("#") or _is_number(cell) for cell in cells)
-    return (
-        _SPREADSHEET_ERROR.fullmatch(cells[0]) is not None
-        or numbers > width / 2
-        or (delimiter != _BLANKS and len(cells) == width)
-    )
+    as_wide = delimiter != _BLANKS and len(cells) == width
+    return as_wide or numbers > width / 2 or _SPREADSHEET_ERROR.fullmatch(cells[0]) is not None
 
 
 def _row_or_nothing(line: bytes, head: _Head) -> bytes:
@@ -205,7 +196,7 @@ def _line_of_names(lines: Sequence[str], vocabulary: Vocabulary) -> tuple[int, s
 def _width_of_rows(lines: Sequence[str]) -> int:
     """How many cells most rows of numbers have that blanks part; 0 where there are none."""
     rows = [line.split() for line in lines if line.strip()]
-    holds_data = (_is_number, is_stamp, is_date)
+    holds_data = (_is_number, text_rows.is_stamp, text_rows.is_date)
     counts = Counter(len(row) for row in rows if any(holds(row[0]) for holds in holds_data))
     return counts.most_common(1)[0][0] if counts else 0
 
@@ -242,11 +233,15 @@ def _plain_cells(body: bytes, head: _Head, start: int) -> tuple[bytes, str, int]
         return body, head.delimiter, start
     body = body[start:]
     if head.delimiter == _BLANKS:
-        return normalise(_SOME_BLANKS.sub(b"\t", _OUTER_BLANKS.sub(b"", body)), "ascii"), "\t", 0
+        return (
+            text_rows.normalise(_SOME_BLANKS.sub(b"\t", _OUTER_BLANKS.sub(b"", body)), "ascii"),
+            "\t",
+            0,
+        )
     # quoted cells hold the delimiter; line by line, so that a stray quote harms one row alone
     lines = body.decode("utf-8").split("\n")
     rows = "\n".join("\t".join(_split(line, head.delimiter)) for line in lines)
-    return normalise(rows.encode(), "ascii"), "\t", 0
+    return text_rows.normalise(rows.encode(), "ascii"), "\t", 0
 
 
 def _marks(head: _Head, delimiter: str, places: Set[int]) -> tuple[str, str]:
@@ -276,14 +271,14 @@ def _stamps(head: _Head, known: Mapping[int, tuple[str, str]]) -> tuple[int, ...
     marked = [cell for cell in cells if _CLOCK_OR_DATE.search(cell)]
     if len(marked) <= len(cells) / 2:
         return ()
-    if sum(map(is_stamp, marked)) <= len(marked) / 2:
+    if sum(map(text_rows.is_stamp, marked)) <= len(marked) / 2:
         raise ValueError(
             f"the column {head.names[time][:60]!r} holds {marked[0][:40]!r}; expected numbers, or "
             "time stamps such as '2026-03-01 10:15:00.250'"
         )
     head.units[time] = "s"
     columns = zip_longest(*head.rows, fillvalue="")
-    dates = (sum(is_date(cell.strip('" ')) for cell in column) for column in columns)
+    dates = (sum(text_rows.is_date(cell.strip('" ')) for cell in column) for column in columns)
     date = [place for place, found in enumerate(dates) if found > len(cells) / 2]
     return (time, *date[:1])
 

@@ -70,11 +70,8 @@ def tables(content: bytes, vocabulary: Vocabulary) -> Found:
         advice = "Move it to the folder of the campaign's traction logs."
         raise base.UnreadableLogError(reason, advice, sum(len(step.lines) for step in steps))
     cut = bool(text) and not text.endswith(("\n", "\r"))
-    logged = [
-        _table(step, label, cut and step is steps[-1])
-        for step, label in zip(steps, labels, strict=True)
-        if step.lines
-    ]
+    named = zip(steps, labels, strict=True)
+    logged = [_table(step, name, cut and step is steps[-1]) for step, name in named if step.lines]
     return base.TextForm.of(encoding, "\t", "."), logged
 
 

@@ -200,10 +200,8 @@ class RawLogs:
         """
         for name, found in self._found.items():
             if _state(self.paths[name]) != found:
-                raise OilfilmError(
-                    f"{self.folder / name}: has changed while it was read. When it is complete, "
-                    "run snakemake again."
-                )
+                advice = "When it is complete, run snakemake again."
+                raise OilfilmError(f"{self.folder / name}: has changed while it was read. {advice}")
         return {(self.folder / name).as_posix(): each for name, each in self.digests.items()}
 
 

@@ -19,18 +19,11 @@ from pathlib import Path, PurePosixPath
 from typing import NamedTuple
 
 from oilfilm.errors import OilfilmError, printable
-from oilfilm.logs import base
+from oilfilm.logs import base, run_sheet
 from oilfilm.logs.header import apart, listed_names, meaning
 from oilfilm.logs.log_kind import LogKind
 from oilfilm.logs.raw_files import all_faults, find_sheet, is_sheet, listed, named_logs
-from oilfilm.logs.run_sheet import (
-    UNLISTED,
-    UNMATCHED,
-    UNMATCHED_ADVICE,
-    RunSheet,
-    SheetRow,
-    matches,
-)
+from oilfilm.logs.run_sheet import RunSheet, SheetRow, matches
 from oilfilm.logs.text_rows import encoding_of
 from oilfilm.settings.base import plain_key
 from oilfilm.settings.resolved import Settings
@@ -148,11 +141,13 @@ def read_run_sheet(
     sheet.stop()
     remarks: list[base.Refusal] = []
     if strays:
-        remarks.append(base.Refusal(UNMATCHED, printable(listed(strays)), UNMATCHED_ADVICE))
+        remarks.append(
+            base.Refusal(run_sheet.UNMATCHED, printable(listed(strays)), run_sheet.UNMATCHED_ADVICE)
+        )
     if rows and (unlisted := [file for file in files if file not in matched]):
         reason = f"no row for {len(unlisted)} of {len(files)} logs: {listed(unlisted)}"
         advice = "Only their headers count. Add rows where that is wrong."
-        remarks.append(base.Refusal(UNLISTED, printable(reason), advice))
+        remarks.append(base.Refusal(run_sheet.UNLISTED, printable(reason), advice))
     rows_of = {file: tuple(of) for file, of in matched.items()}
     return RunSheet(path.name, rows_of, tuple(remarks))
 

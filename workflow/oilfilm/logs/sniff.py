@@ -120,11 +120,8 @@ def sniff(file: str, content: bytes, zero: ZeroSource) -> Sniffed:
     }
     certain = {quantity: each[0] for quantity, each in guesses.items() if len(each) == 1}
     # units that are not beside the name: in it, or unknown
-    units = {
-        quantity: unit_in_name(own, quantity, VOCABULARY)
-        for quantity, (own, unit) in certain.items()
-        if not unit
-    }
+    in_names = ((each, own) for each, (own, beside) in certain.items() if not beside)
+    units = {quantity: unit_in_name(own, quantity, VOCABULARY) for quantity, own in in_names}
     # of time a unit that is not stated is the second; `_run` finds steps that contradict it
     unitless = {quantity for quantity, unit in units.items() if not unit and quantity != "time"}
     read_as = {each: unit or VOCABULARY.quantities[each][0] for each, unit in units.items()}

@@ -8,13 +8,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from oilfilm import tables
-from oilfilm.logs import base
-from oilfilm.logs.header import (
-    FORMAT_ADVICE,
-    misspelt_key,
-    simulation_problem,
-    unknown,
-)
+from oilfilm.logs import base, header
 from oilfilm.logs.log_kind import Column, ContinuousLog, LogKind, Problems, Vocabulary
 from oilfilm.settings.campaign import Semantics
 from oilfilm.settings.config import LoggedTwiceSettings
@@ -60,22 +54,22 @@ def _header_problems(
     keys: Mapping[str, str], columns: Sequence[Column], settings: Settings
 ) -> Problems:
     """What is wrong with a header, one after the other: later ones take the earlier for granted."""
-    yield unknown("oil", keys, settings.oils)
-    yield unknown("rig", keys, settings.rigs)
-    yield simulation_problem(keys, settings)
+    yield header.unknown("oil", keys, settings.oils)
+    yield header.unknown("rig", keys, settings.rigs)
+    yield header.simulation_problem(keys, settings)
     if (kind := keys.get("log_kind", "continuous")) not in ("continuous", "steps"):
         yield base.Refusal(
             "not_a_sweep",
             f"the header says log_kind: {kind[:120]!r}; expected continuous or steps",
             "Nothing to do if this is not a slip sweep; otherwise correct the header. "
-            f"{FORMAT_ADVICE}",
+            f"{header.FORMAT_ADVICE}",
         )
-    yield misspelt_key(keys, settings)
+    yield header.misspelt_key(keys, settings)
     for name in base.SET_POINTS:
         if name in keys and base.set_point(name, keys[name]) is None:
             said = f"the header says {name}: {keys[name][:60]!r}"
             reason = f"{said}; expected {base.expected_set_point(name)}"
-            yield base.Refusal("header", reason, f"Correct the header. {FORMAT_ADVICE}")
+            yield base.Refusal("header", reason, f"Correct the header. {header.FORMAT_ADVICE}")
     rig, units = settings.rigs[keys["rig"]], {each.quantity: each.to.unit for each in columns}
     needed = [f"{body}_track_radius_m" for body in _BODIES if units.get(f"{body}_speed") == "rpm"]
     needed += ["ball_radius_m"] if units.get("load") == "GPa" else []
