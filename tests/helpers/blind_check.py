@@ -75,11 +75,8 @@ def outcome(laboratory: Laboratory, verdicts: Curated) -> Outcome:
         log for log in laboratory.faulty if any(r in told.get(log.file, "") for r in log.rules)
     ]
     silent = [log.fault for log in laboratory.faulty if log.file not in told]
-    misnamed = [
-        f"{log.fault}: {told[log.file]}"
-        for log in laboratory.faulty
-        if log.file in told and log not in right
-    ]
+    other = [log for log in laboratory.faulty if log.file in told and log not in right]
+    misnamed = [f"{log.fault}: {told[log.file]}" for log in other]
     points, faults = _of(verdicts, sound), len(laboratory.faulty)
     refused = float((~points["accepted"]).mean())
     return Outcome(false_alarms, refused, silent, misnamed, len(right), faults)

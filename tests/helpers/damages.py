@@ -64,13 +64,11 @@ class SoundLog:
 _TRACTION = TRACTION_RIG, bad_logs.CONFIG, bad_logs.good(), bad_logs.UNITS, bad_logs.KEYS
 _TORQUE_VALUES = torque_logs.by_quantity(torque_logs.signals())
 _TORQUE = TORQUE_RIG, bad_logs.CONFIG, _TORQUE_VALUES, torque_logs.UNITS, {"oil": "4050"}
-_ROLES = (
-    ("traction_force", "load", "inlet_temperature"),
-    ("torque", "axial_load", "oil_temperature"),
-)
+_FORCE = "traction_force", "load", "inlet_temperature"
+_MOMENT = "torque", "axial_load", "oil_temperature"
 SOUND = {
-    "traction": SoundLog(*_TRACTION, *_ROLES[0], rest=80, held=slice(160, 240)),
-    "torque": SoundLog(*_TORQUE, *_ROLES[1], rest=120, held=slice(280, 440)),
+    "traction": SoundLog(*_TRACTION, *_FORCE, rest=80, held=slice(160, 240)),
+    "torque": SoundLog(*_TORQUE, *_MOMENT, rest=120, held=slice(280, 440)),
 }
 
 

@@ -14,15 +14,7 @@ from hypothesis import strategies as st
 
 from nights import examples
 from oilfilm.errors import OilfilmError
-from oilfilm.logs.raw_files import (
-    RawLogs,
-    is_passed_over,
-    listing,
-    raw_files,
-    read_listings,
-    remove_others,
-    shares_of,
-)
+from oilfilm.logs import raw_files
 
 LOGS = ["12:30 \u6cb9.csv", "a.csv", "june/a.csv", "june/runs.csv"]
 OTHERS = ["README.md", "README", ".hidden.csv", "runs.csv", "~$a.xlsx", "june/.x"]
@@ -38,8 +30,10 @@ def test_every_file_of_a_folder_is_a_log_or_passed_over_by_its_name(
         for name in logs | others:
             (folder / name).parent.mkdir(exist_ok=True)
             (folder / name).write_text("x")
-        assert raw_files(folder) == sorted(logs)
-        assert {name for name in logs | others if is_passed_over(folder / name, folder)} == others
+        assert raw_files.raw_files(folder) == sorted(logs)
+        assert {
+            name for name in logs | others if raw_files.is_passed_over(folder / name, folder)
+        } == others
 
 
 @pytest.mark.parametrize("name", [b"{a}.csv", b"a\\b.csv", b"a\nb.csv", b"\xe4.csv"])
@@ -49,7 +43,7 @@ def test_name_that_a_release_could_not_hold_is_refused(tmp_path: Path, name: byt
     except (OSError, ValueError):
         pytest.skip("this file system has no such names")
     with pytest.raises(OilfilmError, match=r"cannot be in the name of a log.* Rename it"):
-        raw_files(tmp_path)
+        raw_files.raw_files(tmp_path)
 
 
 def dangling(path: Path) -> None:
@@ -79,7 +73,7 @@ def test_log_that_cannot_be_reached_is_named_and_never_left_out(
     make(folder / "log.csv")
     make(folder / "other.csv")
     with pytest.raises(OilfilmError) as error:
-        raw_files(folder)
+        raw_files.raw_files(folder)
     assert [problem in line for line in str(error.value).splitlines()] == [True, True]
 
 
@@ -96,12 +90,12 @@ def test_subfolder_without_rights_is_named(tmp_path: Path, monkeypatch: pytest.M
 
     monkeypatch.setattr(os, "scandir", denied)
     with pytest.raises(OilfilmError, match=r"june: cannot be read \(Permission denied\)"):
-        raw_files(tmp_path)
+        raw_files.raw_files(tmp_path)
 
 
 def test_log_that_is_added_moves_no_other_one_to_another_share() -> None:
     logs = [f"4102_P1.00_U25_T{number:03d}.csv" for number in range(800)]
-    before, after = shares_of(logs, 100), shares_of([*logs, "x.csv"], 120)
+    before, after = raw_files.shares_of(logs, 100), raw_files.shares_of([*logs, "x.csv"], 120)
     # 8 shares; a twentieth more is within four standard deviations of chance
     assert all(60 < len(files) < 140 for files in before.values())
     assert sorted(chain.from_iterable(before.values())) == logs
@@ -109,9 +103,12 @@ def test_log_that_is_added_moves_no_other_one_to_another_share() -> None:
 
 
 def test_shares_double_when_logs_are_more_than_a_share_takes() -> None:
-    counts = [len(shares_of([f"{n}.csv" for n in range(logs)], 250)) for logs in (1, 250, 251, 501)]
+    counts = [
+        len(raw_files.shares_of([f"{n}.csv" for n in range(logs)], 250))
+        for logs in (1, 250, 251, 501)
+    ]
     assert counts == [1, 1, 2, 4]
-    assert shares_of([], 250) == {}
+    assert raw_files.shares_of([], 250) == {}
 
 
 def test_shares_that_no_job_writes_any_more_are_deleted(tmp_path: Path) -> None:
@@ -119,7 +116,7 @@ def test_shares_that_no_job_writes_any_more_are_deleted(tmp_path: Path) -> None:
     for part in parts:
         part.parent.mkdir(exist_ok=True)
         part.write_text("")
-    remove_others(tmp_path, ["x"], [0])
+    raw_files.remove_others(tmp_path, ["x"], [0])
     assert [part.exists() for part in parts] == [True, False, False, False]
 
 
@@ -129,9 +126,9 @@ ABC = "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad"
 
 def test_listing_is_what_sha256sum_writes(tmp_path: Path) -> None:
     written = tmp_path / "logs.sha256"
-    written.write_text(listing({"two words.csv": ABC}))
+    written.write_text(raw_files.listing({"two words.csv": ABC}))
     assert written.read_text() == f"{ABC}  two words.csv\n"
-    assert read_listings(written) == {"two words.csv": ABC}
+    assert raw_files.read_listings(written) == {"two words.csv": ABC}
 
 
 def test_logs_are_read_with_their_digests_as_the_twin_wrote_them_and_as_they_were(
@@ -139,9 +136,9 @@ def test_logs_are_read_with_their_digests_as_the_twin_wrote_them_and_as_they_wer
 ) -> None:
     log, inputs = tmp_path / "a.csv", {}
 
-    def logs(**options: Any) -> RawLogs:
+    def logs(**options: Any) -> raw_files.RawLogs:
         log.write_text("abc")
-        return RawLogs(Path("data/raw/june"), {"a.csv": log}, **options)
+        return raw_files.RawLogs(Path("data/raw/june"), {"a.csv": log}, **options)
 
     read = logs(inputs=inputs)
     assert list(read) == [("a.csv", b"abc")]

@@ -75,10 +75,8 @@ def test_settled_readings_of_a_rig_that_reverses_the_slip_are_read_as_such(
     config: Settings, name: str
 ) -> None:
     example, rows = EXAMPLES["traction"], 9
-    both_ways = {
-        "traction_force_1": np.arange(rows) + 5.0,
-        "traction_force_2": np.arange(rows) - 7.0,
-    }
+    row = np.arange(rows)
+    both_ways = {"traction_force_1": row + 5.0, "traction_force_2": row - 7.0}
     # TF = (TF1 - TF2)/2 = 6 N
     values = {**logged(example, rows), "traction_force": np.full(rows, 6.0), **both_ways}
     units = {**example.units, **dict.fromkeys(both_ways, "kN"), "traction_force": "kN"}

@@ -155,13 +155,10 @@ def _read_table(
         flaw = flaw or _rate_change(values["time"], rows)
     flaw = flaw or _two_decimal_marks(table, refusals, form)
     places = {column.index for column in logged}
-    understood = base.Understood(
-        [column.read(numbers) for column, numbers in logged.items()],
-        [name for index, name in enumerate(table.names) if index not in places],
-        labels.sources,
-        _named(table),
-        _stated(labels.keys),
-    )
+    unused = [name for index, name in enumerate(table.names) if index not in places]
+    read = [column.read(numbers) for column, numbers in logged.items()]
+    said = labels.sources, _named(table), _stated(labels.keys)
+    understood = base.Understood(read, unused, *said)
     flaw = labels.excluded or flaw
     log = ContinuousLog(labels.run_id, labels.keys, [*logged], rows, values, flaw, understood)
     return kind.run(log, settings), refusals

@@ -69,29 +69,28 @@ class FirstSeen:
             OSError: The listing cannot be written.
         """
         entries = list(acknowledged)
-        changed = {
-            log: {"log": log, "was": was[:_DIGITS], "now": now[:_DIGITS]}
-            for log, now in digests.items()
-            if (was := self._digests.get(log, now)) != now
-            and not any(
-                each["log"] == log and was.startswith(each["was"]) and now.startswith(each["now"])
-                for each in entries
-            )
-        }
+        seen = {log: self._digests.get(log, now) for log, now in digests.items()}
+        changed = {log: (seen[log], now) for log, now in digests.items() if seen[log] != now}
+        for each in entries:
+            was, now = changed.get(each["log"], ("", ""))
+            if was.startswith(each["was"]) and now.startswith(each["now"]):
+                changed.pop(each["log"], None)
         if changed:
-            first, *others = changed.values()
+            first, *others = changed
             more = f", and {len(others)} more" if others else ""
             place = "at the end of `acknowledged_changes` in" if entries else "to"
             key = "" if entries else "acknowledged_changes:\n"
             lines = [
-                "  - " + "\n    ".join(f"{name}: {json.dumps(text)}" for name, text in each.items())
-                for each in changed.values()
+                f"  - log: {json.dumps(log)}\n"
+                f'    was: "{was[:_DIGITS]}"\n    now: "{now[:_DIGITS]}"\n    reason: '
+                for log, (was, now) in changed.items()
             ]
+            before = changed[first][0][:_DIGITS]
             raise OilfilmError(
-                f"{first['log']}: has changed since a run first read it (it was {first['was']} "
-                f"then, {self._path} says){more}. Put it back. If the change is meant, add these "
-                f"lines {place} config/campaigns/{self._campaign}.yaml, with the reason:\n{key}"
-                + "\n".join(f"{each}\n    reason: " for each in lines)
+                f"{first}: has changed since a run first read it (it was {before} then, "
+                f"{self._path} says){more}. Put it back. If the change is meant, add these lines "
+                f"{place} config/campaigns/{self._campaign}.yaml, with the reason:\n{key}"
+                + "\n".join(lines)
             )
         together = {**digests, **self._digests}
         if together != self._digests:

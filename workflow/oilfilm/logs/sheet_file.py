@@ -252,13 +252,13 @@ def _workbook(content: bytes, sheet: _Sheet) -> Cells:
 
     try:
         # with the values that formulas had when the workbook was saved, and with the formulas
-        values, formulas = (
+        books = (
             openpyxl.load_workbook(io.BytesIO(content), read_only=True, data_only=only)
-            .worksheets[0]
-            .iter_rows(values_only=only)
             for only in (True, False)
         )
-        return [[*map(cell, *pair)] for pair in zip(values, formulas, strict=True)]
+        values, formulas = (book.worksheets[0] for book in books)
+        pairs = zip(values.iter_rows(values_only=True), formulas.iter_rows(), strict=True)
+        return [[*map(cell, *pair)] for pair in pairs]
     except Exception as error:  # whatever a damaged workbook makes the library stumble over
         reason = " ".join(str(error).split())[:200] or type(error).__name__
         raise OilfilmError(

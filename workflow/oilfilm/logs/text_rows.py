@@ -186,21 +186,18 @@ class TextTable:
 
         names, numbers = [*map(str, range(self.width))], kind == arrow.float64()
         types = {names[place]: kind for place in places}
-        block = _BLOCK if numbers else len(rows) + 1
-        table = arrow_csv.read_csv(
-            arrow.BufferReader(arrow.py_buffer(rows)),
-            # one thread: only then are the rows that do not fit numbered
-            arrow_csv.ReadOptions(use_threads=False, column_names=names, block_size=block),
-            # a stray quote must not swallow the lines up to the next one
-            arrow_csv.ParseOptions(
-                delimiter=self.delimiter, quote_char=False, invalid_row_handler=skip
-            ),
-            arrow_csv.ConvertOptions(
-                include_columns=[*types],
-                column_types=types,
-                decimal_point=self.decimal_mark if numbers else ".",
-            ),
+        block, mark = (_BLOCK, self.decimal_mark) if numbers else (len(rows) + 1, ".")
+        # one thread: only then are the rows that do not fit numbered
+        read = arrow_csv.ReadOptions(use_threads=False, column_names=names, block_size=block)
+        # a stray quote must not swallow the lines up to the next one
+        parse = arrow_csv.ParseOptions(
+            delimiter=self.delimiter, quote_char=False, invalid_row_handler=skip
         )
+        convert = arrow_csv.ConvertOptions(
+            include_columns=[*types], column_types=types, decimal_point=mark
+        )
+        content = arrow.BufferReader(arrow.py_buffer(rows))
+        table = arrow_csv.read_csv(content, read, parse, convert)
         return [table[names[place]] for place in places]
 
     def _numbers(self, cells: "pd.Series[Any]") -> FloatArray:
