@@ -116,11 +116,8 @@ class Vocabulary:
             units: Unit that the log gives for each, beside its name; empty where none.
         """
         known = {place: of for place, name in enumerate(names) if (of := self.meaning(name))}
-        listed = {
-            place: quantity
-            for place, (quantity, _) in known.items()
-            if quantity in self.renamed and _is_listed(names[place], self.renamed[quantity])
-        }
+        renamed = [(place, of) for place, (of, _) in known.items() if of in self.renamed]
+        listed = {place: of for place, of in renamed if _is_listed(names[place], self.renamed[of])}
         found: dict[int, tuple[str, str]] = {}
         for place, (quantity, named) in known.items():
             if place in listed or quantity not in listed.values():

@@ -31,13 +31,10 @@ def tables(content: bytes, vocabulary: Vocabulary) -> Found:
     rows, schema = log.metadata.num_rows, log.schema_arrow
     metadata = schema.metadata or {}
     if _OWN_TABLE in metadata:
-        raise UnreadableLogError(
-            "this is a table that oilfilm made itself, not a raw log "
-            f"({metadata[_OWN_TABLE].decode('utf-8', 'replace')[:80]!r})",
-            "Take it out of the raw folder; tables belong into results.",
-            rows,
-            "own_table",
-        )
+        said = metadata[_OWN_TABLE].decode("utf-8", "replace")[:80]
+        reason = f"this is a table that oilfilm made itself, not a raw log ({said!r})"
+        advice = "Take it out of the raw folder; tables belong into results."
+        raise UnreadableLogError(reason, advice, rows, "own_table")
     units = [_unit(field) for field in schema]
     check_rows(rows)
     # of columns of one name the run is refused whichever is taken; texts of any length are let be
@@ -84,10 +81,7 @@ def _keys(metadata: Mapping[bytes, bytes]) -> dict[str, str]:
         attributes = dict(json.loads(metadata.get(_PANDAS_KEYS, b"{}")))
     except (TypeError, ValueError, RecursionError):
         attributes = {}
-    own = {name.decode("utf-8", "replace"): metadata[name] for name in metadata.keys() - _NOT_KEYS}
-    return {
-        **{plain_key(str(name)): header_text(value) for name, value in attributes.items()},
-        **{
-            plain_key(name): value.decode("utf-8", "replace").strip() for name, value in own.items()
-        },
-    }
+    texts = {str(name): header_text(value) for name, value in attributes.items()}
+    for name in metadata.keys() - _NOT_KEYS:
+        texts[name.decode("utf-8", "replace")] = metadata[name].decode("utf-8", "replace").strip()
+    return {plain_key(name): text for name, text in texts.items()}

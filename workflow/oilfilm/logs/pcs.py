@@ -106,12 +106,9 @@ def _steps(lines: Iterable[str]) -> Iterator[_Step]:
 def _table(step: _Step, label: str, cut: bool) -> LoggedTable:
     """A step as a table with the surface speeds behind its own columns."""
     # the first columns of a table repeat later ones
-    places = {
-        ours: len(step.names) - 1 - step.names[::-1].index(theirs)
-        for ours, column in _COLUMNS.items()
-        for theirs in column["names"]
-        if theirs in step.names
-    }
+    last = {name: place for place, name in enumerate(step.names)}
+    known = ((ours, each) for ours, column in _COLUMNS.items() for each in column["names"])
+    places = {ours: last[theirs] for ours, theirs in known if theirs in last}
     cells = [line.split("\t") for line in step.lines]
     values = {name: np.full(len(cells), np.nan) for name in _COLUMNS} | {
         name: np.array([_number(row[place : place + 1]) for row in cells])

@@ -177,9 +177,9 @@ class RawLogs:
                 ) from error
             self.digests[name] = digest
             if self.written.get(name, digest) != digest:
+                advice = "Delete it: the next run simulates it again."
                 raise OilfilmError(
-                    f"{self.folder / name}: is not as the rig twin wrote it. Delete it: the next "
-                    "run simulates it again."
+                    f"{self.folder / name}: is not as the rig twin wrote it. {advice}"
                 )
             if not self.written:
                 self.inputs[f"{self.folder}/{name}"] = digest[:16]

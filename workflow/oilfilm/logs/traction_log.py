@@ -99,12 +99,8 @@ def _run(log: ContinuousLog, settings: Settings) -> base.LoggedRun:
     # a column of one number, that takes no memory, where the log has none
     empty = dict.fromkeys(tables.columns("samples"), np.broadcast_to(np.nan, len(log.rows)))
     del empty["run_id"]
-    samples = empty | {
-        "row": log.rows,
-        "ball_speed_m_s": ball,
-        "disc_speed_m_s": disc,
-        **{column: values[name] for name, column in _SAMPLED.items() if name in values},
-    }
+    logged = {column: values[name] for name, column in _SAMPLED.items() if name in values}
+    samples = empty | logged | {"row": log.rows, "ball_speed_m_s": ball, "disc_speed_m_s": disc}
     flaw = _contradiction(log.rows, values, (ball, disc), semantics, settings.logged_twice)
     return log.run(keys["rig"], samples, given, flaw or _fraction_in_percent(log, values))
 
