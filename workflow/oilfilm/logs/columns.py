@@ -279,13 +279,9 @@ def _converted(
     A row can be used where every number but the spare ones is finite and below what any rig
     measures.
     """
-    good = np.logical_and.reduce(
-        [
-            np.abs(numbers) < (_LARGEST_TIME if column.quantity == "time" else base.LARGEST_READING)
-            for column, numbers in logged.items()
-            if not column.spare
-        ]
-    )
+    limits = {column: base.LARGEST_READING for column in logged if not column.spare}
+    limits |= {column: _LARGEST_TIME for column in limits if column.quantity == "time"}
+    good = np.logical_and.reduce([np.abs(logged[each]) < most for each, most in limits.items()])
     all_good = bool(good.all())
     values = {
         column.quantity: column.to.of(numbers if all_good else np.where(good, numbers, np.nan))

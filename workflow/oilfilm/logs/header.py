@@ -177,13 +177,10 @@ def misspelt_key(keys: Mapping[str, str], settings: Settings) -> Refusal | None:
         for key, text in keys.items() if name not in known else ():
             unitless = key == word and number_and_unit(text)[0]
             if unitless or _is_slip_of_the_pen(apart(key)[0], word):
-                return Refusal(
-                    "unknown_header_key",
-                    f"the header has the unknown key {key[:60]!r}; did you mean "
-                    f"{name if unitless else word!r}?",
-                    "Correct the header, or list the key under `header` of the campaign file. "
-                    f"{FORMAT_ADVICE}",
-                )
+                meant = name if unitless else word
+                reason = f"the header has the unknown key {key[:60]!r}; did you mean {meant!r}?"
+                advice = "Correct the header, or list the key under `header` of the campaign file."
+                return Refusal("unknown_header_key", reason, f"{advice} {FORMAT_ADVICE}")
     return None
 
 

@@ -269,11 +269,9 @@ def _workbook(content: bytes, sheet: _Sheet) -> Cells:
 def _check_column(column: _Column, row: str, sheet: _Sheet) -> None:
     """Whether a column is known, with its unit; what is wrong with it goes to the mistakes."""
     if column.key not in sheet.keys:
-        sheet.refuse(
-            row,
-            f"found the unknown column {column.name!r}; expected {', '.join(sheet.keys)}. A column "
-            "that is not to be read: list it under `header: remarks` of the campaign file.",
-        )
+        found = f"found the unknown column {column.name!r}; expected {', '.join(sheet.keys)}."
+        advice = "A column that is not to be read: list it under `header: remarks` of the campaign"
+        sheet.refuse(row, f"{found} {advice} file.")
     elif column.key in base.SET_POINTS:
         key, one = sheet.meaning(column.own, "1")
         if key not in base.SET_POINTS or base.set_point(key, one) is None:
@@ -288,11 +286,8 @@ def _row(row: str, cells: Sequence[str], columns: Mapping[int, _Column], sheet: 
     """What a row says; its mistakes go to those of the sheet."""
     filled = {index: cell for index, cell in enumerate(cells) if cell}
     if stray := [filled.pop(index) for index in sorted(filled.keys() - columns.keys())]:
-        sheet.refuse(
-            row,
-            f"the cell {stray[0][:60]!r} is in no column: expected {len(columns)} cells. A text "
-            "with the delimiter in it needs quotes.",
-        )
+        found = f"the cell {stray[0][:60]!r} is in no column: expected {len(columns)} cells."
+        sheet.refuse(row, f"{found} A text with the delimiter in it needs quotes.")
     texts = {columns[index].key: cell for index, cell in filled.items()}
     if "file" not in texts:
         sheet.refuse(f"{row}, column 'file'", "is empty, expected the name of a log or a pattern.")

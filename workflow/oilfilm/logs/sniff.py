@@ -113,11 +113,8 @@ def sniff(file: str, content: bytes, zero: ZeroSource) -> Sniffed:
     name, names = _names(content)
     meant = _GUESSES.columns_by_quantity(names)
     # names of the project need no line in the campaign file, where their unit is known
-    guesses = {
-        quantity: columns
-        for quantity, columns in meant.items()
-        if not all(VOCABULARY.meaning(own) and unit for own, unit in columns)
-    }
+    known = {each for each, of in meant.items() if all(VOCABULARY.meaning(n) and u for n, u in of)}
+    guesses = {each: columns for each, columns in meant.items() if each not in known}
     certain = {quantity: each[0] for quantity, each in guesses.items() if len(each) == 1}
     # units that are not beside the name: in it, or unknown
     in_names = ((each, own) for each, (own, beside) in certain.items() if not beside)

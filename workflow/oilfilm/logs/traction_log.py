@@ -74,12 +74,9 @@ def _header_problems(
     needed = [f"{body}_track_radius_m" for body in _BODIES if units.get(f"{body}_speed") == "rpm"]
     needed += ["ball_radius_m"] if units.get("load") == "GPa" else []
     if missing := [key for key in needed if getattr(rig, key) is None]:
-        yield base.Refusal(
-            "rig",
-            f"speeds in rpm or a load as pressure need {', '.join(missing)} of the rig "
-            f"{keys['rig']!r}",
-            f"Add it to config/rigs/{keys['rig']}.yaml.",
-        )
+        needed_of = f"{', '.join(missing)} of the rig {keys['rig']!r}"
+        reason = f"speeds in rpm or a load as pressure need {needed_of}"
+        yield base.Refusal("rig", reason, f"Add it to config/rigs/{keys['rig']}.yaml.")
 
 
 def _run(log: ContinuousLog, settings: Settings) -> base.LoggedRun:
