@@ -96,10 +96,8 @@ def ingest_logs(
         for run in reading.runs:
             other = file_of_run.setdefault(run.run_id, file)
             if other != file:
-                raise OilfilmError(
-                    f"{file}: its run gets the name {run.run_id!r}, which a run of {other} has "
-                    "already. Rename the file."
-                )
+                found = f"its run gets the name {run.run_id!r}, which a run of {other} has already"
+                raise OilfilmError(f"{file}: {found}. Rename the file.")
             rows = sum(each.refused_rows for each in reading.refusals if each.run_id == run.run_id)
             runs.append({**of_file, **_about_run(run), "refused_rows": rows})
             (keep or logged[run.oil].append)(run)

@@ -84,10 +84,8 @@ class Vocabulary:
     @property
     def advice(self) -> str:
         """What to do about a log whose columns cannot be understood."""
-        return (
-            "data/raw/README.md describes the format. Other names: see "
-            f"`{self.columns_key}` of the campaign file."
-        )
+        names = f"Other names: see `{self.columns_key}` of the campaign file."
+        return f"data/raw/README.md describes the format. {names}"
 
     def fits(self, quantity: str, unit: str) -> bool:
         """True where a quantity can be given in that unit."""

@@ -148,10 +148,11 @@ def _table(step: _Step, label: str, cut: bool) -> LoggedTable:
 
 def _problem(step: _Step, missing: Sequence[str]) -> base.Refusal | None:
     if step.type.lower() not in _SWEEPS:
+        found = (
+            f"step {step.number} is of type {step.type[:60]!r}; expected a traction or film sweep"
+        )
         return base.Refusal(
-            "not_a_sweep",
-            f"step {step.number} is of type {step.type[:60]!r}; expected a traction or film sweep",
-            "Nothing to do: such rows carry no traction curve.",
+            "not_a_sweep", found, "Nothing to do: such rows carry no traction curve."
         )
     reason = f"step {step.number} lacks the columns {', '.join(missing)}"
     advice = "Export the step again with all columns."

@@ -31,11 +31,9 @@ def _header_problems(
     yield unknown("oil", keys, settings.oils)
     bearing = torque_of(settings.campaign).bearing
     if (named := keys.get("bearing", bearing)) != bearing:
-        yield Refusal(
-            "other_bearing",
-            f"the header says bearing {named[:60]!r}; the campaign's is {bearing!r}",
-            "Correct the header, or put the log into a campaign of its own.",
-        )
+        reason = f"the header says bearing {named[:60]!r}; the campaign's is {bearing!r}"
+        advice = "Correct the header, or put the log into a campaign of its own."
+        yield Refusal("other_bearing", reason, advice)
     yield simulation_problem(keys, settings)
 
 
@@ -55,10 +53,8 @@ def torque_of(campaign: Campaign) -> Torque:
         OilfilmError: It has none.
     """
     if campaign.torque is None:
-        raise OilfilmError(
-            f"campaign {campaign.name!r}: has no torque logs. Add `torque` to its file, or choose "
-            "another campaign."
-        )
+        advice = "Add `torque` to its file, or choose another campaign."
+        raise OilfilmError(f"campaign {campaign.name!r}: has no torque logs. {advice}")
     return campaign.torque
 
 

@@ -58,12 +58,9 @@ def _header_problems(
     yield header.unknown("rig", keys, settings.rigs)
     yield header.simulation_problem(keys, settings)
     if (kind := keys.get("log_kind", "continuous")) not in ("continuous", "steps"):
-        yield base.Refusal(
-            "not_a_sweep",
-            f"the header says log_kind: {kind[:120]!r}; expected continuous or steps",
-            "Nothing to do if this is not a slip sweep; otherwise correct the header. "
-            f"{header.FORMAT_ADVICE}",
-        )
+        reason = f"the header says log_kind: {kind[:120]!r}; expected continuous or steps"
+        advice = "Nothing to do if this is not a slip sweep; otherwise correct the header."
+        yield base.Refusal("not_a_sweep", reason, f"{advice} {header.FORMAT_ADVICE}")
     yield header.misspelt_key(keys, settings)
     for name in base.SET_POINTS:
         if name in keys and base.set_point(name, keys[name]) is None:
