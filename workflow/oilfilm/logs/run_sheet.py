@@ -163,12 +163,9 @@ class RunSheet:
             given = {row.keys[key]: row for row in reversed(rows) if key in row.keys}
             if len(given) > 1:
                 of_rows = (f"{value!r} (row of {row})" for value, row in reversed(given.items()))
-                return Refusal(
-                    "sheet_rows_disagree",
-                    f"{self.name} has several rows for the run, which disagree in {key}: "
-                    f"{', '.join(of_rows)}",
-                    "Leave one of them, or make the pattern of a row narrower.",
-                )
+                reason = f"{self.name} has several rows for the run, which disagree in {key}: "
+                advice = "Leave one of them, or make the pattern of a row narrower."
+                return Refusal("sheet_rows_disagree", reason + ", ".join(of_rows), advice)
         return None
 
     def _contradictions(
