@@ -53,7 +53,7 @@ def test_constants_and_traction_of_the_sound_logs_are_the_true_ones(tmp_path: Pa
     with_fits(result, lab, verdicts, changed)
     # 36 intervals of 95 %: fewer than 30 inside happen once in 30 000 laboratories
     assert sum(result.inside) >= 30
-    assert max(result.rms_sound.values()) < 0.01
+    assert max(result.rms.values()) < 0.01
 
 
 @pytest.mark.nightly

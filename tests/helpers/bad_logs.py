@@ -1,14 +1,12 @@
 """A corpus of bad raw files, one failure each, made from one good run by the smallest change.
 
-`BAD_LOGS` is the table: by rule, the name of each file, its bytes and a part of the sentence; and
-whether points of the run are used all the same.
+`BAD_LOGS` is the table: by rule, the name of each file, its bytes and a part of the sentence.
 """
 
 import gzip
 import io
 import zipfile
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -19,7 +17,6 @@ import formats
 from campaigns import ROOT, printed, rig_contact
 from oilfilm.physics.contact import load_for_max_hertz_pressure
 from oilfilm.settings.resolve import resolve
-from oilfilm.settings.resolved import Settings
 from oilfilm.traction.laws.deng2026 import traction_coefficient
 
 Columns = dict[str, np.ndarray]
@@ -38,19 +35,10 @@ KEYS = {
     "entrainment_speed_m_s": 30,
     "inlet_temperature_c": 70,
 }
-UNITS = {
-    "time": "s",
-    "load": "N",
-    "traction_force": "N",
-    "ball_speed": "rpm",
-    "disc_speed": "rpm",
-    "inlet_temperature": "degC",
-}
+UNITS = dict(zip(formats.NAMES, "s N N rpm rpm degC".split(), strict=True))
 
 
-def good(
-    phases: tuple[float, ...] = PHASES, seconds: float = 4.0, speed_m_s: float = 30.0
-) -> Columns:
+def good(phases: tuple[float, ...] = PHASES, seconds: float = 4.0) -> Columns:
     """A run that every gate accepts: slip in steps, with a little noise on every sensor."""
     random = np.random.default_rng(7)
     slip = np.repeat(phases, round(seconds * RATE_HZ))
@@ -66,10 +54,8 @@ def good(
         "time": np.arange(len(slip)) / RATE_HZ,
         "load": load + noise(0.1),
         "traction_force": mu * load + noise(0.02),
-        "ball_speed": (speed_m_s * (1 - slip / 2) + noise(0.005))
-        / (per_rpm * rig.ball_track_radius_m),
-        "disc_speed": (speed_m_s * (1 + slip / 2) + noise(0.005))
-        / (per_rpm * rig.disc_track_radius_m),
+        "ball_speed": (30.0 * (1 - slip / 2) + noise(0.005)) / (per_rpm * rig.ball_track_radius_m),
+        "disc_speed": (30.0 * (1 + slip / 2) + noise(0.005)) / (per_rpm * rig.disc_track_radius_m),
         "inlet_temperature": 70 + noise(0.05),
     }
 
@@ -93,11 +79,8 @@ UNITS_TWICE = {**UNITS, "entrainment_speed": "mm/s", "slide_roll_ratio": "%"}
 def logged_twice(speed: float = 30e3, per_slip: float = 100.0) -> Columns:
     """The good run with the set points of speed and slip beside the speeds of ball and disc."""
     slip = np.repeat(PHASES, round(4.0 * RATE_HZ))
-    return {
-        **good(),
-        "entrainment_speed": np.full_like(slip, speed),
-        "slide_roll_ratio": per_slip * slip,
-    }
+    speeds = {"entrainment_speed": np.full_like(slip, speed)}
+    return {**good(), **speeds, "slide_roll_ratio": per_slip * slip}
 
 
 def both_ways_positive() -> bytes:
@@ -142,11 +125,6 @@ def damaged(content: bytes, start: int) -> bytes:
     return content[:start] + bytes(16) + content[start + 16 :]
 
 
-def tdms_of_unequal_channels() -> bytes:
-    values = good()
-    return formats.tdms({**values, "load": values["load"][:-30]}, UNITS, KEYS)
-
-
 def tdms_of_text() -> bytes:
     values = {**good(), "load": np.array(["80.1"] * len(good()["load"]))}
     return formats.tdms(values, UNITS, KEYS)
@@ -168,25 +146,6 @@ def pcs(*rows: str, kind: str = "Traction", table: str = PCS_TABLE) -> bytes:
     return (head + "\n".join(rows or [PCS_ROW] * 3) + "\n\nAll steps completed\n").encode()
 
 
-@dataclass(frozen=True)
-class Bad:
-    """A bad file and the verdict it must get."""
-
-    name: str
-    content: bytes
-    sentence: str
-    rule: str
-    used: bool
-    config: Settings
-
-
-def bad(
-    rule: str, used: bool = False, config: Settings = CONFIG, **logs: tuple[bytes, str]
-) -> list[Bad]:
-    """Bad files that one rule refuses: name, content and a part of the sentence of each."""
-    return [Bad(name, *log, rule, used, config) for name, log in logs.items()]
-
-
 def as_pressure() -> bytes:
     """The load logged as pressure; in two rows, of 1e6 GPa, it would be 4e19 N."""
     values = changed("load", lambda load: np.full_like(load, 1.25))
@@ -203,120 +162,82 @@ HALVED_SLIP, DOUBLED_SPEED = logged_twice(per_slip=50), logged_twice(speed=60e3)
 PCS_LACKING = pcs(table=PCS_TABLE.replace("Ball Load (N)", "Ball Weight (N)"))
 ENDLESS_STEP = pcs().replace(b"Step 1 ", b"Step " + 5000 * b"1" + b" ")
 
-BAD_LOGS = (
-    *bad(
-        "unknown_format",
-        empty=(b"", "the file is empty"),
-        binary_junk=(bytes(range(255, 0, -1)) * 20, "first bytes are ff fe fd"),
-        zip=(zipped(), "a zip archive"),
-        pdf=(b"%PDF-1.7\n%\xe2\xe3\xcf\xd3\n1 0 obj\n", "a PDF document"),
-        gz_in_gz=(gzip.compress(gzip.compress(GOOD)), "packed twice"),
-        gz_of_zeros=(gzip.compress(bytes(1 << 24), 9), "first bytes are 00 00"),
-        tdms_index=(b"TDSh" + TDMS[4:400], "index of a tdms log"),
-    ),
-    *bad(
-        "damaged_archive",
-        gz_cut=(gzip.compress(GOOD)[:-400], "cannot be unpacked"),
-        zst_damaged=(damaged(ZST, 2000), "cannot be unpacked"),
-    ),
-    *bad(
-        "damaged_file",
-        tdms_damaged=(damaged(TDMS, TDMS.rindex(b"TDSm")), "begins like tdms"),
-        parquet_damaged=(damaged(PARQUET, 300), "begins like parquet"),
-        parquet_encrypted=(b"PARE" + PARQUET[4:-4] + b"PARE", "encrypted"),
-    ),
-    *bad(
-        "header",
-        nan_set_point=(csv(max_hertz_pressure_gpa="nan"), "gpa: 'nan'"),
-        negative_set_point=(csv(entrainment_speed_m_s=-30), "m_s: '-30'"),
-        python_number=(csv(max_hertz_pressure_gpa="1_25"), "gpa: '1_25'"),
-        infinite_set_point=(csv(load_n="inf"), "load_n: 'inf'"),
-        set_point_of_zero=(csv(load_n=0), "load_n: '0'"),
-        pressure_in_pa=(csv(max_hertz_pressure_gpa=1.25e9), "below 10 (in GPa"),
-        set_point_in_words=(csv(inlet_temperature_c="warm"), "c: 'warm'"),
-        impossible_cold=(csv(inlet_temperature_c=-300), "above -273.15"),
-    ),
-    *bad("header", pcs_of_several_oils=(pcs(), "no line `# oil: ...`")),
-    *bad("unknown_rig", unknown_rig=(csv(rig="mars"), "rig 'mars'")),
-    *bad(
-        "unknown_oil",
-        two_oils=(csv(oil="4050\n# oil: 4102"), "oil '4050 / 4102'"),
-    ),
-    *bad(
-        "columns",
-        only_comments=(HEAD, "no line names columns"),
-        html_error_page=(HTML, "its first line is '<!DOCTYPE html>'"),
-        other_table=(b"name,age,town,zip\nann,31,ulm,1\n", "'name,age,town,zip'"),
-        doubled_column=(GOOD.replace(b"disc_", b"ball_"), "repeats the column 'ball_speed'"),
-        unit_to_compute_for_ever=(GOOD.replace(b"[N]", b"[10**10**10]"), "'10**10**10' is none"),
-        endless_brackets=(HEAD + b"(" * 60_000 + b"\n", "no line names columns"),
-        no_unit=(GOOD.replace(b"load [N]", b"load"), "'load' has no unit"),
-        no_names=(GOOD.replace(NAMES + b"\n", b""), "no line names columns"),
-        tdms_of_text=(tdms_of_text(), "'load' does not hold numbers"),
-        lvm_without_end_of_header=(LVM[: LVM.index(b"Channels")], "does not end"),
-        lvm_without_names=(LVM.replace(b"X_Value", b"Values"), "no line `X_Value`"),
-        lvm_of_distance=(LVM.replace(5 * b"\tTime", b"\tLength"), "lacks the columns time"),
-    ),
-    *bad(
-        "no_rows",
-        no_readable_row=(HEAD + NAMES + b"\na,b,c,d,e,f\n", "no readable row"),
-        tdms_without_channels=(formats.tdms_file([RootObject(KEYS)]), "holds no row"),
-    ),
-    # --- rows
-    *bad("unterminated_row", used=True, cut_in_last_cell=(GOOD[:-3], "no line end")),
-    *bad(
-        "unreadable_row",
-        used=True,
-        word_for_number=(cell_changed(1, b"oops"), "oops"),
-        empty_cell=(cell_changed(1, b""), "cells are missing"),
-        huge_field=(cell_changed(1, b"9" * 3_000_000), "99999"),
-        nul_bytes=(cell_changed(1, b"\0\0\0"), "rows 50 to 50"),
-        quotes=(cell_changed(1, b'8"0"'), "rows 50 to 50"),
-        mixed_delimiters=(row_changed(lambda line: line.replace(b",", b";")), "rows 50 to 50"),
-        decimal_comma=(row_changed(lambda line: line.replace(b".", b",")), "too many"),
-        invalid_utf8=(cell_changed(1, b"80\xff\xfe\xff"), "rows 50 to 50"),
-        superfluous_cell=(row_changed(lambda line: line + b",1"), "too many"),
-        formula=(cell_changed(1, b"=SUM(A1:A9)"), "=SUM"),
-        header_repeated=(row_changed(lambda _: NAMES), "time [s]"),
-        time_of_ages=(cell_changed(0, b"5e12"), "time_s"),
-        absurd_pressure=(as_pressure(), "row 51 reads '2.5,1000000.0,"),
-    ),
-    *bad(
-        "unreadable_row",
-        used=True,
-        tdms_of_unequal_channels=(tdms_of_unequal_channels(), "row 371 reads '18.5, nan, 0."),
-    ),
-    # --- what the sensors and the rig did
-    *bad(
-        "columns_disagree",
-        slip_by_another_definition=(csv(HALVED_SLIP, UNITS_TWICE), "slide_roll_ratio is 0.1 in"),
-        speed_as_a_sum=(csv(DOUBLED_SPEED, UNITS_TWICE), "entrainment_speed is 60 in row"),
-        forces_without_sign=(both_ways_positive(), "forces of both directions of the slip give 0"),
-    ),
-    *bad("time_unit", time_in_wrong_unit=(csv(units={**UNITS, "time": "ms"}), "s labelled ms")),
-    *bad(
-        "zero_missing",
-        speed_zero=(csv(good(speed_m_s=0.0)), "slide-roll ratio of"),
-    ),
-    # --- exports of PCS rigs
-    *bad("columns", config=PCS_CONFIG, pcs_missing_column=(PCS_LACKING, "the columns Ball Load")),
-    *bad("not_a_sweep", warm_up=(csv(log_kind="warm-up"), "log_kind: 'warm-up'; expected cont")),
-    *bad(
-        "not_a_sweep",
-        config=PCS_CONFIG,
-        pcs_no_sweep=(pcs(kind="BodTimed"), "'BodTimed'"),
-        pcs_endless_number=(b"PCS Test Data File\n" + ENDLESS_STEP, "is of type 'unknown'"),
-    ),
-    *bad(
-        "no_rows",
-        config=PCS_CONFIG,
-        pcs_title_alone=(b"PCS Test Data File\n", "holds no row of data"),
-    ),
-    *bad(
-        "unreadable_row",
-        used=True,
-        config=PCS_CONFIG,
-        pcs_python_number=(pcs(PCS_ROW, PCS_ROW.replace("40.0", "4_0.0")), "rows 2 to 2"),
-        pcs_dashes=(pcs(PCS_ROW, PCS_ROW.replace("1000.000", "----")), "rows 2 to 2"),
-    ),
-)
+BAD_LOGS = {
+    "unknown_format": {
+        "empty": (b"", "the file is empty"),
+        "binary_junk": (bytes(range(255, 0, -1)) * 20, "first bytes are ff fe fd"),
+        "zip": (zipped(), "a zip archive"),
+        "gz_in_gz": (gzip.compress(gzip.compress(GOOD)), "packed twice"),
+        "gz_of_zeros": (gzip.compress(bytes(1 << 24), 9), "first bytes are 00 00"),
+        "tdms_index": (b"TDSh" + TDMS[4:400], "index of a tdms log"),
+    },
+    "damaged_archive": {
+        "gz_cut": (gzip.compress(GOOD)[:-400], "cannot be unpacked"),
+        "zst_damaged": (damaged(ZST, 2000), "cannot be unpacked"),
+    },
+    "damaged_file": {
+        "tdms_damaged": (damaged(TDMS, TDMS.rindex(b"TDSm")), "begins like tdms"),
+        "parquet_damaged": (damaged(PARQUET, 300), "begins like parquet"),
+        "parquet_encrypted": (b"PARE" + PARQUET[4:-4] + b"PARE", "encrypted"),
+    },
+    "header": {
+        "nan_set_point": (csv(max_hertz_pressure_gpa="nan"), "gpa: 'nan'"),
+        "python_number": (csv(max_hertz_pressure_gpa="1_25"), "gpa: '1_25'"),
+        "pressure_in_pa": (csv(max_hertz_pressure_gpa=1.25e9), "below 10 (in GPa"),
+        "set_point_in_words": (csv(inlet_temperature_c="warm"), "c: 'warm'"),
+        "several_oils_in_pcs": (pcs(), "no line `# oil: ...`"),
+    },
+    "unknown_rig": {
+        "unknown_rig": (csv(rig="mars"), "rig 'mars'"),
+    },
+    "unknown_oil": {
+        "two_oils": (csv(oil="4050\n# oil: 4102"), "oil '4050 / 4102'"),
+    },
+    "columns": {
+        "only_comments": (HEAD, "no line names columns"),
+        "html_error_page": (HTML, "its first line is '<!DOCTYPE html>'"),
+        "unit_to_compute_for_ever": (GOOD.replace(b"[N]", b"[10**10**10]"), "'10**10**10' is none"),
+        "endless_brackets": (HEAD + b"(" * 60_000 + b"\n", "no line names columns"),
+        "no_names": (GOOD.replace(NAMES + b"\n", b""), "no line names columns"),
+        "tdms_of_text": (tdms_of_text(), "'load' does not hold numbers"),
+        "lvm_without_end_of_header": (LVM[: LVM.index(b"Channels")], "does not end"),
+        "lvm_without_names": (LVM.replace(b"X_Value", b"Values"), "no line `X_Value`"),
+        "lvm_of_distance": (LVM.replace(5 * b"\tTime", b"\tLength"), "lacks the columns time"),
+        "pcs_missing_column": (PCS_LACKING, "the columns Ball Load"),
+    },
+    "no_rows": {
+        "no_readable_row": (HEAD + NAMES + b"\na,b,c,d,e,f\n", "no readable row"),
+        "tdms_without_channels": (formats.tdms_file([RootObject(KEYS)]), "holds no row"),
+        "pcs_title_alone": (b"PCS Test Data File\n", "holds no row of data"),
+    },
+    "unterminated_row": {
+        "cut_in_last_cell": (GOOD[:-3], "no line end"),
+    },
+    "unreadable_row": {
+        "word_for_number": (cell_changed(1, b"oops"), "oops"),
+        "huge_field": (cell_changed(1, b"9" * 3_000_000), "99999"),
+        "nul_bytes": (cell_changed(1, b"\0\0\0"), "rows 50 to 50"),
+        "quotes": (cell_changed(1, b'8"0"'), "rows 50 to 50"),
+        "mixed_delimiters": (row_changed(lambda line: line.replace(b",", b";")), "rows 50 to 50"),
+        "decimal_comma": (row_changed(lambda line: line.replace(b".", b",")), "too many"),
+        "invalid_utf8": (cell_changed(1, b"80\xff\xfe\xff"), "rows 50 to 50"),
+        "superfluous_cell": (row_changed(lambda line: line + b",1"), "too many"),
+        "time_of_ages": (cell_changed(0, b"5e12"), "time_s"),
+        "absurd_pressure": (as_pressure(), "row 51 reads '2.5,1000000.0,"),
+        "pcs_python_number": (pcs(PCS_ROW, PCS_ROW.replace("40.0", "4_0.0")), "rows 2 to 2"),
+        "pcs_dashes": (pcs(PCS_ROW, PCS_ROW.replace("1000.000", "----")), "rows 2 to 2"),
+    },
+    "columns_disagree": {
+        "slip_by_another_definition": (csv(HALVED_SLIP, UNITS_TWICE), "slide_roll_ratio is 0.1 in"),
+        "speed_as_a_sum": (csv(DOUBLED_SPEED, UNITS_TWICE), "entrainment_speed is 60 in row"),
+        "forces_without_sign": (
+            both_ways_positive(),
+            "forces of both directions of the slip give 0",
+        ),
+    },
+    "not_a_sweep": {
+        "warm_up": (csv(log_kind="warm-up"), "log_kind: 'warm-up'; expected cont"),
+        "pcs_no_sweep": (pcs(kind="BodTimed"), "'BodTimed'"),
+        "pcs_endless_number": (b"PCS Test Data File\n" + ENDLESS_STEP, "is of type 'unknown'"),
+    },
+}

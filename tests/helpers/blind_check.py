@@ -31,8 +31,7 @@ class Outcome:
         faults: How many there were.
         named: Faults of curves that the fit named.
         inside: For each constant of each oil, whether its 95 % interval holds the truth.
-        rms: Per oil, relative rms error of mu over the tested box, all accepted logs fitted.
-        rms_sound: The same of the sound logs alone.
+        rms: Per oil, relative rms error of mu over the tested box, the sound logs fitted.
     """
 
     false_alarms: list[str]
@@ -44,7 +43,6 @@ class Outcome:
     named: list[str] = field(default_factory=list)
     inside: list[bool] = field(default_factory=list)
     rms: dict[str, float] = field(default_factory=dict)
-    rms_sound: dict[str, float] = field(default_factory=dict)
 
 
 def settings_of(project: Path) -> Settings:
@@ -78,11 +76,8 @@ def outcome(laboratory: Laboratory, verdicts: Curated) -> Outcome:
         log for log in laboratory.faulty if any(r in told.get(log.file, "") for r in log.rules)
     ]
     silent = [log.fault for log in laboratory.faulty if log.file not in told]
-    misnamed = [
-        f"{log.fault}: {told[log.file]}"
-        for log in laboratory.faulty
-        if log.file in told and log not in right
-    ]
+    other = [log for log in laboratory.faulty if log.file in told and log not in right]
+    misnamed = [f"{log.fault}: {told[log.file]}" for log in other]
     points, faults = _of(verdicts, sound), len(laboratory.faulty)
     refused = float((~points["accepted"]).mean())
     return Outcome(false_alarms, refused, silent, misnamed, len(right), faults)
@@ -105,8 +100,7 @@ def with_fits(
                 outcome.false_alarms.append(log.file)
         alone = fit_oil(_of(verdicts, sound), oil, settings.fit, settings.seed)
         outcome.inside.extend(_inside(alone, laboratory.oils[oil].constants))
-        outcome.rms[oil] = _rms(fit, laboratory, oil)
-        outcome.rms_sound[oil] = _rms(alone, laboratory, oil)
+        outcome.rms[oil] = _rms(alone, laboratory, oil)
 
 
 def _of(verdicts: Curated, files: set[str]) -> pd.DataFrame:

@@ -6,7 +6,7 @@ the sensor, the load, the temperature and the rows of one held level by their ro
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -19,6 +19,7 @@ from oilfilm.curation.traction_rig import TractionRig
 from oilfilm.settings.resolved import Settings
 
 Columns = dict[str, np.ndarray]
+Change = Callable[[np.ndarray], np.ndarray | float]
 
 
 @dataclass(frozen=True)
@@ -44,8 +45,15 @@ class SoundLog:
         rounded = {name: np.round(column, 4) for name, column in (values or self.values).items()}
         return formats.csv(rounded, self.units, {**self.keys, **keys})
 
-    def column(self, name: str, change: Callable[[np.ndarray], np.ndarray]) -> bytes:
-        return self.text({**self.values, name: change(self.values[name].copy())})
+    def column(self, name: str, change: Change, rows: slice = slice(None)) -> bytes:
+        """The log with one column changed in some rows."""
+        values = self.values[name].copy()
+        values[rows] = change(values[rows])
+        return self.text({**self.values, name: values})
+
+    @property
+    def row(self) -> np.ndarray:
+        return np.arange(len(self.values["time"]))
 
     def rows(self, kept: np.ndarray) -> bytes:
         """Only these rows, the clock running through."""
@@ -53,81 +61,42 @@ class SoundLog:
         return self.text({**values, "time": self.values["time"][: kept.sum()]})
 
 
+_TRACTION = TractionRig, bad_logs.CONFIG, bad_logs.good(), bad_logs.UNITS, bad_logs.KEYS
+_TORQUE_VALUES = torque_logs.by_quantity(torque_logs.signals())
+_TORQUE = TorqueRig, bad_logs.CONFIG, _TORQUE_VALUES, torque_logs.UNITS, {"oil": "4050"}
+_FORCE = "traction_force", "load", "inlet_temperature"
+_MOMENT = "torque", "axial_load", "oil_temperature"
 SOUND = {
-    "traction": SoundLog(
-        TractionRig,
-        bad_logs.CONFIG,
-        bad_logs.good(),
-        bad_logs.UNITS,
-        bad_logs.KEYS,
-        "traction_force",
-        "load",
-        "inlet_temperature",
-        rest=80,
-        held=slice(160, 240),
-    ),
-    "torque": SoundLog(
-        TorqueRig,
-        bad_logs.CONFIG,
-        torque_logs.by_quantity(torque_logs.signals()),
-        torque_logs.UNITS,
-        {"oil": "4050"},
-        "torque",
-        "axial_load",
-        "oil_temperature",
-        rest=120,
-        held=slice(280, 440),
-    ),
+    "traction": SoundLog(*_TRACTION, *_FORCE, rest=80, held=slice(160, 240)),
+    "torque": SoundLog(*_TORQUE, *_MOMENT, rest=120, held=slice(280, 440)),
 }
-
-
-def in_rows(
-    log: SoundLog, name: str, rows: slice, change: Callable[[np.ndarray], np.ndarray | float]
-) -> bytes:
-    """One column changed in some rows."""
-
-    def changed(column: np.ndarray) -> np.ndarray:
-        column[rows] = change(column[rows])
-        return column
-
-    return log.column(name, changed)
 
 
 def clock_set(log: SoundLog, by_s: float) -> bytes:
     """The clock is set by some seconds within the held level."""
-    return in_rows(log, "time", slice(log.held.start + 9, None), lambda time: time + by_s)
+    return log.column("time", lambda time: time + by_s, slice(log.held.start + 9, None))
 
 
-def in_held_level(log: SoundLog, name: str, factor: Callable[[np.ndarray], np.ndarray]) -> bytes:
-    """One column times a factor that depends on the position within one level, from 0 to 1."""
-    return in_rows(log, name, log.held, lambda held: held * factor(np.linspace(0, 1, len(held))))
+def held_at(log: SoundLog, change: Change, name: str = "") -> bytes:
+    """The sensor, or another column, changed within the held level."""
+    return log.column(name or log.sensor, change, log.held)
 
 
-def stuck(log: SoundLog) -> bytes:
-    """The sensor keeps its reading through the held level."""
-    return in_rows(log, log.sensor, log.held, lambda held: held[0])
+def temperature_jump(log: SoundLog) -> bytes:
+    """By 2 % within the held level."""
+    start, stop = log.held.start, log.held.stop
+    later = slice(start + 3 * (stop - start) // 5, stop)
+    return log.column(log.temperature, lambda held: 1.02 * held, later)
 
 
 def stops_moving(log: SoundLog, name: str) -> bytes:
     """A signal repeats one reading from the middle of the run on."""
-    half = slice(len(log.values["time"]) // 2, None)
-    return in_rows(log, name, half, lambda rest: rest[0])
-
-
-def without_readings(log: SoundLog) -> bytes:
-    """The sensor gives no numbers for most of a level."""
-    return in_rows(log, log.sensor, log.held, lambda held: np.nan)
-
-
-def held_for_1_5_s(log: SoundLog) -> bytes:
-    rows = np.arange(len(log.values["time"]))
-    return log.rows((rows < log.held.start + 30) | (rows >= log.held.stop))
+    return log.column(name, lambda rest: rest[0], slice(len(log.row) // 2, None))
 
 
 def without_ends(log: SoundLog, start: int, stop: int) -> bytes:
     """Without so many rows at the start and at the end."""
-    rows = np.arange(len(log.values["time"]))
-    return log.rows((rows >= start) & (rows < len(rows) - stop))
+    return log.rows((log.row >= start) & (log.row < len(log.row) - stop))
 
 
 def saturated(log: SoundLog, name: str) -> bytes:
@@ -137,7 +106,7 @@ def saturated(log: SoundLog, name: str) -> bytes:
 
 def often_wild(log: SoundLog) -> bytes:
     """15 % of the readings times 30: three of every twenty."""
-    wild = np.arange(len(log.values["time"])) % 20 < 3
+    wild = log.row % 20 < 3
     return log.column(log.sensor, lambda column: np.where(wild, 30 * column, column))
 
 
@@ -145,102 +114,83 @@ def drifting(log: SoundLog, name: str, total: float) -> bytes:
     return log.column(name, lambda column: column + np.linspace(0, total, len(column)))
 
 
-@dataclass(frozen=True)
-class Damage:
+class Damage(NamedTuple):
     """A damage and what must come of it.
 
     Attributes:
         logs: The damaged log or logs.
-        rules: Rule by rig; one for both where they share it.
-        sentence: A part of the sentence of the rule, where the rule refuses the run.
+        rule: The rule that refuses it.
+        of_torque: That of torque rigs, where it is another one.
         spares: Whether the other levels of the run are accepted all the same.
     """
 
-    name: str
     logs: Callable[[SoundLog], bytes | list[bytes]]
-    rules: str | Mapping[str, str]
-    sentence: str = ""
+    rule: str
+    of_torque: str = ""
     spares: bool = False
 
-    def rule(self, rig: str) -> str:
-        return self.rules if isinstance(self.rules, str) else self.rules[rig]
+    def rule_of(self, rig: str) -> str:
+        return (self.of_torque if rig == "torque" else "") or self.rule
 
 
-NO_OPENING, NO_CLOSING = ("zero_missing", "opening phase"), ("zero_missing", "closing phase")
-
-DAMAGES = (
+DAMAGES = {
     # --- the file
-    Damage("truncated", lambda log: log.text()[:-30], "truncated", "in the middle of row"),
-    Damage("copied", lambda log: [log.text(), log.text()], "duplicate_log", "which is kept", True),
-    Damage("no_rows", lambda log: log.rows(log.values["time"] < 0), "no_rows", "no readable row"),
-    Damage("unknown_oil", lambda log: log.text(oil="4120"), "unknown_oil", "'4120'"),
-    Damage("simulated_as_measured", lambda log: log.text(simulated="yes"), "simulated_log"),
+    "truncated": Damage(lambda log: log.text()[:-30], "truncated"),
+    "copied": Damage(lambda log: [log.text(), log.text()], "duplicate_log", spares=True),
+    "no_rows": Damage(lambda log: log.rows(log.row < 0), "no_rows"),
+    "unknown_oil": Damage(lambda log: log.text(oil="4120"), "unknown_oil"),
+    "simulated_as_measured": Damage(lambda log: log.text(simulated="yes"), "simulated_log"),
     # --- the clock
-    Damage(
-        "clock_gap_of_an_hour",
-        lambda log: clock_set(log, 3600),
-        "clock_jump",
-        "3600.05 s pass between row",
-    ),
-    Damage(
-        "clock_set_back",
-        lambda log: clock_set(log, -1),
-        "time_disorder",
-        "the time stamp does not increase at 1 rows",
-    ),
-    Damage("clock_stands_still", lambda log: log.column("time", np.ones_like), "time_disorder"),
+    "clock_gap_of_an_hour": Damage(lambda log: clock_set(log, 3600), "clock_jump"),
+    "clock_set_back": Damage(lambda log: clock_set(log, -1), "time_disorder"),
+    "clock_stands_still": Damage(lambda log: log.column("time", np.ones_like), "time_disorder"),
     # --- the sensor
-    Damage("stuck_sensor", stuck, "stuck_sensor", "is exactly"),
-    Damage("saturated_sensor", lambda log: saturated(log, log.sensor), "saturated", "at its"),
-    Damage("saturated_load_cell", lambda log: saturated(log, log.load), "saturated", "load is at"),
-    Damage(
-        "cable_the_wrong_way_round",  # the zero turns too
-        lambda log: log.column(log.sensor, np.negative),
-        {"traction": "swapped_sign", "torque": "torque_not_positive"},
+    "stuck_sensor": Damage(lambda log: held_at(log, lambda held: held[0]), "stuck_sensor"),
+    "saturated_sensor": Damage(lambda log: saturated(log, log.sensor), "saturated"),
+    "saturated_load_cell": Damage(lambda log: saturated(log, log.load), "saturated"),
+    "cable_the_wrong_way_round": Damage(  # the zero turns too
+        lambda log: log.column(log.sensor, np.negative), "swapped_sign", "torque_not_positive"
     ),
-    Damage("often_wild_readings", often_wild, "spiky", "readings of a plateau are spikes"),
-    Damage(
-        "drift_within_a_level",
-        lambda log: in_held_level(log, log.sensor, lambda position: 0.7 + 0.6 * position),
-        {"traction": "not_steady", "torque": "torque_drifts"},
-        spares=True,
+    "often_wild_readings": Damage(often_wild, "spiky"),
+    "drift_within_a_level": Damage(
+        lambda log: held_at(log, lambda held: held * np.linspace(0.7, 1.3, len(held))),
+        *("not_steady", "torque_drifts", True),
     ),
     # --- the other signals
-    Damage("stuck_load_cell", lambda log: stops_moving(log, log.load), "stuck_channel", "load is"),
-    Damage("stuck_thermocouple", lambda log: stops_moving(log, log.temperature), "stuck_channel"),
-    Damage("hole_in_the_readings", without_readings, "missing_readings", "no row from"),
+    "stuck_load_cell": Damage(lambda log: stops_moving(log, log.load), "stuck_channel"),
+    "stuck_thermocouple": Damage(lambda log: stops_moving(log, log.temperature), "stuck_channel"),
+    "hole_in_the_readings": Damage(
+        lambda log: held_at(log, lambda held: np.nan), "missing_readings"
+    ),
     # --- the zero
-    Damage("no_rest_at_the_start", lambda log: without_ends(log, log.rest, 0), *NO_OPENING),
-    Damage("short_rest_at_the_start", lambda log: without_ends(log, log.rest - 12, 0), *NO_OPENING),
-    Damage("no_rest_at_the_end", lambda log: without_ends(log, 0, log.rest), *NO_CLOSING),
-    Damage("zero_drifts", lambda log: drifting(log, log.sensor, 0.5), "zero_drift", "moves by 0."),
-    Damage(
-        "rest_all_the_time",
-        lambda log: log.rows(np.arange(len(log.values["time"])) < log.rest),
-        {"traction": "zero_missing", "torque": "never_turns"},
+    "no_rest_at_the_start": Damage(lambda log: without_ends(log, log.rest, 0), "zero_missing"),
+    "short_rest_at_the_start": Damage(
+        lambda log: without_ends(log, log.rest - 12, 0), "zero_missing"
+    ),
+    "no_rest_at_the_end": Damage(lambda log: without_ends(log, 0, log.rest), "zero_missing"),
+    "zero_drifts": Damage(lambda log: drifting(log, log.sensor, 0.5), "zero_drift"),
+    "rest_all_the_time": Damage(
+        lambda log: log.rows(log.row < log.rest), "zero_missing", "never_turns"
     ),
     # --- load, temperature, steps
-    Damage(
-        "load_rises_by_half_within_a_level",
-        lambda log: in_held_level(log, log.load, lambda position: 1 + 0.5 * position),
+    "load_rises_by_half_within_a_level": Damage(
+        lambda log: held_at(log, lambda held: held * np.linspace(1, 1.5, len(held)), log.load),
         "load_changes",
         spares=True,
     ),
-    Damage(
-        "no_load",
-        lambda log: log.column(log.load, np.negative),
-        {"traction": "traction_missing", "torque": "unloaded"},
+    "no_load": Damage(
+        lambda log: log.column(log.load, np.negative), "traction_missing", "unloaded"
     ),
-    Damage(
-        "warming_up",
+    "warming_up": Damage(
         lambda log: drifting(log, log.temperature, log.values["time"][-1]),
-        {"traction": "temperature_drift", "torque": "temperature_changes"},
+        *("temperature_drift", "temperature_changes"),
     ),
-    Damage(
-        "temperature_jumps_within_a_level",
-        lambda log: in_held_level(log, log.temperature, lambda position: 1 + (position > 0.6) / 50),
-        "temperature_changes",
+    "temperature_jumps_within_a_level": Damage(
+        temperature_jump, "temperature_changes", spares=True
+    ),
+    "level_held_for_1_5_s": Damage(
+        lambda log: log.rows((log.row < log.held.start + 30) | (log.row >= log.held.stop)),
+        "too_short",
         spares=True,
     ),
-    Damage("level_held_too_briefly", held_for_1_5_s, "too_short", spares=True),
-)
+}

@@ -58,15 +58,3 @@ def write_logs(
         path.write_bytes(written(kept, columns_of(run, dialect, bench.machine), dialect))
         paths.append(path)
     return paths
-
-
-def reversed_force(run: Recording) -> Recording:
-    """The run of a sensor whose output falls when it should rise."""
-    return run.changed(force=-run.signals["force"])
-
-
-def exchanged_bodies(run: Recording) -> Recording:
-    """The run of a rig that slows the disc: speeds exchanged, and the force with them."""
-    return run.changed(
-        force=-run.signals["force"], ball=run.signals["disc"], disc=run.signals["ball"]
-    )

@@ -1,8 +1,7 @@
 """The same run written in each raw format, for the tests of readers."""
 
 import io
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -10,38 +9,22 @@ import pyarrow as arrow
 import pyarrow.parquet as parquet
 from nptdms import ChannelObject, GroupObject, RootObject, TdmsWriter
 
-from oilfilm.logs.log_kind import LogKind
-from oilfilm.logs.torque_log import TORQUE
-from oilfilm.logs.traction_log import TRACTION
-
 Columns = Mapping[str, np.ndarray]
 Units = Mapping[str, str]
 
-MEANS = {
-    "load": 82,
-    "traction_force": 0,
-    "ball_speed": 28650,
-    "disc_speed": 7160,
-    "inlet_temperature": 343,
-}
+NAMES = "time load traction_force ball_speed disc_speed inlet_temperature".split()
+MEANS = dict(zip(NAMES[1:], (82, 0, 28650, 7160, 343), strict=True))
 KEYS = {"oil": "4102", "max_hertz_pressure_gpa": 1.25, "entrainment_speed_m_s": 30}
 
 
-def columns(rows: int, means: Mapping[str, float] = MEANS) -> dict[str, np.ndarray]:
+def columns(rows: int) -> dict[str, np.ndarray]:
     """Numbers of a log without regard to what a rig would measure."""
     random = np.random.default_rng(1)
-    noisy = {name: mean + random.standard_normal(rows) for name, mean in means.items()}
+    noisy = {name: mean + random.standard_normal(rows) for name, mean in MEANS.items()}
     return {"time": np.arange(rows) / 50, **noisy}
 
 
-UNITS = {
-    "time": "s",
-    "load": "kgf",
-    "traction_force": "N",
-    "ball_speed": "rpm",
-    "disc_speed": "1/min",
-    "inlet_temperature": "K",
-}
+UNITS = dict(zip(NAMES, "s kgf N rpm 1/min K".split(), strict=True))
 
 
 def csv(values: Columns, units: Units = UNITS, keys: Mapping[str, Any] = KEYS) -> bytes:
@@ -144,69 +127,4 @@ def as_parquet(
     return parquet_file(table(values, units, keys), **options)
 
 
-WRITERS: dict[str, Callable[..., bytes]] = {
-    "csv": csv,
-    "tdms": tdms,
-    "lvm": lvm,
-    "parquet": as_parquet,
-}
-
-
-@dataclass(frozen=True)
-class Example:
-    """A log of one kind of rig in unusual units, and its samples by the units' definitions."""
-
-    kind: LogKind
-    means: Mapping[str, float]
-    units: Units
-    samples: Callable[[Columns], Mapping[str, np.ndarray]]
-    load: str
-
-    def columns(self, rows: int) -> dict[str, np.ndarray]:
-        return columns(rows, self.means)
-
-
-EXAMPLES = {
-    "traction": Example(
-        TRACTION,
-        MEANS,
-        UNITS,
-        # 1 kgf = 9.80665 N and 0 degC = 273.15 K by definition
-        lambda logged: {
-            "time_s": logged["time"],
-            "load_n": logged["load"] * 9.80665,
-            "traction_force_n": logged["traction_force"],
-            "ball_speed_m_s": logged["ball_speed"] * 2 * np.pi / 60 * 0.010,
-            "disc_speed_m_s": logged["disc_speed"] * 2 * np.pi / 60 * 0.040,
-            "inlet_temperature_c": logged["inlet_temperature"] - 273.15,
-        },
-        "load",
-    ),
-    "torque": Example(
-        TORQUE,
-        {
-            "axial_load": 10,
-            "inner_speed": 600,
-            "oil_temperature": 373,
-            "outer_ring_temperature": 230,
-            "torque": 2000,
-        },
-        {
-            "time": "s",
-            "axial_load": "kN",
-            "inner_speed": "rad/s",
-            "oil_temperature": "K",
-            "outer_ring_temperature": "degF",
-            "torque": "N mm",
-        },
-        lambda logged: {
-            "time_s": logged["time"],
-            "axial_load_n": logged["axial_load"] * 1e3,
-            "inner_speed_rpm": logged["inner_speed"] * 30 / np.pi,
-            "oil_temperature_c": logged["oil_temperature"] - 273.15,
-            "outer_ring_temperature_c": (logged["outer_ring_temperature"] - 32) / 1.8,
-            "torque_n_m": logged["torque"] / 1e3,
-        },
-        "axial_load",
-    ),
-}
+WRITERS = {"csv": csv, "tdms": tdms, "lvm": lvm, "parquet": as_parquet}

@@ -11,20 +11,9 @@ import pytest
 from nptdms import RootObject
 from pandas.testing import assert_frame_equal
 
+import bad_logs
 import formats
-from bad_logs import (
-    BAD_LOGS,
-    CONFIG,
-    GOOD,
-    KEYS,
-    UNITS,
-    UNITS_TWICE,
-    Bad,
-    Columns,
-    csv,
-    good,
-    logged_twice,
-)
+from bad_logs import CONFIG, KEYS, UNITS, csv, good
 from campaigns import ROOT
 from oilfilm.curation.curate import check_logs
 from oilfilm.errors import OilfilmError
@@ -35,19 +24,19 @@ from oilfilm.settings.resolved import Settings
 
 @pytest.mark.parametrize("write", [csv, partial(formats.tdms, keys=KEYS)])
 def test_quantities_logged_twice_are_compared_and_cost_no_row(
-    write: Callable[[Columns, Mapping[str, str]], bytes],
+    write: Callable[[bad_logs.Columns, Mapping[str, str]], bytes],
 ) -> None:
-    values = logged_twice()
+    values = bad_logs.logged_twice()
     values["slide_roll_ratio"][[5, 100]] = np.nan
     once = check_logs([("log", write(good(), UNITS))], CONFIG)
-    twice = check_logs([("log", write(values, UNITS_TWICE))], CONFIG)
+    twice = check_logs([("log", write(values, bad_logs.UNITS_TWICE))], CONFIG)
     assert twice.quarantine.empty
     assert_frame_equal(twice.points, once.points)
 
 
 def text_beside(write: Callable[..., bytes]) -> bytes:
     values = {**good(), "slide_roll_ratio": np.array(["fast"] * len(good()["load"]))}
-    return write(values, UNITS_TWICE, KEYS)
+    return write(values, bad_logs.UNITS_TWICE, KEYS)
 
 
 @pytest.mark.parametrize("write", [formats.tdms, formats.as_parquet])
@@ -69,7 +58,12 @@ def test_log_that_mostly_stands_still_is_compared_where_it_turns(noise_m_s: floa
         "disc_speed": 1.01 * speed,
         "entrainment_speed": 30.01 * turning,
     }
-    units = {**UNITS_TWICE, "ball_speed": "m/s", "disc_speed": "m/s", "entrainment_speed": "m/s"}
+    units = {
+        **bad_logs.UNITS_TWICE,
+        "ball_speed": "m/s",
+        "disc_speed": "m/s",
+        "entrainment_speed": "m/s",
+    }
     for slip, disagrees in ((0.02, False), (0.04, True)):
         log = csv({**values, "slide_roll_ratio": 100 * slip * turning}, units)
         (run,) = read_log(log, "log", CONFIG)[1].runs
@@ -79,20 +73,25 @@ def test_log_that_mostly_stands_still_is_compared_where_it_turns(noise_m_s: floa
             assert run.flaw.reason.startswith("slide_roll_ratio")
 
 
-@pytest.mark.parametrize("bad", BAD_LOGS, ids=lambda bad: bad.name)
-def test_bad_log_gets_its_verdict_in_a_sentence(bad: Bad) -> None:
-    verdict = check_logs([("log", bad.content)], bad.config)
-    reasons = verdict.quarantine.loc[verdict.quarantine["rule"] == bad.rule, "reason"]
-    assert any(bad.sentence in reason for reason in reasons), verdict.quarantine["reason"].tolist()
+@pytest.mark.parametrize(
+    ("rule", "name"), [(rule, name) for rule, logs in bad_logs.BAD_LOGS.items() for name in logs]
+)
+def test_bad_log_gets_its_verdict_in_a_sentence(rule: str, name: str) -> None:
+    content, sentence = bad_logs.BAD_LOGS[rule][name]
+    config = bad_logs.PCS_CONFIG if name.startswith("pcs") else CONFIG
+    verdict = check_logs([("log", content)], config)
+    reasons = verdict.quarantine.loc[verdict.quarantine["rule"] == rule, "reason"]
+    assert any(sentence in reason for reason in reasons), verdict.quarantine["reason"].tolist()
     assert (verdict.quarantine["advice"] != "").all()
-    assert bool(verdict.points["accepted"].any()) == bad.used
+    # the rows around a bad one are used
+    assert bool(verdict.points["accepted"].any()) == rule.endswith("_row")
 
 
 def test_file_named_as_a_run_of_another_one_is_told() -> None:
     channels = [c for group in ("a", "b") for c in formats.tdms_channels(group, good(), UNITS)]
     log = formats.tdms_file([RootObject(KEYS), *channels])
     with pytest.raises(OilfilmError, match=r"^log:b: its run .* which a run of log has already"):
-        check_logs([("log", log), ("log:b", GOOD)], CONFIG)
+        check_logs([("log", log), ("log:b", bad_logs.GOOD)], CONFIG)
 
 
 SLIPS = (0.0, 0.02, 0.04, 0.06, 0.08, 0.10, 0.12, 0.0)
@@ -117,22 +116,12 @@ def test_unit_of_the_campaign_that_contradicts_the_log_is_refused(
 ) -> None:
     """A load of 82 N would be 365 N, and mu a fourth of what it is."""
     name = f"Normalkraft [{logged}]" if logged else "Normalkraft"
-    content = GOOD.replace(b"load [N]", name.encode())
+    content = bad_logs.GOOD.replace(b"load [N]", name.encode())
     columns = {"load": {"name": "Normalkraft", "unit": given}}
     settings = CONFIG.with_changes({"campaign": {"columns": columns}})
     quarantine = check_logs([("log", content)], settings).quarantine
     told = quarantine["reason"].str.contains("is in 'N' by the log itself and in 'lbf' by").any()
     assert told == contradicts
-
-
-@pytest.mark.parametrize("factor", [5, 0.2, 2])
-def test_change_of_the_sampling_rate_is_told(factor: float) -> None:
-    values = good(seconds=12.0)
-    half = len(values["time"]) // 2
-    steps = np.where(np.arange(len(values["time"])) < half, 0.05, 0.05 * factor)
-    rule, sentence = reason(csv({**values, "time": np.cumsum(steps)}))
-    assert rule == "sampling_rate"
-    assert f"every 0.05 s at first and every {0.05 * factor:.3g} s from about row" in sentence
 
 
 @pytest.mark.parametrize("resolution", [0.05, 0.02, 0.1, 1.0])
@@ -158,13 +147,13 @@ def test_row_of_units_of_another_rig_is_seen() -> None:
 
 
 def test_tail_of_zero_bytes_is_told() -> None:
-    rule, sentence = reason(GOOD + bytes(4096))
+    rule, sentence = reason(bad_logs.GOOD + bytes(4096))
     assert rule == "truncated"
     assert "4096 zero bytes" in sentence
 
 
 def test_half_of_the_rows_with_another_decimal_mark_is_told() -> None:
-    lines = GOOD.decode().splitlines()
+    lines = bad_logs.GOOD.decode().splitlines()
     rows = [line.replace(",", ";") for line in lines if not line.startswith("#")]
     german = [rows[0], *(row.replace(".", ",") for row in rows[1 : len(rows) // 2])]
     log = "\n".join(["# oil: 4102", *german, *rows[len(rows) // 2 :], ""])

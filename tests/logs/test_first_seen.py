@@ -51,37 +51,24 @@ def test_digit_changed_in_a_log_is_refused_with_both_digests(seen: FirstSeen) ->
     assert "config/campaigns/june.yaml" in message
 
 
-def test_pasted_lines_with_a_reason_are_accepted_and_without_one_refused(seen: FirstSeen) -> None:
+def test_pasted_lines_with_a_reason_are_accepted_and_keep_the_first_digest(
+    seen: FirstSeen, tmp_path: Path
+) -> None:
     message = refusal(seen, AFTER)
     (change,) = pasted(message, "unit corrected")
     assert (change.log, change.reason) == (LOG.as_posix(), "unit corrected")
-    assert refusal(seen, AFTER, change) == ""
     written = yaml.safe_load(message.split("\n", 1)[1])
     assert "reason" in first_mistake(written, Dataset)
-
-
-def test_second_change_needs_a_reason_of_its_own(seen: FirstSeen) -> None:
-    (first,) = pasted(refusal(seen, AFTER), "unit corrected")
-    message = refusal(seen, LATER, first)
-    # a second list of that name would be a duplicate key
-    assert "at the end of `acknowledged_changes`" in message
-    assert "acknowledged_changes:\n" not in message
-    assert refusal(seen, BEFORE, first) == ""
-
-
-def test_listing_keeps_the_first_digest_and_the_lines_of_removed_logs(
-    seen: FirstSeen, tmp_path: Path
-) -> None:
-    (change,) = pasted(refusal(seen, AFTER), "unit corrected")
     digests = {LOG.as_posix(): AFTER, "data/raw/june/new.csv": AFTER}
     seen.check_and_add(digests, [change.model_dump()])
     lines = (tmp_path / "june.sha256").read_text(encoding="utf-8").splitlines()
     # as `sha256sum -c` reads them
-    assert lines == [
-        f"{BEFORE}  {OTHER}",
-        f"{AFTER}  data/raw/june/new.csv",
-        f"{BEFORE}  {LOG}",
-    ]
+    assert lines == [f"{BEFORE}  {OTHER}", f"{AFTER}  data/raw/june/new.csv", f"{BEFORE}  {LOG}"]
+    # a second change needs a reason of its own; a second list would be a duplicate key
+    message = refusal(seen, LATER, change)
+    assert "at the end of `acknowledged_changes`" in message
+    assert "acknowledged_changes:\n" not in message
+    assert refusal(seen, BEFORE, change) == ""
 
 
 def test_log_of_an_earlier_run_that_is_gone_is_named(seen: FirstSeen) -> None:

@@ -92,8 +92,5 @@ def test_every_row_of_a_binary_log_is_kept_or_refused(lengths: list[int], hole: 
     values = formats.columns(30)
     values["load"][hole] = np.nan
     assert_all_there(formats.as_parquet(values), 30)
-    cut = {
-        name: column[:length]
-        for (name, column), length in zip(values.items(), lengths, strict=True)
-    }
+    cut = {name: values[name][:length] for name, length in zip(values, lengths, strict=True)}
     assert_all_there(formats.tdms(cut), max(lengths))

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 import formats
-from oilfilm.logs.base import Flaw
+from oilfilm.logs.base import Refusal
 
 VALUES = formats.columns(40)
 
@@ -32,7 +32,7 @@ def test_segments_are_runs_with_set_points_in_their_notes(read) -> None:
     lines += formats.lvm_segment(VALUES, formats.UNITS, ".", "inlet_temperature_c: 70")
     reading = read("\n".join(lines))
     assert [run.run_id for run in reading.runs] == ["log:segment1", "log:segment2"]
-    assert [run.nominal.inlet_temperature_c for run in reading.runs] == [25, 70]
+    assert [run.nominal["inlet_temperature_c"] for run in reading.runs] == [25, 70]
     assert reading.runs[1].samples["row"].tolist() == list(range(41, 81))
 
 
@@ -88,7 +88,7 @@ def test_file_cut_in_mid_row_is_flawed_and_keeps_its_good_rows(read) -> None:
 def test_file_cut_at_a_line_end_is_noticed_by_the_announced_samples(read) -> None:
     content = formats.lvm(VALUES)
     (run,) = read(b"".join(content.splitlines(keepends=True)[:-3])).runs
-    assert run.flaw == Flaw("truncated", "the segment announces 40 samples and holds 37")
+    assert run.flaw == Refusal("truncated", "the segment announces 40 samples and holds 37")
 
 
 @pytest.mark.parametrize(

@@ -113,15 +113,6 @@ def test_film_export_as_published_has_its_slopes_and_its_wrong_orders(real_pcs: 
     assert off["measured_film_thickness_um"].between(0.228, 0.252).all()
 
 
-def test_good_row_becomes_a_sample() -> None:
-    (run,) = read(pcs(PCS_ROW)).runs
-    sample = {name: values[0] for name, values in run.samples.items()}
-    assert sample["ball_speed_m_s"] == pytest.approx(0.0225)
-    assert sample["disc_speed_m_s"] == pytest.approx(0.0275)
-    assert sample["traction_force_n"] == 50
-    assert run.kind == "steps"
-
-
 @pytest.mark.parametrize(
     ("old", "new"),
     [

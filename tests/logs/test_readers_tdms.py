@@ -23,45 +23,31 @@ def test_groups_are_runs_with_their_own_set_points_and_rows_counted_through(read
     content = formats.tdms_file(
         [
             RootObject({"oil": "4102"}),
-            GroupObject("cold", {"inlet_temperature_c": 25.0}),
-            *formats.tdms_channels("cold", first),
-            GroupObject("hot", {"inlet_temperature_c": 70}),
-            *formats.tdms_channels("hot", second),
-        ]
-    )
-    reading = read(content)
-    assert [run.run_id for run in reading.runs] == ["log:cold", "log:hot"]
-    assert [run.nominal.inlet_temperature_c for run in reading.runs] == [25, 70]
-    assert reading.runs[1].samples["row"].tolist() == list(range(31, 51))
-    assert reading.rows == 50
-
-
-def test_group_that_is_no_run_is_listed_and_the_others_are_used(read) -> None:
-    content = formats.tdms_file(
-        [
-            RootObject(formats.KEYS),
-            GroupObject("run"),
-            *formats.tdms_channels("run", formats.columns(30)),
+            GroupObject("a\x1b", {"inlet_temperature_c": 25.0}),
+            *formats.tdms_channels("a\x1b", first),
             GroupObject("notes"),
             ChannelObject("notes", "humidity", np.arange(4.0)),
+            GroupObject("a\x07", {"inlet_temperature_c": 70}),
+            *formats.tdms_channels("a\x07", second),
         ]
     )
     reading = read(content)
-    assert [run.run_id for run in reading.runs] == ["log:run"]
+    # names are made printable and stay apart
+    assert [run.run_id for run in reading.runs] == ["log:a?", "log:a?-2"]
+    assert [run.nominal["inlet_temperature_c"] for run in reading.runs] == [25, 70]
+    assert reading.runs[1].samples["row"].tolist() == list(range(35, 55))
+    # a group that is no run is listed
     (refusal,) = reading.refusals
     assert (refusal.rule, refusal.run_id, refusal.refused_rows) == ("columns", "log:notes", 4)
-    assert (refusal.first_row, refusal.last_row) == (31, 34)
+    assert (refusal.first_row, refusal.last_row, reading.rows) == (31, 34, 54)
 
 
 def test_time_follows_from_the_sampling_interval_where_no_channel_has_it(read) -> None:
     clock = {"wf_increment": 0.02, "wf_start_offset": 1.5}
     (run,) = read(without_time(40, 5 * [clock])).runs
     np.testing.assert_allclose(run.samples["time_s"], 1.5 + 0.02 * np.arange(40), rtol=1e-12)
-
-
-def test_channels_with_clocks_of_their_own_give_no_time(read) -> None:
-    clocks = [{"wf_increment": 0.02}, *4 * [{"wf_increment": 0.04}]]
-    (refusal,) = read(without_time(40, clocks)).refusals
+    # channels with clocks of their own give none
+    (refusal,) = read(without_time(40, [clock, *4 * [{"wf_increment": 0.04}]])).refusals
     assert "lacks the columns time" in refusal.reason
 
 
@@ -135,13 +121,3 @@ def test_scalings_without_end_are_refused(read, name: str) -> None:
     (refusal,) = read(formats.tdms_file([RootObject(formats.KEYS), *channels])).refusals
     assert refusal.rule == "damaged_file"
     assert name in refusal.reason
-
-
-def test_group_names_are_made_printable_and_stay_apart(read) -> None:
-    values = formats.columns(3)
-    names = ["a\x1b", "a\x07", "../../etc"]
-    segment = [
-        item for name in names for item in (GroupObject(name), *formats.tdms_channels(name, values))
-    ]
-    runs = read(formats.tdms_file([RootObject(formats.KEYS), *segment])).runs
-    assert [run.run_id for run in runs] == ["log:a?", "log:a?-2", "log:../../etc"]

@@ -1,9 +1,11 @@
 """A table of mu is a log: settled readings without force and time."""
 
-from collections.abc import Callable
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from bad_logs import CONFIG
@@ -20,7 +22,7 @@ MU = traction_coefficient(printed()["4102"], 1.5, 20.0, 70.0, SLIPS)
 # docs/physics.md: W 142 N at 1.5 GPa on the rig of the paper
 LOAD_N = 142.0
 LABELS = "# oil: 4102\n# log_kind: steps\n"
-NAMES = "SRR (%),Mean speed (mm/s),Traction Coeff (-),Load (N),Lube temperature (degC)"
+SPEED, LOAD, CELSIUS = "Mean speed (mm/s)", "Load (N)", "Lube temperature (degC)"
 COLUMNS = {
     "slide_roll_ratio": {"name": "SRR"},
     "entrainment_speed": {"name": "Mean speed"},
@@ -31,40 +33,28 @@ COLUMNS = {
 SETTINGS = CONFIG.with_changes({"campaign": {"columns": COLUMNS}})
 
 
-def table(labels: str = LABELS, names: str = NAMES, cells: str = f"{LOAD_N},70") -> bytes:
-    rows = [f"{100 * s:g},20000,{mu:.6f},{cells}" for s, mu in zip(SLIPS, MU, strict=True)]
-    return (labels + "\n".join([names, *rows, ""])).encode()
-
-
-def without(*places: int) -> Callable[[bytes], bytes]:
-    """The table without some columns."""
-
-    def changed(content: bytes) -> bytes:
-        head, names, rows = content.partition(NAMES.encode())
-        lines = (names + rows).decode().splitlines()
-        kept = [[c for n, c in enumerate(line.split(",")) if n not in places] for line in lines]
-        return head + "\n".join([*map(",".join, kept), ""]).encode()
-
-    return changed
+def table(labels: str = LABELS, without: Sequence[str] = (), **others: Any) -> bytes:
+    """Rows of 4102 at 1.5 GPa, 20 m/s and 70 degC without some columns, with others in front."""
+    mu = {"Traction Coeff (-)": np.round(MU, 6)}
+    every = {"SRR (%)": 100 * SLIPS, SPEED: 20_000, **mu, LOAD: LOAD_N, CELSIUS: 70}
+    rows = pd.DataFrame({**others, **every}, index=range(len(SLIPS))).drop(columns=[*without])
+    return (labels + rows.to_csv(index=False)).encode()
 
 
 @pytest.mark.parametrize(
-    ("labels", "change"),
+    ("labels", "without", "others"),
     [
-        (LABELS, bytes),
-        (f"{LABELS}# load_n: 142\n", without(3)),
-        (f"{LABELS}# max_hertz_pressure_gpa: 1.5\n# inlet_temperature_c: 70\n", without(3, 4)),
-        (f"{LABELS}# entrainment_speed_m_s: 20\n", without(1)),
-        (
-            LABELS,
-            lambda content: content.replace(b"Load (N)", b"Load (GPa)").replace(b"142.0", b"1.5"),
-        ),
+        (LABELS, [], {}),
+        (f"{LABELS}# load_n: 142\n", [LOAD], {}),
+        (f"{LABELS}# load: 1.5 GPa\n# inlet_temperature_c: 70\n", [LOAD, CELSIUS], {}),
+        (f"{LABELS}# entrainment_speed_m_s: 20\n", [SPEED], {}),
+        (LABELS, [LOAD], {"Load (GPa)": 1.5}),
     ],
 )
 def test_table_of_mu_gives_points_with_the_mu_that_it_says(
-    labels: str, change: Callable[[bytes], bytes]
+    labels: str, without: Sequence[str], others: Mapping[str, float]
 ) -> None:
-    verdict = check_logs([("log", change(table(labels)))], SETTINGS)
+    verdict = check_logs([("log", table(labels, without, **others))], SETTINGS)
     assert verdict.quarantine.empty
     points = verdict.points
     assert points["accepted"].all()
@@ -92,8 +82,9 @@ def test_gates_that_need_time_or_a_level_are_listed_as_not_applied(
 ) -> None:
     lay_out(tmp_path)
     log = tmp_path / "mtm.csv"
-    own = "slide_roll_ratio [%],entrainment_speed [mm/s],traction_coefficient,load_n,"
-    log.write_bytes(table(names=f"{own}inlet_temperature_c"))
+    names = "slide_roll_ratio [%],entrainment_speed [mm/s],traction_coefficient,load_n,"
+    rows = table("").decode().partition("\n")[2]
+    log.write_text(f"{LABELS}{names}inlet_temperature_c\n{rows}")
     where = ["--config", str(tmp_path / "config")]
     ((checked),) = printed_objects(capsys, "check", log, *where)
     (run,) = checked["runs"]
@@ -118,10 +109,9 @@ def test_coefficient_is_never_taken_for_a_force_and_names_keep_their_blanks() ->
 
 
 def test_two_names_that_may_be_one_quantity_are_both_shown() -> None:
-    names = NAMES.replace("Traction Coeff (-)", "COF (-),Friction coefficient (-)")
-    rows = table("").decode().replace(NAMES, names).splitlines()
-    lines = [rows[0], *(row.replace(",", ",0.1,", 1) for row in rows[1:]), ""]
-    found = sniff("mtm.csv", "\n".join(lines).encode(), lambda *signals: None)
+    others = {"COF (-)": 0.1, "Friction coefficient (-)": 0.1}
+    content = table("", ["Traction Coeff (-)"], **others)
+    found = sniff("mtm.csv", content, lambda *signals: None)
     assert [name for name, _ in found.guesses["traction_coefficient"]] == [
         "COF (-)",
         "Friction coefficient (-)",

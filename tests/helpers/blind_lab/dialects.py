@@ -16,14 +16,13 @@ NAMES, ENCODINGS, HEADER = (
     for key in ("signals", "encodings", "header")
 )
 
-_RAD_S_PER_RPM = np.pi / 30
-# Unit -> what one SI unit is in it; temperatures apart.
+# Unit -> what one SI unit is in it, of a spindle on a track of 1 m; temperatures apart.
+_SPEEDS = {"rpm": 30 / np.pi, "rad/s": 1.0, "m/s": 1.0, "mm/s": 1e3}
 _PER_SI = {
     "time": {"s": 1.0, "ms": 1e3, "min": 1 / 60},
     "load": {"N": 1.0, "kgf": 1 / 9.80665, "lbf": 1 / 4.4482216152605, "kN": 1e-3},
     "force": {"N": 1.0, "mN": 1e3, "gf": 1e3 / 9.80665, "kgf": 1 / 9.80665},
 }
-_SPEED_UNITS = ("rpm", "rad/s", "m/s", "mm/s")
 _TEMPERATURES = {
     "°C": lambda celsius: celsius,
     "K": lambda celsius: celsius + 273.15,
@@ -56,7 +55,7 @@ def draw_dialect(random: np.random.Generator) -> Dialect:
     language = str(random.choice(list(NAMES)))
     delimiter = str(random.choice([",", ";", "\t", "|"]))
     decimal = "." if delimiter == "," else str(random.choice([".", ","]))
-    speed = str(random.choice(_SPEED_UNITS))
+    speed = str(random.choice(list(_SPEEDS)))
     return Dialect(
         language,
         units={
@@ -97,19 +96,14 @@ def columns_of(
 ) -> dict[str, tuple[str, np.ndarray]]:
     """Signal -> unit and numbers as the logger writes them."""
     columns = {}
+    tracks = {"ball": machine.ball_track, "disc": machine.disc_track}
     for name, values in recording.signals.items():
         unit = dialect.units[name]
         if name == "celsius":
             columns[name] = unit, _TEMPERATURES[unit](values)
-        elif name in ("ball", "disc"):
-            track = machine.ball_track if name == "ball" else machine.disc_track
-            per_si = {
-                "m/s": 1.0,
-                "mm/s": 1e3,
-                "rad/s": 1 / track,
-                "rpm": 1 / track / _RAD_S_PER_RPM,
-            }[unit]
-            columns[name] = unit, values * per_si
+        elif name in tracks:
+            track = tracks[name] if unit in ("rpm", "rad/s") else 1.0
+            columns[name] = unit, values * (_SPEEDS[unit] / track)
         else:
             columns[name] = unit, values * _PER_SI[name][unit]
     return columns

@@ -1,5 +1,6 @@
 """A laboratory's project folder: configuration, sound logs, and one log with each fault."""
 
+import json
 import shutil
 from dataclasses import dataclass, replace
 from itertools import product
@@ -9,7 +10,7 @@ import numpy as np
 import yaml
 
 from blind_lab.bench import Bench, Condition, draw_bench
-from blind_lab.defects import FAULTS, draft, faulty
+from blind_lab.defects import FAULTS, Draft, faulty
 from blind_lab.dialects import HEADER, NAMES, Dialect, draw_dialect, suffix
 from blind_lab.truth import Oil, draw_machine, draw_oil
 
@@ -17,20 +18,9 @@ CAMPAIGN, RIG = "blind", "our-rig"
 _HEAT = {"specific_heat_j_kgk": 2000.0, "thermal_conductivity_w_mk": 0.15}
 # Names of each oil: in the laboratory's own script, and in one that every encoding can write.
 _OILS = (("Turbo 5 alt",), ("Öl B-12", "Oil B-12"), ("合成油 3", "Synthetic 3"))
-_SETTING_KEYS = (
-    "oil",
-    "max_hertz_pressure_gpa",
-    "entrainment_speed_m_s",
-    "inlet_temperature_c",
-)
-_QUANTITIES = {
-    "time": "time",
-    "load": "load",
-    "force": "traction_force",
-    "ball": "ball_speed",
-    "disc": "disc_speed",
-    "celsius": "inlet_temperature",
-}
+_SETTING_KEYS = "oil max_hertz_pressure_gpa entrainment_speed_m_s inlet_temperature_c".split()
+_COLUMNS = "time load traction_force ball_speed disc_speed inlet_temperature".split()
+_QUANTITIES = dict(zip("time load force ball disc celsius".split(), _COLUMNS, strict=True))
 
 
 @dataclass(frozen=True)
@@ -92,7 +82,7 @@ def build(
     for name, oil in oils.items():
         for number, condition in enumerate(product(*(each[:levels] for each in every))):
             dialect = draw_dialect(random)
-            sound = draft(bench.run(oil, Condition(*condition), random), dialect, bench)
+            sound = Draft.sound(bench.run(oil, Condition(*condition), random), dialect, bench)
             about = Filed("", name, rows=len(sound.recording))
             file(sound.bytes(), dialect, f"{name}_{number:03}", about)
     for number, (kind, fault) in enumerate(FAULTS.items() if faults else ()):
@@ -168,13 +158,5 @@ def _write_config(project: Path, config: Path, bench: Bench, oils: dict[str, Oil
 
 
 def _write(path: Path, values: dict) -> None:
-    path.write_text(yaml.safe_dump(_plain(values), allow_unicode=True), encoding="utf-8")
-
-
-def _plain(value: object) -> object:
-    """NumPy's numbers as Python's."""
-    if isinstance(value, dict):
-        return {key: _plain(each) for key, each in value.items()}
-    if isinstance(value, list):
-        return [_plain(each) for each in value]
-    return value.item() if isinstance(value, np.generic) else value
+    # JSON is YAML; NumPy's numbers as Python's
+    path.write_text(json.dumps(values, default=np.generic.item), encoding="utf-8")

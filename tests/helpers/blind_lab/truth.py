@@ -32,19 +32,6 @@ class Machine:
         """Maximum Hertz pressure in Pa of a load in N."""
         return np.cbrt(6 * load * self.plane_strain_modulus**2 / self.ball_radius**2) / math.pi
 
-    def film(self, oil: "Oil", pressure: float, speed: float, celsius: float) -> float:
-        """Isothermal minimum film in m (Hamrock and Dowson 1977)."""
-        modulus, radius = 2 * self.plane_strain_modulus, self.ball_radius
-        viscosity, alpha = oil.viscosity(celsius), oil.alpha(celsius)
-        return (
-            3.63
-            * radius
-            * (viscosity * speed / (modulus * radius)) ** 0.68
-            * (alpha * modulus) ** 0.49
-            * (self.load(pressure) / (modulus * radius**2)) ** -0.073
-            * (1 - math.exp(-0.68))
-        )
-
 
 @dataclass(frozen=True)
 class Oil:
@@ -67,17 +54,6 @@ class Oil:
         at_40, at_100 = (math.log10(math.log10(v + 0.7)) for v in (self.cst_40, self.cst_100))
         slope = (at_40 - at_100) / (math.log10(373.15) - math.log10(313.15))
         return at_100 + slope * math.log10(373.15), slope
-
-    def viscosity(self, celsius: float) -> float:
-        """Dynamic viscosity in Pa s."""
-        intercept, slope = self.astm_d341
-        cst = 10 ** (10 ** (intercept - slope * math.log10(celsius + 273.15))) - 0.7
-        return cst * 1e-6 * self.density
-
-    def alpha(self, celsius: float) -> float:
-        """Pressure-viscosity coefficient in 1/Pa, of the form that MIL-L-23699 follows."""
-        viscosity = self.viscosity(celsius)
-        return math.exp(1.15607 * math.log(viscosity) - 17.496) / viscosity
 
     def traction(self, pressure_gpa: Array, speed: Array, celsius: Array, slip: Array) -> Array:
         """Traction coefficient; odd in the slip."""

@@ -287,9 +287,6 @@ def _columns(found: Findings) -> Iterator[Line]:
 
 
 def _semantics(found: Findings) -> Iterator[Line]:
-    whys = {"slower_body": "the slip of the logs shows it"}
-    whys |= {"traction_sign": "the force falls where the slip rises"}
-    yield from ((key, value, f"guess: {whys[key]}") for key, value in found.semantics.items())
     if found.zeros:
         ((source, count),) = found.zeros.most_common(1)
         total = found.zeros.total()

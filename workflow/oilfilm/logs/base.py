@@ -8,8 +8,7 @@ from typing import Any, Self
 import numpy as np
 import numpy.typing as npt
 
-from oilfilm import tables
-from oilfilm.units import ABSOLUTE_ZERO_C, Conversion, FloatArray
+from oilfilm.units import ABSOLUTE_ZERO_C
 
 # Columns of the table of samples but for `run_id`: name -> array over the rows of one run.
 Columns = dict[str, npt.NDArray[Any]]
@@ -28,17 +27,16 @@ MOST_ROWS, MOST_FOLDED = 4_500_000, 250
 _LARGEST_BY_LINE = 1 << 26
 
 
-@dataclass(frozen=True)
-class Nominal:
-    """Set points of a run; None where the log and the campaign do not say."""
-
-    max_hertz_pressure_gpa: float | None = None
-    load_n: float | None = None
-    entrainment_speed_m_s: float | None = None
-    inlet_temperature_c: float | None = None
-
-
-SET_POINTS = tuple(Nominal.__dataclass_fields__)
+# Set points of a run that its log or the campaign states, by key.
+Nominal = Mapping[str, float]
+# Set point -> its quantity, as keys name it, and its unit.
+SET_POINT_UNITS = {
+    "max_hertz_pressure_gpa": ("max_hertz_pressure", "GPa"),
+    "load_n": ("load", "N"),
+    "entrainment_speed_m_s": ("entrainment_speed", "m/s"),
+    "inlet_temperature_c": ("inlet_temperature", "degC"),
+}
+SET_POINTS = tuple(SET_POINT_UNITS)
 LOADS = frozenset({"max_hertz_pressure_gpa", "load_n"})
 # No contact of steel or ceramic bears more: 900 is in MPa.
 HARDEST_GPA = 10.0
@@ -51,7 +49,7 @@ class Refusal:
     Attributes:
         rule: Name of the rule or gate.
         reason: The sentence: what was found and what was expected.
-        advice: What to do about it.
+        advice: What to do about it; empty for a run, whose rule has its advice.
         run_id: The run; empty where it is the file.
         first_row: First data row concerned, counted from 1; 0 where no row is meant.
         last_row: Last data row concerned.
@@ -60,7 +58,7 @@ class Refusal:
 
     rule: str
     reason: str
-    advice: str
+    advice: str = ""
     run_id: str = ""
     first_row: int = 0
     last_row: int = 0
@@ -74,6 +72,25 @@ class Refusal:
         )
 
 
+class UnreadableLogError(Exception):
+    """A file of which nothing can be used; `rows` counts what may be its rows."""
+
+    def __init__(self, reason: str, advice: str = "", rows: int = 0, rule: str = "columns") -> None:
+        super().__init__(reason)
+        self.refusal = Refusal(rule, reason, advice)
+        self.rows = rows
+
+    @classmethod
+    def of(cls, problem: Refusal) -> Self:
+        """The error that a refusal ends in."""
+        return cls(problem.reason, problem.advice, rule=problem.rule)
+
+
+def too_large(reason: str) -> UnreadableLogError:
+    """The refusal of a log that was made to fill the memory, or holds too much for one."""
+    return UnreadableLogError(reason, "Begin a file for each run.", rule="too_large")
+
+
 def check_rows(rows: int) -> None:
     """Refuse a table that is larger than any log, before it is read.
 
@@ -81,10 +98,7 @@ def check_rows(rows: int) -> None:
         UnreadableLogError: It is.
     """
     if rows > MOST_ROWS:
-        reason = f"the log has {rows} rows, more than {MOST_ROWS}"
-        raise UnreadableLogError(
-            reason, "Let the logger begin a file for each run.", 0, "too_large"
-        )
+        raise too_large(f"the log has {rows} rows, more than {MOST_ROWS}")
 
 
 def check_lines(content: bytes) -> None:
@@ -94,17 +108,7 @@ def check_lines(content: bytes) -> None:
         UnreadableLogError: It is.
     """
     if len(content) > _LARGEST_BY_LINE:
-        reason = f"a text of this format is read up to {_LARGEST_BY_LINE >> 20} MiB"
-        raise UnreadableLogError(reason, "Export it in parts, or as csv or tdms.", 0, "too_large")
-
-
-class UnreadableLogError(Exception):
-    """A file of which nothing can be used; `rows` counts what may be its rows."""
-
-    def __init__(self, reason: str, advice: str = "", rows: int = 0, rule: str = "columns") -> None:
-        super().__init__(reason)
-        self.refusal = Refusal(rule, reason, advice)
-        self.rows = rows
+        raise too_large(f"a text of this format is read up to {_LARGEST_BY_LINE >> 20} MiB")
 
 
 @dataclass(frozen=True)
@@ -126,23 +130,10 @@ class LogColumn:
     logged_unit: str
     quantity: str
     unit: str
-    minimum: float = np.nan
-    maximum: float = np.nan
-    count: int = 0
-    missing: int = 0
-
-    @classmethod
-    def of(
-        cls, name: str, logged_unit: str, quantity: str, to: Conversion, logged: FloatArray
-    ) -> Self:
-        """A column with the range of its numbers, given as logged, NaN where a cell holds none."""
-        # extremes first: a number that is not finite is, or hides, one of them
-        finite = len(logged) > 0 and np.isfinite(logged.min() + logged.max())
-        known = logged if finite else logged[np.isfinite(logged)]
-        ends = to.of(np.array([known.min(), known.max()] if len(known) else [np.nan, np.nan]))
-        least, most = map(float, np.sort(ends))
-        missing = len(logged) - len(known)
-        return cls(name, logged_unit, quantity, to.unit, least, most, len(known), missing)
+    minimum: float
+    maximum: float
+    count: int
+    missing: int
 
 
 @dataclass(frozen=True)
@@ -168,14 +159,6 @@ NOTHING_UNDERSTOOD = Understood()
 
 
 @dataclass(frozen=True)
-class Flaw:
-    """Why a run cannot be used although its rows can be read: rule and sentence."""
-
-    rule: str
-    reason: str
-
-
-@dataclass(frozen=True)
 class LoggedRun:
     """One test run out of a raw file.
 
@@ -190,7 +173,7 @@ class LoggedRun:
     kind: str
     nominal: Nominal
     samples: Columns
-    flaw: Flaw | None = None
+    flaw: Refusal | None = None
     label: str = ""
     understood: Understood = NOTHING_UNDERSTOOD
 
@@ -236,14 +219,6 @@ class Reading:
     unpacked_sha256: str = ""
 
 
-def samples_of_run(row: IndexArray, **given: FloatArray) -> Columns:
-    """Samples of one run; columns that are not given are empty."""
-    names = [name for name in tables.columns("samples") if name not in ("run_id", "row")]
-    # a column of one number that takes no memory
-    nothing = np.broadcast_to(np.nan, len(row))
-    return {"row": row, **dict.fromkeys(names, nothing), **given}
-
-
 def refused_ranges(
     run_id: str, rows: IndexArray, rule: str, problem: str, advice: str
 ) -> list[Refusal]:
@@ -272,7 +247,7 @@ def decimal_number(text: str) -> float:
 
 def set_point(name: str, text: str) -> float | None:
     """The set point that a text gives, with a decimal point or comma; None where it gives none."""
-    least, most = set_point_range(name)
+    least, most = _range(name)
     try:
         value = decimal_number(text)
     except ValueError:
@@ -280,8 +255,14 @@ def set_point(name: str, text: str) -> float | None:
     return value if least < value < most else None
 
 
-def set_point_range(name: str) -> tuple[float, float]:
-    """The limits between which a set point is."""
+def expected_set_point(name: str) -> str:
+    """What a set point must be, for a message."""
+    least, most = _range(name)
+    unit = SET_POINT_UNITS[name][1] + (", not MPa" if most == HARDEST_GPA else "")
+    return f"a number above {least:g}, below {most:g} (in {unit})"
+
+
+def _range(name: str) -> tuple[float, float]:
     least = ABSOLUTE_ZERO_C if name == "inlet_temperature_c" else 0.0
     return least, HARDEST_GPA if name == "max_hertz_pressure_gpa" else LARGEST_READING
 

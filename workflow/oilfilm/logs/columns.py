@@ -9,6 +9,7 @@ Decides: which rows are refused for their cells.
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -17,7 +18,7 @@ import numpy.typing as npt
 from oilfilm.errors import printable
 from oilfilm.logs import base
 from oilfilm.logs.log_kind import Column, ContinuousLog, LogKind, Vocabulary
-from oilfilm.logs.run_sheet import SheetOfLog
+from oilfilm.logs.run_sheet import Labels, RunSheet
 from oilfilm.logs.text_rows import DAY
 from oilfilm.settings.resolved import Settings
 from oilfilm.units import ABSOLUTE_ZERO_C, BoolArray, FloatArray
@@ -47,9 +48,8 @@ class LoggedTable:
         units: Unit beside each name; empty where none.
         values: Gives the columns at some places, one number per row, NaN where a cell holds none.
         rows: How many rows there are, good and bad.
-        part: Name of the run in its file; empty where a file of the format is one run.
-        alone: Whether its run has the name of the file all the same.
-        vocabulary: What the names mean, where the format itself says it.
+        part: Name of the run in its file; empty where the file is one run.
+        columns: The columns that make a run, where the format itself says it.
         flaw: Why the run cannot be used, if so.
         problem: Why nothing of it can be used, if so.
         clocks: Start, increment and unit of the time of columns that were sampled evenly, by their
@@ -65,9 +65,8 @@ class LoggedTable:
     values: Callable[[Sequence[int]], Sequence[Values]]
     rows: int
     part: str = ""
-    alone: bool = False
-    vocabulary: Vocabulary | None = None
-    flaw: base.Flaw | None = None
+    columns: Sequence[Column] = ()
+    flaw: base.Refusal | None = None
     problem: base.Refusal | None = None
     clocks: Mapping[int, tuple[float, float, str]] = field(default_factory=dict)
     cut: int = 0
@@ -80,64 +79,60 @@ Found = tuple[base.TextForm, Iterable[LoggedTable]]
 
 
 def read_tables(
-    found: Found, file: str, settings: Settings, kind: LogKind, sheet: SheetOfLog
+    found: Found, file: str, settings: Settings, kind: LogKind, sheet: RunSheet
 ) -> base.Reading:
     """The runs that the tables of a file make, and what had to be refused of them."""
-    form, tables = found
+    form, tables = found[0], [*found[1]]
+    read_as = f"; read as {form.encoding}" if form.encoding not in ("", "ascii") else ""
     rows = 0
     runs: list[base.LoggedRun] = []
     refusals: list[base.Refusal] = []
     for table in tables:
-        run_id = file if table.alone or not table.part else f"{file}:{table.part}"
+        labels = sheet.labels(file, table.part, table.keys, settings)
         try:
-            mark = form.decimal_mark if form.delimiter != "comma" else ""
-            run, refused = _read_table(table, run_id, rows + 1, settings, kind, sheet, mark)
-        except ValueError as error:
-            read_as = f"; read as {form.encoding}" if form.encoding not in ("", "ascii") else ""
-            advice = kind.vocabulary.advice
-            problem = base.Refusal("columns", f"{error}{read_as}", advice)
-            run, refused = None, [_whole(problem, table, run_id, rows + 1)]
+            run, refused = _read_table(table, labels, rows + 1, form, settings, kind)
+            runs.append(run)
+        except (ValueError, base.UnreadableLogError) as error:
+            problem = base.Refusal("columns", f"{error}{read_as}", kind.vocabulary.advice)
+            problem = labels.whole(getattr(error, "refusal", problem))
+            run_id = labels.run_id if table.part else ""
+            refused = [problem.of_rows(run_id, rows + 1, rows + table.rows)]
         rows += table.rows
-        runs += [run] if run is not None else []
-        refusals += refused
+        refusals += [*refused, *labels.remarks]
+    refusals += sheet.strays(file, [table.part for table in tables if table.part])
     return base.Reading(rows, runs, refusals, form)
-
-
-def _whole(problem: base.Refusal, table: LoggedTable, run_id: str, first_row: int) -> base.Refusal:
-    """The refusal of all rows of a table."""
-    return problem.of_rows(run_id if table.part else "", first_row, first_row + table.rows - 1)
 
 
 def _read_table(
     table: LoggedTable,
-    run_id: str,
+    labels: Labels,
     first_row: int,
+    form: base.TextForm,
     settings: Settings,
     kind: LogKind,
-    sheet: SheetOfLog,
-    mark: str,
-) -> tuple[base.LoggedRun | None, list[base.Refusal]]:
-    """The run of a table and its refusals; `mark` is the decimal mark in a word, if in doubt.
+) -> tuple[base.LoggedRun, list[base.Refusal]]:
+    """The run of a table and the refusals of its rows.
 
     Raises:
         ValueError: Its columns cannot be understood.
+        UnreadableLogError: Nothing of it can be used for another reason.
     """
     if table.problem:
-        return None, [_whole(table.problem, table, run_id, first_row)]
-    vocabulary = table.vocabulary or kind.vocabulary_of(settings.campaign)
+        raise base.UnreadableLogError.of(table.problem)
+    vocabulary = kind.vocabulary_of(settings.campaign)
     table = _with_time(table, vocabulary)
-    labels = sheet.labels(run_id, table.keys, settings, table.part)
     spared = kind.spared(labels.keys, settings)
-    columns = vocabulary.columns(table.names, table.units, spared)
-    if problem := labels.problem or kind.header_problem(labels.keys, columns, settings):
-        return None, [_whole(problem, table, run_id, first_row), *labels.remarks]
-    used, logged = _numbers(table, columns)
-    values, good = _converted(used, logged)
+    columns = table.columns or vocabulary.columns(table.names, table.units, spared)
+    problems = chain([labels.problem], kind.header_problems(labels.keys, columns, settings))
+    if problem := next(filter(None, problems), None):
+        raise base.UnreadableLogError.of(problem)
+    logged = _numbers(table, columns)
+    values, good = _converted(logged)
     rows = np.arange(first_row, first_row + table.rows)
     # a last row without a line end is refused as such
     whole = slice(table.rows - bool(table.cut))
     refusals = [
-        _unreadable(table, logged, first, last, first - first_row)
+        _unreadable(table, [*logged.values()], first, last, first - first_row)
         for first, last in base.as_ranges(rows[whole][~good[whole]])
     ]
     flaw = table.flaw
@@ -149,30 +144,24 @@ def _read_table(
         good &= ~table.broken
     if table.cut:
         good[-1] = False
-        refusal, truncated = _cut_row(table, int(rows[-1]))
-        refusals.append(refusal)
-        flaw = flaw or truncated
-    refusals = [replace(refusal, run_id=run_id) for refusal in refusals]
+        refusals.append(_cut_row(table, int(rows[-1])))
+        if refusals[-1].rule == "cut_row":
+            flaw = flaw or replace(refusals[-1], rule="truncated")
+    refusals = [replace(refusal, run_id=labels.run_id) for refusal in refusals]
     if not good.all():
         rows = rows[good]
         values = {quantity: numbers[good] for quantity, numbers in values.items()}
     if "time" in values and labels.keys.get("log_kind") != "steps":
         flaw = flaw or _rate_change(values["time"], rows)
-    flaw = flaw or _two_decimal_marks(table, refusals, mark)
-    places = {column.index for column in used}
-    understood = base.Understood(
-        [
-            base.LogColumn.of(column.name, column.logged_unit, column.quantity, column.to, numbers)
-            for column, numbers in zip(used, logged, strict=True)
-        ],
-        [name for index, name in enumerate(table.names) if index not in places],
-        labels.sources,
-        _named(table),
-        _stated(labels.keys),
-    )
+    flaw = flaw or _two_decimal_marks(table, refusals, form)
+    places = {column.index for column in logged}
+    unused = [name for index, name in enumerate(table.names) if index not in places]
+    read = [column.read(numbers) for column, numbers in logged.items()]
+    said = labels.sources, _named(table), _stated(labels.keys)
+    understood = base.Understood(read, unused, *said)
     flaw = labels.excluded or flaw
-    log = ContinuousLog(run_id, labels.keys, used, rows, values, flaw, understood)
-    return kind.run(log, settings), [*refusals, *labels.remarks]
+    log = ContinuousLog(labels.run_id, labels.keys, [*logged], rows, values, flaw, understood)
+    return kind.run(log, settings), refusals
 
 
 def _named(table: LoggedTable) -> str:
@@ -184,12 +173,8 @@ def _named(table: LoggedTable) -> str:
 def _stated(keys: Mapping[str, str]) -> str:
     """What header and run sheet say beside oil, rig and set points; of a time stamp the day."""
     said = {key: DAY.match(text) or [text] for key, text in sorted(keys.items()) if text}
-    parts = (
-        f"{key[:40]}={text[0][:60]}".replace(";", ",")
-        for key, text in said.items()
-        if key not in _OF_RUNS
-    )
-    return printable("; ".join(list(parts)[:_MOST_STATED]))
+    kept = [f"{key[:40]}={text[0][:60]}" for key, text in said.items() if key not in _OF_RUNS]
+    return printable("; ".join(each.replace(";", ",") for each in kept[:_MOST_STATED]))
 
 
 def _unreadable(
@@ -204,8 +189,8 @@ def _unreadable(
     return base.Refusal("unreadable_row", reason, ROWS_ADVICE).of_rows("", first, last)
 
 
-def _cut_row(table: LoggedTable, row: int) -> tuple[base.Refusal, base.Flaw | None]:
-    """The refusal of a last row without a line end; and why the run cannot be used, if so."""
+def _cut_row(table: LoggedTable, row: int) -> base.Refusal:
+    """The refusal of a last row without a line end."""
     seen = table.show(table.rows - 1) if table.show else ""
     rule, good = "cut_row", f"(its last good row is {row - 1})"
     if zeros := seen.count("\0"):
@@ -217,11 +202,10 @@ def _cut_row(table: LoggedTable, row: int) -> tuple[base.Refusal, base.Flaw | No
     else:
         reason = f"row {row}, the last, has no line end, so that its last number may be cut"
         rule, advice = "unterminated_row", "End the file with a line end."
-    refusal = base.Refusal(rule, reason, advice).of_rows("", row, row)
-    return refusal, base.Flaw("truncated", reason) if rule == "cut_row" else None
+    return base.Refusal(rule, reason, advice).of_rows("", row, row)
 
 
-def _rate_change(time: FloatArray, rows: base.IndexArray) -> base.Flaw | None:
+def _rate_change(time: FloatArray, rows: base.IndexArray) -> base.Refusal | None:
     """Whether rows come at another interval from some row on: levels are found at one interval."""
     count = (len(time) - 1) // _ROWS_OF_RATE
     steps = np.diff(time)[: count * _ROWS_OF_RATE].reshape(count, _ROWS_OF_RATE)
@@ -233,7 +217,7 @@ def _rate_change(time: FloatArray, rows: base.IndexArray) -> base.Flaw | None:
     if other.sum() < _BLOCKS_OF_RATE:
         return None
     first = int(np.argmax(other))
-    return base.Flaw(
+    return base.Refusal(
         "sampling_rate",
         f"rows come every {usual[0]:.3g} s at first and every {usual[first]:.3g} s from about row "
         f"{rows[first * _ROWS_OF_RATE]} on; expected one sampling rate",
@@ -241,16 +225,18 @@ def _rate_change(time: FloatArray, rows: base.IndexArray) -> base.Flaw | None:
 
 
 def _two_decimal_marks(
-    table: LoggedTable, refusals: Sequence[base.Refusal], mark: str
-) -> base.Flaw | None:
+    table: LoggedTable, refusals: Sequence[base.Refusal], form: base.TextForm
+) -> base.Refusal | None:
     """Whether many rows are refused because they have the other decimal mark."""
-    other = {"comma": r"\d\.\d", "point": r"\d,\d"}.get(mark)
-    if other is None or table.show is None:
+    mark = form.decimal_mark
+    if form.delimiter in ("", "comma") or table.show is None:
         return None
+    other = r"\d\.\d" if mark == "comma" else r"\d,\d"
     having = [each for each in refusals if re.search(other, each.reason.partition("reads")[2])]
     if not having or sum(each.refused_rows for each in having) < table.rows * _MANY_ROWS:
         return None
-    return base.Flaw("decimal_marks", f"{having[0].reason}; most other rows have a decimal {mark}")
+    reason = f"{having[0].reason}; most other rows have a decimal {mark}"
+    return base.Refusal("decimal_marks", reason)
 
 
 def _with_time(table: LoggedTable, vocabulary: Vocabulary) -> LoggedTable:
@@ -271,53 +257,51 @@ def _with_time(table: LoggedTable, vocabulary: Vocabulary) -> LoggedTable:
     return replace(table, names=names, units=units, values=values)
 
 
-def _numbers(
-    table: LoggedTable, columns: Sequence[Column]
-) -> tuple[list[Column], list[FloatArray]]:
+def _numbers(table: LoggedTable, columns: Sequence[Column]) -> dict[Column, FloatArray]:
     """The columns with their numbers as logged, without spare ones that hold none.
 
     Raises:
         ValueError: A column holds something else.
     """
-    kept, logged = [], []
-    values = table.values([column.index for column in columns])
-    for column, numbers in zip(columns, values, strict=True):
-        if numbers.dtype.kind in "iuf":
-            kept.append(column)
-            logged.append(numbers.astype(np.float64, copy=False))
-        elif not column.spare:
+    values = zip(columns, table.values([column.index for column in columns]), strict=True)
+    logged = {c: n.astype(np.float64, copy=False) for c, n in values if n.dtype.kind in "iuf"}
+    for column in columns:
+        if column not in logged and not column.spare:
             raise ValueError(f"the column {column.name[:60]!r} does not hold numbers")
-    return kept, logged
+    return logged
 
 
 def _converted(
-    columns: Sequence[Column], logged: Sequence[FloatArray]
+    logged: Mapping[Column, FloatArray],
 ) -> tuple[dict[str, FloatArray], BoolArray]:
-    """Logged numbers in the units of `columns`, by quantity, and which rows can be used.
+    """Numbers in the units of the columns, by quantity, and which rows can be used.
 
     A row can be used where every number but the spare ones is finite and below what any rig
     measures.
     """
-    good = np.logical_and.reduce(
-        [
-            np.abs(numbers) < (_LARGEST_TIME if column.quantity == "time" else base.LARGEST_READING)
-            for column, numbers in zip(columns, logged, strict=True)
-            if not column.spare
-        ]
-    )
+    limits = {column: base.LARGEST_READING for column in logged if not column.spare}
+    limits |= {column: _LARGEST_TIME for column in limits if column.quantity == "time"}
+    good = np.logical_and.reduce([np.abs(logged[each]) < most for each, most in limits.items()])
     all_good = bool(good.all())
     values = {
         column.quantity: column.to.of(numbers if all_good else np.where(good, numbers, np.nan))
-        for column, numbers in zip(columns, logged, strict=True)
+        for column, numbers in logged.items()
     }
-    for column in columns:
+    for column in logged:
         quantity, numbers = column.quantity, values[column.quantity]
         if column.to.unit == "GPa":
             good = good & ~(np.abs(numbers) > base.HARDEST_GPA)
         if quantity.endswith("temperature"):
-            absurd = (numbers <= ABSOLUTE_ZERO_C) | (numbers >= _HOTTEST_C)
-            good = good & ~absurd
+            good = good & ~((numbers <= ABSOLUTE_ZERO_C) | (numbers >= _HOTTEST_C))
     return values, good
+
+
+def seconds(values: Values) -> Values:
+    """Instants as seconds since the first, durations as seconds; numbers as they are."""
+    if values.dtype.kind not in "mM":
+        return values
+    start = values[0] if values.dtype.kind == "M" and len(values) else 0
+    return (values - start) / np.timedelta64(1, "s")
 
 
 def header_text(value: object) -> str:

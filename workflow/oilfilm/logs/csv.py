@@ -9,24 +9,16 @@ Decides: how the layout of a text log is found.
 import csv
 import re
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence, Set
 from contextlib import suppress
 from dataclasses import dataclass
 from itertools import zip_longest
 
+from oilfilm.logs import text_rows
 from oilfilm.logs.base import TextForm, UnreadableLogError, check_rows
 from oilfilm.logs.columns import Found, LoggedTable
 from oilfilm.logs.header import FULL_WIDTH
 from oilfilm.logs.log_kind import Vocabulary
-from oilfilm.logs.text_rows import (
-    HEAD_SEARCHED,
-    TextTable,
-    count_rows,
-    encodings_of,
-    is_date,
-    is_stamp,
-    normalise,
-)
 from oilfilm.settings.base import plain_key
 
 _BLANKS = " "
@@ -71,48 +63,42 @@ _JUDGED, _ODD_SHARE = 1000, 0.02
 
 def recognises(head: bytes) -> bool:
     """True for any text."""
-    first = normalise(head).decode("utf-8", "replace").lstrip("\ufeff \n")[:_JUDGED]
+    first = text_rows.normalise(head).decode("utf-8", "replace").lstrip("\ufeff \n")[:_JUDGED]
     odd = sum(not (letter.isprintable() or letter.isspace()) for letter in first)
     return bool(first) and "\0" not in first[:200] and odd <= _ODD_SHARE * len(first)
 
 
 def tables(content: bytes, vocabulary: Vocabulary) -> Found:
     """See `Reader.tables`."""
-    encoding = encodings_of(content)[0]
-    text = normalise(content, encoding)
-    rows = max(count_rows(text) - 1, 0)  # one of the lines may be that of the names
+    encoding = text_rows.encoding_of(content)
+    text = text_rows.normalise(content, encoding)
+    rows = max(text_rows.count_rows(text) - 1, 0)  # one of the lines may be that of the names
     check_rows(rows)
     try:
         head = _find_head(text, vocabulary)
         rows += 1
         _refuse_row_above_names(head)
-        lines = text[:HEAD_SEARCHED].split(b"\n", head.start)[: head.start]
+        lines = text[: text_rows.HEAD_SEARCHED].split(b"\n", head.start)[: head.start]
         start = sum(map(len, lines)) + head.start
         body = text
         # asked first, because replacing what is not there takes longer than reading the log
         if text.find(b"\n#", max(start - 1, 0)) >= 0:
             body = _COMMENT_LINES.sub(lambda line: _row_or_nothing(line[0], head), text[start:])
             start = 0
-        rows = count_rows(body, start)
+        rows = text_rows.count_rows(body, start)
         known = vocabulary.meanings(head.names, head.units)
         stamps = _stamps(head, known)
     except ValueError as error:
         read_as = "" if encoding == "ascii" else f"; read as {encoding}"
         raise UnreadableLogError(f"{error}{read_as}", vocabulary.advice, rows) from error
     body, delimiter, start = _plain_cells(body, head, start)
-    decimal_mark, group_mark = _marks(
-        head, delimiter, [place for place in known if place not in stamps]
+    decimal_mark, group_mark = _marks(head, delimiter, known.keys() - stamps)
+    table = text_rows.TextTable(
+        body, len(head.names), delimiter, decimal_mark, group_mark, stamps, start
     )
-    table = TextTable(body, len(head.names), delimiter, decimal_mark, group_mark, stamps, start)
-    logged = LoggedTable(
-        _header_keys(head.header, head.delimiter),
-        head.names,
-        head.units,
-        table.numbers,
-        table.rows,
-        cut=table.cut,
-        show=table.show,
-    )
+    keys = _header_keys(head.header, head.delimiter)
+    columns = head.names, head.units, table.numbers, table.rows
+    logged = LoggedTable(keys, *columns, cut=table.cut, show=table.show)
     return TextForm.of(encoding, head.delimiter, decimal_mark), [logged]
 
 
@@ -122,7 +108,7 @@ def _find_head(text: bytes, vocabulary: Vocabulary) -> _Head:
     Raises:
         ValueError: No line names columns.
     """
-    first = text[:HEAD_SEARCHED].decode("utf-8", "replace")
+    first = text[: text_rows.HEAD_SEARCHED].decode("utf-8", "replace")
     # asked first: most logs are ASCII, and each run pays for it
     first = first if first.isascii() else first.translate(FULL_WIDTH)
     lines = first.split("\n", _LINES_SEARCHED)[:_LINES_SEARCHED]
@@ -154,11 +140,8 @@ def _is_row(line: str, delimiter: str, width: int) -> bool:
     """
     cells = _split(line, delimiter)
     numbers = sum(cell.startswith("#") or _is_number(cell) for cell in cells)
-    return (
-        _SPREADSHEET_ERROR.fullmatch(cells[0]) is not None
-        or numbers > width / 2
-        or (delimiter != _BLANKS and len(cells) == width)
-    )
+    as_wide = delimiter != _BLANKS and len(cells) == width
+    return as_wide or numbers > width / 2 or _SPREADSHEET_ERROR.fullmatch(cells[0]) is not None
 
 
 def _row_or_nothing(line: bytes, head: _Head) -> bytes:
@@ -168,17 +151,12 @@ def _row_or_nothing(line: bytes, head: _Head) -> bytes:
 
 
 def _refuse_row_above_names(head: _Head) -> None:
-    """Raise if a row is above the line of names: it would be lost as a header line.
-
-    A line that only counts the columns is none.
-    """
+    """Raise if a row is above the line of names: it would be lost as a header line."""
     form = [_is_number(cell) for cell in head.rows[0]] if head.rows else []
-    for number, line in enumerate(head.header, start=1):
+    for number, line in enumerate(head.header if sum(form) >= _NUMBERS_OF_ROW else (), start=1):
         cells = _split(line, head.delimiter)
-        counted = {tuple(map(str, range(first, first + len(cells)))) for first in (0, 1)}
         numbers = [_is_number(cell) or cell.startswith("#") for cell in cells]
-        like_a_row = sum(form) >= _NUMBERS_OF_ROW and numbers == form
-        if like_a_row and tuple(cells) not in counted:
+        if numbers == form:
             raise ValueError(
                 f"line {number} reads {line[:_LONGEST]!r}, which looks like a row, but is "
                 "above the line of names; put the names above all rows"
@@ -202,36 +180,30 @@ def _line_of_names(lines: Sequence[str], vocabulary: Vocabulary) -> tuple[int, s
                         best, found = known(names), (number, delimiter, names)
         if found is not None:
             return found
-    unequal = ""
+    hint = ""
     for number, line in enumerate(lines):
         width = _width_of_rows(lines[number + 1 : number + 1 + _ROWS_SEARCHED])
-        if width < _FEWEST_COLUMNS:
-            continue
-        named = [*_blank_parted(line.lstrip("# \t"), vocabulary)]
-        for names in named:
-            if len(names) == width and known(names) >= 2:
-                return number, _BLANKS, names
-        if known(named[-1]) >= 2:
-            unequal = (
-                f"blanks part the columns, but the names {line.strip()[:120]!r} are "
-                f"{len(named[-1])} words and the rows have {width} cells: write names without "
-                "blanks, or part the columns by tabs or semicolons"
-            )
+        for names in _blank_parted(line, vocabulary) if width >= _FEWEST_COLUMNS else ():
+            if known(names) >= 2:
+                if len(names) == width:
+                    return number, _BLANKS, names
+                hint = f": blanks part {width} columns, but {len(names)} names; write these without"
     first = next((line for line in lines if line.strip() and line.lstrip()[0] != "#"), "")
     seen = f"; its first line is {first[:120]!r}" if first else ""
-    raise ValueError(unequal or f"no line names columns of a {vocabulary.name} log{seen}")
+    raise ValueError(f"no line names columns of a {vocabulary.name} log{hint or seen}")
 
 
 def _width_of_rows(lines: Sequence[str]) -> int:
     """How many cells most rows of numbers have that blanks part; 0 where there are none."""
     rows = [line.split() for line in lines if line.strip()]
-    holds_data = (_is_number, is_stamp, is_date)
+    holds_data = (_is_number, text_rows.is_stamp, text_rows.is_date)
     counts = Counter(len(row) for row in rows if any(holds(row[0]) for holds in holds_data))
     return counts.most_common(1)[0][0] if counts else 0
 
 
 def _blank_parted(line: str, vocabulary: Vocabulary) -> Iterator[list[str]]:
     """Names that blanks part: each word one, by two at least, or by one and known as a whole."""
+    line = line.lstrip("# \t")
     yield line.split()
     yield [name for name in re.split(r"\s{2,}|\t", line.strip()) if name]
     words, names = line.split(), []
@@ -254,17 +226,6 @@ def _split(line: str, delimiter: str) -> list[str]:
     return [cell.strip() for cell in cells]
 
 
-def may_be_table(content: bytes) -> bool:
-    """Whether some line near the top of a text is a row of numbers for the most part."""
-    text = normalise(content[:HEAD_SEARCHED]).decode("utf-8", "replace")
-    return any(
-        _FEWEST_COLUMNS <= numbers and len(cells) <= 2 * numbers
-        for line in text.split("\n", _LINES_SEARCHED)[:_LINES_SEARCHED]
-        for delimiter in (*_DELIMITERS, _BLANKS)
-        if (numbers := sum(map(_is_number, cells := _split(line.lstrip("# \t"), delimiter))))
-    )
-
-
 def _plain_cells(body: bytes, head: _Head, start: int) -> tuple[bytes, str, int]:
     """The rows with one mark between cells that no cell holds, that mark, and where they start."""
     plain = not (head.quoted and any(head.delimiter in cell for row in head.rows for cell in row))
@@ -272,28 +233,27 @@ def _plain_cells(body: bytes, head: _Head, start: int) -> tuple[bytes, str, int]
         return body, head.delimiter, start
     body = body[start:]
     if head.delimiter == _BLANKS:
-        return normalise(_SOME_BLANKS.sub(b"\t", _OUTER_BLANKS.sub(b"", body)), "ascii"), "\t", 0
+        return (
+            text_rows.normalise(_SOME_BLANKS.sub(b"\t", _OUTER_BLANKS.sub(b"", body)), "ascii"),
+            "\t",
+            0,
+        )
     # quoted cells hold the delimiter; line by line, so that a stray quote harms one row alone
     lines = body.decode("utf-8").split("\n")
     rows = "\n".join("\t".join(_split(line, head.delimiter)) for line in lines)
-    return normalise(rows.encode(), "ascii"), "\t", 0
+    return text_rows.normalise(rows.encode(), "ascii"), "\t", 0
 
 
-def _marks(head: _Head, delimiter: str, places: Sequence[int]) -> tuple[str, str]:
+def _marks(head: _Head, delimiter: str, places: Set[int]) -> tuple[str, str]:
     """Decimal mark and mark between thousands, from the columns of numbers at some places."""
-    if delimiter == "," and not head.quoted:
-        return ".", ""
     # not the first row alone: it may hold whole numbers only
-    cells = [
-        row[place]
-        for row in head.rows
-        for place in places
-        if place < len(row) and "," in row[place]
-    ]
-    grouped = next((found for cell in cells if (found := _GROUPED.fullmatch(_bare(cell)))), None)
-    if grouped:
+    cells = [_bare(row[place]) for row in head.rows for place in places if place < len(row)]
+    cells = [cell for cell in cells if "," in cell]
+    if not cells or (delimiter == "," and not head.quoted):
+        return ".", ""
+    if grouped := next(filter(None, map(_GROUPED.fullmatch, cells)), None):
         return (",", ".") if grouped[1] == "." else (".", ",")
-    return "," if delimiter != "," and cells else ".", ""
+    return "." if delimiter == "," else ",", ""
 
 
 def _stamps(head: _Head, known: Mapping[int, tuple[str, str]]) -> tuple[int, ...]:
@@ -311,14 +271,14 @@ def _stamps(head: _Head, known: Mapping[int, tuple[str, str]]) -> tuple[int, ...
     marked = [cell for cell in cells if _CLOCK_OR_DATE.search(cell)]
     if len(marked) <= len(cells) / 2:
         return ()
-    if sum(map(is_stamp, marked)) <= len(marked) / 2:
+    if sum(map(text_rows.is_stamp, marked)) <= len(marked) / 2:
         raise ValueError(
             f"the column {head.names[time][:60]!r} holds {marked[0][:40]!r}; expected numbers, or "
             "time stamps such as '2026-03-01 10:15:00.250'"
         )
     head.units[time] = "s"
     columns = zip_longest(*head.rows, fillvalue="")
-    dates = (sum(is_date(cell.strip('" ')) for cell in column) for column in columns)
+    dates = (sum(text_rows.is_date(cell.strip('" ')) for cell in column) for column in columns)
     date = [place for place, found in enumerate(dates) if found > len(cells) / 2]
     return (time, *date[:1])
 

@@ -10,13 +10,11 @@ from pathlib import Path
 
 from oilfilm.atomic_write import write_text
 from oilfilm.errors import OilfilmError
-from oilfilm.logs.raw_files import listing
+from oilfilm.logs.raw_files import listed, listing
 
 FOLDER = Path("data/first_seen")
 # The listings are for people and version control; so many digits tell any two logs apart.
 _DIGITS = 16
-# So many logs are named.
-_LISTED = 20
 _LINE = re.compile(r"([0-9a-f]{64})  (data/raw/.+)")
 
 
@@ -50,12 +48,11 @@ class FirstSeen:
     def gone(self, logs: Iterable[str]) -> str:
         """Which logs an earlier run has read that are not among these, as a sentence; or empty."""
         lost = sorted(self._digests.keys() - set(logs))
-        listed = ", ".join(lost[:_LISTED]) + (" ..." if lost[_LISTED:] else "")
         if not lost:
             return ""
         return (
-            f"{len(lost)} logs that an earlier run has read are gone: {listed}. Put them back; if "
-            f"they are not meant to be there, take their lines out of {self._path}."
+            f"{len(lost)} logs that an earlier run has read are gone: {listed(lost)}. Put them "
+            f"back; if they are not meant to be there, take their lines out of {self._path}."
         )
 
     def check_and_add(
@@ -72,29 +69,28 @@ class FirstSeen:
             OSError: The listing cannot be written.
         """
         entries = list(acknowledged)
-        changed = {
-            log: {"log": log, "was": was[:_DIGITS], "now": now[:_DIGITS]}
-            for log, now in digests.items()
-            if (was := self._digests.get(log, now)) != now
-            and not any(
-                each["log"] == log and was.startswith(each["was"]) and now.startswith(each["now"])
-                for each in entries
-            )
-        }
+        seen = {log: self._digests.get(log, now) for log, now in digests.items()}
+        changed = {log: (seen[log], now) for log, now in digests.items() if seen[log] != now}
+        for each in entries:
+            was, now = changed.get(each["log"], ("", ""))
+            if was.startswith(each["was"]) and now.startswith(each["now"]):
+                changed.pop(each["log"], None)
         if changed:
-            first, *others = changed.values()
+            first, *others = changed
             more = f", and {len(others)} more" if others else ""
             place = "at the end of `acknowledged_changes` in" if entries else "to"
             key = "" if entries else "acknowledged_changes:\n"
             lines = [
-                "  - " + "\n    ".join(f"{name}: {json.dumps(text)}" for name, text in each.items())
-                for each in changed.values()
+                f"  - log: {json.dumps(log)}\n"
+                f'    was: "{was[:_DIGITS]}"\n    now: "{now[:_DIGITS]}"\n    reason: '
+                for log, (was, now) in changed.items()
             ]
+            before = changed[first][0][:_DIGITS]
             raise OilfilmError(
-                f"{first['log']}: has changed since a run first read it (it was {first['was']} "
-                f"then, {self._path} says){more}. Put it back. If the change is meant, add these "
-                f"lines {place} config/campaigns/{self._campaign}.yaml, with the reason:\n{key}"
-                + "\n".join(f"{each}\n    reason: " for each in lines)
+                f"{first}: has changed since a run first read it (it was {before} then, "
+                f"{self._path} says){more}. Put it back. If the change is meant, add these lines "
+                f"{place} config/campaigns/{self._campaign}.yaml, with the reason:\n{key}"
+                + "\n".join(lines)
             )
         together = {**digests, **self._digests}
         if together != self._digests:

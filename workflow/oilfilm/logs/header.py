@@ -8,7 +8,7 @@ from collections.abc import Iterable, Mapping
 from difflib import SequenceMatcher
 from functools import lru_cache
 
-from oilfilm.logs.base import LOADS, Refusal, decimal_number
+from oilfilm.logs.base import LOADS, SET_POINT_UNITS, Refusal, decimal_number
 from oilfilm.settings.base import plain_key
 from oilfilm.settings.resolved import Settings
 from oilfilm.units import Conversion, possible_conversion
@@ -17,13 +17,6 @@ FORMAT_ADVICE = "data/raw/README.md describes the format."
 
 # Chinese input methods write the first for the second.
 FULL_WIDTH = str.maketrans("\uff1a\uff1d\uff08\uff09\uff3b\uff3d", ":=()[]")
-# Set point -> its quantity, as keys name it, and its unit.
-SET_POINT_UNITS = {
-    "max_hertz_pressure_gpa": ("max_hertz_pressure", "GPa"),
-    "load_n": ("load", "N"),
-    "entrainment_speed_m_s": ("entrainment_speed", "m/s"),
-    "inlet_temperature_c": ("inlet_temperature", "degC"),
-}
 # Units as `plain_key` leaves them.
 UNITS = {
     **{unit.lower(): unit for unit in "GPa MPa Pa N daN kN gf kgf lbf K".split()},
@@ -75,6 +68,8 @@ def named_keys(logged: Mapping[str, str], settings: Settings) -> dict[str, str]:
         if key == "oil":
             text = oil_id(text, settings)
         keys[key] = text if keys.get(key, text) == text else f"{keys[key]} / {text}"
+    if like := oil_key(keys):
+        keys.setdefault("oil", oil_id(keys[like], settings))
     return keys
 
 
@@ -83,13 +78,12 @@ def listed_names(settings: Settings) -> dict[str, str]:
     return {plain_key(name): key for key, own in settings.campaign.header.items() for name in own}
 
 
-def header_keys(logged: Mapping[str, str], settings: Settings) -> dict[str, str]:
-    """The same; a log of the only oil or rig of a campaign need not name it."""
-    keys = named_keys(logged, settings)
+def header_keys(named: Mapping[str, str], settings: Settings) -> dict[str, str]:
+    """Header lines by the project's keys; a log of the only oil or rig of a campaign names none."""
+    keys = dict(named)
     if len(settings.rigs) == 1:
         keys.setdefault("rig", next(iter(settings.rigs)))
-    like = oil_key(keys)
-    if len(settings.oils) == 1 and (like is None or oil_id(keys[like], settings) in settings.oils):
+    if len(settings.oils) == 1:
         keys.setdefault("oil", next(iter(settings.oils)))
     return keys
 
@@ -103,13 +97,23 @@ def meaning(own: str, text: str, names: Mapping[str, str]) -> tuple[str, str]:
         names: As `listed_names` gives them.
     """
     name, unit = _set_point(own, names)
+    digits, behind = number_and_unit(text)
+    # the load has one set point, as force or as pressure
+    if name == "load_n" and to_set_point("max_hertz_pressure_gpa", behind or unit):
+        name = "max_hertz_pressure_gpa"
     # without a unit `load` may be anything
-    if unit or to_set_point(name, number_and_unit(text)[1]):
-        # the load has one set point, as force or as pressure
-        if name == "load_n" and to_set_point("max_hertz_pressure_gpa", unit):
-            name = "max_hertz_pressure_gpa"
-        return name, _in_unit_of(name, text, unit)
-    return names.get(own, names.get(apart(own)[0], own)), text
+    if not (unit or to_set_point(name, behind)):
+        return names.get(own, names.get(apart(own)[0], own)), text
+    to = to_set_point(name, behind or unit)
+    try:
+        value = decimal_number(digits)
+    except ValueError:
+        return name, text
+    if to is None:
+        return name, text if behind else f"{text} {unit}"
+    # with the rounding of a conversion, 80 N and 0.08 kN would be two values
+    plain = text == digits and (to.scale, to.offset) == (1, 0)
+    return name, text if plain else f"{to.scale * value + to.offset:.12g}"
 
 
 def _set_point(own: str, names: Mapping[str, str]) -> tuple[str, str]:
@@ -139,21 +143,6 @@ def to_set_point(name: str, unit: str) -> Conversion | None:
     return possible_conversion(written, (SET_POINT_UNITS[name][1],)) if name and written else None
 
 
-def _in_unit_of(name: str, text: str, unit: str) -> str:
-    """The number of a set point in its unit; the text where it is no number in a unit of it."""
-    digits, behind = number_and_unit(text)
-    to = to_set_point(name, behind or unit)
-    try:
-        value = decimal_number(digits)
-    except ValueError:
-        return text
-    if to is None:
-        return text if behind else f"{text} {unit}"
-    # with the rounding of a conversion, 80 N and 0.08 kN would be two values
-    plain = text == digits and (to.scale, to.offset) == (1, 0)
-    return text if plain else f"{to.scale * value + to.offset:.12g}"
-
-
 def number_and_unit(text: str) -> tuple[str, str]:
     """The digits at the beginning of a text and what is behind them; empty where there are none."""
     match = _NUMBER_AND_UNIT.fullmatch(text)
@@ -168,7 +157,7 @@ def oil_id(text: str, settings: Settings) -> str:
 
 
 def oil_key(keys: Mapping[str, str]) -> str | None:
-    """The key of a header line that seems to name the oil, though not under `oil`."""
+    """The key of a header line that names the oil, though not under `oil`."""
     for key, text in keys.items():
         words = frozenset(key.split("_")) - _OIL_WORDS
         if key != "oil" and text and len(words) == 1 and words <= _OIL_KEYS:
@@ -178,27 +167,20 @@ def oil_key(keys: Mapping[str, str]) -> str | None:
 
 def misspelt_key(keys: Mapping[str, str], settings: Settings) -> Refusal | None:
     """A key that nearly is that of a set point which neither the log nor the campaign has."""
-    given = keys.keys() | settings.campaign.set_points.model_dump(exclude_none=True).keys()
+    known = keys.keys() | settings.campaign.set_points.model_dump(exclude_none=True).keys()
+    # the load has one set point, as force or as pressure
+    known = (known | LOADS if known & LOADS else known) - {"oil"}
     names = {word: key for key, (of, _) in SET_POINT_UNITS.items() for word in (key, of)}
-    names |= {
-        word: key
-        for word, key in listed_names(settings).items()
-        if key in ("oil", *SET_POINT_UNITS)
-    }
+    listed = listed_names(settings).items()
+    names |= {word: key for word, key in listed if key in ("oil", *SET_POINT_UNITS)}
     for word, name in names.items():
-        # the load has one set point, as force or as pressure
-        if name != "oil" and given & (LOADS if name in LOADS else {name}):
-            continue
-        for key, text in keys.items():
+        for key, text in keys.items() if name not in known else ():
             unitless = key == word and number_and_unit(text)[0]
             if unitless or _is_slip_of_the_pen(apart(key)[0], word):
-                return Refusal(
-                    "unknown_header_key",
-                    f"the header has the unknown key {key[:60]!r}; did you mean "
-                    f"{name if unitless else word!r}?",
-                    "Correct the header, or list the key under `header` of the campaign file. "
-                    f"{FORMAT_ADVICE}",
-                )
+                meant = name if unitless else word
+                reason = f"the header has the unknown key {key[:60]!r}; did you mean {meant!r}?"
+                advice = "Correct the header, or list the key under `header` of the campaign file."
+                return Refusal("unknown_header_key", reason, f"{advice} {FORMAT_ADVICE}")
     return None
 
 
@@ -217,20 +199,6 @@ def _is_slip_of_the_pen(written: str, meant: str) -> bool:
         return False
     pairs = zip(*words, strict=True)
     return all(SequenceMatcher(None, *pair).ratio() > _ALIKE for pair in pairs)
-
-
-def oil_problem(keys: Mapping[str, str], settings: Settings) -> Refusal | None:
-    """Why the oil of a log's header cannot be used."""
-    like = oil_key(keys)
-    if "oil" not in keys and like is not None:
-        return Refusal(
-            "unknown_oil",
-            f"the header has no key 'oil', but {like!r}: {keys[like][:60]!r}; the campaign's "
-            f"oils are {', '.join(settings.oils)}",
-            "In the campaign file list the key under `header: oil` and the name under "
-            "`oil_aliases`, or put the log into the campaign of its oil.",
-        )
-    return unknown("oil", keys, settings.oils)
 
 
 def unknown(kind: str, keys: Mapping[str, str], known: Iterable[str]) -> Refusal | None:

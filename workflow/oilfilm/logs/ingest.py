@@ -4,7 +4,6 @@ Decides: where each row of a raw log ends: in samples or in quarantine.
 """
 
 import hashlib
-import math
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from dataclasses import asdict, dataclass, replace
@@ -92,28 +91,22 @@ def ingest_logs(
         read.append(ReadLog(file, reader, reading.form, reading.rows, understood))
         about = {"campaign": settings.campaign.name, "file": file}
         digest = (verified or {}).get(file) or hashlib.sha256(content).hexdigest()
-        digests = {"sha256": digest, "content_sha256": reading.unpacked_sha256 or digest}
+        of_file = {**about, "sha256": digest, "content_sha256": reading.unpacked_sha256 or digest}
+        of_file |= {"reader": reader, **asdict(reading.form)}
         for run in reading.runs:
             other = file_of_run.setdefault(run.run_id, file)
             if other != file:
-                raise OilfilmError(
-                    f"{file}: its run gets the name {run.run_id!r}, which a run of {other} has "
-                    "already. Rename the file."
-                )
+                found = f"its run gets the name {run.run_id!r}, which a run of {other} has already"
+                raise OilfilmError(f"{file}: {found}. Rename the file.")
             rows = sum(each.refused_rows for each in reading.refusals if each.run_id == run.run_id)
-            of_run = {**_about_run(run), "reader": reader, "refused_rows": rows}
-            of_run |= asdict(reading.form)
-            runs.append({**about, **digests, **of_run})
+            runs.append({**of_file, **_about_run(run), "refused_rows": rows})
             (keep or logged[run.oil].append)(run)
         refused += [{**about, "stage": "ingest", **asdict(each)} for each in reading.refusals]
     about = {"campaign": settings.campaign.name, "file": sheet.name, "stage": "ingest"}
     refused += [{**about, **asdict(remark)} for remark in sheet.remarks]
-    return Ingested(
-        {oil: _together(of_oil) for oil, of_oil in logged.items()},
-        tables.from_rows(runs, "runs"),
-        tables.from_rows(refused, "quarantine"),
-        read,
-    )
+    samples = {oil: _together(of_oil) for oil, of_oil in logged.items()}
+    listed = tables.from_rows(runs, "runs"), tables.from_rows(refused, "quarantine")
+    return Ingested(samples, *listed, read)
 
 
 @contextmanager
@@ -132,12 +125,10 @@ def sample_files(
     waiting: dict[str, list[base.LoggedRun]] = {oil: [] for oil in paths}
     content: dict[str, dict[str, str]] = {oil: {} for oil in paths}
     with ExitStack() as files:
-        add = {
-            oil: files.enter_context(
-                tables.writing("samples", path, {**provenance, "content": content[oil]})
-            )
-            for oil, path in paths.items()
-        }
+        add = {}
+        for oil, path in paths.items():
+            about = {**provenance, "content": content[oil]}
+            add[oil] = files.enter_context(tables.writing("samples", path, about))
 
         def write(oil: str) -> None:
             if waiting[oil]:
@@ -186,12 +177,12 @@ def read_log(
     Raises:
         RuntimeError: The reader lost a row.
     """
-    name, of_log = "none", sheet.of_log(file)
+    name = "none"
     try:
         inside = unpack(content)
         name = recognised_format(inside) or name
         found = _found(name, inside, kind.vocabulary_of(settings.campaign))
-        reading = _without_absurd(read_tables(found, file, settings, kind, of_log))
+        reading = _without_absurd(read_tables(found, file, settings, kind, sheet))
         if not reading.runs and not reading.refusals:
             reason = f"the file looks like {name}, but holds no row of data"
             advice = "Take it out, or export it again."
@@ -204,7 +195,6 @@ def read_log(
     refused = sum(refusal.refused_rows for refusal in reading.refusals)
     if kept + refused != reading.rows:
         raise RuntimeError(f"{file}: {reading.rows} rows, but {kept} kept and {refused} refused")
-    reading = of_log.completed(reading)
     refusals = [replace(refusal, reason=printable(refusal.reason)) for refusal in reading.refusals]
     return name, replace(reading, refusals=refusals)
 
@@ -216,15 +206,19 @@ def _found(name: str, content: bytes, vocabulary: Vocabulary) -> Found:
         UnreadableLogError: The format is not known, or nothing of the file can be used.
     """
     if name not in READERS:
-        advice = f"Formats read: {', '.join(READERS)}. data/raw/README.md describes them."
         seen = f"not text; its first bytes are {content[:8].hex(' ')} (hexadecimal)"
         seen = next((kind for mark, kind in FOREIGN.items() if content.startswith(mark)), seen)
-        reason = f"the format is not known: the file is {seen}" if content else "the file is empty"
-        raise base.UnreadableLogError(reason, advice, rule="unknown_format")
+        raise base.UnreadableLogError(
+            f"the format is not known: the file is {seen}" if content else "the file is empty",
+            f"Formats read: {', '.join(READERS)}. data/raw/README.md describes them.",
+            rule="unknown_format",
+        )
     try:
         return READERS[name].tables(content, vocabulary)
+    except base.UnreadableLogError:
+        raise
     except Exception as error:
-        if name not in BINARY or isinstance(error, base.UnreadableLogError):
+        if name not in BINARY:
             raise
         what = " ".join(str(error).split())[:200] or type(error).__name__
         reason = f"the file begins like {name}, but cannot be read: {what}"
@@ -236,20 +230,14 @@ def _without_absurd(reading: base.Reading) -> base.Reading:
 
     Cells are judged by the readers; this is about what units and definitions make of them.
     """
-    runs, refusals = [], list(reading.refusals)
+    runs, refusals = [], [*reading.refusals]
     for run in reading.runs:
         held = np.ones(len(run), dtype=bool)
         for name, values in run.samples.items():
-            # a column that the log does not have is one number
-            seen = values[:1] if values.strides == (0,) else values
-            # extremes first: they hardly ever lead on, and cost a tenth of a mask
-            if max(np.fmax.reduce(seen, initial=0), -np.fmin.reduce(seen, initial=0)) < LARGEST:
-                continue
-            absurd = held & (np.abs(values) >= LARGEST)
-            problem = f"{name} comes out as {LARGEST:g} or more"
-            refusals += base.refused_ranges(
-                run.run_id, run.samples["row"][absurd], "unreadable_row", problem, ROWS_ADVICE
-            )
+            absurd = held & ((values >= LARGEST) | (values <= -LARGEST))
+            rows, problem = run.samples["row"][absurd], f"{name} comes out as {LARGEST:g} or more"
+            about = run.run_id, rows, "unreadable_row", problem
+            refusals += base.refused_ranges(*about, ROWS_ADVICE)
             held &= ~absurd
         kept = run.samples if held.all() else {n: v[held] for n, v in run.samples.items()}
         runs.append(replace(run, samples=kept))
@@ -263,7 +251,7 @@ def unpack(content: bytes) -> bytes:
         UnreadableLogError: The compressed stream is cut or damaged, or the log is too large.
     """
     if len(content) > LARGEST_LOG:
-        raise _too_large(f"the file is larger than {LARGEST_LOG >> 20} MiB")
+        raise base.too_large(f"the file is larger than {LARGEST_LOG >> 20} MiB")
     codec = next((name for mark, name in _COMPRESSED.items() if content.startswith(mark)), None)
     if codec is None:
         return content
@@ -277,12 +265,8 @@ def unpack(content: bytes) -> bytes:
         raise base.UnreadableLogError(damage, base.COPY_AGAIN, rule="damaged_archive") from error
     if len(inside) > most:
         times = f", its size times {base.MOST_FOLDED}" if most < LARGEST_LOG else ""
-        raise _too_large(f"unpacked the file has more than {most >> 20} MiB{times}")
+        raise base.too_large(f"unpacked the file has more than {most >> 20} MiB{times}")
     return inside
-
-
-def _too_large(reason: str) -> base.UnreadableLogError:
-    return base.UnreadableLogError(reason, "Begin a file for each run.", rule="too_large")
 
 
 def _about_run(run: base.LoggedRun) -> dict[str, Any]:
@@ -294,9 +278,7 @@ def _about_run(run: base.LoggedRun) -> dict[str, Any]:
         "label": printable(run.label)[:_LONGEST_LABEL],
         "columns": run.understood.names,
         "stated": run.understood.stated,
-        **{
-            f"nominal_{key}": math.nan if x is None else x for key, x in asdict(run.nominal).items()
-        },
+        **{f"nominal_{key}": run.nominal.get(key, np.nan) for key in base.SET_POINTS},
         "samples": len(run),
         "plateaus": 0,
         "accepted_points": 0,
@@ -311,9 +293,8 @@ def _together(runs: list[base.LoggedRun]) -> pd.DataFrame:
     """Samples of several runs under each other, with the run's id."""
     if not runs:
         return tables.empty("samples")
-    codes = np.repeat(np.arange(len(runs)), [len(run) for run in runs])
+    codes = np.repeat(np.arange(len(runs)), [*map(len, runs)])
     ids = pd.Categorical.from_codes(codes, categories=pd.Index([run.run_id for run in runs]))
-    together = {
-        name: np.concatenate([run.samples[name] for run in runs]) for name in runs[0].samples
-    }
+    names = runs[0].samples
+    together = {name: np.concatenate([run.samples[name] for run in runs]) for name in names}
     return pd.DataFrame({"run_id": ids, **together}, copy=False)

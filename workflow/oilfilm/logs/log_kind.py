@@ -5,9 +5,11 @@ Decides: what the columns of a log mean, and their units.
 
 import unicodedata
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence, Set
+from collections.abc import Callable, Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
+
+import numpy as np
 
 from oilfilm.logs import base
 from oilfilm.logs.header import FULL_WIDTH, apart
@@ -18,6 +20,7 @@ from oilfilm.settings.resolved import Settings
 from oilfilm.units import Conversion, FloatArray, conversion, possible_conversion
 
 Renamed = Mapping[str, campaign_file.Column]
+Problems = Iterator[base.Refusal | None]
 
 
 @dataclass(frozen=True)
@@ -34,6 +37,16 @@ class Column:
     name: str
     logged_unit: str
     spare: bool = False
+
+    def read(self, logged: FloatArray) -> base.LogColumn:
+        """The column with the range of its numbers, given as logged; NaN where a cell has none."""
+        # extremes first: a number that is not finite is, or hides, one of them
+        finite = len(logged) > 0 and np.isfinite(logged.min() + logged.max())
+        known = logged if finite else logged[np.isfinite(logged)]
+        ends = self.to.of(np.array([known.min(), known.max()] if len(known) else [np.nan, np.nan]))
+        least, most = map(float, np.sort(ends))
+        about = self.name, self.logged_unit, self.quantity, self.to.unit
+        return base.LogColumn(*about, least, most, len(known), len(logged) - len(known))
 
 
 @dataclass(frozen=True)
@@ -71,10 +84,8 @@ class Vocabulary:
     @property
     def advice(self) -> str:
         """What to do about a log whose columns cannot be understood."""
-        return (
-            "data/raw/README.md describes the format. Other names: see "
-            f"`{self.columns_key}` of the campaign file."
-        )
+        names = f"Other names: see `{self.columns_key}` of the campaign file."
+        return f"data/raw/README.md describes the format. {names}"
 
     def fits(self, quantity: str, unit: str) -> bool:
         """True where a quantity can be given in that unit."""
@@ -103,11 +114,8 @@ class Vocabulary:
             units: Unit that the log gives for each, beside its name; empty where none.
         """
         known = {place: of for place, name in enumerate(names) if (of := self.meaning(name))}
-        listed = {
-            place: quantity
-            for place, (quantity, _) in known.items()
-            if quantity in self.renamed and _is_listed(names[place], self.renamed[quantity])
-        }
+        renamed = [(place, of) for place, (of, _) in known.items() if of in self.renamed]
+        listed = {place: of for place, of in renamed if _is_listed(names[place], self.renamed[of])}
         found: dict[int, tuple[str, str]] = {}
         for place, (quantity, named) in known.items():
             if place in listed or quantity not in listed.values():
@@ -115,11 +123,6 @@ class Vocabulary:
                 use_named = named and not (beside and self.fits(quantity, beside))
                 found[place] = quantity, named if named and use_named else beside
         return found
-
-    def score(self, names: Sequence[str], units: Sequence[str]) -> tuple[int, int]:
-        """How many names are known and have a unit that fits, and how many are known at all."""
-        known = self.meanings(names, units).values()
-        return sum(self.fits(quantity, unit) for quantity, unit in known), len(known)
 
     def columns(
         self, names: Sequence[str], units: Sequence[str], spared: Set[str] = frozenset()
@@ -142,13 +145,9 @@ class Vocabulary:
         there = counts.keys() | spared
         either = self.either
         chosen = next((some for some in either if there >= set(some)), either[0])
-        needed = [
-            self.instead[quantity]
-            if quantity not in counts and self.instead.get(quantity) in counts
-            else quantity
-            for quantity in (*self.always, *chosen)
-            if quantity in counts or quantity not in spared
-        ]
+        served = {each for each in self.instead.keys() - counts if self.instead[each] in counts}
+        asked = (q for q in (*self.always, *chosen) if q in counts or q not in spared)
+        needed = [self.instead[q] if q in served else q for q in asked]
         # before their units: a log of something else is told what it is not
         if missing := [quantity for quantity in needed if quantity not in counts]:
             raise ValueError(self._lacking(missing, names))
@@ -174,10 +173,8 @@ class Vocabulary:
         others = either[either.index(chosen) + 1 :]
         spare = [quantity for some in others for quantity in some if quantity in columns]
         needed += [quantity for quantity in self.optional if quantity in columns]
-        return (
-            *(columns[quantity] for quantity in needed),
-            *(replace(columns[quantity], spare=True) for quantity in spare),
-        )
+        compared = (replace(columns[quantity], spare=True) for quantity in spare)
+        return (*(columns[quantity] for quantity in needed), *compared)
 
     def _lacking(self, missing: Sequence[str], names: Sequence[str]) -> str:
         """That quantities are missing, with what a log may have in their place."""
@@ -218,8 +215,22 @@ class ContinuousLog:
     columns: Sequence[Column]
     rows: base.IndexArray
     values: Mapping[str, FloatArray]
-    flaw: base.Flaw | None = None
+    flaw: base.Refusal | None = None
     understood: base.Understood = base.NOTHING_UNDERSTOOD
+
+    @property
+    def units(self) -> dict[str, str]:
+        """Unit of the values of each quantity."""
+        return {column.quantity: column.to.unit for column in self.columns}
+
+    def run(
+        self, rig: str, samples: base.Columns, nominal: base.Nominal, flaw: base.Refusal | None
+    ) -> base.LoggedRun:
+        """The run that has these samples; `flaw` counts where the log itself has none."""
+        keys, flaw = self.keys, self.flaw or flaw
+        about = keys.get("oil", ""), rig, keys.get("log_kind", "continuous"), nominal
+        own_name = keys.get("run", "")
+        return base.LoggedRun(self.run_id, *about, samples, flaw, own_name, self.understood)
 
 
 @dataclass(frozen=True)
@@ -229,7 +240,8 @@ class LogKind:
     Attributes:
         vocabulary: What such logs may hold.
         renamed: The columns with names of their own in a campaign.
-        header_problem: Why a log with these header keys and columns cannot be used, if so.
+        header_problems: Why a log with these header keys and columns cannot be used; later ones
+            take the absence of earlier ones for granted.
         run: The run that a log makes.
         spared: Quantities that a log with these header keys needs no column of.
         sheet_keys: Header keys that the run sheet may give beside the oil.
@@ -237,7 +249,7 @@ class LogKind:
 
     vocabulary: Vocabulary
     renamed: Callable[[Campaign], Renamed]
-    header_problem: Callable[[Mapping[str, str], Sequence[Column], Settings], base.Refusal | None]
+    header_problems: Callable[[Mapping[str, str], Sequence[Column], Settings], Problems]
     run: Callable[[ContinuousLog, Settings], base.LoggedRun]
     sheet_keys: tuple[str, ...]
     spared: Callable[[Mapping[str, str], Settings], Set[str]] = lambda *about: frozenset()

@@ -9,11 +9,11 @@ from itertools import pairwise
 
 import numpy as np
 
-from oilfilm.logs.base import Flaw, Refusal, TextForm, UnreadableLogError, check_lines
+from oilfilm.logs.base import Refusal, TextForm, UnreadableLogError, check_lines
 from oilfilm.logs.columns import Found, LoggedTable
 from oilfilm.logs.header import FORMAT_ADVICE
 from oilfilm.logs.log_kind import Vocabulary
-from oilfilm.logs.text_rows import TextTable, encodings_of, normalise
+from oilfilm.logs.text_rows import TextTable, encoding_of, normalise
 from oilfilm.settings.base import plain_key
 
 _TITLE = b"LabVIEW Measurement"
@@ -32,7 +32,7 @@ def recognises(head: bytes) -> bool:
 def tables(content: bytes, vocabulary: Vocabulary) -> Found:
     """See `Reader.tables`."""
     check_lines(content)
-    encoding = encodings_of(content)[0]
+    encoding = encoding_of(content)
     text = normalise(content, encoding).decode("utf-8", "replace")
     found = _SEPARATOR.search(text[:4000])
     separator = found[1] if found else "\t"
@@ -44,18 +44,12 @@ def tables(content: bytes, vocabulary: Vocabulary) -> Found:
     of_file = _header(lines[: starts[0]], separator)
     mark = _first(of_file, "decimal_separator", ".")
     cut = len(lines) if not text.endswith("\n") else 0
+    marks = separator, "," if mark == "," else "."
     logged = [
-        _table(
-            lines[start:stop],
-            of_file,
-            (separator, "," if mark == "," else "."),
-            f"segment{number}",
-            alone=len(starts) == 1,
-            cut=stop == cut,
-        )
-        for number, (start, stop) in enumerate(pairwise([*starts, len(lines)]), start=1)
+        _table(lines[start:stop], of_file, marks, f"segment{n}" if starts[1:] else "", stop == cut)
+        for n, (start, stop) in enumerate(pairwise([*starts, len(lines)]), start=1)
     ]
-    return TextForm.of(encoding, separator, "," if mark == "," else "."), filter(None, logged)
+    return TextForm.of(encoding, *marks), filter(None, logged)
 
 
 def _header(lines: Sequence[str], separator: str) -> Header:
@@ -69,13 +63,7 @@ def _first(header: Header, key: str, usual: str) -> str:
 
 
 def _table(
-    lines: Sequence[str],
-    of_file: Header,
-    marks: tuple[str, str],
-    part: str,
-    *,
-    alone: bool,
-    cut: bool,
+    lines: Sequence[str], of_file: Header, marks: tuple[str, str], part: str, cut: bool
 ) -> LoggedTable | None:
     """A segment as a table; None without rows. `marks` part cells and are the decimal mark."""
     separator, mark = marks
@@ -102,19 +90,10 @@ def _table(
             if all(np.array_equal(xs[0], each, equal_nan=True) for each in xs):
                 names, units = ["time", *names[1:]], [unit, *units[1:]]
     reason = f"the segment has no line `{_X}` with the names of its channels"
-    return LoggedTable(
-        dict(_keys(of_file)) | dict(_keys(own)),
-        names,
-        units,
-        table.numbers,
-        len(rows),
-        part,
-        alone,
-        flaw=_too_few_rows(header, len(rows)),
-        problem=None if names else Refusal("columns", reason, FORMAT_ADVICE),
-        clocks=clocks,
-        cut=width,
-    )
+    problem = None if names else Refusal("columns", reason, FORMAT_ADVICE)
+    flaw, keys = _too_few_rows(header, len(rows)), dict(_keys(of_file)) | dict(_keys(own))
+    columns = names, units, table.numbers, len(rows), part
+    return LoggedTable(keys, *columns, flaw=flaw, problem=problem, clocks=clocks, cut=width)
 
 
 def _row(line: str, width: int, separator: str) -> str:
@@ -126,12 +105,12 @@ def _row(line: str, width: int, separator: str) -> str:
     return line + missing * separator
 
 
-def _too_few_rows(header: Header, rows: int) -> Flaw | None:
+def _too_few_rows(header: Header, rows: int) -> Refusal | None:
     cells = header.get("samples", ())
     counts = [cell for cell in cells if cell.isascii() and cell.isdecimal() and len(cell) < 12]
     announced = max(map(int, counts), default=0)
     sentence = f"the segment announces {announced} samples and holds {rows}"
-    return Flaw("truncated", sentence) if announced > rows else None
+    return Refusal("truncated", sentence) if announced > rows else None
 
 
 def _clocks(header: Header, width: int, mark: str) -> Iterator[tuple[int, tuple[float, float]]]:

@@ -1,7 +1,7 @@
 """Parquet logs: one row per instant, header keys in the file's metadata; a file is a run."""
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -10,7 +10,7 @@ import pyarrow as arrow
 import pyarrow.parquet as parquet
 
 from oilfilm.logs.base import COPY_AGAIN, NO_TEXT, UnreadableLogError, check_rows
-from oilfilm.logs.columns import Found, LoggedTable, header_text
+from oilfilm.logs.columns import Found, LoggedTable, header_text, seconds
 from oilfilm.logs.log_kind import Vocabulary
 from oilfilm.settings.base import plain_key
 
@@ -31,13 +31,10 @@ def tables(content: bytes, vocabulary: Vocabulary) -> Found:
     rows, schema = log.metadata.num_rows, log.schema_arrow
     metadata = schema.metadata or {}
     if _OWN_TABLE in metadata:
-        raise UnreadableLogError(
-            "this is a table that oilfilm made itself, not a raw log "
-            f"({metadata[_OWN_TABLE].decode('utf-8', 'replace')[:80]!r})",
-            "Take it out of the raw folder; tables belong into results.",
-            rows,
-            "own_table",
-        )
+        said = metadata[_OWN_TABLE].decode("utf-8", "replace")[:80]
+        reason = f"this is a table that oilfilm made itself, not a raw log ({said!r})"
+        advice = "Take it out of the raw folder; tables belong into results."
+        raise UnreadableLogError(reason, advice, rows, "own_table")
     units = [_unit(field) for field in schema]
     check_rows(rows)
     # of columns of one name the run is refused whichever is taken; texts of any length are let be
@@ -47,18 +44,13 @@ def tables(content: bytes, vocabulary: Vocabulary) -> Found:
     if columns.num_rows != rows:
         reason = f"the footer counts {rows} rows, and the pages have {columns.num_rows}"
         raise UnreadableLogError(reason, COPY_AGAIN, columns.num_rows, "damaged_file")
-    logged = LoggedTable(
-        _keys(metadata),
-        schema.names,
-        units,
-        lambda places: [
-            _numbers(columns.column(columns.schema.get_all_field_indices(schema.names[place])[0]))
-            if schema.names[place] in wanted
-            else np.array([], dtype=str)
-            for place in places
-        ],
-        rows,
-    )
+    read = dict(zip(columns.schema.names, map(_numbers, columns.columns), strict=True))
+    nothing = np.array([], dtype=str)
+
+    def values(places: Sequence[int]) -> list[npt.NDArray[Any]]:
+        return [read.get(schema.names[place], nothing) for place in places]
+
+    logged = LoggedTable(_keys(metadata), schema.names, units, values, rows)
     return NO_TEXT, [logged] if rows else []
 
 
@@ -72,18 +64,14 @@ def _is_instant(kind: arrow.DataType) -> bool:
 
 
 def _holds_numbers(kind: arrow.DataType) -> bool:
-    types = arrow.types
-    return _is_instant(kind) or any(
-        of(kind) for of in (types.is_integer, types.is_floating, types.is_decimal)
-    )
+    plain = arrow.types.is_integer(kind) or arrow.types.is_floating(kind)
+    return plain or arrow.types.is_decimal(kind) or _is_instant(kind)
 
 
 def _numbers(column: arrow.ChunkedArray) -> npt.NDArray[Any]:
     """Numbers of a column, missing ones NaN; instants as seconds since the first."""
     if _is_instant(column.type):
-        instants = column.to_numpy()
-        start = instants[0] if instants.dtype.kind == "M" and len(instants) else 0
-        return (instants - start) / np.timedelta64(1, "s")
+        return seconds(column.to_numpy())
     return np.asarray(column.cast(arrow.float64(), safe=False).to_numpy())
 
 
@@ -93,10 +81,7 @@ def _keys(metadata: Mapping[bytes, bytes]) -> dict[str, str]:
         attributes = dict(json.loads(metadata.get(_PANDAS_KEYS, b"{}")))
     except (TypeError, ValueError, RecursionError):
         attributes = {}
-    own = {name.decode("utf-8", "replace"): metadata[name] for name in metadata.keys() - _NOT_KEYS}
-    return {
-        **{plain_key(str(name)): header_text(value) for name, value in attributes.items()},
-        **{
-            plain_key(name): value.decode("utf-8", "replace").strip() for name, value in own.items()
-        },
-    }
+    texts = {str(name): header_text(value) for name, value in attributes.items()}
+    for name in metadata.keys() - _NOT_KEYS:
+        texts[name.decode("utf-8", "replace")] = metadata[name].decode("utf-8", "replace").strip()
+    return {plain_key(name): text for name, text in texts.items()}

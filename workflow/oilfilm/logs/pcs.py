@@ -18,10 +18,9 @@ import yaml
 
 from oilfilm.logs import base
 from oilfilm.logs.columns import Found, LoggedTable
-from oilfilm.logs.log_kind import Vocabulary
-from oilfilm.logs.text_rows import encodings_of
-from oilfilm.settings.campaign import Column
-from oilfilm.units import BoolArray, FloatArray
+from oilfilm.logs.log_kind import Column, Vocabulary
+from oilfilm.logs.text_rows import encoding_of
+from oilfilm.units import BoolArray, FloatArray, conversion
 
 _STEP = re.compile(r"^Step (\d{1,9})\b.* started at .+$")
 # A row of a table, were it cut after its first cell.
@@ -61,7 +60,7 @@ def tables(content: bytes, vocabulary: Vocabulary) -> Found:
     """See `Reader.tables`."""
     base.check_lines(content)
     # older programs write the degree sign in the encoding of western Windows
-    likely = encodings_of(content)[0]
+    likely = encoding_of(content)
     encoding = likely if likely in {"ascii", "utf-8"} else "cp1252"
     text = content.decode(encoding, "replace").removeprefix("\ufeff")
     steps = list(_steps(re.split("\r\n|\r|\n", text)))
@@ -71,11 +70,8 @@ def tables(content: bytes, vocabulary: Vocabulary) -> Found:
         advice = "Move it to the folder of the campaign's traction logs."
         raise base.UnreadableLogError(reason, advice, sum(len(step.lines) for step in steps))
     cut = bool(text) and not text.endswith(("\n", "\r"))
-    logged = [
-        _table(step, label, cut and step is steps[-1])
-        for step, label in zip(steps, labels, strict=True)
-        if step.lines
-    ]
+    named = zip(steps, labels, strict=True)
+    logged = [_table(step, name, cut and step is steps[-1]) for step, name in named if step.lines]
     return base.TextForm.of(encoding, "\t", "."), logged
 
 
@@ -110,12 +106,9 @@ def _steps(lines: Iterable[str]) -> Iterator[_Step]:
 def _table(step: _Step, label: str, cut: bool) -> LoggedTable:
     """A step as a table with the surface speeds behind its own columns."""
     # the first columns of a table repeat later ones
-    places = {
-        ours: len(step.names) - 1 - step.names[::-1].index(theirs)
-        for ours, column in _COLUMNS.items()
-        for theirs in column["names"]
-        if theirs in step.names
-    }
+    last = {name: place for place, name in enumerate(step.names)}
+    known = ((ours, each) for ours, column in _COLUMNS.items() for each in column["names"])
+    places = {ours: last[theirs] for ours, theirs in known if theirs in last}
     cells = [line.split("\t") for line in step.lines]
     values = {name: np.full(len(cells), np.nan) for name in _COLUMNS} | {
         name: np.array([_number(row[place : place + 1]) for row in cells])
@@ -130,26 +123,23 @@ def _table(step: _Step, label: str, cut: bool) -> LoggedTable:
     used = [name for name in _SAMPLED if name in places or name in _SPEEDS]
     names = [step.names[places[name]] if name in places else f"{name} (mean)" for name in used]
     others = [*{name: "" for name in step.names if name not in names}]
+    logged, sampled = ([_SAMPLED[name][key] for name in used] for key in ("logged", "sampled"))
     width = len(cells[-1]) + len(names) + len(others) - len(step.names)
+    columns = [
+        # rigs leave some of the columns behind the first four blank
+        Column(name, place, conversion(unit, (to,)), names[place], unit, spare=place >= 4)
+        for place, (name, unit, to) in enumerate(zip(used, logged, sampled, strict=True))
+    ]
+    missing = [_COLUMNS[name]["names"][0] for name in _REQUIRED if name not in places]
     return LoggedTable(
         {"log_kind": "steps"},
         [*names, *others],
-        [*(_SAMPLED[name]["logged"] for name in used), *[""] * len(others)],
+        [*logged, *[""] * len(others)],
         lambda wanted: [values[used[place]] for place in wanted],
         len(cells),
         label,
-        vocabulary=Vocabulary(
-            "traction",
-            "columns",
-            {name: (name, _SAMPLED[name]["sampled"]) for name in used},
-            ("time", "load", *_SPEEDS),
-            # rigs leave some of the others blank
-            ((), tuple(used[4:])),
-            renamed={ours: Column(name=[theirs]) for ours, theirs in zip(used, names, strict=True)},
-        ),
-        problem=_problem(
-            step, [_COLUMNS[name]["names"][0] for name in _REQUIRED if name not in places]
-        ),
+        columns=columns,
+        problem=_problem(step, missing),
         cut=width if cut else 0,
         show=step.lines.__getitem__,
         broken=_broken(values),
@@ -158,10 +148,11 @@ def _table(step: _Step, label: str, cut: bool) -> LoggedTable:
 
 def _problem(step: _Step, missing: Sequence[str]) -> base.Refusal | None:
     if step.type.lower() not in _SWEEPS:
+        found = (
+            f"step {step.number} is of type {step.type[:60]!r}; expected a traction or film sweep"
+        )
         return base.Refusal(
-            "not_a_sweep",
-            f"step {step.number} is of type {step.type[:60]!r}; expected a traction or film sweep",
-            "Nothing to do: such rows carry no traction curve.",
+            "not_a_sweep", found, "Nothing to do: such rows carry no traction curve."
         )
     reason = f"step {step.number} lacks the columns {', '.join(missing)}"
     advice = "Export the step again with all columns."
@@ -188,17 +179,15 @@ def _broken(values: Mapping[str, FloatArray]) -> BoolArray:
     abs_load, abs_rolling = np.abs(values["load"]), np.abs(rolling)
     with np.errstate(divide="ignore", invalid="ignore"):
         half = (values["traction_force_1"] - values["traction_force_2"]) / 2
+        # both speeds rounded to 0.01 mm/s, SRR to 0.001 %
+        rounded = (0.5 + 0.005 * np.abs(srr)) / abs_rolling + 0.0005
         # what rounding each cell of the identity to its printed digits can make of it
         differences = (
             (force - half, 1e-4),
             (np.abs(force) / values["load"] - values["coefficient"], 5e-5 + 1e-4 / abs_load),
             (rolling - (ball + disc) / 2, 0.010),
             (values["sliding"] - (disc - ball), 0.015),
-            # both speeds rounded to 0.01 mm/s, SRR to 0.001 %
-            (
-                srr - 100 * values["sliding"] / rolling,
-                (0.5 + 0.005 * np.abs(srr)) / abs_rolling + 0.0005,
-            ),
+            (srr - 100 * values["sliding"] / rolling, rounded),
         )
         broken = [np.abs(difference) > allowed + _FLOATING for difference, allowed in differences]
     return np.asarray(np.any(broken, axis=0))

@@ -16,7 +16,7 @@ from oilfilm.errors import OilfilmError
 _SHEETS = ("runs.csv", "runs.tsv", "runs.xlsx")
 # A log that is larger, or unfolds to more, was made to fill the memory.
 LARGEST_LOG = 1 << 28
-# So many faults are listed; the others are counted.
+# So many faults and names are listed; the others are counted.
 _LISTED = 20
 # Excel writes such a file beside a workbook that is open.
 _LOCK_FILE = "~$"
@@ -40,11 +40,21 @@ def raw_files(folder: Path) -> list[str]:
     """
     found = dict(named_logs(folder))
     if faults := [fault for fault in found.values() if fault]:
-        more = [f"{folder}: {len(faults) - _LISTED} more of them"] if faults[_LISTED:] else []
-        raise OilfilmError("\n".join([*faults[:_LISTED], *more]))
+        raise all_faults(faults, folder, "of them")
     if not found:
         raise OilfilmError(f"{folder}: holds no logs. Put the campaign's logs there.")
     return [*found]
+
+
+def all_faults(faults: Sequence[str], path: Path, what: str) -> OilfilmError:
+    """One error for the many faults of a folder or file, one per line."""
+    more = [f"{path}: {len(faults) - _LISTED} more {what}"] if faults[_LISTED:] else []
+    return OilfilmError("\n".join([*faults[:_LISTED], *more]))
+
+
+def listed(names: Sequence[str]) -> str:
+    """The first names of many, for a message."""
+    return ", ".join(names[:_LISTED]) + (" ..." if names[_LISTED:] else "")
 
 
 def named_logs(folder: Path) -> Iterator[tuple[str, str]]:
@@ -56,13 +66,12 @@ def named_logs(folder: Path) -> Iterator[tuple[str, str]]:
     if not folder.is_dir():
         raise OilfilmError(f"{folder}: there is no such folder. Make it and put the logs there.")
     unreadable: dict[Path, str] = {}
-    paths: list[Path] = []
 
     def note(error: OSError) -> None:
         unreadable[Path(error.filename)] = f"cannot be read ({error.strerror}). Check its rights."
 
-    for place, folders, files in os.walk(folder, onerror=note):
-        paths += [Path(place, name) for name in (*folders, *files)]
+    walked = os.walk(folder, onerror=note)
+    paths = [Path(place, name) for place, dirs, files in walked for name in (*dirs, *files)]
     for path in sorted(paths):
         if is_passed_over(path, folder):
             continue
@@ -80,11 +89,9 @@ def is_passed_over(path: Path, folder: Path) -> bool:
 
 def _unreachable(path: Path, folder: Path) -> str:
     """Why what has the name of a log, or a folder of logs, cannot be read; empty where it can."""
-    if path.is_symlink() and path.is_dir():
-        return f"is a link to a folder. Copy the logs into {folder}."
     if path.is_dir():
-        empty = path.suffix and not any(os.scandir(path))
-        return "is an empty folder with the name of a log. Put the log there." if empty else ""
+        linked = f"is a link to a folder. Copy the logs into {folder}."
+        return linked if path.is_symlink() else ""
     if not path.exists():
         return "is a link to a file that is not there. Fetch the file, or take the link out."
     if not path.is_file():
@@ -120,9 +127,8 @@ def find_sheet(folder: Path) -> Path | None:
     Raises:
         OilfilmError: There are several, or it is a link that leads out of the folder.
     """
-    sheets = [
-        path for path in sorted(folder.glob("*")) if is_sheet(path, folder) and path.is_file()
-    ]
+    paths = sorted(folder.glob("*"))
+    sheets = [path for path in paths if is_sheet(path, folder) and path.is_file()]
     if len(sheets) > 1:
         names = " and ".join(path.name for path in sheets)
         raise OilfilmError(f"{folder}: has the run sheets {names}. Leave one of them.")
@@ -171,9 +177,9 @@ class RawLogs:
                 ) from error
             self.digests[name] = digest
             if self.written.get(name, digest) != digest:
+                advice = "Delete it: the next run simulates it again."
                 raise OilfilmError(
-                    f"{self.folder / name}: is not as the rig twin wrote it. Delete it: the next "
-                    "run simulates it again."
+                    f"{self.folder / name}: is not as the rig twin wrote it. {advice}"
                 )
             if not self.written:
                 self.inputs[f"{self.folder}/{name}"] = digest[:16]
@@ -194,10 +200,8 @@ class RawLogs:
         """
         for name, found in self._found.items():
             if _state(self.paths[name]) != found:
-                raise OilfilmError(
-                    f"{self.folder / name}: has changed while it was read. When it is complete, "
-                    "run snakemake again."
-                )
+                advice = "When it is complete, run snakemake again."
+                raise OilfilmError(f"{self.folder / name}: has changed while it was read. {advice}")
         return {(self.folder / name).as_posix(): each for name, each in self.digests.items()}
 
 

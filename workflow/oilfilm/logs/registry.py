@@ -33,13 +33,9 @@ class Reader(Protocol):
 READERS: dict[str, Reader] = {"tdms": tdms, "parquet": parquet, "lvm": lvm, "pcs": pcs, "csv": csv}
 # How files begin that are no logs.
 FOREIGN = {
-    b"\xff\xd8\xff": "a JPEG picture",
-    b"\x89PNG": "a PNG picture",
-    b"%PDF": "a PDF document",
     b"PK\x03\x04": "an Excel workbook or a zip archive: export it as csv, or unpack it",
     b"TDSh": "the index of a tdms log without its data: take the file .tdms beside it",
     b"\x1f\x8b": "a log that was packed twice: unpack it once",
-    b"\xd0\xcf\x11\xe0": "a document of an old Office program: export it as csv",
 }
 # Formats that a library reads: whatever it raises, the file is damaged.
 BINARY = frozenset({"tdms", "parquet"})

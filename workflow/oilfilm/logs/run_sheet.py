@@ -6,20 +6,17 @@ Decides: what the run sheet says of a log, and what wins over its header.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import asdict, dataclass, field
 from fnmatch import fnmatchcase
 from typing import Any, Self
 
-from oilfilm.logs.base import LOADS, SET_POINTS, Flaw, Reading, Refusal, set_point
-from oilfilm.logs.header import header_keys, named_keys, oil_id, oil_key
+from oilfilm.logs.base import LOADS, SET_POINTS, Refusal, set_point
+from oilfilm.logs.header import header_keys, named_keys, oil_id
 from oilfilm.settings.resolved import Settings
 
 # Rules that refuse nothing: what they name is used, or was never there.
-UNMATCHED, UNLISTED, CONTRADICTION = (
-    "sheet_row_unmatched",
-    "logs_not_in_sheet",
-    "sheet_contradicts_header",
-)
+UNMATCHED, UNLISTED = "sheet_row_unmatched", "logs_not_in_sheet"
+CONTRADICTION = "sheet_contradicts_header"
 REMARKS = frozenset({UNMATCHED, UNLISTED, CONTRADICTION})
 EXCLUDED = "excluded"
 EXCLUDED_ADVICE = "Nothing to do. To use the run, empty the cell `exclude` of its row."
@@ -53,6 +50,7 @@ class Labels:
     """What is known of a run, by its header and by the run sheet.
 
     Attributes:
+        run_id: Name of the run.
         keys: Header keys, with those of the sheet over them.
         remarks: Contradictions between the two, of which the sheet is right.
         excluded: Why the run is not to be used, if so.
@@ -60,120 +58,19 @@ class Labels:
         sources: Where each key comes from: `header` or `run sheet`.
     """
 
+    run_id: str
     keys: dict[str, str]
     remarks: list[Refusal]
-    excluded: Flaw | None = None
+    excluded: Refusal | None = None
     problem: Refusal | None = None
     sources: Mapping[str, str] = field(default_factory=dict)
 
-
-@dataclass(frozen=True)
-class SheetOfLog:
-    """The rows of the run sheet that are about one log."""
-
-    sheet: str
-    file: str
-    rows: tuple[SheetRow, ...] = ()
-
-    def labels(
-        self, run_id: str, logged: Mapping[str, str], settings: Settings, part: str = ""
-    ) -> Labels:
-        """What is known of one run of the log.
-
-        Args:
-            run_id: Name of the run.
-            logged: Header lines by the keys of the log, as `plain_key` makes them.
-            settings: Settings of the campaign.
-            part: The run's own name in the log; empty where a log of its format is one run.
-        """
-        header = header_keys(logged, settings)
-        rows = [row for row in self.rows if _is_about(row, part)]
-        given = {key: value for row in reversed(rows) for key, value in row.keys.items()}
-        # the load has one set point, as force or as pressure
-        over = LOADS if given.keys() & LOADS else frozenset()
-        keys = {key: text for key, text in header.items() if key not in over} | given
-        remarks = self._contradictions(run_id, header, given, settings)
-        if run_id == self.file and self.rows and not rows:
-            remarks.append(self._unmatched(self.rows, [part], run_id))
-        sources = {
-            **dict.fromkeys(named_keys(logged, settings).keys() - over, "header"),
-            **dict.fromkeys(given, "run sheet"),
-        }
-        return Labels(keys, remarks, self._exclusion(rows), self._disagreement(rows), sources)
-
-    def completed(self, reading: Reading) -> Reading:
-        """The reading of the log with what the sheet says of all its runs together.
-
-        What could not be read is listed as excluded where the sheet excludes it; rows that name a
-        run which the log does not have are named.
-        """
-        runs = {run.run_id for run in reading.runs}
-        refusals = [
-            refusal
-            if refusal.run_id in runs or (runs and not refusal.run_id) or refusal.rule in REMARKS
-            else self._unread(refusal)
-            for refusal in reading.refusals
-        ]
-        named = runs | {refusal.run_id for refusal in refusals}
-        parts = sorted({self._part(run_id) for run_id in named} - {""})
-        strays = [row for row in self.rows if not any(_is_about(row, part) for part in parts)]
-        if parts and strays:
-            refusals += [self._unmatched([row], parts) for row in strays]
-        return replace(reading, refusals=refusals)
-
-    def _unread(self, refusal: Refusal) -> Refusal:
-        part = self._part(refusal.run_id)
-        about = [row for row in self.rows if _is_about(row, part)]
-        excluded = self._exclusion(about)
-        # without a run, the rows are about whatever the file held
-        if excluded is None or (not part and not all(row.exclude for row in about)):
-            return refusal
-        reason = f"{excluded.reason}; besides, {refusal.reason}"
-        return replace(refusal, rule=EXCLUDED, reason=reason, advice=EXCLUDED_ADVICE)
-
-    def _part(self, run_id: str) -> str:
-        return run_id[len(self.file) + 1 :] if run_id.startswith(f"{self.file}:") else ""
-
-    def _exclusion(self, rows: Sequence[SheetRow]) -> Flaw | None:
-        reasons = dict.fromkeys(row.exclude for row in rows if row.exclude)
-        reason = f"{self.sheet} excludes it: {'; '.join(reasons)}"
-        return Flaw(EXCLUDED, reason) if reasons else None
-
-    def _disagreement(self, rows: Sequence[SheetRow]) -> Refusal | None:
-        """Why the rows about a run cannot be followed: they contradict each other."""
-        for key in dict.fromkeys(key for row in rows for key in row.keys):
-            given = {row.keys[key]: row for row in reversed(rows) if key in row.keys}
-            if len(given) > 1:
-                of_rows = (f"{value!r} (row of {row})" for value, row in reversed(given.items()))
-                reason = f"has several rows for the run, which disagree in {key}"
-                advice = "Leave one of them, or make the pattern of a row narrower."
-                reason = f"{self.sheet} {reason}: {', '.join(of_rows)}"
-                return Refusal("sheet_rows_disagree", reason, advice)
-        return None
-
-    def _contradictions(
-        self, run_id: str, header: Mapping[str, str], given: Mapping[str, str], settings: Settings
-    ) -> list[Refusal]:
-        differing: list[str] = []
-        for key, value in given.items():
-            other = oil_key(header) or key if key == "oil" and key not in header else key
-            if other in header and not _same(key, value, header[other], settings):
-                differing.append(f"{key} {value} (header: {other} {header[other][:60]!r})")
-        reason = f"{self.sheet} and the header disagree: {', '.join(differing)}"
-        advice = "The run sheet is used. Correct the one that is wrong."
-        return [Refusal(CONTRADICTION, reason, advice, run_id)] if differing else []
-
-    def _unmatched(
-        self, rows: Iterable[SheetRow], parts: Sequence[str], run_id: str = ""
-    ) -> Refusal:
-        listed = "; ".join(map(str, rows))
-        known = ", ".join(map(repr, parts[:10])) + (" ..." if len(parts) > 10 else "")
-        reason = f"{self.sheet} has rows for {listed}, but the runs of the log are {known}"
-        return Refusal(UNMATCHED, reason, UNMATCHED_ADVICE, run_id)
-
-
-def _is_about(row: SheetRow, part: str) -> bool:
-    return not (row.run and part) or matches(part, row.run)
+    def whole(self, problem: Refusal) -> Refusal:
+        """Why nothing of the run can be read; of an excluded run, that it is excluded as well."""
+        if self.excluded is None:
+            return problem
+        reason = f"{self.excluded.reason}; besides, {problem.reason}"
+        return Refusal(EXCLUDED, reason, EXCLUDED_ADVICE)
 
 
 def matches(name: str, pattern: str) -> bool:
@@ -215,9 +112,72 @@ class RunSheet:
     rows: Mapping[str, tuple[SheetRow, ...]] = field(default_factory=dict)
     remarks: tuple[Refusal, ...] = ()
 
-    def of_log(self, file: str) -> SheetOfLog:
-        """The rows about one log."""
-        return SheetOfLog(self.name, file, self.rows.get(file, ()))
+    def about(self, file: str, part: str) -> list[SheetRow]:
+        """The rows about a log, or about one run of it.
+
+        Args:
+            file: Name of the log.
+            part: The run's own name in the log; empty where the log is one run.
+        """
+        rows = self.rows.get(file, ())
+        return [row for row in rows if not (row.run and part) or matches(part, row.run)]
+
+    def labels(self, file: str, part: str, logged: Mapping[str, str], settings: Settings) -> Labels:
+        """What is known of one run of a log.
+
+        Args:
+            file: Name of the log.
+            part: The run's own name in the log, as for `about`.
+            logged: Header lines by the keys of the log, as `plain_key` makes them.
+            settings: Settings of the campaign.
+        """
+        run_id = f"{file}:{part}" if part else file
+        named = named_keys(logged, settings)
+        header = header_keys(named, settings)
+        rows = self.about(file, part)
+        given = {key: value for row in reversed(rows) for key, value in row.keys.items()}
+        # the load has one set point, as force or as pressure
+        over = LOADS if given.keys() & LOADS else frozenset()
+        keys = {key: text for key, text in header.items() if key not in over} | given
+        remarks = self._contradictions(run_id, header, given, settings)
+        sources = dict.fromkeys(named.keys() - over, "header") | dict.fromkeys(given, "run sheet")
+        excluded, problem = self._exclusion(rows), self._disagreement(rows)
+        return Labels(run_id, keys, remarks, excluded, problem, sources)
+
+    def strays(self, file: str, parts: Sequence[str]) -> list[Refusal]:
+        """The rows that name a run which the log does not have, by its own names of its runs."""
+        known = ", ".join(map(repr, parts[:10])) + (" ..." if len(parts) > 10 else "")
+        about = [row for part in parts for row in self.about(file, part)]
+        rows = [row for row in self.rows.get(file, ()) if parts and row not in about]
+        said, end = f"{self.name} has a row for", f"but the runs of the log are {known}"
+        return [Refusal(UNMATCHED, f"{said} {row}, {end}", UNMATCHED_ADVICE) for row in rows]
+
+    def _exclusion(self, rows: Sequence[SheetRow]) -> Refusal | None:
+        reasons = dict.fromkeys(row.exclude for row in rows if row.exclude)
+        reason = f"{self.name} excludes it: {'; '.join(reasons)}"
+        return Refusal(EXCLUDED, reason) if reasons else None
+
+    def _disagreement(self, rows: Sequence[SheetRow]) -> Refusal | None:
+        """Why the rows about a run cannot be followed: they contradict each other."""
+        for key in dict.fromkeys(key for row in rows for key in row.keys):
+            given = {row.keys[key]: row for row in reversed(rows) if key in row.keys}
+            if len(given) > 1:
+                of_rows = (f"{value!r} (row of {row})" for value, row in reversed(given.items()))
+                reason = f"{self.name} has several rows for the run, which disagree in {key}: "
+                advice = "Leave one of them, or make the pattern of a row narrower."
+                return Refusal("sheet_rows_disagree", reason + ", ".join(of_rows), advice)
+        return None
+
+    def _contradictions(
+        self, run_id: str, header: Mapping[str, str], given: Mapping[str, str], settings: Settings
+    ) -> list[Refusal]:
+        differing: list[str] = []
+        for key, value in given.items():
+            if key in header and not _same(key, value, header[key], settings):
+                differing.append(f"{key} {value} (header: {key} {header[key][:60]!r})")
+        reason = f"{self.name} and the header disagree: {', '.join(differing)}"
+        advice = "The run sheet is used. Correct the one that is wrong."
+        return [Refusal(CONTRADICTION, reason, advice, run_id)] if differing else []
 
     def plain(self, files: Iterable[str], *, remarks: bool) -> dict[str, Any]:
         """The part about some logs as Snakemake's params hold it; empty where it says nothing.

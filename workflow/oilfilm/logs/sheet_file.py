@@ -1,8 +1,8 @@
 """The file of the run sheet: one row per log, per run or per pattern of logs.
 
-It is read as text logs are: in any usual encoding, with any delimiter, units in the names or in a
-row below them. A row is a header: its cells mean what header lines of the same names mean. A
-mistake in it stops the run: nobody knows what it should have said.
+It is read as text logs are: in any usual encoding, with any delimiter, units in the names. A row is
+a header: its cells mean what header lines of the same names mean. A mistake in it stops the run:
+nobody knows what it should have said.
 
 Decides: columns, units and mistakes of the run sheet.
 """
@@ -11,29 +11,20 @@ import csv
 import io
 import os
 import unicodedata
-import zipfile
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import suppress
 from functools import cache
-from itertools import zip_longest
 from pathlib import Path, PurePosixPath
 from typing import NamedTuple
 
 from oilfilm.errors import OilfilmError, printable
-from oilfilm.logs import base
-from oilfilm.logs.header import SET_POINT_UNITS, apart, listed_names, meaning
+from oilfilm.logs import base, run_sheet
+from oilfilm.logs.header import apart, listed_names, meaning
 from oilfilm.logs.log_kind import LogKind
-from oilfilm.logs.raw_files import find_sheet, is_sheet, named_logs
-from oilfilm.logs.run_sheet import (
-    NO_SHEET,
-    UNLISTED,
-    UNMATCHED,
-    UNMATCHED_ADVICE,
-    RunSheet,
-    SheetRow,
-    matches,
-)
-from oilfilm.logs.text_rows import encodings_of
+from oilfilm.logs.raw_files import all_faults, find_sheet, is_sheet, listed, named_logs
+from oilfilm.logs.run_sheet import RunSheet, SheetRow, matches
+from oilfilm.logs.text_rows import encoding_of
 from oilfilm.settings.base import plain_key
 from oilfilm.settings.resolved import Settings
 
@@ -41,44 +32,38 @@ from oilfilm.settings.resolved import Settings
 _COLUMNS = ("file", "run", "oil", "exclude", "remarks")
 # Cells of `exclude` that keep a run.
 _KEPT = frozenset(["", *"0 - n no false nein falsch non faux nej nei 否".split()])
-# So many mistakes, rows and names of logs are listed; the others are counted.
-_LISTED = 20
 # The line of names is near the top, below comments and the line `sep=;` of Excel.
 _LINES_SEARCHED = 20
 _LARGEST = 1 << 24
-_QUANTITIES = {quantity: key for key, (quantity, _) in SET_POINT_UNITS.items()}
+_QUANTITIES = {quantity: key for key, (quantity, _) in base.SET_POINT_UNITS.items()}
 
 Cells = list[list[str]]
 
 
-class _LogNames:
-    """The logs of a campaign by the names that the run sheet may give them."""
+def _meant_by(files: Iterable[str]) -> Callable[[str], list[str]]:
+    """Gives the logs of a campaign that a cell of `file` means."""
+    by_form: dict[tuple[int, str], list[str]] = {}
+    for file in files:
+        name = unicodedata.normalize("NFC", file)
+        # a name without a folder means any folder; a log keeps its name when it is packed
+        for rank, form in enumerate((name, PurePosixPath(name).name)):
+            unpacked = form.removesuffix(".gz").removesuffix(".zst")
+            by_form.setdefault((2 * rank, form), []).append(file)
+            by_form.setdefault((2 * rank + 1, unpacked), []).append(file)
 
-    def __init__(self, files: Iterable[str]) -> None:
-        self._by_form: dict[tuple[int, str], list[str]] = {}
-        for file in files:
-            name = unicodedata.normalize("NFC", file)
-            # a name without a folder means any folder; a log keeps its name when it is packed
-            for rank, form in enumerate((name, PurePosixPath(name).name)):
-                unpacked = form.removesuffix(".gz").removesuffix(".zst")
-                self._by_form.setdefault((2 * rank, form), []).append(file)
-                self._by_form.setdefault((2 * rank + 1, unpacked), []).append(file)
-
-    def meant(self, cell: str) -> tuple[list[str], bool]:
-        """The logs that a cell of `file` means, and whether it is a name that several logs have."""
+    def meant(cell: str) -> list[str]:
         pattern = unicodedata.normalize("NFC", cell).replace("\\", "/").removeprefix("./")
-        if not set(pattern) & set("*?"):
-            same = (self._by_form.get((rank, pattern), []) for rank in range(4))
-            found = next(filter(None, same), [])
-            return found, len(found) > 1
+        if not _is_pattern(pattern):
+            return next(filter(None, (by_form.get((rank, pattern)) for rank in range(4))), [])
         ranks = (0, 1) if "/" in pattern else (2, 3)
-        fitting = (
-            file
-            for (rank, form), files in self._by_form.items()
-            if rank in ranks and matches(form, pattern)
-            for file in files
-        )
-        return [*dict.fromkeys(fitting)], False
+        forms = (at for at in by_form if at[0] in ranks and matches(at[1], pattern))
+        return [*dict.fromkeys(file for at in forms for file in by_form[at])]
+
+    return meant
+
+
+def _is_pattern(cell: str) -> bool:
+    return bool(set(cell) & set("*?"))
 
 
 class _Column(NamedTuple):
@@ -100,19 +85,18 @@ class _Sheet:
         # set points repeat from row to row
         self.meaning = cache(lambda own, text: meaning(own, text, names))
 
-    def column(self, name: str, unit: str = "") -> _Column:
-        """A column by its name and the cell below it, if that is a unit."""
-        unit = unit.strip("[]()- ")
-        own = f"{plain_key(name)}_[{plain_key(unit)}]" if unit else plain_key(name)
+    def column(self, name: str) -> _Column:
+        """A column by its name."""
+        own = plain_key(name)
         key = self.meaning(own, "1")[0]
         bare = apart(key)[0]
         # a set point without a unit is known by its quantity
         return _Column(name, own, key if key in self.keys else _QUANTITIES.get(bare, bare))
 
-    def has_unit(self, column: _Column) -> bool:
-        """Whether a column gives a set point, in a unit that makes a number of 1."""
-        key, one = self.meaning(column.own, "1")
-        return key in base.SET_POINTS and base.set_point(key, one) is not None
+    def known(self, names: Sequence[str]) -> tuple[bool, int]:
+        """How well cells are known as the names of columns."""
+        keys = [key for name in names if (key := self.column(name).key) in self.keys]
+        return "file" in keys, len(keys)
 
     def refuse(self, where: str, sentence: str) -> None:
         """Add a mistake."""
@@ -120,10 +104,8 @@ class _Sheet:
 
     def stop(self) -> None:
         """End with all mistakes, if there are any."""
-        more = len(self.mistakes) - _LISTED
-        counted = [f"{self.path}: {more} more mistakes"] if more > 0 else []
         if self.mistakes:
-            raise OilfilmError("\n".join([*self.mistakes[:_LISTED], *counted]))
+            raise all_faults(self.mistakes, self.path, "mistakes")
 
 
 def read_run_sheet(
@@ -144,14 +126,13 @@ def read_run_sheet(
     """
     sheet = _Sheet(path, settings, kind)
     rows = _rows(content, sheet)
-    sheet.stop()
     matched: dict[str, list[SheetRow]] = {}
     strays: list[str] = []
-    logs = _LogNames(files)
+    meant = _meant_by(files)
     for number, row in rows:
-        found, ambiguous = logs.meant(row.file)
-        if ambiguous:
-            sentence = f"{row.file!r} is the name of {_listed(found)}: add the folder."
+        found = meant(row.file)
+        if len(found) > 1 and not _is_pattern(row.file):
+            sentence = f"{row.file!r} is the name of {listed(found)}: add the folder."
             sheet.refuse(f"row {number}", sentence)
         for file in found:
             matched.setdefault(file, []).append(row)
@@ -160,17 +141,15 @@ def read_run_sheet(
     sheet.stop()
     remarks: list[base.Refusal] = []
     if strays:
-        remarks.append(base.Refusal(UNMATCHED, printable(_listed(strays)), UNMATCHED_ADVICE))
+        remarks.append(
+            base.Refusal(run_sheet.UNMATCHED, printable(listed(strays)), run_sheet.UNMATCHED_ADVICE)
+        )
     if rows and (unlisted := [file for file in files if file not in matched]):
-        reason = f"no row for {len(unlisted)} of {len(files)} logs: {_listed(unlisted)}"
+        reason = f"no row for {len(unlisted)} of {len(files)} logs: {listed(unlisted)}"
         advice = "Only their headers count. Add rows where that is wrong."
-        remarks.append(base.Refusal(UNLISTED, printable(reason), advice))
+        remarks.append(base.Refusal(run_sheet.UNLISTED, printable(reason), advice))
     rows_of = {file: tuple(of) for file, of in matched.items()}
     return RunSheet(path.name, rows_of, tuple(remarks))
-
-
-def _listed(names: Sequence[str]) -> str:
-    return ", ".join(names[:_LISTED]) + (" ..." if len(names) > _LISTED else "")
 
 
 def is_run_sheet(path: Path, raw: Path) -> bool:
@@ -197,7 +176,7 @@ def sheet_of_paths(paths: Iterable[Path], raw: Path, settings: Settings, kind: L
         if (real := path.resolve()).is_relative_to(inside):
             top, *below = real.relative_to(inside).parts
             by_folder.setdefault(top, {})["/".join(below)] = path
-    together = NO_SHEET
+    together = RunSheet()
     for top, logs in by_folder.items():
         sheet_path = find_sheet(raw / top)
         if sheet_path is None:
@@ -214,10 +193,15 @@ def _rows(content: bytes, sheet: _Sheet) -> list[tuple[int, SheetRow]]:
     """The rows with their numbers, as a spreadsheet counts them."""
     if len(content) > _LARGEST:
         raise OilfilmError(f"{sheet.path}: is larger than {_LARGEST >> 20} MiB.")
-    records = _workbook(content, sheet) if content.startswith(b"PK") else _text(content, sheet)
-    start = max(range(len(records[:_LINES_SEARCHED])), key=lambda n: _known(records[n], sheet))
-    names = records[start]
-    if not _known(names, sheet)[0]:
+    readings = [_workbook(content, sheet)] if content.startswith(b"PK") else _texts(content)
+    sheet.stop()
+    # the line of names in the reading that knows most of them; the first of equals
+    starts = ((cells, n) for cells in readings for n in range(len(cells[:_LINES_SEARCHED])))
+    records, start = max(starts, key=lambda at: sheet.known(at[0][at[1]]), default=([[]], 0))
+    columns = {n: sheet.column(name) for n, name in enumerate(records[start]) if name}
+    counts = Counter(column.key for column in columns.values())
+    where = f"row {start + 1}"
+    if "file" not in counts:
         seen = ", ".join(next(filter(any, records), [""]))[:120]
         others = ", ".join(key for key in sheet.keys if key != "file")
         sheet.refuse(
@@ -225,52 +209,29 @@ def _rows(content: bytes, sheet: _Sheet) -> list[tuple[int, SheetRow]]:
             f"found {seen!r}, expected a row of column names, one of them `file` (others: "
             f"{others}). Names of your own: see `header` of the campaign file.",
         )
-        return []
-    below = start + 1
-    units = records[below][: len(names)] if below < len(records) else []
-    if not _are_units(names, units, sheet):
-        units = []
-    below += bool(units)
-    columns = {
-        index: sheet.column(name, unit)
-        for index, (name, unit) in enumerate(zip_longest(names, units, fillvalue=""))
-        if name
-    }
+    sheet.stop()
     for column in columns.values():
-        _check_column(column, f"row {start + 1}", sheet)
-    for key, count in Counter(column.key for column in columns.values()).items():
+        _check_column(column, where, sheet)
+    for key, count in counts.items():
         if count > 1 and key in sheet.keys and key != "remarks":
-            sheet.refuse(f"row {start + 1}", f"{count} columns give {key}: leave one of them.")
-    if sheet.mistakes:
-        return []
-    numbered = enumerate(records[below:], start=below + 1)
-    rows = ((n, _row(n, cells, columns, sheet)) for n, cells in numbered if any(cells))
-    return [(n, row) for n, row in rows if row is not None]
+            sheet.refuse(where, f"{count} columns give {key}: leave one of them.")
+    sheet.stop()
+    numbered = enumerate(records[start + 1 :], start=start + 2)
+    rows = [(n, _row(f"row {n}", cells, columns, sheet)) for n, cells in numbered if any(cells)]
+    sheet.stop()
+    return rows
 
 
-def _known(names: Sequence[str], sheet: _Sheet) -> tuple[bool, int]:
-    """How well cells are known as the names of columns."""
-    keys = [key for name in names if (key := sheet.column(name).key) in sheet.keys]
-    return "file" in keys, len(keys)
-
-
-def _text(content: bytes, sheet: _Sheet) -> Cells:
-    """The cells of a text: in the encoding and with the delimiter that give most known names."""
-    readings: list[Cells] = []
-    for encoding in encodings_of(content):
-        text = content.decode(encoding, "replace").removeprefix("\ufeff")
-        for delimiter in (",", ";", "\t", "|"):
-            try:
-                cells = list(csv.reader(io.StringIO(text, newline=""), delimiter=delimiter))
-            except csv.Error:
-                continue
-            readings.append([[cell.strip() for cell in row] for row in cells] or [[]])
-    # the first of equals is the most likely one
-    return max(
-        readings,
-        key=lambda cells: max(_known(row, sheet) for row in cells[:_LINES_SEARCHED]),
-        default=[[]],
-    )
+def _texts(content: bytes) -> list[Cells]:
+    """The cells of a text by each delimiter that it may have."""
+    text = content.decode(encoding_of(content), "replace").removeprefix("\ufeff")
+    readings = []
+    for delimiter in (",", ";", "\t", "|"):
+        # a cell longer than csv reads is none of a run sheet
+        with suppress(csv.Error):
+            rows = csv.reader(io.StringIO(text, newline=""), delimiter=delimiter)
+            readings.append([[cell.strip() for cell in row] for row in rows])
+    return readings
 
 
 def _workbook(content: bytes, sheet: _Sheet) -> Cells:
@@ -290,64 +251,43 @@ def _workbook(content: bytes, sheet: _Sheet) -> Cells:
         return "" if value is None else f"{value:.0f}" if whole else str(value).strip()
 
     try:
-        unfolded = sum(part.file_size for part in zipfile.ZipFile(io.BytesIO(content)).infolist())
-        if unfolded > _LARGEST:
-            raise ValueError(f"unpacked it has {unfolded >> 20} MiB")
         # with the values that formulas had when the workbook was saved, and with the formulas
-        values, formulas = (
+        books = (
             openpyxl.load_workbook(io.BytesIO(content), read_only=True, data_only=only)
-            .worksheets[0]
-            .iter_rows(values_only=only)
             for only in (True, False)
         )
-        rows = [[*map(cell, *pair)] for pair in zip(values, formulas, strict=True)]
+        values, formulas = (book.worksheets[0] for book in books)
+        pairs = zip(values.iter_rows(values_only=True), formulas.iter_rows(), strict=True)
+        return [[*map(cell, *pair)] for pair in pairs]
     except Exception as error:  # whatever a damaged workbook makes the library stumble over
         reason = " ".join(str(error).split())[:200] or type(error).__name__
         raise OilfilmError(
             f"{sheet.path}: cannot be read as a workbook ({reason}). Save it as runs.csv."
         ) from None
-    sheet.stop()
-    return rows or [[]]
-
-
-def _are_units(names: Sequence[str], cells: Sequence[str], sheet: _Sheet) -> bool:
-    """Whether a row below the names names no log and has a unit for some set point."""
-    columns = [(sheet.column(*each), each[1]) for each in zip(names, cells, strict=False)]
-    named = any(column.key == "file" and cell not in ("", "-") for column, cell in columns)
-    return not named and any(cell and sheet.has_unit(column) for column, cell in columns)
 
 
 def _check_column(column: _Column, row: str, sheet: _Sheet) -> None:
     """Whether a column is known, with its unit; what is wrong with it goes to the mistakes."""
     if column.key not in sheet.keys:
-        sheet.refuse(
-            row,
-            f"found the unknown column {column.name!r}; expected {', '.join(sheet.keys)}. A column "
-            "that is not to be read: list it under `header: remarks` of the campaign file.",
-        )
-    elif column.key in base.SET_POINTS and not sheet.has_unit(column):
-        unit = apart(column.own)[1]
-        found = f"found the unit {unit!r}" if unit else "has no unit"
-        expected = "N or GPa" if column.key == "load_n" else SET_POINT_UNITS[column.key][1]
-        sheet.refuse(
-            f"{row}, column {column.name!r}",
-            f"{found}, expected {expected} in brackets behind the name or in a row below.",
-        )
+        found = f"found the unknown column {column.name!r}; expected {', '.join(sheet.keys)}."
+        advice = "A column that is not to be read: list it under `header: remarks` of the campaign"
+        sheet.refuse(row, f"{found} {advice} file.")
+    elif column.key in base.SET_POINTS:
+        key, one = sheet.meaning(column.own, "1")
+        if key not in base.SET_POINTS or base.set_point(key, one) is None:
+            unit = apart(column.own)[1]
+            found = f"found the unit {unit!r}" if unit else "has no unit"
+            expected = "N or GPa" if column.key == "load_n" else base.SET_POINT_UNITS[column.key][1]
+            where = f"{row}, column {column.name!r}"
+            sheet.refuse(where, f"{found}, expected {expected} in brackets behind the name.")
 
 
-def _row(
-    number: int, cells: Sequence[str], columns: Mapping[int, _Column], sheet: _Sheet
-) -> SheetRow | None:
+def _row(row: str, cells: Sequence[str], columns: Mapping[int, _Column], sheet: _Sheet) -> SheetRow:
     """What a row says; its mistakes go to those of the sheet."""
-    row, mistakes = f"row {number}", len(sheet.mistakes)
     filled = {index: cell for index, cell in enumerate(cells) if cell}
-    if stray := [cell for index, cell in filled.items() if index not in columns]:
-        sheet.refuse(
-            row,
-            f"the cell {stray[0][:60]!r} is in no column: expected {len(columns)} cells. A text "
-            "with the delimiter in it needs quotes.",
-        )
-        return None
+    if stray := [filled.pop(index) for index in sorted(filled.keys() - columns.keys())]:
+        found = f"the cell {stray[0][:60]!r} is in no column: expected {len(columns)} cells."
+        sheet.refuse(row, f"{found} A text with the delimiter in it needs quotes.")
     texts = {columns[index].key: cell for index, cell in filled.items()}
     if "file" not in texts:
         sheet.refuse(f"{row}, column 'file'", "is empty, expected the name of a log or a pattern.")
@@ -364,18 +304,15 @@ def _row(
                 where = f"{row}, column {column.name!r}"
                 sheet.refuse(where, f"found {text[:60]!r}, expected {expected}.")
     reason = printable(exclude) if excluded else ""
-    made = SheetRow(texts.get("file", ""), texts.get("run", ""), reason, keys)
-    return made if len(sheet.mistakes) == mistakes else None
+    return SheetRow(texts.get("file", ""), texts.get("run", ""), reason, keys)
 
 
 def _value(column: _Column, text: str, sheet: _Sheet) -> tuple[str | None, str]:
     """The value of a cell as its header key holds it, or None, and what is expected there."""
     key, settings = column.key, sheet.settings
     if key in base.SET_POINTS:
-        least, most = base.set_point_range(key)
         value = base.set_point(*sheet.meaning(column.own, text))
-        expected = f"a number above {least:g}, below {most:g} {SET_POINT_UNITS[key][1]}"
-        return (None if value is None else f"{value:.12g}"), expected
+        return (None if value is None else f"{value:.12g}"), base.expected_set_point(key)
     torque = settings.campaign.torque
     names = {
         "oil": [*settings.oils],

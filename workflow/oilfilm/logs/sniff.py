@@ -14,22 +14,21 @@ import numpy as np
 
 from oilfilm.home import CONFIG
 from oilfilm.logs import base
-from oilfilm.logs.csv import may_be_table
-from oilfilm.logs.header import SET_POINT_UNITS, UNITS, apart, meaning, number_and_unit, oil_key
+from oilfilm.logs.header import UNITS, apart, meaning, number_and_unit, oil_key
 from oilfilm.logs.ingest import read_log, unpack
 from oilfilm.logs.log_kind import ContinuousLog, LogKind
 from oilfilm.logs.registry import READERS, recognised_format
 from oilfilm.logs.traction_log import TRACTION
 from oilfilm.logs.words import Guesses, guessed, unit_in_name
 from oilfilm.settings.base import plain_key
-from oilfilm.settings.campaign import Column, Semantics
+from oilfilm.settings.campaign import Column
 from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
 from oilfilm.units import BoolArray, FloatArray
 
 VOCABULARY = TRACTION.vocabulary
 _GUESSES = Guesses("traction", "columns", VOCABULARY.own_names, ())
-# A header line without a unit is a set point where the signal is as near to it as this.
+# A signal is held at a level where its readings are as near to each other as this.
 _NEAR, _NEAR_C = 0.05, 3.0
 _MU = "traction_coefficient"
 # No rig samples a sweep more slowly: a time without unit is in something else than seconds then.
@@ -56,8 +55,6 @@ class Run:
         settled: Whether each row is a settled reading, so that nothing follows from its time.
         zero: Source of the zero of the force, as `semantics` names it; empty where that cannot be
             told, None where none suits.
-        signs: The body that is slowed, and whether the force is against the slip (-1) or with it
-            (1), as `semantics` names them; without what cannot be told.
         units: The unit of each quantity.
         log_kind: What the header says of it.
         slow: Whether the steps of the time are too long to be seconds.
@@ -71,7 +68,6 @@ class Run:
     measured: Mapping[str, float] = field(default_factory=dict)
     settled: bool = False
     zero: str | None = ""
-    signs: Mapping[str, str | int] = field(default_factory=dict)
     units: Mapping[str, str] = field(default_factory=dict)
     log_kind: str = ""
     slow: bool = False
@@ -86,6 +82,7 @@ class Sniffed:
         format: Its format; `none` where it is not known.
         form: How it is written.
         guesses: Columns by the quantity that they seem to mean, each with its unit.
+        units: Unit in the name of each column that has none beside it; empty where there is none.
         missing: Quantities that no column seems to mean.
         names: All names of its columns.
         problem: Why it cannot be read, if so.
@@ -97,6 +94,7 @@ class Sniffed:
     format: str
     form: base.TextForm
     guesses: Mapping[str, base.Names]
+    units: Mapping[str, str]
     missing: Sequence[str]
     names: Sequence[str]
     problem: str
@@ -112,84 +110,55 @@ def _settings() -> Settings:
 
 def sniff(file: str, content: bytes, zero: ZeroSource) -> Sniffed:
     """What a log of a traction rig seems to hold."""
-    name, names, may_be_log = _names(content)
+    name, names = _names(content)
     meant = _GUESSES.columns_by_quantity(names)
     # names of the project need no line in the campaign file, where their unit is known
-    guesses = {
-        quantity: columns
-        for quantity, columns in meant.items()
-        if not all(VOCABULARY.meaning(own) and unit for own, unit in columns)
-    }
+    known = {each for each, of in meant.items() if all(VOCABULARY.meaning(n) and u for n, u in of)}
+    guesses = {each: columns for each, columns in meant.items() if each not in known}
     certain = {quantity: each[0] for quantity, each in guesses.items() if len(each) == 1}
     # units that are not beside the name: in it, or unknown
-    units = {
-        quantity: unit_in_name(own, quantity, VOCABULARY)
-        for quantity, (own, unit) in certain.items()
-        if not unit
-    }
+    in_names = ((each, own) for each, (own, beside) in certain.items() if not beside)
+    units = {quantity: unit_in_name(own, quantity, VOCABULARY) for quantity, own in in_names}
     # of time a unit that is not stated is the second; `_run` finds steps that contradict it
     unitless = {quantity for quantity, unit in units.items() if not unit and quantity != "time"}
-    read_as = {each: units[each] or VOCABULARY.quantities[each][0] for each in units}
+    read_as = {each: unit or VOCABULARY.quantities[each][0] for each, unit in units.items()}
     renamed = {
-        quantity: Column(name=[own], unit=read_as.get(quantity))
-        for quantity, (own, _) in certain.items()
+        each: Column(name=[own], unit=read_as.get(each)) for each, (own, _) in certain.items()
     }
     runs: list[Run] = []
 
     def run(log: ContinuousLog, settings: Settings) -> base.LoggedRun:
-        # the oil and the rig of the settings for the readers are not those of the log
-        unsaid = {"oil", "rig"} - log.understood.sources.keys()
-        keys = {key: text for key, text in log.keys.items() if key not in unsaid}
-        units = {column.quantity: column.to.unit for column in log.columns}
-        part = log.run_id[len(file) + 1 :]
-        runs.append(_run(part, keys, log.values, units, unitless, zero))
-        samples = {"row": log.rows}
-        return base.LoggedRun(log.run_id, "", "", "continuous", base.Nominal(), samples)
+        runs.append(_run(log.run_id[len(file) + 1 :], log, unitless, zero))
+        return log.run("", {"row": log.rows}, {}, None)
 
     # the time of LabVIEW's logs need be no column; exports of PCS programs have no names to guess
-    optional = {"csv": set(), "pcs": {*VOCABULARY.quantities}}.get(name or "", {"time"})
+    optional = {"csv": set(), "pcs": {*VOCABULARY.quantities}}.get(name, {"time"})
     missing = [each for each in _missing(meant) if each not in optional]
-    timed = "time" in meant or _MU not in meant
     # what is missing is asked of the user; the rest of the log is read without it
-    spared = {*_missing(meant)} - {"time"} | (set() if timed else {"time"})
-    probe = LogKind(
-        VOCABULARY, lambda campaign: renamed, lambda *about: None, run, (), lambda *about: spared
-    )
+    spared = {*_missing(meant), "time"}
+    probe = LogKind(VOCABULARY, lambda _: renamed, lambda *_: iter(()), run, (), lambda *_: spared)
     name, reading = read_log(content, file, _settings(), probe)
-    refused = next((each.reason for each in reading.refusals), "")
-    return Sniffed(
-        file,
-        name,
-        reading.form,
-        guesses,
-        missing,
-        list(dict.fromkeys(name for name, _ in names if name)),
-        "" if runs else refused,
-        runs,
-        bool(runs) or may_be_log,
-    )
+    refused = next(((each.rule, each.reason) for each in reading.refusals), ("", ""))
+    # text is a log if some line names columns
+    no_log = refused[0] == "unknown_format" or (name == "csv" and not names)
+    own, problem = list(dict.fromkeys(name for name, _ in names if name)), refused[1]
+    found = guesses, units, missing, own, "" if runs else problem, runs
+    return Sniffed(file, name, reading.form, *found, not no_log)
 
 
-def _names(content: bytes) -> tuple[str | None, base.Names, bool]:
-    """The format of a file, the columns of its best table, and whether it may be a log at all.
-
-    That is a file in a format of logs, a packed one that is damaged, or text with rows of numbers.
-    """
+def _names(content: bytes) -> tuple[str, base.Names]:
+    """The format of a file, and the columns of its best table."""
+    name, tables = "none", []
     try:
         content = unpack(content)
-    except base.UnreadableLogError:
-        return None, [], True
-    name, tables = recognised_format(content), []
-    if name is None:
-        return None, [], False
-    try:
+        name = recognised_format(content) or name
         if name != "pcs":
             _, found = READERS[name].tables(content, _GUESSES)
             tables = [[*zip(table.names, table.units, strict=True)] for table in found]
     except Exception:  # noqa: S110 - whatever a library stumbles over; reading the log says it
         pass
     best = max(tables, key=lambda names: len(_GUESSES.columns_by_quantity(names)), default=[])
-    return name, best, name != "csv" or may_be_table(content)
+    return name, best
 
 
 def _missing(meant: Mapping[str, base.Names]) -> list[str]:
@@ -202,25 +171,18 @@ def _missing(meant: Mapping[str, base.Names]) -> list[str]:
     return [quantity for quantity in (*VOCABULARY.always, *speeds) if quantity not in known]
 
 
-def _run(
-    part: str,
-    keys: Mapping[str, str],
-    values: Mapping[str, FloatArray],
-    units: Mapping[str, str],
-    unitless: Set[str],
-    zero: ZeroSource,
-) -> Run:
+def _run(part: str, log: ContinuousLog, unitless: Set[str], zero: ZeroSource) -> Run:
     """What the columns and header lines of a run show; nothing follows from `unitless` ones."""
-    count = len(next(iter(values.values()), []))
+    # the oil and the rig of the settings for the readers are not those of the log
+    unsaid = {"oil", "rig"} - log.understood.sources.keys()
+    keys = {key: text for key, text in log.keys.items() if key not in unsaid}
+    count, values, units = len(log.rows), log.values, log.units
     nothing = np.full(count, np.nan)
-    time, load, force, temperature = (
-        values.get(name, nothing)
-        for name in ("time", "load", "traction_force", "inlet_temperature")
-    )
+    names = "time", "load", "traction_force", "inlet_temperature"
+    time, load, force, temperature = (values.get(name, nothing) for name in names)
     ball, disc = _surface_speeds(values, units, nothing)
     mean = (ball + disc) / 2
     turning = _turning(mean)
-    slip = (disc - ball)[turning] / mean[turning]
     levels = {} if "load" in unitless else {_LOADS[units.get("load", "N")]: load}
     if units.get("ball_speed") != "rpm" and not _SPEEDS & unitless:
         levels["entrainment_speed_m_s"] = mean
@@ -233,23 +195,13 @@ def _run(
     settled = log_kind == "steps" or (_MU in values and "time" not in values)
     signals = (time, ball, disc, load, force)
     continuous = count > 1 and np.isfinite(signals).all() and not settled
-    named = "oil" if "oil" in keys else oil_key(keys) or ""
+    named = oil_key(keys) or "oil"
     step = float(np.median(np.diff(time))) if count > 1 else 0.0
     timed = continuous and "time" not in unitless and step > 0
-    return Run(
-        part,
-        named,
-        keys.get(named, ""),
-        keys.get("rig", ""),
-        _lines(keys, measured),
-        measured,
-        settled,
-        zero(*signals) if timed else "",
-        _signs(slip, force[turning], "ball_speed" in units),
-        units,
-        log_kind,
-        not settled and step > _LONGEST_STEP_S,
-    )
+    slow = not settled and step > _LONGEST_STEP_S
+    said = part, named, keys.get(named, ""), keys.get("rig", ""), _lines(keys)
+    found = measured, settled, zero(*signals) if timed else "", units
+    return Run(*said, *found, log_kind, slow)
 
 
 def _level(key: str, values: FloatArray) -> float:
@@ -288,49 +240,27 @@ def _turning(speed: FloatArray) -> BoolArray:
     return np.abs(speed) > (np.quantile(np.abs(speed), 0.9) / 2 if known else np.inf)
 
 
-def _signs(slip: FloatArray, force: FloatArray, of_bodies: bool) -> dict[str, str | int]:
-    """The body that is slowed and whether the force grows or falls with the slip, where plain."""
-    found: dict[str, str | int] = {}
-    if len(slip) > 1 and of_bodies:
-        least, most = np.quantile(slip, (0.02, 0.98))
-        (less, _), (more, slower) = sorted([(-least, "disc"), (most, "ball")])
-        found |= {"slower_body": slower} if less < more / 10 else {}
-    if len(slip) > 1 and np.ptp(slip) > 0 and np.ptp(force) > 0:
-        together = float(np.corrcoef(slip, force)[0, 1])
-        found |= {"traction_sign": 1 if together > 0 else -1} if abs(together) >= 0.3 else {}
-    return found
-
-
 # ---------------------------------------------------------------- header lines
 
 
-def _lines(keys: Mapping[str, str], measured: Mapping[str, float]) -> dict[str, tuple[str, float]]:
-    """The header lines that give set points where the campaign file lists them; of two, the first.
-
-    Without its unit a line is one where the signal is near to it.
-    """
+def _lines(keys: Mapping[str, str]) -> dict[str, tuple[str, float]]:
+    """The header lines that give set points with their unit; of two for one, the first."""
     lines: dict[str, tuple[str, float]] = {}
     for name, text in keys.items():
         bare, beside = apart(name)
         words = bare.replace("_", " ")
         last, behind = plain_key(f" {words}".split(" ")[-1]), number_and_unit(text)[1]
-        for key, (quantity, unit) in SET_POINT_UNITS.items():
+        for key, (quantity, unit) in base.SET_POINT_UNITS.items():
             meant = guessed(words, unit, VOCABULARY)[0]
             if name != key and meant != quantity.replace("max_hertz_pressure", "load"):
                 continue
             found, number = meaning(name, text, {plain_key(words): key})
             value = base.set_point(key, number) if found == key else None
             given = name == key or beside or behind or UNITS.get(last) == unit
-            if value is not None and (given or _is_near(key, value, measured)):
+            if value is not None and given:
                 lines.setdefault(key, (words, value))
                 break
     return lines
-
-
-def _is_near(key: str, value: float, measured: Mapping[str, float]) -> bool:
-    known = measured.get(key, np.nan)
-    near = _NEAR_C if key == "inlet_temperature_c" else _NEAR * abs(known)
-    return bool(abs(value - known) <= near)
 
 
 def set_points(run: Run) -> dict[str, float]:
@@ -390,28 +320,20 @@ class Findings:
     @property
     def doubtful(self) -> dict[str, list[str]]:
         """Quantities that no column seems to mean, or several: the names to choose from."""
-        found: list[tuple[str, str]] = []
-        doubtful: set[str] = set()
+        found: dict[str, dict[str, None]] = {}
         for log in self.named:
             several = {q: [n for n, _ in each] for q, each in log.guesses.items() if len(each) > 1}
             for quantity in {*log.missing, *several}:
                 names = several.get(quantity, [name for name in log.names if _is_left(name, log)])
-                doubtful.add(quantity)
-                found += [(quantity, name) for name in names]
-        names_of = _grouped(found)
-        return {quantity: names_of.get(quantity, []) for quantity in sorted(doubtful)}
+                found.setdefault(quantity, {}).update(dict.fromkeys(names))
+        return {quantity: [*found[quantity]] for quantity in sorted(found)}
 
     def unit(self, quantity: str) -> tuple[str, bool]:
         """The unit for the campaign file, empty where the logs give it; whether it is unknown."""
-        units = {
-            unit_in_name(name, quantity, VOCABULARY)
-            for log in self.named
-            for name, unit in log.guesses.get(quantity, [])[:1]
-            if not unit
-        }
+        units = {log.units[quantity] for log in self.named if quantity in log.units}
+        seconds = quantity == "time" and not any(run.slow for run in self.runs)
         known = next(iter(units)) if len(units) == 1 else ""
-        if units == {""} and quantity == "time" and not any(run.slow for run in self.runs):
-            known = "s"
+        known = "s" if units == {""} and seconds else known
         return known, bool(units) and not known
 
     @property
@@ -460,18 +382,6 @@ class Findings:
         stated = all("max_hertz_pressure_gpa" in run.lines for run in self.runs)
         several = bool(loads) and max(loads) > (1 + _NEAR) * min(loads)
         return any(run.units.get("load") == "GPa" for run in self.runs) or (several and not stated)
-
-    @property
-    def semantics(self) -> dict[str, str | int]:
-        """How the signals seem to be meant, where it differs from the defaults."""
-        signs = [sign for run in self.runs if not run.settled for sign in run.signs.items()]
-        # the most common one of each key comes last
-        most = dict(sign for sign, _ in reversed(Counter(signs).most_common()))
-        return {
-            key: most[key]
-            for key in ("slower_body", "traction_sign")
-            if key in most and most[key] != Semantics.model_fields[key].default
-        }
 
     @cached_property
     def zeros(self) -> Counter[str | None]:

@@ -11,8 +11,8 @@ import numpy.typing as npt
 from nptdms import TdmsFile, TdmsGroup
 from nptdms.log import log_manager
 
-from oilfilm.logs.base import NO_TEXT, Flaw, UnreadableLogError, check_rows, distinct
-from oilfilm.logs.columns import Found, LoggedTable, header_text
+from oilfilm.logs.base import NO_TEXT, Refusal, UnreadableLogError, check_rows, distinct
+from oilfilm.logs.columns import Found, LoggedTable, header_text, seconds
 from oilfilm.logs.log_kind import Vocabulary
 from oilfilm.settings.base import plain_key
 
@@ -52,12 +52,12 @@ def tables(content: bytes, vocabulary: Vocabulary) -> Found:
             raise UnreadableLogError(flaw.reason, advice, rule="damaged_file")
         labels = distinct(group.name for group in groups)
         return NO_TEXT, [
-            _table(group, log.properties, label, len(groups) == 1, flaw, vocabulary)
+            _table(group, log.properties, label if groups[1:] else "", flaw, vocabulary)
             for group, label in zip(groups, labels, strict=True)
         ]
 
 
-def _segments(content: bytes) -> tuple[Flaw | None, int]:
+def _segments(content: bytes) -> tuple[Refusal | None, int]:
     """What is wrong with the last segment where it was not written to its end; bytes of values."""
     position, number, raw = 0, 0, 0
     while position < len(content):
@@ -66,11 +66,11 @@ def _segments(content: bytes) -> tuple[Flaw | None, int]:
         lead_in = content[position : position + _LEAD_IN]
         if len(lead_in) < _LEAD_IN or not lead_in.startswith(_TAG):
             # another tag is damage, which the library reports
-            return (Flaw("truncated", sentence) if _TAG.startswith(lead_in[:4]) else None), raw
+            return (Refusal("truncated", sentence) if _TAG.startswith(lead_in[:4]) else None), raw
         order = ">" if lead_in[4] & _BIG_ENDIAN else "<"
         length, of_names = struct.unpack(f"{order}QQ", lead_in[12:28])
         if length == _UNKNOWN_END or position + _LEAD_IN + length > len(content):
-            return Flaw("truncated", sentence), raw
+            return Refusal("truncated", sentence), raw
         position += _LEAD_IN + length
         raw += length - of_names
     return None, raw
@@ -97,9 +97,8 @@ def _check_claims(
 def _table(
     group: TdmsGroup,
     of_file: Mapping[str, Any],
-    label: str,
-    alone: bool,
-    flaw: Flaw | None,
+    part: str,
+    flaw: Refusal | None,
     vocabulary: Vocabulary,
 ) -> LoggedTable:
     """A group as a table, in which shorter channels end in rows without a number.
@@ -108,6 +107,7 @@ def _table(
     """
     channels = group.channels()
     names = [channel.name.strip() for channel in channels]
+    about = [channel.properties for channel in channels]
     units = [
         "s" if channel.dtype.kind == "M" else str(channel.properties.get("unit_string", "")).strip()
         for channel in channels
@@ -116,34 +116,19 @@ def _table(
     rows = max(len(channels[place]) for place in known or range(len(channels)))
     check_rows(rows)
     # read here, as long as the file is open
-    values = {place: np.asarray(channels[place][:]) for place in known}
+    read = {place: seconds(np.asarray(channels[place][:])) for place in known}
+
+    def values(places: Sequence[int]) -> list[Values]:
+        return [_of_length(read[place], rows) for place in places]
+
+    clocks = {
+        place: (float(each.get("wf_start_offset", 0.0)), float(each["wf_increment"]), "s")
+        for place, each in enumerate(about)
+        if "wf_increment" in each
+    }
     properties = {**of_file, **group.properties}
-    return LoggedTable(
-        {plain_key(name): header_text(value) for name, value in properties.items()},
-        names,
-        units,
-        lambda places: [_of_length(_seconds(values[place]), rows) for place in places],
-        rows,
-        label,
-        alone,
-        flaw=flaw,
-        clocks={
-            place: (
-                float(channel.properties.get("wf_start_offset", 0.0)),
-                float(channel.properties["wf_increment"]),
-                "s",
-            )
-            for place, channel in enumerate(channels)
-            if "wf_increment" in channel.properties
-        },
-    )
-
-
-def _seconds(values: Values) -> Values:
-    """Instants as seconds since the first; numbers as they are."""
-    if values.dtype.kind == "M" and len(values):
-        return (values - values[0]) / np.timedelta64(1, "s")
-    return values
+    keys = {plain_key(name): header_text(value) for name, value in properties.items()}
+    return LoggedTable(keys, names, units, values, rows, part, flaw=flaw, clocks=clocks)
 
 
 def _of_length(values: Values, rows: int) -> Values:

@@ -32,34 +32,33 @@ _RUNS_SEARCHED = 10_000
 _LEVEL_2 = 0xD8
 
 
-def encodings_of(content: bytes) -> list[str]:
-    """The encodings that a text may have, the most likely first.
+def encoding_of(content: bytes) -> str:
+    """The most likely encoding of a text.
 
-    A mark, zeros (UTF-16) or valid UTF-8 leave one. In a damaged text most bytes of 128 and above
+    A mark, zeros (UTF-16) or valid UTF-8 tell it. In a damaged text most bytes of 128 and above
     are as its encoding wants them all the same: UTF-8 is hardly ever met by chance; common Chinese
     characters have two such bytes in GB18030; western letters of Windows-1252 have one between
     others.
     """
     if content.startswith(_UTF8_MARK):
-        return ["utf-8"]
+        return "utf-8"
     if content.startswith(_UTF16_MARKS):
-        return ["utf-16"]
+        return "utf-16"
     head = content[:2000]
     zeros = head[1::2].count(0), head[0::2].count(0)
     if max(zeros) > len(head) / 4:
-        return ["utf-16-le" if zeros[0] > zeros[1] else "utf-16-be"]
+        return "utf-16-le" if zeros[0] > zeros[1] else "utf-16-be"
     if content.isascii():
-        return ["ascii"]
+        return "ascii"
     with suppress(UnicodeDecodeError):
         content.decode("utf-8")
-        return ["utf-8"]
+        return "utf-8"
     runs = [match[0] for match in islice(_HIGH_BYTES.finditer(content), _RUNS_SEARCHED)]
     letters = b" ".join(runs).decode("utf-8", "replace").replace(" ", "")
-    chinese = sum(len(run) % 2 == 0 and run[0] < _LEVEL_2 for run in runs)
-    likely = "gb18030" if chinese > len(runs) / 2 else "cp1252"
     if letters.count("\ufffd") <= len(letters) / 2:
-        likely = "utf-8"
-    return sorted(("cp1252", "utf-8", "gb18030"), key=lambda encoding: encoding != likely)
+        return "utf-8"
+    chinese = sum(len(run) % 2 == 0 and run[0] < _LEVEL_2 for run in runs)
+    return "gb18030" if chinese > len(runs) / 2 else "cp1252"
 
 
 def normalise(content: bytes, encoding: str | None = None) -> bytes:
@@ -72,7 +71,7 @@ def normalise(content: bytes, encoding: str | None = None) -> bytes:
         content: The file's bytes, or the first of them.
         encoding: Its encoding; the most likely one if not given.
     """
-    encoding = encoding or encodings_of(content)[0]
+    encoding = encoding or encoding_of(content)
     if encoding != "ascii":
         content = content.decode(encoding, "replace").encode("utf-8")
     content = content.removeprefix(_UTF8_MARK)
@@ -187,21 +186,18 @@ class TextTable:
 
         names, numbers = [*map(str, range(self.width))], kind == arrow.float64()
         types = {names[place]: kind for place in places}
-        block = _BLOCK if numbers else len(rows) + 1
-        table = arrow_csv.read_csv(
-            arrow.BufferReader(arrow.py_buffer(rows)),
-            # one thread: only then are the rows that do not fit numbered
-            arrow_csv.ReadOptions(use_threads=False, column_names=names, block_size=block),
-            # a stray quote must not swallow the lines up to the next one
-            arrow_csv.ParseOptions(
-                delimiter=self.delimiter, quote_char=False, invalid_row_handler=skip
-            ),
-            arrow_csv.ConvertOptions(
-                include_columns=[*types],
-                column_types=types,
-                decimal_point=self.decimal_mark if numbers else ".",
-            ),
+        block, mark = (_BLOCK, self.decimal_mark) if numbers else (len(rows) + 1, ".")
+        # one thread: only then are the rows that do not fit numbered
+        read = arrow_csv.ReadOptions(use_threads=False, column_names=names, block_size=block)
+        # a stray quote must not swallow the lines up to the next one
+        parse = arrow_csv.ParseOptions(
+            delimiter=self.delimiter, quote_char=False, invalid_row_handler=skip
         )
+        convert = arrow_csv.ConvertOptions(
+            include_columns=[*types], column_types=types, decimal_point=mark
+        )
+        content = arrow.BufferReader(arrow.py_buffer(rows))
+        table = arrow_csv.read_csv(content, read, parse, convert)
         return [table[names[place]] for place in places]
 
     def _numbers(self, cells: "pd.Series[Any]") -> FloatArray:

@@ -5,11 +5,12 @@ signals.
 """
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 from oilfilm.errors import OilfilmError
-from oilfilm.logs.base import LoggedRun, Nominal, Refusal
-from oilfilm.logs.header import oil_problem, simulation_problem
-from oilfilm.logs.log_kind import Column, ContinuousLog, LogKind, Vocabulary
+from oilfilm.logs.base import LoggedRun, Refusal
+from oilfilm.logs.header import simulation_problem, unknown
+from oilfilm.logs.log_kind import Column, ContinuousLog, LogKind, Problems, Vocabulary
 from oilfilm.settings.campaign import Campaign, Torque
 from oilfilm.settings.resolved import Settings
 
@@ -24,38 +25,25 @@ _OWN_NAMES = {
 }
 
 
-def _header_problem(
+def _header_problems(
     keys: Mapping[str, str], columns: Sequence[Column], settings: Settings
-) -> Refusal | None:
+) -> Problems:
+    yield unknown("oil", keys, settings.oils)
     bearing = torque_of(settings.campaign).bearing
-    named = keys.get("bearing", bearing)
-    other = Refusal(
-        "other_bearing",
-        f"the header says bearing {named[:60]!r}; the campaign's is {bearing!r}",
-        "Correct the header, or put the log into a campaign of its own.",
-    )
-    return (
-        oil_problem(keys, settings)
-        or (other if named != bearing else None)
-        or simulation_problem(keys, settings)
-    )
+    if (named := keys.get("bearing", bearing)) != bearing:
+        reason = f"the header says bearing {named[:60]!r}; the campaign's is {bearing!r}"
+        advice = "Correct the header, or put the log into a campaign of its own."
+        yield Refusal("other_bearing", reason, advice)
+    yield simulation_problem(keys, settings)
 
 
 def _run(log: ContinuousLog, settings: Settings) -> LoggedRun:
     """Samples have the columns of the project's own names and `row`; the `rig` is the bearing."""
     samples = {name: log.values[quantity] for name, (quantity, _) in _OWN_NAMES.items()}
     bearing = torque_of(settings.campaign).bearing
-    return LoggedRun(
-        log.run_id,
-        log.keys["oil"],
-        bearing,
-        "continuous",
-        Nominal(),
-        {"row": log.rows, **samples},
-        log.flaw,
-        log.keys.get("run", ""),
-        log.understood,
-    )
+    # whatever a header says, the rows of a torque log are no settled readings
+    log = replace(log, keys={**log.keys, "log_kind": "continuous"})
+    return log.run(bearing, {"row": log.rows, **samples}, {}, None)
 
 
 def torque_of(campaign: Campaign) -> Torque:
@@ -65,23 +53,17 @@ def torque_of(campaign: Campaign) -> Torque:
         OilfilmError: It has none.
     """
     if campaign.torque is None:
-        raise OilfilmError(
-            f"campaign {campaign.name!r}: has no torque logs. Add `torque` to its file, or choose "
-            "another campaign."
-        )
+        advice = "Add `torque` to its file, or choose another campaign."
+        raise OilfilmError(f"campaign {campaign.name!r}: has no torque logs. {advice}")
     return campaign.torque
 
 
+_ALL = tuple(quantity for quantity, _ in _OWN_NAMES.values())
 # Axial load, speed, temperatures and friction torque of a bearing against time.
 TORQUE = LogKind(
-    Vocabulary(
-        "torque",
-        "torque: columns",
-        _OWN_NAMES,
-        always=tuple(quantity for quantity, _ in _OWN_NAMES.values()),
-    ),
+    Vocabulary("torque", "torque: columns", _OWN_NAMES, _ALL),
     lambda campaign: torque_of(campaign).columns,
-    _header_problem,
+    _header_problems,
     _run,
     sheet_keys=("bearing",),
 )

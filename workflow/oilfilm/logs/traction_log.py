@@ -3,19 +3,13 @@
 Decides: the signals of a traction log.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from oilfilm.logs import base
-from oilfilm.logs.header import (
-    FORMAT_ADVICE,
-    misspelt_key,
-    oil_problem,
-    simulation_problem,
-    unknown,
-)
-from oilfilm.logs.log_kind import Column, ContinuousLog, LogKind, Vocabulary
+from oilfilm import tables
+from oilfilm.logs import base, header
+from oilfilm.logs.log_kind import Column, ContinuousLog, LogKind, Problems, Vocabulary
 from oilfilm.settings.campaign import Semantics
 from oilfilm.settings.config import LoggedTwiceSettings
 from oilfilm.settings.resolved import Settings
@@ -51,98 +45,63 @@ _OWN_NAMES = {
 }
 
 
-# Quantities that samples have as they are logged, by the unit of their name there.
-_SAMPLED = {
-    "traction_force": "n",
-    **dict.fromkeys(_BOTH_WAYS, "n"),
-    "inlet_temperature": "c",
-}
+# Columns of samples that are as they were logged, by quantity: the project's names in these units.
+_SAMPLED = {of: name for name, (of, unit) in _OWN_NAMES.items() if unit in ("s", "N", "degC")}
+_SAMPLED["film_thickness"] = "measured_film_thickness_um"
 
 
-def _header_problem(
+def _header_problems(
     keys: Mapping[str, str], columns: Sequence[Column], settings: Settings
-) -> base.Refusal | None:
-    return next(filter(None, _problems(keys, columns, settings)), None)
-
-
-def _problems(
-    keys: Mapping[str, str], columns: Sequence[Column], settings: Settings
-) -> Iterator[base.Refusal | None]:
+) -> Problems:
     """What is wrong with a header, one after the other: later ones take the earlier for granted."""
-    yield oil_problem(keys, settings)
-    yield unknown("rig", keys, settings.rigs)
-    yield simulation_problem(keys, settings)
+    yield header.unknown("oil", keys, settings.oils)
+    yield header.unknown("rig", keys, settings.rigs)
+    yield header.simulation_problem(keys, settings)
     if (kind := keys.get("log_kind", "continuous")) not in ("continuous", "steps"):
-        yield base.Refusal(
-            "not_a_sweep",
-            f"the header says log_kind: {kind[:120]!r}; expected continuous or steps",
-            "Nothing to do if this is not a slip sweep; otherwise correct the header. "
-            f"{FORMAT_ADVICE}",
-        )
-    yield misspelt_key(keys, settings)
+        reason = f"the header says log_kind: {kind[:120]!r}; expected continuous or steps"
+        advice = "Nothing to do if this is not a slip sweep; otherwise correct the header."
+        yield base.Refusal("not_a_sweep", reason, f"{advice} {header.FORMAT_ADVICE}")
+    yield header.misspelt_key(keys, settings)
     for name in base.SET_POINTS:
         if name in keys and base.set_point(name, keys[name]) is None:
-            least, most = base.set_point_range(name)
-            unit = " (in GPa, not MPa)" if name == "max_hertz_pressure_gpa" else ""
-            yield base.Refusal(
-                "header",
-                f"the header says {name}: {keys[name][:60]!r}; expected a number above {least:g}, "
-                f"below {most:g}{unit}",
-                f"Correct the header. {FORMAT_ADVICE}",
-            )
+            said = f"the header says {name}: {keys[name][:60]!r}"
+            reason = f"{said}; expected {base.expected_set_point(name)}"
+            yield base.Refusal("header", reason, f"Correct the header. {header.FORMAT_ADVICE}")
     rig, units = settings.rigs[keys["rig"]], {each.quantity: each.to.unit for each in columns}
     needed = [f"{body}_track_radius_m" for body in _BODIES if units.get(f"{body}_speed") == "rpm"]
     needed += ["ball_radius_m"] if units.get("load") == "GPa" else []
     if missing := [key for key in needed if getattr(rig, key) is None]:
-        yield base.Refusal(
-            "rig",
-            f"speeds in rpm or a load as pressure need {', '.join(missing)} of the rig "
-            f"{keys['rig']!r}",
-            f"Add it to config/rigs/{keys['rig']}.yaml.",
-        )
+        needed_of = f"{', '.join(missing)} of the rig {keys['rig']!r}"
+        reason = f"speeds in rpm or a load as pressure need {needed_of}"
+        yield base.Refusal("rig", reason, f"Add it to config/rigs/{keys['rig']}.yaml.")
 
 
 def _run(log: ContinuousLog, settings: Settings) -> base.LoggedRun:
     keys, given = log.keys, nominal(log.keys, settings)
     rig, semantics = settings.rigs[keys["rig"]], settings.campaign.semantics_for(keys["rig"])
-    units = {column.quantity: column.to.unit for column in log.columns}
     held = {"time": np.nan, **_held(given)}
     left_out = held.keys() & _spared(keys, settings) - log.values.keys()
     values = dict(log.values) | {name: np.full(len(log.rows), held[name]) for name in left_out}
     # a load as maximum Hertz pressure is refused of a rig whose contact is not known
-    contact = rig.contact() if units.get("load") == "GPa" else None
+    contact = rig.contact() if log.units.get("load") == "GPa" else None
     if contact is not None:
         values["load"] = contact.load_n(values["load"])
     if "traction_coefficient" in values:
         force = semantics.direction * values["traction_coefficient"] * values["load"]
         values["traction_force"] = force
-    ball, disc = _surface_speeds(values, units, rig, semantics)
-    contradiction = _contradiction(values, ball, disc, log.rows, semantics, settings.logged_twice)
-    sampled = {f"{name}_{unit}": values[name] for name, unit in _SAMPLED.items() if name in values}
-    if "film_thickness" in values:
-        sampled["measured_film_thickness_um"] = values["film_thickness"]
-    samples = base.samples_of_run(
-        row=log.rows,
-        time_s=values["time"],
-        load_n=values["load"],
-        ball_speed_m_s=ball,
-        disc_speed_m_s=disc,
-        **sampled,
-    )
-    return base.LoggedRun(
-        log.run_id,
-        keys["oil"],
-        keys["rig"],
-        keys.get("log_kind", "continuous"),
-        given,
-        samples,
-        log.flaw or contradiction or _fraction_in_percent(log, values),
-        keys.get("run", ""),
-        log.understood,
-    )
+    ball, disc = _surface_speeds(values, log.units, rig, semantics)
+    # a column of one number, that takes no memory, where the log has none
+    empty = dict.fromkeys(tables.columns("samples"), np.broadcast_to(np.nan, len(log.rows)))
+    del empty["run_id"]
+    logged = {column: values[name] for name, column in _SAMPLED.items() if name in values}
+    samples = empty | logged | {"row": log.rows, "ball_speed_m_s": ball, "disc_speed_m_s": disc}
+    flaw = _contradiction(log.rows, values, (ball, disc), semantics, settings.logged_twice)
+    return log.run(keys["rig"], samples, given, flaw or _fraction_in_percent(log, values))
 
 
-def _fraction_in_percent(log: ContinuousLog, values: Mapping[str, FloatArray]) -> base.Flaw | None:
+def _fraction_in_percent(
+    log: ContinuousLog, values: Mapping[str, FloatArray]
+) -> base.Refusal | None:
     """Whether the only slip of a log is so small that its %, not the slip, is in doubt."""
     column = next((each for each in log.columns if each.quantity == "slide_roll_ratio"), None)
     if column is None or column.spare or column.logged_unit != "%" or not len(log.rows):
@@ -150,7 +109,7 @@ def _fraction_in_percent(log: ContinuousLog, values: Mapping[str, FloatArray]) -
     largest = float(np.max(np.abs(values["slide_roll_ratio"])))
     if not 0 < largest < _LEAST_SLIP:
         return None
-    return base.Flaw(
+    return base.Refusal(
         "slip_unit",
         f"the column {column.name[:60]!r} goes up to {100 * largest:.3g} % of slip, which shows no "
         "traction curve; it may be a fraction, whose unit is 1",
@@ -159,12 +118,9 @@ def _fraction_in_percent(log: ContinuousLog, values: Mapping[str, FloatArray]) -
 
 def _held(given: base.Nominal) -> dict[str, float]:
     """What set points say of the quantities that a table of settled readings may leave out."""
-    held = {
-        "load": given.load_n,
-        "entrainment_speed": given.entrainment_speed_m_s,
-        "inlet_temperature": given.inlet_temperature_c,
-    }
-    return {name: value for name, value in held.items() if value is not None}
+    # the load follows from the pressure
+    held = given.keys() - {"max_hertz_pressure_gpa"}
+    return {base.SET_POINT_UNITS[name][0]: given[name] for name in held}
 
 
 def _spared(keys: Mapping[str, str], settings: Settings) -> frozenset[str]:
@@ -183,30 +139,28 @@ def nominal(keys: Mapping[str, str], settings: Settings) -> base.Nominal:
     known = {name: value for name, value in given.items() if value is not None}
     # the load has one set point, as force or as pressure
     over = base.LOADS if known.keys() & base.LOADS else frozenset()
-    values = settings.campaign.set_points.model_dump(include=set(base.SET_POINTS) - over) | known
+    values = settings.campaign.set_points.model_dump(
+        include=set(base.SET_POINTS) - over, exclude_none=True
+    )
+    values |= known
     rig, pressure = settings.rigs.get(keys.get("rig", "")), values.get("max_hertz_pressure_gpa")
     contact = rig.contact() if rig else None
-    if contact is not None and pressure is not None and values.get("load_n") is None:
+    if contact is not None and pressure is not None and "load_n" not in values:
         values["load_n"] = float(contact.load_n(pressure))
-    return base.Nominal(**values)
+    return values
 
 
 def _surface_speeds(
-    values: Mapping[str, FloatArray],
-    units: Mapping[str, str],
-    rig: Rig,
-    log: Semantics,
+    values: Mapping[str, FloatArray], units: Mapping[str, str], rig: Rig, log: Semantics
 ) -> tuple[FloatArray, FloatArray]:
     """Surface speeds of ball and disc in m/s, from theirs or from entrainment speed and slip."""
     if "ball_speed" in values:
-        ball, disc = (
-            values[f"{body}_speed"]
-            if units[f"{body}_speed"] == "m/s"
-            else rpm_to_surface_speed(
-                values[f"{body}_speed"], getattr(rig, f"{body}_track_radius_m")
-            )
-            for body in _BODIES
-        )
+        ball, disc = (values[f"{body}_speed"] for body in _BODIES)
+        radii = rig.ball_track_radius_m, rig.disc_track_radius_m
+        if units["ball_speed"] == "rpm" and radii[0] is not None:
+            ball = rpm_to_surface_speed(ball, radii[0])
+        if units["disc_speed"] == "rpm" and radii[1] is not None:
+            disc = rpm_to_surface_speed(disc, radii[1])
         return ball, disc
     mean = values["entrainment_speed"]
     # a logged ratio is positive with the slower body slowed
@@ -215,15 +169,14 @@ def _surface_speeds(
 
 
 def _contradiction(
-    values: Mapping[str, FloatArray],
-    ball: FloatArray,
-    disc: FloatArray,
     rows: base.IndexArray,
+    values: Mapping[str, FloatArray],
+    speeds: tuple[FloatArray, FloatArray],
     log: Semantics,
     limits: LoggedTwiceSettings,
-) -> base.Flaw | None:
+) -> base.Refusal | None:
     """How a log's own entrainment speed, slip or force contradicts its other columns, if so."""
-    turning, given = np.arange(len(rows)), []
+    (ball, disc), turning, given = speeds, np.arange(len(rows)), []
     if not values.keys() & {"entrainment_speed", "slide_roll_ratio", _BOTH_WAYS[0]}:
         return None  # nothing is logged twice
     if "ball_speed" in values:
@@ -253,7 +206,7 @@ def _contradiction(
         known = np.flatnonzero(np.isfinite(apart))
         if len(known) and (median := float(np.median(apart[known]))) > getattr(limits, name):
             worst = known[np.argmax(apart[known])]
-            return base.Flaw(
+            return base.Refusal(
                 "columns_disagree",
                 f"{name} is {logged[worst]:.4g} in row {rows[turning][worst]}, but {others} "
                 f"give {expected[worst]:.4g}; the median difference is {median:.2g}, allowed "
@@ -266,7 +219,7 @@ def _contradiction(
 TRACTION = LogKind(
     Vocabulary("traction", "columns", _OWN_NAMES, _ALWAYS, _SPEEDS, _BOTH_WAYS, _INSTEAD),
     lambda campaign: campaign.columns,
-    _header_problem,
+    _header_problems,
     _run,
     sheet_keys=("rig", "log_kind", *base.SET_POINTS),
     spared=_spared,

@@ -51,11 +51,8 @@ def guessed(name: str, unit: str, vocabulary: Vocabulary) -> tuple[str, int]:
         of_a_body = quantity in ("ball_speed", "disc_speed") and not unit
         if has_word(name, words.get("others", "")) or (of_a_body and not has_word(name, _SPEEDS)):
             continue
-        scores[quantity] = sum(
-            weight * has_word(name, word)
-            for key, weight in _WEIGHTS.items()
-            for word in words.get(key, "").split()
-        )
+        weighed = ((weight, words.get(key, "").split()) for key, weight in _WEIGHTS.items())
+        scores[quantity] = sum(w * has_word(name, word) for w, of in weighed for word in of)
     best = max(scores, key=lambda quantity: scores[quantity])
     return best, scores[best]
 
