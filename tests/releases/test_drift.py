@@ -12,6 +12,7 @@ import pytest
 from campaigns import ROOT, Campaign
 from oilfilm.cli import main
 from oilfilm.curation.curate import collect, curate
+from oilfilm.curation.traction_rig import TractionRig
 from oilfilm.releases.compare import Comparison, compare
 from oilfilm.releases.manifest import Manifest, canonical, read_manifest
 from oilfilm.releases.stored_release import StoredRelease, pin
@@ -58,8 +59,8 @@ def before(make: Make) -> Path:
 def miscalibrated(demo: Campaign, frames: dict[str, pd.DataFrame], make: Make) -> Path:
     """The same after the load cell read 1 % too much in every run of 4102."""
     samples, runs = demo.ingested.samples["4102"], demo.ingested.runs.query("oil == '4102'")
-    share = curate(samples.assign(load_n=1.01 * samples["load_n"]), runs, demo.config)
-    curated = collect([share], [demo.ingested.quarantine[:0]], demo.config)
+    heavier = samples.assign(load_n=1.01 * samples["load_n"])
+    curated = collect(curate(heavier, runs, TractionRig(demo.config)), demo.config)
     again = tables_of(replace(demo, curated=curated), OILS[:1])
     both = {
         name: pd.concat([again[name], frame[frame["oil"] == "4050"]], ignore_index=True)
