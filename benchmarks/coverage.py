@@ -35,11 +35,7 @@ from oilfilm.traction.law import FloatArray
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests/helpers"))
 
-from simulated_points import (
-    Campaign,
-    RunErrors,
-    spread_conditions,
-)
+from simulated_points import Campaign, RunErrors, spread_conditions
 
 ROOT = Path(__file__).parents[1]
 OILS = ("4102", "4050", "4010")

@@ -26,17 +26,7 @@ from oilfilm.fits.measured_curves import uncertainty  # noqa: E402
 from oilfilm.randomness import generator  # noqa: E402
 from oilfilm.torque.next_tests import plan_oil, request_of  # noqa: E402
 from oilfilm.traction.law import CONDITIONS, FloatArray  # noqa: E402
-from planned_tests import (  # noqa: E402
-    DUTY,
-    OIL,
-    SETTINGS,
-    SMALL,
-    TRUTH,
-    Errors,
-    refit,
-    run_tests,
-    torques,
-)
+from planned_tests import DUTY, OIL, SETTINGS, SMALL, TRUTH, Errors, refit, run_tests, torques  # noqa: E402
 
 Conditions = list[tuple[float, float, float]]
 

@@ -15,11 +15,7 @@ from oilfilm.units import FloatArray
 
 
 def simulate_curves(
-    constants: FloatArray,
-    conditions: FloatArray,
-    twin: Twin,
-    rig: Rig,
-    random: np.random.Generator,
+    constants: FloatArray, conditions: FloatArray, twin: Twin, rig: Rig, random: np.random.Generator
 ) -> CurveData:
     """The accepted points of one oil as a perfect curation of the twin's logs would give them.
 

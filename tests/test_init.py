@@ -18,12 +18,7 @@ from blind_lab.bench import Recording
 from blind_lab.dialects import Dialect, draw_dialect
 from campaigns import ETM, ROOT
 from command_line import printed_objects
-from foreign_logs import (
-    CONDITIONS,
-    GERMAN,
-    bench_and_runs,
-    write_logs,
-)
+from foreign_logs import CONDITIONS, GERMAN, bench_and_runs, write_logs
 from oilfilm.cli import main
 from oilfilm.cli.init import NewProject, make_project
 from oilfilm.curation.curate import check_logs

@@ -187,12 +187,8 @@ BAD_LOGS = {
         "set_point_in_words": (csv(inlet_temperature_c="warm"), "c: 'warm'"),
         "several_oils_in_pcs": (pcs(), "no line `# oil: ...`"),
     },
-    "unknown_rig": {
-        "unknown_rig": (csv(rig="mars"), "rig 'mars'"),
-    },
-    "unknown_oil": {
-        "two_oils": (csv(oil="4050\n# oil: 4102"), "oil '4050 / 4102'"),
-    },
+    "unknown_rig": {"unknown_rig": (csv(rig="mars"), "rig 'mars'")},
+    "unknown_oil": {"two_oils": (csv(oil="4050\n# oil: 4102"), "oil '4050 / 4102'")},
     "columns": {
         "only_comments": (HEAD, "no line names columns"),
         "html_error_page": (HTML, "its first line is '<!DOCTYPE html>'"),
@@ -210,9 +206,7 @@ BAD_LOGS = {
         "tdms_without_channels": (formats.tdms_file([RootObject(KEYS)]), "holds no row"),
         "pcs_title_alone": (b"PCS Test Data File\n", "holds no row of data"),
     },
-    "unterminated_row": {
-        "cut_in_last_cell": (GOOD[:-3], "no line end"),
-    },
+    "unterminated_row": {"cut_in_last_cell": (GOOD[:-3], "no line end")},
     "unreadable_row": {
         "word_for_number": (cell_changed(1, b"oops"), "oops"),
         "huge_field": (cell_changed(1, b"9" * 3_000_000), "99999"),

@@ -236,10 +236,7 @@ def test_calibration_that_no_sensor_has_is_refused(error: float) -> None:
         ),
         ("header:\n  oil: Oil\n  rig: [Rig, Oil]\n", "'Oil' is listed for 'oil' too"),
         ("columns:\n  load: {name: 5}\n", 'found 5, expected text. Put it in quotes: "5"'),
-        (
-            "oil_aliases:\n  4102: [Turbo]\n",
-            "4102 under `oil_aliases` is no text. Put it",
-        ),
+        ("oil_aliases:\n  4102: [Turbo]\n", "4102 under `oil_aliases` is no text. Put it"),
     ],
 )
 def test_mistake_of_a_campaign_file_is_told(tmp_path: Path, text: str, told: str) -> None:

@@ -91,10 +91,7 @@ SAME = {
         ["Datum", *NAMES], ["", *UNITS], [["2026-03-01", *r] for r in timed("9:15:00", "9:15:00.5")]
     ),
     "stamps parted by blanks": log(
-        ["Date", *NAMES],
-        None,
-        [["2026-03-01", *r] for r in timed("09:15:00", "09:15:00.5")],
-        " ",
+        ["Date", *NAMES], None, [["2026-03-01", *r] for r in timed("09:15:00", "09:15:00.5")], " "
     ).replace(
         "load traction_force ball_speed disc_speed inlet_temperature", " ".join(named(*NAMES)[1:])
     ),

@@ -208,11 +208,7 @@ def points_of(truth: np.ndarray, oil: str = "4102") -> pd.DataFrame:
     points = points.merge(pd.DataFrame({"first_row": range(16), "slide_roll_ratio": slip}), "cross")
     mu = traction_coefficient(truth, *points[[*CONDITIONS, "slide_roll_ratio"]].to_numpy().T)
     return points.assign(
-        oil=oil,
-        accepted=True,
-        load_n=80.0,
-        traction_coefficient=mu,
-        traction_coefficient_se=np.nan,
+        oil=oil, accepted=True, load_n=80.0, traction_coefficient=mu, traction_coefficient_se=np.nan
     )
 
 

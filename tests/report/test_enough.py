@@ -45,18 +45,10 @@ def runs(**verdicts: str) -> CampaignTables:
         ({"x": "RR"}, {}, "0 of 2 runs accepted, expected at least 1"),
         # one oil has logs and no accepted run; one has no logs yet, which is no failure
         ({"x": "AA", "y": "RRR"}, {}, "oil y: 0 of 3 runs accepted"),
-        (
-            {"x": "AAA", "y": "AR"},
-            {"min_accepted_runs": 2},
-            "oil y: 1 of 2 runs accepted",
-        ),
+        ({"x": "AAA", "y": "AR"}, {"min_accepted_runs": 2}, "oil y: 1 of 2 runs accepted"),
         # 3 of 5: a log that cannot be read counts as a run
         ({"x": "AAAR", "unread": "-"}, {"min_accepted_share": 0.6}, ""),
-        (
-            {"x": "AAAR", "unread": "-"},
-            {"min_accepted_share": 0.61},
-            "3 of 5 runs accepted",
-        ),
+        ({"x": "AAAR", "unread": "-"}, {"min_accepted_share": 0.61}, "3 of 5 runs accepted"),
     ],
 )
 def test_campaign_needs_accepted_runs(

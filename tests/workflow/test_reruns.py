@@ -113,7 +113,7 @@ def test_law_refits_itself_and_is_shown_in_the_report(
     due: Callable[[Path, str, str], set[str]],
 ) -> None:
     assert due(LIBRARY / "traction/laws/tanh.py", "A*tanh(B*S/A)", "A*tanh(B*S)") == {
-        *("fit tanh", "report"),
+        *("fit tanh", "report")
     }
 
 

@@ -11,12 +11,7 @@ from oilfilm.errors import printable
 Row = Sequence[str]
 
 
-def text_table(
-    rows: Sequence[Row],
-    *,
-    right: int = 0,
-    indent: str = "",
-) -> list[str]:
+def text_table(rows: Sequence[Row], *, right: int = 0, indent: str = "") -> list[str]:
     """Lines of a table without rules; control characters in cells are escaped.
 
     Args:

@@ -42,14 +42,7 @@ from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction import LAWS, expression
 from oilfilm.units import FloatArray
 
-UNITS = {
-    "A": "1",
-    "B": "s/m",
-    "C": "s/m",
-    "D": "1",
-    "peak_slip_velocity": "m/s",
-    "peak_mu": "1",
-}
+UNITS = {"A": "1", "B": "s/m", "C": "s/m", "D": "1", "peak_slip_velocity": "m/s", "peak_mu": "1"}
 
 
 def csv_table(description: Description) -> str:

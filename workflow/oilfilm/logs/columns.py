@@ -271,9 +271,7 @@ def _numbers(table: LoggedTable, columns: Sequence[Column]) -> dict[Column, Floa
     return logged
 
 
-def _converted(
-    logged: Mapping[Column, FloatArray],
-) -> tuple[dict[str, FloatArray], BoolArray]:
+def _converted(logged: Mapping[Column, FloatArray]) -> tuple[dict[str, FloatArray], BoolArray]:
     """Numbers in the units of the columns, by quantity, and which rows can be used.
 
     A row can be used where every number but the spare ones is finite and below what any rig

@@ -355,11 +355,5 @@ def show(
     ]
     left_out = len(frame) - len(rows)
     return ShownTable(
-        name or table,
-        caption,
-        columns,
-        rows,
-        left_out,
-        f"tables/{table}.parquet",
-        in_text=in_text,
+        name or table, caption, columns, rows, left_out, f"tables/{table}.parquet", in_text=in_text
     )

@@ -21,9 +21,7 @@ _PLACES = (
 
 
 def text(
-    sections: Sequence[Section],
-    campaign: Campaign,
-    where: Sequence[tuple[str, str]] = _PLACES,
+    sections: Sequence[Section], campaign: Campaign, where: Sequence[tuple[str, str]] = _PLACES
 ) -> str:
     """The sections as text.
 

@@ -145,11 +145,7 @@ def identifiability(results: CampaignTables, settings: Settings) -> Sheet:
     return sheet
 
 
-@register(
-    family="law",
-    tables=("fit_quality",),
-    settings=("oils",),
-)
+@register(family="law", tables=("fit_quality",), settings=("oils",))
 def law_errors(results: CampaignTables, settings: Settings) -> Sheet:
     """Errors of the laws.
 
