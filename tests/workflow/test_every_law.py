@@ -11,7 +11,7 @@ from command_line import succeeded
 from nights import nightly
 from oilfilm.exports.campaign import FORMS
 from oilfilm.tables.campaign_tables import CampaignTables
-from oilfilm.traction import LAWS
+from oilfilm.traction import LAW_FILES, LAWS
 from reproduce import command
 
 pytestmark = pytest.mark.workflow
@@ -53,9 +53,10 @@ def run_with(project: Path, law: str) -> None:
     campaign = read_campaign(project, "small")
     campaign["settings"]["fit"] |= {"law": law}
     write_campaign(project, "small", campaign)
+    law_file = LAW_FILES[law].stem if law in LAW_FILES else law
     jobs = "import sys; sys.path.insert(0, 'workflow'); from stand_in import main\n" + "\n".join(
         f"main({[*job.split(), 'campaign=small']})"
-        for job in (f"fit oil=4102 law={law}", "fits", "exports", "law_figures", "report")
+        for job in (f"fit oil=4102 law_file={law_file}", "fits", "exports", "law_figures", "report")
     )
     (python, *_), environment = command(project)
     succeeded([python, "-c", jobs], cwd=project, env=environment)

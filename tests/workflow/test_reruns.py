@@ -24,7 +24,7 @@ from pathlib import Path
 from snakemake.api import ConfigSettings, OutputSettings, ResourceSettings, SnakemakeApi
 from oilfilm import digests
 digests.code_digest = lambda *paths: json.dumps([str(Path(path).resolve()) for path in paths])
-from oilfilm.traction import LAW_NAMES
+from oilfilm.traction import LAW_FILES
 with SnakemakeApi(OutputSettings(quiet={"all"})) as api:
     workflow = api.workflow(
         resource_settings=ResourceSettings(cores=1),
@@ -34,9 +34,9 @@ with SnakemakeApi(OutputSettings(quiet={"all"})) as api:
     declared = {}
     for rule in workflow.rules:
         code = getattr(rule.params, "code", None)
-        of_law = "law" in rule.wildcard_names
-        for law in LAW_NAMES if of_law else [""]:
-            wildcards = SimpleNamespace(oil="4102", law=law, shard="0", part="0", of="fit")
+        of_laws = "law_file" in rule.wildcard_names
+        for law in dict.fromkeys(path.stem for path in LAW_FILES.values()) if of_laws else [""]:
+            wildcards = SimpleNamespace(oil="4102", law_file=law, shard="0")
             given = code(wildcards) if callable(code) else code
             if given:
                 declared[f"{rule.name} {law}".strip()] = json.loads(given.rpartition("-")[0])
@@ -46,7 +46,7 @@ print("DECLARED" + json.dumps(declared))
 
 @pytest.fixture(scope="module")
 def declared() -> dict[str, list[Path]]:
-    """What the digest of each rule covers; a rule with a law has an entry per law."""
+    """What the digest of each rule covers; that of fits has an entry per file of laws."""
     done = subprocess.run(
         [sys.executable, "-c", DECLARED], cwd=ROOT, capture_output=True, text=True, check=False
     )

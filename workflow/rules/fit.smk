@@ -5,26 +5,32 @@ FITTED_LAWS = list(dict.fromkeys((*SETTINGS.compare.laws, SETTINGS.fit.law)))
 OF_ONE_FIT = SETTINGS.with_changes(
     {"fit": {"law": next(iter(LAWS))}, "compare": {"laws": list(LAW_FILES)}}
 )
+# Laws that are in one file are fitted by one job: a change of the file is a change of all.
+LAWS_OF_FILE = {}
+for law in FITTED_LAWS:
+    LAWS_OF_FILE.setdefault(LAW_FILES[law].stem, []).append(law)
 
 
 rule fit:
-    "One law's constants for one oil, with their errors, the certificate and errors left out."
+    "The constants of one file's laws for one oil, with errors, certificates and errors left out."
     input:
         points="<parts>/collect/{oil}/points.parquet",
     output:
-        **{table: f"<parts>/fit/{{oil}}/{{law}}/{table}.parquet" for table in OF_FIT},
-        made=made("fit-{oil}-{law}", oil=OILS, law=FITTED_LAWS),
+        **{table: f"<parts>/fit/{{oil}}/{{law_file}}/{table}.parquet" for table in OF_FIT},
+        made=made("fit-{oil}-{law_file}", oil=OILS, law_file=LAWS_OF_FILE),
     log:
-        "<logs>/fit-{oil}/{law}.log",
+        "<logs>/fit-{oil}/{law_file}.log",
     wildcard_constraints:
-        law="|".join(LAW_FILES),
+        law_file="|".join(LAWS_OF_FILE),
     # what needs no fit is done while the last one runs
     priority: 1
     params:
-        code=lambda wildcards: code("fit.py", LAW_FILES[wildcards.law]),
-        # a law of the conditions alone needs nothing of the rig
+        code=lambda wildcards: code("fit.py", LAW_FILES[LAWS_OF_FILE[wildcards.law_file][0]]),
+        laws=lambda wildcards: LAWS_OF_FILE[wildcards.law_file],
+        # laws of the conditions alone need nothing of the rig
         config=lambda wildcards: OF_ONE_FIT.part(
-            *("compare", "fit", "seed"), *(() if wildcards.law in LAWS else ("oils", "rigs"))
+            *("compare", "fit", "seed"),
+            *(() if LAWS.keys() >= set(LAWS_OF_FILE[wildcards.law_file]) else ("oils", "rigs")),
         ),
     script:
         "../scripts/fit.py"
@@ -35,7 +41,9 @@ rule fits:
     input:
         **{
             table: expand(
-                f"<parts>/fit/{{oil}}/{{law}}/{table}.parquet", oil=OILS, law=FITTED_LAWS
+                f"<parts>/fit/{{oil}}/{{law_file}}/{table}.parquet",
+                oil=OILS,
+                law_file=LAWS_OF_FILE,
             )
             for table in OF_FIT
         },

@@ -125,7 +125,7 @@ def _provenance(snakemake: Any, settings: Settings) -> dict[str, Any]:
     plain = settings.plain()
     sheet = getattr(snakemake.params, "sheet", None)
     # a share of the logs: another split makes other parts
-    part = bool(set(snakemake.wildcards.keys()) - {"oil", "law"})
+    part = bool(set(snakemake.wildcards.keys()) - {"oil", "law_file"})
     raw = set(snakemake.input.get("logs", []))  # they are added when they are read
     inputs = _input_digests([Path(path) for path in snakemake.input if path not in raw])
     return {
