@@ -159,7 +159,7 @@ def test_version_of_the_tables_makes_everything_again(
             "bearing/solver.py",
             "return",
             "return 0 +",
-            {"torque", "bearing_maps", "heat_balance"},
+            {"torque", "bearing_maps"},
             {"points", "fit tanh", "fits"},
             id="the solver of bearings",
         ),

@@ -51,21 +51,23 @@ rule torque_runs:
 
 
 rule torque:
-    "Measured torque against the law with each load variable; the traction that it implies."
+    "Measured torque beside the law with each load variable; how hot the oil leaves the bearing."
     input:
-        **finished("torque_runs", *FITTED),
+        **finished("torque_runs", "cage_slip", *FITTED),
         torque_truth=rules.torque_twin.output.torque_truth if TORQUE_SIMULATED else [],
     output:
         torque="<tables>/torque.parquet",
         torque_inversion="<tables>/torque_inversion.parquet",
         torque_control="<tables>/torque_control.parquet",
+        heat_balance="<tables>/heat_balance.parquet",
         made=made("torque"),
     log:
         "<logs>/torque.log",
+    priority: 1
     params:
         code=code("torque.py"),
         config=part(
-            *("audit", "rigs", "oils", "bearings", "bearing", "seed"),
+            *("audit", "rigs", "oils", "bearings", "bearing", "gates", "seed", "selection"),
             campaign=("oils", "torque", "twin"),
         ),
     script:
@@ -92,26 +94,6 @@ rule bearing_maps:
         ),
     script:
         "../scripts/bearing_maps.py"
-
-
-rule heat_balance:
-    "How hot the oil leaves the bearing, and what its heating changes."
-    input:
-        **finished("cage_slip", "torque", "coefficients", "fit_quality"),
-    output:
-        heat_balance="<tables>/heat_balance.parquet",
-        made=made("heat-balance"),
-    log:
-        "<logs>/heat-balance.log",
-    priority: 1
-    localrule: True
-    params:
-        code=code("heat_balance.py"),
-        config=part(
-            "rigs", "oils", "bearings", "bearing", "gates", "selection", campaign=("torque",)
-        ),
-    script:
-        "../scripts/heat_balance.py"
 
 
 rule test_plan:
