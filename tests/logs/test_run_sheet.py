@@ -2,6 +2,7 @@
 
 import gzip
 import io
+import zipfile
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -70,6 +71,14 @@ def test_log_without_header_becomes_the_run_that_its_row_describes(name: str, pa
     own = ["sha256", "content_sha256", "stated"]
     assert found.runs.drop(columns=own).equals(expected.runs.drop(columns=own))
     assert found.all_samples().equals(expected.all_samples())
+
+
+def bomb() -> bytes:
+    """A workbook of 66 kB with 65 MiB of blanks in it."""
+    made = io.BytesIO(workbook(["file"], ["a.csv"]))
+    with zipfile.ZipFile(made, "a", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("xl/blanks.xml", b" " * (65 << 20))
+    return made.getvalue()
 
 
 def workbook(*rows: Sequence[Any]) -> bytes:
@@ -295,6 +304,7 @@ def test_rows_and_logs_without_each_other_are_named() -> None:
         ("file,oil\na.csv,4102,80\n", "row 2: the cell '80' is in no column"),
         ("file,oil\nb.csv,4102\n", "row 2: 'b.csv' is the name of june/b.csv, july/b.csv"),
         (b"PK\x03\x04" + bytes(90), "cannot be read as a workbook"),
+        (bomb(), "unpacked it has 65 MiB"),
     ],
 )
 def test_mistake_in_the_sheet_is_named_with_its_place(text: str | bytes, sentence: str) -> None:

@@ -24,6 +24,7 @@ from oilfilm.logs.base import UnreadableLogError
 from oilfilm.logs.columns import LoggedTable
 from oilfilm.logs.header import apart
 from oilfilm.logs.ingest import read_bytes, unpack
+from oilfilm.logs.sheet_file import unfolded
 from oilfilm.logs.traction_log import TRACTION
 from oilfilm.logs.words import Guesses, has_word, unit_in_name
 from oilfilm.physics.contact import max_hertz_pressure, reduced_modulus
@@ -208,7 +209,7 @@ def _content(path: Path, found: MuTable) -> bytes:
             return _text_of(pd.read_parquet(io.BytesIO(content)))
         if content.startswith(_EXCEL):
             # a sheet may have lines above the names
-            sheet = pd.read_excel(io.BytesIO(content), header=None, dtype=object)
+            sheet = pd.read_excel(unfolded(content), header=None, dtype=object)
             return sheet.to_csv(sep="\t", index=False, header=False).encode()
     except Exception as error:
         reason = f"cannot be read ({cut(' '.join(str(error).split()))})."

@@ -11,6 +11,7 @@ import csv
 import io
 import os
 import unicodedata
+import zipfile
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
@@ -234,6 +235,18 @@ def _texts(content: bytes) -> list[Cells]:
     return readings
 
 
+def unfolded(content: bytes) -> io.BytesIO:
+    """An Excel workbook that can be opened: small archives may hold more than the memory.
+
+    Raises:
+        ValueError: It has more than 64 MiB when it is unpacked.
+    """
+    size = sum(part.file_size for part in zipfile.ZipFile(io.BytesIO(content)).infolist())
+    if size > 4 * _LARGEST:
+        raise ValueError(f"unpacked it has {size >> 20} MiB; expected at most {_LARGEST >> 18}")
+    return io.BytesIO(content)
+
+
 def _workbook(content: bytes, sheet: _Sheet) -> Cells:
     """The cells of the first sheet of an Excel workbook, as a text sheet would hold them."""
     # imported where needed: few run sheets are workbooks
@@ -253,7 +266,7 @@ def _workbook(content: bytes, sheet: _Sheet) -> Cells:
     try:
         # with the values that formulas had when the workbook was saved, and with the formulas
         books = (
-            openpyxl.load_workbook(io.BytesIO(content), read_only=True, data_only=only)
+            openpyxl.load_workbook(unfolded(content), read_only=True, data_only=only)
             for only in (True, False)
         )
         values, formulas = (book.worksheets[0] for book in books)
