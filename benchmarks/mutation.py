@@ -76,10 +76,19 @@ def without_effect(source: str) -> set[int]:
     return lines
 
 
+def harmless(source: str) -> set[tuple[int, int]]:
+    """Where `strict=True` or `frozen=True` is: no result changes where sound code has False."""
+    return {
+        (node.value.lineno, node.value.col_offset)
+        for node in ast.walk(ast.parse(source))
+        if isinstance(node, ast.keyword) and node.arg in ("strict", "frozen")
+    }
+
+
 def faults_of(module: Path) -> Iterator[list[Fault]]:
     """The faults of a module, those of one place together."""
     source = module.read_text(encoding="utf-8")
-    left_out, tree = without_effect(source), get_ast(source)
+    left_out, tree, same = without_effect(source), get_ast(source), harmless(source)
     places: dict[tuple[int, int], list[Fault]] = {}
     for name in sorted(operator_names()):
         if name.startswith("core/Variable"):  # these need names that they are told
@@ -87,7 +96,7 @@ def faults_of(module: Path) -> Iterator[list[Fault]]:
         visitor = _Places(name)
         visitor.walk(tree)
         for occurrence, (start, _) in enumerate(visitor.found):
-            if start[0] not in left_out:
+            if start[0] not in left_out and start not in same:
                 places.setdefault(start, []).append(Fault(module, start[0], name, occurrence))
     yield from places.values()
 
