@@ -106,7 +106,7 @@ def _code(path: Path) -> _Code:
     content = path.read_bytes()
     if path.suffix != ".py":
         return _Code(hashlib.sha256(content).hexdigest(), frozenset())
-    gc.disable()  # a third of the time to parse a module
+    gc.disable()  # it takes a third of the time to parse a module
     try:
         tree = ast.parse(content)
     finally:

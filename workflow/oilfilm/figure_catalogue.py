@@ -25,8 +25,8 @@ _CATEGORIES = {"data": "Data quality", "law": "Fits", "bearing": "Bearing"}
 class FigureDeclaration:
     """One figure: what it is called, what it shows and what it needs.
 
-    A declaration may begin with the attributes of another one: `like="torque"`. Its caption then
-    has its own paragraphs and, after as many of the other one, the rest of them.
+    A declaration may begin with the attributes of another one: `like="torque"`. Its own
+    paragraphs then replace as many of the other one's caption, from the first on; the rest stays.
 
     Attributes:
         name: Name in campaign files and of its files.

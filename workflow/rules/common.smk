@@ -1,5 +1,5 @@
 # Decides: which settings, files and code rerun a rule (`part`, `finished`, `code`); paths of
-# results.
+# results; which folders of `data/raw` have the traction logs and the torque logs of a campaign.
 
 import json
 import mimetypes

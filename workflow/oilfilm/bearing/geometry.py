@@ -1,6 +1,6 @@
 """A ball bearing: sizes, materials, cage, and the Hertz contacts of its races.
 
-Two contacts a ball, always in the order inner race, outer race. Lengths are in m.
+Two contacts per ball, always in the order inner race, outer race. Lengths are in m.
 """
 
 from dataclasses import dataclass
@@ -128,7 +128,7 @@ class Bearing:
         return self.ball_diameter_m * curvature / (2 * curvature - 1)
 
     def under_unit_load(self, cosine: FloatArray) -> FloatArray:
-        """Stiffness and semi-axes of the contacts under 1 N, exactly by Hertz to rounding.
+        """Stiffness and semi-axes of the contacts under 1 N, by Hertz, exact to rounding.
 
         Args:
             cosine: |cos(alpha)| of each contact, shape (..., 2).

@@ -2,8 +2,8 @@
 
 What was found is plain values, for machines and `watch`, and text for people.
 
-Decides: by which campaign a log is checked; whether a log is of a traction or a torque rig; what
-`oilfilm check` finds in a log, as text and JSON.
+Decides: by which campaign a log is checked; how `oilfilm check` tells a torque log from a
+traction log (by the folder); what it finds in a log, as text and JSON.
 """
 
 import argparse

@@ -54,7 +54,7 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _request(options: argparse.Namespace, settings: Settings, config: Path) -> Request:
-    """What is asked for: the options over the settings."""
+    """What is asked for: by the options, else by the settings."""
     name = options.bearing
     bearing = named_file(config, "bearing", name, "--bearing").bearing(name) if name else None
     request = request_of(settings, bearing)
@@ -75,8 +75,8 @@ def _request(options: argparse.Namespace, settings: Settings, config: Path) -> R
 
 
 def _duty(text: str) -> list[float]:
-    of_units = zip(text.split(","), _DUTY_UNITS, strict=False)
-    values = [quantity(part, unit, "--duty") for part, unit in of_units]
+    with_units = zip(text.split(","), _DUTY_UNITS, strict=False)
+    values = [quantity(part, unit, "--duty") for part, unit in with_units]
     if text.count(",") != len(_DUTY_UNITS) - 1 or min(values) <= 0:
         raise OilfilmError(
             f"--duty: found {text!r}; expected axial load, speed and oil temperature, three "
@@ -90,8 +90,8 @@ def _lines(plan: NextTests) -> Iterator[str]:
     name, factor, unit = _SHOWN[plan.wanted.target]
     known, design, gradients = plan.known, plan.design, plan.gradients
 
-    def shown(uncertainty: float) -> str:
-        return "unknown" if np.isnan(uncertainty) else f"{factor * uncertainty:.3g}{unit}"
+    def shown(size: float) -> str:
+        return "unknown" if np.isnan(size) else f"{factor * size:.3g}{unit}"
 
     def largest(precision: FloatArray) -> str:
         at_points = np.nan_to_num(uncertainties(precision, gradients))

@@ -10,7 +10,7 @@ from oilfilm.errors import OilfilmError
 
 
 def run(options: argparse.Namespace) -> int:
-    """Run the workflow in a folder; Snakemake's exit code."""
+    """Run the workflow in a folder; the exit code is Snakemake's."""
     words: list[str] = options.words
     at = words.index("--") if "--" in words else len(words)
     before, arguments = words[:at], words[at + 1 :]
@@ -27,6 +27,7 @@ def run(options: argparse.Namespace) -> int:
             "oilfilm init DIR LOG..."
         )
     if find_spec("snakemake") is None:
+        # `main` says how to install it
         raise ModuleNotFoundError(name="snakemake")
     command = [sys.executable, "-m", "snakemake", *arguments]
     # a list of arguments, no shell; they are those of the user who started this

@@ -23,6 +23,7 @@ from oilfilm.settings.resolved import Settings
 
 # A network drive may report no changes, so the folders are looked at again and again.
 _PAUSE_S = 1.0
+# Size of a file in bytes, and the time of its last change in ns.
 Stamp = tuple[int, int]
 
 
@@ -41,7 +42,7 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _say(text: str) -> None:
-    """Print lines at once, safe for a terminal."""
+    """Print lines at once, with control characters escaped."""
     print("\n".join(map(printable, text.split("\n"))), flush=True)
 
 
@@ -96,6 +97,7 @@ class Watcher:
                 yield from self._once(path, f"{path}: NOT JUDGED: {why}")
 
     def _once(self, path: Path, line: str) -> Iterator[str]:
+        """A line about a file or folder, unless it is the last one that was said of it."""
         if self._said.get(path) != line:
             self._said[path] = line
             yield line

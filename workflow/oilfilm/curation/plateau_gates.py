@@ -1,6 +1,6 @@
 """The gates of plateaus in the order in which they judge: a cause before its consequence.
 
-Decides: when a plateau is refused (drift, load, temperature, spikes, film).
+Decides: when a plateau is refused (not steady, drift, load, temperature, spikes, film).
 """
 
 from typing import Any

@@ -91,21 +91,22 @@ class TorqueRig(RigKind):
     def derive(self, averages: Columns, zero: FloatArray, zero_se: FloatArray) -> Columns:
         """Torque above the zero, and how steady it is."""
         load, torque = averages["axial_load_n"], averages["torque_n_m"] - zero
-        loaded, turned = (np.where(size == 0, np.nan, np.abs(size)) for size in (load, torque))
+        sizes = (np.where(each == 0, np.nan, np.abs(each)) for each in (load, torque))
+        load_size, torque_size = sizes
         return {
             **averages,
             "tare_n_m": zero,
             "torque_n_m": torque,
             "torque_n_m_se": np.hypot(averages["torque_n_m_se"], zero_se),
             "torque_change_n_m": averages["torque_n_m_change"],
-            "torque_change": averages["torque_n_m_change"] / turned,
+            "torque_change": averages["torque_n_m_change"] / torque_size,
             "oil_temperature_change_c": averages["oil_temperature_c_change"],
             "temperature_change_c": averages["oil_temperature_c_change"],
-            "load_change": averages["axial_load_n_change"] / loaded,
+            "load_change": averages["axial_load_n_change"] / load_size,
         }
 
     def complete(self, points: pd.DataFrame) -> pd.DataFrame:
-        """The rig of a torque log is its bearing."""
+        """The column `rig` becomes `bearing`: the rig of a torque log is its bearing."""
         return points.rename(columns={"rig": "bearing"})
 
     def hypotheses(self, rig: str) -> Iterator[Hypothesis]:
@@ -121,8 +122,8 @@ def _levels(
 
     Args:
         signals: The run.
-        first: Its first sample that turns.
-        last: The sample past the last one.
+        first: The first sample at which the bearing turns.
+        last: The sample past the last such one.
         settings: `plateaus` of config's torque_logs.
     """
     speed, interval_s = signals["inner_speed_rpm"][first:last], signals.interval_s
@@ -151,6 +152,7 @@ def _levels(
 
 
 def _near_median(speed: FloatArray, settings: TorquePlateauSettings) -> npt.NDArray[np.bool_]:
+    """Where a speed is within the smallest step of its median."""
     return np.asarray(np.abs(speed - median(speed)) <= settings.min_step_rpm)
 
 

@@ -29,8 +29,8 @@ from oilfilm.traction.expression import Node
 from oilfilm.traction.law import QUANTITIES, Law, to_internal
 from oilfilm.units import FloatArray
 
-# With the longest word put before it (`traction_coefficient_`) within the 63 characters that
-# Fortran 2003 and MATLAB allow and that C99 tells apart.
+# Letters of an oil's identifier. With the longest word before it (`traction_coefficient_`) a name
+# has no more than the 63 that Fortran 2003 and MATLAB allow and that C99 tells apart.
 _LONGEST = 40
 # No double quote, backslash, asterisk, brace, question mark (trigraphs) or control character, and
 # nothing beyond ASCII: no comment of C, Fortran or MATLAB and no string of Modelica can be ended
@@ -80,7 +80,7 @@ NOT_MARKED = (
     "The tested box is a rectangle: inside it, conditions far from every run are not marked "
     "(oilfilm predict marks them)"
 )
-# Contacts whose load over the cube of the pressure differs less than this are one contact.
+# Contacts whose load over the cube of the pressure differs by less than this share are one contact.
 _SAME_CONTACT = 1e-6
 
 
@@ -94,7 +94,7 @@ class Condition:
         meaning: What it is.
         unit: Unit of every value here.
         role: "fixed" where the data give no exponent, so that mu is known where it was tested only.
-        level: Its level; None where it is an argument, varied in step with others, or is unknown.
+        level: Its level; None where it is an argument, varies in step with others, or is unknown.
         reference: Value at which its power is 1; None for S.
         tested: Smallest and largest value tested, of |S| for S; None where unknown.
     """
@@ -301,7 +301,7 @@ class Description:
 
     @property
     def fit_sentences(self) -> list[str]:
-        """How good the fit is; of the paper's constants, what is not known of them."""
+        """How good the fit is; for the paper's constants, what is not known of them."""
         fit = self.quality
         if fit is None:
             by_verdict: dict[str, list[str]] = {}
@@ -309,13 +309,13 @@ class Description:
                 _, _, sure = str(constant["verdict"]).partition(", ")
                 by_verdict.setdefault(sure, []).append(str(constant["name"]))
             by_verdict.pop("", None)
-            sure = "; ".join(
+            how_sure = "; ".join(
                 f"{verdict}: {', '.join(names)}" for verdict, names in by_verdict.items()
             )
             return [
                 f"They are {self.certificate}. The tested box is that of the paper's abstract.",
                 "The signs of the exponents were lost in the available text and are restored.",
-                f"How sure they are: {sure}",
+                f"How sure they are: {how_sure}",
                 *(f"NOT SOUND: {sentence}" for sentence in self.fitted.wrong),
             ]
         return [

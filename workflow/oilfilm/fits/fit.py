@@ -45,13 +45,14 @@ from oilfilm.traction import LAWS, laws_for
 from oilfilm.traction.law import CONDITIONS, Law
 from oilfilm.units import BoolArray, FloatArray, IndexArray
 
-# Why the laws' comparison says nothing of Wang-Deng where the paper's law made the points.
+# Why the comparison of laws tells nothing about Wang-Deng where the paper's law made the points.
 TIE = (
     "a tie by construction: Eq. 7 made the SIMULATED points, and for one ball size load-based "
     "Wang-Deng with D = -A is Eq. 7. Dimensionless Wang-Deng is another law. It is at a "
     "disadvantage, because Eq. 7 made the points"
 )
-# Errors of single points are reported: they feel what an SSE does not.
+# Of fits without some curves. A descent ends by its SSE; the errors of single points, which are
+# reported, follow the constants more closely.
 _TOLERANCE = 1e-8
 # Columns of the points that span the tested box, and the columns of `fit_quality` that hold it.
 BOX = (*CONDITIONS, "load_n", "slide_roll_ratio")
@@ -193,7 +194,7 @@ def _solve(
 def _from_nested(
     problem: Problem, settings: FitSettings, random: np.random.Generator
 ) -> list[Optimum]:
-    """The end next to the optimum of the law's special case, as one more search, if it has one."""
+    """One more search, from the optimum of the law's special case; none where it has none."""
     if problem.law.nested is None:
         return []
     inner = build_problem(problem.law.nested, problem.data, problem.varied)
@@ -215,7 +216,10 @@ def _refits(
 
 
 def _with_bounds_held(problem: Problem, ends: list[Optimum]) -> tuple[Problem, list[Optimum]]:
-    """The problem with constants held that ran into a bound at its lowest end, and all ends."""
+    """The problem with those constants held that are at a bound in the lowest of its optima.
+
+    Beside it are all optima, without these constants.
+    """
     values = min(ends, key=lambda optimum: optimum.sse).values
     stuck = at_bounds(problem, values)
     free = [Optimum(end.values[~stuck], end.sse) for end in ends]
@@ -226,7 +230,7 @@ def _ends_out(solution: Solution, points: pd.DataFrame, settings: FitSettings) -
     """Errors at the lowest and highest level of each condition, left out of the fit."""
     # not the law's own conditions: every law is evaluated at the same levels
     conditions = curve_data(points).conditions
-    # the scatter of one level has no ends
+    # a condition that did not vary only scatters: it has no lowest and highest level
     levels = np.where(varied(CONDITIONS, conditions, settings), conditions, np.nan)
     problem, errors = solution.problem, {}
     for name, level in zip(("pressure", "speed", "temperature"), levels.T, strict=True):
@@ -271,7 +275,7 @@ def leave_curves_out(
 def spread_left_out(problem: Problem, optimum: Optimum, covariance: FloatArray) -> FloatArray:
     """Random standard error of mu at each point, by a fit that has not seen its curve.
 
-    That of the fit to all curves, times what the curve alone tells of its own mu:
+    Its square is that of the fit to all curves, times how much larger it is without the curve:
     g^T (J^T J - J_i^T J_i)^-1 g over g^T (J^T J)^-1 g.
 
     Args:
@@ -297,9 +301,9 @@ def spread_left_out(problem: Problem, optimum: Optimum, covariance: FloatArray) 
 
 
 def leave_ends_out(problem: Problem, optimum: Optimum, levels: IndexArray) -> FloatArray:
-    """The same of the curves of the lowest and of the highest level, by fits to the other levels.
+    """Error of each point's mu at the lowest and highest level, by fits without that level.
 
-    Both ends are extrapolated to, one at a time.
+    Each fit is extrapolated to the level that it has not seen.
 
     Args:
         problem: What was fitted.

@@ -1,6 +1,7 @@
 """What the header lines of a log mean, in whatever language their keys are.
 
-Decides: units and languages of header keys.
+Decides: how a header line (`# key: value`) becomes a set point, an oil or a rig, with its unit, in
+any language.
 """
 
 import re

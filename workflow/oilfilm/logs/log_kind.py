@@ -1,6 +1,7 @@
 """What the logs of one kind of rig may hold, and what the names of their columns mean.
 
-Decides: what the columns of a log mean, and their units.
+Decides: how the name of a column becomes a quantity and a unit (the names themselves are in
+`traction_log.py`, `torque_log.py` and the campaign file).
 """
 
 import unicodedata

@@ -1,7 +1,6 @@
 """Logs of a torque rig: what they hold, and the run that their columns make.
 
-Decides: how a torque log is known (every log in `data/raw/<campaign>-torque` is one), and its
-signals.
+Decides: the signals of a torque log, and the names of its columns.
 """
 
 from collections.abc import Mapping, Sequence

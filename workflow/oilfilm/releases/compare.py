@@ -1,6 +1,7 @@
 """Compare two releases: inputs, configuration, code, verdicts, constants and traction.
 
-Decides: the drift gate: when a refit has moved too far.
+Decides: the drift gate of `oilfilm diff --gate`: when a refit has moved too far (the limits are
+`drift` of `config.yaml`).
 """
 
 from collections.abc import Iterable, Iterator, Sequence

@@ -6,7 +6,8 @@ the only texts allowed. A table lists the names of its columns. Under `uses` it 
 and add a note, but it has no unit and no meaning of its own: the same name is the same quantity
 everywhere.
 
-Decides: columns and key of every table, what a column means, and its unit.
+Decides: columns and key of every table, what a column means, and its unit, each in a YAML file
+beside it (`rig.yaml` with `points` and `runs`, `fits.yaml`, `bearing.yaml`).
 """
 
 import re

@@ -27,7 +27,8 @@ from oilfilm.report.figures.sheet import SIMULATED, Sheet, save
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables import failed_gates
 
-_LETTERS = 112  # of 7 pt in a line of the page
+# Letters of 7 pt in a line of the page.
+_LETTERS = 112
 _PASSING: style.Look = {"facecolor": style.tint("#56B4E9", 0.25), "linewidth": 0.4}
 _FAILING: style.Look = {
     "facecolor": style.tint("#E69F00", 0.25),
@@ -58,13 +59,12 @@ def judged_torque_logs(
     ingested = ingest_logs(logs, settings, TorqueRig.logs, sheet)
     samples = ingested.all_samples()
     curated = curate(samples, ingested.runs, TorqueRig(settings))
-
     by_run = samples.groupby("run_id").get_group
     return Judged(TorqueRig, curated.runs, curated.points, quarantine, by_run)
 
 
 def draw_pages(rigs: Iterable[Judged], settings: Settings, most: int, folder: Path) -> pd.DataFrame:
-    """Draw the pages of refused runs in a folder, `most` at most; the table `refused_pages`."""
+    """Draw the pages of refused runs in a folder, up to `most`; gives the table `refused_pages`."""
     listings = []
     for judged in rigs:
         runs, points = judged.runs, judged.points
@@ -156,7 +156,7 @@ def draw_page(
     head, count = _head(entry, run), len(kind.shown_signals)
     layout: style.Look = {"width": style.DOUBLE_COLUMN_IN, "height": 5.6 / count, "left": 0.85}
     sheet = Sheet(count, down=0.1, top=0.1 + 0.13 * len(head), sharex=True, **layout)
-    failing = _fail_alone(points)
+    failing = _fail_own_gates(points)
     for number, (name, label) in enumerate(kind.shown_signals.items()):
         panel = sheet.panel(number, None)
         axis, values = panel.axis, signals[name]
@@ -194,13 +194,13 @@ def draw_page(
 def _marked(refusals: pd.DataFrame, points: pd.DataFrame) -> tuple[str, int, int]:
     """What to mark: the rows of the refusals, else failing plateaus, else the whole run."""
     with_rows = refusals[refusals["first_row"] > 0]
-    for name, rows in (("rows", with_rows), ("plateaus", points[_fail_alone(points)])):
+    for name, rows in (("rows", with_rows), ("plateaus", points[_fail_own_gates(points)])):
         if len(rows):
             return name, int(rows["first_row"].min()), int(rows["last_row"].max())
     return "whole run", 0, 0
 
 
-def _fail_alone(points: pd.DataFrame) -> "pd.Series[bool]":
+def _fail_own_gates(points: pd.DataFrame) -> "pd.Series[bool]":
     """Points that fail a gate of points, not only because their whole run was refused."""
     return failed_gates.failed_any(points, (gate.name for gate in PLATEAU_GATES))
 
@@ -212,7 +212,7 @@ def _head(entry: Mapping[str, Any], run: Mapping[str, Any]) -> list[str]:
         f"{file}oil {run['oil']}, rig {run['rig']}, set points: {describe_condition(run)}; "
         f"{run['samples']} rows"
     )
-    # of one sentence; the listing has all of it
+    # a long text is cut after so many lines; the listing has all of it
     reason, advice = f"{entry['rule']}: {entry['reason']}", f"What to do: {entry['advice']}"
     texts = ((f"REFUSED: {entry['run_id']}", 1), (about, 2), (reason, 4), (advice, 4))
     return [
@@ -223,7 +223,10 @@ def _head(entry: Mapping[str, Any], run: Mapping[str, Any]) -> list[str]:
 
 
 def _times(signals: Signals, first_row: int, last_row: int) -> tuple[float, float]:
-    """First and last time of a range of rows; 0 and 0 mean all, unread rows the nearest one."""
+    """First and last time of a range of rows.
+
+    From 0 to 0 means all rows. Where no row of the range was read, the nearest one is taken.
+    """
     inside = (signals.row >= first_row) & (signals.row <= last_row) | (last_row == 0)
     if not inside.any():
         inside[np.abs(signals.row - first_row).argmin()] = True
