@@ -31,8 +31,7 @@ rule torque_runs:
         listing=rules.torque_twin.output.listing if TORQUE_SIMULATED else [],
         logs=raw_logs(TORQUE_RAW, TORQUE_FILES),
     output:
-        torque_runs="<tables>/torque_runs.parquet",
-        torque_quarantine="<tables>/torque_quarantine.parquet",
+        **written("torque_runs", "torque_quarantine"),
         logs="<parts>/torque_runs/logs.sha256",
         made=made("torque-runs"),
     log:
@@ -56,10 +55,7 @@ rule torque:
         **finished("torque_runs", "cage_slip", *FITTED),
         torque_truth=rules.torque_twin.output.torque_truth if TORQUE_SIMULATED else [],
     output:
-        torque="<tables>/torque.parquet",
-        torque_inversion="<tables>/torque_inversion.parquet",
-        torque_control="<tables>/torque_control.parquet",
-        heat_balance="<tables>/heat_balance.parquet",
+        **written("torque", "torque_inversion", "torque_control", "heat_balance"),
         made=made("torque"),
     log:
         "<logs>/torque.log",
@@ -79,8 +75,7 @@ rule bearing_maps:
     input:
         **finished(*FITTED),
     output:
-        cage_slip="<tables>/cage_slip.parquet",
-        size_effect="<tables>/size_effect.parquet",
+        **written("cage_slip", "size_effect"),
         made=made("bearing-maps"),
     log:
         "<logs>/bearing-maps.log",
@@ -101,7 +96,7 @@ rule test_plan:
     input:
         **finished("coefficients", "fit_quality", "refits", "curve_residuals", "points"),
     output:
-        test_plan="<tables>/test_plan.parquet",
+        **written("test_plan"),
         made=made("test-plan"),
     log:
         "<logs>/test-plan.log",

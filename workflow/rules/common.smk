@@ -146,13 +146,20 @@ ACKNOWLEDGED = [change.model_dump() for change in SETTINGS.dataset.acknowledged_
 
 
 def finished(*names):
-    """Files of finished tables by name; no file of a table that this campaign does not have.
-
-    Several names may be one text with blanks between them.
-    """
+    """Files of finished tables by name; no file of a table that this campaign does not have."""
     missing = lacking(CAMPAIGN)
-    listed = " ".join(names).split()
-    return {name: [] if name in missing else f"<tables>/{name}.parquet" for name in listed}
+    return {name: [] if name in missing else f"<tables>/{name}.parquet" for name in names}
+
+
+# Tables that the rules of this campaign write, for the report and its data package.
+TABLES = []
+
+
+def written(*names):
+    """Files of tables that a rule writes, by name; as `finished`."""
+    files = finished(*names)
+    TABLES.extend(files)
+    return files
 
 
 # The fits of every law, from which the tables of bearings are computed.

@@ -1,7 +1,7 @@
 rule enough:
     "The last step: too few accepted runs end a run that is complete."
     input:
-        **finished("runs quarantine torque_runs torque_quarantine"),
+        **finished("runs", "quarantine", "torque_runs", "torque_quarantine"),
         # a person needs all of this to see why
         everything=[
             rules.report.output,

@@ -49,7 +49,7 @@ rule fits:
         },
         **finished("points", "runs"),
     output:
-        **finished(*OF_FIT, "law_verdicts", "lack_of_fit", "soundness"),
+        **written(*OF_FIT, "law_verdicts", "lack_of_fit", "soundness"),
         made=made("fits"),
     log:
         "<logs>/fits.log",

@@ -8,8 +8,8 @@ rule paper:
         printed=reference_file("printed_coefficients"),
         claims=reference_file("claims"),
     output:
-        **finished("printed_judged", "signs", "sign_verdicts", "claims", "claim_numbers"),
-        **finished("extrapolation", "extrapolation_errors"),
+        **written("printed_judged", "signs", "sign_verdicts", "claims", "claim_numbers"),
+        **written("extrapolation", "extrapolation_errors"),
         truth_grid="<results>/twin/truth_grid.parquet" if SIMULATED else [],
         made=made("paper"),
     log:
@@ -34,7 +34,7 @@ if CAMPAIGN.torque is not None:
             **finished("cage_slip", *FITTED),
             published=reference_file("bearing_tests"),
         output:
-            **finished("slip_advice", "advice_band", "published_tests"),
+            **written("slip_advice", "advice_band", "published_tests"),
             made=made("slip-advice"),
         log:
             "<logs>/slip-advice.log",

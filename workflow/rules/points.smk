@@ -70,7 +70,7 @@ checkpoint collect:
         },
         digests=expand("<parts>/points/{shard}/logs.sha256", shard=SHARDS),
     output:
-        **finished("points runs quarantine coverage gate_counts"),
+        **written("points", "runs", "quarantine", "coverage", "gate_counts"),
         spreadsheet="<tables>/quarantine.csv",
         of_oil=expand("<parts>/collect/{oil}/points.parquet", oil=OILS),
         made=made("collect"),

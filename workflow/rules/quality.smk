@@ -1,7 +1,7 @@
 rule refused:
     "One page per refused run, of either rig: its signals and the rows concerned."
     input:
-        **finished("points runs quarantine torque_quarantine"),
+        **finished("points", "runs", "quarantine", "torque_quarantine"),
         listing=rules.torque_twin.output.listing if TORQUE_SIMULATED else [],
         logs=raw_logs(TORQUE_RAW, TORQUE_FILES),
         samples=expand(SAMPLES, shard=SHARDS),

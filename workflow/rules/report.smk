@@ -9,15 +9,10 @@ PAGE_FILES = sorted(
 )
 
 
-# Every table but the samples, which are many files.
+# Every table but the samples, which are many files; none of a table that this campaign lacks.
 TABLE_FILES = {
     name: in_report(path, category="Tables") if path else []
-    for name, path in finished(
-        *("runs", "points", "quarantine", "coverage", "gate_counts"),
-        *OF_FIT,
-        *("law_verdicts", "lack_of_fit", "soundness"),
-        *NOT_IN_EVERY_CAMPAIGN,
-    ).items()
+    for name, path in finished(*TABLES, *NOT_IN_EVERY_CAMPAIGN).items()
 }
 
 
