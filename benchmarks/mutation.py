@@ -24,8 +24,8 @@ from cosmic_ray.mutating import mutate_code
 from cosmic_ray.plugins import get_operator, operator_names
 
 ROOT = Path(__file__).parents[1]
-# All modules of a room but its drawings, which are compared as pictures, get faults. All quick tests
-# of the room look for them, with the examples of its docstrings.
+# All modules of a room get faults, but not its drawings, which are compared as pictures. All quick
+# tests of the room look for them, with the examples of its docstrings.
 ROOMS = ("physics", "bearing", "logs", "curation", "fits", "torque", "paper")
 # A test that takes so long has seen that something is wrong.
 LONGEST_S = 300
