@@ -126,7 +126,7 @@ def test_data_that_cannot_be_fitted_give_a_verdict() -> None:
         ({"curve": [1, 2, 3]}, "`curve` has 3 values; expected 2"),
     ],
 )
-def test_mistake_is_told_in_a_sentence(arguments: dict[str, object], expected: str) -> None:
+def test_mistake_is_told(arguments: dict[str, object], expected: str) -> None:
     names = ("max_hertz_pressure", "entrainment_speed", "inlet_temperature", "slide_roll_ratio")
     at = dict(zip(names, (1.0, 25, 50, [0.0, 0.1]), strict=True))
     with pytest.raises(oilfilm.OilfilmError, match=expected):

@@ -38,9 +38,7 @@ def ask(results: Path, oil: str = "4102", **changed: str) -> int:
     return main(["predict", "--oil", oil, "--results", str(results), *arguments])
 
 
-def test_prediction_has_interval_and_source(
-    results: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_prediction_has_its_interval(results: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert ask(results) == 0
     output = capsys.readouterr().out
     mu = float(output.partition("mu = ")[2].partition(",")[0])
@@ -51,9 +49,7 @@ def test_prediction_has_interval_and_source(
     assert "OUTSIDE" not in output
 
 
-def test_distance_from_what_was_tested_is_told(
-    results: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_distance_from_tested_is_told(results: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert ask(results, speed="200m/s") == 0
     text = capsys.readouterr().out
     assert "OUTSIDE the tested box: entrainment_speed_m_s 200, tested " in text
@@ -75,9 +71,7 @@ def test_printed_constants_need_no_results(
     assert "the paper prints no constants of 'own'" in capsys.readouterr().err
 
 
-def test_mistakes_in_a_prediction_are_sentences(
-    results: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_prediction_mistakes_are_told(results: Path, capsys: pytest.CaptureFixture[str]) -> None:
     for changed, message in (
         ({"temperature": "-70"}, "inlet_temperature_c above zero"),
         ({"oil": "oil"}, "no fit of oil 'oil'; there are fits of 4102"),
@@ -117,9 +111,7 @@ def test_plan_names_conditions_in_their_order_and_what_it_trusts(
     assert float(exact[1]) < float(now[1])
 
 
-def test_plan_for_another_bearing_and_duty_point(
-    results: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_plan_for_other_bearing_and_duty(results: Path, capsys: pytest.CaptureFixture[str]) -> None:
     duty = ["--bearing", "harris-218", "--duty", "20kN,5000rpm,100degC"]
     assert plan(results, *duty, "--for", "cage-slip", "--count", "1") == 0
     text = capsys.readouterr().out

@@ -208,9 +208,7 @@ def test_log_with_standstill_is_right_after_one_line(tmp_path: Path, offset_n: f
     np.testing.assert_allclose(points["traction_coefficient"], truth, atol=4e-4)
 
 
-def test_files_that_are_no_logs_are_named_and_not_copied(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_other_files_are_not_copied(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     lab, raw = tmp_path / "lab", tmp_path / "p/data/raw/p"
     (good,) = write_logs(lab, BENCH, RUNS[:1])
     foreign = {
@@ -351,9 +349,7 @@ def test_settings_files_begin_with_the_schema_by_which_editors_check_them(tmp_pa
 
 
 @pytest.mark.parametrize("stated", [False, True])
-def test_pressure_needs_the_ball_but_no_roughness_unless_the_headers_state_it(
-    tmp_path: Path, stated: bool
-) -> None:
+def test_pressure_needs_the_ball_unless_the_headers_state_it(tmp_path: Path, stated: bool) -> None:
     """Runs at 1.0, 1.2 and 1.2 GPa, in the header or not."""
     # of the header the oil alone, or all of it
     made = project(tmp_path, RUNS, METRES, slice(None) if stated else slice(1))

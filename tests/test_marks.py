@@ -216,9 +216,7 @@ def test_form_of_adore_is_marked(config: Settings) -> None:
     assert all(row["peak_above_limiting_stress"] for row in adore_rows(weaker))
 
 
-def test_picture_of_a_comparison_is_dotted_where_nothing_was_tested(
-    asked: Asked, tmp_path: Path
-) -> None:
+def test_picture_of_a_comparison_is_dotted_where_untested(asked: Asked, tmp_path: Path) -> None:
     texts = []
     for speed in ("30m/s", "150m/s"):
         picture = tmp_path / "mu.svg"

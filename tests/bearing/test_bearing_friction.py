@@ -68,9 +68,7 @@ def test_pure_sliding_pulls_with_all_of_the_coefficient():
     ("load_n", "speed_m_s", "factor", "shape_power", "speed_power", "rel"),
     [(1e-9, 1.0, 2.9766, 0.3316, 2 / 3, 1e-6), (1e5, 1e-3, 7.5826, 0.4055, 0.75, 1e-3)],
 )
-def test_rolling_force_has_the_rigid_and_the_elastic_limit(
-    load_n, speed_m_s, factor, shape_power, speed_power, rel
-):
+def test_rolling_force_has_its_two_limits(load_n, speed_m_s, factor, shape_power, speed_power, rel):
     force = rolling_force_n(load_n, speed_m_s, 0.01, 0.01, 0.05, 2e11)
     w, u = load_n / (1e11 * 1e-4), 0.01 * speed_m_s / (1e11 * 0.01)
     limit = factor * 1e11 * 1e-4 * 5**shape_power * w ** (1 / 3) * u**speed_power

@@ -66,9 +66,7 @@ def test_plateau_traction_is_the_true_one_within_its_errors(demo: Campaign) -> N
     seconds=st.floats(2.2, 6.0),
     seed=st.integers(0, 1000),
 )
-def test_steps_are_found_where_they_are_and_nowhere_else(
-    steps: list[float], seconds: float, seed: int
-) -> None:
+def test_steps_are_found_only_where_they_are(steps: list[float], seconds: float, seed: int) -> None:
     levels = list(np.cumsum([0.0, *steps]))
     slip = np.repeat(levels, round(seconds * 50))
     slip = slip + 0.002 * np.random.default_rng(seed).standard_normal(len(slip))
@@ -186,9 +184,7 @@ GOOD_POINT = dict.fromkeys(
         ({"film_judgement": "cannot be judged"}, "film_not_judged"),
     ],
 )
-def test_gate_acts_just_beyond_its_limit(
-    config: Settings, change: dict[str, Any], gate: str | None
-) -> None:
+def test_gate_acts_at_its_limit(config: Settings, change: dict[str, Any], gate: str | None) -> None:
     point = pd.DataFrame([{**GOOD_POINT, **change}])
     failed = judge_plateaus(point, TractionRig(config)).iloc[0]
     assert failed[failed].index.tolist() == ([gate] if gate else [])
@@ -212,9 +208,7 @@ def test_wrong_fringe_orders_leave_the_power_law_of_the_other_films(config: Sett
 
 @pytest.mark.parametrize("traction_sign", [1, -1])
 @pytest.mark.parametrize(("slower", "force_sign"), [("ball", 1), ("disc", -1)])
-def test_sign_and_slower_body_lead_to_the_same_signals(
-    traction_sign: int, slower: str, force_sign: int
-) -> None:
+def test_sign_and_slower_body_agree(traction_sign: int, slower: str, force_sign: int) -> None:
     log = Semantics(slower_body=slower, traction_sign=traction_sign)
     samples = tables.empty("samples").drop(columns="run_id").reindex(range(1))
     ball, disc = (9.0, 11.0) if slower == "ball" else (11.0, 9.0)
@@ -238,7 +232,7 @@ def test_every_definition_of_the_slide_roll_ratio_becomes_sliding_over_mean_spee
         np.testing.assert_allclose(of_mean, both / (total / 2), rtol=1e-12)
 
 
-def test_calibration_errors_stand_apart_and_are_null_where_none_is_stated(
+def test_calibration_errors_stand_apart_and_are_null_unstated(
     demo: Campaign, etm: Campaign
 ) -> None:
     points = demo.curated.points[demo.curated.points["accepted"]]
@@ -265,9 +259,7 @@ def test_calibration_errors_stand_apart_and_are_null_where_none_is_stated(
         ("_speed", slice(None), 0.0, "refused"),
     ],
 )
-def test_absurd_log_is_one_refused_run_and_no_more(
-    name: str, rows: slice, value: float, verdict: str
-) -> None:
+def test_absurd_log_is_one_refused_run(name: str, rows: slice, value: float, verdict: str) -> None:
     values = {name: column.copy() for name, column in SOUND["traction"].values.items()}
     for column in (column for key, column in values.items() if key.endswith(name)):
         column[rows] = value
@@ -276,9 +268,7 @@ def test_absurd_log_is_one_refused_run_and_no_more(
 
 
 @pytest.mark.parametrize("start", [660, 1500])
-def test_spindle_that_slips_for_a_second_leaves_no_wrong_point(
-    demo: Campaign, config: Settings, start: int
-) -> None:
+def test_spindle_slip_leaves_no_wrong_point(demo: Campaign, config: Settings, start: int) -> None:
     run_id = "4102_P1.25_U25_T070.csv"
     clean = demo.curated.points.query("run_id == @run_id")["slide_roll_ratio"].to_numpy()
     log = (demo.folder / run_id).read_text(encoding="utf-8")

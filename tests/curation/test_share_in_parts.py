@@ -33,9 +33,7 @@ def in_parts(logs: Iterator[tuple[str, bytes]], folder: Path) -> tuple[Ingested,
     return ingested, collect(curate_parts(samples, ingested, TractionRig(CONFIG)), CONFIG)
 
 
-def test_share_in_parts_gives_what_it_gives_as_a_whole(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_share_in_parts_gives_the_same(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     rows = len(SOUND["traction"].values["time"])
     monkeypatch.setattr(tables, "ROW_GROUP", 2 * rows)
     whole = ingest_logs(LOGS, CONFIG)

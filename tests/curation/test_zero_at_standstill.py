@@ -74,9 +74,7 @@ def test_standstill_that_gives_no_zero_is_refused(values: Columns, rule: str, wo
 
 
 @given(output=st.floats(-5, 5), per_s=st.floats(-0.1, 0.1), last_s=st.floats(30, 1000))
-def test_linear_drift_of_the_zero_leaves_no_trace(
-    output: float, per_s: float, last_s: float
-) -> None:
+def test_linear_drift_of_zero_leaves_no_trace(output: float, per_s: float, last_s: float) -> None:
     """Mean of a line over a phase is its value at the mean time, so two phases give the line."""
     time_s = np.linspace(0, last_s, 400)
     line = output + per_s * time_s

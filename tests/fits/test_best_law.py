@@ -28,9 +28,7 @@ def verdict_of(points: pd.DataFrame, config: Settings, law: str) -> dict[str, An
     return row
 
 
-def test_the_law_that_made_the_points_is_named_beside_another_configured_one(
-    quick: Settings,
-) -> None:
+def test_law_that_made_the_points_is_named_beside_another_configured_one(quick: Settings) -> None:
     points = points_of(LAWS["tanh"], NOISE)
     row = verdict_of(points, quick, "carreau")
     assert row["verdict"] == "another law is better"
@@ -153,9 +151,7 @@ def test_wrong_law_is_told_from_planted_noise_by_repeats(quick: Settings) -> Non
     assert right["plateau_relative_rms"] < right["repeat_relative_rms"]
 
 
-def test_runs_without_set_points_are_repeats_where_they_were_measured_alike(
-    quick: Settings,
-) -> None:
+def test_runs_without_set_points_are_repeats_where_measured_alike(quick: Settings) -> None:
     row, _ = misfit_of(quick, 1, "tanh", stated=False)
     assert (row["n_repeats"], row["n_repeated_conditions"]) == (1, 1)
 

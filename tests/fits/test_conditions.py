@@ -61,9 +61,7 @@ def test_conditions_in_step_give_the_truth_along_their_line(
 
 
 @pytest.mark.parametrize("temperature", [60.0, 120.0])
-def test_corner_of_the_box_away_from_the_line_is_refused(
-    heated: FittedLaw, temperature: float
-) -> None:
+def test_corner_away_from_the_line_is_refused(heated: FittedLaw, temperature: float) -> None:
     other = 1.5 if temperature < 100 else 1.0
     law = heated.predict(np.array([[other, 30.0, temperature]]), np.array([0.05]))
     assert law.away.all()
@@ -111,9 +109,7 @@ def test_one_tested_level_says_nothing_about_another(quick: Settings) -> None:
     assert np.isnan(mu_at(law, 1.2, 36.0, 70.0)).all()
 
 
-def test_run_of_unknown_temperature_does_not_cost_the_effect_of_temperature(
-    quick: Settings,
-) -> None:
+def test_run_of_unknown_temperature_costs_no_effect_of_temperature(quick: Settings) -> None:
     points = make_points("4102", matrix())
     points.loc[points["run_id"] == "run004", "inlet_temperature_c"] = np.nan
     fit = fit_oil(points, "4102", quick.fit, SEED)
@@ -130,9 +126,7 @@ def test_missing_or_foreign_conditions_are_named(heated: FittedLaw) -> None:
 
 
 @given(exponents=st.tuples(st.floats(-3, 3), st.floats(-3, 3)), level=st.floats(20, 150))
-def test_line_is_the_one_that_was_planted(
-    quick: Settings, exponents: tuple[float, float], level: float
-) -> None:
+def test_line_is_as_planted(quick: Settings, exponents: tuple[float, float], level: float) -> None:
     grid = np.array([(p, u) for p in (1.0, 1.3, 1.7) for u in (10.0, 20.0, 40.0)])
     temperature = level * (grid[:, 0] / 1.3) ** exponents[0] * (grid[:, 1] / 20) ** exponents[1]
     conditions = np.column_stack([grid, temperature])

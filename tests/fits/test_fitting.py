@@ -120,9 +120,7 @@ def test_one_condition_gives_a_curve_but_no_exponents(quick: Settings) -> None:
         ),
     ],
 )
-def test_data_that_cannot_be_fitted_end_in_a_verdict(
-    quick: Settings, spoil: Any, reason: str
-) -> None:
+def test_unfit_data_end_in_a_verdict(quick: Settings, spoil: Any, reason: str) -> None:
     points = spoil(make_points("4102", matrix()))
     fit = fit_oil(points, "4102", quick.fit, SEED)
     assert not fit.fit_quality["certified"].iloc[0]
@@ -220,9 +218,7 @@ def test_spectrum_is_that_of_a_problem_solved_by_hand() -> None:
     assert (low, high, condition) == pytest.approx((3.0, 20_000.0, 1.0))
 
 
-def test_exponent_whose_interval_holds_zero_has_no_known_sign(
-    refitted: dict[str, CampaignTables],
-) -> None:
+def test_exponent_around_zero_has_no_known_sign(refitted: dict[str, CampaignTables]) -> None:
     # the printed U exponent of B of 4010 is -0.029, that of C of 4050 0.0022
     for oil, constant in (("4010", "B2"), ("4050", "C2")):
         verdicts = refitted[oil].coefficients.set_index("constant")["verdict"]
@@ -230,9 +226,7 @@ def test_exponent_whose_interval_holds_zero_has_no_known_sign(
         assert (verdicts[["A0", "A1", "B3", "C0", "C3"]] == "known").all()
 
 
-def test_joint_interval_is_the_one_that_the_verdict_on_the_sign_uses(
-    refitted: dict[str, CampaignTables],
-) -> None:
+def test_joint_interval_is_that_of_the_sign_verdict(refitted: dict[str, CampaignTables]) -> None:
     for fit in refitted.values():
         rows = fit.coefficients
         outside = (rows["lower"] > 0) | (rows["upper"] < 0)

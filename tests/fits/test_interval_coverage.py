@@ -33,9 +33,7 @@ def campaign(config: Settings, oil: str) -> Campaign:
 
 
 @pytest.mark.no_cover
-def test_curve_bootstrap_covers_the_truth_and_naive_errors_do_not(
-    config: Settings, conditions: np.ndarray
-) -> None:
+def test_bootstrap_covers_and_naive_errors_do_not(config: Settings, conditions: np.ndarray) -> None:
     truth = to_internal(LAW, printed()["4050"])
     inside, naive = [], []
     for number in range(24):
@@ -54,9 +52,7 @@ def test_curve_bootstrap_covers_the_truth_and_naive_errors_do_not(
 
 
 @pytest.mark.no_cover
-def test_errors_of_twelve_runs_are_as_large_as_the_scatter_of_such_campaigns(
-    config: Settings,
-) -> None:
+def test_errors_of_twelve_runs_are_the_scatter_of_such_campaigns(config: Settings) -> None:
     ends, variances = [], []
     for number in range(80):
         points = campaign(config, "4050").points(SMALL, generator(2, "small", number))

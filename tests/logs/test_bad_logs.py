@@ -172,9 +172,7 @@ def test_pressure_in_mpa_that_is_labelled_gpa_is_told(value: str) -> None:
 
 
 @pytest.mark.parametrize(("seconds", "rows", "told"), [(4.0, 20, True), (8.0, 10, False)])
-def test_sensor_that_is_read_more_slowly_than_the_log_is_told(
-    seconds: float, rows: int, told: bool
-) -> None:
+def test_sensor_slower_than_the_log_is_told(seconds: float, rows: int, told: bool) -> None:
     """Sample and hold at 20 rows per second: 3 readings of a plateau are no mean, 14 are."""
     values = good(SLIPS, seconds)
     held = values["traction_force"][np.arange(len(values["time"])) // rows * rows]
@@ -211,9 +209,7 @@ RIG = "ball-on-disc-20mm"
         ({"ball_radius_m": 0.1}, "ball_radius_m is 0.1;"),
     ],
 )
-def test_rig_that_no_log_contradicts_but_none_is_like_is_doubted(
-    rig: dict[str, object], told: str
-) -> None:
+def test_rig_that_is_like_no_other_is_doubted(rig: dict[str, object], told: str) -> None:
     """The set point is a load, so that no pressure depends on radius and modulus."""
     settings = CONFIG.with_changes({"rigs": {RIG: rig}})
     content = csv(good(), load_n=82.2, max_hertz_pressure_gpa=None)

@@ -211,9 +211,7 @@ def test_word_of_its_own_is_no_slip_of_the_pen() -> None:
         ("inlet_temperature_c", "70\u2103", "inlet_temperature_c", 70),
     ],
 )
-def test_set_point_of_a_header_may_have_a_unit(
-    line: str, text: str, key: str, expected: float
-) -> None:
+def test_header_set_point_may_have_a_unit(line: str, text: str, key: str, expected: float) -> None:
     config = with_campaign(header={"load_n": "Last"})
     keys = named_keys({line: text, "oil": "4102"}, config)
     assert keys.keys() == {"oil", key}

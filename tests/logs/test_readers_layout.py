@@ -162,9 +162,7 @@ def test_column_that_the_campaign_names_is_taken_before_one_of_the_same_meaning(
 
 @pytest.mark.parametrize("write", [formats.csv, formats.lvm])
 @pytest.mark.parametrize("encoding", ["utf-8", "gb18030", "cp1252"])
-def test_damaged_byte_does_not_change_the_encoding(
-    write: Callable[..., bytes], encoding: str
-) -> None:
+def test_damaged_byte_keeps_the_encoding(write: Callable[..., bytes], encoding: str) -> None:
     units = {**formats.UNITS, "inlet_temperature": "\N{DEGREE SIGN}C"}
     note = {"gb18030": "\u8bd5\u9a8c", "cp1252": "Pr\u00fcfer"}.get(encoding, "\u6d4b\u00fc")
     text = write(formats.columns(20), units, {**formats.KEYS, "note": note})

@@ -189,9 +189,7 @@ def test_signs_that_the_text_settles_and_those_that_it_leaves_open(studied: Stud
         (3.0, 2.0, 0.02, "without effect"),
     ],
 )
-def test_verdicts_at_their_limits(
-    margin: float, weakest: float, effect: float, expected: str
-) -> None:
+def test_verdicts_at_limits(margin: float, weakest: float, effect: float, expected: str) -> None:
     limits = LIMITS.model_copy(update={"near_best": 0.5, "no_effect_max": 0.02})
     assert verdicts(*map(np.array, (margin, weakest, effect)), limits) == expected
 

@@ -132,9 +132,7 @@ def test_film_follows_speed_and_load_by_the_published_powers(
 
 
 @given(slips, thermal_loadings)
-def test_heating_never_thickens_the_film_whichever_surface_is_faster(
-    slip: float, loading: float
-) -> None:
+def test_heating_never_thickens_the_film_of_either_surface(slip: float, loading: float) -> None:
     one_way, other_way = reduction(
         slide_roll_ratio=np.array([slip, -slip]), thermal_loading=loading
     )

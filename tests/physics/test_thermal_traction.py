@@ -210,9 +210,7 @@ def test_film_temperature_is_that_of_a_layer_solved_cell_by_cell() -> None:
 
 
 @given(rates, stresses)
-def test_thinning_film_is_newtonian_when_slow_and_thinner_when_fast(
-    rate: float, stress: float
-) -> None:
+def test_thinning_film_is_newtonian_slow_and_thinner_fast(rate: float, stress: float) -> None:
     slow = 1e-4 * stress / rate
     assert eyring_stress(slow, rate, stress) == pytest.approx(slow * rate, rel=1e-6)
     fast = 1e4 * stress / rate

@@ -115,9 +115,7 @@ def test_anything_that_a_release_is_made_from_changes_its_version(
         ("results/releases/demo/latest/summary.txt", r"not as it was released: summary\.txt: dif"),
     ],
 )
-def test_what_is_not_as_it_was_made_is_not_released(
-    run: making.FinishedRun, file: str, sentence: str
-) -> None:
+def test_changed_file_is_not_released(run: making.FinishedRun, file: str, sentence: str) -> None:
     made_now(run)
     if "releases" in file:
         making.make_release(run, run.root / "results/releases/demo")
@@ -175,9 +173,7 @@ def complaints(folder: Path) -> list[str]:
 
 
 @given(data=st.data())
-def test_any_single_changed_byte_is_found_and_its_file_named(
-    loose: Path, data: st.DataObject
-) -> None:
+def test_any_changed_byte_is_found_and_its_file_named(loose: Path, data: st.DataObject) -> None:
     files = sorted(path for path in loose.rglob("*") if path.is_file() and path.stat().st_size)
     path = data.draw(st.sampled_from([loose / MANIFEST, *files]))
     before = path.read_bytes()
@@ -234,9 +230,7 @@ def test_release_without_its_whole_list_of_hashes_is_not_as_released(
 @pytest.mark.parametrize(
     "name", ["v2-aaaaaaaaaaaa", "releases/other/{}", "releases/demo/v1-000000000000"]
 )
-def test_release_under_the_name_of_another_one_is_not_as_released(
-    loose: Path, tmp_path: Path, name: str
-) -> None:
+def test_release_under_another_name_is_refused(loose: Path, tmp_path: Path, name: str) -> None:
     (complaint,) = verify(shutil.copytree(loose, tmp_path / name.format(loose.name)))
     assert f"name of another release: the manifest is that of demo {loose.name}." in complaint
     for place in (f"releases/demo/{loose.name}", loose.name, "latest"):
@@ -316,9 +310,7 @@ def test_hostile_manifest_is_refused_in_a_sentence(
     assert "is not a release: it holds no manifest.json" in capsys.readouterr().err
 
 
-def test_manifest_of_more_files_than_any_release_has_is_refused(
-    release: Path, tmp_path: Path
-) -> None:
+def test_manifest_of_too_many_files_is_refused(release: Path, tmp_path: Path) -> None:
     manifest = json.loads((release / MANIFEST).read_text(encoding="utf-8"))
     files = [{**manifest["files"][0], "path": str(number)} for number in range(100_001)]
     (tmp_path / MANIFEST).write_text(json.dumps({**manifest, "files": files}), encoding="utf-8")
@@ -346,9 +338,7 @@ def test_files_that_are_not_what_the_version_stands_for_are_refused(
 # ---------------------------------------------------------------- configuration and pin
 
 
-def test_pin_keeps_a_part_and_is_verified(
-    release: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_pin_is_verified(release: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     folder = pin(release, tmp_path)
     assert folder == tmp_path / "data/reference/pins/demo"
     assert read_manifest(folder)[0].version == release.name

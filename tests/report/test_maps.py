@@ -92,9 +92,7 @@ def isothermal_truth(pressure_gpa: float, speed: float, inlet_c: float, slip: fl
 
 
 @pytest.mark.parametrize(("pressure", "slip"), [(1.0, 0.05), (1.0, 0.2), (1.5, 0.05), (1.5, 0.1)])
-def test_correction_recovers_most_of_what_heat_took(
-    config: Settings, pressure: float, slip: float
-) -> None:
+def test_correction_recovers_most_of_heat(config: Settings, pressure: float, slip: float) -> None:
     speed, inlet = 30.0, 100.0
     truth = HeatedTruth()
     at = np.array([[pressure, speed, inlet]])

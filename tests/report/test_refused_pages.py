@@ -167,7 +167,7 @@ def test_what_has_no_signal_is_listed_without_a_page(demo: Campaign) -> None:
     assert (entry["rule"], entry["page"]) == ("not_a_sweep", "")
 
 
-def test_refused_torque_log_has_its_page_beside_those_of_the_traction_logs(
+def test_refused_torque_log_has_its_page_beside_traction_logs(
     demo: Campaign, tmp_path: Path
 ) -> None:
     good = torque_logs.signals()

@@ -84,9 +84,7 @@ def test_demonstration(demo_tables: CampaignTables, demo: Campaign) -> None:
     assert inside < beyond < 5
 
 
-def test_report_tells_what_the_paper_printed_and_claims(
-    demo_tables: CampaignTables, demo: Campaign
-) -> None:
+def test_report_tells_what_the_paper_claims(demo_tables: CampaignTables, demo: Campaign) -> None:
     made = by_anchor(demo_tables, demo.config)
     apart = cells(made["printed"], "printed_judged", "4010")
     _, printed_sse, fitted_sse, tested, beyond = (
@@ -104,9 +102,7 @@ def test_report_tells_what_the_paper_printed_and_claims(
     assert "CIRCULAR on the refit" in told(made["claims"])
 
 
-def test_text_has_the_answer_first_and_no_keys_of_the_code(
-    demo_tables: CampaignTables, demo: Campaign
-) -> None:
+def test_text_has_the_answer_first_and_no_keys(demo_tables: CampaignTables, demo: Campaign) -> None:
     made = sections(demo_tables, demo.config)
     lines = text(made, demo.config.campaign).splitlines()
     assert "SIMULATED" in lines[1]
@@ -233,7 +229,7 @@ def test_bearing_errors_leave_out_and_name_where_the_cage_may_skid(
     assert row["Median error"] == row["Largest error"] == percent(1)(0.1)
 
 
-def test_remarks_on_the_run_sheet_are_not_among_what_was_refused(
+def test_remarks_on_the_run_sheet_are_no_refusals(
     results: CampaignTables, config: Settings
 ) -> None:
     remark = {"file": "runs.csv", "rule": UNLISTED, "reason": "no row for a log"}

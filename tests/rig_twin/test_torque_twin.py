@@ -44,9 +44,7 @@ def test_true_torque_is_that_of_the_law_behind_the_traction_logs(config: Setting
     assert (truth["law_misfit"] == 0).all()
 
 
-def test_with_one_truth_for_both_rigs_the_fitted_law_meets_the_torque(
-    demo: Campaign, config: Settings
-) -> None:
+def test_with_one_truth_the_fitted_law_meets_the_torque(demo: Campaign, config: Settings) -> None:
     # positive control: from simulated traction logs by the fit to the torque of simulated logs
     plain = config.with_changes({"campaign": {"oils": ["4102"]}}).plain()
     config = Settings.of({**plain, "oils": {"4102": plain["oils"]["4102"]}})

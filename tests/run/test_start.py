@@ -17,9 +17,7 @@ HARMLESS = ["My Lab", "Prüfstand", "it's", "a#b%c;d", "-x", "l" * 200]
 UNUSABLE_NAMES = [f"a{character}b" for character in sorted(UNUSABLE - {"\x00"})]
 
 
-def test_unusable_folder_is_refused_with_the_character(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_unusable_folder_name_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     for name in UNUSABLE_NAMES:
         (tmp_path / name).mkdir()
         monkeypatch.chdir(tmp_path / name)

@@ -99,9 +99,7 @@ MISTAKES = [
 
 
 @pytest.mark.parametrize(("file", "old", "new", "expected"), MISTAKES)
-def test_mistake_is_told_in_a_sentence(
-    folder: Path, file: str, old: str, new: str, expected: list[str]
-) -> None:
+def test_mistake_is_told(folder: Path, file: str, old: str, new: str, expected: list[str]) -> None:
     path = folder / file
     before, found, after = path.read_text("utf-8").partition(old)
     assert found

@@ -25,9 +25,7 @@ def test_part_that_a_rule_lists_is_the_same_after_the_job_has_read_it(config: Se
     assert settings.oils["4102"] == config.oils["4102"]
 
 
-def test_key_that_a_campaign_leaves_out_has_its_default_only_where_the_rule_lists_it(
-    config: Settings,
-) -> None:
+def test_key_left_out_has_its_default_only_where_the_rule_lists_it(config: Settings) -> None:
     measured = without(config, "twin", "torque", "semantics")
     assert measured.campaign.twin is None
     listed = Settings.of(measured.part(campaign=("oils", "twin", "semantics"))).campaign

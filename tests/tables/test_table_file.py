@@ -26,9 +26,7 @@ def write(samples: pd.DataFrame, path: Path) -> Path:
     return path
 
 
-def test_hash_of_samples_does_not_depend_on_the_files_they_are_in(
-    samples: pd.DataFrame, tmp_path: Path
-) -> None:
+def test_hash_of_samples_does_not_depend_on_files(samples: pd.DataFrame, tmp_path: Path) -> None:
     first, *others = samples["run_id"].unique()
     one_file = [write(samples, tmp_path / "all.parquet")]
     parts = [samples[samples["run_id"].isin(others)], samples[samples["run_id"] == first]]

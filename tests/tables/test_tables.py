@@ -110,9 +110,7 @@ def test_missing_and_unknown_columns_are_named() -> None:
         tables.conform(frame, "runs", "here")
 
 
-def test_other_table_other_version_and_damage_are_refused(
-    quarantine: pd.DataFrame, tmp_path: Path
-) -> None:
+def test_other_table_and_damage_are_refused(quarantine: pd.DataFrame, tmp_path: Path) -> None:
     path = tmp_path / "q.parquet"
     tables.write(quarantine, "quarantine", path, ABOUT)
     with pytest.raises(OilfilmError, match="holds table 'quarantine'"):

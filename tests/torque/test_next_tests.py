@@ -260,9 +260,7 @@ def test_a_fit_or_levels_that_leave_nothing_to_plan_are_refused(
         plan_oil(at_one_speed, SETTINGS, OIL, request_for)
 
 
-def test_a_plan_is_for_one_rig_and_a_bearing_for_one_contact(
-    results: CampaignTables, request_for: Request
-) -> None:
+def test_a_plan_is_for_one_rig_and_contact(results: CampaignTables, request_for: Request) -> None:
     plain = SETTINGS.plain()
     rig = plain["rigs"][RIG_NAME]
     other = {key: value for key, value in rig.items() if key != "limits"} | {"ball_radius_m": 0.02}

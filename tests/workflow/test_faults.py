@@ -98,9 +98,7 @@ _DISK = [*("unshare", "--user", "--map-root-user", "--mount"), "sh", "-c"]
 @pytest.mark.skipif(
     not works([*_DISK, "mount -t tmpfs tmpfs /mnt"]), reason="no file system may be mounted here"
 )
-def test_read_only_and_full_disk_are_told_and_the_next_run_goes_on(
-    undisturbed: Path, new: Path
-) -> None:
+def test_read_only_and_full_disk_are_told_and_the_run_goes_on(undisturbed: Path, new: Path) -> None:
     (new / "results").mkdir()
     snakemake, environment = command(new, "--cores", "2", POINTS, *SMALL)
     script = """
@@ -138,7 +136,7 @@ def no_job_is_left(project: Path) -> bool:
     return True
 
 
-def test_second_run_is_refused_and_a_killed_one_is_in_nobodys_way(
+def test_second_run_is_refused_unless_one_was_killed(
     released_project: Path, tmp_path: Path
 ) -> None:
     new = tmp_path / "new"
