@@ -25,7 +25,7 @@ def checked(capsys: pytest.CaptureFixture[str], *arguments: object) -> list[dict
     return printed_objects(capsys, "check", *arguments)
 
 
-def test_columns_and_set_points_are_shown_as_logged_and_as_understood(
+def test_columns_and_set_points_are_shown(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """A log in kgf, degF and 1/min with German names, in Windows-1252; a cell is missing."""
@@ -98,7 +98,7 @@ def test_folder_of_a_log_says_its_kind(tmp_path: Path, capsys: pytest.CaptureFix
     assert run["set_points"] == {}
 
 
-def test_logs_in_the_folder_of_a_campaign_are_judged_by_it(
+def test_folder_says_the_campaign_of_logs(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     shutil.copytree(ROOT / "config", tmp_path / "config")

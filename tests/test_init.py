@@ -379,7 +379,7 @@ def test_repeats_are_accepted_only_where_whole_conditions_repeat(tmp_path: Path)
 
 
 @pytest.mark.parametrize(("step_s", "asked"), [(0.05, False), (50, True)])
-def test_time_without_unit_is_seconds_and_one_missing_unit_loses_no_other_guess(
+def test_time_without_unit_is_seconds_if_it_may_be(
     tmp_path: Path, step_s: float, asked: bool
 ) -> None:
     names = "time,rpm ball,rpm disc,load,friction force N,oil temp degC"

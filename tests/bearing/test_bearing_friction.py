@@ -215,7 +215,7 @@ def test_balls_travel_steadily_from_rest_to_four_million_dmn(name, oil):
     dmn=st.floats(1e4, 4e6),
     temperature=st.floats(40.0, 150.0),
 )
-def test_any_bearing_finds_its_motion_or_says_how_far_it_is_from_it(
+def test_any_bearing_finds_its_motion_or_tells(
     ball, room, angle, groove, pressing, dmn, temperature
 ):
     bearing = any_bearing(ball, room, angle, groove, groove)

@@ -179,9 +179,7 @@ def with_levels_changed(phases: tuple[float, ...], levels: range, factor: float)
         (SWEEP, 5, True),
     ],
 )
-def test_run_is_refused_by_many_faulty_plateaus_and_not_by_one(
-    phases: tuple[float, ...], faulty: int, refused: bool
-) -> None:
+def test_many_faulty_plateaus_refuse(phases: tuple[float, ...], faulty: int, refused: bool) -> None:
     last = len(phases) - 1
     curated = judged(with_levels_changed(phases, range(last - faulty, last), 1.4))
     bad = curated.points["failed_gates"].str.contains("not_steady|spiky|transient_not_ended")
@@ -302,7 +300,7 @@ def repeat(seed: int, force: float = 1.0) -> Columns:
         ({1: 1.09, 2: 1.0, 3: 1.0}, ["conflicting_condition", "", "duplicate_condition"]),
     ],
 )
-def test_run_that_most_others_contradict_is_refused_whatever_its_name(
+def test_run_that_most_others_contradict_is_refused(
     logs: dict[int, float], expected: list[str]
 ) -> None:
     rule = together(**{f"log{seed}": csv(repeat(seed, by)) for seed, by in logs.items()})

@@ -98,9 +98,7 @@ ROLLING = {"levels": (0.0, *LEVELS[1:], 0.0), "still_s": (0.0, 0.0), "ramp_s": 0
         (ROLLING, 0.0, ""),
     ],
 )
-def test_force_at_standstill_or_without_slip_contradicts_a_zero_that_was_removed(
-    run: dict[str, Any], offset_n: float, words: str
-) -> None:
+def test_force_at_rest_contradicts_a_zero(run: dict[str, Any], offset_n: float, words: str) -> None:
     curated = judged(log(offset_n=offset_n, **run), "already_removed")
     assert curated.quarantine["rule"].tolist() == (["zero_left"] if words else [])
     if words:

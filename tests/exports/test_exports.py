@@ -403,19 +403,6 @@ def test_adore_form_is_the_law_at_points(law: str, left_out: int | None, config:
         assert row["peak_mu"] >= mu.max()
 
 
-@pytest.mark.parametrize(
-    ("law", "why"),
-    [
-        ("tanh", "the law tanh has not the form"),
-        ("wang-deng-load", "the points of exports.adore_points lack load_n"),
-    ],
-)
-def test_law_or_points_without_adore_are_told(config: Settings, law: str, why: str) -> None:
-    fit = replace(describe_law(config, law), adore_points=(MIDDLE,))
-    content = json.loads(export(fit, PROVENANCE)["traction_4050.json"])
-    assert content["not_written"]["ADORE"].startswith(why)
-
-
 def test_fit_of_one_level_stands_at_that_level_once(curve_only: Description) -> None:
     (row,) = adore_rows(curve_only)
     assert row["max_hertz_pressure_gpa"] is None

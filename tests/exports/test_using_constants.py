@@ -78,7 +78,7 @@ def test_roller_of_the_page_moves_as_its_equation_says(folder: Path) -> None:
     assert result["speed"][-1] == pytest.approx(speed, rel=1e-6)
 
 
-def test_constants_of_one_oil_are_written_to_a_new_folder(
+def test_constants_of_one_oil_are_written(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     one = tmp_path / "one"

@@ -67,9 +67,7 @@ def test_errors_of_twelve_runs_are_the_scatter_of_such_campaigns(config: Setting
 
 @pytest.mark.no_cover
 @pytest.mark.parametrize("film", [False, True], ids=["true law", "heated film"])
-def test_the_interval_holds_new_runs_whether_or_not_the_law_is_true(
-    config: Settings, conditions: np.ndarray, film: bool
-) -> None:
+def test_the_interval_holds_new_runs(config: Settings, conditions: np.ndarray, film: bool) -> None:
     truths: dict[str, Truth] = {oil: LawTruth(each) for oil, each in printed().items()}
     if film:
         truths = true_tractions(resolve(CONFIG, {"campaign": "thermal"}), {})

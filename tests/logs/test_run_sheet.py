@@ -158,9 +158,7 @@ def test_set_point_is_converted_from_its_column_unit(text: str, key: str, value:
         (HEAD + "a.csv,4102,1.252,30.1,70.4", {}, ""),
     ],
 )
-def test_sheet_beats_the_header_and_what_they_disagree_in_is_named(
-    given: str, logged: Mapping[str, Any], named: str
-) -> None:
+def test_sheet_beats_the_header(given: str, logged: Mapping[str, Any], named: str) -> None:
     oils = {"4102": {"aliases": ["Öl Nr. 3"]}}
     settings = CONFIG.with_changes({"campaign": {"oils": ["4050", "4102"]}, "oils": oils})
     found = ingested(given, {"a.csv": csv(**logged)}, settings)

@@ -123,9 +123,7 @@ def test_trend_holds_with_one_sign_of_its_exponent_and_fails_with_the_other(
         assert judge(claim, same(**broken), where).share == 0.0
 
 
-def test_order_of_planted_oils_and_its_reverse_is_found(
-    judge: Judge, in_bearing: InBearing
-) -> None:
+def test_order_of_planted_oils_and_reverse_are_found(judge: Judge, in_bearing: InBearing) -> None:
     sizes = {"4102": 1.5, "4050": 1.2, "4010": 1.0}
     right = {oil: planted(size) for oil, size in sizes.items()}
     wrong = {oil: planted(1 / size) for oil, size in sizes.items()}
@@ -150,7 +148,7 @@ def test_order_of_planted_oils_and_its_reverse_is_found(
         ("slip-15", {"slip_limit": 0.9}),
     ],
 )
-def test_claim_about_no_place_of_the_box_cannot_be_checked(
+def test_claim_about_no_place_is_open(
     config: Settings, claim: str, limits: dict[str, float]
 ) -> None:
     # with no film thick enough anywhere the thinnest oil is not asked for either
@@ -267,9 +265,7 @@ def test_level_of_the_printed_law_rises_with_slip_as_recomputed(judge: Judge) ->
     assert shares["4010"] == pytest.approx(0.38, abs=0.01)
 
 
-def test_thinnest_minimum_film_is_below_the_stated_one_and_the_central_film_above(
-    judge: Judge, config: Settings
-) -> None:
+def test_thinnest_minimum_film_is_below_the_stated_one(judge: Judge, config: Settings) -> None:
     # minimum 0.079 um; central 0.132 um at the accepted points, whose conditions stray by 1 %
     basis = of_printed(printed(), config)
     finding = judge("full-film", basis, "tested")
@@ -297,7 +293,7 @@ def test_prediction_is_judged_at_left_out_ends_and_by_truth(config: Settings, ju
     assert finding.numbers["truth"] == pytest.approx(1 / 3)
 
 
-def test_constants_are_unique_where_the_fit_is_certified_and_known_where_each_has_a_sign(
+def test_constants_are_unique_where_certified_and_known_by_sign(
     config: Settings, judge: Judge
 ) -> None:
     fits = pd.DataFrame({"oil": ["4102", "4050"], "law": "deng2026", "certified": [True, False]})
@@ -422,7 +418,7 @@ def test_claim_about_what_was_not_fitted_or_calculated_cannot_be_checked(judge: 
     assert judge("zero-slip", known).share == 1.0
 
 
-def test_claims_are_not_judged_on_oils_that_the_paper_never_tested(
+def test_claims_are_judged_on_oils_of_the_paper(
     demo: Campaign, fits: dict[str, pd.DataFrame]
 ) -> None:
     fit = fits["4102"]

@@ -62,7 +62,7 @@ thermal_loadings = st.floats(0.0, 10.0)
     ("race_mm", "minimum_um", "central_um"),
     [(52.291 / 2, 0.553, 0.690), (-77.706 / 2, 0.661, 0.828)],
 )
-def test_check_2_film_thickness_in_a_radial_ball_bearing_agrees(
+def test_check_2_film_in_a_ball_bearing(
     race_mm: float, minimum_um: float, central_um: float
 ) -> None:
     # docs/physics.md, check 2 [C], printed to 0.0005 um. The published 0.557 and 0.665 are [M].

@@ -211,7 +211,7 @@ def test_every_file_that_differs_is_missing_or_extra_is_named(
 
 
 @pytest.mark.parametrize("kept", [None, 0, -1], ids=["deleted", "empty", "a line short"])
-def test_release_without_its_whole_list_of_hashes_is_not_as_released(
+def test_release_without_all_hashes_is_refused(
     loose: Path, tmp_path: Path, kept: int | None
 ) -> None:
     folder = shutil.copytree(loose, tmp_path / "release")
@@ -321,9 +321,7 @@ def test_manifest_of_too_many_files_is_refused(release: Path, tmp_path: Path) ->
 @pytest.mark.parametrize(
     "path", ["config.yaml", "requirements.lock", "code/workflow/oilfilm/fit.py", "environment.json"]
 )
-def test_files_that_are_not_what_the_version_stands_for_are_refused(
-    release: Path, tmp_path: Path, path: str
-) -> None:
+def test_files_of_another_version_are_refused(release: Path, tmp_path: Path, path: str) -> None:
     """A stranger can seal anything anew, but not under the version of something else."""
     manifest = json.loads((release / MANIFEST).read_text(encoding="utf-8"))
     other = [

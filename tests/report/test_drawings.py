@@ -123,9 +123,7 @@ def test_shade_covers_what_no_test_reaches(usual: Draw) -> None:
 
 
 @pytest.mark.parametrize("name", ["tab01", "tab03"])
-def test_tables_say_every_value_with_its_source_and_what_the_paper_lost(
-    usual: Draw, config: Settings, name: str
-) -> None:
+def test_tables_say_every_value_with_its_source(usual: Draw, config: Settings, name: str) -> None:
     figure, drawn = usual(name)
     parts = drawn["words"].str.extract(r"^(?P<text>.*?) \[(?P<source>.*)\]$")
     texts = {each.get_text().replace("\n", " ") for axis in figure.axes for each in axis.texts}

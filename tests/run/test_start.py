@@ -26,9 +26,7 @@ def test_unusable_folder_name_is_refused(tmp_path: Path, monkeypatch: pytest.Mon
         assert repr(name[1]) in str(refused.value)
 
 
-def test_python_in_a_folder_with_a_blank_is_found_by_its_name(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_python_in_a_folder_with_a_blank(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     python = tmp_path / "My Lab" / "python"
     python.parent.mkdir()
     python.write_text("#!/bin/sh\necho found\n", encoding="utf-8")

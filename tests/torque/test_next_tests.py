@@ -112,9 +112,7 @@ def test_what_is_known_is_no_less_than_what_the_refits_know(results: CampaignTab
     assert (ratio > 0.1).all()
 
 
-def test_tests_near_the_bearings_contacts_win_where_the_form_may_be_wrong(
-    results: CampaignTables, request_for: Request
-) -> None:
+def test_tests_near_the_contacts_win(results: CampaignTables, request_for: Request) -> None:
     """Distances of the first test from the contacts, in spans of the tests to choose from."""
     away = []
     for size in (1e-6, 0.03):
@@ -128,9 +126,7 @@ def test_tests_near_the_bearings_contacts_win_where_the_form_may_be_wrong(
     assert away[1] < 0.7 * away[0]
 
 
-def test_plan_keeps_to_what_the_rig_can_run_and_no_test_makes_anything_less_certain(
-    results: CampaignTables, request_for: Request
-) -> None:
+def test_plan_keeps_to_what_the_rig_can_run(results: CampaignTables, request_for: Request) -> None:
     """Sensors of 200 N, 50 m/s; lambda > 3; the first test of the table is the best one alone."""
     for plan in plan_oil(results, SETTINGS, OIL, request_for):
         assert (plan.design.alone <= plan.design.before).all()
@@ -240,9 +236,7 @@ def test_a_rig_that_is_not_known_is_refused(
     assert sentence in reasons[0]
 
 
-def test_a_fit_or_levels_that_leave_nothing_to_plan_are_refused(
-    results: CampaignTables, request_for: Request
-) -> None:
+def test_nothing_to_plan_is_told_and_refused(results: CampaignTables, request_for: Request) -> None:
     without = results.replace(refits=results.refits.iloc[:0])
     with pytest.raises(OilfilmError, match="too few curves"):
         plan_oil(without, SETTINGS, OIL, request_for)

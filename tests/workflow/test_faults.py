@@ -60,9 +60,7 @@ def test_run_needs_no_network_and_unpickles_nothing(released_project: Path) -> N
 
 
 @pytest.mark.nightly
-def test_killed_run_ends_in_the_same_bytes_in_other_surroundings(
-    undisturbed: Path, new: Path, tmp_path: Path
-) -> None:
+def test_killed_run_ends_in_the_same_bytes(undisturbed: Path, new: Path, tmp_path: Path) -> None:
     """Killed again and again, the clock set back in between, then run to its end.
 
     The other surroundings: date, host name, user, locale, time zone, number of cores and a Python
@@ -136,9 +134,7 @@ def no_job_is_left(project: Path) -> bool:
     return True
 
 
-def test_second_run_is_refused_unless_one_was_killed(
-    released_project: Path, tmp_path: Path
-) -> None:
+def test_second_run_is_refused_unless_killed(released_project: Path, tmp_path: Path) -> None:
     new = tmp_path / "new"
     shutil.copytree(released_project, new, symlinks=True)
     again = (SHARE, "--forcerun", "points", *SMALL)
