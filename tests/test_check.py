@@ -80,10 +80,8 @@ def test_columns_and_set_points_are_shown(
 
 def test_folder_of_a_log_says_its_kind(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     # a project may have the name of its campaign
-    logs = {
-        "traction": tmp_path / "demo/april/a.csv",
-        "torque": tmp_path / "demo/demo-torque/b.csv",
-    }
+    demo = tmp_path / "demo"
+    logs = {"traction": demo / "april/a.csv", "torque": demo / "demo-torque/b.csv"}
     for kind, path in logs.items():
         path.parent.mkdir(parents=True)
         path.write_bytes(SOUND[kind].text())

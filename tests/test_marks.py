@@ -190,13 +190,9 @@ def test_open_signs_go_with_printed_constants(config: Settings, asked: Asked) ->
     np.testing.assert_allclose(list(map(float, ends)), [0.0018, 0.0157], atol=5e-5)
     described = describe_printed(REFERENCE, config.printed.boxes.tested, config.exports)
     (of_4010,) = (each for each in described if each.oil == "4010")
-    assert any(lost in str(cell) for cell in cells_of(workbook(of_4010)))
+    sheet = load_workbook(io.BytesIO(workbook(of_4010)))["mu"]
+    assert any(lost in str(cell.value) for row in sheet.iter_rows() for cell in row)
     # the other exports: tests/paper/test_printed.py
-
-
-def cells_of(book: bytes) -> list[object]:
-    sheet = load_workbook(io.BytesIO(book))["mu"]
-    return [cell.value for row in sheet.iter_rows() for cell in row]
 
 
 def test_form_of_adore_is_marked(config: Settings) -> None:

@@ -222,9 +222,8 @@ def test_any_bearing_finds_its_motion_or_tells(
     points = OperatingPoints.axial(
         pressing * 1e6 * ball**2 * bearing.ball_count, dmn / (ball * room * 1e3) * RPM
     )
-    terms = torque_terms(
-        friction_equilibrium(problem(bearing, points, temperature_c=temperature)), TESTED
-    )
+    asked = problem(bearing, points, temperature_c=temperature)
+    terms = torque_terms(friction_equilibrium(asked), TESTED)
     if not terms["converged"][0]:
         # as the tables tell it: how much is out of balance, and where the ball lies
         assert terms["residual"][0] > 1e-10

@@ -1,10 +1,13 @@
 """Curation against what was planted, and against worlds whose answer is known in closed form."""
 
 import io
+from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pandas as pd
+import pyarrow.parquet as parquet
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -14,10 +17,18 @@ from campaigns import Campaign, printed
 from damages import SOUND
 from oilfilm import tables
 from oilfilm.curation import statistics
-from oilfilm.curation.curate import arrays_of, check_logs
+from oilfilm.curation.curate import (
+    Curated,
+    arrays_of,
+    check_logs,
+    collect,
+    curate_ingested,
+    curate_parts,
+)
 from oilfilm.curation.measure import find_steps, settled_parts
 from oilfilm.curation.traction_rig import TractionRig
 from oilfilm.curation.verdicts import judge_plateaus
+from oilfilm.logs.ingest import Ingested, ingest_logs, sample_files
 from oilfilm.settings.campaign import Semantics
 from oilfilm.settings.resolved import Settings
 from oilfilm.traction.laws.deng2026 import traction_coefficient
@@ -266,3 +277,45 @@ def test_spindle_slip_leaves_no_wrong_point(demo: Campaign, config: Settings, st
     # each point left is one of the clean log's, to within the errors that it reports
     nearest = np.abs(accepted["slide_roll_ratio"].to_numpy()[:, np.newaxis] - clean).min(axis=1)
     assert (nearest <= 5 * accepted["slide_roll_ratio_se"]).all()
+
+
+ABOUT = {"campaign": "demo", "data": "simulated"}
+
+
+CONFIG = bad_logs.CONFIG
+
+
+LOGS = [
+    ("sound", SOUND["traction"].text()),
+    ("short", bad_logs.csv(bad_logs.good((0.0, 0.05, 0.0)))),
+    # a second look at the samples finds the mistake
+    ("force_in_mn", SOUND["traction"].column("traction_force", lambda force_n: 1000 * force_n)),
+    ("no_rows", SOUND["traction"].text().partition(b"\n0")[0]),
+]
+
+
+def in_parts(logs: Iterator[tuple[str, bytes]], folder: Path) -> tuple[Ingested, Curated]:
+    paths = {oil: folder / f"{oil}.parquet" for oil in CONFIG.oils}
+    with sample_files(paths, ABOUT) as keep:
+        ingested = ingest_logs(logs, CONFIG, keep=keep)
+    samples = tables.read_parts("samples", *paths.values())
+    return ingested, collect(curate_parts(samples, ingested, TractionRig(CONFIG)), CONFIG)
+
+
+def test_share_in_parts_gives_the_same(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    rows = len(SOUND["traction"].values["time"])
+    monkeypatch.setattr(tables, "ROW_GROUP", 2 * rows)
+    whole = ingest_logs(LOGS, CONFIG)
+    expected = curate_ingested(whole, TractionRig(CONFIG))
+    ingested, curated = in_parts(iter(LOGS), tmp_path)
+    assert {"accepted", "refused"} == set(expected.runs["verdict"])
+    assert {"", "force_scale", "no_rows"} <= set(expected.runs["rule"])
+    pd.testing.assert_frame_equal(ingested.runs, whole.runs, check_exact=True)
+    for name, frame in vars(expected).items():
+        pd.testing.assert_frame_equal(getattr(curated, name), frame, check_exact=True)
+    for oil, frame in whole.samples.items():
+        path = tmp_path / f"{oil}.parquet"
+        pd.testing.assert_frame_equal(tables.read("samples", path), frame, check_exact=True)
+        file = parquet.ParquetFile(path).metadata
+        rows_of_groups = [file.row_group(at).num_rows for at in range(file.num_row_groups)]
+        assert max(rows_of_groups) <= 2 * rows

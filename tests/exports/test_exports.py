@@ -38,12 +38,10 @@ from oilfilm.traction.laws.deng2026 import traction_coefficient
 
 PROVENANCE = {"code": "c", "settings": "s", "inputs": {}}
 WARNINGS = ["-Wall", "-Wextra", "-pedantic", "-Werror"]
-MIDDLE = {"max_hertz_pressure_gpa": 1.2, "entrainment_speed_m_s": 30.0, "inlet_temperature_c": 70.0}
 
 DENG = EVERY_LAW["deng2026"]
-PRINTED_4102 = dict(
-    zip([constant.name for constant in DENG.constants], printed()["4102"], strict=True)
-)
+NAMES = [constant.name for constant in DENG.constants]
+PRINTED_4102 = dict(zip(NAMES, printed()["4102"], strict=True))
 
 
 @pytest.fixture(scope="module")

@@ -37,7 +37,7 @@ def fit(demo: Campaign) -> CampaignTables:
 
 @pytest.fixture(scope="module")
 def law(fit: CampaignTables) -> FittedLaw:
-    return FittedLaw.of(fit.coefficients, "4102", fit.refits, fit.fit_quality)
+    return fitted(fit)
 
 
 def without_calibration(law: FittedLaw) -> Coefficients:
@@ -62,10 +62,8 @@ def test_calibration_widens_the_interval(law: FittedLaw) -> None:
     assert len(law.coefficients.shifted) == 4
     with_it = predict("deng2026", law.coefficients, *at)
     without = predict("deng2026", without_calibration(law), *at)
-    assert (
-        with_it.mean_ci_upper - with_it.mean_ci_lower
-        > without.mean_ci_upper - without.mean_ci_lower
-    )
+    wide, narrow = (at.mean_ci_upper - at.mean_ci_lower for at in (with_it, without))
+    assert wide > narrow
     # by hand: half-widths of ln mu add as squares
     steps = [float(traction_coefficient(row, *at)) for row in law.coefficients.shifted]
     mu = float(with_it.traction_coefficient)

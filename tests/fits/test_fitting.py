@@ -258,9 +258,8 @@ def error(internal: FloatArray) -> float:
 
 def with_two_curves_off(points: pd.DataFrame) -> pd.DataFrame:
     off = points["run_id"].isin(["run003", "run040"])
-    return points.assign(
-        traction_coefficient=points["traction_coefficient"] * np.where(off, 1.15, 1.0)
-    )
+    factor = np.where(off, 1.15, 1.0)
+    return points.assign(traction_coefficient=factor * points["traction_coefficient"])
 
 
 def test_two_curves_off_by_15_percent_pull_the_plain_fit_and_not_the_robust_one() -> None:

@@ -29,12 +29,7 @@ PCS_CONFIG = resolve(ROOT / "config", {"campaign": "etm-slim"}).with_changes(
 )
 RATE_HZ = 20
 PHASES = (0.0, 0.05, 0.10, 0.20, 0.0)
-KEYS = {
-    "oil": "4102",
-    "max_hertz_pressure_gpa": 1.25,
-    "entrainment_speed_m_s": 30,
-    "inlet_temperature_c": 70,
-}
+KEYS = {**formats.KEYS, "inlet_temperature_c": 70}
 UNITS = dict(zip(formats.NAMES, "s N N rpm rpm degC".split(), strict=True))
 
 

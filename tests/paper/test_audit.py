@@ -368,10 +368,8 @@ def test_torque_claims_follow_the_torque_tests(
 
 
 def results_of(campaign: Campaign, coefficients: pd.DataFrame) -> CampaignTables:
-    curated = campaign.curated
-    return CampaignTables.in_memory(
-        points=curated.points, runs=curated.runs, **fits_of(coefficients)
-    )
+    of = campaign.curated
+    return CampaignTables.in_memory(points=of.points, runs=of.runs, **fits_of(coefficients))
 
 
 @pytest.fixture(scope="module")

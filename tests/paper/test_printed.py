@@ -36,7 +36,6 @@ from oilfilm.traction.laws.deng2026 import traction_coefficient
 REFERENCE = ROOT / "data/reference/printed_coefficients.yaml"
 OILS = ("4102", "4050", "4010")
 NAMES = [constant.name for constant in LAW.constants]
-EXPONENTS = [index for index, constant in enumerate(LAW.constants) if constant.condition]
 BOX = {
     "max_hertz_pressure_gpa": [0.8, 2.5],
     "entrainment_speed_m_s": [20.0, 200.0],

@@ -54,9 +54,8 @@ def test_equal_radii_give_a_circle(load_n: float, radius_m: float, modulus_pa: f
     assert contact.ellipticity == pytest.approx(1.0)
     assert contact.semi_axis_x_m == pytest.approx(radius)
     assert contact.semi_axis_y_m == pytest.approx(radius)
-    assert contact.max_hertz_pressure_pa == pytest.approx(
-        max_hertz_pressure(load_n, radius_m, modulus_pa)
-    )
+    expected = max_hertz_pressure(load_n, radius_m, modulus_pa)
+    assert contact.max_hertz_pressure_pa == pytest.approx(expected)
     # Johnson (1985), Eq. 4.23: delta = a^2/R
     assert contact.approach_m == pytest.approx(radius**2 / radius_m)
 

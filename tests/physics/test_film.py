@@ -133,9 +133,7 @@ def test_film_follows_speed_and_load_by_the_published_powers(
 
 @given(slips, thermal_loadings)
 def test_heating_never_thickens_the_film_of_either_surface(slip: float, loading: float) -> None:
-    one_way, other_way = reduction(
-        slide_roll_ratio=np.array([slip, -slip]), thermal_loading=loading
-    )
-    assert 0 < one_way <= 1
+    there, back = reduction(slide_roll_ratio=np.array([slip, -slip]), thermal_loading=loading)
+    assert 0 < there <= 1
     assert reduction(slide_roll_ratio=slip, thermal_loading=0.0) == 1
-    assert one_way == other_way
+    assert there == back

@@ -6,7 +6,6 @@ import re
 import shutil
 import subprocess
 import sys
-from collections.abc import Iterator
 from dataclasses import replace
 from hashlib import sha256
 from pathlib import Path
@@ -254,23 +253,20 @@ def test_manifest_of_zeros_takes_little_memory(tmp_path: Path) -> None:
     assert (done.returncode, len(done.stderr) < 2000) == (2, True), done.stderr[:2000]
 
 
-def hostile(manifest: dict[str, Any]) -> Iterator[Any]:
+def hostile(manifest: dict[str, Any]) -> list[Any]:
     """Manifests that a stranger might send."""
     first, made_from = manifest["files"][0], manifest["made_from"]
     escapes = ("../../outside", "/etc/passwd", "a/../b", "C:/x", "a\\b", "", MANIFEST, "a\ud800")
-    for path in (*escapes, "a" * 1025):
-        yield {**manifest, "files": [{**first, "path": path}]}
-    yield {**manifest, "files": [{**first, "size": -1}]}
-    yield {**manifest, "samples": [{**first, "sha256": "0"}]}
-    yield {**manifest, "extra": 1}
-    yield {**manifest, "format": 1}
-    yield {**manifest, "version": "v" * 100_000}
-    yield {**manifest, "made_from": {**made_from, "campaign": "../x"}}
-    log_elsewhere = {**made_from["raw"][0], "path": "workflow/oilfilm/cli.py"}
-    yield {**manifest, "made_from": {**made_from, "raw": [log_elsewhere]}}
+    elsewhere = {**made_from["raw"][0], "path": "workflow/oilfilm/cli.py"}
     environment = {**made_from["environment"], "packages": {"\x1b[31mX": 5}}
-    yield {**manifest, "made_from": {**made_from, "environment": environment}}
-    yield []
+    of_inputs = {"campaign": "../x"}, {"raw": [elsewhere]}, {"environment": environment}
+    changes: list[dict[str, Any]] = [
+        *({"files": [{**first, "path": path}]} for path in (*escapes, "a" * 1025)),
+        *({"made_from": {**made_from, **change}} for change in of_inputs),
+        *({"files": [{**first, "size": -1}]}, {"samples": [{**first, "sha256": "0"}]}),
+        *({"extra": 1}, {"format": 1}, {"version": "v" * 100_000}),
+    ]
+    return [*({**manifest, **change} for change in changes), []]
 
 
 def sealed(content: Any) -> str:
@@ -324,11 +320,9 @@ def test_manifest_of_too_many_files_is_refused(release: Path, tmp_path: Path) ->
 def test_files_of_another_version_are_refused(release: Path, tmp_path: Path, path: str) -> None:
     """A stranger can seal anything anew, but not under the version of something else."""
     manifest = json.loads((release / MANIFEST).read_text(encoding="utf-8"))
-    other = [
-        {**each, "sha256": "0" * 64} if each["path"] == path else each for each in manifest["files"]
-    ]
-    text = sealed({**manifest, "files": other})
-    (tmp_path / MANIFEST).write_text(text, encoding="utf-8")
+    (record,) = (each for each in manifest["files"] if each["path"] == path)
+    record["sha256"] = "0" * 64
+    (tmp_path / MANIFEST).write_text(sealed(manifest), encoding="utf-8")
     with pytest.raises(OilfilmError, match="does not match the inputs that it states"):
         read_manifest(tmp_path)
 

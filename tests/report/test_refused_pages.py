@@ -144,9 +144,8 @@ def test_pages_are_bounded_and_each_gate_gets_one_first(demo: Campaign) -> None:
     run = curated.runs[curated.runs["run_id"] == stuck["run_id"].iloc[0]]
     many = [f"a{number}" for number in range(20)]
     runs = pd.concat([curated.runs, *(run.assign(run_id=name) for name in many)])
-    refused = pd.concat(
-        [curated.quarantine, *(stuck.assign(run_id=name, file=name) for name in many)]
-    )
+    again = (stuck.assign(run_id=name, file=name) for name in many)
+    refused = pd.concat([curated.quarantine, *again])
     pages = listing(runs, curated.points, refused, 7)
     assert len(pages) == 6 + 20
     shown = pages[pages["page"] != ""]

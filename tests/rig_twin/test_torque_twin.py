@@ -17,11 +17,8 @@ def eq7(oil: str) -> Callable[[Conditions, np.ndarray], np.ndarray]:
     """The printed law in a bearing, written out: Eqs 7-9."""
 
     def law(at: Conditions, slip: np.ndarray) -> np.ndarray:
-        bars = (
-            at.max_hertz_pressure_gpa,
-            at.entrainment_speed_m_s / 20,
-            at.inlet_temperature_c / 20,
-        )
+        pressure, speed = at.max_hertz_pressure_gpa, at.entrainment_speed_m_s / 20
+        bars = (pressure, speed, at.inlet_temperature_c / 20)
         a, b, c = (
             x0 * bars[0] ** x1 * bars[1] ** x2 * bars[2] ** x3
             for x0, x1, x2, x3 in printed()[oil].reshape(3, 4)

@@ -12,7 +12,6 @@ import pytest
 from oilfilm.errors import OilfilmError
 from oilfilm.run.start import UNUSABLE, bring_dates_back, check_machine, start_python_by_name
 
-HARMLESS = ["My Lab", "Prüfstand", "it's", "a#b%c;d", "-x", "l" * 200]
 # The shell that make asks loses a newline at the end.
 UNUSABLE_NAMES = [f"a{character}b" for character in sorted(UNUSABLE - {"\x00"})]
 

@@ -146,9 +146,6 @@ def test_no_flipped_bit_is_read_as_another_number(
 PROVENANCE = {"campaign": "june", "data": "measured"}
 
 
-RUNS = pd.DataFrame({"run_id": ["a.csv"]})
-
-
 class Inputs(dict[str, str | list[str]]):
     """Named inputs as Snakemake gives them."""
 

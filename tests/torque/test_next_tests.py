@@ -146,15 +146,13 @@ def test_plan_keeps_to_what_the_rig_can_run(results: CampaignTables, request_for
 
 def test_gradients_of_the_torque_are_those_of_finite_changes_of_the_law(known: Known) -> None:
     """Against the torque with one constant moved by a tenth of its uncertainty."""
-    wanted = wanted_in_bearing(oil_in_bearing(), SETTINGS.tested_bearing(), DUTY, known, CONTACT)[
-        "torque"
-    ]
+    bearing = SETTINGS.tested_bearing()
+    wanted = wanted_in_bearing(oil_in_bearing(), bearing, DUTY, known, CONTACT)["torque"]
     step = 0.1 * np.sqrt(np.diag(covariance(known.precision))[: len(TRUTH)])
     moved = torques(TRUTH + np.diag(step)) / torques(TRUTH[np.newaxis]) - 1
     expected = moved.T / step
-    np.testing.assert_allclose(
-        wanted.gradients, expected, atol=0.02 * np.abs(wanted.gradients).max()
-    )
+    within = 0.02 * np.abs(wanted.gradients).max()
+    np.testing.assert_allclose(wanted.gradients, expected, atol=within)
 
 
 def test_operating_points_without_equilibrium_are_left_out_and_named(known: Known) -> None:
