@@ -3,6 +3,7 @@
 import gc
 import os
 from collections.abc import Generator
+from dataclasses import replace
 from pathlib import Path
 
 # Before NumPy is imported, here and in the workers: small matrices lose by threads, sixtyfold.
@@ -52,9 +53,7 @@ def simulated(config: Settings, folder: Path) -> Campaign:
         truth += rows
     files = sorted(path.name for path in folder.iterdir())
     campaign = carry_through(config, folder, files)
-    return Campaign(
-        config, folder, tables.from_rows(truth, "truth"), campaign.ingested, campaign.curated
-    )
+    return replace(campaign, truth=tables.from_rows(truth, "truth"))
 
 
 @pytest.fixture(scope="session")

@@ -25,7 +25,7 @@ def checked(capsys: pytest.CaptureFixture[str], *arguments: object) -> list[dict
     return printed_objects(capsys, "check", *arguments)
 
 
-def test_columns_and_set_points_are_shown_as_logged_and_as_understood(
+def test_columns_and_set_points_are_shown(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """A log in kgf, degF and 1/min with German names, in Windows-1252; a cell is missing."""
@@ -80,10 +80,8 @@ def test_columns_and_set_points_are_shown_as_logged_and_as_understood(
 
 def test_folder_of_a_log_says_its_kind(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     # a project may have the name of its campaign
-    logs = {
-        "traction": tmp_path / "demo/april/a.csv",
-        "torque": tmp_path / "demo/demo-torque/b.csv",
-    }
+    demo = tmp_path / "demo"
+    logs = {"traction": demo / "april/a.csv", "torque": demo / "demo-torque/b.csv"}
     for kind, path in logs.items():
         path.parent.mkdir(parents=True)
         path.write_bytes(SOUND[kind].text())
@@ -98,7 +96,7 @@ def test_folder_of_a_log_says_its_kind(tmp_path: Path, capsys: pytest.CaptureFix
     assert run["set_points"] == {}
 
 
-def test_logs_in_the_folder_of_a_campaign_are_judged_by_it(
+def test_folder_says_the_campaign_of_logs(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     shutil.copytree(ROOT / "config", tmp_path / "config")

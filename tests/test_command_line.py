@@ -114,9 +114,7 @@ def test_mistake_ends_in_a_sentence(
     assert code == 2
 
 
-def test_reader_of_the_output_may_go_away_and_the_terminal_may_know_ascii_only(
-    tmp_path: Path,
-) -> None:
+def test_reader_of_the_output_may_go_away_or_know_ascii_only(tmp_path: Path) -> None:
     log = tmp_path / "a.csv"
     log.write_bytes(csv(oil="油"))
     command = [sys.executable, "-m", "oilfilm", "check", str(log), "--config", str(ROOT / "config")]
@@ -135,18 +133,14 @@ def test_reader_of_the_output_may_go_away_and_the_terminal_may_know_ascii_only(
 
 
 @pytest.mark.parametrize("command", ["check", "fit", "verify", ""])
-def test_endless_path_is_cut_in_the_message(
-    command: str, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_endless_path_is_cut_in_messages(command: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert main([*filter(None, [command]), "x" * 6000]) == 2
     message = capsys.readouterr().err
     assert "(6" in message
     assert len(message) < 1000
 
 
-def test_help_of_every_command_ends_with_an_example_that_is_understood(
-    capsys: pytest.CaptureFixture[str],
-) -> None:
+def test_help_of_every_command_ends_with_a_good_example(capsys: pytest.CaptureFixture[str]) -> None:
     for declare in COMMANDS:
         with pytest.raises(SystemExit, match="0"):
             main([declare.__name__, "--help"])

@@ -11,22 +11,17 @@ import oilfilm
 from oilfilm.cli import main
 from oilfilm.errors import OilfilmError
 from oilfilm.fits.side_by_side import middle_of_tested, side_by_side
+from oilfilm.traction.law import CONDITIONS
 
-NAMES = [
-    "max_hertz_pressure_gpa",
-    "entrainment_speed_m_s",
-    "inlet_temperature_c",
-    "slide_roll_ratio",
-]
+NAMES = [*CONDITIONS, "slide_roll_ratio"]
 AT = {NAMES[0]: 1.25, NAMES[1]: 30.0, NAMES[2]: 80.0}
 RATIO = 1.2
 
 
 def table(factor: float, hottest_c: float = 120.0) -> pd.DataFrame:
     """Points on the printed law of 4102 times a factor, with errors of 0.5 % per curve."""
-    levels = np.meshgrid(
-        [1.0, 1.25, 1.5], [25, 30, 40], [50, 80, hottest_c], np.linspace(0.01, 0.3, 8)
-    )
+    slip = np.linspace(0.01, 0.3, 8)
+    levels = np.meshgrid([1.0, 1.25, 1.5], [25, 30, 40], [50, 80, hottest_c], slip)
     points = pd.DataFrame({name: each.ravel() for name, each in zip(NAMES, levels, strict=True)})
     printed = oilfilm.printed("4102")
     mu = printed.predict_at(*(points[name] for name in NAMES)).traction_coefficient

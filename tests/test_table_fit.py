@@ -58,9 +58,7 @@ def test_columns_are_found_by_name_and_unit(points: pd.DataFrame, dialect: str) 
         np.testing.assert_allclose(found[column], points[column], rtol=1e-9, atol=1e-12)
 
 
-def test_every_form_of_table_gives_the_planted_constants(
-    points: pd.DataFrame, tmp_path: Path
-) -> None:
+def test_every_form_of_table_gives_planted_constants(points: pd.DataFrame, tmp_path: Path) -> None:
     german = in_dialect(points, "german")
     german.to_csv(tmp_path / "a.csv", sep=";", decimal=",", index=False, encoding="cp1252")
     german.to_csv(tmp_path / "a.tsv", sep="\t", index=False)
@@ -113,16 +111,12 @@ def test_one_of_several_oils_and_curves_of_the_table_are_used(points: pd.DataFra
         ({"U [m/s]": "mean speed [m/s]", "T [°C]": "mean u [m/s]"}, "could both be"),
     ],
 )
-def test_what_is_missing_or_doubtful_is_named(
-    points: pd.DataFrame, changed: dict[str, str], sentence: str
-) -> None:
+def test_mistake_is_named(points: pd.DataFrame, changed: dict[str, str], sentence: str) -> None:
     with pytest.raises(oilfilm.OilfilmError, match=sentence):
         oilfilm.fit_table(in_dialect(points, "plain").rename(columns=changed))
 
 
-def test_slip_that_no_rig_has_is_percent_only_where_the_unit_says_nothing(
-    points: pd.DataFrame,
-) -> None:
+def test_slip_that_no_rig_has_is_percent_where_the_unit_is_silent(points: pd.DataFrame) -> None:
     percent = points.assign(**{SLIP: 100 * points[SLIP]})
     with pytest.raises(oilfilm.OilfilmError, match=r"found 4\.28571 .* in percent"):
         oilfilm.fit_table(percent.rename(columns={SLIP: "SRR [-]"}))

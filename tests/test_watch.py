@@ -63,9 +63,7 @@ def looked(watcher: Watcher) -> list[str]:
     return first + list(watcher.look())
 
 
-def test_verdict_is_that_of_check_with_reason_and_advice(
-    project: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_verdict_is_that_of_check(project: Path, capsys: pytest.CaptureFixture[str]) -> None:
     put(project, "a.csv", GOOD)
     refused = put(project, "b.csv", REVERSED, minute=1)
     newest, other = looked(watcher_of(project))
@@ -126,9 +124,7 @@ def test_run_sheet_judges_anew_the_logs_that_it_is_about(project: Path) -> None:
     assert ACCEPTED in line
 
 
-def test_log_that_cannot_be_read_does_not_end_the_watch(
-    project: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_locked_log_does_not_end_the_watch(project: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """As on Windows while the program of the rig holds the file."""
 
     def denied(path: Path) -> None:
@@ -156,9 +152,7 @@ sys.exit(main(sys.argv[1:]))
 
 @pytest.mark.nightly
 @pytest.mark.parametrize("code_page", ["cp437", "cp1252", "cp850"])
-def test_check_needs_nothing_of_unix_and_prints_in_any_code_page(
-    project: Path, code_page: str
-) -> None:
+def test_check_needs_no_unix_and_prints_in_any_code_page(project: Path, code_page: str) -> None:
     """As on Windows, with a console and files in its code page."""
     lines = csv(bemerkung="Öl für Prüfstand 3, 70 °C").decode().splitlines()
     put(project, "Öl λ.csv", "".join(f"{line}\r\n" for line in lines).encode("cp1252"))

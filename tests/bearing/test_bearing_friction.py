@@ -68,9 +68,7 @@ def test_pure_sliding_pulls_with_all_of_the_coefficient():
     ("load_n", "speed_m_s", "factor", "shape_power", "speed_power", "rel"),
     [(1e-9, 1.0, 2.9766, 0.3316, 2 / 3, 1e-6), (1e5, 1e-3, 7.5826, 0.4055, 0.75, 1e-3)],
 )
-def test_rolling_force_has_the_rigid_and_the_elastic_limit(
-    load_n, speed_m_s, factor, shape_power, speed_power, rel
-):
+def test_rolling_force_has_its_two_limits(load_n, speed_m_s, factor, shape_power, speed_power, rel):
     force = rolling_force_n(load_n, speed_m_s, 0.01, 0.01, 0.05, 2e11)
     w, u = load_n / (1e11 * 1e-4), 0.01 * speed_m_s / (1e11 * 0.01)
     limit = factor * 1e11 * 1e-4 * 5**shape_power * w ** (1 / 3) * u**speed_power
@@ -217,16 +215,15 @@ def test_balls_travel_steadily_from_rest_to_four_million_dmn(name, oil):
     dmn=st.floats(1e4, 4e6),
     temperature=st.floats(40.0, 150.0),
 )
-def test_any_bearing_finds_its_motion_or_says_how_far_it_is_from_it(
+def test_any_bearing_finds_its_motion_or_tells(
     ball, room, angle, groove, pressing, dmn, temperature
 ):
     bearing = any_bearing(ball, room, angle, groove, groove)
     points = OperatingPoints.axial(
         pressing * 1e6 * ball**2 * bearing.ball_count, dmn / (ball * room * 1e3) * RPM
     )
-    terms = torque_terms(
-        friction_equilibrium(problem(bearing, points, temperature_c=temperature)), TESTED
-    )
+    asked = problem(bearing, points, temperature_c=temperature)
+    terms = torque_terms(friction_equilibrium(asked), TESTED)
     if not terms["converged"][0]:
         # as the tables tell it: how much is out of balance, and where the ball lies
         assert terms["residual"][0] > 1e-10

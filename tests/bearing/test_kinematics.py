@@ -25,9 +25,7 @@ TESTED = dict.fromkeys(
 
 
 @pytest.mark.parametrize("gamma", [0.0, 0.05, 0.118, 0.3])
-def test_speed_and_slip_are_those_of_bodies_that_turn_without_slip_at_the_outer_race(
-    gamma: float,
-) -> None:
+def test_speed_and_slip_are_those_of_bodies_that_roll_at_the_outer_race(gamma: float) -> None:
     # two discs of radius dm/2 (1 -+ gamma) with a ball of radius gamma dm/2 between, alpha = 0,
     # seen from the cage; dm 2 m, so that the pitch circle has the radius 1
     inner, outer, ball = 1 - gamma, 1 + gamma, gamma or 1e-9

@@ -65,9 +65,7 @@ def test_planned_condition_without_a_run_is_missing(demo: Campaign) -> None:
         ("nominal_inlet_temperature_c", 1.0, 0.4),  # rounded to a degree
     ],
 )
-def test_notes_of_one_set_point_are_one_condition(
-    demo: Campaign, column: str, factor: float, shift: float
-) -> None:
+def test_notes_join_one_condition(demo: Campaign, column: str, factor: float, shift: float) -> None:
     runs = demo.curated.runs.copy()
     runs.loc[::2, column] = runs[column] * factor + shift
     for settings in (demo.config, without(demo.config, "matrix")):

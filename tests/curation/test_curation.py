@@ -1,10 +1,13 @@
 """Curation against what was planted, and against worlds whose answer is known in closed form."""
 
 import io
+from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pandas as pd
+import pyarrow.parquet as parquet
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -14,10 +17,18 @@ from campaigns import Campaign, printed
 from damages import SOUND
 from oilfilm import tables
 from oilfilm.curation import statistics
-from oilfilm.curation.curate import arrays_of, check_logs
+from oilfilm.curation.curate import (
+    Curated,
+    arrays_of,
+    check_logs,
+    collect,
+    curate_ingested,
+    curate_parts,
+)
 from oilfilm.curation.measure import find_steps, settled_parts
 from oilfilm.curation.traction_rig import TractionRig
 from oilfilm.curation.verdicts import judge_plateaus
+from oilfilm.logs.ingest import Ingested, ingest_logs, sample_files
 from oilfilm.settings.campaign import Semantics
 from oilfilm.settings.resolved import Settings
 from oilfilm.traction.laws.deng2026 import traction_coefficient
@@ -66,9 +77,7 @@ def test_plateau_traction_is_the_true_one_within_its_errors(demo: Campaign) -> N
     seconds=st.floats(2.2, 6.0),
     seed=st.integers(0, 1000),
 )
-def test_steps_are_found_where_they_are_and_nowhere_else(
-    steps: list[float], seconds: float, seed: int
-) -> None:
+def test_steps_are_found_only_where_they_are(steps: list[float], seconds: float, seed: int) -> None:
     levels = list(np.cumsum([0.0, *steps]))
     slip = np.repeat(levels, round(seconds * 50))
     slip = slip + 0.002 * np.random.default_rng(seed).standard_normal(len(slip))
@@ -125,31 +134,17 @@ def test_transient_that_outlasts_the_settling_time_is_measured_and_refused() -> 
 
 # --- gates, one by one ---------------------------------------------------------------------------
 
-GOOD_POINT = dict.fromkeys(
-    (
-        *("slip_change", "traction_change", "slip_transient", "traction_transient"),
-        *("load_change", "temperature_change_c"),
-    ),
-    0.0,
-) | dict(
-    run_id="run",
-    load_n=82.2,
-    nominal_load_n=82.2,
-    entrainment_speed_m_s=30.0,
-    nominal_entrainment_speed_m_s=30.0,
-    inlet_temperature_c=70.0,
-    nominal_inlet_temperature_c=70.0,
-    measured_film_thickness_um=np.nan,
-    force_asymmetry=np.nan,
-    n_samples=50,
-    n_spikes=0,
-    duration_s=1.2,
-    slide_roll_ratio=0.15,
-    traction_coefficient=0.02,
-    traction_force_n=1.6,
-    film_judgement="full film",
-    lambda_ratio=5.0,
-)
+GOOD_POINT = {
+    **dict.fromkeys(("slip_change", "traction_change", "slip_transient"), 0.0),
+    **dict.fromkeys(("traction_transient", "load_change", "temperature_change_c"), 0.0),
+    **dict.fromkeys(("load_n", "nominal_load_n"), 82.2),
+    **dict.fromkeys(("entrainment_speed_m_s", "nominal_entrainment_speed_m_s"), 30.0),
+    **dict.fromkeys(("inlet_temperature_c", "nominal_inlet_temperature_c"), 70.0),
+    **dict.fromkeys(("measured_film_thickness_um", "force_asymmetry"), np.nan),
+    **{"run_id": "run", "n_samples": 50, "n_spikes": 0, "duration_s": 1.2},
+    **{"slide_roll_ratio": 0.15, "traction_coefficient": 0.02, "traction_force_n": 1.6},
+    **{"film_judgement": "full film", "lambda_ratio": 5.0},
+}
 
 
 @pytest.mark.parametrize(
@@ -186,9 +181,7 @@ GOOD_POINT = dict.fromkeys(
         ({"film_judgement": "cannot be judged"}, "film_not_judged"),
     ],
 )
-def test_gate_acts_just_beyond_its_limit(
-    config: Settings, change: dict[str, Any], gate: str | None
-) -> None:
+def test_gate_acts_at_its_limit(config: Settings, change: dict[str, Any], gate: str | None) -> None:
     point = pd.DataFrame([{**GOOD_POINT, **change}])
     failed = judge_plateaus(point, TractionRig(config)).iloc[0]
     assert failed[failed].index.tolist() == ([gate] if gate else [])
@@ -212,9 +205,7 @@ def test_wrong_fringe_orders_leave_the_power_law_of_the_other_films(config: Sett
 
 @pytest.mark.parametrize("traction_sign", [1, -1])
 @pytest.mark.parametrize(("slower", "force_sign"), [("ball", 1), ("disc", -1)])
-def test_sign_and_slower_body_lead_to_the_same_signals(
-    traction_sign: int, slower: str, force_sign: int
-) -> None:
+def test_sign_and_slower_body_agree(traction_sign: int, slower: str, force_sign: int) -> None:
     log = Semantics(slower_body=slower, traction_sign=traction_sign)
     samples = tables.empty("samples").drop(columns="run_id").reindex(range(1))
     ball, disc = (9.0, 11.0) if slower == "ball" else (11.0, 9.0)
@@ -227,7 +218,7 @@ def test_sign_and_slower_body_lead_to_the_same_signals(
 
 
 @given(faster=st.floats(1, 60), ratio=st.floats(0, 0.99))
-def test_every_definition_of_the_slide_roll_ratio_becomes_sliding_over_mean_speed(
+def test_every_definition_of_slip_becomes_sliding_over_mean_speed(
     faster: float, ratio: float
 ) -> None:
     sliding, total = faster * (1 - ratio), faster * (1 + ratio)
@@ -238,9 +229,7 @@ def test_every_definition_of_the_slide_roll_ratio_becomes_sliding_over_mean_spee
         np.testing.assert_allclose(of_mean, both / (total / 2), rtol=1e-12)
 
 
-def test_calibration_errors_stand_apart_and_are_null_where_none_is_stated(
-    demo: Campaign, etm: Campaign
-) -> None:
+def test_calibration_errors_stand_apart_or_are_null(demo: Campaign, etm: Campaign) -> None:
     points = demo.curated.points[demo.curated.points["accepted"]]
     # config/rigs: 0.5 % of load and force, 0.1 % of speed, 0.5 K
     np.testing.assert_allclose(points["load_systematic_n"], 0.005 * points["load_n"])
@@ -265,9 +254,7 @@ def test_calibration_errors_stand_apart_and_are_null_where_none_is_stated(
         ("_speed", slice(None), 0.0, "refused"),
     ],
 )
-def test_absurd_log_is_one_refused_run_and_no_more(
-    name: str, rows: slice, value: float, verdict: str
-) -> None:
+def test_absurd_log_is_one_refused_run(name: str, rows: slice, value: float, verdict: str) -> None:
     values = {name: column.copy() for name, column in SOUND["traction"].values.items()}
     for column in (column for key, column in values.items() if key.endswith(name)):
         column[rows] = value
@@ -276,9 +263,7 @@ def test_absurd_log_is_one_refused_run_and_no_more(
 
 
 @pytest.mark.parametrize("start", [660, 1500])
-def test_spindle_that_slips_for_a_second_leaves_no_wrong_point(
-    demo: Campaign, config: Settings, start: int
-) -> None:
+def test_spindle_slip_leaves_no_wrong_point(demo: Campaign, config: Settings, start: int) -> None:
     run_id = "4102_P1.25_U25_T070.csv"
     clean = demo.curated.points.query("run_id == @run_id")["slide_roll_ratio"].to_numpy()
     log = (demo.folder / run_id).read_text(encoding="utf-8")
@@ -292,3 +277,45 @@ def test_spindle_that_slips_for_a_second_leaves_no_wrong_point(
     # each point left is one of the clean log's, to within the errors that it reports
     nearest = np.abs(accepted["slide_roll_ratio"].to_numpy()[:, np.newaxis] - clean).min(axis=1)
     assert (nearest <= 5 * accepted["slide_roll_ratio_se"]).all()
+
+
+ABOUT = {"campaign": "demo", "data": "simulated"}
+
+
+CONFIG = bad_logs.CONFIG
+
+
+LOGS = [
+    ("sound", SOUND["traction"].text()),
+    ("short", bad_logs.csv(bad_logs.good((0.0, 0.05, 0.0)))),
+    # a second look at the samples finds the mistake
+    ("force_in_mn", SOUND["traction"].column("traction_force", lambda force_n: 1000 * force_n)),
+    ("no_rows", SOUND["traction"].text().partition(b"\n0")[0]),
+]
+
+
+def in_parts(logs: Iterator[tuple[str, bytes]], folder: Path) -> tuple[Ingested, Curated]:
+    paths = {oil: folder / f"{oil}.parquet" for oil in CONFIG.oils}
+    with sample_files(paths, ABOUT) as keep:
+        ingested = ingest_logs(logs, CONFIG, keep=keep)
+    samples = tables.read_parts("samples", *paths.values())
+    return ingested, collect(curate_parts(samples, ingested, TractionRig(CONFIG)), CONFIG)
+
+
+def test_share_in_parts_gives_the_same(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    rows = len(SOUND["traction"].values["time"])
+    monkeypatch.setattr(tables, "ROW_GROUP", 2 * rows)
+    whole = ingest_logs(LOGS, CONFIG)
+    expected = curate_ingested(whole, TractionRig(CONFIG))
+    ingested, curated = in_parts(iter(LOGS), tmp_path)
+    assert {"accepted", "refused"} == set(expected.runs["verdict"])
+    assert {"", "force_scale", "no_rows"} <= set(expected.runs["rule"])
+    pd.testing.assert_frame_equal(ingested.runs, whole.runs, check_exact=True)
+    for name, frame in vars(expected).items():
+        pd.testing.assert_frame_equal(getattr(curated, name), frame, check_exact=True)
+    for oil, frame in whole.samples.items():
+        path = tmp_path / f"{oil}.parquet"
+        pd.testing.assert_frame_equal(tables.read("samples", path), frame, check_exact=True)
+        file = parquet.ParquetFile(path).metadata
+        rows_of_groups = [file.row_group(at).num_rows for at in range(file.num_row_groups)]
+        assert max(rows_of_groups) <= 2 * rows

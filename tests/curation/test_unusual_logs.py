@@ -110,9 +110,8 @@ def test_negative_slips_cost_no_positive_ones() -> None:
     values["traction_force"] = np.where(slip < 0, -1, 1) * mirrored["traction_force"]
     points = judged(values).points
     assert points.loc[points["slide_roll_ratio"] > 0.01, "accepted"].all()
-    assert set(points.loc[points["slide_roll_ratio"] < -0.01, "failed_gates"]) == {
-        "slip_out_of_range"
-    }
+    gates = points.loc[points["slide_roll_ratio"] < -0.01, "failed_gates"]
+    assert set(gates) == {"slip_out_of_range"}
 
 
 @pytest.mark.parametrize("every", [10, 20])
@@ -179,9 +178,7 @@ def with_levels_changed(phases: tuple[float, ...], levels: range, factor: float)
         (SWEEP, 5, True),
     ],
 )
-def test_run_is_refused_by_many_faulty_plateaus_and_not_by_one(
-    phases: tuple[float, ...], faulty: int, refused: bool
-) -> None:
+def test_many_faulty_plateaus_refuse(phases: tuple[float, ...], faulty: int, refused: bool) -> None:
     last = len(phases) - 1
     curated = judged(with_levels_changed(phases, range(last - faulty, last), 1.4))
     bad = curated.points["failed_gates"].str.contains("not_steady|spiky|transient_not_ended")
@@ -231,9 +228,7 @@ GF = 9.80665e-3  # N
         ({"load": 1 / 4.4482216}, "load_off_nominal", "may be in lbf"),
     ],
 )
-def test_unit_or_sign_that_is_wrong_is_named(
-    change: dict[str, float], rule: str, words: str
-) -> None:
+def test_wrong_unit_or_sign_is_named(change: dict[str, float], rule: str, words: str) -> None:
     values = good(SWEEP)
     for name, by in change.items():
         values[name] = by * values[name]
@@ -243,9 +238,7 @@ def test_unit_or_sign_that_is_wrong_is_named(
 
 
 @pytest.mark.parametrize(("factor", "unit"), [(100, "1"), (1, "%")])
-def test_slip_in_percent_or_as_a_fraction_is_named_where_slip_was_logged(
-    factor: float, unit: str
-) -> None:
+def test_slip_in_percent_or_as_a_fraction_is_named_where_logged(factor: float, unit: str) -> None:
     random, slip = np.random.default_rng(3), np.repeat(SWEEP, HELD)
     values = {name: column for name, column in good(SWEEP).items() if name not in SPINDLES}
     values["entrainment_speed"] = 30 + 0.01 * random.standard_normal(len(slip))
@@ -267,9 +260,7 @@ def test_force_that_is_small_for_an_oil_is_a_warning() -> None:
 @pytest.mark.parametrize(
     ("row", "change_s", "steps"), [(400, -0.02, 2), (slice(600, None), 0.1, 1)]
 )
-def test_warning_names_a_digit_of_the_time_that_is_wrong(
-    row: int | slice, change_s: float, steps: int
-) -> None:
+def test_warning_names_a_wrong_digit_of_time(row: int | slice, change_s: float, steps: int) -> None:
     """Rows come every 0.05 s; none of these changes turns the clock back."""
     values = good(SWEEP)
     values["time"][row] += change_s
@@ -308,7 +299,7 @@ def repeat(seed: int, force: float = 1.0) -> Columns:
         ({1: 1.09, 2: 1.0, 3: 1.0}, ["conflicting_condition", "", "duplicate_condition"]),
     ],
 )
-def test_run_that_most_others_contradict_is_refused_whatever_its_name(
+def test_run_that_most_others_contradict_is_refused(
     logs: dict[int, float], expected: list[str]
 ) -> None:
     rule = together(**{f"log{seed}": csv(repeat(seed, by)) for seed, by in logs.items()})
@@ -328,9 +319,7 @@ def test_pressure_that_is_rounded_is_the_condition_of_its_load(load_n: float, ru
 
 
 @pytest.mark.parametrize(("key", "value"), [("settle_s", 800.0), ("window_s", 80.0)])
-def test_time_of_the_settings_that_no_run_can_meet_is_blamed_and_not_the_log(
-    key: str, value: float
-) -> None:
+def test_time_of_the_settings_that_no_run_can_meet_is_blamed(key: str, value: float) -> None:
     config = CONFIG.with_changes({"curation": {"plateaus": {key: value}}})
     curated = check_logs([("log", csv(good(SWEEP)))], config)
     assert rules(curated) == ["long_setting"]

@@ -74,9 +74,7 @@ def test_standstill_that_gives_no_zero_is_refused(values: Columns, rule: str, wo
 
 
 @given(output=st.floats(-5, 5), per_s=st.floats(-0.1, 0.1), last_s=st.floats(30, 1000))
-def test_linear_drift_of_the_zero_leaves_no_trace(
-    output: float, per_s: float, last_s: float
-) -> None:
+def test_linear_drift_of_zero_leaves_no_trace(output: float, per_s: float, last_s: float) -> None:
     """Mean of a line over a phase is its value at the mean time, so two phases give the line."""
     time_s = np.linspace(0, last_s, 400)
     line = output + per_s * time_s
@@ -100,9 +98,7 @@ ROLLING = {"levels": (0.0, *LEVELS[1:], 0.0), "still_s": (0.0, 0.0), "ramp_s": 0
         (ROLLING, 0.0, ""),
     ],
 )
-def test_force_at_standstill_or_without_slip_contradicts_a_zero_that_was_removed(
-    run: dict[str, Any], offset_n: float, words: str
-) -> None:
+def test_force_at_rest_contradicts_a_zero(run: dict[str, Any], offset_n: float, words: str) -> None:
     curated = judged(log(offset_n=offset_n, **run), "already_removed")
     assert curated.quarantine["rule"].tolist() == (["zero_left"] if words else [])
     if words:

@@ -38,12 +38,10 @@ from oilfilm.traction.laws.deng2026 import traction_coefficient
 
 PROVENANCE = {"code": "c", "settings": "s", "inputs": {}}
 WARNINGS = ["-Wall", "-Wextra", "-pedantic", "-Werror"]
-MIDDLE = {"max_hertz_pressure_gpa": 1.2, "entrainment_speed_m_s": 30.0, "inlet_temperature_c": 70.0}
 
 DENG = EVERY_LAW["deng2026"]
-PRINTED_4102 = dict(
-    zip([constant.name for constant in DENG.constants], printed()["4102"], strict=True)
-)
+NAMES = [constant.name for constant in DENG.constants]
+PRINTED_4102 = dict(zip(NAMES, printed()["4102"], strict=True))
 
 
 @pytest.fixture(scope="module")
@@ -239,9 +237,7 @@ def test_exported_function_computes_the_law_and_takes_no_condition_left_out(
 
 
 @pytest.mark.parametrize("evaluate", [by_c, by_fortran, by_octave, by_python])
-def test_function_has_no_value_where_the_law_has_none(
-    evaluate: Evaluate, fit: Description, tmp_path: Path
-) -> None:
+def test_no_value_where_law_has_none(evaluate: Evaluate, fit: Description, tmp_path: Path) -> None:
     save(fit, tmp_path)
     rows = np.tile([1.2, 30.0, 70.0, 0.1], (7, 1))
     rows[range(1, 7), [0, 1, 2, 0, 1, 2]] = [0.0] * 3 + [-1.0] * 3
@@ -271,9 +267,7 @@ def test_exported_printed_constants_give_eqs_7_to_9(config: Settings, tmp_path: 
         np.testing.assert_array_equal(outside == 1, ~inside | (of_paper > 0.12))
 
 
-def test_exports_of_a_campaign_hold_the_printed_constants_of_its_oils_only(
-    config: Settings,
-) -> None:
+def test_exports_of_a_campaign_hold_printed_constants_of_its_oils_only(config: Settings) -> None:
     files = export_campaign(tables_of(DENG, ["4102", "own"], PRINTED_4102), config, PROVENANCE)
     of_paper = [name.split("/")[1] for name in files if name.startswith("printed-constants/")]
     assert set(of_paper) == {"README.md", "4102_printed"}
@@ -389,9 +383,7 @@ def test_json_and_csv_give_the_same_mu_back(config: Settings, law: str) -> None:
 
 @pytest.mark.parametrize("left_out", [None, 1])
 @pytest.mark.parametrize("law", [name for name, law in EVERY_LAW.items() if law.adore])
-def test_adore_form_is_the_law_at_its_operating_point(
-    law: str, left_out: int | None, config: Settings
-) -> None:
+def test_adore_form_is_the_law_at_points(law: str, left_out: int | None, config: Settings) -> None:
     fit = describe_law(config, law, left_out)
     slips = np.linspace(0, 0.5, 21)
     rows = adore_rows(fit)
@@ -407,21 +399,6 @@ def test_adore_form_is_the_law_at_its_operating_point(
         slope = row["B"] / (row["A"] + row["B"] * row["peak_slip_velocity"])
         assert row["C"] == pytest.approx(slope, rel=1e-12)
         assert row["peak_mu"] >= mu.max()
-
-
-@pytest.mark.parametrize(
-    ("law", "why"),
-    [
-        ("tanh", "the law tanh has not the form"),
-        ("wang-deng-load", "the points of exports.adore_points lack load_n"),
-    ],
-)
-def test_law_or_points_without_constants_of_adore_are_told(
-    config: Settings, law: str, why: str
-) -> None:
-    fit = replace(describe_law(config, law), adore_points=(MIDDLE,))
-    content = json.loads(export(fit, PROVENANCE)["traction_4050.json"])
-    assert content["not_written"]["ADORE"].startswith(why)
 
 
 def test_fit_of_one_level_stands_at_that_level_once(curve_only: Description) -> None:

@@ -2,7 +2,6 @@
 
 import re
 import shutil
-import subprocess
 import sys
 from pathlib import Path
 
@@ -11,6 +10,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from campaigns import ROOT, printed
+from command_line import succeeded
 from oilfilm.cli import main
 from oilfilm.traction.laws.deng2026 import traction_coefficient
 
@@ -34,19 +34,13 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def run(*command: str, folder: Path) -> str:
-    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stdout + done.stderr
-    return done.stdout
-
-
 def mu_of_paper(slip: float) -> float:
     """4102 at 1.25 GPa, 30 m/s, 70 degC by Eqs 7-9."""
     return float(traction_coefficient(printed()["4102"], 1.25, 30.0, 70.0, slip))
 
 
 def test_python_of_the_page_prints_mu(folder: Path) -> None:
-    text = run(sys.executable, "-I", "-c", block("python"), folder=folder)
+    text = succeeded([sys.executable, "-I", "-c", block("python")], cwd=folder)
     numbers, inside = re.fullmatch(r"\[(.*)\] \[(.*)\]\n", text).groups()
     of_page = [mu_of_paper(0.01), mu_of_paper(0.05)]
     assert [float(number) for number in numbers.split()] == pytest.approx(of_page, abs=5e-6)
@@ -57,8 +51,8 @@ def test_c_of_the_page_prints_mu(folder: Path) -> None:
     if shutil.which("gcc") is None:
         pytest.skip("gcc is not on PATH (.ci/tools installs it)")
     (folder / "mu.c").write_text(block("c"), encoding="utf-8")
-    run("gcc", "-std=c99", "mu.c", "-o", "mu", "-lm", folder=folder)
-    assert run("./mu", folder=folder) == f"mu = {-mu_of_paper(0.05):.5f}\n"
+    succeeded(["gcc", "-std=c99", "mu.c", "-o", "mu", "-lm"], cwd=folder)
+    assert succeeded(["./mu"], cwd=folder) == f"mu = {-mu_of_paper(0.05):.5f}\n"
 
 
 def test_roller_of_the_page_moves_as_its_equation_says(folder: Path) -> None:
@@ -78,7 +72,7 @@ def test_roller_of_the_page_moves_as_its_equation_says(folder: Path) -> None:
     assert result["speed"][-1] == pytest.approx(speed, rel=1e-6)
 
 
-def test_constants_of_one_oil_are_written_to_a_new_folder(
+def test_constants_of_one_oil_are_written(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     one = tmp_path / "one"

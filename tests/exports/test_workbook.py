@@ -102,9 +102,7 @@ def test_workbook_computes_the_law_and_says_where_it_extrapolates(
     assert marked == beyond(fit, arguments_of(fit, ROWS), np.array(mu)).tolist()
 
 
-def test_workbook_of_printed_constants_is_labelled_and_has_no_value_below_zero(
-    by_libreoffice: dict[str, Workbook],
-) -> None:
+def test_workbook_of_printed_constants_is_labelled(by_libreoffice: dict[str, Workbook]) -> None:
     book = by_libreoffice["printed"]
     corner, cold = values_beside(book, "mu")
     mu = -traction_coefficient(printed()["4102"], 1.5, 40.0, 120.0, 0.3)

@@ -85,9 +85,7 @@ def test_resampled_refits_end_where_scipy_ends(name: str) -> None:
     assert apart.max() < 1e-3
 
 
-def test_refits_that_leave_a_bound_end_on_it_where_scipy_ends(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_refits_that_leave_a_bound_end_where_scipy_ends(monkeypatch: pytest.MonkeyPatch) -> None:
     """A critical load far below all loads: some resamples say nothing of it."""
     weak = [*TRUTH["wang-deng-load"], 0.01, -1.0, 0.0, 0.0]
     monkeypatch.setitem(TRUTH, "wang-deng-critical-load", weak)

@@ -33,16 +33,13 @@ def campaign(config: Settings, oil: str) -> Campaign:
 
 
 @pytest.mark.no_cover
-def test_curve_bootstrap_covers_the_truth_and_naive_errors_do_not(
-    config: Settings, conditions: np.ndarray
-) -> None:
+def test_bootstrap_covers_and_naive_errors_do_not(config: Settings, conditions: np.ndarray) -> None:
     truth = to_internal(LAW, printed()["4050"])
     inside, naive = [], []
     for number in range(24):
         random = generator(1, "coverage", number)
-        problem, best = polished(
-            campaign(config, "4050").points(conditions, random), printed()["4050"]
-        )
+        points = campaign(config, "4050").points(conditions, random)
+        problem, best = polished(points, printed()["4050"])
         refits = curve_bootstrap(problem, best, 200, random)
         lower, upper = np.quantile(refits, [0.025, 0.975], axis=0)
         inside.append((lower <= truth) & (truth <= upper))
@@ -54,9 +51,7 @@ def test_curve_bootstrap_covers_the_truth_and_naive_errors_do_not(
 
 
 @pytest.mark.no_cover
-def test_errors_of_twelve_runs_are_as_large_as_the_scatter_of_such_campaigns(
-    config: Settings,
-) -> None:
+def test_errors_of_twelve_runs_are_the_scatter_of_such_campaigns(config: Settings) -> None:
     ends, variances = [], []
     for number in range(80):
         points = campaign(config, "4050").points(SMALL, generator(2, "small", number))
@@ -71,9 +66,7 @@ def test_errors_of_twelve_runs_are_as_large_as_the_scatter_of_such_campaigns(
 
 @pytest.mark.no_cover
 @pytest.mark.parametrize("film", [False, True], ids=["true law", "heated film"])
-def test_the_interval_holds_new_runs_whether_or_not_the_law_is_true(
-    config: Settings, conditions: np.ndarray, film: bool
-) -> None:
+def test_the_interval_holds_new_runs(config: Settings, conditions: np.ndarray, film: bool) -> None:
     truths: dict[str, Truth] = {oil: LawTruth(each) for oil, each in printed().items()}
     if film:
         truths = true_tractions(resolve(CONFIG, {"campaign": "thermal"}), {})
@@ -131,9 +124,8 @@ def test_quantiles_of_curves_left_out_are_those_of_their_ranks() -> None:
 
 
 def test_a_curve_of_many_points_counts_as_one() -> None:
-    few = scores_of_unseen(
-        np.ones(9), 1 + 0.01 * np.arange(1, 10), np.zeros(9), np.zeros(9), np.arange(9)
-    )
+    none = np.zeros(9)
+    few = scores_of_unseen(np.ones(9), 1 + 0.01 * np.arange(1, 10), none, none, np.arange(9))
     curve = np.repeat(np.arange(9), 50)
     error = np.repeat(0.01 * np.arange(1, 10), 50)
     many = scores_of_unseen(np.ones(450), 1 + error, np.zeros(450), np.zeros(450), curve)
@@ -161,8 +153,7 @@ def test_the_interval_just_holds_the_curve_that_made_its_quantile(measured: floa
     predicted, none = np.full(9, 0.01), np.zeros(9)
     read = np.array([*[0.01] * 8, measured])
     unseen = scores_of_unseen(predicted, read, none, none, np.arange(9))
-    band = Band(
-        np.zeros((1, 1)), unseen.absolute * unseen.at(0.9)[1], unseen.relative * unseen.at(0.9)[1]
-    )
+    times = unseen.at(0.9)[1]
+    band = Band(np.zeros((1, 1)), unseen.absolute * times, unseen.relative * times)
     lower, upper = band.ends(np.array([0.01]), np.zeros((1, 1)), np.zeros((1, 0)))[:, 0]
     assert (lower if measured < 0.01 else upper) == pytest.approx(measured)

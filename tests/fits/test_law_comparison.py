@@ -1,8 +1,10 @@
-"""Laws compared: the true one wins, and curves left out are those of brute force."""
+"""Laws compared: the true one wins by two criteria, curves left out are those of brute force."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from fit_points import polished
@@ -10,8 +12,12 @@ from law_points import EVERY_LAW, MATRIX, TRUTH, compare_laws, internal_of, poin
 from nights import nightly
 from oilfilm import tables
 from oilfilm.fits import engine
+from oilfilm.fits.best_law import best_laws
 from oilfilm.fits.conditions import levels_by_gap
-from oilfilm.fits.fit import laws_of, leave_curves_out, leave_ends_out
+from oilfilm.fits.fit import fit_oil, laws_of, leave_curves_out, leave_ends_out
+from oilfilm.fits.fit_tables import bayesian_criterion
+from oilfilm.fits.noise import noise_and_misfit
+from oilfilm.randomness import generator
 from oilfilm.report.figures.fits import starts_of
 from oilfilm.settings.resolved import Settings
 from oilfilm.table_needs import OF_FIT
@@ -19,6 +25,7 @@ from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction import LAW_NAMES, LAWS
 from oilfilm.traction.law import Observations
 from pictures import draw
+from reports import rows
 
 NOISE = 2e-4
 
@@ -122,51 +129,41 @@ def test_comparison_without_any_accepted_point_still_gives_its_tables(quick: Set
 
 
 @pytest.fixture(scope="module")
-def starting(quick: Settings) -> tuple[Settings, CampaignTables]:
+def starting(quick: Settings) -> CampaignTables:
     """Points of a Wang-Deng law with traction at no slip; every other curve slips backwards."""
     points = points_of(STARTS, NOISE)
     back = points["run_id"].isin(sorted(points["run_id"].unique())[::2])
     both = ["slide_roll_ratio", "traction_coefficient"]
     # at no slip there is no direction
     points.loc[back & (points["slide_roll_ratio"] > 0), both] *= -1
-    return quick, compare_laws(points, "4050", ["deng2026", STARTS.name], quick)
+    return compare_laws(points, "4050", ["deng2026", STARTS.name], quick)
 
 
 STARTS = LAWS["wang-deng-load"]
 
 
-def test_figure_of_errors_draws_what_the_table_says(
-    starting: tuple[Settings, CampaignTables],
-) -> None:
-    config, results = starting
-    figure, drawn = draw("law-errors", results, config)
+def test_figure_of_errors_draws_the_table(quick: Settings, starting: CampaignTables) -> None:
+    figure, drawn = draw("law-errors", starting, quick)
     assert "SIMULATED" in " ".join(text.get_text() for text in figure.texts)
     ticks = [label.get_text() for label in figure.axes[0].get_yticklabels()]
     assert "load-based Wang-Deng" in ticks  # by its name, as everywhere
     errors = drawn[(drawn["words"] == "deng2026") & (drawn["series"] == "fitted curves")]
-    row = results.fit_quality.set_index("law").loc["deng2026"]
+    row = starting.fit_quality.set_index("law").loc["deng2026"]
     assert errors["x"].item() == pytest.approx(row["relative_rms"])
 
 
-def test_traction_without_slip_is_the_planted_one(
-    starting: tuple[Settings, CampaignTables],
-) -> None:
-    config, results = starting
-    starts = starts_of(results, "4050", STARTS.name, config)["y"]
+def test_traction_without_slip_is_planted(quick: Settings, starting: CampaignTables) -> None:
+    starts = starts_of(starting, "4050", STARTS.name, quick)["y"]
     # mu(0) = D - |A| of each condition
-    sizes = STARTS.sizes(
-        internal_of(STARTS), STARTS.design(MATRIX[list(STARTS.conditions)].to_numpy())
-    )
+    design = STARTS.design(MATRIX[list(STARTS.conditions)].to_numpy())
+    sizes = STARTS.sizes(internal_of(STARTS), design)
     np.testing.assert_allclose(np.sort(starts), np.sort(sizes[3] - sizes[0]), atol=3 * NOISE)
 
 
-def test_fig04_shows_the_curve_whose_error_grows_most(
-    starting: tuple[Settings, CampaignTables],
-) -> None:
-    config, results = starting
-    _, drawn = draw("fig04", results, config)
-    beside = results.law_points[results.law_points["law"] == STARTS.name]
-    both = beside.merge(results.points, on=["run_id", "first_row"], suffixes=("", "_m"))
+def test_fig04_shows_the_largest_growth(quick: Settings, starting: CampaignTables) -> None:
+    _, drawn = draw("fig04", starting, quick)
+    beside = starting.law_points[starting.law_points["law"] == STARTS.name]
+    both = beside.merge(starting.points, on=["run_id", "first_row"], suffixes=("", "_m"))
     of_run = both.set_index("run_id")
     squares = [
         (of_run[f"{left}traction_coefficient"] - of_run["traction_coefficient_m"]) ** 2
@@ -177,12 +174,10 @@ def test_fig04_shows_the_curve_whose_error_grows_most(
     assert set(shown.str.rpartition("run ")[2]) == {(unseen - seen).idxmax()}
 
 
-def test_points_beside_a_law_keep_the_direction_of_their_slip(
-    starting: tuple[Settings, CampaignTables],
-) -> None:
-    _, results = starting
-    both = results.law_points.merge(results.points, on=["run_id", "first_row"], suffixes=("", "_m"))
-    assert len(both) == 2 * len(results.points)
+def test_points_beside_a_law_keep_their_direction(starting: CampaignTables) -> None:
+    point = ["run_id", "first_row"]
+    both = starting.law_points.merge(starting.points, on=point, suffixes=("", "_m"))
+    assert len(both) == 2 * len(starting.points)
     true = both[both["law"] == STARTS.name]
     for column in ("traction_coefficient", "left_out_traction_coefficient"):
         np.testing.assert_allclose(true[column], true["traction_coefficient_m"], atol=6 * NOISE)
@@ -198,3 +193,138 @@ def test_bounds_of_the_comparison_are_those_of_the_constants(quick: Settings) ->
         assert names == held.get(row["law"], set())
         assert not (names and row["certified"])
     assert len(held)
+
+
+def verdict_of(points: pd.DataFrame, config: Settings, law: str) -> dict[str, Any]:
+    configured = config.with_changes({"fit": {"law": law}})
+    compared = compare_laws(points, "4050", ["deng2026", "tanh", "carreau"], configured)
+    judged = best_laws(compared.fit_quality, compared.law_points, points)
+    (row,) = tables.rows(judged)
+    return row
+
+
+def test_law_that_made_the_points_is_named_beside_another_configured_one(quick: Settings) -> None:
+    points = points_of(LAWS["tanh"], NOISE)
+    row = verdict_of(points, quick, "carreau")
+    assert row["verdict"] == "another law is better"
+    assert row["better_law"] == row["bic_law"] == row["left_out_law"] == "tanh"
+    assert row["left_out_difference"] > row["left_out_difference_error"] > 0
+    own = verdict_of(points, quick, "tanh")
+    assert (own["verdict"], own["better_law"]) == ("best", "")
+
+
+def compared(squares: dict[str, np.ndarray], constants: dict[str, int]) -> tuple[pd.DataFrame, ...]:
+    """A comparison of laws with given squared errors of curves of one point each."""
+    names = [f"run{number}" for number in range(len(next(iter(squares.values()))))]
+    points = pd.DataFrame({"run_id": names, "first_row": 0, "traction_coefficient": 1.0})
+    about, beside = [], []
+    for law, errors in squares.items():
+        sse = float(errors.sum())
+        bic = bayesian_criterion(sse, len(names), constants[law])
+        quality = {"oil": "own", "law": law, "n_points": len(names), "bic": bic}
+        quality |= {"n_constants": constants[law], "left_out_rmse": np.sqrt(sse / len(names))}
+        quality |= {"configured": law == next(iter(squares)), "certified": True}
+        about.append(quality | {"relative_rms": np.sqrt(sse / len(names))})
+        mu = 1 + np.sqrt(errors)
+        both = dict.fromkeys(("traction_coefficient", "left_out_traction_coefficient"), mu)
+        at = {"oil": "own", "law": law, "run_id": names, "first_row": 0}
+        beside.append(pd.DataFrame(at | both))
+    return rows("fit_quality", *about), pd.concat(beside), points
+
+
+def test_difference_within_the_scatter_of_curves_is_a_tie_and_a_larger_one_is_not() -> None:
+    random = generator(2, "ties", "curves")
+    base = random.chisquare(1, 60)
+    scattered = base * np.exp(0.3 * random.standard_normal(60))
+    better = 0.5 * base
+    constants = {"deng2026": 3, "tanh": 3, "eyring": 3}
+    (tie,) = tables.rows(best_laws(*compared({"deng2026": base, "tanh": scattered}, constants)))
+    assert tie["verdict"] == "tie"
+    (beaten,) = tables.rows(
+        best_laws(*compared({"deng2026": base, "tanh": scattered, "eyring": better}, constants))
+    )
+    assert (beaten["verdict"], beaten["better_law"]) == ("another law is better", "eyring")
+    # half the squares everywhere: n ln 2
+    assert beaten["bic_difference"] == pytest.approx(60 * np.log(2))
+    # by hand, the same for each curve: sqrt(mean) falls by 1 - sqrt(1/2)
+    falls = (1 - np.sqrt(0.5)) * np.sqrt(base.mean())
+    assert beaten["left_out_difference"] == pytest.approx(falls)
+
+
+@pytest.mark.parametrize(
+    ("curves", "laws", "expected"),
+    [
+        # less error, but 38 constants more
+        (30, {"deng2026": (1.0, 2), "tanh": (0.9, 40)}, "tanh|deng2026|criteria disagree|"),
+        # BIC by hand: 71.4 of deng2026, 128.7 of tanh, 9.9 of eyring
+        (
+            30,
+            {"deng2026": (1.0, 20), "tanh": (0.7, 40), "eyring": (0.99, 2)},
+            "tanh|eyring|another law is better|tanh",
+        ),
+        (9, {"deng2026": (1.0, 3)}, "||no other law|"),
+        (2, {"deng2026": (1.0, 2), "tanh": (0.5, 2)}, "||too few curves|"),
+    ],
+)
+def test_verdict_on_the_first_law_is_that_of_both_criteria(
+    curves: int, laws: dict[str, tuple[float, int]], expected: str
+) -> None:
+    """Each law has the same squared error at every curve, and a number of constants."""
+    squares = {law: np.full(curves, square) for law, (square, _) in laws.items()}
+    frames = compared(squares, {law: constants for law, (_, constants) in laws.items()})
+    (row,) = tables.rows(best_laws(*frames))
+    names = ("left_out_law", "bic_law", "verdict", "better_law")
+    assert "|".join(row[name] for name in names) == expected
+
+
+def misfit_of(
+    config: Settings, repeats: int, law: str, stated: bool = True
+) -> tuple[dict[str, Any], float]:
+    """The row of `lack_of_fit` of points of deng2026, some conditions run twice, and the noise.
+
+    The noise, relative to mu, is the one planted: errors of whole runs and of points. Where no
+    set points are stated, the loads of the repeats are off by less than the gates allow.
+    """
+    once = points_of(LAWS["deng2026"])
+    names = once["run_id"].unique()[::6][:repeats]
+    again = once[once["run_id"].isin(names)]
+    again = again.assign(run_id=again["run_id"] + " again", load_n=again["load_n"] * 1.01)
+    points = pd.concat([once, again], ignore_index=True)
+    random = generator(8, "repeats", str(repeats))
+    runs = points.drop_duplicates("run_id")
+    gain = dict(zip(runs["run_id"], 0.01 * random.standard_normal(len(runs)), strict=True))
+    mu = points["traction_coefficient"].to_numpy()
+    error = mu * points["run_id"].map(gain) + NOISE * random.standard_normal(len(points))
+    points["traction_coefficient"] = mu + error
+    points["traction_coefficient_se"] = NOISE
+    fit = fit_oil(points, "4050", config.fit, config.seed, law=LAWS[law])
+    about = {"oil": "4050", "rig": next(iter(config.rigs)), "verdict": "accepted"}
+    made = rows("runs", *(about | {"run_id": name} for name in runs["run_id"]))
+    for column in ("max_hertz_pressure_gpa", "entrainment_speed_m_s", "inlet_temperature_c"):
+        made[f"nominal_{column}"] = runs[column].to_numpy() if stated else np.nan
+    (row,) = tables.rows(noise_and_misfit(fit.replace(points=points, runs=made), config))
+    return row, float(np.sqrt(np.mean(error**2) / np.mean(points["traction_coefficient"] ** 2)))
+
+
+def test_wrong_law_is_told_from_planted_noise_by_repeats(quick: Settings) -> None:
+    right, noise = misfit_of(quick, 8, "deng2026")
+    wrong, _ = misfit_of(quick, 8, "tanh")
+    assert right["n_repeats"] == wrong["n_repeats"] == 8
+    # eight runs give a standard deviation to a quarter
+    assert right["repeat_relative_rms"] == pytest.approx(noise, rel=0.5)
+    assert (right["verdict"], wrong["verdict"]) == ("not shown", "shown")
+    # the squares add up to those of the residuals
+    parts = wrong["repeat_relative_rms"] ** 2 + wrong["lack_of_fit_relative_rms"] ** 2
+    assert np.sqrt(parts) == pytest.approx(wrong["relative_rms"], rel=0.02)
+    assert right["lack_of_fit_relative_rms"] < 0.5 * wrong["lack_of_fit_relative_rms"]
+    assert right["plateau_relative_rms"] < right["repeat_relative_rms"]
+
+
+def test_runs_without_set_points_are_repeats_where_measured_alike(quick: Settings) -> None:
+    row, _ = misfit_of(quick, 1, "tanh", stated=False)
+    assert (row["n_repeats"], row["n_repeated_conditions"]) == (1, 1)
+
+
+def test_without_repeats_it_says_that_noise_is_not_known(quick: Settings) -> None:
+    row, _ = misfit_of(quick, 0, "tanh")
+    assert row["verdict"] == "no repeats"

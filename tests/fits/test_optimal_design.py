@@ -23,9 +23,7 @@ def together(x: list[float]) -> FloatArray:
 
 
 @pytest.mark.parametrize(("measured", "wanted"), [([-1.0, 1.0], 0.5), ([-2, -1, 0, 1, 2], 0.7)])
-def test_best_point_for_one_value_of_a_line_moves_the_mean_there(
-    measured: list[float], wanted: float
-) -> None:
+def test_best_point_for_a_value_moves_the_mean_there(measured: list[float], wanted: float) -> None:
     # var(a + b x0) = 1/n + (x0 - mean)^2/Sxx is least, 1/(n + 1), where the new mean is x0
     design = choose(together(measured), line(GRID), np.array([[1.0, wanted]]), 1)
     count = len(measured) + 1
@@ -42,9 +40,7 @@ def test_best_points_for_a_slope_are_the_two_ends() -> None:
 
 
 @given(st.floats(1e-3, 1e6), st.floats(-6, 6), st.floats(-1, 1))
-def test_no_curve_however_bad_makes_anything_less_certain(
-    variance: float, x: float, at: float
-) -> None:
+def test_no_curve_makes_anything_less_certain(variance: float, x: float, at: float) -> None:
     known, gradients = together([-1.0, 0.0, 1.0]), np.array([[1.0, at], [0.0, 1.0]])
     more = known + line(np.array([x]), variance)[0]
     assert (uncertainties(more, gradients) <= uncertainties(known, gradients) * (1 + 1e-9)).all()

@@ -114,9 +114,7 @@ def test_runs_with_another_force_are_named_by_header_or_columns(
     assert change.size == pytest.approx(0.1, rel=0.25)
 
 
-def test_half_the_logs_with_the_outlet_temperature_are_found_without_a_label(
-    config: Settings,
-) -> None:
+def test_half_the_logs_with_outlet_temperature_are_found_unlabelled(config: Settings) -> None:
     # 8 K hide in the 0.8 % scatter of the force unless each curve may have a gain of its own
     found = find_patterns(leftover(config, Drift(temperature_c=8.0 * HALF), 2000, "4102"))
     (change,) = [each for each in found if each.when != "law"]
@@ -144,9 +142,7 @@ def smooth_step(*at: np.ndarray) -> np.ndarray:
 @pytest.mark.no_cover
 @pytest.mark.parametrize("seed", [4, 5, 6])
 @pytest.mark.parametrize("name", ["heated film", "smooth step"])
-def test_a_law_that_is_not_true_is_found_and_no_run_is_blamed(
-    config: Settings, name: str, seed: int
-) -> None:
+def test_untrue_law_is_found_and_no_run_is_blamed(config: Settings, name: str, seed: int) -> None:
     film = true_tractions(resolve(CONFIG, {"campaign": "thermal"}), {})["4050"]
     truth = film if name == "heated film" else smooth_step
     first, *others = find_patterns(leftover(config, Drift(), seed, truth=truth))

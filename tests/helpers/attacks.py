@@ -82,10 +82,8 @@ def absurd(content: bytes, _: bytes, random: Generator) -> bytes:
 
 def spliced(content: bytes, donor: bytes, random: Generator) -> bytes:
     """The first part of one log and the last of another."""
-    return (
-        content[: random.integers(0, len(content) + 1)]
-        + donor[random.integers(0, len(donor) + 1) :]
-    )
+    stop, start = (random.integers(0, len(each) + 1) for each in (content, donor))
+    return content[:stop] + donor[start:]
 
 
 def numbers(content: bytes, _: bytes, random: Generator) -> bytes:

@@ -29,12 +29,7 @@ PCS_CONFIG = resolve(ROOT / "config", {"campaign": "etm-slim"}).with_changes(
 )
 RATE_HZ = 20
 PHASES = (0.0, 0.05, 0.10, 0.20, 0.0)
-KEYS = {
-    "oil": "4102",
-    "max_hertz_pressure_gpa": 1.25,
-    "entrainment_speed_m_s": 30,
-    "inlet_temperature_c": 70,
-}
+KEYS = {**formats.KEYS, "inlet_temperature_c": 70}
 UNITS = dict(zip(formats.NAMES, "s N N rpm rpm degC".split(), strict=True))
 
 
@@ -111,6 +106,14 @@ def cell_changed(column: int, text: bytes) -> bytes:
         return b",".join(cells)
 
     return row_changed(change)
+
+
+def half_german() -> bytes:
+    """The first half of the rows with decimal commas."""
+    lines = ROWS.replace(b",", b";").splitlines(keepends=True)
+    half = len(lines) // 2
+    rows = (line.replace(b".", b",") for line in lines[1:half])
+    return b"".join([b"# oil: 4102\n", lines[0], *rows, *lines[half:]])
 
 
 def zipped() -> bytes:
@@ -206,6 +209,8 @@ BAD_LOGS = {
         "tdms_without_channels": (formats.tdms_file([RootObject(KEYS)]), "holds no row"),
         "pcs_title_alone": (b"PCS Test Data File\n", "holds no row of data"),
     },
+    "truncated": {"tail_of_zeros": (GOOD + bytes(4096), "4096 zero bytes")},
+    "decimal_marks": {"half_german": (half_german(), "most other rows have a decimal comma")},
     "unterminated_row": {"cut_in_last_cell": (GOOD[:-3], "no line end")},
     "unreadable_row": {
         "word_for_number": (cell_changed(1, b"oops"), "oops"),

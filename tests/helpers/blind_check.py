@@ -105,9 +105,8 @@ def with_fits(
 
 def _of(verdicts: Curated, files: set[str]) -> pd.DataFrame:
     runs = verdicts.runs
-    return verdicts.points[
-        verdicts.points["run_id"].isin(runs.loc[runs["file"].isin(files), "run_id"])
-    ]
+    points = verdicts.points
+    return points[points["run_id"].isin(runs.loc[runs["file"].isin(files), "run_id"])]
 
 
 def _inside(fit: CampaignTables, truth: list[float]) -> Iterator[bool]:

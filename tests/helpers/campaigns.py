@@ -40,6 +40,12 @@ ETM = ROOT / "data/raw/etm-slim"
 REAL_PCS = ROOT.parent / "shared" / "real" / "pcs"
 # Settings of fits that take seconds: every law is compared in tests/studies.
 QUICK = {"fit": {"bootstrap": 20, "searches": 2}, "compare": {"laws": ["deng2026", "tanh"]}}
+# Constants of a film that heats itself, as in config/campaigns/thermal.yaml.
+HEATED_FILM = {
+    **{"eyring_stress_pa": 5e6, "limiting_stress_ratio": 0.08},
+    **{"limiting_stress_reference_c": 40.0, "limiting_stress_decay_1_k": 0.003},
+    **{"solid_conductivity_w_mk": 46.0, "solid_volumetric_heat_j_m3k": 3.6e6},
+}
 SMALL_MATRIX = {
     "max_hertz_pressure_gpa": [1.0, 1.25, 1.5],
     "entrainment_speed_m_s": [25, 40],
@@ -94,15 +100,13 @@ def carry_logs(
     return Campaign(config, folder, tables.empty("truth"), ingested, curated)
 
 
-def made_once(
-    name: str, make: Callable[[Path], Made], tmp_path_factory: pytest.TempPathFactory
-) -> Made:
+def made_once(name: str, make: Callable[[Path], Made], factory: pytest.TempPathFactory) -> Made:
     """What the first worker makes in a folder, for all workers of this run."""
     if "PYTEST_XDIST_WORKER" not in os.environ:
-        return make(tmp_path_factory.mktemp(name, numbered=False))
+        return make(factory.mktemp(name, numbered=False))
 
     # each worker has a folder of its own in that of the run
-    folder = tmp_path_factory.getbasetemp().parent / name
+    folder = factory.getbasetemp().parent / name
     kept = folder.with_suffix(".pickle")
     with folder.with_suffix(".lock").open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)

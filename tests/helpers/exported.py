@@ -18,16 +18,9 @@ LOWER, UPPER = np.array([1.0, 25.0, 25.0]), np.array([1.5, 40.0, 120.0])
 LOAD_AT_1_GPA = 42.0  # N, of the 20 mm ball
 # Names of oils that would end a comment, a string or an identifier.
 HOSTILE = [
-    "*/ int x; /*",
-    "two\nlines\r\nend module",
-    "\" quote ' and \\",
-    "%{\n%}\nsystem('true')",
-    "trigraph ??/",
-    '</pre></html>"; end Traction;',
-    "=1+1",
-    "\N{LINE SEPARATOR}\u00e9\u6cb9",
-    "",
-    "9" * 300,
+    *("*/ int x; /*", "two\nlines\r\nend module", "\" quote ' and \\", "%{\n%}\nsystem('true')"),
+    *("trigraph ??/", '</pre></html>"; end Traction;', "=1+1", "\N{LINE SEPARATOR}\u00e9\u6cb9"),
+    *("", "9" * 300),
 ]
 
 

@@ -35,10 +35,7 @@ def bench_and_runs(oil: str = "Öl B-12") -> tuple[Bench, list[Recording]]:
 
 def header(run: Recording, dialect: Dialect = GERMAN) -> dict[str, str]:
     """The header lines of a run, numbers with the dialect's decimal mark."""
-    at = run.condition
-    numbers = [
-        str(each).replace(".", dialect.decimal) for each in (at.pressure, at.speed, at.celsius)
-    ]
+    numbers = [str(each).replace(".", dialect.decimal) for each in vars(run.condition).values()]
     return dict(zip(HEADER[dialect.language], (run.oil[0], *numbers), strict=True))
 
 

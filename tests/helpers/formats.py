@@ -11,6 +11,7 @@ from nptdms import ChannelObject, GroupObject, RootObject, TdmsWriter
 
 Columns = Mapping[str, np.ndarray]
 Units = Mapping[str, str]
+Keys = Mapping[str, Any]
 
 NAMES = "time load traction_force ball_speed disc_speed inlet_temperature".split()
 MEANS = dict(zip(NAMES[1:], (82, 0, 28650, 7160, 343), strict=True))
@@ -27,7 +28,7 @@ def columns(rows: int) -> dict[str, np.ndarray]:
 UNITS = dict(zip(NAMES, "s kgf N rpm 1/min K".split(), strict=True))
 
 
-def csv(values: Columns, units: Units = UNITS, keys: Mapping[str, Any] = KEYS) -> bytes:
+def csv(values: Columns, units: Units = UNITS, keys: Keys = KEYS) -> bytes:
     lines = [f"# {key}: {value}" for key, value in keys.items()]
     lines.append(",".join(f"{name} [{units[name]}]" for name in values))
     lines += [",".join(map(repr, row)) for row in np.column_stack(list(values.values())).tolist()]
@@ -50,9 +51,7 @@ def tdms_file(*segments: list[Any]) -> bytes:
     return buffer.getvalue()
 
 
-def tdms(
-    values: Columns, units: Units = UNITS, keys: Mapping[str, Any] = KEYS, segments: int = 1
-) -> bytes:
+def tdms(values: Columns, units: Units = UNITS, keys: Keys = KEYS, segments: int = 1) -> bytes:
     root, group = RootObject(keys), GroupObject("run")
     shares = [
         {name: share for name, share in zip(values, parts, strict=True)}
@@ -82,31 +81,22 @@ def lvm_segment(values: Columns, units: Units, mark: str, notes: str = "") -> li
     ]
 
 
-def lvm_header(keys: Mapping[str, Any], mark: str = ".", x_columns: str = "One") -> list[str]:
+def lvm_header(keys: Keys, mark: str = ".", x_columns: str = "One") -> list[str]:
     return [
-        "LabVIEW Measurement\t",
-        "Writer_Version\t2",
-        "Reader_Version\t2",
-        "Separator\tTab",
-        f"Decimal_Separator\t{mark}",
-        "Multi_Headings\tYes",
-        f"X_Columns\t{x_columns}",
+        *("LabVIEW Measurement\t", "Writer_Version\t2", "Reader_Version\t2", "Separator\tTab"),
+        *(f"Decimal_Separator\t{mark}", "Multi_Headings\tYes", f"X_Columns\t{x_columns}"),
         "Time_Pref\tRelative",
         "Description\t" + "; ".join(f"{key}: {value}" for key, value in keys.items()),
-        "Date\t2026/01/10",
-        "***End_of_Header***\t",
-        "",
+        *("Date\t2026/01/10", "***End_of_Header***\t", ""),
     ]
 
 
-def lvm(
-    values: Columns, units: Units = UNITS, keys: Mapping[str, Any] = KEYS, mark: str = "."
-) -> bytes:
+def lvm(values: Columns, units: Units = UNITS, keys: Keys = KEYS, mark: str = ".") -> bytes:
     lines = lvm_header(keys, mark) + lvm_segment(values, units, mark)
     return "\r\n".join(lines).encode()
 
 
-def table(values: Columns, units: Units = UNITS, keys: Mapping[str, Any] = KEYS) -> arrow.Table:
+def table(values: Columns, units: Units = UNITS, keys: Keys = KEYS) -> arrow.Table:
     fields = [
         arrow.field(name, arrow.array(column).type, metadata={"unit": units.get(name, "")})
         for name, column in values.items()
@@ -121,9 +111,7 @@ def parquet_file(content: arrow.Table, **options: Any) -> bytes:
     return buffer.getvalue()
 
 
-def as_parquet(
-    values: Columns, units: Units = UNITS, keys: Mapping[str, Any] = KEYS, **options: Any
-) -> bytes:
+def as_parquet(values: Columns, units: Units = UNITS, keys: Keys = KEYS, **options: Any) -> bytes:
     return parquet_file(table(values, units, keys), **options)
 
 

@@ -1,6 +1,7 @@
 """Every traction law with plausible constants, and tables of points whose truth it is."""
 
 from collections.abc import Iterable
+from itertools import product
 
 import numpy as np
 import pandas as pd
@@ -14,21 +15,14 @@ from oilfilm.settings.resolved import Settings
 from oilfilm.table_needs import OF_FIT
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction import laws_for
-from oilfilm.traction.law import Law, Observations, to_internal
+from oilfilm.traction.law import CONDITIONS, Law, Observations, to_internal
 from oilfilm.units import FloatArray
 
 OIL, CONTACT = oil_of("4050"), rig_contact()
 EVERY_LAW = laws_for(OIL, CONTACT)
 SLIP = np.linspace(0, 0.3, 31)
-MATRIX = pd.DataFrame(
-    [
-        (p, u, t)
-        for p in (1.0, 1.15, 1.3, 1.5)
-        for u in (25.0, 30.0, 40.0)
-        for t in (25.0, 50.0, 85.0, 120.0)
-    ],
-    columns=["max_hertz_pressure_gpa", "entrainment_speed_m_s", "inlet_temperature_c"],
-)
+LEVELS = (1.0, 1.15, 1.3, 1.5), (25.0, 30.0, 40.0), (25.0, 50.0, 85.0, 120.0)
+MATRIX = pd.DataFrame(product(*LEVELS), columns=list(CONDITIONS))
 MATRIX["load_n"] = CONTACT.load_n(MATRIX["max_hertz_pressure_gpa"].to_numpy())
 
 # Plausible constants of each law: mu of some 0.03 with a peak or a level near S = 0.05. What

@@ -43,16 +43,13 @@ def blocks() -> list[Block]:
     found = []
     for page in sorted(page for page in pages if "_build" not in page.parts):
         name = page.relative_to(ROOT).as_posix()
-        text = page.read_text("utf-8")
+        directives = r"(?ms)^ *```\{.*?^ *```$"
+        text = re.sub(directives, "", page.read_text("utf-8"))
         for indent, language, content in re.findall(
-            r"^( *)```([^{\n]*)\n(.*?)^ *```$", without_directives(text), re.DOTALL | re.MULTILINE
+            r"^( *)```([^{\n]*)\n(.*?)^ *```$", text, re.DOTALL | re.MULTILINE
         ):
             found.append(Block(name, language, re.sub(rf"(?m)^{indent}", "", content)))
     return found
-
-
-def without_directives(text: str) -> str:
-    return re.sub(r"(?ms)^ *```\{.*?^ *```$", "", text)
 
 
 def commands(block: Block) -> list[str]:

@@ -36,6 +36,4 @@ def draw(name: str, results: CampaignTables, config: Settings) -> tuple[Figure, 
 
 def drawing_of(results: CampaignTables, config: Settings) -> Draw:
     """Draws a figure by its name; other settings and other tables may be given."""
-    return lambda name, settings=config, **replaced: draw(
-        name, results.replace(**replaced), settings
-    )
+    return lambda name, settings=config, **new: draw(name, results.replace(**new), settings)

@@ -92,9 +92,8 @@ def refit(
     roots = []
     for part in points_of_curves(data.curve):
         d = effect[part] * of_run.of_curve
-        roots.append(
-            np.linalg.inv(np.linalg.cholesky(d @ d.T + of_run.point**2 * np.eye(len(part))))
-        )
+        of_points = d @ d.T + of_run.point**2 * np.eye(len(part))
+        roots.append(np.linalg.inv(np.linalg.cholesky(of_points)))
     at, of_sensors = curves.at(LAW), effect[:, :4] * of_rig
     ends = np.cumsum([len(root) for root in roots])[:-1]
 

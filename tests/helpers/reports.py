@@ -20,16 +20,11 @@ PROVENANCE = {"code": "0123", "settings": "4567", "inputs": {"results/x.parquet"
 CONDITIONS = matrix([1.0, 1.25, 1.5], [25.0, 40.0], [25.0, 70.0, 120.0])
 # What a log or a campaign file may bring.
 HOSTILE = [
-    "<script>alert(1)</script>",
-    "</script><img src=x onerror=alert(2)>",
-    "\" onmouseover='alert(3)' x=\"",
-    "{{ 7 * 7 }}{% raw %}",
-    "-->\u2028]]><!--",
-    "&lt;b&gt;&amp;",
-    "\u202e\u0645\u0644\u0641 \u05e9\u05dc\u05d5\u05dd",  # right to left, with its override
-    "\u6cb9\u819c\u62d6\u52a8\u8bd5\u9a8c",
-    "=HYPERLINK(1)",
-    "long" * 100,
+    *("<script>alert(1)</script>", "</script><img src=x onerror=alert(2)>"),
+    *("\" onmouseover='alert(3)' x=\"", "{{ 7 * 7 }}{% raw %}", "-->\u2028]]><!--"),
+    *("&lt;b&gt;&amp;", "=HYPERLINK(1)", "\u6cb9\u819c\u62d6\u52a8\u8bd5\u9a8c", "long" * 100),
+    # right to left, with its override
+    "\u202e\u0645\u0644\u0641 \u05e9\u05dc\u05d5\u05dd",
 ]
 
 

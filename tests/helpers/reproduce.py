@@ -189,9 +189,8 @@ def compare(before: Path, after: Path) -> str:
     old, new = files_made(before), files_made(after)
     if one_sided := old ^ new:
         return f"{min(one_sided)}: is in one of the projects only"
-    return next(
-        (name for name in sorted(old) if content(before / name) != content(after / name)), ""
-    )
+    different = (name for name in old if content(before / name) != content(after / name))
+    return min(different, default="")
 
 
 def copy_logs(campaign: str, project: Path) -> None:

@@ -5,18 +5,13 @@ The traction of every log is mu = A (1 - exp(-S/s)) or A tanh(S/s).
 
 import numpy as np
 
+from formats import NAMES
+
 Columns = dict[str, np.ndarray]
 
 RATE_HZ, SPEED_M_S, LOAD_N = 20, 2.0, 40.0
 LEVELS = (0.002, 0.008, 0.015, 0.03, 0.05, 0.08, 0.12)
-UNITS = {
-    "time": "s",
-    "load": "N",
-    "traction_force": "N",
-    "ball_speed": "m/s",
-    "disc_speed": "m/s",
-    "inlet_temperature": "degC",
-}
+UNITS = dict(zip(NAMES, "s N N m/s m/s degC".split(), strict=True))
 LARGEST = 0.05
 
 

@@ -12,14 +12,8 @@ from oilfilm.settings.resolved import Settings
 
 RATE_HZ = 20
 BEARING = "mainshaft-167"
-UNITS = {
-    "time": "s",
-    "axial_load": "N",
-    "inner_speed": "rpm",
-    "oil_temperature": "degC",
-    "outer_ring_temperature": "degC",
-    "torque": "N m",
-}
+QUANTITIES = "time axial_load inner_speed oil_temperature outer_ring_temperature torque".split()
+UNITS = dict(zip(QUANTITIES, ("s", "N", "rpm", "degC", "degC", "N m"), strict=True))
 # Columns of the table of torque logs, in the same order.
 NAMES = tuple(
     f"{quantity}_{unit.removeprefix('deg').replace(' ', '_').lower()}"

@@ -111,7 +111,7 @@ def reason(content: bytes, settings: Settings = CONFIG) -> tuple[str, str]:
     ("logged", "given", "contradicts"),
     [("N", "lbf", True), ("N", "N", False), ("N", "newton", False), ("", "lbf", False)],
 )
-def test_unit_of_the_campaign_that_contradicts_the_log_is_refused(
+def test_unit_that_contradicts_the_log_is_refused(
     logged: str, given: str, contradicts: bool
 ) -> None:
     """A load of 82 N would be 365 N, and mu a fourth of what it is."""
@@ -146,22 +146,6 @@ def test_row_of_units_of_another_rig_is_seen() -> None:
     assert "without both speeds nothing rolls" in sentence
 
 
-def test_tail_of_zero_bytes_is_told() -> None:
-    rule, sentence = reason(bad_logs.GOOD + bytes(4096))
-    assert rule == "truncated"
-    assert "4096 zero bytes" in sentence
-
-
-def test_half_of_the_rows_with_another_decimal_mark_is_told() -> None:
-    lines = bad_logs.GOOD.decode().splitlines()
-    rows = [line.replace(",", ";") for line in lines if not line.startswith("#")]
-    german = [rows[0], *(row.replace(".", ",") for row in rows[1 : len(rows) // 2])]
-    log = "\n".join(["# oil: 4102", *german, *rows[len(rows) // 2 :], ""])
-    rule, sentence = reason(log.encode())
-    assert rule == "decimal_marks"
-    assert "most other rows have a decimal comma" in sentence
-
-
 @pytest.mark.parametrize("value", ["900", "1250"])
 def test_pressure_in_mpa_that_is_labelled_gpa_is_told(value: str) -> None:
     rule, sentence = reason(csv(max_hertz_pressure_gpa=value))
@@ -172,9 +156,7 @@ def test_pressure_in_mpa_that_is_labelled_gpa_is_told(value: str) -> None:
 
 
 @pytest.mark.parametrize(("seconds", "rows", "told"), [(4.0, 20, True), (8.0, 10, False)])
-def test_sensor_that_is_read_more_slowly_than_the_log_is_told(
-    seconds: float, rows: int, told: bool
-) -> None:
+def test_sensor_slower_than_the_log_is_told(seconds: float, rows: int, told: bool) -> None:
     """Sample and hold at 20 rows per second: 3 readings of a plateau are no mean, 14 are."""
     values = good(SLIPS, seconds)
     held = values["traction_force"][np.arange(len(values["time"])) // rows * rows]
@@ -182,9 +164,7 @@ def test_sensor_that_is_read_more_slowly_than_the_log_is_told(
     verdict = check_logs([("log", csv(values))], CONFIG)
     run = verdict.runs.iloc[0]
     assert run["rule"] == ("held_readings" if told else "")
-    assert (
-        "each value of the traction force is repeated in 20 rows (1 s)" in run["reason"]
-    ) == told
+    assert ("the traction force is repeated in 20 rows (1 s)" in run["reason"]) == told
     # a wild reading is one, in however many rows it is
     assert verdict.points["accepted"].any() != told
     assert not verdict.points["failed_gates"].str.contains("spiky").any()
@@ -211,9 +191,7 @@ RIG = "ball-on-disc-20mm"
         ({"ball_radius_m": 0.1}, "ball_radius_m is 0.1;"),
     ],
 )
-def test_rig_that_no_log_contradicts_but_none_is_like_is_doubted(
-    rig: dict[str, object], told: str
-) -> None:
+def test_rig_that_is_like_no_other_is_doubted(rig: dict[str, object], told: str) -> None:
     """The set point is a load, so that no pressure depends on radius and modulus."""
     settings = CONFIG.with_changes({"rigs": {RIG: rig}})
     content = csv(good(), load_n=82.2, max_hertz_pressure_gpa=None)

@@ -51,9 +51,7 @@ def test_digit_changed_in_a_log_is_refused_with_both_digests(seen: FirstSeen) ->
     assert "config/campaigns/june.yaml" in message
 
 
-def test_pasted_lines_with_a_reason_are_accepted_and_keep_the_first_digest(
-    seen: FirstSeen, tmp_path: Path
-) -> None:
+def test_pasted_lines_with_a_reason_keep_the_first_digest(seen: FirstSeen, tmp_path: Path) -> None:
     message = refusal(seen, AFTER)
     (change,) = pasted(message, "unit corrected")
     assert (change.log, change.reason) == (LOG.as_posix(), "unit corrected")

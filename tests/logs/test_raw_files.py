@@ -22,9 +22,7 @@ OTHERS = ["README.md", "README", ".hidden.csv", "runs.csv", "~$a.xlsx", "june/.x
 
 @examples(0.5)
 @given(st.sets(st.sampled_from(LOGS), min_size=1), st.sets(st.sampled_from(OTHERS)))
-def test_every_file_of_a_folder_is_a_log_or_passed_over_by_its_name(
-    logs: set[str], others: set[str]
-) -> None:
+def test_every_file_is_a_log_or_passed_over_by_its_name(logs: set[str], others: set[str]) -> None:
     with tempfile.TemporaryDirectory() as temporary:
         folder = Path(temporary)
         for name in logs | others:
@@ -131,9 +129,7 @@ def test_listing_is_what_sha256sum_writes(tmp_path: Path) -> None:
     assert raw_files.read_listings(written) == {"two words.csv": ABC}
 
 
-def test_logs_are_read_with_their_digests_as_the_twin_wrote_them_and_as_they_were(
-    tmp_path: Path,
-) -> None:
+def test_logs_are_read_with_their_digests_and_as_the_twin_wrote_them(tmp_path: Path) -> None:
     log, inputs = tmp_path / "a.csv", {}
 
     def logs(**options: Any) -> raw_files.RawLogs:

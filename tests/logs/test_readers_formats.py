@@ -55,9 +55,7 @@ def read(content: bytes, config: Settings, example: SoundLog) -> Reading:
 
 
 @every_log
-def test_what_is_written_comes_back_in_si_units(
-    config: Settings, example: SoundLog, name: str
-) -> None:
+def test_written_values_come_back_in_si(config: Settings, example: SoundLog, name: str) -> None:
     reader, reading = read_log(write(example, name, 200), "log", config, example.kind.logs)
     assert (reader, reading.rows, reading.refusals) == (name, 200, [])
     (run,) = reading.runs
@@ -71,9 +69,7 @@ def test_what_is_written_comes_back_in_si_units(
 
 
 @every_format
-def test_settled_readings_of_a_rig_that_reverses_the_slip_are_read_as_such(
-    config: Settings, name: str
-) -> None:
+def test_settled_readings_of_a_rig_that_reverses_slip_are_read(config: Settings, name: str) -> None:
     example, rows = EXAMPLES["traction"], 9
     row = np.arange(rows)
     both_ways = {"traction_force_1": row + 5.0, "traction_force_2": row - 7.0}
@@ -92,9 +88,7 @@ def test_settled_readings_of_a_rig_that_reverses_the_slip_are_read_as_such(
 
 
 @every_log
-def test_compressed_files_of_every_format_are_read_in_place(
-    config: Settings, example: SoundLog, name: str
-) -> None:
+def test_compressed_files_are_read_in_place(config: Settings, example: SoundLog, name: str) -> None:
     content = write(example, name, 5)
     for packed in (gzip.compress(content), arrow.compress(content, "zstd", asbytes=True)):
         # whatever the name says
@@ -119,9 +113,7 @@ def test_row_that_is_no_measurement_is_refused_by_number(
 
 
 @every_log
-def test_unusable_log_is_refused_whole_with_the_same_rules(
-    config: Settings, example: SoundLog, name: str
-) -> None:
+def test_unusable_log_is_refused_whole(config: Settings, example: SoundLog, name: str) -> None:
     values, units, load = logged(example, 7), example.units, example.load
     lacking = {key: column for key, column in values.items() if key != load}
     writer = WRITERS[name]

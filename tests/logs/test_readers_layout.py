@@ -1,16 +1,25 @@
-"""However a log is laid out, it is read right or refused in a sentence that says what is wrong."""
+"""However a log is laid out, in any dialect, it is read right or refused in a true sentence."""
 
+import gzip
 from collections.abc import Callable
+from pathlib import Path
+from typing import Any
 
 import numpy as np
+import pyarrow as arrow
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 import bad_logs
 import formats
-from oilfilm.logs.base import Reading
-from oilfilm.logs.ingest import ingest_logs, read_log
+from bad_logs import CONFIG
+from oilfilm.logs import ingest
+from oilfilm.logs.base import Reading, UnreadableLogError
+from oilfilm.logs.header import header_keys, misspelt_key, named_keys
+from oilfilm.logs.ingest import ingest_logs, read_log, unpack
+from oilfilm.settings.resolved import Settings
 
-CONFIG = bad_logs.CONFIG
 NAMES = "time;load;traction_force;ball_speed;disc_speed;inlet_temperature".split(";")
 UNITS = "s;N;N;rpm;rpm;degC".split(";")
 ROWS = [
@@ -162,9 +171,7 @@ def test_column_that_the_campaign_names_is_taken_before_one_of_the_same_meaning(
 
 @pytest.mark.parametrize("write", [formats.csv, formats.lvm])
 @pytest.mark.parametrize("encoding", ["utf-8", "gb18030", "cp1252"])
-def test_damaged_byte_does_not_change_the_encoding(
-    write: Callable[..., bytes], encoding: str
-) -> None:
+def test_damaged_byte_keeps_the_encoding(write: Callable[..., bytes], encoding: str) -> None:
     units = {**formats.UNITS, "inlet_temperature": "\N{DEGREE SIGN}C"}
     note = {"gb18030": "\u8bd5\u9a8c", "cp1252": "Pr\u00fcfer"}.get(encoding, "\u6d4b\u00fc")
     text = write(formats.columns(20), units, {**formats.KEYS, "note": note})
@@ -180,8 +187,231 @@ def test_damaged_byte_does_not_change_the_encoding(
 def test_runs_tell_the_columns_of_the_log_and_what_else_its_header_says() -> None:
     log = bad_logs.csv(run="first", operator="A; B", date="2026-03-01 10:15", ball="B7")
     (run,) = ingest_logs([("a.csv", log)], CONFIG).runs.to_dict("records")
-    speeds = "ball_speed [rpm], disc_speed [rpm]"
-    assert run["columns"] == (
-        f"time [s], load [N], traction_force [N], {speeds}, inlet_temperature [degC]"
-    )
+    columns = "time [s], load [N], traction_force [N], ball_speed [rpm], disc_speed [rpm]"
+    assert run["columns"] == f"{columns}, inlet_temperature [degC]"
     assert run["stated"] == "ball=B7; date=2026-03-01; operator=A, B"
+
+
+# unit -> what one of it is in the reader's unit, from the definitions of the units themselves
+LOGGED_IN = {
+    "time": {"s": 1.0, "\u79d2": 1.0, "ms": 1e-3, "min": 60.0},
+    "load": {"N": 1.0, "kgf": 9.80665, "gf": 9.80665e-3, "lbf": 4.4482216152605, "kN": 1e3},
+    "traction_force": {"N": 1.0, "mN": 1e-3, "kgf": 9.80665},
+    "ball_speed": {"rpm": 1.0, "1/min": 1.0, "\u8f6c/\u5206": 1.0, "rad/s": 60 / (2 * np.pi)},
+    "disc_speed": {"rpm": 1.0, "r/min": 1.0, "tr/min": 1.0, "rad/s": 60 / (2 * np.pi)},
+    "inlet_temperature": {"degC": 1.0, "\N{DEGREE SIGN}C": 1.0, "K": 1.0, "degF": 5 / 9},
+}
+
+
+ZERO_C = {"K": 273.15, "degF": 32.0}
+
+
+SAMPLES = "time_s load_n traction_force_n ball_speed_m_s disc_speed_m_s inlet_temperature_c".split()
+
+
+SAMPLE_COLUMNS = dict(zip(LOGGED_IN, SAMPLES, strict=True))
+
+
+ENCODINGS = ("utf-8", "utf-8-sig", "utf-16", "utf-16-le", "utf-16-be", "gb18030")
+
+
+DIALECTS = st.fixed_dictionaries(
+    {
+        "marks": st.sampled_from([",.", ";.", ";,", "\t.", "\t,", "|.", "|,"]),
+        "end": st.sampled_from(["\n", "\r\n", "\r"]),
+        "encoding": st.sampled_from(ENCODINGS),
+        "name": st.sampled_from(["{} [{}]", "{} ({})", "{}"]),
+        "comment": st.sampled_from(["# ", ""]),
+        "units": st.fixed_dictionaries(
+            {name: st.sampled_from(sorted(units)) for name, units in LOGGED_IN.items()}
+        ),
+        "order": st.permutations([*LOGGED_IN, "\u5907\u6ce8"]),
+    }
+)
+
+
+def write(dialect: dict[str, Any], values: dict[str, np.ndarray]) -> bytes:
+    """Units stand behind the names or below them; a column of words is beside the numbers."""
+    (delimiter, decimal_mark), order, units = dialect["marks"], dialect["order"], dialect["units"]
+    titles = [dialect["name"].format(name.title(), units.get(name, "-")) for name in order]
+    below = [[units.get(name, "") for name in order]] if dialect["name"] == "{}" else []
+    rows = [
+        [repr(float(values[name][n])) if name in values else "x" for name in order]
+        for n in range(len(values["time"]))
+    ]
+    cells = [[cell.replace(".", decimal_mark) for cell in row] for row in rows]
+    header = [f"{dialect['comment']}{line}" for line in ("oil: 4102", "\u64cd\u4f5c\u5458: \u5f20")]
+    lines = [*header, "", *map(delimiter.join, [titles, *below, *cells]), ""]
+    return dialect["end"].join(lines).encode(dialect["encoding"])
+
+
+@given(
+    dialect=DIALECTS,
+    rows=st.lists(
+        st.tuples(
+            *5 * [st.floats(-1e5, 1e5, allow_nan=False).map(lambda x: round(x, 6))],
+            # a temperature above absolute zero in every unit
+            st.floats(0.001, 900, allow_nan=False).map(lambda x: round(x, 6)),
+        ),
+        min_size=1,
+        max_size=5,
+    ),
+)
+def test_what_is_written_comes_back(dialect: dict[str, Any], rows: list[tuple[float, ...]]) -> None:
+    values = dict(zip(LOGGED_IN, np.array(rows).T, strict=True))
+    _, reading = read_log(write(dialect, values), "log", CONFIG)
+    assert reading.refusals == []
+    (run,) = reading.runs
+    rig = CONFIG.rigs["ball-on-disc-20mm"]
+    for name, logged in values.items():
+        unit = dialect["units"][name]
+        expected = (logged - ZERO_C.get(unit, 0.0)) * LOGGED_IN[name][unit]
+        if name.endswith("speed"):
+            body = name.removesuffix("_speed")
+            expected = expected * 2 * np.pi / 60 * getattr(rig, f"{body}_track_radius_m")
+        samples = run.samples[SAMPLE_COLUMNS[name]]
+        # 1e-12 relative; degF and K subtract 255 K, whose rounding is 3e-14
+        np.testing.assert_allclose(samples, expected, rtol=1e-12, atol=2e-13 * 300)
+
+
+def read_rows(names: str, *rows: str, config: Settings = CONFIG) -> Reading:
+    log = "\n".join(["# oil: 4102", names, *rows, ""])
+    return read_log(log.encode("gb18030"), "log", config)[1]
+
+
+def with_campaign(**changes: Any) -> Settings:
+    return CONFIG.with_changes({"campaign": changes})
+
+
+SLIP_NAMES = "time_s,load_n,traction_force_n,inlet_temperature_c,entrainment speed [mm/s],"
+
+
+@pytest.mark.parametrize(
+    ("unit", "definition", "logged"),
+    [("-", "over_mean", 0.2), ("%", "over_mean", 20), ("1", "over_sum", 0.1)],
+)
+def test_log_of_speed_and_slip_gives_surface_speeds(
+    unit: str, definition: str, logged: float
+) -> None:
+    config = with_campaign(semantics={"slide_roll_ratio": definition})
+    names = f"{SLIP_NAMES}slide_roll_ratio [{unit}]"
+    (run,) = read_rows(names, f"0,82,1,70,10000,{logged}", config=config).runs
+    assert run.samples["disc_speed_m_s"].tolist() == pytest.approx([11.0])
+    assert run.samples["ball_speed_m_s"].tolist() == pytest.approx([9.0])
+
+
+def test_slip_that_no_two_bodies_can_have_is_refused_with_its_row() -> None:
+    config = with_campaign(semantics={"slide_roll_ratio": "over_faster"})
+    rows = "0,82,1,70,10,0.1", "1,82,1,70,10,2"
+    reading = read_rows(f"{SLIP_NAMES}slide_roll_ratio", *rows, config=config)
+    (refusal,) = reading.refusals
+    assert (refusal.rule, refusal.first_row, refusal.refused_rows) == ("unreadable_row", 2, 1)
+    assert len(reading.runs[0]) == 1
+
+
+def test_log_in_rpm_of_a_rig_without_radii_says_what_is_missing() -> None:
+    rigs = {"pcs-etm": {"name": "x", "source": "y"}}
+    config = Settings.of({**CONFIG.plain(), "rigs": rigs})
+    names = "time_s,load_n,traction_force_n,ball_speed_rpm,disc_speed_rpm,inlet_temperature_c"
+    (refusal,) = read_rows(names, "0,1,2,3,4,5", config=config).refusals
+    assert refusal.rule == "rig"
+    assert "ball_track_radius_m" in refusal.reason
+    assert refusal.refused_rows == 1
+
+
+def test_archive_that_unfolds_without_end_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    bomb = gzip.compress(bytes(1 << 20), 9)
+    stacked = arrow.compress(bytes((1 << 29) + 10), "zstd", asbytes=True)
+    assert len(unpack(bomb)) == 1 << 20
+    with pytest.raises(UnreadableLogError, match="unpacked the file has more than 16 MiB, its si"):
+        unpack(stacked)
+    # a large log is no damaged one
+    monkeypatch.setattr(ingest, "LARGEST_LOG", 1 << 20)
+    with pytest.raises(UnreadableLogError, match="unpacked the file has more than 1 MiB") as error:
+        unpack(gzip.compress(bad_logs.ROWS * 99))
+    assert error.value.refusal.rule == "too_large"
+
+
+ONE_OIL = type(CONFIG).of({**CONFIG.plain(), "oils": {"4050": CONFIG.plain()["oils"]["4050"]}})
+
+
+@pytest.mark.parametrize("key", ["lubricant", "test_oil", "oil_name", "Schmierstoff", "润滑油"])
+def test_log_that_names_another_oil_is_not_filed_under_the_only_one(key: str) -> None:
+    log = f"# {key}: 4102\n".encode() + bad_logs.ROWS
+    (refusal,) = read_log(log, "log", ONE_OIL)[1].refusals
+    assert (refusal.rule, "'4102'" in refusal.reason) == ("unknown_oil", True)
+    (run,) = read_log(log, "log", CONFIG)[1].runs
+    assert run.oil == "4102"
+    # no name of an oil
+    assert header_keys({"oil_temperature_c": "70", "oil_flow": "2"}, ONE_OIL)["oil"] == "4050"
+
+
+@pytest.mark.parametrize(
+    ("key", "meant"),
+    [
+        ("entrainement_speed_m_s", "entrainment_speed_m_s"),
+        ("inlet_temprature_c", "inlet_temperature_c"),
+        ("max_herz_pressure_gpa", "max_hertz_pressure_gpa"),
+        ("load", "load_n"),
+    ],
+)
+def test_misspelt_key_is_named_unless_the_set_point_is_known(key: str, meant: str) -> None:
+    refusal = misspelt_key({key: "30"}, CONFIG)
+    assert refusal is not None
+    assert repr(key) in refusal.reason and repr(meant) in refusal.reason
+    # the load has one set point, as force or as pressure
+    other = {"load": "max_hertz_pressure_gpa", "max_herz_pressure_gpa": "load_n"}.get(key, meant)
+    assert misspelt_key({key: "30", other: "80"}, CONFIG) is None
+    assert misspelt_key({key: "30"}, with_campaign(set_points={other: 1.0})) is None
+
+
+def test_word_of_its_own_is_no_slip_of_the_pen() -> None:
+    keys = "laod_n oil_temperature_c outlet_temperature_c mean_hertz_pressure_gpa load_no operator"
+    assert misspelt_key(dict.fromkeys(keys.split(), "30"), CONFIG) is None
+
+
+@pytest.mark.parametrize(
+    ("line", "text", "key", "expected"),
+    [
+        ("load_kn", "0.08", "load_n", 80),
+        ("load_[kn]", "0,08", "load_n", 80),
+        ("load", "80 N", "load_n", 80),
+        ("load_n", "0.08 kN", "load_n", 80),
+        ("last_[kn]", "0.08", "load_n", 80),
+        ("max_hertz_pressure_mpa", "1250", "max_hertz_pressure_gpa", 1.25),
+        ("max_hertz_pressure", "1.25e9 Pa", "max_hertz_pressure_gpa", 1.25),
+        ("entrainment_speed_mm_s", "2500", "entrainment_speed_m_s", 2.5),
+        ("entrainment_speed_(m/s)", "2.5", "entrainment_speed_m_s", 2.5),
+        # 0 degC is 273.15 K and 32 degF by definition
+        ("inlet_temperature_k", "343.15", "inlet_temperature_c", 70),
+        ("inlet_temperature", "158 \u00b0F", "inlet_temperature_c", 70),
+        ("inlet_temperature_c", "70\u2103", "inlet_temperature_c", 70),
+    ],
+)
+def test_header_set_point_may_have_a_unit(line: str, text: str, key: str, expected: float) -> None:
+    config = with_campaign(header={"load_n": "Last"})
+    keys = named_keys({line: text, "oil": "4102"}, config)
+    assert keys.keys() == {"oil", key}
+    assert float(keys[key]) == pytest.approx(expected, rel=1e-11)
+    # two lines that agree are one
+    assert named_keys({key: keys[key], line: text}, config).keys() == {key}
+
+
+@pytest.mark.parametrize("line", ["load [stone]: 3", "load_n: 80 banana", "load_kn: much"])
+def test_set_point_in_an_impossible_unit_is_refused(line: str) -> None:
+    log = f"# oil: 4102\n# {line}\n".encode() + bad_logs.ROWS
+    (refusal,) = read_log(log, "log", CONFIG)[1].refusals
+    assert refusal.rule == "header"
+    assert "says load_n" in refusal.reason
+
+
+def test_file_larger_than_any_log_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(ingest, "LARGEST_LOG", 1000)
+    log = tmp_path / "log.csv"
+    log.write_bytes(b"# oil: 4102\n" + 5000 * b"1,2,3,4,5,6\n")
+    content = ingest.read_bytes(log)
+    assert len(content) == 1001
+    (refusal,) = ingest.read_log(content, "log.csv", CONFIG)[1].refusals
+    assert refusal.rule == "too_large"

@@ -98,9 +98,8 @@ def test_bad_row_is_refused_by_number_and_its_neighbours_are_kept(read, bad: str
     lines = formats.lvm(VALUES).decode().split("\r\n")
     lines.insert(-3, bad)
     reading = read("\n".join(lines))
-    assert [(r.rule, r.first_row, r.last_row) for r in reading.refusals] == [
-        ("unreadable_row", 39, 39)
-    ]
+    (refusal,) = reading.refusals
+    assert (refusal.rule, refusal.first_row, refusal.last_row) == ("unreadable_row", 39, 39)
     assert (reading.rows, len(reading.runs[0])) == (41, 40)
 
 

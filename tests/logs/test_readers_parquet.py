@@ -120,9 +120,7 @@ def test_table_of_oilfilm_itself_is_refused(read, tmp_path: Path) -> None:
     assert "oilfilm made itself" in refusal.reason
 
 
-def test_file_of_more_rows_than_any_log_is_refused_unread(
-    read, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_file_of_too_many_rows_is_refused_unread(read, monkeypatch: pytest.MonkeyPatch) -> None:
     # constant columns: a few kilobytes hold more than the largest log
     rows = MOST_ROWS // 16 + 1
     column = arrow.DictionaryArray.from_arrays(arrow.array(np.zeros(rows, np.int8)), [1.0])

@@ -62,9 +62,7 @@ def test_export_and_csv_of_the_same_readings_give_the_same_points(exported: Camp
 
 
 @pytest.mark.nightly
-def test_export_as_published_gives_the_points_of_the_csv_that_ship(
-    real_pcs: Path, etm: Campaign
-) -> None:
+def test_export_as_published_gives_the_points_of_its_csv(real_pcs: Path, etm: Campaign) -> None:
     published = carried((real_pcs / "ETM_slim_mapper.txt").read_bytes())
     assert_same_curves(published, etm)
     # 20 560 data rows: 500 sweeps of 41 and one timed step of 60

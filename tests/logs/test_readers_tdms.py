@@ -70,9 +70,7 @@ def test_rows_that_only_some_channels_have_are_refused_by_range(read) -> None:
 
 
 @pytest.mark.parametrize("share", [0.35, 0.5, 0.65, 0.8, 0.95, 0.999])
-def test_incomplete_final_segment_is_reported_and_the_rows_before_it_are_kept(
-    read, share: float
-) -> None:
+def test_incomplete_final_segment_is_reported_and_rows_before_it_kept(read, share: float) -> None:
     values = formats.columns(600)
     content = formats.tdms(values, segments=10)
     reading = read(content[: int(share * len(content))])

@@ -147,9 +147,7 @@ def test_sheet_is_read_in_every_language_and_encoding(content: bytes, file: str)
         ("file,oil,inlet_temperature_c\na.csv,4102,-5", "inlet_temperature_c", -5),
     ],
 )
-def test_set_point_is_converted_from_the_unit_of_its_column(
-    text: str, key: str, value: float
-) -> None:
+def test_set_point_is_converted_from_its_column_unit(text: str, key: str, value: float) -> None:
     settings = CONFIG.with_changes({"campaign": {"header": {"load_n": "Last"}}})
     (run,) = ingested(text, {"a.csv": BARE}, settings).runs.to_dict("records")
     assert run[f"nominal_{key}"] == pytest.approx(value, rel=1e-9)
@@ -169,9 +167,7 @@ def test_set_point_is_converted_from_the_unit_of_its_column(
         (HEAD + "a.csv,4102,1.252,30.1,70.4", {}, ""),
     ],
 )
-def test_sheet_beats_the_header_and_what_they_disagree_in_is_named(
-    given: str, logged: Mapping[str, Any], named: str
-) -> None:
+def test_sheet_beats_the_header(given: str, logged: Mapping[str, Any], named: str) -> None:
     oils = {"4102": {"aliases": ["Öl Nr. 3"]}}
     settings = CONFIG.with_changes({"campaign": {"oils": ["4050", "4102"]}, "oils": oils})
     found = ingested(given, {"a.csv": csv(**logged)}, settings)
@@ -371,9 +367,7 @@ def test_sheet_is_no_log_and_there_is_one(tmp_path: Path) -> None:
         find_sheet(tmp_path)
 
 
-def test_check_uses_the_sheet_beside_the_logs(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_check_uses_the_sheet_nearby(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     lay_out(tmp_path)
     raw = tmp_path / "data/raw/demo"
     raw.mkdir(parents=True)

@@ -77,7 +77,7 @@ def test_run_sheet_may_say_that_rows_are_settled() -> None:
     assert verdict.points["accepted"].tolist() == [True] * len(SLIPS)
 
 
-def test_gates_that_need_time_or_a_level_are_listed_as_not_applied(
+def test_gates_that_need_time_are_listed(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     lay_out(tmp_path)

@@ -102,10 +102,8 @@ def operating_point(
     about |= {"pitch_speed_mm_rpm": 1e6 * number, "inner_speed_rpm": 6000.0 * number}
     about |= {"inner_max_hertz_pressure_gpa": pressure_gpa, "outer_max_hertz_pressure_gpa": 0.5}
     names = ("oil", "cage_slip", "torque_n_m", "lambda_ratio")
-    return [
-        about | dict(zip(names, row, strict=True))
-        for row in zip(OILS, slip, torque, film, strict=True)
-    ]
+    of_oils = zip(OILS, slip, torque, film, strict=True)
+    return [about | dict(zip(names, row, strict=True)) for row in of_oils]
 
 
 # slip of (4102, 4050, 4010), other numbers; then rule, advised oil, best oil, judgement

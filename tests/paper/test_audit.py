@@ -69,9 +69,7 @@ def test_every_claim_has_its_check() -> None:
 # ---------------------------------------------------------------- closed forms of Eq. 7
 
 
-def test_linear_range_of_an_exponential_ends_where_algebra_says(
-    judge: Judge, config: Settings
-) -> None:
+def test_linear_range_of_an_exponential_ends_by_algebra(judge: Judge, config: Settings) -> None:
     # B next to nothing: mu = |A| (1 - exp(-x)), x = C S; chord over slope is (1 - exp(-x))/x
     end = brentq(lambda x: (1 - np.exp(-x)) / x - 0.9, 0.01, 1.0) / 30.0
     finding = judge("linear-start", same(B0=1e-9), "tested")
@@ -82,9 +80,7 @@ def test_linear_range_of_an_exponential_ends_where_algebra_says(
 
 
 @pytest.mark.parametrize(("slope", "rate"), [(0.5, 30.0), (0.05, 30.0), (0.4, 6.0), (2.0, 60.0)])
-def test_peak_lies_at_one_over_c_plus_a_over_b(
-    judge: Judge, config: Settings, slope: float, rate: float
-) -> None:
+def test_peak_lies_by_algebra(judge: Judge, config: Settings, slope: float, rate: float) -> None:
     still = {f"{letter}{number}": 0.0 for letter in "ABC" for number in (1, 2, 3)}
     finding = judge("peak-decline", same(B0=slope, C0=rate, **still), "tested")
     peak, end = 1 / rate + 0.02 / slope, config.printed.boxes.tested.slide_roll_ratio[1]
@@ -96,9 +92,7 @@ def test_peak_lies_at_one_over_c_plus_a_over_b(
         np.testing.assert_allclose(finding.cases["value"], 1 - of_end / of_peak, atol=1e-3)
 
 
-def test_linear_rise_has_an_r2_of_one_and_a_cubic_one_is_no_straight_line(
-    judge: Judge, config: Settings
-) -> None:
+def test_linear_rise_has_an_r2_of_one_and_a_cubic_one_not(judge: Judge, config: Settings) -> None:
     # with A and B alike in P and C free of it, mu is P to that power
     straight = judge("rises-with-stress", same())
     np.testing.assert_allclose(straight.cases["value"], 1.0, rtol=1e-12)
@@ -129,9 +123,7 @@ def test_trend_holds_with_one_sign_of_its_exponent_and_fails_with_the_other(
         assert judge(claim, same(**broken), where).share == 0.0
 
 
-def test_order_of_planted_oils_is_found_and_so_is_its_reverse(
-    judge: Judge, in_bearing: InBearing
-) -> None:
+def test_order_of_planted_oils_and_reverse_are_found(judge: Judge, in_bearing: InBearing) -> None:
     sizes = {"4102": 1.5, "4050": 1.2, "4010": 1.0}
     right = {oil: planted(size) for oil, size in sizes.items()}
     wrong = {oil: planted(1 / size) for oil, size in sizes.items()}
@@ -156,7 +148,7 @@ def test_order_of_planted_oils_is_found_and_so_is_its_reverse(
         ("slip-15", {"slip_limit": 0.9}),
     ],
 )
-def test_claim_about_no_place_of_the_box_cannot_be_checked(
+def test_claim_about_no_place_is_open(
     config: Settings, claim: str, limits: dict[str, float]
 ) -> None:
     # with no film thick enough anywhere the thinnest oil is not asked for either
@@ -188,9 +180,7 @@ def test_negative_traction_is_seen(judge: Judge, monkeypatch: pytest.MonkeyPatch
     ("law", "given"),
     [("deng2026", True), ("tanh", True), ("wang-deng-load", False)],
 )
-def test_what_an_equation_makes_true_is_no_evidence(
-    config: Settings, law: str, given: bool
-) -> None:
+def test_truth_by_equation_is_no_evidence(config: Settings, law: str, given: bool) -> None:
     evidence = evidence_of(printed(), config)
     laws = {oil: replace(fit, law=LAWS[law]) for oil, fit in evidence.laws.items()}
     fitted, slips = replace(evidence, laws=laws), np.linspace(0, 0.3, 31)
@@ -275,9 +265,7 @@ def test_level_of_the_printed_law_rises_with_slip_as_recomputed(judge: Judge) ->
     assert shares["4010"] == pytest.approx(0.38, abs=0.01)
 
 
-def test_thinnest_minimum_film_is_below_the_stated_one_and_the_central_film_above(
-    judge: Judge, config: Settings
-) -> None:
+def test_thinnest_minimum_film_is_below_the_stated_one(judge: Judge, config: Settings) -> None:
     # minimum 0.079 um; central 0.132 um at the accepted points, whose conditions stray by 1 %
     basis = of_printed(printed(), config)
     finding = judge("full-film", basis, "tested")
@@ -287,9 +275,7 @@ def test_thinnest_minimum_film_is_below_the_stated_one_and_the_central_film_abov
     assert finding.numbers["central"] == 1.0
 
 
-def test_prediction_is_judged_at_ends_left_out_and_beside_the_truth(
-    config: Settings, judge: Judge
-) -> None:
+def test_prediction_is_judged_at_left_out_ends_and_by_truth(config: Settings, judge: Judge) -> None:
     ends = {f"{end}_end_out_relative_rms": 0.04 for end in ("pressure", "temperature")}
     errors = {"rmse": 1e-4, "left_out_rmse": 3e-4, "relative_rms": 0.01} | ends
     fits = pd.DataFrame({"oil": ["4102"], "law": "deng2026", **errors}).assign(
@@ -307,7 +293,7 @@ def test_prediction_is_judged_at_ends_left_out_and_beside_the_truth(
     assert finding.numbers["truth"] == pytest.approx(1 / 3)
 
 
-def test_constants_are_unique_where_the_fit_is_certified_and_known_where_each_has_a_sign(
+def test_constants_are_unique_where_certified_and_known_by_sign(
     config: Settings, judge: Judge
 ) -> None:
     fits = pd.DataFrame({"oil": ["4102", "4050"], "law": "deng2026", "certified": [True, False]})
@@ -382,10 +368,8 @@ def test_torque_claims_follow_the_torque_tests(
 
 
 def results_of(campaign: Campaign, coefficients: pd.DataFrame) -> CampaignTables:
-    curated = campaign.curated
-    return CampaignTables.in_memory(
-        points=curated.points, runs=curated.runs, **fits_of(coefficients)
-    )
+    of = campaign.curated
+    return CampaignTables.in_memory(points=of.points, runs=of.runs, **fits_of(coefficients))
 
 
 @pytest.fixture(scope="module")
@@ -432,7 +416,7 @@ def test_claim_about_what_was_not_fitted_or_calculated_cannot_be_checked(judge: 
     assert judge("zero-slip", known).share == 1.0
 
 
-def test_claims_are_not_judged_on_oils_that_the_paper_never_tested(
+def test_claims_are_judged_on_oils_of_the_paper(
     demo: Campaign, fits: dict[str, pd.DataFrame]
 ) -> None:
     fit = fits["4102"]

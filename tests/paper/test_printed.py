@@ -36,7 +36,6 @@ from oilfilm.traction.laws.deng2026 import traction_coefficient
 REFERENCE = ROOT / "data/reference/printed_coefficients.yaml"
 OILS = ("4102", "4050", "4010")
 NAMES = [constant.name for constant in LAW.constants]
-EXPONENTS = [index for index, constant in enumerate(LAW.constants) if constant.condition]
 BOX = {
     "max_hertz_pressure_gpa": [0.8, 2.5],
     "entrainment_speed_m_s": [20.0, 200.0],
@@ -189,9 +188,7 @@ def test_signs_that_the_text_settles_and_those_that_it_leaves_open(studied: Stud
         (3.0, 2.0, 0.02, "without effect"),
     ],
 )
-def test_verdicts_at_their_limits(
-    margin: float, weakest: float, effect: float, expected: str
-) -> None:
+def test_verdicts_at_limits(margin: float, weakest: float, effect: float, expected: str) -> None:
     limits = LIMITS.model_copy(update={"near_best": 0.5, "no_effect_max": 0.02})
     assert verdicts(*map(np.array, (margin, weakest, effect)), limits) == expected
 

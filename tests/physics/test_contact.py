@@ -48,25 +48,20 @@ def test_groove_tighter_than_the_ball_is_refused() -> None:
 
 
 @given(loads_n, radii_m, moduli_pa)
-def test_ellipse_of_equal_radii_is_the_circular_contact(
-    load_n: float, radius_m: float, modulus_pa: float
-) -> None:
+def test_equal_radii_give_a_circle(load_n: float, radius_m: float, modulus_pa: float) -> None:
     contact = elliptical_contact(load_n, radius_m, radius_m, modulus_pa)
     radius = contact_radius(load_n, radius_m, modulus_pa)
     assert contact.ellipticity == pytest.approx(1.0)
     assert contact.semi_axis_x_m == pytest.approx(radius)
     assert contact.semi_axis_y_m == pytest.approx(radius)
-    assert contact.max_hertz_pressure_pa == pytest.approx(
-        max_hertz_pressure(load_n, radius_m, modulus_pa)
-    )
+    expected = max_hertz_pressure(load_n, radius_m, modulus_pa)
+    assert contact.max_hertz_pressure_pa == pytest.approx(expected)
     # Johnson (1985), Eq. 4.23: delta = a^2/R
     assert contact.approach_m == pytest.approx(radius**2 / radius_m)
 
 
 @given(loads_n, radii_m, radius_ratios)
-def test_turning_an_ellipse_by_a_quarter_exchanges_its_axes(
-    load_n: float, radius_m: float, ratio: float
-) -> None:
+def test_quarter_turn_exchanges_the_axes(load_n: float, radius_m: float, ratio: float) -> None:
     contact = elliptical_contact(load_n, radius_m, ratio * radius_m, M50)
     turned = elliptical_contact(load_n, ratio * radius_m, radius_m, M50)
     assert turned.semi_axis_x_m == pytest.approx(contact.semi_axis_y_m)
@@ -77,9 +72,7 @@ def test_turning_an_ellipse_by_a_quarter_exchanges_its_axes(
 
 
 @given(loads_n, radii_m, st.floats(1.2, 1e4))
-def test_wide_ellipse_obeys_the_textbook_equations_in_k_and_e(
-    load_n: float, radius_m: float, ratio: float
-) -> None:
+def test_wide_ellipse_obeys_the_textbook(load_n: float, radius_m: float, ratio: float) -> None:
     # Johnson (1985), Eqs 4.26 a-c, with a the longer axis; below 1.2 K - E loses digits
     contact = elliptical_contact(load_n, radius_m, ratio * radius_m, M50)
     a, b = contact.semi_axis_y_m, contact.semi_axis_x_m

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import quad
 
-from campaigns import oil_of
+from campaigns import HEATED_FILM, oil_of
 from oilfilm.physics.contact import (
     Conditions,
     contact_radius,
@@ -30,14 +30,7 @@ from oilfilm.physics.thermal_traction import (
 )
 
 OILS = {name: oil_of(name) for name in ("4010", "4050", "4102")}
-STEEL = {"solid_conductivity_w_mk": 46.0, "solid_volumetric_heat_j_m3k": 3.6e6}
-CONSTANTS: dict[str, Any] = {
-    "eyring_stress_pa": 5e6,
-    "limiting_stress_ratio": 0.08,
-    "limiting_stress_reference_c": 40.0,
-    "limiting_stress_decay_1_k": 0.003,
-    **STEEL,
-}
+CONSTANTS: dict[str, Any] = HEATED_FILM
 RADIUS_M = 0.010
 MODULUS_PA = float(reduced_modulus(203e9, 0.29, 203e9, 0.29))
 
@@ -52,10 +45,8 @@ rates = st.floats(1e2, 1e9)
 
 def mu(oil: str, pressure_gpa: Any, speed: Any, inlet: Any, slip: Any, **changed: Any) -> Any:
     """Of the rig's contact."""
-    constants, peak = ThermalEhl(**CONSTANTS | changed), np.asarray(pressure_gpa) * 1e9
-    return thermal_ehl_traction(
-        OILS[oil], constants, peak, speed, inlet, slip, RADIUS_M, MODULUS_PA
-    )
+    given, peak = ThermalEhl(**CONSTANTS | changed), np.asarray(pressure_gpa) * 1e9
+    return thermal_ehl_traction(OILS[oil], given, peak, speed, inlet, slip, RADIUS_M, MODULUS_PA)
 
 
 def film(oil: str, pressure_gpa: Any, speed: Any, inlet: Any, slip: Any, **changed: Any) -> Any:
@@ -210,9 +201,7 @@ def test_film_temperature_is_that_of_a_layer_solved_cell_by_cell() -> None:
 
 
 @given(rates, stresses)
-def test_thinning_film_is_newtonian_when_slow_and_thinner_when_fast(
-    rate: float, stress: float
-) -> None:
+def test_thinning_film_is_newtonian_slow_and_thinner_fast(rate: float, stress: float) -> None:
     slow = 1e-4 * stress / rate
     assert eyring_stress(slow, rate, stress) == pytest.approx(slow * rate, rel=1e-6)
     fast = 1e4 * stress / rate

@@ -164,9 +164,7 @@ def test_releases_of_a_campaign_that_is_not_configured_here_are_compared_but_not
     assert "elsewhere" in capsys.readouterr().err
 
 
-def test_lost_fits_and_constants_are_stopped(
-    make: Make, before: Path, frames: dict[str, pd.DataFrame]
-) -> None:
+def test_lost_fits_are_stopped(make: Make, before: Path, frames: dict[str, pd.DataFrame]) -> None:
     """4050 has no fit any more, and 4102 has no C3."""
     kept = {name: frames[name] for name in ("coefficients", "fit_quality", "refits")}
     kept = {name: frame[frame["oil"] == "4102"].copy() for name, frame in kept.items()}

@@ -25,9 +25,7 @@ def in_the_bucket(release: Path, storage: Storage) -> None:
     storage.put({key: path.read_bytes() for key, path in keys.items()})
 
 
-def test_fetched_release_has_every_byte(
-    release: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_fetch_is_whole(release: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     fetched = tmp_path / "fetched"
     assert main(["fetch", f"{PLACE}/", str(fetched)]) == 0
     assert "all files are as released" in capsys.readouterr().out

@@ -123,9 +123,7 @@ def test_shade_covers_what_no_test_reaches(usual: Draw) -> None:
 
 
 @pytest.mark.parametrize("name", ["tab01", "tab03"])
-def test_tables_say_every_value_with_its_source_and_what_the_paper_lost(
-    usual: Draw, config: Settings, name: str
-) -> None:
+def test_tables_say_every_value_with_its_source(usual: Draw, config: Settings, name: str) -> None:
     figure, drawn = usual(name)
     parts = drawn["words"].str.extract(r"^(?P<text>.*?) \[(?P<source>.*)\]$")
     texts = {each.get_text().replace("\n", " ") for axis in figure.axes for each in axis.texts}
@@ -143,9 +141,7 @@ def test_tables_say_every_value_with_its_source_and_what_the_paper_lost(
             assert texts & {f"{factor * number:.12g}" for factor in (1, 1e3, 1e-9)}, number
 
 
-def test_residuals_vanish_on_the_law_and_show_what_is_planted(
-    drawing: Draw, results: CampaignTables
-) -> None:
+def test_residuals_show_what_is_planted(drawing: Draw, results: CampaignTables) -> None:
     _, drawn = drawing("residuals")
     assert drawn["y"].abs().max() < 1e-9
     hot = (results.points["oil"] == "4050") & (results.points["inlet_temperature_c"] == 120)
@@ -158,9 +154,7 @@ def test_residuals_vanish_on_the_law_and_show_what_is_planted(
         assert bytes_of(points["x"], points["y"]) in lines(axis)
 
 
-def test_residuals_of_a_rig_that_reverses_the_slip_keep_their_sign(
-    drawing: Draw, results: CampaignTables
-) -> None:
+def test_residuals_of_reversed_slip_keep_their_sign(drawing: Draw, results: CampaignTables) -> None:
     high = results.points.query("slide_roll_ratio > 0").copy()
     high["traction_coefficient"] += 1e-3
     other_way = high.copy()
@@ -225,9 +219,7 @@ def test_panel_keeps_what_it_draws() -> None:
     assert set(panel.parts[0]["panel"]) == {"a"}
 
 
-def test_same_figure_gives_the_same_bytes_whatever_the_last_bits_of_positions(
-    drawing: Draw, tmp_path: Path
-) -> None:
+def test_same_figure_gives_the_same_bytes_whatever_last_bits(drawing: Draw, tmp_path: Path) -> None:
     """These depend on the version of Python, whose `sum` rounds otherwise since 3.12."""
     for shift in (0, 1):
         figure, _ = drawing("tab02")
@@ -246,9 +238,7 @@ def test_same_figure_gives_the_same_bytes_whatever_the_last_bits_of_positions(
         *(("coverage", "nothing to cover"), ("stribeck", "give the properties of the oil")),
     ],
 )
-def test_figure_without_data_says_so(
-    drawing: Draw, results: CampaignTables, name: str, sentence: str
-) -> None:
+def test_no_data_are_told(drawing: Draw, results: CampaignTables, name: str, sentence: str) -> None:
     figure, drawn = drawing(name, points=results.points.assign(accepted=False, lambda_ratio=1.0))
     assert drawn.empty
     assert sentence in figure.axes[0].texts[0].get_text()

@@ -9,7 +9,7 @@ import pandas as pd
 import pytest
 from scipy.integrate import quad
 
-from campaigns import oil_of, printed
+from campaigns import HEATED_FILM, oil_of, printed
 from fit_points import matrix
 from oilfilm.physics.contact import Conditions
 from oilfilm.physics.film import InletOil, film_thickness
@@ -67,14 +67,7 @@ class HeatedTruth:
 
 
 OIL, MODULUS_PA = oil_of("4050"), 221.6e9
-CONSTANTS = ThermalEhl(
-    eyring_stress_pa=5e6,
-    limiting_stress_ratio=0.08,
-    limiting_stress_reference_c=40.0,
-    limiting_stress_decay_1_k=0.003,
-    solid_conductivity_w_mk=46.0,
-    solid_volumetric_heat_j_m3k=3.6e6,
-)
+CONSTANTS = ThermalEhl(**HEATED_FILM)
 
 
 def isothermal_truth(pressure_gpa: float, speed: float, inlet_c: float, slip: float) -> float:
@@ -92,23 +85,16 @@ def isothermal_truth(pressure_gpa: float, speed: float, inlet_c: float, slip: fl
 
 
 @pytest.mark.parametrize(("pressure", "slip"), [(1.0, 0.05), (1.0, 0.2), (1.5, 0.05), (1.5, 0.1)])
-def test_correction_recovers_most_of_what_heat_took(
-    config: Settings, pressure: float, slip: float
-) -> None:
+def test_correction_recovers_most_of_heat(config: Settings, pressure: float, slip: float) -> None:
     speed, inlet = 30.0, 100.0
     truth = HeatedTruth()
     at = np.array([[pressure, speed, inlet]])
     measured = truth.predict(at, np.array([slip])).traction_coefficient.item()
-    curve = pd.DataFrame(
-        {
-            "oil": ["4050"],
-            "load_n": pressure**3 * 142 / 1.5**3,
-            "max_hertz_pressure_gpa": pressure,
-            "entrainment_speed_m_s": speed,
-            "inlet_temperature_c": inlet,
-            "slide_roll_ratio": slip,
-            "traction_coefficient": measured,
-        }
+    curve = pd.DataFrame(at, columns=list(CONDITIONS)).assign(
+        oil="4050",
+        load_n=pressure**3 * 142 / 1.5**3,
+        slide_roll_ratio=slip,
+        traction_coefficient=measured,
     )
     (rig,) = config.rigs.values()
     contact = present(rig.contact(), "contact", "the rig")

@@ -82,9 +82,7 @@ def test_columns_have_unit_meaning_caveat_and_bounds(package: dict[str, Any]) ->
     assert "constraints" not in fields["traction_coefficient"]
 
 
-def test_keys_are_those_of_the_tables(
-    package: dict[str, Any], folder: Path, config: Settings
-) -> None:
+def test_keys_are_the_tables_own(package: dict[str, Any], folder: Path, config: Settings) -> None:
     assert schema_of(package, "points")["primaryKey"] == ["run_id", "first_row"]
     assert schema_of(package, "points")["foreignKeys"] == [
         {"fields": ["run_id"], "reference": {"resource": "runs", "fields": ["run_id"]}}
@@ -97,9 +95,7 @@ def test_keys_are_those_of_the_tables(
     assert "foreignKeys" not in alone["resources"][0]["schema"]
 
 
-def test_hashes_sizes_and_rows_are_those_of_the_files(
-    package: dict[str, Any], folder: Path
-) -> None:
+def test_hashes_sizes_and_rows_are_the_files_own(package: dict[str, Any], folder: Path) -> None:
     by_name = {each["name"]: each for each in package["resources"]}
     files = {file["path"]: file for each in by_name.values() for file in each["files"]}
     assert set(files) == {*SAMPLES, *(f"{table}.parquet" for table in DESCRIBED[1:])}
@@ -117,9 +113,7 @@ def test_table_that_contradicts_its_campaign_is_refused(folder: Path) -> None:
         package_of(folder, settings_with({}, data="measured"))
 
 
-def test_licence_creators_and_sources_are_the_campaign_files(
-    package: dict[str, Any], folder: Path
-) -> None:
+def test_licence_creators_and_sources_are_stated(package: dict[str, Any], folder: Path) -> None:
     assert package["licenses"] == [{"name": "MIT"}]
     assert [each["title"] for each in package["contributors"]] == ["the oilfilm developers"]
     assert package["sources"][1]["path"] == "https://doi.org/10.3390/lubricants14010033"

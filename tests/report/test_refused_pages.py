@@ -78,7 +78,7 @@ def texts_of(figure: Figure) -> str:
     return " ".join([*(text.get_text() for text in texts), *titles])
 
 
-def test_every_planted_defect_has_a_page_that_says_what_is_wrong_and_what_to_do(
+def test_every_planted_defect_has_its_page(
     demo: Campaign, pages: dict[str, dict[str, Any]]
 ) -> None:
     planted = demo.truth.query("defect != ''")
@@ -144,9 +144,8 @@ def test_pages_are_bounded_and_each_gate_gets_one_first(demo: Campaign) -> None:
     run = curated.runs[curated.runs["run_id"] == stuck["run_id"].iloc[0]]
     many = [f"a{number}" for number in range(20)]
     runs = pd.concat([curated.runs, *(run.assign(run_id=name) for name in many)])
-    refused = pd.concat(
-        [curated.quarantine, *(stuck.assign(run_id=name, file=name) for name in many)]
-    )
+    again = (stuck.assign(run_id=name, file=name) for name in many)
+    refused = pd.concat([curated.quarantine, *again])
     pages = listing(runs, curated.points, refused, 7)
     assert len(pages) == 6 + 20
     shown = pages[pages["page"] != ""]
@@ -167,9 +166,7 @@ def test_what_has_no_signal_is_listed_without_a_page(demo: Campaign) -> None:
     assert (entry["rule"], entry["page"]) == ("not_a_sweep", "")
 
 
-def test_refused_torque_log_has_its_page_beside_those_of_the_traction_logs(
-    demo: Campaign, tmp_path: Path
-) -> None:
+def test_refused_torque_log_has_its_page_with_traction_logs(demo: Campaign, tmp_path: Path) -> None:
     good = torque_logs.signals()
     signals = {"stuck.csv": good.assign(torque_n_m=3.25), "good.csv": good}
     logs = [(name, torque_logs.text(log)) for name, log in signals.items()]

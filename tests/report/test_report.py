@@ -110,9 +110,7 @@ def test_data_that_could_not_be_fitted_make_a_page(write: Write, results: Campai
     assert "No log, run or row was refused." in text
 
 
-def test_explorer_of_fits_without_refits_and_of_speed_never_varied(
-    results: CampaignTables, config: Settings
-) -> None:
+def test_explorer_without_refits_and_speed(results: CampaignTables, config: Settings) -> None:
     lost = results.coefficients["constant"].isin(["A2", "B2", "C2"])
     table = results.coefficients.assign(value=results.coefficients["value"].mask(lost))
     content = explorer(results.replace(coefficients=table, refits=results.refits[:0]), config)

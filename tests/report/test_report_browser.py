@@ -178,9 +178,7 @@ def test_everyone_can_use_the_page(tab: Tab, report: Path, width: int, scheme: s
     assert page.evaluate("document.documentElement.scrollWidth") <= width
 
 
-def test_name_of_a_run_leads_to_its_operating_point_or_its_signals(
-    page: Page, results: CampaignTables
-) -> None:
+def test_name_of_a_run_leads_to_its_point_or_signals(page: Page, results: CampaignTables) -> None:
     page.locator("#run-list a").nth(1).click()
     run = results.points[
         results.points["run_id"] == page.inner_text("#run-list tr:nth-child(2) th")

@@ -84,9 +84,7 @@ def test_demonstration(demo_tables: CampaignTables, demo: Campaign) -> None:
     assert inside < beyond < 5
 
 
-def test_report_tells_what_the_paper_printed_and_claims(
-    demo_tables: CampaignTables, demo: Campaign
-) -> None:
+def test_report_tells_what_the_paper_claims(demo_tables: CampaignTables, demo: Campaign) -> None:
     made = by_anchor(demo_tables, demo.config)
     apart = cells(made["printed"], "printed_judged", "4010")
     _, printed_sse, fitted_sse, tested, beyond = (
@@ -104,9 +102,7 @@ def test_report_tells_what_the_paper_printed_and_claims(
     assert "CIRCULAR on the refit" in told(made["claims"])
 
 
-def test_text_has_the_answer_first_and_no_keys_of_the_code(
-    demo_tables: CampaignTables, demo: Campaign
-) -> None:
+def test_text_has_the_answer_first_and_no_keys(demo_tables: CampaignTables, demo: Campaign) -> None:
     made = sections(demo_tables, demo.config)
     lines = text(made, demo.config.campaign).splitlines()
     assert "SIMULATED" in lines[1]
@@ -130,9 +126,7 @@ def test_laboratory_without_the_paper_reads_nothing_of_it(
     assert not _PAPER.search(text(sections(results, own), own.campaign) + shown)
 
 
-def test_sign_that_is_not_known_is_beside_the_interval_that_holds_zero(
-    demo_tables: CampaignTables, demo: Campaign
-) -> None:
+def test_unknown_sign_is_beside_its_interval(demo_tables: CampaignTables, demo: Campaign) -> None:
     coefficients = demo_tables.coefficients
     chosen = coefficients["constant"] == "B2"
     planted = {"lower": -0.0213, "upper": 0.774}
@@ -148,9 +142,7 @@ def test_sign_that_is_not_known_is_beside_the_interval_that_holds_zero(
     assert row["Joint interval"].startswith("\N{MINUS SIGN}0.02")  # the one that decides
 
 
-def test_signs_are_those_of_the_fit_and_not_of_the_printed_sizes(
-    demo_tables: CampaignTables, demo: Campaign
-) -> None:
+def test_signs_are_those_of_the_fit(demo_tables: CampaignTables, demo: Campaign) -> None:
     fits = demo_tables.coefficients
 
     def line(constants: pd.DataFrame, campaign: Settings = demo.config) -> str:
@@ -171,7 +163,7 @@ def test_signs_are_those_of_the_fit_and_not_of_the_printed_sizes(
 
 
 @pytest.mark.parametrize("verdict", ["another law is better", "tie"])
-def test_law_is_judged_once_for_all_oils_of_which_the_same_is_true(
+def test_law_is_judged_once_for_oils(
     results: CampaignTables, config: Settings, verdict: str
 ) -> None:
     ties = "deng2026, tanh" if verdict == "tie" else "tanh"
@@ -194,20 +186,6 @@ def test_law_is_judged_once_for_all_oils_of_which_the_same_is_true(
     assert best.text.startswith(f"{OILS[2]}: ")
 
 
-def test_conditions_that_were_refused_differ_from_those_never_measured(
-    results: CampaignTables, config: Settings
-) -> None:
-    states = ("accepted", "refused", "missing")
-    conditions = [
-        {"oil": oil, "state": state, "planned": True, "nominal_inlet_temperature_c": level}
-        for oil in OILS[:2]
-        for level, state in zip((25.0, 70.0, 120.0), states, strict=True)
-    ]
-    covered = results.replace(coverage=rows("coverage", *conditions))
-    line = told(by_anchor(covered, config)["data"])
-    assert "2 of 6 conditions of the test matrix are accepted. Refused: 2. Missing: 2" in line
-
-
 def test_film_and_too_few_runs_are_trouble(results: CampaignTables, config: Settings) -> None:
     film = np.where(results.points["oil"] == "4050", "cannot be judged", "full film")
     runs = results.runs.assign(oil=np.where(results.runs["verdict"] == "refused", "4010", "4050"))
@@ -217,9 +195,7 @@ def test_film_and_too_few_runs_are_trouble(results: CampaignTables, config: Sett
     assert any("FILM NOT JUDGED for" in line and "of 4050." in line for line in brief)
 
 
-def test_bearing_errors_leave_out_and_name_where_the_cage_may_skid(
-    results: CampaignTables, config: Settings
-) -> None:
+def test_bearing_errors_leave_out_skidding_cages(results: CampaignTables, config: Settings) -> None:
     at = {"inner_speed_rpm": 12000.0, "axial_load_n": 5000.0, "inlet_temperature_c": 100.0}
     torque = results.torque.assign(
         **at, converged=True, run_id=["a", "b"], bistable=[False, True], energy_error=0.0
@@ -233,9 +209,7 @@ def test_bearing_errors_leave_out_and_name_where_the_cage_may_skid(
     assert row["Median error"] == row["Largest error"] == percent(1)(0.1)
 
 
-def test_remarks_on_the_run_sheet_are_not_among_what_was_refused(
-    results: CampaignTables, config: Settings
-) -> None:
+def test_remarks_on_the_sheet_are_no_refusals(results: CampaignTables, config: Settings) -> None:
     remark = {"file": "runs.csv", "rule": UNLISTED, "reason": "no row for a log"}
     counts = rows("gate_counts", {"gate": UNLISTED}, {"gate": "thin_film", "points": 4})
     listed = pd.concat([results.quarantine, rows("quarantine", remark)], ignore_index=True)

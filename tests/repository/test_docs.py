@@ -13,20 +13,9 @@ ROOT = Path(__file__).parents[2]
 PAGES = [*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md"), ROOT / "tests/README.md"]
 # Folders that a run or a user fills.
 NOT_TRACKED = (
-    "data/first_seen",
-    "docs/_build/",
-    "results/",
-    "data/raw/",
-    "figures/",
-    "parts/",
-    "tables/",
-    ".venv",
-    ".snakemake/",
-    "config/campaigns/june",
-    "config/campaigns/etm.yaml",
-    "config/rigs/my",
-    "tribology/",
-    "kg/m³",
+    *("data/first_seen", "data/raw/", "docs/_build/", "results/", "figures/", "parts/", "tables/"),
+    *(".venv", ".snakemake/", "config/campaigns/june", "config/campaigns/etm.yaml"),
+    *("config/rigs/my", "tribology/", "kg/m³"),
 )
 
 

@@ -30,9 +30,7 @@ from page_blocks import Block
 from page_blocks import blocks as page_blocks
 
 TUTORIALS = ROOT / "docs/tutorials"
-LONG = re.compile(
-    r"^(make|oilfilm run|cat results|\.venv/bin/snakemake|\.venv/bin/oilfilm predict)"
-)
+LONG = re.compile(r"^(make|oilfilm run|cat results|\.venv/bin/(snakemake|oilfilm predict))")
 
 
 def blocks(page: str) -> list[tuple[str, str]]:
@@ -112,9 +110,7 @@ def test_readme_prints_what_it_says() -> None:
 # ---------------------------------------------------------------- settings and logs on pages
 
 
-YAML = [
-    block for block in page_blocks() if block.language == "yaml" and "tutorials" not in block.page
-]
+YAML = [each for each in page_blocks() if each.language == "yaml" and "tutorials" not in each.page]
 
 
 @pytest.mark.parametrize("block", YAML, ids=lambda block: block.page)

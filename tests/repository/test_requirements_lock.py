@@ -50,9 +50,8 @@ def test_lock_has_what_pyproject_asks_for(lock: str) -> None:
     for needed in (each for each in map(Requirement, asked) if each.name != project["name"]):
         if needed.marker is None or needed.marker.evaluate({"extra": ""}):
             versions = [version(pin) for pin in pinned.get(canonicalize_name(needed.name), [])]
-            assert any(needed.specifier.contains(each, True) for each in versions), (
-                "run `make lock`"
-            )
+            fit = any(needed.specifier.contains(each, True) for each in versions)
+            assert fit, "run `make lock`"
 
 
 def test_locked_versions_are_installed_and_fit_each_other() -> None:

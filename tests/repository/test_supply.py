@@ -37,9 +37,7 @@ def test_no_module_unpickles_or_opens_a_connection() -> None:
     ],
     ids=["address", "pickle", "harmless"],
 )
-def test_guard_of_the_workflow_tests_refuses_what_it_should(
-    program: str, refused: str, tmp_path: Path
-) -> None:
+def test_guard_refuses_what_it_should(program: str, refused: str, tmp_path: Path) -> None:
     log = tmp_path / "guard.log"
     environment = {**os.environ, "PYTHONPATH": str(GUARD), "OILFILM_GUARD": str(log)}
     _, text = outcome([sys.executable, "-c", program], env=environment)

@@ -15,9 +15,7 @@ from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
 
 
-def test_log_depends_on_seed_and_name_alone_and_says_that_it_is_simulated(
-    config: Settings, demo: Campaign
-) -> None:
+def test_log_depends_on_seed_and_name_and_says_simulated(config: Settings, demo: Campaign) -> None:
     alone = config.with_changes({"campaign": {"oils": ["4010"]}})
     run, content, _ = next(simulate_campaign(alone, printed()))
     assert content == (demo.folder / run.name).read_bytes()

@@ -17,11 +17,8 @@ def eq7(oil: str) -> Callable[[Conditions, np.ndarray], np.ndarray]:
     """The printed law in a bearing, written out: Eqs 7-9."""
 
     def law(at: Conditions, slip: np.ndarray) -> np.ndarray:
-        bars = (
-            at.max_hertz_pressure_gpa,
-            at.entrainment_speed_m_s / 20,
-            at.inlet_temperature_c / 20,
-        )
+        pressure, speed = at.max_hertz_pressure_gpa, at.entrainment_speed_m_s / 20
+        bars = (pressure, speed, at.inlet_temperature_c / 20)
         a, b, c = (
             x0 * bars[0] ** x1 * bars[1] ** x2 * bars[2] ** x3
             for x0, x1, x2, x3 in printed()[oil].reshape(3, 4)
@@ -44,9 +41,7 @@ def test_true_torque_is_that_of_the_law_behind_the_traction_logs(config: Setting
     assert (truth["law_misfit"] == 0).all()
 
 
-def test_with_one_truth_for_both_rigs_the_fitted_law_meets_the_torque(
-    demo: Campaign, config: Settings
-) -> None:
+def test_with_one_truth_the_fitted_law_meets_the_torque(demo: Campaign, config: Settings) -> None:
     # positive control: from simulated traction logs by the fit to the torque of simulated logs
     plain = config.with_changes({"campaign": {"oils": ["4102"]}}).plain()
     config = Settings.of({**plain, "oils": {"4102": plain["oils"]["4102"]}})

@@ -8,9 +8,7 @@ from oilfilm.atomic_write import atomic_file, atomic_folder
 
 
 @pytest.mark.parametrize("name", ["law.h", "exports/law.h"])
-def test_interrupted_file_or_folder_leaves_the_old_one_and_no_rest(
-    tmp_path: Path, name: str
-) -> None:
+def test_interrupted_file_or_folder_leaves_the_old_one_alone(tmp_path: Path, name: str) -> None:
     first, *inside = Path(name).parts
     whole = atomic_folder if inside else atomic_file
     with whole(tmp_path / first) as aside:

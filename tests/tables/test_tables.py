@@ -1,4 +1,4 @@
-"""The contract of the tables: what is forbidden cannot be written, and footers tell the story."""
+"""The contract of the tables: what cannot be written, what footers and hashes say, what is read."""
 
 from pathlib import Path
 
@@ -10,8 +10,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from campaigns import Campaign
 from oilfilm import tables
 from oilfilm.errors import OilfilmError
+from oilfilm.tables.campaign_tables import CampaignTables
+from oilfilm.tables.table_file import content_digest, digests_of_runs, samples_by_run
 
 ABOUT = {"campaign": "test", "data": "simulated"}
 
@@ -52,9 +55,7 @@ def test_footer_says_units_version_and_that_data_are_simulated(tmp_path: Path) -
         ("n_samples", "many", ["'n_samples'", "many"]),
     ],
 )
-def test_forbidden_value_is_told_with_column_and_meaning(
-    demo, column: str, value: object, expected: list[str]
-) -> None:
+def test_forbidden_value_is_told(demo, column: str, value: object, expected: list[str]) -> None:
     frame = demo.curated.points.head(3).astype(object)
     frame.loc[1, column] = value
     with pytest.raises(OilfilmError) as mistake:
@@ -76,9 +77,7 @@ TEXTS = ["continuous", "step", "", None]
     | st.tuples(st.sampled_from(COUNTS), st.integers(-2, 2))
     | st.tuples(st.just(("runs", "log_kind")), st.sampled_from(TEXTS))
 )
-def test_short_cut_past_pandera_lets_nothing_pass_that_pandera_refuses(
-    demo, changed: tuple[tuple[str, str], object]
-) -> None:
+def test_short_cut_past_pandera_is_as_strict(demo, changed: tuple[tuple[str, str], object]) -> None:
     (table, column), value = changed
     frame = getattr(demo.curated, table).head(3).copy()
     frame[column] = pd.Series([*frame[column][:2], value], dtype=frame[column].dtype)
@@ -110,9 +109,7 @@ def test_missing_and_unknown_columns_are_named() -> None:
         tables.conform(frame, "runs", "here")
 
 
-def test_other_table_other_version_and_damage_are_refused(
-    quarantine: pd.DataFrame, tmp_path: Path
-) -> None:
+def test_other_table_and_damage_are_refused(quarantine: pd.DataFrame, tmp_path: Path) -> None:
     path = tmp_path / "q.parquet"
     tables.write(quarantine, "quarantine", path, ABOUT)
     with pytest.raises(OilfilmError, match="holds table 'quarantine'"):
@@ -144,3 +141,70 @@ def test_no_flipped_bit_is_read_as_another_number(
         except OilfilmError:
             refused += 1
     assert refused > 0
+
+
+PROVENANCE = {"campaign": "june", "data": "measured"}
+
+
+class Inputs(dict[str, str | list[str]]):
+    """Named inputs as Snakemake gives them."""
+
+
+def test_table_is_read_when_it_is_used_and_a_table_without_files_is_empty(tmp_path: Path) -> None:
+    path = tmp_path / "torque.parquet"
+    results = CampaignTables.of_job(Inputs(torque=[], points=str(path), claims="claims.yaml"))
+    pd.testing.assert_frame_equal(results.torque, tables.empty("torque"))
+    with pytest.raises(OilfilmError, match="there is no such table"):
+        results.points  # noqa: B018
+    tables.write(tables.empty("points"), "points", path, PROVENANCE)
+    assert results.points.empty
+
+
+def test_table_that_the_rule_does_not_list_is_refused_by_its_name() -> None:
+    results = CampaignTables.of_job(Inputs(torque=[], runs=[]))
+    with pytest.raises(OilfilmError, match=r"'points' is not among the inputs.*runs, torque"):
+        results.points  # noqa: B018
+
+
+def test_campaign_without_torque_logs_has_empty_tables_of_torque(tmp_path: Path) -> None:
+    results = CampaignTables.in_folder(tmp_path)
+    assert results.torque_quarantine.empty
+    with pytest.raises(OilfilmError, match=r"coefficients\.parquet: there is no such table"):
+        results.coefficients  # noqa: B018
+
+
+@pytest.fixture(scope="module")
+def samples(demo: Campaign) -> pd.DataFrame:
+    """Of four runs, the rows of a run together."""
+    of_oil = next(iter(demo.ingested.samples.values()))
+    few = of_oil[of_oil["run_id"].isin(of_oil["run_id"].unique()[:4])]
+    return few.astype({"run_id": str}).reset_index(drop=True)
+
+
+def write(samples: pd.DataFrame, path: Path) -> Path:
+    content = {**ABOUT, "content": digests_of_runs(samples)}
+    tables.write(samples, "samples", path, content)
+    return path
+
+
+def test_hash_of_samples_does_not_depend_on_files(samples: pd.DataFrame, tmp_path: Path) -> None:
+    first, *others = samples["run_id"].unique()
+    one_file = [write(samples, tmp_path / "all.parquet")]
+    parts = [samples[samples["run_id"].isin(others)], samples[samples["run_id"] == first]]
+    two_files = [write(part, tmp_path / f"{len(part)}.parquet") for part in parts]
+    assert content_digest(one_file) == content_digest(two_files)
+    assert content_digest(one_file)[1] == len(samples)
+    read = samples_by_run(two_files)
+    for run_id in samples["run_id"].unique():
+        expected = samples[samples["run_id"] == run_id].reset_index(drop=True)
+        assert read(run_id).astype({"run_id": str}).equals(expected)
+
+
+def test_hash_of_samples_changes_with_one_value_of_a_run(samples: pd.DataFrame) -> None:
+    before = digests_of_runs(samples)
+    assert len(before) == 4
+    assert digests_of_runs(samples.head(0)) == {}
+    changed = samples.copy()
+    changed.loc[len(samples) - 1, "load_n"] += 1e-9
+    after = digests_of_runs(changed)
+    assert [run for run in before if before[run] != after[run]] == [samples["run_id"].iloc[-1]]

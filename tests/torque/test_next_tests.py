@@ -112,9 +112,7 @@ def test_what_is_known_is_no_less_than_what_the_refits_know(results: CampaignTab
     assert (ratio > 0.1).all()
 
 
-def test_tests_near_the_bearings_contacts_win_where_the_form_may_be_wrong(
-    results: CampaignTables, request_for: Request
-) -> None:
+def test_tests_near_the_contacts_win(results: CampaignTables, request_for: Request) -> None:
     """Distances of the first test from the contacts, in spans of the tests to choose from."""
     away = []
     for size in (1e-6, 0.03):
@@ -128,9 +126,7 @@ def test_tests_near_the_bearings_contacts_win_where_the_form_may_be_wrong(
     assert away[1] < 0.7 * away[0]
 
 
-def test_plan_keeps_to_what_the_rig_can_run_and_no_test_makes_anything_less_certain(
-    results: CampaignTables, request_for: Request
-) -> None:
+def test_plan_keeps_to_what_the_rig_can_run(results: CampaignTables, request_for: Request) -> None:
     """Sensors of 200 N, 50 m/s; lambda > 3; the first test of the table is the best one alone."""
     for plan in plan_oil(results, SETTINGS, OIL, request_for):
         assert (plan.design.alone <= plan.design.before).all()
@@ -150,15 +146,13 @@ def test_plan_keeps_to_what_the_rig_can_run_and_no_test_makes_anything_less_cert
 
 def test_gradients_of_the_torque_are_those_of_finite_changes_of_the_law(known: Known) -> None:
     """Against the torque with one constant moved by a tenth of its uncertainty."""
-    wanted = wanted_in_bearing(oil_in_bearing(), SETTINGS.tested_bearing(), DUTY, known, CONTACT)[
-        "torque"
-    ]
+    bearing = SETTINGS.tested_bearing()
+    wanted = wanted_in_bearing(oil_in_bearing(), bearing, DUTY, known, CONTACT)["torque"]
     step = 0.1 * np.sqrt(np.diag(covariance(known.precision))[: len(TRUTH)])
     moved = torques(TRUTH + np.diag(step)) / torques(TRUTH[np.newaxis]) - 1
     expected = moved.T / step
-    np.testing.assert_allclose(
-        wanted.gradients, expected, atol=0.02 * np.abs(wanted.gradients).max()
-    )
+    within = 0.02 * np.abs(wanted.gradients).max()
+    np.testing.assert_allclose(wanted.gradients, expected, atol=within)
 
 
 def test_operating_points_without_equilibrium_are_left_out_and_named(known: Known) -> None:
@@ -240,9 +234,7 @@ def test_a_rig_that_is_not_known_is_refused(
     assert sentence in reasons[0]
 
 
-def test_a_fit_or_levels_that_leave_nothing_to_plan_are_refused(
-    results: CampaignTables, request_for: Request
-) -> None:
+def test_nothing_to_plan_is_told_and_refused(results: CampaignTables, request_for: Request) -> None:
     without = results.replace(refits=results.refits.iloc[:0])
     with pytest.raises(OilfilmError, match="too few curves"):
         plan_oil(without, SETTINGS, OIL, request_for)
@@ -260,9 +252,7 @@ def test_a_fit_or_levels_that_leave_nothing_to_plan_are_refused(
         plan_oil(at_one_speed, SETTINGS, OIL, request_for)
 
 
-def test_a_plan_is_for_one_rig_and_a_bearing_for_one_contact(
-    results: CampaignTables, request_for: Request
-) -> None:
+def test_a_plan_is_for_one_rig_and_contact(results: CampaignTables, request_for: Request) -> None:
     plain = SETTINGS.plain()
     rig = plain["rigs"][RIG_NAME]
     other = {key: value for key, value in rig.items() if key != "limits"} | {"ball_radius_m": 0.02}

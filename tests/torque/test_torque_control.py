@@ -54,7 +54,7 @@ def judged(results: CampaignTables, settings: Settings) -> dict[str, pd.DataFram
         ("demo", "deng2026", 0.4, "two truths"),
     ],
 )
-def test_only_the_fitted_law_behind_both_rigs_is_a_positive_control(
+def test_one_law_is_a_positive_control(
     campaign: str, law: str, misfit: float, verdict: str
 ) -> None:
     control = torque_control(results(misfit, law), settings_of(campaign))

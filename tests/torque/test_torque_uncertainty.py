@@ -46,10 +46,8 @@ def oil(
     def refitted(law: LawInBearing) -> LawInBearing:
         internal = law.internal[0]
         spread, shifted = (to_constants(law.fitted.law, internal + off) for off in (refits, shifts))
-        coefficients = replace(
-            law.fitted.coefficients, spread=spread, shifted=shifted, unseen=unseen
-        )
-        return replace(law, fitted=replace(law.fitted, coefficients=coefficients))
+        known = replace(law.fitted.coefficients, spread=spread, shifted=shifted, unseen=unseen)
+        return replace(law, fitted=replace(law.fitted, coefficients=known))
 
     laws = {variable: refitted(printed_law(name, variable)) for variable in LOAD_VARIABLES}
     stand_in = {"viscosity": viscosity, "pressure_viscosity_coefficient": 0.0}
@@ -77,16 +75,14 @@ def torque(of: OilInBearing, **changed: float) -> np.ndarray:
 def with_shares(of: OilInBearing, shares: np.ndarray, points: pd.DataFrame) -> pd.DataFrame:
     """Friction at operating points with each share of oil."""
     settings = (of.settings.model_copy(update={"oil_volume_fraction": each}) for each in shares)
-    return Cases(
-        BEARING, [(replace(of, settings=each), "stress", points) for each in settings]
-    ).run()
+    cases = [(replace(of, settings=each), "stress", points) for each in settings]
+    return Cases(BEARING, cases).run()
 
 
 def drawn(of: OilInBearing, *point: object, seed: int = 1) -> pd.DataFrame:
     names = ("axial_load_n", "inner_speed_rpm", "inlet_temperature_c")
-    points = pd.DataFrame(
-        dict(zip(names, np.broadcast_arrays(*map(np.atleast_1d, point)), strict=True))
-    )
+    values = np.broadcast_arrays(*map(np.atleast_1d, point))
+    points = pd.DataFrame(dict(zip(names, values, strict=True)))
     return Cases(BEARING, [(of, "stress", points)]).assessed(seed)[0]
 
 

@@ -206,9 +206,7 @@ def test_eyring_law_solves_its_own_equation() -> None:
         ("wang-deng-critical-load", [False, True, True], "needs load_n to vary"),
     ],
 )
-def test_law_is_refused_where_what_it_needs_does_not_vary(
-    name: str, varied: list[bool], why: str
-) -> None:
+def test_law_is_refused_where_too_little_varies(name: str, varied: list[bool], why: str) -> None:
     law = EVERY_LAW[name]
     data = curve_data(points_of(law), law.conditions)
     with pytest.raises(ValueError, match=why):

@@ -32,9 +32,7 @@ def test_traction_over_the_matrix_stays_where_the_reconstruction_says(oil: str) 
 
 
 @given(condition=box, oil=st.sampled_from(OILS))
-def test_curve_has_the_closed_form_of_its_equation(
-    condition: tuple[float, float, float], oil: str
-) -> None:
+def test_curve_has_its_closed_form(condition: tuple[float, float, float], oil: str) -> None:
     """Slope B - A C at rest, one peak at 1/C - A/B, where d mu/dS vanishes, and -A far out."""
     a, b, c = local(oil, condition)
     peak = 1 / c - a / b

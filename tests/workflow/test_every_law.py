@@ -63,9 +63,7 @@ def run_with(project: Path, law: str) -> None:
 
 
 @pytest.mark.parametrize("law", ["hyperbola", *map(nightly, LAWS)])
-def test_law_goes_from_points_to_report_and_exports(
-    released_project: Path, tmp_path: Path, law: str
-) -> None:
+def test_law_goes_from_points_to_exports(released_project: Path, tmp_path: Path, law: str) -> None:
     """A law is a file and a line: no other place names the seventh one."""
     project = shutil.copytree(released_project, tmp_path / "project", symlinks=True)
     add_seventh_law(project)

@@ -60,9 +60,7 @@ def test_run_needs_no_network_and_unpickles_nothing(released_project: Path) -> N
 
 
 @pytest.mark.nightly
-def test_killed_run_ends_in_the_same_bytes_in_other_surroundings(
-    undisturbed: Path, new: Path, tmp_path: Path
-) -> None:
+def test_killed_run_ends_in_the_same_bytes(undisturbed: Path, new: Path, tmp_path: Path) -> None:
     """Killed again and again, the clock set back in between, then run to its end.
 
     The other surroundings: date, host name, user, locale, time zone, number of cores and a Python
@@ -98,9 +96,7 @@ _DISK = [*("unshare", "--user", "--map-root-user", "--mount"), "sh", "-c"]
 @pytest.mark.skipif(
     not works([*_DISK, "mount -t tmpfs tmpfs /mnt"]), reason="no file system may be mounted here"
 )
-def test_read_only_and_full_disk_are_told_and_the_next_run_goes_on(
-    undisturbed: Path, new: Path
-) -> None:
+def test_read_only_and_full_disk_are_told_and_the_run_goes_on(undisturbed: Path, new: Path) -> None:
     (new / "results").mkdir()
     snakemake, environment = command(new, "--cores", "2", POINTS, *SMALL)
     script = """
@@ -138,9 +134,7 @@ def no_job_is_left(project: Path) -> bool:
     return True
 
 
-def test_second_run_is_refused_and_a_killed_one_is_in_nobodys_way(
-    released_project: Path, tmp_path: Path
-) -> None:
+def test_second_run_is_refused_unless_killed(released_project: Path, tmp_path: Path) -> None:
     new = tmp_path / "new"
     shutil.copytree(released_project, new, symlinks=True)
     again = (SHARE, "--forcerun", "points", *SMALL)

@@ -73,9 +73,7 @@ onstart: oilfilm.onstart()
 """
 
 
-def test_workflow_with_rules_and_configuration_of_its_own_has_the_same_tables(
-    installed: Path, released_project: Path, tmp_path: Path
-) -> None:
+def test_workflow_of_a_host(installed: Path, released_project: Path, tmp_path: Path) -> None:
     """`config` is a section of the host's; all results are below a prefix.
 
     One log of the measured campaign comes by a rule of the host.

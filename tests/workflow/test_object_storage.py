@@ -18,9 +18,7 @@ def test_results_without_a_place_end_a_run_in_a_sentence(tmp_path: Path) -> None
     assert "s3://BUCKET/PLACE" in fail(tmp_path, *SMALL, *IN_BUCKET[:2])
 
 
-def test_run_with_results_in_a_bucket_makes_the_same_release(
-    released_project: Path, tmp_path: Path
-) -> None:
+def test_results_in_a_bucket_make_the_same_release(released_project: Path, tmp_path: Path) -> None:
     lay_out_small(tmp_path)
     with moto_storage() as storage:
         output = succeed(tmp_path, "release", *SMALL, *IN_BUCKET, "s3://lab/all/of/it")

@@ -231,7 +231,7 @@ def test_removed_log_refits_its_oil_alone_in_the_same_bytes(tmp_path: Path) -> N
 
 @pytest.mark.nightly
 @pytest.mark.parametrize("runs", [1, 1000])
-def test_release_has_the_same_bytes_however_the_work_is_split(
+def test_release_is_the_same_in_any_split(
     released_project: Path, tmp_path: Path, runs: int
 ) -> None:
     project = tmp_path / "project"

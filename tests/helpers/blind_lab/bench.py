@@ -99,10 +99,8 @@ def _controlled(wanted: Array, rate: float, frequency: float, damping: float) ->
     fine = 8
     gain, kept = (frequency / (rate * fine)) ** 2, 1 - 2 * damping * frequency / (rate * fine)
     moved = np.repeat(wanted - wanted[0], fine)
-    return (
-        wanted[0]
-        + scipy.signal.lfilter([gain], [1, gain - 1 - kept, kept], moved)[fine - 1 :: fine]
-    )
+    answer = scipy.signal.lfilter([gain], [1, gain - 1 - kept, kept], moved)
+    return wanted[0] + answer[fine - 1 :: fine]
 
 
 def lagging(values: Array, rate: float, constant: float) -> Array:
@@ -115,6 +113,5 @@ def lagging(values: Array, rate: float, constant: float) -> Array:
 def _wander(count: int, rate: float, random: np.random.Generator) -> Array:
     """Slow random wandering of unit size over tens of seconds."""
     knots = max(4, int(count / rate / 12))
-    return np.interp(
-        np.linspace(0, 1, count), np.linspace(0, 1, knots), random.standard_normal(knots)
-    )
+    rows, at = np.linspace(0, 1, count), np.linspace(0, 1, knots)
+    return np.interp(rows, at, random.standard_normal(knots))
