@@ -3,9 +3,9 @@ import pytest
 
 from bearings import FOLDER, SHIPPED, shipped
 from oilfilm.physics.contact import elliptical_contact
-from oilfilm.settings.bearing import BallMaterial, BearingFile
 from oilfilm.settings.messages import first_mistake, load
 from oilfilm.settings.resolved import merge
+from oilfilm.settings.rig import BallMaterial, BearingFile
 from oilfilm.settings.yaml_file import read_yaml
 
 

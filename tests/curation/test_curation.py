@@ -16,8 +16,8 @@ from oilfilm import tables
 from oilfilm.curation import statistics
 from oilfilm.curation.curate import arrays_of, check_logs
 from oilfilm.curation.measure import find_steps, settled_parts
+from oilfilm.curation.plateau_gates import judge_plateaus
 from oilfilm.curation.traction_rig import TractionRig
-from oilfilm.curation.verdicts import judge_plateaus
 from oilfilm.settings.campaign import Semantics
 from oilfilm.settings.resolved import Settings
 from oilfilm.traction.laws.deng2026 import traction_coefficient

@@ -11,7 +11,7 @@ from oilfilm import tables
 from oilfilm.fits.best_law import best_laws
 from oilfilm.fits.fit import fit_oil
 from oilfilm.fits.fit_tables import bayesian_criterion
-from oilfilm.fits.noise import noise_and_misfit
+from oilfilm.fits.soundness import noise_and_misfit
 from oilfilm.randomness import generator
 from oilfilm.settings.resolved import Settings
 from oilfilm.traction import LAWS

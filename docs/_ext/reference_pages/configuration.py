@@ -5,7 +5,6 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from oilfilm.home import HOME
-from oilfilm.settings.bearing import BearingFile
 from oilfilm.settings.campaign import CampaignFile
 from oilfilm.settings.config import Config
 from oilfilm.settings.messages import Steps, plain_node, schema_of
@@ -16,7 +15,7 @@ from oilfilm.settings.oil import (
     MilL23699Coefficients,
     OilKeys,
 )
-from oilfilm.settings.rig import Rig
+from oilfilm.settings.rig import BearingFile, Rig
 from oilfilm.settings.yaml_file import dotted, read_yaml
 
 _OIL_NOTE = "The keys below `coefficients` depend on `model`."

@@ -16,11 +16,11 @@ from oilfilm import tables
 from oilfilm.curation.gate import fault
 from oilfilm.curation.hypotheses import DOUBTFUL, Hypothesis
 from oilfilm.curation.measure import measure
+from oilfilm.curation.plateau_gates import judge_plateaus, quarantine_rows, runs_not_usable
 from oilfilm.curation.repeats import repeated, with_campaign_warnings
 from oilfilm.curation.rig_kind import RigKind
 from oilfilm.curation.run_gates import first_fault, warning
 from oilfilm.curation.traction_rig import TractionRig
-from oilfilm.curation.verdicts import judge_plateaus, quarantine_rows, runs_not_usable
 from oilfilm.logs.base import Columns, Refusal
 from oilfilm.logs.ingest import Ingested, ingest_logs, sample_files
 from oilfilm.logs.raw_files import RawLogs

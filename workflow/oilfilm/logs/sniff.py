@@ -15,9 +15,8 @@ import numpy as np
 from oilfilm.home import CONFIG
 from oilfilm.logs import base
 from oilfilm.logs.header import UNITS, apart, meaning, number_and_unit, oil_key
-from oilfilm.logs.ingest import read_log, unpack
+from oilfilm.logs.ingest import READERS, read_log, recognised_format, unpack
 from oilfilm.logs.log_kind import ContinuousLog, LogKind
-from oilfilm.logs.registry import READERS, recognised_format
 from oilfilm.logs.traction_log import TRACTION
 from oilfilm.logs.words import Guesses, guessed, unit_in_name
 from oilfilm.settings.base import plain_key

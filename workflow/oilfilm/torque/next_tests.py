@@ -18,7 +18,7 @@ from oilfilm.errors import OilfilmError
 from oilfilm.fits.fitted import FittedLaw
 from oilfilm.fits.measured_curves import Design, FormError, Known, choose, known_of, place
 from oilfilm.fits.problem import Curves
-from oilfilm.physics.rigs import Contact
+from oilfilm.physics.contact import Contact
 from oilfilm.settings.config import PlanLevels, PlanSettings, PointOfTraction
 from oilfilm.settings.resolved import Settings
 from oilfilm.settings.rig import Rig

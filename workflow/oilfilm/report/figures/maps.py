@@ -8,9 +8,8 @@ from matplotlib.patches import Rectangle
 from matplotlib.ticker import MaxNLocator
 
 from oilfilm.fits.fitted import FittedLaw
-from oilfilm.physics.contact import Conditions
+from oilfilm.physics.contact import Conditions, Contact
 from oilfilm.physics.film import InletOil, film_thickness
-from oilfilm.physics.rigs import Contact
 from oilfilm.physics.thermal_traction import mean_film_rise
 from oilfilm.report.figures import style
 from oilfilm.report.figures.sheet import NothingToDrawError, Panel, Sheet, oil_grid, register
