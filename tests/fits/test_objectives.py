@@ -7,8 +7,9 @@ import pandas as pd
 
 from campaigns import printed
 from fit_points import LAW, P, T, U, make_points, matrix, polished, problem_of
-from oilfilm.fits.engine import polish, robust_fit
+from oilfilm.fits.engine import polish
 from oilfilm.fits.fit import fit_oil
+from oilfilm.fits.objectives import robust_fit
 from oilfilm.randomness import generator
 from oilfilm.report.sections.fits import curve_facts
 from oilfilm.settings.resolved import Settings
