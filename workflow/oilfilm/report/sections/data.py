@@ -11,7 +11,7 @@ from oilfilm import tables
 from oilfilm.curation.coverage import planned_states
 from oilfilm.fits.interval import normal_quantile
 from oilfilm.logs.run_sheet import REMARKS
-from oilfilm.report.document import Section, ShownTable, facts, show_declared
+from oilfilm.report.document import Section, ShownTable, facts, show_table
 from oilfilm.report.enough import shortfalls, unread_logs
 from oilfilm.report.explorer import LEVEL, plain
 from oilfilm.report.words import gate_name
@@ -57,14 +57,14 @@ def refused(results: CampaignTables, settings: Settings) -> Section:
         other_gates=counts[~counts["gate"].isin(results.quarantine["rule"])].to_dict("records"),
     )
     listed = refusals(results.quarantine, "quarantine", settings.report.rows_max)
-    shown = [show_declared(counts, "gate_counts"), listed]
+    shown = [show_table(counts, "gate_counts"), listed]
     return Section("refused", "Refused", made, shown)
 
 
 def refusals(quarantine: pd.DataFrame, name: str, most: int, caption: str = "") -> ShownTable:
     """What was refused, why, and what to do; remarks on the run sheet refuse nothing."""
     quarantine = quarantine[~quarantine["rule"].isin(REMARKS)]
-    return show_declared(quarantine, "quarantine", caption, name, most)
+    return show_table(quarantine, "quarantine", caption, name, most)
 
 
 def first_cases(quarantine: pd.DataFrame) -> list[dict[str, object]]:
@@ -178,7 +178,7 @@ def _error_table(sure: pd.DataFrame) -> ShownTable:
         f"{row['agrees']} of {row['judged']}" if row["judged"] else "not known"
         for row in tables.rows(errors)
     ]
-    return show_declared(errors, "torque")
+    return show_table(errors, "torque")
 
 
 _DIGITS = 6  # of a drawn value
@@ -195,7 +195,7 @@ def run_list(results: CampaignTables, most: int) -> ShownTable:
     counts = of_runs.reindex(runs["run_id"], fill_value=0).astype(int)
     passed = [f"{good} of {size}" for good, size in counts.to_numpy()]
     shown = runs.assign(passed=passed, why=runs["rule"]).dropna(axis="columns", how="all")
-    listed = show_declared(shown, "run-list", most=most)
+    listed = show_table(shown, "run-list", most=most)
     pages = results.refused_pages.query("page != ''").set_index("run_id")["page"]
     anchors = "refused-" + pages.str.removesuffix(".png")
     links = [f"#{anchors.get(name, f'run?name={quote(name)}')}" for name in runs["run_id"]]

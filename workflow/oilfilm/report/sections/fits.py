@@ -18,7 +18,7 @@ from oilfilm.report.document import (
     ShownTable,
     facts,
     number,
-    show_declared,
+    show_table,
     significant,
 )
 from oilfilm.report.explorer import LEVEL, explored_fits, load_at_1_gpa, sliders
@@ -49,8 +49,8 @@ def fits(results: CampaignTables) -> Section:
         unrepeated=tables.rows(results.lack_of_fit.query("verdict == 'no repeats'")),
     )
     shown = [
-        show_declared(quality.join(sure, on="oil"), "fit_quality"),
-        show_declared(results.lack_of_fit, "lack_of_fit"),
+        show_table(quality.join(sure, on="oil"), "fit_quality"),
+        show_table(results.lack_of_fit, "lack_of_fit"),
     ]
     return Section("fits", "Fits", made, shown)
 
@@ -122,7 +122,7 @@ def answer(results: CampaignTables, settings: Settings) -> Section:
         for axis, (symbol, _, unit) in zip(axes, CONDITIONS.values(), strict=True)
         if not axis.idle
     )
-    table = show_declared(rows, "answers", f"At {point}")
+    table = show_table(rows, "answers", f"At {point}")
     return Section("answer", "Answer", tables=[table])
 
 
@@ -190,7 +190,7 @@ def _of_oil(rows: pd.DataFrame, place: int) -> ShownTable:
         texts.loc[index, names] = [form(row[name]) for name in names]
     interval = texts["lower"] + " \N{HORIZONTAL ELLIPSIS} " + texts["upper"]
     texts["lower"] = texts["lower"].where(rows["lower"].isna(), interval)
-    return show_declared(texts, "constants", rows["oil"].iloc[0], f"constants{place}")
+    return show_table(texts, "constants", rows["oil"].iloc[0], f"constants{place}")
 
 
 def laws(results: CampaignTables, settings: Settings) -> Section:
@@ -198,8 +198,8 @@ def laws(results: CampaignTables, settings: Settings) -> Section:
     # what must be said wherever the laws of a simulated campaign are compared
     tie = f"Wang-Deng here: {TIE}" if settings.campaign.truth_is_law else ""
     made = law_facts(results.law_verdicts, results.fit_quality, tie)
-    errors = show_declared(results.fit_quality, "comparison")
-    verdicts = show_declared(results.law_verdicts, "law_verdicts")
+    errors = show_table(results.fit_quality, "comparison")
+    verdicts = show_table(results.law_verdicts, "law_verdicts")
     return Section("laws", "Laws", made, [verdicts, errors])
 
 
