@@ -7,7 +7,8 @@ import numpy as np
 import pandas as pd
 
 from campaigns import CLAIMS
-from oilfilm.paper.audit.audit import View, printed_evidence
+from oilfilm.paper.audit.audit import printed_evidence
+from oilfilm.paper.audit.evidence import View
 from oilfilm.paper.reference import Claim, read_claims
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables

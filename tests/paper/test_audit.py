@@ -14,17 +14,9 @@ from campaigns import CLAIMS, REFERENCE, Campaign, printed
 from claim_evidence import OILS, claims_of, evidence_of, planted
 from oilfilm import tables
 from oilfilm.paper.audit import checks
-from oilfilm.paper.audit.audit import (
-    NotCheckableError,
-    Outcome,
-    View,
-    audit,
-    audit_campaign,
-    box,
-    check,
-    refit_evidence,
-)
+from oilfilm.paper.audit.audit import audit, audit_campaign, box, check, refit_evidence
 from oilfilm.paper.audit.audit import printed_evidence as of_printed
+from oilfilm.paper.audit.evidence import NotCheckableError, Outcome, View
 from oilfilm.paper.reference import read_claims
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables

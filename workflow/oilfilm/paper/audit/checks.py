@@ -21,7 +21,7 @@ from oilfilm.bearing.kinematics import (
     pitch_speed_mm_rpm,
     surface_speed_m_s,
 )
-from oilfilm.paper.audit.audit import NotCheckableError, Outcome, View, outcome
+from oilfilm.paper.audit.evidence import NotCheckableError, Outcome, View, outcome
 from oilfilm.torque.best_oil import OPERATING_POINT
 from oilfilm.torque.torque_control import without_bistable
 from oilfilm.traction.law import Law
