@@ -277,18 +277,13 @@ def percent(digits: int) -> Form:
     return lambda value: _NONE if np.isnan(value) else f"{share(100 * value)} %"
 
 
-def yes_or_no(value: Any) -> str:
-    """A flag in words."""
-    return "yes" if value else "no"
-
-
 # What a declared column calls its form, beside formats of numbers and percents.
 FORMS: dict[str, Form] = {
     "gate": gate_name,
     "law": law_name,
     "laws": law_names,
     "load variable": load_variable,
-    "yes or no": yes_or_no,
+    "yes or no": lambda flag: "yes" if flag else "no",
 }
 
 

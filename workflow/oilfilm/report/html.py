@@ -65,7 +65,8 @@ def html(
     gallery: dict[str, list[dict[str, Any]]] = {}
     for png in pngs:
         figure = figures()[png.stem]
-        picture = {"png": png, "file": f"figures/{png.name}", "title": figure.numbered_title}
+        title = f"{figure.paper.rstrip('.')}. {figure.title}" if figure.paper else figure.title
+        picture = {"png": png, "file": f"figures/{png.name}", "title": title}
         picture["caption"] = captions.caption(png.stem)
         gallery.setdefault(figure.category, []).append(picture)
     signals = [
