@@ -11,7 +11,7 @@ from oilfilm.fits.engine import polish
 from oilfilm.fits.fit import fit_oil
 from oilfilm.fits.objectives import robust_fit
 from oilfilm.randomness import generator
-from oilfilm.report.sections.fits import curve_facts
+from oilfilm.report.sections.build import curve_facts
 from oilfilm.settings.resolved import Settings
 from oilfilm.traction.law import to_constants, to_internal
 from oilfilm.traction.laws.deng2026 import traction_coefficient

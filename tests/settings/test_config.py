@@ -9,9 +9,9 @@ import yaml
 
 from oilfilm.errors import OilfilmError
 from oilfilm.settings.messages import load
-from oilfilm.settings.oil import OilFile
 from oilfilm.settings.resolve import resolve, resolve_given
 from oilfilm.settings.resolved import merge
+from oilfilm.settings.rig import OilFile
 from oilfilm.settings.yaml_file import read_yaml
 
 ROOT = Path(__file__).parents[2]

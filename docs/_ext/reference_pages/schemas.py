@@ -8,8 +8,7 @@ from oilfilm.figure_catalogue import figures
 from oilfilm.settings.campaign import CampaignFile
 from oilfilm.settings.config import Config
 from oilfilm.settings.messages import schema_of
-from oilfilm.settings.oil import OilFile
-from oilfilm.settings.rig import BearingFile, Rig
+from oilfilm.settings.rig import BearingFile, OilFile, Rig
 
 FILES: dict[str, Any] = {
     "config": Config,

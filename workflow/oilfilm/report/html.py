@@ -19,7 +19,7 @@ from oilfilm.report import captions
 from oilfilm.report.document import Section, meanings
 from oilfilm.report.explorer import explorer, law_script
 from oilfilm.report.release_id import UNRELEASED
-from oilfilm.report.sections.data import drawn_points
+from oilfilm.report.sections.build import drawn_points
 from oilfilm.report.words import printed
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables

@@ -14,8 +14,7 @@ from oilfilm.settings.base import Group, key, plain_key, present
 from oilfilm.settings.campaign import Campaign, Dataset
 from oilfilm.settings.config import ConfigKeys, SplitSettings
 from oilfilm.settings.messages import check
-from oilfilm.settings.oil import OilFile
-from oilfilm.settings.rig import BearingFile, Rig
+from oilfilm.settings.rig import BearingFile, OilFile, Rig
 
 _Part = TypeVar("_Part", bound=Group)
 # Results are the same bytes however the work is spread over jobs.
