@@ -22,11 +22,10 @@ from browsers import CHROMIUM, QUIET
 from campaigns import REFERENCE
 from oilfilm.arrays import ArrayFit
 from oilfilm.cli import main
-from oilfilm.exports.campaign import adore_rows
-from oilfilm.exports.workbook import workbook
+from oilfilm.exports.campaign import adore_rows, workbook
 from oilfilm.fits.fitted import Prediction
 from oilfilm.paper.study import describe_printed
-from oilfilm.report.sections.fits import answer
+from oilfilm.report.sections.build import answer
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 

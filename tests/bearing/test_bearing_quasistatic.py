@@ -14,9 +14,9 @@ from oilfilm.bearing.quasistatic import (
     raceway_control,
 )
 from oilfilm.physics.contact import elliptical_contact
-from oilfilm.settings.bearing import BallMaterial, BearingFile
 from oilfilm.settings.messages import first_mistake, load
 from oilfilm.settings.resolved import merge
+from oilfilm.settings.rig import BallMaterial, BearingFile
 from oilfilm.settings.yaml_file import read_yaml
 
 REFERENCE = yaml.safe_load(

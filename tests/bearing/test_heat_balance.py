@@ -8,8 +8,8 @@ import pytest
 from bearings import RPM, equilibrium, shipped
 from campaigns import oil_of
 from oilfilm.bearing.geometry import OilSupply
-from oilfilm.bearing.heat_balance import HeatBalance, heat_balance
 from oilfilm.bearing.quasistatic import OperatingPoints
+from oilfilm.torque.heat_balance import HeatBalance, heat_balance
 
 SUPPLY = OilSupply(flow_m3_s=8e-3 / 60, heat_share=0.8, outlet_weight=0.5)
 

@@ -26,8 +26,8 @@ from oilfilm.curation.curate import (
     curate_parts,
 )
 from oilfilm.curation.measure import find_steps, settled_parts
+from oilfilm.curation.plateau_gates import judge_plateaus
 from oilfilm.curation.traction_rig import TractionRig
-from oilfilm.curation.verdicts import judge_plateaus
 from oilfilm.logs.ingest import Ingested, ingest_logs, sample_files
 from oilfilm.settings.campaign import Semantics
 from oilfilm.settings.resolved import Settings

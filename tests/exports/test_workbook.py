@@ -13,8 +13,8 @@ from openpyxl import Workbook, load_workbook
 
 from campaigns import printed
 from exported import HOSTILE, arguments_of, beyond, describe_law, expected, grid, printed_oils
+from oilfilm.exports.campaign import workbook
 from oilfilm.exports.description import Description
-from oilfilm.exports.workbook import workbook
 from oilfilm.settings.resolved import Settings
 from oilfilm.traction.laws.deng2026 import traction_coefficient
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fit_points import LAW, problem_of
-from oilfilm.fits.curve_errors import EFFECTS, ErrorSizes, effects, error_sizes, precision
+from oilfilm.fits.measured_curves import EFFECTS, ErrorSizes, effects, error_sizes, precision
 from oilfilm.randomness import generator
 from planned_tests import SMALL, TRUTH, Errors, curves_at, run_tests
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from oilfilm.fits.noise import lack_of_fit
+from oilfilm.fits.soundness import lack_of_fit
 from oilfilm.randomness import generator
 
 

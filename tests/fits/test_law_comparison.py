@@ -16,7 +16,7 @@ from oilfilm.fits.best_law import best_laws
 from oilfilm.fits.conditions import levels_by_gap
 from oilfilm.fits.fit import fit_oil, laws_of, leave_curves_out, leave_ends_out
 from oilfilm.fits.fit_tables import bayesian_criterion
-from oilfilm.fits.noise import noise_and_misfit
+from oilfilm.fits.soundness import noise_and_misfit
 from oilfilm.randomness import generator
 from oilfilm.report.figures.fits import starts_of
 from oilfilm.settings.resolved import Settings

@@ -18,9 +18,9 @@ from oilfilm.bearing.geometry import Bearing
 from oilfilm.bearing.quasistatic import OperatingPoints
 from oilfilm.bearing.resistance import Lubrication
 from oilfilm.fits.fitted import Coefficients, FittedLaw
-from oilfilm.settings.bearing import BearingFile
 from oilfilm.settings.config import Config
 from oilfilm.settings.messages import load
+from oilfilm.settings.rig import BearingFile
 from oilfilm.torque.load_variables import LawInBearing
 from oilfilm.traction import LAWS
 

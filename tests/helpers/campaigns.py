@@ -22,12 +22,11 @@ from oilfilm.fits.fit import fit_oil
 from oilfilm.logs.ingest import Ingested, ingest_logs
 from oilfilm.paper.printed_constants import study_signs
 from oilfilm.paper.reference import printed_constants
+from oilfilm.physics.contact import Contact
 from oilfilm.physics.oils import Oil
-from oilfilm.physics.rigs import Contact
 from oilfilm.settings.messages import load
-from oilfilm.settings.oil import OilFile
 from oilfilm.settings.resolved import Settings
-from oilfilm.settings.rig import Rig
+from oilfilm.settings.rig import OilFile, Rig
 from oilfilm.tables.campaign_tables import CampaignTables
 
 if sys.platform != "win32":

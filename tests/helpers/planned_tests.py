@@ -12,7 +12,7 @@ from scipy.optimize import least_squares
 
 from campaigns import ROOT, printed, rig_contact
 from fit_points import LAW, accepted_points, problem_of
-from oilfilm.fits.curve_errors import effects, points_of_curves
+from oilfilm.fits.measured_curves import effects, points_of_curves
 from oilfilm.fits.problem import Curves
 from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings

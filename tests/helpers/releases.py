@@ -14,7 +14,7 @@ from campaigns import ROOT, Campaign, rows
 from oilfilm import home, tables
 from oilfilm.home import RUN_LOCK
 from oilfilm.logs.raw_files import listing
-from oilfilm.releases import rebuild
+from oilfilm.releases import release as releasing
 from oilfilm.releases.manifest import (
     CHECKSUMS,
     MANIFEST,
@@ -102,7 +102,7 @@ def rebuilding(monkeypatch: pytest.MonkeyPatch, run: FinishedRun, **changed: byt
             (folder / run.results / f"{name}.txt").write_bytes(content)
         released(again)
 
-    monkeypatch.setattr(rebuild, "_run", run_again)
+    monkeypatch.setattr(releasing, "_run", run_again)
     monkeypatch.setattr(home, "HOME", run.home)
 
 

@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 
 from oilfilm import tables
-from oilfilm.physics.rigs import Contact
+from oilfilm.physics.contact import Contact
 from oilfilm.rig_twin.truth import Truth
 from oilfilm.traction.law import CONDITIONS
 from oilfilm.units import FloatArray

@@ -11,9 +11,12 @@ from hypothesis import strategies as st
 from campaigns import oil_of
 from oilfilm.physics.contact import (
     Conditions,
+    Contact,
+    combined_roughness,
     ellipticity,
     load_for_max_hertz_pressure,
     reduced_modulus,
+    rq_from_ra,
 )
 from oilfilm.physics.film import (
     InletOil,
@@ -22,7 +25,6 @@ from oilfilm.physics.film import (
     isothermal_film_thickness,
     thermal_reduction_factor,
 )
-from oilfilm.physics.rigs import Contact, combined_roughness, rq_from_ra
 
 M50 = reduced_modulus(203e9, 0.29, 203e9, 0.29)
 LOAD_N = load_for_max_hertz_pressure(1.5e9, 0.010, M50)

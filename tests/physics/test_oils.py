@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from campaigns import ROOT, oil_of
 from oilfilm.physics.oils import Oil, PiecewiseLinear
 from oilfilm.settings.messages import first_mistake
-from oilfilm.settings.oil import MeasuredOil, OilFile
+from oilfilm.settings.rig import MeasuredOil, OilFile
 from oilfilm.settings.yaml_file import read_yaml
 
 FOLDER = ROOT / "config" / "oils"

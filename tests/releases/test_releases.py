@@ -18,8 +18,8 @@ from hypothesis import strategies as st
 from campaigns import ROOT, without
 from oilfilm.cli import main
 from oilfilm.errors import OilfilmError
-from oilfilm.releases import rebuild
 from oilfilm.releases import release as making
+from oilfilm.releases import release as releasing
 from oilfilm.releases.manifest import (
     CHECKSUMS,
     LARGEST,
@@ -395,9 +395,9 @@ def test_rebuild_that_fails_ends_in_its_last_words_which_steer_no_terminal(
     python = tmp_path / "python"
     python.write_text('#!/bin/sh\nprintf "first\\n\\033[31mred in %s\\n" "$PWD"\nexit 1\n')
     python.chmod(0o755)
-    monkeypatch.setattr(rebuild.sys, "executable", str(python))
+    monkeypatch.setattr(releasing.sys, "executable", str(python))
     with pytest.raises(OilfilmError) as failed:
-        rebuild.rebuild(released(measured), measured.root, "1")
+        releasing.rebuild(released(measured), measured.root, "1")
     assert "the rebuild failed. Its last lines:\nfirst\n\\x1b[31mred in ." in str(failed.value)
 
 
@@ -405,4 +405,4 @@ def test_rebuild_wants_the_very_logs(measured: making.FinishedRun) -> None:
     release = released(measured)
     (measured.root / SECOND).write_bytes(b"load_n\n2.02\n")
     with pytest.raises(OilfilmError, match=f"{SECOND}: is not the log that release"):
-        rebuild.rebuild(release, measured.root, "1")
+        releasing.rebuild(release, measured.root, "1")

@@ -14,7 +14,7 @@ from fit_points import matrix
 from oilfilm.physics.contact import Conditions
 from oilfilm.physics.film import InletOil, film_thickness
 from oilfilm.physics.thermal_traction import ThermalEhl, film_stress, thermal_ehl_traction
-from oilfilm.report.figures.maps import without_heat
+from oilfilm.report.figures.fits import without_heat
 from oilfilm.settings.base import present
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables

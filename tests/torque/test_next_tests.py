@@ -10,10 +10,16 @@ from scipy.stats import chi2
 from campaigns import without
 from fit_points import LAW
 from oilfilm.errors import OilfilmError
-from oilfilm.fits.curve_errors import ErrorSizes
 from oilfilm.fits.fit import fit_oil
 from oilfilm.fits.fitted import FittedLaw, predict
-from oilfilm.fits.measured_curves import Known, choose, covariance, known_of, uncertainties
+from oilfilm.fits.measured_curves import (
+    ErrorSizes,
+    Known,
+    choose,
+    covariance,
+    known_of,
+    uncertainties,
+)
 from oilfilm.randomness import generator
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables

@@ -13,8 +13,7 @@ from oilfilm.fits import engine
 from oilfilm.fits.fit import fit_oil
 from oilfilm.fits.fitted import FittedLaw
 from oilfilm.fits.problem import build_problem, curve_data
-from oilfilm.physics.contact import load_for_max_hertz_pressure
-from oilfilm.physics.rigs import Contact
+from oilfilm.physics.contact import Contact, load_for_max_hertz_pressure
 from oilfilm.physics.thermal_traction import eyring_stress, limited_stress
 from oilfilm.randomness import generator
 from oilfilm.settings.resolved import Settings

@@ -90,7 +90,7 @@ class ArrayFit:
     def verdict(self) -> str:
         """Whether the fit is sound, and what its user must know."""
         # templates are loaded when words are asked for, here and below: a fit needs none
-        from oilfilm.report.sections.fits import curve_facts  # noqa: PLC0415
+        from oilfilm.report.sections.build import curve_facts  # noqa: PLC0415
 
         quality, law = self.tables.fit_quality, self.law
         lines = [f"{law.law.name}: sound: optimum confirmed, law adequate, runs steady"]

@@ -66,11 +66,6 @@ class FigureDeclaration:
         return " ".join(self.paragraphs)
 
     @property
-    def numbered_title(self) -> str:
-        """The title with the paper's number before it, where it has one."""
-        return f"{self.paper.rstrip('.')}. {self.title}" if self.paper else self.title
-
-    @property
     def study(self) -> str:
         """The study that it belongs to; empty where every campaign may have it."""
         room = self.module.split(".")[1]

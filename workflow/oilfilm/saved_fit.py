@@ -19,7 +19,7 @@ from oilfilm.fits.soundness import finished_fits
 from oilfilm.home import CONFIG
 from oilfilm.logs.base import SET_POINTS
 from oilfilm.report.html import html
-from oilfilm.report.sections.fits import answer, constants, fits, laws
+from oilfilm.report.sections.build import answer, constants, fits, laws
 from oilfilm.report.text import text
 from oilfilm.settings.resolve import resolve, safe_name
 from oilfilm.settings.resolved import Settings

@@ -25,8 +25,8 @@ from oilfilm.logs.columns import LoggedTable
 from oilfilm.logs.header import apart
 from oilfilm.logs.ingest import read_bytes, unpack
 from oilfilm.logs.sheet_file import unfolded
+from oilfilm.logs.sniff import Guesses, has_word, unit_in_name
 from oilfilm.logs.traction_log import TRACTION
-from oilfilm.logs.words import Guesses, has_word, unit_in_name
 from oilfilm.physics.contact import max_hertz_pressure, reduced_modulus
 from oilfilm.settings.base import plain_key
 from oilfilm.traction import LAWS, PAPER_LAW

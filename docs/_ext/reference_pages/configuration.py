@@ -5,18 +5,18 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from oilfilm.home import HOME
-from oilfilm.settings.bearing import BearingFile
 from oilfilm.settings.campaign import CampaignFile
 from oilfilm.settings.config import Config
 from oilfilm.settings.messages import Steps, plain_node, schema_of
-from oilfilm.settings.oil import (
+from oilfilm.settings.rig import (
     AstmD341Coefficients,
+    BearingFile,
     MeasuredViscosity,
     MilL7808Coefficients,
     MilL23699Coefficients,
     OilKeys,
+    Rig,
 )
-from oilfilm.settings.rig import Rig
 from oilfilm.settings.yaml_file import dotted, read_yaml
 
 _OIL_NOTE = "The keys below `coefficients` depend on `model`."

@@ -5,12 +5,10 @@ from typing import Any
 
 from oilfilm import studies
 from oilfilm.figure_catalogue import figures
-from oilfilm.settings.bearing import BearingFile
 from oilfilm.settings.campaign import CampaignFile
 from oilfilm.settings.config import Config
 from oilfilm.settings.messages import schema_of
-from oilfilm.settings.oil import OilFile
-from oilfilm.settings.rig import Rig
+from oilfilm.settings.rig import BearingFile, OilFile, Rig
 
 FILES: dict[str, Any] = {
     "config": Config,

@@ -13,8 +13,8 @@ import pandas as pd
 
 from oilfilm import studies
 from oilfilm.home import HOME
-from oilfilm.tables.declaration import Column, Table
-from oilfilm.tables.store import TABLES, read, read_footer
+from oilfilm.tables import TABLES, read, read_footer
+from oilfilm.tables.dictionary import Column, Table
 
 EXAMPLES = HOME / "docs/reference/table_examples.json"
 _LONGEST = 40

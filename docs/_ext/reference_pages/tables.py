@@ -5,8 +5,7 @@ from typing import Any
 import numpy as np
 
 from oilfilm import studies
-from oilfilm.tables.declaration import LARGEST, Column, Table
-from oilfilm.tables.dictionary import TABLES
+from oilfilm.tables.dictionary import LARGEST, TABLES, Column, Table
 from reference_pages.table_examples import read_examples
 
 _BEGINS = """# All tables

@@ -24,12 +24,11 @@ from oilfilm import tables
 from oilfilm.cli.arguments import config_folder, json_line, project_folder
 from oilfilm.curation.curate import Curated, curate_ingested
 from oilfilm.curation.gate import RULES, Gate
-from oilfilm.curation.plateau_gates import PLATEAU_GATES
+from oilfilm.curation.plateau_gates import PLATEAU_GATES, advice_for
 from oilfilm.curation.rig_kind import TORQUE, TRACTION, RigKind
 from oilfilm.curation.run_gates import RUN_GATES
 from oilfilm.curation.torque_rig import TorqueRig
 from oilfilm.curation.traction_rig import TractionRig
-from oilfilm.curation.verdicts import advice_for
 from oilfilm.errors import OilfilmError, printable
 from oilfilm.logs.base import LOADS, NOTHING_UNDERSTOOD, SET_POINTS
 from oilfilm.logs.first_seen import FirstSeen

@@ -48,7 +48,7 @@ def run(options: argparse.Namespace) -> int:
         )
     request = _request(options, settings, config)
     plans = [plan for oil in oils for plan in plan_oil(results, settings, oil, request)]
-    print("\n\n".join("\n".join(_lines(plan)) for plan in plans))
+    print("\n\n".join("\n".join(_lines(plan, request.count, settings)) for plan in plans))
     print(f"\n{ASSUMPTION}\nfrom campaign {about['campaign']}, {about['data']} data")
     return 0
 
@@ -85,7 +85,7 @@ def _duty(text: str) -> list[float]:
     return values
 
 
-def _lines(plan: NextTests) -> Iterator[str]:
+def _lines(plan: NextTests, count: int, settings: Settings) -> Iterator[str]:
     """The plan in sentences and a table."""
     name, factor, unit = _SHOWN[plan.wanted.target]
     known, design, gradients = plan.known, plan.design, plan.gradients
@@ -121,9 +121,9 @@ def _lines(plan: NextTests) -> Iterator[str]:
         listed = tests[_TEST_COLUMNS].assign(uncertainty_then=after)
         yield listed.to_string(index=False, float_format="{:.4g}".format)
         yield f"Largest after the plan: {largest(design.end)}."
-    if len(tests) < plan.count:
+    if len(tests) < count:
         more = "more " if len(tests) else ""
         yield (
-            f"No {more}test is worth measuring: each makes the {name} more certain "
-            f"by less than {plan.smallest_gain:.2g} of its uncertainty (plan.smallest_gain)."
+            f"No {more}test is worth measuring: each makes the {name} more certain by less "
+            f"than {settings.plan.smallest_gain:.2g} of its uncertainty (plan.smallest_gain)."
         )

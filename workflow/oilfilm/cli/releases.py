@@ -6,7 +6,7 @@ from pathlib import Path
 from oilfilm.cli.arguments import config_folder
 from oilfilm.errors import printable
 from oilfilm.releases.compare import compare
-from oilfilm.releases.rebuild import rebuild
+from oilfilm.releases.release import rebuild
 from oilfilm.releases.stored_release import StoredRelease, fetch_release, pin
 from oilfilm.settings.resolve import read_config, resolve
 

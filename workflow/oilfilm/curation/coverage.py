@@ -12,9 +12,8 @@ import numpy as np
 import pandas as pd
 
 from oilfilm import tables
-from oilfilm.curation.plateau_gates import PLATEAU_GATES
+from oilfilm.curation.plateau_gates import PLATEAU_GATES, advice_for
 from oilfilm.curation.traction_rig import TractionRig
-from oilfilm.curation.verdicts import advice_for
 from oilfilm.physics.contact import max_hertz_pressure
 from oilfilm.settings.config import SameSetPointSettings
 from oilfilm.settings.resolved import Settings

@@ -19,10 +19,9 @@ from oilfilm.curation.zero import force_left, part_of_curve, phases_at_standstil
 from oilfilm.logs.base import Columns, Refusal
 from oilfilm.logs.log_kind import LogKind
 from oilfilm.logs.traction_log import TRACTION
-from oilfilm.physics.contact import max_hertz_pressure
+from oilfilm.physics.contact import Contact, max_hertz_pressure
 from oilfilm.physics.film import contact_film
 from oilfilm.physics.oils import Oil
-from oilfilm.physics.rigs import Contact
 from oilfilm.settings.config import (
     FilmSettings,
     GateSettings,

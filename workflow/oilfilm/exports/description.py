@@ -357,14 +357,6 @@ class Description:
         ]
 
     @property
-    def marked(self) -> str:
-        """Where the functions mark mu, in words."""
-        return (
-            f"mu is extrapolated or its size is above {self.limit:g}, the oil's limiting shear "
-            f"stress over the pressure"
-        )
-
-    @property
     def slip_range(self) -> str:
         """What S is, and how far it was tested."""
         return f"S, {SLIP_MEANING}, either sign; |S| {span(*self.slip.tested)}"

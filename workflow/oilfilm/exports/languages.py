@@ -94,7 +94,8 @@ class Target:
             slip=SLIP,
             slip_end=description.slip.tested[1],
             limit=repr(description.limit),
-            marked=description.marked,
+            marked="mu is extrapolated or its size is above "
+            f"{description.limit:g}, the oil's limiting shear stress over the pressure",
             steps=[
                 (self.language.identifier(name), self._wrapped(self.language.write(value)))
                 for name, value in description.steps()

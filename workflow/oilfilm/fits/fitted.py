@@ -29,8 +29,8 @@ from oilfilm.fits.interval import (
 )
 from oilfilm.fits.soundness_words import what_is_wrong
 from oilfilm.physics.oils import LIMITING_STRESS_RATIO
+from oilfilm.tables import refuse_unpacking
 from oilfilm.tables.campaign_tables import CampaignTables
-from oilfilm.tables.limits import refuse_unpacking
 from oilfilm.traction import LAWS
 from oilfilm.traction.law import CONDITIONS, QUANTITIES, Law, to_internal
 from oilfilm.units import FloatArray

@@ -21,9 +21,9 @@ import numpy.typing as npt
 import scipy
 
 from oilfilm.fits.conditions import levels_by_gap
-from oilfilm.fits.curve_errors import EFFECTS, effects
 from oilfilm.fits.descent import descend
 from oilfilm.fits.engine import Optimum
+from oilfilm.fits.measured_curves import EFFECTS, effects
 from oilfilm.fits.problem import Problem, build_problem
 from oilfilm.units import BoolArray, FloatArray, IndexArray
 

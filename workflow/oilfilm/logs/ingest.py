@@ -1,6 +1,10 @@
 """Raw logs to samples: every row of every file ends in samples or in quarantine.
 
-Decides: where each row of a raw log ends: in samples or in quarantine.
+Each format is read by the module of its name, and recognised by a file's content, never by its
+name.
+
+Decides: which formats of logs are read; where each row of a raw log ends: in samples or in
+quarantine.
 """
 
 import hashlib
@@ -8,7 +12,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 import pandas as pd
@@ -16,16 +20,53 @@ import pyarrow as arrow
 
 from oilfilm import tables
 from oilfilm.errors import OilfilmError, printable
-from oilfilm.logs import base
+from oilfilm.logs import base, csv, lvm, parquet, pcs, tdms
 from oilfilm.logs.columns import ROWS_ADVICE, Found, read_tables
 from oilfilm.logs.log_kind import LogKind, Vocabulary
 from oilfilm.logs.raw_files import LARGEST_LOG
-from oilfilm.logs.registry import BINARY, FOREIGN, READERS, recognised_format
 from oilfilm.logs.run_sheet import NO_SHEET, RunSheet
 from oilfilm.logs.traction_log import TRACTION
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables import LARGEST
 from oilfilm.tables.table_file import digests_of_runs
+
+
+class Reader(Protocol):
+    """A module that reads one format."""
+
+    def recognises(self, head: bytes) -> bool:
+        """True where the first bytes of a file look like this format."""
+        ...
+
+    def tables(self, content: bytes, vocabulary: Vocabulary) -> Found:
+        """How the text of a file is written, and its tables: names, units, keys, numbers.
+
+        Raises:
+            UnreadableLogError: Nothing of the file can be used.
+            Exception: Whatever the library of a binary format stumbles over in a damaged file.
+        """
+        ...
+
+
+# The first that recognises a file reads it: csv, which takes any text in columns, comes last.
+READERS: dict[str, Reader] = {"tdms": tdms, "parquet": parquet, "lvm": lvm, "pcs": pcs, "csv": csv}
+# How files begin that are no logs.
+FOREIGN = {
+    b"PK\x03\x04": "an Excel workbook or a zip archive: export it as csv, or unpack it",
+    b"TDSh": "the index of a tdms log without its data: take the file .tdms beside it",
+    b"\x1f\x8b": "a log that was packed twice: unpack it once",
+}
+# Formats that a library reads: whatever it raises, the file is damaged.
+BINARY = frozenset({"tdms", "parquet"})
+
+
+def recognised_format(content: bytes) -> str | None:
+    """The name of the format of a file's bytes; None where no reader recognises them."""
+    head = content[:4096]
+    if head.startswith(tuple(FOREIGN)):
+        return None
+    return next((name for name, reader in READERS.items() if reader.recognises(head)), None)
+
 
 _LONGEST_LABEL = 200
 _UNSUSPICIOUS = 1 << 24

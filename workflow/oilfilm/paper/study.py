@@ -16,8 +16,7 @@ from oilfilm.home import reference_file
 from oilfilm.paper.advice import NO_CHOICE
 from oilfilm.paper.printed_law import PrintedLaw, printed_law
 from oilfilm.paper.reference import Claim, Claims, PrintedCoefficients, read_claims
-from oilfilm.report.document import Column, Entry, Section, facts, number, percent, show
-from oilfilm.report.words import law_name
+from oilfilm.report.document import Entry, Section, facts, show_table
 from oilfilm.settings.campaign import Campaign
 from oilfilm.settings.config import Box, ExportSettings
 from oilfilm.settings.messages import load
@@ -149,17 +148,9 @@ def _claims(results: CampaignTables, settings: Settings) -> Section:
         campaign=settings.campaign,
         left_out=[oil for oil in settings.oils if oil not in judged],
     )
-    columns = [Column("basis", "Constants"), *(Column(each, each) for each in _CLAIM_VERDICTS)]
-    of_failing = [Column(basis, basis, is_verdict=True) for basis in failing.columns]
     shown = [
-        show(frame.reset_index(), "claims", caption, columns, name=name, in_text=True)
-        for frame, caption, columns, name in (
-            (counts.astype(int), "Verdicts on the claims", columns, "claim-counts"),
-            (
-                *(failing, "Claims that fail"),
-                *([Column("claim", "Claim", meaning=""), *of_failing], "failing-claims"),
-            ),
-        )
+        show_table(counts.astype(int).reset_index(), "claim-counts"),
+        show_table(failing.reset_index(), "failing-claims"),
     ]
     entries = [
         _entry(claim, rows, of_paper, numbers[numbers["claim"] == claim.id], settings)
@@ -251,32 +242,11 @@ def _printed(results: CampaignTables, campaign: Campaign) -> Section:
     apart = results.printed_judged.dropna(subset=["tested_difference"])
     sizes = ["tested_difference", "extrapolated_difference"]
     apart[sizes] = apart[sizes].abs()
-    sum_of_squares, difference = number(".3e"), number(".1e")
     signs = results.sign_verdicts.groupby(["oil", "verdict"])["constant"].agg(" ".join)
     named = signs.unstack(fill_value="-").reindex(columns=_SIGN_VERDICTS, fill_value="-")
     used = results.signs[results.signs["in_use"]].drop_duplicates("oil")
     used = used.join(named, on="oil", how="inner")
-    of_constants = [
-        Column("printed_sse", "SSE, printed", sum_of_squares),
-        Column("fitted_sse", "SSE, fitted", sum_of_squares),
-        Column("tested_difference", "Largest difference, tested", difference),
-        Column("extrapolated_difference", "beyond them", difference),
-    ]
-    of_signs = [
-        Column("rank", "Rank of the set in use"),
-        Column("rank_at_figures", "at slips of Figs 8 and 9"),
-        *(Column(verdict, verdict) for verdict in _SIGN_VERDICTS),
-    ]
-    beside = (
-        "Printed constants beside the fitted ones: sum of squared errors (SSE), and the "
-        "largest difference of mu at tested conditions and beyond them"
-    )
-    sure = "Signs of the printed exponents, and how sure each of them is"
-    oil = Column("oil", "Oil")
-    shown = [
-        show(apart, "printed_judged", beside, [oil, *of_constants], in_text=True),
-        show(used, "signs", sure, [oil, *of_signs], in_text=True),
-    ]
+    shown = [show_table(apart, "printed_judged"), show_table(used, "signs")]
     return Section("printed", "Printed constants", made, shown)
 
 
@@ -312,25 +282,7 @@ def _truth(errors: pd.DataFrame) -> Section:
         return Section("truth", "Simulated truth")
     where = "{:g} GPa, {:g} m/s, {:g} degC, S {:g}"
     conditions = [where.format(*condition) for condition in errors[list(_LEVELS)].to_numpy()]
-    share, whole, short = percent(2), percent(0), number(".4g")
-    table = show(
-        errors.assign(where=conditions),
-        "extrapolation_errors",
-        "Errors against the SIMULATED truth at the conditions of Figs 7-10, rms of mu",
-        [
-            Column("law", "Law", law_name),
-            Column("inside_relative_rms", "Error in the tested box", share),
-            Column("beyond_relative_rms", "beyond it", share),
-            Column(
-                "beyond_obs_ci_ratio", "Truth in the interval of the next run, beyond it", whole
-            ),
-            Column("worst_traction_coefficient", "Worst mu", short),
-            Column("worst_true_traction_coefficient", "True mu", short),
-            Column("where", "Worst condition"),
-        ],
-        name="truth-errors",
-        in_text=True,
-    )
+    table = show_table(errors.assign(where=conditions), "truth-errors")
     return Section("truth", "Simulated truth", facts("paper/truth.jinja"), [table])
 
 

@@ -14,9 +14,8 @@ from typing import Any, Literal
 
 import numpy as np
 
-from oilfilm.physics.contact import Conditions, Floats, max_hertz_pressure
+from oilfilm.physics.contact import Conditions, Contact, Floats, max_hertz_pressure
 from oilfilm.physics.oils import Oil
-from oilfilm.physics.rigs import Contact
 from oilfilm.units import PA_PER_GPA, BoolArray, FloatArray
 
 # Outside this range no oil is a liquid lubricant, and the formulas of its properties overflow.

@@ -33,7 +33,7 @@ from oilfilm.releases.manifest import (
 )
 from oilfilm.releases.tree import PINS, copy_file
 from oilfilm.settings.yaml_file import read_yaml
-from oilfilm.tables.limits import LARGEST_TABLE, UNREADABLE, refuse_unpacking
+from oilfilm.tables import LARGEST_TABLE, UNREADABLE, refuse_unpacking
 
 # What the drift gate and a comparison of settings and verdicts need; no points, for their size.
 _KEPT = (

@@ -277,22 +277,17 @@ def percent(digits: int) -> Form:
     return lambda value: _NONE if np.isnan(value) else f"{share(100 * value)} %"
 
 
-def yes_or_no(value: Any) -> str:
-    """A flag in words."""
-    return "yes" if value else "no"
-
-
 # What a declared column calls its form, beside formats of numbers and percents.
 FORMS: dict[str, Form] = {
     "gate": gate_name,
     "law": law_name,
     "laws": law_names,
     "load variable": load_variable,
-    "yes or no": yes_or_no,
+    "yes or no": lambda flag: "yes" if flag else "no",
 }
 
 
-def show_declared(
+def show_table(
     frame: pd.DataFrame, declared: str, caption: str = "", name: str = "", most: int | None = None
 ) -> ShownTable:
     """A table of `shown_tables.yaml`; columns that the frame does not have are left out.
@@ -310,9 +305,21 @@ def show_declared(
         keys = {"heading": given} if isinstance(given, str) else dict(given)
         if column in frame:
             columns.append(Column(column, **keys | {"form": _form(keys.get("form", ""))}))
-    shown = caption or about["caption"], columns
-    more: dict[str, Any] = {"most": most, "in_text": about.get("in_text", False)}
-    return show(frame, about.get("model", declared), *shown, name=name or declared, **more)
+    table = about.get("model", declared)
+    if model := tables.TABLES.get(table):
+        columns = [column.described(model) for column in columns]
+    return ShownTable(
+        name or declared,
+        caption or about["caption"],
+        columns,
+        [
+            [column.form(row[column.name]) for column in columns]
+            for row in tables.rows(frame[:most])
+        ],
+        left_out=len(frame[most:]) if most is not None else 0,
+        source=f"tables/{table}.parquet",
+        in_text=about.get("in_text", False),
+    )
 
 
 @cache
@@ -325,35 +332,3 @@ def _form(name: str) -> Form:
     if name in FORMS or not name:
         return FORMS.get(name, str)
     return percent(int(name[:-1])) if name.endswith("%") else number(name)
-
-
-def show(
-    frame: pd.DataFrame,
-    table: str,
-    caption: str,
-    columns: Sequence[Column],
-    *,
-    name: str = "",
-    most: int | None = None,
-    in_text: bool = False,
-) -> ShownTable:
-    """Some columns of a table.
-
-    Args:
-        frame: Rows of it.
-        table: Name of its model, which has units and meanings.
-        caption: What it shows.
-        columns: Its columns.
-        name: Of it in the page, if not the model's.
-        most: Rows that are shown at most.
-        in_text: Whether the text has it, beside the page.
-    """
-    if model := tables.TABLES.get(table):
-        columns = [column.described(model) for column in columns]
-    rows = [
-        [column.form(row[column.name]) for column in columns] for row in tables.rows(frame[:most])
-    ]
-    left_out = len(frame) - len(rows)
-    return ShownTable(
-        name or table, caption, columns, rows, left_out, f"tables/{table}.parquet", in_text=in_text
-    )

@@ -19,7 +19,7 @@ from oilfilm.report import captions
 from oilfilm.report.document import Section, meanings
 from oilfilm.report.explorer import explorer, law_script
 from oilfilm.report.release_id import UNRELEASED
-from oilfilm.report.sections.data import drawn_points
+from oilfilm.report.sections.build import drawn_points
 from oilfilm.report.words import printed
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
@@ -65,7 +65,8 @@ def html(
     gallery: dict[str, list[dict[str, Any]]] = {}
     for png in pngs:
         figure = figures()[png.stem]
-        picture = {"png": png, "file": f"figures/{png.name}", "title": figure.numbered_title}
+        title = f"{figure.paper.rstrip('.')}. {figure.title}" if figure.paper else figure.title
+        picture = {"png": png, "file": f"figures/{png.name}", "title": title}
         picture["caption"] = captions.caption(png.stem)
         gallery.setdefault(figure.category, []).append(picture)
     signals = [

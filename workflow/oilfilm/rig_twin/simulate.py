@@ -20,8 +20,7 @@ import pyarrow.csv as arrow_csv
 from oilfilm import tables
 from oilfilm.atomic_write import write_text
 from oilfilm.logs.raw_files import listing
-from oilfilm.physics.contact import max_hertz_pressure
-from oilfilm.physics.rigs import Contact
+from oilfilm.physics.contact import Contact, max_hertz_pressure
 from oilfilm.randomness import generator
 from oilfilm.rig_twin.plan import GATES, PlannedRun, planned_runs
 from oilfilm.rig_twin.truth import Truth, known_contact, true_tractions

@@ -17,9 +17,8 @@ import pandas as pd
 from oilfilm import tables
 from oilfilm.bearing.ellipse import Grid, TractionLaw, grid
 from oilfilm.errors import OilfilmError
-from oilfilm.physics.contact import Conditions, elliptical_contact
+from oilfilm.physics.contact import Conditions, Contact, elliptical_contact
 from oilfilm.physics.oils import Oil
-from oilfilm.physics.rigs import Contact
 from oilfilm.physics.thermal_traction import ThermalEhl, sliding_film, thermal_ehl_traction
 from oilfilm.settings.base import present
 from oilfilm.settings.resolved import Settings

@@ -9,7 +9,6 @@ from contextlib import suppress
 from datetime import date
 from functools import cache
 from itertools import islice
-from math import inf
 from pathlib import Path
 from typing import Any
 
@@ -51,20 +50,6 @@ _FORM_OF_NAME = (
 _TEXT = {"type": "string"}
 # Mistakes of a file from which the first line is chosen.
 _MOST_MISTAKES = 100
-# Units that are taken for the expected one: (unit, factor, offset) into the expected one.
-_OTHER_UNITS = {
-    "GPa": [("MPa", 1e-3, 0.0), ("Pa", 1e-9, 0.0)],
-    "Pa": [("GPa", 1e9, 0.0), ("MPa", 1e6, 0.0)],
-    "m": [("mm", 1e-3, 0.0)],
-    "m/s": [("mm/s", 1e-3, 0.0)],
-    "um": [("nm", 1e-3, 0.0)],
-    "kg/m3": [("g/cm3", 1e3, 0.0)],
-    "J/(kg K)": [("kJ/(kg K)", 1e3, 0.0)],
-    "W/(m K)": [("mW/(m K)", 1e-3, 0.0)],
-    "K": [("degC", 1.0, 273.15)],
-    "degC": [("K", 1.0, -273.15)],
-    "1": [("%", 0.01, 0.0)],
-}
 
 
 def load(path: Path, model: Any) -> Any:
@@ -199,16 +184,13 @@ def _expected(details: ErrorDetails, node: Mapping[str, Any]) -> str:
         return _FORM_OF_NAME
     if kind not in _EXPECTED:
         return str(details["msg"])
-    return _EXPECTED[kind].format(in_unit=_in_unit(node), **context)
-
-
-def _in_unit(node: Mapping[str, Any]) -> str:
     unit = node.get("unit", "1")
-    return "" if unit == "1" else f", in {unit}"
+    in_unit = "" if unit == "1" else f", in {unit}"
+    return _EXPECTED[kind].format(in_unit=in_unit, **context)
 
 
 def _hint(value: Any, node: Mapping[str, Any]) -> str:
-    """What to write where YAML read something else, or where another unit was meant."""
+    """What to write where YAML read something else."""
     if isinstance(value, str) and "enum" in node:
         return near(value, map(str, node["enum"]))
     if isinstance(value, str) and node.get("type") in ("number", "integer"):
@@ -218,19 +200,7 @@ def _hint(value: Any, node: Mapping[str, Any]) -> str:
         return ' YAML reads NO, OFF, YES and ON so: put the word in quotes, as "NO".'
     if isinstance(value, date | int | float) and node.get("type") == "string":
         return f' Put it in quotes: "{value}".'
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        return ""
-    for other, factor, offset in _OTHER_UNITS.get(node.get("unit", ""), []):
-        converted = value * factor + offset
-        if _is_within(converted, node):
-            return f" If it is in {other}, write {converted:g}."
     return ""
-
-
-def _is_within(value: float, node: Mapping[str, Any]) -> bool:
-    return node.get("minimum", -inf) <= value <= node.get("maximum", inf) and node.get(
-        "exclusiveMinimum", -inf
-    ) < value < node.get("exclusiveMaximum", inf)
 
 
 # ---------------------------------------------------------------- walking a JSON schema

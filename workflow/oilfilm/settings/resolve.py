@@ -19,13 +19,11 @@ from oilfilm.errors import OilfilmError, cut
 from oilfilm.figure_catalogue import figures
 from oilfilm.home import CONFIG
 from oilfilm.settings.base import Group, plain_key
-from oilfilm.settings.bearing import BearingFile
 from oilfilm.settings.campaign import Campaign, CampaignFile, Dataset
 from oilfilm.settings.config import Config, ConfigKeys
 from oilfilm.settings.messages import Steps, check_file
-from oilfilm.settings.oil import OilFile
 from oilfilm.settings.resolved import Settings, merge
-from oilfilm.settings.rig import Rig
+from oilfilm.settings.rig import BearingFile, OilFile, Rig
 from oilfilm.settings.yaml_file import YamlFile, as_yaml, dotted, leaves, read_yaml
 
 # A file system takes 255 bytes; a release and the exports append to names.

@@ -8,15 +8,13 @@ from typing import Any, Self, TypeVar
 
 from oilfilm.bearing.geometry import Bearing
 from oilfilm.errors import OilfilmError
+from oilfilm.physics.contact import Contact
 from oilfilm.physics.oils import Oil
-from oilfilm.physics.rigs import Contact
 from oilfilm.settings.base import Group, key, plain_key, present
-from oilfilm.settings.bearing import BearingFile
 from oilfilm.settings.campaign import Campaign, Dataset
 from oilfilm.settings.config import ConfigKeys, SplitSettings
 from oilfilm.settings.messages import check
-from oilfilm.settings.oil import OilFile
-from oilfilm.settings.rig import Rig
+from oilfilm.settings.rig import BearingFile, OilFile, Rig
 
 _Part = TypeVar("_Part", bound=Group)
 # Results are the same bytes however the work is spread over jobs.

@@ -3,27 +3,389 @@
 Each column is declared once, in a YAML file, with its unit, meaning and caveat. Each table lists
 its columns and its key. Units and descriptions are in the footer of the Parquet file, beside the
 schema version and the provenance.
+
+Decides: how a table is checked, written and read; how many rows are in memory at once.
 """
 
-from oilfilm.tables.declaration import BY_ROW as BY_ROW
-from oilfilm.tables.declaration import LARGEST as LARGEST
-from oilfilm.tables.declaration import UNITS as UNITS
-from oilfilm.tables.declaration import Column as Column
-from oilfilm.tables.declaration import Table as Table
+import json
+from base64 import b64encode
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pyarrow as arrow
+import pyarrow.compute as compute
+import pyarrow.parquet as parquet
+
+from oilfilm.atomic_write import atomic_file
+from oilfilm.errors import OilfilmError, cut
+from oilfilm.tables.dictionary import BY_ROW as BY_ROW
 from oilfilm.tables.dictionary import COLUMNS as COLUMNS
+from oilfilm.tables.dictionary import LARGEST as LARGEST
 from oilfilm.tables.dictionary import TABLES as TABLES
+from oilfilm.tables.dictionary import UNITS as UNITS
+from oilfilm.tables.dictionary import Column as Column
+from oilfilm.tables.dictionary import Table as Table
 from oilfilm.tables.dictionary import unit_of as unit_of
 from oilfilm.tables.schema_version import SCHEMA_VERSION as SCHEMA_VERSION
-from oilfilm.tables.store import ROW_GROUP as ROW_GROUP
-from oilfilm.tables.store import columns as columns
-from oilfilm.tables.store import conform as conform
-from oilfilm.tables.store import empty as empty
-from oilfilm.tables.store import filled as filled
-from oilfilm.tables.store import from_rows as from_rows
-from oilfilm.tables.store import read as read
-from oilfilm.tables.store import read_footer as read_footer
-from oilfilm.tables.store import read_parts as read_parts
-from oilfilm.tables.store import read_run as read_run
-from oilfilm.tables.store import rows as rows
-from oilfilm.tables.store import write as write
-from oilfilm.tables.store import writing as writing
+
+# Bytes of a table once it is unpacked.
+LARGEST_TABLE = 1 << 30
+# Columns and row groups; no table here has a hundredth of them.
+_MOST_CHUNKS = 100_000
+# Types of at most 8 bytes a value.
+_PLAIN = {"BOOLEAN", "INT32", "INT64", "FLOAT", "DOUBLE"}
+# Errors of Arrow for a file that is not Parquet or is damaged.
+UNREADABLE = (arrow.ArrowException, OSError, ValueError, RecursionError)
+
+
+def refuse_unpacking(file: Path, largest: int = LARGEST_TABLE) -> None:
+    """Refuse a small file that unpacks to more than memory can hold (one value, repeated).
+
+    Args:
+        file: A Parquet file.
+        largest: Most bytes.
+
+    Raises:
+        OilfilmError: It unpacks to more, is no table of plain values, or is missing.
+    """
+    try:
+        size = _size_unpacked(file, largest)
+    except FileNotFoundError:
+        raise OilfilmError(f"{file}: there is no such table; snakemake makes it.") from None
+    except UNREADABLE as error:
+        raise OilfilmError(f"{file}: cannot be read as a table ({error}).") from error
+    if size > largest:
+        raise OilfilmError(f"{file}: unpacks to {size} bytes, more than are read ({largest}).")
+
+
+def _size_unpacked(file: Path, largest: int) -> int:
+    """Bytes of a Parquet file's values in memory, or a size too large on the way to them."""
+    metadata = parquet.read_metadata(file)
+    if metadata.num_columns * max(metadata.num_row_groups, 1) > _MOST_CHUNKS:
+        raise ValueError(
+            f"it has {metadata.num_columns} columns in {metadata.num_row_groups} parts; expected "
+            f"at most {_MOST_CHUNKS} together"
+        )
+    if any(arrow.types.is_nested(kind) for kind in metadata.schema.to_arrow_schema().types):
+        raise ValueError("its columns hold lists, which no table here does")
+    groups = [metadata.row_group(group) for group in range(metadata.num_row_groups)]
+    chunks = [group.column(index) for group in groups for index in range(group.num_columns)]
+    if unknown := {chunk.physical_type for chunk in chunks} - {*_PLAIN, "BYTE_ARRAY"}:
+        raise ValueError(f"its columns hold {min(unknown)}, which no table here does")
+    size = sum(max(chunk.total_uncompressed_size, 8 * chunk.num_values) for chunk in chunks)
+    # Only here a value has a length of its own. Read as a dictionary it lies in memory once.
+    text = sorted({c.path_in_schema for c in chunks if c.physical_type == "BYTE_ARRAY"})
+    if size > largest or not text:
+        return size
+    for batch in parquet.ParquetFile(file, read_dictionary=text).iter_batches(columns=text):
+        for column in batch.columns:
+            if isinstance(column, arrow.DictionaryArray):
+                lengths = compute.binary_length(column.dictionary.cast(arrow.large_binary()))
+                size += compute.sum(lengths.take(column.indices)).as_py() or 0
+            else:
+                size += column.nbytes
+    return size
+
+
+def columns(table: str) -> list[str]:
+    """Names of a table's columns, in order."""
+    return TABLES[table].names
+
+
+def empty(table: str) -> pd.DataFrame:
+    """The table with no rows and every column of its type."""
+    return _empty(table).copy()
+
+
+@cache
+def _empty(table: str) -> pd.DataFrame:
+    return pd.DataFrame(
+        {column.name: pd.Series(dtype=column.dtype) for column in TABLES[table].columns}
+    )
+
+
+def from_rows(rows: list[dict[str, Any]], table: str) -> pd.DataFrame:
+    """A table from one mapping per row; no rows give the empty table."""
+    return conform(pd.DataFrame(rows), table, "new rows") if rows else empty(table)
+
+
+def filled(frame: pd.DataFrame, table: str, where: str = "new rows") -> pd.DataFrame:
+    """Rows as a table: what they do not know is missing, 0 or empty, or the first text allowed.
+
+    Raises:
+        OilfilmError: As `conform`.
+    """
+    unknown: dict[str, Any] = {"number": 0.0, "integer": 0, "flag": False, "text": ""}
+    values = {}
+    for column in TABLES[table].columns:
+        known = frame.get(column.name, pd.Series(np.nan, frame.index))
+        if not column.nullable and known.hasnans:
+            nothing = (*column.allowed, unknown[column.type])[0]
+            known = known.astype(object).where(known.notna(), nothing)
+        dtype: Any = column.dtype
+        values[column.name] = known.astype(dtype)
+    return conform(pd.DataFrame(values), table, where)
+
+
+def rows(frame: pd.DataFrame) -> list[dict[str, Any]]:
+    """The rows of a table, one dictionary per row."""
+    return [{str(name): value for name, value in row.items()} for row in frame.to_dict("records")]
+
+
+def conform(frame: pd.DataFrame, table: str, where: str) -> pd.DataFrame:
+    """The frame with the columns of the table in order and of their types, after every check.
+
+    Columns are checked one at a time: a whole frame of samples at once takes three times the
+    memory. Pandera checks only columns that do not plainly obey their declaration, because it
+    takes a millisecond per column and several passes over a long one.
+
+    Raises:
+        OilfilmError: A column is missing, unknown, or holds what the contract forbids.
+    """
+    model = TABLES[table]
+    missing = [name for name in model.names if name not in frame.columns]
+    unknown = [name for name in frame.columns if name not in model.names]
+    if missing or unknown:
+        raise OilfilmError(
+            f"{where}: table {table!r} lacks {missing or 'no column'} and has the unknown "
+            f"{cut(unknown or 'none')}. It was made by another version: rebuild it."
+        )
+    frame = frame.reset_index(drop=True)
+    checked = {column.name: _checked(frame, column, model, where) for column in model.columns}
+    # one block of all columns would be one more copy of a large table
+    conformed = pd.DataFrame(checked, columns=model.names, copy=False)
+    for complaint in model.complaints(conformed):
+        raise OilfilmError(f"{where}: table {table!r}: {cut(complaint, 1000)}.")
+    return conformed
+
+
+def _checked(frame: pd.DataFrame, column: Column, model: Table, where: str) -> pd.Series:
+    """A column with its type, every check passed."""
+    values = frame[column.name]
+    if _plainly_obeys(values, column):
+        return values
+    # imported where needed: it takes a second
+    from pandera.errors import SchemaError, SchemaErrors  # noqa: PLC0415
+
+    try:
+        validated = model.schema.columns[column.name].validate(frame[[column.name]], lazy=True)
+    except (SchemaErrors, SchemaError) as error:
+        case = error.failure_cases.iloc[0]
+        expected = case.get("check", column.dtype)
+        raise OilfilmError(
+            f"{where}: table {model.name!r}, column {column.name!r} ({column.description}): found "
+            f"{cut(repr(case['failure_case']))} at row {case['index']}, expected {expected}."
+        ) from error
+    return validated[column.name]
+
+
+def _plainly_obeys(values: pd.Series, column: Column) -> bool:
+    """True where a column has its type and keeps its bounds; in any doubt false."""
+    if values.dtype.name != column.dtype:
+        return False
+    if values.empty:
+        return True
+    if not column.nullable and values.hasnans:
+        return False
+    if column.at_least is not None and np.fmin.reduce(values.to_numpy()) < column.at_least:
+        return False
+    if column.at_most is not None and np.fmax.reduce(values.to_numpy()) > column.at_most:
+        return False
+    return not column.allowed or bool(values.dropna().isin(column.allowed).all())
+
+
+def write(frame: pd.DataFrame, table: str, path: Path, provenance: Mapping[str, Any]) -> None:
+    """Check a table and write it completely or not at all, with units and provenance in its footer.
+
+    Args:
+        frame: The rows.
+        table: Name of the table's model.
+        path: Parquet file to write.
+        provenance: At least `campaign` and `data` ("simulated" or "measured"); plain JSON values.
+
+    Raises:
+        OilfilmError: The frame breaks the contract.
+    """
+    with writing(table, path, provenance, ROW_GROUP) as add:
+        add(frame)
+
+
+# Rows that are in memory at once where a long table is written or read a part at a time.
+ROW_GROUP = 1 << 18
+
+
+@contextmanager
+def writing(
+    table: str, path: Path, provenance: Mapping[str, Any], largest_group: int | None = None
+) -> Iterator[Callable[[pd.DataFrame], None]]:
+    """Write a table a part at a time, completely or not at all, as `write` does.
+
+    No check compares the keys of two parts. The provenance may grow until the last part is written.
+
+    Args:
+        table: Name of the table's model.
+        path: Parquet file to write.
+        provenance: As for `write`.
+        largest_group: Rows of a row group, at most; each part is one if not given.
+
+    Raises:
+        OilfilmError: A part breaks the contract.
+    """
+    schema = _arrow_schema(table)
+    encodings = {
+        field.name: _ENCODINGS[str(field.type)] for field in schema if str(field.type) in _ENCODINGS
+    }
+    with atomic_file(path) as aside:
+        with parquet.ParquetWriter(
+            aside,
+            schema,
+            compression="zstd",
+            use_dictionary=[name for name in schema.names if name not in encodings],
+            column_encoding=encodings,
+            write_page_checksum=True,
+            store_schema=False,  # with its metadata at the end
+        ) as file:
+            parts = 0
+
+            def add(frame: pd.DataFrame) -> None:
+                nonlocal parts
+                conformed = conform(frame, table, str(path))
+                # column by column, in half of the time of `from_pandas` of the table
+                arrays = [
+                    arrow.array(conformed[field.name], field.type, from_pandas=True)
+                    for field in schema
+                ]
+                content = arrow.table(arrays, schema=schema)
+                file.write_table(content, row_group_size=largest_group or max(len(frame), 1))
+                parts += 1
+
+            yield add
+            if not parts:
+                add(empty(table))
+            footer = {"table": table, "schema_version": SCHEMA_VERSION, **provenance}
+            metadata = {"oilfilm": json.dumps(footer, sort_keys=True, ensure_ascii=False)}
+            described = b64encode(schema.with_metadata(metadata).serialize())
+            file.add_key_value_metadata({**metadata, "ARROW:schema": described})
+
+
+# Numbers hardly repeat: a dictionary of them takes five times the time and saves nothing.
+_ENCODINGS = {"int64": "DELTA_BINARY_PACKED", "double": "BYTE_STREAM_SPLIT"}
+
+
+def read(table: str, *paths: Path) -> pd.DataFrame:
+    """Read a table from one file, from several or from none (then empty), and check it again.
+
+    Raises:
+        OilfilmError: A file is missing or damaged, holds another table or another schema
+            version, or breaks the contract.
+    """
+    if not paths:
+        return empty(table)
+    for path in paths:
+        _check_footer(table, path)
+    parts = [_content(path).replace_schema_metadata(None) for path in paths]
+    where = str(paths[0]) if len(paths) == 1 else f"{paths[0]} and {len(paths) - 1} more"
+    content = arrow.concat_tables(parts).unify_dictionaries() if len(parts) > 1 else parts[0]
+    return conform(content.to_pandas(), table, where)
+
+
+def read_parts(table: str, *paths: Path) -> Iterator[pd.DataFrame]:
+    """The row groups of files, one after the other, each checked as by `read`.
+
+    Raises:
+        OilfilmError: As `read`.
+    """
+    for path in paths:
+        _check_footer(table, path)
+        try:
+            with parquet.ParquetFile(path, page_checksum_verification=True) as file:
+                for group in range(file.num_row_groups):
+                    # one thread, because the shares of a campaign are spread over all cores
+                    content = file.read_row_group(group, use_threads=False)
+                    rows = content.replace_schema_metadata(None).to_pandas(use_threads=False)
+                    yield conform(rows, table, str(path))
+        except UNREADABLE as error:
+            raise _damaged(path, error) from error
+
+
+def _content(path: Path, filters: list[tuple[str, str, str]] | None = None) -> arrow.Table:
+    """The content of a file, each page checked, without columns from the folder's name."""
+    try:
+        return parquet.read_table(
+            path, partitioning=None, page_checksum_verification=True, filters=filters
+        )
+    except UNREADABLE as error:
+        raise _damaged(path, error) from error
+
+
+def _damaged(path: Path, error: Exception | str) -> OilfilmError:
+    return OilfilmError(
+        f"{path}: cannot be read as Parquet ({error}). Delete it and run snakemake again."
+    )
+
+
+def read_run(table: str, paths: Sequence[Path], run_id: str) -> pd.DataFrame:
+    """The rows of one run, from the files that may hold them.
+
+    Raises:
+        OilfilmError: As `read`.
+    """
+    for path in paths:
+        _check_footer(table, path)
+    # what is not of the run never leaves Arrow, and row groups without it are not even read
+    rows_of_run = [("run_id", "==", run_id)]
+    content = arrow.concat_tables([_content(path, filters=rows_of_run) for path in paths])
+    return conform(content.to_pandas(), table, f"run {run_id}")
+
+
+def _check_footer(table: str, path: Path) -> None:
+    footer = read_footer(path)
+    if footer.get("table") != table or footer.get("schema_version") != SCHEMA_VERSION:
+        found, version = (cut(repr(footer.get(key))) for key in ("table", "schema_version"))
+        raise OilfilmError(
+            f"{path}: holds table {found}, schema version {version}; expected {table!r}, version "
+            f"{SCHEMA_VERSION}. Delete it and run snakemake again."
+        )
+
+
+def read_footer(path: Path) -> dict[str, Any]:
+    """Provenance, table name and schema version of a Parquet file.
+
+    Raises:
+        OilfilmError: The file is missing, damaged or was not written by oilfilm.
+    """
+    try:
+        metadata = parquet.read_schema(path).metadata or {}
+    except FileNotFoundError as error:
+        raise OilfilmError(f"{path}: there is no such table; snakemake makes it.") from error
+    except UNREADABLE as error:
+        raise _damaged(path, error) from error
+    try:
+        footer = json.loads(metadata.get(b"oilfilm", b"null"))
+    except (ValueError, RecursionError) as error:
+        raise _damaged(path, error) from error
+    if not isinstance(footer, dict):
+        raise OilfilmError(f"{path}: it is Parquet, but not a table of oilfilm.")
+    return footer
+
+
+def _arrow_schema(table: str) -> arrow.Schema:
+    fields = []
+    for column in TABLES[table].columns:
+        metadata = {"unit": column.unit, "description": column.description}
+        fields.append(arrow.field(column.name, _ARROW_TYPES[column.dtype], metadata=metadata))
+    return arrow.schema(fields)
+
+
+_ARROW_TYPES = {
+    "float64": arrow.float64(),
+    "int64": arrow.int64(),
+    "bool": arrow.bool_(),
+    "str": arrow.string(),
+    "category": arrow.dictionary(arrow.int32(), arrow.string()),
+}

@@ -9,8 +9,8 @@ import pandas as pd
 
 from oilfilm.errors import OilfilmError
 from oilfilm.table_needs import NOT_IN_EVERY_CAMPAIGN, OF_FIT
+from oilfilm.tables import read
 from oilfilm.tables.dictionary import TABLES
-from oilfilm.tables.store import read
 
 # Tables whose rows are those of another table.
 _SAME_COLUMNS = {"torque_quarantine": "quarantine"}

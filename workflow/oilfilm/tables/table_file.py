@@ -9,8 +9,8 @@ import pandas as pd
 import pyarrow.parquet as parquet
 
 from oilfilm.digests import settings_digest
+from oilfilm.tables import read_footer, read_run
 from oilfilm.tables.dictionary import TABLES
-from oilfilm.tables.store import read_footer, read_run
 
 
 def digests_of_runs(samples: pd.DataFrame) -> dict[str, str]:

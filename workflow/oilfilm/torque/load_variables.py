@@ -10,8 +10,7 @@ import numpy as np
 
 from oilfilm.bearing.ellipse import TractionLaw
 from oilfilm.fits.fitted import FittedLaw
-from oilfilm.physics.contact import Conditions, creep_slope
-from oilfilm.physics.rigs import Contact
+from oilfilm.physics.contact import Conditions, Contact, creep_slope
 from oilfilm.traction.law import to_internal
 from oilfilm.units import FloatArray, IndexArray
 

@@ -18,7 +18,7 @@ from oilfilm.errors import OilfilmError
 from oilfilm.fits.fitted import FittedLaw
 from oilfilm.fits.measured_curves import Design, FormError, Known, choose, known_of, place
 from oilfilm.fits.problem import Curves
-from oilfilm.physics.rigs import Contact
+from oilfilm.physics.contact import Contact
 from oilfilm.settings.config import PlanLevels, PlanSettings, PointOfTraction
 from oilfilm.settings.resolved import Settings
 from oilfilm.settings.rig import Rig
@@ -137,7 +137,6 @@ class Wanted:
     Attributes:
         target: `torque`, `cage_slip` or `traction`.
         labels: Operating point of each, as text.
-        values: Their values by the fitted law.
         gradients: By the free internal constants, shape (quantities, free); of torque and traction
             relative to the value.
         lever: Change of each (as of `gradients`) per relative change of all traction.
@@ -147,7 +146,6 @@ class Wanted:
 
     target: str
     labels: list[str]
-    values: FloatArray
     gradients: FloatArray
     lever: FloatArray
     places: FloatArray
@@ -209,7 +207,7 @@ def wanted_in_bearing(
         if target == "torque":
             gradient = gradient / middle[:, np.newaxis]
         by_constants, lever = gradient[:, :-1], gradient[:, -1]
-        wanted[target] = Wanted(target, kept, middle, by_constants, lever, places[smooth], left_out)
+        wanted[target] = Wanted(target, kept, by_constants, lever, places[smooth], left_out)
     return wanted
 
 
@@ -245,7 +243,7 @@ def wanted_traction(at: list[PointOfTraction], known: Known, contact: Contact) -
     pressure, speed, temperature = levels[list(CONDITIONS)].to_numpy(dtype=float).T
     places = place(contact.load_n(pressure), speed, temperature)[:, np.newaxis]
     gradients = slopes / mu[:, np.newaxis]
-    return Wanted("traction", labels, mu, gradients, np.ones(len(mu)), places, [])
+    return Wanted("traction", labels, gradients, np.ones(len(mu)), places, [])
 
 
 @dataclass(frozen=True)
@@ -260,8 +258,6 @@ class NextTests:
         candidates: The tests that the rig can run.
         gradients: Of what is wanted by all parameters of `known`.
         design: Those chosen.
-        count: How many were asked for.
-        smallest_gain: Relative fall of the uncertainty below which a test is not chosen.
     """
 
     oil: str
@@ -271,8 +267,6 @@ class NextTests:
     candidates: Candidates
     gradients: FloatArray
     design: Design
-    count: int
-    smallest_gain: float
 
     def table(self) -> pd.DataFrame:
         """Rows of the table `test_plan`."""
@@ -387,10 +381,9 @@ def plan_oil(
         here = replace(known, form=_form_error(plan, asked, known, feasible.curves))
         gradients = here.gradients(asked.gradients, asked.lever, asked.places)
         new = here.of_curves(feasible.curves)
-        limits = request.count, plan.smallest_gain
-        design = choose(here.precision, new, gradients, *limits)
+        design = choose(here.precision, new, gradients, request.count, plan.smallest_gain)
         where = "" if target == "traction" or request.bearing is None else request.bearing.name
-        made.append(NextTests(oil, where, here, asked, feasible, gradients, design, *limits))
+        made.append(NextTests(oil, where, here, asked, feasible, gradients, design))
     return made
 
 

@@ -7,9 +7,9 @@ import numpy as np
 import pandas as pd
 
 from oilfilm.fits.fitted import FittedLaw
+from oilfilm.physics.contact import Contact
 from oilfilm.physics.film import Thickness, contact_film
 from oilfilm.physics.oils import Oil
-from oilfilm.physics.rigs import Contact
 from oilfilm.settings.resolved import Settings
 from oilfilm.traction.law import CONDITIONS, QUANTITIES, Observations, to_internal
 from oilfilm.units import M_PER_UM, FloatArray

@@ -3,8 +3,8 @@
 from pathlib import Path
 from types import ModuleType
 
+from oilfilm.physics.contact import Contact
 from oilfilm.physics.oils import Oil
-from oilfilm.physics.rigs import Contact
 from oilfilm.traction import laws
 from oilfilm.traction.law import Law
 

@@ -15,8 +15,8 @@ from typing import Any
 import numpy as np
 
 from oilfilm.errors import OilfilmError
+from oilfilm.physics.contact import Contact
 from oilfilm.physics.oils import Oil
-from oilfilm.physics.rigs import Contact
 from oilfilm.traction import expression
 from oilfilm.traction.expression import Node
 from oilfilm.units import BoolArray, FloatArray, IndexArray

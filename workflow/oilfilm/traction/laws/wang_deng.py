@@ -19,9 +19,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from oilfilm.physics.contact import Contact
 from oilfilm.physics.film import InletOil
 from oilfilm.physics.oils import Oil
-from oilfilm.physics.rigs import Contact
 from oilfilm.traction.law import Coefficient, Law
 from oilfilm.units import BoolArray, FloatArray
 
