@@ -6,7 +6,6 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
-from oilfilm.report.sections.fits import curve_facts
 from scipy.optimize import curve_fit
 
 from campaigns import Campaign, printed
@@ -21,6 +20,7 @@ from oilfilm.fits.fitted import FittedLaw
 from oilfilm.fits.objectives import robust_fit
 from oilfilm.fits.uncertainty import naive_covariance
 from oilfilm.randomness import generator
+from oilfilm.report.sections.build import curve_facts
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction.law import to_constants, to_internal
