@@ -5,12 +5,13 @@ import itertools
 import numpy as np
 import pandas as pd
 import pytest
+import scipy
 
 from campaigns import printed
 from fit_points import LAW, polished
 from oilfilm.fits.fit import fit_oil
 from oilfilm.fits.fitted import FittedLaw
-from oilfilm.fits.interval import LEVELS, Band, scores_of_unseen
+from oilfilm.fits.interval import LEVELS, Band, _not_negative, scores_of_unseen
 from oilfilm.fits.uncertainty import curve_bootstrap, naive_covariance, robust_covariance
 from oilfilm.home import CONFIG
 from oilfilm.randomness import generator
@@ -157,3 +158,12 @@ def test_the_interval_just_holds_the_curve_that_made_its_quantile(measured: floa
     band = Band(np.zeros((1, 1)), unseen.absolute * times, unseen.relative * times)
     lower, upper = band.ends(np.array([0.01]), np.zeros((1, 1)), np.zeros((1, 0)))[:, 0]
     assert (lower if measured < 0.01 else upper) == pytest.approx(measured)
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_least_squares_without_a_negative_factor_are_those_of_scipy(seed: int) -> None:
+    random = np.random.default_rng(seed)
+    columns = random.normal(size=(30, 3)) ** 2 * [1.0, 1e-4, seed % 3]
+    wanted = columns @ random.normal(size=3) + 0.1 * random.normal(size=30)
+    expected, _ = scipy.optimize.nnls(columns, wanted)
+    np.testing.assert_allclose(_not_negative(columns, wanted), expected, rtol=1e-9, atol=1e-12)

@@ -20,7 +20,7 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from scipy.spatial import cKDTree
+import scipy
 
 from oilfilm import tables
 from oilfilm.curation.coverage import SET_POINTS, with_levels
@@ -193,7 +193,7 @@ def _same_noise(points: pd.DataFrame) -> Iterator[tuple[str, str]]:
     near = np.nan_to_num(at[:, -_PLATEAUS:].reshape(len(names), -1))
     reach = _NEAR * np.abs(near).max(axis=0)
     scaled = near / np.where(reach > 0, reach, 1.0)
-    for one, other in sorted(cKDTree(scaled).query_pairs(1.0, p=np.inf)):
+    for one, other in sorted(scipy.spatial.cKDTree(scaled).query_pairs(1.0, p=np.inf)):
         apart = values[one] - values[other]
         # the zero of the force may be that of other rows, and rounding moves the speeds
         apart -= np.median(apart, axis=0)
