@@ -17,8 +17,7 @@ from oilfilm.home import HOME, PACKAGE
 from oilfilm.logs.raw_files import find_sheet, raw_files, shares_of
 from oilfilm.releases.tree import code_tree_digest
 from oilfilm.rig_twin.plan import planned_runs, planned_torque_runs
-from oilfilm.run.lock import lock_run
-from oilfilm.run.start import bring_dates_back, check_machine, start_python_by_name
+from oilfilm.run.start import bring_dates_back, check_machine, lock_run, start_python_by_name
 from oilfilm.settings.resolve import resolve_given
 from oilfilm.table_needs import NOT_IN_EVERY_CAMPAIGN, OF_FIT, lacking
 from oilfilm.traction import LAW_FILES

@@ -22,10 +22,9 @@ def run(options: argparse.Namespace) -> int:
         "settings": None,
         "inputs": {portable(path.resolve()): file_digest(path)},
     }
-    files = in_folders(wanted, provenance)
     if options.folder.exists():
         raise OilfilmError(f"{options.folder}: exists already. Name a new folder.")
-    for name, content in files.items():
+    for name, content in in_folders(wanted, provenance).items():
         write_bytes(content, options.folder / name)
         print(options.folder / name)
     return 0

@@ -242,7 +242,12 @@ def campaign_yaml(name: str, found: Findings) -> str:
         own=own,
         unnamed="guess: no log names its oil; " if found.oils == {"my-oil": []} else "",
         aliases={oil: labels for oil, labels in found.oils.items() if labels not in ([], [oil])},
-        no_film=bool(own) or any(map(_lacks_contact, found.rigs)),
+        no_film=bool(own)
+        or any(
+            rig not in shipped("rigs").values()
+            or load(CONFIG / f"rigs/{rig}.yaml", Rig).contact() is None
+            for rig in found.rigs
+        ),
         groups={
             "columns": [*_columns(found)],
             "header": [(key, names, "guess") for key, names in found.header.items()],
@@ -262,12 +267,6 @@ def summary(found: Findings) -> Iterator[str]:
     for log in found.logs:
         if log.problem:
             yield f"{log.file} could not be read: {log.problem}"
-
-
-def _lacks_contact(rig: str) -> bool:
-    return rig not in shipped("rigs").values() or (
-        load(CONFIG / f"rigs/{rig}.yaml", Rig).contact() is None
-    )
 
 
 def _columns(found: Findings) -> Iterator[Line]:

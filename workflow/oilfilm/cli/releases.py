@@ -30,19 +30,16 @@ def _verify(options: argparse.Namespace) -> int:
     """Whether a release is as it was made, and whether it can be made again."""
     stored = StoredRelease.open(options.release)
     if wrong := stored.changes():
-        head = f"{options.release}: {len(wrong)} files are not as released:"
-        print("\n".join([head, *wrong]))
+        print(f"{options.release}: {len(wrong)} files are not as released:", *wrong, sep="\n")
         return 1
-    version = printable(stored.manifest.version)
     checked = "the files in the pin" if stored.pinned else f"all {len(stored.files)} files"
     # now: a rebuild takes minutes
-    print(f"{version}: {checked} are as released", flush=True)
+    print(f"{printable(stored.manifest.version)}: {checked} are as released", flush=True)
     if not options.rebuild:
         return 0
     rebuilt = rebuild(options.release, Path(), options.cores)
-    same = "rebuilt from the raw logs: the same bytes"
-    different = f"rebuilt from the raw logs, with differences:\n{rebuilt.text(rebuilt.sections)}"
-    print(different if rebuilt.sections else same)
+    found = f", with differences:\n{rebuilt.text(rebuilt.sections)}" if rebuilt.sections else ""
+    print(f"rebuilt from the raw logs{found or ': the same bytes'}")
     return int(bool(rebuilt.sections))
 
 

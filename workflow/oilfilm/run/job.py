@@ -20,8 +20,7 @@ from oilfilm.digests import file_digest, files_of, input_digest, settings_digest
 from oilfilm.errors import OilfilmError
 from oilfilm.home import portable
 from oilfilm.logs.raw_files import RawLogs, listing, read_listings
-from oilfilm.run.lock import job_lock
-from oilfilm.run.start import machine_fault
+from oilfilm.run.start import job_lock, machine_fault
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables, model_of
 

@@ -1,23 +1,31 @@
-"""What a run needs of the machine, looked up before its first step; nothing is written.
+"""What a run needs of the machine, looked up before its first step; one run at a time per folder.
 
-Decides: what a run needs of the machine.
+The lock is one of the operating system, which ends with its holders. The run holds it, and so does
+each of its jobs, because a job may outlive a run that was killed. Snakemake's own lock is a file
+that a killed run leaves behind: the profiles set `nolock`.
+
+Decides: what a run needs of the machine; who keeps a second run out of a folder.
 """
 
 import errno
+import fcntl
 import os
 import shlex
 import shutil
 import sys
 import time
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager, suppress
 from itertools import chain
 from pathlib import Path
+from typing import IO
 
 from oilfilm.errors import OilfilmError
 
 # Snakemake takes braces for wildcards; PATH is parted at colons; a shell runs what a dollar sign
 # or a backquote begins, even in double quotes, and the start scripts of packages have those.
 UNUSABLE = frozenset('{}:$`"\\') | {chr(code) for code in (*range(32), 127)}
+_LOCK = "oilfilm.lock"
 # What the machine refuses is no fault of the program: in words, with what to do.
 _FAULTS = {
     errno.ENOSPC: "The disk is full. Make room on it",
@@ -86,3 +94,41 @@ def bring_dates_back(folders: Iterable[Path]) -> None:
     for path in chain.from_iterable((folder, *folder.rglob("*")) for folder in folders):
         if path.exists() and path.lstat().st_mtime_ns > now:
             os.utime(path, ns=(now, now), follow_symlinks=False)
+
+
+def lock_run(records: Path) -> None:
+    """Hold the lock of a folder until this process ends.
+
+    Args:
+        records: Snakemake's own folder.
+
+    Raises:
+        OilfilmError: Another run, or a job that outlived its run, is active.
+    """
+    with _open_lock(records) as file:
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            raise OilfilmError(
+                f"Another run is active in {records.absolute().parent}, or a job of one that was "
+                "killed. Wait until it ends, or end it, then run snakemake again. To run two "
+                "campaigns at a time, give each a folder of its own (oilfilm init)."
+            ) from None
+        except OSError:  # a file system without such locks
+            return
+        fcntl.flock(file, fcntl.LOCK_SH)  # from now on its jobs hold it too
+        os.dup(file.fileno())  # never closed
+
+
+@contextmanager
+def job_lock(records: Path) -> Iterator[None]:
+    """Prevent another run from starting while a job is active."""
+    with _open_lock(records) as file:
+        with suppress(OSError):
+            fcntl.flock(file, fcntl.LOCK_SH)
+        yield
+
+
+def _open_lock(records: Path) -> IO[bytes]:
+    records.mkdir(parents=True, exist_ok=True)
+    return (records / _LOCK).open("a+b")  # network file systems lock readable files only
