@@ -9,6 +9,7 @@ import subprocess
 import sys
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -40,19 +41,26 @@ with SnakemakeApi(OutputSettings(quiet={"all"})) as api:
             given = code(wildcards) if callable(code) else code
             if given:
                 declared[f"{rule.name} {law}".strip()] = json.loads(given.rpartition("-")[0])
-print("DECLARED" + json.dumps(declared))
+    (release,) = (rule for rule in workflow.rules if rule.name == "release")
+    released = list(map(str, release.input))
+print("PARSED" + json.dumps({"digests": declared, "released": released}))
 """
 
 
 @pytest.fixture(scope="module")
-def declared() -> dict[str, list[Path]]:
-    """What the digest of each rule covers; that of fits has an entry per file of laws."""
+def parsed() -> dict[str, Any]:
+    """What the Snakefile declares for the demonstration."""
     done = subprocess.run(
         [sys.executable, "-c", DECLARED], cwd=ROOT, capture_output=True, text=True, check=False
     )
     assert done.returncode == 0, done.stderr
-    rules = json.loads(done.stdout.partition("DECLARED")[2])
-    return {rule: [Path(path) for path in paths] for rule, paths in rules.items()}
+    return dict(json.loads(done.stdout.partition("PARSED")[2]))
+
+
+@pytest.fixture(scope="module")
+def declared(parsed: dict[str, Any]) -> dict[str, list[Path]]:
+    """What the digest of each rule covers; that of fits has an entry per file of laws."""
+    return {rule: [Path(path) for path in paths] for rule, paths in parsed["digests"].items()}
 
 
 @pytest.fixture
@@ -107,6 +115,11 @@ def test_change_of_words_makes_nothing_again(
     due: Callable[[Path, str, str], set[str]], module: str, old: str, new: str
 ) -> None:
     assert due(LIBRARY / module, old, new) == set()
+
+
+def test_release_takes_results_and_simulated_logs_alone(parsed: dict[str, Any]) -> None:
+    folders = {Path(path).parts[:2] for path in parsed["released"]}
+    assert folders == {("results", "demo"), ("data", "raw")}
 
 
 def test_law_refits_itself_and_is_shown_in_the_report(

@@ -6,7 +6,8 @@ rule enough:
         everything=[
             rules.report.output,
             rules.refused.output,
-            rules.report.input,  # a table that somebody deletes is made again
+            *TABLE_FILES.values(),  # a table that somebody deletes is made again
+            rules.report.input.samples,
             rules.figures.input,
             rules.exports.output,
         ],
