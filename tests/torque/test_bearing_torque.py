@@ -225,6 +225,11 @@ def test_catalogue_torque_is_no_opinion_beyond_the_speeds_of_the_catalogue(confi
     torque, _ = torque_table(plateaus([2.0, 9.0], [3000.0, 12000.0]), oils, config)
     of_stress = torque[torque["load_variable"] == "stress"]
     assert list(of_stress["skf_valid"]) == [True, False]
+    # Palmgren 1959 with the oil's own viscosity at 100 degC
+    own = oil_of("4050").kinematic_viscosity_m2_s(100.0) * 1e6
+    of_speed = 1e-7 * SETTINGS.palmgren.f0 * (own * 3000.0) ** (2 / 3) * 167.5375**3 * 1e-3
+    of_load = SETTINGS.palmgren.f1 * 0.9 * 20e3 / np.tan(np.radians(27)) * 0.1675375
+    assert of_stress["palmgren_torque_n_m"].iloc[0] == pytest.approx(of_speed + of_load, rel=1e-3)
 
 
 # A, B, C, D of a law on load or on groups, each by its three conditions

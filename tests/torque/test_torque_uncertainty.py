@@ -10,11 +10,13 @@ from scipy.special import ndtri
 from bearings import SETTINGS, printed_law, shipped
 from campaigns import ROOT, oil_of
 from oilfilm.bearing.friction import friction_equilibrium
+from oilfilm.bearing.resistance import TERMS
 from oilfilm.fits.interval import UNKNOWN, Unseen
 from oilfilm.settings.config import StandInUncertaintySettings, TermUncertaintySettings
 from oilfilm.settings.resolve import resolve
 from oilfilm.torque.bearing_torque import Cases, OilInBearing, cage_slip_table, torque_table
 from oilfilm.torque.load_variables import LOAD_VARIABLES, LawInBearing
+from oilfilm.torque.torque_uncertainty import term_factors
 from oilfilm.traction.law import to_constants
 
 BEARING = shipped("mainshaft-167")
@@ -22,6 +24,18 @@ EXACT = dict.fromkeys(("rolling", "hysteresis", "pocket", "land"), 0.0)
 SHARE = SETTINGS.oil_volume_fraction
 ROLLING_POINT = {"axial_load_n": 10000.0, "inner_speed_rpm": 12000.0, "inlet_temperature_c": 100.0}
 ROLLING = (10000.0, np.array([6000.0, 12000.0]), 100.0)
+
+
+def test_factors_on_terms_have_the_mean_and_the_spread_that_are_set() -> None:
+    normal = np.tile(ndtri((np.arange(20000) + 0.5) / 20000)[:, np.newaxis], len(TERMS))
+    factors = dict(zip(TERMS, term_factors(SETTINGS, normal).T, strict=True))
+    low, high = SETTINGS.oil_volume_fraction_range
+    assert factors["drag"].min() == pytest.approx(low / SHARE, rel=1e-3)
+    assert factors["drag"].max() == pytest.approx(high / SHARE, rel=1e-3)
+    for term in EXACT:
+        assert factors[term].mean() == pytest.approx(1, rel=1e-3)
+        spread = getattr(SETTINGS.term_uncertainty, term)
+        assert factors[term].std() == pytest.approx(spread, rel=5e-3)
 
 
 def oil(
