@@ -54,7 +54,7 @@ unexport PYTHONPATH PYTHONHOME
 # Without bytecode each of many Pythons that are started would compile the library anew.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: all setup dev docs docs-links test coverage lint nightly verify bench-bearing bench-blind bench-cpu bench-faults bench-fuzz \
+.PHONY: all setup dev docs docs-links test coverage lint nightly verify bench-bearing bench-equilibria bench-blind bench-cpu bench-faults bench-fuzz \
 	bench-ingest bench-attack bench-refits bench-left-out bench-fit bench-ga bench-coverage bench-mutation bench-plan bench-run bench-scale bench-slurm \
 	bench-start lock schemas licences upgrade clean help
 .DELETE_ON_ERROR:
@@ -122,6 +122,9 @@ verify-python: $(DEV) ## the demonstration on this Python and on OTHER=python3.1
 
 bench-bearing: $(DEV) ## equilibria of a bearing, one by one and by the thousand (a minute)
 	$(BIN)/python benchmarks/bearing.py
+
+bench-equilibria: $(DEV) ## 1 620 light and skidding bearings, alone and together, against MINPACK (half an hour)
+	$(BIN)/python benchmarks/equilibria.py
 
 bench-faults: $(DEV) ## 30 runs killed at random moments and run again (half an hour)
 	$(BIN)/python benchmarks/faults.py 30

@@ -19,7 +19,8 @@ from scipy.optimize import root
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests/helpers"))
 
 from bearings import RPM, lubrication, printed_law, shipped
-from oilfilm.bearing.friction import FrictionProblem, friction_equilibrium
+from oilfilm.bearing.equilibria import friction_equilibrium
+from oilfilm.bearing.friction import FrictionProblem
 from oilfilm.bearing.quasistatic import OperatingPoints, raceway_control
 
 BEARING, OIL, TEMPERATURE_C = "mainshaft-167", "4050", 100.0

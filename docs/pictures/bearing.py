@@ -8,7 +8,8 @@ from matplotlib.figure import Figure
 
 import oilfilm
 from examples import NAMES, bearing, contact, oil, settings
-from oilfilm.bearing.friction import FrictionProblem, friction_equilibrium
+from oilfilm.bearing.equilibria import friction_equilibrium
+from oilfilm.bearing.friction import FrictionProblem
 from oilfilm.bearing.kinematics import inner_slide_roll_ratio
 from oilfilm.bearing.quasistatic import OperatingPoints, raceway_control
 from oilfilm.bearing.resistance import HEATS, Lubrication

@@ -7,7 +7,7 @@ import pytest
 
 from bearings import RPM, any_bearing, problem, shipped
 from oilfilm.bearing.ellipse import grid, sliding
-from oilfilm.bearing.friction import friction_equilibrium
+from oilfilm.bearing.equilibria import friction_equilibrium
 from oilfilm.bearing.kinematics import (
     cage_slip,
     entrainment_speed_m_s,

@@ -8,7 +8,7 @@ import pytest
 
 from bearings import RPM, equilibrium, problem, shipped
 from oilfilm.bearing.ellipse import grid
-from oilfilm.bearing.friction import friction_equilibrium
+from oilfilm.bearing.equilibria import friction_equilibrium
 from oilfilm.bearing.quasistatic import OperatingPoints
 from oilfilm.bearing.torque import palmgren_torque_n_m, skf_torque_n_m, torque_terms
 from planted_fits import TESTED

@@ -8,12 +8,8 @@ import numpy as np
 
 from campaigns import oil_of, printed, rig_contact
 from oilfilm.bearing.ellipse import TractionLaw, grid
-from oilfilm.bearing.friction import (
-    QUADRATURE,
-    FrictionEquilibrium,
-    FrictionProblem,
-    friction_equilibrium,
-)
+from oilfilm.bearing.equilibria import friction_equilibrium
+from oilfilm.bearing.friction import QUADRATURE, FrictionEquilibrium, FrictionProblem
 from oilfilm.bearing.geometry import Bearing
 from oilfilm.bearing.quasistatic import OperatingPoints
 from oilfilm.bearing.resistance import Lubrication

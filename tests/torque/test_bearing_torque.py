@@ -9,7 +9,7 @@ import pytest
 
 from bearings import RIG, RPM, SETTINGS, printed_law, problem, shipped
 from campaigns import ROOT, oil_of, printed
-from oilfilm.bearing.friction import friction_equilibrium
+from oilfilm.bearing.equilibria import friction_equilibrium
 from oilfilm.bearing.quasistatic import OperatingPoints
 from oilfilm.bearing.torque import torque_terms
 from oilfilm.fits.fitted import Coefficients, FittedLaw

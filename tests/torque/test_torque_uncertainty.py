@@ -9,7 +9,7 @@ from scipy.special import ndtri
 
 from bearings import SETTINGS, printed_law, shipped
 from campaigns import ROOT, oil_of
-from oilfilm.bearing.friction import friction_equilibrium
+from oilfilm.bearing.equilibria import friction_equilibrium
 from oilfilm.bearing.resistance import TERMS
 from oilfilm.fits.interval import UNKNOWN, Unseen
 from oilfilm.settings.config import StandInUncertaintySettings, TermUncertaintySettings

@@ -112,8 +112,25 @@ class Sliding:
     semi_axes_m: tuple[FloatArray, FloatArray]
 
 
+def never_slower(speed_m_s: FloatArray, least_m_s: FloatArray | float) -> FloatArray:
+    """A speed of 0 or more that stays above half of `least_m_s`, smoothly.
+
+        least/2 (1 + (U/least)^2)   where U < least,   else U
+
+    Value and slope are continuous at U = least; with least = 0 it is U everywhere.
+    """
+    slow = speed_m_s < least_m_s
+    ratio = np.divide(speed_m_s, least_m_s, out=np.zeros_like(speed_m_s), where=slow)
+    return np.asarray(np.where(slow, least_m_s / 2 * (1 + ratio**2), speed_m_s))
+
+
 def sliding(
-    bearing: Bearing, contacts: Contacts, motion: Motion, ring_speed_rad_s: FloatArray, rule: Grid
+    bearing: Bearing,
+    contacts: Contacts,
+    motion: Motion,
+    ring_speed_rad_s: FloatArray,
+    rule: Grid,
+    least_speed_m_s: FloatArray | float = 0.0,
 ) -> Sliding:
     """Sliding speeds in both ellipses of each ball, from rigid-body motion.
 
@@ -131,6 +148,7 @@ def sliding(
         motion: Of the balls.
         ring_speed_rad_s: Of inner and outer ring, shape (..., 2).
         rule: Quadrature nodes of the ellipse.
+        least_speed_m_s: As of `never_slower`, for the entrainment speed, shape (points, 1).
 
     Reference: A. B. Jones, J. Basic Eng. 81 (1959) 1; T. A. Harris, Rolling Bearing Analysis.
     """
@@ -159,7 +177,7 @@ def sliding(
         roll_rad_s=roll,
         across_m_s=across,
         along_m_s=along,
-        entrainment_speed_m_s=np.abs(mean),
+        entrainment_speed_m_s=never_slower(np.abs(mean), least_speed_m_s),
         middle_slide_roll_ratio=np.divide(
             race_speed - ball_speed, mean, out=np.zeros_like(mean), where=mean != 0
         ),

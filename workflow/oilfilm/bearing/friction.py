@@ -7,10 +7,10 @@ pair of forces on two bodies, so that the power put in at the rings is the sum o
 
 The cage turns steadily and all balls travel with it, each pushed or held by its pocket.
 
-Decides: motion of balls and cage at the friction equilibrium, and when a cage may roll or skid.
+Decides: the forces on balls and cage, and the cage slip above which no law holds.
 """
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -33,7 +33,6 @@ from oilfilm.bearing.quasistatic import (
     ball_force_n,
     centrifugal_force_n,
     contacts_at,
-    neighbourhood,
     raceway_control,
 )
 from oilfilm.bearing.resistance import (
@@ -44,22 +43,38 @@ from oilfilm.bearing.resistance import (
     rolling_force_n,
     rolling_force_reduction,
 )
-from oilfilm.bearing.solver import Equations, Solution, follow, inverse_jacobian, near, solve
-from oilfilm.physics.contact import Conditions
-from oilfilm.units import FloatArray, IndexArray
+from oilfilm.bearing.solver import Solution
+from oilfilm.physics.contact import Conditions, Floats
+from oilfilm.units import BoolArray, FloatArray, IndexArray
 
 # Nodes of the ellipse across and along the rolling direction.
 QUADRATURE = (16, 4)
-# The same of random draws, and on the way to another equilibrium.
+# The same of random draws, and on the way to an equilibrium.
 COARSE = (6, 2)
-# Jacobians after which a point is given up.
-_MAX_ITERATIONS = 100
-# The same where the search starts near by.
-_MAX_NEAR = 14
 # Quadrature nodes whose arrays fit a processor's cache.
 _CACHED = 50_000
+# Cage slip above which the outer contact hardly rolls.
+_HARDLY_ROLLS = 0.9
 # Scale of the speeds of a bearing at rest.
 _SLOWEST_RAD_S = 1e-3
+
+
+# Widths of the three bands in which jumps of the balance are smoothed, as columns: of the rolling
+# speed and of a ball's spin, both over those of balls that roll between the rings, and of the
+# entrainment speed in m/s. Narrower ones (0.2 %) leave curves unfinished, wider ones (1, 2 %) turn
+# some of them back.
+FULL_BANDS = np.array([[0.005, 0.005, 2.0]])
+NO_BANDS = np.zeros((1, 3))
+
+
+def smooth_sign(value: FloatArray, band: FloatArray) -> FloatArray:
+    """The sign of a value, smooth within a band: t (3 - t^2)/2 with t = value/band.
+
+    Value and slope are continuous at the ends of the band.
+    """
+    inside = np.abs(value) < band
+    t = np.divide(value, band, out=np.zeros_like(value), where=inside)
+    return np.where(inside, t * (3 - t**2) / 2, np.sign(value))
 
 
 @dataclass(frozen=True)
@@ -104,6 +119,12 @@ class FrictionProblem:
         lubrication: The oil at each point.
         law: The traction law.
         rule: Quadrature nodes of the ellipse.
+        bands: Widths within which jumps are smoothed, in columns as of `FULL_BANDS`: one row, or
+            shape (..., points, 3). Outside these bands nothing changes. The resistance to rolling
+            jumps where the surfaces' speeds cancel, the friction of a pocket turns where the
+            ball's spin changes its axis, and a law of the slide-roll ratio has a pole where
+            nothing is entrained; a curve of equilibria can be followed through smooth passages
+            only.
     """
 
     bearing: Bearing
@@ -111,26 +132,28 @@ class FrictionProblem:
     lubrication: Lubrication
     law: TractionLaw
     rule: Grid = field(default_factory=lambda: grid(*QUADRATURE))
+    bands: FloatArray = field(default_factory=lambda: NO_BANDS)
 
     def at(self, which: IndexArray) -> "FrictionProblem":
         """The problem of some of the points."""
         points, lubrication = self.points.at(which), self.lubrication.at(which)
-        return FrictionProblem(
-            self.bearing, points, lubrication, law_at(self.law, which), self.rule
-        )
+        bands = self.bands if len(self.bands) == 1 else self.bands[..., which, :]
+        law = law_at(self.law, which)
+        return FrictionProblem(self.bearing, points, lubrication, law, self.rule, bands)
 
-    def balance(self, unknowns: FloatArray, share: float = 1.0) -> Balance:
+    def balance(self, unknowns: FloatArray, share: Floats = 1.0) -> Balance:
         """All that acts on the balls, shapes (..., points, ...).
 
         Args:
             unknowns: Shape (..., points, 7).
-            share: Of everything that resists or turns the balls beside traction.
+            share: Of everything that resists or turns the balls beside traction: one number, or
+                numbers of shape (..., points).
         """
         bearing, oil, rule = self.bearing, self.lubrication, self.rule
         rings, radius = self.points.ring_speed_rad_s, bearing.ball_diameter_m / 2
         contacts = contacts_at(bearing, unknowns[..., :2], unknowns[..., 6])
         motion = Motion(unknowns[..., 5], unknowns[..., 2:5])
-        slip = sliding(bearing, contacts, motion, rings, rule)
+        slip = sliding(bearing, contacts, motion, rings, rule, self.bands[..., 2:])
         at = conditions(bearing, contacts, slip, oil.inlet_temperature_c[:, np.newaxis])
         film = traction(contacts, slip, at, self.law, rule, oil.factor("traction"))
         n_x, n_r = contacts.normal[..., 0, :], contacts.normal[..., 1, :]
@@ -149,8 +172,9 @@ class FrictionProblem:
         coulomb = share * oil.factor("pocket") * bearing.cage.pocket_friction_coefficient * pocket
         w_x, w_r, w_t = (motion.spin_rad_s[..., part] for part in range(3))
         spin = np.sqrt(w_x**2 + w_r**2)
-        turned = np.maximum(spin, np.finfo(float).tiny)
-        axis_x, axis_r = w_x / turned, w_r / turned
+        of_axis = smooth_sign(spin, self.bands[..., 1] * self.rolling_spin_rad_s())
+        of_axis = of_axis / np.maximum(spin, np.finfo(float).tiny)
+        axis_x, axis_r = w_x * of_axis, w_r * of_axis
         rub_r, braked = -coulomb * axis_x, np.abs(coulomb) * radius
         force_x = -(film.across_n * n_r + contacts.load_n * n_x)
         force_r = film.across_n * n_x - contacts.load_n * n_r
@@ -188,7 +212,7 @@ class FrictionProblem:
         )
 
     def _rolling(
-        self, contacts: Contacts, slip: Sliding, race_radius_m: FloatArray, share: float
+        self, contacts: Contacts, slip: Sliding, race_radius_m: FloatArray, share: Floats
     ) -> tuple[FloatArray, FloatArray, list[FloatArray]]:
         """Rolling resistance in each contact: the oil's force, the moment of hysteresis, heats.
 
@@ -209,26 +233,38 @@ class FrictionProblem:
         viscosity = oil.dynamic_viscosity_pa_s
         force = rolling_force_n(load, mean, viscosity, radius_x, bearing.radius_y_m, modulus)
         moment = hysteresis_moment_n_m(load, bearing.ball_diameter_m, radius_x, bearing.radius_y_m)
-        way, known = share * np.sign(rolling), self.lubrication
+        band = self.bands[..., 0] * self.rolling_speed_m_s()
+        way = np.asarray(share)[..., np.newaxis] * smooth_sign(rolling, band[..., np.newaxis])
+        known = self.lubrication
         force = way * reduction * force * known.factor("rolling")[:, np.newaxis]
         moment = way * moment * known.factor("hysteresis")[:, np.newaxis]
         return force, moment, [_both(force * rolling), -_both(moment * slip.roll_rad_s)]
 
-    def equations(self, share: float) -> Equations:
-        """The equations with a share of everything that resists or turns the balls."""
-        unit = ball_force_n(self.bearing, self.points)
+    def residuals(self, unknowns: FloatArray, which: IndexArray, share: Floats = 1.0) -> FloatArray:
+        """What is left of the balance at some of the points, over the load of a ball.
 
-        def residuals(unknowns: FloatArray, which: IndexArray) -> FloatArray:
-            # in parts whose arrays fit a processor's cache
-            nodes = unknowns[..., 0].size * len(self.rule.share)
-            if nodes > _CACHED and len(which) > 1:
-                half = len(which) // 2
-                halves = np.split(unknowns, [half], axis=-2), np.split(which, [half])
-                return np.concatenate([*map(residuals, *halves)], axis=-2)
-            left = self.at(which).balance(unknowns, share).left_over_n
-            return left / unit[which, np.newaxis]
-
-        return residuals
+        Args:
+            unknowns: Shape (..., points, 7).
+            which: Numbers of these points.
+            share: As of `balance`, for these points.
+        """
+        if len(which) == 0:
+            return unknowns
+        # in parts whose arrays fit a processor's cache
+        nodes = unknowns[..., 0].size * len(self.rule.share)
+        if nodes > _CACHED and len(which) > 1:
+            half = [len(which) // 2]
+            shares = np.broadcast_to(share, unknowns.shape[:-1])
+            parts = zip(
+                np.split(unknowns, half, axis=-2),
+                np.split(which, half),
+                np.split(shares, half, axis=-1),
+                strict=True,
+            )
+            return np.concatenate([self.residuals(*part) for part in parts], axis=-2)
+        part = self.at(which)
+        left = part.balance(unknowns, share).left_over_n
+        return left / ball_force_n(self.bearing, part.points)[:, np.newaxis]
 
     def start(self) -> FloatArray:
         """Unknowns of raceway control without gyroscopic moment."""
@@ -238,14 +274,26 @@ class FrictionProblem:
             [ball, start.motion.spin_rad_s, start.motion.orbit_speed_rad_s, ring]
         )
 
+    def rolling_spin_rad_s(self) -> FloatArray:
+        """Spin of balls that roll between the rings, shape (points,)."""
+        bearing = self.bearing
+        spin = self._ring_difference_rad_s() * bearing.pitch_diameter_m
+        return np.maximum(spin / (2 * bearing.ball_diameter_m), _SLOWEST_RAD_S)
+
+    def rolling_speed_m_s(self) -> FloatArray:
+        """Surface speed of balls that roll between the rings, shape (points,)."""
+        return np.asarray(self._ring_difference_rad_s() * self.bearing.pitch_diameter_m / 4)
+
+    def _ring_difference_rad_s(self) -> FloatArray:
+        rings = self.points.ring_speed_rad_s
+        return np.abs(rings[:, 0] - rings[:, 1])
+
     def scale(self) -> FloatArray:
         """Scale of each unknown."""
-        bearing, rings = self.bearing, self.points.ring_speed_rad_s
-        relative = np.abs(rings[:, 0] - rings[:, 1])
-        spin = relative * bearing.pitch_diameter_m / (2 * bearing.ball_diameter_m)
-        spin = np.maximum(spin, _SLOWEST_RAD_S)
+        rings = self.points.ring_speed_rad_s
+        spin = self.rolling_spin_rad_s()
         orbit = np.maximum(np.abs(rings).max(axis=1) / 2, _SLOWEST_RAD_S)
-        length = np.full(len(rings), bearing.groove_offset_m.min())
+        length = np.full(len(rings), self.bearing.groove_offset_m.min())
         return np.column_stack([length, length, spin, spin, spin, orbit, length])
 
 
@@ -283,6 +331,22 @@ class FrictionEquilibrium:
         lag = rolling - motion.orbit_speed_rad_s
         return np.divide(lag, rolling, out=np.zeros_like(lag), where=rolling != 0)
 
+    def held_by_band(self) -> BoolArray:
+        """Where the forces balance only between the two sides of a jump, shape (points,).
+
+        The outer contact does not roll there, and its resistance to rolling takes a share of its
+        size between -1 and 1: a solution in the sense of Filippov.
+        """
+        held = (self.problem.bands > 0).any(axis=-1)
+        return np.broadcast_to(held, self.solution.converged.shape)
+
+    def outside_law(self) -> BoolArray:
+        """Where the cage slips so far that the outer contact hardly rolls: no law was made for it.
+
+        The entrainment speed is then below any that is tested.
+        """
+        return self.cage_slip() > _HARDLY_ROLLS
+
     def widest_contact(self) -> FloatArray:
         """Semi-axis across the rolling direction over the balls' radius, the wider of the two."""
         radius = self.problem.bearing.ball_diameter_m / 2
@@ -292,124 +356,3 @@ class FrictionEquilibrium:
 def _both(values: FloatArray) -> FloatArray:
     """The sum over both contacts."""
     return np.asarray(values[..., 0] + values[..., 1])
-
-
-@dataclass(frozen=True)
-class Neighbour:
-    """Known equilibria, near which others are looked for.
-
-    Attributes:
-        unknowns: Shape (points, 7).
-        inverse: Of the Jacobian there, shape (points, 7, 7).
-    """
-
-    unknowns: FloatArray
-    inverse: FloatArray
-
-    @classmethod
-    def of(cls, problem: FrictionProblem, unknowns: FloatArray) -> "Neighbour":
-        """The equilibria of a problem."""
-        slope = inverse_jacobian(problem.equations(1.0), unknowns, problem.scale())
-        return cls(unknowns, slope)
-
-    def at(self, which: IndexArray) -> "Neighbour":
-        """Some of them."""
-        return Neighbour(self.unknowns[which], self.inverse[which])
-
-
-def friction_equilibrium(
-    problem: FrictionProblem, neighbour: Neighbour | None = None
-) -> FrictionEquilibrium:
-    """Where balls, cage and inner ring travel steadily under all forces.
-
-    Args:
-        problem: Bearing, loads, speeds, oil and law.
-        neighbour: Equilibria with other constants, near which these are looked for first.
-
-    Returns:
-        The motion; not converged as well where a contact would be as wide as the ball.
-    """
-    scale = problem.scale()
-    if neighbour is None:
-        # a law may be one of certain nodes
-        plain = problem.rule.counts == QUADRATURE
-        rule = grid(*COARSE) if plain else problem.rule
-        coarse = replace(problem, rule=rule)
-        start, place = problem.start(), neighbourhood(problem.points)
-        solution = follow(coarse.equations, start, scale, _MAX_ITERATIONS, place)
-        found = np.flatnonzero(solution.converged)
-        if problem.rule is not rule and len(found):
-            part = problem.at(found)
-            solution.put(found, _near(part, Neighbour.of(part, solution.unknowns[found])))
-        if problem.rule is not rule and len(lost := np.flatnonzero(~solution.converged)):
-            equations = problem.at(lost).equations(1.0)
-            solution.put(lost, solve(equations, start[lost], scale[lost], _MAX_ITERATIONS))
-    else:
-        solution = _near(problem, neighbour)
-    made = FrictionEquilibrium(problem, problem.balance(solution.unknowns), solution)
-    # beyond the range of Hertz's solution and of the groove there is no equilibrium
-    solution.converged[made.widest_contact() >= 1] = False
-    return made
-
-
-def _near(problem: FrictionProblem, neighbour: Neighbour) -> Solution:
-    """From known equilibria; where that leads nowhere, from there and a rolling cage by Newton."""
-    start, scale = neighbour.unknowns, problem.scale()
-    solution = near(problem.equations(1.0), start, scale, neighbour.inverse)
-    for most in (_MAX_NEAR, _MAX_ITERATIONS):
-        if len(lost := np.flatnonzero(~solution.converged)):
-            part = problem.at(lost)
-            begin = start[lost] if most == _MAX_NEAR else part.start()
-            solution.put(lost, solve(part.equations(1.0), begin, scale[lost], most))
-    return solution
-
-
-# Factors on all traction on the way down to the law; the way up has the reciprocals.
-_FACTORS = (4.0, 2.0, 1.4, 1.15, 1.0)
-# Speed of a skidding cage at the start, over that of a rolling one.
-_SKIDDING = 0.5
-# Jacobians of one step of the traction.
-_MAX_OF_STEP = 12
-# Cage slips of two equilibria are further apart.
-_APART = 1e-3
-
-
-def other_equilibrium(
-    problem: FrictionProblem, known_cage_slip: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Cage slip and torque of the equilibrium that is not the known one, where there is another.
-
-    Traction that falls with slip can hold a cage at two speeds: the film of a rolling contact pulls
-    hard enough, that of a skidding one no longer does. Which of them a bearing takes depends on its
-    past. One search comes from stronger traction, where the cage rolls, and one from weaker
-    traction, where it skids; where they end apart there are two equilibria. A branch that is
-    connected with neither would be missed.
-
-    Args:
-        problem: Bearing, loads, speeds, oil and law; the outer ring at rest.
-        known_cage_slip: Of the known equilibria, shape (points,); NaN where there is none.
-
-    Returns:
-        Two arrays of shape (points,), NaN where no second equilibrium was found.
-    """
-    count = len(known_cage_slip)
-    whole = problem.at(np.tile(np.arange(count), 2))
-    unknowns, scale = whole.start(), whole.scale()
-    # cage and balls that have lost half their speed: they roll on the outer race and slide on the
-    # inner one
-    unknowns[count:, 2:6] *= _SKIDDING
-    for factor in _FACTORS:
-        both_ways = whole.lubrication.with_traction(np.repeat([factor, 1 / factor], count))
-        # fewer nodes are enough on the way
-        rule = whole.rule if factor == _FACTORS[-1] else grid(*COARSE)
-        part = replace(whole, lubrication=both_ways, rule=rule)
-        end = solve(part.equations(1.0), unknowns, scale, _MAX_OF_STEP)
-        # what is lost at one factor starts at the next from where it was
-        unknowns = np.where(end.converged[:, np.newaxis], end.unknowns, unknowns)
-    final = FrictionEquilibrium(whole, whole.balance(unknowns), end)
-    slip = np.where(end.converged, final.cage_slip(), np.nan).reshape(2, count)
-    away = np.nan_to_num(np.abs(slip - known_cage_slip))
-    chosen = away.argmax(axis=0), np.arange(count)
-    apart = away[chosen] > _APART
-    torque = final.torque_n_m().reshape(2, count)
-    return np.where(apart, slip[chosen], np.nan), np.where(apart, torque[chosen], np.nan)

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from oilfilm.bearing.geometry import Bearing
-from oilfilm.bearing.solver import Equations, Solution, follow
+from oilfilm.bearing.solver import Solution, solve
 from oilfilm.units import FloatArray, IndexArray
 
 # Jacobians after which a point is given up.
@@ -192,13 +192,6 @@ def ball_force_n(bearing: Bearing, points: OperatingPoints) -> FloatArray:
     return np.maximum(force, np.finfo(float).tiny)
 
 
-def neighbourhood(points: OperatingPoints) -> FloatArray:
-    """Where operating points lie among each other: loads by their logarithms, speed."""
-    speed = np.abs(points.ring_speed_rad_s[:, 0] - points.ring_speed_rad_s[:, 1])
-    load = np.log1p(np.abs(points.axial_load_n))
-    return np.column_stack([load, 3 * speed / max(speed.max(), 1.0)])
-
-
 def raceway_control(
     bearing: Bearing, points: OperatingPoints, gyroscopic_sign: float = 1.0
 ) -> Equilibrium:
@@ -223,28 +216,23 @@ def raceway_control(
         contacts = contacts_at(bearing, unknowns[..., :2], unknowns[..., 2])
         return contacts, rolling_motion(bearing, contacts, points.ring_speed_rad_s[which])
 
-    def with_share(share: float) -> Equations:
-        """The equations with that share of the gyroscopic moment."""
-
-        def residuals(unknowns: FloatArray, which: IndexArray) -> FloatArray:
-            contacts, motion = ball_state(unknowns, which)
-            normal = contacts.normal
-            # tangential force of the outer race, which supplies the moment about t
-            moment = gyroscopic_moment_n_m(bearing, motion)[..., 2]
-            grip = share * gyroscopic_sign * 2 / bearing.ball_diameter_m * moment
-            on_ball = -contacts.load_n[..., np.newaxis, :] * normal
-            on_ball[..., 0, 1] -= grip * normal[..., 1, 1]
-            on_ball[..., 1, 1] += grip * normal[..., 0, 1]
-            x, r = np.moveaxis(on_ball.sum(axis=-1), -1, 0)
-            ring = points.axial_load_n[which] / bearing.ball_count - on_ball[..., 0, 0]
-            outward = r + centrifugal_force_n(bearing, contacts, motion)
-            return np.stack([x, outward, ring], axis=-1) / force[which, np.newaxis]
-
-        return residuals
+    def residuals(unknowns: FloatArray, which: IndexArray) -> FloatArray:
+        contacts, motion = ball_state(unknowns, which)
+        normal = contacts.normal
+        # tangential force of the outer race, which supplies the moment about t
+        moment = gyroscopic_moment_n_m(bearing, motion)[..., 2]
+        grip = gyroscopic_sign * 2 / bearing.ball_diameter_m * moment
+        on_ball = -contacts.load_n[..., np.newaxis, :] * normal
+        on_ball[..., 0, 1] -= grip * normal[..., 1, 1]
+        on_ball[..., 1, 1] += grip * normal[..., 0, 1]
+        x, r = np.moveaxis(on_ball.sum(axis=-1), -1, 0)
+        ring = points.axial_load_n[which] / bearing.ball_count - on_ball[..., 0, 0]
+        outward = r + centrifugal_force_n(bearing, contacts, motion)
+        return np.stack([x, outward, ring], axis=-1) / force[which, np.newaxis]
 
     start = _start(bearing, points)
     scale = np.full(start.shape, bearing.groove_offset_m.min())
-    solution = follow(with_share, start, scale, _MAX_ITERATIONS, neighbourhood(points))
+    solution = solve(residuals, start, scale, _MAX_ITERATIONS)
     return Equilibrium(*ball_state(solution.unknowns, np.arange(len(start))), solution)
 
 

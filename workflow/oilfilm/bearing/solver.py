@@ -8,7 +8,7 @@ import numpy as np
 from oilfilm.units import BoolArray, FloatArray, IndexArray
 
 # Largest residual of a root.
-_TOLERANCE = 1e-10
+TOLERANCE = 1e-10
 # Step of a derivative, relative to the scale of its unknown.
 _DIFFERENCE = 1e-7
 # Longest step of an unknown, in its scale; a longer one is shortened as a whole.
@@ -18,12 +18,6 @@ _CHORDS, _CHORD_GAIN = 3, 0.2
 # By how much a step may raise the residual in the first half of the iterations: a ball that must
 # travel along its groove first leaves it by more than the contacts are pressed together.
 _GROWTH = 1e3
-# Shares of the difficult part of the equations on the way to the whole, where a start fails.
-_SHARES = (0.0, 0.25, 0.5, 0.75, 0.9, 1.0)
-# Jacobians of a share that is not the whole.
-_ON_THE_WAY = 40
-# How often the points that still fail start again beside one that was solved.
-_ROUNDS = 2
 # Damping with which settling begins, and below which there is none.
 _FIRST_DAMPING, _LEAST_DAMPING = 0.1, 1e-6
 _SHORT_STEP = 0.1
@@ -104,15 +98,15 @@ def solve(
             if chord == 0 and settling:
                 damping[going] = _next_damping(damping[going], better, length)
             unknowns[going[better]], size[going[better]] = trial[better], new_size[better]
-            on = better & (new_size > _TOLERANCE)
+            on = better & (new_size > TOLERANCE)
             if not on.any():
                 break
             going, x, unit = going[on], trial[on], unit[on]
             residual, inverse = residual[on], inverse[on]
-        active = active[size[active] > _TOLERANCE]
+        active = active[size[active] > TOLERANCE]
         if len(active) == 0:
             break
-    return Solution(unknowns, size, size <= _TOLERANCE)
+    return Solution(unknowns, size, size <= TOLERANCE)
 
 
 def near(
@@ -138,7 +132,7 @@ def near(
         step *= np.minimum(1.0, _LONGEST_STEP / np.maximum(length, _DIFFERENCE))[:, np.newaxis]
         x = x + step * unit
         change = residual - (residual := equations(x, going))
-        inverse = _updated(inverse, step, change)
+        inverse = broyden_update(inverse, step, change)
         size[going] = now = _size(residual)
         # the step that the last residual asks for needs no check
         unknowns[going] = x + np.einsum("pij,pj->pi", inverse, residual) * unit
@@ -146,11 +140,17 @@ def near(
         if not on.any():
             break
         going, x, unit, inverse, residual = going[on], x[on], unit[on], inverse[on], residual[on]
-    return Solution(unknowns, size, size <= _TOLERANCE)
+    return Solution(unknowns, size, size <= TOLERANCE)
 
 
-def _updated(inverse: FloatArray, step: FloatArray, change: FloatArray) -> FloatArray:
-    """The nearest inverse that gives the last step by the change of residuals that it brought."""
+def broyden_update(inverse: FloatArray, step: FloatArray, change: FloatArray) -> FloatArray:
+    """The nearest inverse Jacobian that gives a step by the change of residuals that it brought.
+
+    Args:
+        inverse: Of each point, shape (points, n, n).
+        step: Of the unknowns, shape (points, n).
+        change: Of the residuals, shape (points, n).
+    """
     expected = np.einsum("pij,pj->pi", inverse, change)
     row = np.einsum("pi,pij->pj", step, inverse)
     along = np.einsum("pi,pi->p", step, expected)
@@ -163,53 +163,6 @@ def inverse_jacobian(equations: Equations, unknowns: FloatArray, scale: FloatArr
     _, jacobian = _linearised(equations, unknowns, scale, np.arange(len(unknowns)))
     stiff = _LEAST_STIFFNESS * np.eye(unknowns.shape[1]) - jacobian
     return np.asarray(np.linalg.inv(stiff), dtype=np.float64)
-
-
-def follow(
-    equations: Callable[[float], Equations],
-    start: FloatArray,
-    scale: FloatArray,
-    max_iterations: int,
-    position: FloatArray,
-) -> Solution:
-    """`solve`, and where that fails again from elsewhere.
-
-    First a part of the equations is brought in by and by; then from where the nearest point that
-    was solved ended.
-
-    Args:
-        equations: The equations with a share, 0 to 1, of their difficult part; 1 is the whole.
-        start: As for `solve`.
-        scale: As for `solve`.
-        max_iterations: As for `solve`, for each search.
-        position: Coordinates in which near points have similar solutions, shape (points, any).
-    """
-    solution = solve(equations(1.0), start, scale, max_iterations)
-    failed = np.flatnonzero(~solution.converged)
-
-    def again(start: FloatArray, share: float = 1.0) -> FloatArray:
-        most = max_iterations if share == 1 else min(max_iterations, _ON_THE_WAY)
-        end = solve(_of_some(equations(share), failed), start, scale[failed], most)
-        if share == 1:
-            solution.put(failed, end)
-        return end.unknowns
-
-    here = start[failed]
-    for share in _SHARES if len(failed) else ():
-        here = again(here, share)
-    for _ in range(_ROUNDS):
-        failed, solved = (np.flatnonzero(solution.converged == way) for way in (False, True))
-        if len(failed) == 0 or len(solved) == 0:
-            break
-        away = np.square(position[failed, np.newaxis] - position[solved]).sum(axis=-1)
-        nearest = solved[away.argmin(axis=1)]
-        again(solution.unknowns[nearest] / scale[nearest] * scale[failed])
-    return solution
-
-
-def _of_some(equations: Equations, points: IndexArray) -> Equations:
-    """The equations of some of the points, numbered from 0 again."""
-    return lambda unknowns, which: equations(unknowns, points[which])
 
 
 def _linearised(

@@ -6,7 +6,8 @@ from typing import Any
 import numpy as np
 
 from oilfilm.bearing.ellipse import grid
-from oilfilm.bearing.friction import FrictionProblem, friction_equilibrium
+from oilfilm.bearing.equilibria import friction_equilibrium
+from oilfilm.bearing.friction import FrictionProblem
 from oilfilm.bearing.quasistatic import OperatingPoints
 from oilfilm.bearing.resistance import HEATS, Lubrication
 from oilfilm.errors import OilfilmError

@@ -167,6 +167,9 @@ def conform(frame: pd.DataFrame, table: str, where: str) -> pd.DataFrame:
 def _checked(frame: pd.DataFrame, column: Column, model: Table, where: str) -> pd.Series:
     """A column with its type, every check passed."""
     values = frame[column.name]
+    if column.dtype == "boolean" and values.dtype == object:
+        # as Arrow hands over flags of which some are unknown
+        values = values.astype("boolean")
     if _plainly_obeys(values, column):
         return values
     # imported where needed: it takes a second
@@ -386,6 +389,7 @@ _ARROW_TYPES = {
     "float64": arrow.float64(),
     "int64": arrow.int64(),
     "bool": arrow.bool_(),
+    "boolean": arrow.bool_(),
     "str": arrow.string(),
     "category": arrow.dictionary(arrow.int32(), arrow.string()),
 }

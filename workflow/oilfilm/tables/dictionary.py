@@ -1,7 +1,8 @@
 """Columns and tables as their YAML files declare them: one line per column, one entry per table.
 
 A column is declared once: `name: kind | meaning | caveat`. The kind is a unit (of a number),
-`share`, `count`, `text` or `flag`; then `required` where it is never null, bounds, and in brackets
+`share`, `count`, `text`, `flag` or `flag or null` (true, false, unknown); then `required` where it
+is never null, bounds, and in brackets
 the only texts allowed. A table lists the names of its columns. Under `uses` it may narrow a column
 and add a note, but it has no unit and no meaning of its own: the same name is the same quantity
 everywhere.
@@ -67,7 +68,10 @@ class Column:
     @property
     def dtype(self) -> str:
         """Name of its type in pandas."""
-        return "category" if self.dictionary else _DTYPES[self.type]
+        if self.dictionary:
+            return "category"
+        # of three values: true, false, unknown
+        return "boolean" if self.type == "flag" and self.nullable else _DTYPES[self.type]
 
     @property
     def shown_unit(self) -> str:
@@ -217,6 +221,8 @@ def _column(name: str, text: str) -> Column:
     declared: dict[str, Any] = {"name": name, "meaning": meaning, "caveat": "".join(caveat)}
     if unit in ("text", "flag"):
         declared |= {"type": unit, "unit": ""}
+    elif unit == "flag or null":
+        declared |= {"type": "flag", "unit": "", "nullable": True}
     elif unit == "count":
         declared |= {"type": "integer", "unit": "1", "at_least": 0}
     elif unit == "share":

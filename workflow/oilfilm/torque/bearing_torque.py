@@ -9,13 +9,8 @@ import pandas as pd
 import scipy
 
 from oilfilm import tables
-from oilfilm.bearing.friction import (
-    FrictionEquilibrium,
-    FrictionProblem,
-    Neighbour,
-    friction_equilibrium,
-    other_equilibrium,
-)
+from oilfilm.bearing.equilibria import Neighbour, equilibria, friction_equilibrium
+from oilfilm.bearing.friction import FrictionEquilibrium, FrictionProblem
 from oilfilm.bearing.geometry import Bearing, Cage
 from oilfilm.bearing.quasistatic import OperatingPoints
 from oilfilm.bearing.resistance import TERMS, Lubrication
@@ -29,9 +24,9 @@ from oilfilm.settings.config import BearingSettings
 from oilfilm.settings.resolved import Settings
 from oilfilm.torque.best_oil import best_index
 from oilfilm.torque.load_variables import LOAD_VARIABLES, LawInBearing, law_of_groups
-from oilfilm.torque.torque_uncertainty import drawn, term_factors, with_uncertainty
+from oilfilm.torque.torque_uncertainty import drawn, enough_draws, term_factors, with_uncertainty
 from oilfilm.traction import BEARING_LAW_NAMES
-from oilfilm.units import MM_PER_M, RAD_S_PER_RPM, FloatArray
+from oilfilm.units import MM_PER_M, RAD_S_PER_RPM, BoolArray, FloatArray
 
 _POINT = ["axial_load_n", "inner_speed_rpm", "inlet_temperature_c"]
 _TESTED = ("max_hertz_pressure_gpa", "entrainment_speed_m_s", "slide_roll_ratio")
@@ -175,21 +170,26 @@ class Cases:
             seed: Of the configuration.
 
         Returns:
-            See `with_uncertainty`; besides `other_cage_slip`, `other_torque_n_m` and `bistable`,
-            which is true where there is another equilibrium or the draws have two. The draws are
-            as of `torque_uncertainty.drawn`.
+            See `with_uncertainty`; besides `equilibria`, `other_cage_slip`, `other_torque_n_m` and
+            `bistable`. The draws are as of `torque_uncertainty.drawn`.
         """
-        found = friction_equilibrium(self.problem)
+        motions = equilibria(self.problem)
+        found = motions.fastest
         calculated = self._terms(found)
         named = zip(self.oils, self.laws, strict=True)
         groups = [(oil.name, oil.oil, law) for oil, law in named]
         number = np.repeat(np.arange(len(groups)), self._sizes)
         draws = drawn(found, groups, number, calculated, self.oils[0].settings, seed)
-        slip, torque = other_equilibrium(self.problem, calculated["cage_slip"].to_numpy())
         terms = with_uncertainty(calculated, draws, self.problem.points.ring_speed_rad_s[:, 0])
-        bistable = ~np.isnan(slip) | terms["draws_split"]
-        other = {"other_cage_slip": slip, "other_torque_n_m": torque}
-        return terms.assign(bistable=bistable, **other), draws
+        several = motions.count > 1
+        certain = (motions.count > 0) & (motions.complete | several)
+        known = pd.Series(several, terms.index, dtype="boolean").where(certain)
+        # one of the two is enough for true; false takes both
+        terms["bistable"] = known | terms["draws_split"]
+        terms["equilibria"] = motions.count
+        terms["other_cage_slip"] = np.where(several, motions.slowest.cage_slip(), np.nan)
+        terms["other_torque_n_m"] = np.where(several, motions.slowest.torque_n_m(), np.nan)
+        return terms, draws
 
 
 def oils_in_bearings(
@@ -258,10 +258,16 @@ def _without_failures(terms: Mapping[str, FloatArray]) -> pd.DataFrame:
     why = np.select([converged, terms["widest_contact"] >= 1], ["", widest], imbalance)
     return pd.DataFrame(cleared).assign(
         converged=converged,
+        **{name: _known_flag(terms[name], converged) for name in ("held_by_band", "outside_law")},
         film_in_range=converged & terms["film_in_range"].astype(bool),
         residual=np.where(residual < _LARGEST_RESIDUAL, residual, np.nan),
         why=np.array(why, dtype=object),
     )
+
+
+def _known_flag(flag: FloatArray, known: BoolArray) -> "pd.Series[bool]":
+    """A flag that is null where it is not known."""
+    return pd.Series(flag.astype(bool), dtype="boolean").where(known)
 
 
 def torque_table(
@@ -407,9 +413,10 @@ def cage_slip_table(oils: Sequence[OilInBearing], settings: Settings) -> pd.Data
 
 
 def _best_share(draws: FloatArray, oils: int, settings: Settings) -> FloatArray:
-    """Share of the draws in which each oil is the best one of its point; NaN without draws.
+    """Share of the answered draws in which each oil is the best one of its point.
 
-    A draw has one drag, one bearing and one traction rig for all oils.
+    An answered draw has an equilibrium with every oil. NaN without draws, and where too few are
+    answered. A draw has one drag, one bearing and one traction rig for all oils.
     """
     torque, slip, film = draws.reshape(len(draws), -1, oils, draws.shape[-1] // oils).swapaxes(1, 2)
     limits = settings.selection.limits.slip_limit, settings.gates.lambda_limit
@@ -419,8 +426,10 @@ def _best_share(draws: FloatArray, oils: int, settings: Settings) -> FloatArray:
         (film > limits[1]).reshape(oils, -1),
         limits[0],
     ).reshape(slip.shape[1:])
-    share = np.stack([(best == oil).mean(axis=0) for oil in range(oils)])
-    return np.where(np.isnan(slip).any(axis=(0, 1)), np.nan, share).ravel()
+    answered = np.asarray(np.isfinite(slip).all(axis=0))
+    count = np.maximum(answered.sum(axis=0), 1)
+    share = np.stack([((best == oil) & answered).sum(axis=0) / count for oil in range(oils)])
+    return np.where(enough_draws(answered), share, np.nan).ravel()
 
 
 def size_effect_table(oils: Sequence[OilInBearing], settings: Settings) -> pd.DataFrame:

@@ -13,7 +13,7 @@ import numpy as np
 import pandas as pd
 
 from oilfilm import tables
-from oilfilm.bearing.friction import Neighbour, friction_equilibrium
+from oilfilm.bearing.equilibria import Neighbour, friction_equilibrium
 from oilfilm.bearing.geometry import Bearing, OilSupply
 from oilfilm.physics.contact import Floats
 from oilfilm.physics.oils import Oil

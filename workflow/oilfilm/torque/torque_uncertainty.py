@@ -19,13 +19,8 @@ import pandas as pd
 import scipy
 
 from oilfilm.bearing.ellipse import grid
-from oilfilm.bearing.friction import (
-    COARSE,
-    FrictionEquilibrium,
-    FrictionProblem,
-    Neighbour,
-    friction_equilibrium,
-)
+from oilfilm.bearing.equilibria import Neighbour, friction_equilibrium
+from oilfilm.bearing.friction import COARSE, FrictionEquilibrium, FrictionProblem
 from oilfilm.bearing.resistance import TERMS
 from oilfilm.bearing.torque import film_ratio
 from oilfilm.fits.fitted import FittedLaw
@@ -169,21 +164,14 @@ def drawn(
         return results
     known, of_point = calculated.iloc[which], [(groups[at][2], draws[at]) for at in number[which]]
     coarse = replace(found.problem.at(which), rule=grid(*COARSE))
-    # the search starts from the equilibrium without draws, so that draws stay on its branch while
-    # it exists
+    # a draw starts from its point's own equilibrium without draws, so that it stays on that branch
+    # while the branch exists; where it has ended, the draw is searched by itself
     unknowns = found.solution.unknowns[which]
     own_motion = friction_equilibrium(coarse, Neighbour.of(coarse, unknowns))
     every = _with_draws(coarse, of_point, factors, known["mean_traction_coefficient"].to_numpy())
     point = np.repeat(np.arange(len(which)), count)
     neighbour = Neighbour.of(coarse, own_motion.solution.unknowns).at(point)
-    of_draws = friction_equilibrium(every, neighbour)
-    values, unknowns = _results(of_draws), of_draws.solution.unknowns
-    # a draw whose branch has ended is on the other one: near the slowest cage of its point
-    if len(lost := np.flatnonzero(np.isnan(values[0]))):
-        slip = values[1].reshape(-1, count)
-        slowest = np.nan_to_num(slip, nan=-np.inf).argmax(axis=1) + count * np.arange(len(slip))
-        part, start = every.at(lost), unknowns[slowest[point[lost]]]
-        values[:, lost] = _results(friction_equilibrium(part, Neighbour.of(part, start)))
+    values = _results(friction_equilibrium(every, neighbour))
     # all draws have the coarser quadrature; beside a fold it may end on the other branch
     off = known[[*DRAWN]].to_numpy().T - _results(own_motion)
     same = np.abs(off[1]) < _SAME_BRANCH
@@ -244,10 +232,12 @@ def with_uncertainty(
 
     Returns:
         The same with `power_w`, with `_uncertainty`, `_lower` and `_upper` of torque, cage slip and
-        power (NaN without refits, or where draws have no equilibrium), and `draws_split`.
+        power (NaN without refits, or where draws have no equilibrium), `draws_split`, null there
+        as well, and `draws_unanswered`.
     """
     torque, slip, _ = draws
-    enough = np.isfinite(torque).mean(axis=0) >= 1 - _LOST
+    answered = np.isfinite(torque)
+    enough = enough_draws(answered)
     power = torque * speed_rad_s, calculated["torque_n_m"] * speed_rad_s
     columns: dict[str, FloatArray] = {}
     for name, values in (("torque_n_m", torque), ("cage_slip", slip), ("power_w", power[0])):
@@ -256,7 +246,19 @@ def with_uncertainty(
         spread = np.nanstd(found, axis=0, ddof=1)
         for suffix, value in {"uncertainty": spread, "lower": lower, "upper": upper}.items():
             columns[f"{name}_{suffix}"] = np.where(enough, value, np.nan)
-    return calculated.assign(power_w=power[1], **columns, draws_split=enough & _split(slip))
+    drawn_at_all = answered.any(axis=0)
+    return calculated.assign(
+        power_w=power[1],
+        **columns,
+        draws_split=pd.Series(_split(slip), calculated.index, dtype="boolean").where(enough),
+        draws_unanswered=np.where(drawn_at_all, (~answered).sum(axis=0), 0),
+    )
+
+
+def enough_draws(answered: BoolArray) -> BoolArray:
+    """Points at which so many draws, shape (draws, points), have an answer that they count."""
+    # counted, as a mean may be rounded to either side of the limit
+    return np.asarray((~answered).sum(axis=0) <= _LOST * len(answered))
 
 
 def _results(found: FrictionEquilibrium) -> FloatArray:

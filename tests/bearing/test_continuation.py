@@ -1,0 +1,67 @@
+"""Continuation against curves that are known in closed form."""
+
+import numpy as np
+import pytest
+
+from oilfilm.bearing.continuation import trace
+
+ONE = np.ones((1, 1))
+
+
+def cubic(unknowns: np.ndarray, level: np.ndarray, _: np.ndarray) -> np.ndarray:
+    """x^3 - 3 x = level: folds at x = -1 and 1, levels 2 and -2."""
+    return np.asarray(unknowns**3 - 3 * unknowns - level[..., np.newaxis])
+
+
+def test_a_curve_with_two_folds_is_crossed_at_all_three_roots():
+    start = np.array([[-2.5]])
+    level = cubic(start, np.zeros(1), np.arange(1))[:, 0]
+    found = trace(cubic, start, ONE, level, wanted=0.0, first=-100.0, last=5.0)
+    # x^3 - 3 x = 0
+    np.testing.assert_allclose(found.unknowns[:, 0], [-np.sqrt(3), 0.0, np.sqrt(3)], atol=2e-3)
+    assert found.ended.all()
+    assert not found.returned.any()
+
+
+def test_every_curve_is_followed_by_itself():
+    starts = np.array([[-2.5], [-3.0], [-2.2]])
+    level = cubic(starts, np.zeros(3), np.arange(3))[:, 0]
+    together = trace(cubic, starts, np.ones((3, 1)), level, 0.0, -100.0, 5.0)
+    assert together.point.tolist() == [0, 0, 0, 1, 1, 1, 2, 2, 2]
+    for number in range(3):
+        part = slice(number, number + 1)
+        alone = trace(cubic, starts[part], ONE, level[part], 0.0, -100.0, 5.0)
+        np.testing.assert_array_equal(together.unknowns[together.point == number], alone.unknowns)
+
+
+def test_a_curve_that_turns_back_says_so():
+    # x^2 = 1 - level: from x = 1 through the fold at level 1 and back
+    def parabola(unknowns, level, _):
+        return unknowns**2 - 1 + level[..., np.newaxis]
+
+    found = trace(parabola, ONE, ONE, np.zeros(1), wanted=2.0, first=0.0, last=2.0)
+    assert found.returned.all()
+    assert not found.ended.any()
+    assert len(found.point) == 0
+
+
+def test_a_pair_of_crossings_within_one_step_is_seen():
+    # level = 0.501 - x^2/100 passes 0.5 at x = -sqrt(0.1) and back at sqrt(0.1)
+    def flat(unknowns, level, _):
+        return 0.501 - unknowns**2 / 100 - level[..., np.newaxis]
+
+    start = np.array([[-1.0]])
+    found = trace(flat, start, ONE, np.array([0.491]), wanted=0.5, first=0.0, last=1.0)
+    np.testing.assert_allclose(found.unknowns[:, 0], [-np.sqrt(0.1), np.sqrt(0.1)], rtol=1e-3)
+
+
+@pytest.mark.parametrize("kink", [0.0, 1e-3])
+def test_a_kink_stalls_a_curve_unless_its_steps_may_turn(kink):
+    # level = x, then level = x/10: the tangent turns by 39 degrees, whatever the step
+    def bent(unknowns, level, _):
+        return np.where(unknowns < 1, unknowns, 1 + (unknowns - 1) / 10) - level[..., np.newaxis]
+
+    found = trace(bent, 0 * ONE, ONE, np.zeros(1), 1.05, -1.0, 1.1, kink=kink)
+    assert found.ended.tolist() == [kink > 0]
+    if kink:
+        np.testing.assert_allclose(found.unknowns, [[1.5]], atol=1e-6)

@@ -1,0 +1,93 @@
+"""Friction equilibria of light and skidding bearings: found, complete, the same in any company."""
+
+import numpy as np
+import pytest
+
+from bearings import RPM, problem, shipped
+from oilfilm.bearing.equilibria import Equilibria, equilibria, friction_equilibrium
+from oilfilm.bearing.friction import FrictionProblem
+from oilfilm.bearing.quasistatic import OperatingPoints
+
+MAINSHAFT = shipped("mainshaft-167")
+
+
+def asked(oil: str, rpm: float, temperature_c: float, loads_n: list[float]) -> FrictionProblem:
+    points = OperatingPoints.axial(np.array(loads_n), rpm * RPM)
+    return problem(MAINSHAFT, points, oil, temperature_c)
+
+
+# Found by MINPACK's hybr from cage speeds of 1 to 0.1 of rolling, all seven residuals below 1e-9
+# (mainshaft-167, the printed laws).
+SKIDDING = [
+    ("4010", 12000, 70.0, 5200.0, 0.21241),
+    ("4010", 12000, 70.0, 775.0, 0.90803),
+    ("4010", 18000, 40.0, 1059.0, 0.96716),
+    ("4102", 18000, 40.0, 500.0, 0.99751),
+    ("4102", 18000, 40.0, 603.0, 0.99472),
+    ("4102", 18000, 40.0, 728.0, 0.99070),
+]
+
+
+@pytest.mark.parametrize(("oil", "rpm", "temperature_c", "load_n", "slip"), SKIDDING)
+def test_a_skidding_cage_is_found_where_an_independent_solver_finds_one(
+    oil, rpm, temperature_c, load_n, slip
+):
+    found = friction_equilibrium(asked(oil, rpm, temperature_c, [load_n]))
+    assert found.solution.converged.all()
+    assert found.solution.residual < 1e-9
+    assert not found.held_by_band().any()
+    assert found.cage_slip()[0] == pytest.approx(slip, abs=6e-6)
+    assert found.outside_law()[0] == (slip > 0.9)
+
+
+def first(motions: Equilibria) -> np.ndarray:
+    """Slips and torques of the first point, and how many equilibria it has."""
+    ends = motions.fastest, motions.slowest
+    values = [getattr(end, name)()[0] for end in ends for name in ("cage_slip", "torque_n_m")]
+    return np.array([*values, motions.count[0]])
+
+
+@pytest.mark.parametrize("load_n", [2879.0, 5200.0, 775.0, 642.07])
+def test_a_point_has_the_same_equilibria_alone_and_in_any_company(load_n):
+    oil, rpm, temperature_c = "4010", 12000, 70.0
+    alone = first(equilibria(asked(oil, rpm, temperature_c, [load_n])))
+    sixty = np.geomspace(500.0, 20000.0, 59).tolist()
+    for company in ([load_n], [6000.0], [4000.0], sixty):
+        beside = equilibria(asked(oil, rpm, temperature_c, [load_n, *company]))
+        np.testing.assert_allclose(first(beside), alone, rtol=1e-9)
+
+
+def test_rolling_and_skidding_cages_under_one_load_are_all_listed():
+    # 4010 at 6 000 rpm, 40 degC and 2 879 N: slips of a trial of the method with a code of its own
+    motions = equilibria(asked("4010", 6000, 40.0, [2879.0]))
+    assert motions.count.tolist() == [3]
+    assert motions.fastest.cage_slip()[0] == pytest.approx(0.0338, abs=6e-5)
+    assert motions.slowest.cage_slip()[0] == pytest.approx(0.3537, abs=6e-5)
+
+
+def test_a_motion_between_the_sides_of_a_jump_is_marked():
+    # the outer contact does not roll: on either side of that the cage's balance has another sign
+    load_n, slip = 683.4988689104133, 0.7704
+    motion = friction_equilibrium(asked("4010", 6000, 40.0, [load_n]))
+    assert motion.held_by_band().all()
+    assert motion.cage_slip()[0] == pytest.approx(slip, abs=5e-4)
+    free = asked("4010", 6000, 40.0, [load_n])
+    left = free.residuals(motion.solution.unknowns, np.arange(1))
+    assert np.abs(left).max() > 1e-9
+
+
+def test_more_drag_never_makes_a_cage_faster():
+    shares = np.linspace(0.002, 0.05, 12)
+    slips = [
+        friction_equilibrium(
+            problem(
+                MAINSHAFT,
+                OperatingPoints.axial(3000.0, 12000 * RPM),
+                "4010",
+                70.0,
+                oil_volume_fraction=share,
+            )
+        ).cage_slip()[0]
+        for share in shares
+    ]
+    assert (np.diff(slips) > 0).all()
