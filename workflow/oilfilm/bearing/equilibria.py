@@ -29,6 +29,7 @@ from oilfilm.bearing.friction import (
     FrictionEquilibrium,
     FrictionProblem,
 )
+from oilfilm.bearing.quasistatic import ball_force_n
 from oilfilm.bearing.solver import TOLERANCE, Equations, Solution, inverse_jacobian, near, solve
 from oilfilm.physics.contact import Conditions
 from oilfilm.units import BoolArray, FloatArray, IndexArray
@@ -46,7 +47,7 @@ _NEWTON, _MOST = 15, 100
 _BELOW_PEAK = 0.9
 # Slide-roll ratios among which the peak is looked for, and the relative rise from one to the next
 # below which a law counts as flat.
-_SLIPS = np.geomspace(1e-4, 2.0, 100)
+_SLIPS = np.geomspace(1e-4, 2.0, 64)
 _FLAT = 1e-3
 # Softening of the law, as a slip, where a rolling cage is not found at once.
 _SOFTENING = (*np.geomspace(0.3, 1e-5, 10), 0.0)
@@ -268,8 +269,10 @@ def _hardened(
 def _certified(problem: FrictionProblem, unknowns: FloatArray) -> BoolArray:
     """Whether the inner contact of each motion slips less than the law's peak."""
     balance = problem.balance(unknowns)
-    ratio = np.broadcast_to(_SLIPS, (*balance.contacts.load_n.shape, len(_SLIPS)))
-    inner = problem.law(balance.at, ratio)[:, 0]
+    levels = vars(balance.at).items()
+    of_inner = {name: value[:, :1] if np.ndim(value) else value for name, value in levels}
+    ratio = np.broadcast_to(_SLIPS, (len(unknowns), 1, len(_SLIPS)))
+    inner = problem.law(Conditions(**of_inner), ratio)[:, 0]
     flat = inner[:, 1:] <= inner[:, :-1] * (1 + _FLAT)
     peak = np.where(flat.any(axis=1), _SLIPS[flat.argmax(axis=1)], np.inf)
     slip = np.abs(balance.sliding.middle_slide_roll_ratio[:, 0])
@@ -426,7 +429,7 @@ def _less_rolling(level: FloatArray) -> FloatArray:
 
 def _chosen(problem: FrictionProblem, found: _Motions, complete: BoolArray) -> Equilibria:
     """The fastest and the slowest cage of each point."""
-    scale, start = problem.scale(), problem.start()
+    scale = problem.scale()
     speed = np.abs(found.unknowns[:, _CAGE]) / scale[found.point, _CAGE]
     sorted_motions = found.at(np.lexsort((-speed, found.point)))
     number = sorted_motions.point
@@ -434,16 +437,19 @@ def _chosen(problem: FrictionProblem, found: _Motions, complete: BoolArray) -> E
     twice = np.zeros(len(number), dtype=bool)
     twice[1:] = (np.diff(number) == 0) & (-np.diff(speed) < _APART)
     distinct = sorted_motions.at(~twice)
-    count = np.bincount(distinct.point, minlength=len(start))
+    count = np.bincount(distinct.point, minlength=len(scale))
     last = np.cumsum(count) - 1
-    known = count > 0
+    known, unknown = np.flatnonzero(count > 0), np.flatnonzero(count == 0)
 
     def of_points(row: IndexArray) -> FrictionEquilibrium:
-        unknowns, bands = start.copy(), np.zeros((len(start), len(NO_BANDS[0])))
+        unknowns, bands = np.empty_like(scale), np.zeros((len(scale), len(NO_BANDS[0])))
         unknowns[known], bands[known] = distinct.unknowns[row[known]], distinct.bands[row[known]]
+        unknowns[unknown] = problem.at(unknown).start()
         return _motion(problem, unknowns, bands)
 
-    return Equilibria(of_points(last - count + 1), of_points(last), count, complete)
+    fastest = of_points(last - count + 1)
+    slowest = of_points(last) if (count > 1).any() else fastest
+    return Equilibria(fastest, slowest, count, complete)
 
 
 def _motion(
@@ -452,7 +458,8 @@ def _motion(
     """A motion of each point, with its forces."""
     held = replace(problem, bands=bands)
     balance = held.balance(unknowns)
-    left = np.abs(held.residuals(unknowns, np.arange(len(unknowns)))).max(axis=1)
+    forces = np.abs(balance.left_over_n).max(axis=1)
+    left = forces / ball_force_n(problem.bearing, problem.points)
     residual = np.where(np.isfinite(left), left, np.inf)
     converged = residual <= TOLERANCE
     motion = FrictionEquilibrium(held, balance, Solution(unknowns, residual, converged))
