@@ -40,7 +40,7 @@ def test_a_skidding_cage_is_found_where_an_independent_solver_finds_one(
     assert found.outside_law()[0] == (slip > 0.9)
 
 
-# 4010 at 12 000 rpm and 70 degC: one motion far beyond a fold, one held between the sides of a jump,
+# 4010 at 12 000 rpm and 70 degC: a motion beyond a fold, one held between the sides of a jump, and
 # two with the cage all but at rest.
 LOADS_N = [5200.0, 642.07, 775.0, 877.7]
 
