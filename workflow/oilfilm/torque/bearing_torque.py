@@ -27,7 +27,7 @@ from oilfilm.physics.oils import Oil
 from oilfilm.settings.base import present
 from oilfilm.settings.config import BearingSettings
 from oilfilm.settings.resolved import Settings
-from oilfilm.torque.best_oil import best_index
+from oilfilm.torque.best_oil import best_shares
 from oilfilm.torque.load_variables import LOAD_VARIABLES, LawInBearing, law_of_groups
 from oilfilm.torque.torque_uncertainty import drawn, term_factors, with_uncertainty
 from oilfilm.traction import BEARING_LAW_NAMES
@@ -403,24 +403,8 @@ def cage_slip_table(oils: Sequence[OilInBearing], settings: Settings) -> pd.Data
     )
     cases = Cases(bearing, [(oil, "stress", points) for oil in oils])
     terms, draws = cases.assessed(settings.seed)
-    return joined([terms.assign(best_share=_best_share(draws, len(oils), settings))], "cage_slip")
-
-
-def _best_share(draws: FloatArray, oils: int, settings: Settings) -> FloatArray:
-    """Share of the draws in which each oil is the best one of its point; NaN without draws.
-
-    A draw has one drag, one bearing and one traction rig for all oils.
-    """
-    torque, slip, film = draws.reshape(len(draws), -1, oils, draws.shape[-1] // oils).swapaxes(1, 2)
     limits = settings.selection.limits.slip_limit, settings.gates.lambda_limit
-    best = best_index(
-        slip.reshape(oils, -1),
-        torque.reshape(oils, -1),
-        (film > limits[1]).reshape(oils, -1),
-        limits[0],
-    ).reshape(slip.shape[1:])
-    share = np.stack([(best == oil).mean(axis=0) for oil in range(oils)])
-    return np.where(np.isnan(slip).any(axis=(0, 1)), np.nan, share).ravel()
+    return joined([terms.assign(**best_shares(draws, len(oils), *limits))], "cage_slip")
 
 
 def size_effect_table(oils: Sequence[OilInBearing], settings: Settings) -> pd.DataFrame:
