@@ -139,7 +139,7 @@ def _choices(at: SlipMap, settings: SelectionSettings, lambda_limit: float) -> p
     enough, perhaps = enough_film(film, lambda_limit)
     within = enough & reaches(limit, slip)
     choice = best_of(slip, torque, film, limit, lambda_limit)
-    best = choice.index
+    best = choice.oil
     deciding, advised = _by_rules(points, slip, oils, settings, enough)
     outside = _by_rules(points, slip, oils, settings, perhaps)[1] != advised
     outside |= choice.lacks_film

@@ -10,7 +10,7 @@ Decides: which oil is best at an operating point of a bearing, and where that is
 """
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
@@ -70,16 +70,17 @@ def best_index(
     return np.where(among.any(axis=0), best, -1)
 
 
-class Best(NamedTuple):
+@dataclass(frozen=True)
+class Best:
     """The best oil of some points, each of shape (...).
 
     Attributes:
-        index: As of `best_index`, with the films that are known.
+        oil: As of `best_index`, with the films that are known.
         lacks_equilibrium: True where an oil that may have enough film has no equilibrium.
         lacks_film: True where another oil is best if the unknown films are thick enough.
     """
 
-    index: IntArray
+    oil: IntArray
     lacks_equilibrium: BoolArray
     lacks_film: BoolArray
 
@@ -102,11 +103,11 @@ def best_of(
         lambda_limit: Full film above.
     """
     enough, perhaps = enough_film(film, lambda_limit)
-    index = best_index(slip, torque, enough, slip_limit)
+    best = best_index(slip, torque, enough, slip_limit)
     return Best(
-        index,
-        (perhaps & ~np.isfinite(slip)).any(axis=0),
-        best_index(slip, torque, perhaps, slip_limit) != index,
+        best,
+        np.asarray((perhaps & ~np.isfinite(slip)).any(axis=0)),
+        np.asarray(best_index(slip, torque, perhaps, slip_limit) != best),
     )
 
 
@@ -116,9 +117,9 @@ def best_oils(cage_slip: pd.DataFrame, slip_limit: float, lambda_limit: float) -
     It is empty where none has a full film, and `NOT_KNOWN` where an unknown one may be better.
     """
     oils = list(dict.fromkeys(cage_slip["oil"]))
-    columns = ("cage_slip", "torque_n_m", "lambda_ratio")
-    best = best_of(*by_oil(cage_slip, oils, *columns), slip_limit, lambda_limit)
-    names = np.array([*oils, ""])[best.index]
+    slip, torque, film = by_oil(cage_slip, oils, "cage_slip", "torque_n_m", "lambda_ratio")
+    best = best_of(slip, torque, film, slip_limit, lambda_limit)
+    names = np.array([*oils, ""])[best.oil]
     return operating_points(cage_slip).assign(best_oil=np.where(best.known, names, NOT_KNOWN))
 
 
@@ -144,7 +145,7 @@ def best_shares(
     torque, slip, film = by_oil.swapaxes(1, 2)
     best = best_of(slip, torque, film, slip_limit, lambda_limit)
     answered = best.known.sum(axis=0)
-    counts = [(best.known & (best.index == oil)).sum(axis=0) for oil in range(oils)]
+    counts = [(best.known & (best.oil == oil)).sum(axis=0) for oil in range(oils)]
     shares = np.divide(counts, answered, out=np.full(np.shape(counts), np.nan), where=answered > 0)
     return {
         "best_share": shares.ravel(),
