@@ -1,5 +1,6 @@
 """The paper's advice on oils: its rules, the oil that holds the cage, scenarios."""
 
+import itertools
 from typing import Any
 
 import numpy as np
@@ -15,6 +16,7 @@ from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.torque.bearing_torque import cage_slip_table, oils_in_bearings
+from oilfilm.torque.best_oil import OPERATING_POINT
 from planted_fits import printed_fits
 
 # the paper's own order of viscosity, and of traction as it has it
@@ -139,20 +141,48 @@ CASES: dict[str, tuple[tuple[float, ...], dict[str, Any], str]] = {
         *((0.01, 0.02, 0.01), {"film": (NAN, NAN, NAN)}, f"little slip|||{UNKNOWN}"),
     ),
     "no oil has film": (*((0.01, 0.02, 0.0), {"film": (2.0, 2.0, 2.0)}, "little slip|||no film"),),
-    "without equilibrium an oil is no choice": (
-        *((0.01, 0.02, NAN), {"film": (9.0, 8.0, NAN)}, "little slip|4050|4050|agree"),
+    "an oil without equilibrium may be the best one": (
+        *((0.01, 0.02, NAN), {"film": (9.0, 8.0, NAN)}, "little slip|4050|4050|no equilibrium"),
+    ),
+    "an oil without film is no choice, whatever its equilibrium": (
+        *((0.01, 0.02, NAN), {"film": (9.0, 8.0, 2.0)}, "little slip|4050|4050|agree"),
+    ),
+    "every slip is just the limit": ((0.15, 0.15, 0.15), {}, "little slip|4010|4010|agree"),
+    "4010 slips by just the limit, and has just no full film": (
+        *((0.02, 0.1, 0.15), {"film": (9.0, 8.0, 3.0)}, "little slip|4050|4050|agree"),
+    ),
+    "the advised oil has just five percent more torque": (
+        *((0.02, 0.1, 0.3), {"torque": (2.0, 2.1, 1.0)}, "slipping|4050|4102|agree"),
+    ),
+    "4102 and 4050 have one torque": (
+        *((0.02, 0.1, 0.3), {"torque": (2.0, 2.0, 1.0)}, "slipping|4050|4102|agree"),
+    ),
+    "just hot, just fast, just not light": (
+        *((0.3, 0.1, 0.3), {"pressure_gpa": 1.0, "temperature_c": 100.0, "number": 2}),
+        "slipping|4050|4050|agree",
     ),
 }
+# Shares of each number that are added to it: rounding, which must change nothing.
+BITS = (0.0, 1e-12, -1e-12)
 
 
 @pytest.mark.parametrize(("slip", "others", "expected"), CASES.values(), ids=CASES)
-def test_slip_decides_as_an_engineer_would(
+def test_slip_decides_as_an_engineer_would_and_rounding_decides_nothing(
     config: Settings, slip: tuple[float, ...], others: dict[str, Any], expected: str
 ) -> None:
     rows = pd.DataFrame(operating_point(slip, **others))
-    advice = advise(rows, config.selection, config.gates.lambda_limit)
-    columns = ["selection_rule", "advised_oil", "best_oil", "judgement"]
-    assert "|".join(advice[columns].iloc[0]) == expected
+    numbers = rows.select_dtypes(float).columns
+    columns = ["selection_rule", "advised_oil", "best_oil", "judgement", "good_oils"]
+    found = set()
+    for bits in itertools.product(BITS, repeat=len(OILS)):
+        moved = rows.assign(**rows[numbers].mul(1 + np.array(bits), axis=0))
+        # one operating point for all oils
+        moved[OPERATING_POINT] = rows[OPERATING_POINT]
+        moved[["inlet_temperature_c", "pitch_speed_mm_rpm"]] *= 1 + bits[0]
+        advice = advise(moved, config.selection, config.gates.lambda_limit)
+        found.add("|".join(advice[columns].iloc[0]))
+    assert len(found) == 1
+    assert found.pop().rpartition("|")[0] == expected
 
 
 def test_each_operating_point_is_judged_by_itself(config: Settings) -> None:

@@ -23,6 +23,7 @@ from oilfilm.rig_twin.truth import truth_grid
 from oilfilm.settings.messages import load
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
+from oilfilm.torque.best_oil import NOT_KNOWN
 from reports import OILS, report_of, rows
 
 _PAPER = re.compile(r"paper|claim|Printed|Fig\. ")
@@ -207,6 +208,32 @@ def test_bearing_errors_leave_out_skidding_cages(results: CampaignTables, config
     row = cells(section, "torque", "4102")
     assert row["Points"] == "1"
     assert row["Median error"] == row["Largest error"] == percent(1)(0.1)
+
+
+def test_bearing_section_says_where_the_motion_is_not_known(
+    results: CampaignTables, config: Settings
+) -> None:
+    flags = pd.array([None, False], dtype="boolean")
+    torque = results.torque.assign(converged=True, run_id=["a", "b"], bistable=flags)
+    section = by_anchor(results.replace(torque=torque), config)["bearing"]
+    assert "not known at 1 of 2 plateaus whether the cage may roll or skid" in told(section)
+    assert "Left out" not in told(section)
+    assert cells(section, "torque", "4102")["Points"] == "2"
+
+
+def test_best_oils_of_a_heated_bearing_are_compared_where_both_are_known(
+    results: CampaignTables, config: Settings
+) -> None:
+    best = ["4102", "4102", "4050", NOT_KNOWN]
+    heated = ["4102", "4050", NOT_KNOWN, "4102"]
+    points = [
+        {"oil": "4102", "inner_speed_rpm": number, "axial_load_n": 1.0, "balanced": True}
+        | {"best_oil": before, "heated_best_oil": after, "outlet_temperature_c": 100.0}
+        for number, (before, after) in enumerate(zip(best, heated, strict=True))
+    ]
+    balance = rows("heat_balance", *points)
+    section = by_anchor(results.replace(heat_balance=balance), config)["bearing"]
+    assert "the best oil at 1 of 2 operating points. It is not known at 2 more" in told(section)
 
 
 def test_remarks_on_the_sheet_are_no_refusals(results: CampaignTables, config: Settings) -> None:

@@ -12,7 +12,13 @@ from oilfilm.paper.audit.audit import audit
 from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
-from oilfilm.torque.torque_control import torque_control
+from oilfilm.torque.torque_control import (
+    bistable_points,
+    is_bistable,
+    torque_control,
+    undecided_plateaus,
+    without_bistable,
+)
 from reports import rows
 
 
@@ -93,3 +99,31 @@ def test_points_where_the_cage_may_roll_or_skid_are_not_averaged_in() -> None:
     assert made["claims"]["cases"].tolist() == [1, 1]
     left_out = made["claim_numbers"].query("number == 'bistable'")
     assert left_out.set_index("claim")["value"].to_dict() == {"torque-stress": 1, "torque-load": 1}
+
+
+@pytest.mark.parametrize("dtype", ["boolean", object])
+def test_unknown_motions_are_neither_left_out_nor_taken_for_known_ones(dtype: Any) -> None:
+    # plateau a: rolls or skids by one law; b: not known by one law; c: known
+    flags = {"a": [True, None], "b": [None, False], "c": [False, False]}
+    torque = pd.DataFrame(
+        [
+            {"run_id": run, "first_row": 0, "oil": "4102", "inner_speed_rpm": 9e3}
+            | {"axial_load_n": 5e3, "inlet_temperature_c": 70.0, "bistable": flag}
+            for run, of_run in flags.items()
+            for flag in of_run
+        ]
+    ).astype({"bistable": dtype})
+    assert is_bistable(torque).tolist() == [True, False, False, False, False, False]
+    assert without_bistable(torque)["run_id"].tolist() == ["b", "b", "c", "c"]
+    assert undecided_plateaus(torque) == 1
+    assert bistable_points(torque) == "4102 at 9000 rpm, 5000 N, 70 degC"
+
+
+def test_claims_on_torque_count_the_plateaus_of_which_the_motion_is_not_known() -> None:
+    plain = results(0.001)
+    flags = plain.torque["bistable"].astype(object).mask(plain.torque["run_id"] == "1", None)
+    made = judged(plain.replace(torque=plain.torque.assign(bistable=flags)), settings_of("thermal"))
+    assert made["claims"]["cases"].tolist() == [2, 2]
+    numbers = made["claim_numbers"].set_index(["claim", "number"])["value"]
+    assert numbers["torque-stress", "undecided"] == 1
+    assert "bistable" not in numbers["torque-stress"]

@@ -19,6 +19,7 @@ from oilfilm.settings.config import SameSetPointSettings
 from oilfilm.settings.resolved import Settings
 from oilfilm.settings.rig import Rig
 from oilfilm.tables import failed_gates
+from oilfilm.ties import exceeds, first_smallest
 from oilfilm.units import PA_PER_GPA
 
 SET_POINTS = (
@@ -159,10 +160,9 @@ def _levels(
     levels, found = np.unique(planned), np.unique(values.dropna())
     for value in found:
         allowed = same.relative * value if relative else same.temperature_c
-        # a level that is met exactly is no less near for rounding in the last bit
-        if np.abs(levels - value).min(initial=np.inf) > allowed * (1 + 1e-9):
+        if exceeds(np.abs(levels - value).min(initial=np.inf), allowed):
             levels = np.append(levels, value)
-    nearest = {value: levels[np.argmin(np.abs(levels - value))] for value in found}
+    nearest = {value: levels[first_smallest(np.abs(levels - value))] for value in found}
     return values.map(nearest).astype(float)
 
 

@@ -37,6 +37,7 @@ from oilfilm.logs.raw_files import RawLogs
 from oilfilm.logs.run_sheet import NO_SHEET, RunSheet
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables import failed_gates
+from oilfilm.ties import exceeds, reaches
 
 # ---------------------------------------------------------------- repeats
 
@@ -209,7 +210,8 @@ def _difference(first: pd.DataFrame, later: pd.DataFrame, settings: Settings) ->
     """
     columns = ["slide_roll_ratio", "traction_coefficient", "traction_coefficient_se"]
     (slip, mu, se), (other_slip, other, other_se) = (
-        curve.sort_values("slide_roll_ratio")[columns].to_numpy(float).T for curve in (later, first)
+        curve.sort_values("slide_roll_ratio", kind="stable")[columns].to_numpy(float).T
+        for curve in (later, first)
     )
     least = max(other_slip.min(), settings.gates.sign_slip_min)
     shared = (slip >= least) & (slip <= other_slip.max())
@@ -248,7 +250,7 @@ def _of_rig(
         scale = rig.full_scale if rig else None
         for column, key in _SCALES.items() if scale else ():
             largest, full = of_run[column].abs().max(), getattr(scale, key)
-            if largest > full:
+            if exceeds(largest, full):
                 about = dict(column=column, of=largest, full=full, key=key)
                 doubts.append(fault("full_scale", **about).reason)
         yield from ((str(run_id), f"{each}; correct {name}.yaml") for each in doubts)
@@ -259,7 +261,7 @@ def _constant_channels(points: pd.DataFrame, runs: pd.DataFrame) -> Iterator[tup
     for column, name in (("load_n", "load"), ("inlet_temperature_c", "inlet temperature")):
         of_runs = points.groupby("run_id")[column].agg(["min", "max", "size"])
         judged = of_runs[of_runs["size"] >= _PLATEAUS]
-        constant = judged["max"] - judged["min"] <= 1e-9 * judged["max"].abs()
+        constant = pd.Series(reaches(judged["min"], judged["max"]), judged.index)
         for _, of_rig in constant.groupby(runs["rig"].reindex(judged.index)):
             if len(of_rig) >= _FEWEST_RUNS and of_rig.mean() < 1 / 2:
                 moving = dict(name=name, others=(~of_rig).sum(), runs=len(of_rig))

@@ -15,6 +15,7 @@ from oilfilm.curation.statistics import MAD_TO_SIGMA, median
 from oilfilm.curation.zero import moved_zero, phase_too_short, sliding_phase, zero_reference
 from oilfilm.logs.base import Columns, Refusal
 from oilfilm.settings.config import StepSettings
+from oilfilm.ties import exceeds, reaches
 from oilfilm.units import BoolArray, FloatArray, IndexArray
 
 
@@ -79,7 +80,8 @@ def _without(parts: Division, phases: list[slice], rig: RigKind) -> tuple[IndexA
     for phase in phases:
         served = (starts < phase.stop) & (stops > phase.start)
         starts = np.where(served, phase.stop, starts)
-        kept = ~served | ((stops - starts) * signals.interval_s >= rig.plateaus.min_duration_s)
+        left_s = (stops - starts) * signals.interval_s
+        kept = ~served | reaches(left_s, rig.plateaus.min_duration_s)
         starts, stops = starts[kept], stops[kept]
     if len(signals) == 0:
         return starts[:0], stops[:0]
@@ -155,9 +157,11 @@ def find_steps(
     change = np.abs(sums[window:] - sums[:-window]) / window
     noise = MAD_TO_SIGMA * median(np.abs(np.diff(level))) / np.sqrt(2)
     limit = max(min_step, settings.noise_factor * noise * np.sqrt(2 / window))
-    # two peaks within a window are one step seen twice through the noise: the higher one counts
+    # two peaks within a window are one step seen twice through the noise: the higher one counts,
+    # of two that are equally high the first
     around = pd.Series(change).rolling(2 * window + 1, center=True, min_periods=1)
-    peaks = np.flatnonzero((change == around.max().to_numpy()) & (change > limit))
+    is_peak = reaches(change, around.max().to_numpy())
+    peaks = np.flatnonzero(is_peak & exceeds(change, limit))
     return window + peaks[np.diff(peaks, prepend=-window - 1) > window]
 
 

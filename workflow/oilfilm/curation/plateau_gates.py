@@ -21,6 +21,7 @@ from oilfilm.curation.rig_kind import RigKind
 from oilfilm.curation.traction_rig import TractionRig
 from oilfilm.logs.base import Refusal
 from oilfilm.logs.run_sheet import EXCLUDED, EXCLUDED_ADVICE
+from oilfilm.ties import exceeds, reaches
 from oilfilm.units import BoolArray
 
 PLATEAU_GATES: Gates[PlateauJudge] = Gates()
@@ -30,9 +31,9 @@ gate = PLATEAU_GATES.gate
 _SURE = 5
 
 
-def _off_nominal(points: pd.DataFrame, name: str, tolerance: float) -> "pd.Series[bool]":
+def _off_nominal(points: pd.DataFrame, name: str, tolerance: float) -> BoolArray:
     nominal = points[f"nominal_{name}"]
-    return (points[name] - nominal).abs() > tolerance * nominal
+    return exceeds((points[name] - nominal).abs(), tolerance * nominal)
 
 
 @gate
@@ -42,43 +43,45 @@ def traction_missing(points: pd.DataFrame, rig: TractionRig) -> "pd.Series[bool]
 
 
 @gate
-def too_short(points: pd.DataFrame, rig: RigKind) -> "pd.Series[bool]":
+def too_short(points: pd.DataFrame, rig: RigKind) -> BoolArray:
     """Little is left of a level once it has settled."""
-    return points["duration_s"] < rig.plateaus.min_duration_s
+    return exceeds(rig.plateaus.min_duration_s, points["duration_s"])
 
 
 @gate
-def load_off_nominal(points: pd.DataFrame, rig: TractionRig) -> "pd.Series[bool]":
+def load_off_nominal(points: pd.DataFrame, rig: TractionRig) -> BoolArray:
     """The load is not the one that was set."""
     return _off_nominal(points, "load_n", rig.gates.load_tolerance)
 
 
 @gate
-def speed_off_nominal(points: pd.DataFrame, rig: TractionRig) -> "pd.Series[bool]":
+def speed_off_nominal(points: pd.DataFrame, rig: TractionRig) -> BoolArray:
     """The entrainment speed is not the one that was set."""
     return _off_nominal(points, "entrainment_speed_m_s", rig.gates.speed_tolerance)
 
 
 @gate
-def temperature_off_nominal(points: pd.DataFrame, rig: TractionRig) -> "pd.Series[bool]":
+def temperature_off_nominal(points: pd.DataFrame, rig: TractionRig) -> BoolArray:
     """The inlet temperature is not the one that was set."""
     off_c = points["inlet_temperature_c"] - points["nominal_inlet_temperature_c"]
-    return off_c.abs() > rig.gates.temperature_tolerance_c
+    return exceeds(off_c.abs(), rig.gates.temperature_tolerance_c)
 
 
 @gate
-def slip_out_of_range(points: pd.DataFrame, rig: TractionRig) -> "pd.Series[bool]":
+def slip_out_of_range(points: pd.DataFrame, rig: TractionRig) -> BoolArray:
     """The slide-roll ratio is one that no sweep reaches."""
-    least, most = rig.gates.slide_roll_ratio_min, rig.gates.slide_roll_ratio_max
-    return ~points["slide_roll_ratio"].between(least, most)
+    slip, gates = points["slide_roll_ratio"], rig.gates
+    above = reaches(slip, gates.slide_roll_ratio_min)
+    return ~(above & reaches(gates.slide_roll_ratio_max, slip))
 
 
 @gate
-def slip_off_set_point(points: pd.DataFrame, rig: TractionRig) -> "pd.Series[bool]":
+def slip_off_set_point(points: pd.DataFrame, rig: TractionRig) -> BoolArray:
     """The slide-roll ratio is none of the planned ones."""
-    slip = points["slide_roll_ratio"]
-    away = [(slip - planned).abs() > rig.gates.slip_tolerance for planned in rig.planned_slips]
-    return pd.concat(away, axis=1).all(axis=1) if away else slip.isna() & False
+    slip, planned = points["slide_roll_ratio"].to_numpy(), np.array(rig.planned_slips)
+    away = np.abs(slip[:, np.newaxis] - planned)
+    off = exceeds(away, rig.gates.slip_tolerance).all(axis=1)
+    return np.asarray(off & (len(planned) > 0))
 
 
 @gate
@@ -119,7 +122,7 @@ def spiky(points: pd.DataFrame, rig: RigKind) -> "pd.Series[bool]":
     """Too many readings of a plateau are spikes."""
     spikes, allowed = points["n_spikes"], rig.gates.spike_share_max
     # a single one is left out of a plateau of few rows as well
-    return (spikes > 1) & (spikes > allowed * (points["n_samples"] + spikes))
+    return (spikes > 1) & exceeds(spikes, allowed * (points["n_samples"] + spikes))
 
 
 @gate

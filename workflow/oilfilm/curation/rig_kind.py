@@ -38,7 +38,9 @@ class Signals:
     @cached_property
     def interval_s(self) -> float:
         """Median time between samples, in s; 1 where there are too few to tell."""
-        usual = median(np.diff(self.time_s))
+        # time stamps are decimal numbers: their differences are, too, but for rounding, which must
+        # not decide how many rows a time is
+        usual = float(f"{median(np.diff(self.time_s)):.9g}")
         return max(usual, _SHORTEST_INTERVAL_S) if usual > 0 else 1.0
 
     def at(self, chosen: BoolArray | slice) -> "Signals":

@@ -23,6 +23,7 @@ from oilfilm.curation.statistics import (
 )
 from oilfilm.curation.traction_rig import TractionRig
 from oilfilm.logs.base import Refusal
+from oilfilm.ties import exceeds, reaches
 from oilfilm.units import BoolArray, FloatArray
 
 RUN_GATES: Gates[RunJudge] = Gates()
@@ -100,7 +101,8 @@ def clock_jump(run: Run, rig: RigKind) -> Found:
     """The clock jumps ahead."""
     gaps = np.diff(run.signals.time_s)
     longest_s = rig.gates.clock_jump_intervals * run.signals.interval_s
-    if gaps.max(initial=0) > longest_s:  # of settled readings without time it is NaN
+    # of settled readings without time it is NaN
+    if exceeds(gaps.max(initial=0), longest_s):
         longest = int(np.argmax(gaps))
         rows = run.signals.rows(longest, longest + 1)
         yield dict(gap=gaps[longest], allowed=longest_s, **rows)
@@ -134,8 +136,8 @@ def held_readings(run: Run, rig: RigKind) -> Found:
     plateau_s = median(durations) if len(durations) else rig.plateaus.min_duration_s
     rows = rows_per_reading(run.signals[run.rig.sensor.column])
     hold_s = rows * run.signals.interval_s
-    if rows > 1 and plateau_s < _FEWEST_READINGS * hold_s:
-        readings = int(plateau_s / hold_s)
+    if rows > 1 and exceeds(_FEWEST_READINGS * hold_s, plateau_s):
+        readings = sum(reaches(plateau_s, hold_s * np.arange(1, _FEWEST_READINGS)))
         found = dict(rows=rows, hold=hold_s, plateau=plateau_s, readings=readings)
         yield {**found, "fewest": _FEWEST_READINGS}
 
@@ -163,7 +165,7 @@ def stuck_channel(run: Run, rig: RigKind) -> Found:
 def _long_hold(values: FloatArray, run: Run, rig: RigKind) -> tuple[int, int]:
     """The longest stretch of one value, as `longest_hold`; empty where it is not suspicious."""
     start, stop = longest_hold(values) if len(values) else (0, 0)
-    long = (stop - start) * run.signals.interval_s >= rig.stuck.duration_s
+    long = reaches((stop - start) * run.signals.interval_s, rig.stuck.duration_s)
     return (start, stop) if long and stop - start >= rig.stuck.samples else (0, 0)
 
 
@@ -218,7 +220,7 @@ def sign_changes(run: Run, rig: TractionRig) -> Found:
     sure = _sliding(run, rig) & (np.abs(force_n) > error_n)
     against = sure & (force_n * slip < 0)
     few = max(_FEW, (1 - rig.gates.sign_share) * sure.sum())
-    if few <= against.sum() <= sure.sum() - few:
+    if reaches(against.sum(), few) and reaches(sure.sum() - few, against.sum()):
         begin, end = np.flatnonzero(against)[[0, -1]]
         rows = dict(first=plateaus["first_row"][begin], last=plateaus["last_row"][end])
         yield dict(against=against.sum(), sliding=sure.sum(), **rows)
@@ -328,7 +330,7 @@ def temperature_drift(run: Run, rig: TractionRig) -> Found:
     """The inlet temperature differs between the plateaus of one run."""
     levels = run.plateaus["inlet_temperature_c"]
     least, most = np.fmin.reduce(levels, initial=np.inf), np.fmax.reduce(levels, initial=-np.inf)
-    if most - least > rig.gates.temperature_drift_max_c:
+    if exceeds(most - least, rig.gates.temperature_drift_max_c):
         yield dict(least=least, most=most)
 
 

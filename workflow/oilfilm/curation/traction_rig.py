@@ -30,6 +30,7 @@ from oilfilm.settings.config import (
 )
 from oilfilm.settings.resolved import Settings
 from oilfilm.settings.rig import Rig
+from oilfilm.ties import exceeds
 from oilfilm.units import M_PER_UM, PA_PER_GPA, FloatArray
 
 # No traction rig loads a contact less; below it F/W is noise over nothing.
@@ -269,7 +270,7 @@ def with_film(points: pd.DataFrame, settings: Settings) -> pd.DataFrame:
             stated = of_both["nominal_max_hertz_pressure_gpa"]
             points.loc[of_both.index, "max_hertz_pressure_gpa"] = stated
     known = points["lambda_ratio"].notna()
-    full = points["lambda_ratio"] > settings.gates.lambda_limit
+    full = exceeds(points["lambda_ratio"], settings.gates.lambda_limit)
     judgement = np.select([~known, full], ["cannot be judged", "full film"], "below limit")
     return points.assign(film_judgement=judgement)
 

@@ -17,6 +17,7 @@ from oilfilm.curation.gate import fault
 from oilfilm.curation.rig_kind import Channel, Division, Run, Signals
 from oilfilm.logs.base import Columns, Refusal
 from oilfilm.settings.config import CurationSettings
+from oilfilm.ties import reaches
 from oilfilm.units import BoolArray, FloatArray
 
 # The speed of a run is that of its fastest rows, without the wild readings among them.
@@ -77,7 +78,7 @@ def phase_too_short(
         return fault("zero_missing", "no_phase", name=name)
     duration_s = rows * signals.interval_s
     # a single row gives no standard error
-    if duration_s >= min_duration_s and rows > 1:
+    if reaches(duration_s, min_duration_s) and rows > 1:
         return None
     about = dict(duration=duration_s, rows=rows, name=name, least=min_duration_s)
     return fault("zero_missing", "short_phase", **about)
@@ -270,12 +271,12 @@ def initial_slope(slip: FloatArray, mu: FloatArray, at_slip: float) -> float:
     away, size = away[known], size[known]
     if len(away) == 0:
         return 0.0
-    near = away <= _SAME * away.min()
+    near = reaches(_SAME * away.min(), away)
     chord, to_near = size[near].mean() / away[near].mean(), away[near].mean()
     away, size = away[~near], size[~near] - size[near].mean()
     if len(away) == 0:
         return float(_STEEPEST * chord)
-    next_ = away <= _SAME * away.min()
+    next_ = reaches(_SAME * away.min(), away)
     step = away[next_].mean() - to_near
     flatter = max(size[next_].mean() / step, 0.0)
     if flatter <= 0:

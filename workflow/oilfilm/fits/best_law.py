@@ -16,6 +16,7 @@ import pandas as pd
 
 from oilfilm import tables
 from oilfilm.fits.interval import student_quantile
+from oilfilm.ties import first_smallest, reaches
 from oilfilm.units import FloatArray
 
 # Of a difference, two-sided.
@@ -75,6 +76,11 @@ def _verdict(fit: dict[str, Any], quality: pd.DataFrame, beside: pd.DataFrame) -
         return {"verdict": "no other fit"}
     # other points, other sums: such laws cannot be set beside this one
     same = laws[(laws["n_points"] == laws.loc[law, "n_points"]) & laws["bic"].notna()]
+    # of laws that are as good: the configured one, a proven fit, the fewest constants
+    in_order = same.assign(other=same.index != law).sort_values(
+        ["other", "certified", "n_constants"], ascending=[True, False, True], kind="stable"
+    )
+    preferred = list(in_order.index)
     squares = _squares(beside, same.index, "left_out_traction_coefficient")
     if law not in squares:
         return {"verdict": "constants left open"}
@@ -84,11 +90,11 @@ def _verdict(fit: dict[str, Any], quality: pd.DataFrame, beside: pd.DataFrame) -
     counts = own.groupby("run_id").size().to_numpy()[:, np.newaxis]
     sums, points = squares.sum(), counts.sum()
     without_each = np.sqrt((sums - squares) / (points - counts))
-    unseen = _judged(law, np.sqrt(sums / points), without_each)
+    unseen = _judged(preferred, np.sqrt(sums / points), without_each)
     fitted = _squares(beside, same.index, "traction_coefficient")
     # the differences have the error of Vuong's statistic (Econometrica 57 (1989) 307, section 5)
     without_each = points * np.log(fitted.sum() - fitted)
-    by_bic = _judged(law, same["bic"], without_each, _BARE_MENTION)
+    by_bic = _judged(preferred, same["bic"], without_each, _BARE_MENTION)
     size = float(np.sqrt(np.mean(own[_MEASURED] ** 2)))
     verdict, better = _judgement(law, unseen, by_bic, same)
     return {
@@ -104,7 +110,7 @@ def _verdict(fit: dict[str, Any], quality: pd.DataFrame, beside: pd.DataFrame) -
         "bic_ties": ", ".join(by_bic.ties),
         "bic_difference": by_bic.difference,
         "bic_difference_error": by_bic.error,
-        "ends_out_law": _best_at_ends(same),
+        "ends_out_law": _best_at_ends(in_order),
     }
 
 
@@ -119,26 +125,29 @@ def _squares(beside: pd.DataFrame, laws: "pd.Index[str]", column: str) -> pd.Dat
 
 
 def _judged(
-    law: str, values: "pd.Series[float]", without_each: pd.DataFrame, least: float = 0.0
+    preferred: list[str], values: "pd.Series[float]", without_each: pd.DataFrame, least: float = 0.0
 ) -> Judged:
     """The laws by one criterion, the least of which is best.
 
     Args:
-        law: The configured law.
+        preferred: The laws in the order in which they are preferred where they are as good; the
+            configured one is the first.
         values: Of the criterion, by law.
         without_each: The same without each curve, one column per law.
         least: A smaller difference is a tie.
     """
-    best = str(values.idxmin())
+    among = values[[name for name in preferred if name in values]]
+    best = str(among.index[first_smallest(among)])
     differences = values - values[best]
     apart = without_each.sub(without_each[best], axis=0)
     errors = {str(name): jackknife_error(each.to_numpy()) for name, each in apart.items()}
     ties = [
         name
         for name, error in errors.items()
-        if name != best and differences[name] <= max(error, least)
+        if name != best and reaches(max(error, least), differences[name], size=abs(values[best]))
     ]
-    return Judged(best, (best, *ties), float(differences[law]), errors[law])
+    configured = preferred[0]
+    return Judged(best, (best, *ties), float(differences[configured]), errors[configured])
 
 
 def jackknife_error(replicates: FloatArray) -> float:
@@ -159,12 +168,16 @@ def jackknife_error(replicates: FloatArray) -> float:
 
 
 def _best_at_ends(laws: pd.DataFrame) -> str:
-    """The law with the least error at end levels that were left out; empty where none is known."""
+    """The law with the least error at end levels that were left out; empty where none is known.
+
+    Args:
+        laws: Rows of fit quality, the preferred laws first.
+    """
     ends = laws.filter(regex="_end_out_relative_rms$").astype(float)
     known = ends.dropna(axis=1, how="all").dropna()
     if known.empty or not len(known.columns):
         return ""
-    return str((known**2).mean(axis=1).idxmin())
+    return str(known.index[first_smallest((known**2).mean(axis=1))])
 
 
 def _judgement(law: str, unseen: Judged, by_bic: Judged, laws: pd.DataFrame) -> tuple[str, str]:

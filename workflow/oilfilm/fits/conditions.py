@@ -20,6 +20,7 @@ from pydantic import TypeAdapter, ValidationError
 from oilfilm import tables
 from oilfilm.errors import OilfilmError
 from oilfilm.settings.config import FitSettings, GateSettings
+from oilfilm.ties import exceeds, reaches
 from oilfilm.traction.law import QUANTITIES
 from oilfilm.units import BoolArray, FloatArray, IndexArray
 
@@ -155,7 +156,8 @@ def varied(
     low, high = conditions.min(axis=0), conditions.max(axis=0)
     size = np.maximum(np.abs(low), np.abs(high))
     size = np.maximum(size, [LEAST_SIZE.get(name, 0.0) for name in names])
-    return np.asarray((high > low) & (high - low >= settings.min_relative_range * size))
+    wide = reaches(high - low, settings.min_relative_range * size)
+    return np.asarray((high > low) & wide)
 
 
 def incomplete_curves(
@@ -236,8 +238,8 @@ def away(fixed: FixedCondition, levels: Mapping[str, FloatArray]) -> npt.NDArray
         levels: Values of each condition by column, all of one shape.
     """
     asked = levels[fixed.condition]
-    near = _relative_distance(fixed.condition, asked, fixed.on_line(levels)) <= fixed.within
-    return np.asarray(~np.isnan(asked) & ~near)
+    distance = _relative_distance(fixed.condition, asked, fixed.on_line(levels))
+    return np.asarray(~np.isnan(asked) & ~reaches(fixed.within, distance))
 
 
 def _relative_distance(name: str, values: FloatArray, line: FloatArray) -> FloatArray:
@@ -255,7 +257,7 @@ def clusters(values: FloatArray, width: float) -> IndexArray:
     first, number = -np.inf, 0
     known = np.flatnonzero(~np.isnan(values))
     for index in known[np.argsort(values[known], kind="stable")]:
-        if values[index] - first > width:
+        if exceeds(values[index] - first, width):
             first, number = values[index], number + 1
         clusters[index] = number
     return clusters
@@ -298,5 +300,5 @@ def levels_by_gap(values: FloatArray, gap: float) -> IndexArray:
     order = np.argsort(values)
     steps = np.diff(values[order], prepend=values.min())
     levels = np.empty(len(values), dtype=np.int64)
-    levels[order] = np.cumsum(steps > gap * np.ptp(values))
+    levels[order] = np.cumsum(exceeds(steps, gap * np.ptp(values)))
     return levels

@@ -22,6 +22,7 @@ from oilfilm.fits.uncertainty import SENSORS, Estimates
 from oilfilm.settings.config import FitSettings
 from oilfilm.table_needs import OF_FIT
 from oilfilm.tables.campaign_tables import CampaignTables
+from oilfilm.ties import exceeds, first_largest, reaches
 from oilfilm.traction.law import CONDITIONS, Law, Observations
 from oilfilm.units import FloatArray
 
@@ -154,7 +155,8 @@ def _estimated(solution: Solution, sign_confidence: float) -> pd.DataFrame:
         # the refits may be skew
         rows["lower"] = np.minimum(rows["value"] - reach, low)
         rows["upper"] = np.maximum(rows["value"] + reach, high)
-        known = rows["lower"] * rows["upper"] > 0
+        # the signs of an exact fit's zeros are those of rounding; exponents are of the size of 1
+        known = exceeds(rows["lower"], 0.0, size=1.0) | exceeds(0.0, rows["upper"], size=1.0)
         rows["verdict"] = np.where(known, "known", "sign unknown")
     return rows
 
@@ -172,7 +174,7 @@ def _quality(solution: Solution) -> dict[str, Any]:
         "relative_rms": rmse / float(np.sqrt(np.mean(problem.mu**2))),
         "max_error": float(np.abs(residual).max()),
         "bic": bayesian_criterion(best.sse, len(residual), constants),
-        "zero_slip_traction": float(starts[np.argmax(np.abs(starts))]),
+        "zero_slip_traction": float(starts[first_largest(np.abs(starts))]),
         "left_out_rmse": float(np.sqrt(np.mean(solution.left_out**2))),
         "refits_at_bounds": solution.refits_at_bounds,
         **solution.unseen.columns(),
@@ -303,23 +305,10 @@ def certify(
     near = (spreads <= settings.agreement_sse) & (distances <= settings.agreement_constants)
     agreeing = int(near.sum())
     cosine = gradient_cosine(problem, best) if best.sse > rounding else 0.0
-    smallest = float(traction_on(problem, best, *tested_grid(problem)).min())
+    mu = traction_on(problem, best, *tested_grid(problem))
+    smallest, largest = float(mu.min()), float(np.abs(mu).max())
     low, high, condition = spectrum(problem, best)
-    active = ", ".join(problem.at_bounds)
-    checks = {
-        f"{agreeing} of {len(optima)} searches agree": agreeing == len(optima),
-        f"their SSE differ by {spread:.1e}": spread <= settings.agreement_sse,
-        f"their constants by {distance:.1e} standard errors": (
-            distance <= settings.agreement_constants
-        ),
-        f"gradient cosine {cosine:.1e}": cosine <= settings.gradient_cosine_max,
-        f"mu >= {smallest:.1e} over the tested box": smallest >= 0,
-        f"curved in every direction (smallest eigenvalue {low:.1e})": low > 0,
-        f"bounds reached: {active or 'none'}": not active,
-    }
-    failing = [what for what, holds in checks.items() if not holds]
-    sentence = f"{'not certified' if failing else 'certified'}: {'; '.join(failing or checks)}"
-    return {
+    numbers = {
         "searches": len(optima),
         "searches_agreeing": agreeing,
         "sse_spread": spread,
@@ -329,10 +318,49 @@ def certify(
         "condition_number": condition,
         "hessian_smallest": low,
         "hessian_largest": high,
-        "active_bounds": active,
-        "certified": not failing,
-        "certificate": sentence,
+        "active_bounds": ", ".join(problem.at_bounds),
     }
+    checks = _checks(numbers, largest, settings)
+    failing = [what for holds, _, what in checks if not holds]
+    holding = [what for _, what, _ in checks]
+    sentence = f"{'not certified' if failing else 'certified'}: {'; '.join(failing or holding)}"
+    return {**numbers, "certified": not failing, "certificate": sentence}
+
+
+def _checks(
+    numbers: Mapping[str, Any], largest: float, settings: FitSettings
+) -> list[tuple[bool, str, str]]:
+    """What a certificate asks: whether it holds, and what is said if it does and if it does not.
+
+    What holds is told by its limit, because the numbers themselves are rounding.
+
+    Args:
+        numbers: Columns of `fit_quality`.
+        largest: Largest mu over the tested box.
+        settings: Limits of config's fit.
+    """
+
+    def up_to(limit: float, name: str, text: str) -> tuple[bool, str, str]:
+        found = numbers[name]
+        return found <= limit, text.format(f"{limit:g} at most"), text.format(f"{found:.1e}")
+
+    agree = f"{numbers['searches_agreeing']} of {numbers['searches']} searches agree"
+    apart = "their constants, in standard errors, by {}"
+    smallest, bounds = numbers["min_traction"], numbers["active_bounds"]
+    curved = numbers["hessian_smallest"] > 0 and not np.isnan(numbers["condition_number"])
+    return [
+        (numbers["searches_agreeing"] == numbers["searches"], agree, agree),
+        up_to(settings.agreement_sse, "sse_spread", "their SSE differ by {}"),
+        up_to(settings.agreement_constants, "constant_spread", apart),
+        up_to(settings.gradient_cosine_max, "gradient_cosine", "gradient cosine {}"),
+        (
+            bool(reaches(smallest, 0.0, size=largest)),
+            "mu is not negative over the tested box",
+            f"mu >= {smallest:.1e} over the tested box",
+        ),
+        (curved, "curved in every direction", "flat in a direction"),
+        (not bounds, "no bounds reached", f"bounds reached: {bounds}"),
+    ]
 
 
 def gradient_cosine(problem: Problem, optimum: Optimum) -> float:

@@ -31,6 +31,7 @@ from oilfilm.fits.soundness_words import what_is_wrong
 from oilfilm.physics.oils import LIMITING_STRESS_RATIO
 from oilfilm.tables import refuse_unpacking
 from oilfilm.tables.campaign_tables import CampaignTables
+from oilfilm.ties import exceeds, reaches
 from oilfilm.traction import LAWS
 from oilfilm.traction.law import CONDITIONS, QUANTITIES, Law, to_internal
 from oilfilm.units import FloatArray
@@ -317,7 +318,7 @@ class FittedLaw:
         (lower, upper), (own_lower, own_upper) = np.sort(sign * ends, axis=1)
         distance = np.where(off, np.inf, self._distance(conditions, slip))
         spacings = self.spacings(conditions)
-        where = (distance > 0) | (spacings > 1), distance, off, spacings
+        where = (distance > 0) | exceeds(spacings, 1.0), distance, off, spacings
         over = mu > self.coefficients.limiting_stress_ratio
         intervals = lower, upper, own_lower, own_upper
         return Prediction(sign * mu, *intervals, *where, over, self.wrong)
@@ -449,8 +450,7 @@ class FittedLaw:
         low, high = self.reach.T
         at = np.column_stack([conditions, np.abs(slip)])
         beyond = np.maximum(np.maximum(low - at, at - high), 0.0)
-        # rounding of the conditions themselves is not outside
-        beyond[beyond <= 1e-9 * np.abs(at)] = 0.0
+        beyond[reaches(at, low) & reaches(high, at)] = 0.0
         width = high - low
         with np.errstate(divide="ignore", invalid="ignore"):
             ranges = np.where(beyond == 0, 0.0, beyond / width)

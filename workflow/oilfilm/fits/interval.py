@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 import scipy
 
+from oilfilm.ties import exceeds, reaches
 from oilfilm.traction.expression import compiled, name, parse
 from oilfilm.units import FloatArray, IndexArray
 
@@ -145,7 +146,7 @@ class Unseen:
         possible = [
             (each, float(quantile))
             for each, quantile in zip(LEVELS, self.quantiles, strict=True)
-            if each <= level + 1e-9 and np.isfinite(quantile)
+            if reaches(level, each) and np.isfinite(quantile)
         ]
         return max(possible, default=(float("nan"), float("nan")))
 
@@ -204,8 +205,8 @@ def scores_of_unseen(
     order = np.argsort(scores, kind="stable")
     share = np.cumsum((1 / np.bincount(curve)[curve])[order]) / curves
     wanted = np.array(LEVELS) * (curves + 1) / curves
-    index = np.minimum(np.searchsorted(share, wanted - 1e-12), len(share) - 1)
-    quantiles = np.where(wanted <= 1 + 1e-12, scores[order][index], np.nan)
+    index = reaches(share, wanted[:, np.newaxis]).argmax(axis=1)
+    quantiles = np.where(reaches(1.0, wanted), scores[order][index], np.nan)
     absolute, relative, slip = sizes.tolist()
     return Unseen(absolute, relative, slip, quantiles)
 
@@ -253,8 +254,7 @@ def _not_negative(columns: FloatArray, wanted: FloatArray) -> FloatArray:
         chosen = np.flatnonzero(choice)
         factors = np.linalg.lstsq(columns[:, chosen], wanted)[0]
         gain = float(wanted @ columns[:, chosen] @ factors)  # of the sum of squares
-        # gains that differ by less are one gain with other errors of rounding
-        if (factors >= 0).all() and gain > largest_gain * (1 + 1e-9):
+        if (factors >= 0).all() and exceeds(gain, largest_gain):
             best, largest_gain = np.zeros_like(best), gain
             best[chosen] = factors
     return best

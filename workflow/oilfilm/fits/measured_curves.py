@@ -26,6 +26,7 @@ from oilfilm.fits.fitted import FittedLaw
 from oilfilm.fits.problem import Curves, curve_data
 from oilfilm.fits.uncertainty import SENSORS
 from oilfilm.settings.rig import Calibration
+from oilfilm.ties import exceeds, first_largest, first_smallest
 from oilfilm.traction.law import Law, to_internal
 from oilfilm.units import BoolArray, FloatArray, IndexArray
 
@@ -214,9 +215,9 @@ class FormError:
         while len(chosen) < min(_CENTRES, len(places)):
             away = ((places[:, np.newaxis] - places[chosen]) / length) ** 2
             nearest = away.sum(axis=-1).min(axis=1)
-            if nearest.max() < _APART**2:
+            if exceeds(_APART**2, nearest.max()):
                 break
-            chosen.append(int(nearest.argmax()))
+            chosen.append(int(first_largest(nearest)))
         return cls(size, length, places[chosen])
 
     def weights(self, places: FloatArray) -> FloatArray:
@@ -450,8 +451,8 @@ def choose(
     state = known
     for _ in range(min(count, len(alone))):
         new = np.where(left, uncertainty(state + candidates, gradients), np.inf)
-        best = int(np.argmin(new))
-        if new[best] > (1 - smallest_gain) * after[-1]:
+        best = int(first_smallest(new))
+        if exceeds(new[best], (1 - smallest_gain) * after[-1]):
             break
         chosen.append(best)
         after.append(float(new[best]))

@@ -25,6 +25,7 @@ from oilfilm.fits.descent import descend
 from oilfilm.fits.engine import Optimum
 from oilfilm.fits.measured_curves import EFFECTS, effects
 from oilfilm.fits.problem import Problem, build_problem
+from oilfilm.ties import first_largest, reaches
 from oilfilm.units import BoolArray, FloatArray, IndexArray
 
 # Of all patterns of one kind that are looked for together.
@@ -196,14 +197,14 @@ def find_patterns(left: Leftover) -> list[Pattern]:
     if exact or not left.can_show:
         return []
     found: list[Pattern] = []
-    taken, least, searches = left.jacobian, 0.0, {_bend, _change}
+    taken, least, searches = left.jacobian, 0.0, [_bend, _change]
     while best := _larger(*(search(left, taken) for search in searches)):
         pattern, explained, column = best
         # a change that is smaller than what the law lacks is most likely a part of that
         if explained >= least:
             found.append(pattern)
             least = explained
-        searches -= {_bend if pattern.when == "law" else _change}
+        searches.remove(_bend if pattern.when == "law" else _change)
         # where one bend is seen there are others
         every = [column for _, column in _bends(left)] if pattern.when == "law" else [column]
         taken = np.column_stack([taken, *every])
@@ -215,7 +216,8 @@ def _rms(values: FloatArray) -> float:
 
 
 def _larger(*found: _Found | None) -> _Found | None:
-    return max(filter(None, found), key=lambda each: each[1], default=None)
+    known = [each for each in found if each is not None]
+    return known[first_largest([each[1] for each in known])] if known else None
 
 
 def _orthogonal(taken: FloatArray, columns: FloatArray) -> FloatArray:
@@ -227,6 +229,8 @@ def _surest(
     left: Leftover, candidates: list[tuple[Pattern, FloatArray]], taken: FloatArray
 ) -> _Found | None:
     """Of the patterns that are sure, the one that explains most; None where none is.
+
+    Of patterns that explain the same it is the one of the fewest runs, and of these the first.
 
     Student's t of each coefficient by the residuals of whole curves, with the coefficient's own
     part taken out (cluster-robust), as many degrees of freedom as there are effective curves;
@@ -256,9 +260,12 @@ def _surest(
     if not explained.max() > 0:
         return None
     # of causes that explain nearly the same, the first one
-    first = candidates[int(np.argmax(explained >= _NEARLY * explained.max()))][0].what
-    same = np.array([pattern.what == first for pattern, _ in candidates])
-    best = int(np.argmax(np.where(same, explained, 0.0)))
+    nearly = reaches(explained, _NEARLY * explained.max())
+    first = candidates[int(np.argmax(nearly))][0].what
+    explained[[pattern.what != first for pattern, _ in candidates]] = 0.0
+    # a group and all the other runs explain the same, as do a group and a step at its beginning
+    equal = np.flatnonzero(reaches(explained, explained.max()))
+    best = min(equal, key=lambda index: len(candidates[index][0].runs))
     pattern, column = candidates[best]
     return _sized(left, pattern, float(beta[best]), column), float(explained[best]), column
 

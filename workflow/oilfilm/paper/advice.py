@@ -27,14 +27,17 @@ from oilfilm.errors import OilfilmError
 from oilfilm.settings.config import SelectionLimits, SelectionSettings
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
+from oilfilm.ties import exceeds, reaches
 from oilfilm.torque.bearing_torque import Cases, OilInBearing, joined
-from oilfilm.torque.best_oil import IntArray, best_index, by_oil, enough_film, operating_points
+from oilfilm.torque.best_oil import IntArray, best_of, by_oil, enough_film, operating_points
 from oilfilm.units import BoolArray, FloatArray
 
 # The judgement where the choice depends on a film beyond the range of the thermal reduction.
 OUTSIDE = "outside the film formula"
+# The judgement where an oil that may be the best one has no equilibrium.
+NO_EQUILIBRIUM = "no equilibrium"
 # Without a choice there is nothing that scenarios could disagree about.
-NO_CHOICE = ("no film", OUTSIDE)
+NO_CHOICE = ("no film", OUTSIDE, NO_EQUILIBRIUM)
 # Oils, operating points, and arrays of shape (oils, points): cage slip, torque in N m, lambda.
 SlipMap = tuple[list[str], pd.DataFrame, FloatArray, FloatArray, FloatArray]
 # What is chosen at every operating point: the oil that the rules advise, or one oil.
@@ -134,20 +137,22 @@ def _choices(at: SlipMap, settings: SelectionSettings, lambda_limit: float) -> p
     oils, points, slip, torque, film = at
     limit = settings.limits.slip_limit
     enough, perhaps = enough_film(film, lambda_limit)
-    # without equilibrium an oil is no choice, whatever its film
-    perhaps &= np.isfinite(slip)
-    within = enough & (slip <= limit)
-    best = best_index(slip, torque, enough, limit)
+    within = enough & reaches(limit, slip)
+    choice = best_of(slip, torque, film, limit, lambda_limit)
+    best = choice.oil
     deciding, advised = _by_rules(points, slip, oils, settings, enough)
     outside = _by_rules(points, slip, oils, settings, perhaps)[1] != advised
-    outside |= best_index(slip, torque, perhaps, limit) != best
+    outside |= choice.lacks_film
     best_slip = _of_oil(slip, best)
-    could = best_slip <= limit
-    loss = np.where(could, torque / _of_oil(torque, best), slip / best_slip) - 1
-    good = enough & (within | ~could) & (loss <= settings.indifference)
+    could = reaches(limit, best_slip)
+    ratio = np.where(could, torque / _of_oil(torque, best), slip / best_slip)
+    good = enough & (within | ~could) & reaches(1 + settings.indifference, ratio)
     judgement = np.select(
-        [outside, best < 0, advised < 0, _of_oil(good, advised) == 1, ~could],
-        [OUTSIDE, "no film", "rule has none", "agree", "slips more"],
+        [
+            *(choice.lacks_equilibrium, outside, best < 0),
+            *(advised < 0, _of_oil(good, advised) == 1, ~could),
+        ],
+        [NO_EQUILIBRIUM, OUTSIDE, "no film", "rule has none", "agree", "slips more"],
         np.where(_of_oil(within, advised) == 1, "heats more", "slips"),
     )
     names = np.array([*oils, ""])
@@ -190,14 +195,14 @@ def decide(
     limits = settings.limits
     levels = points[["max_hertz_pressure_gpa", "pitch_speed_mm_rpm", "inlet_temperature_c"]]
     pressure, speed, temperature = levels.to_numpy(dtype=float).T
-    slipping = slip > limits.slip_limit
+    slipping = exceeds(slip, limits.slip_limit)
     states = {
         "slipping": slipping,
         "gripping": ~slipping,
-        "light": pressure < limits.light_below_gpa,
-        "heavy": pressure >= limits.heavy_from_gpa,
-        "hot": temperature >= limits.hot_from_c,
-        "fast": speed >= limits.fast_from_mm_rpm,
+        "light": exceeds(limits.light_below_gpa, pressure),
+        "heavy": reaches(pressure, limits.heavy_from_gpa),
+        "hot": reaches(temperature, limits.hot_from_c),
+        "fast": reaches(speed, limits.fast_from_mm_rpm),
     }
     applies = np.array([np.all([states[name] for name in rule.when], 0) for rule in settings.rules])
     if not (ruled := applies.any(axis=0)).all():
@@ -229,10 +234,10 @@ def _by_rules(
     with_start = np.where(start >= 0, slip[start, each], 0.0)
     deciding, advised = decide(points, with_start, settings, oils, enough)
     # "4050 is recommended, and if necessary, lubricant 4102": necessary while the cage still slips
-    for point in each[(advised >= 0) & ~(slip[advised, each] <= limit)]:
+    for point in each[(advised >= 0) & ~reaches(limit, slip[advised, each])]:
         prefer = map(oils.index, settings.rules[deciding[point]].prefer)
         others = [oil for oil in prefer if enough[oil, point]]
-        holding = [oil for oil in others if slip[oil, point] <= limit]
+        holding = [oil for oil in others if reaches(limit, slip[oil, point])]
         advised[point] = [*holding, others[-1]][0]
     return deciding, advised
 

@@ -13,7 +13,7 @@ from oilfilm import tables
 from oilfilm.exports.campaign import in_folders
 from oilfilm.exports.description import Condition, Description, constant_meanings, identifiers
 from oilfilm.home import reference_file
-from oilfilm.paper.advice import NO_CHOICE
+from oilfilm.paper.advice import NO_CHOICE, NO_EQUILIBRIUM, OUTSIDE
 from oilfilm.paper.printed_law import PrintedLaw, printed_law
 from oilfilm.paper.reference import Claim, Claims, PrintedCoefficients, read_claims
 from oilfilm.report.document import Entry, Section, facts, show_table
@@ -23,7 +23,7 @@ from oilfilm.settings.messages import load
 from oilfilm.settings.resolved import Settings
 from oilfilm.studies import Study
 from oilfilm.tables.campaign_tables import CampaignTables
-from oilfilm.torque.best_oil import OPERATING_POINT
+from oilfilm.torque.best_oil import stays_best
 from oilfilm.traction import PAPER_LAW
 from oilfilm.traction.law import QUANTITIES
 
@@ -88,6 +88,14 @@ OTHER_CHOICES = {
     "slips more": "The advised oil gives more cage slip than the best oil",
     "rule has none": "None of the oils of the rule has enough film",
 }
+# Operating points without a choice of oil, by column `judgement` of `slip_advice`.
+UNDECIDED = {
+    "no film": "no oil has enough film",
+    OUTSIDE: "the choice depends on a film beyond the film formula",
+    NO_EQUILIBRIUM: "an oil has no equilibrium",
+}
+# Share of the draws in which an oil that stays best is the best one.
+_STAYS_BEST = 0.95
 _SIGN_VERDICTS = ("settled", "probable", "open", "against", "without effect")
 _CLAIM_VERDICTS = ("holds", "by construction", "holds in part", "fails", "cannot be checked")
 _JUDGED_ON = {
@@ -256,22 +264,24 @@ def _choice(results: CampaignTables) -> Section:
     judged = advice[~advice["judgement"].isin(NO_CHOICE)]
     if judged.empty:
         return Section("choice", "Choice of oil")
+    undecided = advice.loc[advice["judgement"].isin(NO_CHOICE), "judgement"].value_counts()
     others = judged[judged["judgement"] != "agree"]
     counts, band = others["judgement"].value_counts(), results.advice_band
     share = band["agreeing_points"] / band["operating_points"]
     advised = [oil for oils in judged["good_oils"] for oil in oils.split("; ") if oil]
-    of_points = results.cage_slip.groupby(OPERATING_POINT)["best_share"].max()
+    drawn = stays_best(results.cage_slip, _STAYS_BEST)
     made = facts(
         "paper/choice.jinja",
         total=len(judged),
+        undecided={UNDECIDED[str(code)]: count for code, count in undecided.items()},
         agreeing=len(judged) - len(others),
         others={OTHER_CHOICES[str(judgement)]: count for judgement, count in counts.items()},
         best=others["best_oil"].value_counts().to_dict(),
         band=share.groupby(band["choice"], sort=False).agg(["min", "max"]),
         varied=band[["limit_factor", "inlet_temperature_c"]].agg(["min", "max"]),
         always={oil: advised.count(oil) for oil in dict.fromkeys(advised)},
-        certain=(of_points >= 0.95).sum(),
-        drawn=of_points.count(),
+        share=_STAYS_BEST,
+        drawn=drawn if drawn["draws_answered"].any() else None,
     )
     return Section("choice", "Choice of oil", made)
 

@@ -22,9 +22,9 @@ from oilfilm.physics.oils import Oil
 from oilfilm.settings.base import present
 from oilfilm.settings.config import BearingSettings
 from oilfilm.settings.resolved import Settings
-from oilfilm.torque.best_oil import best_index
+from oilfilm.torque.best_oil import best_shares
 from oilfilm.torque.load_variables import LOAD_VARIABLES, LawInBearing, law_of_groups
-from oilfilm.torque.torque_uncertainty import drawn, enough_draws, term_factors, with_uncertainty
+from oilfilm.torque.torque_uncertainty import drawn, term_factors, with_uncertainty
 from oilfilm.traction import BEARING_LAW_NAMES
 from oilfilm.units import MM_PER_M, RAD_S_PER_RPM, BoolArray, FloatArray
 
@@ -409,27 +409,8 @@ def cage_slip_table(oils: Sequence[OilInBearing], settings: Settings) -> pd.Data
     )
     cases = Cases(bearing, [(oil, "stress", points) for oil in oils])
     terms, draws = cases.assessed(settings.seed)
-    return joined([terms.assign(best_share=_best_share(draws, len(oils), settings))], "cage_slip")
-
-
-def _best_share(draws: FloatArray, oils: int, settings: Settings) -> FloatArray:
-    """Share of the answered draws in which each oil is the best one of its point.
-
-    An answered draw has an equilibrium with every oil. NaN without draws, and where too few are
-    answered. A draw has one drag, one bearing and one traction rig for all oils.
-    """
-    torque, slip, film = draws.reshape(len(draws), -1, oils, draws.shape[-1] // oils).swapaxes(1, 2)
     limits = settings.selection.limits.slip_limit, settings.gates.lambda_limit
-    best = best_index(
-        slip.reshape(oils, -1),
-        torque.reshape(oils, -1),
-        (film > limits[1]).reshape(oils, -1),
-        limits[0],
-    ).reshape(slip.shape[1:])
-    answered = np.asarray(np.isfinite(slip).all(axis=0))
-    count = np.maximum(answered.sum(axis=0), 1)
-    share = np.stack([((best == oil) & answered).sum(axis=0) / count for oil in range(oils)])
-    return np.where(enough_draws(answered), share, np.nan).ravel()
+    return joined([terms.assign(**best_shares(draws, len(oils), *limits))], "cage_slip")
 
 
 def size_effect_table(oils: Sequence[OilInBearing], settings: Settings) -> pd.DataFrame:

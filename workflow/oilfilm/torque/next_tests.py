@@ -23,6 +23,7 @@ from oilfilm.settings.config import PlanLevels, PlanSettings, PointOfTraction
 from oilfilm.settings.resolved import Settings
 from oilfilm.settings.rig import Rig
 from oilfilm.tables.campaign_tables import CampaignTables
+from oilfilm.ties import exceeds, reaches
 from oilfilm.torque.bearing_torque import OilInBearing, joined, oils_in_bearings
 from oilfilm.torque.operating_grid import Film, Grid
 from oilfilm.traction.law import CONDITIONS, to_constants
@@ -79,24 +80,24 @@ def candidates(
     mu = known.law.traction(known.internal, every.at(known.law)).reshape(shape)
     pressure, speed, temperature = (tests[name].to_numpy() for name in CONDITIONS)
     slip, lambda_ratio = slip.reshape(shape), film.over(grid)[1].reshape(shape)
-    reached = slip <= limits.slide_roll_ratio * (1 + 1e-6)
+    reached = reaches(limits.slide_roll_ratio, slip)
     # why a condition cannot be tested, in the order in which reasons are given
     beyond: dict[str, BoolArray] = {
-        "the rig's largest pressure": pressure > limits.max_hertz_pressure_gpa,
-        "the rig's largest speed": speed > limits.entrainment_speed_m_s,
-        "the rig's highest temperature": temperature > limits.inlet_temperature_c,
+        "the rig's largest pressure": exceeds(pressure, limits.max_hertz_pressure_gpa),
+        "the rig's largest speed": exceeds(speed, limits.entrainment_speed_m_s),
+        "the rig's highest temperature": exceeds(temperature, limits.inlet_temperature_c),
     }
     if scale is not None:
-        reached &= speed[:, np.newaxis] * (1 + slip / 2) <= scale.surface_speed_m_s
+        reached &= reaches(scale.surface_speed_m_s, speed[:, np.newaxis] * (1 + slip / 2))
         force = (load[:, np.newaxis] * mu).max(axis=1)
         beyond |= {
-            "the load sensor's full scale": np.asarray(load > scale.load_n),
-            "the force sensor's full scale": np.asarray(force > scale.traction_force_n),
-            "the temperature sensor's full scale": np.asarray(temperature > scale.temperature_c),
+            "the load sensor's full scale": exceeds(load, scale.load_n),
+            "the force sensor's full scale": exceeds(force, scale.traction_force_n),
+            "the temperature sensor's full scale": exceeds(temperature, scale.temperature_c),
         }
-    thin = reached & ~(lambda_ratio > lambda_limit)
+    thin = reached & ~exceeds(lambda_ratio, lambda_limit)
     beyond |= {
-        "the rig's smallest load": np.asarray(load < (limits.smallest_load_n or 0.0)),
+        "the rig's smallest load": exceeds(limits.smallest_load_n or 0.0, load),
         "slips that the rig reaches at this speed": np.asarray(reached.sum(axis=1) < _FEWEST_SLIPS),
         f"a full film (lambda > {lambda_limit:g})": np.asarray(thin.any(axis=1)),
     }

@@ -233,11 +233,11 @@ def with_uncertainty(
     Returns:
         The same with `power_w`, with `_uncertainty`, `_lower` and `_upper` of torque, cage slip and
         power (NaN without refits, or where draws have no equilibrium), `draws_split`, null there
-        as well, and `draws_unanswered`.
+        as well, and `draws_lost`.
     """
     torque, slip, _ = draws
     answered = np.isfinite(torque)
-    enough = enough_draws(answered)
+    enough = _enough(answered)
     power = torque * speed_rad_s, calculated["torque_n_m"] * speed_rad_s
     columns: dict[str, FloatArray] = {}
     for name, values in (("torque_n_m", torque), ("cage_slip", slip), ("power_w", power[0])):
@@ -251,11 +251,11 @@ def with_uncertainty(
         power_w=power[1],
         **columns,
         draws_split=pd.Series(_split(slip), calculated.index, dtype="boolean").where(enough),
-        draws_unanswered=np.where(drawn_at_all, (~answered).sum(axis=0), 0),
+        draws_lost=np.where(drawn_at_all, (~answered).sum(axis=0), 0),
     )
 
 
-def enough_draws(answered: BoolArray) -> BoolArray:
+def _enough(answered: BoolArray) -> BoolArray:
     """Points at which so many draws, shape (draws, points), have an answer that they count."""
     # counted, as a mean may be rounded to either side of the limit
     return np.asarray((~answered).sum(axis=0) <= _LOST * len(answered))

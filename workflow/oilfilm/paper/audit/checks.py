@@ -23,7 +23,7 @@ from oilfilm.bearing.kinematics import (
 )
 from oilfilm.paper.audit.evidence import NotCheckableError, Outcome, View, outcome
 from oilfilm.torque.best_oil import OPERATING_POINT
-from oilfilm.torque.torque_control import without_bistable
+from oilfilm.torque.torque_control import is_bistable, undecided_plateaus, without_bistable
 from oilfilm.traction.law import Law
 from oilfilm.units import BoolArray, FloatArray
 
@@ -516,7 +516,7 @@ def _wang_deng(view: View) -> pd.DataFrame:
 def _torque(view: View) -> tuple[pd.DataFrame, dict[str, float]]:
     """Relative errors by load variable, and how many points are left out as bistable.
 
-    The cage may roll or skid there.
+    The cage may roll or skid there. Points at which that is not known are counted, too.
     """
     rows = view.rows("torque", reason="no torque")
     for verdict in ("two truths", "positive control"):
@@ -527,5 +527,6 @@ def _torque(view: View) -> tuple[pd.DataFrame, dict[str, float]]:
     errors = sure.unstack(sort=False).reindex(columns=["stress", "load"]).reset_index()
     if errors["stress"].isna().all():
         raise NotCheckableError("no torque by the law")
-    left_out = len(rows[rows["bistable"]].drop_duplicates(point[:2]))
-    return errors, {"bistable": float(left_out)} if left_out else {}
+    left_out = len(rows[is_bistable(rows)].drop_duplicates(point[:2]))
+    counts = {"bistable": left_out, "undecided": undecided_plateaus(rows)}
+    return errors, {name: float(count) for name, count in counts.items() if count}

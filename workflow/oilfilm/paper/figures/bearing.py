@@ -9,7 +9,7 @@ from matplotlib.colors import ListedColormap
 from matplotlib.patches import Patch
 
 from oilfilm.bearing.resistance import HEATS
-from oilfilm.paper.advice import OUTSIDE
+from oilfilm.paper.advice import NO_CHOICE, NO_EQUILIBRIUM, OUTSIDE
 from oilfilm.report.figures import style
 from oilfilm.report.figures.bearing import in_units_of_axes, torque
 from oilfilm.report.figures.sheet import SIMULATED, Panel, Sheet, register, sentences
@@ -19,7 +19,11 @@ from oilfilm.units import RAD_S_PER_RPM
 
 _FIELD = 0.45  # share of an oil's colour in its field
 # Where there is no best oil: symbol and its meaning, by judgement.
-_NO_CHOICE = {"no film": ("x", "no film thick enough"), OUTSIDE: ("+", "outside the film formula")}
+_NO_CHOICE = {
+    "no film": ("x", "no film thick enough"),
+    OUTSIDE: ("+", "outside the film formula"),
+    NO_EQUILIBRIUM: ("1", "an oil without equilibrium"),
+}
 _NO_MAP = "The oils of selection.rules have no law or no film here:\nno map."
 
 
@@ -118,8 +122,8 @@ def _draw(panel: Panel, advice: pd.DataFrame, oils: list[str]) -> list[Any]:
         oils: Oils of the campaign, which fix the colours.
     """
     axis, x, y, judgement = panel.axis, "speed", "load_kn", advice["judgement"]
-    # white: no oil is advised, or the choice depends on a film that is not known
-    advised = advice["advised_oil"].mask(judgement == OUTSIDE, "")
+    # white: no oil is advised, or the choice depends on something that is not known
+    advised = advice["advised_oil"].mask(judgement.isin(NO_CHOICE), "")
     field = advice.assign(number=advised.map(["", *oils].index)).pivot(index=y, columns=x)["number"]
     fields = [style.tint(style.oil_colour(oil, oils), _FIELD) for oil in oils]
     axis.pcolormesh(
@@ -136,7 +140,7 @@ def _draw(panel: Panel, advice: pd.DataFrame, oils: list[str]) -> list[Any]:
         if oil in set(advice["advised_oil"]):
             handles.append(Patch(facecolor=tint, label=f"paper advises {oil}"))
         # where the best oil is known and another one than the advised oil
-        other = advice[(advice["best_oil"] == oil) & ~judgement.isin(("agree", OUTSIDE))]
+        other = advice[(advice["best_oil"] == oil) & ~judgement.isin(("agree", *NO_CHOICE))]
         look: style.Look = {"linestyle": "", "markersize": 3.5, **style.oil_look(oil, oils)}
         if len(other):
             axis.plot(other[x], other[y], **look)

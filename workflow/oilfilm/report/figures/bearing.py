@@ -13,6 +13,7 @@ from oilfilm.report.figures.sheet import Panel, Sheet, oil_grid, register
 from oilfilm.report.words import load_variable
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
+from oilfilm.torque.torque_control import is_bistable
 from oilfilm.traction.law import CONDITIONS
 
 # Temperatures by the fill of symbols and the dashes of lines.
@@ -25,6 +26,7 @@ _LOOKS: dict[str, style.Look] = {
 }
 _SLIP_LEVELS = (-1.0, 0.01, 0.05, 0.15, 0.3, 0.5, 0.75, 1.0)
 _CROSS: style.Look = {"marker": "x", "color": "black", "linestyle": "", "markersize": 4}
+_UNKNOWN: style.Look = {**_CROSS, "marker": "+", "color": style.GREY}
 _NO_LAW = "No oil has a law that a bearing could use."
 _PRESSURE, _SPEED, _TEMPERATURE = CONDITIONS
 
@@ -59,23 +61,23 @@ def torque(results: CampaignTables, settings: Settings) -> Sheet:
     for level, (fill, dashes) in zip(levels, itertools.cycle(_LEVELS), strict=False):
         label = f"{level:.0f} \N{DEGREE SIGN}C: measured and calculated"
         handles.append(style.line_handle(label, fillstyle=fill, linestyle=dashes, **black))
-    sheet.legend(handles + _cross_handles(table))
+    sheet.legend(handles + _motion_handles(table))
     return sheet
 
 
 def _draw_torque(panel: Panel, rows: pd.DataFrame, label: str, fill: str, dashes: Any) -> None:
     """Lines of each law and symbols of what was measured, of one panel at one temperature."""
-    rows = rows.sort_values("inner_speed_rpm")
+    rows = rows.sort_values("inner_speed_rpm", kind="stable")
     speed = rows["inner_speed_rpm"] / 1e3
     for law, colour in _LAWS.items():
         own = rows["load_variable"] == law
-        at, both = rows[own], own & rows["bistable"]
+        at = rows[own].assign(speed=speed[own])
         band = {"lower": at["torque_n_m_lower"], "upper": at["torque_n_m_upper"]}
-        band["label"] = label + at["bistable"].map({True: ", bistable", False: ""})
+        band["label"] = label + _motions(at, ", bistable", "")
         look = {"color": colour, "linestyle": dashes, "linewidth": 0.9}
         name = load_variable(law)
         panel.line(name, speed[own], at["torque_n_m"], look, oil=at["oil"], **band)
-        panel.axis.plot(speed[both], rows.loc[both, "torque_n_m"], **_CROSS)
+        _draw_motions(panel, at, "speed", "torque_n_m")
     own = rows["load_variable"] == "stress"
     values = rows.loc[own, "measured_torque_n_m"]
     bar = style.SE_DRAWN * rows.loc[own, "measured_torque_n_m_uncertainty"]
@@ -98,8 +100,24 @@ def _in_sets(table: pd.DataFrame, settings: Settings) -> pd.DataFrame:
     return table.assign(load=loads, level=levels)
 
 
-def _cross_handles(table: pd.DataFrame) -> list[Any]:
-    return [style.line_handle("cage may roll or skid", **_CROSS)] if table["bistable"].any() else []
+def _draw_motions(panel: Panel, rows: pd.DataFrame, x: str, y: str) -> None:
+    """Crosses where the cage may roll or skid, and others where that is not known."""
+    for chosen, look in ((is_bistable(rows), _CROSS), (rows["bistable"].isna(), _UNKNOWN)):
+        panel.axis.plot(rows.loc[chosen, x], rows.loc[chosen, y], **look)
+
+
+def _motion_handles(table: pd.DataFrame) -> list[Any]:
+    handles = [style.line_handle("cage may roll or skid", **_CROSS)]
+    handles = handles if is_bistable(table).any() else []
+    if table["bistable"].isna().any():
+        handles.append(style.line_handle("not known whether it may", **_UNKNOWN))
+    return handles
+
+
+def _motions(rows: pd.DataFrame, both: str, one: str) -> "pd.Series[str]":
+    """A label of each row by its flag `bistable`; where it is null, that of one with a note."""
+    labels = rows["bistable"].astype(object).map({True: both, False: one})
+    return labels.where(rows["bistable"].notna(), f"{one}, perhaps bistable")
 
 
 @register(
@@ -133,7 +151,7 @@ def cage_slip(results: CampaignTables, settings: Settings) -> Sheet:
     temperature = settings.bearing.cage_slip.inlet_temperature_c
     bearing = table["bearing"].iloc[0]
     title = f"{bearing}, oil at {temperature:g} \N{DEGREE SIGN}C; {style.DMN_AS_SPEED}"
-    sheet.legend(handles + _cross_handles(table), title)
+    sheet.legend(handles + _motion_handles(table), title)
     return sheet
 
 
@@ -158,10 +176,9 @@ def _draw_slip(panel: Panel, of_oil: pd.DataFrame, oil: str, limit: float) -> An
     for field, look in ((slip, {"linewidths": 1.1}), (lower, ends), (upper, ends)):
         if field.count():
             axis.contour(speed, load, field, [limit], colors="black", **look)
-    both = of_oil[of_oil["bistable"]]
-    axis.plot(both["speed"], both["load_kn"], **_CROSS)
+    _draw_motions(panel, of_oil, "speed", "load_kn")
     axis.grid(False)
-    series = of_oil["bistable"].map({True: "bistable", False: "cell"})
+    series = _motions(of_oil, "bistable", "cell")
     about = {"lower": of_oil["cage_slip_lower"], "upper": of_oil["cage_slip_upper"]}
     about["value"] = of_oil["cage_slip"]
     panel.keep(series, of_oil["speed"], of_oil["load_kn"], oil=oil, **about)

@@ -38,8 +38,14 @@ from oilfilm.report.words import CONDITIONS, gate_name, law_name
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables import failed_gates
 from oilfilm.tables.campaign_tables import CampaignTables
+from oilfilm.torque.best_oil import NOT_KNOWN
 from oilfilm.torque.operating_grid import AXES
-from oilfilm.torque.torque_control import bistable_points, without_bistable
+from oilfilm.torque.torque_control import (
+    bistable_points,
+    is_bistable,
+    undecided_plateaus,
+    without_bistable,
+)
 from oilfilm.traction import LAWS
 
 # A curve of which mu differs less than this as a whole is odd by its shape.
@@ -349,7 +355,8 @@ def bearing(results: CampaignTables, settings: Settings) -> Section:
         torque=torque,
         sound=sound,
         plateaus_calculated=len(sound.drop_duplicates(["run_id", "first_row"])),
-        bistable=len(sound[sound["bistable"]].drop_duplicates(["run_id", "first_row"])),
+        bistable=len(sound[is_bistable(sound)].drop_duplicates(["run_id", "first_row"])),
+        undecided=undecided_plateaus(sound),
         bistable_points=bistable_points(sound),
         why_lost=torque.loc[~torque["converged"], "why"].unique().tolist(),
         has_uncertainty=not len(sound) or (sure["verdict"] != "not known").any(),
@@ -376,13 +383,15 @@ def _heat(balance: pd.DataFrame) -> dict[str, Any]:
     on_map = balance[balance["run_id"] == ""]
     hot = on_map[on_map["balanced"]]
     points = on_map.drop_duplicates(["inner_speed_rpm", "axial_load_n"])
+    both = points[(points[["best_oil", "heated_best_oil"]] != NOT_KNOWN).all(axis=1)]
     return {
         "heat_cases": len(on_map),
         "balanced": len(hot),
         "outlet": hot["outlet_temperature_c"],
         # + 0.0 takes the minus sign from a rounded zero
         "change": (hot["heated_torque_n_m"] / hot["torque_n_m"] - 1).round(2) + 0.0,
-        "other_best_oil": (points["best_oil"] != points["heated_best_oil"]).sum(),
+        "other_best_oil": (both["best_oil"] != both["heated_best_oil"]).sum(),
+        "both_known": len(both),
         "map_points": len(points),
     }
 

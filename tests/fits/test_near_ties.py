@@ -1,0 +1,180 @@
+"""Equal but for rounding: laws, runs, levels, conditions and tests that differ by 1e-12 only."""
+
+import itertools
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from campaigns import printed
+from fit_points import LAW, make_points, matrix, polished
+from oilfilm import tables
+from oilfilm.fits.best_law import best_laws
+from oilfilm.fits.conditions import clusters, levels_by_gap, varied
+from oilfilm.fits.engine import Optimum
+from oilfilm.fits.fit_tables import certify
+from oilfilm.fits.fitted import Coefficients, FittedLaw
+from oilfilm.fits.measured_curves import FormError, choose
+from oilfilm.fits.patterns import Leftover, find_patterns
+from oilfilm.randomness import generator
+from oilfilm.settings.resolved import Settings
+from reports import rows
+
+BITS = (0.0, 1e-12, -1e-12)
+bits_of = pytest.mark.parametrize("bits", BITS)
+
+
+# ---------------------------------------------------------------- laws
+
+
+def verdict(laws: dict[str, tuple[float, int, bool]], configured: str) -> dict[str, Any]:
+    """The verdict on laws of 30 curves of one point each.
+
+    Args:
+        laws: By name: factor on the errors, number of constants, whether the fit is certified.
+        configured: One of them.
+    """
+    names = [f"run{number}" for number in range(30)]
+    errors = 0.01 * generator(1, "near ties").standard_normal(len(names))
+    points = pd.DataFrame({"run_id": names, "first_row": 0, "traction_coefficient": 1.0})
+    quality, beside = [], []
+    for law, (factor, constants, certified) in laws.items():
+        rms = float(np.sqrt(np.mean((factor * errors) ** 2)))
+        row = {"oil": "own", "law": law, "n_points": len(names), "left_out_rmse": rms}
+        row |= {"bic": 60 * np.log(rms), "n_constants": constants, "certified": certified}
+        row |= {f"{end}_end_out_relative_rms": rms for end in ("pressure", "temperature")}
+        quality.append({**row, "configured": law == configured, "relative_rms": rms})
+        mu = 1 + factor * errors
+        of_points = {"traction_coefficient": mu, "left_out_traction_coefficient": mu}
+        about = {"oil": "own", "law": law, "run_id": names, "first_row": 0}
+        beside.append(pd.DataFrame(about | of_points))
+    (row,) = tables.rows(best_laws(rows("fit_quality", *quality), pd.concat(beside), points))
+    return row
+
+
+@pytest.mark.parametrize("order", [*itertools.permutations(["eyring", "tanh", "carreau"])])
+def test_of_laws_that_are_as_good_a_declared_order_chooses(order: tuple[str, ...]) -> None:
+    for bits in ((0.0, 0.0, 0.0), BITS, BITS[::-1], (*BITS[1:], BITS[0])):
+        size = dict(zip(("eyring", "tanh", "carreau"), 1 + np.array(bits), strict=True))
+        known = {"eyring": (12, True), "tanh": (9, True), "carreau": (6, False)}
+        laws = {name: (size[name], *known[name]) for name in order}
+        # the configured one itself
+        row = verdict(laws, "eyring")
+        assert row["verdict"] == "tie"
+        assert row["left_out_law"] == row["bic_law"] == row["ends_out_law"] == "eyring"
+        assert set(row["left_out_ties"].split(", ")) == set(order)
+        # a proven fit, then the fewest constants
+        row = verdict({**laws, "deng2026": (3.0, 12, True)}, "deng2026")
+        assert row["verdict"] == "another law is better"
+        assert row["left_out_law"] == row["bic_law"] == row["ends_out_law"] == "tanh"
+        assert row["better_law"] == "tanh"
+
+
+# ---------------------------------------------------------------- certificate
+
+
+def test_a_certificate_has_one_sentence_whatever_the_last_digits_of_the_searches(
+    quick: Settings,
+) -> None:
+    problem, best = polished(make_points("4102", matrix(), noise=1e-4), printed()["4102"])
+    found = set()
+    for bits in BITS:
+        ends = [best, Optimum(best.values * (1 + bits), best.sse * (1 + abs(bits)))]
+        made = certify(problem, ends, np.full(len(best.values), 0.01), quick.fit)
+        assert made["certified"]
+        found.add(made["certificate"])
+    assert len(found) == 1
+    assert "mu is not negative" in found.pop()
+
+
+# ---------------------------------------------------------------- conditions
+
+
+@bits_of
+def test_a_condition_that_varies_by_just_the_least_range_is_followed(
+    quick: Settings, bits: float
+) -> None:
+    assert quick.fit.min_relative_range == 0.1
+    for name, low, high in (
+        ("max_hertz_pressure_gpa", 0.9, 1.0),
+        ("entrainment_speed_m_s", 27.0, 30.0),
+        ("inlet_temperature_c", 63.0, 70.0),
+    ):
+        levels = np.array([[low], [high * (1 + bits)]])
+        assert varied([name], levels, quick.fit).all()
+
+
+@bits_of
+def test_levels_that_are_just_the_gap_apart_are_one_whatever_their_last_digits(bits: float) -> None:
+    # 21 levels are a twentieth of their range apart, which is the gap
+    levels = np.linspace(0.9, 1.9, 21)
+    levels[1::2] *= 1 + bits
+    assert levels_by_gap(levels, 0.05).max() == 0
+    assert levels_by_gap(levels, 0.049).max() == 20
+    slips = np.array([0.01, 0.016, 0.022]) * [1, 1 + bits, 1]
+    assert clusters(slips, 0.006).tolist() == [1, 1, 2]
+
+
+@bits_of
+def test_the_missing_corner_of_a_grid_is_just_one_step_away_and_not_outside(bits: float) -> None:
+    # the corner is within the tested box, and one step from its neighbours
+    grid = np.array(matrix([1.0, 1.25, 1.5625], [25.0, 30.0, 36.0], [30.0, 60.0, 90.0]))
+    corner, tested = grid[-1] * (1 + bits), grid[:-1]
+    box = np.array([*zip(grid.min(axis=0), grid.max(axis=0), strict=True), (0.0, 0.3)])
+    known = replace(Coefficients.bare(LAW, printed()["4102"]), box=box, tested=tested)
+    found = FittedLaw(LAW, known).predict(corner[np.newaxis], np.array([0.05]))
+    assert found.spacings == pytest.approx([1.0], rel=1e-9)
+    assert not found.outside.any()
+    assert (found.distance == 0).all()
+    farther = FittedLaw(LAW, known).predict(corner[np.newaxis] * 1.001, np.array([0.05]))
+    assert farther.outside.all()
+
+
+# ---------------------------------------------------------------- patterns
+
+
+@pytest.mark.parametrize("names", ["ab", "ba"])
+@pytest.mark.parametrize("bits", [0.0, 1e-13, -1e-13])
+def test_of_a_group_and_all_other_runs_the_smaller_one_is_blamed_whatever_the_names(
+    bits: float, names: str
+) -> None:
+    conditions = matrix([1.0, 1.25, 1.5], [25.0, 40.0], [25.0, 50.0, 85.0, 120.0])
+    points = make_points("4050", conditions, noise=1e-4)
+    few = np.random.default_rng(1).permutation(len(conditions)) < len(conditions) / 4
+    run = points["run_id"].str.removeprefix("run").astype(int).to_numpy()
+    gain = np.where(few, 1.05, 1.0) * (1 + bits * (np.arange(len(few)) % 3))
+    points["traction_coefficient"] *= gain[run]
+    problem, best = polished(points, printed()["4050"])
+    groups = {f"rig {names[0]}": few, f"rig {names[1]}": ~few}
+    pattern = find_patterns(Leftover(problem, best, groups, {}))[0]
+    assert (pattern.what, pattern.when) == ("traction force", "group")
+    assert pattern.group == f"rig {names[0]}"
+    assert len(pattern.runs) == few.sum()
+    assert pattern.size == pytest.approx(0.05, rel=0.1)
+
+
+# ---------------------------------------------------------------- tests to run next
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_places_on_a_grid_that_are_as_far_are_taken_in_their_order(seed: int) -> None:
+    axes = np.log([1.0, 1.25, 1.5625]), np.log([25.0, 30.0, 36.0]), np.array([30.0, 60.0, 90.0])
+    places = np.array([*itertools.product(*axes)])
+    exact = FormError.near(0.05, np.ptp(places, axis=0), places).centres
+    bits = 1e-12 * np.random.default_rng(seed).choice([-1, 0, 1], places.shape)
+    moved = FormError.near(0.05, np.ptp(places, axis=0), places * (1 + bits)).centres
+    np.testing.assert_allclose(moved, exact, rtol=1e-11)
+
+
+@bits_of
+def test_of_tests_that_tell_the_same_the_first_is_planned(bits: float) -> None:
+    x = np.array([-2.0, 1.0, 2.0, -2.0])
+    rows_of = np.stack([np.ones_like(x), x], axis=-1)[:, np.newaxis]
+    new = np.swapaxes(rows_of, 1, 2) @ rows_of
+    new[2] *= 1 + bits
+    new[3] *= 1 - bits
+    # a slope is as well known by either end
+    plan = choose(np.diag([4.0, 10.0]), new, np.array([[0.0, 1.0]]), 3)
+    assert plan.chosen == [0, 2, 3]

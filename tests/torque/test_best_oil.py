@@ -1,0 +1,96 @@
+"""The best oil of a bearing: of equals the first, unknown where an unknown oil may be better."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from oilfilm.torque.best_oil import NOT_KNOWN, OPERATING_POINT, best_oils, best_shares, stays_best
+
+LIMITS = {"slip_limit": 0.15, "lambda_limit": 3.0}
+NAN = np.nan
+OILS = ("thick", "middle", "thin")
+
+
+def table(**columns: list[float]) -> pd.DataFrame:
+    """The map of cage slip of three oils at one operating point."""
+    rows = pd.DataFrame({"oil": OILS, **columns})
+    return rows.assign(**dict.fromkeys(OPERATING_POINT, 1.0))
+
+
+@pytest.mark.parametrize("bits", [0.0, 1e-12, -1e-12])
+@pytest.mark.parametrize(
+    ("torque", "slip", "film", "best"),
+    [
+        ([3.0, 2.0, 1.0], [0.01, 0.01, 0.15], [9.0, 8.0, 7.0], "thin"),  # just held
+        ([3.0, 2.0, 1.0], [0.01, 0.01, 0.01], [9.0, 8.0, 3.0], "middle"),  # just no full film
+        ([2.0, 1.0, 1.0], [0.01, 0.01, 0.01], [9.0, 8.0, 7.0], "middle"),  # two of one torque
+        ([2.0, 1.0, 1.0], [0.3, 0.2, 0.2], [9.0, 8.0, 7.0], "middle"),  # two of one slip
+        ([2.0, 1.0, NAN], [0.3, 0.2, NAN], [9.0, 8.0, NAN], NOT_KNOWN),  # no equilibrium
+        ([2.0, 1.0, NAN], [0.3, 0.2, NAN], [9.0, 8.0, 2.0], "middle"),  # no film either
+        ([3.0, 2.0, 1.0], [0.1, 0.1, 0.1], [9.0, 8.0, NAN], NOT_KNOWN),  # best with enough film
+        ([3.0, 2.0, 1.0], [0.1, 0.1, 0.1], [NAN, 8.0, 7.0], "thin"),  # whatever its film
+        ([3.0, 2.0, 1.0], [0.1, 0.1, 0.1], [2.0, 2.0, 2.0], ""),
+    ],
+)
+def test_the_best_oil_does_not_depend_on_the_last_digits(
+    torque: list[float], slip: list[float], film: list[float], best: str, bits: float
+) -> None:
+    for oil in range(len(OILS)):
+        moved = np.ones(len(OILS))
+        moved[oil] += bits
+        columns = {"torque_n_m": torque, "cage_slip": slip, "lambda_ratio": film}
+        rows = table(**{name: np.array(values) * moved for name, values in columns.items()})
+        assert best_oils(rows, **LIMITS)["best_oil"].tolist() == [best]
+
+
+def draws(best_of_draws: list[int]) -> np.ndarray:
+    """Draws of one point with a full film and a held cage, in which these oils have least torque.
+
+    Returns:
+        Torque, slip and lambda, shape (3, draws, oils).
+    """
+    torque = np.full((len(best_of_draws), len(OILS)), 2.0)
+    torque[np.arange(len(torque)), best_of_draws] = 1.0
+    return np.stack([torque, np.full_like(torque, 0.1), np.full_like(torque, 9.0)])
+
+
+def shares(values: np.ndarray) -> pd.DataFrame:
+    columns = best_shares(values, len(OILS), **LIMITS)
+    return pd.DataFrame({"oil": OILS, **columns}).assign(**dict.fromkeys(OPERATING_POINT, 1.0))
+
+
+@pytest.mark.parametrize("best_count", [94, 95, 96])
+def test_one_draw_without_an_equilibrium_moves_a_share_by_one_count_and_turns_no_verdict(
+    best_count: int,
+) -> None:
+    known = draws([2] * best_count + [1] * (100 - best_count))
+    before = shares(known)
+    was = stays_best(before, 0.95).iloc[0]
+    assert was["surely"] == (best_count >= 95)
+    assert not was["perhaps"]
+    for lost in range(100):
+        changed = known.copy()
+        changed[:, lost, 0] = NAN
+        after = shares(changed)
+        assert after["draws_answered"].tolist() == [99] * 3
+        assert after["draws_unanswered"].tolist() == [1] * 3
+        assert ((after["best_share"] - before["best_share"]).abs() <= 0.01 + 1e-12).all()
+        # it may become open, but never the contrary
+        now = stays_best(after, 0.95).iloc[0]
+        assert now["surely"] <= was["surely"] <= now["surely"] | now["perhaps"]
+
+
+def test_a_draw_whose_best_oil_depends_on_an_unknown_film_counts_for_no_oil() -> None:
+    known = draws([2] * 60 + [1] * 40)
+    known[2, :10, 2] = NAN  # it would be the best one
+    known[2, -10:, 0] = NAN  # it would not
+    made = shares(known)
+    assert made["draws_unanswered"].tolist() == [10] * 3
+    np.testing.assert_allclose(made["best_share"], [0, 40 / 90, 50 / 90])
+
+
+def test_without_any_draw_there_is_no_share() -> None:
+    made = shares(np.full((3, 100, len(OILS)), NAN))
+    assert made["best_share"].isna().all()
+    assert made["draws_answered"].tolist() == [0] * 3
+    assert not stays_best(made, 0.95)["surely"].any()
