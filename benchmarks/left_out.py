@@ -32,6 +32,7 @@ from oilfilm.fits import fit  # noqa: E402
 from oilfilm.fits.engine import Optimum  # noqa: E402
 from oilfilm.fits.problem import Problem  # noqa: E402
 from oilfilm.randomness import generator  # noqa: E402
+from oilfilm.settings.config import FitSettings  # noqa: E402
 from oilfilm.settings.resolve import resolve  # noqa: E402
 from oilfilm.traction import LAW_NAMES  # noqa: E402
 from oilfilm.traction.law import CONDITIONS, FloatArray  # noqa: E402
@@ -76,12 +77,15 @@ def compared(of_oil: pd.DataFrame) -> Costs:
     groups, alone = [0.0], [0.0]
     apart = [0.0]
 
-    def timed(problem: Problem, best: Optimum, count: int, random: Generator) -> FloatArray:
+    def timed(
+        problem: Problem, best: Optimum, settings: FitSettings, random: Generator
+    ) -> FloatArray:
         times = [time.process_time()]
-        errors = in_groups(problem, best, count, random)
+        errors = in_groups(problem, best, settings, random)
         times.append(time.process_time())
         if problem.curves <= ALONE:
-            one_by_one = in_groups(problem, best, problem.curves, random)
+            each = settings.model_copy(update={"left_out_groups": problem.curves})
+            one_by_one = in_groups(problem, best, each, random)
             apart.append(abs(np.sqrt(np.nanmean(errors**2) / np.nanmean(one_by_one**2)) - 1))
         times.append(time.process_time())
         groups.append(times[1] - times[0])

@@ -15,12 +15,14 @@ Inputs must exist from an earlier run. In a Python prompt at the top folder:
 import runpy
 import sys
 from collections.abc import Mapping
+from functools import cache
 from pathlib import Path
 from types import SimpleNamespace
 
 from snakemake.api import ConfigSettings, OutputSettings, ResourceSettings, SnakemakeApi
 from snakemake.jobs import Job
 from snakemake.script import Snakemake
+from snakemake.workflow import Workflow
 
 
 def stand_in(
@@ -38,30 +40,35 @@ def stand_in(
 
 def _job_object(name: str, wildcards: Mapping[str, str], campaign: str) -> tuple[Snakemake, Path]:
     """The object for the script and the path of the script."""
+    workflow = _workflow(campaign)
+    rule = workflow.get_rule(name)
+    # a job needs no more of the DAG than its workflow
+    job = Job(rule, SimpleNamespace(workflow=workflow), dict(wildcards))
+    script = Path(rule.basedir, rule.script).resolve()
+    return Snakemake(
+        job.input,
+        job.output,
+        job.params,
+        job.wildcards,
+        1,
+        job.resources,
+        job.log,
+        workflow.config,
+        name,
+        None,
+        script.parent,
+    ), script
+
+
+@cache
+def _workflow(campaign: str) -> Workflow:
+    """The parsed workflow: its rules are read once for all jobs of a process."""
     with SnakemakeApi(OutputSettings(quiet=set())) as api:
-        parsed = api.workflow(
+        return api.workflow(
             resource_settings=ResourceSettings(cores=1),
             config_settings=ConfigSettings(config={"campaign": campaign}),
             snakefile=Path("Snakefile"),
-        )
-        workflow = parsed._workflow
-        rule = workflow.get_rule(name)
-        # a job needs no more of the DAG than its workflow
-        job = Job(rule, SimpleNamespace(workflow=workflow), dict(wildcards))
-        script = Path(rule.basedir, rule.script).resolve()
-        return Snakemake(
-            job.input,
-            job.output,
-            job.params,
-            job.wildcards,
-            1,
-            job.resources,
-            job.log,
-            workflow.config,
-            name,
-            None,
-            script.parent,
-        ), script
+        )._workflow
 
 
 def main(arguments: list[str]) -> None:

@@ -59,13 +59,14 @@ def test_few_curves_are_compared_without_a_mistake(quick: Settings, count: int, 
 
 
 @pytest.mark.parametrize("groups", [100, 5])
-def test_curves_left_out_are_those_of_brute_force(groups: int) -> None:
+def test_curves_left_out_are_those_of_brute_force(quick: Settings, groups: int) -> None:
     """One at a time, and in groups of three or four."""
+    settings = quick.fit.model_copy(update={"left_out_groups": groups})
     law = LAWS["tanh"]
     points = points_of(law, 1e-3)
     few = points[points["run_id"].isin([f"run{number:03d}" for number in range(0, 48, 3)])]
     task, best = polished(few, TRUTH[law.name], law)
-    errors = leave_curves_out(task, best, groups, np.random.default_rng(1))
+    errors = leave_curves_out(task, best, settings, np.random.default_rng(1))
     group = np.arange(task.curves)
     if groups < task.curves:
         group = np.random.default_rng(1).permutation(group) % groups
@@ -86,21 +87,31 @@ def test_curves_left_out_are_those_of_brute_force(groups: int) -> None:
         np.testing.assert_allclose(errors[mine], expected, rtol=1e-3, atol=1e-8)
 
 
-def test_only_the_end_levels_are_extrapolated_to() -> None:
+def test_only_the_end_levels_are_extrapolated_to(quick: Settings) -> None:
     points = points_of(LAWS["deng2026"])
     task, best = polished(points, TRUTH["deng2026"])
     levels = levels_by_gap(MATRIX["inlet_temperature_c"].to_numpy(), 0.05)
-    errors = leave_ends_out(task, best, levels)
+    errors = leave_ends_out(task, best, levels, quick.fit)
     ends = np.isin(levels[task.at.curve], [0, 3])
     assert np.isnan(errors[~ends]).all()
     # exact points of the law itself: nothing is missed, however far
     assert np.abs(errors[ends]).max() < 1e-7
-    # the other levels of two, and those of one, leave a constant open
-    two = MATRIX["max_hertz_pressure_gpa"].isin([1.0, 1.5]).to_numpy()
-    task, best = polished(points[two[task.at.curve]], TRUTH["deng2026"])
-    pressures = MATRIX.loc[two, "max_hertz_pressure_gpa"].to_numpy()
-    for some in (levels_by_gap(pressures, 0.05), np.zeros(task.curves, dtype=np.int64)):
-        assert np.isnan(leave_ends_out(task, best, some)).all()
+
+
+@pytest.mark.parametrize("scatter", [0.0, 1e-3])
+def test_one_level_left_leaves_a_constant_open_however_it_scatters(
+    quick: Settings, scatter: float
+) -> None:
+    """Of two levels, and of one: what a rig measures at one level gives no exponent."""
+    law = LAWS["deng2026"]
+    points = points_of(law)
+    two = points["max_hertz_pressure_gpa"].isin([1.0, 1.5])
+    of_run = points["run_id"].map(lambda run: generator(1, run).standard_normal())
+    points["max_hertz_pressure_gpa"] *= 1 + scatter * of_run
+    task, best = polished(points[two], TRUTH[law.name])
+    pressures = task.data.conditions[:, 0]
+    for levels in (levels_by_gap(pressures, 0.05), np.zeros(task.curves, dtype=np.int64)):
+        assert np.isnan(leave_ends_out(task, best, levels, quick.fit)).all()
 
 
 def test_law_without_what_it_needs_is_not_fitted_with_the_reason(quick: Settings) -> None:

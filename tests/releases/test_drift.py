@@ -1,9 +1,12 @@
 """Two releases compared: a sensor that is off is named and stopped, equal ones pass silently."""
 
+import json
 import re
+import shutil
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -219,3 +222,80 @@ def test_tables_that_contradict_each_other_or_are_of_another_time_end_in_a_sente
     write_manifest(after, Manifest.of(made_from, manifest.files, manifest.samples))
     assert main(["diff", str(after), str(before), *CONFIG]) == 2
     assert "its tables have schema version 1, and version" in capsys.readouterr().err
+
+
+# ---------------------------------------------------------------- kernels
+
+HASWELL = {"blas": ["openblas 0.3.31 Haswell"], "cpu": "X86_V3"}
+OTHER_KERNELS: list[tuple[dict[str, Any], str]] = [
+    (HASWELL, ""),
+    (
+        {**HASWELL, "blas": ["openblas 0.3.31 SkylakeX"]},
+        "Made with another kernel:\n"
+        "  A openblas 0.3.31 Haswell; NumPy X86_V3\n"
+        "  B openblas 0.3.31 SkylakeX; NumPy X86_V3\n",
+    ),
+    (
+        {**HASWELL, "cpu": ""},
+        "Made with another kernel:\n"
+        "  A openblas 0.3.31 Haswell; NumPy X86_V3\n"
+        "  B openblas 0.3.31 Haswell; NumPy baseline\n",
+    ),
+    # a manifest made before manifests named the kernel
+    (
+        {"cpu": "X86_V3"},
+        "Perhaps made with another kernel:\n"
+        "  A openblas 0.3.31 Haswell; NumPy X86_V3\n"
+        "  B BLAS unknown; NumPy X86_V3\n",
+    ),
+]
+
+
+def with_kernels(release: Path, folder: Path, kernels: dict[str, Any]) -> Path:
+    """A copy of a release whose manifest names these kernels."""
+    copied = shutil.copytree(release, folder)
+    environment = read_manifest(release)[0].made_from.environment.model_dump(exclude={"blas"})
+    alter(copied, "environment.json", canonical({**environment, **kernels}).encode())
+    return copied
+
+
+@pytest.mark.parametrize(("kernels", "sentence"), OTHER_KERNELS)
+def test_another_kernel_is_named_with_the_differences_that_it_makes(
+    release: Path,
+    tmp_path: Path,
+    kernels: dict[str, Any],
+    sentence: str,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    one = with_kernels(release, tmp_path / "one", HASWELL)
+    two = with_kernels(release, tmp_path / "two", kernels)
+    assert main(["diff", str(one), str(two), *CONFIG]) == 0
+    printed = capsys.readouterr().out
+    _, names, *rest = re.split(r"(A .*\nB .*\n\n)", printed, maxsplit=1)
+    assert names
+    assert rest[0].startswith(sentence or "no difference")
+    expected = "Differences of up to 1e-06 standard errors are expected; of verdicts, none."
+    assert (expected in printed) == bool(sentence)
+
+
+def test_manifest_without_kernels_is_read_as_it_was_written(release: Path, tmp_path: Path) -> None:
+    old = with_kernels(release, tmp_path / "old", {"cpu": "X86_V3"})
+    environment = read_manifest(old)[0].made_from.environment
+    assert environment.blas is None
+    assert "blas" not in (old / "environment.json").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("blas", [[], [""] * 21, ["x" * 201], "openblas", [1], None])
+def test_kernels_that_no_release_names_are_refused(
+    release: Path, tmp_path: Path, blas: Any, capsys: pytest.CaptureFixture[str]
+) -> None:
+    named = with_kernels(release, tmp_path / "named", HASWELL)
+    path = named / "manifest.json"
+    content = json.loads(path.read_text(encoding="utf-8"))
+    content["made_from"]["environment"]["blas"] = blas
+    path.chmod(0o644)
+    path.write_text(canonical(content), encoding="utf-8")
+    assert main(["verify", str(named)]) == 2
+    printed = capsys.readouterr().err
+    assert "manifest.json: " in printed
+    assert len(printed) < 2000

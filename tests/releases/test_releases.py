@@ -389,6 +389,24 @@ def test_rebuild_names_every_difference(
     ]
 
 
+def test_rebuild_on_another_kernel_says_so(
+    measured: making.FinishedRun,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    release = released(measured)
+    here = read_manifest(release)[0].made_from.environment
+    there = here.model_copy(update={"blas": ["openblas 0.3.31 Elsewhere"]})
+    monkeypatch.setattr(making, "environment", lambda home: there)
+    rebuilding(monkeypatch, measured)
+    assert main(["verify", str(release), "--rebuild"]) == 1
+    printed = capsys.readouterr().out
+    assert "\n\nMade with another kernel:\n" in printed
+    assert "  B openblas 0.3.31 Elsewhere; NumPy" in printed
+    # the packages, and the files that name them
+    assert re.findall(r"(?m)^([A-Z]\w+): \d+$", printed) == ["Packages", "Files"]
+
+
 def test_rebuild_that_fails_ends_in_its_last_words_which_steer_no_terminal(
     measured: making.FinishedRun, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:

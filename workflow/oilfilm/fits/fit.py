@@ -175,7 +175,7 @@ def _solve(
     estimates = Estimates(best.values, naive, refits, shifted)
     # the same groups for every law
     random = generator(seed, "left out", oil)
-    left_out = leave_curves_out(problem, best, settings.left_out_groups, random)
+    left_out = leave_curves_out(problem, best, settings, random)
     own_error = spread_left_out(problem, best, estimates.random_covariance)
     by_slip = problem.by_slip(best.values)
     return Solution(
@@ -234,7 +234,8 @@ def _ends_out(solution: Solution, points: pd.DataFrame, settings: FitSettings) -
     levels = np.where(varied(CONDITIONS, conditions, settings), conditions, np.nan)
     problem, errors = solution.problem, {}
     for name, level in zip(("pressure", "speed", "temperature"), levels.T, strict=True):
-        left = leave_ends_out(problem, solution.best, levels_by_gap(level, settings.level_gap))
+        of_level = levels_by_gap(level, settings.level_gap)
+        left = leave_ends_out(problem, solution.best, of_level, settings)
         size = np.sum(problem.mu[np.isfinite(left)] ** 2)
         rms = float(np.sqrt(np.nansum(left**2) / size)) if size else np.nan
         errors[f"{name}_end_out_relative_rms"] = rms
@@ -245,19 +246,19 @@ def _ends_out(solution: Solution, points: pd.DataFrame, settings: FitSettings) -
 
 
 def leave_curves_out(
-    problem: Problem, optimum: Optimum, groups: int, random: np.random.Generator
+    problem: Problem, optimum: Optimum, settings: FitSettings, random: np.random.Generator
 ) -> FloatArray:
     """Error of each point's mu in a fit that has not seen its curve.
 
-    Each such fit descends from the optimum of all; another valley is not looked for. Up to `groups`
-    curves are left out one at a time. More are left out in as many groups, drawn at random, so
-    that the cost grows with the number of curves and not with its square. A fit then misses some
-    more curves than the one that it is judged by.
+    Each such fit descends from the optimum of all; another valley is not looked for. Up to
+    `left_out_groups` curves are left out one at a time. More are left out in as many groups, drawn
+    at random, so that the cost grows with the number of curves and not with its square. A fit then
+    misses some more curves than the one that it is judged by.
 
     Args:
         problem: What was fitted.
         optimum: Where it ended.
-        groups: The largest number of fits.
+        settings: `left_out_groups`, and those of `followed_conditions`.
         random: Draws the groups.
 
     Returns:
@@ -267,9 +268,10 @@ def leave_curves_out(
         (2009), section 7.10.1.
     """
     group = np.arange(problem.curves)
-    if problem.curves > groups:
-        group = random.permutation(group) % groups
-    return _errors_left_out(problem, optimum, np.unique(group)[:, np.newaxis] == group)
+    if problem.curves > settings.left_out_groups:
+        group = random.permutation(group) % settings.left_out_groups
+    left_out = np.unique(group)[:, np.newaxis] == group
+    return _errors_left_out(problem, optimum, left_out, settings)
 
 
 def spread_left_out(problem: Problem, optimum: Optimum, covariance: FloatArray) -> FloatArray:
@@ -300,7 +302,9 @@ def spread_left_out(problem: Problem, optimum: Optimum, covariance: FloatArray) 
     return np.sqrt(np.maximum(variance * growth, 0.0))
 
 
-def leave_ends_out(problem: Problem, optimum: Optimum, levels: IndexArray) -> FloatArray:
+def leave_ends_out(
+    problem: Problem, optimum: Optimum, levels: IndexArray, settings: FitSettings
+) -> FloatArray:
     """Error of each point's mu at the lowest and highest level, by fits without that level.
 
     Each fit is extrapolated to the level that it has not seen.
@@ -309,6 +313,7 @@ def leave_ends_out(problem: Problem, optimum: Optimum, levels: IndexArray) -> Fl
         problem: What was fitted.
         optimum: Where it ended.
         levels: Level of each curve, counted from 0, as by `levels_by_gap`.
+        settings: Those of `followed_conditions`.
 
     Returns:
         Fitted minus measured mu, shape (points,); NaN at all levels between, and at all points
@@ -316,13 +321,21 @@ def leave_ends_out(problem: Problem, optimum: Optimum, levels: IndexArray) -> Fl
     """
     if levels.max(initial=0) == 0:
         return np.full(len(problem.mu), np.nan)
-    return _errors_left_out(problem, optimum, np.stack([levels == 0, levels == levels.max()]))
+    ends = np.stack([levels == 0, levels == levels.max()])
+    return _errors_left_out(problem, optimum, ends, settings)
 
 
-def _errors_left_out(problem: Problem, optimum: Optimum, left_out: BoolArray) -> FloatArray:
+def _errors_left_out(
+    problem: Problem, optimum: Optimum, left_out: BoolArray, settings: FitSettings
+) -> FloatArray:
     """Errors at the curves that each row of `left_out` leaves out, by a fit to the others."""
-    rank = np.linalg.matrix_rank(problem.at.design)
-    possible = [np.linalg.matrix_rank(problem.at.design[~row]) == rank for row in left_out]
+    # not by the rank: a condition that has one level left still scatters
+    conditions = problem.data.conditions[:, problem.varied]
+    names = list(itertools.compress(problem.law.conditions, problem.varied))
+    possible = [
+        bool(followed_conditions(names, conditions[~row], settings).all()) and not row.all()
+        for row in left_out
+    ]
     left_out = left_out[possible]
     starts = np.tile(optimum.values, (len(left_out), 1))
     weights = (~left_out).astype(float)

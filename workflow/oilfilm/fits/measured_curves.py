@@ -119,7 +119,10 @@ def error_sizes(
         return _deviance(np.exp(logarithms), products, points)
 
     start, bounds = np.log([0.3] * (len(_OF_A_RUN) + 1)), scipy.optimize.Bounds(*_VARIANCES)
-    best = scipy.optimize.minimize(deviance, start, method="L-BFGS-B", bounds=bounds)
+    # by default it ends 1e-4 from the optimum, where rounding decides
+    best = scipy.optimize.minimize(
+        deviance, start, method="L-BFGS-B", jac="3-point", bounds=bounds, options={"ftol": 1e-12}
+    )
     variances = np.exp(best.x) * size[-1] ** 2
     of_curve = np.zeros(len(EFFECTS))
     of_curve[_OF_A_RUN] = variances[:-1] / size[: len(_OF_A_RUN)] ** 2

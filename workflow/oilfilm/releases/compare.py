@@ -12,15 +12,18 @@ import numpy as np
 import pandas as pd
 
 from oilfilm import studies, tables
-from oilfilm.errors import OilfilmError
+from oilfilm.errors import OilfilmError, printable
 from oilfilm.fits.fitted import FittedLaw
-from oilfilm.releases.manifest import FileRecord
+from oilfilm.releases.manifest import Environment, FileRecord
 from oilfilm.releases.stored_release import StoredRelease
 from oilfilm.settings.config import DriftSettings
 from oilfilm.text_table import text_table
 from oilfilm.traction import LAWS
 
 Row = tuple[str, ...]
+# Most that another kernel moves a number, in its standard errors. `tests/test_kernels.py` holds the
+# tables of a campaign to it.
+KERNEL_CHANGE = 1e-6
 # Tables with verdicts: the column of the verdict, then those that explain it.
 _JUDGED = {
     "runs": ["verdict", "rule", "reason"],
@@ -52,6 +55,8 @@ class Comparison:
 
     Attributes:
         names: Of both releases.
+        kernels: Kernels of both and what to expect of them; empty where they are known and the
+            same.
         inputs: What comes before numbers, and the other files.
         moved: oil, what, before, after, change and limit of each constant and of mu; NaN where
             there is none. The change of a constant is in standard errors of the first release,
@@ -61,6 +66,7 @@ class Comparison:
     """
 
     names: tuple[str, str]
+    kernels: str
     inputs: Sequence[Section]
     moved: pd.DataFrame
 
@@ -80,7 +86,7 @@ class Comparison:
         """Some sections for a terminal, below the names of both releases."""
         texts = [section.text() for section in sections]
         head = "A {}\nB {}".format(*self.names)
-        return "\n\n".join([head, *(texts or ["no difference"])])
+        return "\n\n".join([head, *filter(None, [self.kernels]), *(texts or ["no difference"])])
 
 
 def compare(before: StoredRelease, after: StoredRelease, drift: DriftSettings) -> Comparison:
@@ -115,17 +121,36 @@ def compare(before: StoredRelease, after: StoredRelease, drift: DriftSettings) -
         _traction(*both, drift).assign(limit=drift.traction),
     ]
     return Comparison(
-        (before.name, after.name), [*sections, verdicts], pd.concat(moved, ignore_index=True)
+        (before.name, after.name),
+        _kernels(*(stored.manifest.made_from.environment for stored in both)),
+        [*sections, verdicts],
+        pd.concat(moved, ignore_index=True),
     )
+
+
+def _kernels(before: Environment, after: Environment) -> str:
+    """What to expect where two environments have different kernels, or one that is not known."""
+    known = before.blas is not None and after.blas is not None
+    if known and (before.blas, before.cpu) == (after.blas, after.cpu):
+        return ""
+    differ = before.cpu != after.cpu or known
+    lines = ["Made with another kernel:" if differ else "Perhaps made with another kernel:"]
+    for side, environment in (("A", before), ("B", after)):
+        blas = "BLAS unknown" if environment.blas is None else ", ".join(environment.blas)
+        lines.append(printable(f"  {side} {blas}; NumPy {environment.cpu or 'baseline'}"))
+    lines.append(
+        f"Differences of up to {KERNEL_CHANGE:g} standard errors are expected; of verdicts, none."
+    )
+    return "\n".join(lines)
 
 
 def _moved(title: str, moved: pd.DataFrame) -> Section:
     """Changes of constants and of mu, with the limit of each kind."""
     rows = []
     for row in tables.rows(moved):
-        change, limit = f"{row['change']:.2f} standard errors", f"{row['limit']:g}"
+        change, limit = f"{row['change']:.3g} standard errors", f"{row['limit']:g}"
         if row["what"] == "mu":
-            change, limit = f"{row['change']:.3%} at {row['where']}", f"{row['limit']:.2%}"
+            change, limit = f"{100 * row['change']:.3g}% at {row['where']}", f"{row['limit']:.2%}"
         ends = (f"{row[side]:.6g}" for side in ("before", "after"))
         rows.append((row["oil"], row["what"], *ends, change, limit))
     return Section(title, ("oil", "what", "A", "B", "largest change", "limit"), rows)

@@ -13,12 +13,12 @@ from collections.abc import Iterable
 from pathlib import Path, PurePosixPath, PureWindowsPath
 from typing import Annotated, Any, Literal
 
-from pydantic import FailFast, Field
+from pydantic import FailFast, Field, SerializerFunctionWrapHandler, model_serializer
 
 from oilfilm.digests import file_digest
 from oilfilm.errors import OilfilmError
 from oilfilm.logs.raw_files import listing
-from oilfilm.settings.base import Group, key
+from oilfilm.settings.base import Group, key, optional
 from oilfilm.settings.messages import first_mistake
 
 MANIFEST = "manifest.json"
@@ -62,10 +62,18 @@ class Environment(Group):
     python: ShortText = key("Version of Python.", min_length=1)
     platform: ShortText = key("System and processor.", min_length=1)
     c_library: ShortText = key("Name and version; empty where none is known.")
-    cpu: str = key("Vector instructions that NumPy has found.", max_length=1000)
+    cpu: str = key("Vector instructions that NumPy uses beyond its least.", max_length=1000)
+    blas: Annotated[list[ShortText], Field(min_length=1, max_length=20)] | None = optional(
+        "BLAS libraries of NumPy and SciPy: name, version, kernel. Left out where none is known."
+    )
     packages: Annotated[
         dict[str, Annotated[ShortText, Field(min_length=1)]], Field(max_length=10000)
     ] = key("Versions of packages.")
+
+    @model_serializer(mode="wrap")
+    def _known(self, serialize: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        # an older manifest lacks `blas`: it must give the same text and version as then
+        return {name: value for name, value in serialize(self).items() if value is not None}
 
 
 class MadeFrom(Group):

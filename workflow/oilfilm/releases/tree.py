@@ -9,7 +9,7 @@ import shutil
 import sys
 from collections.abc import Iterator
 from contextlib import suppress
-from importlib import metadata
+from importlib import import_module, metadata
 from pathlib import Path
 
 import numpy as np
@@ -69,7 +69,10 @@ def code_tree_digest(home: Path) -> str:
 
 
 def environment(home: Path) -> Environment:
-    """Python, kind of machine and installed versions of the locked packages; no host."""
+    """Python, kind of machine, kernels and versions of the locked packages; no host.
+
+    The kernels are those of this process: other steps of a run may have had another machine.
+    """
     names = re.findall(r"^([\w.-]+)==", (home / RUN_LOCK).read_text(encoding="utf-8"), re.MULTILINE)
     versions = {}
     for name in names:
@@ -81,5 +84,23 @@ def environment(home: Path) -> Environment:
         platform=f"{sys.platform} {platform.machine()}",
         c_library=" ".join(platform.libc_ver()).strip(),
         cpu=" ".join(np.show_config(mode="dicts")["SIMD Extensions"].get("found", [])),
+        blas=blas_libraries(),
         packages=versions,
     )
+
+
+def blas_libraries() -> list[str] | None:
+    """BLAS libraries of NumPy and SciPy: name, version and the kernel that each has chosen.
+
+    OpenBLAS names a kernel after the first CPU of its list that has it: Prescott's is Katmai, that
+    of Zen is Haswell. None where a kernel is not known (MKL, Accelerate).
+    """
+    # imported where needed: the core, which reads releases, is installed without it
+    from threadpoolctl import threadpool_info  # noqa: PLC0415
+
+    import_module("scipy.linalg")  # loads SciPy's BLAS, which is not that of NumPy
+    libraries = [library for library in threadpool_info() if library["user_api"] == "blas"]
+    if not libraries or not all(library.get("architecture") for library in libraries):
+        return None
+    parts = ("internal_api", "version", "architecture")
+    return sorted({" ".join(str(library[part]) for part in parts) for library in libraries})
