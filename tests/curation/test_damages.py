@@ -4,9 +4,15 @@ from typing import Any
 
 import pytest
 
-from damages import DAMAGES, SOUND, Damage
+from blind_lab.defects import FAULTS
+from damages import AT_A_LIMIT, DAMAGES, SOUND, Damage
 from oilfilm.curation.curate import Curated, check_logs
+from oilfilm.curation.plateau_gates import PLATEAU_GATES
+from oilfilm.curation.run_gates import RUN_GATES
 from oilfilm.tables import failed_gates
+
+# Its fault needs many films: the test of wrong fringe orders in test_curation.py plants it.
+PLANTED_ELSEWHERE = {"film_off_trend"}
 
 
 def judged(name: str, damage: Damage, rig: str) -> Curated:
@@ -63,3 +69,11 @@ def test_few_spikes_are_left_out_and_move_no_mean(rig: str) -> None:
     torque = rig == "torque"
     error = clean["torque_n_m_se" if torque else "traction_coefficient_se"]
     assert ((points[name] - clean[name]).abs() < error * (1 if torque else clean["load_n"])).all()
+
+
+def test_every_gate_has_a_planted_fault() -> None:
+    planted = {damage.rule_of(rig) for damage in DAMAGES.values() for rig in SOUND}
+    planted |= {gate for _, gate in AT_A_LIMIT if gate}
+    planted |= {rule for fault in FAULTS.values() for rule in fault.rules.split()}
+    gates = {gate.name for gate in (*PLATEAU_GATES, *RUN_GATES)}
+    assert gates - planted == PLANTED_ELSEWHERE, "plant one in tests/helpers/damages.py"

@@ -110,6 +110,18 @@ def often_wild(log: SoundLog) -> bytes:
     return log.column(log.sensor, lambda column: np.where(wild, 30 * column, column))
 
 
+def held_readings(log: SoundLog) -> bytes:
+    """Each reading of the sensor is repeated for a third of a level."""
+    rows = (log.held.stop - log.held.start) // 3
+    return log.column(log.sensor, lambda column: column[log.row // rows * rows])
+
+
+def turned_back(log: SoundLog) -> bytes:
+    """Everything that turns does so in the other direction."""
+    turned = {name: -column for name, column in log.values.items() if "speed" in name}
+    return log.text({**log.values, **turned})
+
+
 def drifting(log: SoundLog, name: str, total: float) -> bytes:
     return log.column(name, lambda column: column + np.linspace(0, total, len(column)))
 
@@ -156,7 +168,9 @@ DAMAGES = {
         lambda log: held_at(log, lambda held: held * np.linspace(0.7, 1.3, len(held))),
         *("not_steady", "torque_drifts", True),
     ),
+    "sensor_read_three_times_a_level": Damage(held_readings, "held_readings"),
     # --- the other signals
+    "turned_the_wrong_way": Damage(turned_back, "speed_off_nominal", "turns_backwards"),
     "stuck_load_cell": Damage(lambda log: stops_moving(log, log.load), "stuck_channel"),
     "stuck_thermocouple": Damage(lambda log: stops_moving(log, log.temperature), "stuck_channel"),
     "hole_in_the_readings": Damage(
@@ -194,3 +208,51 @@ DAMAGES = {
         spares=True,
     ),
 }
+
+# Slips that are planned, and one plateau of a traction rig that every gate then accepts.
+PLANNED_SLIPS = [0.05, 0.15, 0.32]
+GOOD_POINT = {
+    **dict.fromkeys(("slip_change", "traction_change", "slip_transient"), 0.0),
+    **dict.fromkeys(("traction_transient", "load_change", "temperature_change_c"), 0.0),
+    **dict.fromkeys(("load_n", "nominal_load_n"), 82.2),
+    **dict.fromkeys(("entrainment_speed_m_s", "nominal_entrainment_speed_m_s"), 30.0),
+    **dict.fromkeys(("inlet_temperature_c", "nominal_inlet_temperature_c"), 70.0),
+    **dict.fromkeys(("measured_film_thickness_um", "force_asymmetry"), np.nan),
+    **{"run_id": "run", "n_samples": 50, "n_spikes": 0, "duration_s": 1.2},
+    **{"slide_roll_ratio": 0.15, "traction_coefficient": 0.02, "traction_force_n": 1.6},
+    **{"film_judgement": "full film", "lambda_ratio": 5.0},
+}
+# What is changed of that plateau, and the gate that then refuses it; None where none does.
+AT_A_LIMIT = [
+    ({}, None),
+    ({"load_n": 82.2 * 1.029}, None),
+    ({"load_n": 82.2 * 1.031}, "load_off_nominal"),
+    ({"entrainment_speed_m_s": 30.7}, "speed_off_nominal"),
+    ({"entrainment_speed_m_s": 30.5}, None),
+    ({"inlet_temperature_c": 72.1}, "temperature_off_nominal"),
+    ({"inlet_temperature_c": 71.9}, None),
+    ({"nominal_load_n": np.nan, "load_n": 1.0}, None),
+    ({"slide_roll_ratio": 0.32}, "slip_out_of_range"),
+    ({"slide_roll_ratio": 0.1531}, "slip_off_set_point"),
+    ({"slide_roll_ratio": 0.1529}, None),
+    ({"traction_coefficient": 0.16}, "traction_unphysical"),
+    ({"traction_coefficient": -0.003}, "traction_unphysical"),
+    ({"traction_coefficient": np.nan}, "traction_missing"),
+    ({"slip_change": -0.0031}, "not_steady"),
+    ({"traction_change": 0.0016}, "not_steady"),
+    ({"slip_transient": 0.0031}, "transient_not_ended"),
+    ({"traction_transient": -0.0016}, "transient_not_ended"),
+    ({"load_change": -0.031}, "load_changes"),
+    ({"load_change": 0.029}, None),
+    ({"temperature_change_c": 1.1}, "temperature_changes"),
+    ({"duration_s": 0.98}, "too_short"),
+    ({"duration_s": np.nan}, None),
+    ({"n_spikes": 2}, None),
+    ({"n_spikes": 3}, "spiky"),
+    ({"n_spikes": 1, "n_samples": 15}, None),
+    ({"force_asymmetry": 0.26}, "force_not_reversed"),
+    ({"force_asymmetry": 0.24}, None),
+    ({"force_asymmetry": 0.9, "slide_roll_ratio": 0.05}, None),
+    ({"film_judgement": "below limit", "lambda_ratio": 2.9}, "thin_film"),
+    ({"film_judgement": "cannot be judged"}, "film_not_judged"),
+]

@@ -17,7 +17,6 @@ from oilfilm.releases.manifest import MANIFEST
 from oilfilm.releases.stored_release import StoredRelease
 from oilfilm.settings.resolved import Settings
 from oilfilm.settings.yaml_file import as_yaml
-from oilfilm.tables import SCHEMA_VERSION
 from releases import alter
 
 CONFIG = ["--config", str(ROOT / "config")]
@@ -103,7 +102,7 @@ def test_rebuild_refuses_a_configuration_of_a_stranger_or_of_an_earlier_version(
 
 def written(path: Path, content: arrow.Table, table: str = "coefficients", **options: Any) -> Path:
     """A Parquet file that says it is a table of oilfilm."""
-    footer = {"table": table, "schema_version": SCHEMA_VERSION, "campaign": "demo"}
+    footer = {"table": table, "campaign": "demo"}
     content = content.replace_schema_metadata({"oilfilm": json.dumps(footer)})
     path.parent.mkdir(parents=True, exist_ok=True)
     parquet.write_table(content, path, **options)

@@ -33,9 +33,23 @@ def test_paths_that_a_page_names_exist(page: Path):
         path
         for path in sorted(paths)
         if not path.startswith(NOT_TRACKED)
-        if not any((folder / path).exists() for folder in folders)
+        # NAME is any name
+        if not any(any(folder.glob(path.replace("NAME", "*"))) for folder in folders)
     ]
     assert not missing
+
+
+# Files that a reader of the page writes.
+OF_READERS = {"june.yaml", "my_torque.py"}
+FOLDERS = ("benchmarks", "config", "data/reference", "docs", "tests", "workflow")
+FILES = {path.name for folder in FOLDERS for path in (ROOT / folder).rglob("*.*")}
+FILES |= {path.name for path in ROOT.glob("*.*")}
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_source_files_that_a_page_names_without_a_folder_exist(page: Path) -> None:
+    named = re.findall(r"`([\w.-]+\.(?:py|smk|jinja|toml|yaml))`", page.read_text("utf-8"))
+    assert {*named} - FILES - OF_READERS == set()
 
 
 @pytest.mark.parametrize("path", GENERATED)

@@ -8,6 +8,7 @@ import pytest
 
 from campaigns import read_campaign, write_campaign
 from command_line import succeeded
+from extensions import EXTENSIONS, apply
 from nights import nightly
 from oilfilm.exports.campaign import FORMS
 from oilfilm.tables.campaign_tables import CampaignTables
@@ -15,37 +16,6 @@ from oilfilm.traction import LAW_FILES, LAWS
 from reproduce import command
 
 pytestmark = pytest.mark.workflow
-
-# It differs from the default law in all that laws differ in: of load, which must vary; another
-# number of coefficients, one with exponents of its own; a part with a name; not in ADORE's form.
-SEVENTH = '''"""A straight start and a level, as a hyperbola: a law that only this test knows."""
-
-from oilfilm.traction.law import Coefficient, Law
-
-CONDITIONS = ("load_n", "entrainment_speed_m_s", "inlet_temperature_c")
-HYPERBOLA = Law(
-    name="hyperbola",
-    source="a test",
-    equation="A*abs(K - 1)*h",
-    parts=(("h", "S/(S + C)"),),
-    coefficients=(
-        Coefficient("A", +1, 1e-4, 1.0),
-        Coefficient("C", +1, 1e-4, 1.0),
-        Coefficient("K", +1, 1e-3, 1e3, exponents=(-1.0, 0.0, 0.0)),
-    ),
-    conditions=CONDITIONS,
-    groups=CONDITIONS,
-    reference=(100.0, 20.0, 20.0),
-    must_vary=("load_n",),
-)
-'''
-
-
-def add_seventh_law(project: Path) -> None:
-    laws = project / "workflow/oilfilm/traction/laws"
-    (laws / "hyperbola.py").write_text(SEVENTH, encoding="utf-8")
-    with (laws / "__init__.py").open("a", encoding="utf-8") as registry:
-        registry.write("from oilfilm.traction.laws.hyperbola import HYPERBOLA as HYPERBOLA\n")
 
 
 def run_with(project: Path, law: str) -> None:
@@ -64,9 +34,13 @@ def run_with(project: Path, law: str) -> None:
 
 @pytest.mark.parametrize("law", ["hyperbola", *map(nightly, LAWS)])
 def test_law_goes_from_points_to_exports(released_project: Path, tmp_path: Path, law: str) -> None:
-    """A law is a file and a line: no other place names the seventh one."""
+    """The added law differs from the default one in all that laws differ in.
+
+    It is of load, which must vary; it has another number of coefficients, one with exponents of its
+    own; it has a part with a name, and is not in ADORE's form.
+    """
     project = shutil.copytree(released_project, tmp_path / "project", symlinks=True)
-    add_seventh_law(project)
+    apply(EXTENSIONS["A law"], project)
     run_with(project, law)
     results = project / "results/small"
     assert set(CampaignTables.in_folder(results).configured.fit_quality["law"]) == {law}
@@ -84,5 +58,5 @@ def test_law_goes_from_points_to_exports(released_project: Path, tmp_path: Path,
     if law == "hyperbola":
         header = (exports / "traction_4102.h").read_text(encoding="utf-8")
         lines = [line.strip() for line in header.splitlines()]
-        assert "const double h = S / (S + C);" in lines
+        assert "const double h = B * S / (B * S + 1.0);" in lines
         assert "const double mu = A * fabs(K - 1.0) * h;" in lines

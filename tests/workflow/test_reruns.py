@@ -1,199 +1,228 @@
-"""What a change of the code makes again: the rules whose digest changes, and no others.
+"""What a change makes due: `snakemake -n` on copies of a finished campaign, each with one change.
 
-The digests are computed as the Snakefile does, with one module changed in memory. What follows from
-them is Snakemake's own work: two dry runs in tests/workflow/test_workflow.py show it.
+The changes that docs/how-to/extend.md describes are those of its lists.
 """
 
-import json
-import subprocess
+import os
+import shutil
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from fnmatch import fnmatch
 from pathlib import Path
 from typing import Any
 
+import pandas as pd
 import pytest
 
-from campaigns import ROOT
-from oilfilm import digests
+from campaigns import ROOT, lay_out, lay_out_small
+from command_line import succeeded
+from dry_runs import jobs_due
+from extensions import EXTENSIONS, SCHEMAS, Edit, apply, listed
+from reference_pages import GENERATED
+from reproduce import succeed
 
-LIBRARY = ROOT / "workflow/oilfilm"
-# Prints, of each rule of the demonstration, what its digest covers: the script, then modules.
-DECLARED = """
-import json, sys
-from types import SimpleNamespace
-from pathlib import Path
-from snakemake.api import ConfigSettings, OutputSettings, ResourceSettings, SnakemakeApi
-from oilfilm import digests
-digests.code_digest = lambda *paths: json.dumps([str(Path(path).resolve()) for path in paths])
-from oilfilm.traction import LAW_FILES
-with SnakemakeApi(OutputSettings(quiet={"all"})) as api:
-    workflow = api.workflow(
-        resource_settings=ResourceSettings(cores=1),
-        config_settings=ConfigSettings(config={"campaign": "demo"}),
-        snakefile=Path("Snakefile"),
-    )._workflow
-    declared = {}
-    for rule in workflow.rules:
-        code = getattr(rule.params, "code", None)
-        of_laws = "law_file" in rule.wildcard_names
-        for law in dict.fromkeys(path.stem for path in LAW_FILES.values()) if of_laws else [""]:
-            wildcards = SimpleNamespace(oil="4102", law_file=law, shard="0")
-            given = code(wildcards) if callable(code) else code
-            if given:
-                declared[f"{rule.name} {law}".strip()] = json.loads(given.rpartition("-")[0])
-    (release,) = (rule for rule in workflow.rules if rule.name == "release")
-    released = list(map(str, release.input))
-print("PARSED" + json.dumps({"digests": declared, "released": released}))
-"""
+pytestmark = pytest.mark.workflow
+
+LIBRARY, CAMPAIGN = "workflow/oilfilm", "config/campaigns/small.yaml"
+# Jobs of the campaign by their rule: two shares of the logs, one oil, two laws, two figures.
+SHOWN = {"report": 1, "enough": 1}
+AFTER_FITS = {"exports": 1, "data_figures": 1, "law_figures": 1, **SHOWN}
+FIT_ONE_LAW = {"fit": 1, "fits": 1, **AFTER_FITS}
+FITS = {**FIT_ONE_LAW, "fit": 2}
+POINTS = {"points": 2, "collect": 1, "refused": 1, **FITS}
+EVERYTHING = {"twin": 1, **POINTS}
+COMPARED = Edit(CAMPAIGN, "    - tanh\n", "    - tanh\n    - hyperbola\n")
+OTHER_OIL = {"points": 4, "fit": 4}  # twice as many logs and fits
+
+CHANGES: dict[str, tuple[tuple[Edit, ...], Mapping[str, int]]] = {
+    "law": ((*EXTENSIONS["A law"], COMPARED), FIT_ONE_LAW),
+    "log format": (EXTENSIONS["A log format"], POINTS),
+    "gate with a limit": (EXTENSIONS["A gate"], POINTS),
+    "figure": (EXTENSIONS["A figure"], {"data_figures": 1, **SHOWN}),
+    "column": (EXTENSIONS["A column"], {"fits": 1, **AFTER_FITS}),
+    "command": (EXTENSIONS["A command"], {}),
+    "oil": (EXTENSIONS["An oil"], {**EVERYTHING, **OTHER_OIL}),
+    "default setting": (
+        (Edit("config/config.yaml", "load_tolerance: 0.03", "load_tolerance: 0.04"),),
+        POINTS,
+    ),
+    "bootstrap": ((Edit(CAMPAIGN, "bootstrap: 20", "bootstrap: 21"),), FITS),
+    # the plan of the twin's logs has their film
+    "constant of the film formula": (
+        (Edit(f"{LIBRARY}/physics/film.py", "(2.69, 0.67,", "(2.69, 0.68,"),),
+        EVERYTHING,
+    ),
+    "formula of one law": (
+        (Edit(f"{LIBRARY}/traction/laws/tanh.py", "A*tanh(B*S/A)", "A*tanh(B*S)"),),
+        FIT_ONE_LAW,
+    ),
+    "sentence of the report": (
+        (
+            Edit(
+                f"{LIBRARY}/report/sections/laws.jinja",
+                "- {{ oils }}: not compared, because",
+                "- {{ oils }}: there is no comparison, because",
+            ),
+        ),
+        SHOWN,
+    ),
+    "meaning of a column": (
+        (Edit(f"{LIBRARY}/tables/rig.yaml", "time on the log's clock", "time of the log"),),
+        SHOWN,
+    ),
+}
+# Words of the library that compute nothing.
+WORDS = (
+    Edit(f"{LIBRARY}/units.py", '"""', '"""Other words. '),
+    Edit(f"{LIBRARY}/physics/film.py", '    """', '    """Other words. '),
+    Edit(f"{LIBRARY}/physics/film.py", "\n\n\n", "\n\n\n\n"),
+    Edit(f"{LIBRARY}/fits/fitted.py", "raise OilfilmError(", "raise OilfilmError('!' + "),
+    Edit(f"{LIBRARY}/settings/campaign.py", "What it is.", "The title."),
+    Edit(f"{LIBRARY}/run/job.py", '"done\\n"', '"ended\\n"'),
+    Edit(f"{LIBRARY}/cli/check.py", "import", "import os\nimport"),
+)
+
+
+def sources(project: Path) -> list[Path]:
+    """The files of a clone in a project, without what a run has made."""
+    made = {"results", ".snakemake", "data/raw"}
+    files = (path for path in project.rglob("*") if path.is_file())
+    return [
+        path
+        for path in files
+        if not any(path.is_relative_to(project / folder) for folder in made)
+        if "__pycache__" not in path.parts
+    ]
+
+
+def comment_everywhere(project: Path) -> None:
+    """A comment at the end of every Python module and script, and other words in some of them."""
+    apply(WORDS, project)
+    for path in (project / "workflow").rglob("*.py"):
+        with path.open("a", encoding="utf-8") as module:
+            module.write("# a word\n")
+
+
+def write_again(project: Path) -> None:
+    """Every file of the clone with the same bytes and a new date, as by `git checkout`."""
+    for path in sources(project):
+        path.write_bytes(path.read_bytes())
+
+
+def fresh_clone(project: Path) -> None:
+    """The finished results beside a clone whose files are all newer than the results."""
+    finished = project.with_name("finished")
+    project.rename(finished)
+    lay_out(project)
+    shutil.copy(finished / CAMPAIGN, project / CAMPAIGN)
+    write_again(project)
+    for name in ("results", "data/raw", ".snakemake"):
+        shutil.copytree(finished / name, project / name, symlinks=True)
+
+
+NOTHING_DUE: dict[str, Callable[[Path], None]] = {
+    "a comment in every script": comment_everywhere,
+    "files with new dates": write_again,
+    "a copy of results beside a fresh clone": fresh_clone,
+}
 
 
 @pytest.fixture(scope="module")
-def parsed() -> dict[str, Any]:
-    """What the Snakefile declares for the demonstration."""
-    done = subprocess.run(
-        [sys.executable, "-c", DECLARED], cwd=ROOT, capture_output=True, text=True, check=False
-    )
-    assert done.returncode == 0, done.stderr
-    return dict(json.loads(done.stdout.partition("PARSED")[2]))
-
-
-@pytest.fixture(scope="module")
-def declared(parsed: dict[str, Any]) -> dict[str, list[Path]]:
-    """What the digest of each rule covers; that of fits has an entry per file of laws."""
-    return {rule: [Path(path) for path in paths] for rule, paths in parsed["digests"].items()}
-
-
-@pytest.fixture
 def due(
-    declared: dict[str, list[Path]], monkeypatch: pytest.MonkeyPatch
-) -> Callable[[Path, str, str], set[str]]:
-    """Gives the rules whose digest changes when one text of a module is replaced."""
-
-    def rules_due(module: Path, old: str, new: str) -> set[str]:
-        before = {rule: digests.code_digest(*paths) for rule, paths in declared.items()}
-        text = module.read_text(encoding="utf-8")
-        assert old in text, f"{module} has no {old!r} any more"
-        changed = text.replace(old, new, 1).encode()
-        read, computed = Path.read_bytes, digests._code
-        with monkeypatch.context() as patch:
-            patch.setattr(
-                Path, "read_bytes", lambda path: changed if path == module else read(path)
-            )
-            anew = computed.__wrapped__(module)
-            patch.setattr(digests, "_code", lambda path: anew if path == module else computed(path))
-            return {
-                rule
-                for rule, paths in declared.items()
-                if digests.code_digest(*paths) != before[rule]
-            }
-
-    return rules_due
+    released_project: Path, tmp_path_factory: pytest.TempPathFactory
+) -> dict[str, dict[str, int]]:
+    """Jobs that are due after each change."""
+    projects = {}
+    for name in [*CHANGES, *NOTHING_DUE]:
+        projects[name] = tmp_path_factory.mktemp("change") / "project"
+        shutil.copytree(released_project, projects[name], symlinks=True)
+    for name, (edits, _) in CHANGES.items():
+        apply(edits, projects[name])
+    for name, change in NOTHING_DUE.items():
+        change(projects[name])
+    return jobs_due(projects, "small")
 
 
-@pytest.mark.parametrize(
-    ("module", "old", "new"),
-    [
-        pytest.param("units.py", "\nfrom ", "\n# a remark\nfrom ", id="comment"),
-        pytest.param("units.py", '"""', '"""Other words. ', id="docstring"),
-        pytest.param("physics/film.py", '    """', '    """Other words. ', id="inner docstring"),
-        pytest.param("physics/film.py", "\n\n\n", "\n\n\n\n", id="layout"),
-        pytest.param(
-            "fits/fitted.py", "raise OilfilmError(", "raise OilfilmError('!' + ", id="error"
-        ),
-        pytest.param("settings/campaign.py", "What it is.", "The title.", id="settings"),
-        pytest.param("run/job.py", '"done\\n"', '"ended\\n"', id="the run around a job"),
-        pytest.param("cli/check.py", "import", "import os\nimport", id="a command"),
-        pytest.param(
-            "traction/laws/__init__.py",
-            "import TANH as TANH",
-            "import TANH as TANH\nfrom oilfilm.traction.laws.tanh import TANH as OTHER",
-            id="a law that no campaign has",
-        ),
-    ],
-)
-def test_change_of_words_makes_nothing_again(
-    due: Callable[[Path, str, str], set[str]], module: str, old: str, new: str
+@pytest.mark.parametrize("name", CHANGES)
+def test_change_makes_due_what_it_affects_and_nothing_else(
+    due: dict[str, dict[str, int]], name: str
 ) -> None:
-    assert due(LIBRARY / module, old, new) == set()
+    _, expected = CHANGES[name]
+    assert due[name] == expected
 
 
-def test_release_takes_results_and_simulated_logs_alone(parsed: dict[str, Any]) -> None:
-    folders = {Path(path).parts[:2] for path in parsed["released"]}
-    assert folders == {("results", "demo"), ("data", "raw")}
+@pytest.mark.parametrize("name", NOTHING_DUE)
+def test_words_and_dates_make_nothing_due(due: dict[str, dict[str, int]], name: str) -> None:
+    assert due[name] == {}
 
 
-def test_law_refits_itself_and_is_shown_in_the_report(
-    due: Callable[[Path, str, str], set[str]],
+@pytest.mark.parametrize("section", EXTENSIONS)
+def test_guide_lists_the_places_that_an_extension_changes(section: str) -> None:
+    places = [place.replace("NAME", "*") for place in listed(section) if place != SCHEMAS]
+    changed = {edit.path for edit in EXTENSIONS[section]}
+    assert {path for path in changed if not any(fnmatch(path, place) for place in places)} == set()
+    assert [place for place in places if not any(fnmatch(path, place) for path in changed)] == []
+
+
+def test_new_column_is_in_the_tables_of_the_next_run(
+    released_project: Path, tmp_path: Path
 ) -> None:
-    assert due(LIBRARY / "traction/laws/tanh.py", "A*tanh(B*S/A)", "A*tanh(B*S)") == {
-        *("fit tanh", "report")
-    }
-
-
-def test_figure_is_drawn_again_with_its_family(due: Callable[[Path, str, str], set[str]]) -> None:
-    changed = due(
-        LIBRARY / "report/figures/bearing.py", "_SLIP_LEVELS = (-1.0,", "_SLIP_LEVELS = (-0.9,"
+    project = tmp_path / "project"
+    shutil.copytree(released_project, project, symlinks=True)
+    apply(EXTENSIONS["A column"], project)
+    succeed(project, "--config", "campaign=small")
+    tables = project / "results/small/tables"
+    misfit, quality = (
+        pd.read_parquet(tables / f"{name}.parquet").set_index(["oil", "law"])
+        for name in ("lack_of_fit", "fit_quality")
     )
-    assert changed == {"bearing_figures"}
+    # the residuals are those of the fitted points
+    assert misfit["n_judged"].to_dict() == quality.loc[misfit.index, "n_points"].to_dict()
 
 
-def test_meaning_of_a_column_is_described_again(due: Callable[[Path, str, str], set[str]]) -> None:
-    changed = due(LIBRARY / "tables/rig.yaml", "time on the log's clock", "time of the log")
-    assert changed == {"report"}
-
-
-def test_version_of_the_tables_makes_everything_again(
-    due: Callable[[Path, str, str], set[str]], declared: dict[str, list[Path]]
-) -> None:
-    module = LIBRARY / "tables/schema_version.py"
-    assert due(module, "SCHEMA_VERSION = ", "SCHEMA_VERSION = 1") == declared.keys()
-
-
-@pytest.mark.parametrize(
-    ("module", "old", "new", "among", "not_among"),
-    [
-        pytest.param(
-            "curation/plateau_gates.py",
-            "return",
-            "return 0 +",
-            {"points", "torque_runs"},
-            {"twin", "fit tanh", "torque"},
-            id="a gate",
-        ),
-        pytest.param(
-            "logs/pcs.py",
-            "return",
-            "return 0 +",
-            {"points"},
-            {"fit tanh", "twin", "torque_twin"},
-            id="a format",
-        ),
-        pytest.param(
-            "bearing/solver.py",
-            "return",
-            "return 0 +",
-            {"torque", "bearing_maps"},
-            {"points", "fit tanh", "fits"},
-            id="the solver of bearings",
-        ),
-        pytest.param(
-            "traction/laws/deng2026.py",
-            "return",
-            "return 0 +",
-            {"twin", "paper", "exports"},
-            {"points", "fits", "fit tanh"},
-            id="the paper's law",
-        ),
-    ],
+BIN = Path(sys.executable).parent
+# Tests that fail where a place of the guide is forgotten.
+TESTS_OF_EXTENSIONS = (
+    *("tests/curation/test_damages.py", "tests/logs/test_readers_formats.py", "tests/settings"),
+    *("tests/report/test_figure_catalogue.py", "tests/repository/test_docs.py", "tests/tables"),
+    *("tests/test_command_line.py", "tests/traction"),
 )
-def test_changed_computation_makes_again_what_it_computes(
-    due: Callable[[Path, str, str], set[str]],
-    module: str,
-    old: str,
-    new: str,
-    among: set[str],
-    not_among: set[str],
-) -> None:
-    changed = due(LIBRARY / module, old, new)
-    assert among <= changed
-    assert not not_among & changed
+
+
+@pytest.mark.nightly
+def test_who_follows_the_guide_has_green_checks_and_a_campaign_that_runs(tmp_path: Path) -> None:
+    project = tmp_path / "clone"
+    lay_out_small(project)
+    tracked = succeeded(["git", "ls-files", "--cached", "--others", "--exclude-standard"], cwd=ROOT)
+    for name in tracked.splitlines():
+        if (ROOT / name).is_file():
+            (project / name).parent.mkdir(parents=True, exist_ok=True)
+            shutil.copy(ROOT / name, project / name)
+    for section, edits in EXTENSIONS.items():
+        before = generated(project)
+        apply(edits, project)
+        succeeded([sys.executable, "docs/_ext/generate.py"], **within(project))
+        shown = generated(project) != before
+        assert shown == (SCHEMAS in listed(section)), section
+    COMPARED.apply(project)
+    for check in ("ruff format .", "ruff check .", "mypy -n 0", "lint-imports --no-logo"):
+        tool, *arguments = check.split()
+        succeeded([BIN / tool, *arguments], **within(project))
+    pytest_alone = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider"]
+    succeeded([*pytest_alone, *TESTS_OF_EXTENSIONS], **within(project))
+    Edit(CAMPAIGN, "- '4199'\n", "").apply(project)  # no constants are printed to simulate it
+    succeed(project, "--config", "campaign=small")
+    fitted = pd.read_parquet(project / "results/small/tables/coefficients.parquet")
+    assert "hyperbola" in set(fitted["law"])
+    assert (project / "results/small/figures/tested-slips.png").is_file()
+
+
+def generated(project: Path) -> dict[str, bytes]:
+    """The generated pages and schemas of a project."""
+    return {path: (project / path).read_bytes() for path in GENERATED}
+
+
+def within(project: Path) -> dict[str, Any]:
+    """Where a program runs that uses a project and its library."""
+    path = os.pathsep.join([str(project / "workflow"), str(project / "docs/_ext")])
+    return {"cwd": project, "env": {**os.environ, "PYTHONPATH": path}}

@@ -17,13 +17,12 @@ from typing import Any, NamedTuple
 
 _PACKAGE = Path(__file__).parent
 # What computes no number of a table: settings (their values are in the params of the rules),
-# messages, what surrounds a job, reading and writing of tables (their schema version is in every
-# digest) and the list of laws (a rule names those that it fits or shows).
+# messages, what surrounds a job, reading and writing of tables (the declarations of those that a
+# rule writes have a digest of their own) and the list of laws (a rule names those that it fits).
 _NO_NUMBERS = re.compile(
     r"oilfilm(\.(atomic_write|cli|digests|errors|home|run|settings)(\..*)?"
-    r"|\.tables(\.(?!failed_gates|schema_version).*)?|\.\w+\.tables|\.traction\.laws)?"
+    r"|\.tables(\.(?!failed_gates).*)?|\.\w+\.tables|\.traction\.laws)?"
 )
-_SCHEMA_VERSION = _PACKAGE / "tables/schema_version.py"
 
 
 def file_digest(path: Path) -> str:
@@ -87,7 +86,7 @@ def code_digest(script: Path, *modules: Path) -> str:
 def modules_behind(script: Path, *modules: Path) -> set[Path]:
     """The modules that count for a script: those that it imports, directly or not."""
     found: set[Path] = set()
-    waiting = [script, *modules, _SCHEMA_VERSION]
+    waiting = [script, *modules]
     while waiting:
         path = waiting.pop()
         if path not in found:

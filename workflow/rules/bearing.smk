@@ -12,7 +12,7 @@ if TORQUE_SIMULATED:
             "<logs>/torque-twin.log",
         localrule: True
         params:
-            code=code("torque_twin.py"),
+            code=lambda wildcards: code("torque_twin.py", tables=rules.torque_twin.output.keys()),
             config=part(
                 "rigs",
                 "oils",
@@ -38,7 +38,7 @@ rule torque_runs:
         "<logs>/torque-runs.log",
     localrule: True
     params:
-        code=code("torque_runs.py"),
+        code=lambda wildcards: code("torque_runs.py", tables=rules.torque_runs.output.keys()),
         files=TORQUE_FILES,
         acknowledged=ACKNOWLEDGED,
         sheet=sheet_rows(TORQUE_RAW, TORQUE_FILES),
@@ -61,7 +61,7 @@ rule torque:
         "<logs>/torque.log",
     priority: 1
     params:
-        code=code("torque.py"),
+        code=lambda wildcards: code("torque.py", tables=rules.torque.output.keys()),
         config=part(
             *("audit", "rigs", "oils", "bearings", "bearing", "gates", "seed", "selection"),
             campaign=("oils", "torque", "twin"),
@@ -82,7 +82,7 @@ rule bearing_maps:
     # the longest chain of a campaign begins here: last, a core would wait for it
     priority: 2
     params:
-        code=code("bearing_maps.py"),
+        code=lambda wildcards: code("bearing_maps.py", tables=rules.bearing_maps.output.keys()),
         config=part(
             *("rigs", "oils", "bearings", "bearing", "gates", "seed", "selection"),
             campaign=("torque",),
@@ -102,7 +102,7 @@ rule test_plan:
         "<logs>/test-plan.log",
     localrule: True
     params:
-        code=code("test_plan.py"),
+        code=lambda wildcards: code("test_plan.py", tables=rules.test_plan.output.keys()),
         config=part(
             "rigs", "oils", "bearings", "bearing", "film", "gates", "plan", campaign=("torque",)
         ),

@@ -3,13 +3,14 @@
 
 import json
 import mimetypes
+from functools import cache
 from hashlib import sha256
 from pathlib import Path
 
 from snakemake.exceptions import WorkflowError
 from snakemake.io import report as in_report  # at the start of a line `report` is a directive
 
-from oilfilm import home
+from oilfilm import home, studies
 from oilfilm.atomic_write import write_text
 from oilfilm.digests import code_digest, file_digest
 from oilfilm.errors import OilfilmError
@@ -20,6 +21,7 @@ from oilfilm.rig_twin.plan import planned_runs, planned_torque_runs
 from oilfilm.run.start import bring_dates_back, check_machine, lock_run, start_python_by_name
 from oilfilm.settings.resolve import resolve_given
 from oilfilm.table_needs import NOT_IN_EVERY_CAMPAIGN, OF_FIT, lacking
+from oilfilm.tables.contract import contract_digest
 from oilfilm.traction import LAW_FILES
 
 RECORDS = Path(".snakemake")
@@ -188,11 +190,19 @@ TABLE_WORDS = [
     *sorted((PACKAGE / "tables").glob("*.*")),
     *(path for name in CAMPAIGN.studies for path in sorted((PACKAGE / name).glob("tables.*"))),
 ]
+studies.declare_tables(CAMPAIGN.studies)
 
 
-def code(script, *modules):
-    """Digest of a script, of the modules that count for it and of the packages.
+@cache
+def digest_of_code(script, modules, tables):
+    computes = code_digest(HOME / "workflow/scripts" / script, *modules)
+    return f"{computes}-{contract_digest(tables)}-{PACKAGES}"
 
-    A law that the script takes by its name is no import: its module is among `modules`.
+
+def code(script, *modules, tables=()):
+    """Digest of a script and the modules behind it, of tables as declared, and of the packages.
+
+    A law that the script takes by its name is no import: its module is among `modules`. `tables`
+    are the outputs of the rule by name: those that it writes, whose names are known afterwards.
     """
-    return f"{code_digest(HOME / 'workflow/scripts' / script, *modules)}-{PACKAGES}"
+    return digest_of_code(script, modules, tuple(tables))

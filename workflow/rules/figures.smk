@@ -18,7 +18,7 @@ for family, of_family in families(CAMPAIGN.figures).items():
             f"<logs>/{family}-figures.log",
         localrule: True
         params:
-            code=code("figures.py", *(figure.source for figure in of_family)),
+            code=code("figures.py", *(figure.source for figure in of_family), tables=["drawn"]),
             # what schematics are drawn from, beside their module
             marks=sorted(
                 {

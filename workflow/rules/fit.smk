@@ -1,10 +1,8 @@
-from oilfilm.traction import LAWS
+from oilfilm.traction import LAWS, PAPER_LAW
 
 FITTED_LAWS = list(dict.fromkeys((*SETTINGS.compare.laws, SETTINGS.fit.law)))
-# Which law is configured and which are compared changes no fit.
-OF_ONE_FIT = SETTINGS.with_changes(
-    {"fit": {"law": next(iter(LAWS))}, "compare": {"laws": list(LAW_FILES)}}
-)
+# Which law is configured changes no fit.
+OF_ONE_FIT = SETTINGS.with_changes({"fit": {"law": PAPER_LAW.name}})
 # Laws that are in one file are fitted by one job: a change of the file is a change of all.
 LAWS_OF_FILE = {}
 for law in FITTED_LAWS:
@@ -25,11 +23,15 @@ rule fit:
     # what needs no fit is done while the last one runs
     priority: 1
     params:
-        code=lambda wildcards: code("fit.py", LAW_FILES[LAWS_OF_FILE[wildcards.law_file][0]]),
+        code=lambda wildcards: code(
+            "fit.py",
+            LAW_FILES[LAWS_OF_FILE[wildcards.law_file][0]],
+            tables=rules.fit.output.keys(),
+        ),
         laws=lambda wildcards: LAWS_OF_FILE[wildcards.law_file],
         # laws of the conditions alone need nothing of the rig
         config=lambda wildcards: OF_ONE_FIT.part(
-            *("compare", "fit", "seed"),
+            *("fit", "seed"),
             *(() if LAWS.keys() >= set(LAWS_OF_FILE[wildcards.law_file]) else ("oils", "rigs")),
         ),
     script:
@@ -55,7 +57,7 @@ rule fits:
         "<logs>/fits.log",
     localrule: True
     params:
-        code=code("fits.py"),
+        code=lambda wildcards: code("fits.py", tables=rules.fits.output.keys()),
         config=part("fit", "gates", "oils", "rigs", "same_set_point", campaign=("matrix", "rigs")),
     script:
         "../scripts/fits.py"

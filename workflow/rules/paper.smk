@@ -16,7 +16,7 @@ rule paper:
         "<logs>/paper.log",
     localrule: True
     params:
-        code=code("paper.py"),
+        code=lambda wildcards: code("paper.py", tables=rules.paper.output.keys()),
         config=part(
             *("audit", "extrapolation", "film", "gates", "oils", "printed", "rigs"),
             *("same_set_point", "selection"),
@@ -40,7 +40,7 @@ if CAMPAIGN.torque is not None:
             "<logs>/slip-advice.log",
         priority: 1
         params:
-            code=code("slip_advice.py"),
+            code=lambda wildcards: code("slip_advice.py", tables=rules.slip_advice.output.keys()),
             config=part(
                 *("rigs", "oils", "bearings", "bearing", "gates", "selection"),
                 campaign=("torque",),

@@ -14,7 +14,7 @@ if SIMULATED:
             "<logs>/twin.log",
         localrule: True
         params:
-            code=code("twin.py"),
+            code=lambda wildcards: code("twin.py", tables=rules.twin.output.keys()),
             config=part(
                 *("seed", "rigs"),
                 # what the truth is computed from, beside the campaign file
@@ -40,7 +40,7 @@ rule points:
     log:
         "<logs>/points/{shard}.log",
     params:
-        code=code("points.py"),
+        code=lambda wildcards: code("points.py", tables=rules.points.output.keys()),
         files=lambda wildcards: FILES_OF_SHARE.get(int(wildcards.shard), []),
         sheet=lambda wildcards: sheet_rows(
             RAW,
@@ -78,7 +78,7 @@ checkpoint collect:
         "<logs>/collect.log",
     localrule: True
     params:
-        code=code("collect.py"),
+        code=lambda wildcards: code("collect.py", tables=rules.collect.output.keys()),
         oils=OILS,
         shares=SHARDS,
         measured=not SIMULATED,

@@ -6,12 +6,12 @@ rule refused:
         logs=raw_logs(TORQUE_RAW, TORQUE_FILES),
         samples=expand(SAMPLES, shard=SHARDS),
     output:
-        pages=directory("<results>/refused"),
+        refused_pages=directory("<results>/refused"),
         made=made("refused"),
     log:
         "<logs>/refused.log",
     params:
-        code=code("refused.py"),
+        code=lambda wildcards: code("refused.py", tables=rules.refused.output.keys()),
         files=TORQUE_FILES,
         sheet=sheet_rows(TORQUE_RAW, TORQUE_FILES),
         pages_max=SETTINGS.figures.refused_pages_max,

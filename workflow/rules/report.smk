@@ -21,7 +21,7 @@ rule report:
     input:
         **TABLE_FILES,
         samples=expand(SAMPLES, shard=SHARDS),
-        refused_pages=rules.refused.output.pages,
+        refused_pages=rules.refused.output.refused_pages,
         claim_words=reference_file("claims") if "paper" in CAMPAIGN.studies else [],
         png=expand("<figures>/{figure}.png", figure=CAMPAIGN.figures),
     output:

@@ -72,7 +72,7 @@ def fit_law(points: pd.DataFrame, oil: str, name: str, settings: Settings) -> Ca
         points: Table of points.
         oil: Oil to fit.
         name: The law.
-        settings: `compare`, `fit` and `seed`; for a law that needs properties of the oil and the
+        settings: `fit` and `seed`; for a law that needs properties of the oil and the
             contact, `oils` and `rigs` as well.
 
     Returns:

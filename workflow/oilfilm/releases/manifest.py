@@ -86,7 +86,6 @@ class MadeFrom(Group):
     tag: Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]{0,31}$")] = key(
         "Readable part of the version."
     )
-    schema_version: int = key("Version of the tables' schema.", ge=1, le=1_000_000)
     config: Sha256
     code: Sha256
     lock: Sha256

@@ -108,7 +108,6 @@ def make_release(run: FinishedRun, releases: Path) -> tuple[Path, bool]:
         campaign=run.settings.campaign.name,
         data=run.settings.campaign.data,
         tag=run.settings.release.tag,
-        schema_version=tables.SCHEMA_VERSION,
         config=sha256_of(config),
         code=code_tree_digest(run.home),
         lock=file_digest(run.home / RUN_LOCK),

@@ -149,18 +149,11 @@ class StoredRelease:
         """A table; None where the release has none, or the pin does not keep it.
 
         Raises:
-            OilfilmError: As `file`, or it is no such table, or of another schema version.
+            OilfilmError: As `file`, or as `tables.read`.
         """
         path = f"tables/{name}.parquet"
         if path not in self.files or (self.pinned and not (self.folder / path).exists()):
             return None
-        version = self.manifest.made_from.schema_version
-        if version != tables.SCHEMA_VERSION:
-            raise OilfilmError(
-                f"{self.folder}: its tables have schema version {version}, and version "
-                f"{tables.SCHEMA_VERSION} is read here. "
-                "Read it with the code of that release; renew a pin with `oilfilm pin RELEASE`."
-            )
         file = self.file(path)
         try:
             return tables.read(name, file)

@@ -2,7 +2,7 @@
 
 Each column is declared once, in a YAML file, with its unit, meaning and caveat. Each table lists
 its columns and its key. Units and descriptions are in the footer of the Parquet file, beside the
-schema version and the provenance.
+provenance. They say by which declaration it was written: there is no version to raise.
 
 Decides: how a table is checked, written and read; how many rows are in memory at once.
 """
@@ -31,7 +31,6 @@ from oilfilm.tables.dictionary import UNITS as UNITS
 from oilfilm.tables.dictionary import Column as Column
 from oilfilm.tables.dictionary import Table as Table
 from oilfilm.tables.dictionary import unit_of as unit_of
-from oilfilm.tables.schema_version import SCHEMA_VERSION as SCHEMA_VERSION
 
 # Bytes of a table once it is unpacked.
 LARGEST_TABLE = 1 << 30
@@ -137,12 +136,25 @@ def rows(frame: pd.DataFrame) -> list[dict[str, Any]]:
     return [{str(name): value for name, value in row.items()} for row in frame.to_dict("records")]
 
 
-def conform(frame: pd.DataFrame, table: str, where: str) -> pd.DataFrame:
+# Why the columns of a table are not those that are declared.
+_GIVEN = "Give values for each declared column and for no other (workflow/oilfilm/tables)."
+_OTHER_VERSION = (
+    "It was made by another version of oilfilm: read it with that version, or make it again."
+)
+
+
+def conform(frame: pd.DataFrame, table: str, where: str, advice: str = _GIVEN) -> pd.DataFrame:
     """The frame with the columns of the table in order and of their types, after every check.
 
     Columns are checked one at a time: a whole frame of samples at once takes three times the
     memory. Pandera checks only columns that do not plainly obey their declaration, because it
     takes a millisecond per column and several passes over a long one.
+
+    Args:
+        frame: The rows.
+        table: Name of the table's model.
+        where: Where the rows are from, for messages.
+        advice: What to do where the columns are not those that are declared.
 
     Raises:
         OilfilmError: A column is missing, unknown, or holds what the contract forbids.
@@ -152,8 +164,8 @@ def conform(frame: pd.DataFrame, table: str, where: str) -> pd.DataFrame:
     unknown = [name for name in frame.columns if name not in model.names]
     if missing or unknown:
         raise OilfilmError(
-            f"{where}: table {table!r} lacks {missing or 'no column'} and has the unknown "
-            f"{cut(unknown or 'none')}. It was made by another version: rebuild it."
+            f"{where}: table {table!r} lacks the columns {missing or 'none'} and has the unknown "
+            f"columns {cut(unknown or 'none')}. {advice}"
         )
     frame = frame.reset_index(drop=True)
     checked = {column.name: _checked(frame, column, model, where) for column in model.columns}
@@ -270,7 +282,7 @@ def writing(
             yield add
             if not parts:
                 add(empty(table))
-            footer = {"table": table, "schema_version": SCHEMA_VERSION, **provenance}
+            footer = {"table": table, **provenance}
             metadata = {"oilfilm": json.dumps(footer, sort_keys=True, ensure_ascii=False)}
             described = b64encode(schema.with_metadata(metadata).serialize())
             file.add_key_value_metadata({**metadata, "ARROW:schema": described})
@@ -284,17 +296,17 @@ def read(table: str, *paths: Path) -> pd.DataFrame:
     """Read a table from one file, from several or from none (then empty), and check it again.
 
     Raises:
-        OilfilmError: A file is missing or damaged, holds another table or another schema
-            version, or breaks the contract.
+        OilfilmError: A file is missing or damaged, holds another table or columns in other units,
+            or breaks the contract.
     """
     if not paths:
         return empty(table)
     for path in paths:
-        _check_footer(table, path)
+        _check_written_as(table, path)
     parts = [_content(path).replace_schema_metadata(None) for path in paths]
     where = str(paths[0]) if len(paths) == 1 else f"{paths[0]} and {len(paths) - 1} more"
     content = arrow.concat_tables(parts).unify_dictionaries() if len(parts) > 1 else parts[0]
-    return conform(content.to_pandas(), table, where)
+    return conform(content.to_pandas(), table, where, _OTHER_VERSION)
 
 
 def read_parts(table: str, *paths: Path) -> Iterator[pd.DataFrame]:
@@ -304,14 +316,14 @@ def read_parts(table: str, *paths: Path) -> Iterator[pd.DataFrame]:
         OilfilmError: As `read`.
     """
     for path in paths:
-        _check_footer(table, path)
+        _check_written_as(table, path)
         try:
             with parquet.ParquetFile(path, page_checksum_verification=True) as file:
                 for group in range(file.num_row_groups):
                     # one thread, because the shares of a campaign are spread over all cores
                     content = file.read_row_group(group, use_threads=False)
                     rows = content.replace_schema_metadata(None).to_pandas(use_threads=False)
-                    yield conform(rows, table, str(path))
+                    yield conform(rows, table, str(path), _OTHER_VERSION)
         except UNREADABLE as error:
             raise _damaged(path, error) from error
 
@@ -339,35 +351,54 @@ def read_run(table: str, paths: Sequence[Path], run_id: str) -> pd.DataFrame:
         OilfilmError: As `read`.
     """
     for path in paths:
-        _check_footer(table, path)
+        _check_written_as(table, path)
     # what is not of the run never leaves Arrow, and row groups without it are not even read
     rows_of_run = [("run_id", "==", run_id)]
     content = arrow.concat_tables([_content(path, filters=rows_of_run) for path in paths])
-    return conform(content.to_pandas(), table, f"run {run_id}")
+    return conform(content.to_pandas(), table, f"run {run_id}", _OTHER_VERSION)
 
 
-def _check_footer(table: str, path: Path) -> None:
-    footer = read_footer(path)
-    if footer.get("table") != table or footer.get("schema_version") != SCHEMA_VERSION:
-        found, version = (cut(repr(footer.get(key))) for key in ("table", "schema_version"))
+def _check_written_as(table: str, path: Path) -> None:
+    """Refuse a file that holds another table, or a column in another unit."""
+    schema = _schema(path)
+    name = _footer(path, schema).get("table")
+    if name != table:
         raise OilfilmError(
-            f"{path}: holds table {found}, schema version {version}; expected {table!r}, version "
-            f"{SCHEMA_VERSION}. Delete it and run snakemake again."
+            f"{path}: holds table {cut(repr(name))}; expected {table!r}. Delete it and run "
+            "snakemake again."
         )
+    for column in TABLES[table].columns:
+        if column.name not in schema.names:
+            continue  # told with all others that are missing
+        metadata = schema.field(column.name).metadata or {}
+        unit = metadata.get(b"unit", b"").decode("utf-8", "replace")
+        if unit != column.unit:
+            raise OilfilmError(
+                f"{path}: column {column.name!r} is in {cut(repr(unit))}; expected "
+                f"{column.unit!r}. {_OTHER_VERSION}"
+            )
 
 
 def read_footer(path: Path) -> dict[str, Any]:
-    """Provenance, table name and schema version of a Parquet file.
+    """Provenance and table name of a Parquet file.
 
     Raises:
         OilfilmError: The file is missing, damaged or was not written by oilfilm.
     """
+    return _footer(path, _schema(path))
+
+
+def _schema(path: Path) -> arrow.Schema:
     try:
-        metadata = parquet.read_schema(path).metadata or {}
+        return parquet.read_schema(path)
     except FileNotFoundError as error:
         raise OilfilmError(f"{path}: there is no such table; snakemake makes it.") from error
     except UNREADABLE as error:
         raise _damaged(path, error) from error
+
+
+def _footer(path: Path, schema: arrow.Schema) -> dict[str, Any]:
+    metadata = schema.metadata or {}
     try:
         footer = json.loads(metadata.get(b"oilfilm", b"null"))
     except (ValueError, RecursionError) as error:
