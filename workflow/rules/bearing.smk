@@ -39,7 +39,7 @@ rule torque_runs:
     localrule: True
     params:
         code=code("torque_runs.py"),
-        files=TORQUE_FILES,
+        files=lambda wildcards: digests_of_logs(TORQUE_RAW, TORQUE_FILES),
         acknowledged=ACKNOWLEDGED,
         sheet=sheet_rows(TORQUE_RAW, TORQUE_FILES),
         config=part(
