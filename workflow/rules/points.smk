@@ -80,7 +80,6 @@ checkpoint collect:
     params:
         code=code("collect.py"),
         oils=OILS,
-        shares=SHARDS,
         measured=not SIMULATED,
         acknowledged=ACKNOWLEDGED,
         # here and not in `points`, where each share depends on its own rows alone
