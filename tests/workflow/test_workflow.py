@@ -1,6 +1,7 @@
 """The workflow as a user runs it: small campaigns from raw logs to figures, in a folder apart."""
 
 import json
+import os
 import re
 import shutil
 from collections.abc import Iterator
@@ -10,21 +11,18 @@ from pathlib import Path
 import pytest
 
 from campaigns import (
-    QUICK,
     SMALL_MATRIX,
     as_measured,
-    lay_out,
+    lay_out_measured,
     lay_out_small,
-    printed,
     read_campaign,
     write_campaign,
 )
 from oilfilm import tables
 from oilfilm.digests import file_digest
+from oilfilm.logs.raw_files import listing
 from oilfilm.releases.stored_release import StoredRelease
-from oilfilm.rig_twin.simulate import simulate_campaign
-from oilfilm.settings.resolve import resolve
-from reproduce import compare, fail, succeed
+from reproduce import fail, files_made, succeed
 
 pytestmark = pytest.mark.workflow
 
@@ -166,9 +164,18 @@ def test_logs_with_a_run_sheet_give_the_points_of_their_headers(project: Path, o
     assert "row 4: 'later.csv' matches no log" in listed
 
 
+def test_touched_log_makes_nothing_run_again(project: Path, own: Path) -> None:
+    (own / "4102_P1.50_U40_T120.csv").touch()
+    assert planned(project, *OWN) == {}
+
+
 def test_changed_log_redoes_its_own_share_and_needs_a_reason(project: Path, own: Path) -> None:
     name = "4102_P1.50_U40_T120.csv"
-    with changed(own / name, "\n", "\n\n"):
+    status = (own / name).stat()
+    with changed(own / name, "\n#", "#\n"):
+        # as a copy that keeps the date; the size is that of before
+        os.utime(own / name, ns=(status.st_atime_ns, status.st_mtime_ns))
+        assert (own / name).stat().st_size == status.st_size
         # other bytes than those that a run has read need a reason in the campaign file
         message = fail(project, *OWN)
         assert jobs(message)["points"] == 1
@@ -181,30 +188,32 @@ def test_changed_log_redoes_its_own_share_and_needs_a_reason(project: Path, own:
             assert planned(project, *OWN) == {"collect": 1}
 
 
-def lay_out_two(project: Path) -> Path:
-    """The campaign `two`: logs of two oils as if a user had measured them; their folder."""
-    raw = project / "data/raw/two"
-    raw.mkdir(parents=True)
-    lay_out(project)
-    campaign = read_campaign(project, "demo")
-    campaign |= {"oils": ["4102", "4050"], "matrix": SMALL_MATRIX, "figures": ["curves"]}
-    one_law = {"laws": ["tanh"]}
-    campaign["settings"] = {**QUICK, "compare": one_law, "split": {"runs": 6}}
-    campaign["twin"] |= {"slip_steps": 9, "sampling_rate_hz": 20, "defects": []}
-    del campaign["torque"]
-    write_campaign(project, "two", campaign)
-    config = resolve(project / "config", {"campaign": "two"})
-    for run, content, _ in simulate_campaign(config, printed()):
-        (raw / run.name).write_bytes(content)
-    del campaign["twin"]
-    write_campaign(project, "two", campaign)
-    return raw
+def test_what_the_campaign_no_longer_asks_for_goes_with_the_next_run(project: Path) -> None:
+    results = project / "results/small"
+    listed, mine = results / "figures/dropped.png", results / "figures/mine.png"
+    of_law, made = (
+        results / "parts/fit/4102/carreau/refits.parquet",
+        results / "made/dropped.sha256",
+    )
+    made.write_text(listing({f"results/small/figures/{listed.name}": "0" * 64}), encoding="utf-8")
+    of_law.parent.mkdir()
+    for path in (listed, mine, of_law):
+        path.touch()
+    before = files_made(project)
+    again = ("enough", "--forcerun", "enough", *SMALL)
+    assert planned(project, *again)["enough"] == 1
+    assert files_made(project) == before
+    assert "Removed 3 files that the campaign no longer asks for" in succeed(project, *again)
+    gone = {path.relative_to(project).as_posix() for path in (listed, of_law, made)}
+    assert before - files_made(project) == gone
+    assert not of_law.parent.exists()
+    mine.unlink()
 
 
 @pytest.mark.nightly
-def test_removed_log_refits_its_oil_alone_in_the_same_bytes(tmp_path: Path) -> None:
-    project, fresh = tmp_path / "project", tmp_path / "fresh"
-    raw = lay_out_two(project)
+def test_removed_log_refits_its_oil_alone(tmp_path: Path) -> None:
+    project = tmp_path / "project"
+    raw = lay_out_measured(project, "two", ["4102", "4050"], SMALL_MATRIX)
     fitted = [f"results/two/tables/{name}.parquet" for name in ("coefficients", "fit_quality")]
     target = (*fitted, "--config", "campaign=two")
     succeed(project, *target)
@@ -222,11 +231,6 @@ def test_removed_log_refits_its_oil_alone_in_the_same_bytes(tmp_path: Path) -> N
     assert {"fit-4102/deng2026", "fit-4102/tanh", "fits"} <= again
     assert not any(job.startswith("fit-4050") for job in again)
     assert listing.read_text(encoding="utf-8") == listed
-    lay_out(fresh)
-    write_campaign(fresh, "two", read_campaign(project, "two"))
-    shutil.copytree(raw, fresh / "data/raw/two")
-    succeed(fresh, *target)
-    assert compare(fresh, project) == ""
 
 
 @pytest.mark.nightly

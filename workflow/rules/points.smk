@@ -41,7 +41,7 @@ rule points:
         "<logs>/points/{shard}.log",
     params:
         code=lambda wildcards: code("points.py", tables=rules.points.output.keys()),
-        files=lambda wildcards: FILES_OF_SHARE.get(int(wildcards.shard), []),
+        files=lambda wildcards: digests_of_logs(RAW, FILES_OF_SHARE.get(int(wildcards.shard), [])),
         sheet=lambda wildcards: sheet_rows(
             RAW,
             FILES_OF_SHARE.get(int(wildcards.shard), []),
@@ -80,7 +80,6 @@ checkpoint collect:
     params:
         code=lambda wildcards: code("collect.py", tables=rules.collect.output.keys()),
         oils=OILS,
-        shares=SHARDS,
         measured=not SIMULATED,
         acknowledged=ACKNOWLEDGED,
         # here and not in `points`, where each share depends on its own rows alone
