@@ -12,6 +12,7 @@ import pandas as pd
 
 from oilfilm import tables
 from oilfilm.fits.fitted import INTERVALS, FittedLaw
+from oilfilm.ties import first_largest, reaches
 from oilfilm.traction import LAWS
 from oilfilm.traction.law import CONDITIONS, Law
 from oilfilm.units import FloatArray
@@ -90,7 +91,7 @@ def extrapolation_errors(compared: pd.DataFrame) -> pd.DataFrame:
             "beyond_relative_rms": relative_rms(beyond),
             "beyond_obs_ci_ratio": held if beyond["obs_ci_lower"].notna().all() else np.nan,
         }
-        worst = group[_AT].iloc[int(error.abs().argmax())].add_prefix("worst_")
+        worst = group[_AT].iloc[int(first_largest(error.abs()))].add_prefix("worst_")
         rows.append(row | dict(worst))
     return tables.from_rows(rows, "extrapolation_errors")
 
@@ -113,4 +114,4 @@ def is_beyond(at: FloatArray, box: FloatArray, within: float) -> npt.NDArray[np.
     """
     low, high = box.T
     slack = within * high
-    return np.asarray(~((at >= low - slack) & (at <= high + slack)))
+    return ~(reaches(at, low - slack) & reaches(high + slack, at))

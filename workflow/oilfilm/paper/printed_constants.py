@@ -25,6 +25,7 @@ from oilfilm.fits.fitted import FittedLaw
 from oilfilm.fits.problem import curve_data
 from oilfilm.settings.config import PrintedSettings, SignSettings
 from oilfilm.tables.campaign_tables import CampaignTables
+from oilfilm.ties import evened, exceeds, first_largest, reaches
 from oilfilm.traction.law import CONDITIONS, Observations, to_internal
 from oilfilm.traction.laws.deng2026 import DENG2026
 from oilfilm.units import BoolArray, FloatArray
@@ -85,7 +86,7 @@ def largest_difference(
     internal = to_internal(LAW, np.array([printed, fitted])).T
     by_print, by_fit = np.moveaxis(Surface.over(box, levels, slip, internal).mu, -1, 0)
     difference = by_print - by_fit
-    return float(difference.flat[np.abs(difference).argmax()])
+    return float(difference.flat[first_largest(np.abs(difference).ravel())])
 
 
 def squared_error(points: pd.DataFrame, constants: FloatArray) -> float:
@@ -272,11 +273,14 @@ def _surface(box: str, slips: str, internal: FloatArray, settings: PrintedSettin
 
 
 def _total(shares: Shares, without: str = "") -> FloatArray:
-    """Number of statements that hold, those that cannot be asked not counted."""
+    """Number of statements that hold, those that cannot be asked not counted.
+
+    Sets of which the numbers are equal but for rounding have the same one.
+    """
     weighted = [
         (0.5 if name in HALF else 1.0) * share for name, share in shares.items() if name != without
     ]
-    return np.nansum(weighted, axis=0)
+    return evened(np.nansum(weighted, axis=0))
 
 
 def _effects(in_use: FloatArray, settings: PrintedSettings) -> FloatArray:
@@ -330,8 +334,8 @@ def verdicts(
         effect: Largest change of mu over its largest value.
         limits: The limits.
     """
-    near, none = limits.near_best, effect <= limits.no_effect_max
-    found = [none, weakest >= near, margin >= near, margin <= -near]
+    near, none = limits.near_best, reaches(limits.no_effect_max, effect)
+    found = [none, reaches(weakest, near), reaches(margin, near), reaches(-near, margin)]
     return np.select(found, ["without effect", "settled", "probable", "against"], "open")
 
 
@@ -357,27 +361,29 @@ def where_true(
     stress, off = drawn.stress - drawn.stress.mean(), mu - mu.mean(axis=STRESS, keepdims=True)
     covariance = np.tensordot(stress, off, axes=1)
     variances = (stress**2).sum() * (off**2).sum(axis=STRESS)
-    linear = covariance**2 >= limits.linear_r2_min * variances
-    slight = tested.at(tested.largest_slip) >= (1 - limits.decline_max) * tested.peak
+    linear = reaches(covariance**2, limits.linear_r2_min * variances)
+    slight = reaches(tested.at(tested.largest_slip), (1 - limits.decline_max) * tested.peak)
     # change by stress and by temperature at the lowest speed and at the highest one
     of_stress, of_heat = (mu[-1] - mu[0])[[0, -1]], (mu[:, :, 0] - mu[:, :, -1])[:, [0, -1]]
+    # of each sign set: differences have the rounding of these numbers
+    largest = np.abs(mu).max(axis=tuple(range(mu.ndim - 1)))
     return {
-        "physical": (mu.min(axis=SLIP) >= 0) & (drawn.peak <= traction_max),
-        "rises_with_stress": np.diff(mu, axis=STRESS) > 0,
+        "physical": reaches(mu.min(axis=SLIP), 0.0, drawn.peak) & reaches(traction_max, drawn.peak),
+        "rises_with_stress": _falls(-mu, STRESS),
         "linear_in_stress": linear & (covariance > 0),
         "falls_with_speed": _falls(mu, SPEED),
         "levels_off_with_speed": _levels_off(mu, SPEED),
         "falls_with_temperature": _falls(mu, TEMPERATURE),
         "levels_off_with_temperature": _levels_off(mu, TEMPERATURE),
         "start_falls_with_temperature": _falls(tested.slope, TEMPERATURE),
-        "rises_with_slip": high > low,
-        "declines_slightly": (tested.peak_slip < tested.largest_slip) & slight,
+        "rises_with_slip": exceeds(high, low),
+        "declines_slightly": exceeds(tested.largest_slip, tested.peak_slip) & slight,
         "earlier_plateau_with_stress": _falls(drawn.knee, STRESS),
         "earlier_plateau_with_speed": _falls(tested.knee, SPEED),
         "earlier_plateau_with_temperature": _falls(tested.knee, TEMPERATURE),
-        "slip_raises_stress_effect": high[-1] - high[0] > np.abs(low[-1] - low[0]),
-        "speed_mutes_stress_effect": of_stress[0] > np.abs(of_stress[1]),
-        "speed_mutes_temperature_effect": of_heat[:, 0] > np.abs(of_heat[:, 1]),
+        "slip_raises_stress_effect": exceeds(high[-1] - high[0], np.abs(low[-1] - low[0]), largest),
+        "speed_mutes_stress_effect": exceeds(of_stress[0], np.abs(of_stress[1]), largest),
+        "speed_mutes_temperature_effect": exceeds(of_heat[:, 0], np.abs(of_heat[:, 1]), largest),
     }
 
 
@@ -388,15 +394,19 @@ def viscosity_order(
 
     The other oils' surfaces are of one set each. NaN where there is no other oil.
     """
-    holds = [surface.mu < other.mu for other in more_viscous[-1:]]
-    holds += [surface.mu > other.mu for other in less_viscous[:1]]
+    holds = [exceeds(other.mu, surface.mu) for other in more_viscous[-1:]]
+    holds += [exceeds(surface.mu, other.mu) for other in less_viscous[:1]]
     return _mean(holds, surface)
 
 
 def hot_convergence(surface: Surface, others: Sequence[Surface]) -> FloatArray:
     """Mu is nearer to that of each other oil at the highest temperature than at the lowest."""
     apart = [np.abs(surface.mu - other.mu) for other in others]
-    return _mean([gap[:, :, -1] < gap[:, :, 0] for gap in apart], surface)
+    sizes = [other.mu.max() for other in others]
+    nearer = [
+        exceeds(gap[:, :, 0], gap[:, :, -1], size) for gap, size in zip(apart, sizes, strict=True)
+    ]
+    return _mean(nearer, surface)
 
 
 def share(holds: BoolArray) -> FloatArray:
@@ -411,7 +421,8 @@ def _mean(holds: list[BoolArray], surface: Surface) -> FloatArray:
 
 def _falls(values: FloatArray, axis: int) -> BoolArray:
     """Smaller at the next level of an axis."""
-    return np.diff(values, axis=axis) < 0
+    levels = np.moveaxis(values, axis, 0)
+    return np.moveaxis(exceeds(levels[:-1], levels[1:]), 0, axis)
 
 
 def _levels_off(mu: FloatArray, axis: int) -> BoolArray:
@@ -421,4 +432,5 @@ def _levels_off(mu: FloatArray, axis: int) -> BoolArray:
     """
     level = np.moveaxis(mu, axis, 0)
     third = (len(level) - 1) // 3
-    return np.asarray(level[0] - level[third] > np.abs(level[-1 - third] - level[-1]))
+    first, last = level[0] - level[third], np.abs(level[-1 - third] - level[-1])
+    return exceeds(first, last, np.abs(level).max(axis=0))

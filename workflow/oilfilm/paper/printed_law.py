@@ -18,6 +18,7 @@ from oilfilm.paper.reference import PrintedCoefficients
 from oilfilm.settings.config import Box
 from oilfilm.settings.messages import load
 from oilfilm.settings.resolve import read_config
+from oilfilm.ties import first_largest
 from oilfilm.traction.laws.deng2026 import DENG2026, traction_coefficient
 from oilfilm.units import FloatArray
 
@@ -75,7 +76,7 @@ def printed_law(printed: PrintedCoefficients, oil: str, tested: Box) -> PrintedL
         return law
     points = np.array(list(itertools.product(*box[:-1], _SLIPS)))
     lower, upper = law.sign_range(points[:, :-1], points[:, -1])
-    widest = int(np.argmax(upper / lower))
+    widest = int(first_largest(upper / lower))
     where = "{:g} GPa, {:g} m/s, {:g} degC, S {:g}".format(*points[widest])
     sentence = (
         f"the signs of {', '.join(lost)} were lost and are open: over them mu is "

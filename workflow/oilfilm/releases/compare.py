@@ -18,6 +18,7 @@ from oilfilm.releases.manifest import Environment, FileRecord
 from oilfilm.releases.stored_release import StoredRelease
 from oilfilm.settings.config import DriftSettings
 from oilfilm.text_table import text_table
+from oilfilm.ties import exceeds, first_largest
 from oilfilm.traction import LAWS
 
 Row = tuple[str, ...]
@@ -79,7 +80,7 @@ class Comparison:
     @property
     def beyond_limits(self) -> Section:
         """The drift gate: every change of a constant or of mu beyond its limit; no rows if none."""
-        too_far = self.moved[self.moved["change"] > self.moved["limit"]]
+        too_far = self.moved[exceeds(self.moved["change"], self.moved["limit"])]
         return _moved("Moved by more than the drift gate lets pass", too_far)
 
     def text(self, sections: Sequence[Section]) -> str:
@@ -259,7 +260,7 @@ def _largest_change(
     if before.law.conditions != after.law.conditions:
         raise ValueError(f"laws {before.law.name} and {after.law.name}")
     *box, (_, slip_max) = before.coefficients.box
-    slips = [slip for slip in drift.slide_roll_ratio if not slip > slip_max]
+    slips = [slip for slip in drift.slide_roll_ratio if not exceeds(slip, slip_max)]
     # a condition that was never recorded has no effect: one level
     levels = (np.linspace(low, high, drift.levels) for low, high in box)
     axes = [np.unique(level) if np.isfinite(level).all() else np.ones(1) for level in levels]
@@ -273,7 +274,7 @@ def _largest_change(
     # missing in one release: infinite change
     change[np.isnan(change)] = np.inf
     change[(new == old) | (np.isnan(old) & np.isnan(new))] = 0.0
-    worst = int(change.argmax())
+    worst = int(first_largest(change))
     named = zip(before.law.conditions, at[worst], strict=True)
     where = [f"{value:.4g} {tables.unit_of(name)}" for name, value in named if np.isfinite(value)]
     where.append(f"S {conditions[worst, -1]:.4g}")

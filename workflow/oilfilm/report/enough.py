@@ -11,6 +11,7 @@ from oilfilm.errors import OilfilmError
 from oilfilm.logs.run_sheet import REMARKS
 from oilfilm.settings.campaign import Campaign
 from oilfilm.tables.campaign_tables import CampaignTables
+from oilfilm.ties import exceeds
 
 # Oil, empty for all of them -> accepted runs and runs.
 _Counts = dict[str, tuple[int, int]]
@@ -56,7 +57,7 @@ def shortfalls(results: CampaignTables, campaign: Campaign) -> list[str]:
             name = f"oil {oil}: " if oil else ""
             count = f"{counts[oil][0]} of {counts[oil][1]}"
             lacking.append(f"{name}{count} {kind} accepted, expected at least {fewest}")
-        if "" not in few and accepted < share * runs:
+        if "" not in few and exceeds(share * runs, accepted):
             lacking.append(
                 f"{accepted} of {runs} {kind} accepted, expected at least {share:.0%} of them"
             )

@@ -20,6 +20,7 @@ from oilfilm.fits.interval import ABSOLUTE_ENDS, RELATIVE_ENDS
 from oilfilm.report.words import CONDITIONS, oil_colour
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
+from oilfilm.ties import first_smallest
 from oilfilm.torque.operating_grid import AXES
 from oilfilm.traction.expression import Form, Language, in_steps
 from oilfilm.traction.law import Law, to_internal
@@ -145,7 +146,7 @@ def _central(points: pd.DataFrame) -> dict[str, float]:
     low, high = known.min(), known.max()
     width = (high - low).where(high > low, 1.0)
     distance = (((known - (low + high) / 2) / width) ** 2).sum(axis="columns")
-    nearest = known.iloc[int(distance.to_numpy().argmin())]
+    nearest = known.iloc[int(first_smallest(distance))]
     return {str(name): float(value) for name, value in nearest.items()}
 
 

@@ -19,6 +19,9 @@ const MANY = 500;
 
 // ---------------------------------------------------------------- predicting
 
+// Numbers that differ by less, relative, are equal: `oilfilm.ties`.
+const ROUNDING = 1e-9;
+
 // The conditions of a law and S, with those that a fit does not follow at their tested level or line, and
 // whether they are away from there. A slider that no oil follows changes nothing.
 function onLine(oil, asked) {
@@ -28,7 +31,8 @@ function onLine(oil, asked) {
   for (const { condition, level, within, least_size: least, in_step: others } of oil.fixed) {
     const axis = place(condition);
     tested[axis] = others.reduce((value, other) => value * (asked[place(other.condition)] / other.centre) ** other.exponent, level ?? NaN);
-    const near = Math.abs(asked[axis] - tested[axis]) <= within * Math.max(Math.abs(tested[axis]), least);
+    const reach = within * Math.max(Math.abs(tested[axis]), least);
+    const near = Math.abs(asked[axis] - tested[axis]) <= reach * (1 + ROUNDING);
     away ||= !near && !AXES[axis].idle;
   }
   return { tested, away };
@@ -51,9 +55,9 @@ function predict(oil, point) {
   const asked = point.map((value, i) => (i in oil.inputs ? oil.inputs[i][0] * value ** oil.inputs[i][1] : value));
   const { tested, away } = onLine(oil, asked);
   const beyond = oil.box.map(([low, high], i) => (
-    Math.max((low ?? NaN) - tested[i], tested[i] - (high ?? NaN)) > 1e-9 * Math.abs(tested[i])));
+    Math.max((low ?? NaN) - tested[i], tested[i] - (high ?? NaN)) > ROUNDING * Math.abs(tested[i])));
   const unknown = { mu: NaN, lower: NaN, upper: NaN };
-  const outside = away || beyond.includes(true) || spacings(oil, tested) > 1;
+  const outside = away || beyond.includes(true) || spacings(oil, tested) > 1 + ROUNDING;
   return { ...(away ? unknown : traction(oil, tested)), beyond, away, tested: tested.map((value, i) => onAxis(oil, value, i)), outside };
 }
 
@@ -73,8 +77,8 @@ function ticks(low, high) {
   const rough = (high - low) / 5;
   const power = 10 ** Math.floor(Math.log10(rough));
   const step = [1, 2, 5, 10].map((factor) => factor * power).find((size) => size >= rough);
-  const first = Math.ceil(low / step - 1e-9);
-  const count = Math.floor(high / step + 1e-9) - first + 1;
+  const first = Math.ceil(low / step - ROUNDING);
+  const count = Math.floor(high / step + ROUNDING) - first + 1;
   return Array.from({ length: count }, (_, i) => Number(((first + i) * step).toPrecision(6)));
 }
 

@@ -18,6 +18,7 @@ from oilfilm.paper.reference import Claim, printed_constants, read_claims
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables import failed_gates
 from oilfilm.tables.campaign_tables import CampaignTables
+from oilfilm.ties import exceeds, reaches
 from oilfilm.torque.operating_grid import Grid, obstacle
 from oilfilm.traction.laws.deng2026 import DENG2026
 from oilfilm.units import FloatArray
@@ -141,10 +142,10 @@ def _judge(claim: Claim, basis: View) -> tuple[dict[str, Any], Numbers]:
     others = (outcome.numbers.get(name, np.nan) for name in claim.readings)
     known = [share for share in others if isinstance(share, float) and not np.isnan(share)]
     read = [outcome.share, *known]
-    if min(read) >= audit.holds_share and outcome.complete:
+    if reaches(min(read), audit.holds_share) and outcome.complete:
         verdict = "by construction" if outcome.by_construction else "holds"
     else:
-        verdict = "fails" if max(read) < audit.fails_share else "holds in part"
+        verdict = "fails" if exceeds(audit.fails_share, max(read)) else "holds in part"
     by_oil = outcome.cases.groupby("oil", sort=False)["holds"].mean().drop("", errors="ignore")
     return {
         "verdict": verdict,

@@ -22,10 +22,11 @@ from oilfilm.bearing.kinematics import (
     surface_speed_m_s,
 )
 from oilfilm.paper.audit.evidence import NotCheckableError, Outcome, View, outcome
+from oilfilm.ties import exceeds, reaches
 from oilfilm.torque.best_oil import OPERATING_POINT
 from oilfilm.torque.torque_control import is_bistable, undecided_plateaus, without_bistable
 from oilfilm.traction.law import Law
-from oilfilm.units import BoolArray, FloatArray
+from oilfilm.units import BoolArray, FloatArray, IndexArray
 
 _P, _U, _T, _S = 1, 2, 3, 4  # axes of the arrays
 _GAMMAS = (0.0, 0.1, 0.2, 0.3)  # D cos(alpha)/dm of ball bearings
@@ -48,9 +49,10 @@ def zero_slip(view: View) -> Outcome:
 
 def non_negative(view: View) -> Outcome:
     """Mu is never negative."""
-    mu = view.mu(slide_roll_ratio=view.curve[1:]).min(axis=_S, keepdims=True)
+    curves = view.mu(slide_roll_ratio=view.curve[1:])
+    mu, size = curves.min(axis=_S, keepdims=True), np.abs(curves).max(axis=_S, keepdims=True)
     always = of_equation(view, lambda law: _any_constants(law, view.curve) >= 0)
-    return replace(view.outcome(mu >= 0, mu), by_construction=always)
+    return replace(view.outcome(reaches(mu, 0.0, size), mu), by_construction=always)
 
 
 def linear_start(view: View) -> Outcome:
@@ -58,15 +60,16 @@ def linear_start(view: View) -> Outcome:
     end, to_slip = _linear_range(view), view.settings.audit.linear_to_slip
     start = np.linspace(0.0, to_slip, view.settings.audit.levels)
     straight = _straight(view, start, view.mu(slide_roll_ratio=start), _S)[0]
-    return view.outcome(straight, end, within=end >= to_slip, longest=np.nanmax(end))
+    return view.outcome(straight, end, within=reaches(end, to_slip), longest=np.nanmax(end))
 
 
 def peak_decline(view: View) -> Outcome:
     """Mu peaks, then declines slightly."""
     mu = view.mu(slide_roll_ratio=view.curve)
-    peaks = np.argmax(mu, axis=_S, keepdims=True) < len(view.curve) - 1
-    decline = 1 - mu[..., -1:] / mu.max(axis=_S, keepdims=True)
-    slight = decline <= view.settings.printed.signs.decline_max
+    peak = mu.max(axis=_S, keepdims=True)
+    # a law that comes to a constant level reaches it within rounding, and has no peak
+    peaks, decline = exceeds(peak, mu[..., -1:]), 1 - mu[..., -1:] / peak
+    slight = reaches(view.settings.printed.signs.decline_max, decline, size=1.0)
     shown = [oil == view.falling_viscosity[0] for oil in view.laws]
     coldest = decline[:, :, :, 0]
     return view.outcome(
@@ -87,7 +90,8 @@ def falls_with_temperature(view: View) -> Outcome:
     cold, hot = (
         -np.diff(view.mu(inlet_temperature_c=band), axis=_T) / np.diff(band) for band in bands
     )
-    always, steeper = _falls(mu, _T), cold > hot
+    rounding_of = np.abs(mu).max() / min(np.diff(band)[0] for band in bands)
+    always, steeper = _falls(mu, _T), exceeds(cold, hot, size=rounding_of)
     return view.outcome(always & steeper, _ratio(mu, _T), always=always, steeper=steeper)
 
 
@@ -95,7 +99,8 @@ def falls_with_speed(view: View) -> Outcome:
     """Mu falls with U and levels off."""
     mu, thirds = view.mu(), np.linspace(*_ends(view.grid.entrainment_speed_m_s), 4)
     fall = -np.diff(view.mu(entrainment_speed_m_s=thirds), axis=_U)
-    always, levels_off = _falls(mu, _U), np.abs(fall[:, :, 2:]) < fall[:, :, :1]
+    levels_off = exceeds(fall[:, :, :1], np.abs(fall[:, :, 2:]), size=np.abs(mu).max())
+    always = _falls(mu, _U)
     return view.outcome(always & levels_off, _ratio(mu, _U), always=always, levels_off=levels_off)
 
 
@@ -114,7 +119,8 @@ def rises_with_slip(view: View) -> Outcome:
     tested = view.settings.printed.boxes.tested.max_hertz_pressure_gpa
     shown = view.at(max_hertz_pressure_gpa=tested[1:])
     mu = shown.mu()
-    level, ends = _falls(-mu.mean(axis=(_U, _T), keepdims=True), _S), mu[..., -1] > mu[..., 0]
+    level = _falls(-mu.mean(axis=(_U, _T), keepdims=True), _S)
+    ends = exceeds(mu[..., -1], mu[..., 0])
     return shown.outcome(_falls(-mu, _S), _ratio(mu, _S), level=level, ends=ends)
 
 
@@ -125,9 +131,9 @@ def similar_limit(view: View) -> Outcome:
     change = np.abs(mu[..., 2:] / mu[..., 1:2] - 1).max(axis=0, keepdims=True)
     apart = np.ptp(mu, axis=0) / mu.mean(axis=0)
     return view.outcome(
-        change <= 1 - view.settings.audit.plateau_share,
+        reaches(1 - view.settings.audit.plateau_share, change, size=1.0),
         change,
-        closer=apart[..., 2] < apart[..., 0],
+        closer=exceeds(apart[..., 0], apart[..., 2], size=1.0),
         apart_at_start=apart[..., 0].mean(),
         apart_at_end=apart[..., 2].mean(),
     )
@@ -138,7 +144,7 @@ def earlier_plateau(view: View) -> Outcome:
     end = _linear_range(view)
     ends_c = _ends(view.grid.inlet_temperature_c)
     mu = view.mu(inlet_temperature_c=ends_c, slide_roll_ratio=view.curve)
-    reached = mu >= view.settings.audit.plateau_share * mu.max(axis=_S, keepdims=True)
+    reached = reaches(mu, view.settings.audit.plateau_share * mu.max(axis=_S, keepdims=True))
     begin = view.curve[np.argmax(reached, axis=_S)]
     coldest, hottest = (view.by_oil(np.median, begin[..., at]) for at in (0, 1))
     plateaus = {"plateau_coldest": coldest, "plateau_hottest": hottest}
@@ -150,20 +156,21 @@ def viscosity_order(view: View) -> Outcome:
     oils, mu = view.falling_viscosity, view.mu_by_viscosity()
     ratios = mu[:-1] / mu[1:]
     smallest = ratios.min(axis=0, keepdims=True)
-    orders = np.argsort(-mu, axis=0).reshape(len(oils), -1).T
-    kinds, counts = np.unique(orders, axis=0, return_counts=True)
+    ranks = _ranks(mu.reshape(len(oils), -1)).T
+    kinds, counts = np.unique(ranks, axis=0, return_counts=True)
+    commonest = zip(oils, kinds[counts.argmax()], strict=True)
     # all conditions at one pressure have one number: their geometric mean, as ratios need
     lightest, heaviest = np.exp(np.log(mu[-1] / mu[0]).mean(axis=(1, 2, 3)))[[0, -1]]
     numbers: dict[str, Any] = {}
-    first = (ratios[0] > 1).mean(axis=(1, 2, 3))
+    first = exceeds(ratios[0], 1.0).mean(axis=(1, 2, 3))
     if first[0] < 0.5 < first[-1] and (np.diff(first) >= 0).all():
         numbers["turn_gpa"] = np.interp(0.5, first, view.grid.max_hertz_pressure_gpa)
     return view.outcome(
-        smallest > 1,
+        exceeds(smallest, 1.0),
         smallest,
-        above_next={oil: pair > 1 for oil, pair in zip(oils[:-1], ratios, strict=True)},
-        commonest_share=counts.max() / len(orders),
-        commonest_rank={oils[oil]: rank for rank, oil in enumerate(kinds[counts.argmax()], 1)},
+        above_next={oil: exceeds(pair, 1.0) for oil, pair in zip(oils[:-1], ratios, strict=True)},
+        commonest_share=counts.max() / len(ranks),
+        commonest_rank=dict(sorted(commonest, key=lambda oil_and_rank: oil_and_rank[1])),
         thin_over_thick_lightest=lightest,
         thin_over_thick_heaviest=heaviest,
         **numbers,
@@ -192,7 +199,8 @@ def speed_mutes_temperature(view: View) -> Outcome:
     mu = view.mu(entrainment_speed_m_s=speeds, inlet_temperature_c=ends_c)
     drop = -np.diff(mu, axis=_T)
     ratio = _ratio(drop, _U)
-    return view.outcome(ratio < 1, ratio, relative=_falls(drop / mu[:, :, :, :1], _U))
+    holds, relative = exceeds(1.0, ratio), _falls(drop / mu[:, :, :, :1], _U)
+    return view.outcome(holds, ratio, relative=relative)
 
 
 def full_film(view: View) -> Outcome:
@@ -205,21 +213,28 @@ def full_film(view: View) -> Outcome:
     if view.basis == "printed" or view.measured.points.empty:
         films = curve.films(*oils)
         margins = films / limits.reshape(2, 1, 1, 1, 1, 1)
-        judged = curve.cases(oils, (margins > 1).all(axis=0), margins.min(axis=0))
+        smaller = margins.min(axis=0)
+        judged = curve.cases(oils, exceeds(smaller, 1.0), smaller)
     elif points.empty:
         raise NotCheckableError("no lambda")
     else:
         films = points[["film_thickness_um", "lambda_ratio"]].to_numpy().T
         margins = films / limits.reshape(2, 1)
-        judged = points.assign(holds=(margins > 1).all(axis=0), value=margins.min(axis=0))
+        judged = points.assign(value=margins.min(axis=0))
+        judged["holds"] = exceeds(judged["value"], 1.0)
     thinnest, smallest = (np.nanmin(film) for film in films)
+    central = curve.films(thickness="central")[0] / settings.audit.film_min_um
+    thick, full, central = (exceeds(each, 1.0)[~np.isnan(each)] for each in (*margins, central))
+    unknown = judged["value"].isna().sum()
     return outcome(
-        judged,
-        central=curve.films(thickness="central")[0] / settings.audit.film_min_um > 1,
-        full=margins[1] > 1,
-        thick=margins[0] > 1,
+        # where the formula gives no film the claim is neither true nor false
+        judged.dropna(subset="value"),
+        central=central,
+        full=full,
+        thick=thick,
         smallest_lambda=smallest,
         thinnest_um=thinnest,
+        unknown=unknown or np.nan,
     )
 
 
@@ -240,14 +255,14 @@ def wang_deng_overfit(view: View) -> Outcome:
         raise NotCheckableError("no fit by the paper's law")
     growth = fits["left_out_rmse"] / fits["rmse"]
     relative = growth / fits["oil"].map(own["left_out_rmse"] / own["rmse"])
-    return outcome(fits.assign(holds=relative > audit.overfit_min, value=relative))
+    return outcome(fits.assign(holds=exceeds(relative, audit.overfit_min), value=relative))
 
 
 def torque_stress(view: View) -> Outcome:
     """The law of pressure gives the torque of a bearing."""
     rows, further = _torque(view)
     rows = rows.dropna(subset="stress")
-    holds = rows["stress"] <= view.settings.audit.torque_stress_error
+    holds = reaches(view.settings.audit.torque_stress_error, rows["stress"])
     judged = rows.assign(holds=holds, value=rows["stress"])
     return outcome(judged, largest=rows["stress"].max(), **further)
 
@@ -259,8 +274,9 @@ def torque_load(view: View) -> Outcome:
     if both.empty:
         raise NotCheckableError("no torque by the law")
     excess, largest = both["load"] - both["stress"], both["load"].max()
-    found = outcome(both.assign(holds=excess > 0, value=excess), largest=largest, **further)
-    return replace(found, complete=bool(largest >= view.settings.audit.torque_load_error))
+    farther = exceeds(both["load"], both["stress"], size=1.0)
+    found = outcome(both.assign(holds=farther, value=excess), largest=largest, **further)
+    return replace(found, complete=bool(reaches(largest, view.settings.audit.torque_load_error)))
 
 
 def uniquely_determined(view: View) -> Outcome:
@@ -271,7 +287,9 @@ def uniquely_determined(view: View) -> Outcome:
     constants = view.measured.coefficients
     of_law = constants["law"] == view.settings.audit.stress_law
     known = constants[of_law & constants["oil"].isin(fits["oil"])]["verdict"].eq("known")
-    judged = fits[["oil"]].assign(holds=fits["certified"], value=fits["constant_spread"])
+    # digits below a millionth of a standard error are rounding
+    spread = fits["constant_spread"].round(6)
+    judged = fits[["oil"]].assign(holds=fits["certified"], value=spread)
     return outcome(judged, known=known.to_numpy())
 
 
@@ -294,9 +312,9 @@ def extrapolates(view: View) -> Outcome:
     truth = truth[own & (truth["beyond"] != "")]
     error = (truth["traction_coefficient"] / truth["true_traction_coefficient"] - 1).abs()
     return outcome(
-        ends.assign(holds=ends["value"] <= limit),
-        truth=(error <= limit).to_numpy(),
-        accuracy=(left_out <= limit).to_numpy(),
+        ends.assign(holds=reaches(limit, ends["value"])),
+        truth=reaches(limit, error),
+        accuracy=reaches(limit, left_out),
         left_out=left_out.max(),
     )
 
@@ -313,10 +331,10 @@ def rolling_speed(view: View) -> Outcome:
     stated, tolerance = view.settings.selection.stated, view.settings.audit.kinematic_tolerance
     pitch_speed, speed = stated.pitch_speed_mm_rpm, stated.entrainment_speed_m_s
     rolling = np.array([entrainment_speed_m_s(pitch_speed, gamma) for gamma in _GAMMAS])
-    surface, near = surface_speed_m_s(pitch_speed), np.abs(rolling / speed - 1) <= tolerance
+    surface, near = surface_speed_m_s(pitch_speed), _near_one(rolling / speed, tolerance)
     return outcome(
         pd.DataFrame({"oil": "", "holds": near, "value": rolling}),
-        as_surface=abs(surface / speed - 1) <= tolerance,
+        as_surface=_near_one(surface / speed, tolerance),
         highest=rolling.max(),
         surface_speed=surface,
         pitch_speed=pitch_speed_mm_rpm(speed),
@@ -328,7 +346,7 @@ def slip_is_cage_slip(view: View) -> Outcome:
     choice, slip = view.settings.selection, np.linspace(0.05, 0.4, 8)
     ratio = np.concatenate([inner_slide_roll_ratio(slip, gamma) / slip for gamma in _GAMMAS])
     tolerance, limit = view.settings.audit.kinematic_tolerance, choice.limits.slip_limit
-    near, of_both = (np.abs(each - 1) <= tolerance for each in (ratio, ratio / 2))
+    near, of_both = (_near_one(each, tolerance) for each in (ratio, ratio / 2))
     return outcome(
         pd.DataFrame({"oil": "", "holds": near, "value": ratio}),
         both_races=of_both,
@@ -344,33 +362,34 @@ def light_load_4102(view: View) -> Outcome:
     light = _within(_to_the_end(view), above=-np.inf, below=choice.limits.light_below_gpa)
     mu, grid = light.mu_by_viscosity(), light.grid
     ratio = mu[:1] / mu[1:].max(axis=0, keepdims=True)
-    hot = grid.inlet_temperature_c >= choice.limits.hot_from_c
-    fast = grid.entrainment_speed_m_s >= choice.fast_from_m_s
-    slipping = grid.slide_roll_ratio > choice.slide_roll_ratio_limit
+    hot = reaches(grid.inlet_temperature_c, choice.limits.hot_from_c)
+    fast = reaches(grid.entrainment_speed_m_s, choice.fast_from_m_s)
+    slipping = exceeds(grid.slide_roll_ratio, choice.slide_roll_ratio_limit)
     corner = ratio[:, :, fast][:, :, :, hot][..., slipping]
-    higher = mu[:-1].min(axis=0) > mu[-1]
-    return light.outcome(ratio > 1, ratio, higher_viscosity=higher, hot_and_fast=corner > 1)
+    higher = exceeds(mu[:-1].min(axis=0), mu[-1])
+    most, there = exceeds(ratio, 1.0), exceeds(corner, 1.0)
+    return light.outcome(most, ratio, higher_viscosity=higher, hot_and_fast=there)
 
 
 def slip_15(view: View) -> Outcome:
     """Up to 15 % cage slip the thinnest oil has the least traction, beyond it the thickest most."""
     view, choice = _to_the_end(view), view.settings.selection
     mu, adequate = view.mu_by_viscosity(), _thinnest_is_adequate(view)
-    slipping = view.grid.slide_roll_ratio > choice.slide_roll_ratio_limit
+    slipping = exceeds(view.grid.slide_roll_ratio, choice.slide_roll_ratio_limit)
     # S taken for the cage slip, as section 4.3 does
-    as_slip = view.grid.slide_roll_ratio > choice.limits.slip_limit
+    as_slip = exceeds(view.grid.slide_roll_ratio, choice.limits.slip_limit)
     least, ordered = mu[-1:] / mu[:-1].min(axis=0, keepdims=True), mu[1:] / mu[:-1]
     value, by_slip = (
         np.where(beyond, ordered.max(axis=0, keepdims=True), least)
         for beyond in (slipping, as_slip)
     )
     found = view.outcome(
-        value < 1,
+        exceeds(1.0, value),
         value,
-        as_cage_slip=by_slip[as_slip | adequate] < 1,
-        more_than_thinnest=ordered[1][..., slipping] < 1,
-        below=value[..., ~slipping][adequate[..., ~slipping]] < 1,
-        beyond=value[..., slipping] < 1,
+        as_cage_slip=exceeds(1.0, by_slip[as_slip | adequate]),
+        more_than_thinnest=exceeds(1.0, ordered[1][..., slipping]),
+        below=exceeds(1.0, value[..., ~slipping][adequate[..., ~slipping]]),
+        beyond=exceeds(1.0, value[..., slipping]),
         adequate=adequate,
     )
     return _where(found, slipping | adequate, "no condition")
@@ -381,7 +400,8 @@ def heavy_load_4010(view: View) -> Outcome:
     heavy = _within(view, above=view.settings.selection.limits.heavy_from_gpa, below=np.inf)
     mu, adequate = heavy.mu_by_viscosity(), _thinnest_is_adequate(heavy)
     ratio = mu[-1:] / mu[:-1].min(axis=0, keepdims=True)
-    found = _where(heavy.outcome(ratio < 1, ratio, adequate=adequate), adequate, "no film")
+    least = heavy.outcome(exceeds(1.0, ratio), ratio, adequate=adequate)
+    found = _where(least, adequate, "no film")
     in_bearing = _least_torque_of_thinnest(view)
     bearing = {"bearing": in_bearing.mean(), "bearing_points": float(len(in_bearing))}
     return replace(found, numbers=found.numbers | bearing)
@@ -424,7 +444,21 @@ def _ends(levels: FloatArray) -> tuple[float, float]:
 
 def _falls(values: FloatArray, axis: int) -> BoolArray:
     """Whether values fall at every step along an axis, which is kept with length 1."""
-    return np.asarray((np.diff(values, axis=axis) < 0).all(axis=axis, keepdims=True))
+    levels = np.moveaxis(values, axis, 0)
+    falls: BoolArray = np.asarray(exceeds(levels[:-1], levels[1:]).all(axis=0, keepdims=True))
+    return np.moveaxis(falls, 0, axis)
+
+
+def _ranks(values: FloatArray) -> IndexArray:
+    """Rank of each row among the rows, 1 for the largest, shape (rows, n); of equals by the row."""
+    above = exceeds(values[:, np.newaxis], values)
+    before = np.triu(np.ones((len(values), len(values)), dtype=bool), k=1)[..., np.newaxis]
+    ahead = above | (before & ~above.swapaxes(0, 1))
+    return np.asarray(1 + ahead.sum(axis=0))
+
+
+def _near_one(ratio: FloatArray | float, tolerance: float) -> BoolArray:
+    return reaches(tolerance, np.abs(np.asarray(ratio) - 1), size=1.0)
 
 
 def _ratio(values: FloatArray, axis: int) -> FloatArray:
@@ -459,32 +493,37 @@ def _within(view: View, *, above: float, below: float) -> View:
     if low >= high:
         raise NotCheckableError("no condition")
     inside = np.geomspace(low, high, len(pressure))
-    return view.at(max_hertz_pressure_gpa=inside[inside < below])
+    return view.at(max_hertz_pressure_gpa=inside[exceeds(below, inside)])
 
 
 def _thinnest_is_adequate(view: View) -> BoolArray:
     """Where the film of the least viscous oil is thick enough."""
-    return view.films(view.falling_viscosity[-1])[1] > view.settings.gates.lambda_limit
+    lambda_ratio = view.films(view.falling_viscosity[-1])[1]
+    return exceeds(lambda_ratio, view.settings.gates.lambda_limit)
 
 
 def _least_torque_of_thinnest(view: View) -> BoolArray:
     """Whether the least viscous oil has the least torque, at each heavily loaded operating point.
 
-    Heavily loaded: from the highest pressure of the paper's tests on, with enough film.
+    Heavily loaded: from the highest pressure of the paper's tests on, with enough film. Points at
+    which an oil has no equilibrium or no known film have no answer.
 
     Raises:
         NotCheckableError: There is no such point.
     """
     slips, oils = view.measured.cage_slip, list(view.falling_viscosity)
+    slips = slips[slips["oil"].isin(oils)]
+    known = slips["lambda_ratio"].notna().groupby([slips[name] for name in OPERATING_POINT])
+    slips = slips[known.transform("all")]
     pressure = slips[["inner_max_hertz_pressure_gpa", "outer_max_hertz_pressure_gpa"]].max(axis=1)
-    heavy = pressure >= view.settings.printed.boxes.tested.max_hertz_pressure_gpa[1]
-    full = slips["lambda_ratio"] > view.settings.gates.lambda_limit
-    slips = slips[slips["oil"].isin(oils) & full & heavy]
+    heavy = reaches(pressure, view.settings.printed.boxes.tested.max_hertz_pressure_gpa[1])
+    full = exceeds(slips["lambda_ratio"], view.settings.gates.lambda_limit)
+    slips = slips[full & heavy]
     torque = slips.pivot(index=OPERATING_POINT, columns="oil", values="torque_n_m")
     torque = torque.reindex(columns=oils).dropna(subset=[oils[-1]])
     if torque.empty:
         raise NotCheckableError("no bearing")
-    return np.asarray(torque.min(axis=1) == torque[oils[-1]], dtype=bool)
+    return reaches(torque.min(axis=1), torque[oils[-1]])
 
 
 def _where(found: Outcome, asked: BoolArray, reason: str) -> Outcome:

@@ -11,6 +11,7 @@ from oilfilm.fits.fitted import FittedLaw
 from oilfilm.physics.film import Thickness
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
+from oilfilm.ties import first_largest
 from oilfilm.torque.operating_grid import AXES, Grid, films, traction
 from oilfilm.units import BoolArray, FloatArray
 
@@ -49,7 +50,7 @@ class Outcome:
         failing = self.cases[~self.cases["holds"]]
         among = self.cases if failing.empty else failing
         values = among["value"].to_numpy()
-        index = (values if worst == "largest" else -values).argmax()
+        index = first_largest(values if worst == "largest" else -values)
         return among.iloc[int(index)].reindex(["oil", *AXES, "value"])
 
 

@@ -24,6 +24,7 @@ from oilfilm.report.words import law_name
 from oilfilm.settings.config import Conditions
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
+from oilfilm.ties import first_largest, reaches
 from oilfilm.traction.law import CONDITIONS
 from oilfilm.traction.laws.deng2026 import DENG2026
 from oilfilm.units import FloatArray
@@ -171,7 +172,7 @@ def _draw(
         # without slip there is nothing to measure, but a curve begins there, and bends most near it
         x = max(tested) * np.linspace(0, 1, _STEPS) ** 2
     middles = x[0] + np.ptp(x) * (np.arange(_SYMBOLS) + 0.5) / _SYMBOLS
-    symbols = np.searchsorted(x, middles).tolist()
+    symbols = reaches(x, middles[:, np.newaxis]).argmax(axis=1).tolist()
     highest, beyond = 0.0, np.zeros(_STEPS, dtype=bool)
     for (oil, of_oil), level in itertools.product(laws.items(), every):
         at = pd.DataFrame({**fixed, by: level, abscissa: x})[[*CONDITIONS, _SLIP]].to_numpy()
@@ -321,7 +322,7 @@ def _draw_zero_slip(
     if not sum(map(len, starts)):
         return
     among = pd.concat(starts, ignore_index=True)
-    name, run = among[["law", "run_id"]].to_numpy()[among["y"].abs().argmax()]
+    name, run = among[["law", "run_id"]].to_numpy()[first_largest(among["y"].abs())]
     curve, look, colour, about, label = _begin(whole, fits[name], run, results, settings)
     slip, mu = _finely(fits[name], curve, results, settings)
     near.plot(curve["slide_roll_ratio"], 1e3 * curve["traction_coefficient"], ".", **colour)
@@ -343,7 +344,8 @@ def _draw_left_out(
     mu = ["traction_coefficient", "left_out_traction_coefficient"]
     measured = results.points.set_index(key)[mu[0]].rename("measured")
     off = beside.join(measured, on=key)
-    squares = off[mu].sub(off["measured"], axis=0).pow(2).groupby([off["law"], off["run_id"]])
+    missed = off[mu].sub(off["measured"], axis=0)
+    squares = missed.pow(2).groupby([off["law"], off["run_id"]], sort=False)
     # rms error of each law on each curve, by the fit of all curves and by that without the curve
     pairs = (squares.mean() ** 0.5).reset_index().to_numpy().tolist()
     rms = {(str(law), str(run)): (seen, unseen) for law, run, seen, unseen in pairs}
@@ -354,7 +356,8 @@ def _draw_left_out(
     }
     if not grows:
         return
-    name, run = max(grows, key=lambda at: grows[at])
+    # a law that comes to its special case grows as that does: the first of both
+    name, run = [*grows][first_largest([*grows.values()])]
     curve, look, colour, _, label = _begin(whole, fits[name], run, results, settings)
     for law, series in ((name, "fit"), (name, "left out"), (DENG2026.name, "left out")):
         column = mu[series == "left out"]
@@ -407,7 +410,7 @@ def _one_side(points: pd.DataFrame) -> pd.DataFrame:
     """Points by slip, as if slipping in the positive direction."""
     side = np.where(points["slide_roll_ratio"] < 0, -1.0, 1.0)
     turned = points.filter(regex="slide_roll_ratio$|traction_coefficient$").mul(side, axis="index")
-    return points.assign(**turned).sort_values("slide_roll_ratio")
+    return points.assign(**turned).sort_values("slide_roll_ratio", kind="stable")
 
 
 def _growth(seen: float, unseen: float) -> str:

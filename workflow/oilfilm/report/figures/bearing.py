@@ -13,6 +13,7 @@ from oilfilm.report.figures.sheet import Panel, Sheet, oil_grid, register
 from oilfilm.report.words import load_variable
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
+from oilfilm.ties import exceeds
 from oilfilm.torque.torque_control import is_bistable
 from oilfilm.traction.law import CONDITIONS
 
@@ -93,7 +94,7 @@ def _in_sets(table: pd.DataFrame, settings: Settings) -> pd.DataFrame:
 
     def mean_of_set(measured: "pd.Series[float]") -> "pd.Series[float]":
         ranked = measured.sort_values()
-        apart = ranked.diff() > within * ranked.shift()
+        apart = pd.Series(exceeds(ranked.diff(), within * ranked.shift()), ranked.index)
         return measured.groupby(apart.cumsum()).transform("mean")
 
     loads, levels = map(mean_of_set, (table["axial_load_n"], table["inlet_temperature_c"]))

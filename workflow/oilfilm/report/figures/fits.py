@@ -199,7 +199,7 @@ def starts_of(results: CampaignTables, oil: str, law_key: str, settings: Setting
     data = curve_data(results.points[results.points["oil"] == oil], law.conditions)
     fitted = FittedLaw.of(fits, oil, law=law)
     y = fitted.predict(data.conditions, np.zeros(len(data.runs))).traction_coefficient
-    order = np.argsort(data.conditions[:, -1])
+    order = np.argsort(data.conditions[:, -1], kind="stable")
     return pd.DataFrame({"run_id": data.runs, "y": y}).iloc[order]
 
 
