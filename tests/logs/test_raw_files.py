@@ -129,23 +129,36 @@ def test_listing_is_what_sha256sum_writes(tmp_path: Path) -> None:
     assert raw_files.read_listings(written) == {"two words.csv": ABC}
 
 
-def test_logs_are_read_with_their_digests_and_as_the_twin_wrote_them(tmp_path: Path) -> None:
+def test_logs_are_read_with_the_digests_that_a_job_expects_or_the_twin_wrote(
+    tmp_path: Path,
+) -> None:
     log, inputs = tmp_path / "a.csv", {}
+    log.write_text("abc")
 
     def logs(**options: Any) -> raw_files.RawLogs:
-        log.write_text("abc")
-        return raw_files.RawLogs(Path("data/raw/june"), {"a.csv": log}, **options)
+        folder, paths, expected = Path("data/raw/june"), {"a.csv": log}, {"a.csv": ABC}
+        return raw_files.RawLogs(folder, paths, expected, **options)
 
     read = logs(inputs=inputs)
     assert list(read) == [("a.csv", b"abc")]
     assert read.by_path() == {"data/raw/june/a.csv": ABC}
     assert inputs == {"data/raw/june/a.csv": ABC[:16]}
-    log.write_text("abcd")
-    with pytest.raises(OilfilmError, match="has changed while it was read"):
-        read.by_path()
-    assert list(logs(written={"a.csv": ABC}))
+    assert list(logs(simulated=True)) == [("a.csv", b"abc")]
+    log.write_text("abd")
+    with pytest.raises(OilfilmError, match=r"june/a\.csv: has changed while it was read\. When"):
+        list(logs())
     with pytest.raises(OilfilmError, match=r"a\.csv: is not as the rig twin wrote it\. Delete"):
-        list(logs(written={"a.csv": "0" * 64}))
+        list(logs(simulated=True))
     log.unlink()
     with pytest.raises(OilfilmError, match=r"a\.csv: cannot be read .* put it back, or run"):
-        list(read)
+        list(logs())
+
+
+def test_log_larger_than_any_is_listed_with_the_digest_of_all_of_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(raw_files, "LARGEST_LOG", 1)
+    log = tmp_path / "a.csv"
+    log.write_text("abc")
+    logs = raw_files.RawLogs(Path("data/raw/june"), {"a.csv": log}, {"a.csv": ABC})
+    assert list(logs) == [("a.csv", b"ab")]

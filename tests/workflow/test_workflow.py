@@ -1,6 +1,7 @@
 """The workflow as a user runs it: small campaigns from raw logs to figures, in a folder apart."""
 
 import json
+import os
 import re
 import shutil
 from collections.abc import Iterator
@@ -166,9 +167,18 @@ def test_logs_with_a_run_sheet_give_the_points_of_their_headers(project: Path, o
     assert "row 4: 'later.csv' matches no log" in listed
 
 
+def test_touched_log_makes_nothing_run_again(project: Path, own: Path) -> None:
+    (own / "4102_P1.50_U40_T120.csv").touch()
+    assert planned(project, *OWN) == {}
+
+
 def test_changed_log_redoes_its_own_share_and_needs_a_reason(project: Path, own: Path) -> None:
     name = "4102_P1.50_U40_T120.csv"
-    with changed(own / name, "\n", "\n\n"):
+    status = (own / name).stat()
+    with changed(own / name, "\n#", "#\n"):
+        # as a copy that keeps the date; the size is that of before
+        os.utime(own / name, ns=(status.st_atime_ns, status.st_mtime_ns))
+        assert (own / name).stat().st_size == status.st_size
         # other bytes than those that a run has read need a reason in the campaign file
         message = fail(project, *OWN)
         assert jobs(message)["points"] == 1

@@ -39,7 +39,7 @@ rule torque_runs:
     localrule: True
     params:
         code=lambda wildcards: code("torque_runs.py", tables=rules.torque_runs.output.keys()),
-        files=TORQUE_FILES,
+        files=lambda wildcards: digests_of_logs(TORQUE_RAW, TORQUE_FILES),
         acknowledged=ACKNOWLEDGED,
         sheet=sheet_rows(TORQUE_RAW, TORQUE_FILES),
         config=part(

@@ -41,7 +41,7 @@ rule points:
         "<logs>/points/{shard}.log",
     params:
         code=lambda wildcards: code("points.py", tables=rules.points.output.keys()),
-        files=lambda wildcards: FILES_OF_SHARE.get(int(wildcards.shard), []),
+        files=lambda wildcards: digests_of_logs(RAW, FILES_OF_SHARE.get(int(wildcards.shard), [])),
         sheet=lambda wildcards: sheet_rows(
             RAW,
             FILES_OF_SHARE.get(int(wildcards.shard), []),

@@ -12,7 +12,7 @@ rule refused:
         "<logs>/refused.log",
     params:
         code=lambda wildcards: code("refused.py", tables=rules.refused.output.keys()),
-        files=TORQUE_FILES,
+        files=lambda wildcards: digests_of_logs(TORQUE_RAW, TORQUE_FILES),
         sheet=sheet_rows(TORQUE_RAW, TORQUE_FILES),
         pages_max=SETTINGS.figures.refused_pages_max,
         config=part(

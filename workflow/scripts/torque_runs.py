@@ -15,7 +15,7 @@ with run.job(snakemake) as job:
     logs = job.raw_logs(folder)
     curated = check_logs(logs, job.settings, TorqueRig, RunSheet.of_plain(snakemake.params.sheet))
     digests = logs.by_path()
-    if not logs.written:
+    if not logs.simulated:
         first_seen = FirstSeen(job.settings.campaign.name, folder)
         first_seen.check_and_add(digests, snakemake.params.acknowledged)
         if gone := first_seen.gone(digests):

@@ -16,6 +16,7 @@ from oilfilm.errors import OilfilmError
 _SHEETS = ("runs.csv", "runs.tsv", "runs.xlsx")
 # A log that is larger, or unfolds to more, was made to fill the memory.
 LARGEST_LOG = 1 << 28
+_BLOCK = 1 << 20
 # So many faults and names are listed; the others are counted.
 _LISTED = 20
 # Excel writes such a file beside a workbook that is open.
@@ -145,69 +146,59 @@ class RawLogs:
     Attributes:
         folder: Of the campaign's logs, from the top folder.
         paths: File of each log, by its name below the folder.
-        written: sha256 of each log as the rig twin wrote it; empty for measured logs.
+        expected: sha256 of each log, as it was when the job began or as the rig twin wrote it.
+        simulated: Whether the rig twin wrote the logs.
         inputs: Gets the digest of each measured log, for the provenance of what is made of it.
         digests: sha256 of each log that has been read.
     """
 
     folder: Path
     paths: Mapping[str, Path]
-    written: Mapping[str, str] = field(default_factory=dict)
+    expected: Mapping[str, str]
+    simulated: bool = False
     inputs: dict[str, str] = field(default_factory=dict)
     digests: dict[str, str] = field(default_factory=dict)
-    _found: dict[str, tuple[int, int]] = field(default_factory=dict)
 
     def __iter__(self) -> Iterator[tuple[str, bytes]]:
         """Read one log after the other.
 
         Raises:
-            OilfilmError: A log cannot be read, or is not as the rig twin wrote it.
+            OilfilmError: A log cannot be read, or has other bytes than are expected.
         """
         for name, path in self.paths.items():
             try:
-                self._found[name] = _state(path)
                 with path.open("rb") as file:
-                    digest = hashlib.file_digest(file, "sha256").hexdigest()
-                    file.seek(0)
                     content = file.read(LARGEST_LOG + 1)
+                    digest = hashlib.sha256(content)
+                    # a larger log is refused for its size, but listed with the digest of all of it
+                    while block := file.read(_BLOCK):
+                        digest.update(block)
             except OSError as error:
                 raise OilfilmError(
                     f"{self.folder / name}: cannot be read ({error.strerror}). Check its rights. "
                     "If it is missing, put it back, or run snakemake again without it."
                 ) from error
-            self.digests[name] = digest
-            if self.written.get(name, digest) != digest:
-                advice = "Delete it: the next run simulates it again."
-                raise OilfilmError(
-                    f"{self.folder / name}: is not as the rig twin wrote it. {advice}"
-                )
-            if not self.written:
-                self.inputs[f"{self.folder}/{name}"] = digest[:16]
+            self.digests[name] = digest.hexdigest()
+            if self.digests[name] != self.expected[name]:
+                raise OilfilmError(f"{self.folder / name}: {self._other_bytes()}")
+            if not self.simulated:
+                self.inputs[f"{self.folder}/{name}"] = self.digests[name][:16]
             yield name, content
+
+    def _other_bytes(self) -> str:
+        if self.simulated:
+            return "is not as the rig twin wrote it. Delete it: the next run simulates it again."
+        return "has changed while it was read. When it is complete, run snakemake again."
 
     def only(self, names: Collection[str]) -> "RawLogs":
         """The logs with these names."""
         wanted = set(names)
         paths = {name: path for name, path in self.paths.items() if name in wanted}
-        return RawLogs(self.folder, paths, self.written)
+        return RawLogs(self.folder, paths, self.expected, self.simulated)
 
     def by_path(self) -> dict[str, str]:
-        """sha256 of each log by its path from the top folder.
-
-        Raises:
-            OilfilmError: A log has changed since it was read. Snakemake would not see that: what
-                was made of the log is newer.
-        """
-        for name, found in self._found.items():
-            if _state(self.paths[name]) != found:
-                advice = "When it is complete, run snakemake again."
-                raise OilfilmError(f"{self.folder / name}: has changed while it was read. {advice}")
+        """sha256 of each log that has been read, by its path from the top folder."""
         return {(self.folder / name).as_posix(): each for name, each in self.digests.items()}
-
-
-def _state(path: Path) -> tuple[int, int]:
-    status = path.stat()
-    return status.st_size, status.st_mtime_ns
 
 
 def listing(digests: Mapping[str, str]) -> str:

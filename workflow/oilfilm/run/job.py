@@ -56,16 +56,18 @@ class Job:
             tables.write(frame, model_of(name), path, self.provenance)
 
     def raw_logs(self, folder: str) -> RawLogs:
-        """The raw logs: the inputs `logs`, whose names are the params `files`.
+        """The raw logs: the inputs `logs`, whose names and digests are the params `files`.
 
         Args:
             folder: Name of their folder below data/raw. Measured logs become inputs in the
                 provenance when they are read.
         """
-        inputs, names = self.snakemake.input, self.snakemake.params.files
-        written = read_listings(Path(inputs.listing)) if inputs.get("listing") else {}
-        paths = dict(zip(names, map(Path, inputs.get("logs", [])), strict=True))
-        return RawLogs(Path("data/raw", folder), paths, written, self.provenance["inputs"])
+        inputs, files = self.snakemake.input, self.snakemake.params.files
+        paths = dict(zip(files, map(Path, inputs.get("logs", [])), strict=True))
+        simulated = bool(inputs.get("listing"))
+        expected = read_listings(Path(inputs.listing)) if simulated else files
+        made_of = self.provenance["inputs"]
+        return RawLogs(Path("data/raw", folder), paths, expected, simulated, made_of)
 
 
 @contextmanager
