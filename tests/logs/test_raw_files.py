@@ -109,15 +109,6 @@ def test_shares_double_when_logs_are_more_than_a_share_takes() -> None:
     assert raw_files.shares_of([], 250) == {}
 
 
-def test_shares_that_no_job_writes_any_more_are_deleted(tmp_path: Path) -> None:
-    parts = [tmp_path / f"oil={oil}/part-{share}.parquet" for oil in "xy" for share in range(2)]
-    for part in parts:
-        part.parent.mkdir(exist_ok=True)
-        part.write_text("")
-    raw_files.remove_others(tmp_path, ["x"], [0])
-    assert [part.exists() for part in parts] == [True, False, False, False]
-
-
 # sha256 of "abc", from FIPS 180-2, appendix B.1
 ABC = "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad"
 

@@ -22,10 +22,11 @@ from campaigns import (
 )
 from oilfilm import tables
 from oilfilm.digests import file_digest
+from oilfilm.logs.raw_files import listing
 from oilfilm.releases.stored_release import StoredRelease
 from oilfilm.rig_twin.simulate import simulate_campaign
 from oilfilm.settings.resolve import resolve
-from reproduce import compare, fail, succeed
+from reproduce import compare, fail, files_made, succeed
 
 pytestmark = pytest.mark.workflow
 
@@ -189,6 +190,28 @@ def test_changed_log_redoes_its_own_share_and_needs_a_reason(project: Path, own:
         text = campaign.read_text(encoding="utf-8")
         with changed(campaign, text, f"{text}{lines[0]} the rig wrote an empty line\n"):
             assert planned(project, *OWN) == {"collect": 1}
+
+
+def test_what_the_campaign_no_longer_asks_for_goes_with_the_next_run(project: Path) -> None:
+    results = project / "results/small"
+    listed, mine = results / "figures/dropped.png", results / "figures/mine.png"
+    of_law, made = (
+        results / "parts/fit/4102/carreau/refits.parquet",
+        results / "made/dropped.sha256",
+    )
+    made.write_text(listing({f"results/small/figures/{listed.name}": "0" * 64}), encoding="utf-8")
+    of_law.parent.mkdir()
+    for path in (listed, mine, of_law):
+        path.touch()
+    before = files_made(project)
+    again = ("enough", "--forcerun", "enough", *SMALL)
+    assert planned(project, *again)["enough"] == 1
+    assert files_made(project) == before
+    assert "Removed 3 files that the campaign no longer asks for" in succeed(project, *again)
+    gone = {path.relative_to(project).as_posix() for path in (listed, of_law, made)}
+    assert before - files_made(project) == gone
+    assert not of_law.parent.exists()
+    mine.unlink()
 
 
 def lay_out_two(project: Path) -> Path:

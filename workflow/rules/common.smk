@@ -24,7 +24,8 @@ RECORDS = Path(".snakemake")
 # In Snakemake's report a table is a file to save, not a text to show.
 mimetypes.add_type("application/vnd.apache.parquet", ".parquet")
 start_python_by_name()
-if workflow.storage_registry.default_storage_provider is not None:
+OBJECT_STORAGE = workflow.storage_registry.default_storage_provider
+if OBJECT_STORAGE is not None:
     if not workflow.storage_settings.default_storage_prefix:
         raise WorkflowError(
             "--default-storage-provider needs --default-storage-prefix, as s3://BUCKET/PLACE."

@@ -80,7 +80,6 @@ checkpoint collect:
     params:
         code=lambda wildcards: code("collect.py", tables=rules.collect.output.keys()),
         oils=OILS,
-        shares=SHARDS,
         measured=not SIMULATED,
         acknowledged=ACKNOWLEDGED,
         # here and not in `points`, where each share depends on its own rows alone

@@ -8,7 +8,7 @@ from oilfilm.curation.coverage import coverage, gate_counts
 from oilfilm.curation.curate import Curated, collect
 from oilfilm.digests import settings_digest
 from oilfilm.logs.first_seen import FirstSeen
-from oilfilm.logs.raw_files import read_listings, remove_others
+from oilfilm.logs.raw_files import read_listings
 from oilfilm.report.spreadsheet import write_csv
 
 with run.job(snakemake) as job:
@@ -20,7 +20,6 @@ with run.job(snakemake) as job:
         if gone := seen.gone(digests):
             run.say(gone)
     job.provenance["inputs"] |= params.run_sheet
-    remove_others(Path(outputs.points).with_name("samples"), params.oils, params.shares)
     shares = Curated(job.tables.points, job.tables.runs, job.tables.quarantine)
     campaign = collect(shares, job.settings)
     runs, points, quarantine = campaign.runs, campaign.points, campaign.quarantine

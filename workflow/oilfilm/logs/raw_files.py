@@ -212,19 +212,6 @@ def read_listings(*paths: Path) -> dict[str, str]:
     return {name: digest for digest, _, name in (line.partition("  ") for line in lines)}
 
 
-def remove_others(folder: Path, oils: Collection[str], shares: Collection[int]) -> None:
-    """Delete samples that no job writes any more, as after a change of `split.runs`.
-
-    Args:
-        folder: Of the samples, with files `oil=<oil>/part-<share>.parquet`.
-        oils: The oils of the campaign.
-        shares: The shares of its logs.
-    """
-    wanted = {folder / f"oil={oil}/part-{share}.parquet" for oil in oils for share in shares}
-    for path in {*folder.glob("oil=*/part-*.parquet")} - wanted:
-        path.unlink()
-
-
 def shares_of(files: Sequence[str], runs: int) -> dict[int, list[str]]:
     """The logs of each share of the work, by its number; no share is empty.
 
