@@ -24,7 +24,9 @@ from oilfilm.paper.printed_constants import study_signs
 from oilfilm.paper.reference import printed_constants
 from oilfilm.physics.contact import Contact
 from oilfilm.physics.oils import Oil
+from oilfilm.rig_twin.simulate import simulate_campaign
 from oilfilm.settings.messages import load
+from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
 from oilfilm.settings.rig import OilFile, Rig
 from oilfilm.tables.campaign_tables import CampaignTables
@@ -159,6 +161,27 @@ def lay_out_small(project: Path) -> None:
     ]
     campaign["settings"] = {**QUICK, "split": {"runs": 6}}
     write_campaign(project, "small", campaign)
+
+
+def lay_out_measured(
+    project: Path, name: str, oils: list[str], matrix: dict[str, list[float]]
+) -> Path:
+    """A campaign of simulated logs as if a user had measured them; the folder of its logs."""
+    raw = project / "data/raw" / name
+    raw.mkdir(parents=True)
+    lay_out(project)
+    campaign = read_campaign(project, "demo")
+    campaign |= {"oils": oils, "matrix": matrix, "figures": ["curves"]}
+    campaign["settings"] = {**QUICK, "compare": {"laws": ["tanh"]}, "split": {"runs": 6}}
+    campaign["twin"] |= {"slip_steps": 9, "sampling_rate_hz": 20, "defects": []}
+    del campaign["torque"]
+    write_campaign(project, name, campaign)
+    config = resolve(project / "config", {"campaign": name})
+    for run, content, _ in simulate_campaign(config, printed()):
+        (raw / run.name).write_bytes(content)
+    del campaign["twin"]
+    write_campaign(project, name, campaign)
+    return raw
 
 
 def as_measured(project: Path, name: str) -> Path:
