@@ -134,6 +134,6 @@ def code(script, *modules, tables=()):
     """Digest of a script and the modules behind it, of tables as declared, and of the packages.
 
     A law that the script takes by its name is no import: its module is among `modules`. `tables`
-    are the outputs of the rule by name: those that it writes, whose names are known afterwards.
+    are names of outputs; those that are no tables count for nothing.
     """
     return digest_of_code(script, modules, tuple(tables))
