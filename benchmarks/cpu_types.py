@@ -1,9 +1,10 @@
-"""How far numbers move from one type of CPU to another: one oil of the demonstration, refitted.
+"""How far numbers move from one type of CPU to another: fits to one oil, and a bearing.
 
 Run by `make bench-cpu`. NumPy, OpenBLAS, Arrow and the C library choose their kernels by what the
 CPU can do; told that it can do less, they choose those of another CPU. Prints, for each such CPU,
 which tables keep their bytes and how far the numbers of the others move, relative to the largest
-of their column, and how far that is in standard errors of the constants.
+of their column, and how far that is in standard errors of the constants. Then how far the cage slip
+of a bearing moves, each operating point solved alone, beside another one, and in one call of all.
 """
 
 import os
@@ -20,27 +21,27 @@ import pandas as pd  # noqa: E402
 
 from oilfilm import tables  # noqa: E402
 from oilfilm.table_needs import OF_FIT  # noqa: E402
+from other_cpus import CPUS, Cpu, environment_of  # noqa: E402
 
 OIL = "4102"
-NO_AVX512 = {
-    "NPY_DISABLE_CPU_FEATURES": "X86_V4 AVX512_ICL AVX512_SPR",
-    "ARROW_USER_SIMD_LEVEL": "AVX2",
-    "GLIBC_TUNABLES": "glibc.cpu.hwcaps=-AVX512F,-AVX512VL,-AVX512DQ,-AVX512BW",
-}
-NO_AVX = {
-    "NPY_DISABLE_CPU_FEATURES": "X86_V3 X86_V4 AVX512_ICL AVX512_SPR",
-    "ARROW_USER_SIMD_LEVEL": "NONE",
-    "GLIBC_TUNABLES": "glibc.cpu.hwcaps=-AVX,-AVX2,-FMA,-FMA4,-AVX512F",
-}
-CPUS = {
-    "this one": {"OPENBLAS_NUM_THREADS": "1"},
-    "this one, again": {"OPENBLAS_NUM_THREADS": "1"},
-    "this one, two threads of OpenBLAS": {"OPENBLAS_NUM_THREADS": "2"},
-    "AVX2, as Zen 2": {"OPENBLAS_NUM_THREADS": "1", "OPENBLAS_CORETYPE": "Zen", **NO_AVX512},
-    "AVX2, as Haswell": {"OPENBLAS_NUM_THREADS": "1", "OPENBLAS_CORETYPE": "Haswell", **NO_AVX512},
-    "AVX512, as Skylake-X": {"OPENBLAS_NUM_THREADS": "1", "OPENBLAS_CORETYPE": "SkylakeX"},
-    "no AVX, as Prescott": {"OPENBLAS_NUM_THREADS": "1", "OPENBLAS_CORETYPE": "Prescott", **NO_AVX},
-}
+# Light loads, at which the cage skids, and heavy ones; at 5 200 N two motions are near each other.
+LOADS_N = np.sort([*np.geomspace(500, 20000, 24), 5200.0])
+BEARING_OIL, SPEED_RPM, TEMPERATURE_C = "4010", 12000, 70.0
+WAYS = ("alone", "beside 6000 N", "in one call")
+THIS, SLIPS = "this one", "cage-slips.npy"
+
+
+def environments() -> dict[str, tuple[dict[str, str], Cpu | None]]:
+    """Variables of the environment by the name of what they stand for, and its type of CPU."""
+    one, two = ({"OPENBLAS_NUM_THREADS": number} for number in "12")
+    made: dict[str, tuple[dict[str, str], Cpu | None]] = {THIS: (one, None)}
+    made |= {f"{THIS}, again": (one, None), f"{THIS}, two threads of OpenBLAS": (two, None)}
+    for name, cpu in CPUS.items():
+        if reason := cpu.lacking():
+            print(f"NOT tried: {name} ({reason})")
+        else:
+            made[name] = cpu.environment, cpu
+    return made
 
 
 def make(folder: Path) -> None:
@@ -48,6 +49,8 @@ def make(folder: Path) -> None:
     # imported here: the parent compares, and has a CPU of its own
     from campaigns import carry_through, printed  # noqa: PLC0415
     from law_points import compare_laws  # noqa: PLC0415
+    from oilfilm.home import HOME  # noqa: PLC0415
+    from oilfilm.releases.tree import environment  # noqa: PLC0415
     from oilfilm.rig_twin.simulate import simulate_campaign  # noqa: PLC0415
     from oilfilm.settings.resolve import resolve  # noqa: PLC0415
 
@@ -65,24 +68,59 @@ def make(folder: Path) -> None:
         tables.write(
             frame, name, folder / f"{name}.parquet", {"campaign": "demo", "data": "simulated"}
         )
+    np.save(folder / SLIPS, cage_slips())
+    print(environment(HOME).model_dump_json())
+
+
+def cage_slips() -> np.ndarray:
+    """Cage slip under each load, shape (ways, loads); NaN where no motion is found."""
+    from bearings import RPM, problem, shipped  # noqa: PLC0415
+    from oilfilm.bearing.equilibria import friction_equilibrium  # noqa: PLC0415
+    from oilfilm.bearing.quasistatic import OperatingPoints  # noqa: PLC0415
+
+    def slips(*loads: float) -> np.ndarray:
+        points = OperatingPoints.axial(np.array(loads), SPEED_RPM * RPM)
+        asked = problem(shipped("mainshaft-167"), points, BEARING_OIL, TEMPERATURE_C)
+        found = friction_equilibrium(asked)
+        return np.where(found.solution.converged, found.cage_slip(), np.nan)
+
+    alone = [slips(load)[0] for load in LOADS_N]
+    beside = [slips(load, 6000.0)[0] for load in LOADS_N]
+    return np.array([alone, beside, slips(*LOADS_N)])
 
 
 def main() -> None:
     """Make the tables on every CPU and compare them with those of this one."""
     with tempfile.TemporaryDirectory(prefix="oilfilm-cpu-") as top:
-        first = Path(top, "this one")
-        for name, environment in CPUS.items():
+        first = Path(top, THIS)
+        paths = os.pathsep.join([str(ROOT / "workflow"), str(ROOT / "tests/helpers")])
+        for name, (environment, cpu) in environments().items():
             folder = Path(top, name)
             folder.mkdir()
-            paths = os.pathsep.join([str(ROOT / "workflow"), str(ROOT / "tests/helpers")])
-            subprocess.run(
+            done = subprocess.run(
                 [sys.executable, __file__, str(folder)],
                 env={**os.environ, "PYTHONPATH": paths, **environment},
+                stdout=subprocess.PIPE,
+                text=True,
                 check=True,
             )
+            made_by = environment_of(done.stdout)
+            print(f"\n{name}: {made_by.blas}, NumPy {made_by.cpu or 'baseline'}", flush=True)
+            if cpu is not None:
+                cpu.refuse_other(made_by)
             if folder != first:
-                print(f"\n{name}", flush=True)
                 report(first, folder)
+            report_slips(first, folder)
+
+
+def report_slips(first: Path, other: Path) -> None:
+    """Print how far cage slips are from those of this CPU in one call."""
+    (*_, expected), found = (np.load(folder / SLIPS) for folder in (first, other))
+    for way, slips in zip(WAYS, found, strict=True):
+        lost = (np.isnan(slips) != np.isnan(expected)).sum()
+        away = np.nanmax(np.abs(slips - expected))
+        text = f"cage slip to {away:.1e}, {lost} of {len(slips)} points found in one way only"
+        print(f"  {f'bearing, {way}':22} {text}")
 
 
 def report(first: Path, other: Path) -> None:

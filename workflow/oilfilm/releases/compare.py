@@ -22,8 +22,8 @@ from oilfilm.ties import exceeds, first_largest
 from oilfilm.traction import LAWS
 
 Row = tuple[str, ...]
-# Most that another kernel moves a number, in its standard errors. `tests/test_kernels.py` holds the
-# tables of a campaign to it.
+# Most that another kernel moves a number, in its standard errors: `tests/workflow/test_kernels.py`
+# compares all tables of a campaign.
 KERNEL_CHANGE = 1e-6
 # Tables with verdicts: the column of the verdict, then those that explain it.
 _JUDGED = {
