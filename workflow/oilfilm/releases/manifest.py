@@ -73,7 +73,11 @@ class Environment(Group):
     @model_serializer(mode="wrap")
     def _known(self, serialize: SerializerFunctionWrapHandler) -> dict[str, Any]:
         # an older manifest lacks `blas`: it must give the same text and version as then
-        return {name: value for name, value in serialize(self).items() if value is not None}
+        return _without_null(serialize(self))
+
+
+def _without_null(keys: dict[str, Any]) -> dict[str, Any]:
+    return {name: value for name, value in keys.items() if value is not None}
 
 
 class MadeFrom(Group):
@@ -93,6 +97,14 @@ class MadeFrom(Group):
     raw: Annotated[list[FileRecord], _MOST, FailFast()] = key(
         "Raw logs; their paths are from the top folder of the project."
     )
+    schema_version: Annotated[int, Field(ge=1, le=10**6)] | None = optional(
+        "Version of the tables' columns, in older releases. Now each table says its columns itself."
+    )
+
+    @model_serializer(mode="wrap")
+    def _known(self, serialize: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        # a manifest gives the version that it had when it was made
+        return _without_null(serialize(self))
 
     @property
     def version(self) -> str:
