@@ -105,6 +105,8 @@ _RESIDUES = {
     *("sse_spread", "constant_spread", "gradient_cosine"),
     *("residual", "energy_error", "quadrature_error"),
 }
+# Numbers that are in standard errors, or beside 1.
+_IN_STANDARD_ERRORS = {"signed_root", "correlation"}
 # Errors, and numbers that are in errors: by bootstrap and draws their own error is a tenth of them.
 _ERROR = re.compile(
     r"(_se|_uncertainty|_systematic|standard_error)$|^(unseen_|uncertainty_)|^compatibility$"
@@ -157,7 +159,7 @@ def _tolerance(frame: pd.DataFrame, column: str) -> pd.Series:
     size = frame[column].abs()
     if column in _RESIDUES:
         return pd.Series(_RELATIVE, frame.index)
-    if column == "correlation":
+    if column in _IN_STANDARD_ERRORS:
         return pd.Series(KERNEL_CHANGE, frame.index)
     errors = [f"{re.sub('_(lower|upper)$', '', column)}{end}" for end in ("_se", "_uncertainty")]
     if "constant" in frame:
