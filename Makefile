@@ -123,7 +123,7 @@ verify-python: $(DEV) ## the demonstration on this Python and on OTHER=python3.1
 bench-bearing: $(DEV) ## equilibria of a bearing, one by one and by the thousand (a minute)
 	$(BIN)/python benchmarks/bearing.py
 
-bench-equilibria: $(DEV) ## 1 620 light and skidding bearings, alone and together, against MINPACK (half an hour)
+bench-equilibria: $(DEV) ## 1 620 light and skidding bearings, alone and together, on the kernels of four CPUs, against MINPACK (an hour)
 	$(BIN)/python benchmarks/equilibria.py
 
 bench-faults: $(DEV) ## 30 runs killed at random moments and run again (half an hour)

@@ -1,12 +1,15 @@
-"""1 620 equilibria of the mainshaft bearing alone, in sixties and in one call, against MINPACK.
+"""1 620 equilibria of the mainshaft bearing alone, in sixties and in one call, on several CPUs.
 
-Run by `make bench-equilibria`; OPENBLAS_CORETYPE chooses the kernel of the BLAS. Three oils by
-their printed laws, three speeds, three temperatures and 60 loads, half of them with a skidding
-cage. A point must have the same number of equilibria and the same cage slips in any company. Where
+Run by `make bench-equilibria`. Three oils by their printed laws, three speeds, three temperatures
+and 60 loads, half of them with a skidding cage. A point must have the same number of equilibria and
+the same cage slips in any company and with the kernels of any CPU that this machine can be. Where
 no exact motion was found, `scipy.optimize.root` (hybr) tries from many speeds of the cage.
 """
 
+import os
+import subprocess
 import sys
+import tempfile
 from itertools import product
 from pathlib import Path
 from typing import NamedTuple
@@ -22,11 +25,14 @@ from oilfilm.bearing.friction import FrictionProblem
 from oilfilm.bearing.quasistatic import OperatingPoints
 from oilfilm.bearing.resistance import Lubrication
 from oilfilm.torque.load_variables import law_of_groups
+from other_cpus import CPUS, Cpu
 
 OILS = ("4010", "4050", "4102")
 SPEEDS_RPM, TEMPERATURES_C = (6000, 12000, 18000), (40.0, 70.0, 100.0)
 LOADS_N = np.geomspace(500, 20000, 60)
 TOLERANCE = 1e-9
+# Points in one call.
+WAYS = {"in one call": 100_000, "in sixties": 60, "alone": 1}
 # Speeds of the cage from which MINPACK starts, over that of a rolling one.
 CAGE_SPEEDS = np.linspace(1.0, 0.0, 41)
 
@@ -87,31 +93,77 @@ def found_by_minpack(problem: FrictionProblem, number: int) -> list[float]:
     return sorted({round(speed, 6) for speed in ends})
 
 
-def main() -> None:
-    """Print how far the three ways agree, and what MINPACK finds where there is no exact motion."""
-    problem = whole_problem()
-    at_once = solved(problem, len(problem.points.axial_load_n))
-    print(f"{len(at_once.count)} points in one call: {(at_once.count == 0).sum()} without motion,")
-    print(
-        f"  {at_once.held.sum()} held by a band, {(at_once.count > 1).sum()} with several motions,"
+def away(found: Found, reference: Found) -> str:
+    """How far the equilibria of all points are from those of a reference."""
+    both = [np.stack(each[:2]) for each in (found, reference)]
+    farthest = np.nanmax(np.abs(both[0] - both[1]))
+    one_only = np.isnan(found.fastest) != np.isnan(reference.fastest)
+    return (
+        f"slips to {farthest:.1e}, {one_only.sum()} found in one only, "
+        f"{(found.count != reference.count).sum()} with another number of equilibria, "
+        f"{(found.held != reference.held).sum()} with another mark"
     )
-    print(f"  {(~at_once.complete).sum()} curves that stall before their end")
-    for name, size in (("in sixties", 60), ("alone", 1)):
-        other = solved(problem, size)
-        away = np.nanmax(np.abs(np.stack(other[:2]) - np.stack(at_once[:2])))
-        differ = (np.isnan(other.fastest) != np.isnan(at_once.fastest)).sum()
-        print(
-            f"{name}: slips to {away:.1e}, {differ} found in one way only, "
-            f"{(other.count != at_once.count).sum()} with another number of equilibria, "
-            f"{(other.held != at_once.held).sum()} with another mark"
-        )
-    for number in np.flatnonzero((at_once.count == 0) | at_once.held):
+
+
+def solve_in_three_ways(file: Path) -> None:
+    """Solve all points in one call, in sixties and alone, and keep what is found in a file."""
+    problem = whole_problem()
+    ways = [solved(problem, size) for size in WAYS.values()]
+    values = [np.stack([way[number] for way in ways]) for number in range(len(Found._fields))]
+    np.savez(file, **dict(zip(Found._fields, values, strict=True)))
+
+
+def start_as(cpu: Cpu, file: Path) -> subprocess.Popen[bytes]:
+    """A process that solves all points as another CPU does."""
+    return subprocess.Popen(
+        [sys.executable, __file__, str(file)], env={**os.environ, **cpu.environment}
+    )
+
+
+def ways_of(file: Path) -> list[Found]:
+    """What a process has found, in the order of `WAYS`."""
+    with np.load(file) as kept:
+        values = [kept[name] for name in Found._fields]
+    return [Found(*(value[number] for value in values)) for number in range(len(WAYS))]
+
+
+def compare_cpus() -> Found:
+    """Print how far the ways and the kernels agree; all points in one call, by the oldest CPU."""
+    reference = None
+    with tempfile.TemporaryDirectory() as folder:
+        running = {}
+        for name, cpu in CPUS.items():
+            if reason := cpu.lacking():
+                print(f"NOT tried: {name} ({reason})")
+                continue
+            file = Path(folder) / f"{name}.npz"
+            running[name] = file, start_as(cpu, file)
+        for name, (file, process) in running.items():
+            if process.wait():
+                raise SystemExit(f"The process that computes as {name} has failed.")
+            for way, found in zip(WAYS, ways_of(file), strict=True):
+                reference = reference or found
+                print(f"{name}, {way}: {away(found, reference)}", flush=True)
+    if reference is None:
+        raise SystemExit("This machine has none of the kernels that are compared.")
+    return reference
+
+
+def main() -> None:
+    """Print the agreement, and what MINPACK finds where there is no exact motion."""
+    found = compare_cpus()
+    print(f"{len(found.count)} points: {(found.count == 0).sum()} without motion,")
+    print(f"  {found.held.sum()} held by a band, {(found.count > 1).sum()} with several motions,")
+    print(f"  {(~found.complete).sum()} whose curve stalls before its end")
+    problem = whole_problem()
+    for number in np.flatnonzero((found.count == 0) | found.held):
         speeds = found_by_minpack(problem, int(number))
         load = problem.points.axial_load_n[number]
-        print(
-            f"point {number} ({load:.0f} N), slip {at_once.fastest[number]:.4f}: MINPACK {speeds}"
-        )
+        print(f"point {number} ({load:.0f} N), slip {found.fastest[number]:.4f}: MINPACK {speeds}")
 
 
 if __name__ == "__main__":
-    main()
+    if len(sys.argv) > 1:
+        solve_in_three_ways(Path(sys.argv[1]))
+    else:
+        main()
