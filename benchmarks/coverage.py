@@ -26,12 +26,12 @@ from oilfilm.fits.fit import fit_oil, laws_of
 from oilfilm.fits.fitted import Coefficients, FittedLaw
 from oilfilm.fits.patterns import find_patterns
 from oilfilm.fits.soundness import leftover, verdict_of_fit
-from oilfilm.paper.reference import printed_constants
 from oilfilm.randomness import generator
-from oilfilm.rig_twin.truth import LawTruth, Truth, true_tractions
 from oilfilm.settings.resolve import resolve
 from oilfilm.traction import PAPER_LAW
 from oilfilm.traction.law import FloatArray
+from simulated_lab.printed import printed_constants
+from simulated_lab.truth import LawTruth, Truth, true_tractions
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests/helpers"))
 

@@ -51,8 +51,8 @@ def make(folder: Path) -> None:
     from law_points import compare_laws  # noqa: PLC0415
     from oilfilm.home import HOME  # noqa: PLC0415
     from oilfilm.releases.tree import environment  # noqa: PLC0415
-    from oilfilm.rig_twin.simulate import simulate_campaign  # noqa: PLC0415
     from oilfilm.settings.resolve import resolve  # noqa: PLC0415
+    from simulated_lab.simulate import simulate_campaign  # noqa: PLC0415
 
     config = resolve(ROOT / "config", {"campaign": "demo"})
     raw = folder / "raw"

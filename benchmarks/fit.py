@@ -35,12 +35,12 @@ from oilfilm.fits.engine import population_sse, search
 from oilfilm.fits.fit_tables import certify
 from oilfilm.fits.problem import CurveData, Problem, build_problem
 from oilfilm.fits.uncertainty import curve_bootstrap, naive_covariance
-from oilfilm.paper.reference import printed_constants
 from oilfilm.randomness import generator
 from oilfilm.settings.resolve import resolve
 from oilfilm.traction import PAPER_LAW
 from oilfilm.traction.law import CONDITIONS, FloatArray, bounds
 from oilfilm.traction.laws.deng2026 import traction_coefficient
+from simulated_lab.printed import printed_constants
 
 ROOT = Path(__file__).parents[1]
 CONFIG = resolve(ROOT / "config", {"campaign": "demo"})

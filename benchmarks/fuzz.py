@@ -18,8 +18,8 @@ from attacks import attack, carry  # noqa: E402  (the tests' own helpers)
 from campaigns import REAL_PCS, printed  # noqa: E402
 from damages import SOUND  # noqa: E402
 from oilfilm.randomness import generator  # noqa: E402
-from oilfilm.rig_twin.simulate import simulate_campaign  # noqa: E402
 from oilfilm.settings.resolve import resolve  # noqa: E402
+from simulated_lab.simulate import simulate_campaign  # noqa: E402
 
 SLOWEST_S = 5.0
 LARGEST_MIB = 512

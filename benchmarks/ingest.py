@@ -43,10 +43,10 @@ from oilfilm.curation.curate import Curated, collect, curate_parts  # noqa: E402
 from oilfilm.curation.traction_rig import TractionRig  # noqa: E402
 from oilfilm.logs.ingest import ingest_logs, read_bytes, sample_files  # noqa: E402
 from oilfilm.logs.raw_files import shares_of  # noqa: E402
-from oilfilm.rig_twin.simulate import simulate_campaign  # noqa: E402
 from oilfilm.settings.config import SplitSettings  # noqa: E402
 from oilfilm.settings.resolve import resolve  # noqa: E402
 from oilfilm.settings.resolved import Settings  # noqa: E402
+from simulated_lab.simulate import simulate_campaign  # noqa: E402
 
 CORES = 2
 HEADER_LINES = 5

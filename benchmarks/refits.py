@@ -29,11 +29,11 @@ from oilfilm.fits.engine import Optimum, at_bounds, search
 from oilfilm.fits.fit import laws_of
 from oilfilm.fits.problem import CurveData, Problem, build_problem
 from oilfilm.fits.uncertainty import curve_bootstrap, draw_curves
-from oilfilm.paper.reference import printed_constants
 from oilfilm.randomness import generator
 from oilfilm.settings.resolve import resolve
 from oilfilm.traction import LAW_NAMES
 from oilfilm.traction.law import FloatArray, IndexArray, Law, Observations
+from simulated_lab.printed import printed_constants
 
 ROOT = Path(__file__).parents[1]
 CONFIG = resolve(ROOT / "config", {"campaign": "demo"})

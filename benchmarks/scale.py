@@ -39,8 +39,8 @@ sys.path.insert(0, str(ROOT / "tests/helpers"))
 from campaigns import lay_out, printed, read_campaign, write_campaign  # noqa: E402
 from oilfilm.report.figures.sheet import save  # noqa: E402
 from oilfilm.report.figures.style import DOUBLE_COLUMN_IN, MARKERS  # noqa: E402
-from oilfilm.rig_twin.simulate import simulate_campaign  # noqa: E402
 from oilfilm.settings.resolve import resolve  # noqa: E402
+from simulated_lab.simulate import simulate_campaign  # noqa: E402
 
 COMMIT = subprocess.check_output(["git", "-C", ROOT, "rev-parse", "--short", "HEAD"], text=True)[
     :-1

@@ -15,9 +15,9 @@ from hypothesis import HealthCheck, settings
 from campaigns import ETM, REAL_PCS, ROOT, Campaign, carry_through, made_once, printed
 from oilfilm import tables
 from oilfilm.logs.raw_files import raw_files
-from oilfilm.rig_twin.simulate import simulate_campaign
 from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
+from simulated_lab.simulate import simulate_campaign
 
 # Collecting the tests imports a thousand modules: with fewer searches for cycles, a tenth faster.
 gc.set_threshold(50_000)

@@ -20,11 +20,11 @@ from openpyxl import load_workbook
 import oilfilm
 from browsers import CHROMIUM, QUIET
 from campaigns import REFERENCE
+from deng2026_study.study import describe_printed
 from oilfilm.arrays import ArrayFit
 from oilfilm.cli import main
 from oilfilm.exports.campaign import adore_rows, workbook
 from oilfilm.fits.fitted import Prediction
-from oilfilm.paper.study import describe_printed
 from oilfilm.report.sections.build import answer
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables

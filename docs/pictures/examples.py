@@ -11,14 +11,14 @@ import oilfilm
 from oilfilm.arrays import ArrayFit
 from oilfilm.bearing.geometry import Bearing
 from oilfilm.home import reference_file
-from oilfilm.paper.reference import printed_constants
 from oilfilm.physics.contact import Contact
 from oilfilm.physics.oils import Oil
-from oilfilm.rig_twin.simulate import simulate_campaign
 from oilfilm.settings.messages import load
 from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
 from oilfilm.settings.rig import BearingFile
+from simulated_lab.printed import printed_constants
+from simulated_lab.simulate import simulate_campaign
 
 CONFIG = Path(__file__).parents[2] / "config"
 NAMES = ("4102", "4050", "4010")

@@ -15,10 +15,10 @@ from oilfilm.fits.interval import LEVELS, Band, _not_negative, scores_of_unseen
 from oilfilm.fits.uncertainty import curve_bootstrap, naive_covariance, robust_covariance
 from oilfilm.home import CONFIG
 from oilfilm.randomness import generator
-from oilfilm.rig_twin.truth import LawTruth, Truth, true_tractions
 from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
 from oilfilm.traction.law import to_internal
+from simulated_lab.truth import LawTruth, Truth, true_tractions
 from simulated_points import Campaign, spread_conditions
 
 SMALL = np.array(list(itertools.product([1.0, 1.5], [25.0, 32.0, 40.0], [30.0, 100.0])))

@@ -18,9 +18,9 @@ from oilfilm.fits.patterns import Leftover, find_patterns
 from oilfilm.fits.soundness import runs_in_common, verdict_of_fit
 from oilfilm.fits.soundness_words import what_is_wrong
 from oilfilm.home import CONFIG
-from oilfilm.rig_twin.truth import LawTruth, Truth, true_tractions
 from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
+from simulated_lab.truth import LawTruth, Truth, true_tractions
 from simulated_points import Campaign, Drift
 
 RUNS = 24

@@ -15,21 +15,21 @@ import pandas as pd
 import pytest
 import yaml
 
+from deng2026_study.printed_constants import study_signs
 from oilfilm import tables
 from oilfilm.curation.curate import Curated, curate_ingested
 from oilfilm.curation.traction_rig import TractionRig
 from oilfilm.fits.fit import fit_oil
 from oilfilm.logs.ingest import Ingested, ingest_logs
-from oilfilm.paper.printed_constants import study_signs
-from oilfilm.paper.reference import printed_constants
 from oilfilm.physics.contact import Contact
 from oilfilm.physics.oils import Oil
-from oilfilm.rig_twin.simulate import simulate_campaign
 from oilfilm.settings.messages import load
 from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
 from oilfilm.settings.rig import OilFile, Rig
 from oilfilm.tables.campaign_tables import CampaignTables
+from simulated_lab.printed import printed_constants
+from simulated_lab.simulate import simulate_campaign
 
 if sys.platform != "win32":
     import fcntl

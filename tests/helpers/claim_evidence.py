@@ -7,9 +7,9 @@ import numpy as np
 import pandas as pd
 
 from campaigns import CLAIMS
-from oilfilm.paper.audit.audit import printed_evidence
-from oilfilm.paper.audit.evidence import View
-from oilfilm.paper.reference import Claim, read_claims
+from deng2026_study.audit.audit import printed_evidence
+from deng2026_study.audit.evidence import View
+from deng2026_study.reference import Claim, read_claims
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 

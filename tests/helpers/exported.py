@@ -4,10 +4,10 @@ import numpy as np
 import pandas as pd
 
 from campaigns import ROOT
+from deng2026_study.study import describe_printed
 from law_points import EVERY_LAW, TRUTH
 from oilfilm.exports.description import SLIP, Description, describe
 from oilfilm.fits.conditions import FixedCondition, to_text
-from oilfilm.paper.study import describe_printed
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction.law import CONDITIONS, Law

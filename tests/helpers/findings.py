@@ -13,7 +13,7 @@ from typing import Any
 import pandas as pd
 import yaml
 
-from oilfilm.paper.extrapolation import relative_rms
+from deng2026_study.extrapolation import relative_rms
 from oilfilm.torque.torque_control import without_bistable
 
 ROOT = Path(__file__).parents[2]

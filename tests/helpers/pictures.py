@@ -7,8 +7,8 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from campaigns import ROOT
+from deng2026_study.reference import read_reference
 from oilfilm.figure_catalogue import figures
-from oilfilm.paper.reference import read_reference
 from oilfilm.report.figures.sheet import draw_figure
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables

@@ -12,9 +12,9 @@ import pandas as pd
 
 from oilfilm import tables
 from oilfilm.physics.contact import Contact
-from oilfilm.rig_twin.truth import Truth
 from oilfilm.traction.law import CONDITIONS
 from oilfilm.units import FloatArray
+from simulated_lab.truth import Truth
 
 
 @dataclass(frozen=True)

@@ -7,8 +7,8 @@ from campaigns import printed
 from oilfilm import tables
 from oilfilm.curation.curate import Curated, check_logs
 from oilfilm.curation.torque_rig import TorqueRig
-from oilfilm.rig_twin.torque_logs import simulate_torque
 from oilfilm.settings.resolved import Settings
+from simulated_lab.torque_logs import simulate_torque
 
 RATE_HZ = 20
 BEARING = "mainshaft-167"

@@ -8,23 +8,24 @@ import pandas as pd
 import pytest
 
 from campaigns import CLAIMS, REFERENCE, Campaign, printed, sign_study, without
+from deng2026_study import study
+from deng2026_study.audit.audit import audit, printed_evidence
+from deng2026_study.extrapolation import extrapolate, extrapolation_errors
+from deng2026_study.printed_constants import judge_printed
+from deng2026_study.printed_law import with_printed
+from deng2026_study.reference import read_claims
 from oilfilm.curation.coverage import coverage, gate_counts
 from oilfilm.logs.run_sheet import UNLISTED
-from oilfilm.paper import study
-from oilfilm.paper.audit.audit import audit, printed_evidence
-from oilfilm.paper.extrapolation import extrapolate, extrapolation_errors
-from oilfilm.paper.printed_constants import judge_printed
-from oilfilm.paper.printed_law import with_printed
-from oilfilm.paper.reference import PrintedCoefficients, read_claims
 from oilfilm.report.document import Fact, Section, facts, percent
 from oilfilm.report.sections.build import sections
 from oilfilm.report.text import text
-from oilfilm.rig_twin.truth import truth_grid
 from oilfilm.settings.messages import load
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.torque.best_oil import NOT_KNOWN
 from reports import OILS, report_of, rows
+from simulated_lab.printed import PrintedCoefficients
+from simulated_lab.truth import truth_grid
 
 _PAPER = re.compile(r"paper|claim|Printed|Fig\. ")
 

@@ -9,13 +9,13 @@ import pytest
 
 from bearings import RIG, RPM, SETTINGS, printed_law, problem, shipped
 from campaigns import ROOT, oil_of, printed
+from deng2026_study.advice import advise
+from deng2026_study.published_tests import published_tests_table
+from deng2026_study.reference import PublishedBearingTests
 from oilfilm.bearing.equilibria import friction_equilibrium
 from oilfilm.bearing.quasistatic import OperatingPoints
 from oilfilm.bearing.torque import torque_terms
 from oilfilm.fits.fitted import Coefficients, FittedLaw
-from oilfilm.paper.advice import advise
-from oilfilm.paper.published_tests import published_tests_table
-from oilfilm.paper.reference import PublishedBearingTests
 from oilfilm.physics.contact import Conditions
 from oilfilm.settings.messages import load as load_settings
 from oilfilm.settings.resolve import resolve

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from campaigns import ROOT
+from deng2026_study.advice import advise
 from oilfilm import tables
-from oilfilm.paper.advice import advise
 from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
 from oilfilm.torque.bearing_torque import OilInBearing, cage_slip_table, oils_in_bearings

@@ -7,8 +7,8 @@ import pytest
 
 from campaigns import ROOT, printed
 from claim_evidence import claims_of, evidence_of
+from deng2026_study.audit.audit import audit
 from oilfilm import tables
-from oilfilm.paper.audit.audit import audit
 from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables

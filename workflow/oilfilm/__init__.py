@@ -4,7 +4,6 @@ In other programs and notebooks:
 
 - `oilfilm.fit(P, U, T, S, mu)` fits a traction law to arrays;
 - `oilfilm.fit_table("mu.csv")` does so with a table of mu;
-- `oilfilm.printed("4102")` is the law with the constants of the paper;
 - `oilfilm.read_fit(folder, oil)` reads a fit of the workflow;
 - `oilfilm.predict(law, constants, P, U, T, S)` evaluates a law.
 """
@@ -17,19 +16,17 @@ if TYPE_CHECKING:
     from oilfilm.arrays import fit
     from oilfilm.errors import OilfilmError
     from oilfilm.fits.fitted import predict, read_fit
-    from oilfilm.paper.printed_law import printed
     from oilfilm.table_fit import fit_table
 
     __version__: str
 
-__all__ = ["OilfilmError", "__version__", "fit", "fit_table", "predict", "printed", "read_fit"]
+__all__ = ["OilfilmError", "__version__", "fit", "fit_table", "predict", "read_fit"]
 
 _MODULES = {
     "OilfilmError": "oilfilm.errors",
     "fit": "oilfilm.arrays",
     "fit_table": "oilfilm.table_fit",
     "predict": "oilfilm.fits.fitted",
-    "printed": "oilfilm.paper.printed_law",
     "read_fit": "oilfilm.fits.fitted",
 }
 

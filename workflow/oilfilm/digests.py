@@ -15,13 +15,14 @@ from importlib.util import resolve_name
 from pathlib import Path
 from typing import Any, NamedTuple
 
-_PACKAGE = Path(__file__).parent
+from oilfilm import studies
+
 # What computes no number of a table: settings (their values are in the params of the rules),
 # messages, what surrounds a job, reading and writing of tables (the declarations of those that a
 # rule writes have a digest of their own) and the list of laws (a rule names those that it fits).
 _NO_NUMBERS = re.compile(
     r"oilfilm(\.(atomic_write|cli|digests|errors|home|run|settings)(\..*)?"
-    r"|\.tables(\.(?!failed_gates).*)?|\.\w+\.tables|\.traction\.laws)?"
+    r"|\.tables(\.(?!failed_gates).*)?|\.traction\.laws)?|\w+\.tables"
 )
 
 
@@ -110,8 +111,8 @@ def _code(path: Path) -> _Code:
         tree = ast.parse(content)
     finally:
         gc.enable()
-    inside = path.is_relative_to(_PACKAGE)
-    package = ".".join(path.parent.relative_to(_PACKAGE.parent).parts) if inside else ""
+    inside = path.is_relative_to(studies.PACKAGES)
+    package = ".".join(path.parent.relative_to(studies.PACKAGES).parts) if inside else ""
     text: list[str] = []
     names: list[str] = []
     _walk(tree, package, text, names)
@@ -173,9 +174,9 @@ def _imported_names(statement: ast.Import | ast.ImportFrom, package: str) -> Ite
 
 @cache
 def _module_files(name: str) -> tuple[Path, ...]:
-    """Files that an import of a module of oilfilm runs, if they count."""
+    """Files that an import of a module of oilfilm or of a package beside it runs, if they count."""
     parts = name.split(".")
-    if parts[0] != _PACKAGE.name:
+    if parts[0] not in ("oilfilm", *studies.available()):
         return ()
     # importing a module runs the __init__ of each package above it
     names = [parts[:depth] for depth in range(1, len(parts) + 1)]
@@ -184,8 +185,8 @@ def _module_files(name: str) -> tuple[Path, ...]:
         for steps in names
         if not _NO_NUMBERS.fullmatch(".".join(steps))
         for file in (
-            _PACKAGE.joinpath(*steps[1:]).with_suffix(".py"),
-            _PACKAGE.joinpath(*steps[1:], "__init__.py"),
+            studies.PACKAGES.joinpath(*steps).with_suffix(".py"),
+            studies.PACKAGES.joinpath(*steps, "__init__.py"),
         )
         if file.is_file()
     )

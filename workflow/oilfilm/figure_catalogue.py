@@ -37,7 +37,7 @@ class FigureDeclaration:
             drawing.
         tables: Finished tables that it is drawn from.
         settings: Settings that it depends on; `campaign.matrix` is a key of the campaign file.
-        references: Files of data/reference that it shows, without ending.
+        references: Files of reference data that it shows, without ending.
         paper: Its counterpart in the paper, as "Fig. 2"; empty where the paper has none.
         shows_data: False where nothing comes from the campaign's logs.
         requires: Key of the campaign file without which there is nothing to draw.
@@ -68,13 +68,13 @@ class FigureDeclaration:
     @property
     def study(self) -> str:
         """The study that it belongs to; empty where every campaign may have it."""
-        room = self.module.split(".")[1]
-        return room if room in studies.available() else ""
+        package = self.module.split(".")[0]
+        return package if package in studies.available() else ""
 
     @property
     def source(self) -> Path:
         """File of its module."""
-        return _LIBRARY.parent / f"{self.module.replace('.', '/')}.py"
+        return studies.PACKAGES / f"{self.module.replace('.', '/')}.py"
 
 
 @cache
@@ -85,8 +85,9 @@ def figures() -> Mapping[str, FigureDeclaration]:
         ValueError: A declaration is not made of literals.
     """
     declared: dict[str, FigureDeclaration] = {}
-    for folder in ("report/figures", *(f"{name}/figures" for name in studies.available())):
-        for path in sorted((_LIBRARY / folder).glob("*.py")):
+    folders = (studies.folder(name) / "figures" for name in studies.available())
+    for folder in (_LIBRARY / "report/figures", *folders):
+        for path in sorted(folder.glob("*.py")):
             for node in ast.parse(path.read_text(encoding="utf-8")).body:
                 if isinstance(node, ast.FunctionDef) and node.decorator_list:
                     name = node.name.replace("_", "-")
@@ -112,5 +113,5 @@ def _declaration(
     other = keys.pop("like", None)
     inherited = vars(declared[other]) if other else {"paragraphs": ()}
     keys["paragraphs"] = (*own, *inherited["paragraphs"][len(own) :])
-    keys["module"] = ".".join(path.relative_to(_LIBRARY.parent).with_suffix("").parts)
+    keys["module"] = ".".join(path.relative_to(studies.PACKAGES).with_suffix("").parts)
     return FigureDeclaration(**{**inherited, **keys, "name": name, "title": title.rstrip(".")})

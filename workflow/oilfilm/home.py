@@ -7,6 +7,8 @@ Decides: where rules, reference data and default settings of an installed oilfil
 
 from pathlib import Path
 
+from oilfilm import studies
+
 PACKAGE = Path(__file__).resolve().parent
 _CLONE = PACKAGE.parents[1]
 HOME = _CLONE if (_CLONE / "workflow" / "rules").is_dir() else PACKAGE / "shipped"
@@ -16,8 +18,13 @@ RUN_LOCK = "requirements/run.lock"
 
 
 def reference_file(name: str) -> Path:
-    """A file of data/reference, given without its ending: from the working folder in a clone."""
+    """A file of data/reference or of a study's reference data, given without its ending.
+
+    From the working folder in a clone.
+    """
     path = HOME / "data/reference" / f"{name}.yaml"
+    if not path.is_file():
+        path = studies.reference_file(name) or path
     return path.relative_to(Path.cwd()) if path.is_relative_to(Path.cwd()) else path
 
 

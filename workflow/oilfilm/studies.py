@@ -1,52 +1,123 @@
-"""Studies: rooms of the library for one question, which a campaign asks for (`studies: [paper]`).
+"""Packages beside oilfilm: studies of one question, and what simulates logs.
 
-What every laboratory needs names no study. A study is a folder with the modules `tables` (`TABLES`,
-declared when the room is imported) and `study` (`STUDY`), and may have a folder `figures`.
+oilfilm names none of them and works without them. A campaign asks for one by its name
+(`studies: [NAME]`). Such a package has a file `oilfilm_study.yaml`, because the Snakefile asks
+before anything is imported: its tables, and the reference files that its part of the report and of
+the exports needs. It may also have:
 
-Decides: what a study may add to a campaign.
+- `study` with `STUDY`: sections of the report, exports, laws with published constants;
+- `tables`: declares the package's tables when it is imported;
+- `plan`: names of the logs that it simulates, beside the rules in `rules/logs.smk`;
+- `rules/study.smk`, and folders `scripts`, `figures` and `reference`.
+
+Decides: what a package beside oilfilm may add to a campaign.
 """
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from functools import cache
 from importlib import import_module
 from pathlib import Path
-from typing import Any
+from types import ModuleType
+from typing import Any, Literal
 
-_LIBRARY = Path(__file__).parent
+import yaml
+
+# The folder of oilfilm and of the packages beside it.
+PACKAGES = Path(__file__).parents[1]
+_DECLARATION = "oilfilm_study.yaml"
+_RULES_OF_LOGS = "rules/logs.smk"
 
 
 @dataclass(frozen=True)
 class Study:
-    """What a study adds to a campaign beside its tables and figures.
+    """What a study adds to a campaign beside its tables, figures and rules.
 
     Attributes:
-        name: Name of its room.
+        sections: From the finished tables and the settings to sections of the report
+            (`oilfilm.report.document.Section`), which come after those of every campaign.
         exports: From the oils by their identifiers, settings and provenance to more files for
             bearing codes; `oilfilm.exports.campaign.export_campaign` calls it.
         exported: Sentence for the index of the exports where there are such files.
-        sections: From the finished tables and the settings to sections of the report
-            (`oilfilm.report.document.Section`), which come after those of every campaign.
+        read_reference: Content of one of its reference files, for its figures.
+        published_law: The law with published constants of an oil, for `predict --printed`.
+        describe_published: Such laws as `oilfilm.exports.description.Description`, for the command
+            `export`, and the file that has their constants.
     """
 
-    name: str
+    sections: Callable[..., list[Any]]
     exports: Callable[..., dict[str, bytes]]
     exported: str
-    sections: Callable[..., list[Any]] = lambda *_: []
+    read_reference: Callable[[Path], Any]
+    published_law: Callable[[str], Any]
+    describe_published: Callable[[], tuple[list[Any], Path]]
 
 
 @cache
 def available() -> tuple[str, ...]:
-    """Names of all studies."""
-    return tuple(sorted(path.parent.name for path in _LIBRARY.glob("*/study.py")))
+    """Names of all packages beside oilfilm that a campaign may ask for."""
+    return tuple(sorted(path.parent.name for path in PACKAGES.glob(f"*/{_DECLARATION}")))
+
+
+def folder(name: str) -> Path:
+    """The folder of a package."""
+    return PACKAGES / name
+
+
+@cache
+def _declaration(name: str) -> dict[str, Any]:
+    text = (folder(name) / _DECLARATION).read_text(encoding="utf-8")
+    declared: dict[str, Any] = yaml.safe_load(text)
+    return declared
+
+
+def table_needs(name: str) -> Mapping[tuple[str, ...], tuple[str, ...]]:
+    """Tables of a package by what a campaign must have beside it: `torque`, `twin`."""
+    entries = _declaration(name)["tables"]
+    return {tuple(entry["needs"]): tuple(entry["names"]) for entry in entries}
 
 
 def declare_tables(names: Iterable[str]) -> None:
-    """Make the tables of some studies known to `oilfilm.tables`."""
+    """Make the tables of some packages known to `oilfilm.tables`."""
     for name in names:
-        import_module(f"oilfilm.{name}.tables")
+        if (folder(name) / "tables.py").is_file():
+            import_module(f"{name}.tables")
+
+
+def modules(names: Iterable[str]) -> list[Path]:
+    """Files of the modules `study` of some packages: no import of oilfilm leads there."""
+    files = (folder(name) / "study.py" for name in names)
+    return [file for file in files if file.is_file()]
+
+
+def rule_files(names: Iterable[str]) -> list[Path]:
+    """Files of the rules of some studies."""
+    files = (folder(name) / "rules/study.smk" for name in names)
+    return [file for file in files if file.is_file()]
+
+
+def references(names: Iterable[str], purpose: Literal["reported", "exported"]) -> list[str]:
+    """Reference files that some studies need for the report or for the exports."""
+    return [file for name in names for file in _declaration(name).get(purpose, [])]
 
 
 def load(names: Iterable[str]) -> list[Study]:
-    """The studies that a campaign asks for."""
-    return [import_module(f"oilfilm.{name}.study").STUDY for name in names]
+    """The studies among some packages."""
+    return [import_module(f"{file.parent.name}.study").STUDY for file in modules(names)]
+
+
+def simulator() -> str:
+    """Name of the package that simulates logs; empty where there is none."""
+    simulators = [name for name in available() if (folder(name) / _RULES_OF_LOGS).is_file()]
+    return simulators[0] if simulators else ""
+
+
+def plan_of_simulator() -> ModuleType:
+    """The module of the simulator that knows the names of the logs of a campaign."""
+    return import_module(f"{simulator()}.plan")
+
+
+def reference_file(name: str) -> Path | None:
+    """A file of reference data of a package, given without its ending; None where none has it."""
+    files = (folder(study) / f"reference/{name}.yaml" for study in available())
+    return next((file for file in files if file.is_file()), None)

@@ -3,18 +3,19 @@
 Decides: which tables a campaign does not have.
 """
 
+from oilfilm import studies
 from oilfilm.settings.campaign import Campaign
 
-# By what a campaign must have, beside its traction logs; `paper` is a study.
-NEEDS = {
+# By what a campaign must have, beside its traction logs.
+NEEDS: dict[tuple[str, ...], tuple[str, ...]] = {
     ("torque",): (
         *("torque_runs", "torque_quarantine", "torque", "torque_control", "torque_inversion"),
         *("cage_slip", "heat_balance", "size_effect", "test_plan"),
-    ),
-    ("paper",): (*("printed_judged", "signs", "sign_verdicts", "claims", "claim_numbers"),),
-    ("paper", "torque"): ("slip_advice", "advice_band", "published_tests"),
-    ("paper", "twin"): ("extrapolation", "extrapolation_errors"),
+    )
 }
+for study in studies.available():
+    for needs, names in studies.table_needs(study).items():
+        NEEDS[study, *needs] = names
 # What one fit writes: one fit per oil and law.
 OF_FIT = (
     *("coefficients", "fit_quality", "refits", "correlations", "profiles", "curve_residuals"),

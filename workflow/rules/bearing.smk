@@ -1,30 +1,3 @@
-if TORQUE_SIMULATED:
-
-    rule torque_twin:
-        "SIMULATED logs of the torque rig, and the truth behind them."
-        input:
-            printed=reference_file("printed_coefficients"),
-        output:
-            logs=raw_logs(TORQUE_RAW, TORQUE_FILES),
-            torque_truth="<results>/twin/torque_truth.parquet",
-            listing="<results>/twin/torque_logs.sha256",
-        log:
-            "<logs>/torque-twin.log",
-        localrule: True
-        params:
-            code=lambda wildcards: code("torque_twin.py", tables=rules.torque_twin.output.keys()),
-            config=part(
-                "rigs",
-                "oils",
-                "bearings",
-                "bearing",
-                "seed",
-                campaign=("oils", "matrix", "torque", "twin"),
-            ),
-        script:
-            "../scripts/torque_twin.py"
-
-
 rule torque_runs:
     "Steady plateaus of the torque logs, zero removed, with every gate's verdict."
     input:

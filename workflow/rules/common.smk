@@ -108,18 +108,23 @@ def made(name, **wildcards):
 
 
 def reference_file(name):
-    """A file of data/reference; it stays in the folder where results go to object storage."""
+    """A file of reference data; it stays in the folder where results go to object storage."""
     return local(home.reference_file(name).as_posix())
+
+
+def references_of_studies(purpose):
+    """Reference files that the campaign's studies need for the report or the exports."""
+    return list(map(reference_file, studies.references(CAMPAIGN.studies, purpose)))
 
 
 # A release must not name packages that its results were not made with.
 PACKAGES = file_digest(HOME / home.RUN_LOCK)[:8]
 # Modules of the campaign's studies: no import of what loads them leads there.
-STUDIES = [PACKAGE / name / "study.py" for name in CAMPAIGN.studies]
+STUDIES = studies.modules(CAMPAIGN.studies)
 # What columns and tables mean, for the rules that print it.
 TABLE_WORDS = [
     *sorted((PACKAGE / "tables").glob("*.*")),
-    *(path for name in CAMPAIGN.studies for path in sorted((PACKAGE / name).glob("tables.*"))),
+    *(file for name in CAMPAIGN.studies for file in sorted(studies.folder(name).glob("tables.*"))),
 ]
 studies.declare_tables(CAMPAIGN.studies)
 

@@ -2,7 +2,7 @@ rule exports:
     "Fits: Python, workbook, C, Fortran, Modelica, MATLAB, ADORE, JSON, CSV."
     input:
         **finished("points", "coefficients", "fit_quality", "soundness"),
-        studies=[reference_file("printed_coefficients")] if "paper" in CAMPAIGN.studies else [],
+        studies=references_of_studies("exported"),
     output:
         folder=directory("<results>/exports"),
         made=made("exports"),

@@ -1,30 +1,5 @@
 # Decides: what reruns when one log or its row of the run sheet changes.
 
-if SIMULATED:
-
-    rule twin:
-        "SIMULATED logs of the whole campaign, and the truth behind them."
-        input:
-            printed=reference_file("printed_coefficients"),
-        output:
-            logs=raw_logs(RAW, FILES),
-            truth="<results>/twin/truth.parquet",
-            listing="<results>/twin/logs.sha256",
-        log:
-            "<logs>/twin.log",
-        localrule: True
-        params:
-            code=lambda wildcards: code("twin.py", tables=rules.twin.output.keys()),
-            config=part(
-                *("seed", "rigs"),
-                # what the truth is computed from, beside the campaign file
-                *["oils"] * bool(SIMULATED and CAMPAIGN.twin.thermal_ehl),
-                campaign=("oils", "matrix", "twin"),
-            ),
-        script:
-            "../scripts/twin.py"
-
-
 rule points:
     "Samples of one share of the raw logs, and its steady plateaus with every gate's verdict."
     input:

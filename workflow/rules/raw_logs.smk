@@ -6,7 +6,6 @@ from hashlib import sha256
 from oilfilm.atomic_write import write_text
 from oilfilm.logs.log_digests import LogDigests
 from oilfilm.logs.raw_files import find_sheet, raw_files, shares_of
-from oilfilm.rig_twin.plan import planned_runs, planned_torque_runs
 
 # Names of the logs when a run began, for its jobs on a cluster: they start later.
 FOUND = RECORDS / "oilfilm-logs.json"
@@ -16,11 +15,18 @@ def logs_found():
     """Names of all logs of the campaign, by their folder."""
     if not workflow.is_main_process and FOUND.is_file():
         return json.loads(FOUND.read_text(encoding="utf-8"))
-    logs = {RAW.as_posix(): [run.name for run in planned_runs(CAMPAIGN)] if SIMULATED else None}
-    if CAMPAIGN.torque is not None:
-        planned = [run.name for run in planned_torque_runs(CAMPAIGN)] if TORQUE_SIMULATED else None
-        logs[TORQUE_RAW.as_posix()] = planned
-    return {name: raw_files(Path(name)) if of is None else of for name, of in logs.items()}
+    folders = [RAW] if CAMPAIGN.torque is None else [RAW, TORQUE_RAW]
+    return {
+        folder.as_posix(): simulated_names(folder) if folder in TWINS else raw_files(folder)
+        for folder in folders
+    }
+
+
+def simulated_names(folder):
+    """Names of the logs of one rig that are simulated."""
+    plan = studies.plan_of_simulator()
+    runs = plan.planned_runs(CAMPAIGN) if folder == RAW else plan.planned_torque_runs(CAMPAIGN)
+    return [run.name for run in runs]
 
 
 def run_sheet(folder, files):

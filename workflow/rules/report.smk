@@ -3,9 +3,9 @@ from oilfilm.figure_catalogue import figures
 # Sentences, the page and its style: no digest of Python's modules covers these.
 PAGE_FILES = sorted(
     path
-    for room in ("report", *CAMPAIGN.studies)
+    for folder in (PACKAGE / "report", *map(studies.folder, CAMPAIGN.studies))
     for end in ("jinja", "css", "js")
-    for path in (PACKAGE / room).rglob(f"*.{end}")
+    for path in folder.rglob(f"*.{end}")
 )
 
 
@@ -22,7 +22,7 @@ rule report:
         **TABLE_FILES,
         samples=expand(SAMPLES, shard=SHARDS),
         refused_pages=rules.refused.output.refused_pages,
-        claim_words=reference_file("claims") if "paper" in CAMPAIGN.studies else [],
+        references=references_of_studies("reported"),
         png=expand("<figures>/{figure}.png", figure=CAMPAIGN.figures),
     output:
         page="<results>/report.html",

@@ -3,12 +3,17 @@
 from pathlib import Path
 
 import oilfilm.run.job as run
-from oilfilm.paper.reference import read_reference
+from oilfilm import studies
 from oilfilm.report.figures.sheet import draw_figures
 
 with run.job(snakemake) as job:
     inputs, outputs = snakemake.input, snakemake.output
-    references = {path.stem: read_reference(path) for path in map(Path, inputs.references)}
+    asked = studies.load(job.settings.campaign.studies)
+    references = {
+        path.stem: study.read_reference(path)
+        for path in map(Path, inputs.references)
+        for study in asked
+    }
     draw_figures(
         zip(outputs.png, outputs.svg, outputs.drawn, strict=True),
         job.tables,

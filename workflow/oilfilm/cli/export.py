@@ -1,22 +1,24 @@
-"""The command `oilfilm export`: the constants that the paper prints, for bearing codes."""
+"""The command `oilfilm export`: constants that a study has from print, for bearing codes."""
 
 import argparse
 
 import oilfilm
+from oilfilm import studies
 from oilfilm.atomic_write import write_bytes
 from oilfilm.digests import file_digest
 from oilfilm.errors import OilfilmError
 from oilfilm.exports.campaign import in_folders
-from oilfilm.home import CONFIG, portable, reference_file
-from oilfilm.paper.study import describe_printed
-from oilfilm.settings.resolve import read_config
+from oilfilm.home import portable
 
 
 def run(options: argparse.Namespace) -> int:
     """Run the command."""
-    path, config = reference_file("printed_coefficients"), read_config(CONFIG)
-    described = describe_printed(path, config.printed.boxes.tested, config.exports)
-    wanted = [each for each in described if options.oil in (None, each.oil)]
+    (study,) = studies.load(studies.available())
+    described, path = study.describe_published()
+    wanted = [fit for fit in described if options.oil in (None, fit.oil)]
+    if not wanted:
+        known = ", ".join(fit.oil for fit in described)
+        raise OilfilmError(f"--oil {options.oil!r}: no constants are printed of it; of {known}.")
     provenance = {
         "code": f"oilfilm {oilfilm.__version__}",
         "settings": None,

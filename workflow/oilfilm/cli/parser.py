@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 import oilfilm
+from oilfilm import studies
 from oilfilm.errors import OilfilmError, cut
 
 # Options of `predict`, `compare` and `fit`: the condition of a law, its meaning, an example.
@@ -23,6 +24,8 @@ CONDITION_OPTIONS = {
     "--speed": ("entrainment_speed_m_s", "entrainment speed, mean of both surface speeds", "30m/s"),
     "--temperature": ("inlet_temperature_c", "oil temperature at the inlet", "70degC"),
 }
+# Options and a command for constants from print are those of a study.
+_HAS_PUBLISHED_LAWS = bool(studies.modules(studies.available()))
 DUTY_EXAMPLE = "10000N,12000rpm,100degC"
 
 
@@ -141,7 +144,9 @@ def predict(command: Command) -> None:
     --speed 30m/s --temperature 70degC --slip 0.05
     """
     command.text("--oil", "name of the oil", required=True)
-    command.flag("--printed", "take the constants that the paper prints")
+    if _HAS_PUBLISHED_LAWS:
+        command.flag("--printed", "take the constants that the paper prints")
+    command.set_defaults(printed=False)
     command.conditions("{meaning}, as {example}")
     meaning = "slide-roll ratio, as 0.05 or 5%%; a negative one as --slip=-5%%"
     command.text("--slip", meaning, required=True)
@@ -235,13 +240,15 @@ def export(command: Command) -> None:
     Example: oilfilm export --printed --oil 4102
     """
     command.flag("--printed", "the constants of the paper", required=True)
-    command.text("--oil", "one oil (default: all three)", choices=("4102", "4050", "4010"))
+    command.text("--oil", "one oil (default: all)")
     default = Path("printed-constants")
     meaning = f"where to write them (default: {default})"
     command.path("folder", "FOLDER", meaning, nargs="?", default=default)
 
 
-COMMANDS = (init, run, check, fit, watch, predict, compare, plan, verify, fetch, diff, pin, export)
+COMMANDS = (init, run, check, fit, watch, predict, compare, plan, verify, fetch, diff, pin)
+if _HAS_PUBLISHED_LAWS:
+    COMMANDS += (export,)
 _OF_RELEASES = (verify, fetch, diff, pin)
 
 

@@ -9,14 +9,11 @@ from typing import Any
 
 import numpy as np
 
-import oilfilm
-from oilfilm import tables
+from oilfilm import studies, tables
 from oilfilm.cli.arguments import campaign_folder, json_line, quantity, typed_conditions
 from oilfilm.cli.parser import CONDITION_OPTIONS
 from oilfilm.errors import OilfilmError
 from oilfilm.fits.fitted import SLIP, FittedLaw, read_fit, refuse_impossible
-from oilfilm.paper.printed_law import PrintedLaw
-from oilfilm.units import FloatArray
 
 
 def run(options: argparse.Namespace) -> int:
@@ -24,7 +21,8 @@ def run(options: argparse.Namespace) -> int:
     at = {SLIP: quantity(options.slip, "dimensionless", "--slip"), **typed_conditions(options)}
     fit: FittedLaw
     if options.printed:
-        fit, source = oilfilm.printed(options.oil), "constants as the paper prints them"
+        (study,) = studies.load(studies.available())
+        fit, source = study.published_law(options.oil), "constants as the paper prints them"
     else:
         folder, about = campaign_folder(options.results)
         fit = read_fit(folder, options.oil)
@@ -77,7 +75,7 @@ def prediction(
     line = fit.on_line(conditions)
     return found, [
         *_intervals(fit, oil, found),
-        *(_of_printed(fit, line, slip) if isinstance(fit, PrintedLaw) else ()),
+        *fit.remarks(line, slip),
         *(f"NOT SOUND: {each}" for each in fit.wrong),
         *(
             f"mu and its interval are those where it was tested: {each.sentence()}"
@@ -90,20 +88,12 @@ def prediction(
 def _intervals(fit: FittedLaw, oil: str, found: Mapping[str, Any]) -> Iterator[str]:
     mu = f"{oil}, {fit.law.name}: mu = {found['traction_coefficient']:.5f}"
     if np.isnan(found["obs_ci_lower"]):
-        why = "too few curves were tested (fit.min_curves_for_errors)"
-        why = "the paper states none" if isinstance(fit, PrintedLaw) else why
-        yield f"{mu}, no interval, because {why}"
+        yield f"{mu}, no interval, because {fit.no_interval}"
         return
     level = f"{fit.coefficients.unseen.at(0.95)[0]:.0%} interval of the next good run"
     yield f"{mu}, {level} {found['obs_ci_lower']:.5f} to {found['obs_ci_upper']:.5f}"
     own = "if the law is true, mu is {mean_ci_lower:.5f} to {mean_ci_upper:.5f}"
     yield own.format_map(found)
-
-
-def _of_printed(fit: PrintedLaw, line: FloatArray, slip: FloatArray) -> Iterator[str]:
-    yield f"restored signs: {', '.join(f'{name} {sure}' for name, sure in fit.signs.items())}"
-    (low,), (high,) = fit.sign_range(line, slip)
-    yield f"over the open signs mu is {low:.5f} to {high:.5f}"
 
 
 def _marks(fit: FittedLaw, at: Sequence[float], found: Mapping[str, Any]) -> Iterator[str]:

@@ -205,6 +205,20 @@ class FittedLaw:
         shown = ", ".join(f"{name} {value:.10g}" for name, value in values)
         return f"{self.law.name}: mu = {self.law.equation}; {shown}"
 
+    @property
+    def no_interval(self) -> str:
+        """Why the law has no interval, where it has none."""
+        return "too few curves were tested (fit.min_curves_for_errors)"
+
+    def remarks(self, line: FloatArray, slide_roll_ratio: FloatArray) -> list[str]:
+        """Sentences on the traction at one operating point; a law from print has some.
+
+        Args:
+            line: Conditions, as of `on_line`, shape (1, conditions).
+            slide_roll_ratio: Shape (1,).
+        """
+        return []
+
     @classmethod
     def of(
         cls,

@@ -14,6 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
+from oilfilm import studies
 from oilfilm.home import PACKAGE, RUN_LOCK
 from oilfilm.releases.manifest import Environment, FileRecord, records_digest
 
@@ -29,11 +30,12 @@ def code_files(home: Path) -> dict[str, Path]:
 
     Args:
         home: Folder of the workflow, as `oilfilm.home.HOME`. Where it has no library, the files of
-            the installed library are named as in a clone.
+            the installed packages are named as in a clone.
     """
     trees = [(name, home / name) for name in _CODE]
     if not (home / _LIBRARY).is_dir():
         trees.append((_LIBRARY, PACKAGE))
+        trees += [(f"workflow/{name}", studies.folder(name)) for name in studies.available()]
     files = {
         "/".join((name, *path.relative_to(top).parts)): path
         for name, top in trees

@@ -29,6 +29,8 @@ from oilfilm import tables
 from oilfilm.report.words import gate_name, law_name, law_names, load_variable
 
 _LIBRARY = Path(__file__).parents[1]
+# Templates of a study are named with its package.
+_TEMPLATES = (_LIBRARY, _LIBRARY.parent)
 UNKNOWN = "not known"
 _LINE_END = re.compile(r"[\r\n]+")
 
@@ -167,7 +169,7 @@ def listed(values: Iterable[Any]) -> str:
 @cache
 def _environment() -> Environment:
     environment = Environment(
-        loader=FileSystemLoader(_LIBRARY),
+        loader=FileSystemLoader(_TEMPLATES),
         autoescape=False,  # noqa: S701  (plain text; the page's template escapes it)
         undefined=StrictUndefined,
         trim_blocks=True,

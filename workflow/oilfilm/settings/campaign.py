@@ -252,7 +252,9 @@ class CampaignKeys(Group):
     oils_without_properties: q.Unique[q.Name] = key("Oils of unknown properties.", default=[])
     oil_aliases: dict[str, Names] = key("By oil: names beside its `aliases`.", default={})
     figures: q.Unique[q.Name] = key("Figures to draw.")
-    studies: q.Unique[q.Name] = key("Studies to add; `paper`: Deng et al. (2026).", default=[])
+    studies: q.Unique[q.Name] = key(
+        "Packages beside oilfilm to add (`deng2026_study`).", default=[]
+    )
     min_accepted_runs: int = key(
         "Accepted runs that the campaign and each oil with logs need (torque logs are counted "
         "apart); with fewer `make` fails.",

@@ -285,6 +285,8 @@ def _simulation(campaign: Campaign) -> Iterator[tuple[Steps, str]]:
     if simulates and campaign.data != "simulated":
         at = "data" if simulates == "twin" else simulates
         yield (at,), f"`{simulates}` simulates these logs: say `data: simulated`, or drop this key."
+    if simulates == "twin" and not studies.simulator():
+        yield ("twin",), "no package beside oilfilm simulates logs; use logs of a rig."
     if twin is not None and len(campaign.rigs) != 1:
         yield ("rigs",), "the rig twin simulates logs of one rig; name one."
 

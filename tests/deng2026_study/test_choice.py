@@ -1,0 +1,78 @@
+"""What the report says of the choice of oil: what has an answer, and how much has none."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from deng2026_study.advice import NO_EQUILIBRIUM, OUTSIDE
+from deng2026_study.study import sections
+from oilfilm import tables
+from oilfilm.settings.resolved import Settings
+from oilfilm.tables.campaign_tables import CampaignTables
+from oilfilm.torque.best_oil import OPERATING_POINT
+
+OILS = ("4102", "4050", "4010")
+
+
+def told(judgements: list[str], answered: list[int], share: list[float], settings: Settings) -> str:
+    """The sentences about operating points of 100 draws each.
+
+    Args:
+        judgements: One per point, as in `slip_advice`.
+        answered: Draws with an answer.
+        share: Share of these in which 4010 is the best oil.
+        settings: Any.
+    """
+    points = pd.DataFrame(dict.fromkeys(OPERATING_POINT, np.arange(len(judgements), dtype=float)))
+    points = points.assign(bearing="any")
+    advice = points.assign(judgement=judgements, advised_oil="4010", best_oil="4010")
+    answered = np.array(answered)
+    slips = pd.concat(
+        [
+            points.assign(
+                oil=oil,
+                best_share=np.where(answered > 0, part, np.nan),
+                draws_answered=answered,
+                draws_unanswered=100 - answered,
+            )
+            for oil, part in zip(OILS, (0.0, 1 - np.array(share), np.array(share)), strict=True)
+        ]
+    )
+    results = CampaignTables.in_memory(
+        slip_advice=tables.filled(advice, "slip_advice"),
+        cage_slip=tables.filled(slips, "cage_slip"),
+    )
+    (section,) = [each for each in sections(results, settings) if each.anchor == "choice"]
+    return "\n".join(fact.text for fact in section.facts)
+
+
+@pytest.mark.parametrize("bits", [0.0, 1e-12, -1e-12])
+def test_points_at_which_one_oil_stays_best_are_counted_whatever_the_last_digits(
+    config: Settings, bits: float
+) -> None:
+    # just 95 of 100 draws, 94, all
+    text = told(["agree"] * 3, [100] * 3, [0.95 + bits, 0.94, 1.0 - abs(bits)], config)
+    assert "in at least 95 % of the draws" in text
+    assert "at 2 of 3 operating points" in text
+    assert "not known" not in text
+
+
+def test_draws_without_an_answer_are_counted_beside_the_others(config: Settings) -> None:
+    # of 99 draws with an answer 94, 97 and 93: the lost one could have made 95 of the first alone
+    text = told(["agree"] * 3, [99] * 3, [94 / 99, 97 / 99, 93 / 99], config)
+    assert "at 1 of 3 operating points" in text
+    assert "not known in 3 of 300 draws" in text
+    assert "At 1 further operating points these draws decide" in text
+
+
+def test_a_law_without_refits_has_no_sentence_about_draws(config: Settings) -> None:
+    assert "draws" not in told(["agree"], [0], [0.0], config)
+
+
+def test_operating_points_without_a_choice_are_told_by_reason(config: Settings) -> None:
+    judgements = ["agree", "slips", "no film", "no film", OUTSIDE, NO_EQUILIBRIUM]
+    text = told(judgements, [100] * 6, [1.0] * 6, config)
+    assert "at 1 of 2 operating points" in text
+    assert "No choice at 2 operating points: no oil has enough film." in text
+    assert "No choice at 1 operating point: an oil has no equilibrium." in text
+    assert "No choice at 1 operating point: the choice depends on a film" in text

@@ -1,0 +1,471 @@
+"""What the paper shows of rigs, oils and curves: Figs 1 to 3 and 5, Tables 1-3 and Eqs 11-13.
+
+Each number of a table has its source. The two rigs are drawn from what the paper's text says.
+"""
+
+import itertools
+import textwrap
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.patches import Circle, FancyArrowPatch, Patch, Rectangle
+
+from deng2026_study.printed_law import with_printed
+from deng2026_study.reference import PaperStatement, PaperTables
+from oilfilm import tables
+from oilfilm.curation.coverage import with_levels
+from oilfilm.fits.fitted import FittedLaw
+from oilfilm.report.figures import style
+from oilfilm.report.figures.curves import NO_POINT, Series, draw_series
+from oilfilm.report.figures.fits import draw_constants
+from oilfilm.report.figures.sheet import Sheet, register, table_page
+from oilfilm.settings.base import present
+from oilfilm.settings.campaign import Campaign
+from oilfilm.settings.resolved import Settings
+from oilfilm.tables.campaign_tables import CampaignTables
+from oilfilm.traction.law import CONDITIONS
+from simulated_lab.printed import PrintedCoefficients
+
+_PRESSURE, _SPEED, _TEMPERATURE = CONDITIONS
+
+
+@register(
+    paper="Fig. 2",
+    family="data",
+    tables=("points", "runs", "coefficients"),
+    settings=("figures", "oils", "rigs", "same_set_point", "campaign.matrix"),
+)
+def fig02(results: CampaignTables, settings: Settings) -> Sheet:
+    """Traction curves of one oil.
+
+    Traction coefficient against slide-roll ratio, one row of panels per inlet temperature.
+    Left: by maximum Hertz pressure; right: by entrainment speed. Symbols: plateau means with
+    the 95 % interval of their random error. Lines: fitted law.
+    """
+    runs, choice = with_levels(results.runs, settings), settings.figures.fig02
+    oil, temperatures = choice.oil, choice.inlet_temperature_c
+    law = FittedLaw.of(results.configured.coefficients, oil)
+    base = style.oil_colour(oil, list(settings.oils))
+    sheet = Sheet(2 * len(temperatures), 2, height=1.7, sharex=True, sharey=True)
+    panels = itertools.product(temperatures, ((_PRESSURE, _SPEED), (_SPEED, _PRESSURE)))
+    for number, (temperature, (varied, fixed)) in enumerate(panels):
+        same = {_TEMPERATURE: temperature, fixed: getattr(choice, fixed)}
+        levels = _levels_of(runs, settings.campaign, varied)
+        looks = zip(
+            levels, style.shades(base, len(levels)), itertools.cycle(style.MARKERS), strict=False
+        )
+        series = []
+        for level, shade, marker in looks:
+            points = _select(results.points, runs, oil, {**same, varied: level})
+            phrase = style.level_phrases({varied: level})
+            series.append(Series(phrase, oil, points, law, shade, marker))
+        shown = sum(len(curve.points) > 0 for curve in series)
+        count = "" if shown in (0, len(series)) else f" ({shown} of {len(series)} curves)"
+        draw_series(sheet.panel(number, style.level_phrases(same) + count), series)
+    _finish(sheet, [sheet.axes[::2], sheet.axes[1::2]])
+    return sheet
+
+
+@register(
+    paper="Fig. 3",
+    family="data",
+    tables=("points", "runs", "coefficients"),
+    settings=("figures", "oils", "rigs", "same_set_point", "campaign.matrix"),
+)
+def fig03(results: CampaignTables, settings: Settings) -> Sheet:
+    """Traction curves of all oils at one temperature.
+
+    Traction coefficient against slide-roll ratio, one panel per maximum Hertz pressure.
+    Symbols: plateau means with the 95 % interval of their random error. Lines: fitted law.
+    """
+    runs, choice = with_levels(results.runs, settings), settings.figures.fig03
+    oils = list(settings.oils)
+    same = {_SPEED: choice.entrainment_speed_m_s, _TEMPERATURE: choice.inlet_temperature_c}
+    pressures = _levels_of(runs, settings.campaign, _PRESSURE)
+    count = max(len(pressures), 1)
+    sheet = Sheet(count, count, width=style.DOUBLE_COLUMN_IN, sharex=True, sharey=True)
+    for number, pressure in enumerate(pressures):
+        series = []
+        for oil in oils:
+            points = _select(results.points, runs, oil, {_PRESSURE: pressure, **same})
+            law = FittedLaw.of(results.configured.coefficients, oil)
+            series.append(Series(oil, oil, points, law, *style.oil_look(oil, oils).values()))
+        draw_series(sheet.panel(number, style.level_phrases({_PRESSURE: pressure})), series)
+    shown = set(sheet.drawn()["oil"])
+    lost = style.lost_handles([oil for oil in oils if oil not in shown], "no accepted point here")
+    _finish(sheet, [sheet.axes], lost, style.level_phrases(same))
+    return sheet
+
+
+def _levels_of(runs: pd.DataFrame, campaign: Campaign, name: str) -> list[float]:
+    """Levels of a condition: those of the campaign's matrix, else those that runs were set to."""
+    if campaign.matrix is not None:
+        return list(getattr(campaign.matrix, name))
+    return sorted(runs[f"nominal_{name}"].dropna().unique())
+
+
+def _select(
+    points: pd.DataFrame, runs: pd.DataFrame, oil: str, levels: Mapping[str, float]
+) -> pd.DataFrame:
+    """Accepted points of the runs of an oil at given levels."""
+    runs = runs[runs["oil"] == oil]
+    for name, level in levels.items():
+        runs = runs[np.isclose(runs[f"nominal_{name}"], level)]
+    return points[points["accepted"] & points["run_id"].isin(runs["run_id"])]
+
+
+def _finish(
+    sheet: Sheet, groups: Sequence[Sequence[Axes]], lost: Sequence[Any] = (), title: str = ""
+) -> None:
+    """Labels of the axes, and below each group of panels the series that any of them shows."""
+    sheet.label(style.CONDITION_LABELS["slide_roll_ratio"], style.TRACTION_LABEL)
+    if not sheet.parts:
+        if not sheet.axes[0].texts:
+            sheet.panel(0).say(NO_POINT)
+        return
+    columns = []
+    for of_group in groups:
+        entries = [axis.get_legend_handles_labels() for axis in of_group]
+        # a series may have no points in the first panel; the fullest one gives the order
+        fullest_first = sorted(entries, key=lambda entry: -len(entry[1]))
+        shown = {
+            label: handle for both in fullest_first for handle, label in zip(*both, strict=True)
+        }
+        columns.append([*shown.values()])
+    rows = max(map(len, columns))
+    filled = [[*column, *style.lost_handles([""] * (rows - len(column)))] for column in columns]
+    handles = [handle for column in filled for handle in column]
+    sheet.legend([*handles, *lost], title, columns=len(groups) if len(groups) > 1 else 0)
+    sheet.axes[0].set_ylim(bottom=0)
+    sheet.axes[0].set_xlim(left=-0.005)
+
+
+_PAPER = "in the paper's text"
+_NONE = "\N{EN DASH}"
+_LINE_IN = 0.125
+_ROW_IN = 0.06  # between rows, beside their lines
+_AT_C = 100.0  # of the oils' properties, as in the paper
+# Quantity, unit and its value for an oil.
+_OF_OIL: tuple[tuple[str, str, Any], ...] = (
+    ("grade", "cSt", lambda oil: oil.nominal_kinematic_viscosity_100c_cst),
+    ("kinematic viscosity", "cSt", lambda oil: 1e6 * oil.kinematic_viscosity_m2_s(_AT_C)),
+    ("dynamic viscosity", "mPa s", lambda oil: 1e3 * oil.dynamic_viscosity_pa_s(_AT_C)),
+    ("density", "kg/m\N{SUPERSCRIPT THREE}", lambda oil: oil.density_kg_m3(_AT_C)),
+    (
+        "pressure-viscosity coefficient",
+        "1/GPa",
+        lambda oil: 1e9 * oil.pressure_viscosity_coefficient_1_pa(_AT_C),
+    ),
+    ("thermal conductivity", "W/(m K)", lambda oil: oil.thermal_conductivity_w_mk(_AT_C)),
+    ("specific heat", "J/(kg K)", lambda oil: oil.specific_heat_j_kgk(_AT_C)),
+)
+_MATRIX = {
+    "max_hertz_pressure_gpa": ("maximum Hertz pressure", "GPa"),
+    "entrainment_speed_m_s": ("entrainment speed", "m/s"),
+    "inlet_temperature_c": ("inlet temperature", "\N{DEGREE SIGN}C"),
+}
+
+
+@register(
+    paper="Table 1",
+    family="data",
+    settings=("oils",),
+    references=("paper_tables",),
+    shows_data=False,
+)
+def tab01(results: CampaignTables, settings: Settings, paper_tables: PaperTables) -> Sheet:
+    """Properties of the oils.
+
+    Density, viscosity, pressure-viscosity coefficient, thermal conductivity and specific heat
+    at 100 \N{DEGREE SIGN}C and 1 bar, with their sources. The values of the paper are lost.
+    Properties that stand in for unknown ones are marked.
+    """
+    rows, notes = [], []
+    for name in settings.oils:
+        oil = settings.properties_of(name)
+        source = "no known properties"
+        if oil is not None:
+            source = f"stand-in: {oil.source}" if oil.stand_in else oil.source
+        notes.append(f"{name}: {source}")
+        rows += [
+            _row(name, quantity, unit, np.nan if oil is None else float(of_oil(oil)), source)
+            for quantity, unit, of_oil in _OF_OIL
+        ]
+    title = f"Properties at {_AT_C:g} \N{DEGREE SIGN}C and 1 bar"
+    return _table(title, rows, notes, paper_tables.tab01)
+
+
+@register(
+    paper="Table 2",
+    family="data",
+    tables=("points", "runs"),
+    settings=("oils", "rigs", "same_set_point", "campaign.matrix"),
+    references=("paper_tables",),
+)
+def tab02(results: CampaignTables, settings: Settings, paper_tables: PaperTables) -> Sheet:
+    """Test matrix.
+
+    Levels of maximum Hertz pressure (GPa), entrainment speed (m/s) and inlet temperature
+    (\N{DEGREE SIGN}C); slide-roll ratios of the accepted points; accepted curves. The table of
+    the paper is lost; the last column quotes its text.
+    """
+    matrix, runs = settings.campaign.matrix, with_levels(results.runs, settings)
+    logged = "set points of the logs"
+    source = "campaign file, matrix" if matrix is not None else logged
+    accepted = results.points[results.points["accepted"]]
+    rows, about = [], "this campaign"
+    for name, (quantity, unit) in _MATRIX.items():
+        set_points = sorted(runs[f"nominal_{name}"].dropna().unique())
+        levels = _levels(set_points if matrix is None else getattr(matrix, name))
+        rows.append(_row(about, quantity, unit, levels, source))
+    # of a rig whose contact is not known
+    if loads := sorted(runs["nominal_load_n"].dropna().unique()):
+        rows.append(_row(about, "load", "N", _levels(loads), logged))
+    slips = accepted["slide_roll_ratio"].abs()
+    reached = f"{round(slips.min(), 3):g} to {round(slips.max(), 3):g}" if len(slips) else _NONE
+    rows.append(_row(about, "slide-roll ratio", "", reached, "accepted points"))
+    for oil in settings.oils:
+        of_oil = runs.loc[runs["oil"] == oil, "run_id"]
+        curves = f"{of_oil.isin(accepted['run_id']).sum()} accepted of {len(of_oil)} runs"
+        rows.append(_row(about, f"curves of {oil}", "", curves, "tables runs and points"))
+    return _table("Test matrix", rows, [f"Levels: {source}."], paper_tables.tab02)
+
+
+@register(
+    paper="Table 3",
+    family="data",
+    settings=("bearings", "campaign.torque"),
+    references=("paper_tables",),
+    shows_data=False,
+    requires="torque",
+)
+def tab03(results: CampaignTables, settings: Settings, paper_tables: PaperTables) -> Sheet:
+    """Parameters of the bearing.
+
+    Geometry, materials and cage of the bearing, with their sources. The table of the paper is
+    partly lost; the last column quotes its text.
+    """
+    torque = present(settings.campaign.torque, "torque", "the campaign")
+    bearing, rows = settings.bearings[torque.bearing], []
+    listed = pd.read_csv(Path(__file__).with_name("tab03.csv"), keep_default_na=False)
+    for of, quantity, unit, keys, factor in listed.itertuples(index=False):
+        about = torque.bearing, quantity, unit
+        if of == "test":
+            if torque.matrix is not None:
+                levels = _levels([factor * level for level in getattr(torque.matrix, keys)])
+                rows.append(_row(*about, levels, "campaign file, `torque`"))
+            continue
+        value: Any = bearing
+        for key in keys.split("."):
+            value = getattr(value, key, None)
+        if value is not None:  # the file may leave it out
+            source = "assumed" if keys.split(".")[0] in bearing.assumed else bearing.source
+            value = value if isinstance(value, str) else factor * value
+            # every digit of the drawing, and none that it has not
+            rows.append(_row(*about, value, source, "{:.7g}".format))
+    notes = [f"{torque.bearing}: {bearing.source}. *: assumed."]
+    return _table("Bearing and test of its torque", rows, notes, paper_tables.tab03)
+
+
+def _levels(levels: Iterable[float]) -> str:
+    return ", ".join(f"{level:g}" for level in levels) or _NONE
+
+
+def _number(value: float) -> str:
+    """At least three digits, and all digits before the decimal point."""
+    return f"{value:.{int(np.clip(2 - np.floor(np.log10(value)), 0, 3))}f}"
+
+
+def _row(
+    thing: str,
+    quantity: str,
+    unit: str,
+    content: float | str,
+    source: str,
+    number_format: Callable[[float], str] = _number,
+) -> dict[str, Any]:
+    """One cell: a text, or a number in its format."""
+    if isinstance(content, str):
+        value, text = np.nan, content
+    else:
+        value, text = content, _NONE if np.isnan(content) else number_format(content)
+    text = f"{text}*" if source == "assumed" else text
+    columns = ("thing", "quantity", "unit", "words", "value", "source")
+    return dict(zip(columns, (thing, quantity, unit, text, value, source), strict=True))
+
+
+def _table(
+    title: str, rows: list[dict[str, Any]], notes: list[str], of_paper: Mapping[str, PaperStatement]
+) -> Sheet:
+    """The rows as a table with one column per thing; last, what remains in the paper's text."""
+    units = {row["quantity"]: row["unit"] for row in rows}
+    for quantity, statement in of_paper.items():
+        where = f" ({statement.where})" if statement.where else ""
+        unit, source = units.get(quantity, ""), statement.where or "lost"
+        rows.append(_row(_PAPER, quantity, unit, f"{statement.says}{where}", source))
+    drawn = pd.DataFrame(rows)
+    *things, _ = columns = [*drawn.loc[drawn["thing"] != _PAPER, "thing"].unique(), _PAPER]
+    cells = drawn.pivot(index="quantity", columns="thing", values="words")
+    cells = cells.reindex(index=drawn["quantity"].unique(), columns=columns).fillna("")
+    few = len(things) <= 1
+    cells[_PAPER] = ["\n".join(textwrap.wrap(text, 46 if few else 26)) for text in cells[_PAPER]]
+    paper_x = 0.64 if few else 0.72
+    ends = np.linspace(0.37, paper_x - 0.02, len(things) + 1)[1:]
+    heads = [f"{name} ({unit})" if (unit := units.get(name, "")) else name for name in cells.index]
+    row_in = _LINE_IN * (cells[_PAPER].str.count("\n").to_numpy() + 1) + _ROW_IN
+    layout = style.DOUBLE_COLUMN_IN, len(cells), row_in, _LINE_IN + _ROW_IN
+    sheet, panel, write = table_page(*layout, notes)
+    bold: style.Look = {"fontweight": "bold"}
+    write(0, title, heads, {"color": style.GREY})
+    for thing, end in zip(things, ends, strict=True):
+        write(end, thing, cells[thing], bold, ha="right")
+    write(paper_x, _PAPER, cells[_PAPER], {**bold, "color": "black"}, color=style.GREY)
+    series = drawn["quantity"] + drawn["unit"].map(lambda unit: f" ({unit})" if unit else "")
+    label = drawn["words"] + " [" + drawn["source"] + "]"
+    panel.keep(series, np.nan, value=drawn["value"], label=label, panel=drawn["thing"])
+    return sheet
+
+
+@register(like="constants", paper="Eqs 11-13", references=("printed_coefficients",))
+def eqs11_13(
+    results: CampaignTables, settings: Settings, printed_coefficients: PrintedCoefficients
+) -> Sheet:
+    """.
+
+    Fitted constants of the traction law for each oil, with their standard errors from a
+    bootstrap over curves. Beside them: the constants printed in the paper, signs restored, for
+    the oils that it tested.
+    """
+    table = with_printed(results.configured.coefficients, printed_coefficients)
+    note = "Printed: Deng et al. 2026, signs reconstructed"
+    return draw_constants(table, list(settings.oils), note)
+
+
+# What a part is -> its colour, and in words.
+_KINDS: dict[str, tuple[Any, str]] = {
+    "fixed": (style.tint("#555555", 0.30), "fixed or guided"),
+    "turning": ("#ffffff", "turning"),
+    "sensor": (style.tint("#E69F00", 0.65), "sensor"),
+    "drive": (style.tint("#CC79A7", 0.45), "drive"),
+    "oil": (style.tint("#56B4E9", 0.60), "oil"),
+}
+_EDGE: style.Look = {"edgecolor": "black", "linewidth": 0.6}
+
+
+@register(paper="Fig. 1", family="data", settings=("rigs",), shows_data=False)
+def fig01(results: CampaignTables, settings: Settings) -> Sheet:
+    """Traction rig.
+
+    (a) Ball-on-disc rig with drives and sensors. (b) The cradle turns about the vertical axis
+    of the air spindle. It presses against the force sensor, which measures along the rolling
+    direction. (c) Contact of ball and disc with the measured speeds, load and force. Schematic
+    after the text of the paper, not to scale; configured dimensions in mm.
+    """
+    sheet = Sheet(4, 2, height=(1.55, 1.9), left=0.05, bottom=0.05, width_ratios=(1.15, 1))
+    # the first panel is as tall as both others together
+    grid = sheet.axes[0].get_gridspec()
+    for axis in sheet.axes[::2]:
+        axis.remove()
+    sheet.axes = [sheet.figure.add_subplot(grid[:, 0]), *sheet.axes[1::2]]
+    rig = next(iter(settings.rigs.values()))
+    radii = {"disc": rig.disc_track_radius_m, "ball": rig.ball_track_radius_m}
+    sizes = {
+        name: "" if radius is None else f" = {1e3 * radius:.4g} mm"
+        for name, radius in radii.items()
+    }
+    titles = ("Rig from the side", "Cradle from above", "Contact, along the ball's axis")
+    return _draw(sheet, "fig01", titles, sizes)
+
+
+@register(paper="Fig. 5", family="data", shows_data=False)
+def fig05(results: CampaignTables, settings: Settings) -> Sheet:
+    """Torque rig.
+
+    Rig for the friction torque of a bearing: driven inner ring, pure axial load and under-race
+    lubrication. The torque of the outer ring is measured. Schematic after the text of the
+    paper, not to scale.
+    """
+    sheet = Sheet(width=style.DOUBLE_COLUMN_IN, left=0.05, top=0.05, bottom=0.05, height=2.3)
+    return _draw(sheet, "fig05", [None], {})
+
+
+def _draw(sheet: Sheet, name: str, titles: Sequence[str | None], sizes: Mapping[str, str]) -> Sheet:
+    """Draw the parts that a file lists, later ones above, and the key.
+
+    A circle has its radius as `to_x`. Words are at (x, y), with a line to the part at (to_x, to_y)
+    unless that is the same point. Each mark is two rows of what is drawn, its start and its end.
+
+    Args:
+        sheet: With the panels.
+        name: The file `<name>.csv` beside this module.
+        titles: Of the panels.
+        sizes: What stands for the names in braces.
+    """
+    parts = pd.read_csv(Path(__file__).with_name(f"{name}.csv"), keep_default_na=False)
+    labels = [label.format_map(sizes).replace("\\n", "\n") for label in parts["words"]]
+    panels = [sheet.panel(number, title) for number, title in enumerate(titles)]
+    for part in tables.rows(parts.assign(words=labels)):
+        _draw_mark(sheet.axes["abc".index(part["panel"])], part)
+    for axis in sheet.axes:
+        axis.set_aspect("equal")
+        axis.set_axis_off()
+        axis.set_anchor("N")
+    sheet.legend(
+        [Patch(facecolor=colour, label=label, **_EDGE) for colour, label in _KINDS.values()]
+    )
+    series = (parts["mark"] + " " + parts["kind"]).str.strip().repeat(2)
+    x, y = (parts[[name, f"to_{name}"]].to_numpy().ravel() for name in "xy")
+    panels[0].keep(series, x, y, label=np.repeat(labels, 2), panel=parts["panel"].repeat(2))
+    return sheet
+
+
+def _draw_mark(axis: Axes, part: Mapping[str, Any]) -> None:
+    start, end, kind = (part["x"], part["y"]), (part["to_x"], part["to_y"]), part["kind"]
+    width, height = end[0] - start[0], end[1] - start[1]
+    colour, _ = _KINDS.get(kind, ("black", ""))
+    oil = kind == "oil"
+    match part["mark"]:
+        case "box":
+            axis.add_patch(Rectangle(start, width, height, facecolor=colour, **_EDGE))
+        case "film":
+            axis.add_patch(Rectangle(start, width, height, facecolor=colour, linewidth=0))
+        case "circle":
+            axis.add_patch(Circle(start, end[0], facecolor=colour, **_EDGE))
+        case "ring":
+            axis.add_patch(Circle(start, end[0], fill=False, linewidth=0.6, linestyle="--"))
+        case "line":
+            thickness = 3.0 if oil else 0.6
+            xy = zip(start, end, strict=True)
+            axis.plot(*xy, color=colour, linewidth=thickness, solid_capstyle="butt")
+        case "arrow" | "turn" | "turn left":
+            bend = {"turn": -0.6, "turn left": 0.6}.get(part["mark"], 0.0)
+            axis.add_patch(
+                FancyArrowPatch(
+                    start,
+                    end,
+                    arrowstyle="-|>",
+                    connectionstyle=f"arc3,rad={bend}",
+                    mutation_scale=7,
+                    shrinkA=0,
+                    shrinkB=0,
+                    color="#0072B2" if oil else "black",
+                    linewidth=0.9,
+                )
+            )
+        case "words":
+            _draw_label(axis, part["words"], start, end)
+
+
+def _draw_label(
+    axis: Axes, label: str, at: tuple[float, float], target: tuple[float, float]
+) -> None:
+    box = None
+    if at != target:
+        axis.plot(*zip(at, target, strict=True), color=style.GREY, linewidth=0.5)
+        axis.plot(*target, ".", color=style.GREY, markersize=2.5)
+        box = {"facecolor": "white", "edgecolor": "none", "pad": 0.8}
+    axis.text(*at, label, ha="center", va="center", fontsize=7, linespacing=1.1, bbox=box)

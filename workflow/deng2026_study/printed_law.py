@@ -1,0 +1,139 @@
+"""The law with the constants that the paper prints.
+
+Decides: the law that the paper prints, where it was tested, and what its lost
+signs leave open.
+"""
+
+import itertools
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+import pandas as pd
+
+from oilfilm.errors import OilfilmError
+from oilfilm.fits.fitted import Coefficients, FittedLaw
+from oilfilm.home import CONFIG, reference_file
+from oilfilm.settings.config import Box
+from oilfilm.settings.messages import load
+from oilfilm.settings.resolve import read_config
+from oilfilm.ties import first_largest
+from oilfilm.traction.laws.deng2026 import DENG2026, traction_coefficient
+from oilfilm.units import FloatArray
+from simulated_lab.printed import PrintedCoefficients
+
+# Slips at which the range over the open signs is looked for: from the first step of the rig on.
+_SLIPS = (0.01, 0.05, 0.3)
+
+
+@dataclass(frozen=True, repr=False)
+class PrintedLaw(FittedLaw):
+    """The law with printed constants: no intervals, but the range over signs that are open.
+
+    Attributes:
+        signs: How sure the sign of each exponent is, by the name of the constant: certain,
+            probable, open, or without effect.
+    """
+
+    signs: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def no_interval(self) -> str:
+        """See `FittedLaw`."""
+        return "the paper states none"
+
+    def remarks(self, line: FloatArray, slide_roll_ratio: FloatArray) -> list[str]:
+        """See `FittedLaw`."""
+        signs = ", ".join(f"{name} {sure}" for name, sure in self.signs.items())
+        (low,), (high,) = self.sign_range(line, slide_roll_ratio)
+        return [f"restored signs: {signs}", f"over the open signs mu is {low:.5f} to {high:.5f}"]
+
+    def sign_range(
+        self, conditions: FloatArray, slide_roll_ratio: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """Lowest and highest mu over the open signs, each with each; the others are as in use.
+
+        Args:
+            conditions: P, U and T, shape (points, 3).
+            slide_roll_ratio: S, shape (points,).
+        """
+        names = [constant.name for constant in self.law.constants]
+        open_signs = [names.index(name) for name, sure in self.signs.items() if sure == "open"]
+        pressure, speed, temperature = np.asarray(conditions, dtype=float).T
+        slip = np.abs(slide_roll_ratio)
+        mu = []
+        for turned in itertools.product((1.0, -1.0), repeat=len(open_signs)):
+            constants = self.coefficients.constants.copy()
+            constants[open_signs] *= turned
+            mu.append(traction_coefficient(constants, pressure, speed, temperature, slip))
+        ends = np.sign(slide_roll_ratio) * np.array([np.min(mu, axis=0), np.max(mu, axis=0)])
+        return ends.min(axis=0), ends.max(axis=0)
+
+
+def printed_law(printed: PrintedCoefficients, oil: str, tested: Box) -> PrintedLaw:
+    """The printed law of one oil, with the paper's tested box and what its lost signs leave open.
+
+    Args:
+        printed: Content of data/reference/printed_coefficients.yaml.
+        oil: One of its oils.
+        tested: What the paper's abstract says was tested (`printed.boxes.tested`).
+    """
+    ends = tested.model_dump()
+    box = np.array([ends[name] for name in (*DENG2026.conditions, "slide_roll_ratio")], dtype=float)
+    coefficients = replace(Coefficients.bare(DENG2026, printed.constants()[oil]), box=box)
+    law = PrintedLaw(DENG2026, coefficients, signs=printed.signs(oil))
+    lost = [name for name, sure in law.signs.items() if sure == "open"]
+    if not lost:
+        return law
+    points = np.array(list(itertools.product(*box[:-1], _SLIPS)))
+    lower, upper = law.sign_range(points[:, :-1], points[:, -1])
+    widest = int(first_largest(upper / lower))
+    where = "{:g} GPa, {:g} m/s, {:g} degC, S {:g}".format(*points[widest])
+    sentence = (
+        f"the signs of {', '.join(lost)} were lost and are open: over them mu is "
+        f"{lower[widest]:.2g} to {upper[widest]:.2g} at {where}"
+    )
+    return replace(law, wrong=(sentence,))
+
+
+def printed(oil: str | int) -> PrintedLaw:
+    """The law with the constants that the paper prints for an oil: tested box, but no intervals.
+
+    Args:
+        oil: 4102, 4050 or 4010.
+
+    Returns:
+        The law; `signs` says how sure each restored sign is, and `sign_range` gives the lowest and
+        the highest mu over those that are open.
+
+    Raises:
+        OilfilmError: The paper prints no constants of it.
+
+    Reference: Deng et al. (2026), Eqs 11-13; lost signs as in data/reference.
+
+    Examples:
+        >>> law = printed("4102")
+        >>> print(f"{law.predict_at(1.0, 20.0, 20.0, 0.05).traction_coefficient:.4f}")
+        0.0204
+    """
+    content = load(reference_file("printed_coefficients"), PrintedCoefficients)
+    if (name := str(oil)) not in content.oils:
+        known = ", ".join(content.falling_viscosity)
+        raise OilfilmError(f"the paper prints no constants of {oil!r}; of {known}.")
+    return printed_law(content, name, read_config(CONFIG).printed.boxes.tested)
+
+
+def with_printed(coefficients: pd.DataFrame, printed: PrintedCoefficients) -> pd.DataFrame:
+    """The table of coefficients with `printed_value`, the printed constant; null where none is.
+
+    An exponent that was tested along a line of conditions alone has none to compare with.
+    """
+    names = [constant.name for constant in DENG2026.constants]
+    known = {
+        (printed.law, oil, name): value
+        for oil, values in printed.constants().items()
+        for name, value in zip(names, values, strict=True)
+    }
+    keys = zip(coefficients["law"], coefficients["oil"], coefficients["constant"], strict=True)
+    values = pd.Series([known.get(key, np.nan) for key in keys], coefficients.index, dtype=float)
+    return coefficients.assign(printed_value=values.mask(coefficients["verdict"] == "in step"))

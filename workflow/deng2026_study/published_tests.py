@@ -1,0 +1,60 @@
+"""Published tests of bearings beside the calculation.
+
+The oil's share of the volume between the rings, to which the drag is proportional, is the one
+constant of a bearing that no drawing gives. It is set by published power losses.
+
+Decides: where the drag in a bearing comes from.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import pandas as pd
+
+from deng2026_study.reference import PublishedBearingTest, PublishedBearingTests
+from oilfilm.settings.resolved import Settings
+from oilfilm.torque.bearing_torque import Cases, OilInBearing, joined
+from oilfilm.units import RAD_S_PER_RPM
+
+
+def published_tests_table(
+    published: PublishedBearingTests, oils: Sequence[OilInBearing], settings: Settings
+) -> pd.DataFrame:
+    """Published tests beside the calculated values, with the drag as set and at its range's ends.
+
+    Args:
+        published: Content of data/reference/bearing_tests.yaml.
+        oils: Oils with their laws; tests with others are left out.
+        settings: The settings.
+    """
+    by_name = {oil.name: oil for oil in oils}
+    frames = [
+        _one_test(test, by_name[test.oil], settings)
+        for test in published.tests
+        if test.oil in by_name and test.bearing in settings.bearings
+    ]
+    return joined(frames, "published_tests")
+
+
+def _one_test(test: PublishedBearingTest, oil: OilInBearing, settings: Settings) -> pd.DataFrame:
+    bearing = settings.bearings[test.bearing].bearing(test.bearing)
+    names = {"power_w": "published_power_w", "largest_cage_slip": "published_cage_slip"}
+    rows = pd.DataFrame([row.model_dump() for row in test.rows], dtype=float).rename(columns=names)
+    points = rows.assign(inlet_temperature_c=test.inlet_temperature_c)
+    speed = rows["inner_speed_rpm"] * RAD_S_PER_RPM
+
+    def with_share(fraction: float) -> pd.DataFrame:
+        changed = oil.settings.model_copy(update={"oil_volume_fraction": fraction})
+        return Cases(bearing, [(replace(oil, settings=changed), "stress", points)]).run()
+
+    low, high = map(with_share, settings.bearing.oil_volume_fraction_range)
+    as_set = with_share(settings.bearing.oil_volume_fraction)
+    return as_set.assign(
+        power_w=as_set["torque_n_m"] * speed,
+        power_low_w=low["torque_n_m"] * speed,
+        power_high_w=high["torque_n_m"] * speed,
+        cage_slip_low=low["cage_slip"],
+        cage_slip_high=high["cage_slip"],
+        source=test.source,
+        assumed=test.assumed,
+    )

@@ -1,0 +1,36 @@
+"""Judge the paper's constants, signs and claims; compare fits with a simulated truth."""
+
+from pathlib import Path
+
+import oilfilm.run.job as run
+from deng2026_study.audit.audit import audit_campaign
+from deng2026_study.extrapolation import extrapolate, extrapolation_errors
+from deng2026_study.printed_constants import judge_printed, study_signs
+from oilfilm.fits.fit import laws_of
+from oilfilm.tables import empty
+from simulated_lab.printed import printed_constants
+from simulated_lab.truth import truth_grid
+
+with run.job(snakemake) as job:
+    printed, claims = Path(snakemake.input.printed), Path(snakemake.input.claims)
+    constants, oils = printed_constants(printed), list(job.settings.oils)
+    judged = judge_printed(job.tables.configured, constants, oils, job.settings.printed)
+    limit = job.settings.gates.traction_max
+    signs, verdicts = study_signs(constants, oils, job.settings.printed, limit)
+    frames = {"printed_judged": judged, "signs": signs, "sign_verdicts": verdicts}
+    if job.settings.campaign.twin:
+        truth = truth_grid(job.settings, constants)
+        compared = extrapolate(
+            truth,
+            job.tables.coefficients,
+            job.tables.refits,
+            job.tables.fit_quality,
+            job.settings.same_set_point.relative,
+            {oil: laws_of(oil, job.settings) for oil in oils},
+        )
+        frames |= {"truth_grid": truth, "extrapolation": compared}
+        frames["extrapolation_errors"] = extrapolation_errors(compared)
+    extrapolation = frames.get("extrapolation", empty("extrapolation"))
+    with_truth = job.tables.replace(extrapolation=extrapolation)
+    frames |= audit_campaign(with_truth, printed, claims, job.settings)
+    job.write(frames)

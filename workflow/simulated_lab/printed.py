@@ -1,0 +1,58 @@
+"""The constants that Deng et al. (2026) print of three oils: the truth behind simulated logs.
+
+Decides: which constants the paper prints (in `data/reference/printed_coefficients.yaml`).
+"""
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+import numpy as np
+from pydantic import Field
+
+from oilfilm.settings.base import Group, key
+from oilfilm.settings.messages import load
+from oilfilm.settings.quantities import Levels, Name
+from oilfilm.units import FloatArray
+
+_Constants = Annotated[list[float], Field(min_length=4, max_length=4)]
+_Sure = Literal["certain", "probable", "open", "without effect"]
+_Signs = Annotated[list[_Sure], Field(min_length=3, max_length=3)]
+
+
+class OilConstants(Group):
+    """Printed constants of one oil, signs restored."""
+
+    A: _Constants = key("A0 and the exponents of P, U and T.")
+    B: _Constants = key("B0 and the exponents of P, U and T.")
+    C: _Constants = key("C0 and the exponents of P, U and T.")
+    signs: dict[Literal["A", "B", "C"], _Signs] = key("How sure each exponent's sign is, P, U, T.")
+
+
+class PrintedCoefficients(Group):
+    """data/reference/printed_coefficients.yaml: constants of Eqs 11-13."""
+
+    law: Name = key("Law.")
+    falling_viscosity: Levels[str] = key("Oils, the most viscous first.")
+    oils: Annotated[dict[str, OilConstants], Field(min_length=1)] = key("Constants by oil.")
+
+    def constants(self) -> dict[str, FloatArray]:
+        """Twelve constants of each oil, the most viscous first: X0 and exponents of A, B, C."""
+        blocks = {oil: self.oils[oil] for oil in self.falling_viscosity}
+        return {oil: np.array([*of.A, *of.B, *of.C]) for oil, of in blocks.items()}
+
+    def signs(self, oil: str) -> dict[str, str]:
+        """How sure the sign of each exponent of an oil is, by the name of the constant."""
+        return {
+            f"{letter}{number}": sure
+            for letter, of_letter in self.oils[oil].signs.items()
+            for number, sure in enumerate(of_letter, start=1)
+        }
+
+
+def printed_constants(path: Path) -> dict[str, FloatArray]:
+    """The twelve printed constants of each oil, signs restored; the most viscous oil first.
+
+    Raises:
+        OilfilmError: The file is missing or has a mistake.
+    """
+    return load(path, PrintedCoefficients).constants()

@@ -1,0 +1,12 @@
+"""Simulate the raw logs of a campaign whose truth is known."""
+
+from pathlib import Path
+
+import oilfilm.run.job as run
+from simulated_lab.printed import printed_constants
+from simulated_lab.simulate import simulate_campaign, write_logs
+
+with run.job(snakemake) as job:
+    constants = printed_constants(Path(snakemake.input.printed))
+    logs = simulate_campaign(job.settings, constants)
+    write_logs(logs, "truth", snakemake.output, job.provenance)

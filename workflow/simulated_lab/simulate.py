@@ -1,0 +1,228 @@
+"""The rig twin: traction-rig logs simulated from a known traction with the rig's own troubles.
+
+Truth is a traction law with known constants, or physics. On top come the sensors' noise, the
+drift of the traction sensor's zero, the control errors of load, speed and temperature, errors that
+a whole run shares, the overshoot of the slip control, wild readings and, in a few runs, planted
+defects.
+"""
+
+import io
+from collections.abc import Iterable, Iterator, Mapping
+from hashlib import sha256
+from itertools import accumulate
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyarrow as arrow
+import pyarrow.csv as arrow_csv
+
+from oilfilm import tables
+from oilfilm.atomic_write import write_text
+from oilfilm.logs.raw_files import listing
+from oilfilm.physics.contact import Contact, max_hertz_pressure
+from oilfilm.randomness import generator
+from oilfilm.settings.base import present
+from oilfilm.settings.campaign import Twin
+from oilfilm.settings.resolved import Settings
+from oilfilm.settings.rig import Rig
+from oilfilm.units import PA_PER_GPA, FloatArray, surface_speed_to_rpm
+from simulated_lab.plan import GATES, PlannedRun, planned_runs
+from simulated_lab.truth import Truth, known_contact, true_tractions
+
+_NEWTON_PER_KGF = 9.80665
+_DECIMALS = {
+    "time_s": 2,
+    "load_n": 3,
+    "traction_force_n": 5,
+    "ball_speed_rpm": 2,
+    "disc_speed_rpm": 2,
+    "inlet_temperature_c": 2,
+    "axial_load_n": 1,
+    "inner_speed_rpm": 1,
+    "oil_temperature_c": 2,
+    "outer_ring_temperature_c": 2,
+    "torque_n_m": 4,
+}
+
+
+# Signals by name.
+Columns = dict[str, FloatArray]
+
+
+def simulate_campaign(
+    settings: Settings, constants: Mapping[str, FloatArray]
+) -> Iterator[tuple[PlannedRun, bytes, list[dict[str, Any]]]]:
+    """Each planned run with the bytes of its csv log and its one row of the truth table.
+
+    `constants` are the printed ones, which are true unless the campaign's twin has another truth.
+    The random numbers of a run depend on the seed and the run's name alone, so that a run is the
+    same whichever others are simulated with it.
+    """
+    tractions, contact = true_tractions(settings, constants), known_contact(settings)
+    ((name, rig),) = settings.rigs.items()
+    for key in ("full_scale", "ball_track_radius_m", "disc_track_radius_m"):
+        present(getattr(rig, key), key, f"config/rigs/{name}.yaml")
+    twin = present(settings.campaign.twin, "twin", "the campaign")
+    programme = slip_programme(twin)
+    for run in planned_runs(settings.campaign):
+        random = generator(settings.seed, "rig twin", run.name)
+        true = _true_run(run, tractions[run.oil], twin, contact, programme, random)
+        truth = {
+            "run_id": run.name,
+            "oil": run.oil,
+            "defect": run.defect,
+            "gate": GATES.get(run.defect, ""),
+            **{level: true[level].mean() for level in run.set_points},
+        }
+        yield run, log_content("rig", run, _logged(run, true, twin, rig, random)), [truth]
+
+
+def slip_programme(twin: Twin) -> tuple[FloatArray, FloatArray]:
+    """Time and slide-roll ratio of a run: rolling, the steps with their overshoot, rolling."""
+    rate = twin.sampling_rate_hz
+    rolling = np.zeros(round(twin.baseline_s * rate))
+    steps = np.linspace(0, twin.slip_max, twin.slip_steps)
+    target = np.concatenate([rolling, np.repeat(steps, round(twin.step_s * rate)), rolling])
+    time_s = np.arange(len(target)) / rate
+    # a damped second-order answer to each change of the set point
+    decay = np.exp(-time_s / twin.response_s)
+    answer = decay * np.cos(time_s / twin.response_s)
+    changes = np.diff(target, prepend=0.0)
+    still_to_go = np.convolve(changes, answer)[: len(target)]
+    return time_s, target - still_to_go
+
+
+def _true_run(
+    run: PlannedRun,
+    traction: Truth,
+    twin: Twin,
+    contact: Contact,
+    programme: tuple[FloatArray, FloatArray],
+    random: np.random.Generator,
+) -> Columns:
+    """What really happened in a run, instant by instant, before any sensor."""
+    time_s, slip = programme
+    nominal_gpa, nominal_m_s, nominal_c = run.set_points.values()
+    load_error, speed_error, temperature_error = random.standard_normal(3)
+    load_n = contact.load_n(nominal_gpa) * (
+        1 + twin.control_load * load_error + _wander(time_s, twin, random)
+    )
+    speed_m_s = nominal_m_s * (1 + twin.control_speed * speed_error + _wander(time_s, twin, random))
+    temperature_c = np.full_like(time_s, nominal_c + twin.control_temperature_c * temperature_error)
+    pressure_pa = max_hertz_pressure(load_n, contact.radius_m, contact.reduced_modulus_pa)
+    pressure_gpa = pressure_pa / PA_PER_GPA
+    mu = traction(pressure_gpa, speed_m_s, temperature_c, np.abs(slip))
+    return {
+        "time_s": time_s,
+        "slide_roll_ratio": slip,
+        "load_n": load_n,
+        "max_hertz_pressure_gpa": pressure_gpa,
+        "entrainment_speed_m_s": speed_m_s,
+        "inlet_temperature_c": temperature_c,
+        "traction_force_n": np.sign(slip) * mu * load_n,
+    }
+
+
+def _logged(
+    run: PlannedRun, true: Columns, twin: Twin, rig: Rig, random: np.random.Generator
+) -> Columns:
+    """What the sensors make of it, planted defects included."""
+    full_scale = present(rig.full_scale, "full_scale", "the rig")
+    load_gain, temperature_error, zero, drift = random.standard_normal(4)
+    time_s = true["time_s"]
+
+    def noise(sensor: str) -> FloatArray:
+        spread = twin.noise_of_full_scale * float(getattr(full_scale, sensor))
+        return spread * random.standard_normal(len(time_s))
+
+    def rpm(speed_m_s: FloatArray, key: str) -> FloatArray:
+        logged_m_s = speed_m_s + noise("surface_speed_m_s")
+        return surface_speed_to_rpm(logged_m_s, present(getattr(rig, key), key, "the rig"))
+
+    force_n = true["traction_force_n"] + twin.zero_offset_n * zero
+    force_n = force_n + twin.zero_drift_n * drift * (time_s / time_s[-1])
+    force_n = force_n + noise("traction_force_n")
+    wild = random.choice(len(force_n), twin.spikes, replace=False)
+    force_n[wild] += twin.spike_n * random.choice([-1.0, 1.0], twin.spikes)
+    load_n = true["load_n"] * (1 + twin.systematic_load * load_gain) + noise("load_n")
+    speed_m_s, half_slip = true["entrainment_speed_m_s"], true["slide_roll_ratio"] / 2
+    ball_rpm = rpm(speed_m_s * (1 - half_slip), "ball_track_radius_m")
+    disc_rpm = rpm(speed_m_s * (1 + half_slip), "disc_track_radius_m")
+    temperature_c = true["inlet_temperature_c"] + noise("temperature_c")
+    temperature_c = temperature_c + twin.systematic_temperature_c * temperature_error
+    if run.defect == "swapped_sign":
+        force_n = -force_n
+    if run.defect == "wrong_units":
+        load_n = load_n / _NEWTON_PER_KGF
+    if run.defect == "stuck_sensor":
+        start = int(0.4 * len(force_n))
+        force_n[start:] = force_n[start]
+    return {
+        "time_s": time_s,
+        "load_n": load_n,
+        "traction_force_n": force_n,
+        "ball_speed_rpm": ball_rpm,
+        "disc_speed_rpm": disc_rpm,
+        "inlet_temperature_c": temperature_c,
+    }
+
+
+def _wander(time_s: FloatArray, twin: Twin, random: np.random.Generator) -> FloatArray:
+    """Slow relative wandering of a controlled quantity: first-order noise of 1 s memory."""
+    memory = float(np.exp(-(time_s[1] - time_s[0]) / 1.0))
+    pushes = random.standard_normal(len(time_s)) * np.sqrt(1 - memory**2)
+    # a filter of SciPy gives the same, and takes longer to import
+    return twin.wander * np.array(list(accumulate(pushes.tolist(), lambda y, x: memory * y + x)))
+
+
+def log_content(twin: str, run: PlannedRun, columns: Columns) -> bytes:
+    """A log as a data logger writes it: header with the set points, column names and rows.
+
+    A planted defect may cut it off in the middle of a row, as a full disk does.
+
+    Args:
+        twin: Which twin of a rig simulated it.
+        run: The run.
+        columns: Signals by name; a logger writes a fixed number of decimals of each.
+    """
+    header = [
+        f"# simulated: yes - written by the oilfilm {twin} twin, not a measurement",
+        f"# oil: {run.oil}",
+        *(f"# {name}: {value:g}" for name, value in run.set_points.items()),
+    ]
+    rounded = {name: np.round(values, _DECIMALS[name]) for name, values in columns.items()}
+    buffer = io.BytesIO()
+    arrow_csv.write_csv(arrow.table(rounded), buffer, arrow_csv.WriteOptions(quoting_style="none"))
+    # column names are quoted whatever the style
+    names, end, rows = buffer.getvalue().partition(b"\n")
+    content = "\n".join([*header, ""]).encode() + names.replace(b'"', b"") + end + rows
+    if run.defect == "truncated":
+        row = content.index(b"\n", int(0.6 * len(content))) + 1
+        return content[: content.index(b",", content.index(b",", row) + 1) + 3]
+    return content
+
+
+def write_logs(
+    simulated: Iterable[tuple[PlannedRun, bytes, list[dict[str, Any]]]],
+    table: str,
+    outputs: Any,
+    provenance: Mapping[str, Any],
+) -> None:
+    """Write simulated logs, the list of their digests, and the table of their truth.
+
+    Args:
+        simulated: Each run with the bytes of its log and its rows of the truth.
+        table: Name of that table.
+        outputs: Named outputs of a Snakemake job: `logs`, `listing`, and the table.
+        provenance: As `tables.write`.
+    """
+    paths = {Path(path).name: Path(path) for path in outputs.logs}
+    truth: list[dict[str, Any]] = []
+    digests = {}
+    for run, content, rows in simulated:
+        paths[run.name].write_bytes(content)
+        digests[run.name] = sha256(content).hexdigest()
+        truth += rows
+    write_text(listing(dict(sorted(digests.items()))), Path(outputs.listing))
+    tables.write(tables.from_rows(truth, table), table, Path(outputs[table]), provenance)
