@@ -3,7 +3,7 @@
 The paper does not say which algorithm it used, nor its settings or bounds. This one is pymoo's with
 its defaults (`genetic` of fit.py), once on the raw constants within generous bounds and once on
 the logarithms and bounds that our search has. The points are the demonstration's matrix, simulated
-with a fixed seed (`task` of fit.py). `make bench-ga` writes data/reference/genetic_algorithm.csv
+with a fixed seed (`task` of fit.py). `make bench-ga` writes its table of the ends
 and prints the tables of docs/explanation/method.md.
 
     python benchmarks/genetic.py [seeds]
@@ -27,7 +27,7 @@ from oilfilm.traction import PAPER_LAW
 from oilfilm.traction.law import FloatArray
 from oilfilm.traction.laws.deng2026 import traction_coefficient
 
-TABLE = ROOT / "data/reference/genetic_algorithm.csv"
+TABLE = ROOT / "workflow/deng2026_study/reference/genetic_algorithm.csv"
 NAMES = [constant.name for constant in PAPER_LAW.constants]
 OURS, RAW, LOGS = "differential evolution", "genetic, raw constants", "genetic, logarithms"
 HEADINGS = ("oil", "search", "seed", "sse", "largest_difference_of_mu", *NAMES)

@@ -8,6 +8,7 @@ import pandas as pd
 import pytest
 
 import oilfilm
+from known_laws import known_law
 from oilfilm.cli import main
 from oilfilm.errors import OilfilmError
 from oilfilm.fits.side_by_side import middle_of_tested, side_by_side
@@ -23,7 +24,7 @@ def table(factor: float, hottest_c: float = 120.0) -> pd.DataFrame:
     slip = np.linspace(0.01, 0.3, 8)
     levels = np.meshgrid([1.0, 1.25, 1.5], [25, 30, 40], [50, 80, hottest_c], slip)
     points = pd.DataFrame({name: each.ravel() for name, each in zip(NAMES, levels, strict=True)})
-    printed = oilfilm.printed("4102")
+    printed = known_law("4102")
     mu = printed.predict_at(*(points[name] for name in NAMES)).traction_coefficient
     curve = points.groupby(NAMES[:3]).ngroup().to_numpy()
     errors = 1 + 0.005 * np.random.default_rng(int(100 * factor)).standard_normal(curve.max() + 1)

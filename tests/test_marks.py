@@ -21,6 +21,7 @@ import oilfilm
 from browsers import CHROMIUM, QUIET
 from campaigns import REFERENCE
 from deng2026_study.study import describe_printed
+from known_laws import known_law
 from oilfilm.arrays import ArrayFit
 from oilfilm.cli import main
 from oilfilm.exports.campaign import adore_rows, workbook
@@ -71,7 +72,7 @@ class Asked:
 def saved(tmp_path_factory: pytest.TempPathFactory) -> tuple[ArrayFit, list[Path]]:
     slip = np.linspace(0.01, 0.3, 8)
     at = np.array([(*condition, each) for condition in TESTED for each in slip])
-    mu = 6 * oilfilm.printed("4010").predict_at(*at.T).traction_coefficient
+    mu = 6 * known_law("4010").predict_at(*at.T).traction_coefficient
     curve = np.repeat(np.arange(len(TESTED)), len(slip))
     errors = 1 + 0.005 * np.random.default_rng(1).standard_normal(len(TESTED))
     table = pd.DataFrame(at, columns=list(NAMES))
@@ -191,7 +192,7 @@ def test_open_signs_go_with_printed_constants(config: Settings, asked: Asked) ->
     (of_4010,) = (each for each in described if each.oil == "4010")
     sheet = load_workbook(io.BytesIO(workbook(of_4010)))["mu"]
     assert any(lost in str(cell.value) for row in sheet.iter_rows() for cell in row)
-    # the other exports: tests/paper/test_printed.py
+    # the other exports: tests/deng2026_study/test_printed.py
 
 
 def test_form_of_adore_is_marked(config: Settings) -> None:

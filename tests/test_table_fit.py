@@ -8,11 +8,12 @@ import pandas as pd
 import pytest
 
 import oilfilm
+from known_laws import known_law
 from oilfilm.cli import main
 from oilfilm.table_fit import read_mu_table, with_pressure
 
 QUICK = {"searches": 2, "bootstrap": 20}
-PLANTED = oilfilm.printed("4102")
+PLANTED = known_law("4102")
 SLIP, MU = "slide_roll_ratio", "traction_coefficient"
 CONDITIONS = ["max_hertz_pressure_gpa", "entrainment_speed_m_s", "inlet_temperature_c"]
 NAMES = [*CONDITIONS, SLIP]

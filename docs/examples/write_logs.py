@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-import oilfilm
+import deng2026_study
 
 BALL_RADIUS_M, DISC_RADIUS_M = 0.010, 0.040
 LOAD_N = {1.0: 42.1, 1.5: 142.1}
@@ -20,7 +20,7 @@ def one_log(pressure_gpa: float, speed_m_s: float, temperature_c: float, seed: i
     levels = np.concatenate([[0.0], np.linspace(0.0, 0.3, 16), [0.0]])
     slip = np.repeat(levels, 200)  # 4 s each at 50 Hz
     time_s = np.arange(len(slip)) / 50
-    law = oilfilm.printed("4102")
+    law = deng2026_study.printed("4102")
     pressure = pressure_gpa * (1 + random.normal(0, 0.005))
     mu = law.predict_at(pressure, speed_m_s, temperature_c, slip).traction_coefficient
     ball_rpm = speed_m_s * (1 - slip / 2) / BALL_RADIUS_M * 30 / np.pi

@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib import colormaps
 from matplotlib.figure import Figure
 
-import oilfilm
+import deng2026_study
 from examples import NAMES, bearing, contact, oil, settings
 from oilfilm.bearing.equilibria import friction_equilibrium
 from oilfilm.bearing.friction import FrictionProblem
@@ -31,7 +31,7 @@ def terms(name: str, axial_load_n: float = 20e3):
         oil(name), np.full(many, 100.0), assumed.drag_coefficient, assumed.oil_volume_fraction
     )
     law = LawInBearing.of(
-        oilfilm.printed(name), "stress", contact(), assumed.law_floor.model_dump()
+        deng2026_study.printed(name), "stress", contact(), assumed.law_floor.model_dump()
     )
     box = settings().printed.boxes.tested.model_dump()
     tested = {key: tuple(ends) for key, ends in box.items() if key != "inlet_temperature_c"}

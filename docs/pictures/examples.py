@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+import deng2026_study
 import oilfilm
 from oilfilm.arrays import ArrayFit
 from oilfilm.bearing.geometry import Bearing
@@ -70,7 +71,7 @@ def slip_of(rows: pd.DataFrame) -> "pd.Series[float]":
 def simulated_points() -> pd.DataFrame:
     """Points of the printed law of 4102; each curve has errors of its own, as on a rig."""
     random = np.random.default_rng(7)
-    law = oilfilm.printed("4102")
+    law = deng2026_study.printed("4102")
     slip = np.linspace(0.01, 0.3, 20)
     curves = []
     for pressure in (1.0, 1.25, 1.5):

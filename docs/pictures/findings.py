@@ -5,6 +5,7 @@ from itertools import product
 import numpy as np
 from matplotlib.figure import Figure
 
+import deng2026_study
 import oilfilm
 from examples import NAMES, contact, simulated_points
 from law import AT, SLIP
@@ -22,7 +23,7 @@ def order_of_oils() -> Figure:
     )
     pressure = np.linspace(0.8, 2.5, 100)
     for name, style in zip(NAMES, ("-", "--", ":"), strict=True):
-        mu = oilfilm.printed(name).predict_at(pressure, 30, 70, 0.05).traction_coefficient
+        mu = deng2026_study.printed(name).predict_at(pressure, 30, 70, 0.05).traction_coefficient
         one.plot(pressure, mu, style, color=OILS[name], label=name)
     one.legend(title="oil")
     one.set(xlim=(0.8, 2.5), ylim=(0, None))
@@ -32,7 +33,7 @@ def order_of_oils() -> Figure:
 def open_signs() -> Figure:
     """mu of 4010 for each choice of its open signs."""
     figure, one = axes(xlabel="Slide-roll ratio S (1)", ylabel="Traction coefficient mu (1)")
-    law = oilfilm.printed("4010")
+    law = deng2026_study.printed("4010")
     names = [constant.name for constant in law.law.constants]
     for signs in product((1, -1), repeat=len(_OPEN)):
         turned = dict(zip(_OPEN, signs, strict=True))
@@ -53,7 +54,7 @@ def near_zero() -> Figure:
     figure, one = axes(xlabel="Slide-roll ratio S (1)", ylabel="Traction coefficient mu (1)")
     slip = np.linspace(0, 0.002, 50)
     pressure, speed, temperature = AT
-    mu = oilfilm.printed("4102").predict_at(*AT, slip).traction_coefficient
+    mu = deng2026_study.printed("4102").predict_at(*AT, slip).traction_coefficient
     one.plot(slip, mu, color=GREY, label="paper's law, which made the points")
     points = simulated_points()
     table = points.set_axis(["p [GPa]", "U [m/s]", "T [degC]", "SRR", "mu", "curve"], axis=1)

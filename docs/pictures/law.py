@@ -3,6 +3,7 @@
 import numpy as np
 from matplotlib.figure import Figure
 
+import deng2026_study
 import oilfilm
 from examples import NAMES
 from oilfilm.traction import LAWS
@@ -15,7 +16,7 @@ AT = (1.25, 30.0, 70.0)  # GPa, m/s, degC: the middle of the paper's tests
 def regions() -> Figure:
     """A traction curve with its regions."""
     figure, one = axes(xlabel="Slide-roll ratio S (1)", ylabel="Traction coefficient mu (1)")
-    mu = oilfilm.printed("4102").predict_at(*AT, SLIP).traction_coefficient
+    mu = deng2026_study.printed("4102").predict_at(*AT, SLIP).traction_coefficient
     one.plot(SLIP, mu)
     peak = SLIP[np.argmax(mu)]
     for edge in (0.01, peak):
@@ -31,7 +32,7 @@ def regions() -> Figure:
 def conditions() -> Figure:
     """How pressure, speed and temperature move the curve."""
     figure, three = row(3, 9.6, 3.4)
-    law = oilfilm.printed("4102")
+    law = deng2026_study.printed("4102")
     levels = {0: (1.0, 1.25, 1.5), 1: (25, 30, 40), 2: (25, 70, 120)}
     units = ("GPa", "m/s", "°C")
     titles = ("pressure", "speed", "temperature")
@@ -51,7 +52,7 @@ def oils() -> Figure:
     """The three oils of the paper, by its printed constants."""
     figure, one = axes(xlabel="Slide-roll ratio S (1)", ylabel="Traction coefficient mu (1)")
     for name, style in zip(NAMES, ("-", "--", ":"), strict=True):
-        mu = oilfilm.printed(name).predict_at(*AT, SLIP).traction_coefficient
+        mu = deng2026_study.printed(name).predict_at(*AT, SLIP).traction_coefficient
         one.plot(SLIP, mu, style, color=OILS[name], label=name)
     one.legend(title="oil")
     one.set(xlim=(0, 0.3), ylim=(0, None))
@@ -62,7 +63,11 @@ def traction_map() -> Figure:
     """mu over speed and temperature."""
     figure, one = axes(xlabel="Entrainment speed U (m/s)", ylabel="Inlet temperature T (°C)")
     speed, temperature = np.meshgrid(np.linspace(25, 40, 80), np.linspace(25, 120, 80))
-    mu = oilfilm.printed("4102").predict_at(1.25, speed, temperature, 0.05).traction_coefficient
+    mu = (
+        deng2026_study.printed("4102")
+        .predict_at(1.25, speed, temperature, 0.05)
+        .traction_coefficient
+    )
     shown = one.contourf(speed, temperature, mu, 12, cmap="cividis")
     one.contour(speed, temperature, mu, shown.levels, colors="white", linewidths=0.4)
     figure.colorbar(shown, label="Traction coefficient mu (1)")
@@ -74,7 +79,7 @@ def shapes() -> Figure:
     """The laws fitted to one curve of the first."""
     figure, one = axes(xlabel="Slide-roll ratio S (1)", ylabel="Traction coefficient mu (1)")
     slip = SLIP[3::6]
-    mu = oilfilm.printed("4102").predict_at(*AT, slip).traction_coefficient
+    mu = deng2026_study.printed("4102").predict_at(*AT, slip).traction_coefficient
     one.plot(slip, mu, "o", color=GREY, ms=3, label="points of the paper's law")
     styles = ("-", "--", ":", "-.")
     names = [name for name in ("eyring", "carreau", "tanh") if name in LAWS]

@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+import deng2026_study
 import oilfilm
 from campaigns import ROOT, printed, sign_study
 from deng2026_study import printed_constants as signs
@@ -267,20 +268,27 @@ def test_signs_in_the_reference_file_are_those_that_the_study_finds(studied: Stu
 
 def test_open_signs_leave_mu_of_4010_open_by_a_factor_of_nine() -> None:
     # worked out apart from this code, at 1.5 GPa, 40 m/s, 120 degC and S 0.01
-    law = oilfilm.printed(4010)
+    law = deng2026_study.printed(4010)
     at, slip = np.array([[1.5, 40.0, 120.0]] * 2), np.array([0.01, -0.01])
     lower, upper = law.sign_range(at, slip)
     np.testing.assert_allclose(lower, [0.0018, -0.0157], atol=5e-5)
     np.testing.assert_allclose(upper, [0.0157, -0.0018], atol=5e-5)
     assert "0.0018 to 0.016" in law.wrong[0]
     # no sign of 4102 is open
-    sure = oilfilm.printed("4102")
+    sure = deng2026_study.printed("4102")
     assert sure.wrong == ()
     np.testing.assert_array_equal(*sure.sign_range(at, slip))
 
 
+def test_printed_law_shows_its_constants_and_only_known_oils_have_one() -> None:
+    shown = "deng2026: mu = (A + B*S)*exp(-C*S) - A; A0 -0.01567792, A1 1.6654,"
+    assert repr(deng2026_study.printed(4102)).startswith(shown)
+    with pytest.raises(oilfilm.OilfilmError, match="no constants of '4103'; of 4102"):
+        deng2026_study.printed("4103")
+
+
 def test_printed_law_is_outside_where_the_paper_did_not_test() -> None:
-    law = oilfilm.printed(4102)
+    law = deng2026_study.printed(4102)
     # abstract: 1.0-1.5 GPa, 25-40 m/s, 25-120 degC, S to 0.3
     assert not law.predict_at(1.2, 30.0, 70.0, 0.1).outside
     for point in ((5.0, 30.0, 70.0, 0.1), (1.2, 300.0, 70.0, 0.1), (1.2, 30.0, 170.0, 0.1)):

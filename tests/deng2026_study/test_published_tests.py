@@ -16,7 +16,9 @@ from oilfilm.torque.bearing_torque import OilInBearing, oils_in_bearings
 from planted_fits import printed_fits
 from simulated_lab.truth import true_tractions
 
-PUBLISHED = load(ROOT / "data/reference/bearing_tests.yaml", PublishedBearingTests)
+PUBLISHED = load(
+    ROOT / "workflow/deng2026_study/reference/bearing_tests.yaml", PublishedBearingTests
+)
 POWER_LOSS = PUBLISHED.tests[0]
 
 

@@ -36,7 +36,7 @@ if sys.platform != "win32":
 
 ROOT = Path(__file__).parents[2]
 REFERENCE = ROOT / "data/reference/printed_coefficients.yaml"
-CLAIMS = ROOT / "data/reference/claims.yaml"
+CLAIMS = ROOT / "workflow/deng2026_study/reference/claims.yaml"
 ETM = ROOT / "data/raw/etm-slim"
 REAL_PCS = ROOT.parent / "shared" / "real" / "pcs"
 # Settings of fits that take seconds: every law is compared in tests/studies.

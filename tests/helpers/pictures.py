@@ -6,9 +6,9 @@ import pandas as pd
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from campaigns import ROOT
-from deng2026_study.reference import read_reference
+from oilfilm import studies
 from oilfilm.figure_catalogue import figures
+from oilfilm.home import reference_file
 from oilfilm.report.figures.sheet import draw_figure
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
@@ -27,9 +27,11 @@ def nothing_is_cut_off(figure: Figure) -> bool:
 
 def draw(name: str, results: CampaignTables, config: Settings) -> tuple[Figure, pd.DataFrame]:
     """A figure and the table of what it draws, as its job does."""
+    figure = figures()[name]
     references = {
-        reference: read_reference(ROOT / f"data/reference/{reference}.yaml")
-        for reference in figures()[name].references
+        reference: study.read_reference(reference_file(reference))
+        for study in studies.load([figure.study] if figure.study else [])
+        for reference in figure.references
     }
     return draw_figure(name, results, config, references)
 

@@ -85,7 +85,7 @@ def test_release_holds_what_was_made_and_leaves_the_samples_out(release: Path) -
         ("data/raw/demo/a.csv", {}),
         ("workflow/oilfilm/fit.py", {}),
         ("workflow/new.py", {}),
-        ("data/reference/claims.yaml", {}),
+        ("data/reference/printed_coefficients.yaml", {}),
         ("requirements/run.lock", {}),
         ("", {"release": {"tag": "v2"}}),
         ("", {"gates": {"lambda_limit": 2.9}}),

@@ -37,7 +37,9 @@ from torque_logs import curated_logs
 
 FIGURES = ["fig06", "cage-slip", "slip-advice", "size-effect", "power-loss"]
 SPEED_RPM = np.array([6000.0, 9000.0, 12000.0])
-PUBLISHED = load_settings(ROOT / "data/reference/bearing_tests.yaml", PublishedBearingTests)
+PUBLISHED = load_settings(
+    ROOT / "workflow/deng2026_study/reference/bearing_tests.yaml", PublishedBearingTests
+)
 
 
 @pytest.fixture(scope="module")

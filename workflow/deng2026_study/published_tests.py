@@ -23,7 +23,7 @@ def published_tests_table(
     """Published tests beside the calculated values, with the drag as set and at its range's ends.
 
     Args:
-        published: Content of data/reference/bearing_tests.yaml.
+        published: Content of reference/bearing_tests.yaml.
         oils: Oils with their laws; tests with others are left out.
         settings: The settings.
     """

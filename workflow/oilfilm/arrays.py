@@ -240,12 +240,15 @@ def fit(
         The fit. Data that cannot be fitted give a verdict that says why.
 
     Examples:
-        Twelve curves on the printed law of 4102 give its constants back:
+        Twelve curves on a known law give its constants back:
 
         >>> import oilfilm
+        >>> constants = [-0.01567792, 1.6654, -0.5014, -0.1065]
+        >>> constants += [0.63482685, 1.2727, -0.4139, -1.2181]
+        >>> constants += [24.43483717, 0.3964, 0.1591, -0.7121]
         >>> levels = [1.0, 1.25, 1.5], [25, 40], [50, 120], [0.01, 0.03, 0.1, 0.3]
         >>> at = np.meshgrid(*levels)
-        >>> mu = oilfilm.printed("4102").predict_at(*at).traction_coefficient
+        >>> mu = oilfilm.predict("deng2026", constants, *at).traction_coefficient
         >>> fitted = oilfilm.fit(*at, mu, searches=2, bootstrap=20)
         >>> fitted.constants["value"].round(3)[["A0", "A1"]].to_dict()
         {'A0': -0.016, 'A1': 1.665}

@@ -88,14 +88,17 @@ def fit_table(
             impossible.
 
     Examples:
-        A table on the printed law of 4102 gives its constants back:
+        A table on a known law gives its constants back:
 
         >>> import oilfilm
+        >>> constants = [-0.01567792, 1.6654, -0.5014, -0.1065]
+        >>> constants += [0.63482685, 1.2727, -0.4139, -1.2181]
+        >>> constants += [24.43483717, 0.3964, 0.1591, -0.7121]
         >>> levels = [1.0, 1.25, 1.5], [25, 40], [50, 120], [0.01, 0.03, 0.1, 0.3]
         >>> names = ["p [GPa]", "U [m/s]", "T [degC]", "SRR"]
         >>> table = pd.MultiIndex.from_product(levels, names=names).to_frame(index=False)
         >>> at = table.to_numpy().T
-        >>> table["mu"] = oilfilm.printed("4102").predict_at(*at).traction_coefficient
+        >>> table["mu"] = oilfilm.predict("deng2026", constants, *at).traction_coefficient
         >>> fitted = oilfilm.fit_table(table, searches=2, bootstrap=20)
         >>> fitted.constants["value"].round(3)[["A0", "A1"]].to_dict()
         {'A0': -0.016, 'A1': 1.665}

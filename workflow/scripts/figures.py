@@ -8,11 +8,11 @@ from oilfilm.report.figures.sheet import draw_figures
 
 with run.job(snakemake) as job:
     inputs, outputs = snakemake.input, snakemake.output
-    asked = studies.load(job.settings.campaign.studies)
+    loaded = studies.load(studies.available()) if inputs.references else []
     references = {
         path.stem: study.read_reference(path)
         for path in map(Path, inputs.references)
-        for study in asked
+        for study in loaded
     }
     draw_figures(
         zip(outputs.png, outputs.svg, outputs.drawn, strict=True),

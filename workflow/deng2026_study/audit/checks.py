@@ -1,7 +1,7 @@
 """One check for each claim of the paper: the function with the name of the claim.
 
 A check takes the evidence over a box of operating conditions and returns the verdict in every case,
-with numbers that explain it; data/reference/claims.yaml says in words what is checked and what the
+with numbers that explain it; reference/claims.yaml says in words what is checked and what the
 numbers are. Arrays have the axes oil, P, U, T, S, of length 1 where a case spans an axis.
 
 Decides: when a claim of the paper holds.

@@ -20,7 +20,7 @@ Numbers = dict[str, float | dict[str, float]]
 
 
 class NotCheckableError(Exception):
-    """A claim cannot be checked; the message is a code of data/reference/claims.yaml."""
+    """A claim cannot be checked; the message is a code of reference/claims.yaml."""
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ Decides: commands, options and their help.
 
 import argparse
 import difflib
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -246,7 +246,20 @@ def export(command: Command) -> None:
     command.path("folder", "FOLDER", meaning, nargs="?", default=default)
 
 
-COMMANDS = (init, run, check, fit, watch, predict, compare, plan, verify, fetch, diff, pin)
+COMMANDS: tuple[Callable[[Command], None], ...] = (
+    init,
+    run,
+    check,
+    fit,
+    watch,
+    predict,
+    compare,
+    plan,
+    verify,
+    fetch,
+    diff,
+    pin,
+)
 if _HAS_PUBLISHED_LAWS:
     COMMANDS += (export,)
 _OF_RELEASES = (verify, fetch, diff, pin)

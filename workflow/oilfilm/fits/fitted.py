@@ -501,8 +501,11 @@ def read_fit(folder: Path | str, oil: str | None = None) -> FittedLaw:
 
         >>> import tempfile
         >>> import oilfilm
+        >>> constants = [-0.01567792, 1.6654, -0.5014, -0.1065]
+        >>> constants += [0.63482685, 1.2727, -0.4139, -1.2181]
+        >>> constants += [24.43483717, 0.3964, 0.1591, -0.7121]
         >>> at = np.meshgrid([1.0, 1.25, 1.5], [25, 40], [50, 120], [0.01, 0.03, 0.1, 0.3])
-        >>> mu = oilfilm.printed("4102").predict_at(*at).traction_coefficient
+        >>> mu = oilfilm.predict("deng2026", constants, *at).traction_coefficient
         >>> with tempfile.TemporaryDirectory() as folder:
         ...     oilfilm.fit(*at, mu, searches=2, bootstrap=20).save(f"{folder}/june")
         ...     law = oilfilm.read_fit(f"{folder}/june")
