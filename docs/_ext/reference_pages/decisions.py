@@ -10,6 +10,7 @@ import tomllib
 from collections.abc import Iterator
 from pathlib import Path
 
+from oilfilm import studies
 from oilfilm.home import HOME
 
 _BEGINS = """# Where a fact is decided
@@ -28,6 +29,9 @@ def page() -> str:
     for room in _rooms():
         files = sorted((library / room).rglob("*.py"))
         sections.append(_section(f"`{room}`: {_first_line(files)}", files))
+    for name in reversed(studies.available()):
+        files = sorted(studies.folder(name).rglob("*.py"))
+        sections.append(_section(f"Beside the library, `{name}`: {_first_line(files)}", files))
     for title, pattern in _OTHERS.items():
         sections.append(_section(title, sorted(HOME.glob(pattern))))
     return "\n".join([_BEGINS, *filter(None, sections)])
