@@ -246,8 +246,8 @@ def _sizes(parts: FloatArray, error: FloatArray, own_error: FloatArray) -> Float
 def _not_negative(columns: FloatArray, wanted: FloatArray) -> FloatArray:
     """Least squares of few columns without a negative factor: the best choice among all choices.
 
-    Of choices that are as good, as where columns are the same, the one of fewest columns.
-    `scipy.optimize.nnls` gives the same; to import it takes a quarter of the time of a fit.
+    Of choices that are as good, as where columns are the same, the one of fewest columns. There
+    rounding would decide in `scipy.optimize.nnls`, which gives the same elsewhere.
     """
     best, largest_gain = np.zeros(columns.shape[1]), 0.0
     for choice in sorted(itertools.product((False, True), repeat=len(best)), key=sum):
