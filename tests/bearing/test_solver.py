@@ -5,23 +5,30 @@ import numpy as np
 from oilfilm.bearing.solver import inverse_jacobian, near
 from oilfilm.units import FloatArray, IndexArray
 
-POINTS, UNKNOWNS = 400, 7
+POINTS, UNKNOWNS = 4000, 7
+# One combination of the unknowns is felt so much less than the others, as beside a fold.
+WEAKEST = 1e-3
 
 
-def test_roots_are_found_near_others_and_stay_where_they_are_found() -> None:
-    # at a root nothing but rounding is left over: it must give no direction of a step
+def test_a_root_stays_where_it_is_when_it_is_looked_for_again() -> None:
+    # what is left over at a root is rounding: it must give no direction of a step
     random = np.random.default_rng(1)
     root = random.uniform(0.5, 2.0, (POINTS, UNKNOWNS))
-    stiffness = np.eye(UNKNOWNS) + random.uniform(-0.3, 0.3, (POINTS, UNKNOWNS, UNKNOWNS))
+    stiffness = np.eye(UNKNOWNS) + random.uniform(-1, 1, (POINTS, UNKNOWNS, UNKNOWNS))
+    left, size, right = np.linalg.svd(stiffness)
+    size[:, -1] = WEAKEST * size[:, 0]
+    stiffness = left @ (size[:, :, np.newaxis] * right)
+    load = np.einsum("pij,pj->pi", stiffness, root**3)
 
     def equations(unknowns: FloatArray, which: IndexArray) -> FloatArray:
-        distance = unknowns**3 - root[which] ** 3
-        return -np.einsum("pij,...pj->...pi", stiffness[which], distance)
+        return load[which] - np.einsum("pij,...pj->...pi", stiffness[which], unknowns**3)
 
     scale = np.ones_like(root)
     inverse = inverse_jacobian(equations, root, scale)
-    found = near(equations, root * (1 + random.uniform(-1e-3, 1e-3, root.shape)), scale, inverse)
-    again = near(equations, found.unknowns, scale, inverse)
-    assert found.converged.all()
-    np.testing.assert_allclose(found.unknowns, root, rtol=1e-12)
-    np.testing.assert_array_equal(again.unknowns, found.unknowns)
+    found = root * (1 + random.uniform(-1e-6, 1e-6, root.shape))
+    for _ in range(4):
+        solution = near(equations, found, scale, inverse)
+        found = solution.unknowns
+        assert solution.converged.all()
+        # loads of some 10 are rounded to 2e-15
+        np.testing.assert_allclose(found, root, rtol=1e-14 / WEAKEST)

@@ -123,28 +123,25 @@ def near(
     Reference: C. G. Broyden, A class of methods for solving nonlinear simultaneous equations,
         Math. Comput. 19 (1965) 577.
     """
-    unknowns, every = start.copy(), np.arange(len(start))
-    residual = equations(start, every)
-    size = _size(residual)
-    # a root needs no step: an inverse updated by rounding alone would lead away from it
-    going = every[size > _POLISHED]
-    x, unit, inverse, residual = start[going], scale[going], inverse[going], residual[going]
+    unknowns, size = start.copy(), np.full(len(start), np.inf)
+    going, x, unit = np.arange(len(start)), start, scale
+    residual = equations(x, going)
     for _ in range(_UPDATES):
-        if len(going) == 0:
-            break
+        size[going] = _size(residual)
         step = np.einsum("pij,pj->pi", inverse, residual)
         length = np.abs(step).max(axis=1)
         step *= np.minimum(1.0, _LONGEST_STEP / np.maximum(length, _DIFFERENCE))[:, np.newaxis]
         x = x + step * unit
+        # The step from a root is not checked: its residuals would be rounding, of which an updated
+        # inverse would make a direction.
+        unknowns[going] = x
+        on = (size[going] > _POLISHED) & np.isfinite(size[going])
+        going, x, unit = going[on], x[on], unit[on]
+        if len(going) == 0:
+            break
         moved = equations(x, going)
-        inverse = broyden_update(inverse, step, residual - moved)
+        inverse = broyden_update(inverse[on], step[on], residual[on] - moved)
         residual = moved
-        now = _size(residual)
-        size[going] = now
-        # the step that the last residual asks for needs no check
-        unknowns[going] = x + np.einsum("pij,pj->pi", inverse, residual) * unit
-        on = (now > _POLISHED) & np.isfinite(now)
-        going, x, unit, inverse, residual = going[on], x[on], unit[on], inverse[on], residual[on]
     return Solution(unknowns, size, size <= TOLERANCE)
 
 
