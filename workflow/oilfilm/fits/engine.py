@@ -10,6 +10,7 @@ Decides: how constants are searched.
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import scipy
@@ -76,9 +77,14 @@ def _evolved(problem: Problem, settings: FitSettings, random: np.random.Generato
     starts = [constant.start_lower for constant in problem.law.constants]
     low = np.maximum(low, np.array(starts)[problem.free])
     candidates = max(settings.population, _CANDIDATES * len(low))
+
+    # SciPy's types know no vectorized function
+    def sse(members: FloatArray) -> Any:
+        return population_sse(problem, members.T)
+
     # SciPy imports `optimize` at its first use; only jobs that search wait for it
     end = scipy.optimize.differential_evolution(
-        lambda members: population_sse(problem, members.T),
+        sse,
         scipy.optimize.Bounds(low, high),
         strategy="rand1bin",
         popsize=math.ceil(candidates / len(low)),
