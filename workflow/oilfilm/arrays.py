@@ -84,7 +84,8 @@ class ArrayFit:
         """
         (row,) = tables.rows(self.tables.fit_quality)
         fit = FittedLaw.of_configured(self.tables, _OIL)
-        return verdict_of_fit(row, fit, self.table, self.settings)
+        patterns = read_config(CONFIG).patterns
+        return verdict_of_fit(row, fit, self.table, self.settings, patterns)
 
     @property
     def verdict(self) -> str:
@@ -299,7 +300,8 @@ def fit_points(
             )
         refuse_impossible(values, name)
     config = read_config(CONFIG)
-    at = [levels_of(name, points[name].to_numpy(float), config.gates) for name in conditions]
+    same = config.same_condition
+    at = [levels_of(name, points[name].to_numpy(float), same) for name in conditions]
     runs = points.groupby(at, sort=False).ngroup() if curve is None else curve
     if np.size(runs) != len(points):
         raise OilfilmError(f"`curve` has {np.size(runs)} values; expected {len(points)}.")

@@ -14,6 +14,8 @@ from oilfilm.units import BoolArray, FloatArray, IndexArray
 # The median absolute deviation of a normal distribution times this is its standard deviation.
 MAD_TO_SIGMA = 1.4826
 
+# What noise and held values are: definitions behind the gates, whose limits are in the
+# configuration.
 # Readings that noise of two digits of the resolution, or more, gives among ten: six.
 _READINGS, _DIFFERENT = 10, 6
 # Noise turns back at two of three readings, or at one of two where it is filtered; a ramp does not.

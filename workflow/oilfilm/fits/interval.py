@@ -35,7 +35,8 @@ _relative_ends, _absolute_ends = compiled([*_BY], RELATIVE_ENDS), compiled([*_BY
 LEVELS = (0.5, 0.8, 0.9, 0.95, 0.99)
 _PARTS = {part: f"unseen_{part}" for part in ("absolute", "relative", "slip")}
 _QUANTILES = tuple(f"unseen_quantile_{round(100 * level)}" for level in LEVELS)
-# Traction below this share of the rms of mu is as uncertain as at this share.
+# A part of the model of errors, no limit: traction below this share of the rms of mu is as
+# uncertain as at this share.
 _SMALL_TRACTION = 0.05
 
 
