@@ -153,8 +153,8 @@ class Cases:
         ratio = np.repeat([oil.oil.limiting_stress_ratio for oil in self.oils], self._sizes)
         settings = self.oils[0].settings
         calculated = torque_terms(found, ends, ratio)
-        outside_law = calculated["cage_slip"] > settings.outside_law_cage_slip
-        terms = _without_failures({**calculated, "outside_law": outside_law})
+        slips = calculated["cage_slip"] > settings.outside_law_cage_slip
+        terms = _without_failures({**calculated, "outside_law": slips.astype(float)})
         long_term, peak = settings.pressure_limits_gpa
         pressure = terms.filter(regex="max_hertz_pressure_gpa").max(axis=1)
         terms["pressure_verdict"] = np.select(
