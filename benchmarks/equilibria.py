@@ -84,7 +84,7 @@ def found_by_minpack(problem: FrictionProblem, number: int) -> list[float]:
     scale, here = one.scale()[0], np.zeros(1, dtype=np.int64)
 
     def forces(unknowns: np.ndarray) -> np.ndarray:
-        return one.residuals(unknowns * scale, here)[0]
+        return one.residuals((unknowns * scale)[np.newaxis], here)[0]
 
     ends = []
     for share in CAGE_SPEEDS:

@@ -91,3 +91,11 @@ def test_more_drag_never_makes_a_cage_faster():
         for share in shares
     ]
     assert (np.diff(slips) > 0).all()
+
+
+def test_beyond_the_law_no_motion_is_called_the_only_one() -> None:
+    points = OperatingPoints.axial(np.array([500.0, 20000.0]), 18000 * RPM)
+    motions = equilibria(problem(shipped("mainshaft-167"), points, "4102", 40.0))
+    np.testing.assert_array_equal(motions.count, [1, 1])
+    np.testing.assert_array_equal(motions.fastest.outside_law(), [True, False])
+    np.testing.assert_array_equal(motions.complete, [False, True])

@@ -77,7 +77,8 @@ class Equilibria:
         slowest: With the slowest one: the cage skids. The same where there is one equilibrium.
         count: How many equilibria there are, shape (points,); those between the fastest and the
             slowest cage count too.
-        complete: Whether the curve was followed to its end: otherwise there may be more.
+        complete: Whether the curve was followed to its end, and the fastest cage is one that the
+            law was made for: otherwise there may be more.
     """
 
     fastest: FrictionEquilibrium
@@ -449,7 +450,9 @@ def _chosen(problem: FrictionProblem, found: _Motions, complete: BoolArray) -> E
 
     fastest = of_points(last - count + 1)
     slowest = of_points(last) if (count > 1).any() else fastest
-    return Equilibria(fastest, slowest, count, complete)
+    # Beyond the law a curve may come by balls that stand still, with motions so close to each other
+    # that rounding decides how many of them are found.
+    return Equilibria(fastest, slowest, count, complete & ~fastest.outside_law())
 
 
 def _motion(
