@@ -37,6 +37,7 @@ def test_a_skidding_cage_is_found_where_an_independent_solver_finds_one(
     assert found.solution.residual < 1e-9
     assert not found.held_by_band().any()
     assert found.cage_slip()[0] == pytest.approx(slip, abs=6e-6)
+    assert found.outside_law()[0] == (slip > 0.9)
 
 
 # 4010 at 12 000 rpm and 70 degC: a motion beyond a fold, one held between the sides of a jump, and

@@ -53,6 +53,9 @@ QUADRATURE = (16, 4)
 COARSE = (6, 2)
 # Quadrature nodes whose arrays fit a processor's cache.
 _CACHED = 50_000
+# Cage slip above which the outer contact hardly rolls. No setting: beyond it the motions are so
+# close to each other that their number is not known either (`equilibria`).
+_HARDLY_ROLLS = 0.9
 # Scale of the speeds of a bearing at rest.
 _SLOWEST_RAD_S = 1e-3
 
@@ -337,6 +340,13 @@ class FrictionEquilibrium:
         """
         held = (self.problem.bands > 0).any(axis=-1)
         return np.broadcast_to(held, self.solution.converged.shape)
+
+    def outside_law(self) -> BoolArray:
+        """Where the cage slips so far that the outer contact hardly rolls: no law was made for it.
+
+        The entrainment speed is then below any that is tested.
+        """
+        return self.cage_slip() > _HARDLY_ROLLS
 
     def widest_contact(self) -> FloatArray:
         """Semi-axis across the rolling direction over the balls' radius, the wider of the two."""

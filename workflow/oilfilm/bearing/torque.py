@@ -69,6 +69,7 @@ def torque_terms(
         "converged": found.solution.converged,
         "widest_contact": found.widest_contact(),
         "held_by_band": found.held_by_band(),
+        "outside_law": found.outside_law(),
         "cage_slip": found.cage_slip(),
         "inner_slide_roll_ratio": balance.sliding.middle_slide_roll_ratio[:, 0],
         "inner_contact_angle_deg": angle[:, 0],

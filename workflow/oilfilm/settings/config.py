@@ -356,9 +356,6 @@ class BearingSettings(Group):
     stand_in_uncertainty: StandInUncertaintySettings = key("Uncertainty of stand-in oils.")
     skf_pitch_speed_max: q.PitchSpeedMmRpm = key("Largest dm n of the SKF formula.")
     uncertainty: TorqueDrawSettings = key("Uncertainty of what is calculated.")
-    outside_law_cage_slip: q.PositiveShare = key(
-        "Cage slip above which the outer contact hardly rolls: no law was made for it."
-    )
     compatible_uncertainties: q.Factor = key(
         "Calculated and measured torque agree within so many standard uncertainties."
     )

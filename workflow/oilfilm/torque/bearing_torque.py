@@ -151,11 +151,8 @@ class Cases:
             for name in _TESTED
         }
         ratio = np.repeat([oil.oil.limiting_stress_ratio for oil in self.oils], self._sizes)
-        settings = self.oils[0].settings
-        calculated = torque_terms(found, ends, ratio)
-        slips = calculated["cage_slip"] > settings.outside_law_cage_slip
-        terms = _without_failures({**calculated, "outside_law": slips.astype(float)})
-        long_term, peak = settings.pressure_limits_gpa
+        terms = _without_failures(torque_terms(found, ends, ratio))
+        long_term, peak = self.oils[0].settings.pressure_limits_gpa
         pressure = terms.filter(regex="max_hertz_pressure_gpa").max(axis=1)
         terms["pressure_verdict"] = np.select(
             [np.isnan(pressure), pressure > peak, pressure > long_term],
