@@ -23,7 +23,6 @@ import pandas as pd
 import scipy
 
 from oilfilm import tables
-from oilfilm.curation.coverage import SET_POINTS, with_levels
 from oilfilm.curation.gate import fault
 from oilfilm.curation.hypotheses import DOUBTFUL, Hypothesis
 from oilfilm.curation.measure import measure
@@ -38,6 +37,7 @@ from oilfilm.logs.run_sheet import NO_SHEET, RunSheet
 from oilfilm.settings.config import CopySettings, GateSettings
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables import failed_gates
+from oilfilm.tables.set_points import SET_POINTS, with_levels
 from oilfilm.ties import exceeds, reaches
 
 # ---------------------------------------------------------------- repeats

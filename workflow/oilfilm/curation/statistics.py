@@ -9,10 +9,7 @@ Decides: standard errors of autocorrelated samples.
 
 import numpy as np
 
-from oilfilm.units import BoolArray, FloatArray, IndexArray
-
-# The median absolute deviation of a normal distribution times this is its standard deviation.
-MAD_TO_SIGMA = 1.4826
+from oilfilm.units import MAD_TO_SIGMA, BoolArray, FloatArray, IndexArray
 
 # What noise and held values are: definitions behind the gates, whose limits are in the
 # configuration.

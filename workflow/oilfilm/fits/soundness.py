@@ -16,7 +16,6 @@ import pandas as pd
 import scipy
 
 from oilfilm import tables
-from oilfilm.curation.coverage import SET_POINTS, with_levels
 from oilfilm.fits.best_law import best_laws
 from oilfilm.fits.conditions import clusters, from_text, levels_of
 from oilfilm.fits.engine import polish
@@ -27,6 +26,7 @@ from oilfilm.settings.config import FitSettings, PatternSettings
 from oilfilm.settings.resolved import Settings
 from oilfilm.table_needs import OF_FIT
 from oilfilm.tables.campaign_tables import CampaignTables
+from oilfilm.tables.set_points import SET_POINTS, with_levels
 from oilfilm.traction.law import to_internal
 from oilfilm.units import FloatArray, IndexArray
 

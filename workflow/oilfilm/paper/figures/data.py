@@ -15,7 +15,6 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Circle, FancyArrowPatch, Patch, Rectangle
 
 from oilfilm import tables
-from oilfilm.curation.coverage import with_levels
 from oilfilm.fits.fitted import FittedLaw
 from oilfilm.paper.printed_law import with_printed
 from oilfilm.paper.reference import PaperStatement, PaperTables, PrintedCoefficients
@@ -27,6 +26,7 @@ from oilfilm.settings.base import present
 from oilfilm.settings.campaign import Campaign
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
+from oilfilm.tables.set_points import with_levels
 from oilfilm.traction.law import CONDITIONS
 
 _PRESSURE, _SPEED, _TEMPERATURE = CONDITIONS
