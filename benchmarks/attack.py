@@ -1,7 +1,7 @@
-"""Attacks from outside, with counts (`make bench-attack`).
+"""Attacks from outside, with counts.
 
-- Logs with damages that `make bench-fuzz` does not make: each must end in a verdict. Rows of plain
-  csv logs are counted by another program than the reader: accepted and quarantined rows must be
+- Logs with damages that `fuzz.py` does not make: each must end in a verdict. Rows of plain csv logs
+  are counted by another program than the reader: accepted and quarantined rows must be
   all that were written.
 - One bit flipped in each file of a finished run and of its release: found by `sha256sum` with the
   list of the step that wrote it, by `oilfilm verify`, or by nothing.
@@ -9,6 +9,8 @@
   and hostile releases, settings, run sheets and logs. Here they are run, and their cases counted.
 
     python benchmarks/attack.py [logs [seed]]
+
+Takes an hour.
 """
 
 import multiprocessing

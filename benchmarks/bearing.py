@@ -1,8 +1,10 @@
 """Equilibria of the mainshaft bearing: one by one, by the thousand, and by SciPy's root finder.
 
-Run by `make bench-bearing`. The baseline is what one writes first: `scipy.optimize.root` on the
-same forces, a point at a time, from the same start. All three end in the same motion, which is
+Run by `make bench NAME=bearing`. The baseline is what one writes first: `scipy.optimize.root` on
+the same forces, a point at a time, from the same start. All three end in the same motion, which is
 checked. Times are the best of several runs, as other work on the machine only ever adds to them.
+
+Takes a minute.
 """
 
 import sys

@@ -9,6 +9,8 @@ interval (`mean_ci`) the noise-free truth, where the fit is sound.
     python benchmarks/coverage.py [replicates]
     python benchmarks/coverage.py clean [campaigns]  (how often a steady campaign is called changed)
     python benchmarks/coverage.py few [campaigns]    (width of the law's own interval of 12 runs)
+
+Takes 10 minutes.
 """
 
 import itertools
@@ -163,7 +165,8 @@ def trial(case: tuple[str, str, int, bool, int]) -> dict[str, object]:
     fit = fit_oil(points, oil, _quick(curves), number)
     fitted = _fitted(fit, oil)
     (quality,) = tables.rows(fit.fit_quality)
-    sound = verdict_of_fit(quality, fitted, points, _quick(curves))["sound"]
+    patterns = _settings("demo").patterns
+    sound = verdict_of_fit(quality, fitted, points, _quick(curves), patterns)["sound"]
     conditions = spread_conditions(matrix.min(axis=0), matrix.max(axis=0), NEW_RUNS, random)
     # a good run of a rig whose sensors are exact
     new = replace(campaign, errors=RunErrors()).points(conditions, random, oil)
@@ -212,7 +215,9 @@ def clean(number: int) -> dict[str, object]:
     half = {
         f"form {form}": {*runs[random.permutation(len(runs)) < len(runs) // 2]} for form in "ab"
     }
-    found = {oil: find_patterns(leftover(fits[oil], points[oil], half, fits)) for oil in OILS}
+    limits = _settings("demo").patterns
+    left = {oil: leftover(fits[oil], points[oil], half, fits, limits) for oil in OILS}
+    found = {oil: find_patterns(left[oil]) for oil in OILS}
     named = [f"{oil} {each.what} {each.when}" for oil in OILS for each in found[oil]]
     changes = [text for text in named if not text.endswith(" law")]
     return {"curves": len(matrix), "alarm": bool(changes), "bend": len(named) > len(changes),

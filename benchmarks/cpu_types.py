@@ -1,10 +1,13 @@
 """How far numbers move from one type of CPU to another: fits to one oil, and a bearing.
 
-Run by `make bench-cpu`. NumPy, OpenBLAS, Arrow and the C library choose their kernels by what the
-CPU can do; told that it can do less, they choose those of another CPU. Prints, for each such CPU,
-which tables keep their bytes and how far the numbers of the others move, relative to the largest
-of their column, and how far that is in standard errors of the constants. Then how far the cage slip
-of a bearing moves, each operating point solved alone, beside another one, and in one call of all.
+Run by `make bench NAME=cpu_types`. NumPy, OpenBLAS, Arrow and the C library choose their kernels by
+what the CPU can do; told that it can do less, they choose those of another CPU. Prints, for each
+such CPU, which tables keep their bytes and how far the numbers of the others move, relative to the
+largest of their column, and how far that is in standard errors of the constants. Then how far the
+cage slip of a bearing moves, each operating point solved alone, beside another one, and in one call
+of all.
+
+Takes 5 minutes.
 """
 
 import os

@@ -1,9 +1,12 @@
 """1 620 equilibria of the mainshaft bearing alone, in sixties and in one call, on several CPUs.
 
-Run by `make bench-equilibria`. Three oils by their printed laws, three speeds, three temperatures
-and 60 loads, half of them with a skidding cage. A point must have the same number of equilibria and
-the same cage slips in any company and with the kernels of any CPU that this machine can be. Where
-no exact motion was found, `scipy.optimize.root` (hybr) tries from many speeds of the cage.
+Run by `make bench NAME=equilibria`. Three oils by their printed laws, three speeds, three
+temperatures and 60 loads, half of them with a skidding cage. A point must have the same number of
+equilibria and the same cage slips in any company and with the kernels of any CPU that this machine
+can be. Where no exact motion was found, `scipy.optimize.root` (hybr) tries from many speeds of the
+cage.
+
+Takes an hour.
 """
 
 import os

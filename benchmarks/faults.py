@@ -1,8 +1,10 @@
 """Runs killed at random moments: each must end, when run again, in the bytes of an undisturbed one.
 
-Run by `make bench-faults`; prints a line a kill and the counts. The whole process group gets
+Run by `make bench NAME=faults`; prints a line a kill and the counts. The whole process group gets
 SIGKILL: no program can see it coming. The length of an undisturbed run is cut into as many parts as
 there are kills; each kill falls somewhere into a part of its own, so that every stage is struck.
+
+Takes half an hour.
 """
 
 import shutil
@@ -21,7 +23,7 @@ TARGET = ("release", "--config", "campaign=small")
 SEED = 1
 
 
-def main(kills: int) -> int:
+def main(kills: int = 30) -> int:
     """Kill as many runs; 0 where every one came to the same bytes when it was run again."""
     with tempfile.TemporaryDirectory(prefix="oilfilm-faults-") as folder:
         whole, place = Path(folder, "undisturbed"), Path(folder, "killed")
@@ -64,4 +66,4 @@ def timed(place: Path, *arguments: str) -> float:
 
 
 if __name__ == "__main__":
-    sys.exit(main(int(sys.argv[1])))
+    sys.exit(main(*map(int, sys.argv[1:2])))

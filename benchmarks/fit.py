@@ -1,4 +1,4 @@
-"""The fit against other optimisers, on the same simulated data in one run (`make bench-fit`).
+"""The fit against other optimisers, on the same simulated data in one run.
 
 Success is an end within 0.01 % of the best SSE that any method found. Rivals that expect a user's
 own scaling (SciPy's and lmfit's differential evolution with their defaults, pymoo's genetic
@@ -7,6 +7,8 @@ expert would use (fcmaes, CMA-ES, many starts of least squares) get the logarith
 that ours has. Then: how the fit grows with the data, what the bootstrap costs, and memory.
 
     python benchmarks/fit.py [seeds]
+
+Takes half an hour.
 """
 # ruff: noqa: PLC0415  (a rival is imported where it runs: workers and helpers need none of them)
 

@@ -1,6 +1,8 @@
 """Many damaged logs: each must end in a verdict, within 5 s and 512 MiB, with no row lost.
 
-Run by `make bench-fuzz`; prints counts, the slowest file and the peak memory.
+Run by `make bench NAME=fuzz`; prints counts, the slowest file and the peak memory.
+
+Takes half an hour.
 """
 
 import multiprocessing

@@ -1,12 +1,14 @@
 """A plain genetic algorithm, as the paper used one, beside our fit of the same points.
 
 The paper does not say which algorithm it used, nor its settings or bounds. This one is pymoo's with
-its defaults (`genetic` of fit.py), once on the raw constants within generous bounds and once on
-the logarithms and bounds that our search has. The points are the demonstration's matrix, simulated
-with a fixed seed (`task` of fit.py). `make bench-ga` writes its table of the ends
-and prints the tables of docs/explanation/method.md.
+its defaults (`genetic` of fit.py), once on the raw constants within generous bounds and once on the
+logarithms and bounds that our search has. The points are the demonstration's matrix, simulated with
+a fixed seed (`task` of fit.py). `make bench NAME=genetic` writes
+its table of the ends and prints the tables of docs/explanation/method.md.
 
     python benchmarks/genetic.py [seeds]
+
+Takes 10 minutes.
 """
 
 import csv

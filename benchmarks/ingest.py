@@ -1,6 +1,6 @@
 """Ingest and curation of 10 million rows in 2 000 csv runs, against what others take for reading.
 
-Run by `make bench-ingest`; prints rows a second, ratios of CPU time and of wall time, and peak
+Run by `make bench NAME=ingest`; prints rows a second, ratios of CPU time and of wall time, and peak
 memory. CPU time is that of all processes and their threads. The logs are 20 simulated runs of 5 000
 rows, each written under 100 names. Three baselines read the same files in the same run, each in one
 process and spread over as many as ours:
@@ -15,6 +15,8 @@ process and spread over as many as ours:
 
 Times are the best of three rounds, in which ours and pyarrow's take turns; naive pandas, at a
 minute a round, has one.
+
+Takes minutes.
 """
 
 import resource

@@ -1,8 +1,10 @@
 """Do the tests see a fault? Small faults are put into some rooms one by one, and tests run.
 
-Run by `make bench-mutation`; prints per room how many faults the quick tests of that room see, and
-names the others. The faults are those of cosmic-ray, a sample with a fixed seed: first a place,
+Run by `make bench NAME=mutation`; prints per room how many faults the quick tests of that room see,
+and names the others. The faults are those of cosmic-ray, a sample with a fixed seed: first a place,
 then what is done there. Another tree with the same library (`--tree`) gets the same faults.
+
+Takes two hours.
 """
 
 import argparse

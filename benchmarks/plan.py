@@ -7,6 +7,8 @@ run. Both are refitted. Printed are ratios of plan to random tests: of the uncer
 that the constants leave, and of the actual error of the torque against the planted law.
 
     python benchmarks/plan.py [laboratories] [tests] [random designs for each]
+
+Takes a minute.
 """
 
 import sys

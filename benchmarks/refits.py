@@ -1,4 +1,4 @@
-"""Resampled refits of every law against SciPy's, in one run (`make bench-refits`).
+"""Resampled refits of every law against SciPy's, in one run.
 
 For each law and each oil of the demonstration, both refit the same resampled curves from the same
 start, on one core: ours all at once, `scipy.optimize.least_squares(method="lm")` one after the
@@ -8,6 +8,8 @@ CPU time per refit, the ratio, the largest distance of a constant from SciPy's i
 where both end in one valley (SSE equal to 1e-6), and how many end elsewhere and who lower.
 
     python benchmarks/refits.py [refits per oil]
+
+Takes 5 minutes.
 """
 
 import os
@@ -135,7 +137,7 @@ def race(problem: Problem, best: Optimum, refits: int) -> Race:
     return Race(ours_s, scipy_s, apart, np.array(sums[0]) / np.array(sums[1]) - 1)
 
 
-def main(refits: int = 200) -> None:
+def main(refits: int = 1000) -> None:
     """Print a row per law."""
     print(f"{refits} refits for each of {len(OILS)} oils")
     print(

@@ -1,4 +1,4 @@
-"""Time, memory and bytes of a campaign as it grows (`make bench-scale`); renews its page.
+"""Time, memory and bytes of a campaign as it grows; renews its page.
 
 Whole runs of the default workflow on simulated logs, as if a laboratory had measured them:
 
@@ -14,6 +14,8 @@ sizes below the largest one, predicts that one. The largest two sizes predict a 
 beyond the allowed limits ends in exit code 1.
 
     python benchmarks/scale.py [most runs] [--draw]
+
+Takes half an hour.
 """
 
 import csv
@@ -49,7 +51,7 @@ CORES = 2
 OILS = ("4102", "4050", "4010")
 TABLE, PICTURE, PAGE = (ROOT / f"docs/explanation/scale.{end}" for end in ("csv", "svg", "md"))
 # Around what was measured on the page.
-BEGIN, END = "<!-- measured: make bench-scale -->", "<!-- end -->"
+BEGIN, END = "<!-- measured: make bench NAME=scale -->", "<!-- end -->"
 FAR = 10**6
 SHORT = {"sampling_rate_hz": 10, "slip_steps": 12}
 LONG = {"sampling_rate_hz": 50, "slip_steps": 31}

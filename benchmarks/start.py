@@ -1,7 +1,9 @@
-"""How long commands take to start, against `import numpy` (`make bench-start`).
+"""How long commands take to start, against `import numpy`.
 
 Each is started in turn, many times, in processes of its own; the ratio is of the medians of CPU
 time, which other work on the machine hardly moves.
+
+Takes seconds.
 """
 
 import os

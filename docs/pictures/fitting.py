@@ -121,7 +121,7 @@ def left_out() -> Figure:
 def fitted_problem() -> tuple[Problem, Optimum]:
     """What the simulated fit minimised, and where it ended."""
     fit = simulated_fit()
-    left = leftover(fit.law, fit.table, {}, {})
+    left = leftover(fit.law, fit.table, {}, {}, settings().patterns)
     return left.problem, left.optimum
 
 

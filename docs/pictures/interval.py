@@ -1,4 +1,4 @@
-"""How often the intervals hold, as `make bench-coverage` found it."""
+"""How often the intervals hold, as `make bench NAME=coverage` found it."""
 
 from pathlib import Path
 

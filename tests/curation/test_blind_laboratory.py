@@ -1,4 +1,4 @@
-"""Logs of a laboratory that shares no code with the library; `make bench-blind` takes ten."""
+"""Logs of a laboratory that shares no code with the library; `make bench NAME=blind` takes ten."""
 
 from pathlib import Path
 

@@ -8,8 +8,9 @@ import pytest
 
 from campaigns import Campaign, without
 from oilfilm import tables
-from oilfilm.curation.coverage import coverage, describe_condition, gate_counts, planned_states
+from oilfilm.curation.coverage import coverage, gate_counts, planned_states
 from oilfilm.tables import failed_gates
+from oilfilm.tables.set_points import describe_condition
 
 
 def condition(covered: pd.DataFrame, oil: str, *levels: float) -> dict[str, Any]:

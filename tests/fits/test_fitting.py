@@ -56,6 +56,13 @@ def test_twenty_searches_from_different_seeds_end_at_one_optimum(quick: Settings
     assert (sse / sse.min() - 1).max() < 1e-8
 
 
+def test_a_candidate_without_traction_is_worse_than_any_other() -> None:
+    task = problem_of(make_points("4102", matrix()))
+    # exponents of 700 leave no number: infinite sizes, and infinity times zero at S = 0
+    hopeless = np.full((1, len(task.names)), 700.0)
+    assert engine.population_sse(task, hopeless) == np.inf
+
+
 @pytest.mark.parametrize("oil", OILS)
 def test_refit_recovers_traction_and_constants(
     refitted: dict[str, CampaignTables], oil: str

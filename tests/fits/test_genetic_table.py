@@ -1,4 +1,7 @@
-"""The study of a genetic algorithm (`make bench-ga`): what is stored follows from its constants."""
+"""The study of a genetic algorithm: what is stored follows from its constants.
+
+`make bench NAME=genetic` stores it.
+"""
 
 from types import ModuleType
 

@@ -1,4 +1,4 @@
-"""The intervals hold as often as they say (short; `make bench-coverage` is the long one)."""
+"""The intervals hold as often as they say (short; `make bench NAME=coverage` is the long one)."""
 
 import itertools
 

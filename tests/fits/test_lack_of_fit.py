@@ -4,8 +4,10 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from oilfilm.fits.conditions import levels_of
 from oilfilm.fits.soundness import lack_of_fit
 from oilfilm.randomness import generator
+from oilfilm.settings.resolved import Settings
 
 
 def test_published_example_of_the_lack_of_fit_test() -> None:
@@ -84,3 +86,12 @@ def test_both_branches_of_a_sweep_do_not_hide_the_error_of_the_run() -> None:
     slip = np.tile(np.repeat(np.arange(5), 2), 2)
     parts = lack_of_fit(error[run], run, np.zeros(20, dtype=np.int64), slip, constants=1)
     assert parts.noise == pytest.approx(np.std(error, ddof=1))
+
+
+@pytest.mark.parametrize(("range_c", "levels"), [(4.0, [1, 1, 2]), (2.0, [1, 2, 3])])
+def test_runs_have_one_condition_within_the_range_that_the_settings_give(
+    config: Settings, range_c: float, levels: list[int]
+) -> None:
+    same = config.same_condition.model_copy(update={"inlet_temperature_c": range_c})
+    temperatures = np.array([50.0, 53.0, 56.0])
+    assert levels_of("inlet_temperature_c", temperatures, same).tolist() == levels

@@ -206,10 +206,14 @@ def test_bounds_of_the_comparison_are_those_of_the_constants(quick: Settings) ->
     assert len(held)
 
 
+# R. E. Kass, A. E. Raftery, J. Am. Stat. Assoc. 90 (1995) 773: less is a bare mention.
+BIC_DIFFERENCE_MIN = 2.0
+
+
 def verdict_of(points: pd.DataFrame, config: Settings, law: str) -> dict[str, Any]:
     configured = config.with_changes({"fit": {"law": law}})
     compared = compare_laws(points, "4050", ["deng2026", "tanh", "carreau"], configured)
-    judged = best_laws(compared.fit_quality, compared.law_points, points)
+    judged = best_laws(compared.fit_quality, compared.law_points, points, BIC_DIFFERENCE_MIN)
     (row,) = tables.rows(judged)
     return row
 
@@ -249,11 +253,11 @@ def test_difference_within_the_scatter_of_curves_is_a_tie_and_a_larger_one_is_no
     scattered = base * np.exp(0.3 * random.standard_normal(60))
     better = 0.5 * base
     constants = {"deng2026": 3, "tanh": 3, "eyring": 3}
-    (tie,) = tables.rows(best_laws(*compared({"deng2026": base, "tanh": scattered}, constants)))
+    frames = compared({"deng2026": base, "tanh": scattered}, constants)
+    (tie,) = tables.rows(best_laws(*frames, BIC_DIFFERENCE_MIN))
     assert tie["verdict"] == "tie"
-    (beaten,) = tables.rows(
-        best_laws(*compared({"deng2026": base, "tanh": scattered, "eyring": better}, constants))
-    )
+    frames = compared({"deng2026": base, "tanh": scattered, "eyring": better}, constants)
+    (beaten,) = tables.rows(best_laws(*frames, BIC_DIFFERENCE_MIN))
     assert (beaten["verdict"], beaten["better_law"]) == ("another law is better", "eyring")
     # half the squares everywhere: n ln 2
     assert beaten["bic_difference"] == pytest.approx(60 * np.log(2))
@@ -283,7 +287,7 @@ def test_verdict_on_the_first_law_is_that_of_both_criteria(
     """Each law has the same squared error at every curve, and a number of constants."""
     squares = {law: np.full(curves, square) for law, (square, _) in laws.items()}
     frames = compared(squares, {law: constants for law, (_, constants) in laws.items()})
-    (row,) = tables.rows(best_laws(*frames))
+    (row,) = tables.rows(best_laws(*frames, BIC_DIFFERENCE_MIN))
     names = ("left_out_law", "bic_law", "verdict", "better_law")
     assert "|".join(row[name] for name in names) == expected
 

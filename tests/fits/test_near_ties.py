@@ -29,6 +29,10 @@ bits_of = pytest.mark.parametrize("bits", BITS)
 # ---------------------------------------------------------------- laws
 
 
+# Of the configuration of the project.
+BIC_DIFFERENCE_MIN = 2.0
+
+
 def verdict(laws: dict[str, tuple[float, int, bool]], configured: str) -> dict[str, Any]:
     """The verdict on laws of 30 curves of one point each.
 
@@ -50,7 +54,8 @@ def verdict(laws: dict[str, tuple[float, int, bool]], configured: str) -> dict[s
         of_points = {"traction_coefficient": mu, "left_out_traction_coefficient": mu}
         about = {"oil": "own", "law": law, "run_id": names, "first_row": 0}
         beside.append(pd.DataFrame(about | of_points))
-    (row,) = tables.rows(best_laws(rows("fit_quality", *quality), pd.concat(beside), points))
+    frames = rows("fit_quality", *quality), pd.concat(beside), points
+    (row,) = tables.rows(best_laws(*frames, BIC_DIFFERENCE_MIN))
     return row
 
 
@@ -138,7 +143,7 @@ def test_the_missing_corner_of_a_grid_is_just_one_step_away_and_not_outside(bits
 @pytest.mark.parametrize("names", ["ab", "ba"])
 @pytest.mark.parametrize("bits", [0.0, 1e-13, -1e-13])
 def test_of_a_group_and_all_other_runs_the_smaller_one_is_blamed_whatever_the_names(
-    bits: float, names: str
+    config: Settings, bits: float, names: str
 ) -> None:
     conditions = matrix([1.0, 1.25, 1.5], [25.0, 40.0], [25.0, 50.0, 85.0, 120.0])
     points = make_points("4050", conditions, noise=1e-4)
@@ -148,7 +153,7 @@ def test_of_a_group_and_all_other_runs_the_smaller_one_is_blamed_whatever_the_na
     points["traction_coefficient"] *= gain[run]
     problem, best = polished(points, printed()["4050"])
     groups = {f"rig {names[0]}": few, f"rig {names[1]}": ~few}
-    pattern = find_patterns(Leftover(problem, best, groups, {}))[0]
+    pattern = find_patterns(Leftover(problem, best, groups, {}, config.patterns))[0]
     assert (pattern.what, pattern.when) == ("traction force", "group")
     assert pattern.group == f"rig {names[0]}"
     assert len(pattern.runs) == few.sum()

@@ -54,7 +54,7 @@ def leftover(
         other=LawTruth(printed()["4010"]),
     )
     points = campaign.points(matrix()[random.permutation(RUNS)], random, oil)
-    return Leftover(*polished(points, printed()[oil]), groups or {}, {})
+    return Leftover(*polished(points, printed()[oil]), groups or {}, {}, settings.patterns)
 
 
 DRIFTS = {
@@ -107,7 +107,8 @@ def test_runs_with_another_force_are_named_by_header_or_columns(
     runs[column] = np.where(HALF, *texts)
     runs = runs.reindex(columns=[*tables.columns("runs")])
     fitted = FittedLaw(LAW, Coefficients.bare(LAW, printed()["4102"]))
-    left = soundness.leftover(fitted, points, runs_in_common(runs, points), {})
+    groups = runs_in_common(runs, points, config.patterns.curves_min)
+    left = soundness.leftover(fitted, points, groups, {}, config.patterns)
     assert left is not None
     (change,) = (each for each in find_patterns(left) if each.when != "law")
     assert (change.what, change.when, change.group) == ("traction force", "group", name)
@@ -161,7 +162,7 @@ def verdict_on(config: Settings, lost: str | None, known: list[bool], **quality:
     points[column] = points[column].mask(of_run | bool(lost))
     fit = replace(Coefficients.bare(LAW, printed()["4050"]), known=np.array(known))
     row = {"rmse": 1e-4, "relative_rms": 0.01, "certified": True, "two_level_conditions": ""}
-    return verdict_of_fit(row | quality, FittedLaw(LAW, fit), points, config.fit)
+    return verdict_of_fit(row | quality, FittedLaw(LAW, fit), points, config.fit, config.patterns)
 
 
 def test_campaign_of_unknown_pressure_gets_a_verdict(config: Settings) -> None:

@@ -55,7 +55,7 @@ class Cpu:
     @property
     def environment(self) -> dict[str, str]:
         """Variables of the environment of a process that computes as this CPU does."""
-        # threads would only slow down: they change no byte (`make bench-cpu`)
+        # threads would only slow down: they change no byte (`make bench NAME=cpu_types`)
         return {"OPENBLAS_CORETYPE": self.coretype, "OPENBLAS_NUM_THREADS": "1", **self.switches}
 
     def lacking(self) -> str:

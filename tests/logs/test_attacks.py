@@ -16,7 +16,7 @@ from pcs_exports import film_export, traction_export
 @pytest.mark.parametrize("mutator", MUTATORS, ids=lambda mutator: mutator.__name__)
 @pytest.mark.parametrize("rig", SOUND)
 def test_every_row_of_a_damaged_log_is_accepted_or_refused(rig: str, mutator) -> None:
-    """`make bench-attack` takes 10 000 logs."""
+    """`make bench NAME=attack` takes 10 000 logs."""
     log, random = SOUND[rig], generator(1, "attack", rig)
     donor = SOUND["torque" if rig == "traction" else "traction"].text()
     content = mutator(log.text(), donor, random)
@@ -28,7 +28,7 @@ def test_every_row_of_a_damaged_log_is_accepted_or_refused(rig: str, mutator) ->
         assert samples <= written <= samples + runs["refused_rows"].sum()
 
 
-# How many files of each format are damaged; `make bench-fuzz` takes 20 000.
+# How many files of each format are damaged; `make bench NAME=fuzz` takes 20 000.
 NUMBERS = pytest.mark.parametrize("files", [4, nightly(200)])
 
 

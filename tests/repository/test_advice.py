@@ -19,7 +19,12 @@ SOURCES = [
 # A command in backquotes, or the line of a block in a page; without what comes after a pipe.
 COMMAND = r"(?:\.venv/bin/)?((?:oilfilm|snakemake|make) [^`\n#|]+)"
 QUOTED, LINE = re.compile(f"`{COMMAND}[^`]*`"), re.compile(f"^{COMMAND}", re.MULTILINE)
-TARGETS = set(re.findall(r"(?m)^([a-z-]+):", (ROOT / "Makefile").read_text(encoding="utf-8")))
+TARGETS = {
+    target
+    for path in (ROOT / "Makefile", *(ROOT / "make").glob("*.mk"))
+    for target in re.findall(r"(?m)^([a-z-]+):", path.read_text(encoding="utf-8"))
+}
+BENCHMARKS = {path.stem for path in (ROOT / "benchmarks").glob("*.py")}
 RULES = {
     name
     for path in (ROOT / "workflow").rglob("*")
@@ -60,7 +65,8 @@ def mistake(command: str) -> str:
     given = {word.partition("=")[0] for word in own if word.startswith("-")}
     plain = [word for word in words if re.fullmatch(r"[a-z][a-z_-]*", word)]
     if program == "make":
-        unknown = set(plain) - TARGETS
+        named = {word.removeprefix("NAME=") for word in words if word.startswith("NAME=")}
+        unknown = set(plain) - TARGETS | named - BENCHMARKS - {"..."}
     elif program == "snakemake":
         unknown = (given - known()[program]) | (set(plain) & {words[0]}) - RULES
     else:

@@ -1,6 +1,6 @@
 """What goes wrong on a machine: the next run ends in the same bytes, or says what to do.
 
-`make bench-faults` kills thirty times; here are a few kills and one of every other fault.
+`make bench NAME=faults` kills thirty times; here are a few kills and one of every other fault.
 """
 
 import fcntl

@@ -84,7 +84,8 @@ class ArrayFit:
         """
         (row,) = tables.rows(self.tables.fit_quality)
         fit = FittedLaw.of_configured(self.tables, _OIL)
-        return verdict_of_fit(row, fit, self.table, self.settings)
+        patterns = read_config(CONFIG).patterns
+        return verdict_of_fit(row, fit, self.table, self.settings, patterns)
 
     @property
     def verdict(self) -> str:
@@ -140,9 +141,10 @@ class ArrayFit:
             OilfilmError: The folder exists, or its name cannot be that of a campaign.
         """
         # only who saves waits for the report
-        from oilfilm.saved_fit import save_fit  # noqa: PLC0415
+        from oilfilm.saved_fit import FitAlone, save_fit  # noqa: PLC0415
 
-        save_fit(self, Path(folder))
+        alone = FitAlone(self.oil, self.table, self.tables, self.settings, self.source)
+        save_fit(alone, Path(folder))
 
     def export(self, file: Path | str) -> None:
         """Write the law for another program, in the form that the ending of the file names.
@@ -152,9 +154,10 @@ class ArrayFit:
         Raises:
             OilfilmError: There is no such form, or nothing could be fitted.
         """
-        from oilfilm.saved_fit import export_fit  # noqa: PLC0415 - as above
+        from oilfilm.saved_fit import FitAlone, export_fit  # noqa: PLC0415 - as above
 
-        export_fit(self, Path(file))
+        alone = FitAlone(self.oil, self.table, self.tables, self.settings, self.source)
+        export_fit(alone, Path(file))
 
     def plot(self, axes: Any = None, at: npt.ArrayLike | None = None) -> Any:
         """Draw the law with the interval of the next run, and the measured points.
@@ -302,7 +305,8 @@ def fit_points(
             )
         refuse_impossible(values, name)
     config = read_config(CONFIG)
-    at = [levels_of(name, points[name].to_numpy(float), config.gates) for name in conditions]
+    same = config.same_condition
+    at = [levels_of(name, points[name].to_numpy(float), same) for name in conditions]
     runs = points.groupby(at, sort=False).ngroup() if curve is None else curve
     if np.size(runs) != len(points):
         raise OilfilmError(f"`curve` has {np.size(runs)} values; expected {len(points)}.")

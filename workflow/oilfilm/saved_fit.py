@@ -4,7 +4,7 @@ Decides: what is saved of a fit that was made without the workflow.
 """
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any, NamedTuple
 
 import pandas as pd
 
@@ -21,20 +21,36 @@ from oilfilm.logs.base import SET_POINTS
 from oilfilm.report.html import html
 from oilfilm.report.sections.build import answer, constants, fits, laws
 from oilfilm.report.text import text
+from oilfilm.settings.config import FitSettings
 from oilfilm.settings.resolve import resolve, safe_name
 from oilfilm.settings.resolved import Settings
 from oilfilm.table_needs import OF_FIT
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction import LAWS
 
-if TYPE_CHECKING:
-    from oilfilm.arrays import ArrayFit
-
 _SAVED = ("points", "runs", *OF_FIT, "law_verdicts", "lack_of_fit", "soundness")
 _PLACES = (("Report", "report.html"), ("Tables", "tables"), ("Exports", "exports"))
 
 
-def save_fit(fit: "ArrayFit", folder: Path) -> None:
+class FitAlone(NamedTuple):
+    """A fit that was made without a campaign.
+
+    Attributes:
+        oil: Name of the oil.
+        points: What was fitted, as a table of points.
+        tables: The tables of the fit.
+        settings: Settings of the fit.
+        source: File of the points, else empty.
+    """
+
+    oil: str
+    points: pd.DataFrame
+    tables: CampaignTables
+    settings: FitSettings
+    source: str
+
+
+def save_fit(fit: FitAlone, folder: Path) -> None:
     """Write tables, exports and report, as a campaign has them in its results.
 
     Args:
@@ -61,7 +77,7 @@ def save_fit(fit: "ArrayFit", folder: Path) -> None:
         write_text(page, made / "report.html")
 
 
-def export_fit(fit: "ArrayFit", path: Path) -> None:
+def export_fit(fit: FitAlone, path: Path) -> None:
     """Write the law in the form that the ending of a file names.
 
     Raises:
@@ -78,17 +94,17 @@ def export_fit(fit: "ArrayFit", path: Path) -> None:
     write_bytes(by_ending[path.suffix], path)
 
 
-def _campaign(fit: "ArrayFit", name: str) -> tuple[CampaignTables, Settings, dict[str, Any]]:
+def _campaign(fit: FitAlone, name: str) -> tuple[CampaignTables, Settings, dict[str, Any]]:
     """The fit as a finished campaign: its tables, settings and provenance."""
     means = fit.points.groupby("run_id", sort=False)
     runs = pd.DataFrame({"accepted_points": means.size(), "plateaus": means.size()})
-    for column in {*SET_POINTS} & {*fit.points}:
+    for column in SET_POINTS:
         runs[f"nominal_{column}"] = means[column].mean()
     runs = runs.reset_index().assign(
         campaign=name, oil=fit.oil, rig="unknown", verdict="accepted", file=fit.source
     )
     results = CampaignTables.in_memory(
-        points=fit.table,
+        points=fit.points,
         runs=tables.filled(runs, "runs", "the table"),
         **{table: fit.tables.table(table).assign(oil=fit.oil) for table in OF_FIT},
     )
@@ -101,7 +117,7 @@ def _campaign(fit: "ArrayFit", name: str) -> tuple[CampaignTables, Settings, dic
     return results.replace(**finished_fits(results, settings)), settings, provenance
 
 
-def _settings(fit: "ArrayFit", campaign: str) -> Settings:
+def _settings(fit: FitAlone, campaign: str) -> Settings:
     """Settings of a campaign that has this table alone."""
     return Settings.of(
         {

@@ -22,6 +22,8 @@ M_PER_UM = 1e-6
 MM_PER_M = 1e3
 RAD_S_PER_RPM = np.pi / 30
 ABSOLUTE_ZERO_C = -273.15
+# The median absolute deviation of a normal distribution times this is its standard deviation.
+MAD_TO_SIGMA = 1.4826
 
 
 def rpm_to_surface_speed(speed_rpm: FloatArray, radius_m: float) -> FloatArray:

@@ -58,6 +58,9 @@ rule fits:
     localrule: True
     params:
         code=lambda wildcards: code("fits.py", tables=rules.fits.output.keys()),
-        config=part("fit", "gates", "oils", "rigs", "same_set_point", campaign=("matrix", "rigs")),
+        config=part(
+            *("compare", "fit", "oils", "patterns", "rigs", "same_condition", "same_set_point"),
+            campaign=("matrix", "rigs"),
+        ),
     script:
         "../scripts/fits.py"

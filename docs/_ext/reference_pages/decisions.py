@@ -59,7 +59,7 @@ def _rooms() -> Iterator[str]:
     contracts = settings["tool"]["importlinter"]["contracts"]
     layers = next(contract["layers"] for contract in contracts if contract["id"] == "rooms")
     for layer in reversed(layers):
-        for name in layer.split(" : "):
+        for name in re.split(r" [:|] ", layer):
             if (HOME / "workflow/oilfilm" / name).is_dir():
                 yield name
 

@@ -17,7 +17,6 @@ from matplotlib.patches import Circle, FancyArrowPatch, Patch, Rectangle
 from deng2026_study.printed_law import with_printed
 from deng2026_study.reference import PaperStatement, PaperTables
 from oilfilm import tables
-from oilfilm.curation.coverage import with_levels
 from oilfilm.fits.fitted import FittedLaw
 from oilfilm.report.figures import style
 from oilfilm.report.figures.curves import NO_POINT, Series, draw_series
@@ -27,6 +26,7 @@ from oilfilm.settings.base import present
 from oilfilm.settings.campaign import Campaign
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
+from oilfilm.tables.set_points import with_levels
 from oilfilm.traction.law import CONDITIONS
 from simulated_lab.printed import PrintedCoefficients
 

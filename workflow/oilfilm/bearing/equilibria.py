@@ -57,8 +57,8 @@ _KINK = 1e-3
 _FINE = 1e-9
 # How a curve is followed that stalls: softening of the law, and steps that may turn at a kink.
 _ATTEMPTS = ((0.0, 0.0), (0.0, _KINK), (0.003, _KINK))
-# The narrowest band of rolling, over the full one, by which a motion may be held; and by how much
-# the cage's speed, over its scale, may change when this band goes.
+# Details of the calculation: the narrowest band of rolling, over the full one, by which a motion
+# may be held; and by how much the cage's speed, over its scale, may change when this band goes.
 _NARROWEST, _OTHER = 1e-3, 0.01
 # Cage speeds of two equilibria are further apart, over their scale.
 _APART = 1e-6

@@ -53,7 +53,8 @@ QUADRATURE = (16, 4)
 COARSE = (6, 2)
 # Quadrature nodes whose arrays fit a processor's cache.
 _CACHED = 50_000
-# Cage slip above which the outer contact hardly rolls.
+# Cage slip above which the outer contact hardly rolls. No setting: beyond it the motions are so
+# close to each other that their number is not known either (`equilibria`).
 _HARDLY_ROLLS = 0.9
 # Scale of the speeds of a bearing at rest.
 _SLOWEST_RAD_S = 1e-3

@@ -3,9 +3,6 @@
 Decides: which planned conditions are accepted, refused or missing.
 """
 
-import itertools
-import math
-from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -14,21 +11,10 @@ import pandas as pd
 from oilfilm import tables
 from oilfilm.curation.plateau_gates import PLATEAU_GATES, advice_for
 from oilfilm.curation.traction_rig import TractionRig
-from oilfilm.physics.contact import max_hertz_pressure
-from oilfilm.settings.config import SameSetPointSettings
 from oilfilm.settings.resolved import Settings
-from oilfilm.settings.rig import Rig
 from oilfilm.tables import failed_gates
-from oilfilm.ties import exceeds, first_smallest
-from oilfilm.units import PA_PER_GPA
+from oilfilm.tables.set_points import CONDITION, SET_POINTS, planned_conditions, with_levels
 
-SET_POINTS = (
-    "nominal_max_hertz_pressure_gpa",
-    "nominal_load_n",
-    "nominal_entrainment_speed_m_s",
-    "nominal_inlet_temperature_c",
-)
-_CONDITION = ["oil", *SET_POINTS]
 _GATES = {gate.name for gate in PLATEAU_GATES}
 _COUNTS = ("runs_accepted", "runs_refused", "points_accepted", "points_refused")
 
@@ -41,9 +27,9 @@ def coverage(runs: pd.DataFrame, settings: Settings) -> pd.DataFrame:
     null conditions.
     """
     rigs = settings.campaign.rigs
-    planned = _planned(settings).assign(planned=True)
+    planned = planned_conditions(settings).assign(planned=True)
     tested = _counted(with_levels(runs, settings))
-    conditions = tested.merge(planned, on=_CONDITION, how="outer")
+    conditions = tested.merge(planned, on=CONDITION, how="outer")
     nothing: dict[str, Any] = {"rig": rigs[0] if len(rigs) == 1 else "", "planned": False}
     conditions = conditions.fillna(nothing | dict.fromkeys(_COUNTS, 0)).astype({"planned": bool})
     state = np.select(
@@ -59,18 +45,10 @@ def of_matrix(runs: pd.DataFrame, settings: Settings) -> pd.DataFrame:
     """The runs at conditions of the campaign's matrix; all of them where it has none."""
     if settings.campaign.matrix is None:
         return runs
-    at = with_levels(runs, settings)[_CONDITION].merge(
-        _planned(settings), on=_CONDITION, how="left", indicator="where"
+    at = with_levels(runs, settings)[CONDITION].merge(
+        planned_conditions(settings), on=CONDITION, how="left", indicator="where"
     )
     return runs[(at["where"] == "both").to_numpy()]
-
-
-def with_levels(runs: pd.DataFrame, settings: Settings) -> pd.DataFrame:
-    """Runs with a pressure for a load, and each set point moved to the level that it means."""
-    planned, same = _planned(settings), settings.same_set_point
-    noted = with_pressure(runs, settings.rigs)
-    levels = {name: _levels(noted[name], planned[name].dropna(), same) for name in SET_POINTS}
-    return noted.assign(**levels)
 
 
 def planned_states(coverage: pd.DataFrame) -> pd.DataFrame:
@@ -80,14 +58,6 @@ def planned_states(coverage: pd.DataFrame) -> pd.DataFrame:
         "state", key=lambda states: states.map(best_first), kind="stable"
     )
     return planned.drop_duplicates(["oil", *SET_POINTS]).sort_index()
-
-
-def describe_condition(condition: Mapping[Any, Any]) -> str:
-    """A condition as text, as in `P = 1.25 GPa, U = 30 m/s, T = 70 degC`."""
-    forms = ("P = {:g} GPa", "W = {:g} N", "U = {:g} m/s", "T = {:g} degC")
-    values = zip(forms, (condition[name] for name in SET_POINTS), strict=True)
-    known = [form.format(value) for form, value in values if not math.isnan(value)]
-    return ", ".join(known) or "no set points"
 
 
 def gate_counts(runs: pd.DataFrame, points: pd.DataFrame, quarantine: pd.DataFrame) -> pd.DataFrame:
@@ -117,53 +87,6 @@ def gate_counts(runs: pd.DataFrame, points: pd.DataFrame, quarantine: pd.DataFra
         advice=("advice", "first"),
     )
     return tables.conform(counts.rename(columns={"rule": "gate"}), "gate_counts", "gate counts")
-
-
-def _planned(settings: Settings) -> pd.DataFrame:
-    """Conditions of the matrix, for each oil; none without a matrix."""
-    matrix = settings.campaign.matrix
-    pressure, speed, temperature = matrix.model_dump().values() if matrix else ((), (), ())
-    levels = list(settings.oils), pressure, [math.nan], speed, temperature
-    planned = pd.DataFrame(itertools.product(*levels), columns=_CONDITION)
-    return planned.astype(dict.fromkeys(SET_POINTS, float))
-
-
-def with_pressure(runs: pd.DataFrame, rigs: Mapping[str, Rig]) -> pd.DataFrame:
-    """Runs with a nominal pressure wherever set points and rig give one, else with the load."""
-    pressure = runs["nominal_max_hertz_pressure_gpa"].copy()
-    for name, rig in rigs.items():
-        contact = rig.contact()
-        rows = (runs["rig"] == name) & pressure.isna() & (runs["nominal_load_n"] > 0)
-        if contact is not None and rows.any():
-            load_n = runs.loc[rows, "nominal_load_n"].to_numpy()
-            pressure_pa = max_hertz_pressure(load_n, contact.radius_m, contact.reduced_modulus_pa)
-            pressure[rows] = pressure_pa / PA_PER_GPA
-    load = runs["nominal_load_n"].where(pressure.isna())
-    return runs.assign(nominal_max_hertz_pressure_gpa=pressure, nominal_load_n=load)
-
-
-def with_measured(runs: pd.DataFrame, points: pd.DataFrame) -> pd.DataFrame:
-    """Runs with the mean of their accepted plateaus for each set point that they do not state."""
-    names = ["max_hertz_pressure_gpa", "entrainment_speed_m_s", "inlet_temperature_c"]
-    means = points[points["accepted"]].groupby("run_id")[names].mean().reindex(runs["run_id"])
-    measured = means.add_prefix("nominal_").set_index(runs.index)
-    # a load is a set point of the pressure
-    of_load = measured["nominal_max_hertz_pressure_gpa"].mask(runs["nominal_load_n"].notna())
-    return runs.fillna(measured.assign(nominal_max_hertz_pressure_gpa=of_load))
-
-
-def _levels(
-    values: "pd.Series[float]", planned: "pd.Series[float]", same: SameSetPointSettings
-) -> "pd.Series[float]":
-    """Each value's level: the nearest planned one, or else the first of those near each other."""
-    relative = values.name != "nominal_inlet_temperature_c"
-    levels, found = np.unique(planned), np.unique(values.dropna())
-    for value in found:
-        allowed = same.relative * value if relative else same.temperature_c
-        if exceeds(np.abs(levels - value).min(initial=np.inf), allowed):
-            levels = np.append(levels, value)
-    nearest = {value: levels[first_smallest(np.abs(levels - value))] for value in found}
-    return values.map(nearest).astype(float)
 
 
 def _counted(runs: pd.DataFrame) -> pd.DataFrame:

@@ -23,7 +23,6 @@ import pandas as pd
 import scipy
 
 from oilfilm import tables
-from oilfilm.curation.coverage import SET_POINTS, with_levels
 from oilfilm.curation.gate import fault
 from oilfilm.curation.hypotheses import DOUBTFUL, Hypothesis
 from oilfilm.curation.measure import measure
@@ -35,23 +34,16 @@ from oilfilm.logs.base import Columns, Refusal
 from oilfilm.logs.ingest import Ingested, ingest_logs, sample_files
 from oilfilm.logs.raw_files import RawLogs
 from oilfilm.logs.run_sheet import NO_SHEET, RunSheet
+from oilfilm.settings.config import CopySettings, GateSettings
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables import failed_gates
+from oilfilm.tables.set_points import SET_POINTS, with_levels
 from oilfilm.ties import exceeds, reaches
 
 # ---------------------------------------------------------------- repeats
 
-# Fewer plateaus may agree by chance.
-_PLATEAUS = 3
-# So many plateaus, apart by this share of their errors in the mean square, of slip and of mu: with
-# load, speed and temperature as near as below, chances of 1e-6. Rounding moves the slip by more.
-_PLATEAUS_OF_COPY, _NO_NOISE = 8, (0.6, 0.3)
-# Copies are so near each other in load, speed and temperature, relative to the largest.
-_NEAR = 5e-4
-# An odd repeat is so many times as far from the others as these are from each other.
-_ODD = 3
-# So many runs of a rig tell what its channels do.
-_FEWEST_RUNS = 4
+# Last plateaus by whose load, speed and temperature copies are looked up among all runs.
+_LOOKED_UP = 3
 # Column of plateaus and its key of a rig's `full_scale`.
 _SCALES = {
     "load_n": "load_n",
@@ -76,7 +68,7 @@ def repeated(
     """
     left = runs[runs["verdict"] == "accepted"].sort_values(["file", "run_id"])
     refused: dict[str, Refusal] = {}
-    for case in _readings(points, left, kind):
+    for case in _readings(points, left, kind, settings):
         refused.setdefault(case.run_id, case)
     if kind.name == TRACTION and settings.campaign.repeated_conditions != "accept":
         left = left[~left["run_id"].isin(refused)]
@@ -84,9 +76,11 @@ def repeated(
     return list(refused.values())
 
 
-def _readings(points: pd.DataFrame, runs: pd.DataFrame, kind: type[RigKind]) -> Iterator[Refusal]:
+def _readings(
+    points: pd.DataFrame, runs: pd.DataFrame, kind: type[RigKind], settings: Settings
+) -> Iterator[Refusal]:
     """Copies of an earlier log, and the same readings under the names of two oils."""
-    pairs = list(_same_readings(points, runs, kind))
+    pairs = list(_same_readings(points, runs, kind, settings.gates.copies))
     for first, later in pairs:
         if first.oil == later.oil:
             yield fault("duplicate_log", run_id=later.run_id, kept=first.run_id)
@@ -102,14 +96,15 @@ def _conditions(points: pd.DataFrame, runs: pd.DataFrame, settings: Settings) ->
     Two runs contradict each other beyond `repeat_difference_max`. Of three or more, one that is off
     by less is odd where the others agree far better with each other than with it.
     """
-    allowed, odd = settings.gates.repeat_difference_max, settings.gates.repeat_odd_min
+    gates = settings.gates
+    allowed, odd = gates.repeat_difference_max, gates.repeat_odd_min
     for names, apart in _compared_conditions(points, runs, settings):
         kept = []
         for run_id in names:
             others = [name for name in names if name != run_id]
             to_others = {name: apart[frozenset((run_id, name))] for name in others}
             mutual = [apart[frozenset(pair)] for pair in combinations(others, 2)]
-            limit = max(odd, _ODD * max(mutual)) if mutual else allowed
+            limit = max(odd, gates.repeat_odd_factor * max(mutual)) if mutual else allowed
             against = [name for name, difference in to_others.items() if difference > allowed]
             if len(against) <= len(others) / 2:
                 against = [name for name, difference in to_others.items() if difference > limit]
@@ -157,7 +152,7 @@ def _same(runs: pd.DataFrame, key: list[str]) -> Iterator[list[Any]]:
 
 
 def _same_readings(
-    points: pd.DataFrame, runs: pd.DataFrame, kind: type[RigKind]
+    points: pd.DataFrame, runs: pd.DataFrame, kind: type[RigKind], copies: CopySettings
 ) -> Iterator[tuple[Any, Any]]:
     """Pairs of runs out of files of one content, or with plateaus of the same noise."""
     named: dict[str, Any] = {str(run.run_id): run for run in runs.itertuples()}
@@ -166,11 +161,11 @@ def _same_readings(
     for first, *others in _same(runs.assign(place=places), ["content_sha256", "place"]):
         yield from ((first, later) for later in others)
     if kind.name == TRACTION:
-        for name, other in _same_noise(points[points["run_id"].isin(named)]):
+        for name, other in _same_noise(points[points["run_id"].isin(named)], copies):
             yield named[name], named[other]
 
 
-def _same_noise(points: pd.DataFrame) -> Iterator[tuple[str, str]]:
+def _same_noise(points: pd.DataFrame, copies: CopySettings) -> Iterator[tuple[str, str]]:
     """Pairs of runs whose plateaus differ by far less than their own errors, whatever the rows.
 
     The same readings, cut off elsewhere or rounded, keep the errors of their means; other readings
@@ -181,25 +176,26 @@ def _same_noise(points: pd.DataFrame) -> Iterator[tuple[str, str]]:
     errors = [f"{name}_se" for name in means]
     of_runs = points[(points[errors] > 0).all(axis=1)].groupby("run_id")
     counts = of_runs.size()
-    names = counts.index[counts > _PLATEAUS_OF_COPY]
-    last = of_runs.tail(_PLATEAUS_OF_COPY + 1)
+    names = counts.index[counts > copies.plateaus]
+    last = of_runs.tail(copies.plateaus + 1)
     last = last.drop(of_runs.tail(1).index)
     last = last[last["run_id"].isin(names)]
     if len(names) < 2:
         return
     values, se, at = (
-        last[columns].to_numpy(float).reshape(len(names), _PLATEAUS_OF_COPY, -1)
+        last[columns].to_numpy(float).reshape(len(names), copies.plateaus, -1)
         for columns in (means, errors, ["load_n", "entrainment_speed_m_s", "inlet_temperature_c"])
     )
-    near = np.nan_to_num(at[:, -_PLATEAUS:].reshape(len(names), -1))
-    reach = _NEAR * np.abs(near).max(axis=0)
+    near = np.nan_to_num(at[:, -_LOOKED_UP:].reshape(len(names), -1))
+    reach = copies.condition * np.abs(near).max(axis=0)
     scaled = near / np.where(reach > 0, reach, 1.0)
     for one, other in sorted(scipy.spatial.cKDTree(scaled).query_pairs(1.0, p=np.inf)):
         apart = values[one] - values[other]
         # the zero of the force may be that of other rows, and rounding moves the speeds
         apart -= np.median(apart, axis=0)
         relative = apart / np.hypot(se[one], se[other])
-        if (np.sqrt(np.mean(relative**2, axis=0)) < _NO_NOISE).all():
+        rms = np.sqrt(np.mean(relative**2, axis=0))
+        if (rms < (copies.slip_errors, copies.traction_errors)).all():
             yield names[one], names[other]
 
 
@@ -232,9 +228,9 @@ def with_campaign_warnings(
     accepted = runs[runs["verdict"] == "accepted"].set_index("run_id")
     texts = {run_id: [text] for run_id, text in accepted["warning"].items() if text}
     points = points[points["run_id"].isin(accepted.index)]
-    for run_id, text in chain(
-        _constant_channels(points, accepted), _of_rig(points, accepted["rig"], settings)
-    ):
+    constant = _constant_channels(points, accepted, settings.gates)
+    constant = _constant_channels(points, accepted, settings.gates)
+    for run_id, text in chain(constant, _of_rig(points, accepted["rig"], settings)):
         texts.setdefault(run_id, []).append(text)
     warnings = ["; ".join(texts.get(run_id, ())) for run_id in runs["run_id"]]
     return runs.assign(warning=pd.Series(warnings, runs.index, dtype="str"))
@@ -256,14 +252,16 @@ def _of_rig(
         yield from ((str(run_id), f"{each}; correct {name}.yaml") for each in doubts)
 
 
-def _constant_channels(points: pd.DataFrame, runs: pd.DataFrame) -> Iterator[tuple[str, str]]:
+def _constant_channels(
+    points: pd.DataFrame, runs: pd.DataFrame, gates: GateSettings
+) -> Iterator[tuple[str, str]]:
     """A channel that is one number in all plateaus of a run, and moves in most other runs."""
     for column, name in (("load_n", "load"), ("inlet_temperature_c", "inlet temperature")):
         of_runs = points.groupby("run_id")[column].agg(["min", "max", "size"])
-        judged = of_runs[of_runs["size"] >= _PLATEAUS]
+        judged = of_runs[of_runs["size"] >= gates.constant_channel_plateaus]
         constant = pd.Series(reaches(judged["min"], judged["max"]), judged.index)
         for _, of_rig in constant.groupby(runs["rig"].reindex(judged.index)):
-            if len(of_rig) >= _FEWEST_RUNS and of_rig.mean() < 1 / 2:
+            if len(of_rig) >= gates.constant_channel_runs and of_rig.mean() < 1 / 2:
                 moving = dict(name=name, others=(~of_rig).sum(), runs=len(of_rig))
                 for run_id in of_rig.index[of_rig]:
                     value = of_runs["min"].loc[run_id]

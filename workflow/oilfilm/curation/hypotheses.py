@@ -58,6 +58,7 @@ _BY_SPEED = frozenset({"speed_off_nominal"})
 # Refusals that a mistake of another kind may cause.
 DOUBTFUL = _BY_TIME | _BY_FORCE | _BY_SLIP | _BY_SPEED
 
+# All numbers below belong to explanations of a refusal. None decides whether a run is refused.
 # A time of the settings that is a larger share of the run than this leaves nothing of its levels.
 _LONGEST_SHARE = 1 / 8
 # A lower limit for steps that is tried, over the configured one.

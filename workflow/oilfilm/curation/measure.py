@@ -11,12 +11,12 @@ import pandas as pd
 
 from oilfilm.curation import statistics
 from oilfilm.curation.rig_kind import Division, RigKind, Run, Signals, nothing
-from oilfilm.curation.statistics import MAD_TO_SIGMA, median
+from oilfilm.curation.statistics import median
 from oilfilm.curation.zero import moved_zero, phase_too_short, sliding_phase, zero_reference
 from oilfilm.logs.base import Columns, Refusal
 from oilfilm.settings.config import StepSettings
 from oilfilm.ties import exceeds, reaches
-from oilfilm.units import BoolArray, FloatArray, IndexArray
+from oilfilm.units import MAD_TO_SIGMA, BoolArray, FloatArray, IndexArray
 
 
 def measure(signals: Signals, rig: RigKind, name: str, settled: bool = False) -> Run:
@@ -41,7 +41,7 @@ def measure(signals: Signals, rig: RigKind, name: str, settled: bool = False) ->
         spike = rig.settings.curation.spikes.threshold
         zero = zero_reference(parts.at_rest, rig.sensor.column, parts.phases, spike)
         output, output_se = zero.at(averages["time_s"]), zero.standard_error_at(averages["time_s"])
-        flaw = moved_zero(zero, parts, rig.sensor, rig.zero_drift_max)
+        flaw = moved_zero(zero, parts, rig.sensor, rig.zero_drift_max, rig.gates)
     plateaus, working = rig.derive(averages, output, output_se), usable.at(parts.working)
     run = Run(rig, signals, working, plateaus, flaw, parts.too_short)
     return replace(run, flaw=rig.zero_fault(run, parts, name))

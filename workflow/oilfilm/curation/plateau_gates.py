@@ -27,9 +27,6 @@ from oilfilm.units import BoolArray
 PLATEAU_GATES: Gates[PlateauJudge] = Gates()
 gate = PLATEAU_GATES.gate
 
-# So many standard errors are no chance.
-_SURE = 5
-
 
 def _off_nominal(points: pd.DataFrame, name: str, tolerance: float) -> BoolArray:
     nominal = points[f"nominal_{name}"]
@@ -185,8 +182,9 @@ def surely_unphysical(points: pd.DataFrame, rig: TractionRig) -> "pd.Series[bool
     """
     mu, error = points["traction_coefficient"], points["traction_coefficient_se"].fillna(0.0)
     sliding = points["slide_roll_ratio"] > rig.gates.sign_slip_min
-    above = mu - _SURE * error > rig.gates.traction_max
-    return above | (sliding & (mu + _SURE * error < rig.gates.traction_min))
+    error = rig.gates.significant_errors * error
+    above = mu - error > rig.gates.traction_max
+    return above | (sliding & (mu + error < rig.gates.traction_min))
 
 
 @gate
@@ -246,8 +244,6 @@ def sentence_of(gate: Gate[PlateauJudge], points: pd.DataFrame, rig: Any) -> str
 
 # ---------------------------------------------------------------- verdicts
 
-# Two faulty plateaus may be two mishaps, where they are not most of a short run.
-_MANY = 3
 _IF_RIGHT = "If that is not the mistake, correct the fault that is named after 'as it is'."
 
 
@@ -294,8 +290,8 @@ def runs_not_usable(points: pd.DataFrame, failed: pd.DataFrame, rig: RigKind) ->
     judged = _judged(points, failed, rig)
     of_runs = judged.groupby(points["run_id"])
     means, counts, some = of_runs.mean(), of_runs.sum(), of_runs.any()
-    share = rig.gates.faulty_share_max
-    many = (means["faulty_where_held"] > share) & (counts["faulty_where_held"] >= _MANY)
+    share, fewest = rig.gates.faulty_share_max, rig.gates.faulty_plateaus_min
+    many = (means["faulty_where_held"] > share) & (counts["faulty_where_held"] >= fewest)
     most = means["faulty"] > max(1 / 2, share)
     blamed = judged["faulty_where_held"].where(points["run_id"].map(many), judged["faulty"])
     judged = judged.assign(blamed=blamed)

@@ -13,42 +13,22 @@ import numpy as np
 
 from oilfilm.curation.gate import Found, Gate, Gates, RunJudge, fault, refused, unit_hint
 from oilfilm.curation.rig_kind import RigKind, Run
-from oilfilm.curation.statistics import (
-    MAD_TO_SIGMA,
-    changed,
-    is_noise,
-    longest_hold,
-    median,
-    rows_per_reading,
-)
+from oilfilm.curation.statistics import changed, is_noise, longest_hold, median, rows_per_reading
 from oilfilm.curation.traction_rig import TractionRig
 from oilfilm.logs.base import Refusal
 from oilfilm.ties import exceeds, reaches
-from oilfilm.units import BoolArray, FloatArray
+from oilfilm.units import MAD_TO_SIGMA, BoolArray, FloatArray
 
 RUN_GATES: Gates[RunJudge] = Gates()
 gate = RUN_GATES.gate
 
-# So many standard errors are no chance.
-_SURE = 5
-# Two columns of one signal are apart by less than this of its noise.
+# None of these decides whether a run is refused; the limits that do are in the configuration.
+# Two columns of one signal are apart by less than this of its noise: names the cause of a refusal.
 _ROUNDED = 0.1
-# So many plateaus are no mishaps of single ones.
-_FEW = 3
-# With fewer levels a jump of a curve is not told from its shape.
-_FEWEST_OF_CURVE = 6
-# Each of the two last steps of a curve in the wrong order falls by more than this of the largest.
-_FALL = 0.08
-# A jump is so many times as large as the range of three levels on either side.
-_FLATTER = 5
-# A signal of fewer values does not move.
+# A signal of fewer values does not move: no hint is given.
 _FEWEST_LEVELS = 3
-# The mean of fewer readings has no standard error worth the name.
-_FEWEST_READINGS = 5
-# Readings before and after a hold that must show noise, too.
+# Readings before and after a hold by which a channel is known to have noise.
 _AROUND = 20
-# In a sound run a channel with noise is held so long with less than this chance.
-_CHANCE = 1e-9
 
 
 def first_fault(run: Run) -> Refusal | None:
@@ -135,11 +115,11 @@ def held_readings(run: Run, rig: RigKind) -> Found:
     durations = run.plateaus["duration_s"]
     plateau_s = median(durations) if len(durations) else rig.plateaus.min_duration_s
     rows = rows_per_reading(run.signals[run.rig.sensor.column])
-    hold_s = rows * run.signals.interval_s
-    if rows > 1 and exceeds(_FEWEST_READINGS * hold_s, plateau_s):
-        readings = sum(reaches(plateau_s, hold_s * np.arange(1, _FEWEST_READINGS)))
+    hold_s, fewest = rows * run.signals.interval_s, rig.gates.readings_min
+    if rows > 1 and exceeds(fewest * hold_s, plateau_s):
+        readings = sum(reaches(plateau_s, hold_s * np.arange(1, fewest)))
         found = dict(rows=rows, hold=hold_s, plateau=plateau_s, readings=readings)
-        yield {**found, "fewest": _FEWEST_READINGS}
+        yield {**found, "fewest": fewest}
 
 
 @gate
@@ -157,7 +137,7 @@ def stuck_channel(run: Run, rig: RigKind) -> Found:
         before, after = changed(values[: start + 1])[-_AROUND:], changed(values[stop - 1 :])
         sides = [side for side in (before, after[:_AROUND]) if len(side) > _AROUND / 2]
         noisy = is_noise(updates) and all(map(is_noise, sides))
-        if noisy and len(values) * repeats ** (stop - start) < _CHANCE:
+        if noisy and len(values) * repeats ** (stop - start) < rig.stuck.chance:
             rows = run.working.rows(start, stop - 1)
             yield dict(channel=channel, value=values[start], **rows)
 
@@ -198,7 +178,8 @@ def impossible_traction(run: Run, rig: TractionRig) -> Found:
     if run.flaw is None or run.flaw.rule != "zero_drift":
         return
     size, load_n = _usual_size(run, rig), median(run.plateaus["load_n"])
-    if size - rig.zero.max_drift_n * _SURE / load_n > rig.gates.traction_max:
+    explained = rig.zero.max_drift_n * rig.gates.significant_errors / load_n
+    if size - explained > rig.gates.traction_max:
         yield dict(size=size, flaw=run.flaw.reason)
 
 
@@ -216,10 +197,11 @@ def sign_changes(run: Run, rig: TractionRig) -> Found:
     """The traction force acts against the slip in one part of the run and along it in another."""
     plateaus = run.plateaus
     slip, force_n = plateaus["slide_roll_ratio"], plateaus["traction_force_n"]
-    error_n = _SURE * np.nan_to_num(plateaus["traction_coefficient_se"]) * plateaus["load_n"]
-    sure = _sliding(run, rig) & (np.abs(force_n) > error_n)
+    error_n = np.nan_to_num(plateaus["traction_coefficient_se"]) * plateaus["load_n"]
+    significant = np.abs(force_n) > rig.gates.significant_errors * error_n
+    sure = _sliding(run, rig) & significant
     against = sure & (force_n * slip < 0)
-    few = max(_FEW, (1 - rig.gates.sign_share) * sure.sum())
+    few = max(rig.gates.faulty_plateaus_min, (1 - rig.gates.sign_share) * sure.sum())
     if reaches(against.sum(), few) and reaches(sure.sum() - few, against.sum()):
         begin, end = np.flatnonzero(against)[[0, -1]]
         rows = dict(first=plateaus["first_row"][begin], last=plateaus["last_row"][end])
@@ -249,7 +231,7 @@ def _ways(run: Run, rig: TractionRig) -> list[tuple[FloatArray, FloatArray]]:
 def _curves(run: Run, rig: TractionRig) -> list[tuple[FloatArray, FloatArray]]:
     """Those ways of a sweep that have enough points with slip."""
     sliding = [(slip[slip > 0], mu[slip > 0]) for slip, mu in _ways(run, rig)]
-    return [curve for curve in sliding if len(curve[0]) >= _FEWEST_OF_CURVE]
+    return [curve for curve in sliding if len(curve[0]) >= rig.gates.curve_points_min]
 
 
 @gate
@@ -258,8 +240,9 @@ def order_of_time(run: Run, rig: TractionRig) -> Found:
     for _, mu in _curves(run, rig):
         largest, small, last = mu.max(), mu[:3].max(), mu[-3:]
         falls = -np.diff(last)
-        steep = falls.min() > _FALL * largest and falls.sum() > (largest - last[-1]) / 2
-        if steep and small > last[0]:
+        steep = falls.min() > rig.gates.order_fall_max * largest
+        far = falls.sum() > (largest - last[-1]) / 2
+        if steep and far and small > last[0]:
             yield dict(begin=last[0], end=last[-1], small=small)
 
 
@@ -267,7 +250,7 @@ def order_of_time(run: Run, rig: TractionRig) -> Found:
 def gain_jump(run: Run, rig: TractionRig) -> Found:
     """The traction jumps between two slips, and changes little on either side."""
     for slip, mu in _curves(run, rig):
-        largest, allowed = float(np.abs(mu).max()), rig.gates.traction_jump_max
+        largest, gates = float(np.abs(mu).max()), rig.gates
         for place in range(3, len(slip) - 1):
             before, after = mu[place - 3 : place], mu[place : place + 3]
             jump, range_ = after[0] - before[-1], max(np.ptp(before), np.ptp(after))
@@ -275,7 +258,8 @@ def gain_jump(run: Run, rig: TractionRig) -> Found:
             wide = min(np.ptp(slip[place - 3 : place]), np.ptp(slip[place : place + 3]))
             # where the curve still rises, or one level repeats, nothing is known of its shape
             flat = min(before.min(), after.min()) > largest / 2 and wide > gap / 2
-            if flat and abs(jump) > max(allowed * largest, _FLATTER * range_):
+            allowed = max(gates.traction_jump_max * largest, gates.jump_range_factor * range_)
+            if flat and abs(jump) > allowed:
                 yield dict(jump=jump, before=slip[place - 1], after=slip[place], largest=largest)
 
 
@@ -359,17 +343,10 @@ def _branches(run: Run, rig: TractionRig) -> tuple[FloatArray, FloatArray]:
 
 WARNINGS: Gates[RunJudge] = Gates("warnings")
 
-# A share of the largest plateau by which readings seldom scatter.
-_NOISY = 0.03
-# Small and large readings, over the largest; so many give the noise to within a tenth.
+# How noise is estimated, not how much of it is a warning: small and large readings, over the
+# largest; so many readings give it to within a tenth.
 _SMALL, _LARGE, _ALMOST_ALL = 0.2, 0.8, 0.99
 _CHANGES = 60
-# Sensors have the same noise at any reading, and vibrations add to it.
-_NOISE_LEFT = 0.6
-# A fixed interval is kept to so much of it: a logger's hardware does, a program's timer does not.
-_FIXED = 0.03
-# Steps this many times further off than almost all others are not its rounding.
-_FAR_OFF = 3
 
 
 @WARNINGS.gate
@@ -404,7 +381,7 @@ def noisy_sensor(run: Run, rig: RigKind) -> Found:
     each = _noise(run)
     noise = MAD_TO_SIGMA * median(each)
     largest = float(np.nanmax(np.abs(run.plateaus[run.rig.sensor.column]), initial=0.0))
-    if len(each) >= _CHANGES and noise > _NOISY * largest:
+    if len(each) >= _CHANGES and noise > rig.gates.noise_share_max * largest:
         yield dict(noise=noise, share=noise / largest)
 
 
@@ -419,7 +396,8 @@ def soft_saturation(run: Run, rig: RigKind) -> Found:
     if min(map(np.count_nonzero, parts)) < _CHANGES:
         return
     small, large = (MAD_TO_SIGMA * median(noise[part]) for part in parts)
-    if large < _NOISE_LEFT * small and is_noise(changed(size[parts[0]])):
+    # sensors have the same noise at any reading, and vibrations add to it
+    if large < rig.gates.noise_left_min * small and is_noise(changed(size[parts[0]])):
         yield dict(small=small, large=large)
 
 
@@ -436,8 +414,10 @@ def uneven_clock(run: Run, rig: RigKind) -> Found:
     interval_s = run.signals.interval_s
     off_s = np.where(beside, np.abs(gap_s - interval_s), 0.0)
     usual_s = float(np.quantile(off_s[beside], _ALMOST_ALL))
-    odd = np.flatnonzero(off_s > max(_FAR_OFF * usual_s, _FIXED * interval_s))
-    if usual_s <= _FIXED * interval_s and len(odd):
+    # a logger's hardware keeps to its interval, the timer of a program does not
+    scatter_s = rig.gates.clock_scatter_max * interval_s
+    odd = np.flatnonzero(off_s > max(rig.gates.clock_odd_factor * usual_s, scatter_s))
+    if usual_s <= scatter_s and len(odd):
         before, after = run.signals.row[[odd[0], odd[0] + 1]]
         gap = dict(gap=gap_s[odd[0]], before=before, after=after)
         yield dict(interval=interval_s, steps=len(odd), **gap)

@@ -9,11 +9,10 @@ Decides: standard errors of autocorrelated samples.
 
 import numpy as np
 
-from oilfilm.units import BoolArray, FloatArray, IndexArray
+from oilfilm.units import MAD_TO_SIGMA, BoolArray, FloatArray, IndexArray
 
-# The median absolute deviation of a normal distribution times this is its standard deviation.
-MAD_TO_SIGMA = 1.4826
-
+# What noise and held values are: definitions behind the gates, whose limits are in the
+# configuration.
 # Readings that noise of two digits of the resolution, or more, gives among ten: six.
 _READINGS, _DIFFERENT = 10, 6
 # Noise turns back at two of three readings, or at one of two where it is filtered; a ramp does not.

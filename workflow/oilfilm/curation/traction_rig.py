@@ -156,8 +156,9 @@ class TractionRig(RigKind):
         if source == "standstill":
             return run.flaw
         if source == "already_removed":
-            return force_left(run, self.settings.curation)
-        return run.flaw or part_of_curve(parts, run.plateaus, self.zero.max_traction_share)
+            return force_left(run, self.settings.curation, self.gates.significant_errors)
+        share, errors = self.zero.max_traction_share, self.gates.significant_errors
+        return run.flaw or part_of_curve(parts, run.plateaus, share, errors)
 
     def derive(self, averages: Columns, zero: FloatArray, zero_se: FloatArray) -> Columns:
         """Traction force above the zero, mu = F/W and its standard error."""

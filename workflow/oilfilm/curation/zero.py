@@ -16,16 +16,13 @@ from oilfilm.curation import statistics
 from oilfilm.curation.gate import fault
 from oilfilm.curation.rig_kind import Channel, Division, Run, Signals
 from oilfilm.logs.base import Columns, Refusal
-from oilfilm.settings.config import CurationSettings
+from oilfilm.settings.config import CurationSettings, SignalGateSettings
 from oilfilm.ties import reaches
 from oilfilm.units import BoolArray, FloatArray
 
+# How speed and slope of a run are estimated; the limits that judge them are in the configuration.
 # The speed of a run is that of its fastest rows, without the wild readings among them.
 _FASTEST = 0.9
-# So many standard errors are no chance.
-_SURE = 5
-# A zero that changes within its last phase by so much of its change over the run has not settled.
-_STILL_MOVING = 1 / 4
 # Slips of one level on the way up and down, relative.
 _SAME = 1.1
 # The curve may be so many times as steep at its beginning as up to its first level.
@@ -107,7 +104,7 @@ def zero_reference(
 
 
 def moved_zero(
-    zero: ZeroReference, parts: Division, sensor: Channel, allowed: float
+    zero: ZeroReference, parts: Division, sensor: Channel, allowed: float, gates: SignalGateSettings
 ) -> Refusal | None:
     """A zero that is another after the run, by the most likely cause.
 
@@ -119,6 +116,7 @@ def moved_zero(
         parts: The phases.
         sensor: The signal whose zero it is.
         allowed: Largest difference, in the sensor's unit.
+        gates: `zero_moving_share` and `significant_errors`.
     """
     if abs(zero.drift) <= allowed:
         return None
@@ -128,11 +126,11 @@ def moved_zero(
     change = float(np.mean(values[-third:]) - np.mean(values[:third])) if third else 0.0
     about = {"sensor": sensor, "drift": zero.drift, "allowed": allowed}
     # towards the opening zero, by more than its share of a drift that goes on all the time
-    if -change * np.sign(zero.drift) > _STILL_MOVING * abs(zero.drift):
+    if -change * np.sign(zero.drift) > gates.zero_moving_share * abs(zero.drift):
         about |= parts.at_rest.rows(part.start, part.stop - 1)
         return fault("zero_not_settled", phase=last, rest=parts.words, change=change, **about)
     error = float(np.hypot(*zero.output_se[[0, -1]]))
-    if abs(zero.drift) <= _SURE * error:
+    if abs(zero.drift) <= gates.significant_errors * error:
         return fault("zero_noisy", error=error, **about)
     return fault("zero_drift", **about)
 
@@ -204,16 +202,25 @@ def sliding_phase(parts: Division, name: str, limit: float) -> Refusal | None:
     return fault("zero_missing", "sliding_phase", phase=name, slip=slip, limit=limit)
 
 
-def part_of_curve(parts: Division, plateaus: Columns, allowed: float) -> Refusal | None:
-    """A phase taken for pure rolling whose traction is more than a share of the largest one."""
+def part_of_curve(
+    parts: Division, plateaus: Columns, allowed: float, significant_errors: float
+) -> Refusal | None:
+    """A phase taken for pure rolling whose traction is more than a share of the largest one.
+
+    Args:
+        parts: The phases.
+        plateaus: The plateaus of the run.
+        allowed: That share.
+        significant_errors: Standard errors beyond which a slip is no chance.
+    """
     slips, mu = plateaus["slide_roll_ratio"], plateaus["traction_coefficient"]
     largest = float(np.nanmax(np.abs(mu), initial=0.0))
     for name, part in parts.phases.items():
         values = parts.at_rest["slide_roll_ratio"][np.newaxis, part]
         inside = np.ones(values.shape, dtype=bool)
         mean = statistics.means(values, inside)
-        slip = float(mean[0])
-        if abs(slip) <= _SURE * float(statistics.standard_errors(values, inside, mean)[0]):
+        slip, error = float(mean[0]), float(statistics.standard_errors(values, inside, mean)[0])
+        if abs(slip) <= significant_errors * error:
             continue
         slope = initial_slope(slips, mu, slip)
         swallowed = abs(slope * slip)
@@ -224,8 +231,14 @@ def part_of_curve(parts: Division, plateaus: Columns, allowed: float) -> Refusal
     return None
 
 
-def force_left(run: Run, curation: CurationSettings) -> Refusal | None:
-    """A force without slip or at standstill although the rig is said to have removed its zero."""
+def force_left(run: Run, curation: CurationSettings, significant_errors: float) -> Refusal | None:
+    """A force without slip or at standstill although the rig is said to have removed its zero.
+
+    Args:
+        run: The run.
+        curation: `zero_reference`, `plateaus` and `spikes`.
+        significant_errors: Standard errors beyond which a difference is no chance.
+    """
     plateaus, logged = run.plateaus, run.signals
     allowed_n, least_s = curation.zero_reference.max_drift_n, curation.zero_reference.min_duration_s
     phases = {
@@ -234,11 +247,13 @@ def force_left(run: Run, curation: CurationSettings) -> Refusal | None:
         if phase_too_short(logged, part, name, least_s) is None
     }
     still = zero_reference(logged, "traction_force_n", phases, curation.spikes.threshold)
-    rolling = np.abs(plateaus["slide_roll_ratio"]) <= _SURE * plateaus["slide_roll_ratio_se"]
+    slip, slip_error = np.abs(plateaus["slide_roll_ratio"]), plateaus["slide_roll_ratio_se"]
+    rolling = slip <= significant_errors * slip_error
     error_n = plateaus["traction_coefficient_se"] * plateaus["load_n"]
     places = [*("without slip" for _ in range(rolling.sum())), *phases]
     force_n = np.append(plateaus["traction_force_n"][rolling], still.output)
-    beyond = np.abs(force_n) > allowed_n + _SURE * np.append(error_n[rolling], still.output_se)
+    error_n = np.append(error_n[rolling], still.output_se)
+    beyond = np.abs(force_n) > allowed_n + significant_errors * error_n
     if not beyond.any():
         return None
     first = int(np.argmax(beyond))

@@ -17,7 +17,6 @@ Decides: which forms of exports there are.
 """
 
 import datetime
-import html
 import io
 import json
 import math
@@ -45,7 +44,7 @@ from oilfilm.exports.description import (
     number_or_none,
     plain,
 )
-from oilfilm.exports.languages import FORTRAN, MATLAB, MODELICA, PYTHON, C
+from oilfilm.exports.languages import FORTRAN, MATLAB, MODELICA, PYTHON, TEMPLATES, C
 from oilfilm.report.spreadsheet import csv_text
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
@@ -360,25 +359,6 @@ FORMS = {
     ),
     "ADORE": _Form("adore_*.csv", "ADORE", "A to D of (A + B u) exp(-C u) + D", adore_csv),
 }
-_INDEX = """\
-# Traction coefficients for bearing codes
-
-{origins}
-
-| oil | folder | mu depends on | certificate |
-| --- | --- | --- | --- |
-{oils}
-{below}
-| file | for | how |
-| --- | --- | --- |
-{forms}
-| `traction_*.json`, `.csv` | everything else | constants with errors and verdicts; tested box |
-
-The functions take the slide-roll ratio S with either sign, mu(-S) = -mu(S), and say whether a point
-lies outside the tested box, where mu is extrapolated. The names of the arguments carry the units.
-The head of each file has the law, its source, where its constants come from, the tested box and the
-certificate.
-"""
 
 
 def export_campaign(
@@ -445,14 +425,21 @@ def export(fit: Description, provenance: Mapping[str, Any]) -> dict[str, bytes]:
 
 def _index(fits: Sequence[Description], below: str) -> str:
     """The page that says which file is for whom, in Markdown."""
-    origins = dict.fromkeys(f"- {html.escape(fit.origin, quote=False)}." for fit in fits)
-    forms = [f"| `{each.file}` | {each.users} | {each.use} |" for each in FORMS.values()]
-    rows = []
-    for fit in fits:
-        symbols = ", ".join([*(condition.symbol for condition in fit.arguments), "S"])
-        where = fit.where_known and f"; {fit.where_known}"
-        depends = "unknown" if fit.obstacle else symbols + where
-        cells = (plain(fit.oil), f"`{fit.identifier}/`", depends, fit.certificate)
-        rows.append(f"| {' | '.join(html.escape(cell, quote=False) for cell in cells)} |")
-    parts = {"origins": origins, "oils": rows, "forms": forms}
-    return _INDEX.format(**{name: "\n".join(each) for name, each in parts.items()}, below=below)
+    return TEMPLATES.get_template("README.md.jinja").render(
+        origins=dict.fromkeys(fit.origin for fit in fits),
+        oils=[
+            {"name": plain(fit.oil), "folder": fit.identifier, "certificate": fit.certificate}
+            | {"depends": _depends(fit)}
+            for fit in fits
+        ],
+        forms=FORMS.values(),
+        below=below,
+    )
+
+
+def _depends(fit: Description) -> str:
+    """What mu depends on, and where it is known."""
+    if fit.obstacle:
+        return "unknown"
+    symbols = ", ".join([*(condition.symbol for condition in fit.arguments), "S"])
+    return f"{symbols}; {fit.where_known}" if fit.where_known else symbols

@@ -3,6 +3,7 @@
 Decides: how an exported function is written in C, Fortran, MATLAB, Modelica and Python.
 """
 
+import html
 import textwrap
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -19,7 +20,7 @@ _WIDTH = 88  # leaves room for indentation within Fortran's 132 columns
 _NUMPY = ("exp", "expm1", "log", "log1p", "sqrt", "tanh", "abs", "sign")
 _LABELS = {"simulated": ", SIMULATED DATA", "printed": ", PRINTED CONSTANTS", "measured": ""}
 
-_TEMPLATES = Environment(
+TEMPLATES = Environment(
     loader=PackageLoader("oilfilm.exports"),
     undefined=StrictUndefined,
     trim_blocks=True,
@@ -27,6 +28,8 @@ _TEMPLATES = Environment(
     keep_trailing_newline=True,
     autoescape=False,  # noqa: S701 - source code, whose names and texts `plain` has cleaned
 )
+# Of pages in Markdown, which may hold HTML.
+TEMPLATES.filters["shown"] = partial(html.escape, quote=False)
 
 
 class _Input(NamedTuple):
@@ -84,7 +87,7 @@ class Target:
         """The functions of a law: mu, and whether it is extrapolated."""
         values = [value for _, value in description.steps()]
         given = description.arguments
-        return _TEMPLATES.get_template(f"{self.template}.jinja").render(
+        return TEMPLATES.get_template(f"{self.template}.jinja").render(
             name=description.identifier,
             oil=plain(description.oil),
             label=_LABELS[description.data],

@@ -19,12 +19,9 @@ from oilfilm.fits.interval import student_quantile
 from oilfilm.ties import first_smallest, reaches
 from oilfilm.units import FloatArray
 
-# Of a difference, two-sided.
+# Of a difference, two-sided: the level of every interval and test of the project.
 _CONFIDENCE = 0.95
-# A smaller difference of BIC is "not worth more than a bare mention".
-# R. E. Kass, A. E. Raftery, J. Am. Stat. Assoc. 90 (1995) 773, section 3.2.
-_BARE_MENTION = 2.0
-# Fewer curves give no error of a difference.
+# A difference of fewer curves has no error: one degree of freedom and less.
 FEWEST_CURVES = 3
 _MEASURED = "traction_coefficient_measured"
 
@@ -47,7 +44,7 @@ class Judged:
 
 
 def best_laws(
-    quality: pd.DataFrame, law_points: pd.DataFrame, points: pd.DataFrame
+    quality: pd.DataFrame, law_points: pd.DataFrame, points: pd.DataFrame, bic_difference_min: float
 ) -> pd.DataFrame:
     """Table `law_verdicts`: one row per oil, the configured law beside the best ones.
 
@@ -55,17 +52,21 @@ def best_laws(
         quality: Table `fit_quality`, of every law.
         law_points: mu of every law at every accepted point.
         points: Table of points.
+        bic_difference_min: Laws tie where their BIC differ by less.
     """
     measured = points[["run_id", "first_row", "traction_coefficient"]]
     beside = law_points.merge(measured, on=["run_id", "first_row"], suffixes=("", "_measured"))
     rows = []
     for fit in tables.rows(quality[quality["configured"]]):
-        of_oil = [frame[frame["oil"] == fit["oil"]] for frame in (quality, beside)]
-        rows.append({"oil": fit["oil"], "law": fit["law"], **_verdict(fit, *of_oil)})
+        of_oil, beside_oil = (frame[frame["oil"] == fit["oil"]] for frame in (quality, beside))
+        verdict = _verdict(fit, of_oil, beside_oil, bic_difference_min)
+        rows.append({"oil": fit["oil"], "law": fit["law"], **verdict})
     return tables.filled(pd.DataFrame(rows), "law_verdicts")
 
 
-def _verdict(fit: dict[str, Any], quality: pd.DataFrame, beside: pd.DataFrame) -> dict[str, Any]:
+def _verdict(
+    fit: dict[str, Any], quality: pd.DataFrame, beside: pd.DataFrame, bic_difference_min: float
+) -> dict[str, Any]:
     law, laws = fit["law"], quality.set_index("law")
     fitted_laws = laws.index[laws["bic"].notna()]
     if len(laws) == 1:
@@ -94,7 +95,7 @@ def _verdict(fit: dict[str, Any], quality: pd.DataFrame, beside: pd.DataFrame) -
     fitted = _squares(beside, same.index, "traction_coefficient")
     # the differences have the error of Vuong's statistic (Econometrica 57 (1989) 307, section 5)
     without_each = points * np.log(fitted.sum() - fitted)
-    by_bic = _judged(preferred, same["bic"], without_each, _BARE_MENTION)
+    by_bic = _judged(preferred, same["bic"], without_each, bic_difference_min)
     size = float(np.sqrt(np.mean(own[_MEASURED] ** 2)))
     verdict, better = _judgement(law, unseen, by_bic, same)
     return {

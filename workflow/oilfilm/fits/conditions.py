@@ -19,7 +19,7 @@ from pydantic import TypeAdapter, ValidationError
 
 from oilfilm import tables
 from oilfilm.errors import OilfilmError
-from oilfilm.settings.config import FitSettings, GateSettings
+from oilfilm.settings.config import FitSettings, SameConditionSettings
 from oilfilm.ties import exceeds, reaches
 from oilfilm.traction.law import QUANTITIES
 from oilfilm.units import BoolArray, FloatArray, IndexArray
@@ -263,22 +263,22 @@ def clusters(values: FloatArray, width: float) -> IndexArray:
     return clusters
 
 
-def levels_of(name: str, values: FloatArray, gates: GateSettings) -> IndexArray:
-    """Level of each measured value of a condition, within what gates allow from a set point.
+def levels_of(name: str, values: FloatArray, same: SameConditionSettings) -> IndexArray:
+    """Level of each measured value of a condition.
 
     Args:
         name: Column of the condition.
         values: Measured values; unknown ones are one level.
-        gates: `load_tolerance`, `speed_tolerance` and `temperature_tolerance_c`.
+        same: Largest range of the values of one level.
     """
     relative = {
-        "max_hertz_pressure_gpa": gates.load_tolerance / 3,
-        "load_n": gates.load_tolerance,
-        "entrainment_speed_m_s": gates.speed_tolerance,
+        "max_hertz_pressure_gpa": same.max_hertz_pressure,
+        "load_n": same.load,
+        "entrainment_speed_m_s": same.entrainment_speed,
     }
     if name in relative:
-        return clusters(np.log(values), 2 * relative[name])
-    return clusters(values, 2 * gates.temperature_tolerance_c)
+        return clusters(np.log(values), relative[name])
+    return clusters(values, same.inlet_temperature_c)
 
 
 def levels_by_gap(values: FloatArray, gap: float) -> IndexArray:

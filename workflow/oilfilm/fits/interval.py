@@ -35,7 +35,8 @@ _relative_ends, _absolute_ends = compiled([*_BY], RELATIVE_ENDS), compiled([*_BY
 LEVELS = (0.5, 0.8, 0.9, 0.95, 0.99)
 _PARTS = {part: f"unseen_{part}" for part in ("absolute", "relative", "slip")}
 _QUANTILES = tuple(f"unseen_quantile_{round(100 * level)}" for level in LEVELS)
-# Traction below this share of the rms of mu is as uncertain as at this share.
+# A part of the model of errors, no limit: traction below this share of the rms of mu is as
+# uncertain as at this share.
 _SMALL_TRACTION = 0.05
 
 
@@ -246,8 +247,8 @@ def _sizes(parts: FloatArray, error: FloatArray, own_error: FloatArray) -> Float
 def _not_negative(columns: FloatArray, wanted: FloatArray) -> FloatArray:
     """Least squares of few columns without a negative factor: the best choice among all choices.
 
-    Of choices that are as good, as where columns are the same, the one of fewest columns.
-    `scipy.optimize.nnls` gives the same; to import it takes a quarter of the time of a fit.
+    Of choices that are as good, as where columns are the same, the one of fewest columns. There
+    rounding would decide in `scipy.optimize.nnls`, which gives the same elsewhere.
     """
     best, largest_gain = np.zeros(columns.shape[1]), 0.0
     for choice in sorted(itertools.product((False, True), repeat=len(best)), key=sum):

@@ -10,26 +10,19 @@ from dataclasses import replace
 
 import numpy as np
 
-from oilfilm.curation.statistics import MAD_TO_SIGMA
 from oilfilm.fits.descent import descend
 from oilfilm.fits.engine import Optimum
 from oilfilm.fits.problem import Problem
 from oilfilm.settings.config import FitSettings
-from oilfilm.units import BoolArray, FloatArray
+from oilfilm.units import MAD_TO_SIGMA, BoolArray, FloatArray
 
 # Cauchy loss at this many standard deviations keeps 95 % of the efficiency on normal errors.
 _CAUCHY_TUNING = 2.3849
 _ROUNDS = 100
 # Of the SSE in each round; and a change of mu that is none, over the scale.
 _TOLERANCE, _STANDS = 1e-8, 1e-6
-# Of a curve's largest traction: points with less say little about it.
+# Of a curve's largest traction: points with less say little about it, and do not count.
 _LEAST_TRACTION = 0.2
-# Times the median of all curves: more is no scatter of sound curves.
-_OUTLIER = 5.0
-# A gain further from the others than this many of their robust standard deviations is odd ...
-_ODD_SIGMA = 5.0
-# ... if it is off by this at least.
-_LEAST_ODD_GAIN = 0.02
 
 
 # Free internal constants, and the weight of each point (at most 1).
@@ -101,9 +94,11 @@ def _odd(
     them badly explains. Half the limit is enough where the robust fit nearly ignores the curve.
     """
     off = np.abs(np.log(np.maximum(gain, 1e-9)))
-    far = (off > settings.odd_gain) & (off > _OUTLIER * np.median(off))
-    far |= off > max(_ODD_SIGMA * MAD_TO_SIGMA * float(np.median(off)), _LEAST_ODD_GAIN)
-    wide = (scatter > settings.odd_scatter) & (scatter > _OUTLIER * np.median(scatter))
+    usual_off, usual_scatter = float(np.median(off)), float(np.median(scatter))
+    far = off > max(settings.odd_gain, settings.odd_factor * usual_off)
+    deviation = MAD_TO_SIGMA * usual_off
+    far |= off > max(settings.odd_gain_deviations * deviation, settings.odd_gain_min)
+    wide = scatter > max(settings.odd_scatter, settings.odd_factor * usual_scatter)
     # weights are of absolute residuals, which grow with mu: a weight alone is no reason
     material = (off > settings.odd_gain / 2) | (scatter > settings.odd_scatter / 2)
     ignored = material & (weight < settings.pulling_weight)

@@ -25,41 +25,28 @@ from oilfilm.fits.descent import descend
 from oilfilm.fits.engine import Optimum
 from oilfilm.fits.measured_curves import EFFECTS, effects
 from oilfilm.fits.problem import Problem, build_problem
+from oilfilm.settings.config import PatternSettings
 from oilfilm.ties import first_largest, reaches
 from oilfilm.units import BoolArray, FloatArray, IndexArray
 
-# Of all patterns of one kind that are looked for together.
-_FALSE_ALARMS = 0.01
-# A step or a group has this many curves on either side, and this share of all.
-FEWEST_CURVES, _SMALLEST_SHARE = 4, 1 / 8
-# Two kinds of runs without a name are told apart where their means differ by more than this many
-# standard deviations, and this many more over the effective number of curves. The best split of
-# 25 simulated campaigns of one kind of runs, three oils each, reached 4.8 with 18 effective curves,
-# 5.5 with 13, 6.9 with 7 and 10.0 with 4.
-# With fewer degrees of freedom, curves less the terms of a power law, no kinds are told apart: in
-# clean campaigns of 12 runs (8 degrees) a split reached what a fault of 3 % reaches.
-_SEPARATION, _SEPARATION_FEW, _FEWEST_DEGREES = 6.0, 20.0, 12
+# How patterns are looked for; `patterns` of the configuration says when one is found.
+# Rounds and beginnings of the search for two kinds of runs, and the tolerance of a refit in it.
 _ROUNDS, _STARTS = 25, 24
 _ROUGH = 1e-4
-# Runs found to be wrong are those of a known group where so many agree.
-_SAME_GROUP = 0.9
-# A change of which less than this share shows beside all bends cannot be told from them.
-_TOLD_APART = 0.08
-# Reading a quantity of some runs twice or half as large must lower the SSE to this share.
-_MISREAD_SSE = 0.3
 # Column of the entrainment speed among the conditions of every law.
 _SPEED = 1
-# Levels of a condition differ by more than this share of its range.
+# Levels further apart than this share of the range; with four of them bends of the third order are
+# looked for.
 _GAP = 0.05
 # Degrees of the polynomials over the slip, and over S dmu/dS / mu.
 _SHAPES, _RISES = (2, 3, 4, 5), (1, 2, 3, 4)
+# Residuals of an exact fit, over mu.
 _ROUNDING = 1e-7
 # Causes in the order in which they are preferred where they explain nearly the same.
 _CAUSES = (
     *("traction force", "load", "inlet temperature", "entrainment speed", "slip"),
     "zero of the force",
 )
-_NEARLY = 0.85
 
 
 @dataclass(frozen=True)
@@ -71,12 +58,14 @@ class Leftover:
         optimum: Where it ended.
         groups: Runs that have something in common, by what it is; True for those that have it.
         others: mu of other oils at the points, by oil.
+        limits: When a pattern is called found.
     """
 
     problem: Problem
     optimum: Optimum
     groups: Mapping[str, BoolArray]
     others: Mapping[str, FloatArray]
+    limits: PatternSettings
 
     @cached_property
     def residual(self) -> FloatArray:
@@ -136,12 +125,14 @@ class Leftover:
     @property
     def can_show(self) -> bool:
         """Whether there are curves enough to show a pattern."""
-        return self.problem.curves - 2 - int(self.problem.followed.sum()) >= FEWEST_CURVES
+        curves = self.problem.curves - 2 - int(self.problem.followed.sum())
+        return curves >= self.limits.curves_min
 
     @property
     def fewest(self) -> int:
         """Fewest curves of a group."""
-        return max(FEWEST_CURVES, int(np.ceil(_SMALLEST_SHARE * self.problem.curves)))
+        share = self.limits.curves_share_min * self.problem.curves
+        return max(self.limits.curves_min, int(np.ceil(share)))
 
     def is_group(self, members: BoolArray) -> bool:
         """Whether these curves, and the others, are enough for a group."""
@@ -256,11 +247,11 @@ def _surest(
     effective = np.sum(of_curve, axis=0) ** 2 / squares
     degrees = np.maximum(effective - 2 - left.problem.followed.sum(), 1)
     p_value = len(candidates) * 2 * scipy.special.stdtr(degrees, -np.abs(t_value))
-    explained = np.where(shows & (p_value < _FALSE_ALARMS), beta**2 * power, 0.0)
+    explained = np.where(shows & (p_value < left.limits.false_alarms), beta**2 * power, 0.0)
     if not explained.max() > 0:
         return None
     # of causes that explain nearly the same, the first one
-    nearly = reaches(explained, _NEARLY * explained.max())
+    nearly = reaches(explained, left.limits.nearly_share * explained.max())
     first = candidates[int(np.argmax(nearly))][0].what
     explained[[pattern.what != first for pattern, _ in candidates]] = 0.0
     # a group and all the other runs explain the same, as do a group and a step at its beginning
@@ -331,7 +322,7 @@ def _of_runs(left: Leftover, what: str, members: BoolArray, size: float) -> Patt
     runs = np.array(left.problem.data.runs)
     for name, group in left.groups.items():
         alike = float(np.mean(group == members))
-        if left.is_group(group) and max(alike, 1 - alike) >= _SAME_GROUP:
+        if left.is_group(group) and max(alike, 1 - alike) >= left.limits.same_group:
             return Pattern(what, "group", tuple(runs[group]), name, size if alike > 0.5 else other)
     if members[0]:
         members, size = ~members, other
@@ -363,7 +354,7 @@ def _split(left: Leftover, taken: FloatArray) -> _Found | None:
             if separation <= 1:
                 continue
             marked = column * members[left.problem.at.curve]
-            if left.beside_bends(marked[:, np.newaxis])[0] <= _TOLD_APART:
+            if left.beside_bends(marked[:, np.newaxis])[0] <= left.limits.told_apart_min:
                 continue
             pattern = _of_runs(left, cause, members, size)
             pattern = _sized(left, pattern, pattern.size, marked)
@@ -410,7 +401,7 @@ class _SumsOfCurves:
     def in_turns(self, members: BoolArray, left: Leftover) -> tuple[BoolArray, float, float]:
         """Which runs have the cause, its size, and their separation over the limit; 0 for none."""
         count, power, followed = len(members), self.power, int(left.problem.followed.sum())
-        if count - 1 - followed < _FEWEST_DEGREES:
+        if count - 1 - followed < left.limits.degrees_min:
             return members, 0.0, 0.0
         for _ in range(_ROUNDS):
             beside = self.power_beside(members)
@@ -432,7 +423,7 @@ class _SumsOfCurves:
         free = 1 - np.trace(self.shared) / power.sum()
         squares = np.average(errors**2, weights=power) / max(free, np.finfo(float).tiny)
         scatter = np.sqrt(squares * count / (count - 2))
-        limit = _SEPARATION + _SEPARATION_FEW / effective
+        limit = left.limits.separation + left.limits.separation_few / effective
         return members, size, float(abs(middle) / (limit * scatter))
 
 
@@ -445,10 +436,11 @@ def _change(left: Leftover, taken: FloatArray) -> _Found | None:
     # runs are often made in the order of their conditions: what a bend may be is no change
     candidates = [*_changes(left)]
     alone = left.beside_bends(np.column_stack([column for _, column in candidates]))
-    told = [each for each, share in zip(candidates, alone, strict=True) if share > _TOLD_APART]
+    told_apart = alone > left.limits.told_apart_min
+    told = [*itertools.compress(candidates, told_apart)]
     simple = _surest(left, told, taken) if told else None
     split = _split(left, taken)
-    if simple and split and simple[1] >= _NEARLY * split[1]:
+    if simple and split and simple[1] >= left.limits.nearly_share * split[1]:
         split = None
     return _larger(simple, split, misread)
 
@@ -471,7 +463,8 @@ def _misread(left: Leftover) -> _Found | None:
         groups = [group for group in left.groups.values() if left.is_group(group)]
         for start in (*groups, *([fast] if what == "speed factor" else [uneven, ~uneven, late])):
             members, sse, right = _read_right(left, what, factor, start)
-            if left.is_group(members) and sse < _MISREAD_SSE * left.optimum.sse:
+            lower = sse < left.limits.misread_sse_max * left.optimum.sse
+            if left.is_group(members) and lower:
                 column = right - left.fitted
                 pattern = _of_runs(left, what, members, factor)
                 pattern = replace(_sized(left, pattern, 1.0, column), size=pattern.size)

@@ -16,21 +16,23 @@ import pandas as pd
 import scipy
 
 from oilfilm import tables
-from oilfilm.curation.coverage import SET_POINTS, with_levels
 from oilfilm.fits.best_law import best_laws
 from oilfilm.fits.conditions import clusters, from_text, levels_of
 from oilfilm.fits.engine import polish
 from oilfilm.fits.fitted import FittedLaw
-from oilfilm.fits.patterns import FEWEST_CURVES, Leftover, Pattern, find_patterns, natural_key
+from oilfilm.fits.patterns import Leftover, Pattern, find_patterns, natural_key
 from oilfilm.fits.problem import build_problem, curve_data
-from oilfilm.settings.config import FitSettings
+from oilfilm.settings.config import FitSettings, PatternSettings
 from oilfilm.settings.resolved import Settings
 from oilfilm.table_needs import OF_FIT
 from oilfilm.tables.campaign_tables import CampaignTables
+from oilfilm.tables.set_points import SET_POINTS, with_levels
 from oilfilm.traction.law import to_internal
 from oilfilm.units import FloatArray, IndexArray
 
+# The level of every interval and test of the project.
 _CONFIDENCE = 0.95
+# Of the sum of squares over that between repeats: copies would leave rounding alone.
 _LARGEST_RATIO = 1e6
 # A set point that no log states is known by what was measured.
 _MEASURED = ("max_hertz_pressure_gpa", "load_n", "entrainment_speed_m_s", "inlet_temperature_c")
@@ -41,7 +43,8 @@ def noise_and_misfit(results: CampaignTables, settings: Settings) -> pd.DataFram
 
     Args:
         results: Tables `coefficients`, `fit_quality`, `points` and `runs`.
-        settings: `gates`, `rigs`, `oils`, `same_set_point`, and the campaign's `rigs` and `matrix`.
+        settings: `same_condition`, `rigs`, `oils`, `same_set_point`, and the campaign's `rigs` and
+            `matrix`.
     """
     conditions, rows = _conditions(results, settings), []
     for quality in tables.rows(results.configured.fit_quality):
@@ -69,7 +72,7 @@ def _of_fit(
     used, residual, slip, mu = used[known], residual[known], slip[known], mu[known]
     condition = used["run_id"].map(conditions).to_numpy(np.int64)
     run, _ = pd.factorize(used["run_id"])
-    width = 2 * settings.gates.slip_tolerance
+    width = settings.same_condition.slide_roll_ratio
     of_condition = pd.Series(np.abs(slip)).groupby(condition)
     levels = of_condition.transform(lambda each: clusters(each.to_numpy(), width)).to_numpy()
     given = results.coefficients["oil"] == quality["oil"]
@@ -94,7 +97,7 @@ def _conditions(results: CampaignTables, settings: Settings) -> "pd.Series[int]"
     """Number of the condition of each run, by `run_id`.
 
     Runs have one condition where oil, rig and set points are the same. Of a set point that is not
-    stated the measured mean counts, within the tolerances that gates allow from a set point.
+    stated the measured mean counts, by the levels of `same_condition`.
     """
     runs = with_levels(results.runs, settings).set_index("run_id")
     accepted = results.points[results.points["accepted"]]
@@ -104,7 +107,7 @@ def _conditions(results: CampaignTables, settings: Settings) -> "pd.Series[int]"
     labels = runs[["oil", "rig"]].assign(load_noted=load_noted)
     for name, measured in zip(SET_POINTS, _MEASURED, strict=True):
         noted = runs[name].notna() | (load_noted if name in SET_POINTS[:2] else False)
-        near = levels_of(measured, means[measured].to_numpy(float), settings.gates)
+        near = levels_of(measured, means[measured].to_numpy(float), settings.same_condition)
         labels[name] = runs[name].where(noted, -1.0 - near)
     return labels.groupby(list(labels), sort=False, dropna=False).ngroup()
 
@@ -233,7 +236,7 @@ def finished_fits(results: CampaignTables, settings: Settings) -> dict[str, pd.D
 
     Args:
         results: The tables of every fit, `points` and `runs`.
-        settings: `fit`, and those of `noise_and_misfit`.
+        settings: `fit`, `patterns`, `compare`, and those of `noise_and_misfit`.
     """
     quality = results.fit_quality
     known = {oil: settings.properties_of(oil) for oil in quality["oil"].unique()}
@@ -244,18 +247,25 @@ def finished_fits(results: CampaignTables, settings: Settings) -> dict[str, pd.D
     )
     results = results.replace(fit_quality=quality)
     lack_of_fit = noise_and_misfit(results, settings)
+    least = settings.compare.bic_difference_min
     return {
         **{name: results.table(name) for name in OF_FIT},
-        "law_verdicts": best_laws(quality, results.law_points, results.points),
+        "law_verdicts": best_laws(quality, results.law_points, results.points, least),
         "lack_of_fit": lack_of_fit,
-        "soundness": judged_fits(results, lack_of_fit, settings.fit),
+        "soundness": judged_fits(results, lack_of_fit, settings),
     }
 
 
 def judged_fits(
-    results: CampaignTables, lack_of_fit: pd.DataFrame, settings: FitSettings
+    results: CampaignTables, lack_of_fit: pd.DataFrame, settings: Settings
 ) -> pd.DataFrame:
-    """Table `soundness`: the verdict on the configured law's fit to each oil, in three parts."""
+    """Table `soundness`: the verdict on the configured law's fit to each oil, in three parts.
+
+    Args:
+        results: As of `finished_fits`.
+        lack_of_fit: The table.
+        settings: `fit` and `patterns`.
+    """
     fits, points = results.configured, results.points
     quality = {row["oil"]: row for row in tables.rows(fits.fit_quality)}
     fitted = {
@@ -267,8 +277,16 @@ def judged_fits(
     rows = []
     for oil, row in quality.items():
         used = points[points["accepted"] & (points["oil"] == oil)]
-        of_campaign = (results.runs, fitted, lack.get(oil) == "shown")
-        verdict = verdict_of_fit(row, fitted.get(oil), used, settings, *of_campaign)
+        verdict = verdict_of_fit(
+            row,
+            fitted.get(oil),
+            used,
+            settings.fit,
+            settings.patterns,
+            runs=results.runs,
+            others=fitted,
+            lack_shown=lack.get(oil) == "shown",
+        )
         rows.append({**verdict, "oil": oil, "law": row["law"]})
     return tables.from_rows(rows, "soundness")
 
@@ -278,6 +296,7 @@ def verdict_of_fit(
     fitted: FittedLaw | None,
     points: pd.DataFrame,
     settings: FitSettings,
+    patterns: PatternSettings,
     runs: pd.DataFrame | None = None,
     others: Mapping[str, FittedLaw] | None = None,
     lack_shown: bool = False,
@@ -289,6 +308,7 @@ def verdict_of_fit(
         fitted: The fit; None where there is none.
         points: Its accepted points.
         settings: `odd_scatter`.
+        patterns: When a pattern is called found.
         runs: Table of runs; without it no groups of runs are known.
         others: The fits of all oils.
         lack_shown: Whether repeated runs show a lack of fit.
@@ -299,8 +319,8 @@ def verdict_of_fit(
         # a condition of these runs is unknown
         left_out = str(quality.get("incomplete_curves") or "").split("; ")
         used = points[~points["run_id"].isin(left_out)]
-        groups = {} if runs is None else runs_in_common(runs, used)
-        left = leftover(fitted, used, groups, others or {})
+        groups = {} if runs is None else runs_in_common(runs, used, patterns.curves_min)
+        left = leftover(fitted, used, groups, others or {}, patterns)
     found = find_patterns(left) if left is not None else []
     bend = next((each for each in found if each.when == "law"), _NONE)
     change = next((each for each in found if each.when != "law"), _NONE)
@@ -346,6 +366,7 @@ def leftover(
     points: pd.DataFrame,
     groups: Mapping[str, set[str]],
     others: Mapping[str, FittedLaw],
+    limits: PatternSettings,
 ) -> Leftover | None:
     """What a fit leaves over of its points; None where a condition is not known.
 
@@ -354,6 +375,7 @@ def leftover(
         points: The oil's accepted points.
         groups: Runs that have something in common, by what it is.
         others: The fits of all oils.
+        limits: When a pattern is called found.
     """
     law = fitted.law
     # in the order in which people count
@@ -373,14 +395,21 @@ def leftover(
     members = {name: np.isin(data.runs, list(runs)) for name, runs in groups.items()}
     # what the same runs have in common is one cause
     of_runs = {each.tobytes(): (name, each) for name, each in reversed(members.items())}
-    return Leftover(problem, optimum, dict(reversed(of_runs.values())), known)
+    return Leftover(problem, optimum, dict(reversed(of_runs.values())), known, limits)
 
 
-def runs_in_common(runs: pd.DataFrame, points: pd.DataFrame) -> dict[str, set[str]]:
+def runs_in_common(
+    runs: pd.DataFrame, points: pd.DataFrame, curves_min: int
+) -> dict[str, set[str]]:
     """Runs that have something in common.
 
     That is the rig, the kind and form of the log, its columns and their units, what header and run
     sheet say (a set point at all, any other key with its value), the sign of the slip.
+
+    Args:
+        runs: Table of runs.
+        points: Accepted points of an oil.
+        curves_min: Fewest runs with a column or a line of the header.
     """
     groups = {
         f"{column} {value}": set(of_value["run_id"])
@@ -392,7 +421,7 @@ def runs_in_common(runs: pd.DataFrame, points: pd.DataFrame) -> dict[str, set[st
         groups |= {
             f"{label}{part}": set(of.index)
             for part, of in parts.groupby(parts)
-            if part and FEWEST_CURVES <= len(of) < len(runs)
+            if part and curves_min <= len(of) < len(runs)
         }
     groups |= {
         f"set point of {match[1].replace('_', ' ')} stated": set(runs.loc[at.notna(), "run_id"])

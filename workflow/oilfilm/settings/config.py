@@ -63,6 +63,7 @@ class StuckSettings(Group):
 
     duration_s: q.DurationS = key("Time without any change of the force signal.")
     samples: int = key("Samples without any change.", ge=2)
+    chance: q.Tolerance = key("A noisy channel is stuck if chance holds it so long less often.")
 
 
 class CurationSettings(Group):
@@ -96,12 +97,33 @@ class SignalGateSettings(Group):
     temperature_change_max_c: q.TemperatureDifferenceC = key("The same for the oil's temperature.")
     spike_share_max: q.Share = key("Share of a plateau's rows that may be spikes.")
     faulty_share_max: q.Share = key(
-        "Share of plateaus that may fail gates which blame the run; more of them, at least three "
-        "or more than half, refuse the run."
+        "Share of plateaus that may fail gates which blame the run; more of them refuse the run, "
+        "if they are `faulty_plateaus_min` or more than half."
     )
+    faulty_plateaus_min: int = key("Fewer plateaus may be mishaps of single ones.", ge=1)
+    significant_errors: q.Factor = key("Standard errors beyond which a difference is no chance.")
+    zero_moving_share: q.Tolerance = key(
+        "Change of a zero within its last phase, over that during the run: it has not settled."
+    )
+    readings_min: int = key("Fewest readings of a plateau.", ge=2)
+    noise_share_max: q.Tolerance = key("Noise over the largest plateau; more is a warning.")
+    noise_left_min: q.Tolerance = key(
+        "Noise at large readings over that at small ones; less is a warning."
+    )
+    clock_scatter_max: q.Tolerance = key("Scatter of a fixed interval between rows, over it.")
+    clock_odd_factor: q.AboveOne = key("An odd step of the clock, over that scatter: a warning.")
     clock_jump_intervals: q.Positive = key("Longest gap, in sampling intervals.")
     saturated_share: q.Tolerance = key("Share of rows at a sensor's extreme value.")
     piled_up_factor: q.AboveOne = key("How often a saturated value occurs, over the next one.")
+
+
+class CopySettings(Group):
+    """Runs that differ by far less than the errors of their plateaus: copies of one log."""
+
+    plateaus: int = key("Last plateaus that are compared; with fewer no copy is known.", ge=3)
+    slip_errors: q.Tolerance = key("Rms difference of S, over its standard errors.")
+    traction_errors: q.Tolerance = key("Rms difference of mu, over its standard errors.")
+    condition: q.Tolerance = key("Difference of load, speed and temperature, over the largest.")
 
 
 class GateSettings(SignalGateSettings):
@@ -123,6 +145,11 @@ class GateSettings(SignalGateSettings):
     branch_difference_max: q.TractionChange = key("Median difference of mu of branches.")
     branch_ratio_max: q.Tolerance = key("Relative difference of branches that is a warning.")
     traction_jump_max: q.Tolerance = key("Jump of mu between two slips, over the largest mu.")
+    jump_range_factor: q.AboveOne = key("... and over the range of three levels on either side.")
+    order_fall_max: q.Tolerance = key(
+        "Fall of mu, over the largest, at each of the two last slips: the order is wrong."
+    )
+    curve_points_min: int = key("With fewer slips the two gates before do not judge.", ge=4)
     branch_points: int = key("Fewest points of a branch.", ge=2)
     film_trend_factor: q.AboveOne = key("Largest factor between a film and its power law in speed.")
     sign_slip_min: q.SlideRollRatioOrZero = key("The force's sign is judged above this |S|.")
@@ -132,6 +159,10 @@ class GateSettings(SignalGateSettings):
     temperature_drift_max_c: q.TemperatureDifferenceC = key("Drift of temperature within a run.")
     repeat_difference_max: q.Tolerance = key("Median relative difference of mu between repeats.")
     repeat_odd_min: q.Tolerance = key("Difference that makes one of three repeats the odd one.")
+    repeat_odd_factor: q.AboveOne = key("... and over the difference of the others.")
+    copies: CopySettings = key("Runs that are copies of each other.")
+    constant_channel_plateaus: int = key("Fewer plateaus may agree by chance.", ge=2)
+    constant_channel_runs: int = key("So many runs of a rig tell what its channels do.", ge=2)
     asymmetry_max: q.PositiveShare = key("Largest |TF1 + TF2|/(|TF1| + |TF2|) where slip reverses.")
     asymmetry_slip_min: q.SlideRollRatioOrZero = key("The asymmetry is judged above this |S|.")
 
@@ -159,8 +190,51 @@ class FitSettings(Group):
     pulling_weight: q.Share = key("A curve of less mean weight pulls the fit.")
     odd_gain: q.Tolerance = key("A curve further from the robust fit is named, as |ln gain|.")
     odd_scatter: q.Tolerance = key("A curve of another shape than the robust fit is named, by rms.")
+    odd_factor: q.AboveOne = key("Both only if over the median of all curves by this factor.")
+    odd_gain_deviations: q.Factor = key(
+        "A gain so many robust standard deviations from the others is odd."
+    )
+    odd_gain_min: q.Tolerance = key("... if it is off by this at least, as |ln gain|.")
     sign_confidence: q.Tolerance = key("Confidence that no sign of a constant is wrong.")
     bootstrap: int = key("Bootstrap refits (whole curves are resampled).", ge=20)
+
+
+class SameConditionSettings(Group):
+    """Measured means that are one level of a condition, from the lowest to the highest of them.
+
+    Runs have the same condition, and points without a named curve are one curve, where all their
+    levels are the same.
+    """
+
+    max_hertz_pressure: q.Tolerance = key("Range of pressures, relative.")
+    load: q.Tolerance = key("Range of loads, relative.")
+    entrainment_speed: q.Tolerance = key("Range of entrainment speeds, relative.")
+    inlet_temperature_c: q.TemperatureDifferenceC = key("Range of inlet temperatures.")
+    slide_roll_ratio: q.SlipChange = key("Range of S at which repeated runs are compared.")
+
+
+class PatternSettings(Group):
+    """When a pattern in the residuals of a fit is called found."""
+
+    false_alarms: q.Tolerance = key("Chance of a false alarm, of all patterns of one kind.")
+    curves_min: int = key("Fewest curves of a group, and of the others.", ge=2)
+    curves_share_min: q.Tolerance = key("The same, as a share of all curves.")
+    separation: q.Factor = key(
+        "Two kinds of unnamed runs are told apart where their means differ by more than so many "
+        "standard deviations ..."
+    )
+    separation_few: q.Factor = key("... and this many more over the effective number of curves.")
+    degrees_min: int = key("With fewer degrees of freedom they are not told apart.", ge=1)
+    same_group: float = key("Share of agreeing runs that names a group.", unit="1", gt=0.5, le=1)
+    told_apart_min: q.Tolerance = key(
+        "Share of a change that shows beside all bends of the law; less cannot be told from them."
+    )
+    misread_sse_max: q.Tolerance = key(
+        "SSE, over that of the fit, with a speed or slip of some runs halved or doubled."
+    )
+    nearly_share: q.PositiveShare = key(
+        "Of causes that explain this share of the best one, the most usual is taken."
+    )
 
 
 class TareSettings(Group):
@@ -195,6 +269,7 @@ class CompareSettings(Group):
     """Laws compared on the same points by the same fit."""
 
     laws: q.Levels[AnyLaw] = key("Laws, in the order of tables and figures.", default=[*LAW_NAMES])
+    bic_difference_min: q.Positive = key("Laws tie where their BIC differ by less.")
 
 
 class OperatingPoint(Group):
@@ -237,6 +312,11 @@ class TorqueDrawSettings(Group):
     """Uncertainty of calculated torque, cage slip and power, by random draws."""
 
     draws: int = key("Draws, each with an equilibrium of its own.", ge=40, le=10000)
+    lost_share_max: q.Share = key("Share of draws that may have no equilibrium.")
+    split_gap: q.Tolerance = key(
+        "Gap of cage slip between draws that parts rolling cages from skidding ones ..."
+    )
+    split_gap_share: q.Tolerance = key("... if it is this share of the 95 % interval.")
 
 
 class PalmgrenSettings(Group):
@@ -276,6 +356,9 @@ class BearingSettings(Group):
     stand_in_uncertainty: StandInUncertaintySettings = key("Uncertainty of stand-in oils.")
     skf_pitch_speed_max: q.PitchSpeedMmRpm = key("Largest dm n of the SKF formula.")
     uncertainty: TorqueDrawSettings = key("Uncertainty of what is calculated.")
+    compatible_uncertainties: q.Factor = key(
+        "Calculated and measured torque agree within so many standard uncertainties."
+    )
     palmgren: PalmgrenSettings = key("Constants of Palmgren's torque.")
     cage_slip: CageSlipSettings = key("The map of cage slip.")
     size_effect: SizeEffectSettings = key("Bearings of other sizes and grooves.")
@@ -597,10 +680,12 @@ class ConfigKeys(Group):
     curation: CurationSettings = key("From samples to steady points.")
     logged_twice: LoggedTwiceSettings = key("How far two columns of one quantity may be apart.")
     same_set_point: SameSetPointSettings = key("How far two notes of one set point may be apart.")
+    same_condition: SameConditionSettings = key("Measured means that are one level.")
     gates: GateSettings = key("Limits of the gates.")
     fit: FitSettings = key("The fit of a law.")
     torque_logs: TorqueLogSettings = key("Logs of a bearing's friction torque.")
-    compare: CompareSettings = key("Laws compared on the same points.", default=CompareSettings())
+    patterns: PatternSettings = key("When a pattern in residuals is called found.")
+    compare: CompareSettings = key("Laws compared on the same points.")
     bearing: BearingSettings = key("Calculation of a bearing's torque, beside the law.")
     plan: PlanSettings = key("Which tests to run next.")
     exports: ExportSettings = key("Laws for other programs.")

@@ -34,8 +34,6 @@ _TESTED = ("max_hertz_pressure_gpa", "entrainment_speed_m_s", "slide_roll_ratio"
 _LARGEST_RESIDUAL = 1e9
 # Factors on all traction, among which the inversion looks for that of a measured torque.
 _FACTORS = np.geomspace(1 / 8, 8, 25)
-# Largest difference in standard uncertainties between values that agree.
-_COMPATIBLE = 2
 
 
 @dataclass(frozen=True)
@@ -179,8 +177,10 @@ class Cases:
         named = zip(self.oils, self.laws, strict=True)
         groups = [(oil.name, oil.oil, law) for oil, law in named]
         number = np.repeat(np.arange(len(groups)), self._sizes)
-        draws = drawn(found, groups, number, calculated, self.oils[0].settings, seed)
-        terms = with_uncertainty(calculated, draws, self.problem.points.ring_speed_rad_s[:, 0])
+        settings = self.oils[0].settings
+        draws = drawn(found, groups, number, calculated, settings, seed)
+        speed_rad_s = self.problem.points.ring_speed_rad_s[:, 0]
+        terms = with_uncertainty(calculated, draws, speed_rad_s, settings.uncertainty)
         several = motions.count > 1
         certain = (motions.count > 0) & (motions.complete | several)
         known = pd.Series(several, terms.index, dtype="boolean").where(certain)
@@ -311,10 +311,9 @@ def _compared(
     )
     difference = terms["torque_n_m"] - terms["measured_torque_n_m"]
     compatibility = difference / np.hypot(terms["torque_n_m_uncertainty"], uncertainty)
+    compatible = np.abs(compatibility) <= settings.bearing.compatible_uncertainties
     verdict = np.select(
-        [np.isnan(compatibility), np.abs(compatibility) <= _COMPATIBLE],
-        ["not known", "compatible"],
-        "not compatible",
+        [np.isnan(compatibility), compatible], ["not known", "compatible"], "not compatible"
     )
     load, speed, temperature = terms[_POINT].to_numpy().T
     viscosity = np.empty(len(terms))

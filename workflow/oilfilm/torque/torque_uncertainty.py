@@ -27,18 +27,14 @@ from oilfilm.fits.fitted import FittedLaw
 from oilfilm.fits.interval import LEVELS, Unseen
 from oilfilm.physics.oils import Oil
 from oilfilm.randomness import generator
-from oilfilm.settings.config import BearingSettings
+from oilfilm.settings.config import BearingSettings, TorqueDrawSettings
 from oilfilm.torque.load_variables import LawInBearing, law_of_groups
 from oilfilm.traction.law import to_constants, to_internal
 from oilfilm.units import BoolArray, FloatArray, IndexArray
 
-# Draws without an equilibrium that may be left out.
-_LOST = 0.05
+# Ends of every interval of the project: 95 %.
 _INTERVAL = (0.025, 0.975)
-# A gap of cage slip inside the interval parts rolling cages from skidding ones where it is as wide
-# as this, and as this share of the interval.
-_GAP, _GAP_SHARE = 0.03, 1 / 3
-# Cage slips that two quadratures give on one branch differ by less.
+# Two quadratures on the same branch differ by less in cage slip: a detail of the calculation.
 _SAME_BRANCH = 0.01
 # Sensors of a traction rig whose calibration moves a fit.
 _SENSORS = 8
@@ -221,7 +217,10 @@ def _with_draws(
 
 
 def with_uncertainty(
-    calculated: pd.DataFrame, draws: FloatArray, speed_rad_s: FloatArray
+    calculated: pd.DataFrame,
+    draws: FloatArray,
+    speed_rad_s: FloatArray,
+    settings: TorqueDrawSettings,
 ) -> pd.DataFrame:
     """Calculated friction with the standard uncertainty and 95 % interval of its results.
 
@@ -229,6 +228,7 @@ def with_uncertainty(
         calculated: The results without draws.
         draws: As of `drawn`.
         speed_rad_s: Of the inner ring.
+        settings: How many draws may be lost, and when they are split.
 
     Returns:
         The same with `power_w`, with `_uncertainty`, `_lower` and `_upper` of torque, cage slip and
@@ -237,7 +237,7 @@ def with_uncertainty(
     """
     torque, slip, _ = draws
     answered = np.isfinite(torque)
-    enough = _enough(answered)
+    enough = _enough(answered, settings.lost_share_max)
     power = torque * speed_rad_s, calculated["torque_n_m"] * speed_rad_s
     columns: dict[str, FloatArray] = {}
     for name, values in (("torque_n_m", torque), ("cage_slip", slip), ("power_w", power[0])):
@@ -247,18 +247,19 @@ def with_uncertainty(
         for suffix, value in {"uncertainty": spread, "lower": lower, "upper": upper}.items():
             columns[f"{name}_{suffix}"] = np.where(enough, value, np.nan)
     drawn_at_all = answered.any(axis=0)
+    split = pd.Series(_split(slip, settings), calculated.index, dtype="boolean")
     return calculated.assign(
         power_w=power[1],
         **columns,
-        draws_split=pd.Series(_split(slip), calculated.index, dtype="boolean").where(enough),
+        draws_split=split.where(enough),
         draws_lost=np.where(drawn_at_all, (~answered).sum(axis=0), 0),
     )
 
 
-def _enough(answered: BoolArray) -> BoolArray:
+def _enough(answered: BoolArray, lost_share_max: float) -> BoolArray:
     """Points at which so many draws, shape (draws, points), have an answer that they count."""
     # counted, as a mean may be rounded to either side of the limit
-    return np.asarray((~answered).sum(axis=0) <= _LOST * len(answered))
+    return np.asarray((~answered).sum(axis=0) <= lost_share_max * len(answered))
 
 
 def _results(found: FrictionEquilibrium) -> FloatArray:
@@ -267,11 +268,12 @@ def _results(found: FrictionEquilibrium) -> FloatArray:
     return np.where(found.solution.converged, values, np.nan)
 
 
-def _split(slip: FloatArray) -> BoolArray:
+def _split(slip: FloatArray, settings: TorqueDrawSettings) -> BoolArray:
     """Points whose draws, shape (draws, points), are in two groups of cage slip."""
     # draws without an equilibrium come last and count as the one before
     ranked = np.fmax.accumulate(np.sort(slip, axis=0), axis=0)
     first, last = (round(end * (len(slip) - 1)) for end in _INTERVAL)
     within = ranked[first : last + 1]
     widest = np.diff(within, axis=0).max(axis=0)
-    return np.asarray((widest > _GAP) & (widest > _GAP_SHARE * (within[-1] - within[0])))
+    least = settings.split_gap_share * (within[-1] - within[0])
+    return np.asarray((widest > settings.split_gap) & (widest > least))

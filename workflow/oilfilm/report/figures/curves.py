@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from oilfilm.curation.coverage import SET_POINTS, with_levels, with_measured
 from oilfilm.fits.fitted import FittedLaw
 from oilfilm.report.figures import style
 from oilfilm.report.figures.sheet import NothingToDrawError, Panel, Sheet, oil_grid, register
 from oilfilm.report.words import CONDITIONS as CONDITION_WORDS
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
+from oilfilm.tables.set_points import SET_POINTS, with_levels, with_measured
 from oilfilm.traction.law import CONDITIONS
 
 NO_POINT = "no accepted point\nat the conditions\nof this figure\n(config: figures)"

@@ -14,7 +14,6 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from oilfilm import tables
-from oilfilm.curation.coverage import describe_condition
 from oilfilm.curation.curate import arrays_of, curate
 from oilfilm.curation.plateau_gates import PLATEAU_GATES
 from oilfilm.curation.rig_kind import RigKind, Signals
@@ -26,6 +25,7 @@ from oilfilm.report.figures import style
 from oilfilm.report.figures.sheet import SIMULATED, Sheet, save
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables import failed_gates
+from oilfilm.tables.set_points import describe_condition
 
 # Letters of 7 pt in a line of the page.
 _LETTERS = 112

@@ -48,6 +48,7 @@ from oilfilm.torque.torque_control import (
 )
 from oilfilm.traction import LAWS
 
+# What is told and how, no verdict: the tables have those.
 # A curve of which mu differs less than this as a whole is odd by its shape.
 _SAME_GAIN = 0.03
 # Share of the points at which mu is known at least so well.
