@@ -36,7 +36,7 @@ lint-rest: $(DEV)
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/lint-imports --no-logo
-	$(BIN)/snakefmt --check Snakefile workflow/Snakefile workflow/rules
+	$(BIN)/snakefmt --check Snakefile workflow
 	$(IN_VENV) $(BIN)/python tests/lint/snakemake_lint.py
 	$(BIN)/python tests/lint/licences.py
 	$(BIN)/check-jsonschema --builtin-schema vendor.github-workflows .github/workflows/*.yml

@@ -1,5 +1,6 @@
 # Decides: what reruns when one log or its row of the run sheet changes.
 
+
 rule points:
     "Samples of one share of the raw logs, and its steady plateaus with every gate's verdict."
     input:

@@ -42,7 +42,9 @@ if CAMPAIGN.torque is not None:
             "<logs>/slip-advice.log",
         priority: 1
         params:
-            code=lambda wildcards: code(STUDY_SCRIPTS / "slip_advice.py", tables=rules.slip_advice.output.keys()),
+            code=lambda wildcards: code(
+                STUDY_SCRIPTS / "slip_advice.py", tables=rules.slip_advice.output.keys()
+            ),
             config=part(
                 *("rigs", "oils", "bearings", "bearing", "gates", "selection"),
                 campaign=("torque",),

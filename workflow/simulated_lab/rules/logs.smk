@@ -16,7 +16,9 @@ if SIMULATED:
             "<logs>/twin.log",
         localrule: True
         params:
-            code=lambda wildcards: code(SIMULATOR_SCRIPTS / "twin.py", tables=rules.twin.output.keys()),
+            code=lambda wildcards: code(
+                SIMULATOR_SCRIPTS / "twin.py", tables=rules.twin.output.keys()
+            ),
             config=part(
                 *("seed", "rigs"),
                 # what the truth is computed from, beside the campaign file
@@ -41,7 +43,9 @@ if TORQUE_SIMULATED:
             "<logs>/torque-twin.log",
         localrule: True
         params:
-            code=lambda wildcards: code(SIMULATOR_SCRIPTS / "torque_twin.py", tables=rules.torque_twin.output.keys()),
+            code=lambda wildcards: code(
+                SIMULATOR_SCRIPTS / "torque_twin.py", tables=rules.torque_twin.output.keys()
+            ),
             config=part(
                 "rigs",
                 "oils",
