@@ -174,7 +174,7 @@ def lay_out_measured(
     campaign |= {"oils": oils, "matrix": matrix, "figures": ["curves"]}
     campaign["settings"] = {**QUICK, "compare": {"laws": ["tanh"]}, "split": {"runs": 6}}
     campaign["twin"] |= {"slip_steps": 9, "sampling_rate_hz": 20, "defects": []}
-    del campaign["torque"]
+    del campaign["torque"], campaign["studies"]
     write_campaign(project, name, campaign)
     config = resolve(project / "config", {"campaign": name})
     for run, content, _ in simulate_campaign(config, printed()):
