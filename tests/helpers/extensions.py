@@ -272,7 +272,7 @@ EXTENSIONS = {
     ),
     "A command": (
         before(f"{_LIBRARY}/cli/parser.py", "COMMANDS = (", COMMAND),
-        Edit(f"{_LIBRARY}/cli/parser.py", "pin, export)", "pin, export, laws)"),
+        Edit(f"{_LIBRARY}/cli/parser.py", "    pin,\n", "    pin,\n    laws,\n"),
         Edit(f"{_LIBRARY}/cli/laws.py", "", COMMAND_RUN),
     ),
     "An oil": (Edit("config/oils/4199.yaml", "", OIL), after(_CAMPAIGN, "oils:\n", "- '4199'\n")),

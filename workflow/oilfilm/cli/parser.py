@@ -9,7 +9,7 @@ Decides: commands, options and their help.
 
 import argparse
 import difflib
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -246,7 +246,8 @@ def export(command: Command) -> None:
     command.path("folder", "FOLDER", meaning, nargs="?", default=default)
 
 
-COMMANDS: tuple[Callable[[Command], None], ...] = (
+_OF_STUDIES = (export,) if _HAS_PUBLISHED_LAWS else ()
+COMMANDS = (
     init,
     run,
     check,
@@ -259,9 +260,8 @@ COMMANDS: tuple[Callable[[Command], None], ...] = (
     fetch,
     diff,
     pin,
+    *_OF_STUDIES,
 )
-if _HAS_PUBLISHED_LAWS:
-    COMMANDS += (export,)
 _OF_RELEASES = (verify, fetch, diff, pin)
 
 
