@@ -125,6 +125,14 @@ def test_half_the_logs_with_outlet_temperature_are_found_unlabelled(config: Sett
     assert len(odd ^ {*change.runs}) <= 2  # which half is wrong nobody can tell
 
 
+def test_a_drift_is_no_pattern_where_the_settings_allow_no_false_alarm(config: Settings) -> None:
+    drift, causes, _ = DRIFTS["mu falls"]
+    strict = config.with_changes({"patterns": {"false_alarms": 1e-100, "separation": 1000.0}})
+    (change,) = find_patterns(leftover(config, drift, 1))
+    assert change.what in causes
+    assert not find_patterns(leftover(strict, drift, 1))
+
+
 @pytest.mark.no_cover
 def test_clean_campaigns_raise_no_alarm(config: Settings) -> None:
     alarms = [find_patterns(leftover(config, Drift(), 100 + seed)) for seed in range(20)]

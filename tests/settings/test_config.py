@@ -2,8 +2,11 @@
 
 import json
 import os
+import re
 import shutil
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Any, get_args
 
 import numpy as np
 import pytest
@@ -11,7 +14,9 @@ import yaml
 
 from campaigns import without
 from oilfilm.errors import OilfilmError
+from oilfilm.settings.base import Group
 from oilfilm.settings.campaign import CampaignFile, Semantics
+from oilfilm.settings.config import Config
 from oilfilm.settings.messages import load
 from oilfilm.settings.resolve import resolve, resolve_given
 from oilfilm.settings.resolved import Settings, merge
@@ -233,3 +238,41 @@ def test_file_of_settings_that_is_large_or_a_pipe_is_refused_at_once(tmp_path: P
     for path in tmp_path.iterdir():
         with pytest.raises(OilfilmError, match="a plain file of at most 524288 bytes"):
             load(path, CampaignFile)
+
+
+def models_in(annotation: Any) -> Iterator[type[Group]]:
+    if isinstance(annotation, type) and issubclass(annotation, Group):
+        yield annotation
+    for part in get_args(annotation):
+        yield from models_in(part)
+
+
+def keys_of(model: type[Group], group: str = "") -> Iterator[str]:
+    """The keys of a model that hold values, with the groups that they are in."""
+    for name, field in model.model_fields.items():
+        inner = [*models_in(field.annotation)]
+        if not inner:
+            yield f"{group}{name}"
+        for each in inner:
+            yield from keys_of(each, f"{group}{name}.")
+
+
+# Read by the names of columns.
+BY_COLUMN = {
+    "report.nearby.max_hertz_pressure_gpa_relative",
+    "report.nearby.entrainment_speed_m_s_relative",
+}
+
+
+def test_every_key_of_the_configuration_is_read_somewhere() -> None:
+    files = (path for path in (ROOT / "workflow").rglob("*") if "settings" not in path.parts)
+    read = "\n".join(
+        path.read_text("utf-8")
+        for path in files
+        if path.suffix in {".py", ".smk", ".jinja", ".yaml"}
+    )
+    names = {key: key.rpartition(".")[2] for key in keys_of(Config)}
+    unread = {
+        key for key, name in names.items() if not re.search(rf"\.{name}\b|[\"']{name}[\"']", read)
+    }
+    assert unread == BY_COLUMN

@@ -46,6 +46,11 @@ CHANGES: dict[str, tuple[tuple[Edit, ...], Mapping[str, int]]] = {
         (Edit("config/config.yaml", "load_tolerance: 0.03", "load_tolerance: 0.04"),),
         POINTS,
     ),
+    # what judges fits makes none
+    "limit of patterns": (
+        (Edit("config/config.yaml", "false_alarms: 0.01", "false_alarms: 0.02"),),
+        {"fits": 1, **AFTER_FITS},
+    ),
     "bootstrap": ((Edit(CAMPAIGN, "bootstrap: 20", "bootstrap: 21"),), FITS),
     # the plan of the twin's logs has their film
     "constant of the film formula": (

@@ -80,7 +80,7 @@ def _readings(
     points: pd.DataFrame, runs: pd.DataFrame, kind: type[RigKind], settings: Settings
 ) -> Iterator[Refusal]:
     """Copies of an earlier log, and the same readings under the names of two oils."""
-    pairs = list(_same_readings(points, runs, kind, settings.gates.copies))
+    pairs = list(_same_readings(points, runs, kind, settings))
     for first, later in pairs:
         if first.oil == later.oil:
             yield fault("duplicate_log", run_id=later.run_id, kept=first.run_id)
@@ -152,7 +152,7 @@ def _same(runs: pd.DataFrame, key: list[str]) -> Iterator[list[Any]]:
 
 
 def _same_readings(
-    points: pd.DataFrame, runs: pd.DataFrame, kind: type[RigKind], copies: CopySettings
+    points: pd.DataFrame, runs: pd.DataFrame, kind: type[RigKind], settings: Settings
 ) -> Iterator[tuple[Any, Any]]:
     """Pairs of runs out of files of one content, or with plateaus of the same noise."""
     named: dict[str, Any] = {str(run.run_id): run for run in runs.itertuples()}
@@ -161,7 +161,8 @@ def _same_readings(
     for first, *others in _same(runs.assign(place=places), ["content_sha256", "place"]):
         yield from ((first, later) for later in others)
     if kind.name == TRACTION:
-        for name, other in _same_noise(points[points["run_id"].isin(named)], copies):
+        left = points[points["run_id"].isin(named)]
+        for name, other in _same_noise(left, settings.gates.copies):
             yield named[name], named[other]
 
 

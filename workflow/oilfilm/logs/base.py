@@ -19,6 +19,7 @@ Names = list[tuple[str, str]]
 
 COPY_AGAIN = "Copy it again from the rig, or export it again: this copy cannot be repaired."
 
+# What no rig can mean, whatever the settings of a campaign.
 # A reading beyond this is no measurement of any rig, whatever its unit.
 LARGEST_READING = 1e9
 # A day of 50 Hz logging is 4.3 million rows. What has more, or unfolds to more than so many times

@@ -23,6 +23,8 @@ from oilfilm.logs.text_rows import DAY
 from oilfilm.settings.resolved import Settings
 from oilfilm.units import ABSOLUTE_ZERO_C, BoolArray, FloatArray
 
+# What the columns of a log can hold. These limits belong to reading, before a campaign is judged
+# by its settings.
 # No oil is liquid there; its properties have no meaning.
 _HOTTEST_C = 1000.0
 # Time may be counted from 1970, in milliseconds too.
