@@ -30,7 +30,14 @@ from oilfilm.bearing.friction import (
     FrictionProblem,
 )
 from oilfilm.bearing.quasistatic import ball_force_n
-from oilfilm.bearing.solver import TOLERANCE, Equations, Solution, inverse_jacobian, near, solve
+from oilfilm.bearing.solver import (
+    TOLERANCE,
+    Equations,
+    Solution,
+    inverse_jacobian,
+    solve,
+    solve_near,
+)
 from oilfilm.physics.contact import Conditions
 from oilfilm.units import BoolArray, FloatArray, IndexArray
 
@@ -146,12 +153,12 @@ def friction_equilibrium(
     """
     if neighbour is None:
         return _equilibria(problem, every=False).fastest
-    solution = near(problem.residuals, neighbour.unknowns, problem.scale(), neighbour.inverse)
+    solution = solve_near(problem.residuals, neighbour.unknowns, problem.scale(), neighbour.inverse)
     bands = np.zeros((len(solution.unknowns), len(NO_BANDS[0])))
     lost = np.flatnonzero(~solution.converged)
     if len(lost):
         found = _equilibria(problem.at(lost), every=False).fastest
-        solution.put(lost, found.solution)
+        solution.replace_points(lost, found.solution)
         bands[lost] = found.problem.bands
     return _motion(problem, solution.unknowns, bands)
 
@@ -368,10 +375,10 @@ def _solved(problem: FrictionProblem, motions: _Motions) -> tuple[_Motions, Bool
     part = replace(problem.at(motions.point), bands=motions.bands)
     scale = part.scale()
     neighbour = Neighbour.of(part, motions.unknowns)
-    solution = near(part.residuals, motions.unknowns, scale, neighbour.inverse)
+    solution = solve_near(part.residuals, motions.unknowns, scale, neighbour.inverse)
     lost = np.flatnonzero(~solution.converged)
     again = solve(part.at(lost).residuals, motions.unknowns[lost], scale[lost], _NEWTON)
-    solution.put(lost, again)
+    solution.replace_points(lost, again)
     return replace(motions, unknowns=solution.unknowns), solution.converged
 
 
