@@ -20,7 +20,7 @@ from bearings import (
     shipped,
 )
 from nights import examples, nightly
-from oilfilm.bearing.ellipse import conditions, grid, sliding, traction
+from oilfilm.bearing.ellipse import contact_conditions, grid, sliding, traction
 from oilfilm.bearing.equilibria import equilibria, friction_equilibrium
 from oilfilm.bearing.friction import FrictionEquilibrium
 from oilfilm.bearing.quasistatic import Motion, OperatingPoints, raceway_control, rolling_motion
@@ -41,7 +41,7 @@ def coulomb_traction(spin_about_normal: float, race_speed: float, nodes: tuple[i
     spin = spin_about_normal * np.array([[normal[0, 1], normal[1, 1], 0.0]])
     rings, rule = np.full((1, 2), race_speed), grid(*nodes)
     slip = sliding(HARRIS, contacts, Motion(np.zeros(1), spin), rings, rule)
-    at = conditions(HARRIS, contacts, slip, np.full((1, 1), 100.0))
+    at = contact_conditions(HARRIS, contacts, slip, np.full((1, 1), 100.0))
     return contacts, slip, traction(contacts, slip, at, lambda at, s: np.full_like(s, 0.1), rule)
 
 
@@ -177,8 +177,8 @@ def test_shares_beyond_the_tested_box_are_those_of_the_traction_heat():
     assert inner > 1.01 * outer
     film = balance.traction
     # force times sliding speed, node by node
-    sliding_m_s = film.slide_roll_ratio * balance.at.entrainment_speed_m_s
-    heat = film.coefficient * balance.at.load_n * grid(16, 4).share * sliding_m_s
+    sliding_m_s = film.slide_roll_ratio * balance.conditions.entrainment_speed_m_s
+    heat = film.coefficient * balance.conditions.load_n * grid(16, 4).share * sliding_m_s
     np.testing.assert_allclose(heat.sum(axis=-1), film.heat_w)
     limit = float(np.median(film.slide_roll_ratio))
 
@@ -300,9 +300,9 @@ def test_a_planted_fold_has_a_rolling_and_a_skidding_cage():
     # each contact of either is well inside the part of the joined law that it was calculated with,
     # so that both are equilibria of the joined law: inner contact by its slip, outer by its speed
     assert rolling.balance.traction.slide_roll_ratio.max() < 0.15
-    assert rolling.balance.at.entrainment_speed_m_s.min() > 47
+    assert rolling.balance.conditions.entrainment_speed_m_s.min() > 47
     assert skidding.balance.traction.slide_roll_ratio[0, 0].min() > 0.6
-    assert skidding.balance.at.entrainment_speed_m_s[0, 1, 0] < 35
+    assert skidding.balance.conditions.entrainment_speed_m_s[0, 1, 0] < 35
     motions = equilibria(problem(*AT, law=holds_or_slips, **OILY))
     for found, planted in ((motions.fastest, rolling), (motions.slowest, skidding)):
         np.testing.assert_allclose(found.cage_slip(), planted.cage_slip(), rtol=1e-5)

@@ -38,7 +38,7 @@ def by_hand(slip: np.ndarray, at: dict[str, np.ndarray]) -> np.ndarray:
 
 def test_film_of_a_slipping_bearing_is_that_by_hand_at_the_slip_of_its_contacts():
     balance = equilibrium(MAINSHAFT, SLIPPING).balance
-    contacts, speed = balance.contacts, balance.at.entrainment_speed_m_s[0, :, 0]
+    contacts, speed = balance.contacts, balance.conditions.entrainment_speed_m_s[0, :, 0]
     ball, ratio = 22.225e-3, 22.225 / 167.5375
     cosine = np.abs(contacts.normal[0, 1])
     area = np.pi * contacts.semi_axis_x_m[0] * contacts.semi_axis_y_m[0]

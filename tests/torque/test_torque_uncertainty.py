@@ -178,7 +178,7 @@ def test_viscosity_of_a_stand_in_and_errors_of_unseen_curves_widen_the_torque():
     assert found[0] == pytest.approx((second - first) / np.log(1.01) * 0.1, rel=0.1)
     # curves left out are off by 5 % of mu at one standard deviation (quantiles of a normal score)
     scores = ndtri(0.5 + np.array([0.5, 0.8, 0.9, 0.95, 0.99]) / 2)
-    stronger = replace(cases.problem, lubrication=known.with_traction(np.array([1.01])))
+    stronger = replace(cases.problem, lubrication=known.with_traction_factor(np.array([1.01])))
     law = cases.problem.law
     stretched = replace(cases.problem, law=lambda at, slip: law(at, 1.01 * slip))
     for unseen, moved in (

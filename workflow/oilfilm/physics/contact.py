@@ -8,6 +8,7 @@ Decides: pressure, size and approach of a Hertz contact.
 """
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import scipy
@@ -43,6 +44,22 @@ class Conditions:
     def relative_pressure(self) -> FloatArray:
         """p_max/E'."""
         return np.asarray(self.max_hertz_pressure_gpa * PA_PER_GPA / self.reduced_modulus_pa)
+
+    def select(self, *index: Any) -> "Conditions":
+        """The conditions with the same index applied to each array; single numbers stay."""
+
+        def selected(values: Floats) -> Any:
+            return values[index] if isinstance(values, np.ndarray) and values.ndim else values
+
+        return Conditions(
+            load_n=selected(self.load_n),
+            max_hertz_pressure_gpa=selected(self.max_hertz_pressure_gpa),
+            entrainment_speed_m_s=selected(self.entrainment_speed_m_s),
+            inlet_temperature_c=selected(self.inlet_temperature_c),
+            radius_x_m=selected(self.radius_x_m),
+            reduced_modulus_pa=self.reduced_modulus_pa,
+            ellipticity=selected(self.ellipticity),
+        )
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,8 @@ practice takes the minimum film, reduced by inlet heating, over the combined Rq.
 Decides: how thick the film of an oil in a contact is, and lambda.
 """
 
-from dataclasses import dataclass, fields
+from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
@@ -154,9 +155,24 @@ class InletOil:
             oil.thermal_conductivity_w_mk(temperature_c),
         )
 
+    @classmethod
+    def joined(cls, oils: Sequence["InletOil"]) -> "InletOil":
+        """The properties of several oils, arrays of one axis, one oil after the other."""
+        return cls(
+            np.concatenate([oil.dynamic_viscosity_pa_s for oil in oils]),
+            np.concatenate([oil.pressure_viscosity_coefficient_1_pa for oil in oils]),
+            np.concatenate([oil.temperature_viscosity_coefficient_1_k for oil in oils]),
+            np.concatenate([oil.thermal_conductivity_w_mk for oil in oils]),
+        )
+
     def __getitem__(self, index: Any) -> "InletOil":
-        """The properties indexed as arrays are."""
-        return InletOil(*(np.asarray(getattr(self, field.name))[index] for field in fields(self)))
+        """The properties with the same index applied to each array."""
+        return InletOil(
+            np.asarray(self.dynamic_viscosity_pa_s)[index],
+            np.asarray(self.pressure_viscosity_coefficient_1_pa)[index],
+            np.asarray(self.temperature_viscosity_coefficient_1_k)[index],
+            np.asarray(self.thermal_conductivity_w_mk)[index],
+        )
 
     def thermal_loading(self, entrainment_speed_m_s: Floats) -> FloatArray:
         """Thermal loading parameter: how strongly shear in the inlet heats the oil there.

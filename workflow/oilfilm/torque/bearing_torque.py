@@ -134,7 +134,8 @@ class Cases:
         )
         self._sizes = [len(points) for points in named]
         if "traction_factor" in self.points:
-            lubrication = lubrication.with_traction(self.points["traction_factor"].to_numpy())
+            traction_factor = self.points["traction_factor"].to_numpy()
+            lubrication = lubrication.with_traction_factor(traction_factor)
         law = law_of_groups(self.laws, self._sizes)
         turning = OperatingPoints.axial(load, speed * RAD_S_PER_RPM)
         self.problem = FrictionProblem(bearing, turning, lubrication, law)

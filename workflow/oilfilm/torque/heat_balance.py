@@ -184,7 +184,7 @@ def _heated(
             warmed = contact_temperature_c[solved]
             now = points[_POINT].iloc[which].assign(inlet_temperature_c=warmed)
             problem = Cases(bearing, [(oil, "stress", now)]).problem
-            found = friction_equilibrium(problem, latest.at(which))
+            found = friction_equilibrium(problem, latest.at_points(which))
             good = found.solution.converged
             latest.unknowns[which[good]] = found.solution.unknowns[good]
             power = found.torque_n_m() * speed[which] * RAD_S_PER_RPM

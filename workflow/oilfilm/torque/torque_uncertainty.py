@@ -163,14 +163,14 @@ def drawn(
     if len(which) == 0:
         return results
     known, of_point = calculated.iloc[which], [(groups[at][2], draws[at]) for at in number[which]]
-    coarse = replace(found.problem.at(which), rule=grid(*COARSE))
+    coarse = replace(found.problem.at_points(which), rule=grid(*COARSE))
     # a draw starts from its point's own equilibrium without draws, so that it stays on that branch
     # while the branch exists; where it has ended, the draw is searched by itself
     unknowns = found.solution.unknowns[which]
     own_motion = friction_equilibrium(coarse, Neighbour.of(coarse, unknowns))
     every = _with_draws(coarse, of_point, factors, known["mean_traction_coefficient"].to_numpy())
     point = np.repeat(np.arange(len(which)), count)
-    neighbour = Neighbour.of(coarse, own_motion.solution.unknowns).at(point)
+    neighbour = Neighbour.of(coarse, own_motion.solution.unknowns).at_points(point)
     values = _results(friction_equilibrium(every, neighbour))
     # all draws have the coarser quadrature; beside a fold it may end on the other branch
     off = known[[*DRAWN]].to_numpy().T - _results(own_motion)
@@ -204,7 +204,7 @@ def _with_draws(
     scores = np.array([draws.scores for _, draws in of_point])
     viscosity, pressure = np.concatenate([draws.oil for _, draws in of_point]).T
     point = np.repeat(np.arange(points), count)
-    lubrication = problem.lubrication.at(point)
+    lubrication = problem.lubrication.at_points(point)
     inlet = lubrication.oil
     oil = replace(
         inlet,
@@ -214,7 +214,7 @@ def _with_draws(
     on_traction = np.exp(np.arcsinh(sizes[:, np.newaxis] * scores)).ravel()
     every = np.column_stack([on_traction, np.tile(factors, (points, 1))])
     return replace(
-        problem.at(point),
+        problem.at_points(point),
         law=law_of_groups(laws, [count] * points),
         lubrication=replace(lubrication, oil=oil, factors=every),
     )
