@@ -25,10 +25,10 @@ def test_a_root_stays_where_it_is_in_a_second_search() -> None:
 
     scale = np.ones_like(root)
     inverse = inverse_jacobian(equations, root, scale)
-    found = root * (1 + random.uniform(-1e-6, 1e-6, root.shape))
+    current = root * (1 + random.uniform(-1e-6, 1e-6, root.shape))
     for _ in range(4):
-        solution = solve_near(equations, found, scale, inverse)
-        found = solution.unknowns
+        solution = solve_near(equations, current, scale, inverse)
+        current = solution.unknowns
         assert solution.converged.all()
         # loads of some 10 are rounded to 2e-15
-        np.testing.assert_allclose(found, root, rtol=1e-14 / WEAKEST)
+        np.testing.assert_allclose(current, root, rtol=1e-14 / WEAKEST)

@@ -49,8 +49,8 @@ def torque_terms(
     angle = np.degrees(balance.contacts.contact_angle_rad)
     pressure = balance.conditions.max_hertz_pressure_gpa[..., 0]
     lambda_ratio, film_in_range = film_ratio(equilibrium)
-    terms = {f"{name}_torque_n_m": ball_count * heats[name] / divisor for name in heats}
-    terms |= {
+    torque_by_heat = {f"{name}_torque_n_m": ball_count * heats[name] / divisor for name in heats}
+    motion = {
         "torque_n_m": torque,
         "outer_ring_torque_n_m": ball_count * balance.ring_moment_n_m[:, 1],
         "energy_error": _relative_difference(torque * inner_speed, heat),
@@ -69,7 +69,7 @@ def torque_terms(
         "lambda_ratio": lambda_ratio,
         "film_in_range": film_in_range,
     }
-    return terms | _film_terms(equilibrium, tested, limiting_stress_ratio)
+    return torque_by_heat | motion | _film_terms(equilibrium, tested, limiting_stress_ratio)
 
 
 def _film_terms(
