@@ -44,7 +44,7 @@ def operating_points(count: int) -> OperatingPoints:
 
 def some(points: OperatingPoints, which: slice) -> OperatingPoints:
     """Some of the points."""
-    return points.at(np.arange(len(points.axial_load_n))[which])
+    return points.at_points(np.arange(len(points.axial_load_n))[which])
 
 
 def rolling(points: OperatingPoints) -> int:

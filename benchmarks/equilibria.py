@@ -65,7 +65,7 @@ def solved(problem: FrictionProblem, size: int) -> Found:
     parts = []
     count = len(problem.points.axial_load_n)
     for start in range(0, count, size):
-        motions = equilibria(problem.at(np.arange(start, min(start + size, count))))
+        motions = equilibria(problem.at_points(np.arange(start, min(start + size, count))))
         parts.append(
             Found(
                 np.where(motions.count > 0, motions.fastest.cage_slip(), np.nan),
@@ -80,7 +80,7 @@ def solved(problem: FrictionProblem, size: int) -> Found:
 
 def found_by_minpack(problem: FrictionProblem, number: int) -> list[float]:
     """Speeds of the cage of one point, over their scale, at roots of the exact equations."""
-    one = problem.at(np.array([number]))
+    one = problem.at_points(np.array([number]))
     scale, here = one.scale()[0], np.zeros(1, dtype=np.int64)
 
     def forces(unknowns: np.ndarray) -> np.ndarray:

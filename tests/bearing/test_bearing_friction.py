@@ -20,7 +20,7 @@ from bearings import (
     shipped,
 )
 from nights import examples, nightly
-from oilfilm.bearing.ellipse import conditions, grid, sliding, traction
+from oilfilm.bearing.ellipse import contact_conditions, grid, sliding, traction
 from oilfilm.bearing.equilibria import equilibria, friction_equilibrium
 from oilfilm.bearing.friction import FrictionEquilibrium
 from oilfilm.bearing.quasistatic import Motion, OperatingPoints, raceway_control, rolling_motion
@@ -39,10 +39,14 @@ def coulomb_traction(spin_about_normal: float, race_speed: float, nodes: tuple[i
     contacts = raceway_control(HARRIS, OperatingPoints.axial(17800.0, 0.0)).contacts
     normal = contacts.normal[0]
     spin = spin_about_normal * np.array([[normal[0, 1], normal[1, 1], 0.0]])
-    rings, rule = np.full((1, 2), race_speed), grid(*nodes)
-    slip = sliding(HARRIS, contacts, Motion(np.zeros(1), spin), rings, rule)
-    at = conditions(HARRIS, contacts, slip, np.full((1, 1), 100.0))
-    return contacts, slip, traction(contacts, slip, at, lambda at, s: np.full_like(s, 0.1), rule)
+    ring_speed, rule = np.full((1, 2), race_speed), grid(*nodes)
+    slip = sliding(HARRIS, contacts, Motion(np.zeros(1), spin), ring_speed, rule)
+    conditions = contact_conditions(HARRIS, contacts, slip, np.full((1, 1), 100.0))
+    return (
+        contacts,
+        slip,
+        traction(contacts, slip, conditions, lambda conditions, s: np.full_like(s, 0.1), rule),
+    )
 
 
 def test_pure_spin_has_the_closed_form_moment():
@@ -100,12 +104,21 @@ def test_power_put_in_is_the_sum_of_all_heat(name, load_variable):
 
 def test_moments_on_all_bodies_cancel():
     # what the inner ring puts in, outer ring and oil take: nothing is left on balls and cage
-    at = MAINSHAFT, OperatingPoints.axial(20000.0, np.array([3000.0, 12000.0]) * RPM), "4102", 70.0
-    balance, balls = equilibrium(*at).balance, MAINSHAFT.ball_count
-    oil = balls * balance.drag_n * balance.contacts.orbit_radius_m
-    np.testing.assert_allclose(balls * balance.ring_moment_n_m.sum(axis=1), -oil, rtol=1e-6)
-    terms = torque_terms(friction_equilibrium(problem(*at)), TESTED)
-    np.testing.assert_allclose(terms["torque_n_m"] - terms["outer_ring_torque_n_m"], oil, rtol=1e-6)
+    case = (
+        MAINSHAFT,
+        OperatingPoints.axial(20000.0, np.array([3000.0, 12000.0]) * RPM),
+        "4102",
+        70.0,
+    )
+    balance, ball_count = equilibrium(*case).balance, MAINSHAFT.ball_count
+    drag_moment = ball_count * balance.drag_n * balance.contacts.orbit_radius_m
+    np.testing.assert_allclose(
+        ball_count * balance.ring_moment_n_m.sum(axis=1), -drag_moment, rtol=1e-6
+    )
+    terms = torque_terms(friction_equilibrium(problem(*case)), TESTED)
+    np.testing.assert_allclose(
+        terms["torque_n_m"] - terms["outer_ring_torque_n_m"], drag_moment, rtol=1e-6
+    )
 
 
 def test_turning_the_other_way_turns_the_torque_round():
@@ -126,18 +139,20 @@ def test_a_film_that_does_not_slip_lets_the_balls_roll():
     # without drag and with all the grip there may be, no contact slips as a whole
     points = OperatingPoints.axial(20000.0, 6000 * RPM)
     law = lambda at, slide_roll_ratio: np.tanh(1e3 * slide_roll_ratio)  # noqa: E731
-    found = equilibrium(MAINSHAFT, points, law=law, oil_volume_fraction=0.0)
-    assert abs(found.cage_slip()[0]) < 1e-3
+    motion = equilibrium(MAINSHAFT, points, law=law, oil_volume_fraction=0.0)
+    assert abs(motion.cage_slip()[0]) < 1e-3
 
 
 def test_rolling_balls_have_no_cage_slip():
     points = OperatingPoints.axial(17800.0, 10000 * RPM)
-    at = raceway_control(HARRIS, points)
-    motion = rolling_motion(HARRIS, at.contacts, points.ring_speed_rad_s)
-    asked, (ball_x, ball_r, ring) = problem(HARRIS, points), at.solution.unknowns[0]
+    control = raceway_control(HARRIS, points)
+    motion = rolling_motion(HARRIS, control.contacts, points.ring_speed_rad_s)
+    bearing_problem, (ball_x, ball_r, ring) = problem(HARRIS, points), control.solution.unknowns[0]
     unknowns = [[ball_x, ball_r, *motion.spin_rad_s[0], motion.orbit_speed_rad_s[0], ring]]
-    balance = asked.balance(np.array(unknowns))
-    assert abs(FrictionEquilibrium(asked, balance, at.solution).cage_slip()[0]) < 1e-12
+    balance = bearing_problem.balance(np.array(unknowns))
+    assert (
+        abs(FrictionEquilibrium(bearing_problem, balance, control.solution).cage_slip()[0]) < 1e-12
+    )
 
 
 def test_gyroscopic_moment_opens_the_inner_contact_angle_as_far_as_traction_can():
@@ -148,8 +163,8 @@ def test_gyroscopic_moment_opens_the_inner_contact_angle_as_far_as_traction_can(
         raceway_control(MAINSHAFT, points, gyroscopic_sign=sign).contacts.contact_angle_rad[0, 0]
         for sign in (0.0, 1.0)
     )
-    found = equilibrium(MAINSHAFT, points).balance.contacts.contact_angle_rad[0, 0]
-    assert without < found < full
+    angle = equilibrium(MAINSHAFT, points).balance.contacts.contact_angle_rad[0, 0]
+    assert without < angle < full
 
 
 def test_equal_races_that_turn_against_each_other_share_all_evenly():
@@ -171,20 +186,22 @@ def test_equal_races_that_turn_against_each_other_share_all_evenly():
 
 
 def test_shares_beyond_the_tested_box_are_those_of_the_traction_heat():
-    asked = problem(HARRIS, OperatingPoints.axial(17800.0, 10000 * RPM))
-    balance = equilibrium(HARRIS, asked.points).balance
+    bearing_problem = problem(HARRIS, OperatingPoints.axial(17800.0, 10000 * RPM))
+    balance = equilibrium(HARRIS, bearing_problem.points).balance
     inner, outer = balance.contacts.max_hertz_pressure_pa[0] / 1e9
     assert inner > 1.01 * outer
     film = balance.traction
     # force times sliding speed, node by node
-    sliding_m_s = film.slide_roll_ratio * balance.at.entrainment_speed_m_s
-    heat = film.coefficient * balance.at.load_n * grid(16, 4).share * sliding_m_s
+    sliding_m_s = film.slide_roll_ratio * balance.conditions.entrainment_speed_m_s
+    heat = film.coefficient * balance.conditions.load_n * grid(16, 4).share * sliding_m_s
     np.testing.assert_allclose(heat.sum(axis=-1), film.heat_w)
     limit = float(np.median(film.slide_roll_ratio))
 
     def shares(*box: tuple[float, float]) -> list[float]:
         names = ("max_hertz_pressure_gpa", "entrainment_speed_m_s", "slide_roll_ratio")
-        terms = torque_terms(friction_equilibrium(asked), dict(zip(names, box, strict=True)))
+        terms = torque_terms(
+            friction_equilibrium(bearing_problem), dict(zip(names, box, strict=True))
+        )
         return [terms[f"share_beyond_{name}"][0] for name in ("pressure", "speed", "slip")]
 
     assert shares(*[(0.0, 1e9)] * 3) == [0, 0, 0]
@@ -201,36 +218,36 @@ def test_shares_beyond_the_tested_box_are_those_of_the_traction_heat():
 def test_balls_travel_steadily_from_rest_to_four_million_dmn(name, oil):
     bearing = shipped(name)
     speed = np.linspace(0, 4e6, 21) / (bearing.pitch_diameter_m * 1e3) * RPM
-    for pressing in (2e6, 2e7, 8e7):  # N per square metre of ball diameter
-        points = OperatingPoints.axial(pressing * bearing.ball_diameter_m**2, speed)
+    for load_n_m2 in (2e6, 2e7, 8e7):  # N per square metre of ball diameter
+        points = OperatingPoints.axial(load_n_m2 * bearing.ball_diameter_m**2, speed)
         equilibrium(bearing, points, oil)
 
 
 @examples(0.4)
 @given(
     ball=st.floats(0.005, 0.03),
-    room=st.floats(4.0, 12.0),
+    pitch_over_ball=st.floats(4.0, 12.0),
     angle=st.floats(15.0, 45.0),
     groove=st.floats(0.51, 0.55),
-    pressing=st.floats(0.05, 3.0),
+    load_n_mm2=st.floats(0.05, 3.0),
     dmn=st.floats(1e4, 4e6),
     temperature=st.floats(40.0, 150.0),
 )
 def test_any_bearing_finds_its_motion_or_tells(
-    ball, room, angle, groove, pressing, dmn, temperature
+    ball, pitch_over_ball, angle, groove, load_n_mm2, dmn, temperature
 ):
-    bearing = any_bearing(ball, room, angle, groove, groove)
+    bearing = any_bearing(ball, pitch_over_ball, angle, groove, groove)
     points = OperatingPoints.axial(
-        pressing * 1e6 * ball**2 * bearing.ball_count, dmn / (ball * room * 1e3) * RPM
+        load_n_mm2 * 1e6 * ball**2 * bearing.ball_count, dmn / (ball * pitch_over_ball * 1e3) * RPM
     )
-    asked = problem(bearing, points, temperature_c=temperature)
-    terms = torque_terms(friction_equilibrium(asked), TESTED)
+    bearing_problem = problem(bearing, points, temperature_c=temperature)
+    terms = torque_terms(friction_equilibrium(bearing_problem), TESTED)
     if not terms["converged"][0]:
         # as the tables tell it: how much is out of balance, and where the ball lies
         assert terms["residual"][0] > 1e-10
         assert np.isfinite(terms["inner_contact_angle_deg"][0])
         # pressed together in earnest, no bearing fails at speeds of today
-        assert pressing < 0.3 or dmn > 2.5e6
+        assert load_n_mm2 < 0.3 or dmn > 2.5e6
     else:
         assert abs(terms["energy_error"][0]) < 1e-6
         assert terms["torque_n_m"][0] > 0
@@ -247,9 +264,9 @@ def on_rig_like_contact(pressure_gpa, radius_m):
 
 def test_load_variables_agree_on_the_rigs_own_contact_and_load_alone_tells_ball_sizes_apart():
     laws, slip = [printed_law("4050", name) for name in LOAD_VARIABLES], np.array([[0.01, 0.1]])
-    own = on_rig_like_contact(np.array([[1.0], [1.2], [1.5]]), RIG.radius_m)
+    rig_contacts = on_rig_like_contact(np.array([[1.0], [1.2], [1.5]]), RIG.radius_m)
     for law in laws:
-        np.testing.assert_allclose(law(own, slip), laws[0](own, slip))
+        np.testing.assert_allclose(law(rig_contacts, slip), laws[0](rig_contacts, slip))
     # on circular contacts W/(E' R^2) goes with (p/E')^3 alone
     sizes = on_rig_like_contact(np.array([[1.2], [1.2]]), np.array([[0.005], [0.02]]))
     stress, load, dimensionless = (np.squeeze(law(sizes, slip)) for law in laws)
@@ -287,12 +304,14 @@ def steep(distance: np.ndarray) -> np.ndarray:
     return np.asarray(1 / (1 + np.exp(-np.clip(distance, -700, 700))))
 
 
-def holds_or_slips(at: Conditions, slide_roll_ratio: np.ndarray) -> np.ndarray:
+def holds_or_slips(conditions: Conditions, slide_roll_ratio: np.ndarray) -> np.ndarray:
     """The weak law where a contact slips far or is slow, the strong one elsewhere."""
     lost = np.maximum(
-        steep((slide_roll_ratio - 0.3) / 0.01), steep((40 - at.entrainment_speed_m_s) / 0.5)
+        steep((slide_roll_ratio - 0.3) / 0.01), steep((40 - conditions.entrainment_speed_m_s) / 0.5)
     )
-    return (1 - lost) * holds(at, slide_roll_ratio) + lost * slips(at, slide_roll_ratio)
+    return (1 - lost) * holds(conditions, slide_roll_ratio) + lost * slips(
+        conditions, slide_roll_ratio
+    )
 
 
 def test_a_planted_fold_has_a_rolling_and_a_skidding_cage():
@@ -300,13 +319,13 @@ def test_a_planted_fold_has_a_rolling_and_a_skidding_cage():
     # each contact of either is well inside the part of the joined law that it was calculated with,
     # so that both are equilibria of the joined law: inner contact by its slip, outer by its speed
     assert rolling.balance.traction.slide_roll_ratio.max() < 0.15
-    assert rolling.balance.at.entrainment_speed_m_s.min() > 47
+    assert rolling.balance.conditions.entrainment_speed_m_s.min() > 47
     assert skidding.balance.traction.slide_roll_ratio[0, 0].min() > 0.6
-    assert skidding.balance.at.entrainment_speed_m_s[0, 1, 0] < 35
+    assert skidding.balance.conditions.entrainment_speed_m_s[0, 1, 0] < 35
     motions = equilibria(problem(*AT, law=holds_or_slips, **OILY))
-    for found, planted in ((motions.fastest, rolling), (motions.slowest, skidding)):
-        np.testing.assert_allclose(found.cage_slip(), planted.cage_slip(), rtol=1e-5)
-        np.testing.assert_allclose(found.torque_n_m(), planted.torque_n_m(), rtol=1e-5)
+    for motion, planted in ((motions.fastest, rolling), (motions.slowest, skidding)):
+        np.testing.assert_allclose(motion.cage_slip(), planted.cage_slip(), rtol=1e-5)
+        np.testing.assert_allclose(motion.torque_n_m(), planted.torque_n_m(), rtol=1e-5)
     # between two that a bearing may take there is one that it leaves
     assert motions.count.tolist() == [3]
 

@@ -42,8 +42,8 @@ def test_equilibria_of_an_independent_calculation_are_met_within_half_a_percent(
         ]
     )
     printed = rows[:, 2:]
-    known = ~np.isnan(printed)
-    np.testing.assert_allclose(ours[known], printed[known], rtol=5e-3, atol=1e-9)
+    is_printed = ~np.isnan(printed)
+    np.testing.assert_allclose(ours[is_printed], printed[is_printed], rtol=5e-3, atol=1e-9)
 
 
 @pytest.mark.parametrize("name", SHIPPED)
@@ -95,18 +95,20 @@ def test_the_gyroscopic_moment_turns_the_spin_along_the_orbit():
 
 @given(
     ball=st.floats(0.004, 0.03),
-    room=st.floats(2.5, 12.0),
+    pitch_over_ball=st.floats(2.5, 12.0),
     angle=st.floats(5.0, 45.0),
     inner=st.floats(0.505, 0.56),
     outer=st.floats(0.505, 0.56),
-    pressing=st.floats(0.05, 3.0),
+    load_n_mm2=st.floats(0.05, 3.0),
     dmn=st.floats(0.0, 4e6),
 )
-def test_any_bearing_converges_or_its_balls_climb(ball, room, angle, inner, outer, pressing, dmn):
-    bearing = any_bearing(ball, room, angle, inner, outer)
-    axial_n = pressing * 1e6 * ball**2 * bearing.ball_count
+def test_any_bearing_converges_or_its_balls_climb(
+    ball, pitch_over_ball, angle, inner, outer, load_n_mm2, dmn
+):
+    bearing = any_bearing(ball, pitch_over_ball, angle, inner, outer)
+    axial_n = load_n_mm2 * 1e6 * ball**2 * bearing.ball_count
     equilibrium = raceway_control(
-        bearing, OperatingPoints.axial(axial_n, dmn / (ball * room * 1e3) * RPM)
+        bearing, OperatingPoints.axial(axial_n, dmn / (ball * pitch_over_ball * 1e3) * RPM)
     )
     # under a light load a fast ball sinks into the outer groove until the inner one passes it by:
     # there is no equilibrium then

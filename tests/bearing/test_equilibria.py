@@ -11,7 +11,9 @@ from oilfilm.bearing.quasistatic import OperatingPoints
 MAINSHAFT = shipped("mainshaft-167")
 
 
-def asked(oil: str, rpm: float, temperature_c: float, loads_n: list[float]) -> FrictionProblem:
+def mainshaft_problem(
+    oil: str, rpm: float, temperature_c: float, loads_n: list[float]
+) -> FrictionProblem:
     points = OperatingPoints.axial(np.array(loads_n), rpm * RPM)
     return problem(MAINSHAFT, points, oil, temperature_c)
 
@@ -32,12 +34,12 @@ SKIDDING = [
 def test_a_skidding_cage_is_found_where_an_independent_solver_finds_one(
     oil, rpm, temperature_c, load_n, slip
 ):
-    found = friction_equilibrium(asked(oil, rpm, temperature_c, [load_n]))
-    assert found.solution.converged.all()
-    assert found.solution.residual < 1e-9
-    assert not found.held_by_band().any()
-    assert found.cage_slip()[0] == pytest.approx(slip, abs=6e-6)
-    assert found.outside_law()[0] == (slip > 0.9)
+    motion = friction_equilibrium(mainshaft_problem(oil, rpm, temperature_c, [load_n]))
+    assert motion.solution.converged.all()
+    assert motion.solution.residual < 1e-9
+    assert not motion.held_by_band().any()
+    assert motion.cage_slip()[0] == pytest.approx(slip, abs=6e-6)
+    assert motion.outside_law()[0] == (slip > 0.9)
 
 
 # 4010 at 12 000 rpm and 70 degC: a motion beyond a fold, one held between the sides of a jump, and
@@ -47,7 +49,7 @@ LOADS_N = [5200.0, 642.07, 775.0, 877.7]
 
 def values(loads_n: list[float]) -> np.ndarray:
     """Slips and torques of both ends and how many equilibria there are, a row per load."""
-    motions = equilibria(asked("4010", 12000, 70.0, loads_n))
+    motions = equilibria(mainshaft_problem("4010", 12000, 70.0, loads_n))
     columns = [motions.count]
     for end in (motions.fastest, motions.slowest):
         columns += [end.cage_slip(), end.torque_n_m(), end.held_by_band()]
@@ -65,7 +67,7 @@ def test_a_point_has_the_same_equilibria_alone_and_in_any_company():
 
 def test_rolling_and_skidding_cages_under_one_load_are_all_listed():
     # 4010 at 6 000 rpm, 40 degC and 2 879 N: slips of a trial of the method with a code of its own
-    motions = equilibria(asked("4010", 6000, 40.0, [2879.0]))
+    motions = equilibria(mainshaft_problem("4010", 6000, 40.0, [2879.0]))
     assert motions.count.tolist() == [3]
     assert motions.fastest.cage_slip()[0] == pytest.approx(0.0338, abs=6e-5)
     assert motions.slowest.cage_slip()[0] == pytest.approx(0.3537, abs=6e-5)
@@ -74,12 +76,12 @@ def test_rolling_and_skidding_cages_under_one_load_are_all_listed():
 def test_a_motion_between_the_sides_of_a_jump_is_marked():
     # the outer contact does not roll: on either side of that the cage's balance has another sign
     load_n, slip = 683.4988689104133, 0.7704
-    motion = friction_equilibrium(asked("4010", 6000, 40.0, [load_n]))
+    motion = friction_equilibrium(mainshaft_problem("4010", 6000, 40.0, [load_n]))
     assert motion.held_by_band().all()
     assert motion.cage_slip()[0] == pytest.approx(slip, abs=5e-4)
-    free = asked("4010", 6000, 40.0, [load_n])
-    left = free.residuals(motion.solution.unknowns, np.arange(1))
-    assert np.abs(left).max() > 1e-9
+    unbanded = mainshaft_problem("4010", 6000, 40.0, [load_n])
+    residuals = unbanded.residuals(motion.solution.unknowns, np.arange(1))
+    assert np.abs(residuals).max() > 1e-9
 
 
 def test_more_drag_never_makes_a_cage_faster():

@@ -76,8 +76,8 @@ def test_slide_roll_ratio_of_the_equilibrium_is_nearly_twice_the_cage_slip() -> 
     )
     slip, ratio = terms["cage_slip"], terms["inner_slide_roll_ratio"]
     # docs/physics.md, kinematics: S at the inner race by cage slip
-    known = np.array([[0.083, 0.144, 0.215, 0.383], [0.155, 0.277, 0.423, 0.758]])
-    np.testing.assert_allclose(ratio, np.interp(slip, *known), rtol=0.01)
+    printed = np.array([[0.083, 0.144, 0.215, 0.383], [0.155, 0.277, 0.423, 0.758]])
+    np.testing.assert_allclose(ratio, np.interp(slip, *printed), rtol=0.01)
     # the closed form encloses it between no gamma and that of the unloaded bearing
     gamma = bearing.ball_diameter_m / bearing.pitch_diameter_m * np.cos(bearing.contact_angle_rad)
     assert (inner_slide_roll_ratio(slip, gamma) < ratio).all()

@@ -1,17 +1,17 @@
-"""Roots of many equations near known ones, against roots that are planted."""
+"""Roots near the roots of similar equations, against planted roots."""
 
 import numpy as np
 
-from oilfilm.bearing.solver import inverse_jacobian, near
+from oilfilm.bearing.solver import inverse_jacobian, solve_near
 from oilfilm.units import FloatArray, IndexArray
 
 POINTS, UNKNOWNS = 4000, 7
-# One combination of the unknowns is felt so much less than the others, as beside a fold.
+# Effect of the weakest combination of the unknowns, over that of the strongest, as beside a fold.
 WEAKEST = 1e-3
 
 
-def test_a_root_stays_where_it_is_when_it_is_looked_for_again() -> None:
-    # what is left over at a root is rounding: it must give no direction of a step
+def test_a_root_stays_where_it_is_in_a_second_search() -> None:
+    # the residuals of a root are rounding and must not give a direction
     random = np.random.default_rng(1)
     root = random.uniform(0.5, 2.0, (POINTS, UNKNOWNS))
     stiffness = np.eye(UNKNOWNS) + random.uniform(-1, 1, (POINTS, UNKNOWNS, UNKNOWNS))
@@ -25,10 +25,10 @@ def test_a_root_stays_where_it_is_when_it_is_looked_for_again() -> None:
 
     scale = np.ones_like(root)
     inverse = inverse_jacobian(equations, root, scale)
-    found = root * (1 + random.uniform(-1e-6, 1e-6, root.shape))
+    current = root * (1 + random.uniform(-1e-6, 1e-6, root.shape))
     for _ in range(4):
-        solution = near(equations, found, scale, inverse)
-        found = solution.unknowns
+        solution = solve_near(equations, current, scale, inverse)
+        current = solution.unknowns
         assert solution.converged.all()
         # loads of some 10 are rounded to 2e-15
-        np.testing.assert_allclose(found, root, rtol=1e-14 / WEAKEST)
+        np.testing.assert_allclose(current, root, rtol=1e-14 / WEAKEST)

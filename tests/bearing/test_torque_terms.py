@@ -18,19 +18,19 @@ MAINSHAFT = shipped("mainshaft-167")
 SLIPPING = OperatingPoints.axial(3000.0, 20891 * RPM)
 
 
-def by_hand(slip: np.ndarray, at: dict[str, np.ndarray]) -> np.ndarray:
+def by_hand(slip: np.ndarray, contact: dict[str, np.ndarray]) -> np.ndarray:
     """docs/physics.md, Film: h_min of Hamrock and Dowson times phi_T of Gupta et al."""
     # 23699-type oil at 100 degC by the table of docs/physics.md, Oils; k = 0.14868 -
     # 2.2275e-4 (373.15 - 366.67)
     eta, alpha, beta, k_oil = 5.01e-3, 1.103e-8, 0.0200, 0.1472
     # E 207.5 GPa, nu 0.3 for ball and ring: E' = E/(1 - nu^2)
     modulus = 207.5e9 / 0.91
-    u = eta * at["speed"] / (modulus * at["radius"])
-    w = at["load"] / (modulus * at["radius"] ** 2)
-    sides = 1 - np.exp(-0.68 * at["ellipticity"])
-    h_min = 3.63 * u**0.68 * (alpha * modulus) ** 0.49 * w**-0.073 * sides * at["radius"]
-    heating = eta * beta * at["speed"] ** 2 / k_oil
-    phi = (1 - 13.2 * at["pressure"] / modulus * heating**0.42) / (
+    u = eta * contact["speed"] / (modulus * contact["radius"])
+    w = contact["load"] / (modulus * contact["radius"] ** 2)
+    sides = 1 - np.exp(-0.68 * contact["ellipticity"])
+    h_min = 3.63 * u**0.68 * (alpha * modulus) ** 0.49 * w**-0.073 * sides * contact["radius"]
+    heating = eta * beta * contact["speed"] ** 2 / k_oil
+    phi = (1 - 13.2 * contact["pressure"] / modulus * heating**0.42) / (
         1 + 0.213 * (1 + 2.23 * slip**0.83) * heating**0.64
     )
     return phi * h_min
@@ -38,11 +38,11 @@ def by_hand(slip: np.ndarray, at: dict[str, np.ndarray]) -> np.ndarray:
 
 def test_film_of_a_slipping_bearing_is_that_by_hand_at_the_slip_of_its_contacts():
     balance = equilibrium(MAINSHAFT, SLIPPING).balance
-    contacts, speed = balance.contacts, balance.at.entrainment_speed_m_s[0, :, 0]
+    contacts, speed = balance.contacts, balance.conditions.entrainment_speed_m_s[0, :, 0]
     ball, ratio = 22.225e-3, 22.225 / 167.5375
     cosine = np.abs(contacts.normal[0, 1])
     area = np.pi * contacts.semi_axis_x_m[0] * contacts.semi_axis_y_m[0]
-    at = {
+    contact = {
         "speed": speed,
         "load": contacts.load_n[0],
         "pressure": 1.5 * contacts.load_n[0] / area,
@@ -62,14 +62,14 @@ def test_film_of_a_slipping_bearing_is_that_by_hand_at_the_slip_of_its_contacts(
         ]
     )
     assert slip.max() > 0.4
-    thinnest_m = by_hand(slip, at).min()
+    thinnest_m = by_hand(slip, contact).min()
     # Ra 0.014 and 0.05 um, Rq = 1.25 Ra
     expected = thinnest_m / (1.25 * np.hypot(0.014e-6, 0.05e-6))
     # the oil's properties have three digits on that page
     terms = torque_terms(friction_equilibrium(problem(MAINSHAFT, SLIPPING)), TESTED)
     assert terms["lambda_ratio"][0] == pytest.approx(expected, rel=5e-3)
     # without slip it would be far too thick there
-    assert by_hand(0 * slip, at).min() > 1.2 * thinnest_m
+    assert by_hand(0 * slip, contact).min() > 1.2 * thinnest_m
 
 
 @pytest.mark.parametrize(

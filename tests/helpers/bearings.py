@@ -1,4 +1,4 @@
-"""The shipped bearings, oils and laws as bearings ask for them, for tests and benchmarks."""
+"""Shipped bearings with oils and laws, for tests and benchmarks."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -32,17 +32,27 @@ def shipped(name: str) -> Bearing:
     return load(FOLDER / f"{name}.yaml", BearingFile).bearing(name)
 
 
-def any_bearing(ball: float, room: float, angle: float, inner: float, outer: float) -> Bearing:
-    """A bearing by ball diameter, pitch diameter over it, contact angle, groove curvatures."""
-    like = shipped("harris-218")
+def any_bearing(
+    ball: float, pitch_over_ball: float, angle: float, inner: float, outer: float
+) -> Bearing:
+    """A bearing from its sizes.
+
+    Args:
+        ball: Ball diameter, in m.
+        pitch_over_ball: Pitch diameter over ball diameter.
+        angle: Contact angle, in degrees.
+        inner: Groove curvature of the inner ring.
+        outer: Groove curvature of the outer ring.
+    """
+    template = shipped("harris-218")
     return replace(
-        like,
+        template,
         ball_diameter_m=ball,
-        pitch_diameter_m=ball * room,
-        ball_count=max(int(0.9 * np.pi * room), 3),
+        pitch_diameter_m=ball * pitch_over_ball,
+        ball_count=max(int(0.9 * np.pi * pitch_over_ball), 3),
         contact_angle_rad=np.radians(angle),
         groove_curvature=(inner, outer),
-        cage=replace(like.cage, land_diameter_m=1.05 * ball * room),
+        cage=replace(template.cage, land_diameter_m=1.05 * ball * pitch_over_ball),
     )
 
 
@@ -73,13 +83,13 @@ def problem(
     nodes: tuple[int, int] = QUADRATURE,
     **changed: float,
 ) -> FrictionProblem:
-    """A bearing with an oil and its printed law, or another law."""
-    known = lubrication(oil, temperature_c, len(points.axial_load_n), **changed)
-    return FrictionProblem(bearing, points, known, law or printed_law(oil), grid(*nodes))
+    """The friction problem of a bearing with an oil, by default with the printed law of the oil."""
+    inlet = lubrication(oil, temperature_c, len(points.axial_load_n), **changed)
+    return FrictionProblem(bearing, points, inlet, law or printed_law(oil), grid(*nodes))
 
 
-def equilibrium(*asked: Any, **also: Any) -> FrictionEquilibrium:
-    """The friction equilibrium of `problem`, which is there at every point."""
-    found = friction_equilibrium(problem(*asked, **also))
-    assert found.solution.converged.all()
-    return found
+def equilibrium(*arguments: Any, **options: Any) -> FrictionEquilibrium:
+    """The friction equilibrium of `problem`, which must exist at every point."""
+    motion = friction_equilibrium(problem(*arguments, **options))
+    assert motion.solution.converged.all()
+    return motion

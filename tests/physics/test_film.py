@@ -47,10 +47,10 @@ WORST_CORNER = CHECK_1 | {
 RIG_ROUGHNESS_M = combined_roughness(rq_from_ra(0.014e-6), rq_from_ra(0.010e-6))
 
 
-def isothermal(thickness: Literal["central", "minimum"], **given: Any) -> Any:
+def isothermal(thickness: Literal["central", "minimum"], **arguments: Any) -> Any:
     names = ("dynamic_viscosity_pa_s", "pressure_viscosity_coefficient_1_pa")
-    oil = InletOil(*(given.pop(name) for name in names), np.nan, np.nan)
-    return isothermal_film_thickness(oil, Conditions(**given), thickness)
+    oil = InletOil(*(arguments.pop(name) for name in names), np.nan, np.nan)
+    return isothermal_film_thickness(oil, Conditions(**arguments), thickness)
 
 
 central, minimum = partial(isothermal, "central"), partial(isothermal, "minimum")
@@ -95,8 +95,10 @@ def test_worst_corner_of_the_rig_has_the_printed_film() -> None:
 def test_worst_corner_of_the_rig_runs_at_the_printed_lambda() -> None:
     # docs/physics.md: lambda 3.9 with Rq 0.0215 um, printed to 0.05; thermally reduced, S = 0
     conductivity = 0.1333  # between 0.13395 at 367 K and 0.13265 at 422 K
-    at = Conditions(LOAD_N, 1.5, 25.0, 120.0, 0.010, M50)
-    film_m = film_thickness(InletOil(2.09e-3, 0.681e-8, 0.0145, conductivity), at, 0.0, "minimum")
+    conditions = Conditions(LOAD_N, 1.5, 25.0, 120.0, 0.010, M50)
+    film_m = film_thickness(
+        InletOil(2.09e-3, 0.681e-8, 0.0145, conductivity), conditions, 0.0, "minimum"
+    )
     assert film_m / RIG_ROUGHNESS_M == pytest.approx(3.9, abs=0.05)
 
 
@@ -135,7 +137,9 @@ def test_film_follows_speed_and_load_by_the_published_powers(
 
 @given(slips, thermal_loadings)
 def test_heating_never_thickens_the_film_of_either_surface(slip: float, loading: float) -> None:
-    there, back = reduction(slide_roll_ratio=np.array([slip, -slip]), thermal_loading=loading)
-    assert 0 < there <= 1
+    positive, negative = reduction(
+        slide_roll_ratio=np.array([slip, -slip]), thermal_loading=loading
+    )
+    assert 0 < positive <= 1
     assert reduction(slide_roll_ratio=slip, thermal_loading=0.0) == 1
-    assert there == back
+    assert positive == negative

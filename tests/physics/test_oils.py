@@ -77,8 +77,8 @@ SOURCES = [
 def test_oils_keep_the_thermal_properties_of_their_source(
     name: str, quantity: str, kelvin: list[float], values: list[float]
 ) -> None:
-    found = getattr(OILS[name], quantity)(np.array(kelvin) - 273.15)
-    np.testing.assert_allclose(found, values, rtol=1e-6)
+    calculated = getattr(OILS[name], quantity)(np.array(kelvin) - 273.15)
+    np.testing.assert_allclose(calculated, values, rtol=1e-6)
 
 
 def test_4102_has_the_printed_viscosities() -> None:
@@ -101,8 +101,8 @@ def test_beta_is_the_slope_of_the_logarithm_of_viscosity(oil: Oil, celsius: floa
 
 def test_table_is_continued_beyond_both_ends() -> None:
     line = PiecewiseLinear((300.0, 310.0, 330.0), (10.0, 12.0, 8.0))
-    at = np.array([290.0, 300.0, 305.0, 310.0, 320.0, 330.0, 340.0])
-    assert line.at(at) == pytest.approx([8.0, 10.0, 11.0, 12.0, 10.0, 8.0, 6.0])
+    temperatures = np.array([290.0, 300.0, 305.0, 310.0, 320.0, 330.0, 340.0])
+    assert line.at(temperatures) == pytest.approx([8.0, 10.0, 11.0, 12.0, 10.0, 8.0, 6.0])
 
 
 def own_oil(model: str, sheet: list[list[float]], **pressure: object) -> dict[str, object]:
@@ -126,11 +126,11 @@ SHEET = [[313.15, 40.2], [343.15, 14.8], [373.15, 7.0]]
 def test_own_oil_has_the_viscosities_of_its_data_sheet(model: str, rows: list[list[float]]) -> None:
     oil = MeasuredOil(**own_oil(model, rows)).properties()
     celsius, viscosity = np.array(SHEET).T - np.array([[273.15], [0.0]])
-    found = oil.kinematic_viscosity_m2_s(celsius) * 1e6
-    given = np.isin(SHEET, rows)[:, 0]
-    np.testing.assert_allclose(found[given], viscosity[given], rtol=1e-9)
+    calculated = oil.kinematic_viscosity_m2_s(celsius) * 1e6
+    is_given = np.isin(SHEET, rows)[:, 0]
+    np.testing.assert_allclose(calculated[is_given], viscosity[is_given], rtol=1e-9)
     # the laws agree between two temperatures: with the third one to some per cent
-    np.testing.assert_allclose(found, viscosity, rtol=0.04)
+    np.testing.assert_allclose(calculated, viscosity, rtol=0.04)
     step = np.log(oil.dynamic_viscosity_pa_s(np.array([69.99, 70.01])))
     beta = oil.temperature_viscosity_coefficient_1_k(70.0)
     assert beta == pytest.approx((step[0] - step[1]) / 0.02, rel=1e-6)
@@ -150,8 +150,8 @@ def test_pressure_viscosity_is_given_or_by_a_rule(
     pressure: dict[str, object], alpha: float, tolerance: float
 ) -> None:
     oil = MeasuredOil(**own_oil("walther", SHEET[::2], **pressure)).properties()
-    found = float(oil.pressure_viscosity_coefficient_1_pa(40.0) * 1e9)
-    assert found == pytest.approx(alpha, rel=tolerance)
+    calculated = float(oil.pressure_viscosity_coefficient_1_pa(40.0) * 1e9)
+    assert calculated == pytest.approx(alpha, rel=tolerance)
 
 
 @pytest.mark.parametrize(

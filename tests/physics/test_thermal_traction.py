@@ -45,16 +45,20 @@ rates = st.floats(1e2, 1e9)
 
 def mu(oil: str, pressure_gpa: Any, speed: Any, inlet: Any, slip: Any, **changed: Any) -> Any:
     """Of the rig's contact."""
-    given, peak = ThermalEhl(**CONSTANTS | changed), np.asarray(pressure_gpa) * 1e9
-    return thermal_ehl_traction(OILS[oil], given, peak, speed, inlet, slip, RADIUS_M, MODULUS_PA)
+    constants, max_pressure = ThermalEhl(**CONSTANTS | changed), np.asarray(pressure_gpa) * 1e9
+    return thermal_ehl_traction(
+        OILS[oil], constants, max_pressure, speed, inlet, slip, RADIUS_M, MODULUS_PA
+    )
 
 
 def film(oil: str, pressure_gpa: Any, speed: Any, inlet: Any, slip: Any, **changed: Any) -> Any:
     """Where the pressure of that contact is its mean."""
     load = load_for_max_hertz_pressure(pressure_gpa * 1e9, RADIUS_M, MODULUS_PA)
-    at = Conditions(load, pressure_gpa, speed, inlet, RADIUS_M, MODULUS_PA)
+    conditions = Conditions(load, pressure_gpa, speed, inlet, RADIUS_M, MODULUS_PA)
     constants, mean = ThermalEhl(**CONSTANTS | changed), 2 / 3 * pressure_gpa * 1e9
-    return sliding_film(OILS[oil], constants, at, mean, slip, radius_of_contact(pressure_gpa))
+    return sliding_film(
+        OILS[oil], constants, conditions, mean, slip, radius_of_contact(pressure_gpa)
+    )
 
 
 def radius_of_contact(pressure_gpa: float) -> float:

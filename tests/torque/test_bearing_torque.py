@@ -60,13 +60,13 @@ def plateaus(
     torque_n_m: Sequence[float], speed_rpm: Sequence[float], se: float = 0.01
 ) -> pd.DataFrame:
     """Accepted plateaus of oil 4050 at 20 kN and 100 degC."""
-    about = {"run_id": "a.csv", "oil": "4050", "axial_load_n": 20e3, "oil_temperature_c": 100.0}
-    about |= {"torque_n_m_se": se, "accepted": True, "failed_gates": ""}
+    columns = {"run_id": "a.csv", "oil": "4050", "axial_load_n": 20e3, "oil_temperature_c": 100.0}
+    columns |= {"torque_n_m_se": se, "accepted": True, "failed_gates": ""}
     pairs = zip(torque_n_m, speed_rpm, strict=True)
     return rows(
         "torque_runs",
         *(
-            {**about, "first_row": number, "torque_n_m": torque, "inner_speed_rpm": speed}
+            {**columns, "first_row": number, "torque_n_m": torque, "inner_speed_rpm": speed}
             for number, (torque, speed) in enumerate(pairs)
         ),
     )
@@ -83,8 +83,8 @@ def test_each_operating_point_may_have_constants_of_its_own(oils):
             for row, speed in zip(constants, SPEED_RPM, strict=True)
         ]
         np.testing.assert_allclose(together, alone, rtol=1e-8)
-        own = oil.run(*point, load_variable)["torque_n_m"]
-        assert list(np.isclose(together, own, rtol=1e-8)) == [True, False, True]
+        alone = oil.run(*point, load_variable)["torque_n_m"]
+        assert list(np.isclose(together, alone, rtol=1e-8)) == [True, False, True]
 
 
 def test_inversion_finds_the_traction_that_was_planted(config, oils):
@@ -228,8 +228,10 @@ def test_catalogue_torque_is_no_opinion_beyond_the_speeds_of_the_catalogue(confi
     of_stress = torque[torque["load_variable"] == "stress"]
     assert list(of_stress["skf_valid"]) == [True, False]
     # Palmgren 1959 with the oil's own viscosity at 100 degC
-    own = oil_of("4050").kinematic_viscosity_m2_s(100.0) * 1e6
-    of_speed = 1e-7 * SETTINGS.palmgren.f0 * (own * 3000.0) ** (2 / 3) * 167.5375**3 * 1e-3
+    viscosity_cst = oil_of("4050").kinematic_viscosity_m2_s(100.0) * 1e6
+    of_speed = (
+        1e-7 * SETTINGS.palmgren.f0 * (viscosity_cst * 3000.0) ** (2 / 3) * 167.5375**3 * 1e-3
+    )
     of_load = SETTINGS.palmgren.f1 * 0.9 * 20e3 / np.tan(np.radians(27)) * 0.1675375
     assert of_stress["palmgren_torque_n_m"].iloc[0] == pytest.approx(of_speed + of_load, rel=1e-3)
 
@@ -242,11 +244,11 @@ WANG_DENG = np.array(
 
 def test_a_law_on_load_is_compared_as_well(config):
     law, (coefficients, quality) = LAWS["wang-deng-load"], printed_fits()
-    own = quality[quality["oil"] == "4050"].assign(law=law.name, configured=False)
+    own_laws = quality[quality["oil"] == "4050"].assign(law=law.name, configured=False)
     names = [constant.name for constant in law.constants]
     rows = pd.concat([coefficients.iloc[:1]] * len(names)).assign(oil="4050", law=law.name)
     rows = rows.assign(constant=names, value=WANG_DENG)
-    oils = oils_in_bearings(pd.concat([coefficients, rows]), pd.concat([quality, own]), config)
+    oils = oils_in_bearings(pd.concat([coefficients, rows]), pd.concat([quality, own_laws]), config)
     torque, _ = torque_table(plateaus([5.0], [9000.0]), oils, config)
     assert set(torque["load_variable"]) == {*LOAD_VARIABLES, law.name}
     assert torque.set_index("load_variable").at[law.name, "converged"]

@@ -63,13 +63,13 @@ def shares(values: np.ndarray) -> pd.DataFrame:
 def test_one_draw_without_an_equilibrium_moves_a_share_by_one_count_and_turns_no_verdict(
     best_count: int,
 ) -> None:
-    known = draws([2] * best_count + [1] * (100 - best_count))
-    before = shares(known)
+    complete_draws = draws([2] * best_count + [1] * (100 - best_count))
+    before = shares(complete_draws)
     was = stays_best(before, 0.95).iloc[0]
     assert was["surely"] == (best_count >= 95)
     assert not was["perhaps"]
     for lost in range(100):
-        changed = known.copy()
+        changed = complete_draws.copy()
         changed[:, lost, 0] = NAN
         after = shares(changed)
         assert after["draws_answered"].tolist() == [99] * 3
@@ -81,16 +81,16 @@ def test_one_draw_without_an_equilibrium_moves_a_share_by_one_count_and_turns_no
 
 
 def test_a_draw_whose_best_oil_depends_on_an_unknown_film_counts_for_no_oil() -> None:
-    known = draws([2] * 60 + [1] * 40)
-    known[2, :10, 2] = NAN  # it would be the best one
-    known[2, -10:, 0] = NAN  # it would not
-    made = shares(known)
-    assert made["draws_unanswered"].tolist() == [10] * 3
-    np.testing.assert_allclose(made["best_share"], [0, 40 / 90, 50 / 90])
+    complete_draws = draws([2] * 60 + [1] * 40)
+    complete_draws[2, :10, 2] = NAN  # it would be the best one
+    complete_draws[2, -10:, 0] = NAN  # it would not
+    table = shares(complete_draws)
+    assert table["draws_unanswered"].tolist() == [10] * 3
+    np.testing.assert_allclose(table["best_share"], [0, 40 / 90, 50 / 90])
 
 
 def test_without_any_draw_there_is_no_share() -> None:
-    made = shares(np.full((3, 100, len(OILS)), NAN))
-    assert made["best_share"].isna().all()
-    assert made["draws_answered"].tolist() == [0] * 3
-    assert not stays_best(made, 0.95)["surely"].any()
+    table = shares(np.full((3, 100, len(OILS)), NAN))
+    assert table["best_share"].isna().all()
+    assert table["draws_answered"].tolist() == [0] * 3
+    assert not stays_best(table, 0.95)["surely"].any()

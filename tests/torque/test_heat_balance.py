@@ -34,17 +34,17 @@ def test_heated_oil_on_the_map_takes_its_share_and_the_advice_is_asked_again(con
     rows = table[table["oil"] == "4050"]
     # 8 L/min, c_p 2000 J/(kg K) (docs/physics.md, Oils), share 0.8 of torque times speed
     rise = rows["outlet_temperature_c"] - 100
-    taken = of_4050.density_kg_m3(100.0) * 8e-3 / 60 * 2000 * rise
-    made = rows["heated_torque_n_m"] * rows["inner_speed_rpm"] * np.pi / 30
-    np.testing.assert_allclose(taken, 0.8 * made, rtol=1e-5)
-    np.testing.assert_allclose(rows["heat_w"], made)
+    carried_heat = of_4050.density_kg_m3(100.0) * 8e-3 / 60 * 2000 * rise
+    friction_heat = rows["heated_torque_n_m"] * rows["inner_speed_rpm"] * np.pi / 30
+    np.testing.assert_allclose(carried_heat, 0.8 * friction_heat, rtol=1e-5)
+    np.testing.assert_allclose(rows["heat_w"], friction_heat)
     np.testing.assert_allclose(rows["contact_temperature_c"], 100 + rise / 2)
     # the columns of the inlet are those of the map
-    given = slip.set_index(["oil", "inner_speed_rpm", "axial_load_n"])
-    found = table.set_index(["oil", "inner_speed_rpm", "axial_load_n"]).loc[given.index]
-    np.testing.assert_array_equal(found["torque_n_m"], given["torque_n_m"])
+    inlet_rows = slip.set_index(["oil", "inner_speed_rpm", "axial_load_n"])
+    heated_rows = table.set_index(["oil", "inner_speed_rpm", "axial_load_n"]).loc[inlet_rows.index]
+    np.testing.assert_array_equal(heated_rows["torque_n_m"], inlet_rows["torque_n_m"])
     # hot oil has thinner films and less torque, where balls roll rather than skid
-    rolling = found.xs(20000, level="axial_load_n")
+    rolling = heated_rows.xs(20000, level="axial_load_n")
     assert (rolling["heated_lambda_ratio"] < rolling["lambda_ratio"]).all()
     assert (rolling["heated_torque_n_m"] < rolling["torque_n_m"]).all()
     advice = advise(slip, config.selection, config.gates.lambda_limit)

@@ -188,8 +188,10 @@ class Stepping:
         assert self.constants is not None
         moved = np.log(self.constants[:, 0] / to_constants(LAW, TRUTH)[0])
         torque = 2 + moved + np.where((load == 1) & (moved > 1e-6), 1.0, 0.0)
-        known = dict.fromkeys(("inner", "outer"), 1.5)
-        pressures = {f"{race}_max_hertz_pressure_gpa": value for race, value in known.items()}
+        pressure_of_race = dict.fromkeys(("inner", "outer"), 1.5)
+        pressures = {
+            f"{race}_max_hertz_pressure_gpa": value for race, value in pressure_of_race.items()
+        }
         columns = {"converged": True, "entrainment_speed_m_s": 30.0, **pressures}
         return pd.DataFrame({"torque_n_m": torque, "cage_slip": 0.1 * torque, **columns})
 

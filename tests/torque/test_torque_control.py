@@ -80,11 +80,11 @@ def test_claims_on_torque_are_judged_where_nothing_but_the_law_is_compared(
     campaign: str, misfit: float | None, limit: float, reason: str
 ) -> None:
     settings = settings_of(campaign).with_changes({"audit": {"twin_misfit_max": limit}})
-    made = results(misfit or 0.0)
+    campaign_results = results(misfit or 0.0)
     if misfit is None:
-        made = made.replace(torque_truth=tables.empty("torque_truth"))
-        assert torque_control(made, settings).empty
-    claims = judged(made, settings)["claims"]
+        campaign_results = campaign_results.replace(torque_truth=tables.empty("torque_truth"))
+        assert torque_control(campaign_results, settings).empty
+    claims = judged(campaign_results, settings)["claims"]
     assert set(claims["reason_code"]) == {reason}
     unchecked = ["cannot be checked"] * 2
     assert claims["verdict"].tolist() == (unchecked if reason else ["holds", "holds in part"])
@@ -95,9 +95,9 @@ def test_points_where_the_cage_may_roll_or_skid_are_not_averaged_in() -> None:
     settings = settings_of("thermal")
     plain = results(0.001)
     skids = plain.torque.assign(bistable=plain.torque["run_id"] == "1")
-    made = judged(plain.replace(torque=skids), settings)
-    assert made["claims"]["cases"].tolist() == [1, 1]
-    left_out = made["claim_numbers"].query("number == 'bistable'")
+    campaign_results = judged(plain.replace(torque=skids), settings)
+    assert campaign_results["claims"]["cases"].tolist() == [1, 1]
+    left_out = campaign_results["claim_numbers"].query("number == 'bistable'")
     assert left_out.set_index("claim")["value"].to_dict() == {"torque-stress": 1, "torque-load": 1}
 
 
@@ -122,8 +122,10 @@ def test_unknown_motions_are_neither_left_out_nor_taken_for_known_ones(dtype: An
 def test_claims_on_torque_count_the_plateaus_of_which_the_motion_is_not_known() -> None:
     plain = results(0.001)
     flags = plain.torque["bistable"].astype(object).mask(plain.torque["run_id"] == "1", None)
-    made = judged(plain.replace(torque=plain.torque.assign(bistable=flags)), settings_of("thermal"))
-    assert made["claims"]["cases"].tolist() == [2, 2]
-    numbers = made["claim_numbers"].set_index(["claim", "number"])["value"]
+    campaign_results = judged(
+        plain.replace(torque=plain.torque.assign(bistable=flags)), settings_of("thermal")
+    )
+    assert campaign_results["claims"]["cases"].tolist() == [2, 2]
+    numbers = campaign_results["claim_numbers"].set_index(["claim", "number"])["value"]
     assert numbers["torque-stress", "undecided"] == 1
     assert "bistable" not in numbers["torque-stress"]

@@ -60,8 +60,10 @@ def oil(
     def refitted(law: LawInBearing) -> LawInBearing:
         internal = law.internal[0]
         spread, shifted = (to_constants(law.fitted.law, internal + off) for off in (refits, shifts))
-        known = replace(law.fitted.coefficients, spread=spread, shifted=shifted, unseen=unseen)
-        return replace(law, fitted=replace(law.fitted, coefficients=known))
+        coefficients = replace(
+            law.fitted.coefficients, spread=spread, shifted=shifted, unseen=unseen
+        )
+        return replace(law, fitted=replace(law.fitted, coefficients=coefficients))
 
     laws = {variable: refitted(printed_law(name, variable)) for variable in LOAD_VARIABLES}
     stand_in = {"viscosity": viscosity, "pressure_viscosity_coefficient": 0.0}
@@ -88,8 +90,10 @@ def torque(of: OilInBearing, **changed: float) -> np.ndarray:
 
 def with_shares(of: OilInBearing, shares: np.ndarray, points: pd.DataFrame) -> pd.DataFrame:
     """Friction at operating points with each share of oil."""
-    settings = (of.settings.model_copy(update={"oil_volume_fraction": each}) for each in shares)
-    cases = [(replace(of, settings=each), "stress", points) for each in settings]
+    cases = []
+    for share in shares:
+        settings = of.settings.model_copy(update={"oil_volume_fraction": share})
+        cases.append((replace(of, settings=settings), "stress", points))
     return Cases(BEARING, cases).run()
 
 
@@ -112,14 +116,14 @@ def test_draws_give_the_uncertainty_of_refits_calibration_and_drag_by_their_deri
     by_drag = (torque(uncertain, oil_volume_fraction=1.01 * SHARE) - torque(uncertain)) / 0.01
     # evenly spread over the logarithm from -drag to drag
     expected = np.hypot(by_shift * np.hypot(spread / shift, 1), by_drag * drag / np.sqrt(3))
-    found = drawn(uncertain, *ROLLING)
-    np.testing.assert_allclose(found["torque_n_m_uncertainty"], expected, rtol=0.15)
+    results = drawn(uncertain, *ROLLING)
+    np.testing.assert_allclose(results["torque_n_m_uncertainty"], expected, rtol=0.15)
     # about normal at rolling cages: 1.96 standard uncertainties to either side
-    half = (found["torque_n_m_upper"] - found["torque_n_m_lower"]) / 2
+    half = (results["torque_n_m_upper"] - results["torque_n_m_lower"]) / 2
     np.testing.assert_allclose(half, 1.96 * expected, rtol=0.25)
-    assert not found["draws_split"].any()
-    turning = found["inner_speed_rpm"] * np.pi / 30
-    np.testing.assert_allclose(found["power_w_upper"], found["torque_n_m_upper"] * turning)
+    assert not results["draws_split"].any()
+    turning = results["inner_speed_rpm"] * np.pi / 30
+    np.testing.assert_allclose(results["power_w_upper"], results["torque_n_m_upper"] * turning)
 
 
 def test_calculated_and_measured_torque_agree_within_two_combined_uncertainties():
@@ -143,12 +147,12 @@ def test_calculated_and_measured_torque_agree_within_two_combined_uncertainties(
 
 
 def test_a_law_without_refits_has_no_uncertainty():
-    found = drawn(oil("4050", in_first(0.0, 0), in_first(0.0, 0)), *ROLLING)
-    names = [name for name in found if name.endswith(("_uncertainty", "_lower", "_upper"))]
+    results = drawn(oil("4050", in_first(0.0, 0), in_first(0.0, 0)), *ROLLING)
+    names = [name for name in results if name.endswith(("_uncertainty", "_lower", "_upper"))]
     assert len(names) == 9
-    assert found[names].isna().all(axis=None)
-    assert not found["draws_split"].any()
-    assert found["power_w"].notna().all()
+    assert results[names].isna().all(axis=None)
+    assert not results["draws_split"].any()
+    assert results["power_w"].notna().all()
 
 
 @pytest.mark.parametrize(("load_n", "split"), [(5200.0, True), (20000.0, False)])
@@ -156,13 +160,13 @@ def test_draws_on_both_sides_of_a_fold_are_told(load_n, split):
     # 4010 at 12 000 rpm and 70 degC under little load, where traction falls with slip
     point = {"axial_load_n": [load_n], "inner_speed_rpm": 12000.0, "inlet_temperature_c": 70.0}
     uncertain = oil("4010", in_first(0.0, 10), in_first(0.0, 0), drag=0.6)
-    found = drawn(uncertain, *point.values()).iloc[0]
+    results = drawn(uncertain, *point.values()).iloc[0]
     shares = SHARE * np.exp(np.linspace(-0.6, 0.6, 25))
     slips = with_shares(uncertain, shares, pd.DataFrame(point))["cage_slip"]
     # with more drag the cage slips more: by a jump where there is a fold
     assert (np.diff(slips).max() > 0.05) == split
-    assert found["draws_split"] == split
-    assert found["cage_slip_lower"] < found["cage_slip"] < found["cage_slip_upper"]
+    assert results["draws_split"] == split
+    assert results["cage_slip_lower"] < results["cage_slip"] < results["cage_slip_upper"]
 
 
 def test_viscosity_of_a_stand_in_and_errors_of_unseen_curves_widen_the_torque():
@@ -170,15 +174,21 @@ def test_viscosity_of_a_stand_in_and_errors_of_unseen_curves_widen_the_torque():
     assert (drawn(exact, *ROLLING)["torque_n_m_uncertainty"] < 1e-6).all()
     thick = oil("4050", in_first(0.0, 10), in_first(0.0, 0), viscosity=0.1)
     cases = Cases(BEARING, [(thick, "stress", pd.DataFrame([ROLLING_POINT]))])
-    known = cases.problem.lubrication
-    more = replace(known.oil, dynamic_viscosity_pa_s=1.01 * known.oil.dynamic_viscosity_pa_s)
-    moved = replace(cases.problem, lubrication=replace(known, oil=more))
-    first, second = (friction_equilibrium(each).torque_n_m()[0] for each in (cases.problem, moved))
-    found = drawn(thick, *ROLLING_POINT.values())["torque_n_m_uncertainty"]
-    assert found[0] == pytest.approx((second - first) / np.log(1.01) * 0.1, rel=0.1)
+    lubrication = cases.problem.lubrication
+    more = replace(
+        lubrication.oil, dynamic_viscosity_pa_s=1.01 * lubrication.oil.dynamic_viscosity_pa_s
+    )
+    moved = replace(cases.problem, lubrication=replace(lubrication, oil=more))
+    first, second = (
+        friction_equilibrium(problem).torque_n_m()[0] for problem in (cases.problem, moved)
+    )
+    results = drawn(thick, *ROLLING_POINT.values())["torque_n_m_uncertainty"]
+    assert results[0] == pytest.approx((second - first) / np.log(1.01) * 0.1, rel=0.1)
     # curves left out are off by 5 % of mu at one standard deviation (quantiles of a normal score)
     scores = ndtri(0.5 + np.array([0.5, 0.8, 0.9, 0.95, 0.99]) / 2)
-    stronger = replace(cases.problem, lubrication=known.with_traction(np.array([1.01])))
+    stronger = replace(
+        cases.problem, lubrication=lubrication.with_traction_factor(np.array([1.01]))
+    )
     law = cases.problem.law
     stretched = replace(cases.problem, law=lambda at, slip: law(at, 1.01 * slip))
     for unseen, moved in (
@@ -187,8 +197,8 @@ def test_viscosity_of_a_stand_in_and_errors_of_unseen_curves_widen_the_torque():
     ):
         change = friction_equilibrium(moved).torque_n_m()[0] - first
         errs = oil("4050", in_first(0.0, 10), in_first(0.0, 0), unseen=unseen)
-        found = drawn(errs, *ROLLING_POINT.values())["torque_n_m_uncertainty"]
-        assert found[0] == pytest.approx(abs(change) / np.log(1.01) * 0.05, rel=0.15)
+        results = drawn(errs, *ROLLING_POINT.values())["torque_n_m_uncertainty"]
+        assert results[0] == pytest.approx(abs(change) / np.log(1.01) * 0.05, rel=0.15)
 
 
 def test_all_oils_of_a_draw_have_one_drag_and_the_best_of_each_draw_is_counted():
@@ -201,9 +211,9 @@ def test_all_oils_of_a_draw_have_one_drag_and_the_best_of_each_draw_is_counted()
     points = ["pitch_speed_mm_rpm", "axial_load_n"]
     np.testing.assert_allclose(table.groupby(points)["best_share"].sum(), 1.0)
     # the same by hand: each drag for all oils, evenly over its logarithm
-    at = table.loc[table["oil"] == "4050", [*ROLLING_POINT]]
+    points = table.loc[table["oil"] == "4050", [*ROLLING_POINT]]
     shares = SHARE * np.exp(np.linspace(-0.8, 0.8, 41))
-    runs = pd.concat([with_shares(each, shares, at) for each in oils])
+    runs = pd.concat([with_shares(oil_in_bearing, shares, points) for oil_in_bearing in oils])
     columns = runs[["cage_slip", "torque_n_m", "lambda_ratio"]].to_numpy()
     slip, torque, film = np.moveaxis(columns.reshape(3, 41, 4, 3), -1, 0)
     full = film > config.gates.lambda_limit

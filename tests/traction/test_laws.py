@@ -26,29 +26,29 @@ ComplexArray = npt.NDArray[np.complex128]
 
 def by_hand(law: Law, internal: ComplexArray) -> ComplexArray:
     """mu by the law's own text, evaluated by Python with complex numbers: nothing of oilfilm."""
-    known: dict[str, Any] = {
+    names: dict[str, Any] = {
         **{name: getattr(np, name) for name in ("exp", "expm1", "log", "log1p", "sqrt", "tanh")},
         "asinh": np.arcsinh,
         "abs": lambda value: np.where(value.real < 0, -value, value),
         "S": np.tile(SLIP, len(MATRIX)).astype(complex),
     }
     design = law.design(MATRIX[list(law.conditions)].to_numpy())
-    blocks = internal.reshape(len(law.coefficients), -1)
-    for coefficient, block in zip(law.coefficients, blocks, strict=True):
-        size = np.exp(design @ block)
-        known[coefficient.name] = coefficient.sign * np.repeat(size, len(SLIP))
+    constants = internal.reshape(len(law.coefficients), -1)
+    for coefficient, constants_of_coefficient in zip(law.coefficients, constants, strict=True):
+        size = np.exp(design @ constants_of_coefficient)
+        names[coefficient.name] = coefficient.sign * np.repeat(size, len(SLIP))
     for name, text in law.parts:
-        known[name] = eval(text, known)
-    return np.asarray(eval(law.equation, known))
+        names[name] = eval(text, names)
+    return np.asarray(eval(law.equation, names))
 
 
 @pytest.mark.parametrize("law", EVERY_LAW.values(), ids=EVERY_LAW)
 def test_values_and_jacobian_are_those_of_the_text(law: Law) -> None:
     """By the complex step d mu/dx = Im mu(x + i h)/h, without any difference taken."""
-    at, internal = observe(law), internal_of(law)
+    observations, internal = observe(law), internal_of(law)
     mu = by_hand(law, internal.astype(complex)).real
-    np.testing.assert_allclose(law.traction(internal, at), mu, rtol=0, atol=1e-16)
-    for index, column in enumerate(law.jacobian(internal, at).T):
+    np.testing.assert_allclose(law.traction(internal, observations), mu, rtol=0, atol=1e-16)
+    for index, column in enumerate(law.jacobian(internal, observations).T):
         step = np.where(np.arange(len(internal)) == index, 1e-30j, 0)
         expected = by_hand(law, internal + step).imag / 1e-30
         np.testing.assert_allclose(column, expected, rtol=0, atol=2e-16)
@@ -56,29 +56,32 @@ def test_values_and_jacobian_are_those_of_the_text(law: Law) -> None:
 
 @pytest.mark.parametrize("law", EVERY_LAW.values(), ids=EVERY_LAW)
 def test_scaling_the_slip_is_a_direction_of_the_constants(law: Law) -> None:
-    internal, at = internal_of(law), observe(law)
+    internal, observations = internal_of(law), observe(law)
     step = 1e-5
-    ends = [law.traction(internal, replace(at, slip=at.slip * np.exp(d))) for d in (step, -step)]
+    ends = [
+        law.traction(internal, replace(observations, slip=observations.slip * np.exp(move)))
+        for move in (step, -step)
+    ]
     expected = (ends[0] - ends[1]) / (2 * step)
-    found = law.jacobian(internal, at) @ law.slip_scale
-    np.testing.assert_allclose(found, expected, rtol=1e-6, atol=1e-9)
+    slope = law.jacobian(internal, observations) @ law.slip_scale
+    np.testing.assert_allclose(slope, expected, rtol=1e-6, atol=1e-9)
 
 
 @pytest.mark.parametrize("law", EVERY_LAW.values(), ids=EVERY_LAW)
 def test_curvatures_are_the_slopes_of_the_slopes(law: Law) -> None:
     """By central differences, of some of the coefficients and in their order."""
-    at, step = observe(law), 1e-5
-    sizes = law.sizes(internal_of(law), at.design)[:, at.curve]
+    observations, step = observe(law), 1e-5
+    sizes = law.sizes(internal_of(law), observations.design)[:, observations.curve]
     by = tuple(range(len(law.coefficients)))[-3:]
-    mu, slopes, curvatures = law.value_slopes_and_curvatures(sizes, at.slip, by)
-    known, all_slopes = law.value_and_slopes(sizes, at.slip)
-    np.testing.assert_array_equal(mu, known)
+    mu, slopes, curvatures = law.value_slopes_and_curvatures(sizes, observations.slip, by)
+    mu_alone, all_slopes = law.value_and_slopes(sizes, observations.slip)
+    np.testing.assert_array_equal(mu, mu_alone)
     np.testing.assert_array_equal(slopes, [all_slopes[index] for index in by])
     pairs = [(first, second) for first in by for second in by if second <= first]
     for curvature, (first, second) in zip(curvatures, pairs, strict=True):
         moved = np.exp(step * (np.arange(len(sizes)) == second))[:, np.newaxis]
-        up = law.value_and_slopes(sizes * moved, at.slip)[1][first]
-        down = law.value_and_slopes(sizes / moved, at.slip)[1][first]
+        up = law.value_and_slopes(sizes * moved, observations.slip)[1][first]
+        down = law.value_and_slopes(sizes / moved, observations.slip)[1][first]
         np.testing.assert_allclose(curvature + 0 * up, (up - down) / (2 * step), atol=1e-9)
 
 
@@ -119,9 +122,9 @@ def test_fit_read_back_from_its_tables_is_the_planted_traction(name: str, config
     fit = fit_oil(points, "4050", settings, config.seed, law=law)
     fitted = FittedLaw.of(fit.coefficients, "4050", fit.refits, fit.fit_quality, law)
     levels = MATRIX[list(law.conditions)].to_numpy()
-    at = np.repeat(levels, len(SLIP), axis=0)
+    conditions = np.repeat(levels, len(SLIP), axis=0)
     true = law.traction(internal_of(law), observe(law))
-    predicted = fitted.predict(at, np.tile(SLIP, len(MATRIX)))
+    predicted = fitted.predict(conditions, np.tile(SLIP, len(MATRIX)))
     np.testing.assert_allclose(predicted.traction_coefficient, true, atol=3e-5)
     assert np.isfinite(predicted.obs_ci_upper).all()
     assert not predicted.outside.any()

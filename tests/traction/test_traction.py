@@ -54,8 +54,8 @@ def test_internal_form_is_the_printed_equation(oil: str) -> None:
     slip = np.linspace(0, 0.3, 31)
     internal = to_internal(LAW, printed()[oil])
     direct = traction_coefficient(printed()[oil], *MATRIX.T[:, :, None], slip).ravel()
-    at = observe(MATRIX, slip)
-    np.testing.assert_allclose(LAW.traction(internal, at), direct, rtol=1e-12, atol=1e-16)
+    observations = observe(MATRIX, slip)
+    np.testing.assert_allclose(LAW.traction(internal, observations), direct, rtol=1e-12, atol=1e-16)
     np.testing.assert_allclose(to_constants(LAW, internal), printed()[oil], rtol=1e-14)
 
 

@@ -1,8 +1,8 @@
 """Curves of solutions, followed through their folds: pseudo-arclength continuation.
 
-Equations with one parameter more than they need have a curve of solutions. It is followed by its
-length, not by its parameter, so that it may turn back. Many points are followed in one call, each
-by itself: no point takes anything from another.
+Equations with one free parameter have a curve of solutions. The curve is followed by its length
+and not by its parameter, because it may turn back. One call follows the curves of many points.
+Each curve is followed by itself: its result does not depend on the other points.
 
 References: H. B. Keller, Numerical solution of bifurcation and nonlinear eigenvalue problems, in
     P. Rabinowitz (ed.), Applications of Bifurcation Theory (1977) 359; E. L. Allgower and K. Georg,
@@ -19,35 +19,44 @@ import numpy as np
 from oilfilm.bearing.solver import broyden_update
 from oilfilm.units import BoolArray, FloatArray, IndexArray
 
-# Residuals from unknowns, shape (..., points, unknowns), the parameter, shape (..., points), and
-# the numbers of the points they belong to.
+# Residuals with a parameter. Arguments: unknowns, shape (..., points, unknowns), the parameter,
+# shape (..., points), and the numbers of the points.
 ParametricEquations = Callable[[FloatArray, FloatArray, IndexArray], FloatArray]
 
-# Step of a derivative, in the scaled unknowns and in the parameter.
+# Step of a finite difference, in the scaled unknowns and in the parameter.
 _DIFFERENCE = 1e-7
-# Steps along a curve: the first, the shortest and the longest, in the scaled unknowns.
-_FIRST_STEP, _SHORTEST_STEP, _LONGEST_STEP = 0.05, 1e-6, 0.4
-# Steps of a curve, refused ones included, after which it is given up.
-_MOST_STEPS = 600
-# Corrections of a predicted point before the step is refused; with so many it is not lengthened.
-_MOST_CORRECTIONS, _MANY_CORRECTIONS = 6, 4
-# Cosine of the angle between two tangents: below the first a step is refused, above the second the
-# next one is longer.
-_LEAST_COSINE, _STRAIGHT = 0.9, 0.97
-_LONGER, _SHORTER = 1.7, 0.4
+# Lengths of steps along a curve, in the scaled unknowns.
+_FIRST_STEP = 0.05
+_SHORTEST_STEP = 1e-6
+_LONGEST_STEP = 0.4
+# Steps of a curve, refused steps included, after which it is given up.
+_MAX_STEPS = 600
+# Corrections of a predicted state after which the step is refused.
+_MAX_CORRECTIONS = 6
+# The next step is not longer after a step with so many corrections.
+_MANY_CORRECTIONS = 4
+# A step is refused where the cosine of the angle between its two tangents is below this.
+_SMALLEST_COSINE = 0.9
+# The next step is longer where that cosine is above this.
+_STRAIGHT_COSINE = 0.97
+# Factors on the length of the next step.
+_LONGER = 1.7
+_SHORTER = 0.4
+# Largest imaginary part of a real root, which has one by rounding.
+_ROUNDING = 1e-9
 
 
 @dataclass(frozen=True)
 class Crossings:
-    """Where curves pass the wanted value of the parameter.
+    """Crossings of a value of the parameter by curves of solutions.
 
     Attributes:
-        point: Number of the point whose curve it is, rising, shape (crossings,).
-        unknowns: Near the solution, as interpolated on the curve, shape (crossings, unknowns).
-        ended: Points whose curve came to the last value of the parameter, shape (points,).
-        returned: Points whose curve turned back to the first one.
-        end: Where the curves end, shape (points, unknowns).
-        end_parameter: The parameter there, shape (points,).
+        point: Number of the point of each crossing, in ascending order, shape (crossings,).
+        unknowns: Unknowns interpolated on the curve, near a solution, (crossings, unknowns).
+        ended: True where the curve of a point reached the last value of the parameter, (points,).
+        returned: True where the curve of a point turned back to the first value, (points,).
+        end: Unknowns at the end of each curve, shape (points, unknowns).
+        end_parameter: Parameter at the end of each curve, shape (points,).
     """
 
     point: IndexArray
@@ -60,29 +69,37 @@ class Crossings:
 
 @dataclass
 class _Curves:
-    """Curves under way, one row per curve.
+    """Unfinished curves, one row per curve.
 
     Attributes:
         point: Number of each curve's point.
-        here: Scaled unknowns and parameter, shape (curves, unknowns + 1).
-        slopes: Derivatives of the residuals there, shape (curves, unknowns, unknowns + 1).
-        tangent: Unit tangent there, shape (curves, unknowns + 1).
-        bend: Derivative of the tangent by length, estimated from the last step.
+        state: Scaled unknowns and parameter, shape (curves, unknowns + 1).
+        slopes: Derivatives of the residuals at that state, (curves, unknowns, unknowns + 1).
+        tangent: Unit tangent at that state, shape (curves, unknowns + 1).
+        curvature: Derivative of the tangent by length, estimated from the last step.
         step: Length of the next step.
-        refused: Whether the last step was refused.
+        refused: True where the last step was refused.
     """
 
     point: IndexArray
-    here: FloatArray
+    state: FloatArray
     slopes: FloatArray
     tangent: FloatArray
-    bend: FloatArray
+    curvature: FloatArray
     step: FloatArray
     refused: BoolArray
 
-    def keep(self, which: BoolArray) -> "_Curves":
+    def select(self, which: BoolArray) -> "_Curves":
         """Some of the curves."""
-        return _Curves(**{name: values[which] for name, values in vars(self).items()})
+        return _Curves(
+            point=self.point[which],
+            state=self.state[which],
+            slopes=self.slopes[which],
+            tangent=self.tangent[which],
+            curvature=self.curvature[which],
+            step=self.step[which],
+            refused=self.refused[which],
+        )
 
 
 def trace(
@@ -96,68 +113,79 @@ def trace(
     kink: float = 0.0,
     tolerance: float = 1e-7,
 ) -> Crossings:
-    """Every crossing of a value of the parameter by the curves of solutions through some points.
+    """All crossings of a value of the parameter by the curves through some solutions.
 
-    A curve begins with a rising parameter and ends where the parameter passes `first` or `last`.
-    Between two of its points it is a cubic of its length (Hermite), so that a pair of
-    crossings within one step is seen.
+    A curve starts in the direction of a rising parameter. It ends where the parameter passes
+    `first` or `last`. Between two states the curve is a cubic of its length (Hermite), so that two
+    crossings within one step are found.
 
     Args:
         equations: The residuals, smooth and of order 1.
         start: Solutions at `parameter`, shape (points, unknowns).
         scale: Scale of the unknowns, of the same shape.
-        parameter: Of the solutions at the start, shape (points,).
-        wanted: Value of the parameter of which crossings are looked for.
-        first: Value of the parameter at which curves end that have turned back.
-        last: Value of the parameter at which the others end, `wanted` or above.
-        kink: Steps shorter than this may turn by any acute angle: at a kink of the residuals no
-            step is short enough to turn little.
-        tolerance: Largest residual of a point on its curve. Crossings are only interpolated.
+        parameter: Parameter of these solutions, shape (points,).
+        wanted: Value of the parameter whose crossings are returned.
+        first: Curves that have turned back end at this value of the parameter.
+        last: The other curves end at this value of the parameter, at least `wanted`.
+        kink: Steps shorter than this may turn by any acute angle. At a kink of the residuals a
+            step turns by the same angle, however short it is.
+        tolerance: Largest residual of a state on its curve. Crossings are only interpolated.
     """
     count, size = start.shape
-    unit = np.column_stack([scale, np.ones(count)])
-    here = np.column_stack([start / scale, parameter])
+    state_scale = np.column_stack([scale, np.ones(count)])
+    end_state = np.column_stack([start / scale, parameter])
 
     def residuals(state: FloatArray, which: IndexArray) -> FloatArray:
         return equations(state[..., :size] * scale[which], state[..., size], which)
 
-    along_parameter = np.zeros((count, size + 1))
-    along_parameter[:, size] = 1.0
-    slopes = _slopes(residuals, here, np.arange(count))
+    rising_parameter = np.zeros((count, size + 1))
+    rising_parameter[:, size] = 1.0
+    slopes = _slopes(residuals, end_state, np.arange(count))
     curves = _Curves(
         point=np.arange(count),
-        here=here.copy(),
+        state=end_state.copy(),
         slopes=slopes,
-        tangent=_tangent(slopes, along_parameter),
-        bend=np.zeros_like(here),
+        tangent=_tangent(slopes, rising_parameter),
+        curvature=np.zeros_like(end_state),
         step=np.full(count, _FIRST_STEP),
         refused=np.zeros(count, dtype=bool),
     )
-    found: list[tuple[IndexArray, FloatArray]] = []
-    ended, returned = (np.zeros(count, dtype=bool) for _ in range(2))
-    for _ in range(_MOST_STEPS):
+    crossing_points = [np.arange(0)]
+    crossing_states = [np.empty((0, size + 1))]
+    ended = np.zeros(count, dtype=bool)
+    returned = np.zeros(count, dtype=bool)
+    for _ in range(_MAX_STEPS):
         if len(curves.point) == 0:
             break
-        before, left = curves.here.copy(), curves.tangent.copy()
+        old_state = curves.state.copy()
+        old_tangent = curves.tangent.copy()
         accepted = _advance(residuals, curves, kink, tolerance)
-        length = np.linalg.norm(curves.here - before, axis=1)
-        crossed = _crossings(before, curves.here, left, curves.tangent, length, wanted)
-        of_step = accepted[crossed[0]]
-        found.append((curves.point[crossed[0][of_step]], crossed[1][of_step]))
-        level = curves.here[:, size]
-        arrived = accepted & (level >= last)
-        back = accepted & (level < first)
-        ended[curves.point[arrived]] = True
-        returned[curves.point[back]] = True
-        here[curves.point] = curves.here
-        stalled = ~(curves.step >= _SHORTEST_STEP)
-        curves = curves.keep(~(arrived | back | stalled))
-    point = np.concatenate([numbers for numbers, _ in found]) if found else np.arange(0)
-    states = np.concatenate([values for _, values in found]) if found else np.empty((0, size + 1))
+        length = np.linalg.norm(curves.state - old_state, axis=1)
+        row, state = _crossings(
+            old_state, curves.state, old_tangent, curves.tangent, length, wanted
+        )
+        is_accepted = accepted[row]
+        crossing_points.append(curves.point[row[is_accepted]])
+        crossing_states.append(state[is_accepted])
+        level = curves.state[:, size]
+        ends = accepted & (level >= last)
+        returns = accepted & (level < first)
+        ended[curves.point[ends]] = True
+        returned[curves.point[returns]] = True
+        end_state[curves.point] = curves.state
+        stalls = ~(curves.step >= _SHORTEST_STEP)
+        curves = curves.select(~(ends | returns | stalls))
+    point = np.concatenate(crossing_points)
+    unknowns = (np.concatenate(crossing_states) * state_scale[point])[:, :size]
     order = np.argsort(point, kind="stable")
-    unknowns = (states * unit[point])[:, :size]
-    end = (here * unit)[:, :size]
-    return Crossings(point[order], unknowns[order], ended, returned, end, here[:, size])
+    return Crossings(
+        point=point[order],
+        unknowns=unknowns[order],
+        ended=ended,
+        returned=returned,
+        end=(end_state * state_scale)[:, :size],
+        end_parameter=end_state[:, size],
+    )
 
 
 def _advance(
@@ -166,30 +194,30 @@ def _advance(
     kink: float,
     tolerance: float,
 ) -> BoolArray:
-    """One step of each curve, in place; true where it was accepted."""
+    """One step of each curve, in place; True where the step was accepted."""
     step = curves.step[:, np.newaxis]
-    predicted = curves.here + step * curves.tangent + step**2 / 2 * curves.bend
-    # the slopes of the point before lead astray where they led astray already
-    again = np.flatnonzero(curves.refused)
-    if len(again):
-        curves.slopes[again] = _slopes(residuals, predicted[again], curves.point[again])
+    predicted = curves.state + step * curves.tangent + step**2 / 2 * curves.curvature
+    # after a refused step the slopes at the old state are replaced by those at the predicted state
+    refused = np.flatnonzero(curves.refused)
+    if len(refused):
+        curves.slopes[refused] = _slopes(residuals, predicted[refused], curves.point[refused])
     corrected, corrections = _corrected(residuals, curves, predicted, tolerance)
-    reached = np.flatnonzero(corrections <= _MOST_CORRECTIONS)
+    reached = np.flatnonzero(corrections <= _MAX_CORRECTIONS)
     slopes = _slopes(residuals, corrected[reached], curves.point[reached])
     tangent = _tangent(slopes, curves.tangent[reached])
     cosine = np.einsum("pi,pi->p", tangent, curves.tangent[reached])
-    least = np.where(curves.step[reached] < kink, 0.0, _LEAST_COSINE)
-    straight = cosine > least
+    smallest_cosine = np.where(curves.step[reached] < kink, 0.0, _SMALLEST_COSINE)
+    turns_little = cosine > smallest_cosine
+    forward = reached[turns_little]
     accepted = np.zeros(len(curves.point), dtype=bool)
-    accepted[reached[straight]] = True
+    accepted[forward] = True
     longer = np.zeros(len(curves.point), dtype=bool)
-    longer[reached] = (cosine > _STRAIGHT) & (corrections[reached] < _MANY_CORRECTIONS)
-    forward = reached[straight]
-    length = np.linalg.norm(corrected[forward] - curves.here[forward], axis=1)[:, np.newaxis]
-    curves.bend[forward] = (tangent[straight] - curves.tangent[forward]) / length
-    curves.here[forward] = corrected[forward]
-    curves.slopes[forward] = slopes[straight]
-    curves.tangent[forward] = tangent[straight]
+    longer[reached] = (cosine > _STRAIGHT_COSINE) & (corrections[reached] < _MANY_CORRECTIONS)
+    length = np.linalg.norm(corrected[forward] - curves.state[forward], axis=1)[:, np.newaxis]
+    curves.curvature[forward] = (tangent[turns_little] - curves.tangent[forward]) / length
+    curves.state[forward] = corrected[forward]
+    curves.slopes[forward] = slopes[turns_little]
+    curves.tangent[forward] = tangent[turns_little]
     curves.refused[:] = ~accepted
     factor = np.where(accepted, np.where(longer, _LONGER, 1.0), _SHORTER)
     curves.step[:] = np.minimum(curves.step * factor, _LONGEST_STEP)
@@ -202,59 +230,63 @@ def _corrected(
     predicted: FloatArray,
     tolerance: float,
 ) -> tuple[FloatArray, IndexArray]:
-    """From predicted points to the curves, across the tangent, by Broyden's method.
+    """Predicted states moved onto their curves by Broyden's method, normal to the tangent.
 
     Returns:
-        Where the corrections end, and how many they took: more than `_MOST_CORRECTIONS` where
-        the curve was not reached.
+        The corrected states, and the number of corrections: more than `_MAX_CORRECTIONS` where the
+        curve was not reached.
     """
     state = predicted.copy()
-    corrections = np.full(len(state), _MOST_CORRECTIONS + 1)
+    corrections = np.full(len(state), _MAX_CORRECTIONS + 1)
     inverse = np.linalg.inv(_bordered(curves.slopes, curves.tangent))
     going = np.arange(len(state))
-    left = _with_zero(residuals(state, curves.point))
-    for number in range(_MOST_CORRECTIONS + 1):
-        size = np.abs(left).max(axis=1)
-        arrived = size <= tolerance
-        corrections[going[arrived]] = number
-        on = ~arrived & np.isfinite(size)
-        going, left, inverse = going[on], left[on], inverse[on]
-        if len(going) == 0 or number == _MOST_CORRECTIONS:
+    residual = _with_zero(residuals(state, curves.point))
+    for number in range(_MAX_CORRECTIONS + 1):
+        size = np.abs(residual).max(axis=1)
+        reached = size <= tolerance
+        corrections[going[reached]] = number
+        continues = ~reached & np.isfinite(size)
+        going = going[continues]
+        residual = residual[continues]
+        inverse = inverse[continues]
+        if len(going) == 0 or number == _MAX_CORRECTIONS:
             break
-        change = -np.einsum("pij,pj->pi", inverse, left)
-        # no correction is longer than the longest step: it would end on another part of the curve
+        change = -np.einsum("pij,pj->pi", inverse, residual)
+        # a longer correction could end on another part of the curve
         length = np.linalg.norm(change, axis=1)
         change *= np.minimum(1.0, _LONGEST_STEP / np.maximum(length, _DIFFERENCE))[:, np.newaxis]
         state[going] += change
-        new = _with_zero(residuals(state[going], curves.point[going]))
-        inverse = broyden_update(inverse, change, new - left)
-        left = new
+        new_residual = _with_zero(residuals(state[going], curves.point[going]))
+        inverse = broyden_update(inverse, change, new_residual - residual)
+        residual = new_residual
     return state, corrections
 
 
-def _with_zero(left: FloatArray) -> FloatArray:
-    """Residuals with that of the plane across the tangent, in which corrections stay."""
-    return np.concatenate([left, np.zeros((*left.shape[:-1], 1))], axis=-1)
+def _with_zero(residual: FloatArray) -> FloatArray:
+    """Residuals and a zero for the plane normal to the tangent, in which corrections remain."""
+    return np.concatenate([residual, np.zeros((*residual.shape[:-1], 1))], axis=-1)
 
 
 def _bordered(slopes: FloatArray, tangent: FloatArray) -> FloatArray:
-    """Derivatives of the residuals, and of the distance along the tangent: square matrices."""
+    """Square matrices: derivatives of the residuals, and of the distance along the tangent."""
     return np.concatenate([slopes, tangent[:, np.newaxis]], axis=1)
 
 
-def _tangent(slopes: FloatArray, towards: FloatArray) -> FloatArray:
-    """Unit vectors along which the residuals do not change, on the side of `towards`."""
-    along = np.zeros(towards.shape)
-    along[:, -1] = 1.0
-    tangent = np.linalg.solve(_bordered(slopes, towards), along[..., np.newaxis])[..., 0]
+def _tangent(slopes: FloatArray, direction: FloatArray) -> FloatArray:
+    """Unit vectors along which the residuals are constant, on the side of `direction`."""
+    right_side = np.zeros(direction.shape)
+    right_side[:, -1] = 1.0
+    matrix = _bordered(slopes, direction)
+    tangent = np.linalg.solve(matrix, right_side[..., np.newaxis])[..., 0]
     return np.asarray(tangent / np.linalg.norm(tangent, axis=1, keepdims=True))
 
 
 def _slopes(
     residuals: Callable[[FloatArray, IndexArray], FloatArray], state: FloatArray, which: IndexArray
 ) -> FloatArray:
-    """Derivatives of the residuals, shape (points, unknowns, unknowns + 1), in one call."""
+    """Derivatives of the residuals, (points, unknowns, unknowns + 1), from one call of them."""
     count = state.shape[1]
+    # the first row moves nothing, each other row moves one coordinate
     moved = state + np.eye(count + 1, count, k=-1)[:, np.newaxis] * _DIFFERENCE
     values = residuals(moved, which)
     return np.moveaxis((values[1:] - values[0]) / _DIFFERENCE, 0, -1)
@@ -263,46 +295,47 @@ def _slopes(
 def _crossings(
     first: FloatArray,
     last: FloatArray,
-    tangent_first: FloatArray,
-    tangent_last: FloatArray,
+    first_tangent: FloatArray,
+    last_tangent: FloatArray,
     length: FloatArray,
     wanted: float,
 ) -> tuple[IndexArray, FloatArray]:
-    """Where the cubics between two points of each curve pass a value of the last coordinate.
+    """Crossings of a value of the last coordinate by the cubics between two states of each curve.
 
     Returns:
-        Rows of the curves, and the interpolated states.
+        Row of the curve of each crossing, and the interpolated states.
     """
-    slope_first = tangent_first * length[:, np.newaxis]
-    slope_last = tangent_last * length[:, np.newaxis]
+    first_slope = first_tangent * length[:, np.newaxis]
+    last_slope = last_tangent * length[:, np.newaxis]
     rise = last - first
     # coefficients of t^3, t^2, t and 1, for t from 0 to 1 (Hermite)
-    cubic = slope_first + slope_last - 2 * rise
-    square = 3 * rise - 2 * slope_first - slope_last
-    parts = np.stack([cubic, square, slope_first, first])
-    of_level = parts[..., -1].copy()
-    of_level[3] -= wanted
-    rows, places = [], []
-    # a cubic lies within its Bezier points: only where these enclose 0 it can be 0
+    cubic = first_slope + last_slope - 2 * rise
+    square = 3 * rise - 2 * first_slope - last_slope
+    coefficients = np.stack([cubic, square, first_slope, first])
+    # of the parameter's distance from the wanted value
+    distance = coefficients[..., -1].copy()
+    distance[3] -= wanted
+    # a cubic is within the hull of its Bezier points: it has a root only if they enclose 0
+    first_distance = distance[3]
+    last_distance = distance.sum(axis=0)
     bezier = np.stack(
         [
-            of_level[3],
-            of_level[3] + of_level[2] / 3,
-            of_level[:].sum(axis=0) - slope_last[:, -1] / 3,
-            of_level.sum(axis=0),
+            first_distance,
+            first_distance + distance[2] / 3,
+            last_distance - last_slope[:, -1] / 3,
+            last_distance,
         ]
     )
-    for row in np.flatnonzero((bezier.min(axis=0) <= 0) & (bezier.max(axis=0) >= 0)):
-        roots = np.roots(of_level[:, row])
-        real = np.sort(roots[np.abs(roots.imag) < _ROUNDING].real)
-        for place in real[(real > 0) & (real <= 1)]:
-            rows.append(row)
-            places.append(place)
-    number = np.array(rows, dtype=np.intp)
-    t = np.array(places)[:, np.newaxis]
-    a, b, c, d = parts[:, number]
-    return number, np.asarray(((a * t + b) * t + c) * t + d)
-
-
-# Imaginary part of a root that is real but for rounding.
-_ROUNDING = 1e-9
+    may_cross = (bezier.min(axis=0) <= 0) & (bezier.max(axis=0) >= 0)
+    crossing_rows = []
+    crossing_lengths = []
+    for row in np.flatnonzero(may_cross):
+        roots = np.roots(distance[:, row])
+        real_roots = np.sort(roots[np.abs(roots.imag) < _ROUNDING].real)
+        for root in real_roots[(real_roots > 0) & (real_roots <= 1)]:
+            crossing_rows.append(row)
+            crossing_lengths.append(root)
+    rows = np.array(crossing_rows, dtype=np.intp)
+    t = np.array(crossing_lengths)[:, np.newaxis]
+    a, b, c, d = coefficients[:, rows]
+    return rows, np.asarray(((a * t + b) * t + c) * t + d)

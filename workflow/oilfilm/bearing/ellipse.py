@@ -2,7 +2,7 @@
 
 The surfaces slide for three reasons: the ball spins against the race, the distance from the ball's
 axis changes across the groove, and the contact as a whole slips. A traction law gives the local
-traction coefficient; Hertz's pressure gives the weight of each quadrature node.
+traction coefficient. Hertz's pressure gives the weight of each quadrature node.
 """
 
 from collections.abc import Callable
@@ -17,15 +17,15 @@ from oilfilm.bearing.quasistatic import Contacts, Motion
 from oilfilm.physics.contact import Conditions
 from oilfilm.units import PA_PER_GPA, FloatArray, IndexArray
 
-# A traction law as a function of the conditions and the slip of contacts: mu, of the shape of the
-# slide-roll ratio (0 or more), whose last axis the conditions have as 1. The axes from the end are
-# nodes, contacts and operating points. A law that differs between operating points has a method
-# `at_points` that takes their indices and gives the law of these points.
+# A traction law: mu as a function of the conditions and the slide-roll ratio of contacts.
+# The slide-roll ratio is 0 or more, and mu has its shape. The last three axes are operating points,
+# contacts and nodes; the conditions have one node. A law that differs between operating points has
+# a method `at_points`, which takes indices of points and returns the law of these points.
 TractionLaw = Callable[[Conditions, FloatArray], FloatArray]
 
 
-def law_at(law: TractionLaw, which: IndexArray) -> TractionLaw:
-    """The law of some of the operating points; most laws are the same at all of them."""
+def law_at_points(law: TractionLaw, which: IndexArray) -> TractionLaw:
+    """The law of some of the operating points. Most laws are the same at all points."""
     at_points = getattr(law, "at_points", None)
     return law if at_points is None else at_points(which)
 
@@ -35,10 +35,10 @@ class Grid:
     """Quadrature nodes of the unit ellipse and their shares of the load; shapes (nodes,).
 
     Attributes:
-        along: In the rolling direction, in semi-axes.
-        across: Across it.
-        share: Of the load, by Hertz's pressure; they sum to 1.
-        counts: How many nodes there are across and along.
+        along: Position along the rolling direction, in semi-axes.
+        across: Position across the rolling direction, in semi-axes.
+        share: Share of the load, by Hertz's pressure. The shares sum to 1.
+        counts: Number of nodes across and along.
     """
 
     along: FloatArray
@@ -48,11 +48,11 @@ class Grid:
 
     @cached_property
     def moments(self) -> FloatArray:
-        """1, `along` and `across` of each node, by which forces are summed: shape (nodes, 3)."""
+        """1, `along` and `across` of each node, as weights of sums of forces: (nodes, 3)."""
         return np.column_stack([np.ones_like(self.along), self.along, self.across])
 
     def finer(self) -> "Grid":
-        """Twice as many nodes either way."""
+        """The rule with twice as many nodes in each direction."""
         return grid(2 * self.counts[0], 2 * self.counts[1])
 
 
@@ -60,9 +60,13 @@ class Grid:
 def grid(across: int, along: int) -> Grid:
     """Gauss's rule for Hertz's pressure over an ellipse.
 
-    Across the rolling direction the load of a strip goes with 1 - y^2, along it the pressure with
-    sqrt(1 - x^2): both are weights of Gegenbauer polynomials, so that the rule is exact for
-    polynomials up to degree 2 n - 1 in either direction.
+    The load of a strip across the rolling direction is proportional to 1 - y^2, the pressure along
+    it to sqrt(1 - x^2). Both are weights of Gegenbauer polynomials. Hence the rule is exact for
+    polynomials up to degree 2 n - 1 in each direction.
+
+    Args:
+        across: Number of nodes across the rolling direction.
+        along: Number of nodes along it.
 
     Examples:
         The mean of y^2 under Hertz's pressure is 1/5 of the semi-axis squared:
@@ -71,13 +75,17 @@ def grid(across: int, along: int) -> Grid:
         >>> print(f"{np.sum(rule.share * rule.across**2):.12f}")
         0.200000000000
     """
-    # the stubs leave out that a rule can be asked for without its sum of weights
+    # by the type stubs, roots_gegenbauer always returns the sum of the weights as well
     y, y_share = scipy.special.roots_gegenbauer(across, 1.5)[:2]
     x, x_share = scipy.special.roots_gegenbauer(along, 1.0)[:2]
-    reach = np.sqrt(1 - y**2)
+    half_length = np.sqrt(1 - y**2)
     share = np.outer(y_share, x_share).ravel()
-    nodes = np.outer(reach, x).ravel(), np.repeat(y, along), share / share.sum()
-    return Grid(*nodes, (across, along))
+    return Grid(
+        along=np.outer(half_length, x).ravel(),
+        across=np.repeat(y, along),
+        share=share / share.sum(),
+        counts=(across, along),
+    )
 
 
 @dataclass(frozen=True)
@@ -85,18 +93,19 @@ class Sliding:
     """Sliding of the race over the ball; shapes (..., 2 contacts) or (..., 2 contacts, nodes).
 
     Attributes:
-        race_rad_s: The race's speed about the bearing's axis, against the ball's orbit.
-        axis_rad_s: The ball's spin about t x n.
-        spin_rad_s: Of the ball about the normal, against the race.
-        roll_rad_s: Of the ball about t x n, against the race.
-        across_m_s: Speed across the rolling direction at each node.
-        along_m_s: Speed along t at each node.
-        entrainment_speed_m_s: Mean surface speed in the contact's middle.
-        middle_slide_roll_ratio: Sliding along t there over that mean, positive where the race is
-            the faster one.
-        middle_m: From the ball's centre to the contact's middle, along the normal.
-        height_m: The same to each node.
-        semi_axes_m: Along t and across the rolling direction, of which the nodes have shares.
+        race_rad_s: Speed of the race about the bearing's axis, relative to the ball's orbit.
+        axis_rad_s: Spin of the ball about t x n.
+        spin_rad_s: Spin of the ball about the normal, relative to the race.
+        roll_rad_s: Spin of the ball about t x n, relative to the race.
+        across_m_s: Sliding speed across the rolling direction at each node.
+        along_m_s: Sliding speed along t at each node.
+        entrainment_speed_m_s: Mean surface speed in the middle of the contact.
+        middle_slide_roll_ratio: Sliding speed along t over that mean, in the middle of the contact.
+            It is positive where the race is faster than the ball.
+        middle_m: Distance from the ball's centre to the middle of the contact, along the normal.
+        height_m: Distance from the ball's centre to each node, along the normal.
+        semi_axes_m: Semi-axes along t and across the rolling direction, without those beyond the
+            ball's radius.
     """
 
     race_rad_s: FloatArray
@@ -112,16 +121,16 @@ class Sliding:
     semi_axes_m: tuple[FloatArray, FloatArray]
 
 
-def never_slower(speed_m_s: FloatArray, least_m_s: FloatArray | float) -> FloatArray:
-    """A speed of 0 or more that stays above half of `least_m_s`, smoothly.
+def limited_below(speed_m_s: FloatArray, smallest_m_s: FloatArray | float) -> FloatArray:
+    """A speed U of 0 or more, limited smoothly to at least half of the smallest speed U_0.
 
-        least/2 (1 + (U/least)^2)   where U < least,   else U
+        U_0/2 (1 + (U/U_0)^2)   where U < U_0,   else U
 
-    Value and slope are continuous at U = least; with least = 0 it is U everywhere.
+    Value and slope are continuous at U = U_0. Nothing changes with U_0 = 0.
     """
-    slow = speed_m_s < least_m_s
-    ratio = np.divide(speed_m_s, least_m_s, out=np.zeros_like(speed_m_s), where=slow)
-    return np.asarray(np.where(slow, least_m_s / 2 * (1 + ratio**2), speed_m_s))
+    slow = speed_m_s < smallest_m_s
+    ratio = np.divide(speed_m_s, smallest_m_s, out=np.zeros_like(speed_m_s), where=slow)
+    return np.asarray(np.where(slow, smallest_m_s / 2 * (1 + ratio**2), speed_m_s))
 
 
 def sliding(
@@ -130,45 +139,58 @@ def sliding(
     motion: Motion,
     ring_speed_rad_s: FloatArray,
     rule: Grid,
-    least_speed_m_s: FloatArray | float = 0.0,
+    smallest_speed_m_s: FloatArray | float = 0.0,
 ) -> Sliding:
     """Sliding speeds in both ellipses of each ball, from rigid-body motion.
 
-    In a frame that travels with the ball, with the point p = z n + y (t x n) + x t:
+    In a frame that travels with the ball, at the point p = z n + y (t x n) + x t:
 
         along t:          W (r_b + n_r z + n_x y) - w_n y + w_y z
         across, along t x n:                (w_n - W n_x) x - w_t z
 
-    W is the race's speed against the ball's orbit, w the ball's spin, and z falls across the
-    groove as the pressed surface bends.
+    W is the race's speed relative to the ball's orbit, w the ball's spin. The height z decreases
+    across the groove, because the deformed surface is curved.
 
     Args:
         bearing: The bearing.
-        contacts: Of the balls.
-        motion: Of the balls.
-        ring_speed_rad_s: Of inner and outer ring, shape (..., 2).
+        contacts: Contacts of the balls.
+        motion: Motion of the balls.
+        ring_speed_rad_s: Speeds of inner and outer ring, shape (..., 2).
         rule: Quadrature nodes of the ellipse.
-        least_speed_m_s: As of `never_slower`, for the entrainment speed, shape (points, 1).
+        smallest_speed_m_s: Smallest speed of `limited_below` for the entrainment speed, shape
+            (points, 1).
 
     Reference: A. B. Jones, J. Basic Eng. 81 (1959) 1; T. A. Harris, Rolling Bearing Analysis.
     """
     n_x, n_r = contacts.normal[..., 0, :], contacts.normal[..., 1, :]
     w_x, w_r = motion.spin_rad_s[..., :1], motion.spin_rad_s[..., 1:2]
-    race, axis = ring_speed_rad_s - motion.orbit_speed_rad_s[..., np.newaxis], w_r * n_x - w_x * n_r
-    spin, roll = w_x * n_x + w_r * n_r - race * n_x, race * n_r + axis
-    bend, radius = bearing.deformed_radius_m, bearing.ball_diameter_m / 2
-    # no contact is wider than the ball, though a search may come by such a state
-    edge, length = np.minimum(contacts.semi_axis_y_m, radius), contacts.semi_axis_x_m
-    middle = bend + np.sqrt(radius**2 - edge**2) - np.sqrt(bend**2 - edge**2)
-    height = np.sqrt(bend[:, np.newaxis] ** 2 - (edge**2)[..., np.newaxis] * rule.across**2)
-    height += (middle - bend)[..., np.newaxis]
+    w_t = motion.spin_rad_s[..., 2]
+    race = ring_speed_rad_s - motion.orbit_speed_rad_s[..., np.newaxis]
+    axis = w_r * n_x - w_x * n_r
+    spin = w_x * n_x + w_r * n_r - race * n_x
+    roll = race * n_r + axis
+    ball_radius = bearing.ball_diameter_m / 2
+    curvature_radius = bearing.deformed_radius_m
+    # no contact is wider than the ball, but a search may try such a state
+    semi_axis_y = np.minimum(contacts.semi_axis_y_m, ball_radius)
+    semi_axis_x = contacts.semi_axis_x_m
+    middle = (
+        curvature_radius
+        + np.sqrt(ball_radius**2 - semi_axis_y**2)
+        - np.sqrt(curvature_radius**2 - semi_axis_y**2)
+    )
+    height = np.sqrt(
+        curvature_radius[:, np.newaxis] ** 2 - (semi_axis_y**2)[..., np.newaxis] * rule.across**2
+    )
+    height += (middle - curvature_radius)[..., np.newaxis]
     orbit = race * contacts.orbit_radius_m[..., np.newaxis]
-    across = (spin * length)[..., np.newaxis] * rule.along
-    across -= motion.spin_rad_s[..., 2, np.newaxis, np.newaxis] * height
+    across = (spin * semi_axis_x)[..., np.newaxis] * rule.along
+    across -= w_t[..., np.newaxis, np.newaxis] * height
     along = roll[..., np.newaxis] * height
-    along -= (spin * edge)[..., np.newaxis] * rule.across
+    along -= (spin * semi_axis_y)[..., np.newaxis] * rule.across
     along += orbit[..., np.newaxis]
-    race_speed, ball_speed = orbit + race * n_r * middle, -axis * middle
+    race_speed = orbit + race * n_r * middle
+    ball_speed = -axis * middle
     mean = (race_speed + ball_speed) / 2
     return Sliding(
         race_rad_s=race,
@@ -177,13 +199,13 @@ def sliding(
         roll_rad_s=roll,
         across_m_s=across,
         along_m_s=along,
-        entrainment_speed_m_s=never_slower(np.abs(mean), least_speed_m_s),
+        entrainment_speed_m_s=limited_below(np.abs(mean), smallest_speed_m_s),
         middle_slide_roll_ratio=np.divide(
             race_speed - ball_speed, mean, out=np.zeros_like(mean), where=mean != 0
         ),
         middle_m=middle,
         height_m=height,
-        semi_axes_m=(length, edge),
+        semi_axes_m=(semi_axis_x, semi_axis_y),
     )
 
 
@@ -193,14 +215,14 @@ class Traction:
 
     Attributes:
         across_n: Force on the ball along t x n.
-        along_n: The same along t.
-        about_normal_n_m: Moment on the ball about its centre, about n.
-        about_across_n_m: The same about t x n.
-        about_tangent_n_m: The same about t.
-        race_moment_n_m: On the race about the bearing's axis.
-        heat_w: Force times sliding, summed over the ellipse.
-        slide_roll_ratio: At each node, shape (..., 2 contacts, nodes).
-        coefficient: mu at each node.
+        along_n: Force on the ball along t.
+        about_normal_n_m: Moment on the ball about its axis parallel to n.
+        about_across_n_m: Moment on the ball about its axis parallel to t x n.
+        about_tangent_n_m: Moment on the ball about its axis parallel to t.
+        race_moment_n_m: Moment on the race about the bearing's axis.
+        heat_w: Force times sliding speed, summed over the ellipse.
+        slide_roll_ratio: Local slide-roll ratio, shape (..., 2 contacts, nodes).
+        coefficient: Local traction coefficient mu, of the same shape.
     """
 
     across_n: FloatArray
@@ -214,70 +236,90 @@ class Traction:
     coefficient: FloatArray
 
 
-def conditions(
+def contact_conditions(
     bearing: Bearing, contacts: Contacts, slip: Sliding, inlet_temperature_c: FloatArray
 ) -> Conditions:
     """Conditions of each contact, with one more axis for the nodes.
 
     Args:
         bearing: The bearing.
-        contacts: Of the balls.
-        slip: Of the same.
-        inlet_temperature_c: Of the oil, shape broadcasting against (..., 2 contacts).
+        contacts: Contacts of the balls.
+        slip: Sliding in these contacts.
+        inlet_temperature_c: Temperature of the oil, which broadcasts against (..., 2 contacts).
     """
     radius_x = bearing.radius_x_m(np.abs(contacts.normal[..., 1, :]))
     pressure = contacts.max_hertz_pressure_pa / PA_PER_GPA
     temperature = np.broadcast_to(inlet_temperature_c, radius_x.shape)
-    levels = contacts.load_n, pressure, slip.entrainment_speed_m_s, temperature, radius_x
-    load, pressure, speed, temperature, radius_x = (level[..., np.newaxis] for level in levels)
-    wide, long = contacts.semi_axis_y_m, contacts.semi_axis_x_m
-    shape = np.divide(wide, long, out=np.ones_like(wide), where=long > 0)[..., np.newaxis]
-    modulus = bearing.reduced_modulus_pa
-    return Conditions(load, pressure, speed, temperature, radius_x, modulus, shape)
+    semi_axis_y, semi_axis_x = contacts.semi_axis_y_m, contacts.semi_axis_x_m
+    ellipticity = np.divide(
+        semi_axis_y, semi_axis_x, out=np.ones_like(semi_axis_y), where=semi_axis_x > 0
+    )
+    return Conditions(
+        load_n=contacts.load_n[..., np.newaxis],
+        max_hertz_pressure_gpa=pressure[..., np.newaxis],
+        entrainment_speed_m_s=slip.entrainment_speed_m_s[..., np.newaxis],
+        inlet_temperature_c=temperature[..., np.newaxis],
+        radius_x_m=radius_x[..., np.newaxis],
+        reduced_modulus_pa=bearing.reduced_modulus_pa,
+        ellipticity=ellipticity[..., np.newaxis],
+    )
 
 
 def traction(
     contacts: Contacts,
     slip: Sliding,
-    at: Conditions,
+    conditions: Conditions,
     law: TractionLaw,
     rule: Grid,
     factor: FloatArray | float = 1.0,
 ) -> Traction:
     """Force, moments and heat of the film's traction, by quadrature over the ellipse.
 
-    The law was fitted to averages over contacts at their p_max: it is given the contact's p_max
-    and the local slip, and Hertz's pressure shares the load out. Given the local pressure it would
-    count pressure twice. A factor on all traction has the shape (points,).
+    The law was fitted to averages over contacts at their p_max. Hence it is evaluated with the
+    p_max of the contact and the local slip, and Hertz's pressure distributes the load. With the
+    local pressure, pressure would count twice.
+
+    Args:
+        contacts: Contacts of the balls.
+        slip: Sliding in these contacts.
+        conditions: Conditions of these contacts (`contact_conditions`).
+        law: The traction law.
+        rule: Quadrature nodes of the ellipse.
+        factor: Factor on all traction, one number or shape (points,).
     """
     speed = np.sqrt(slip.across_m_s**2 + slip.along_m_s**2)
-    ratio = speed / np.maximum(slip.entrainment_speed_m_s, np.finfo(float).tiny)[..., np.newaxis]
-    mu = law(at, ratio)
+    entrainment_speed = np.maximum(slip.entrainment_speed_m_s, np.finfo(float).tiny)
+    ratio = speed / entrainment_speed[..., np.newaxis]
+    mu = law(conditions, ratio)
     mu *= np.reshape(factor, (-1, 1, 1))
+    # at first friction force over load, then friction force over sliding speed
     strength = mu * rule.share
-    heat = np.einsum("...k,...k->...", strength, speed)
+    heat_over_load = np.einsum("...k,...k->...", strength, speed)
     strength /= np.maximum(speed, 1e-300, out=speed)
     strength *= contacts.load_n[..., np.newaxis]
-    f_across, f_along = strength * slip.across_m_s, strength * slip.along_m_s
-    # sums of the forces, and of forces times x and times y
-    of_across = np.tensordot(f_across, rule.moments, 1)
-    of_along = np.tensordot(f_along, rule.moments, 1)
-    length, edge = slip.semi_axes_m
-    across, across_x = of_across[..., 0], of_across[..., 1] * length
-    along, along_y = of_along[..., 0], of_along[..., 2] * edge
-    across_z = np.einsum("...k,...k->...", f_across, slip.height_m)
-    along_z = np.einsum("...k,...k->...", f_along, slip.height_m)
+    node_across = strength * slip.across_m_s
+    node_along = strength * slip.along_m_s
+    # last axis: sum of the forces, of forces times x, of forces times y (x, y in semi-axes)
+    across_sums = np.tensordot(node_across, rule.moments, 1)
+    along_sums = np.tensordot(node_along, rule.moments, 1)
+    semi_axis_x, semi_axis_y = slip.semi_axes_m
+    across = across_sums[..., 0]
+    across_x = across_sums[..., 1] * semi_axis_x
+    along = along_sums[..., 0]
+    along_y = along_sums[..., 2] * semi_axis_y
+    across_z = np.einsum("...k,...k->...", node_across, slip.height_m)
+    along_z = np.einsum("...k,...k->...", node_along, slip.height_m)
     n_x, n_r = contacts.normal[..., 0, :], contacts.normal[..., 1, :]
-    # by the distance from the bearing's axis, and across the rolling direction by the race's tilt
-    lever = along * contacts.orbit_radius_m[..., np.newaxis] + n_r * along_z + n_x * along_y
+    # moment about the bearing's axis: distance of each node from that axis, times the force along t
+    along_moment = along * contacts.orbit_radius_m[..., np.newaxis] + n_r * along_z + n_x * along_y
     return Traction(
         across_n=across,
         along_n=along,
         about_normal_n_m=along_y - across_x,
         about_across_n_m=-along_z,
         about_tangent_n_m=across_z,
-        race_moment_n_m=n_x * across_x - lever,
-        heat_w=contacts.load_n * heat,
+        race_moment_n_m=n_x * across_x - along_moment,
+        heat_w=contacts.load_n * heat_over_load,
         slide_roll_ratio=ratio,
         coefficient=mu,
     )

@@ -1,6 +1,6 @@
 """A ball bearing: sizes, materials, cage, and the Hertz contacts of its races.
 
-Two contacts per ball, always in the order inner race, outer race. Lengths are in m.
+Each ball has two contacts, in the order inner race, outer race. Lengths are in m.
 """
 
 from dataclasses import dataclass
@@ -11,8 +11,8 @@ import numpy as np
 from oilfilm.physics.contact import elliptical_contact
 from oilfilm.units import FloatArray
 
-# Hertz's solution is interpolated in the cosine of the contact angle by polynomials of this
-# degree: each power brings a factor of at least 2 dm/D, so that rounding is all that is left.
+# Degree of the polynomials in the cosine of the contact angle that interpolate Hertz's solution.
+# Each degree reduces the error by a factor of at least 2 dm/D, so that only rounding remains.
 _DEGREE = 12
 
 
@@ -24,8 +24,7 @@ class OilSupply:
         flow_m3_s: Volume flow at the inlet temperature, in m3/s.
         heat_share: Share of the friction heat that the oil carries away; shaft and housing take
             the rest.
-        outlet_weight: Where the oil of the contacts lies between inlet (0) and outlet (1)
-            temperature.
+        outlet_weight: Temperature of the oil in the contacts, between inlet (0) and outlet (1).
     """
 
     flow_m3_s: float
@@ -38,8 +37,8 @@ class Cage:
     """A cage guided by the land of one ring.
 
     Attributes:
-        guided_by_outer: True where the outer ring's land guides it, else the inner ring's.
-        land_diameter_m: Diameter of the guiding surface.
+        guided_by_outer: True if the land of the outer ring guides it, False for the inner ring.
+        land_diameter_m: Diameter of the guiding land.
         land_width_m: Width of both lands together.
         land_clearance_m: Radial clearance between cage and land.
         pocket_friction_coefficient: Coulomb coefficient between ball and pocket.
@@ -57,11 +56,11 @@ class Bearing:
     """A single-row ball bearing.
 
     Attributes:
-        name: As in config/bearings.
-        ball_diameter_m: D.
-        pitch_diameter_m: d_m, of the ball centres, unloaded.
-        ball_count: Z.
-        contact_angle_rad: alpha_0, unloaded.
+        name: Name in config/bearings.
+        ball_diameter_m: Ball diameter D.
+        pitch_diameter_m: Diameter d_m of the circle of ball centres, unloaded.
+        ball_count: Number of balls Z.
+        contact_angle_rad: Contact angle alpha_0, unloaded.
         groove_curvature: Groove radius over ball diameter, inner and outer.
         reduced_modulus_pa: E' = 2 E* of ball against ring.
         ball_density_kg_m3: Density of the balls.
@@ -97,19 +96,18 @@ class Bearing:
 
     @cached_property
     def groove_centre_distance_m(self) -> float:
-        """A, between inner and outer groove centre, unloaded."""
+        """Distance A between the centres of inner and outer groove, unloaded."""
         return float(self.groove_offset_m.sum())
 
     @cached_property
     def outer_groove_radius_m(self) -> float:
-        """From the bearing's axis to the centre of the outer groove."""
-        return float(
-            self.pitch_diameter_m / 2 - self.groove_offset_m[1] * np.cos(self.contact_angle_rad)
-        )
+        """Distance of the centre of the outer groove from the bearing's axis."""
+        radial_offset = self.groove_offset_m[1] * np.cos(self.contact_angle_rad)
+        return float(self.pitch_diameter_m / 2 - radial_offset)
 
     @cached_property
     def deformed_radius_m(self) -> FloatArray:
-        """Radius of the pressed surface across the rolling direction, 2 f D/(2 f + 1).
+        """Radius of the deformed contact surface across the rolling direction, 2 f D/(2 f + 1).
 
         Reference: A. B. Jones, J. Basic Eng. 81 (1959) 1.
         """
@@ -117,7 +115,11 @@ class Bearing:
         return 2 * curvature * self.ball_diameter_m / (2 * curvature + 1)
 
     def radius_x_m(self, cosine: FloatArray) -> FloatArray:
-        """Reduced radius along the rolling direction, D/2 (1 -+ cos(alpha) D/dm): (..., 2)."""
+        """Reduced radius along the rolling direction, D/2 (1 -+ cos(alpha) D/dm): (..., 2).
+
+        Args:
+            cosine: |cos(alpha)| of each contact, shape (..., 2).
+        """
         ratio = self.ball_diameter_m / self.pitch_diameter_m
         return self.ball_diameter_m / 2 * (1 + np.array([-1.0, 1.0]) * ratio * cosine)
 
@@ -128,17 +130,21 @@ class Bearing:
         return self.ball_diameter_m * curvature / (2 * curvature - 1)
 
     def under_unit_load(self, cosine: FloatArray) -> FloatArray:
-        """Stiffness and semi-axes of the contacts under 1 N, by Hertz, exact to rounding.
+        """Stiffness and semi-axes of the contacts under 1 N by Hertz's theory, exact to rounding.
 
         Args:
             cosine: |cos(alpha)| of each contact, shape (..., 2).
 
         Returns:
-            Shape (3, ..., 2): K in N/m^1.5 of Q = K delta^1.5; semi-axis along the rolling
-            direction and across it, in m under 1 N, both growing with the cube root of the load.
+            Shape (3, ..., 2): stiffness K in N/m^1.5 of Q = K delta^1.5, semi-axis along and
+            semi-axis across the rolling direction in m. The semi-axes are those under 1 N and grow
+            with the cube root of the load.
         """
         argument = 2 * cosine - 1
-        powers = self._hertz_polynomials[(slice(None), slice(None), *(None,) * (argument.ndim - 1))]
+        polynomials = self._hertz_polynomials
+        # one axis for each leading axis of the argument
+        leading_axes = (1,) * (argument.ndim - 1)
+        powers = polynomials.reshape(*polynomials.shape[:2], *leading_axes, 2)
         value = powers[-1]
         for coefficient in powers[-2::-1]:
             value = value * argument + coefficient
@@ -146,7 +152,7 @@ class Bearing:
 
     @cached_property
     def _hertz_polynomials(self) -> FloatArray:
-        """Coefficients in 2 cos(alpha) - 1: shape (degree + 1, 3, 2)."""
+        """Coefficients of the polynomials in 2 cos(alpha) - 1, shape (degree + 1, 3, 2)."""
         nodes = np.cos(np.pi * (np.arange(_DEGREE + 1) + 0.5) / (_DEGREE + 1))
         cosine = np.repeat((nodes[:, np.newaxis] + 1) / 2, 2, axis=1)
         contact = elliptical_contact(

@@ -1,4 +1,4 @@
-"""Speeds and slips of a ball bearing from geometry alone: balls that roll on the outer race.
+"""Speeds and slips of a ball bearing from geometry alone, for balls that roll on the outer race.
 
 The outer ring is at rest, the inner ring turns with omega, and both contact angles are equal:
 gamma = D cos(alpha)/dm. Balls that roll on both races travel with Omega_0 = omega (1 - gamma)/2.
@@ -14,11 +14,11 @@ AnyFloats = TypeVar("AnyFloats", float, FloatArray)
 
 
 def surface_speed_m_s(pitch_speed_mm_rpm: AnyFloats, gamma: float = 0.0) -> AnyFloats:
-    """Surface speed of the inner race, about that of the whole ring: omega dm (1 - gamma)/2.
+    """Surface speed of the inner race: omega dm (1 - gamma)/2.
 
     Args:
         pitch_speed_mm_rpm: dmN, pitch diameter times speed of the inner ring.
-        gamma: D cos(alpha)/dm; 0 for the speed at the pitch circle.
+        gamma: D cos(alpha)/dm; 0 gives the speed at the pitch circle.
 
     Examples:
         >>> print(f"{surface_speed_m_s(4e6):.1f}")
@@ -30,8 +30,8 @@ def surface_speed_m_s(pitch_speed_mm_rpm: AnyFloats, gamma: float = 0.0) -> AnyF
 def entrainment_speed_m_s(pitch_speed_mm_rpm: AnyFloats, gamma: float = 0.0) -> AnyFloats:
     """Entrainment speed of balls that roll on both races: U = omega dm (1 - gamma^2)/4.
 
-    In the frame of the cage ball and races move past the contact with the same speed
-    Omega_0 dm (1 + gamma)/2, which is the mean of both surface speeds as well.
+    In the frame of the cage, ball and races move past the contact with the same speed
+    Omega_0 dm (1 + gamma)/2. The mean of both surface speeds is the same.
 
     Args:
         pitch_speed_mm_rpm: dmN, pitch diameter times speed of the inner ring.
@@ -45,7 +45,7 @@ def entrainment_speed_m_s(pitch_speed_mm_rpm: AnyFloats, gamma: float = 0.0) -> 
 
 
 def pitch_speed_mm_rpm(entrainment_speed_m_s: AnyFloats, gamma: float = 0.0) -> AnyFloats:
-    """dmN of rolling balls with this entrainment speed: the inverse of `entrainment_speed_m_s`.
+    """dmN at which rolling balls have an entrainment speed; inverse of `entrainment_speed_m_s`.
 
     Examples:
         >>> print(f"{pitch_speed_mm_rpm(200.0):.3g}")
@@ -55,19 +55,19 @@ def pitch_speed_mm_rpm(entrainment_speed_m_s: AnyFloats, gamma: float = 0.0) -> 
 
 
 def inner_slide_roll_ratio(cage_slip: AnyFloats, gamma: float = 0.0) -> AnyFloats:
-    """Slide-roll ratio at the inner race of balls that roll on the outer one.
+    """Slide-roll ratio at the inner race of balls that roll on the outer race.
 
         S = 2 s/(1 + gamma (1 - s)),   s = 1 - Omega/Omega_0
 
-    In the frame of the cage the inner race has the speed dm/2 (1 - gamma)(omega - Omega), the
-    ball's surface that of the outer race, dm/2 (1 + gamma) Omega. With omega (1 - gamma) =
-    2 Omega_0 they differ by dm Omega_0 s, and their mean is dm/2 Omega_0 (1 + gamma (1 - s)).
+    In the frame of the cage the inner race has the speed dm/2 (1 - gamma)(omega - Omega). The
+    ball's surface has that of the outer race, dm/2 (1 + gamma) Omega. With omega (1 - gamma) =
+    2 Omega_0 the two differ by dm Omega_0 s, and their mean is dm/2 Omega_0 (1 + gamma (1 - s)).
 
-    In an equilibrium the two contact angles differ and the balls creep on the outer race as well:
-    docs/physics.md says by how much S differs.
+    In an equilibrium the two contact angles differ, and the balls creep on the outer race too.
+    docs/physics.md shows how much S changes.
 
     Args:
-        cage_slip: s, by how much the cage lags behind rolling balls, 0 to 1.
+        cage_slip: Slip s of the cage relative to rolling balls, 0 to 1.
         gamma: D cos(alpha)/dm; 0 for balls that are small against the pitch circle.
 
     Examples:

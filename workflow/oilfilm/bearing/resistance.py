@@ -1,6 +1,6 @@
 """Forces and moments that resist balls and cage, beside the traction of the film.
 
-One function per formula; `friction` combines them. SI units, arrays that broadcast.
+Each formula has one function; `friction` combines them. Arguments are in SI units and broadcast.
 
 Decides: drag, rolling resistance, pockets and lands of a bearing.
 """
@@ -16,21 +16,22 @@ from oilfilm.physics.film import InletOil, thermal_reduction_factor
 from oilfilm.physics.oils import Oil
 from oilfilm.units import FloatArray, IndexArray
 
-# What resists beside traction, in the order of arrays of factors.
+# Resistances beside traction.
 TERMS = ("rolling", "hysteresis", "drag", "pocket", "land")
+# All sources of friction heat, in the order of the columns of `Lubrication.factors`.
 HEATS = ("traction", *TERMS)
 
 
 @dataclass(frozen=True)
 class Lubrication:
-    """The oil at its inlet temperature, and how it resists the balls; one value per point.
+    """The oil at its inlet temperature and its resistance to the balls; one value per point.
 
     Attributes:
-        inlet_temperature_c: In degC.
-        oil: Properties on which films depend.
-        mist_density_kg_m3: Oil's mass in the volume that the balls travel through, in kg/m3.
+        inlet_temperature_c: Inlet temperature, in degC.
+        oil: Properties that determine the film.
+        mist_density_kg_m3: Mass of oil per volume through which the balls travel, in kg/m3.
         drag_coefficient: c_D of a ball in the row, for its frontal area.
-        factors: On each of `HEATS`, by which it may be off: shape (points, heats).
+        factors: Factor on each of `HEATS`, shape (points, heats); 1 without uncertainty.
     """
 
     inlet_temperature_c: FloatArray
@@ -47,41 +48,55 @@ class Lubrication:
         drag_coefficient: float,
         oil_volume_fraction: float,
     ) -> "Lubrication":
-        """An oil at each point's temperature; its share of the volume between the rings."""
+        """Lubrication by one oil.
+
+        Args:
+            oil: The oil.
+            inlet_temperature_c: Inlet temperature of each point, shape (points,).
+            drag_coefficient: c_D of a ball in the row.
+            oil_volume_fraction: Share of oil in the volume between the rings.
+        """
+        count = len(inlet_temperature_c)
         return cls(
-            inlet_temperature_c,
-            InletOil.of(oil, inlet_temperature_c),
-            oil_volume_fraction * oil.density_kg_m3(inlet_temperature_c),
-            np.full(len(inlet_temperature_c), drag_coefficient),
-            np.ones((len(inlet_temperature_c), len(HEATS))),
+            inlet_temperature_c=inlet_temperature_c,
+            oil=InletOil.of(oil, inlet_temperature_c),
+            mist_density_kg_m3=oil_volume_fraction * oil.density_kg_m3(inlet_temperature_c),
+            drag_coefficient=np.full(count, drag_coefficient),
+            factors=np.ones((count, len(HEATS))),
         )
 
     @classmethod
-    def joined(cls, parts: Sequence["Lubrication"]) -> "Lubrication":
-        """The points of several, one after the other."""
-        oils = [vars(part.oil) for part in parts]
-        oil = InletOil(*(np.concatenate([one[name] for one in oils]) for name in oils[0]))
-        rest = [name for name in vars(parts[0]) if name != "oil"]
+    def joined(cls, groups: Sequence["Lubrication"]) -> "Lubrication":
+        """The points of several groups, one group after the other."""
         return cls(
-            oil=oil,
-            **{name: np.concatenate([getattr(part, name) for part in parts]) for name in rest},
+            inlet_temperature_c=np.concatenate([group.inlet_temperature_c for group in groups]),
+            oil=InletOil.joined([group.oil for group in groups]),
+            mist_density_kg_m3=np.concatenate([group.mist_density_kg_m3 for group in groups]),
+            drag_coefficient=np.concatenate([group.drag_coefficient for group in groups]),
+            factors=np.concatenate([group.factors for group in groups]),
         )
 
-    def at(self, which: IndexArray) -> "Lubrication":
-        """The same at some of the points."""
-        return Lubrication(**{name: values[which] for name, values in vars(self).items()})
+    def at_points(self, which: IndexArray) -> "Lubrication":
+        """The lubrication of some of the points."""
+        return Lubrication(
+            inlet_temperature_c=self.inlet_temperature_c[which],
+            oil=self.oil[which],
+            mist_density_kg_m3=self.mist_density_kg_m3[which],
+            drag_coefficient=self.drag_coefficient[which],
+            factors=self.factors[which],
+        )
 
-    def factor(self, term: str) -> FloatArray:
+    def factor(self, heat: str) -> FloatArray:
         """The factor on one of `HEATS`, shape (points,)."""
-        return self.factors[:, HEATS.index(term)]
+        return self.factors[:, HEATS.index(heat)]
 
-    def with_traction(self, factor: FloatArray) -> "Lubrication":
-        """The same with all traction times a factor, shape (points,)."""
+    def with_traction_factor(self, factor: FloatArray) -> "Lubrication":
+        """The lubrication with a factor on all traction, shape (points,)."""
         return replace(self, factors=np.column_stack([factor, self.factors[:, 1:]]))
 
     @property
     def of_contacts(self) -> InletOil:
-        """The oil of each point, with an axis for contacts: shape (points, 1)."""
+        """The oil of each point with an axis for the contacts, shape (points, 1)."""
         return self.oil[:, np.newaxis]
 
 
@@ -93,7 +108,7 @@ def rolling_force_n(
     radius_y_m: Floats,
     reduced_modulus_pa: Floats,
 ) -> FloatArray:
-    """Rolling resistance of the oil in the inlet of a contact; it acts on both surfaces.
+    """Rolling resistance of the oil in the inlet of a contact, which acts on both surfaces.
 
         FR = (F_IVR - F_EHL)/(1 + M/6.6) + F_EHL
         F_IVR = 2.9766 E* Rx^2 k^0.3316 W^(1/3) U^(2/3)
@@ -103,7 +118,7 @@ def rolling_force_n(
 
     Args:
         load_n: Normal load Q, in N; 0 or more.
-        entrainment_speed_m_s: Mean v of the surface speeds, in m/s; 0 or more.
+        entrainment_speed_m_s: Mean surface speed v, in m/s; 0 or more.
         dynamic_viscosity_pa_s: eta0 at the inlet, in Pa s.
         radius_x_m: Reduced radius Rx in the rolling direction, in m.
         radius_y_m: Reduced radius Ry across it, in m.
@@ -154,7 +169,7 @@ def hysteresis_moment_n_m(
     Returns:
         M, in N m.
 
-    Validity: steel on steel; the shape factor is 1 where k is below 1.
+    Validity: steel on steel. The shape factor is 1 where k is below 1.
 
     Reference: elastic rolling resistance as in L. Houpert's ball-bearing torque.
 
@@ -174,16 +189,16 @@ def rolling_force_reduction(
 ) -> FloatArray:
     """Thermal reduction of the rolling force: phi_T of the film without slip.
 
-    Gupta's phi_T was fitted to the film. Its use for the rolling force, which depends on the same
-    warm inlet, is an assumption of this project. It is 0 where the fit would be negative.
+    Gupta's phi_T was fitted to the film. This project assumes that it also holds for the rolling
+    force, which depends on the same warm inlet. It is 0 where the fit would be negative.
 
-    The slip is left out. The force is that of the pressure flow in the inlet, before the contact
-    slides over it; published models of rolling resistance reduce it by rolling speed alone (the
-    inlet shear heating factor of SKF's catalogue). The film does take the contact's own slip.
+    The slip is left out, because the pressure flow in the inlet causes the force. Published models
+    of rolling resistance reduce it by the rolling speed alone (the inlet shear heating factor of
+    SKF's catalogue). The film thickness does depend on the slip of its contact.
 
     Args:
         relative_pressure: p0/E', shape (..., points, 2).
-        thermal_loading: L by the mean surface speed, of the same shape.
+        thermal_loading: L with the mean surface speed, of the same shape.
     """
     return np.maximum(thermal_reduction_factor(relative_pressure, 0.0, thermal_loading), 0.0)
 
@@ -197,7 +212,7 @@ def drag_force_n(
 
     Args:
         ball_diameter_m: Ball diameter D, in m.
-        density_kg_m3: Mist density rho, in kg/m3: oil density times its share of the volume.
+        density_kg_m3: Mist density rho, in kg/m3: oil density times oil share of the volume.
         drag_coefficient: c_D of a ball in its row.
         ball_speed_m_s: Speed v of the ball centre, in m/s.
 
@@ -219,7 +234,7 @@ def drag_force_n(
 
 
 def land_damping_n_m_s(bearing: Bearing, lubrication: Lubrication) -> FloatArray:
-    """Moment of the oil between cage and land per relative speed, in a concentric gap.
+    """Moment of the oil between cage and land over their relative speed, in a concentric gap.
 
         M/Omega = 2 pi eta R^3 L/c
 
@@ -227,7 +242,7 @@ def land_damping_n_m_s(bearing: Bearing, lubrication: Lubrication) -> FloatArray
 
     Args:
         bearing: The bearing.
-        lubrication: The oil at each point; the gap is assumed to be full.
+        lubrication: The oil at each point. The gap is assumed to be full.
 
     Returns:
         Shape (points,), in N m s.

@@ -1,4 +1,4 @@
-"""Newton's method for many bearings at once, each with a few unknowns of its own."""
+"""Newton's method for many bearings at once, each with a few unknowns."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -7,151 +7,191 @@ import numpy as np
 
 from oilfilm.units import BoolArray, FloatArray, IndexArray
 
-# Largest residual of a root.
+# A point is solved where its largest residual is at most this.
 TOLERANCE = 1e-10
-# Step of a derivative, relative to the scale of its unknown.
+# Step of a finite difference, relative to the scale of its unknown.
 _DIFFERENCE = 1e-7
-# Longest step of an unknown, in its scale; a longer one is shortened as a whole.
+# Longest step of an unknown, in its scale. A longer step is shortened for all unknowns alike.
 _LONGEST_STEP = 0.3
-# Steps with one Jacobian; those after the first must lower the residual to this share.
-_CHORDS, _CHORD_GAIN = 3, 0.2
-# By how much a step may raise the residual in the first half of the iterations: a ball that must
-# travel along its groove first leaves it by more than the contacts are pressed together.
-_GROWTH = 1e3
-# Damping with which settling begins, and below which there is none.
-_FIRST_DAMPING, _LEAST_DAMPING = 0.1, 1e-6
+# Steps with one Jacobian (chord steps).
+_CHORD_STEPS = 3
+# Each chord step after the first must reduce the residual to this share.
+_CHORD_GAIN = 0.2
+# Largest growth of the residual in a plain Newton step. A ball that must travel along its groove
+# first leaves the groove by more than the contacts are pressed together.
+_LARGEST_GROWTH = 1e3
+# Plain Newton iterations. After these the point starts again, with damping.
+_NEWTON_ITERATIONS = 15
+# Damping of the first damped iteration, and the damping below which there is none.
+_FIRST_DAMPING = 0.1
+_SMALLEST_DAMPING = 1e-6
+# Damping is reduced after a step shorter than this, in the unknowns' scale.
 _SHORT_STEP = 0.1
-_NEWTON = 15
 
-# Steps of Broyden's method, and the residual at which they end: it must not show in the results.
-_UPDATES, _POLISHED = 20, 1e-12
+# Steps of Broyden's method, and the residual at which they end. It must not show in the results.
+_BROYDEN_STEPS = 20
+_BROYDEN_TOLERANCE = 1e-12
 
-# Keeps a ball that touches nothing, and so feels nothing, from making the equations singular.
-_LEAST_STIFFNESS = 1e-12
+# Keeps the equations regular where a ball touches nothing, so that no force depends on it.
+_SMALLEST_STIFFNESS = 1e-12
 
 
-# Residuals of many bearings: from unknowns, shape (..., points, unknowns), and the numbers of the
-# points they belong to, to residuals of the same shape.
+# Residuals of many bearings. Arguments: unknowns, shape (..., points, unknowns), and the numbers of
+# the points. The result has the shape of the unknowns.
 Equations = Callable[[FloatArray, IndexArray], FloatArray]
 
 
 @dataclass(frozen=True)
 class Solution:
-    """Where the iteration ended.
+    """Result of an iteration.
 
     Attributes:
         unknowns: Shape (points, unknowns).
-        residual: Largest residual of each point, in the equations' own scale.
-        converged: True where `residual` fell to 1e-10.
+        residual: Largest residual of each point, in the equations' scale.
+        converged: True where `residual` is at most 1e-10.
     """
 
     unknowns: FloatArray
     residual: FloatArray
     converged: BoolArray
 
-    def put(self, which: IndexArray, other: "Solution") -> None:
-        """Replace some of the points."""
-        for name, values in vars(self).items():
-            values[which] = getattr(other, name)
+    def replace_points(self, which: IndexArray, other: "Solution") -> None:
+        """Write the solution of some points into this one, in place."""
+        self.unknowns[which] = other.unknowns
+        self.residual[which] = other.residual
+        self.converged[which] = other.converged
+
+
+@dataclass
+class _Iterates:
+    """State of the iteration of all points.
+
+    Attributes:
+        unknowns: Shape (points, unknowns).
+        size: Largest residual of each point.
+        damping: Damping of each point's next step.
+    """
+
+    unknowns: FloatArray
+    size: FloatArray
+    damping: FloatArray
 
 
 def solve(
     equations: Equations, start: FloatArray, scale: FloatArray, max_iterations: int
 ) -> Solution:
-    """Roots of the equations of many points, by damped Newton steps of each.
+    """Roots of the equations of many points, by damped Newton steps of each point.
 
-    Residuals are to be of order 1 and to push their unknown: dx/dt = residual must be a stable
-    motion. Where a Newton step fails, damping turns it into an implicit step of that motion
-    (pseudo-transient continuation), which ends in the state that the balls would settle in.
+    The residuals must be of order 1, and dx/dt = residual must be a stable motion. Where a plain
+    Newton step fails, damping turns it into an implicit step of that motion (pseudo-transient
+    continuation). The motion ends in the state in which the balls would settle.
 
     Args:
-        equations: Residuals; a step shorter than 1e-7 of an unknown's scale is not resolved.
+        equations: Residuals. Steps below 1e-7 of an unknown's scale are not resolved.
         start: Start of the unknowns, shape (points, unknowns).
-        scale: Their scale, of the same shape.
+        scale: Scale of the unknowns, of the same shape.
         max_iterations: Jacobians after which a point is given up.
 
     Reference: C. T. Kelley and D. E. Keyes, Convergence analysis of pseudo-transient continuation,
         SIAM J. Numer. Anal. 35 (1998) 508.
     """
-    unknowns = start.copy()
-    damping, size = np.zeros(len(start)), np.full(len(start), np.inf)
-    active = np.arange(len(start))
-    for number in range(max_iterations):
-        settling = number >= _NEWTON
-        if number == _NEWTON:
-            damping[active], unknowns[active] = _FIRST_DAMPING, start[active]
-        # each point steps with one Jacobian for as long as that helps
-        going, x, unit = active, unknowns[active], scale[active]
-        residual, jacobian = _linearised(equations, x, unit, going)
-        size[going] = _size(residual)
-        stiffness = (damping[going] + _LEAST_STIFFNESS)[:, np.newaxis, np.newaxis]
-        inverse = np.linalg.inv(stiffness * np.eye(x.shape[1]) - jacobian)
-        for chord in range(_CHORDS):
-            step = np.einsum("pij,pj->pi", inverse, residual)
-            length = np.abs(step).max(axis=1)
-            share = np.minimum(1.0, _LONGEST_STEP / np.maximum(length, _DIFFERENCE))
-            trial = x + share[:, np.newaxis] * step * unit
-            residual = equations(trial, going)
-            new_size = _size(residual)
-            allowed = (np.inf if settling else _GROWTH) if chord == 0 else _CHORD_GAIN
-            better = new_size < size[going] * allowed
-            if chord == 0 and settling:
-                damping[going] = _next_damping(damping[going], better, length)
-            unknowns[going[better]], size[going[better]] = trial[better], new_size[better]
-            on = better & (new_size > TOLERANCE)
-            if not on.any():
-                break
-            going, x, unit = going[on], trial[on], unit[on]
-            residual, inverse = residual[on], inverse[on]
-        active = active[size[active] > TOLERANCE]
+    count = len(start)
+    iterates = _Iterates(start.copy(), np.full(count, np.inf), np.zeros(count))
+    active = np.arange(count)
+    for iteration in range(max_iterations):
+        if iteration == _NEWTON_ITERATIONS:
+            iterates.damping[active] = _FIRST_DAMPING
+            iterates.unknowns[active] = start[active]
+        damped = iteration >= _NEWTON_ITERATIONS
+        _chord_steps(equations, iterates, scale, active, damped)
+        active = active[iterates.size[active] > TOLERANCE]
         if len(active) == 0:
             break
-    return Solution(unknowns, size, size <= TOLERANCE)
+    return Solution(iterates.unknowns, iterates.size, iterates.size <= TOLERANCE)
 
 
-def near(
+def _chord_steps(
+    equations: Equations, iterates: _Iterates, scale: FloatArray, active: IndexArray, damped: bool
+) -> None:
+    """Steps of the active points with one Jacobian, in place, for as long as they help."""
+    going = active
+    unknowns = iterates.unknowns[going]
+    residual, jacobian = _linearised(equations, unknowns, scale[going], going)
+    iterates.size[going] = _size(residual)
+    stiffness = (iterates.damping[going] + _SMALLEST_STIFFNESS)[:, np.newaxis, np.newaxis]
+    inverse = np.linalg.inv(stiffness * np.eye(unknowns.shape[1]) - jacobian)
+    for chord in range(_CHORD_STEPS):
+        step = np.einsum("pij,pj->pi", inverse, residual)
+        length = np.abs(step).max(axis=1)
+        trial = unknowns + _shortening(length)[:, np.newaxis] * step * scale[going]
+        residual = equations(trial, going)
+        size = _size(residual)
+        if chord > 0:
+            allowed_growth = _CHORD_GAIN
+        else:
+            allowed_growth = np.inf if damped else _LARGEST_GROWTH
+        accepted = size < iterates.size[going] * allowed_growth
+        if chord == 0 and damped:
+            iterates.damping[going] = _next_damping(iterates.damping[going], accepted, length)
+        iterates.unknowns[going[accepted]] = trial[accepted]
+        iterates.size[going[accepted]] = size[accepted]
+        continues = accepted & (size > TOLERANCE)
+        if not continues.any():
+            break
+        going = going[continues]
+        unknowns = trial[continues]
+        residual = residual[continues]
+        inverse = inverse[continues]
+
+
+def solve_near(
     equations: Equations, start: FloatArray, scale: FloatArray, inverse: FloatArray
 ) -> Solution:
-    """Roots close to known ones, by Broyden's method: an evaluation per step, no Jacobian.
+    """Roots close to the roots of similar equations, by Broyden's method.
+
+    A step takes one evaluation and no Jacobian.
 
     Args:
         equations: As for `solve`.
         start: Roots of similar equations, shape (points, unknowns).
         scale: As for `solve`.
-        inverse: Of the Jacobian there, by `inverse_jacobian`: (points, unknowns, unknowns).
+        inverse: Inverse Jacobian at `start` (`inverse_jacobian`), (points, unknowns, unknowns).
 
     Reference: C. G. Broyden, A class of methods for solving nonlinear simultaneous equations,
         Math. Comput. 19 (1965) 577.
     """
-    unknowns, size = start.copy(), np.full(len(start), np.inf)
-    going, x, unit = np.arange(len(start)), start, scale
-    residual = equations(x, going)
-    for _ in range(_UPDATES):
+    unknowns = start.copy()
+    size = np.full(len(start), np.inf)
+    going = np.arange(len(start))
+    current = start
+    residual = equations(current, going)
+    for _ in range(_BROYDEN_STEPS):
         size[going] = _size(residual)
         step = np.einsum("pij,pj->pi", inverse, residual)
-        length = np.abs(step).max(axis=1)
-        step *= np.minimum(1.0, _LONGEST_STEP / np.maximum(length, _DIFFERENCE))[:, np.newaxis]
-        x = x + step * unit
-        # The step from a root is not checked: its residuals would be rounding, of which an updated
-        # inverse would make a direction.
-        unknowns[going] = x
-        on = (size[going] > _POLISHED) & np.isfinite(size[going])
-        going, x, unit = going[on], x[on], unit[on]
+        step *= _shortening(np.abs(step).max(axis=1))[:, np.newaxis]
+        current = current + step * scale[going]
+        # The step from a root is not checked: its residuals would be rounding, and an updated
+        # inverse would turn rounding into a direction.
+        unknowns[going] = current
+        continues = (size[going] > _BROYDEN_TOLERANCE) & np.isfinite(size[going])
+        going = going[continues]
+        current = current[continues]
         if len(going) == 0:
             break
-        moved = equations(x, going)
-        inverse = broyden_update(inverse[on], step[on], residual[on] - moved)
-        residual = moved
+        new_residual = equations(current, going)
+        change = residual[continues] - new_residual
+        inverse = broyden_update(inverse[continues], step[continues], change)
+        residual = new_residual
     return Solution(unknowns, size, size <= TOLERANCE)
 
 
 def broyden_update(inverse: FloatArray, step: FloatArray, change: FloatArray) -> FloatArray:
-    """The nearest inverse Jacobian that gives a step by the change of residuals that it brought.
+    """The nearest inverse Jacobian that maps the change of residuals to the step.
 
     Args:
-        inverse: Of each point, shape (points, n, n).
-        step: Of the unknowns, shape (points, n).
-        change: Of the residuals, shape (points, n).
+        inverse: Inverse Jacobian of each point, shape (points, n, n).
+        step: Step of the unknowns, shape (points, n).
+        change: Change of the residuals in this step, shape (points, n).
     """
     expected = np.einsum("pij,pj->pi", inverse, change)
     row = np.einsum("pi,pij->pj", step, inverse)
@@ -161,31 +201,38 @@ def broyden_update(inverse: FloatArray, step: FloatArray, change: FloatArray) ->
 
 
 def inverse_jacobian(equations: Equations, unknowns: FloatArray, scale: FloatArray) -> FloatArray:
-    """What turns residuals into Newton steps in the unknowns' scale, shape (points, n, n)."""
+    """Matrices that turn residuals into Newton steps in the unknowns' scale: (points, n, n)."""
     _, jacobian = _linearised(equations, unknowns, scale, np.arange(len(unknowns)))
-    stiff = _LEAST_STIFFNESS * np.eye(unknowns.shape[1]) - jacobian
-    return np.asarray(np.linalg.inv(stiff), dtype=np.float64)
+    regular = _SMALLEST_STIFFNESS * np.eye(unknowns.shape[1]) - jacobian
+    return np.asarray(np.linalg.inv(regular), dtype=np.float64)
 
 
 def _linearised(
     equations: Equations, unknowns: FloatArray, scale: FloatArray, which: IndexArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Residuals and their derivatives by the unknowns in their scale, all of it in one call."""
+    """Residuals, and their derivatives by the scaled unknowns, from one call of the equations."""
     count = unknowns.shape[1]
-    steps = np.eye(count + 1, count, k=-1)[:, np.newaxis] * _DIFFERENCE * scale
-    residuals = equations(unknowns + steps, which)
+    # the first row moves no unknown, each other row moves one of them
+    moves = np.eye(count + 1, count, k=-1)[:, np.newaxis] * _DIFFERENCE * scale
+    residuals = equations(unknowns + moves, which)
     slopes = (residuals[1:] - residuals[0]) / _DIFFERENCE
     return residuals[0], np.moveaxis(slopes, 0, -1)
 
 
 def _size(residuals: FloatArray) -> FloatArray:
-    """The largest residual of each point; infinite where one is no number."""
+    """Largest residual of each point; infinite where a residual is not finite."""
     size = np.abs(residuals).max(axis=-1)
     return np.where(np.isfinite(size), size, np.inf)
 
 
-def _next_damping(damping: FloatArray, better: BoolArray, length: FloatArray) -> FloatArray:
-    """Less where the last step was short, more where it was too long or led nowhere."""
-    far = ~better | ~(length < _LONGEST_STEP)
-    changed = np.where(far, damping * 4, np.where(length < _SHORT_STEP, damping / 4, damping))
-    return np.where(changed < _LEAST_DAMPING, 0.0, changed)
+def _shortening(length: FloatArray) -> FloatArray:
+    """Factor on a step, by its length, that limits it to the longest step allowed."""
+    return np.minimum(1.0, _LONGEST_STEP / np.maximum(length, _DIFFERENCE))
+
+
+def _next_damping(damping: FloatArray, accepted: BoolArray, length: FloatArray) -> FloatArray:
+    """Damping of the next step: smaller after a short step, larger after a long or refused one."""
+    too_long = ~accepted | ~(length < _LONGEST_STEP)
+    after_success = np.where(length < _SHORT_STEP, damping / 4, damping)
+    changed = np.where(too_long, damping * 4, after_success)
+    return np.where(changed < _SMALLEST_DAMPING, 0.0, changed)

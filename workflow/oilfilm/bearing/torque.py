@@ -4,73 +4,63 @@ Decides: the terms of a bearing's friction torque.
 """
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 
 from oilfilm.bearing.ellipse import sliding, traction
 from oilfilm.bearing.friction import FrictionEquilibrium
 from oilfilm.bearing.resistance import HEATS
-from oilfilm.physics.contact import Conditions, Floats
+from oilfilm.physics.contact import Floats
 from oilfilm.physics.film import film_thickness, within_thermal_reduction
 from oilfilm.physics.oils import LIMITING_STRESS_RATIO
 from oilfilm.units import MM_PER_M, BoolArray, FloatArray
 
 
 def torque_terms(
-    found: FrictionEquilibrium,
+    equilibrium: FrictionEquilibrium,
     tested: Mapping[str, FloatArray | tuple[float, float]],
     limiting_stress_ratio: FloatArray | float = LIMITING_STRESS_RATIO,
 ) -> dict[str, FloatArray]:
-    """Torque on the inner ring with its terms, motion and residuals, an array a column.
+    """Torque on the inner ring with its terms, motion and residuals, one array per column.
 
-    A term is its heat over the inner ring's speed: with the outer ring at rest they add up to the
-    moment that turns the inner ring. On the outer ring balls and cage exert less, by what the oil
-    between them takes; a sensor on a ring and its whole housing has that as well.
+    A term is its heat over the speed of the inner ring. With the outer ring at rest the terms add
+    up to the moment that turns the inner ring. Balls and cage exert less on the outer ring, because
+    the oil between the rings takes the drag. A torque sensor on the housing measures the drag too.
 
     Args:
-        found: The equilibrium, the outer ring at rest.
-        tested: Lowest and highest tested level of pressure, speed and slip, of all points or of
-            each; NaN where unknown.
-        limiting_stress_ratio: Of the oil of all points or of each.
+        equilibrium: The equilibrium; the outer ring is at rest.
+        tested: Lowest and highest tested level of pressure, speed and slip, for all points or for
+            each point; NaN where unknown.
+        limiting_stress_ratio: Limiting stress ratio of the oil, for all points or for each point.
+
+    Returns:
+        Arrays of shape (points,), by the names of the columns.
     """
-    problem = found.problem
-    bearing, points = problem.bearing, problem.points
-    balance, film, share = found.balance, found.balance.traction, problem.rule.share
-    inner = points.ring_speed_rad_s[:, 0]
-    speed = np.where(inner == 0, np.inf, inner)
+    balance = equilibrium.balance
+    ball_count = equilibrium.problem.bearing.ball_count
+    inner_speed = equilibrium.problem.points.ring_speed_rad_s[:, 0]
+    # no torque where nothing turns
+    divisor = np.where(inner_speed == 0, np.inf, inner_speed)
     heats = dict(zip(HEATS, balance.heats_w, strict=True))
-    heats |= _heat_by_sliding(found)
-    balls, torque = bearing.ball_count, found.torque_n_m()
-    rule = problem.rule.finer()
-    slip = sliding(bearing, balance.contacts, balance.motion, points.ring_speed_rad_s, rule)
-    factor = problem.lubrication.factor("traction")
-    finer = traction(balance.contacts, slip, balance.at, problem.law, rule, factor)
+    heats |= _heat_by_sliding(equilibrium)
+    torque = equilibrium.torque_n_m()
+    heat = ball_count * np.sum(balance.heats_w, axis=0)
     angle = np.degrees(balance.contacts.contact_angle_rad)
-    pressure, rolling = (
-        level[..., 0]
-        for level in (balance.at.max_hertz_pressure_gpa, balance.at.entrainment_speed_m_s)
-    )
-    # of the heat of traction, outside the tested ranges
-    local_heat = film.coefficient * film.slide_roll_ratio * share
-    local_heat = local_heat * (balance.contacts.load_n * rolling)[..., np.newaxis]
-    beyond_slip = _beyond(film.slide_roll_ratio, (0.0, tested["slide_roll_ratio"][1]))
-    beyond_pressure = _beyond(pressure, tested["max_hertz_pressure_gpa"])
-    beyond_speed = _beyond(rolling, tested["entrainment_speed_m_s"])
-    # contacts whose mean shear stress, mu times their mean pressure, no film of the oil carries
-    over_limit = film.coefficient @ share > np.reshape(limiting_stress_ratio, (-1, 1))
-    lambda_ratio, film_in_range = film_ratio(found)
-    return {
-        **{f"{name}_torque_n_m": balls * heat / speed for name, heat in heats.items()},
+    pressure = balance.conditions.max_hertz_pressure_gpa[..., 0]
+    lambda_ratio, film_in_range = film_ratio(equilibrium)
+    torque_by_heat = {f"{name}_torque_n_m": ball_count * heats[name] / divisor for name in heats}
+    motion = {
         "torque_n_m": torque,
-        "outer_ring_torque_n_m": balls * balance.ring_moment_n_m[:, 1],
-        "energy_error": _relative(torque * inner, balls * np.sum(balance.heats_w, axis=0)),
-        "quadrature_error": _relative(finer.heat_w.sum(axis=1), film.heat_w.sum(axis=1)),
-        "residual": found.solution.residual,
-        "converged": found.solution.converged,
-        "widest_contact": found.widest_contact(),
-        "held_by_band": found.held_by_band(),
-        "outside_law": found.outside_law(),
-        "cage_slip": found.cage_slip(),
+        "outer_ring_torque_n_m": ball_count * balance.ring_moment_n_m[:, 1],
+        "energy_error": _relative_difference(torque * inner_speed, heat),
+        "quadrature_error": _quadrature_error(equilibrium),
+        "residual": equilibrium.solution.residual,
+        "converged": equilibrium.solution.converged,
+        "widest_contact": equilibrium.widest_contact(),
+        "held_by_band": equilibrium.held_by_band(),
+        "outside_law": equilibrium.outside_law(),
+        "cage_slip": equilibrium.cage_slip(),
         "inner_slide_roll_ratio": balance.sliding.middle_slide_roll_ratio[:, 0],
         "inner_contact_angle_deg": angle[:, 0],
         "outer_contact_angle_deg": angle[:, 1],
@@ -78,83 +68,126 @@ def torque_terms(
         "outer_max_hertz_pressure_gpa": pressure[:, 1],
         "lambda_ratio": lambda_ratio,
         "film_in_range": film_in_range,
-        "entrainment_speed_m_s": rolling.mean(axis=1),
+    }
+    return torque_by_heat | motion | _film_terms(equilibrium, tested, limiting_stress_ratio)
+
+
+def _film_terms(
+    equilibrium: FrictionEquilibrium,
+    tested: Mapping[str, FloatArray | tuple[float, float]],
+    limiting_stress_ratio: FloatArray | float,
+) -> dict[str, FloatArray]:
+    """Columns of `torque_terms` that describe the films, and how far they are beyond the tests."""
+    balance = equilibrium.balance
+    film = balance.traction
+    share = equilibrium.problem.rule.share
+    load = balance.contacts.load_n
+    pressure = balance.conditions.max_hertz_pressure_gpa[..., 0]
+    speed = balance.conditions.entrainment_speed_m_s[..., 0]
+    local_heat = film.coefficient * film.slide_roll_ratio * share
+    local_heat = local_heat * (load * speed)[..., np.newaxis]
+    beyond_slip = _is_beyond(film.slide_roll_ratio, (0.0, tested["slide_roll_ratio"][1]))
+    beyond_pressure = _is_beyond(pressure, tested["max_hertz_pressure_gpa"])
+    beyond_speed = _is_beyond(speed, tested["entrainment_speed_m_s"])
+    # mu is the mean shear stress of a contact over its mean pressure
+    over_limit = film.coefficient @ share > np.reshape(limiting_stress_ratio, (-1, 1))
+    node_load = share * load[..., np.newaxis]
+    return {
+        "entrainment_speed_m_s": speed.mean(axis=1),
         "largest_slide_roll_ratio": film.slide_roll_ratio.max(axis=(1, 2)),
-        "mean_traction_coefficient": _mean(
-            film.coefficient, share * balance.contacts.load_n[..., np.newaxis]
+        "mean_traction_coefficient": _weighted_mean(film.coefficient, node_load),
+        "contacts_over_stress_limit": (
+            equilibrium.problem.bearing.ball_count * over_limit.sum(axis=1)
         ),
-        "contacts_over_stress_limit": balls * over_limit.sum(axis=1),
-        "share_beyond_slip": _mean(beyond_slip, local_heat),
-        "share_beyond_pressure": _mean(beyond_pressure, film.heat_w),
-        "share_beyond_speed": _mean(beyond_speed, film.heat_w),
+        "share_beyond_slip": _weighted_mean(beyond_slip, local_heat),
+        "share_beyond_pressure": _weighted_mean(beyond_pressure, film.heat_w),
+        "share_beyond_speed": _weighted_mean(beyond_speed, film.heat_w),
     }
 
 
-def film_ratio(found: FrictionEquilibrium) -> tuple[FloatArray, BoolArray]:
-    """Minimum film over combined Rq in the worst contact, and whether the formula holds in all.
+def _quadrature_error(equilibrium: FrictionEquilibrium) -> FloatArray:
+    """Relative error of the heat of traction by quadrature, from a finer rule: (points,)."""
+    problem, balance = equilibrium.problem, equilibrium.balance
+    ring_speed = problem.points.ring_speed_rad_s
+    finer_rule = problem.rule.finer()
+    slip = sliding(problem.bearing, balance.contacts, balance.motion, ring_speed, finer_rule)
+    factor = problem.lubrication.factor("traction")
+    finer_film = traction(
+        balance.contacts, slip, balance.conditions, problem.law, finer_rule, factor
+    )
+    return _relative_difference(finer_film.heat_w.sum(axis=1), balance.traction.heat_w.sum(axis=1))
 
-    The film is reduced by inlet heating at the contact's slide-roll ratio, averaged over the
-    ellipse with the load as weight. The ratio in the contact's middle would leave out spin, which
-    is sliding everywhere else. Beyond the range of the reduction there is no value.
+
+def film_ratio(equilibrium: FrictionEquilibrium) -> tuple[FloatArray, BoolArray]:
+    """Minimum film over combined Rq in the worst contact, and whether the formula holds.
+
+    Inlet heating reduces the film, with the slide-roll ratio averaged over the ellipse by load. The
+    ratio in the middle of the contact would leave out spin. There is no value outside the range of
+    the reduction.
+
+    Returns:
+        Film over roughness, NaN outside the range of the formula; True where both contacts are
+        within that range. Both have the shape (points,).
     """
-    bearing, at, oil = (
-        found.problem.bearing,
-        found.balance.at,
-        found.problem.lubrication.of_contacts,
-    )
-    of_contacts = {
-        name: value[..., 0] if np.ndim(value) else value for name, value in vars(at).items()
-    }
-    load = np.maximum(of_contacts["load_n"], np.finfo(float).tiny)
-    at = Conditions(**of_contacts | {"load_n": load})
-    film = film_thickness(
-        oil, at, found.balance.traction.slide_roll_ratio @ found.problem.rule.share, "minimum"
-    )
-    loading = oil.thermal_loading(at.entrainment_speed_m_s)
-    within = within_thermal_reduction(at.relative_pressure, loading)
+    problem, balance = equilibrium.problem, equilibrium.balance
+    oil = problem.lubrication.of_contacts
+    conditions = balance.conditions.select(..., 0)
+    # the formula needs a load above 0
+    load = np.maximum(conditions.load_n, np.finfo(float).tiny)
+    conditions = replace(conditions, load_n=load)
+    mean_slide_roll_ratio = balance.traction.slide_roll_ratio @ problem.rule.share
+    film = film_thickness(oil, conditions, mean_slide_roll_ratio, "minimum")
+    loading = oil.thermal_loading(conditions.entrainment_speed_m_s)
+    within = within_thermal_reduction(conditions.relative_pressure, loading)
     in_range = np.asarray(within.all(axis=1))
-    return np.where(in_range, film.min(axis=1) / bearing.roughness_rq_m, np.nan), in_range
+    ratio = film.min(axis=1) / problem.bearing.roughness_rq_m
+    return np.where(in_range, ratio, np.nan), in_range
 
 
-def _heat_by_sliding(found: FrictionEquilibrium) -> dict[str, FloatArray]:
-    """Heat of traction split by the kind of sliding, (points,) each; they add up to it."""
-    film, slip = found.balance.traction, found.balance.sliding
-    orbit = slip.race_rad_s * found.balance.contacts.orbit_radius_m[:, np.newaxis]
+def _heat_by_sliding(equilibrium: FrictionEquilibrium) -> dict[str, FloatArray]:
+    """Heat of traction by the kind of sliding, shape (points,) each. They add up to all of it."""
+    balance = equilibrium.balance
+    film, slip = balance.traction, balance.sliding
+    orbit_speed = slip.race_rad_s * balance.contacts.orbit_radius_m[:, np.newaxis]
     middle = slip.roll_rad_s * slip.middle_m * film.along_n
     heats = {
-        "gross": film.along_n * orbit + middle,
+        "gross": film.along_n * orbit_speed + middle,
         "spin": -slip.spin_rad_s * film.about_normal_n_m,
         "differential": -slip.roll_rad_s * film.about_across_n_m - middle,
-        "gyroscopic": -found.balance.motion.spin_rad_s[:, 2:] * film.about_tangent_n_m,
+        "gyroscopic": -balance.motion.spin_rad_s[:, 2:] * film.about_tangent_n_m,
     }
     return {name: heat.sum(axis=1) for name, heat in heats.items()}
 
 
-def _beyond(values: FloatArray, tested: FloatArray | tuple[float, float]) -> FloatArray:
-    # a thousandth of leeway, for levels that a rig holds only so well
-    low, high = (np.reshape(end, (-1, *(1,) * (values.ndim - 1))) for end in tested)
-    beyond = ((values < low * 0.999) | (values > high * 1.001)).astype(float)
-    return np.where(np.isfinite(low + high), beyond, np.nan)
+def _is_beyond(values: FloatArray, tested: FloatArray | tuple[float, float]) -> FloatArray:
+    """1 outside the tested range, 0 inside, NaN where the range is unknown.
+
+    The range is widened by 0.1 %, the accuracy with which a rig holds a level.
+    """
+    one_per_point = (-1,) + (1,) * (values.ndim - 1)
+    lowest = np.reshape(tested[0], one_per_point)
+    highest = np.reshape(tested[1], one_per_point)
+    beyond = ((values < lowest * 0.999) | (values > highest * 1.001)).astype(float)
+    return np.where(np.isfinite(lowest + highest), beyond, np.nan)
 
 
-def _mean(values: FloatArray, weights: FloatArray) -> FloatArray:
-    """Weighted mean of each point; 0 where nothing weighs."""
-    over = tuple(range(1, values.ndim))
-    total = np.broadcast_to(weights, values.shape).sum(axis=over)
-    mean = np.divide(
-        (values * weights).sum(axis=over), total, out=np.zeros(len(values)), where=total > 0
-    )
+def _weighted_mean(values: FloatArray, weights: FloatArray) -> FloatArray:
+    """Weighted mean of each point, shape (points,); 0 where all weights are 0."""
+    axes = tuple(range(1, values.ndim))
+    total = np.broadcast_to(weights, values.shape).sum(axis=axes)
+    weighted_sum = (values * weights).sum(axis=axes)
+    mean = np.divide(weighted_sum, total, out=np.zeros(len(values)), where=total > 0)
     # rounding must not move a mean outside its values
-    return np.clip(mean, values.min(axis=over), values.max(axis=over))
+    return np.clip(mean, values.min(axis=axes), values.max(axis=axes))
 
 
-def _relative(first: FloatArray, second: FloatArray) -> FloatArray:
+def _relative_difference(first: FloatArray, second: FloatArray) -> FloatArray:
     """(first - second)/first; 0 where `first` is 0."""
     return np.divide(first - second, first, out=np.zeros_like(first), where=first != 0)
 
 
-_CST = 1e6
-_N_MM = 1e-3
+_CST_PER_M2_S = 1e6
+_N_M_PER_N_MM = 1e-3
 
 
 def palmgren_torque_n_m(
@@ -166,7 +199,7 @@ def palmgren_torque_n_m(
     f0: float,
     f1: float,
 ) -> FloatArray:
-    """Palmgren's torque: a part of speed and one of load.
+    """Palmgren's torque, the sum of a speed-dependent and a load-dependent term.
 
         M0 = 1e-7 f0 (nu n)^(2/3) dm^3 N mm, at least that of nu n = 2000
         M1 = f1 P1 dm,   P1 = 0.9 Fa cot(alpha)
@@ -174,13 +207,13 @@ def palmgren_torque_n_m(
     with nu in cSt, n in 1/min, dm in mm.
 
     Args:
-        axial_load_n: Fa.
-        speed_rpm: n.
-        kinematic_viscosity_m2_s: nu.
-        pitch_diameter_m: dm.
-        contact_angle_rad: alpha, unloaded.
-        f0: Of lubrication and bearing type.
-        f1: Of load and bearing type.
+        axial_load_n: Axial load Fa.
+        speed_rpm: Speed n.
+        kinematic_viscosity_m2_s: Kinematic viscosity nu.
+        pitch_diameter_m: Pitch diameter dm.
+        contact_angle_rad: Contact angle alpha, unloaded.
+        f0: Factor for lubrication and bearing type.
+        f1: Factor for load and bearing type.
 
     Returns:
         M0 + M1, in N m; NaN without contact angle.
@@ -194,12 +227,13 @@ def palmgren_torque_n_m(
         0.040 N m
     """
     pitch = pitch_diameter_m * MM_PER_M
-    turning = np.maximum(kinematic_viscosity_m2_s * _CST * speed_rpm, 2000.0)
-    of_speed = 1e-7 * f0 * turning ** (2 / 3) * pitch**3
-    # of a bearing without contact angle he has another formula
-    per_load = 0.9 / np.tan(contact_angle_rad) if contact_angle_rad > 0 else np.nan
-    of_load = f1 * per_load * axial_load_n * pitch
-    return np.asarray(_N_MM * (of_speed + of_load))
+    viscosity_times_speed = kinematic_viscosity_m2_s * _CST_PER_M2_S * speed_rpm
+    viscosity_times_speed = np.maximum(viscosity_times_speed, 2000.0)
+    speed_term = 1e-7 * f0 * viscosity_times_speed ** (2 / 3) * pitch**3
+    # Palmgren has another formula for bearings without contact angle
+    load_factor = 0.9 / np.tan(contact_angle_rad) if contact_angle_rad > 0 else np.nan
+    load_term = f1 * load_factor * axial_load_n * pitch
+    return np.asarray(_N_M_PER_N_MM * (speed_term + load_term))
 
 
 def skf_torque_n_m(
@@ -219,34 +253,37 @@ def skf_torque_n_m(
     n in 1/min, dm in mm, torque in N mm.
 
     Args:
-        axial_load_n: Fa.
-        speed_rpm: n.
-        kinematic_viscosity_m2_s: nu.
-        pitch_diameter_m: dm.
+        axial_load_n: Axial load Fa.
+        speed_rpm: Speed n.
+        kinematic_viscosity_m2_s: Kinematic viscosity nu.
+        pitch_diameter_m: Pitch diameter dm.
 
     Returns:
         Mrr + Msl, in N m.
 
-    Validity: loads above the catalogue's minimum and speeds up to a bearing's limiting speed, about
-    0.7 million mm rpm for single-row angular-contact bearings. Sliding goes with n^(8/3): at 2
-    million mm rpm it alone is several times any measured torque.
+    Validity: loads above the catalogue's minimum, and speeds up to the limiting speed of a bearing,
+    about 0.7 million mm rpm for single-row angular-contact bearings. The sliding torque increases
+    with n^(8/3): at 2 million mm rpm it alone is several times any measured torque.
 
     Reference: SKF, Rolling bearings, general catalogue, 2018: the SKF model for calculating the
         frictional moment, angular contact ball bearings.
 
     Examples:
-        At rest the film is gone: 0.12 S1 dm^0.26 S2 Fa^(4/3) = 0.035 N m at 100 mm, 1 kN, by hand:
+        At rest there is no film: 0.12 S1 dm^0.26 S2 Fa^(4/3) = 0.035 N m at 100 mm, 1 kN, by hand:
 
         >>> print(f"{skf_torque_n_m(1000.0, 0.0, 5e-6, 0.1):.3f} N m")
         0.035 N m
     """
-    pitch, nu = pitch_diameter_m * MM_PER_M, kinematic_viscosity_m2_s * _CST
-    turning = nu * np.asarray(speed_rpm, dtype=float)
-    heating = 1 / (1 + 1.84e-9 * (speed_rpm * pitch) ** 1.28 * nu**0.64)
-    of_balls = 1.90e-12 * pitch**4 * np.square(speed_rpm)
-    rolling = 5.03e-7 * pitch**1.97 * (of_balls + 1.97 * axial_load_n) ** 0.54 * turning**0.6
-    slid_by_balls = 1.91e-12 * pitch**4 * np.square(speed_rpm)
-    sliding = slid_by_balls ** (4 / 3) + 0.68 * np.power(axial_load_n, 4 / 3)
-    touching = np.exp(-2.6e-8 * turning**1.4 * pitch)
-    friction = touching * 0.12 + (1 - touching) * 0.04
-    return np.asarray(_N_MM * (heating * rolling + friction * 1.30e-2 * pitch**0.26 * sliding))
+    pitch = pitch_diameter_m * MM_PER_M
+    nu = kinematic_viscosity_m2_s * _CST_PER_M2_S
+    nu_n = nu * np.asarray(speed_rpm, dtype=float)
+    inlet_heating = 1 / (1 + 1.84e-9 * (speed_rpm * pitch) ** 1.28 * nu**0.64)
+    rolling_centrifugal = 1.90e-12 * pitch**4 * np.square(speed_rpm)
+    rolling_load = rolling_centrifugal + 1.97 * axial_load_n
+    rolling_torque = 5.03e-7 * pitch**1.97 * rolling_load**0.54 * nu_n**0.6
+    sliding_centrifugal = 1.91e-12 * pitch**4 * np.square(speed_rpm)
+    sliding_load = sliding_centrifugal ** (4 / 3) + 0.68 * np.power(axial_load_n, 4 / 3)
+    mixed_share = np.exp(-2.6e-8 * nu_n**1.4 * pitch)
+    friction_coefficient = mixed_share * 0.12 + (1 - mixed_share) * 0.04
+    sliding_torque = friction_coefficient * 1.30e-2 * pitch**0.26 * sliding_load
+    return np.asarray(_N_M_PER_N_MM * (inlet_heating * rolling_torque + sliding_torque))

@@ -8,6 +8,7 @@ Decides: pressure, size and approach of a Hertz contact.
 """
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import scipy
@@ -24,11 +25,11 @@ class Conditions:
     Attributes:
         load_n: Normal load Q, in N.
         max_hertz_pressure_gpa: p_max, in GPa.
-        entrainment_speed_m_s: Mean of the two surface speeds in the contact's middle, in m/s.
-        inlet_temperature_c: Of the oil, in degC.
+        entrainment_speed_m_s: Mean of the two surface speeds in the middle of the contact, in m/s.
+        inlet_temperature_c: Temperature of the oil at the inlet, in degC.
         radius_x_m: Reduced radius along the rolling direction, in m.
         reduced_modulus_pa: E' = 2 E*, in Pa.
-        ellipticity: Semi-axis across the rolling direction over the one along it; 1 on a flat.
+        ellipticity: Semi-axis across the rolling direction over that along it; 1 on a flat.
     """
 
     load_n: FloatArray
@@ -44,16 +45,32 @@ class Conditions:
         """p_max/E'."""
         return np.asarray(self.max_hertz_pressure_gpa * PA_PER_GPA / self.reduced_modulus_pa)
 
+    def select(self, *index: Any) -> "Conditions":
+        """The conditions with the same index applied to each array; single numbers stay."""
+
+        def selected(values: Floats) -> Any:
+            return values[index] if isinstance(values, np.ndarray) and values.ndim else values
+
+        return Conditions(
+            load_n=selected(self.load_n),
+            max_hertz_pressure_gpa=selected(self.max_hertz_pressure_gpa),
+            entrainment_speed_m_s=selected(self.entrainment_speed_m_s),
+            inlet_temperature_c=selected(self.inlet_temperature_c),
+            radius_x_m=selected(self.radius_x_m),
+            reduced_modulus_pa=self.reduced_modulus_pa,
+            ellipticity=selected(self.ellipticity),
+        )
+
 
 @dataclass(frozen=True)
 class EllipticalContact:
-    """Result of `elliptical_contact`; x is the rolling direction, y is across it.
+    """Result of `elliptical_contact`; x is along and y is across the rolling direction.
 
     Attributes:
-        semi_axis_x_m: Half the contact's length along x, in m.
-        semi_axis_y_m: Half its width along y, in m.
+        semi_axis_x_m: Semi-axis along x, in m.
+        semi_axis_y_m: Semi-axis along y, in m.
         ellipticity: semi_axis_y_m / semi_axis_x_m.
-        max_hertz_pressure_pa: Pressure in the centre, in Pa.
+        max_hertz_pressure_pa: Maximum pressure, in the centre, in Pa.
         approach_m: Approach of distant points of the two bodies, in m.
     """
 
@@ -69,7 +86,7 @@ def reduced_modulus(e1_pa: Floats, nu1: Floats, e2_pa: Floats, nu2: Floats) -> F
 
         1/E' = 1/2 [(1 - nu1^2)/E1 + (1 - nu2^2)/E2]
 
-    E' is twice the contact modulus E* of Johnson. This library passes E' around everywhere.
+    E' is twice Johnson's contact modulus E*. This library uses E' everywhere.
 
     Args:
         e1_pa: Young's modulus of the first body, in Pa.
@@ -178,15 +195,15 @@ def ellipticity(radius_x_m: Floats, radius_y_m: Floats) -> FloatArray:
         Ry/Rx = R_D(0, k^2, 1) / R_D(0, 1, k^2)
 
     with Carlson's complete elliptic integral R_D. For k > 1 and e^2 = 1 - 1/k^2 this is the
-    textbook equation Ry/Rx = [k^2 E(e) - K(e)] / [K(e) - E(e)], but it needs no exchange of the
-    axes for k < 1 and loses no digits near k = 1.
+    textbook equation Ry/Rx = [k^2 E(e) - K(e)] / [K(e) - E(e)]. Unlike that equation it holds for
+    k < 1 too and loses no digits near k = 1.
 
     Args:
         radius_x_m: Reduced radius in the rolling direction, in m.
         radius_y_m: Reduced radius across it, in m.
 
     Returns:
-        k; above 1 where the contact is wider than long. NaN where a radius is NaN or infinite.
+        k, above 1 where the contact is wider than long. NaN where a radius is NaN or infinite.
 
     Raises:
         ValueError: A radius is zero or negative: the surfaces do not meet in one point.
@@ -203,9 +220,9 @@ def ellipticity(radius_x_m: Floats, radius_y_m: Floats) -> FloatArray:
     if np.any(np.less_equal(radius_x_m, 0)) or np.any(np.less_equal(radius_y_m, 0)):
         raise ValueError("reduced radii of an elliptical contact must be positive")
     log_ratio = np.log(np.divide(radius_y_m, radius_x_m))
-    # |ln k| stays below |ln(Ry/Rx)|; the 1 keeps rounding from deciding the signs where both vanish
+    # |ln k| is below |ln(Ry/Rx)|. With the 1, rounding cannot decide the signs where both are 0.
     bound = np.abs(log_ratio) + 1
-    # imported here: it takes half a second, and a ball on a flat does not need it
+    # imported here because the import takes half a second and a ball on a flat does not need it
     from scipy.optimize import elementwise  # noqa: PLC0415
 
     root = elementwise.find_root(_ellipticity_error, (-bound, bound), args=(log_ratio,))
@@ -213,11 +230,11 @@ def ellipticity(radius_x_m: Floats, radius_y_m: Floats) -> FloatArray:
 
 
 def _ellipticity_error(log_k: FloatArray, log_ratio: FloatArray) -> FloatArray:
+    """ln of the radius ratio that belongs to k, minus ln(Ry/Rx)."""
     k_squared = np.exp(2 * log_k)
-    return (
-        np.log(scipy.special.elliprd(0, k_squared, 1) / scipy.special.elliprd(0, 1, k_squared))
-        - log_ratio
-    )
+    numerator = scipy.special.elliprd(0, k_squared, 1)
+    denominator = scipy.special.elliprd(0, 1, k_squared)
+    return np.log(numerator / denominator) - log_ratio
 
 
 def elliptical_contact(
@@ -229,7 +246,7 @@ def elliptical_contact(
         p0    = 3 W / (2 pi a_x a_y)
         delta = 3 W R_F(0, 1, k^2) / (pi E' a_x)
 
-    with k from `ellipticity` and Carlson's complete elliptic integrals R_D and R_F; for k > 1
+    with k from `ellipticity` and Carlson's complete elliptic integrals R_D and R_F. For k > 1,
     R_D(0, k^2, 1) = 3 [k^2 E(e) - K(e)]/(k^3 e^2) and R_F(0, 1, k^2) = K(e)/k.
 
     Args:
@@ -258,20 +275,22 @@ def elliptical_contact(
         1.526 GPa
     """
     k = ellipticity(radius_x_m, radius_y_m)
-    integral = scipy.special.elliprd(0, k**2, 1)
-    a_x = np.cbrt(2 * load_n * radius_x_m * integral / (np.pi * reduced_modulus_pa))
-    a_y, k_of_e = k * a_x, scipy.special.elliprf(0, 1, k**2)
+    r_d = scipy.special.elliprd(0, k**2, 1)
+    r_f = scipy.special.elliprf(0, 1, k**2)
+    a_x = np.cbrt(2 * load_n * radius_x_m * r_d / (np.pi * reduced_modulus_pa))
+    a_y = k * a_x
     return EllipticalContact(
         semi_axis_x_m=a_x,
         semi_axis_y_m=a_y,
         ellipticity=k + np.zeros_like(a_x),
         max_hertz_pressure_pa=3 * load_n / (2 * np.pi * a_x * a_y),
-        approach_m=3 * load_n * k_of_e / (np.pi * reduced_modulus_pa * a_x),
+        approach_m=3 * load_n * r_f / (np.pi * reduced_modulus_pa * a_x),
     )
 
 
-# Kalker's C11 by ln(a_x/a_y), for Poisson's ratios of 0.25 and 0.5.
-_AXES_RATIO = np.log([*np.arange(0.1, 1.0, 0.1), *1 / np.arange(1.0, 0.0, -0.1)])
+# a_x/a_y of Kalker's table: 0.1, 0.2, ... 1, then 1/0.9, 1/0.8, ... 10.
+_AXIS_RATIOS = np.concatenate([np.arange(0.1, 1.0, 0.1), 1 / np.arange(1.0, 0.0, -0.1)])
+# Kalker's C11 at these ratios, for Poisson's ratios of 0.25 and 0.5.
 _C11 = np.array(
     """
     3.31 3.37 3.44 3.53 3.62 3.72 3.81 3.91 4.01 4.12 4.22 4.36 4.54 4.78 5.10 5.57 6.34 7.78 11.7
@@ -283,37 +302,38 @@ _POISSON_RATIO = 0.3
 
 
 def creep_slope(relative_pressure: Floats, ellipticity: Floats = 1.0) -> FloatArray:
-    """Traction over slip of two bodies that roll on each other without a film: elastic creep.
+    """Traction over slip by elastic creep, for two bodies that roll on each other without a film.
 
         mu/S = G a_x a_y C11/W = 3 (1 - nu) C11/(4 pi) E'/p0
 
-    Bodies that pull on each other stretch in the contact, so that they slip by mu/(mu/S) though no
-    point of theirs slides. A film can only add to it: no oil grips harder at small slip.
+    Bodies that pull on each other stretch in the contact. They have a slip S even if no point of
+    the surfaces slides. A film can only add slip: no oil gives more traction at small slip.
 
     Args:
         relative_pressure: p0/E'.
-        ellipticity: a_y/a_x, across the rolling direction over along it; 0.1 to 10, beyond held.
+        ellipticity: a_y/a_x, semi-axis across the rolling direction over that along it. C11 is
+            constant below 0.1 and above 10.
 
     Returns:
         mu/S in the limit of small slip.
 
-    Validity: bodies of one material; Poisson's ratio is taken as 0.3, as from 0.25 to 0.35
-        (1 - nu) C11 changes by 2 %.
+    Validity: bodies of one material. Poisson's ratio is 0.3: from 0.25 to 0.35, (1 - nu) C11
+        changes by 2 % only.
 
     Reference: J. J. Kalker, On the rolling contact of two elastic bodies in the presence of dry
         friction, thesis, Delft (1967), linear theory; his table in Three-Dimensional Elastic Bodies
         in Rolling Contact, Kluwer (1990), appendix E (second-hand, two transcriptions that agree).
 
     Examples:
-        Steel at 1.5 GPa, E' 221.6 GPa, C11 4.34 by the table: 3 * 0.7 * 4.34/(4 pi) * 147.7 by
-        hand:
+        Steel at 1.5 GPa, E' 221.6 GPa, C11 4.34 from the table. By hand
+        3 * 0.7 * 4.34/(4 pi) * 147.7:
 
         >>> print(f"{creep_slope(1.5 / 221.6):.0f}")
         107
     """
-    share = (_POISSON_RATIO - 0.25) / 0.25
-    table = (1 - share) * _C11[0] + share * _C11[1]
-    c11 = np.interp(-np.log(ellipticity), _AXES_RATIO, table)
+    weight = (_POISSON_RATIO - 0.25) / 0.25
+    table = (1 - weight) * _C11[0] + weight * _C11[1]
+    c11 = np.interp(-np.log(ellipticity), np.log(_AXIS_RATIOS), table)
     return np.asarray(3 * (1 - _POISSON_RATIO) * c11 / (4 * np.pi * np.asarray(relative_pressure)))
 
 
@@ -325,7 +345,7 @@ class Contact:
     """Contact of a ball on a flat disc: geometry, materials and roughness.
 
     Attributes:
-        radius_m: Reduced radius, the ball's own, in m.
+        radius_m: Reduced radius, equal to the radius of the ball, in m.
         reduced_modulus_pa: E' = 2 E*, in Pa.
         roughness_rq_m: Root-sum-square of both surfaces' Rq, in m.
     """
@@ -335,7 +355,7 @@ class Contact:
     roughness_rq_m: float
 
     def load_n(self, max_hertz_pressure_gpa: FloatArray | float) -> FloatArray:
-        """Load in N that gives the contact its maximum Hertz pressure in GPa."""
+        """Load in N at which the contact has a maximum Hertz pressure, given in GPa."""
         return load_for_max_hertz_pressure(
             max_hertz_pressure_gpa * PA_PER_GPA, self.radius_m, self.reduced_modulus_pa
         )
@@ -346,8 +366,8 @@ def rq_from_ra(ra_m: Floats) -> FloatArray:
 
         Rq = 1.25 Ra
 
-    This is a convention, not a law: a Gaussian profile has sqrt(pi/2) = 1.2533, a sine wave 1.11,
-    a plateau-honed one more.
+    This is a convention and not a law. The factor of a Gaussian profile is sqrt(pi/2) = 1.2533,
+    that of a sine wave 1.11, that of a plateau-honed surface larger.
 
     Args:
         ra_m: Arithmetic mean roughness Ra, in m.
@@ -365,16 +385,16 @@ def rq_from_ra(ra_m: Floats) -> FloatArray:
 
 
 def combined_roughness(rq_1_m: Floats, rq_2_m: Floats) -> FloatArray:
-    """Roughness of two surfaces facing each other, their profiles being independent.
+    """Combined roughness of two surfaces with independent profiles.
 
         sigma = sqrt(Rq1^2 + Rq2^2)
 
     Args:
         rq_1_m: Root-mean-square roughness of the first surface, in m.
-        rq_2_m: The same of the second surface.
+        rq_2_m: Root-mean-square roughness of the second surface, in m.
 
     Returns:
-        sigma, in m. Ra values in give the combined Ra.
+        sigma, in m. With Ra values as arguments it is the combined Ra.
 
     Examples:
         Ball and disc of the rig, Ra 0.014 and 0.010 um, have 0.0172 um together (docs/physics.md):

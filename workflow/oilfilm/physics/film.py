@@ -3,13 +3,14 @@
 All quantities are in SI units. Arguments are floats or arrays that broadcast against each other.
 
 `contact_film` gives film and lambda of an oil in a rig's contact. `film_thickness` gives the film
-of any contact. The formulas behind both come first. A lambda needs its definition: bearing
-practice takes the minimum film, reduced by inlet heating, over the combined Rq.
+of any contact. Their formulas come first. Lambda has several definitions. In bearing practice it is
+the minimum film, reduced by inlet heating, over the combined Rq.
 
 Decides: how thick the film of an oil in a contact is, and lambda.
 """
 
-from dataclasses import dataclass, fields
+from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
@@ -19,9 +20,9 @@ from oilfilm.physics.oils import Oil
 from oilfilm.units import PA_PER_GPA, BoolArray, FloatArray
 
 # Outside this range no oil is a liquid lubricant, and the formulas of its properties overflow.
-_OIL_TEMPERATURES_C = (-100.0, 500.0)
-# Of phi_T; assumed: nearer to zero its fit is beyond its range.
-_LEAST_NUMERATOR = 0.1
+_LIQUID_RANGE_C = (-100.0, 500.0)
+# Smallest numerator of phi_T within the range of its fit (assumed).
+_SMALLEST_NUMERATOR = 0.1
 
 Thickness = Literal["minimum", "central"]
 
@@ -33,8 +34,10 @@ _HAMROCK_DOWSON = {
 }
 
 
-def isothermal_film_thickness(oil: "InletOil", at: Conditions, thickness: Thickness) -> FloatArray:
-    """Film thickness in a fully flooded, isothermal point contact: in its centre, or the smallest.
+def isothermal_film_thickness(
+    oil: "InletOil", conditions: Conditions, thickness: Thickness
+) -> FloatArray:
+    """Central or minimum film thickness in a fully flooded, isothermal point contact.
 
         h_c/Rx   = 2.69 U^0.67 G^0.53 W^-0.067 (1 - 0.61 exp(-0.73 k))
         h_min/Rx = 3.63 U^0.68 G^0.49 W^-0.073 (1 - exp(-0.68 k))
@@ -43,39 +46,39 @@ def isothermal_film_thickness(oil: "InletOil", at: Conditions, thickness: Thickn
 
     Args:
         oil: The oil at the inlet temperature.
-        at: Load (above 0), speed, radius, modulus and ellipticity. The exact one
-            (`contact.ellipticity`) is 1 for a ball on a flat, where the authors' fit
-            1.0339 (Ry/Rx)^0.636 would thicken the film by 1 to 2 %.
+        conditions: Load (above 0), speed, radius, modulus and ellipticity. The exact ellipticity
+            (`contact.ellipticity`) is 1 for a ball on a flat. The authors' fit
+            1.0339 (Ry/Rx)^0.636 would thicken the film there by 1 to 2 %.
         thickness: `central` (h_c), or `minimum` (h_min, at the sides).
 
     Returns:
         h, in m.
 
-    Validity: full film, ample oil, steady rolling along x. Fitted to 34 numerical solutions, of
-        k from 1 to 8 and U up to the order of 1e-11 (both limits not checked against print); the
-        rig covers U from 2e-11 to 1e-9 and so extrapolates. Heating in the inlet is left out:
-        see `film_thickness`.
+    Validity: full film, fully flooded, steady rolling along x. Fitted to 34 numerical solutions
+        with k from 1 to 8 and U up to the order of 1e-11 (both limits not checked against print).
+        The rig has U from 2e-11 to 1e-9, so that the formula is extrapolated. Inlet heating is
+        left out: see `film_thickness`.
 
     Reference: B. J. Hamrock and D. Dowson, Isothermal elastohydrodynamic lubrication of point
         contacts, Part III, J. Lubr. Technol. 99 (1977) 264, doi 10.1115/1.3453074.
 
     Examples:
-        20 mm steel ball on a flat, MIL-L-23699 oil at 100 degC, 0.360 um in the centre:
+        20 mm steel ball on a flat, MIL-L-23699 oil at 100 degC; the central film is 0.360 um:
 
         >>> oil = InletOil(5.006e-3, 1.103e-8, 0.01996, 0.1472)
-        >>> at = Conditions(142, 1.5, 25, 100, radius_x_m=0.010, reduced_modulus_pa=221.6e9)
-        >>> h = isothermal_film_thickness(oil, at, "minimum")
+        >>> contact = Conditions(142, 1.5, 25, 100, radius_x_m=0.010, reduced_modulus_pa=221.6e9)
+        >>> h = isothermal_film_thickness(oil, contact, "minimum")
         >>> print(f"{h * 1e6:.3f} um")
         0.211 um
     """
-    factor, speed_power, oil_power, load_power, leakage, leakage_rate = _HAMROCK_DOWSON[thickness]
-    modulus, radius = at.reduced_modulus_pa, at.radius_x_m
-    u = oil.dynamic_viscosity_pa_s * at.entrainment_speed_m_s / (modulus * radius)
+    a, b, c, d, e, f = _HAMROCK_DOWSON[thickness]
+    modulus, radius = conditions.reduced_modulus_pa, conditions.radius_x_m
+    u = oil.dynamic_viscosity_pa_s * conditions.entrainment_speed_m_s / (modulus * radius)
     g = oil.pressure_viscosity_coefficient_1_pa * modulus
-    w = at.load_n / (modulus * radius**2)
-    side_leakage = 1 - leakage * np.exp(-leakage_rate * at.ellipticity)
-    relative = factor * u**speed_power * g**oil_power * w**-load_power * side_leakage
-    return np.asarray(relative * radius)
+    w = conditions.load_n / (modulus * radius**2)
+    side_leakage = 1 - e * np.exp(-f * conditions.ellipticity)
+    relative_thickness = a * u**b * g**c * w**-d * side_leakage
+    return np.asarray(relative_thickness * radius)
 
 
 def thermal_reduction_factor(
@@ -87,14 +90,14 @@ def thermal_reduction_factor(
 
     Args:
         relative_pressure: Maximum pressure over modulus, p0/E'; 0 leaves the pressure term out.
-        slide_roll_ratio: S; its sign makes no difference.
+        slide_roll_ratio: Slide-roll ratio S of either sign.
         thermal_loading: L of `InletOil.thermal_loading`, 0 or more.
 
     Returns:
         phi_T, 1 where L = 0.
 
-    Validity: an empirical fit, not clipped here. Its numerator turns negative at L above about
-        300 at 1.5 GPa on steel; `within_thermal_reduction` tells where it is used beyond its range.
+    Validity: an empirical fit, not clipped here. On steel at 1.5 GPa its numerator is negative for
+        L above about 300. `within_thermal_reduction` returns where it is within its range.
 
     Reference: P. K. Gupta, H. S. Cheng, D. Zhu, N. H. Forster and J. B. Schrand, Viscoelastic
         effects in MIL-L-7808-type lubricant, Part I, Tribol. Trans. 35 (1992) 269.
@@ -112,25 +115,25 @@ def thermal_reduction_factor(
 
 
 def within_thermal_reduction(relative_pressure: Floats, thermal_loading: Floats) -> BoolArray:
-    """Whether phi_T is used within its range: its numerator is not near or below zero.
+    """Whether phi_T is within its range, where its numerator is clearly above zero.
 
-    Beyond, a small or negative film is that of the formula, and says nothing about the contact.
+    Outside the range a small or negative film is an artefact of the fit.
 
     Args:
-        relative_pressure: As in `thermal_reduction_factor`.
-        thermal_loading: As there.
+        relative_pressure: p0/E', as in `thermal_reduction_factor`.
+        thermal_loading: L, as in `thermal_reduction_factor`.
     """
-    return np.asarray(_numerator(relative_pressure, thermal_loading) >= _LEAST_NUMERATOR)
+    return np.asarray(_numerator(relative_pressure, thermal_loading) >= _SMALLEST_NUMERATOR)
 
 
 def _numerator(relative_pressure: Floats, thermal_loading: Floats) -> FloatArray:
-    """1 - 13.2 (p0/E') L^0.42."""
+    """Numerator of phi_T, 1 - 13.2 (p0/E') L^0.42."""
     return np.asarray(1 - 13.2 * relative_pressure * thermal_loading**0.42)
 
 
 @dataclass(frozen=True)
 class InletOil:
-    """Properties of an oil at the inlet of a contact, on which its film depends.
+    """Properties of an oil at the inlet of a contact that determine its film.
 
     Attributes:
         dynamic_viscosity_pa_s: eta0, in Pa s.
@@ -154,12 +157,27 @@ class InletOil:
             oil.thermal_conductivity_w_mk(temperature_c),
         )
 
+    @classmethod
+    def joined(cls, oils: Sequence["InletOil"]) -> "InletOil":
+        """The properties of several oils, arrays of one axis, one oil after the other."""
+        return cls(
+            np.concatenate([oil.dynamic_viscosity_pa_s for oil in oils]),
+            np.concatenate([oil.pressure_viscosity_coefficient_1_pa for oil in oils]),
+            np.concatenate([oil.temperature_viscosity_coefficient_1_k for oil in oils]),
+            np.concatenate([oil.thermal_conductivity_w_mk for oil in oils]),
+        )
+
     def __getitem__(self, index: Any) -> "InletOil":
-        """The properties indexed as arrays are."""
-        return InletOil(*(np.asarray(getattr(self, field.name))[index] for field in fields(self)))
+        """The properties with the same index applied to each array."""
+        return InletOil(
+            np.asarray(self.dynamic_viscosity_pa_s)[index],
+            np.asarray(self.pressure_viscosity_coefficient_1_pa)[index],
+            np.asarray(self.temperature_viscosity_coefficient_1_k)[index],
+            np.asarray(self.thermal_conductivity_w_mk)[index],
+        )
 
     def thermal_loading(self, entrainment_speed_m_s: Floats) -> FloatArray:
-        """Thermal loading parameter: how strongly shear in the inlet heats the oil there.
+        """Thermal loading parameter, a measure of the heat by shear in the inlet.
 
             L = eta0 beta u^2 / k_oil
 
@@ -180,14 +198,15 @@ class InletOil:
 
 
 def film_thickness(
-    oil: InletOil, at: Conditions, slide_roll_ratio: Floats, thickness: Thickness
+    oil: InletOil, conditions: Conditions, slide_roll_ratio: Floats, thickness: Thickness
 ) -> FloatArray:
     """Film thickness of an oil in a contact: h = phi_T h_isothermal.
 
     Args:
         oil: The oil at the inlet temperature.
-        at: The contact's conditions; a pressure of 0 leaves out the pressure term of phi_T.
-        slide_roll_ratio: S.
+        conditions: Conditions of the contact. A pressure of 0 leaves out the pressure term of
+            phi_T.
+        slide_roll_ratio: Slide-roll ratio S.
         thickness: `minimum` or `central`, as in `isothermal_film_thickness`.
 
     Returns:
@@ -197,13 +216,14 @@ def film_thickness(
         MIL-L-23699 oil at 100 degC on a 20 mm ball: 0.2108 um, reduced by 0.766:
 
         >>> oil = InletOil(5.006e-3, 1.103e-8, 0.01996, 0.1472)
-        >>> at = Conditions(142, 1.5, 25, 100, radius_x_m=0.010, reduced_modulus_pa=221.6e9)
-        >>> print(f"{film_thickness(oil, at, 0.3, 'minimum') * 1e6:.3f} um")
+        >>> contact = Conditions(142, 1.5, 25, 100, radius_x_m=0.010, reduced_modulus_pa=221.6e9)
+        >>> print(f"{film_thickness(oil, contact, 0.3, 'minimum') * 1e6:.3f} um")
         0.161 um
     """
-    isothermal = isothermal_film_thickness(oil, at, thickness)
-    loading = oil.thermal_loading(at.entrainment_speed_m_s)
-    return isothermal * thermal_reduction_factor(at.relative_pressure, slide_roll_ratio, loading)
+    isothermal = isothermal_film_thickness(oil, conditions, thickness)
+    loading = oil.thermal_loading(conditions.entrainment_speed_m_s)
+    pressure = conditions.relative_pressure
+    return isothermal * thermal_reduction_factor(pressure, slide_roll_ratio, loading)
 
 
 def contact_film(
@@ -222,24 +242,32 @@ def contact_film(
         oil: The oil.
         contact: The contact.
         thickness: As in `film_thickness`.
-        load_n: Normal load, in N (`contact.load_for_max_hertz_pressure` where p0 is known).
+        load_n: Normal load, in N; from p0 by `contact.load_for_max_hertz_pressure`.
         entrainment_speed_m_s: Mean of the two surface speeds, in m/s.
         inlet_temperature_c: Oil temperature at the inlet, in degC.
-        slide_roll_ratio: S.
+        slide_roll_ratio: Slide-roll ratio S.
 
     Returns:
-        Film thickness h, in m, and lambda = h/sigma, sigma the combined Rq, of the
-        arguments' broadcast shape. NaN where speed or temperature is not possible, or where the
-        thermal reduction is used outside its range.
+        Film thickness h, in m, and lambda = h/sigma with the combined Rq sigma. Both have the
+        broadcast shape of the arguments. They are NaN where speed or temperature is not possible,
+        or where the thermal reduction is outside its range.
     """
-    low, high = _OIL_TEMPERATURES_C
+    lowest_c, highest_c = _LIQUID_RANGE_C
     speed = np.where(entrainment_speed_m_s > 0, entrainment_speed_m_s, np.nan)
-    is_liquid = (inlet_temperature_c >= low) & (inlet_temperature_c <= high)
+    is_liquid = (inlet_temperature_c >= lowest_c) & (inlet_temperature_c <= highest_c)
     inlet_oil = InletOil.of(oil, np.where(is_liquid, inlet_temperature_c, np.nan))
-    radius, modulus = np.asarray(contact.radius_m), contact.reduced_modulus_pa
-    pressure = max_hertz_pressure(load_n, radius, modulus) / PA_PER_GPA
-    at = Conditions(load_n, pressure, speed, inlet_temperature_c, radius, modulus)
-    thickness_m = film_thickness(inlet_oil, at, slide_roll_ratio, thickness)
-    within = within_thermal_reduction(at.relative_pressure, inlet_oil.thermal_loading(speed))
+    radius = np.asarray(contact.radius_m)
+    modulus = contact.reduced_modulus_pa
+    conditions = Conditions(
+        load_n=load_n,
+        max_hertz_pressure_gpa=max_hertz_pressure(load_n, radius, modulus) / PA_PER_GPA,
+        entrainment_speed_m_s=speed,
+        inlet_temperature_c=inlet_temperature_c,
+        radius_x_m=radius,
+        reduced_modulus_pa=modulus,
+    )
+    thickness_m = film_thickness(inlet_oil, conditions, slide_roll_ratio, thickness)
+    loading = inlet_oil.thermal_loading(speed)
+    within = within_thermal_reduction(conditions.relative_pressure, loading)
     thickness_m = np.where(np.isfinite(thickness_m) & within, thickness_m, np.nan)
     return thickness_m, thickness_m / contact.roughness_rq_m

@@ -16,26 +16,26 @@ import numpy.typing as npt
 from oilfilm.physics.contact import Floats
 from oilfilm.units import ABSOLUTE_ZERO_C, FloatArray
 
-# Limiting shear stress over pressure that no mineral or synthetic oil is known to exceed: 0.03 to
-# 0.12 (S. Bair, W. O. Winer, J. Lubr. Technol. 101 (1979) 251, second-hand). As the mean shear
-# stress of a contact is mu times its mean pressure, it is the largest mu as well.
+# Largest limiting shear stress over pressure of mineral and synthetic oils, which have 0.03 to 0.12
+# (S. Bair, W. O. Winer, J. Lubr. Technol. 101 (1979) 251, second-hand). The mean shear stress of a
+# contact is mu times its mean pressure, so that this is also the largest mu.
 LIMITING_STRESS_RATIO = 0.12
-# Of floats, or of complex numbers by which a formula is differentiated.
+# Arrays of floats, or of complex numbers to differentiate a formula.
 AnyArray = npt.NDArray[Any]
-# Temperature's imaginary step: its square vanishes, so that the derivative is exact to rounding.
+# Imaginary step of the temperature. Its square vanishes, so that the derivative is exact.
 _STEP_K = 1e-30
 
 
 @dataclass(frozen=True)
 class PiecewiseLinear:
-    """A property given at a few temperatures: straight lines between them.
+    """A property given at a few temperatures, with straight lines between them.
 
-    The end pieces are continued beyond the table, because the tables begin at 38 degC and the
-    rig at 25 degC.
+    The first and the last line continue outside the table, because the tables begin at 38 degC and
+    the rig at 25 degC.
 
     Attributes:
-        temperature_k: Temperatures in K, rising, two or more.
-        value: The property at each of them.
+        temperature_k: Two or more rising temperatures, in K.
+        value: The property at each temperature.
     """
 
     temperature_k: tuple[float, ...]
@@ -43,10 +43,11 @@ class PiecewiseLinear:
 
     def at(self, temperature_k: AnyArray) -> AnyArray:
         """The property at `temperature_k`."""
-        piece = np.searchsorted(self.temperature_k[1:-1], np.real(temperature_k))
-        slope = (np.diff(self.value) / np.diff(self.temperature_k))[piece]
-        start, value = np.asarray(self.temperature_k)[piece], np.asarray(self.value)[piece]
-        return value + slope * (temperature_k - start)
+        line = np.searchsorted(self.temperature_k[1:-1], np.real(temperature_k))
+        slope = (np.diff(self.value) / np.diff(self.temperature_k))[line]
+        start_k = np.asarray(self.temperature_k)[line]
+        start_value = np.asarray(self.value)[line]
+        return start_value + slope * (temperature_k - start_k)
 
 
 _NOT_GIVEN = PiecewiseLinear((0.0, 1.0), (np.nan, np.nan))
@@ -59,19 +60,19 @@ class Oil:
     Attributes:
         id: Short name, as in config/oils.
         name: Full name.
-        display_name: Full name; figures and tables show the id.
+        display_name: Full name in texts; figures and tables show the id.
         nominal_kinematic_viscosity_100c_cst: Grade of the oil, in cSt (mm2/s) at 100 degC.
         stand_in: True where the properties are those of a similar oil.
-        note: A remark on the source of the properties.
+        note: Remark on the source of the properties.
         source: Source of the properties.
-        relative_uncertainty: Half-width of a property's uncertainty, relative, by property name.
-        density: In kg/m3.
-        specific_heat: In J/(kg K).
-        thermal_conductivity: In W/(m K).
+        relative_uncertainty: Relative half-width of a property's uncertainty, by property name.
+        density: Density, in kg/m3.
+        specific_heat: Specific heat, in J/(kg K).
+        thermal_conductivity: Thermal conductivity, in W/(m K).
         model: Key of `FORMULAS`.
-        coefficients: Numbers of the formulas, by name.
+        coefficients: Constants of the formulas, by name.
         limiting_stress_ratio: Limiting shear stress over pressure; see `LIMITING_STRESS_RATIO`.
-        pressure_rule: Key of `PRESSURE_RULES`, where `model` leaves the rule open.
+        pressure_rule: Key of `PRESSURE_RULES`, for a `model` without a rule of its own.
         pressure_viscosity: alpha in 1/Pa, where it is given.
     """
 
@@ -102,7 +103,8 @@ class Oil:
 
     def temperature_viscosity_coefficient_1_k(self, temperature_c: Floats) -> FloatArray:
         """Temperature-viscosity coefficient beta = -d ln(eta)/dT, in 1/K."""
-        with np.errstate(invalid="ignore"):  # of a missing temperature
+        # a missing temperature is NaN
+        with np.errstate(invalid="ignore"):
             viscosity = FORMULAS[self.model][0](self, _kelvin(temperature_c) + 1j * _STEP_K)
         return np.asarray(-np.imag(viscosity) / np.real(viscosity) / _STEP_K)
 
@@ -126,7 +128,7 @@ class Oil:
 def _mil_l_7808_viscosity(oil: Oil, t: AnyArray) -> AnyArray:
     """eta = scale (b - offset),  b = exp(a),  a = exp(intercept - slope ln T).
 
-    MIL-L-7808 oil by the bearing-dynamics code ADORE, for 311 to 478 K.
+    MIL-L-7808 oil of the bearing-dynamics code ADORE, from 311 to 478 K.
 
     Reference: P. K. Gupta, ADORE, lubricant functions (second-hand transcription, docs/physics.md).
     """
@@ -136,7 +138,10 @@ def _mil_l_7808_viscosity(oil: Oil, t: AnyArray) -> AnyArray:
 
 
 def _mil_l_7808_pressure_viscosity(oil: Oil, t: AnyArray) -> AnyArray:
-    """alpha = base + rate/(T - pole), without meaning near the pole. Reference: as above."""
+    """alpha = base + rate/(T - pole), without meaning near the pole.
+
+    Reference: as `_mil_l_7808_viscosity`.
+    """
     c = oil.coefficients
     above_pole = t - c["pressure_viscosity_pole_k"]
     return c["pressure_viscosity_base_1_pa"] + c["pressure_viscosity_rate_k_pa"] / above_pole
@@ -145,8 +150,7 @@ def _mil_l_7808_pressure_viscosity(oil: Oil, t: AnyArray) -> AnyArray:
 def _mil_l_23699_viscosity(oil: Oil, t: AnyArray) -> AnyArray:
     """eta = eta_r exp(c1 d + c2 d^2),  d = 1/T - 1/T_r.
 
-    MIL-L-23699 oil by the bearing-dynamics code ADORE; the densities that go with it are given for
-    233 to 422 K.
+    MIL-L-23699 oil of the bearing-dynamics code ADORE. Its densities are given from 233 to 422 K.
 
     Reference: P. K. Gupta, ADORE, lubricant functions (second-hand transcription, docs/physics.md).
     """
@@ -156,9 +160,13 @@ def _mil_l_23699_viscosity(oil: Oil, t: AnyArray) -> AnyArray:
     return c["reference_viscosity_pa_s"] * np.exp(exponent)
 
 
-def _by_viscosity(oil: Oil, t: AnyArray) -> AnyArray:
-    """alpha = exp(m ln(eta) - n)/eta, alpha in 1/Pa and eta in Pa s. Reference: ADORE, as above."""
-    c, eta_pa_s = oil.coefficients, FORMULAS[oil.model][0](oil, t)
+def _mil_l_23699_pressure_viscosity(oil: Oil, t: AnyArray) -> AnyArray:
+    """alpha = exp(m ln(eta) - n)/eta, alpha in 1/Pa and eta in Pa s.
+
+    Reference: as `_mil_l_23699_viscosity`.
+    """
+    c = oil.coefficients
+    eta_pa_s = FORMULAS[oil.model][0](oil, t)
     exponent = c["pressure_viscosity_exponent"] * np.log(eta_pa_s)
     return np.exp(exponent - c["pressure_viscosity_offset"]) / eta_pa_s
 
@@ -179,7 +187,10 @@ def walther_coefficients(temperature_k: FloatArray, viscosity_cst: FloatArray) -
 
     Args:
         temperature_k: Two temperatures, in K.
-        viscosity_cst: Kinematic viscosity at each, in cSt; above 2.
+        viscosity_cst: Kinematic viscosity at each temperature, in cSt; above 2.
+
+    Returns:
+        A as `viscosity_intercept` and B as `viscosity_slope`.
 
     Reference: C. Walther, 1931; ASTM D341.
 
@@ -190,7 +201,8 @@ def walther_coefficients(temperature_k: FloatArray, viscosity_cst: FloatArray) -
         >>> print(f"{line['viscosity_intercept']:.3f} {line['viscosity_slope']:.3f}")
         8.718 3.410
     """
-    loglog, log_t = np.log10(np.log10(viscosity_cst + 0.7)), np.log10(temperature_k)
+    loglog = np.log10(np.log10(viscosity_cst + 0.7))
+    log_t = np.log10(temperature_k)
     slope = float((loglog[0] - loglog[1]) / (log_t[1] - log_t[0]))
     intercept = float(loglog[0] + slope * log_t[0])
     return {"viscosity_intercept": intercept, "viscosity_slope": slope}
@@ -201,23 +213,28 @@ def vogel_coefficients(temperature_k: FloatArray, viscosity_pa_s: FloatArray) ->
 
     Args:
         temperature_k: Three temperatures, in K.
-        viscosity_pa_s: Dynamic viscosity at each, in Pa s.
+        viscosity_pa_s: Dynamic viscosity at each temperature, in Pa s.
+
+    Returns:
+        a as `vogel_a_pa_s`, b as `vogel_b_k` and T_0 as `pole_k`.
 
     Reference: H. Vogel, Phys. Z. 22 (1921) 645.
 
     Examples:
-        Planted 5e-5 exp(1000/(T - 160)) Pa s is found again:
+        The constants of 5e-5 exp(1000/(T - 160)) Pa s:
 
         >>> t = np.array([313.15, 343.15, 373.15])
-        >>> known = vogel_coefficients(t, 5e-5 * np.exp(1000 / (t - 160)))
-        >>> print(", ".join(f"{value:.4g}" for value in known.values()))
+        >>> coefficients = vogel_coefficients(t, 5e-5 * np.exp(1000 / (t - 160)))
+        >>> print(", ".join(f"{value:.4g}" for value in coefficients.values()))
         5e-05, 1000, 160
     """
-    t, y = temperature_k, np.log(viscosity_pa_s)
+    t = temperature_k
+    y = np.log(viscosity_pa_s)
     ratio = (y[0] - y[1]) * (t[2] - t[1]) / ((y[1] - y[2]) * (t[1] - t[0]))
     pole = float((ratio * t[0] - t[2]) / (ratio - 1))
     b = float((y[0] - y[1]) * (t[0] - pole) * (t[1] - pole) / (t[1] - t[0]))
-    return {"vogel_a_pa_s": float(np.exp(y[0] - b / (t[0] - pole))), "vogel_b_k": b, "pole_k": pole}
+    a = float(np.exp(y[0] - b / (t[0] - pole)))
+    return {"vogel_a_pa_s": a, "vogel_b_k": b, "pole_k": pole}
 
 
 def roelands_coefficients(
@@ -225,26 +242,30 @@ def roelands_coefficients(
 ) -> dict[str, float]:
     """G_0 and S_0 of log10(log10 eta + 4.2) = log10 G_0 - S_0 log10(1 + T/135) by two viscosities.
 
-    eta in mPa s and T in degC.
+    In the formula eta is in mPa s and T in degC.
 
     Args:
         temperature_k: Two temperatures, in K.
-        viscosity_pa_s: Dynamic viscosity at each, in Pa s.
+        viscosity_pa_s: Dynamic viscosity at each temperature, in Pa s.
+
+    Returns:
+        G_0 as `roelands_g0` and S_0 as `roelands_s0`.
 
     Reference: C. J. A. Roelands, thesis, Delft (1966).
 
     Examples:
-        20 mPa s at 40 degC and 4 mPa s at 100 degC; between them at 70 degC, by hand 8.2 mPa s:
+        20 mPa s at 40 degC and 4 mPa s at 100 degC; at 70 degC, by hand 8.2 mPa s:
 
-        >>> known = roelands_coefficients(np.array([313.15, 373.15]), np.array([20e-3, 4e-3]))
-        >>> eta = 10 ** (known["roelands_g0"] * (1 + 70 / 135) ** -known["roelands_s0"] - 4.2)
+        >>> line = roelands_coefficients(np.array([313.15, 373.15]), np.array([20e-3, 4e-3]))
+        >>> eta = 10 ** (line["roelands_g0"] * (1 + 70 / 135) ** -line["roelands_s0"] - 4.2)
         >>> print(f"{eta:.1f} mPa s")
         8.2 mPa s
     """
     loglog = np.log10(np.log10(1e3 * viscosity_pa_s) + 4.2)
-    line = np.log10(1 + (temperature_k + ABSOLUTE_ZERO_C) / 135)
-    slope = float((loglog[0] - loglog[1]) / (line[1] - line[0]))
-    return {"roelands_g0": float(10 ** (loglog[0] + slope * line[0])), "roelands_s0": slope}
+    log_t = np.log10(1 + (temperature_k + ABSOLUTE_ZERO_C) / 135)
+    slope = float((loglog[0] - loglog[1]) / (log_t[1] - log_t[0]))
+    g0 = float(10 ** (loglog[0] + slope * log_t[0]))
+    return {"roelands_g0": g0, "roelands_s0": slope}
 
 
 def _vogel_viscosity(oil: Oil, t: AnyArray) -> AnyArray:
@@ -254,14 +275,17 @@ def _vogel_viscosity(oil: Oil, t: AnyArray) -> AnyArray:
 
 
 def _roelands_viscosity(oil: Oil, t: AnyArray) -> AnyArray:
-    """log10 eta = G_0 (1 + T/135)^-S_0 - 4.2, mPa s and degC. See `roelands_coefficients`."""
+    """log10 eta = G_0 (1 + T/135)^-S_0 - 4.2, eta in mPa s, T in degC.
+
+    Reference: `roelands_coefficients`.
+    """
     c = oil.coefficients
     relative = 1 + (t + ABSOLUTE_ZERO_C) / 135
     return 1e-3 * 10 ** (c["roelands_g0"] * relative ** -c["roelands_s0"] - 4.2)
 
 
 def so_klaus_1_pa(viscosity_cst: Floats, slope: Floats, density_kg_m3: Floats) -> FloatArray:
-    """Pressure-viscosity coefficient of an oil by its viscosity, its fall with heat, its density.
+    """Pressure-viscosity coefficient of an oil from its viscosity, Walther slope and density.
 
         alpha 1e8 Pa = 1.216 + 4.143 L^3.0627 + 2.848e-4 b^5.1903 L^1.5976
                        - 3.999 L^3.0975 rho^0.1162,   L = log10 nu
@@ -269,14 +293,14 @@ def so_klaus_1_pa(viscosity_cst: Floats, slope: Floats, density_kg_m3: Floats) -
     with nu in cSt, rho in g/cm3 and b the slope of Walther's line.
 
     Args:
-        viscosity_cst: nu at the temperature.
-        slope: b.
-        density_kg_m3: rho at the temperature.
+        viscosity_cst: Kinematic viscosity nu at the temperature.
+        slope: Slope b.
+        density_kg_m3: Density rho at the temperature.
 
     Returns:
         alpha, in 1/Pa.
 
-    Validity: within some 20 % for mineral and synthetic oils; nu above 1 cSt.
+    Validity: within about 20 % for mineral and synthetic oils; nu above 1 cSt.
 
     Reference: B. Y. C. So and E. E. Klaus, ASLE Trans. 23 (1980) 409 (second-hand, constants not
         checked against print).
@@ -287,9 +311,11 @@ def so_klaus_1_pa(viscosity_cst: Floats, slope: Floats, density_kg_m3: Floats) -
         >>> print(f"{so_klaus_1_pa(25.0, 3.556, 960.0) * 1e9:.0f} 1/GPa")
         19 1/GPa
     """
-    logarithm, rho = np.log10(viscosity_cst), np.asarray(density_kg_m3) / 1000
-    falls = 2.848e-4 * slope**5.1903 * logarithm**1.5976
-    alpha = 1.216 + 4.143 * logarithm**3.0627 + falls - 3.999 * logarithm**3.0975 * rho**0.1162
+    log_nu = np.log10(viscosity_cst)
+    rho = np.asarray(density_kg_m3) / 1000
+    slope_term = 2.848e-4 * slope**5.1903 * log_nu**1.5976
+    density_term = 3.999 * log_nu**3.0975 * rho**0.1162
+    alpha = 1.216 + 4.143 * log_nu**3.0627 + slope_term - density_term
     return np.asarray(1e-8 * alpha)
 
 
@@ -299,7 +325,7 @@ def roelands_1_pa(viscosity_pa_s: Floats, z: Floats) -> FloatArray:
         alpha = z (ln eta + 9.67)/0.1962 GPa,   eta in Pa s
 
     Args:
-        viscosity_pa_s: eta at the temperature.
+        viscosity_pa_s: Dynamic viscosity eta at the temperature.
         z: Pressure-viscosity index, 0.4 to 0.8 for most oils.
 
     Returns:
@@ -316,40 +342,53 @@ def roelands_1_pa(viscosity_pa_s: Floats, z: Floats) -> FloatArray:
     return np.asarray(z * (np.log(viscosity_pa_s) + 9.67) / 1.962e8)
 
 
-def _so_klaus(oil: Oil, t: AnyArray) -> AnyArray:
-    """By viscosity and density at T; b by the line through the viscosities at 40 and 100 degC."""
-    ends = np.array([40.0, 100.0]) - ABSOLUTE_ZERO_C
-    at_ends = FORMULAS[oil.model][0](oil, ends) / oil.density.at(ends) * 1e6
-    slope = walther_coefficients(ends, at_ends)["viscosity_slope"]
+def _given_pressure_viscosity(oil: Oil, t: AnyArray) -> AnyArray:
+    """alpha from the table in the oil's file."""
+    return oil.pressure_viscosity.at(t)
+
+
+def _so_klaus_pressure_viscosity(oil: Oil, t: AnyArray) -> AnyArray:
+    """alpha by `so_klaus_1_pa`, with the Walther slope between 40 and 100 degC."""
+    viscosity = FORMULAS[oil.model][0]
+    ends_k = np.array([40.0, 100.0]) - ABSOLUTE_ZERO_C
+    ends_cst = viscosity(oil, ends_k) / oil.density.at(ends_k) * 1e6
+    slope = walther_coefficients(ends_k, ends_cst)["viscosity_slope"]
     density = oil.density.at(t)
-    return so_klaus_1_pa(FORMULAS[oil.model][0](oil, t) / density * 1e6, slope, density)
+    return so_klaus_1_pa(viscosity(oil, t) / density * 1e6, slope, density)
 
 
+def _roelands_pressure_viscosity(oil: Oil, t: AnyArray) -> AnyArray:
+    """alpha by `roelands_1_pa`."""
+    viscosity = FORMULAS[oil.model][0]
+    return roelands_1_pa(viscosity(oil, t), oil.coefficients["roelands_z"])
+
+
+# A property of an oil, by its temperature in K.
 Formula = Callable[[Oil, AnyArray], AnyArray]
-# Pressure-viscosity coefficient of oils whose `model` leaves it open.
+# Pressure-viscosity coefficient of an oil whose `model` has no rule for it.
 PRESSURE_RULES: dict[str, Formula] = {
-    "given": lambda oil, t: oil.pressure_viscosity.at(t),
-    "so-klaus": _so_klaus,
-    "roelands": lambda oil, t: roelands_1_pa(
-        FORMULAS[oil.model][0](oil, t), oil.coefficients["roelands_z"]
-    ),
+    "given": _given_pressure_viscosity,
+    "so-klaus": _so_klaus_pressure_viscosity,
+    "roelands": _roelands_pressure_viscosity,
 }
 
 
-def _by_rule(oil: Oil, t: AnyArray) -> AnyArray:
+def _pressure_viscosity_by_rule(oil: Oil, t: AnyArray) -> AnyArray:
+    """alpha by the rule that the oil's file names."""
     return PRESSURE_RULES[oil.pressure_rule](oil, t)
 
 
-# Viscosity and pressure-viscosity coefficient by temperature in K, by the `model` of an oil's file.
+# Viscosity and pressure-viscosity coefficient, by the `model` in the oil's file.
 FORMULAS: dict[str, tuple[Formula, Formula]] = {
     "adore-mil-l-7808": (_mil_l_7808_viscosity, _mil_l_7808_pressure_viscosity),
-    "adore-mil-l-23699": (_mil_l_23699_viscosity, _by_viscosity),
-    "astm-d341": (_astm_d341_viscosity, _by_viscosity),
-    "walther": (_astm_d341_viscosity, _by_rule),
-    "vogel": (_vogel_viscosity, _by_rule),
-    "roelands": (_roelands_viscosity, _by_rule),
+    "adore-mil-l-23699": (_mil_l_23699_viscosity, _mil_l_23699_pressure_viscosity),
+    "astm-d341": (_astm_d341_viscosity, _mil_l_23699_pressure_viscosity),
+    "walther": (_astm_d341_viscosity, _pressure_viscosity_by_rule),
+    "vogel": (_vogel_viscosity, _pressure_viscosity_by_rule),
+    "roelands": (_roelands_viscosity, _pressure_viscosity_by_rule),
 }
 
 
 def _kelvin(temperature_c: Floats) -> FloatArray:
+    """Absolute temperature, in K."""
     return np.asarray(temperature_c) - ABSOLUTE_ZERO_C

@@ -1,12 +1,12 @@
 """Traction of an oil film by thermal elastohydrodynamics: shear thinning, limiting stress, heat.
 
-Traction computed from the properties of an oil instead of a fit. The rig twin can use it as truth,
-and laws use its stresses. The contact has one film thickness; every point of it has its own
-pressure, stress and temperature, and the contact's traction is their mean.
+Traction is calculated from the properties of an oil, without a fit. The rig twin can use it as
+truth, and laws use its stresses. The contact has one film thickness. Each point of the contact has
+its own pressure, stress and temperature. The traction of the contact is the mean over its points.
 All quantities are in SI units, temperatures in degC. Arguments are floats or arrays that broadcast.
 
-Volumes and pages of the references are not checked against print; the tests hold each formula
-against its own limits and against conduction solved numerically.
+Volumes and pages of the references are not checked against print. The tests compare each formula
+with its limits and with conduction solved numerically.
 
 Decides: traction of an oil from its properties (thermal elastohydrodynamics), the truth of the
 campaign `thermal`; the temperature of the film of a measured point.
@@ -28,23 +28,24 @@ from oilfilm.physics.film import InletOil, film_thickness
 from oilfilm.physics.oils import Oil
 from oilfilm.units import PA_PER_GPA, FloatArray
 
-# Further up, properties continued in straight lines from their tables would fall below zero.
+# Highest temperature of a film. At higher temperatures, properties extrapolated from their tables
+# by straight lines would be negative.
 _HOTTEST_C = 800.0
-# Of the mean over a contact; within 0.01 % of mu up to 2.5 GPa and 200 m/s.
+# Quadrature nodes of the mean over a contact. mu is within 0.01 % up to 2.5 GPa and 200 m/s.
 _RADIAL_NODES = 12
 
 
 @dataclass(frozen=True, kw_only=True)
 class ThermalEhl:
-    """Constants that belong to no oil file.
+    """Constants that are not in an oil's file.
 
     Attributes:
-        eyring_stress_pa: tau_E, above which the film thins under shear, in Pa.
-        limiting_stress_ratio: Lambda, limiting stress over pressure, at the reference temperature.
-        limiting_stress_reference_c: That temperature, in degC.
-        limiting_stress_decay_1_k: Relative fall of Lambda with the film's temperature, in 1/K.
+        eyring_stress_pa: Stress tau_E above which the oil is shear-thinning, in Pa.
+        limiting_stress_ratio: Limiting stress over pressure, Lambda, at the reference temperature.
+        limiting_stress_reference_c: Reference temperature of Lambda, in degC.
+        limiting_stress_decay_1_k: Relative decrease of Lambda per kelvin of the film, in 1/K.
         solid_conductivity_w_mk: Thermal conductivity of both bodies, in W/(m K).
-        solid_volumetric_heat_j_m3k: Their density times specific heat, in J/(m3 K).
+        solid_volumetric_heat_j_m3k: Density times specific heat of both bodies, in J/(m3 K).
     """
 
     eyring_stress_pa: float
@@ -57,12 +58,12 @@ class ThermalEhl:
 
 @dataclass(frozen=True)
 class SlidingFilm:
-    """Result of `sliding_film`; each attribute has the arguments' broadcast shape.
+    """Result of `sliding_film`; each attribute has the broadcast shape of the arguments.
 
     Attributes:
         shear_stress_pa: Shear stress tau, in Pa.
         shear_rate_1_s: Sliding speed over film thickness, in 1/s.
-        film_thickness_m: Central film thickness, thinned by inlet heating, in m.
+        film_thickness_m: Central film thickness, reduced by inlet heating, in m.
         surface_temperature_c: Mean temperature of the two surfaces, in degC.
         film_temperature_c: Mean temperature across the film, in degC.
     """
@@ -77,20 +78,20 @@ class SlidingFilm:
 def barus_viscosity(
     dynamic_viscosity_pa_s: Floats, pressure_viscosity_coefficient_1_pa: Floats, pressure_pa: Floats
 ) -> FloatArray:
-    """Viscosity under pressure.
+    """Viscosity at a pressure.
 
         eta = eta0 exp(alpha p)
 
     Args:
-        dynamic_viscosity_pa_s: eta0 at ambient pressure, in Pa s.
-        pressure_viscosity_coefficient_1_pa: alpha, in 1/Pa.
-        pressure_pa: p, in Pa.
+        dynamic_viscosity_pa_s: Viscosity eta0 at ambient pressure, in Pa s.
+        pressure_viscosity_coefficient_1_pa: Pressure-viscosity coefficient alpha, in 1/Pa.
+        pressure_pa: Pressure p, in Pa.
 
     Returns:
         eta, in Pa s.
 
-    Validity: good to some 0.5 GPa; far too high above, where a film's stress hangs on ln(eta) at
-        most and soon on its limit alone.
+    Validity: up to about 0.5 GPa, far too high above. There the stress of a film depends on ln(eta)
+        at most, and at higher stresses on the limiting stress alone.
 
     Reference: C. Barus, Am. J. Sci. 45 (1893) 87.
 
@@ -108,17 +109,18 @@ def barus_viscosity(
 def eyring_stress(
     viscosity_pa_s: Floats, shear_rate_1_s: Floats, eyring_stress_pa: Floats
 ) -> FloatArray:
-    """Shear stress of a film that thins by thermal activation.
+    """Shear stress of a film that is shear-thinning by thermal activation.
 
         tau = tau_E asinh(eta gamma/tau_E)
 
     Args:
-        viscosity_pa_s: eta at rest, at the film's pressure and temperature, in Pa s.
-        shear_rate_1_s: gamma, in 1/s.
-        eyring_stress_pa: tau_E, in Pa.
+        viscosity_pa_s: Viscosity eta at low shear, at the pressure and temperature of the film, in
+            Pa s.
+        shear_rate_1_s: Shear rate gamma, in 1/s.
+        eyring_stress_pa: Eyring stress tau_E, in Pa.
 
     Returns:
-        tau, in Pa: eta gamma where that is small against tau_E.
+        tau, in Pa. It is eta gamma where that is small compared with tau_E.
 
     Reference: H. Eyring, J. Chem. Phys. 4 (1936) 283; K. L. Johnson and J. L. Tevaarwerk, Proc. R.
         Soc. Lond. A 356 (1977) 215.
@@ -129,53 +131,52 @@ def eyring_stress(
         >>> print(f"{eyring_stress(np.sinh(1.0), 5e6, 5e6) / 1e6:.3f} MPa")
         5.000 MPa
     """
-    return np.asarray(
-        eyring_stress_pa * np.arcsinh(viscosity_pa_s * shear_rate_1_s / eyring_stress_pa)
-    )
+    newtonian_stress = viscosity_pa_s * shear_rate_1_s
+    return np.asarray(eyring_stress_pa * np.arcsinh(newtonian_stress / eyring_stress_pa))
 
 
 def limiting_stress(
     pressure_pa: Floats, temperature_c: Floats, constants: ThermalEhl
 ) -> FloatArray:
-    """Largest shear stress that a film can bear.
+    """Limiting shear stress of a film.
 
         tau_L = Lambda p exp(-b (T - T_r))
 
-    Proportional to pressure as usual; the fall with temperature is known to be there, its
-    exponential form is a convenience that keeps the stress above zero.
+    The stress is proportional to pressure, as usual. It is known to decrease with temperature. The
+    exponential form is chosen because it keeps the stress above zero.
 
     Args:
-        pressure_pa: p, in Pa.
-        temperature_c: T of the film, in degC.
+        pressure_pa: Pressure p, in Pa.
+        temperature_c: Temperature T of the film, in degC.
         constants: Lambda at the reference temperature T_r, and its decay b.
 
     Returns:
         tau_L, in Pa.
 
-    Reference: S. Bair and W. O. Winer, J. Lubr. Technol. 101 (1979) 251, for its being
-        proportional to pressure.
+    Reference: S. Bair and W. O. Winer, J. Lubr. Technol. 101 (1979) 251, for the proportionality to
+        pressure.
     """
-    cooler = constants.limiting_stress_reference_c - np.asarray(temperature_c)
-    warmed = np.exp(constants.limiting_stress_decay_1_k * cooler)
-    return np.asarray(constants.limiting_stress_ratio * pressure_pa * warmed)
+    below_reference_k = constants.limiting_stress_reference_c - np.asarray(temperature_c)
+    temperature_factor = np.exp(constants.limiting_stress_decay_1_k * below_reference_k)
+    return np.asarray(constants.limiting_stress_ratio * pressure_pa * temperature_factor)
 
 
 def limited_stress(stress_pa: Floats, limiting_stress_pa: Floats) -> FloatArray:
-    """A shear stress that goes over smoothly into its limit.
+    """Shear stress with a smooth transition to its limit.
 
         tau = tau_L [1 - exp(-tau_0/tau_L)]
 
     Args:
-        stress_pa: tau_0 that the film would bear without a limit, in Pa, 0 or more.
-        limiting_stress_pa: tau_L, in Pa.
+        stress_pa: Stress tau_0 without a limit, in Pa, 0 or more.
+        limiting_stress_pa: Limiting stress tau_L, in Pa.
 
     Returns:
-        tau, in Pa: tau_0 far below tau_L, tau_L far above.
+        tau, in Pa. It tends to tau_0 far below tau_L, and to tau_L far above.
 
     Reference: S. Bair and W. O. Winer, J. Lubr. Technol. 101 (1979) 258, the exponential form.
 
     Examples:
-        Below both, and 1 - 1/e of the limit where they meet:
+        Far below the limit, at tau_0 = tau_L (1 - 1/e of the limit), and far above:
 
         >>> limited_stress(np.array([1e3, 50e6, 1e12]), 50e6) / 50e6
         array([1.99998000e-05, 6.32120559e-01, 1.00000000e+00])
@@ -190,24 +191,24 @@ def flash_temperature_rise(
     conductivity_w_mk: Floats,
     volumetric_heat_j_m3k: Floats,
 ) -> FloatArray:
-    """Mean rise of a surface's temperature under a circular source of heat that moves fast.
+    """Mean temperature rise of a surface under a circular heat source that moves fast.
 
         dT = 0.974 q sqrt(a/(k rho c V))
 
-    In terms of the total heat Q = pi a^2 q and the diffusivity chi this is Archard's
+    With the total heat Q = pi a^2 q and the diffusivity chi this is Archard's
     0.31 (Q/(k a)) sqrt(chi/(V a)).
 
     Args:
-        heat_flux_w_m2: q into this surface, the same all over the circle, in W/m2.
-        contact_radius_m: a, in m.
-        speed_m_s: V of the surface against the source, in m/s.
-        conductivity_w_mk: k of the body, in W/(m K).
-        volumetric_heat_j_m3k: rho c of the body, in J/(m3 K).
+        heat_flux_w_m2: Heat flux q into this surface, uniform over the circle, in W/m2.
+        contact_radius_m: Radius a, in m.
+        speed_m_s: Speed V of the surface relative to the source, in m/s.
+        conductivity_w_mk: Conductivity k of the body, in W/(m K).
+        volumetric_heat_j_m3k: Volumetric heat capacity rho c of the body, in J/(m3 K).
 
     Returns:
         dT, in K.
 
-    Validity: V a rho c/(2 k) above 5 (it is 88 at 20 m/s and 0.8 GPa, and rises with both).
+    Validity: V a rho c/(2 k) above 5. It is 88 at 20 m/s and 0.8 GPa, and increases with both.
 
     Reference: J. C. Jaeger, J. Proc. R. Soc. N.S.W. 76 (1942) 203; J. F. Archard, Wear 2 (1959)
         438.
@@ -222,36 +223,33 @@ def flash_temperature_rise(
         >>> print(f"{rise:.2f} K")
         2.75 K
     """
-    # Mean over a circle of the temperature that a fast, uniform source leaves behind: chord by
-    # chord 4/3 q sqrt(chord/(pi k rho c V)), integrated over the chords.
-    circular = 8 * np.sqrt(2) / (3 * np.pi**1.5) * scipy.special.beta(1 / 2, 7 / 4)
-    return np.asarray(
-        circular
-        * heat_flux_w_m2
-        * np.sqrt(contact_radius_m / (conductivity_w_mk * volumetric_heat_j_m3k * speed_m_s))
-    )
+    # Mean temperature over a circle under a fast, uniform source. The mean over a chord is
+    # q (4/3) sqrt(chord/(pi k rho c V)); the factor is the integral over all chords.
+    factor = 8 * np.sqrt(2) / (3 * np.pi**1.5) * scipy.special.beta(1 / 2, 7 / 4)
+    carried_heat = conductivity_w_mk * volumetric_heat_j_m3k * speed_m_s
+    return np.asarray(factor * heat_flux_w_m2 * np.sqrt(contact_radius_m / carried_heat))
 
 
 def film_temperature_rise(
     heat_flux_w_m2: Floats, film_thickness_m: Floats, conductivity_w_mk: Floats
 ) -> FloatArray:
-    """Rise of a film's mean temperature over its surfaces, its heat leaving by conduction alone.
+    """Rise of a film's mean temperature above its surfaces, with heat loss by conduction alone.
 
         dT = q h/(12 k)
 
-    The mean over the parabola that heat makes when it arises evenly across the film and leaves
-    through both surfaces; the middle of the film is half as much again above them, q h/(8 k).
+    Heat that is uniform across the film and leaves through both surfaces gives a parabola of
+    temperature. This is its mean. The rise in the middle of the film is q h/(8 k).
 
     Args:
-        heat_flux_w_m2: q that arises in the film, in W per m2 of contact.
-        film_thickness_m: h, in m.
-        conductivity_w_mk: k of the oil, in W/(m K).
+        heat_flux_w_m2: Heat q generated in the film, in W per m2 of contact.
+        film_thickness_m: Film thickness h, in m.
+        conductivity_w_mk: Conductivity k of the oil, in W/(m K).
 
     Returns:
         dT, in K.
 
-    Validity: oil stays in the contact long against h^2 rho c/(pi^2 k); five times as long in the
-        cold films of 0.6 um at 200 m/s, longer elsewhere.
+    Validity: the time of the oil in the contact is long compared with h^2 rho c/(pi^2 k). It is
+        five times as long in cold films of 0.6 um at 200 m/s, and longer elsewhere.
 
     Reference: H. S. Carslaw and J. C. Jaeger, Conduction of Heat in Solids, Oxford (1959), 3.14.
 
@@ -267,51 +265,61 @@ def film_temperature_rise(
 
 def mean_film_rise(
     oil: InletOil,
-    at: Conditions,
+    conditions: Conditions,
     traction_coefficient: Floats,
     slide_roll_ratio: Floats,
     solid_conductivity_w_mk: float,
     solid_volumetric_heat_j_m3k: float,
 ) -> FloatArray:
-    """Mean temperature of the film above that of the inlet, by the heat of its own friction.
+    """Mean temperature of the film above the inlet temperature, by its friction heat.
 
         q = |mu| p_mean |S| u,   p_mean = 2/3 p0
-        dT = flash(q/2) of the surfaces, on average, + q h_c/(12 k_oil)
+        dT = flash(q/2), mean of both surfaces, + q h_c/(12 k_oil)
 
     Args:
         oil: The oil at the inlet temperature.
-        at: Conditions of the contact.
-        traction_coefficient: mu, measured.
-        slide_roll_ratio: S.
-        solid_conductivity_w_mk: Of both bodies, in W/(m K).
+        conditions: Conditions of the contact.
+        traction_coefficient: Measured mu.
+        slide_roll_ratio: Slide-roll ratio S.
+        solid_conductivity_w_mk: Conductivity of both bodies, in W/(m K).
         solid_volumetric_heat_j_m3k: Density times specific heat of both bodies, in J/(m3 K).
 
     Returns:
         dT, in K.
 
-    Validity: circular contact, half of the heat into each body, heat even over the contact; as
+    Validity: circular contact, half of the heat into each body, uniform heat; and that of
         `flash_temperature_rise` and `film_temperature_rise`.
 
     Reference: J. F. Archard, Wear 2 (1959) 438, for the surfaces; H. S. Carslaw and J. C. Jaeger,
         Conduction of Heat in Solids (1959), 3.14, for the film.
 
     Examples:
-        MIL-L-23699 oil at 100 degC, 1.5 GPa, 25 m/s, S = 0.05, mu = 0.02: 25 MW/m2 as 20 MPa times
-        1.25 m/s, 2.75 K in the surfaces and 4.17 K in 0.295 um of oil:
+        MIL-L-23699 oil at 100 degC, 1.5 GPa, 25 m/s, S = 0.05, mu = 0.02: 20 MPa times 1.25 m/s is
+        25 MW/m2, with 2.75 K in the surfaces and 4.17 K in 0.295 um of oil:
 
         >>> oil = InletOil(5.006e-3, 1.103e-8, 0.01996, 0.1472)
-        >>> at = Conditions(142, 1.5, 25, 100, radius_x_m=0.010, reduced_modulus_pa=221.6e9)
-        >>> print(f"{mean_film_rise(oil, at, 0.02, 0.05, 46, 3.6e6):.1f} K")
+        >>> contact = Conditions(142, 1.5, 25, 100, radius_x_m=0.010, reduced_modulus_pa=221.6e9)
+        >>> print(f"{mean_film_rise(oil, contact, 0.02, 0.05, 46, 3.6e6):.1f} K")
         6.9 K
     """
-    mean_pressure_pa = 2 / 3 * at.max_hertz_pressure_gpa * PA_PER_GPA
-    sliding_m_s = np.abs(slide_roll_ratio) * at.entrainment_speed_m_s
+    speed_m_s = conditions.entrainment_speed_m_s
+    mean_pressure_pa = 2 / 3 * conditions.max_hertz_pressure_gpa * PA_PER_GPA
+    sliding_m_s = np.abs(slide_roll_ratio) * speed_m_s
     heat = np.abs(traction_coefficient) * mean_pressure_pa * sliding_m_s
-    radius = contact_radius(at.load_n, at.radius_x_m, at.reduced_modulus_pa)
-    solid = solid_conductivity_w_mk, solid_volumetric_heat_j_m3k
-    speeds = (at.entrainment_speed_m_s * (1 + side * slide_roll_ratio / 2) for side in (-1, 1))
-    slower, faster = (flash_temperature_rise(heat / 2, radius, speed, *solid) for speed in speeds)
-    thickness_m = film_thickness(oil, at, slide_roll_ratio, "central")
+    radius = contact_radius(conditions.load_n, conditions.radius_x_m, conditions.reduced_modulus_pa)
+
+    def surface_rise(surface_speed_m_s: FloatArray) -> FloatArray:
+        return flash_temperature_rise(
+            heat / 2,
+            radius,
+            surface_speed_m_s,
+            solid_conductivity_w_mk,
+            solid_volumetric_heat_j_m3k,
+        )
+
+    slower = surface_rise(speed_m_s * (1 - slide_roll_ratio / 2))
+    faster = surface_rise(speed_m_s * (1 + slide_roll_ratio / 2))
+    thickness_m = film_thickness(oil, conditions, slide_roll_ratio, "central")
     film = film_temperature_rise(heat, thickness_m, oil.thermal_conductivity_w_mk)
     return (slower + faster) / 2 + film
 
@@ -323,16 +331,16 @@ def film_stress(
     film_temperature_c: FloatArray,
     shear_rate_1_s: FloatArray,
 ) -> FloatArray:
-    """Shear stress of a film of known temperature; it falls as the temperature rises.
+    """Shear stress of a film with a given temperature. It decreases with temperature.
 
         tau = limited_stress(eyring_stress(eta(p, T), gamma), limiting_stress(p, T))
 
     Args:
-        oil: The oil; its viscosity and pressure-viscosity coefficient are those of the film.
-        constants: Stresses.
-        pressure_pa: p, in Pa.
-        film_temperature_c: T, in degC.
-        shear_rate_1_s: gamma, in 1/s.
+        oil: The oil. Its viscosity and pressure-viscosity coefficient are taken at T.
+        constants: Eyring stress and limiting stress.
+        pressure_pa: Pressure p, in Pa.
+        film_temperature_c: Temperature T of the film, in degC.
+        shear_rate_1_s: Shear rate gamma, in 1/s.
 
     Returns:
         tau, in Pa.
@@ -350,73 +358,81 @@ def film_stress(
 def sliding_film(
     oil: Oil,
     constants: ThermalEhl,
-    at: Conditions,
+    conditions: Conditions,
     pressure_pa: Floats,
     slide_roll_ratio: Floats,
     semi_axis_x_m: Floats,
 ) -> SlidingFilm:
-    """Film at a point of a contact, with the heat that its own sliding makes.
+    """Film at a point of a contact, heated by its own friction.
 
         tau   = film_stress(p, T, gamma),   gamma = S_f U/h
         T     = T_inlet + dT_flash(tau S_f U/2) + dT_film(tau S_f U)
         S_f   = S - tau/(K p),   K = creep_slope of the bodies
         h     = phi_T h_c
 
-    The film slips by S_f, the bodies creep by the rest: the two are in series at every point, which
-    has a share of the contact's stiffness in proportion to its pressure. That distribution is OURS;
-    the contact's slope at small slip is Kalker's. The stress falls with the temperature and with
-    the creep, both of which rise with the stress, so that there is exactly one solution. A
-    bracketing root search finds it.
+    The slip S_f of the film and the creep of the bodies are in series at every point. The stiffness
+    of a point is proportional to its pressure. That distribution is OURS; the slope of the contact
+    at small slip is Kalker's. The stress decreases with the temperature and with the creep, and
+    both increase with the stress. Hence there is exactly one solution, found by bracketing.
 
     Args:
-        oil: The oil; its viscosity and pressure-viscosity coefficient are taken at the temperature
-            of the film, its conductivity at the inlet's.
-        constants: Stresses and the bodies' thermal properties.
-        at: The contact's conditions, at a speed and pressure above 0; the bodies far from the
-            contact are as warm as the oil.
-        pressure_pa: p at the point, in Pa.
-        slide_roll_ratio: S at the point, 0 or more.
+        oil: The oil. Viscosity and pressure-viscosity coefficient are taken at the temperature of
+            the film, the conductivity at that of the inlet.
+        constants: Stresses, and thermal properties of the bodies.
+        conditions: Conditions of the contact, with speed and pressure above 0. The bodies far from
+            the contact have the inlet temperature.
+        pressure_pa: Pressure p at the point, in Pa.
+        slide_roll_ratio: Slide-roll ratio S at the point, 0 or more.
         semi_axis_x_m: Semi-axis of the contact in the rolling direction, in m.
 
     Returns:
         The film; NaN where it would be hotter than 800 degC.
 
-    Validity: full film, small S (both surfaces are heated as if they moved at U; at S = 0.3 that
-        is 1 % off). A point is heated as in a contact with the same flux everywhere, by the mean
-        over its area. The thermal reduction phi_T is the fit of Gupta et al. without its pressure
-        term, which would make films negative at 200 m/s. Left out: oil that carries heat away or
-        arrives heated, heat of compression, elastic strain of the film, the pressure's effect on
-        conductivity. Good for how traction goes with its conditions, not for the level of any one
-        oil.
+    Validity: full film and small S. Both surfaces are heated as if they moved at U, which is 1 %
+        off at S = 0.3. A point is heated as in a contact with uniform flux, by the mean over the
+        area. The thermal reduction phi_T is the fit of Gupta et al. without its pressure term,
+        which would make films negative at 200 m/s. Left out: heat carried by the oil, heat of
+        compression, elastic strain of the film, effect of pressure on conductivity. Good for the
+        dependence of traction on its conditions, not for the level of a particular oil.
 
-    References: K. L. Johnson and J. L. Tevaarwerk, Proc. R. Soc. Lond. A 356 (1977) 215; the parts
-    as given with the functions of this module and in `film`.
+    References: K. L. Johnson and J. L. Tevaarwerk, Proc. R. Soc. Lond. A 356 (1977) 215; those of
+    the functions in this module and in `film`.
     """
-    inlet_oil, speed = InletOil.of(oil, at.inlet_temperature_c), at.entrainment_speed_m_s
+    inlet_oil = InletOil.of(oil, conditions.inlet_temperature_c)
+    inlet_c = conditions.inlet_temperature_c
+    speed = conditions.entrainment_speed_m_s
     # without the pressure term, see Validity
-    without = replace(at, max_hertz_pressure_gpa=np.zeros(()))
-    film_thickness_m = film_thickness(inlet_oil, without, slide_roll_ratio, "central")
+    without_pressure = replace(conditions, max_hertz_pressure_gpa=np.zeros(()))
+    film_thickness_m = film_thickness(inlet_oil, without_pressure, slide_roll_ratio, "central")
     sliding_m_s = np.asarray(slide_roll_ratio) * speed
-    # both rises are proportional to the heat: kelvin per pascal of shear stress. The chords of an
-    # ellipse are those of a circle with its semi-axis along the rolling direction.
-    solid = constants.solid_conductivity_w_mk, constants.solid_volumetric_heat_j_m3k
-    flash = flash_temperature_rise(sliding_m_s / 2, semi_axis_x_m, speed, *solid)
-    conductivity = inlet_oil.thermal_conductivity_w_mk
-    within = film_temperature_rise(sliding_m_s, film_thickness_m, conductivity)
-    shear_rate = sliding_m_s / film_thickness_m
-    # the stress at which all slip would be creep
-    creep = creep_slope(at.relative_pressure, at.ellipticity) * pressure_pa * slide_roll_ratio
-    known = np.broadcast_arrays(
-        pressure_pa, at.inlet_temperature_c, flash + within, shear_rate, creep
+    # Both rises are in kelvin per pascal of shear stress, as they are proportional to the heat. The
+    # chords of an ellipse are those of a circle with the semi-axis along the rolling direction.
+    flash_k_pa = flash_temperature_rise(
+        sliding_m_s / 2,
+        semi_axis_x_m,
+        speed,
+        constants.solid_conductivity_w_mk,
+        constants.solid_volumetric_heat_j_m3k,
     )
-    stress = _stress_with_heat(oil, constants, *known)
-    of_film = _share_of_film(stress, known[-1])
+    conductivity = inlet_oil.thermal_conductivity_w_mk
+    film_k_pa = film_temperature_rise(sliding_m_s, film_thickness_m, conductivity)
+    shear_rate = sliding_m_s / film_thickness_m
+    # stress at which the creep would be all of the slip
+    slope = creep_slope(conditions.relative_pressure, conditions.ellipticity)
+    creep_stress = slope * pressure_pa * slide_roll_ratio
+    pressure, inlet, rise, full_shear_rate, full_creep_stress = np.broadcast_arrays(
+        pressure_pa, inlet_c, flash_k_pa + film_k_pa, shear_rate, creep_stress
+    )
+    stress = _stress_with_heat(
+        oil, constants, pressure, inlet, rise, full_shear_rate, full_creep_stress
+    )
+    film_share = _film_share_of_slip(stress, full_creep_stress)
     return SlidingFilm(
         shear_stress_pa=stress,
-        shear_rate_1_s=shear_rate * of_film,
+        shear_rate_1_s=shear_rate * film_share,
         film_thickness_m=film_thickness_m,
-        surface_temperature_c=at.inlet_temperature_c + flash * of_film * stress,
-        film_temperature_c=at.inlet_temperature_c + (flash + within) * of_film * stress,
+        surface_temperature_c=inlet_c + flash_k_pa * film_share * stress,
+        film_temperature_c=inlet_c + (flash_k_pa + film_k_pa) * film_share * stress,
     )
 
 
@@ -430,69 +446,100 @@ def thermal_ehl_traction(
     radius_m: float,
     reduced_modulus_pa: float,
 ) -> FloatArray:
-    """Traction coefficient of a circular contact, the mean of its points by their load.
+    """Traction coefficient of a circular contact, the load-weighted mean over its points.
 
         mu = 3 int_0^1 tau(p0 s)/(p0 s) s^2 ds,   p = p0 s with s = sqrt(1 - r^2/a^2)
 
     Args:
-        oil: As of `sliding_film`.
-        constants: As of `sliding_film`.
-        max_hertz_pressure_pa: p0, in Pa.
-        entrainment_speed_m_s: U, above 0, in m/s.
-        inlet_temperature_c: Of the oil and of both bodies far from the contact, in degC.
-        slide_roll_ratio: S, 0 or more.
+        oil: The oil, as for `sliding_film`.
+        constants: Stresses and thermal properties, as for `sliding_film`.
+        max_hertz_pressure_pa: Maximum pressure p0, in Pa.
+        entrainment_speed_m_s: Entrainment speed U, above 0, in m/s.
+        inlet_temperature_c: Temperature of the oil, and of both bodies far from the contact, in
+            degC.
+        slide_roll_ratio: Slide-roll ratio S, 0 or more.
         radius_m: Reduced radius, the same in both planes, in m.
         reduced_modulus_pa: E' = 2 E*, in Pa.
 
     Returns:
         mu; NaN where a point of the film would be hotter than 800 degC.
 
-    Validity, References: as of `sliding_film`.
+    Validity, References: as for `sliding_film`.
     """
-    levels = max_hertz_pressure_pa, entrainment_speed_m_s, inlet_temperature_c, slide_roll_ratio
-    peak, speed, inlet, slip = (
-        level[..., np.newaxis].astype(float) for level in np.broadcast_arrays(*levels)
+    arguments = np.broadcast_arrays(
+        max_hertz_pressure_pa, entrainment_speed_m_s, inlet_temperature_c, slide_roll_ratio
     )
-    load_n = load_for_max_hertz_pressure(peak, radius_m, reduced_modulus_pa)
+    # the last axis holds the nodes
+    max_pressure, speed, inlet, slip = (
+        argument[..., np.newaxis].astype(float) for argument in arguments
+    )
+    load_n = load_for_max_hertz_pressure(max_pressure, radius_m, reduced_modulus_pa)
     root, weight = scipy.special.roots_jacobi(_RADIAL_NODES, 0, 2)[:2]
-    pressure = peak * (1 + root) / 2
-    x = np.asarray(radius_m)
-    at = Conditions(load_n, peak / PA_PER_GPA, speed, inlet, x, reduced_modulus_pa)
-    radius = contact_radius(load_n, radius_m, reduced_modulus_pa)
-    film = sliding_film(oil, constants, at, pressure, slip, radius)
+    pressure = max_pressure * (1 + root) / 2
+    conditions = Conditions(
+        load_n=load_n,
+        max_hertz_pressure_gpa=max_pressure / PA_PER_GPA,
+        entrainment_speed_m_s=speed,
+        inlet_temperature_c=inlet,
+        radius_x_m=np.asarray(radius_m),
+        reduced_modulus_pa=reduced_modulus_pa,
+    )
+    semi_axis = contact_radius(load_n, radius_m, reduced_modulus_pa)
+    film = sliding_film(oil, constants, conditions, pressure, slip, semi_axis)
     return np.asarray((film.shear_stress_pa / pressure) @ (weight / weight.sum()))
 
 
-def _stress_with_heat(oil: Oil, constants: ThermalEhl, *known: FloatArray) -> FloatArray:
-    """Shear stress of a film that its own heat warms and that the bodies' creep relieves.
+def _stress_with_heat(
+    oil: Oil,
+    constants: ThermalEhl,
+    pressure_pa: FloatArray,
+    inlet_c: FloatArray,
+    rise_k_pa: FloatArray,
+    shear_rate_1_s: FloatArray,
+    creep_stress_pa: FloatArray,
+) -> FloatArray:
+    """Shear stress of a film that is heated by friction, with creep of the bodies.
 
     Args:
         oil: The oil.
         constants: Stresses.
-        known: Pressure; temperature of the inlet; rise of the film's temperature per pascal of the
-            stress and its shear rate, were all slip its own; stress at which all slip is creep.
+        pressure_pa: Pressure.
+        inlet_c: Inlet temperature.
+        rise_k_pa: Temperature rise of the film per pascal of stress, without creep.
+        shear_rate_1_s: Shear rate of the film without creep.
+        creep_stress_pa: Stress at which the creep is all of the slip.
     """
 
-    def excess(stress: FloatArray, *known: FloatArray) -> FloatArray:
-        pressure, inlet, rise, shear_rate, most = known
-        share = _share_of_film(stress, most)
-        warm = inlet + rise * share * stress
-        return stress - film_stress(oil, constants, pressure, warm, shear_rate * share)
+    def excess(
+        stress: FloatArray,
+        pressure: FloatArray,
+        inlet: FloatArray,
+        rise: FloatArray,
+        shear_rate: FloatArray,
+        creep_stress: FloatArray,
+    ) -> FloatArray:
+        film_share = _film_share_of_slip(stress, creep_stress)
+        temperature = inlet + rise * film_share * stress
+        return stress - film_stress(oil, constants, pressure, temperature, shear_rate * film_share)
 
-    pressure, inlet, rise, shear_rate, most = known
-    # the stress is largest in a film that stays cold; the factor allows for rounding
-    coldest = film_stress(oil, constants, pressure, inlet, shear_rate)
+    # the stress is largest in a film at the inlet temperature; the factor allows for rounding
+    stress_of_cold_film = film_stress(oil, constants, pressure_pa, inlet_c, shear_rate_1_s)
     with np.errstate(divide="ignore"):
-        hottest = (_HOTTEST_C - inlet) / rise
-    highest = np.minimum(np.minimum(coldest * (1 + 1e-9), hottest), most)
-    # imported here: it takes half a second, and the formulas above do without
+        stress_of_hottest_film = (_HOTTEST_C - inlet_c) / rise_k_pa
+    highest = np.minimum(stress_of_cold_film * (1 + 1e-9), stress_of_hottest_film)
+    highest = np.minimum(highest, creep_stress_pa)
+    # imported here because the import takes half a second and the formulas above do not need it
     from scipy.optimize import elementwise  # noqa: PLC0415
 
-    root = elementwise.find_root(excess, (np.zeros_like(highest), highest), args=known)
+    root = elementwise.find_root(
+        excess,
+        (np.zeros_like(highest), highest),
+        args=(pressure_pa, inlet_c, rise_k_pa, shear_rate_1_s, creep_stress_pa),
+    )
     return np.asarray(root.x)
 
 
-def _share_of_film(stress_pa: FloatArray, creep_stress_pa: FloatArray) -> FloatArray:
-    """Share of the slip that is the film's own; the bodies creep by the rest."""
-    whole = np.where(creep_stress_pa > 0, creep_stress_pa, 1.0)
-    return np.asarray(1 - stress_pa / whole)
+def _film_share_of_slip(stress_pa: FloatArray, creep_stress_pa: FloatArray) -> FloatArray:
+    """Share of the film in the slip; the rest is creep of the bodies."""
+    divisor = np.where(creep_stress_pa > 0, creep_stress_pa, 1.0)
+    return np.asarray(1 - stress_pa / divisor)

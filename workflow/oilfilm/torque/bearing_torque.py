@@ -2,7 +2,6 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -11,29 +10,31 @@ import scipy
 from oilfilm import tables
 from oilfilm.bearing.equilibria import Neighbour, equilibria, friction_equilibrium
 from oilfilm.bearing.friction import FrictionEquilibrium, FrictionProblem
-from oilfilm.bearing.geometry import Bearing, Cage
+from oilfilm.bearing.geometry import Bearing
 from oilfilm.bearing.quasistatic import OperatingPoints
 from oilfilm.bearing.resistance import TERMS, Lubrication
 from oilfilm.bearing.torque import palmgren_torque_n_m, skf_torque_n_m, torque_terms
 from oilfilm.fits.fit import laws_of
 from oilfilm.fits.fitted import FittedLaw
-from oilfilm.physics.contact import Floats
+from oilfilm.physics.contact import Contact, Floats
 from oilfilm.physics.oils import Oil
 from oilfilm.settings.base import present
 from oilfilm.settings.config import BearingSettings
 from oilfilm.settings.resolved import Settings
 from oilfilm.torque.best_oil import best_shares
 from oilfilm.torque.load_variables import LOAD_VARIABLES, LawInBearing, law_of_groups
-from oilfilm.torque.torque_uncertainty import drawn, term_factors, with_uncertainty
+from oilfilm.torque.torque_uncertainty import draw_results, term_factors, with_uncertainty
 from oilfilm.traction import BEARING_LAW_NAMES
 from oilfilm.units import MM_PER_M, RAD_S_PER_RPM, BoolArray, FloatArray
 
 _POINT = ["axial_load_n", "inner_speed_rpm", "inlet_temperature_c"]
 _TESTED = ("max_hertz_pressure_gpa", "entrainment_speed_m_s", "slide_roll_ratio")
-# Of a ball's load; a larger residual is no number worth a table.
+# Largest residual in tables, relative to the load of a ball; null above.
 _LARGEST_RESIDUAL = 1e9
-# Factors on all traction, among which the inversion looks for that of a measured torque.
-_FACTORS = np.geomspace(1 / 8, 8, 25)
+# Factors on all traction, between which the inversion interpolates.
+_TRACTION_FACTORS = np.geomspace(1 / 8, 8, 25)
+# A combination of oil, load variable and operating points.
+CaseGroup = tuple["OilInBearing", str, pd.DataFrame]
 
 
 @dataclass(frozen=True)
@@ -41,12 +42,12 @@ class OilInBearing:
     """One oil in bearings: its properties and its fitted laws.
 
     Attributes:
-        name: As in config/oils.
+        name: Name in config/oils.
         oil: Its properties.
-        laws: Law by load variable: the campaign's own with each of `LOAD_VARIABLES`, and laws on
-            load by their names.
+        laws: Law by load variable: the campaign's law with each of `LOAD_VARIABLES`, and the laws
+            on load by their names.
         tested: Lowest and highest tested level of pressure, speed and slip; NaN where unknown.
-        settings: The settings' `bearing`.
+        settings: Section `bearing` of the settings.
     """
 
     name: str
@@ -59,8 +60,8 @@ class OilInBearing:
         """The oil with other constants of the campaign's law, with each of `LOAD_VARIABLES`.
 
         Args:
-            constants: In the law's order, shape (constants,); or one row for each operating point
-                of the next `run`, shape (points, constants).
+            constants: Constants in the law's order, shape (constants,), or one row for each
+                operating point of the next `run`, shape (points, constants).
         """
         laws = {name: self.laws[name].with_constants(constants) for name in LOAD_VARIABLES}
         return replace(self, laws=laws)
@@ -78,15 +79,23 @@ class OilInBearing:
 
         Args:
             bearing: The bearing.
-            axial_load_n: Axial load.
+            axial_load_n: Axial load. It broadcasts against the three others.
             inner_speed_rpm: Speed of the inner ring.
             inlet_temperature_c: Temperature of the oil.
             load_variable: Key of `laws`.
             traction_factor: Factor on all traction.
         """
-        given = np.atleast_1d(axial_load_n), inner_speed_rpm, inlet_temperature_c, traction_factor
-        names = (*_POINT, "traction_factor")
-        points = pd.DataFrame(dict(zip(names, np.broadcast_arrays(*given), strict=True)))
+        load, speed, temperature, factor = np.broadcast_arrays(
+            np.atleast_1d(axial_load_n), inner_speed_rpm, inlet_temperature_c, traction_factor
+        )
+        points = pd.DataFrame(
+            {
+                "axial_load_n": load,
+                "inner_speed_rpm": speed,
+                "inlet_temperature_c": temperature,
+                "traction_factor": factor,
+            }
+        )
         return Cases(bearing, [(self, load_variable, points)]).run()
 
 
@@ -95,63 +104,64 @@ class Cases:
 
     Attributes:
         oils: Oil of each group of points.
-        laws: Its law.
-        points: One row per point: `oil`, `bearing`, `load_variable`, what the groups have, and
-            where they have it `traction_factor`, a factor on all traction.
-        problem: The same points for the solver.
+        laws: Law of each group of points.
+        points: One row per point: `oil`, `bearing`, `load_variable`, and the columns of the groups.
+            The column `traction_factor`, if any, is a factor on all traction.
+        problem: The friction problem of these points.
     """
 
-    def __init__(
-        self, bearing: Bearing, groups: Sequence[tuple[OilInBearing, str, pd.DataFrame]]
-    ) -> None:
+    def __init__(self, bearing: Bearing, groups: Sequence[CaseGroup]) -> None:
         """Cases by groups.
 
         Args:
             bearing: The bearing.
-            groups: Oil, load variable and operating points: columns axial_load_n, inner_speed_rpm,
-                inlet_temperature_c and any other.
+            groups: Oil, load variable and operating points with the columns axial_load_n,
+                inner_speed_rpm, inlet_temperature_c and any other.
         """
         self.oils = [oil for oil, _, _ in groups]
         self.laws = [oil.laws[variable] for oil, variable, _ in groups]
-        named = [
-            points.assign(oil=oil.name, bearing=bearing.name, load_variable=variable)
-            for oil, variable, points in groups
-        ]
-        self.points = pd.concat(named, ignore_index=True)
-        load, speed, _ = self.points[_POINT].to_numpy(dtype=float).T
-        lubrication = Lubrication.joined(
-            [
+        tables_of_groups = []
+        lubrications = []
+        for oil, variable, points in groups:
+            tables_of_groups.append(
+                points.assign(oil=oil.name, bearing=bearing.name, load_variable=variable)
+            )
+            lubrications.append(
                 Lubrication.of(
                     oil.oil,
                     points["inlet_temperature_c"].to_numpy(dtype=float),
                     oil.settings.drag_coefficient,
                     oil.settings.oil_volume_fraction,
                 )
-                for oil, _, points in groups
-            ]
-        )
-        self._sizes = [len(points) for points in named]
+            )
+        self.points = pd.concat(tables_of_groups, ignore_index=True)
+        load = self.points["axial_load_n"].to_numpy(dtype=float)
+        speed = self.points["inner_speed_rpm"].to_numpy(dtype=float)
+        lubrication = Lubrication.joined(lubrications)
+        self._sizes = [len(points) for _, _, points in groups]
         if "traction_factor" in self.points:
-            lubrication = lubrication.with_traction(self.points["traction_factor"].to_numpy())
+            traction_factor = self.points["traction_factor"].to_numpy()
+            lubrication = lubrication.with_traction_factor(traction_factor)
         law = law_of_groups(self.laws, self._sizes)
-        turning = OperatingPoints.axial(load, speed * RAD_S_PER_RPM)
-        self.problem = FrictionProblem(bearing, turning, lubrication, law)
+        operating_points = OperatingPoints.axial(load, speed * RAD_S_PER_RPM)
+        self.problem = FrictionProblem(bearing, operating_points, lubrication, law)
 
     def run(self, neighbour: Neighbour | None = None) -> pd.DataFrame:
         """Friction at every point, with the columns of `torque_terms`; null without equilibrium.
 
         Args:
-            neighbour: See `friction_equilibrium`.
+            neighbour: Equilibria with other constants; see `friction_equilibrium`.
         """
         return self._terms(friction_equilibrium(self.problem, neighbour))
 
-    def _terms(self, found: FrictionEquilibrium) -> pd.DataFrame:
-        ends = {
+    def _terms(self, equilibrium: FrictionEquilibrium) -> pd.DataFrame:
+        """Columns of `torque_terms`, the verdict on pressure, and the columns of the points."""
+        tested = {
             name: np.repeat([oil.tested[name] for oil in self.oils], self._sizes, axis=0).T
             for name in _TESTED
         }
         ratio = np.repeat([oil.oil.limiting_stress_ratio for oil in self.oils], self._sizes)
-        terms = _without_failures(torque_terms(found, ends, ratio))
+        terms = _null_without_equilibrium(torque_terms(equilibrium, tested, ratio))
         long_term, peak = self.oils[0].settings.pressure_limits_gpa
         pressure = terms.filter(regex="max_hertz_pressure_gpa").max(axis=1)
         terms["pressure_verdict"] = np.select(
@@ -162,30 +172,29 @@ class Cases:
         return terms.join(self.points[self.points.columns.difference(terms.columns)])
 
     def assessed(self, seed: int) -> tuple[pd.DataFrame, FloatArray]:
-        """What `run` calculates, with its uncertainty and the other equilibrium; and the draws.
+        """The results of `run` with their uncertainty and the other equilibrium; and the draws.
 
         Args:
-            seed: Of the configuration.
+            seed: Seed of the configuration.
 
         Returns:
-            See `with_uncertainty`; besides `equilibria`, `other_cage_slip`, `other_torque_n_m` and
-            `bistable`. The draws are as of `torque_uncertainty.drawn`.
+            The table of `with_uncertainty`, with the further columns `equilibria`,
+            `other_cage_slip`, `other_torque_n_m` and `bistable`. The draws of
+            `torque_uncertainty.draw_results`.
         """
         motions = equilibria(self.problem)
-        found = motions.fastest
-        calculated = self._terms(found)
-        named = zip(self.oils, self.laws, strict=True)
-        groups = [(oil.name, oil.oil, law) for oil, law in named]
-        number = np.repeat(np.arange(len(groups)), self._sizes)
+        calculated = self._terms(motions.fastest)
+        groups = [(oil.name, oil.oil, law) for oil, law in zip(self.oils, self.laws, strict=True)]
+        group_of_point = np.repeat(np.arange(len(groups)), self._sizes)
         settings = self.oils[0].settings
-        draws = drawn(found, groups, number, calculated, settings, seed)
+        draws = draw_results(motions.fastest, groups, group_of_point, calculated, settings, seed)
         speed_rad_s = self.problem.points.ring_speed_rad_s[:, 0]
         terms = with_uncertainty(calculated, draws, speed_rad_s, settings.uncertainty)
         several = motions.count > 1
-        certain = (motions.count > 0) & (motions.complete | several)
-        known = pd.Series(several, terms.index, dtype="boolean").where(certain)
-        # one of the two is enough for true; false takes both
-        terms["bistable"] = known | terms["draws_split"]
+        several_is_known = (motions.count > 0) & (motions.complete | several)
+        several_or_null = pd.Series(several, terms.index, dtype="boolean").where(several_is_known)
+        # true if either is true, false if both are false, else null
+        terms["bistable"] = several_or_null | terms["draws_split"]
         terms["equilibria"] = motions.count
         terms["other_cage_slip"] = np.where(several, motions.slowest.cage_slip(), np.nan)
         terms["other_torque_n_m"] = np.where(several, motions.slowest.torque_n_m(), np.nan)
@@ -198,41 +207,46 @@ def oils_in_bearings(
     settings: Settings,
     refits: pd.DataFrame | None = None,
 ) -> list[OilInBearing]:
-    """The campaign's oils whose law at any condition, properties and traction rig are known.
+    """The oils of the campaign with known properties and a law that is known at any condition.
+
+    The list is empty if the contact of the traction rigs is not known or not the same.
 
     Args:
-        coefficients: Table of coefficients; beside the configured law, laws on load are evaluated.
+        coefficients: Table of coefficients. Beside the configured law, laws on load are evaluated.
         quality: Table of fit quality.
         settings: The settings.
-        refits: Table of refits; without it results have no uncertainty.
+        refits: Table of refits. Without it the results have no uncertainty.
     """
-    # a law on load refers to the ball of its rig: several rigs must have the same one
-    if (rig := settings.common_contact()) is None:
+    # a law on load holds for the ball of its rig: all rigs must have the same ball
+    rig = settings.common_contact()
+    if rig is None:
         return []
-    floor = settings.bearing.law_floor.model_dump()
-    # once, as the table is long
-    spread = {} if refits is None else dict(iter(refits.groupby(["oil", "law"])))
-    oils = []
+    # grouped once, because the table is long
+    refits_of = {} if refits is None else dict(iter(refits.groupby(["oil", "law"])))
     configured = {row["oil"]: row for row in tables.rows(quality[quality["configured"]])}
+    oils = []
     for name in settings.oils:
         oil = settings.properties_of(name)
         if oil is None or name not in configured:
             continue
-        row, known = configured[name], laws_of(name, settings)
-        fitted = set(coefficients.loc[coefficients["oil"] == name, "law"])
+        row = configured[name]
+        available_laws = laws_of(name, settings)
+        fitted_names = set(coefficients.loc[coefficients["oil"] == name, "law"])
         law_names = {variable: row["law"] for variable in LOAD_VARIABLES}
-        law_names |= {law: law for law in BEARING_LAW_NAMES if law in fitted and law in known}
+        for law_name in BEARING_LAW_NAMES:
+            if law_name in fitted_names and law_name in available_laws:
+                law_names[law_name] = law_name
         fits = {
-            law: FittedLaw.of(coefficients, name, spread.get((name, law)), quality, known[law])
-            for law in set(law_names.values())
+            law_name: FittedLaw.of(
+                coefficients,
+                name,
+                refits_of.get((name, law_name)),
+                quality,
+                available_laws[law_name],
+            )
+            for law_name in set(law_names.values())
         }
-        laws = {
-            variable: LawInBearing.of(fits[law], variable, rig, floor)
-            for variable, law in law_names.items()
-            # the conditions of a bearing are not those of the tests
-            if fits[law].coefficients.known.all()
-            and not np.isnan(fits[law].coefficients.constants).any()
-        }
+        laws = _laws_in_bearing(fits, law_names, rig, settings.bearing)
         if "stress" in laws:
             tested = {
                 level: (float(row[f"tested_min_{level}"]), float(row[f"tested_max_{level}"]))
@@ -242,23 +256,47 @@ def oils_in_bearings(
     return oils
 
 
-def _without_failures(terms: Mapping[str, FloatArray]) -> pd.DataFrame:
-    """Null where there is no equilibrium, with the reason."""
+def _laws_in_bearing(
+    fits: Mapping[str, FittedLaw],
+    law_names: Mapping[str, str],
+    rig: Contact,
+    settings: BearingSettings,
+) -> dict[str, LawInBearing]:
+    """Laws by load variable, without those that have no value at the conditions of a bearing.
+
+    Args:
+        fits: Fitted laws by their names.
+        law_names: Name of the law for each load variable.
+        rig: Contact of the traction rig.
+        settings: Section `bearing` of the settings.
+    """
+    floor = settings.law_floor.model_dump()
+    laws = {}
+    for variable, law_name in law_names.items():
+        coefficients = fits[law_name].coefficients
+        if coefficients.known.all() and not np.isnan(coefficients.constants).any():
+            laws[variable] = LawInBearing.of(fits[law_name], variable, rig, floor)
+    return laws
+
+
+def _null_without_equilibrium(terms: Mapping[str, FloatArray]) -> pd.DataFrame:
+    """A table of terms that are null without an equilibrium, with the reason in `why`."""
     converged, residual = terms["converged"].astype(bool), terms["residual"]
-    cleared = {name: np.where(converged, values, np.nan) for name, values in terms.items()}
-    widest = [
-        f"the contacts would be {wide:.2g} times as wide as the balls; check the axial load "
+    columns = {name: np.where(converged, values, np.nan) for name, values in terms.items()}
+    too_wide = [
+        f"the contacts would be {width:.2g} times as wide as the balls; check the axial load "
         "and its unit"
-        for wide in terms["widest_contact"]
+        for width in terms["widest_contact"]
     ]
     imbalance = [
-        f"forces stay {left:.2g} of a ball's load out of balance; no steady motion was found"
-        for left in residual
+        f"forces stay {value:.2g} of a ball's load out of balance; no steady motion was found"
+        for value in residual
     ]
-    why = np.select([converged, terms["widest_contact"] >= 1], ["", widest], imbalance)
-    return pd.DataFrame(cleared).assign(
+    why = np.select([converged, terms["widest_contact"] >= 1], ["", too_wide], imbalance)
+    return pd.DataFrame(columns).assign(
         converged=converged,
-        **{name: _known_flag(terms[name], converged) for name in ("held_by_band", "outside_law")},
+        held_by_band=_known_flag(terms["held_by_band"], converged),
+        outside_law=_known_flag(terms["outside_law"], converged),
         film_in_range=converged & terms["film_in_range"].astype(bool),
         residual=np.where(residual < _LARGEST_RESIDUAL, residual, np.nan),
         why=np.array(why, dtype=object),
@@ -273,10 +311,10 @@ def _known_flag(flag: FloatArray, known: BoolArray) -> "pd.Series[bool]":
 def torque_table(
     runs: pd.DataFrame, oils: Sequence[OilInBearing], settings: Settings
 ) -> tuple[pd.DataFrame, pd.DataFrame]:
-    """Measured plateaus against every load variable, and the traction of each by inversion.
+    """Measured and calculated torque with every load variable, and traction by inversion.
 
     Args:
-        runs: Table of torque runs; refused plateaus are left out.
+        runs: Table of torque runs. Refused plateaus are left out.
         oils: Oils with their laws.
         settings: The settings.
 
@@ -288,24 +326,25 @@ def torque_table(
         measured_torque_n_m=runs["torque_n_m"],
         measured_torque_n_m_se=runs["torque_n_m_se"],
     )
-    of_oils = [(oil, measured[measured["oil"] == oil.name]) for oil in oils]
-    of_oils = [(oil, plateaus) for oil, plateaus in of_oils if len(plateaus)]
-    if not of_oils:
+    measured_names = set(measured["oil"])
+    measured_oils = [oil for oil in oils if oil.name in measured_names]
+    if not measured_oils:
         return tables.empty("torque"), tables.empty("torque_inversion")
+    groups: list[CaseGroup] = []
+    for oil in measured_oils:
+        plateaus = measured[measured["oil"] == oil.name]
+        groups += [(oil, variable, plateaus) for variable in oil.laws]
     bearing = settings.tested_bearing()
-    cases = Cases(
-        bearing, [(oil, variable, rows) for oil, rows in of_oils for variable in oil.laws]
-    )
-    terms, _ = cases.assessed(settings.seed)
-    terms = _compared(bearing, terms, {oil.name: oil for oil, _ in of_oils}, settings)
-    inversion = _inversion(bearing, [oil for oil, _ in of_oils], terms, settings)
+    calculated, _ = Cases(bearing, groups).assessed(settings.seed)
+    terms = _compared(bearing, calculated, measured_oils, settings)
+    inversion = _inversion(bearing, measured_oils, terms, settings)
     return joined([terms], "torque"), joined([inversion], "torque_inversion")
 
 
 def _compared(
-    bearing: Bearing, terms: pd.DataFrame, oils: Mapping[str, OilInBearing], settings: Settings
+    bearing: Bearing, terms: pd.DataFrame, oils: Sequence[OilInBearing], settings: Settings
 ) -> pd.DataFrame:
-    """Calculated torque beside the measured one and beside the catalogues' estimates."""
+    """Calculated torque compared with the measured torque, and the estimates of catalogues."""
     uncertainty = np.hypot(
         terms["measured_torque_n_m_se"].to_numpy(), _calibration_n_m(terms, settings)
     )
@@ -317,10 +356,11 @@ def _compared(
     )
     load, speed, temperature = terms[_POINT].to_numpy().T
     viscosity = np.empty(len(terms))
-    for name, oil in oils.items():
-        of_oil = terms["oil"].to_numpy() == name
-        viscosity[of_oil] = oil.oil.kinematic_viscosity_m2_s(temperature[of_oil])
-    pitch, palmgren = bearing.pitch_diameter_m, settings.bearing.palmgren
+    for oil in oils:
+        is_oil = terms["oil"].to_numpy() == oil.name
+        viscosity[is_oil] = oil.oil.kinematic_viscosity_m2_s(temperature[is_oil])
+    pitch = bearing.pitch_diameter_m
+    palmgren = settings.bearing.palmgren
     return terms.assign(
         measured_torque_n_m_uncertainty=uncertainty,
         relative_error=terms["torque_n_m"] / terms["measured_torque_n_m"] - 1,
@@ -337,91 +377,109 @@ def _compared(
 def _inversion(
     bearing: Bearing, oils: Sequence[OilInBearing], terms: pd.DataFrame, settings: Settings
 ) -> pd.DataFrame:
-    """Traction that gives the measured torque, all of it scaled alike; the other terms stay.
+    """Traction that gives the measured torque, with one factor on all traction.
 
-    The torque is calculated for each of `_FACTORS`. Traction coefficient is interpolated linearly
-    between the two neighbouring factors whose torques enclose the measured one; of several such
-    pairs the one nearest to the law's own factor 1 is taken.
+    The torque is calculated with each of `_TRACTION_FACTORS`; the other terms do not change. The
+    traction coefficient is interpolated linearly between two neighbouring factors whose torques
+    enclose the measured torque. Of several such pairs the nearest to factor 1 is taken.
     """
-    by_law = terms[terms["load_variable"] == "stress"].reset_index(drop=True)
-    every = by_law.loc[np.repeat(by_law.index, len(_FACTORS)), ["oil", *_POINT]]
-    every = every.assign(traction_factor=np.tile(_FACTORS, len(by_law)))
-    calculated = Cases(
-        bearing, [(oil, "stress", every[every["oil"] == oil.name]) for oil in oils]
-    ).run()
-    torque, coefficient = (
-        calculated[name].to_numpy().reshape(-1, len(_FACTORS)).T
-        for name in ("torque_n_m", "mean_traction_coefficient")
-    )
-    above = torque - by_law["measured_torque_n_m"].to_numpy()
-    encloses = above[:-1] * above[1:] <= 0
-    distance = np.abs(np.log(_FACTORS[:-1] * _FACTORS[1:]))[:, np.newaxis]
-    lower = np.where(encloses, distance, np.inf).argmin(axis=0), np.arange(len(by_law))
-    rise, span = np.diff(torque, axis=0)[lower], np.diff(coefficient, axis=0)[lower]
-    # of the traction's part in the torque: calibration and the other terms
-    # the middles of many equal slices of the normal distribution
-    normal = scipy.special.ndtri((np.arange(1000) + 0.5) / 1000)[:, np.newaxis]
-    spread = term_factors(settings.bearing, np.repeat(normal, len(TERMS), axis=1)).std(axis=0)
-    others = [
-        relative * by_law[f"{term}_torque_n_m"].to_numpy()
-        for term, relative in zip(TERMS, spread, strict=True)
-    ]
-    uncertain_n_m = np.linalg.norm([_calibration_n_m(by_law, settings), *others], axis=0)
+    plateaus = terms[terms["load_variable"] == "stress"].reset_index(drop=True)
+    count = len(plateaus)
+    scaled = plateaus.loc[
+        np.repeat(plateaus.index, len(_TRACTION_FACTORS)), ["oil", *_POINT]
+    ].assign(traction_factor=np.tile(_TRACTION_FACTORS, count))
+    groups = [(oil, "stress", scaled[scaled["oil"] == oil.name]) for oil in oils]
+    calculated = Cases(bearing, groups).run()
+    # rows are factors, columns are plateaus
+    shape = (count, len(_TRACTION_FACTORS))
+    torque = calculated["torque_n_m"].to_numpy().reshape(shape).T
+    coefficient = calculated["mean_traction_coefficient"].to_numpy().reshape(shape).T
+    excess = torque - plateaus["measured_torque_n_m"].to_numpy()
+    encloses = excess[:-1] * excess[1:] <= 0
+    distance_from_1 = np.abs(np.log(_TRACTION_FACTORS[:-1] * _TRACTION_FACTORS[1:]))
+    nearest = np.where(encloses, distance_from_1[:, np.newaxis], np.inf).argmin(axis=0)
+    lower = (nearest, np.arange(count))
+    torque_step = np.diff(torque, axis=0)[lower]
+    coefficient_step = np.diff(coefficient, axis=0)[lower]
+    start = np.where(encloses.any(axis=0), coefficient[lower], np.nan)
     with np.errstate(divide="ignore", invalid="ignore"):
-        slope = np.where(rise != 0, span / rise, np.inf)
-        value = np.where(encloses.any(axis=0), coefficient[lower], np.nan) - above[lower] * slope
-        random = np.abs(slope) * by_law["measured_torque_n_m_se"].to_numpy()
-        systematic = np.abs(slope) * uncertain_n_m
-    found = np.stack([value, random, systematic])
-    solved = np.isfinite(found).all(axis=0)
-    names = ("traction_coefficient", "traction_coefficient_se", "traction_coefficient_systematic")
+        slope = np.where(torque_step != 0, coefficient_step / torque_step, np.inf)
+        value = start - excess[lower] * slope
+        random = np.abs(slope) * plateaus["measured_torque_n_m_se"].to_numpy()
+        systematic = np.abs(slope) * _traction_torque_uncertainty_n_m(plateaus, settings)
+    solved = np.isfinite(value) & np.isfinite(random) & np.isfinite(systematic)
     verdict = np.select(
         [~solved, np.hypot(random, systematic) < value],
         ["no solution", "determined"],
         "undetermined",
     )
-    return by_law.assign(
-        **dict(zip(names, np.where(solved, found, np.nan), strict=True)),
-        traction_share=by_law["traction_torque_n_m"] / by_law["torque_n_m"],
-        law_traction_coefficient=by_law["mean_traction_coefficient"],
+    return plateaus.assign(
+        traction_coefficient=np.where(solved, value, np.nan),
+        traction_coefficient_se=np.where(solved, random, np.nan),
+        traction_coefficient_systematic=np.where(solved, systematic, np.nan),
+        traction_share=plateaus["traction_torque_n_m"] / plateaus["torque_n_m"],
+        law_traction_coefficient=plateaus["mean_traction_coefficient"],
         verdict=verdict,
     )
 
 
+def _traction_torque_uncertainty_n_m(terms: pd.DataFrame, settings: Settings) -> FloatArray:
+    """Standard uncertainty of the traction torque, by calibration and by the other terms."""
+    # quantiles in the middle of 1000 equal slices of the normal distribution
+    normal = scipy.special.ndtri((np.arange(1000) + 0.5) / 1000)[:, np.newaxis]
+    factors = term_factors(settings.bearing, np.repeat(normal, len(TERMS), axis=1))
+    parts = [_calibration_n_m(terms, settings)]
+    for term, relative in zip(TERMS, factors.std(axis=0), strict=True):
+        parts.append(relative * terms[f"{term}_torque_n_m"].to_numpy())
+    return np.asarray(np.linalg.norm(parts, axis=0))
+
+
 def _calibration_n_m(terms: pd.DataFrame, settings: Settings) -> FloatArray:
-    """Standard uncertainty of the measured torque by the sensor's offset and its gain."""
+    """Standard uncertainty of the measured torque by offset and gain of the sensor."""
     calibration = present(settings.campaign.torque, "torque", "the campaign").calibration
     gain = calibration.torque_relative * terms["measured_torque_n_m"].to_numpy()
     return np.hypot(calibration.torque_n_m, gain)
 
 
 def cage_slip_table(oils: Sequence[OilInBearing], settings: Settings) -> pd.DataFrame:
-    """Cage slip of each oil over speed and axial load, by `bearing.cage_slip`."""
+    """Cage slip of each oil over the speeds and axial loads of `bearing.cage_slip`."""
     if not oils:
         return tables.empty("cage_slip")
-    bearing, cage_slip = settings.tested_bearing(), settings.bearing.cage_slip
-    grid = np.meshgrid(cage_slip.pitch_speed_mm_rpm, cage_slip.axial_load_n, indexing="ij")
-    pitch_speed, load = (levels.ravel() for levels in grid)
-    points = pd.DataFrame({"axial_load_n": load, "pitch_speed_mm_rpm": pitch_speed}).assign(
-        inner_speed_rpm=pitch_speed / (bearing.pitch_diameter_m * MM_PER_M),
-        inlet_temperature_c=cage_slip.inlet_temperature_c,
+    bearing = settings.tested_bearing()
+    levels = settings.bearing.cage_slip
+    pitch_speed, load = np.meshgrid(levels.pitch_speed_mm_rpm, levels.axial_load_n, indexing="ij")
+    points = pd.DataFrame(
+        {
+            "axial_load_n": load.ravel(),
+            "pitch_speed_mm_rpm": pitch_speed.ravel(),
+            "inner_speed_rpm": pitch_speed.ravel() / (bearing.pitch_diameter_m * MM_PER_M),
+            "inlet_temperature_c": levels.inlet_temperature_c,
+        }
     )
     cases = Cases(bearing, [(oil, "stress", points) for oil in oils])
     terms, draws = cases.assessed(settings.seed)
-    limits = settings.selection.limits.slip_limit, settings.gates.lambda_limit
-    return joined([terms.assign(**best_shares(draws, len(oils), *limits))], "cage_slip")
+    slip_limit = settings.selection.limits.slip_limit
+    shares = best_shares(draws, len(oils), slip_limit, settings.gates.lambda_limit)
+    return joined([terms.assign(**shares)], "cage_slip")
 
 
 def size_effect_table(oils: Sequence[OilInBearing], settings: Settings) -> pd.DataFrame:
-    """Every load variable on balls of other sizes and closer grooves, by `bearing.size_effect`."""
-    bearing, study = settings.tested_bearing(), settings.bearing.size_effect
-    varied = [("ball size", _scaled(bearing, size), size) for size in study.ball_size_factors]
-    varied += [
+    """Traction torque with every load variable, over ball sizes and groove curvatures.
+
+    `bearing.size_effect` of the settings lists both. Loads and speeds give the same pressure and
+    surface speed at every ball size.
+    """
+    if not oils:
+        return tables.empty("size_effect")
+    bearing = settings.tested_bearing()
+    study = settings.bearing.size_effect
+    variants = [("ball size", _scaled(bearing, size), size) for size in study.ball_size_factors]
+    variants += [
         ("conformity", replace(bearing, groove_curvature=(groove, groove)), 1.0)
         for groove in study.groove_curvatures
     ]
     parts = []
-    for name, changed, factor in varied if oils else ():
+    for name, variant, factor in variants:
         point = pd.DataFrame(
             {
                 "axial_load_n": [study.axial_load_n * factor**2],
@@ -430,37 +488,42 @@ def size_effect_table(oils: Sequence[OilInBearing], settings: Settings) -> pd.Da
             }
         )
         groups = [(oil, variable, point) for oil in oils for variable in oil.laws]
-        terms = Cases(changed, groups).run()
+        terms = Cases(variant, groups).run()
         traction = terms.set_index(["oil", "load_variable"])["traction_torque_n_m"]
         by_stress = traction.xs("stress", level="load_variable")[terms["oil"]].to_numpy()
         parts.append(
             terms.assign(
                 varied=name,
-                ball_diameter_mm=changed.ball_diameter_m * MM_PER_M,
-                groove_curvature=changed.groove_curvature[0],
+                ball_diameter_mm=variant.ball_diameter_m * MM_PER_M,
+                groove_curvature=variant.groove_curvature[0],
                 relative_to_stress=terms["traction_torque_n_m"] / by_stress - 1,
             )
         )
     table = joined(parts, "size_effect")
-    places = {oil.name: place for place, oil in enumerate(oils)}
+    order = {oil.name: number for number, oil in enumerate(oils)}
     return table.sort_values(
-        "oil", key=lambda names: names.map(places), kind="stable", ignore_index=True
+        "oil", key=lambda names: names.map(order), kind="stable", ignore_index=True
     )
 
 
 def _scaled(bearing: Bearing, factor: float) -> Bearing:
-    """A bearing with all lengths in proportion, but for the roughness."""
-
-    def times(part: Bearing | Cage, *names: str) -> dict[str, Any]:
-        return {name: factor * getattr(part, name) for name in names}
-
-    lengths = times(bearing.cage, "land_diameter_m", "land_width_m", "land_clearance_m")
-    sizes = times(bearing, "ball_diameter_m", "pitch_diameter_m")
-    return replace(bearing, **sizes, cage=replace(bearing.cage, **lengths))
+    """A bearing with all lengths scaled, except the roughness."""
+    cage = replace(
+        bearing.cage,
+        land_diameter_m=factor * bearing.cage.land_diameter_m,
+        land_width_m=factor * bearing.cage.land_width_m,
+        land_clearance_m=factor * bearing.cage.land_clearance_m,
+    )
+    return replace(
+        bearing,
+        ball_diameter_m=factor * bearing.ball_diameter_m,
+        pitch_diameter_m=factor * bearing.pitch_diameter_m,
+        cage=cage,
+    )
 
 
 def joined(parts: Iterable[pd.DataFrame], table: str) -> pd.DataFrame:
-    """Parts of a table below each other, with the columns of its declaration alone."""
+    """A table from its parts, one below the other, with the declared columns only."""
     frames = list(parts)
-    whole = pd.concat(frames, ignore_index=True) if frames else tables.empty(table)
-    return tables.conform(whole[tables.columns(table)], table, f"table {table}")
+    frame = pd.concat(frames, ignore_index=True) if frames else tables.empty(table)
+    return tables.conform(frame[tables.columns(table)], table, f"table {table}")

@@ -1,10 +1,10 @@
-"""The best oil of a bearing by cage slip: it holds the cage with a full film, at the least torque.
+"""The best oil of a bearing: full film, cage slip within its limit, and the smallest torque.
 
-Where no oil holds the cage it is the one that slips least. Of oils that differ by rounding only the
-first one in the campaign's order is taken.
+Where no oil keeps the cage within the slip limit, the best oil has the smallest slip. Of oils that
+differ by rounding only, the first in the order of the campaign is the best.
 
-An oil without an equilibrium, or one whose film the formula does not give, may be the best one.
-Where the choice depends on such an oil the best oil is not known.
+An oil without an equilibrium, or outside the range of the film formula, may be the best oil. Where
+the choice depends on such an oil, the best oil is not known.
 
 Decides: which oil is best at an operating point of a bearing, and where that is not known.
 """
@@ -30,7 +30,7 @@ OPERATING_POINT = [
 
 
 def operating_points(cage_slip: pd.DataFrame) -> pd.DataFrame:
-    """The points of the map of cage slip, each once."""
+    """The operating points of the table of cage slip, without repetition."""
     return cage_slip[OPERATING_POINT].drop_duplicates().reset_index(drop=True)
 
 
@@ -41,12 +41,17 @@ def by_oil(cage_slip: pd.DataFrame, oils: Sequence[str], *columns: str) -> list[
     return [wide[name][list(oils)].to_numpy(dtype=float).T for name in columns]
 
 
-# In place of an oil's name, in tables.
+# Entry for an oil's name in tables.
 NOT_KNOWN = "not known"
 
 
 def enough_film(film: FloatArray, lambda_limit: float) -> tuple[BoolArray, BoolArray]:
-    """Where a film is thick enough, and where it is or may be: unknown films are null."""
+    """Whether a film is thick enough, and whether it may be: an unknown film may be.
+
+    Args:
+        film: Film thickness over roughness; NaN where it is not known.
+        lambda_limit: A film is full above this ratio.
+    """
     enough = exceeds(film, lambda_limit)
     return enough, enough | np.isnan(film)
 
@@ -54,28 +59,28 @@ def enough_film(film: FloatArray, lambda_limit: float) -> tuple[BoolArray, BoolA
 def best_index(
     slip: FloatArray, torque: FloatArray, enough: BoolArray, slip_limit: float
 ) -> IntArray:
-    """Index of the best of the oils that have an equilibrium, -1 where none has enough film.
+    """Index of the best oil of those with an equilibrium; -1 where none has enough film.
 
     Args:
-        slip: Cage slip, shape (oils, ...); null without an equilibrium.
-        torque: Friction torque.
-        enough: Whether the film is thick enough.
-        slip_limit: Largest cage slip with which a cage counts as held.
+        slip: Cage slip, shape (oils, ...); NaN without an equilibrium.
+        torque: Friction torque, of the same shape.
+        enough: Whether the film is thick enough, of the same shape.
+        slip_limit: Largest cage slip of a held cage.
     """
-    among = enough & np.isfinite(slip)
-    within = among & reaches(slip_limit, slip)
-    least_torque = first_smallest(np.where(within, torque, np.inf), axis=0)
-    least_slip = first_smallest(np.where(among, slip, np.inf), axis=0)
-    best = np.where(within.any(axis=0), least_torque, least_slip)
-    return np.where(among.any(axis=0), best, -1)
+    candidate = enough & np.isfinite(slip)
+    holds_cage = candidate & reaches(slip_limit, slip)
+    smallest_torque = first_smallest(np.where(holds_cage, torque, np.inf), axis=0)
+    smallest_slip = first_smallest(np.where(candidate, slip, np.inf), axis=0)
+    best = np.where(holds_cage.any(axis=0), smallest_torque, smallest_slip)
+    return np.where(candidate.any(axis=0), best, -1)
 
 
 @dataclass(frozen=True)
 class Best:
-    """The best oil of some points, each of shape (...).
+    """The best oil of operating points; each attribute has the same shape.
 
     Attributes:
-        oil: As of `best_index`, with the films that are known.
+        oil: Index by `best_index`, with the known films alone.
         lacks_equilibrium: True where an oil that may have enough film has no equilibrium.
         lacks_film: True where another oil is best if the unknown films are thick enough.
     """
@@ -86,35 +91,38 @@ class Best:
 
     @property
     def known(self) -> BoolArray:
-        """True where no unknown equilibrium or film can change the choice."""
+        """True where no unknown equilibrium or film can change the best oil."""
         return ~(self.lacks_equilibrium | self.lacks_film)
 
 
 def best_of(
     slip: FloatArray, torque: FloatArray, film: FloatArray, slip_limit: float, lambda_limit: float
 ) -> Best:
-    """The best oil at each point, and what is unknown of the choice.
+    """The best oil of each operating point, and whether it is known.
 
     Args:
-        slip: Cage slip, shape (oils, ...); null without an equilibrium.
-        torque: Friction torque.
-        film: Film thickness over roughness; null where the formula gives none.
-        slip_limit: Largest cage slip with which a cage counts as held.
-        lambda_limit: Full film above.
+        slip: Cage slip, shape (oils, ...); NaN without an equilibrium.
+        torque: Friction torque, of the same shape.
+        film: Film thickness over roughness, of the same shape; NaN where it is not known.
+        slip_limit: Largest cage slip of a held cage.
+        lambda_limit: A film is full above this ratio.
     """
-    enough, perhaps = enough_film(film, lambda_limit)
+    enough, perhaps_enough = enough_film(film, lambda_limit)
     best = best_index(slip, torque, enough, slip_limit)
+    best_with_unknown_films = best_index(slip, torque, perhaps_enough, slip_limit)
+    without_equilibrium = perhaps_enough & ~np.isfinite(slip)
     return Best(
-        best,
-        np.asarray((perhaps & ~np.isfinite(slip)).any(axis=0)),
-        np.asarray(best_index(slip, torque, perhaps, slip_limit) != best),
+        oil=best,
+        lacks_equilibrium=np.asarray(without_equilibrium.any(axis=0)),
+        lacks_film=np.asarray(best_with_unknown_films != best),
     )
 
 
 def best_oils(cage_slip: pd.DataFrame, slip_limit: float, lambda_limit: float) -> pd.DataFrame:
-    """The best oil of each operating point, `best_oil`.
+    """The operating points with the column `best_oil`.
 
-    It is empty where none has a full film, and `NOT_KNOWN` where an unknown one may be better.
+    `best_oil` is empty where no oil has a full film. It is `NOT_KNOWN` where an oil without a known
+    equilibrium or film may be better.
     """
     oils = list(dict.fromkeys(cage_slip["oil"]))
     slip, torque, film = by_oil(cage_slip, oils, "cage_slip", "torque_n_m", "lambda_ratio")
@@ -126,31 +134,33 @@ def best_oils(cage_slip: pd.DataFrame, slip_limit: float, lambda_limit: float) -
 def best_shares(
     draws: FloatArray, oils: int, slip_limit: float, lambda_limit: float
 ) -> dict[str, FloatArray | IndexArray]:
-    """How often each oil is the best one of its point among random draws.
+    """Share of the draws in which each oil is the best oil of its operating point.
 
-    A draw has one drag, one bearing and one traction rig for all oils. A draw in which the best oil
-    is not known counts for no oil.
+    A draw has the same drag, bearing and traction rig for all oils. A draw in which the best oil is
+    not known counts for no oil.
 
     Args:
-        draws: Torque, cage slip and lambda, shape (3, draws, oils * points), oil by oil.
+        draws: Torque, cage slip and lambda, shape (3, draws, oils * points). All points of an oil
+            are next to each other.
         oils: Number of oils.
-        slip_limit: Largest cage slip with which a cage counts as held.
-        lambda_limit: Full film above.
+        slip_limit: Largest cage slip of a held cage.
+        lambda_limit: A film is full above this ratio.
 
     Returns:
         The columns `best_share`, `draws_answered` and `draws_unanswered` of the table of cage slip,
-        each of shape (oils * points,); the share is null where no draw has an answer.
+        each of shape (oils * points,). The share is null where no draw has an answer.
     """
-    by_oil = draws.reshape(*draws.shape[:2], oils, draws.shape[-1] // oils)
-    torque, slip, film = by_oil.swapaxes(1, 2)
+    results, count, columns = draws.shape
+    draws_by_oil = draws.reshape(results, count, oils, columns // oils)
+    torque, slip, film = draws_by_oil.swapaxes(1, 2)
     best = best_of(slip, torque, film, slip_limit, lambda_limit)
     answered = best.known.sum(axis=0)
-    counts = [(best.known & (best.oil == oil)).sum(axis=0) for oil in range(oils)]
-    shares = np.divide(counts, answered, out=np.full(np.shape(counts), np.nan), where=answered > 0)
+    counts = np.array([(best.known & (best.oil == oil)).sum(axis=0) for oil in range(oils)])
+    shares = np.divide(counts, answered, out=np.full(counts.shape, np.nan), where=answered > 0)
     return {
         "best_share": shares.ravel(),
         "draws_answered": np.tile(answered, oils),
-        "draws_unanswered": np.tile(len(slip[0]) - answered, oils),
+        "draws_unanswered": np.tile(count - answered, oils),
     }
 
 
@@ -159,15 +169,18 @@ def stays_best(cage_slip: pd.DataFrame, share: float) -> pd.DataFrame:
 
     Args:
         cage_slip: Table of cage slip.
-        share: The share, of all draws.
+        share: Share of all draws.
 
     Returns:
-        One row per point: `surely`, where it is so whatever the draws without an answer are;
-        `perhaps`, where these draws decide; `draws_answered` and `draws_unanswered`.
+        One row per operating point. `surely` is true if one oil reaches the share without the draws
+        that have no answer. `perhaps` is true if it depends on these draws. The other columns are
+        `draws_answered` and `draws_unanswered`.
     """
     names = ["best_share", "draws_answered", "draws_unanswered"]
     points = cage_slip.groupby(OPERATING_POINT, sort=False)[names].max()
     answered, unanswered = points["draws_answered"], points["draws_unanswered"]
-    best, wanted = points["best_share"].fillna(0.0) * answered, share * (answered + unanswered)
-    surely = reaches(best, wanted)
-    return points.assign(surely=surely, perhaps=~surely & reaches(best + unanswered, wanted))
+    best_draws = points["best_share"].fillna(0.0) * answered
+    needed_draws = share * (answered + unanswered)
+    surely = reaches(best_draws, needed_draws)
+    perhaps = ~surely & reaches(best_draws + unanswered, needed_draws)
+    return points.assign(surely=surely, perhaps=perhaps)

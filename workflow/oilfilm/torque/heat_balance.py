@@ -1,7 +1,7 @@
-"""What the oil's own heating changes: torque, cage slip, film, and the oil that is best.
+"""Effect of the oil's heating on torque, cage slip, film and the best oil.
 
-Every other table has the oil of the contacts at its inlet temperature. Here it is as warm as the
-lumped balance of heat makes it, where the bearing's file has the flow of its oil.
+In all other tables the oil of the contacts has its inlet temperature. Here its temperature follows
+from a lumped heat balance, if the bearing's file states the oil flow.
 
 Decides: how hot the oil of a bearing becomes; what heating of the oil changes.
 """
@@ -23,21 +23,22 @@ from oilfilm.torque.bearing_torque import Cases, OilInBearing, joined
 from oilfilm.torque.best_oil import best_oils
 from oilfilm.units import RAD_S_PER_RPM, BoolArray, FloatArray, IndexArray
 
-# No oil of a bearing is a liquid beyond it.
+# Highest temperature of an oil in a bearing; no oil is a liquid above.
 _HOTTEST_C = 400.0
-# Heat that may be left over, relative; more means that the heat jumps where it should balance.
+# Largest relative error of a heat balance. A larger error means that the heat jumps there.
 _LARGEST_ERROR = 1e-6
+# Tolerance of the temperature rise.
 _TOLERANCE_K = 1e-9
 
 
 @dataclass(frozen=True)
 class HeatBalance:
-    """The balance of each point; NaN where none was found; shapes (points,).
+    """Heat balance of each point, NaN without a balance; shapes (points,).
 
     Attributes:
-        outlet_temperature_c: Of the oil that leaves the bearing.
-        contact_temperature_c: Of the oil in the contacts.
-        balanced: True where the oil takes its share of the heat, to 1e-6 of it.
+        outlet_temperature_c: Temperature of the oil that leaves the bearing.
+        contact_temperature_c: Temperature of the oil in the contacts.
+        balanced: True where the oil takes its share of the heat, with a relative error below 1e-6.
     """
 
     outlet_temperature_c: FloatArray
@@ -54,9 +55,9 @@ def heat_to_oil_w(
 
     Args:
         oil: The oil.
-        supply: Its flow V, at the inlet.
-        inlet_temperature_c: T_in, in degC.
-        outlet_temperature_c: T_out, in degC.
+        supply: Oil supply with the flow V at the inlet.
+        inlet_temperature_c: Inlet temperature T_in, in degC.
+        outlet_temperature_c: Outlet temperature T_out, in degC.
 
     Returns:
         Q, in W.
@@ -77,77 +78,82 @@ def heat_balance(
     supply: OilSupply,
     inlet_temperature_c: FloatArray,
 ) -> HeatBalance:
-    """Where the oil carries away its share of the heat that arises with oil so warm.
+    """Temperatures at which the oil carries away its share of the friction heat.
 
         heat_share H(T_c) = Q(T_out),   T_c = T_in + outlet_weight (T_out - T_in)
 
-    Hot oil is thin and makes less heat, so that the heat falls while the cooling rises: there is
-    one such temperature, unless the motion jumps from rolling to skidding on the way.
+    Hot oil is thin and causes less friction heat. The heat decreases with temperature, the cooling
+    increases. Hence there is one balance, unless the motion jumps from rolling to skidding.
 
     Args:
-        friction_heat_w: H in W of the points with these numbers, from the oil's temperature in
-            the contacts, both of one shape.
+        friction_heat_w: Function that returns the friction heat H, in W. Its arguments are the
+            temperature of the oil in the contacts and the numbers of the points, of the same shape.
         oil: The oil.
-        supply: Its flow.
-        inlet_temperature_c: T_in of each point, shape (points,).
+        supply: The oil supply.
+        inlet_temperature_c: Inlet temperature T_in of each point, shape (points,).
 
     Returns:
-        The balance; none where the oil would leave at more than 400 degC.
+        The balance. A point has none if the oil would leave at more than 400 degC.
     """
     points = np.arange(len(inlet_temperature_c))
 
     def contact_c(rise: FloatArray, which: IndexArray) -> FloatArray:
         return np.asarray(inlet_temperature_c[which] + supply.outlet_weight * rise)
 
-    def left_over_w(rise: FloatArray, which: IndexArray) -> FloatArray:
+    def excess_cooling_w(rise: FloatArray, which: IndexArray) -> FloatArray:
         inlet = inlet_temperature_c[which]
-        made = supply.heat_share * friction_heat_w(contact_c(rise, which), which)
-        return heat_to_oil_w(oil, supply, inlet, inlet + rise) - made
+        friction_heat = supply.heat_share * friction_heat_w(contact_c(rise, which), which)
+        return heat_to_oil_w(oil, supply, inlet, inlet + rise) - friction_heat
 
-    at_inlet = -left_over_w(np.zeros(len(points)), points)
-    # with cool oil's heat and heat capacity the oil leaves warmer than it does
-    per_kelvin = heat_to_oil_w(oil, supply, inlet_temperature_c, inlet_temperature_c + 1)
-    highest = np.minimum(1.5 * at_inlet / per_kelvin + 1, _HOTTEST_C - inlet_temperature_c)
-    # late, as most jobs read the settings of a bearing and balance no heat
+    heat_at_inlet = -excess_cooling_w(np.zeros(len(points)), points)
+    # heat and heat capacity at the inlet temperature overestimate the rise
+    heat_per_kelvin = heat_to_oil_w(oil, supply, inlet_temperature_c, inlet_temperature_c + 1)
+    largest_rise = 1.5 * heat_at_inlet / heat_per_kelvin + 1
+    largest_rise = np.minimum(largest_rise, _HOTTEST_C - inlet_temperature_c)
+    # imported here because most jobs import this module and calculate no heat balance
     from scipy.optimize import elementwise  # noqa: PLC0415
 
-    found = elementwise.find_root(
-        left_over_w,
-        (np.zeros(len(points)), highest),
+    root = elementwise.find_root(
+        excess_cooling_w,
+        (np.zeros(len(points)), largest_rise),
         args=(points,),
         tolerances={"xatol": _TOLERANCE_K, "frtol": 1e-3 * _LARGEST_ERROR},
     )
-    scale = np.maximum(np.abs(at_inlet), np.finfo(float).tiny)
-    # nothing is heated where nothing turns
-    balanced = (at_inlet == 0) | (found.success & (np.abs(found.f_x) <= _LARGEST_ERROR * scale))
-    rise = np.where(balanced, np.where(at_inlet == 0, 0.0, found.x), np.nan)
+    scale = np.maximum(np.abs(heat_at_inlet), np.finfo(float).tiny)
+    without_heat = heat_at_inlet == 0
+    solved = root.success & (np.abs(root.f_x) <= _LARGEST_ERROR * scale)
+    balanced = without_heat | solved
+    rise = np.where(balanced, np.where(without_heat, 0.0, root.x), np.nan)
     return HeatBalance(inlet_temperature_c + rise, contact_c(rise, points), balanced)
 
 
 _POINT = ["inner_speed_rpm", "axial_load_n", "inlet_temperature_c"]
+# Columns that the table has for oil at its inlet temperature and for heated oil.
 _COMPARED = ["torque_n_m", "cage_slip", "lambda_ratio"]
 
 
 def heat_balance_table(
     oils: Sequence[OilInBearing], cage_slip: pd.DataFrame, torque: pd.DataFrame, settings: Settings
 ) -> pd.DataFrame:
-    """Each point of the map of cage slip and each measured plateau with heated oil.
+    """Every point of the cage-slip map and every measured plateau with heated oil.
 
     Args:
         oils: Oils with their laws.
         cage_slip: Table of cage slip.
-        torque: Table of torque; the rows of the law of pressure are taken.
+        torque: Table of torque. Rows with the load variable `stress` are used.
         settings: The settings.
 
     Returns:
-        The table; empty where the flow of oil is not known.
+        The table `heat_balance`; empty if the oil flow is not known.
     """
     campaign = present(settings.campaign.torque, "torque", "the campaign")
-    keys = settings.bearings[campaign.bearing].oil_supply
-    if keys is None or not oils:
+    oil_supply = settings.bearings[campaign.bearing].oil_supply
+    if oil_supply is None or not oils:
         return tables.empty("heat_balance")
-    supply, bearing = keys.supply(), settings.tested_bearing()
+    supply = oil_supply.supply()
+    bearing = settings.tested_bearing()
     plateaus = torque[torque["load_variable"] == "stress"]
+    # points of the map have no run
     points = pd.concat([cage_slip.assign(run_id="", first_row=0), plateaus], ignore_index=True)
     heated = pd.concat(
         [_heated(oil, bearing, points[points["oil"] == oil.name], supply) for oil in oils],
@@ -155,49 +161,62 @@ def heat_balance_table(
     )
     frame = points.merge(heated, on=["run_id", "first_row", "oil", *_POINT], suffixes=("", "_hot"))
     frame = frame.rename(columns={f"{name}_hot": f"heated_{name}" for name in _COMPARED})
-    on_map = frame["run_id"] == ""
-    for column, slip in (
-        ("best_oil", cage_slip),
-        ("heated_best_oil", heated[heated["run_id"] == ""]),
-    ):
-        limits = settings.selection.limits.slip_limit, settings.gates.lambda_limit
-        best = best_oils(slip, *limits)[[*_POINT, "best_oil"]]
-        of_point = frame[_POINT].merge(best, on=_POINT, how="left")["best_oil"]
-        frame[column] = of_point.fillna("").where(on_map, "")
+    frame["best_oil"] = _best_oil_of_rows(frame, cage_slip, settings)
+    heated_map = heated[heated["run_id"] == ""]
+    frame["heated_best_oil"] = _best_oil_of_rows(frame, heated_map, settings)
     return joined([frame], "heat_balance")
+
+
+def _best_oil_of_rows(
+    frame: pd.DataFrame, cage_slip: pd.DataFrame, settings: Settings
+) -> "pd.Series[str]":
+    """Best oil at the operating point of each row; empty for measured plateaus.
+
+    Args:
+        frame: Rows of the table `heat_balance`.
+        cage_slip: Results at the points of the map, from which the best oil follows.
+        settings: Limits of cage slip and film.
+    """
+    slip_limit = settings.selection.limits.slip_limit
+    best = best_oils(cage_slip, slip_limit, settings.gates.lambda_limit)
+    names = frame[_POINT].merge(best[[*_POINT, "best_oil"]], on=_POINT, how="left")["best_oil"]
+    return names.fillna("").where(frame["run_id"] == "", "")
 
 
 def _heated(
     oil: OilInBearing, bearing: Bearing, points: pd.DataFrame, supply: OilSupply
 ) -> pd.DataFrame:
-    """Friction of one oil's points with the oil as warm as it makes itself."""
+    """Friction at the points of one oil, with the oil at the temperature of its heat balance."""
     speed, _, inlet = points[_POINT].to_numpy(dtype=float).T
-    cold = Cases(bearing, [(oil, "stress", points[_POINT])]).problem
-    known = friction_equilibrium(cold)
-    latest = Neighbour.of(cold, known.solution.unknowns)
+    inlet_problem = Cases(bearing, [(oil, "stress", points[_POINT])]).problem
+    at_inlet = friction_equilibrium(inlet_problem)
+    # the motion at the last temperature of each point
+    latest = Neighbour.of(inlet_problem, at_inlet.solution.unknowns)
 
-    def heat_w(contact_temperature_c: FloatArray, which: IndexArray) -> FloatArray:
-        """Friction heat, found near the motion of the last temperature."""
+    def friction_heat_w(contact_temperature_c: FloatArray, which: IndexArray) -> FloatArray:
+        """Friction heat by the equilibrium near the motion at the last temperature."""
         heat = np.full(len(which), np.nan)
-        solved = known.solution.converged[which] & np.isfinite(contact_temperature_c)
-        if len(which := which[solved]):
-            warmed = contact_temperature_c[solved]
-            now = points[_POINT].iloc[which].assign(inlet_temperature_c=warmed)
-            problem = Cases(bearing, [(oil, "stress", now)]).problem
-            found = friction_equilibrium(problem, latest.at(which))
-            good = found.solution.converged
-            latest.unknowns[which[good]] = found.solution.unknowns[good]
-            power = found.torque_n_m() * speed[which] * RAD_S_PER_RPM
-            heat[solved] = np.where(good, power, np.nan)
+        solvable = at_inlet.solution.converged[which] & np.isfinite(contact_temperature_c)
+        solved_points = which[solvable]
+        if len(solved_points) == 0:
+            return heat
+        heated_points = points[_POINT].iloc[solved_points]
+        heated_points = heated_points.assign(inlet_temperature_c=contact_temperature_c[solvable])
+        problem = Cases(bearing, [(oil, "stress", heated_points)]).problem
+        motion = friction_equilibrium(problem, latest.at_points(solved_points))
+        converged = motion.solution.converged
+        latest.unknowns[solved_points[converged]] = motion.solution.unknowns[converged]
+        power = motion.torque_n_m() * speed[solved_points] * RAD_S_PER_RPM
+        heat[solvable] = np.where(converged, power, np.nan)
         return heat
 
-    balance = heat_balance(heat_w, oil.oil, supply, inlet)
-    warm = np.where(balance.balanced, balance.contact_temperature_c, inlet)
-    at = points[_POINT].assign(inlet_temperature_c=warm)
-    terms = Cases(bearing, [(oil, "stress", at)]).run(latest)
+    balance = heat_balance(friction_heat_w, oil.oil, supply, inlet)
+    temperature = np.where(balance.balanced, balance.contact_temperature_c, inlet)
+    balanced_points = points[_POINT].assign(inlet_temperature_c=temperature)
+    terms = Cases(bearing, [(oil, "stress", balanced_points)]).run(latest)
     terms.loc[~balance.balanced, _COMPARED] = np.nan
-    own = points[["run_id", "first_row", "oil", "bearing", "pitch_speed_mm_rpm", *_POINT]]
-    return own.reset_index(drop=True).assign(
+    keys = points[["run_id", "first_row", "oil", "bearing", "pitch_speed_mm_rpm", *_POINT]]
+    return keys.reset_index(drop=True).assign(
         **terms[_COMPARED],
         balanced=balance.balanced,
         heat_w=terms["torque_n_m"] * speed * RAD_S_PER_RPM,

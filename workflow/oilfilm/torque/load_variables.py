@@ -15,27 +15,27 @@ from oilfilm.traction.law import to_internal
 from oilfilm.units import FloatArray, IndexArray
 
 LOAD_VARIABLES = ("stress", "load", "dimensionless_load")
-# A contact that is not pressed together has no creep; the solver passes such states.
-_LEAST_RELATIVE_PRESSURE = 1e-9
+# Smallest p_max/E' for the creep of the bodies. The solver may try contacts without load.
+_SMALLEST_RELATIVE_PRESSURE = 1e-9
 
 
 @dataclass(frozen=True)
 class LawInBearing:
-    """A fitted law with its power law of stress taken as one of stress, of load or of W/(E' R^2).
+    """A fitted law whose power law of stress is evaluated with stress, load or W/(E' R^2).
 
-    On the one ball and flat of a traction rig the three are equal: load goes with the cube of
-    the stress, so that data which one fits the others fit as well, with a third of the exponents.
-    In a bearing, with other balls and elliptical contacts, they differ; R is then Rx, the reduced
-    radius along the rolling direction. A law that was fitted to load itself is the same with every
-    load variable: it is given the load of the contact, or groups made with its Rx and E'.
+    With the ball and flat of one traction rig the three are equal: the load is proportional to the
+    cube of the stress, so that all three fit the same data, with a third of the exponents. In a
+    bearing they differ, because balls are other and contacts are elliptical. R is then Rx, the
+    reduced radius along the rolling direction. A law fitted to load itself is the same with every
+    load variable. It is evaluated with the load of the contact, or with groups of its Rx and E'.
 
     Attributes:
-        fitted: The law.
+        fitted: The fitted law.
         load_variable: One of `LOAD_VARIABLES`, or the name of a law on load.
         rig: Contact of the traction rig on which the law was fitted.
-        floor: Smallest level of each condition that the power laws are given; they have no value
-            at zero.
-        internal: The law's internal constants: one row, shape (1, constants), or one row for each
+        floor: Smallest level of each condition at which the power laws are evaluated. They have no
+            value at zero.
+        internal: Internal constants of the law: one row, shape (1, constants), or one row for each
             operating point of the bearing, shape (points, constants).
     """
 
@@ -59,90 +59,97 @@ class LawInBearing:
 
     def at_points(self, which: IndexArray) -> "LawInBearing":
         """See `TractionLaw`."""
-        one = len(self.internal) == 1
-        return self if one else replace(self, internal=self.internal[which])
+        has_one_row = len(self.internal) == 1
+        return self if has_one_row else replace(self, internal=self.internal[which])
 
-    def __call__(self, at: Conditions, slide_roll_ratio: FloatArray) -> FloatArray:
+    def __call__(self, conditions: Conditions, slide_roll_ratio: FloatArray) -> FloatArray:
         """See `TractionLaw`."""
         law = self.fitted.law
         levels = {
-            "max_hertz_pressure_gpa": self._stress_gpa(at),
-            "load_n": at.load_n,
-            "entrainment_speed_m_s": at.entrainment_speed_m_s,
-            "inlet_temperature_c": at.inlet_temperature_c,
+            "max_hertz_pressure_gpa": self._stress_gpa(conditions),
+            "load_n": conditions.load_n,
+            "entrainment_speed_m_s": conditions.entrainment_speed_m_s,
+            "inlet_temperature_c": conditions.inlet_temperature_c,
         }
-        conditions = np.stack(
-            # a trial that is no number ends as no equilibrium
-            [np.fmax(levels[name], self.floor[name]) for name in law.conditions],
-            axis=-1,
-        )
-        law = law.in_contacts(at.radius_x_m.ravel(), at.reduced_modulus_pa)
-        rows = conditions.reshape(-1, conditions.shape[-1])
+        # fmax replaces a NaN of a failed trial, which then ends without equilibrium
+        limited = [np.fmax(levels[name], self.floor[name]) for name in law.conditions]
+        stacked = np.stack(limited, axis=-1)
+        law = law.in_contacts(conditions.radius_x_m.ravel(), conditions.reduced_modulus_pa)
+        rows = stacked.reshape(-1, stacked.shape[-1])
         design = law.design(rows, self.fitted.coefficients.known)
-        # the points are the third axis from the end, before contacts and nodes
-        blocks = self.internal.reshape(len(self.internal), 1, 1, len(law.coefficients), -1)
-        design = design.reshape(*conditions.shape[:-1], -1)
-        sizes = np.exp(np.einsum("...d,...ld->l...", design, blocks))
+        design = design.reshape(*stacked.shape[:-1], -1)
+        # axes: points, contacts, nodes, coefficients of the law, constants of a coefficient
+        constants = self.internal.reshape(len(self.internal), 1, 1, len(law.coefficients), -1)
+        sizes = np.exp(np.einsum("...d,...ld->l...", design, constants))
         mu = law.value(sizes, slide_roll_ratio)
-        # below the slips of the tests a law may grip harder than the bodies' creep lets it
-        steel = creep_slope(np.fmax(at.relative_pressure, _LEAST_RELATIVE_PRESSURE), at.ellipticity)
-        return np.minimum(mu, steel * slide_roll_ratio, out=mu)
+        # at small slip a law may give more traction than the creep of the bodies allows
+        relative_pressure = np.fmax(conditions.relative_pressure, _SMALLEST_RELATIVE_PRESSURE)
+        slope = creep_slope(relative_pressure, conditions.ellipticity)
+        return np.minimum(mu, slope * slide_roll_ratio, out=mu)
 
-    def _stress_gpa(self, at: Conditions) -> FloatArray:
-        """Stress of the rig's contact where its load variable is that of the bearing's contact."""
+    def _stress_gpa(self, conditions: Conditions) -> FloatArray:
+        """Stress at which the rig's contact has the load variable of the bearing's contact."""
         if self.load_variable == "stress":
-            return at.max_hertz_pressure_gpa
-        relative = at.load_n / self.rig.load_n(1.0)
+            return conditions.max_hertz_pressure_gpa
+        load_ratio = conditions.load_n / self.rig.load_n(1.0)
         if self.load_variable == "dimensionless_load":
-            of_rig = self.rig.reduced_modulus_pa * self.rig.radius_m**2
-            relative = relative * of_rig / (at.reduced_modulus_pa * at.radius_x_m**2)
-        return np.cbrt(relative)
+            rig_scale = self.rig.reduced_modulus_pa * self.rig.radius_m**2
+            scale = conditions.reduced_modulus_pa * conditions.radius_x_m**2
+            load_ratio = load_ratio * rig_scale / scale
+        return np.cbrt(load_ratio)
 
 
 @dataclass(frozen=True)
 class JoinedLaw:
-    """Several laws, each of some of the operating points.
+    """Several laws, each for some of the operating points.
 
     Attributes:
         laws: The laws, with constants for every point.
-        number: Index of each point's law, shape (points,).
+        law_of_point: Index of each point's law, shape (points,).
     """
 
     laws: Sequence[LawInBearing]
-    number: IndexArray
+    law_of_point: IndexArray
 
-    def __call__(self, at: Conditions, slide_roll_ratio: FloatArray) -> FloatArray:
+    def __call__(self, conditions: Conditions, slide_roll_ratio: FloatArray) -> FloatArray:
         """See `TractionLaw`."""
         mu = np.empty_like(slide_roll_ratio)
         for number, law in enumerate(self.laws):
-            if len(which := np.flatnonzero(self.number == number)):
-                levels = {
-                    name: value[..., which, :, :] if np.ndim(value) else value
-                    for name, value in vars(at).items()
-                }
-                slip = slide_roll_ratio[..., which, :, :]
-                mu[..., which, :, :] = law.at_points(which)(Conditions(**levels), slip)
+            which = np.flatnonzero(self.law_of_point == number)
+            if len(which) == 0:
+                continue
+            # the last axes are points, contacts and nodes
+            index = (..., which, slice(None), slice(None))
+            law_of_points = law.at_points(which)
+            mu[index] = law_of_points(conditions.select(*index), slide_roll_ratio[index])
         return mu
 
     def at_points(self, which: IndexArray) -> "JoinedLaw":
         """See `TractionLaw`."""
-        return JoinedLaw([law.at_points(which) for law in self.laws], self.number[which])
+        return JoinedLaw([law.at_points(which) for law in self.laws], self.law_of_point[which])
 
 
 def law_of_groups(laws: Sequence[LawInBearing], counts: Sequence[int]) -> TractionLaw:
-    """The law of operating points that come in groups, each with its law.
+    """The law of operating points in groups, with one law for each group.
 
-    Laws that differ in their constants alone become one, with constants for each point.
+    Laws that differ only in their constants become one law, with constants for each point.
+
+    Args:
+        laws: Law of each group.
+        counts: Number of operating points of each group.
     """
-    keys = [(law.fitted.law, law.load_variable) for law in laws]
-    kinds, joined = list(dict.fromkeys(keys)), []
+    kind_of_group = [(law.fitted.law, law.load_variable) for law in laws]
+    kinds = list(dict.fromkeys(kind_of_group))
+    laws_of_kinds = []
     for kind in kinds:
-        first = laws[keys.index(kind)]
-        own = [law if key == kind else first for law, key in zip(laws, keys, strict=True)]
-        rows = [
-            np.resize(law.internal, (count, first.internal.shape[1]))
-            for law, count in zip(own, counts, strict=True)
-        ]
-        joined.append(replace(first, internal=np.concatenate(rows)))
-    number = np.repeat([kinds.index(key) for key in keys], counts)
-    return joined[0] if len(joined) == 1 else JoinedLaw(joined, number)
+        first = laws[kind_of_group.index(kind)]
+        rows = []
+        for law, group_kind, count in zip(laws, kind_of_group, counts, strict=True):
+            # groups of another kind have rows as well, which are not used
+            internal = law.internal if group_kind == kind else first.internal
+            rows.append(np.resize(internal, (count, first.internal.shape[1])))
+        laws_of_kinds.append(replace(first, internal=np.concatenate(rows)))
+    if len(laws_of_kinds) == 1:
+        return laws_of_kinds[0]
+    law_of_point = np.repeat([kinds.index(kind) for kind in kind_of_group], counts)
+    return JoinedLaw(laws_of_kinds, law_of_point)

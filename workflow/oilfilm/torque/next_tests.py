@@ -1,14 +1,13 @@
-"""Which tests to run next: rig conditions that most reduce what a bearing's torque leaves open.
+"""Planner: tests at rig conditions that most reduce the uncertainty of a bearing's torque.
 
-The law's form may be wrong: by a few per cent that change over the conditions, so that tests near
-the bearing's contacts tell more than a power law's lever far away. A rig can run tests within its
-limits and sensors, with a full film.
+The form of the law may be wrong by a few per cent, which change over the conditions. Hence tests
+near the conditions of the bearing's contacts are better than a power law far from them. A rig can
+run tests within its limits and sensors, with a full film.
 
 Decides: which tests the rig can run, and which of them are chosen next.
 """
 
 from dataclasses import dataclass, replace
-from itertools import compress
 
 import numpy as np
 import pandas as pd
@@ -29,7 +28,7 @@ from oilfilm.torque.operating_grid import Film, Grid
 from oilfilm.traction.law import CONDITIONS, to_constants
 from oilfilm.units import MM_PER_M, BoolArray, FloatArray
 
-# As many as a curve has coefficients at least.
+# Smallest number of slips of a test, as many as a curve has coefficients.
 _FEWEST_SLIPS = 3
 
 
@@ -38,9 +37,9 @@ class Candidates:
     """Tests that a rig can run.
 
     Attributes:
-        tests: One row per test: P, U, T, load, largest slip, lambda there.
-        curves: Their points.
-        left_out: Number of conditions left out, by the reason.
+        tests: One row per test: P, U, T, load, largest slip, lambda at that slip.
+        curves: Points of the tests.
+        left_out: Number of conditions left out, by reason.
     """
 
     tests: pd.DataFrame
@@ -51,37 +50,52 @@ class Candidates:
 def candidates(
     levels: PlanLevels, rig: Rig, name: str, film: Film, lambda_limit: float, known: Known
 ) -> Candidates:
-    """The tests among the levels of a plan that a rig can run with a full film.
+    """The tests at the levels of a plan that a rig can run with a full film.
 
-    A test has the slips of the measured curves, as far as the rig and its speed sensor reach.
+    A test has those slips of the measured curves that the rig and its speed sensor reach.
+
+    Args:
+        levels: Levels of the three conditions.
+        rig: The rig.
+        name: Name of the rig.
+        film: Film of the oil in the rig's contact.
+        lambda_limit: A film is full above this ratio.
+        known: Results of the measured curves: the law, its constants and the slips.
 
     Raises:
         OilfilmError: The rig's limits are not known, or no test is left.
     """
-    limits, scale = rig.limits, rig.full_scale
+    limits = rig.limits
+    scale = rig.full_scale
     if limits is None:
         raise OilfilmError(
             f"config/rigs/{name}.yaml: lacks the key `limits`, which a plan needs. Write the "
             "highest max_hertz_pressure_gpa, entrainment_speed_m_s, inlet_temperature_c and "
             "slide_roll_ratio at which the rig can run."
         )
-    pressures, speeds, temperatures = (
-        np.array(getattr(levels, each), dtype=float) for each in CONDITIONS
+    grid = Grid(
+        max_hertz_pressure_gpa=np.array(levels.max_hertz_pressure_gpa, dtype=float),
+        entrainment_speed_m_s=np.array(levels.entrainment_speed_m_s, dtype=float),
+        inlet_temperature_c=np.array(levels.inlet_temperature_c, dtype=float),
+        slide_roll_ratio=known.slip,
     )
-    grid = Grid(pressures, speeds, temperatures, known.slip)
-    points, count = grid.operating_points(), len(known.slip)
+    slips_per_test = len(known.slip)
+    points = grid.operating_points()
     points["load_n"] = film.contact.load_n(points["max_hertz_pressure_gpa"].to_numpy())
-    tests = points.iloc[::count].drop(columns="slide_roll_ratio").reset_index(drop=True)
-    slip = points["slide_roll_ratio"].to_numpy()
+    tests = points.iloc[::slips_per_test].drop(columns="slide_roll_ratio").reset_index(drop=True)
     conditions = tests[list(known.law.conditions)].to_numpy(dtype=float)
     load = tests["load_n"].to_numpy()
-    every = Curves(conditions, load, np.repeat(np.arange(len(tests)), count), slip)
-    shape = (len(tests), count)
-    mu = known.law.traction(known.internal, every.at(known.law)).reshape(shape)
+    test_of_point = np.repeat(np.arange(len(tests)), slips_per_test)
+    all_curves = Curves(conditions, load, test_of_point, points["slide_roll_ratio"].to_numpy())
+    # rows are tests, columns are slips
+    shape = (len(tests), slips_per_test)
+    mu = known.law.traction(known.internal, all_curves.at(known.law)).reshape(shape)
+    slip = points["slide_roll_ratio"].to_numpy().reshape(shape)
+    _, lambda_ratio = film.over(grid)
+    lambda_ratio = lambda_ratio.reshape(shape)
     pressure, speed, temperature = (tests[name].to_numpy() for name in CONDITIONS)
-    slip, lambda_ratio = slip.reshape(shape), film.over(grid)[1].reshape(shape)
     reached = reaches(limits.slide_roll_ratio, slip)
-    # why a condition cannot be tested, in the order in which reasons are given
+    # reasons why a condition cannot be tested, in the order of the message
     beyond: dict[str, BoolArray] = {
         "the rig's largest pressure": exceeds(pressure, limits.max_hertz_pressure_gpa),
         "the rig's largest speed": exceeds(speed, limits.entrainment_speed_m_s),
@@ -101,47 +115,57 @@ def candidates(
         "slips that the rig reaches at this speed": np.asarray(reached.sum(axis=1) < _FEWEST_SLIPS),
         f"a full film (lambda > {lambda_limit:g})": np.asarray(thin.any(axis=1)),
     }
-    left, left_out = np.ones(len(tests), dtype=bool), {}
+    feasible = np.ones(len(tests), dtype=bool)
+    left_out = {}
     for reason, is_beyond in beyond.items():
-        left_out[reason] = int((left & is_beyond).sum())
-        left &= ~is_beyond
-    if not left.any():
+        left_out[reason] = int((feasible & is_beyond).sum())
+        feasible &= ~is_beyond
+    if not feasible.any():
         counts = ", ".join(f"{reason} ({count})" for reason, count in left_out.items() if count)
         raise OilfilmError(
-            f"config/rigs/{name}.yaml, plan.levels: none of {len(left)} conditions can be run; "
+            f"config/rigs/{name}.yaml, plan.levels: none of {len(tests)} conditions can be run; "
             f"they are beyond {counts}. Change plan.levels, or correct the rig's limits."
         )
-    last = np.arange(len(tests)), count - 1 - np.argmax(reached[:, ::-1], axis=1)
-    tests = tests.assign(slide_roll_ratio=slip[last], lambda_ratio=lambda_ratio[last])[left]
-    # points that are reached, of curves that are left
-    curve = np.repeat(np.arange(left.sum()), reached[left].sum(axis=1))
-    curves = Curves(conditions[left], load[left], curve, slip[left][reached[left]])
-    return Candidates(tests.reset_index(drop=True), curves, left_out)
+    last_reached = slips_per_test - 1 - np.argmax(reached[:, ::-1], axis=1)
+    largest = (np.arange(len(tests)), last_reached)
+    tests = tests.assign(slide_roll_ratio=slip[largest], lambda_ratio=lambda_ratio[largest])
+    reached_of_feasible = reached[feasible]
+    curves = Curves(
+        conditions[feasible],
+        load[feasible],
+        np.repeat(np.arange(feasible.sum()), reached_of_feasible.sum(axis=1)),
+        slip[feasible][reached_of_feasible],
+    )
+    return Candidates(tests[feasible].reset_index(drop=True), curves, left_out)
 
 
 DUTY = ("axial_load_n", "inner_speed_rpm", "oil_temperature_c")
 BEARING_TARGETS = ("torque", "cage_slip")
-# Maximum pressure at both races, as columns of the calculated results.
-_PRESSURES = ("inner_max_hertz_pressure_gpa", "outer_max_hertz_pressure_gpa")
-# Of the tests to choose from, in ln p, ln U and degC, where a plan has one level of a condition.
-_LEAST_SPAN = np.array([0.1, 0.1, 10.0])
+# Columns of the calculated results with the maximum pressure at both races.
+_PRESSURES = ["inner_max_hertz_pressure_gpa", "outer_max_hertz_pressure_gpa"]
+# Smallest span of the tests to choose from, in ln p, ln U and degC. A plan may have only one level
+# of a condition.
+_SMALLEST_SPAN = np.array([0.1, 0.1, 10.0])
 # Step of the internal constants in finite differences.
 _STEP = 1e-3
-# Second over first difference of a smooth quantity is of the size of the step; of a jump it is 1.
-_LARGEST_BEND = 0.5
+# Largest second difference over first difference of a smooth quantity. It is of the size of the
+# step for a smooth quantity, and 1 for a jump.
+_LARGEST_CURVATURE = 0.5
 
 
 @dataclass(frozen=True)
 class Wanted:
-    """Quantities whose uncertainty shall become small.
+    """Quantities whose uncertainty is to be reduced.
 
     Attributes:
         target: `torque`, `cage_slip` or `traction`.
-        labels: Operating point of each, as text.
-        gradients: By the free internal constants, shape (quantities, free); of torque and traction
-            relative to the value.
-        lever: Change of each (as of `gradients`) per relative change of all traction.
-        places: Conditions at which traction counts, shape (quantities, places, 3), as of `place`.
+        labels: Operating point of each quantity, as text.
+        gradients: Gradients by the free internal constants, shape (quantities, free). Those of
+            torque and traction are relative to the value.
+        lever: Change of each quantity per relative change of all traction, in the unit of
+            `gradients`.
+        places: Conditions of the contacts that matter, shape (quantities, contacts, 3), with the
+            coordinates of `oilfilm.fits.measured_curves.place`.
         left_out: Operating points without such a gradient, with the reason.
     """
 
@@ -158,77 +182,123 @@ def wanted_in_bearing(
 ) -> dict[str, Wanted]:
     """Torque and cage slip at operating points, with their gradients by the free constants.
 
-    The gradients go through the friction equilibrium: it is solved again with each constant moved.
+    The gradients include the friction equilibrium, which is solved again with each moved constant.
 
     Args:
         oil: The oil with its law.
         bearing: The bearing.
         duty: Rows of axial load in N, inner speed in rpm, oil temperature in degC.
-        known: The constants.
-        contact: Of the traction rig.
+        known: Results of the measured curves: the law and its constants.
+        contact: Contact of the traction rig.
 
     Raises:
         OilfilmError: No operating point has a gradient.
     """
-    free, count = np.flatnonzero(known.free), len(known.internal)
-    # every constant to either side, and all traction
-    step = _STEP * np.eye(count + 1)[[*free, count]]
-    moves = np.concatenate([np.zeros((1, count + 1)), step, -step])
+    moves = _moves_of_constants(known)
     constants = to_constants(known.law, known.internal + moves[:, :-1])
-    load, speed, heat = np.tile(duty.T, len(moves))
+    load, speed, temperature = np.tile(duty.T, len(moves))
     terms = oil.with_constants(np.repeat(constants, len(duty), axis=0)).run(
-        *(bearing, load, speed, heat), traction_factor=np.exp(np.repeat(moves[:, -1], len(duty)))
+        bearing,
+        load,
+        speed,
+        temperature,
+        traction_factor=np.exp(np.repeat(moves[:, -1], len(duty))),
     )
-    first = terms.iloc[: len(duty)]
-    rolling, pressure = first[["entrainment_speed_m_s"]], first[[*_PRESSURES]].to_numpy()
-    both = (np.repeat(each, 2, axis=1) for each in (rolling.to_numpy(), duty[:, 2:]))
-    places = place(contact.load_n(pressure), *both)
-    # by target, moves and operating points
-    values = np.moveaxis(
-        terms[["torque_n_m", "cage_slip"]].to_numpy(dtype=float).reshape(len(moves), -1, 2), 2, 0
-    )
-    converged = terms["converged"].to_numpy(dtype=bool).reshape(len(moves), -1)
+    # one axis for the moves, one for the operating points
+    shape = (len(moves), len(duty))
+    values = {
+        "torque": terms["torque_n_m"].to_numpy(dtype=float).reshape(shape),
+        "cage_slip": terms["cage_slip"].to_numpy(dtype=float).reshape(shape),
+    }
+    converged = terms["converged"].to_numpy(dtype=bool).reshape(shape)
     solved: BoolArray = np.asarray(converged.all(axis=0))
-    smooth: BoolArray = solved & np.all([_is_smooth(each) for each in values], axis=0)
-    labels = [f"{load:g} N, {speed:g} rpm, {heat:g} degC" for load, speed, heat in duty]
-    left_out = [
-        f"{label}: " + ("it jumps with the constants" if good else "no equilibrium")
-        for label, good, kept in zip(labels, solved, smooth, strict=True)
-        if not kept
-    ]
-    if not smooth.any():
+    smooth: BoolArray = solved & _is_smooth(values["torque"]) & _is_smooth(values["cage_slip"])
+    labels, left_out = [], []
+    for (load_n, speed_rpm, temperature_c), is_solved, is_smooth in zip(
+        duty, solved, smooth, strict=True
+    ):
+        label = f"{load_n:g} N, {speed_rpm:g} rpm, {temperature_c:g} degC"
+        if is_smooth:
+            labels.append(label)
+        elif is_solved:
+            left_out.append(f"{label}: it jumps with the constants")
+        else:
+            left_out.append(f"{label}: no equilibrium")
+    if not labels:
         raise OilfilmError(
             f"{oil.name} in {bearing.name}: no duty point has a steady motion that follows the "
             f"law's constants ({left_out[0]}). Choose other duty points."
         )
-    wanted, kept = {}, list(compress(labels, smooth))
-    for target, (middle, *ends) in zip(BEARING_TARGETS, values[..., smooth], strict=True):
-        forward, back = np.split(np.array(ends), 2)
-        gradient = (forward - back).T / (2 * _STEP)
+    places = _contact_places(terms.iloc[: len(duty)], duty, contact)[smooth]
+    wanted = {}
+    for target in BEARING_TARGETS:
+        smooth_values = values[target][:, smooth]
+        forward, backward = np.split(smooth_values[1:], 2)
+        gradient = (forward - backward).T / (2 * _STEP)
         if target == "torque":
-            gradient = gradient / middle[:, np.newaxis]
-        by_constants, lever = gradient[:, :-1], gradient[:, -1]
-        wanted[target] = Wanted(target, kept, by_constants, lever, places[smooth], left_out)
+            gradient = gradient / smooth_values[0][:, np.newaxis]
+        wanted[target] = Wanted(
+            target=target,
+            labels=labels,
+            gradients=gradient[:, :-1],
+            lever=gradient[:, -1],
+            places=places,
+            left_out=left_out,
+        )
     return wanted
 
 
+def _moves_of_constants(known: Known) -> FloatArray:
+    """Moves of the internal constants and of the logarithm of all traction.
+
+    Returns:
+        Rows of shape (constants + 1,). The first row moves nothing. Then each row moves one free
+        constant, or the traction, forward. The same rows follow with backward moves.
+    """
+    count = len(known.internal)
+    moved = [*np.flatnonzero(known.free), count]
+    forward = _STEP * np.eye(count + 1)[moved]
+    return np.concatenate([np.zeros((1, count + 1)), forward, -forward])
+
+
+def _contact_places(terms: pd.DataFrame, duty: FloatArray, contact: Contact) -> FloatArray:
+    """Conditions of both contacts at each operating point, shape (points, 2, 3)."""
+    load = contact.load_n(terms[_PRESSURES].to_numpy())
+    speed = terms["entrainment_speed_m_s"].to_numpy()
+    temperature = duty[:, 2]
+    return place(load, np.column_stack([speed] * 2), np.column_stack([temperature] * 2))
+
+
 def _is_smooth(values: FloatArray) -> BoolArray:
-    """Whether forward and backward differences agree, over all constants together."""
-    forward, back = np.split(values[1:], 2)
-    first = np.linalg.norm(forward - back, axis=0) / 2
-    second = np.linalg.norm(forward + back - 2 * values[0], axis=0)
-    # rounding of the equilibrium, where nothing depends on the law
-    floor = 1e-9 * np.maximum(np.abs(values[0]), 1e-3)
-    return np.asarray(second <= _LARGEST_BEND * first + floor)
+    """Whether forward and backward differences agree, over all constants together.
+
+    Args:
+        values: A quantity by moves (`_moves_of_constants`) and operating points.
+    """
+    forward, backward = np.split(values[1:], 2)
+    first = np.linalg.norm(forward - backward, axis=0) / 2
+    second = np.linalg.norm(forward + backward - 2 * values[0], axis=0)
+    # rounding of the equilibrium, for a quantity that does not depend on the law
+    rounding = 1e-9 * np.maximum(np.abs(values[0]), 1e-3)
+    return np.asarray(second <= _LARGEST_CURVATURE * first + rounding)
 
 
-def wanted_traction(at: list[PointOfTraction], known: Known, contact: Contact) -> Wanted:
-    """mu at stated conditions, with its relative gradients by the free constants."""
-    levels = pd.DataFrame([point.model_dump() for point in at])
+def wanted_traction(points: list[PointOfTraction], known: Known, contact: Contact) -> Wanted:
+    """mu at given conditions, with its relative gradients by the free constants.
+
+    Args:
+        points: The conditions and slips.
+        known: Results of the measured curves: the law and its constants.
+        contact: Contact of the traction rig.
+
+    Raises:
+        OilfilmError: The law depends on a condition that the points do not have.
+    """
+    levels = pd.DataFrame([point.model_dump() for point in points])
     missing = sorted(set(known.law.conditions) - set(levels))
     if missing:
         raise OilfilmError(
-            f"plan.traction_at: the law {known.law.name} is one of {', '.join(missing)}; plan for "
+            f"plan.traction_at: the law {known.law.name} needs {', '.join(missing)}; plan for "
             "torque or cage slip."
         )
     slip = levels["slide_roll_ratio"].to_numpy(dtype=float)
@@ -237,14 +307,19 @@ def wanted_traction(at: list[PointOfTraction], known: Known, contact: Contact) -
     mu = known.law.traction(known.internal, curves.at(known.law))
     slopes = known.law.jacobian(known.internal, curves.at(known.law))[:, known.free]
     labels = [
-        f"{row.max_hertz_pressure_gpa:g} GPa, {row.entrainment_speed_m_s:g} m/s, "
-        f"{row.inlet_temperature_c:g} degC, S {row.slide_roll_ratio:g}"
-        for row in at
+        f"{point.max_hertz_pressure_gpa:g} GPa, {point.entrainment_speed_m_s:g} m/s, "
+        f"{point.inlet_temperature_c:g} degC, S {point.slide_roll_ratio:g}"
+        for point in points
     ]
     pressure, speed, temperature = levels[list(CONDITIONS)].to_numpy(dtype=float).T
-    places = place(contact.load_n(pressure), speed, temperature)[:, np.newaxis]
-    gradients = slopes / mu[:, np.newaxis]
-    return Wanted("traction", labels, gradients, np.ones(len(mu)), places, [])
+    return Wanted(
+        target="traction",
+        labels=labels,
+        gradients=slopes / mu[:, np.newaxis],
+        lever=np.ones(len(mu)),
+        places=place(contact.load_n(pressure), speed, temperature)[:, np.newaxis],
+        left_out=[],
+    )
 
 
 @dataclass(frozen=True)
@@ -252,13 +327,13 @@ class NextTests:
     """The tests to run next for one oil and one target.
 
     Attributes:
-        oil: The oil.
-        where: The bearing; empty for the target traction.
-        known: What the measured curves tell.
-        wanted: Whose uncertainty becomes small.
-        candidates: The tests that the rig can run.
-        gradients: Of what is wanted by all parameters of `known`.
-        design: Those chosen.
+        oil: Name of the oil.
+        where: Name of the bearing; empty for the target traction.
+        known: Results of the measured curves.
+        wanted: Quantities whose uncertainty is to be reduced.
+        candidates: Tests that the rig can run.
+        gradients: Gradients of these quantities by all parameters of `known`.
+        design: The chosen tests, and the uncertainty before and after them.
     """
 
     oil: str
@@ -271,11 +346,12 @@ class NextTests:
 
     def table(self) -> pd.DataFrame:
         """Rows of the table `test_plan`."""
-        design, tests = self.design, self.candidates.tests
+        design = self.design
+        tests = self.candidates.tests
         order = np.zeros(len(tests), dtype=np.int64)
         order[design.chosen] = np.arange(1, len(design.chosen) + 1)
-        after = np.full(len(tests), np.nan)
-        after[design.chosen] = design.after
+        uncertainty_with_plan = np.full(len(tests), np.nan)
+        uncertainty_with_plan[design.chosen] = design.after
         return tests.assign(
             oil=self.oil,
             bearing=self.where,
@@ -283,19 +359,19 @@ class NextTests:
             test_order=order,
             uncertainty_now=design.before,
             uncertainty_with_test=design.alone,
-            uncertainty_with_plan=after,
+            uncertainty_with_plan=uncertainty_with_plan,
         )
 
 
 @dataclass(frozen=True)
 class Request:
-    """What a plan is asked for.
+    """Request for a plan.
 
     Attributes:
-        targets: Quantities whose uncertainty shall become small.
+        targets: Quantities whose uncertainty is to be reduced.
         count: Number of tests.
         bearing: The bearing; None for the target traction.
-        duty: Its operating points, rows of load, speed and temperature.
+        duty: Operating points of the bearing, rows of load, speed and temperature.
     """
 
     targets: tuple[str, ...]
@@ -305,32 +381,39 @@ class Request:
 
 
 def request_of(settings: Settings, bearing: Bearing | None = None) -> Request:
-    """The request that the settings make.
+    """The request of the settings.
 
     Args:
         settings: The settings.
-        bearing: Instead of the campaign's.
+        bearing: A bearing in place of the campaign's.
     """
-    plan, torque = settings.plan, settings.campaign.torque
-    if bearing is None and torque is not None:
+    count = settings.plan.tests
+    if bearing is None and settings.campaign.torque is not None:
         bearing = settings.tested_bearing()
-    targets = BEARING_TARGETS if bearing is not None else ("traction",)
-    duty = np.empty((0, 3)) if bearing is None else _duty_points(plan, settings, bearing)
-    return Request(targets, plan.tests, bearing, duty)
+    if bearing is None:
+        return Request(("traction",), count, bearing=None, duty=np.empty((0, 3)))
+    return Request(BEARING_TARGETS, count, bearing, _duty_points(settings, bearing))
 
 
-def _duty_points(plan: PlanSettings, settings: Settings, bearing: Bearing) -> FloatArray:
-    """Rows of load, speed and temperature: those of the plan, of the torque tests, of the map."""
-    if plan.duty_points:
-        return np.array([[getattr(row, name) for name in DUTY] for row in plan.duty_points])
+def _duty_points(settings: Settings, bearing: Bearing) -> FloatArray:
+    """Rows of load, speed and temperature.
+
+    They are those of the plan, else of the torque tests, else of the cage-slip map.
+    """
+    duty_points = settings.plan.duty_points
+    if duty_points:
+        return np.array([[getattr(point, name) for name in DUTY] for point in duty_points])
     torque = settings.campaign.torque
     if torque is not None and torque.matrix is not None:
-        levels = [getattr(torque.matrix, name) for name in DUTY]
+        loads, speeds, temperatures = (getattr(torque.matrix, name) for name in DUTY)
     else:
-        cage = settings.bearing.cage_slip
-        speed = np.array(cage.pitch_speed_mm_rpm) / (bearing.pitch_diameter_m * MM_PER_M)
-        levels = [cage.axial_load_n, speed, [cage.inlet_temperature_c]]
-    return np.stack([each.ravel() for each in np.meshgrid(*levels, indexing="ij")], axis=-1)
+        cage_slip = settings.bearing.cage_slip
+        loads = cage_slip.axial_load_n
+        pitch_mm = bearing.pitch_diameter_m * MM_PER_M
+        speeds = np.array(cage_slip.pitch_speed_mm_rpm) / pitch_mm
+        temperatures = [cage_slip.inlet_temperature_c]
+    mesh = np.meshgrid(loads, speeds, temperatures, indexing="ij")
+    return np.stack(mesh, axis=-1).reshape(-1, len(DUTY))
 
 
 def plan_oil(
@@ -342,13 +425,14 @@ def plan_oil(
         results: Tables coefficients, fit_quality, refits and points.
         settings: The settings.
         oil: Name of the oil.
-        request: What is asked for.
+        request: The request.
 
     Raises:
-        OilfilmError: Rig, oil or fit lack what a plan needs.
+        OilfilmError: Rig, oil or fit lack something that a plan needs.
     """
-    name, rig = _rig_of(settings)
-    contact, properties = rig.contact(), settings.properties_of(oil)
+    name, rig = _planned_rig(settings)
+    contact = rig.contact()
+    properties = settings.properties_of(oil)
     if contact is None or np.isnan(contact.roughness_rq_m):
         raise OilfilmError(
             f"config/rigs/{name}.yaml: lacks the contact (`ball_radius_m`, `ball`, `disc`, "
@@ -364,40 +448,63 @@ def plan_oil(
     film = Film(contact, properties, settings.film.thickness)
     plan = settings.plan
     feasible = candidates(plan.levels, rig, name, film, settings.gates.lambda_limit, known)
-    wanted: dict[str, Wanted] = {}
+    wanted_by_target: dict[str, Wanted] = {}
     if request.bearing is not None and set(request.targets) & set(BEARING_TARGETS):
         quality = results.fit_quality[results.fit_quality["oil"] == oil]
-        own = oils_in_bearings(results.coefficients, quality, settings)
-        if not own:
+        oil_in_bearing = oils_in_bearings(results.coefficients, quality, settings)
+        if not oil_in_bearing:
             raise OilfilmError(
                 f"{oil}: the rigs of the campaign have different contacts, so that its law cannot "
-                "be taken into a bearing. Plan for traction, or for a campaign of one rig."
+                "be used in a bearing. Plan for traction, or for a campaign of one rig."
             )
-        wanted |= wanted_in_bearing(own[0], request.bearing, request.duty, known, contact)
+        wanted_by_target |= wanted_in_bearing(
+            oil_in_bearing[0], request.bearing, request.duty, known, contact
+        )
     if "traction" in request.targets:
-        wanted["traction"] = wanted_traction(plan.traction_at, known, contact)
-    made = []
+        wanted_by_target["traction"] = wanted_traction(plan.traction_at, known, contact)
+    plans = []
     for target in request.targets:
-        asked = wanted[target]
-        here = replace(known, form=_form_error(plan, asked, known, feasible.curves))
-        gradients = here.gradients(asked.gradients, asked.lever, asked.places)
-        new = here.of_curves(feasible.curves)
-        design = choose(here.precision, new, gradients, request.count, plan.smallest_gain)
-        where = "" if target == "traction" or request.bearing is None else request.bearing.name
-        made.append(NextTests(oil, where, here, asked, feasible, gradients, design))
-    return made
+        wanted = wanted_by_target[target]
+        form = _form_error(plan, wanted, known, feasible.curves)
+        known_with_form = replace(known, form=form)
+        gradients = known_with_form.gradients(wanted.gradients, wanted.lever, wanted.places)
+        design = choose(
+            known_with_form.precision,
+            known_with_form.of_curves(feasible.curves),
+            gradients,
+            request.count,
+            plan.smallest_gain,
+        )
+        if request.bearing is None or target == "traction":
+            bearing_name = ""
+        else:
+            bearing_name = request.bearing.name
+        plans.append(
+            NextTests(
+                oil=oil,
+                where=bearing_name,
+                known=known_with_form,
+                wanted=wanted,
+                candidates=feasible,
+                gradients=gradients,
+                design=design,
+            )
+        )
+    return plans
 
 
-def _form_error(plan: PlanSettings, wanted: Wanted, known: Known, new: Curves) -> FormError:
-    """How far the law's form may be wrong, with lengths by the span of the tests to choose from."""
-    of_tests = known.places(new)
-    length = plan.form_error.length * np.maximum(np.ptp(of_tests, axis=0), _LEAST_SPAN)
-    every = [wanted.places.reshape(-1, 3), known.places(known.curves), of_tests]
-    return FormError.near(plan.form_error.size, length, np.concatenate(every))
+def _form_error(plan: PlanSettings, wanted: Wanted, known: Known, tests: Curves) -> FormError:
+    """Possible error of the law's form, with lengths relative to the span of the feasible tests."""
+    places_of_tests = known.places(tests)
+    span = np.maximum(np.ptp(places_of_tests, axis=0), _SMALLEST_SPAN)
+    places_of_wanted = wanted.places.reshape(-1, 3)
+    all_places = [places_of_wanted, known.places(known.curves), places_of_tests]
+    length = plan.form_error.length * span
+    return FormError.near(plan.form_error.size, length, np.concatenate(all_places))
 
 
-def _rig_of(settings: Settings) -> tuple[str, Rig]:
-    """The rig that the next tests run on: the only one, or the only one with limits."""
+def _planned_rig(settings: Settings) -> tuple[str, Rig]:
+    """The rig of the next tests: the only rig, or the only rig with limits."""
     rigs = settings.rigs
     limited = [name for name, rig in rigs.items() if rig.limits is not None]
     if len(rigs) == 1 or len(limited) == 1:
@@ -410,12 +517,13 @@ def _rig_of(settings: Settings) -> tuple[str, Rig]:
 
 
 def plan_table(results: CampaignTables, settings: Settings) -> tuple[pd.DataFrame, list[str]]:
-    """The table `test_plan` of a campaign, and why oils have no rows in it."""
+    """The table `test_plan` of a campaign, and the reasons why oils have no rows in it."""
     request = request_of(settings)
-    parts, reasons = [], []
+    plans = []
+    reasons = []
     for oil in settings.oils:
         try:
-            parts += [plan.table() for plan in plan_oil(results, settings, oil, request)]
+            plans += [plan.table() for plan in plan_oil(results, settings, oil, request)]
         except OilfilmError as reason:
             reasons.append(str(reason))
-    return joined(parts, "test_plan"), reasons
+    return joined(plans, "test_plan"), reasons

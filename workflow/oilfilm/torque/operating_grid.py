@@ -1,4 +1,4 @@
-"""A grid of operating conditions, and traction and film thickness all over it."""
+"""A grid of operating conditions, with traction and film thickness at its points."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -19,7 +19,7 @@ AXES = (*CONDITIONS, "slide_roll_ratio")
 
 @dataclass(frozen=True)
 class Grid:
-    """Levels of the three conditions and of the slip, each with each; all arrays rise."""
+    """All combinations of levels of the three conditions and of the slip, in ascending order."""
 
     max_hertz_pressure_gpa: FloatArray
     entrainment_speed_m_s: FloatArray
@@ -30,10 +30,15 @@ class Grid:
     def spanning(
         cls, box: Mapping[str, Sequence[float]], levels: int, slide_roll_ratio: Sequence[float]
     ) -> "Grid":
-        """`levels` of each condition from end to end of a box.
+        """A grid over a box of conditions.
 
-        Pressures and speeds have equal ratios, because the laws are power laws of them;
-        temperatures, which are felt in degrees, have equal steps.
+        Pressures and speeds have equal ratios, because the laws are power laws of them.
+        Temperatures have equal steps.
+
+        Args:
+            box: Lowest and highest level of each condition.
+            levels: Number of levels of each condition.
+            slide_roll_ratio: The slips.
         """
         pressure, speed, temperature = (box[name] for name in CONDITIONS)
         return cls(
@@ -45,9 +50,8 @@ class Grid:
 
     def at(self, **levels: Sequence[float] | FloatArray) -> "Grid":
         """The grid with other levels on some of its axes."""
-        return replace(
-            self, **{name: np.asarray(values, dtype=float) for name, values in levels.items()}
-        )
+        arrays = {name: np.asarray(values, dtype=float) for name, values in levels.items()}
+        return replace(self, **arrays)
 
     @property
     def levels(self) -> tuple[FloatArray, ...]:
@@ -56,36 +60,37 @@ class Grid:
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """How many levels each of P, U, T and S has."""
+        """Number of levels of P, U, T and S."""
         return tuple(len(levels) for levels in self.levels)
 
     def operating_points(self) -> pd.DataFrame:
-        """Every point of the grid, one row per point, the slip running fastest."""
+        """Every point of the grid, one row per point; the slip varies fastest."""
         mesh = np.meshgrid(*self.levels, indexing="ij")
         return pd.DataFrame({name: values.ravel() for name, values in zip(AXES, mesh, strict=True)})
 
 
 def traction(law: FittedLaw, grid: Grid) -> FloatArray:
-    """mu all over a grid, shape `grid.shape`, of a law with all its constants."""
-    *levels, slip = grid.levels
-    conditions = np.stack(np.meshgrid(*levels, indexing="ij"), axis=-1).reshape(-1, len(levels))
-    at = Observations(
-        law.law.design(conditions),
-        np.repeat(np.arange(len(conditions)), len(slip)),
-        np.tile(slip, len(conditions)),
+    """mu at all points of a grid, shape `grid.shape`, of a law whose constants are all known."""
+    pressure, speed, temperature, slip = grid.levels
+    mesh = np.meshgrid(pressure, speed, temperature, indexing="ij")
+    conditions = np.stack(mesh, axis=-1).reshape(-1, len(mesh))
+    observations = Observations(
+        design=law.law.design(conditions),
+        curve=np.repeat(np.arange(len(conditions)), len(slip)),
+        slip=np.tile(slip, len(conditions)),
     )
     internal = to_internal(law.law, law.coefficients.constants)
-    return law.law.traction(internal, at).reshape(grid.shape)
+    return law.law.traction(internal, observations).reshape(grid.shape)
 
 
 @dataclass(frozen=True)
 class Film:
-    """What the film of one oil in one contact is calculated from.
+    """Film of one oil in one contact.
 
     Attributes:
         contact: The contact.
         oil: The oil.
-        thickness: Which film, as `film.thickness` of the configuration.
+        thickness: Minimum or central film, `film.thickness` of the configuration.
     """
 
     contact: Contact
@@ -95,7 +100,7 @@ class Film:
     def over(self, grid: Grid) -> tuple[FloatArray, FloatArray]:
         """Film thickness in um and lambda, both of shape `grid.shape`.
 
-        Null where the thermal reduction is asked for heat beyond its range.
+        They are NaN outside the range of the thermal reduction.
         """
         pressure, speed, temperature, slip = np.meshgrid(*grid.levels, indexing="ij")
         thickness_m, lambda_ratio = contact_film(
@@ -111,22 +116,33 @@ class Film:
 
 
 def films(settings: Settings) -> dict[str, Film]:
-    """Film of each oil with properties in the contact of the first rig that is known."""
-    contacts = (rig.contact() for rig in settings.rigs.values())
-    known = [each for each in contacts if each and not np.isnan(each.roughness_rq_m)]
+    """Film of each oil with known properties, in the contact of the first rig with a known one."""
+    known_contact = None
+    for rig in settings.rigs.values():
+        contact = rig.contact()
+        if contact is not None and not np.isnan(contact.roughness_rq_m):
+            known_contact = contact
+            break
+    if known_contact is None:
+        return {}
     return {
-        name: Film(known[0], oil.properties(), settings.film.thickness)
+        name: Film(known_contact, oil.properties(), settings.film.thickness)
         for name, oil in settings.oils.items()
-        if known and oil is not None
+        if oil is not None
     }
 
 
 def obstacle(law: FittedLaw) -> str:
-    """Why a law has no value at any pressure, speed and temperature; empty where it has."""
+    """Reason why a law has no value at some pressure, speed and temperature; empty if it has."""
     if law.law.conditions != CONDITIONS:
         return f"the law {law.law.name} is not one of pressure, speed and temperature"
     if np.isnan(law.coefficients.constants).any():
         return "nothing could be fitted"
-    followed = zip(CONDITIONS, law.coefficients.known, strict=True)
-    lacking = [QUANTITIES[name].symbol for name, known in followed if not known]
-    return f"the effect of {', '.join(lacking)} alone is not known" if lacking else ""
+    unknown_symbols = [
+        QUANTITIES[name].symbol
+        for name, known in zip(CONDITIONS, law.coefficients.known, strict=True)
+        if not known
+    ]
+    if unknown_symbols:
+        return f"the effect of {', '.join(unknown_symbols)} alone is not known"
+    return ""

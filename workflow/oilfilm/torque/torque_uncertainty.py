@@ -1,11 +1,15 @@
 """Uncertainty of calculated torque, cage slip and power, by random draws through the equilibrium.
 
-Each draw takes one refit of the law, moves it by the calibration of the traction rig's sensors,
-scales it and its slip by the error of a curve left out of the fit, draws the oil's viscosity where
-a similar oil stands in for it, and puts a random factor on each other term of the balance. The
-equilibrium is solved again, so that the cage slips by what the drawn forces allow. Drag and the
-other terms belong to the bearing and calibration to the rig: a draw has the same of them for all
-oils. Far beyond the tested box the spread of the draws is true as far as the law's form is.
+Each draw changes these inputs:
+
+- the law: one refit, moved by calibration errors of the traction rig's sensors;
+- the law and its slip: scaled by the error of a curve left out of the fit;
+- the oil's viscosity, where a similar oil stands in for the oil;
+- each other term of the balance: a random factor.
+
+The equilibrium is solved again for each draw, so that the cage slips as the drawn forces allow.
+Drag and the other terms belong to the bearing, calibration to the rig. A draw has the same values
+of them for all oils. Far beyond the tested range the spread is only as good as the law's form.
 
 Decides: the uncertainty of torque, cage slip and power.
 """
@@ -34,29 +38,34 @@ from oilfilm.units import BoolArray, FloatArray, IndexArray
 
 # Ends of every interval of the project: 95 %.
 _INTERVAL = (0.025, 0.975)
-# Two quadratures on the same branch differ by less in cage slip: a detail of the calculation.
-_SAME_BRANCH = 0.01
-# Sensors of a traction rig whose calibration moves a fit.
+# Cage slips from two quadratures on the same branch differ by less than this.
+_SAME_BRANCH_SLIP = 0.01
+# Sensors of a traction rig whose calibration changes a fit.
 _SENSORS = 8
-# What is drawn, as columns of the calculated results.
+# Results of each draw, as columns of the calculated results.
 DRAWN = ("torque_n_m", "cage_slip", "lambda_ratio")
 
 
 def term_factors(settings: BearingSettings, normal: FloatArray) -> FloatArray:
-    """A factor on each of `TERMS` by standard normal numbers of the same shape (draws, terms).
+    """Random factors on each of `TERMS`, shape (draws, terms).
 
-    Drag is uniform between the ends of its calibrated range on a logarithmic scale; the factors on
-    the others are log-normal with mean 1.
+    The logarithm of the drag is uniform over its calibrated range. The factors on the other terms
+    are log-normal with mean 1.
+
+    Args:
+        settings: Range of the drag and uncertainties of the other terms.
+        normal: Standard normal numbers, shape (draws, terms).
     """
     factors = np.empty_like(normal)
-    for place, term in enumerate(TERMS):
+    for column, term in enumerate(TERMS):
         if term == "drag":
-            low, high = settings.oil_volume_fraction_range
-            share = scipy.special.ndtr(normal[:, place])
-            factors[:, place] = low * (high / low) ** share / settings.oil_volume_fraction
+            lowest, highest = settings.oil_volume_fraction_range
+            uniform = scipy.special.ndtr(normal[:, column])
+            fraction = lowest * (highest / lowest) ** uniform
+            factors[:, column] = fraction / settings.oil_volume_fraction
         else:
             spread = np.sqrt(np.log1p(getattr(settings.term_uncertainty, term) ** 2))
-            factors[:, place] = np.exp(spread * normal[:, place] - spread**2 / 2)
+            factors[:, column] = np.exp(spread * normal[:, column] - spread**2 / 2)
     return factors
 
 
@@ -64,17 +73,17 @@ class Draws(NamedTuple):
     """Draws of one oil's law and properties.
 
     Attributes:
-        constants: Of the law, shape (draws, constants).
-        scores: Error of a curve left out of the fit, over its expected size, shape (draws,).
-        oil: Factors on viscosity and pressure-viscosity coefficient, shape (draws, 2).
+        constants: Constants of the law, shape (draws, constants).
+        scores: Error of a curve left out of the fit over its expected size, shape (draws,).
+        oil_factors: Factors on viscosity and pressure-viscosity coefficient, shape (draws, 2).
     """
 
     constants: FloatArray
     scores: FloatArray
-    oil: FloatArray
+    oil_factors: FloatArray
 
 
-def _draws(
+def _draw_oil(
     fitted: FittedLaw,
     oil: Oil,
     settings: BearingSettings,
@@ -86,48 +95,55 @@ def _draws(
     Args:
         fitted: The law with its refits.
         oil: The oil.
-        settings: How far a stand-in's properties may be off.
+        settings: Uncertainty of the properties of a stand-in.
         sensors: Errors of the rig's sensors over their uncertainties, shape (draws, sensors).
-        random: Source of the oil's own random numbers.
+        random: Source of random numbers for this oil alone.
     """
     law, coefficients, count = fitted.law, fitted.coefficients, len(sensors)
     refits = coefficients.spread
     if len(refits) < 2 or np.isnan(coefficients.constants).any():
         return None
+    # each refit is drawn equally often, in random order
     chosen = random.permutation(np.resize(random.permutation(len(refits)), count))
     shifts = to_internal(law, coefficients.shifted) - to_internal(law, coefficients.constants)
-    moved = to_internal(law, refits[chosen]) + sensors[:, : len(shifts)] @ shifts
-    assumed = settings.stand_in_uncertainty
-    spread = [assumed.viscosity, assumed.pressure_viscosity_coefficient]
-    normal = _normal(count, 4, random)
-    scores, of_slip = (_scores(coefficients.unseen, each) for each in normal[:, 2:].T)
-    slip = np.nan_to_num(coefficients.unseen.slip) * of_slip
-    moved = moved + slip[:, np.newaxis] * law.slip_scale
-    factors = np.exp(np.array(spread) * oil.stand_in * normal[:, :2])
-    return Draws(to_constants(law, moved), scores, factors)
+    internal = to_internal(law, refits[chosen]) + sensors[:, : len(shifts)] @ shifts
+    viscosity_normal, pressure_normal, score_normal, slip_normal = _normal(count, 4, random).T
+    slip_scores = _scores(coefficients.unseen, slip_normal)
+    slip_error = np.nan_to_num(coefficients.unseen.slip) * slip_scores
+    internal = internal + slip_error[:, np.newaxis] * law.slip_scale
+    uncertainty = settings.stand_in_uncertainty
+    viscosity_spread = uncertainty.viscosity * oil.stand_in
+    pressure_spread = uncertainty.pressure_viscosity_coefficient * oil.stand_in
+    logarithms = [viscosity_spread * viscosity_normal, pressure_spread * pressure_normal]
+    return Draws(
+        constants=to_constants(law, internal),
+        scores=_scores(coefficients.unseen, score_normal),
+        oil_factors=np.exp(np.column_stack(logarithms)),
+    )
 
 
 def _scores(unseen: Unseen, normal: FloatArray) -> FloatArray:
-    """Errors over their expected size with the quantiles of curves left out; 0 where unknown."""
+    """Errors over their expected size, with the quantiles of curves left out; 0 where unknown."""
     known = np.isfinite(unseen.quantiles)
     if not known.any():
         return np.zeros_like(normal)
-    levels, sizes = np.array(LEVELS)[known], np.asarray(unseen.quantiles)[known]
+    levels = np.concatenate([[0.0], np.array(LEVELS)[known]])
+    sizes = np.concatenate([[0.0], np.asarray(unseen.quantiles)[known]])
     level = 2 * scipy.special.ndtr(np.abs(normal)) - 1
-    return np.asarray(np.sign(normal) * np.interp(level, [0.0, *levels], [0.0, *sizes]))
+    return np.asarray(np.sign(normal) * np.interp(level, levels, sizes))
 
 
 def _normal(draws: int, variables: int, random: np.random.Generator) -> FloatArray:
-    """Standard normal numbers, each variable stratified: one draw from each equal slice."""
-    slices = [random.permutation(draws) for _ in range(variables)]
-    within = random.random((variables, draws))
-    return np.asarray(scipy.special.ndtri((np.array(slices) + within) / draws).T)
+    """Standard normal numbers, (draws, variables), with one draw from each equal slice."""
+    slices = np.array([random.permutation(draws) for _ in range(variables)])
+    position_in_slice = random.random((variables, draws))
+    return np.asarray(scipy.special.ndtri((slices + position_in_slice) / draws).T)
 
 
-def drawn(
-    found: FrictionEquilibrium,
+def draw_results(
+    equilibrium: FrictionEquilibrium,
     groups: Sequence[tuple[str, Oil, LawInBearing]],
-    number: IndexArray,
+    group_of_point: IndexArray,
     calculated: pd.DataFrame,
     settings: BearingSettings,
     seed: int,
@@ -135,84 +151,92 @@ def drawn(
     """Torque, cage slip and lambda of each draw, shape (3, draws, points).
 
     Args:
-        found: The equilibria without draws.
-        groups: Name of an oil, its properties and its law, of each group of points.
-        number: Index of each point's group, rising.
+        equilibrium: The equilibria without draws.
+        groups: Name of the oil, its properties and its law, for each group of points.
+        group_of_point: Index of each point's group, in ascending order.
         calculated: The results without draws.
         settings: Uncertainty of drag, other terms and stand-ins; number of draws.
-        seed: Of the configuration. All oils and load variables share the numbers of bearing and
-            rig; each oil has its own for law and properties.
+        seed: Seed of the configuration. All oils and load variables share the random numbers of
+            bearing and rig. Each oil has random numbers of its own for law and properties.
 
     Returns:
-        NaN without refits, and where a draw has no equilibrium.
+        The results, NaN without refits and where a draw has no equilibrium.
     """
     count = settings.uncertainty.draws
     shared = _normal(count, len(TERMS) + _SENSORS, generator(seed, "torque uncertainty"))
     factors = term_factors(settings, shared[:, : len(TERMS)])
-    draws = []
+    sensors = shared[:, len(TERMS) :]
+    draws_of_groups = []
     for name, oil, law in groups:
-        own = generator(seed, "torque uncertainty", name)
-        draws.append(_draws(law.fitted, oil, settings, shared[:, len(TERMS) :], own))
-    has_draws = np.array([each is not None for each in draws])[number]
-    which = np.flatnonzero(has_draws & calculated["converged"].to_numpy(dtype=bool))
-    results = np.full((len(DRAWN), count, len(number)), np.nan)
+        random = generator(seed, "torque uncertainty", name)
+        draws_of_groups.append(_draw_oil(law.fitted, oil, settings, sensors, random))
+    group_has_draws = np.array([draws is not None for draws in draws_of_groups])
+    converged = calculated["converged"].to_numpy(dtype=bool)
+    which = np.flatnonzero(group_has_draws[group_of_point] & converged)
+    results = np.full((len(DRAWN), count, len(group_of_point)), np.nan)
     if len(which) == 0:
         return results
-    known, of_point = calculated.iloc[which], [(groups[at][2], draws[at]) for at in number[which]]
-    coarse = replace(found.problem.at(which), rule=grid(*COARSE))
-    # a draw starts from its point's own equilibrium without draws, so that it stays on that branch
-    # while the branch exists; where it has ended, the draw is searched by itself
-    unknowns = found.solution.unknowns[which]
-    own_motion = friction_equilibrium(coarse, Neighbour.of(coarse, unknowns))
-    every = _with_draws(coarse, of_point, factors, known["mean_traction_coefficient"].to_numpy())
+    law_and_draws = [(groups[group][2], draws_of_groups[group]) for group in group_of_point[which]]
+    coarse = replace(equilibrium.problem.at_points(which), rule=grid(*COARSE))
+    # A draw starts from the equilibrium of its point without draws. It stays on that branch while
+    # the branch exists. Otherwise its equilibrium is searched without a neighbour.
+    start = Neighbour.of(coarse, equilibrium.solution.unknowns[which])
+    without_draws = friction_equilibrium(coarse, start)
+    mean_traction = calculated["mean_traction_coefficient"].to_numpy()[which]
+    problem = _with_draws(coarse, law_and_draws, factors, mean_traction)
     point = np.repeat(np.arange(len(which)), count)
-    neighbour = Neighbour.of(coarse, own_motion.solution.unknowns).at(point)
-    values = _results(friction_equilibrium(every, neighbour))
-    # all draws have the coarser quadrature; beside a fold it may end on the other branch
-    off = known[[*DRAWN]].to_numpy().T - _results(own_motion)
-    same = np.abs(off[1]) < _SAME_BRANCH
-    drawn_values = np.swapaxes(values.reshape(len(DRAWN), -1, count), 1, 2)
-    results[..., which] = drawn_values + np.where(same, off, 0.0)[:, np.newaxis]
+    neighbour = Neighbour.of(coarse, without_draws.solution.unknowns).at_points(point)
+    drawn = _results(friction_equilibrium(problem, neighbour))
+    drawn = np.swapaxes(drawn.reshape(len(DRAWN), -1, count), 1, 2)
+    # Corrects the coarse quadrature of the draws. At a fold it may end on the other branch.
+    correction = calculated.iloc[which][list(DRAWN)].to_numpy().T - _results(without_draws)
+    same_branch = np.abs(correction[1]) < _SAME_BRANCH_SLIP
+    results[..., which] = drawn + np.where(same_branch, correction, 0.0)[:, np.newaxis]
     return results
 
 
 def _with_draws(
     problem: FrictionProblem,
-    of_point: Sequence[tuple[LawInBearing, Draws]],
+    law_and_draws: Sequence[tuple[LawInBearing, Draws]],
     factors: FloatArray,
     mean_traction: FloatArray,
 ) -> FrictionProblem:
-    """Every draw of every point.
+    """The problem of all draws of all points, with the draws of a point next to each other.
 
     Args:
         problem: The points.
-        of_point: Law and draws of each.
-        factors: On the terms of the balance, shape (draws, terms).
+        law_and_draws: Law and draws of each point.
+        factors: Factors on the terms of the balance, shape (draws, terms).
         mean_traction: Mean traction coefficient of each point.
     """
-    count, points = len(factors), len(of_point)
-    laws = [law.with_constants(draws.constants) for law, draws in of_point]
-    # the part of the slip is in the constants; the two others go with all traction of a draw, as in
-    # `oilfilm.fits.interval.Band.ends`
-    unseen = [law.fitted.coefficients.unseen for law, _ in of_point]
-    pairs = zip(unseen, mean_traction, strict=True)
-    sizes = np.nan_to_num([np.hypot(each.relative, each.absolute / mu) for each, mu in pairs])
-    scores = np.array([draws.scores for _, draws in of_point])
-    viscosity, pressure = np.concatenate([draws.oil for _, draws in of_point]).T
+    count, points = len(factors), len(law_and_draws)
+    laws = [law.with_constants(draws.constants) for law, draws in law_and_draws]
+    # The error of the slip is in the constants. The relative and the absolute error are a factor on
+    # all traction of a draw, as in `oilfilm.fits.interval.Band.ends`.
+    error_sizes = []
+    for (law, _), mu in zip(law_and_draws, mean_traction, strict=True):
+        unseen = law.fitted.coefficients.unseen
+        error_sizes.append(np.hypot(unseen.relative, unseen.absolute / mu))
+    sizes = np.nan_to_num(error_sizes)
+    scores = np.array([draws.scores for _, draws in law_and_draws])
+    oil_factors = np.concatenate([draws.oil_factors for _, draws in law_and_draws])
+    viscosity_factor, pressure_factor = oil_factors.T
     point = np.repeat(np.arange(points), count)
-    lubrication = problem.lubrication.at(point)
+    lubrication = problem.lubrication.at_points(point)
     inlet = lubrication.oil
     oil = replace(
         inlet,
-        dynamic_viscosity_pa_s=inlet.dynamic_viscosity_pa_s * viscosity,
-        pressure_viscosity_coefficient_1_pa=inlet.pressure_viscosity_coefficient_1_pa * pressure,
+        dynamic_viscosity_pa_s=inlet.dynamic_viscosity_pa_s * viscosity_factor,
+        pressure_viscosity_coefficient_1_pa=(
+            inlet.pressure_viscosity_coefficient_1_pa * pressure_factor
+        ),
     )
-    on_traction = np.exp(np.arcsinh(sizes[:, np.newaxis] * scores)).ravel()
-    every = np.column_stack([on_traction, np.tile(factors, (points, 1))])
+    traction_factor = np.exp(np.arcsinh(sizes[:, np.newaxis] * scores)).ravel()
+    all_factors = np.column_stack([traction_factor, np.tile(factors, (points, 1))])
     return replace(
-        problem.at(point),
+        problem.at_points(point),
         law=law_of_groups(laws, [count] * points),
-        lubrication=replace(lubrication, oil=oil, factors=every),
+        lubrication=replace(lubrication, oil=oil, factors=all_factors),
     )
 
 
@@ -226,54 +250,57 @@ def with_uncertainty(
 
     Args:
         calculated: The results without draws.
-        draws: As of `drawn`.
-        speed_rad_s: Of the inner ring.
+        draws: Draws of `draw_results`.
+        speed_rad_s: Speed of the inner ring.
         settings: How many draws may be lost, and when they are split.
 
     Returns:
-        The same with `power_w`, with `_uncertainty`, `_lower` and `_upper` of torque, cage slip and
-        power (NaN without refits, or where draws have no equilibrium), `draws_split`, null there
-        as well, and `draws_lost`.
+        The results with `power_w`; with `_uncertainty`, `_lower` and `_upper` of torque, cage slip
+        and power; with `draws_split` and `draws_lost`. Intervals are NaN and `draws_split` is null
+        without refits, or where too many draws have no equilibrium.
     """
     torque, slip, _ = draws
-    answered = np.isfinite(torque)
-    enough = _enough(answered, settings.lost_share_max)
-    power = torque * speed_rad_s, calculated["torque_n_m"] * speed_rad_s
+    has_equilibrium = np.isfinite(torque)
+    enough = _has_enough_draws(has_equilibrium, settings.lost_share_max)
+    drawn = {"torque_n_m": torque, "cage_slip": slip, "power_w": torque * speed_rad_s}
     columns: dict[str, FloatArray] = {}
-    for name, values in (("torque_n_m", torque), ("cage_slip", slip), ("power_w", power[0])):
-        found = np.where(enough, values, 0.0)
-        lower, upper = np.nanquantile(found, _INTERVAL, axis=0)
-        spread = np.nanstd(found, axis=0, ddof=1)
-        for suffix, value in {"uncertainty": spread, "lower": lower, "upper": upper}.items():
-            columns[f"{name}_{suffix}"] = np.where(enough, value, np.nan)
-    drawn_at_all = answered.any(axis=0)
-    split = pd.Series(_split(slip, settings), calculated.index, dtype="boolean")
+    for name, values in drawn.items():
+        counted = np.where(enough, values, 0.0)
+        lower, upper = np.nanquantile(counted, _INTERVAL, axis=0)
+        spread = np.nanstd(counted, axis=0, ddof=1)
+        columns[f"{name}_uncertainty"] = np.where(enough, spread, np.nan)
+        columns[f"{name}_lower"] = np.where(enough, lower, np.nan)
+        columns[f"{name}_upper"] = np.where(enough, upper, np.nan)
+    has_draws = has_equilibrium.any(axis=0)
+    split = pd.Series(_is_split(slip, settings), calculated.index, dtype="boolean")
     return calculated.assign(
-        power_w=power[1],
+        power_w=calculated["torque_n_m"] * speed_rad_s,
         **columns,
         draws_split=split.where(enough),
-        draws_lost=np.where(drawn_at_all, (~answered).sum(axis=0), 0),
+        draws_lost=np.where(has_draws, (~has_equilibrium).sum(axis=0), 0),
     )
 
 
-def _enough(answered: BoolArray, lost_share_max: float) -> BoolArray:
-    """Points at which so many draws, shape (draws, points), have an answer that they count."""
-    # counted, as a mean may be rounded to either side of the limit
-    return np.asarray((~answered).sum(axis=0) <= lost_share_max * len(answered))
+def _has_enough_draws(has_equilibrium: BoolArray, lost_share_max: float) -> BoolArray:
+    """Points at which enough draws, shape (draws, points), have an equilibrium."""
+    # counts are compared, because a mean may be rounded to either side of the limit
+    lost = (~has_equilibrium).sum(axis=0)
+    return np.asarray(lost <= lost_share_max * len(has_equilibrium))
 
 
-def _results(found: FrictionEquilibrium) -> FloatArray:
-    """`DRAWN` of equilibria, shape (3, points); NaN where there is none."""
-    values = np.stack([found.torque_n_m(), found.cage_slip(), film_ratio(found)[0]])
-    return np.where(found.solution.converged, values, np.nan)
+def _results(equilibrium: FrictionEquilibrium) -> FloatArray:
+    """`DRAWN` of equilibria, shape (3, points); NaN where there is no equilibrium."""
+    lambda_ratio, _ = film_ratio(equilibrium)
+    values = np.stack([equilibrium.torque_n_m(), equilibrium.cage_slip(), lambda_ratio])
+    return np.where(equilibrium.solution.converged, values, np.nan)
 
 
-def _split(slip: FloatArray, settings: TorqueDrawSettings) -> BoolArray:
+def _is_split(slip: FloatArray, settings: TorqueDrawSettings) -> BoolArray:
     """Points whose draws, shape (draws, points), are in two groups of cage slip."""
-    # draws without an equilibrium come last and count as the one before
+    # draws without an equilibrium are sorted to the end and repeat the largest slip
     ranked = np.fmax.accumulate(np.sort(slip, axis=0), axis=0)
-    first, last = (round(end * (len(slip) - 1)) for end in _INTERVAL)
-    within = ranked[first : last + 1]
-    widest = np.diff(within, axis=0).max(axis=0)
-    least = settings.split_gap_share * (within[-1] - within[0])
-    return np.asarray((widest > settings.split_gap) & (widest > least))
+    first, last = (round(quantile * (len(slip) - 1)) for quantile in _INTERVAL)
+    interval = ranked[first : last + 1]
+    widest_gap = np.diff(interval, axis=0).max(axis=0)
+    least_gap = settings.split_gap_share * (interval[-1] - interval[0])
+    return np.asarray((widest_gap > settings.split_gap) & (widest_gap > least_gap))

@@ -8,30 +8,42 @@ from oilfilm.physics.oils import Oil
 from oilfilm.traction import laws
 from oilfilm.traction.law import Law
 
-_EVERY_LAW = [law for law in vars(laws).values() if isinstance(law, Law)]
-LAW_NAMES = tuple(law.name for law in _EVERY_LAW)
-LAW_TITLES = {law.name: law.title or law.name for law in _EVERY_LAW}
-# Laws that need only the conditions.
-LAWS = {law.name: law for law in _EVERY_LAW if law.of(None, None)}
-# The module of each law.
-LAW_FILES = {
-    law.name: Path(str(module.__file__))
-    for module in vars(laws).values()
-    if isinstance(module, ModuleType)
-    for law in vars(module).values()
-    if law in _EVERY_LAW
-}
+
+def _files_of_laws() -> dict[str, Path]:
+    """The file of each law, by the law's name."""
+    files = {}
+    for module in vars(laws).values():
+        if not isinstance(module, ModuleType):
+            continue
+        for value in vars(module).values():
+            if isinstance(value, Law):
+                files[value.name] = Path(str(module.__file__))
+    return files
+
+
+_ALL_LAWS = [law for law in vars(laws).values() if isinstance(law, Law)]
+LAW_NAMES = tuple(law.name for law in _ALL_LAWS)
+LAW_TITLES = {law.name: law.title or law.name for law in _ALL_LAWS}
+# Laws that need the operating conditions only.
+LAWS = {law.name: law for law in _ALL_LAWS if law.of(None, None)}
+# The file of each law.
+LAW_FILES = _files_of_laws()
 # The law of Deng et al. (2026), whose constants are printed.
 PAPER_LAW = laws.DENG2026
 # Laws on load that are evaluated in bearings beside the campaign's law.
-BEARING_LAW_NAMES = tuple(law.name for law in _EVERY_LAW if law.in_bearings)
+BEARING_LAW_NAMES = tuple(law.name for law in _ALL_LAWS if law.in_bearings)
 
 
 def laws_for(oil: Oil | None, contact: Contact | None) -> dict[str, Law]:
-    """Every law that can be had for an oil in a contact, by name.
+    """The laws that are available for an oil in a contact, by name.
 
     Args:
-        oil: None where its properties are not known.
-        contact: None where its geometry and materials are not known, or not all the same.
+        oil: The oil; None if its properties are not known.
+        contact: The contact; None if geometry and materials are not known or not all the same.
     """
-    return {law.name: known for law in _EVERY_LAW if (known := law.of(oil, contact))}
+    available = {}
+    for law in _ALL_LAWS:
+        law_of_oil = law.of(oil, contact)
+        if law_of_oil is not None:
+            available[law.name] = law_of_oil
+    return available

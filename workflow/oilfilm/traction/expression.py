@@ -1,9 +1,9 @@
-"""Equations as text: parsed once, then differentiated, compiled for NumPy and written elsewhere.
+"""Equations as text: parsed once, then differentiated, compiled for NumPy or exported.
 
-The text is arithmetic as Python and SymPy read it: "A*tanh(B*S/A)". A parsed equation is a graph
-of `Node` in which equal parts are one object, so that a part that occurs twice is computed once.
-No package for algebra is needed at run time, and nothing generated is stored (why not SymPy:
-docs/how-to/extend.md).
+The text is arithmetic in the syntax of Python and SymPy: "A*tanh(B*S/A)". A parsed equation is a
+graph of `Node`. Equal parts of the graph are one object, so that a repeated part is computed once.
+No package for algebra is needed at run time, and no generated code is stored. docs/how-to/extend.md
+explains why SymPy is not used.
 """
 
 import ast
@@ -24,7 +24,7 @@ class Node:
 
     Attributes:
         operation: "+", "-", "*", "/", "**", "negative", the name of a function, "name" or "number".
-        operands: Nodes that it takes; empty for a leaf.
+        operands: Operands of the operation; empty for a leaf.
         leaf: Name or number of a leaf.
     """
 
@@ -35,6 +35,7 @@ class Node:
 
 @cache
 def _node(operation: str, *operands: Node) -> Node:
+    """The one node of an operation on these operands, without simplification."""
     return Node(operation, operands)
 
 
@@ -54,12 +55,16 @@ _ZERO, _ONE, _TWO = number(0.0), number(1.0), number(2.0)
 
 
 def _negative(node: Node) -> Node:
+    """-x, where -(-x) is x."""
     if node is _ZERO:
         return node
-    return node.operands[0] if node.operation == "negative" else _node("negative", node)
+    if node.operation == "negative":
+        return node.operands[0]
+    return _node("negative", node)
 
 
 def _add(first: Node, second: Node) -> Node:
+    """x + y, with a negative term written as a difference."""
     if first is _ZERO:
         return second
     if second is _ZERO:
@@ -75,10 +80,12 @@ def _add(first: Node, second: Node) -> Node:
 
 
 def _subtract(first: Node, second: Node) -> Node:
+    """x - y."""
     return _add(first, _negative(second))
 
 
 def _multiply(first: Node, second: Node) -> Node:
+    """x y, where 0 y is 0 and 1 y is y."""
     if _ZERO in (first, second):
         return _ZERO
     if first is _ONE:
@@ -86,19 +93,22 @@ def _multiply(first: Node, second: Node) -> Node:
     if second is _ONE:
         return first
     if second.operation == "*":
-        # x (y (z/x)), as derivatives of x f(z/x) have it
-        rest = second.operands[1]
-        if rest.operation == "/" and rest.operands[1] is first:
-            return _multiply(second.operands[0], rest.operands[0])
+        # x (y (z/x)), which occurs in derivatives of x f(z/x), is y z
+        quotient = second.operands[1]
+        if quotient.operation == "/" and quotient.operands[1] is first:
+            return _multiply(second.operands[0], quotient.operands[0])
     return _with_sign("*", first, second)
 
 
 def _divide(first: Node, second: Node) -> Node:
-    return first if first is _ZERO or second is _ONE else _with_sign("/", first, second)
+    """x/y, where 0/y is 0 and x/1 is x."""
+    if first is _ZERO or second is _ONE:
+        return first
+    return _with_sign("/", first, second)
 
 
 def _with_sign(operation: str, first: Node, second: Node) -> Node:
-    """A product or quotient whose sign stands before it."""
+    """A product or quotient with its sign in front."""
     if first.operation == "negative":
         return _negative(_BUILD[operation](first.operands[0], second))
     if second.operation == "negative":
@@ -107,6 +117,7 @@ def _with_sign(operation: str, first: Node, second: Node) -> Node:
 
 
 def _power(base: Node, exponent: Node) -> Node:
+    """x**y, where x**1 is x."""
     return base if exponent is _ONE else _node("**", base, exponent)
 
 
@@ -119,7 +130,8 @@ _BUILD: dict[str, Callable[..., Node]] = {
     "negative": _negative,
 }
 
-# Function -> NumPy's, and the derivative of f = function(u) by the chain rule, from u, f and du.
+# For each function: the function of NumPy, and the derivative of f = function(u) by the chain rule,
+# from u, f and du.
 _FUNCTIONS: dict[str, tuple[Any, Callable[[Node, Node, Node], Node]]] = {
     "exp": (np.exp, lambda u, f, du: _multiply(f, du)),
     "expm1": (np.expm1, lambda u, f, du: _multiply(_node("exp", u), du)),
@@ -139,21 +151,22 @@ def parse(text: str, values: Mapping[str, Node], parts: Sequence[tuple[str, str]
     Args:
         text: Arithmetic: + - * / **, numbers, the names of `values` and the functions exp, expm1,
             log, log1p, sqrt, tanh, asinh, abs and sign.
-        values: What each name is.
-        parts: Names for parts of the equation and their text, each by `values` and earlier parts.
+        values: Node of each name.
+        parts: Name and text of parts of the equation. A text may use `values` and earlier parts.
 
     Raises:
-        ValueError: The text has anything else in it.
+        ValueError: The text has anything else.
     """
+    nodes = dict(values)
     for part, definition in parts:
-        values = {**values, part: parse(definition, values)}
+        nodes[part] = parse(definition, nodes)
 
     def build(tree: ast.expr) -> Node:
         match tree:
             case ast.Constant(value=int() | float() as value):
                 return number(float(value))
-            case ast.Name(id=known) if known in values:
-                return values[known]
+            case ast.Name(id=variable) if variable in nodes:
+                return nodes[variable]
             case ast.UnaryOp(op=ast.USub(), operand=operand):
                 return _negative(build(operand))
             case ast.BinOp(left=left, op=operator, right=right) if type(operator) in _OPERATORS:
@@ -161,7 +174,7 @@ def parse(text: str, values: Mapping[str, Node], parts: Sequence[tuple[str, str]
             case ast.Call(func=ast.Name(id=function), args=[argument]) if function in _FUNCTIONS:
                 return _node(function, build(argument))
         raise ValueError(
-            f"{text!r}: found {ast.unparse(tree)!r}; expected numbers, {', '.join(values)}, "
+            f"{text!r}: found {ast.unparse(tree)!r}; expected numbers, {', '.join(nodes)}, "
             f"+ - * / **, and the functions {', '.join(_FUNCTIONS)}"
         )
 
@@ -169,82 +182,105 @@ def parse(text: str, values: Mapping[str, Node], parts: Sequence[tuple[str, str]
 
 
 def parse_steps(steps: Iterable[tuple[str, str]], names: Iterable[str]) -> list[tuple[str, Node]]:
-    """The graphs of named equations, each by the given names and by those of earlier steps."""
-    known = {text: name(text) for text in names}
+    """The graphs of named equations.
+
+    Args:
+        steps: Name and text of each equation. A text may use `names` and earlier steps.
+        names: Names of coefficients and slip.
+    """
+    values = {variable: name(variable) for variable in names}
     parsed = []
     for step, text in steps:
-        parsed.append((step, parse(text, known)))
-        known[step] = name(step)
+        parsed.append((step, parse(text, values)))
+        values[step] = name(step)
     return parsed
 
 
-def _below(nodes: Iterable[Node]) -> Iterator[Node]:
-    """Nodes and all their operands, those of one node after it."""
+def _all_nodes(nodes: Iterable[Node]) -> Iterator[Node]:
+    """Nodes with all their operands, each node before its operands."""
     for node in nodes:
         yield node
-        yield from _below(node.operands)
+        yield from _all_nodes(node.operands)
 
 
 def functions_of(nodes: Iterable[Node]) -> set[str]:
     """Names of the functions that occur in any of the nodes."""
-    return _FUNCTIONS.keys() & {node.operation for node in _below(nodes)}
+    operations = {node.operation for node in _all_nodes(nodes)}
+    return _FUNCTIONS.keys() & operations
 
 
 def logarithmic_derivative(node: Node, variable: str) -> Node:
-    """x df/dx of a node f, x the variable: the change of f per relative change of x."""
-    known: dict[Node, Node] = {}
+    """x df/dx of a node f, with the variable x: the change of f per relative change of x."""
+    derivatives: dict[Node, Node] = {}
 
     def derive(f: Node) -> Node:
-        if f not in known:
-            known[f] = _derivative(f, [derive(operand) for operand in f.operands], variable)
-        return known[f]
+        if f not in derivatives:
+            changes = [derive(operand) for operand in f.operands]
+            derivatives[f] = _derivative(f, changes, variable)
+        return derivatives[f]
 
     return derive(node)
 
 
 def _derivative(f: Node, changes: Sequence[Node], variable: str) -> Node:
-    """Derivative of one operation from those of its operands."""
+    """Derivative of one operation from the derivatives of its operands (`changes`)."""
     if not f.operands:
         return f if f.leaf == variable else _ZERO
     if f.operation in ("+", "-", "negative"):
         return _BUILD[f.operation](*changes)
     if f.operation in _FUNCTIONS:
-        return _FUNCTIONS[f.operation][1](f.operands[0], f, changes[0])
-    (u, v), (du, dv) = f.operands, changes
+        _, derivative = _FUNCTIONS[f.operation]
+        return derivative(f.operands[0], f, changes[0])
+    u, v = f.operands
+    du, dv = changes
     if f.operation == "*":
-        return _add(_carried(f, u, du) or _multiply(du, v), _carried(f, v, dv) or _multiply(u, dv))
+        by_first = _proportional_change(f, u, du) or _multiply(du, v)
+        by_second = _proportional_change(f, v, dv) or _multiply(u, dv)
+        return _add(by_first, by_second)
     if f.operation == "/":
-        by_divisor = _carried(f, v, dv) or _multiply(f, _divide(dv, v))
-        return _subtract(_carried(f, u, du) or _divide(du, v), by_divisor)
-    relative = _carried(f, u, du) or (
-        _multiply(_power(u, number(v.leaf - 1)), du)
-        if isinstance(v.leaf, float)
-        else _multiply(f, _divide(du, u))
-    )
+        by_dividend = _proportional_change(f, u, du) or _divide(du, v)
+        by_divisor = _proportional_change(f, v, dv) or _multiply(f, _divide(dv, v))
+        return _subtract(by_dividend, by_divisor)
+    return _derivative_of_power(f, u, v, du, dv)
+
+
+def _derivative_of_power(f: Node, u: Node, v: Node, du: Node, dv: Node) -> Node:
+    """Derivative of f = u**v."""
+    by_base = _proportional_change(f, u, du)
+    if by_base is None and isinstance(v.leaf, float):
+        by_base = _multiply(_power(u, number(v.leaf - 1)), du)
+    elif by_base is None:
+        by_base = _multiply(f, _divide(du, u))
     by_exponent = _ZERO if dv is _ZERO else _multiply(f, _multiply(dv, _node("log", u)))
-    return _add(_multiply(v, relative), by_exponent)
+    return _add(_multiply(v, by_base), by_exponent)
 
 
-def _carried(f: Node, part: Node, change: Node) -> Node | None:
-    """The change of a product f with one part: f itself where that is proportional to x."""
-    if change is part:
+def _proportional_change(f: Node, operand: Node, change: Node) -> Node | None:
+    """Change of f by an operand that is constant, or proportional to x or 1/x; else None.
+
+    The change of f is then 0, f or -f, for an f that is proportional to the operand.
+    """
+    if change is operand:
         return f
     if change is _ZERO:
         return _ZERO
-    return _negative(f) if change is _negative(part) else None
+    if change is _negative(operand):
+        return _negative(f)
+    return None
 
 
 def in_steps(results: Sequence[Node]) -> tuple[list[tuple[str, Node]], list[Node]]:
-    """Straight-line form: what occurs more than once is computed first, and named.
+    """Straight-line form, in which every repeated node is a named step.
 
     Returns:
-        Steps in their order, each a name and a node of earlier names; and the results by them.
+        Steps in their order, each a name and a node that may use earlier names; and the results
+        that use these names.
     """
     uses = Counter(results)
     waiting = list(uses)
     while waiting:
         operands = waiting.pop().operands
-        waiting += [operand for operand in {*operands} if operand not in uses]
+        waiting += [operand for operand in set(operands) if operand not in uses]
         uses.update(operands)
 
     steps: list[tuple[str, Node]] = []
@@ -254,11 +290,13 @@ def in_steps(results: Sequence[Node]) -> tuple[list[tuple[str, Node]], list[Node
         if not node.operands:
             return node
         if node not in written:
-            # not built again by `_BUILD`: the order of operations stays
-            plain = _node(node.operation, *map(write_out, node.operands))
+            operands = [write_out(operand) for operand in node.operands]
+            # made without `_BUILD`, so that the order of operations does not change
+            plain = _node(node.operation, *operands)
             if uses[node] > 1:
-                steps.append((f"x{len(steps)}", plain))
-                plain = name(steps[-1][0])
+                step = f"x{len(steps)}"
+                steps.append((step, plain))
+                plain = name(step)
             written[node] = plain
         return written[node]
 
@@ -270,12 +308,12 @@ def in_steps(results: Sequence[Node]) -> tuple[list[tuple[str, Node]], list[Node
 
 @dataclass(frozen=True)
 class Form:
-    """How a language writes an operation.
+    """Text of an operation in a language.
 
     Attributes:
         template: Text with a gap for each operand.
-        strength: How strongly it binds: 1 sum, 2 product, 4 power, 5 nothing can come between.
-        needs: Least strength of each operand that can do without brackets.
+        strength: Precedence: 1 sum, 2 product, 4 power, 5 never needs brackets.
+        needs: Smallest precedence of each operand that needs no brackets.
     """
 
     template: str
@@ -295,13 +333,13 @@ _ARITHMETIC = {
 
 @dataclass(frozen=True)
 class Language:
-    """How one language writes equations; forms that it does not name are those of Python.
+    """Equations in one language. Operations without a form are written as in Python.
 
     Attributes:
-        forms: Operation or function -> its form.
-        numeral: A number, as text.
-        identifier: A name, as text.
-        brackets: What keeps a part together.
+        forms: Form of each operation or function.
+        numeral: Function that writes a number.
+        identifier: Function that writes a name.
+        brackets: Template of brackets.
     """
 
     forms: Mapping[str, Form]
@@ -314,18 +352,18 @@ class Language:
         return self._written(node)[0]
 
     def _written(self, node: Node) -> tuple[str, int]:
-        """The node as text, and how strongly it binds."""
+        """The node as text, and its precedence."""
         if not node.operands:
-            of_leaf = self.numeral if isinstance(node.leaf, float) else self.identifier
-            return of_leaf(node.leaf), 5
-        default = _ARITHMETIC.get(node.operation, Form(f"{node.operation}({{}})"))
-        form = self.forms.get(node.operation, default)
-        operands = [
-            text if strength >= least else self.brackets.format(text)
-            for (text, strength), least in zip(
-                map(self._written, node.operands), form.needs, strict=False
-            )
-        ]
+            write_leaf = self.numeral if isinstance(node.leaf, float) else self.identifier
+            return write_leaf(node.leaf), 5
+        python_form = _ARITHMETIC.get(node.operation, Form(f"{node.operation}({{}})"))
+        form = self.forms.get(node.operation, python_form)
+        operands = []
+        for operand, needed_strength in zip(node.operands, form.needs, strict=False):
+            text, strength = self._written(operand)
+            if strength < needed_strength:
+                text = self.brackets.format(text)
+            operands.append(text)
         return form.template.format(*operands), form.strength
 
 
@@ -333,13 +371,19 @@ NUMPY = Language({})
 
 
 def compiled(parameters: Sequence[str], results: Sequence[Node]) -> Callable[..., Any]:
-    """A function of arrays that gives the tuple of results."""
-    steps, ends = in_steps(results)
+    """A function of arrays that returns the tuple of results.
+
+    Args:
+        parameters: Names of the arguments.
+        results: The results, with the arguments as names.
+    """
+    steps, step_results = in_steps(results)
     lines = [f"{step} = {NUMPY.write(node)}" for step, node in steps]
-    values = ", ".join(NUMPY.write(end) for end in ends)
-    body = "\n    ".join([*lines, f"return ({values},)"])
+    values = ", ".join(NUMPY.write(result) for result in step_results)
+    lines.append(f"return ({values},)")
+    body = "\n    ".join(lines)
     source = f"def function({', '.join(parameters)}):\n    {body}\n"
-    namespace: dict[str, Any] = {function: made for function, (made, _) in _FUNCTIONS.items()}
-    # the text was made here, from a parsed equation that holds arithmetic only
+    namespace: dict[str, Any] = {name: function for name, (function, _) in _FUNCTIONS.items()}
+    # the source is made from a parsed equation, which has arithmetic only
     exec(compile(source, "<equation>", "exec"), namespace)  # noqa: S102
     return namespace["function"]

@@ -1,8 +1,8 @@
-"""What a traction law is; fitting, exports and the report know laws through this interface only.
+"""Interface of traction laws. Fitting, exports and the report use laws through it only.
 
-A law gives mu by the slide-roll ratio S and a few coefficients. Each coefficient is a power law
-of the operating conditions, or of groups made of them. A law's own file holds its equation as
-text; values, derivatives, exported code and the typeset equation are all made from that text.
+A law gives mu as a function of the slide-roll ratio S and a few coefficients. Each coefficient is a
+power law of the operating conditions, or of groups of them. The file of a law has its equation as
+text. Values, derivatives, exported code and the typeset equation are made from that text.
 
 Decides: what a law is, and the bounds of its exponents in the search.
 """
@@ -23,17 +23,17 @@ from oilfilm.units import BoolArray, FloatArray, IndexArray
 
 CONDITIONS = ("max_hertz_pressure_gpa", "entrainment_speed_m_s", "inlet_temperature_c")
 
-# Power laws of traction steeper than this are not known; the search needs a limit.
-_STEEPEST = 6.0
+# Largest exponent in the search. No steeper power laws of traction are known.
+_LARGEST_EXPONENT = 6.0
 
 
 class NoValueError(OilfilmError, ValueError):
-    """A condition at which a law has no value."""
+    """A law has no value at a condition."""
 
 
 @dataclass(frozen=True)
 class Quantity:
-    """What a power law can be of: symbol in equations, meaning, unit."""
+    """A variable of power laws: symbol in equations, meaning, unit."""
 
     symbol: str
     meaning: str
@@ -41,7 +41,7 @@ class Quantity:
 
     @property
     def short_meaning(self) -> str:
-        """The meaning without what explains it."""
+        """The meaning without its explanation after the comma."""
         return self.meaning.partition(",")[0]
 
 
@@ -60,10 +60,16 @@ QUANTITIES = {
 class Coefficient:
     """One coefficient of a law's equation, X = sign * |X0| * (power law of the conditions).
 
-    The search looks for |X0| between `smallest` and `largest`; the sign can never change. It starts
-    above `searched_from`, where that is given: far below it |X0| has no effect to find its way by.
-    `exponents` are given where the law knows them: X0 is then the coefficient's only constant.
-    `per_slip` coefficients multiply the slip wherever it stands in the equation.
+    Attributes:
+        name: Name in the equation.
+        sign: Sign of X, which is fixed.
+        smallest: Smallest |X0| in the search.
+        largest: Largest |X0| in the search.
+        exponents: Exponents of the power law, if the law prescribes them. X0 is then the only
+            constant of the coefficient.
+        searched_from: Smallest |X0| at which a search starts; `smallest` if not given. Far below
+            it |X0| has no effect on the residuals.
+        per_slip: True if the coefficient multiplies the slip wherever the equation has the slip.
     """
 
     name: str
@@ -79,10 +85,14 @@ class Coefficient:
 class Constant:
     """One constant of a law: the X0 of a coefficient, or one of its exponents.
 
-    `condition` names the group whose exponent it is, None for X0. The bounds are those of the
-    search and hold for the internal value: ln|X0|, or the exponent itself. `known` is the value
-    of an exponent that is not fitted, because the law gives it; `start_lower` the lowest value at
-    which a search starts.
+    Attributes:
+        name: Name, such as A0 or A1.
+        lower: Lower bound of the internal value, which is ln|X0| or the exponent.
+        upper: Upper bound of the internal value.
+        sign: Sign of X0; 0 for an exponent.
+        condition: Group of the exponent; None for X0.
+        known: Value of an exponent that the law prescribes, so that it is not fitted.
+        start_lower: Smallest internal value at which a search starts.
     """
 
     name: str
@@ -96,12 +106,12 @@ class Constant:
 
 @dataclass(frozen=True)
 class Observations:
-    """Points to evaluate a law at, gathered in curves of one operating condition each.
+    """Points at which a law is evaluated, in curves with one operating condition each.
 
     Attributes:
-        design: One row per curve, made by the law from its conditions.
-        curve: Row of `design` that each point belongs to.
-        slip: Slide-roll ratio of each point, 0 or more.
+        design: Rows of `Law.design`, one row per curve.
+        curve: Row of `design` for each point, shape (points,).
+        slip: Slide-roll ratio of each point, 0 or more, shape (points,).
     """
 
     design: FloatArray
@@ -113,25 +123,25 @@ class Observations:
 class Law:
     """A traction law: mu as a function of its constants, the conditions and the slip.
 
-    `internal` is the search's own form of the constants, shape (constants,) or, for a whole
-    population at once, (constants, population).
+    `internal` is the form of the constants in the search: ln|X0| and the exponents. Its shape is
+    (constants,), or (constants, population) for many sets of constants at once.
 
     Attributes:
         name: Name in config and tables.
-        title: Name in texts; `name` where it is empty.
+        title: Name in texts; `name` if it is empty.
         source: Author, year, equation.
-        equation: mu for S >= 0 by the coefficients and S, as text (`oilfilm.traction.expression`).
-        parts: Parts of the equation that have a name of their own, in order: name and text.
-        coefficients: The coefficients of the equation, in the order of every array of them.
+        equation: mu for S >= 0 as text, by the coefficients and S (`oilfilm.traction.expression`).
+        parts: Named parts of the equation, in order: name and text.
+        coefficients: The coefficients of the equation. Arrays of coefficients have this order.
         reference: Value of each group at which every power law is 1.
         conditions: Columns of the table of points that the law needs.
-        groups: What the power laws are of: the conditions, or groups that the law makes of them.
-        must_vary: Conditions without whose variation the law cannot be fitted.
-        adore: A, B, C and D as text where the law has the form (A + B S) exp(-C S) + D.
-        nested: A law that this one becomes with its further constants at their lower bounds; the
-            search also starts from its optimum.
-        in_bearings: Whether bearings are evaluated with it too, where another law is the
-            campaign's: for laws on load, which differ from one on stress there.
+        groups: Variables of the power laws: the conditions, or groups of them.
+        must_vary: Conditions that must vary for the law to be fitted.
+        adore: A, B, C and D as text, if the law has the form (A + B S) exp(-C S) + D.
+        nested: Law with fewer constants, equal to this law with the further constants at their
+            lower bounds. The search also starts from its optimum.
+        in_bearings: Whether bearings are evaluated with this law in addition to the campaign's
+            law. It is true for laws on load, which differ from a law on stress in bearings.
     """
 
     name: str
@@ -149,19 +159,19 @@ class Law:
     title: str = ""
 
     def __getstate__(self) -> dict[str, Any]:
-        # functions compiled from the equation are made again where they are needed
-        return {each.name: getattr(self, each.name) for each in fields(self)}
+        # without cached graphs, which are made again from the equation
+        return {field.name: getattr(self, field.name) for field in fields(self)}
 
     def group_values(self, conditions: FloatArray) -> FloatArray:
-        """Rows of groups from rows of conditions."""
+        """Rows of groups from rows of conditions, shape (rows, groups)."""
         return conditions
 
     def of(self, oil: Oil | None, contact: Contact | None) -> "Law | None":
-        """The law for an oil in a contact; None where it needs one of them that is not known."""
+        """The law for an oil in a contact; None if it needs one of them and that is not known."""
         return self
 
     def in_contacts(self, radius_m: FloatArray, reduced_modulus_pa: float) -> "Law":
-        """The law with its groups made in other contacts, one per row of conditions.
+        """The law with its groups for other contacts, one contact per row of conditions.
 
         Args:
             radius_m: Reduced radius along the rolling direction, shape (rows,).
@@ -170,7 +180,10 @@ class Law:
         return self
 
     def varied_groups(self, varied: BoolArray) -> BoolArray:
-        """Which groups vary where these conditions do.
+        """Whether each group varies, from whether each condition varies.
+
+        Args:
+            varied: Whether each of `conditions` varies.
 
         Raises:
             ValueError: The law cannot be fitted where only these conditions vary.
@@ -181,14 +194,17 @@ class Law:
         return varied
 
     def value(self, sizes: FloatArray, slip: FloatArray) -> FloatArray:
-        """mu from the coefficients' sizes |X|, shape (coefficients, ...), at slips (...)."""
-        return np.asarray(_compiled(self.graphs[:1], self._arguments)(*sizes, slip)[0])
+        """mu from the sizes |X| of the coefficients, shape (coefficients, ...), at slips (...)."""
+        function = _compiled(self.graphs[:1], self._arguments)
+        (mu,) = function(*sizes, slip)
+        return np.asarray(mu)
 
     def value_and_slopes(
         self, sizes: FloatArray, slip: FloatArray
     ) -> tuple[FloatArray, tuple[FloatArray, ...]]:
-        """mu, and its derivatives by each ln|X|, each of the arguments' shape or broadcastable."""
-        mu, *slopes = _compiled(self.graphs, self._arguments)(*sizes, slip)
+        """mu and its derivatives by each ln|X|; they broadcast to the shape of the arguments."""
+        function = _compiled(self.graphs, self._arguments)
+        mu, *slopes = function(*sizes, slip)
         return mu, tuple(slopes)
 
     def value_slopes_and_curvatures(
@@ -199,19 +215,21 @@ class Law:
         Args:
             sizes: |X| of each coefficient, shape (coefficients, ...).
             slip: Slide-roll ratio, shape (...).
-            by: Indices of the coefficients to differentiate by.
+            by: Indices of these coefficients.
 
         Returns:
-            mu; its slopes; the lower triangle of its second derivatives row by row, where one that
-            is zero everywhere is a number.
+            mu; its slopes; the lower triangle of its second derivatives, row by row. A second
+            derivative that is zero everywhere is a number.
         """
         function = _to_second_order(self.graphs, self._arguments, by)
-        mu, *rest = function(*sizes, slip)
-        return mu, tuple(rest[: len(by)]), tuple(rest[len(by) :])
+        mu, *derivatives = function(*sizes, slip)
+        slopes = tuple(derivatives[: len(by)])
+        curvatures = tuple(derivatives[len(by) :])
+        return mu, slopes, curvatures
 
     @property
     def steps(self) -> tuple[tuple[str, str], ...]:
-        """The parts of the equation, then mu: name and text."""
+        """Name and text of each part of the equation, then of mu."""
         return (*self.parts, ("mu", self.equation))
 
     @property
@@ -229,93 +247,114 @@ class Law:
     @cached_property
     def linear_in(self) -> BoolArray:
         """For each constant, whether it is the X0 of a coefficient in which mu is linear."""
-        terms = len(self.constants) // len(self.coefficients)
+        is_linear = []
+        for name, slope in zip(self.local_constants, self.graphs[1:], strict=True):
+            # mu = X g + h is linear in X: its logarithmic derivative X g is its own derivative
+            is_linear.append(expression.logarithmic_derivative(slope, name) is slope)
+        constants_per_coefficient = len(self.constants) // len(self.coefficients)
         linear = np.zeros(len(self.constants), dtype=bool)
-        # X g + h is linear in X: its change per relative change of X is X g, and so is that of X g
-        linear[::terms] = [
-            expression.logarithmic_derivative(slope, name) is slope
-            for name, slope in zip(self.local_constants, self.graphs[1:], strict=True)
-        ]
+        linear[::constants_per_coefficient] = is_linear
         return linear
 
     @cached_property
     def slip_scale(self) -> FloatArray:
         """Direction of the internal constants in which mu changes by S dmu/dS: (constants,)."""
-        each = np.zeros((len(self.coefficients), 1 + len(self.groups)))
-        each[:, 0] = [coefficient.per_slip for coefficient in self.coefficients]
-        return each.ravel()
+        direction = np.zeros((len(self.coefficients), 1 + len(self.groups)))
+        direction[:, 0] = [coefficient.per_slip for coefficient in self.coefficients]
+        return direction.ravel()
 
     @cached_property
     def _arguments(self) -> tuple[str, ...]:
+        """Names of the arguments of compiled functions."""
         return (*self.local_constants, "S")
 
     @cached_property
     def constants(self) -> tuple[Constant, ...]:
-        """X0 and the exponents of each coefficient, in the order of every array of them."""
+        """X0 and the exponents of each coefficient. Arrays of constants have this order."""
         constants: list[Constant] = []
         for coefficient in self.coefficients:
             lower, upper = np.log([coefficient.smallest, coefficient.largest])
-            start = np.log(coefficient.searched_from or coefficient.smallest)
             constants.append(
-                Constant(f"{coefficient.name}0", lower, upper, coefficient.sign, start_lower=start)
+                Constant(
+                    name=f"{coefficient.name}0",
+                    lower=lower,
+                    upper=upper,
+                    sign=coefficient.sign,
+                    start_lower=np.log(coefficient.searched_from or coefficient.smallest),
+                )
             )
-            known = coefficient.exponents or (None,) * len(self.groups)
-            constants += [
-                Constant(f"{coefficient.name}{number}", -_STEEPEST, _STEEPEST, 0, group, value)
-                for number, (group, value) in enumerate(zip(self.groups, known, strict=True), 1)
-            ]
+            exponents = coefficient.exponents or (None,) * len(self.groups)
+            for number, group in enumerate(self.groups):
+                constants.append(
+                    Constant(
+                        name=f"{coefficient.name}{number + 1}",
+                        lower=-_LARGEST_EXPONENT,
+                        upper=_LARGEST_EXPONENT,
+                        condition=group,
+                        known=exponents[number],
+                    )
+                )
         return tuple(constants)
 
     @cached_property
     def signs(self) -> IndexArray:
-        """Sign of each constant, 0 for exponents."""
+        """Sign of each constant, shape (constants,); 0 for exponents."""
         return np.array([constant.sign for constant in self.constants])
 
     @cached_property
     def known(self) -> FloatArray:
-        """Internal constants with the exponents that the law gives, and 0 for all others."""
+        """Internal constants with the exponents that the law prescribes, and 0 elsewhere."""
         return np.array([constant.known or 0.0 for constant in self.constants])
 
     def design(self, conditions: FloatArray, varied: BoolArray | None = None) -> FloatArray:
-        """Rows of conditions -> rows of 1 and the logarithms of the groups over their reference.
+        """Rows of 1 and the logarithms of the groups over their reference.
 
         Args:
             conditions: Shape (rows, conditions).
-            varied: Groups that count; the others stay at their reference. All if not given.
+            varied: Whether each group counts; the others have their reference value. All groups
+                count if it is not given.
+
+        Returns:
+            Shape (rows, groups + 1).
 
         Raises:
-            NoValueError: A group is not above zero, where the power laws have no value.
+            NoValueError: A group is not above zero, so that the power laws have no value.
         """
-        relative = self.group_values(np.atleast_2d(conditions)) / np.array(self.reference)
+        rows = np.atleast_2d(conditions)
+        relative = self.group_values(rows) / np.array(self.reference)
         if varied is not None:
             relative = np.where(varied, relative, 1.0)
-        without = np.atleast_2d(conditions)[~np.all(relative > 0, axis=1)]
-        if len(without):
-            found = ", ".join(f"{value:g}" for value in without[0])
+        rows_without_value = rows[~np.all(relative > 0, axis=1)]
+        if len(rows_without_value):
+            values = ", ".join(f"{value:g}" for value in rows_without_value[0])
             raise NoValueError(
-                f"{self.name} needs {', '.join(self.conditions)} above zero; found {found}"
+                f"{self.name} needs {', '.join(self.conditions)} above zero; found {values}"
             )
         return np.column_stack([np.ones(len(relative)), np.log(relative)])
 
     def sizes(self, internal: FloatArray, design: FloatArray) -> FloatArray:
-        """|X| of each coefficient: shape (coefficients, rows of design[, population])."""
+        """|X| of each coefficient, shape (coefficients, rows of design[, population])."""
         population = internal.shape[1:]
-        blocks = internal.reshape(len(self.coefficients), -1, 1, *population).swapaxes(0, 1)
-        columns = design.T.reshape(*design.T.shape, *(1 for _ in population))
-        # term by term: the bytes of one member do not depend on how many others there are
-        logarithms = sum(column * block for column, block in zip(columns, blocks, strict=True))
+        # first axis: terms of the power laws, that is X0 and the exponents
+        constants = internal.reshape(len(self.coefficients), -1, 1, *population).swapaxes(0, 1)
+        columns = design.T.reshape(*design.T.shape, *(1,) * len(population))
+        # summed term by term, so that a result does not depend on the size of the population
+        logarithms = sum(
+            column * constant for column, constant in zip(columns, constants, strict=True)
+        )
         return np.asarray(np.exp(logarithms))
 
-    def traction(self, internal: FloatArray, at: Observations) -> FloatArray:
-        """mu at each point: shape (points,) or (points, population)."""
-        sizes = self.sizes(internal, at.design)[:, at.curve]
-        return self.value(sizes, at.slip if internal.ndim == 1 else at.slip[:, np.newaxis])
+    def traction(self, internal: FloatArray, observations: Observations) -> FloatArray:
+        """mu at each point, shape (points,) or (points, population)."""
+        sizes = self.sizes(internal, observations.design)[:, observations.curve]
+        slip = observations.slip
+        return self.value(sizes, slip if internal.ndim == 1 else slip[:, np.newaxis])
 
-    def jacobian(self, internal: FloatArray, at: Observations) -> FloatArray:
-        """Derivatives of mu by each internal constant: shape (points, constants)."""
-        sizes = self.sizes(internal, at.design)[:, at.curve]
-        _, slopes = self.value_and_slopes(sizes, at.slip)
-        rows = at.design[at.curve]
+    def jacobian(self, internal: FloatArray, observations: Observations) -> FloatArray:
+        """Derivatives of mu by each internal constant, shape (points, constants)."""
+        sizes = self.sizes(internal, observations.design)[:, observations.curve]
+        _, slopes = self.value_and_slopes(sizes, observations.slip)
+        rows = observations.design[observations.curve]
         return np.hstack([slope[:, np.newaxis] * rows for slope in slopes])
 
     @property
@@ -328,16 +367,18 @@ class Law:
 def _graphs(
     equation: str, parts: tuple[tuple[str, str], ...], signs: tuple[tuple[str, int], ...]
 ) -> tuple[Node, ...]:
-    """mu by the sizes |X| and S, and its derivatives by each ln|X|."""
+    """Graphs of mu and of its derivatives by each ln|X|, with the sizes |X| and S as names."""
     values = {"S": expression.name("S")}
     for name, sign in signs:
         values[name] = expression.parse("X" if sign > 0 else "-X", {"X": expression.name(name)})
     mu = expression.parse(equation, values, parts)
-    return mu, *(expression.logarithmic_derivative(mu, name) for name, _ in signs)
+    derivatives = [expression.logarithmic_derivative(mu, name) for name, _ in signs]
+    return (mu, *derivatives)
 
 
 @cache
 def _compiled(graphs: tuple[Node, ...], names: tuple[str, ...]) -> Callable[..., Any]:
+    """The compiled function of these graphs, made once."""
     return expression.compiled(names, graphs)
 
 
@@ -345,37 +386,44 @@ def _compiled(graphs: tuple[Node, ...], names: tuple[str, ...]) -> Callable[...,
 def _to_second_order(
     graphs: tuple[Node, ...], names: tuple[str, ...], by: tuple[int, ...]
 ) -> Callable[..., Any]:
-    """A function that gives mu, its slopes and their slopes, of mu and all its slopes."""
+    """Compiled function of mu, its slopes by some coefficients, and their second derivatives.
+
+    Args:
+        graphs: Graphs of mu and of its slopes by all coefficients.
+        names: Arguments of the function.
+        by: Indices of the coefficients.
+    """
     slopes = [graphs[1 + index] for index in by]
-    curvatures = [
-        expression.logarithmic_derivative(slope, names[index])
-        for row, slope in enumerate(slopes)
-        for index in by[: row + 1]
-    ]
+    curvatures = []
+    for row, slope in enumerate(slopes):
+        for index in by[: row + 1]:
+            curvatures.append(expression.logarithmic_derivative(slope, names[index]))
     return _compiled((graphs[0], *slopes, *curvatures), names)
 
 
 def to_constants(law: "Law | IndexArray", internal: FloatArray) -> FloatArray:
-    """Constants in the form of the law's equation, from the search's form.
+    """Constants of a law's equation from internal constants, shape (..., constants).
 
     Args:
         law: The law, or the signs of some of its constants.
-        internal: Shape (..., constants).
+        internal: Internal constants, shape (..., constants).
     """
     signs = law.signs if isinstance(law, Law) else law
-    return np.where(signs == 0, internal, signs * np.exp(np.where(signs == 0, 0.0, internal)))
+    logarithms = np.where(signs == 0, 0.0, internal)
+    return np.where(signs == 0, internal, signs * np.exp(logarithms))
 
 
 def to_internal(law: Law, constants: FloatArray) -> FloatArray:
-    """The search's form of a law's constants, shape (..., constants).
+    """Internal constants from the constants of a law's equation, shape (..., constants).
 
     Raises:
         ValueError: A constant has the sign that the law forbids.
     """
     magnitude = np.where(law.signs == 0, 1.0, law.signs * constants)
     if np.any(magnitude <= 0):
-        wrong = law.constants[int(np.argwhere(magnitude <= 0)[0][-1])]
-        raise ValueError(f"{law.name}: {wrong.name} must be of sign {wrong.sign:+d}")
+        first_wrong = np.argwhere(magnitude <= 0)[0]
+        constant = law.constants[int(first_wrong[-1])]
+        raise ValueError(f"{law.name}: {constant.name} must be of sign {constant.sign:+d}")
     return np.where(law.signs == 0, constants, np.log(magnitude))
 
 

@@ -10,10 +10,12 @@ DEGREES = "&#176;C"
 
 
 def _operator(text: str) -> str:
+    """An operator in MathML."""
     return f"<mo>{text}</mo>"
 
 
 def _function(name: str) -> Form:
+    """A named function in MathML, with brackets around its argument."""
     return Form(f"<mi>{name}</mi><mo>&#8289;</mo><mrow><mo>(</mo>{{}}<mo>)</mo></mrow>")
 
 
@@ -45,30 +47,37 @@ MATHML = Language(
 def mathml(law: Law) -> str:
     """The equation, its parts and its power laws, one `math` element per formula.
 
-    X stands for all coefficients but those whose exponents the law gives.
+    X is any coefficient whose exponents are fitted.
     """
+    steps = parse_steps(law.steps, (*law.local_constants, "S"))
+    # mu first, then its parts
     formulas = [
         f"{MATHML.identifier(name)}<mo>=</mo>{MATHML.write(value)}"
-        # mu, then its parts
-        for name, value in parse_steps(law.steps, (*law.local_constants, "S"))[::-1]
+        for name, value in reversed(steps)
     ]
-    exponents = {
-        "X": [f"<msub><mi>X</mi><mn>{1 + at}</mn></msub>" for at in range(len(law.groups))]
-    } | {
-        each.name: [f"<mn>{exponent:g}</mn>" if exponent else "" for exponent in each.exponents]
-        for each in law.coefficients
-        if each.exponents is not None
-    }
-    for name, powers in exponents.items():
-        factors = [f"<mi>{name}</mi><mo>=</mo><msub><mi>{name}</mi><mn>0</mn></msub>"]
-        for group, reference, power in zip(law.groups, law.reference, powers, strict=True):
-            quantity = QUANTITIES[group]
-            unit = f"{reference:g} {quantity.unit}".removesuffix(" 1").replace("degC", DEGREES)
-            factors.append(
-                f"<msup><mrow><mo>(</mo><mfrac><mi>{quantity.symbol}</mi><mtext>{unit}</mtext>"
-                f"</mfrac><mo>)</mo></mrow>{power}</msup>"
-                if power
-                else ""
-            )
-        formulas.append("".join(factors))
+    fitted_exponents = [
+        f"<msub><mi>X</mi><mn>{number}</mn></msub>" for number in range(1, len(law.groups) + 1)
+    ]
+    formulas.append(_power_law(law, "X", fitted_exponents))
+    for coefficient in law.coefficients:
+        if coefficient.exponents is not None:
+            exponents = [
+                f"<mn>{exponent:g}</mn>" if exponent else "" for exponent in coefficient.exponents
+            ]
+            formulas.append(_power_law(law, coefficient.name, exponents))
     return " ".join(f'<math display="block"><mrow>{text}</mrow></math>' for text in formulas)
+
+
+def _power_law(law: Law, coefficient: str, exponents: list[str]) -> str:
+    """The power law of a coefficient in MathML, without groups whose exponent is empty."""
+    factors = [f"<mi>{coefficient}</mi><mo>=</mo><msub><mi>{coefficient}</mi><mn>0</mn></msub>"]
+    for group, reference, exponent in zip(law.groups, law.reference, exponents, strict=True):
+        if not exponent:
+            continue
+        quantity = QUANTITIES[group]
+        value = f"{reference:g} {quantity.unit}".removesuffix(" 1").replace("degC", DEGREES)
+        factors.append(
+            f"<msup><mrow><mo>(</mo><mfrac><mi>{quantity.symbol}</mi><mtext>{value}</mtext>"
+            f"</mfrac><mo>)</mo></mrow>{exponent}</msup>"
+        )
+    return "".join(factors)

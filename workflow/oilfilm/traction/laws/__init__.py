@@ -1,4 +1,4 @@
-"""Every traction law, one line per law. A new law is its own file and its line here.
+"""All traction laws, one line per law. A new law is a file and a line here.
 
 Tables and figures show the laws in this order.
 

@@ -1,11 +1,11 @@
-"""A film that thins by a power law up to a limiting stress, at one temperature.
+"""A shear-thinning film with a power law and a limiting stress, at one temperature.
 
     mu = L [1 - exp(-c/L)],   c = N S [1 + (N S/G)^2]^((n - 1)/2)
 
-All stresses are over the mean pressure: N the slope at rest eta U/(h p), G the stress at which
-thinning begins, L = tau_L/p. n and the stress G p are taken for properties of the oil, the same at
-every condition, hence G = G0 P^-1. n stays below 0.9: nearer to 1 nothing thins and G could be
-anything. The law rises with slip for ever: nothing heats it.
+All stresses are relative to the mean pressure: N = eta U/(h p) is the slope at S = 0, G the stress
+at which shear thinning begins, L = tau_L/p. n and the stress G p are properties of the oil and
+equal at all conditions, hence G = G0 P^-1. n is limited to 0.9: near 1 there is no shear thinning,
+and G has no effect. The law always rises with slip, because it has no heating.
 
 References: P. J. Carreau, Trans. Soc. Rheol. 16 (1972) 99, in the form with a stress of S. Bair,
 High Pressure Rheology for Quantitative Elastohydrodynamics, Elsevier (2007); S. Bair, W. O. Winer,

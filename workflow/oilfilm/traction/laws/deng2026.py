@@ -3,8 +3,8 @@
     mu = (A + B S) exp(-C S) - A,   X = X0 Pbar^X1 Ubar^X2 Tbar^X3   for X in A, B, C
 
 with Pbar = P / 1 GPa, Ubar = U / 20 m/s, Tbar = T / 20 degC (degrees Celsius, as printed), S the
-slide-roll ratio and A < 0, B > 0, C > 0. Hence mu = 0 at S = 0 and mu -> |A| for large S; with
-these signs mu >= 0 for every S >= 0; the slope at S = 0 is B + |A| C and the one peak is at
+slide-roll ratio and A < 0, B > 0, C > 0. Hence mu = 0 at S = 0 and mu -> |A| for large S. With
+these signs mu >= 0 for every S >= 0. The slope at S = 0 is B + |A| C. The only peak is at
 S = 1/C + |A|/B.
 
 Decides: equation, signs and search bounds of the paper's law (each other law: its file beside this
@@ -40,11 +40,11 @@ def traction_coefficient(
     """Traction coefficient by Eqs 7-9.
 
     Args:
-        constants: A0..A3, B0..B3, C0..C3, signs included.
-        max_hertz_pressure_gpa: P, in GPa.
-        entrainment_speed_m_s: U, in m/s.
-        inlet_temperature_c: T, in degC, above 0.
-        slide_roll_ratio: S, 0 or more. The four arrays broadcast against each other.
+        constants: A0 to A3, B0 to B3 and C0 to C3 with their signs, shape (12,).
+        max_hertz_pressure_gpa: Maximum Hertz pressure P, in GPa.
+        entrainment_speed_m_s: Entrainment speed U, in m/s.
+        inlet_temperature_c: Inlet temperature T, in degC, above 0.
+        slide_roll_ratio: Slide-roll ratio S, 0 or more. The four arrays broadcast.
 
     Returns:
         mu, of the broadcast shape.
@@ -52,17 +52,23 @@ def traction_coefficient(
     Reference: Deng et al., Lubricants 14 (2026) 33, Eqs 7-9.
 
     Examples:
-        At the reference condition mu is (A0 + B0 S) exp(-C0 S) - A0; 4102, S = 0.05, by hand:
+        At the reference condition mu is (A0 + B0 S) exp(-C0 S) - A0. Oil 4102, S = 0.05, by hand:
 
         >>> c = np.zeros(12)
         >>> c[[0, 4, 8]] = -0.01567792, 0.63482685, 24.43483717
         >>> round(float(traction_coefficient(c, 1.0, 20.0, 20.0, 0.05)), 6)
         0.020412
     """
-    at = (max_hertz_pressure_gpa, entrainment_speed_m_s, inlet_temperature_c)
-    bars = [np.asarray(each) / one for each, one in zip(at, DENG2026.reference, strict=True)]
-    a, b, c = (
-        block[0] * bars[0] ** block[1] * bars[1] ** block[2] * bars[2] ** block[3]
-        for block in np.split(np.asarray(constants, dtype=float), 3)
-    )
+    pressure_reference, speed_reference, temperature_reference = DENG2026.reference
+    pressure = np.asarray(max_hertz_pressure_gpa) / pressure_reference
+    speed = np.asarray(entrainment_speed_m_s) / speed_reference
+    temperature = np.asarray(inlet_temperature_c) / temperature_reference
+
+    def coefficient(x0: float, x1: float, x2: float, x3: float) -> FloatArray:
+        return np.asarray(x0 * pressure**x1 * speed**x2 * temperature**x3)
+
+    a_constants, b_constants, c_constants = np.split(np.asarray(constants, dtype=float), 3)
+    a = coefficient(*a_constants)
+    b = coefficient(*b_constants)
+    c = coefficient(*c_constants)
     return DENG2026.value(np.array([-a, b, c]), np.asarray(slide_roll_ratio))

@@ -1,12 +1,12 @@
-"""A film that thins by Eyring's rule up to a limiting stress, softened by its own heat.
+"""A shear-thinning film by Eyring with a limiting stress, softened by friction heat.
 
     mu = m/(1 + H S mu),   m = L [1 - exp(-e/L)],   e = E asinh(N S/E)
 
-All stresses are over the mean pressure: N the slope at rest eta U/(h p), E = tau_E/p, L = tau_L/p.
-The heat that arises goes with mu S; H is how much of its stress the film loses to it, a power law
-like the others. That the stress falls as 1/(1 + temperature rise) is OURS, and keeps the law
-explicit: below it is solved for mu, in a form without cancellation. Without heat (H = 0) it is the
-isothermal law. tau_E is taken for a property of the oil, the same at every condition, hence
+All stresses are relative to the mean pressure: N = eta U/(h p) is the slope at S = 0, E = tau_E/p,
+L = tau_L/p. The friction heat is proportional to mu S, and H is the loss of stress by this heat, a
+power law like the others. The decrease of the stress as 1/(1 + temperature rise) is OURS. It keeps
+the law explicit: the equation below is solved for mu, in a form without cancellation. Without heat
+(H = 0) it is the isothermal law. tau_E is a property of the oil and equal at all conditions, hence
 E = E0 P^-1.
 
 References: K. L. Johnson, J. L. Tevaarwerk, Proc. R. Soc. Lond. A 356 (1977) 215; S. Bair,

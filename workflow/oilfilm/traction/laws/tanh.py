@@ -1,8 +1,8 @@
-"""The smooth step of many vehicle and bearing codes: up to a level, and there it stays.
+"""The smooth step of many vehicle and bearing codes: traction rises to a constant level.
 
     mu = A tanh(B S/A)
 
-with A the level and B the slope at S = 0. It rises with slip for ever and has no peak.
+with A the level and B the slope at S = 0. It always rises with slip and has no peak.
 
 Reference: in general use as a regularised Coulomb law; no single source.
 """

@@ -2,14 +2,14 @@
 
     mu = (A + B S) exp(-C S) + D
 
-with A < 0, B > 0, C > 0 and D > 0, each a power law. Unlike Eq. 7 of Deng et al. (2026) nothing
-ties D to A, so that mu = D - |A| at S = 0, which need not be zero.
+with A < 0, B > 0, C > 0 and D > 0, each a power law. Unlike in Eq. 7 of Deng et al. (2026), D is
+independent of A. Hence mu = D - |A| at S = 0, which may differ from zero.
 
 The law is older than the paper that names it: with A = mu_0 - mu_inf and D = mu_inf it is that of
-the bearing-dynamics code ADORE. What the coefficients are power laws of is not public. The paper
-calls it a law of five parameters (dynamic viscosity, elastic modulus, viscosity-temperature
-coefficient, thermal conductivity and slip) that takes the load and not the stress; the groups
-below are OURS, made of just those.
+the bearing-dynamics code ADORE. The variables of its power laws are not public. By the paper it is
+a law of five parameters (dynamic viscosity, elastic modulus, viscosity-temperature coefficient,
+thermal conductivity and slip) that uses the load and not the stress. The groups below are OURS,
+made of these parameters.
 
 References: K. Deng, X. Qing, F. Pape, Y. Wang, Lubricants 14 (2026) 33, section 4.1; P. K. Gupta,
 Advanced Dynamics of Rolling Elements, Springer (1984), for the slip part.
@@ -33,7 +33,7 @@ _COEFFICIENTS = (
     Coefficient("D", +1, 1e-4, 1.0),
 )
 
-# On the dimensional load, which alone carries the size of the ball.
+# On the dimensional load. It is the only one of these laws that depends on the size of the ball.
 WANG_DENG_LOAD = Law(
     name="wang-deng-load",
     title="load-based Wang-Deng",
@@ -47,11 +47,11 @@ WANG_DENG_LOAD = Law(
     in_bearings=True,
 )
 
-# The same with A proportional to |Wc/W - 1|, Wc being a critical load. K = Wc/W is a coefficient
-# like the others, whose exponents the law gives: K0 = Wc/100 N is its one constant. At W = Wc A
-# vanishes and mu no longer tends to zero with the slip. A has three constants of the load then:
-# loads at three levels fit more than one Wc exactly as well.
-# Second-hand: A = A0 W^A1 |Wc/W - 1| U^A2 T^A3; that B, C and D lack the factor is OUR reading.
+# The law on load with A proportional to |Wc/W - 1|, where Wc is a critical load. K = Wc/W is a
+# coefficient whose exponents the law prescribes; K0 = Wc/100 N is its only constant. At W = Wc, A
+# is zero and mu does not tend to zero with the slip. A then has three constants of the load: with
+# three levels of load, several Wc fit equally well.
+# Second-hand: A = A0 W^A1 |Wc/W - 1| U^A2 T^A3. That B, C and D lack the factor is OUR reading.
 WANG_DENG_CRITICAL_LOAD = replace(
     WANG_DENG_LOAD,
     name="wang-deng-critical-load",
@@ -60,11 +60,12 @@ WANG_DENG_CRITICAL_LOAD = replace(
     equation="(A*abs(K - 1) + B*S)*exp(-C*S) + D",
     coefficients=(
         *_COEFFICIENTS,
-        # at the lower bound it is the law on the dimensional load
+        # at the lower bound the law is that on the dimensional load
         Coefficient("K", +1, 1e-9, 1e3, exponents=(-1.0, 0.0, 0.0), searched_from=1e-3),
     ),
     nested=WANG_DENG_LOAD,
-    must_vary=("load_n",),  # one load says nothing of a critical one
+    # a single load does not determine the critical load
+    must_vary=("load_n",),
     adore=("A*abs(K - 1)", "B", "C", "D"),
     in_bearings=False,
 )
@@ -72,12 +73,17 @@ WANG_DENG_CRITICAL_LOAD = replace(
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class WangDengGroups(Law):
-    """The law on dimensionless groups of load, speed and heat; the groups are OURS.
+    """The law on dimensionless groups of load, speed and heating; the groups are OURS.
 
         Wbar = W/(E' R^2),  Ubar = eta0 U/(E' R),  Lbar = eta0 beta U^2/k
 
     with the oil's properties at the inlet temperature. For a circular contact Wbar is
-    (2 pi^3/3) (p_max/E')^3 whatever the ball: this basis is one of stress, not of load.
+    (2 pi^3/3) (p_max/E')^3 for every ball: these groups depend on stress and not on load.
+
+    Attributes:
+        oil: The oil; None before `of`.
+        radius_m: Reduced radius of the contact along the rolling direction.
+        reduced_modulus_pa: E' = 2 E*.
     """
 
     oil: Oil | None = None
@@ -112,10 +118,10 @@ class WangDengGroups(Law):
         return replace(self, radius_m=radius_m, reduced_modulus_pa=reduced_modulus_pa)
 
     def varied_groups(self, varied: BoolArray) -> BoolArray:
-        """Speed and thermal loading can be told apart where both U and T vary.
+        """See `Law.varied_groups`. Speed and thermal loading are separable if both U and T vary.
 
         Raises:
-            ValueError: One of U and T varies alone.
+            ValueError: Only one of U and T varies.
         """
         load, speed, temperature = varied
         if speed != temperature:
