@@ -223,7 +223,7 @@ class ArrayFit:
         color = line.get_color()
         lower, upper = predicted.obs_ci_lower, predicted.obs_ci_upper
         axes.fill_between(slip, lower, upper, color=color, alpha=0.2, linewidth=0)
-        is_near = np.isclose(operating_points, conditions, rtol=0.01).all(axis=1)
+        is_near = np.isclose(operating_points.to_numpy(), conditions, rtol=0.01).all(axis=1)
         runs_nearby = operating_points.index[is_near]
         measured = self.points[self.points["run_id"].isin(runs_nearby)]
         axes.plot(measured[SLIP], measured[_MU], "o", markersize=3, color=color)

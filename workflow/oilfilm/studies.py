@@ -1,7 +1,8 @@
-"""Studies: rooms of the library for one question, which a campaign asks for (`studies: [paper]`).
+"""Studies: rooms of the library for one question. A campaign names them (`studies: [paper]`).
 
-What every laboratory needs names no study. A study is a folder with the modules `tables` (`TABLES`,
-declared when the room is imported) and `study` (`STUDY`), and may have a folder `figures`.
+The rooms that every laboratory needs name no study. A study is a folder with two modules: `tables`
+(`TABLES`, declared when the room is imported) and `study` (`STUDY`). It may have a folder
+`figures`.
 
 Decides: what a study may add to a campaign.
 """
@@ -22,11 +23,13 @@ class Study:
 
     Attributes:
         name: Name of its room.
-        exports: From the oils by their identifiers, settings and provenance to more files for
-            bearing codes; `oilfilm.exports.campaign.export_campaign` calls it.
+        exports: Function that makes more files for bearing codes from the oils by their
+            identifiers, the settings and the provenance;
+            `oilfilm.exports.campaign.export_campaign` calls it.
         exported: Sentence for the index of the exports where there are such files.
-        sections: From the finished tables and the settings to sections of the report
-            (`oilfilm.report.document.Section`), which come after those of every campaign.
+        sections: Function that makes sections of the report
+            (`oilfilm.report.document.Section`) from the finished tables and the settings. They
+            come after the sections of every campaign.
     """
 
     name: str
@@ -48,5 +51,5 @@ def declare_tables(names: Iterable[str]) -> None:
 
 
 def load(names: Iterable[str]) -> list[Study]:
-    """The studies that a campaign asks for."""
+    """The studies of these names, as a campaign lists them."""
     return [import_module(f"oilfilm.{name}.study").STUDY for name in names]
