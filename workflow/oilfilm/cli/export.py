@@ -14,9 +14,11 @@ from oilfilm.settings.resolve import read_config
 
 def run(options: argparse.Namespace) -> int:
     """Run the command."""
-    path, config = reference_file("printed_coefficients"), read_config(CONFIG)
-    described = describe_printed(path, config.printed.boxes.tested, config.exports)
-    wanted = [each for each in described if options.oil in (None, each.oil)]
+    path = reference_file("printed_coefficients")
+    config = read_config(CONFIG)
+    fits = describe_printed(path, config.printed.boxes.tested, config.exports)
+    if options.oil is not None:
+        fits = [fit for fit in fits if fit.oil == options.oil]
     provenance = {
         "code": f"oilfilm {oilfilm.__version__}",
         "settings": None,
@@ -24,7 +26,7 @@ def run(options: argparse.Namespace) -> int:
     }
     if options.folder.exists():
         raise OilfilmError(f"{options.folder}: exists already. Name a new folder.")
-    for name, content in in_folders(wanted, provenance).items():
+    for name, content in in_folders(fits, provenance).items():
         write_bytes(content, options.folder / name)
         print(options.folder / name)
     return 0
