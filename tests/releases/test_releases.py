@@ -22,8 +22,8 @@ from oilfilm.releases import release as making
 from oilfilm.releases import release as releasing
 from oilfilm.releases.manifest import (
     CHECKSUMS,
-    MOST_BYTES,
     MANIFEST,
+    MOST_BYTES,
     canonical,
     read_manifest,
     sha256_of,
