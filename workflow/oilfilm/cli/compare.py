@@ -146,7 +146,7 @@ def _draw(curves: pd.DataFrame, conditions: Mapping[str, float], *, simulated: b
     """mu over slip of each fit with its interval; beside it the ratios to the first fit."""
     figure = Figure(figsize=(style.DOUBLE_COLUMN_IN, 2.9), layout="constrained")
     left, right = figure.subplots(1, 2)
-    curve_of_fit = dict(iter(curves.groupby("fit", sort=False)))
+    curve_of_fit = {str(name): curve for name, curve in curves.groupby("fit", sort=False)}
     names = list(curve_of_fit)
     doubtful = {
         name: (curve["outside"] | curve["over_limit"]).to_numpy()
