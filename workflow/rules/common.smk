@@ -122,10 +122,9 @@ PACKAGES = file_digest(HOME / home.RUN_LOCK)[:8]
 # Modules of the campaign's studies, which no module imports by name.
 STUDIES = [PACKAGE / name / "study.py" for name in CAMPAIGN.studies]
 # Declarations of columns and tables, for the rules that print their meaning.
-TABLE_WORDS = [
-    *sorted((PACKAGE / "tables").glob("*.*")),
-    *(path for name in CAMPAIGN.studies for path in sorted((PACKAGE / name).glob("tables.*"))),
-]
+TABLE_WORDS = sorted((PACKAGE / "tables").glob("*.*"))
+for study_name in CAMPAIGN.studies:
+    TABLE_WORDS += sorted((PACKAGE / study_name).glob("tables.*"))
 studies.declare_tables(CAMPAIGN.studies)
 
 

@@ -2,7 +2,7 @@
 
 The result is plain values, for JSON and `watch`, and text for people.
 
-Decides: by which campaign a log is checked; how `oilfilm check` distinguishes a torque log from a
+Decides: which campaign a log is checked by; how `oilfilm check` distinguishes a torque log from a
 traction log (by the folder); what it reports on a log, as text and JSON.
 """
 

@@ -186,7 +186,7 @@ def _refuse_damaged(run: FinishedRun, files: Mapping[str, Path]) -> None:
         if is_here and file_digest(file) != digests[path]:
             raise OilfilmError(
                 f"{path}: is not as its step wrote it. Remove {listing_of[path]}, then run "
-                "`snakemake release` again: the step is done anew."
+                "`snakemake release` again: the step is repeated."
             )
 
 

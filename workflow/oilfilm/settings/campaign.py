@@ -288,7 +288,7 @@ class CampaignKeys(Group):
     min_accepted_share: q.Share = key(
         "Share of runs that must be accepted; unreadable logs count as runs.", default=0.0
     )
-    matrix: Matrix | None = optional("Planned conditions, each level with each.")
+    matrix: Matrix | None = optional("Planned conditions: all combinations of levels.")
     columns: dict[TractionColumn, Column] = key("Columns with names of their own.", default={})
     header: dict[HeaderKey, Names] = key("Own names of header keys, sheet columns.", default={})
     semantics: Semantics = key("How the rigs' logs are meant.", default=Semantics())
