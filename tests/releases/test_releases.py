@@ -22,8 +22,8 @@ from oilfilm.releases import release as making
 from oilfilm.releases import release as releasing
 from oilfilm.releases.manifest import (
     CHECKSUMS,
-    LARGEST,
     MANIFEST,
+    MOST_BYTES,
     canonical,
     read_manifest,
     sha256_of,
@@ -298,7 +298,7 @@ def test_hostile_manifest_is_refused_in_a_sentence(
         assert "was altered" not in printed
         assert len(printed) < 2000
     with (tmp_path / MANIFEST).open("wb") as large:
-        large.truncate(LARGEST + 1)
+        large.truncate(MOST_BYTES + 1)
     assert main(["verify", str(tmp_path)]) == 2
     assert "is larger than" in capsys.readouterr().err
     (tmp_path / MANIFEST).unlink()

@@ -137,7 +137,7 @@ def test_files_tables_and_releases_are_old_or_new(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("program", "fault"),
     [
-        ("atomic_write._flush = lambda path: None\n" + TABLES, "may be missing: "),
+        ("atomic_write._flush_entry = lambda path: None\n" + TABLES, "may be missing: "),
         ("Path('promised').mkdir(); Path('promised/a').write_text('a')\n", "torn: .*promised/a"),
     ],
     ids=["names are not flushed", "written in place"],

@@ -32,11 +32,12 @@ from oilfilm.traction import LAWS, PAPER_LAW
 from oilfilm.traction.law import CONDITIONS, QUANTITIES
 
 _MU = "traction_coefficient"
-_OIL = "oil"
-# Of a curve drawn between its points.
-_DRAWN = 200
-# Curves of a picture; more hide each other.
-_CURVES = 5
+# Name of the oil where the caller gives none.
+_UNNAMED_OIL = "oil"
+# Points at which a curve of the law is evaluated for a plot.
+_POINTS_PER_DRAWN_CURVE = 200
+# More curves in one plot hide each other.
+_MOST_DRAWN_CURVES = 5
 
 
 @dataclass(frozen=True)
@@ -44,11 +45,11 @@ class ArrayFit:
     """A law fitted to arrays.
 
     Attributes:
-        points: What was fitted, one row per point; `run_id` names its curve.
+        points: The fitted points, one row per point; `run_id` names the curve.
         tables: The tables of the fit, as the workflow writes them; the oil is called `oil` there.
         settings: Settings of the fit.
-        notes: What its user must know of the points, in sentences.
-        source: File of the table that was fitted, else empty.
+        notes: Warnings and assumptions about the points, in sentences.
+        source: File of the fitted table; empty for arrays.
         oil: Name of the oil.
     """
 
@@ -57,22 +58,22 @@ class ArrayFit:
     settings: FitSettings
     notes: tuple[str, ...]
     source: str = ""
-    oil: str = _OIL
+    oil: str = _UNNAMED_OIL
 
     @cached_property
     def law(self) -> FittedLaw:
-        """The fitted law, with its intervals and tested box, and what is wrong with it."""
-        fit = FittedLaw.of_configured(self.tables, _OIL)
+        """The fitted law, with its intervals, its tested box and its faults."""
+        fit = FittedLaw.of_configured(self.tables, _UNNAMED_OIL)
         return replace(fit, wrong=tuple(what_is_wrong(self.soundness)))
 
     @property
     def table(self) -> pd.DataFrame:
-        """The points as a table of points of a campaign."""
-        return _table_of(self.points, self.oil)
+        """The points as the table `points` of a campaign."""
+        return _points_table(self.points, self.oil)
 
     @property
     def constants(self) -> pd.DataFrame:
-        """Constants by name with their standard errors and joint intervals; NaN where unknown."""
+        """Constants by name, with standard errors and joint intervals; NaN where unknown."""
         columns = ["constant", "value", "standard_error", "lower", "upper"]
         return self.tables.coefficients[columns].set_index("constant")
 
@@ -80,49 +81,59 @@ class ArrayFit:
     def soundness(self) -> dict[str, Any]:
         """The verdict in three parts, as a row of the table `soundness`.
 
-        Runs are taken to have been made in the order of their names.
+        The names of the runs are taken as their order in time.
         """
-        (row,) = tables.rows(self.tables.fit_quality)
-        fit = FittedLaw.of_configured(self.tables, _OIL)
+        (quality,) = tables.rows(self.tables.fit_quality)
+        fit = FittedLaw.of_configured(self.tables, _UNNAMED_OIL)
         patterns = read_config(CONFIG).patterns
-        return verdict_of_fit(row, fit, self.table, self.settings, patterns)
+        return verdict_of_fit(quality, fit, self.table, self.settings, patterns)
 
     @property
     def verdict(self) -> str:
-        """Whether the fit is sound, and what its user must know."""
-        # templates are loaded when words are asked for, here and below: a fit needs none
+        """Whether the fit is sound, and what its user must know, as lines of text."""
+        # imported late, here and below: templates of sentences load slowly, and a fit needs none
         from oilfilm.report.sections.build import curve_facts  # noqa: PLC0415
 
-        quality, law = self.tables.fit_quality, self.law
-        lines = [f"{law.law.name}: sound: optimum confirmed, law adequate, runs steady"]
-        if not self.soundness["sound"]:
-            lines = [f"{law.law.name}: NOT sound", *law.wrong]
-            lines += [*quality.loc[~quality["certified"], "certificate"]]
-        lines += [f"Not followed: {fixed.sentence()}." for fixed in law.coefficients.fixed]
-        if np.isnan(law.coefficients.unseen.at(0.95)[0]):
-            least = self.settings.min_curves_for_errors
-            lines += [f"There is no interval: fewer than {least} curves (min_curves_for_errors)."]
-        warnings = curve_facts(quality, self.tables.curve_residuals)
-        return "\n".join([*lines, *(fact.text for fact in warnings), *self.notes])
+        quality = self.tables.fit_quality
+        fitted = self.law
+        coefficients = fitted.coefficients
+        name = fitted.law.name
+        if self.soundness["sound"]:
+            lines = [f"{name}: sound: optimum confirmed, law adequate, runs steady"]
+        else:
+            lines = [f"{name}: NOT sound"]
+            lines.extend(fitted.wrong)
+            lines.extend(quality.loc[~quality["certified"], "certificate"])
+        lines.extend(f"Not followed: {fixed.sentence()}." for fixed in coefficients.fixed)
+        if np.isnan(coefficients.unseen.at(0.95)[0]):
+            fewest = self.settings.min_curves_for_errors
+            lines.append(
+                f"There is no interval: fewer than {fewest} curves (min_curves_for_errors)."
+            )
+        facts = curve_facts(quality, self.tables.curve_residuals)
+        lines.extend(fact.text for fact in facts)
+        lines.extend(self.notes)
+        return "\n".join(lines)
 
     def summary(self) -> str:
         """Equation, counts, misfit, constants with intervals, and the verdict, as text."""
-        (row,) = tables.rows(self.tables.fit_quality)
+        (quality,) = tables.rows(self.tables.fit_quality)
         counts = (
-            f"{row['n_points']} points in {row['n_curves']} curves; misfit "
-            f"{row['relative_rms']:.2%} of mu (rms), at curves left out "
-            f"{row['left_out_rmse'] / row['rmse']:.2f} times that; BIC {row['bic']:.1f}"
+            f"{quality['n_points']} points in {quality['n_curves']} curves; misfit "
+            f"{quality['relative_rms']:.2%} of mu (rms), at curves left out "
+            f"{quality['left_out_rmse'] / quality['rmse']:.2f} times that; "
+            f"BIC {quality['bic']:.1f}"
         )
         lines = [self.law.law.formula, counts, self.constants.to_string(), self.verdict]
         return "\n".join(lines)
 
     def to_frame(self) -> pd.DataFrame:
         """The points with mu of the law, its intervals and the residual."""
-        at = self.points[list(self.law.law.conditions)].to_numpy(float)
-        predicted = self.law.predict(at, self.points[SLIP].to_numpy(float))
-        columns = {name: getattr(predicted, name) for name in INTERVALS}
-        made = self.points.assign(fitted=predicted.traction_coefficient, **columns)
-        return made.assign(residual=made[_MU] - made["fitted"])
+        conditions = self.points[list(self.law.law.conditions)].to_numpy(float)
+        predicted = self.law.predict(conditions, self.points[SLIP].to_numpy(float))
+        intervals = {name: getattr(predicted, name) for name in INTERVALS}
+        frame = self.points.assign(fitted=predicted.traction_coefficient, **intervals)
+        return frame.assign(residual=frame[_MU] - frame["fitted"])
 
     def predict(self, *at: Any, **level: float) -> Prediction:
         """mu with its interval at P, U, T and S, in GPa, m/s and degC or as quantities of pint.
@@ -140,7 +151,7 @@ class ArrayFit:
         Raises:
             OilfilmError: The folder exists, or its name cannot be that of a campaign.
         """
-        # only who saves waits for the report
+        # imported late: the report loads slowly, and only this method needs it
         from oilfilm.saved_fit import FitAlone, save_fit  # noqa: PLC0415
 
         alone = FitAlone(self.oil, self.table, self.tables, self.settings, self.source)
@@ -154,7 +165,7 @@ class ArrayFit:
         Raises:
             OilfilmError: There is no such form, or nothing could be fitted.
         """
-        from oilfilm.saved_fit import FitAlone, export_fit  # noqa: PLC0415 - as above
+        from oilfilm.saved_fit import FitAlone, export_fit  # noqa: PLC0415 - as in `save`
 
         alone = FitAlone(self.oil, self.table, self.tables, self.settings, self.source)
         export_fit(alone, Path(file))
@@ -164,38 +175,61 @@ class ArrayFit:
 
         Args:
             axes: Axes of matplotlib to draw into; new ones if not given.
-            at: Conditions, one row each in the order of the law's: `[[1.2, 30, 70]]` for GPa, m/s
-                and degC. If not given, up to five tested ones from low to high traction.
+            at: Operating points, one row each, in the order of the law's conditions:
+                `[[1.2, 30, 70]]` for GPa, m/s and degC. If not given, up to five tested operating
+                points from low to high traction.
 
         Returns:
             The axes.
         """
         if axes is None:
-            from matplotlib import pyplot  # noqa: PLC0415 - only who draws waits for it
+            from matplotlib import pyplot  # noqa: PLC0415 - loads slowly, and only this needs it
 
-            axes = pyplot.subplots(layout="constrained")[1]
-        names = list(self.law.law.conditions)
-        units = [QUANTITIES[name].unit for name in names]
-        curves = self.points.groupby("run_id", sort=False)
-        tested = curves[names].mean()
-        slip = np.linspace(0, self.points[SLIP].abs().max(), _DRAWN)
-        if at is None:
-            order = curves[_MU].max().argsort().to_numpy()
-            chosen = np.linspace(0, len(order) - 1, min(len(order), _CURVES)).round().astype(int)
-            at = tested.to_numpy()[order[chosen]]
+            _, axes = pyplot.subplots(layout="constrained")
         axes.plot(self.points[SLIP], self.points[_MU], ".", color="0.85", zorder=0)
-        for row in np.atleast_2d(np.asarray(at, float)):
-            predicted = self.law.predict(np.tile(row, (_DRAWN, 1)), slip)
-            label = ", ".join(f"{value:.3g} {unit}" for value, unit in zip(row, units, strict=True))
-            (line,) = axes.plot(slip, predicted.traction_coefficient, label=label)
-            band = (slip, predicted.obs_ci_lower, predicted.obs_ci_upper)
-            axes.fill_between(*band, color=line.get_color(), alpha=0.2, linewidth=0)
-            near = tested[np.isclose(tested, row, rtol=0.01).all(axis=1)].index
-            own = self.points[self.points["run_id"].isin(near)]
-            axes.plot(own[SLIP], own[_MU], "o", markersize=3, color=line.get_color())
+        operating_points = self._tested_operating_points()
+        if at is None:
+            rows = self._spread_over_traction(operating_points)
+        else:
+            rows = np.atleast_2d(np.asarray(at, float))
+        for row in rows:
+            self._draw_curve(axes, row, operating_points)
         axes.set(xlabel="Slide-roll ratio", ylabel="Traction coefficient")
         axes.legend(fontsize="small", title="Line: law. Band: 95 % interval of the next run")
         return axes
+
+    def _tested_operating_points(self) -> pd.DataFrame:
+        """Mean conditions of each curve, by `run_id`."""
+        conditions = list(self.law.law.conditions)
+        return self.points.groupby("run_id", sort=False)[conditions].mean()
+
+    def _spread_over_traction(self, operating_points: pd.DataFrame) -> npt.NDArray[np.float64]:
+        """A few tested operating points, evenly from low to high traction, one per row."""
+        largest_mu = self.points.groupby("run_id", sort=False)[_MU].max()
+        order = largest_mu.argsort().to_numpy()
+        count = min(len(order), _MOST_DRAWN_CURVES)
+        ranks = np.linspace(0, len(order) - 1, count).round().astype(int)
+        return operating_points.to_numpy()[order[ranks]]
+
+    def _draw_curve(
+        self, axes: Any, conditions: npt.NDArray[np.float64], operating_points: pd.DataFrame
+    ) -> None:
+        """Draw the law at one operating point, its interval and the points measured there."""
+        slip = np.linspace(0, self.points[SLIP].abs().max(), _POINTS_PER_DRAWN_CURVE)
+        repeated = np.tile(conditions, (_POINTS_PER_DRAWN_CURVE, 1))
+        predicted = self.law.predict(repeated, slip)
+        units = [QUANTITIES[name].unit for name in self.law.law.conditions]
+        label = ", ".join(
+            f"{value:.3g} {unit}" for value, unit in zip(conditions, units, strict=True)
+        )
+        (line,) = axes.plot(slip, predicted.traction_coefficient, label=label)
+        color = line.get_color()
+        lower, upper = predicted.obs_ci_lower, predicted.obs_ci_upper
+        axes.fill_between(slip, lower, upper, color=color, alpha=0.2, linewidth=0)
+        is_near = np.isclose(operating_points.to_numpy(), conditions, rtol=0.01).all(axis=1)
+        runs_nearby = operating_points.index[is_near]
+        measured = self.points[self.points["run_id"].isin(runs_nearby)]
+        axes.plot(measured[SLIP], measured[_MU], "o", markersize=3, color=color)
 
     def __repr__(self) -> str:
         return self.summary()
@@ -230,17 +264,17 @@ def fit(
         traction_coefficient: Traction coefficient mu.
         law: Name of the law: one of pressure, speed and temperature.
         curve: Name or number of the run of each point. Points of a run share its calibration
-            error, so whole runs are resampled for the intervals. If not given, points whose
+            error, so the intervals come from a bootstrap over runs. If not given, points whose
             conditions agree within the tolerances of `gates` in config/config.yaml are one run.
         calibration: Standard uncertainties of the rig's sensors, an error that all runs share:
             `load_relative`, `traction_force_relative`, `speed_relative`, `temperature_c`.
         settings: Keys of `fit` in config/config.yaml that differ, as `bootstrap=200`.
 
     Raises:
-        OilfilmError: There is no such law or setting, or the arrays do not fit together.
+        OilfilmError: There is no such law or setting, or the shapes of the arrays do not match.
 
     Returns:
-        The fit. Data that cannot be fitted give a verdict that says why.
+        The fit. Its verdict gives the reason where the data cannot be fitted.
 
     Examples:
         Twelve curves on a known law give its constants back:
@@ -258,14 +292,19 @@ def fit(
         >>> float(fitted.predict(1.2, 30, 70, 0.05).traction_coefficient)
         0.0107...
     """
-    at = (max_hertz_pressure, entrainment_speed, inlet_temperature, slide_roll_ratio)
-    arrays = [*map(in_unit, at, (*CONDITIONS, SLIP)), np.asarray(traction_coefficient, float)]
+    values = (max_hertz_pressure, entrainment_speed, inlet_temperature, slide_roll_ratio)
+    names = (*CONDITIONS, SLIP)
+    arrays = [in_unit(value, name) for value, name in zip(values, names, strict=True)]
+    arrays.append(np.asarray(traction_coefficient, float))
     try:
-        columns = [array.ravel() for array in np.broadcast_arrays(*arrays)]
+        broadcast = np.broadcast_arrays(*arrays)
     except ValueError as error:
         shapes = ", ".join(str(array.shape) for array in arrays)
         raise OilfilmError(f"the arrays have shapes that do not match: {shapes}.") from error
-    points = pd.DataFrame(dict(zip((*CONDITIONS, SLIP, _MU), columns, strict=True)))
+    columns = (*names, _MU)
+    points = pd.DataFrame(
+        {column: array.ravel() for column, array in zip(columns, broadcast, strict=True)}
+    )
     return fit_points(points, CONDITIONS, law, curve, calibration, **settings)
 
 
@@ -277,59 +316,74 @@ def fit_points(
     calibration: Mapping[str, float] | None = None,
     **settings: Any,
 ) -> ArrayFit:
-    """Fit a law to points; `fit` and `fit_table` come here.
+    """Fit a law to points; the common part of `fit` and `fit_table`.
 
     Args:
-        points: Conditions, slide-roll ratio and mu by their columns' names.
-        conditions: What the law must be one of.
-        law: Its name.
-        curve: As of `fit`.
-        calibration: As of `fit`.
-        settings: As of `fit`.
+        points: Columns of the conditions, the slide-roll ratio and mu, one row per point.
+        conditions: Conditions that the law must depend on.
+        law: Name of the law.
+        curve: As in `fit`.
+        calibration: As in `fit`.
+        settings: As in `fit`.
 
     Raises:
-        OilfilmError: As by `fit`.
+        OilfilmError: As in `fit`, or a number is missing or impossible.
 
     Warns:
         UserWarning: There are nearly as many curves as points.
     """
-    if law not in LAWS or LAWS[law].conditions != conditions:
-        known = ", ".join(name for name, each in LAWS.items() if each.conditions == conditions)
-        raise OilfilmError(f"there is no law {law!r} of these conditions; the laws are {known}.")
-    for name in (*conditions, SLIP, _MU):
-        values = points[name].to_numpy(dtype=float)
-        if len(lost := np.flatnonzero(~np.isfinite(values))):
-            raise OilfilmError(
-                f"{name}: {len(lost)} of {len(values)} points have no number, the first is number "
-                f"{lost[0] + 1} ({values[lost[0]]}). Leave these points out."
-            )
-        refuse_impossible(values, name)
+    laws = [name for name, candidate in LAWS.items() if candidate.conditions == conditions]
+    if law not in laws:
+        names = ", ".join(laws)
+        raise OilfilmError(f"there is no law {law!r} of these conditions; the laws are {names}.")
+    for column in (*conditions, SLIP, _MU):
+        _refuse_missing_or_impossible(points[column].to_numpy(dtype=float), column)
     config = read_config(CONFIG)
-    same = config.same_condition
-    at = [levels_of(name, points[name].to_numpy(float), same) for name in conditions]
-    runs = points.groupby(at, sort=False).ngroup() if curve is None else curve
-    if np.size(runs) != len(points):
-        raise OilfilmError(f"`curve` has {np.size(runs)} values; expected {len(points)}.")
-    points = points.assign(run_id=np.asarray(runs).astype(str).ravel())
+    if curve is None:
+        same = config.same_condition
+        levels = [levels_of(name, points[name].to_numpy(float), same) for name in conditions]
+        curve = points.groupby(levels, sort=False).ngroup()
+    if np.size(curve) != len(points):
+        raise OilfilmError(f"`curve` has {np.size(curve)} values; expected {len(points)}.")
+    points = points.assign(run_id=np.asarray(curve).astype(str).ravel())
     notes: tuple[str, ...] = ()
-    count = points["run_id"].nunique()
-    if len(points) > 1 and count > len(points) / 2:
+    n_curves = points["run_id"].nunique()
+    if len(points) > 1 and n_curves > len(points) / 2:
         notes = (
-            f"{len(points)} points are taken for {count} curves. Points of one run share its "
+            f"{len(points)} points are taken for {n_curves} curves. Points of one run share its "
             "errors: intervals are far too narrow if they are taken apart. Give curve=.",
         )
         warnings.warn(notes[0], stacklevel=3)
-    given_settings = {**config.fit.model_dump(), **settings, "law": law}
-    chosen = check(given_settings, FitSettings, lambda steps: "oilfilm.fit")
-    table = _table_of(points)
+    fit_keys = {**config.fit.model_dump(), **settings, "law": law}
+    fit_settings = check(fit_keys, FitSettings, lambda steps: "oilfilm.fit")
+    table = _points_table(points)
     if calibration is not None:
-        stated = check(dict(calibration), Calibration, lambda steps: "calibration")
-        table = _calibrated(table, stated)
-    return ArrayFit(points, fit_oil(table, _OIL, chosen, config.seed), chosen, notes)
+        uncertainties = check(dict(calibration), Calibration, lambda steps: "calibration")
+        table = _with_systematic_errors(table, uncertainties)
+    results = fit_oil(table, _UNNAMED_OIL, fit_settings, config.seed)
+    return ArrayFit(points, results, fit_settings, notes)
 
 
-def _calibrated(points: pd.DataFrame, calibration: Calibration) -> pd.DataFrame:
-    """A table of points with the errors that all its runs share; forces are over the load."""
+def _refuse_missing_or_impossible(values: npt.NDArray[np.float64], name: str) -> None:
+    """Refuse a column with a gap or with a number that the quantity cannot have.
+
+    Raises:
+        OilfilmError: It has one.
+    """
+    gaps = np.flatnonzero(~np.isfinite(values))
+    if len(gaps):
+        raise OilfilmError(
+            f"{name}: {len(gaps)} of {len(values)} points have no number, the first is number "
+            f"{gaps[0] + 1} ({values[gaps[0]]}). Leave these points out."
+        )
+    refuse_impossible(values, name)
+
+
+def _with_systematic_errors(points: pd.DataFrame, calibration: Calibration) -> pd.DataFrame:
+    """A table of points with the errors that all runs share.
+
+    Where the load is unknown it is taken as 1 N, so that the force is mu.
+    """
     load = points["load_n"].fillna(1.0)
     force = load * points[_MU]
     return points.assign(
@@ -343,7 +397,7 @@ def _calibrated(points: pd.DataFrame, calibration: Calibration) -> pd.DataFrame:
     )
 
 
-def _table_of(points: pd.DataFrame, oil: str = _OIL) -> pd.DataFrame:
-    """Points as a table of points of a campaign."""
-    whole = points.assign(oil=oil, accepted=True, n_samples=1, first_row=points.index + 1)
-    return tables.filled(whole, "points", "the table")
+def _points_table(points: pd.DataFrame, oil: str = _UNNAMED_OIL) -> pd.DataFrame:
+    """Points as the table `points` of a campaign; columns that are not known are null."""
+    judged = points.assign(oil=oil, accepted=True, n_samples=1, first_row=points.index + 1)
+    return tables.filled(judged, "points", "the table")

@@ -1,8 +1,8 @@
 """Write files and folders completely or not at all: write under a hidden name, then rename.
 
 A killed run leaves a path that begins with a dot. The next run overwrites it. After a power failure
-a path has its old content or the whole new one: content is flushed to disk before the rename, the
-name after it.
+a path has its old content or all of the new content. For this the content is flushed to disk before
+the rename, and the name after it.
 
 Decides: how a file is written completely or not at all.
 """
@@ -62,30 +62,30 @@ def _temporary(path: Path) -> Path:
 
 
 def flush(path: Path) -> None:
-    """Force a file, or a folder and all in it, to disk: what is renamed next must not be empty."""
+    """Force the content of a file, or of a folder and everything below it, to disk."""
     if path.is_dir():
-        for each in path.iterdir():
-            if not each.is_symlink():  # a link is content of its folder
-                flush(each)
-    _flush(path)
+        for entry in path.iterdir():
+            if not entry.is_symlink():  # a link is content of its folder
+                flush(entry)
+    _flush_entry(path)
 
 
 def rename_flushed(temporary: Path, path: Path) -> None:
-    """Give what has been flushed, or a link, its name, in one step and for good."""
+    """Rename a flushed file, a flushed folder or a link in one step, and flush the new name."""
     temporary.replace(path)
-    _flush(path.parent)
+    _flush_entry(path.parent)
 
 
 def make_folder(folder: Path) -> None:
-    """Make a folder, and those above it, for good."""
-    missing = [each for each in (folder, *folder.parents) if not each.exists()]
+    """Make a folder and the missing folders above it, and flush their names."""
+    missing = [path for path in (folder, *folder.parents) if not path.exists()]
     folder.mkdir(parents=True, exist_ok=True)
-    for each in missing:
-        _flush(each.parent)
+    for path in missing:
+        _flush_entry(path.parent)
 
 
-def _flush(path: Path) -> None:
-    """Force the content of a file, or the names in a folder, to disk."""
+def _flush_entry(path: Path) -> None:
+    """Force the content of one file, or the names in one folder, to disk."""
     try:
         # Windows flushes no file that is open for reading only, and opens no folder
         descriptor = os.open(path, os.O_RDONLY if path.is_dir() else os.O_RDWR)

@@ -1,7 +1,7 @@
 """Digests of the code, settings and inputs behind a table.
 
-Decides: what reruns a rule when code changes: which modules count for it, and what of their text
-does not.
+Decides: what reruns a rule when code changes: which modules count for it, and which parts of their
+text do not.
 """
 
 import ast
@@ -17,9 +17,11 @@ from typing import Any, NamedTuple
 
 from oilfilm import studies
 
-# What computes no number of a table: settings (their values are in the params of the rules),
-# messages, what surrounds a job, reading and writing of tables (the declarations of those that a
-# rule writes have a digest of their own) and the list of laws (a rule names those that it fits).
+# Modules that compute no number of a table:
+# - settings: their values are in the params of the rules;
+# - messages, the command line and the code around a job;
+# - reading and writing of tables: the declarations of a rule's tables have their own digest;
+# - the list of laws: a rule names the laws that it fits.
 _NO_NUMBERS = re.compile(
     r"oilfilm(\.(atomic_write|cli|digests|errors|home|run|settings)(\..*)?"
     r"|\.tables(\.(?!failed_gates).*)?|\.traction\.laws)?|\w+\.tables"
@@ -33,8 +35,9 @@ def file_digest(path: Path) -> str:
 
 
 def files_below(folder: Path) -> list[str]:
-    """Paths of all files below a folder, sorted; links are not followed."""
-    paths, folders = [], [folder]
+    """Paths of all files below a folder, relative to it and sorted; links are not followed."""
+    paths = []
+    folders = [folder]
     # no recursion: folders may be nested deeper than the call stack allows
     while folders:
         for path in folders.pop().iterdir():
@@ -67,16 +70,19 @@ def settings_digest(settings: Mapping[str, Any]) -> str:
 
 
 def code_digest(script: Path, *modules: Path) -> str:
-    """Digest of what computes the numbers of a job: its script and the modules behind it.
+    """Digest of the code that computes the numbers of a job: its script and the modules behind it.
 
     Snakemake does not see that a module behind a script has changed. A rule with this digest among
-    its params runs again when the code changes, and not for a comment, a docstring, the layout or
-    the message of an error.
+    its params runs again when the code changes. It does not run again for a comment, a docstring,
+    the layout or the message of an error.
 
     Args:
         script: The script of the rule.
-        modules: Modules that no import leads to, as that of a law which the job takes by name, and
-            files of data, every byte of which counts.
+        modules: Modules that the script does not import, such as that of a law which the job takes
+            by name. Files of data may be among them; each of their bytes counts.
+
+    Returns:
+        16 hexadecimal digits.
     """
     digest = hashlib.sha256()
     for path in [script, *sorted(modules_behind(script, *modules))]:
@@ -85,15 +91,15 @@ def code_digest(script: Path, *modules: Path) -> str:
 
 
 def modules_behind(script: Path, *modules: Path) -> set[Path]:
-    """The modules that count for a script: those that it imports, directly or not."""
-    found: set[Path] = set()
+    """The modules that count for a script: those that it imports, directly or indirectly."""
+    visited: set[Path] = set()
     waiting = [script, *modules]
     while waiting:
         path = waiting.pop()
-        if path not in found:
-            found.add(path)
+        if path not in visited:
+            visited.add(path)
             waiting.extend(_code(path).imports)
-    return found - {script}
+    return visited - {script}
 
 
 class _Code(NamedTuple):
@@ -106,56 +112,63 @@ def _code(path: Path) -> _Code:
     content = path.read_bytes()
     if path.suffix != ".py":
         return _Code(hashlib.sha256(content).hexdigest(), frozenset())
-    gc.disable()  # it takes a third of the time to parse a module
+    gc.disable()  # collecting garbage takes a third of the time of parsing a module
     try:
         tree = ast.parse(content)
     finally:
         gc.enable()
-    inside = path.is_relative_to(studies.PACKAGES)
-    package = ".".join(path.parent.relative_to(studies.PACKAGES).parts) if inside else ""
+    package = ""
+    if path.is_relative_to(studies.PACKAGES):
+        package = ".".join(path.parent.relative_to(studies.PACKAGES).parts)
     text: list[str] = []
-    names: list[str] = []
-    _walk(tree, package, text, names)
-    imports = {file for name in names for file in _module_files(name)}
-    beside = {path.with_name(name.decode()) for name in _DATA.findall(content)}
-    imports.update(file for file in beside if file.is_file())
+    module_names: list[str] = []
+    _walk(tree, package, text, module_names)
+    imports: set[Path] = set()
+    for name in module_names:
+        imports.update(_module_files(name))
+    data_files = [path.with_name(name.decode()) for name in _DATA_FILE.findall(content)]
+    imports.update(file for file in data_files if file.is_file())
     return _Code(hashlib.sha256("\n".join(text).encode()).hexdigest(), frozenset(imports))
 
 
-# A module names the file beside it that it reads.
-_DATA = re.compile(rb'"(\w+\.(?:yaml|mplstyle))"')
+# How a module names a file beside it that it reads.
+_DATA_FILE = re.compile(rb'"(\w+\.(?:yaml|mplstyle))"')
 
 
-def _walk(node: ast.AST, package: str, text: list[str], names: list[str]) -> None:
-    """Add what a node computes to `text`, and what it imports to `names`.
+def _walk(node: ast.AST, package: str, text: list[str], module_names: list[str]) -> None:
+    """Add what a node computes to `text`, and the modules that it imports to `module_names`.
 
-    Empty fields are left out: newer versions of Python have more of them. So are docstrings and the
-    message of an error.
+    Empty fields are left out, because newer versions of Python have more of them. Docstrings and
+    the messages of errors are left out, too.
     """
     if isinstance(node, ast.Import | ast.ImportFrom):
-        names += _imported_names(node, package)
+        module_names += _imported_names(node, package)
     elif isinstance(node, ast.Raise) and isinstance(node.exc, ast.Call):
         node.exc = node.exc.func
     text.append(type(node).__name__)
     for name in node._fields:
         value = getattr(node, name, None)
         if isinstance(value, ast.AST):
-            # whether a name is read or set is seen from its place
+            # its position in the tree shows whether a name is read or set
             if name != "ctx":
                 text.append(name)
-                _walk(value, package, text, names)
+                _walk(value, package, text, module_names)
         elif isinstance(value, list):
-            if name == "body" and isinstance(node, _WITH_DOCSTRING):
-                value = value[ast.get_docstring(node, clean=False) is not None :]
-            if value:
+            has_docstring = (
+                name == "body"
+                and isinstance(node, _WITH_DOCSTRING)
+                and ast.get_docstring(node, clean=False) is not None
+            )
+            children = value[1:] if has_docstring else value
+            if children:
                 text.append(name)
-            for each in value:
-                if isinstance(each, ast.AST):
-                    _walk(each, package, text, names)
+            for child in children:
+                if isinstance(child, ast.AST):
+                    _walk(child, package, text, module_names)
                 else:
-                    text.append(repr(each))
+                    text.append(repr(child))
         elif value is not None:
-            text += name, repr(value)
+            text.extend([name, repr(value)])
     text.append(")")
 
 
@@ -163,7 +176,7 @@ _WITH_DOCSTRING = (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionD
 
 
 def _imported_names(statement: ast.Import | ast.ImportFrom, package: str) -> Iterator[str]:
-    """What a statement may import: `a` and `a.b` of `from a import b`."""
+    """Modules that a statement may import: `a` and `a.b` for `from a import b`."""
     if isinstance(statement, ast.Import):
         yield from (alias.name for alias in statement.names)
         return
@@ -174,19 +187,15 @@ def _imported_names(statement: ast.Import | ast.ImportFrom, package: str) -> Ite
 
 @cache
 def _module_files(name: str) -> tuple[Path, ...]:
-    """Files that an import of a module of oilfilm or of a package beside it runs, if they count."""
+    """Files that run when a module of oilfilm or of a study is imported, if they count."""
     parts = name.split(".")
     if parts[0] not in ("oilfilm", *studies.available()):
         return ()
+    files = []
     # importing a module runs the __init__ of each package above it
-    names = [parts[:depth] for depth in range(1, len(parts) + 1)]
-    return tuple(
-        file
-        for steps in names
-        if not _NO_NUMBERS.fullmatch(".".join(steps))
-        for file in (
-            studies.PACKAGES.joinpath(*steps).with_suffix(".py"),
-            studies.PACKAGES.joinpath(*steps, "__init__.py"),
-        )
-        if file.is_file()
-    )
+    for depth in range(1, len(parts) + 1):
+        if _NO_NUMBERS.fullmatch(".".join(parts[:depth])):
+            continue
+        path = studies.PACKAGES.joinpath(*parts[:depth])
+        files += [path.with_suffix(".py"), path / "__init__.py"]
+    return tuple(file for file in files if file.is_file())

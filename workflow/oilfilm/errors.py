@@ -2,8 +2,8 @@
 
 import re
 
-# No name of a file that people give is so long; a message with it could not be read.
-_ENDLESS = re.compile(r"\S{1000,}")
+# People give files no such long names, and a message with one could not be read.
+_ENDLESS_WORD = re.compile(r"\S{1000,}")
 
 
 def printable(text: object) -> str:
@@ -15,14 +15,16 @@ def printable(text: object) -> str:
 
 
 def cut(text: object, longest: int = 200) -> str:
-    """Text of unknown origin for a message: its beginning, where it is longer than is read.
+    """Text of unknown origin for a message: only its beginning if it is longer than `longest`.
 
     Examples:
         >>> cut("x" * 9, 5)
         'xxxxx... (9 letters)'
     """
-    whole = str(text)
-    return whole if len(whole) <= longest else f"{whole[:longest]}... ({len(whole)} letters)"
+    letters = str(text)
+    if len(letters) <= longest:
+        return letters
+    return f"{letters[:longest]}... ({len(letters)} letters)"
 
 
 class OilfilmError(Exception):
@@ -30,10 +32,9 @@ class OilfilmError(Exception):
 
     The message names the file, the row or key, what was found, what was expected and what to do.
     Scripts and the command line print it without a traceback. It may quote a file of unknown
-    origin, so endless words are cut and
-    each of its lines is made `printable`.
+    origin. So very long words are cut, and each line is made `printable`.
     """
 
     def __str__(self) -> str:
-        message = _ENDLESS.sub(lambda word: cut(word[0]), super().__str__())
-        return "\n".join(map(printable, message.split("\n")))
+        message = _ENDLESS_WORD.sub(lambda word: cut(word[0]), super().__str__())
+        return "\n".join(printable(line) for line in message.split("\n"))

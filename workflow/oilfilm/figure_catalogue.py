@@ -1,19 +1,23 @@
-"""What each figure declares: name, caption, tables and settings, read without importing it.
+"""The declaration of each figure: name, caption, tables and settings, read without importing it.
 
-A figure is declared once, by the function that draws it. Its name is that of the function, with
-hyphens; the first line of its docstring is its title, and the rest its caption; `@register(...)`
-has the other attributes. The Snakefile and the settings need the declarations of all figures
-whenever the Snakefile is parsed. Importing the functions would import matplotlib (0.5 s); reading
-their source takes 0.05 s.
+A figure is declared once, by the function that draws it:
+
+- its name is the name of the function, with hyphens;
+- its title is the first line of the docstring, its caption the rest;
+- `@register(...)` has the other attributes.
+
+The Snakefile and the settings need all declarations whenever the Snakefile is parsed. Importing the
+functions would import matplotlib (0.5 s). Reading their source takes 0.05 s.
 
 Decides: which figures exist, and what each declares.
 """
 
 import ast
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 from oilfilm import studies
 
@@ -23,19 +27,18 @@ _CATEGORIES = {"data": "Data quality", "law": "Fits", "bearing": "Bearing"}
 
 @dataclass(frozen=True)
 class FigureDeclaration:
-    """One figure: what it is called, what it shows and what it needs.
+    """One figure: its name, its content and what it needs.
 
-    A declaration may begin with the attributes of another one: `like="torque"`. Its own
-    paragraphs then replace as many of the other one's caption, from the first on; the rest stays.
+    A declaration may take over the attributes of another one: `like="torque"`. Its own paragraphs
+    then replace the first paragraphs of the other caption. The remaining ones are kept.
 
     Attributes:
-        name: Name in campaign files and of its files.
+        name: Name of the figure in campaign files, and of the files of the figure.
         title: A few words.
-        paragraphs: What is drawn, with units.
-        module: Module of its function.
-        family: Figures of one family are drawn by one job, because imports take longer than
-            drawing.
-        tables: Finished tables that it is drawn from.
+        paragraphs: Paragraphs of the caption: what is drawn, with units.
+        module: Module of the function that draws it.
+        family: One job draws all figures of a family, because imports take longer than drawing.
+        tables: Finished tables with the drawn data.
         settings: Settings that it depends on; `campaign.matrix` is a key of the campaign file.
         references: Files of reference data that it shows, without ending.
         paper: Its counterpart in the paper, as "Fig. 2"; empty where the paper has none.
@@ -62,7 +65,7 @@ class FigureDeclaration:
 
     @property
     def caption(self) -> str:
-        """What is drawn; `report.captions` adds where the data are from."""
+        """What is drawn; `report.captions` adds the origin of the data."""
         return " ".join(self.paragraphs)
 
     @property
@@ -85,14 +88,22 @@ def figures() -> Mapping[str, FigureDeclaration]:
         ValueError: A declaration is not made of literals.
     """
     declared: dict[str, FigureDeclaration] = {}
-    folders = (studies.folder(name) / "figures" for name in studies.available())
-    for folder in (_LIBRARY / "report/figures", *folders):
-        for path in sorted(folder.glob("*.py")):
-            for node in ast.parse(path.read_text(encoding="utf-8")).body:
-                if isinstance(node, ast.FunctionDef) and node.decorator_list:
-                    name = node.name.replace("_", "-")
-                    declared[name] = _declaration(name, node, path, declared)
+    for module_file in _modules_with_figures():
+        for node in ast.parse(module_file.read_text(encoding="utf-8")).body:
+            if isinstance(node, ast.FunctionDef) and node.decorator_list:
+                name = node.name.replace("_", "-")
+                declared[name] = _declaration(name, node, module_file, declared)
     return declared
+
+
+def _modules_with_figures() -> list[Path]:
+    """Modules of figures: those of every campaign first, then those of the studies."""
+    folders = [_LIBRARY / "report/figures"]
+    folders += [studies.folder(study) / "figures" for study in studies.available()]
+    files = []
+    for folder in folders:
+        files += sorted(folder.glob("*.py"))
+    return files
 
 
 def families(names: Iterable[str]) -> dict[str, list[FigureDeclaration]]:
@@ -108,10 +119,18 @@ def _declaration(
     name: str, function: ast.FunctionDef, path: Path, declared: Mapping[str, FigureDeclaration]
 ) -> FigureDeclaration:
     (decorator,) = function.decorator_list
-    keys = {each.arg: ast.literal_eval(each.value) for each in decorator.keywords}  # type: ignore[attr-defined]
-    title, *own = (" ".join(part.split()) for part in ast.get_docstring(function).split("\n\n"))  # type: ignore[union-attr]
-    other = keys.pop("like", None)
-    inherited = vars(declared[other]) if other else {"paragraphs": ()}
-    keys["paragraphs"] = (*own, *inherited["paragraphs"][len(own) :])
-    keys["module"] = ".".join(path.relative_to(studies.PACKAGES).with_suffix("").parts)
-    return FigureDeclaration(**{**inherited, **keys, "name": name, "title": title.rstrip(".")})
+    arguments = decorator.keywords  # type: ignore[attr-defined]
+    keys = {argument.arg: ast.literal_eval(argument.value) for argument in arguments}
+    docstring = ast.get_docstring(function) or ""
+    title, *paragraphs = (" ".join(text.split()) for text in docstring.split("\n\n"))
+    model_name = keys.pop("like", None)
+    attributes: dict[str, Any] = {}
+    if model_name:
+        attributes = asdict(declared[model_name])
+        paragraphs += attributes["paragraphs"][len(paragraphs) :]
+    attributes |= keys
+    attributes["name"] = name
+    attributes["title"] = title.rstrip(".")
+    attributes["paragraphs"] = tuple(paragraphs)
+    attributes["module"] = ".".join(path.relative_to(studies.PACKAGES).with_suffix("").parts)
+    return FigureDeclaration(**attributes)

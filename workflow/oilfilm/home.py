@@ -29,10 +29,10 @@ def reference_file(name: str) -> Path:
 
 
 def portable(path: Path) -> str:
-    """A path without the folder of the installation, so that results do not depend on it.
+    """A path relative to the project, the same on every machine.
 
-    Nor on the prefix that another workflow gives this one, nor on where Snakemake puts the local
-    copies of results that are kept in object storage.
+    The folder of the installation is left out. So are the prefix that another workflow gives this
+    one, and the folder of Snakemake's local copies of results in object storage.
 
     Examples:
         >>> portable(Path("rig/results/demo/tables/runs.parquet"))
@@ -41,7 +41,8 @@ def portable(path: Path) -> str:
     if path.is_relative_to(HOME):
         return path.relative_to(HOME).as_posix()
     if not path.is_absolute():
-        for at, part in enumerate(path.parts):
-            if part == "results" or path.parts[at : at + 2] == ("data", "raw"):
-                return Path(*path.parts[at:]).as_posix()
+        for start in range(len(path.parts)):
+            below = path.parts[start:]
+            if below[0] == "results" or below[:2] == ("data", "raw"):
+                return Path(*below).as_posix()
     return path.as_posix()

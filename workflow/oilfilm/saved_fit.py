@@ -1,4 +1,4 @@
-"""A fit of arrays or of a table of mu, saved as a campaign has its results.
+"""Saving a fit of arrays or of a table of mu, in the form of a campaign's results.
 
 Decides: what is saved of a fit that was made without the workflow.
 """
@@ -28,8 +28,9 @@ from oilfilm.table_needs import OF_FIT
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction import LAWS
 
-_SAVED = ("points", "runs", *OF_FIT, "law_verdicts", "lack_of_fit", "soundness")
-_PLACES = (("Report", "report.html"), ("Tables", "tables"), ("Exports", "exports"))
+_SAVED_TABLES = ("points", "runs", *OF_FIT, "law_verdicts", "lack_of_fit", "soundness")
+# Titles and paths that the summary names.
+_CONTENTS = (("Report", "report.html"), ("Tables", "tables"), ("Exports", "exports"))
 
 
 class FitAlone(NamedTuple):
@@ -51,11 +52,11 @@ class FitAlone(NamedTuple):
 
 
 def save_fit(fit: FitAlone, folder: Path) -> None:
-    """Write tables, exports and report, as a campaign has them in its results.
+    """Write tables, exports and report, in the form of a campaign's results.
 
     Args:
         fit: The fit.
-        folder: A new folder; its name is that of the campaign.
+        folder: A new folder. Its name becomes that of the campaign.
 
     Raises:
         OilfilmError: The folder exists, or its name cannot be that of a campaign.
@@ -64,17 +65,24 @@ def save_fit(fit: FitAlone, folder: Path) -> None:
         raise OilfilmError(f"{folder}: exists already. Name a new folder.")
     name = safe_name(folder.resolve().name, folder)
     results, settings, provenance = _campaign(fit, name)
-    with atomic_folder(folder) as made:
-        about = {"campaign": name, "data": "measured", **provenance}
-        for table in _SAVED:
-            tables.write(results.table(table), table, made / f"tables/{table}.parquet", about)
-        for file, content in export_campaign(results, settings, provenance).items():
-            write_bytes(content, made / "exports" / file)
-        made_of = answer(results, settings), fits(results), constants(results)
-        sections = [each for each in (*made_of, laws(results, settings)) if each]
-        write_text(text(sections, settings.campaign, _PLACES), made / "summary.txt")
-        page = html(sections, results, [], made, settings, provenance)
-        write_text(page, made / "report.html")
+    footer = {"campaign": name, "data": "measured", **provenance}
+    sections = [
+        answer(results, settings),
+        fits(results),
+        constants(results),
+        laws(results, settings),
+    ]
+    shown_sections = [section for section in sections if section]
+    with atomic_folder(folder) as temporary:
+        for table in _SAVED_TABLES:
+            file = temporary / f"tables/{table}.parquet"
+            tables.write(results.table(table), table, file, footer)
+        for name_of_export, content in export_campaign(results, settings, provenance).items():
+            write_bytes(content, temporary / "exports" / name_of_export)
+        summary = text(shown_sections, settings.campaign, _CONTENTS)
+        write_text(summary, temporary / "summary.txt")
+        page = html(shown_sections, results, [], temporary, settings, provenance)
+        write_text(page, temporary / "report.html")
 
 
 def export_fit(fit: FitAlone, path: Path) -> None:
@@ -84,44 +92,55 @@ def export_fit(fit: FitAlone, path: Path) -> None:
         OilfilmError: There is no such form, or the fit has none.
     """
     results, settings, provenance = _campaign(fit, "arrays")
-    law, (name,) = LAWS[settings.fit.law], identifiers([fit.oil]).values()
-    described = describe(results, fit.oil, name, law, settings)
-    files = export(described, provenance)
-    by_ending = {Path(file).suffix: content for file, content in reversed(files.items())}
-    if path.suffix not in by_ending:
-        why = described.obstacle or f"expected {', '.join(sorted(by_ending))}"
-        raise OilfilmError(f"{path}: there is no export of this kind: {why}.")
-    write_bytes(by_ending[path.suffix], path)
+    law = LAWS[settings.fit.law]
+    identifier = identifiers([fit.oil])[fit.oil]
+    description = describe(results, fit.oil, identifier, law, settings)
+    files = export(description, provenance)
+    content_by_ending: dict[str, bytes] = {}
+    for file, content in files.items():
+        # of several files with one ending the first is taken
+        content_by_ending.setdefault(Path(file).suffix, content)
+    if path.suffix not in content_by_ending:
+        reason = description.obstacle or f"expected {', '.join(sorted(content_by_ending))}"
+        raise OilfilmError(f"{path}: there is no export of this kind: {reason}.")
+    write_bytes(content_by_ending[path.suffix], path)
 
 
 def _campaign(fit: FitAlone, name: str) -> tuple[CampaignTables, Settings, dict[str, Any]]:
     """The fit as a finished campaign: its tables, settings and provenance."""
-    means = fit.points.groupby("run_id", sort=False)
-    runs = pd.DataFrame({"accepted_points": means.size(), "plateaus": means.size()})
-    for column in SET_POINTS:
-        runs[f"nominal_{column}"] = means[column].mean()
-    runs = runs.reset_index().assign(
-        campaign=name, oil=fit.oil, rig="unknown", verdict="accepted", file=fit.source
-    )
-    results = CampaignTables.in_memory(
-        points=fit.points,
-        runs=tables.filled(runs, "runs", "the table"),
-        **{table: fit.tables.table(table).assign(oil=fit.oil) for table in OF_FIT},
-    )
-    source, settings = Path(fit.source), _settings(fit, name)
+    fitted_tables = {table: fit.tables.table(table).assign(oil=fit.oil) for table in OF_FIT}
+    results = CampaignTables.in_memory(points=fit.points, runs=_runs(fit, name), **fitted_tables)
+    settings = _settings(fit, name)
+    results = results.replace(**finished_fits(results, settings))
+    source = Path(fit.source)
     provenance = {
         "code": f"oilfilm {oilfilm.__version__}",
         "settings": None,
         "inputs": {source.name: file_digest(source)} if source.is_file() else {},
     }
-    return results.replace(**finished_fits(results, settings)), settings, provenance
+    return results, settings, provenance
+
+
+def _runs(fit: FitAlone, campaign: str) -> pd.DataFrame:
+    """The table `runs` of a campaign, one row per curve; its set points are means."""
+    curves = fit.points.groupby("run_id", sort=False)
+    runs = pd.DataFrame({"accepted_points": curves.size(), "plateaus": curves.size()})
+    for column in SET_POINTS:
+        if column in fit.points:
+            runs[f"nominal_{column}"] = curves[column].mean()
+    runs = runs.reset_index().assign(
+        campaign=campaign, oil=fit.oil, rig="unknown", verdict="accepted", file=fit.source
+    )
+    return tables.filled(runs, "runs", "the table")
 
 
 def _settings(fit: FitAlone, campaign: str) -> Settings:
-    """Settings of a campaign that has this table alone."""
+    """Settings of a campaign that has only this table."""
+    # any campaign: its own keys are replaced
+    shipped = resolve(CONFIG, {"campaign": "etm-slim"}).plain()
     return Settings.of(
         {
-            **resolve(CONFIG, {"campaign": "etm-slim"}).plain(),
+            **shipped,
             "campaign": {
                 "name": campaign,
                 "data": "measured",

@@ -1,11 +1,11 @@
 """A law fitted to a table of mu, as a rig exports it or as it is typed from a paper.
 
-One row is one settled reading: slide-roll ratio, speed, load or pressure, temperature and mu. No
-time, no force and no zero: nothing of it can be checked as a log is. In Python it is
+One row is one settled reading: slide-roll ratio, speed, load or pressure, temperature and mu. There
+is no time, no force and no zero. So the gates of logs cannot check it. In Python it is
 `oilfilm.fit_table`, on the command line `oilfilm fit`.
 
-Decides: what the columns of a table of mu mean, and what is assumed where it does not say so;
-which law a table is fitted with.
+Decides: what the columns of a table of mu mean, and what is assumed where a unit is missing; which
+law a table is fitted with.
 """
 
 import io
@@ -37,24 +37,37 @@ TEMPERATURE, SLIP, MU = "inlet_temperature_c", "slide_roll_ratio", "traction_coe
 # Young's modulus in Pa and Poisson's ratio. Steel and silicon nitride as bearing steel and balls
 # have them (Harris and Kotzalas, Rolling Bearing Analysis, 5th ed., 2007); glass: Schott N-BK7.
 MATERIALS = {"steel": (206e9, 0.3), "silicon-nitride": (310e9, 0.26), "glass": (82e9, 0.206)}
-_COLUMNS = {PRESSURE, LOAD, SPEED, "ball_speed_m_s", "disc_speed_m_s", TEMPERATURE, SLIP, MU}
-_OWN_NAMES = {n: of for n, of in TRACTION.vocabulary.own_names.items() if n in _COLUMNS}
-VOCABULARY = Guesses("traction", "columns", _OWN_NAMES, (), symbols=True)
-# Columns of text by the words of their names; a time or temperature is none of them.
-_LABELS = {
+_BALL_SPEED, _DISC_SPEED = "ball_speed_m_s", "disc_speed_m_s"
+_COLUMNS = {PRESSURE, LOAD, SPEED, _BALL_SPEED, _DISC_SPEED, TEMPERATURE, SLIP, MU}
+# Quantity and unit of each column.
+_QUANTITY_OF_COLUMN = {
+    column: quantity
+    for column, quantity in TRACTION.vocabulary.own_names.items()
+    if column in _COLUMNS
+}
+VOCABULARY = Guesses("traction", "columns", _QUANTITY_OF_COLUMN, (), symbols=True)
+# Columns of text by words in their names; a name of a time or temperature is none of them.
+_WORDS_OF_LABEL = {
     "oil": "oil öl oel lubric schmierstoff huile aceite olio lube масл 油",
     "curve": "curve kurve run test versuch messung courbe essai curva ensayo prueba prova кривая "
     "曲线",
 }
-_NO_LABEL = "temp time zeit"
-# A slide-roll ratio is 2 at most, and a hot oil colder than this.
-_LARGEST_SLIP, _HOTTEST_C = 2.0, 300.0
-_MARKS = {"comma": ",", "semicolon": ";", "tab": "\t", "bar": "|"}
+_WORDS_OF_NO_LABEL = "temp time zeit"
+# A larger slide-roll ratio is in %.
+_LARGEST_SLIP = 2.0
+# A higher temperature is not in degC.
+_HOTTEST_C = 300.0
+_DELIMITERS = {"comma": ",", "semicolon": ";", "tab": "\t", "bar": "|"}
+# First bytes of a file.
 _EXCEL, _PARQUET = b"PK\x03\x04", b"PAR1"
-# Of laws of load and of pressure, the one that a table is fitted with unless another is named.
-_OF_LOAD, _OF_PRESSURE = "wang-deng-load", PAPER_LAW.name
-_OPTIONS = {PRESSURE: "--stress 1.2GPa", SPEED: "--speed 2m/s", LOAD: "--load 50N"}
-_OPTIONS |= {TEMPERATURE: "--temperature 40degC"}
+# The law of load and the law of pressure that a table is fitted with unless one is named.
+_LAW_OF_LOAD, _LAW_OF_PRESSURE = "wang-deng-load", PAPER_LAW.name
+_OPTIONS = {
+    PRESSURE: "--stress 1.2GPa",
+    SPEED: "--speed 2m/s",
+    LOAD: "--load 50N",
+    TEMPERATURE: "--temperature 40degC",
+}
 
 
 def fit_table(
@@ -76,10 +89,10 @@ def fit_table(
     Args:
         table: The table. Units are in the names or in the row below them: `speed [mm/s]`.
         ball_radius_m: Radius of the ball on a flat disc, in m: load becomes pressure.
-        materials: Of ball and disc: steel, silicon-nitride, glass, or 206GPa:0.3.
-        law: Name of the law; if not given one of pressure, or of load where the pressure is not
+        materials: Materials of ball and disc: steel, silicon-nitride, glass, or 206GPa:0.3.
+        law: Name of the law. If not given, a law of pressure, or of load where the pressure is not
             known.
-        oil: Which oil, where the table has a column of oils with several; else its name.
+        oil: The oil to fit where the table has several oils; else the name of the oil.
         at: Conditions that hold for all rows, by their columns' names (`inlet_temperature_c`).
         settings: Keys of `fit` in config/config.yaml that differ, as `bootstrap=200`.
 
@@ -103,38 +116,45 @@ def fit_table(
         >>> fitted.constants["value"].round(3)[["A0", "A1"]].to_dict()
         {'A0': -0.016, 'A1': 1.665}
     """
-    found = read_mu_table(table)
-    points, notes = found.points.assign(**(at or {})), list(found.notes)
-    points, oil = _of_oil(points, oil, found.name)
+    read_table = read_mu_table(table)
+    points = read_table.points.assign(**(at or {}))
+    notes = list(read_table.notes)
+    points, oil = _points_of_oil(points, oil, read_table.name)
     if LOAD in points and PRESSURE not in points and ball_radius_m is not None:
         points = with_pressure(points, ball_radius_m, materials)
         notes.append(f"{PRESSURE} follows from load, ball radius and materials ({materials})")
-    of_load = LOAD in points and PRESSURE not in points
     if law is None:
-        law = _OF_LOAD if of_load else _OF_PRESSURE
-        if of_load:
+        law = _LAW_OF_PRESSURE
+        if LOAD in points and PRESSURE not in points:
+            law = _LAW_OF_LOAD
             notes.append(
                 f"law of load, {law}, because the pressure is not known; with --ball-radius and "
                 "--materials a law of pressure can be fitted"
             )
     conditions = LAWS[law].conditions if law in LAWS else (PRESSURE, SPEED, TEMPERATURE)
-    _refuse_missing(points, conditions, found.name)
+    _refuse_missing(points, conditions, read_table.name)
     curve = points.pop("curve") if "curve" in points else None
     fitted = fit_points(points, conditions, law, curve, **settings)
     notes += fitted.notes
-    return replace(fitted, notes=tuple(notes), source=found.name, oil=oil)
+    return replace(fitted, notes=tuple(notes), source=read_table.name, oil=oil)
 
 
-def _of_oil(points: pd.DataFrame, oil: str | None, name: str) -> tuple[pd.DataFrame, str]:
-    """The points of one oil, and its name."""
+def _points_of_oil(points: pd.DataFrame, oil: str | None, name: str) -> tuple[pd.DataFrame, str]:
+    """The points of one oil, and its name.
+
+    Raises:
+        OilfilmError: The table lacks the oil, or has several oils and none is named.
+    """
     if "oil" not in points:
         return points, oil or "oil"
     oils = sorted(points["oil"].unique())
-    if oil not in (None, *oils) or (oil is None and len(oils) > 1):
-        asked = "has several oils" if oil is None else f"has no oil {oil!r}"
-        raise OilfilmError(f"{name}: {asked}. Name one with --oil: {', '.join(oils)}.")
-    chosen = oil or str(oils[0])
-    return points[points["oil"] == chosen].drop(columns="oil"), chosen
+    advice = f"Name one with --oil: {', '.join(oils)}."
+    if oil is None and len(oils) > 1:
+        raise OilfilmError(f"{name}: has several oils. {advice}")
+    if oil is not None and oil not in oils:
+        raise OilfilmError(f"{name}: has no oil {oil!r}. {advice}")
+    oil = oil or str(oils[0])
+    return points[points["oil"] == oil].drop(columns="oil"), oil
 
 
 def _refuse_missing(points: pd.DataFrame, conditions: tuple[str, ...], name: str) -> None:
@@ -145,12 +165,14 @@ def _refuse_missing(points: pd.DataFrame, conditions: tuple[str, ...], name: str
     """
     for column in (*conditions, MU):
         if column not in points:
-            radius = " Where it has the load, give --ball-radius and --materials."
-            raise OilfilmError(
-                f"{name}: no column is the {column.rpartition('_')[0].replace('_', ' ')}. Add it, "
-                f"or give it for all rows, as {_OPTIONS.get(column, '')}."
-                + (radius if column == PRESSURE else "")
+            quantity, _, _ = column.rpartition("_")
+            sentence = (
+                f"{name}: no column is the {quantity.replace('_', ' ')}. Add it, or give it for "
+                f"all rows, as {_OPTIONS.get(column, '')}."
             )
+            if column == PRESSURE:
+                sentence += " Where it has the load, give --ball-radius and --materials."
+            raise OilfilmError(sentence)
 
 
 # ---------------------------------------------------------------- the table
@@ -158,13 +180,13 @@ def _refuse_missing(points: pd.DataFrame, conditions: tuple[str, ...], name: str
 
 @dataclass
 class MuTable:
-    """A table as it was read.
+    """A table of mu after reading.
 
     Attributes:
-        name: What it is called in messages.
+        name: Its name in messages.
         points: Conditions, slip and mu by their columns' names; `oil` and `curve` where the table
             has them. Pressure or load may be missing.
-        notes: What each column was taken for, and what was assumed.
+        notes: The meaning that each column was given, and assumptions, in sentences.
     """
 
     name: str
@@ -182,138 +204,185 @@ def read_mu_table(table: Path | str | pd.DataFrame) -> MuTable:
     Raises:
         OilfilmError: A column is missing, doubtful or without a unit, or a number is impossible.
     """
-    found = MuTable("the data frame" if isinstance(table, pd.DataFrame) else str(table))
+    if isinstance(table, pd.DataFrame):
+        mu_table = MuTable("the data frame")
+        text = _tab_separated(table)
+    else:
+        mu_table = MuTable(str(table))
+        text = _file_text(Path(table), mu_table)
     try:
-        text = _text_of(table) if isinstance(table, pd.DataFrame) else _content(Path(table), found)
         form, (logged,) = csv.tables(text, VOCABULARY)
     except UnreadableLogError as error:
         advice = "Write one line of names above the rows: slide_roll_ratio and mu among them."
-        raise found.refuse(f"{error.refusal.reason}.", advice) from None
-    columns = _columns(logged, found)
-    _fill(found, logged, columns)
-    taken = {plain_key(name) for name, _ in columns.values()} | {""}
-    for label, words in _LABELS.items():
-        for place, name in enumerate(logged.names):
-            known = has_word(name, words) and not has_word(name, _NO_LABEL)
-            if known and plain_key(name) not in taken and logged.show and label not in found.points:
-                rows = (
-                    logged.show(n).split(_MARKS.get(form.delimiter)) for n in range(logged.rows)
-                )
-                texts = [row[place].strip(' "') if row[place:] else "" for row in rows]
-                found.points[label] = texts
-    return _without_gaps(found)
+        raise mu_table.refuse(f"{error.refusal.reason}.", advice) from None
+    columns = _columns(logged, mu_table)
+    _add_points(mu_table, logged, columns)
+    _add_labels(mu_table, logged, columns, _DELIMITERS.get(form.delimiter))
+    return _without_gaps(mu_table)
 
 
-def _content(path: Path, found: MuTable) -> bytes:
-    """The table as text: a workbook's first sheet and Parquet as tab-separated values."""
+def _add_labels(
+    mu_table: MuTable,
+    logged: LoggedTable,
+    columns: Mapping[str, tuple[str, str]],
+    delimiter: str | None,
+) -> None:
+    """Add the columns of text, `oil` and `curve`, where the table has them."""
+    if logged.show is None:
+        return
+    names_of_quantities = {plain_key(name) for name, _ in columns.values()}
+    for label, words in _WORDS_OF_LABEL.items():
+        for index, name in enumerate(logged.names):
+            is_free = plain_key(name) not in names_of_quantities | {""}
+            if is_free and has_word(name, words) and not has_word(name, _WORDS_OF_NO_LABEL):
+                texts = []
+                for number in range(logged.rows):
+                    cells = logged.show(number).split(delimiter)
+                    texts.append(cells[index].strip(' "') if index < len(cells) else "")
+                mu_table.points[label] = texts
+                break
+
+
+def _file_text(path: Path, mu_table: MuTable) -> bytes:
+    """A file as text: a workbook's first sheet and Parquet as tab-separated values."""
     content = unpack(read_bytes(path))
     try:
         if content.startswith(_PARQUET):
-            return _text_of(pd.read_parquet(io.BytesIO(content)))
+            return _tab_separated(pd.read_parquet(io.BytesIO(content)))
         if content.startswith(_EXCEL):
             # a sheet may have lines above the names
             sheet = pd.read_excel(unfolded(content), header=None, dtype=object)
             return sheet.to_csv(sep="\t", index=False, header=False).encode()
     except Exception as error:
         reason = f"cannot be read ({cut(' '.join(str(error).split()))})."
-        raise found.refuse(reason, "Export it again, or as csv.") from error
+        raise mu_table.refuse(reason, "Export it again, or as csv.") from error
     return content
 
 
-def _text_of(frame: pd.DataFrame) -> bytes:
+def _tab_separated(frame: pd.DataFrame) -> bytes:
     return frame.to_csv(sep="\t", index=False).encode()
 
 
-def _columns(logged: LoggedTable, found: MuTable) -> dict[str, tuple[str, str]]:
-    """The one column that means each quantity, with its unit."""
-    names = [*zip(logged.names, logged.units, strict=True)]
-    meant = VOCABULARY.columns_by_quantity(names)
-    known: dict[str, tuple[str, str]] = {}
-    for quantity, columns in meant.items():
-        (name, unit), *others = columns
-        if others:
-            several = " and ".join(repr(name) for name, _ in columns)
-            raise found.refuse(
-                f"the columns {several} could both be the {quantity.replace('_', ' ')}.",
+def _columns(logged: LoggedTable, mu_table: MuTable) -> dict[str, tuple[str, str]]:
+    """Name and unit of the one column of each quantity; the unit is empty where none is stated.
+
+    Raises:
+        OilfilmError: Two columns may be one quantity, or mu or the slide-roll ratio is missing.
+    """
+    names_and_units = list(zip(logged.names, logged.units, strict=True))
+    columns: dict[str, tuple[str, str]] = {}
+    for quantity, candidates in VOCABULARY.columns_by_quantity(names_and_units).items():
+        if len(candidates) > 1:
+            names = " and ".join(repr(name) for name, _ in candidates)
+            raise mu_table.refuse(
+                f"the columns {names} could both be the {quantity.replace('_', ' ')}.",
                 "Rename the one that is not.",
             )
-        known[quantity] = name, unit or unit_in_name(apart(name)[0], quantity, VOCABULARY)
-    needed = [MU] if {"ball_speed", "disc_speed"} <= known.keys() else [MU, SLIP]
-    if lacking := [name.replace("_", " ") for name in needed if name not in known]:
-        own = ", ".join(repr(name) for name, _ in names) or "none that can be told"
-        raise found.refuse(
-            f"no column is the {' and the '.join(lacking)}; its columns are {cut(own)}.",
+        ((name, unit),) = candidates
+        columns[quantity] = name, unit or unit_in_name(apart(name)[0], quantity, VOCABULARY)
+    needed = [MU]
+    if not {"ball_speed", "disc_speed"} <= columns.keys():
+        needed.append(SLIP)
+    missing = [quantity.replace("_", " ") for quantity in needed if quantity not in columns]
+    if missing:
+        names = ", ".join(map(repr, logged.names)) or "none that can be told"
+        raise mu_table.refuse(
+            f"no column is the {' and the '.join(missing)}; its columns are {cut(names)}.",
             "Name the columns slide_roll_ratio and traction_coefficient, or SRR and mu.",
         )
-    return known
+    return columns
 
 
-def _fill(found: MuTable, logged: LoggedTable, columns: Mapping[str, tuple[str, str]]) -> None:
-    """The points of a table, converted, and the notes on what was taken for what."""
-    names = [*logged.names]
-    places = {quantity: names.index(name) for quantity, (name, _) in columns.items()}
-    values = dict(zip(places, logged.values([*places.values()]), strict=True))
-    for quantity, numbers in values.items():
-        name, unit = columns[quantity]
-        unit = unit or _assumed_unit(quantity, name, numbers, found)
+def _add_points(
+    mu_table: MuTable, logged: LoggedTable, columns: Mapping[str, tuple[str, str]]
+) -> None:
+    """Add the numbers of a table, converted, and notes on the meaning of its columns."""
+    names = list(logged.names)
+    indices = [names.index(name) for name, _ in columns.values()]
+    for quantity, numbers in zip(columns, logged.values(indices), strict=True):
+        name, stated_unit = columns[quantity]
+        unit = stated_unit or _assumed_unit(quantity, name, numbers, mu_table)
         units = VOCABULARY.quantities[quantity]
-        to = possible_conversion(unit, units)
-        if to is None:
+        to_unit = possible_conversion(unit, units)
+        if to_unit is None:
             sentence = f"the column {name!r} is in {unit!r}; expected {' or '.join(units)}."
-            raise found.refuse(sentence, "Correct the unit, or the name.")
-        column = next(n for n, known in _OWN_NAMES.items() if known == (quantity, to.unit))
-        found.points[column] = to.of(numbers)
-        found.notes.append(f"{column} is {name!r}" + (f", in {unit}" if unit != "1" else ""))
-    points = found.points
-    if {"ball_speed_m_s", "disc_speed_m_s"} <= set(points):
-        ball, disc = points.pop("ball_speed_m_s"), points.pop("disc_speed_m_s")
-        mean = (ball + disc) / 2
-        found.points = points.assign(**{SPEED: mean, SLIP: points.get(SLIP, (disc - ball) / mean)})
+            raise mu_table.refuse(sentence, "Correct the unit, or the name.")
+        column = _column_in(quantity, to_unit.unit)
+        mu_table.points[column] = to_unit.of(numbers)
+        in_unit = "" if unit == "1" else f", in {unit}"
+        mu_table.notes.append(f"{column} is {name!r}{in_unit}")
+    points = mu_table.points
+    if {_BALL_SPEED, _DISC_SPEED} <= set(points):
+        ball_m_s = points.pop(_BALL_SPEED)
+        disc_m_s = points.pop(_DISC_SPEED)
+        points[SPEED] = (ball_m_s + disc_m_s) / 2
+        if SLIP not in points:
+            points[SLIP] = (disc_m_s - ball_m_s) / points[SPEED]
 
 
-def _assumed_unit(quantity: str, name: str, numbers: FloatArray, found: MuTable) -> str:
-    """The unit of a column that states none, where the numbers leave no doubt."""
+def _column_in(quantity: str, unit: str) -> str:
+    """Name of the column of a quantity in a unit."""
+    for column, quantity_and_unit in _QUANTITY_OF_COLUMN.items():
+        if quantity_and_unit == (quantity, unit):
+            return column
+    raise KeyError((quantity, unit))
+
+
+def _assumed_unit(quantity: str, name: str, numbers: FloatArray, mu_table: MuTable) -> str:
+    """The unit of a column that states none, where the numbers leave no doubt.
+
+    Raises:
+        OilfilmError: They do.
+    """
     largest = float(np.nanmax(np.abs(numbers), initial=0))
     if quantity == MU or (quantity == SLIP and largest <= _LARGEST_SLIP):
         return "1"
     if quantity == SLIP:
-        found.notes.append(f"assumed: {name!r} goes up to {largest:g}, so it is in %")
+        mu_table.notes.append(f"assumed: {name!r} goes up to {largest:g}, so it is in %")
         return "%"
     if quantity == "inlet_temperature" and largest < _HOTTEST_C:
-        found.notes.append(f"assumed: {name!r} is in degC")
+        mu_table.notes.append(f"assumed: {name!r} is in degC")
         return "degC"
-    units = " or ".join(VOCABULARY.quantities[quantity])
-    raise found.refuse(
-        f"the column {name!r} has no unit; it could be in {units} or another one.",
-        f"Write the unit behind the name, as `{name} [{VOCABULARY.quantities[quantity][0]}]`.",
+    units = VOCABULARY.quantities[quantity]
+    raise mu_table.refuse(
+        f"the column {name!r} has no unit; it could be in {' or '.join(units)} or another one.",
+        f"Write the unit behind the name, as `{name} [{units[0]}]`.",
     )
 
 
-def _without_gaps(found: MuTable) -> MuTable:
-    """The rows that are complete, with positive slip; the others are counted."""
-    numbers = found.points.select_dtypes("number").to_numpy(dtype=float)
-    good = np.isfinite(numbers).all(axis=1)
-    if lost := int(np.sum(~good)):
-        found.notes.append(f"{lost} of {len(good)} rows are left out: a number is missing there")
-    points = found.points.loc[good].reset_index(drop=True)
+def _without_gaps(mu_table: MuTable) -> MuTable:
+    """The table with its complete rows and positive slip; a note counts the other rows.
+
+    Raises:
+        OilfilmError: No row is complete.
+    """
+    numbers = mu_table.points.select_dtypes("number").to_numpy(dtype=float)
+    is_complete = np.isfinite(numbers).all(axis=1)
+    n_incomplete = int(np.sum(~is_complete))
+    if n_incomplete:
+        mu_table.notes.append(
+            f"{n_incomplete} of {len(is_complete)} rows are left out: a number is missing there"
+        )
+    points = mu_table.points.loc[is_complete].reset_index(drop=True)
     if points.empty:
-        raise found.refuse("no row has all its numbers.", "Look at decimal marks and empty cells.")
-    # the law is odd: both signs say the same
-    backwards = points[SLIP] < 0
-    if (points.loc[backwards, MU] < 0).any():
-        points.loc[backwards, MU] *= -1
+        advice = "Look at decimal marks and empty cells."
+        raise mu_table.refuse("no row has all its numbers.", advice)
+    # the law is odd: slip and mu with both signs turned are the same point
+    is_backwards = points[SLIP] < 0
+    if (points.loc[is_backwards, MU] < 0).any():
+        points.loc[is_backwards, MU] *= -1
     points[SLIP] = points[SLIP].abs()
-    found.points = points
-    return found
+    mu_table.points = points
+    return mu_table
 
 
 def with_pressure(points: pd.DataFrame, ball_radius_m: float, materials: str) -> pd.DataFrame:
     """Points with the maximum Hertz pressure of their load on a ball and a flat disc.
 
     Args:
-        points: With `load_n`.
+        points: Points with the column `load_n`.
         ball_radius_m: Radius of the ball, in m.
-        materials: Of ball and disc, as `steel,glass` or `206GPa:0.3,steel`.
+        materials: Materials of ball and disc, as `steel,glass` or `206GPa:0.3,steel`.
 
     Raises:
         OilfilmError: A material is not known.
@@ -326,19 +395,24 @@ def with_pressure(points: pd.DataFrame, ball_radius_m: float, materials: str) ->
         np.float64(0.818)
     """
     try:
-        (e1, nu1), (e2, nu2) = (_elastic(name.strip()) for name in materials.split(","))
+        ball, disc = materials.split(",")
+        ball_modulus_pa, ball_poisson_ratio = _elastic_constants(ball.strip())
+        disc_modulus_pa, disc_poisson_ratio = _elastic_constants(disc.strip())
     except (KeyError, ValueError):
         raise OilfilmError(
             f"--materials: found {materials!r}; expected ball,disc, as steel,glass, each one of "
             f"{', '.join(MATERIALS)}, or Young's modulus and Poisson's ratio, as 206GPa:0.3."
         ) from None
-    modulus_pa = reduced_modulus(e1, nu1, e2, nu2)
+    modulus_pa = reduced_modulus(
+        ball_modulus_pa, ball_poisson_ratio, disc_modulus_pa, disc_poisson_ratio
+    )
     pressure_pa = max_hertz_pressure(points[LOAD].to_numpy(), ball_radius_m, modulus_pa)
     return points.assign(**{PRESSURE: pressure_pa / PA_PER_GPA})
 
 
-def _elastic(name: str) -> tuple[float, float]:
-    modulus, mark, ratio = name.partition(":")
-    if mark:
-        return float(modulus.removesuffix("GPa")) * PA_PER_GPA, float(ratio)
-    return MATERIALS[name]
+def _elastic_constants(material: str) -> tuple[float, float]:
+    """Young's modulus in Pa and Poisson's ratio of a material, by name or as 206GPa:0.3."""
+    if ":" in material:
+        modulus_gpa, _, poisson_ratio = material.partition(":")
+        return float(modulus_gpa.removesuffix("GPa")) * PA_PER_GPA, float(poisson_ratio)
+    return MATERIALS[material]

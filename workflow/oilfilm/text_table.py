@@ -15,9 +15,9 @@ def text_table(rows: Sequence[Row], *, right: int = 0, indent: str = "") -> list
     """Lines of a table without rules; control characters in cells are escaped.
 
     Args:
-        rows: Cells, each row with as many.
-        right: So many of the last columns are aligned to the right.
-        indent: Before each line.
+        rows: Cells; each row has the same number of them.
+        right: Number of columns at the end that are aligned to the right.
+        indent: Text before each line.
 
     Examples:
         >>> print(*text_table([["oil", "points"], ["4102", "70"]], right=1), sep=chr(10))
@@ -38,13 +38,15 @@ def markdown_table(header: Row, rows: Sequence[Row]) -> list[str]:
     """
     if not rows:
         return []
-    head, *body = _padded([header, *rows], right=0)
-    lines = [f"| {' | '.join(cells)} |" for cells in (head, *body)]
-    return [lines[0], f"|{'|'.join('-' * (width_of(cell) + 2) for cell in head)}|", *lines[1:]]
+    padded = _padded([header, *rows], right=0)
+    lines = [f"| {' | '.join(cells)} |" for cells in padded]
+    rule = "|".join("-" * (width_of(cell) + 2) for cell in padded[0])
+    lines.insert(1, f"|{rule}|")
+    return lines
 
 
 def width_of(text: str) -> int:
-    """Columns of a terminal that a text takes: Chinese letters take two.
+    """Number of a terminal's columns that a text takes; a Chinese letter takes two.
 
     Examples:
         >>> width_of("oil"), width_of("\N{CJK UNIFIED IDEOGRAPH-6CB9}")
@@ -54,12 +56,15 @@ def width_of(text: str) -> int:
 
 
 def _padded(rows: Sequence[Row], right: int) -> list[list[str]]:
-    cells = [[printable(cell) for cell in row] for row in rows]
-    widths = [max(map(width_of, column)) for column in zip(*cells, strict=True)]
-    left = len(cells[0]) - right
-
-    def padded(index: int, cell: str) -> str:
-        blanks = " " * (widths[index] - width_of(cell))
-        return cell + blanks if index < left else blanks + cell
-
-    return [[padded(*each) for each in enumerate(row)] for row in cells]
+    """Cells with blanks, so that all cells of a column have one width."""
+    lines = [[printable(cell) for cell in row] for row in rows]
+    widths = [max(map(width_of, column)) for column in zip(*lines, strict=True)]
+    first_right = len(widths) - right
+    for cells in lines:
+        for column, width in enumerate(widths):
+            blanks = " " * (width - width_of(cells[column]))
+            if column < first_right:
+                cells[column] = cells[column] + blanks
+            else:
+                cells[column] = blanks + cells[column]
+    return lines

@@ -1,9 +1,9 @@
 """Comparisons that rounding does not decide.
 
 The last digits of a number depend on the processor, on the version of a library and on the order
-of a sum. So two numbers that differ by no more than a share of 1e-9 are equal here: a number on a
-threshold is on it, and of equal candidates the first one is taken, in an order that a person has
-declared. NaN is neither above nor below anything, and never the largest.
+of a sum. So two numbers are equal here if their relative difference is at most 1e-9. A number that
+misses a threshold by rounding is on it. Of equal candidates the first one is taken, in an order
+that a person has declared. NaN is neither above nor below anything, and never the largest.
 
 Decides: when two numbers are equal but for rounding; which of equal candidates is taken.
 """
@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from oilfilm.units import BoolArray, FloatArray, IndexArray
 
-# A result of two processors differs by up to 1e-10 of itself; no verdict needs a finer difference.
+# Results of two processors differ by up to 1e-10, relative. No verdict needs a finer difference.
 ROUNDING = 1e-9
 
 
@@ -22,50 +22,46 @@ def exceeds(value: npt.ArrayLike, limit: npt.ArrayLike, size: npt.ArrayLike = 0.
 
     Args:
         value: Any shape.
-        limit: Of a shape that broadcasts with it.
-        size: Of the terms, where both numbers are differences of larger ones: the rounding is that
-            of the terms.
+        limit: A shape that broadcasts with that of `value`.
+        size: Size of the terms where both numbers are differences of larger terms. The rounding is
+            that of the terms then.
 
     Examples:
         >>> bool(exceeds(0.1 + 0.2, 0.3)), bool(exceeds(0.31, 0.3))
         (False, True)
     """
-    value, limit, margin = _compared(value, limit, size)
-    return np.asarray(value > limit + margin)
+    values, limits = np.asarray(value, dtype=float), np.asarray(limit, dtype=float)
+    return np.asarray(values > limits + _rounding(values, limits, size))
 
 
 def reaches(value: npt.ArrayLike, limit: npt.ArrayLike, size: npt.ArrayLike = 0.0) -> BoolArray:
-    """Whether a number is as large as another one, or less by rounding only; false for NaN.
+    """Whether a number is at least as large as another one but for rounding; false for NaN.
 
     Args:
         value: Any shape.
-        limit: Of a shape that broadcasts with it.
-        size: As of `exceeds`.
+        limit: A shape that broadcasts with that of `value`.
+        size: As in `exceeds`.
 
     Examples:
         >>> bool(1.1 * 100 <= 110), bool(reaches(110, 1.1 * 100))
         (False, True)
     """
-    value, limit, margin = _compared(value, limit, size)
+    values, limits = np.asarray(value, dtype=float), np.asarray(limit, dtype=float)
     # infinity reaches itself
-    return np.asarray((value >= limit) | (value >= limit - margin))
+    return np.asarray((values >= limits) | (values >= limits - _rounding(values, limits, size)))
 
 
-def _compared(
-    value: npt.ArrayLike, limit: npt.ArrayLike, size: npt.ArrayLike
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Both numbers, and the difference between them that is rounding."""
-    value, limit = np.asarray(value, dtype=float), np.asarray(limit, dtype=float)
-    smaller = np.minimum(np.abs(value), np.abs(limit))
+def _rounding(values: FloatArray, limits: FloatArray, size: npt.ArrayLike) -> FloatArray:
+    """The largest difference of two numbers that is taken for rounding."""
+    smaller = np.minimum(np.abs(values), np.abs(limits))
     # infinite numbers have no rounding
-    margin = np.where(np.isfinite(smaller), ROUNDING * np.maximum(smaller, size), 0.0)
-    return value, limit, margin
+    return np.where(np.isfinite(smaller), ROUNDING * np.maximum(smaller, size), 0.0)
 
 
 def first_largest(values: npt.ArrayLike, axis: int = -1) -> IndexArray:
-    """Index along an axis of the first of those that are the largest but for rounding.
+    """Index along an axis of the first number that is the largest but for rounding.
 
-    NaN is never chosen, but where there is nothing else the index is 0.
+    NaN is never chosen. Where there are only NaN the index is 0.
 
     Examples:
         >>> first_largest([0.3, 0.1 + 0.2, np.nan]).item()
@@ -77,12 +73,12 @@ def first_largest(values: npt.ArrayLike, axis: int = -1) -> IndexArray:
 
 
 def first_smallest(values: npt.ArrayLike, axis: int = -1) -> IndexArray:
-    """Index along an axis of the first of those that are the smallest but for rounding."""
+    """Index along an axis of the first number that is the smallest but for rounding."""
     return first_largest(-np.asarray(values, dtype=float), axis)
 
 
 def evened(values: FloatArray) -> FloatArray:
-    """The same numbers, shape (n,), with one value for those that differ by rounding only.
+    """The same numbers, shape (n,), with one value for numbers that differ by rounding only.
 
     Ranks, sorting and counts of different values then treat them as equal.
 
@@ -94,8 +90,8 @@ def evened(values: FloatArray) -> FloatArray:
     ranked = values[order]
     # NaN comes last and stays NaN
     is_new = exceeds(ranked[1:], ranked[:-1]) | np.isnan(ranked[1:])
-    starts = np.flatnonzero(np.concatenate([[True], is_new])[: len(values)])
-    group = np.cumsum(np.concatenate([[0], is_new]))[: len(values)]
-    same = np.empty_like(values)
-    same[order] = ranked[starts][group]
-    return same
+    starts_group = np.concatenate([[True], is_new])[: len(values)]
+    group = np.cumsum(starts_group) - 1
+    evened_values = np.empty_like(values)
+    evened_values[order] = ranked[starts_group][group]
+    return evened_values

@@ -1,4 +1,6 @@
-"""The edges of the library: SI inside, GPa, um, degC and rpm outside; converted only here.
+"""Units at the edges of the library: SI inside, GPa, um, degC and rpm outside.
+
+Units are converted only here.
 
 Decides: which units are converted, and into which.
 """
@@ -38,7 +40,7 @@ def surface_speed_to_rpm(speed_m_s: FloatArray, radius_m: float) -> FloatArray:
 
 @dataclass(frozen=True)
 class Conversion:
-    """value in `unit` = scale * logged value + offset."""
+    """Conversion of logged values: value in `unit` = scale * logged value + offset."""
 
     unit: str
     scale: float = 1.0
@@ -51,15 +53,15 @@ class Conversion:
         return self.scale * values + self.offset
 
 
-# Words, each perhaps to a power of one digit, and products of them. A unit comes out of a file, and
-# pint would compute whatever else is in it, 10**10**10 too.
+# A product of words, each of which may have a power of one digit. A unit comes from a file, and
+# pint would compute any expression in it, such as 10**10**10.
 _FACTOR = r"(?:1|%|[^\W\d]+)(?:(?:\^|\*\*)-?\d|\u207b?[\u00b9\u00b2\u00b3])?"
-_PLAIN = re.compile(rf"{_FACTOR}(?:\s*[*/\u00b7\s]\s*{_FACTOR})*")
-_LONGEST = 40
+_PRODUCT = re.compile(rf"{_FACTOR}(?:\s*[*/\u00b7\s]\s*{_FACTOR})*")
+_LONGEST_UNIT = 40
 
 
 def conversion(unit: str, targets: tuple[str, ...]) -> Conversion:
-    """How a logged unit becomes the first of `targets` that it measures the same quantity as.
+    """The conversion of a logged unit to the first of `targets` that measures the same quantity.
 
     Args:
         unit: Unit as a log writes it: N, kgf, lbf, rpm, rad/s, degC, K, degF, m/s, mm/s, GPa ...
@@ -68,49 +70,62 @@ def conversion(unit: str, targets: tuple[str, ...]) -> Conversion:
     Raises:
         ValueError: The unit is unknown or measures something else.
     """
-    if (found := possible_conversion(unit, targets)) is None:
+    to_target = possible_conversion(unit, targets)
+    if to_target is None:
         raise ValueError(
-            f"the unit {unit[:_LONGEST]!r} is none of {' or '.join(targets)}, nor converts to one"
+            f"the unit {unit[:_LONGEST_UNIT]!r} is none of {' or '.join(targets)}, nor converts to "
+            "one"
         )
-    return found
+    return to_target
 
 
 @cache
 def possible_conversion(unit: str, targets: tuple[str, ...]) -> Conversion | None:
-    """The same; None where there is none."""
+    """The conversion as by `conversion`; None where there is none."""
     if unit in targets:
         return Conversion(unit)
-    spelling = _spellings().get(unit.strip().lower(), unit.strip())
-    for target in targets if len(spelling) <= _LONGEST and _PLAIN.fullmatch(spelling) else ():
+    pint_unit = _pint_units().get(unit.strip().lower(), unit.strip())
+    if len(pint_unit) > _LONGEST_UNIT or not _PRODUCT.fullmatch(pint_unit):
+        return None
+    for target in targets:
         try:
-            at_zero, at_one = (_measured(value, spelling, target) for value in (0.0, 1.0))
+            zero = _converted(0.0, pint_unit, target)
+            one = _converted(1.0, pint_unit, target)
         except Exception:  # noqa: S112  (pint raises a dozen unrelated kinds)
             continue
-        return Conversion(target, at_one - at_zero, at_zero)
+        return Conversion(target, scale=one - zero, offset=zero)
     return None
 
 
 @cache
-def _spellings() -> dict[str, str]:
-    """What pint reads, by what logs write."""
-    known = yaml.safe_load(Path(__file__).with_name("units.yaml").read_text(encoding="utf-8"))
-    return {spelling: unit for unit, spellings in known.items() for spelling in spellings}
+def _pint_units() -> dict[str, str]:
+    """Units as pint reads them, by their spellings in logs."""
+    file = Path(__file__).with_name("units.yaml")
+    spellings_by_unit = yaml.safe_load(file.read_text(encoding="utf-8"))
+    pint_units = {}
+    for pint_unit, spellings in spellings_by_unit.items():
+        for spelling in spellings:
+            pint_units[spelling] = pint_unit
+    return pint_units
 
 
-def _measured(value: float, unit: str, target: str) -> float:
-    """A value of one unit in another."""
+def _converted(value: float, unit: str, target: str) -> float:
+    """A value in `unit`, converted to `target`."""
     registry = _registry()
     quantity = registry.Quantity(value, unit)
-    turns, counts = ("radian" in str(registry.get_root_units(name)[1]) for name in (target, unit))
-    # of a spindle, a plain frequency counts revolutions; pint would take it for radians
-    if turns and not counts:
+    # a plain frequency of a spindle counts revolutions; pint would take it for radians
+    if _has_radians(target) and not _has_radians(unit):
         quantity = quantity * registry.revolution
     return float(quantity.to(target).magnitude)
 
 
+def _has_radians(unit: str) -> bool:
+    return "radian" in str(_registry().get_root_units(unit)[1])
+
+
 @cache
 def _registry() -> Any:
-    # imported where needed: logs in the project's own units do not pay for it
+    # imported late: logs in the project's own units do not need it
     import pint  # noqa: PLC0415
 
     return pint.UnitRegistry()

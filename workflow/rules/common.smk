@@ -32,9 +32,9 @@ if OBJECT_STORAGE is not None:
         )
 
 
-def prefixed(*place):
+def prefixed(*parts):
     """A path with the prefix that another workflow gives this one; while the Snakefile is parsed."""
-    return Path(workflow.modifier.path_modifier.replace_prefix(Path(*place).as_posix()))
+    return Path(workflow.modifier.path_modifier.replace_prefix(Path(*parts).as_posix()))
 
 
 try:
@@ -48,17 +48,22 @@ CAMPAIGN = SETTINGS.campaign
 OILS = list(SETTINGS.oils)
 # The parts of the settings that a rule depends on.
 part = SETTINGS.part
-# Keys of the campaign that say where its data are from.
+# Keys of the campaign with the origin of its data.
 ORIGIN = ("credit", "simulated_by", "twin")
 
 RAW = Path("data/raw", CAMPAIGN.name)
 TORQUE_RAW = Path("data/raw", f"{CAMPAIGN.name}-torque")
 SIMULATED = CAMPAIGN.twin is not None
 TORQUE_SIMULATED = CAMPAIGN.torque is not None and CAMPAIGN.torque.twin is not None
-TWINS = [*[RAW] * SIMULATED, *[TORQUE_RAW] * TORQUE_SIMULATED]
+# Folders of simulated logs.
+TWINS = []
+if SIMULATED:
+    TWINS.append(RAW)
+if TORQUE_SIMULATED:
+    TWINS.append(TORQUE_RAW)
 RESULTS = prefixed("results", CAMPAIGN.name)
-# Folders of what a run writes.
-WRITTEN = [RESULTS, *map(prefixed, TWINS)]
+# Folders that a run writes to.
+WRITTEN = [RESULTS] + [prefixed(folder) for folder in TWINS]
 
 
 pathvars:
@@ -78,7 +83,7 @@ wildcard_constraints:
 
 
 def finished(*names):
-    """Files of finished tables by name; no file of a table that this campaign does not have."""
+    """Files of finished tables by name; an empty list for a table that this campaign lacks."""
     missing = lacking(CAMPAIGN)
     return {name: [] if name in missing else f"<tables>/{name}.parquet" for name in names}
 
@@ -88,7 +93,7 @@ TABLES = []
 
 
 def written(*names):
-    """Files of tables that a rule writes, by name; as `finished`."""
+    """Files of tables that a rule writes, by name; as in `finished`."""
     files = finished(*names)
     TABLES.extend(files)
     return files
@@ -96,7 +101,7 @@ def written(*names):
 
 # The fits of every law, from which the tables of bearings are computed.
 FITTED = ("coefficients", "fit_quality", "refits")
-# Lists of what every step has written, for `release`.
+# Files in which each step lists its outputs, for `release`.
 MADE = []
 
 
@@ -119,13 +124,12 @@ def references_of_studies(purpose):
 
 # A release must not name packages that its results were not made with.
 PACKAGES = file_digest(HOME / home.RUN_LOCK)[:8]
-# Modules of the campaign's studies: no import of what loads them leads there.
+# Modules of the campaign's studies, which no module imports by name.
 STUDIES = studies.modules(CAMPAIGN.studies)
-# What columns and tables mean, for the rules that print it.
-TABLE_WORDS = [
-    *sorted((PACKAGE / "tables").glob("*.*")),
-    *(file for name in CAMPAIGN.studies for file in sorted(studies.folder(name).glob("tables.*"))),
-]
+# Declarations of columns and tables, for the rules that print their meaning.
+TABLE_WORDS = sorted((PACKAGE / "tables").glob("*.*"))
+for study_name in CAMPAIGN.studies:
+    TABLE_WORDS += sorted(studies.folder(study_name).glob("tables.*"))
 studies.declare_tables(CAMPAIGN.studies)
 
 
@@ -136,9 +140,9 @@ def digest_of_code(script, modules, tables):
 
 
 def code(script, *modules, tables=()):
-    """Digest of a script and the modules behind it, of tables as declared, and of the packages.
+    """Digest of a script and the modules behind it, of declared tables, and of the packages.
 
-    A law that the script takes by its name is no import: its module is among `modules`. `tables`
-    are names of outputs; those that are no tables count for nothing.
+    A law that the script takes by its name is not imported. So its module is among `modules`.
+    `tables` are names of outputs; names that are no tables do not count.
     """
     return digest_of_code(script, modules, tuple(tables))

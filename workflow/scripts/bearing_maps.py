@@ -7,8 +7,9 @@ with run.job(snakemake) as job:
     oils = oils_in_bearings(
         job.tables.coefficients, job.tables.fit_quality, job.settings, job.tables.refits
     )
-    frames = {
-        "cage_slip": cage_slip_table(oils, job.settings),
-        "size_effect": size_effect_table(oils, job.settings),
-    }
-    job.write(frames)
+    job.write(
+        {
+            "cage_slip": cage_slip_table(oils, job.settings),
+            "size_effect": size_effect_table(oils, job.settings),
+        }
+    )

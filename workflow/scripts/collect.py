@@ -1,4 +1,4 @@
-"""Bring all shares of a campaign together, compare its runs with each other, count the coverage."""
+"""Join all shares of a campaign, compare its runs with each other, and count the coverage."""
 
 from pathlib import Path
 
@@ -15,23 +15,29 @@ with run.job(snakemake) as job:
     inputs, outputs, params = snakemake.input, snakemake.output, snakemake.params
     if params.measured:
         digests = read_listings(*map(Path, inputs.digests))
-        seen = FirstSeen(job.settings.campaign.name)
-        seen.check_and_add(digests, params.acknowledged)
-        if gone := seen.gone(digests):
-            run.say(gone)
+        first_seen = FirstSeen(job.settings.campaign.name)
+        first_seen.check_and_add(digests, params.acknowledged)
+        removed_logs = first_seen.gone(digests)
+        if removed_logs:
+            run.say(removed_logs)
     job.provenance["inputs"] |= params.run_sheet
     shares = Curated(job.tables.points, job.tables.runs, job.tables.quarantine)
     campaign = collect(shares, job.settings)
     runs, points, quarantine = campaign.runs, campaign.points, campaign.quarantine
-    counted = {
-        "coverage": coverage(runs, job.settings),
-        "gate_counts": gate_counts(runs, points, quarantine),
-    }
-    job.write({**vars(campaign), **counted})
+    job.write(
+        {
+            "runs": runs,
+            "points": points,
+            "quarantine": quarantine,
+            "coverage": coverage(runs, job.settings),
+            "gate_counts": gate_counts(runs, points, quarantine),
+        }
+    )
     write_csv(quarantine, Path(outputs.spreadsheet))
     for oil, path in zip(params.oils, outputs.of_oil, strict=True):
-        # the logs of this oil alone, so that another oil's log changes no byte and no fit
-        of_oil = runs[runs["oil"] == oil]
-        logs = settings_digest(dict(zip(of_oil["file"], of_oil["sha256"], strict=True)))
-        of_this = {**job.provenance, "inputs": {f"logs of {oil}": logs[:16]}}
-        tables.write(points[points["oil"] == oil], "points", Path(path), of_this)
+        # only the logs of this oil, so that another oil's log changes no byte and no fit
+        runs_of_oil = runs[runs["oil"] == oil]
+        log_digests = dict(zip(runs_of_oil["file"], runs_of_oil["sha256"], strict=True))
+        inputs_of_oil = {f"logs of {oil}": settings_digest(log_digests)[:16]}
+        provenance = {**job.provenance, "inputs": inputs_of_oil}
+        tables.write(points[points["oil"] == oil], "points", Path(path), provenance)

@@ -1,4 +1,4 @@
-"""Write down the accepted runs; end the run where there are too few."""
+"""List the accepted runs; end the run where there are too few."""
 
 from pathlib import Path
 

@@ -14,5 +14,5 @@ with run.job(snakemake) as job:
     samples = dict(zip(job.settings.oils, map(Path, outputs.samples), strict=True))
     sheet = RunSheet.of_plain(snakemake.params.sheet)
     curated = curate_share(logs, job.settings, sheet, samples, job.provenance)
-    job.write(vars(curated))
+    job.write({"points": curated.points, "runs": curated.runs, "quarantine": curated.quarantine})
     write_text(listing(logs.by_path()), Path(outputs.logs))

@@ -25,9 +25,9 @@ with run.job(snakemake) as job:
         files=[Path(path) for path in inputs if path not in others],
         raw=read_listings(*map(Path, inputs.digests)) | params.sheets,
         made=[Path(path) for path in inputs.made],
-        copies=package.parents[3],  # of what is in object storage; else this folder
+        copies=package.parents[3],  # local copies of object storage; else this folder
     )
-    folder, new = make_release(finished, releases)
-    # a job killed after its release finds it when it runs again: the log must not tell
+    folder, is_new = make_release(finished, releases)
+    # the log is the same after a job that was killed behind its release and ran again
     Path(snakemake.log[0]).write_text(f"{folder}: the release of this run\n", encoding="utf-8")
-    run.say(f"{folder}: {'released' if new else 'exists already, with the same bytes'}")
+    run.say(f"{folder}: {'released' if is_new else 'exists already, with the same bytes'}")

@@ -13,11 +13,14 @@ from oilfilm.report.text import text
 with run.job(snakemake) as job:
     studies.declare_tables(job.settings.campaign.studies)
     inputs, outputs = snakemake.input, snakemake.output
-    made = sections(job.tables, job.settings)
-    write_text(text(made, job.settings.campaign), Path(outputs.summary))
+    document = sections(job.tables, job.settings)
+    write_text(text(document, job.settings.campaign), Path(outputs.summary))
     pngs = [Path(png) for png in inputs.png]
-    page = html(made, job.tables, pngs, Path(inputs.refused_pages), job.settings, job.provenance)
+    refused = Path(inputs.refused_pages)
+    page = html(document, job.tables, pngs, refused, job.settings, job.provenance)
     write_text(page, Path(outputs.page))
     package = Path(outputs.package)
-    written = map(Path, (*(inputs[name] for name in snakemake.params.tables), *inputs.samples))
-    write_text(data_package(job.settings, package.parent, written), package)
+    table_files = [Path(inputs[name]) for name in snakemake.params.tables]
+    sample_files = [Path(file) for file in inputs.samples]
+    content = data_package(job.settings, package.parent, table_files + sample_files)
+    write_text(content, package)

@@ -18,9 +18,9 @@ with run.job(snakemake) as job:
     if not logs.simulated:
         first_seen = FirstSeen(job.settings.campaign.name, folder)
         first_seen.check_and_add(digests, snakemake.params.acknowledged)
-        if gone := first_seen.gone(digests):
-            run.say(gone)
+        removed_logs = first_seen.gone(digests)
+        if removed_logs:
+            run.say(removed_logs)
     job.provenance["inputs"] = run.by_folder(job.provenance["inputs"])
-    frames = {"torque_runs": curated.points, "torque_quarantine": curated.quarantine}
-    job.write(frames)
+    job.write({"torque_runs": curated.points, "torque_quarantine": curated.quarantine})
     write_text(listing(digests), Path(snakemake.output.logs))

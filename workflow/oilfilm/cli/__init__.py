@@ -23,31 +23,33 @@ def main(arguments: Sequence[str] | None = None) -> int:
         interrupted.
     """
     if isinstance(sys.stdout, io.TextIOWrapper):
-        # a terminal that cannot show a letter of a log gets its number
+        # a letter that the terminal cannot show is printed as its code
         sys.stdout.reconfigure(errors="backslashreplace")
     try:
         try:
             words = sys.argv[1:] if arguments is None else arguments
             check_command(words)
             options = parser().parse_args(words)
-            # each command imports what it needs when it runs: the help waits for nothing
-            return int(import_module(f"oilfilm.cli.{options.module}").run(options))
+            # imported here, so that the help does not wait for the imports of the commands
+            command = import_module(f"oilfilm.cli.{options.module}")
+            return int(command.run(options))
         finally:
             sys.stdout.flush()
     except OilfilmError as mistake:
         print(mistake, file=sys.stderr)
         return 2
-    except ModuleNotFoundError as lacking:
-        if (lacking.name or "oilfilm").partition(".")[0] == "oilfilm":
+    except ModuleNotFoundError as error:
+        missing_package = (error.name or "oilfilm").partition(".")[0]
+        if missing_package == "oilfilm":
             raise
         print(
-            f"The package {lacking.name} is not installed. This needs more than the core of "
+            f"The package {error.name} is not installed. This needs more than the core of "
             "oilfilm: pip install 'oilfilm[workflow]'",
             file=sys.stderr,
         )
         return 2
     except BrokenPipeError:
-        # whoever read the output has enough of it; nothing more must be written at the end
+        # the reader of the output has ended, such as `head`; Python must not write to it again
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 2
     except OSError as error:

@@ -22,14 +22,16 @@ from oilfilm.traction.law import QUANTITIES
 from oilfilm.units import conversion
 
 
-def config_folder(given: Path | None) -> Path:
-    """The configuration folder as given, else that of the working folder or of oilfilm itself."""
-    own = Path("config")
-    return given or (own if own.is_dir() else CONFIG)
+def config_folder(typed: Path | None) -> Path:
+    """The configuration folder: as typed, else that of the working folder, else oilfilm's own."""
+    if typed:
+        return typed
+    project = Path("config")
+    return project if project.is_dir() else CONFIG
 
 
 def project_folder(config: Path | None) -> Path:
-    """The folder of logs and results: that of the configuration folder as given, else this one."""
+    """The folder of logs and results: the one with the typed configuration folder, else this."""
     return config.parent if config else Path()
 
 
@@ -56,13 +58,14 @@ def typed_conditions(options: argparse.Namespace) -> dict[str, float]:
     """The conditions that were typed, by their columns' names, in the units of the columns.
 
     Raises:
-        OilfilmError: As by `quantity`.
+        OilfilmError: As in `quantity`.
     """
-    return {
-        name: quantity(text, QUANTITIES[name].unit, option)
-        for option, (name, _, _) in CONDITION_OPTIONS.items()
-        if (text := getattr(options, option.removeprefix("--"))) is not None
-    }
+    conditions = {}
+    for option, (name, _, _) in CONDITION_OPTIONS.items():
+        text = getattr(options, option.removeprefix("--"))
+        if text is not None:
+            conditions[name] = quantity(text, QUANTITIES[name].unit, option)
+    return conditions
 
 
 def quantity(text: str, unit: str, option: str) -> float:
@@ -71,12 +74,14 @@ def quantity(text: str, unit: str, option: str) -> float:
     Raises:
         OilfilmError: It is no number, or its unit measures something else.
     """
-    number = re.fullmatch(r"\s*([-+]?[0-9.]+(?:[eE][-+]?[0-9]+)?)\s*(\S*)\s*", text)
+    number_and_unit = re.fullmatch(r"\s*([-+]?[0-9.]+(?:[eE][-+]?[0-9]+)?)\s*(\S*)\s*", text)
     expected = f"expected a number in {unit}, as 0.5{'' if unit == 'dimensionless' else unit}"
-    if number is None:
+    if number_and_unit is None:
         raise OilfilmError(f"{option}: found {text!r}; {expected}.")
+    number, typed_unit = number_and_unit.groups()
     try:
-        value = float(conversion(number[2] or unit, (unit,)).of(np.array(float(number[1]))))
+        to_unit = conversion(typed_unit or unit, (unit,))
+        value = float(to_unit.of(np.array(float(number))))
         if not abs(value) < LARGEST_READING:
             raise ValueError(f"no quantity is {LARGEST_READING:g} {unit} or more")
         return value
@@ -85,5 +90,6 @@ def quantity(text: str, unit: str, option: str) -> float:
 
 
 def json_line(plain: Mapping[str, Any]) -> str:
-    """Plain values as one line of JSON, which has no number for NaN and infinity: null."""
-    return json.dumps(json.loads(json.dumps(plain), parse_constant=lambda constant: None))
+    """Plain values as one line of JSON; NaN and infinity become null, because JSON has neither."""
+    with_nulls = json.loads(json.dumps(plain), parse_constant=lambda constant: None)
+    return json.dumps(with_nulls)

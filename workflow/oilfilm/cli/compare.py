@@ -5,11 +5,13 @@ Decides: how a comparison of fits is shown.
 
 import argparse
 from collections.abc import Iterator, Mapping, Sequence
+from itertools import chain
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from oilfilm import tables
@@ -20,17 +22,19 @@ from oilfilm.fits.side_by_side import middle_of_tested, side_by_side
 from oilfilm.report.figures import style
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction.law import QUANTITIES
+from oilfilm.units import BoolArray
 
 _MU = ("traction_coefficient", "obs_ci_lower", "obs_ci_upper")
 _RATIO = ("ratio", "ratio_lower", "ratio_upper")
 _CONSTANT = ("value", "lower", "upper")
-_SLIPS = (0.01, 0.03, 0.05, 0.1, 0.2)
-_DRAWN = 100  # slips of a drawn curve
+# Slide-roll ratios where none is typed.
+_DEFAULT_SLIPS = (0.01, 0.03, 0.05, 0.1, 0.2)
+_POINTS_PER_DRAWN_CURVE = 100
 _DOTTED = ". Dotted: not tested, or above the limiting shear stress"
 
 
 class NamedFit(NamedTuple):
-    """The configured fit of one oil, and where it is from.
+    """The configured fit of one oil, and its origin.
 
     Attributes:
         source: Law, campaign and kind of data, in words.
@@ -45,18 +49,21 @@ class NamedFit(NamedTuple):
 
 def run(options: argparse.Namespace) -> int:
     """Run the command."""
-    found = read_fits(options.folders, options.oil)
-    fits = {name: each.fit for name, each in found.items()}
-    at = middle_of_tested(fits, typed_conditions(options))
-    tested = min(float(fit.coefficients.box[-1, 1]) for fit in fits.values())
+    named_fits = read_fits(options.folders, options.oil)
+    fits = {name: named.fit for name, named in named_fits.items()}
+    conditions = middle_of_tested(fits, typed_conditions(options))
+    largest_slip = min(float(fit.coefficients.box[-1, 1]) for fit in fits.values())
     slips = [quantity(slip, "dimensionless", "--slip") for slip in options.slip or ()]
-    slips = slips or [slip for slip in _SLIPS if slip <= tested] or [tested]
-    table = side_by_side(fits, at, slips)
-    print("\n".join([*_lines(found), *_mu(table, at, [*fits]), *_constants(found)]))
+    if not slips:
+        slips = [slip for slip in _DEFAULT_SLIPS if slip <= largest_slip] or [largest_slip]
+    table = side_by_side(fits, conditions, slips)
+    lines = chain(_origins(named_fits), _mu(table, conditions, list(fits)), _constants(named_fits))
+    print("\n".join(lines))
     if options.plot:
-        curves = side_by_side(fits, at, np.linspace(0, tested, _DRAWN + 1)[1:])
-        simulated = any("simulated" in each.source for each in found.values())
-        _draw(curves, at, simulated=simulated).savefig(options.plot)
+        drawn_slips = np.linspace(0, largest_slip, _POINTS_PER_DRAWN_CURVE + 1)[1:]
+        curves = side_by_side(fits, conditions, drawn_slips)
+        simulated = any("simulated" in named.source for named in named_fits.values())
+        _draw(curves, conditions, simulated=simulated).savefig(options.plot)
         print(f"Written: {options.plot}")
     return 0
 
@@ -67,97 +74,136 @@ def read_fits(folders: Sequence[Path], oils: Sequence[str] | None) -> dict[str, 
     Raises:
         OilfilmError: There are fewer than two.
     """
-    found = {}
+    named_fits = {}
     for folder in folders:
-        _, about = campaign_folder(folder)
+        _, footer = campaign_folder(folder)
         coefficients = CampaignTables.in_folder(folder).configured.coefficients
         for oil in map(str, coefficients["oil"].unique()):
             constants = coefficients[coefficients["oil"] == oil]
-            if oil in (oils or [oil]) and constants["value"].notna().any():
+            is_fitted = constants["value"].notna().any()
+            if is_fitted and (not oils or oil in oils):
                 fit = read_fit(folder, oil)
-                source = f"{fit.law.name}, from campaign {about['campaign']}, {about['data']} data"
-                found[printable(f"{folder} {oil}")] = NamedFit(source, fit, constants)
-    if len(found) < 2:
+                source = (
+                    f"{fit.law.name}, from campaign {footer['campaign']}, {footer['data']} data"
+                )
+                named_fits[printable(f"{folder} {oil}")] = NamedFit(source, fit, constants)
+    if len(named_fits) < 2:
         raise OilfilmError(
-            f"{', '.join(map(str, folders))}: found {len(found)} fitted oils; expected at "
+            f"{', '.join(map(str, folders))}: found {len(named_fits)} fitted oils; expected at "
             "least two. Name another folder of results, or leave out --oil."
         )
-    return found
+    return named_fits
 
 
-def _lines(found: Mapping[str, NamedFit]) -> Iterator[str]:
-    """Where each fit is from, and what keeps it from being sound."""
-    for name, each in found.items():
-        yield f"{name}: {each.source}"
-        yield from (f"{name} is NOT SOUND: {why}" for why in each.fit.wrong)
+def _origins(named_fits: Mapping[str, NamedFit]) -> Iterator[str]:
+    """The origin of each fit, and the reasons why it is not sound."""
+    for name, named in named_fits.items():
+        yield f"{name}: {named.source}"
+        for reason in named.fit.wrong:
+            yield f"{name} is NOT SOUND: {reason}"
 
 
-def _mu(table: pd.DataFrame, at: Mapping[str, float], names: Sequence[str]) -> Iterator[str]:
+def _mu(
+    table: pd.DataFrame, conditions: Mapping[str, float], names: Sequence[str]
+) -> Iterator[str]:
     """mu of each fit and its ratio to the first one, one row per slide-roll ratio."""
     first, *others = names
-    for title, columns, shown, digits in (
-        (f"mu with the interval of the next good run, at {_where(at)}", _MU, names, 5),
-        (f"Ratio to {first}", _RATIO, others, 3),
-    ):
-        cells = {"S": table.loc[table["fit"] == first, SLIP]} | {
-            name: [_cell(row, columns, digits) for row in tables.rows(table[table["fit"] == name])]
-            for name in shown
-        }
-        yield from ("", title, pd.DataFrame(cells).to_string(index=False))
+    yield ""
+    yield f"mu with the interval of the next good run, at {_conditions_text(conditions)}"
+    yield _by_slip(table, names, _MU, digits=5)
+    yield ""
+    yield f"Ratio to {first}"
+    yield _by_slip(table, others, _RATIO, digits=3)
     if table["outside"].any():
         yield "!: outside the tested conditions of that fit"
     if table["over_limit"].any():
         yield "IMPOSSIBLE: above the limiting shear stress, which no film carries"
 
 
-def _constants(found: Mapping[str, NamedFit]) -> Iterator[str]:
-    cells = {
-        name: {row["constant"]: _cell(row, _CONSTANT, 5) for row in tables.rows(each.constants)}
-        for name, each in found.items()
-    }
-    table = pd.DataFrame(cells).fillna("-").to_string()
-    yield from ("", "Constants with their 95 % intervals", table)
+def _by_slip(
+    table: pd.DataFrame, names: Sequence[str], columns: Sequence[str], *, digits: int
+) -> str:
+    """A value with its interval, as text: one row per slide-roll ratio, one column per fit."""
+    is_first_fit = table["fit"] == table["fit"].iloc[0]
+    cells: dict[str, Any] = {"S": table.loc[is_first_fit, SLIP]}
+    for name in names:
+        rows_of_fit = tables.rows(table[table["fit"] == name])
+        cells[name] = [_cell(row, columns, digits) for row in rows_of_fit]
+    return pd.DataFrame(cells).to_string(index=False)
 
 
-def _draw(curves: pd.DataFrame, at: Mapping[str, float], *, simulated: bool) -> Figure:
+def _constants(named_fits: Mapping[str, NamedFit]) -> Iterator[str]:
+    cells = {}
+    for name, named in named_fits.items():
+        rows = tables.rows(named.constants)
+        cells[name] = {row["constant"]: _cell(row, _CONSTANT, digits=5) for row in rows}
+    yield ""
+    yield "Constants with their 95 % intervals"
+    yield pd.DataFrame(cells).fillna("-").to_string()
+
+
+def _draw(curves: pd.DataFrame, conditions: Mapping[str, float], *, simulated: bool) -> Figure:
     """mu over slip of each fit with its interval; beside it the ratios to the first fit."""
     figure = Figure(figsize=(style.DOUBLE_COLUMN_IN, 2.9), layout="constrained")
     left, right = figure.subplots(1, 2)
-    names = list(dict.fromkeys(curves["fit"]))
-    marked = (curves["outside"] | curves["over_limit"]).groupby(curves["fit"], sort=False)
-    marks = {name: each.to_numpy() for name, each in marked}
-    first = marks[names[0]]
-    for axis, label, columns, shown, beside in (
-        (left, style.TRACTION_LABEL, _MU, names, np.zeros_like(first)),
-        (right, f"Ratio to {names[0]}", _RATIO, names[1:], first),
-    ):
-        for name in shown:
-            of_fit, unsure = curves[curves["fit"] == name], marks[name] | beside
-            slip, (value, low, high) = of_fit[SLIP], (of_fit[column] for column in columns)
-            colour = style.oil_colour(name, names)
-            axis.plot(slip, value.mask(unsure), color=colour, label=name)
-            axis.plot(slip, value.where(unsure), ":", color=colour)
-            axis.fill_between(slip, low, high, color=colour, alpha=0.2, linewidth=0)
+    curve_of_fit = {str(name): curve for name, curve in curves.groupby("fit", sort=False)}
+    names = list(curve_of_fit)
+    doubtful = {
+        name: (curve["outside"] | curve["over_limit"]).to_numpy()
+        for name, curve in curve_of_fit.items()
+    }
+    first = names[0]
+    for name, curve in curve_of_fit.items():
+        colour = style.oil_colour(name, names)
+        _draw_curve(left, curve, _MU, doubtful[name], colour, name)
+        if name != first:
+            # a ratio is doubtful where one of the two is
+            _draw_curve(right, curve, _RATIO, doubtful[name] | doubtful[first], colour, name)
+    right.axhline(1, color=style.GREY, linewidth=0.6)
+    for axis, label in ((left, style.TRACTION_LABEL), (right, f"Ratio to {first}")):
         axis.set(xlabel=style.CONDITION_LABELS[SLIP], ylabel=label)
         axis.legend()
-    right.axhline(1, color=style.GREY, linewidth=0.6)
-    dotted = any(each.any() for each in marks.values())
-    title = f"{'SIMULATED data. ' * simulated}{_where(at)}{_DOTTED * dotted}"
+    title = _conditions_text(conditions)
+    if simulated:
+        title = f"SIMULATED data. {title}"
+    if any(marks.any() for marks in doubtful.values()):
+        title += _DOTTED
     figure.suptitle(title, fontsize=8)
     return figure
 
 
-def _where(at: Mapping[str, float]) -> str:
+def _draw_curve(
+    axis: Axes,
+    curve: pd.DataFrame,
+    columns: Sequence[str],
+    doubtful: BoolArray,
+    colour: str,
+    label: str,
+) -> None:
+    """Draw a value over slip with its interval; dotted where it is doubtful."""
+    value, lower, upper = (curve[column] for column in columns)
+    axis.plot(curve[SLIP], value.mask(doubtful), color=colour, label=label)
+    axis.plot(curve[SLIP], value.where(doubtful), ":", color=colour)
+    axis.fill_between(curve[SLIP], lower, upper, color=colour, alpha=0.2, linewidth=0)
+
+
+def _conditions_text(conditions: Mapping[str, float]) -> str:
     return ", ".join(
         f"{QUANTITIES[name].symbol} = {value:.4g} {QUANTITIES[name].unit}"
-        for name, value in at.items()
+        for name, value in conditions.items()
     )
 
 
 def _cell(row: Mapping[str, Any], columns: Sequence[str], digits: int) -> str:
+    """A value with its interval and a mark where it is doubtful."""
     value, low, high = (row[name] for name in columns)
     if np.isnan(value):
         return "not known"
-    interval = "" if np.isnan(low) else f" ({low:.{digits}f} to {high:.{digits}f})"
-    mark = " IMPOSSIBLE" if row.get("over_limit") else " !" if row.get("outside") else ""
-    return f"{value:.{digits}f}{interval}{mark}"
+    text = f"{value:.{digits}f}"
+    if not np.isnan(low):
+        text += f" ({low:.{digits}f} to {high:.{digits}f})"
+    if row.get("over_limit"):
+        text += " IMPOSSIBLE"
+    elif row.get("outside"):
+        text += " !"
+    return text

@@ -14,11 +14,11 @@ from oilfilm.home import portable
 def run(options: argparse.Namespace) -> int:
     """Run the command."""
     (study,) = studies.load(studies.available())
-    described, path = study.describe_published()
-    wanted = [fit for fit in described if options.oil in (None, fit.oil)]
-    if not wanted:
-        known = ", ".join(fit.oil for fit in described)
-        raise OilfilmError(f"--oil {options.oil!r}: no constants are printed of it; of {known}.")
+    every_fit, path = study.describe_published()
+    fits = [fit for fit in every_fit if options.oil in (None, fit.oil)]
+    if not fits:
+        names = ", ".join(fit.oil for fit in every_fit)
+        raise OilfilmError(f"--oil {options.oil!r}: no constants are printed of it; of {names}.")
     provenance = {
         "code": f"oilfilm {oilfilm.__version__}",
         "settings": None,
@@ -26,7 +26,7 @@ def run(options: argparse.Namespace) -> int:
     }
     if options.folder.exists():
         raise OilfilmError(f"{options.folder}: exists already. Name a new folder.")
-    for name, content in in_folders(wanted, provenance).items():
+    for name, content in in_folders(fits, provenance).items():
         write_bytes(content, options.folder / name)
         print(options.folder / name)
     return 0

@@ -34,8 +34,9 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _lines(fit: ArrayFit) -> Iterator[str]:
-    curves = fit.points["run_id"].nunique()
-    yield f"{fit.source}: {len(fit.points)} points in {curves} curves"
-    yield from (f"  {note}" for note in fit.notes)
+    n_curves = fit.points["run_id"].nunique()
+    yield f"{fit.source}: {len(fit.points)} points in {n_curves} curves"
+    for note in fit.notes:
+        yield f"  {note}"
     yield f"mu = {fit.law.law.equation}"
     yield from repr(fit).splitlines()

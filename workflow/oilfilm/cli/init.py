@@ -1,4 +1,4 @@
-"""The command `oilfilm init`: a project folder, with what logs seem to hold written into it.
+"""The command `oilfilm init`: a project folder whose settings contain guesses from the logs.
 
 Decides: the files that `oilfilm init` writes.
 """
@@ -10,6 +10,7 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
+from itertools import chain
 from pathlib import Path
 from shlex import quote
 
@@ -37,16 +38,20 @@ from oilfilm.settings.messages import load
 from oilfilm.settings.resolve import resolve, safe_name
 from oilfilm.settings.rig import Rig
 
-# Pages that messages and settings name, and how snakemake runs.
-_COPIES = (
-    *("data/raw/README.md", "docs/reference/configuration.md"),
+# Pages that messages and settings name, and the profile of snakemake.
+_COPIED_FILES = (
+    "data/raw/README.md",
+    "docs/reference/configuration.md",
     "profiles/default/config.yaml",
 )
-# Marks what only the laboratory knows: the run stops without it. Behind "for the film" it does not.
-FILL_IN, FOR_FILM = "# FILL IN", "# for the film"
-_WIDTH = 34
+# Marks a value that only the laboratory knows. The run stops without it.
+FILL_IN = "# FILL IN"
+# Marks a value that only the film thickness needs. The run does not stop without it.
+FOR_FILM = "# for the film"
+# Column of the comments in settings.
+_COMMENT_COLUMN = 34
 # Why a source of the zero of the force suits some runs.
-_ZEROS = {
+_REASONS_FOR_ZERO = {
     "rolling_phases": "guess: {which} begin and end with pure rolling",
     "opening_phase": "guess: {which} begin with pure rolling and do not end with it",
     "standstill": "guess: {which} stand still before the first level and have no pure rolling; is "
@@ -55,18 +60,19 @@ _ZEROS = {
     "logger took the zero of the force off",
 }
 
+# Key, value and comment of a line of settings.
 Line = tuple[str, object, str]
 
 
 @dataclass(frozen=True)
 class NewProject:
-    """What was written.
+    """A project folder that was written.
 
     Attributes:
         campaign: Name of the campaign.
-        found: What the logs seem to hold.
-        no_logs: Files that were given and are no logs; they are not copied.
-        texts: The files that were written, without logs and copies, by their path below the folder.
+        found: Guesses from the logs.
+        no_logs: Named files that are no logs; they are not copied.
+        texts: The texts of the new files by their path below the folder, without logs and copies.
     """
 
     campaign: str
@@ -77,87 +83,92 @@ class NewProject:
     @property
     def to_fill_in(self) -> list[tuple[str, int, str]]:
         """The lines that only the laboratory can fill in: file, line number, text."""
-        return [
-            (file, number, line)
-            for file, text in self.texts.items()
-            for number, line in enumerate(text.splitlines(), start=1)
-            if FILL_IN in line
-        ]
+        marked_lines = []
+        for file, text in self.texts.items():
+            for number, line in enumerate(text.splitlines(), start=1):
+                if FILL_IN in line:
+                    marked_lines.append((file, number, line))
+        return marked_lines
 
 
 def run(options: argparse.Namespace) -> int:
-    """Write the folder, say what was found and what is to fill in; 1 if a log cannot be read."""
-    made = make_project(options.folder, options.logs)
-    print("\n".join(map(printable, _report(made, str(options.folder)))))
-    return int(any(log.problem for log in made.found.logs))
+    """Write the folder, report the guesses and the lines to fill in; 1 if a log cannot be read."""
+    project = make_project(options.folder, options.logs)
+    print("\n".join(map(printable, _report(project, str(options.folder)))))
+    return int(any(log.problem for log in project.found.logs))
 
 
-def _report(made: NewProject, folder: str) -> Iterator[str]:
-    yield f"{folder}: a project with the campaign {made.campaign}"
-    yield from (f"  {line}" for line in summary(made.found))
-    for log in made.no_logs:
+def _report(project: NewProject, folder: str) -> Iterator[str]:
+    yield f"{folder}: a project with the campaign {project.campaign}"
+    for line in summary(project.found):
+        yield f"  {line}"
+    for log in project.no_logs:
         yield f"  {log.file} is no log and was not copied: {log.problem}"
-    for quantity, names in made.found.columns.items():
+    for quantity, names in project.found.columns.items():
         yield f"  {quantity}: {', '.join(names)} (guess)"
-    yield f"Written: {', '.join(made.texts)}"
-    yield f"To fill in, because only you can know it: {len(made.to_fill_in)}"
-    for file, number, line in made.to_fill_in:
+    yield f"Written: {', '.join(project.texts)}"
+    yield f"To fill in, because only you can know it: {len(project.to_fill_in)}"
+    for file, number, line in project.to_fill_in:
         yield f"  {file}, line {number}: {' '.join(line.split())}"
-    if for_film := [file for file, text in made.texts.items() if FOR_FILM in text]:
-        yield f"For pressure and film thickness, fill in as well: {', '.join(for_film)}"
-    yield f"Then: cd {quote(folder)}; oilfilm check data/raw/{made.campaign}; oilfilm run"
+    files_for_film = [file for file, text in project.texts.items() if FOR_FILM in text]
+    if files_for_film:
+        yield f"For pressure and film thickness, fill in as well: {', '.join(files_for_film)}"
+    yield f"Then: cd {quote(folder)}; oilfilm check data/raw/{project.campaign}; oilfilm run"
 
 
-def make_project(folder: Path, given: Sequence[Path]) -> NewProject:
-    """Write a project folder for logs, which are copied into it; nothing that exists is changed.
+def make_project(folder: Path, paths: Sequence[Path]) -> NewProject:
+    """Write a project folder and copy logs into it; no existing file is changed.
 
     Args:
-        folder: The folder, with the name of the campaign; it must not exist, or be empty.
-        given: Logs, and folders of logs.
+        folder: The folder, with the name of the campaign. It must not exist, or be empty.
+        paths: Logs, and folders of logs.
 
     Raises:
-        OilfilmError: The folder is not empty, the name cannot be one, or no log can be read.
+        OilfilmError: The folder is not empty, its name cannot be that of a campaign, or no log can
+            be read.
     """
     name = safe_name(folder.resolve().name, folder)
     if folder.exists() and not (folder.is_dir() and not any(folder.iterdir())):
         raise OilfilmError(
             f"{folder}: exists already and is not empty. Name a new or an empty folder."
         )
-    logs, sheets = _gathered(given)
+    logs, sheets = _logs_and_sheets(paths)
     found, no_logs = _sniffed(logs)
     raw = f"data/raw/{name}"
-    own = _texts(name, found)
+    texts = _texts(name, found)
     if not sheets:
-        own[f"{raw}/runs.csv"] = run_sheet(found)
-    for file, text in own.items():
+        texts[f"{raw}/runs.csv"] = run_sheet(found)
+    for file, text in texts.items():
         (folder / file).parent.mkdir(parents=True, exist_ok=True)
-        # a mark at its beginning, so that spreadsheets read umlauts
+        # a byte order mark, so that spreadsheets read umlauts
         encoding = "utf-8-sig" if file.endswith(".csv") else "utf-8"
         (folder / file).write_text(text, encoding=encoding, newline="\n")
-    copied = {f"{raw}/{log.file}": logs[log.file] for log in found.logs}
-    copied |= {f"{raw}/{sheet.name}": sheet for sheet in sheets}
-    copied |= {page: HOME / page for page in _COPIES}
+    sources = {f"{raw}/{log.file}": logs[log.file] for log in found.logs}
+    for sheet in sheets:
+        sources[f"{raw}/{sheet.name}"] = sheet
+    for file in _COPIED_FILES:
+        sources[file] = HOME / file
     # beside the settings, where editors find them
     for schema in sorted((HOME / "workflow/schemas").glob("*.schema.json")):
-        copied[f"config/schemas/{schema.name}"] = schema
-    for file, source in copied.items():
+        sources[f"config/schemas/{schema.name}"] = schema
+    for file, source in sources.items():
         (folder / file).parent.mkdir(parents=True, exist_ok=True)
         shutil.copyfile(source, folder / file)
-    return NewProject(name, found, no_logs, own)
+    return NewProject(name, found, no_logs, texts)
 
 
 def _sniffed(logs: dict[str, Path]) -> tuple[Findings, list[Sniffed]]:
-    """What the logs hold, and the files that are no logs.
+    """Guesses from the logs, and the files that are no logs.
 
     Raises:
-        OilfilmError: Nothing can be understood as a log.
+        OilfilmError: No file can be understood as a log.
     """
     settings = resolve(CONFIG, {"campaign": "etm-slim"})
-    by_source = {
+    settings_by_source = {
         source: settings.with_changes({"campaign": {"semantics": {"zero": source}}})
         for source in BEST_FIRST
     }
-    zero = partial(zero_source, settings_by_source=by_source)
+    zero = partial(zero_source, settings_by_source=settings_by_source)
     sniffed = [sniff(file, read_bytes(path), zero) for file, path in logs.items()]
     found = Findings([log for log in sniffed if log.is_log])
     if not found.named:
@@ -170,25 +181,34 @@ def _sniffed(logs: dict[str, Path]) -> tuple[Findings, list[Sniffed]]:
     return found, [log for log in sniffed if not log.is_log]
 
 
-def _gathered(given: Iterable[Path]) -> tuple[dict[str, Path], list[Path]]:
-    """The logs by their future names, and the run sheet if one is given."""
+def _logs_and_sheets(paths: Iterable[Path]) -> tuple[dict[str, Path], list[Path]]:
+    """The logs by their names in the project, and the run sheet if there is one.
+
+    Raises:
+        OilfilmError: A name cannot be used, two logs have one name, or there are two run sheets.
+    """
     logs: dict[str, Path] = {}
     sheets: list[Path] = []
-    for path in given:
-        inside = {path.name: path}
+    for path in paths:
+        logs_of_path: dict[str, Path] = {}
         if path.is_dir():
-            inside = {name: path / name for name in raw_files(path)}
-            sheets += [sheet for sheet in [find_sheet(path)] if sheet]
+            logs_of_path = {name: path / name for name in raw_files(path)}
+            sheet = find_sheet(path)
+            if sheet:
+                sheets.append(sheet)
         elif is_sheet(path, path.parent):
-            inside, sheets = {}, [*sheets, path]
-        for file, log in inside.items():
-            if fault := unfit_name(file, log):
+            sheets.append(path)
+        else:
+            logs_of_path = {path.name: path}
+        for file, log in logs_of_path.items():
+            fault = unfit_name(file, log)
+            if fault:
                 raise OilfilmError(fault)
-            other = logs.setdefault(file, log)
-            if other.resolve() != log.resolve():
+            first_log = logs.setdefault(file, log)
+            if first_log.resolve() != log.resolve():
                 raise OilfilmError(
-                    f"{log}: has the name of {other}. Rename one, or put both into one folder with "
-                    "subfolders and name that folder."
+                    f"{log}: has the name of {first_log}. Rename one, or put both into one folder "
+                    "with subfolders and name that folder."
                 )
     if len(sheets) > 1:
         raise OilfilmError(f"{sheets[1]}: is a second run sheet beside {sheets[0]}. Leave one out.")
@@ -196,7 +216,7 @@ def _gathered(given: Iterable[Path]) -> tuple[dict[str, Path], list[Path]]:
 
 
 def _texts(name: str, found: Findings) -> dict[str, str]:
-    """The files that say what was found, by their path below the folder."""
+    """The texts of Snakefile and settings with the guesses, by their path below the folder."""
     files = {
         "Snakefile": template("Snakefile"),
         "config/config.yaml": template("config.yaml.jinja", name=name),
@@ -230,88 +250,107 @@ def template(file: str, /, **values: object) -> str:
 
 def campaign_yaml(name: str, found: Findings) -> str:
     """`config/campaigns/<name>.yaml`."""
-    known = shipped("oils").values()
-    own = [oil for oil in found.oils if oil not in known]
+    shipped_oils = shipped("oils").values()
+    own_oils = [oil for oil in found.oils if oil not in shipped_oils]
+    aliases = {}
+    for oil, labels in found.oils.items():
+        if labels and labels != [oil]:
+            aliases[oil] = labels
     return template(
         "campaign.yaml.jinja",
         name=name,
         found=found,
-        # names come out of logs: a line end among them would end the comment
-        summary=[*map(printable, summary(found))],
-        shipped=[oil for oil in found.oils if oil in known],
-        own=own,
+        # names come from logs: a line end among them would end the comment
+        summary=[printable(line) for line in summary(found)],
+        shipped=[oil for oil in found.oils if oil in shipped_oils],
+        own=own_oils,
         unnamed="guess: no log names its oil; " if found.oils == {"my-oil": []} else "",
-        aliases={oil: labels for oil, labels in found.oils.items() if labels not in ([], [oil])},
-        no_film=bool(own)
-        or any(
-            rig not in shipped("rigs").values()
-            or load(CONFIG / f"rigs/{rig}.yaml", Rig).contact() is None
-            for rig in found.rigs
-        ),
+        aliases=aliases,
+        no_film=bool(own_oils) or not all(_has_known_contact(rig) for rig in found.rigs),
         groups={
-            "columns": [*_columns(found)],
+            "columns": list(_columns(found)),
             "header": [(key, names, "guess") for key, names in found.header.items()],
-            "semantics": [*_semantics(found)],
+            "semantics": list(_semantics(found)),
         },
     )
 
 
+def _has_known_contact(rig: str) -> bool:
+    """Whether a rig comes with oilfilm and its contact was recorded."""
+    if rig not in shipped("rigs").values():
+        return False
+    return load(CONFIG / f"rigs/{rig}.yaml", Rig).contact() is not None
+
+
 def summary(found: Findings) -> Iterator[str]:
-    """How the logs are written and what they cover, one line for each way of writing."""
+    """The forms of the logs with their numbers, one line per form; then the unreadable logs."""
     forms = Counter((log.format, log.form) for log in found.logs).most_common()
     for (name, form), count in forms:
-        words = [name, *([form.encoding] if form.encoding else [])]
+        attributes = [name]
+        if form.encoding:
+            attributes.append(form.encoding)
         if form.delimiter:
-            words += [f"delimiter {form.delimiter}", f"decimal {form.decimal_mark}"]
-        yield f"{count} {'log' if count == 1 else 'logs'}: {', '.join(words)}"
+            attributes += [f"delimiter {form.delimiter}", f"decimal {form.decimal_mark}"]
+        yield f"{count} {'log' if count == 1 else 'logs'}: {', '.join(attributes)}"
     for log in found.logs:
         if log.problem:
             yield f"{log.file} could not be read: {log.problem}"
 
 
 def _columns(found: Findings) -> Iterator[Line]:
+    """Lines of the group `columns`."""
     for quantity in VOCABULARY.quantities:
         names = found.columns.get(quantity)
-        unit, unknown = found.unit(quantity)
+        unit, unit_is_unknown = found.unit(quantity)
         if quantity in found.doubtful:
             choice = ", ".join(found.doubtful[quantity]) or "no column is left"
-            sentence = f"{FILL_IN}: the name of the column; perhaps {choice}"
-            yield quantity, {"name": names}, sentence
-        elif names and unknown:
+            comment = f"{FILL_IN}: the name of the column; perhaps {choice}"
+            yield quantity, {"name": names}, comment
+        elif names and unit_is_unknown:
             units = " or ".join(VOCABULARY.quantities[quantity])
-            sentence = f"{FILL_IN}: the unit, such as {units}; the logs do not say it"
-            yield quantity, {"name": names, "unit": None}, sentence
+            comment = f"{FILL_IN}: the unit, such as {units}; the logs do not say it"
+            yield quantity, {"name": names, "unit": None}, comment
+        elif names and unit:
+            yield quantity, {"name": names, "unit": unit}, "guess"
         elif names:
-            yield quantity, {"name": names, **({"unit": unit} if unit else {})}, "guess"
+            yield quantity, {"name": names}, "guess"
 
 
 def _semantics(found: Findings) -> Iterator[Line]:
+    """Lines of the group `semantics`."""
     if found.zeros:
         ((source, count),) = found.zeros.most_common(1)
         total = found.zeros.total()
         which = "the runs" if count == total else f"{count} of {total} runs"
-        why = _ZEROS[source].format(which=which)
+        reason = _REASONS_FOR_ZERO[source].format(which=which)
         if found.needs_radii and source in ("rolling_phases", "opening_phase"):
-            why += "; true where the radii of the tracks make the beginning pure rolling"
-        yield "zero", source, why
+            reason += "; true where the radii of the tracks make the beginning pure rolling"
+        yield "zero", source, reason
     if found.slip_is_logged:
         yield "slide_roll_ratio", "over_mean", "guess: over_mean, over_sum or over_faster speed"
 
 
 def oil_yaml(oil: str, found: Findings) -> str:
-    """`config/oils/<id>.yaml`: the shipped template with the numbers left out."""
+    """`config/oils/<id>.yaml`: the shipped template without its numbers."""
     label = next(iter(found.oils[oil]), oil)
-    known = dict.fromkeys(("name", "display_name"), label) | {"id": oil}
-    known |= dict.fromkeys(("note", "source"), "not documented yet")
+    values = {
+        "id": oil,
+        "name": label,
+        "display_name": label,
+        "note": "not documented yet",
+        "source": "not documented yet",
+    }
 
-    def own(line: re.Match[str]) -> str:
-        key, example = line[1], " ".join(line[2].split())
+    def with_own_value(line: re.Match[str]) -> str:
+        key, example = line.groups()
         if key in ("stand_in", "model"):
             return line[0]
-        return _line(key, known.get(key), "" if key in known else f"{FOR_FILM}: as {example}")
+        if key in values:
+            return _line(key, values[key])
+        return _line(key, None, f"{FOR_FILM}: as {' '.join(example.split())}")
 
-    template = (CONFIG / "oils/template.yaml").read_text(encoding="utf-8")
-    keys = re.sub(r"(?m)^( *\w+): +(.+)$", own, template[template.index("id:") :])
+    text = (CONFIG / "oils/template.yaml").read_text(encoding="utf-8")
+    keys = re.sub(r"(?m)^( *\w+): +(.+)$", with_own_value, text[text.index("id:") :])
     return (
         "# yaml-language-server: $schema=../schemas/oil.schema.json\n"
         "# Read when the campaign file lists the oil under `oils`: fill in all of it before.\n"
@@ -320,38 +359,50 @@ def oil_yaml(oil: str, found: Findings) -> str:
 
 
 def run_sheet(found: Findings) -> str:
-    """`data/raw/<name>/runs.csv`: what the headers of the logs do not say."""
-    rows = pd.DataFrame([row for log in found.logs for row in _rows(log, found)])
+    """`data/raw/<name>/runs.csv`: what the headers of the logs do not contain."""
+    rows = pd.DataFrame(chain.from_iterable(_rows(log, found) for log in found.logs))
     used = [name for name in ("run", "oil", "log_kind", *SET_POINTS) if name in rows]
     columns = ["file", *used, "exclude", "remarks"]
-    sep, decimal = (";", ",") if found.decimal_comma else (",", ".")
     return rows.reindex(columns=columns).to_csv(
-        index=False, sep=sep, decimal=decimal, float_format="%g", lineterminator="\n"
+        index=False,
+        sep=";" if found.decimal_comma else ",",
+        decimal="," if found.decimal_comma else ".",
+        float_format="%g",
+        lineterminator="\n",
     )
 
 
 def _rows(log: Sniffed, found: Findings) -> Iterator[dict[str, object]]:
+    """Rows of the run sheet for one log."""
     for run in rows_of_sheet(log):
-        given = set_points(run)
-        row = {"file": log.file, **({"run": run.part} if run.part else {}), **given}
-        row |= {"oil": ""} if found.unnamed_oil else {}
-        # the rows of a table of mu are settled readings, which such a table does not say
-        row |= {"log_kind": "steps"} if run.settled and not run.log_kind else {}
-        remarks = ["guess: set points are medians of the log"] if given else []
-        if found.unnamed_oil and not run.oil:
-            remarks.append("FILL IN: the oil")
-        yield {**row, "remarks": ". ".join(remarks)}
+        row: dict[str, object] = {"file": log.file}
+        if run.part:
+            row["run"] = run.part
+        remarks = []
+        medians = set_points(run)
+        if medians:
+            row |= medians
+            remarks.append("guess: set points are medians of the log")
+        if found.unnamed_oil:
+            row["oil"] = ""
+            if not run.oil:
+                remarks.append("FILL IN: the oil")
+        if run.settled and not run.log_kind:
+            # a table of mu does not say that its rows are settled readings
+            row["log_kind"] = "steps"
+        row["remarks"] = ". ".join(remarks)
+        yield row
 
 
 def _line(key: str, value: object, comment: str = "") -> str:
-    """A line of YAML; None is written as nothing, to be filled in."""
+    """A line of YAML; None leaves the value empty, to be filled in."""
     line = f"{key}: {_flow(value)}".rstrip()
     comment = printable(comment.removeprefix("# "))
-    return f"{line.ljust(_WIDTH)}  # {comment}" if comment else line
+    return f"{line.ljust(_COMMENT_COLUMN)}  # {comment}" if comment else line
 
 
 def _flow(value: object) -> str:
-    """A value on one line, as YAML reads it back."""
+    """A value as YAML on one line."""
     if value is None:
         return ""
     text = yaml.safe_dump(

@@ -1,8 +1,8 @@
-"""The arguments of every command, declared without importing what runs it.
+"""The arguments of every command, declared without importing the module that runs it.
 
 A command is one function of `COMMANDS`. Its docstring is its help and ends with an example. The
-module of its name, or `releases`, runs it: its `run` takes the parsed arguments and gives the exit
-code.
+module of its name, or `releases`, runs it. Its function `run` takes the parsed arguments and
+returns the exit code.
 
 Decides: commands, options and their help.
 """
@@ -44,15 +44,19 @@ class Command(argparse.ArgumentParser):
         """Add an option without a value."""
         self.add_argument(name, action="store_true", help=meaning, **others)
 
-    def conditions(self, about: str) -> None:
-        """Add the conditions of a law; `about` has places for meaning and example of each."""
+    def conditions(self, help_text: str) -> None:
+        """Add the conditions of a law.
+
+        Args:
+            help_text: Help of each, with the fields `{meaning}` and `{example}`.
+        """
         for option, (_, meaning, example) in CONDITION_OPTIONS.items():
-            self.text(option, about.format(meaning=meaning, example=example), metavar=example)
+            self.text(option, help_text.format(meaning=meaning, example=example), metavar=example)
 
     def config(self) -> None:
         """Add `--config`."""
-        where = "default: config; where there is none, what comes with oilfilm"
-        self.path("--config", None, f"configuration folder ({where})")
+        default = "config; where there is none, what comes with oilfilm"
+        self.path("--config", None, f"configuration folder (default: {default})")
 
     def results(self) -> None:
         """Add `--results`."""
@@ -79,13 +83,13 @@ def init(command: Command) -> None:
 def run(command: Command) -> None:
     """Make everything in a project folder.
 
-    Snakemake runs the workflow of a project folder or of a clone. The exit code is Snakemake's. It
-    is given the arguments behind --.
+    Snakemake runs the workflow of a project folder or of a clone. The exit code is Snakemake's.
+    Arguments behind -- are passed to Snakemake.
 
     Example: oilfilm run june -- --dry-run
     """
-    # everything, because argparse alone would take the first argument for snakemake for the folder
-    meaning = "folder (default: this one), then what is for snakemake"
+    # the rest of the line, because argparse would take the first argument of snakemake for a folder
+    meaning = "folder (default: this one), then the arguments of snakemake"
     command.text("words", meaning, nargs=argparse.REMAINDER, metavar="[DIR] [-- ARGUMENT...]")
 
 
@@ -128,8 +132,8 @@ def fit(command: Command) -> None:
     """
     command.path("table", "TABLE", "one row per settled reading")
     command.text("--ball-radius", "load becomes pressure with it", metavar="9.525mm")
-    known = "steel, silicon-nitride, glass or 206GPa:0.3 each (default: steel,steel)"
-    command.text("--materials", known, default="steel,steel", metavar="BALL,DISC")
+    materials = "steel, silicon-nitride, glass or 206GPa:0.3 each (default: steel,steel)"
+    command.text("--materials", materials, default="steel,steel", metavar="BALL,DISC")
     command.text("--law", "name of the law (default: one of pressure, else of load)")
     command.text("--oil", "which oil of the table, or its name")
     command.conditions("{meaning}, where all rows have the same, as {example}")
@@ -266,7 +270,7 @@ _OF_RELEASES = (verify, fetch, diff, pin)
 
 
 def parser() -> argparse.ArgumentParser:
-    """The parser of the command line; `command` of what it parsed names the module that runs it."""
+    """The parser of the command line; `module` of the parsed options names the running module."""
     top = argparse.ArgumentParser(
         prog="oilfilm",
         description="Check traction-rig logs, predict traction from fitted laws, plan tests, and "
@@ -281,8 +285,10 @@ def parser() -> argparse.ArgumentParser:
         dest="command", required=True, metavar="COMMAND", title="commands", parser_class=Command
     )
     for declare in COMMANDS:
-        text, _, example = " ".join((declare.__doc__ or "").split()).partition(" Example: ")
-        purpose, name = text.partition(".")[0], declare.__name__
+        docstring = " ".join((declare.__doc__ or "").split())
+        text, _, example = docstring.partition(" Example: ")
+        purpose, _, _ = text.partition(".")
+        name = declare.__name__
         command: Command = commands.add_parser(
             name,
             help=purpose[:1].lower() + purpose[1:],
@@ -304,8 +310,8 @@ def check_command(words: Sequence[str]) -> None:
     word = words[0] if words else "--help"
     if word in names or word.startswith("-"):
         return
-    near = difflib.get_close_matches(word[:80], names, n=1)
-    hint = f"Did you mean {near[0]!r}?" if near else f"Expected one of {', '.join(names)}."
+    similar = difflib.get_close_matches(word[:80], names, n=1)
+    hint = f"Did you mean {similar[0]!r}?" if similar else f"Expected one of {', '.join(names)}."
     if Path(word[:200]).exists():
         hint = "Write `oilfilm check` before logs, `oilfilm fit` before a table of mu."
     raise OilfilmError(f"{cut(word)!r} is no command. {hint}")

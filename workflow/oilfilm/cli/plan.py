@@ -19,8 +19,8 @@ from oilfilm.traction.law import CONDITIONS
 from oilfilm.units import FloatArray
 
 _DUTY_UNITS = ("N", "rpm", "degC")
-# How each target's uncertainty is printed: name, factor, unit.
-_SHOWN = {
+# How the uncertainty of each target is printed: name, factor, unit.
+_PRINTED = {
     "torque": ("friction torque", 100.0, " %"),
     "cage_slip": ("cage slip", 1.0, ""),
     "traction": ("mu", 100.0, " %"),
@@ -35,9 +35,9 @@ ASSUMPTION = (
 
 def run(options: argparse.Namespace) -> int:
     """Run the command."""
-    folder, about = campaign_folder(options.results)
+    folder, footer = campaign_folder(options.results)
     config = config_folder(options.config)
-    settings = resolve(config, {"campaign": about["campaign"]})
+    settings = resolve(config, {"campaign": footer["campaign"]})
     results = CampaignTables.in_folder(folder)
     fitted = [oil for oil in settings.oils if oil in set(results.configured.coefficients["oil"])]
     oils = fitted if options.oil is None else [options.oil]
@@ -47,14 +47,17 @@ def run(options: argparse.Namespace) -> int:
             f"{', '.join(fitted) or 'none'}. Name one of these with --oil."
         )
     request = _request(options, settings, config)
-    plans = [plan for oil in oils for plan in plan_oil(results, settings, oil, request)]
-    print("\n\n".join("\n".join(_lines(plan, request.count, settings)) for plan in plans))
-    print(f"\n{ASSUMPTION}\nfrom campaign {about['campaign']}, {about['data']} data")
+    texts = []
+    for oil in oils:
+        for plan in plan_oil(results, settings, oil, request):
+            texts.append("\n".join(_lines(plan, request.count, settings)))
+    print("\n\n".join(texts))
+    print(f"\n{ASSUMPTION}\nfrom campaign {footer['campaign']}, {footer['data']} data")
     return 0
 
 
 def _request(options: argparse.Namespace, settings: Settings, config: Path) -> Request:
-    """What is asked for: by the options, else by the settings."""
+    """What the plan shall contain, by the options, else by the settings."""
     name = options.bearing
     bearing = named_file(config, "bearing", name, "--bearing").bearing(name) if name else None
     request = request_of(settings, bearing)
@@ -75,9 +78,11 @@ def _request(options: argparse.Namespace, settings: Settings, config: Path) -> R
 
 
 def _duty(text: str) -> list[float]:
-    with_units = zip(text.split(","), _DUTY_UNITS, strict=False)
-    values = [quantity(part, unit, "--duty") for part, unit in with_units]
-    if text.count(",") != len(_DUTY_UNITS) - 1 or min(values) <= 0:
+    """Axial load in N, speed in rpm and oil temperature in degC of an operating point."""
+    numbers = text.split(",")
+    pairs = zip(numbers, _DUTY_UNITS, strict=False)
+    values = [quantity(number, unit, "--duty") for number, unit in pairs]
+    if len(numbers) != len(_DUTY_UNITS) or min(values) <= 0:
         raise OilfilmError(
             f"--duty: found {text!r}; expected axial load, speed and oil temperature, three "
             f"numbers above 0, as {DUTY_EXAMPLE}."
@@ -87,40 +92,44 @@ def _duty(text: str) -> list[float]:
 
 def _lines(plan: NextTests, count: int, settings: Settings) -> Iterator[str]:
     """The plan in sentences and a table."""
-    name, factor, unit = _SHOWN[plan.wanted.target]
-    known, design, gradients = plan.known, plan.design, plan.gradients
+    name, factor, unit = _PRINTED[plan.wanted.target]
+    measured = plan.known
 
-    def shown(size: float) -> str:
-        return "unknown" if np.isnan(size) else f"{factor * size:.3g}{unit}"
+    def printed(standard_uncertainty: float) -> str:
+        if np.isnan(standard_uncertainty):
+            return "unknown"
+        return f"{factor * standard_uncertainty:.3g}{unit}"
 
     def largest(precision: FloatArray) -> str:
-        at_points = np.nan_to_num(uncertainties(precision, gradients))
+        at_points = np.nan_to_num(uncertainties(precision, plan.gradients))
         worst = int(at_points.argmax())
-        return f"{shown(at_points[worst])} at {plan.wanted.labels[worst]}"
+        return f"{printed(at_points[worst])} at {plan.wanted.labels[worst]}"
 
-    where = f" in {plan.where}" if plan.where else ""
+    bearing = f" in {plan.where}" if plan.where else ""
     yield (
-        f"{plan.oil}{where}: standard uncertainty of the {name} from the law, root mean square "
-        f"over {len(plan.wanted.labels)} operating points: {shown(design.before)}; largest "
-        f"{largest(known.precision)}."
+        f"{plan.oil}{bearing}: standard uncertainty of the {name} from the law, root mean square "
+        f"over {len(plan.wanted.labels)} operating points: {printed(plan.design.before)}; largest "
+        f"{largest(measured.precision)}."
     )
-    if known.calibration.any():
-        exact = uncertainty(*known.without_calibration(known.precision, gradients))
+    if measured.calibration.any():
+        precision, gradients = measured.without_calibration(measured.precision, plan.gradients)
+        exact = printed(float(uncertainty(precision, gradients)))
         rest = "the rest is their calibration, which all tests on this rig share"
-        yield f"With exact sensors it would be {shown(float(exact))}: {rest}."
+        yield f"With exact sensors it would be {exact}: {rest}."
     else:
         yield "The calibration of the rig's sensors is not stated, so it is not included."
-    yield from (f"left out: {reason}" for reason in plan.wanted.left_out)
-    left_out = plan.candidates.left_out.items()
-    reasons = ", ".join(f"{reason} ({count})" for reason, count in left_out if count)
+    for reason in plan.wanted.left_out:
+        yield f"left out: {reason}"
+    excluded = plan.candidates.left_out.items()
+    reasons = ", ".join(f"{reason} ({number})" for reason, number in excluded if number)
     beyond = f"; the others are beyond {reasons}" if reasons else ""
     yield f"{len(plan.candidates.tests)} conditions of plan.levels can be run{beyond}."
     tests = plan.table().query("test_order > 0").sort_values("test_order")
     if len(tests):
-        after = tests["uncertainty_with_plan"].map(shown)
-        listed = tests[_TEST_COLUMNS].assign(uncertainty_then=after)
-        yield listed.to_string(index=False, float_format="{:.4g}".format)
-        yield f"Largest after the plan: {largest(design.end)}."
+        after = tests["uncertainty_with_plan"].map(printed)
+        table = tests[_TEST_COLUMNS].assign(uncertainty_then=after)
+        yield table.to_string(index=False, float_format="{:.4g}".format)
+        yield f"Largest after the plan: {largest(plan.design.end)}."
     if len(tests) < count:
         more = "more " if len(tests) else ""
         yield (

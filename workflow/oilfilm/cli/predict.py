@@ -1,6 +1,6 @@
 """The command `oilfilm predict`: the traction coefficient of a fitted or printed oil.
 
-Decides: when a prediction is refused; what is said of a prediction outside the tested box.
+Decides: when a prediction is refused; which marks a prediction outside the tested box gets.
 """
 
 import argparse
@@ -18,7 +18,8 @@ from oilfilm.fits.fitted import SLIP, FittedLaw, read_fit, refuse_impossible
 
 def run(options: argparse.Namespace) -> int:
     """Run the command."""
-    at = {SLIP: quantity(options.slip, "dimensionless", "--slip"), **typed_conditions(options)}
+    operating_point = {SLIP: quantity(options.slip, "dimensionless", "--slip")}
+    operating_point |= typed_conditions(options)
     fit: FittedLaw
     if options.printed:
         (study,) = studies.load(studies.available())
@@ -27,100 +28,113 @@ def run(options: argparse.Namespace) -> int:
         folder, about = campaign_folder(options.results)
         fit = read_fit(folder, options.oil)
         source = f"from campaign {about['campaign']}, {about['data']} data"
-    found, sentences = prediction(fit, options.oil, at)
+    predicted, sentences = prediction(fit, options.oil, operating_point)
+    sentences.append(source)
     if options.json:
-        print(json_line({**found, "law": fit.law.name, "sentences": [*sentences, source]}))
+        print(json_line({**predicted, "law": fit.law.name, "sentences": sentences}))
     else:
-        print("\n".join([*sentences, source]))
+        print("\n".join(sentences))
     return 0
 
 
 def prediction(
-    fit: FittedLaw, oil: str, at: Mapping[str, float]
+    fit: FittedLaw, oil: str, operating_point: Mapping[str, float]
 ) -> tuple[dict[str, Any], list[str]]:
     """Prediction of a fit at one operating point: a row of `Prediction.to_frame`, and sentences.
 
     Args:
         fit: The fitted law.
         oil: Name of its oil.
-        at: Slide-roll ratio and conditions by their columns' names. A condition that the fit does
-            not follow may be left out: mu is then given at its tested level.
+        operating_point: Slide-roll ratio and conditions by their columns' names. A condition that
+            the fit does not follow may be left out. mu is then given at its tested level.
 
     Raises:
         OilfilmError: The fit has no value there, or a condition is missing or too many.
     """
-    _refuse_other_conditions(fit, oil, at)
-    for name, value in at.items():
+    _refuse_other_conditions(fit, oil, operating_point)
+    for name, value in operating_point.items():
         refuse_impossible(np.array([value]), name)
-    slip = np.array([at[SLIP]])
-    conditions = np.array([[at.get(name, np.nan) for name in fit.law.conditions]])
+    slip = np.array([operating_point[SLIP]])
+    conditions = np.array([[operating_point.get(name, np.nan) for name in fit.law.conditions]])
     try:
         predicted = fit.predict(conditions, slip)
     except ValueError as error:
         raise OilfilmError(f"{oil}: {error}.") from None
     if np.isnan(fit.coefficients.constants).any():
         raise OilfilmError(f"{oil}: nothing could be fitted; see results/*/summary.txt.")
-    if away := fit.away_from(conditions):
+    away = fit.away_from(conditions)
+    if away:
         advice = "Give a point on it. Without the option the tested value is used."
-        if any(each.level is None for each in away):
+        if any(condition.level is None for condition in away):
             advice = (
                 "Leave the option out. For a pressure fill in `ball_radius_m`, `ball` and `disc` "
                 "of the rig's file (roughness is not needed) and run again, or fit a law of load."
             )
-        there = "; ".join(each.sentence() for each in away)
-        raise OilfilmError(f"{oil}: mu is not known there: {there}. {advice}")
-    (found,) = tables.rows(predicted.to_frame())
-    if not np.isfinite(found["traction_coefficient"]):
+        reasons = "; ".join(condition.sentence() for condition in away)
+        raise OilfilmError(f"{oil}: mu is not known there: {reasons}. {advice}")
+    (row,) = tables.rows(predicted.to_frame())
+    if not np.isfinite(row["traction_coefficient"]):
         raise OilfilmError(f"{oil}: the law {fit.law.name} has no value there.")
     line = fit.on_line(conditions)
-    return found, [
-        *_intervals(fit, oil, found),
-        *fit.remarks(line, slip),
-        *(f"NOT SOUND: {each}" for each in fit.wrong),
-        *(
-            f"mu and its interval are those where it was tested: {each.sentence()}"
-            for each in fit.coefficients.fixed
-        ),
-        *_marks(fit, [*line[0], at[SLIP]], found),
-    ]
+    sentences = list(_intervals(fit, oil, row))
+    sentences += fit.remarks(line, slip)
+    sentences += [f"NOT SOUND: {reason}" for reason in fit.wrong]
+    for condition in fit.coefficients.fixed:
+        sentences.append(
+            f"mu and its interval are those where it was tested: {condition.sentence()}"
+        )
+    sentences += _marks(fit, [*line[0], operating_point[SLIP]], row)
+    return row, sentences
 
 
-def _intervals(fit: FittedLaw, oil: str, found: Mapping[str, Any]) -> Iterator[str]:
-    mu = f"{oil}, {fit.law.name}: mu = {found['traction_coefficient']:.5f}"
-    if np.isnan(found["obs_ci_lower"]):
+def _intervals(fit: FittedLaw, oil: str, row: Mapping[str, Any]) -> Iterator[str]:
+    """mu with its two intervals, or the reason why there are none."""
+    mu = f"{oil}, {fit.law.name}: mu = {row['traction_coefficient']:.5f}"
+    if np.isnan(row["obs_ci_lower"]):
         yield f"{mu}, no interval, because {fit.no_interval}"
         return
     level = f"{fit.coefficients.unseen.at(0.95)[0]:.0%} interval of the next good run"
-    yield f"{mu}, {level} {found['obs_ci_lower']:.5f} to {found['obs_ci_upper']:.5f}"
-    own = "if the law is true, mu is {mean_ci_lower:.5f} to {mean_ci_upper:.5f}"
-    yield own.format_map(found)
+    yield f"{mu}, {level} {row['obs_ci_lower']:.5f} to {row['obs_ci_upper']:.5f}"
+    yield f"if the law is true, mu is {row['mean_ci_lower']:.5f} to {row['mean_ci_upper']:.5f}"
 
 
-def _marks(fit: FittedLaw, at: Sequence[float], found: Mapping[str, Any]) -> Iterator[str]:
-    """What must be known of mu beyond what was tested, or above what any film carries."""
+def _marks(fit: FittedLaw, values: Sequence[float], row: Mapping[str, Any]) -> Iterator[str]:
+    """Warnings about mu outside the tested conditions, or above what any film carries."""
     names = (*fit.law.conditions, SLIP)
-    for name, value, (low, high) in zip(names, at, fit.reach.tolist(), strict=True):
+    for name, value, (low, high) in zip(names, values, fit.reach.tolist(), strict=True):
         if np.isfinite([low, value]).all() and not low <= abs(value) <= high:
             tested = f"{name} {value:g}, tested {low:.4g} to {high:.4g}"
             yield f"OUTSIDE the tested box: {tested} {tables.COLUMNS[name].shown_unit}".rstrip()
-    if found["over_limit"]:
+    if row["over_limit"]:
         yield (
             "IMPOSSIBLE: mu is the mean shear stress over the mean pressure; no film of the oil "
             f"carries more than {fit.coefficients.limiting_stress_ratio:g} of it"
         )
-    if found["spacings"] > 1:
-        steps = f"{found['spacings']:.1f} of their own steps away"
+    if row["spacings"] > 1:
+        steps = f"{row['spacings']:.1f} of their own steps away"
         yield f"OUTSIDE: the nearest tested conditions are {steps}"
-    if (ranges := found["distance"]) > 0:
-        yield f"{ranges:.1f} tested ranges outside: the interval holds only if the law does"
+    if row["distance"] > 0:
+        ranges = f"{row['distance']:.1f} tested ranges outside"
+        yield f"{ranges}: the interval holds only if the law does"
 
 
-def _refuse_other_conditions(fit: FittedLaw, oil: str, at: Mapping[str, float]) -> None:
-    """Refuse conditions that the law does not take, and missing ones that it needs."""
-    wanted, fixed = fit.law.conditions, {each.condition for each in fit.coefficients.fixed}
-    if others := ", ".join(at.keys() - {*wanted, SLIP}):
-        takes = f"It takes {', '.join(wanted)}."
-        raise OilfilmError(f"{oil}: the law {fit.law.name} does not take {others}. {takes}")
+def _refuse_other_conditions(
+    fit: FittedLaw, oil: str, operating_point: Mapping[str, float]
+) -> None:
+    """Refuse conditions that the law does not take, and missing ones that it needs.
+
+    Raises:
+        OilfilmError: There is one.
+    """
+    conditions = set(fit.law.conditions)
+    others = operating_point.keys() - conditions - {SLIP}
+    if others:
+        raise OilfilmError(
+            f"{oil}: the law {fit.law.name} does not take {', '.join(sorted(others))}. It takes "
+            f"{', '.join(fit.law.conditions)}."
+        )
+    not_followed = {fixed.condition for fixed in fit.coefficients.fixed}
+    missing = conditions - not_followed - operating_point.keys()
     for option, (name, _, example) in CONDITION_OPTIONS.items():
-        if name in {*wanted} - fixed - at.keys():
+        if name in missing:
             raise OilfilmError(f"{oil}: the fit depends on {name}. Give it, as {option} {example}.")

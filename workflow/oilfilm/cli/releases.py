@@ -12,7 +12,7 @@ from oilfilm.settings.resolve import read_config, resolve
 
 
 def run(options: argparse.Namespace) -> int:
-    """Run the command of this name; exit code 1 where a release is not as it should be."""
+    """Run one of these commands; exit code 1 where a release has changed or moved too far."""
     match options.command:
         case "verify":
             return _verify(options)
@@ -27,24 +27,28 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _verify(options: argparse.Namespace) -> int:
-    """Whether a release is as it was made, and whether it can be made again."""
+    """Check whether a release is unchanged and, with `--rebuild`, whether it can be made again."""
     stored = StoredRelease.open(options.release)
-    if wrong := stored.changes():
-        print(f"{options.release}: {len(wrong)} files are not as released:", *wrong, sep="\n")
+    changes = stored.changes()
+    if changes:
+        print(f"{options.release}: {len(changes)} files are not as released:", *changes, sep="\n")
         return 1
     checked = "the files in the pin" if stored.pinned else f"all {len(stored.files)} files"
-    # now: a rebuild takes minutes
+    # without buffering: a rebuild takes minutes
     print(f"{printable(stored.manifest.version)}: {checked} are as released", flush=True)
     if not options.rebuild:
         return 0
-    rebuilt = rebuild(options.release, Path(), options.cores)
-    found = f", with differences:\n{rebuilt.text(rebuilt.sections)}" if rebuilt.sections else ""
-    print(f"rebuilt from the raw logs{found or ': the same bytes'}")
-    return int(bool(rebuilt.sections))
+    comparison = rebuild(options.release, Path(), options.cores)
+    if not comparison.sections:
+        print("rebuilt from the raw logs: the same bytes")
+        return 0
+    differences = comparison.text(comparison.sections)
+    print(f"rebuilt from the raw logs, with differences:\n{differences}")
+    return 1
 
 
 def _diff(options: argparse.Namespace) -> int:
-    """What differs between two releases; 1 where `--gate` finds a change beyond its limit."""
+    """Print the differences of two releases; 1 where `--gate` finds a change beyond its limit."""
     before, after = StoredRelease.open(options.before), StoredRelease.open(options.after)
     campaign = after.manifest.made_from.campaign
     folder = config_folder(options.config)

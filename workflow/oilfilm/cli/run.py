@@ -12,23 +12,24 @@ from oilfilm.errors import OilfilmError
 def run(options: argparse.Namespace) -> int:
     """Run the workflow in a folder; the exit code is Snakemake's."""
     words: list[str] = options.words
-    at = words.index("--") if "--" in words else len(words)
-    before, arguments = words[:at], words[at + 1 :]
-    if len(before) > 1 or any(word.startswith("-") for word in before):
+    separator = words.index("--") if "--" in words else len(words)
+    folders = words[:separator]
+    arguments = words[separator + 1 :]
+    if len(folders) > 1 or any(word.startswith("-") for word in folders):
         raise OilfilmError(
-            f"oilfilm run: found {' '.join(before)!r}; expected at most one folder. Arguments for "
+            f"oilfilm run: found {' '.join(folders)!r}; expected at most one folder. Arguments for "
             "snakemake come behind --, as in: oilfilm run june -- --dry-run"
         )
-    folder = Path(*before)
-    places = [folder / name for name in ("Snakefile", "workflow/Snakefile")]
-    if not any(place.is_file() for place in places):
+    folder = Path(*folders)
+    snakefiles = [folder / "Snakefile", folder / "workflow/Snakefile"]
+    if not any(file.is_file() for file in snakefiles):
         raise OilfilmError(
             f"{folder}: has no Snakefile, so it is not a project folder. Name one, or make one: "
             "oilfilm init DIR LOG..."
         )
     if find_spec("snakemake") is None:
-        # `main` says how to install it
+        # the message of `main` says how to install it
         raise ModuleNotFoundError(name="snakemake")
     command = [sys.executable, "-m", "snakemake", *arguments]
-    # a list of arguments, no shell; they are those of the user who started this
+    # a list of arguments without a shell; the user who started this has typed them
     return subprocess.run(command, cwd=folder, check=False).returncode  # noqa: S603

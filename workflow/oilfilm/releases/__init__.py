@@ -1,5 +1,5 @@
-"""Releases: what a refit is worth next year.
+"""Releases: finished runs that never change, and their comparison.
 
-A release is a folder that never changes: everything a campaign's run made, what it was made from,
-and a manifest with the hash of every file. Its version is a hash of what it was made from.
+A release is a folder with all results of a campaign's run, what they were made from, and a
+manifest with the hash of every file. Its version is a hash of what it was made from.
 """

@@ -20,10 +20,11 @@ from oilfilm.settings.config import DriftSettings
 from oilfilm.text_table import text_table
 from oilfilm.ties import exceeds, first_largest
 from oilfilm.traction import LAWS
+from oilfilm.units import FloatArray
 
 Row = tuple[str, ...]
-# Most that another kernel moves a number, in its standard errors: `tests/workflow/test_kernels.py`
-# compares all tables of a campaign.
+# Largest change of a number by another kernel, in its standard errors.
+# `tests/workflow/test_kernels.py` compares all tables of a campaign.
 KERNEL_CHANGE = 1e-6
 # Tables with verdicts: the column of the verdict, then those that explain it.
 _JUDGED = {
@@ -55,15 +56,16 @@ class Comparison:
     """Everything in which release B differs from release A.
 
     Attributes:
-        names: Of both releases.
-        kernels: Kernels of both and what to expect of them; empty where they are known and the
-            same.
-        inputs: What comes before numbers, and the other files.
+        names: Names of both releases.
+        kernels: Kernels of both and their expected effect, as text; empty where they are known and
+            the same.
+        inputs: Sections on inputs, configuration, packages, files, samples and verdicts.
         moved: oil, what, before, after, change and limit of each constant and of mu; NaN where
-            there is none. The change of a constant is in standard errors of the first release,
-            infinite where one has no value, and NaN where there is no standard error (few curves):
-            mu tells then. That of mu is relative, where it is largest (`where`) over the tested box
-            of the first release; infinite where mu cannot be compared, and `where` says why.
+            there is none. The change of a constant is in standard errors of the first release. It
+            is infinite where one release has no value, and NaN where there is no standard error
+            (few curves); the change of mu counts then. The change of mu is relative, where it is
+            largest (`where`) over the tested box of the first release. It is infinite where mu
+            cannot be compared, and `where` has the reason.
     """
 
     names: tuple[str, str]
@@ -85,9 +87,12 @@ class Comparison:
 
     def text(self, sections: Sequence[Section]) -> str:
         """Some sections for a terminal, below the names of both releases."""
-        texts = [section.text() for section in sections]
-        head = "A {}\nB {}".format(*self.names)
-        return "\n\n".join([head, *filter(None, [self.kernels]), *(texts or ["no difference"])])
+        before, after = self.names
+        blocks = [f"A {before}\nB {after}"]
+        if self.kernels:
+            blocks.append(self.kernels)
+        blocks += [section.text() for section in sections] or ["no difference"]
+        return "\n\n".join(blocks)
 
 
 def compare(before: StoredRelease, after: StoredRelease, drift: DriftSettings) -> Comparison:
@@ -103,38 +108,37 @@ def compare(before: StoredRelease, after: StoredRelease, drift: DriftSettings) -
     Raises:
         OilfilmError: A file of one of them is missing or damaged.
     """
-    both = before, after
-    old, new = map(_parts, both)
-    sections = [
-        Section(
-            title,
-            ("what", "A", "B"),
-            [
-                (name, old[title].get(name, ""), new[title].get(name, ""))
-                for name in sorted({name for name, _ in old[title].items() ^ new[title].items()})
-            ],
-        )
-        for title in old
+    old_values = _values_by_section(before)
+    new_values = _values_by_section(after)
+    inputs = [
+        Section(title, ("what", "A", "B"), _different_values(old_values[title], new_values[title]))
+        for title in old_values
     ]
-    verdicts = Section("Verdicts", ("row", "A", "B"), list(_verdicts(*both)))
-    moved = [
-        _constants(*both).assign(limit=drift.standard_errors),
-        _traction(*both, drift).assign(limit=drift.traction),
-    ]
+    inputs.append(Section("Verdicts", ("row", "A", "B"), list(_verdicts(before, after))))
+    constants = _constants(before, after).assign(limit=drift.standard_errors)
+    traction = _traction(before, after, drift).assign(limit=drift.traction)
     return Comparison(
-        (before.name, after.name),
-        _kernels(*(stored.manifest.made_from.environment for stored in both)),
-        [*sections, verdicts],
-        pd.concat(moved, ignore_index=True),
+        names=(before.name, after.name),
+        kernels=_kernels(
+            before.manifest.made_from.environment, after.manifest.made_from.environment
+        ),
+        inputs=inputs,
+        moved=pd.concat([constants, traction], ignore_index=True),
     )
 
 
+def _different_values(old: dict[str, str], new: dict[str, str]) -> list[Row]:
+    """Rows of name, old and new value where the two differ; empty where one has none."""
+    different = {name for name, _ in old.items() ^ new.items()}
+    return [(name, old.get(name, ""), new.get(name, "")) for name in sorted(different)]
+
+
 def _kernels(before: Environment, after: Environment) -> str:
-    """What to expect where two environments have different kernels, or one that is not known."""
-    known = before.blas is not None and after.blas is not None
-    if known and (before.blas, before.cpu) == (after.blas, after.cpu):
+    """The expected effect where two environments have different or unknown kernels, as text."""
+    both_are_known = before.blas is not None and after.blas is not None
+    if both_are_known and (before.blas, before.cpu) == (after.blas, after.cpu):
         return ""
-    differ = before.cpu != after.cpu or known
+    differ = before.cpu != after.cpu or both_are_known
     lines = ["Made with another kernel:" if differ else "Perhaps made with another kernel:"]
     for side, environment in (("A", before), ("B", after)):
         blas = "BLAS unknown" if environment.blas is None else ", ".join(environment.blas)
@@ -149,19 +153,22 @@ def _moved(title: str, moved: pd.DataFrame) -> Section:
     """Changes of constants and of mu, with the limit of each kind."""
     rows = []
     for row in tables.rows(moved):
-        change, limit = f"{row['change']:.3g} standard errors", f"{row['limit']:g}"
         if row["what"] == "mu":
-            change, limit = f"{100 * row['change']:.3g}% at {row['where']}", f"{row['limit']:.2%}"
-        ends = (f"{row[side]:.6g}" for side in ("before", "after"))
-        rows.append((row["oil"], row["what"], *ends, change, limit))
+            change = f"{100 * row['change']:.3g}% at {row['where']}"
+            limit = f"{row['limit']:.2%}"
+        else:
+            change = f"{row['change']:.3g} standard errors"
+            limit = f"{row['limit']:g}"
+        before, after = f"{row['before']:.6g}", f"{row['after']:.6g}"
+        rows.append((row["oil"], row["what"], before, after, change, limit))
     return Section(title, ("oil", "what", "A", "B", "largest change", "limit"), rows)
 
 
 # ---------------------------------------------------------------- inputs, files and verdicts
 
 
-def _parts(stored: StoredRelease) -> dict[str, dict[str, str]]:
-    """What a release was made from and its files: section -> name -> value or hash."""
+def _values_by_section(stored: StoredRelease) -> dict[str, dict[str, str]]:
+    """Inputs and files of a release: section -> name -> value or hash."""
     made_from = stored.manifest.made_from
     packages = made_from.model_dump(exclude={"config", "code", "raw"})
     return {
@@ -178,27 +185,33 @@ def _hashes(records: Iterable[FileRecord]) -> dict[str, str]:
 
 
 def _leaves(tree: dict[str, Any]) -> dict[str, str]:
-    """Keys of a tree, joined by points, and the values at their ends; lists are values."""
+    """The single values of a tree by their keys, joined by points; a list is one value."""
     return {str(name): str(value) for name, value in pd.json_normalize(tree).iloc[0].items()}
 
 
-def _verdicts(*both: StoredRelease) -> Iterator[Row]:
-    """Rows whose verdict, the first of the columns, is another one."""
+def _verdicts(before: StoredRelease, after: StoredRelease) -> Iterator[Row]:
+    """Rows whose verdict, the first of the columns in `_JUDGED`, has changed."""
     studies.declare_tables(studies.available())
     for table, columns in _JUDGED.items():
-        keys = list(tables.TABLES[table].key)
-        frames = [each.table(table) for each in both]
-        known = [frame.set_index(keys)[columns] for frame in frames if frame is not None]
-        if len(known) < len(both):
+        old, new = before.table(table), after.table(table)
+        if old is None or new is None:
             continue
-        old, new = (frame.astype(object) for frame in known)
+        keys = list(tables.TABLES[table].key)
+        old = old.set_index(keys)[columns].astype(object)
+        new = new.set_index(keys)[columns].astype(object)
         joined = old.add_suffix(" A").join(new.add_suffix(" B"), how="outer")
-        other = joined[f"{columns[0]} A"] != joined[f"{columns[0]} B"]
-        for index, row in joined[other].iterrows():
+        verdict = columns[0]
+        has_changed = joined[f"{verdict} A"] != joined[f"{verdict} B"]
+        for index, row in joined[has_changed].iterrows():
             name = ", ".join(map(str, index)) if isinstance(index, tuple) else str(index)
-            texts = row[row.notna() & (row != "")].astype(str)
-            sides = (": ".join(texts.filter(regex=f" {side}$")) for side in "AB")
-            yield f"{table}: {name}", *sides
+            yield f"{table}: {name}", _verdict_text(row, "A"), _verdict_text(row, "B")
+
+
+def _verdict_text(row: pd.Series, side: str) -> str:
+    """A verdict of one release with its reasons."""
+    values = row.filter(regex=f" {side}$")
+    stated = values[values.notna() & (values != "")]
+    return ": ".join(stated.astype(str))
 
 
 # ---------------------------------------------------------------- constants and traction
@@ -209,9 +222,10 @@ def _configured_fits(stored: StoredRelease) -> tuple[pd.DataFrame, pd.DataFrame]
     coefficients, quality = stored.table("coefficients"), stored.table("fit_quality")
     if coefficients is None or quality is None:
         return tables.empty("coefficients"), tables.empty("fit_quality")
-    lacking = len(coefficients.merge(quality[["oil", "law"]])) != len(coefficients)
+    lacks_a_fit = len(coefficients.merge(quality[["oil", "law"]])) != len(coefficients)
     quality = quality[quality["configured"]]
-    if lacking or quality["oil"].duplicated().any() or not set(quality["law"]) <= set(LAWS):
+    has_unknown_law = not set(quality["law"]) <= set(LAWS)
+    if lacks_a_fit or has_unknown_law or quality["oil"].duplicated().any():
         raise OilfilmError(
             f"{stored.folder}: tables/fit_quality.parquet lacks a fit, or has a configured law "
             "that is not known here, or more than one of an oil."
@@ -220,37 +234,48 @@ def _configured_fits(stored: StoredRelease) -> tuple[pd.DataFrame, pd.DataFrame]
 
 
 def _constants(before: StoredRelease, after: StoredRelease) -> pd.DataFrame:
-    (old, _), (new, _) = _configured_fits(before), _configured_fits(after)
+    """Changes of the constants in standard errors, as in `Comparison.moved`."""
+    old, _ = _configured_fits(before)
+    new, _ = _configured_fits(after)
     error = old["standard_error"].fillna(old["naive_standard_error"])
-    both = old.rename(columns={"value": "before"}).assign(error=error.where(error != 0))
+    old = old.rename(columns={"value": "before"}).assign(error=error.where(error != 0))
     new = new.rename(columns={"value": "after"})
-    both = both.merge(new, on=["oil", "law", "constant"], how="outer")
-    lost = both["before"].isna() != both["after"].isna()
-    same = (both["before"] == both["after"]) | (both["before"].isna() & both["after"].isna())
+    both = old.merge(new, on=["oil", "law", "constant"], how="outer")
+    has_no_old = both["before"].isna()
+    has_no_new = both["after"].isna()
+    is_same = (both["before"] == both["after"]) | (has_no_old & has_no_new)
     change = (both["after"] - both["before"]).abs() / both["error"]
-    both = both.assign(change=change.mask(lost, np.inf).mask(same, 0.0), what=both["constant"])
+    change = change.mask(has_no_old != has_no_new, np.inf).mask(is_same, 0.0)
+    both = both.assign(change=change, what=both["constant"])
     return both[["oil", "what", "before", "after", "change"]]
 
 
 def _traction(before: StoredRelease, after: StoredRelease, drift: DriftSettings) -> pd.DataFrame:
-    fits = []
-    for coefficients, quality in map(_configured_fits, (before, after)):
-        oils = coefficients["oil"].unique()
-        fits.append({oil: FittedLaw.of(coefficients, oil, quality=quality) for oil in oils})
+    """Largest relative change of mu of each oil, as in `Comparison.moved`."""
+    old_fits = _fits_by_oil(before)
+    new_fits = _fits_by_oil(after)
     rows: list[dict[str, Any]] = []
-    for oil in sorted(fits[0].keys() | fits[1].keys()):
+    for oil in sorted(old_fits.keys() | new_fits.keys()):
         try:
-            row = _largest_change(oil, fits[0].get(oil), fits[1].get(oil), drift)
-        except ValueError as why:
-            row = {"change": np.inf, "where": str(why)}
-        rows.append({"oil": oil, "what": "mu", **row})
+            row = _largest_change(oil, old_fits.get(oil), new_fits.get(oil), drift)
+        except ValueError as reason:
+            row = {"change": np.inf, "where": str(reason)}
+        row["oil"] = oil
+        row["what"] = "mu"
+        rows.append(row)
     return pd.DataFrame(rows, columns=["oil", "what", "before", "after", "change", "where"])
+
+
+def _fits_by_oil(stored: StoredRelease) -> dict[str, FittedLaw]:
+    coefficients, quality = _configured_fits(stored)
+    oils = coefficients["oil"].unique()
+    return {oil: FittedLaw.of(coefficients, oil, quality=quality) for oil in oils}
 
 
 def _largest_change(
     oil: str, before: FittedLaw | None, after: FittedLaw | None, drift: DriftSettings
 ) -> dict[str, Any]:
-    """Where mu of one oil changed most, relative.
+    """The largest relative change of mu of one oil: before, after, change and where.
 
     Raises:
         ValueError: The fits cannot be compared.
@@ -259,24 +284,46 @@ def _largest_change(
         raise ValueError(f"{oil} is fitted in one release only")
     if before.law.conditions != after.law.conditions:
         raise ValueError(f"laws {before.law.name} and {after.law.name}")
-    *box, (_, slip_max) = before.coefficients.box
-    slips = [slip for slip in drift.slide_roll_ratio if not exceeds(slip, slip_max)]
-    # a condition that was never recorded has no effect: one level
-    levels = (np.linspace(low, high, drift.levels) for low, high in box)
-    axes = [np.unique(level) if np.isfinite(level).all() else np.ones(1) for level in levels]
-    axes.append(np.array(slips or [slip_max]))
-    conditions = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, len(axes))
+    grid = _comparison_grid(before.coefficients.box, drift)
+    slip = grid[:, -1]
     # where a condition is not followed, along its tested level or line
-    at = before.on_line(conditions[:, :-1])
-    old, new = (law.predict(at, conditions[:, -1]).traction_coefficient for law in (before, after))
+    conditions = before.on_line(grid[:, :-1])
+    old = before.predict(conditions, slip).traction_coefficient
+    new = after.predict(conditions, slip).traction_coefficient
     with np.errstate(divide="ignore", invalid="ignore"):
         change = np.abs(new - old) / np.abs(old)
     # missing in one release: infinite change
     change[np.isnan(change)] = np.inf
     change[(new == old) | (np.isnan(old) & np.isnan(new))] = 0.0
     worst = int(first_largest(change))
-    named = zip(before.law.conditions, at[worst], strict=True)
-    where = [f"{value:.4g} {tables.unit_of(name)}" for name, value in named if np.isfinite(value)]
-    where.append(f"S {conditions[worst, -1]:.4g}")
-    of_worst = {"change": change[worst], "before": old[worst], "after": new[worst]}
-    return {**of_worst, "where": ", ".join(where)}
+    where = [
+        f"{value:.4g} {tables.unit_of(name)}"
+        for name, value in zip(before.law.conditions, conditions[worst], strict=True)
+        if np.isfinite(value)
+    ]
+    where.append(f"S {slip[worst]:.4g}")
+    return {
+        "before": old[worst],
+        "after": new[worst],
+        "change": change[worst],
+        "where": ", ".join(where),
+    }
+
+
+def _comparison_grid(box: FloatArray, drift: DriftSettings) -> FloatArray:
+    """All combinations of levels at which mu is compared: conditions and slide-roll ratio.
+
+    Args:
+        box: Lowest and highest tested level of each condition and of the slide-roll ratio, shape
+            (conditions + 1, 2).
+        drift: The numbers of levels, and the slide-roll ratios.
+    """
+    axes = []
+    for low, high in box[:-1]:
+        levels = np.linspace(low, high, drift.levels)
+        # a condition that was never recorded has no effect: one level
+        axes.append(np.unique(levels) if np.isfinite(levels).all() else np.ones(1))
+    largest_slip = box[-1, 1]
+    slips = [slip for slip in drift.slide_roll_ratio if not exceeds(slip, largest_slip)]
+    axes.append(np.array(slips or [largest_slip]))
+    return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, len(axes))

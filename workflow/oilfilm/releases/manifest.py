@@ -26,16 +26,17 @@ MANIFEST = "manifest.json"
 PINNED_MANIFEST = "pinned-manifest.json"
 # Beside a manifest: the same hashes for `sha256sum -c`, and their signature by `ssh-keygen`.
 CHECKSUMS, SIGNATURE = "SHA256SUMS", "SHA256SUMS.sig"
-# What a folder has beside the files that its manifest names.
+# Files of a release that its manifest does not name.
 BESIDE = {MANIFEST, PINNED_MANIFEST, CHECKSUMS, SIGNATURE}
 # Files of every release, and the folder of its code.
 CONFIG, LOCK, ENVIRONMENT, CODE = "config.yaml", "requirements.lock", "environment.json", "code"
-# Most bytes of a manifest: about those of one with a hundred thousand files.
-LARGEST = 1 << 25
-# A backslash parts folders on Windows; a line break would be a line of SHA256SUMS.
-_UNFIT = {"\\", "\x7f"} | {chr(code) for code in range(32)}
-# Characters of a message that quotes the manifest.
-_LONGEST = 500
+# Most bytes of a manifest. One with a hundred thousand files has about so many.
+MOST_BYTES = 1 << 25
+# A backslash separates folders on Windows. A line break would begin a line of SHA256SUMS.
+_FORBIDDEN_LETTERS = {"\\", "\x7f"} | {chr(code) for code in range(32)}
+# Most letters of a message that quotes the manifest.
+_LONGEST_MESSAGE = 500
+# Most records of files in a list.
 
 
 Sha256 = Annotated[str, Field(pattern=r"^[0-9a-f]{64}$", description="sha256 in hex.")]
@@ -52,7 +53,12 @@ class FileRecord(Group):
 
     @classmethod
     def of(cls, file: Path, path: str) -> "FileRecord":
-        """The record of a file that is there, under a path of the release."""
+        """The record of an existing file.
+
+        Args:
+            file: The file.
+            path: Its path in the release.
+        """
         return cls(path=path, sha256=file_digest(file), size=file.stat().st_size)
 
 
@@ -71,7 +77,7 @@ class Environment(Group):
     ] = key("Versions of packages.")
 
     @model_serializer(mode="wrap")
-    def _known(self, serialize: SerializerFunctionWrapHandler) -> dict[str, Any]:
+    def _without_unknown(self, serialize: SerializerFunctionWrapHandler) -> dict[str, Any]:
         # an older manifest lacks `blas`: it must give the same text and version as then
         return _without_null(serialize(self))
 
@@ -81,7 +87,7 @@ def _without_null(keys: dict[str, Any]) -> dict[str, Any]:
 
 
 class MadeFrom(Group):
-    """What a release was made from. The version depends on it and on nothing else."""
+    """What a release was made from. The version depends on this only."""
 
     campaign: Annotated[str, Field(pattern=r"^[^./\\\x00-\x1f][^/\\\x00-\x1f]{0,99}$")] = key(
         "Name of the campaign."
@@ -102,8 +108,8 @@ class MadeFrom(Group):
     )
 
     @model_serializer(mode="wrap")
-    def _known(self, serialize: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        # a manifest gives the version that it had when it was made
+    def _without_unknown(self, serialize: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        # an older manifest keeps the version that it had when it was made
         return _without_null(serialize(self))
 
     @property
@@ -113,7 +119,7 @@ class MadeFrom(Group):
 
 
 class Manifest(Group):
-    """What a release holds and what it was made from: the content of manifest.json."""
+    """The files of a release and what it was made from: the content of manifest.json."""
 
     format: Literal[2] = key(
         "Read a release of another format by the code of its time; renew a pin with "
@@ -133,7 +139,7 @@ class Manifest(Group):
     def of(
         cls, made_from: MadeFrom, files: list[FileRecord], samples: list[FileRecord]
     ) -> "Manifest":
-        """The manifest of a release, with its version and the hash over all the rest."""
+        """The manifest of a release, with its version and the hash over its other keys."""
         content: dict[str, Any] = {
             "format": 2,
             "version": made_from.version,
@@ -149,7 +155,7 @@ class Manifest(Group):
 
 
 def checksums(manifest: Manifest) -> str:
-    """The hashes of a release as `sha256sum -c` reads them, that of the manifest first."""
+    """The hashes of a release in the form of `sha256sum -c`, that of the manifest first."""
     hashes = {MANIFEST: sha256_of(manifest.text())}
     hashes |= {record.path: record.sha256 for record in manifest.files}
     return listing(hashes)
@@ -171,15 +177,16 @@ def _digest(content: Any) -> str:
 
 def records_digest(records: Iterable[FileRecord]) -> str:
     """One hash over several files: their paths, hashes and sizes."""
-    return _digest([each.model_dump() for each in sorted(records, key=lambda each: each.path)])
+    by_path = sorted(records, key=lambda record: record.path)
+    return _digest([record.model_dump() for record in by_path])
 
 
 def read_manifest(folder: Path) -> tuple[Manifest, bool]:
     """The manifest in a folder, and whether the folder is only a pin.
 
     Raises:
-        OilfilmError: There is none, or it is not as `Manifest.text` writes it: damaged, altered,
-            of another format, or with a path that leads out of the folder.
+        OilfilmError: There is none, or its text is not that of `Manifest.text`: it is damaged,
+            altered, of another format, or has a path that leads out of the folder.
     """
     for name in (MANIFEST, PINNED_MANIFEST):
         path = folder / name
@@ -193,19 +200,21 @@ def read_manifest(folder: Path) -> tuple[Manifest, bool]:
 
 
 def _parse(path: Path) -> Manifest:
-    if path.stat().st_size > LARGEST:
-        raise OilfilmError(f"{path}: is larger than {LARGEST} bytes, so it is not a manifest.")
+    if path.stat().st_size > MOST_BYTES:
+        raise OilfilmError(f"{path}: is larger than {MOST_BYTES} bytes, so it is not a manifest.")
     try:
         text = path.read_bytes().decode("utf-8")
         content = json.loads(text)
     except (OSError, ValueError, RecursionError) as error:
         raise OilfilmError(f"{path}: cannot be read as JSON ({error}).") from None
-    if mistake := first_mistake(content, Manifest):
-        # what is found may be as long as the file
-        raise OilfilmError(f"{path}: {mistake[:_LONGEST]}")
+    mistake = first_mistake(content, Manifest)
+    if mistake:
+        # a quoted value may be as long as the file
+        raise OilfilmError(f"{path}: {mistake[:_LONGEST_MESSAGE]}")
     stated = Manifest(**content)
-    if mistake := _mistake(stated):
-        raise OilfilmError(f"{path}: {mistake}")
+    contradiction = _contradiction(stated)
+    if contradiction:
+        raise OilfilmError(f"{path}: {contradiction}")
     manifest = Manifest.of(stated.made_from, stated.files, stated.samples)
     if manifest.text() != text:
         raise OilfilmError(
@@ -215,8 +224,8 @@ def _parse(path: Path) -> Manifest:
     return manifest
 
 
-def _mistake(manifest: Manifest) -> str:
-    """What a manifest says that no release can hold, as a sentence; empty if nothing."""
+def _contradiction(manifest: Manifest) -> str:
+    """A sentence on the first entry that no release can have; empty if there is none."""
     made_from = manifest.made_from
     files = {record.path: record for record in manifest.files}
     for record in (*manifest.files, *manifest.samples, *made_from.raw):
@@ -227,12 +236,12 @@ def _mistake(manifest: Manifest) -> str:
             return f"names the raw log {record.path!r}; expected data/raw/<campaign>/<log>."
     if len(files) < len(manifest.files) or files.keys() & BESIDE:
         return "names a file twice, or itself."
-    code = [
-        record.model_copy(update={"path": path.removeprefix(f"{CODE}/")})
-        for path, record in files.items()
-        if path.startswith(f"{CODE}/")
-    ]
-    found = {path: record.sha256 for path, record in files.items()} | {CODE: records_digest(code)}
+    code = []
+    for path, record in files.items():
+        if path.startswith(f"{CODE}/"):
+            code.append(record.model_copy(update={"path": path.removeprefix(f"{CODE}/")}))
+    digests = {path: record.sha256 for path, record in files.items()}
+    digests[CODE] = records_digest(code)
     stated = {
         CODE: made_from.code,
         CONFIG: made_from.config,
@@ -240,7 +249,7 @@ def _mistake(manifest: Manifest) -> str:
         ENVIRONMENT: _digest(made_from.environment.model_dump()),
     }
     for name, digest in stated.items():
-        if found.get(name) != digest:
+        if digests.get(name) != digest:
             return f"its {name} does not match the inputs that it states. It was altered."
     return ""
 
@@ -258,7 +267,7 @@ def is_inside(path: str) -> bool:
     """
     return (
         bool(path)
-        and not set(path) & _UNFIT
+        and not set(path) & _FORBIDDEN_LETTERS
         and not PureWindowsPath(path).drive
         and PurePosixPath(path).as_posix() == path
         and not path.startswith("/")

@@ -1,7 +1,7 @@
 """Make a release, and rebuild one.
 
-To make it, every file is collected in a temporary folder, which is then renamed. To rebuild it, the
-raw logs are evaluated again in a temporary folder, and the result is compared byte by byte.
+A new release is collected in a temporary folder, which is then renamed. A rebuild evaluates the raw
+logs again in a temporary folder and compares the result byte by byte.
 
 Decides: which files are part of a release; how a release is rebuilt.
 """
@@ -47,7 +47,11 @@ from oilfilm.settings.resolved import Settings
 from oilfilm.settings.yaml_file import as_yaml
 from oilfilm.tables.table_file import content_digest
 
-_REPORT, _SAMPLES = "report.html", "tables/samples/"
+_REPORT = "report.html"
+# Folder of the samples below the results.
+_SAMPLES = "tables/samples/"
+# Lines of a failed run that its message quotes.
+_QUOTED_LINES = 30
 
 
 @dataclass(frozen=True)
@@ -55,15 +59,15 @@ class FinishedRun:
     """Outputs and inputs of a finished run.
 
     Attributes:
-        root: Top folder of the project; all other paths but `home` start there.
+        root: Top folder of the project. All other paths but `home` start there.
         home: Folder of the workflow that made the run.
         settings: All settings of the run.
         results: Folder of the campaign's results.
         files: Output files and folders below it, all up to date.
-        raw: Paths of the raw logs with the sha256 that each had when the run read it; empty for
-            simulated logs, which the run wrote itself.
-        made: Files in which each step has listed the sha256 of what it wrote.
-        copies: Folder with the local copies of what is kept in object storage.
+        raw: sha256 of each raw log when the run read it, by path. Empty for simulated logs, because
+            the run writes them.
+        made: Files in which each step has listed the sha256 of its outputs.
+        copies: Folder with the local copies of files in object storage.
     """
 
     root: Path
@@ -77,20 +81,21 @@ class FinishedRun:
 
     def below_results(self) -> dict[str, Path]:
         """Output files by their path below the results, without hidden files."""
-        found: dict[str, Path] = {}
+        files: dict[str, Path] = {}
         for path in self.files:
             for file in files_of(self.root / path):
                 name = file.relative_to(self.root / self.results)
-                if not any(part.startswith(".") for part in name.parts):
-                    found[name.as_posix()] = file
-        return dict(sorted(found.items()))
+                if not any(folder_or_file.startswith(".") for folder_or_file in name.parts):
+                    files[name.as_posix()] = file
+        return dict(sorted(files.items()))
 
 
 def make_release(run: FinishedRun, releases: Path) -> tuple[Path, bool]:
     """Make the release of a finished run. The same run gives the same release.
 
     Samples are left out: they are the raw logs in SI units, and most of the bytes. The manifest
-    has the hash of each oil's, which does not depend on how the work was spread over jobs.
+    has one hash over the samples of each oil. It does not depend on how the work was spread over
+    jobs.
 
     Args:
         run: The run to release.
@@ -114,14 +119,15 @@ def make_release(run: FinishedRun, releases: Path) -> tuple[Path, bool]:
         environment=environment(run.home),
         raw=_raw_records(run),
     )
-    temporary, folder = releases / f".{made_from.version}.part", releases / made_from.version
+    folder = releases / made_from.version
+    temporary = releases / f".{made_from.version}.part"
     make_folder(releases)
     for leftover in releases.glob(".*.part"):  # of a killed run
         shutil.rmtree(leftover)
-    new = not folder.exists()
+    is_new = not folder.exists()
     try:
         manifest = _gather(run, made_from, config, temporary)
-        if new:
+        if is_new:
             flush(temporary)
             for name in files_below(temporary):
                 (temporary / name).chmod(0o444)
@@ -130,20 +136,25 @@ def make_release(run: FinishedRun, releases: Path) -> tuple[Path, bool]:
             _refuse_other(folder, manifest)
     finally:
         shutil.rmtree(temporary, ignore_errors=True)  # a full disk needs the room
-    # a link, so that `latest/report.html` opens and every command accepts it; in one step
+    # a link, so that `latest/report.html` opens and every command accepts it
     link = releases / ".latest.new"
     link.unlink(missing_ok=True)
     link.symlink_to(made_from.version)
     rename_flushed(link, releases / "latest")
-    return folder, new
+    return folder, is_new
 
 
 def _raw_records(run: FinishedRun) -> list[FileRecord]:
-    """The raw logs; refused where one has changed since the run read it."""
+    """The records of the raw logs.
+
+    Raises:
+        OilfilmError: A log has changed since the run read it.
+    """
     records = []
     for path, digest in sorted(run.raw.items()):
-        copied = run.root / run.copies / path
-        record = FileRecord.of(copied if copied.is_file() else run.root / path, path)
+        local_copy = run.root / run.copies / path
+        file = local_copy if local_copy.is_file() else run.root / path
+        record = FileRecord.of(file, path)
         if record.sha256 != digest:
             raise OilfilmError(
                 f"{path}: has changed since the run read it (sha256 {record.sha256[:12]}, "
@@ -154,38 +165,45 @@ def _raw_records(run: FinishedRun) -> list[FileRecord]:
 
 
 def _refuse_damaged(run: FinishedRun, files: Mapping[str, Path]) -> None:
-    """Refuse results that are not what their steps wrote, released or not."""
-    stated = {
-        path: (digest, made)
-        for made in run.made
-        for path, digest in read_listings(run.root / made).items()
-    }
+    """Refuse results that are not as their steps wrote them, whether they are released or not.
+
+    Raises:
+        OilfilmError: There is one.
+    """
+    digests: dict[str, str] = {}
+    listing_of: dict[str, Path] = {}
+    for listing in run.made:
+        for path, digest in read_listings(run.root / listing).items():
+            digests[path] = digest
+            listing_of[path] = listing
     released = {portable(run.results / name): file for name, file in files.items()}
-    for path in sorted({*stated, *released}):
-        file = released.get(path, run.root / path)
-        if path not in stated:
+    for path in sorted(digests.keys() | released.keys()):
+        if path not in digests:
             raise OilfilmError(f"{path}: no step of the run has written it. Move it away.")
-        digest, made = stated[path]
-        # what is kept in object storage and not released is not here
-        if (path in released or file.is_file()) and file_digest(file) != digest:
+        file = released.get(path, run.root / path)
+        # a file in object storage that is not released has no local copy
+        is_here = path in released or file.is_file()
+        if is_here and file_digest(file) != digests[path]:
             raise OilfilmError(
-                f"{path}: is not as its step wrote it. Remove {made}, then run `snakemake release` "
-                "again: the step is done anew."
+                f"{path}: is not as its step wrote it. Remove {listing_of[path]}, then run "
+                "`snakemake release` again: the step is repeated."
             )
 
 
 def _gather(run: FinishedRun, made_from: MadeFrom, config: str, folder: Path) -> Manifest:
-    """Copy every file of a release into a folder; returns the manifest."""
-    of_oil: dict[str, list[Path]] = {}
+    """Copy every file of a release into a folder, and write its manifest.
+
+    Returns:
+        The manifest.
+    """
+    results = run.below_results()
+    _refuse_damaged(run, results)
     copied = {LOCK: run.home / RUN_LOCK}
-    files = run.below_results()
-    _refuse_damaged(run, files)
-    for name, path in files.items():
-        if name.startswith(_SAMPLES):
-            of_oil.setdefault(name.rpartition("/")[0], []).append(path)
-        else:
+    for name, path in results.items():
+        if not name.startswith(_SAMPLES):
             copied[name] = path
-    copied |= {f"{CODE}/{name}": path for name, path in code_files(run.home).items()}
+    for name, path in code_files(run.home).items():
+        copied[f"{CODE}/{name}"] = path
     for name, path in copied.items():
         copy_file(path, folder / name)
     texts = {
@@ -200,31 +218,49 @@ def _gather(run: FinishedRun, made_from: MadeFrom, config: str, folder: Path) ->
         texts[_REPORT] = with_release(page, made_from.version)
     for name, text in texts.items():
         (folder / name).write_bytes(text.encode("utf-8"))
-    # the content of each oil's samples: one hash over all runs, and bytes of all columns
-    width = 8 * (len(tables.columns("samples")) - 1)
-    samples = [
-        FileRecord(path=name, sha256=digest, size=rows * width)
-        for name, paths in sorted(of_oil.items())
-        for digest, rows in [content_digest(paths)]
-    ]
     records = [FileRecord.of(folder / name, name) for name in files_below(folder)]
-    manifest = Manifest.of(made_from, records, samples)
-    for name, text in {MANIFEST: manifest.text(), CHECKSUMS: checksums(manifest)}.items():
-        (folder / name).write_bytes(text.encode("utf-8"))
+    manifest = Manifest.of(made_from, records, _sample_records(results))
+    (folder / MANIFEST).write_bytes(manifest.text().encode("utf-8"))
+    (folder / CHECKSUMS).write_bytes(checksums(manifest).encode("utf-8"))
     return manifest
 
 
+def _sample_records(results: Mapping[str, Path]) -> list[FileRecord]:
+    """One record for the samples of each oil: a hash over all runs, and the bytes of all columns.
+
+    Args:
+        results: Output files by their path below the results.
+    """
+    files_of_oil: dict[str, list[Path]] = {}
+    for name, path in results.items():
+        if name.startswith(_SAMPLES):
+            folder, _, _ = name.rpartition("/")
+            files_of_oil.setdefault(folder, []).append(path)
+    bytes_per_row = 8 * (len(tables.columns("samples")) - 1)
+    records = []
+    for folder, files in sorted(files_of_oil.items()):
+        digest, n_rows = content_digest(files)
+        records.append(FileRecord(path=folder, sha256=digest, size=n_rows * bytes_per_row))
+    return records
+
+
 def _refuse_other(folder: Path, manifest: Manifest) -> None:
-    """Refuse an existing release that differs from the new one."""
+    """Refuse an existing release that differs from the new one.
+
+    Raises:
+        OilfilmError: It differs, or has been changed.
+    """
     stored = StoredRelease.open(folder)
-    if damaged := stored.changes():
+    changes = stored.changes()
+    if changes:
         raise OilfilmError(
-            f"{folder}: exists and is not as it was released: {damaged[0]} Move it away, then run "
+            f"{folder}: exists and is not as it was released: {changes[0]} Move it away, then run "
             "`snakemake release` again."
         )
     if stored.manifest.text() != manifest.text():
-        old, new = ({*each.files, *each.samples} for each in (stored.manifest, manifest))
-        first = min(old ^ new, key=lambda record: record.path).path
+        old = {*stored.manifest.files, *stored.manifest.samples}
+        new = {*manifest.files, *manifest.samples}
+        first = min(record.path for record in old ^ new)
         raise OilfilmError(
             f"{folder}: exists and is left as it is, but the same inputs, configuration and code "
             f"have now given other bytes, first in {first}. A release never changes: "
@@ -232,19 +268,20 @@ def _refuse_other(folder: Path, manifest: Manifest) -> None:
         )
 
 
-# What a run needs beside its code. The configuration comes from the release.
+# Files that a run needs beside its code. The configuration comes from the release.
 _OTHER_FILES = (home.RUN_LOCK, "pyproject.toml", "profiles/default/config.yaml")
 
 
 def rebuild(release: Path, root: Path, cores: str) -> Comparison:
-    """Rebuild a release from the local raw logs and code; compare it with what was rebuilt.
+    """Rebuild a release from the local raw logs and code, and compare the two.
 
-    The code in the release is never run: its author may be unknown. The local code must match.
+    The code in the release is never run, because its author may be unknown. The local code must
+    match.
 
     Args:
         release: Folder of the release.
         root: Top folder of the project, with code and raw logs.
-        cores: For snakemake.
+        cores: Number of cores for snakemake, or `all`.
 
     Raises:
         OilfilmError: It is a pin, a raw log is missing or has changed, or the run fails.
@@ -266,7 +303,8 @@ def lay_out(stored: StoredRelease, root: Path, folder: Path) -> Settings:
         The settings of the release.
 
     Raises:
-        OilfilmError: It is a pin, its configuration is none, a raw log is missing or has changed.
+        OilfilmError: It is a pin, its configuration cannot be used, or a raw log is missing or has
+            changed.
     """
     if stored.pinned:
         raise OilfilmError(
@@ -287,17 +325,15 @@ def lay_out(stored: StoredRelease, root: Path, folder: Path) -> Settings:
             f"({error}). If the release was made by another version, rebuild it with a clone of "
             f"that version; its code is in the folder {CODE}/ of the release."
         ) from error
-    # the rig twin writes these logs again
-    torque_twin = settings.campaign.torque and settings.campaign.torque.twin
-    name = settings.campaign.name
-    twins = {name: settings.campaign.twin, f"{name}-torque": torque_twin}
     for path, text in texts.items():
         target = folder / "config" / path
         target.parent.mkdir(parents=True, exist_ok=True)
         target.write_text(text, encoding="utf-8")
+    simulated_folders = _simulated_folders(settings.campaign)
     for record in stored.manifest.made_from.raw:
-        if twins.get(record.path.split("/")[2]):
-            continue
+        _, _, log_folder, *_ = record.path.split("/")
+        if log_folder in simulated_folders:
+            continue  # the rig twin writes these logs again
         source = root / record.path
         if source.is_file():
             copy_file(source, folder / record.path)
@@ -309,11 +345,26 @@ def lay_out(stored: StoredRelease, root: Path, folder: Path) -> Settings:
     return settings
 
 
+def _simulated_folders(campaign: Campaign) -> set[str]:
+    """Folders below data/raw whose logs the rig twin writes."""
+    folders = set()
+    if campaign.twin is not None:
+        folders.add(campaign.name)
+    if campaign.torque is not None and campaign.torque.twin is not None:
+        folders.add(f"{campaign.name}-torque")
+    return folders
+
+
 def _run(folder: Path, stored: StoredRelease, cores: str) -> None:
+    """Run the workflow in a folder up to its release.
+
+    Raises:
+        OilfilmError: The run fails.
+    """
     command = [sys.executable, "-m", "snakemake", "release", "--cores", cores]
     # use the library of the copy, not the installed one
     environment = {**os.environ, "PYTHONPATH": str(folder / "workflow")}
-    done = subprocess.run(  # noqa: S603 - a fixed command; `cores` is one argument
+    finished = subprocess.run(  # noqa: S603 - a fixed command; `cores` is one argument
         command,
         cwd=folder,
         env=environment,
@@ -322,7 +373,7 @@ def _run(folder: Path, stored: StoredRelease, cores: str) -> None:
         errors="replace",
         check=False,
     )
-    if done.returncode != 0:
-        output = (done.stdout + done.stderr).replace(str(folder), ".").splitlines()
-        last = "\n".join(printable(line) for line in output[-30:])
-        raise OilfilmError(f"{stored.folder}: the rebuild failed. Its last lines:\n{last}")
+    if finished.returncode != 0:
+        output = (finished.stdout + finished.stderr).replace(str(folder), ".").splitlines()
+        last_lines = "\n".join(printable(line) for line in output[-_QUOTED_LINES:])
+        raise OilfilmError(f"{stored.folder}: the rebuild failed. Its last lines:\n{last_lines}")

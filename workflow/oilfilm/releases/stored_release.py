@@ -35,8 +35,9 @@ from oilfilm.releases.tree import PINS, copy_file
 from oilfilm.settings.yaml_file import read_yaml
 from oilfilm.tables import LARGEST_TABLE, UNREADABLE, refuse_unpacking
 
-# What the drift gate and a comparison of settings and verdicts need; no points, for their size.
-_KEPT = (
+# Files that a pin keeps for the drift gate and for the comparison of settings and verdicts. The
+# points are too large.
+_PINNED_FILES = (
     "config.yaml",
     "tables/claims.parquet",
     "tables/coefficients.parquet",
@@ -44,13 +45,19 @@ _KEPT = (
     "tables/runs.parquet",
     "tables/torque_runs.parquet",
 )
-# Bytes of one file that is read into memory, and of a configuration.
-_LARGEST_FILE, _LARGEST_CONFIG = 1 << 28, 1 << 20
+# Most bytes of a file that is read into memory, and of a configuration.
+_MOST_BYTES, _MOST_CONFIG_BYTES = 1 << 28, 1 << 20
 
 
 @dataclass(frozen=True)
 class StoredRelease:
-    """A folder with a manifest. A pin holds a part of the files only."""
+    """A folder with a manifest.
+
+    Attributes:
+        folder: The folder.
+        manifest: Its manifest.
+        pinned: Whether it is a pin, which has only some of the files.
+    """
 
     folder: Path
     manifest: Manifest
@@ -63,7 +70,8 @@ class StoredRelease:
         Raises:
             OilfilmError: There is no manifest, or it is damaged.
         """
-        return cls(folder, *read_manifest(folder))
+        manifest, is_pin = read_manifest(folder)
+        return cls(folder, manifest, is_pin)
 
     @cached_property
     def files(self) -> dict[str, FileRecord]:
@@ -72,50 +80,59 @@ class StoredRelease:
 
     @property
     def name(self) -> str:
-        """Campaign and version, fit to be printed."""
-        version = f"{self.manifest.made_from.campaign} {self.manifest.version}"
-        return printable(version) + (" (pin)" if self.pinned else "")
+        """Campaign and version, safe to print."""
+        name = printable(f"{self.manifest.made_from.campaign} {self.manifest.version}")
+        return f"{name} (pin)" if self.pinned else name
 
     def changes(self) -> list[str]:
         """A sentence for each file that differs from the manifest, is missing or is extra.
 
-        `SHA256SUMS` must be there and name every file. A folder that has the name of a release must
-        have that of this one. For a pin, only the files that it keeps are checked.
+        `SHA256SUMS` must be there and name every file. A folder with the name of a release must
+        have the name of this one. For a pin, only the files that it keeps are checked.
         """
         present = set(files_below(self.folder))
-        named = [each for path, each in self.files.items() if path in present or not self.pinned]
-        wrong = [
+        sentences = [
             f"{printable(path)}: is extra: the manifest does not name it."
-            for path in present - BESIDE - set(self.files)
+            for path in present - BESIDE - self.files.keys()
         ]
-        if not self.pinned:
-            # what `sha256sum -c` checks, and a signature over it covers
+        if self.pinned:
+            expected = [record for path, record in self.files.items() if path in present]
+        else:
+            # the file that `sha256sum -c` reads and that a signature covers
             text = checksums(self.manifest).encode()
             digest = sha256(text).hexdigest()
-            named.append(FileRecord(path=CHECKSUMS, sha256=digest, size=len(text)))
-            wrong += self._of_another_release()
-        return sorted([*filter(None, map(self.mismatch, named)), *wrong])
+            record = FileRecord(path=CHECKSUMS, sha256=digest, size=len(text))
+            expected = [*self.files.values(), record]
+            sentences.append(self._wrong_folder_name())
+        sentences += [self.mismatch(record) for record in expected]
+        return sorted(filter(None, sentences))
 
-    def _of_another_release(self) -> list[str]:
-        """Why the place of the folder is not that of this release, in a sentence."""
-        campaign, version = self.manifest.made_from.campaign, self.manifest.version
-        of_releases, of_campaign, name = ("", "", *self.folder.resolve().parts)[-3:]
-        stated = (of_campaign if of_releases == "releases" else campaign), name
-        if not re.fullmatch(r".+-[0-9a-f]{12}", name) or stated == (campaign, version):
-            return []
-        return [
-            f"{printable('/'.join(stated))}: is the name of another release: the manifest is that "
-            f"of {self.name}."
-        ]
+    def _wrong_folder_name(self) -> str:
+        """A sentence if the folder has the name of another release; empty if not."""
+        campaign = self.manifest.made_from.campaign
+        path = self.folder.resolve()
+        if not re.fullmatch(r".+-[0-9a-f]{12}", path.name):
+            return ""
+        folder_campaign = campaign
+        if path.parent.parent.name == "releases":
+            folder_campaign = path.parent.name
+        if (folder_campaign, path.name) == (campaign, self.manifest.version):
+            return ""
+        folder_name = printable(f"{folder_campaign}/{path.name}")
+        return (
+            f"{folder_name}: is the name of another release: the manifest is that of {self.name}."
+        )
 
     def mismatch(self, record: FileRecord) -> str:
-        """How a file differs from its record, in a sentence; empty where it does not."""
-        path, name = self.folder / record.path, printable(record.path)
-        above = path.parents[: record.path.count("/")]
+        """The difference of a file from its record, in a sentence; empty if there is none."""
+        path = self.folder / record.path
+        name = printable(record.path)
+        folders_on_the_way = path.parents[: record.path.count("/")]
         try:
             status = path.lstat()
-            # before anything is opened: a link may lead anywhere, a pipe never ends
-            if not stat.S_ISREG(status.st_mode) or any(folder.is_symlink() for folder in above):
+            # checked before anything is opened: a link may lead anywhere, a pipe may never end
+            is_behind_link = any(folder.is_symlink() for folder in folders_on_the_way)
+            if is_behind_link or not stat.S_ISREG(status.st_mode):
                 return f"{name}: is not a plain file."
             if status.st_size != record.size:
                 return f"{name}: differs: {status.st_size} bytes, {record.size} in the manifest."
@@ -124,23 +141,26 @@ class StoredRelease:
             return f"{name}: is missing."
         except OSError as error:
             return f"{name}: cannot be read ({error.strerror})."
+        if digest == record.sha256:
+            return ""
         hashes = f"sha256 {digest[:12]}..., {record.sha256[:12]}... in the manifest"
-        return "" if digest == record.sha256 else f"{name}: differs: {hashes}."
+        return f"{name}: differs: {hashes}."
 
-    def file(self, path: str, largest: int = _LARGEST_FILE) -> Path:
+    def file(self, path: str, most_bytes: int = _MOST_BYTES) -> Path:
         """Path of a file, after its hash and size are checked.
 
         Raises:
-            OilfilmError: It is missing, is no plain file, differs from the manifest, or unpacks to
-                too much.
+            OilfilmError: It is missing, is no plain file, differs from the manifest, or is too
+                large, packed or unpacked.
         """
         record = self.files[path]
-        if record.size > largest:
+        if record.size > most_bytes:
             raise OilfilmError(
-                f"{self.folder}: {path} has {record.size} bytes, more than are read ({largest})."
+                f"{self.folder}: {path} has {record.size} bytes, more than are read ({most_bytes})."
             )
-        if complaint := self.mismatch(record):
-            raise OilfilmError(f"{self.folder}: {complaint}")
+        mismatch = self.mismatch(record)
+        if mismatch:
+            raise OilfilmError(f"{self.folder}: {mismatch}")
         if path.endswith(".parquet"):
             refuse_unpacking(self.folder / path, LARGEST_TABLE)
         return self.folder / path
@@ -149,7 +169,7 @@ class StoredRelease:
         """A table; None where the release has none, or the pin does not keep it.
 
         Raises:
-            OilfilmError: As `file`, or as `tables.read`.
+            OilfilmError: As in `file`, or as in `tables.read`.
         """
         path = f"tables/{name}.parquet"
         if path not in self.files or (self.pinned and not (self.folder / path).exists()):
@@ -161,12 +181,12 @@ class StoredRelease:
             raise OilfilmError(f"{file}: cannot be read as a table ({error}).") from error
 
     def config(self) -> dict[str, Any]:
-        """The configuration as resolved.
+        """All settings of the run, as plain values.
 
         Raises:
-            OilfilmError: As `file`, or it is no YAML.
+            OilfilmError: As in `file`, or it is no YAML.
         """
-        path = self.file(CONFIG, _LARGEST_CONFIG)
+        path = self.file(CONFIG, _MOST_CONFIG_BYTES)
         try:
             return read_yaml(path).values
         except RecursionError:
@@ -174,7 +194,14 @@ class StoredRelease:
 
 
 def pin(release: Path, root: Path) -> Path:
-    """Keep a release as its campaign's pin, in folder of the one before; the pin's folder.
+    """Keep a release as the pin of its campaign; it replaces an earlier pin.
+
+    Args:
+        release: Folder of the release.
+        root: Top folder of the project.
+
+    Returns:
+        Folder of the pin.
 
     Raises:
         OilfilmError: It is no release, is damaged, or is itself a pin.
@@ -184,7 +211,7 @@ def pin(release: Path, root: Path) -> Path:
         raise OilfilmError(f"{release}: is a pin already; expected a release.")
     folder = root / PINS / stored.manifest.made_from.campaign
     with atomic_folder(folder) as temporary:
-        for path in _KEPT:
+        for path in _PINNED_FILES:
             if path in stored.files:
                 copy_file(stored.file(path), temporary / path)
         (temporary / PINNED_MANIFEST).write_bytes(stored.manifest.text().encode())
@@ -192,10 +219,10 @@ def pin(release: Path, root: Path) -> Path:
 
 
 def fetch_release(address: str, folder: Path) -> None:
-    """Copy a release and check every file; its folder appears when each is as released.
+    """Copy a release and check every file; its folder appears when all files are as released.
 
     Args:
-        address: Its place, as s3://bucket/releases/june/v1-0123456789ab. Credentials and server
+        address: Its address, as s3://bucket/releases/june/v1-0123456789ab. Credentials and server
             come from the environment, as for every S3 client.
         folder: A folder that does not exist yet.
 
@@ -212,8 +239,8 @@ def fetch_release(address: str, folder: Path) -> None:
         )
     with atomic_folder(folder) as temporary:
         try:
-            storage, place = fs.FileSystem.from_uri(address.rstrip("/"))
-            fs.copy_files(place, str(temporary), storage, fs.LocalFileSystem())
+            storage, path = fs.FileSystem.from_uri(address.rstrip("/"))
+            fs.copy_files(path, str(temporary), storage, fs.LocalFileSystem())
         except (OSError, arrow.ArrowException) as error:
             raise OilfilmError(
                 f"{address}: cannot be copied ({printable(error)[:300]}). Check the address, "
@@ -221,8 +248,8 @@ def fetch_release(address: str, folder: Path) -> None:
                 "then try again."
             ) from None
         try:
-            complaints = StoredRelease.open(temporary).changes()
-        except OilfilmError as fault:
-            raise OilfilmError(str(fault).replace(str(temporary), address)) from None
-        if complaints:
-            raise OilfilmError(f"{address}: is not as it was released: {complaints[0]}")
+            changes = StoredRelease.open(temporary).changes()
+        except OilfilmError as mistake:
+            raise OilfilmError(str(mistake).replace(str(temporary), address)) from None
+        if changes:
+            raise OilfilmError(f"{address}: is not as it was released: {changes[0]}")

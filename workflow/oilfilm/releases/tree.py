@@ -1,4 +1,4 @@
-"""The code that a release is made by, as files and without version control.
+"""The code that makes a release, as files and without version control.
 
 Decides: which files are the code of a release.
 """
@@ -18,49 +18,48 @@ from oilfilm import studies
 from oilfilm.home import PACKAGE, RUN_LOCK
 from oilfilm.releases.manifest import Environment, FileRecord, records_digest
 
-# Configuration is not code: a release holds what it resolves to.
+# Configuration is not code: a release has the resolved settings.
 _CODE = ("Snakefile", "workflow", "data/reference")
 _LIBRARY = "workflow/oilfilm"
-# A pin is a part of a release; if it counted, no release could be pinned.
+# A pin is a part of a release. No release could be pinned if pins counted as code.
 PINS = "data/reference/pins"
 
 
 def code_files(home: Path) -> dict[str, Path]:
-    """All files that a run is made by, by their path in a clone.
+    """All files of code behind a run, by their path in a clone.
 
     Args:
         home: Folder of the workflow, as `oilfilm.home.HOME`. Where it has no library, the files of
-            the installed packages are named as in a clone.
+            the installed packages get the paths that they have in a clone.
     """
-    trees = [(name, home / name) for name in _CODE]
+    trees = {name: home / name for name in _CODE}
     if not (home / _LIBRARY).is_dir():
-        trees.append((_LIBRARY, PACKAGE))
-        trees += [(f"workflow/{name}", studies.folder(name)) for name in studies.available()]
-    files = {
-        "/".join((name, *path.relative_to(top).parts)): path
-        for name, top in trees
-        for path in _files(top)
-    }
+        trees[_LIBRARY] = PACKAGE
+        for name in studies.available():
+            trees[f"workflow/{name}"] = studies.folder(name)
+    files = {}
+    for name, top in trees.items():
+        for path in _files(top):
+            parts = path.relative_to(top).parts
+            files["/".join((name, *parts))] = path
     return dict(sorted(files.items()))
 
 
 def _files(path: Path) -> Iterator[Path]:
-    if path.is_dir():
-        if (
-            path.name == "__pycache__"
-            or path.as_posix().endswith(PINS)
-            or path == PACKAGE / "shipped"
-        ):
-            return
-        for below in path.iterdir():
-            if not below.name.startswith("."):
-                yield from _files(below)
-    elif path.is_file():
+    """A file, or the files below a folder, without hidden files, caches, pins and copies."""
+    is_pins = path.as_posix().endswith(PINS)
+    if path.name == "__pycache__" or is_pins or path == PACKAGE / "shipped":
+        return
+    if path.is_file():
         yield path
+    elif path.is_dir():
+        for entry in path.iterdir():
+            if not entry.name.startswith("."):
+                yield from _files(entry)
 
 
 def copy_file(source: Path, target: Path) -> None:
-    """Copy the content of a file; folders on the way to it are made."""
+    """Copy the content of a file; missing folders of the target are made."""
     target.parent.mkdir(parents=True, exist_ok=True)
     shutil.copyfile(source, target)
 
@@ -73,16 +72,17 @@ def code_tree_digest(home: Path) -> str:
 def environment(home: Path) -> Environment:
     """Python, kind of machine, kernels and versions of the locked packages; no host.
 
-    The kernels are those of this process: other steps of a run may have had another machine.
+    The kernels are those of this process. Other steps of a run may have had another machine.
     """
-    names = re.findall(r"^([\w.-]+)==", (home / RUN_LOCK).read_text(encoding="utf-8"), re.MULTILINE)
+    lock = (home / RUN_LOCK).read_text(encoding="utf-8")
+    names = re.findall(r"^([\w.-]+)==", lock, re.MULTILINE)
     versions = {}
     for name in names:
         with suppress(metadata.PackageNotFoundError):  # of another system
             versions[name] = metadata.version(name)
     return Environment(
         python=platform.python_version(),
-        # bytes are promised on one kind of machine: mathematical libraries choose by it
+        # results have the same bytes on one kind of machine: mathematical libraries depend on it
         platform=f"{sys.platform} {platform.machine()}",
         c_library=" ".join(platform.libc_ver()).strip(),
         cpu=" ".join(np.show_config(mode="dicts")["SIMD Extensions"].get("found", [])),
@@ -94,15 +94,18 @@ def environment(home: Path) -> Environment:
 def blas_libraries() -> list[str] | None:
     """BLAS libraries of NumPy and SciPy: name, version and the kernel that each has chosen.
 
-    OpenBLAS names a kernel after the first CPU of its list that has it: Prescott's is Katmai, that
-    of Zen is Haswell. None where a kernel is not known (MKL, Accelerate).
+    OpenBLAS names a kernel after the first CPU of its list that has it. For Prescott this is
+    Katmai, for Zen it is Haswell. None where a kernel is not known (MKL, Accelerate).
     """
-    # imported where needed: the core, which reads releases, is installed without it
+    # imported late: the core, which reads releases, is installed without it
     from threadpoolctl import threadpool_info  # noqa: PLC0415
 
     import_module("scipy.linalg")  # loads SciPy's BLAS, which is not that of NumPy
     libraries = [library for library in threadpool_info() if library["user_api"] == "blas"]
     if not libraries or not all(library.get("architecture") for library in libraries):
         return None
-    parts = ("internal_api", "version", "architecture")
-    return sorted({" ".join(str(library[part]) for part in parts) for library in libraries})
+    descriptions = {
+        f"{library['internal_api']} {library['version']} {library['architecture']}"
+        for library in libraries
+    }
+    return sorted(descriptions)

@@ -1,4 +1,4 @@
-"""What every script of the workflow does around its one call of the library.
+"""The frame of every script of the workflow around its one call of the library.
 
 Decides: the provenance in the footer of every table.
 """
@@ -27,13 +27,14 @@ from oilfilm.tables.campaign_tables import CampaignTables, model_of
 
 @dataclass(frozen=True)
 class Job:
-    """What a script gets.
+    """Settings, tables and provenance of a script.
 
     Attributes:
-        snakemake: The object that Snakemake gives to a script.
-        settings: Those that the rule lists as `config`.
-        provenance: Of the tables that it writes: which campaign, whether its data are simulated,
-            digests of code, settings and inputs; no clock, no host, no path outside the project.
+        snakemake: The object that Snakemake passes to a script.
+        settings: The settings that the rule lists as `config`.
+        provenance: Provenance of the tables that the script writes: the campaign, whether its data
+            are simulated, digests of code, settings and inputs. It has no clock, no host and no
+            path outside the project.
     """
 
     snakemake: Any
@@ -42,14 +43,14 @@ class Job:
 
     @cached_property
     def tables(self) -> CampaignTables:
-        """The tables among the inputs, read when they are first used."""
+        """The tables among the inputs; each is read when it is first used."""
         return CampaignTables.of_job(self.snakemake.input)
 
     def write(self, frames: Mapping[str, pd.DataFrame]) -> None:
         """Write each table to the output that the rule names after it.
 
         Raises:
-            OilfilmError: As `tables.write`.
+            OilfilmError: As in `tables.write`.
         """
         for name, frame in frames.items():
             path = Path(self.snakemake.output[name])
@@ -58,25 +59,31 @@ class Job:
     def raw_logs(self, folder: str) -> RawLogs:
         """The raw logs: the inputs `logs`, whose names and digests are the params `files`.
 
+        Measured logs become inputs in the provenance when they are read.
+
         Args:
-            folder: Name of their folder below data/raw. Measured logs become inputs in the
-                provenance when they are read.
+            folder: Name of their folder below data/raw.
         """
-        inputs, files = self.snakemake.input, self.snakemake.params.files
-        paths = dict(zip(files, map(Path, inputs.get("logs", [])), strict=True))
+        inputs = self.snakemake.input
+        files = self.snakemake.params.files
+        paths = [Path(path) for path in inputs.get("logs", [])]
         simulated = bool(inputs.get("listing"))
-        expected = read_listings(Path(inputs.listing)) if simulated else files
-        made_of = self.provenance["inputs"]
-        return RawLogs(Path("data/raw", folder), paths, expected, simulated, made_of)
+        return RawLogs(
+            Path("data/raw", folder),
+            dict(zip(files, paths, strict=True)),
+            read_listings(Path(inputs.listing)) if simulated else files,
+            simulated,
+            self.provenance["inputs"],
+        )
 
 
 @contextmanager
 def job(snakemake: Any) -> Iterator[Job]:
-    """Give a script its settings, tables and provenance; end a mistake in a sentence.
+    """The frame of a script: settings, tables and provenance; a mistake ends in a sentence.
 
     A script appends its remarks to its log.
     """
-    # a job makes few cycles and ends soon
+    # a job makes few reference cycles and ends soon
     gc.freeze()
     gc.set_threshold(50_000)
     log = Path(snakemake.log[0])
@@ -91,7 +98,8 @@ def job(snakemake: Any) -> Iterator[Job]:
     except OilfilmError as mistake:
         _end(str(mistake), log)
     except OSError as error:
-        if not (fault := machine_fault(error)):
+        fault = machine_fault(error)
+        if not fault:
             raise
         _end(f"{fault} ({error}). Finished steps are kept: run snakemake again.", log)
     except MemoryError:
@@ -105,17 +113,24 @@ def job(snakemake: Any) -> Iterator[Job]:
 
 def _write_digests(outputs: Any) -> None:
     """Write the sha256 of every output to the output `made`; a release compares them."""
-    if made := outputs.get("made"):
-        files = [file for path in outputs if path != made for file in files_of(Path(path))]
-        write_text(listing({portable(file): file_digest(file) for file in files}), Path(made))
+    made = outputs.get("made")
+    if not made:
+        return
+    digests = {}
+    for path in outputs:
+        if path != made:
+            for file in files_of(Path(path)):
+                digests[portable(file)] = file_digest(file)
+    write_text(listing(digests), Path(made))
 
 
 def say(text: str, stream: TextIO = sys.stdout) -> None:
-    """Print a text; at a terminal it takes the place of the line of progress."""
+    """Print a text; on a terminal it replaces the line of progress."""
     print(f"\x1b[K{text}" if stream.isatty() else text, file=stream, flush=True)
 
 
 def _end(sentence: str, log: Path) -> NoReturn:
+    """End the script with a sentence in its log and on the terminal."""
     with suppress(OSError):  # the disk may be full
         log.write_text(f"{sentence}\n", encoding="utf-8")
     say(sentence, sys.stderr)
@@ -123,34 +138,46 @@ def _end(sentence: str, log: Path) -> NoReturn:
 
 
 def _provenance(snakemake: Any, settings: Settings) -> dict[str, Any]:
+    """Provenance of the tables of a job, as in `Job`; key `part` marks a share of a step."""
     plain = settings.plain()
-    sheet = getattr(snakemake.params, "sheet", None)
-    # a share of the logs: another split makes other parts
-    part = bool(set(snakemake.wildcards.keys()) - {"oil", "law_file"})
-    raw = set(snakemake.input.get("logs", []))  # they are added when they are read
-    inputs = _input_digests([Path(path) for path in snakemake.input if path not in raw])
-    return {
+    provenance = {
         "campaign": settings.campaign.name,
         "data": settings.campaign.data,
         "rule": snakemake.rule,
         "code": snakemake.params.code,
         "settings": settings_digest(plain)[:16],
-        **{key: plain[key] for key in ("film", "gates") if key in plain},
-        **({"run_sheet": settings_digest(sheet)[:16]} if sheet else {}),
-        **({"part": True} if part else {}),
-        "inputs": inputs if part else by_folder(inputs),
     }
+    for key in ("film", "gates"):
+        if key in plain:
+            provenance[key] = plain[key]
+    sheet = getattr(snakemake.params, "sheet", None)
+    if sheet:
+        provenance["run_sheet"] = settings_digest(sheet)[:16]
+    raw_logs = set(snakemake.input.get("logs", []))  # they are added when they are read
+    inputs = _input_digests([Path(path) for path in snakemake.input if path not in raw_logs])
+    # a job with other wildcards has a share of the logs, which depends on the split
+    is_part = bool(set(snakemake.wildcards.keys()) - {"oil", "law_file"})
+    if is_part:
+        provenance["part"] = True
+        provenance["inputs"] = inputs
+    else:
+        provenance["inputs"] = by_folder(inputs)
+    return provenance
 
 
 def _input_digests(paths: list[Path]) -> dict[str, str]:
-    """Digest of each input; of a part of a step, what it was made from: no split must show."""
+    """Digest of each input; for a part of a step, the inputs of the part.
+
+    So the digests do not depend on how the work was split.
+    """
     inputs: dict[str, str] = {}
     for path in paths:
         name = portable(path)
-        if path.suffix == ".sha256" and "/parts/" in name:
-            continue  # the digests of logs that the tables of the part name
-        of_part = path.suffix == ".parquet" and ("/parts/" in name or "/tables/samples/" in name)
-        footer = tables.read_footer(path) if of_part else {}
+        is_in_parts = "/parts/" in name
+        if is_in_parts and path.suffix == ".sha256":
+            continue  # the tables of the part name these logs
+        is_table_of_part = path.suffix == ".parquet" and (is_in_parts or "/tables/samples/" in name)
+        footer = tables.read_footer(path) if is_table_of_part else {}
         if footer.get("part"):
             inputs |= footer["inputs"]
             inputs[f"rule {footer['rule']}"] = f"code {footer['code']}, {footer['settings']}"
@@ -160,15 +187,20 @@ def _input_digests(paths: list[Path]) -> dict[str, str]:
 
 
 def by_folder(inputs: Mapping[str, str]) -> dict[str, str]:
-    """The digests with one for all raw logs of a campaign: a footer must not grow with them.
+    """The digests with one for all raw logs of a campaign, so that a footer stays short.
 
     Args:
-        inputs: Digest of each input; folders that stand for their logs already are kept.
+        inputs: Digest of each input. A folder in place of its logs is kept.
     """
-    others = dict(inputs)
-    logs: dict[str, dict[str, str]] = {}
-    for path in inputs:
+    digests = {}
+    logs_by_folder: dict[str, dict[str, str]] = {}
+    for path, digest in inputs.items():
         *folders, _ = path.split("/")
         if folders[:2] == ["data", "raw"] and len(folders) > 2:
-            logs.setdefault("/".join(folders[:3]), {})[path] = others.pop(path)
-    return others | {folder: settings_digest(of_it)[:16] for folder, of_it in logs.items()}
+            folder = "/".join(folders[:3])
+            logs_by_folder.setdefault(folder, {})[path] = digest
+        else:
+            digests[path] = digest
+    for folder, logs in logs_by_folder.items():
+        digests[folder] = settings_digest(logs)[:16]
+    return digests

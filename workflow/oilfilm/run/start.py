@@ -1,8 +1,8 @@
-"""What a run needs of the machine, looked up before its first step; one run at a time per folder.
+"""Checks of the machine before the first step of a run, and the lock of a folder.
 
-The lock is one of the operating system, which ends with its holders. The run holds it, and so does
-each of its jobs, because a job may outlive a run that was killed. Snakemake's own lock is a file
-that a killed run leaves behind: the profiles set `nolock`.
+The lock allows one run at a time per folder. It is a lock of the operating system, which ends with
+its holders. The run and each of its jobs hold it, because a job may outlive a run that was killed.
+Snakemake's own lock is a file that a killed run leaves behind. So the profiles set `nolock`.
 
 Decides: what a run needs of the machine; who keeps a second run out of a folder.
 """
@@ -16,17 +16,17 @@ import sys
 import time
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
-from itertools import chain
 from pathlib import Path
 from typing import IO
 
 from oilfilm.errors import OilfilmError
 
-# Snakemake takes braces for wildcards; PATH is parted at colons; a shell runs what a dollar sign
-# or a backquote begins, even in double quotes, and the start scripts of packages have those.
+# Letters that the path of a project must not have. Snakemake takes braces for wildcards, and PATH
+# is split at colons. A shell evaluates a dollar sign or a backquote even in double quotes, and the
+# start scripts of packages contain double quotes.
 UNUSABLE = frozenset('{}:$`"\\') | {chr(code) for code in (*range(32), 127)}
 _LOCK = "oilfilm.lock"
-# What the machine refuses is no fault of the program: in words, with what to do.
+# Faults of the machine, not of the program, with the advice.
 _FAULTS = {
     errno.ENOSPC: "The disk is full. Make room on it",
     errno.EDQUOT: "The quota on this disk is used up. Make room",
@@ -39,7 +39,7 @@ _FAULTS = {
 
 
 def machine_fault(error: OSError) -> str:
-    """What the machine refuses and what to do, in words; empty where the program is at fault."""
+    """A fault of the machine and the advice, as text; empty where the program is at fault."""
     return _FAULTS.get(error.errno or 0, "")
 
 
@@ -47,35 +47,39 @@ def check_machine(written: Iterable[Path]) -> None:
     """Refuse to run where jobs cannot start or write.
 
     Args:
-        written: Folders that the run writes to, or will make.
+        written: Folders that the run writes to or makes.
 
     Raises:
-        OilfilmError: The path of the working folder cannot be used, or a folder takes no file.
+        OilfilmError: The path of the working folder cannot be used, or no file can be written to a
+            folder.
     """
     folder = Path.cwd()
-    if bad := sorted(UNUSABLE & set(str(folder))):
-        names = ", ".join(map(repr, bad))
+    unusable = sorted(UNUSABLE & set(str(folder)))
+    if unusable:
+        letters = ", ".join(map(repr, unusable))
         raise OilfilmError(
-            f"{str(folder)!r}: jobs cannot be started in a folder with {names} in its path. Rename "
-            "the folder, or move what is in it; blanks and letters of any language do no harm."
+            f"{str(folder)!r}: jobs cannot be started in a folder with {letters} in its path. "
+            "Rename the folder, or move its content; blanks and letters of any language do no harm."
         )
-    for place in written:
-        existing = next(
-            each for each in (place, *place.absolute().parents) if os.path.lexists(each)
-        )
-        if not existing.is_dir():
-            raise OilfilmError(f"{existing}: is a file, expected a folder. Move it.")
-        if not os.access(existing, os.W_OK):
-            read_only = os.statvfs(existing).f_flag & os.ST_RDONLY
-            raise OilfilmError(
-                f"{existing}: {_FAULTS[errno.EROFS if read_only else errno.EACCES]}."
-            )
-        if not shutil.disk_usage(existing).free:
-            raise OilfilmError(f"{existing}: {_FAULTS[errno.ENOSPC]}.")
+    for path in written:
+        _check_writable(path)
+
+
+def _check_writable(path: Path) -> None:
+    """Refuse a folder, existing or not, to which no file can be written."""
+    existing = next(above for above in (path, *path.absolute().parents) if os.path.lexists(above))
+    if not existing.is_dir():
+        raise OilfilmError(f"{existing}: is a file, expected a folder. Move it.")
+    if not os.access(existing, os.W_OK):
+        is_read_only_disk = os.statvfs(existing).f_flag & os.ST_RDONLY
+        fault = errno.EROFS if is_read_only_disk else errno.EACCES
+        raise OilfilmError(f"{existing}: {_FAULTS[fault]}.")
+    if not shutil.disk_usage(existing).free:
+        raise OilfilmError(f"{existing}: {_FAULTS[errno.ENOSPC]}.")
 
 
 def start_python_by_name() -> None:
-    """Let Snakemake find this Python through PATH where its own path would need quotes.
+    """Make Snakemake find this Python through PATH where its own path would need quotes.
 
     Snakemake writes `sys.executable` without quotes into the commands of its jobs.
     """
@@ -86,21 +90,22 @@ def start_python_by_name() -> None:
 
 
 def bring_dates_back(folders: Iterable[Path]) -> None:
-    """Give files with a date in the future that of now, as after a clock was set back.
+    """Set dates in the future to the present, as after a clock was set back.
 
     Snakemake refuses an output that is older than its input.
     """
     now = time.time_ns()
-    for path in chain.from_iterable((folder, *folder.rglob("*")) for folder in folders):
-        if path.exists() and path.lstat().st_mtime_ns > now:
-            os.utime(path, ns=(now, now), follow_symlinks=False)
+    for folder in folders:
+        for path in (folder, *folder.rglob("*")):
+            if path.exists() and path.lstat().st_mtime_ns > now:
+                os.utime(path, ns=(now, now), follow_symlinks=False)
 
 
 def lock_run(records: Path) -> None:
     """Hold the lock of a folder until this process ends.
 
     Args:
-        records: Snakemake's own folder.
+        records: Snakemake's folder, `.snakemake`.
 
     Raises:
         OilfilmError: Another run, or a job that outlived its run, is active.

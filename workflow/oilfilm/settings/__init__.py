@@ -1,1 +1,1 @@
-"""What a run is told: configuration, campaign, rigs, oils and bearings."""
+"""Settings of a run: configuration, campaign, rigs, oils and bearings."""

@@ -1,4 +1,4 @@
-"""What every typed model is made of: strict groups of keys, for settings and for printed JSON."""
+"""Base of every typed model: strict groups of keys, for settings and for printed JSON."""
 
 import unicodedata
 from dataclasses import dataclass
@@ -12,15 +12,20 @@ from pydantic_core.core_schema import literal_schema
 from oilfilm.errors import OilfilmError
 
 T = TypeVar("T")
+
+
+def _finite_or_none(value: float | None) -> float | None:
+    if value is None or not isfinite(value):
+        return None
+    return float(value)
+
+
 # A number of printed JSON: null where it is not known.
-Result = Annotated[
-    float | None,
-    BeforeValidator(lambda value: None if value is None or not isfinite(value) else float(value)),
-]
+Result = Annotated[float | None, BeforeValidator(_finite_or_none)]
 
 
 class Group(BaseModel):
-    """A group of keys: each is declared, none is added or changed, and nothing is converted."""
+    """A group of declared keys: an unknown key is refused, values are not converted or changed."""
 
     model_config = ConfigDict(
         strict=True,
@@ -33,9 +38,9 @@ class Group(BaseModel):
 
 
 def plain_key(text: str) -> str:
-    """A name as it is compared: in lower case, its words joined by underscores.
+    """A name in the form in which names are compared: lower case, words joined by underscores.
 
-    Forms of one letter (composed, full-width, the two signs for micro) are one.
+    The forms of a letter (composed, full-width, the two signs for micro) become one.
 
     Examples:
         >>> plain_key("Inlet  Temperature"), plain_key("\uff2c\uff4f\uff41\uff44")
@@ -45,29 +50,36 @@ def plain_key(text: str) -> str:
 
 
 class _Required:
-    """Stands for: this key has no default."""
+    """Marks a key without a default."""
 
 
 def key(meaning: str, *, unit: str | None = None, default: Any = _Required, **limits: Any) -> Any:
-    """Declare a key: its meaning, its unit, its default where it may be left out, its range."""
-    declared: dict[str, Any] = {"description": meaning, **limits}
+    """Declare a key.
+
+    Args:
+        meaning: What the value means.
+        unit: Unit of the value.
+        default: Value of a key that is left out; without a default the key is required.
+        limits: Range of the value, as pydantic's `Field` takes it (`gt`, `ge`, `lt`, `le`).
+    """
+    arguments: dict[str, Any] = {"description": meaning, **limits}
     if unit is not None:
-        declared["json_schema_extra"] = {"unit": unit}
+        arguments["json_schema_extra"] = {"unit": unit}
     if default is not _Required:
-        declared["default"] = default
-    return Field(**declared)
+        arguments["default"] = default
+    return Field(**arguments)
 
 
 def optional(meaning: str, **limits: Any) -> Any:
-    """Declare a key that may be left out, and is None then."""
+    """Declare a key that may be left out; its value is None then."""
     return key(meaning, default=None, **limits)
 
 
 def present(value: T | None, key: str, owner: str) -> T:
-    """A value that may be left out, where it is needed.
+    """The value of an optional key, where it is needed.
 
     Raises:
-        OilfilmError: It was left out.
+        OilfilmError: The key was left out.
     """
     if value is None:
         raise OilfilmError(f"{owner} lacks the key `{key}`, which is needed here. Add it.")
@@ -75,20 +87,20 @@ def present(value: T | None, key: str, owner: str) -> T:
 
 
 def unexpected(expected: str) -> PydanticCustomError:
-    """The error of a value that is well formed but wrong: "found ..., expected {expected}"."""
+    """The error for a value of the right type that is wrong: "found ..., expected {expected}"."""
     return PydanticCustomError("unexpected", "{expected}", {"expected": expected})
 
 
 @dataclass(frozen=True)
 class OneOf:
-    """Validates a text that must be one of some names."""
+    """Validator of a text that must be one of some names."""
 
     names: tuple[str, ...]
 
     def __get_pydantic_core_schema__(self, *_: object) -> CoreSchema:
-        return literal_schema([*self.names])
+        return literal_schema(list(self.names))
 
 
 def contradiction(steps: tuple[object, ...], sentence: str) -> PydanticCustomError:
-    """The error of keys that contradict each other: the key to blame and a sentence."""
+    """The error for keys that contradict each other: the key to blame and a sentence."""
     return PydanticCustomError("contradiction", "{sentence}", {"sentence": sentence, "at": steps})

@@ -1,6 +1,6 @@
-"""The keys of config/campaigns/<name>.yaml: what was measured, and how its logs are meant.
+"""The keys of config/campaigns/<name>.yaml: what was measured, and what the logs mean.
 
-Decides: the keys of a campaign file; how the signals of a rig are meant (sign, slip, zero).
+Decides: the keys of a campaign file; the meaning of a rig's signals (sign, slip, zero).
 """
 
 from typing import Annotated, Any, Literal
@@ -35,7 +35,7 @@ class AcknowledgedChange(Group):
 
 
 class Dataset(Group):
-    """What describes the data and changes no number."""
+    """Description of the data, which changes no number."""
 
     title: q.Text | None = optional("Title of the dataset.")
     licence: (
@@ -52,12 +52,20 @@ class Dataset(Group):
 
 
 _SET_POINTS = ["max_hertz_pressure_gpa", "load_n", "entrainment_speed_m_s", "inlet_temperature_c"]
-# One name, or a list of them.
-_NAME = {"type": "string", "minLength": 1}
+_NAME_SCHEMA = {"type": "string", "minLength": 1}
+
+
+def _as_list(value: Any) -> list[Any]:
+    return value if isinstance(value, list) else [value]
+
+
+# One name, or a list of names.
 Names = Annotated[
     q.Levels[q.Text],
-    BeforeValidator(lambda given: given if isinstance(given, list) else [given]),
-    WithJsonSchema({"anyOf": [_NAME, {"type": "array", "items": _NAME, "minItems": 1}]}),
+    BeforeValidator(_as_list),
+    WithJsonSchema(
+        {"anyOf": [_NAME_SCHEMA, {"type": "array", "items": _NAME_SCHEMA, "minItems": 1}]}
+    ),
 ]
 
 
@@ -68,21 +76,38 @@ class Column(Group):
     unit: q.Text | None = optional("Its unit, where the log does not say it.")
 
 
-# What a campaign may have names of its own for: keys of headers and columns of the run sheet (set
-# points in the unit of their key), columns of traction logs and of torque logs.
-_HEADER = [*_SET_POINTS, "oil", "rig", "run", "log_kind", "file", "exclude", "remarks"]
-_OF_TRACTION = (
-    "time load traction_force traction_coefficient traction_force_1 traction_force_2 ball_speed "
-    "disc_speed inlet_temperature entrainment_speed slide_roll_ratio".split()
+# Keys of headers and columns of the run sheet that a campaign may rename. Set points have the unit
+# of their key.
+_HEADER_KEYS = (*_SET_POINTS, "oil", "rig", "run", "log_kind", "file", "exclude", "remarks")
+# Columns of logs that a campaign may rename.
+_TRACTION_COLUMNS = (
+    "time",
+    "load",
+    "traction_force",
+    "traction_coefficient",
+    "traction_force_1",
+    "traction_force_2",
+    "ball_speed",
+    "disc_speed",
+    "inlet_temperature",
+    "entrainment_speed",
+    "slide_roll_ratio",
 )
-_OF_TORQUE = "time axial_load inner_speed oil_temperature outer_ring_temperature torque".split()
-HeaderKey = Annotated[str, OneOf((*_HEADER,))]
-TractionColumn = Annotated[str, OneOf((*_OF_TRACTION,))]
-TorqueColumn = Annotated[str, OneOf((*_OF_TORQUE,))]
+_TORQUE_COLUMNS = (
+    "time",
+    "axial_load",
+    "inner_speed",
+    "oil_temperature",
+    "outer_ring_temperature",
+    "torque",
+)
+HeaderKey = Annotated[str, OneOf(_HEADER_KEYS)]
+TractionColumn = Annotated[str, OneOf(_TRACTION_COLUMNS)]
+TorqueColumn = Annotated[str, OneOf(_TORQUE_COLUMNS)]
 
 
 class Semantics(Group):
-    """How the signals of a rig are meant."""
+    """The meaning of a rig's signals."""
 
     traction_sign: Literal[1, -1] = key(
         "-1 where the sensor's output falls when the disc, being faster, drags the ball along.",
@@ -100,7 +125,7 @@ class Semantics(Group):
 
     @property
     def direction(self) -> int:
-        """Factor that makes sliding and force positive where the slower body is slowed."""
+        """Sign factor: sliding and force are positive where the slower body is slowed."""
         return 1 if self.slower_body == "ball" else -1
 
     def over_mean(self, logged: FloatArray) -> FloatArray:
@@ -108,8 +133,9 @@ class Semantics(Group):
         if self.slide_roll_ratio == "over_sum":
             return 2 * logged
         if self.slide_roll_ratio == "over_faster":
-            # s = (f - g)/f with f faster: (f - g)/((f + g)/2) = s/(1 - s/2); odd in the sign of s
-            # twice the faster body's speed is no sliding speed; what comes of it is refused
+            # f is the faster speed, g the other: s = (f - g)/f, and
+            # (f - g)/((f + g)/2) = s/(1 - s/2), odd in the sign of s.
+            # |s| = 2 is impossible; a gate refuses the infinite ratio
             with np.errstate(divide="ignore"):
                 return np.asarray(logged / (1 - np.abs(logged) / 2))
         return logged
@@ -264,7 +290,7 @@ class CampaignKeys(Group):
     min_accepted_share: q.Share = key(
         "Share of runs that must be accepted; unreadable logs count as runs.", default=0.0
     )
-    matrix: Matrix | None = optional("Planned conditions, each level with each.")
+    matrix: Matrix | None = optional("Planned conditions: all combinations of levels.")
     columns: dict[TractionColumn, Column] = key("Columns with names of their own.", default={})
     header: dict[HeaderKey, Names] = key("Own names of header keys, sheet columns.", default={})
     semantics: Semantics = key("How the rigs' logs are meant.", default=Semantics())
@@ -284,9 +310,9 @@ class CampaignKeys(Group):
 
     @property
     def truth_is_law(self) -> bool:
-        """Whether the paper's law (Eq. 7) with its printed constants made the traction logs.
+        """Whether the logs were simulated with the paper's law (Eq. 7) and its printed constants.
 
-        Then a fit of this law, or of one that contains it, returns what was put in.
+        A fit of this law, or of a law that contains it, returns these constants then.
         """
         return self.twin is not None and self.twin.thermal_ehl is None
 
@@ -305,6 +331,6 @@ class CampaignFile(CampaignKeys, Dataset):
 
 
 class Campaign(CampaignKeys):
-    """A campaign as its rules see it: its keys and its name."""
+    """A campaign in the settings: the keys of its file, and its name."""
 
     name: q.Name = key("The campaign file's name, without .yaml.")

@@ -76,7 +76,7 @@ class CurationSettings(Group):
 
 
 class LoggedTwiceSettings(Group):
-    """How far two columns of one quantity may be apart."""
+    """Largest difference of two columns of one quantity."""
 
     entrainment_speed: q.Tolerance = key("Relative difference in the median row.")
     slide_roll_ratio: q.SlipChange = key("Difference of S in the median row.")
@@ -84,7 +84,7 @@ class LoggedTwiceSettings(Group):
 
 
 class SameSetPointSettings(Group):
-    """How far two notes of one set point may be apart."""
+    """Largest difference of two notes of one set point."""
 
     relative: q.SameLevel = key("Relative difference; of loads where no pressure is known.")
     temperature_c: q.TemperatureErrorC = key("Difference of temperatures that are the same.")
@@ -384,7 +384,7 @@ class DutyPoint(Group):
 
 
 class PlanLevels(Group):
-    """Levels of the tests to choose from, each with each."""
+    """Levels of the candidate tests, in all combinations."""
 
     max_hertz_pressure_gpa: q.Rising[q.PressureGpa] = key("Maximum Hertz pressures, rising.")
     entrainment_speed_m_s: q.Rising[q.SpeedMs] = key("Entrainment speeds, rising.")
@@ -584,7 +584,7 @@ class FrictionMapSettings(Group):
 
 
 class StribeckSettings(Group):
-    """What the figure `stribeck` shows."""
+    """Content of the figure `stribeck`."""
 
     slide_roll_ratio: q.SlideRollRatio = key("Slip of the points; the nearest of each run.")
 
@@ -613,7 +613,7 @@ class FigureSettings(Group):
 
 
 class Matrix(Group):
-    """Operating conditions, each level with each."""
+    """Operating conditions: all combinations of levels."""
 
     max_hertz_pressure_gpa: q.Levels[q.PressureGpa] = key("Maximum Hertz pressures.")
     entrainment_speed_m_s: q.Levels[q.SpeedMs] = key("Entrainment speeds.")
@@ -621,7 +621,7 @@ class Matrix(Group):
 
 
 class Conditions(Matrix):
-    """Conditions of a figure, each level with each."""
+    """Conditions of a figure: all combinations of levels."""
 
     slide_roll_ratio: q.Levels[q.SlideRollRatioOrZero] = key("Slide-roll ratios.")
 
@@ -654,7 +654,7 @@ class ReleaseSettings(Group):
 
 
 class DriftSettings(Group):
-    """What `oilfilm diff --gate` lets pass between two releases."""
+    """Largest changes that `oilfilm diff --gate` accepts between two releases."""
 
     standard_errors: q.Factor = key("Largest change of a constant, in its standard errors.")
     traction: q.Factor = key("Largest change of mu over the tested box, relative.")
@@ -663,7 +663,7 @@ class DriftSettings(Group):
 
 
 class SplitSettings(Group):
-    """How the work is spread over jobs. It is no part of any result."""
+    """How the work is spread over jobs. It has no effect on results."""
 
     runs: int = key(
         "Most raw logs in a share of the work, on average; the number of shares is a power of two.",
@@ -678,8 +678,8 @@ class ConfigKeys(Group):
     seed: int = key("Seed of every random number.", ge=0)
     film: FilmSettings = key("The film thickness behind lambda.")
     curation: CurationSettings = key("From samples to steady points.")
-    logged_twice: LoggedTwiceSettings = key("How far two columns of one quantity may be apart.")
-    same_set_point: SameSetPointSettings = key("How far two notes of one set point may be apart.")
+    logged_twice: LoggedTwiceSettings = key("Largest difference of two columns of one quantity.")
+    same_set_point: SameSetPointSettings = key("Largest difference of two notes of one set point.")
     same_condition: SameConditionSettings = key("Measured means that are one level.")
     gates: GateSettings = key("Limits of the gates.")
     fit: FitSettings = key("The fit of a law.")

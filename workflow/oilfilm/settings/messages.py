@@ -1,11 +1,12 @@
 """Mistakes in settings as sentences: file, line, key, what was found, what was expected.
 
-Decides: what the message for a wrong setting says.
+Decides: the text of the message for a wrong setting.
 """
 
 import difflib
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import suppress
+from dataclasses import dataclass
 from datetime import date
 from functools import cache
 from itertools import islice
@@ -22,7 +23,7 @@ from oilfilm.settings.yaml_file import YamlFile, dotted, leaves, read_yaml
 
 Steps = tuple[Any, ...]
 
-# What was expected, by pydantic's kind of error, with what it tells of it.
+# What was expected, by pydantic's kind of error; the names in braces are in pydantic's error.
 _EXPECTED = {
     "unexpected": "{expected}",
     "greater_than": "more than {gt:g}{in_unit}",
@@ -47,8 +48,8 @@ _FORM_OF_NAME = (
     "text of the form ABC-1_2.3: ASCII letters, digits, '_', '.' and '-' alone. Other names of an "
     "oil go under `aliases`"
 )
-_TEXT = {"type": "string"}
-# Mistakes of a file from which the first line is chosen.
+_TEXT_SCHEMA = {"type": "string"}
+# The mistake to report is chosen among so many.
 _MOST_MISTAKES = 100
 
 
@@ -69,7 +70,7 @@ def check_file(
     Args:
         file: The file.
         model: The model: a class, or a union of classes.
-        location_of: Where the value at these steps was written, if not in the file.
+        location_of: Gives the place where the value at these steps was written, if not the file.
 
     Raises:
         OilfilmError: A key has no value, or a key or value is not as the model declares it.
@@ -77,8 +78,8 @@ def check_file(
     location_of = location_of or file.location_of
     for steps, value in leaves(file.values):
         if value is None:
-            wanted = "found nothing; write a value, or leave the key out."
-            raise OilfilmError(f"{location_of(steps)}, `{dotted(steps)}`: {wanted}")
+            advice = "write a value, or leave the key out."
+            raise OilfilmError(f"{location_of(steps)}, `{dotted(steps)}`: found nothing; {advice}")
     return check(file.values, model, location_of, file.line_of)
 
 
@@ -93,8 +94,9 @@ def check(
     Args:
         values: Plain values.
         model: The model: a class, or a union of classes.
-        location_of: Where the value at these steps was written, as the message begins.
-        order: Sorts mistakes; the first is reported.
+        location_of: Gives the place where the value at these steps was written, as the beginning of
+            the message.
+        order: Key that sorts the mistakes; the first is reported.
 
     Raises:
         OilfilmError: A key or value is not as the model declares it.
@@ -103,13 +105,17 @@ def check(
         return adapter(model).validate_python(values)
     except ValidationError as error:
         mistakes = islice(_mistakes(error, model), _MOST_MISTAKES)
-    # an unknown key is often a missing one, misspelled: say that first
-    steps, sentence = min(mistakes, key=lambda each: ("is missing" in each[1], order(each[0])))
-    raise OilfilmError(f"{location_of(steps)}: {sentence}") from None
+
+    def rank(mistake: _Mistake) -> tuple[bool, Any]:
+        # an unknown key is often a misspelled one: it is reported before the missing key
+        return mistake.is_missing_key, order(mistake.steps)
+
+    first = min(mistakes, key=rank)
+    raise OilfilmError(f"{location_of(first.steps)}: {first.sentence}") from None
 
 
 def first_mistake(values: Any, model: Any) -> str:
-    """The first mistake in values that came from no file of settings; empty where there is none."""
+    """The first mistake in values that do not come from a file of settings; empty if none."""
     try:
         check(values, model, lambda steps: "")
     except OilfilmError as mistake:
@@ -129,8 +135,17 @@ def schema_of(model: Any) -> dict[str, Any]:
     return adapter(model).json_schema()
 
 
-def _mistakes(error: ValidationError, model: Any) -> Iterator[tuple[Steps, str]]:
-    """The steps to each mistake, and its sentence."""
+@dataclass(frozen=True)
+class _Mistake:
+    """A mistake: the steps to the wrong key or value, and a sentence."""
+
+    steps: Steps
+    sentence: str
+    is_missing_key: bool = False
+
+
+def _mistakes(error: ValidationError, model: Any) -> Iterator[_Mistake]:
+    """The mistakes of a validation."""
     schema = schema_of(model)
     for details in error.errors(include_url=False):
         context = details.get("ctx", {})
@@ -139,47 +154,58 @@ def _mistakes(error: ValidationError, model: Any) -> Iterator[tuple[Steps, str]]
         steps = tuple(step for step in details["loc"] if step not in (*FORMULAS, "[key]"))
         if details["type"] == "contradiction":
             steps = (*steps, *context["at"])
-            yield steps, f"`{dotted(steps)}`: {context['sentence']}"
+            yield _Mistake(steps, f"`{dotted(steps)}`: {context['sentence']}")
             continue
         if details["type"].startswith("union_tag"):
             steps = (*steps, "model")
-        yield steps, _sentence(details, steps, schema)
+        yield _mistake(details, steps, schema)
 
 
-def _sentence(details: ErrorDetails, steps: Steps, schema: Mapping[str, Any]) -> str:
-    group, node = dotted(steps[:-1]), node_at(schema, steps)
-    value = details.get("ctx", {}).get("tag", details["input"])
+def _mistake(details: ErrorDetails, steps: Steps, schema: Mapping[str, Any]) -> _Mistake:
+    """One of pydantic's errors as a mistake with a sentence."""
+    kind = details["type"]
+    group = dotted(steps[:-1])
     under = f" under `{group}`" if group else ""
-    if details["loc"][-1:] == ("[key]",) and details["type"] == "string_type":
-        return f"the key {value!r}{under} is no text.{_hint(value, _TEXT)}"
-    if details["type"] == "extra_forbidden" or details["loc"][-1:] == ("[key]",):
-        return _unknown_key(steps[-1], node_at(schema, steps[:-1]), under)
+    value = details.get("ctx", {}).get("tag", details["input"])
+    key_is_wrong = details["loc"][-1:] == ("[key]",)
+    if key_is_wrong and kind == "string_type":
+        sentence = f"the key {value!r}{under} is no text.{_hint(value, _TEXT_SCHEMA)}"
+        return _Mistake(steps, sentence)
+    if key_is_wrong or kind == "extra_forbidden":
+        return _Mistake(steps, _unknown_key(steps[-1], node_at(schema, steps[:-1]), under))
     meaning = _meaning(schema, steps)
-    if details["type"] in ("missing", "union_tag_not_found"):
-        return f"the key {str(steps[-1])!r} is missing{under}. {meaning}".rstrip()
-    if details["type"] == "string_type":  # an item of a list of names may be given alone
-        node = {**node, **_TEXT}
-    found, expected, hint = cut(repr(value)), _expected(details, node), _hint(value, node)
-    return f"`{dotted(steps)}`: found {found}, expected {expected}.{hint} {meaning}".rstrip()
+    if kind in ("missing", "union_tag_not_found"):
+        sentence = f"the key {str(steps[-1])!r} is missing{under}. {meaning}".rstrip()
+        return _Mistake(steps, sentence, is_missing_key=True)
+    node = node_at(schema, steps)
+    if kind == "string_type":  # an item of a list of names may be given alone
+        node = {**node, **_TEXT_SCHEMA}
+    expected = _expected(details, node)
+    hint = _hint(value, node)
+    sentence = f"`{dotted(steps)}`: found {cut(repr(value))}, expected {expected}.{hint} {meaning}"
+    return _Mistake(steps, sentence.rstrip())
 
 
-def _unknown_key(unknown: Any, group: Mapping[str, Any], under: str) -> str:
-    known = sorted(group.get("properties", group.get("propertyNames", {}).get("enum", ())))
-    hint = near(str(unknown), known)
-    return f"found the unknown key {unknown!r}{under}; expected one of {', '.join(known)}.{hint}"
+def _unknown_key(key: Any, group: Mapping[str, Any], under: str) -> str:
+    names_of_a_mapping = group.get("propertyNames", {}).get("enum", ())
+    names = sorted(group.get("properties", names_of_a_mapping))
+    hint = _did_you_mean(str(key), names)
+    return f"found the unknown key {key!r}{under}; expected one of {', '.join(names)}.{hint}"
 
 
-def near(text: str, known: Iterable[str]) -> str:
-    """The question whether the nearest of the known words was meant; empty where none is near."""
-    found = difflib.get_close_matches(text, list(known), n=1)
-    return f" Did you mean {found[0]!r}?" if found else ""
+def _did_you_mean(text: str, names: Iterable[str]) -> str:
+    """The question whether the most similar name was meant; empty where none is similar."""
+    similar = difflib.get_close_matches(text, list(names), n=1)
+    return f" Did you mean {similar[0]!r}?" if similar else ""
 
 
 def _expected(details: ErrorDetails, node: Mapping[str, Any]) -> str:
-    kind, context = details["type"], details.get("ctx", {})
+    kind = details["type"]
+    context = details.get("ctx", {})
     if kind == "literal_error":
         allowed = node.get("enum", [node.get("const")])
-        return ("one of " if len(allowed) > 1 else "") + ", ".join(map(repr, allowed))
+        choices = ", ".join(map(repr, allowed))
+        return f"one of {choices}" if len(allowed) > 1 else choices
     if context.get("pattern") == NAME_PATTERN:
         return _FORM_OF_NAME
     if kind not in _EXPECTED:
@@ -190,15 +216,16 @@ def _expected(details: ErrorDetails, node: Mapping[str, Any]) -> str:
 
 
 def _hint(value: Any, node: Mapping[str, Any]) -> str:
-    """What to write where YAML read something else."""
+    """Advice on how to write a value that YAML reads as another type."""
+    kind = node.get("type")
     if isinstance(value, str) and "enum" in node:
-        return near(value, map(str, node["enum"]))
-    if isinstance(value, str) and node.get("type") in ("number", "integer"):
+        return _did_you_mean(value, map(str, node["enum"]))
+    if isinstance(value, str) and kind in ("number", "integer"):
         with suppress(ValueError):
             return f" Write {float(value):#}, with a point and no quotes."
-    if isinstance(value, bool) and node.get("type") == "string":
+    if isinstance(value, bool) and kind == "string":
         return ' YAML reads NO, OFF, YES and ON so: put the word in quotes, as "NO".'
-    if isinstance(value, date | int | float) and node.get("type") == "string":
+    if isinstance(value, date | int | float) and kind == "string":
         return f' Put it in quotes: "{value}".'
     return ""
 
@@ -207,7 +234,7 @@ def _hint(value: Any, node: Mapping[str, Any]) -> str:
 
 
 def node_at(schema: Mapping[str, Any], steps: Steps) -> Mapping[str, Any]:
-    """What a JSON schema says of the value at these steps; empty where it says nothing."""
+    """The node of a JSON schema for the value at these steps; empty where there is none."""
     node = plain_node(schema, schema)
     for step in steps:
         node = plain_node(_child(node, step), schema)
@@ -215,6 +242,7 @@ def node_at(schema: Mapping[str, Any], steps: Steps) -> Mapping[str, Any]:
 
 
 def _child(node: Mapping[str, Any], step: Any) -> Mapping[str, Any]:
+    """The node of a key or list item below a node; empty where there is none."""
     for branch in (node, *node.get("oneOf", ())):
         if step in branch.get("properties", {}):
             return branch["properties"][step]
@@ -227,20 +255,21 @@ def _child(node: Mapping[str, Any], step: Any) -> Mapping[str, Any]:
 
 def plain_node(node: Mapping[str, Any], schema: Mapping[str, Any]) -> Mapping[str, Any]:
     """A node of a JSON schema with its references resolved, and without null."""
+    rest = dict(node)
     if "$ref" in node:
-        target = schema["$defs"][node["$ref"].rpartition("/")[2]]
-        return {**plain_node(target, schema), **{k: v for k, v in node.items() if k != "$ref"}}
+        _, _, name = rest.pop("$ref").rpartition("/")
+        return {**plain_node(schema["$defs"][name], schema), **rest}
     if "anyOf" in node:
-        value = next(branch for branch in node["anyOf"] if branch.get("type") != "null")
-        rest = {k: v for k, v in node.items() if k != "anyOf"}
+        branches = rest.pop("anyOf")
+        value = next(branch for branch in branches if branch.get("type") != "null")
         return {**plain_node(value, schema), **rest}
     if "oneOf" in node:
-        return {**node, "oneOf": [plain_node(branch, schema) for branch in node["oneOf"]]}
-    return node
+        rest["oneOf"] = [plain_node(branch, schema) for branch in node["oneOf"]]
+    return rest
 
 
 def _meaning(schema: Mapping[str, Any], steps: Steps) -> str:
-    """The meaning of a key; of a list's item, the list's."""
+    """The meaning of a key; for an item of a list, the meaning of the list."""
     while steps and isinstance(steps[-1], int):
         steps = steps[:-1]
     return str(node_at(schema, steps).get("description", ""))

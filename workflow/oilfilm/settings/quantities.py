@@ -1,6 +1,6 @@
-"""Quantities of the settings, each with its unit and physical range, once.
+"""Quantities of the settings, each with its unit and physical range.
 
-The ranges are wide: they refuse a value in the wrong unit (1250 for 1.25 GPa), not an unusual rig.
+The ranges are wide. They refuse a value in the wrong unit (1250 for 1.25 GPa), not an unusual rig.
 
 Decides: unit and range of every quantity in the settings.
 """
@@ -33,7 +33,7 @@ def _different(values: list[Any]) -> list[Any]:
     return values
 
 
-def _existing_day(text: str) -> str:
+def _calendar_day(text: str) -> str:
     with suppress(ValueError):
         if date.fromisoformat(text).isoformat() == text:
             return text
@@ -45,7 +45,7 @@ def _existing_day(text: str) -> str:
 NAME_PATTERN = r"^[A-Za-z0-9_][A-Za-z0-9_.-]*$"
 Name = Annotated[str, Field(pattern=NAME_PATTERN)]  # becomes part of a path
 Text = Annotated[str, Field(min_length=1)]
-Day = Annotated[str, AfterValidator(_existing_day)]
+Day = Annotated[str, AfterValidator(_calendar_day)]
 WebAddress = Annotated[str, Field(pattern=r"^https?://[^\s<>\"{}|\\^`]+$")]
 
 # ---------------------------------------------------------------- lists

@@ -2,13 +2,14 @@
 
 Decides: the precedence of settings (the command line, then `settings` of the campaign file, then
 `config.yaml` of the project, then the one of oilfilm); which folder a campaign, rig, oil or bearing
-is read from; which name of an oil is whose; which keys of a campaign contradict each other, and
-what a figure needs to be drawn.
+is read from; which oil a name means; which keys of a campaign contradict each other, and what a
+figure needs to be drawn.
 """
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import replace
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -26,90 +27,97 @@ from oilfilm.settings.resolved import Settings, merge
 from oilfilm.settings.rig import BearingFile, OilFile, Rig
 from oilfilm.settings.yaml_file import YamlFile, as_yaml, dotted, leaves, read_yaml
 
-# A file system takes 255 bytes; a release and the exports append to names.
+# In bytes. A file system takes 255; a release and the exports append to names.
 _LONGEST_NAME = 100
 _NAME = re.compile(r"[\w-][\w.-]*")
 _MODELS: dict[str, Any] = {"rig": Rig, "oil": OilFile, "bearing": BearingFile}
 
 
-def resolve_given(given: Mapping[str, Any], typed: Mapping[str, Any]) -> Settings:
-    """The settings of a workflow, from the configuration that Snakemake gives it.
+def resolve_given(config: Mapping[str, Any], typed: Mapping[str, Any]) -> Settings:
+    """The settings of a workflow, from the configuration that Snakemake passes to it.
 
-    As a module of another workflow it may be given a section of that workflow's configuration. This
-    takes the place of `config.yaml`; its key `folder` names the configuration folder.
+    As a module of another workflow it may get a section of that workflow's configuration. This
+    takes the place of `config.yaml`. Its key `folder` names the configuration folder.
 
     Args:
-        given: Snakemake's `config`.
-        typed: What of it was typed on the command line.
+        config: Snakemake's `config`.
+        typed: The keys of `config` that were typed on the command line.
 
     Raises:
         OilfilmError: A file is missing or has a mistake.
     """
-    folder = Path(given.get("folder", "config"))
-    section = {name: value for name, value in given.items() if name != "folder"}
-    on_line = {name: typed[name] for name in typed if name in section}
-    # all that a clone is given was typed, and its own config.yaml counts
-    return resolve(folder, on_line, section if section != on_line else None)
+    folder = Path(config.get("folder", "config"))
+    section = {name: value for name, value in config.items() if name != "folder"}
+    overrides = {name: value for name, value in typed.items() if name in section}
+    if section == overrides:
+        # not a module of another workflow: everything was typed, and config.yaml counts
+        return resolve(folder, overrides)
+    return resolve(folder, overrides, section)
 
 
 def resolve(
     folder: Path, overrides: Mapping[str, Any], section: Mapping[str, Any] | None = None
 ) -> Settings:
-    """Everything that one campaign's run is told, in one tree; each value is validated once.
+    """All settings of one campaign's run in one tree; each value is validated once.
 
     Args:
         folder: The configuration folder (`config`). Its `config.yaml` needs only the keys that
-            differ from those that are part of oilfilm; oils, rigs, bearings and campaigns that it
-            lacks are taken from there as well.
+            differ from oilfilm's own. Oils, rigs, bearings and campaigns that the folder lacks are
+            taken from oilfilm as well.
         overrides: Keys given on the command line.
-        section: What takes the place of `config.yaml`.
+        section: Keys that take the place of `config.yaml`.
 
     Returns:
         The keys of `config.yaml`, with `campaign` (the campaign file and its `name`), `dataset`
-        (what that file says of the data), `rigs`, `oils` and `bearings` by name.
+        (that file's description of the data), `rigs`, `oils` and `bearings` by name.
 
     Raises:
         OilfilmError: A file is missing or has a mistake.
     """
-    config, given = _config_file(folder, section), dict(overrides)
-    named_at = "campaign on the command line" if "campaign" in given else folder / "config.yaml"
-    name = given.pop("campaign", config.values["campaign"])
-    file = _read(folder, "campaign", name, str(named_at))
+    config = _config_file(folder, section)
+    name = overrides.get("campaign", config.values["campaign"])
+    named_at = str(folder / "config.yaml")
+    if "campaign" in overrides:
+        named_at = "campaign on the command line"
+    file = _read(folder, "campaign", name, named_at)
     campaign: CampaignFile = check_file(file, CampaignFile)
-    keys = _merged_keys(config, file, given)
+    other_overrides = {key: value for key, value in overrides.items() if key != "campaign"}
+    keys = _merged_keys(config, file, other_overrides)
 
-    def named(kind: str, names: list[str], *steps: str) -> dict[str, Any]:
+    def files_by_name(kind: str, names: list[str], *steps: str) -> dict[str, Any]:
         named_at = f"{file.location_of(steps)}, `{dotted(steps)}`"
         return {name: named_file(folder, kind, name, named_at) for name in names}
 
-    oils = named("oil", campaign.oils, "oils")
-    bearings = []
+    oils = files_by_name("oil", campaign.oils, "oils")
+    oils.update(dict.fromkeys(campaign.oils_without_properties))
+    bearing_names: list[str] = []
     if campaign.torque is not None:
-        # those of published figures too
-        bearings = list(dict.fromkeys([campaign.torque.bearing, *_files(folder, "bearing")]))
+        bearing_names.append(campaign.torque.bearing)
+        # published figures show the others
+        bearing_names += [name for name in _files(folder, "bearing") if name not in bearing_names]
     settings = Settings.model_construct(
         **_written(ConfigKeys, keys),
         split=keys.split,
         campaign=Campaign.model_construct(name=str(name), **_written(Campaign, campaign)),
-        # apart from the campaign, so that a corrected title redoes no fit
+        # apart from the campaign, so that a corrected title reruns no fit
         dataset=Dataset.model_construct(**_written(Dataset, campaign)),
-        rigs=named("rig", campaign.rigs, "rigs"),
-        bearings=named("bearing", bearings, "torque", "bearing"),
-        oils={**oils, **dict.fromkeys(campaign.oils_without_properties)},
+        rigs=files_by_name("rig", campaign.rigs, "rigs"),
+        bearings=files_by_name("bearing", bearing_names, "torque", "bearing"),
+        oils=oils,
     )
-    for steps, sentence in (*_names_of_two_oils(settings), *_contradictions(settings)):
+    for steps, sentence in chain(_names_of_two_oils(settings), _contradictions(settings)):
         raise OilfilmError(f"{file.location_of(steps)}: {sentence}")
     return settings
 
 
 def _written(model: type[Group], source: Group) -> dict[str, Any]:
-    """The keys of a model that were written, from a group that has more."""
+    """The keys of a model that were written, from a group that may have others."""
     names = source.model_fields_set & model.model_fields.keys()
     return {name: getattr(source, name) for name in names}
 
 
 def read_config(folder: Path) -> Config:
-    """The keys of a project's `config.yaml` over those that are part of oilfilm.
+    """The keys of a project's `config.yaml`, with oilfilm's own for those that it lacks.
 
     Raises:
         OilfilmError: The file is missing or has a mistake.
@@ -121,44 +129,54 @@ def read_config(folder: Path) -> Config:
 def _config_file(folder: Path, section: Mapping[str, Any] | None = None) -> YamlFile:
     defaults = read_yaml(CONFIG / "config.yaml")
     if section is None:
-        own = read_yaml(folder / "config.yaml")
+        project = read_yaml(folder / "config.yaml")
     else:
-        own = YamlFile(Path("the module's config"), dict(section), yaml.MappingNode("", []))
-    return replace(own, values=merge(defaults.values, own.values))
+        project = YamlFile(Path("the module's config"), dict(section), yaml.MappingNode("", []))
+    return replace(project, values=merge(defaults.values, project.values))
 
 
 def unresolve(settings: Settings) -> dict[str, str]:
-    """A configuration folder that `resolve` turns into this: paths below it and their text."""
+    """The files of a configuration folder with these settings; `resolve` is the inverse.
+
+    Returns:
+        The text of each file by its path below the folder.
+    """
     config = settings.plain()
     campaign = dict(config["campaign"])
-    name = config["campaign"] = campaign.pop("name")
-    about = config.pop("dataset")
-    files = {f"campaigns/{safe_name(name, 'campaign')}.yaml": {**campaign, **about}}
-    for kind in ("rigs", "oils", "bearings"):
-        for thing, values in config.pop(kind).items():
+    name = campaign.pop("name")
+    config["campaign"] = name
+    campaign |= config.pop("dataset")
+    contents = {f"campaigns/{safe_name(name, 'campaign')}.yaml": campaign}
+    for folder in ("rigs", "oils", "bearings"):
+        for file_name, values in config.pop(folder).items():
             if values is not None:
-                files[f"{kind}/{safe_name(thing, kind)}.yaml"] = values
-    return {path: as_yaml(values) for path, values in {"config.yaml": config, **files}.items()}
+                contents[f"{folder}/{safe_name(file_name, folder)}.yaml"] = values
+    contents["config.yaml"] = config
+    return {path: as_yaml(values) for path, values in contents.items()}
 
 
 def _files(folder: Path, kind: str) -> dict[str, Path]:
-    """All files of a kind by name, but for the template; a project's own before oilfilm's."""
-    both = (path for each in (CONFIG, folder) for path in (each / f"{kind}s").glob("*.yaml"))
-    found = {path.stem: path for path in both}
-    return {name: found[name] for name in sorted(found) if name != "template"}
+    """All files of a kind by name, without the template; a project's file replaces oilfilm's."""
+    files = {}
+    for config_folder in (CONFIG, folder):
+        for path in (config_folder / f"{kind}s").glob("*.yaml"):
+            files[path.stem] = path
+    files.pop("template", None)
+    return dict(sorted(files.items()))
 
 
 def _read(folder: Path, kind: str, name: object, named_at: str) -> YamlFile:
     """The file of one campaign, rig, oil or bearing."""
-    known, safe = _files(folder, kind), safe_name(name, named_at)
+    files = _files(folder, kind)
+    stem = safe_name(name, named_at)
     template = CONFIG / f"{kind}s/template.yaml"
-    if safe not in known and safe != template.stem:
-        path = folder / f"{kind}s/{safe}.yaml"
+    if stem not in files and stem != template.stem:
+        path = folder / f"{kind}s/{stem}.yaml"
         raise OilfilmError(
-            f"{named_at}: names the {kind} {safe!r}, but {path} does not exist. Known: "
-            f"{', '.join(known)}. Correct the name, or copy {template} there and fill it in."
+            f"{named_at}: names the {kind} {stem!r}, but {path} does not exist. Known: "
+            f"{', '.join(files)}. Correct the name, or copy {template} there and fill it in."
         )
-    return read_yaml(known.get(safe, template))
+    return read_yaml(files.get(stem, template))
 
 
 def named_file(folder: Path, kind: str, name: str, named_at: str) -> Any:
@@ -168,80 +186,86 @@ def named_file(folder: Path, kind: str, name: str, named_at: str) -> Any:
         folder: The configuration folder.
         kind: `rig`, `oil` or `bearing`.
         name: Its name.
-        named_at: Where it was named, as the message begins.
+        named_at: Where it was named; the beginning of the message.
 
     Raises:
         OilfilmError: There is no such file, or it has a mistake.
     """
     file = _read(folder, kind, name, named_at)
-    found = check_file(file, _MODELS[kind])
-    if kind == "oil" and found.id != name:
+    content = check_file(file, _MODELS[kind])
+    if kind == "oil" and content.id != name:
         raise OilfilmError(
-            f"{file.location_of(('id',))}, `id`: found {found.id!r}, expected {name!r}, the file's "
-            "name."
+            f"{file.location_of(('id',))}, `id`: found {content.id!r}, expected {name!r}, the "
+            "file's name."
         )
-    return found
+    return content
 
 
-def _merged_keys(config: YamlFile, campaign: YamlFile, given: Mapping[str, Any]) -> Config:
-    """The keys of config.yaml, with those of the campaign and of the command line over them."""
-    own, given = campaign.values.get("settings", {}), _with_numbers(given, config.values)
+def _merged_keys(config: YamlFile, campaign: YamlFile, overrides: Mapping[str, Any]) -> Config:
+    """The keys of config.yaml, replaced by those of the campaign and of the command line."""
+    campaign_keys = campaign.values.get("settings", {})
+    typed_keys = _with_numbers(overrides, config.values)
 
     def location_of(steps: Steps) -> str:
         # the last key may be one of several that contradict each other: look for its group too
-        for known in (steps, steps[:-1]):
-            if known in _all_steps(given):
+        for written_steps in (steps, steps[:-1]):
+            if written_steps in _all_steps(typed_keys):
                 return "the command line's --config"
-            if known in _all_steps(own):
+            if written_steps in _all_steps(campaign_keys):
                 return campaign.location_of(("settings", *steps))
         return config.location_of(steps)
 
-    if "campaign" in own:
+    if "campaign" in campaign_keys:
         raise OilfilmError(
             f"{campaign.location_of(('settings', 'campaign'))}: `settings` cannot name another "
             "campaign; leave the key out."
         )
-    merged = merge(merge(config.values, own), given)
+    merged = merge(merge(config.values, campaign_keys), typed_keys)
     return check_file(replace(config, values=merged), Config, location_of)
 
 
 def _all_steps(values: Any) -> set[Steps]:
     """The steps to every value and every group above it."""
-    return {steps[: n + 1] for steps, _ in leaves(values) for n in range(len(steps))}
+    all_steps: set[Steps] = set()
+    for steps, _ in leaves(values):
+        all_steps.update(steps[:length] for length in range(1, len(steps) + 1))
+    return all_steps
 
 
-def _with_numbers(given: Any, defaults: Any) -> Any:
-    """Values of the command line, on which Snakemake leaves numbers inside groups as text.
+def _with_numbers(typed: Any, defaults: Any) -> Any:
+    """Values of the command line with numbers where Snakemake leaves text, inside groups.
 
-    What is text by default, as the oil "4102", stays text.
+    A value that is text by default, such as the oil "4102", stays text.
     """
-    if isinstance(given, Mapping):
-        below = defaults if isinstance(defaults, Mapping) else {}
-        return {name: _with_numbers(value, below.get(name)) for name, value in given.items()}
-    if not isinstance(given, str) or isinstance(defaults, str):
-        return given
+    if isinstance(typed, Mapping):
+        group = defaults if isinstance(defaults, Mapping) else {}
+        return {name: _with_numbers(value, group.get(name)) for name, value in typed.items()}
+    if not isinstance(typed, str) or isinstance(defaults, str):
+        return typed
     try:
-        value = yaml.safe_load(given)
-        return value if isinstance(value, int | float) and float(value) == value else given
+        value = yaml.safe_load(typed)
+        is_number = isinstance(value, int | float) and float(value) == value
     except (yaml.YAMLError, ValueError, OverflowError, RecursionError):
-        return given
+        return typed
+    return value if is_number else typed
 
 
 def _names_of_two_oils(settings: Settings) -> Iterator[tuple[Steps, str]]:
     """Names that a log may give to two oils, with the key of the campaign file to blame."""
-    oil_of: dict[str, str] = {}
-    campaign = settings.campaign.oil_aliases
-    for oil in campaign.keys() - settings.oils.keys():
-        known = ", ".join(settings.oils)
-        yield ("oil_aliases", oil), f"{oil!r} is none of the campaign's oils ({known})."
+    oil_by_name: dict[str, str] = {}
+    aliases = settings.campaign.oil_aliases
+    for oil in aliases.keys() - settings.oils.keys():
+        oils = ", ".join(settings.oils)
+        yield ("oil_aliases", oil), f"{oil!r} is none of the campaign's oils ({oils})."
     for oil in settings.oils:
         for name in settings.names_of(oil):
-            other = oil_of.setdefault(plain_key(name), oil)
-            if other != oil:
-                steps = ("oil_aliases", oil) if name in campaign.get(oil, ()) else ("oils",)
+            first_oil = oil_by_name.setdefault(plain_key(name), oil)
+            if first_oil != oil:
+                steps = ("oil_aliases", oil) if name in aliases.get(oil, ()) else ("oils",)
                 sentence = (
                     f"{name!r} is a name of {oil!r} (`aliases` of its file, `oil_aliases`), but is "
-                    f"one of {other!r} too; a log with it could be of either. Leave it with one."
+                    f"one of {first_oil!r} too; a log with it could be of either. Leave it with "
+                    "one."
                 )
                 yield steps, sentence
 
@@ -249,61 +273,63 @@ def _names_of_two_oils(settings: Settings) -> Iterator[tuple[Steps, str]]:
 def _contradictions(settings: Settings) -> Iterator[tuple[Steps, str]]:
     """Every contradiction: the key of the campaign file to blame, and a sentence."""
     campaign = settings.campaign
-    if not [*campaign.oils, *campaign.oils_without_properties]:
+    if not campaign.oils and not campaign.oils_without_properties:
         yield ("oils",), "the campaign names no oil; list at least one under `oils`."
     for oil in set(campaign.oils) & set(campaign.oils_without_properties):
         sentence = f"the oil {oil!r} is listed under `oils` too; keep it in one of the two."
         yield ("oils_without_properties",), sentence
     for rig in campaign.semantics_of_rig.keys() - set(campaign.rigs):
-        known = ", ".join(campaign.rigs)
-        yield ("semantics_of_rig", rig), f"{rig!r} is none of the campaign's rigs ({known})."
+        rigs = ", ".join(campaign.rigs)
+        yield ("semantics_of_rig", rig), f"{rig!r} is none of the campaign's rigs ({rigs})."
     yield from _named_twice(campaign)
     yield from _simulation(campaign)
     yield from _figures(settings)
 
 
 def _named_twice(campaign: Campaign) -> Iterator[tuple[Steps, str]]:
-    """One name of a log for two of the project's."""
-    torque = campaign.torque.columns if campaign.torque else {}
-    of_columns = {("columns", key): column.name for key, column in campaign.columns.items()}
-    of_torque = {("torque", "columns", key): column.name for key, column in torque.items()}
-    of_header = {("header", key): names for key, names in campaign.header.items()}
-    for named in (of_columns, of_torque, of_header):
-        first: dict[str, tuple[str, ...]] = {}
-        for steps, names in named.items():
+    """Names of a log's columns or header keys that are listed for two keys of the project."""
+    columns = {("columns", key): column.name for key, column in campaign.columns.items()}
+    torque_columns = {}
+    if campaign.torque is not None:
+        for key, column in campaign.torque.columns.items():
+            torque_columns[("torque", "columns", key)] = column.name
+    header_keys = {("header", key): names for key, names in campaign.header.items()}
+    for names_by_steps in (columns, torque_columns, header_keys):
+        first_steps: dict[str, tuple[str, ...]] = {}
+        for steps, names in names_by_steps.items():
             for name in names:
-                other = first.setdefault(name, steps)
-                if other != steps:
-                    sentence = f"{name!r} is listed for {other[-1]!r} too; leave it with one."
+                other_steps = first_steps.setdefault(name, steps)
+                if other_steps != steps:
+                    other_key = other_steps[-1]
+                    sentence = f"{name!r} is listed for {other_key!r} too; leave it with one."
                     yield steps, f"`{'.'.join(steps)}`: {sentence}"
 
 
 def _simulation(campaign: Campaign) -> Iterator[tuple[Steps, str]]:
-    """What simulates the logs, and what it needs."""
-    twin, torque_twin = campaign.twin, campaign.torque.twin if campaign.torque else None
-    simulates = "twin" if twin or torque_twin else "simulated_by" if campaign.simulated_by else ""
-    if simulates and campaign.data != "simulated":
-        at = "data" if simulates == "twin" else simulates
-        yield (at,), f"`{simulates}` simulates these logs: say `data: simulated`, or drop this key."
-    if simulates == "twin" and not studies.simulator():
+    """Contradictions about how the logs are simulated."""
+    has_torque_twin = campaign.torque is not None and campaign.torque.twin is not None
+    has_twin = campaign.twin is not None or has_torque_twin
+    if campaign.data != "simulated":
+        advice = "simulates these logs: say `data: simulated`, or drop this key."
+        if has_twin:
+            yield ("data",), f"`twin` {advice}"
+        elif campaign.simulated_by:
+            yield ("simulated_by",), f"`simulated_by` {advice}"
+    if has_twin and not studies.simulator():
         yield ("twin",), "no package beside oilfilm simulates logs; use logs of a rig."
-    if twin is not None and len(campaign.rigs) != 1:
+    if campaign.twin is not None and len(campaign.rigs) != 1:
         yield ("rigs",), "the rig twin simulates logs of one rig; name one."
 
 
 def _figures(settings: Settings) -> Iterator[tuple[Steps, str]]:
-    """Figures that do not exist, or that lack what they show."""
+    """Figures and studies that do not exist, and figures that lack what they show."""
     campaign = settings.campaign
-    for key, names, known in (
-        ("figures", campaign.figures, [*figures()]),
-        ("studies", campaign.studies, [*studies.available()]),
-    ):
-        for number, name in enumerate(names):
-            if name not in known:
-                allowed = ", ".join(map(repr, known))
-                sentence = f"`{key}.{number}`: found {name!r}, expected one of {allowed}."
-                yield (key, number), sentence
-    for figure in (figures()[name] for name in campaign.figures if name in figures()):
+    yield from _unknown_names("figures", campaign.figures, list(figures()))
+    yield from _unknown_names("studies", campaign.studies, list(studies.available()))
+    for name in campaign.figures:
+        if name not in figures():
+            continue
+        figure = figures()[name]
         lacks = ""
         if figure.requires and getattr(campaign, figure.requires) is None:
             lacks = f"needs `{figure.requires}`; add it"
@@ -311,21 +337,34 @@ def _figures(settings: Settings) -> Iterator[tuple[Steps, str]]:
             lacks = f"belongs to the study {figure.study!r}; add `studies: [{figure.study}]`"
         if lacks:
             yield ("figures",), f"the figure `{figure.name}` {lacks}, or leave the figure out."
-    shown = settings.figures.fig02.oil
-    if "fig02" in campaign.figures and shown not in settings.oils:
-        own = "name one of its own under `settings: {figures: {fig02: {oil: ...}}}`"
-        yield ("figures",), f"fig02 shows the oil {shown!r}, which the campaign lacks; {own}."
+    shown_oil = settings.figures.fig02.oil
+    if "fig02" in campaign.figures and shown_oil not in settings.oils:
+        advice = "name one of its own under `settings: {figures: {fig02: {oil: ...}}}`"
+        yield (
+            ("figures",),
+            f"fig02 shows the oil {shown_oil!r}, which the campaign lacks; {advice}.",
+        )
+
+
+def _unknown_names(
+    key: str, names: Iterable[str], allowed: Collection[str]
+) -> Iterator[tuple[Steps, str]]:
+    """Names in a list of the campaign file that are not among the allowed ones."""
+    for index, name in enumerate(names):
+        if name not in allowed:
+            choices = ", ".join(map(repr, allowed))
+            yield (key, index), f"`{key}.{index}`: found {name!r}, expected one of {choices}."
 
 
 def safe_name(name: object, named_at: object) -> str:
-    """A name that becomes part of a path: one plain word, so that no path can leave its folder.
+    """A name that can be part of a path: one plain word, so that no path can leave its folder.
 
     Raises:
-        OilfilmError: It is none; the sentence begins with `named_at`.
+        OilfilmError: It cannot; the sentence begins with `named_at`.
     """
     text = str(name)
-    allowed = not isinstance(name, float) and _NAME.fullmatch(text)
-    if not allowed or len(text.encode()) > _LONGEST_NAME:
+    is_allowed = not isinstance(name, float) and _NAME.fullmatch(text)
+    if not is_allowed or len(text.encode()) > _LONGEST_NAME:
         raise OilfilmError(
             f"{named_at}: {cut(name, 20)!r} cannot be a name: use letters, digits, '-', '_' and "
             f"'.', at most {_LONGEST_NAME} bytes, not starting with '.', and no decimal number."

@@ -1,6 +1,6 @@
-"""Typed access to everything that one campaign's run is told.
+"""Typed access to all settings of one campaign's run.
 
-Decides: what a job sees of the settings: the keys that its rule lists with `part(...)`.
+Decides: which settings a job can read: the keys that its rule lists with `part(...)`.
 """
 
 from collections.abc import Iterable, Mapping
@@ -17,20 +17,20 @@ from oilfilm.settings.messages import check
 from oilfilm.settings.rig import BearingFile, OilFile, Rig
 
 _Part = TypeVar("_Part", bound=Group)
-# Results are the same bytes however the work is spread over jobs.
-_NO_PART_OF_RESULTS = {"split"}
+# Results have the same bytes however the work is spread over jobs.
+_WITHOUT_EFFECT_ON_RESULTS = {"split"}
 
 
 class Settings(ConfigKeys):
     """Settings of one campaign's run, or the parts of them that a rule lists.
 
     Attributes mirror the keys of config/config.yaml: `settings.gates.lambda_limit`. A key that a
-    rule does not list is no attribute, even where it has a default: a result that depends on it
-    would not be made again when it changes.
+    rule does not list is no attribute, even where it has a default. Otherwise a result could depend
+    on a key whose change does not rerun the rule.
     """
 
     campaign: Campaign = key("The campaign file.")
-    dataset: Dataset = key("What the campaign file says of the data.")
+    dataset: Dataset = key("The campaign file's description of the data.")
     rigs: dict[str, Rig] = key("Rigs by name.")
     oils: dict[str, OilFile | None] = key("Oils by id; None without known properties.")
     bearings: dict[str, BearingFile] = key("Bearings by name.")
@@ -43,39 +43,42 @@ class Settings(ConfigKeys):
         Raises:
             OilfilmError: A value is not as its model declares it.
         """
-        if all(name in plain for name, field in cls.model_fields.items() if field.is_required()):
+        required = {name for name, field in cls.model_fields.items() if field.is_required()}
+        if required <= plain.keys():
             settings: Self = check(plain, cls, lambda steps: "settings")
             return settings
-        listed = {**plain}
+        listed = dict(plain)
         if "campaign" in plain:
             listed["campaign"] = _listed(Campaign, plain["campaign"])
         return _listed(cls, listed)
 
     def plain(self) -> dict[str, Any]:
-        """Plain values, as JSON and Snakemake's params hold them."""
-        return self.model_dump(mode="json", exclude_unset=True, exclude=_NO_PART_OF_RESULTS)
+        """Plain values, as in JSON and in Snakemake's params."""
+        return self.model_dump(mode="json", exclude_unset=True, exclude=_WITHOUT_EFFECT_ON_RESULTS)
 
     def part(self, *keys: str, campaign: Iterable[str] = ()) -> dict[str, Any]:
-        """Plain values of some parts: what a rule's results depend on.
+        """Plain values of the settings that a rule's results depend on.
 
         Args:
             keys: Keys of the settings.
             campaign: Keys of the campaign, beside its name and whether its data are simulated;
-                those that its file leaves out get their defaults.
+                keys that its file leaves out get their defaults.
         """
-        of_campaign = {"name", "data", *campaign}
-        written = self.campaign.model_dump(mode="json", exclude_unset=True, include=of_campaign)
-        listed = self.campaign.model_dump(mode="json", include=of_campaign) | written
+        campaign_keys = {"name", "data", *campaign}
+        written = self.campaign.model_dump(mode="json", exclude_unset=True, include=campaign_keys)
+        with_defaults = self.campaign.model_dump(mode="json", include=campaign_keys)
+        # nested groups are kept as they are written, without their defaults
+        campaign_values = with_defaults | written
         values = self.model_dump(mode="json", exclude_unset=True, include=set(keys))
-        return {
-            "campaign": {name: listed[name] for name in sorted(of_campaign)},
-            **{name: values[name] for name in sorted(keys)},
-        }
+        part = {"campaign": {name: campaign_values[name] for name in sorted(campaign_keys)}}
+        for name in sorted(keys):
+            part[name] = values[name]
+        return part
 
     def properties_of(self, oil: str) -> Oil | None:
         """An oil with its property formulas; None where its properties are not known."""
-        known = self.oils[oil]
-        return None if known is None else known.properties()
+        file = self.oils[oil]
+        return None if file is None else file.properties()
 
     def known_oil(self, oil: str) -> Oil:
         """An oil with its property formulas.
@@ -83,26 +86,31 @@ class Settings(ConfigKeys):
         Raises:
             OilfilmError: Its properties are not known.
         """
-        known = self.properties_of(oil)
-        if known is None:
+        properties = self.properties_of(oil)
+        if properties is None:
             raise OilfilmError(
                 f"config/oils/{oil}.yaml: the properties of {oil!r} are needed. Write this file."
             )
-        return known
+        return properties
 
     @property
     def oil_ids(self) -> dict[str, str]:
-        """Oil id by each name that a log may give it, as `plain_key` makes them."""
-        return {plain_key(name): oil for oil in self.oils for name in self.names_of(oil)}
+        """Oil ids by the names that a log may give to an oil, in the form of `plain_key`."""
+        ids = {}
+        for oil in self.oils:
+            for name in self.names_of(oil):
+                ids[plain_key(name)] = oil
+        return ids
 
     def names_of(self, oil: str) -> tuple[str, ...]:
-        """Names that a log may give to an oil: its id, those of its file, those of the campaign."""
-        known = self.oils[oil]
-        of_file = () if known is None else known.aliases
-        return (oil, *of_file, *self.campaign.oil_aliases.get(oil, ()))
+        """Names that a log may give to an oil: its id, and aliases in its file and the campaign."""
+        file = self.oils[oil]
+        file_aliases = () if file is None else file.aliases
+        campaign_aliases = self.campaign.oil_aliases.get(oil, ())
+        return (oil, *file_aliases, *campaign_aliases)
 
     def common_contact(self) -> Contact | None:
-        """The contact of all the campaign's rigs; None where unknown or not the same for all."""
+        """The contact of all the campaign's rigs; None where it is unknown or differs."""
         contacts = {rig.contact() for rig in self.rigs.values()}
         return contacts.pop() if len(contacts) == 1 else None
 
@@ -117,20 +125,20 @@ class Settings(ConfigKeys):
 
 
 def _listed(model: type[_Part], plain: Mapping[str, Any]) -> _Part:
-    """A group with the listed keys; another one has no value there, not even its default."""
-    part = model.model_construct(
-        **{
-            name: check(value, model.model_fields[name].annotation, lambda steps: "settings")
-            for name, value in plain.items()
-        }
-    )
-    for name in model.model_fields.keys() - plain.keys():
+    """A group with the listed keys only; other keys are no attributes, even with a default."""
+    fields = model.model_fields
+    values = {}
+    for name, value in plain.items():
+        values[name] = check(value, fields[name].annotation, lambda steps: "settings")
+    part = model.model_construct(**values)
+    # pydantic has set the defaults of the other keys
+    for name in fields.keys() - plain.keys():
         vars(part).pop(name, None)
     return part
 
 
 def merge(base: Mapping[str, Any], above: Mapping[str, Any]) -> dict[str, Any]:
-    """`base` with the values of `above` laid over it, group by group."""
+    """`base` with the values of `above` in place of its own, group by group."""
     merged = dict(base)
     for name, value in above.items():
         below = merged.get(name)

@@ -1,7 +1,6 @@
-"""The keys of config/rigs, config/bearings and config/oils, one file <name>.yaml each.
+"""The keys of the files in config/rigs, config/bearings and config/oils.
 
-A traction rig as far as it is known, a ball bearing as its drawing has it, an oil and the
-coefficients of its property formulas.
+Each traction rig, ball bearing and oil has one file <name>.yaml.
 
 Decides: the keys of the files of rigs, bearings and oils; which bearings cannot be built; when the
 coefficients of an oil contradict its grade.
@@ -19,11 +18,11 @@ from oilfilm.physics import oils
 from oilfilm.physics.contact import Contact, combined_roughness, reduced_modulus, rq_from_ra
 from oilfilm.settings import quantities as q
 from oilfilm.settings.base import Group, contradiction, key, optional, unexpected
-from oilfilm.units import M_PER_UM
+from oilfilm.units import M_PER_UM, PA_PER_GPA
 
-# Glass; steels, ceramics and hard metals.
-_MODULI_PA = (6e10, 9.5e10), (1.9e11, 7.2e11)
-_RADII_M = ((0.001, 0.06),)
+# Ranges that rigs usually have: glass; steels, ceramics and hard metals.
+_USUAL_MODULI_PA = ((6e10, 9.5e10), (1.9e11, 7.2e11))
+_USUAL_RADII_M = ((0.001, 0.06),)
 
 
 class Elasticity(Group):
@@ -33,9 +32,11 @@ class Elasticity(Group):
     poisson_ratio: q.PoissonRatio = key("Poisson's ratio.")
 
     def reduced_modulus_with(self, other: "Elasticity") -> float:
-        """Reduced modulus of a contact of two bodies, in Pa."""
-        mine, its = ((body.youngs_modulus_pa, body.poisson_ratio) for body in (self, other))
-        return float(reduced_modulus(*mine, *its))
+        """Reduced modulus of a contact with another body, in Pa."""
+        modulus_pa = reduced_modulus(
+            self.youngs_modulus_pa, self.poisson_ratio, other.youngs_modulus_pa, other.poisson_ratio
+        )
+        return float(modulus_pa)
 
 
 class FullScale(Group):
@@ -97,31 +98,42 @@ class Rig(Group):
         return self
 
     def doubts(self) -> Iterator[str]:
-        """What is as it seldom is, although no log contradicts it."""
-        modulus = "youngs_modulus_pa"
-        for name, value, usual in (
-            (f"ball: {modulus}", getattr(self.ball, modulus, None), _MODULI_PA),
-            (f"disc: {modulus}", getattr(self.disc, modulus, None), _MODULI_PA),
-            ("ball_radius_m", self.ball_radius_m, _RADII_M),
-        ):
-            if value is not None and not any(low <= value <= high for low, high in usual):
-                ranges = " or ".join(f"{low:g} to {high:g}" for low, high in usual)
-                yield f"{name} is {value:.4g}; usual rigs have {ranges}"
+        """Sentences on unusual values, which no log can contradict."""
+        for name, body in (("ball", self.ball), ("disc", self.disc)):
+            if body is not None:
+                value = body.youngs_modulus_pa
+                yield from _doubt(f"{name}: youngs_modulus_pa", value, _USUAL_MODULI_PA)
+        if self.ball_radius_m is not None:
+            yield from _doubt("ball_radius_m", self.ball_radius_m, _USUAL_RADII_M)
 
     def contact(self) -> Contact | None:
         """The contact of ball and disc; None where it was not recorded.
 
-        Pressure needs no roughness: where it was not recorded it is NaN, and lambda with it.
+        The pressure does not depend on the roughness. Roughness that was not recorded is NaN, and
+        so is lambda then.
         """
         if self.ball_radius_m is None or self.ball is None or self.disc is None:
             return None
-        rq_m = []
-        for body in ("ball", "disc"):
-            ra_um, rq_um = (getattr(self, f"{body}_roughness_{kind}_um") for kind in ("ra", "rq"))
-            of_ra = rq_from_ra(math.nan if ra_um is None else ra_um * M_PER_UM)
-            rq_m.append(float(of_ra) if rq_um is None else rq_um * M_PER_UM)
+        ball_rq_m = _rq_m(self.ball_roughness_ra_um, self.ball_roughness_rq_um)
+        disc_rq_m = _rq_m(self.disc_roughness_ra_um, self.disc_roughness_rq_um)
         modulus_pa = self.ball.reduced_modulus_with(self.disc)
-        return Contact(self.ball_radius_m, modulus_pa, float(combined_roughness(*rq_m)))
+        roughness_m = float(combined_roughness(ball_rq_m, disc_rq_m))
+        return Contact(self.ball_radius_m, modulus_pa, roughness_m)
+
+
+def _doubt(name: str, value: float, usual_ranges: tuple[tuple[float, float], ...]) -> Iterator[str]:
+    if not any(low <= value <= high for low, high in usual_ranges):
+        ranges = " or ".join(f"{low:g} to {high:g}" for low, high in usual_ranges)
+        yield f"{name} is {value:.4g}; usual rigs have {ranges}"
+
+
+def _rq_m(ra_um: float | None, rq_um: float | None) -> float:
+    """Rq in m: as measured, else from Ra; NaN where neither was recorded."""
+    if rq_um is not None:
+        return rq_um * M_PER_UM
+    if ra_um is not None:
+        return float(rq_from_ra(ra_um * M_PER_UM))
+    return math.nan
 
 
 _M3_S_PER_L_MIN = 1e-3 / 60
@@ -184,31 +196,38 @@ class BearingFile(Group):
         return self
 
     def _impossible(self) -> Iterator[tuple[tuple[str, ...], str]]:
-        """What cannot be built: the key to blame, and a sentence."""
-        ball, pitch, cage = self.ball_diameter_m, self.pitch_diameter_m, self.cage
-        if ball >= pitch / 2:
-            room = f"less than half of the pitch diameter of {pitch:g} m"
-            yield ("ball_diameter_m",), f"found {ball:g} m; expected {room}."
-        most = int(math.pi / math.asin(min(ball / pitch, 1.0)))
-        if self.ball_count > most:
-            found = f"found {self.ball_count} balls of {ball:g} m, which overlap"
-            yield ("ball_count",), f"{found}; there is room for {most}."
-        land, outer = cage.land_diameter_m, cage.guidance == "outer"
-        low, high = (pitch, pitch + ball) if outer else (pitch - ball, pitch)
-        if not low <= land <= high or land == pitch:
-            between = f"{low:g} to {high:g} m, between pitch diameter and the balls' far side"
-            found = f"found {land:g} m with guidance: {cage.guidance}"
-            yield ("cage", "land_diameter_m"), f"{found}; expected {between}."
-        if cage.land_clearance_m >= ball / 2:
-            found, most_m = f"found {cage.land_clearance_m:g} m", f"{ball / 2:g} m"
-            expected = f"well below the balls' radius of {most_m}"
-            yield ("cage", "land_clearance_m"), f"{found}; expected {expected}."
+        """Dimensions that cannot be built: the key to blame, and a sentence."""
+        ball_m = self.ball_diameter_m
+        pitch_m = self.pitch_diameter_m
+        if ball_m >= pitch_m / 2:
+            expected = f"less than half of the pitch diameter of {pitch_m:g} m"
+            yield ("ball_diameter_m",), f"found {ball_m:g} m; expected {expected}."
+        most_balls = int(math.pi / math.asin(min(ball_m / pitch_m, 1.0)))
+        if self.ball_count > most_balls:
+            found = f"found {self.ball_count} balls of {ball_m:g} m, which overlap"
+            yield ("ball_count",), f"{found}; there is room for {most_balls}."
+        land_m = self.cage.land_diameter_m
+        if self.cage.guidance == "outer":
+            low_m, high_m = pitch_m, pitch_m + ball_m
+        else:
+            low_m, high_m = pitch_m - ball_m, pitch_m
+        if not low_m <= land_m <= high_m or land_m == pitch_m:
+            found = f"found {land_m:g} m with guidance: {self.cage.guidance}"
+            expected = f"{low_m:g} to {high_m:g} m, between pitch diameter and the balls' far side"
+            yield ("cage", "land_diameter_m"), f"{found}; expected {expected}."
+        clearance_m = self.cage.land_clearance_m
+        if clearance_m >= ball_m / 2:
+            expected = f"well below the balls' radius of {ball_m / 2:g} m"
+            yield ("cage", "land_clearance_m"), f"found {clearance_m:g} m; expected {expected}."
 
     def bearing(self, name: str) -> Bearing:
-        """The bearing for mechanics; `name` is its file's name.
+        """The bearing for the mechanics.
+
+        Args:
+            name: Name of its file.
 
         Examples:
-            The mass of a 218's ball, 22.23 mm of steel, by hand 7833 pi 0.02223^3/6:
+            The mass of a ball of a 218, 22.23 mm of steel, by hand 7833 pi 0.02223^3/6:
 
             >>> from pathlib import Path
             >>> from oilfilm.settings.messages import load
@@ -216,10 +235,8 @@ class BearingFile(Group):
             >>> print(f"{load(file, BearingFile).bearing('218').ball_mass_kg * 1e3:.2f} g")
             45.06 g
         """
-        rq_m = [
-            rq_from_ra(ra_um * M_PER_UM)
-            for ra_um in (self.ball_roughness_ra_um, self.race_roughness_ra_um)
-        ]
+        ball_rq_m = rq_from_ra(self.ball_roughness_ra_um * M_PER_UM)
+        race_rq_m = rq_from_ra(self.race_roughness_ra_um * M_PER_UM)
         return Bearing(
             name=name,
             ball_diameter_m=self.ball_diameter_m,
@@ -229,7 +246,7 @@ class BearingFile(Group):
             groove_curvature=(self.inner_groove_curvature, self.outer_groove_curvature),
             reduced_modulus_pa=self.ball.reduced_modulus_with(self.ring),
             ball_density_kg_m3=self.ball.density_kg_m3,
-            roughness_rq_m=float(combined_roughness(*rq_m)),
+            roughness_rq_m=float(combined_roughness(ball_rq_m, race_rq_m)),
             cage=Cage(
                 guided_by_outer=self.cage.guidance == "outer",
                 **self.cage.model_dump(exclude={"guidance"}),
@@ -238,10 +255,12 @@ class BearingFile(Group):
 
 
 _CST_PER_M2_S = 1e6
-# Of all liquid lubricants, at 40 degC.
+# Range of the pressure-viscosity coefficient of all liquid lubricants at 40 degC.
 _PRESSURE_VISCOSITY_1_GPA = (5, 50)
+# Largest relative difference of the viscosity from the nominal one.
+_VISCOSITY_TOLERANCE = 0.05
 # A stand-in has the properties of another oil of about the same grade.
-_VISCOSITY_TOLERANCE, _STAND_IN_TOLERANCE = 0.05, 0.25
+_STAND_IN_TOLERANCE = 0.25
 
 T = TypeVar("T")
 
@@ -268,7 +287,11 @@ PropertyTable = Annotated[
 
 
 def _curve(rows: list[tuple[float, float]]) -> oils.PiecewiseLinear:
-    return oils.PiecewiseLinear(*zip(*sorted(rows), strict=True))
+    """A property by temperature, linear between its rows of [temperature, value]."""
+    rising = sorted(rows)
+    temperatures_k = tuple(temperature_k for temperature_k, _ in rising)
+    values = tuple(value for _, value in rising)
+    return oils.PiecewiseLinear(temperatures_k, values)
 
 
 class MilL7808Coefficients(Group):
@@ -352,8 +375,21 @@ class LimitingStress(Group):
     source: q.Text = key("Where the ratio comes from, or that it is assumed.")
 
 
+# Keys that an oil has under the same name.
+_COPIED_TO_OIL = {
+    "id",
+    "name",
+    "display_name",
+    "model",
+    "stand_in",
+    "note",
+    "source",
+    "nominal_kinematic_viscosity_100c_cst",
+}
+
+
 class OilKeys(Group):
-    """Keys that every oil has, whatever its formulas."""
+    """Keys that every oil has, with any formulas."""
 
     model: str
     coefficients: Group
@@ -375,23 +411,24 @@ class OilKeys(Group):
     @model_validator(mode="after")
     def _coefficients_give_the_stated_viscosity(self) -> Self:
         nominal_cst = self.nominal_kinematic_viscosity_100c_cst
-        given_cst = float(self.properties().kinematic_viscosity_m2_s(100.0)) * _CST_PER_M2_S
+        viscosity_cst = float(self.properties().kinematic_viscosity_m2_s(100.0)) * _CST_PER_M2_S
         tolerance = _STAND_IN_TOLERANCE if self.stand_in else _VISCOSITY_TOLERANCE
         # a viscosity that is not a number fails too
-        if not abs(given_cst / nominal_cst - 1) <= tolerance:
+        if not abs(viscosity_cst / nominal_cst - 1) <= tolerance:
             raise contradiction(
                 ("coefficients",),
-                f"the coefficients give {given_cst:.3g} cSt at 100 degC, but "
+                f"the coefficients give {viscosity_cst:.3g} cSt at 100 degC, but "
                 f"nominal_kinematic_viscosity_100c_cst is {nominal_cst:g}; expected them within "
                 f"{tolerance:.0%}. Check the units of the coefficients and of the density.",
             )
-        alpha = 1e9 * float(self.properties().pressure_viscosity_coefficient_1_pa(40.0))
+        alpha_1_pa = float(self.properties().pressure_viscosity_coefficient_1_pa(40.0))
+        alpha_1_gpa = PA_PER_GPA * alpha_1_pa
         low, high = _PRESSURE_VISCOSITY_1_GPA
-        if not low <= alpha <= high:
+        if not low <= alpha_1_gpa <= high:
             raise contradiction(
                 ("coefficients",) if self.pressure_viscosity is None else ("pressure_viscosity",),
-                f"the pressure-viscosity coefficient at 40 degC is {alpha:.4g} 1/GPa; expected "
-                f"{low} to {high}, as oils have it. Check the units.",
+                f"the pressure-viscosity coefficient at 40 degC is {alpha_1_gpa:.4g} 1/GPa; "
+                f"expected {low} to {high}, as oils have it. Check the units.",
             )
         return self
 
@@ -401,19 +438,19 @@ class OilKeys(Group):
 
     def properties(self) -> oils.Oil:
         """The oil with its property formulas."""
-        copied = {"id", "name", "display_name", "model", "stand_in", "note", "source"}
-        grade = "nominal_kinematic_viscosity_100c_cst"
-        given: dict[str, Any] = self.model_dump(include={*copied, grade})
-        coefficients, pressure = self.numbers(), self.pressure_viscosity
+        arguments: dict[str, Any] = self.model_dump(include=_COPIED_TO_OIL)
+        coefficients = self.numbers()
+        pressure = self.pressure_viscosity
         if pressure is not None:
-            given["pressure_rule"] = pressure.rule
-            coefficients |= {} if pressure.z is None else {"roelands_z": pressure.z}
+            arguments["pressure_rule"] = pressure.rule
+            if pressure.z is not None:
+                coefficients["roelands_z"] = pressure.z
             if pressure.rows is not None:
-                given["pressure_viscosity"] = _curve(pressure.rows)
+                arguments["pressure_viscosity"] = _curve(pressure.rows)
         if self.limiting_shear_stress is not None:
-            given["limiting_stress_ratio"] = self.limiting_shear_stress.ratio
+            arguments["limiting_stress_ratio"] = self.limiting_shear_stress.ratio
         return oils.Oil(
-            **given,
+            **arguments,
             density=_curve(self.density_kg_m3),
             specific_heat=_curve(self.specific_heat_j_kgk),
             thermal_conductivity=_curve(self.thermal_conductivity_w_mk),

@@ -1,4 +1,4 @@
-"""Safe YAML with line numbers: plain values, and where in the file each of them is.
+"""Safe YAML with line numbers: plain values, and the line of each value.
 
 Decides: which YAML is read.
 """
@@ -12,11 +12,11 @@ import yaml
 
 from oilfilm.errors import OilfilmError
 
-# Bytes of a file: ten thousand lines; the longest one of the project has a few hundred.
-_LARGEST_FILE = 1 << 19
-# No file of the project nests deeper than six groups.
-_DEEPEST_GROUP = 50
-# libyaml is ten times as fast; it would crash on groups nested without end.
+# About ten thousand lines. The longest file of the project has a few hundred.
+_MOST_BYTES = 1 << 19
+# No file of the project nests groups deeper than six levels.
+_MOST_LEVELS = 50
+# libyaml is ten times as fast. It would crash on groups nested without end.
 _LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 
 
@@ -25,9 +25,9 @@ class YamlFile:
     """One YAML file.
 
     Attributes:
-        path: The file.
+        path: Path of the file.
         values: Its content as plain values.
-        node: The same as PyYAML's nodes, which know their lines.
+        node: Its content as nodes of PyYAML, which have line numbers.
     """
 
     path: Path
@@ -35,15 +35,19 @@ class YamlFile:
     node: yaml.MappingNode
 
     def line_of(self, steps: Sequence[object]) -> int:
-        """The line of a key or list item, or of the innermost group that exists on the way."""
+        """The line of a key or list item; of the innermost existing group if there is none.
+
+        Args:
+            steps: The keys and list indices that lead to it, from the outermost group inwards.
+        """
         node: yaml.Node = self.node
         line = 1
         for step in steps:
             if isinstance(node, yaml.MappingNode):
-                pairs = [pair for pair in node.value if str(pair[0].value) == str(step)]
-                if not pairs:
+                entries = [entry for entry in node.value if str(entry[0].value) == str(step)]
+                if not entries:
                     return line
-                key, node = pairs[0]
+                key, node = entries[0]
                 line = _line(key)
             elif isinstance(node, yaml.SequenceNode):
                 node = node.value[int(str(step))]
@@ -51,7 +55,7 @@ class YamlFile:
         return line
 
     def location_of(self, steps: Sequence[object]) -> str:
-        """The file and the line of a key, as messages begin."""
+        """The file and the line of a key, as the beginning of a message."""
         return f"{self.path}, line {self.line_of(steps)}"
 
 
@@ -68,47 +72,56 @@ def read_yaml(path: Path) -> YamlFile:
             raise OilfilmError(f"{path}: found no keys; expected `key: value` lines.")
         return YamlFile(path, _value_of(node, path), node)
     except yaml.YAMLError as error:
-        mark, problem = (getattr(error, f"problem{part}", None) for part in ("_mark", ""))
+        mark = getattr(error, "problem_mark", None)
+        problem = getattr(error, "problem", None)
         location = f"{path}, line {mark.line + 1}" if mark else path
         reason = " ".join(str(problem or error).split())
         raise OilfilmError(f"{location}: not valid YAML: {reason}.") from error
 
 
 def as_yaml(values: Mapping[str, Any]) -> str:
-    """Plain values as YAML that `read_yaml` reads back, keys in their own order."""
+    """Plain values as YAML that `read_yaml` can read; the order of keys is kept."""
     # no sorting: tables follow the order of levels and oils
-    return yaml.dump({**values}, Dumper=_Plain, sort_keys=False, allow_unicode=True, width=100)
+    return yaml.dump(
+        dict(values), Dumper=_DumperWithoutAliases, sort_keys=False, allow_unicode=True, width=100
+    )
 
 
-class _Plain(yaml.SafeDumper):
+class _DumperWithoutAliases(yaml.SafeDumper):
     def ignore_aliases(self, _: Any) -> bool:
-        return True  # they are refused
+        return True  # `read_yaml` refuses them
 
 
 def leaves(value: object, steps: tuple[object, ...] = ()) -> Iterator[tuple[Any, object]]:
     """The single values in groups and lists: the steps to each, and the value."""
-    if isinstance(value, Mapping | list):
-        for step, part in value.items() if isinstance(value, Mapping) else enumerate(value):
-            yield from leaves(part, (*steps, step))
+    if isinstance(value, Mapping):
+        for key, content in value.items():
+            yield from leaves(content, (*steps, key))
+    elif isinstance(value, list):
+        for index, item in enumerate(value):
+            yield from leaves(item, (*steps, index))
     else:
         yield steps, value
 
 
 def dotted(steps: Sequence[object]) -> str:
-    """A key as messages name it: gates.lambda_limit."""
+    """A key in the form of messages: gates.lambda_limit."""
     return ".".join(map(str, steps))
 
 
 def _composed(text: str, path: Path) -> yaml.Node | None:
-    depth = 0
+    """The top node of a text, after a check that it can be read safely."""
+    level = 0
     for event in yaml.parse(text, Loader=_LOADER):
-        # an alias can unfold one small file into gigabytes
+        # with aliases a small file can become gigabytes
         if isinstance(event, yaml.AliasEvent):
             raise _mistake(path, event, f"found the alias *{event.anchor}; write the value out.")
-        depth += isinstance(event, yaml.CollectionStartEvent)
-        depth -= isinstance(event, yaml.CollectionEndEvent)
-        if depth > _DEEPEST_GROUP:
-            raise _mistake(path, event, f"groups are nested more than {_DEEPEST_GROUP} deep.")
+        if isinstance(event, yaml.CollectionStartEvent):
+            level += 1
+        elif isinstance(event, yaml.CollectionEndEvent):
+            level -= 1
+        if level > _MOST_LEVELS:
+            raise _mistake(path, event, f"groups are nested more than {_MOST_LEVELS} deep.")
     return yaml.compose(text, Loader=_LOADER)
 
 
@@ -117,34 +130,40 @@ def _value_of(node: yaml.Node, path: Path) -> Any:
     if isinstance(node, yaml.SequenceNode) and node.tag.endswith(":seq"):
         return [_value_of(item, path) for item in node.value]
     if isinstance(node, yaml.MappingNode) and node.tag.endswith(":map"):
-        lines: dict[Any, int] = {}
-        values = {}
-        for key, value in node.value:
-            if not isinstance(key, yaml.ScalarNode):
-                raise _mistake(path, key, "found a group as a key; expected one word.")
-            if key.tag.endswith(":merge"):
-                raise _mistake(path, key, "`<<` takes keys from elsewhere; write them out.")
-            if key.value in lines:
-                first = f"(first defined at line {lines[key.value]})"
-                raise _mistake(path, key, f"duplicate key {key.value!r} {first}; keep one of them.")
-            lines[key.value] = _line(key)
-            values[_value_of(key, path)] = _value_of(value, path)
-        return values
+        return _mapping_of(node, path)
     try:
         value = yaml.constructor.SafeConstructor().construct_document(node)
-        float(value if isinstance(value, int) else 0)
+        if isinstance(value, int):
+            float(value)
         return value
     except (ValueError, OverflowError) as error:
-        # as of the 45th of a month, or of a number of four hundred digits
+        # such as the 45th of a month, or a number of four hundred digits
         raise _mistake(path, node, f"a value cannot be read ({error}); correct it.") from error
+
+
+def _mapping_of(node: yaml.MappingNode, path: Path) -> dict[Any, Any]:
+    """A group of keys as plain values; each key is one word and is there once."""
+    lines: dict[Any, int] = {}
+    values = {}
+    for key, value in node.value:
+        if not isinstance(key, yaml.ScalarNode):
+            raise _mistake(path, key, "found a group as a key; expected one word.")
+        if key.tag.endswith(":merge"):
+            raise _mistake(path, key, "`<<` takes keys from elsewhere; write them out.")
+        if key.value in lines:
+            first = f"(first defined at line {lines[key.value]})"
+            raise _mistake(path, key, f"duplicate key {key.value!r} {first}; keep one of them.")
+        lines[key.value] = _line(key)
+        values[_value_of(key, path)] = _value_of(value, path)
+    return values
 
 
 def _text_of(path: Path) -> str:
     if not path.exists():
         raise OilfilmError(f"{path}: there is no such file. Run from the top folder of a project.")
-    # a pipe never ends
-    if not path.is_file() or path.stat().st_size > _LARGEST_FILE:
-        expected = f"a plain file of at most {_LARGEST_FILE} bytes"
+    # a pipe is no plain file and may never end
+    if not path.is_file() or path.stat().st_size > _MOST_BYTES:
+        expected = f"a plain file of at most {_MOST_BYTES} bytes"
         raise OilfilmError(f"{path}: cannot be read as settings; expected {expected}.")
     try:
         content = path.read_bytes()
@@ -157,10 +176,10 @@ def _text_of(path: Path) -> str:
         raise OilfilmError(f"{path}, line {line}: {wrong}; save the file as UTF-8.") from error
 
 
-def _mistake(path: Path, thing: yaml.Node | yaml.Event, sentence: str) -> OilfilmError:
-    return OilfilmError(f"{path}, line {_line(thing)}: {sentence}")
+def _mistake(path: Path, marked: yaml.Node | yaml.Event, sentence: str) -> OilfilmError:
+    return OilfilmError(f"{path}, line {_line(marked)}: {sentence}")
 
 
-def _line(thing: Any) -> int:
+def _line(marked: Any) -> int:
     """Line of a node or event of PyYAML, counted from 1."""
-    return int(thing.start_mark.line) + 1
+    return int(marked.start_mark.line) + 1
