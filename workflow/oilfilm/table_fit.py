@@ -19,7 +19,7 @@ import pandas as pd
 
 from oilfilm.arrays import ArrayFit, fit_points
 from oilfilm.errors import OilfilmError, cut
-from oilfilm.logs import csv
+from oilfilm.logs import delimited_text
 from oilfilm.logs.base import UnreadableLogError
 from oilfilm.logs.columns import LoggedTable
 from oilfilm.logs.header import apart
@@ -182,7 +182,7 @@ def read_mu_table(table: Path | str | pd.DataFrame) -> MuTable:
     found = MuTable("the data frame" if isinstance(table, pd.DataFrame) else str(table))
     try:
         text = _text_of(table) if isinstance(table, pd.DataFrame) else _content(Path(table), found)
-        form, (logged,) = csv.tables(text, VOCABULARY)
+        form, (logged,) = delimited_text.tables(text, VOCABULARY)
     except UnreadableLogError as error:
         advice = "Write one line of names above the rows: slide_roll_ratio and mu among them."
         raise found.refuse(f"{error.refusal.reason}.", advice) from None

@@ -1,7 +1,6 @@
 """Raw logs to samples: every row of every file ends in samples or in quarantine.
 
-Each format is read by the module of its name, and recognised by a file's content, never by its
-name.
+One module reads one format. A format is recognised by the content of a file, never by its name.
 
 Decides: which formats of logs are read; where each row of a raw log ends: in samples or in
 quarantine.
@@ -20,7 +19,7 @@ import pyarrow as arrow
 
 from oilfilm import tables
 from oilfilm.errors import OilfilmError, printable
-from oilfilm.logs import base, csv, lvm, parquet, pcs, tdms
+from oilfilm.logs import base, delimited_text, lvm, parquet, pcs, tdms
 from oilfilm.logs.columns import ROWS_ADVICE, Found, read_tables
 from oilfilm.logs.log_kind import LogKind, Vocabulary
 from oilfilm.logs.raw_files import LARGEST_LOG
@@ -48,8 +47,15 @@ class Reader(Protocol):
         ...
 
 
-# The first that recognises a file reads it: csv, which takes any text in columns, comes last.
-READERS: dict[str, Reader] = {"tdms": tdms, "parquet": parquet, "lvm": lvm, "pcs": pcs, "csv": csv}
+# The first reader that recognises a file reads it. The reader of csv takes any text in columns, so
+# it comes last.
+READERS: dict[str, Reader] = {
+    "tdms": tdms,
+    "parquet": parquet,
+    "lvm": lvm,
+    "pcs": pcs,
+    "csv": delimited_text,
+}
 # How files begin that are no logs.
 FOREIGN = {
     b"PK\x03\x04": "an Excel workbook or a zip archive: export it as csv, or unpack it",
