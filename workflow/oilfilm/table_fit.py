@@ -22,9 +22,9 @@ from oilfilm.errors import OilfilmError, cut
 from oilfilm.logs import delimited_text
 from oilfilm.logs.base import UnreadableLogError
 from oilfilm.logs.columns import LoggedTable
-from oilfilm.logs.header import apart
+from oilfilm.logs.header import split_unit
 from oilfilm.logs.ingest import read_bytes, unpack
-from oilfilm.logs.sheet_file import unfolded
+from oilfilm.logs.sheet_file import checked_workbook
 from oilfilm.logs.sniff import Guesses, has_word, unit_in_name
 from oilfilm.logs.traction_log import TRACTION
 from oilfilm.physics.contact import max_hertz_pressure, reduced_modulus
@@ -38,7 +38,7 @@ TEMPERATURE, SLIP, MU = "inlet_temperature_c", "slide_roll_ratio", "traction_coe
 # have them (Harris and Kotzalas, Rolling Bearing Analysis, 5th ed., 2007); glass: Schott N-BK7.
 MATERIALS = {"steel": (206e9, 0.3), "silicon-nitride": (310e9, 0.26), "glass": (82e9, 0.206)}
 _COLUMNS = {PRESSURE, LOAD, SPEED, "ball_speed_m_s", "disc_speed_m_s", TEMPERATURE, SLIP, MU}
-_OWN_NAMES = {n: of for n, of in TRACTION.vocabulary.own_names.items() if n in _COLUMNS}
+_OWN_NAMES = {n: of for n, of in TRACTION.vocabulary.project_names.items() if n in _COLUMNS}
 VOCABULARY = Guesses("traction", "columns", _OWN_NAMES, (), symbols=True)
 # Columns of text by the words of their names; a time or temperature is none of them.
 _LABELS = {
@@ -209,7 +209,7 @@ def _content(path: Path, found: MuTable) -> bytes:
             return _text_of(pd.read_parquet(io.BytesIO(content)))
         if content.startswith(_EXCEL):
             # a sheet may have lines above the names
-            sheet = pd.read_excel(unfolded(content), header=None, dtype=object)
+            sheet = pd.read_excel(checked_workbook(content), header=None, dtype=object)
             return sheet.to_csv(sep="\t", index=False, header=False).encode()
     except Exception as error:
         reason = f"cannot be read ({cut(' '.join(str(error).split()))})."
@@ -234,7 +234,7 @@ def _columns(logged: LoggedTable, found: MuTable) -> dict[str, tuple[str, str]]:
                 f"the columns {several} could both be the {quantity.replace('_', ' ')}.",
                 "Rename the one that is not.",
             )
-        known[quantity] = name, unit or unit_in_name(apart(name)[0], quantity, VOCABULARY)
+        known[quantity] = name, unit or unit_in_name(split_unit(name)[0], quantity, VOCABULARY)
     needed = [MU] if {"ball_speed", "disc_speed"} <= known.keys() else [MU, SLIP]
     if lacking := [name.replace("_", " ") for name in needed if name not in known]:
         own = ", ".join(repr(name) for name, _ in names) or "none that can be told"

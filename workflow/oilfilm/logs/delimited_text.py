@@ -1,7 +1,7 @@
 """Text logs with one row per instant: a header, one line of column names, then the rows.
 
-Nothing is assumed of a log but that one line names its columns and the rows follow it.
-data/raw/README.md describes what may vary between logs.
+The only assumption is that one line names the columns and that the rows follow it.
+data/raw/README.md describes what may differ between logs.
 
 Decides: how the layout of a text log is found.
 """
@@ -9,43 +9,55 @@ Decides: how the layout of a text log is found.
 import csv
 import re
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence, Set
+from collections.abc import Iterable, Iterator, Mapping, Sequence, Set
 from contextlib import suppress
 from dataclasses import dataclass
 from itertools import zip_longest
 
 from oilfilm.logs import text_rows
 from oilfilm.logs.base import TextForm, UnreadableLogError, check_rows
-from oilfilm.logs.columns import Found, LoggedTable
+from oilfilm.logs.columns import LoggedTable, TablesOfFile
 from oilfilm.logs.header import FULL_WIDTH
 from oilfilm.logs.log_kind import Vocabulary
 from oilfilm.settings.base import plain_key
 
 _BLANKS = " "
 _DELIMITERS = (",", ";", "\t", "|")
-# Fewer numbers may be the value of a header line; letters of a line that are quoted.
-_NUMBERS_OF_ROW, _LONGEST = 3, 80
-# The line of names is near the top; beyond this a file is no log of ours.
+# A line with fewer numbers may be a header line.
+_FEWEST_NUMBERS_OF_ROW = 3
+_LETTERS_SHOWN = 80
+# The line of names is near the top of the file.
 _LINES_SEARCHED = 200
+# The line of names is the one with most known names among so many lines from the first candidate.
+_LINES_COMPARED = 20
 _COMMENT_LINES = re.compile(rb"^#[^\n]*(?:\n|\Z)", re.MULTILINE)
 _SPREADSHEET_ERROR = re.compile(r"#(?:N/A|NV|[^\W\d_]+(?:/0)?[!?])")
-_SOME_BLANKS = re.compile(rb"[ \t]+")
-_OUTER_BLANKS = re.compile(rb"^[ \t]+|[ \t]+$", re.MULTILINE)
+_BLANKS_BETWEEN_CELLS = re.compile(rb"[ \t]+")
+_BLANKS_AROUND_LINE = re.compile(rb"^[ \t]+|[ \t]+$", re.MULTILINE)
 _CLOCK_OR_DATE = re.compile(r"\d[:/]\d")
 # A number in groups of thousands, with a decimal mark behind them.
-_GROUPED = re.compile(r"[-+]?\d{1,3}(?:([.,])\d{3})(?:\1\d{3})*(?!\1)[.,]\d+")
-# Words of a name and columns, where blanks part the columns; lines in which a better one is looked
-# for, or rows.
+_GROUPED = re.compile(r"[-+]?\d{1,3}(?:(?P<group_mark>[.,])\d{3})(?:\1\d{3})*(?!\1)[.,]\d+")
 _LONGEST_UNIT = 8
-_LONGEST_NAME, _FEWEST_COLUMNS, _ROWS_SEARCHED = 5, 3, 20
+# Limits where blanks separate the columns: words of a name, columns of a log.
+_MOST_WORDS_OF_NAME = 5
+_FEWEST_COLUMNS = 3
+# Text has few control characters among its first letters; other files have more.
+_LETTERS_JUDGED = 1000
+_LARGEST_CONTROL_SHARE = 0.02
 
 
 @dataclass(frozen=True)
 class _Head:
     """The lines above the rows, and the first rows.
 
-    `start` is the number of lines down to the first row, `rows` has cells of the first rows,
-    `quoted` says whether a cell may hold the delimiter.
+    Attributes:
+        header: The lines above the names.
+        start: Number of lines above the first row.
+        delimiter: Character between cells; a blank for any number of blanks.
+        names: Names of the columns.
+        units: Unit of each column from a line below the names; empty where there is none.
+        rows: Cells of the first rows.
+        quoted: Whether quotes occur, so that a cell may hold the delimiter.
     """
 
     header: Sequence[str]
@@ -57,49 +69,72 @@ class _Head:
     quoted: bool
 
 
-# Text has no more control characters than this among its first letters; other files do.
-_JUDGED, _ODD_SHARE = 1000, 0.02
+@dataclass(frozen=True)
+class _NameLine:
+    """The line of names: its number from 0, the delimiter, the names."""
+
+    number: int
+    delimiter: str
+    names: list[str]
 
 
 def recognises(head: bytes) -> bool:
     """True for any text."""
-    first = text_rows.normalise(head).decode("utf-8", "replace").lstrip("\ufeff \n")[:_JUDGED]
-    odd = sum(not (letter.isprintable() or letter.isspace()) for letter in first)
-    return bool(first) and "\0" not in first[:200] and odd <= _ODD_SHARE * len(first)
+    text = text_rows.normalise(head).decode("utf-8", "replace")
+    letters = text.lstrip("\ufeff \n")[:_LETTERS_JUDGED]
+    control = [letter for letter in letters if not (letter.isprintable() or letter.isspace())]
+    few_control = len(control) <= _LARGEST_CONTROL_SHARE * len(letters)
+    return letters != "" and "\0" not in letters[:200] and few_control
 
 
-def tables(content: bytes, vocabulary: Vocabulary) -> Found:
+def tables(content: bytes, vocabulary: Vocabulary) -> TablesOfFile:
     """See `Reader.tables`."""
     encoding = text_rows.encoding_of(content)
     text = text_rows.normalise(content, encoding)
-    rows = max(text_rows.count_rows(text) - 1, 0)  # one of the lines may be that of the names
+    # one of the lines may be that of the names
+    rows = max(text_rows.count_rows(text) - 1, 0)
     check_rows(rows)
     try:
         head = _find_head(text, vocabulary)
+        # a row may be above the names: all lines count
         rows += 1
         _refuse_row_above_names(head)
-        lines = text[: text_rows.HEAD_SEARCHED].split(b"\n", head.start)[: head.start]
-        start = sum(map(len, lines)) + head.start
-        body = text
-        # asked first, because replacing what is not there takes longer than reading the log
-        if text.find(b"\n#", max(start - 1, 0)) >= 0:
-            body = _COMMENT_LINES.sub(lambda line: _row_or_nothing(line[0], head), text[start:])
-            start = 0
+        body, start = _without_comments(text, head)
         rows = text_rows.count_rows(body, start)
-        known = vocabulary.meanings(head.names, head.units)
-        stamps = _stamps(head, known)
+        meanings = vocabulary.meanings(head.names, head.units)
+        stamps = _stamps(head, meanings)
     except ValueError as error:
         read_as = "" if encoding == "ascii" else f"; read as {encoding}"
         raise UnreadableLogError(f"{error}{read_as}", vocabulary.advice, rows) from error
+    if stamps:
+        # seconds, in spite of any unit that the log gives
+        head.units[stamps[0]] = "s"
     body, delimiter, start = _plain_cells(body, head, start)
-    decimal_mark, group_mark = _marks(head, delimiter, known.keys() - stamps)
+    decimal_mark, group_mark = _marks(head, delimiter, meanings.keys() - stamps)
     table = text_rows.TextTable(
         body, len(head.names), delimiter, decimal_mark, group_mark, stamps, start
     )
-    keys = _header_keys(head.header, head.delimiter)
-    columns = head.names, head.units, table.numbers, table.rows
-    logged = LoggedTable(keys, *columns, cut=table.cut, show=table.show)
-    return TextForm.of(encoding, head.delimiter, decimal_mark), [logged]
+    logged = LoggedTable(
+        _header_keys(head.header, head.delimiter),
+        head.names,
+        head.units,
+        table.numbers,
+        table.rows,
+        cut_row_cells=table.cut_row_cells,
+        show=table.show,
+    )
+    return TextForm.from_marks(encoding, head.delimiter, decimal_mark), [logged]
+
+
+def _without_comments(text: bytes, head: _Head) -> tuple[bytes, int]:
+    """A text that ends in the rows, without comments between them, and where they start."""
+    lines_above = text[: text_rows.HEAD_BYTES].split(b"\n", head.start)[: head.start]
+    start = sum(len(line) for line in lines_above) + len(lines_above)
+    # searched first: most logs have no comments there, and to replace them takes much longer
+    if text.find(b"\n#", max(start - 1, 0)) < 0:
+        return text, start
+    rows = _COMMENT_LINES.sub(lambda line: _row_or_nothing(line[0], head), text[start:])
+    return rows, 0
 
 
 def _find_head(text: bytes, vocabulary: Vocabulary) -> _Head:
@@ -108,40 +143,75 @@ def _find_head(text: bytes, vocabulary: Vocabulary) -> _Head:
     Raises:
         ValueError: No line names columns.
     """
-    first = text[: text_rows.HEAD_SEARCHED].decode("utf-8", "replace")
-    # asked first: most logs are ASCII, and each run pays for it
-    first = first if first.isascii() else first.translate(FULL_WIDTH)
-    lines = first.split("\n", _LINES_SEARCHED)[:_LINES_SEARCHED]
-    number, delimiter, names = _line_of_names(lines, vocabulary)
-    below = [
-        (place, line)
-        for place, line in enumerate(lines[number + 1 :], start=number + 1)
-        if line.strip() and (line[0] != "#" or _is_row(line, delimiter, len(names)))
-    ]
-    cells = [_split(line, delimiter) for _, line in below]
-    units, start = [""] * len(names), number + 1
-    if cells and _is_unit_row(cells[0], names, vocabulary):
-        units, start = [_bare(cell) for cell in cells.pop(0)], below[0][0] + 1
-    width = Counter(map(len, cells)).most_common(1)[0][0] if cells else len(names)
-    # a delimiter behind the last cell, in the rows or in the names alone
-    if any(names[width:]) or (
-        width > len(names) and any(any(row[len(names) :]) for row in cells if len(row) == width)
-    ):
-        width = len(names)
-    names, units = ((some + [""] * width)[:width] for some in (names, units))
-    return _Head(lines[:number], start, delimiter, names, units, cells, '"' in first)
+    beginning = text[: text_rows.HEAD_BYTES].decode("utf-8", "replace")
+    # tested first: most logs are ASCII, and to translate takes longer
+    if not beginning.isascii():
+        beginning = beginning.translate(FULL_WIDTH)
+    lines = beginning.split("\n", _LINES_SEARCHED)[:_LINES_SEARCHED]
+    line_of_names = _line_of_names(lines, vocabulary)
+    names, delimiter = line_of_names.names, line_of_names.delimiter
+    start = line_of_names.number + 1
+    rows: list[list[str]] = []
+    number_of_row: list[int] = []
+    for number, line in enumerate(lines[start:], start=start):
+        is_comment = line.startswith("#") and not _is_row(line, delimiter, len(names))
+        if line.strip() and not is_comment:
+            rows.append(_split(line, delimiter))
+            number_of_row.append(number)
+    units = [""] * len(names)
+    if rows and _is_unit_row(rows[0], names, vocabulary):
+        units = [_bare(cell) for cell in rows.pop(0)]
+        start = number_of_row[0] + 1
+    width = _width(rows, names)
+    empty = [""] * width
+    return _Head(
+        header=lines[: line_of_names.number],
+        start=start,
+        delimiter=delimiter,
+        names=[*names, *empty][:width],
+        units=[*units, *empty][:width],
+        rows=rows,
+        quoted='"' in beginning,
+    )
+
+
+def _width(rows: Sequence[Sequence[str]], names: Sequence[str]) -> int:
+    """Number of cells of a row: that of most rows, unless names or cells would be lost.
+
+    Rows, or the names alone, may have a delimiter behind the last cell.
+    """
+    if not rows:
+        return len(names)
+    width = _most_frequent(len(row) for row in rows)
+    names_lost = any(names[width:])
+    nameless_cells = width > len(names) and any(
+        any(row[len(names) :]) for row in rows if len(row) == width
+    )
+    return len(names) if names_lost or nameless_cells else width
+
+
+def _most_frequent(numbers: Iterable[int]) -> int:
+    """The number that occurs most often, the first of equals; 0 where there is none."""
+    counts = Counter(numbers)
+    return max(counts, key=lambda number: counts[number], default=0)
 
 
 def _is_row(line: str, delimiter: str, width: int) -> bool:
     """Whether a `#` line below the names is a row: spreadsheets write their errors as #N/A.
 
-    So does a first cell that is such an error, as many cells as names (but where blanks part them,
-    as they part words), or more than half of them numbers or errors.
+    It is a row in each of these cases:
+
+    - its first cell is such an error;
+    - it has as many cells as names (not where blanks separate cells: they separate words too);
+    - more than half of the cells are numbers or errors.
     """
     cells = _split(line, delimiter)
-    numbers = sum(cell.startswith("#") or _is_number(cell) for cell in cells)
-    as_wide = delimiter != _BLANKS and len(cells) == width
-    return as_wide or numbers > width / 2 or _SPREADSHEET_ERROR.fullmatch(cells[0]) is not None
+    if _SPREADSHEET_ERROR.fullmatch(cells[0]):
+        return True
+    if delimiter != _BLANKS and len(cells) == width:
+        return True
+    numbers = [cell for cell in cells if cell.startswith("#") or _is_number(cell)]
+    return len(numbers) > width / 2
 
 
 def _row_or_nothing(line: bytes, head: _Head) -> bytes:
@@ -151,72 +221,125 @@ def _row_or_nothing(line: bytes, head: _Head) -> bytes:
 
 
 def _refuse_row_above_names(head: _Head) -> None:
-    """Raise if a row is above the line of names: it would be lost as a header line."""
-    form = [_is_number(cell) for cell in head.rows[0]] if head.rows else []
-    for number, line in enumerate(head.header if sum(form) >= _NUMBERS_OF_ROW else (), start=1):
+    """Refuse a log with a row above the line of names, which would be taken for a header line.
+
+    Raises:
+        ValueError: A line above has numbers in the same cells as the first row.
+    """
+    if not head.rows:
+        return
+    is_number = [_is_number(cell) for cell in head.rows[0]]
+    if sum(is_number) < _FEWEST_NUMBERS_OF_ROW:
+        return
+    for number, line in enumerate(head.header, start=1):
         cells = _split(line, head.delimiter)
-        numbers = [_is_number(cell) or cell.startswith("#") for cell in cells]
-        if numbers == form:
+        if [_is_number(cell) or cell.startswith("#") for cell in cells] == is_number:
             raise ValueError(
-                f"line {number} reads {line[:_LONGEST]!r}, which looks like a row, but is "
+                f"line {number} reads {line[:_LETTERS_SHOWN]!r}, which looks like a row, but is "
                 "above the line of names; put the names above all rows"
             )
 
 
-def _line_of_names(lines: Sequence[str], vocabulary: Vocabulary) -> tuple[int, str, list[str]]:
-    def known(names: Sequence[str]) -> int:
-        return sum(vocabulary.meaning(name) is not None for name in names)
+def _line_of_names(lines: Sequence[str], vocabulary: Vocabulary) -> _NameLine:
+    """The line that names the columns.
 
-    # some programs write the names as a comment: looked for where there is no better line
-    for mark in ("", "#"):
-        best, found = 1, None
-        for number, line in enumerate(lines):
-            if found and number > found[0] + _ROWS_SEARCHED:
-                break
-            if line.lstrip().startswith("#") == bool(mark):
-                for delimiter in _DELIMITERS:
-                    names = _split(line.lstrip("# \t") if mark else line, delimiter)
-                    if len(names) > best and not _is_number(names[0]) and known(names) > best:
-                        best, found = known(names), (number, delimiter, names)
-        if found is not None:
-            return found
+    Raises:
+        ValueError: No line does.
+    """
+    plain_lines: dict[int, str] = {}
+    comments: dict[int, str] = {}
+    for number, line in enumerate(lines):
+        if line.lstrip().startswith("#"):
+            comments[number] = line.lstrip("# \t")
+        else:
+            plain_lines[number] = line
+    # some programs write the names as a comment
+    for candidates in (plain_lines, comments):
+        line_of_names = _best_line_of_names(candidates, vocabulary)
+        if line_of_names is not None:
+            return line_of_names
     hint = ""
     for number, line in enumerate(lines):
-        width = _width_of_rows(lines[number + 1 : number + 1 + _ROWS_SEARCHED])
-        for names in _blank_parted(line, vocabulary) if width >= _FEWEST_COLUMNS else ():
-            if known(names) >= 2:
+        width = _width_of_rows(lines[number + 1 : number + 1 + _LINES_COMPARED])
+        if width < _FEWEST_COLUMNS:
+            continue
+        for names in _names_between_blanks(line, vocabulary):
+            if _count_known(names, vocabulary) >= 2:
                 if len(names) == width:
-                    return number, _BLANKS, names
+                    return _NameLine(number, _BLANKS, names)
                 hint = f": blanks part {width} columns, but {len(names)} names; write these without"
-    first = next((line for line in lines if line.strip() and line.lstrip()[0] != "#"), "")
-    seen = f"; its first line is {first[:120]!r}" if first else ""
-    raise ValueError(f"no line names columns of a {vocabulary.name} log{hint or seen}")
+    if not hint:
+        first = next((line for line in plain_lines.values() if line.strip()), "")
+        hint = f"; its first line is {first[:120]!r}" if first else ""
+    raise ValueError(f"no line names columns of a {vocabulary.name} log{hint}")
+
+
+def _best_line_of_names(lines: Mapping[int, str], vocabulary: Vocabulary) -> _NameLine | None:
+    """The line with most known names, at least two; None without one.
+
+    Args:
+        lines: Number of a line -> its text.
+        vocabulary: The names that are known.
+    """
+    best: _NameLine | None = None
+    most_known = 1
+    for number, line in lines.items():
+        if best and number > best.number + _LINES_COMPARED:
+            break
+        for delimiter in _DELIMITERS:
+            names = _split(line, delimiter)
+            if len(names) <= most_known or _is_number(names[0]):
+                continue
+            known = _count_known(names, vocabulary)
+            if known > most_known:
+                best = _NameLine(number, delimiter, names)
+                most_known = known
+    return best
+
+
+def _count_known(names: Sequence[str], vocabulary: Vocabulary) -> int:
+    return sum(vocabulary.meaning(name) is not None for name in names)
 
 
 def _width_of_rows(lines: Sequence[str]) -> int:
-    """How many cells most rows of numbers have that blanks part; 0 where there are none."""
+    """Number of cells between blanks in most rows of numbers; 0 where there are none."""
     rows = [line.split() for line in lines if line.strip()]
-    holds_data = (_is_number, text_rows.is_stamp, text_rows.is_date)
-    counts = Counter(len(row) for row in rows if any(holds(row[0]) for holds in holds_data))
-    return counts.most_common(1)[0][0] if counts else 0
+    return _most_frequent(
+        len(row)
+        for row in rows
+        if _is_number(row[0]) or text_rows.is_stamp(row[0]) or text_rows.is_date(row[0])
+    )
 
 
-def _blank_parted(line: str, vocabulary: Vocabulary) -> Iterator[list[str]]:
-    """Names that blanks part: each word one, by two at least, or by one and known as a whole."""
+def _names_between_blanks(line: str, vocabulary: Vocabulary) -> Iterator[list[str]]:
+    """The names of a line in which blanks separate them, in three readings.
+
+    Each word is a name; names are separated by two blanks or a tab; words that together are a known
+    name are one name.
+    """
     line = line.lstrip("# \t")
-    yield line.split()
+    words = line.split()
+    yield words
     yield [name for name in re.split(r"\s{2,}|\t", line.strip()) if name]
-    words, names = line.split(), []
+    names: list[str] = []
     first = 0
     while first < len(words):
-        joined = (" ".join(words[first : first + count]) for count in range(_LONGEST_NAME, 0, -1))
-        name = next((name for name in joined if vocabulary.meaning(name)), words[first])
-        names.append(name)
-        first += len(name.split())
+        count = _words_of_known_name(words[first:], vocabulary)
+        names.append(" ".join(words[first : first + count]))
+        first += count
     yield names
 
 
+def _words_of_known_name(words: Sequence[str], vocabulary: Vocabulary) -> int:
+    """How many of the first words are the longest known name; 1 where none is known."""
+    for count in range(min(_MOST_WORDS_OF_NAME, len(words)), 1, -1):
+        if vocabulary.meaning(" ".join(words[:count])):
+            return count
+    return 1
+
+
 def _split(line: str, delimiter: str) -> list[str]:
+    """The cells of a line, without blanks around them."""
     if delimiter == _BLANKS:
         return line.split()
     cells = line.split(delimiter)
@@ -227,75 +350,82 @@ def _split(line: str, delimiter: str) -> list[str]:
 
 
 def _plain_cells(body: bytes, head: _Head, start: int) -> tuple[bytes, str, int]:
-    """The rows with one mark between cells that no cell holds, that mark, and where they start."""
-    plain = not (head.quoted and any(head.delimiter in cell for row in head.rows for cell in row))
-    if plain and head.delimiter != _BLANKS:
-        return body, head.delimiter, start
-    body = body[start:]
+    """The rows with a delimiter that no cell holds, this delimiter, and where the rows start."""
     if head.delimiter == _BLANKS:
-        return (
-            text_rows.normalise(_SOME_BLANKS.sub(b"\t", _OUTER_BLANKS.sub(b"", body)), "ascii"),
-            "\t",
-            0,
-        )
-    # quoted cells hold the delimiter; line by line, so that a stray quote harms one row alone
-    lines = body.decode("utf-8").split("\n")
-    rows = "\n".join("\t".join(_split(line, head.delimiter)) for line in lines)
-    return text_rows.normalise(rows.encode(), "ascii"), "\t", 0
+        rows = _BLANKS_AROUND_LINE.sub(b"", body[start:])
+        rows = _BLANKS_BETWEEN_CELLS.sub(b"\t", rows)
+        return text_rows.normalise(rows, "ascii"), "\t", 0
+    cells_hold_delimiter = head.quoted and any(
+        head.delimiter in cell for row in head.rows for cell in row
+    )
+    if not cells_hold_delimiter:
+        return body, head.delimiter, start
+    # line by line: a single quote then harms one row only
+    lines = body[start:].decode("utf-8").split("\n")
+    text = "\n".join("\t".join(_split(line, head.delimiter)) for line in lines)
+    return text_rows.normalise(text.encode(), "ascii"), "\t", 0
 
 
-def _marks(head: _Head, delimiter: str, places: Set[int]) -> tuple[str, str]:
-    """Decimal mark and mark between thousands, from the columns of numbers at some places."""
-    # not the first row alone: it may hold whole numbers only
-    cells = [_bare(row[place]) for row in head.rows for place in places if place < len(row)]
-    cells = [cell for cell in cells if "," in cell]
-    if not cells or (delimiter == "," and not head.quoted):
+def _marks(head: _Head, delimiter: str, indices: Set[int]) -> tuple[str, str]:
+    """Decimal mark and mark between thousands, from the columns of numbers with some indices."""
+    if delimiter == "," and not head.quoted:
         return ".", ""
-    if grouped := next(filter(None, map(_GROUPED.fullmatch, cells)), None):
-        return (",", ".") if grouped[1] == "." else (".", ",")
-    return "." if delimiter == "," else ",", ""
+    # from all of the first rows: one row may hold whole numbers only
+    with_comma = []
+    for row in head.rows:
+        cells = [_bare(row[index]) for index in indices if index < len(row)]
+        with_comma += [cell for cell in cells if "," in cell]
+    for cell in with_comma:
+        grouped = _GROUPED.fullmatch(cell)
+        if grouped:
+            return (",", ".") if grouped["group_mark"] == "." else (".", ",")
+    decimal_comma = with_comma and delimiter != ","
+    return "," if decimal_comma else ".", ""
 
 
-def _stamps(head: _Head, known: Mapping[int, tuple[str, str]]) -> tuple[int, ...]:
-    """Places of the columns of time stamps, see `TextTable`.
-
-    The unit of the time is set to seconds, whatever the log says.
+def _stamps(head: _Head, meanings: Mapping[int, tuple[str, str]]) -> tuple[int, ...]:
+    """Indices of the columns of time stamps, see `TextTable`; empty where time is a number.
 
     Raises:
         ValueError: The time is neither a number nor a time stamp.
     """
-    time = next((index for index, (quantity, _) in known.items() if quantity == "time"), None)
+    time = next((index for index, (quantity, _) in meanings.items() if quantity == "time"), None)
     if time is None:
         return ()
     cells = [row[time].strip('" ') if time < len(row) else "" for row in head.rows]
-    marked = [cell for cell in cells if _CLOCK_OR_DATE.search(cell)]
-    if len(marked) <= len(cells) / 2:
+    with_colon_or_slash = [cell for cell in cells if _CLOCK_OR_DATE.search(cell)]
+    if len(with_colon_or_slash) <= len(cells) / 2:
         return ()
-    if sum(map(text_rows.is_stamp, marked)) <= len(marked) / 2:
+    stamps = [cell for cell in with_colon_or_slash if text_rows.is_stamp(cell)]
+    if len(stamps) <= len(with_colon_or_slash) / 2:
         raise ValueError(
-            f"the column {head.names[time][:60]!r} holds {marked[0][:40]!r}; expected numbers, or "
-            "time stamps such as '2026-03-01 10:15:00.250'"
+            f"the column {head.names[time][:60]!r} holds {with_colon_or_slash[0][:40]!r}; expected "
+            "numbers, or time stamps such as '2026-03-01 10:15:00.250'"
         )
-    head.units[time] = "s"
-    columns = zip_longest(*head.rows, fillvalue="")
-    dates = (sum(text_rows.is_date(cell.strip('" ')) for cell in column) for column in columns)
-    date = [place for place, found in enumerate(dates) if found > len(cells) / 2]
-    return (time, *date[:1])
+    for index, column in enumerate(zip_longest(*head.rows, fillvalue="")):
+        dates = [cell for cell in column if text_rows.is_date(cell.strip('" '))]
+        if len(dates) > len(cells) / 2:
+            return time, index
+    return (time,)
 
 
 def _is_unit_row(cells: Sequence[str], names: Sequence[str], vocabulary: Vocabulary) -> bool:
-    """A row right below the names in which most known columns have a unit that fits them."""
-    # a row of numbers is the first of the log, whatever units may be called
+    """Whether the row below the names has units: most known columns have one that fits them."""
+    # a row with a number is the first row of the log
     if any(cells[len(names) :]) or any(_is_number(cell) for cell in cells):
         return False
     units = [_bare(cell) for cell in cells] + [""] * len(names)
-    known = vocabulary.meanings(names, [""] * len(names))
-    fitting = [place for place, (of, _) in known.items() if vocabulary.fits(of, units[place])]
-    # of a log of something else, some units fit: it must not be told that units are missing
-    certain = any(len(units[place]) > 1 for place in fitting)
-    return len(fitting) > len(known) / 2 or (
-        certain and all(len(unit) <= _LONGEST_UNIT for unit in units)
-    )
+    meanings = vocabulary.meanings(names, [""] * len(names))
+    fitting = [
+        index
+        for index, (quantity, _) in meanings.items()
+        if vocabulary.fits(quantity, units[index])
+    ]
+    if len(fitting) > len(meanings) / 2:
+        return True
+    # in a log of another kind only some units fit; its message must not be that units are missing
+    has_long_unit = any(len(units[index]) > 1 for index in fitting)
+    return has_long_unit and all(len(unit) <= _LONGEST_UNIT for unit in units)
 
 
 def _is_number(cell: str) -> bool:
@@ -306,20 +436,30 @@ def _is_number(cell: str) -> bool:
     return True
 
 
-def _bare(unit: str) -> str:
-    return unit.strip('[]() "')
+def _bare(cell: str) -> str:
+    """A cell without brackets, quotes and blanks around it."""
+    return cell.strip('[]() "')
 
 
 def _header_keys(lines: Sequence[str], delimiter: str) -> dict[str, str]:
-    """`key: value` lines above the names, with or without `#`; `=` or the delimiter serve too."""
+    """Header keys from `key: value` lines above the names, with or without `#`.
+
+    The mark between key and value is the first of `:`, `=` and the delimiter. Two values of one key
+    are joined: what needs this key refuses the log.
+    """
+    marks = {":", "=", delimiter} - {_BLANKS}
     keys: dict[str, str] = {}
     for line in lines:
-        plain = line.strip().lstrip("#").strip()
-        marks = [mark for mark in (":", "=", delimiter.strip(_BLANKS)) if mark and mark in plain]
-        if marks:
-            key, _, value = plain.partition(min(marks, key=plain.index))
-            # a table program may quote the cells and fill the line with delimiters
-            name, text = (part.strip(f'"{delimiter} \t') for part in (plain_key(key), value))
-            # two values are none: what needs this key refuses the log
-            keys[name] = text if keys.get(name, text) == text else f"{keys[name]} / {text}"
+        text = line.strip().lstrip("#").strip()
+        marks_of_line = [mark for mark in marks if mark in text]
+        if not marks_of_line:
+            continue
+        key, _, value = text.partition(min(marks_of_line, key=text.index))
+        # a table program may quote the cells and fill the line with delimiters
+        surplus = f'"{delimiter} \t'
+        key = plain_key(key).strip(surplus)
+        value = value.strip(surplus)
+        if keys.get(key, value) != value:
+            value = f"{keys[key]} / {value}"
+        keys[key] = value
     return keys
