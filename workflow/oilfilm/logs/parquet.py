@@ -98,6 +98,7 @@ def _keys(metadata: Mapping[bytes, bytes]) -> dict[str, str]:
         attributes = {}
     # metadata of the file replaces attributes of the same name
     texts = {str(name): header_text(value) for name, value in attributes.items()}
-    for name in metadata.keys() - _TECHNICAL_KEYS:
-        texts[name.decode("utf-8", "replace")] = metadata[name].decode("utf-8", "replace").strip()
+    for name, value in metadata.items():
+        if name not in _TECHNICAL_KEYS:
+            texts[name.decode("utf-8", "replace")] = value.decode("utf-8", "replace").strip()
     return {plain_key(name): text for name, text in texts.items()}
