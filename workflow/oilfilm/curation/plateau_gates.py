@@ -299,7 +299,9 @@ def quarantine_rows(
         runs: Table of runs, with the run of each refusal.
         kind: The kind of rig.
     """
-    columns_of_run = runs.set_index("run_id")[["campaign", "file"]].to_dict("index")
+    columns_of_run: dict[Any, dict[Any, Any]] = runs.set_index("run_id")[
+        ["campaign", "file"]
+    ].to_dict("index")
     rows: list[dict[str, Any]] = []
     for refusal in refusals:
         row: dict[str, Any] = {"stage": "curate", **columns_of_run[refusal.run_id]}
