@@ -222,7 +222,11 @@ EXTENSIONS = {
     "A log format": (
         Edit(f"{_LIBRARY}/logs/jsonl.py", "", READER),
         Edit(f"{_LIBRARY}/logs/ingest.py", '"pcs": pcs,', '"pcs": pcs, "jsonl": jsonl,'),
-        Edit(f"{_LIBRARY}/logs/ingest.py", "import base, csv,", "import base, csv, jsonl,"),
+        Edit(
+            f"{_LIBRARY}/logs/ingest.py",
+            "import base, delimited_text,",
+            "import base, delimited_text, jsonl,",
+        ),
         Edit("tests/helpers/formats.py", "\nWRITERS = {", WRITER),
         Edit("tests/helpers/formats.py", "import io\n", "import io\nimport json\n"),
         after("data/raw/README.md", "# Raw logs\n", "\nLogs of JSON lines are read.\n"),
