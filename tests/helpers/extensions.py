@@ -92,7 +92,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from oilfilm.logs.base import NO_TEXT, UnreadableLogError, check_lines
-from oilfilm.logs.columns import Found, LoggedTable, header_text
+from oilfilm.logs.columns import LoggedTable, TablesOfFile, header_text
 from oilfilm.logs.log_kind import Vocabulary
 from oilfilm.settings.base import plain_key
 from oilfilm.units import FloatArray
@@ -103,7 +103,7 @@ def recognises(head: bytes) -> bool:
     return head.startswith(b"{")
 
 
-def tables(content: bytes, vocabulary: Vocabulary) -> Found:
+def tables(content: bytes, vocabulary: Vocabulary) -> TablesOfFile:
     """See `Reader.tables`."""
     check_lines(content)
     try:
@@ -222,7 +222,11 @@ EXTENSIONS = {
     "A log format": (
         Edit(f"{_LIBRARY}/logs/jsonl.py", "", READER),
         Edit(f"{_LIBRARY}/logs/ingest.py", '"pcs": pcs,', '"pcs": pcs, "jsonl": jsonl,'),
-        Edit(f"{_LIBRARY}/logs/ingest.py", "import base, csv,", "import base, csv, jsonl,"),
+        Edit(
+            f"{_LIBRARY}/logs/ingest.py",
+            "import base, delimited_text,",
+            "import base, delimited_text, jsonl,",
+        ),
         Edit("tests/helpers/formats.py", "\nWRITERS = {", WRITER),
         Edit("tests/helpers/formats.py", "import io\n", "import io\nimport json\n"),
         after("data/raw/README.md", "# Raw logs\n", "\nLogs of JSON lines are read.\n"),

@@ -19,12 +19,12 @@ import pandas as pd
 
 from oilfilm.arrays import ArrayFit, fit_points
 from oilfilm.errors import OilfilmError, cut
-from oilfilm.logs import csv
+from oilfilm.logs import delimited_text
 from oilfilm.logs.base import UnreadableLogError
 from oilfilm.logs.columns import LoggedTable
-from oilfilm.logs.header import apart
+from oilfilm.logs.header import split_unit
 from oilfilm.logs.ingest import read_bytes, unpack
-from oilfilm.logs.sheet_file import unfolded
+from oilfilm.logs.sheet_file import checked_workbook
 from oilfilm.logs.sniff import Guesses, has_word, unit_in_name
 from oilfilm.logs.traction_log import TRACTION
 from oilfilm.physics.contact import max_hertz_pressure, reduced_modulus
@@ -42,7 +42,7 @@ _COLUMNS = {PRESSURE, LOAD, SPEED, _BALL_SPEED, _DISC_SPEED, TEMPERATURE, SLIP, 
 # Quantity and unit of each column.
 _QUANTITY_OF_COLUMN = {
     column: quantity
-    for column, quantity in TRACTION.vocabulary.own_names.items()
+    for column, quantity in TRACTION.vocabulary.project_names.items()
     if column in _COLUMNS
 }
 VOCABULARY = Guesses("traction", "columns", _QUANTITY_OF_COLUMN, (), symbols=True)
@@ -211,7 +211,7 @@ def read_mu_table(table: Path | str | pd.DataFrame) -> MuTable:
         mu_table = MuTable(str(table))
         text = _file_text(Path(table), mu_table)
     try:
-        form, (logged,) = csv.tables(text, VOCABULARY)
+        form, (logged,) = delimited_text.tables(text, VOCABULARY)
     except UnreadableLogError as error:
         advice = "Write one line of names above the rows: slide_roll_ratio and mu among them."
         raise mu_table.refuse(f"{error.refusal.reason}.", advice) from None
@@ -251,7 +251,7 @@ def _file_text(path: Path, mu_table: MuTable) -> bytes:
             return _tab_separated(pd.read_parquet(io.BytesIO(content)))
         if content.startswith(_EXCEL):
             # a sheet may have lines above the names
-            sheet = pd.read_excel(unfolded(content), header=None, dtype=object)
+            sheet = pd.read_excel(checked_workbook(content), header=None, dtype=object)
             return sheet.to_csv(sep="\t", index=False, header=False).encode()
     except Exception as error:
         reason = f"cannot be read ({cut(' '.join(str(error).split()))})."
@@ -279,7 +279,7 @@ def _columns(logged: LoggedTable, mu_table: MuTable) -> dict[str, tuple[str, str
                 "Rename the one that is not.",
             )
         ((name, unit),) = candidates
-        columns[quantity] = name, unit or unit_in_name(apart(name)[0], quantity, VOCABULARY)
+        columns[quantity] = name, unit or unit_in_name(split_unit(name)[0], quantity, VOCABULARY)
     needed = [MU]
     if not {"ball_speed", "disc_speed"} <= columns.keys():
         needed.append(SLIP)

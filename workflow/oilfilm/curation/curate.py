@@ -1,12 +1,12 @@
 """Samples to plateaus with verdicts: one engine for every kind of rig.
 
-samples -> signals -> zero -> plateaus -> derived quantities -> gates -> verdicts. A `RigKind`
-says what differs between the rigs.
+samples -> signals -> zero -> plateaus -> derived quantities -> gates -> verdicts. A `RigKind` has
+everything in which the rigs differ.
 
 Runs that repeat each other are copies, conditions run twice, or wrong labels. A rule compares the
-accepted runs of a campaign with each other. Where several of them can be right, the first by name
-is kept. Where two contradict each other, none is; of more, those that most of the others contradict
-are refused.
+accepted runs of a campaign with each other. If several of them can be right, the first by name is
+kept. If two contradict each other, both are refused. Of more, those that most others contradict are
+refused.
 
 Decides: when a run repeats an earlier one, and which of them is kept; warnings about a run beside
 the others of its rig.
@@ -27,7 +27,7 @@ from oilfilm.curation.gate import fault
 from oilfilm.curation.hypotheses import DOUBTFUL, Hypothesis
 from oilfilm.curation.measure import measure
 from oilfilm.curation.plateau_gates import judge_plateaus, quarantine_rows, runs_not_usable
-from oilfilm.curation.rig_kind import TRACTION, RigKind
+from oilfilm.curation.rig_kind import TRACTION, RigKind, Run
 from oilfilm.curation.run_gates import first_fault, warning
 from oilfilm.curation.traction_rig import TractionRig
 from oilfilm.logs.base import Columns, Refusal
@@ -39,6 +39,7 @@ from oilfilm.settings.resolved import Settings
 from oilfilm.tables import failed_gates
 from oilfilm.tables.set_points import SET_POINTS, with_levels
 from oilfilm.ties import exceeds, reaches
+from oilfilm.units import FloatArray
 
 # ---------------------------------------------------------------- repeats
 
@@ -203,21 +204,31 @@ def _same_noise(points: pd.DataFrame, copies: CopySettings) -> Iterator[tuple[st
 def _difference(first: pd.DataFrame, later: pd.DataFrame, settings: Settings) -> float:
     """Median relative difference of two curves of traction over the slips that both have.
 
-    Less twice the standard error of each difference, where it is known.
+    Twice the standard error of each difference is subtracted where it is known.
     """
-    columns = ["slide_roll_ratio", "traction_coefficient", "traction_coefficient_se"]
-    (slip, mu, se), (other_slip, other, other_se) = (
-        curve.sort_values("slide_roll_ratio", kind="stable")[columns].to_numpy(float).T
-        for curve in (later, first)
-    )
-    least = max(other_slip.min(), settings.gates.sign_slip_min)
-    shared = (slip >= least) & (slip <= other_slip.max())
+    first_slip, first_mu, first_se = _curve(first)
+    slip, mu, se = _curve(later)
+    smallest = max(first_slip.min(), settings.gates.sign_slip_min)
+    shared = (slip >= smallest) & (slip <= first_slip.max())
     if not shared.any():
         return 0.0
-    slip, mu, se = slip[shared], mu[shared], se[shared]
-    expected, expected_se = (np.interp(slip, other_slip, each) for each in (other, other_se))
-    beyond = np.abs(mu - expected) - np.nan_to_num(2 * np.hypot(se, expected_se))
-    return float(np.median(np.maximum(beyond, 0.0) / ((np.abs(mu) + np.abs(expected)) / 2)))
+    mu = mu[shared]
+    expected_mu = np.interp(slip[shared], first_slip, first_mu)
+    expected_se = np.interp(slip[shared], first_slip, first_se)
+    error = np.nan_to_num(2 * np.hypot(se[shared], expected_se))
+    excess = np.maximum(np.abs(mu - expected_mu) - error, 0.0)
+    mean_size = (np.abs(mu) + np.abs(expected_mu)) / 2
+    return float(np.median(excess / mean_size))
+
+
+def _curve(points: pd.DataFrame) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Rising slips of a run, its traction coefficients and their standard errors, shape (n,)."""
+    ordered = points.sort_values("slide_roll_ratio", kind="stable")
+    return (
+        ordered["slide_roll_ratio"].to_numpy(float),
+        ordered["traction_coefficient"].to_numpy(float),
+        ordered["traction_coefficient_se"].to_numpy(float),
+    )
 
 
 def with_campaign_warnings(
@@ -240,17 +251,27 @@ def with_campaign_warnings(
 def _of_rig(
     points: pd.DataFrame, rigs: "pd.Series[str]", settings: Settings
 ) -> Iterator[tuple[str, str]]:
-    """Readings beyond the full scale of the rig's file, and materials that no rig has."""
-    for run_id, of_run in points.groupby("run_id"):
-        rig = settings.rigs.get(name := rigs.loc[run_id])
-        doubts = [f"unusual_rig: {each}" for each in rig.doubts()] if rig else []
-        scale = rig.full_scale if rig else None
-        for column, key in _SCALES.items() if scale else ():
-            largest, full = of_run[column].abs().max(), getattr(scale, key)
-            if exceeds(largest, full):
-                about = dict(column=column, of=largest, full=full, key=key)
-                doubts.append(fault("full_scale", **about).reason)
-        yield from ((str(run_id), f"{each}; correct {name}.yaml") for each in doubts)
+    """Warnings from the rig's file: readings beyond the full scale, impossible materials.
+
+    Each is the id of the run and a sentence.
+    """
+    for run_id, points_of_run in points.groupby("run_id"):
+        rig_name = rigs.loc[run_id]
+        rig = settings.rigs.get(rig_name)
+        if rig is None:
+            continue
+        warnings = [f"unusual_rig: {doubt}" for doubt in rig.doubts()]
+        if rig.full_scale is not None:
+            for column, key in _SCALES.items():
+                largest = points_of_run[column].abs().max()
+                full_scale = getattr(rig.full_scale, key)
+                if exceeds(largest, full_scale):
+                    beyond = fault(
+                        "full_scale", column=column, of=largest, full=full_scale, key=key
+                    )
+                    warnings.append(beyond.reason)
+        for text in warnings:
+            yield str(run_id), f"{text}; correct {rig_name}.yaml"
 
 
 def _constant_channels(
@@ -274,7 +295,7 @@ def _constant_channels(
 
 @dataclass(frozen=True)
 class Curated:
-    """Plateaus of a campaign or a share of it, its runs with their verdicts, what was refused."""
+    """Tables of a campaign or a share of it: plateaus, runs with verdicts, quarantine."""
 
     points: pd.DataFrame
     runs: pd.DataFrame
@@ -287,15 +308,29 @@ def check_logs(
     kind: type[RigKind] = TractionRig,
     sheet: RunSheet = NO_SHEET,
 ) -> Curated:
-    """What ingest and curation make of logs, given by name and content, and their run sheet."""
+    """Ingest and curate logs.
+
+    Args:
+        logs: Name and bytes of each log.
+        settings: Settings of the run.
+        kind: The kind of rig.
+        sheet: The run sheet.
+
+    Raises:
+        OilfilmError: As by `ingest_logs`, or a table is not as it is declared.
+    """
     return curate_ingested(ingest_logs(logs, settings, kind.logs, sheet), kind(settings))
 
 
 def curate_ingested(ingested: Ingested, rig: RigKind) -> Curated:
-    """What curation makes of logs that are all of a campaign."""
+    """Curate all logs of a campaign.
+
+    Raises:
+        OilfilmError: A table is not as it is declared.
+    """
     samples = ingested.all_samples()
     curated = collect(curate_parts([samples], ingested, rig), rig.settings, type(rig))
-    # what the workflow could not write must not pass here
+    # tables that the workflow could not write must not pass here
     if rig.name == TractionRig.name:
         tables.conform(samples, "samples", "samples of these logs")
     tables.conform(curated.points, rig.table, "plateaus of these logs")
@@ -309,17 +344,16 @@ def curate_share(
     samples: Mapping[str, Path],
     provenance: Mapping[str, Any],
 ) -> Curated:
-    """Read a share of the logs, write its samples and curate them; memory does not grow with it.
+    """Read a share of the logs, write its samples and curate them.
+
+    The memory needed does not grow with the size of the share.
 
     Args:
         logs: The logs.
         settings: Settings of the run.
         sheet: The run sheet.
         samples: File of each oil's samples.
-        provenance: As `tables.writing`.
-
-    Returns:
-        Plateaus, runs, and what was refused at any stage.
+        provenance: As for `tables.writing`.
     """
     with sample_files(samples, provenance) as keep:
         ingested = ingest_logs(logs, settings, sheet=sheet, keep=keep, verified=logs.digests)
@@ -328,25 +362,30 @@ def curate_share(
 
 
 def curate_parts(samples: Iterable[pd.DataFrame], ingested: Ingested, rig: RigKind) -> Curated:
-    """Plateaus, runs and all that was refused, of samples that come in parts, one held at a time.
+    """Curate samples that come in parts, of which one at a time is in memory.
 
     Args:
-        samples: Parts of the table of samples, each with whole runs.
-        ingested: The logs that they are of.
+        samples: Parts of the table of samples, each with complete runs.
+        ingested: The logs of the samples.
         rig: The rig.
+
+    Returns:
+        The quarantine has the refusals of ingest too.
     """
-    runs, parts = ingested.runs, []
+    runs = ingested.runs
     without_rows = runs["run_id"]
-    for part in samples:
-        run_ids = part["run_id"].unique()
+    parts: list[Curated] = []
+    for samples_of_part in samples:
+        run_ids = samples_of_part["run_id"].unique()
         without_rows = without_rows[~without_rows.isin(run_ids)]
-        parts.append(curate(part, runs[runs["run_id"].isin(run_ids)], rig))
+        parts.append(curate(samples_of_part, runs[runs["run_id"].isin(run_ids)], rig))
     parts.append(curate(tables.empty("samples"), runs.loc[without_rows.index], rig))
-    points, of_runs, quarantine = (
-        pd.concat([getattr(part, name) for part in parts], ignore_index=True)
-        for name in ("points", "runs", "quarantine")
+    quarantine = [ingested.quarantine, *(part.quarantine for part in parts)]
+    return Curated(
+        points=pd.concat([part.points for part in parts], ignore_index=True),
+        runs=pd.concat([part.runs for part in parts], ignore_index=True),
+        quarantine=pd.concat(quarantine, ignore_index=True),
     )
-    return Curated(points, of_runs, pd.concat([ingested.quarantine, quarantine], ignore_index=True))
 
 
 def curate(samples: pd.DataFrame, runs: pd.DataFrame, rig: RigKind) -> Curated:
@@ -357,104 +396,165 @@ def curate(samples: pd.DataFrame, runs: pd.DataFrame, rig: RigKind) -> Curated:
         runs: Table of runs as ingested.
         rig: The rig.
     """
-    samples_of = _by_run(samples)
-    measured = _measured(samples_of, runs, rig)
+    samples_of_run = _by_run(samples)
+    measured = _measure_runs(samples_of_run, runs, rig)
     judged = _judge(measured)
-    explained = {
-        row["run_id"]: cause
-        for row in tables.rows(judged.runs[judged.runs["rule"].isin(DOUBTFUL)])
-        if row["run_id"] in samples_of
-        and (cause := _explanation(samples_of[row["run_id"]], row, rig))
-    }
-    measured.refused.update(explained)
-    return _judge(measured) if explained else judged
+    explanations: dict[str, Refusal] = {}
+    for row in tables.rows(judged.runs[judged.runs["rule"].isin(DOUBTFUL)]):
+        run_id = row["run_id"]
+        if run_id in samples_of_run:
+            explanation = _explanation(samples_of_run[run_id], row, rig)
+            if explanation is not None:
+                explanations[run_id] = explanation
+    if not explanations:
+        return judged
+    return _judge(replace(measured, refused=measured.refused | explanations))
 
 
 @dataclass(frozen=True)
-class _Measured:
-    """Plateaus of runs, and what their own run refuses or warns of."""
+class _MeasuredRuns:
+    """Plateaus of runs, and the findings of the gates of runs.
+
+    Attributes:
+        points: Table of plateaus.
+        runs: Table of runs, with their warnings.
+        refused: Id of a run -> its refusal.
+        too_short: Refusals of levels that give no plateau.
+        rig: The rig.
+    """
 
     points: pd.DataFrame
     runs: pd.DataFrame
     refused: dict[str, Refusal]
-    partly: list[Refusal]
+    too_short: list[Refusal]
     rig: RigKind
 
 
-def _measured(samples_of: Mapping[str, Columns], runs: pd.DataFrame, rig: RigKind) -> _Measured:
-    """Plateaus of each run, and what the gates of runs find."""
+def _measure_runs(
+    samples_of_run: Mapping[str, Columns], runs: pd.DataFrame, rig: RigKind
+) -> _MeasuredRuns:
+    """Measure runs and judge each by the gates of runs.
+
+    Args:
+        samples_of_run: Id of a run -> its samples.
+        runs: Table of runs as ingested.
+        rig: The rig.
+    """
     refused: dict[str, Refusal] = {}
-    partly: list[Refusal] = []
-    plateaus, warnings = {}, []
+    too_short: list[Refusal] = []
+    plateaus_of_run: dict[str, Columns] = {}
+    warnings: list[str] = []
     for row in tables.rows(runs):
-        run_id, doubt = row["run_id"], ""
-        if run_id in samples_of:
-            signals = rig.signals(samples_of[run_id], row["rig"], rig.settings)
+        run_id = row["run_id"]
+        run = None
+        if run_id in samples_of_run:
+            signals = rig.signals(samples_of_run[run_id], row["rig"], rig.settings)
             run = measure(signals, rig, row["rig"], settled=row["log_kind"] == "steps")
-            plateaus[run_id] = run.plateaus
-        if row["rule"]:
-            refused[run_id] = Refusal(row["rule"], row["reason"], "", run_id)
-        elif run_id not in samples_of:
-            refused[run_id] = fault("no_rows", run_id=run_id)
-        elif why := first_fault(run):
-            refused[run_id] = replace(why, run_id=run_id)
+            plateaus_of_run[run_id] = run.plateaus
+        refusal = _refusal_before_plateaus(row, run)
+        if refusal is not None:
+            refused[run_id] = refusal
+        if run is None or refusal is not None:
+            warnings.append("")
         else:
-            doubt = warning(run)
-            partly += [replace(each, run_id=run_id) for each in run.too_short]
-        warnings.append(doubt)
+            warnings.append(warning(run))
+            too_short += [replace(level, run_id=run_id) for level in run.too_short]
     runs = runs.assign(warning=pd.Series(warnings, runs.index, dtype="str"))
-    points = _table_of_plateaus(plateaus, runs.set_index("run_id"), rig)
-    return _Measured(points, runs, refused, partly, rig)
+    points = _table_of_plateaus(plateaus_of_run, runs.set_index("run_id"), rig)
+    return _MeasuredRuns(points, runs, refused, too_short, rig)
+
+
+def _refusal_before_plateaus(row: Mapping[str, Any], run: Run | None) -> Refusal | None:
+    """The refusal of a run by ingest or by a gate of runs; None where it passes.
+
+    Args:
+        row: Its row of the table of runs as ingested.
+        run: The run as measured; None where it has no rows.
+    """
+    run_id = row["run_id"]
+    if row["rule"]:
+        return Refusal(row["rule"], row["reason"], "", run_id)
+    if run is None:
+        return fault("no_rows", run_id=run_id)
+    refusal = first_fault(run)
+    return None if refusal is None else replace(refusal, run_id=run_id)
 
 
 def _explanation(samples: Columns, run: Mapping[str, Any], rig: RigKind) -> Refusal | None:
-    """The simple mistake without which most plateaus of a refused run would pass, if there is one.
+    """The simple mistake without which most plateaus of a refused run would pass.
 
     Args:
-        samples: Those of the run.
+        samples: Samples of the run.
+        run: Its row of the table of runs.
+        rig: The rig.
+
+    Returns:
+        A refusal that names the mistake; None where no mistake explains the refusal.
+    """
+    if run["log_kind"] == "steps":
+        # the rig's program has settled and converted these readings
+        return None
+    hypotheses = [
+        hypothesis
+        for hypothesis in rig.hypotheses(run["rig"])
+        if run["rule"] in hypothesis.explains
+    ]
+    of_logs = [hypothesis for hypothesis in hypotheses if not hypothesis.changes]
+    passing = _passing(of_logs, samples, run, rig)
+    for hypothesis in hypotheses:
+        # the plausibility of settings does not need the levels, and to try them takes time
+        if hypothesis.changes and hypothesis.plausible(samples, 0):
+            changed_rig = type(rig)(rig.settings.with_changes(hypothesis.changes))
+            passing += _passing([hypothesis], samples, run, changed_rig)
+    if not passing:
+        return None
+    _, best = max(passing, key=lambda counted: counted[0])
+    # several units may be possible: the data do not show which one it is
+    sentences = [hypothesis.sentence for _, hypothesis in passing if hypothesis.rule == best.rule]
+    reason = f"the run would pass with {'; or '.join(sentences)}; as it is, {run['reason']}"
+    return Refusal(best.rule, reason, "", run["run_id"])
+
+
+def _passing(
+    hypotheses: Iterable[Hypothesis], samples: Columns, run: Mapping[str, Any], rig: RigKind
+) -> list[tuple[int, Hypothesis]]:
+    """The plausible hypotheses with which most plateaus pass, each with their number.
+
+    Args:
+        hypotheses: The hypotheses, all with the settings of the rig.
+        samples: Samples of the run.
         run: Its row of the table of runs.
         rig: The rig.
     """
-    if run["log_kind"] == "steps":
-        return None  # readings that the rig's program has settled and converted
-    causes = [each for each in rig.hypotheses(run["rig"]) if run["rule"] in each.explains]
-    # of settings one at a time, and before it takes time
-    tried = [[each for each in causes if not each.changes]]
-    tried += [[each] for each in causes if each.changes and each.plausible(samples, 0)]
+    # each is tried as a run of its own, with its sentence as id
+    by_sentence = {hypothesis.sentence: hypothesis for hypothesis in hypotheses}
+    if not by_sentence:
+        return []
+    runs = pd.DataFrame([{**run, "run_id": sentence, "rule": ""} for sentence in by_sentence])
+    corrected = {sentence: hypothesis.undo(samples) for sentence, hypothesis in by_sentence.items()}
+    judged = _judge(_measure_runs(corrected, runs, rig)).runs
     passing: list[tuple[int, Hypothesis]] = []
-    for several in filter(None, tried):
-        # each as a run of its own
-        by_name = {each.sentence: each for each in several}
-        as_runs = pd.DataFrame([{**run, "run_id": name, "rule": ""} for name in by_name])
-        changes = several[0].changes
-        changed = type(rig)(rig.settings.with_changes(changes)) if changes else rig
-        undone = {name: each.undo(samples) for name, each in by_name.items()}
-        judged = _judge(_measured(undone, as_runs, changed)).runs
-        for each in tables.rows(judged[judged["accepted_points"] > judged["plateaus"] / 2]):
-            if by_name[each["run_id"]].plausible(samples, each["plateaus"]):
-                passing.append((each["accepted_points"], by_name[each["run_id"]]))
-    if not passing:
-        return None
-    _, best = max(passing, key=lambda each: each[0])
-    # where several units would do, the data do not tell which one it is
-    names = "; or ".join(each.sentence for _, each in passing if each.rule == best.rule)
-    sentence = f"the run would pass with {names}; as it is, {run['reason']}"
-    return Refusal(best.rule, sentence, "", run["run_id"])
+    for row in tables.rows(judged[judged["accepted_points"] > judged["plateaus"] / 2]):
+        hypothesis = by_sentence[row["run_id"]]
+        if hypothesis.plausible(samples, row["plateaus"]):
+            passing.append((row["accepted_points"], hypothesis))
+    return passing
 
 
 def collect(curated: Curated, settings: Settings, kind: type[RigKind] = TractionRig) -> Curated:
-    """All shares of a campaign, judged by the rules that compare runs with each other.
+    """Judge all shares of a campaign by the rules that compare runs with each other.
 
     Args:
-        curated: What `curate_parts` made of all shares.
+        curated: Tables of all shares, as `curate_parts` gives them.
         settings: Settings of the run.
         kind: The kind of rig.
     """
     points, runs, quarantine = curated.points, curated.runs, curated.quarantine
-    if again := repeated(points, runs, kind, settings):
-        points = _refuse_plateaus(points, again, kind)
-        runs = _with_verdicts(runs, points, again)
-        quarantine = pd.concat([quarantine, quarantine_rows(again, runs, kind)])
+    refused = repeated(points, runs, kind, settings)
+    if refused:
+        points = _refuse_plateaus(points, refused, kind)
+        runs = _with_verdicts(runs, points, refused)
+        quarantine = pd.concat([quarantine, quarantine_rows(refused, runs, kind)])
     runs = with_campaign_warnings(runs, points, kind, settings)
     order = ["file", "run_id", "first_row", "rule"]
     return Curated(
@@ -465,65 +565,76 @@ def collect(curated: Curated, settings: Settings, kind: type[RigKind] = Traction
 
 
 def arrays_of(samples: pd.DataFrame) -> Columns:
-    """The columns of samples but for the run they belong to."""
+    """The columns of samples without the id of the run."""
     return {str(name): samples[name].to_numpy() for name in samples if name != "run_id"}
 
 
 def _by_run(samples: pd.DataFrame) -> dict[str, Columns]:
-    """The columns of each run, whose rows are next to each other."""
-    arrays, rows_of = arrays_of(samples), samples.groupby("run_id").indices
-    return {
-        str(run_id): {name: array[rows[0] : rows[-1] + 1] for name, array in arrays.items()}
-        for run_id, rows in rows_of.items()
-    }
+    """Id of a run -> its samples; the rows of a run must be together."""
+    arrays = arrays_of(samples)
+    samples_of_run: dict[str, Columns] = {}
+    for run_id, rows in samples.groupby("run_id").indices.items():
+        start, stop = rows[0], rows[-1] + 1
+        samples_of_run[str(run_id)] = {name: array[start:stop] for name, array in arrays.items()}
+    return samples_of_run
 
 
 def _table_of_plateaus(
-    plateaus_of: Mapping[str, Columns], runs: pd.DataFrame, rig: RigKind
+    plateaus_of_run: Mapping[str, Columns], runs: pd.DataFrame, rig: RigKind
 ) -> pd.DataFrame:
-    """All plateaus with what they carry of their run and what needs rig and oil."""
-    if not plateaus_of:
+    """All plateaus, with columns of their run and those that follow from rig and oil.
+
+    Args:
+        plateaus_of_run: Id of a run -> columns over its plateaus.
+        runs: Table of runs, indexed by id.
+        rig: The rig.
+    """
+    if not plateaus_of_run:
         return tables.empty(rig.table)
-    measured = list(plateaus_of.values())
-    counts = [len(plateaus["time_s"]) for plateaus in measured]
-    about = runs.loc[list(plateaus_of), list(rig.carried)]
-    carried = about.reset_index().take(np.repeat(np.arange(len(counts)), counts))
-    points = carried.reset_index(drop=True).assign(
-        **{name: np.concatenate([run[name] for run in measured]) for name in measured[0]}
-    )
-    points = rig.complete(points)
-    # no table may hold such numbers, as mu has under no load at all
+    all_plateaus = list(plateaus_of_run.values())
+    counts = [len(plateaus["time_s"]) for plateaus in all_plateaus]
+    carried = runs.loc[list(plateaus_of_run), list(rig.carried)].reset_index()
+    points = carried.take(np.repeat(np.arange(len(counts)), counts)).reset_index(drop=True)
+    measured = {
+        name: np.concatenate([plateaus[name] for plateaus in all_plateaus])
+        for name in all_plateaus[0]
+    }
+    points = rig.complete(points.assign(**measured))
+    # without any load mu is larger than a table may hold
     numbers = points.select_dtypes("float")
     return points.assign(**numbers.mask(numbers.abs() >= tables.LARGEST))
 
 
-def _judge(measured: _Measured) -> Curated:
-    """Plateaus and runs with their verdicts, and the runs that were refused."""
+def _judge(measured: _MeasuredRuns) -> Curated:
+    """Judge plateaus by the gates of plateaus, and runs by their plateaus."""
     points, runs, rig = measured.points, measured.runs, measured.rig
-    refused = measured.refused
+    refused = dict(measured.refused)
     failed = judge_plateaus(points, rig)
     unrefused = ~points["run_id"].isin(list(refused))
-    by_plateaus = list(runs_not_usable(points[unrefused], failed[unrefused], rig))
+    refused_by_plateaus = list(runs_not_usable(points[unrefused], failed[unrefused], rig))
     points = points.assign(failed_gates=failed_gates.as_text(failed), accepted=~failed.any(axis=1))
     points = _refuse_plateaus(points, list(refused.values()), type(rig))
-    some_pass = set(points.loc[points["accepted"], "run_id"])
-    # the plateaus stay, whatever the rig, with the gate of their run beside their own
-    points = failed_gates.with_gate_of_run(
-        points, {each.run_id: each.rule for each in by_plateaus if each.run_id in some_pass}
-    )
-    # in the order of the runs
-    of_runs = {each.run_id: each for each in (*refused.values(), *by_plateaus)}
-    ordered = [of_runs[run_id] for run_id in runs["run_id"] if run_id in of_runs]
-    runs = _with_verdicts(runs, points, ordered)
-    quarantine = quarantine_rows([*ordered, *measured.partly], runs, type(rig))
+    # plateaus of runs that are refused by their plateaus stay in the table of every rig. Accepted
+    # ones get the rule of their run
+    with_accepted = set(points.loc[points["accepted"], "run_id"])
+    rule_of_run = {
+        refusal.run_id: refusal.rule
+        for refusal in refused_by_plateaus
+        if refusal.run_id in with_accepted
+    }
+    points = failed_gates.with_gate_of_run(points, rule_of_run)
+    refused |= {refusal.run_id: refusal for refusal in refused_by_plateaus}
+    in_order_of_runs = [refused[run_id] for run_id in runs["run_id"] if run_id in refused]
+    runs = _with_verdicts(runs, points, in_order_of_runs)
+    quarantine = quarantine_rows([*in_order_of_runs, *measured.too_short], runs, type(rig))
     return Curated(points[tables.columns(rig.table)], runs, quarantine)
 
 
 def _refuse_plateaus(
     points: pd.DataFrame, refused: list[Refusal], kind: type[RigKind]
 ) -> pd.DataFrame:
-    """Plateaus of which those of refused runs are refused too, or left out, as the rig has it."""
-    gate_of_run = {each.run_id: each.rule for each in refused}
+    """Plateaus without those of refused runs, or with these refused, by the kind of rig."""
+    gate_of_run = {refusal.run_id: refusal.rule for refusal in refused}
     if kind.keeps_refused_runs:
         return failed_gates.with_gate_of_run(points, gate_of_run)
     return points[~points["run_id"].isin(list(gate_of_run))]
@@ -533,13 +644,17 @@ def _with_verdicts(
     runs: pd.DataFrame, points: pd.DataFrame, refused: list[Refusal]
 ) -> pd.DataFrame:
     """Runs with rule and sentence of their refusal, counts of their plateaus, and verdict."""
-    of_run = {each.run_id: (each.rule, each.reason) for each in refused}
-    as_they_are = zip(runs["run_id"], runs["rule"], runs["reason"], strict=True)
-    texts = [of_run.get(run_id, (rule, reason)) for run_id, rule, reason in as_they_are]
-    per_run = points.groupby("run_id")["accepted"].agg(["size", "sum"])
-    plateaus, accepted = per_run.reindex(runs["run_id"], fill_value=0).to_numpy(np.int64).T
+    refusal_of_run = {refusal.run_id: (refusal.rule, refusal.reason) for refusal in refused}
+    rules_and_reasons = [
+        refusal_of_run.get(run_id, (rule, reason))
+        for run_id, rule, reason in zip(runs["run_id"], runs["rule"], runs["reason"], strict=True)
+    ]
+    counts = points.groupby("run_id")["accepted"].agg(["size", "sum"])
+    counts = counts.reindex(runs["run_id"], fill_value=0).astype(np.int64)
+    plateaus = counts["size"].to_numpy()
+    accepted = counts["sum"].to_numpy()
     return runs.assign(
-        **pd.DataFrame(texts, runs.index, ["rule", "reason"], dtype="str"),
+        **pd.DataFrame(rules_and_reasons, runs.index, ["rule", "reason"], dtype="str"),
         plateaus=plateaus,
         accepted_points=accepted,
         warning=runs["warning"].where(accepted > 0, ""),

@@ -1,9 +1,9 @@
-"""What a gate is: one function that finds a fault, and what `rules.yaml` says of it.
+"""A gate: one function that finds a fault, and its entry in `rules.yaml`.
 
-A gate of runs looks at the signals of one run; a gate of plateaus looks at the plateaus of many
-runs at once. `run_gates.py` and `plateau_gates.py` define them all in the order in which they
-judge. A new gate is one function there, which gives numbers, and one entry in `rules.yaml`, which
-has the sentence and the advice.
+A gate of runs judges the signals of one run. A gate of plateaus judges the plateaus of many runs at
+once. `run_gates.py` and `plateau_gates.py` define all gates in the order in which they judge. A new
+gate is one function there, which gives numbers, and one entry in `rules.yaml`, which has the
+sentence and the advice.
 
 Decides: which rigs a gate judges, when it cannot be applied, and the sentence and the advice for
 every rule.
@@ -21,25 +21,31 @@ from oilfilm.curation.rig_kind import RigKind, Run
 from oilfilm.logs.base import Refusal
 from oilfilm.units import BoolArray
 
-# The rules and their advice, by kind of rule.
+# Kind of rule -> rule -> its sentence and advice.
 RULES: Mapping[str, Any] = yaml.load(
     Path(__file__).with_name("rules.yaml").read_bytes(),
     getattr(yaml, "CSafeLoader", yaml.SafeLoader),  # noqa: S506
 )
-# What a force may be in although it is labelled N, by definition.
+# Units in N, by definition. A force in one of them may be labelled N.
 _FORCE_UNITS_N = {"kgf": 9.80665, "lbf": 4.4482216152605, "gf": 9.80665e-3, "kN": 1e3}
 
 
 def refused(rule: str, sentence: str, numbers: Mapping[str, Any]) -> Refusal:
-    """A refusal by a rule; the advice is added where it becomes a row of the quarantine.
+    """A refusal by a rule; its advice is added when it becomes a row of the quarantine.
 
     Args:
         rule: The rule.
         sentence: What was found.
         numbers: May have the run as `run_id`, and the rows concerned as `first` and `last`.
     """
-    first, last = (int(numbers.get(row, 0)) for row in ("first", "last"))
-    return Refusal(rule, sentence, "", str(numbers.get("run_id", "")), first, last)
+    return Refusal(
+        rule,
+        sentence,
+        advice="",
+        run_id=str(numbers.get("run_id", "")),
+        first_row=int(numbers.get("first", 0)),
+        last_row=int(numbers.get("last", 0)),
+    )
 
 
 def fault(rule: str, sentence: str = "", /, **numbers: Any) -> Refusal:
@@ -48,46 +54,48 @@ def fault(rule: str, sentence: str = "", /, **numbers: Any) -> Refusal:
     Args:
         rule: The rule.
         sentence: Name of the sentence in `rules.yaml`, where it is not the rule's.
-        numbers: What was found, as the sentence and `refused` need it.
+        numbers: Numbers and names for the sentence and for `refused`.
     """
-    return refused(rule, RULES["sentences"][sentence or rule].format(**numbers), numbers)
+    template = RULES["sentences"][sentence or rule]
+    return refused(rule, template.format(**numbers), numbers)
 
 
 def unit_hint(name: str, fits: Callable[[float], bool]) -> str:
-    """The units that a force labelled N may be in, as a hint.
+    """A hint at the units in which a force labelled N may be; empty without one.
 
     Args:
         name: The force in words.
-        fits: Whether the run would be right with the force so many times as large.
+        fits: Whether the run would be right with the force multiplied by a factor.
     """
-    units = " or ".join(unit for unit, newton in _FORCE_UNITS_N.items() if fits(newton))
-    return f"; the {name} may be in {units}" if units else ""
+    units = [unit for unit, newton in _FORCE_UNITS_N.items() if fits(newton)]
+    return f"; the {name} may be in {' or '.join(units)}" if units else ""
 
 
-# What a gate found in a run, as its sentence needs it; `first` and `last` are the rows concerned.
+# Numbers and names for the sentence of a gate of runs, once per fault. `first` and `last` are the
+# rows concerned.
 Found = Iterator[dict[str, Any]]
-# A check of one run, of which the first thing found counts. The limits are those of the rig.
+# A check of one run, by the limits of the rig. The first fault counts.
 RunJudge = Callable[[Run, Any], Found]
-# A check of plateaus, which carry the oil and the set points of their run: those that it refuses.
-# Where its quantity is null (no set point, no second half) it does not refuse.
+# A check of plateaus, which have the oil and the set points of their run. It gives those that it
+# refuses. A plateau whose quantity is null (no set point, no second half) is not refused.
 PlateauJudge = Callable[[pd.DataFrame, Any], "pd.Series[bool] | BoolArray"]
 Judge = TypeVar("Judge", RunJudge, PlateauJudge)
 
 
 @dataclass(frozen=True)
 class Gate(Generic[Judge]):
-    """A check with what `rules.yaml` says of it.
+    """A check and its entry in `rules.yaml`.
 
     Attributes:
-        name: Of its function.
+        name: Name of its function.
         judge: The function.
         judges: Kinds of rig, separated by blanks.
         finds: Sentence about a refusal, with names of numbers in braces.
         advice: What to do about a refusal.
-        blames_run: For gates of plateaus: it shows a fault of the run. Where many plateaus fail
-            it, the others are no better.
+        blames_run: For gates of plateaus: whether a fault shows a fault of the run. Where many
+            plateaus fail such a gate, the others cannot be trusted.
         needs: A column of plateaus or of runs, or a list of the rig. Where it is null in all
-            plateaus, or empty, the gate cannot be applied. Empty where it needs none.
+            plateaus, or empty, the gate cannot be applied. Empty where the gate needs none.
     """
 
     name: str
@@ -99,19 +107,24 @@ class Gate(Generic[Judge]):
     needs: str = ""
 
     def sentence(self, rig: RigKind, **numbers: Any) -> str:
-        """The sentence about a refusal, by the limits of the rig and what was found."""
+        """The sentence about a refusal, with the limits of the rig and some numbers."""
         return self.finds.format(rig=rig, gates=rig.gates, **numbers)
 
 
 class Gates(list[Gate[Judge]]):
-    """Gates in the order in which they judge; `part` of `rules.yaml` has what they find."""
+    """Gates in the order in which they judge.
 
-    def __init__(self, part: str = "gates") -> None:
-        self._part = part
+    Args:
+        section: The section of `rules.yaml` that has their entries.
+    """
+
+    def __init__(self, section: str = "gates") -> None:
+        self._section = section
 
     def gate(self, judge: Judge) -> Judge:
-        """Make a function a gate under its own name, the last one so far."""
-        self.append(Gate(judge.__name__, judge, **RULES[self._part][judge.__name__]))
+        """Add a function as the last gate, under its own name."""
+        entry = RULES[self._section][judge.__name__]
+        self.append(Gate(judge.__name__, judge, **entry))
         return judge
 
     def of(self, kind: str) -> list[Gate[Judge]]:

@@ -1,8 +1,8 @@
-"""What may be wrong with a refused run: simple mistakes, each tried, before the last resort.
+"""Possible causes of a refusal: simple mistakes, which are tried one after the other.
 
-A log in the wrong unit, or with two columns exchanged, or settings that are not made for it: the
-gates that fail have nothing to do with the cause. A hypothesis undoes one such mistake. Where the
-run then passes, the mistake is named.
+A log has a wrong unit or two exchanged columns, or the settings do not suit it. The gates that
+refuse it then do not name the cause. A hypothesis undoes one such mistake. If the run passes
+without it, the refusal names the mistake.
 
 Decides: which simple mistakes (units, exchanged columns, settings that no run of this length can
 meet) are tried and named.
@@ -28,12 +28,12 @@ class Hypothesis:
     """A mistake that a log may hold, and how to undo it.
 
     Attributes:
-        rule: Rule of a refusal for it.
-        sentence: With what the run would pass, that is, what the mistake is.
-        undo: The samples of the run without the mistake.
-        explains: Rules whose refusals it may cause.
-        plausible: Whether samples with so many levels may hold the mistake.
-        changes: Settings that are changed, where the mistake is one of theirs.
+        rule: Rule of a refusal for the mistake.
+        sentence: The change with which the run would pass, as the end of a sentence.
+        undo: Gives the samples of the run without the mistake.
+        explains: Rules whose refusals the mistake may cause.
+        plausible: Whether samples, with a number of levels, may have the mistake.
+        changes: Changed settings, where the mistake is in the settings.
     """
 
     rule: str
@@ -60,21 +60,29 @@ DOUBTFUL = _BY_TIME | _BY_FORCE | _BY_SLIP | _BY_SPEED
 
 # All numbers below belong to explanations of a refusal. None decides whether a run is refused.
 # A time of the settings that is a larger share of the run than this leaves nothing of its levels.
-_LONGEST_SHARE = 1 / 8
-# A lower limit for steps that is tried, over the configured one.
-_SMALLER = 1 / 4
-# Rows at either end at which a rig rolls; a sweep that begins with such slips has no rolling phase.
-_AT_ENDS = 20
-_NO_SWEEP = -0.004, 0.1
-# What rigs do: s between rows, at most; s for which they hold a level.
-_SLOWEST_S = 2.0
-_HOLD_S = 0.5, 600.0
-# The largest traction coefficients of a sweep are seldom smaller; spikes are no force.
-_USUAL, _ALMOST_ALL = 0.005, 0.95
-# Speeds that are in this ratio or less roll.
-_ROLLING = 2.0
-_BALL, _DISC = "ball_speed_m_s", "disc_speed_m_s"
-# Unit, the unit that it is labelled as, and what the numbers must be multiplied by.
+_LARGEST_SHARE_OF_RUN = 1 / 8
+# Factors by which settings are reduced: the smallest step, and times.
+_STEP_FACTOR = 1 / 4
+_TIME_FACTORS = (0.1, 0.01, 0.001)
+# Rows at the beginning and at the end in which a rig rolls.
+_ROWS_AT_ENDS = 20
+# Largest relative difference between the ratios of speeds at the beginning and at the end.
+_LARGEST_RATIO_CHANGE = 0.004
+# A log that begins with a slip in this range may begin with the sweep itself.
+_SLIP_OF_SWEEP = (-0.004, 0.1)
+# Longest interval of a logger, and how long rigs hold a level, in s.
+_LONGEST_INTERVAL_S = 2.0
+_SHORTEST_HOLD_S = 0.5
+_LONGEST_HOLD_S = 600.0
+# The largest traction coefficients of a sweep are seldom smaller. They are taken at this quantile,
+# which leaves out spikes.
+_USUAL_LARGEST_TRACTION = 0.005
+_QUANTILE_OF_LARGEST = 0.95
+# Bodies roll on each other where the ratio of their speeds is less than this.
+_LARGEST_ROLLING_RATIO = 2.0
+_BALL = "ball_speed_m_s"
+_DISC = "disc_speed_m_s"
+# Unit, the unit of its label, and the factor that corrects the numbers.
 _TIME_UNITS = (("ms", "s", 1e-3), ("min", "s", 60.0), ("s", "ms", 1e3))
 _FORCE_UNITS = {
     "1000 times smaller, as mN labelled N would be, or a load in kN": 1e-3,
@@ -83,7 +91,7 @@ _FORCE_UNITS = {
 _SPEED_UNITS = {("mm/s", "m/s"): 1e-3, ("m/s", "mm/s"): 1e3}
 # Spindle speeds in 1/min.
 _SPINDLE_UNITS = {"1/min": 1.0, "rad/s": 1 / RAD_S_PER_RPM, "1/s": 60.0, "deg/s": 1 / 6}
-# Which speeds, as sentences name them, and the refusals that they may cause.
+# Wrong speeds, their words in a sentence, and the rules whose refusals they may cause.
 _SPEEDS = (
     ((_BALL, _DISC), "both speeds", _BY_SPEED),
     ((_BALL,), "the ball's speed", _BY_SLIP),
@@ -92,8 +100,15 @@ _SPEEDS = (
 
 
 def scaled(factor: float, *names: str) -> Callable[[Columns], Columns]:
-    """Undo by multiplying some signals."""
-    return lambda samples: {**samples, **{name: factor * samples[name] for name in names}}
+    """A function that multiplies some columns of samples by a factor."""
+
+    def undo(samples: Columns) -> Columns:
+        corrected = dict(samples)
+        for name in names:
+            corrected[name] = factor * samples[name]
+        return corrected
+
+    return undo
 
 
 def time_hypotheses() -> Iterator[Hypothesis]:
@@ -104,36 +119,54 @@ def time_hypotheses() -> Iterator[Hypothesis]:
             f"its time {factor:g} times as long, as {unit} labelled {label} would be",
             scaled(factor, "time_s"),
             _BY_TIME,
-            partial(_clock_off_by, factor),
+            partial(_has_usual_times, factor),
         )
 
 
-def setting_hypotheses(part: str, levels: StepSettings, min_step: str) -> Iterator[Hypothesis]:
-    """Settings of plateaus that are not made for a run: steps too small, times too long.
+def setting_hypotheses(section: str, levels: StepSettings, min_step: str) -> Iterator[Hypothesis]:
+    """Settings of plateaus that do not suit a run: its steps are too small, or times too long.
 
     Args:
-        part: The part of the settings that has the plateaus.
-        levels: Its plateaus.
-        min_step: Name of the key of the smallest step.
+        section: The section of the settings that has the plateaus.
+        levels: The settings of the plateaus.
+        min_step: Key of the smallest step.
     """
-    tried = [("small_steps", min_step, _SMALLER)]
+    smallest_step = getattr(levels, min_step)
+    yield _reduced_setting(
+        "small_steps", section, min_step, smallest_step, _STEP_FACTOR, longest_run_s=np.inf
+    )
     for key in ("settle_s", "guard_s", "window_s", "min_duration_s"):
-        tried += [("long_setting", key, share) for share in (0.1, 0.01, 0.001)]
-    for rule, key, share in tried:
-        value = getattr(levels, key)
-        shortest_s = value / _LONGEST_SHARE if rule == "long_setting" else np.inf
-        yield Hypothesis(
-            rule,
-            f"{key} of {share * value:.3g}; {part}.plateaus.{key} is {value:g}",
-            dict,
-            _BY_TIME,
-            partial(_shorter_than, shortest_s),
-            {part: {"plateaus": {key: share * value}}},
-        )
+        time_s = getattr(levels, key)
+        for factor in _TIME_FACTORS:
+            longest_run_s = time_s / _LARGEST_SHARE_OF_RUN
+            yield _reduced_setting("long_setting", section, key, time_s, factor, longest_run_s)
 
 
-def _shorter_than(most_s: float, samples: Columns, levels: int) -> bool:
-    return bool(np.ptp(samples["time_s"]) < most_s)
+def _reduced_setting(
+    rule: str, section: str, key: str, value: float, factor: float, longest_run_s: float
+) -> Hypothesis:
+    """A setting that is too large for runs up to some length.
+
+    Args:
+        rule: Rule of the refusal.
+        section: Section of the settings.
+        key: Key of the setting.
+        value: Its value.
+        factor: Factor by which it is reduced.
+        longest_run_s: Longest run that may have the mistake.
+    """
+    return Hypothesis(
+        rule,
+        f"{key} of {factor * value:.3g}; {section}.plateaus.{key} is {value:g}",
+        dict,
+        _BY_TIME,
+        partial(_shorter_than, longest_run_s),
+        {section: {"plateaus": {key: factor * value}}},
+    )
+
+
+def _shorter_than(longest_run_s: float, samples: Columns, levels: int) -> bool:
+    return bool(np.ptp(samples["time_s"]) < longest_run_s)
 
 
 def traction_hypotheses(rig: Rig) -> Iterator[Hypothesis]:
@@ -141,99 +174,132 @@ def traction_hypotheses(rig: Rig) -> Iterator[Hypothesis]:
     yield from time_hypotheses()
     for words, factor in _FORCE_UNITS.items():
         undo = scaled(factor, "traction_force_n")
-        usual = partial(_usual_traction, undo)
-        yield Hypothesis("force_scale", f"a traction force {words}", undo, _BY_FORCE, usual)
-    ratios, factors = {"speeds": 1.0}, dict(_SPEED_UNITS)
+        plausible = partial(_has_usual_traction, undo)
+        yield Hypothesis("force_scale", f"a traction force {words}", undo, _BY_FORCE, plausible)
+    track_ratio = None
     if rig.ball_track_radius_m is not None and rig.disc_track_radius_m is not None:
-        ratios["spindle speeds"] = rig.ball_track_radius_m / rig.disc_track_radius_m
-        factors |= {
-            (unit, label): _SPINDLE_UNITS[unit] / _SPINDLE_UNITS[label]
-            for unit, label in permutations(_SPINDLE_UNITS, 2)
-        }
-    for words, ratio in ratios.items():
-        sentence = f"the {words} of ball and disc exchanged"
-        yield Hypothesis("swapped_channels", sentence, partial(_exchanged, ratio), _BY_SLIP)
+        track_ratio = rig.ball_track_radius_m / rig.disc_track_radius_m
+    yield _exchanged_bodies("speeds", 1.0)
+    if track_ratio is not None:
+        yield _exchanged_bodies("spindle speeds", track_ratio)
     for names, words, _ in _SPEEDS:
-        yield Hypothesis(
-            "speed_sign", f"the opposite sign of {words}", scaled(-1.0, *names), _BY_SLIP
-        )
+        undo = scaled(-1.0, *names)
+        yield Hypothesis("speed_sign", f"the opposite sign of {words}", undo, _BY_SLIP)
+    yield from _speed_unit_hypotheses(with_spindles=track_ratio is not None)
+    sentence = "its slide-roll ratio in percent"
+    yield Hypothesis("slip_unit", sentence, _from_percent, _BY_SLIP, _turns_backwards)
+    # behind the units, which name the cause more precisely: with the radii of another rig all
+    # speeds of one body are wrong by one factor
+    if track_ratio is not None:
+        for name, body in ((_BALL, "ball"), (_DISC, "disc")):
+            sentence = f"the {body}'s speed changed by the one ratio that makes both ends roll"
+            undo = partial(_rolling_at_ends, name)
+            yield Hypothesis("track_radii", sentence, undo, _BY_SLIP, _one_ratio_at_ends)
+
+
+def _exchanged_bodies(speeds: str, track_ratio: float) -> Hypothesis:
+    sentence = f"the {speeds} of ball and disc exchanged"
+    return Hypothesis("swapped_channels", sentence, partial(_exchanged, track_ratio), _BY_SLIP)
+
+
+def _speed_unit_hypotheses(with_spindles: bool) -> Iterator[Hypothesis]:
+    """Speeds in another unit than their label; with spindles, of spindle speeds too."""
+    factors = dict(_SPEED_UNITS)
+    if with_spindles:
+        for unit, label in permutations(_SPINDLE_UNITS, 2):
+            factors[unit, label] = _SPINDLE_UNITS[unit] / _SPINDLE_UNITS[label]
     for names, words, explains in _SPEEDS:
         for (unit, label), factor in factors.items():
             sentence = f"{words} {factor:.4g} times as large, as {unit} labelled {label} would be"
             undo = scaled(factor, *names)
             yield Hypothesis("speed_unit", sentence, undo, explains, partial(_rolls_with, undo))
-    sentence = "its slide-roll ratio in percent"
-    yield Hypothesis("slip_unit", sentence, _from_percent, _BY_SLIP, _turns_backwards)
-    # behind the units, which name the cause more precisely; the radii of another rig do this
-    if "spindle speeds" in ratios:
-        for body, words in ((_BALL, "ball"), (_DISC, "disc")):
-            sentence = f"the {words}'s speed changed by the one ratio that makes both ends roll"
-            undo = partial(_rolling_at_ends, body)
-            yield Hypothesis("track_radii", sentence, undo, _BY_SLIP, _one_ratio_at_ends)
 
 
-def _rolling_at_ends(body: str, samples: Columns) -> Columns:
-    """One body's speed such that both are equal before the sweep."""
+def _rolling_at_ends(name: str, samples: Columns) -> Columns:
+    """Samples with one body's speed scaled so that both speeds are equal before the sweep."""
     ratio, _ = _ratios_at_ends(samples)
-    return scaled(ratio if body == _BALL else 1 / ratio, body)(samples)
+    return scaled(ratio if name == _BALL else 1 / ratio, name)(samples)
 
 
 def _ratios_at_ends(samples: Columns) -> tuple[float, float]:
-    """Disc over ball at the beginning and at the end; 1 where one of them does not turn."""
-    ratios = []
-    for rows in (np.s_[:_AT_ENDS], np.s_[-_AT_ENDS:]):
-        ball, disc = median(samples[_BALL][rows]), median(samples[_DISC][rows])
-        ratios.append(disc / ball if ball > 0 and disc > 0 else 1.0)
-    return ratios[0], ratios[1]
+    """Disc speed over ball speed at the beginning and at the end; 1 where one does not turn."""
+    beginning = _speed_ratio(samples, slice(None, _ROWS_AT_ENDS))
+    end = _speed_ratio(samples, slice(-_ROWS_AT_ENDS, None))
+    return beginning, end
+
+
+def _speed_ratio(samples: Columns, rows: slice) -> float:
+    ball = median(samples[_BALL][rows])
+    disc = median(samples[_DISC][rows])
+    return disc / ball if ball > 0 and disc > 0 else 1.0
 
 
 def _one_ratio_at_ends(samples: Columns, levels: int) -> bool:
-    first, last = _ratios_at_ends(samples)
-    least, most = _NO_SWEEP
-    return abs(first / last - 1) < -least and not least <= 2 * (first - 1) / (first + 1) <= most
+    """Whether the ratio of the speeds is the same at both ends, and is no slip of a sweep."""
+    beginning, end = _ratios_at_ends(samples)
+    smallest, largest = _SLIP_OF_SWEEP
+    slip = 2 * (beginning - 1) / (beginning + 1)
+    same_ratio = abs(beginning / end - 1) < _LARGEST_RATIO_CHANGE
+    return same_ratio and not smallest <= slip <= largest
 
 
-def _clock_off_by(factor: float, samples: Columns, levels: int) -> bool:
-    """Whether no rig keeps such time as is logged, but one does once it is multiplied.
+def _has_usual_times(factor: float, samples: Columns, levels: int) -> bool:
+    """Whether no rig has the logged times, but rigs have these times multiplied by a factor.
 
-    Levels that are only short are not taken for ones of so many minutes.
+    The length of the levels counts: levels that are only short are not taken for minutes.
     """
     time_s = samples["time_s"]
     interval_s = median(np.diff(time_s))
     hold_s = float(time_s[-1] - time_s[0]) / max(levels, 1)
 
     def usual(scale: float) -> bool:
-        shortest_s, longest_s = _HOLD_S
-        return scale * interval_s <= _SLOWEST_S and shortest_s <= scale * hold_s <= longest_s
+        usual_hold = _SHORTEST_HOLD_S <= scale * hold_s <= _LONGEST_HOLD_S
+        return scale * interval_s <= _LONGEST_INTERVAL_S and usual_hold
 
     return usual(factor) and not usual(1.0)
 
 
 def _rolls_with(undo: Callable[[Columns], Columns], samples: Columns, levels: int) -> bool:
-    """Whether ball and disc have about one speed once a mistake is undone."""
-    undone = undo(samples)
-    ball, disc = (median(undone[name]) for name in (_BALL, _DISC))
-    return 1 / _ROLLING < abs(ball / disc) < _ROLLING if disc else False
+    """Whether ball and disc roll on each other without a mistake."""
+    corrected = undo(samples)
+    ball = median(corrected[_BALL])
+    disc = median(corrected[_DISC])
+    if disc == 0:
+        return False
+    return 1 / _LARGEST_ROLLING_RATIO < abs(ball / disc) < _LARGEST_ROLLING_RATIO
 
 
-def _usual_traction(undo: Callable[[Columns], Columns], samples: Columns, levels: int) -> bool:
-    """Whether the largest forces are those of an oil once a mistake is undone."""
-    force_n, load_n = (np.abs(undo(samples)[f"{name}_n"]) for name in ("traction_force", "load"))
-    return bool(np.quantile(force_n, _ALMOST_ALL) > _USUAL * median(load_n))
+def _has_usual_traction(undo: Callable[[Columns], Columns], samples: Columns, levels: int) -> bool:
+    """Whether the largest forces are those of an oil without a mistake."""
+    corrected = undo(samples)
+    largest_force_n = np.quantile(np.abs(corrected["traction_force_n"]), _QUANTILE_OF_LARGEST)
+    load_n = median(np.abs(corrected["load_n"]))
+    return bool(largest_force_n > _USUAL_LARGEST_TRACTION * load_n)
 
 
 def _turns_backwards(samples: Columns, levels: int) -> bool:
-    """Whether one body turns backwards, as a hundred times too much slip makes it."""
+    """Whether one body turns backwards: a slip that is a hundred times too large causes this."""
     return bool(np.any(samples[_BALL] * samples[_DISC] < 0))
 
 
-def _exchanged(ratio: float, samples: Columns) -> Columns:
-    """Ball and disc exchanged; `ratio` is that of their track radii, where spindles are logged."""
-    return {**samples, _BALL: samples[_DISC] * ratio, _DISC: samples[_BALL] / ratio}
+def _exchanged(track_ratio: float, samples: Columns) -> Columns:
+    """Samples with ball and disc exchanged.
+
+    Args:
+        track_ratio: Ratio of their track radii where spindle speeds are logged; else 1.
+        samples: The samples.
+    """
+    corrected = dict(samples)
+    corrected[_BALL] = samples[_DISC] * track_ratio
+    corrected[_DISC] = samples[_BALL] / track_ratio
+    return corrected
 
 
 def _from_percent(samples: Columns) -> Columns:
-    """Speeds of a log whose entrainment speed and slip were logged, the slip in percent."""
-    ball, disc = samples[_BALL], samples[_DISC]
-    mean, sliding = (ball + disc) / 2, (disc - ball) / 100
-    return {**samples, _BALL: np.asarray(mean - sliding / 2), _DISC: np.asarray(mean + sliding / 2)}
+    """Samples of a log with entrainment speed and slip, with a hundredth of the slip."""
+    mean = (samples[_BALL] + samples[_DISC]) / 2
+    sliding = (samples[_DISC] - samples[_BALL]) / 100
+    corrected = dict(samples)
+    corrected[_BALL] = np.asarray(mean - sliding / 2)
+    corrected[_DISC] = np.asarray(mean + sliding / 2)
+    return corrected

@@ -1,7 +1,7 @@
 """The gates of plateaus in the order in which they judge, and verdicts on plateaus and runs.
 
-A cause is judged before its consequence. A finding gets its advice here, and a refusal becomes a
-row.
+A cause is judged before its consequence. Refusals get their advice here and become rows of the
+quarantine.
 
 Decides: when a plateau is refused (not steady, drift, load, temperature, spikes, film); when faulty
 plateaus refuse their run; the row of a refusal, with its advice.
@@ -67,33 +67,37 @@ def temperature_off_nominal(points: pd.DataFrame, rig: TractionRig) -> BoolArray
 @gate
 def slip_out_of_range(points: pd.DataFrame, rig: TractionRig) -> BoolArray:
     """The slide-roll ratio is one that no sweep reaches."""
-    slip, gates = points["slide_roll_ratio"], rig.gates
-    above = reaches(slip, gates.slide_roll_ratio_min)
-    return ~(above & reaches(gates.slide_roll_ratio_max, slip))
+    slip = points["slide_roll_ratio"]
+    high_enough = reaches(slip, rig.gates.slide_roll_ratio_min)
+    low_enough = reaches(rig.gates.slide_roll_ratio_max, slip)
+    return ~(high_enough & low_enough)
 
 
 @gate
 def slip_off_set_point(points: pd.DataFrame, rig: TractionRig) -> BoolArray:
     """The slide-roll ratio is none of the planned ones."""
-    slip, planned = points["slide_roll_ratio"].to_numpy(), np.array(rig.planned_slips)
-    away = np.abs(slip[:, np.newaxis] - planned)
-    off = exceeds(away, rig.gates.slip_tolerance).all(axis=1)
-    return np.asarray(off & (len(planned) > 0))
+    slip = points["slide_roll_ratio"].to_numpy()
+    planned = np.array(rig.planned_slips)
+    if len(planned) == 0:
+        return np.zeros(len(points), dtype=bool)
+    distance = np.abs(slip[:, np.newaxis] - planned)
+    return np.asarray(exceeds(distance, rig.gates.slip_tolerance).all(axis=1))
 
 
 @gate
 def not_steady(points: pd.DataFrame, rig: TractionRig) -> "pd.Series[bool]":
     """Slip or traction differs between the two halves of a plateau."""
-    slip, traction = points["slip_change"].abs(), points["traction_change"].abs()
-    return (slip > rig.gates.slip_change_max) | (traction > rig.gates.traction_change_max)
+    slip_changes = points["slip_change"].abs() > rig.gates.slip_change_max
+    traction_changes = points["traction_change"].abs() > rig.gates.traction_change_max
+    return slip_changes | traction_changes
 
 
 @gate
 def transient_not_ended(points: pd.DataFrame, rig: TractionRig) -> "pd.Series[bool]":
     """The beginning of a plateau differs from the rest of it."""
-    slip, traction = points["slip_transient"].abs(), points["traction_transient"].abs()
-    late = traction > rig.gates.traction_transient_max
-    return (slip > rig.gates.slip_transient_max) | late
+    slip_differs = points["slip_transient"].abs() > rig.gates.slip_transient_max
+    traction_differs = points["traction_transient"].abs() > rig.gates.traction_transient_max
+    return slip_differs | traction_differs
 
 
 @gate
@@ -117,9 +121,10 @@ def temperature_changes(points: pd.DataFrame, rig: RigKind) -> "pd.Series[bool]"
 @gate
 def spiky(points: pd.DataFrame, rig: RigKind) -> "pd.Series[bool]":
     """Too many readings of a plateau are spikes."""
-    spikes, allowed = points["n_spikes"], rig.gates.spike_share_max
-    # a single one is left out of a plateau of few rows as well
-    return (spikes > 1) & exceeds(spikes, allowed * (points["n_samples"] + spikes))
+    spikes = points["n_spikes"]
+    readings = points["n_samples"] + spikes
+    # a single spike is allowed even where it is a large share of few readings
+    return (spikes > 1) & exceeds(spikes, rig.gates.spike_share_max * readings)
 
 
 @gate
@@ -129,16 +134,22 @@ def film_off_trend(points: pd.DataFrame, rig: TractionRig) -> BoolArray:
     The law is the repeated-median line of ln h against ln U, which holds with up to half of the
     readings wrong (A. F. Siegel, Biometrika 69 (1982) 242).
     """
-    names = ["measured_film_thickness_um", "entrainment_speed_m_s"]
-    off = pd.Series(False, index=points.index)
-    readings = points.loc[(points[names] > 0).all(axis=1), ["run_id", *names]]
-    for _, of_run in readings.groupby("run_id") if len(readings) else ():
-        film, speed = np.log(of_run[names].to_numpy()).T
-        if np.ptp(speed) > 0:
-            trend = scipy.stats.siegelslopes(film, speed)
-            residual = film - trend.intercept - trend.slope * speed
-            off[of_run.index] = np.abs(residual) > np.log(rig.gates.film_trend_factor)
-    return off.to_numpy()
+    off_trend = pd.Series(False, index=points.index)
+    measured = points["measured_film_thickness_um"] > 0
+    turning = points["entrainment_speed_m_s"] > 0
+    readings = points[measured & turning]
+    if readings.empty:
+        return off_trend.to_numpy()
+    for _, readings_of_run in readings.groupby("run_id"):
+        log_film = np.log(readings_of_run["measured_film_thickness_um"].to_numpy())
+        log_speed = np.log(readings_of_run["entrainment_speed_m_s"].to_numpy())
+        if np.ptp(log_speed) > 0:
+            trend = scipy.stats.siegelslopes(log_film, log_speed)
+            residual = log_film - trend.intercept - trend.slope * log_speed
+            off_trend[readings_of_run.index] = np.abs(residual) > np.log(
+                rig.gates.film_trend_factor
+            )
+    return off_trend.to_numpy()
 
 
 @gate
@@ -151,34 +162,41 @@ def force_not_reversed(points: pd.DataFrame, rig: TractionRig) -> "pd.Series[boo
 @gate
 def traction_unphysical(points: pd.DataFrame, rig: TractionRig) -> "pd.Series[bool]":
     """The traction coefficient is one that no oil has."""
-    mu, least = points["traction_coefficient"], rig.gates.slide_roll_ratio_min
-    # a sweep may go to slips of the other sign, where the force has the other one too
-    mu = mu.where(points["slide_roll_ratio"] >= least, mu.abs())
+    mu = points["traction_coefficient"]
+    # a sweep may go to slips of the other sign, where the force changes its sign too
+    usual_sign = points["slide_roll_ratio"] >= rig.gates.slide_roll_ratio_min
+    mu = mu.where(usual_sign, mu.abs())
     return ~mu.between(rig.gates.traction_min, rig.gates.traction_max) & mu.notna()
 
 
 def unit_of_load(points: pd.DataFrame, rig: TractionRig) -> str:
-    """The units of the load that make usual traction coefficients of too large ones, as a hint."""
+    """A hint at the units of the load with which too large traction coefficients are usual ones."""
     sizes = points["traction_coefficient"].abs()
     sliding = points["slide_roll_ratio"].abs() > rig.gates.sign_slip_min
-    middle, largest = sizes[sliding].median(), sizes.max()
-    usual, most = rig.gates.sliding_traction_usual, rig.gates.traction_max
-    if largest <= most:
+    median = sizes[sliding].median()
+    largest = sizes.max()
+    if largest <= rig.gates.traction_max:
         return ""
-    return unit_hint("load", lambda scale: usual <= middle / scale and largest / scale <= most)
+
+    def fits(scale: float) -> bool:
+        usual = median / scale >= rig.gates.sliding_traction_usual
+        possible = largest / scale <= rig.gates.traction_max
+        return bool(usual and possible)
+
+    return unit_hint("load", fits)
 
 
 def slip_is_held(points: pd.DataFrame, rig: TractionRig) -> "pd.Series[bool]":
-    """Plateaus of which the slip is steady; on a ramp between two slips it is not."""
-    change, transient = points["slip_change"].abs(), points["slip_transient"].abs()
-    most = rig.gates.slip_change_max, rig.gates.slip_transient_max
-    return ~((change > most[0]) | (transient > most[1]))
+    """Plateaus whose slip is steady; on a ramp between two slips it is not."""
+    changes = points["slip_change"].abs() > rig.gates.slip_change_max
+    has_transient = points["slip_transient"].abs() > rig.gates.slip_transient_max
+    return ~(changes | has_transient)
 
 
 def surely_unphysical(points: pd.DataFrame, rig: TractionRig) -> "pd.Series[bool]":
     """Plateaus whose traction coefficient is impossible by far more than its standard error.
 
-    Without slip a zero that is slightly off makes a small coefficient negative.
+    A small negative coefficient without slip is none of them: the zero may be slightly off.
     """
     mu, error = points["traction_coefficient"], points["traction_coefficient_se"].fillna(0.0)
     sliding = points["slide_roll_ratio"] > rig.gates.sign_slip_min
@@ -221,15 +239,23 @@ def unloaded(points: pd.DataFrame, rig: RigKind) -> "pd.Series[bool]":
 
 
 def _unit_of_set_load(points: pd.DataFrame, rig: TractionRig) -> str:
+    """A hint at the units of the load with which it is the load that was set."""
     ratio = points["load_n"].mean() / points["nominal_load_n"].median()
     allowed = 2 * rig.gates.load_tolerance
-    return unit_hint("load", lambda scale: abs(ratio * scale - 1) < allowed)
+
+    def fits(scale: float) -> bool:
+        return bool(abs(ratio * scale - 1) < allowed)
+
+    return unit_hint("load", fits)
 
 
 def sentence_of(gate: Gate[PlateauJudge], points: pd.DataFrame, rig: Any) -> str:
-    """What a gate found, about all of these plateaus."""
-    hints = {"load_off_nominal": _unit_of_set_load, "traction_unphysical": unit_of_load}
-    hint = hints[gate.name](points, rig) if gate.name in hints else ""
+    """The sentence of a gate about plateaus that all fail it."""
+    hint = ""
+    if gate.name == "load_off_nominal":
+        hint = _unit_of_set_load(points, rig)
+    if gate.name == "traction_unphysical":
+        hint = unit_of_load(points, rig)
     numbers = points.select_dtypes("number")
     return gate.sentence(
         rig,
@@ -248,27 +274,41 @@ _IF_RIGHT = "If that is not the mistake, correct the fault that is named after '
 
 
 def advice_for(rule: str, kind: type[RigKind]) -> str:
-    """What to do about a refusal by the gate or rule of that name."""
-    texts = {name: entry["advice"] for name, entry in RULES["gates"].items()}
-    texts |= {**RULES["others"], EXCLUDED: EXCLUDED_ADVICE, **RULES[kind.name]}
-    texts |= {name: f"{text} {_IF_RIGHT}" for name, text in RULES["mistakes"].items()}
-    return str(texts[rule]).format(**kind.words)
+    """What to do about a refusal by a gate or rule, in the words of a kind of rig."""
+    advice = {name: entry["advice"] for name, entry in RULES["gates"].items()}
+    advice |= RULES["others"]
+    advice[EXCLUDED] = EXCLUDED_ADVICE
+    # some rules have another advice for one kind of rig
+    advice |= RULES[kind.name]
+    for name, text in RULES["mistakes"].items():
+        advice[name] = f"{text} {_IF_RIGHT}"
+    return str(advice[rule]).format(**kind.words)
 
 
 def quarantine_rows(
     refusals: list[Refusal], runs: pd.DataFrame, kind: type[RigKind]
 ) -> pd.DataFrame:
-    """The table of quarantine of refusals by curation; `runs` has the run of each."""
-    of_run = runs.set_index("run_id")[["campaign", "file"]].assign(stage="curate").to_dict("index")
-    rows = [
-        {**of_run[each.run_id], **asdict(each), "advice": advice_for(each.rule, kind)}
-        for each in refusals
-    ]
+    """The table of quarantine for refusals by curation.
+
+    Args:
+        refusals: The refusals.
+        runs: Table of runs, with the run of each refusal.
+        kind: The kind of rig.
+    """
+    columns_of_run: dict[Any, dict[Any, Any]] = runs.set_index("run_id")[
+        ["campaign", "file"]
+    ].to_dict("index")
+    rows: list[dict[str, Any]] = []
+    for refusal in refusals:
+        row: dict[str, Any] = {"stage": "curate", **columns_of_run[refusal.run_id]}
+        row |= asdict(refusal)
+        row["advice"] = advice_for(refusal.rule, kind)
+        rows.append(row)
     return tables.from_rows(rows, "quarantine")
 
 
 def judge_plateaus(points: pd.DataFrame, rig: RigKind) -> pd.DataFrame:
-    """Which gates each plateau fails: one boolean column per gate, one row per plateau."""
+    """The gates that each plateau fails: one boolean column per gate, one row per plateau."""
     gates = PLATEAU_GATES.of(rig.name) if len(points) else []
     return pd.DataFrame(
         {gate.name: np.asarray(gate.judge(points, rig)) for gate in gates},
@@ -278,11 +318,11 @@ def judge_plateaus(points: pd.DataFrame, rig: RigKind) -> pd.DataFrame:
 
 
 def runs_not_usable(points: pd.DataFrame, failed: pd.DataFrame, rig: RigKind) -> Iterator[Refusal]:
-    """Refusals of runs of which no plateau is left, or the others cannot be trusted either.
+    """Refusals of runs without a usable plateau, or with so many faults that none can be trusted.
 
     Args:
         points: Plateaus of any number of runs.
-        failed: The gates that each of them fails.
+        failed: The gates that each plateau fails, as `judge_plateaus` gives them.
         rig: The rig.
     """
     if points.empty:
@@ -296,17 +336,20 @@ def runs_not_usable(points: pd.DataFrame, failed: pd.DataFrame, rig: RigKind) ->
     blamed = judged["faulty_where_held"].where(points["run_id"].map(many), judged["faulty"])
     judged = judged.assign(blamed=blamed)
     for run_id in some.index[~some["left"] | most | many | some["unphysical"]]:
-        mine = points["run_id"] == run_id
-        why = _why(points[mine], failed[mine], judged[mine], rig)
-        yield replace(why, run_id=str(run_id))
+        of_run = points["run_id"] == run_id
+        refusal = _refusal_of_run(points[of_run], failed[of_run], judged[of_run], rig)
+        yield replace(refusal, run_id=str(run_id))
 
 
 def _judged(points: pd.DataFrame, failed: pd.DataFrame, rig: RigKind) -> pd.DataFrame:
-    """What each plateau means for its run.
+    """What each plateau means for its run: boolean columns, one row per plateau.
 
-    A run is made for the plateaus that slide, where it has any (`wanted`). Gates that blame the
-    run find it `faulty`; ramps between two slips are left out of `faulty_where_held`. A plateau is
-    `unphysical` where slip and load are as they should be and the traction is one that no oil has.
+    - `wanted`: it slides, or no plateau of its run does;
+    - `held`: its slip is steady, which it is not on a ramp between two slips;
+    - `unphysical`: slip and load are right, and no oil has the traction;
+    - `left`: it is wanted and passes all gates;
+    - `faulty`: it fails a gate that blames the run;
+    - `faulty_where_held`: it is faulty and held.
     """
     blaming = [gate.name for gate in PLATEAU_GATES.of(rig.name) if gate.blames_run]
     faulty = failed[blaming].any(axis=1)
@@ -324,29 +367,54 @@ def _judged(points: pd.DataFrame, failed: pd.DataFrame, rig: RigKind) -> pd.Data
     return judged.assign(left=left, faulty=faulty, faulty_where_held=faulty & judged["held"])
 
 
-def _why(points: pd.DataFrame, failed: pd.DataFrame, judged: pd.DataFrame, rig: RigKind) -> Refusal:
-    """The refusal of one run that cannot be used."""
+def _refusal_of_run(
+    points: pd.DataFrame, failed: pd.DataFrame, judged: pd.DataFrame, rig: RigKind
+) -> Refusal:
+    """The refusal of one run that cannot be used.
+
+    Args:
+        points: Its plateaus.
+        failed: The gates that each of them fails.
+        judged: Columns of `_judged`, and `blamed`: the plateaus whose faults count.
+        rig: The rig.
+    """
     gates = PLATEAU_GATES.of(rig.name)
     for gate in gates:
         if failed[gate.name].all():
             return Refusal(gate.name, sentence_of(gate, points, rig), "")
-    unphysical, wanted = judged["unphysical"], judged["wanted"]
+    unphysical = judged["unphysical"]
     if unphysical.any() and isinstance(rig, TractionRig):
         worst = points.iloc[points["traction_coefficient"].abs().where(unphysical).argmax()]
-        rows = {"first": worst["first_row"], "last": worst["last_row"]}
-        about = dict(count=unphysical.sum(), plateaus=len(points), worst=worst, **rows)
-        return fault("impossible_traction", hint=unit_of_load(points, rig), **about)
+        return fault(
+            "impossible_traction",
+            count=unphysical.sum(),
+            plateaus=len(points),
+            worst=worst,
+            hint=unit_of_load(points, rig),
+            first=worst["first_row"],
+            last=worst["last_row"],
+        )
+    wanted = judged["wanted"]
     if not judged["left"].any():
-        which = "" if wanted.all() else " that slide"
-        counts = _counts(failed[wanted])
-        return fault("no_point_left", count=wanted.sum(), which=which, counts=counts)
-    faulty = judged["blamed"]
-    counts = _counts(failed.loc[faulty, [gate.name for gate in gates if gate.blames_run]])
-    about = dict(count=faulty.sum(), plateaus=len(points), share=faulty.mean(), counts=counts)
-    return fault("many_plateaus_fail", allowed=rig.gates.faulty_share_max, **about)
+        return fault(
+            "no_point_left",
+            count=wanted.sum(),
+            which="" if wanted.all() else " that slide",
+            counts=_failures_per_gate(failed[wanted]),
+        )
+    blamed = judged["blamed"]
+    blaming_gates = [gate.name for gate in gates if gate.blames_run]
+    return fault(
+        "many_plateaus_fail",
+        count=blamed.sum(),
+        plateaus=len(points),
+        share=blamed.mean(),
+        counts=_failures_per_gate(failed.loc[blamed, blaming_gates]),
+        allowed=rig.gates.faulty_share_max,
+    )
 
 
-def _counts(failed: pd.DataFrame) -> str:
-    """How many plateaus fail each gate, as in `spiky 3, not_steady 1`."""
+def _failures_per_gate(failed: pd.DataFrame) -> str:
+    """The number of plateaus that fail each gate, as in `spiky 3, not_steady 1`."""
     counts = failed.sum().sort_values(ascending=False, kind="stable")
     return ", ".join(f"{name} {count}" for name, count in counts.items() if count)

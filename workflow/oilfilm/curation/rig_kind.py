@@ -1,4 +1,4 @@
-"""A kind of rig as curation sees it: the small part in which traction and torque rigs differ."""
+"""A kind of rig in curation: everything in which traction and torque rigs differ."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -23,13 +23,20 @@ from oilfilm.settings.resolved import Settings
 from oilfilm.units import BoolArray, FloatArray, IndexArray
 
 TRACTION, TORQUE = "traction", "torque"
-# No logger of a rig is faster; damaged time stamps are, and would give endless windows.
+# No logger of a rig is faster. A shorter interval from damaged time stamps would give windows with
+# a huge number of rows.
 _SHORTEST_INTERVAL_S = 1e-6
 
 
 @dataclass(frozen=True)
 class Signals:
-    """One run: `row` and `time_s` of each sample, every other signal by the name of its column."""
+    """The samples of one run.
+
+    Attributes:
+        row: Row number of each sample, shape (n,).
+        time_s: Time of each sample, shape (n,).
+        columns: Name of a column -> its signal, shape (n,).
+    """
 
     row: IndexArray
     time_s: FloatArray
@@ -38,10 +45,10 @@ class Signals:
     @cached_property
     def interval_s(self) -> float:
         """Median time between samples, in s; 1 where there are too few to tell."""
-        # time stamps are decimal numbers: their differences are, too, but for rounding, which must
-        # not decide how many rows a time is
-        usual = float(f"{median(np.diff(self.time_s)):.9g}")
-        return max(usual, _SHORTEST_INTERVAL_S) if usual > 0 else 1.0
+        # rounded: differences of decimal time stamps have errors of floating point, which must not
+        # decide how many rows a time is
+        interval_s = float(f"{median(np.diff(self.time_s)):.9g}")
+        return max(interval_s, _SHORTEST_INTERVAL_S) if interval_s > 0 else 1.0
 
     def at(self, chosen: BoolArray | slice) -> "Signals":
         """The samples that a mask or a slice chooses."""
@@ -62,7 +69,7 @@ class Signals:
 
 
 class Channel(NamedTuple):
-    """A signal as sentences name it."""
+    """A signal: its column, its name in sentences and its unit."""
 
     column: str
     name: str
@@ -71,15 +78,15 @@ class Channel(NamedTuple):
 
 @dataclass(frozen=True)
 class Run:
-    """One measured run, as the gates of runs look at it.
+    """One measured run, which the gates of runs judge.
 
     Attributes:
         rig: The rig.
         signals: All samples of the run.
-        working: Those between the phases that give the zero at which the rig turns.
+        working: The samples at which the rig turns, between the phases that give the zero.
         plateaus: Columns over the plateaus. Tables are made of all runs at once, because a small
             table costs as much as a large one.
-        flaw: Why the run gives no zero, where it gives none.
+        flaw: Why the run gives no zero; None where it gives one.
         too_short: Levels that give no plateau.
     """
 
@@ -93,17 +100,17 @@ class Run:
 
 @dataclass(frozen=True)
 class Division:
-    """Where a run is at rest, which gives the zero, and where it holds a level.
+    """The phases at rest of a run, which give the zero, and its levels, which give plateaus.
 
     Attributes:
         signals: The samples from which plateaus can be made.
-        starts: First sample of the settled part of each level, as an index into them.
-        stops: The sample past its last one.
-        at_rest: The samples that the phases are parts of.
-        phases: The phases that give the zero, by name, in the order of time.
-        words: What the rig does there.
-        in_levels: Whether the phases are parts of levels, of which the rest gives plateaus.
-        working: The samples between the phases at rest at which the rig turns.
+        starts: Index of the first sample of the settled part of each level, in `signals`.
+        stops: Index after its last sample.
+        at_rest: The samples that contain the phases.
+        phases: Name of a phase that gives the zero -> its samples, in the order of time.
+        words: What the rig does in the phases, in words.
+        in_levels: Whether the phases are parts of levels. The rest of these gives plateaus.
+        working: The samples at which the rig turns, between the phases.
         too_short: Levels that ended before they settled and give no plateau.
     """
 
@@ -122,25 +129,25 @@ class RigKind(Protocol):
     """A kind of rig with the settings of a run. `TractionRig` and `TorqueRig` inherit from it.
 
     Attributes:
-        name: As the gates name it.
-        logs: How its logs are read.
+        name: Name of the kind in `rules.yaml`.
+        logs: The kind of its logs.
         table: Name of its table of plateaus.
         sensor: The signal whose zero is removed and whose spikes are left out.
         channels: The logged signals beside the sensor, the load first.
         means: Columns that are averaged over a plateau.
-        errors: Those with a standard error.
-        changes: Those whose second half is compared with the first.
-        transients: Those whose beginning is compared with the rest.
-        words: Its words in sentences and advice: sensor, level.
-        carried: Columns of the table of runs that every plateau carries.
-        keeps_refused_runs: Whether the table has the plateaus of runs that were refused as a whole.
-        shown_signals: Signals on the page of a refused run, with their labels.
+        errors: Columns with a standard error.
+        changes: Columns whose second half is compared with the first.
+        transients: Columns whose beginning is compared with the rest.
+        words: Words for `sensor` and `level` in sentences and advice.
+        carried: Columns of the table of runs that every plateau gets.
+        keeps_refused_runs: Whether the table has the plateaus of refused runs.
+        shown_signals: Signals on the page of a refused run -> their labels.
         settings: Settings of the run.
-        gates: The limits of its gates.
-        plateaus: How its levels are found.
-        zero: When it is at rest.
+        gates: Limits of its gates.
+        plateaus: Settings by which its levels are found.
+        zero: Settings of the phases at rest.
         zero_drift_max: Largest change of the zero, in the sensor's unit.
-        stuck: When a signal is stuck.
+        stuck: Settings of stuck signals.
     """
 
     name: str
@@ -164,40 +171,48 @@ class RigKind(Protocol):
     stuck: StuckSettings
 
     def __init__(self, settings: Settings) -> None:
-        self.settings, self.stuck = settings, settings.curation.stuck
+        self.settings = settings
+        self.stuck = settings.curation.stuck
 
     @staticmethod
     def signals(samples: Columns, rig: str, settings: Settings) -> Signals:
-        """The signals of one run of a rig file, in the senses that the gates take them."""
+        """The signals of one run, with the signs that the gates expect.
+
+        Args:
+            samples: Samples of the run.
+            rig: Name of the rig's file.
+            settings: Settings of the run.
+        """
         ...
 
     def divide(self, signals: Signals, rig: str) -> Division:
-        """Rest and levels of a run."""
+        """The phases at rest and the levels of a run."""
         ...
 
     def zero_fault(self, run: Run, parts: Division, rig: str) -> Refusal | None:
-        """What is wrong with the zero, by all that the run shows of it.
+        """The fault of the zero, judged with the plateaus; None without one.
 
         Args:
-            run: As measured with the zero; its `flaw` is what was found before.
+            run: The run, measured with the zero. Its `flaw` is an earlier fault.
             parts: The phases that gave the zero.
             rig: Name of the rig's file.
         """
         return run.flaw
 
     def derive(self, averages: Columns, zero: FloatArray, zero_se: FloatArray) -> Columns:
-        """Plateaus with the zero removed and what follows from one plateau alone.
+        """Plateaus with the zero removed and the quantities that follow from a single plateau.
 
         Args:
-            averages: `<column>`, and `<column>_se`, `_change`, `_transient` of those listed;
-                every signal, where the rows of the log are settled readings.
-            zero: The sensor's zero at each plateau; NaN where there is none.
-            zero_se: Its standard error.
+            averages: Columns over the plateaus: `means`, and `<column>_se`, `<column>_change`,
+                `<column>_transient` of `errors`, `changes` and `transients`. Where the rows of the
+                log are settled readings, every signal.
+            zero: The sensor's zero at each plateau, shape (plateaus,); NaN where there is none.
+            zero_se: Its standard error, shape (plateaus,).
         """
         ...
 
     def complete(self, points: pd.DataFrame) -> pd.DataFrame:
-        """Plateaus of all runs with the columns that need rig file and oil."""
+        """Plateaus of all runs with the columns that follow from rig file and oil."""
         ...
 
     def hypotheses(self, rig: str) -> Iterable[Hypothesis]:
@@ -205,6 +220,6 @@ class RigKind(Protocol):
         ...
 
 
-def nothing(count: int) -> FloatArray:
-    """As many values that are not known."""
+def unknown(count: int) -> FloatArray:
+    """A number of values that are not known, shape (count,)."""
     return np.full(count, np.nan)

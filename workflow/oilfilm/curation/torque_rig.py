@@ -65,9 +65,10 @@ class TorqueRig(RigKind):
 
     def __init__(self, settings: Settings) -> None:
         super().__init__(settings)
-        logs = settings.torque_logs
-        self.gates, self.plateaus, self.zero = logs.gates, logs.plateaus, logs.tare
-        self.zero_drift_max = logs.tare.max_drift_n_m
+        self.gates = settings.torque_logs.gates
+        self.plateaus = settings.torque_logs.plateaus
+        self.zero = settings.torque_logs.tare
+        self.zero_drift_max = settings.torque_logs.tare.max_drift_n_m
 
     @staticmethod
     def signals(samples: Columns, rig: str, settings: Settings) -> Signals:
@@ -79,20 +80,28 @@ class TorqueRig(RigKind):
         """Levels of speed between the first and the last sample at which the bearing turns."""
         turning = np.abs(signals["inner_speed_rpm"]) > self.zero.max_speed_rpm
         if not turning.any():
-            none = np.array([], dtype=np.int64)
-            return Division(signals, none, none, signals, {})
-        first, last = int(np.argmax(turning)), len(turning) - int(np.argmax(turning[::-1]))
-        starts, stops, too_short = _levels(signals, first, last, self.plateaus)
-        phases = {"opening": slice(0, first), "closing": slice(last, len(turning))}
+            no_levels = np.array([], dtype=np.int64)
+            return Division(signals, no_levels, no_levels, at_rest=signals, phases={})
+        turning_rows = np.flatnonzero(turning)
+        start = int(turning_rows[0])
+        stop = int(turning_rows[-1]) + 1
+        starts, stops, too_short = _levels(signals, start, stop, self.plateaus)
         return Division(
-            signals, starts, stops, signals, phases, working=turning, too_short=too_short
+            signals,
+            starts,
+            stops,
+            at_rest=signals,
+            phases={"opening": slice(0, start), "closing": slice(stop, len(signals))},
+            working=turning,
+            too_short=too_short,
         )
 
     def derive(self, averages: Columns, zero: FloatArray, zero_se: FloatArray) -> Columns:
         """Torque above the zero, and how steady it is."""
-        load, torque = averages["axial_load_n"], averages["torque_n_m"] - zero
-        sizes = (np.where(each == 0, np.nan, np.abs(each)) for each in (load, torque))
-        load_size, torque_size = sizes
+        load = averages["axial_load_n"]
+        torque = averages["torque_n_m"] - zero
+        load_size = np.where(load == 0, np.nan, np.abs(load))
+        torque_size = np.where(torque == 0, np.nan, np.abs(torque))
         return {
             **averages,
             "tare_n_m": zero,
@@ -116,39 +125,42 @@ class TorqueRig(RigKind):
 
 
 def _levels(
-    signals: Signals, first: int, last: int, settings: TorquePlateauSettings
+    signals: Signals, turning_start: int, turning_stop: int, settings: TorquePlateauSettings
 ) -> tuple[IndexArray, IndexArray, list[Refusal]]:
     """Starts and stops of settled levels of speed, and the levels that were held too briefly.
 
     Args:
         signals: The run.
-        first: The first sample at which the bearing turns.
-        last: The sample past the last such one.
+        turning_start: Index of the first sample at which the bearing turns.
+        turning_stop: Index after the last such sample.
         settings: `plateaus` of config's torque_logs.
     """
-    speed, interval_s = signals["inner_speed_rpm"][first:last], signals.interval_s
+    speed = signals["inner_speed_rpm"][turning_start:turning_stop]
+    interval_s = signals.interval_s
     steps = find_steps(speed, interval_s, settings.min_step_rpm, settings)
     starts, stops = settled_parts(len(speed), steps, interval_s, settings)
-    # the first level has had a step to settle from: that out of rest; the last ends in one
+    # the first level begins with the step out of rest, and the last one ends in a step
     starts[0] += round(settings.settle_s / interval_s)
     stops[-1] -= round(settings.guard_s / interval_s)
     for level, (start, stop) in enumerate(zip(starts, stops, strict=True)):
         if stop > start:
-            # a slow ramp goes on beyond what is cut off
-            near = _near_median(speed[start:stop], settings)
-            starts[level] += np.argmax(near)
-            stops[level] -= np.argmax(near[::-1])
+            # a slow ramp goes on beyond the rows that are cut off
+            near_median = _near_median(speed[start:stop], settings)
+            starts[level] += np.argmax(near_median)
+            stops[level] -= np.argmax(near_median[::-1])
     # a single row gives no standard error
     settled = stops - starts > 1
-    held = zip(pairwise([0, *steps, len(speed)]), settled, strict=True)
-    unsettled = [edges for edges, long_enough in held if not long_enough]
-    too_short = [
-        _too_short(signals, first + start, first + stop, settings)
-        for start, stop in unsettled
+    too_short: list[Refusal] = []
+    edges = pairwise([0, *steps, len(speed)])
+    for (start, stop), is_settled in zip(edges, settled, strict=True):
+        if is_settled or stop <= start:
+            continue
         # on a ramp hardly any row is near the median one
-        if stop > start and _near_median(speed[start:stop], settings).mean() > 1 / 3
-    ]
-    return first + starts[settled], first + stops[settled], too_short
+        if _near_median(speed[start:stop], settings).mean() > 1 / 3:
+            too_short.append(
+                _too_short(signals, turning_start + start, turning_start + stop, settings)
+            )
+    return turning_start + starts[settled], turning_start + stops[settled], too_short
 
 
 def _near_median(speed: FloatArray, settings: TorquePlateauSettings) -> npt.NDArray[np.bool_]:
@@ -157,7 +169,7 @@ def _near_median(speed: FloatArray, settings: TorquePlateauSettings) -> npt.NDAr
 
 
 def _too_short(signals: Signals, start: int, stop: int, settings: TorquePlateauSettings) -> Refusal:
-    """A level that ended before it settled."""
+    """The refusal of a level that ended before it settled."""
     speed_rpm = median(signals["inner_speed_rpm"][start:stop])
     held_s = (stop - start) * signals.interval_s
     least_s = settings.settle_s + settings.guard_s + settings.min_duration_s

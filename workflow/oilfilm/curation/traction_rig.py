@@ -14,7 +14,7 @@ import pandas as pd
 from oilfilm.curation.hypotheses import Hypothesis, setting_hypotheses, traction_hypotheses
 from oilfilm.curation.measure import find_steps, measure, settled_parts
 from oilfilm.curation.rig_kind import TRACTION as NAME
-from oilfilm.curation.rig_kind import Channel, Division, RigKind, Run, Signals, nothing
+from oilfilm.curation.rig_kind import Channel, Division, RigKind, Run, Signals, unknown
 from oilfilm.curation.zero import force_left, part_of_curve, phases_at_standstill, turns_steadily
 from oilfilm.logs.base import Columns, Refusal
 from oilfilm.logs.log_kind import LogKind
@@ -33,21 +33,21 @@ from oilfilm.settings.rig import Rig
 from oilfilm.ties import exceeds
 from oilfilm.units import M_PER_UM, PA_PER_GPA, FloatArray
 
-# No traction rig loads a contact less; below it F/W is noise over nothing.
+# No traction rig has a smaller load; below it F/W has no meaning.
 LEAST_LOAD_N = 1e-6
-# Column -> the column and the key of the rig file it comes from; relative but for temperature.
-_RELATIVE = {
+# Column -> the column that it is a share of, and the key of the rig file that has the share.
+_RELATIVE_CALIBRATION = {
     "load_systematic_n": ("load_n", "load_relative"),
     "traction_force_systematic_n": ("traction_force_n", "traction_force_relative"),
     "entrainment_speed_systematic_m_s": ("entrainment_speed_m_s", "speed_relative"),
 }
-# Phases of pure rolling that a zero procedure needs.
-_PHASES = {
+# Source of the zero -> the phases of pure rolling that it needs.
+_ROLLING_PHASES = {
     "rolling_phases": ("opening", "closing"),
     "opening_phase": ("opening",),
     "already_removed": (),
 }
-_LOGGED = (
+_UNCHANGED_SIGNALS = (
     "load_n",
     "traction_force_1_n",
     "traction_force_2_n",
@@ -102,56 +102,68 @@ class TractionRig(RigKind):
 
     def __init__(self, settings: Settings) -> None:
         super().__init__(settings)
-        self.gates, self.plateaus = settings.gates, settings.curation.plateaus
+        self.gates = settings.gates
+        self.plateaus = settings.curation.plateaus
         self.zero = settings.curation.zero_reference
         self.zero_drift_max = self.zero.max_drift_n
 
     @property
     def planned_slips(self) -> Sequence[float]:
-        """The slips that are planned, where any are."""
+        """The planned slips; empty where none are planned."""
         return self.settings.campaign.set_points.slide_roll_ratio or ()
 
     @staticmethod
     def signals(samples: Columns, rig: str, settings: Settings) -> Signals:
         """Force and slip positive with the slower body slowed; S is NaN where nothing turns."""
-        log = settings.campaign.semantics_for(rig)
-        ball, disc = samples["ball_speed_m_s"], samples["disc_speed_m_s"]
-        speed = (ball + disc) / 2
-        sliding = log.direction * (disc - ball)
-        slip = np.divide(sliding, speed, out=nothing(len(speed)), where=speed != 0)
-        columns = {
-            **{name: samples[name] for name in _LOGGED if name in samples},
-            "traction_force_n": log.traction_sign * log.direction * samples["traction_force_n"],
-            "entrainment_speed_m_s": speed,
-            "slide_roll_ratio": slip,
-            "ball_speed_m_s": ball,
-            "disc_speed_m_s": disc,
-        }
+        semantics = settings.campaign.semantics_for(rig)
+        ball = samples["ball_speed_m_s"]
+        disc = samples["disc_speed_m_s"]
+        entrainment = (ball + disc) / 2
+        sliding = semantics.direction * (disc - ball)
+        slip = unknown(len(entrainment))
+        np.divide(sliding, entrainment, out=slip, where=entrainment != 0)
+        force_sign = semantics.traction_sign * semantics.direction
+        columns = {name: samples[name] for name in _UNCHANGED_SIGNALS if name in samples}
+        columns["traction_force_n"] = force_sign * samples["traction_force_n"]
+        columns["entrainment_speed_m_s"] = entrainment
+        columns["slide_roll_ratio"] = slip
+        columns["ball_speed_m_s"] = ball
+        columns["disc_speed_m_s"] = disc
         return Signals(samples["row"], samples["time_s"], columns)
 
     def divide(self, signals: Signals, rig: str) -> Division:
         """Levels of slip; the first and the last of them are pure rolling."""
-        curation, levels = self.settings.curation, self.plateaus
+        curation = self.settings.curation
         # where nothing turns S has no value
         turning = np.isfinite(signals["slide_roll_ratio"]) & turns_steadily(signals, curation)
         usable = signals.at(turning)
         interval_s = usable.interval_s
-        steps = find_steps(usable["slide_roll_ratio"], interval_s, levels.min_step, levels)
-        starts, stops = settled_parts(len(usable), steps, interval_s, levels)
-        zero = self.settings.campaign.semantics_for(rig).zero
-        if zero == "standstill":
-            return Division(usable, starts, stops, signals, phases_at_standstill(signals, curation))
-        # the opening phase gives the zero first; what is left of it is a plateau at no slip
-        zero_rows = round(self.zero.duration_s / interval_s)
+        steps = find_steps(
+            usable["slide_roll_ratio"], interval_s, self.plateaus.min_step, self.plateaus
+        )
+        starts, stops = settled_parts(len(usable), steps, interval_s, self.plateaus)
+        source = self.settings.campaign.semantics_for(rig).zero
+        if source == "standstill":
+            phases = phases_at_standstill(signals, curation)
+            return Division(usable, starts, stops, at_rest=signals, phases=phases)
         rolling = {"opening": slice(0, 0), "closing": slice(0, 0)}
         if len(steps):
+            # the beginning of the opening phase gives the zero; the rest is a plateau without slip
+            zero_rows = round(self.zero.duration_s / interval_s)
             rolling["opening"] = slice(0, min(zero_rows, int(stops[0])))
             rolling["closing"] = slice(int(starts[-1]), int(stops[-1]))
-        phases = {name: rolling[name] for name in _PHASES[zero]}
-        return Division(usable, starts, stops, usable, phases, "pure rolling", in_levels=True)
+        return Division(
+            usable,
+            starts,
+            stops,
+            at_rest=usable,
+            phases={name: rolling[name] for name in _ROLLING_PHASES[source]},
+            words="pure rolling",
+            in_levels=True,
+        )
 
     def zero_fault(self, run: Run, parts: Division, rig: str) -> Refusal | None:
-        """A phase that is part of the curve, or a force where it should be zero."""
+        """A phase that is part of the curve, or a force that should be zero."""
         source = self.settings.campaign.semantics_for(rig).zero
         if source == "standstill":
             return run.flaw
@@ -162,25 +174,26 @@ class TractionRig(RigKind):
 
     def derive(self, averages: Columns, zero: FloatArray, zero_se: FloatArray) -> Columns:
         """Traction force above the zero, mu = F/W and its standard error."""
-        unknown = nothing(len(zero))
         force_n = averages["traction_force_n"] - zero
-        load = np.where(averages["load_n"] > LEAST_LOAD_N, averages["load_n"], np.nan)
-        mu = force_n / load
+        load_n = np.where(averages["load_n"] > LEAST_LOAD_N, averages["load_n"], np.nan)
+        mu = force_n / load_n
         force_se_n = np.hypot(averages["traction_force_n_se"], zero_se)
+        mu_se = np.hypot(force_se_n, mu * averages["load_n_se"]) / load_n
+        film_um = averages.get("measured_film_thickness_um", unknown(len(zero)))
         kept = ("first_row", "last_row", "n_samples", "n_spikes", "time_s", "duration_s")
         return {
             **{name: averages[name] for name in (*kept, *self.means)},
             "force_asymmetry": _asymmetry(averages),
-            "measured_film_thickness_um": averages.get("measured_film_thickness_um", unknown),
+            "measured_film_thickness_um": film_um,
             "slide_roll_ratio_se": averages["slide_roll_ratio_se"],
             "slip_change": averages["slide_roll_ratio_change"],
             "slip_transient": averages["slide_roll_ratio_transient"],
             "traction_force_n": force_n,
             "traction_coefficient": mu,
-            "traction_coefficient_se": np.hypot(force_se_n, mu * averages["load_n_se"]) / load,
-            "traction_change": averages["traction_force_n_change"] / load,
-            "traction_transient": averages["traction_force_n_transient"] / load,
-            "load_change": averages["load_n_change"] / load,
+            "traction_coefficient_se": mu_se,
+            "traction_change": averages["traction_force_n_change"] / load_n,
+            "traction_transient": averages["traction_force_n_transient"] / load_n,
+            "load_change": averages["load_n_change"] / load_n,
             "temperature_change_c": averages["inlet_temperature_c_change"],
         }
 
@@ -195,16 +208,21 @@ class TractionRig(RigKind):
 
 
 def _asymmetry(averages: Columns) -> FloatArray:
-    """|TF1 + TF2| over |TF1| + |TF2| of a rig that logs the force of either direction of slip."""
-    unknown = nothing(len(averages["time_s"]))
-    if "traction_force_1_n" not in averages:
-        return unknown
-    first, second = averages["traction_force_1_n"], averages["traction_force_2_n"]
-    both = np.abs(first) + np.abs(second)
-    return np.divide(np.abs(first + second), both, out=unknown, where=both > 0)
+    """|TF1 + TF2| over |TF1| + |TF2|, the forces of both directions of slip, shape (plateaus,).
+
+    NaN where the rig does not log these forces, or both are zero.
+    """
+    asymmetry = unknown(len(averages["time_s"]))
+    if "traction_force_1_n" in averages:
+        disc_faster = averages["traction_force_1_n"]
+        ball_faster = averages["traction_force_2_n"]
+        size = np.abs(disc_faster) + np.abs(ball_faster)
+        np.divide(np.abs(disc_faster + ball_faster), size, out=asymmetry, where=size > 0)
+    return asymmetry
 
 
-# Two phases show a drift, and the force at standstill may be held by static friction.
+# Sources of the zero. Two rolling phases are best: they show a drift. Standstill is last: static
+# friction may hold the force.
 BEST_FIRST = ("rolling_phases", "opening_phase", "standstill")
 
 
@@ -216,18 +234,18 @@ def zero_source(
     force_n: FloatArray,
     settings_by_source: Mapping[str, Settings],
 ) -> str | None:
-    """The first source from which a run gets a zero that its own curve does not contradict.
+    """The best source of the zero that the curve of a run does not contradict.
 
     Args:
         time_s: Time, shape (n,).
         ball_m_s: Surface speed of the ball, shape (n,).
-        disc_m_s: That of the disc, shape (n,).
-        load_n: Normal load, shape (n,); in any unit, because only ratios of mu matter.
+        disc_m_s: Surface speed of the disc, shape (n,).
+        load_n: Normal load, shape (n,), in any unit: only ratios of mu matter.
         force_n: Traction force, shape (n,).
-        settings_by_source: Settings with each source of `BEST_FIRST` as `semantics: zero`.
+        settings_by_source: Source of `BEST_FIRST` -> settings with it as `semantics: zero`.
 
     Returns:
-        A value of `semantics: zero`; None where none of them suits.
+        A value of `semantics: zero`; None where no source is suitable.
     """
     samples = {
         "row": np.arange(len(time_s)),
@@ -253,26 +271,29 @@ def zero_source(
 def with_film(points: pd.DataFrame, settings: Settings) -> pd.DataFrame:
     """Points with maximum Hertz pressure, film thickness, lambda and the film's judgement.
 
-    Pressure needs the rig's geometry and materials, or is the stated one; film needs the oil's
-    properties, lambda the roughness as well. Where they are not known the columns are null and the
-    film "cannot be judged".
+    The pressure needs the rig's geometry and materials; without them it is the stated one. The film
+    needs the oil's properties, and lambda the roughness as well. Where they are not known the
+    columns are null and the film "cannot be judged".
     """
     points = points.assign(
         max_hertz_pressure_gpa=np.nan, film_thickness_um=np.nan, lambda_ratio=np.nan
     )
-    for (rig, oil_name), of_both in points.groupby(["rig", "oil"]):
-        contact, oil_file = settings.rigs[str(rig)].contact(), settings.oils[str(oil_name)]
+    for (rig_name, oil_name), group in points.groupby(["rig", "oil"]):
+        contact = settings.rigs[str(rig_name)].contact()
+        oil_file = settings.oils[str(oil_name)]
         if contact is not None:
             oil = oil_file.properties() if oil_file else None
-            derived = contact_state(of_both, contact, oil, settings.film)
-            points.loc[of_both.index, list(derived)] = derived
+            derived = contact_state(group, contact, oil, settings.film)
+            points.loc[group.index, list(derived)] = derived
         elif "nominal_max_hertz_pressure_gpa" in points:
             # without geometry only the pressure that the log or its sheet states is known
-            stated = of_both["nominal_max_hertz_pressure_gpa"]
-            points.loc[of_both.index, "max_hertz_pressure_gpa"] = stated
-    known = points["lambda_ratio"].notna()
-    full = exceeds(points["lambda_ratio"], settings.gates.lambda_limit)
-    judgement = np.select([~known, full], ["cannot be judged", "full film"], "below limit")
+            stated = group["nominal_max_hertz_pressure_gpa"]
+            points.loc[group.index, "max_hertz_pressure_gpa"] = stated
+    unjudged = points["lambda_ratio"].isna()
+    full_film = exceeds(points["lambda_ratio"], settings.gates.lambda_limit)
+    judgement = np.select(
+        [unjudged, full_film], ["cannot be judged", "full film"], default="below limit"
+    )
     return points.assign(film_judgement=judgement)
 
 
@@ -283,12 +304,12 @@ def contact_state(
 
     Args:
         points: Columns load_n, entrainment_speed_m_s, inlet_temperature_c and slide_roll_ratio.
-        contact: The contact they are of.
-        oil: The oil, None where its properties are not known.
+        contact: The contact of the rig.
+        oil: The oil; None where its properties are not known.
         settings: `film` of the configuration.
     """
-    load = points["load_n"].where(points["load_n"] > LEAST_LOAD_N).to_numpy()
-    pressure_pa = max_hertz_pressure(load, contact.radius_m, contact.reduced_modulus_pa)
+    load_n = points["load_n"].where(points["load_n"] > LEAST_LOAD_N).to_numpy()
+    pressure_pa = max_hertz_pressure(load_n, contact.radius_m, contact.reduced_modulus_pa)
     derived = pd.DataFrame({"max_hertz_pressure_gpa": pressure_pa / PA_PER_GPA}, points.index)
     if oil is None:
         return derived
@@ -296,7 +317,7 @@ def contact_state(
         oil,
         contact,
         settings.thickness,
-        load_n=load,
+        load_n=load_n,
         entrainment_speed_m_s=points["entrainment_speed_m_s"].to_numpy(),
         inlet_temperature_c=points["inlet_temperature_c"].to_numpy(),
         slide_roll_ratio=points["slide_roll_ratio"].to_numpy(),
@@ -307,19 +328,17 @@ def contact_state(
 def with_calibration(points: pd.DataFrame, rigs: Mapping[str, Rig]) -> pd.DataFrame:
     """Points with the standard uncertainty of each sensor's calibration.
 
-    All points of a rig share these errors, so they are kept apart from the random ones; null
-    where the rig file states none.
+    All points of a rig share these errors, so they are kept apart from the random ones. They are
+    null where the rig file states none.
     """
-    rig = points["rig"].astype("category")
+    rig_of_point = points["rig"].astype("category")
 
-    def from_rig(key: str) -> "pd.Series[float]":
-        values = {name: getattr(file.calibration, key, None) for name, file in rigs.items()}
-        return rig.map(values).astype(float)
+    def from_rig_files(key: str) -> "pd.Series[float]":
+        values = {name: getattr(rig.calibration, key, None) for name, rig in rigs.items()}
+        return rig_of_point.map(values).astype(float)
 
-    return points.assign(
-        **{
-            column: points[quantity].abs() * from_rig(key)
-            for column, (quantity, key) in _RELATIVE.items()
-        },
-        inlet_temperature_systematic_c=from_rig("temperature_c"),
-    )
+    uncertainties: dict[str, pd.Series[float]] = {}
+    for column, (measured, key) in _RELATIVE_CALIBRATION.items():
+        uncertainties[column] = points[measured].abs() * from_rig_files(key)
+    uncertainties["inlet_temperature_systematic_c"] = from_rig_files("temperature_c")
+    return points.assign(**uncertainties)

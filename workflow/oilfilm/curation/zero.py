@@ -1,7 +1,7 @@
-"""The zero of a sensor: its output at rest, before and after a run, and what contradicts it.
+"""The zero of a sensor: its output at rest before and after a run, and contradictions to it.
 
 A traction rig is at rest under pure rolling or at standstill, a torque rig at standstill. A rig may
-give both phases, the opening one alone, or a signal whose zero it has removed itself.
+give both phases, only the opening one, or a signal whose zero it has removed itself.
 
 Decides: how the zero of the force or torque sensor is removed; where a rig stands still; whether a
 phase is pure rolling; when a force contradicts the zero of a traction rig.
@@ -31,7 +31,13 @@ _STEEPEST = 10
 
 @dataclass(frozen=True)
 class ZeroReference:
-    """Sensor output at rest at two times, one or none, with standard errors; in its unit."""
+    """Sensor output at rest in two phases, one or none, in the unit of the sensor.
+
+    Attributes:
+        time_s: Mean time of each phase, shape (phases,).
+        output: Mean output in each phase, shape (phases,).
+        output_se: Its standard error, shape (phases,).
+    """
 
     time_s: FloatArray
     output: FloatArray
@@ -43,11 +49,11 @@ class ZeroReference:
         return float(self.output[-1] - self.output[0]) if len(self.output) else 0.0
 
     def at(self, time_s: FloatArray) -> FloatArray:
-        """The zero at any time: a straight line through two phases (the drift), else constant."""
+        """The zero at some times: a straight line through two phases (the drift), else constant."""
         return self._weights(time_s) @ self.output
 
     def standard_error_at(self, time_s: FloatArray) -> FloatArray:
-        """Standard error of `at`, from those of the means."""
+        """Standard error of the zero at some times, from those of the phases."""
         return np.sqrt(self._weights(time_s) ** 2 @ self.output_se**2)
 
     def _weights(self, time_s: FloatArray) -> FloatArray:
@@ -60,25 +66,31 @@ class ZeroReference:
 
 
 def phase_too_short(
-    signals: Signals, part: slice, name: str, min_duration_s: float
+    signals: Signals, phase: slice, name: str, min_duration_s: float
 ) -> Refusal | None:
-    """What is wrong with the length of a phase at rest, if anything.
+    """A phase at rest that is missing or too short.
 
     Args:
         signals: The run.
-        part: The samples of the phase.
+        phase: The samples of the phase.
         name: The phase in words, as in `opening phase of standstill`.
         min_duration_s: Shortest phase that can be used.
     """
-    rows = part.stop - part.start
+    rows = phase.stop - phase.start
     if rows <= 0:
         return fault("zero_missing", "no_phase", name=name)
     duration_s = rows * signals.interval_s
     # a single row gives no standard error
     if reaches(duration_s, min_duration_s) and rows > 1:
         return None
-    about = dict(duration=duration_s, rows=rows, name=name, least=min_duration_s)
-    return fault("zero_missing", "short_phase", **about)
+    return fault(
+        "zero_missing",
+        "short_phase",
+        name=name,
+        rows=rows,
+        duration=duration_s,
+        least=min_duration_s,
+    )
 
 
 def zero_reference(
@@ -89,18 +101,18 @@ def zero_reference(
     Args:
         signals: The run.
         sensor: Column of the sensor.
-        phases: Name of each phase -> its samples that are averaged; none where the rig has
-            removed the zero itself.
+        phases: Name of a phase -> its samples. Empty where the rig has removed the zero itself.
         spike: Threshold of the spike test, in robust standard deviations.
     """
-    values, inside = statistics.cut(
+    stretches, inside = statistics.cut(
         np.stack([signals.time_s, signals[sensor]]),
-        np.array([part.start for part in phases.values()], dtype=np.int64),
-        np.array([part.stop for part in phases.values()], dtype=np.int64),
+        starts=np.array([phase.start for phase in phases.values()], dtype=np.int64),
+        stops=np.array([phase.stop for phase in phases.values()], dtype=np.int64),
     )
-    inside &= ~statistics.spikes(values[1], inside, spike)
-    time_s, output = statistics.means(values, inside)
-    return ZeroReference(time_s, output, statistics.standard_errors(values[1], inside, output))
+    _, outputs = stretches
+    inside &= ~statistics.spikes(outputs, inside, spike)
+    time_s, output = statistics.means(stretches, inside)
+    return ZeroReference(time_s, output, statistics.standard_errors(outputs, inside, output))
 
 
 def moved_zero(
@@ -136,66 +148,72 @@ def moved_zero(
 
 
 def _still(signals: Signals, settings: CurationSettings) -> BoolArray:
-    """Where both surfaces are slower than a share of the run's speed."""
+    """The samples at which both surfaces are slower than a share of the run's speed."""
     faster = np.maximum(np.abs(signals["ball_speed_m_s"]), np.abs(signals["disc_speed_m_s"]))
-    turns = faster[np.isfinite(faster)]
-    run_m_s = np.quantile(turns, _FASTEST) if len(turns) else 0.0
-    return np.asarray(faster <= settings.zero_reference.standstill_share * run_m_s)
+    speeds = faster[np.isfinite(faster)]
+    speed_of_run_m_s = np.quantile(speeds, _FASTEST) if len(speeds) else 0.0
+    return np.asarray(faster <= settings.zero_reference.standstill_share * speed_of_run_m_s)
 
 
 def phases_at_standstill(signals: Signals, settings: CurationSettings) -> dict[str, slice]:
-    """The settled samples at standstill before a run, and those after it where they suffice."""
+    """The settled samples at standstill before a run, and those after it if they are enough."""
     guard = round(settings.plateaus.guard_s / signals.interval_s)
     settle = round(settings.plateaus.settle_s / signals.interval_s)
-    turning, rows = np.flatnonzero(~_still(signals, settings)), len(signals)
-    first, last = (turning[0], turning[-1] + 1) if len(turning) else (0, rows)
-    phases = {"opening": slice(0, max(int(first) - guard, 0))}
-    after = slice(min(int(last) + settle, rows), rows)
-    least_s = settings.zero_reference.min_duration_s
-    if phase_too_short(signals, after, "closing phase", least_s) is None:
-        phases["closing"] = after
+    rows = len(signals)
+    turning = np.flatnonzero(~_still(signals, settings))
+    if len(turning) == 0:
+        first_turning, last_turning = 0, rows - 1
+    else:
+        first_turning, last_turning = int(turning[0]), int(turning[-1])
+    phases = {"opening": slice(0, max(first_turning - guard, 0))}
+    closing = slice(min(last_turning + 1 + settle, rows), rows)
+    min_duration_s = settings.zero_reference.min_duration_s
+    if phase_too_short(signals, closing, "closing phase", min_duration_s) is None:
+        phases["closing"] = closing
     return phases
 
 
 def turns_steadily(signals: Signals, settings: CurationSettings) -> BoolArray:
-    """The samples at which a rig turns, without those of ramps out of and into standstill.
+    """The samples at which a rig turns, without ramps out of and into standstill.
 
-    A ramp ends where the speed is that of the window which follows; `settle_s` goes off after it
-    and `guard_s` before the next one.
+    A ramp ends where the speed equals the mean of the following window. `settle_s` is cut off after
+    a ramp and `guard_s` before the next one.
     """
     still = _still(signals, settings)
-    kept = ~still
+    turning = ~still
     if not still.any():
-        return kept
-    levels = settings.plateaus
-    window = max(round(levels.window_s / signals.interval_s), 2)
-    settle, guard = (round(t / signals.interval_s) for t in (levels.settle_s, levels.guard_s))
-    speed, tolerance = signals["entrainment_speed_m_s"], settings.zero_reference.ramp_tolerance
+        return turning
+    interval_s = signals.interval_s
+    window = max(round(settings.plateaus.window_s / interval_s), 2)
+    settle = round(settings.plateaus.settle_s / interval_s)
+    guard = round(settings.plateaus.guard_s / interval_s)
+    tolerance = settings.zero_reference.ramp_tolerance
+    speed = signals["entrainment_speed_m_s"]
     edges = np.flatnonzero(np.diff(np.concatenate([[0], still, [0]]).astype(int)))
     for start, stop in edges.reshape(-1, 2):
-        # within a run a reading or two of 0 are lost readings and no standstill
+        # within a run a few readings of 0 are lost readings and no standstill
         if stop - start < window and 0 < start and stop < len(still):
             continue
-        after = stop + _ramp(speed[stop:], window, tolerance) + settle
-        before = start - _ramp(speed[:start][::-1], window, tolerance) - guard
-        kept[max(before, 0) : after] = False
-    return kept
+        ramp_up = _ramp_length(speed[stop:], window, tolerance)
+        ramp_down = _ramp_length(speed[:start][::-1], window, tolerance)
+        turning[max(start - ramp_down - guard, 0) : stop + ramp_up + settle] = False
+    return turning
 
 
-def _ramp(speed: FloatArray, window: int, tolerance: float) -> int:
-    """Samples until a speed is the mean of the window that it begins; all where it never is."""
+def _ramp_length(speed: FloatArray, window: int, tolerance: float) -> int:
+    """Samples before a speed equals the mean of the window that it begins; all if it never does."""
     if len(speed) < window:
         return len(speed)
     total = np.concatenate([[0.0], np.cumsum(speed)])
     mean = (total[window:] - total[:-window]) / window
     steady = np.abs(speed[: len(mean)] - mean) <= tolerance * np.abs(mean)
-    # zeros are steady, too: those of the next standstill are no end of this ramp
+    # the zeros of the next standstill are steady too, but do not end this ramp
     steady &= mean != 0
     return int(np.argmax(steady)) if steady.any() else len(speed)
 
 
 def sliding_phase(parts: Division, name: str, limit: float) -> Refusal | None:
-    """A phase whose slide-roll ratio is beyond a limit, if it is."""
+    """A phase whose slide-roll ratio is beyond a limit; None where it is not."""
     slip = float(np.mean(parts.at_rest["slide_roll_ratio"][parts.phases[name]]))
     if abs(slip) <= limit:
         return None
@@ -261,11 +279,12 @@ def force_left(run: Run, curation: CurationSettings, significant_errors: float) 
 
 
 def initial_slope(slip: FloatArray, mu: FloatArray, at_slip: float) -> float:
-    """d mu/dS at the beginning of a curve whose zero was taken at a slip; 0 where none is known.
+    """d mu/dS at the beginning of a curve whose zero was taken at a slip; 0 where it is unknown.
 
-    The chord from that slip to the nearest level, times the factor by which the chord to the next
-    level is flatter, extended over the distance: the slope of a saturating curve falls as an
-    exponential. A curve that has saturated at its nearest level may be ten times as steep.
+    The slope of a saturating curve falls exponentially. It is extrapolated from two chords: from
+    that slip to the nearest level, and from there to the next level. It is at most ten times the
+    first chord. This limit holds too where the curve has saturated at its nearest level, or where
+    there is no next level.
 
     Args:
         slip: Slide-roll ratio of each plateau, shape (n,).
@@ -281,21 +300,27 @@ def initial_slope(slip: FloatArray, mu: FloatArray, at_slip: float) -> float:
         >>> print(f"{initial_slope(slip, mu, 0.002):.3f}")
         4.554
     """
-    away, size = np.abs(slip - at_slip), np.abs(mu)
-    known = np.isfinite(away) & np.isfinite(size) & (away > 0) & (away >= abs(at_slip) / 2)
-    away, size = away[known], size[known]
-    if len(away) == 0:
+    distance = np.abs(slip - at_slip)
+    size = np.abs(mu)
+    usable = np.isfinite(distance) & np.isfinite(size)
+    usable &= (distance > 0) & (distance >= abs(at_slip) / 2)
+    distance = distance[usable]
+    size = size[usable]
+    if len(distance) == 0:
         return 0.0
-    near = reaches(_SAME * away.min(), away)
-    chord, to_near = size[near].mean() / away[near].mean(), away[near].mean()
-    away, size = away[~near], size[~near] - size[near].mean()
-    if len(away) == 0:
+    nearest = reaches(_SAME * distance.min(), distance)
+    nearest_distance = distance[nearest].mean()
+    nearest_size = size[nearest].mean()
+    chord = nearest_size / nearest_distance
+    distance = distance[~nearest]
+    size = size[~nearest]
+    if len(distance) == 0:
         return float(_STEEPEST * chord)
-    next_ = reaches(_SAME * away.min(), away)
-    step = away[next_].mean() - to_near
-    flatter = max(size[next_].mean() / step, 0.0)
-    if flatter <= 0:
+    following = reaches(_SAME * distance.min(), distance)
+    step = distance[following].mean() - nearest_distance
+    next_chord = (size[following] - nearest_size).mean() / step
+    if next_chord <= 0:
         return float(_STEEPEST * chord)
-    # from the middle of the first chord back to the middle of what the zero swallowed
-    power = (to_near + abs(at_slip)) / (to_near + step)
-    return float(chord * np.clip((chord / flatter) ** power, 1, _STEEPEST))
+    # from the middle of the first chord back to the middle between no slip and that of the zero
+    power = (nearest_distance + abs(at_slip)) / (nearest_distance + step)
+    return float(chord * np.clip((chord / next_chord) ** power, 1, _STEEPEST))

@@ -1,4 +1,4 @@
-"""What becomes of a raw file: runs, and what had to be refused of it."""
+"""What a raw file gives: runs, and refusals of what cannot be used."""
 
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
@@ -10,27 +10,30 @@ import numpy.typing as npt
 
 from oilfilm.units import ABSOLUTE_ZERO_C
 
-# Columns of the table of samples but for `run_id`: name -> array over the rows of one run.
+# Columns of the table of samples without `run_id`: name -> array over the rows of one run.
 Columns = dict[str, npt.NDArray[Any]]
 IndexArray = npt.NDArray[np.int64]
 
-# Columns of a log: each one's name, and the unit beside or below it (empty where there is none).
-Names = list[tuple[str, str]]
+# Columns of a log: the name of each, and the unit beside or below it (empty where there is none).
+NamesAndUnits = list[tuple[str, str]]
 
 COPY_AGAIN = "Copy it again from the rig, or export it again: this copy cannot be repaired."
 
-# What no rig can mean, whatever the settings of a campaign.
-# A reading beyond this is no measurement of any rig, whatever its unit.
+# These limits hold whatever the settings of a campaign are.
+# No rig measures a larger number, in any unit.
 LARGEST_READING = 1e9
-# A day of 50 Hz logging is 4.3 million rows. What has more, or unfolds to more than so many times
-# its size, was made to fill the memory.
-MOST_ROWS, MOST_FOLDED = 4_500_000, 250
-_LARGEST_BY_LINE = 1 << 26
+# A day of logging at 50 Hz has 4.3 million rows. A log with more rows would fill the memory.
+MOST_ROWS = 4_500_000
+# Largest ratio of the unpacked to the packed size. An archive with more was made to fill the
+# memory.
+MOST_UNPACKED_RATIO = 250
+_LARGEST_TEXT_BY_LINE_MIB = 64
+_BYTES_PER_MIB = 1 << 20
 
 
 # Set points of a run that its log or the campaign states, by key.
 Nominal = Mapping[str, float]
-# Set point -> its quantity, as keys name it, and its unit.
+# Set point -> its quantity, as header keys name it, and its unit.
 SET_POINT_UNITS = {
     "max_hertz_pressure_gpa": ("max_hertz_pressure", "GPa"),
     "load_n": ("load", "N"),
@@ -39,8 +42,8 @@ SET_POINT_UNITS = {
 }
 SET_POINTS = tuple(SET_POINT_UNITS)
 LOADS = frozenset({"max_hertz_pressure_gpa", "load_n"})
-# No contact of steel or ceramic bears more: 900 is in MPa.
-HARDEST_GPA = 10.0
+# No contact of steel or ceramic bears a higher pressure: a larger number is in MPa.
+LARGEST_PRESSURE_GPA = 10.0
 
 
 @dataclass(frozen=True)
@@ -50,11 +53,11 @@ class Refusal:
     Attributes:
         rule: Name of the rule or gate.
         reason: The sentence: what was found and what was expected.
-        advice: What to do about it; empty for a run, whose rule has its advice.
-        run_id: The run; empty where it is the file.
+        advice: What to do about it. Empty for a run: its rule has the advice.
+        run_id: The run; empty where the file itself is refused.
         first_row: First data row concerned, counted from 1; 0 where no row is meant.
         last_row: Last data row concerned.
-        refused_rows: How many rows are kept out of samples because of it.
+        refused_rows: Number of rows that the refusal keeps out of the samples.
     """
 
     rule: str
@@ -66,15 +69,23 @@ class Refusal:
     refused_rows: int = 0
 
     def of_rows(self, run_id: str, first: int, last: int) -> "Refusal":
-        """The refusal of the rows from `first` to `last`; of none where `last` is smaller."""
-        count = last - first + 1
+        """The refusal of the rows from `first` to `last`; of no rows where `last` is smaller."""
         return replace(
-            self, run_id=run_id, first_row=min(first, last), last_row=last, refused_rows=count
+            self,
+            run_id=run_id,
+            first_row=min(first, last),
+            last_row=last,
+            refused_rows=last - first + 1,
         )
 
 
 class UnreadableLogError(Exception):
-    """A file of which nothing can be used; `rows` counts what may be its rows."""
+    """A file or run of which nothing can be used.
+
+    Attributes:
+        refusal: Why it cannot be used.
+        rows: Number of lines that may be data rows.
+    """
 
     def __init__(self, reason: str, advice: str = "", rows: int = 0, rule: str = "columns") -> None:
         super().__init__(reason)
@@ -82,21 +93,21 @@ class UnreadableLogError(Exception):
         self.rows = rows
 
     @classmethod
-    def of(cls, problem: Refusal) -> Self:
-        """The error that a refusal ends in."""
-        return cls(problem.reason, problem.advice, rule=problem.rule)
+    def from_refusal(cls, refusal: Refusal) -> Self:
+        """The error that carries a refusal out of a reader."""
+        return cls(refusal.reason, refusal.advice, rule=refusal.rule)
 
 
 def too_large(reason: str) -> UnreadableLogError:
-    """The refusal of a log that was made to fill the memory, or holds too much for one."""
+    """The error for a log that is larger than any run."""
     return UnreadableLogError(reason, "Begin a file for each run.", rule="too_large")
 
 
 def check_rows(rows: int) -> None:
-    """Refuse a table that is larger than any log, before it is read.
+    """Refuse a table with more rows than any log, before it is read.
 
     Raises:
-        UnreadableLogError: It is.
+        UnreadableLogError: The table has more than `MOST_ROWS` rows.
     """
     if rows > MOST_ROWS:
         raise too_large(f"the log has {rows} rows, more than {MOST_ROWS}")
@@ -106,10 +117,10 @@ def check_lines(content: bytes) -> None:
     """Refuse a text that is too large to be read line by line.
 
     Raises:
-        UnreadableLogError: It is.
+        UnreadableLogError: The text is too large.
     """
-    if len(content) > _LARGEST_BY_LINE:
-        raise too_large(f"a text of this format is read up to {_LARGEST_BY_LINE >> 20} MiB")
+    if len(content) > _LARGEST_TEXT_BY_LINE_MIB * _BYTES_PER_MIB:
+        raise too_large(f"a text of this format is read up to {_LARGEST_TEXT_BY_LINE_MIB} MiB")
 
 
 @dataclass(frozen=True)
@@ -117,14 +128,14 @@ class LogColumn:
     """A column of a log that is read.
 
     Attributes:
-        name: As the log writes it.
-        logged_unit: Its unit in the log.
-        quantity: What it is taken for.
-        unit: The unit in which it is read.
-        minimum: Smallest number that it holds, in `unit`; NaN where there is none.
-        maximum: Largest number.
-        count: How many rows have a number.
-        missing: How many have none.
+        name: Name in the log.
+        logged_unit: Unit in the log.
+        quantity: Quantity that the column is taken for.
+        unit: Unit to which its numbers are converted.
+        minimum: Smallest number, in `unit`; NaN where there is none.
+        maximum: Largest number, in `unit`; NaN where there is none.
+        count: Number of rows with a number.
+        missing: Number of rows without one.
     """
 
     name: str
@@ -139,14 +150,14 @@ class LogColumn:
 
 @dataclass(frozen=True)
 class Understood:
-    """What a run was taken for.
+    """How the columns and the header of a run were understood.
 
     Attributes:
         columns: The columns that are read.
-        unused: The names of the others.
-        sources: Where each header key comes from.
-        names: All columns, each with the unit beside its name.
-        stated: What header and run sheet say beside oil, rig and set points.
+        unused: Names of the columns that are not read.
+        sources: Source of each header key: `header` or `run sheet`.
+        names: All columns as text, each with the unit beside its name.
+        stated: Header keys as text, without oil, rig and set points.
     """
 
     columns: Sequence[LogColumn] = ()
@@ -161,11 +172,18 @@ NOTHING_UNDERSTOOD = Understood()
 
 @dataclass(frozen=True)
 class LoggedRun:
-    """One test run out of a raw file.
+    """One test run out of a raw file. Its length is the number of its rows.
 
-    `flaw` says why the run cannot be used, if so (its samples are kept all the same); `label` is
-    the name that the log gives the run itself; `understood` is what its columns were taken for. Its
-    length is the number of its rows.
+    Attributes:
+        run_id: Unique name of the run.
+        oil: Id of the oil.
+        rig: Name of the rig file; of a torque log the bearing.
+        kind: `continuous` or `steps` (settled readings).
+        nominal: Set points of the run.
+        samples: Its columns in the table of samples.
+        flaw: Why the run cannot be used; None where it can. The samples are kept in both cases.
+        label: Name that the log itself gives the run.
+        understood: How its columns and header were understood.
     """
 
     run_id: str
@@ -184,11 +202,11 @@ class LoggedRun:
 
 @dataclass(frozen=True)
 class TextForm:
-    """How a text log was read; a part that the format does not have is empty.
+    """How a text log was read; what the format does not have is empty.
 
     Attributes:
         encoding: Python's name of the encoding.
-        delimiter: What parts the cells, in a word.
+        delimiter: Name of the mark between cells.
         decimal_mark: `point` or `comma`.
     """
 
@@ -197,20 +215,25 @@ class TextForm:
     decimal_mark: str = ""
 
     @classmethod
-    def of(cls, encoding: str, delimiter: str, decimal_mark: str) -> "TextForm":
-        """The same from the marks themselves."""
-        return cls(encoding, _MARKS.get(delimiter, delimiter), _MARKS[decimal_mark])
+    def from_marks(cls, encoding: str, delimiter: str, decimal_mark: str) -> "TextForm":
+        """The form of a text with these characters between cells and as decimal mark."""
+        return cls(encoding, _MARK_NAMES.get(delimiter, delimiter), _MARK_NAMES[decimal_mark])
 
 
 NO_TEXT = TextForm()
-_MARKS = {",": "comma", ";": "semicolon", "\t": "tab", "|": "bar", " ": "blanks", ".": "point"}
+_MARK_NAMES = {",": "comma", ";": "semicolon", "\t": "tab", "|": "bar", " ": "blanks", ".": "point"}
 
 
 @dataclass(frozen=True)
 class Reading:
-    """Everything found in one raw file; `rows` counts its data rows, good and bad.
+    """Everything found in one raw file.
 
-    `unpacked_sha256` is that of what is inside a packed file; empty where the file is not packed.
+    Attributes:
+        rows: Number of data rows, good and bad.
+        runs: The runs of the file.
+        refusals: What was refused of it, and remarks.
+        form: How the text was read.
+        unpacked_sha256: sha256 of the content of a packed file; empty where it is not packed.
     """
 
     rows: int
@@ -226,61 +249,77 @@ def refused_ranges(
     """One refusal per unbroken range of rows that have the same problem."""
     return [
         Refusal(rule, f"rows {first} to {last}: {problem}", advice).of_rows(run_id, first, last)
-        for first, last in as_ranges(rows)
+        for first, last in unbroken_ranges(rows)
     ]
 
 
-def number(text: str) -> float:
-    """The number that a cell holds.
+def parse_number(text: str) -> float:
+    """The number in a cell with a decimal point.
 
     Raises:
-        ValueError: It holds none; 1_0 is none either, though Python reads it.
+        ValueError: The cell holds no number. Python reads 1_0 as 10; here it is no number.
     """
     if "_" in text:
         raise ValueError(f"{text!r} is no number")
     return float(text)
 
 
-def decimal_number(text: str) -> float:
-    """The same, with a decimal point or comma."""
-    return number(text if "." in text else text.replace(",", ".", 1))
+def parse_decimal(text: str) -> float:
+    """The number in a cell with a decimal point or comma.
+
+    Raises:
+        ValueError: The cell holds no number.
+    """
+    if "." in text:
+        return parse_number(text)
+    return parse_number(text.replace(",", ".", 1))
 
 
-def set_point(name: str, text: str) -> float | None:
-    """The set point that a text gives, with a decimal point or comma; None where it gives none."""
-    least, most = _range(name)
+def parse_set_point(name: str, text: str) -> float | None:
+    """The number of a set point, with a decimal point or comma.
+
+    None where the text is no number, or where the number is out of the range of the set point.
+    """
+    least, most = _set_point_range(name)
     try:
-        value = decimal_number(text)
+        value = parse_decimal(text)
     except ValueError:
         return None
     return value if least < value < most else None
 
 
 def expected_set_point(name: str) -> str:
-    """What a set point must be, for a message."""
-    least, most = _range(name)
-    unit = SET_POINT_UNITS[name][1] + (", not MPa" if most == HARDEST_GPA else "")
+    """The range and unit of a set point, for a message."""
+    least, most = _set_point_range(name)
+    _, unit = SET_POINT_UNITS[name]
+    if unit == "GPa":
+        unit = "GPa, not MPa"
     return f"a number above {least:g}, below {most:g} (in {unit})"
 
 
-def _range(name: str) -> tuple[float, float]:
-    least = ABSOLUTE_ZERO_C if name == "inlet_temperature_c" else 0.0
-    return least, HARDEST_GPA if name == "max_hertz_pressure_gpa" else LARGEST_READING
+def _set_point_range(name: str) -> tuple[float, float]:
+    """Both limits are excluded; in the unit of the set point."""
+    if name == "inlet_temperature_c":
+        return ABSOLUTE_ZERO_C, LARGEST_READING
+    if name == "max_hertz_pressure_gpa":
+        return 0.0, LARGEST_PRESSURE_GPA
+    return 0.0, LARGEST_READING
 
 
-def distinct(names: Iterable[str]) -> list[str]:
-    """Printable names, those that repeat an earlier one told apart by a number."""
-    seen: Counter[str] = Counter()
-    result = []
+def distinct_names(names: Iterable[str]) -> list[str]:
+    """Printable names; a number is added to a name that repeats an earlier one."""
+    occurrences: Counter[str] = Counter()
+    distinct = []
     for name in names:
         # a name becomes part of other names: no backslashes of escaped characters
         plain = "".join(mark if mark.isprintable() else "?" for mark in name)[:80]
-        seen[plain] += 1
-        result.append(f"{plain}-{seen[plain]}" if seen[plain] > 1 else plain)
-    return result
+        occurrences[plain] += 1
+        count = occurrences[plain]
+        distinct.append(f"{plain}-{count}" if count > 1 else plain)
+    return distinct
 
 
-def as_ranges(rows: IndexArray) -> list[tuple[int, int]]:
+def unbroken_ranges(rows: IndexArray) -> list[tuple[int, int]]:
     """Sorted row numbers as (first, last) pairs of unbroken ranges."""
     if len(rows) == 0:
         return []

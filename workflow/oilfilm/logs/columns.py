@@ -1,7 +1,6 @@
-"""The run that the columns of a log make: shared by all formats in columns.
+"""From the columns of a log to its run: what all formats share.
 
-A format finds names, units, header keys and numbers; everything that follows from them is here and
-in the kind of log.
+A format finds names, units, header keys and numbers. This module and the kind of log do the rest.
 
 Decides: which rows are refused for their cells.
 """
@@ -23,19 +22,22 @@ from oilfilm.logs.text_rows import DAY
 from oilfilm.settings.resolved import Settings
 from oilfilm.units import ABSOLUTE_ZERO_C, BoolArray, FloatArray
 
-# What the columns of a log can hold. These limits belong to reading, before a campaign is judged
+# Limits of what the columns of a log can hold. They belong to reading, before a campaign is judged
 # by its settings.
-# No oil is liquid there; its properties have no meaning.
+# No oil is liquid at this temperature; its properties have no meaning.
 _HOTTEST_C = 1000.0
 # Time may be counted from 1970, in milliseconds too.
 _LARGEST_TIME = 1e13
-# A rate holds for some blocks of rows; more than such a ratio is another one.
-_ROWS_OF_RATE, _BLOCKS_OF_RATE, _RATIO_OF_RATES = 50, 2, 1.5
-# So many of the rows are no slips of single rows.
-_MANY_ROWS = 0.05
-# Keys that have columns of their own in the table of runs; so many of the others are kept.
-_OF_RUNS = frozenset({"oil", "rig", "log_kind", "run", *base.SET_POINTS})
-_MOST_STATED = 30
+# The sampling rate is compared between blocks of rows. It has changed where some blocks differ from
+# the first one by more than this ratio.
+_ROWS_PER_BLOCK = 50
+_FEWEST_BLOCKS = 2
+_LARGEST_RATE_RATIO = 1.5
+# Share of refused rows from which the decimal mark of the file is in doubt.
+_MANY_ROWS_SHARE = 0.05
+# Keys that have columns of their own in the table of runs.
+_KEYS_WITH_COLUMN = frozenset({"oil", "rig", "log_kind", "run", *base.SET_POINTS})
+_MOST_STATED_KEYS = 30
 ROWS_ADVICE = "Look at these rows of the raw log; the rows around them are used."
 Values = npt.NDArray[Any]
 
@@ -46,19 +48,19 @@ class LoggedTable:
 
     Attributes:
         keys: Header keys, as `plain_key` makes them.
-        names: All column names.
-        units: Unit beside each name; empty where none.
-        values: Gives the columns at some places, one number per row, NaN where a cell holds none.
-        rows: How many rows there are, good and bad.
-        part: Name of the run in its file; empty where the file is one run.
+        names: Names of all columns.
+        units: Unit beside each name; empty where there is none.
+        values: Gives the columns with some indices, each of shape (rows,). A cell without a number
+            is NaN.
+        rows: Number of rows, good and bad.
+        run_name: Name of the run in its file; empty where the file is one run.
         columns: The columns that make a run, where the format itself says it.
-        flaw: Why the run cannot be used, if so.
-        problem: Why nothing of it can be used, if so.
-        clocks: Start, increment and unit of the time of columns that were sampled evenly, by their
-            place.
-        cut: How many cells the last row has, where it has no line end; else 0.
-        show: Gives a row as the file has it; without it the numbers are shown.
-        broken: Rows that contradict themselves, where the format can show it.
+        flaw: Why the run cannot be used; None where it can.
+        problem: Why nothing of the run can be read; None where it can.
+        clocks: Start, increment and unit of the time of evenly sampled columns, by their index.
+        cut_row_cells: Number of cells of the last row where it has no line end; else 0.
+        show: Gives a row as the file has it. Without it the numbers are shown.
+        contradictory: Rows that contradict themselves, where the format can show it.
     """
 
     keys: Mapping[str, str]
@@ -66,42 +68,47 @@ class LoggedTable:
     units: Sequence[str]
     values: Callable[[Sequence[int]], Sequence[Values]]
     rows: int
-    part: str = ""
+    run_name: str = ""
     columns: Sequence[Column] = ()
     flaw: base.Refusal | None = None
     problem: base.Refusal | None = None
     clocks: Mapping[int, tuple[float, float, str]] = field(default_factory=dict)
-    cut: int = 0
+    cut_row_cells: int = 0
     show: Callable[[int], str] | None = None
-    broken: BoolArray | None = None
+    contradictory: BoolArray | None = None
 
 
-# What a reader finds in a file.
-Found = tuple[base.TextForm, Iterable[LoggedTable]]
+# What a reader finds in a file: how the text is written, and its tables.
+TablesOfFile = tuple[base.TextForm, Iterable[LoggedTable]]
 
 
 def read_tables(
-    found: Found, file: str, settings: Settings, kind: LogKind, sheet: RunSheet
+    tables_of_file: TablesOfFile, file: str, settings: Settings, kind: LogKind, sheet: RunSheet
 ) -> base.Reading:
-    """The runs that the tables of a file make, and what had to be refused of them."""
-    form, tables = found[0], [*found[1]]
-    read_as = f"; read as {form.encoding}" if form.encoding not in ("", "ascii") else ""
+    """The runs in the tables of a file, and what was refused of them."""
+    form = tables_of_file[0]
+    tables = list(tables_of_file[1])
+    read_as = "" if form.encoding in ("", "ascii") else f"; read as {form.encoding}"
     rows = 0
     runs: list[base.LoggedRun] = []
     refusals: list[base.Refusal] = []
     for table in tables:
-        labels = sheet.labels(file, table.part, table.keys, settings)
+        labels = sheet.labels(file, table.run_name, table.keys, settings)
         try:
             run, refused = _read_table(table, labels, rows + 1, form, settings, kind)
             runs.append(run)
         except (ValueError, base.UnreadableLogError) as error:
             problem = base.Refusal("columns", f"{error}{read_as}", kind.vocabulary.advice)
-            problem = labels.whole(getattr(error, "refusal", problem))
-            run_id = labels.run_id if table.part else ""
+            if isinstance(error, base.UnreadableLogError):
+                problem = error.refusal
+            problem = labels.with_exclusion(problem)
+            run_id = labels.run_id if table.run_name else ""
             refused = [problem.of_rows(run_id, rows + 1, rows + table.rows)]
         rows += table.rows
-        refusals += [*refused, *labels.remarks]
-    refusals += sheet.strays(file, [table.part for table in tables if table.part])
+        refusals += refused
+        refusals += labels.remarks
+    run_names = [table.run_name for table in tables if table.run_name]
+    refusals += sheet.unmatched_rows(file, run_names)
     return base.Reading(rows, runs, refusals, form)
 
 
@@ -120,142 +127,240 @@ def _read_table(
         UnreadableLogError: Nothing of it can be used for another reason.
     """
     if table.problem:
-        raise base.UnreadableLogError.of(table.problem)
+        raise base.UnreadableLogError.from_refusal(table.problem)
     vocabulary = kind.vocabulary_of(settings.campaign)
     table = _with_time(table, vocabulary)
-    spared = kind.spared(labels.keys, settings)
-    columns = table.columns or vocabulary.columns(table.names, table.units, spared)
+    not_needed = kind.not_needed(labels.keys, settings)
+    columns = table.columns or vocabulary.columns(table.names, table.units, not_needed)
     problems = chain([labels.problem], kind.header_problems(labels.keys, columns, settings))
-    if problem := next(filter(None, problems), None):
-        raise base.UnreadableLogError.of(problem)
+    first_problem = next(filter(None, problems), None)
+    if first_problem:
+        raise base.UnreadableLogError.from_refusal(first_problem)
     logged = _numbers(table, columns)
-    values, good = _converted(logged)
+    values, readable = _converted(logged)
     rows = np.arange(first_row, first_row + table.rows)
-    # a last row without a line end is refused as such
-    whole = slice(table.rows - bool(table.cut))
-    refusals = [
-        _unreadable(table, [*logged.values()], first, last, first - first_row)
-        for first, last in base.as_ranges(rows[whole][~good[whole]])
-    ]
-    flaw = table.flaw
-    if table.broken is not None:
-        contradiction = "the row contradicts itself: speeds, slip, forces, coefficient disagree"
-        advice = "Look at these rows: a sensor or the export has failed there."
-        broken = rows[whole][(good & table.broken)[whole]]
-        refusals += base.refused_ranges("", broken, "identity_broken", contradiction, advice)
-        good &= ~table.broken
-    if table.cut:
-        good[-1] = False
-        refusals.append(_cut_row(table, int(rows[-1])))
-        if refusals[-1].rule == "cut_row":
-            flaw = flaw or replace(refusals[-1], rule="truncated")
+    good, refusals = _good_rows(table, list(logged.values()), readable, rows)
     refusals = [replace(refusal, run_id=labels.run_id) for refusal in refusals]
     if not good.all():
         rows = rows[good]
         values = {quantity: numbers[good] for quantity, numbers in values.items()}
-    if "time" in values and labels.keys.get("log_kind") != "steps":
-        flaw = flaw or _rate_change(values["time"], rows)
-    flaw = flaw or _two_decimal_marks(table, refusals, form)
-    places = {column.index for column in logged}
-    unused = [name for index, name in enumerate(table.names) if index not in places]
-    read = [column.read(numbers) for column, numbers in logged.items()]
-    said = labels.sources, _named(table), _stated(labels.keys)
-    understood = base.Understood(read, unused, *said)
-    flaw = labels.excluded or flaw
-    log = ContinuousLog(labels.run_id, labels.keys, [*logged], rows, values, flaw, understood)
+    log = ContinuousLog(
+        labels.run_id,
+        labels.keys,
+        list(logged),
+        rows,
+        values,
+        labels.excluded or _flaw(table, labels, rows, values, refusals, form),
+        _understood(table, labels, logged),
+    )
     return kind.run(log, settings), refusals
 
 
-def _named(table: LoggedTable) -> str:
+def _good_rows(
+    table: LoggedTable, logged: Sequence[FloatArray], readable: BoolArray, rows: base.IndexArray
+) -> tuple[BoolArray, list[base.Refusal]]:
+    """Which rows can be used, shape (rows,), and the refusals of the others.
+
+    Args:
+        table: The table.
+        logged: Its columns as logged, each of shape (rows,).
+        readable: Rows whose cells hold usable numbers.
+        rows: Row numbers in the file.
+    """
+    # a last row without a line end has a refusal of its own
+    ended = np.ones(len(rows), dtype=bool)
+    if table.cut_row_cells:
+        ended[-1] = False
+    refusals = [
+        _unreadable(table, logged, first, last, first - int(rows[0]))
+        for first, last in base.unbroken_ranges(rows[ended & ~readable])
+    ]
+    good = readable & ended
+    if table.contradictory is not None:
+        contradictory = rows[good & table.contradictory]
+        refusals += base.refused_ranges(
+            "",
+            contradictory,
+            "identity_broken",
+            "the row contradicts itself: speeds, slip, forces, coefficient disagree",
+            "Look at these rows: a sensor or the export has failed there.",
+        )
+        good &= ~table.contradictory
+    if table.cut_row_cells:
+        refusals.append(_cut_row(table, int(rows[-1])))
+    return good, refusals
+
+
+def _flaw(
+    table: LoggedTable,
+    labels: Labels,
+    rows: base.IndexArray,
+    values: Mapping[str, FloatArray],
+    refusals: Sequence[base.Refusal],
+    form: base.TextForm,
+) -> base.Refusal | None:
+    """Why a run cannot be used by its rows; the first reason that is found, None without one.
+
+    Args:
+        table: The table.
+        labels: What is known of the run.
+        rows: Numbers of the good rows.
+        values: Their values by quantity.
+        refusals: The refusals of the other rows.
+        form: How the text was read.
+    """
+    if table.flaw:
+        return table.flaw
+    for refusal in refusals:
+        if refusal.rule == "cut_row":
+            return replace(refusal, run_id="", rule="truncated")
+    if "time" in values and labels.keys.get("log_kind") != "steps":
+        rate_change = _rate_change(values["time"], rows)
+        if rate_change:
+            return rate_change
+    return _two_decimal_marks(table, refusals, form)
+
+
+def _understood(
+    table: LoggedTable, labels: Labels, logged: Mapping[Column, FloatArray]
+) -> base.Understood:
+    """How the columns and the header of a run were understood."""
+    read = {column.index for column in logged}
+    return base.Understood(
+        columns=[column.summary(numbers) for column, numbers in logged.items()],
+        unused=[name for index, name in enumerate(table.names) if index not in read],
+        sources=labels.sources,
+        names=_names_with_units(table),
+        stated=_stated(labels.keys),
+    )
+
+
+def _names_with_units(table: LoggedTable) -> str:
     """The columns of a log, each with the unit beside its name."""
-    both = zip(table.names, table.units, strict=True)
-    return printable(", ".join(f"{name} [{unit}]" if unit else name for name, unit in both))[:2000]
+    names = [
+        f"{name} [{unit}]" if unit else name
+        for name, unit in zip(table.names, table.units, strict=True)
+    ]
+    return printable(", ".join(names))[:2000]
 
 
 def _stated(keys: Mapping[str, str]) -> str:
     """What header and run sheet say beside oil, rig and set points; of a time stamp the day."""
-    said = {key: DAY.match(text) or [text] for key, text in sorted(keys.items()) if text}
-    kept = [f"{key[:40]}={text[0][:60]}" for key, text in said.items() if key not in _OF_RUNS]
-    return printable("; ".join(each.replace(";", ",") for each in kept[:_MOST_STATED]))
+    statements: list[str] = []
+    for key, text in sorted(keys.items()):
+        if not text or key in _KEYS_WITH_COLUMN:
+            continue
+        day = DAY.match(text)
+        value = day[0] if day else text
+        statement = f"{key[:40]}={value[:60]}"
+        statements.append(statement.replace(";", ","))
+    return printable("; ".join(statements[:_MOST_STATED_KEYS]))
 
 
 def _unreadable(
     table: LoggedTable, logged: Sequence[FloatArray], first: int, last: int, index: int
 ) -> base.Refusal:
-    """Rows refused for a cell; the first of them, at some index of the table, is shown."""
-    seen = table.show(index) if table.show else ", ".join(f"{each[index]:g}" for each in logged)
+    """Refusal of rows with a bad cell, which shows the first of them.
+
+    Args:
+        table: The table.
+        logged: Its columns as logged.
+        first: Number of the first row in the file.
+        last: Number of the last row in the file.
+        index: Index of the first row in the table.
+    """
+    if table.show:
+        row_text = table.show(index)
+    else:
+        row_text = ", ".join(f"{numbers[index]:g}" for numbers in logged)
     reason = (
         f"rows {first} to {last}: cells are missing, too many, not numbers or absurdly large; row "
-        f"{first} reads {seen[:80]!r}"
+        f"{first} reads {row_text[:80]!r}"
     )
     return base.Refusal("unreadable_row", reason, ROWS_ADVICE).of_rows("", first, last)
 
 
 def _cut_row(table: LoggedTable, row: int) -> base.Refusal:
     """The refusal of a last row without a line end."""
-    seen = table.show(table.rows - 1) if table.show else ""
-    rule, good = "cut_row", f"(its last good row is {row - 1})"
-    if zeros := seen.count("\0"):
-        reason = f"the log ends in {zeros} zero bytes in row {row} {good}"
+    row_text = table.show(table.rows - 1) if table.show else ""
+    zeros = row_text.count("\0")
+    rule = "cut_row"
+    last_good = f"(its last good row is {row - 1})"
+    if zeros:
+        reason = f"the log ends in {zeros} zero bytes in row {row} {last_good}"
         advice = "The disk or the logger has lost what was there: copy the log again."
-    elif table.cut < len(table.names):
-        reason = f"the log ends in the middle of row {row} {good}"
+    elif table.cut_row_cells < len(table.names):
+        reason = f"the log ends in the middle of row {row} {last_good}"
         advice = "This row is not used. Check whether the run was complete."
     else:
+        rule = "unterminated_row"
         reason = f"row {row}, the last, has no line end, so that its last number may be cut"
-        rule, advice = "unterminated_row", "End the file with a line end."
+        advice = "End the file with a line end."
     return base.Refusal(rule, reason, advice).of_rows("", row, row)
 
 
 def _rate_change(time: FloatArray, rows: base.IndexArray) -> base.Refusal | None:
-    """Whether rows come at another interval from some row on: levels are found at one interval."""
-    count = (len(time) - 1) // _ROWS_OF_RATE
-    steps = np.diff(time)[: count * _ROWS_OF_RATE].reshape(count, _ROWS_OF_RATE)
-    # pauses and wrong digits of some rows are judged by gates
-    usual = np.sort(steps, axis=1)[:, _ROWS_OF_RATE // 10 : -_ROWS_OF_RATE // 10].mean(axis=1)
-    if count < 2 * _BLOCKS_OF_RATE or not usual[0] > 0:
+    """A flaw where the sampling rate changes within a run: levels are found at one interval."""
+    blocks = (len(time) - 1) // _ROWS_PER_BLOCK
+    if blocks < 2 * _FEWEST_BLOCKS:
         return None
-    other = (usual > usual[0] * _RATIO_OF_RATES) | (usual < usual[0] / _RATIO_OF_RATES)
-    if other.sum() < _BLOCKS_OF_RATE:
+    steps = np.diff(time)[: blocks * _ROWS_PER_BLOCK].reshape(blocks, _ROWS_PER_BLOCK)
+    # gates judge pauses and wrong digits of single rows
+    trimmed = np.sort(steps, axis=1)[:, _ROWS_PER_BLOCK // 10 : -_ROWS_PER_BLOCK // 10]
+    interval = trimmed.mean(axis=1)
+    if not interval[0] > 0:
         return None
-    first = int(np.argmax(other))
+    slower = interval > interval[0] * _LARGEST_RATE_RATIO
+    faster = interval < interval[0] / _LARGEST_RATE_RATIO
+    changed = slower | faster
+    if changed.sum() < _FEWEST_BLOCKS:
+        return None
+    first = int(np.argmax(changed))
     return base.Refusal(
         "sampling_rate",
-        f"rows come every {usual[0]:.3g} s at first and every {usual[first]:.3g} s from about row "
-        f"{rows[first * _ROWS_OF_RATE]} on; expected one sampling rate",
+        f"rows come every {interval[0]:.3g} s at first and every {interval[first]:.3g} s from "
+        f"about row {rows[first * _ROWS_PER_BLOCK]} on; expected one sampling rate",
     )
 
 
 def _two_decimal_marks(
     table: LoggedTable, refusals: Sequence[base.Refusal], form: base.TextForm
 ) -> base.Refusal | None:
-    """Whether many rows are refused because they have the other decimal mark."""
+    """A flaw where many rows are refused because they have the other decimal mark."""
     mark = form.decimal_mark
     if form.delimiter in ("", "comma") or table.show is None:
         return None
-    other = r"\d\.\d" if mark == "comma" else r"\d,\d"
-    having = [each for each in refusals if re.search(other, each.reason.partition("reads")[2])]
-    if not having or sum(each.refused_rows for each in having) < table.rows * _MANY_ROWS:
+    number_with_other_mark = r"\d\.\d" if mark == "comma" else r"\d,\d"
+    with_other_mark = []
+    for refusal in refusals:
+        _, _, row_text = refusal.reason.partition("reads")
+        if re.search(number_with_other_mark, row_text):
+            with_other_mark.append(refusal)
+    refused_rows = sum(refusal.refused_rows for refusal in with_other_mark)
+    if not with_other_mark or refused_rows < table.rows * _MANY_ROWS_SHARE:
         return None
-    reason = f"{having[0].reason}; most other rows have a decimal {mark}"
+    reason = f"{with_other_mark[0].reason}; most other rows have a decimal {mark}"
     return base.Refusal("decimal_marks", reason)
 
 
 def _with_time(table: LoggedTable, vocabulary: Vocabulary) -> LoggedTable:
     """The table with time made of the sampling interval, where no column has it."""
-    known = vocabulary.meanings(table.names, table.units)
-    clocks = {table.clocks[index] for index in known if index in table.clocks}
-    if len(clocks) != 1 or any(quantity == "time" for quantity, _ in known.values()):
+    meanings = vocabulary.meanings(table.names, table.units)
+    clocks = {table.clocks[index] for index in meanings if index in table.clocks}
+    has_time = any(quantity == "time" for quantity, _ in meanings.values())
+    if len(clocks) != 1 or has_time:
         return table
-    ((start, increment, unit),) = clocks
-    place = len(table.names)
+    start, increment, unit = clocks.pop()
+    time_index = len(table.names)
 
-    def values(places: Sequence[int]) -> list[Values]:
-        logged = iter(table.values([each for each in places if each != place]))
-        time = start + increment * np.arange(table.rows)
-        return [time if each == place else next(logged) for each in places]
+    def values(indices: Sequence[int]) -> list[Values]:
+        logged_indices = [index for index in indices if index != time_index]
+        logged = dict(zip(logged_indices, table.values(logged_indices), strict=True))
+        logged[time_index] = start + increment * np.arange(table.rows)
+        return [logged[index] for index in indices]
 
-    names, units = [*table.names, "time"], [*table.units, unit]
+    names = [*table.names, "time"]
+    units = [*table.units, unit]
     return replace(table, names=names, units=units, values=values)
 
 
@@ -265,10 +370,12 @@ def _numbers(table: LoggedTable, columns: Sequence[Column]) -> dict[Column, Floa
     Raises:
         ValueError: A column holds something else.
     """
-    values = zip(columns, table.values([column.index for column in columns]), strict=True)
-    logged = {c: n.astype(np.float64, copy=False) for c, n in values if n.dtype.kind in "iuf"}
-    for column in columns:
-        if column not in logged and not column.spare:
+    logged: dict[Column, FloatArray] = {}
+    all_values = table.values([column.index for column in columns])
+    for column, values in zip(columns, all_values, strict=True):
+        if values.dtype.kind in "iuf":
+            logged[column] = values.astype(np.float64, copy=False)
+        elif not column.spare:
             raise ValueError(f"the column {column.name[:60]!r} does not hold numbers")
     return logged
 
@@ -276,28 +383,32 @@ def _numbers(table: LoggedTable, columns: Sequence[Column]) -> dict[Column, Floa
 def _converted(logged: Mapping[Column, FloatArray]) -> tuple[dict[str, FloatArray], BoolArray]:
     """Numbers in the units of the columns, by quantity, and which rows can be used.
 
-    A row can be used where every number but the spare ones is finite and below what any rig
-    measures.
+    A row can be used where every number is finite and below the largest reading of any rig. Numbers
+    of spare columns are not judged.
     """
-    limits = {column: base.LARGEST_READING for column in logged if not column.spare}
-    limits |= {column: _LARGEST_TIME for column in limits if column.quantity == "time"}
-    good = np.logical_and.reduce([np.abs(logged[each]) < most for each, most in limits.items()])
+    within_limits = []
+    for column, numbers in logged.items():
+        if not column.spare:
+            limit = _LARGEST_TIME if column.quantity == "time" else base.LARGEST_READING
+            within_limits.append(np.abs(numbers) < limit)
+    good = np.logical_and.reduce(within_limits)
     all_good = bool(good.all())
-    values = {
-        column.quantity: column.to.of(numbers if all_good else np.where(good, numbers, np.nan))
-        for column, numbers in logged.items()
-    }
+    values: dict[str, FloatArray] = {}
+    for column, numbers in logged.items():
+        usable = numbers if all_good else np.where(good, numbers, np.nan)
+        values[column.quantity] = column.to.of(usable)
     for column in logged:
-        quantity, numbers = column.quantity, values[column.quantity]
+        quantity = column.quantity
+        numbers = values[quantity]
         if column.to.unit == "GPa":
-            good = good & ~(np.abs(numbers) > base.HARDEST_GPA)
+            good = good & ~(np.abs(numbers) > base.LARGEST_PRESSURE_GPA)
         if quantity.endswith("temperature"):
             good = good & ~((numbers <= ABSOLUTE_ZERO_C) | (numbers >= _HOTTEST_C))
     return values, good
 
 
 def seconds(values: Values) -> Values:
-    """Instants as seconds since the first, durations as seconds; numbers as they are."""
+    """Instants as seconds since the first, durations as seconds; numbers stay as they are."""
     if values.dtype.kind not in "mM":
         return values
     start = values[0] if values.dtype.kind == "M" and len(values) else 0

@@ -1,4 +1,4 @@
-"""What the header lines of a log mean, in whatever language their keys are.
+"""What the header lines of a log mean, in any language.
 
 Decides: how a header line (`# key: value`) becomes a set point, an oil or a rig, with its unit, in
 any language.
@@ -9,26 +9,43 @@ from collections.abc import Iterable, Mapping
 from difflib import SequenceMatcher
 from functools import lru_cache
 
-from oilfilm.logs.base import LOADS, SET_POINT_UNITS, Refusal, decimal_number
+from oilfilm.logs.base import LOADS, SET_POINT_UNITS, Refusal, parse_decimal
 from oilfilm.settings.base import plain_key
 from oilfilm.settings.resolved import Settings
 from oilfilm.units import Conversion, possible_conversion
 
 FORMAT_ADVICE = "data/raw/README.md describes the format."
 
-# Chinese input methods write the first for the second.
+# Chinese input methods write full-width characters in place of these.
 FULL_WIDTH = str.maketrans("\uff1a\uff1d\uff08\uff09\uff3b\uff3d", ":=()[]")
-# Units as `plain_key` leaves them.
+# Unit as `plain_key` leaves it -> unit.
 UNITS = {
-    **{unit.lower(): unit for unit in "GPa MPa Pa N daN kN gf kgf lbf K".split()},
-    **{"m_s": "m/s", "m/s": "m/s", "mm_s": "mm/s", "mm/s": "mm/s"},
-    **dict.fromkeys(("c", "degc", "\N{DEGREE SIGN}c"), "degC"),
-    **dict.fromkeys(("f", "degf", "\N{DEGREE SIGN}f"), "degF"),
+    "gpa": "GPa",
+    "mpa": "MPa",
+    "pa": "Pa",
+    "n": "N",
+    "dan": "daN",
+    "kn": "kN",
+    "gf": "gf",
+    "kgf": "kgf",
+    "lbf": "lbf",
+    "k": "K",
+    "m_s": "m/s",
+    "m/s": "m/s",
+    "mm_s": "mm/s",
+    "mm/s": "mm/s",
+    "c": "degC",
+    "degc": "degC",
+    "\N{DEGREE SIGN}c": "degC",
+    "f": "degF",
+    "degf": "degF",
+    "\N{DEGREE SIGN}f": "degF",
 }
 _NUMBER_AND_UNIT = re.compile(r"([-+.,\d]*\d(?:[eE][-+]?\d+)?)\s*(.*)")
-# Letters that a word shares with the one that is meant: more than if one of four were changed.
-_ALIKE = 0.75
-# Shorter names are near to too many words.
+# Similarity (`difflib` ratio) from which two words are one word with a slip of the pen: more than
+# if one letter of four were changed.
+_SIMILARITY_OF_SLIP = 0.75
+# Shorter names are similar to too many words.
 _SHORTEST_NAME = 6
 # Keys under which logs name their oil, beside words such as `name` and `type`.
 _OIL_KEYS = frozenset(
@@ -38,49 +55,64 @@ _OIL_KEYS = frozenset(
 _OIL_WORDS = frozenset("name id type test tested code no number".split())
 
 
-def apart(name: str) -> tuple[str, str]:
-    """A name and the unit in brackets at its end; empty where there are none.
+def split_unit(name: str) -> tuple[str, str]:
+    """A name without the unit in brackets at its end, and that unit; empty where there is none.
 
-    No regular expression: names come out of files, and one of many brackets would take hours.
+    Examples:
+        >>> split_unit("load [N]")
+        ('load', 'N')
+        >>> split_unit("load")
+        ('load', '')
     """
+    # no regular expression: a name with very many brackets would take hours
     name = name.translate(FULL_WIDTH)
     if not name.endswith(("]", ")")):
         return name, ""
-    inside = 1 + max(name.rfind(mark, 0, -1) for mark in "])")
-    brackets = [name.find(mark, inside) for mark in "[(" if mark in name[inside:]]
-    if not brackets:
+    after_earlier_brackets = 1 + max(name.rfind("]", 0, -1), name.rfind(")", 0, -1))
+    openings = [name.find(bracket, after_earlier_brackets) for bracket in "[("]
+    openings = [opening for opening in openings if opening >= 0]
+    if not openings:
         return name, ""
-    return name[: min(brackets)].rstrip(" \t_"), name[min(brackets) + 1 : -1]
+    opening = min(openings)
+    return name[:opening].rstrip(" \t_"), name[opening + 1 : -1]
 
 
 def named_keys(logged: Mapping[str, str], settings: Settings) -> dict[str, str]:
-    """Header lines by the project's keys: set points in its units, the oil by its id.
+    """Header lines by the keys of the project: set points in its units, the oil by its id.
 
-    Two lines with the same meaning and different values give both, which no gate takes.
+    Two lines with the same meaning and different values give both values. Such a text is neither
+    a number nor an oil, and the log is refused.
 
     Args:
         logged: Header lines by the keys of the log, as `plain_key` makes them.
-        settings: Its campaign's `header` lists names of keys, its oils may have aliases.
+        settings: Settings with the names of keys under `header` and the aliases of oils.
     """
     names = listed_names(settings)
     keys: dict[str, str] = {}
-    for own, written in logged.items():
-        key, text = meaning(own, written, names)
+    for logged_key, logged_text in logged.items():
+        key, text = meaning(logged_key, logged_text, names)
         if key == "oil":
             text = oil_id(text, settings)
-        keys[key] = text if keys.get(key, text) == text else f"{keys[key]} / {text}"
-    if like := oil_key(keys):
-        keys.setdefault("oil", oil_id(keys[like], settings))
+        if keys.get(key, text) != text:
+            text = f"{keys[key]} / {text}"
+        keys[key] = text
+    key_of_oil = oil_key(keys)
+    if key_of_oil and "oil" not in keys:
+        keys["oil"] = oil_id(keys[key_of_oil], settings)
     return keys
 
 
 def listed_names(settings: Settings) -> dict[str, str]:
-    """The project's key by each name that the campaign file lists under `header`."""
-    return {plain_key(name): key for key, own in settings.campaign.header.items() for name in own}
+    """Name of a header line, listed under `header` of the campaign file -> key of the project."""
+    keys: dict[str, str] = {}
+    for key, names in settings.campaign.header.items():
+        for name in names:
+            keys[plain_key(name)] = key
+    return keys
 
 
 def header_keys(named: Mapping[str, str], settings: Settings) -> dict[str, str]:
-    """Header lines by the project's keys; a log of the only oil or rig of a campaign names none."""
+    """Header lines by the keys of the project, with the only rig or oil of a campaign added."""
     keys = dict(named)
     if len(settings.rigs) == 1:
         keys.setdefault("rig", next(iter(settings.rigs)))
@@ -89,76 +121,90 @@ def header_keys(named: Mapping[str, str], settings: Settings) -> dict[str, str]:
     return keys
 
 
-def meaning(own: str, text: str, names: Mapping[str, str]) -> tuple[str, str]:
+def meaning(logged_key: str, text: str, names: Mapping[str, str]) -> tuple[str, str]:
     """Key of the project and text of a header line; the number of a set point in the key's unit.
 
     Args:
-        own: The key of the log, as `plain_key` makes it.
+        logged_key: The key of the log, as `plain_key` makes it.
         text: The text of the line.
         names: As `listed_names` gives them.
     """
-    name, unit = _set_point(own, names)
-    digits, behind = number_and_unit(text)
+    set_point, unit_of_key = _set_point(logged_key, names)
+    digits, unit_of_text = number_and_unit(text)
+    unit = unit_of_text or unit_of_key
     # the load has one set point, as force or as pressure
-    if name == "load_n" and to_set_point("max_hertz_pressure_gpa", behind or unit):
-        name = "max_hertz_pressure_gpa"
+    if set_point == "load_n" and to_set_point("max_hertz_pressure_gpa", unit):
+        set_point = "max_hertz_pressure_gpa"
     # without a unit `load` may be anything
-    if not (unit or to_set_point(name, behind)):
-        return names.get(own, names.get(apart(own)[0], own)), text
-    to = to_set_point(name, behind or unit)
+    if not unit_of_key and not to_set_point(set_point, unit_of_text):
+        bare_key, _ = split_unit(logged_key)
+        key = names.get(logged_key) or names.get(bare_key) or logged_key
+        return key, text
     try:
-        value = decimal_number(digits)
+        value = parse_decimal(digits)
     except ValueError:
-        return name, text
+        return set_point, text
+    to = to_set_point(set_point, unit)
     if to is None:
-        return name, text if behind else f"{text} {unit}"
-    # with the rounding of a conversion, 80 N and 0.08 kN would be two values
-    plain = text == digits and (to.scale, to.offset) == (1, 0)
-    return name, text if plain else f"{to.scale * value + to.offset:.12g}"
+        return set_point, text if unit_of_text else f"{text} {unit_of_key}"
+    if text == digits and to.scale == 1 and to.offset == 0:
+        return set_point, text
+    # rounded: the error of a conversion would make two values of 80 N and 0.08 kN
+    return set_point, f"{to.scale * value + to.offset:.12g}"
 
 
-def _set_point(own: str, names: Mapping[str, str]) -> tuple[str, str]:
-    """Set point that a name gives, and its unit: in brackets, in the name, or empty.
+def _set_point(logged_key: str, names: Mapping[str, str]) -> tuple[str, str]:
+    """Set point and unit that the key of a header line gives; empty where there is none.
 
-    What the campaign lists under a name, and what has the key's own, is in the unit of the key.
+    The unit is in brackets or in the key. A name that the campaign file lists, and the key of the
+    project, are in the unit of the key.
     """
-    bare, written = apart(own)
-    unit = UNITS.get(written, written)
-    for key, (quantity, usual) in SET_POINT_UNITS.items():
-        tail = own.removeprefix(f"{quantity}_")
-        if names.get(own) == key or own == key:
+    bare_key, text_in_brackets = split_unit(logged_key)
+    unit = UNITS.get(text_in_brackets, text_in_brackets)
+    for set_point, (quantity, set_point_unit) in SET_POINT_UNITS.items():
+        if set_point in (logged_key, names.get(logged_key)):
             # brackets may be a part of a name that the campaign file lists
-            return key, unit if unit and to_set_point(key, unit) else usual
-        if key in (bare, names.get(bare)):
-            return key, unit or usual
-        if tail != own and tail in UNITS and to_set_point(key, tail):
-            return key, UNITS[tail]
-        if bare == quantity:
-            return key, unit
+            return set_point, unit if unit and to_set_point(set_point, unit) else set_point_unit
+        if set_point in (bare_key, names.get(bare_key)):
+            return set_point, unit or set_point_unit
+        if logged_key.startswith(f"{quantity}_"):
+            unit_in_key = logged_key.removeprefix(f"{quantity}_")
+            if unit_in_key in UNITS and to_set_point(set_point, unit_in_key):
+                return set_point, UNITS[unit_in_key]
+        if bare_key == quantity:
+            return set_point, unit
     return "", ""
 
 
-def to_set_point(name: str, unit: str) -> Conversion | None:
-    """How a unit, in whatever letters, becomes that of a set point; None where it cannot."""
-    written = UNITS.get(plain_key(unit), unit)
-    return possible_conversion(written, (SET_POINT_UNITS[name][1],)) if name and written else None
+def to_set_point(set_point: str, unit: str) -> Conversion | None:
+    """The conversion of a unit, in any spelling, to that of a set point; None where none exists."""
+    unit = UNITS.get(plain_key(unit), unit)
+    if not set_point or not unit:
+        return None
+    _, set_point_unit = SET_POINT_UNITS[set_point]
+    return possible_conversion(unit, (set_point_unit,))
 
 
 def number_and_unit(text: str) -> tuple[str, str]:
-    """The digits at the beginning of a text and what is behind them; empty where there are none."""
+    """The number that a text begins with and the text after it; both empty without a number."""
     match = _NUMBER_AND_UNIT.fullmatch(text)
     return (match[1], match[2]) if match else ("", "")
 
 
 def oil_id(text: str, settings: Settings) -> str:
-    """The id of an oil by any of its names, of several lines joined too; else the text."""
-    ids = settings.oil_ids
-    named = dict.fromkeys(ids.get(plain_key(part), part) for part in text.split(" / "))
-    return ids.get(plain_key(text)) or " / ".join(named)
+    """The id of an oil by any of its names; a text that names no oil stays as it is.
+
+    Values of several header lines, joined by ` / `, become one id where all name the same oil.
+    """
+    id_by_name = settings.oil_ids
+    if plain_key(text) in id_by_name:
+        return id_by_name[plain_key(text)]
+    ids = [id_by_name.get(plain_key(name), name) for name in text.split(" / ")]
+    return " / ".join(dict.fromkeys(ids))
 
 
 def oil_key(keys: Mapping[str, str]) -> str | None:
-    """The key of a header line that names the oil, though not under `oil`."""
+    """The key of a header line that names the oil, other than `oil`; None without one."""
     for key, text in keys.items():
         words = frozenset(key.split("_")) - _OIL_WORDS
         if key != "oil" and text and len(words) == 1 and words <= _OIL_KEYS:
@@ -167,27 +213,47 @@ def oil_key(keys: Mapping[str, str]) -> str | None:
 
 
 def misspelt_key(keys: Mapping[str, str], settings: Settings) -> Refusal | None:
-    """A key that nearly is that of a set point which neither the log nor the campaign has."""
-    known = keys.keys() | settings.campaign.set_points.model_dump(exclude_none=True).keys()
+    """The refusal of a key that nearly is that of a set point without a value.
+
+    Values come from the log or the campaign file.
+    """
+    with_value = set(keys) | set(settings.campaign.set_points.model_dump(exclude_none=True))
     # the load has one set point, as force or as pressure
-    known = (known | LOADS if known & LOADS else known) - {"oil"}
-    names = {word: key for key, (of, _) in SET_POINT_UNITS.items() for word in (key, of)}
-    listed = listed_names(settings).items()
-    names |= {word: key for word, key in listed if key in ("oil", *SET_POINT_UNITS)}
-    for word, name in names.items():
-        for key, text in keys.items() if name not in known else ():
-            unitless = key == word and number_and_unit(text)[0]
-            if unitless or _is_slip_of_the_pen(apart(key)[0], word):
-                meant = name if unitless else word
-                reason = f"the header has the unknown key {key[:60]!r}; did you mean {meant!r}?"
-                advice = "Correct the header, or list the key under `header` of the campaign file."
-                return Refusal("unknown_header_key", reason, f"{advice} {FORMAT_ADVICE}")
+    if with_value & LOADS:
+        with_value |= LOADS
+    # it may be the only oil of the campaign, not one that the log names
+    with_value.discard("oil")
+    key_by_name: dict[str, str] = {}
+    for key, (quantity, _) in SET_POINT_UNITS.items():
+        key_by_name[key] = key
+        key_by_name[quantity] = key
+    for name, key in listed_names(settings).items():
+        if key == "oil" or key in SET_POINT_UNITS:
+            key_by_name[name] = key
+    for name, key in key_by_name.items():
+        if key in with_value:
+            continue
+        for logged_key, text in keys.items():
+            lacks_unit = logged_key == name and number_and_unit(text)[0] != ""
+            bare_key, _ = split_unit(logged_key)
+            if lacks_unit or _is_slip_of_the_pen(bare_key, name):
+                return _unknown_key(logged_key, key if lacks_unit else name)
     return None
+
+
+def _unknown_key(logged_key: str, meant: str) -> Refusal:
+    return Refusal(
+        "unknown_header_key",
+        f"the header has the unknown key {logged_key[:60]!r}; did you mean {meant!r}?",
+        f"Correct the header, or list the key under `header` of the campaign file. {FORMAT_ADVICE}",
+    )
 
 
 @lru_cache(maxsize=4096)
 def _is_slip_of_the_pen(written: str, meant: str) -> bool:
-    """As many words, each with most letters of the one that is meant; no short name.
+    """Whether a name has as many words as the meant one, each similar to its counterpart.
+
+    A short name is none.
 
     Examples:
         >>> _is_slip_of_the_pen("entrainement_speed_m_s", "entrainment_speed_m_s")
@@ -195,36 +261,45 @@ def _is_slip_of_the_pen(written: str, meant: str) -> bool:
         >>> _is_slip_of_the_pen("outlet_temperature_c", "inlet_temperature_c")
         False
     """
-    words = written.split("_"), meant.split("_")
-    if written == meant or len(meant) < _SHORTEST_NAME or len(words[0]) != len(words[1]):
+    words = written.split("_")
+    meant_words = meant.split("_")
+    if written == meant or len(meant) < _SHORTEST_NAME or len(words) != len(meant_words):
         return False
-    pairs = zip(*words, strict=True)
-    return all(SequenceMatcher(None, *pair).ratio() > _ALIKE for pair in pairs)
+    return all(
+        SequenceMatcher(None, word, meant_word).ratio() > _SIMILARITY_OF_SLIP
+        for word, meant_word in zip(words, meant_words, strict=True)
+    )
 
 
-def unknown(kind: str, keys: Mapping[str, str], known: Iterable[str]) -> Refusal | None:
-    """Why the name of an oil or a rig in a log's header cannot be used."""
-    listed = ", ".join(known)
-    if kind not in keys:
+def unknown_name(key: str, keys: Mapping[str, str], names: Iterable[str]) -> Refusal | None:
+    """Why the oil or the rig in a log's header cannot be used; None where it can.
+
+    Args:
+        key: `oil` or `rig`.
+        keys: Header keys of the log.
+        names: The oils or rigs of the campaign.
+    """
+    listed = ", ".join(names)
+    if key not in keys:
         return Refusal(
             "header",
-            f"the header has no line `# {kind}: ...` and no property `{kind}`; the campaign has "
+            f"the header has no line `# {key}: ...` and no property `{key}`; the campaign has "
             f"several: {listed}",
-            f"Add it, name the {kind} in the run sheet, or list the log's own key under "
-            f"`header: {kind}` of the campaign file. {FORMAT_ADVICE}",
+            f"Add it, name the {key} in the run sheet, or list the log's own key under "
+            f"`header: {key}` of the campaign file. {FORMAT_ADVICE}",
         )
-    if keys[kind] in known:
+    if keys[key] in names:
         return None
-    alias = ", list the name under `oil_aliases`" if kind == "oil" else ""
+    alias = ", list the name under `oil_aliases`" if key == "oil" else ""
     return Refusal(
-        f"unknown_{kind}",
-        f"the header says {kind} {keys[kind][:60]!r}; the campaign knows {listed}",
-        f"Correct the header{alias} or add the {kind} to the campaign file.",
+        f"unknown_{key}",
+        f"the header says {key} {keys[key][:60]!r}; the campaign knows {listed}",
+        f"Correct the header{alias} or add the {key} to the campaign file.",
     )
 
 
 def simulation_problem(keys: Mapping[str, str], settings: Settings) -> Refusal | None:
-    """Why a simulated log cannot be used in a campaign of measured ones."""
+    """Why a simulated log cannot be used in a campaign of measured logs; None where it can."""
     if keys.get("simulated", "no") == "no" or settings.campaign.data != "measured":
         return None
     return Refusal(

@@ -1,7 +1,6 @@
 """Raw logs to samples: every row of every file ends in samples or in quarantine.
 
-Each format is read by the module of its name, and recognised by a file's content, never by its
-name.
+One module reads one format. A format is recognised by the content of a file, never by its name.
 
 Decides: which formats of logs are read; where each row of a raw log ends: in samples or in
 quarantine.
@@ -20,8 +19,8 @@ import pyarrow as arrow
 
 from oilfilm import tables
 from oilfilm.errors import OilfilmError, printable
-from oilfilm.logs import base, csv, lvm, parquet, pcs, tdms
-from oilfilm.logs.columns import ROWS_ADVICE, Found, read_tables
+from oilfilm.logs import base, delimited_text, lvm, parquet, pcs, tdms
+from oilfilm.logs.columns import ROWS_ADVICE, TablesOfFile, read_tables
 from oilfilm.logs.log_kind import LogKind, Vocabulary
 from oilfilm.logs.raw_files import LARGEST_LOG
 from oilfilm.logs.run_sheet import NO_SHEET, RunSheet
@@ -38,25 +37,32 @@ class Reader(Protocol):
         """True where the first bytes of a file look like this format."""
         ...
 
-    def tables(self, content: bytes, vocabulary: Vocabulary) -> Found:
+    def tables(self, content: bytes, vocabulary: Vocabulary) -> TablesOfFile:
         """How the text of a file is written, and its tables: names, units, keys, numbers.
 
         Raises:
             UnreadableLogError: Nothing of the file can be used.
-            Exception: Whatever the library of a binary format stumbles over in a damaged file.
+            Exception: Any error that the library of a binary format raises for a damaged file.
         """
         ...
 
 
-# The first that recognises a file reads it: csv, which takes any text in columns, comes last.
-READERS: dict[str, Reader] = {"tdms": tdms, "parquet": parquet, "lvm": lvm, "pcs": pcs, "csv": csv}
-# How files begin that are no logs.
+# The first reader that recognises a file reads it. The reader of csv takes any text in columns, so
+# it comes last.
+READERS: dict[str, Reader] = {
+    "tdms": tdms,
+    "parquet": parquet,
+    "lvm": lvm,
+    "pcs": pcs,
+    "csv": delimited_text,
+}
+# First bytes of files that are no logs -> what they are.
 FOREIGN = {
     b"PK\x03\x04": "an Excel workbook or a zip archive: export it as csv, or unpack it",
     b"TDSh": "the index of a tdms log without its data: take the file .tdms beside it",
     b"\x1f\x8b": "a log that was packed twice: unpack it once",
 }
-# Formats that a library reads: whatever it raises, the file is damaged.
+# Formats that a library reads. Any error that it raises shows a damaged file.
 BINARY = frozenset({"tdms", "parquet"})
 
 
@@ -69,8 +75,11 @@ def recognised_format(content: bytes) -> str | None:
 
 
 _LONGEST_LABEL = 200
-_UNSUSPICIOUS = 1 << 24
-_COMPRESSED = {b"\x1f\x8b": "gzip", b"\x28\xb5\x2f\xfd": "zstd"}
+_BYTES_PER_MIB = 1 << 20
+# A file may always be unpacked to this size, however small it is.
+_UNSUSPICIOUS_BYTES = 16 * _BYTES_PER_MIB
+# First bytes of a packed file -> name of its codec.
+_CODECS = {b"\x1f\x8b": "gzip", b"\x28\xb5\x2f\xfd": "zstd"}
 
 
 @dataclass(frozen=True)
@@ -86,7 +95,7 @@ class ReadLog:
 
 @dataclass(frozen=True)
 class Ingested:
-    """What a share of a campaign's raw files holds; `samples` by oil."""
+    """The content of some raw files of a campaign; `samples` by oil."""
 
     samples: dict[str, pd.DataFrame]
     runs: pd.DataFrame
@@ -107,102 +116,126 @@ def ingest_logs(
     keep: Callable[[base.LoggedRun], None] | None = None,
     verified: Mapping[str, str] | None = None,
 ) -> Ingested:
-    """Read raw logs, given by name and bytes, into samples, runs and quarantine.
+    """Read raw logs into samples, runs and quarantine.
 
     Args:
         logs: Name and bytes of each log.
         settings: Settings of the run.
         kind: The kind of log.
-        sheet: The run sheet; what it says of a log beats its header.
-        keep: Gets one run after the other; the samples that are returned are empty then.
-        verified: sha256 of logs by name, where it is known when the log is read.
+        sheet: The run sheet; it overrides the headers of the logs.
+        keep: Called with one run after the other. Without it the samples are returned.
+        verified: sha256 by name of the logs for which it is known already.
 
     Raises:
-        OilfilmError: A log has the name of a run of another one.
+        OilfilmError: Runs of two logs have the same name.
         RuntimeError: A reader lost a row (a defect of oilfilm, never of the log).
     """
-    logged: dict[str, list[base.LoggedRun]] = {oil: [] for oil in settings.oils}
-    runs: list[dict[str, Any]] = []
-    refused: list[dict[str, Any]] = []
+    runs_of_oil: dict[str, list[base.LoggedRun]] = {oil: [] for oil in settings.oils}
+    run_rows: list[dict[str, Any]] = []
+    quarantine_rows: list[dict[str, Any]] = []
     file_of_run: dict[str, str] = {}
-    read: list[ReadLog] = []
+    read_logs: list[ReadLog] = []
     for file, content in logs:
         reader, reading = read_log(content, file, settings, kind, sheet)
         understood = {run.run_id: run.understood for run in reading.runs}
-        read.append(ReadLog(file, reader, reading.form, reading.rows, understood))
-        about = {"campaign": settings.campaign.name, "file": file}
+        read_logs.append(ReadLog(file, reader, reading.form, reading.rows, understood))
         digest = (verified or {}).get(file) or hashlib.sha256(content).hexdigest()
-        of_file = {**about, "sha256": digest, "content_sha256": reading.unpacked_sha256 or digest}
-        of_file |= {"reader": reader, **asdict(reading.form)}
+        file_columns = {
+            "campaign": settings.campaign.name,
+            "file": file,
+            "sha256": digest,
+            "content_sha256": reading.unpacked_sha256 or digest,
+            "reader": reader,
+            **asdict(reading.form),
+        }
         for run in reading.runs:
-            other = file_of_run.setdefault(run.run_id, file)
-            if other != file:
-                found = f"its run gets the name {run.run_id!r}, which a run of {other} has already"
-                raise OilfilmError(f"{file}: {found}. Rename the file.")
-            rows = sum(each.refused_rows for each in reading.refusals if each.run_id == run.run_id)
-            runs.append({**of_file, **_about_run(run), "refused_rows": rows})
-            (keep or logged[run.oil].append)(run)
-        refused += [{**about, "stage": "ingest", **asdict(each)} for each in reading.refusals]
-    about = {"campaign": settings.campaign.name, "file": sheet.name, "stage": "ingest"}
-    refused += [{**about, **asdict(remark)} for remark in sheet.remarks]
-    samples = {oil: _together(of_oil) for oil, of_oil in logged.items()}
-    listed = tables.from_rows(runs, "runs"), tables.from_rows(refused, "quarantine")
-    return Ingested(samples, *listed, read)
+            other_file = file_of_run.setdefault(run.run_id, file)
+            if other_file != file:
+                raise OilfilmError(
+                    f"{file}: its run gets the name {run.run_id!r}, which a run of {other_file} "
+                    "has already. Rename the file."
+                )
+            run_rows.append(file_columns | _run_columns(run, reading.refusals))
+            if keep is None:
+                runs_of_oil[run.oil].append(run)
+            else:
+                keep(run)
+        quarantine_rows += _quarantine_rows(reading.refusals, file, settings)
+    quarantine_rows += _quarantine_rows(sheet.remarks, sheet.name, settings)
+    return Ingested(
+        samples={oil: _samples(runs) for oil, runs in runs_of_oil.items()},
+        runs=tables.from_rows(run_rows, "runs"),
+        quarantine=tables.from_rows(quarantine_rows, "quarantine"),
+        logs=read_logs,
+    )
+
+
+def _quarantine_rows(
+    refusals: Iterable[base.Refusal], file: str, settings: Settings
+) -> list[dict[str, Any]]:
+    """Rows of the table of quarantine for the refusals of a file."""
+    file_columns = {"campaign": settings.campaign.name, "file": file, "stage": "ingest"}
+    return [file_columns | asdict(refusal) for refusal in refusals]
 
 
 @contextmanager
 def sample_files(
     paths: Mapping[str, Path], provenance: Mapping[str, Any]
 ) -> Iterator[Callable[[base.LoggedRun], None]]:
-    """Write the samples of runs as they come, so that memory does not grow with their number.
+    """Write the samples of runs one after the other: memory does not grow with their number.
 
-    A row group has whole runs: as many as `tables.ROW_GROUP` rows hold, or a single longer one.
+    A row group has complete runs: as many as `tables.ROW_GROUP` rows hold, or a single longer one.
     The footer gets `content`, the digest of each run's samples.
 
     Args:
         paths: File of each oil.
-        provenance: As `tables.writing`.
+        provenance: As for `tables.writing`.
+
+    Yields:
+        A function that takes one run after the other.
     """
     waiting: dict[str, list[base.LoggedRun]] = {oil: [] for oil in paths}
-    content: dict[str, dict[str, str]] = {oil: {} for oil in paths}
+    run_digests: dict[str, dict[str, str]] = {oil: {} for oil in paths}
     with ExitStack() as files:
-        add = {}
+        write_samples = {}
         for oil, path in paths.items():
-            about = {**provenance, "content": content[oil]}
-            add[oil] = files.enter_context(tables.writing("samples", path, about))
+            # filled while the samples are written; the footer is written last
+            footer = {**provenance, "content": run_digests[oil]}
+            write_samples[oil] = files.enter_context(tables.writing("samples", path, footer))
 
-        def write(oil: str) -> None:
+        def write_waiting(oil: str) -> None:
             if waiting[oil]:
-                samples = _together(waiting[oil])
-                add[oil](samples)
-                content[oil].update(digests_of_runs(samples))
+                samples = _samples(waiting[oil])
+                write_samples[oil](samples)
+                run_digests[oil].update(digests_of_runs(samples))
                 waiting[oil].clear()
 
         def keep(run: base.LoggedRun) -> None:
-            if sum(map(len, waiting[run.oil])) + len(run) > tables.ROW_GROUP:
-                write(run.oil)
+            waiting_rows = sum(len(waiting_run) for waiting_run in waiting[run.oil])
+            if waiting_rows + len(run) > tables.ROW_GROUP:
+                write_waiting(run.oil)
             waiting[run.oil].append(run)
 
         yield keep
         for oil in paths:
-            write(oil)
+            write_waiting(oil)
 
 
 def read_bytes(path: Path) -> bytes:
-    """A file's bytes; of one larger than any log no more than shows that it is.
+    """A file's bytes; of a file that is too large, one byte more than the largest log.
 
     Raises:
         OilfilmError: The file cannot be read.
     """
     try:
         if path.exists() and not (path.is_file() or path.is_dir()):
-            # a pipe without a writer would be waited for
+            # to open a pipe without a writer would wait without end
             raise OilfilmError(f"{path}: is a pipe or a device; expected a file.")
         with path.open("rb") as file:
             return file.read(LARGEST_LOG + 1)
     except OSError as error:
-        folder = isinstance(error, IsADirectoryError)
-        advice = "Name the logs in it" if folder else "Check the path and its rights"
+        is_folder = isinstance(error, IsADirectoryError)
+        advice = "Name the logs in it" if is_folder else "Check the path and its rights"
         raise OilfilmError(f"{path}: cannot be read ({error.strerror}). {advice}.") from error
 
 
@@ -213,23 +246,32 @@ def read_log(
     kind: LogKind = TRACTION,
     sheet: RunSheet = NO_SHEET,
 ) -> tuple[str, base.Reading]:
-    """The format of a file's bytes and what they hold; `file` is its name, unique among the logs.
+    """The name of the format of a file, and what the file holds.
+
+    Args:
+        content: The bytes of the file.
+        file: Its name, unique among the logs.
+        settings: Settings of the run.
+        kind: The kind of log.
+        sheet: The run sheet.
 
     Raises:
         RuntimeError: The reader lost a row.
     """
-    name = "none"
+    format_name = "none"
     try:
-        inside = unpack(content)
-        name = recognised_format(inside) or name
-        found = _found(name, inside, kind.vocabulary_of(settings.campaign))
-        reading = _without_absurd(read_tables(found, file, settings, kind, sheet))
+        unpacked = unpack(content)
+        format_name = recognised_format(unpacked) or format_name
+        tables_of_file = _tables_of_file(
+            format_name, unpacked, kind.vocabulary_of(settings.campaign)
+        )
+        reading = _without_absurd(read_tables(tables_of_file, file, settings, kind, sheet))
         if not reading.runs and not reading.refusals:
-            reason = f"the file looks like {name}, but holds no row of data"
+            reason = f"the file looks like {format_name}, but holds no row of data"
             advice = "Take it out, or export it again."
             raise base.UnreadableLogError(reason, advice, rule="no_rows")
-        if inside is not content:
-            reading = replace(reading, unpacked_sha256=hashlib.sha256(inside).hexdigest())
+        if unpacked is not content:
+            reading = replace(reading, unpacked_sha256=hashlib.sha256(unpacked).hexdigest())
     except base.UnreadableLogError as error:
         reading = base.Reading(error.rows, [], [error.refusal.of_rows("", 1, error.rows)])
     kept = sum(len(run) for run in reading.runs)
@@ -237,80 +279,110 @@ def read_log(
     if kept + refused != reading.rows:
         raise RuntimeError(f"{file}: {reading.rows} rows, but {kept} kept and {refused} refused")
     refusals = [replace(refusal, reason=printable(refusal.reason)) for refusal in reading.refusals]
-    return name, replace(reading, refusals=refusals)
+    return format_name, replace(reading, refusals=refusals)
 
 
-def _found(name: str, content: bytes, vocabulary: Vocabulary) -> Found:
+def _tables_of_file(format_name: str, content: bytes, vocabulary: Vocabulary) -> TablesOfFile:
     """The tables of a file in a format.
 
     Raises:
         UnreadableLogError: The format is not known, or nothing of the file can be used.
     """
-    if name not in READERS:
-        seen = f"not text; its first bytes are {content[:8].hex(' ')} (hexadecimal)"
-        seen = next((kind for mark, kind in FOREIGN.items() if content.startswith(mark)), seen)
-        raise base.UnreadableLogError(
-            f"the format is not known: the file is {seen}" if content else "the file is empty",
-            f"Formats read: {', '.join(READERS)}. data/raw/README.md describes them.",
-            rule="unknown_format",
-        )
+    if format_name not in READERS:
+        raise _unknown_format(content)
     try:
-        return READERS[name].tables(content, vocabulary)
+        return READERS[format_name].tables(content, vocabulary)
     except base.UnreadableLogError:
         raise
     except Exception as error:
-        if name not in BINARY:
+        if format_name not in BINARY:
             raise
-        what = " ".join(str(error).split())[:200] or type(error).__name__
-        reason = f"the file begins like {name}, but cannot be read: {what}"
+        message = " ".join(str(error).split())[:200] or type(error).__name__
+        reason = f"the file begins like {format_name}, but cannot be read: {message}"
         raise base.UnreadableLogError(reason, base.COPY_AGAIN, rule="damaged_file") from error
 
 
-def _without_absurd(reading: base.Reading) -> base.Reading:
-    """The reading without rows whose numbers no table may hold, as the load of 1e6 GPa.
+def _unknown_format(content: bytes) -> base.UnreadableLogError:
+    """The error for a file that no reader recognises."""
+    if content:
+        description = f"not text; its first bytes are {content[:8].hex(' ')} (hexadecimal)"
+        for first_bytes, foreign in FOREIGN.items():
+            if content.startswith(first_bytes):
+                description = foreign
+        reason = f"the format is not known: the file is {description}"
+    else:
+        reason = "the file is empty"
+    return base.UnreadableLogError(
+        reason,
+        f"Formats read: {', '.join(READERS)}. data/raw/README.md describes them.",
+        rule="unknown_format",
+    )
 
-    Cells are judged by the readers; this is about what units and definitions make of them.
+
+def _without_absurd(reading: base.Reading) -> base.Reading:
+    """The reading without rows whose numbers no table may hold, such as a load of 1e6 GPa.
+
+    Readers judge the cells. This function judges the numbers after conversion.
     """
-    runs, refusals = [], [*reading.refusals]
+    runs: list[base.LoggedRun] = []
+    refusals = list(reading.refusals)
     for run in reading.runs:
-        held = np.ones(len(run), dtype=bool)
+        kept = np.ones(len(run), dtype=bool)
         for name, values in run.samples.items():
-            absurd = held & ((values >= LARGEST) | (values <= -LARGEST))
-            rows, problem = run.samples["row"][absurd], f"{name} comes out as {LARGEST:g} or more"
-            about = run.run_id, rows, "unreadable_row", problem
-            refusals += base.refused_ranges(*about, ROWS_ADVICE)
-            held &= ~absurd
-        kept = run.samples if held.all() else {n: v[held] for n, v in run.samples.items()}
-        runs.append(replace(run, samples=kept))
+            absurd = kept & ((values >= LARGEST) | (values <= -LARGEST))
+            refusals += base.refused_ranges(
+                run.run_id,
+                run.samples["row"][absurd],
+                "unreadable_row",
+                f"{name} comes out as {LARGEST:g} or more",
+                ROWS_ADVICE,
+            )
+            kept &= ~absurd
+        if kept.all():
+            runs.append(run)
+        else:
+            samples = {name: values[kept] for name, values in run.samples.items()}
+            runs.append(replace(run, samples=samples))
     return replace(reading, runs=runs, refusals=refusals)
 
 
 def unpack(content: bytes) -> bytes:
-    """The bytes inside a .gz or .zst file, known by their first bytes; others as they are.
+    """The bytes inside a .gz or .zst file, recognised by its first bytes; others are unchanged.
 
     Raises:
         UnreadableLogError: The compressed stream is cut or damaged, or the log is too large.
     """
     if len(content) > LARGEST_LOG:
-        raise base.too_large(f"the file is larger than {LARGEST_LOG >> 20} MiB")
-    codec = next((name for mark, name in _COMPRESSED.items() if content.startswith(mark)), None)
-    if codec is None:
+        raise base.too_large(f"the file is larger than {LARGEST_LOG // _BYTES_PER_MIB} MiB")
+    codec = ""
+    for first_bytes, name in _CODECS.items():
+        if content.startswith(first_bytes):
+            codec = name
+    if not codec:
         return content
-    # so much any log may unfold to: one of rest alone has the same rows throughout
-    most = min(LARGEST_LOG, max(_UNSUSPICIOUS, base.MOST_FOLDED * len(content)))
+    # a log of a rig at rest has the same row throughout and is packed to very few bytes
+    by_ratio = max(_UNSUSPICIOUS_BYTES, base.MOST_UNPACKED_RATIO * len(content))
+    most = min(LARGEST_LOG, by_ratio)
     try:
         with arrow.CompressedInputStream(arrow.BufferReader(content), codec) as stream:
-            inside = bytes(stream.read(most + 1))
+            unpacked = bytes(stream.read(most + 1))
     except OSError as error:
         damage = f"the compressed file cannot be unpacked: {error}"
         raise base.UnreadableLogError(damage, base.COPY_AGAIN, rule="damaged_archive") from error
-    if len(inside) > most:
-        times = f", its size times {base.MOST_FOLDED}" if most < LARGEST_LOG else ""
-        raise base.too_large(f"unpacked the file has more than {most >> 20} MiB{times}")
-    return inside
+    if len(unpacked) > most:
+        ratio = f", its size times {base.MOST_UNPACKED_RATIO}" if most < LARGEST_LOG else ""
+        raise base.too_large(f"unpacked the file has more than {most // _BYTES_PER_MIB} MiB{ratio}")
+    return unpacked
 
 
-def _about_run(run: base.LoggedRun) -> dict[str, Any]:
+def _run_columns(run: base.LoggedRun, refusals: Iterable[base.Refusal]) -> dict[str, Any]:
+    """A row of the table of runs, without the columns of the file.
+
+    Args:
+        run: The run.
+        refusals: All refusals of its file.
+    """
+    refused_rows = sum(refusal.refused_rows for refusal in refusals if refusal.run_id == run.run_id)
     return {
         "run_id": run.run_id,
         "oil": run.oil,
@@ -327,15 +399,17 @@ def _about_run(run: base.LoggedRun) -> dict[str, Any]:
         "rule": run.flaw.rule if run.flaw else "",
         "reason": printable(run.flaw.reason) if run.flaw else "",
         "warning": "",
+        "refused_rows": refused_rows,
     }
 
 
-def _together(runs: list[base.LoggedRun]) -> pd.DataFrame:
-    """Samples of several runs under each other, with the run's id."""
+def _samples(runs: list[base.LoggedRun]) -> pd.DataFrame:
+    """Table of samples of several runs, one below the other."""
     if not runs:
         return tables.empty("samples")
-    codes = np.repeat(np.arange(len(runs)), [*map(len, runs)])
-    ids = pd.Categorical.from_codes(codes, categories=pd.Index([run.run_id for run in runs]))
-    names = runs[0].samples
-    together = {name: np.concatenate([run.samples[name] for run in runs]) for name in names}
-    return pd.DataFrame({"run_id": ids, **together}, copy=False)
+    run_of_row = np.repeat(np.arange(len(runs)), [len(run) for run in runs])
+    categories = pd.Index([run.run_id for run in runs])
+    columns: dict[str, Any] = {"run_id": pd.Categorical.from_codes(run_of_row, categories)}
+    for name in runs[0].samples:
+        columns[name] = np.concatenate([run.samples[name] for run in runs])
+    return pd.DataFrame(columns, copy=False)

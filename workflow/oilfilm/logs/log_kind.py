@@ -13,23 +13,30 @@ from functools import cached_property, lru_cache
 import numpy as np
 
 from oilfilm.logs import base
-from oilfilm.logs.header import FULL_WIDTH, apart
+from oilfilm.logs.header import FULL_WIDTH, split_unit
 from oilfilm.settings import campaign as campaign_file
 from oilfilm.settings.base import plain_key
 from oilfilm.settings.campaign import Campaign
 from oilfilm.settings.resolved import Settings
 from oilfilm.units import Conversion, FloatArray, conversion, possible_conversion
 
+# Quantity -> the columns that the campaign file lists for it.
 Renamed = Mapping[str, campaign_file.Column]
 Problems = Iterator[base.Refusal | None]
 
 
 @dataclass(frozen=True)
 class Column:
-    """Place of a quantity in a row and its conversion to the reader's unit.
+    """A column of a log that is read, and its conversion to the reader's unit.
 
-    A `spare` column repeats what others give: it is compared, and no row needs it. `name` and
-    `logged_unit` are those of the log.
+    Attributes:
+        quantity: What it measures.
+        index: Its index among the columns of the log.
+        to: Conversion of its numbers.
+        name: Name in the log.
+        logged_unit: Unit in the log.
+        spare: Whether it repeats what other columns give. It is compared with them, and rows
+            without it can be used.
     """
 
     quantity: str
@@ -39,15 +46,30 @@ class Column:
     logged_unit: str
     spare: bool = False
 
-    def read(self, logged: FloatArray) -> base.LogColumn:
-        """The column with the range of its numbers, given as logged; NaN where a cell has none."""
-        # extremes first: a number that is not finite is, or hides, one of them
-        finite = len(logged) > 0 and np.isfinite(logged.min() + logged.max())
-        known = logged if finite else logged[np.isfinite(logged)]
-        ends = self.to.of(np.array([known.min(), known.max()] if len(known) else [np.nan, np.nan]))
-        least, most = map(float, np.sort(ends))
-        about = self.name, self.logged_unit, self.quantity, self.to.unit
-        return base.LogColumn(*about, least, most, len(known), len(logged) - len(known))
+    def summary(self, logged: FloatArray) -> base.LogColumn:
+        """The range of the column's numbers and their count.
+
+        Args:
+            logged: Numbers as logged, shape (rows,); NaN where a cell has none.
+        """
+        # the extremes are tested first: NaN and infinity show in their sum
+        all_finite = len(logged) > 0 and np.isfinite(logged.min() + logged.max())
+        numbers = logged if all_finite else logged[np.isfinite(logged)]
+        extremes = np.array([np.nan, np.nan])
+        if len(numbers):
+            extremes = np.array([numbers.min(), numbers.max()])
+        # a conversion with a negative factor exchanges them
+        minimum, maximum = np.sort(self.to.of(extremes))
+        return base.LogColumn(
+            name=self.name,
+            logged_unit=self.logged_unit,
+            quantity=self.quantity,
+            unit=self.to.unit,
+            minimum=float(minimum),
+            maximum=float(maximum),
+            count=len(numbers),
+            missing=len(logged) - len(numbers),
+        )
 
 
 @dataclass(frozen=True)
@@ -55,32 +77,34 @@ class Vocabulary:
     """What the logs of one kind of rig may hold.
 
     Attributes:
-        name: Kind of log, in a word.
-        columns_key: Key of the campaign file that says which columns have names of their own.
-        own_names: Column names that carry their unit -> quantity and unit.
-        always: Quantities that every log must have.
-        either: Sets of quantities of which one must be there; the first is what a log is asked for,
-            what a log has of those after its own is compared with it.
-        optional: Quantities that a log may have; where it does, every row needs them.
-        instead: Quantity -> the one that serves where a log does not have it.
-        renamed: Quantity -> `name` (as the log writes it) and `unit`, of the columns that the
-            campaign file names.
+        name: Kind of log, in one word.
+        columns_key: Key of the campaign file that lists other names of columns.
+        project_names: Column name of the project, with its unit -> quantity and unit.
+        required: Quantities that every log must have.
+        alternatives: Sets of quantities of which a log must have one. A message about missing
+            columns names the first. A log may have quantities of later sets too: they are spare
+            columns.
+        optional: Quantities that a log may have. Where it has them, every row needs them.
+        substitutes: Quantity -> the one that replaces it in a log without it.
+        renamed: Quantity -> name and unit of its columns, from the campaign file.
     """
 
     name: str
     columns_key: str
-    own_names: Mapping[str, tuple[str, str]]
-    always: tuple[str, ...]
-    either: tuple[tuple[str, ...], ...] = ((),)
+    project_names: Mapping[str, tuple[str, str]]
+    required: tuple[str, ...]
+    alternatives: tuple[tuple[str, ...], ...] = ((),)
     optional: tuple[str, ...] = ()
-    instead: Mapping[str, str] = field(default_factory=dict)
+    substitutes: Mapping[str, str] = field(default_factory=dict)
     renamed: Renamed = field(default_factory=dict)
 
     @cached_property
     def quantities(self) -> Mapping[str, tuple[str, ...]]:
-        """Quantity -> the units that can be used of it."""
-        known = self.own_names.values()
-        return {name: tuple(unit for each, unit in known if each == name) for name, _ in known}
+        """Quantity -> the units to which it can be converted."""
+        units: dict[str, tuple[str, ...]] = {}
+        for quantity, unit in self.project_names.values():
+            units[quantity] = (*units.get(quantity, ()), unit)
+        return units
 
     @property
     def advice(self) -> str:
@@ -93,107 +117,166 @@ class Vocabulary:
         return possible_conversion(unit, self.quantities[quantity]) is not None
 
     def meaning(self, name: str) -> tuple[str, str | None] | None:
-        """Quantity and unit (None where something else must give it) of a column's name."""
-        bare, unit = apart(name)
-        for quantity, given in self.renamed.items():
-            if _is_listed(name, given):
-                return quantity, given.unit or unit
-        plain = plain_key(bare)
-        if plain in self.own_names:
-            quantity, own_unit = self.own_names[plain]
-            return quantity, unit or own_unit
-        return (plain, unit) if plain in self.quantities else None
+        """Quantity and unit of a column by its name; None for a name without meaning.
+
+        The unit is empty or None where something else must give it.
+        """
+        bare_name, unit = split_unit(name)
+        for quantity, listed in self.renamed.items():
+            if _is_listed(name, listed):
+                return quantity, listed.unit or unit
+        key = plain_key(bare_name)
+        if key in self.project_names:
+            quantity, unit_in_name = self.project_names[key]
+            return quantity, unit or unit_in_name
+        if key in self.quantities:
+            return key, unit
+        return None
 
     def meanings(self, names: Sequence[str], units: Sequence[str]) -> dict[int, tuple[str, str]]:
-        """Quantity and unit of each column that means something, by its place.
+        """Quantity and unit of each column with a meaning, by its index.
 
-        Where the campaign file lists a column of the log, others of the project's name mean
+        Where the campaign file lists a column of the log, other columns of the same quantity mean
         nothing. The unit beside a name is taken, unless only that of the name can be used.
 
         Args:
             names: All column names, in the order of the columns.
-            units: Unit that the log gives for each, beside its name; empty where none.
+            units: Unit that the log gives beside each name; empty where there is none.
         """
-        known = {place: of for place, name in enumerate(names) if (of := self.meaning(name))}
-        renamed = [(place, of) for place, (of, _) in known.items() if of in self.renamed]
-        listed = {place: of for place, of in renamed if _is_listed(names[place], self.renamed[of])}
-        found: dict[int, tuple[str, str]] = {}
-        for place, (quantity, named) in known.items():
-            if place in listed or quantity not in listed.values():
-                beside = units[place]
-                use_named = named and not (beside and self.fits(quantity, beside))
-                found[place] = quantity, named if named and use_named else beside
-        return found
+        by_index: dict[int, tuple[str, str | None]] = {}
+        for index, name in enumerate(names):
+            meaning = self.meaning(name)
+            if meaning is not None:
+                by_index[index] = meaning
+        listed: dict[int, str] = {}
+        for index, (quantity, _) in by_index.items():
+            if quantity in self.renamed and _is_listed(names[index], self.renamed[quantity]):
+                listed[index] = quantity
+        meanings: dict[int, tuple[str, str]] = {}
+        for index, (quantity, unit_of_name) in by_index.items():
+            if index not in listed and quantity in listed.values():
+                continue
+            unit = units[index]
+            usable = unit and self.fits(quantity, unit)
+            if unit_of_name and not usable:
+                unit = unit_of_name
+            meanings[index] = quantity, unit
+        return meanings
 
     def columns(
-        self, names: Sequence[str], units: Sequence[str], spared: Set[str] = frozenset()
+        self, names: Sequence[str], units: Sequence[str], not_needed: Set[str] = frozenset()
     ) -> tuple[Column, ...]:
         """The columns that make a run, each with its conversion, then the spare ones.
 
         Args:
             names: All column names.
             units: Unit beside each.
-            spared: Quantities that the log need not have a column of.
+            not_needed: Quantities for which the log needs no column.
 
         Raises:
-            ValueError: A quantity is missing or doubled, or has no unit or an impossible one; the
+            ValueError: A quantity is missing or doubled, or has no unit or an impossible one. The
                 message is a sentence for the user.
         """
-        known = self.meanings(names, units)
-        counts = Counter(quantity for quantity, _ in known.values())
-        if doubled := next((quantity for quantity, count in counts.items() if count > 1), ""):
-            raise ValueError(f"the log repeats the column {doubled!r}")
-        there = counts.keys() | spared
-        either = self.either
-        chosen = next((some for some in either if there >= set(some)), either[0])
-        served = {each for each in self.instead.keys() - counts if self.instead[each] in counts}
-        asked = (q for q in (*self.always, *chosen) if q in counts or q not in spared)
-        needed = [self.instead[q] if q in served else q for q in asked]
-        # before their units: a log of something else is told what it is not
-        if missing := [quantity for quantity in needed if quantity not in counts]:
+        meanings = self.meanings(names, units)
+        counts = Counter(quantity for quantity, _ in meanings.values())
+        for quantity, count in counts.items():
+            if count > 1:
+                raise ValueError(f"the log repeats the column {quantity!r}")
+        chosen = self._chosen_alternative(counts.keys() | not_needed)
+        needed = self._needed(chosen, counts.keys(), not_needed)
+        # before the units: a log of another kind gets the message that columns are missing
+        missing = [quantity for quantity in needed if quantity not in counts]
+        if missing:
             raise ValueError(self._lacking(missing, names))
-        columns: dict[str, Column] = {}
-        for index, (quantity, unit) in known.items():
-            name = names[index]
-            if not unit:
-                raise ValueError(
-                    f"the column {name[:60]!r} has no unit; write it in brackets, in a row below "
-                    f"the names or under `{self.columns_key}` of the campaign file"
-                )
-            try:
-                to = conversion(unit, self.quantities[quantity])
-            except ValueError as error:
-                raise ValueError(f"the column {name[:60]!r}: {error}") from error
-            own = units[index] or apart(name)[1] or unit
-            if self.fits(quantity, own) and conversion(own, self.quantities[quantity]) != to:
-                raise ValueError(
-                    f"the column {name[:60]!r} is in {own!r} by the log itself and in {unit!r} by "
-                    f"`{self.columns_key}` of the campaign file; take out the one that is wrong"
-                )
-            columns[quantity] = Column(quantity, index, to, name, unit)
-        others = either[either.index(chosen) + 1 :]
-        spare = [quantity for some in others for quantity in some if quantity in columns]
+        columns = {
+            quantity: self._column(index, quantity, unit, names[index], units[index])
+            for index, (quantity, unit) in meanings.items()
+        }
         needed += [quantity for quantity in self.optional if quantity in columns]
-        compared = (replace(columns[quantity], spare=True) for quantity in spare)
-        return (*(columns[quantity] for quantity in needed), *compared)
+        spare = [
+            replace(columns[quantity], spare=True)
+            for alternative in self.alternatives[self.alternatives.index(chosen) + 1 :]
+            for quantity in alternative
+            if quantity in columns
+        ]
+        return (*(columns[quantity] for quantity in needed), *spare)
+
+    def _chosen_alternative(self, quantities: Set[str]) -> tuple[str, ...]:
+        """The first set of quantities that a log has completely; without one the first set."""
+        for alternative in self.alternatives:
+            if quantities >= set(alternative):
+                return alternative
+        return self.alternatives[0]
+
+    def _needed(
+        self, chosen: tuple[str, ...], quantities: Set[str], not_needed: Set[str]
+    ) -> list[str]:
+        """Quantities that a log with some quantities needs, substitutes in place of missing ones.
+
+        Args:
+            chosen: The set of `alternatives` that counts.
+            quantities: The quantities of the log.
+            not_needed: As for `columns`.
+        """
+        needed: list[str] = []
+        for quantity in (*self.required, *chosen):
+            if quantity in quantities:
+                needed.append(quantity)
+            elif quantity not in not_needed:
+                substitute = self.substitutes.get(quantity, "")
+                needed.append(substitute if substitute in quantities else quantity)
+        return needed
+
+    def _column(
+        self, index: int, quantity: str, unit: str, name: str, unit_beside_name: str
+    ) -> Column:
+        """A column of the log with its conversion.
+
+        Raises:
+            ValueError: As by `columns`.
+        """
+        if not unit:
+            raise ValueError(
+                f"the column {name[:60]!r} has no unit; write it in brackets, in a row below "
+                f"the names or under `{self.columns_key}` of the campaign file"
+            )
+        try:
+            to = conversion(unit, self.quantities[quantity])
+        except ValueError as error:
+            raise ValueError(f"the column {name[:60]!r}: {error}") from error
+        logged_unit = unit_beside_name or split_unit(name)[1] or unit
+        logged_conversion = possible_conversion(logged_unit, self.quantities[quantity])
+        if logged_conversion not in (None, to):
+            raise ValueError(
+                f"the column {name[:60]!r} is in {logged_unit!r} by the log itself and in {unit!r} "
+                f"by `{self.columns_key}` of the campaign file; take out the one that is wrong"
+            )
+        return Column(quantity, index, to, name, unit)
 
     def _lacking(self, missing: Sequence[str], names: Sequence[str]) -> str:
-        """That quantities are missing, with what a log may have in their place."""
-        others = " or ".join(" and ".join(some) for some in self.either[1:])
-        no_speeds = others and any({*some} & {*missing} for some in self.either)
-        or_else = f" (or {others}: without both speeds nothing rolls)" if no_speeds else ""
-        own = ", ".join(names)[:200]
-        return f"the log lacks the columns {', '.join(missing)}{or_else}; its own are {own!r}"
+        """The sentence about missing quantities, with what a log may have in their place."""
+        others = " or ".join(" and ".join(quantities) for quantities in self.alternatives[1:])
+        of_alternatives = {
+            quantity for alternative in self.alternatives for quantity in alternative
+        }
+        or_else = ""
+        if others and of_alternatives & set(missing):
+            or_else = f" (or {others}: without both speeds nothing rolls)"
+        logged = ", ".join(names)[:200]
+        return f"the log lacks the columns {', '.join(missing)}{or_else}; its own are {logged!r}"
 
 
-def _is_listed(name: str, given: campaign_file.Column) -> bool:
-    plain = _plain(name)
-    return bool({plain, apart(plain)[0]} & {*map(_plain, given.name)})
+def _is_listed(name: str, listed: campaign_file.Column) -> bool:
+    """Whether the campaign file lists a column's name, with or without its unit in brackets."""
+    name = _comparable(name)
+    bare_name, _ = split_unit(name)
+    listed_names = {_comparable(listed_name) for listed_name in listed.name}
+    return name in listed_names or bare_name in listed_names
 
 
 @lru_cache(maxsize=4096)
-def _plain(name: str) -> str:
-    """A name as it is compared with those of the campaign file, its case kept: n is not N."""
+def _comparable(name: str) -> str:
+    """A name as it is compared with those of the campaign file; the case is kept: n is not N."""
     return " ".join(unicodedata.normalize("NFC", name).translate(FULL_WIDTH).split())
 
 
@@ -207,8 +290,8 @@ class ContinuousLog:
         columns: As `Vocabulary.columns` gave them.
         rows: Row numbers in the log, shape (n,).
         values: Quantity -> numbers in the units of `columns`, each of shape (n,).
-        flaw: Why the run cannot be used, if so.
-        understood: What its columns were taken for.
+        flaw: Why the run cannot be used; None where it can.
+        understood: How its columns and header were understood.
     """
 
     run_id: str
@@ -227,25 +310,36 @@ class ContinuousLog:
     def run(
         self, rig: str, samples: base.Columns, nominal: base.Nominal, flaw: base.Refusal | None
     ) -> base.LoggedRun:
-        """The run that has these samples; `flaw` counts where the log itself has none."""
-        keys, flaw = self.keys, self.flaw or flaw
-        about = keys.get("oil", ""), rig, keys.get("log_kind", "continuous"), nominal
-        own_name = keys.get("run", "")
-        return base.LoggedRun(self.run_id, *about, samples, flaw, own_name, self.understood)
+        """The run with these samples; `flaw` counts where the log itself has none."""
+        return base.LoggedRun(
+            run_id=self.run_id,
+            oil=self.keys.get("oil", ""),
+            rig=rig,
+            kind=self.keys.get("log_kind", "continuous"),
+            nominal=nominal,
+            samples=samples,
+            flaw=self.flaw or flaw,
+            label=self.keys.get("run", ""),
+            understood=self.understood,
+        )
+
+
+def _needs_all_quantities(keys: Mapping[str, str], settings: Settings) -> Set[str]:
+    return frozenset()
 
 
 @dataclass(frozen=True)
 class LogKind:
-    """A kind of log: formats find names, units, keys and numbers, and it makes a run of them.
+    """A kind of log: it makes a run of the names, units, keys and numbers that a format finds.
 
     Attributes:
         vocabulary: What such logs may hold.
-        renamed: The columns with names of their own in a campaign.
-        header_problems: Why a log with these header keys and columns cannot be used; later ones
-            take the absence of earlier ones for granted.
-        run: The run that a log makes.
-        spared: Quantities that a log with these header keys needs no column of.
+        renamed: The columns that a campaign file lists.
+        header_problems: Why a log with these header keys and columns cannot be used. A later
+            check relies on the earlier ones.
+        run: Makes the run of a log.
         sheet_keys: Header keys that the run sheet may give beside the oil.
+        not_needed: Quantities for which a log with these header keys needs no column.
     """
 
     vocabulary: Vocabulary
@@ -253,8 +347,8 @@ class LogKind:
     header_problems: Callable[[Mapping[str, str], Sequence[Column], Settings], Problems]
     run: Callable[[ContinuousLog, Settings], base.LoggedRun]
     sheet_keys: tuple[str, ...]
-    spared: Callable[[Mapping[str, str], Settings], Set[str]] = lambda *about: frozenset()
+    not_needed: Callable[[Mapping[str, str], Settings], Set[str]] = _needs_all_quantities
 
     def vocabulary_of(self, campaign: Campaign) -> Vocabulary:
-        """What such logs may hold in a campaign, with the names of its own."""
+        """What such logs may hold in a campaign, with the names that its file lists."""
         return replace(self.vocabulary, renamed=self.renamed(campaign))

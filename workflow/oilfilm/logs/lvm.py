@@ -5,12 +5,13 @@ Each segment is a run.
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
 
 from oilfilm.logs.base import Refusal, TextForm, UnreadableLogError, check_lines
-from oilfilm.logs.columns import Found, LoggedTable
+from oilfilm.logs.columns import LoggedTable, TablesOfFile
 from oilfilm.logs.header import FORMAT_ADVICE
 from oilfilm.logs.log_kind import Vocabulary
 from oilfilm.logs.text_rows import TextTable, encoding_of, normalise
@@ -19,9 +20,20 @@ from oilfilm.settings.base import plain_key
 _TITLE = b"LabVIEW Measurement"
 # Name of the column that is the time of the channels behind it.
 _X = "X_Value"
+_END_OF_HEADER = "***End_of_Header***"
 _SEPARATOR = re.compile(r"^Separator(.)", re.MULTILINE)
-# Cells behind the name of each line of a header.
+# The line `Separator` is near the top.
+_LETTERS_SEARCHED = 4000
+# Name of a header line -> the cells behind it.
 Header = dict[str, list[str]]
+
+
+@dataclass(frozen=True)
+class _Marks:
+    """The characters between cells and between whole numbers and decimals."""
+
+    separator: str
+    decimal: str
 
 
 def recognises(head: bytes) -> bool:
@@ -29,111 +41,176 @@ def recognises(head: bytes) -> bool:
     return normalise(head).lstrip(b" \t\n").startswith(_TITLE)
 
 
-def tables(content: bytes, vocabulary: Vocabulary) -> Found:
+def tables(content: bytes, vocabulary: Vocabulary) -> TablesOfFile:
     """See `Reader.tables`."""
     check_lines(content)
     encoding = encoding_of(content)
     text = normalise(content, encoding).decode("utf-8", "replace")
-    found = _SEPARATOR.search(text[:4000])
-    separator = found[1] if found else "\t"
+    separator_line = _SEPARATOR.search(text[:_LETTERS_SEARCHED])
+    separator = separator_line[1] if separator_line else "\t"
     lines = text.removesuffix("\n").split("\n")
-    starts = [n for n, line in enumerate(lines) if line.split(separator, 1)[0] == "Channels"]
+    starts = [
+        number for number, line in enumerate(lines) if line.split(separator, 1)[0] == "Channels"
+    ]
     if not starts:
         reason = "the header does not end: no segment with a line `Channels` follows it"
         raise UnreadableLogError(reason, f"Export it again. {FORMAT_ADVICE}")
-    of_file = _header(lines[: starts[0]], separator)
-    mark = _first(of_file, "decimal_separator", ".")
-    cut = len(lines) if not text.endswith("\n") else 0
-    marks = separator, "," if mark == "," else "."
-    logged = [
-        _table(lines[start:stop], of_file, marks, f"segment{n}" if starts[1:] else "", stop == cut)
-        for n, (start, stop) in enumerate(pairwise([*starts, len(lines)]), start=1)
-    ]
-    return TextForm.of(encoding, *marks), filter(None, logged)
+    file_header = _header(lines[: starts[0]], separator)
+    decimal = "," if _first_cell(file_header, "decimal_separator", ".") == "," else "."
+    marks = _Marks(separator, decimal)
+    logged = []
+    for number, (start, stop) in enumerate(pairwise([*starts, len(lines)]), start=1):
+        run_name = f"segment{number}" if len(starts) > 1 else ""
+        is_cut = stop == len(lines) and not text.endswith("\n")
+        table = _table(lines[start:stop], file_header, marks, run_name, is_cut)
+        if table is not None:
+            logged.append(table)
+    return TextForm.from_marks(encoding, separator, decimal), logged
 
 
 def _header(lines: Sequence[str], separator: str) -> Header:
-    cells = (line.split(separator) for line in lines)
-    return {plain_key(first): [cell.strip() for cell in others] for first, *others in cells}
+    header: Header = {}
+    for line in lines:
+        name, *cells = line.split(separator)
+        header[plain_key(name)] = [cell.strip() for cell in cells]
+    return header
 
 
-def _first(header: Header, key: str, usual: str) -> str:
-    """The first cell of a header line."""
-    return next(iter(header.get(key, ())), "") or usual
+def _first_cell(header: Header, key: str, default: str) -> str:
+    """The first cell of a header line; the default where it is missing or empty."""
+    cells = header.get(key, [])
+    return (cells[0] if cells else "") or default
 
 
 def _table(
-    lines: Sequence[str], of_file: Header, marks: tuple[str, str], part: str, cut: bool
+    lines: Sequence[str], file_header: Header, marks: _Marks, run_name: str, is_cut: bool
 ) -> LoggedTable | None:
-    """A segment as a table; None without rows. `marks` part cells and are the decimal mark."""
-    separator, mark = marks
-    starts = [line.split(separator, 1)[0] for line in lines]
-    end = next((starts.index(name) for name in (_X, "***End_of_Header***") if name in starts), -1)
-    own, rows = _header(lines[:end], separator), lines[end + 1 :] if end >= 0 else ()
-    header = {**of_file, **own}
+    """A segment as a table; None without rows.
+
+    Args:
+        lines: The lines of the segment.
+        file_header: Header of the file, which holds for all segments.
+        marks: Characters between cells and decimals.
+        run_name: Name of the run; empty where the file has one segment.
+        is_cut: Whether the last line has no line end.
+    """
+    separator = marks.separator
+    first_cells = [line.split(separator, 1)[0] for line in lines]
+    has_names = _X in first_cells
+    if has_names:
+        end = first_cells.index(_X)
+    elif _END_OF_HEADER in first_cells:
+        end = first_cells.index(_END_OF_HEADER)
+    else:
+        return None
+    rows = lines[end + 1 :]
     if not rows:
         return None
-    names = [cell.strip() for cell in lines[end].split(separator)] if starts[end] == _X else []
-    units = ["", *own.get("y_unit_label", ()), *[""] * len(names)][: len(names)]
-    # the column of comments need not be there
-    width = rows[-1].count(separator) + 1 + (names[-1:] == ["Comment"]) if cut else 0
-    text = "\n".join([*(_row(row, len(names), separator) for row in rows), *[""] * (not cut)])
-    table = TextTable(text.encode(), len(names), separator, mark)
-    clocks = {}
-    if _first(header, "x_dimension", "Time") == "Time":
-        unit = _first(header, "x_unit_label", "s")
-        if _first(header, "x_columns", "One") == "No":
-            clocks = {place: (*of, unit) for place, of in _clocks(header, len(names), mark)}
-        elif names:
-            xs = table.numbers([n for n, name in enumerate(names) if name == _X])
-            # if the X columns of all channels agree, they are the time
-            if all(np.array_equal(xs[0], each, equal_nan=True) for each in xs):
-                names, units = ["time", *names[1:]], [unit, *units[1:]]
-    reason = f"the segment has no line `{_X}` with the names of its channels"
-    problem = None if names else Refusal("columns", reason, FORMAT_ADVICE)
-    flaw, keys = _too_few_rows(header, len(rows)), dict(_keys(of_file)) | dict(_keys(own))
-    columns = names, units, table.numbers, len(rows), part
-    return LoggedTable(keys, *columns, flaw=flaw, problem=problem, clocks=clocks, cut=width)
+    segment_header = _header(lines[:end], separator)
+    header = file_header | segment_header
+    names = [cell.strip() for cell in lines[end].split(separator)] if has_names else []
+    channel_units = segment_header.get("y_unit_label", [])
+    units = ["", *channel_units, *[""] * len(names)][: len(names)]
+    cut_row_cells = 0
+    if is_cut:
+        cut_row_cells = rows[-1].count(separator) + 1
+        if names and names[-1] == "Comment":
+            # this column need not be there
+            cut_row_cells += 1
+    text = "\n".join(_row(row, len(names), separator) for row in rows)
+    if not is_cut:
+        text += "\n"
+    table = TextTable(text.encode(), len(names), separator, marks.decimal)
+    clocks: dict[int, tuple[float, float, str]] = {}
+    if _first_cell(header, "x_dimension", "Time") == "Time":
+        time_unit = _first_cell(header, "x_unit_label", "s")
+        if _first_cell(header, "x_columns", "One") == "No":
+            clocks = _clocks(header, len(names), marks.decimal, time_unit)
+        elif names and _one_time(table, names):
+            names = ["time", *names[1:]]
+            units = [time_unit, *units[1:]]
+    problem = None
+    if not names:
+        reason = f"the segment has no line `{_X}` with the names of its channels"
+        problem = Refusal("columns", reason, FORMAT_ADVICE)
+    return LoggedTable(
+        dict(_keys(file_header)) | dict(_keys(segment_header)),
+        names,
+        units,
+        table.numbers,
+        len(rows),
+        run_name,
+        flaw=_too_few_rows(header, len(rows)),
+        problem=problem,
+        clocks=clocks,
+        cut_row_cells=cut_row_cells,
+    )
+
+
+def _one_time(table: TextTable, names: Sequence[str]) -> bool:
+    """Whether the X columns of all channels agree, so that the first one is the time."""
+    first, *others = table.numbers([index for index, name in enumerate(names) if name == _X])
+    return all(np.array_equal(first, other, equal_nan=True) for other in others)
 
 
 def _row(line: str, width: int, separator: str) -> str:
     """A row with one cell per name: a comment may be missing, empty cells too many."""
     missing = width - 1 - line.count(separator)
-    if missing < 0:
-        cells = line.split(separator)
-        return separator.join(cells[:width]) if not any(map(str.strip, cells[width:])) else line
-    return line + missing * separator
+    if missing >= 0:
+        return line + missing * separator
+    cells = line.split(separator)
+    surplus_is_empty = not any(cell.strip() for cell in cells[width:])
+    return separator.join(cells[:width]) if surplus_is_empty else line
 
 
 def _too_few_rows(header: Header, rows: int) -> Refusal | None:
-    cells = header.get("samples", ())
-    counts = [cell for cell in cells if cell.isascii() and cell.isdecimal() and len(cell) < 12]
-    announced = max(map(int, counts), default=0)
+    """A flaw where a segment has fewer rows than its header announces."""
+    counts = [
+        int(cell)
+        for cell in header.get("samples", [])
+        if cell.isascii() and cell.isdecimal() and len(cell) < 12
+    ]
+    announced = max(counts, default=0)
+    if announced <= rows:
+        return None
     sentence = f"the segment announces {announced} samples and holds {rows}"
-    return Refusal("truncated", sentence) if announced > rows else None
+    return Refusal("truncated", sentence)
 
 
-def _clocks(header: Header, width: int, mark: str) -> Iterator[tuple[int, tuple[float, float]]]:
-    """Start and increment of the time of the channels whose increment the header has."""
+def _clocks(
+    header: Header, width: int, decimal_mark: str, unit: str
+) -> dict[int, tuple[float, float, str]]:
+    """Start, increment and unit of the time of each channel whose increment the header has.
 
-    def number(key: str, place: int) -> float:
+    Args:
+        header: Header of the segment.
+        width: Number of columns; the first is none of a channel.
+        decimal_mark: Decimal mark of the header.
+        unit: Unit of the time.
+    """
+
+    def number(key: str, channel: int) -> float:
         try:
-            return float(header[key][place - 1].replace(mark, "."))
+            return float(header[key][channel].replace(decimal_mark, "."))
         except (KeyError, IndexError, ValueError):
             return np.nan
 
-    for place in range(1, width):
-        if np.isfinite(increment := number("delta_x", place)):
-            yield place, (float(np.nan_to_num(number("x0", place))), increment)
+    clocks: dict[int, tuple[float, float, str]] = {}
+    for index in range(1, width):
+        increment = number("delta_x", index - 1)
+        start = float(np.nan_to_num(number("x0", index - 1)))
+        if np.isfinite(increment):
+            clocks[index] = start, increment, unit
+    return clocks
 
 
 def _keys(header: Mapping[str, Sequence[str]]) -> Iterator[tuple[str, str]]:
-    """Header keys: a field each, and what `description` and `notes` say as `key: value`."""
+    """Header keys: each line is one; `description` and `notes` may hold `key: value` texts."""
     for name, cells in header.items():
         if cells and cells[0]:
             yield name, cells[0]
-    for text in (*header.get("description", ()), ";", *header.get("notes", ())):
-        for part in re.split("[;,]", text):
-            name, mark, value = part.partition(":" if ":" in part else "=")
+    for text in (*header.get("description", ()), *header.get("notes", ())):
+        for statement in re.split("[;,]", text):
+            name, mark, value = statement.partition(":" if ":" in statement else "=")
             if mark:
                 yield plain_key(name), value.strip()

@@ -12,18 +12,18 @@ from pathlib import Path
 
 from oilfilm.errors import OilfilmError
 
-# The run sheet lies in the campaign's folder, not below it; its name may be in capitals.
+# Names of the run sheet, in small letters or capitals. It is in the campaign's folder itself.
 _SHEETS = ("runs.csv", "runs.tsv", "runs.xlsx")
-# A log that is larger, or unfolds to more, was made to fill the memory.
+# Largest log in bytes, packed or unpacked. A larger one was made to fill the memory.
 LARGEST_LOG = 1 << 28
-_BLOCK = 1 << 20
-# So many faults and names are listed; the others are counted.
-_LISTED = 20
+_BLOCK_BYTES = 1 << 20
+# Number of faults or names in a message; the others are counted.
+_MOST_LISTED = 20
 # Excel writes such a file beside a workbook that is open.
 _LOCK_FILE = "~$"
-# Snakemake takes braces for wildcards and angle brackets for its own paths, a manifest backslashes
-# for folders; control characters and changes of direction deceive who reads a listing; Python
-# writes bytes that are no UTF-8 as surrogates.
+# Snakemake takes braces for wildcards and angle brackets for its own paths. A manifest takes
+# backslashes for folders. Control characters and changes of direction deceive the reader of a
+# listing. Python writes bytes that are no UTF-8 as surrogates.
 _UNFIT = re.compile(
     r"[{}<>\\\x00-\x1f\x7f-\x9f\u061c\u200e\u200f\u202a-\u202e\u2066-\u2069\ud800-\udfff]"
 )
@@ -35,31 +35,41 @@ def raw_files(folder: Path) -> list[str]:
     Hidden files, README files and the run sheet are not logs.
 
     Raises:
-        OilfilmError: The folder is missing or empty, or it has what may be a log and cannot be
-            read: a link that is broken or leads out of it, a folder without rights, a pipe, a name
-            that Snakemake, a listing or a manifest cannot hold. All of them are named.
+        OilfilmError: The folder is missing or empty, or it has possible logs that cannot be read:
+            a link that is broken or leads out of it, a folder without rights, a pipe, a name
+            that Snakemake, a listing or a manifest cannot hold. The message names all of them.
     """
-    found = dict(named_logs(folder))
-    if faults := [fault for fault in found.values() if fault]:
+    fault_of_log = dict(named_logs(folder))
+    faults = [fault for fault in fault_of_log.values() if fault]
+    if faults:
         raise all_faults(faults, folder, "of them")
-    if not found:
+    if not fault_of_log:
         raise OilfilmError(f"{folder}: holds no logs. Put the campaign's logs there.")
-    return [*found]
+    return list(fault_of_log)
 
 
-def all_faults(faults: Sequence[str], path: Path, what: str) -> OilfilmError:
-    """One error for the many faults of a folder or file, one per line."""
-    more = [f"{path}: {len(faults) - _LISTED} more {what}"] if faults[_LISTED:] else []
-    return OilfilmError("\n".join([*faults[:_LISTED], *more]))
+def all_faults(faults: Sequence[str], path: Path, plural: str) -> OilfilmError:
+    """One error for the many faults of a folder or file, one per line.
+
+    Args:
+        faults: Sentences.
+        path: The folder or file.
+        plural: Word for the faults that are counted only, as in `3 more mistakes`.
+    """
+    lines = list(faults[:_MOST_LISTED])
+    if len(faults) > _MOST_LISTED:
+        lines.append(f"{path}: {len(faults) - _MOST_LISTED} more {plural}")
+    return OilfilmError("\n".join(lines))
 
 
 def listed(names: Sequence[str]) -> str:
     """The first names of many, for a message."""
-    return ", ".join(names[:_LISTED]) + (" ..." if names[_LISTED:] else "")
+    more = " ..." if len(names) > _MOST_LISTED else ""
+    return ", ".join(names[:_MOST_LISTED]) + more
 
 
 def named_logs(folder: Path) -> Iterator[tuple[str, str]]:
-    """Each log below a raw folder: its path relative to it, and why it cannot be used, if so.
+    """Path of each log, relative to a raw folder, and why it cannot be used (empty where it can).
 
     Raises:
         OilfilmError: The folder is missing.
@@ -71,28 +81,33 @@ def named_logs(folder: Path) -> Iterator[tuple[str, str]]:
     def note(error: OSError) -> None:
         unreadable[Path(error.filename)] = f"cannot be read ({error.strerror}). Check its rights."
 
-    walked = os.walk(folder, onerror=note)
-    paths = [Path(place, name) for place, dirs, files in walked for name in (*dirs, *files)]
+    paths: list[Path] = []
+    for parent, folders, files in os.walk(folder, onerror=note):
+        paths += [Path(parent, name) for name in (*folders, *files)]
     for path in sorted(paths):
         if is_passed_over(path, folder):
             continue
-        problem = unreadable.get(path, "") or _unreachable(path, folder)
         name = path.relative_to(folder).as_posix()
-        if problem or not path.is_dir():
-            yield name, f"{path}: {problem}" if problem else unfit_name(name, path)
+        problem = unreadable.get(path, "") or _unreachable(path, folder)
+        if problem:
+            yield name, f"{path}: {problem}"
+        elif not path.is_dir():
+            yield name, unfit_name(name, path)
 
 
 def is_passed_over(path: Path, folder: Path) -> bool:
-    """Whether what is below a raw folder is no log by its name: it is hidden, a README, a sheet."""
-    hidden = any(part.startswith((".", _LOCK_FILE)) for part in path.relative_to(folder).parts)
+    """Whether a path below a raw folder is no log by its name: hidden, a README, a run sheet."""
+    names = path.relative_to(folder).parts
+    hidden = any(name.startswith((".", _LOCK_FILE)) for name in names)
     return hidden or path.stem.upper() == "README" or is_sheet(path, folder)
 
 
 def _unreachable(path: Path, folder: Path) -> str:
-    """Why what has the name of a log, or a folder of logs, cannot be read; empty where it can."""
+    """Why a path with the name of a log or folder cannot be read; empty where it can."""
     if path.is_dir():
-        linked = f"is a link to a folder. Copy the logs into {folder}."
-        return linked if path.is_symlink() else ""
+        if path.is_symlink():
+            return f"is a link to a folder. Copy the logs into {folder}."
+        return ""
     if not path.exists():
         return "is a link to a file that is not there. Fetch the file, or take the link out."
     if not path.is_file():
@@ -106,10 +121,11 @@ def unfit_name(name: str, path: Path | str) -> str:
     """Why a log cannot have its name below its campaign's folder; empty where it can.
 
     Args:
-        name: Its name there, text that others must be able to hold.
-        path: Where it is.
+        name: Path of the log below the folder.
+        path: Path of the log, for the message.
     """
-    if (unfit := _UNFIT.search(name)) is None:
+    unfit = _UNFIT.search(name)
+    if unfit is None:
         return ""
     return (
         f"{path}: {unfit[0]!r} cannot be in the name of a log: expected text in UTF-8 without "
@@ -133,10 +149,13 @@ def find_sheet(folder: Path) -> Path | None:
     if len(sheets) > 1:
         names = " and ".join(path.name for path in sheets)
         raise OilfilmError(f"{folder}: has the run sheets {names}. Leave one of them.")
-    for path in sheets:
-        if problem := _unreachable(path, folder):
-            raise OilfilmError(f"{path}: {problem}")
-    return sheets[0] if sheets else None
+    if not sheets:
+        return None
+    sheet = sheets[0]
+    problem = _unreachable(sheet, folder)
+    if problem:
+        raise OilfilmError(f"{sheet}: {problem}")
+    return sheet
 
 
 @dataclass(frozen=True)
@@ -144,12 +163,12 @@ class RawLogs:
     """The raw logs that a job reads, each once; iterating gives the name and content of each.
 
     Attributes:
-        folder: Of the campaign's logs, from the top folder.
-        paths: File of each log, by its name below the folder.
+        folder: Folder of the campaign's logs, from the top folder.
+        paths: Name of a log below the folder -> its file.
         expected: sha256 of each log, as it was when the job began or as the rig twin wrote it.
         simulated: Whether the rig twin wrote the logs.
-        inputs: Gets the digest of each measured log, for the provenance of what is made of it.
-        digests: sha256 of each log that has been read.
+        inputs: Filled while iterating: digest of each measured log, for the provenance of tables.
+        digests: Filled while iterating: sha256 of each log.
     """
 
     folder: Path
@@ -170,9 +189,11 @@ class RawLogs:
                 with path.open("rb") as file:
                     content = file.read(LARGEST_LOG + 1)
                     digest = hashlib.sha256(content)
-                    # a larger log is refused for its size, but listed with the digest of all of it
-                    while block := file.read(_BLOCK):
+                    # a larger log is refused for its size, but listed with its complete digest
+                    block = file.read(_BLOCK_BYTES)
+                    while block:
                         digest.update(block)
+                        block = file.read(_BLOCK_BYTES)
             except OSError as error:
                 raise OilfilmError(
                     f"{self.folder / name}: cannot be read ({error.strerror}). Check its rights. "
@@ -180,25 +201,25 @@ class RawLogs:
                 ) from error
             self.digests[name] = digest.hexdigest()
             if self.digests[name] != self.expected[name]:
-                raise OilfilmError(f"{self.folder / name}: {self._other_bytes()}")
+                raise OilfilmError(f"{self.folder / name}: {self._changed()}")
             if not self.simulated:
                 self.inputs[f"{self.folder}/{name}"] = self.digests[name][:16]
             yield name, content
 
-    def _other_bytes(self) -> str:
+    def _changed(self) -> str:
         if self.simulated:
             return "is not as the rig twin wrote it. Delete it: the next run simulates it again."
         return "has changed while it was read. When it is complete, run snakemake again."
 
     def only(self, names: Collection[str]) -> "RawLogs":
         """The logs with these names."""
-        wanted = set(names)
-        paths = {name: path for name, path in self.paths.items() if name in wanted}
+        chosen = set(names)
+        paths = {name: path for name, path in self.paths.items() if name in chosen}
         return RawLogs(self.folder, paths, self.expected, self.simulated)
 
     def by_path(self) -> dict[str, str]:
         """sha256 of each log that has been read, by its path from the top folder."""
-        return {(self.folder / name).as_posix(): each for name, each in self.digests.items()}
+        return {(self.folder / name).as_posix(): digest for name, digest in self.digests.items()}
 
 
 def listing(digests: Mapping[str, str]) -> str:
@@ -207,30 +228,36 @@ def listing(digests: Mapping[str, str]) -> str:
 
 
 def read_listings(*paths: Path) -> dict[str, str]:
-    """Digest by name, from texts that `listing` has made."""
-    lines = (line for path in paths for line in path.read_text(encoding="utf-8").splitlines())
-    return {name: digest for digest, _, name in (line.partition("  ") for line in lines)}
+    """Digest by name, from files that `listing` has made."""
+    digests: dict[str, str] = {}
+    for path in paths:
+        for line in path.read_text(encoding="utf-8").splitlines():
+            digest, _, name = line.partition("  ")
+            digests[name] = digest
+    return digests
 
 
 def shares_of(files: Sequence[str], runs: int) -> dict[int, list[str]]:
     """The logs of each share of the work, by its number; no share is empty.
 
-    The share of a log depends on its name and on the number of shares. That is a power of two: a
-    log that is added or removed moves no other one, but where the campaign has doubled.
+    The share of a log depends on its name and on the number of shares. The number is a power of
+    two: an added or removed log moves no other log until the campaign has doubled.
 
     Args:
         files: Names of the logs.
-        runs: Logs in a share, at most, on average.
+        runs: Largest mean number of logs in a share.
 
     Examples:
         >>> logs = [f"run{number}.csv" for number in range(900)]
         >>> [number for number, files in shares_of(logs, 250).items() if 180 < len(files) < 270]
         [0, 1, 2, 3]
     """
-    count = 1 << max(-(-len(files) // runs) - 1, 0).bit_length()
+    count = 1
+    while count * runs < len(files):
+        count *= 2
     shares: dict[int, list[str]] = {}
     for file in files:
-        # names in a row must spread: the low bits of a checksum would not
+        # consecutive names must spread over the shares: with a checksum they would not
         digest = hashlib.blake2b(file.encode(), digest_size=8).digest()
         shares.setdefault(int.from_bytes(digest) % count, []).append(file)
     return dict(sorted(shares.items()))

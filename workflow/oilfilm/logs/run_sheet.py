@@ -1,6 +1,6 @@
-"""What the run sheet of a campaign says of the runs of its logs: it beats their headers.
+"""What the run sheet of a campaign says of the runs; it overrides the headers of the logs.
 
-`sheet_file` reads the sheet and finds the logs that each row is about.
+`sheet_file` reads the sheet and finds the logs of each row.
 
 Decides: what the run sheet says of a log, and what wins over its header.
 """
@@ -10,12 +10,13 @@ from dataclasses import asdict, dataclass, field
 from fnmatch import fnmatchcase
 from typing import Any, Self
 
-from oilfilm.logs.base import LOADS, SET_POINTS, Refusal, set_point
+from oilfilm.logs.base import LOADS, SET_POINTS, Refusal, parse_set_point
 from oilfilm.logs.header import header_keys, named_keys, oil_id
 from oilfilm.settings.resolved import Settings
 
-# Rules that refuse nothing: what they name is used, or was never there.
-UNMATCHED, UNLISTED = "sheet_row_unmatched", "logs_not_in_sheet"
+# Rules that refuse nothing: the runs that they name are used, or do not exist.
+UNMATCHED = "sheet_row_unmatched"
+UNLISTED = "logs_not_in_sheet"
 CONTRADICTION = "sheet_contradicts_header"
 REMARKS = frozenset({UNMATCHED, UNLISTED, CONTRADICTION})
 EXCLUDED = "excluded"
@@ -25,15 +26,15 @@ UNMATCHED_ADVICE = "Correct the row or take it out; it has no effect."
 
 @dataclass(frozen=True)
 class SheetRow:
-    """A row of the run sheet, as far as results depend on it.
+    """The content of a row of the run sheet on which results depend.
 
-    The number of the row is not part of it: a row added above must not read other logs again.
+    The row number is no part of it: a row added above must not make other logs be read again.
 
     Attributes:
         file: Cell of the column `file`: a name or a pattern.
         run: Name or pattern of the run in a file with several; empty for every run.
         exclude: Why the runs are not to be used; empty where they are.
-        keys: What the row gives, by keys of headers, numbers in their units.
+        keys: Header key -> text, numbers in the unit of the key.
     """
 
     file: str
@@ -47,15 +48,15 @@ class SheetRow:
 
 @dataclass(frozen=True)
 class Labels:
-    """What is known of a run, by its header and by the run sheet.
+    """What header and run sheet say of a run.
 
     Attributes:
         run_id: Name of the run.
-        keys: Header keys, with those of the sheet over them.
-        remarks: Contradictions between the two, of which the sheet is right.
-        excluded: Why the run is not to be used, if so.
-        problem: Why the run sheet cannot be followed, if so.
-        sources: Where each key comes from: `header` or `run sheet`.
+        keys: Header keys; those of the sheet replace those of the header.
+        remarks: Contradictions between header and sheet.
+        excluded: Why the run is not to be used; None where it is used.
+        problem: Why the run sheet cannot be followed; None where it can.
+        sources: Source of each key: `header` or `run sheet`.
     """
 
     run_id: str
@@ -65,8 +66,8 @@ class Labels:
     problem: Refusal | None = None
     sources: Mapping[str, str] = field(default_factory=dict)
 
-    def whole(self, problem: Refusal) -> Refusal:
-        """Why nothing of the run can be read; of an excluded run, that it is excluded as well."""
+    def with_exclusion(self, problem: Refusal) -> Refusal:
+        """The refusal of a run that cannot be read; an excluded run is refused as excluded."""
         if self.excluded is None:
             return problem
         reason = f"{self.excluded.reason}; besides, {problem.reason}"
@@ -74,7 +75,7 @@ class Labels:
 
 
 def matches(name: str, pattern: str) -> bool:
-    """Whether a name fits a pattern, in which `*` is any text and `?` one letter.
+    """Whether a name matches a pattern, in which `*` is any text and `?` one letter.
 
     Examples:
         >>> [matches("4102_P1.csv", pattern) for pattern in ("4102_*.csv", "4102_P?.csv", "4050*")]
@@ -85,120 +86,175 @@ def matches(name: str, pattern: str) -> bool:
     return fnmatchcase(name, pattern.replace("[", "[[]"))
 
 
-def _same(key: str, value: str, text: str, settings: Settings) -> bool:
-    """Whether a value of the sheet says the same as the text of a header line."""
+def _agree(key: str, in_sheet: str, in_header: str, settings: Settings) -> bool:
+    """Whether the sheet and the header give a key the same value."""
+    if key == "oil":
+        return in_sheet == oil_id(in_header, settings)
     if key not in SET_POINTS:
-        return value == (oil_id(text, settings) if key == "oil" else text)
-    in_sheet, in_header = set_point(key, value), set_point(key, text)
-    if in_sheet is None or in_header is None:
+        return in_sheet == in_header
+    sheet_value = parse_set_point(key, in_sheet)
+    header_value = parse_set_point(key, in_header)
+    if sheet_value is None or header_value is None:
         return False
-    same = settings.same_set_point
-    relative = same.relative * abs(in_header)
-    allowed = same.temperature_c if key == "inlet_temperature_c" else relative
-    return abs(in_sheet - in_header) <= allowed
+    tolerance = settings.same_set_point
+    if key == "inlet_temperature_c":
+        allowed = tolerance.temperature_c
+    else:
+        allowed = tolerance.relative * abs(header_value)
+    return abs(sheet_value - header_value) <= allowed
 
 
 @dataclass(frozen=True)
 class RunSheet:
-    """The run sheet of a campaign, or as much of it as concerns some logs.
+    """The run sheet of a campaign, or the part of it for some logs.
 
     Attributes:
         name: File name of the sheet; empty where there is none.
-        rows: The rows about each log, by its name.
-        remarks: What was found about the sheet as a whole.
+        rows: Name of a log -> its rows.
+        remarks: Remarks on the sheet itself.
     """
 
     name: str = ""
     rows: Mapping[str, tuple[SheetRow, ...]] = field(default_factory=dict)
     remarks: tuple[Refusal, ...] = ()
 
-    def about(self, file: str, part: str) -> list[SheetRow]:
-        """The rows about a log, or about one run of it.
+    def rows_of_run(self, file: str, run_name: str) -> list[SheetRow]:
+        """The rows for one run of a log.
 
         Args:
             file: Name of the log.
-            part: The run's own name in the log; empty where the log is one run.
+            run_name: The run's name in the log; empty where the log is one run.
         """
         rows = self.rows.get(file, ())
-        return [row for row in rows if not (row.run and part) or matches(part, row.run)]
+        if not run_name:
+            return list(rows)
+        return [row for row in rows if not row.run or matches(run_name, row.run)]
 
-    def labels(self, file: str, part: str, logged: Mapping[str, str], settings: Settings) -> Labels:
-        """What is known of one run of a log.
+    def labels(
+        self, file: str, run_name: str, logged: Mapping[str, str], settings: Settings
+    ) -> Labels:
+        """What header and run sheet say of one run of a log.
 
         Args:
             file: Name of the log.
-            part: The run's own name in the log, as for `about`.
+            run_name: As for `rows_of_run`.
             logged: Header lines by the keys of the log, as `plain_key` makes them.
             settings: Settings of the campaign.
         """
-        run_id = f"{file}:{part}" if part else file
+        run_id = f"{file}:{run_name}" if run_name else file
         named = named_keys(logged, settings)
         header = header_keys(named, settings)
-        rows = self.about(file, part)
-        given = {key: value for row in reversed(rows) for key, value in row.keys.items()}
+        rows = self.rows_of_run(file, run_name)
+        from_sheet: dict[str, str] = {}
+        # the first row counts
+        for row in reversed(rows):
+            from_sheet |= row.keys
         # the load has one set point, as force or as pressure
-        over = LOADS if given.keys() & LOADS else frozenset()
-        keys = {key: text for key, text in header.items() if key not in over} | given
-        remarks = self._contradictions(run_id, header, given, settings)
-        sources = dict.fromkeys(named.keys() - over, "header") | dict.fromkeys(given, "run sheet")
-        excluded, problem = self._exclusion(rows), self._disagreement(rows)
-        return Labels(run_id, keys, remarks, excluded, problem, sources)
+        dropped = LOADS if from_sheet.keys() & LOADS else frozenset()
+        from_header = {key: text for key, text in header.items() if key not in dropped}
+        sources = {key: "header" for key in named if key not in dropped}
+        sources |= dict.fromkeys(from_sheet, "run sheet")
+        return Labels(
+            run_id,
+            keys=from_header | from_sheet,
+            remarks=self._contradictions(run_id, header, from_sheet, settings),
+            excluded=self._exclusion(rows),
+            problem=self._disagreement(rows),
+            sources=sources,
+        )
 
-    def strays(self, file: str, parts: Sequence[str]) -> list[Refusal]:
-        """The rows that name a run which the log does not have, by its own names of its runs."""
-        known = ", ".join(map(repr, parts[:10])) + (" ..." if len(parts) > 10 else "")
-        about = [row for part in parts for row in self.about(file, part)]
-        rows = [row for row in self.rows.get(file, ()) if parts and row not in about]
-        said, end = f"{self.name} has a row for", f"but the runs of the log are {known}"
-        return [Refusal(UNMATCHED, f"{said} {row}, {end}", UNMATCHED_ADVICE) for row in rows]
+    def unmatched_rows(self, file: str, run_names: Sequence[str]) -> list[Refusal]:
+        """Remarks on the rows whose run is not in the log.
+
+        Args:
+            file: Name of the log.
+            run_names: Names of its runs; empty where the log is one run.
+        """
+        if not run_names:
+            return []
+        matched = [row for run_name in run_names for row in self.rows_of_run(file, run_name)]
+        listed = ", ".join(repr(run_name) for run_name in run_names[:10])
+        more = " ..." if len(run_names) > 10 else ""
+        return [
+            Refusal(
+                UNMATCHED,
+                f"{self.name} has a row for {row}, but the runs of the log are {listed}{more}",
+                UNMATCHED_ADVICE,
+            )
+            for row in self.rows.get(file, ())
+            if row not in matched
+        ]
 
     def _exclusion(self, rows: Sequence[SheetRow]) -> Refusal | None:
         reasons = dict.fromkeys(row.exclude for row in rows if row.exclude)
-        reason = f"{self.name} excludes it: {'; '.join(reasons)}"
-        return Refusal(EXCLUDED, reason) if reasons else None
+        if not reasons:
+            return None
+        return Refusal(EXCLUDED, f"{self.name} excludes it: {'; '.join(reasons)}")
 
     def _disagreement(self, rows: Sequence[SheetRow]) -> Refusal | None:
-        """Why the rows about a run cannot be followed: they contradict each other."""
+        """Why the rows of a run cannot be followed: they contradict each other."""
         for key in dict.fromkeys(key for row in rows for key in row.keys):
-            given = {row.keys[key]: row for row in reversed(rows) if key in row.keys}
-            if len(given) > 1:
-                of_rows = (f"{value!r} (row of {row})" for value, row in reversed(given.items()))
-                reason = f"{self.name} has several rows for the run, which disagree in {key}: "
-                advice = "Leave one of them, or make the pattern of a row narrower."
-                return Refusal("sheet_rows_disagree", reason + ", ".join(of_rows), advice)
+            # the first row of each value, the values in the order of their last row
+            row_of_value: dict[str, SheetRow] = {}
+            for row in reversed(rows):
+                if key in row.keys:
+                    row_of_value[row.keys[key]] = row
+            if len(row_of_value) > 1:
+                statements = [
+                    f"{value!r} (row of {row})" for value, row in reversed(row_of_value.items())
+                ]
+                return Refusal(
+                    "sheet_rows_disagree",
+                    f"{self.name} has several rows for the run, which disagree in {key}: "
+                    f"{', '.join(statements)}",
+                    "Leave one of them, or make the pattern of a row narrower.",
+                )
         return None
 
     def _contradictions(
-        self, run_id: str, header: Mapping[str, str], given: Mapping[str, str], settings: Settings
+        self,
+        run_id: str,
+        header: Mapping[str, str],
+        from_sheet: Mapping[str, str],
+        settings: Settings,
     ) -> list[Refusal]:
-        differing: list[str] = []
-        for key, value in given.items():
-            if key in header and not _same(key, value, header[key], settings):
-                differing.append(f"{key} {value} (header: {key} {header[key][:60]!r})")
-        reason = f"{self.name} and the header disagree: {', '.join(differing)}"
+        """A remark on the keys in which header and sheet disagree."""
+        differences: list[str] = []
+        for key, value in from_sheet.items():
+            if key in header and not _agree(key, value, header[key], settings):
+                differences.append(f"{key} {value} (header: {key} {header[key][:60]!r})")
+        if not differences:
+            return []
+        reason = f"{self.name} and the header disagree: {', '.join(differences)}"
         advice = "The run sheet is used. Correct the one that is wrong."
-        return [Refusal(CONTRADICTION, reason, advice, run_id)] if differing else []
+        return [Refusal(CONTRADICTION, reason, advice, run_id)]
 
     def plain(self, files: Iterable[str], *, remarks: bool) -> dict[str, Any]:
-        """The part about some logs as Snakemake's params hold it; empty where it says nothing.
+        """The part for some logs as Snakemake's params hold it; empty where nothing is in it.
 
         Args:
             files: The logs.
-            remarks: Whether the remarks on the sheet as a whole belong to the part.
+            remarks: Whether the part includes the remarks on the sheet itself.
         """
         rows = {
             file: [asdict(row) for row in self.rows[file]] for file in files if file in self.rows
         }
-        found = [asdict(remark) for remark in self.remarks] if remarks else []
-        return {"name": self.name, "rows": rows, "remarks": found} if rows or found else {}
+        plain_remarks = [asdict(remark) for remark in self.remarks] if remarks else []
+        if not rows and not plain_remarks:
+            return {}
+        return {"name": self.name, "rows": rows, "remarks": plain_remarks}
 
     @classmethod
     def of_plain(cls, plain: Mapping[str, Any]) -> Self:
-        """What `plain` has made."""
+        """The run sheet that `plain` was made of."""
         if not plain:
             return cls()
-        rows = {file: tuple(SheetRow(**row) for row in of) for file, of in plain["rows"].items()}
-        return cls(plain["name"], rows, tuple(Refusal(**each) for each in plain["remarks"]))
+        rows = {
+            file: tuple(SheetRow(**row) for row in plain_rows)
+            for file, plain_rows in plain["rows"].items()
+        }
+        remarks = tuple(Refusal(**remark) for remark in plain["remarks"])
+        return cls(plain["name"], rows, remarks)
 
 
 NO_SHEET = RunSheet()

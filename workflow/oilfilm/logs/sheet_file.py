@@ -1,8 +1,8 @@
 """The file of the run sheet: one row per log, per run or per pattern of logs.
 
-It is read as text logs are: in any usual encoding, with any delimiter, units in the names. A row is
-a header: its cells mean what header lines of the same names mean. A mistake in it stops the run:
-nobody knows what it should have said.
+It is read like a text log: in any usual encoding, with any delimiter, units in the names. A row
+replaces a header: its cells mean the same as header lines of these names. A mistake in it stops the
+run, because the intended content cannot be known.
 
 Decides: columns, units and mistakes of the run sheet.
 """
@@ -13,7 +13,7 @@ import os
 import unicodedata
 import zipfile
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from functools import cache
 from pathlib import Path, PurePosixPath
@@ -21,7 +21,7 @@ from typing import NamedTuple
 
 from oilfilm.errors import OilfilmError, printable
 from oilfilm.logs import base, run_sheet
-from oilfilm.logs.header import apart, listed_names, meaning
+from oilfilm.logs.header import listed_names, meaning, split_unit
 from oilfilm.logs.log_kind import LogKind
 from oilfilm.logs.raw_files import all_faults, find_sheet, is_sheet, listed, named_logs
 from oilfilm.logs.run_sheet import RunSheet, SheetRow, matches
@@ -29,49 +29,72 @@ from oilfilm.logs.text_rows import encoding_of
 from oilfilm.settings.base import plain_key
 from oilfilm.settings.resolved import Settings
 
-# Columns that every run sheet may have; a kind of logs adds its own.
-_COLUMNS = ("file", "run", "oil", "exclude", "remarks")
+# Columns that every run sheet may have. A kind of logs adds more.
+_COMMON_COLUMNS = ("file", "run", "oil", "exclude", "remarks")
 # Cells of `exclude` that keep a run.
-_KEPT = frozenset(["", *"0 - n no false nein falsch non faux nej nei 否".split()])
+_KEEPING_CELLS = frozenset(["", *"0 - n no false nein falsch non faux nej nei 否".split()])
 # The line of names is near the top, below comments and the line `sep=;` of Excel.
 _LINES_SEARCHED = 20
-_LARGEST = 1 << 24
-_QUANTITIES = {quantity: key for key, (quantity, _) in base.SET_POINT_UNITS.items()}
+_MIB = 1 << 20
+_LARGEST_SHEET = 16 * _MIB
+_LARGEST_UNPACKED = 64 * _MIB
+_SET_POINT_OF_QUANTITY = {quantity: key for key, (quantity, _) in base.SET_POINT_UNITS.items()}
 
 Cells = list[list[str]]
 
 
-def _meant_by(files: Iterable[str]) -> Callable[[str], list[str]]:
-    """Gives the logs of a campaign that a cell of `file` means."""
-    by_form: dict[tuple[int, str], list[str]] = {}
-    for file in files:
-        name = unicodedata.normalize("NFC", file)
-        # a name without a folder means any folder; a log keeps its name when it is packed
-        for rank, form in enumerate((name, PurePosixPath(name).name)):
-            unpacked = form.removesuffix(".gz").removesuffix(".zst")
-            by_form.setdefault((2 * rank, form), []).append(file)
-            by_form.setdefault((2 * rank + 1, unpacked), []).append(file)
+class _LogNames:
+    """The logs of a campaign by the names that a cell of `file` may give them.
 
-    def meant(cell: str) -> list[str]:
+    Args:
+        files: Paths of the logs below the folder of the sheet.
+    """
+
+    def __init__(self, files: Iterable[str]) -> None:
+        self._by_path: dict[str, list[str]] = {}
+        self._by_unpacked_path: dict[str, list[str]] = {}
+        self._by_name: dict[str, list[str]] = {}
+        self._by_unpacked_name: dict[str, list[str]] = {}
+        for file in files:
+            path = unicodedata.normalize("NFC", file)
+            name = PurePosixPath(path).name
+            self._by_path.setdefault(path, []).append(file)
+            self._by_unpacked_path.setdefault(_without_packing(path), []).append(file)
+            self._by_name.setdefault(name, []).append(file)
+            self._by_unpacked_name.setdefault(_without_packing(name), []).append(file)
+
+    def matching(self, cell: str) -> list[str]:
+        """The logs that a cell names. A name without a folder may be in any folder."""
         pattern = unicodedata.normalize("NFC", cell).replace("\\", "/").removeprefix("./")
+        paths = (self._by_path, self._by_unpacked_path)
+        names = (self._by_name, self._by_unpacked_name)
         if not _is_pattern(pattern):
-            return next(filter(None, (by_form.get((rank, pattern)) for rank in range(4))), [])
-        ranks = (0, 1) if "/" in pattern else (2, 3)
-        forms = (at for at in by_form if at[0] in ranks and matches(at[1], pattern))
-        return [*dict.fromkeys(file for at in forms for file in by_form[at])]
+            for files_by_name in (*paths, *names):
+                if pattern in files_by_name:
+                    return files_by_name[pattern]
+            return []
+        matching: dict[str, None] = {}
+        for files_by_name in paths if "/" in pattern else names:
+            for name, files in files_by_name.items():
+                if matches(name, pattern):
+                    matching |= dict.fromkeys(files)
+        return list(matching)
 
-    return meant
+
+def _without_packing(name: str) -> str:
+    """The name of a packed log before it was packed; other names are unchanged."""
+    return name.removesuffix(".gz").removesuffix(".zst")
 
 
 def _is_pattern(cell: str) -> bool:
-    return bool(set(cell) & set("*?"))
+    return "*" in cell or "?" in cell
 
 
 class _Column(NamedTuple):
-    """A column: its name in the sheet, that of the header line that a cell makes, and its key."""
+    """A column: its name in the sheet, this name as the key of a header line, and its key."""
 
     name: str
-    own: str
+    header_key: str
     key: str
 
 
@@ -79,32 +102,44 @@ class _Sheet:
     """A run sheet while it is read: its settings, and the mistakes found so far."""
 
     def __init__(self, path: Path, settings: Settings, kind: LogKind) -> None:
-        self.path, self.settings = path, settings
-        self.keys = (*_COLUMNS, *kind.sheet_keys)
+        self.path = path
+        self.settings = settings
+        self.keys = (*_COMMON_COLUMNS, *kind.sheet_keys)
         self.mistakes: list[str] = []
         names = listed_names(settings)
-        # set points repeat from row to row
-        self.meaning = cache(lambda own, text: meaning(own, text, names))
+
+        # cached: set points repeat from row to row
+        @cache
+        def meaning_of_cell(header_key: str, text: str) -> tuple[str, str]:
+            return meaning(header_key, text, names)
+
+        self.meaning = meaning_of_cell
 
     def column(self, name: str) -> _Column:
         """A column by its name."""
-        own = plain_key(name)
-        key = self.meaning(own, "1")[0]
-        bare = apart(key)[0]
-        # a set point without a unit is known by its quantity
-        return _Column(name, own, key if key in self.keys else _QUANTITIES.get(bare, bare))
+        header_key = plain_key(name)
+        key, _ = self.meaning(header_key, "1")
+        if key not in self.keys:
+            # a set point without a unit is known by its quantity
+            bare_key, _ = split_unit(key)
+            key = _SET_POINT_OF_QUANTITY.get(bare_key, bare_key)
+        return _Column(name, header_key, key)
 
-    def known(self, names: Sequence[str]) -> tuple[bool, int]:
-        """How well cells are known as the names of columns."""
-        keys = [key for name in names if (key := self.column(name).key) in self.keys]
-        return "file" in keys, len(keys)
+    def score_of_names(self, names: Sequence[str]) -> tuple[bool, int]:
+        """Whether one of some names is `file`, and how many are names of columns."""
+        keys = [self.column(name).key for name in names]
+        return "file" in keys, sum(key in self.keys for key in keys)
 
     def refuse(self, where: str, sentence: str) -> None:
         """Add a mistake."""
         self.mistakes.append(printable(f"{self.path}, {where}: {sentence}"))
 
     def stop(self) -> None:
-        """End with all mistakes, if there are any."""
+        """End with all mistakes, if there are any.
+
+        Raises:
+            OilfilmError: There is a mistake.
+        """
         if self.mistakes:
             raise all_faults(self.mistakes, self.path, "mistakes")
 
@@ -112,103 +147,146 @@ class _Sheet:
 def read_run_sheet(
     content: bytes, path: Path, files: Sequence[str], settings: Settings, kind: LogKind
 ) -> RunSheet:
-    """What a run sheet says of the logs of its campaign.
+    """The run sheet of a campaign with the rows of each log.
 
     Args:
-        content: The bytes of the sheet: text, or an Excel workbook of which the first sheet counts.
+        content: The bytes of the sheet: text, or an Excel workbook, of which the first sheet
+            counts.
         path: Its path, for messages.
         files: All logs of the campaign, by their paths below the folder of the sheet.
         settings: Settings of the campaign.
         kind: The kind of logs.
 
     Raises:
-        OilfilmError: It cannot be read, a column is unknown, or a cell is not as it must be. All
-            mistakes are named, each with its row, as a spreadsheet counts them, and its column.
+        OilfilmError: It cannot be read, a column is unknown, or a cell has a wrong content. The
+            message names all mistakes, each with its row, as a spreadsheet counts, and its column.
     """
     sheet = _Sheet(path, settings, kind)
     rows = _rows(content, sheet)
-    matched: dict[str, list[SheetRow]] = {}
-    strays: list[str] = []
-    meant = _meant_by(files)
+    rows_of_log: dict[str, list[SheetRow]] = {}
+    unmatched: list[str] = []
+    log_names = _LogNames(files)
     for number, row in rows:
-        found = meant(row.file)
-        if len(found) > 1 and not _is_pattern(row.file):
-            sentence = f"{row.file!r} is the name of {listed(found)}: add the folder."
+        logs = log_names.matching(row.file)
+        if len(logs) > 1 and not _is_pattern(row.file):
+            sentence = f"{row.file!r} is the name of {listed(logs)}: add the folder."
             sheet.refuse(f"row {number}", sentence)
-        for file in found:
-            matched.setdefault(file, []).append(row)
-        if not found:
-            strays.append(f"row {number}: {row.file!r} matches no log")
+        for log in logs:
+            rows_of_log.setdefault(log, []).append(row)
+        if not logs:
+            unmatched.append(f"row {number}: {row.file!r} matches no log")
     sheet.stop()
     remarks: list[base.Refusal] = []
-    if strays:
-        remarks.append(
-            base.Refusal(run_sheet.UNMATCHED, printable(listed(strays)), run_sheet.UNMATCHED_ADVICE)
-        )
-    if rows and (unlisted := [file for file in files if file not in matched]):
+    if unmatched:
+        reason = printable(listed(unmatched))
+        remarks.append(base.Refusal(run_sheet.UNMATCHED, reason, run_sheet.UNMATCHED_ADVICE))
+    unlisted = [file for file in files if file not in rows_of_log]
+    if rows and unlisted:
         reason = f"no row for {len(unlisted)} of {len(files)} logs: {listed(unlisted)}"
         advice = "Only their headers count. Add rows where that is wrong."
         remarks.append(base.Refusal(run_sheet.UNLISTED, printable(reason), advice))
-    rows_of = {file: tuple(of) for file, of in matched.items()}
-    return RunSheet(path.name, rows_of, tuple(remarks))
+    return RunSheet(
+        path.name, {log: tuple(log_rows) for log, log_rows in rows_of_log.items()}, tuple(remarks)
+    )
 
 
 def is_run_sheet(path: Path, raw: Path) -> bool:
     """Whether a file is the run sheet of some campaign, below the folder `data/raw`."""
-    file = Path(os.path.realpath(path))  # a link to itself is no sheet, and no fault
+    # not `resolve`: it raises for a link to itself
+    file = Path(os.path.realpath(path))
     return file.parent.parent == raw.resolve() and is_sheet(file, file.parent)
 
 
 def sheet_of_paths(paths: Iterable[Path], raw: Path, settings: Settings, kind: LogKind) -> RunSheet:
-    """What the run sheets of the campaigns' folders say of logs, by their paths as given.
+    """One run sheet for logs of several campaigns' folders, by the paths as given.
 
     Args:
-        paths: The logs, wherever they are.
-        raw: The folder of the campaigns' folders, `data/raw`.
+        paths: The logs, in any folder.
+        raw: The parent of the campaigns' folders, `data/raw`.
         settings: Settings of the campaign by which the logs are judged.
         kind: The kind of logs.
 
     Raises:
         OilfilmError: As by `read_run_sheet`.
     """
-    inside = raw.resolve()
-    by_folder: dict[str, dict[str, Path]] = {}
+    raw_folder = raw.resolve()
+    logs_of_campaign: dict[str, dict[str, Path]] = {}
     for path in paths:
-        if (real := path.resolve()).is_relative_to(inside):
-            top, *below = real.relative_to(inside).parts
-            by_folder.setdefault(top, {})["/".join(below)] = path
-    together = RunSheet()
-    for top, logs in by_folder.items():
-        sheet_path = find_sheet(raw / top)
+        file = path.resolve()
+        if file.is_relative_to(raw_folder):
+            campaign, *names = file.relative_to(raw_folder).parts
+            logs_of_campaign.setdefault(campaign, {})["/".join(names)] = path
+    sheet_name = ""
+    rows: dict[str, tuple[SheetRow, ...]] = {}
+    for campaign, logs in logs_of_campaign.items():
+        folder = raw / campaign
+        sheet_path = find_sheet(folder)
         if sheet_path is None:
             continue
-        # a log with an unfit name is no reason not to judge the others
-        files = [name for name, fault in named_logs(raw / top) if not fault]
+        # logs with an unfit name are left out: the others can be judged all the same
+        files = [name for name, fault in named_logs(folder) if not fault]
         sheet = read_run_sheet(sheet_path.read_bytes(), sheet_path, files, settings, kind)
-        rows = {str(path): sheet.rows.get(file, ()) for file, path in logs.items()}
-        together = RunSheet(sheet.name, {**together.rows, **rows})
-    return together
+        sheet_name = sheet.name
+        rows |= {str(path): sheet.rows.get(name, ()) for name, path in logs.items()}
+    return RunSheet(sheet_name, rows)
 
 
 def _rows(content: bytes, sheet: _Sheet) -> list[tuple[int, SheetRow]]:
-    """The rows with their numbers, as a spreadsheet counts them."""
-    if len(content) > _LARGEST:
-        raise OilfilmError(f"{sheet.path}: is larger than {_LARGEST >> 20} MiB.")
+    """The rows with their numbers, as a spreadsheet counts them.
+
+    Raises:
+        OilfilmError: The sheet is too large, or has mistakes.
+    """
+    if len(content) > _LARGEST_SHEET:
+        raise OilfilmError(f"{sheet.path}: is larger than {_LARGEST_SHEET // _MIB} MiB.")
     readings = [_workbook(content, sheet)] if content.startswith(b"PK") else _texts(content)
     sheet.stop()
-    # the line of names in the reading that knows most of them; the first of equals
-    starts = ((cells, n) for cells in readings for n in range(len(cells[:_LINES_SEARCHED])))
-    records, start = max(starts, key=lambda at: sheet.known(at[0][at[1]]), default=([[]], 0))
-    columns = {n: sheet.column(name) for n, name in enumerate(records[start]) if name}
+    lines, index_of_names = _line_of_names(readings, sheet)
+    columns = {
+        index: sheet.column(name) for index, name in enumerate(lines[index_of_names]) if name
+    }
+    _check_columns(columns, lines, f"row {index_of_names + 1}", sheet)
+    rows: list[tuple[int, SheetRow]] = []
+    for number, cells in enumerate(lines[index_of_names + 1 :], start=index_of_names + 2):
+        if any(cells):
+            rows.append((number, _row(f"row {number}", cells, columns, sheet)))
+    sheet.stop()
+    return rows
+
+
+def _line_of_names(readings: Sequence[Cells], sheet: _Sheet) -> tuple[Cells, int]:
+    """The reading with the best line of names, and the index of this line; the first of equals."""
+    best_lines: Cells = [[]]
+    best_index = 0
+    best_score = (False, -1)
+    for lines in readings:
+        for index, names in enumerate(lines[:_LINES_SEARCHED]):
+            score = sheet.score_of_names(names)
+            if score > best_score:
+                best_lines, best_index, best_score = lines, index, score
+    return best_lines, best_index
+
+
+def _check_columns(columns: Mapping[int, _Column], lines: Cells, where: str, sheet: _Sheet) -> None:
+    """Check the columns of a sheet.
+
+    Args:
+        columns: Index of a column -> the column.
+        lines: All lines of the sheet.
+        where: The row of the names, in words.
+        sheet: The sheet.
+
+    Raises:
+        OilfilmError: The column `file` is missing, or a column is unknown, double or without unit.
+    """
     counts = Counter(column.key for column in columns.values())
-    where = f"row {start + 1}"
     if "file" not in counts:
-        seen = ", ".join(next(filter(any, records), [""]))[:120]
-        others = ", ".join(key for key in sheet.keys if key != "file")
+        first_line = next((line for line in lines if any(line)), [""])
+        other_keys = ", ".join(key for key in sheet.keys if key != "file")
         sheet.refuse(
             "its first rows",
-            f"found {seen!r}, expected a row of column names, one of them `file` (others: "
-            f"{others}). Names of your own: see `header` of the campaign file.",
+            f"found {', '.join(first_line)[:120]!r}, expected a row of column names, one of them "
+            f"`file` (others: {other_keys}). Names of your own: see `header` of the campaign file.",
         )
     sheet.stop()
     for column in columns.values():
@@ -217,62 +295,73 @@ def _rows(content: bytes, sheet: _Sheet) -> list[tuple[int, SheetRow]]:
         if count > 1 and key in sheet.keys and key != "remarks":
             sheet.refuse(where, f"{count} columns give {key}: leave one of them.")
     sheet.stop()
-    numbered = enumerate(records[start + 1 :], start=start + 2)
-    rows = [(n, _row(f"row {n}", cells, columns, sheet)) for n, cells in numbered if any(cells)]
-    sheet.stop()
-    return rows
 
 
 def _texts(content: bytes) -> list[Cells]:
-    """The cells of a text by each delimiter that it may have."""
+    """The cells of a text, once for each delimiter that it may have."""
     text = content.decode(encoding_of(content), "replace").removeprefix("\ufeff")
     readings = []
     for delimiter in (",", ";", "\t", "|"):
-        # a cell longer than csv reads is none of a run sheet
+        # the csv reader refuses very long cells: no run sheet has them
         with suppress(csv.Error):
             rows = csv.reader(io.StringIO(text, newline=""), delimiter=delimiter)
             readings.append([[cell.strip() for cell in row] for row in rows])
     return readings
 
 
-def unfolded(content: bytes) -> io.BytesIO:
-    """An Excel workbook that can be opened: small archives may hold more than the memory.
+def checked_workbook(content: bytes) -> io.BytesIO:
+    """An Excel workbook that can be opened: a small archive may hold more than the memory.
 
     Raises:
         ValueError: It has more than 64 MiB when it is unpacked.
     """
-    size = sum(part.file_size for part in zipfile.ZipFile(io.BytesIO(content)).infolist())
-    if size > 4 * _LARGEST:
-        raise ValueError(f"unpacked it has {size >> 20} MiB; expected at most {_LARGEST >> 18}")
+    members = zipfile.ZipFile(io.BytesIO(content)).infolist()
+    size = sum(member.file_size for member in members)
+    if size > _LARGEST_UNPACKED:
+        raise ValueError(
+            f"unpacked it has {size // _MIB} MiB; expected at most {_LARGEST_UNPACKED // _MIB}"
+        )
     return io.BytesIO(content)
 
 
 def _workbook(content: bytes, sheet: _Sheet) -> Cells:
-    """The cells of the first sheet of an Excel workbook, as a text sheet would hold them."""
+    """The cells of the first sheet of an Excel workbook, as a text sheet would hold them.
+
+    Raises:
+        OilfilmError: The workbook cannot be read.
+    """
     # imported where needed: few run sheets are workbooks
     import openpyxl  # noqa: PLC0415
 
-    def cell(value: object, written: openpyxl.cell.Cell) -> str:
-        if value is None and written.data_type == "f":
+    def text(value: object, cell: openpyxl.cell.Cell) -> str:
+        """Text of a value; `cell` has the formula that gave it, if one did."""
+        if value is None and cell.data_type == "f":
             sheet.refuse(
-                f"cell {written.coordinate}",
+                f"cell {cell.coordinate}",
                 "found a formula whose value the workbook does not hold, expected text or a "
                 "number: write the value, or open the workbook in a spreadsheet program and save "
                 "it.",
             )
-        whole = isinstance(value, float) and value.is_integer()
-        return "" if value is None else f"{value:.0f}" if whole else str(value).strip()
+        if value is None:
+            return ""
+        if isinstance(value, float) and value.is_integer():
+            return f"{value:.0f}"
+        return str(value).strip()
 
     try:
-        # with the values that formulas had when the workbook was saved, and with the formulas
-        books = (
-            openpyxl.load_workbook(unfolded(content), read_only=True, data_only=only)
-            for only in (True, False)
-        )
-        values, formulas = (book.worksheets[0] for book in books)
-        pairs = zip(values.iter_rows(values_only=True), formulas.iter_rows(), strict=True)
-        return [[*map(cell, *pair)] for pair in pairs]
-    except Exception as error:  # whatever a damaged workbook makes the library stumble over
+        with_values = openpyxl.load_workbook(
+            checked_workbook(content), read_only=True, data_only=True
+        ).worksheets[0]
+        with_formulas = openpyxl.load_workbook(
+            checked_workbook(content), read_only=True, data_only=False
+        ).worksheets[0]
+        return [
+            [text(value, cell) for value, cell in zip(values, cells, strict=True)]
+            for values, cells in zip(
+                with_values.iter_rows(values_only=True), with_formulas.iter_rows(), strict=True
+            )
+        ]
+    except Exception as error:  # the library raises many kinds for a damaged workbook
         reason = " ".join(str(error).split())[:200] or type(error).__name__
         raise OilfilmError(
             f"{sheet.path}: cannot be read as a workbook ({reason}). Save it as runs.csv."
@@ -280,59 +369,82 @@ def _workbook(content: bytes, sheet: _Sheet) -> Cells:
 
 
 def _check_column(column: _Column, row: str, sheet: _Sheet) -> None:
-    """Whether a column is known, with its unit; what is wrong with it goes to the mistakes."""
+    """Add a mistake to the sheet where a column is unknown, or a set point has no usable unit."""
     if column.key not in sheet.keys:
-        found = f"found the unknown column {column.name!r}; expected {', '.join(sheet.keys)}."
-        advice = "A column that is not to be read: list it under `header: remarks` of the campaign"
-        sheet.refuse(row, f"{found} {advice} file.")
+        sheet.refuse(
+            row,
+            f"found the unknown column {column.name!r}; expected {', '.join(sheet.keys)}. A column "
+            "that is not to be read: list it under `header: remarks` of the campaign file.",
+        )
     elif column.key in base.SET_POINTS:
-        key, one = sheet.meaning(column.own, "1")
-        if key not in base.SET_POINTS or base.set_point(key, one) is None:
-            unit = apart(column.own)[1]
-            found = f"found the unit {unit!r}" if unit else "has no unit"
-            expected = "N or GPa" if column.key == "load_n" else base.SET_POINT_UNITS[column.key][1]
-            where = f"{row}, column {column.name!r}"
-            sheet.refuse(where, f"{found}, expected {expected} in brackets behind the name.")
+        key, text_of_one = sheet.meaning(column.header_key, "1")
+        if key in base.SET_POINTS and base.parse_set_point(key, text_of_one) is not None:
+            return
+        _, unit = split_unit(column.header_key)
+        found = f"found the unit {unit!r}" if unit else "has no unit"
+        _, expected = base.SET_POINT_UNITS[column.key]
+        if column.key == "load_n":
+            expected = "N or GPa"
+        where = f"{row}, column {column.name!r}"
+        sheet.refuse(where, f"{found}, expected {expected} in brackets behind the name.")
 
 
 def _row(row: str, cells: Sequence[str], columns: Mapping[int, _Column], sheet: _Sheet) -> SheetRow:
-    """What a row says; its mistakes go to those of the sheet."""
+    """The content of a row; its mistakes are added to those of the sheet.
+
+    Args:
+        row: Number of the row, in words.
+        cells: Its cells.
+        columns: Index of a column -> the column.
+        sheet: The sheet.
+    """
     filled = {index: cell for index, cell in enumerate(cells) if cell}
-    if stray := [filled.pop(index) for index in sorted(filled.keys() - columns.keys())]:
-        found = f"the cell {stray[0][:60]!r} is in no column: expected {len(columns)} cells."
-        sheet.refuse(row, f"{found} A text with the delimiter in it needs quotes.")
-    texts = {columns[index].key: cell for index, cell in filled.items()}
+    without_column = [cell for index, cell in filled.items() if index not in columns]
+    if without_column:
+        sheet.refuse(
+            row,
+            f"the cell {without_column[0][:60]!r} is in no column: expected {len(columns)} cells. "
+            "A text with the delimiter in it needs quotes.",
+        )
+    cell_of_column = {columns[index]: cell for index, cell in filled.items() if index in columns}
+    texts = {column.key: cell for column, cell in cell_of_column.items()}
     if "file" not in texts:
         sheet.refuse(f"{row}, column 'file'", "is empty, expected the name of a log or a pattern.")
     exclude = texts.get("exclude", "")
-    excluded = exclude.lower() not in _KEPT
+    is_excluded = exclude.lower() not in _KEEPING_CELLS
     keys: dict[str, str] = {}
-    for index, text in filled.items():
-        column = columns[index]
-        if column.key == "oil" or column.key not in _COLUMNS:
-            value, expected = _value(column, text, sheet)
-            if value is not None:
-                keys[column.key] = value
-            elif not excluded:  # of a run that is left out nothing need be known
-                where = f"{row}, column {column.name!r}"
-                sheet.refuse(where, f"found {text[:60]!r}, expected {expected}.")
-    reason = printable(exclude) if excluded else ""
+    for column, cell in cell_of_column.items():
+        if column.key != "oil" and column.key in _COMMON_COLUMNS:
+            continue
+        value, expected = _value(column, cell, sheet)
+        if value is not None:
+            keys[column.key] = value
+        elif not is_excluded:
+            # an excluded run needs no oil and no set points
+            where = f"{row}, column {column.name!r}"
+            sheet.refuse(where, f"found {cell[:60]!r}, expected {expected}.")
+    reason = printable(exclude) if is_excluded else ""
     return SheetRow(texts.get("file", ""), texts.get("run", ""), reason, keys)
 
 
 def _value(column: _Column, text: str, sheet: _Sheet) -> tuple[str | None, str]:
-    """The value of a cell as its header key holds it, or None, and what is expected there."""
-    key, settings = column.key, sheet.settings
+    """The value of a cell as text of its header key, and what is expected there.
+
+    The value is None where the cell has a wrong content.
+    """
+    key = column.key
+    settings = sheet.settings
     if key in base.SET_POINTS:
-        value = base.set_point(*sheet.meaning(column.own, text))
-        return (None if value is None else f"{value:.12g}"), base.expected_set_point(key)
+        set_point = base.parse_set_point(*sheet.meaning(column.header_key, text))
+        value = None if set_point is None else f"{set_point:.12g}"
+        return value, base.expected_set_point(key)
     torque = settings.campaign.torque
-    names = {
-        "oil": [*settings.oils],
-        "rig": [*settings.rigs],
+    allowed_names = {
+        "oil": list(settings.oils),
+        "rig": list(settings.rigs),
         "bearing": [torque.bearing] if torque else [],
         "log_kind": ["continuous", "steps"],
     }[key]
     name = settings.oil_ids.get(plain_key(text), text) if key == "oil" else text
-    expected = f"{key} of the campaign {settings.campaign.name}: {', '.join(names)}"
-    return (name if name in names else None), expected
+    expected = f"{key} of the campaign {settings.campaign.name}: {', '.join(allowed_names)}"
+    return (name if name in allowed_names else None), expected

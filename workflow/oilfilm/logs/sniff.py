@@ -1,8 +1,7 @@
-"""What logs of an unknown laboratory hold: read by the readers themselves, under guessed names.
+"""What the logs of an unknown laboratory hold: the readers read them with guessed names.
 
-What a name of a column or a header line seems to mean is a guess, which becomes a line of a
-settings file that a person reads. The words are in `words.yaml`: those of another language are
-added there.
+The meaning of a column name or a header line is a guess. It becomes a line of a settings file that
+a person checks. The words are in `words.yaml`: those of another language are added there.
 
 Decides: what `oilfilm init` finds in a folder of logs, and what it takes a column or a header line
 for.
@@ -21,132 +20,173 @@ import yaml
 
 from oilfilm.home import CONFIG
 from oilfilm.logs import base
-from oilfilm.logs.base import Names
-from oilfilm.logs.header import UNITS, apart, meaning, number_and_unit, oil_key
+from oilfilm.logs.base import NamesAndUnits
+from oilfilm.logs.header import UNITS, meaning, number_and_unit, oil_key, split_unit
 from oilfilm.logs.ingest import READERS, read_log, recognised_format, unpack
-from oilfilm.logs.log_kind import ContinuousLog, LogKind, Vocabulary
+from oilfilm.logs.log_kind import Column as LoggedColumn
+from oilfilm.logs.log_kind import ContinuousLog, LogKind, Problems, Renamed, Vocabulary
 from oilfilm.logs.traction_log import TRACTION
 from oilfilm.settings.base import plain_key
-from oilfilm.settings.campaign import Column
+from oilfilm.settings.campaign import Campaign, Column
 from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
 from oilfilm.units import BoolArray, FloatArray
 
-# Quantity -> words by how much they tell of it: see the file.
+# Quantity -> kind of words -> words, as the file describes.
 _WORDS: dict[str, dict[str, str]] = yaml.safe_load(
     Path(__file__).with_name("words.yaml").read_text(encoding="utf-8")
 )
+# Kind of words -> how much a word of this kind adds to the score of its quantity.
 _WEIGHTS = {"most": 3, "some": 2, "least": 1}
-# Words of the rig's bodies say whose speed it is only beside a unit or a word of speed.
+# A word for the ball or the disc shows a speed only beside a unit or one of these words.
 _SPEED_WORDS = "speed drehzahl geschwind vitesse velocidad velocità скорость 速 rpm spind n v u"
-_SHORT = 2
-# A name with a word of the most telling ones may be the quantity, whatever other names say, but for
-# those that need no guess.
-_SURE, _KNOWN = 3, 100
-_TOKENS = re.compile(r"[^\W\d_]+\d?|\d+")
+# A word of so few ASCII letters must be a word of its own in a name, not a part of another.
+_LONGEST_ABBREVIATION = 2
+# With this score, that of a word of the kind `most`, a name may mean the quantity even if another
+# name has a higher score.
+_LIKELY_SCORE = 3
+# Score of a name that needs no guess.
+_CERTAIN_SCORE = 100
+_WORDS_AND_NUMBERS = re.compile(r"[^\W\d_]+\d?|\d+")
 
 
 def guessed(name: str, unit: str, vocabulary: Vocabulary) -> tuple[str, int]:
-    """The quantity that a column's name seems to mean, and how likely it is; "" and 0: none.
+    """The most likely quantity of a column name and its score; "" and 0 where there is none.
 
     Args:
         name: Column name without its unit.
-        unit: Unit as the log gives it; empty where it gives none.
-        vocabulary: Units in which each quantity can be given.
+        unit: Unit that the log gives; empty where it gives none.
+        vocabulary: Quantities, with the units in which each can be given.
     """
-    # no single letter, because `n` may be a speed or newtons
-    in_name = (unit_in_name(name, quantity, vocabulary) for quantity in vocabulary.quantities)
-    unit = unit or next((each for each in in_name if len(each) > 1), "")
-    scores = {"": 0}
+    if not unit:
+        units = [unit_in_name(name, quantity, vocabulary) for quantity in vocabulary.quantities]
+        # no single letter: `n` may be a speed or newtons
+        unit = next((unit for unit in units if len(unit) > 1), "")
+    best_quantity = ""
+    best_score = 0
     for quantity, words in _WORDS.items():
-        if quantity not in vocabulary.quantities or (unit and not vocabulary.fits(quantity, unit)):
+        if quantity not in vocabulary.quantities:
             continue
-        of_a_body = quantity in ("ball_speed", "disc_speed") and not unit
-        if has_word(name, words.get("others", "")) or (
-            of_a_body and not has_word(name, _SPEED_WORDS)
-        ):
+        if unit and not vocabulary.fits(quantity, unit):
             continue
-        weighed = ((weight, words.get(key, "").split()) for key, weight in _WEIGHTS.items())
-        scores[quantity] = sum(w * has_word(name, word) for w, of in weighed for word in of)
-    best = max(scores, key=lambda quantity: scores[quantity])
-    return best, scores[best]
+        if has_word(name, words.get("others", "")):
+            continue
+        is_speed_of_body = quantity in ("ball_speed", "disc_speed")
+        if is_speed_of_body and not unit and not has_word(name, _SPEED_WORDS):
+            continue
+        score = 0
+        for kind, weight in _WEIGHTS.items():
+            words_in_name = [word for word in words.get(kind, "").split() if has_word(name, word)]
+            score += weight * len(words_in_name)
+        if score > best_score:
+            best_quantity = quantity
+            best_score = score
+    return best_quantity, best_score
 
 
 def has_word(name: str, words: str) -> bool:
-    """Whether a name has one of some words, given with blanks between, as a part of it."""
+    """Whether a name contains one of some words, which are separated by blanks."""
     plain = unicodedata.normalize("NFKC", name).casefold()
-    tokens = set(_TOKENS.findall(plain))
-    return any(
-        word in tokens if len(word) <= _SHORT and word.isascii() else word in plain
-        for word in words.split()
-    )
+    words_of_name = set(_WORDS_AND_NUMBERS.findall(plain))
+    for word in words.split():
+        is_abbreviation = len(word) <= _LONGEST_ABBREVIATION and word.isascii()
+        if word in (words_of_name if is_abbreviation else plain):
+            return True
+    return False
 
 
 def unit_in_name(name: str, quantity: str, vocabulary: Vocabulary) -> str:
-    """The unit at an end of a name without brackets; empty where there is none."""
-    ends = [name.split()[-1:], name.split()[-2:], name.split("/")[1:], name.split("_")[-1:]]
-    # a letter before a name is a symbol
-    ends += [words[:1] for words in [name.split()] if len(words) > 1 and len(words[0]) > 1]
-    units = (" ".join(end).strip() for end in ends)
-    fitting = (each for each in units if each not in ("", name))
-    return next((each for each in fitting if vocabulary.fits(quantity, each)), "")
+    """The unit at the end or the beginning of a name without brackets; empty without one."""
+    words = name.split()
+    candidates = [
+        " ".join(words[-1:]),
+        " ".join(words[-2:]),
+        " ".join(name.split("/")[1:]),
+        name.rsplit("_", maxsplit=1)[-1],
+    ]
+    # a single letter before a name is a symbol, not a unit
+    if len(words) > 1 and len(words[0]) > 1:
+        candidates.append(words[0])
+    for candidate in candidates:
+        unit = candidate.strip()
+        if unit not in ("", name) and vocabulary.fits(quantity, unit):
+            return unit
+    return ""
 
 
 @dataclass(frozen=True)
 class Guesses(Vocabulary):
-    """A vocabulary in which names that are not known mean what they seem to mean.
+    """A vocabulary in which unknown names have their most likely meaning.
 
-    `symbols` says whether names that are symbols mean what papers use them for.
+    Attributes:
+        symbols: Whether names that are symbols have their usual meaning in papers.
     """
 
     symbols: bool = False
 
     def meaning(self, name: str) -> tuple[str, str | None] | None:
         """See `Vocabulary.meaning`."""
-        quantity, unit, _ = self.likely(name, apart(name)[1])
+        quantity, unit, _ = self.likely(name, split_unit(name)[1])
         return (quantity, unit or None) if quantity else None
 
     def likely(self, name: str, unit: str) -> tuple[str, str, int]:
-        """Quantity and unit of a column's name, and how likely it is that."""
-        if known := super().meaning(name):
-            return known[0], unit or known[1] or "", _KNOWN
-        bare = apart(name)[0]
-        for quantity, words in _WORDS.items() if self.symbols else ():
-            symbol = plain_key(bare) in words.get("symbols", "").split()
-            if symbol and (not unit or self.fits(quantity, unit)):
-                return quantity, unit, _KNOWN
-        quantity, score = guessed(bare, unit, self)
+        """The most likely quantity of a column name, its unit and its score.
+
+        Args:
+            name: The name, with its unit if it is in brackets.
+            unit: Unit that the log gives; empty where it gives none.
+        """
+        certain = super().meaning(name)
+        if certain:
+            quantity, unit_of_name = certain
+            return quantity, unit or unit_of_name or "", _CERTAIN_SCORE
+        bare_name, _ = split_unit(name)
+        if self.symbols:
+            for quantity, words in _WORDS.items():
+                is_symbol = plain_key(bare_name) in words.get("symbols", "").split()
+                if is_symbol and (not unit or self.fits(quantity, unit)):
+                    return quantity, unit, _CERTAIN_SCORE
+        quantity, score = guessed(bare_name, unit, self)
         return quantity, unit, score
 
-    def columns_by_quantity(self, names: Iterable[tuple[str, str]]) -> dict[str, Names]:
-        """Names and units of the columns of a log by what they mean; several where in doubt."""
+    def columns_by_quantity(self, names: Iterable[tuple[str, str]]) -> dict[str, NamesAndUnits]:
+        """Names and units of the columns of a log by quantity; several columns where in doubt.
+
+        Args:
+            names: Name of each column and the unit beside it.
+        """
         scores: dict[str, dict[tuple[str, str], int]] = {}
-        for name, beside in dict.fromkeys(names):
-            quantity, unit, score = self.likely(name, beside or apart(name)[1])
+        for name, unit_beside_name in dict.fromkeys(names):
+            quantity, unit, score = self.likely(name, unit_beside_name or split_unit(name)[1])
             if quantity:
                 scores.setdefault(quantity, {})[name, unit] = score
-        found = {}
-        for quantity, of in scores.items():
-            best = max(of.values())
-            least = best if best == _KNOWN else min(_SURE, best)
-            found[quantity] = [name for name, score in of.items() if score >= least]
-        return found
+        columns: dict[str, NamesAndUnits] = {}
+        for quantity, score_of_column in scores.items():
+            best = max(score_of_column.values())
+            least = best if best == _CERTAIN_SCORE else min(_LIKELY_SCORE, best)
+            columns[quantity] = [
+                column for column, score in score_of_column.items() if score >= least
+            ]
+        return columns
 
 
 # ---------------------------------------------------------------- logs
 
 VOCABULARY = TRACTION.vocabulary
-_GUESSES = Guesses("traction", "columns", VOCABULARY.own_names, ())
-# A signal is held at a level where its readings are as near to each other as this.
-_NEAR, _NEAR_C = 0.05, 3.0
+_GUESSES = Guesses("traction", "columns", VOCABULARY.project_names, ())
+# A signal is held at a level where its readings differ by less than this, relative or in K.
+_LEVEL_SPREAD = 0.05
+_LEVEL_SPREAD_C = 3.0
 _MU = "traction_coefficient"
-# No rig samples a sweep more slowly: a time without unit is in something else than seconds then.
-_LONGEST_STEP_S = 5.0
+# Longest time between two rows of a sweep. A time without unit and with longer steps is not in s.
+_LONGEST_INTERVAL_S = 5.0
 _SPEEDS = frozenset({"ball_speed", "disc_speed", "entrainment_speed"})
-_LOADS = {"N": "load_n", "GPa": "max_hertz_pressure_gpa"}
+# Unit of the load -> its set point.
+_LOAD_SET_POINTS = {"N": "load_n", "GPa": "max_hertz_pressure_gpa"}
 
 
-# Gives the source of the zero of the force by time, ball and disc speed, load, force; None: none.
+# Gives the source of the zero of the force from time, speeds of ball and disc, load, force; None
+# where no source is suitable.
 ZeroSource = Callable[[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray], str | None]
 
 
@@ -155,17 +195,18 @@ class Run:
     """One run of a log.
 
     Attributes:
-        part: Its name in its file; empty where a file of the format is one run.
-        oil_key: The header line that names the oil; empty where none does.
-        oil: What that line says.
-        rig: What the header says of the rig.
-        lines: Header lines of set points by the project's key: the line's name, its value.
-        measured: Levels of load, speed and temperature, by set point; NaN: none is held.
-        settled: Whether each row is a settled reading, so that nothing follows from its time.
-        zero: Source of the zero of the force, as `semantics` names it; empty where that cannot be
-            told, None where none suits.
-        units: The unit of each quantity.
-        log_kind: What the header says of it.
+        part: Its name in its file; empty where the file is one run.
+        oil_key: Key of the header line that names the oil; empty without one.
+        oil: Name of the oil in the header.
+        rig: Name of the rig in the header.
+        lines: Header lines of set points: key of the project -> name of the line, value.
+        measured: Measured levels of load, speed and temperature, by set point; NaN where none is
+            held.
+        settled: Whether each row is a settled reading, so that its time has no meaning.
+        zero: Source of the zero of the force, as `semantics` names it; empty where the columns do
+            not show it, None where no source is suitable.
+        units: Unit of each quantity.
+        log_kind: Kind of log in the header.
         slow: Whether the steps of the time are too long to be seconds.
     """
 
@@ -189,20 +230,20 @@ class Sniffed:
     Attributes:
         file: Its path below the campaign's folder.
         format: Its format; `none` where it is not known.
-        form: How it is written.
-        guesses: Columns by the quantity that they seem to mean, each with its unit.
+        form: How the text is written.
+        guesses: Likely columns of each quantity, each with its unit.
         units: Unit in the name of each column that has none beside it; empty where there is none.
-        missing: Quantities that no column seems to mean.
-        names: All names of its columns.
-        problem: Why it cannot be read, if so.
+        missing: Quantities without a certain column.
+        names: Names of all columns.
+        problem: Why the log cannot be read; empty where it can.
         runs: Its runs.
-        is_log: Whether it can be a log at all, if a damaged one.
+        is_log: Whether the file may be a log, if a damaged one.
     """
 
     file: str
     format: str
     form: base.TextForm
-    guesses: Mapping[str, base.Names]
+    guesses: Mapping[str, base.NamesAndUnits]
     units: Mapping[str, str]
     missing: Sequence[str]
     names: Sequence[str]
@@ -213,178 +254,285 @@ class Sniffed:
 
 @cache
 def _settings() -> Settings:
-    """Settings of a campaign without rig and oil: the readers ask for some."""
+    """Settings of any campaign: the readers need some."""
     return resolve(CONFIG, {"campaign": "etm-slim"})
 
 
 def sniff(file: str, content: bytes, zero: ZeroSource) -> Sniffed:
-    """What a log of a traction rig seems to hold."""
-    name, names = _names(content)
-    meant = _GUESSES.columns_by_quantity(names)
-    # names of the project need no line in the campaign file, where their unit is known
-    known = {each for each, of in meant.items() if all(VOCABULARY.meaning(n) and u for n, u in of)}
-    guesses = {each: columns for each, columns in meant.items() if each not in known}
-    certain = {quantity: each[0] for quantity, each in guesses.items() if len(each) == 1}
-    # units that are not beside the name: in it, or unknown
-    in_names = ((each, own) for each, (own, beside) in certain.items() if not beside)
-    units = {quantity: unit_in_name(own, quantity, VOCABULARY) for quantity, own in in_names}
-    # of time a unit that is not stated is the second; `_run` finds steps that contradict it
-    unitless = {quantity for quantity, unit in units.items() if not unit and quantity != "time"}
-    read_as = {each: unit or VOCABULARY.quantities[each][0] for each, unit in units.items()}
-    renamed = {
-        each: Column(name=[own], unit=read_as.get(each)) for each, (own, _) in certain.items()
+    """What a log of a traction rig probably holds."""
+    format_name, names = _format_and_names(content)
+    columns = _GUESSES.columns_by_quantity(names)
+    # names of the project need no line in the campaign file where their unit is known
+    guesses = {
+        quantity: candidates
+        for quantity, candidates in columns.items()
+        if not all(VOCABULARY.meaning(name) and unit for name, unit in candidates)
     }
+    only_candidate = {
+        quantity: candidates[0] for quantity, candidates in guesses.items() if len(candidates) == 1
+    }
+    units_in_names = {
+        quantity: unit_in_name(name, quantity, VOCABULARY)
+        for quantity, (name, unit_beside_name) in only_candidate.items()
+        if not unit_beside_name
+    }
+    # a time without unit is in seconds; `_run` finds steps that contradict it
+    unitless = {
+        quantity for quantity, unit in units_in_names.items() if not unit and quantity != "time"
+    }
+    renamed: dict[str, Column] = {}
+    for quantity, (name, _) in only_candidate.items():
+        unit = units_in_names.get(quantity)
+        if unit == "":
+            unit = VOCABULARY.quantities[quantity][0]
+        renamed[quantity] = Column(name=[name], unit=unit)
+    missing = _missing(columns)
     runs: list[Run] = []
 
-    def run(log: ContinuousLog, settings: Settings) -> base.LoggedRun:
+    def collect_run(log: ContinuousLog, settings: Settings) -> base.LoggedRun:
         runs.append(_run(log.run_id[len(file) + 1 :], log, unitless, zero))
         return log.run("", {"row": log.rows}, {}, None)
 
-    # the time of LabVIEW's logs need be no column; exports of PCS programs have no names to guess
-    optional = {"csv": set(), "pcs": {*VOCABULARY.quantities}}.get(name, {"time"})
-    missing = [each for each in _missing(meant) if each not in optional]
-    # what is missing is asked of the user; the rest of the log is read without it
-    spared = {*_missing(meant), "time"}
-    probe = LogKind(VOCABULARY, lambda _: renamed, lambda *_: iter(()), run, (), lambda *_: spared)
-    name, reading = read_log(content, file, _settings(), probe)
-    refused = next(((each.rule, each.reason) for each in reading.refusals), ("", ""))
-    # text is a log if some line names columns
-    no_log = refused[0] == "unknown_format" or (name == "csv" and not names)
-    own, problem = list(dict.fromkeys(name for name, _ in names if name)), refused[1]
-    found = guesses, units, missing, own, "" if runs else problem, runs
-    return Sniffed(file, name, reading.form, *found, not no_log)
+    format_name, reading = read_log(
+        content, file, _settings(), _probe(renamed, {*missing, "time"}, collect_run)
+    )
+    first_refusal = reading.refusals[0] if reading.refusals else base.Refusal("", "")
+    # text is a log if a line names columns
+    no_log = first_refusal.rule == "unknown_format" or (format_name == "csv" and not names)
+    return Sniffed(
+        file,
+        format_name,
+        reading.form,
+        guesses,
+        units_in_names,
+        missing=_to_ask(missing, format_name),
+        names=list(dict.fromkeys(name for name, _ in names if name)),
+        problem="" if runs else first_refusal.reason,
+        runs=runs,
+        is_log=not no_log,
+    )
 
 
-def _names(content: bytes) -> tuple[str, base.Names]:
-    """The format of a file, and the columns of its best table."""
-    name, tables = "none", []
+def _probe(
+    renamed: Renamed,
+    not_needed: Set[str],
+    collect_run: Callable[[ContinuousLog, Settings], base.LoggedRun],
+) -> LogKind:
+    """A kind of log that reads what is there, without demands on header and columns."""
+
+    def renamed_columns(campaign: Campaign) -> Renamed:
+        return renamed
+
+    def no_problems(
+        keys: Mapping[str, str], columns: Sequence[LoggedColumn], settings: Settings
+    ) -> Problems:
+        return iter(())
+
+    def without_column(keys: Mapping[str, str], settings: Settings) -> Set[str]:
+        return not_needed
+
+    return LogKind(
+        VOCABULARY,
+        renamed_columns,
+        no_problems,
+        collect_run,
+        sheet_keys=(),
+        not_needed=without_column,
+    )
+
+
+def _to_ask(missing: Sequence[str], format_name: str) -> list[str]:
+    """The missing quantities that the user must name."""
+    if format_name == "pcs":
+        # the names in these exports are fixed
+        return []
+    if format_name == "csv":
+        return list(missing)
+    # the time of LabVIEW's logs need not be a column
+    return [quantity for quantity in missing if quantity != "time"]
+
+
+def _format_and_names(content: bytes) -> tuple[str, base.NamesAndUnits]:
+    """The format of a file, and the columns of its table with most quantities."""
+    format_name = "none"
+    tables: list[base.NamesAndUnits] = []
     try:
-        content = unpack(content)
-        name = recognised_format(content) or name
-        if name != "pcs":
-            _, found = READERS[name].tables(content, _GUESSES)
-            tables = [[*zip(table.names, table.units, strict=True)] for table in found]
-    except Exception:  # noqa: S110 - whatever a library stumbles over; reading the log says it
+        unpacked = unpack(content)
+        format_name = recognised_format(unpacked) or format_name
+        if format_name != "pcs":
+            _, logged_tables = READERS[format_name].tables(unpacked, _GUESSES)
+            tables = [list(zip(table.names, table.units, strict=True)) for table in logged_tables]
+    except Exception:  # noqa: S110 - libraries raise many kinds; `read_log` gives the reason
         pass
     best = max(tables, key=lambda names: len(_GUESSES.columns_by_quantity(names)), default=[])
-    return name, best
+    return format_name, best
 
 
-def _missing(meant: Mapping[str, base.Names]) -> list[str]:
-    """The quantities that a log needs and that no column means for certain."""
-    known = {quantity for quantity, columns in meant.items() if len(columns) == 1}
-    if _MU in known:
+def _missing(columns: Mapping[str, base.NamesAndUnits]) -> list[str]:
+    """The required quantities without a certain column."""
+    certain = {quantity for quantity, candidates in columns.items() if len(candidates) == 1}
+    if _MU in certain:
         # a table of mu has no force, and no time: its rows are settled readings
-        known |= {"traction_force", "time"}
-    speeds = max(VOCABULARY.either, key=lambda pair: len(known & {*pair}))
-    return [quantity for quantity in (*VOCABULARY.always, *speeds) if quantity not in known]
+        certain |= {"traction_force", "time"}
+    speeds = max(VOCABULARY.alternatives, key=lambda pair: len(certain & set(pair)))
+    required = (*VOCABULARY.required, *speeds)
+    return [quantity for quantity in required if quantity not in certain]
 
 
 def _run(part: str, log: ContinuousLog, unitless: Set[str], zero: ZeroSource) -> Run:
-    """What the columns and header lines of a run show; nothing follows from `unitless` ones."""
-    # the oil and the rig of the settings for the readers are not those of the log
-    unsaid = {"oil", "rig"} - log.understood.sources.keys()
-    keys = {key: text for key, text in log.keys.items() if key not in unsaid}
-    count, values, units = len(log.rows), log.values, log.units
-    nothing = np.full(count, np.nan)
-    names = "time", "load", "traction_force", "inlet_temperature"
-    time, load, force, temperature = (values.get(name, nothing) for name in names)
-    ball, disc = _surface_speeds(values, units, nothing)
-    mean = (ball + disc) / 2
-    turning = _turning(mean)
-    levels = {} if "load" in unitless else {_LOADS[units.get("load", "N")]: load}
-    if units.get("ball_speed") != "rpm" and not _SPEEDS & unitless:
-        levels["entrainment_speed_m_s"] = mean
-    if "inlet_temperature" not in unitless:
-        levels["inlet_temperature_c"] = temperature
-    # what is logged at standstill is no level of the run
-    used = turning if turning.any() else np.ones(count, dtype=bool)
-    measured = {key: _level(key, each[used]) for key, each in levels.items()}
+    """What columns and header lines of a run show.
+
+    Args:
+        part: Name of the run in its file.
+        log: The rows of the run.
+        unitless: Quantities whose unit is not known: nothing follows from them.
+        zero: Gives the source of the zero.
+    """
+    # the readers have added the oil and the rig of their settings
+    added = {"oil", "rig"} - log.understood.sources.keys()
+    keys = {key: text for key, text in log.keys.items() if key not in added}
     log_kind = keys.get("log_kind", "")
-    settled = log_kind == "steps" or (_MU in values and "time" not in values)
+    settled = log_kind == "steps" or (_MU in log.values and "time" not in log.values)
+    unknown = np.full(len(log.rows), np.nan)
+    time = log.values.get("time", unknown)
+    load = log.values.get("load", unknown)
+    force = log.values.get("traction_force", unknown)
+    ball, disc = _surface_speeds(log.values, log.units, unknown)
     signals = (time, ball, disc, load, force)
-    continuous = count > 1 and np.isfinite(signals).all() and not settled
-    named = oil_key(keys) or "oil"
-    step = float(np.median(np.diff(time))) if count > 1 else 0.0
-    timed = continuous and "time" not in unitless and step > 0
-    slow = not settled and step > _LONGEST_STEP_S
-    said = part, named, keys.get(named, ""), keys.get("rig", ""), _lines(keys)
-    found = measured, settled, zero(*signals) if timed else "", units
-    return Run(*said, *found, log_kind, slow)
+    step_s = float(np.median(np.diff(time))) if len(time) > 1 else 0.0
+    has_clock = step_s > 0 and "time" not in unitless and not settled
+    key_of_oil = oil_key(keys) or "oil"
+    return Run(
+        part,
+        key_of_oil,
+        keys.get(key_of_oil, ""),
+        keys.get("rig", ""),
+        lines=_lines(keys),
+        measured=_measured_levels(log, (ball + disc) / 2, unitless),
+        settled=settled,
+        zero=zero(*signals) if has_clock and np.isfinite(signals).all() else "",
+        units=log.units,
+        log_kind=log_kind,
+        slow=not settled and step_s > _LONGEST_INTERVAL_S,
+    )
 
 
-def _level(key: str, values: FloatArray) -> float:
-    """The median as a set point is written, where the signal is held at a level; else NaN."""
-    known = np.abs(values[np.isfinite(values)])
-    if not len(known):
+def _measured_levels(
+    log: ContinuousLog, entrainment: FloatArray, unitless: Set[str]
+) -> dict[str, float]:
+    """Set point -> its measured level; NaN where the signal is not held.
+
+    Args:
+        log: The rows of a run.
+        entrainment: Entrainment speed, shape (rows,); NaN where it is not known.
+        unitless: Quantities whose unit is not known.
+    """
+    unknown = np.full(len(log.rows), np.nan)
+    signals: dict[str, FloatArray] = {}
+    if "load" not in unitless:
+        signals[_LOAD_SET_POINTS[log.units.get("load", "N")]] = log.values.get("load", unknown)
+    if log.units.get("ball_speed") != "rpm" and not _SPEEDS & unitless:
+        signals["entrainment_speed_m_s"] = entrainment
+    if "inlet_temperature" not in unitless:
+        signals["inlet_temperature_c"] = log.values.get("inlet_temperature", unknown)
+    turning = _turning(entrainment)
+    # readings at standstill are no level of the run
+    rows = turning if turning.any() else np.ones(len(log.rows), dtype=bool)
+    return {set_point: _level(set_point, signal[rows]) for set_point, signal in signals.items()}
+
+
+def _level(set_point: str, values: FloatArray) -> float:
+    """The median, rounded like a set point, where the signal is held at a level; else NaN."""
+    readings = np.abs(values[np.isfinite(values)])
+    if len(readings) == 0:
         return np.nan
-    low, median, high = np.quantile(known, (0.1, 0.5, 0.9))
-    if key == "inlet_temperature_c":
-        return round(float(median), 1) if high - low <= _NEAR_C else np.nan
-    return float(f"{median:.3g}") if high - low <= _NEAR * median else np.nan
+    low, median, high = np.quantile(readings, (0.1, 0.5, 0.9))
+    if set_point == "inlet_temperature_c":
+        return round(float(median), 1) if high - low <= _LEVEL_SPREAD_C else np.nan
+    return float(f"{median:.3g}") if high - low <= _LEVEL_SPREAD * median else np.nan
 
 
 def _surface_speeds(
-    values: Mapping[str, FloatArray], units: Mapping[str, str], nothing: FloatArray
+    values: Mapping[str, FloatArray], units: Mapping[str, str], unknown: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Speeds of ball and disc; NaN where the log does not give them.
+    """Speeds of ball and disc, shape (rows,); NaN where the log does not give them.
 
-    Of spindle speeds the beginning is taken for pure rolling, because the radii are not known.
+    The radii of spindles are not known. Their speeds are scaled as if the beginning of the run were
+    pure rolling.
     """
     if {"ball_speed", "disc_speed"} <= values.keys():
         ball, disc = values["ball_speed"], values["disc_speed"]
         if units["ball_speed"] == "rpm":
-            first = np.flatnonzero(_turning(ball) & _turning(disc))[: max(1, len(ball) // 50)]
+            turning = np.flatnonzero(_turning(ball) & _turning(disc))
+            first = turning[: max(1, len(ball) // 50)]
             if len(first):
                 disc = disc * (np.median(ball[first]) / np.median(disc[first]))
         return ball, disc
-    mean = values.get("entrainment_speed", nothing)
-    half = values.get("slide_roll_ratio", nothing) / 2
-    return mean * (1 - half), mean * (1 + half)
+    mean = values.get("entrainment_speed", unknown)
+    half_slip = values.get("slide_roll_ratio", unknown) / 2
+    return mean * (1 - half_slip), mean * (1 + half_slip)
 
 
 def _turning(speed: FloatArray) -> BoolArray:
-    """The rows at more than half of the speed of the fastest ones."""
-    known = len(speed) > 0 and np.isfinite(speed).all()
-    return np.abs(speed) > (np.quantile(np.abs(speed), 0.9) / 2 if known else np.inf)
+    """The rows at more than half of the speed of the fastest ones, shape (rows,)."""
+    if len(speed) == 0 or not np.isfinite(speed).all():
+        return np.zeros(len(speed), dtype=bool)
+    return np.abs(speed) > np.quantile(np.abs(speed), 0.9) / 2
 
 
 # ---------------------------------------------------------------- header lines
 
 
 def _lines(keys: Mapping[str, str]) -> dict[str, tuple[str, float]]:
-    """The header lines that give set points with their unit; of two for one, the first."""
+    """The header lines that give set points with their unit: set point -> name of line, value.
+
+    Of two lines for one set point the first counts.
+    """
     lines: dict[str, tuple[str, float]] = {}
-    for name, text in keys.items():
-        bare, beside = apart(name)
-        words = bare.replace("_", " ")
-        last, behind = plain_key(f" {words}".split(" ")[-1]), number_and_unit(text)[1]
-        for key, (quantity, unit) in base.SET_POINT_UNITS.items():
-            meant = guessed(words, unit, VOCABULARY)[0]
-            if name != key and meant != quantity.replace("max_hertz_pressure", "load"):
+    for key, text in keys.items():
+        bare_key, unit_in_brackets = split_unit(key)
+        name = bare_key.replace("_", " ")
+        last_word = plain_key(name.split(" ")[-1])
+        _, unit_of_text = number_and_unit(text)
+        for set_point, (quantity, unit) in base.SET_POINT_UNITS.items():
+            likely_quantity, _ = guessed(name, unit, VOCABULARY)
+            quantity_of_column = "load" if quantity == "max_hertz_pressure" else quantity
+            if key != set_point and likely_quantity != quantity_of_column:
                 continue
-            found, number = meaning(name, text, {plain_key(words): key})
-            value = base.set_point(key, number) if found == key else None
-            given = name == key or beside or behind or UNITS.get(last) == unit
-            if value is not None and given:
-                lines.setdefault(key, (words, value))
+            key_meant, number = meaning(key, text, {plain_key(name): set_point})
+            if key_meant != set_point:
+                continue
+            value = base.parse_set_point(set_point, number)
+            has_unit = (
+                key == set_point or unit_in_brackets or unit_of_text or UNITS.get(last_word) == unit
+            )
+            if value is not None and has_unit:
+                lines.setdefault(set_point, (name, value))
                 break
     return lines
 
 
 def set_points(run: Run) -> dict[str, float]:
-    """Levels of a run whose set points its header does not give."""
+    """Measured levels of a run whose set points its header does not give."""
+    from_header = set(run.lines)
     # the load has one set point, as force or as pressure
-    given = run.lines.keys() | (base.LOADS if run.lines.keys() & base.LOADS else frozenset())
-    levels = run.measured.items()
-    return {key: level for key, level in levels if np.isfinite(level) and key not in given}
+    if from_header & base.LOADS:
+        from_header |= base.LOADS
+    return {
+        set_point: level
+        for set_point, level in run.measured.items()
+        if np.isfinite(level) and set_point not in from_header
+    }
 
 
 def rows_of_sheet(log: Sniffed) -> Sequence[Run]:
     """The runs of a log that need a row of the run sheet; one for all where they are alike."""
-    first = log.runs[0] if log.runs else Run()
-    same = all(set_points(run) == set_points(first) for run in log.runs)
-    return [replace(first, part="")] if same or not log.runs else log.runs
+    if not log.runs:
+        return [Run()]
+    first = log.runs[0]
+    if all(set_points(run) == set_points(first) for run in log.runs):
+        return [replace(first, part="")]
+    return log.runs
 
 
 # ---------------------------------------------------------------- all logs
@@ -417,64 +565,84 @@ class Findings:
 
     @cached_property
     def columns(self) -> dict[str, list[str]]:
-        """Names of columns by the quantity that they seem to mean."""
-        # a unit in brackets is read; without one the name is as the log writes it
-        return _grouped(
-            (quantity, apart(name)[0] if unit else name)
-            for log in self.named
-            for quantity, columns in log.guesses.items()
-            for name, unit in (columns if len(columns) == 1 else ())
-        )
+        """Names of the only candidate of each quantity, in all logs."""
+        names: list[tuple[str, str]] = []
+        for log in self.named:
+            for quantity, candidates in log.guesses.items():
+                if len(candidates) > 1:
+                    continue
+                name, unit = candidates[0]
+                # a unit in brackets is read; without one the name stays as the log writes it
+                names.append((quantity, split_unit(name)[0] if unit else name))
+        return _grouped(names)
 
     @property
     def doubtful(self) -> dict[str, list[str]]:
-        """Quantities that no column seems to mean, or several: the names to choose from."""
-        found: dict[str, dict[str, None]] = {}
+        """Quantities without a column or with several candidates -> the names to choose from."""
+        choices: dict[str, dict[str, None]] = {}
         for log in self.named:
-            several = {q: [n for n, _ in each] for q, each in log.guesses.items() if len(each) > 1}
-            for quantity in {*log.missing, *several}:
-                names = several.get(quantity, [name for name in log.names if _is_left(name, log)])
-                found.setdefault(quantity, {}).update(dict.fromkeys(names))
-        return {quantity: [*found[quantity]] for quantity in sorted(found)}
+            candidates_of = {
+                quantity: [name for name, _ in candidates]
+                for quantity, candidates in log.guesses.items()
+                if len(candidates) > 1
+            }
+            unused = [name for name in log.names if _is_unused(name, log)]
+            for quantity in {*log.missing, *candidates_of}:
+                names = candidates_of.get(quantity, unused)
+                choices.setdefault(quantity, {}).update(dict.fromkeys(names))
+        return {quantity: list(choices[quantity]) for quantity in sorted(choices)}
 
     def unit(self, quantity: str) -> tuple[str, bool]:
-        """The unit for the campaign file, empty where the logs give it; whether it is unknown."""
+        """The unit for the campaign file, and whether it is unknown.
+
+        The unit is empty where the logs give it, or where it is unknown.
+        """
         units = {log.units[quantity] for log in self.named if quantity in log.units}
-        seconds = quantity == "time" and not any(run.slow for run in self.runs)
-        known = next(iter(units)) if len(units) == 1 else ""
-        known = "s" if units == {""} and seconds else known
-        return known, bool(units) and not known
+        if not units:
+            return "", False
+        if len(units) > 1:
+            return "", True
+        unit = units.pop()
+        if not unit and quantity == "time" and not any(run.slow for run in self.runs):
+            unit = "s"
+        return unit, unit == ""
 
     @property
     def header(self) -> dict[str, list[str]]:
-        """Names of header lines by the project's key, without those that are the key itself."""
-        of_oils = [("oil", run.oil_key.replace("_", " ")) for run in self.runs if run.oil_key]
-        lines = [(key, name) for run in self.runs for key, (name, _) in run.lines.items()]
-        return _grouped((k, name) for k, name in [*of_oils, *lines] if plain_key(name) != k)
+        """Key of the project -> names of its header lines, without lines with the key itself."""
+        names = [("oil", run.oil_key.replace("_", " ")) for run in self.runs if run.oil_key]
+        for run in self.runs:
+            names += [(key, name) for key, (name, _) in run.lines.items()]
+        return _grouped((key, name) for key, name in names if plain_key(name) != key)
 
     @cached_property
     def oils(self) -> dict[str, list[str]]:
-        """What the logs call each oil, by the id that it gets; one id where no log says it."""
+        """Id of each oil -> its names in the logs; one id where no log names an oil."""
         labels = dict.fromkeys(run.oil for run in self.runs if run.oil)
-        numbered = enumerate(labels, start=1)
-        return _grouped((_oil_id(each) or f"oil-{n}", each) for n, each in numbered) or {
-            "my-oil": []
-        }
+        if not labels:
+            return {"my-oil": []}
+        return _grouped(
+            (_oil_id(label) or f"oil-{number}", label)
+            for number, label in enumerate(labels, start=1)
+        )
 
     @property
     def unnamed_oil(self) -> bool:
-        """Whether some logs name an oil and others do not, so that these need it of the sheet."""
+        """Whether only some logs name an oil, so that the others need it in the run sheet."""
         return len(self.oils) > 1 and any(not run.oil for run in self.runs)
 
     @cached_property
     def rigs(self) -> list[str]:
-        """Rigs by the names that the logs give them; one of its own where none does."""
-        known = shipped("rigs")
-        named = [known.get(plain_key(run.rig), _slug(run.rig)) for run in self.runs if run.rig]
-        pcs = [log for log in self.logs if log.format == "pcs"]
-        if pcs and not named:
-            return ["pcs-etm" if all("etm" in log.file.lower() for log in pcs) else "pcs-rig"]
-        return list(dict.fromkeys(name for name in named if name)) or ["my-rig"]
+        """Names of the rigs: of the logs, else of a PCS rig for its exports, else `my-rig`."""
+        names_of_shipped = shipped("rigs")
+        names = [
+            names_of_shipped.get(plain_key(run.rig), _slug(run.rig)) for run in self.runs if run.rig
+        ]
+        pcs_logs = [log for log in self.logs if log.format == "pcs"]
+        if pcs_logs and not names:
+            all_etm = all("etm" in log.file.lower() for log in pcs_logs)
+            return ["pcs-etm" if all_etm else "pcs-rig"]
+        return list(dict.fromkeys(name for name in names if name)) or ["my-rig"]
 
     @property
     def needs_radii(self) -> bool:
@@ -483,18 +651,21 @@ class Findings:
 
     @property
     def needs_contact(self) -> bool:
-        """Whether geometry and materials are needed: to know loads, or pressures of several loads.
+        """Whether geometry and materials are needed: for loads, or for pressures of several loads.
 
         A pressure that every header states needs none.
         """
-        loads = [each for run in self.runs if (each := run.measured.get("load_n", 0.0)) > 0]
+        if any(run.units.get("load") == "GPa" for run in self.runs):
+            return True
+        loads = [run.measured.get("load_n", 0.0) for run in self.runs]
+        loads = [load for load in loads if load > 0]
+        several = bool(loads) and max(loads) > (1 + _LEVEL_SPREAD) * min(loads)
         stated = all("max_hertz_pressure_gpa" in run.lines for run in self.runs)
-        several = bool(loads) and max(loads) > (1 + _NEAR) * min(loads)
-        return any(run.units.get("load") == "GPa" for run in self.runs) or (several and not stated)
+        return several and not stated
 
     @cached_property
     def zeros(self) -> Counter[str | None]:
-        """How many runs each source of the zero suits; None: none does."""
+        """Source of the zero -> number of runs for which it is suitable; None: no source is."""
         return Counter(run.zero for run in self.runs if run.zero != "")
 
     @property
@@ -507,12 +678,14 @@ class Findings:
         """Whether two runs of one oil have the same set points."""
         conditions = []
         for run in self.runs:
-            levels = set_points(run) | {key: value for key, (_, value) in run.lines.items()}
-            # of runs whose condition is not known whole nobody can say that they repeat
-            if (
+            levels = set_points(run)
+            levels |= {set_point: value for set_point, (_, value) in run.lines.items()}
+            has_all_levels = (
                 levels.keys() >= {"entrainment_speed_m_s", "inlet_temperature_c"}
                 and levels.keys() & base.LOADS
-            ):
+            )
+            # runs with an incomplete condition cannot be compared
+            if has_all_levels:
                 conditions.append((run.oil, *sorted(levels.items())))
         return len(set(conditions)) < len(conditions)
 
@@ -530,17 +703,20 @@ def _grouped(pairs: Iterable[tuple[str, str]]) -> dict[str, list[str]]:
     return grouped
 
 
-def _is_left(name: str, log: Sniffed) -> bool:
-    """Whether nothing is known of a column of a log."""
-    taken = {other for columns in log.guesses.values() for other, _ in columns}
-    return name not in taken and VOCABULARY.meaning(name) is None
+def _is_unused(name: str, log: Sniffed) -> bool:
+    """Whether a column of a log has no likely meaning."""
+    used = {candidate for candidates in log.guesses.values() for candidate, _ in candidates}
+    return name not in used and VOCABULARY.meaning(name) is None
 
 
 def _oil_id(label: str) -> str:
-    """The shipped oil that a label names as a word of its own, else the label as an id."""
+    """The shipped oil that is a word of a label, else the label as an id."""
     words = re.findall(r"\w+", plain_key(label).replace("_", " "))
-    known = shipped("oils")
-    return next((known[word] for word in words if word in known), _slug(label))
+    ids = shipped("oils")
+    for word in words:
+        if word in ids:
+            return ids[word]
+    return _slug(label)
 
 
 def _slug(label: str) -> str:

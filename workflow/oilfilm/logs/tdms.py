@@ -7,25 +7,23 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
-from nptdms import TdmsFile, TdmsGroup
+from nptdms import TdmsChannel, TdmsFile, TdmsGroup
 from nptdms.log import log_manager
 
-from oilfilm.logs.base import NO_TEXT, Refusal, UnreadableLogError, check_rows, distinct
-from oilfilm.logs.columns import Found, LoggedTable, header_text, seconds
+from oilfilm.logs.base import NO_TEXT, Refusal, UnreadableLogError, check_rows, distinct_names
+from oilfilm.logs.columns import LoggedTable, TablesOfFile, Values, header_text, seconds
 from oilfilm.logs.log_kind import Vocabulary
 from oilfilm.settings.base import plain_key
 
-Values = npt.NDArray[Any]
-
 _TAG = b"TDSm"
-_LEAD_IN = 28
+_LEAD_IN_BYTES = 28
 _UNKNOWN_END = (1 << 64) - 1
 _BIG_ENDIAN = 1 << 6
-# Counts of scalings and of their coefficients, which the library loops over, are never larger.
+# Largest number of scalings, and of their coefficients, in a log of a rig. The library loops over
+# them.
 _MOST_SCALINGS = 1000
 
-# Its warnings about damaged files would repeat on the terminal what the verdict says.
+# Its warnings about damaged files would repeat the message of the refusal on the terminal.
 log_manager.set_level(logging.ERROR)
 
 
@@ -34,105 +32,137 @@ def recognises(head: bytes) -> bool:
     return head.startswith(_TAG)
 
 
-def tables(content: bytes, vocabulary: Vocabulary) -> Found:
+def tables(content: bytes, vocabulary: Vocabulary) -> TablesOfFile:
     """See `Reader.tables`."""
-    flaw, raw = _segments(content)
+    flaw, value_bytes = _read_segments(content)
     with TdmsFile.open(io.BytesIO(content)) as log:
         channels = [channel for group in log.groups() for channel in group.channels()]
-        _check_claims(channels, [log.properties, *(g.properties for g in log.groups())], content)
-        sizes = [getattr(channel.data_type, "size", 0) for channel in channels]
-        # texts and raw data of DAQmx have no size, channels without data no type
-        if not flaw and None not in sizes:
-            used = sum(len(channel) * size for channel, size in zip(channels, sizes, strict=True))
-            if used != raw:
-                raise ValueError(f"its channels have {used} bytes of values, its segments {raw}")
-        groups = [group for group in log.groups() if any(map(len, group.channels()))]
+        properties = [log.properties]
+        properties += [group.properties for group in log.groups()]
+        properties += [channel.properties for channel in channels]
+        _check_claims(channels, properties, content)
+        if not flaw:
+            _check_value_bytes(channels, value_bytes)
+        groups = [
+            group for group in log.groups() if any(len(channel) > 0 for channel in group.channels())
+        ]
         if flaw and not groups:
             advice = "Copy it again, or repeat the run."
             raise UnreadableLogError(flaw.reason, advice, rule="damaged_file")
-        labels = distinct(group.name for group in groups)
+        run_names = distinct_names(group.name for group in groups)
+        if len(groups) == 1:
+            run_names = [""]
+        # read here, while the file is open
         return NO_TEXT, [
-            _table(group, log.properties, label if groups[1:] else "", flaw, vocabulary)
-            for group, label in zip(groups, labels, strict=True)
+            _table(group, log.properties, run_name, flaw, vocabulary)
+            for group, run_name in zip(groups, run_names, strict=True)
         ]
 
 
-def _segments(content: bytes) -> tuple[Refusal | None, int]:
-    """What is wrong with the last segment where it was not written to its end; bytes of values."""
-    position, number, raw = 0, 0, 0
+def _read_segments(content: bytes) -> tuple[Refusal | None, int]:
+    """A flaw where the last segment is not complete, and the bytes of values in all others."""
+    position = 0
+    number = 0
+    value_bytes = 0
     while position < len(content):
         number += 1
-        sentence = f"the file ends within segment {number}, which was not written to its end"
-        lead_in = content[position : position + _LEAD_IN]
-        if len(lead_in) < _LEAD_IN or not lead_in.startswith(_TAG):
+        incomplete = Refusal(
+            "truncated", f"the file ends within segment {number}, which was not written to its end"
+        )
+        lead_in = content[position : position + _LEAD_IN_BYTES]
+        if not _TAG.startswith(lead_in[:4]):
             # another tag is damage, which the library reports
-            return (Refusal("truncated", sentence) if _TAG.startswith(lead_in[:4]) else None), raw
-        order = ">" if lead_in[4] & _BIG_ENDIAN else "<"
-        length, of_names = struct.unpack(f"{order}QQ", lead_in[12:28])
-        if length == _UNKNOWN_END or position + _LEAD_IN + length > len(content):
-            return Refusal("truncated", sentence), raw
-        position += _LEAD_IN + length
-        raw += length - of_names
-    return None, raw
+            return None, value_bytes
+        if len(lead_in) < _LEAD_IN_BYTES:
+            return incomplete, value_bytes
+        byte_order = ">" if lead_in[4] & _BIG_ENDIAN else "<"
+        length, name_bytes = struct.unpack(f"{byte_order}QQ", lead_in[12:28])
+        end = position + _LEAD_IN_BYTES + length
+        if length == _UNKNOWN_END or end > len(content):
+            return incomplete, value_bytes
+        position = end
+        value_bytes += length - name_bytes
+    return None, value_bytes
+
+
+def _check_value_bytes(channels: Sequence[TdmsChannel], value_bytes: int) -> None:
+    """Compare the values of the channels with those of the segments.
+
+    Raises:
+        ValueError: The numbers of bytes differ.
+    """
+    used = 0
+    for channel in channels:
+        # channels without data have no type
+        size = getattr(channel.data_type, "size", 0)
+        if size is None:
+            # texts and raw data of DAQmx have no size: nothing can be compared
+            return
+        used += len(channel) * size
+    if used != value_bytes:
+        raise ValueError(f"its channels have {used} bytes of values, its segments {value_bytes}")
 
 
 def _check_claims(
-    channels: Sequence[Any], properties: Sequence[Mapping[str, Any]], content: bytes
+    channels: Sequence[TdmsChannel], properties: Sequence[Mapping[str, Any]], content: bytes
 ) -> None:
-    """Refuse what would make the library fill the memory or loop without end.
+    """Refuse a file that would make the library fill the memory or loop without end.
 
     Raises:
-        ValueError: More values are claimed than the file has bytes, or scalings beyond reason.
+        ValueError: More values are claimed than the file has bytes, or more than `_MOST_SCALINGS`.
     """
     claimed = sum(len(channel) for channel in channels)
     if claimed > len(content):
         raise ValueError(f"it claims {claimed} values in {len(content)} bytes")
-    for owner in [*properties, *(channel.properties for channel in channels)]:
-        for name, value in owner.items():
-            if name.startswith("NI_") and name.endswith(("_Size", "_Scales")):
-                if not 0 <= int(value) <= _MOST_SCALINGS:
-                    raise ValueError(f"the property {name} is {value}")
+    for properties_of_one in properties:
+        for name, value in properties_of_one.items():
+            is_count = name.startswith("NI_") and name.endswith(("_Size", "_Scales"))
+            if is_count and not 0 <= int(value) <= _MOST_SCALINGS:
+                raise ValueError(f"the property {name} is {value}")
 
 
 def _table(
     group: TdmsGroup,
-    of_file: Mapping[str, Any],
-    part: str,
+    file_properties: Mapping[str, Any],
+    run_name: str,
     flaw: Refusal | None,
     vocabulary: Vocabulary,
 ) -> LoggedTable:
     """A group as a table, in which shorter channels end in rows without a number.
 
-    Channels that mean nothing to a run may be of any length.
+    Channels without a meaning may have any length.
     """
     channels = group.channels()
     names = [channel.name.strip() for channel in channels]
-    about = [channel.properties for channel in channels]
-    units = [
-        "s" if channel.dtype.kind == "M" else str(channel.properties.get("unit_string", "")).strip()
-        for channel in channels
-    ]
-    known = vocabulary.meanings(names, units)
-    rows = max(len(channels[place]) for place in known or range(len(channels)))
+    units = [_unit(channel) for channel in channels]
+    meanings = vocabulary.meanings(names, units)
+    indices = list(meanings) or range(len(channels))
+    rows = max(len(channels[index]) for index in indices)
     check_rows(rows)
-    # read here, as long as the file is open
-    read = {place: seconds(np.asarray(channels[place][:])) for place in known}
+    numbers = {index: seconds(np.asarray(channels[index][:])) for index in meanings}
 
-    def values(places: Sequence[int]) -> list[Values]:
-        return [_of_length(read[place], rows) for place in places]
+    def values(indices: Sequence[int]) -> list[Values]:
+        return [_with_length(numbers[index], rows) for index in indices]
 
-    clocks = {
-        place: (float(each.get("wf_start_offset", 0.0)), float(each["wf_increment"]), "s")
-        for place, each in enumerate(about)
-        if "wf_increment" in each
-    }
-    properties = {**of_file, **group.properties}
+    clocks: dict[int, tuple[float, float, str]] = {}
+    for index, channel in enumerate(channels):
+        if "wf_increment" in channel.properties:
+            start = float(channel.properties.get("wf_start_offset", 0.0))
+            clocks[index] = start, float(channel.properties["wf_increment"]), "s"
+    properties = dict(file_properties) | dict(group.properties)
     keys = {plain_key(name): header_text(value) for name, value in properties.items()}
-    return LoggedTable(keys, names, units, values, rows, part, flaw=flaw, clocks=clocks)
+    return LoggedTable(keys, names, units, values, rows, run_name, flaw=flaw, clocks=clocks)
 
 
-def _of_length(values: Values, rows: int) -> Values:
-    """Numbers with NaN behind the last; anything else as it is."""
+def _unit(channel: TdmsChannel) -> str:
+    """Unit of a channel; instants are converted to seconds."""
+    if channel.dtype.kind == "M":
+        return "s"
+    return str(channel.properties.get("unit_string", "")).strip()
+
+
+def _with_length(values: Values, rows: int) -> Values:
+    """Numbers of shape (rows,), NaN behind the last one; other values stay as they are."""
     if len(values) == rows or values.dtype.kind not in "iuf":
         return values
     return np.pad(values.astype(np.float64), (0, rows - len(values)), constant_values=np.nan)

@@ -1,6 +1,6 @@
 """The text of a log: its encoding, its rows as numbers, its time stamps as seconds.
 
-Rows are parsed by Arrow, a column cell by cell where a cell is no number.
+Arrow parses the rows. A column with a cell that is no number is parsed cell by cell.
 
 Decides: in which encoding a text log is read; which number a cell of a text log holds; how time
 stamps are read.
@@ -21,51 +21,60 @@ import pyarrow.csv as arrow_csv
 
 from oilfilm.units import FloatArray
 
-HEAD_SEARCHED = 1 << 16
+# The header and the names of the columns are in the first so many bytes of a text.
+HEAD_BYTES = 1 << 16
 _EMPTY_LINES = re.compile(rb"\n\n+")
 _HIGH_BYTES = re.compile(rb"[\x80-\xff]+")
 _UTF8_MARK = b"\xef\xbb\xbf"
 _UTF16_MARKS = (b"\xff\xfe", b"\xfe\xff")
-# So many runs of bytes of 128 and above tell the encoding.
-_RUNS_SEARCHED = 10_000
-# Nearly all Chinese characters in use are in level 1 of GB 2312, whose first bytes are below.
-_LEVEL_2 = 0xD8
+# The encoding is judged by so many sequences of bytes of 128 and above.
+_SEQUENCES_SEARCHED = 10_000
+# Nearly all Chinese characters in use are in level 1 of GB 2312. Level 2 begins with this byte.
+_FIRST_BYTE_OF_LEVEL_2 = 0xD8
 
 
 def encoding_of(content: bytes) -> str:
     """The most likely encoding of a text.
 
-    A mark, zeros (UTF-16) or valid UTF-8 tell it. In a damaged text most bytes of 128 and above
-    are as its encoding wants them all the same: UTF-8 is hardly ever met by chance; common Chinese
-    characters have two such bytes in GB18030; western letters of Windows-1252 have one between
-    others.
+    A byte order mark, zeros (UTF-16) or valid UTF-8 give it. Otherwise the text is judged by its
+    bytes of 128 and above, most of which are valid even in a damaged text:
+
+    - valid UTF-8 hardly ever occurs by chance;
+    - common Chinese characters have two such bytes in GB18030;
+    - western letters have one in Windows-1252, between ASCII letters.
     """
     if content.startswith(_UTF8_MARK):
         return "utf-8"
     if content.startswith(_UTF16_MARKS):
         return "utf-16"
     head = content[:2000]
-    zeros = head[1::2].count(0), head[0::2].count(0)
-    if max(zeros) > len(head) / 4:
-        return "utf-16-le" if zeros[0] > zeros[1] else "utf-16-be"
+    zeros_at_odd = head[1::2].count(0)
+    zeros_at_even = head[0::2].count(0)
+    if max(zeros_at_odd, zeros_at_even) > len(head) / 4:
+        return "utf-16-le" if zeros_at_odd > zeros_at_even else "utf-16-be"
     if content.isascii():
         return "ascii"
     with suppress(UnicodeDecodeError):
         content.decode("utf-8")
         return "utf-8"
-    runs = [match[0] for match in islice(_HIGH_BYTES.finditer(content), _RUNS_SEARCHED)]
-    letters = b" ".join(runs).decode("utf-8", "replace").replace(" ", "")
+    matches = islice(_HIGH_BYTES.finditer(content), _SEQUENCES_SEARCHED)
+    sequences = [match[0] for match in matches]
+    letters = b" ".join(sequences).decode("utf-8", "replace").replace(" ", "")
     if letters.count("\ufffd") <= len(letters) / 2:
         return "utf-8"
-    chinese = sum(len(run) % 2 == 0 and run[0] < _LEVEL_2 for run in runs)
-    return "gb18030" if chinese > len(runs) / 2 else "cp1252"
+    chinese = [
+        sequence
+        for sequence in sequences
+        if len(sequence) % 2 == 0 and sequence[0] < _FIRST_BYTE_OF_LEVEL_2
+    ]
+    return "gb18030" if len(chinese) > len(sequences) / 2 else "cp1252"
 
 
 def normalise(content: bytes, encoding: str | None = None) -> bytes:
-    """The text as UTF-8 with LF line ends, whatever it was written in.
+    """The text as UTF-8 with LF line ends and without empty lines.
 
-    Empty lines are left out. Bytes that are not valid in the encoding become the replacement
-    character, so that the rows that hold them are refused.
+    Bytes that are not valid in the encoding become the replacement character. Rows with it are
+    refused.
 
     Args:
         content: The file's bytes, or the first of them.
@@ -81,14 +90,16 @@ def normalise(content: bytes, encoding: str | None = None) -> bytes:
 
 
 def count_rows(text: bytes, start: int = 0) -> int:
-    """Lines of a text without empty lines; the last one counts without a line end too."""
-    return text.count(b"\n", start) + (len(text) > start and not text.endswith(b"\n"))
+    """Number of lines of a text without empty lines; the last one may have no line end."""
+    ended = text.count(b"\n", start)
+    last_has_no_end = len(text) > start and not text.endswith(b"\n")
+    return ended + 1 if last_has_no_end else ended
 
 
 # ---------------------------------------------------------------- rows
 
-_BLOCK = 1 << 22
-# Marks between thousands that are no decimal mark anywhere.
+_BLOCK_BYTES = 1 << 22
+# Marks between thousands that no country uses as a decimal mark.
 _BLANK_GROUPS = r"(?<=\d)[ \u00a0\u202f'\u2019](?=\d{3}(?!\d))"
 
 
@@ -97,15 +108,15 @@ class TextTable:
     """Rows of a text log, as UTF-8 with LF line ends.
 
     Attributes:
-        text: A text that ends in the rows; the last one may have no line end, then none of its
-            cells is a number.
-        width: How many cells a row has.
-        delimiter: What parts the cells; no cell holds it.
+        text: A text that ends in the rows. Where the last row has no line end, none of its cells
+            is a number.
+        width: Number of cells in a row.
+        delimiter: Character between cells; no cell holds it.
         decimal_mark: Decimal mark of numbers.
         group_mark: Mark between thousands; empty where there is none.
-        stamps: Places of the cells that make a time stamp, that of the time of day first; empty
+        stamps: Indices of the cells that make a time stamp, that of the time of day first; empty
             where time is a number.
-        start: Where the rows begin in the text.
+        start: Position of the first row in the text.
     """
 
     text: bytes
@@ -118,114 +129,138 @@ class TextTable:
 
     @cached_property
     def rows(self) -> int:
-        """How many rows there are, a last one that may be cut too."""
+        """Number of rows, with a last one that has no line end."""
         return count_rows(self.text, self.start)
 
     @property
-    def cut(self) -> int:
-        """How many cells a last row without a line end has; 0 where there is none."""
-        tail = self.text[max(self.start, self.text.rfind(b"\n") + 1) :]
-        return tail.count(self.delimiter.encode()) + 1 if tail else 0
+    def cut_row_cells(self) -> int:
+        """Number of cells of a last row without a line end; 0 where the last row has one."""
+        cut_row = self.text[max(self.start, self.text.rfind(b"\n") + 1) :]
+        return cut_row.count(self.delimiter.encode()) + 1 if cut_row else 0
 
-    def numbers(self, places: Sequence[int]) -> list[FloatArray]:
-        """Numbers of some columns, one per row; NaN where a cell holds none.
+    def numbers(self, indices: Sequence[int]) -> list[FloatArray]:
+        """Numbers of the columns with some indices, each of shape (rows,); NaN without a number.
 
         A row with more or fewer cells than columns holds no number.
         """
         # no copy: a log may be large
-        whole = memoryview(self.text)[self.start : self.text.rfind(b"\n") + 1]
-        if not whole:
-            return [np.full(self.rows, np.nan) for _ in places]
+        ended_rows = memoryview(self.text)[self.start : self.text.rfind(b"\n") + 1]
+        if not ended_rows:
+            return [np.full(self.rows, np.nan) for _ in indices]
         misfits: list[int] = []
         try:
-            numbers = self._floats(whole, places, misfits)
+            numbers = self._floats(ended_rows, indices, misfits)
         except arrow.ArrowInvalid:
-            numbers = [self._column(whole, place, misfits) for place in places]
-        if not misfits and not self.cut:
+            numbers = [self._column(ended_rows, index, misfits) for index in indices]
+        if not misfits and not self.cut_row_cells:
             return numbers
         fitting = np.ones(self.rows, dtype=bool)
         fitting[np.array(misfits, dtype=int) - 1] = False
-        fitting[self.rows - bool(self.cut) :] = False
-        every = np.full((len(places), self.rows), np.nan)
-        every[:, fitting] = numbers
-        return [*every]
+        if self.cut_row_cells:
+            fitting[-1] = False
+        with_gaps = np.full((len(indices), self.rows), np.nan)
+        with_gaps[:, fitting] = numbers
+        return list(with_gaps)
 
     def show(self, index: int) -> str:
-        """A row as it is written."""
+        """The text of a row."""
         return self._lines[index].decode("utf-8", "replace")
 
     @cached_property
     def _lines(self) -> list[bytes]:
         return self.text[self.start :].split(b"\n")
 
-    def _column(self, rows: memoryview, place: int, misfits: list[int]) -> FloatArray:
-        """The numbers of one column; `misfits` gets the rows that do not fit, which have none."""
-        if place in self.stamps:
-            texts = self._cells(rows, self.stamps, arrow.string(), misfits)
-            return seconds(*(each.to_pandas().str.strip(' "') for each in texts))
+    def _column(self, rows: memoryview, index: int, misfits: list[int]) -> FloatArray:
+        """The numbers of one column, without rows that do not fit.
+
+        Args:
+            rows: Text of the rows.
+            index: Index of the column.
+            misfits: Filled with the numbers of rows with more or fewer cells than columns, from 1.
+        """
+        if index in self.stamps:
+            cells = self._cells(rows, self.stamps, arrow.string(), misfits)
+            return seconds(*(column.to_pandas().str.strip(' "') for column in cells))
         try:
-            return self._floats(rows, [place], misfits)[0]
+            return self._floats(rows, [index], misfits)[0]
         except arrow.ArrowInvalid:
-            (texts,) = self._cells(rows, [place], arrow.binary(), misfits)
-            return self._numbers(texts.to_pandas())
+            (column,) = self._cells(rows, [index], arrow.binary(), misfits)
+            return self._numbers(column.to_pandas())
 
     def _floats(
-        self, rows: memoryview, places: Sequence[int], misfits: list[int]
+        self, rows: memoryview, indices: Sequence[int], misfits: list[int]
     ) -> list[FloatArray]:
-        """Numbers of some columns; ArrowInvalid: a cell is none, or a line longer than a block."""
-        return [each.to_numpy() for each in self._cells(rows, places, arrow.float64(), misfits)]
+        """Numbers of some columns, as `_column`.
+
+        Raises:
+            ArrowInvalid: A cell is no number, or a line is longer than a block.
+        """
+        columns = self._cells(rows, indices, arrow.float64(), misfits)
+        return [column.to_numpy() for column in columns]
 
     def _cells(
-        self, rows: memoryview, places: Sequence[int], kind: arrow.DataType, misfits: list[int]
+        self,
+        rows: memoryview,
+        indices: Sequence[int],
+        cell_type: arrow.DataType,
+        misfits: list[int],
     ) -> list[arrow.ChunkedArray]:
+        """Cells of some columns in a type of Arrow, as `_column`."""
         misfits.clear()
 
         def skip(row: arrow_csv.InvalidRow) -> str:
             misfits.append(row.number)
             return "skip"
 
-        names, numbers = [*map(str, range(self.width))], kind == arrow.float64()
-        types = {names[place]: kind for place in places}
-        block, mark = (_BLOCK, self.decimal_mark) if numbers else (len(rows) + 1, ".")
-        # one thread: only then are the rows that do not fit numbered
-        read = arrow_csv.ReadOptions(use_threads=False, column_names=names, block_size=block)
-        # a stray quote must not swallow the lines up to the next one
-        parse = arrow_csv.ParseOptions(
-            delimiter=self.delimiter, quote_char=False, invalid_row_handler=skip
+        names = [str(index) for index in range(self.width)]
+        types = {names[index]: cell_type for index in indices}
+        if cell_type == arrow.float64():
+            block_bytes = _BLOCK_BYTES
+            decimal_mark = self.decimal_mark
+        else:
+            # one block: a line may be longer than the usual one
+            block_bytes = len(rows) + 1
+            decimal_mark = "."
+        table = arrow_csv.read_csv(
+            arrow.BufferReader(arrow.py_buffer(rows)),
+            # one thread: only then are the rows that do not fit numbered
+            arrow_csv.ReadOptions(use_threads=False, column_names=names, block_size=block_bytes),
+            # no quotes: a single one would join the lines up to the next quote
+            arrow_csv.ParseOptions(
+                delimiter=self.delimiter, quote_char=False, invalid_row_handler=skip
+            ),
+            arrow_csv.ConvertOptions(
+                include_columns=list(types), column_types=types, decimal_point=decimal_mark
+            ),
         )
-        convert = arrow_csv.ConvertOptions(
-            include_columns=[*types], column_types=types, decimal_point=mark
-        )
-        content = arrow.BufferReader(arrow.py_buffer(rows))
-        table = arrow_csv.read_csv(content, read, parse, convert)
-        return [table[names[place]] for place in places]
+        return [table[names[index]] for index in indices]
 
     def _numbers(self, cells: "pd.Series[Any]") -> FloatArray:
         """Numbers of raw cells; NaN where a cell holds anything else."""
         text = cells.map(lambda cell: cell.decode("utf-8", "replace").strip(' "'), "ignore")
         text = text.str.replace(_BLANK_GROUPS, "", regex=True)
-        other = "," if self.decimal_mark == "." else "."
+        other_mark = "," if self.decimal_mark == "." else "."
         if self.group_mark:
-            grouped = rf"[-+]?\d{{1,3}}(?:\{other}\d{{3}})+(?:\{self.decimal_mark}\d*)?"
-            ungrouped = text.str.replace(other, "", regex=False)
+            grouped = rf"[-+]?\d{{1,3}}(?:\{other_mark}\d{{3}})+(?:\{self.decimal_mark}\d*)?"
+            ungrouped = text.str.replace(other_mark, "", regex=False)
             text = text.where(~text.str.fullmatch(grouped, na=False), ungrouped)
         # the other mark would be a second decimal mark: such a cell is no number
-        text = text.str.replace(other, "?", regex=False).str.replace(",", ".", regex=False)
+        text = text.str.replace(other_mark, "?", regex=False).str.replace(",", ".", regex=False)
         return pd.to_numeric(text, errors="coerce").to_numpy(dtype=np.float64)
 
 
 # ---------------------------------------------------------------- time stamps
 
-# Year, month, day by ISO 8601, with `/` or `.` too; or day.month.year, which no country writes
-# otherwise. 03/01/2026 may be March or January: it is no date.
+# Year, month, day by ISO 8601, with `/` or `.` too; or day.month.year, which is unambiguous.
+# 03/01/2026 may be March or January: it is no date.
 _DATE = r"(?P<date>\d{4}([-/.])\d{1,2}\2\d{1,2}|\d{1,2}\.\d{1,2}\.\d{4})"
-_CLOCK = r"(?P<h>\d{1,4}):(?P<min>[0-5]\d)(?::(?P<s>[0-5]\d(?:[.,]\d{1,9})?))?"
-_ZONE = r"\s?(?:Z|(?P<ahead>[+-]\d\d)(?::?(?P<and>\d\d))?)?"
-_STAMP = re.compile(rf"(?:{_DATE}(?:T|\s+))?{_CLOCK}{_ZONE}")
+_TIME_OF_DAY = r"(?P<h>\d{1,4}):(?P<min>[0-5]\d)(?::(?P<s>[0-5]\d(?:[.,]\d{1,9})?))?"
+_ZONE = r"\s?(?:Z|(?P<zone_h>[+-]\d\d)(?::?(?P<zone_min>\d\d))?)?"
+_STAMP = re.compile(rf"(?:{_DATE}(?:T|\s+))?{_TIME_OF_DAY}{_ZONE}")
 DAY = re.compile(_DATE)
-_DAY_S = 86_400.0
-_NUMBERS = ("h", "min", "s", "ahead", "and")
-_HOUR_S = 3_600.0
+_NUMBERS_OF_STAMP = ["h", "min", "s", "zone_h", "zone_min"]
+_S_PER_DAY = 86_400.0
+_S_PER_HOUR = 3_600.0
 
 
 def is_stamp(cell: str) -> bool:
@@ -239,9 +274,9 @@ def is_date(cell: str) -> bool:
 
 
 def seconds(stamps: "pd.Series[str]", dates: "pd.Series[str] | None" = None) -> FloatArray:
-    """Seconds since the first time stamp; NaN where a cell holds none.
+    """Seconds since the first time stamp, shape (rows,); NaN where a cell holds none.
 
-    A time of day without a date that falls by more than half a day is of the next day.
+    Without dates, a time of day that falls by more than half a day begins the next day.
 
     Args:
         stamps: Cells of the time column.
@@ -251,31 +286,32 @@ def seconds(stamps: "pd.Series[str]", dates: "pd.Series[str] | None" = None) -> 
         >>> seconds(pd.Series(["2026-03-01T10:15:00.250", "2026-03-01 10:15:00.750"])).tolist()
         [0.0, 0.5]
     """
-    parts = stamps.str.extract(f"^{_STAMP.pattern}$")
-    numbers = parts.assign(s=parts["s"].str.replace(",", "."))[[*_NUMBERS]].astype(float)
-    numbers = numbers.fillna({"s": 0.0, "ahead": 0.0, "and": 0.0})
-    minutes_ahead = 60 * numbers["ahead"] + np.copysign(numbers["and"], numbers["ahead"])
-    clock = numbers["h"] * _HOUR_S + numbers["min"] * 60 + numbers["s"] - 60 * minutes_ahead
-    time: FloatArray = clock.to_numpy(np.float64, copy=True)
-    day = _days(parts["date"] if dates is None else dates)
-    dated = bool(np.isfinite(day).any())
-    if dated:
+    fields = stamps.str.extract(f"^{_STAMP.pattern}$")
+    fields["s"] = fields["s"].str.replace(",", ".")
+    numbers = fields[_NUMBERS_OF_STAMP].astype(float)
+    numbers = numbers.fillna({"s": 0.0, "zone_h": 0.0, "zone_min": 0.0})
+    zone_min = 60 * numbers["zone_h"] + np.copysign(numbers["zone_min"], numbers["zone_h"])
+    local_s = numbers["h"] * _S_PER_HOUR + numbers["min"] * 60 + numbers["s"]
+    time: FloatArray = (local_s - 60 * zone_min).to_numpy(np.float64, copy=True)
+    day = _days(fields["date"] if dates is None else dates)
+    has_dates = bool(np.isfinite(day).any())
+    if has_dates:
         # counted from the first day, because the seconds of centuries leave too few digits
-        time += (day - np.nanmin(day)) * _DAY_S
-    known = np.flatnonzero(np.isfinite(time))
-    if len(known):
-        time -= time[known[0]]
-        if not dated:
-            steps = np.diff(time[known], prepend=0.0)
-            time[known] += _DAY_S * np.cumsum(steps < -_DAY_S / 2)
+        time += (day - np.nanmin(day)) * _S_PER_DAY
+    rows = np.flatnonzero(np.isfinite(time))
+    if len(rows):
+        time -= time[rows[0]]
+        if not has_dates:
+            steps = np.diff(time[rows], prepend=0.0)
+            midnights = np.cumsum(steps < -_S_PER_DAY / 2)
+            time[rows] += _S_PER_DAY * midnights
     return time
 
 
 def _days(texts: "pd.Series[str]") -> FloatArray:
-    """Days since a fixed one; NaN where a cell holds no date."""
+    """Days since 1970, shape (rows,); NaN where a cell holds no date."""
     dates = texts.where(texts.str.fullmatch(DAY, na=False)).str.replace("[/.]", "-", regex=True)
-    first, last = (
-        pd.to_datetime(dates, format=form, errors="coerce") for form in ("%Y-%m-%d", "%d-%m-%Y")
-    )
-    days = (first.fillna(last) - pd.Timestamp(0)) / pd.Timedelta(days=1)
+    year_first = pd.to_datetime(dates, format="%Y-%m-%d", errors="coerce")
+    day_first = pd.to_datetime(dates, format="%d-%m-%Y", errors="coerce")
+    days = (year_first.fillna(day_first) - pd.Timestamp(0)) / pd.Timedelta(days=1)
     return np.asarray(days, dtype=np.float64)

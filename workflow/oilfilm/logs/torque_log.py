@@ -1,4 +1,4 @@
-"""Logs of a torque rig: what they hold, and the run that their columns make.
+"""Logs of a torque rig: their quantities, and the run made of their columns.
 
 Decides: the signals of a torque log, and the names of its columns.
 """
@@ -7,14 +7,14 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from oilfilm.errors import OilfilmError
-from oilfilm.logs.base import LoggedRun, Refusal
-from oilfilm.logs.header import simulation_problem, unknown
-from oilfilm.logs.log_kind import Column, ContinuousLog, LogKind, Problems, Vocabulary
+from oilfilm.logs.base import Columns, LoggedRun, Refusal
+from oilfilm.logs.header import simulation_problem, unknown_name
+from oilfilm.logs.log_kind import Column, ContinuousLog, LogKind, Problems, Renamed, Vocabulary
 from oilfilm.settings.campaign import Campaign, Torque
 from oilfilm.settings.resolved import Settings
 
-# Column names that carry their unit, as the project writes them: every log must have them all.
-_OWN_NAMES = {
+# Column name of the project, with its unit -> quantity and unit. Every log must have all of them.
+_PROJECT_NAMES = {
     "time_s": ("time", "s"),
     "axial_load_n": ("axial_load", "N"),
     "inner_speed_rpm": ("inner_speed", "rpm"),
@@ -27,29 +27,32 @@ _OWN_NAMES = {
 def _header_problems(
     keys: Mapping[str, str], columns: Sequence[Column], settings: Settings
 ) -> Problems:
-    yield unknown("oil", keys, settings.oils)
+    yield unknown_name("oil", keys, settings.oils)
     bearing = torque_of(settings.campaign).bearing
-    if (named := keys.get("bearing", bearing)) != bearing:
-        reason = f"the header says bearing {named[:60]!r}; the campaign's is {bearing!r}"
+    logged_bearing = keys.get("bearing", bearing)
+    if logged_bearing != bearing:
+        reason = f"the header says bearing {logged_bearing[:60]!r}; the campaign's is {bearing!r}"
         advice = "Correct the header, or put the log into a campaign of its own."
         yield Refusal("other_bearing", reason, advice)
     yield simulation_problem(keys, settings)
 
 
 def _run(log: ContinuousLog, settings: Settings) -> LoggedRun:
-    """Samples have the columns of the project's own names and `row`; the `rig` is the bearing."""
-    samples = {name: log.values[quantity] for name, (quantity, _) in _OWN_NAMES.items()}
+    """The run of a log. Samples have `row` and the columns of the project; `rig` is the bearing."""
+    samples: Columns = {"row": log.rows}
+    for name, (quantity, _) in _PROJECT_NAMES.items():
+        samples[name] = log.values[quantity]
     bearing = torque_of(settings.campaign).bearing
-    # whatever a header says, the rows of a torque log are no settled readings
+    # the rows of a torque log are never settled readings, even if its header says so
     log = replace(log, keys={**log.keys, "log_kind": "continuous"})
-    return log.run(bearing, {"row": log.rows, **samples}, {}, None)
+    return log.run(bearing, samples, {}, None)
 
 
 def torque_of(campaign: Campaign) -> Torque:
     """What the campaign file says of its torque logs.
 
     Raises:
-        OilfilmError: It has none.
+        OilfilmError: The campaign file says nothing of torque logs.
     """
     if campaign.torque is None:
         advice = "Add `torque` to its file, or choose another campaign."
@@ -57,11 +60,19 @@ def torque_of(campaign: Campaign) -> Torque:
     return campaign.torque
 
 
-_ALL = tuple(quantity for quantity, _ in _OWN_NAMES.values())
+def _listed_columns(campaign: Campaign) -> Renamed:
+    return torque_of(campaign).columns
+
+
 # Axial load, speed, temperatures and friction torque of a bearing against time.
 TORQUE = LogKind(
-    Vocabulary("torque", "torque: columns", _OWN_NAMES, _ALL),
-    lambda campaign: torque_of(campaign).columns,
+    Vocabulary(
+        "torque",
+        columns_key="torque: columns",
+        project_names=_PROJECT_NAMES,
+        required=tuple(quantity for quantity, _ in _PROJECT_NAMES.values()),
+    ),
+    _listed_columns,
     _header_problems,
     _run,
     sheet_keys=("bearing",),

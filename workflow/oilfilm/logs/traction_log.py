@@ -1,33 +1,33 @@
-"""Logs of a traction rig: what they hold, and the run that their columns make.
+"""Logs of a traction rig: their quantities, and the run made of their columns.
 
 Decides: the signals of a traction log.
 """
 
 from collections.abc import Mapping, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
 from oilfilm import tables
 from oilfilm.logs import base, header
-from oilfilm.logs.log_kind import Column, ContinuousLog, LogKind, Problems, Vocabulary
-from oilfilm.settings.campaign import Semantics
+from oilfilm.logs.log_kind import Column, ContinuousLog, LogKind, Problems, Renamed, Vocabulary
+from oilfilm.settings.campaign import Campaign, Semantics
 from oilfilm.settings.config import LoggedTwiceSettings
 from oilfilm.settings.resolved import Settings
 from oilfilm.settings.rig import Rig
 from oilfilm.units import FloatArray, rpm_to_surface_speed
 
-_ALWAYS = ("time", "load", "traction_force", "inlet_temperature")
+_REQUIRED = ("time", "load", "traction_force", "inlet_temperature")
 # A rig that gives mu alone needs no force: mu of positive slip is positive.
-_INSTEAD = {"traction_force": "traction_coefficient"}
-# Either pair gives both surface speeds; the first is what a log is asked for.
-_SPEEDS = (("ball_speed", "disc_speed"), ("entrainment_speed", "slide_roll_ratio"))
+_SUBSTITUTES = {"traction_force": "traction_coefficient"}
+# Each pair gives both surface speeds.
+_SPEED_PAIRS = (("ball_speed", "disc_speed"), ("entrainment_speed", "slide_roll_ratio"))
 # On rigs that reverse the slip: the force with the disc faster, and with the ball faster.
-_BOTH_WAYS = ("traction_force_1", "traction_force_2")
-_BODIES = ("ball", "disc")
-# No law of traction can be seen at less slip than this.
-_LEAST_SLIP = 0.005
-# Column names that carry their unit, as the project writes them.
-_OWN_NAMES = {
+_FORCES_OF_DIRECTIONS = ("traction_force_1", "traction_force_2")
+# A sweep to a smaller slide-roll ratio shows no traction curve.
+_SMALLEST_SWEEP = 0.005
+# Column name of the project, with its unit -> quantity and unit.
+_PROJECT_NAMES = {
     "time_s": ("time", "s"),
     "load_n": ("load", "N"),
     "max_hertz_pressure_gpa": ("load", "GPa"),
@@ -45,43 +45,75 @@ _OWN_NAMES = {
 }
 
 
-# Columns of samples that are as they were logged, by quantity: the project's names in these units.
-_SAMPLED = {of: name for name, (of, unit) in _OWN_NAMES.items() if unit in ("s", "N", "degC")}
-_SAMPLED["film_thickness"] = "measured_film_thickness_um"
+# Quantity -> the column of samples that holds it as logged.
+_SAMPLED = {
+    "time": "time_s",
+    "load": "load_n",
+    "traction_force": "traction_force_n",
+    "traction_force_1": "traction_force_1_n",
+    "traction_force_2": "traction_force_2_n",
+    "inlet_temperature": "inlet_temperature_c",
+    "film_thickness": "measured_film_thickness_um",
+}
 
 
 def _header_problems(
     keys: Mapping[str, str], columns: Sequence[Column], settings: Settings
 ) -> Problems:
-    """What is wrong with a header, one after the other: later ones take the earlier for granted."""
-    yield header.unknown("oil", keys, settings.oils)
-    yield header.unknown("rig", keys, settings.rigs)
+    """The problems of a header, one after the other. A later check relies on the earlier ones."""
+    yield header.unknown_name("oil", keys, settings.oils)
+    yield header.unknown_name("rig", keys, settings.rigs)
     yield header.simulation_problem(keys, settings)
-    if (kind := keys.get("log_kind", "continuous")) not in ("continuous", "steps"):
-        reason = f"the header says log_kind: {kind[:120]!r}; expected continuous or steps"
+    log_kind = keys.get("log_kind", "continuous")
+    if log_kind not in ("continuous", "steps"):
+        reason = f"the header says log_kind: {log_kind[:120]!r}; expected continuous or steps"
         advice = "Nothing to do if this is not a slip sweep; otherwise correct the header."
         yield base.Refusal("not_a_sweep", reason, f"{advice} {header.FORMAT_ADVICE}")
     yield header.misspelt_key(keys, settings)
     for name in base.SET_POINTS:
-        if name in keys and base.set_point(name, keys[name]) is None:
-            said = f"the header says {name}: {keys[name][:60]!r}"
-            reason = f"{said}; expected {base.expected_set_point(name)}"
+        if name in keys and base.parse_set_point(name, keys[name]) is None:
+            reason = (
+                f"the header says {name}: {keys[name][:60]!r}; expected "
+                f"{base.expected_set_point(name)}"
+            )
             yield base.Refusal("header", reason, f"Correct the header. {header.FORMAT_ADVICE}")
-    rig, units = settings.rigs[keys["rig"]], {each.quantity: each.to.unit for each in columns}
-    needed = [f"{body}_track_radius_m" for body in _BODIES if units.get(f"{body}_speed") == "rpm"]
-    needed += ["ball_radius_m"] if units.get("load") == "GPa" else []
-    if missing := [key for key in needed if getattr(rig, key) is None]:
-        needed_of = f"{', '.join(missing)} of the rig {keys['rig']!r}"
-        reason = f"speeds in rpm or a load as pressure need {needed_of}"
-        yield base.Refusal("rig", reason, f"Add it to config/rigs/{keys['rig']}.yaml.")
+    yield _missing_rig_values(keys["rig"], columns, settings)
+
+
+def _missing_rig_values(
+    rig_name: str, columns: Sequence[Column], settings: Settings
+) -> base.Refusal | None:
+    """A problem where the units of the columns need values that the rig file does not have."""
+    rig = settings.rigs[rig_name]
+    units = {column.quantity: column.to.unit for column in columns}
+    missing = []
+    if units.get("ball_speed") == "rpm" and rig.ball_track_radius_m is None:
+        missing.append("ball_track_radius_m")
+    if units.get("disc_speed") == "rpm" and rig.disc_track_radius_m is None:
+        missing.append("disc_track_radius_m")
+    if units.get("load") == "GPa" and rig.ball_radius_m is None:
+        missing.append("ball_radius_m")
+    if not missing:
+        return None
+    return base.Refusal(
+        "rig",
+        f"speeds in rpm or a load as pressure need {', '.join(missing)} of the rig {rig_name!r}",
+        f"Add it to config/rigs/{rig_name}.yaml.",
+    )
 
 
 def _run(log: ContinuousLog, settings: Settings) -> base.LoggedRun:
-    keys, given = log.keys, nominal(log.keys, settings)
-    rig, semantics = settings.rigs[keys["rig"]], settings.campaign.semantics_for(keys["rig"])
-    held = {"time": np.nan, **_held(given)}
-    left_out = held.keys() & _spared(keys, settings) - log.values.keys()
-    values = dict(log.values) | {name: np.full(len(log.rows), held[name]) for name in left_out}
+    """The run of a log, its loads as forces and its speeds as surface speeds."""
+    rig_name = log.keys["rig"]
+    rig = settings.rigs[rig_name]
+    semantics = settings.campaign.semantics_for(rig_name)
+    set_points = nominal(log.keys, settings)
+    count = len(log.rows)
+    values = dict(log.values)
+    if log.keys.get("log_kind") == "steps":
+        for quantity, value in _quantities_without_column(set_points).items():
+            if quantity not in values:
+                values[quantity] = np.full(count, value)
     # a load as maximum Hertz pressure is refused of a rig whose contact is not known
     contact = rig.contact() if log.units.get("load") == "GPa" else None
     if contact is not None:
@@ -90,24 +122,30 @@ def _run(log: ContinuousLog, settings: Settings) -> base.LoggedRun:
         force = semantics.direction * values["traction_coefficient"] * values["load"]
         values["traction_force"] = force
     ball, disc = _surface_speeds(values, log.units, rig, semantics)
-    # a column of one number, that takes no memory, where the log has none
-    empty = dict.fromkeys(tables.columns("samples"), np.broadcast_to(np.nan, len(log.rows)))
-    del empty["run_id"]
-    logged = {column: values[name] for name, column in _SAMPLED.items() if name in values}
-    samples = empty | logged | {"row": log.rows, "ball_speed_m_s": ball, "disc_speed_m_s": disc}
-    flaw = _contradiction(log.rows, values, (ball, disc), semantics, settings.logged_twice)
-    return log.run(keys["rig"], samples, given, flaw or _fraction_in_percent(log, values))
+    # a broadcast number takes no memory
+    unknown = np.broadcast_to(np.nan, count)
+    samples: base.Columns = {name: unknown for name in tables.columns("samples")}
+    del samples["run_id"]
+    for quantity, column in _SAMPLED.items():
+        if quantity in values:
+            samples[column] = values[quantity]
+    samples["row"] = log.rows
+    samples["ball_speed_m_s"] = ball
+    samples["disc_speed_m_s"] = disc
+    flaw = _contradiction(log.rows, values, ball, disc, semantics, settings.logged_twice)
+    flaw = flaw or _fraction_in_percent(log, values)
+    return log.run(rig_name, samples, set_points, flaw)
 
 
 def _fraction_in_percent(
     log: ContinuousLog, values: Mapping[str, FloatArray]
 ) -> base.Refusal | None:
-    """Whether the only slip of a log is so small that its %, not the slip, is in doubt."""
-    column = next((each for each in log.columns if each.quantity == "slide_roll_ratio"), None)
-    if column is None or column.spare or column.logged_unit != "%" or not len(log.rows):
+    """A flaw where the only slip of a log, in %, is so small that it may be a fraction."""
+    column = next((column for column in log.columns if column.quantity == "slide_roll_ratio"), None)
+    if column is None or column.spare or column.logged_unit != "%" or len(log.rows) == 0:
         return None
     largest = float(np.max(np.abs(values["slide_roll_ratio"])))
-    if not 0 < largest < _LEAST_SLIP:
+    if not 0 < largest < _SMALLEST_SWEEP:
         return None
     return base.Refusal(
         "slip_unit",
@@ -116,111 +154,197 @@ def _fraction_in_percent(
     )
 
 
-def _held(given: base.Nominal) -> dict[str, float]:
-    """What set points say of the quantities that a table of settled readings may leave out."""
-    # the load follows from the pressure
-    held = given.keys() - {"max_hertz_pressure_gpa"}
-    return {base.SET_POINT_UNITS[name][0]: given[name] for name in held}
-
-
-def _spared(keys: Mapping[str, str], settings: Settings) -> frozenset[str]:
-    """Readings that have settled need no time, and no column of what a set point says."""
-    if keys.get("log_kind") != "steps":
-        return frozenset()
-    return frozenset({"time", *_held(nominal(keys, settings))})
-
-
-def nominal(keys: Mapping[str, str], settings: Settings) -> base.Nominal:
-    """Set points of a run: those of its header keys before those of the campaign file.
-
-    The load follows from the pressure where the contact of the rig is known.
-    """
-    given = {name: base.set_point(name, keys[name]) for name in base.SET_POINTS if name in keys}
-    known = {name: value for name, value in given.items() if value is not None}
-    # the load has one set point, as force or as pressure
-    over = base.LOADS if known.keys() & base.LOADS else frozenset()
-    values = settings.campaign.set_points.model_dump(
-        include=set(base.SET_POINTS) - over, exclude_none=True
-    )
-    values |= known
-    rig, pressure = settings.rigs.get(keys.get("rig", "")), values.get("max_hertz_pressure_gpa")
-    contact = rig.contact() if rig else None
-    if contact is not None and pressure is not None and "load_n" not in values:
-        values["load_n"] = float(contact.load_n(pressure))
+def _quantities_without_column(set_points: base.Nominal) -> dict[str, float]:
+    """Quantities for which settled readings need no column, and their values: time is NaN."""
+    values = {"time": np.nan}
+    for name, value in set_points.items():
+        # the load follows from the pressure
+        if name != "max_hertz_pressure_gpa":
+            quantity, _ = base.SET_POINT_UNITS[name]
+            values[quantity] = value
     return values
 
 
+def _not_needed(keys: Mapping[str, str], settings: Settings) -> frozenset[str]:
+    """Quantities for which a log needs no column: of settled readings time and set points."""
+    if keys.get("log_kind") != "steps":
+        return frozenset()
+    return frozenset(_quantities_without_column(nominal(keys, settings)))
+
+
+def nominal(keys: Mapping[str, str], settings: Settings) -> base.Nominal:
+    """Set points of a run; those of its header replace those of the campaign file.
+
+    The load follows from the pressure where the contact of the rig is known.
+    """
+    from_header: dict[str, float] = {}
+    for name in base.SET_POINTS:
+        value = base.parse_set_point(name, keys[name]) if name in keys else None
+        if value is not None:
+            from_header[name] = value
+    # the load has one set point, as force or as pressure
+    replaced = base.LOADS if from_header.keys() & base.LOADS else frozenset()
+    from_campaign: dict[str, float] = settings.campaign.set_points.model_dump(
+        include=set(base.SET_POINTS) - replaced, exclude_none=True
+    )
+    set_points = from_campaign | from_header
+    rig = settings.rigs.get(keys.get("rig", ""))
+    contact = rig.contact() if rig else None
+    pressure_gpa = set_points.get("max_hertz_pressure_gpa")
+    if contact is not None and pressure_gpa is not None and "load_n" not in set_points:
+        set_points["load_n"] = float(contact.load_n(pressure_gpa))
+    return set_points
+
+
 def _surface_speeds(
-    values: Mapping[str, FloatArray], units: Mapping[str, str], rig: Rig, log: Semantics
+    values: Mapping[str, FloatArray], units: Mapping[str, str], rig: Rig, semantics: Semantics
 ) -> tuple[FloatArray, FloatArray]:
-    """Surface speeds of ball and disc in m/s, from theirs or from entrainment speed and slip."""
+    """Surface speeds of ball and disc in m/s, each of shape (rows,).
+
+    They are logged, or follow from entrainment speed and slide-roll ratio.
+    """
     if "ball_speed" in values:
-        ball, disc = (values[f"{body}_speed"] for body in _BODIES)
-        radii = rig.ball_track_radius_m, rig.disc_track_radius_m
-        if units["ball_speed"] == "rpm" and radii[0] is not None:
-            ball = rpm_to_surface_speed(ball, radii[0])
-        if units["disc_speed"] == "rpm" and radii[1] is not None:
-            disc = rpm_to_surface_speed(disc, radii[1])
+        ball, disc = values["ball_speed"], values["disc_speed"]
+        if units["ball_speed"] == "rpm" and rig.ball_track_radius_m is not None:
+            ball = rpm_to_surface_speed(ball, rig.ball_track_radius_m)
+        if units["disc_speed"] == "rpm" and rig.disc_track_radius_m is not None:
+            disc = rpm_to_surface_speed(disc, rig.disc_track_radius_m)
         return ball, disc
-    mean = values["entrainment_speed"]
+    entrainment = values["entrainment_speed"]
     # a logged ratio is positive with the slower body slowed
-    sliding = log.direction * log.over_mean(values["slide_roll_ratio"]) * mean
-    return mean - sliding / 2, mean + sliding / 2
+    slip = semantics.direction * semantics.over_mean(values["slide_roll_ratio"])
+    sliding = slip * entrainment
+    return entrainment - sliding / 2, entrainment + sliding / 2
+
+
+class _LoggedTwice(NamedTuple):
+    """A logged quantity that also follows from other columns.
+
+    Attributes:
+        quantity: The quantity.
+        logged: Its column, shape (n,).
+        expected: The values that follow from the other columns, shape (n,).
+        scale: Divisor of the differences, shape (n,).
+        allowed: Largest median of the scaled differences.
+        other_columns: The other columns in words.
+    """
+
+    quantity: str
+    logged: FloatArray
+    expected: FloatArray
+    scale: FloatArray
+    allowed: float
+    other_columns: str
 
 
 def _contradiction(
     rows: base.IndexArray,
     values: Mapping[str, FloatArray],
-    speeds: tuple[FloatArray, FloatArray],
-    log: Semantics,
+    ball: FloatArray,
+    disc: FloatArray,
+    semantics: Semantics,
     limits: LoggedTwiceSettings,
 ) -> base.Refusal | None:
-    """How a log's own entrainment speed, slip or force contradicts its other columns, if so."""
-    (ball, disc), turning, given = speeds, np.arange(len(rows)), []
-    if not values.keys() & {"entrainment_speed", "slide_roll_ratio", _BOTH_WAYS[0]}:
-        return None  # nothing is logged twice
+    """A flaw where the logged entrainment speed, slip or force contradicts the other columns.
+
+    Args:
+        rows: Row numbers, shape (rows,).
+        values: Quantity -> values, each of shape (rows,).
+        ball: Surface speed of the ball in m/s, shape (rows,).
+        disc: Surface speed of the disc in m/s, shape (rows,).
+        semantics: Definitions of the logged signals.
+        limits: Largest differences.
+    """
+    if not values.keys() & {"entrainment_speed", "slide_roll_ratio", "traction_force_1"}:
+        # nothing is logged twice
+        return None
+    turning = np.arange(len(rows))
     if "ball_speed" in values:
-        mean, sliding = (ball + disc) / 2, log.direction * (disc - ball)
-        fast = np.quantile(np.abs(mean), 0.9) if len(mean) else 0.0
         # near standstill a slip is noise
-        turning = np.flatnonzero(np.abs(mean) > fast / 2)
-        mean, sliding = mean[turning], sliding[turning]
-        others = "the speeds of ball and disc"
-        given += [
-            ("entrainment_speed", mean, np.abs(mean), others),
-            ("slide_roll_ratio", sliding / mean, np.ones_like(mean), others),
-        ]
-    if set(_BOTH_WAYS) <= values.keys():
-        first, second = (values[name][turning] for name in _BOTH_WAYS)
-        size = (np.abs(first) + np.abs(second)) / 2
-        others = "the forces of both directions of the slip"
-        given.append(("traction_force", (first - second) / 2, size, others))
-    for name, expected, unit, others in given:
-        if name not in values:
-            continue
-        logged = values[name][turning]
-        logged = log.over_mean(logged) if name == "slide_roll_ratio" else logged
+        entrainment = np.abs(ball + disc) / 2
+        fast = np.quantile(entrainment, 0.9) if len(rows) else 0.0
+        turning = np.flatnonzero(entrainment > fast / 2)
+    turning_values = {quantity: column[turning] for quantity, column in values.items()}
+    quantities = _logged_twice(turning_values, ball[turning], disc[turning], semantics, limits)
+    for twice in quantities:
         with np.errstate(divide="ignore", invalid="ignore"):  # no force in either direction
-            apart = np.abs(logged - expected) / unit
+            difference = np.abs(twice.logged - twice.expected) / twice.scale
+        compared = np.flatnonzero(np.isfinite(difference))
+        if len(compared) == 0:
+            continue
         # the median row decides: a logged set point jumps before the rig follows
-        known = np.flatnonzero(np.isfinite(apart))
-        if len(known) and (median := float(np.median(apart[known]))) > getattr(limits, name):
-            worst = known[np.argmax(apart[known])]
+        median = float(np.median(difference[compared]))
+        if median > twice.allowed:
+            worst = compared[np.argmax(difference[compared])]
             return base.Refusal(
                 "columns_disagree",
-                f"{name} is {logged[worst]:.4g} in row {rows[turning][worst]}, but {others} "
-                f"give {expected[worst]:.4g}; the median difference is {median:.2g}, allowed "
-                f"{getattr(limits, name):g}",
+                f"{twice.quantity} is {twice.logged[worst]:.4g} in row {rows[turning][worst]}, but "
+                f"{twice.other_columns} give {twice.expected[worst]:.4g}; the median difference is "
+                f"{median:.2g}, allowed {twice.allowed:g}",
             )
     return None
 
 
+def _logged_twice(
+    values: Mapping[str, FloatArray],
+    ball: FloatArray,
+    disc: FloatArray,
+    semantics: Semantics,
+    limits: LoggedTwiceSettings,
+) -> list[_LoggedTwice]:
+    """The quantities of a log that also follow from other columns."""
+    twice: list[_LoggedTwice] = []
+    if "ball_speed" in values:
+        mean = (ball + disc) / 2
+        sliding = semantics.direction * (disc - ball)
+        speeds = "the speeds of ball and disc"
+        if "entrainment_speed" in values:
+            logged = values["entrainment_speed"]
+            allowed = limits.entrainment_speed
+            twice.append(
+                _LoggedTwice("entrainment_speed", logged, mean, np.abs(mean), allowed, speeds)
+            )
+        if "slide_roll_ratio" in values:
+            logged = semantics.over_mean(values["slide_roll_ratio"])
+            allowed = limits.slide_roll_ratio
+            slip = sliding / mean
+            twice.append(
+                _LoggedTwice("slide_roll_ratio", logged, slip, np.ones_like(slip), allowed, speeds)
+            )
+    if "traction_force" in values and values.keys() >= set(_FORCES_OF_DIRECTIONS):
+        disc_faster = values["traction_force_1"]
+        ball_faster = values["traction_force_2"]
+        twice.append(
+            _LoggedTwice(
+                "traction_force",
+                logged=values["traction_force"],
+                expected=(disc_faster - ball_faster) / 2,
+                scale=(np.abs(disc_faster) + np.abs(ball_faster)) / 2,
+                allowed=limits.traction_force,
+                other_columns="the forces of both directions of the slip",
+            )
+        )
+    return twice
+
+
+def _listed_columns(campaign: Campaign) -> Renamed:
+    return campaign.columns
+
+
 # Load, traction force, surface speeds and temperature against time.
 TRACTION = LogKind(
-    Vocabulary("traction", "columns", _OWN_NAMES, _ALWAYS, _SPEEDS, _BOTH_WAYS, _INSTEAD),
-    lambda campaign: campaign.columns,
+    Vocabulary(
+        "traction",
+        columns_key="columns",
+        project_names=_PROJECT_NAMES,
+        required=_REQUIRED,
+        alternatives=_SPEED_PAIRS,
+        optional=_FORCES_OF_DIRECTIONS,
+        substitutes=_SUBSTITUTES,
+    ),
+    _listed_columns,
     _header_problems,
     _run,
     sheet_keys=("rig", "log_kind", *base.SET_POINTS),
-    spared=_spared,
+    not_needed=_not_needed,
 )

@@ -1,0 +1,465 @@
+"""Text logs with one row per instant: a header, one line of column names, then the rows.
+
+The only assumption is that one line names the columns and that the rows follow it.
+data/raw/README.md describes what may differ between logs.
+
+Decides: how the layout of a text log is found.
+"""
+
+import csv
+import re
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping, Sequence, Set
+from contextlib import suppress
+from dataclasses import dataclass
+from itertools import zip_longest
+
+from oilfilm.logs import text_rows
+from oilfilm.logs.base import TextForm, UnreadableLogError, check_rows
+from oilfilm.logs.columns import LoggedTable, TablesOfFile
+from oilfilm.logs.header import FULL_WIDTH
+from oilfilm.logs.log_kind import Vocabulary
+from oilfilm.settings.base import plain_key
+
+_BLANKS = " "
+_DELIMITERS = (",", ";", "\t", "|")
+# A line with fewer numbers may be a header line.
+_FEWEST_NUMBERS_OF_ROW = 3
+_LETTERS_SHOWN = 80
+# The line of names is near the top of the file.
+_LINES_SEARCHED = 200
+# The line of names is the one with most known names among so many lines from the first candidate.
+_LINES_COMPARED = 20
+_COMMENT_LINES = re.compile(rb"^#[^\n]*(?:\n|\Z)", re.MULTILINE)
+_SPREADSHEET_ERROR = re.compile(r"#(?:N/A|NV|[^\W\d_]+(?:/0)?[!?])")
+_BLANKS_BETWEEN_CELLS = re.compile(rb"[ \t]+")
+_BLANKS_AROUND_LINE = re.compile(rb"^[ \t]+|[ \t]+$", re.MULTILINE)
+_CLOCK_OR_DATE = re.compile(r"\d[:/]\d")
+# A number in groups of thousands, with a decimal mark behind them.
+_GROUPED = re.compile(r"[-+]?\d{1,3}(?:(?P<group_mark>[.,])\d{3})(?:\1\d{3})*(?!\1)[.,]\d+")
+_LONGEST_UNIT = 8
+# Limits where blanks separate the columns: words of a name, columns of a log.
+_MOST_WORDS_OF_NAME = 5
+_FEWEST_COLUMNS = 3
+# Text has few control characters among its first letters; other files have more.
+_LETTERS_JUDGED = 1000
+_LARGEST_CONTROL_SHARE = 0.02
+
+
+@dataclass(frozen=True)
+class _Head:
+    """The lines above the rows, and the first rows.
+
+    Attributes:
+        header: The lines above the names.
+        start: Number of lines above the first row.
+        delimiter: Character between cells; a blank for any number of blanks.
+        names: Names of the columns.
+        units: Unit of each column from a line below the names; empty where there is none.
+        rows: Cells of the first rows.
+        quoted: Whether quotes occur, so that a cell may hold the delimiter.
+    """
+
+    header: Sequence[str]
+    start: int
+    delimiter: str
+    names: list[str]
+    units: list[str]
+    rows: list[list[str]]
+    quoted: bool
+
+
+@dataclass(frozen=True)
+class _NameLine:
+    """The line of names: its number from 0, the delimiter, the names."""
+
+    number: int
+    delimiter: str
+    names: list[str]
+
+
+def recognises(head: bytes) -> bool:
+    """True for any text."""
+    text = text_rows.normalise(head).decode("utf-8", "replace")
+    letters = text.lstrip("\ufeff \n")[:_LETTERS_JUDGED]
+    control = [letter for letter in letters if not (letter.isprintable() or letter.isspace())]
+    few_control = len(control) <= _LARGEST_CONTROL_SHARE * len(letters)
+    return letters != "" and "\0" not in letters[:200] and few_control
+
+
+def tables(content: bytes, vocabulary: Vocabulary) -> TablesOfFile:
+    """See `Reader.tables`."""
+    encoding = text_rows.encoding_of(content)
+    text = text_rows.normalise(content, encoding)
+    # one of the lines may be that of the names
+    rows = max(text_rows.count_rows(text) - 1, 0)
+    check_rows(rows)
+    try:
+        head = _find_head(text, vocabulary)
+        # a row may be above the names: all lines count
+        rows += 1
+        _refuse_row_above_names(head)
+        body, start = _without_comments(text, head)
+        rows = text_rows.count_rows(body, start)
+        meanings = vocabulary.meanings(head.names, head.units)
+        stamps = _stamps(head, meanings)
+    except ValueError as error:
+        read_as = "" if encoding == "ascii" else f"; read as {encoding}"
+        raise UnreadableLogError(f"{error}{read_as}", vocabulary.advice, rows) from error
+    if stamps:
+        # seconds, in spite of any unit that the log gives
+        head.units[stamps[0]] = "s"
+    body, delimiter, start = _plain_cells(body, head, start)
+    decimal_mark, group_mark = _marks(head, delimiter, meanings.keys() - stamps)
+    table = text_rows.TextTable(
+        body, len(head.names), delimiter, decimal_mark, group_mark, stamps, start
+    )
+    logged = LoggedTable(
+        _header_keys(head.header, head.delimiter),
+        head.names,
+        head.units,
+        table.numbers,
+        table.rows,
+        cut_row_cells=table.cut_row_cells,
+        show=table.show,
+    )
+    return TextForm.from_marks(encoding, head.delimiter, decimal_mark), [logged]
+
+
+def _without_comments(text: bytes, head: _Head) -> tuple[bytes, int]:
+    """A text that ends in the rows, without comments between them, and where they start."""
+    lines_above = text[: text_rows.HEAD_BYTES].split(b"\n", head.start)[: head.start]
+    start = sum(len(line) for line in lines_above) + len(lines_above)
+    # searched first: most logs have no comments there, and to replace them takes much longer
+    if text.find(b"\n#", max(start - 1, 0)) < 0:
+        return text, start
+    rows = _COMMENT_LINES.sub(lambda line: _row_or_nothing(line[0], head), text[start:])
+    return rows, 0
+
+
+def _find_head(text: bytes, vocabulary: Vocabulary) -> _Head:
+    """The lines of names and of units, and the first rows.
+
+    Raises:
+        ValueError: No line names columns.
+    """
+    beginning = text[: text_rows.HEAD_BYTES].decode("utf-8", "replace")
+    # tested first: most logs are ASCII, and to translate takes longer
+    if not beginning.isascii():
+        beginning = beginning.translate(FULL_WIDTH)
+    lines = beginning.split("\n", _LINES_SEARCHED)[:_LINES_SEARCHED]
+    line_of_names = _line_of_names(lines, vocabulary)
+    names, delimiter = line_of_names.names, line_of_names.delimiter
+    start = line_of_names.number + 1
+    rows: list[list[str]] = []
+    number_of_row: list[int] = []
+    for number, line in enumerate(lines[start:], start=start):
+        is_comment = line.startswith("#") and not _is_row(line, delimiter, len(names))
+        if line.strip() and not is_comment:
+            rows.append(_split(line, delimiter))
+            number_of_row.append(number)
+    units = [""] * len(names)
+    if rows and _is_unit_row(rows[0], names, vocabulary):
+        units = [_bare(cell) for cell in rows.pop(0)]
+        start = number_of_row[0] + 1
+    width = _width(rows, names)
+    empty = [""] * width
+    return _Head(
+        header=lines[: line_of_names.number],
+        start=start,
+        delimiter=delimiter,
+        names=[*names, *empty][:width],
+        units=[*units, *empty][:width],
+        rows=rows,
+        quoted='"' in beginning,
+    )
+
+
+def _width(rows: Sequence[Sequence[str]], names: Sequence[str]) -> int:
+    """Number of cells of a row: that of most rows, unless names or cells would be lost.
+
+    Rows, or the names alone, may have a delimiter behind the last cell.
+    """
+    if not rows:
+        return len(names)
+    width = _most_frequent(len(row) for row in rows)
+    names_lost = any(names[width:])
+    nameless_cells = width > len(names) and any(
+        any(row[len(names) :]) for row in rows if len(row) == width
+    )
+    return len(names) if names_lost or nameless_cells else width
+
+
+def _most_frequent(numbers: Iterable[int]) -> int:
+    """The number that occurs most often, the first of equals; 0 where there is none."""
+    counts = Counter(numbers)
+    return max(counts, key=lambda number: counts[number], default=0)
+
+
+def _is_row(line: str, delimiter: str, width: int) -> bool:
+    """Whether a `#` line below the names is a row: spreadsheets write their errors as #N/A.
+
+    It is a row in each of these cases:
+
+    - its first cell is such an error;
+    - it has as many cells as names (not where blanks separate cells: they separate words too);
+    - more than half of the cells are numbers or errors.
+    """
+    cells = _split(line, delimiter)
+    if _SPREADSHEET_ERROR.fullmatch(cells[0]):
+        return True
+    if delimiter != _BLANKS and len(cells) == width:
+        return True
+    numbers = [cell for cell in cells if cell.startswith("#") or _is_number(cell)]
+    return len(numbers) > width / 2
+
+
+def _row_or_nothing(line: bytes, head: _Head) -> bytes:
+    """A `#` line that is a row; nothing for a comment."""
+    text = line.decode("utf-8", "replace")
+    return line if _is_row(text, head.delimiter, len(head.names)) else b""
+
+
+def _refuse_row_above_names(head: _Head) -> None:
+    """Refuse a log with a row above the line of names, which would be taken for a header line.
+
+    Raises:
+        ValueError: A line above has numbers in the same cells as the first row.
+    """
+    if not head.rows:
+        return
+    is_number = [_is_number(cell) for cell in head.rows[0]]
+    if sum(is_number) < _FEWEST_NUMBERS_OF_ROW:
+        return
+    for number, line in enumerate(head.header, start=1):
+        cells = _split(line, head.delimiter)
+        if [_is_number(cell) or cell.startswith("#") for cell in cells] == is_number:
+            raise ValueError(
+                f"line {number} reads {line[:_LETTERS_SHOWN]!r}, which looks like a row, but is "
+                "above the line of names; put the names above all rows"
+            )
+
+
+def _line_of_names(lines: Sequence[str], vocabulary: Vocabulary) -> _NameLine:
+    """The line that names the columns.
+
+    Raises:
+        ValueError: No line does.
+    """
+    plain_lines: dict[int, str] = {}
+    comments: dict[int, str] = {}
+    for number, line in enumerate(lines):
+        if line.lstrip().startswith("#"):
+            comments[number] = line.lstrip("# \t")
+        else:
+            plain_lines[number] = line
+    # some programs write the names as a comment
+    for candidates in (plain_lines, comments):
+        line_of_names = _best_line_of_names(candidates, vocabulary)
+        if line_of_names is not None:
+            return line_of_names
+    hint = ""
+    for number, line in enumerate(lines):
+        width = _width_of_rows(lines[number + 1 : number + 1 + _LINES_COMPARED])
+        if width < _FEWEST_COLUMNS:
+            continue
+        for names in _names_between_blanks(line, vocabulary):
+            if _count_known(names, vocabulary) >= 2:
+                if len(names) == width:
+                    return _NameLine(number, _BLANKS, names)
+                hint = f": blanks part {width} columns, but {len(names)} names; write these without"
+    if not hint:
+        first = next((line for line in plain_lines.values() if line.strip()), "")
+        hint = f"; its first line is {first[:120]!r}" if first else ""
+    raise ValueError(f"no line names columns of a {vocabulary.name} log{hint}")
+
+
+def _best_line_of_names(lines: Mapping[int, str], vocabulary: Vocabulary) -> _NameLine | None:
+    """The line with most known names, at least two; None without one.
+
+    Args:
+        lines: Number of a line -> its text.
+        vocabulary: The names that are known.
+    """
+    best: _NameLine | None = None
+    most_known = 1
+    for number, line in lines.items():
+        if best and number > best.number + _LINES_COMPARED:
+            break
+        for delimiter in _DELIMITERS:
+            names = _split(line, delimiter)
+            if len(names) <= most_known or _is_number(names[0]):
+                continue
+            known = _count_known(names, vocabulary)
+            if known > most_known:
+                best = _NameLine(number, delimiter, names)
+                most_known = known
+    return best
+
+
+def _count_known(names: Sequence[str], vocabulary: Vocabulary) -> int:
+    return sum(vocabulary.meaning(name) is not None for name in names)
+
+
+def _width_of_rows(lines: Sequence[str]) -> int:
+    """Number of cells between blanks in most rows of numbers; 0 where there are none."""
+    rows = [line.split() for line in lines if line.strip()]
+    return _most_frequent(
+        len(row)
+        for row in rows
+        if _is_number(row[0]) or text_rows.is_stamp(row[0]) or text_rows.is_date(row[0])
+    )
+
+
+def _names_between_blanks(line: str, vocabulary: Vocabulary) -> Iterator[list[str]]:
+    """The names of a line in which blanks separate them, in three readings.
+
+    Each word is a name; names are separated by two blanks or a tab; words that together are a known
+    name are one name.
+    """
+    line = line.lstrip("# \t")
+    words = line.split()
+    yield words
+    yield [name for name in re.split(r"\s{2,}|\t", line.strip()) if name]
+    names: list[str] = []
+    first = 0
+    while first < len(words):
+        count = _words_of_known_name(words[first:], vocabulary)
+        names.append(" ".join(words[first : first + count]))
+        first += count
+    yield names
+
+
+def _words_of_known_name(words: Sequence[str], vocabulary: Vocabulary) -> int:
+    """How many of the first words are the longest known name; 1 where none is known."""
+    for count in range(min(_MOST_WORDS_OF_NAME, len(words)), 1, -1):
+        if vocabulary.meaning(" ".join(words[:count])):
+            return count
+    return 1
+
+
+def _split(line: str, delimiter: str) -> list[str]:
+    """The cells of a line, without blanks around them."""
+    if delimiter == _BLANKS:
+        return line.split()
+    cells = line.split(delimiter)
+    if '"' in line:
+        with suppress(csv.Error):
+            cells = next(csv.reader([line], delimiter=delimiter), [])
+    return [cell.strip() for cell in cells]
+
+
+def _plain_cells(body: bytes, head: _Head, start: int) -> tuple[bytes, str, int]:
+    """The rows with a delimiter that no cell holds, this delimiter, and where the rows start."""
+    if head.delimiter == _BLANKS:
+        rows = _BLANKS_AROUND_LINE.sub(b"", body[start:])
+        rows = _BLANKS_BETWEEN_CELLS.sub(b"\t", rows)
+        return text_rows.normalise(rows, "ascii"), "\t", 0
+    cells_hold_delimiter = head.quoted and any(
+        head.delimiter in cell for row in head.rows for cell in row
+    )
+    if not cells_hold_delimiter:
+        return body, head.delimiter, start
+    # line by line: a single quote then harms one row only
+    lines = body[start:].decode("utf-8").split("\n")
+    text = "\n".join("\t".join(_split(line, head.delimiter)) for line in lines)
+    return text_rows.normalise(text.encode(), "ascii"), "\t", 0
+
+
+def _marks(head: _Head, delimiter: str, indices: Set[int]) -> tuple[str, str]:
+    """Decimal mark and mark between thousands, from the columns of numbers with some indices."""
+    if delimiter == "," and not head.quoted:
+        return ".", ""
+    # from all of the first rows: one row may hold whole numbers only
+    with_comma = []
+    for row in head.rows:
+        cells = [_bare(row[index]) for index in indices if index < len(row)]
+        with_comma += [cell for cell in cells if "," in cell]
+    for cell in with_comma:
+        grouped = _GROUPED.fullmatch(cell)
+        if grouped:
+            return (",", ".") if grouped["group_mark"] == "." else (".", ",")
+    decimal_comma = with_comma and delimiter != ","
+    return "," if decimal_comma else ".", ""
+
+
+def _stamps(head: _Head, meanings: Mapping[int, tuple[str, str]]) -> tuple[int, ...]:
+    """Indices of the columns of time stamps, see `TextTable`; empty where time is a number.
+
+    Raises:
+        ValueError: The time is neither a number nor a time stamp.
+    """
+    time = next((index for index, (quantity, _) in meanings.items() if quantity == "time"), None)
+    if time is None:
+        return ()
+    cells = [row[time].strip('" ') if time < len(row) else "" for row in head.rows]
+    with_colon_or_slash = [cell for cell in cells if _CLOCK_OR_DATE.search(cell)]
+    if len(with_colon_or_slash) <= len(cells) / 2:
+        return ()
+    stamps = [cell for cell in with_colon_or_slash if text_rows.is_stamp(cell)]
+    if len(stamps) <= len(with_colon_or_slash) / 2:
+        raise ValueError(
+            f"the column {head.names[time][:60]!r} holds {with_colon_or_slash[0][:40]!r}; expected "
+            "numbers, or time stamps such as '2026-03-01 10:15:00.250'"
+        )
+    for index, column in enumerate(zip_longest(*head.rows, fillvalue="")):
+        dates = [cell for cell in column if text_rows.is_date(cell.strip('" '))]
+        if len(dates) > len(cells) / 2:
+            return time, index
+    return (time,)
+
+
+def _is_unit_row(cells: Sequence[str], names: Sequence[str], vocabulary: Vocabulary) -> bool:
+    """Whether the row below the names has units: most known columns have one that fits them."""
+    # a row with a number is the first row of the log
+    if any(cells[len(names) :]) or any(_is_number(cell) for cell in cells):
+        return False
+    units = [_bare(cell) for cell in cells] + [""] * len(names)
+    meanings = vocabulary.meanings(names, [""] * len(names))
+    fitting = [
+        index
+        for index, (quantity, _) in meanings.items()
+        if vocabulary.fits(quantity, units[index])
+    ]
+    if len(fitting) > len(meanings) / 2:
+        return True
+    # in a log of another kind only some units fit; its message must not be that units are missing
+    has_long_unit = any(len(units[index]) > 1 for index in fitting)
+    return has_long_unit and all(len(unit) <= _LONGEST_UNIT for unit in units)
+
+
+def _is_number(cell: str) -> bool:
+    try:
+        float(_bare(cell).replace(",", "."))
+    except ValueError:
+        return False
+    return True
+
+
+def _bare(cell: str) -> str:
+    """A cell without brackets, quotes and blanks around it."""
+    return cell.strip('[]() "')
+
+
+def _header_keys(lines: Sequence[str], delimiter: str) -> dict[str, str]:
+    """Header keys from `key: value` lines above the names, with or without `#`.
+
+    The mark between key and value is the first of `:`, `=` and the delimiter. Two values of one key
+    are joined: what needs this key refuses the log.
+    """
+    marks = {":", "=", delimiter} - {_BLANKS}
+    keys: dict[str, str] = {}
+    for line in lines:
+        text = line.strip().lstrip("#").strip()
+        marks_of_line = [mark for mark in marks if mark in text]
+        if not marks_of_line:
+            continue
+        key, _, value = text.partition(min(marks_of_line, key=text.index))
+        # a table program may quote the cells and fill the line with delimiters
+        surplus = f'"{delimiter} \t'
+        key = plain_key(key).strip(surplus)
+        value = value.strip(surplus)
+        if keys.get(key, value) != value:
+            value = f"{keys[key]} / {value}"
+        keys[key] = value
+    return keys
