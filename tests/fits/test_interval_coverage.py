@@ -12,7 +12,12 @@ from fit_points import LAW, polished
 from oilfilm.fits.fit import fit_oil
 from oilfilm.fits.fitted import FittedLaw
 from oilfilm.fits.interval import LEVELS, Band, _not_negative, scores_of_unseen
-from oilfilm.fits.uncertainty import curve_bootstrap, naive_covariance, robust_covariance
+from oilfilm.fits.uncertainty import (
+    curve_bootstrap,
+    naive_covariance,
+    robust_covariance,
+    robust_draws,
+)
 from oilfilm.home import CONFIG
 from oilfilm.randomness import generator
 from oilfilm.settings.resolve import resolve
@@ -63,6 +68,22 @@ def test_errors_of_twelve_runs_are_the_scatter_of_such_campaigns(config: Setting
     # 80 campaigns know a standard deviation to 8 %
     assert (ratio > 0.7).all()
     assert (ratio < 1.5).all()
+
+
+def test_draws_of_twelve_runs_do_not_depend_on_signs_that_a_kernel_chooses(
+    config: Settings, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    points = campaign(config, "4050").points(SMALL, generator(2, "small", 0))
+    problem, best = polished(points, printed()["4050"])
+    errors = np.sqrt(np.diag(robust_covariance(problem, best)))
+    draws = robust_draws(problem, best, 4000, generator(1, "draws"))
+    # a standard deviation from 4000 draws is known to 1.1 %
+    np.testing.assert_allclose(np.std(draws, axis=0) / errors, 1, atol=0.05)
+    qr, eigh = np.linalg.qr, np.linalg.eigh
+    monkeypatch.setattr(np.linalg, "qr", lambda matrix: tuple(-part for part in qr(matrix)))
+    monkeypatch.setattr(np.linalg, "eigh", lambda matrix: (eigh(matrix)[0], -eigh(matrix)[1]))
+    other = robust_draws(problem, best, 4000, generator(1, "draws"))
+    assert (np.abs(other - draws) / errors).max() < 1e-9
 
 
 @pytest.mark.no_cover

@@ -119,8 +119,10 @@ def polish(problem: Problem, start: FloatArray) -> Optimum:
         start: Free internal constants to start from.
     """
     ends = np.clip(start, *problem.limits.T)[np.newaxis]
-    # from a rough start Newton's method may run off along a valley without a floor
-    for near, tolerance in ((False, _TOLERANCE), (True, _LAST_DIGITS)):
+    # From a rough start Newton's method may run off along a valley without a floor. Its last step
+    # is damped, and leaves over a share of itself that depends on the start: one more step, from
+    # where it ended, leaves rounding only.
+    for near, tolerance in ((False, _TOLERANCE), (True, _LAST_DIGITS), (True, _LAST_DIGITS)):
         held = at_bounds(problem, ends)
         ends, sse = descend(problem, ends, held=held, tolerance=tolerance, near=near)
     return Optimum(ends[0], float(sse[0]))

@@ -114,6 +114,12 @@ def robust_covariance(problem: Problem, optimum: Optimum) -> FloatArray:
 
     Reference: R. M. Bell, D. F. McCaffrey, Survey Methodology 28 (2002) 169 (CR2).
     """
+    root = _root_of_covariance(problem, optimum)
+    return np.asarray(root @ root.T)
+
+
+def _root_of_covariance(problem: Problem, optimum: Optimum) -> FloatArray:
+    """What each curve adds to the root of `robust_covariance`, shape (free, curves)."""
     orthonormal, upper = np.linalg.qr(problem.jacobian(optimum.values))
     residual = problem.residual(optimum.values)
     scores = []
@@ -124,17 +130,16 @@ def robust_covariance(problem: Problem, optimum: Optimum) -> FloatArray:
         factor = 1 / np.sqrt(1 - np.clip(leverage, 0, _LARGEST_LEVERAGE))
         along = directions.T @ (orthonormal[points].T @ residual[points])
         scores.append(directions @ (factor * along))
-    root = np.linalg.solve(upper, np.array(scores).T)
-    return np.asarray(root @ root.T)
+    return np.asarray(np.linalg.solve(upper, np.array(scores).T))
 
 
 def robust_draws(
     problem: Problem, optimum: Optimum, count: int, random: np.random.Generator
 ) -> FloatArray:
     """Constants drawn about the optimum from `robust_covariance`, within the law's bounds."""
-    size, directions = np.linalg.eigh(robust_covariance(problem, optimum))
-    normal = random.standard_normal((count, len(size)))
-    draws = optimum.values + normal @ (directions * np.sqrt(np.maximum(size, 0))).T
+    # not along eigenvectors, whose signs are the kernel's choice
+    root = _root_of_covariance(problem, optimum)
+    draws = optimum.values + random.standard_normal((count, problem.curves)) @ root.T
     return np.clip(draws, *problem.limits.T)
 
 
