@@ -29,10 +29,10 @@ sys.path.insert(0, str(ROOT / "tests/helpers"))
 from attacks import attack, rows_written  # noqa: E402
 from campaigns import lay_out_small  # noqa: E402
 from damages import SOUND  # noqa: E402
+from oilfilm.base.digests import files_below  # noqa: E402
+from oilfilm.base.errors import OilfilmError  # noqa: E402
+from oilfilm.base.randomness import generator  # noqa: E402
 from oilfilm.curation.curate import check_logs  # noqa: E402
-from oilfilm.digests import files_below  # noqa: E402
-from oilfilm.errors import OilfilmError  # noqa: E402
-from oilfilm.randomness import generator  # noqa: E402
 from oilfilm.releases.stored_release import StoredRelease  # noqa: E402
 from reproduce import succeed  # noqa: E402
 

@@ -24,11 +24,11 @@ import numpy as np
 import pandas as pd
 
 from oilfilm import tables
+from oilfilm.base.randomness import generator
 from oilfilm.fits.fit import fit_oil, laws_of
 from oilfilm.fits.fitted import Coefficients, FittedLaw
 from oilfilm.fits.patterns import find_patterns
 from oilfilm.fits.soundness import leftover, verdict_of_fit
-from oilfilm.randomness import generator
 from oilfilm.settings.resolve import resolve
 from oilfilm.traction import PAPER_LAW
 from oilfilm.traction.law import FloatArray

@@ -23,7 +23,7 @@ import numpy as np  # noqa: E402
 import pandas as pd  # noqa: E402
 
 from oilfilm import tables  # noqa: E402
-from oilfilm.table_needs import OF_FIT  # noqa: E402
+from oilfilm.tables.table_needs import OF_FIT  # noqa: E402
 from other_cpus import CPUS, Cpu, environment_of  # noqa: E402
 
 OIL = "4102"
@@ -52,7 +52,7 @@ def make(folder: Path) -> None:
     # imported here: the parent compares, and has a CPU of its own
     from campaigns import carry_through, printed  # noqa: PLC0415
     from law_points import compare_laws  # noqa: PLC0415
-    from oilfilm.home import HOME  # noqa: PLC0415
+    from oilfilm.base.home import HOME  # noqa: PLC0415
     from oilfilm.releases.tree import environment  # noqa: PLC0415
     from oilfilm.settings.resolve import resolve  # noqa: PLC0415
     from simulated_lab.simulate import simulate_campaign  # noqa: PLC0415

@@ -16,7 +16,7 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests/helpers"))
 
 from campaigns import lay_out_small
-from oilfilm.randomness import generator
+from oilfilm.base.randomness import generator
 from reproduce import compare, killed, run, succeed, unfinished
 
 TARGET = ("release", "--config", "campaign=small")

@@ -32,12 +32,12 @@ import numpy as np
 from scipy.optimize import Bounds, differential_evolution, least_squares
 from simulated import simulate_curves
 
+from oilfilm.base.randomness import generator
 from oilfilm.fits.conditions import varied
 from oilfilm.fits.engine import population_sse, search
 from oilfilm.fits.fit_tables import certify
 from oilfilm.fits.problem import CurveData, Problem, build_problem
 from oilfilm.fits.uncertainty import curve_bootstrap, naive_covariance
-from oilfilm.randomness import generator
 from oilfilm.settings.resolve import resolve
 from oilfilm.traction import PAPER_LAW
 from oilfilm.traction.law import CONDITIONS, FloatArray, bounds

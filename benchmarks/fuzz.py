@@ -19,7 +19,7 @@ sys.path.insert(0, str(ROOT / "tests/helpers"))
 from attacks import attack, carry  # noqa: E402  (the tests' own helpers)
 from campaigns import REAL_PCS, printed  # noqa: E402
 from damages import SOUND  # noqa: E402
-from oilfilm.randomness import generator  # noqa: E402
+from oilfilm.base.randomness import generator  # noqa: E402
 from oilfilm.settings.resolve import resolve  # noqa: E402
 from simulated_lab.simulate import simulate_campaign  # noqa: E402
 

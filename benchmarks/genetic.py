@@ -22,9 +22,9 @@ from typing import Any
 import numpy as np
 from fit import CONFIG, LOG_BOX, OILS, RAW_BOX, ROOT, genetic, log_sse, raw_sse, task
 
+from oilfilm.base.randomness import generator
 from oilfilm.fits.engine import search
 from oilfilm.fits.problem import CurveData
-from oilfilm.randomness import generator
 from oilfilm.traction import PAPER_LAW
 from oilfilm.traction.law import FloatArray
 from oilfilm.traction.laws.deng2026 import traction_coefficient

@@ -23,9 +23,9 @@ import pandas as pd
 ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT / "tests/helpers"))
 
+from oilfilm.base.randomness import generator  # noqa: E402
 from oilfilm.fits.fit import fit_oil  # noqa: E402
 from oilfilm.fits.measured_curves import uncertainty  # noqa: E402
-from oilfilm.randomness import generator  # noqa: E402
 from oilfilm.torque.next_tests import plan_oil, request_of  # noqa: E402
 from oilfilm.traction.law import CONDITIONS, FloatArray  # noqa: E402
 from planned_tests import DUTY, OIL, SETTINGS, SMALL, TRUTH, Errors, refit, run_tests, torques  # noqa: E402

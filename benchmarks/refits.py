@@ -26,12 +26,12 @@ import numpy as np
 from scipy.optimize import least_squares
 from simulated import simulate_curves
 
+from oilfilm.base.randomness import generator
 from oilfilm.fits.conditions import varied
 from oilfilm.fits.engine import Optimum, at_bounds, search
 from oilfilm.fits.fit import laws_of
 from oilfilm.fits.problem import CurveData, Problem, build_problem
 from oilfilm.fits.uncertainty import curve_bootstrap, draw_curves
-from oilfilm.randomness import generator
 from oilfilm.settings.resolve import resolve
 from oilfilm.traction import LAW_NAMES
 from oilfilm.traction.law import FloatArray, IndexArray, Law, Observations

@@ -6,12 +6,12 @@ each plateau's own. Logs of the same size would take a minute a campaign.
 
 import numpy as np
 
+from oilfilm.base.units import FloatArray
 from oilfilm.fits.problem import CurveData
 from oilfilm.settings.base import present
 from oilfilm.settings.campaign import Twin
 from oilfilm.settings.rig import Rig
 from oilfilm.traction.laws.deng2026 import traction_coefficient
-from oilfilm.units import FloatArray
 
 
 def simulate_curves(

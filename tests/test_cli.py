@@ -7,9 +7,9 @@ import pytest
 
 from campaigns import ROOT, Campaign, printed
 from oilfilm import tables
+from oilfilm.base.errors import OilfilmError
 from oilfilm.cli import main
 from oilfilm.cli.arguments import quantity
-from oilfilm.errors import OilfilmError
 from oilfilm.fits.soundness import finished_fits
 from oilfilm.traction.laws.deng2026 import traction_coefficient
 

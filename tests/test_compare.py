@@ -9,8 +9,8 @@ import pytest
 
 import oilfilm
 from known_laws import known_law
+from oilfilm.base.errors import OilfilmError
 from oilfilm.cli import main
-from oilfilm.errors import OilfilmError
 from oilfilm.fits.side_by_side import middle_of_tested, side_by_side
 from oilfilm.traction.law import CONDITIONS
 

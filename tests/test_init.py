@@ -19,10 +19,10 @@ from blind_lab.dialects import Dialect, draw_dialect
 from campaigns import ETM, ROOT
 from command_line import printed_objects
 from foreign_logs import CONDITIONS, GERMAN, bench_and_runs, write_logs
+from oilfilm.base.errors import OilfilmError
 from oilfilm.cli import main
 from oilfilm.cli.init import NewProject, make_project
 from oilfilm.curation.curate import check_logs
-from oilfilm.errors import OilfilmError
 from oilfilm.logs.sheet_file import sheet_of_paths
 from oilfilm.logs.traction_log import TRACTION
 from oilfilm.settings.resolve import resolve

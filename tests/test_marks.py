@@ -22,7 +22,7 @@ from browsers import CHROMIUM, QUIET
 from campaigns import REFERENCE
 from deng2026_study.study import describe_printed
 from known_laws import known_law
-from oilfilm.arrays import ArrayFit
+from oilfilm.api.arrays import ArrayFit
 from oilfilm.cli import main
 from oilfilm.exports.campaign import adore_rows, workbook
 from oilfilm.fits.fitted import Prediction

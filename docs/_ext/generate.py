@@ -6,7 +6,7 @@ With folders, the examples of the page of tables are renewed first, from the tab
 import sys
 from pathlib import Path
 
-from oilfilm.home import HOME
+from oilfilm.base.home import HOME
 from reference_pages import GENERATED
 from reference_pages.table_examples import write_examples
 

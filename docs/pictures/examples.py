@@ -9,9 +9,9 @@ import pandas as pd
 
 import deng2026_study
 import oilfilm
-from oilfilm.arrays import ArrayFit
+from oilfilm.api.arrays import ArrayFit
+from oilfilm.base.home import reference_file
 from oilfilm.bearing.geometry import Bearing
-from oilfilm.home import reference_file
 from oilfilm.physics.contact import Contact
 from oilfilm.physics.oils import Oil
 from oilfilm.settings.messages import load

@@ -4,6 +4,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from examples import NAMES, contact, oil
+from oilfilm.base.units import FloatArray
 from oilfilm.physics.contact import Conditions
 from oilfilm.physics.film import (
     InletOil,
@@ -11,7 +12,6 @@ from oilfilm.physics.film import (
     isothermal_film_thickness,
     thermal_reduction_factor,
 )
-from oilfilm.units import FloatArray
 from style import GREY, OILS, axes, row
 
 STYLES = ("-", "--", ":")

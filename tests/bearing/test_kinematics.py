@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from bearings import RPM, any_bearing, problem, shipped
+from oilfilm.base.units import RAD_S_PER_RPM
 from oilfilm.bearing.ellipse import grid, sliding
 from oilfilm.bearing.equilibria import friction_equilibrium
 from oilfilm.bearing.kinematics import (
@@ -17,7 +18,6 @@ from oilfilm.bearing.kinematics import (
 )
 from oilfilm.bearing.quasistatic import Motion, OperatingPoints, raceway_control
 from oilfilm.bearing.torque import torque_terms
-from oilfilm.units import RAD_S_PER_RPM
 
 TESTED = dict.fromkeys(
     ("max_hertz_pressure_gpa", "entrainment_speed_m_s", "slide_roll_ratio"), (0.0, 10.0)

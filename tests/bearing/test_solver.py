@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from oilfilm.base.units import FloatArray, IndexArray
 from oilfilm.bearing.solver import inverse_jacobian, solve_near
-from oilfilm.units import FloatArray, IndexArray
 
 POINTS, UNKNOWNS = 4000, 7
 # Effect of the weakest combination of the unknowns, over that of the strongest, as beside a fold.

@@ -10,7 +10,7 @@ import pytest
 from campaigns import ROOT
 from deng2026_study.advice import BY_RULES, NO_CHOICE, advice_in_band, advise, decide
 from oilfilm import tables
-from oilfilm.errors import OilfilmError
+from oilfilm.base.errors import OilfilmError
 from oilfilm.settings.config import SelectionSettings
 from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings

@@ -24,8 +24,8 @@ from deng2026_study.printed_constants import (
 )
 from deng2026_study.study import describe_printed
 from oilfilm import tables
+from oilfilm.base.home import CONFIG
 from oilfilm.exports.campaign import in_folders
-from oilfilm.home import CONFIG
 from oilfilm.settings.messages import load
 from oilfilm.settings.resolve import read_config
 from oilfilm.settings.resolved import Settings

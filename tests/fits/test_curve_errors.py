@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from fit_points import LAW, problem_of
+from oilfilm.base.randomness import generator
 from oilfilm.fits.measured_curves import EFFECTS, ErrorSizes, effects, error_sizes, precision
-from oilfilm.randomness import generator
 from planned_tests import SMALL, TRUTH, Errors, curves_at, run_tests
 
 NONE = Errors(0, 0, 0, 0, 0, 0)

@@ -7,13 +7,13 @@ from scipy.optimize import least_squares
 from campaigns import printed
 from fit_points import LAW, make_points, matrix, polished, problem_of
 from law_points import EVERY_LAW, TRUTH, points_of
+from oilfilm.base.randomness import generator
+from oilfilm.base.units import FloatArray, IndexArray
 from oilfilm.fits.descent import descend
 from oilfilm.fits.engine import Optimum
 from oilfilm.fits.problem import Problem
 from oilfilm.fits.uncertainty import curve_bootstrap, draw_curves
-from oilfilm.randomness import generator
 from oilfilm.traction.law import to_internal
-from oilfilm.units import FloatArray, IndexArray
 
 
 def refit(

@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 import oilfilm
 from campaigns import Campaign, printed
 from fit_points import make_points, matrix
+from oilfilm.base.errors import OilfilmError
 from oilfilm.cli.predict import prediction
-from oilfilm.errors import OilfilmError
 from oilfilm.fits.conditions import (
     FixedCondition,
     InStep,

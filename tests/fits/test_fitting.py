@@ -11,6 +11,8 @@ from scipy.optimize import curve_fit
 from campaigns import Campaign, printed
 from fit_points import LAW, P, T, U, make_points, matrix, polished, problem_of
 from nights import quick_ones
+from oilfilm.base.randomness import generator
+from oilfilm.base.units import FloatArray
 from oilfilm.fits import engine
 from oilfilm.fits.conditions import from_text
 from oilfilm.fits.engine import Optimum, polish
@@ -19,13 +21,11 @@ from oilfilm.fits.fit_tables import certify, gradient_cosine, spectrum
 from oilfilm.fits.fitted import FittedLaw
 from oilfilm.fits.objectives import robust_fit
 from oilfilm.fits.uncertainty import naive_covariance
-from oilfilm.randomness import generator
 from oilfilm.report.sections.build import curve_facts
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction.law import to_constants, to_internal
 from oilfilm.traction.laws.deng2026 import traction_coefficient
-from oilfilm.units import FloatArray
 from pcs_exports import shipped_numbers
 
 OILS = ("4102", "4050", "4010")

@@ -9,6 +9,8 @@ import scipy
 
 from campaigns import printed
 from fit_points import LAW, polished
+from oilfilm.base.home import CONFIG
+from oilfilm.base.randomness import generator
 from oilfilm.fits.fit import fit_oil
 from oilfilm.fits.fitted import FittedLaw
 from oilfilm.fits.interval import LEVELS, Band, _not_negative, scores_of_unseen
@@ -18,8 +20,6 @@ from oilfilm.fits.uncertainty import (
     robust_covariance,
     robust_draws,
 )
-from oilfilm.home import CONFIG
-from oilfilm.randomness import generator
 from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
 from oilfilm.traction.law import to_internal

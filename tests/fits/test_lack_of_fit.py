@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from oilfilm.base.randomness import generator
 from oilfilm.fits.conditions import levels_of
 from oilfilm.fits.soundness import lack_of_fit
-from oilfilm.randomness import generator
 from oilfilm.settings.resolved import Settings
 
 

@@ -11,17 +11,17 @@ from fit_points import polished
 from law_points import EVERY_LAW, MATRIX, TRUTH, compare_laws, internal_of, points_of
 from nights import nightly
 from oilfilm import tables
+from oilfilm.base.randomness import generator
 from oilfilm.fits import engine
 from oilfilm.fits.best_law import best_laws
 from oilfilm.fits.conditions import levels_by_gap
 from oilfilm.fits.fit import fit_oil, laws_of, leave_curves_out, leave_ends_out
 from oilfilm.fits.fit_tables import bayesian_criterion
 from oilfilm.fits.soundness import noise_and_misfit
-from oilfilm.randomness import generator
 from oilfilm.report.figures.fits import starts_of
 from oilfilm.settings.resolved import Settings
-from oilfilm.table_needs import OF_FIT
 from oilfilm.tables.campaign_tables import CampaignTables
+from oilfilm.tables.table_needs import OF_FIT
 from oilfilm.traction import LAW_NAMES, LAWS
 from oilfilm.traction.law import Observations
 from pictures import draw

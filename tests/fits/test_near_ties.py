@@ -11,6 +11,7 @@ import pytest
 from campaigns import printed
 from fit_points import LAW, make_points, matrix, polished
 from oilfilm import tables
+from oilfilm.base.randomness import generator
 from oilfilm.fits.best_law import best_laws
 from oilfilm.fits.conditions import clusters, levels_by_gap, varied
 from oilfilm.fits.engine import Optimum
@@ -18,7 +19,6 @@ from oilfilm.fits.fit_tables import certify
 from oilfilm.fits.fitted import Coefficients, FittedLaw
 from oilfilm.fits.measured_curves import FormError, choose
 from oilfilm.fits.patterns import Leftover, find_patterns
-from oilfilm.randomness import generator
 from oilfilm.settings.resolved import Settings
 from reports import rows
 

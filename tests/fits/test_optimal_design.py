@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from oilfilm.base.units import FloatArray
 from oilfilm.fits.measured_curves import choose, uncertainties, uncertainty
-from oilfilm.units import FloatArray
 
 GRID = np.linspace(-6, 6, 121)
 

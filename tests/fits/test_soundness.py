@@ -11,13 +11,13 @@ import pytest
 from campaigns import printed
 from fit_points import LAW, polished
 from oilfilm import tables
+from oilfilm.base.home import CONFIG
 from oilfilm.fits import soundness
 from oilfilm.fits.conditions import FixedCondition, to_text
 from oilfilm.fits.fitted import Coefficients, FittedLaw
 from oilfilm.fits.patterns import Leftover, find_patterns
 from oilfilm.fits.soundness import runs_in_common, verdict_of_fit
 from oilfilm.fits.soundness_words import what_is_wrong
-from oilfilm.home import CONFIG
 from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
 from simulated_lab.truth import LawTruth, Truth, true_tractions

@@ -7,13 +7,13 @@ import pandas as pd
 
 from campaigns import printed
 from oilfilm import tables
+from oilfilm.base.randomness import generator
+from oilfilm.base.units import FloatArray
 from oilfilm.fits.engine import Optimum, polish
 from oilfilm.fits.problem import Problem, build_problem, curve_data
-from oilfilm.randomness import generator
 from oilfilm.traction import LAWS
 from oilfilm.traction.law import CONDITIONS, Law, to_internal
 from oilfilm.traction.laws.deng2026 import traction_coefficient
-from oilfilm.units import FloatArray
 
 LAW = LAWS["deng2026"]
 P, U, T = [1.0, 1.25, 1.5], [25.0, 30.0, 35.0, 40.0], [25.0, 50.0, 70.0, 85.0, 100.0, 120.0]

@@ -9,14 +9,14 @@ import pandas as pd
 from campaigns import oil_of, printed, rig_contact
 from fit_points import accepted_points
 from oilfilm import tables
+from oilfilm.base.randomness import generator
+from oilfilm.base.units import FloatArray
 from oilfilm.fits.fit import fit_law
-from oilfilm.randomness import generator
 from oilfilm.settings.resolved import Settings
-from oilfilm.table_needs import OF_FIT
 from oilfilm.tables.campaign_tables import CampaignTables
+from oilfilm.tables.table_needs import OF_FIT
 from oilfilm.traction import laws_for
 from oilfilm.traction.law import CONDITIONS, Law, Observations, to_internal
-from oilfilm.units import FloatArray
 
 OIL, CONTACT = oil_of("4050"), rig_contact()
 EVERY_LAW = laws_for(OIL, CONTACT)

@@ -86,7 +86,7 @@ CPUS = {
 }
 # Prints the environment that a manifest would name.
 ENVIRONMENT = (
-    "from oilfilm.home import HOME; from oilfilm.releases.tree import environment\n"
+    "from oilfilm.base.home import HOME; from oilfilm.releases.tree import environment\n"
     "print(environment(HOME).model_dump_json())"
 )
 

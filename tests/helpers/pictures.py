@@ -6,9 +6,9 @@ import pandas as pd
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from oilfilm import studies
-from oilfilm.figure_catalogue import figures
-from oilfilm.home import reference_file
+from oilfilm.base import studies
+from oilfilm.base.figure_catalogue import figures
+from oilfilm.base.home import reference_file
 from oilfilm.report.figures.sheet import draw_figure
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables

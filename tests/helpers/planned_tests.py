@@ -12,13 +12,13 @@ from scipy.optimize import least_squares
 
 from campaigns import ROOT, printed, rig_contact
 from fit_points import LAW, accepted_points, problem_of
+from oilfilm.base.units import FloatArray
 from oilfilm.fits.measured_curves import effects, points_of_curves
 from oilfilm.fits.problem import Curves
 from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
 from oilfilm.torque.bearing_torque import OilInBearing, oils_in_bearings
 from oilfilm.traction.law import CONDITIONS, to_constants, to_internal
-from oilfilm.units import FloatArray
 from planted_fits import printed_fits
 
 OIL = "4102"

@@ -11,8 +11,9 @@ import pandas as pd
 import pytest
 
 from campaigns import ROOT, Campaign, rows
-from oilfilm import home, tables
-from oilfilm.home import RUN_LOCK
+from oilfilm import tables
+from oilfilm.base import home
+from oilfilm.base.home import RUN_LOCK
 from oilfilm.logs.raw_files import listing
 from oilfilm.releases import release as releasing
 from oilfilm.releases.manifest import (

@@ -8,8 +8,8 @@ from PIL import Image
 
 from campaigns import rows
 from fit_points import make_points, matrix
+from oilfilm.base.randomness import generator
 from oilfilm.fits.fit import fit_oil
-from oilfilm.randomness import generator
 from oilfilm.report.html import html
 from oilfilm.report.sections.build import sections
 from oilfilm.settings.resolved import Settings

@@ -11,9 +11,9 @@ import numpy as np
 import pandas as pd
 
 from oilfilm import tables
+from oilfilm.base.units import FloatArray
 from oilfilm.physics.contact import Contact
 from oilfilm.traction.law import CONDITIONS
-from oilfilm.units import FloatArray
 from simulated_lab.truth import Truth
 
 

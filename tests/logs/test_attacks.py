@@ -7,8 +7,8 @@ from bad_logs import PCS_CONFIG
 from damages import SOUND
 from formats import WRITERS
 from nights import nightly
+from oilfilm.base.randomness import generator
 from oilfilm.curation.curate import check_logs
-from oilfilm.randomness import generator
 from oilfilm.settings.resolved import Settings
 from pcs_exports import film_export, traction_export
 

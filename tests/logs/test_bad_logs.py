@@ -15,8 +15,8 @@ import bad_logs
 import formats
 from bad_logs import CONFIG, KEYS, UNITS, csv, good
 from campaigns import ROOT
+from oilfilm.base.errors import OilfilmError
 from oilfilm.curation.curate import check_logs
-from oilfilm.errors import OilfilmError
 from oilfilm.logs.ingest import read_log
 from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings

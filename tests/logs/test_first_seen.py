@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 import yaml
 
-from oilfilm.errors import OilfilmError
+from oilfilm.base.errors import OilfilmError
 from oilfilm.logs.first_seen import FirstSeen
 from oilfilm.settings.campaign import AcknowledgedChange, Dataset
 from oilfilm.settings.messages import check, first_mistake

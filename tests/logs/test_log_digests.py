@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from oilfilm.digests import file_digest
+from oilfilm.base.digests import file_digest
 from oilfilm.logs import log_digests
 from oilfilm.logs.log_digests import LogDigests
 

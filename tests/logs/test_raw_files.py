@@ -13,7 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from nights import examples
-from oilfilm.errors import OilfilmError
+from oilfilm.base.errors import OilfilmError
 from oilfilm.logs import raw_files
 
 LOGS = ["12:30 \u6cb9.csv", "a.csv", "june/a.csv", "june/runs.csv"]

@@ -18,10 +18,10 @@ import formats
 import torque_logs
 from bad_logs import CONFIG, KEYS, PCS_ROW, UNITS, csv, good, pcs
 from campaigns import lay_out
+from oilfilm.base.errors import OilfilmError
 from oilfilm.cli import main
 from oilfilm.curation.curate import check_logs
 from oilfilm.curation.torque_rig import TorqueRig
-from oilfilm.errors import OilfilmError
 from oilfilm.logs.base import SET_POINTS as NAMED
 from oilfilm.logs.ingest import Ingested, ingest_logs
 from oilfilm.logs.log_kind import LogKind

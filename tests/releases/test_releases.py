@@ -16,8 +16,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from campaigns import ROOT, without
+from oilfilm.base.errors import OilfilmError
 from oilfilm.cli import main
-from oilfilm.errors import OilfilmError
 from oilfilm.releases import release as making
 from oilfilm.releases import release as releasing
 from oilfilm.releases.manifest import (

@@ -11,8 +11,8 @@ import pytest
 
 from campaigns import ROOT
 from oilfilm import read_fit
+from oilfilm.base.errors import OilfilmError
 from oilfilm.cli import main
-from oilfilm.errors import OilfilmError
 from oilfilm.releases.manifest import MANIFEST
 from oilfilm.releases.stored_release import StoredRelease
 from oilfilm.settings.resolved import Settings

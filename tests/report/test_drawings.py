@@ -14,7 +14,7 @@ from matplotlib.testing.compare import compare_images
 
 from fit_points import matrix
 from nights import nightly, quick_ones
-from oilfilm.randomness import generator
+from oilfilm.base.randomness import generator
 from oilfilm.report.figures.sheet import Sheet, save
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables

@@ -4,7 +4,7 @@ from typing import Any
 
 import pytest
 
-from oilfilm.errors import OilfilmError
+from oilfilm.base.errors import OilfilmError
 from oilfilm.report.enough import accepted_runs_text, shortfalls
 from oilfilm.settings.campaign import Campaign
 from oilfilm.settings.resolved import Settings

@@ -4,7 +4,7 @@ import subprocess
 import sys
 
 from campaigns import ROOT
-from oilfilm.figure_catalogue import figures
+from oilfilm.base.figure_catalogue import figures
 from oilfilm.report.captions import provenance
 from oilfilm.settings.resolved import Settings
 
@@ -18,7 +18,7 @@ def test_origin_of_data_says_simulated_or_who_measured(config: Settings) -> None
 
 def test_declarations_are_read_without_importing_what_draws() -> None:
     code = (
-        "import sys; from oilfilm.figure_catalogue import figures; print(len(figures())); "
+        "import sys; from oilfilm.base.figure_catalogue import figures; print(len(figures())); "
         "print({'matplotlib', 'pandas', 'numpy'} & set(sys.modules))"
     )
     path = {"PYTHONPATH": str(ROOT / "workflow")}

@@ -11,8 +11,8 @@ import pytest
 
 from campaigns import ROOT
 from oilfilm import tables
-from oilfilm.digests import file_digest
-from oilfilm.errors import OilfilmError
+from oilfilm.base.digests import file_digest
+from oilfilm.base.errors import OilfilmError
 from oilfilm.report.metadata import data_package
 from oilfilm.settings.resolved import Settings
 

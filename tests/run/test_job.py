@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import pytest
 
 from oilfilm import tables
-from oilfilm.errors import OilfilmError
+from oilfilm.base.errors import OilfilmError
 from oilfilm.run.job import job
 
 

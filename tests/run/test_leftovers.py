@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from oilfilm.digests import files_below
+from oilfilm.base.digests import files_below
 from oilfilm.logs.raw_files import listing
 from oilfilm.run.leftovers import remove_leftovers
 

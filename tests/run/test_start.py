@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from oilfilm.errors import OilfilmError
+from oilfilm.base.errors import OilfilmError
 from oilfilm.run.start import UNUSABLE, bring_dates_back, check_machine, start_python_by_name
 
 # The shell that make asks loses a newline at the end.

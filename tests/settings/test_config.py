@@ -13,7 +13,7 @@ import pytest
 import yaml
 
 from campaigns import without
-from oilfilm.errors import OilfilmError
+from oilfilm.base.errors import OilfilmError
 from oilfilm.settings.base import Group
 from oilfilm.settings.campaign import CampaignFile, Semantics
 from oilfilm.settings.config import Config

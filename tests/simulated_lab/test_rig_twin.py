@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from campaigns import ROOT, Campaign, carry_logs, printed
+from oilfilm.base.errors import OilfilmError
 from oilfilm.bearing.ellipse import TractionLaw
-from oilfilm.errors import OilfilmError
 from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
 from simulated_lab.simulate import simulate_campaign, slip_programme

@@ -8,7 +8,8 @@ import pytest
 import yaml
 
 import oilfilm
-from oilfilm import studies, tables
+from oilfilm import tables
+from oilfilm.base import studies
 from reference_pages.table_examples import read_examples
 
 studies.declare_tables(studies.available())

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from campaigns import Campaign
 from oilfilm import tables
-from oilfilm.errors import OilfilmError
+from oilfilm.base.errors import OilfilmError
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.tables.table_file import content_digest, digests_of_runs, samples_by_run
 

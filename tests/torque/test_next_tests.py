@@ -9,7 +9,9 @@ from scipy.stats import chi2
 
 from campaigns import without
 from fit_points import LAW
-from oilfilm.errors import OilfilmError
+from oilfilm.base.errors import OilfilmError
+from oilfilm.base.randomness import generator
+from oilfilm.base.units import FloatArray
 from oilfilm.fits.fit import fit_oil
 from oilfilm.fits.fitted import FittedLaw, predict
 from oilfilm.fits.measured_curves import (
@@ -20,7 +22,6 @@ from oilfilm.fits.measured_curves import (
     known_of,
     uncertainties,
 )
-from oilfilm.randomness import generator
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.torque.next_tests import (
@@ -34,7 +35,6 @@ from oilfilm.torque.next_tests import (
 )
 from oilfilm.torque.operating_grid import Film
 from oilfilm.traction.law import CONDITIONS, to_constants
-from oilfilm.units import FloatArray
 from pictures import draw, nothing_is_cut_off
 from planned_tests import (
     CONTACT,

@@ -9,13 +9,13 @@ import pytest
 
 from fit_points import problem_of
 from law_points import EVERY_LAW, MATRIX, OIL, SLIP, TRUTH, internal_of, observe, points_of
+from oilfilm.base.randomness import generator
 from oilfilm.fits import engine
 from oilfilm.fits.fit import fit_oil
 from oilfilm.fits.fitted import FittedLaw
 from oilfilm.fits.problem import build_problem, curve_data
 from oilfilm.physics.contact import Contact, load_for_max_hertz_pressure
 from oilfilm.physics.thermal_traction import eyring_stress, limited_stress
-from oilfilm.randomness import generator
 from oilfilm.settings.resolved import Settings
 from oilfilm.traction import LAWS, expression
 from oilfilm.traction.law import CONDITIONS, Law

@@ -81,7 +81,7 @@ def test_code_that_changes_during_a_run_is_not_released(undisturbed: Path, tmp_p
     shutil.copytree(undisturbed, project, symlinks=True)
     with start(project, "release", "--forcerun", "report", *SMALL) as running:
         wait_for(lambda: bool(unfinished(project)))
-        with (project / "workflow/oilfilm/units.py").open("a", encoding="utf-8") as module:
+        with (project / "workflow/oilfilm/base/units.py").open("a", encoding="utf-8") as module:
             module.write("# changed\n")
         output, _ = running.communicate()
     assert running.returncode != 0

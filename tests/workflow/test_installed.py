@@ -38,7 +38,7 @@ def run(installed: Path, folder: Path, *arguments: str) -> str:
 
 
 # A workflow with a configuration and rules of its own, before and after those of oilfilm.
-HOST = """from oilfilm.home import HOME
+HOST = """from oilfilm.base.home import HOME
 
 configfile: "config/host.yaml"
 PLACE = config["place"]

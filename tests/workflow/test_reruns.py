@@ -78,7 +78,7 @@ CHANGES: dict[str, tuple[tuple[Edit, ...], Mapping[str, int]]] = {
 }
 # Words of the library that compute nothing.
 WORDS = (
-    Edit(f"{LIBRARY}/units.py", '"""', '"""Other words. '),
+    Edit(f"{LIBRARY}/base/units.py", '"""', '"""Other words. '),
     Edit(f"{LIBRARY}/physics/film.py", '    """', '    """Other words. '),
     Edit(f"{LIBRARY}/physics/film.py", "\n\n\n", "\n\n\n\n"),
     Edit(f"{LIBRARY}/fits/fitted.py", "raise OilfilmError(", "raise OilfilmError('!' + "),

@@ -7,7 +7,7 @@ import pytest
 
 from campaigns import SMALL_MATRIX, lay_out_measured
 from command_line import succeeded
-from oilfilm import studies
+from oilfilm.base import studies
 from oilfilm.tables.campaign_tables import CampaignTables
 from reproduce import command, succeed
 

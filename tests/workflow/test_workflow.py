@@ -19,7 +19,7 @@ from campaigns import (
     write_campaign,
 )
 from oilfilm import tables
-from oilfilm.digests import file_digest
+from oilfilm.base.digests import file_digest
 from oilfilm.logs.raw_files import listing
 from oilfilm.releases.stored_release import StoredRelease
 from reproduce import fail, files_made, succeed

@@ -23,14 +23,14 @@ import numpy as np
 import pandas as pd
 
 from oilfilm import tables
-from oilfilm.errors import OilfilmError
+from oilfilm.base.errors import OilfilmError
+from oilfilm.base.ties import exceeds, reaches
+from oilfilm.base.units import BoolArray, FloatArray
 from oilfilm.settings.config import SelectionLimits, SelectionSettings
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
-from oilfilm.ties import exceeds, reaches
 from oilfilm.torque.bearing_torque import Cases, OilInBearing, joined
 from oilfilm.torque.best_oil import IntArray, best_of, by_oil, enough_film, operating_points
-from oilfilm.units import BoolArray, FloatArray
 
 # The judgement where the choice depends on a film beyond the range of the thermal reduction.
 OUTSIDE = "outside the film formula"

@@ -11,11 +11,11 @@ import numpy.typing as npt
 import pandas as pd
 
 from oilfilm import tables
+from oilfilm.base.ties import first_largest, reaches
+from oilfilm.base.units import FloatArray
 from oilfilm.fits.fitted import INTERVALS, FittedLaw
-from oilfilm.ties import first_largest, reaches
 from oilfilm.traction import LAWS
 from oilfilm.traction.law import CONDITIONS, Law
-from oilfilm.units import FloatArray
 
 _CUT_OFF = 1e6  # of mu, for laws that run away: its errors must be numbers of a table
 _AT = [*CONDITIONS, "slide_roll_ratio", "true_traction_coefficient", "traction_coefficient"]

@@ -21,14 +21,14 @@ import numpy as np
 import pandas as pd
 
 from oilfilm import tables
+from oilfilm.base.ties import evened, exceeds, first_largest, reaches
+from oilfilm.base.units import BoolArray, FloatArray
 from oilfilm.fits.fitted import FittedLaw
 from oilfilm.fits.problem import curve_data
 from oilfilm.settings.config import PrintedSettings, SignSettings
 from oilfilm.tables.campaign_tables import CampaignTables
-from oilfilm.ties import evened, exceeds, first_largest, reaches
 from oilfilm.traction.law import CONDITIONS, Observations, to_internal
 from oilfilm.traction.laws.deng2026 import DENG2026
-from oilfilm.units import BoolArray, FloatArray
 
 LAW = DENG2026  # its constants are printed
 

@@ -11,15 +11,15 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 import pandas as pd
 
-from oilfilm.errors import OilfilmError
+from oilfilm.base.errors import OilfilmError
+from oilfilm.base.home import CONFIG, reference_file
+from oilfilm.base.ties import first_largest
+from oilfilm.base.units import FloatArray
 from oilfilm.fits.fitted import Coefficients, FittedLaw
-from oilfilm.home import CONFIG, reference_file
 from oilfilm.settings.config import Box
 from oilfilm.settings.messages import load
 from oilfilm.settings.resolve import read_config
-from oilfilm.ties import first_largest
 from oilfilm.traction.laws.deng2026 import DENG2026, traction_coefficient
-from oilfilm.units import FloatArray
 from simulated_lab.printed import PrintedCoefficients
 
 # Slips at which the range over the open signs is looked for: from the first step of the rig on.

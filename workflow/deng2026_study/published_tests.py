@@ -12,9 +12,9 @@ from dataclasses import replace
 import pandas as pd
 
 from deng2026_study.reference import PublishedBearingTest, PublishedBearingTests
+from oilfilm.base.units import RAD_S_PER_RPM
 from oilfilm.settings.resolved import Settings
 from oilfilm.torque.bearing_torque import Cases, OilInBearing, joined
-from oilfilm.units import RAD_S_PER_RPM
 
 
 def published_tests_table(

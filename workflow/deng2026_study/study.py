@@ -13,16 +13,16 @@ from deng2026_study.advice import NO_CHOICE, NO_EQUILIBRIUM, OUTSIDE
 from deng2026_study.printed_law import PrintedLaw, printed, printed_law
 from deng2026_study.reference import Claim, Claims, read_claims, read_reference
 from oilfilm import tables
+from oilfilm.base.home import CONFIG, reference_file
+from oilfilm.base.studies import Study
 from oilfilm.exports.campaign import in_folders
 from oilfilm.exports.description import Condition, Description, constant_meanings, identifiers
-from oilfilm.home import CONFIG, reference_file
 from oilfilm.report.document import Entry, Section, facts, show_table
 from oilfilm.settings.campaign import Campaign
 from oilfilm.settings.config import Box, ExportSettings
 from oilfilm.settings.messages import load
 from oilfilm.settings.resolve import read_config
 from oilfilm.settings.resolved import Settings
-from oilfilm.studies import Study
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.torque.best_oil import stays_best
 from oilfilm.traction import PAPER_LAW

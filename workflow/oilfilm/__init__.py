@@ -13,19 +13,19 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     # what editors complete and type checkers see
-    from oilfilm.arrays import fit
-    from oilfilm.errors import OilfilmError
+    from oilfilm.api.arrays import fit
+    from oilfilm.api.table_fit import fit_table
+    from oilfilm.base.errors import OilfilmError
     from oilfilm.fits.fitted import predict, read_fit
-    from oilfilm.table_fit import fit_table
 
     __version__: str
 
 __all__ = ["OilfilmError", "__version__", "fit", "fit_table", "predict", "read_fit"]
 
 _MODULES = {
-    "OilfilmError": "oilfilm.errors",
-    "fit": "oilfilm.arrays",
-    "fit_table": "oilfilm.table_fit",
+    "OilfilmError": "oilfilm.base.errors",
+    "fit": "oilfilm.api.arrays",
+    "fit_table": "oilfilm.api.table_fit",
     "predict": "oilfilm.fits.fitted",
     "read_fit": "oilfilm.fits.fitted",
 }
@@ -40,7 +40,7 @@ def __getattr__(name: str) -> Any:
     if name == "__version__":
         import tomllib  # noqa: PLC0415
 
-        from oilfilm.home import HOME  # noqa: PLC0415
+        from oilfilm.base.home import HOME  # noqa: PLC0415
 
         # not the installed package's: an unpacked archive of a release runs without one
         return tomllib.loads((HOME / "pyproject.toml").read_text("utf-8"))["project"]["version"]

@@ -8,15 +8,15 @@ from pathlib import Path
 from snakemake.exceptions import WorkflowError
 from snakemake.io import report as in_report  # at the start of a line `report` is a directive
 
-from oilfilm import home, studies
-from oilfilm.digests import code_digest, file_digest
-from oilfilm.errors import OilfilmError
-from oilfilm.home import HOME, PACKAGE
+from oilfilm.base import home, studies
+from oilfilm.base.digests import code_digest, file_digest
+from oilfilm.base.errors import OilfilmError
+from oilfilm.base.home import HOME, PACKAGE
 from oilfilm.releases.tree import code_tree_digest
 from oilfilm.run.start import bring_dates_back, check_machine, lock_run, start_python_by_name
 from oilfilm.settings.resolve import resolve_given
-from oilfilm.table_needs import NOT_IN_EVERY_CAMPAIGN, OF_FIT, lacking
 from oilfilm.tables.contract import contract_digest
+from oilfilm.tables.table_needs import NOT_IN_EVERY_CAMPAIGN, OF_FIT, lacking
 from oilfilm.traction import LAW_FILES
 
 RECORDS = Path(".snakemake")

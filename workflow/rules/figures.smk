@@ -1,4 +1,4 @@
-from oilfilm.figure_catalogue import families
+from oilfilm.base.figure_catalogue import families
 
 # What each figure needs is declared above its function. One job draws a family of figures, because
 # imports take longer than drawing.

@@ -3,7 +3,7 @@
 import json
 from hashlib import sha256
 
-from oilfilm.atomic_write import write_text
+from oilfilm.base.atomic_write import write_text
 from oilfilm.logs.log_digests import LogDigests
 from oilfilm.logs.raw_files import find_sheet, raw_files, shares_of
 

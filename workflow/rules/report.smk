@@ -1,4 +1,4 @@
-from oilfilm.figure_catalogue import figures
+from oilfilm.base.figure_catalogue import figures
 
 # Sentences, the page and its style: no digest of Python's modules covers these.
 PAGE_FILES = sorted(

@@ -4,9 +4,9 @@ from pathlib import Path
 
 import oilfilm.run.job as run
 from oilfilm import tables
+from oilfilm.base.digests import settings_digest
 from oilfilm.curation.coverage import coverage, gate_counts
 from oilfilm.curation.curate import Curated, collect
-from oilfilm.digests import settings_digest
 from oilfilm.logs.first_seen import FirstSeen
 from oilfilm.logs.raw_files import read_listings
 from oilfilm.report.spreadsheet import write_csv

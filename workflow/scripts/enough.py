@@ -3,7 +3,7 @@
 from pathlib import Path
 
 import oilfilm.run.job as run
-from oilfilm.atomic_write import write_text
+from oilfilm.base.atomic_write import write_text
 from oilfilm.report.enough import accepted_runs_text
 
 with run.job(snakemake) as job:

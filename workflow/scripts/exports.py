@@ -3,7 +3,7 @@
 from pathlib import Path
 
 import oilfilm.run.job as run
-from oilfilm.atomic_write import atomic_folder, write_bytes
+from oilfilm.base.atomic_write import atomic_folder, write_bytes
 from oilfilm.exports.campaign import export_campaign
 
 with run.job(snakemake) as job:

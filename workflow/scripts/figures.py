@@ -3,7 +3,7 @@
 from pathlib import Path
 
 import oilfilm.run.job as run
-from oilfilm import studies
+from oilfilm.base import studies
 from oilfilm.report.figures.sheet import draw_figures
 
 with run.job(snakemake) as job:

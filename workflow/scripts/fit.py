@@ -6,7 +6,7 @@ import pandas as pd
 
 import oilfilm.run.job as run
 from oilfilm.fits.fit import fit_law
-from oilfilm.table_needs import OF_FIT
+from oilfilm.tables.table_needs import OF_FIT
 
 with run.job(snakemake) as job:
     oil, laws = snakemake.wildcards.oil, snakemake.params.laws

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 import oilfilm.run.job as run
-from oilfilm.atomic_write import write_text
+from oilfilm.base.atomic_write import write_text
 from oilfilm.curation.curate import curate_share
 from oilfilm.logs.raw_files import listing
 from oilfilm.logs.run_sheet import RunSheet

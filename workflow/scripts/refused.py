@@ -4,7 +4,7 @@ from pathlib import Path
 
 import oilfilm.run.job as run
 from oilfilm import tables
-from oilfilm.atomic_write import atomic_folder
+from oilfilm.base.atomic_write import atomic_folder
 from oilfilm.curation.traction_rig import TractionRig
 from oilfilm.logs.run_sheet import RunSheet
 from oilfilm.report.figures.refused_runs import Judged, draw_pages, judged_torque_logs

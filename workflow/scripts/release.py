@@ -3,9 +3,9 @@
 from pathlib import Path
 
 import oilfilm.run.job as run
-from oilfilm import studies
-from oilfilm.errors import OilfilmError
-from oilfilm.home import HOME
+from oilfilm.base import studies
+from oilfilm.base.errors import OilfilmError
+from oilfilm.base.home import HOME
 from oilfilm.logs.raw_files import read_listings
 from oilfilm.releases.release import FinishedRun, make_release
 from oilfilm.releases.tree import code_tree_digest

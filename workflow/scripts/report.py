@@ -3,8 +3,8 @@
 from pathlib import Path
 
 import oilfilm.run.job as run
-from oilfilm import studies
-from oilfilm.atomic_write import write_text
+from oilfilm.base import studies
+from oilfilm.base.atomic_write import write_text
 from oilfilm.report.html import html
 from oilfilm.report.metadata import data_package
 from oilfilm.report.sections.build import sections

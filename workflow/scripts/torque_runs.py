@@ -3,7 +3,7 @@
 from pathlib import Path
 
 import oilfilm.run.job as run
-from oilfilm.atomic_write import write_text
+from oilfilm.base.atomic_write import write_text
 from oilfilm.curation.curate import check_logs
 from oilfilm.curation.torque_rig import TorqueRig
 from oilfilm.logs.first_seen import FirstSeen

@@ -9,10 +9,10 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import Field
 
+from oilfilm.base.units import FloatArray
 from oilfilm.settings.base import Group, key
 from oilfilm.settings.messages import load
 from oilfilm.settings.quantities import Levels, Name
-from oilfilm.units import FloatArray
 
 _Constants = Annotated[list[float], Field(min_length=4, max_length=4)]
 _Sure = Literal["certain", "probable", "open", "without effect"]

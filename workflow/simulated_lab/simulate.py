@@ -18,15 +18,15 @@ import pyarrow as arrow
 import pyarrow.csv as arrow_csv
 
 from oilfilm import tables
-from oilfilm.atomic_write import write_text
+from oilfilm.base.atomic_write import write_text
+from oilfilm.base.randomness import generator
+from oilfilm.base.units import PA_PER_GPA, FloatArray, surface_speed_to_rpm
 from oilfilm.logs.raw_files import listing
 from oilfilm.physics.contact import Contact, max_hertz_pressure
-from oilfilm.randomness import generator
 from oilfilm.settings.base import present
 from oilfilm.settings.campaign import Twin
 from oilfilm.settings.resolved import Settings
 from oilfilm.settings.rig import Rig
-from oilfilm.units import PA_PER_GPA, FloatArray, surface_speed_to_rpm
 from simulated_lab.plan import GATES, PlannedRun, planned_runs
 from simulated_lab.truth import Truth, known_contact, true_tractions
 

@@ -5,17 +5,17 @@ from typing import Any
 
 import numpy as np
 
+from oilfilm.base.errors import OilfilmError
+from oilfilm.base.randomness import generator
+from oilfilm.base.units import RAD_S_PER_RPM, FloatArray
 from oilfilm.bearing.ellipse import grid
 from oilfilm.bearing.equilibria import friction_equilibrium
 from oilfilm.bearing.friction import FrictionProblem
 from oilfilm.bearing.quasistatic import OperatingPoints
 from oilfilm.bearing.resistance import HEATS, Lubrication
-from oilfilm.errors import OilfilmError
-from oilfilm.randomness import generator
 from oilfilm.settings.base import present
 from oilfilm.settings.campaign import TorqueTwin
 from oilfilm.settings.resolved import Settings
-from oilfilm.units import RAD_S_PER_RPM, FloatArray
 from simulated_lab.plan import PlannedRun, planned_torque_runs
 from simulated_lab.simulate import log_content
 from simulated_lab.truth import Truth, misfit, true_tractions

@@ -15,15 +15,15 @@ import numpy as np
 import pandas as pd
 
 from oilfilm import tables
+from oilfilm.base.errors import OilfilmError
+from oilfilm.base.units import PA_PER_GPA, FloatArray
 from oilfilm.bearing.ellipse import Grid, TractionLaw, grid
-from oilfilm.errors import OilfilmError
 from oilfilm.physics.contact import Conditions, Contact, elliptical_contact
 from oilfilm.physics.oils import Oil
 from oilfilm.physics.thermal_traction import ThermalEhl, sliding_film, thermal_ehl_traction
 from oilfilm.settings.base import present
 from oilfilm.settings.resolved import Settings
 from oilfilm.traction.laws.deng2026 import traction_coefficient
-from oilfilm.units import PA_PER_GPA, FloatArray
 
 # A contact that carries nothing has no traction; the solver of a bearing passes such states.
 _LEAST_LOAD_N, _LEAST_PRESSURE_GPA, _LEAST_SPEED_M_S = 1e-3, 1e-3, 1e-3

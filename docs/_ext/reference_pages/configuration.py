@@ -4,7 +4,7 @@ import json
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from oilfilm.home import HOME
+from oilfilm.base.home import HOME
 from oilfilm.settings.campaign import CampaignFile
 from oilfilm.settings.config import Config
 from oilfilm.settings.messages import Steps, plain_node, schema_of

@@ -10,8 +10,8 @@ import tomllib
 from collections.abc import Iterator
 from pathlib import Path
 
-from oilfilm import studies
-from oilfilm.home import HOME
+from oilfilm.base import studies
+from oilfilm.base.home import HOME
 
 _BEGINS = """# Where a fact is decided
 
@@ -25,7 +25,7 @@ _OTHERS = {"Configuration": "config/config.yaml", "Workflow": "workflow/**/*.smk
 def page() -> str:
     """The text of the page."""
     library = HOME / "workflow/oilfilm"
-    sections = [_section("Small modules for every room", sorted(library.glob("*.py")))]
+    sections = []
     for room in _rooms():
         files = sorted((library / room).rglob("*.py"))
         sections.append(_section(f"`{room}`: {_first_line(files)}", files))

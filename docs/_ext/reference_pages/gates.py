@@ -7,13 +7,13 @@ from typing import Any
 
 from pydantic import BaseModel
 
+from oilfilm.base.home import HOME
 from oilfilm.curation.gate import RULES, Gate
 from oilfilm.curation.plateau_gates import PLATEAU_GATES, advice_for
 from oilfilm.curation.rig_kind import TORQUE, TRACTION
 from oilfilm.curation.run_gates import RUN_GATES
 from oilfilm.curation.torque_rig import TorqueRig
 from oilfilm.curation.traction_rig import TractionRig
-from oilfilm.home import HOME
 from oilfilm.logs.run_sheet import EXCLUDED
 from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings

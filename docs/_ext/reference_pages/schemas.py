@@ -3,8 +3,8 @@
 import json
 from typing import Any
 
-from oilfilm import studies
-from oilfilm.figure_catalogue import figures
+from oilfilm.base import studies
+from oilfilm.base.figure_catalogue import figures
 from oilfilm.settings.campaign import CampaignFile
 from oilfilm.settings.config import Config
 from oilfilm.settings.messages import schema_of

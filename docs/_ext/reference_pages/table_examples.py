@@ -11,8 +11,8 @@ from typing import Any
 
 import pandas as pd
 
-from oilfilm import studies
-from oilfilm.home import HOME
+from oilfilm.base import studies
+from oilfilm.base.home import HOME
 from oilfilm.tables import TABLES, read, read_footer
 from oilfilm.tables.dictionary import Column, Table
 

@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from oilfilm import studies
+from oilfilm.base import studies
 from oilfilm.tables.dictionary import LARGEST, TABLES, Column, Table
 from reference_pages.table_examples import read_examples
 

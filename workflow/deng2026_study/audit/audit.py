@@ -13,15 +13,15 @@ from deng2026_study.audit import checks
 from deng2026_study.audit.evidence import NotCheckableError, Numbers, Outcome, View
 from deng2026_study.reference import Claim, read_claims
 from oilfilm import tables
+from oilfilm.base.ties import exceeds, reaches
+from oilfilm.base.units import FloatArray
 from oilfilm.curation.coverage import of_matrix
 from oilfilm.fits.fitted import Coefficients, FittedLaw
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables import failed_gates
 from oilfilm.tables.campaign_tables import CampaignTables
-from oilfilm.ties import exceeds, reaches
 from oilfilm.torque.operating_grid import Grid, obstacle
 from oilfilm.traction.laws.deng2026 import DENG2026
-from oilfilm.units import FloatArray
 from simulated_lab.printed import printed_constants
 
 

@@ -15,6 +15,8 @@ import numpy as np
 import pandas as pd
 
 from deng2026_study.audit.evidence import NotCheckableError, Outcome, View, outcome
+from oilfilm.base.ties import exceeds, reaches
+from oilfilm.base.units import BoolArray, FloatArray, IndexArray
 from oilfilm.bearing.kinematics import (
     cage_slip,
     entrainment_speed_m_s,
@@ -22,11 +24,9 @@ from oilfilm.bearing.kinematics import (
     pitch_speed_mm_rpm,
     surface_speed_m_s,
 )
-from oilfilm.ties import exceeds, reaches
 from oilfilm.torque.best_oil import OPERATING_POINT
 from oilfilm.torque.torque_control import is_bistable, undecided_plateaus, without_bistable
 from oilfilm.traction.law import Law
-from oilfilm.units import BoolArray, FloatArray, IndexArray
 
 _P, _U, _T, _S = 1, 2, 3, 4  # axes of the arrays
 _GAMMAS = (0.0, 0.1, 0.2, 0.3)  # D cos(alpha)/dm of ball bearings

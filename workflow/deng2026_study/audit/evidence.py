@@ -7,13 +7,13 @@ from typing import Any, Literal
 import numpy as np
 import pandas as pd
 
+from oilfilm.base.ties import first_largest
+from oilfilm.base.units import BoolArray, FloatArray
 from oilfilm.fits.fitted import FittedLaw
 from oilfilm.physics.film import Thickness
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
-from oilfilm.ties import first_largest
 from oilfilm.torque.operating_grid import AXES, Grid, films, traction
-from oilfilm.units import BoolArray, FloatArray
 
 # Further numbers of a claim by name: one, or one per oil.
 Numbers = dict[str, float | dict[str, float]]

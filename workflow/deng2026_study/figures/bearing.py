@@ -9,13 +9,13 @@ from matplotlib.colors import ListedColormap
 from matplotlib.patches import Patch
 
 from deng2026_study.advice import NO_CHOICE, NO_EQUILIBRIUM, OUTSIDE
+from oilfilm.base.units import RAD_S_PER_RPM
 from oilfilm.bearing.resistance import HEATS
 from oilfilm.report.figures import style
 from oilfilm.report.figures.bearing import in_units_of_axes, torque
 from oilfilm.report.figures.sheet import SIMULATED, Panel, Sheet, register, sentences
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
-from oilfilm.units import RAD_S_PER_RPM
 
 _FIELD = 0.45  # share of an oil's colour in its field
 # Where there is no best oil: symbol and its meaning, by judgement.

@@ -13,6 +13,8 @@ from matplotlib.ticker import MaxNLocator
 from deng2026_study.extrapolation import is_beyond
 from deng2026_study.printed_law import with_printed
 from oilfilm import tables
+from oilfilm.base.ties import first_largest, reaches
+from oilfilm.base.units import FloatArray
 from oilfilm.bearing.kinematics import pitch_speed_mm_rpm
 from oilfilm.fits.fit import laws_of
 from oilfilm.fits.fitted import Coefficients, FittedLaw
@@ -23,10 +25,8 @@ from oilfilm.report.words import law_name
 from oilfilm.settings.config import Conditions
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
-from oilfilm.ties import first_largest, reaches
 from oilfilm.traction.law import CONDITIONS
 from oilfilm.traction.laws.deng2026 import DENG2026
-from oilfilm.units import FloatArray
 from simulated_lab.printed import PrintedCoefficients
 
 _STEPS = 121  # along the abscissa

@@ -16,8 +16,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from oilfilm.base.units import BoolArray, FloatArray, IndexArray
 from oilfilm.bearing.solver import broyden_update
-from oilfilm.units import BoolArray, FloatArray, IndexArray
 
 # Residuals with a parameter. Arguments: unknowns, shape (..., points, unknowns), the parameter,
 # shape (..., points), and the numbers of the points.

@@ -12,10 +12,10 @@ from functools import cache, cached_property
 import numpy as np
 import scipy
 
+from oilfilm.base.units import PA_PER_GPA, FloatArray, IndexArray
 from oilfilm.bearing.geometry import Bearing
 from oilfilm.bearing.quasistatic import Contacts, Motion
 from oilfilm.physics.contact import Conditions
-from oilfilm.units import PA_PER_GPA, FloatArray, IndexArray
 
 # A traction law: mu as a function of the conditions and the slide-roll ratio of contacts.
 # The slide-roll ratio is 0 or more, and mu has its shape. The last three axes are operating points,

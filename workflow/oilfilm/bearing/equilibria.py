@@ -20,6 +20,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from oilfilm.base.units import BoolArray, FloatArray, IndexArray
 from oilfilm.bearing.continuation import Crossings, trace
 from oilfilm.bearing.ellipse import Grid, TractionLaw, grid, law_at_points
 from oilfilm.bearing.friction import (
@@ -40,7 +41,6 @@ from oilfilm.bearing.solver import (
     solve_near,
 )
 from oilfilm.physics.contact import Conditions
-from oilfilm.units import BoolArray, FloatArray, IndexArray
 
 # Shares of the resistances at which a certified start is searched.
 _SHARES = (1.0, 0.54, 0.25, 0.11, 0.04)

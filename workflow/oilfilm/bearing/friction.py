@@ -14,6 +14,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from oilfilm.base.units import BoolArray, FloatArray, IndexArray
 from oilfilm.bearing.ellipse import (
     Grid,
     Sliding,
@@ -45,7 +46,6 @@ from oilfilm.bearing.resistance import (
 )
 from oilfilm.bearing.solver import Solution
 from oilfilm.physics.contact import Conditions, Floats
-from oilfilm.units import BoolArray, FloatArray, IndexArray
 
 # Quadrature nodes of the ellipse, across and along the rolling direction.
 QUADRATURE = (16, 4)

@@ -8,8 +8,8 @@ from functools import cached_property
 
 import numpy as np
 
+from oilfilm.base.units import FloatArray
 from oilfilm.physics.contact import elliptical_contact
-from oilfilm.units import FloatArray
 
 # Degree of the polynomials in the cosine of the contact angle that interpolate Hertz's solution.
 # Each degree reduces the error by a factor of at least 2 dm/D, so that only rounding remains.

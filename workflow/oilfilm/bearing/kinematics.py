@@ -8,7 +8,7 @@ Decides: which slide-roll ratio a cage slip is, and which entrainment speed a be
 
 from typing import TypeVar
 
-from oilfilm.units import MM_PER_M, RAD_S_PER_RPM, FloatArray
+from oilfilm.base.units import MM_PER_M, RAD_S_PER_RPM, FloatArray
 
 AnyFloats = TypeVar("AnyFloats", float, FloatArray)
 

@@ -19,9 +19,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from oilfilm.base.units import FloatArray, IndexArray
 from oilfilm.bearing.geometry import Bearing
 from oilfilm.bearing.solver import Solution, solve
-from oilfilm.units import FloatArray, IndexArray
 
 # Jacobians after which a point is given up.
 _MAX_ITERATIONS = 30

@@ -10,11 +10,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from oilfilm.base.units import FloatArray, IndexArray
 from oilfilm.bearing.geometry import Bearing
 from oilfilm.physics.contact import Floats
 from oilfilm.physics.film import InletOil, thermal_reduction_factor
 from oilfilm.physics.oils import Oil
-from oilfilm.units import FloatArray, IndexArray
 
 # Resistances beside traction.
 TERMS = ("rolling", "hysteresis", "drag", "pocket", "land")

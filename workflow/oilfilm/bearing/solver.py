@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from oilfilm.units import BoolArray, FloatArray, IndexArray
+from oilfilm.base.units import BoolArray, FloatArray, IndexArray
 
 # A point is solved where its largest residual is at most this.
 TOLERANCE = 1e-10

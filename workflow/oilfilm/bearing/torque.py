@@ -8,13 +8,13 @@ from dataclasses import replace
 
 import numpy as np
 
+from oilfilm.base.units import MM_PER_M, BoolArray, FloatArray
 from oilfilm.bearing.ellipse import sliding, traction
 from oilfilm.bearing.friction import FrictionEquilibrium
 from oilfilm.bearing.resistance import HEATS
 from oilfilm.physics.contact import Floats
 from oilfilm.physics.film import film_thickness, within_thermal_reduction
 from oilfilm.physics.oils import LIMITING_STRESS_RATIO
-from oilfilm.units import MM_PER_M, BoolArray, FloatArray
 
 
 def torque_terms(

@@ -11,8 +11,8 @@ import sys
 from collections.abc import Sequence
 from importlib import import_module
 
+from oilfilm.base.errors import OilfilmError
 from oilfilm.cli.parser import check_command, parser
-from oilfilm.errors import OilfilmError
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

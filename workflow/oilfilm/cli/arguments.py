@@ -13,13 +13,13 @@ from typing import Any
 import numpy as np
 
 from oilfilm import tables
+from oilfilm.base.errors import OilfilmError
+from oilfilm.base.home import CONFIG
+from oilfilm.base.units import conversion
 from oilfilm.cli.parser import CONDITION_OPTIONS
-from oilfilm.errors import OilfilmError
-from oilfilm.home import CONFIG
 from oilfilm.logs.base import LARGEST_READING
 from oilfilm.settings.resolve import read_config
 from oilfilm.traction.law import QUANTITIES
-from oilfilm.units import conversion
 
 
 def config_folder(typed: Path | None) -> Path:

@@ -22,6 +22,8 @@ import numpy as np
 import pandas as pd
 
 from oilfilm import tables
+from oilfilm.base.errors import OilfilmError, printable
+from oilfilm.base.text_table import text_table
 from oilfilm.cli.arguments import config_folder, json_line, project_folder
 from oilfilm.curation.curate import Curated, curate_ingested
 from oilfilm.curation.gate import RULES, Gate
@@ -30,7 +32,6 @@ from oilfilm.curation.rig_kind import TORQUE, TRACTION, RigKind
 from oilfilm.curation.run_gates import RUN_GATES
 from oilfilm.curation.torque_rig import TorqueRig
 from oilfilm.curation.traction_rig import TractionRig
-from oilfilm.errors import OilfilmError, printable
 from oilfilm.logs.base import LOADS, NOTHING_UNDERSTOOD, SET_POINTS
 from oilfilm.logs.first_seen import FirstSeen
 from oilfilm.logs.ingest import ReadLog, ingest_logs, read_bytes
@@ -40,7 +41,6 @@ from oilfilm.logs.sheet_file import is_run_sheet, sheet_of_paths
 from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables import failed_gates
-from oilfilm.text_table import text_table
 
 # Columns of plateaus that a check reports, by kind of rig.
 MEASURED = {

@@ -15,14 +15,14 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from oilfilm import tables
+from oilfilm.base.errors import OilfilmError, printable
+from oilfilm.base.units import BoolArray
 from oilfilm.cli.arguments import campaign_folder, quantity, typed_conditions
-from oilfilm.errors import OilfilmError, printable
 from oilfilm.fits.fitted import SLIP, FittedLaw, read_fit
 from oilfilm.fits.side_by_side import middle_of_tested, side_by_side
 from oilfilm.report.figures import style
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction.law import QUANTITIES
-from oilfilm.units import BoolArray
 
 _MU = ("traction_coefficient", "obs_ci_lower", "obs_ci_upper")
 _RATIO = ("ratio", "ratio_lower", "ratio_upper")

@@ -3,12 +3,12 @@
 import argparse
 
 import oilfilm
-from oilfilm import studies
-from oilfilm.atomic_write import write_bytes
-from oilfilm.digests import file_digest
-from oilfilm.errors import OilfilmError
+from oilfilm.base import studies
+from oilfilm.base.atomic_write import write_bytes
+from oilfilm.base.digests import file_digest
+from oilfilm.base.errors import OilfilmError
+from oilfilm.base.home import portable
 from oilfilm.exports.campaign import in_folders
-from oilfilm.home import portable
 
 
 def run(options: argparse.Namespace) -> int:

@@ -4,9 +4,9 @@ import argparse
 from collections.abc import Iterator
 
 import oilfilm
-from oilfilm.arrays import ArrayFit
+from oilfilm.api.arrays import ArrayFit
+from oilfilm.base.errors import OilfilmError, printable
 from oilfilm.cli.arguments import quantity, typed_conditions
-from oilfilm.errors import OilfilmError, printable
 
 
 def run(options: argparse.Namespace) -> int:

@@ -19,9 +19,9 @@ import pandas as pd
 import yaml
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
+from oilfilm.base.errors import OilfilmError, printable
+from oilfilm.base.home import CONFIG, HOME
 from oilfilm.curation.traction_rig import BEST_FIRST, zero_source
-from oilfilm.errors import OilfilmError, printable
-from oilfilm.home import CONFIG, HOME
 from oilfilm.logs.base import SET_POINTS
 from oilfilm.logs.ingest import read_bytes
 from oilfilm.logs.raw_files import find_sheet, is_sheet, raw_files, unfit_name

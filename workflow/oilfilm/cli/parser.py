@@ -14,8 +14,8 @@ from pathlib import Path
 from typing import Any
 
 import oilfilm
-from oilfilm import studies
-from oilfilm.errors import OilfilmError, cut
+from oilfilm.base import studies
+from oilfilm.base.errors import OilfilmError, cut
 
 # Options of `predict`, `compare` and `fit`: the condition of a law, its meaning, an example.
 CONDITION_OPTIONS = {

@@ -7,16 +7,16 @@ from pathlib import Path
 
 import numpy as np
 
+from oilfilm.base.errors import OilfilmError
+from oilfilm.base.units import FloatArray
 from oilfilm.cli.arguments import campaign_folder, config_folder, quantity
 from oilfilm.cli.parser import DUTY_EXAMPLE
-from oilfilm.errors import OilfilmError
 from oilfilm.fits.measured_curves import uncertainties, uncertainty
 from oilfilm.settings.resolve import named_file, resolve
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.torque.next_tests import BEARING_TARGETS, NextTests, Request, plan_oil, request_of
 from oilfilm.traction.law import CONDITIONS
-from oilfilm.units import FloatArray
 
 _DUTY_UNITS = ("N", "rpm", "degC")
 # How the uncertainty of each target is printed: name, factor, unit.

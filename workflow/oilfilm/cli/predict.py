@@ -9,10 +9,11 @@ from typing import Any
 
 import numpy as np
 
-from oilfilm import studies, tables
+from oilfilm import tables
+from oilfilm.base import studies
+from oilfilm.base.errors import OilfilmError
 from oilfilm.cli.arguments import campaign_folder, json_line, quantity, typed_conditions
 from oilfilm.cli.parser import CONDITION_OPTIONS
-from oilfilm.errors import OilfilmError
 from oilfilm.fits.fitted import SLIP, FittedLaw, read_fit, refuse_impossible
 
 

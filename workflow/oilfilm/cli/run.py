@@ -6,7 +6,7 @@ import sys
 from importlib.util import find_spec
 from pathlib import Path
 
-from oilfilm.errors import OilfilmError
+from oilfilm.base.errors import OilfilmError
 
 
 def run(options: argparse.Namespace) -> int:

@@ -11,10 +11,10 @@ from collections.abc import Iterator
 from datetime import datetime
 from pathlib import Path
 
+from oilfilm.base.errors import OilfilmError, printable
 from oilfilm.cli.arguments import config_folder, project_folder
 from oilfilm.cli.check import judged_logs, kinds_of_folders, verdict_lines
 from oilfilm.curation.rig_kind import RigKind
-from oilfilm.errors import OilfilmError, printable
 from oilfilm.logs.ingest import read_bytes
 from oilfilm.logs.raw_files import named_logs
 from oilfilm.logs.run_sheet import RunSheet

@@ -23,6 +23,8 @@ import pandas as pd
 import scipy
 
 from oilfilm import tables
+from oilfilm.base.ties import exceeds, reaches
+from oilfilm.base.units import FloatArray
 from oilfilm.curation.gate import fault
 from oilfilm.curation.hypotheses import DOUBTFUL, Hypothesis
 from oilfilm.curation.measure import measure
@@ -38,8 +40,6 @@ from oilfilm.settings.config import CopySettings, GateSettings
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables import failed_gates
 from oilfilm.tables.set_points import SET_POINTS, with_levels
-from oilfilm.ties import exceeds, reaches
-from oilfilm.units import FloatArray
 
 # ---------------------------------------------------------------- repeats
 

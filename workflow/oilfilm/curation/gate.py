@@ -17,9 +17,9 @@ from typing import Any, Generic, TypeVar
 import pandas as pd
 import yaml
 
+from oilfilm.base.units import BoolArray
 from oilfilm.curation.rig_kind import RigKind, Run
 from oilfilm.logs.base import Refusal
-from oilfilm.units import BoolArray
 
 # Kind of rule -> rule -> its sentence and advice.
 RULES: Mapping[str, Any] = yaml.load(

@@ -16,11 +16,11 @@ from typing import Any
 
 import numpy as np
 
+from oilfilm.base.units import RAD_S_PER_RPM
 from oilfilm.curation.statistics import median
 from oilfilm.logs.base import Columns
 from oilfilm.settings.config import StepSettings
 from oilfilm.settings.rig import Rig
-from oilfilm.units import RAD_S_PER_RPM
 
 
 @dataclass(frozen=True)

@@ -9,14 +9,14 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 
+from oilfilm.base.ties import exceeds, reaches
+from oilfilm.base.units import MAD_TO_SIGMA, BoolArray, FloatArray, IndexArray
 from oilfilm.curation import statistics
 from oilfilm.curation.rig_kind import Division, RigKind, Run, Signals, unknown
 from oilfilm.curation.statistics import median
 from oilfilm.curation.zero import moved_zero, phase_too_short, sliding_phase, zero_reference
 from oilfilm.logs.base import Columns, Refusal
 from oilfilm.settings.config import StepSettings
-from oilfilm.ties import exceeds, reaches
-from oilfilm.units import MAD_TO_SIGMA, BoolArray, FloatArray, IndexArray
 
 
 def measure(signals: Signals, rig: RigKind, name: str, settled: bool = False) -> Run:

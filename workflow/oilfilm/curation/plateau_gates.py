@@ -16,13 +16,13 @@ import pandas as pd
 import scipy
 
 from oilfilm import tables
+from oilfilm.base.ties import exceeds, reaches
+from oilfilm.base.units import BoolArray
 from oilfilm.curation.gate import RULES, Gate, Gates, PlateauJudge, fault, unit_hint
 from oilfilm.curation.rig_kind import RigKind
 from oilfilm.curation.traction_rig import TractionRig
 from oilfilm.logs.base import Refusal
 from oilfilm.logs.run_sheet import EXCLUDED, EXCLUDED_ADVICE
-from oilfilm.ties import exceeds, reaches
-from oilfilm.units import BoolArray
 
 PLATEAU_GATES: Gates[PlateauJudge] = Gates()
 gate = PLATEAU_GATES.gate

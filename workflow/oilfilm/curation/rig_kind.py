@@ -8,6 +8,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 import pandas as pd
 
+from oilfilm.base.units import BoolArray, FloatArray, IndexArray
 from oilfilm.curation.hypotheses import Hypothesis
 from oilfilm.curation.statistics import median
 from oilfilm.logs.base import Columns, Refusal
@@ -20,7 +21,6 @@ from oilfilm.settings.config import (
     ZeroReferenceSettings,
 )
 from oilfilm.settings.resolved import Settings
-from oilfilm.units import BoolArray, FloatArray, IndexArray
 
 TRACTION, TORQUE = "traction", "torque"
 # No logger of a rig is faster. A shorter interval from damaged time stamps would give windows with

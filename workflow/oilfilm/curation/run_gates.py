@@ -11,13 +11,13 @@ from typing import Any
 
 import numpy as np
 
+from oilfilm.base.ties import exceeds, reaches
+from oilfilm.base.units import MAD_TO_SIGMA, BoolArray, FloatArray
 from oilfilm.curation.gate import Found, Gate, Gates, RunJudge, fault, refused, unit_hint
 from oilfilm.curation.rig_kind import RigKind, Run
 from oilfilm.curation.statistics import changed, is_noise, longest_hold, median, rows_per_reading
 from oilfilm.curation.traction_rig import TractionRig
 from oilfilm.logs.base import Refusal
-from oilfilm.ties import exceeds, reaches
-from oilfilm.units import MAD_TO_SIGMA, BoolArray, FloatArray
 
 RUN_GATES: Gates[RunJudge] = Gates()
 gate = RUN_GATES.gate

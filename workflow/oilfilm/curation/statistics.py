@@ -9,7 +9,7 @@ Decides: standard errors of autocorrelated samples.
 
 import numpy as np
 
-from oilfilm.units import MAD_TO_SIGMA, BoolArray, FloatArray, IndexArray
+from oilfilm.base.units import MAD_TO_SIGMA, BoolArray, FloatArray, IndexArray
 
 # What noise and held values are: definitions behind the gates, whose limits are in the
 # configuration.

@@ -13,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
+from oilfilm.base.units import FloatArray, IndexArray
 from oilfilm.curation.gate import fault
 from oilfilm.curation.hypotheses import Hypothesis, setting_hypotheses, time_hypotheses
 from oilfilm.curation.measure import find_steps, settled_parts
@@ -24,7 +25,6 @@ from oilfilm.logs.log_kind import LogKind
 from oilfilm.logs.torque_log import TORQUE
 from oilfilm.settings.config import TorquePlateauSettings
 from oilfilm.settings.resolved import Settings
-from oilfilm.units import FloatArray, IndexArray
 
 _SIGNALS = (
     "inner_speed_rpm",

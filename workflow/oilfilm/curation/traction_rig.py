@@ -11,6 +11,8 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 import pandas as pd
 
+from oilfilm.base.ties import exceeds
+from oilfilm.base.units import M_PER_UM, PA_PER_GPA, FloatArray
 from oilfilm.curation.hypotheses import Hypothesis, setting_hypotheses, traction_hypotheses
 from oilfilm.curation.measure import find_steps, measure, settled_parts
 from oilfilm.curation.rig_kind import TRACTION as NAME
@@ -30,8 +32,6 @@ from oilfilm.settings.config import (
 )
 from oilfilm.settings.resolved import Settings
 from oilfilm.settings.rig import Rig
-from oilfilm.ties import exceeds
-from oilfilm.units import M_PER_UM, PA_PER_GPA, FloatArray
 
 # No traction rig has a smaller load; below it F/W has no meaning.
 LEAST_LOAD_N = 1e-6

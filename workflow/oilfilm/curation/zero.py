@@ -12,13 +12,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from oilfilm.base.ties import reaches
+from oilfilm.base.units import BoolArray, FloatArray
 from oilfilm.curation import statistics
 from oilfilm.curation.gate import fault
 from oilfilm.curation.rig_kind import Channel, Division, Run, Signals
 from oilfilm.logs.base import Columns, Refusal
 from oilfilm.settings.config import CurationSettings, SignalGateSettings
-from oilfilm.ties import reaches
-from oilfilm.units import BoolArray, FloatArray
 
 # How speed and slope of a run are estimated; the limits that judge them are in the configuration.
 # The speed of a run is that of its fastest rows, without the wild readings among them.

@@ -31,7 +31,8 @@ from openpyxl import Workbook
 from openpyxl.styles import Font, PatternFill
 from openpyxl.workbook.properties import CalcProperties
 
-from oilfilm import studies
+from oilfilm.base import studies
+from oilfilm.base.units import FloatArray
 from oilfilm.exports.description import (
     KNOWN_WHERE_TESTED,
     NOT_MARKED,
@@ -50,7 +51,6 @@ from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction import LAWS, expression
 from oilfilm.traction.expression import Form, Language
-from oilfilm.units import FloatArray
 
 # ---------------------------------------------------------------- workbook
 

@@ -18,6 +18,7 @@ import numpy as np
 import pandas as pd
 
 from oilfilm import tables
+from oilfilm.base.units import FloatArray
 from oilfilm.fits.fitted import FittedLaw
 from oilfilm.fits.soundness_words import what_is_wrong
 from oilfilm.report.captions import PAPER, credit
@@ -27,7 +28,6 @@ from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction import expression
 from oilfilm.traction.expression import Node
 from oilfilm.traction.law import QUANTITIES, Law, to_internal
-from oilfilm.units import FloatArray
 
 # Letters of an oil's identifier. With the longest word before it (`traction_coefficient_`) a name
 # has no more than the 63 that Fortran 2003 and MATLAB allow and that C99 tells apart.

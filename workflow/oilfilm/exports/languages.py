@@ -12,9 +12,9 @@ from typing import NamedTuple
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
+from oilfilm.base.units import ABSOLUTE_ZERO_C, PA_PER_GPA
 from oilfilm.exports.description import SLIP, Condition, Description, plain, span
 from oilfilm.traction.expression import Form, Language, functions_of
-from oilfilm.units import ABSOLUTE_ZERO_C, PA_PER_GPA
 
 _WIDTH = 88  # leaves room for indentation within Fortran's 132 columns
 _NUMPY = ("exp", "expm1", "log", "log1p", "sqrt", "tanh", "abs", "sign")

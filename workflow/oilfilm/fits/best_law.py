@@ -15,9 +15,9 @@ import numpy as np
 import pandas as pd
 
 from oilfilm import tables
+from oilfilm.base.ties import first_smallest, reaches
+from oilfilm.base.units import FloatArray
 from oilfilm.fits.interval import student_quantile
-from oilfilm.ties import first_smallest, reaches
-from oilfilm.units import FloatArray
 
 # Of a difference, two-sided: the level of every interval and test of the project.
 _CONFIDENCE = 0.95

@@ -18,11 +18,11 @@ import numpy.typing as npt
 from pydantic import TypeAdapter, ValidationError
 
 from oilfilm import tables
-from oilfilm.errors import OilfilmError
+from oilfilm.base.errors import OilfilmError
+from oilfilm.base.ties import exceeds, reaches
+from oilfilm.base.units import BoolArray, FloatArray, IndexArray
 from oilfilm.settings.config import FitSettings, SameConditionSettings
-from oilfilm.ties import exceeds, reaches
 from oilfilm.traction.law import QUANTITIES
-from oilfilm.units import BoolArray, FloatArray, IndexArray
 
 # A temperature near 0 degC is no measure of its own variation: 10 % are 2 K at least.
 LEAST_SIZE = {"inlet_temperature_c": 20.0}

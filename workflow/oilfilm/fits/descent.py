@@ -13,8 +13,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from oilfilm.base.units import BoolArray, FloatArray, IndexArray
 from oilfilm.fits.problem import Problem
-from oilfilm.units import BoolArray, FloatArray, IndexArray
 
 # Points times descents whose sums are kept at once, and those of them that are evaluated at once:
 # about what fits a processor's cache.

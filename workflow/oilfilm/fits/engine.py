@@ -15,10 +15,10 @@ from typing import Any
 import numpy as np
 import scipy
 
+from oilfilm.base.units import BoolArray, FloatArray
 from oilfilm.fits.descent import descend
 from oilfilm.fits.problem import Problem
 from oilfilm.settings.config import FitSettings
-from oilfilm.units import BoolArray, FloatArray
 
 # Points that are enough to find the valleys; the ends in them are compared by all points.
 _FEW_POINTS = 500

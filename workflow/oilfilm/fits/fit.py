@@ -9,6 +9,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from oilfilm.base.randomness import generator
+from oilfilm.base.units import BoolArray, FloatArray, IndexArray
 from oilfilm.fits.conditions import (
     fixed_conditions,
     followed_conditions,
@@ -37,13 +39,11 @@ from oilfilm.fits.uncertainty import (
     profiles,
     robust_draws,
 )
-from oilfilm.randomness import generator
 from oilfilm.settings.config import FitSettings
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction import LAWS, laws_for
 from oilfilm.traction.law import CONDITIONS, Law
-from oilfilm.units import BoolArray, FloatArray, IndexArray
 
 # Why the comparison of laws tells nothing about Wang-Deng where the paper's law made the points.
 TIE = (

@@ -13,6 +13,8 @@ import numpy as np
 import pandas as pd
 
 from oilfilm import tables
+from oilfilm.base.ties import exceeds, first_largest, reaches
+from oilfilm.base.units import FloatArray
 from oilfilm.fits.conditions import from_text
 from oilfilm.fits.engine import Optimum
 from oilfilm.fits.interval import Unseen, normal_quantile
@@ -20,11 +22,9 @@ from oilfilm.fits.objectives import Robust, curve_agreement
 from oilfilm.fits.problem import Problem
 from oilfilm.fits.uncertainty import SENSORS, Estimates
 from oilfilm.settings.config import FitSettings
-from oilfilm.table_needs import OF_FIT
 from oilfilm.tables.campaign_tables import CampaignTables
-from oilfilm.ties import exceeds, first_largest, reaches
+from oilfilm.tables.table_needs import OF_FIT
 from oilfilm.traction.law import CONDITIONS, Law, Observations
-from oilfilm.units import FloatArray
 
 
 @dataclass(frozen=True)

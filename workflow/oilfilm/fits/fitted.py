@@ -16,7 +16,9 @@ import numpy.typing as npt
 import pandas as pd
 
 from oilfilm import tables
-from oilfilm.errors import OilfilmError
+from oilfilm.base.errors import OilfilmError
+from oilfilm.base.ties import exceeds, reaches
+from oilfilm.base.units import FloatArray
 from oilfilm.fits.conditions import LEAST_SIZE, FixedCondition, away, from_text
 from oilfilm.fits.interval import (
     UNKNOWN,
@@ -31,10 +33,8 @@ from oilfilm.fits.soundness_words import what_is_wrong
 from oilfilm.physics.oils import LIMITING_STRESS_RATIO
 from oilfilm.tables import refuse_unpacking
 from oilfilm.tables.campaign_tables import CampaignTables
-from oilfilm.ties import exceeds, reaches
 from oilfilm.traction import LAWS
 from oilfilm.traction.law import CONDITIONS, QUANTITIES, Law, to_internal
-from oilfilm.units import FloatArray
 
 SLIP = "slide_roll_ratio"
 # Ends of the intervals of a prediction, as attributes and as columns of tables.

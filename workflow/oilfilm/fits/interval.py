@@ -18,9 +18,9 @@ from typing import Any
 import numpy as np
 import scipy
 
-from oilfilm.ties import exceeds, reaches
+from oilfilm.base.ties import exceeds, reaches
+from oilfilm.base.units import FloatArray, IndexArray
 from oilfilm.traction.expression import compiled, name, parse
-from oilfilm.units import FloatArray, IndexArray
 
 # Lower and upper end by mu and the half width h: where the law is above zero mu exp(-+asinh(h/mu)),
 # which is mu exp(-+h/mu) for a small h, changes no sign and stays near h for a tiny mu; absolute

@@ -21,14 +21,14 @@ import numpy as np
 import pandas as pd
 import scipy
 
-from oilfilm.errors import OilfilmError
+from oilfilm.base.errors import OilfilmError
+from oilfilm.base.ties import exceeds, first_largest, first_smallest
+from oilfilm.base.units import BoolArray, FloatArray, IndexArray
 from oilfilm.fits.fitted import FittedLaw
 from oilfilm.fits.problem import Curves, curve_data
 from oilfilm.fits.uncertainty import SENSORS
 from oilfilm.settings.rig import Calibration
-from oilfilm.ties import exceeds, first_largest, first_smallest
 from oilfilm.traction.law import Law, to_internal
-from oilfilm.units import BoolArray, FloatArray, IndexArray
 
 # What may be wrong in a whole curve: relative errors of load, force and speed, degrees of the
 # temperature, newtons of the zero.

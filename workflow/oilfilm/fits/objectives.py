@@ -10,11 +10,11 @@ from dataclasses import replace
 
 import numpy as np
 
+from oilfilm.base.units import MAD_TO_SIGMA, BoolArray, FloatArray
 from oilfilm.fits.descent import descend
 from oilfilm.fits.engine import Optimum
 from oilfilm.fits.problem import Problem
 from oilfilm.settings.config import FitSettings
-from oilfilm.units import MAD_TO_SIGMA, BoolArray, FloatArray
 
 # Cauchy loss at this many standard deviations keeps 95 % of the efficiency on normal errors.
 _CAUCHY_TUNING = 2.3849

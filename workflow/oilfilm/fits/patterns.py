@@ -20,14 +20,14 @@ import numpy as np
 import numpy.typing as npt
 import scipy
 
+from oilfilm.base.ties import first_largest, reaches
+from oilfilm.base.units import BoolArray, FloatArray, IndexArray
 from oilfilm.fits.conditions import levels_by_gap
 from oilfilm.fits.descent import descend
 from oilfilm.fits.engine import Optimum
 from oilfilm.fits.measured_curves import EFFECTS, effects
 from oilfilm.fits.problem import Problem, build_problem
 from oilfilm.settings.config import PatternSettings
-from oilfilm.ties import first_largest, reaches
-from oilfilm.units import BoolArray, FloatArray, IndexArray
 
 # How patterns are looked for; `patterns` of the configuration says when one is found.
 # Rounds and beginnings of the search for two kinds of runs, and the tolerance of a refit in it.

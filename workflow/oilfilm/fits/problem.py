@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from oilfilm.base.units import BoolArray, FloatArray, IndexArray
 from oilfilm.traction.law import CONDITIONS, Law, Observations, bounds, to_constants
-from oilfilm.units import BoolArray, FloatArray, IndexArray
 
 
 @dataclass(frozen=True)

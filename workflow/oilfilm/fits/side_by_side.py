@@ -8,10 +8,10 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 import pandas as pd
 
-from oilfilm.errors import OilfilmError
+from oilfilm.base.errors import OilfilmError
+from oilfilm.base.units import FloatArray
 from oilfilm.fits.conditions import LEAST_SIZE
 from oilfilm.fits.fitted import SLIP, FittedLaw
-from oilfilm.units import FloatArray
 
 
 def ratio_interval(

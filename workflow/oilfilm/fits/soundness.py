@@ -16,6 +16,7 @@ import pandas as pd
 import scipy
 
 from oilfilm import tables
+from oilfilm.base.units import FloatArray, IndexArray
 from oilfilm.fits.best_law import best_laws
 from oilfilm.fits.conditions import clusters, from_text, levels_of
 from oilfilm.fits.engine import polish
@@ -24,11 +25,10 @@ from oilfilm.fits.patterns import Leftover, Pattern, find_patterns, natural_key
 from oilfilm.fits.problem import build_problem, curve_data
 from oilfilm.settings.config import FitSettings, PatternSettings
 from oilfilm.settings.resolved import Settings
-from oilfilm.table_needs import OF_FIT
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.tables.set_points import SET_POINTS, with_levels
+from oilfilm.tables.table_needs import OF_FIT
 from oilfilm.traction.law import to_internal
-from oilfilm.units import FloatArray, IndexArray
 
 # The level of every interval and test of the project.
 _CONFIDENCE = 0.95

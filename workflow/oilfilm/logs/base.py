@@ -8,7 +8,7 @@ from typing import Any, Self
 import numpy as np
 import numpy.typing as npt
 
-from oilfilm.units import ABSOLUTE_ZERO_C
+from oilfilm.base.units import ABSOLUTE_ZERO_C
 
 # Columns of the table of samples without `run_id`: name -> array over the rows of one run.
 Columns = dict[str, npt.NDArray[Any]]

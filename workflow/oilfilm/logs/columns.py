@@ -14,13 +14,13 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from oilfilm.errors import printable
+from oilfilm.base.errors import printable
+from oilfilm.base.units import ABSOLUTE_ZERO_C, BoolArray, FloatArray
 from oilfilm.logs import base
 from oilfilm.logs.log_kind import Column, ContinuousLog, LogKind, Vocabulary
 from oilfilm.logs.run_sheet import Labels, RunSheet
 from oilfilm.logs.text_rows import DAY
 from oilfilm.settings.resolved import Settings
-from oilfilm.units import ABSOLUTE_ZERO_C, BoolArray, FloatArray
 
 # Limits of what the columns of a log can hold. They belong to reading, before a campaign is judged
 # by its settings.

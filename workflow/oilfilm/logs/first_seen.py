@@ -8,8 +8,8 @@ import re
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 
-from oilfilm.atomic_write import write_text
-from oilfilm.errors import OilfilmError
+from oilfilm.base.atomic_write import write_text
+from oilfilm.base.errors import OilfilmError
 from oilfilm.logs.raw_files import listed, listing
 
 FOLDER = Path("data/first_seen")

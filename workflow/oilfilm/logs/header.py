@@ -9,10 +9,10 @@ from collections.abc import Iterable, Mapping
 from difflib import SequenceMatcher
 from functools import lru_cache
 
+from oilfilm.base.units import Conversion, possible_conversion
 from oilfilm.logs.base import LOADS, SET_POINT_UNITS, Refusal, parse_decimal
 from oilfilm.settings.base import plain_key
 from oilfilm.settings.resolved import Settings
-from oilfilm.units import Conversion, possible_conversion
 
 FORMAT_ADVICE = "data/raw/README.md describes the format."
 

@@ -18,7 +18,7 @@ import pandas as pd
 import pyarrow as arrow
 
 from oilfilm import tables
-from oilfilm.errors import OilfilmError, printable
+from oilfilm.base.errors import OilfilmError, printable
 from oilfilm.logs import base, delimited_text, lvm, parquet, pcs, tdms
 from oilfilm.logs.columns import ROWS_ADVICE, TablesOfFile, read_tables
 from oilfilm.logs.log_kind import LogKind, Vocabulary

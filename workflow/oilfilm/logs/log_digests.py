@@ -13,8 +13,8 @@ from collections.abc import Iterable
 from functools import cached_property
 from pathlib import Path
 
-from oilfilm.atomic_write import write_text
-from oilfilm.digests import file_digest
+from oilfilm.base.atomic_write import write_text
+from oilfilm.base.digests import file_digest
 
 # A file system counts its times in steps of up to 2 s (FAT). A second change of a log within one
 # step does not change the state.

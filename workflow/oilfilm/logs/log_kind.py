@@ -12,13 +12,13 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 
+from oilfilm.base.units import Conversion, FloatArray, conversion, possible_conversion
 from oilfilm.logs import base
 from oilfilm.logs.header import FULL_WIDTH, split_unit
 from oilfilm.settings import campaign as campaign_file
 from oilfilm.settings.base import plain_key
 from oilfilm.settings.campaign import Campaign
 from oilfilm.settings.resolved import Settings
-from oilfilm.units import Conversion, FloatArray, conversion, possible_conversion
 
 # Quantity -> the columns that the campaign file lists for it.
 Renamed = Mapping[str, campaign_file.Column]

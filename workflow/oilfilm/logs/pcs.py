@@ -16,11 +16,11 @@ from typing import Any
 import numpy as np
 import yaml
 
+from oilfilm.base.units import BoolArray, FloatArray, conversion
 from oilfilm.logs import base
 from oilfilm.logs.columns import LoggedTable, TablesOfFile
 from oilfilm.logs.log_kind import Column, Vocabulary
 from oilfilm.logs.text_rows import encoding_of
-from oilfilm.units import BoolArray, FloatArray, conversion
 
 _STEP = re.compile(r"^Step (\d{1,9})\b.* started at .+$")
 # A row of a table, even if it is cut after its first cell.

@@ -10,7 +10,7 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from oilfilm.errors import OilfilmError
+from oilfilm.base.errors import OilfilmError
 
 # Names of the run sheet, in small letters or capitals. It is in the campaign's folder itself.
 _SHEETS = ("runs.csv", "runs.tsv", "runs.xlsx")

@@ -19,7 +19,7 @@ from functools import cache
 from pathlib import Path, PurePosixPath
 from typing import NamedTuple
 
-from oilfilm.errors import OilfilmError, printable
+from oilfilm.base.errors import OilfilmError, printable
 from oilfilm.logs import base, run_sheet
 from oilfilm.logs.header import listed_names, meaning, split_unit
 from oilfilm.logs.log_kind import LogKind

@@ -18,7 +18,8 @@ from pathlib import Path
 import numpy as np
 import yaml
 
-from oilfilm.home import CONFIG
+from oilfilm.base.home import CONFIG
+from oilfilm.base.units import BoolArray, FloatArray
 from oilfilm.logs import base
 from oilfilm.logs.base import NamesAndUnits
 from oilfilm.logs.header import UNITS, meaning, number_and_unit, oil_key, split_unit
@@ -30,7 +31,6 @@ from oilfilm.settings.base import plain_key
 from oilfilm.settings.campaign import Campaign, Column
 from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
-from oilfilm.units import BoolArray, FloatArray
 
 # Quantity -> kind of words -> words, as the file describes.
 _WORDS: dict[str, dict[str, str]] = yaml.safe_load(

@@ -19,7 +19,7 @@ import pandas as pd
 import pyarrow as arrow
 import pyarrow.csv as arrow_csv
 
-from oilfilm.units import FloatArray
+from oilfilm.base.units import FloatArray
 
 # The header and the names of the columns are in the first so many bytes of a text.
 HEAD_BYTES = 1 << 16

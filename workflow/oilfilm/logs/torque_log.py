@@ -6,7 +6,7 @@ Decides: the signals of a torque log, and the names of its columns.
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
-from oilfilm.errors import OilfilmError
+from oilfilm.base.errors import OilfilmError
 from oilfilm.logs.base import Columns, LoggedRun, Refusal
 from oilfilm.logs.header import simulation_problem, unknown_name
 from oilfilm.logs.log_kind import Column, ContinuousLog, LogKind, Problems, Renamed, Vocabulary

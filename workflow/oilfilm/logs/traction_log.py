@@ -9,13 +9,13 @@ from typing import NamedTuple
 import numpy as np
 
 from oilfilm import tables
+from oilfilm.base.units import FloatArray, rpm_to_surface_speed
 from oilfilm.logs import base, header
 from oilfilm.logs.log_kind import Column, ContinuousLog, LogKind, Problems, Renamed, Vocabulary
 from oilfilm.settings.campaign import Campaign, Semantics
 from oilfilm.settings.config import LoggedTwiceSettings
 from oilfilm.settings.resolved import Settings
 from oilfilm.settings.rig import Rig
-from oilfilm.units import FloatArray, rpm_to_surface_speed
 
 _REQUIRED = ("time", "load", "traction_force", "inlet_temperature")
 # A rig that gives mu alone needs no force: mu of positive slip is positive.

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import scipy
 
-from oilfilm.units import PA_PER_GPA, FloatArray
+from oilfilm.base.units import PA_PER_GPA, FloatArray
 
 Floats = FloatArray | float
 

@@ -15,9 +15,9 @@ from typing import Any, Literal
 
 import numpy as np
 
+from oilfilm.base.units import PA_PER_GPA, BoolArray, FloatArray
 from oilfilm.physics.contact import Conditions, Contact, Floats, max_hertz_pressure
 from oilfilm.physics.oils import Oil
-from oilfilm.units import PA_PER_GPA, BoolArray, FloatArray
 
 # Outside this range no oil is a liquid lubricant, and the formulas of its properties overflow.
 _LIQUID_RANGE_C = (-100.0, 500.0)

@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from oilfilm.base.units import ABSOLUTE_ZERO_C, FloatArray
 from oilfilm.physics.contact import Floats
-from oilfilm.units import ABSOLUTE_ZERO_C, FloatArray
 
 # Largest limiting shear stress over pressure of mineral and synthetic oils, which have 0.03 to 0.12
 # (S. Bair, W. O. Winer, J. Lubr. Technol. 101 (1979) 251, second-hand). The mean shear stress of a

@@ -17,6 +17,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import scipy
 
+from oilfilm.base.units import PA_PER_GPA, FloatArray
 from oilfilm.physics.contact import (
     Conditions,
     Floats,
@@ -26,7 +27,6 @@ from oilfilm.physics.contact import (
 )
 from oilfilm.physics.film import InletOil, film_thickness
 from oilfilm.physics.oils import Oil
-from oilfilm.units import PA_PER_GPA, FloatArray
 
 # Highest temperature of a film. At higher temperatures, properties extrapolated from their tables
 # by straight lines would be negative.

@@ -11,16 +11,17 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from oilfilm import studies, tables
-from oilfilm.errors import OilfilmError, printable
+from oilfilm import tables
+from oilfilm.base import studies
+from oilfilm.base.errors import OilfilmError, printable
+from oilfilm.base.text_table import text_table
+from oilfilm.base.ties import exceeds, first_largest
+from oilfilm.base.units import FloatArray
 from oilfilm.fits.fitted import FittedLaw
 from oilfilm.releases.manifest import Environment, FileRecord
 from oilfilm.releases.stored_release import StoredRelease
 from oilfilm.settings.config import DriftSettings
-from oilfilm.text_table import text_table
-from oilfilm.ties import exceeds, first_largest
 from oilfilm.traction import LAWS
-from oilfilm.units import FloatArray
 
 Row = tuple[str, ...]
 # Largest change of a number by another kernel, in its standard errors.

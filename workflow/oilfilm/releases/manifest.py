@@ -15,8 +15,8 @@ from typing import Annotated, Any, Literal
 
 from pydantic import FailFast, Field, SerializerFunctionWrapHandler, model_serializer
 
-from oilfilm.digests import file_digest
-from oilfilm.errors import OilfilmError
+from oilfilm.base.digests import file_digest
+from oilfilm.base.errors import OilfilmError
 from oilfilm.logs.raw_files import listing
 from oilfilm.settings.base import Group, key, optional
 from oilfilm.settings.messages import first_mistake

@@ -15,11 +15,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from oilfilm import home, tables
-from oilfilm.atomic_write import flush, make_folder, rename_flushed
-from oilfilm.digests import file_digest, files_below, files_of
-from oilfilm.errors import OilfilmError, printable
-from oilfilm.home import RUN_LOCK, portable
+from oilfilm import tables
+from oilfilm.base import home
+from oilfilm.base.atomic_write import flush, make_folder, rename_flushed
+from oilfilm.base.digests import file_digest, files_below, files_of
+from oilfilm.base.errors import OilfilmError, printable
+from oilfilm.base.home import RUN_LOCK, portable
 from oilfilm.logs.raw_files import read_listings
 from oilfilm.releases.compare import Comparison, compare
 from oilfilm.releases.manifest import (

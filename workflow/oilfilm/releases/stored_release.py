@@ -18,9 +18,9 @@ import pyarrow as arrow
 from pyarrow import fs
 
 from oilfilm import tables
-from oilfilm.atomic_write import atomic_folder
-from oilfilm.digests import file_digest, files_below
-from oilfilm.errors import OilfilmError, printable
+from oilfilm.base.atomic_write import atomic_folder
+from oilfilm.base.digests import file_digest, files_below
+from oilfilm.base.errors import OilfilmError, printable
 from oilfilm.releases.manifest import (
     BESIDE,
     CHECKSUMS,

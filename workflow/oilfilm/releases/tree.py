@@ -14,8 +14,8 @@ from pathlib import Path
 
 import numpy as np
 
-from oilfilm import studies
-from oilfilm.home import PACKAGE, RUN_LOCK
+from oilfilm.base import studies
+from oilfilm.base.home import PACKAGE, RUN_LOCK
 from oilfilm.releases.manifest import Environment, FileRecord, records_digest
 
 # Configuration is not code: a release has the resolved settings.
@@ -29,8 +29,8 @@ def code_files(home: Path) -> dict[str, Path]:
     """All files of code behind a run, by their path in a clone.
 
     Args:
-        home: Folder of the workflow, as `oilfilm.home.HOME`. Where it has no library, the files of
-            the installed packages get the paths that they have in a clone.
+        home: Folder of the workflow, as `home.HOME`. Where it has no library, the files
+            of the installed packages get the paths that they have in a clone.
     """
     trees = {name: home / name for name in _CODE}
     if not (home / _LIBRARY).is_dir():

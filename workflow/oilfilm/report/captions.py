@@ -3,7 +3,7 @@
 Decides: how simulated data are named.
 """
 
-from oilfilm.figure_catalogue import figures
+from oilfilm.base.figure_catalogue import figures
 from oilfilm.settings.campaign import Campaign
 
 PAPER = "Deng et al., Lubricants 14 (2026) 33"

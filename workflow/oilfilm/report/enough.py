@@ -7,11 +7,11 @@ from collections.abc import Iterator
 
 import pandas as pd
 
-from oilfilm.errors import OilfilmError
+from oilfilm.base.errors import OilfilmError
+from oilfilm.base.ties import exceeds
 from oilfilm.logs.run_sheet import REMARKS
 from oilfilm.settings.campaign import Campaign
 from oilfilm.tables.campaign_tables import CampaignTables
-from oilfilm.ties import exceeds
 
 # Oil, empty for all of them -> accepted runs and runs.
 _Counts = dict[str, tuple[int, int]]

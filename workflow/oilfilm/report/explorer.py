@@ -14,17 +14,17 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from oilfilm.base.ties import first_smallest
+from oilfilm.base.units import FloatArray
 from oilfilm.fits.conditions import LEAST_SIZE
 from oilfilm.fits.fitted import FittedLaw
 from oilfilm.fits.interval import ABSOLUTE_ENDS, RELATIVE_ENDS
 from oilfilm.report.words import CONDITIONS, oil_colour
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
-from oilfilm.ties import first_smallest
 from oilfilm.torque.operating_grid import AXES
 from oilfilm.traction.expression import Form, Language, in_steps
 from oilfilm.traction.law import Law, to_internal
-from oilfilm.units import FloatArray
 
 LEVEL = 0.95
 _LOAD = "load_n"

@@ -14,7 +14,7 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined, Template
 from markupsafe import Markup
 
 from oilfilm import tables
-from oilfilm.figure_catalogue import figures
+from oilfilm.base.figure_catalogue import figures
 from oilfilm.report import captions
 from oilfilm.report.document import Section, meanings
 from oilfilm.report.explorer import explorer, law_script

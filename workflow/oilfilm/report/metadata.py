@@ -14,8 +14,8 @@ from typing import Any
 import pyarrow.parquet as parquet
 
 from oilfilm import tables
-from oilfilm.digests import file_digest
-from oilfilm.errors import OilfilmError
+from oilfilm.base.digests import file_digest
+from oilfilm.base.errors import OilfilmError
 from oilfilm.settings.campaign import Source
 from oilfilm.settings.resolved import Settings
 

@@ -19,7 +19,7 @@ const MANY = 500;
 
 // ---------------------------------------------------------------- predicting
 
-// Numbers that differ by less, relative, are equal: `oilfilm.ties`.
+// Numbers that differ by less, relative, are equal: `oilfilm.base.ties`.
 const ROUNDING = 1e-9;
 
 // The conditions of a law and S, with those that a fit does not follow at their tested level or line, and

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pandas as pd
 
-from oilfilm.atomic_write import write_text
+from oilfilm.base.atomic_write import write_text
 
 # What a spreadsheet takes for the beginning of a formula or a command.
 _FORMULA_STARTS = ("=", "+", "-", "@", "\t", "\r")

@@ -5,11 +5,11 @@ Decides: what the summary shows.
 
 from collections.abc import Iterable, Iterator, Sequence
 
-from oilfilm.errors import printable
+from oilfilm.base.errors import printable
+from oilfilm.base.text_table import markdown_table
 from oilfilm.report.captions import provenance
 from oilfilm.report.document import Fact, Section, ShownTable, meanings, sentence
 from oilfilm.settings.campaign import Campaign
-from oilfilm.text_table import markdown_table
 
 _PLACES = (
     ("Report", "report.html (open it in a browser; it needs no network)"),

@@ -15,10 +15,10 @@ from typing import Any, NoReturn, TextIO
 import pandas as pd
 
 from oilfilm import tables
-from oilfilm.atomic_write import write_text
-from oilfilm.digests import file_digest, files_of, input_digest, settings_digest
-from oilfilm.errors import OilfilmError
-from oilfilm.home import portable
+from oilfilm.base.atomic_write import write_text
+from oilfilm.base.digests import file_digest, files_of, input_digest, settings_digest
+from oilfilm.base.errors import OilfilmError
+from oilfilm.base.home import portable
 from oilfilm.logs.raw_files import RawLogs, listing, read_listings
 from oilfilm.run.start import job_lock, machine_fault
 from oilfilm.settings.resolved import Settings

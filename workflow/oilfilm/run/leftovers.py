@@ -8,8 +8,8 @@ from itertools import product
 from pathlib import Path
 from typing import Any
 
-from oilfilm.digests import files_below
-from oilfilm.home import portable
+from oilfilm.base.digests import files_below
+from oilfilm.base.home import portable
 from oilfilm.logs.raw_files import read_listings
 
 # Folders in which only steps write. Elsewhere a file is of a step if a step has listed it.

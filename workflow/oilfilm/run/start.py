@@ -19,7 +19,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import IO
 
-from oilfilm.errors import OilfilmError
+from oilfilm.base.errors import OilfilmError
 
 # Letters that the path of a project must not have. Snakemake takes braces for wildcards, and PATH
 # is split at colons. A shell evaluates a dollar sign or a backquote even in double quotes, and the

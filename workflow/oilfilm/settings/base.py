@@ -9,7 +9,7 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
 from pydantic_core import CoreSchema, PydanticCustomError
 from pydantic_core.core_schema import literal_schema
 
-from oilfilm.errors import OilfilmError
+from oilfilm.base.errors import OilfilmError
 
 T = TypeVar("T")
 

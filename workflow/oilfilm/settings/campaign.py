@@ -8,10 +8,10 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import BeforeValidator, Field, WithJsonSchema
 
+from oilfilm.base.units import FloatArray
 from oilfilm.settings import quantities as q
 from oilfilm.settings.base import Group, OneOf, key, optional
 from oilfilm.settings.config import Matrix
-from oilfilm.units import FloatArray
 
 
 class Source(Group):

@@ -15,10 +15,10 @@ from typing import Any
 
 import yaml
 
-from oilfilm import studies
-from oilfilm.errors import OilfilmError, cut
-from oilfilm.figure_catalogue import figures
-from oilfilm.home import CONFIG
+from oilfilm.base import studies
+from oilfilm.base.errors import OilfilmError, cut
+from oilfilm.base.figure_catalogue import figures
+from oilfilm.base.home import CONFIG
 from oilfilm.settings.base import Group, plain_key
 from oilfilm.settings.campaign import Campaign, CampaignFile, Dataset
 from oilfilm.settings.config import Config, ConfigKeys

@@ -6,8 +6,8 @@ Decides: which settings a job can read: the keys that its rule lists with `part(
 from collections.abc import Iterable, Mapping
 from typing import Any, Self, TypeVar
 
+from oilfilm.base.errors import OilfilmError
 from oilfilm.bearing.geometry import Bearing
-from oilfilm.errors import OilfilmError
 from oilfilm.physics.contact import Contact
 from oilfilm.physics.oils import Oil
 from oilfilm.settings.base import Group, key, plain_key, present

@@ -13,12 +13,12 @@ from typing import Annotated, Any, Literal, Self, TypeVar
 import numpy as np
 from pydantic import AfterValidator, Field, Strict, model_validator
 
+from oilfilm.base.units import M_PER_UM, PA_PER_GPA
 from oilfilm.bearing.geometry import Bearing, Cage, OilSupply
 from oilfilm.physics import oils
 from oilfilm.physics.contact import Contact, combined_roughness, reduced_modulus, rq_from_ra
 from oilfilm.settings import quantities as q
 from oilfilm.settings.base import Group, contradiction, key, optional, unexpected
-from oilfilm.units import M_PER_UM, PA_PER_GPA
 
 # Ranges that rigs usually have: glass; steels, ceramics and hard metals.
 _USUAL_MODULI_PA = ((6e10, 9.5e10), (1.9e11, 7.2e11))

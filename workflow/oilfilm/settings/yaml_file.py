@@ -10,7 +10,7 @@ from typing import Any
 
 import yaml
 
-from oilfilm.errors import OilfilmError
+from oilfilm.base.errors import OilfilmError
 
 # About ten thousand lines. The longest file of the project has a few hundred.
 _MOST_BYTES = 1 << 19

@@ -21,8 +21,8 @@ import pyarrow as arrow
 import pyarrow.compute as compute
 import pyarrow.parquet as parquet
 
-from oilfilm.atomic_write import atomic_file
-from oilfilm.errors import OilfilmError, cut
+from oilfilm.base.atomic_write import atomic_file
+from oilfilm.base.errors import OilfilmError, cut
 from oilfilm.tables.dictionary import BY_ROW as BY_ROW
 from oilfilm.tables.dictionary import COLUMNS as COLUMNS
 from oilfilm.tables.dictionary import LARGEST as LARGEST

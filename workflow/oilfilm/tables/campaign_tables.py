@@ -7,10 +7,10 @@ from typing import Any
 
 import pandas as pd
 
-from oilfilm.errors import OilfilmError
-from oilfilm.table_needs import NOT_IN_EVERY_CAMPAIGN, OF_FIT
+from oilfilm.base.errors import OilfilmError
 from oilfilm.tables import read
 from oilfilm.tables.dictionary import TABLES
+from oilfilm.tables.table_needs import NOT_IN_EVERY_CAMPAIGN, OF_FIT
 
 # Tables whose rows are those of another table.
 _SAME_COLUMNS = {"torque_quarantine": "quarantine"}

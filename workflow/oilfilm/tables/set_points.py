@@ -11,12 +11,12 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from oilfilm.base.ties import exceeds, first_smallest
+from oilfilm.base.units import PA_PER_GPA
 from oilfilm.physics.contact import max_hertz_pressure
 from oilfilm.settings.config import SameSetPointSettings
 from oilfilm.settings.resolved import Settings
 from oilfilm.settings.rig import Rig
-from oilfilm.ties import exceeds, first_smallest
-from oilfilm.units import PA_PER_GPA
 
 SET_POINTS = (
     "nominal_max_hertz_pressure_gpa",

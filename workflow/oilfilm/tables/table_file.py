@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 import pyarrow.parquet as parquet
 
-from oilfilm.digests import settings_digest
+from oilfilm.base.digests import settings_digest
 from oilfilm.tables import read_footer, read_run
 from oilfilm.tables.dictionary import TABLES
 

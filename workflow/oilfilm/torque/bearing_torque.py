@@ -8,6 +8,7 @@ import pandas as pd
 import scipy
 
 from oilfilm import tables
+from oilfilm.base.units import MM_PER_M, RAD_S_PER_RPM, BoolArray, FloatArray
 from oilfilm.bearing.equilibria import Neighbour, equilibria, friction_equilibrium
 from oilfilm.bearing.friction import FrictionEquilibrium, FrictionProblem
 from oilfilm.bearing.geometry import Bearing
@@ -25,7 +26,6 @@ from oilfilm.torque.best_oil import best_shares
 from oilfilm.torque.load_variables import LOAD_VARIABLES, LawInBearing, law_of_groups
 from oilfilm.torque.torque_uncertainty import draw_results, term_factors, with_uncertainty
 from oilfilm.traction import BEARING_LAW_NAMES
-from oilfilm.units import MM_PER_M, RAD_S_PER_RPM, BoolArray, FloatArray
 
 _POINT = ["axial_load_n", "inner_speed_rpm", "inlet_temperature_c"]
 _TESTED = ("max_hertz_pressure_gpa", "entrainment_speed_m_s", "slide_roll_ratio")

@@ -16,8 +16,8 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from oilfilm.ties import exceeds, first_smallest, reaches
-from oilfilm.units import BoolArray, FloatArray, IndexArray
+from oilfilm.base.ties import exceeds, first_smallest, reaches
+from oilfilm.base.units import BoolArray, FloatArray, IndexArray
 
 IntArray = npt.NDArray[np.intp]
 OPERATING_POINT = [

@@ -13,6 +13,7 @@ import numpy as np
 import pandas as pd
 
 from oilfilm import tables
+from oilfilm.base.units import RAD_S_PER_RPM, BoolArray, FloatArray, IndexArray
 from oilfilm.bearing.equilibria import Neighbour, friction_equilibrium
 from oilfilm.bearing.geometry import Bearing, OilSupply
 from oilfilm.physics.contact import Floats
@@ -21,7 +22,6 @@ from oilfilm.settings.base import present
 from oilfilm.settings.resolved import Settings
 from oilfilm.torque.bearing_torque import Cases, OilInBearing, joined
 from oilfilm.torque.best_oil import best_oils
-from oilfilm.units import RAD_S_PER_RPM, BoolArray, FloatArray, IndexArray
 
 # Highest temperature of an oil in a bearing; no oil is a liquid above.
 _HOTTEST_C = 400.0

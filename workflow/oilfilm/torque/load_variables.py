@@ -8,11 +8,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from oilfilm.base.units import FloatArray, IndexArray
 from oilfilm.bearing.ellipse import TractionLaw
 from oilfilm.fits.fitted import FittedLaw
 from oilfilm.physics.contact import Conditions, Contact, creep_slope
 from oilfilm.traction.law import to_internal
-from oilfilm.units import FloatArray, IndexArray
 
 LOAD_VARIABLES = ("stress", "load", "dimensionless_load")
 # Smallest p_max/E' for the creep of the bodies. The solver may try contacts without load.

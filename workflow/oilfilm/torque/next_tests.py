@@ -12,8 +12,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pandas as pd
 
+from oilfilm.base.errors import OilfilmError
+from oilfilm.base.ties import exceeds, reaches
+from oilfilm.base.units import MM_PER_M, BoolArray, FloatArray
 from oilfilm.bearing.geometry import Bearing
-from oilfilm.errors import OilfilmError
 from oilfilm.fits.fitted import FittedLaw
 from oilfilm.fits.measured_curves import Design, FormError, Known, choose, known_of, place
 from oilfilm.fits.problem import Curves
@@ -22,11 +24,9 @@ from oilfilm.settings.config import PlanLevels, PlanSettings, PointOfTraction
 from oilfilm.settings.resolved import Settings
 from oilfilm.settings.rig import Rig
 from oilfilm.tables.campaign_tables import CampaignTables
-from oilfilm.ties import exceeds, reaches
 from oilfilm.torque.bearing_torque import OilInBearing, joined, oils_in_bearings
 from oilfilm.torque.operating_grid import Film, Grid
 from oilfilm.traction.law import CONDITIONS, to_constants
-from oilfilm.units import MM_PER_M, BoolArray, FloatArray
 
 # Smallest number of slips of a test, as many as a curve has coefficients.
 _FEWEST_SLIPS = 3

@@ -6,13 +6,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pandas as pd
 
+from oilfilm.base.units import M_PER_UM, FloatArray
 from oilfilm.fits.fitted import FittedLaw
 from oilfilm.physics.contact import Contact
 from oilfilm.physics.film import Thickness, contact_film
 from oilfilm.physics.oils import Oil
 from oilfilm.settings.resolved import Settings
 from oilfilm.traction.law import CONDITIONS, QUANTITIES, Observations, to_internal
-from oilfilm.units import M_PER_UM, FloatArray
 
 AXES = (*CONDITIONS, "slide_roll_ratio")
 

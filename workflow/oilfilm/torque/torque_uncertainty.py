@@ -22,6 +22,8 @@ import numpy as np
 import pandas as pd
 import scipy
 
+from oilfilm.base.randomness import generator
+from oilfilm.base.units import BoolArray, FloatArray, IndexArray
 from oilfilm.bearing.ellipse import grid
 from oilfilm.bearing.equilibria import Neighbour, friction_equilibrium
 from oilfilm.bearing.friction import COARSE, FrictionEquilibrium, FrictionProblem
@@ -30,11 +32,9 @@ from oilfilm.bearing.torque import film_ratio
 from oilfilm.fits.fitted import FittedLaw
 from oilfilm.fits.interval import LEVELS, Unseen
 from oilfilm.physics.oils import Oil
-from oilfilm.randomness import generator
 from oilfilm.settings.config import BearingSettings, TorqueDrawSettings
 from oilfilm.torque.load_variables import LawInBearing, law_of_groups
 from oilfilm.traction.law import to_constants, to_internal
-from oilfilm.units import BoolArray, FloatArray, IndexArray
 
 # Ends of every interval of the project: 95 %.
 _INTERVAL = (0.025, 0.975)

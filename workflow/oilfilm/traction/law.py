@@ -14,12 +14,12 @@ from typing import Any
 
 import numpy as np
 
-from oilfilm.errors import OilfilmError
+from oilfilm.base.errors import OilfilmError
+from oilfilm.base.units import BoolArray, FloatArray, IndexArray
 from oilfilm.physics.contact import Contact
 from oilfilm.physics.oils import Oil
 from oilfilm.traction import expression
 from oilfilm.traction.expression import Node
-from oilfilm.units import BoolArray, FloatArray, IndexArray
 
 CONDITIONS = ("max_hertz_pressure_gpa", "entrainment_speed_m_s", "inlet_temperature_c")
 

@@ -8,12 +8,12 @@ import pandas as pd
 from matplotlib.colors import BoundaryNorm
 from matplotlib.patches import Patch
 
+from oilfilm.base.ties import exceeds
 from oilfilm.report.figures import style
 from oilfilm.report.figures.sheet import Panel, Sheet, oil_grid, register
 from oilfilm.report.words import load_variable
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
-from oilfilm.ties import exceeds
 from oilfilm.torque.torque_control import is_bistable
 from oilfilm.traction.law import CONDITIONS
 

@@ -13,6 +13,7 @@ from matplotlib.patches import Rectangle
 from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter
 
 from oilfilm import tables
+from oilfilm.base.units import FloatArray
 from oilfilm.fits.fit import laws_of
 from oilfilm.fits.fitted import FittedLaw
 from oilfilm.fits.problem import curve_data
@@ -35,7 +36,6 @@ from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.torque.operating_grid import Grid, films, obstacle, traction
 from oilfilm.traction import LAWS
 from oilfilm.traction.law import CONDITIONS, QUANTITIES, Law
-from oilfilm.units import FloatArray
 
 _ROW_IN = 0.17
 _ENDS = ("pressure", "speed", "temperature")

@@ -28,8 +28,8 @@ from matplotlib.figure import Figure
 from PIL import Image
 
 from oilfilm import tables
-from oilfilm.atomic_write import atomic_file
-from oilfilm.figure_catalogue import figures
+from oilfilm.base.atomic_write import atomic_file
+from oilfilm.base.figure_catalogue import figures
 from oilfilm.report.figures.style import DOUBLE_COLUMN_IN, GREY, SINGLE_COLUMN_IN, Look, plain
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
@@ -363,8 +363,8 @@ def register(**declared: Any) -> Callable[[Draw], Draw]:
     """Declare the figure that a function draws.
 
     Args:
-        declared: Attributes of `FigureDeclaration`; `oilfilm.figure_catalogue` reads them from the
-            source.
+        declared: Attributes of `FigureDeclaration`; `oilfilm.base.figure_catalogue` reads them
+            from the source.
     """
     return lambda draw: draw
 

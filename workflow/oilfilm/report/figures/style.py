@@ -13,10 +13,10 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import FixedLocator, NullFormatter, NullLocator
 
+from oilfilm.base.units import FloatArray
 from oilfilm.bearing.kinematics import entrainment_speed_m_s
 from oilfilm.report import words
 from oilfilm.settings.resolved import Settings
-from oilfilm.units import FloatArray
 
 # Columns of a page, 84 and 174 mm.
 SINGLE_COLUMN_IN = 84 / 25.4

@@ -14,7 +14,8 @@ from urllib.parse import quote
 import numpy as np
 import pandas as pd
 
-from oilfilm import studies, tables
+from oilfilm import tables
+from oilfilm.base import studies
 from oilfilm.curation.coverage import planned_states
 from oilfilm.fits.best_law import FEWEST_CURVES
 from oilfilm.fits.conditions import from_text

@@ -13,8 +13,8 @@ one).
 
 import numpy as np
 
+from oilfilm.base.units import FloatArray
 from oilfilm.traction.law import Coefficient, Law
-from oilfilm.units import FloatArray
 
 DENG2026 = Law(
     name="deng2026",

@@ -19,11 +19,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from oilfilm.base.units import BoolArray, FloatArray
 from oilfilm.physics.contact import Contact
 from oilfilm.physics.film import InletOil
 from oilfilm.physics.oils import Oil
 from oilfilm.traction.law import Coefficient, Law
-from oilfilm.units import BoolArray, FloatArray
 
 _CONDITIONS = ("load_n", "entrainment_speed_m_s", "inlet_temperature_c")
 _COEFFICIENTS = (

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from oilfilm.ties import evened, exceeds, first_largest, first_smallest, reaches
+from oilfilm.base.ties import evened, exceeds, first_largest, first_smallest, reaches
 
 _SIZES = st.floats(1e-12, 1e12)
 _BITS = st.floats(-1e-12, 1e-12)

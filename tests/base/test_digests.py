@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from campaigns import ROOT
-from oilfilm import digests
+from oilfilm.base import digests
 
 SCRIPTS = ROOT / "workflow/scripts"
 

@@ -7,9 +7,9 @@ Decides: where rules, reference data and default settings of an installed oilfil
 
 from pathlib import Path
 
-from oilfilm import studies
+from oilfilm.base import studies
 
-PACKAGE = Path(__file__).resolve().parent
+PACKAGE = Path(__file__).resolve().parents[1]
 _CLONE = PACKAGE.parents[1]
 HOME = _CLONE if (_CLONE / "workflow" / "rules").is_dir() else PACKAGE / "shipped"
 CONFIG = HOME / "config"

@@ -16,13 +16,13 @@ import numpy.typing as npt
 import pandas as pd
 
 from oilfilm import tables
-from oilfilm.errors import OilfilmError
+from oilfilm.base.errors import OilfilmError
+from oilfilm.base.home import CONFIG
 from oilfilm.fits.conditions import levels_of
 from oilfilm.fits.fit import fit_oil
 from oilfilm.fits.fitted import INTERVALS, SLIP, FittedLaw, Prediction, in_unit, refuse_impossible
 from oilfilm.fits.soundness import verdict_of_fit
 from oilfilm.fits.soundness_words import what_is_wrong
-from oilfilm.home import CONFIG
 from oilfilm.settings.config import FitSettings
 from oilfilm.settings.messages import check
 from oilfilm.settings.resolve import read_config
@@ -152,7 +152,7 @@ class ArrayFit:
             OilfilmError: The folder exists, or its name cannot be that of a campaign.
         """
         # imported late: the report loads slowly, and only this method needs it
-        from oilfilm.saved_fit import FitAlone, save_fit  # noqa: PLC0415
+        from oilfilm.api.saved_fit import FitAlone, save_fit  # noqa: PLC0415
 
         alone = FitAlone(self.oil, self.table, self.tables, self.settings, self.source)
         save_fit(alone, Path(folder))
@@ -165,7 +165,7 @@ class ArrayFit:
         Raises:
             OilfilmError: There is no such form, or nothing could be fitted.
         """
-        from oilfilm.saved_fit import FitAlone, export_fit  # noqa: PLC0415 - as in `save`
+        from oilfilm.api.saved_fit import FitAlone, export_fit  # noqa: PLC0415 - as in `save`
 
         alone = FitAlone(self.oil, self.table, self.tables, self.settings, self.source)
         export_fit(alone, Path(file))

@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 
 import oilfilm
 from known_laws import known_law
-from oilfilm.arrays import ArrayFit
+from oilfilm.api.arrays import ArrayFit
 
 QUICK = {"searches": 2, "bootstrap": 20}
 

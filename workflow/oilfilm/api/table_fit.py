@@ -17,8 +17,9 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from oilfilm.arrays import ArrayFit, fit_points
-from oilfilm.errors import OilfilmError, cut
+from oilfilm.api.arrays import ArrayFit, fit_points
+from oilfilm.base.errors import OilfilmError, cut
+from oilfilm.base.units import PA_PER_GPA, FloatArray, possible_conversion
 from oilfilm.logs import delimited_text
 from oilfilm.logs.base import UnreadableLogError
 from oilfilm.logs.columns import LoggedTable
@@ -30,7 +31,6 @@ from oilfilm.logs.traction_log import TRACTION
 from oilfilm.physics.contact import max_hertz_pressure, reduced_modulus
 from oilfilm.settings.base import plain_key
 from oilfilm.traction import LAWS, PAPER_LAW
-from oilfilm.units import PA_PER_GPA, FloatArray, possible_conversion
 
 PRESSURE, LOAD, SPEED = "max_hertz_pressure_gpa", "load_n", "entrainment_speed_m_s"
 TEMPERATURE, SLIP, MU = "inlet_temperature_c", "slide_roll_ratio", "traction_coefficient"

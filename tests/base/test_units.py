@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from oilfilm.units import conversion, surface_speed_to_rpm
+from oilfilm.base.units import conversion, surface_speed_to_rpm
 
 
 def test_paper_speeds_of_ball_and_disc_spindles() -> None:

@@ -19,9 +19,9 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from oilfilm import studies
+from oilfilm.base import studies
 
-_LIBRARY = Path(__file__).parent
+_LIBRARY = Path(__file__).parents[1]
 _CATEGORIES = {"data": "Data quality", "law": "Fits", "bearing": "Bearing"}
 
 

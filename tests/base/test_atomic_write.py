@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from oilfilm.atomic_write import atomic_file, atomic_folder
+from oilfilm.base.atomic_write import atomic_file, atomic_folder
 
 
 @pytest.mark.parametrize("name", ["law.h", "exports/law.h"])

@@ -10,13 +10,13 @@ import pandas as pd
 
 import oilfilm
 from oilfilm import tables
-from oilfilm.atomic_write import atomic_folder, write_bytes, write_text
-from oilfilm.digests import file_digest
-from oilfilm.errors import OilfilmError
+from oilfilm.base.atomic_write import atomic_folder, write_bytes, write_text
+from oilfilm.base.digests import file_digest
+from oilfilm.base.errors import OilfilmError
+from oilfilm.base.home import CONFIG
 from oilfilm.exports.campaign import export, export_campaign
 from oilfilm.exports.description import describe, identifiers
 from oilfilm.fits.soundness import finished_fits
-from oilfilm.home import CONFIG
 from oilfilm.logs.base import SET_POINTS
 from oilfilm.report.html import html
 from oilfilm.report.sections.build import answer, constants, fits, laws
@@ -24,8 +24,8 @@ from oilfilm.report.text import text
 from oilfilm.settings.config import FitSettings
 from oilfilm.settings.resolve import resolve, safe_name
 from oilfilm.settings.resolved import Settings
-from oilfilm.table_needs import OF_FIT
 from oilfilm.tables.campaign_tables import CampaignTables
+from oilfilm.tables.table_needs import OF_FIT
 from oilfilm.traction import LAWS
 
 _SAVED_TABLES = ("points", "runs", *OF_FIT, "law_verdicts", "lack_of_fit", "soundness")

@@ -11,7 +11,7 @@ Decides: when two numbers are equal but for rounding; which of equal candidates 
 import numpy as np
 import numpy.typing as npt
 
-from oilfilm.units import BoolArray, FloatArray, IndexArray
+from oilfilm.base.units import BoolArray, FloatArray, IndexArray
 
 # Results of two processors differ by up to 1e-10, relative. No verdict needs a finer difference.
 ROUNDING = 1e-9

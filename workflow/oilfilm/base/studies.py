@@ -24,7 +24,7 @@ from typing import Any, Literal
 import yaml
 
 # The folder of oilfilm and of the packages beside it.
-PACKAGES = Path(__file__).parents[1]
+PACKAGES = Path(__file__).parents[2]
 _DECLARATION = "oilfilm_study.yaml"
 _RULES_OF_LOGS = "rules/logs.smk"
 

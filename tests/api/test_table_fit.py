@@ -9,8 +9,8 @@ import pytest
 
 import oilfilm
 from known_laws import known_law
+from oilfilm.api.table_fit import read_mu_table, with_pressure
 from oilfilm.cli import main
-from oilfilm.table_fit import read_mu_table, with_pressure
 
 QUICK = {"searches": 2, "bootstrap": 20}
 PLANTED = known_law("4102")

@@ -6,7 +6,7 @@ Decides: how a table looks as plain text, wherever the program writes one.
 import unicodedata
 from collections.abc import Sequence
 
-from oilfilm.errors import printable
+from oilfilm.base.errors import printable
 
 Row = Sequence[str]
 

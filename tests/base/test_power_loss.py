@@ -96,7 +96,7 @@ BEGIN = f"""
 import sys
 sys.path[:0] = [{str(ROOT / "workflow")!r}, {str(ROOT / "tests/helpers")!r}]
 from pathlib import Path
-from oilfilm import atomic_write
+from oilfilm.base import atomic_write
 """
 TABLES = """
 from oilfilm import tables

@@ -15,7 +15,7 @@ from importlib.util import resolve_name
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from oilfilm import studies
+from oilfilm.base import studies
 
 # Modules that compute no number of a table:
 # - settings: their values are in the params of the rules;
@@ -23,7 +23,7 @@ from oilfilm import studies
 # - reading and writing of tables: the declarations of a rule's tables have their own digest;
 # - the list of laws: a rule names the laws that it fits.
 _NO_NUMBERS = re.compile(
-    r"oilfilm(\.(atomic_write|cli|digests|errors|home|run|settings)(\..*)?"
+    r"oilfilm(\.(cli|run|settings|base\.(atomic_write|digests|errors|home))(\..*)?"
     r"|\.tables(\.(?!failed_gates).*)?|\.traction\.laws)?|\w+\.tables"
 )
 

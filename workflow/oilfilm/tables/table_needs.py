@@ -5,7 +5,7 @@ Decides: which tables a campaign does not have.
 
 from itertools import chain
 
-from oilfilm import studies
+from oilfilm.base import studies
 from oilfilm.settings.campaign import Campaign
 
 # Tables by the parts that a campaign must have for them, beside its traction logs.

@@ -1,0 +1,1 @@
+"""Functions that a Python program calls: fits of arrays and of tables, without the workflow."""

@@ -1,0 +1,1 @@
+"""Modules that every room may use: errors, units, files, digests, ties, declarations."""
