@@ -137,13 +137,14 @@ def friction_equilibrium(
     """Where balls, cage and inner ring travel steadily under all forces, with the fastest cage.
 
     Args:
-        problem: Bearing, loads, speeds, oil and law.
+        problem: Bearing, loads, speeds, oil and law; the bands of an earlier search do not count.
         neighbour: Equilibria with other constants. What is found near them is taken, on whichever
             branch they are; the other points are searched as without them.
 
     Returns:
         The motion; not converged as well where a contact would be as wide as the ball.
     """
+    problem = replace(problem, bands=NO_BANDS)
     if neighbour is None:
         return _equilibria(problem, every=False).fastest
     solution = near(problem.residuals, neighbour.unknowns, problem.scale(), neighbour.inverse)
@@ -160,9 +161,9 @@ def equilibria(problem: FrictionProblem) -> Equilibria:
     """All steady motions that the curve from the rolling cage comes by.
 
     Args:
-        problem: Bearing, loads, speeds, oil and law.
+        problem: As of `friction_equilibrium`.
     """
-    return _equilibria(problem, every=True)
+    return _equilibria(replace(problem, bands=NO_BANDS), every=True)
 
 
 @dataclass(frozen=True)
