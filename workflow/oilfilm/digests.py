@@ -15,6 +15,8 @@ from importlib.util import resolve_name
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import yaml
+
 _PACKAGE = Path(__file__).parent
 # What computes no number of a table: settings (their values are in the params of the rules),
 # messages, what surrounds a job, reading and writing of tables (the declarations of those that a
@@ -75,7 +77,8 @@ def code_digest(script: Path, *modules: Path) -> str:
     Args:
         script: The script of the rule.
         modules: Modules that no import leads to, as that of a law which the job takes by name, and
-            files of data, every byte of which counts.
+            files of data. Comments in YAML files and styles of figures count for nothing; of any
+            other file every byte counts.
     """
     digest = hashlib.sha256()
     for path in [script, *sorted(modules_behind(script, *modules))]:
@@ -104,7 +107,7 @@ class _Code(NamedTuple):
 def _code(path: Path) -> _Code:
     content = path.read_bytes()
     if path.suffix != ".py":
-        return _Code(hashlib.sha256(content).hexdigest(), frozenset())
+        return _Code(hashlib.sha256(_without_comments(path, content)).hexdigest(), frozenset())
     gc.disable()  # it takes a third of the time to parse a module
     try:
         tree = ast.parse(content)
@@ -119,6 +122,16 @@ def _code(path: Path) -> _Code:
     beside = {path.with_name(name.decode()) for name in _DATA.findall(content)}
     imports.update(file for file in beside if file.is_file())
     return _Code(hashlib.sha256("\n".join(text).encode()).hexdigest(), frozenset(imports))
+
+
+def _without_comments(path: Path, content: bytes) -> bytes:
+    """What a file of data holds beside its comments."""
+    if path.suffix == ".yaml":
+        loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)  # libyaml is ten times as fast
+        return repr(yaml.load(content, loader)).encode()  # noqa: S506
+    if path.suffix == ".mplstyle":
+        return b"\n".join(line for line in content.splitlines() if not line.startswith(b"#"))
+    return content
 
 
 # A module names the file beside it that it reads.
