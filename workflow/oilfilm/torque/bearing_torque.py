@@ -22,11 +22,12 @@ from oilfilm.physics.oils import Oil
 from oilfilm.settings.base import present
 from oilfilm.settings.config import BearingSettings
 from oilfilm.settings.resolved import Settings
+from oilfilm.ties import first_smallest, reaches
 from oilfilm.torque.best_oil import best_shares
 from oilfilm.torque.load_variables import LOAD_VARIABLES, LawInBearing, law_of_groups
 from oilfilm.torque.torque_uncertainty import drawn, term_factors, with_uncertainty
 from oilfilm.traction import BEARING_LAW_NAMES
-from oilfilm.units import MM_PER_M, RAD_S_PER_RPM, BoolArray, FloatArray
+from oilfilm.units import MM_PER_M, RAD_S_PER_RPM, BoolArray, FloatArray, IndexArray
 
 _POINT = ["axial_load_n", "inner_speed_rpm", "inlet_temperature_c"]
 _TESTED = ("max_hertz_pressure_gpa", "entrainment_speed_m_s", "slide_roll_ratio")
@@ -331,7 +332,7 @@ def _compared(
             load, speed, viscosity, pitch, bearing.contact_angle_rad, palmgren.f0, palmgren.f1
         ),
         skf_torque_n_m=skf_torque_n_m(load, speed, viscosity, pitch),
-        skf_valid=speed * pitch * MM_PER_M <= settings.bearing.skf_pitch_speed_max,
+        skf_valid=reaches(settings.bearing.skf_pitch_speed_max, speed * pitch * MM_PER_M),
     )
 
 
@@ -342,7 +343,7 @@ def _inversion(
 
     The torque is calculated for each of `_FACTORS`. Traction coefficient is interpolated linearly
     between the two neighbouring factors whose torques enclose the measured one; of several such
-    pairs the one nearest to the law's own factor 1 is taken.
+    pairs the one nearest to the law's own factor 1 is taken, of two as near the weaker one.
     """
     by_law = terms[terms["load_variable"] == "stress"].reset_index(drop=True)
     every = by_law.loc[np.repeat(by_law.index, len(_FACTORS)), ["oil", *_POINT]]
@@ -356,8 +357,7 @@ def _inversion(
     )
     above = torque - by_law["measured_torque_n_m"].to_numpy()
     encloses = above[:-1] * above[1:] <= 0
-    distance = np.abs(np.log(_FACTORS[:-1] * _FACTORS[1:]))[:, np.newaxis]
-    lower = np.where(encloses, distance, np.inf).argmin(axis=0), np.arange(len(by_law))
+    lower = _nearest_pair(encloses), np.arange(len(by_law))
     rise, span = np.diff(torque, axis=0)[lower], np.diff(coefficient, axis=0)[lower]
     # of the traction's part in the torque: calibration and the other terms
     # the middles of many equal slices of the normal distribution
@@ -387,6 +387,18 @@ def _inversion(
         law_traction_coefficient=by_law["mean_traction_coefficient"],
         verdict=verdict,
     )
+
+
+def _nearest_pair(encloses: BoolArray) -> IndexArray:
+    """Index of the pair of neighbouring `_FACTORS` nearest to 1 of those that enclose a torque.
+
+    Pairs on both sides of 1 are equally near but for rounding: the lower one is taken.
+
+    Args:
+        encloses: Whether each pair does, shape (pairs, plateaus).
+    """
+    distance = np.abs(np.log(_FACTORS[:-1] * _FACTORS[1:]))[:, np.newaxis]
+    return first_smallest(np.where(encloses, distance, np.inf), axis=0)
 
 
 def _calibration_n_m(terms: pd.DataFrame, settings: Settings) -> FloatArray:
