@@ -98,8 +98,7 @@ def unlike(before: Path, after: Path) -> list[str]:
 
 
 @pytest.mark.parametrize(
-    "name",
-    [pytest.param(name, marks=[pytest.mark.nightly] * (name == BETWEEN)) for name in OTHERS],
+    "name", [pytest.param(name, marks=[pytest.mark.nightly] * (name == BETWEEN)) for name in OTHERS]
 )
 def test_no_kernel_changes_a_verdict_a_sentence_or_a_number_beyond_its_error(
     oldest: Path, run: Run, name: str
