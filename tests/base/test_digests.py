@@ -47,6 +47,25 @@ def test_digest_is_the_same_in_every_version_of_python() -> None:
     )
 
 
+@pytest.mark.parametrize(
+    ("name", "text", "comment", "other"),
+    [
+        ("words.yaml", "a: 1\nb: [x, '# y']\n", "# a word\n", "c: 2\n"),
+        ("page.mplstyle", "font.size: 8\n", "# a word\n", "grid.color: e5e5e5\n"),
+    ],
+)
+def test_comment_in_a_file_of_data_counts_for_nothing(
+    tmp_path: Path, name: str, text: str, comment: str, other: str
+) -> None:
+    paths = [tmp_path / folder / name for folder in ("plain", "commented", "longer")]
+    for path, content in zip(paths, (text, comment + text + comment, text + other), strict=True):
+        path.parent.mkdir()
+        path.write_text(content, encoding="utf-8")
+    plain, commented, longer = (digests.code_digest(SCRIPTS / "enough.py", path) for path in paths)
+    assert commented == plain
+    assert longer != plain
+
+
 def test_digest_of_a_folder_knows_names_and_contents(tmp_path: Path) -> None:
     (tmp_path / "a").write_text("1")
     first = digests.input_digest(tmp_path)

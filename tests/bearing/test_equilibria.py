@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from bearings import RPM, problem, shipped
-from oilfilm.bearing.equilibria import equilibria, friction_equilibrium
+from oilfilm.bearing.equilibria import Neighbour, equilibria, friction_equilibrium
 from oilfilm.bearing.friction import FrictionProblem
 from oilfilm.bearing.quasistatic import OperatingPoints
 
@@ -82,6 +82,21 @@ def test_a_motion_between_the_sides_of_a_jump_is_marked():
     unbanded = mainshaft_problem("4010", 6000, 40.0, [load_n])
     residuals = unbanded.residuals(motion.solution.unknowns, np.arange(1))
     assert np.abs(residuals).max() > 1e-9
+
+
+def test_a_motion_between_the_sides_of_a_jump_is_found_again_beside_itself():
+    # random draws are looked for in this way, 5 000 N beside it has no jump
+    found = friction_equilibrium(mainshaft_problem("4010", 6000, 40.0, [683.4988689104133, 5000.0]))
+    assert found.held_by_band().tolist() == [True, False]
+    beside = Neighbour.of(found.problem, found.solution.unknowns)
+    for again in (
+        friction_equilibrium(found.problem, beside),
+        friction_equilibrium(found.problem),
+        equilibria(found.problem).fastest,
+    ):
+        assert again.solution.converged.all()
+        assert again.held_by_band().tolist() == [True, False]
+        np.testing.assert_allclose(again.cage_slip(), found.cage_slip(), rtol=1e-9)
 
 
 def test_more_drag_never_makes_a_cage_faster():

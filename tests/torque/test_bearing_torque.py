@@ -22,7 +22,9 @@ from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.torque.bearing_torque import (
+    _FACTORS,
     OilInBearing,
+    _nearest_pair,
     cage_slip_table,
     oils_in_bearings,
     size_effect_table,
@@ -106,6 +108,13 @@ def test_inversion_finds_the_traction_that_was_planted(config, oils):
     assert set(torque["load_variable"]) == {"stress", "load", "dimensionless_load"}
 
 
+def test_of_two_factors_as_far_from_the_law_the_weaker_traction_is_taken():
+    pairs = len(_FACTORS) - 1
+    for lower in range(pairs // 2):
+        mirrored = np.isin(np.arange(pairs), [lower, pairs - 1 - lower])
+        assert _nearest_pair(mirrored[:, np.newaxis]).tolist() == [lower]
+
+
 def test_uncertainty_of_the_inversion_is_the_change_by_a_torque_wrong_by_it(config, oils):
     se = 0.02
     calibration = {"torque_n_m": 0.03, "torque_relative": 0.0}
@@ -139,7 +148,8 @@ def test_a_bearing_loaded_beyond_reason_has_no_torque_and_a_reason(config, oils)
     assert crushed["why"].str.contains("check the axial load and its unit").all()
     assert sound["converged"].all()
     assert (sound["why"] == "").all()
-    assert list(inversion["verdict"] == "no solution") == [True, False, True]
+    assert inversion["verdict"].iloc[0] == "not known"
+    assert list(inversion["verdict"] == "no solution") == [False, False, True]
     assert list(inversion["traction_coefficient"].isna()) == [True, False, True]
 
 
@@ -223,10 +233,12 @@ def test_figures_say_that_data_are_simulated_or_that_there_are_none(config, resu
 
 
 def test_catalogue_torque_is_no_opinion_beyond_the_speeds_of_the_catalogue(config, oils):
-    # 167.5 mm: 0.5 and 2 million mm rpm
-    torque, _ = torque_table(plateaus([2.0, 9.0], [3000.0, 12000.0]), oils, config)
+    # 167.5 mm: 0.5 and 2 million mm rpm, and just at the limit, where the product is rounded up
+    pitch_mm = 1e3 * shipped("mainshaft-167").pitch_diameter_m
+    limit_rpm = SETTINGS.skf_pitch_speed_max / pitch_mm
+    torque, _ = torque_table(plateaus([2.0, 9.0, 5.0], [3000.0, 12000.0, limit_rpm]), oils, config)
     of_stress = torque[torque["load_variable"] == "stress"]
-    assert list(of_stress["skf_valid"]) == [True, False]
+    assert list(of_stress["skf_valid"]) == [True, False, True]
     # Palmgren 1959 with the oil's own viscosity at 100 degC
     viscosity_cst = oil_of("4050").kinematic_viscosity_m2_s(100.0) * 1e6
     of_speed = (

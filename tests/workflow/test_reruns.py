@@ -100,12 +100,17 @@ def sources(project: Path) -> list[Path]:
     ]
 
 
+# Files in which a line that begins with # is a comment.
+COMMENTED = {".py", ".smk", ".yaml", ".mplstyle"}
+
+
 def comment_everywhere(project: Path) -> None:
-    """A comment at the end of every Python module and script, and other words in some of them."""
+    """A comment in front of every file of code, rules and settings, and other words in modules."""
     apply(WORDS, project)
-    for path in (project / "workflow").rglob("*.py"):
-        with path.open("a", encoding="utf-8") as module:
-            module.write("# a word\n")
+    for folder in ("workflow", "config", "profiles"):
+        for path in (project / folder).rglob("*"):
+            if path.suffix in COMMENTED or path.name == "Snakefile":
+                path.write_bytes(b"# a word\n" + path.read_bytes())
 
 
 def write_again(project: Path) -> None:
@@ -126,7 +131,7 @@ def fresh_clone(project: Path) -> None:
 
 
 NOTHING_DUE: dict[str, Callable[[Path], None]] = {
-    "a comment in every script": comment_everywhere,
+    "a comment in every file": comment_everywhere,
     "files with new dates": write_again,
     "a copy of results beside a fresh clone": fresh_clone,
 }

@@ -153,13 +153,14 @@ def friction_equilibrium(
     """Steady motion of balls, cage and inner ring under all forces, with the fastest cage.
 
     Args:
-        problem: Bearing, loads, speeds, oil and law.
+        problem: Bearing, loads, speeds, oil and law; the bands of an earlier search do not count.
         neighbour: Equilibria with other constants. An equilibrium near them is returned, on the
             same branch. Points without one are searched as without neighbours.
 
     Returns:
         The motion. It is not converged where a contact would be as wide as the ball.
     """
+    problem = replace(problem, bands=NO_BANDS)
     if neighbour is None:
         return _equilibria(problem, every=False).fastest
     solution = solve_near(problem.residuals, neighbour.unknowns, problem.scale(), neighbour.inverse)
@@ -176,9 +177,9 @@ def equilibria(problem: FrictionProblem) -> Equilibria:
     """All steady motions on the curve that starts at the rolling cage.
 
     Args:
-        problem: Bearing, loads, speeds, oil and law.
+        problem: As of `friction_equilibrium`.
     """
-    return _equilibria(problem, every=True)
+    return _equilibria(replace(problem, bands=NO_BANDS), every=True)
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,8 @@ import pandas as pd
 import scipy
 
 from oilfilm import tables
-from oilfilm.base.units import MM_PER_M, RAD_S_PER_RPM, BoolArray, FloatArray
+from oilfilm.base.ties import first_smallest, reaches
+from oilfilm.base.units import MM_PER_M, RAD_S_PER_RPM, BoolArray, FloatArray, IndexArray
 from oilfilm.bearing.equilibria import Neighbour, equilibria, friction_equilibrium
 from oilfilm.bearing.friction import FrictionEquilibrium, FrictionProblem
 from oilfilm.bearing.geometry import Bearing
@@ -297,7 +298,7 @@ def _null_without_equilibrium(terms: Mapping[str, FloatArray]) -> pd.DataFrame:
         converged=converged,
         held_by_band=_known_flag(terms["held_by_band"], converged),
         outside_law=_known_flag(terms["outside_law"], converged),
-        film_in_range=converged & terms["film_in_range"].astype(bool),
+        film_in_range=_known_flag(terms["film_in_range"], converged),
         residual=np.where(residual < _LARGEST_RESIDUAL, residual, np.nan),
         why=np.array(why, dtype=object),
     )
@@ -370,7 +371,7 @@ def _compared(
             load, speed, viscosity, pitch, bearing.contact_angle_rad, palmgren.f0, palmgren.f1
         ),
         skf_torque_n_m=skf_torque_n_m(load, speed, viscosity, pitch),
-        skf_valid=speed * pitch * MM_PER_M <= settings.bearing.skf_pitch_speed_max,
+        skf_valid=reaches(settings.bearing.skf_pitch_speed_max, speed * pitch * MM_PER_M),
     )
 
 
@@ -381,7 +382,8 @@ def _inversion(
 
     The torque is calculated with each of `_TRACTION_FACTORS`; the other terms do not change. The
     traction coefficient is interpolated linearly between two neighbouring factors whose torques
-    enclose the measured torque. Of several such pairs the nearest to factor 1 is taken.
+    enclose the measured torque. Of several such pairs the nearest to factor 1 is taken; of two that
+    are as near, the one of weaker traction.
     """
     plateaus = terms[terms["load_variable"] == "stress"].reset_index(drop=True)
     count = len(plateaus)
@@ -396,9 +398,7 @@ def _inversion(
     coefficient = calculated["mean_traction_coefficient"].to_numpy().reshape(shape).T
     excess = torque - plateaus["measured_torque_n_m"].to_numpy()
     encloses = excess[:-1] * excess[1:] <= 0
-    distance_from_1 = np.abs(np.log(_TRACTION_FACTORS[:-1] * _TRACTION_FACTORS[1:]))
-    nearest = np.where(encloses, distance_from_1[:, np.newaxis], np.inf).argmin(axis=0)
-    lower = (nearest, np.arange(count))
+    lower = (_nearest_pair(encloses), np.arange(count))
     torque_step = np.diff(torque, axis=0)[lower]
     coefficient_step = np.diff(coefficient, axis=0)[lower]
     start = np.where(encloses.any(axis=0), coefficient[lower], np.nan)
@@ -408,9 +408,11 @@ def _inversion(
         random = np.abs(slope) * plateaus["measured_torque_n_m_se"].to_numpy()
         systematic = np.abs(slope) * _traction_torque_uncertainty_n_m(plateaus, settings)
     solved = np.isfinite(value) & np.isfinite(random) & np.isfinite(systematic)
+    # without the torque of both neighbouring factors nothing is known
+    unknown = np.isnan(torque).any(axis=0) & ~encloses.any(axis=0)
     verdict = np.select(
-        [~solved, np.hypot(random, systematic) < value],
-        ["no solution", "determined"],
+        [unknown, ~solved, np.hypot(random, systematic) < value],
+        ["not known", "no solution", "determined"],
         "undetermined",
     )
     return plateaus.assign(
@@ -421,6 +423,19 @@ def _inversion(
         law_traction_coefficient=plateaus["mean_traction_coefficient"],
         verdict=verdict,
     )
+
+
+def _nearest_pair(encloses: BoolArray) -> IndexArray:
+    """Index of the pair of neighbouring factors nearest to 1 of those that enclose a torque.
+
+    Pairs on both sides of 1 are equally near except for rounding: the lower one is taken.
+
+    Args:
+        encloses: Whether each pair of `_TRACTION_FACTORS` does, shape (pairs, plateaus).
+    """
+    distance_from_1 = np.abs(np.log(_TRACTION_FACTORS[:-1] * _TRACTION_FACTORS[1:]))
+    distance = np.where(encloses, distance_from_1[:, np.newaxis], np.inf)
+    return first_smallest(distance, axis=0)
 
 
 def _traction_torque_uncertainty_n_m(terms: pd.DataFrame, settings: Settings) -> FloatArray:

@@ -218,7 +218,7 @@ def _heated(
     keys = points[["run_id", "first_row", "oil", "bearing", "pitch_speed_mm_rpm", *_POINT]]
     return keys.reset_index(drop=True).assign(
         **terms[_COMPARED],
-        balanced=balance.balanced,
+        balanced=pd.Series(balance.balanced, dtype="boolean").where(at_inlet.solution.converged),
         heat_w=terms["torque_n_m"] * speed * RAD_S_PER_RPM,
         contact_temperature_c=balance.contact_temperature_c,
         outlet_temperature_c=balance.outlet_temperature_c,

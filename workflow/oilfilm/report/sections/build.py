@@ -383,11 +383,12 @@ def _control(control: pd.DataFrame) -> list[dict[str, Any]]:
 def _heat(balance: pd.DataFrame) -> dict[str, Any]:
     """What the oil's own heating changes on the map of cage slip."""
     on_map = balance[balance["run_id"] == ""]
-    hot = on_map[on_map["balanced"]]
+    known = on_map["balanced"].notna()
+    hot = on_map[on_map["balanced"].fillna(False)]
     points = on_map.drop_duplicates(["inner_speed_rpm", "axial_load_n"])
     both = points[(points[["best_oil", "heated_best_oil"]] != NOT_KNOWN).all(axis=1)]
     return {
-        "heat_cases": len(on_map),
+        "heat_cases": known.sum(),
         "balanced": len(hot),
         "outlet": hot["outlet_temperature_c"],
         # + 0.0 takes the minus sign from a rounded zero
