@@ -22,7 +22,7 @@ from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.torque.bearing_torque import (
-    _FACTORS,
+    _TRACTION_FACTORS,
     OilInBearing,
     _nearest_pair,
     cage_slip_table,
@@ -109,7 +109,7 @@ def test_inversion_finds_the_traction_that_was_planted(config, oils):
 
 
 def test_of_two_factors_as_far_from_the_law_the_weaker_traction_is_taken():
-    pairs = len(_FACTORS) - 1
+    pairs = len(_TRACTION_FACTORS) - 1
     for lower in range(pairs // 2):
         mirrored = np.isin(np.arange(pairs), [lower, pairs - 1 - lower])
         assert _nearest_pair(mirrored[:, np.newaxis]).tolist() == [lower]
