@@ -190,7 +190,7 @@ def test_a_fit_is_summed_up_and_pickled(fitted: ArrayFit) -> None:
     again = pickle.loads(pickle.dumps(fitted))
     pd.testing.assert_frame_equal(again.constants, fitted.constants)
     assert again.predict(1.2, 30, 70, 0.05) is not None
-    assert {"fit", "fit_table", "predict", "printed", "read_fit"} <= set(dir(oilfilm))
+    assert {"fit", "fit_table", "predict", "read_fit"} <= set(dir(oilfilm))
 
 
 def test_a_saved_fit_predicts_the_same(fitted: ArrayFit, tmp_path: Path) -> None:

@@ -21,8 +21,6 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any, Literal
 
-import yaml
-
 # The folder of oilfilm and of the packages beside it.
 PACKAGES = Path(__file__).parents[2]
 _DECLARATION = "oilfilm_study.yaml"
@@ -66,6 +64,9 @@ def folder(name: str) -> Path:
 
 @cache
 def _declaration(name: str) -> dict[str, Any]:
+    # late: the help of the command waits for no package
+    import yaml  # noqa: PLC0415
+
     text = (folder(name) / _DECLARATION).read_text(encoding="utf-8")
     declared: dict[str, Any] = yaml.safe_load(text)
     return declared
