@@ -104,7 +104,8 @@ def away(found: Found, reference: Found) -> str:
     return (
         f"slips to {farthest:.1e}, {one_only.sum()} found in one only, "
         f"{(found.count != reference.count).sum()} with another number of equilibria, "
-        f"{(found.held != reference.held).sum()} with another mark"
+        f"{(found.held != reference.held).sum()} with another mark, "
+        f"{(found.complete != reference.complete).sum()} complete in one only"
     )
 
 
@@ -157,7 +158,7 @@ def main() -> None:
     found = compare_cpus()
     print(f"{len(found.count)} points: {(found.count == 0).sum()} without motion,")
     print(f"  {found.held.sum()} held by a band, {(found.count > 1).sum()} with several motions,")
-    print(f"  {(~found.complete).sum()} whose curve stalls before its end")
+    print(f"  {(~found.complete).sum()} that may have more: beyond the law, or a curve stalls")
     problem = whole_problem()
     for number in np.flatnonzero((found.count == 0) | found.held):
         speeds = found_by_minpack(problem, int(number))
