@@ -6,6 +6,9 @@ import oilfilm.run.job as run
 from oilfilm.base import studies
 from oilfilm.report.figures.sheet import draw_figures
 
+# the tables of a study are known when its package is imported
+studies.declare_tables(studies.available())
+
 with run.job(snakemake) as job:
     inputs, outputs = snakemake.input, snakemake.output
     loaded = studies.load(studies.available()) if inputs.references else []
