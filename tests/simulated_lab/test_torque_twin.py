@@ -5,9 +5,10 @@ from collections.abc import Callable
 import numpy as np
 
 from bearings import RPM, equilibrium, shipped
-from campaigns import Campaign, printed
+from campaigns import ROOT, Campaign, printed
 from oilfilm.bearing.quasistatic import OperatingPoints
 from oilfilm.physics.contact import Conditions
+from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
 from oilfilm.torque.bearing_torque import oils_in_bearings, torque_table
 from torque_logs import curated_logs
@@ -39,6 +40,16 @@ def test_true_torque_is_that_of_the_law_behind_the_traction_logs(config: Setting
     torque = equilibrium(bearing, points, "4050", temperature, law, (32, 8)).torque_n_m()
     np.testing.assert_allclose(of_oil["torque_n_m"], torque, rtol=1e-5)
     assert (truth["law_misfit"] == 0).all()
+
+
+def test_torque_by_a_heated_film_falls_when_the_oil_is_warmer() -> None:
+    # each node of the contact has its own pressure: this truth is a law of certain nodes
+    matrix = {"axial_load_n": [20000], "inner_speed_rpm": [6000], "oil_temperature_c": [70, 100]}
+    changes = {"oils": ["4050"], "torque": {"matrix": matrix, "twin": {"defects": []}}}
+    thermal = resolve(ROOT / "config", {"campaign": "thermal"}).with_changes({"campaign": changes})
+    *_, truth = curated_logs(thermal)
+    cold, warm = truth.sort_values("oil_temperature_c")["torque_n_m"]
+    assert 0 < warm < cold
 
 
 def test_with_one_truth_the_fitted_law_meets_the_torque(demo: Campaign, config: Settings) -> None:

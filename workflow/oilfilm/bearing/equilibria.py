@@ -299,9 +299,14 @@ def _hardened(
 def _is_certified(problem: FrictionProblem, unknowns: FloatArray) -> BoolArray:
     """Whether the inner contact of each motion slips less than at the law's peak."""
     balance = problem.balance(unknowns)
-    inner = balance.conditions.select(slice(None), slice(0, 1))
-    slips = np.broadcast_to(_PEAK_SLIPS, (len(unknowns), 1, len(_PEAK_SLIPS)))
-    mu = problem.law(inner, slips)[:, 0]
+    # a law of certain nodes is evaluated at all of them, any other at one
+    of_nodes = problem.rule.counts not in (COARSE, QUADRATURE)
+    weight = problem.rule.share if of_nodes else np.ones(1)
+    contacts = balance.conditions.load_n.shape[:-1]
+    shape = (len(_PEAK_SLIPS), *contacts, len(weight))
+    slips = np.broadcast_to(_PEAK_SLIPS[:, np.newaxis, np.newaxis, np.newaxis], shape)
+    mu_at_nodes = problem.law(balance.conditions, slips)[:, :, 0]
+    mu = (mu_at_nodes @ weight / weight.sum()).T
     flat = mu[:, 1:] <= mu[:, :-1] * (1 + _FLAT_RISE)
     peak_slip = np.where(flat.any(axis=1), _PEAK_SLIPS[flat.argmax(axis=1)], np.inf)
     slip = np.abs(balance.sliding.middle_slide_roll_ratio[:, 0])
