@@ -100,13 +100,13 @@ def environment_of(output: str) -> Environment:
 
 # A number without an error of its own, relative: a hundred thousand times what rounding did to any.
 _RELATIVE = 1e-9
+# Traction near zero is a difference of terms of the size of the largest traction: rounding counts
+# beside this share of it.
+_CANCELLATION = 1e-3
 # What would be zero without rounding, beside 1. The verdict beside it is compared exactly.
-_RESIDUES = {
-    *("sse_spread", "constant_spread", "gradient_cosine"),
-    *("residual", "energy_error", "quadrature_error"),
-}
+_RESIDUES = {*("sse_spread", "gradient_cosine"), *("residual", "energy_error", "quadrature_error")}
 # Numbers that are in standard errors, or beside 1.
-_IN_STANDARD_ERRORS = {"signed_root", "correlation"}
+_IN_STANDARD_ERRORS = {"signed_root", "correlation", "constant_spread"}
 # Errors, and numbers that are in errors: by bootstrap and draws their own error is a tenth of them.
 _ERROR = re.compile(
     r"(_se|_uncertainty|_systematic|standard_error)$|^(unseen_|uncertainty_)|^compatibility$"
@@ -154,9 +154,20 @@ def _unlike(old: pd.DataFrame, new: pd.DataFrame, column: str) -> np.ndarray:
     return ((one.isna() != two.isna()) | (change > _tolerance(old, column))).to_numpy(bool)
 
 
+def _size(frame: pd.DataFrame, column: str) -> pd.Series:
+    """Of what rounding is a share."""
+    size = frame[column].abs()
+    if column == "traction_coefficient":
+        return size.clip(lower=_CANCELLATION * size.max())
+    # a part of the torque may be the small rest of two large ones
+    if column.endswith("_torque_n_m") and "torque_n_m" in frame:
+        return frame["torque_n_m"].abs()
+    return size
+
+
 def _tolerance(frame: pd.DataFrame, column: str) -> pd.Series:
     """Largest change of each number of a column that another kernel may make."""
-    size = frame[column].abs()
+    size = _size(frame, column)
     if column in _RESIDUES:
         return pd.Series(_RELATIVE, frame.index)
     if column in _IN_STANDARD_ERRORS:
@@ -164,7 +175,9 @@ def _tolerance(frame: pd.DataFrame, column: str) -> pd.Series:
     errors = [f"{re.sub('_(lower|upper)$', '', column)}{end}" for end in ("_se", "_uncertainty")]
     if "constant" in frame:
         errors.append("standard_error")
-    allowed = (KERNEL_CHANGE if _ERROR.search(column) else _RELATIVE) * size
+    # what a figure draws has lost its error; no picture shows so many digits
+    drawn = "series" in frame
+    allowed = (KERNEL_CHANGE if drawn or _ERROR.search(column) else _RELATIVE) * size
     for error in set(errors) & set(frame.columns):
         of_error = KERNEL_CHANGE * frame[error]
         allowed = of_error.where(of_error > 0, allowed)
