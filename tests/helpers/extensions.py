@@ -91,11 +91,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from oilfilm.base.units import FloatArray
 from oilfilm.logs.base import NO_TEXT, UnreadableLogError, check_lines
 from oilfilm.logs.columns import LoggedTable, TablesOfFile, header_text
 from oilfilm.logs.log_kind import Vocabulary
 from oilfilm.settings.base import plain_key
-from oilfilm.base.units import FloatArray
 
 
 def recognises(head: bytes) -> bool:

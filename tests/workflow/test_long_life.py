@@ -121,7 +121,7 @@ def test_twenty_changes_each_end_in_the_bytes_of_a_clean_run(seed: int, tmp_path
     campaign = read_campaign(project, "life")
     # few steps: each takes longer to start than to compute
     campaign["settings"]["fit"]["law"] = "tanh"
-    del campaign["studies"], campaign["settings"]["split"]
+    del campaign["settings"]["split"]
     beginning = Beginning(campaign, logs, chosen)
     beginning.with_changes(project, ())
     succeed(project, *LIFE)

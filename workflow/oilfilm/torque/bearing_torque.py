@@ -25,7 +25,12 @@ from oilfilm.settings.config import BearingSettings
 from oilfilm.settings.resolved import Settings
 from oilfilm.torque.best_oil import best_shares
 from oilfilm.torque.load_variables import LOAD_VARIABLES, LawInBearing, law_of_groups
-from oilfilm.torque.torque_uncertainty import draw_results, term_factors, with_uncertainty
+from oilfilm.torque.torque_uncertainty import (
+    draw_results,
+    has_draws,
+    term_factors,
+    with_uncertainty,
+)
 from oilfilm.traction import BEARING_LAW_NAMES
 
 _POINT = ["axial_load_n", "inner_speed_rpm", "inlet_temperature_c"]
@@ -190,7 +195,9 @@ class Cases:
         settings = self.oils[0].settings
         draws = draw_results(motions.fastest, groups, group_of_point, calculated, settings, seed)
         speed_rad_s = self.problem.points.ring_speed_rad_s[:, 0]
-        terms = with_uncertainty(calculated, draws, speed_rad_s, settings.uncertainty)
+        has_refits = np.array([has_draws(law.fitted) for law in self.laws])
+        was_drawn = has_refits[group_of_point] & calculated["converged"].to_numpy(dtype=bool)
+        terms = with_uncertainty(calculated, draws, was_drawn, speed_rad_s, settings.uncertainty)
         several = motions.count > 1
         several_is_known = (motions.count > 0) & (motions.complete | several)
         several_or_null = pd.Series(several, terms.index, dtype="boolean").where(several_is_known)

@@ -83,6 +83,12 @@ class Draws(NamedTuple):
     oil_factors: FloatArray
 
 
+def has_draws(fitted: FittedLaw) -> bool:
+    """Whether a law has the refits that its draws are made of."""
+    coefficients = fitted.coefficients
+    return len(coefficients.spread) >= 2 and not np.isnan(coefficients.constants).any()
+
+
 def _draw_oil(
     fitted: FittedLaw,
     oil: Oil,
@@ -99,10 +105,10 @@ def _draw_oil(
         sensors: Errors of the rig's sensors over their uncertainties, shape (draws, sensors).
         random: Source of random numbers for this oil alone.
     """
+    if not has_draws(fitted):
+        return None
     law, coefficients, count = fitted.law, fitted.coefficients, len(sensors)
     refits = coefficients.spread
-    if len(refits) < 2 or np.isnan(coefficients.constants).any():
-        return None
     # each refit is drawn equally often, in random order
     chosen = random.permutation(np.resize(random.permutation(len(refits)), count))
     shifts = to_internal(law, coefficients.shifted) - to_internal(law, coefficients.constants)
@@ -243,6 +249,7 @@ def _with_draws(
 def with_uncertainty(
     calculated: pd.DataFrame,
     draws: FloatArray,
+    was_drawn: BoolArray,
     speed_rad_s: FloatArray,
     settings: TorqueDrawSettings,
 ) -> pd.DataFrame:
@@ -251,13 +258,15 @@ def with_uncertainty(
     Args:
         calculated: The results without draws.
         draws: Draws of `draw_results`.
+        was_drawn: Points that have draws, with or without equilibria, shape (points,).
         speed_rad_s: Speed of the inner ring.
         settings: How many draws may be lost, and when they are split.
 
     Returns:
         The results with `power_w`; with `_uncertainty`, `_lower` and `_upper` of torque, cage slip
         and power; with `draws_split` and `draws_lost`. Intervals are NaN and `draws_split` is null
-        without refits, or where too many draws have no equilibrium.
+        without refits, or where too many draws have no equilibrium. `draws_lost` is NaN where
+        nothing was drawn.
     """
     torque, slip, _ = draws
     has_equilibrium = np.isfinite(torque)
@@ -271,13 +280,12 @@ def with_uncertainty(
         columns[f"{name}_uncertainty"] = np.where(enough, spread, np.nan)
         columns[f"{name}_lower"] = np.where(enough, lower, np.nan)
         columns[f"{name}_upper"] = np.where(enough, upper, np.nan)
-    has_draws = has_equilibrium.any(axis=0)
     split = pd.Series(_is_split(slip, settings), calculated.index, dtype="boolean")
     return calculated.assign(
         power_w=calculated["torque_n_m"] * speed_rad_s,
         **columns,
         draws_split=split.where(enough),
-        draws_lost=np.where(has_draws, (~has_equilibrium).sum(axis=0), 0),
+        draws_lost=np.where(was_drawn, (~has_equilibrium).sum(axis=0), np.nan),
     )
 
 
