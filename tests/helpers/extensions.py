@@ -109,12 +109,12 @@ def tables(content: bytes, vocabulary: Vocabulary) -> TablesOfFile:
     try:
         header, *rows = map(json.loads, content.splitlines())
         names, units = list(header["units"]), list(header["units"].values())
-        columns = np.array([[row[name] for name in names] for row in rows], float).T
+        columns = [np.array([row[name] for row in rows], dtype=float) for name in names]
     except (ValueError, KeyError, TypeError) as error:
         raise UnreadableLogError(f"a line is no row of JSON ({error})") from error
 
-    def values(places: Sequence[int]) -> list[FloatArray]:
-        return [columns[place] for place in places]
+    def values(indices: Sequence[int]) -> list[FloatArray]:
+        return [columns[index] for index in indices]
 
     keys = {plain_key(name): header_text(value) for name, value in header["keys"].items()}
     return NO_TEXT, [LoggedTable(keys, names, units, values, len(rows))]
