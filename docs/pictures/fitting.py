@@ -105,7 +105,7 @@ def left_out() -> Figure:
     """Error at each curve that was left out."""
     figure, one = axes(xlabel="Curve left out", ylabel="rms error of mu (%)")
     problem, best = fitted_problem()
-    errors = leave_curves_out(problem, best, 100, np.random.default_rng(0))
+    errors = leave_curves_out(problem, best, settings().fit, np.random.default_rng(0))
     curve = problem.at.curve
     unseen = [rms(errors[curve == each] / problem.mu[curve == each]) for each in np.unique(curve)]
     fitted = problem.residual(best.values)
