@@ -111,7 +111,7 @@ def _motion_handles(table: pd.DataFrame) -> list[Any]:
     handles = [style.line_handle("cage may roll or skid", **_CROSS)]
     handles = handles if is_bistable(table).any() else []
     if table["bistable"].isna().any():
-        handles.append(style.line_handle("not known whether the cage may skid", **_UNKNOWN))
+        handles.append(style.line_handle("not known whether there is another motion", **_UNKNOWN))
     return handles
 
 
