@@ -266,7 +266,7 @@ def read_log(
             format_name, unpacked, kind.vocabulary_of(settings.campaign)
         )
         reading = _without_absurd(read_tables(tables_of_file, file, settings, kind, sheet))
-        if not reading.rows and not reading.refusals:
+        if not reading.runs and not reading.refusals:
             reason = f"the file looks like {format_name}, but holds no row of data"
             advice = "Take it out, or export it again."
             raise base.UnreadableLogError(reason, advice, rule="no_rows")
