@@ -78,11 +78,12 @@ class Resample:
     @classmethod
     def of(cls, problem: Problem, draw: IndexArray) -> "Resample":
         """Of how often each curve was drawn."""
-        curves, points = draw > 0, draw[problem.at.curve] > 0
-        curve = (np.cumsum(curves) - 1)[problem.at.curve[points]]
-        at = Observations(problem.at.design[curves], curve, problem.at.slip[points])
-        weight = np.sqrt(draw[problem.at.curve[points]])
-        return cls(replace(problem, at=at, mu=problem.mu[points]), weight)
+        curves, points = draw > 0, draw[problem.observations.curve] > 0
+        curve = (np.cumsum(curves) - 1)[problem.observations.curve[points]]
+        seen = problem.observations
+        observations = Observations(seen.design[curves], curve, seen.slip[points])
+        weight = np.sqrt(draw[problem.observations.curve[points]])
+        return cls(replace(problem, observations=observations, mu=problem.mu[points]), weight)
 
     def residual(self, values: FloatArray) -> FloatArray:
         """Of each point drawn, weighted."""
@@ -120,7 +121,7 @@ class Race:
 
 def race(problem: Problem, best: Optimum, refits: int) -> Race:
     """Both refit the same resamples."""
-    draws = draw_curves(problem.at.design, refits, generator(1, "refits"))
+    draws = draw_curves(problem.observations.design, refits, generator(1, "refits"))
     tasks = [Resample.of(problem, draw) for draw in draws]
     times = [time.process_time()]
     ours = curve_bootstrap(problem, best, refits, generator(1, "refits"))

@@ -106,7 +106,7 @@ def left_out() -> Figure:
     figure, one = axes(xlabel="Curve left out", ylabel="rms error of mu (%)")
     problem, best = fitted_problem()
     errors = leave_curves_out(problem, best, settings().fit, np.random.default_rng(0))
-    curve = problem.at.curve
+    curve = problem.observations.curve
     unseen = [rms(errors[curve == each] / problem.mu[curve == each]) for each in np.unique(curve)]
     fitted = problem.residual(best.values)
     seen = [rms(fitted[curve == each] / problem.mu[curve == each]) for each in np.unique(curve)]

@@ -23,7 +23,7 @@ def test_effect_is_what_a_rig_with_that_error_would_read(number: int) -> None:
     random = generator(3, "effect", number)
     points = run_tests(SMALL, random, replace(NONE, **{FIELDS[number]: size}))
     drawn = generator(3, "effect", number).standard_normal((len(SMALL), 5))[:, number]
-    difference = points["traction_coefficient"] - LAW.traction(TRUTH, curves.at(LAW))
+    difference = points["traction_coefficient"] - LAW.traction(TRUTH, curves.observations(LAW))
     expected = size * drawn[curves.curve] * effects(LAW, TRUTH, curves)[:, number]
     np.testing.assert_allclose(difference, expected, atol=2e-3 * np.abs(expected).max())
 
@@ -38,7 +38,7 @@ def test_planted_sizes_of_errors_are_found_from_residuals() -> None:
         fitted = TRUTH - np.linalg.lstsq(slopes, problem.residual(TRUTH))[0]
         effect = effects(LAW, fitted, curves_at(LARGE))
         residual = -problem.residual(fitted)
-        sizes = error_sizes(problem.jacobian(fitted), effect, residual, problem.at.curve)
+        sizes = error_sizes(problem.jacobian(fitted), effect, residual, problem.observations.curve)
         found.append([*sizes.of_curve, sizes.of_point])
     error = np.std(found, axis=0, ddof=1) / np.sqrt(len(found))
     truth = np.array([*planted.of_curve, planted.point]) ** 2

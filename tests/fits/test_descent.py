@@ -39,7 +39,7 @@ def scipy_end(
 ) -> tuple[FloatArray, float]:
     """Constants and SSE of SciPy's fit to as many copies of each curve; "trf" knows the bounds."""
     curves = np.repeat(np.arange(task.curves), 1 if copies is None else copies)
-    points = np.concatenate([np.flatnonzero(task.at.curve == curve) for curve in curves])
+    points = np.concatenate([np.flatnonzero(task.observations.curve == curve) for curve in curves])
     end = least_squares(
         lambda values: task.residual(values)[points],
         start,
@@ -79,7 +79,7 @@ def test_resampled_refits_end_where_scipy_ends(name: str) -> None:
     """A thousandth of a standard error is far below any digit that is reported of it."""
     problem, best = fitted(name)
     refits = curve_bootstrap(problem, best, 12, generator(3, "refits"))
-    draws = draw_curves(problem.at.design, 12, generator(3, "refits"))
+    draws = draw_curves(problem.observations.design, 12, generator(3, "refits"))
     expected = [scipy_end(problem, best.values, draw)[0] for draw in draws]
     apart = np.abs(refits - expected) / np.std(refits, axis=0)
     assert apart.max() < 1e-3
@@ -90,7 +90,7 @@ def test_refits_that_leave_a_bound_end_where_scipy_ends(monkeypatch: pytest.Monk
     weak = [*TRUTH["wang-deng-load"], 0.01, -1.0, 0.0, 0.0]
     monkeypatch.setitem(TRUTH, "wang-deng-critical-load", weak)
     problem, best = fitted("wang-deng-critical-load", 1e-3)
-    draws = draw_curves(problem.at.design, 12, generator(3, "refits"))
+    draws = draw_curves(problem.observations.design, 12, generator(3, "refits"))
     ends, sse = refit(problem, best.values, draws.astype(float))
     expected = [scipy_end(problem, best.values, draw, "trf")[1] for draw in draws]
     np.testing.assert_allclose(sse, expected, rtol=1e-8)
@@ -101,7 +101,7 @@ def test_refits_that_leave_a_bound_end_where_scipy_ends(monkeypatch: pytest.Monk
 @pytest.mark.parametrize("name", ["deng2026", "eyring"])
 def test_bytes_of_a_refit_do_not_depend_on_the_others(name: str) -> None:
     problem, best = fitted(name)
-    weights = draw_curves(problem.at.design, 30, generator(4, "refits")).astype(float)
+    weights = draw_curves(problem.observations.design, 30, generator(4, "refits")).astype(float)
     together = refit(problem, best.values, weights)
     for size in (1, 7, 29):
         parts = [

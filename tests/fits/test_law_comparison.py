@@ -71,14 +71,14 @@ def test_curves_left_out_are_those_of_brute_force(quick: Settings, groups: int) 
     if groups < task.curves:
         group = np.random.default_rng(1).permutation(group) % groups
     for each in np.unique(group):
-        mine = (group == each)[task.at.curve]
+        mine = (group == each)[task.observations.curve]
         rows = np.flatnonzero(group != each)
         others = replace(
             task,
-            at=Observations(
-                task.at.design[rows],
-                np.searchsorted(rows, task.at.curve[~mine]),
-                task.at.slip[~mine],
+            observations=Observations(
+                task.observations.design[rows],
+                np.searchsorted(rows, task.observations.curve[~mine]),
+                task.observations.slip[~mine],
             ),
             mu=task.mu[~mine],
         )
@@ -92,7 +92,7 @@ def test_only_the_end_levels_are_extrapolated_to(quick: Settings) -> None:
     task, best = polished(points, TRUTH["deng2026"])
     levels = levels_by_gap(MATRIX["inlet_temperature_c"].to_numpy(), 0.05)
     errors = leave_ends_out(task, best, levels, quick.fit)
-    ends = np.isin(levels[task.at.curve], [0, 3])
+    ends = np.isin(levels[task.observations.curve], [0, 3])
     assert np.isnan(errors[~ends]).all()
     # exact points of the law itself: nothing is missed, however far
     assert np.abs(errors[ends]).max() < 1e-7

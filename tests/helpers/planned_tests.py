@@ -71,7 +71,7 @@ def run_tests(
     p, u, t = curves.conditions[curves.curve].T
     true = np.column_stack([p / np.cbrt(1 + load), u / (1 + speed), t - temperature])
     point = np.arange(len(p))
-    mu = LAW.traction(TRUTH, Curves(true, curves.load_n, point, curves.slip).at(LAW))
+    mu = LAW.traction(TRUTH, Curves(true, curves.load_n, point, curves.slip).observations(LAW))
     read = mu / (1 + load) * (1 + force) + zero / curves.load_n[curves.curve]
     frame = pd.DataFrame(conditions, columns=list(CONDITIONS)).assign(load_n=curves.load_n)
     return accepted_points(OIL, frame, SLIP, read, of_run.point, random)
@@ -94,7 +94,7 @@ def refit(
         d = effect[part] * of_run.of_curve
         of_points = d @ d.T + of_run.point**2 * np.eye(len(part))
         roots.append(np.linalg.inv(np.linalg.cholesky(of_points)))
-    at, of_sensors = curves.at(LAW), effect[:, :4] * of_rig
+    at, of_sensors = curves.observations(LAW), effect[:, :4] * of_rig
     ends = np.cumsum([len(root) for root in roots])[:-1]
 
     def whitened(left: FloatArray) -> list[FloatArray]:

@@ -1,12 +1,14 @@
 """Levenberg-Marquardt on many starts at once, for searches, resampled curves and profiles.
 
-All of them are descents of one sum of squares from many starts, or with other weights of the
-curves, or with a constant held. Taken together they cost a fraction of as many calls of SciPy:
-the law is evaluated for all of them in one array, and because a law's coefficients are power laws
-of a curve's condition, the normal equations are sums over curves of small products. Refits to
-resampled curves start near their ends: there Newton's method, with the second derivatives of the
-law, needs 3 to 7 steps where J^T J alone needs 5 to 50. A constant X0 in which mu is linear takes
-Newton's step in X0 itself, not in ln|X0|: where the data hardly know X0, that saves half the steps.
+Each of these tasks is a set of descents of one sum of squares. The descents differ in their start,
+in the weights of the curves, or in the constants that are held. The law is evaluated for all of
+them in one array, which costs a fraction of as many calls of SciPy. A law's coefficients are power
+laws of a curve's condition, so the normal equations are sums over curves of small products.
+
+Refits to resampled curves start near their ends. There Newton's method, with the second
+derivatives of the law, needs 3 to 7 steps where J^T J alone needs 5 to 50. For a constant X0 in
+which mu is linear the step is that of Newton's method in X0, not in ln|X0|. This saves half the
+steps where the data hardly determine X0.
 """
 
 from dataclasses import dataclass, replace
@@ -16,37 +18,57 @@ import numpy as np
 from oilfilm.base.units import BoolArray, FloatArray, IndexArray
 from oilfilm.fits.problem import Problem
 
-# Points times descents whose sums are kept at once, and those of them that are evaluated at once:
-# about what fits a processor's cache.
-_CHUNK = 1 << 17
-_BLOCK = 1 << 13
-# Curves whose sums BLAS adds at once: too few for it to take a second thread.
-_CURVES = 1 << 9
+# Points times descents whose sums are kept at once. The second number is that of points times
+# descents that are evaluated at once: about what fits a processor's cache.
+_POINTS_PER_CHUNK = 1 << 17
+_POINTS_PER_BLOCK = 1 << 13
+# Curves whose sums BLAS adds at once: too few for BLAS to start a second thread.
+_CURVES_PER_PRODUCT = 1 << 9
+# Damping of the first step. Near the end the first step is almost that of Newton's method.
 _FIRST_DAMPING = 1e-2
-# Of a start near its end: the first step is almost that of Newton; where it is refused, damping
-# must soon be felt.
 _FIRST_DAMPING_NEAR = 1e-5
-_GROWTH, _GROWTH_NEAR = 2.0, 16.0
-# Steps outside the bounds, each farther than the one before, after which a refit has left them.
-_LEFT = 3
-# The most that Newton's method may take off a size at once, as a share of it.
-_MOST_OFF = 0.9
-# Keeps a singular matrix solvable; far below what slows a regular one down.
+# Factor on the damping after a refused step. Near the end the damping is small at first and must
+# rise fast.
+_GROWTH = 2.0
+_GROWTH_NEAR = 16.0
+# A refit has left its bounds after this many steps outside, each farther than the one before.
+_STEPS_OUTSIDE = 3
+# Newton's method takes off at most this share of a size X0 in one step.
+_LARGEST_DECREASE = 0.9
+# Keeps a singular matrix solvable, and is too small to slow down a regular one.
 _LEAST_DAMPING = 1e-12
-# glibc returns freed memory to the system and asks for it again, 15 % of the time of a fit. Once an
-# array of so many numbers is dropped it keeps that much.
-np.empty(1 << 21)
-# Damped to this, a step is nothing: the descent stands.
+# A step with this damping moves nothing: the descent is stuck.
 _STUCK_DAMPING = 1e12
+# glibc returns freed memory to the system and requests it again, which takes 15 % of the time of
+# a fit. After an array of this many numbers was freed, glibc keeps that much memory.
+np.empty(1 << 21)
 
 
 @dataclass(frozen=True)
 class _Normal:
-    """SSE (k,), its half gradient (k, n) and J^T J or half Hessian (k, n, n) of k descents."""
+    """Normal equations of k descents by n constants.
+
+    Attributes:
+        sse: Sum of squared errors, shape (k,).
+        gradient: Half the gradient of the SSE, shape (k, n).
+        matrix: J^T J or half the Hessian of the SSE, shape (k, n, n).
+    """
 
     sse: FloatArray
     gradient: FloatArray
     matrix: FloatArray
+
+    def update(self, rows: IndexArray, other: "_Normal", other_rows: BoolArray) -> None:
+        """Overwrite some descents with those of other normal equations.
+
+        Args:
+            rows: The descents that are overwritten.
+            other: Normal equations with the new values.
+            other_rows: Which descents of `other` are taken, as many as `rows`.
+        """
+        self.sse[rows] = other.sse[other_rows]
+        self.gradient[rows] = other.gradient[other_rows]
+        self.matrix[rows] = other.matrix[other_rows]
 
 
 def descend(
@@ -61,17 +83,18 @@ def descend(
 ) -> tuple[FloatArray, FloatArray]:
     """The local optima next to each start, within the law's bounds.
 
-    Where constants leave their bounds, the one farthest out is put back on its bound and stays
-    there, and the others descend again from within theirs.
+    Where constants leave their bounds, the one farthest out is put on its bound and held there.
+    The others descend again from within their bounds.
 
     Args:
         problem: What to fit.
         starts: Free internal constants, shape (descents, free).
         weights: Weight of each curve's squared errors, shape (descents, curves); 1 if not given.
         held: True where a constant stays at its start, shape (descents, free).
-        tolerance: Relative decrease of the SSE, expected and found, at which a descent ends.
-        near: The starts are near their ends: by Newton's method.
-        most_steps: After which a descent ends where it is.
+        tolerance: A descent ends where the relative decrease of the SSE is below this, both the
+            expected and the achieved one.
+        near: The starts are near their ends; Newton's method is used.
+        most_steps: A descent ends where it is after this many steps.
 
     Returns:
         The ends, shape (descents, free), and the weighted SSE there, shape (descents,).
@@ -81,8 +104,10 @@ def descend(
     """
     if not len(starts):
         return starts, np.empty(0)
-    weights = np.ones((len(starts), problem.curves)) if weights is None else weights
-    held = np.zeros(starts.shape, dtype=bool) if held is None else held
+    if weights is None:
+        weights = np.ones((len(starts), problem.curves))
+    if held is None:
+        held = np.zeros(starts.shape, dtype=bool)
     descents = _Descents(problem, weights, held, tolerance, near, most_steps)
     ends, sse = _descend(descents, starts.copy())
     low, high = problem.limits.T
@@ -91,22 +116,24 @@ def descend(
         rows = np.flatnonzero(outside.any(axis=1))
         if not len(rows):
             return ends, sse
-        held = held | (outside > 0) & (outside == outside.max(axis=1, keepdims=True))
+        farthest = outside == outside.max(axis=1, keepdims=True)
+        held = held | ((outside > 0) & farthest)
         inside = np.where(outside > 0, np.clip(ends, low, high), ends)
-        ends[rows], sse[rows] = _descend(replace(descents, held=held).of(rows), inside[rows])
+        again = replace(descents, held=held).subset(rows)
+        ends[rows], sse[rows] = _descend(again, inside[rows])
 
 
 @dataclass(frozen=True)
 class _Descents:
-    """What to descend on.
+    """A set of descents of one problem.
 
     Attributes:
         problem: What to fit.
         weights: Weight of each curve's squared errors in each descent, shape (descents, curves).
         held: True where a constant stays at its start, shape (descents, free).
-        tolerance: As of `descend`.
+        tolerance: As in `descend`.
         near: The starts are near their ends, where second derivatives of the law help.
-        most_steps: As of `descend`.
+        most_steps: As in `descend`.
     """
 
     problem: Problem
@@ -116,107 +143,157 @@ class _Descents:
     near: bool
     most_steps: int
 
-    def of(self, rows: IndexArray) -> "_Descents":
-        """Some of them."""
+    def subset(self, rows: IndexArray) -> "_Descents":
+        """The descents of these rows."""
         return replace(self, weights=self.weights[rows], held=self.held[rows])
 
     def outside(self, rows: IndexArray, values: FloatArray) -> FloatArray:
-        """How far some of them are outside the bounds of what moves, 0 within."""
+        """Largest distance of the constants that move from their bounds, 0 within.
+
+        Args:
+            rows: The descents.
+            values: Their free internal constants, shape (rows, free).
+
+        Returns:
+            Shape (rows,), in ranges of the bounds.
+        """
         beyond = ~self.held[rows] * self.problem.beyond(values)
         return np.asarray(beyond.max(axis=1, initial=0.0))
 
 
 def _descend(descents: _Descents, values: FloatArray) -> tuple[FloatArray, FloatArray]:
-    now = _normal_equations(descents, values)
-    damping: FloatArray
-    first, least_growth = (
-        (_FIRST_DAMPING_NEAR, _GROWTH_NEAR) if descents.near else (_FIRST_DAMPING, _GROWTH)
-    )
-    damping, growth = np.full(len(values), first), np.full(len(values), least_growth)
-    going = np.arange(len(values))
-    outside, farther = descents.outside(going, values), np.zeros(len(values), dtype=int)
-    tiny = np.finfo(float).tiny
-    linear = descents.problem.linear & descents.near
+    """Ends of the descents and the SSE there, without regard to bounds; overwrites `values`."""
+    near = descents.near
+    first_damping = _FIRST_DAMPING_NEAR if near else _FIRST_DAMPING
+    least_growth = _GROWTH_NEAR if near else _GROWTH
+    current = _normal_equations(descents, values)
+    damping: FloatArray = np.full(len(values), first_damping)
+    growth: FloatArray = np.full(len(values), least_growth)
+    active = np.arange(len(values))
+    outside = descents.outside(active, values)
+    steps_farther = np.zeros(len(values), dtype=int)
+    linear = descents.problem.linear & near
     for _ in range(descents.most_steps):
-        step, expected = _steps(now, damping, going, linear)
-        # a step damped short promises little and proves nothing, nor does one towards a saddle
-        small = (expected >= 0) & (expected <= descents.tolerance * now.sse[going])
-        ended: BoolArray = small & (damping[going] <= 1)
-        if descents.near:
-            # Newton's last step needs no proof: what it leaves over is its square
-            values[going[ended]] += step[ended]
-            now.sse[going[ended]] -= expected[ended]
-            step, expected, going = step[~ended], expected[~ended], going[~ended]
+        step, expected = _steps(current, damping, active, linear)
+        # a strongly damped step promises little and proves nothing, nor does one towards a saddle
+        small = (expected >= 0) & (expected <= descents.tolerance * current.sse[active])
+        ended: BoolArray = small & (damping[active] <= 1)
+        if near:
+            # Newton's last step is not tested: its error is the square of the step
+            values[active[ended]] += step[ended]
+            current.sse[active[ended]] -= expected[ended]
+            step, expected, active = step[~ended], expected[~ended], active[~ended]
             ended = ended[~ended]
-            if not len(going):
+            if not len(active):
                 break
-        trial = values[going] + step
-        then = _normal_equations(descents.of(going), trial)
-        better = then.sse < now.sse[going]
-        # from where the law overflows any step is a gain without measure
-        with np.errstate(over="ignore", invalid="ignore"):
-            gain = (now.sse[going] - then.sse) / np.maximum(expected, tiny)
-        easing = np.maximum(1 / 3, 1 - (2 * np.clip(gain, 0, 2) - 1) ** 3)
-        damping[going] *= np.where(better, easing, growth[going])
+        trial_values = values[active] + step
+        trial = _normal_equations(descents.subset(active), trial_values)
+        better = trial.sse < current.sse[active]
+        factor = _damping_factor(current.sse[active], trial.sse, expected, growth[active])
+        damping[active] *= factor
         np.maximum(damping, _LEAST_DAMPING, out=damping)
-        growth[going] = np.where(better, least_growth, 2 * growth[going])
-        taken = going[better]
-        values[taken] = trial[better]
-        beyond = descents.outside(taken, values[taken])
-        farther[taken] = np.where(beyond > outside[taken], farther[taken] + 1, 0)
-        outside[taken] = beyond
-        for kept, new in zip(vars(now).values(), vars(then).values(), strict=True):
-            kept[taken] = new[better]
-        # what runs off does so for many steps: it ends at a bound
-        ended |= (farther[going] >= _LEFT) & descents.near
-        going = going[~ended & (damping[going] < _STUCK_DAMPING)]
-        if not len(going):
+        growth[active] = np.where(better, least_growth, 2 * growth[active])
+        accepted = active[better]
+        values[accepted] = trial_values[better]
+        current.update(accepted, trial, better)
+        now_outside = descents.outside(accepted, values[accepted])
+        is_farther = now_outside > outside[accepted]
+        steps_farther[accepted] = np.where(is_farther, steps_farther[accepted] + 1, 0)
+        outside[accepted] = now_outside
+        # a refit that runs away goes on for many steps; it ends at a bound
+        ended |= (steps_farther[active] >= _STEPS_OUTSIDE) & near
+        active = active[~ended & (damping[active] < _STUCK_DAMPING)]
+        if not len(active):
             break
-    return values, now.sse
+    return values, current.sse
+
+
+def _damping_factor(
+    sse: FloatArray, trial_sse: FloatArray, expected: FloatArray, growth: FloatArray
+) -> FloatArray:
+    """Factor on the damping after a step: below 1 where it was good, `growth` where it was refused.
+
+    Reference: as in `descend`.
+
+    Args:
+        sse: SSE before the step, shape (descents,).
+        trial_sse: SSE after the step.
+        expected: Decrease that the quadratic model expects.
+        growth: Factor for a refused step.
+    """
+    # where the law overflows at the start, every step is an infinite gain
+    with np.errstate(over="ignore", invalid="ignore"):
+        gain = (sse - trial_sse) / np.maximum(expected, np.finfo(float).tiny)
+    easing = np.maximum(1 / 3, 1 - (2 * np.clip(gain, 0, 2) - 1) ** 3)
+    return np.where(trial_sse < sse, easing, growth)
 
 
 def _steps(
-    now: _Normal, damping: FloatArray, going: IndexArray, linear: BoolArray
+    current: _Normal, damping: FloatArray, active: IndexArray, linear: BoolArray
 ) -> tuple[FloatArray, FloatArray]:
     """Damped steps and the decrease of the SSE that the quadratic model expects of them.
 
-    A `linear` constant is ln|X0| with mu linear in X0: its step is that of Newton's method in X0.
+    Args:
+        current: Normal equations of all descents.
+        damping: Damping of all descents.
+        active: The descents that have not ended.
+        linear: True for constants ln|X0| with mu linear in X0: their step is that of Newton's
+            method in X0. Shape (free,).
+
+    Returns:
+        Steps, shape (active, free), and decreases, shape (active,).
     """
-    matrix, gradient = now.matrix[going], now.gradient[going]
+    matrix = current.matrix[active]
+    gradient = current.gradient[active]
     # X^2 f'' = d2f/d(ln X)2 - df/d(ln X)
     np.einsum("kii->ki", matrix)[:] -= np.where(linear, gradient, 0.0)
     # far from a minimum a second derivative may be negative
     size = np.sqrt(np.abs(np.einsum("kii->ki", matrix)))
-    # a constant without effect has no scale of its own
+    # a constant without effect has no scale
     size = np.where(size > 0, size, 1.0)
     scaled = matrix / (size[:, :, np.newaxis] * size[:, np.newaxis, :])
     slope = gradient / size
-    damped = scaled + damping[going, np.newaxis, np.newaxis] * np.eye(matrix.shape[1])
+    damped = scaled + damping[active, np.newaxis, np.newaxis] * np.eye(matrix.shape[1])
     step = np.linalg.solve(damped, -slope[:, :, np.newaxis])[:, :, 0]
-    expected = np.sum(step * (damping[going, np.newaxis] * step - slope), axis=1)
+    expected = np.sum(step * (damping[active, np.newaxis] * step - slope), axis=1)
     step = step / size
-    step = np.where(linear, np.log1p(np.maximum(step, -_MOST_OFF)), step)
+    relative_step = np.maximum(step, -_LARGEST_DECREASE)
+    step = np.where(linear, np.log1p(relative_step), step)
     return step, np.asarray(expected)
 
 
 def _normal_equations(descents: _Descents, values: FloatArray) -> _Normal:
-    """Normal equations at the values of each descent, with what is held left out."""
-    problem, weights = descents.problem, descents.weights
+    """Normal equations at the values of each descent, without the constants that are held.
+
+    Args:
+        descents: The descents.
+        values: Free internal constants, shape (descents, free).
+    """
+    problem = descents.problem
     if (values == values[0]).all():
-        # all at one start: sums over points are the same for all
-        sse, gradient, matrix = _sums(problem, values[:1], weights, descents.near)
+        # all descents at one start: sums over points are the same for all
+        sse, gradient, matrix = _sums(problem, values[:1], descents.weights, descents.near)
     else:
-        step = max(_CHUNK // max(len(problem.mu), 1), 1)
-        chunks = [slice(first, first + step) for first in range(0, len(values), step)]
-        parts = [_sums(problem, values[rows], weights[rows], descents.near) for rows in chunks]
-        sse, gradient, matrix = (np.concatenate(part) for part in zip(*parts, strict=True))
+        rows_per_chunk = max(_POINTS_PER_CHUNK // max(len(problem.mu), 1), 1)
+        sse_of_chunks = []
+        gradients = []
+        matrices = []
+        for first in range(0, len(values), rows_per_chunk):
+            rows = slice(first, first + rows_per_chunk)
+            chunk = _sums(problem, values[rows], descents.weights[rows], descents.near)
+            sse_of_chunks.append(chunk[0])
+            gradients.append(chunk[1])
+            matrices.append(chunk[2])
+        sse = np.concatenate(sse_of_chunks)
+        gradient = np.concatenate(gradients)
+        matrix = np.concatenate(matrices)
     moving = ~descents.held
-    pairs = moving[:, :, np.newaxis] & moving[:, np.newaxis, :]
-    lost = ~(np.isfinite(sse) & np.isfinite(matrix).all(axis=(1, 2)))
+    both_moving = moving[:, :, np.newaxis] & moving[:, np.newaxis, :]
+    is_finite = np.isfinite(sse) & np.isfinite(matrix).all(axis=(1, 2))
     return _Normal(
-        np.where(lost, np.inf, sse),
-        np.where(moving, gradient, 0.0),
-        np.where(pairs, matrix, np.eye(matrix.shape[1])),
+        sse=np.where(is_finite, sse, np.inf),
+        gradient=np.where(moving, gradient, 0.0),
+        matrix=np.where(both_moving, matrix, np.eye(matrix.shape[1])),
     )
 
 
@@ -226,7 +303,7 @@ def _sums(
     """SSE, half its gradient and J^T J, or half the Hessian, by all free constants.
 
     d mu / d(X0, X1, ...) of a coefficient X is (d mu / d ln X) times the curve's row of the
-    design, so that sums over points end within a curve. Curves of weight 0 are not evaluated.
+    design. Sums over points therefore end within a curve. Curves of weight 0 are not evaluated.
 
     Args:
         problem: What to fit.
@@ -234,40 +311,65 @@ def _sums(
         weights: Weight of each curve's squared errors, shape (descents, curves).
         curved: Whether second derivatives of the law are included: the Hessian.
     """
-    at, count, terms = problem.at, len(weights), problem.at.design.shape[1]
-    of_coefficient = problem.free.reshape(-1, terms)
-    followed = tuple(np.flatnonzero(of_coefficient.any(axis=1)).tolist())
-    free, coefficients = of_coefficient[list(followed)].ravel(), len(followed)
-    drawn = weights.any(axis=0, keepdims=True) if len(values) == 1 else weights > 0
-    descent, curve = np.nonzero(drawn)
-    by_curve = np.zeros((*drawn.shape, 1 + coefficients * (coefficients + 3) // 2))
-    products = (at.design[:, :, np.newaxis] * at.design[:, np.newaxis, :]).reshape(-1, terms**2)
-    # a trial step may run off to where the law overflows; it is then not taken
+    design = problem.observations.design
+    terms = design.shape[1]
+    descents = len(weights)
+    free_of_coefficient = problem.free.reshape(-1, terms)
+    followed = np.flatnonzero(free_of_coefficient.any(axis=1))
+    free = free_of_coefficient[followed].ravel()
+    coefficients = len(followed)
+    if len(values) == 1:
+        is_evaluated = weights.any(axis=0, keepdims=True)
+    else:
+        is_evaluated = weights > 0
+    row, curve = np.nonzero(is_evaluated)
+    sums_per_curve = 1 + coefficients * (coefficients + 3) // 2
+    by_curve = np.zeros((*is_evaluated.shape, sums_per_curve))
+    # a trial step may run off to where the law overflows; it is then refused
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-        sizes = problem.law.sizes(problem.expand(values.T), at.design)[:, curve, descent]
-        step = max(_BLOCK * problem.curves // max(len(problem.mu), 1), 1)
-        blocks = [slice(first, first + step) for first in range(0, len(curve), step)]
-        sums = [
-            _sums_of_curves(problem, sizes[:, block], curve[block], followed, curved)
-            for block in blocks
-        ]
-        by_curve[drawn] = np.concatenate(sums, axis=1).T
-        # One product of small matrices after the other: its bytes do not depend on which other
-        # descents there are, nor on the threads of BLAS. The first column of a design is 1.
-        some_curves = [slice(first, first + _CURVES) for first in range(0, problem.curves, _CURVES)]
-        totals = np.asarray(
-            sum(
-                (weights[:, some, np.newaxis] * by_curve[:, some]).swapaxes(1, 2) @ products[some]
-                for some in some_curves
-            )
-        )
-    gradient = totals[:, 1 : 1 + coefficients, :terms].reshape(count, len(free))[:, free]
-    of_pairs = totals[:, 1 + coefficients :].reshape(count, -1, terms, terms)
-    matrix = np.empty((count, coefficients, terms, coefficients, terms))
-    for pair, (i, j) in enumerate(_lower(coefficients)):
-        matrix[:, i, :, j, :] = matrix[:, j, :, i, :] = of_pairs[:, pair]
-    matrix = matrix.reshape(count, len(free), len(free))[:, free][:, :, free]
+        sizes = problem.law.sizes(problem.expand(values.T), design)[:, curve, row]
+        curves_per_block = _POINTS_PER_BLOCK * problem.curves // max(len(problem.mu), 1)
+        curves_per_block = max(curves_per_block, 1)
+        sums = []
+        for first in range(0, len(curve), curves_per_block):
+            block = slice(first, first + curves_per_block)
+            indices = tuple(followed.tolist())
+            sums.append(_sums_of_curves(problem, sizes[:, block], curve[block], indices, curved))
+        by_curve[is_evaluated] = np.concatenate(sums, axis=1).T
+        totals = _weighted_totals(design, weights, by_curve)
+    # the first column of a design is 1
+    gradient = totals[:, 1 : 1 + coefficients, :terms].reshape(descents, len(free))[:, free]
+    of_pairs = totals[:, 1 + coefficients :].reshape(descents, -1, terms, terms)
+    matrix = np.empty((descents, coefficients, terms, coefficients, terms))
+    for pair, (i, j) in enumerate(_lower_triangle(coefficients)):
+        matrix[:, i, :, j, :] = of_pairs[:, pair]
+        matrix[:, j, :, i, :] = of_pairs[:, pair]
+    matrix = matrix.reshape(descents, len(free), len(free))[:, free][:, :, free]
     return totals[:, 0, 0], gradient, matrix
+
+
+def _weighted_totals(design: FloatArray, weights: FloatArray, by_curve: FloatArray) -> FloatArray:
+    """Sums over curves of weight times `by_curve` times the products of the curve's design.
+
+    One product of small matrices follows the other. The bytes of a result therefore depend neither
+    on the other descents nor on the threads of BLAS.
+
+    Args:
+        design: Shape (curves, terms).
+        weights: Shape (descents, curves).
+        by_curve: Shape (descents, curves, sums), or (1, curves, sums) where all are the same.
+
+    Returns:
+        Shape (descents, sums, terms * terms).
+    """
+    curves, terms = design.shape
+    products = (design[:, :, np.newaxis] * design[:, np.newaxis, :]).reshape(-1, terms**2)
+    totals: FloatArray | float = 0.0
+    for first in range(0, curves, _CURVES_PER_PRODUCT):
+        some = slice(first, first + _CURVES_PER_PRODUCT)
+        weighted = weights[:, some, np.newaxis] * by_curve[:, some]
+        totals = totals + weighted.swapaxes(1, 2) @ products[some]
+    return np.asarray(totals)
 
 
 def _sums_of_curves(
@@ -280,32 +382,35 @@ def _sums_of_curves(
         sizes: |X| of each coefficient, shape (coefficients, sums).
         curve: Curve of each sum.
         followed: Indices of the coefficients that have a free constant.
-        curved: As of `_sums`.
+        curved: As in `_sums`.
 
     Returns:
         SSE, half its gradient and the lower triangle of J^T J or half the Hessian, one row each;
         shape (1 + n (n + 3) / 2, sums) of n followed coefficients.
     """
-    law, at = problem.law, problem.at
+    law = problem.law
     length = problem.lengths[curve]
     first_point = np.cumsum(length) - length
     point = np.arange(length.sum()) + np.repeat(problem.starts[curve] - first_point, length)
     sizes = np.repeat(sizes, length, axis=1)
+    slip = problem.observations.slip[point]
     curvatures: tuple[FloatArray | float, ...] = ()
     if curved:
-        mu, slopes, curvatures = law.value_slopes_and_curvatures(sizes, at.slip[point], followed)
+        mu, slopes, curvatures = law.value_slopes_and_curvatures(sizes, slip, followed)
     else:
-        mu, slopes = law.value_and_slopes(sizes, at.slip[point])
-        slopes = tuple(slopes[index] for index in followed)
+        mu, all_slopes = law.value_and_slopes(sizes, slip)
+        slopes = tuple(all_slopes[index] for index in followed)
     residual = mu - problem.mu[point]
-    pairs = _lower(len(slopes))
-    of_points = np.empty((1 + len(slopes) + len(pairs), len(point)))
+    pairs = _lower_triangle(len(slopes))
+    first_slope = 1
+    first_pair = first_slope + len(slopes)
+    of_points = np.empty((first_pair + len(pairs), len(point)))
     np.square(residual, out=of_points[0])
-    for row, slope in enumerate(slopes, start=1):
+    for row, slope in enumerate(slopes, start=first_slope):
         np.multiply(slope, residual, out=of_points[row])
-    for row, (i, j) in enumerate(pairs, start=1 + len(slopes)):
+    for row, (i, j) in enumerate(pairs, start=first_pair):
         np.multiply(slopes[i], slopes[j], out=of_points[row])
-    for row, curvature in enumerate(curvatures, start=1 + len(slopes)):
+    for row, curvature in enumerate(curvatures, start=first_pair):
         # many are zero everywhere
         if np.ndim(curvature):
             of_points[row] += residual * curvature
@@ -314,6 +419,6 @@ def _sums_of_curves(
     return np.asarray(np.add.reduceat(of_points, first_point, axis=1))
 
 
-def _lower(size: int) -> list[tuple[int, int]]:
+def _lower_triangle(size: int) -> list[tuple[int, int]]:
     """Rows and columns of the lower triangle of a matrix, row by row."""
     return [(i, j) for i in range(size) for j in range(i + 1)]

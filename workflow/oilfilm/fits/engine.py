@@ -1,8 +1,8 @@
 """Global searches by SciPy's differential evolution, polished by Newton's method.
 
 A search looks among the logarithms of |A0|, B0 and C0, with the analytic derivatives of the law.
-Differential evolution only finds starts. Where a search ends is decided by the descent from them:
-the descents of all searches run at once, and no search knows of the others.
+Differential evolution only finds starts. The descents from these starts decide where a search ends.
+The descents of all searches run at once, and each search is independent of the others.
 
 Decides: how constants are searched.
 """
@@ -20,19 +20,25 @@ from oilfilm.fits.descent import descend
 from oilfilm.fits.problem import Problem
 from oilfilm.settings.config import FitSettings
 
-# Points that are enough to find the valleys; the ends in them are compared by all points.
-_FEW_POINTS = 500
-# Enough to tell the valleys apart: local minima lie 7 % and more above the best one.
-_ROUGH_TOLERANCE = 1e-3
-# Steps to a valley, and to its floor by all points; what needs more runs off.
-_STEPS, _FURTHER_STEPS = 50, 15
-# Of the SSE, where Newton's method begins, and before its last step.
-_TOLERANCE, _LAST_DIGITS = 1e-6, 1e-14
-# Of a candidate's constants, those taken from a mutant; and the range of the mutation factor.
+# Points that are enough to find the valleys; their floors are compared with all points.
+_POINTS_TO_FIND_VALLEYS = 500
+# Relative decrease of the SSE at which a descent to a valley ends: local minima are 7 % and more
+# above the best one.
+_VALLEY_TOLERANCE = 1e-3
+# Steps of a descent to a valley with few points, then with all points. A descent that needs more
+# runs off.
+_STEPS_TO_VALLEY = 50
+_STEPS_WITH_ALL_POINTS = 15
+# Relative decrease of the SSE where Newton's method begins, and where it ends.
+_NEWTON_TOLERANCE = 1e-6
+_LAST_DIGITS = 1e-14
+# Share of a candidate's constants that come from a mutant.
 _RECOMBINATION = 0.9
+# Range of the factor of a mutation.
 _MUTATION = (0.5, 1.0)
-# Candidates per constant at least.
-_CANDIDATES = 5
+_CANDIDATES_PER_CONSTANT = 5
+# A constant is at a bound where it is nearer to it than this share of the range.
+_AT_BOUND = 1e-6
 
 
 @dataclass(frozen=True)
@@ -46,44 +52,53 @@ class Optimum:
 def search(
     problem: Problem, settings: FitSettings, randoms: Sequence[np.random.Generator]
 ) -> list[Optimum]:
-    """Global searches from scratch.
+    """Independent global searches.
 
     Differential evolution is stopped while its population still covers several valleys. Members
     of all ranks are then polished, and the lowest end counts. On the hardest oil a fully converged
-    population is in the wrong valley in 1 of 4 searches; polishing one member finds the right one
-    in about 1 of 2.
+    population is in the wrong valley in 1 of 4 searches, and polishing one member finds the right
+    valley in about 1 of 2.
 
     Args:
         problem: What to fit.
         settings: `population`, `generations` and `polished` of config's fit.
         randoms: Source of each search's random numbers.
+
+    Returns:
+        The optimum of each search.
     """
-    few = problem.thinned(_FEW_POINTS)
-    members = np.stack([_evolved(few, settings, random) for random in randoms])
-    ends = members.reshape(-1, members.shape[-1])
-    for part, steps in ((few, _STEPS), (problem, _FURTHER_STEPS)):
-        ends, sse = descend(part, ends, tolerance=_ROUGH_TOLERANCE, most_steps=steps)
-    lowest = np.argmin(sse.reshape(members.shape[:2]), axis=1)
-    best = ends.reshape(members.shape)[np.arange(len(members)), lowest]
-    return [polish(problem, end) for end in best]
+    thinned = problem.thinned(_POINTS_TO_FIND_VALLEYS)
+    members = np.stack([_evolved(thinned, settings, random) for random in randoms])
+    searches, members_per_search, free = members.shape
+    starts = members.reshape(-1, free)
+    ends, _ = descend(thinned, starts, tolerance=_VALLEY_TOLERANCE, most_steps=_STEPS_TO_VALLEY)
+    ends, sse = descend(
+        problem, ends, tolerance=_VALLEY_TOLERANCE, most_steps=_STEPS_WITH_ALL_POINTS
+    )
+    ends = ends.reshape(members.shape)
+    lowest = np.argmin(sse.reshape(searches, members_per_search), axis=1)
+    return [polish(problem, ends[number, member]) for number, member in enumerate(lowest)]
 
 
 def _evolved(problem: Problem, settings: FitSettings, random: np.random.Generator) -> FloatArray:
-    """Members of all ranks of one search's last population: shape (polished, free).
+    """Members of all ranks of one search's last population.
+
+    Returns:
+        Free internal constants, shape (polished, free).
 
     Reference: R. Storn, K. Price, J. Glob. Optim. 11 (1997) 341, DE/rand/1/bin.
     """
     low, high = problem.limits.T
-    starts = [constant.start_lower for constant in problem.law.constants]
-    low = np.maximum(low, np.array(starts)[problem.free])
-    candidates = max(settings.population, _CANDIDATES * len(low))
+    start_lower = np.array([constant.start_lower for constant in problem.law.constants])
+    low = np.maximum(low, start_lower[problem.free])
+    candidates = max(settings.population, _CANDIDATES_PER_CONSTANT * len(low))
 
-    # SciPy's types know no vectorized function
+    # SciPy's type hints have no vectorized function
     def sse(members: FloatArray) -> Any:
         return population_sse(problem, members.T)
 
-    # SciPy imports `optimize` at its first use; only jobs that search wait for it
-    end = scipy.optimize.differential_evolution(
+    # SciPy imports `optimize` at its first use, so that only jobs that search wait for it
+    result = scipy.optimize.differential_evolution(
         sse,
         scipy.optimize.Bounds(low, high),
         strategy="rand1bin",
@@ -97,15 +112,15 @@ def _evolved(problem: Problem, settings: FitSettings, random: np.random.Generato
         vectorized=True,
         rng=random,
     )
-    ranks = np.linspace(0, len(end.population) - 1, settings.polished).astype(int)
-    by_rank = np.argsort(end.population_energies, kind="stable")
-    return np.asarray(end.population[by_rank[ranks]])
+    ranks = np.linspace(0, len(result.population) - 1, settings.polished).astype(int)
+    by_rank = np.argsort(result.population_energies, kind="stable")
+    return np.asarray(result.population[by_rank[ranks]])
 
 
 def at_bounds(problem: Problem, values: FloatArray) -> BoolArray:
     """Which free constants, shape (..., free), are at a bound of the search."""
     low, high = problem.limits.T
-    margin = 1e-6 * (high - low)
+    margin = _AT_BOUND * (high - low)
     return np.asarray((values <= low + margin) | (values >= high - margin))
 
 
@@ -116,21 +131,30 @@ def polish(problem: Problem, start: FloatArray) -> Optimum:
 
     Args:
         problem: What to fit.
-        start: Free internal constants to start from.
+        start: Free internal constants to start from, shape (free,).
     """
-    ends = np.clip(start, *problem.limits.T)[np.newaxis]
-    # From a rough start Newton's method may run off along a valley without a floor. Its last step
-    # is damped, and leaves over a share of itself that depends on the start: one more step, from
-    # where it ended, leaves rounding only.
-    for near, tolerance in ((False, _TOLERANCE), (True, _LAST_DIGITS), (True, _LAST_DIGITS)):
+    low, high = problem.limits.T
+    ends = np.clip(start, low, high)[np.newaxis]
+    # from a rough start Newton's method may run off along a valley without a floor
+    ends, _ = descend(
+        problem, ends, held=at_bounds(problem, ends), tolerance=_NEWTON_TOLERANCE, near=False
+    )
+    # Newton's last step is damped, and its remaining error depends on the start. A second descent
+    # from its end leaves rounding only.
+    for _ in range(2):
         held = at_bounds(problem, ends)
-        ends, sse = descend(problem, ends, held=held, tolerance=tolerance, near=near)
+        ends, sse = descend(problem, ends, held=held, tolerance=_LAST_DIGITS, near=True)
     return Optimum(ends[0], float(sse[0]))
 
 
 def population_sse(problem: Problem, population: FloatArray) -> FloatArray:
-    """Sum of squared errors of each candidate, inf where it has none; population (k, free)."""
+    """Sum of squared errors of each candidate, shape (k,); infinite where mu has no value.
+
+    Args:
+        problem: What to fit.
+        population: Free internal constants of the candidates, shape (k, free).
+    """
     with np.errstate(over="ignore", invalid="ignore"):
-        mu = problem.law.traction(problem.expand(population.T), problem.at)
+        mu = problem.law.traction(problem.expand(population.T), problem.observations)
         sse = np.square(mu - problem.mu[:, np.newaxis]).sum(axis=0)
     return np.where(np.isnan(sse), np.inf, sse)

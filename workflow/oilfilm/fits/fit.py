@@ -177,7 +177,7 @@ def _solve(
     random = generator(seed, "left out", oil)
     left_out = leave_curves_out(problem, best, settings, random)
     own_error = spread_left_out(problem, best, estimates.random_covariance)
-    by_slip = problem.by_slip(best.values)
+    by_slip = problem.slip_slope(best.values)
     return Solution(
         problem,
         best,
@@ -186,7 +186,9 @@ def _solve(
         profiles(problem, best, naive),
         robust_fit(problem, best),
         left_out,
-        scores_of_unseen(problem.mu + left_out, problem.mu, by_slip, own_error, problem.at.curve),
+        scores_of_unseen(
+            problem.mu + left_out, problem.mu, by_slip, own_error, problem.observations.curve
+        ),
         len(drawn) - len(refits),
     )
 
@@ -342,6 +344,6 @@ def _errors_left_out(
     ends, _ = descend(problem, starts, weights=weights, tolerance=_TOLERANCE, near=True)
     errors = np.full(len(problem.mu), np.nan)
     for end, row in zip(ends, left_out, strict=True):
-        points = row[problem.at.curve]
+        points = row[problem.observations.curve]
         errors[points] = problem.residual(end)[points]
     return errors

@@ -263,8 +263,8 @@ def _law_points(solution: Solution, points: pd.DataFrame) -> pd.DataFrame:
 def _curve_residuals(solution: Solution, settings: FitSettings) -> pd.DataFrame:
     problem, data = solution.problem, solution.problem.data
     residual = problem.residual(solution.best.values)
-    counts = np.bincount(problem.at.curve, minlength=problem.curves)
-    squares = np.bincount(problem.at.curve, residual**2, minlength=problem.curves)
+    counts = np.bincount(problem.observations.curve, minlength=problem.curves)
+    squares = np.bincount(problem.observations.curve, residual**2, minlength=problem.curves)
     levels = {f"mean_{name}": np.nan for name in (*CONDITIONS, "load_n")}
     known = [f"mean_{name}" for name in problem.law.conditions]
     levels |= dict(zip(known, data.conditions.T, strict=True))

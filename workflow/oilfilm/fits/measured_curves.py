@@ -52,7 +52,7 @@ def effects(law: Law, internal: FloatArray, curves: Curves) -> FloatArray:
     Returns:
         Shape (points, effects).
     """
-    mu = law.traction(internal, curves.at(law))
+    mu = law.traction(internal, curves.observations(law))
 
     def slope(**factors: float) -> FloatArray:
         """Of mu by the logarithm of some conditions together."""
@@ -60,7 +60,7 @@ def effects(law: Law, internal: FloatArray, curves: Curves) -> FloatArray:
         for sign in (1, -1):
             factor = [np.exp(sign * _STEP * factors.get(name, 0.0)) for name in law.conditions]
             moved = replace(curves, conditions=curves.conditions * factor)
-            ends.append(law.traction(internal, moved.at(law)))
+            ends.append(law.traction(internal, moved.observations(law)))
         return np.asarray((ends[0] - ends[1]) / (2 * _STEP))
 
     temperature = curves.conditions[:, law.conditions.index("inlet_temperature_c")][curves.curve]
@@ -274,7 +274,7 @@ class Known:
     def of_curves(self, curves: Curves) -> FloatArray:
         """Precision that each of some curves would add, shape (curves, parameters, parameters)."""
         effect = effects(self.law, self.internal, curves)
-        at = curves.at(self.law)
+        at = curves.observations(self.law)
         mu = self.law.traction(self.internal, at)
         of_form = mu[:, np.newaxis] * self.form.weights(self.places(curves))[curves.curve]
         rows = [
@@ -357,13 +357,13 @@ def known_of(
     of_oil = points[points["accepted"] & (points["oil"] == oil)]
     known = of_oil.dropna(subset=[*law.conditions, "load_n"])
     curves = curve_data(known, law.conditions)
-    jacobian = law.jacobian(internal, curves.at(law))[:, free]
+    jacobian = law.jacobian(internal, curves.observations(law))[:, free]
     if np.linalg.matrix_rank(jacobian) < jacobian.shape[1]:
         raise OilfilmError(
             f"{oil}: the accepted points do not tell the law's constants apart. Test at two or "
             "more levels of each condition, or fit again if points and fit are of different runs."
         )
-    residual = curves.mu - law.traction(internal, curves.at(law))
+    residual = curves.mu - law.traction(internal, curves.observations(law))
     effect = effects(law, internal, curves)
     sizes = error_sizes(jacobian, effect, residual, curves.curve)
     sensors = np.array([getattr(calibration, name, 0.0) for name in _CALIBRATION])

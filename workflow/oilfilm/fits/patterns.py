@@ -95,7 +95,7 @@ class Leftover:
     @cached_property
     def by_slip(self) -> FloatArray:
         """S dmu/dS at each point."""
-        return self.problem.by_slip(self.optimum.values)
+        return self.problem.slip_slope(self.optimum.values)
 
     @property
     def fitted(self) -> FloatArray:
@@ -120,7 +120,7 @@ class Leftover:
         """
         starts, mu = self.problem.starts, self.fitted[:, np.newaxis]
         gain = np.add.reduceat(columns * mu, starts, axis=0) / np.add.reduceat(mu**2, starts)
-        return np.asarray(columns - mu * gain[self.problem.at.curve])
+        return np.asarray(columns - mu * gain[self.problem.observations.curve])
 
     @property
     def can_show(self) -> bool:
@@ -274,7 +274,7 @@ def _bends(left: Leftover) -> list[tuple[Pattern, FloatArray]]:
     """
     problem, every, mu = left.problem, tuple(left.problem.data.runs), left.fitted
     known = np.flatnonzero(problem.followed)
-    scaled = problem.at.design[:, 1:][:, known]
+    scaled = problem.observations.design[:, 1:][:, known]
     scaled = (scaled - scaled.mean(axis=0)) / scaled.std(axis=0)
     bends = []
     # squares, products of two; cubes, which three levels do not tell from squares
@@ -284,9 +284,9 @@ def _bends(left: Leftover) -> list[tuple[Pattern, FloatArray]]:
     ]
     for powers in (*pairs, *cubes):
         names = [problem.law.groups[known[index]] for index in powers]
-        product = scaled[:, list(powers)].prod(axis=1)[problem.at.curve]
+        product = scaled[:, list(powers)].prod(axis=1)[problem.observations.curve]
         bends += [(" ".join(dict.fromkeys(names)), each * product) for each in (mu, left.by_slip)]
-    along = problem.at.slip / problem.at.slip.max()
+    along = problem.observations.slip / problem.observations.slip.max()
     rise = np.clip(left.by_slip / np.where(mu > 0, mu, np.inf), -1, 1)
     for place, degrees in ((along, _SHAPES), (rise, _RISES)):
         shapes = (np.polynomial.Legendre.basis(degree)(2 * place - 1) for degree in degrees)
@@ -309,7 +309,10 @@ def _changes(left: Leftover) -> Iterator[tuple[Pattern, FloatArray]]:
     for cause, column in left.signatures.items():
         for when, group, course in courses:
             concerned = tuple(runs if when == "trend" else runs[course.astype(bool)])
-            yield Pattern(cause, when, concerned, group), column * course[left.problem.at.curve]
+            yield (
+                Pattern(cause, when, concerned, group),
+                column * course[left.problem.observations.curve],
+            )
 
 
 def _of_runs(left: Leftover, what: str, members: BoolArray, size: float) -> Pattern:
@@ -353,7 +356,7 @@ def _split(left: Leftover, taken: FloatArray) -> _Found | None:
             members, size, separation = seen.in_turns(beginning > np.median(beginning), left)
             if separation <= 1:
                 continue
-            marked = column * members[left.problem.at.curve]
+            marked = column * members[left.problem.observations.curve]
             if left.beside_bends(marked[:, np.newaxis])[0] <= left.limits.told_apart_min:
                 continue
             pattern = _of_runs(left, cause, members, size)
@@ -474,7 +477,9 @@ def _misread(left: Leftover) -> _Found | None:
 
 def _squares(left: Leftover, problem: Problem, end: Optimum) -> FloatArray:
     squares = problem.residual(end.values) ** 2
-    return np.asarray(np.bincount(left.problem.at.curve, squares, left.problem.curves), dtype=float)
+    return np.asarray(
+        np.bincount(left.problem.observations.curve, squares, left.problem.curves), dtype=float
+    )
 
 
 def _with_factor(left: Leftover, what: str, factor: FloatArray) -> Problem:
@@ -487,7 +492,7 @@ def _with_factor(left: Leftover, what: str, factor: FloatArray) -> Problem:
     else:
         data = replace(data, slip=data.slip / factor[data.curve])
     made = build_problem(left.problem.law, data, left.problem.varied)
-    return replace(left.problem, at=made.at)
+    return replace(left.problem, observations=made.observations)
 
 
 def _read_right(

@@ -1,4 +1,4 @@
-"""What is fitted: accepted points as curves, and which constants they can give at all.
+"""Least squares of a law on accepted points, over the constants that the points can give.
 
 Decides: which points are fitted.
 """
@@ -22,9 +22,9 @@ class Curves:
     Attributes:
         conditions: The law's conditions of each curve, shape (curves, conditions), NaN where
             unknown.
-        load_n: Load of each curve.
-        curve: Curve of each point, rising.
-        slip: Slide-roll ratio of each point, 0 or more.
+        load_n: Load of each curve, shape (curves,).
+        curve: Curve of each point, counted from 0 and rising, shape (points,).
+        slip: Slide-roll ratio of each point, 0 or more, shape (points,).
     """
 
     conditions: FloatArray
@@ -32,8 +32,8 @@ class Curves:
     curve: IndexArray
     slip: FloatArray
 
-    def at(self, law: Law) -> Observations:
-        """The points as a law takes them."""
+    def observations(self, law: Law) -> Observations:
+        """The points in the form in which a law is evaluated."""
         return Observations(law.design(self.conditions), self.curve, self.slip)
 
 
@@ -43,7 +43,7 @@ class CurveData(Curves):
 
     Attributes:
         runs: Run of each curve.
-        mu: Traction coefficient of each point.
+        mu: Traction coefficient of each point, shape (points,).
     """
 
     runs: list[str]
@@ -54,17 +54,25 @@ class CurveData(Curves):
 class Problem:
     """Least squares of a law on data, over the constants that the data can give.
 
-    `varied` are the conditions that a fit follows. The other constants (`free` false) are exponents
-    that the law itself gives, and those of conditions that did not vary: held at zero, they leave
-    the condition's effect inside the law's coefficients. `held` are the indices and values of those
-    that ran into a bound and stay there; `weight` is that of each point's squared error, 1 where it
-    is None.
+    Constants that are not free are of three kinds. Some exponents are prescribed by the law.
+    Exponents of conditions that did not vary are zero: the effect of such a condition is then
+    inside the law's coefficients. Constants that ran into a bound are held there.
+
+    Attributes:
+        law: The law.
+        data: The accepted points.
+        varied: Which conditions of the law the fit follows, shape (conditions,).
+        observations: The points in the form in which the law is evaluated.
+        mu: Measured traction coefficient of each point, shape (points,).
+        free: Which constants of the law are fitted, shape (constants,).
+        held: Index and internal value of each constant that is held at a bound.
+        weight: Weight of each point's squared error, shape (points,); None where all are 1.
     """
 
     law: Law
     data: CurveData
     varied: BoolArray
-    at: Observations
+    observations: Observations
     mu: FloatArray
     free: BoolArray
     held: tuple[tuple[int, float], ...] = ()
@@ -73,12 +81,12 @@ class Problem:
     @property
     def curves(self) -> int:
         """Number of curves."""
-        return len(self.at.design)
+        return len(self.observations.design)
 
     @cached_property
     def starts(self) -> IndexArray:
         """First point of each curve; points are in the order of their curves."""
-        return np.searchsorted(self.at.curve, np.arange(self.curves))
+        return np.searchsorted(self.observations.curve, np.arange(self.curves))
 
     @cached_property
     def lengths(self) -> IndexArray:
@@ -89,31 +97,37 @@ class Problem:
     def names(self) -> list[str]:
         """Names of the free constants.
 
-        Where a condition did not vary, its level is inside X0: what the data then give is the
-        coefficient X at that level and at the reference of the others, and it is named so.
+        Where a condition did not vary, its level is inside X0. The data then give the coefficient
+        X at that level and at the reference of the others. It has the name X.
         """
         return [self._all_names[index] for index in np.flatnonzero(self.free)]
 
     def beyond(self, values: FloatArray) -> FloatArray:
-        """How far free constants, shape (..., free), lie outside their bounds, 0 within."""
+        """Distance of free constants from their bounds, in ranges of the bounds; 0 within.
+
+        Args:
+            values: Free internal constants, shape (..., free).
+        """
         low, high = self.limits.T
-        return np.maximum(np.maximum(low - values, values - high), 0.0) / (high - low)
+        outside = np.maximum(low - values, values - high)
+        return np.maximum(outside, 0.0) / (high - low)
 
     @cached_property
     def at_bounds(self) -> dict[str, float]:
-        """The constants that stay at a bound, in the form of the law's equation."""
-        signs = self.law.signs
-        return {
-            self._all_names[index]: signs[index] * np.exp(value) if signs[index] else value
-            for index, value in self.held
-        }
+        """Value of each constant that is held at a bound, in the form of the law's equation."""
+        values = {}
+        for index, internal in self.held:
+            sign = self.law.signs[index]
+            values[self._all_names[index]] = sign * np.exp(internal) if sign else internal
+        return values
 
     @cached_property
     def _all_names(self) -> list[str]:
+        names = [constant.name for constant in self.law.constants]
         if self.followed.all():
-            return [constant.name for constant in self.law.constants]
-        local = {f"{name}0": name for name in self.law.local_constants}
-        return [local.get(constant.name, constant.name) for constant in self.law.constants]
+            return names
+        coefficient_names = {f"{name}0": name for name in self.law.local_constants}
+        return [coefficient_names.get(name, name) for name in names]
 
     @cached_property
     def signs(self) -> IndexArray:
@@ -133,25 +147,34 @@ class Problem:
     @cached_property
     def followed(self) -> BoolArray:
         """Which groups of the law varied."""
-        # all of them at the reference at once is what a group that does not count looks like
-        return np.asarray(np.any(self.at.design[:, 1:] != 0, axis=0))
+        # a group that does not count has its reference value, logarithm 0, in every curve
+        return np.asarray(np.any(self.observations.design[:, 1:] != 0, axis=0))
 
     def holding(self, values: FloatArray, which: BoolArray) -> "Problem":
-        """The same problem with some of its free constants held where they are."""
+        """The same problem with some of its free constants held at their values.
+
+        Args:
+            values: Free internal constants, shape (free,).
+            which: Which of them are held, shape (free,).
+        """
         indices = np.flatnonzero(self.free)[which]
-        held = (*self.held, *zip(indices.tolist(), values[which].tolist(), strict=True))
+        newly_held = zip(indices.tolist(), values[which].tolist(), strict=True)
         free = self.free.copy()
         free[indices] = False
-        return replace(self, free=free, held=held)
+        return replace(self, free=free, held=self.held + tuple(newly_held))
 
     def thinned(self, points: int) -> "Problem":
-        """The same problem with every n-th point of each curve, about so many in all."""
-        step, curve = max(len(self.mu) // points, 1), np.arange(self.curves)
-        # other slips of each curve
-        first = self.starts + curve % np.minimum(self.lengths, step)
-        kept = (np.arange(len(self.mu)) - first[self.at.curve]) % step == 0
-        at = replace(self.at, curve=self.at.curve[kept], slip=self.at.slip[kept])
-        return replace(self, at=at, mu=self.mu[kept])
+        """The same problem with every n-th point of each curve, about `points` in all."""
+        step = max(len(self.mu) // points, 1)
+        # each curve begins at another of its points, so that more slips are kept
+        offset = np.arange(self.curves) % np.minimum(self.lengths, step)
+        first_kept = self.starts + offset
+        curve = self.observations.curve
+        kept = (np.arange(len(self.mu)) - first_kept[curve]) % step == 0
+        observations = replace(
+            self.observations, curve=curve[kept], slip=self.observations.slip[kept]
+        )
+        return replace(self, observations=observations, mu=self.mu[kept])
 
     def reported(self, values: FloatArray) -> FloatArray:
         """Free constants in the form of the law's equation; shape (..., free)."""
@@ -159,7 +182,8 @@ class Problem:
 
     def expand(self, values: FloatArray) -> FloatArray:
         """All internal constants from the free ones; (free,) or (free, population)."""
-        full = np.empty((len(self.free), *values.shape[1:]))
+        population = values.shape[1:]
+        full = np.empty((len(self.free), *population))
         full.T[:] = self.law.known
         for index, value in self.held:
             full[index] = value
@@ -167,16 +191,16 @@ class Problem:
         return full
 
     def residual(self, values: FloatArray) -> FloatArray:
-        """Fitted minus measured mu at each point."""
-        return self.law.traction(self.expand(values), self.at) - self.mu
+        """Fitted minus measured mu at each point, shape (points,)."""
+        return self.law.traction(self.expand(values), self.observations) - self.mu
 
-    def by_slip(self, values: FloatArray) -> FloatArray:
-        """S dmu/dS at each point."""
-        return self.law.jacobian(self.expand(values), self.at) @ self.law.slip_scale
+    def slip_slope(self, values: FloatArray) -> FloatArray:
+        """S dmu/dS at each point, shape (points,)."""
+        return self.law.jacobian(self.expand(values), self.observations) @ self.law.slip_scale
 
     def jacobian(self, values: FloatArray) -> FloatArray:
-        """Derivatives of the residual by the free constants."""
-        return self.law.jacobian(self.expand(values), self.at)[:, self.free]
+        """Derivatives of the residual by the free constants, shape (points, free)."""
+        return self.law.jacobian(self.expand(values), self.observations)[:, self.free]
 
 
 def curve_data(
@@ -184,42 +208,50 @@ def curve_data(
     conditions: Sequence[str] = CONDITIONS,
     key: Callable[[str], Any] | None = None,
 ) -> CurveData:
-    """Accepted points of one oil, gathered by run.
+    """Accepted points of one oil, grouped by run.
 
     Args:
         points: Rows of the table of points.
-        conditions: Columns that a law's power laws are of.
-        key: By which runs are put in order; their names if not given.
+        conditions: Columns of the law's conditions.
+        key: Sort key of the runs' names; the names themselves if not given.
     """
     accepted = points[points["accepted"]]
     runs = sorted(map(str, accepted["run_id"].unique()), key=key)
-    curve = accepted["run_id"].map(dict(zip(runs, range(len(runs)), strict=True)))
-    accepted = accepted.assign(curve=curve.astype(np.int64)).sort_values(["curve", "first_row"])
+    number_of_run = {run: number for number, run in enumerate(runs)}
+    curve = accepted["run_id"].map(number_of_run).astype(np.int64)
+    accepted = accepted.assign(curve=curve).sort_values(["curve", "first_row"])
     # traction is odd in slip: a slightly negative slip is the same point seen from the other side
     side = np.where(accepted["slide_roll_ratio"] < 0, -1.0, 1.0)
-    means = accepted.groupby("curve")[[*{*conditions, "load_n"}]].mean()
+    averaged = list(dict.fromkeys([*conditions, "load_n"]))
+    means = accepted.groupby("curve")[averaged].mean()
     return CurveData(
-        means[list(conditions)].to_numpy(dtype=float),
-        means["load_n"].to_numpy(dtype=float),
-        accepted["curve"].to_numpy(),
-        side * accepted["slide_roll_ratio"].to_numpy(),
-        runs,
-        side * accepted["traction_coefficient"].to_numpy(),
+        conditions=means[list(conditions)].to_numpy(dtype=float),
+        load_n=means["load_n"].to_numpy(dtype=float),
+        curve=accepted["curve"].to_numpy(),
+        slip=side * accepted["slide_roll_ratio"].to_numpy(),
+        runs=runs,
+        mu=side * accepted["traction_coefficient"].to_numpy(),
     )
 
 
 def build_problem(law: Law, data: CurveData, varied: BoolArray) -> Problem:
     """The problem of fitting a law to data in which only some conditions vary.
 
+    Args:
+        law: The law.
+        data: The accepted points.
+        varied: Which conditions of the law the fit follows, shape (conditions,).
+
     Raises:
         ValueError: A varied condition has a value at which the law has none, or the law cannot
             follow these conditions alone.
     """
     groups = law.varied_groups(varied)
-    follows: dict[str | None, bool] = {None: True}
-    follows.update(zip(law.groups, groups.tolist(), strict=True))
-    free = np.array(
-        [constant.known is None and follows[constant.condition] for constant in law.constants]
-    )
-    at = Observations(law.design(data.conditions, groups), data.curve, data.slip)
-    return Problem(law, data, varied, at, data.mu, free)
+    followed_groups = {name for name, follows in zip(law.groups, groups, strict=True) if follows}
+    free = []
+    for constant in law.constants:
+        # X0 belongs to no condition
+        has_effect = constant.condition is None or constant.condition in followed_groups
+        free.append(constant.known is None and has_effect)
+    observations = Observations(law.design(data.conditions, groups), data.curve, data.slip)
+    return Problem(law, data, varied, observations, data.mu, np.array(free))

@@ -98,7 +98,7 @@ def curve_bootstrap(
 
     Reference: B. Efron, R. J. Tibshirani, An Introduction to the Bootstrap (1993), chapter 8.
     """
-    draws = draw_curves(problem.at.design, refits, random)
+    draws = draw_curves(problem.observations.design, refits, random)
     starts, weights = np.tile(optimum.values, (refits, 1)), draws.astype(float)
     return descend(problem, starts, weights=weights, tolerance=_REFIT_TOLERANCE, near=True)[0]
 
@@ -181,7 +181,7 @@ def calibration_refits(problem: Problem, optimum: Optimum, points: pd.DataFrame)
         if not (np.isfinite(data.mu).all() and np.isfinite(followed).all()):
             return np.empty((0, len(optimum.values)))
         moved = build_problem(problem.law, data, problem.varied)
-        moved = replace(problem, at=moved.at, mu=moved.mu)
+        moved = replace(problem, observations=moved.observations, mu=moved.mu)
         refits.append(polish(moved, optimum.values).values)
     return np.array(refits)
 

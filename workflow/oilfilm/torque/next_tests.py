@@ -89,7 +89,7 @@ def candidates(
     all_curves = Curves(conditions, load, test_of_point, points["slide_roll_ratio"].to_numpy())
     # rows are tests, columns are slips
     shape = (len(tests), slips_per_test)
-    mu = known.law.traction(known.internal, all_curves.at(known.law)).reshape(shape)
+    mu = known.law.traction(known.internal, all_curves.observations(known.law)).reshape(shape)
     slip = points["slide_roll_ratio"].to_numpy().reshape(shape)
     _, lambda_ratio = film.over(grid)
     lambda_ratio = lambda_ratio.reshape(shape)
@@ -304,8 +304,8 @@ def wanted_traction(points: list[PointOfTraction], known: Known, contact: Contac
     slip = levels["slide_roll_ratio"].to_numpy(dtype=float)
     conditions = levels[list(known.law.conditions)].to_numpy(dtype=float)
     curves = Curves(conditions, np.ones(len(slip)), np.arange(len(slip)), slip)
-    mu = known.law.traction(known.internal, curves.at(known.law))
-    slopes = known.law.jacobian(known.internal, curves.at(known.law))[:, known.free]
+    mu = known.law.traction(known.internal, curves.observations(known.law))
+    slopes = known.law.jacobian(known.internal, curves.observations(known.law))[:, known.free]
     labels = [
         f"{point.max_hertz_pressure_gpa:g} GPa, {point.entrainment_speed_m_s:g} m/s, "
         f"{point.inlet_temperature_c:g} degC, S {point.slide_roll_ratio:g}"
