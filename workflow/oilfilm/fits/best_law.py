@@ -1,8 +1,8 @@
 """Which of the compared laws describes each oil best, beside the configured one.
 
-Two criteria: the error at curves that the fit has not seen, and the Bayesian information criterion
-(BIC). A difference counts where it is larger than its uncertainty, which is that of whole curves,
-because the points of a run share its errors.
+There are two criteria: the error at curves that were left out of the fit, and the Bayesian
+information criterion (BIC). A difference counts where it is larger than its uncertainty. The
+uncertainty comes from whole curves, because the points of a run share its errors.
 
 Decides: which law is the best one for an oil, and when laws tie.
 """
@@ -19,22 +19,22 @@ from oilfilm.base.ties import first_smallest, reaches
 from oilfilm.base.units import FloatArray
 from oilfilm.fits.interval import student_quantile
 
-# Of a difference, two-sided: the level of every interval and test of the project.
+# Level of the two-sided interval of a difference, as of every interval and test of the project.
 _CONFIDENCE = 0.95
-# A difference of fewer curves has no error: one degree of freedom and less.
+# From fewer curves the error of a difference is not estimated: one degree of freedom and less.
 FEWEST_CURVES = 3
 _MEASURED = "traction_coefficient_measured"
 
 
 @dataclass(frozen=True)
-class Judged:
-    """The laws by one judge.
+class Ranking:
+    """The laws by one criterion.
 
     Attributes:
         best: The best law.
-        ties: Laws that differ from it by no more than the uncertainty; the best one is first.
-        difference: Of the configured law from the best one, 0 or more.
-        error: Half width of its 95 % interval.
+        ties: Laws that differ from it by no more than the uncertainty; the best law is first.
+        difference: Criterion of the configured law less that of the best law, 0 or more.
+        error: Half width of the 95 % interval of this difference.
     """
 
     best: str
@@ -50,24 +50,33 @@ def best_laws(
 
     Args:
         quality: Table `fit_quality`, of every law.
-        law_points: mu of every law at every accepted point.
+        law_points: Table `law_points`: mu of every law at every accepted point.
         points: Table of points.
         bic_difference_min: Laws tie where their BIC differ by less.
     """
     measured = points[["run_id", "first_row", "traction_coefficient"]]
-    beside = law_points.merge(measured, on=["run_id", "first_row"], suffixes=("", "_measured"))
+    compared = law_points.merge(measured, on=["run_id", "first_row"], suffixes=("", "_measured"))
     rows = []
     for fit in tables.rows(quality[quality["configured"]]):
-        of_oil, beside_oil = (frame[frame["oil"] == fit["oil"]] for frame in (quality, beside))
-        verdict = _verdict(fit, of_oil, beside_oil, bic_difference_min)
+        quality_of_oil = quality[quality["oil"] == fit["oil"]]
+        compared_of_oil = compared[compared["oil"] == fit["oil"]]
+        verdict = _verdict(fit["law"], quality_of_oil, compared_of_oil, bic_difference_min)
         rows.append({"oil": fit["oil"], "law": fit["law"], **verdict})
     return tables.filled(pd.DataFrame(rows), "law_verdicts")
 
 
 def _verdict(
-    fit: dict[str, Any], quality: pd.DataFrame, beside: pd.DataFrame, bic_difference_min: float
+    law: str, quality: pd.DataFrame, compared: pd.DataFrame, bic_difference_min: float
 ) -> dict[str, Any]:
-    law, laws = fit["law"], quality.set_index("law")
+    """The columns of `law_verdicts` of one oil.
+
+    Args:
+        law: The configured law.
+        quality: Rows of `fit_quality` of the oil.
+        compared: mu of every law beside the measured mu at the oil's points.
+        bic_difference_min: As in `best_laws`.
+    """
+    laws = quality.set_index("law")
     fitted_laws = laws.index[laws["bic"].notna()]
     if len(laws) == 1:
         return {"verdict": "no other law"}
@@ -75,38 +84,41 @@ def _verdict(
         return {"verdict": "no fit"}
     if len(fitted_laws) == 1:
         return {"verdict": "no other fit"}
-    # other points, other sums: such laws cannot be set beside this one
-    same = laws[(laws["n_points"] == laws.loc[law, "n_points"]) & laws["bic"].notna()]
-    # of laws that are as good: the configured one, a proven fit, the fewest constants
-    in_order = same.assign(other=same.index != law).sort_values(
+    # laws that were fitted to other points have other sums, and are not comparable
+    has_same_points = laws["n_points"] == laws.loc[law, "n_points"]
+    comparable = laws[has_same_points & laws["bic"].notna()]
+    # of laws that are equally good: the configured law, a certified fit, the fewest constants
+    in_order = comparable.assign(other=comparable.index != law).sort_values(
         ["other", "certified", "n_constants"], ascending=[True, False, True], kind="stable"
     )
     preferred = list(in_order.index)
-    squares = _squares(beside, same.index, "left_out_traction_coefficient")
-    if law not in squares:
+    left_out_sse = _sse_of_curves(compared, comparable.index, "left_out_traction_coefficient")
+    if law not in left_out_sse:
         return {"verdict": "constants left open"}
-    if len(squares) < FEWEST_CURVES:
+    if len(left_out_sse) < FEWEST_CURVES:
         return {"verdict": "too few curves"}
-    own = beside[beside["law"] == law]
-    counts = own.groupby("run_id").size().to_numpy()[:, np.newaxis]
-    sums, points = squares.sum(), counts.sum()
-    without_each = np.sqrt((sums - squares) / (points - counts))
-    unseen = _judged(preferred, np.sqrt(sums / points), without_each)
-    fitted = _squares(beside, same.index, "traction_coefficient")
+    points_of_law = compared[compared["law"] == law]
+    points_per_curve = points_of_law.groupby("run_id").size().to_numpy()[:, np.newaxis]
+    points = points_per_curve.sum()
+    total_sse = left_out_sse.sum()
+    rmse = np.sqrt(total_sse / points)
+    rmse_without_curve = np.sqrt((total_sse - left_out_sse) / (points - points_per_curve))
+    left_out = _ranking(preferred, rmse, rmse_without_curve)
+    fitted_sse = _sse_of_curves(compared, comparable.index, "traction_coefficient")
     # the differences have the error of Vuong's statistic (Econometrica 57 (1989) 307, section 5)
-    without_each = points * np.log(fitted.sum() - fitted)
-    by_bic = _judged(preferred, same["bic"], without_each, bic_difference_min)
-    size = float(np.sqrt(np.mean(own[_MEASURED] ** 2)))
-    verdict, better = _judgement(law, unseen, by_bic, same)
+    bic_without_curve = points * np.log(fitted_sse.sum() - fitted_sse)
+    by_bic = _ranking(preferred, comparable["bic"], bic_without_curve, bic_difference_min)
+    rms_mu = float(np.sqrt(np.mean(points_of_law[_MEASURED] ** 2)))
+    verdict, better_law = _judgement(law, left_out, by_bic, comparable)
     return {
         "verdict": verdict,
-        "better_law": better,
-        "left_out_law": unseen.best,
-        "left_out_ties": ", ".join(unseen.ties),
-        "left_out_relative_rms": laws["left_out_rmse"][law] / size,
-        "best_left_out_relative_rms": laws["left_out_rmse"][unseen.best] / size,
-        "left_out_difference": unseen.difference / size,
-        "left_out_difference_error": unseen.error / size,
+        "better_law": better_law,
+        "left_out_law": left_out.best,
+        "left_out_ties": ", ".join(left_out.ties),
+        "left_out_relative_rms": laws["left_out_rmse"][law] / rms_mu,
+        "best_left_out_relative_rms": laws["left_out_rmse"][left_out.best] / rms_mu,
+        "left_out_difference": left_out.difference / rms_mu,
+        "left_out_difference_error": left_out.error / rms_mu,
         "bic_law": by_bic.best,
         "bic_ties": ", ".join(by_bic.ties),
         "bic_difference": by_bic.difference,
@@ -115,49 +127,61 @@ def _verdict(
     }
 
 
-def _squares(beside: pd.DataFrame, laws: "pd.Index[str]", column: str) -> pd.DataFrame:
+def _sse_of_curves(compared: pd.DataFrame, laws: "pd.Index[str]", column: str) -> pd.DataFrame:
     """Sum of squared errors of each curve, one column per law.
 
     Laws without an error at some point are left out.
+
+    Args:
+        compared: mu of every law beside the measured mu.
+        laws: The laws that are compared.
+        column: mu of the laws.
     """
-    squares = (beside[column] - beside[_MEASURED]) ** 2
-    sums = squares.groupby([beside["run_id"], beside["law"]]).sum(skipna=False).unstack()
+    squares = (compared[column] - compared[_MEASURED]) ** 2
+    by_curve_and_law = squares.groupby([compared["run_id"], compared["law"]])
+    sums = by_curve_and_law.sum(skipna=False).unstack()
     return sums.reindex(columns=laws).dropna(axis=1)
 
 
-def _judged(
-    preferred: list[str], values: "pd.Series[float]", without_each: pd.DataFrame, least: float = 0.0
-) -> Judged:
-    """The laws by one criterion, the least of which is best.
+def _ranking(
+    preferred: list[str],
+    values: "pd.Series[float]",
+    values_without_curve: pd.DataFrame,
+    tie_below: float = 0.0,
+) -> Ranking:
+    """The laws by one criterion; the smallest value is best.
 
     Args:
-        preferred: The laws in the order in which they are preferred where they are as good; the
-            configured one is the first.
-        values: Of the criterion, by law.
-        without_each: The same without each curve, one column per law.
-        least: A smaller difference is a tie.
+        preferred: The laws in the order in which they are preferred where they are equally good;
+            the configured law is the first.
+        values: Criterion by law.
+        values_without_curve: The criterion without each curve in turn, one column per law.
+        tie_below: A smaller difference is a tie.
     """
-    among = values[[name for name in preferred if name in values]]
-    best = str(among.index[first_smallest(among)])
+    in_order = values[[name for name in preferred if name in values]]
+    best = str(in_order.index[first_smallest(in_order)])
     differences = values - values[best]
-    apart = without_each.sub(without_each[best], axis=0)
-    errors = {str(name): jackknife_error(each.to_numpy()) for name, each in apart.items()}
-    ties = [
-        name
-        for name, error in errors.items()
-        if name != best and reaches(max(error, least), differences[name], size=abs(values[best]))
-    ]
+    differences_without_curve = values_without_curve.sub(values_without_curve[best], axis=0)
+    errors = {
+        str(name): jackknife_error(replicates.to_numpy())
+        for name, replicates in differences_without_curve.items()
+    }
+    ties = [best]
+    for name, error in errors.items():
+        limit = max(error, tie_below)
+        if name != best and reaches(limit, differences[name], size=abs(values[best])):
+            ties.append(name)
     configured = preferred[0]
-    return Judged(best, (best, *ties), float(differences[configured]), errors[configured])
+    return Ranking(best, ties, float(differences[configured]), errors[configured])
 
 
 def jackknife_error(replicates: FloatArray) -> float:
-    """Half width of the 95 % interval of a statistic, from its values without each curve.
+    """Half width of the 95 % interval of a statistic, from its values without each curve in turn.
 
     Reference: B. Efron, C. Stein, Ann. Stat. 9 (1981) 586.
 
     Examples:
-        Of a mean it is Student's: for 1, 2, 3, 4 it is t(3) s/sqrt(4) = 3.18245 * 1.29099/2
+        For a mean it is that of Student: for 1, 2, 3, 4 it is t(3) s/sqrt(4), 3.18245 * 1.29099/2
 
         >>> values = np.array([1.0, 2.0, 3.0, 4.0])
         >>> print(f"{jackknife_error((values.sum() - values) / 3):.4f}")
@@ -172,25 +196,36 @@ def _best_at_ends(laws: pd.DataFrame) -> str:
     """The law with the least error at end levels that were left out; empty where none is known.
 
     Args:
-        laws: Rows of fit quality, the preferred laws first.
+        laws: Rows of `fit_quality`, the preferred laws first.
     """
-    ends = laws.filter(regex="_end_out_relative_rms$").astype(float)
-    known = ends.dropna(axis=1, how="all").dropna()
-    if known.empty or not len(known.columns):
+    errors = laws.filter(regex="_end_out_relative_rms$").astype(float)
+    errors = errors.dropna(axis=1, how="all").dropna()
+    if errors.empty or not len(errors.columns):
         return ""
-    return str(known.index[first_smallest((known**2).mean(axis=1))])
+    mean_squares = (errors**2).mean(axis=1)
+    return str(errors.index[first_smallest(mean_squares)])
 
 
-def _judgement(law: str, unseen: Judged, by_bic: Judged, laws: pd.DataFrame) -> tuple[str, str]:
-    """Verdict on the configured law, and the law to use in its place."""
-    by_both = [name for name in unseen.ties if name in by_bic.ties]
-    if law in by_both:
-        return ("best" if by_both == [law] else "tie"), ""
-    if law in unseen.ties or law in by_bic.ties:
+def _judgement(law: str, left_out: Ranking, by_bic: Ranking, laws: pd.DataFrame) -> tuple[str, str]:
+    """Verdict on the configured law, and the law to use instead.
+
+    Args:
+        law: The configured law.
+        left_out: The laws by their error at curves left out.
+        by_bic: The laws by their BIC.
+        laws: Rows of `fit_quality` of the compared laws.
+    """
+    best_by_both = [name for name in left_out.ties if name in by_bic.ties]
+    if best_by_both == [law]:
+        return "best", ""
+    if law in best_by_both:
+        return "tie", ""
+    if law in left_out.ties or law in by_bic.ties:
         return "criteria disagree", ""
-    # both refuse the configured one; where they name different laws, unseen curves decide.
-    # A proven fit first, then the fewest constants
-    order = laws.loc[by_both or list(unseen.ties)].sort_values(
+    # both criteria refuse the configured law; where they name different laws, the curves left out
+    # decide. A certified fit comes first, then the fewest constants.
+    candidates = best_by_both if best_by_both else list(left_out.ties)
+    in_order = laws.loc[candidates].sort_values(
         ["certified", "n_constants"], ascending=[False, True], kind="stable"
     )
-    return "another law is better", str(order.index[0])
+    return "another law is better", str(in_order.index[0])

@@ -1,14 +1,13 @@
 """Which conditions a fit follows by exponents, and where the others were tested.
 
-A condition that did not vary gives no exponent. Of conditions that varied in step only as many
-give exponents as varied independently: these exponents hold along the tested line, on which the
-others are functions of them. Away from that level or line mu is not known.
+A condition that did not vary gives no exponent. Of conditions that varied in step, only as many
+give exponents as varied independently. These exponents hold along the tested line, on which the
+other conditions are functions of the followed ones. Away from that level or line mu is not known.
 
 Decides: which conditions give exponents, and where mu is refused because a condition did not vary
 alone.
 """
 
-import itertools
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -24,7 +23,8 @@ from oilfilm.base.units import BoolArray, FloatArray, IndexArray
 from oilfilm.settings.config import FitSettings, SameConditionSettings
 from oilfilm.traction.law import QUANTITIES
 
-# A temperature near 0 degC is no measure of its own variation: 10 % are 2 K at least.
+# Magnitude of a condition at least, where a range is a share of it. Near 0 degC a share of the
+# temperature would mean nothing: 10 % are 2 K at least.
 LEAST_SIZE = {"inlet_temperature_c": 20.0}
 
 
@@ -35,7 +35,7 @@ class InStep:
     Attributes:
         condition: Column of the followed condition.
         centre: Its geometric mean over the curves.
-        exponent: The other one goes with this power of it.
+        exponent: The condition in step goes with this power of it.
     """
 
     condition: str
@@ -48,9 +48,9 @@ class FixedCondition:
     """A condition that a fit does not follow: the level or the line on which it was tested.
 
     Attributes:
-        condition: Its column.
-        level: Where the conditions of `in_step` are at their centre; None where it was not
-            measured in every run.
+        condition: Column of the condition.
+        level: Its value where the conditions of `in_step` are at their centre; None where it was
+            not measured in every run.
         within: Largest relative distance from the level or line at which mu is known.
         in_step: The followed conditions with which it varied; empty where it did not vary.
     """
@@ -66,7 +66,8 @@ class FixedCondition:
         Args:
             levels: Values of each condition by column, all of one shape.
         """
-        value = np.full_like(levels[self.condition], np.nan if self.level is None else self.level)
+        level = np.nan if self.level is None else self.level
+        value = np.full_like(levels[self.condition], level)
         for other in self.in_step:
             value *= (levels[other.condition] / other.centre) ** other.exponent
         return value
@@ -77,26 +78,30 @@ class FixedCondition:
         if self.level is None:
             return f"{name} is not known of every run"
         level = f"{self.level:.4g} {tables.unit_of(self.condition)}"
-        others, powers = [], ""
+        within = f"(within {self.within:.1%})"
+        if not self.in_step:
+            return f"{name} was tested at {level} only {within}"
+        other_names = []
+        powers = ""
         for other in self.in_step:
-            others.append(QUANTITIES[other.condition].short_meaning)
-            base = f"{others[-1]} / {other.centre:.4g} {tables.unit_of(other.condition)}"
-            powers += f" ({base})^{other.exponent:.3g}"
-        where = f"in step with {' and '.join(others)} only:" if others else "at"
-        only = "" if others else " only"
-        return f"{name} was tested {where} {level}{powers}{only} (within {self.within:.1%})"
+            other_name = QUANTITIES[other.condition].short_meaning
+            other_names.append(other_name)
+            centre = f"{other.centre:.4g} {tables.unit_of(other.condition)}"
+            powers += f" ({other_name} / {centre})^{other.exponent:.3g}"
+        others = " and ".join(other_names)
+        return f"{name} was tested in step with {others} only: {level}{powers} {within}"
 
 
 _FIXED = TypeAdapter(tuple[FixedCondition, ...])
 
 
 def to_text(fixed: Sequence[FixedCondition]) -> str:
-    """Fixed conditions as the table of fit quality has them: JSON, empty where there are none."""
+    """Fixed conditions as JSON, for the table `fit_quality`; empty where there are none."""
     return json.dumps(_FIXED.dump_python(tuple(fixed))) if fixed else ""
 
 
 def from_text(text: str) -> tuple[FixedCondition, ...]:
-    """Fixed conditions of a row of the table of fit quality.
+    """Fixed conditions of a row of the table `fit_quality`.
 
     Raises:
         OilfilmError: The text is not one that `to_text` wrote.
@@ -121,23 +126,28 @@ def followed_conditions(
 
     Args:
         names: Columns of the conditions.
-        conditions: One row per curve.
-        settings: `min_relative_range` and `smallest_singular_value`, below which conditions are
-            in step: of their standardised logarithms, relative to the largest.
+        conditions: Mean conditions of each curve, shape (curves, conditions).
+        settings: `min_relative_range` and `smallest_singular_value`. Conditions are in step where
+            the smallest singular value of their standardised logarithms, relative to the largest,
+            is below the latter.
+
+    Returns:
+        Shape (conditions,).
     """
-    enough = varied(names, conditions, settings)
-    # a law says in words that its power laws have no value at zero or below
-    if np.any(conditions[:, enough] <= 0):
-        return enough
-    followed = np.zeros_like(enough)
-    for index in np.flatnonzero(enough):
+    varied_enough = varied(names, conditions, settings)
+    # power laws have no value at zero or below; the law refuses such conditions with a message
+    if np.any(conditions[:, varied_enough] <= 0):
+        return varied_enough
+    followed = np.zeros_like(varied_enough)
+    for index in np.flatnonzero(varied_enough):
         followed[index] = True
         logs = np.log(conditions[:, followed])
         standardised = (logs - logs.mean(axis=0)) / logs.std(axis=0)
-        sizes = np.linalg.svd(standardised, compute_uv=False)
+        singular_values = np.linalg.svd(standardised, compute_uv=False)
         # too few curves are one case of conditions in step
-        too_few = len(sizes) < followed.sum()
-        followed[index] = not too_few and sizes[-1] > settings.smallest_singular_value * sizes[0]
+        too_few_curves = len(singular_values) < followed.sum()
+        smallest = settings.smallest_singular_value * singular_values[0]
+        followed[index] = not too_few_curves and singular_values[-1] > smallest
     return followed
 
 
@@ -148,27 +158,34 @@ def varied(
 
     Args:
         names: Columns of the conditions.
-        conditions: One row per curve.
+        conditions: Mean conditions of each curve, shape (curves, conditions).
         settings: `min_relative_range`, the smallest range over the largest magnitude.
+
+    Returns:
+        Shape (conditions,).
     """
     if len(conditions) == 0:
         return np.zeros(conditions.shape[1], dtype=bool)
-    low, high = conditions.min(axis=0), conditions.max(axis=0)
-    size = np.maximum(np.abs(low), np.abs(high))
-    size = np.maximum(size, [LEAST_SIZE.get(name, 0.0) for name in names])
-    wide = reaches(high - low, settings.min_relative_range * size)
-    return np.asarray((high > low) & wide)
+    low = conditions.min(axis=0)
+    high = conditions.max(axis=0)
+    least_magnitude = [LEAST_SIZE.get(name, 0.0) for name in names]
+    magnitude = np.maximum(np.maximum(np.abs(low), np.abs(high)), least_magnitude)
+    is_wide = reaches(high - low, settings.min_relative_range * magnitude)
+    return np.asarray((high > low) & is_wide)
 
 
 def incomplete_curves(
     names: Sequence[str], conditions: FloatArray, settings: FitSettings
 ) -> BoolArray:
-    """Curves that lack a condition which varied over the others: no law can follow them.
+    """Curves without a condition that varied over the other curves: no law can follow them.
 
     Args:
         names: Columns of the conditions.
-        conditions: One row per curve.
-        settings: As `varied`.
+        conditions: Mean conditions of each curve, shape (curves, conditions).
+        settings: As in `varied`.
+
+    Returns:
+        Shape (curves,).
     """
     lacking = np.zeros(len(conditions), dtype=bool)
     for index, unknown in enumerate(np.isnan(conditions).T):
@@ -184,83 +201,125 @@ def fixed_conditions(
 
     Args:
         names: Columns of the conditions.
-        conditions: One row per curve.
-        followed: As `followed_conditions`.
-        settings: As there, and `level_tolerance`.
+        conditions: Mean conditions of each curve, shape (curves, conditions).
+        followed: As `followed_conditions` returns it.
+        settings: As in `followed_conditions`, and `level_tolerance`.
     """
-    moving = dict(zip(names, varied(names, conditions, settings), strict=True))
-    columns = dict(zip(names, conditions.T, strict=True))
-    along = {name: columns[name] for name in itertools.compress(names, followed)}
-    return tuple(
-        _fixed(name, columns[name], along if moving[name] else {}, settings)
-        for name in itertools.compress(names, ~followed)
-    )
+    is_varied = varied(names, conditions, settings)
+    followed_levels = {}
+    for name, levels, is_followed in zip(names, conditions.T, followed, strict=True):
+        if is_followed:
+            followed_levels[name] = levels
+    fixed = []
+    for index in np.flatnonzero(~followed):
+        # a condition that did not vary has a level; one that varied has a line
+        others = followed_levels if is_varied[index] else {}
+        fixed.append(_fixed(names[index], conditions[:, index], others, settings))
+    return tuple(fixed)
 
 
 def _fixed(
-    name: str, values: FloatArray, along: Mapping[str, FloatArray], settings: FitSettings
+    name: str, values: FloatArray, others: Mapping[str, FloatArray], settings: FitSettings
 ) -> FixedCondition:
+    """The level or line of one condition.
+
+    Args:
+        name: Column of the condition.
+        values: Its value in each curve.
+        others: Values of the followed conditions with which it may be in step; empty for a level.
+        settings: `level_tolerance`.
+    """
     if not len(values) or np.isnan(values).any():
         return FixedCondition(name, None, 0.0)
-    if along:
-        *_, in_step = _line(values, along)
-        # what moves the line by less than its tolerance is no part of it
-        along = {
-            other: levels
-            for (other, levels), power in zip(along.items(), in_step, strict=True)
-            if abs(power.exponent) * np.ptp(np.log(levels)) > settings.level_tolerance
+    if others:
+        # a condition that moves the line by less than the tolerance is no part of it
+        others = {
+            power.condition: others[power.condition]
+            for power in _nearest_line(values, others).in_step
+            if _share_of_line(power, others) > settings.level_tolerance
         }
-    level, line, in_step = _line(values, along) if along else (values.mean(), values.mean(), ())
-    within = float(np.max(_relative_distance(name, values, line))) + settings.level_tolerance
-    return FixedCondition(name, float(level), within, in_step)
+    if others:
+        line = _nearest_line(values, others)
+    else:
+        line = _Line(float(values.mean()), np.full(len(values), values.mean()), ())
+    farthest = float(np.max(_relative_distance(name, values, line.values)))
+    return FixedCondition(name, line.level, farthest + settings.level_tolerance, line.in_step)
 
 
-def _line(
-    values: FloatArray, along: Mapping[str, FloatArray]
-) -> tuple[float, FloatArray, tuple[InStep, ...]]:
-    """The nearest power law of other conditions: value at their centres, values, powers."""
-    logs = np.log(list(along.values()))
+@dataclass(frozen=True)
+class _Line:
+    """A condition as a power law of others.
+
+    Attributes:
+        level: Value at the centres of the others.
+        values: Value in each curve, shape (curves,).
+        in_step: The others and their exponents.
+    """
+
+    level: float
+    values: FloatArray
+    in_step: tuple[InStep, ...]
+
+
+def _nearest_line(values: FloatArray, others: Mapping[str, FloatArray]) -> _Line:
+    """The power law of other conditions that is nearest to the values of a condition.
+
+    Args:
+        values: Value of the condition in each curve, shape (curves,).
+        others: Values of the other conditions by column.
+    """
+    logs = np.log(list(others.values()))
     centres = logs.mean(axis=1, keepdims=True)
     design = np.vstack([np.ones(len(values)), logs - centres]).T
     solution, *_ = np.linalg.lstsq(design, np.log(values))
     in_step = tuple(
         InStep(other, float(np.exp(centre)), float(exponent))
-        for other, centre, exponent in zip(along, centres[:, 0], solution[1:], strict=True)
+        for other, centre, exponent in zip(others, centres[:, 0], solution[1:], strict=True)
     )
-    return float(np.exp(solution[0])), np.exp(design @ solution), in_step
+    return _Line(float(np.exp(solution[0])), np.exp(design @ solution), in_step)
+
+
+def _share_of_line(power: InStep, others: Mapping[str, FloatArray]) -> float:
+    """Range of the logarithm of a line that one of its conditions makes."""
+    return float(abs(power.exponent) * np.ptp(np.log(others[power.condition])))
 
 
 def away(fixed: FixedCondition, levels: Mapping[str, FloatArray]) -> npt.NDArray[np.bool_]:
-    """True where a condition lies away from its tested level or line; NaN stands for the line.
+    """True where a condition is away from its tested level or line; NaN means on the line.
 
     Args:
         fixed: The condition.
         levels: Values of each condition by column, all of one shape.
     """
-    asked = levels[fixed.condition]
-    distance = _relative_distance(fixed.condition, asked, fixed.on_line(levels))
-    return np.asarray(~np.isnan(asked) & ~reaches(fixed.within, distance))
+    values = levels[fixed.condition]
+    distance = _relative_distance(fixed.condition, values, fixed.on_line(levels))
+    return np.asarray(~np.isnan(values) & ~reaches(fixed.within, distance))
 
 
 def _relative_distance(name: str, values: FloatArray, line: FloatArray) -> FloatArray:
-    return np.asarray(np.abs(values - line) / np.maximum(np.abs(line), LEAST_SIZE.get(name, 0.0)))
+    magnitude = np.maximum(np.abs(line), LEAST_SIZE.get(name, 0.0))
+    return np.asarray(np.abs(values - line) / magnitude)
 
 
 def clusters(values: FloatArray, width: float) -> IndexArray:
-    """Clusters of values no wider than `width`, counted from 0; unknown values are one of them.
+    """Clusters of values no wider than `width`, counted from 0.
+
+    Unknown values are the cluster 0, whether there are some or not.
 
     Examples:
         >>> clusters(np.array([0.101, 0.02, 0.099, 0.021, np.nan]), 0.006)
         array([2, 1, 2, 1, 0])
     """
-    clusters = np.zeros(len(values), dtype=np.int64)
-    first, number = -np.inf, 0
+    cluster = np.zeros(len(values), dtype=np.int64)
+    number = 0
+    smallest_of_cluster = -np.inf
     known = np.flatnonzero(~np.isnan(values))
     for index in known[np.argsort(values[known], kind="stable")]:
-        if exceeds(values[index] - first, width):
-            first, number = values[index], number + 1
-        clusters[index] = number
-    return clusters
+        if exceeds(values[index] - smallest_of_cluster, width):
+            number += 1
+            smallest_of_cluster = values[index]
+        cluster[index] = number
+    return cluster
 
 
 def levels_of(name: str, values: FloatArray, same: SameConditionSettings) -> IndexArray:
@@ -268,16 +327,16 @@ def levels_of(name: str, values: FloatArray, same: SameConditionSettings) -> Ind
 
     Args:
         name: Column of the condition.
-        values: Measured values; unknown ones are one level.
+        values: Measured values; unknown ones have the level 0.
         same: Largest range of the values of one level.
     """
-    relative = {
+    relative_width = {
         "max_hertz_pressure_gpa": same.max_hertz_pressure,
         "load_n": same.load,
         "entrainment_speed_m_s": same.entrainment_speed,
     }
-    if name in relative:
-        return clusters(np.log(values), relative[name])
+    if name in relative_width:
+        return clusters(np.log(values), relative_width[name])
     return clusters(values, same.inlet_temperature_c)
 
 

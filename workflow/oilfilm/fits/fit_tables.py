@@ -1,6 +1,7 @@
 """The tables of one fit: constants, quality, refits, correlations, profiles, residuals by curve.
 
-With the proof that a fit is the best one: independent searches agree at a flat, physical spot.
+Here is also the certificate of a fit: independent searches agree, and the gradient of the SSE is
+zero at a physical optimum.
 
 Decides: when a fit is certified.
 """
@@ -15,7 +16,7 @@ import pandas as pd
 from oilfilm import tables
 from oilfilm.base.ties import exceeds, first_largest, reaches
 from oilfilm.base.units import FloatArray
-from oilfilm.fits.conditions import from_text
+from oilfilm.fits.conditions import FixedCondition, from_text
 from oilfilm.fits.engine import Optimum
 from oilfilm.fits.interval import Unseen, normal_quantile
 from oilfilm.fits.objectives import Robust, curve_agreement
@@ -26,6 +27,14 @@ from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.tables.table_needs import OF_FIT
 from oilfilm.traction.law import CONDITIONS, Law, Observations
 
+# Residuals of an exact fit are rounding: their SSE over the sum of mu^2 is below this.
+_ROUNDING = 1e-20
+# A standard error is not below this where constants are compared in standard errors.
+_LEAST_ERROR = 1e-9
+# Levels of each condition, and slips, at which mu is evaluated over the tested box.
+_GRID_LEVELS = 9
+_GRID_SLIPS = 61
+
 
 @dataclass(frozen=True)
 class Solution:
@@ -33,16 +42,16 @@ class Solution:
 
     Attributes:
         problem: What was fitted; constants that ran into a bound are held there.
-        best: The best end of the searches.
-        certificate: Whether the searches agree, and at what kind of optimum.
+        best: The optimum with the smallest SSE.
+        certificate: Columns of `fit_quality`, as `certify` returns them.
         estimates: The free constants in the form of the law's equation, with their errors.
-        profile: As `profiles`.
+        profile: As `profiles` returns it.
         robust: The fit with a robust loss; None for an exact fit.
-        left_out: Error of each point's mu by a fit that has not seen its curve, NaN where there is
-            none.
-        unseen: What these errors say of a further run.
-        refits_at_bounds: Refits of which a constant ended at a bound; they are not among the
-            estimates' refits.
+        left_out: Fitted minus measured mu of each point by a fit without its curve, shape
+            (points,); NaN where there is no such fit.
+        unseen: The expected errors of a further run, from `left_out`.
+        refits_at_bounds: Number of refits in which a constant ended at a bound. They are not among
+            the refits of `estimates`.
     """
 
     problem: Problem
@@ -64,10 +73,10 @@ def tables_of_fit(
     Args:
         solution: The fit.
         points: The oil's rows of the table of points, without those of incomplete curves.
-        quality: Oil, law, counts and tested box: the row of `fit_quality` so far.
+        quality: Oil, law, counts and tested box: the first columns of the row of `fit_quality`.
         settings: `sign_confidence` and `pulling_weight` of config's fit.
     """
-    return _of_fit(
+    return _with_oil_and_law(
         {**quality, **_quality(solution)},
         coefficients=_coefficients(solution, settings, quality["fixed_conditions"]),
         refits=_refits(solution),
@@ -81,47 +90,67 @@ def tables_of_fit(
 def tables_without_fit(
     constants: Sequence[str], quality: Mapping[str, Any], reason: str
 ) -> CampaignTables:
-    """The same of data that could not be fitted: no values, and the reason as the certificate.
+    """The tables of data that cannot be fitted: no values, and the reason as the certificate.
 
     Args:
-        constants: Names of the constants that were to be fitted.
-        quality: As of `tables_of_fit`.
+        constants: Names of the constants of the law that are fitted.
+        quality: As in `tables_of_fit`.
         reason: Why there is no fit.
     """
     rows = pd.DataFrame({"constant": constants}).assign(verdict="not identifiable")
-    return _of_fit({**quality, "certificate": f"not fitted: {reason}"}, coefficients=rows)
+    quality = {**quality, "certificate": f"not fitted: {reason}"}
+    return _with_oil_and_law(quality, coefficients=rows)
 
 
-def _of_fit(quality: Mapping[str, Any], **frames: pd.DataFrame) -> CampaignTables:
-    """Each table with oil and law in every row."""
+def _with_oil_and_law(quality: Mapping[str, Any], **frames: pd.DataFrame) -> CampaignTables:
+    """The tables of a fit, with oil and law in every row; tables without rows are empty.
+
+    Args:
+        quality: The row of `fit_quality`.
+        frames: The other tables by name.
+    """
     frames["fit_quality"] = pd.DataFrame([quality])
-    of = {name: quality[name] for name in ("oil", "law")}
-    made = {name: tables.empty(name) for name in OF_FIT} | {
-        name: tables.filled(frame.assign(**of), name, f"fit of {of['oil']}")
-        for name, frame in frames.items()
-        if len(frame)
-    }
-    return CampaignTables.in_memory(**made)
+    oil = quality["oil"]
+    finished = {name: tables.empty(name) for name in OF_FIT}
+    for name, frame in frames.items():
+        if len(frame):
+            rows = frame.assign(oil=oil, law=quality["law"])
+            finished[name] = tables.filled(rows, name, f"fit of {oil}")
+    return CampaignTables.in_memory(**finished)
 
 
 def _coefficients(solution: Solution, settings: FitSettings, fixed_conditions: str) -> pd.DataFrame:
     """One row per constant, in the order of the law."""
-    law, at_bounds = solution.problem.law, solution.problem.at_bounds
+    law = solution.problem.law
+    at_bounds = solution.problem.at_bounds
     estimated = _estimated(solution, settings.sign_confidence)
-    # the level of a condition that did not vary is inside X0: neither can be told apart
-    local = [name for name in law.local_constants if name in {*estimated.index, *at_bounds}]
-    rows = estimated.reindex([*fitted_names(law), *local])
+    # the level of a condition that did not vary is inside X0, and the row is then that of X
+    has_value = set(estimated.index) | set(at_bounds)
+    coefficients_at_level = [name for name in law.local_constants if name in has_value]
+    rows = estimated.reindex(fitted_names(law) + coefficients_at_level)
     rows["identifiable"] = rows.index.isin(estimated.index)
     rows["verdict"] = rows["verdict"].fillna("not identifiable")
     for name, value in at_bounds.items():
         rows.loc[name, ["value", "verdict"]] = value, "at a bound"
-    along = {other.condition for each in from_text(fixed_conditions) for other in each.in_step}
-    # every group that a law makes of conditions may hold one of them
-    groups = along if law.groups == law.conditions else set(law.groups if along else ())
-    # an exponent along a line is one of no condition alone
-    in_step = [each.name for each in law.constants if each.condition in groups]
+    in_step = _exponents_in_step(law, from_text(fixed_conditions))
     rows.loc[rows.index.isin(in_step) & rows["identifiable"], "verdict"] = "in step"
     return rows.rename_axis("constant").reset_index()
+
+
+def _exponents_in_step(law: Law, fixed_conditions: Sequence[FixedCondition]) -> list[str]:
+    """Names of the exponents that hold along a line of several conditions, not for one alone."""
+    on_lines = set()
+    for fixed in fixed_conditions:
+        for other in fixed.in_step:
+            on_lines.add(other.condition)
+    if not on_lines:
+        return []
+    if law.groups == law.conditions:
+        groups = on_lines
+    else:
+        # each group may contain a condition of the line
+        groups = set(law.groups)
+    return [constant.name for constant in law.constants if constant.condition in groups]
 
 
 def fitted_names(law: Law) -> list[str]:
@@ -131,14 +160,16 @@ def fitted_names(law: Law) -> list[str]:
 
 def _estimated(solution: Solution, sign_confidence: float) -> pd.DataFrame:
     """One row per free constant, by its name, with its errors and intervals."""
-    estimates, values = solution.estimates, solution.estimates.values
-    systematic = np.sqrt(((estimates.shifted - values) ** 2).sum(axis=0))
+    estimates = solution.estimates
+    # errors from the calibration of the sensors
+    systematic = np.sqrt(((estimates.shifted - estimates.values) ** 2).sum(axis=0))
     rows = pd.DataFrame(
         {
-            "value": values,
-            **dict.fromkeys(("standard_error", "lower", "upper"), np.nan),
+            "value": estimates.values,
+            "standard_error": np.nan,
+            "lower": np.nan,
+            "upper": np.nan,
             "naive_standard_error": np.sqrt(np.diag(estimates.naive)),
-            # from calibration
             "systematic_standard_error": systematic if len(estimates.shifted) else np.nan,
             "verdict": "no interval",
         },
@@ -148,25 +179,29 @@ def _estimated(solution: Solution, sign_confidence: float) -> pd.DataFrame:
         rows["standard_error"] = [constant.std(ddof=1) for constant in estimates.refits.T]
         low, high = np.quantile(estimates.refits, [0.025, 0.975], axis=0)
         error = np.hypot(rows["standard_error"], rows["systematic_standard_error"].fillna(0.0))
-        # A fit calls the signs of all its constants at once: by an interval of 95 % each, of twelve
-        # constants without effect one would be called wrongly every second time. Hence
-        # Bonferroni's limit, for all of them together.
-        reach = normal_quantile(1 - (1 - sign_confidence) / len(rows)) * error
-        # the refits may be skew
-        rows["lower"] = np.minimum(rows["value"] - reach, low)
-        rows["upper"] = np.maximum(rows["value"] + reach, high)
-        # the signs of an exact fit's zeros are those of rounding; exponents are of the size of 1
-        known = exceeds(rows["lower"], 0.0, size=1.0) | exceeds(0.0, rows["upper"], size=1.0)
-        rows["verdict"] = np.where(known, "known", "sign unknown")
+        # A fit gives the signs of all its constants at once. With intervals of 95 % each, one of
+        # twelve constants without effect would get a sign in every second fit. Bonferroni's limit
+        # is for all of them together.
+        half_width = normal_quantile(1 - (1 - sign_confidence) / len(rows)) * error
+        # the distribution of the refits may be skew
+        rows["lower"] = np.minimum(rows["value"] - half_width, low)
+        rows["upper"] = np.maximum(rows["value"] + half_width, high)
+        # in an exact fit the sign of a zero is rounding; exponents are of the size of 1
+        is_positive = exceeds(rows["lower"], 0.0, size=1.0)
+        is_negative = exceeds(0.0, rows["upper"], size=1.0)
+        rows["verdict"] = np.where(is_positive | is_negative, "known", "sign unknown")
     return rows
 
 
 def _quality(solution: Solution) -> dict[str, Any]:
-    problem, best = solution.problem, solution.best
+    """Columns of `fit_quality` that come from the solution."""
+    problem = solution.problem
+    best = solution.best
     residual = problem.residual(best.values)
     rmse = float(np.sqrt(np.mean(residual**2)))
     constants = len(best.values) + len(problem.at_bounds)
-    starts = traction_on(problem, best, *tested_grid(problem))[:, 0]
+    rows, slips = tested_grid(problem)
+    at_zero_slip = traction_on(problem, best, rows, slips)[:, 0]
     return {
         "n_constants": constants,
         "sse": best.sse,
@@ -174,7 +209,7 @@ def _quality(solution: Solution) -> dict[str, Any]:
         "relative_rms": rmse / float(np.sqrt(np.mean(problem.mu**2))),
         "max_error": float(np.abs(residual).max()),
         "bic": bayesian_criterion(best.sse, len(residual), constants),
-        "zero_slip_traction": float(starts[first_largest(np.abs(starts))]),
+        "zero_slip_traction": float(at_zero_slip[first_largest(np.abs(at_zero_slip))]),
         "left_out_rmse": float(np.sqrt(np.mean(solution.left_out**2))),
         "refits_at_bounds": solution.refits_at_bounds,
         **solution.unseen.columns(),
@@ -187,9 +222,9 @@ def bayesian_criterion(sse: float, n_points: int, n_constants: int) -> float:
 
         BIC = n ln(SSE/n) + k ln n
 
-    k counts the constants and the variance of the errors; terms that all laws share are left out.
-    It takes every point for independent, which points of a run are not: differences between laws
-    look surer than they are.
+    k counts the constants and the variance of the errors. Terms that all laws share are left out.
+    The criterion assumes independent points, but points of a run share errors. Differences between
+    laws therefore seem more certain than they are.
 
     Args:
         sse: Sum of squared errors.
@@ -211,12 +246,14 @@ def bayesian_criterion(sse: float, n_points: int, n_constants: int) -> float:
 
 
 def _refits(solution: Solution) -> pd.DataFrame:
-    names, estimates = solution.problem.names, solution.estimates
-    spread, shifted = estimates.refits, estimates.shifted
-    values = np.vstack([spread, shifted])
-    calibration = [f"calibration of {sensor}" for sensor in SENSORS[: len(shifted)]]
-    causes = ["resampled curves"] * len(spread) + calibration
-    numbers = [*range(len(spread)), *[0] * len(shifted)]
+    """Constants of each refit: first those to resampled curves, then those with a sensor off."""
+    names = solution.problem.names
+    resampled = solution.estimates.refits
+    shifted = solution.estimates.shifted
+    values = np.vstack([resampled, shifted])
+    causes = ["resampled curves"] * len(resampled)
+    causes += [f"calibration of {sensor}" for sensor in SENSORS[: len(shifted)]]
+    numbers = list(range(len(resampled))) + [0] * len(shifted)
     return pd.DataFrame(
         {
             "cause": np.repeat(causes, len(names)),
@@ -228,55 +265,56 @@ def _refits(solution: Solution) -> pd.DataFrame:
 
 
 def _correlations(solution: Solution) -> pd.DataFrame:
-    first, second = np.triu_indices(len(solution.problem.names), k=1)
+    """Correlation of each pair of constants."""
     names = np.array(solution.problem.names)
+    first, second = np.triu_indices(len(names), k=1)
     values = solution.estimates.correlation[first, second]
     return pd.DataFrame({"constant": names[first], "other": names[second], "correlation": values})
 
 
 def _profiles(solution: Solution) -> pd.DataFrame:
+    """Profile of each constant: its values and the signed root of the SSE's rise there."""
     problem = solution.problem
-    levels, z = solution.profile
+    levels, signed_root = solution.profile
     # a constant below zero falls where its logarithm rises
-    turned = np.where(problem.signs < 0, -1, 1)[:, np.newaxis]
+    direction = np.where(problem.signs < 0, -1, 1)[:, np.newaxis]
     return pd.DataFrame(
         {
             "constant": np.repeat(problem.names, levels.shape[1]),
             "value": problem.reported(levels.T).T.ravel(),
-            "signed_root": (turned * z).ravel(),
+            "signed_root": (direction * signed_root).ravel(),
         }
     )
 
 
 def _law_points(solution: Solution, points: pd.DataFrame) -> pd.DataFrame:
+    """mu of the law at each accepted point, and by the fit without the point's curve."""
     data = solution.problem.data
     # the order of `curve_data`, whose traction is that of positive slip
-    at = points[points["accepted"]].sort_values(["run_id", "first_row"]).reset_index(drop=True)
-    side = np.where(at["slide_roll_ratio"] < 0, -1.0, 1.0)
+    accepted = points[points["accepted"]].sort_values(["run_id", "first_row"])
+    accepted = accepted.reset_index(drop=True)
+    side = np.where(accepted["slide_roll_ratio"] < 0, -1.0, 1.0)
     residual = solution.problem.residual(solution.best.values)
-    return at[["run_id", "first_row", "slide_roll_ratio"]].assign(
+    return accepted[["run_id", "first_row", "slide_roll_ratio"]].assign(
         traction_coefficient=side * (data.mu + residual),
         left_out_traction_coefficient=side * (data.mu + solution.left_out),
     )
 
 
 def _curve_residuals(solution: Solution, settings: FitSettings) -> pd.DataFrame:
-    problem, data = solution.problem, solution.problem.data
+    """Mean conditions, misfit and agreement of each curve."""
+    problem = solution.problem
+    data = problem.data
     residual = problem.residual(solution.best.values)
-    counts = np.bincount(problem.observations.curve, minlength=problem.curves)
-    squares = np.bincount(problem.observations.curve, residual**2, minlength=problem.curves)
-    levels = {f"mean_{name}": np.nan for name in (*CONDITIONS, "load_n")}
-    known = [f"mean_{name}" for name in problem.law.conditions]
-    levels |= dict(zip(known, data.conditions.T, strict=True))
-    return pd.DataFrame(
-        {
-            "run_id": data.runs,
-            "n_points": counts,
-            **levels,
-            "rmse": np.sqrt(squares / counts),
-            **curve_agreement(problem, solution.robust, settings),
-        }
-    )
+    points_of_curve = np.bincount(data.curve, minlength=problem.curves)
+    sse_of_curve = np.bincount(data.curve, residual**2, minlength=problem.curves)
+    rows = pd.DataFrame({"run_id": data.runs, "n_points": points_of_curve})
+    for name in (*CONDITIONS, "load_n"):
+        rows[f"mean_{name}"] = np.nan
+    for name, levels in zip(problem.law.conditions, data.conditions.T, strict=True):
+        rows[f"mean_{name}"] = levels
+    rows["rmse"] = np.sqrt(sse_of_curve / points_of_curve)
+    return rows.assign(**curve_agreement(problem, solution.robust, settings))
 
 
 # ---------------------------------------------------------------- the certificate
@@ -285,42 +323,43 @@ def _curve_residuals(solution: Solution, settings: FitSettings) -> pd.DataFrame:
 def certify(
     problem: Problem, optima: Sequence[Optimum], naive_errors: FloatArray, settings: FitSettings
 ) -> dict[str, Any]:
-    """What the searches and the optimum say, as columns of `fit_quality`.
+    """Columns of `fit_quality` that show whether the best optimum is certified.
 
-    The best optimum is `certified` where all of it holds.
+    It is `certified` where all checks hold: the searches agree, the gradient is zero, mu is not
+    negative, the Hessian is regular, and no bound is reached.
 
     Args:
         problem: What was fitted; constants that ran into a bound are held there.
-        optima: End of each independent search, in the free constants.
+        optima: Optimum of each independent search, in the free constants.
         naive_errors: Naive standard errors of the free constants.
         settings: Limits of config's fit.
     """
     best = min(optima, key=lambda optimum: optimum.sse)
-    # an exact fit of exact points leaves rounding only, which agrees with nothing
-    rounding = 1e-20 * float(np.sum(problem.mu**2))
-    errors = np.maximum(naive_errors, 1e-9)
-    spreads = np.array([(each.sse - best.sse) / max(best.sse, rounding) for each in optima])
-    distances = np.array([np.max(np.abs(each.values - best.values) / errors) for each in optima])
-    spread, distance = float(spreads.max()), float(distances.max())
-    near = (spreads <= settings.agreement_sse) & (distances <= settings.agreement_constants)
-    agreeing = int(near.sum())
-    cosine = gradient_cosine(problem, best) if best.sse > rounding else 0.0
-    mu = traction_on(problem, best, *tested_grid(problem))
-    smallest, largest = float(mu.min()), float(np.abs(mu).max())
-    low, high, condition = spectrum(problem, best)
+    # the residuals of an exact fit of exact points are rounding, on which searches do not agree
+    rounding = _ROUNDING * float(np.sum(problem.mu**2))
+    errors = np.maximum(naive_errors, _LEAST_ERROR)
+    sse = np.array([optimum.sse for optimum in optima])
+    values = np.array([optimum.values for optimum in optima])
+    sse_spread = (sse - best.sse) / max(best.sse, rounding)
+    constant_spread = np.max(np.abs(values - best.values) / errors, axis=1)
+    agrees_in_sse = sse_spread <= settings.agreement_sse
+    agrees_in_constants = constant_spread <= settings.agreement_constants
+    rows, slips = tested_grid(problem)
+    mu = traction_on(problem, best, rows, slips)
+    hessian_smallest, hessian_largest, condition_number = spectrum(problem, best)
     numbers = {
         "searches": len(optima),
-        "searches_agreeing": agreeing,
-        "sse_spread": spread,
-        "constant_spread": distance,
-        "gradient_cosine": cosine,
-        "min_traction": smallest,
-        "condition_number": condition,
-        "hessian_smallest": low,
-        "hessian_largest": high,
+        "searches_agreeing": int(np.sum(agrees_in_sse & agrees_in_constants)),
+        "sse_spread": float(sse_spread.max()),
+        "constant_spread": float(constant_spread.max()),
+        "gradient_cosine": gradient_cosine(problem, best) if best.sse > rounding else 0.0,
+        "min_traction": float(mu.min()),
+        "condition_number": condition_number,
+        "hessian_smallest": hessian_smallest,
+        "hessian_largest": hessian_largest,
         "active_bounds": ", ".join(problem.at_bounds),
     }
-    checks = _checks(numbers, largest, settings)
+    checks = _checks(numbers, float(np.abs(mu).max()), settings)
     failing = [what for holds, _, what in checks if not holds]
     holding = [what for _, what, _ in checks]
     sentence = f"{'not certified' if failing else 'certified'}: {'; '.join(failing or holding)}"
@@ -330,23 +369,26 @@ def certify(
 def _checks(
     numbers: Mapping[str, Any], largest: float, settings: FitSettings
 ) -> list[tuple[bool, str, str]]:
-    """What a certificate asks: whether it holds, and what is said if it does and if it does not.
-
-    What holds is told by its limit, because the numbers themselves are rounding.
+    """The checks of a certificate.
 
     Args:
         numbers: Columns of `fit_quality`.
-        largest: Largest mu over the tested box.
+        largest: Largest |mu| over the tested box.
         settings: Limits of config's fit.
+
+    Returns:
+        Of each check, whether it holds, its text where it holds, and its text where it fails. The
+        first text has the limit instead of the number, because the number is rounding.
     """
 
     def up_to(limit: float, name: str, text: str) -> tuple[bool, str, str]:
-        found = numbers[name]
-        return found <= limit, text.format(f"{limit:g} at most"), text.format(f"{found:.1e}")
+        value = numbers[name]
+        return value <= limit, text.format(f"{limit:g} at most"), text.format(f"{value:.1e}")
 
     agree = f"{numbers['searches_agreeing']} of {numbers['searches']} searches agree"
     apart = "their constants, in standard errors, by {}"
-    smallest, bounds = numbers["min_traction"], numbers["active_bounds"]
+    smallest = numbers["min_traction"]
+    bounds = numbers["active_bounds"]
     curved = numbers["hessian_smallest"] > 0 and not np.isnan(numbers["condition_number"])
     return [
         (numbers["searches_agreeing"] == numbers["searches"], agree, agree),
@@ -366,44 +408,52 @@ def _checks(
 def gradient_cosine(problem: Problem, optimum: Optimum) -> float:
     """Largest |cos| of the angle between the residual and a column of the Jacobian.
 
-    It is zero at a stationary point whatever the scale of data and constants (the orthogonality
-    test of MINPACK's lmder).
+    It is zero at a stationary point, for every scale of data and constants (the orthogonality test
+    of MINPACK's lmder).
     """
-    residual, jacobian = problem.residual(optimum.values), problem.jacobian(optimum.values)
-    length = np.linalg.norm(residual) * np.linalg.norm(jacobian, axis=0)
-    return float(np.max(np.abs(residual @ jacobian) / np.where(length > 0, length, 1.0)))
+    residual = problem.residual(optimum.values)
+    jacobian = problem.jacobian(optimum.values)
+    lengths = np.linalg.norm(residual) * np.linalg.norm(jacobian, axis=0)
+    cosines = np.abs(residual @ jacobian) / np.where(lengths > 0, lengths, 1.0)
+    return float(np.max(cosines))
 
 
 def spectrum(problem: Problem, optimum: Optimum) -> tuple[float, float, float]:
     """Smallest and largest eigenvalue of the Hessian J^T J, and the condition number of J.
 
-    The eigenvalues are those of half the SSE by the free internal constants; the condition number
-    is that of J with columns of length 1, which no choice of units changes. It is NaN where J is
+    The Hessian is that of half the SSE by the free internal constants. The condition number is that
+    of J with columns of length 1, so that it does not depend on units. It is NaN where J is
     singular to rounding.
     """
     jacobian = problem.jacobian(optimum.values)
-    length = np.linalg.norm(jacobian, axis=0)
-    sizes = np.linalg.svd(jacobian, compute_uv=False)
-    scaled = np.linalg.svd(jacobian / np.where(length > 0, length, 1.0), compute_uv=False)
-    singular = scaled[-1] <= scaled[0] * max(jacobian.shape) * np.finfo(float).eps
-    condition = float("nan") if singular else float(scaled[0] / scaled[-1])
-    return float(sizes[-1] ** 2), float(sizes[0] ** 2), condition
+    lengths = np.linalg.norm(jacobian, axis=0)
+    unit_columns = jacobian / np.where(lengths > 0, lengths, 1.0)
+    singular_values = np.linalg.svd(jacobian, compute_uv=False)
+    scaled_values = np.linalg.svd(unit_columns, compute_uv=False)
+    rounding = scaled_values[0] * max(jacobian.shape) * np.finfo(float).eps
+    is_singular = scaled_values[-1] <= rounding
+    condition = float("nan") if is_singular else float(scaled_values[0] / scaled_values[-1])
+    return float(singular_values[-1] ** 2), float(singular_values[0] ** 2), condition
 
 
 def tested_grid(problem: Problem) -> tuple[FloatArray, FloatArray]:
     """Rows of the design over the box of tested conditions, and slips from 0 to the largest."""
     data = problem.data
-    low, high = data.conditions.min(axis=0), data.conditions.max(axis=0)
-    levels = np.meshgrid(*np.linspace(low, high, 9, axis=1), indexing="ij")
+    low = data.conditions.min(axis=0)
+    high = data.conditions.max(axis=0)
+    levels = np.meshgrid(*np.linspace(low, high, _GRID_LEVELS, axis=1), indexing="ij")
     conditions = np.stack(levels, axis=-1).reshape(-1, len(low))
     rows = np.unique(problem.law.design(conditions, problem.followed), axis=0)
-    return rows, np.linspace(0, float(np.max(np.abs(data.slip))), 61)
+    largest_slip = float(np.max(np.abs(data.slip)))
+    return rows, np.linspace(0, largest_slip, _GRID_SLIPS)
 
 
 def traction_on(
     problem: Problem, optimum: Optimum, rows: FloatArray, slips: FloatArray
 ) -> FloatArray:
     """mu at each row of the design and each slip: shape (rows, slips)."""
-    at = Observations(rows, np.repeat(np.arange(len(rows)), len(slips)), np.tile(slips, len(rows)))
-    mu = problem.law.traction(problem.expand(optimum.values), at)
+    row_of_point = np.repeat(np.arange(len(rows)), len(slips))
+    slip_of_point = np.tile(slips, len(rows))
+    observations = Observations(rows, row_of_point, slip_of_point)
+    mu = problem.law.traction(problem.expand(optimum.values), observations)
     return mu.reshape(len(rows), len(slips))

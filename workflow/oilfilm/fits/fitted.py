@@ -272,7 +272,7 @@ class FittedLaw:
             of_data = {
                 "box": np.array(ends, float),
                 "fixed": from_text(row["fixed_conditions"]),
-                "unseen": Unseen.of(row),
+                "unseen": Unseen.from_columns(row),
                 "degrees": degrees_of_spread(row["n_curves"], 1 + known.sum()),
                 "two_levels": tuple(filter(None, row["two_level_conditions"].split(", "))),
             }

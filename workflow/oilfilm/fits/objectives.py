@@ -23,7 +23,7 @@ _MOST_ROUNDS = 100
 _SSE_TOLERANCE = 1e-8
 # Largest change of mu in the last round, over the scale of the loss.
 _MU_TOLERANCE = 1e-6
-# Share of a curve's largest traction. Points below it say little about the curve; they do not count.
+# Points with less traction than this share of their curve's largest do not count: they say little.
 _LEAST_TRACTION = 0.2
 # A gain is not smaller than this, so that its logarithm exists.
 _SMALLEST_GAIN = 1e-9

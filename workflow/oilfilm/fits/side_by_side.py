@@ -13,23 +13,33 @@ from oilfilm.base.units import FloatArray
 from oilfilm.fits.conditions import LEAST_SIZE
 from oilfilm.fits.fitted import SLIP, FittedLaw
 
+_PREDICTED_COLUMNS = (
+    "traction_coefficient",
+    "obs_ci_lower",
+    "obs_ci_upper",
+    "outside",
+    "over_limit",
+)
+# Two levels are one where they differ by no more than this, relative.
+_SAME_LEVEL = 1e-6
+
 
 def ratio_interval(
     values: FloatArray, ends: FloatArray, base: FloatArray, base_ends: FloatArray
 ) -> FloatArray:
     """Interval of values / base from the intervals of two independent positive numbers.
 
-    Limits of the difference of logarithms, d -+ sqrt((x - x_end)^2 + (y - y_end)^2), where each
-    limit takes the ends that are farthest apart. Errors that both share, such as the calibration of
-    one rig, cancel in a ratio: the interval is then too wide, never too narrow.
+    Limits of the difference of logarithms are d -+ sqrt((x - x_end)^2 + (y - y_end)^2). Each limit
+    takes the ends that are farthest apart. Errors that both numbers share, such as the calibration
+    of one rig, cancel in a ratio. The interval is then too wide, never too narrow.
 
     Reference: G. Y. Zou, A. Donner, Stat. Med. 27 (2008) 1693, Eq. 4.
 
     Args:
         values: Shape (n,).
         ends: Lower and upper ends of their intervals, shape (2, n).
-        base: What is divided by, shape (n,).
-        base_ends: Its ends, shape (2, n).
+        base: Denominator, shape (n,).
+        base_ends: Lower and upper ends of its intervals, shape (2, n).
 
     Returns:
         Lower and upper ends, shape (2, n); NaN where a number is unknown or not positive.
@@ -42,10 +52,15 @@ def ratio_interval(
         array([-1.4142,  1.4142])
     """
     with np.errstate(invalid="ignore", divide="ignore"):
-        x, x_ends, y, y_ends = (np.log(each) for each in (values, ends, base, base_ends))
-    half = np.hypot(x_ends - x, (y_ends - y)[::-1])
-    half[~np.isfinite(half)] = np.nan
-    return np.asarray(np.exp(x - y + half * np.array([[-1.0], [1.0]])))
+        x = np.log(values)
+        x_ends = np.log(ends)
+        y = np.log(base)
+        y_ends = np.log(base_ends)
+    # the ratio is smallest with the lower end of x and the upper end of y
+    half_width = np.hypot(x_ends - x, (y_ends - y)[::-1])
+    half_width[~np.isfinite(half_width)] = np.nan
+    side = np.array([[-1.0], [1.0]])
+    return np.asarray(np.exp(x - y + side * half_width))
 
 
 def middle_of_tested(fits: Mapping[str, FittedLaw], given: Mapping[str, float]) -> dict[str, float]:
@@ -57,45 +72,54 @@ def middle_of_tested(fits: Mapping[str, FittedLaw], given: Mapping[str, float]) 
         fits: Fits by name.
         given: Conditions by their columns' names.
 
+    Returns:
+        Value of each condition of the laws, by column.
+
     Raises:
-        OilfilmError: The tested ranges of a condition do not overlap, or no law takes what is
-            given.
+        OilfilmError: The tested ranges of a condition do not overlap, or a given condition is one
+            of no law.
     """
-    wanted = list(dict.fromkeys(name for fit in fits.values() for name in fit.law.conditions))
-    if odd := [name for name in given if name not in wanted]:
-        raise OilfilmError(f"no fit takes {odd[0]}. The laws take {', '.join(wanted)}.")
-    at = {}
-    for name in wanted:
-        if name in given:
-            at[name] = given[name]
-            continue
-        ranges = {
-            label: fit.coefficients.box[fit.law.conditions.index(name)]
-            for label, fit in fits.items()
-            if name in fit.law.conditions
-        }
-        low = max(smallest for smallest, _ in ranges.values())
-        high = min(largest for _, largest in ranges.values())
-        if not low <= high * (1 + 1e-6):
-            tested = "; ".join(f"{label} {a:.4g} to {b:.4g}" for label, (a, b) in ranges.items())
-            raise OilfilmError(
-                f"the tested ranges of {name} do not overlap ({tested}). Say where to compare."
-            )
-        middle = (low + high) / 2 if name in LEAST_SIZE else np.sqrt(low * high)
-        at[name] = float(f"{middle:.3g}")
-    return at
+    conditions = list(dict.fromkeys(name for fit in fits.values() for name in fit.law.conditions))
+    for name in given:
+        if name not in conditions:
+            raise OilfilmError(f"no fit takes {name}. The laws take {', '.join(conditions)}.")
+    return {
+        name: given[name] if name in given else _middle_of_condition(fits, name)
+        for name in conditions
+    }
+
+
+def _middle_of_condition(fits: Mapping[str, FittedLaw], condition: str) -> float:
+    """Middle of the range that all fits tested, to three digits."""
+    ranges = {
+        label: fit.coefficients.box[fit.law.conditions.index(condition)]
+        for label, fit in fits.items()
+        if condition in fit.law.conditions
+    }
+    low = max(smallest for smallest, _ in ranges.values())
+    high = min(largest for _, largest in ranges.values())
+    if not low <= high * (1 + _SAME_LEVEL):
+        tested = "; ".join(
+            f"{label} {smallest:.4g} to {largest:.4g}"
+            for label, (smallest, largest) in ranges.items()
+        )
+        raise OilfilmError(
+            f"the tested ranges of {condition} do not overlap ({tested}). Say where to compare."
+        )
+    middle = (low + high) / 2 if condition in LEAST_SIZE else np.sqrt(low * high)
+    return float(f"{middle:.3g}")
 
 
 def side_by_side(
     fits: Mapping[str, FittedLaw], at: Mapping[str, float], slips: Sequence[float] | FloatArray
 ) -> pd.DataFrame:
-    """mu of each fit at one condition, and its ratio to the first fit, with their intervals.
+    """mu of each fit at one operating point, and its ratio to the first fit, with their intervals.
 
     The intervals are those of the next good run.
 
     Args:
         fits: Fits by name.
-        at: Conditions by their columns' names.
+        at: Conditions of the operating point by their columns' names.
         slips: Slide-roll ratios.
 
     Returns:
@@ -103,20 +127,23 @@ def side_by_side(
         `obs_ci_lower`, `obs_ci_upper`, `ratio`, `ratio_lower`, `ratio_upper`, `outside`,
         `over_limit`.
     """
-    slip, frames = np.asarray(slips, dtype=float), []
+    slip = np.asarray(slips, dtype=float)
+    frames = []
     for label, fit in fits.items():
-        line = np.array([at[name] for name in fit.law.conditions])
-        predicted = fit.predict(np.broadcast_to(line, (len(slip), len(line))), slip)
-        columns = ("traction_coefficient", "obs_ci_lower", "obs_ci_upper", "outside", "over_limit")
-        of_fit = {name: getattr(predicted, name) for name in columns}
-        frames.append(pd.DataFrame({"fit": label, SLIP: slip, **of_fit}))
-    base = frames[0]
+        row = np.array([at[name] for name in fit.law.conditions])
+        predicted = fit.predict(np.broadcast_to(row, (len(slip), len(row))), slip)
+        frame = pd.DataFrame({"fit": label, SLIP: slip})
+        for column in _PREDICTED_COLUMNS:
+            frame[column] = getattr(predicted, column)
+        frames.append(frame)
+    base_mu = frames[0]["traction_coefficient"].to_numpy()
+    base_ends = frames[0][["obs_ci_lower", "obs_ci_upper"]].to_numpy().T
     for frame in frames:
-        mu, ends = (
-            [each["traction_coefficient"].to_numpy() for each in (frame, base)],
-            [each[["obs_ci_lower", "obs_ci_upper"]].to_numpy().T for each in (frame, base)],
-        )
+        mu = frame["traction_coefficient"].to_numpy()
+        ends = frame[["obs_ci_lower", "obs_ci_upper"]].to_numpy().T
         with np.errstate(invalid="ignore", divide="ignore"):
-            frame["ratio"] = mu[0] / mu[1]
-        frame["ratio_lower"], frame["ratio_upper"] = ratio_interval(mu[0], ends[0], mu[1], ends[1])
+            frame["ratio"] = mu / base_mu
+        lower, upper = ratio_interval(mu, ends, base_mu, base_ends)
+        frame["ratio_lower"] = lower
+        frame["ratio_upper"] = upper
     return pd.concat(frames, ignore_index=True)
