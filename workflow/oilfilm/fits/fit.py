@@ -1,4 +1,4 @@
-"""One law fitted to one oil: searches, certificate, errors, also on curves that it has not seen.
+"""One law fitted to one oil: searches, certificate, errors, also at curves left out of the fit.
 
 Decides: the errors of curves left out.
 """
@@ -45,40 +45,45 @@ from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction import LAWS, laws_for
 from oilfilm.traction.law import CONDITIONS, Law
 
-# Why the comparison of laws tells nothing about Wang-Deng where the paper's law made the points.
+# Why a comparison with Wang-Deng shows nothing where the paper's law made the points.
 TIE = (
     "a tie by construction: Eq. 7 made the SIMULATED points, and for one ball size load-based "
     "Wang-Deng with D = -A is Eq. 7. Dimensionless Wang-Deng is another law. It is at a "
     "disadvantage, because Eq. 7 made the points"
 )
-# Of fits without some curves. A descent ends by its SSE; the errors of single points, which are
-# reported, follow the constants more closely.
-_TOLERANCE = 1e-8
-# Columns of the points that span the tested box, and the columns of `fit_quality` that hold it.
+# Relative decrease of the SSE at which a fit without some curves ends. It is small because the
+# errors of single points, which are reported, change more with the constants than the SSE does.
+_LEFT_OUT_TOLERANCE = 1e-8
+# Columns of the points that span the tested box.
 BOX = (*CONDITIONS, "load_n", "slide_roll_ratio")
 
 
 def laws_of(oil: str, settings: Settings) -> dict[str, Law]:
-    """Every law whose needs an oil of a campaign and its rigs meet, by name."""
+    """The laws, by name, for which all needed properties of the oil and the rigs are known."""
     return laws_for(settings.properties_of(oil), settings.common_contact())
 
 
 def fit_law(points: pd.DataFrame, oil: str, name: str, settings: Settings) -> CampaignTables:
-    """Fit one law to one oil's accepted points, and judge it by curves left out of the fit.
+    """Fit one law to one oil's accepted points, and evaluate it at curves left out of the fit.
 
     Points, settings, seeds and the curves that are left out are the same for every law.
 
     Args:
         points: Table of points.
         oil: Oil to fit.
-        name: The law.
+        name: Name of the law.
         settings: `fit` and `seed`; for a law that needs properties of the oil and the
             contact, `oils` and `rigs` as well.
 
     Returns:
         As `fit_oil`. A law that needs unknown properties gives no values, with the reason.
     """
-    law = LAWS[name] if name in LAWS else laws_of(oil, settings).get(name)
+    if name in LAWS:
+        law = LAWS[name]
+    else:
+        # a law that needs properties of the oil
+        laws = laws_of(oil, settings)
+        law = laws.get(name)
     if law is None:
         reason = "the law needs the oil's properties and one known contact (config)"
         return tables_without_fit([], {"oil": oil, "law": name, "configured": True}, reason)
@@ -94,52 +99,70 @@ def fit_oil(
         points: Table of points of the campaign.
         oil: Oil to fit.
         settings: Config's `fit`.
-        seed: Of all random numbers.
-        law: The configured law if not given.
+        seed: Seed of all random numbers.
+        law: Law to fit; the configured law if not given.
 
     Returns:
         The oil's rows of the tables of a fit. Data that cannot be fitted give rows without values
         and a verdict that says why.
     """
-    law = law or LAWS[settings.law]
+    if law is None:
+        law = LAWS[settings.law]
     points = points[points["oil"] == oil]
     data = curve_data(points, law.conditions)
-    incomplete = incomplete_curves(law.conditions, data.conditions, settings)
-    left_out = list(itertools.compress(data.runs, incomplete))
-    if left_out:
-        points = points[~points["run_id"].isin(left_out)]
+    is_incomplete = incomplete_curves(law.conditions, data.conditions, settings)
+    incomplete_runs = list(itertools.compress(data.runs, is_incomplete))
+    if incomplete_runs:
+        points = points[~points["run_id"].isin(incomplete_runs)]
         data = curve_data(points, law.conditions)
     followed = followed_conditions(law.conditions, data.conditions, settings)
-    varying = itertools.compress(zip(law.conditions, data.conditions.T, strict=True), followed)
-    two = [name for name, each in varying if levels_by_gap(each, settings.level_gap).max() == 1]
+    two_level_conditions = []
+    for index in np.flatnonzero(followed):
+        levels = levels_by_gap(data.conditions[:, index], settings.level_gap)
+        if levels.max() == 1:
+            two_level_conditions.append(law.conditions[index])
     fixed = fixed_conditions(law.conditions, data.conditions, followed, settings)
     quality: dict[str, Any] = {
-        **{"oil": oil, "law": law.name, "configured": True},
-        **{"n_points": len(data.mu), "n_curves": len(data.runs)},
-        "incomplete_curves": "; ".join(left_out),
+        "oil": oil,
+        "law": law.name,
+        "configured": True,
+        "n_points": len(data.mu),
+        "n_curves": len(data.runs),
+        "incomplete_curves": "; ".join(incomplete_runs),
         "fixed_conditions": to_text(fixed),
-        "two_level_conditions": ", ".join(two),
+        "two_level_conditions": ", ".join(two_level_conditions),
     }
     accepted = points.loc[points["accepted"], list(BOX)].abs()
-    for end, values in (("min", accepted.min()), ("max", accepted.max())):
-        quality |= {f"tested_{end}_{name}": float(values[name]) for name in BOX}
+    smallest = accepted.min()
+    largest = accepted.max()
+    for name in BOX:
+        quality[f"tested_min_{name}"] = float(smallest[name])
+        quality[f"tested_max_{name}"] = float(largest[name])
     try:
         problem = build_problem(law, data, followed)
-        _refuse_hopeless(problem)
+        _refuse_unfittable(problem)
     except ValueError as error:
         return tables_without_fit(fitted_names(law), quality, str(error))
     solution = _solve(problem, oil, points, settings, seed)
-    quality |= _ends_out(solution, points, settings)
+    quality.update(_errors_at_end_levels(solution, points, settings))
     return tables_of_fit(solution, points, quality, settings)
 
 
-def _refuse_hopeless(problem: Problem) -> None:
-    """Raise a ValueError that says in words why no law can be fitted to such data."""
+def _refuse_unfittable(problem: Problem) -> None:
+    """Refuse data to which no law can be fitted.
+
+    Raises:
+        ValueError: There are too few points, or they have no slip or no traction; the message
+            gives the reason.
+    """
     data = problem.data
     if not len(data.mu):
         raise ValueError("0 accepted points")
-    if lost := int(np.sum(~np.isfinite(data.mu + data.slip))):
-        raise ValueError(f"{lost} accepted points have no traction coefficient or no slip")
+    is_unknown = ~np.isfinite(data.mu + data.slip)
+    if is_unknown.any():
+        raise ValueError(
+            f"{np.sum(is_unknown)} accepted points have no traction coefficient or no slip"
+        )
     if not np.any(data.slip):
         raise ValueError("every slide-roll ratio is zero, where traction says nothing")
     if not np.any(data.mu > 0):
@@ -148,7 +171,8 @@ def _refuse_hopeless(problem: Problem) -> None:
             "(semantics of the campaign file)?"
         )
     points = np.column_stack([data.conditions[data.curve], data.slip, data.mu])
-    distinct, needed = len(np.unique(points, axis=0)), int(problem.free.sum()) + 1
+    distinct = len(np.unique(points, axis=0))
+    needed = int(problem.free.sum()) + 1
     if distinct < needed:
         copies = f", {distinct} of them distinct" if distinct < len(data.mu) else ""
         raise ValueError(
@@ -161,87 +185,115 @@ def _refuse_hopeless(problem: Problem) -> None:
 def _solve(
     problem: Problem, oil: str, points: pd.DataFrame, settings: FitSettings, seed: int
 ) -> Solution:
+    """The optimum of all searches, with its certificate and its errors.
+
+    Args:
+        problem: What to fit.
+        oil: The oil, for the random numbers.
+        points: The oil's rows of the table of points.
+        settings: Config's `fit`.
+        seed: Seed of all random numbers.
+    """
     randoms = [generator(seed, "search", oil, number) for number in range(settings.searches)]
-    ends = search(problem, settings, randoms)
-    ends += _from_nested(problem, settings, generator(seed, "nested", oil))
-    problem, optima = _with_bounds_held(problem, ends)
+    optima = search(problem, settings, randoms)
+    if problem.law.nested is not None:
+        random = generator(seed, "nested", oil)
+        optima.append(_from_nested(problem, problem.law.nested, settings, random))
+    problem, optima = _with_bounds_held(problem, optima)
     best = min(optima, key=lambda optimum: optimum.sse)
     naive = naive_covariance(problem, best)
-    errors = np.sqrt(np.diag(naive))
-    drawn = _refits(problem, best, settings, generator(seed, "bootstrap", oil))
-    # a bound is where the search stopped, not what the curves say: its value means nothing
-    refits = drawn[~at_bounds(problem, drawn).any(axis=1)]
+    all_refits = _refits(problem, best, settings, generator(seed, "bootstrap", oil))
+    # a refit at a bound ended where the search stopped, and its constants mean nothing
+    refits = all_refits[~at_bounds(problem, all_refits).any(axis=1)]
     shifted = calibration_refits(problem, best, points)
     estimates = Estimates(best.values, naive, refits, shifted)
-    # the same groups for every law
+    # the seed does not contain the law: the same groups are left out for every law
     random = generator(seed, "left out", oil)
     left_out = leave_curves_out(problem, best, settings, random)
-    own_error = spread_left_out(problem, best, estimates.random_covariance)
-    by_slip = problem.slip_slope(best.values)
+    unseen = scores_of_unseen(
+        predicted=problem.mu + left_out,
+        measured=problem.mu,
+        slip_slope=problem.slip_slope(best.values),
+        law_error=spread_left_out(problem, best, estimates.random_covariance),
+        curve=problem.observations.curve,
+    )
     return Solution(
-        problem,
-        best,
-        certify(problem, optima, errors, settings),
-        estimates.reported(problem),
-        profiles(problem, best, naive),
-        robust_fit(problem, best),
-        left_out,
-        scores_of_unseen(
-            problem.mu + left_out, problem.mu, by_slip, own_error, problem.observations.curve
-        ),
-        len(drawn) - len(refits),
+        problem=problem,
+        best=best,
+        certificate=certify(problem, optima, np.sqrt(np.diag(naive)), settings),
+        estimates=estimates.reported(problem),
+        profile=profiles(problem, best, naive),
+        robust=robust_fit(problem, best),
+        left_out=left_out,
+        unseen=unseen,
+        refits_at_bounds=len(all_refits) - len(refits),
     )
 
 
 def _from_nested(
-    problem: Problem, settings: FitSettings, random: np.random.Generator
-) -> list[Optimum]:
-    """One more search, from the optimum of the law's special case; none where it has none."""
-    if problem.law.nested is None:
-        return []
-    inner = build_problem(problem.law.nested, problem.data, problem.varied)
-    (best,) = search(inner, settings, [random])
-    names = [constant.name for constant in inner.law.constants]
-    known = dict(zip(names, inner.expand(best.values), strict=True))
-    start = [known.get(constant.name, constant.lower) for constant in problem.law.constants]
-    return [polish(problem, np.array(start)[problem.free])]
+    problem: Problem, nested: Law, settings: FitSettings, random: np.random.Generator
+) -> Optimum:
+    """One more search, from the optimum of a law that is a special case of the problem's law."""
+    nested_problem = build_problem(nested, problem.data, problem.varied)
+    (best,) = search(nested_problem, settings, [random])
+    values = nested_problem.expand(best.values)
+    value_of = {
+        constant.name: value for constant, value in zip(nested.constants, values, strict=True)
+    }
+    start = [value_of.get(constant.name, constant.lower) for constant in problem.law.constants]
+    return polish(problem, np.array(start)[problem.free])
 
 
 def _refits(
     problem: Problem, best: Optimum, settings: FitSettings, random: np.random.Generator
 ) -> FloatArray:
-    """Constants spread as other campaigns of such runs would give them; none of too few curves."""
+    """Constants as other campaigns of such runs would give them, shape (refits, free).
+
+    By the bootstrap over curves, by draws from the cluster-robust covariance where the curves are
+    too few for that, and no refits where they are too few for both.
+    """
     if problem.curves < settings.min_curves_for_errors:
         return np.empty((0, len(best.values)))
-    spread = robust_draws if problem.curves < settings.min_curves_to_resample else curve_bootstrap
-    return spread(problem, best, settings.bootstrap, random)
+    if problem.curves < settings.min_curves_to_resample:
+        return robust_draws(problem, best, settings.bootstrap, random)
+    return curve_bootstrap(problem, best, settings.bootstrap, random)
 
 
-def _with_bounds_held(problem: Problem, ends: list[Optimum]) -> tuple[Problem, list[Optimum]]:
-    """The problem with those constants held that are at a bound in the lowest of its optima.
+def _with_bounds_held(problem: Problem, optima: list[Optimum]) -> tuple[Problem, list[Optimum]]:
+    """The problem with those constants held that are at a bound in the lowest optimum.
 
-    Beside it are all optima, without these constants.
+    Returns:
+        The problem, and all optima without these constants.
     """
-    values = min(ends, key=lambda optimum: optimum.sse).values
-    stuck = at_bounds(problem, values)
-    free = [Optimum(end.values[~stuck], end.sse) for end in ends]
-    return problem.holding(values, stuck), free
+    lowest = min(optima, key=lambda optimum: optimum.sse)
+    is_held = at_bounds(problem, lowest.values)
+    remaining = [Optimum(optimum.values[~is_held], optimum.sse) for optimum in optima]
+    return problem.holding(lowest.values, is_held), remaining
 
 
-def _ends_out(solution: Solution, points: pd.DataFrame, settings: FitSettings) -> dict[str, float]:
-    """Errors at the lowest and highest level of each condition, left out of the fit."""
-    # not the law's own conditions: every law is evaluated at the same levels
+def _errors_at_end_levels(
+    solution: Solution, points: pd.DataFrame, settings: FitSettings
+) -> dict[str, float]:
+    """Relative errors at the lowest and highest level of each condition, left out of the fit.
+
+    Returns:
+        Columns of `fit_quality`.
+    """
+    problem = solution.problem
+    # not the conditions of this law: every law is evaluated at the same levels
     conditions = curve_data(points).conditions
     # a condition that did not vary only scatters: it has no lowest and highest level
-    levels = np.where(varied(CONDITIONS, conditions, settings), conditions, np.nan)
-    problem, errors = solution.problem, {}
-    for name, level in zip(("pressure", "speed", "temperature"), levels.T, strict=True):
-        of_level = levels_by_gap(level, settings.level_gap)
-        left = leave_ends_out(problem, solution.best, of_level, settings)
-        size = np.sum(problem.mu[np.isfinite(left)] ** 2)
-        rms = float(np.sqrt(np.nansum(left**2) / size)) if size else np.nan
-        errors[f"{name}_end_out_relative_rms"] = rms
-    return errors
+    conditions = np.where(varied(CONDITIONS, conditions, settings), conditions, np.nan)
+    columns = {}
+    for name, values in zip(("pressure", "speed", "temperature"), conditions.T, strict=True):
+        levels = levels_by_gap(values, settings.level_gap)
+        errors = leave_ends_out(problem, solution.best, levels, settings)
+        sum_of_mu_squared = np.sum(problem.mu[np.isfinite(errors)] ** 2)
+        relative_rms = np.nan
+        if sum_of_mu_squared:
+            relative_rms = float(np.sqrt(np.nansum(errors**2) / sum_of_mu_squared))
+        columns[f"{name}_end_out_relative_rms"] = relative_rms
+    return columns
 
 
 # ---------------------------------------------------------------- curves left out
@@ -250,12 +302,11 @@ def _ends_out(solution: Solution, points: pd.DataFrame, settings: FitSettings) -
 def leave_curves_out(
     problem: Problem, optimum: Optimum, settings: FitSettings, random: np.random.Generator
 ) -> FloatArray:
-    """Error of each point's mu in a fit that has not seen its curve.
+    """Error of each point's mu in a fit without the point's curve (cross-validation).
 
-    Each such fit descends from the optimum of all; another valley is not looked for. Up to
-    `left_out_groups` curves are left out one at a time. More are left out in as many groups, drawn
-    at random, so that the cost grows with the number of curves and not with its square. A fit then
-    misses some more curves than the one that it is judged by.
+    Each such fit descends from the optimum of all curves; other valleys are not searched. Up to
+    `left_out_groups` curves are left out one at a time. More curves are left out in that many
+    random groups, so that the cost grows with the number of curves and not with its square.
 
     Args:
         problem: What was fitted.
@@ -264,28 +315,31 @@ def leave_curves_out(
         random: Draws the groups.
 
     Returns:
-        Fitted minus measured mu, shape (points,); NaN where the other curves leave a constant open.
+        Fitted minus measured mu, shape (points,); NaN where the other curves do not determine a
+        constant.
 
     Reference: T. Hastie, R. Tibshirani, J. Friedman, The Elements of Statistical Learning, 2nd ed.
         (2009), section 7.10.1.
     """
-    group = np.arange(problem.curves)
+    group_of_curve = np.arange(problem.curves)
     if problem.curves > settings.left_out_groups:
-        group = random.permutation(group) % settings.left_out_groups
-    left_out = np.unique(group)[:, np.newaxis] == group
+        group_of_curve = random.permutation(group_of_curve) % settings.left_out_groups
+    groups = np.unique(group_of_curve)
+    left_out = groups[:, np.newaxis] == group_of_curve
     return _errors_left_out(problem, optimum, left_out, settings)
 
 
 def spread_left_out(problem: Problem, optimum: Optimum, covariance: FloatArray) -> FloatArray:
-    """Random standard error of mu at each point, by a fit that has not seen its curve.
+    """Random standard error of mu at each point, by a fit without the point's curve.
 
-    Its square is that of the fit to all curves, times how much larger it is without the curve:
-    g^T (J^T J - J_i^T J_i)^-1 g over g^T (J^T J)^-1 g.
+    Its square is that of the fit to all curves times the growth of the variance without curve i:
+
+        g^T (J^T J - J_i^T J_i)^-1 g / (g^T (J^T J)^-1 g)
 
     Args:
         problem: What was fitted.
         optimum: Where it ended.
-        covariance: Of the free internal constants, shape (free, free).
+        covariance: Covariance of the free internal constants, shape (free, free).
 
     Returns:
         Shape (points,).
@@ -293,14 +347,18 @@ def spread_left_out(problem: Problem, optimum: Optimum, covariance: FloatArray) 
     jacobian = problem.jacobian(optimum.values)
     variance = np.einsum("pi,ij,pj->p", jacobian, covariance, jacobian)
     orthonormal, _ = np.linalg.qr(jacobian)
-    seen = np.sum(orthonormal**2, axis=1)
-    unseen = np.empty_like(seen)
+    identity = np.eye(orthonormal.shape[1])
+    with_curve = np.sum(orthonormal**2, axis=1)
+    without_curve = np.empty_like(with_curve)
     for first, length in zip(problem.starts, problem.lengths, strict=True):
-        of_curve = orthonormal[first : first + length]
-        # (I - Q_i^T Q_i)^-1 is endless where the curve alone decides a direction
-        others = np.linalg.pinv(np.eye(orthonormal.shape[1]) - of_curve.T @ of_curve)
-        unseen[first : first + length] = np.einsum("pi,ij,pj->p", of_curve, others, of_curve)
-    growth = np.divide(unseen, seen, out=np.ones_like(seen), where=seen > 0)
+        points = slice(first, first + length)
+        q_i = orthonormal[points]
+        # (I - Q_i^T Q_i)^-1 is infinite where the curve alone decides a direction
+        inverse = np.linalg.pinv(identity - q_i.T @ q_i)
+        without_curve[points] = np.einsum("pi,ij,pj->p", q_i, inverse, q_i)
+    growth = np.divide(
+        without_curve, with_curve, out=np.ones_like(with_curve), where=with_curve > 0
+    )
     return np.sqrt(np.maximum(variance * growth, 0.0))
 
 
@@ -309,7 +367,7 @@ def leave_ends_out(
 ) -> FloatArray:
     """Error of each point's mu at the lowest and highest level, by fits without that level.
 
-    Each fit is extrapolated to the level that it has not seen.
+    Each fit is extrapolated to the level that was left out.
 
     Args:
         problem: What was fitted.
@@ -318,8 +376,8 @@ def leave_ends_out(
         settings: Those of `followed_conditions`.
 
     Returns:
-        Fitted minus measured mu, shape (points,); NaN at all levels between, and at all points
-        where there are fewer than two levels or the others leave a constant open.
+        Fitted minus measured mu, shape (points,). NaN at all levels between, and at all points
+        where there are fewer than two levels or the other levels do not determine a constant.
     """
     if levels.max(initial=0) == 0:
         return np.full(len(problem.mu), np.nan)
@@ -330,18 +388,29 @@ def leave_ends_out(
 def _errors_left_out(
     problem: Problem, optimum: Optimum, left_out: BoolArray, settings: FitSettings
 ) -> FloatArray:
-    """Errors at the curves that each row of `left_out` leaves out, by a fit to the others."""
-    # not by the rank: a condition that has one level left still scatters
+    """Errors at curves left out, by fits to the other curves.
+
+    Args:
+        problem: What was fitted.
+        optimum: Where it ended.
+        left_out: Curves that each fit leaves out, shape (fits, curves).
+        settings: Those of `followed_conditions`.
+
+    Returns:
+        Fitted minus measured mu, shape (points,); NaN where no fit left the point out, or where
+        the other curves do not determine a constant.
+    """
+    # not by the rank: a condition with one level left still scatters
     conditions = problem.data.conditions[:, problem.varied]
     names = list(itertools.compress(problem.law.conditions, problem.varied))
-    possible = [
-        bool(followed_conditions(names, conditions[~row], settings).all()) and not row.all()
-        for row in left_out
-    ]
-    left_out = left_out[possible]
+    is_possible = []
+    for row in left_out:
+        followed = followed_conditions(names, conditions[~row], settings)
+        is_possible.append(bool(followed.all()) and not row.all())
+    left_out = left_out[is_possible]
     starts = np.tile(optimum.values, (len(left_out), 1))
     weights = (~left_out).astype(float)
-    ends, _ = descend(problem, starts, weights=weights, tolerance=_TOLERANCE, near=True)
+    ends, _ = descend(problem, starts, weights=weights, tolerance=_LEFT_OUT_TOLERANCE, near=True)
     errors = np.full(len(problem.mu), np.nan)
     for end, row in zip(ends, left_out, strict=True):
         points = row[problem.observations.curve]
