@@ -46,12 +46,12 @@ def laboratory(count: int, designs: int, number: int) -> FloatArray:
     request = replace(request_of(SETTINGS), duty=DUTY, count=count, targets=("torque",))
     (plan,) = plan_oil(results, SETTINGS, OIL, request)
     tests, design = plan.candidates.tests, plan.design
-    of_each = plan.known.of_curves(plan.candidates.curves)
+    of_each = plan.information.of_curves(plan.candidates.curves)
     chosen = [design.chosen, *(random.choice(len(tests), count, False) for _ in range(designs))]
     promised = [design.before]
     added: list[Conditions] = [[]]
     for indices in chosen:
-        state = plan.known.precision + of_each[list(indices)].sum(axis=0)
+        state = plan.information.precision + of_each[list(indices)].sum(axis=0)
         promised.append(float(uncertainty(state, plan.gradients)))
         rows = tests.iloc[indices][list(CONDITIONS)].to_numpy(dtype=float)
         added.append([(p, u, t) for p, u, t in rows])

@@ -142,7 +142,7 @@ def test_quantiles_of_curves_left_out_are_those_of_their_ranks() -> None:
     assert known[0.9] == pytest.approx(expected[17])
     assert known[0.5] == pytest.approx(expected[9])
     assert np.isnan(known[0.99])
-    assert unseen.at(0.99) == (0.95, pytest.approx(expected[18]))
+    assert unseen.quantile_at(0.99) == (0.95, pytest.approx(expected[18]))
 
 
 def test_a_curve_of_many_points_counts_as_one() -> None:
@@ -175,7 +175,7 @@ def test_the_interval_just_holds_the_curve_that_made_its_quantile(measured: floa
     predicted, none = np.full(9, 0.01), np.zeros(9)
     read = np.array([*[0.01] * 8, measured])
     unseen = scores_of_unseen(predicted, read, none, none, np.arange(9))
-    times = unseen.at(0.9)[1]
+    times = unseen.quantile_at(0.9)[1]
     band = Band(np.zeros((1, 1)), unseen.absolute * times, unseen.relative * times)
     lower, upper = band.ends(np.array([0.01]), np.zeros((1, 1)), np.zeros((1, 0)))[:, 0]
     assert (lower if measured < 0.01 else upper) == pytest.approx(measured)

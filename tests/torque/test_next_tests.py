@@ -16,10 +16,10 @@ from oilfilm.fits.fit import fit_oil
 from oilfilm.fits.fitted import FittedLaw, predict
 from oilfilm.fits.measured_curves import (
     ErrorSizes,
-    Known,
+    Information,
     choose,
     covariance,
-    known_of,
+    measured_information,
     uncertainties,
 )
 from oilfilm.settings.resolved import Settings
@@ -58,11 +58,11 @@ REPEATS = 150
 
 
 @pytest.fixture(scope="module")
-def known() -> Known:
+def information() -> Information:
     """What the small matrix tells, with the errors as planted and the constants as they are."""
     sizes = ErrorSizes(RUN.of_curve**2, RUN.point**2)
     free = np.ones(len(TRUTH), dtype=bool)
-    return Known(LAW, TRUTH, free, curves_at(SMALL), sizes, RIG, SLIP)
+    return Information(LAW, TRUTH, free, curves_at(SMALL), sizes, RIG, SLIP)
 
 
 def actual_errors(added: list[tuple[float, float, float]]) -> FloatArray:
@@ -75,15 +75,21 @@ def actual_errors(added: list[tuple[float, float, float]]) -> FloatArray:
     return np.asarray(np.log(torques(np.array(constants)) / torques(TRUTH[np.newaxis])))
 
 
-def test_torque_after_the_planned_tests_scatters_as_the_plan_promised(known: Known) -> None:
+def test_torque_after_the_planned_tests_scatters_as_the_plan_promised(
+    information: Information,
+) -> None:
     """Standard deviations of 150 simulated campaigns, within the 99.9 % range of chi-square."""
     film = Film(CONTACT, SETTINGS.known_oil(OIL), SETTINGS.film.thickness)
     plan, rig = SETTINGS.plan, SETTINGS.rigs[RIG_NAME]
-    feasible = candidates(plan.levels, rig, RIG_NAME, film, SETTINGS.gates.lambda_limit, known)
-    wanted = wanted_in_bearing(oil_in_bearing(), SETTINGS.tested_bearing(), DUTY, known, CONTACT)
+    feasible = candidates(
+        plan.levels, rig, RIG_NAME, film, SETTINGS.gates.lambda_limit, information
+    )
+    wanted = wanted_in_bearing(
+        oil_in_bearing(), SETTINGS.tested_bearing(), DUTY, information, CONTACT
+    )
     of_torque = wanted["torque"]
-    gradients = known.gradients(of_torque.gradients, of_torque.lever, of_torque.places)
-    design = choose(known.precision, known.of_curves(feasible.curves), gradients, 4)
+    gradients = information.gradients(of_torque.gradients, of_torque.lever, of_torque.places)
+    design = choose(information.precision, information.of_curves(feasible.curves), gradients, 4)
     added = [tuple(row) for row in feasible.tests[list(CONDITIONS)].to_numpy()[design.chosen]]
     promised = uncertainties(design.end, gradients)
     ratio = np.sqrt(np.mean(actual_errors(added) ** 2, axis=0)) / promised
@@ -110,9 +116,9 @@ def test_what_is_known_is_no_less_than_what_the_refits_know(results: CampaignTab
     # Gauss and Markov: generalised least squares is the best linear estimate. The bootstrap over 12
     # curves knows a standard error to some 20 %
     fitted = FittedLaw.of(results.coefficients, OIL, results.refits, results.fit_quality)
-    known = known_of(fitted, results.points, OIL, None)
-    assert not known.calibration.any()
-    ours = np.diag(covariance(known.precision))[: len(TRUTH)]
+    information = measured_information(fitted, results.points, OIL, None)
+    assert not information.calibration.any()
+    ours = np.diag(covariance(information.precision))[: len(TRUTH)]
     ratio = np.sqrt(ours / np.diag(fitted.coefficients.covariance(LAW)))
     assert (ratio < 1.3).all()
     assert (ratio > 0.1).all()
@@ -124,7 +130,7 @@ def test_tests_near_the_contacts_win(results: CampaignTables, request_for: Reque
     for size in (1e-6, 0.03):
         settings = SETTINGS.with_changes({"plan": {"form_error": {"size": size}}})
         (plan, _) = plan_oil(results, settings, OIL, request_for)
-        places = plan.known.places(plan.candidates.curves)
+        places = plan.information.form_coordinates(plan.candidates.curves)
         span = np.ptp(places, axis=0)
         contacts = plan.wanted.places.reshape(-1, 3)
         far = (places[plan.design.chosen][:, np.newaxis] - contacts) / span
@@ -150,26 +156,30 @@ def test_plan_keeps_to_what_the_rig_can_run(results: CampaignTables, request_for
         assert sum(plan.candidates.left_out.values()) + len(table) == 8 * 9 * 8
 
 
-def test_gradients_of_the_torque_are_those_of_finite_changes_of_the_law(known: Known) -> None:
+def test_gradients_of_the_torque_are_those_of_finite_changes_of_the_law(
+    information: Information,
+) -> None:
     """Against the torque with one constant moved by a tenth of its uncertainty."""
     bearing = SETTINGS.tested_bearing()
-    wanted = wanted_in_bearing(oil_in_bearing(), bearing, DUTY, known, CONTACT)["torque"]
-    step = 0.1 * np.sqrt(np.diag(covariance(known.precision))[: len(TRUTH)])
+    wanted = wanted_in_bearing(oil_in_bearing(), bearing, DUTY, information, CONTACT)["torque"]
+    step = 0.1 * np.sqrt(np.diag(covariance(information.precision))[: len(TRUTH)])
     moved = torques(TRUTH + np.diag(step)) / torques(TRUTH[np.newaxis]) - 1
     expected = moved.T / step
     within = 0.02 * np.abs(wanted.gradients).max()
     np.testing.assert_allclose(wanted.gradients, expected, atol=within)
 
 
-def test_operating_points_without_equilibrium_are_left_out_and_named(known: Known) -> None:
+def test_operating_points_without_equilibrium_are_left_out_and_named(
+    information: Information,
+) -> None:
     crushed = np.array([[1e7, 12000.0, 100.0]])
     bearing = SETTINGS.tested_bearing()
     duty = np.concatenate([DUTY[:1], crushed])
-    wanted = wanted_in_bearing(oil_in_bearing(), bearing, duty, known, CONTACT)["torque"]
+    wanted = wanted_in_bearing(oil_in_bearing(), bearing, duty, information, CONTACT)["torque"]
     assert wanted.labels == ["10000 N, 9000 rpm, 100 degC"]
     assert wanted.left_out == ["1e+07 N, 12000 rpm, 100 degC: no equilibrium"]
     with pytest.raises(OilfilmError, match="no duty point has a steady motion"):
-        wanted_in_bearing(oil_in_bearing(), bearing, crushed, known, CONTACT)
+        wanted_in_bearing(oil_in_bearing(), bearing, crushed, information, CONTACT)
 
 
 @dataclass(frozen=True)
@@ -196,18 +206,20 @@ class Stepping:
         return pd.DataFrame({"torque_n_m": torque, "cage_slip": 0.1 * torque, **columns})
 
 
-def test_operating_points_where_the_motion_jumps_are_left_out_and_named(known: Known) -> None:
+def test_operating_points_where_the_motion_jumps_are_left_out_and_named(
+    information: Information,
+) -> None:
     duty = np.array([[1.0, 100, 100], [2.0, 100, 100]])
-    wanted = wanted_in_bearing(Stepping(), SETTINGS.tested_bearing(), duty, known, CONTACT)
+    wanted = wanted_in_bearing(Stepping(), SETTINGS.tested_bearing(), duty, information, CONTACT)
     assert wanted["torque"].left_out == ["1 N, 100 rpm, 100 degC: it jumps with the constants"]
     # d ln(2 + x)/dx = 1/2 and d 0.1 (2 + x)/dx = 0.1, at x = ln|A0/A0'| = 0
     for target, slope in (("torque", 0.5), ("cage_slip", 0.1)):
         np.testing.assert_allclose(wanted[target].gradients, [[slope] + 11 * [0]], atol=1e-6)
 
 
-def test_without_a_bearing_mu_is_planned_for(known: Known) -> None:
+def test_without_a_bearing_mu_is_planned_for(information: Information) -> None:
     """Gradients of ln mu against mu with a constant moved."""
-    wanted = wanted_traction(SETTINGS.plan.traction_at, known, CONTACT)
+    wanted = wanted_traction(SETTINGS.plan.traction_at, information, CONTACT)
     assert wanted.labels[0] == "1 GPa, 50 m/s, 100 degC, S 0.02"
     assert request_of(without(SETTINGS, "torque")).targets == ("traction",)
     moved = TRUTH + 1e-5 * np.eye(len(TRUTH))

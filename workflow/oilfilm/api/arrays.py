@@ -105,7 +105,7 @@ class ArrayFit:
             lines.extend(fitted.wrong)
             lines.extend(quality.loc[~quality["certified"], "certificate"])
         lines.extend(f"Not followed: {fixed.sentence()}." for fixed in coefficients.fixed)
-        if np.isnan(coefficients.unseen.at(0.95)[0]):
+        if np.isnan(coefficients.unseen.quantile_at(0.95)[0]):
             fewest = self.settings.min_curves_for_errors
             lines.append(
                 f"There is no interval: fewer than {fewest} curves (min_curves_for_errors)."

@@ -93,7 +93,7 @@ def _duty(text: str) -> list[float]:
 def _lines(plan: NextTests, count: int, settings: Settings) -> Iterator[str]:
     """The plan in sentences and a table."""
     name, factor, unit = _PRINTED[plan.wanted.target]
-    measured = plan.known
+    measured = plan.information
 
     def printed(standard_uncertainty: float) -> str:
         if np.isnan(standard_uncertainty):

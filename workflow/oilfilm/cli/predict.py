@@ -94,7 +94,7 @@ def _intervals(fit: FittedLaw, oil: str, row: Mapping[str, Any]) -> Iterator[str
     if np.isnan(row["obs_ci_lower"]):
         yield f"{mu}, no interval, because {fit.no_interval}"
         return
-    level = f"{fit.coefficients.unseen.at(0.95)[0]:.0%} interval of the next good run"
+    level = f"{fit.coefficients.unseen.quantile_at(0.95)[0]:.0%} interval of the next good run"
     yield f"{mu}, {level} {row['obs_ci_lower']:.5f} to {row['obs_ci_upper']:.5f}"
     yield f"if the law is true, mu is {row['mean_ci_lower']:.5f} to {row['mean_ci_upper']:.5f}"
 

@@ -211,7 +211,7 @@ def fixed_conditions(
         if is_followed:
             followed_levels[name] = levels
     fixed = []
-    for index in np.flatnonzero(~followed):
+    for index in np.flatnonzero(~followed).tolist():
         # a condition that did not vary has a level; one that varied has a line
         others = followed_levels if is_varied[index] else {}
         fixed.append(_fixed(names[index], conditions[:, index], others, settings))

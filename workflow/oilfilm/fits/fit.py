@@ -78,12 +78,10 @@ def fit_law(points: pd.DataFrame, oil: str, name: str, settings: Settings) -> Ca
     Returns:
         As `fit_oil`. A law that needs unknown properties gives no values, with the reason.
     """
-    if name in LAWS:
-        law = LAWS[name]
-    else:
+    law = LAWS.get(name)
+    if law is None:
         # a law that needs properties of the oil
-        laws = laws_of(oil, settings)
-        law = laws.get(name)
+        law = laws_of(oil, settings).get(name)
     if law is None:
         reason = "the law needs the oil's properties and one known contact (config)"
         return tables_without_fit([], {"oil": oil, "law": name, "configured": True}, reason)

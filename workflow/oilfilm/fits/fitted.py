@@ -1,12 +1,12 @@
-"""A fitted law, read back from its tables: traction at any condition, with its interval.
+"""A fitted law, read from its tables: traction at any operating point, with its interval.
 
 Decides: traction at a condition, wherever it is needed, and where it is refused.
 """
 
 import importlib
 import warnings
-from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -39,27 +39,29 @@ from oilfilm.traction.law import CONDITIONS, QUANTITIES, Law, to_internal
 SLIP = "slide_roll_ratio"
 # Ends of the intervals of a prediction, as attributes and as columns of tables.
 INTERVALS = ("obs_ci_lower", "obs_ci_upper", "mean_ci_lower", "mean_ci_upper")
-_SHOWN = ("traction_coefficient", *INTERVALS, "outside")
+# Columns of a prediction that are printed.
+_PRINTED_COLUMNS = ["traction_coefficient", *INTERVALS, "outside"]
 # Points predicted at once: about what fits a processor's cache.
-_CHUNK = 1 << 14
+_POINTS_PER_CHUNK = 1 << 14
 
 
 @dataclass(frozen=True)
 class Coefficients:
-    """Constants of a law in the form of its equation, and all that says how far to trust them.
+    """Constants of a law in the form of its equation, with their uncertainty and tested range.
 
     Attributes:
-        constants: In the order of the law's, NaN where nothing could be fitted. An exponent that
-            the data could not give is 0, and X0 then holds the coefficient at the tested level.
-        known: Which of the law's groups the fit follows.
+        constants: In the order of the law, NaN where nothing could be fitted. An exponent that
+            the data could not give is 0, and X0 is then the coefficient at the tested level.
+        known: Which of the law's groups the fit follows, shape (groups,).
         spread: Constants of the bootstrap over curves, shape (refits, constants).
-        shifted: Constants refitted with one sensor each off by its calibration's uncertainty.
+        shifted: Constants refitted with one sensor off by its calibration's uncertainty, one row
+            per sensor, shape (sensors, constants).
         box: Smallest and largest tested value of each of the law's conditions and of the slip,
             shape (conditions + 1, 2); NaN where unknown.
-        fixed: The conditions that the fit does not follow, with the level or line tested; empty
+        fixed: The conditions that the fit does not follow, with the tested level or line; empty
             where that is unknown.
-        unseen: How far curves left out of the fit lie from their prediction.
-        degrees: Degrees of freedom of the spread, as of `degrees_of_spread`.
+        unseen: Errors of the prediction at curves left out of the fit.
+        degrees: Degrees of freedom of the spread, as `degrees_of_spread` gives them.
         two_levels: The followed conditions that were tested at two levels only.
         limiting_stress_ratio: Limiting shear stress of the oil over the pressure.
         tested: Conditions of each curve, shape (curves, conditions); no rows where unknown.
@@ -80,59 +82,70 @@ class Coefficients:
     @classmethod
     def bare(cls, law: Law, constants: FloatArray) -> "Coefficients":
         """Constants alone, as printed in a paper: no interval and no tested box."""
-        none = np.empty((0, len(constants)))
-        box = np.full((len(law.conditions) + 1, 2), np.nan)
-        known = np.ones(len(law.groups), dtype=bool)
-        return cls(np.asarray(constants, dtype=float), known, none, none, box)
+        no_refits = np.empty((0, len(constants)))
+        return cls(
+            constants=np.asarray(constants, dtype=float),
+            known=np.ones(len(law.groups), dtype=bool),
+            spread=no_refits,
+            shifted=no_refits,
+            box=np.full((len(law.conditions) + 1, 2), np.nan),
+        )
 
     def covariance(self, law: Law) -> FloatArray:
-        """Covariance of the internal constants by the refits to other curves; NaN without refits.
+        """Covariance of the internal constants by the bootstrap, without calibration.
 
-        Calibration is not in it.
+        Returns:
+            Shape (constants, constants); NaN without refits.
         """
+        count = len(self.constants)
         if len(self.spread) < 2 or np.isnan(self.constants).any():
-            return np.full((len(self.constants),) * 2, np.nan)
+            return np.full((count, count), np.nan)
         return np.asarray(np.cov(to_internal(law, self.spread), rowvar=False))
 
     def root(self, law: Law) -> FloatArray:
-        """R with R R^T = covariance; constants held at zero give it directions without size.
-
-        NaN where there are no refits.
-        """
+        """R with R R^T = covariance, shape (constants, constants); NaN without refits."""
         covariance = self.covariance(law)
         if np.isnan(covariance).any():
             return covariance
-        size, directions = np.linalg.eigh(covariance)
-        return np.asarray(directions * np.sqrt(np.maximum(size, 0)))
+        # constants that are the same in every refit have eigenvalues of zero, or rounding below it
+        eigenvalues, directions = np.linalg.eigh(covariance)
+        return np.asarray(directions * np.sqrt(np.maximum(eigenvalues, 0)))
 
     def bands(self, law: Law, level: float) -> tuple[Band, Band, float]:
-        """Intervals of a further run and of the law's mean, and the level that the first one holds.
+        """Intervals of a further run and of the law's mean, and the level of the first one.
 
-        Calibration is in both, once: it is an error that all runs of the rig share.
+        Both contain the calibration, which is an error that all runs of the rig share.
 
         Args:
             law: The law.
-            level: Of confidence; the first interval has the highest one up to it that the number
-                of curves allows, NaN where that is none.
+            level: Confidence level. The first interval has the highest level up to it that the
+                number of curves allows; NaN where they allow none.
         """
-        root, unseen = self.root(law), self.unseen
+        root = self.root(law)
+        unseen = self.unseen
         calibration = (to_internal(law, self.shifted) - to_internal(law, self.constants)).T
-        held, quantile = unseen.at(level)
-        of_run = (normal_quantile(held) if held > 0 else np.nan) * calibration
-        run = Band(
-            np.column_stack([quantile * root, of_run, quantile * unseen.slip * law.slip_scale]),
-            quantile * unseen.absolute,
-            quantile * unseen.relative,
+        run_level, run_quantile = unseen.quantile_at(level)
+        calibration_quantile = normal_quantile(run_level) if run_level > 0 else np.nan
+        reach_of_run = [
+            run_quantile * root,
+            calibration_quantile * calibration,
+            run_quantile * unseen.slip * law.slip_scale,
+        ]
+        of_run = Band(
+            reach=np.column_stack(reach_of_run),
+            absolute=run_quantile * unseen.absolute,
+            relative=run_quantile * unseen.relative,
         )
-        own = student_quantile(level, self.degrees) if self.degrees > 0 else np.nan
-        return run, Band(np.hstack([own * root, normal_quantile(level) * calibration])), held
+        law_quantile = student_quantile(level, self.degrees) if self.degrees > 0 else np.nan
+        reach_of_law = [law_quantile * root, normal_quantile(level) * calibration]
+        return of_run, Band(np.hstack(reach_of_law)), run_level
 
 
 @dataclass(frozen=True)
 class Prediction:
     """Traction coefficients with their intervals; all arrays of one shape.
 
-    Of columns of pandas they are columns with the same index; of arrays of xarray, such arrays.
+    For columns of pandas these are columns with the same index, for arrays of xarray such arrays.
 
     Attributes:
         traction_coefficient: mu; odd in the slide-roll ratio.
@@ -142,19 +155,19 @@ class Prediction:
         mean_ci_lower: Lower end of the interval of the law's mean curve, which holds if the law is
             true; NaN where the fit has none.
         mean_ci_upper: Upper end.
-        outside: True where a condition or the slip lies outside the tested box, or where the
-            nearest tested conditions are more than their own spacing away.
-        distance: How far outside, in tested ranges, for the condition farthest out; 0 inside, NaN
-            where the box is unknown, infinite where `away`.
-        away: True where a condition that the fit does not follow is asked for away from the level
-            or line on which it was tested: nothing is known of mu there, so it is NaN.
+        outside: True where a condition or the slip is outside the tested box, or where the
+            nearest tested conditions are more than their spacing away.
+        distance: Distance from the tested box in tested ranges, for the condition farthest out; 0
+            inside, NaN where the box is unknown, infinite where `away`.
+        away: True where a condition that the fit does not follow is not on its tested level or
+            line. mu is not known there, so it is NaN.
         spacings: Distance to the nearest tested conditions, in units of the largest step between
             neighbouring levels of each condition; 0.5 at most within a full grid; NaN where the
             tested conditions are not known.
         over_limit: True where the mean shear stress, mu times the mean pressure, would be above the
             oil's limiting shear stress: no film carries it.
-        wrong: What keeps the fit from being sound, in sentences, wherever mu is asked for; of
-            printed constants what their open signs leave open.
+        wrong: Reasons why the fit is not sound, in sentences. For printed constants they name what
+            their open signs leave open.
     """
 
     traction_coefficient: FloatArray
@@ -171,17 +184,20 @@ class Prediction:
 
     def to_frame(self) -> pd.DataFrame:
         """One row per point, one column per attribute; dimensions of xarray become the index."""
-        columns = {
-            name: values.to_series() if getattr(values, "dims", ()) else np.ravel(values)
-            for name, values in vars(self).items()
-            if name != "wrong"
-        }
+        columns: dict[str, Any] = {}
+        for attribute in fields(self):
+            if attribute.name == "wrong":
+                continue
+            values = getattr(self, attribute.name)
+            has_dimensions = bool(getattr(values, "dims", ()))
+            columns[attribute.name] = values.to_series() if has_dimensions else np.ravel(values)
         index = getattr(self.traction_coefficient, "index", None)
         return pd.DataFrame(columns, index=index)
 
     def __repr__(self) -> str:
-        # an interval that the fit does not have is no column
-        return self.to_frame()[list(_SHOWN)].dropna(axis=1, how="all").to_string(max_rows=20)
+        printed = self.to_frame()[_PRINTED_COLUMNS]
+        # an interval that the fit does not have is not printed
+        return printed.dropna(axis=1, how="all").to_string(max_rows=20)
 
 
 @dataclass(frozen=True)
@@ -190,9 +206,9 @@ class FittedLaw:
 
     Attributes:
         law: The law.
-        coefficients: Its constants, and how far to trust them.
-        wrong: What keeps the fit from being sound, in sentences; empty where it is, or where
-            nobody has looked.
+        coefficients: Its constants, their uncertainty and the tested range.
+        wrong: Reasons why the fit is not sound, in sentences; empty where it is sound or where
+            that was not examined.
     """
 
     law: Law
@@ -200,10 +216,10 @@ class FittedLaw:
     wrong: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
-        names = (constant.name for constant in self.law.constants)
-        values = zip(names, self.coefficients.constants, strict=True)
-        shown = ", ".join(f"{name} {value:.10g}" for name, value in values)
-        return f"{self.law.name}: mu = {self.law.equation}; {shown}"
+        values = []
+        for constant, value in zip(self.law.constants, self.coefficients.constants, strict=True):
+            values.append(f"{constant.name} {value:.10g}")
+        return f"{self.law.name}: mu = {self.law.equation}; {', '.join(values)}"
 
     @property
     def no_interval(self) -> str:
@@ -211,10 +227,10 @@ class FittedLaw:
         return "too few curves were tested (fit.min_curves_for_errors)"
 
     def remarks(self, line: FloatArray, slide_roll_ratio: FloatArray) -> list[str]:
-        """Sentences on the traction at one operating point; a law from print has some.
+        """Remarks on the traction at one operating point, in sentences; printed laws have some.
 
         Args:
-            line: Conditions, as of `on_line`, shape (1, conditions).
+            line: Conditions, as `on_line` returns them, shape (1, conditions).
             slide_roll_ratio: Shape (1,).
         """
         return []
@@ -236,53 +252,37 @@ class FittedLaw:
             oil: Oil in it.
             refits: Table of refits; without it there are no intervals.
             quality: Table of fit quality; without it no tested box is known.
-            law: Of which the coefficients are wanted. Without it the table holds one law for the
-                oil, and one that needs no properties of it.
+            law: The law of the coefficients. It may be left out where the table has one law for
+                the oil, and one that needs no properties of the oil.
             curves: Table of curve residuals, which has the tested conditions.
         """
         if law is None:
             (name,) = coefficients.loc[coefficients["oil"] == oil, "law"].unique()
             law = LAWS[name]
-
-        def of_fit(table: pd.DataFrame) -> pd.DataFrame:
-            return table[(table["oil"] == oil) & (table["law"] == law.name)]
-
-        rows = of_fit(coefficients).set_index("constant")
-        values = _in_order(law, rows["value"].to_frame().T)[0]
-        given = set(rows.index[rows["value"].notna()])
-        followed = {constant.condition for constant in law.constants if constant.name in given}
-        known = np.array([name in followed for name in law.groups])
-        spread = shifted = np.empty((0, len(values)))
+        fit_of_oil = cls._from_coefficients(law, _rows_of_fit(coefficients, oil, law))
+        fitted = fit_of_oil.coefficients
         if refits is not None:
-            index = ["cause", "refit"]
-            wide = of_fit(refits).pivot(index=index, columns="constant", values="value")
-            calibration = wide.index.get_level_values("cause").str.startswith("calibration")
-            spread, shifted = (
-                # constants at a bound stay there in every refit
-                np.where(np.isnan(refitted := _in_order(law, rows)), values, refitted)
-                for rows in (wide[~calibration], wide[calibration])
-            )
-        of_data: dict[str, Any] = {}
+            fitted = _with_refits(fitted, law, _rows_of_fit(refits, oil, law))
         if quality is not None:
-            (row,) = tables.rows(of_fit(quality))
-            names = (*law.conditions, SLIP)
-            ends = [[row[f"tested_{end}_{name}"] for end in ("min", "max")] for name in names]
-            # that there is no traction without slip needs no test
-            ends[-1][0] = 0.0
-            of_data = {
-                "box": np.array(ends, float),
-                "fixed": from_text(row["fixed_conditions"]),
-                "unseen": Unseen.from_columns(row),
-                "degrees": degrees_of_spread(row["n_curves"], 1 + known.sum()),
-                "two_levels": tuple(filter(None, row["two_level_conditions"].split(", "))),
-            }
-            if np.isfinite(row["limiting_stress_ratio"]):
-                of_data["limiting_stress_ratio"] = float(row["limiting_stress_ratio"])
+            (row,) = tables.rows(_rows_of_fit(quality, oil, law))
+            fitted = _with_quality(fitted, law, row)
         if curves is not None:
             means = [f"mean_{name}" for name in law.conditions]
-            of_data["tested"] = of_fit(curves)[means].to_numpy(float)
-        bare = Coefficients.bare(law, values)
-        return cls(law, replace(bare, known=known, spread=spread, shifted=shifted, **of_data))
+            tested = _rows_of_fit(curves, oil, law)[means].to_numpy(float)
+            fitted = replace(fitted, tested=tested)
+        return replace(fit_of_oil, coefficients=fitted)
+
+    @classmethod
+    def _from_coefficients(cls, law: Law, rows: pd.DataFrame) -> "FittedLaw":
+        """The fit without uncertainty and tested range, from its rows of `coefficients`."""
+        values = rows.set_index("constant")["value"]
+        constants = _in_order_of_law(law, values.to_frame().T)[0]
+        fitted_names = set(values.index[values.notna()])
+        followed = {
+            constant.condition for constant in law.constants if constant.name in fitted_names
+        }
+        known = np.array([group in followed for group in law.groups])
+        return cls(law, replace(Coefficients.bare(law, constants), known=known))
 
     @classmethod
     def of_configured(cls, results: CampaignTables, oil: str) -> "FittedLaw":
@@ -292,50 +292,96 @@ class FittedLaw:
             results: Tables `coefficients`, `refits`, `fit_quality` and `curve_residuals`.
             oil: The oil.
         """
-        of = results.configured
-        return cls.of(of.coefficients, oil, of.refits, of.fit_quality, curves=of.curve_residuals)
+        fits = results.configured
+        return cls.of(
+            fits.coefficients,
+            oil,
+            refits=fits.refits,
+            quality=fits.fit_quality,
+            curves=fits.curve_residuals,
+        )
 
     def traction(self, conditions: FloatArray, slip: FloatArray) -> FloatArray:
         """mu against slip at one row of the law's conditions, shape of `slip`."""
-        at = np.broadcast_to(conditions, (len(slip), len(self.law.conditions)))
-        return self.predict(at, slip).traction_coefficient
+        rows = np.broadcast_to(conditions, (len(slip), len(self.law.conditions)))
+        return self.predict(rows, slip).traction_coefficient
 
     def predict(self, conditions: FloatArray, slip: FloatArray, level: float = 0.95) -> Prediction:
-        """mu with its intervals at each point, as of `Coefficients.bands`.
+        """mu with its intervals at each point, as `Coefficients.bands` gives them.
 
         Args:
             conditions: Rows of the law's conditions, shape (points, conditions). NaN for a
-                condition that the fit does not follow asks for its tested level; mu is NaN where a
-                condition that it follows is.
+                condition that the fit does not follow means its tested level. mu is NaN where a
+                condition that the fit follows is NaN.
             slip: Slide-roll ratio of each point, shape (points,).
-            level: Of confidence; `Coefficients.bands` says which one the number of curves allows.
+            level: Confidence level; the number of curves may allow a lower one only
+                (`Coefficients.bands`).
         """
-        none = np.zeros(len(conditions), dtype=bool)
-        off = np.any([none, *self.away_from(conditions).values()], axis=0)
+        is_away = np.zeros(len(conditions), dtype=bool)
+        for away_from_condition in self.away_from(conditions).values():
+            is_away |= away_from_condition
         conditions = self.on_line(conditions)
-        unknown = np.isnan(self.law.group_values(conditions)[:, self.coefficients.known])
-        lost = off | unknown.any(axis=1)
-        # of each point: mu; lower and upper end of both intervals
-        mu, ends = np.full(len(slip), np.nan), np.full((2, 2, len(slip)), np.nan)
-        if not np.isnan(self.coefficients.constants).any():
-            # any value that the law can take; mu is not known there
-            evaluable = np.where(lost[:, np.newaxis], 1.0, conditions)
-            of_run, of_law, _ = self.coefficients.bands(self.law, level)
-            for start in range(0, len(slip), _CHUNK):
-                chunk = slice(start, start + _CHUNK)
-                mu[chunk], gradient = self._with_gradient(evaluable[chunk], slip[chunk])
-                bend = self._unseen_bend(evaluable[chunk], slip[chunk], mu[chunk])
-                ends[0, :, chunk] = of_run.ends(mu[chunk], gradient, bend)
-                ends[1, :, chunk] = of_law.ends(mu[chunk], gradient, bend[:, :0])
-            mu[lost] = ends[:, :, lost] = np.nan
+        is_unknown = np.isnan(self.law.group_values(conditions)[:, self.coefficients.known])
+        has_no_mu = is_away | is_unknown.any(axis=1)
+        mu, run_ends, law_ends = self._mu_and_ends(conditions, slip, has_no_mu, level)
         sign = np.where(slip < 0, -1.0, 1.0)
-        (lower, upper), (own_lower, own_upper) = np.sort(sign * ends, axis=1)
-        distance = np.where(off, np.inf, self._distance(conditions, slip))
+        run_lower, run_upper = np.sort(sign * run_ends, axis=0)
+        law_lower, law_upper = np.sort(sign * law_ends, axis=0)
+        distance = np.where(is_away, np.inf, self._distance(conditions, slip))
         spacings = self.spacings(conditions)
-        where = (distance > 0) | exceeds(spacings, 1.0), distance, off, spacings
-        over = mu > self.coefficients.limiting_stress_ratio
-        intervals = lower, upper, own_lower, own_upper
-        return Prediction(sign * mu, *intervals, *where, over, self.wrong)
+        return Prediction(
+            traction_coefficient=sign * mu,
+            obs_ci_lower=run_lower,
+            obs_ci_upper=run_upper,
+            mean_ci_lower=law_lower,
+            mean_ci_upper=law_upper,
+            outside=(distance > 0) | exceeds(spacings, 1.0),
+            distance=distance,
+            away=is_away,
+            spacings=spacings,
+            over_limit=mu > self.coefficients.limiting_stress_ratio,
+            wrong=self.wrong,
+        )
+
+    def _mu_and_ends(
+        self,
+        conditions: FloatArray,
+        slip: FloatArray,
+        has_no_mu: npt.NDArray[np.bool_],
+        level: float,
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """mu for positive slip, and the ends of the intervals of a run and of the law's mean.
+
+        Args:
+            conditions: Rows of the law's conditions, shape (points, conditions).
+            slip: Slide-roll ratio of each point, shape (points,).
+            has_no_mu: True where mu is not known.
+            level: Confidence level.
+
+        Returns:
+            mu, shape (points,); lower and upper ends of both intervals, shape (2, points) each.
+            NaN where mu is not known.
+        """
+        points = len(slip)
+        mu = np.full(points, np.nan)
+        run_ends = np.full((2, points), np.nan)
+        law_ends = np.full((2, points), np.nan)
+        if np.isnan(self.coefficients.constants).any():
+            return mu, run_ends, law_ends
+        # a value at which the law can be evaluated; the result is not used
+        evaluable = np.where(has_no_mu[:, np.newaxis], 1.0, conditions)
+        of_run, of_law, _ = self.coefficients.bands(self.law, level)
+        for start in range(0, points, _POINTS_PER_CHUNK):
+            chunk = slice(start, start + _POINTS_PER_CHUNK)
+            mu[chunk], gradient = self._with_gradient(evaluable[chunk], slip[chunk])
+            bend = self._unseen_bend(evaluable[chunk], slip[chunk], mu[chunk])
+            no_bend = bend[:, :0]
+            run_ends[:, chunk] = of_run.ends(mu[chunk], gradient, bend)
+            law_ends[:, chunk] = of_law.ends(mu[chunk], gradient, no_bend)
+        mu[has_no_mu] = np.nan
+        run_ends[:, has_no_mu] = np.nan
+        law_ends[:, has_no_mu] = np.nan
+        return mu, run_ends, law_ends
 
     def predict_at(
         self,
@@ -345,39 +391,75 @@ class FittedLaw:
         slide_roll_ratio: Any,
         level: float = 0.95,
     ) -> Prediction:
-        """As the function `predict`, with this law: GPa, m/s, degC, or quantities of pint."""
+        """As the function `predict`, with this law: GPa, m/s, degC, or quantities of pint.
+
+        Args:
+            max_hertz_pressure: As in `predict`.
+            entrainment_speed: As in `predict`.
+            inlet_temperature: As in `predict`.
+            slide_roll_ratio: As in `predict`.
+            level: Confidence level.
+
+        Raises:
+            OilfilmError: The law is one of other conditions, or a quantity has a unit of something
+                else.
+
+        Warns:
+            UserWarning: mu is NaN at some points, with the reason.
+        """
         if self.law.conditions != CONDITIONS:
             raise OilfilmError(
                 f"the law {self.law.name} is one of {', '.join(self.law.conditions)}; use the "
                 "method predict of the fitted law, which takes rows of them."
             )
-        given, labelled = _aligned(
+        aligned, labelled = _aligned(
             max_hertz_pressure, entrainment_speed, inlet_temperature, slide_roll_ratio
         )
-        arrays = np.broadcast_arrays(*map(in_unit, given, (*CONDITIONS, SLIP)))
-        *conditions, slip = (np.asarray(array, dtype=float).ravel() for array in arrays)
-        rows = np.column_stack(conditions)
-        found = dict(vars(self.predict(rows, slip, level)))
-        if lost := int(np.isnan(found["traction_coefficient"]).sum()):
-            why = "; ".join(condition.sentence() for condition in self.away_from(rows))
-            if np.isnan(self.coefficients.constants).any():
-                why = "nothing could be fitted"
-            if why:
-                text = f"mu is NaN at {lost} of {len(slip)} points: {why}"
-                warnings.warn(text, stacklevel=2)
-        wrong, shape = found.pop("wrong"), arrays[0].shape
-        parts = {name: labelled(each.reshape(shape), name) for name, each in found.items()}
-        return Prediction(**parts, wrong=wrong)
+        names = (*CONDITIONS, SLIP)
+        arrays = [in_unit(value, name) for value, name in zip(aligned, names, strict=True)]
+        broadcast = np.broadcast_arrays(*arrays)
+        shape = broadcast[0].shape
+        columns = [np.asarray(array, dtype=float).ravel() for array in broadcast]
+        rows = np.column_stack(columns[:-1])
+        slip = columns[-1]
+        prediction = self.predict(rows, slip, level)
+        points_without_mu = int(np.isnan(prediction.traction_coefficient).sum())
+        reason = self._reason_without_mu(rows) if points_without_mu else ""
+        if reason:
+            text = f"mu is NaN at {points_without_mu} of {len(slip)} points: {reason}"
+            warnings.warn(text, stacklevel=2)
+        labelled_arrays = {
+            attribute.name: labelled(
+                getattr(prediction, attribute.name).reshape(shape), attribute.name
+            )
+            for attribute in fields(prediction)
+            if attribute.name != "wrong"
+        }
+        return Prediction(**labelled_arrays, wrong=prediction.wrong)
+
+    def _reason_without_mu(self, conditions: FloatArray) -> str:
+        """Why mu is not known at some rows of conditions; empty where it is known at all of them.
+
+        A followed condition that is NaN is no reason: the caller put it there.
+        """
+        if np.isnan(self.coefficients.constants).any():
+            return "nothing could be fitted"
+        return "; ".join(condition.sentence() for condition in self.away_from(conditions))
 
     def on_line(self, conditions: FloatArray) -> FloatArray:
-        """Conditions with those that the fit does not follow at their tested level or line.
+        """The conditions, with those that the fit does not follow at their tested level or line.
 
         Args:
-            conditions: Rows of the law's conditions.
+            conditions: Rows of the law's conditions, shape (points, conditions).
+
+        Returns:
+            Shape (points, conditions).
         """
         levels = self._by_name(conditions)
-        lines = {fixed.condition: fixed.on_line(levels) for fixed in self.coefficients.fixed}
-        return np.column_stack(list((levels | lines).values()))
+        on_line = dict(levels)
+        for fixed in self.coefficients.fixed:
+            on_line[fixed.condition] = fixed.on_line(levels)
+        return np.column_stack(list(on_line.values()))
 
     @property
     def reach(self) -> FloatArray:
@@ -385,113 +467,208 @@ class FittedLaw:
 
         Shape (conditions + 1, 2), as `Coefficients.box`.
         """
-        beyond = {fixed.condition: fixed.within for fixed in self.coefficients.fixed}
-        names = (*self.law.conditions, "slide_roll_ratio")
-        within = np.array([[beyond.get(name, 0.0)] for name in names])
-        least = np.array([[LEAST_SIZE.get(name, 0.0)] for name in names])
+        within_of = {fixed.condition: fixed.within for fixed in self.coefficients.fixed}
+        names = (*self.law.conditions, SLIP)
+        within = np.array([[within_of.get(name, 0.0)] for name in names])
+        least_magnitude = np.array([[LEAST_SIZE.get(name, 0.0)] for name in names])
         box = self.coefficients.box
-        return box + within * np.maximum(np.abs(box), least) * [-1.0, 1.0]
+        margin = within * np.maximum(np.abs(box), least_magnitude)
+        return box + margin * [-1.0, 1.0]
 
     def away_from(self, conditions: FloatArray) -> dict[FixedCondition, npt.NDArray[np.bool_]]:
-        """The conditions that rows ask for away from where they were tested, and which rows do.
+        """The fixed conditions from whose tested level or line some rows are away, and these rows.
 
         Args:
-            conditions: Rows of the law's conditions.
+            conditions: Rows of the law's conditions, shape (points, conditions).
+
+        Returns:
+            Of each such condition which rows are away, shape (points,).
         """
-        levels, coefficients = self._by_name(conditions), self.coefficients
-        fixed = () if np.isnan(coefficients.constants).any() else coefficients.fixed
-        rows = {condition: away(condition, levels) for condition in fixed}
-        return {condition: off for condition, off in rows.items() if off.any()}
+        if np.isnan(self.coefficients.constants).any():
+            return {}
+        levels = self._by_name(conditions)
+        rows_away = {}
+        for fixed in self.coefficients.fixed:
+            is_away = away(fixed, levels)
+            if is_away.any():
+                rows_away[fixed] = is_away
+        return rows_away
 
     def _by_name(self, conditions: FloatArray) -> dict[str, FloatArray]:
+        """Columns of rows of conditions by the name of the condition."""
         return dict(zip(self.law.conditions, conditions.T, strict=True))
 
     def _with_gradient(
         self, conditions: FloatArray, slip: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
-        law, coefficients = self.law, self.coefficients
+        """mu for positive slip, shape (points,), and its derivatives by the internal constants."""
+        law = self.law
+        coefficients = self.coefficients
         design = law.design(conditions, coefficients.known)
         sizes = law.sizes(to_internal(law, coefficients.constants), design)
         mu, slopes = law.value_and_slopes(sizes, np.abs(slip))
         return mu, np.hstack([slope[:, np.newaxis] * design for slope in slopes])
 
     def _unseen_bend(self, conditions: FloatArray, slip: FloatArray, mu: FloatArray) -> FloatArray:
-        """Change of mu that two levels of a condition cannot tell: (points, such conditions)."""
+        """Change of mu by a bend that two levels of a condition cannot show.
+
+        Returns:
+            Shape (points, conditions with two levels).
+        """
         bends = np.empty((len(mu), len(self.coefficients.two_levels)))
         for column, name in enumerate(self.coefficients.two_levels):
             index = self.law.conditions.index(name)
+            low, high = self.coefficients.box[index]
             moved = conditions.copy()
-            moved[:, index] = between_two_levels(moved[:, index], *self.coefficients.box[index])
-            bends[:, column] = self._with_gradient(moved, slip)[0] - mu
+            moved[:, index] = between_two_levels(conditions[:, index], low, high)
+            bent_mu, _ = self._with_gradient(moved, slip)
+            bends[:, column] = bent_mu - mu
         return bends
 
     @cached_property
     def lattice(self) -> tuple[FloatArray, FloatArray]:
-        """Tested conditions, shape (curves, n), and their steps (n,), of the n followed ones.
+        """Tested values of the followed conditions, and the largest step of each condition.
 
-        Pressure, speed and load by their logarithm, temperature in kelvins.
+        Pressure, speed and load are logarithms; the temperature is in degC.
+
+        Returns:
+            Shapes (curves, followed) and (followed,).
         """
-        at = self._coordinates(self.coefficients.tested)
-        steps = [np.diff(np.sort(values)).max(initial=0.0) for values in at.T]
-        return at, np.where(np.array(steps) > 0, steps, np.inf)
+        tested = self._coordinates(self.coefficients.tested)
+        steps = np.array([np.diff(np.sort(levels)).max(initial=0.0) for levels in tested.T])
+        return tested, np.where(steps > 0, steps, np.inf)
 
     def _coordinates(self, conditions: FloatArray) -> FloatArray:
-        fixed = {each.condition for each in self.coefficients.fixed}
-        columns = [
-            values if name in LEAST_SIZE else np.log(np.maximum(values, np.finfo(float).tiny))
-            for name, values in self._by_name(conditions).items()
-            if name not in fixed
-        ]
-        return np.stack(columns, axis=-1) if columns else np.empty((len(conditions), 0))
+        """The followed conditions in the coordinates of `lattice`, shape (points, followed)."""
+        fixed = {condition.condition for condition in self.coefficients.fixed}
+        columns = []
+        for name, values in self._by_name(conditions).items():
+            if name in fixed:
+                continue
+            if name in LEAST_SIZE:
+                columns.append(values)
+            else:
+                columns.append(np.log(np.maximum(values, np.finfo(float).tiny)))
+        if not columns:
+            return np.empty((len(conditions), 0))
+        return np.stack(columns, axis=-1)
 
     def spacings(self, conditions: FloatArray) -> FloatArray:
-        """Distance to the nearest tested conditions, as of `Prediction`.
+        """Distance to the nearest tested conditions, as in `Prediction`.
 
         Args:
-            conditions: Rows of the law's conditions.
+            conditions: Rows of the law's conditions, shape (points, conditions).
+
+        Returns:
+            Shape (points,).
         """
         if not len(self.coefficients.tested) or np.isnan(self.coefficients.constants).any():
             return np.full(len(conditions), np.nan)
-        at, steps = self.lattice
-        asked = self._coordinates(conditions)
-        nearest = np.full(len(asked), np.inf)
-        for curve in at:
-            away = np.abs(asked - curve) / steps
-            nearest = np.minimum(nearest, away.max(axis=1, initial=0.0))
+        tested, steps = self.lattice
+        coordinates = self._coordinates(conditions)
+        nearest = np.full(len(coordinates), np.inf)
+        for tested_curve in tested:
+            steps_away = np.abs(coordinates - tested_curve) / steps
+            nearest = np.minimum(nearest, steps_away.max(axis=1, initial=0.0))
         return nearest
 
     def _distance(self, conditions: FloatArray, slip: FloatArray) -> FloatArray:
+        """Distance from the tested box in tested ranges, as in `Prediction`, shape (points,)."""
         low, high = self.reach.T
-        at = np.column_stack([conditions, np.abs(slip)])
-        beyond = np.maximum(np.maximum(low - at, at - high), 0.0)
-        beyond[reaches(at, low) & reaches(high, at)] = 0.0
-        width = high - low
+        points = np.column_stack([conditions, np.abs(slip)])
+        beyond = np.maximum(np.maximum(low - points, points - high), 0.0)
+        beyond[reaches(points, low) & reaches(high, points)] = 0.0
         with np.errstate(divide="ignore", invalid="ignore"):
-            ranges = np.where(beyond == 0, 0.0, beyond / width)
-        # beyond one range is outside, whatever is unknown of the others
-        known = np.fmax.reduce(ranges, axis=1)
-        return np.where(known > 0, known, ranges.max(axis=1))
+            ranges_beyond = np.where(beyond == 0, 0.0, beyond / (high - low))
+        # a point beyond one range is outside, even where another range is unknown
+        farthest_known = np.fmax.reduce(ranges_beyond, axis=1)
+        return np.where(farthest_known > 0, farthest_known, ranges_beyond.max(axis=1))
 
 
-def _in_order(law: Law, rows: pd.DataFrame) -> FloatArray:
-    """Constants in the law's order; X0 where its exponents are not known is the coefficient X."""
+def _rows_of_fit(table: pd.DataFrame, oil: str, law: Law) -> pd.DataFrame:
+    """The rows of a table that belong to the fit of one law to one oil."""
+    return table[(table["oil"] == oil) & (table["law"] == law.name)]
+
+
+def _with_refits(fitted: Coefficients, law: Law, refits: pd.DataFrame) -> Coefficients:
+    """Coefficients with the constants of refits.
+
+    Args:
+        fitted: The coefficients.
+        law: Their law.
+        refits: The fit's rows of the table of refits.
+    """
+    wide = refits.pivot(index=["cause", "refit"], columns="constant", values="value")
+    is_calibration = wide.index.get_level_values("cause").str.startswith("calibration")
+    spread = _in_order_of_law(law, wide[~is_calibration])
+    shifted = _in_order_of_law(law, wide[is_calibration])
+    # constants at a bound have the same value in every refit, and are not in the table
+    return replace(
+        fitted,
+        spread=np.where(np.isnan(spread), fitted.constants, spread),
+        shifted=np.where(np.isnan(shifted), fitted.constants, shifted),
+    )
+
+
+def _with_quality(fitted: Coefficients, law: Law, row: Mapping[str, Any]) -> Coefficients:
+    """Coefficients with their tested range and the errors at curves left out.
+
+    Args:
+        fitted: The coefficients.
+        law: Their law.
+        row: The fit's row of the table `fit_quality`.
+    """
+    names = (*law.conditions, SLIP)
+    box = np.array(
+        [[row[f"tested_min_{name}"], row[f"tested_max_{name}"]] for name in names], float
+    )
+    # traction is zero without slip: this needs no test
+    box[-1, 0] = 0.0
+    limiting_stress_ratio = row["limiting_stress_ratio"]
+    if not np.isfinite(limiting_stress_ratio):
+        limiting_stress_ratio = fitted.limiting_stress_ratio
+    return replace(
+        fitted,
+        box=box,
+        fixed=from_text(row["fixed_conditions"]),
+        unseen=Unseen.from_columns(row),
+        degrees=degrees_of_spread(row["n_curves"], 1 + fitted.known.sum()),
+        two_levels=tuple(filter(None, row["two_level_conditions"].split(", "))),
+        limiting_stress_ratio=float(limiting_stress_ratio),
+    )
+
+
+def _in_order_of_law(law: Law, rows: pd.DataFrame) -> FloatArray:
+    """Constants in the order of the law, one row per fit or refit.
+
+    Where a condition did not vary, the tables have the coefficient X at the tested level in place
+    of X0; it is then taken as X0.
+
+    Args:
+        law: The law.
+        rows: One column per constant.
+
+    Returns:
+        Shape (rows, constants); NaN where nothing could be fitted.
+    """
     names = [constant.name for constant in law.constants]
     values = rows.reindex(columns=names).to_numpy(dtype=float, copy=True)
-    local = rows.reindex(columns=list(law.local_constants)).to_numpy(dtype=float)
-    heads = np.array([constant.condition is None for constant in law.constants])
-    at_level = np.isnan(values[:, heads]) & ~np.isnan(local)
-    values[:, heads] = np.where(at_level, local, values[:, heads])
-    # exponents that the law gives; those of conditions that never varied have no effect to carry
-    fitted = ~np.isnan(values[:, heads]).any(axis=1, keepdims=True)
-    return np.where(~heads & fitted & np.isnan(values), law.known, values)
+    at_tested_level = rows.reindex(columns=list(law.local_constants)).to_numpy(dtype=float)
+    is_x0 = np.array([constant.condition is None for constant in law.constants])
+    has_no_x0 = np.isnan(values[:, is_x0]) & ~np.isnan(at_tested_level)
+    values[:, is_x0] = np.where(has_no_x0, at_tested_level, values[:, is_x0])
+    is_fitted = ~np.isnan(values[:, is_x0]).any(axis=1, keepdims=True)
+    # exponents that the law prescribes; those of conditions that did not vary are zero
+    is_not_fitted_exponent = ~is_x0 & is_fitted & np.isnan(values)
+    return np.where(is_not_fitted_exponent, law.known, values)
 
 
 def read_fit(folder: Path | str, oil: str | None = None) -> FittedLaw:
     """The fit of one oil from a campaign's results, as `results/demo`, or of a saved fit.
 
     Args:
-        folder: With the folder `tables` in it.
-        oil: Not needed where there is one oil only.
+        folder: Folder of the results, which contains the folder `tables`.
+        oil: Name of the oil; not needed where there is one oil only.
 
     Raises:
         OilfilmError: There are no such results, or no such oil in them.
@@ -516,7 +693,8 @@ def read_fit(folder: Path | str, oil: str | None = None) -> FittedLaw:
         refuse_unpacking(Path(folder, "tables", f"{name}.parquet"))
     results = CampaignTables.in_folder(Path(folder))
     oils = sorted(results.configured.fit_quality["oil"])
-    oil = oils[0] if oil is None and len(oils) == 1 else oil
+    if oil is None and len(oils) == 1:
+        oil = oils[0]
     if oil is None or oil not in oils:
         raise OilfilmError(
             f"{folder}: no fit of oil {oil!r}; there are fits of {', '.join(oils) or 'none'}."
@@ -527,8 +705,8 @@ def read_fit(folder: Path | str, oil: str | None = None) -> FittedLaw:
     return replace(fit, wrong=tuple(what_is_wrong(verdict)))
 
 
-# Beyond these no traction test is; what such a number is most likely.
-_POSSIBLE = {
+# Smallest and largest value of any traction test, and the most likely cause of a larger one.
+_POSSIBLE_RANGES = {
     "max_hertz_pressure_gpa": (0.0, 10.0, "in MPa? Divide by 1000"),
     "entrainment_speed_m_s": (0.0, 500.0, "in mm/s? Divide by 1000"),
     "inlet_temperature_c": (-100.0, 350.0, "in kelvins? Subtract 273.15"),
@@ -542,27 +720,34 @@ def refuse_impossible(values: FloatArray, name: str) -> None:
     """Refuse values that no traction test has, most often because of their unit; NaN passes.
 
     Args:
-        values: In the unit of the column.
+        values: Values in the unit of the column.
         name: Name of the column.
 
     Raises:
         OilfilmError: A value is out of the possible range.
     """
-    low, high, hint = _POSSIBLE.get(name, (-np.inf, np.inf, ""))
+    low, high, hint = _POSSIBLE_RANGES.get(name, (-np.inf, np.inf, ""))
+    values = values.ravel()
     # a load, pressure or speed of 0 makes no contact
-    possible = (values >= low) & (values <= high) & ((values > 0) | (low < 0))
-    wrong = np.flatnonzero(~np.isnan(values.ravel()) & ~possible.ravel())
-    if len(wrong):
-        found = values.ravel()[wrong[0]]
-        if found < low:
-            celsius = name == "inlet_temperature_c"
-            hint = "converted from kelvins twice? Add 273.15" if celsius else "of the wrong sign"
-        unit = "" if tables.COLUMNS[name].unit == "1" else f" {tables.COLUMNS[name].unit}"
-        raise OilfilmError(
-            f"{name}: found {found:g}{unit} at {len(wrong)} of {values.size} points, the first is "
-            f"number {wrong[0] + 1}; expected {'' if low else 'above '}{low:g} to {high:g}{unit}."
-            + (f" Perhaps {hint}." if found else "")
-        )
+    is_positive_if_needed = (values > 0) | (low < 0)
+    is_possible = (values >= low) & (values <= high) & is_positive_if_needed
+    impossible = np.flatnonzero(~np.isnan(values) & ~is_possible)
+    if not len(impossible):
+        return
+    first_value = values[impossible[0]]
+    if first_value < low:
+        hint = "of the wrong sign"
+        if name == "inlet_temperature_c":
+            hint = "converted from kelvins twice? Add 273.15"
+    column_unit = tables.COLUMNS[name].unit
+    unit = "" if column_unit == "1" else f" {column_unit}"
+    above = "" if low else "above "
+    # a zero has no wrong unit
+    perhaps = f" Perhaps {hint}." if first_value else ""
+    raise OilfilmError(
+        f"{name}: found {first_value:g}{unit} at {len(impossible)} of {values.size} points, the "
+        f"first is number {impossible[0] + 1}; expected {above}{low:g} to {high:g}{unit}.{perhaps}"
+    )
 
 
 def in_unit(value: Any, name: str) -> npt.NDArray[np.float64]:
@@ -595,7 +780,7 @@ def predict(
     slide_roll_ratio: Any,
     level: float = 0.95,
 ) -> Prediction:
-    """Traction coefficient with its intervals, and whether the point was ever tested.
+    """Traction coefficient with its intervals, and whether the operating point was tested.
 
     Args:
         law: A law of pressure, speed and temperature, or its name.
@@ -603,17 +788,17 @@ def predict(
             order: these give mu without interval or box.
         max_hertz_pressure: P in GPa, or a quantity of pint, as the others.
         entrainment_speed: U in m/s.
-        inlet_temperature: T in degC. NaN for a condition that the fit does not follow asks for
-            its tested level.
+        inlet_temperature: T in degC. NaN for a condition that the fit does not follow means its
+            tested level.
         slide_roll_ratio: Slide-roll ratio S. The four broadcast against each other, arrays of
             xarray by the names of their dimensions.
-        level: Of confidence.
+        level: Confidence level.
 
     Returns:
         Arrays of the broadcast shape, columns or arrays of xarray as the arguments were.
 
     Warns:
-        UserWarning: mu is NaN at some points because it is not known there; it says why.
+        UserWarning: mu is NaN at some points because it is not known there, with the reason.
 
     Raises:
         OilfilmError: There is no such law, or it is one of load, which `FittedLaw.predict` takes;
@@ -633,24 +818,33 @@ def predict(
         law = LAWS[law]
     if not isinstance(coefficients, Coefficients):
         coefficients = Coefficients.bare(law, coefficients)
-    at = (max_hertz_pressure, entrainment_speed, inlet_temperature, slide_roll_ratio)
-    return FittedLaw(law, coefficients).predict_at(*at, level=level)
+    return FittedLaw(law, coefficients).predict_at(
+        max_hertz_pressure, entrainment_speed, inlet_temperature, slide_roll_ratio, level
+    )
 
 
-def _aligned(*given: Any) -> tuple[tuple[Any, ...], Callable[[npt.NDArray[Any], str], Any]]:
-    """The arguments as they broadcast, and what labels an array as they are labelled.
+def _aligned(*arguments: Any) -> tuple[tuple[Any, ...], Callable[[npt.NDArray[Any], str], Any]]:
+    """The arguments in a form that broadcasts, and a function that labels an array like them.
+
+    Arrays of xarray broadcast by the names of their dimensions. Columns of pandas must have one
+    index.
+
+    Returns:
+        The arguments, and a function of an array of the broadcast shape and a name.
 
     Raises:
         OilfilmError: Two columns of pandas have different indices.
     """
-    if any(hasattr(value, "dims") for value in given):
+    if any(hasattr(value, "dims") for value in arguments):
         xarray = importlib.import_module("xarray")
-        wrapped = (value if hasattr(value, "dims") else xarray.DataArray(value) for value in given)
-        given = xarray.broadcast(*wrapped)
-        return given, lambda array, name: given[0].copy(data=array).rename(name)
-    indices = [value.index for value in given if isinstance(value, pd.Series)]
+        arrays = []
+        for value in arguments:
+            arrays.append(value if hasattr(value, "dims") else xarray.DataArray(value))
+        broadcast = xarray.broadcast(*arrays)
+        return broadcast, lambda array, name: broadcast[0].copy(data=array).rename(name)
+    indices = [value.index for value in arguments if isinstance(value, pd.Series)]
     if not indices:
-        return given, lambda array, name: array
+        return arguments, lambda array, name: array
     if not all(index.equals(indices[0]) for index in indices):
         raise OilfilmError("the columns have different indices; take them from one data frame.")
-    return given, lambda array, name: pd.Series(array, indices[0], name=name)
+    return arguments, lambda array, name: pd.Series(array, indices[0], name=name)

@@ -162,7 +162,7 @@ class Unseen:
     slip: float
     quantiles: FloatArray
 
-    def at(self, level: float) -> tuple[float, float]:
+    def quantile_at(self, level: float) -> tuple[float, float]:
         """The highest level that the curves allow, up to `level`, and its quantile.
 
         NaN where they allow none.

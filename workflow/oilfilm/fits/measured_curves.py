@@ -1,15 +1,19 @@
-"""What the measured curves of an oil tell about its law, and which curve to measure next.
+"""The information of measured curves about a law's constants, and which curve to measure next.
 
-What a curve adds to the precision of the constants is known before it is measured: its slopes and
-the expected errors of its points. Precisions add, so that no measurement can make anything less
-certain. Choosing the curves that make the variance of a wanted quantity least is c-optimality, the
-mean over several quantities is A-optimality (linear or L-optimality): A. C. Atkinson, A. N. Donev,
-R. D. Tobias, Optimum Experimental Designs, with SAS (2007), chapters 10 and 17. The law is not
-linear in its constants, so the design is optimal at the constants known so far (locally optimal),
-and a plan of several curves is made one after the other.
+The information of a curve can be computed before it is measured, from its slopes and the expected
+errors of its points. It is the precision matrix (Fisher information) that the curve adds.
+Precisions of curves add up, so a further measurement never makes a quantity less certain.
 
-All points of a run share the errors of load, speed, temperature and zero of the force: a new curve
-of 31 points is no 31 independent pieces of information.
+Curves are chosen that make the variance of a wanted quantity least: c-optimality, or A-optimality
+(linear or L-optimality) for the mean over several quantities. The law is not linear in its
+constants, so the design is optimal at the present constants (locally optimal). The curves of a plan
+are chosen one after the other.
+
+All points of a run share the errors of load, speed, temperature and zero of the force. A new curve
+of 31 points is therefore less than 31 independent pieces of information.
+
+Reference: A. C. Atkinson, A. N. Donev, R. D. Tobias, Optimum Experimental Designs, with SAS (2007),
+chapters 10 and 17.
 
 Decides: which errors the points of a run share, and how large they are; how much a further curve
 would tell.
@@ -30,53 +34,78 @@ from oilfilm.fits.uncertainty import SENSORS
 from oilfilm.settings.rig import Calibration
 from oilfilm.traction.law import Law, to_internal
 
-# What may be wrong in a whole curve: relative errors of load, force and speed, degrees of the
-# temperature, newtons of the zero.
+# Errors of a whole curve: relative errors of load, force and speed, the error of the temperature in
+# kelvins, and of the zero of the force in newtons.
 EFFECTS = (*SENSORS, "zero of the force")
-# Of these each run has its own. An error of force or speed changes mu nearly as one of the load
-# does: their sizes could not be told apart.
-_OF_A_RUN = [EFFECTS.index(name) for name in ("load", "inlet temperature", "zero of the force")]
-# Range of the logarithm of a variance, over the variance of the residuals.
-_VARIANCES = (-14.0, 4.0)
-_STEP = 1e-4
-# Error of mu below which a point counts as exact.
+# Indices of the effects whose size is estimated, one error per run. An error of force or speed
+# changes mu nearly as an error of the load does: their sizes could not be estimated separately.
+_ESTIMATED_EFFECTS = [
+    EFFECTS.index("load"),
+    EFFECTS.index("inlet temperature"),
+    EFFECTS.index("zero of the force"),
+]
+# Range of the logarithm of a variance, over the mean square of its column.
+_LOG_VARIANCE_RANGE = (-14.0, 4.0)
+# Start of the search for variances, in the same unit but not a logarithm.
+_FIRST_VARIANCE = 0.3
+# Relative change of the deviance at which the search ends. With the default of SciPy it ends 1e-4
+# from the optimum, where rounding decides.
+_DEVIANCE_TOLERANCE = 1e-12
+# Step of the logarithm of a condition, for slopes by differences.
+_LOG_STEP = 1e-4
+# Standard deviation of mu below which a point counts as exact.
 _EXACT = 1e-9
 
 
 def effects(law: Law, internal: FloatArray, curves: Curves) -> FloatArray:
     """Change of (measured mu - law at the measured conditions) per unit of each of `EFFECTS`.
 
-    A load sensor that reads (1 + e) W makes mu = F/W smaller and, as the pressure goes with the
-    cube root of the load, places the point at a higher pressure.
+    A load sensor that reads (1 + e) W makes mu = F/W smaller. It also makes the pressure higher,
+    which goes with the cube root of the load.
+
+    Args:
+        law: The law.
+        internal: Its internal constants, shape (constants,).
+        curves: The points.
 
     Returns:
         Shape (points, effects).
     """
+
+    def traction(sign: int, exponents: dict[str, float]) -> FloatArray:
+        """mu with some conditions multiplied by powers of exp(sign * step)."""
+        factors = [np.exp(sign * _LOG_STEP * exponents.get(name, 0.0)) for name in law.conditions]
+        moved = replace(curves, conditions=curves.conditions * factors)
+        return law.traction(internal, moved.observations(law))
+
+    def slope(exponents: dict[str, float]) -> FloatArray:
+        """Derivative of mu by the logarithm of a factor on these powers of conditions."""
+        return np.asarray((traction(1, exponents) - traction(-1, exponents)) / (2 * _LOG_STEP))
+
     mu = law.traction(internal, curves.observations(law))
-
-    def slope(**factors: float) -> FloatArray:
-        """Of mu by the logarithm of some conditions together."""
-        ends = []
-        for sign in (1, -1):
-            factor = [np.exp(sign * _STEP * factors.get(name, 0.0)) for name in law.conditions]
-            moved = replace(curves, conditions=curves.conditions * factor)
-            ends.append(law.traction(internal, moved.observations(law)))
-        return np.asarray((ends[0] - ends[1]) / (2 * _STEP))
-
-    temperature = curves.conditions[:, law.conditions.index("inlet_temperature_c")][curves.curve]
-    by_load = slope(load_n=1.0, max_hertz_pressure_gpa=1 / 3)
-    by_speed, by_temperature = slope(entrainment_speed_m_s=1.0), slope(inlet_temperature_c=1.0)
-    zero = 1 / curves.load_n[curves.curve]
-    return np.column_stack([-mu - by_load, mu, -by_speed, -by_temperature / temperature, zero])
+    temperature_of_curve = curves.conditions[:, law.conditions.index("inlet_temperature_c")]
+    temperature = temperature_of_curve[curves.curve]
+    by_load = slope({"load_n": 1.0, "max_hertz_pressure_gpa": 1 / 3})
+    by_speed = slope({"entrainment_speed_m_s": 1.0})
+    by_temperature = slope({"inlet_temperature_c": 1.0})
+    by_effect = {
+        "load": -mu - by_load,
+        "traction force": mu,
+        "entrainment speed": -by_speed,
+        "inlet temperature": -by_temperature / temperature,
+        "zero of the force": 1 / curves.load_n[curves.curve],
+    }
+    return np.column_stack([by_effect[name] for name in EFFECTS])
 
 
 @dataclass(frozen=True)
 class ErrorSizes:
-    """Variances of what is wrong in a curve.
+    """Variances of the errors of a curve and of its points.
 
     Attributes:
-        of_curve: Of each of `EFFECTS`, in its unit squared; a draw per curve.
-        of_point: Of mu, a draw per point.
+        of_curve: Variance of each of `EFFECTS`, in its unit squared, shape (effects,). A curve has
+            one error of each.
+        of_point: Variance of mu. A point has one error.
     """
 
     of_curve: FloatArray
@@ -86,72 +115,85 @@ class ErrorSizes:
 def error_sizes(
     jacobian: FloatArray, effect: FloatArray, residual: FloatArray, curve: IndexArray
 ) -> ErrorSizes:
-    """Sizes of the errors that make the residuals most likely, the fit's own freedom allowed for.
+    """Variances of the errors by restricted maximum likelihood.
 
-    Residuals of curve i are taken as J_i x + D_i b_i + e: b_i the errors of the run, normal with
-    the variances v, e independent, normal with variance s^2. Restricted maximum likelihood gives v
-    and s^2: least of
+    The residuals of curve i are modelled as J_i x + D_i b_i + e. The errors b_i of the run are
+    normal with the variances v. The errors e of the points are independent and normal with the
+    variance s^2. v and s^2 minimise
 
         sum ln|V_i| + ln|sum J_i^T V_i^-1 J_i| + r^T P r,  V_i = s^2 I + D_i diag(v) D_i^T,
 
-    P = V^-1 - V^-1 J (J^T V^-1 J)^-1 J^T V^-1. What the law's form misses is counted as an error
-    of the curve or of its points.
+    P = V^-1 - V^-1 J (J^T V^-1 J)^-1 J^T V^-1. An error of the law's form counts as an error of the
+    curve or of its points.
 
     Reference: H. D. Patterson, R. Thompson, Biometrika 58 (1971) 545.
 
     Args:
-        jacobian: Slopes of mu by the free constants, shape (points, n).
-        effect: As `effects`, shape (points, effects).
-        residual: Of each point.
-        curve: Curve of each point, rising from 0.
+        jacobian: J, slopes of mu by the free constants, shape (points, n).
+        effect: D, as `effects` returns it, shape (points, effects).
+        residual: r, measured minus fitted mu, shape (points,).
+        curve: Curve of each point, rising from 0, shape (points,).
     """
     if not residual.any():
         return ErrorSizes(np.zeros(len(EFFECTS)), 0.0)
-    columns = np.column_stack([effect[:, _OF_A_RUN], jacobian, residual])
+    estimated = len(_ESTIMATED_EFFECTS)
+    columns = np.column_stack([effect[:, _ESTIMATED_EFFECTS], jacobian, residual])
     size = np.sqrt(np.mean(columns**2, axis=0))
     columns = columns / size
-    # products of the columns of each curve are all that the likelihood needs
-    parts = points_of_curves(curve)
-    products = np.stack([columns[part].T @ columns[part] for part in parts])
-    points = np.array([len(part) for part in parts])
+    # the likelihood needs only the products of the columns of each curve
+    products = []
+    points_per_curve = []
+    for points in points_of_curves(curve):
+        products.append(columns[points].T @ columns[points])
+        points_per_curve.append(len(points))
+    stacked_products = np.stack(products)
+    counts = np.array(points_per_curve)
 
-    def deviance(logarithms: FloatArray) -> float:
-        return _deviance(np.exp(logarithms), products, points)
+    def deviance(log_variances: FloatArray) -> float:
+        return _deviance(np.exp(log_variances), stacked_products, counts)
 
-    start, bounds = np.log([0.3] * (len(_OF_A_RUN) + 1)), scipy.optimize.Bounds(*_VARIANCES)
-    # by default it ends 1e-4 from the optimum, where rounding decides
     best = scipy.optimize.minimize(
-        deviance, start, method="L-BFGS-B", jac="3-point", bounds=bounds, options={"ftol": 1e-12}
+        deviance,
+        np.log([_FIRST_VARIANCE] * (estimated + 1)),
+        method="L-BFGS-B",
+        jac="3-point",
+        bounds=scipy.optimize.Bounds(*_LOG_VARIANCE_RANGE),
+        options={"ftol": _DEVIANCE_TOLERANCE},
     )
     variances = np.exp(best.x) * size[-1] ** 2
     of_curve = np.zeros(len(EFFECTS))
-    of_curve[_OF_A_RUN] = variances[:-1] / size[: len(_OF_A_RUN)] ** 2
+    of_curve[_ESTIMATED_EFFECTS] = variances[:-1] / size[:estimated] ** 2
     return ErrorSizes(of_curve, float(variances[-1]))
 
 
 def _deviance(variances: FloatArray, products: FloatArray, points: IndexArray) -> float:
-    """-2 ln of the restricted likelihood, but for a constant.
+    """-2 ln of the restricted likelihood, without a constant.
 
     Args:
-        variances: Of the errors of a run, then of a point.
-        products: Products of the columns D, J, r of each curve.
-        points: Number of points of each curve.
+        variances: v and s^2 as in `error_sizes`, shape (estimated effects + 1,).
+        products: Products of the columns D, J, r of each curve, shape (curves, columns, columns).
+        points: Number of points of each curve, shape (curves,).
     """
-    *of_run, of_point = variances
+    of_run = variances[:-1]
+    of_point = variances[-1]
     count = len(of_run)
-    inner = products[:, :count, :count] + np.diag(of_point / np.array(of_run))
-    across = products[:, :count, count:]
-    # V^-1 = (I - D inner^-1 D^T)/s^2
-    rest = products[:, count:, count:] - np.swapaxes(across, 1, 2) @ np.linalg.solve(inner, across)
-    total = rest.sum(axis=0) / of_point
-    jacobian, cross = total[:-1, :-1], total[:-1, -1]
+    # V^-1 = (I - D inner^-1 D^T) / s^2
+    inner = products[:, :count, :count] + np.diag(of_point / of_run)
+    d_by_others = products[:, :count, count:]
+    others_by_d = np.swapaxes(d_by_others, 1, 2)
+    projected = others_by_d @ np.linalg.solve(inner, d_by_others)
+    total = (products[:, count:, count:] - projected).sum(axis=0) / of_point
+    # blocks of J and r
+    j_by_j = total[:-1, :-1]
+    j_by_r = total[:-1, -1]
+    r_by_r = total[-1, -1]
     logarithms = (
         np.sum((points - count) * np.log(of_point))
         + len(points) * np.sum(np.log(of_run))
         + np.linalg.slogdet(inner)[1].sum()
-        + np.linalg.slogdet(jacobian)[1]
+        + np.linalg.slogdet(j_by_j)[1]
     )
-    return float(logarithms + total[-1, -1] - cross @ np.linalg.solve(jacobian, cross))
+    return float(logarithms + r_by_r - j_by_r @ np.linalg.solve(j_by_j, j_by_r))
 
 
 def points_of_curves(curve: IndexArray) -> list[IndexArray]:
@@ -162,49 +204,55 @@ def points_of_curves(curve: IndexArray) -> list[IndexArray]:
 def precision(
     rows: FloatArray, effect: FloatArray, sizes: ErrorSizes, curve: IndexArray
 ) -> FloatArray:
-    """What each curve tells about parameters: A^T V^-1 A, V = s^2 I + D diag(v) D^T.
+    """Precision that each curve adds about parameters: A^T V^-1 A, V = s^2 I + D diag(v) D^T.
 
     Args:
         rows: A, slopes of mu by the parameters, shape (points, n).
-        effect: D, as `effects`, shape (points, effects).
-        sizes: v and s^2, as `error_sizes`.
-        curve: Curve of each point, rising from 0.
+        effect: D, as `effects` returns it, shape (points, effects).
+        sizes: v and s^2, as `error_sizes` returns them.
+        curve: Curve of each point, rising from 0, shape (points,).
 
     Returns:
         Shape (curves, n, n).
     """
-    of_run = np.flatnonzero(sizes.of_curve > 0)
-    # without any error a point would be worth any number of others
+    has_error = np.flatnonzero(sizes.of_curve > 0)
+    # a point without any error would have infinite precision
     of_point = max(sizes.of_point, _EXACT**2)
-    inner = np.diag(of_point / sizes.of_curve[of_run])
-    each = []
-    for part in points_of_curves(curve):
-        a, d = rows[part], effect[part][:, of_run]
-        across = d.T @ a
-        each.append(a.T @ a - across.T @ np.linalg.solve(inner + d.T @ d, across))
-    return np.stack(each) / of_point
+    ratio = np.diag(of_point / sizes.of_curve[has_error])
+    precisions = []
+    for points in points_of_curves(curve):
+        a = rows[points]
+        d = effect[points][:, has_error]
+        d_by_a = d.T @ a
+        inner = ratio + d.T @ d
+        precisions.append(a.T @ a - d_by_a.T @ np.linalg.solve(inner, d_by_a))
+    return np.stack(precisions) / of_point
 
 
 # Standard uncertainties of a rig's calibration, in the order of `SENSORS`.
-_CALIBRATION = ("load_relative", "traction_force_relative", "speed_relative", "temperature_c")
-# Centres of the form's error, and their least distance in lengths: nearer ones tell nothing new.
-_CENTRES, _APART = 30, 0.3
+_CALIBRATION_KEYS = ("load_relative", "traction_force_relative", "speed_relative", "temperature_c")
+# Largest number of centres of the form's error.
+_MOST_CENTRES = 30
+# Least distance of two centres in correlation lengths: nearer centres add nothing.
+_CENTRE_DISTANCE = 0.3
+# Added to the correlation of the centres, so that its root exists.
+_CORRELATION_JITTER = 1e-9
 
 
 @dataclass(frozen=True)
 class FormError:
-    """Relative error of the law's form over the conditions, as a Gaussian process.
+    """Relative error of the law's form over the operating points, as a Gaussian process.
 
-    Its correlation falls with the distance as exp(-d^2/2), d in lengths of `length`. It is written
-    by a few weights, those of processes at `centres`, so that precisions of curves add.
+    Its correlation falls with the distance d as exp(-d^2/2), d in units of `length`. The process is
+    a sum over a few centres with independent normal weights, so that precisions of curves add up.
 
     Reference: M. C. Kennedy, A. O'Hagan, J. R. Stat. Soc. B 63 (2001) 425 (discrepancy of a model);
         J. Quinonero-Candela, C. E. Rasmussen, J. Mach. Learn. Res. 6 (2005) 1939 (few centres).
 
     Attributes:
         size: Standard deviation.
-        length: Of each of ln W/3, ln U and T, shape (3,).
-        centres: Where the process is written, shape (centres, 3).
+        length: Correlation length of each of ln W/3, ln U and T, shape (3,).
+        centres: Coordinates of the centres, as `form_coordinates` gives them, shape (centres, 3).
     """
 
     size: float
@@ -212,54 +260,85 @@ class FormError:
     centres: FloatArray
 
     @classmethod
-    def near(cls, size: float, length: FloatArray, places: FloatArray) -> "FormError":
-        """The process with centres spread over some places, the first of which come first."""
+    def spread_over(cls, size: float, length: FloatArray, coordinates: FloatArray) -> "FormError":
+        """The process with centres at some of the operating points, as far apart as possible.
+
+        Args:
+            size: Standard deviation.
+            length: Correlation lengths, shape (3,).
+            coordinates: Operating points, as `form_coordinates` gives them, shape (points, 3). The
+                first one is a centre.
+        """
         chosen = [0]
-        while len(chosen) < min(_CENTRES, len(places)):
-            away = ((places[:, np.newaxis] - places[chosen]) / length) ** 2
-            nearest = away.sum(axis=-1).min(axis=1)
-            if exceeds(_APART**2, nearest.max()):
+        while len(chosen) < min(_MOST_CENTRES, len(coordinates)):
+            lengths_away = (coordinates[:, np.newaxis] - coordinates[chosen]) / length
+            squared_distance = (lengths_away**2).sum(axis=-1)
+            to_nearest = squared_distance.min(axis=1)
+            if exceeds(_CENTRE_DISTANCE**2, to_nearest.max()):
                 break
-            chosen.append(int(first_largest(nearest)))
-        return cls(size, length, places[chosen])
+            chosen.append(int(first_largest(to_nearest)))
+        return cls(size, length, coordinates[chosen])
 
-    def weights(self, places: FloatArray) -> FloatArray:
-        """Error at places, shape (..., 3), by the standard normal weights: (..., centres)."""
-        matrix = self._correlation(self.centres) + 1e-9 * np.eye(len(self.centres))
-        root = np.linalg.cholesky(matrix)
-        flat = self._correlation(places.reshape(-1, places.shape[-1]))
-        solved = self.size * np.linalg.solve(root, flat.T).T
-        return solved.reshape(*places.shape[:-1], len(self.centres))
+    def weights(self, coordinates: FloatArray) -> FloatArray:
+        """Error per unit of each standard normal weight.
 
-    def _correlation(self, places: FloatArray) -> FloatArray:
-        away = (places[:, np.newaxis] - self.centres) / self.length
-        return np.asarray(np.exp(-0.5 * (away**2).sum(axis=-1)))
+        Args:
+            coordinates: Operating points, as `form_coordinates` gives them, shape (..., 3).
+
+        Returns:
+            Shape (..., centres).
+        """
+        centres = len(self.centres)
+        jitter = _CORRELATION_JITTER * np.eye(centres)
+        root = np.linalg.cholesky(self._correlation(self.centres) + jitter)
+        flat_coordinates = coordinates.reshape(-1, coordinates.shape[-1])
+        correlation = self._correlation(flat_coordinates)
+        weights = self.size * np.linalg.solve(root, correlation.T).T
+        return weights.reshape(*coordinates.shape[:-1], centres)
+
+    def _correlation(self, coordinates: FloatArray) -> FloatArray:
+        """Correlation of the error at operating points and at the centres: (points, centres)."""
+        lengths_away = (coordinates[:, np.newaxis] - self.centres) / self.length
+        return np.asarray(np.exp(-0.5 * (lengths_away**2).sum(axis=-1)))
 
 
 NO_FORM_ERROR = FormError(0.0, np.ones(3), np.empty((0, 3)))
 
 
-def place(load_n: FloatArray, speed_m_s: FloatArray, temperature_c: FloatArray) -> FloatArray:
-    """Conditions as coordinates of the form's error: ln W/3, which is ln p on one rig, ln U, T."""
+def form_coordinates(
+    load_n: FloatArray, speed_m_s: FloatArray, temperature_c: FloatArray
+) -> FloatArray:
+    """Operating points as coordinates of the form's error: ln W/3, ln U and T.
+
+    On one rig ln W/3 differs from the logarithm of the maximum Hertz pressure by a constant.
+
+    Args:
+        load_n: W.
+        speed_m_s: U.
+        temperature_c: T.
+
+    Returns:
+        Shape (..., 3).
+    """
     return np.stack([np.log(load_n) / 3, np.log(speed_m_s), temperature_c], axis=-1)
 
 
 @dataclass(frozen=True)
-class Known:
-    """What the measured curves tell about the constants that are not fixed.
+class Information:
+    """Information of the measured curves about the constants that the data decide.
 
-    Beside these constants the parameters are the calibration errors of the rig's sensors, in their
+    The parameters are these constants, the calibration errors of the rig's sensors in their
     standard uncertainties, and the weights of the form's error.
 
     Attributes:
         law: The fitted law.
-        internal: All its internal constants.
-        free: Which of them the data decide.
+        internal: All its internal constants, shape (constants,).
+        free: Which of them the data decide, shape (constants,).
         curves: The measured curves.
-        sizes: Variances of what is wrong in a curve, from the residuals of the fit.
-        calibration: Standard uncertainty of each sensor's calibration.
+        sizes: Variances of the errors of a curve, from the residuals of the fit.
+        calibration: Standard uncertainty of each sensor's calibration, shape (sensors,).
         slip: Slide-roll ratios of the curve with the most points.
-        form: How far the law's form may be wrong.
+        form: Error of the law's form.
     """
 
     law: Law
@@ -274,74 +353,88 @@ class Known:
     def of_curves(self, curves: Curves) -> FloatArray:
         """Precision that each of some curves would add, shape (curves, parameters, parameters)."""
         effect = effects(self.law, self.internal, curves)
-        at = curves.observations(self.law)
-        mu = self.law.traction(self.internal, at)
-        of_form = mu[:, np.newaxis] * self.form.weights(self.places(curves))[curves.curve]
-        rows = [
-            self.law.jacobian(self.internal, at)[:, self.free],
-            effect[:, : len(SENSORS)] * self.calibration,
-            of_form,
-        ]
-        return precision(np.hstack(rows), effect, self.sizes, curves.curve)
+        observations = curves.observations(self.law)
+        mu = self.law.traction(self.internal, observations)
+        weights_of_curve = self.form.weights(self.form_coordinates(curves))
+        by_constants = self.law.jacobian(self.internal, observations)[:, self.free]
+        by_calibration = effect[:, : len(SENSORS)] * self.calibration
+        by_form = mu[:, np.newaxis] * weights_of_curve[curves.curve]
+        rows = np.hstack([by_constants, by_calibration, by_form])
+        return precision(rows, effect, self.sizes, curves.curve)
 
     @property
     def precision(self) -> FloatArray:
-        """Of all parameters by the measured curves and by what calibration and form are known."""
-        before = np.ones(self.free.sum() + len(SENSORS) + len(self.form.centres))
-        before[: self.free.sum()] = 0.0
-        return np.asarray(np.diag(before) + self.of_curves(self.curves).sum(axis=0))
+        """Precision of all parameters, shape (parameters, parameters).
+
+        It is the sum of the measured curves and of the prior: calibration errors and weights of the
+        form are standard normal, and nothing is known of the constants.
+        """
+        constants = int(self.free.sum())
+        prior = np.ones(constants + len(SENSORS) + len(self.form.centres))
+        prior[:constants] = 0.0
+        return np.asarray(np.diag(prior) + self.of_curves(self.curves).sum(axis=0))
 
     def without_calibration(
         self, precision: FloatArray, gradients: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
-        """A precision and gradients where the sensors are exact: without their parameters."""
-        count = int(self.free.sum())
-        sensors = np.arange(count, count + len(SENSORS))
-        rows = np.delete(precision, sensors, axis=-2)
-        return np.delete(rows, sensors, axis=-1), np.delete(gradients, sensors, axis=-1)
-
-    def gradients(
-        self, by_constants: FloatArray, lever: FloatArray, places: FloatArray
-    ) -> FloatArray:
-        """Gradients of quantities by all parameters.
+        """Precision and gradients without the parameters of the sensors, as for exact sensors.
 
         Args:
-            by_constants: By the free constants, shape (quantities, free).
-            lever: Change of each quantity per relative change of mu.
-            places: Conditions at which mu counts, shape (quantities, places, 3).
+            precision: Of all parameters, shape (..., parameters, parameters).
+            gradients: By all parameters, shape (..., parameters).
         """
-        of_form = lever[:, np.newaxis] * self.form.weights(places).mean(axis=1)
-        none = np.zeros((len(lever), len(SENSORS)))
-        return np.hstack([by_constants, none, of_form])
+        constants = int(self.free.sum())
+        sensors = np.arange(constants, constants + len(SENSORS))
+        precision = np.delete(precision, sensors, axis=-2)
+        precision = np.delete(precision, sensors, axis=-1)
+        return precision, np.delete(gradients, sensors, axis=-1)
 
-    def places(self, curves: Curves) -> FloatArray:
-        """Conditions of curves as coordinates of the form's error."""
-        levels = dict(zip(self.law.conditions, curves.conditions.T, strict=True))
-        return place(curves.load_n, levels["entrainment_speed_m_s"], levels["inlet_temperature_c"])
+    def gradients(
+        self, by_constants: FloatArray, lever: FloatArray, coordinates: FloatArray
+    ) -> FloatArray:
+        """Gradients of quantities by all parameters, shape (quantities, parameters).
+
+        Args:
+            by_constants: Derivatives by the free constants, shape (quantities, free).
+            lever: Change of each quantity per relative change of mu, shape (quantities,).
+            coordinates: Operating points whose mu a quantity depends on, as `form_coordinates`
+                gives them, shape (quantities, operating points, 3).
+        """
+        mean_weights = self.form.weights(coordinates).mean(axis=1)
+        by_form = lever[:, np.newaxis] * mean_weights
+        by_calibration = np.zeros((len(lever), len(SENSORS)))
+        return np.hstack([by_constants, by_calibration, by_form])
+
+    def form_coordinates(self, curves: Curves) -> FloatArray:
+        """Operating points of curves as coordinates of the form's error, shape (curves, 3)."""
+        conditions = self.law.conditions
+        speed = curves.conditions[:, conditions.index("entrainment_speed_m_s")]
+        temperature = curves.conditions[:, conditions.index("inlet_temperature_c")]
+        return form_coordinates(curves.load_n, speed, temperature)
 
 
-def known_of(
+def measured_information(
     fitted: FittedLaw, points: pd.DataFrame, oil: str, calibration: Calibration | None
-) -> Known:
-    """What the measured curves of an oil tell about the constants of its law.
+) -> Information:
+    """Information of the measured curves of an oil about the constants of its law.
 
     Args:
         fitted: The law with its refits.
         points: Table of points; those of the oil are used.
         oil: Name of the oil.
-        calibration: Of the rig's sensors; without it they are taken as exact.
+        calibration: Calibration of the rig's sensors; without it they are assumed exact.
 
     Raises:
         OilfilmError: The fit has no constants, no refits, or does not follow a condition; or the
-            points do not tell its constants apart.
+            points do not determine its constants.
     """
     coefficients = fitted.coefficients
     if np.isnan(coefficients.constants).any():
         raise OilfilmError(f"{oil}: nothing could be fitted; see results/*/summary.txt.")
     if coefficients.fixed or not coefficients.known.all():
-        where = "; ".join(each.sentence() for each in coefficients.fixed)
+        fixed = "; ".join(condition.sentence() for condition in coefficients.fixed)
         raise OilfilmError(
-            f"{oil}: a plan needs a law that follows every condition ({where or 'it does not'}). "
+            f"{oil}: a plan needs a law that follows every condition ({fixed or 'it does not'}). "
             "First test at two or more levels of each condition, varied one at a time."
         )
     if len(coefficients.spread) < 2:
@@ -352,31 +445,37 @@ def known_of(
     law = fitted.law
     internal = to_internal(law, coefficients.constants)
     spread = to_internal(law, coefficients.spread)
-    # constants that the law gives, or that ended at a bound, are the same in every refit
+    # constants that the law prescribes, or that ended at a bound, are the same in every refit
     free = np.ptp(spread, axis=0) > 0
-    of_oil = points[points["accepted"] & (points["oil"] == oil)]
-    known = of_oil.dropna(subset=[*law.conditions, "load_n"])
-    curves = curve_data(known, law.conditions)
-    jacobian = law.jacobian(internal, curves.observations(law))[:, free]
+    points_of_oil = points[points["accepted"] & (points["oil"] == oil)]
+    complete_points = points_of_oil.dropna(subset=[*law.conditions, "load_n"])
+    curves = curve_data(complete_points, law.conditions)
+    observations = curves.observations(law)
+    jacobian = law.jacobian(internal, observations)[:, free]
     if np.linalg.matrix_rank(jacobian) < jacobian.shape[1]:
         raise OilfilmError(
             f"{oil}: the accepted points do not tell the law's constants apart. Test at two or "
             "more levels of each condition, or fit again if points and fit are of different runs."
         )
-    residual = curves.mu - law.traction(internal, curves.observations(law))
+    residual = curves.mu - law.traction(internal, observations)
     effect = effects(law, internal, curves)
-    sizes = error_sizes(jacobian, effect, residual, curves.curve)
-    sensors = np.array([getattr(calibration, name, 0.0) for name in _CALIBRATION])
     longest = np.argmax(np.bincount(curves.curve))
-    slip = np.sort(curves.slip[curves.curve == longest])
-    return Known(law, internal, free, curves, sizes, sensors, slip)
+    return Information(
+        law=law,
+        internal=internal,
+        free=free,
+        curves=curves,
+        sizes=error_sizes(jacobian, effect, residual, curves.curve),
+        calibration=np.array([getattr(calibration, key, 0.0) for key in _CALIBRATION_KEYS]),
+        slip=np.sort(curves.slip[curves.curve == longest]),
+    )
 
 
 # ---------------------------------------------------------------- the next curves
 
 
 def covariance(precision: FloatArray) -> FloatArray:
-    """The inverse of precisions, shape (..., n, n), whose parameters may differ much in size."""
+    """The inverse of precisions, shape (..., n, n); the parameters may differ much in size."""
     size = np.sqrt(np.diagonal(precision, axis1=-2, axis2=-1))
     scale = size[..., :, np.newaxis] * size[..., np.newaxis, :]
     return np.asarray(np.linalg.inv(precision / scale) / scale)
@@ -403,11 +502,11 @@ class Design:
     """Curves chosen one after the other.
 
     Attributes:
-        chosen: Candidates in the order of the plan.
-        before: Uncertainty with the curves that there are.
+        chosen: Indices of the candidates in the order of the plan.
+        before: Uncertainty with the measured curves alone.
         alone: Uncertainty with one candidate added, shape (candidates,).
         after: Uncertainty after each chosen curve, shape (chosen,).
-        end: Precision of all curves.
+        end: Precision of the measured and the chosen curves, shape (n, n).
     """
 
     chosen: list[int]
@@ -418,7 +517,7 @@ class Design:
 
 
 def choose(
-    known: FloatArray,
+    measured: FloatArray,
     candidates: FloatArray,
     gradients: FloatArray,
     count: int,
@@ -427,10 +526,10 @@ def choose(
     """Choose curves one after the other, each the best given those before.
 
     Args:
-        known: Precision of the parameters by the curves that there are, shape (n, n).
-        candidates: What each curve that could be measured adds, shape (candidates, n, n); each is
-            chosen once at most.
-        gradients: Of the wanted quantities by the parameters, shape (quantities, n).
+        measured: Precision of the parameters by the measured curves, shape (n, n).
+        candidates: Precision that each curve adds that could be measured, shape
+            (candidates, n, n); each is chosen once at most.
+        gradients: Derivatives of the wanted quantities by the parameters, shape (quantities, n).
         count: Number of curves; fewer where there are fewer candidates.
         smallest_gain: Relative fall of the uncertainty below which a curve is not worth measuring.
 
@@ -446,19 +545,22 @@ def choose(
         >>> print(f"{x[best.chosen[0]]:.1f} {best.after[0] ** 2:.3f}")
         2.5 0.200
     """
-    alone = uncertainty(known + candidates, gradients)
-    before = float(uncertainty(known, gradients))
-    left = np.ones(len(alone), dtype=bool)
+    alone = uncertainty(measured + candidates, gradients)
+    before = float(uncertainty(measured, gradients))
+    is_available = np.ones(len(alone), dtype=bool)
     chosen: list[int] = []
-    after = [before]
-    state = known
+    after: list[float] = []
+    current = before
+    total = measured
     for _ in range(min(count, len(alone))):
-        new = np.where(left, uncertainty(state + candidates, gradients), np.inf)
-        best = int(first_smallest(new))
-        if exceeds(new[best], (1 - smallest_gain) * after[-1]):
+        with_candidate = uncertainty(total + candidates, gradients)
+        with_candidate = np.where(is_available, with_candidate, np.inf)
+        best = int(first_smallest(with_candidate))
+        if exceeds(with_candidate[best], (1 - smallest_gain) * current):
             break
+        current = float(with_candidate[best])
         chosen.append(best)
-        after.append(float(new[best]))
-        left[best] = False
-        state = state + candidates[best]
-    return Design(chosen, before, alone, np.array(after[1:]), state)
+        after.append(current)
+        is_available[best] = False
+        total = total + candidates[best]
+    return Design(chosen, before, alone, np.array(after), total)

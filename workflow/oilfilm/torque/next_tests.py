@@ -17,7 +17,14 @@ from oilfilm.base.ties import exceeds, reaches
 from oilfilm.base.units import MM_PER_M, BoolArray, FloatArray
 from oilfilm.bearing.geometry import Bearing
 from oilfilm.fits.fitted import FittedLaw
-from oilfilm.fits.measured_curves import Design, FormError, Known, choose, known_of, place
+from oilfilm.fits.measured_curves import (
+    Design,
+    FormError,
+    Information,
+    choose,
+    form_coordinates,
+    measured_information,
+)
 from oilfilm.fits.problem import Curves
 from oilfilm.physics.contact import Contact
 from oilfilm.settings.config import PlanLevels, PlanSettings, PointOfTraction
@@ -48,7 +55,12 @@ class Candidates:
 
 
 def candidates(
-    levels: PlanLevels, rig: Rig, name: str, film: Film, lambda_limit: float, known: Known
+    levels: PlanLevels,
+    rig: Rig,
+    name: str,
+    film: Film,
+    lambda_limit: float,
+    information: Information,
 ) -> Candidates:
     """The tests at the levels of a plan that a rig can run with a full film.
 
@@ -60,7 +72,7 @@ def candidates(
         name: Name of the rig.
         film: Film of the oil in the rig's contact.
         lambda_limit: A film is full above this ratio.
-        known: Results of the measured curves: the law, its constants and the slips.
+        information: Information of the measured curves: the law, its constants and the slips.
 
     Raises:
         OilfilmError: The rig's limits are not known, or no test is left.
@@ -77,19 +89,20 @@ def candidates(
         max_hertz_pressure_gpa=np.array(levels.max_hertz_pressure_gpa, dtype=float),
         entrainment_speed_m_s=np.array(levels.entrainment_speed_m_s, dtype=float),
         inlet_temperature_c=np.array(levels.inlet_temperature_c, dtype=float),
-        slide_roll_ratio=known.slip,
+        slide_roll_ratio=information.slip,
     )
-    slips_per_test = len(known.slip)
+    slips_per_test = len(information.slip)
     points = grid.operating_points()
     points["load_n"] = film.contact.load_n(points["max_hertz_pressure_gpa"].to_numpy())
     tests = points.iloc[::slips_per_test].drop(columns="slide_roll_ratio").reset_index(drop=True)
-    conditions = tests[list(known.law.conditions)].to_numpy(dtype=float)
+    conditions = tests[list(information.law.conditions)].to_numpy(dtype=float)
     load = tests["load_n"].to_numpy()
     test_of_point = np.repeat(np.arange(len(tests)), slips_per_test)
     all_curves = Curves(conditions, load, test_of_point, points["slide_roll_ratio"].to_numpy())
     # rows are tests, columns are slips
     shape = (len(tests), slips_per_test)
-    mu = known.law.traction(known.internal, all_curves.observations(known.law)).reshape(shape)
+    observations = all_curves.observations(information.law)
+    mu = information.law.traction(information.internal, observations).reshape(shape)
     slip = points["slide_roll_ratio"].to_numpy().reshape(shape)
     _, lambda_ratio = film.over(grid)
     lambda_ratio = lambda_ratio.reshape(shape)
@@ -165,7 +178,7 @@ class Wanted:
         lever: Change of each quantity per relative change of all traction, in the unit of
             `gradients`.
         places: Conditions of the contacts that matter, shape (quantities, contacts, 3), with the
-            coordinates of `oilfilm.fits.measured_curves.place`.
+            coordinates of `oilfilm.fits.measured_curves.form_coordinates`.
         left_out: Operating points without such a gradient, with the reason.
     """
 
@@ -178,7 +191,11 @@ class Wanted:
 
 
 def wanted_in_bearing(
-    oil: OilInBearing, bearing: Bearing, duty: FloatArray, known: Known, contact: Contact
+    oil: OilInBearing,
+    bearing: Bearing,
+    duty: FloatArray,
+    information: Information,
+    contact: Contact,
 ) -> dict[str, Wanted]:
     """Torque and cage slip at operating points, with their gradients by the free constants.
 
@@ -188,14 +205,14 @@ def wanted_in_bearing(
         oil: The oil with its law.
         bearing: The bearing.
         duty: Rows of axial load in N, inner speed in rpm, oil temperature in degC.
-        known: Results of the measured curves: the law and its constants.
+        information: Information of the measured curves: the law and its constants.
         contact: Contact of the traction rig.
 
     Raises:
         OilfilmError: No operating point has a gradient.
     """
-    moves = _moves_of_constants(known)
-    constants = to_constants(known.law, known.internal + moves[:, :-1])
+    moves = _moves_of_constants(information)
+    constants = to_constants(information.law, information.internal + moves[:, :-1])
     load, speed, temperature = np.tile(duty.T, len(moves))
     terms = oil.with_constants(np.repeat(constants, len(duty), axis=0)).run(
         bearing,
@@ -248,15 +265,15 @@ def wanted_in_bearing(
     return wanted
 
 
-def _moves_of_constants(known: Known) -> FloatArray:
+def _moves_of_constants(information: Information) -> FloatArray:
     """Moves of the internal constants and of the logarithm of all traction.
 
     Returns:
         Rows of shape (constants + 1,). The first row moves nothing. Then each row moves one free
         constant, or the traction, forward. The same rows follow with backward moves.
     """
-    count = len(known.internal)
-    moved = [*np.flatnonzero(known.free), count]
+    count = len(information.internal)
+    moved = [*np.flatnonzero(information.free), count]
     forward = _STEP * np.eye(count + 1)[moved]
     return np.concatenate([np.zeros((1, count + 1)), forward, -forward])
 
@@ -266,7 +283,7 @@ def _contact_places(terms: pd.DataFrame, duty: FloatArray, contact: Contact) -> 
     load = contact.load_n(terms[_PRESSURES].to_numpy())
     speed = terms["entrainment_speed_m_s"].to_numpy()
     temperature = duty[:, 2]
-    return place(load, np.column_stack([speed] * 2), np.column_stack([temperature] * 2))
+    return form_coordinates(load, np.column_stack([speed] * 2), np.column_stack([temperature] * 2))
 
 
 def _is_smooth(values: FloatArray) -> BoolArray:
@@ -283,29 +300,33 @@ def _is_smooth(values: FloatArray) -> BoolArray:
     return np.asarray(second <= _LARGEST_CURVATURE * first + rounding)
 
 
-def wanted_traction(points: list[PointOfTraction], known: Known, contact: Contact) -> Wanted:
+def wanted_traction(
+    points: list[PointOfTraction], information: Information, contact: Contact
+) -> Wanted:
     """mu at given conditions, with its relative gradients by the free constants.
 
     Args:
         points: The conditions and slips.
-        known: Results of the measured curves: the law and its constants.
+        information: Information of the measured curves: the law and its constants.
         contact: Contact of the traction rig.
 
     Raises:
         OilfilmError: The law depends on a condition that the points do not have.
     """
     levels = pd.DataFrame([point.model_dump() for point in points])
-    missing = sorted(set(known.law.conditions) - set(levels))
+    missing = sorted(set(information.law.conditions) - set(levels))
     if missing:
         raise OilfilmError(
-            f"plan.traction_at: the law {known.law.name} needs {', '.join(missing)}; plan for "
-            "torque or cage slip."
+            f"plan.traction_at: the law {information.law.name} needs {', '.join(missing)}; plan "
+            "for torque or cage slip."
         )
     slip = levels["slide_roll_ratio"].to_numpy(dtype=float)
-    conditions = levels[list(known.law.conditions)].to_numpy(dtype=float)
+    conditions = levels[list(information.law.conditions)].to_numpy(dtype=float)
     curves = Curves(conditions, np.ones(len(slip)), np.arange(len(slip)), slip)
-    mu = known.law.traction(known.internal, curves.observations(known.law))
-    slopes = known.law.jacobian(known.internal, curves.observations(known.law))[:, known.free]
+    observations = curves.observations(information.law)
+    mu = information.law.traction(information.internal, observations)
+    jacobian = information.law.jacobian(information.internal, observations)
+    slopes = jacobian[:, information.free]
     labels = [
         f"{point.max_hertz_pressure_gpa:g} GPa, {point.entrainment_speed_m_s:g} m/s, "
         f"{point.inlet_temperature_c:g} degC, S {point.slide_roll_ratio:g}"
@@ -317,7 +338,7 @@ def wanted_traction(points: list[PointOfTraction], known: Known, contact: Contac
         labels=labels,
         gradients=slopes / mu[:, np.newaxis],
         lever=np.ones(len(mu)),
-        places=place(contact.load_n(pressure), speed, temperature)[:, np.newaxis],
+        places=form_coordinates(contact.load_n(pressure), speed, temperature)[:, np.newaxis],
         left_out=[],
     )
 
@@ -329,16 +350,16 @@ class NextTests:
     Attributes:
         oil: Name of the oil.
         where: Name of the bearing; empty for the target traction.
-        known: Results of the measured curves.
+        information: Information of the measured curves.
         wanted: Quantities whose uncertainty is to be reduced.
         candidates: Tests that the rig can run.
-        gradients: Gradients of these quantities by all parameters of `known`.
+        gradients: Gradients of these quantities by all parameters of `information`.
         design: The chosen tests, and the uncertainty before and after them.
     """
 
     oil: str
     where: str
-    known: Known
+    information: Information
     wanted: Wanted
     candidates: Candidates
     gradients: FloatArray
@@ -444,10 +465,10 @@ def plan_oil(
             f"config/oils/{oil}.yaml and list it under `oils` of the campaign."
         )
     fitted = FittedLaw.of_configured(results, oil)
-    known = known_of(fitted, results.points, oil, rig.calibration)
+    information = measured_information(fitted, results.points, oil, rig.calibration)
     film = Film(contact, properties, settings.film.thickness)
     plan = settings.plan
-    feasible = candidates(plan.levels, rig, name, film, settings.gates.lambda_limit, known)
+    feasible = candidates(plan.levels, rig, name, film, settings.gates.lambda_limit, information)
     wanted_by_target: dict[str, Wanted] = {}
     if request.bearing is not None and set(request.targets) & set(BEARING_TARGETS):
         quality = results.fit_quality[results.fit_quality["oil"] == oil]
@@ -458,19 +479,19 @@ def plan_oil(
                 "be used in a bearing. Plan for traction, or for a campaign of one rig."
             )
         wanted_by_target |= wanted_in_bearing(
-            oil_in_bearing[0], request.bearing, request.duty, known, contact
+            oil_in_bearing[0], request.bearing, request.duty, information, contact
         )
     if "traction" in request.targets:
-        wanted_by_target["traction"] = wanted_traction(plan.traction_at, known, contact)
+        wanted_by_target["traction"] = wanted_traction(plan.traction_at, information, contact)
     plans = []
     for target in request.targets:
         wanted = wanted_by_target[target]
-        form = _form_error(plan, wanted, known, feasible.curves)
-        known_with_form = replace(known, form=form)
-        gradients = known_with_form.gradients(wanted.gradients, wanted.lever, wanted.places)
+        form = _form_error(plan, wanted, information, feasible.curves)
+        information_with_form = replace(information, form=form)
+        gradients = information_with_form.gradients(wanted.gradients, wanted.lever, wanted.places)
         design = choose(
-            known_with_form.precision,
-            known_with_form.of_curves(feasible.curves),
+            information_with_form.precision,
+            information_with_form.of_curves(feasible.curves),
             gradients,
             request.count,
             plan.smallest_gain,
@@ -483,7 +504,7 @@ def plan_oil(
             NextTests(
                 oil=oil,
                 where=bearing_name,
-                known=known_with_form,
+                information=information_with_form,
                 wanted=wanted,
                 candidates=feasible,
                 gradients=gradients,
@@ -493,14 +514,17 @@ def plan_oil(
     return plans
 
 
-def _form_error(plan: PlanSettings, wanted: Wanted, known: Known, tests: Curves) -> FormError:
+def _form_error(
+    plan: PlanSettings, wanted: Wanted, information: Information, tests: Curves
+) -> FormError:
     """Possible error of the law's form, with lengths relative to the span of the feasible tests."""
-    places_of_tests = known.places(tests)
+    places_of_tests = information.form_coordinates(tests)
     span = np.maximum(np.ptp(places_of_tests, axis=0), _SMALLEST_SPAN)
     places_of_wanted = wanted.places.reshape(-1, 3)
-    all_places = [places_of_wanted, known.places(known.curves), places_of_tests]
+    places_of_measured = information.form_coordinates(information.curves)
+    all_places = [places_of_wanted, places_of_measured, places_of_tests]
     length = plan.form_error.length * span
-    return FormError.near(plan.form_error.size, length, np.concatenate(all_places))
+    return FormError.spread_over(plan.form_error.size, length, np.concatenate(all_places))
 
 
 def _planned_rig(settings: Settings) -> tuple[str, Rig]:
