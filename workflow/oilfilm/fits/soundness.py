@@ -1,6 +1,6 @@
 """Whether a fit is sound: its optimum confirmed, its law adequate, its campaign steady.
 
-The table `lack_of_fit` has what each fit misses beside the noise of its data.
+The table `lack_of_fit` compares the misfit of each fit with the noise of its data.
 
 Decides: when a fit is called sound; which runs repeat a condition; what is noise, and what is lack
 of fit.
@@ -16,7 +16,7 @@ import pandas as pd
 import scipy
 
 from oilfilm import tables
-from oilfilm.base.units import FloatArray, IndexArray
+from oilfilm.base.units import BoolArray, FloatArray, IndexArray
 from oilfilm.fits.best_law import best_laws
 from oilfilm.fits.conditions import clusters, from_text, levels_of
 from oilfilm.fits.engine import polish
@@ -32,83 +32,112 @@ from oilfilm.traction.law import to_internal
 
 # The level of every interval and test of the project.
 _CONFIDENCE = 0.95
-# Of the sum of squares over that between repeats: copies would leave rounding alone.
+# Largest ratio of the sum of squares to that between repeats. Repeats that are copies have a sum of
+# squares of rounding only.
 _LARGEST_RATIO = 1e6
-# A set point that no log states is known by what was measured.
+# Measured columns that replace set points that no log states, in the order of `SET_POINTS`.
 _MEASURED = ("max_hertz_pressure_gpa", "load_n", "entrainment_speed_m_s", "inlet_temperature_c")
 
 
 def noise_and_misfit(results: CampaignTables, settings: Settings) -> pd.DataFrame:
-    """Table `lack_of_fit`: residuals of each fit, parted into noise and lack of fit.
+    """Table `lack_of_fit`: the residuals of each fit, divided into noise and lack of fit.
 
     Args:
         results: Tables `coefficients`, `fit_quality`, `points` and `runs`.
         settings: `same_condition`, `rigs`, `oils`, `same_set_point`, and the campaign's `rigs` and
             `matrix`.
     """
-    conditions, rows = _conditions(results, settings), []
+    condition_of_run = _condition_of_run(results, settings)
+    rows = []
     for quality in tables.rows(results.configured.fit_quality):
         row = {"oil": quality["oil"], "law": quality["law"], "verdict": "no fit"}
         if not np.isnan(quality["rmse"]):
-            row |= _of_fit(quality, results.configured, conditions, settings)
+            row.update(_lack_of_one_fit(quality, results.configured, condition_of_run, settings))
         rows.append(row)
     return tables.filled(pd.DataFrame(rows), "lack_of_fit")
 
 
-def _of_fit(
+def _lack_of_one_fit(
     quality: dict[str, Any],
     results: CampaignTables,
-    conditions: "pd.Series[int]",
+    condition_of_run: "pd.Series[int]",
     settings: Settings,
 ) -> dict[str, Any]:
-    fit = FittedLaw.of(results.coefficients, quality["oil"], None, results.fit_quality)
+    """The columns of `lack_of_fit` of one fit.
+
+    Args:
+        quality: The fit's row of `fit_quality`.
+        results: Tables of the configured law.
+        condition_of_run: As `_condition_of_run` returns it.
+        settings: `same_condition`.
+    """
+    oil = quality["oil"]
+    fit = FittedLaw.of(results.coefficients, oil, quality=results.fit_quality)
     points = results.points
-    used = points[points["accepted"] & (points["oil"] == quality["oil"])]
-    # a fit takes each run at its mean conditions
+    used = points[points["accepted"] & (points["oil"] == oil)]
+    # the conditions of a point are the mean conditions of its run, as in the fit
     means = used.groupby("run_id")[list(fit.law.conditions)].transform("mean").to_numpy(float)
-    slip, mu = (used[name].to_numpy(float) for name in ("slide_roll_ratio", "traction_coefficient"))
-    residual = np.where(slip < 0, -1.0, 1.0) * (fit.predict(means, slip).traction_coefficient - mu)
-    known = np.isfinite(residual)
-    used, residual, slip, mu = used[known], residual[known], slip[known], mu[known]
-    condition = used["run_id"].map(conditions).to_numpy(np.int64)
+    slip = used["slide_roll_ratio"].to_numpy(float)
+    mu = used["traction_coefficient"].to_numpy(float)
+    side = np.where(slip < 0, -1.0, 1.0)
+    residual = side * (fit.predict(means, slip).traction_coefficient - mu)
+    has_residual = np.isfinite(residual)
+    used = used[has_residual]
+    residual = residual[has_residual]
+    slip = slip[has_residual]
+    mu = mu[has_residual]
+    condition = used["run_id"].map(condition_of_run).to_numpy(np.int64)
     run, _ = pd.factorize(used["run_id"])
-    width = settings.same_condition.slide_roll_ratio
-    of_condition = pd.Series(np.abs(slip)).groupby(condition)
-    levels = of_condition.transform(lambda each: clusters(each.to_numpy(), width)).to_numpy()
-    given = results.coefficients["oil"] == quality["oil"]
-    constants = int(results.coefficients.loc[given, "value"].notna().sum())
-    parts = lack_of_fit(residual, run, condition, levels, constants)
-    size = float(np.sqrt(np.mean(mu**2)))
-    verdict = "shown" if parts.shown else "not shown"
+    slip_levels = _levels_within(condition, np.abs(slip), settings.same_condition.slide_roll_ratio)
+    is_of_oil = results.coefficients["oil"] == oil
+    constants = int(results.coefficients.loc[is_of_oil, "value"].notna().sum())
+    result = lack_of_fit(residual, run, condition, slip_levels, constants)
+    if np.isnan(result.noise):
+        verdict = "no repeats"
+    else:
+        verdict = "shown" if result.shown else "not shown"
+    rms_mu = float(np.sqrt(np.mean(mu**2)))
+    plateau_rms = np.sqrt((used["traction_coefficient_se"] ** 2).mean())
     return {
-        "n_repeats": parts.repeats,
-        "n_repeated_conditions": parts.conditions,
+        "n_repeats": result.repeats,
+        "n_repeated_conditions": result.conditions,
         "relative_rms": quality["relative_rms"],
-        "repeat_relative_rms": parts.noise / size,
-        "lack_of_fit_relative_rms": parts.lack / size,
-        "plateau_relative_rms": np.sqrt((used["traction_coefficient_se"] ** 2).mean()) / size,
-        "lack_of_fit_ratio": parts.ratio,
-        "lack_of_fit_limit": parts.limit,
-        "verdict": "no repeats" if np.isnan(parts.noise) else verdict,
+        "repeat_relative_rms": result.noise / rms_mu,
+        "lack_of_fit_relative_rms": result.lack / rms_mu,
+        "plateau_relative_rms": plateau_rms / rms_mu,
+        "lack_of_fit_ratio": result.ratio,
+        "lack_of_fit_limit": result.limit,
+        "verdict": verdict,
     }
 
 
-def _conditions(results: CampaignTables, settings: Settings) -> "pd.Series[int]":
+def _levels_within(group: IndexArray, values: FloatArray, width: float) -> IndexArray:
+    """Level of each value among the values of its group; a level is no wider than `width`."""
+    levels = np.empty(len(values), dtype=np.int64)
+    for number in np.unique(group):
+        is_in_group = group == number
+        levels[is_in_group] = clusters(values[is_in_group], width)
+    return levels
+
+
+def _condition_of_run(results: CampaignTables, settings: Settings) -> "pd.Series[int]":
     """Number of the condition of each run, by `run_id`.
 
-    Runs have one condition where oil, rig and set points are the same. Of a set point that is not
-    stated the measured mean counts, by the levels of `same_condition`.
+    Runs have the same condition where oil, rig and set points are the same. Where a set point is
+    not stated, the level of the measured mean is used, by the widths of `same_condition`.
     """
     runs = with_levels(results.runs, settings).set_index("run_id")
     accepted = results.points[results.points["accepted"]]
     means = accepted.groupby("run_id")[list(_MEASURED)].mean().reindex(runs.index)
-    # pressure and load are one set point
-    load_noted = runs[list(SET_POINTS[:2])].notna().any(axis=1)
-    labels = runs[["oil", "rig"]].assign(load_noted=load_noted)
+    # pressure and load are one set point: where one is stated, the other is not needed
+    load_set_points = SET_POINTS[:2]
+    is_load_stated = runs[list(load_set_points)].notna().any(axis=1)
+    labels = runs[["oil", "rig"]].assign(load_noted=is_load_stated)
     for name, measured in zip(SET_POINTS, _MEASURED, strict=True):
-        noted = runs[name].notna() | (load_noted if name in SET_POINTS[:2] else False)
-        near = levels_of(measured, means[measured].to_numpy(float), settings.same_condition)
-        labels[name] = runs[name].where(noted, -1.0 - near)
+        is_stated = is_load_stated if name in load_set_points else runs[name].notna()
+        level = levels_of(measured, means[measured].to_numpy(float), settings.same_condition)
+        # a negative number is a level of the measured means
+        labels[name] = runs[name].where(is_stated, -1.0 - level)
     return labels.groupby(list(labels), sort=False, dropna=False).ngroup()
 
 
@@ -120,13 +149,13 @@ class LackOfFit:
     """Noise and lack of fit, in the unit of the residuals.
 
     Attributes:
-        repeats: Runs that repeat the condition of an earlier one.
-        conditions: Conditions that several runs have.
+        repeats: Number of runs that repeat the condition of an earlier run.
+        conditions: Number of conditions with several runs.
         noise: Standard deviation of a point between repeated runs; NaN without repeats.
-        lack: Root-mean-square of what the law's form misses, 0 where the noise explains all of the
-            residuals; NaN without repeats.
+        lack: Root-mean-square error of the law's form, 0 where the noise explains the residuals;
+            NaN without repeats.
         ratio: F, mean square of the lack of fit over that of repeats; NaN without repeats.
-        limit: 95 % limit of F where the law's form is right.
+        limit: 95 % limit of F where the law's form is right; NaN without repeats.
     """
 
     repeats: int
@@ -145,26 +174,26 @@ class LackOfFit:
 def lack_of_fit(
     residual: FloatArray, run: IndexArray, condition: IndexArray, slip: IndexArray, constants: int
 ) -> LackOfFit:
-    """The classical test of lack of fit, where the points of a run share its errors.
+    """The classical test of lack of fit, for points that share the errors of their run.
 
     Points of different runs at one condition and one level of slip are repeats. Half the mean
-    square of their differences is the variance of a point, its run's error included. It is taken
-    from residuals instead of mu, so that small differences of condition and slip do not count.
-    What is left of the mean squared residual is the square of what the law misses. The test is
+    square of their differences is the variance of a point, with its run's error. Residuals are used
+    instead of mu, so that small differences of condition and slip do not count. The mean squared
+    residual less this variance is the mean squared error of the law's form. The test is
 
         F = (SSE - SSPE)/(cells - constants) / (SSPE/(n - cells))
 
-    over the means of each run in each cell; a cell is one level of slip at one condition. Because
-    the values of a run are not independent, each run counts as one: both degrees of freedom are
-    divided by the values per run. That is the most careful choice (lower bound of Greenhouse and
-    Geisser); with one value per run it is the classical test.
+    over the means of each run in each cell, where a cell is one level of slip at one condition. The
+    values of a run are not independent, so each run counts as one value: both degrees of freedom
+    are divided by the values per run. This is the most careful choice (lower bound of Greenhouse
+    and Geisser). With one value per run it is the classical test.
 
     Args:
-        residual: Of each point.
+        residual: Fitted minus measured mu of each point, shape (points,).
         run: Run of each point, counted from 0.
         condition: Condition of each point, the same for all points of a run.
         slip: Level of slip of each point.
-        constants: Fitted constants.
+        constants: Number of fitted constants.
 
     References: N. R. Draper, H. Smith, Applied Regression Analysis, 3rd ed. (1998), section 2.1;
         S. W. Greenhouse, S. Geisser, Psychometrika 24 (1959) 95.
@@ -177,25 +206,29 @@ def lack_of_fit(
     _, cell = np.unique(np.column_stack([condition, slip]), axis=0, return_inverse=True)
     pairs, pair = np.unique(np.column_stack([cell, run]), axis=0, return_inverse=True)
     # mean of each run in each cell
-    values, cell_of_value = np.bincount(pair, residual) / np.bincount(pair), pairs[:, 0]
-    per_cell = np.bincount(cell_of_value)
-    pure_degrees = len(values) - len(per_cell)
-    fit_degrees = len(per_cell) - constants
+    values = np.bincount(pair, residual) / np.bincount(pair)
+    cell_of_value = pairs[:, 0]
+    values_per_cell = np.bincount(cell_of_value)
+    pure_degrees = len(values) - len(values_per_cell)
+    fit_degrees = len(values_per_cell) - constants
     if pure_degrees == 0 or fit_degrees <= 0:
-        return LackOfFit(repeats, conditions, *[float("nan")] * 4)
-    sums = np.bincount(cell_of_value, values)
-    pure = float(np.sum(values**2) - np.sum(sums**2 / per_cell))
-    # repeats that are copies leave rounding only
-    pure = max(pure, float(np.sum(values**2)) / _LARGEST_RATIO)
-    ratio = float(np.sum(sums**2 / per_cell)) / fit_degrees / (pure / pure_degrees)
-    per_run = len(values) / len(condition_of_run)
-    degrees = fit_degrees / per_run, pure_degrees / per_run
-    limit = float(scipy.special.fdtri(*degrees, _CONFIDENCE))
+        nan = float("nan")
+        return LackOfFit(repeats, conditions, noise=nan, lack=nan, ratio=nan, limit=nan)
+    sum_of_cell = np.bincount(cell_of_value, values)
+    sse = float(np.sum(values**2))
+    sse_of_means = float(np.sum(sum_of_cell**2 / values_per_cell))
+    pure_sse = max(sse - sse_of_means, sse / _LARGEST_RATIO)
+    ratio = sse_of_means / fit_degrees / (pure_sse / pure_degrees)
+    values_per_run = len(values) / len(condition_of_run)
+    limit = scipy.special.fdtri(
+        fit_degrees / values_per_run, pure_degrees / values_per_run, _CONFIDENCE
+    )
     noise = _between_runs(residual, pair, cell_of_value, cell)
-    share = 1 - constants / len(residual)  # of the noise that the fit has not taken up
-    unexplained = float(np.mean(residual**2)) - share * noise**2
+    # the constants have taken up a part of the noise
+    noise_in_residuals = (1 - constants / len(residual)) * noise**2
+    unexplained = float(np.mean(residual**2)) - noise_in_residuals
     lack = float(np.sqrt(max(unexplained, 0.0)))
-    return LackOfFit(repeats, conditions, noise, lack, ratio, limit)
+    return LackOfFit(repeats, conditions, noise, lack, ratio, float(limit))
 
 
 def _between_runs(
@@ -204,30 +237,34 @@ def _between_runs(
     """Standard deviation of a point, from differences between runs in one cell.
 
     Args:
-        residual: Of each point.
+        residual: Fitted minus measured mu of each point.
         pair: Pair of a cell and a run of each point.
         cell_of_pair: Cell of each pair.
         cell: Cell of each point.
     """
-    in_run = np.bincount(cell_of_pair, _squared_differences(residual, pair))
-    across = _squared_differences(residual, cell) - in_run
-    pairs_in_run = np.bincount(cell_of_pair, np.bincount(pair) ** 2)
-    number = (np.bincount(cell) ** 2 - pairs_in_run) / 2
+    within_runs = np.bincount(cell_of_pair, _squared_differences(residual, pair))
+    between_runs = _squared_differences(residual, cell) - within_runs
+    point_pairs_within_runs = np.bincount(cell_of_pair, np.bincount(pair) ** 2)
+    point_pairs_between_runs = (np.bincount(cell) ** 2 - point_pairs_within_runs) / 2
     runs = np.bincount(cell_of_pair)
-    repeated = runs > 1
-    variances = across[repeated] / (2 * number[repeated])
-    return float(np.sqrt(np.average(variances, weights=runs[repeated] - 1)))
+    is_repeated = runs > 1
+    variances = between_runs[is_repeated] / (2 * point_pairs_between_runs[is_repeated])
+    return float(np.sqrt(np.average(variances, weights=runs[is_repeated] - 1)))
 
 
 def _squared_differences(values: FloatArray, group: IndexArray) -> FloatArray:
     """Sum of squared differences over the pairs of each group."""
-    centred = values - (np.bincount(group, values) / np.bincount(group))[group]
-    return np.asarray(np.bincount(group) * np.bincount(group, centred**2), dtype=float)
+    count = np.bincount(group)
+    mean = np.bincount(group, values) / count
+    centred = values - mean[group]
+    return np.asarray(count * np.bincount(group, centred**2), dtype=float)
 
 
-# What runs may have in common: columns of the table of runs.
-_GROUPS = ("rig", "log_kind", "reader", "encoding", "delimiter", "decimal_mark")
-_NONE = Pattern("", "", ())
+# ---------------------------------------------------------------- the verdict
+
+# Columns of the table of runs whose values runs may have in common.
+_GROUP_COLUMNS = ("rig", "log_kind", "reader", "encoding", "delimiter", "decimal_mark")
+_NO_PATTERN = Pattern("", "", ())
 _NOMINAL = re.compile(r"nominal_(.+)_(?:gpa|n|m_s|c)$")
 
 
@@ -239,21 +276,23 @@ def finished_fits(results: CampaignTables, settings: Settings) -> dict[str, pd.D
         settings: `fit`, `patterns`, `compare`, and those of `noise_and_misfit`.
     """
     quality = results.fit_quality
-    known = {oil: settings.properties_of(oil) for oil in quality["oil"].unique()}
-    limits = {oil: each.limiting_stress_ratio for oil, each in known.items() if each is not None}
+    limiting_stress_ratios = {}
+    for oil in quality["oil"].unique():
+        properties = settings.properties_of(oil)
+        if properties is not None:
+            limiting_stress_ratios[oil] = properties.limiting_stress_ratio
     quality = quality.assign(
         configured=quality["law"] == settings.fit.law,
-        limiting_stress_ratio=quality["oil"].map(limits).astype(float),
+        limiting_stress_ratio=quality["oil"].map(limiting_stress_ratios).astype(float),
     )
     results = results.replace(fit_quality=quality)
-    lack_of_fit = noise_and_misfit(results, settings)
-    least = settings.compare.bic_difference_min
-    return {
-        **{name: results.table(name) for name in OF_FIT},
-        "law_verdicts": best_laws(quality, results.law_points, results.points, least),
-        "lack_of_fit": lack_of_fit,
-        "soundness": judged_fits(results, lack_of_fit, settings),
-    }
+    finished = {name: results.table(name) for name in OF_FIT}
+    finished["law_verdicts"] = best_laws(
+        quality, results.law_points, results.points, settings.compare.bic_difference_min
+    )
+    finished["lack_of_fit"] = noise_and_misfit(results, settings)
+    finished["soundness"] = judged_fits(results, finished["lack_of_fit"], settings)
+    return finished
 
 
 def judged_fits(
@@ -262,32 +301,32 @@ def judged_fits(
     """Table `soundness`: the verdict on the configured law's fit to each oil, in three parts.
 
     Args:
-        results: As of `finished_fits`.
-        lack_of_fit: The table.
+        results: As in `finished_fits`.
+        lack_of_fit: Table `lack_of_fit`.
         settings: `fit` and `patterns`.
     """
-    fits, points = results.configured, results.points
-    quality = {row["oil"]: row for row in tables.rows(fits.fit_quality)}
+    fits = results.configured
+    points = results.points
+    quality_of_oil = {row["oil"]: row for row in tables.rows(fits.fit_quality)}
     fitted = {
         oil: FittedLaw.of(fits.coefficients, oil, quality=fits.fit_quality)
-        for oil, row in quality.items()
-        if np.isfinite(row["rmse"])
+        for oil, quality in quality_of_oil.items()
+        if np.isfinite(quality["rmse"])
     }
-    lack = lack_of_fit.set_index("oil")["verdict"]
+    lack_verdict = lack_of_fit.set_index("oil")["verdict"]
     rows = []
-    for oil, row in quality.items():
-        used = points[points["accepted"] & (points["oil"] == oil)]
+    for oil, quality in quality_of_oil.items():
         verdict = verdict_of_fit(
-            row,
+            quality,
             fitted.get(oil),
-            used,
+            points[points["accepted"] & (points["oil"] == oil)],
             settings.fit,
             settings.patterns,
             runs=results.runs,
             others=fitted,
-            lack_shown=lack.get(oil) == "shown",
+            lack_shown=lack_verdict.get(oil) == "shown",
         )
-        rows.append({**verdict, "oil": oil, "law": row["law"]})
+        rows.append({**verdict, "oil": oil, "law": quality["law"]})
     return tables.from_rows(rows, "soundness")
 
 
@@ -308,57 +347,71 @@ def verdict_of_fit(
         fitted: The fit; None where there is none.
         points: Its accepted points.
         settings: `odd_scatter`.
-        patterns: When a pattern is called found.
+        patterns: Limits of a pattern in the residuals.
         runs: Table of runs; without it no groups of runs are known.
         others: The fits of all oils.
         lack_shown: Whether repeated runs show a lack of fit.
     """
-    left = None
+    residuals = None
     no_fit = fitted is None or np.isnan(quality["rmse"])
     if fitted is not None and not no_fit:
         # a condition of these runs is unknown
         left_out = str(quality.get("incomplete_curves") or "").split("; ")
         used = points[~points["run_id"].isin(left_out)]
         groups = {} if runs is None else runs_in_common(runs, used, patterns.curves_min)
-        left = leftover(fitted, used, groups, others or {}, patterns)
-    found = find_patterns(left) if left is not None else []
-    bend = next((each for each in found if each.when == "law"), _NONE)
-    change = next((each for each in found if each.when != "law"), _NONE)
-    few = left is not None and not left.can_show
+        residuals = leftover(fitted, used, groups, others or {}, patterns)
+    bend = change = _NO_PATTERN
+    for pattern in find_patterns(residuals) if residuals is not None else []:
+        if pattern.when == "law":
+            bend = pattern
+        else:
+            change = pattern
+    too_few_curves = residuals is not None and not residuals.can_show
     fixed = from_text(quality["fixed_conditions"])
-    # the first that holds
-    of_law = {
-        "no fit": no_fit,
-        "condition missing": any(each.level is None for each in fixed),
-        "misfit": quality["relative_rms"] > settings.odd_scatter,
-        "bend": bend is not _NONE,
-        "lack of fit": lack_shown,
-        "too few curves": left is None or few,
-        "two levels": quality["two_level_conditions"],
-    }
-    law = next((name for name, holds in of_law.items() if holds), "adequate")
-    of_campaign = {
-        "changed": change is not _NONE,
-        "too few curves": no_fit or few,
-        "condition missing": left is None,
-        "hidden by the law": law in ("misfit", "bend"),
-    }
-    steady = next((name for name, holds in of_campaign.items() if holds), "steady")
-    optimum = bool(quality["certified"])
+    law_verdict = _first_that_holds(
+        {
+            "no fit": no_fit,
+            "condition missing": any(condition.level is None for condition in fixed),
+            "misfit": quality["relative_rms"] > settings.odd_scatter,
+            "bend": bend is not _NO_PATTERN,
+            "lack of fit": lack_shown,
+            "too few curves": residuals is None or too_few_curves,
+            "two levels": bool(quality["two_level_conditions"]),
+        },
+        otherwise="adequate",
+    )
+    campaign_verdict = _first_that_holds(
+        {
+            "changed": change is not _NO_PATTERN,
+            "too few curves": no_fit or too_few_curves,
+            "condition missing": residuals is None,
+            "hidden by the law": law_verdict in ("misfit", "bend"),
+        },
+        otherwise="steady",
+    )
+    optimum_confirmed = bool(quality["certified"])
+    is_sound = optimum_confirmed and law_verdict == "adequate" and campaign_verdict == "steady"
     return {
-        "optimum_confirmed": optimum,
-        "law_verdict": law,
+        "optimum_confirmed": optimum_confirmed,
+        "law_verdict": law_verdict,
         "bend": bend.what,
         "bend_relative_rms": bend.mu_share,
-        "campaign_verdict": steady,
+        "campaign_verdict": campaign_verdict,
         "change": change.what,
         "change_course": change.when,
         "change_group": change.group,
         "changed_runs": ", ".join(change.runs) if change.when != "trend" else "",
         "change_size": change.size,
         "change_relative_rms": change.mu_share,
-        "sound": optimum and law == "adequate" and steady == "steady",
+        "sound": is_sound,
     }
+
+
+def _first_that_holds(verdicts: Mapping[str, bool], otherwise: str) -> str:
+    for verdict, holds in verdicts.items():
+        if holds:
+            return verdict
+    return otherwise
 
 
 def leftover(
@@ -368,54 +421,73 @@ def leftover(
     others: Mapping[str, FittedLaw],
     limits: PatternSettings,
 ) -> Leftover | None:
-    """What a fit leaves over of its points; None where a condition is not known.
+    """The residuals of a fit with what a search for patterns needs.
 
     Args:
         fitted: The fit.
         points: The oil's accepted points.
         groups: Runs that have something in common, by what it is.
         others: The fits of all oils.
-        limits: When a pattern is called found.
+        limits: Limits of a pattern in the residuals.
+
+    Returns:
+        None where a condition is not known.
     """
     law = fitted.law
-    # in the order in which people count
+    # in the order of the numbers in their names
     data = curve_data(points, law.conditions, natural_key)
     if not np.isfinite(data.conditions).all():
         return None
     problem = build_problem(law, data, fitted.coefficients.known)
     start = to_internal(law, fitted.coefficients.constants)[problem.free]
     optimum = polish(problem, start)
-    at = data.conditions[data.curve]
-    mixed = {
-        oil: other.predict(at, data.slip).traction_coefficient
-        for oil, other in others.items()
-        if other is not fitted and other.law.conditions == law.conditions
-    }
-    known = {oil: mu for oil, mu in mixed.items() if np.isfinite(mu).all()}
-    members = {name: np.isin(data.runs, list(runs)) for name, runs in groups.items()}
-    # what the same runs have in common is one cause
-    of_runs = {each.tobytes(): (name, each) for name, each in reversed(members.items())}
-    return Leftover(problem, optimum, dict(reversed(of_runs.values())), known, limits)
+    conditions = data.conditions[data.curve]
+    mu_of_others = {}
+    for oil, other in others.items():
+        if other is fitted or other.law.conditions != law.conditions:
+            continue
+        mu = other.predict(conditions, data.slip).traction_coefficient
+        if np.isfinite(mu).all():
+            mu_of_others[oil] = mu
+    distinct_groups = _distinct_groups(groups, data.runs)
+    return Leftover(problem, optimum, distinct_groups, mu_of_others, limits)
+
+
+def _distinct_groups(groups: Mapping[str, set[str]], runs: list[str]) -> dict[str, BoolArray]:
+    """The groups of runs; groups with the same runs are one, with the name of the first.
+
+    Args:
+        groups: Runs by what they have in common.
+        runs: Runs of the curves.
+
+    Returns:
+        Which curves belong to each group, shape (curves,).
+    """
+    distinct: dict[bytes, tuple[str, BoolArray]] = {}
+    for name, runs_of_group in groups.items():
+        members = np.isin(runs, list(runs_of_group))
+        first_name, _ = distinct.pop(members.tobytes(), (name, members))
+        distinct[members.tobytes()] = (first_name, members)
+    return dict(distinct.values())
 
 
 def runs_in_common(
     runs: pd.DataFrame, points: pd.DataFrame, curves_min: int
 ) -> dict[str, set[str]]:
-    """Runs that have something in common.
+    """Runs that have something in common, by what it is.
 
-    That is the rig, the kind and form of the log, its columns and their units, what header and run
-    sheet say (a set point at all, any other key with its value), the sign of the slip.
+    Runs may share the rig, the kind and format of the log, a column, an entry of the header or of
+    the run sheet, a stated set point, or the sign of the slip.
 
     Args:
         runs: Table of runs.
         points: Accepted points of an oil.
-        curves_min: Fewest runs with a column or a line of the header.
+        curves_min: Fewest runs with a column or an entry of the header.
     """
-    groups = {
-        f"{column} {value}": set(of_value["run_id"])
-        for column in _GROUPS
-        for value, of_value in runs.groupby(column)
-    }
+    groups = {}
+    for column in _GROUP_COLUMNS:
+        for value, runs_with_value in runs.groupby(column):
+            groups[f"{column} {value}"] = set(runs_with_value["run_id"])
     for column, label, mark in (("columns", "the column ", ", "), ("stated", "", "; ")):
         parts = runs.set_index("run_id")[column].str.split(mark).explode().dropna()
         groups |= {
@@ -423,11 +495,11 @@ def runs_in_common(
             for part, of in parts.groupby(parts)
             if part and curves_min <= len(of) < len(runs)
         }
-    groups |= {
-        f"set point of {match[1].replace('_', ' ')} stated": set(runs.loc[at.notna(), "run_id"])
-        for column, at in runs.items()
-        if (match := _NOMINAL.match(str(column)))
-    }
-    highest = points.groupby("run_id")["slide_roll_ratio"].max()
-    groups["slip below zero"] = set(highest.index[highest <= 0])
+    for column, set_points in runs.items():
+        match = _NOMINAL.match(str(column))
+        if match is not None:
+            quantity = match[1].replace("_", " ")
+            groups[f"set point of {quantity} stated"] = set(runs.loc[set_points.notna(), "run_id"])
+    largest_slip = points.groupby("run_id")["slide_roll_ratio"].max()
+    groups["slip below zero"] = set(largest_slip.index[largest_slip <= 0])
     return groups

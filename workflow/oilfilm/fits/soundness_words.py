@@ -1,4 +1,4 @@
-"""What keeps a fit from being sound, in sentences, wherever a fit is shown.
+"""Reasons why a fit is not sound, in sentences, for every page and program that shows a fit.
 
 Decides: what is said of a fit that is not sound.
 """
@@ -12,17 +12,17 @@ from oilfilm.traction.law import QUANTITIES
 
 
 def what_is_wrong(row: Mapping[str, Any]) -> list[str]:
-    """What keeps a fit from being sound, and what it means for mu: a sentence each.
+    """Reasons why a fit is not sound, with the meaning for mu; one sentence or two per reason.
 
     Args:
-        row: Of the table `soundness`.
+        row: Row of the table `soundness`.
     """
     sentences = []
     if row["campaign_verdict"] == "changed":
         sentences.append(_of_change(row))
     if row["law_verdict"] != "adequate":
         size = "" if np.isnan(row["bend_relative_rms"]) else f"{row['bend_relative_rms']:.1%}"
-        bend = " and ".join(_name(each) for each in row["bend"].split())
+        bend = " and ".join(_quantity(code) for code in row["bend"].split())
         sentences.append(_LAW[row["law_verdict"]].format(bend=bend, size=size))
     if row["campaign_verdict"] == "too few curves" and row["law_verdict"] != "too few curves":
         sentences.append("The runs are too few to show whether the campaign was steady.")
@@ -49,18 +49,24 @@ _LAW = {
     "steady. Measure more runs.",
     "no fit": "Nothing could be fitted.",
 }
-# Unit of the size of a change; the others are shares.
+# Unit of the size of a change, by its cause. Sizes of other causes are shares.
 _UNITS = {"load": "N", "zero of the force": "N", "inlet temperature": "K"}
 
 
-def _name(code: str) -> str:
+def _quantity(code: str) -> str:
+    """Name of the quantity over which the points bend away from the law."""
     if code == "shape":
         return "the slide-roll ratio"
-    return "the " + (QUANTITIES[code].short_meaning if code in QUANTITIES else code)
+    if code in QUANTITIES:
+        return f"the {QUANTITIES[code].short_meaning}"
+    return f"the {code}"
 
 
 def _of_change(row: Mapping[str, Any]) -> str:
-    what, size, course = row["change"], row["change_size"], row["change_course"]
+    """The sentence on a change of the campaign."""
+    cause = row["change"]
+    size = row["change_size"]
+    course = row["change_course"]
     runs = row["changed_runs"].split(", ")
     named = f"{runs[0]} to {runs[-1]}" if course == "from" else ", ".join(runs)
     where = {
@@ -69,16 +75,18 @@ def _of_change(row: Mapping[str, Any]) -> str:
         "group": f"In {len(runs)} runs with {row['change_group']} ({named})",
         "some runs": f"In {len(runs)} runs ({named})",
     }[course]
-    if what.endswith(" factor"):
-        quantity = "the entrainment speed" if what == "speed factor" else "the slip"
-        found = f"{quantity} reads {size:g} times as large as in the others"
-    elif what.startswith("oil "):
-        found = f"mu is that of a mixture with {size:.0%} of {what.removeprefix('oil ')}"
+    if cause.endswith(" factor"):
+        quantity = "the entrainment speed" if cause == "speed factor" else "the slip"
+        change = f"{quantity} reads {size:g} times as large as in the others"
+    elif cause.startswith("oil "):
+        other_oil = cause.removeprefix("oil ")
+        change = f"mu is that of a mixture with {size:.0%} of {other_oil}"
     else:
-        amount = f"{abs(size):.2g} {_UNITS[what]}" if what in _UNITS else f"{abs(size):.1%}"
-        found = f"the {what} reads {'higher' if size > 0 else 'lower'} by {amount}"
+        amount = f"{abs(size):.2g} {_UNITS[cause]}" if cause in _UNITS else f"{abs(size):.1%}"
+        direction = "higher" if size > 0 else "lower"
+        change = f"the {cause} reads {direction} by {amount}"
     return (
-        f"The campaign is not steady. {where} {found}, or something acts like that; it moves mu by "
-        f"{row['change_relative_rms']:.1%} (rms). Check these runs and their set-up, and leave out "
-        "those that are wrong."
+        f"The campaign is not steady. {where} {change}, or something acts like that; it moves mu "
+        f"by {row['change_relative_rms']:.1%} (rms). Check these runs and their set-up, and leave "
+        "out those that are wrong."
     )
