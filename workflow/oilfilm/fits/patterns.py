@@ -1,10 +1,10 @@
-"""Patterns in what a fit leaves over: runs that changed, and bends that the law lacks.
+"""Patterns in the residuals of a fit: runs that changed, and bends that the law lacks.
 
-Each pattern is a column of errors that could have been made: "from run 12 on the force reads
-higher", "mu bends over the temperature". What the constants can take up of it is taken
-out; the rest is compared with the residuals, curve by curve, because the points of a run share its
-errors. The pattern that explains most comes first. The other kind is looked for in what it leaves
-over, so that a change of the rig is not called a bend of the law, nor a bend a change.
+Each pattern is a column of possible errors: "from run 12 on the force reads higher", "mu bends over
+the temperature". The part of it that the constants can take up is removed. The rest is compared
+with the residuals, curve by curve, because the points of a run share its errors. The pattern that
+explains most comes first. The other kind of pattern is searched in the remaining residuals, so
+that a change of the rig is not called a bend of the law, nor a bend a change.
 
 Decides: when a pattern in the residuals is called found.
 """
@@ -29,36 +29,46 @@ from oilfilm.fits.measured_curves import EFFECTS, effects
 from oilfilm.fits.problem import Problem, build_problem
 from oilfilm.settings.config import PatternSettings
 
-# How patterns are looked for; `patterns` of the configuration says when one is found.
-# Rounds and beginnings of the search for two kinds of runs, and the tolerance of a refit in it.
-_ROUNDS, _STARTS = 25, 24
-_ROUGH = 1e-4
+# The constants of the search; the limits of a pattern are in `patterns` of the configuration.
+# Rounds of the search for two kinds of runs, and its random starts.
+_MOST_ROUNDS = 25
+_SPLIT_STARTS = 24
+# The same for runs that are misread, and the relative decrease of the SSE at which a refit ends.
+_MISREAD_ROUNDS = 5
+_MISREAD_TOLERANCE = 1e-4
 # Column of the entrainment speed among the conditions of every law.
-_SPEED = 1
-# Levels further apart than this share of the range; with four of them bends of the third order are
-# looked for.
-_GAP = 0.05
+_SPEED_COLUMN = 1
+# Levels of a condition are further apart than this share of its range. Bends of the third order are
+# searched where there are four levels.
+_LEVEL_GAP = 0.05
 # Degrees of the polynomials over the slip, and over S dmu/dS / mu.
-_SHAPES, _RISES = (2, 3, 4, 5), (1, 2, 3, 4)
-# Residuals of an exact fit, over mu.
-_ROUNDING = 1e-7
+_SLIP_DEGREES = (2, 3, 4, 5)
+_RISE_DEGREES = (1, 2, 3, 4)
+# Rms residual of an exact fit over the rms of mu.
+_EXACT_RESIDUAL = 1e-7
+# Share of a column's squared length below which the constants take up all of it.
+_SHOWS = 1e-8
 # Causes in the order in which they are preferred where they explain nearly the same.
 _CAUSES = (
-    *("traction force", "load", "inlet temperature", "entrainment speed", "slip"),
+    "traction force",
+    "load",
+    "inlet temperature",
+    "entrainment speed",
+    "slip",
     "zero of the force",
 )
 
 
 @dataclass(frozen=True)
 class Leftover:
-    """A fit and what it leaves over, its curves in the order in which the runs were made.
+    """A fit and its residuals, with the curves in the order in which the runs were made.
 
     Attributes:
         problem: What was fitted.
         optimum: Where it ended.
-        groups: Runs that have something in common, by what it is; True for those that have it.
-        others: mu of other oils at the points, by oil.
-        limits: When a pattern is called found.
+        groups: Which runs have something in common, by what it is, shape (curves,).
+        others: mu of other oils at the points, by oil, shape (points,).
+        limits: Limits of a pattern.
     """
 
     problem: Problem
@@ -79,21 +89,26 @@ class Leftover:
 
     @cached_property
     def signatures(self) -> dict[str, FloatArray]:
-        """Change of (measured mu less the law) per unit of what may be wrong in a run.
+        """Change of (measured mu less the law) per unit of each cause, by cause, shape (points,).
 
-        Of the load it is an offset of the cell in newtons, of force, speed and slip a share, of the
-        temperature a kelvin; of another oil it is the share of it.
+        The unit of the load is a newton (an offset of the cell), that of the temperature a kelvin.
+        Force, speed and slip have relative errors. Another oil has a share of the mixture.
         """
-        law, data = self.problem.law, self.problem.data
-        of_curves = effects(law, self.problem.expand(self.optimum.values), data)
-        columns = dict(zip(EFFECTS, of_curves.T, strict=True))
+        data = self.problem.data
+        internal = self.problem.expand(self.optimum.values)
+        columns = dict(zip(EFFECTS, effects(self.problem.law, internal, data).T, strict=True))
         columns["load"] = columns["load"] / data.load_n[data.curve]
-        columns["slip"] = -self.by_slip
-        known = {name: columns[name] for name in _CAUSES if np.isfinite(columns[name]).all()}
-        return {**{f"oil {oil}": mu - self.fitted for oil, mu in self.others.items()}, **known}
+        columns["slip"] = -self.slip_slope
+        signatures = {}
+        for oil, mu in self.others.items():
+            signatures[f"oil {oil}"] = mu - self.fitted
+        for name in _CAUSES:
+            if np.isfinite(columns[name]).all():
+                signatures[name] = columns[name]
+        return signatures
 
     @cached_property
-    def by_slip(self) -> FloatArray:
+    def slip_slope(self) -> FloatArray:
         """S dmu/dS at each point."""
         return self.problem.slip_slope(self.optimum.values)
 
@@ -104,27 +119,31 @@ class Leftover:
 
     @cached_property
     def _bend_basis(self) -> FloatArray:
-        bends = (column for _, column in _bends(self))
-        return np.linalg.qr(np.column_stack([self.jacobian, *bends]))[0]
+        """Orthonormal basis of the constants and all bends, shape (points, n)."""
+        bends = [column for _, column in _bends(self)]
+        basis, _ = np.linalg.qr(np.column_stack([self.jacobian, *bends]))
+        return basis
 
     def beside_bends(self, columns: FloatArray) -> FloatArray:
-        """Share of what the constants leave of each column that no bend of the law takes up."""
-        left = _orthogonal(self.jacobian, columns)
-        taken = np.sum((self._bend_basis.T @ left) ** 2, axis=0)
-        return np.asarray(1 - taken / np.maximum(np.sum(left**2, axis=0), np.finfo(float).tiny))
+        """Share of each column that no bend takes up, of the part that the constants leave."""
+        remaining = _orthogonal(self.jacobian, columns)
+        in_bends = np.sum((self._bend_basis.T @ remaining) ** 2, axis=0)
+        length = np.maximum(np.sum(remaining**2, axis=0), np.finfo(float).tiny)
+        return np.asarray(1 - in_bends / length)
 
     def beside_gain(self, columns: FloatArray) -> FloatArray:
-        """What is left of each column, shape (points, n), when each curve has a gain of its own.
+        """Each column without a gain of each curve, shape (points, n).
 
         The scatter of the force from run to run then hides no cause of another shape over slip.
         """
-        starts, mu = self.problem.starts, self.fitted[:, np.newaxis]
+        starts = self.problem.starts
+        mu = self.fitted[:, np.newaxis]
         gain = np.add.reduceat(columns * mu, starts, axis=0) / np.add.reduceat(mu**2, starts)
         return np.asarray(columns - mu * gain[self.problem.observations.curve])
 
     @property
     def can_show(self) -> bool:
-        """Whether there are curves enough to show a pattern."""
+        """Whether there are enough curves to show a pattern."""
         curves = self.problem.curves - 2 - int(self.problem.followed.sum())
         return curves >= self.limits.curves_min
 
@@ -141,17 +160,17 @@ class Leftover:
 
 @dataclass(frozen=True)
 class Pattern:
-    """One pattern: what, and where.
+    """One pattern: its cause and its course over the runs.
 
     Attributes:
         what: Code of the cause: one of `EFFECTS`, `slip`, `oil <name>`, `speed factor` or
-            `slip factor` for a quantity that is read twice or half as large; of a bend `shape`, or
-            the conditions over which mu or the scale of the slip bends.
+            `slip factor` for a quantity that is read twice or half as large. Of a bend it is
+            `shape`, or the conditions over which mu or the scale of the slip bends.
         when: `trend`, `from` a run on, `group`, `some runs`; `law` for a bend of the law.
-        runs: The runs concerned; all for a trend or a bend.
-        group: What they have in common; empty where nothing is known.
-        size: In the unit of the cause, as of `Leftover.signatures`; over all runs for a trend; the
-            factor of a misread quantity.
+        runs: The affected runs; all runs for a trend or a bend.
+        group: What they have in common; empty where that is not known.
+        size: In the unit of the cause, as in `Leftover.signatures`. For a trend it is the change
+            over all runs, for a misread quantity the factor.
         mu_share: Root-mean-square of the pattern over that of mu.
     """
 
@@ -168,7 +187,7 @@ _Found = tuple[Pattern, float, FloatArray]
 
 
 def natural_key(name: str) -> tuple[tuple[int, int, str], ...]:
-    """Sorts names with numbers in them as people count.
+    """Sort key by which numbers in names are compared as numbers.
 
     Examples:
         >>> sorted(["run10", "run9", "run1"], key=natural_key)
@@ -181,37 +200,50 @@ def natural_key(name: str) -> tuple[tuple[int, int, str], ...]:
 def find_patterns(left: Leftover) -> list[Pattern]:
     """A change over the runs and a bend that the law lacks, where the residuals show them.
 
-    Few curves show none.
+    Returns:
+        At most one pattern of each kind; none of too few curves.
     """
-    # what an exact fit leaves over is rounding
-    exact = _rms(left.residual) <= _ROUNDING * _rms(left.problem.mu)
+    # the residuals of an exact fit are rounding
+    exact = _rms(left.residual) <= _EXACT_RESIDUAL * _rms(left.problem.mu)
     if exact or not left.can_show:
         return []
-    found: list[Pattern] = []
-    taken, least, searches = left.jacobian, 0.0, [_bend, _change]
-    while best := _larger(*(search(left, taken) for search in searches)):
+    patterns: list[Pattern] = []
+    taken = left.jacobian
+    least_explained = 0.0
+    searches = [_bend, _change]
+    while True:
+        best = _larger(*[search(left, taken) for search in searches])
+        if best is None:
+            return patterns
         pattern, explained, column = best
-        # a change that is smaller than what the law lacks is most likely a part of that
-        if explained >= least:
-            found.append(pattern)
-            least = explained
-        searches.remove(_bend if pattern.when == "law" else _change)
-        # where one bend is seen there are others
-        every = [column for _, column in _bends(left)] if pattern.when == "law" else [column]
-        taken = np.column_stack([taken, *every])
-    return found
+        # a pattern that explains less than the first one is most likely a part of it
+        if explained >= least_explained:
+            patterns.append(pattern)
+            least_explained = explained
+        if pattern.when == "law":
+            searches.remove(_bend)
+            # where there is one bend there are others
+            columns = [column for _, column in _bends(left)]
+        else:
+            searches.remove(_change)
+            columns = [column]
+        taken = np.column_stack([taken, *columns])
 
 
 def _rms(values: FloatArray) -> float:
     return float(np.sqrt(np.mean(values**2)))
 
 
-def _larger(*found: _Found | None) -> _Found | None:
-    known = [each for each in found if each is not None]
-    return known[first_largest([each[1] for each in known])] if known else None
+def _larger(*candidates: _Found | None) -> _Found | None:
+    """The pattern that explains most of the SSE; None where there is none."""
+    patterns = [candidate for candidate in candidates if candidate is not None]
+    if not patterns:
+        return None
+    return patterns[first_largest([explained for _, explained, _ in patterns])]
 
 
 def _orthogonal(taken: FloatArray, columns: FloatArray) -> FloatArray:
+    """Each column without the part that is a combination of the columns `taken`."""
     basis, _ = np.linalg.qr(taken)
     return np.asarray(columns - basis @ (basis.T @ columns))
 
@@ -219,21 +251,22 @@ def _orthogonal(taken: FloatArray, columns: FloatArray) -> FloatArray:
 def _surest(
     left: Leftover, candidates: list[tuple[Pattern, FloatArray]], taken: FloatArray
 ) -> _Found | None:
-    """Of the patterns that are sure, the one that explains most; None where none is.
+    """The significant pattern that explains most; None where no pattern is significant.
 
     Of patterns that explain the same it is the one of the fewest runs, and of these the first.
 
-    Student's t of each coefficient by the residuals of whole curves, with the coefficient's own
-    part taken out (cluster-robust), as many degrees of freedom as there are effective curves;
-    Bonferroni's limit for all candidates together.
+    The test is Student's t of each coefficient with a cluster-robust variance: from the residuals
+    of whole curves, without the pattern's part. The degrees of freedom are those of the effective
+    curves. Bonferroni's limit is for all candidates together.
 
     Reference: A. V. Carter, K. T. Schnepel, D. G. Steigerwald, Rev. Econ. Stat. 99 (2017) 698.
     """
     columns = np.column_stack([column for _, column in candidates])
-    rest, residual = _orthogonal(taken, columns), _orthogonal(taken, left.residual)
+    rest = _orthogonal(taken, columns)
+    residual = _orthogonal(taken, left.residual)
     power = np.sum(rest**2, axis=0)
-    # what the constants take up shows nowhere
-    shows = power > 1e-8 * np.sum(columns**2, axis=0)
+    # the residuals do not show a pattern that the constants take up
+    shows = power > _SHOWS * np.sum(columns**2, axis=0)
     power = np.where(shows, power, 1.0)
     beta = rest.T @ residual / power
     errors = rest * (residual[:, np.newaxis] - rest * beta)
@@ -241,7 +274,7 @@ def _surest(
     count = len(scores)
     variance = np.sum(scores**2, axis=0) * count / (count - 1)
     t_value = beta * power / np.sqrt(np.maximum(variance, np.finfo(float).tiny))
-    # curves that a pattern hardly touches say nothing of it
+    # curves in which a pattern is small give little information about it
     of_curve = np.add.reduceat(rest**2, left.problem.starts, axis=0)
     squares = np.maximum(np.sum(of_curve**2, axis=0), np.finfo(float).tiny)
     effective = np.sum(of_curve, axis=0) ** 2 / squares
@@ -267,91 +300,98 @@ def _sized(left: Leftover, pattern: Pattern, size: float, column: FloatArray) ->
 
 
 def _bends(left: Leftover) -> list[tuple[Pattern, FloatArray]]:
-    """What a law could lack: mu or the slip's scale bends over conditions; another shape over slip.
+    """Bends that a law may lack: mu or the slip's scale over conditions, or the shape over slip.
 
-    The shape is looked for over the slip, and over S dmu/dS / mu, which is 1 where mu rises in
-    proportion to the slip and 0 at its peak: curves may bend at different slips.
+    The shape is searched over the slip, and over S dmu/dS / mu. The latter is 1 where mu rises in
+    proportion to the slip and 0 at its peak, so that curves may bend at different slips.
     """
-    problem, every, mu = left.problem, tuple(left.problem.data.runs), left.fitted
-    known = np.flatnonzero(problem.followed)
-    scaled = problem.observations.design[:, 1:][:, known]
-    scaled = (scaled - scaled.mean(axis=0)) / scaled.std(axis=0)
+    problem = left.problem
+    runs = tuple(problem.data.runs)
+    mu = left.fitted
+    followed = np.flatnonzero(problem.followed)
+    logs = problem.observations.design[:, 1:][:, followed]
+    scaled = (logs - logs.mean(axis=0)) / logs.std(axis=0)
+    # squares and products of two; cubes, which three levels do not distinguish from squares
+    pairs = itertools.combinations_with_replacement(range(len(followed)), 2)
+    terms: list[tuple[int, ...]] = list(pairs)
+    for index in range(len(followed)):
+        if levels_by_gap(scaled[:, index], _LEVEL_GAP).max() > 2:
+            terms.append((index, index, index))
     bends = []
-    # squares, products of two; cubes, which three levels do not tell from squares
-    pairs = itertools.combinations_with_replacement(range(len(known)), 2)
-    cubes = [
-        (index,) * 3 for index, each in enumerate(scaled.T) if levels_by_gap(each, _GAP).max() > 2
-    ]
-    for powers in (*pairs, *cubes):
-        names = [problem.law.groups[known[index]] for index in powers]
-        product = scaled[:, list(powers)].prod(axis=1)[problem.observations.curve]
-        bends += [(" ".join(dict.fromkeys(names)), each * product) for each in (mu, left.by_slip)]
-    along = problem.observations.slip / problem.observations.slip.max()
-    rise = np.clip(left.by_slip / np.where(mu > 0, mu, np.inf), -1, 1)
-    for place, degrees in ((along, _SHAPES), (rise, _RISES)):
-        shapes = (np.polynomial.Legendre.basis(degree)(2 * place - 1) for degree in degrees)
-        bends += [("shape", mu * shape) for shape in shapes]
-    return [(Pattern(what, "law", every), column) for what, column in bends]
+    for term in terms:
+        names = [problem.law.groups[followed[index]] for index in term]
+        what = " ".join(dict.fromkeys(names))
+        product = scaled[:, list(term)].prod(axis=1)[problem.observations.curve]
+        bends.append((what, mu * product))
+        bends.append((what, left.slip_slope * product))
+    relative_slip = problem.observations.slip / problem.observations.slip.max()
+    rise = np.clip(left.slip_slope / np.where(mu > 0, mu, np.inf), -1, 1)
+    for variable, degrees in ((relative_slip, _SLIP_DEGREES), (rise, _RISE_DEGREES)):
+        for degree in degrees:
+            shape = np.polynomial.Legendre.basis(degree)(2 * variable - 1)
+            bends.append(("shape", mu * shape))
+    return [(Pattern(what, "law", runs), column) for what, column in bends]
 
 
 def _changes(left: Leftover) -> Iterator[tuple[Pattern, FloatArray]]:
     """Every cause with every course over the runs: trend, step, groups."""
     runs = np.array(left.problem.data.runs)
     count = len(runs)
-    courses: list[tuple[str, str, npt.NDArray[Any]]] = [
-        ("trend", "", np.linspace(0, 1, count)),
-        *(
-            ("from", "", np.arange(count) >= step)
-            for step in range(left.fewest, count - left.fewest + 1)
-        ),
-        *(("group", name, group) for name, group in left.groups.items() if left.is_group(group)),
-    ]
+    courses: list[tuple[str, str, npt.NDArray[Any]]] = [("trend", "", np.linspace(0, 1, count))]
+    for first in range(left.fewest, count - left.fewest + 1):
+        courses.append(("from", "", np.arange(count) >= first))
+    for name, members in left.groups.items():
+        if left.is_group(members):
+            courses.append(("group", name, members))
+    curve = left.problem.observations.curve
     for cause, column in left.signatures.items():
         for when, group, course in courses:
-            concerned = tuple(runs if when == "trend" else runs[course.astype(bool)])
-            yield (
-                Pattern(cause, when, concerned, group),
-                column * course[left.problem.observations.curve],
-            )
+            affected = runs if when == "trend" else runs[course.astype(bool)]
+            yield Pattern(cause, when, tuple(affected), group), column * course[curve]
 
 
 def _of_runs(left: Leftover, what: str, members: BoolArray, size: float) -> Pattern:
-    """A pattern of some runs, with what they have in common and the others have not.
+    """A pattern of some runs, with what these runs have in common.
 
-    Runs with the cause and runs without it are told apart, but not which are right: a known group
-    is taken for the wrong ones, else those that come later.
+    The residuals show which runs have the cause, but not which runs are right. A known group is
+    called wrong, otherwise the later runs.
     """
-    other = 1 / size if what.endswith("factor") else -size
+    opposite_size = 1 / size if what.endswith("factor") else -size
     runs = np.array(left.problem.data.runs)
     for name, group in left.groups.items():
         alike = float(np.mean(group == members))
         if left.is_group(group) and max(alike, 1 - alike) >= left.limits.same_group:
-            return Pattern(what, "group", tuple(runs[group]), name, size if alike > 0.5 else other)
+            size_of_group = size if alike > 0.5 else opposite_size
+            return Pattern(what, "group", tuple(runs[group]), name, size_of_group)
     if members[0]:
-        members, size = ~members, other
+        members = ~members
+        size = opposite_size
     first = int(np.argmax(members))
     when = "from" if members[first:].all() else "some runs"
     return Pattern(what, when, tuple(runs[members]), "", size)
 
 
 def _split(left: Leftover, taken: FloatArray) -> _Found | None:
-    """Runs of two kinds, told apart by a cause alone; None where they are one kind.
+    """Runs of two kinds that differ by one cause; None where all runs are of one kind.
 
-    Fitted in turns from several beginnings: the constants and the size of the cause, then which
-    runs have it. A temperature is looked for beside a gain of each curve's own as well.
+    Two steps alternate, from several starts: the constants and the size of the cause are fitted,
+    then the runs that have the cause are found. A temperature is also searched beside a gain of
+    each curve.
     """
-    count, starts, random = left.problem.curves, left.problem.starts, np.random.default_rng(0)
+    count = left.problem.curves
+    starts = left.problem.starts
+    random = np.random.default_rng(0)
     searches = []
     for cause, column in left.signatures.items():
         columns = np.column_stack([taken, left.residual, column])
-        sums = _SumsOfCurves.of(columns, starts)
+        sums = _SumsOfCurves.from_columns(columns, starts)
         searches.append((cause, column, sums, sums))
         if cause == "inlet temperature":
-            beside = _SumsOfCurves.of(left.beside_gain(columns), starts)
+            beside = _SumsOfCurves.from_columns(left.beside_gain(columns), starts)
             searches.append((cause, column, sums, beside))
     best: _Found | None = None
     for cause, column, sums, seen in searches:
-        beginnings = [seen.amount(np.zeros(count), 0.0), *random.random((_STARTS, count))]
+        beginnings = [seen.amount(np.zeros(count), 0.0), *random.random((_SPLIT_STARTS, count))]
         for beginning in beginnings:
             members, size, separation = seen.in_turns(beginning > np.median(beginning), left)
             if separation <= 1:
@@ -367,12 +407,12 @@ def _split(left: Leftover, taken: FloatArray) -> _Found | None:
 
 @dataclass(frozen=True)
 class _SumsOfCurves:
-    """What finding the runs that have a cause needs of each curve.
+    """Sums over the points of each curve for the search of runs that have a cause.
 
     Attributes:
         power: Sum of the squared signature, shape (curves,).
-        score: Sum of signature times residual, what is taken left out.
-        shared: How much the constants take up of a cause in one curve and show in another, shape
+        score: Sum of signature times residual, without the part that is taken, shape (curves,).
+        shared: Effect of a cause in one curve on another curve through the constants, shape
             (curves, curves).
     """
 
@@ -381,17 +421,26 @@ class _SumsOfCurves:
     shared: FloatArray
 
     @classmethod
-    def of(cls, columns: FloatArray, starts: IndexArray) -> "_SumsOfCurves":
-        """Of columns: what is taken, then the residual, then the signature."""
+    def from_columns(cls, columns: FloatArray, starts: IndexArray) -> "_SumsOfCurves":
+        """The sums from columns over points.
+
+        Args:
+            columns: What is taken, then the residual, then the signature, shape (points, n + 2).
+            starts: First point of each curve.
+        """
         basis, _ = np.linalg.qr(columns[:, :-2])
-        residual, signature = columns[:, -2:].T
+        residual = columns[:, -2]
+        signature = columns[:, -1]
         rest = residual - basis @ (basis.T @ residual)
-        across = np.add.reduceat(basis * signature[:, np.newaxis], starts, axis=0)
-        power, score = (np.add.reduceat(signature * each, starts) for each in (signature, rest))
-        return cls(power, score, across @ across.T)
+        projection = np.add.reduceat(basis * signature[:, np.newaxis], starts, axis=0)
+        return cls(
+            power=np.add.reduceat(signature * signature, starts),
+            score=np.add.reduceat(signature * rest, starts),
+            shared=projection @ projection.T,
+        )
 
     def power_beside(self, members: BoolArray) -> float:
-        """Squared length of the cause in these runs, beside what the constants take up."""
+        """Squared length of the cause in these runs, without the part the constants take up."""
         return float(self.power[members].sum() - members @ self.shared @ members)
 
     def amount(self, members: FloatArray, size: float) -> FloatArray:
@@ -403,12 +452,14 @@ class _SumsOfCurves:
 
     def in_turns(self, members: BoolArray, left: Leftover) -> tuple[BoolArray, float, float]:
         """Which runs have the cause, its size, and their separation over the limit; 0 for none."""
-        count, power, followed = len(members), self.power, int(left.problem.followed.sum())
+        count = len(members)
+        power = self.power
+        followed = int(left.problem.followed.sum())
         if count - 1 - followed < left.limits.degrees_min:
             return members, 0.0, 0.0
-        for _ in range(_ROUNDS):
+        for _ in range(_MOST_ROUNDS):
             beside = self.power_beside(members)
-            if not left.is_group(members) or beside <= 1e-8 * power.sum():
+            if not left.is_group(members) or beside <= _SHOWS * power.sum():
                 return members, 0.0, 0.0
             size = float(self.score[members].sum()) / beside
             amount = self.amount(members.astype(float), size)
@@ -418,11 +469,11 @@ class _SumsOfCurves:
             members = now
         if not left.is_group(members):
             return members, 0.0, 0.0
-        # runs in which the cause shows more tell more
+        # runs in which the cause is larger give more information
         middle = float(np.average(amount[members], weights=power[members]))
         errors = amount - np.where(members, middle, 0.0)
         effective = float(power.sum()) ** 2 / float(power @ power)
-        # what is taken has made them smaller, above all where bends are taken as well
+        # the errors are too small by what is taken, above all where bends are taken as well
         free = 1 - np.trace(self.shared) / power.sum()
         squares = np.average(errors**2, weights=power) / max(free, np.finfo(float).tiny)
         scatter = np.sqrt(squares * count / (count - 2))
@@ -436,29 +487,32 @@ def _bend(left: Leftover, taken: FloatArray) -> _Found | None:
 
 def _change(left: Leftover, taken: FloatArray) -> _Found | None:
     misread = _misread(left) if taken is left.jacobian else None
-    # runs are often made in the order of their conditions: what a bend may be is no change
-    candidates = [*_changes(left)]
-    alone = left.beside_bends(np.column_stack([column for _, column in candidates]))
-    told_apart = alone > left.limits.told_apart_min
-    told = [*itertools.compress(candidates, told_apart)]
-    simple = _surest(left, told, taken) if told else None
+    # runs are often made in the order of their conditions: a possible bend is no change
+    candidates = list(_changes(left))
+    share_beside_bends = left.beside_bends(np.column_stack([column for _, column in candidates]))
+    is_no_bend = share_beside_bends > left.limits.told_apart_min
+    changes = list(itertools.compress(candidates, is_no_bend))
+    simple = _surest(left, changes, taken) if changes else None
     split = _split(left, taken)
-    if simple and split and simple[1] >= left.limits.nearly_share * split[1]:
-        split = None
+    if simple is not None and split is not None:
+        _, simple_explained, _ = simple
+        _, split_explained, _ = split
+        if simple_explained >= left.limits.nearly_share * split_explained:
+            split = None
     return _larger(simple, split, misread)
 
 
 def _misread(left: Leftover) -> _Found | None:
-    """Speed or slip of some runs read twice or half as large; None where nothing says so.
+    """Speed or slip of some runs read twice or half as large; None where no run is misread.
 
-    Such an error is too large for a slope. The fit is repeated with the quantity put right in some
-    runs, and each run is then given to the reading that it agrees with.
+    Such an error is too large for a linear model. The fit is repeated with the quantity corrected
+    in some runs, and each run then belongs to the reading with which it agrees.
     """
-    speed = left.problem.data.conditions[:, _SPEED]
+    speed = left.problem.data.conditions[:, _SPEED_COLUMN]
     fast = speed > np.sqrt(speed.min() * speed.max())
     squares = _squares(left, left.problem, left.optimum)
     uneven = squares > np.median(squares)
-    # runs of which the curve rises later than the law
+    # runs whose curve rises at larger slip than the law
     later = np.add.reduceat(left.signatures["slip"] * left.residual, left.problem.starts)
     late = later > np.median(later)
     best: _Found | None = None
@@ -487,12 +541,12 @@ def _with_factor(left: Leftover, what: str, factor: FloatArray) -> Problem:
     data = left.problem.data
     if what == "speed factor":
         conditions = data.conditions.copy()
-        conditions[:, _SPEED] /= factor
+        conditions[:, _SPEED_COLUMN] /= factor
         data = replace(data, conditions=conditions)
     else:
         data = replace(data, slip=data.slip / factor[data.curve])
-    made = build_problem(left.problem.law, data, left.problem.varied)
-    return replace(left.problem, observations=made.observations)
+    corrected = build_problem(left.problem.law, data, left.problem.varied)
+    return replace(left.problem, observations=corrected.observations)
 
 
 def _read_right(
@@ -500,14 +554,13 @@ def _read_right(
 ) -> tuple[BoolArray, float, FloatArray]:
     """Runs that agree with a reading divided by a factor, the SSE then, and mu of the law."""
     end = left.optimum
-    plain, divided = (
-        _with_factor(left, what, np.full(len(members), each)) for each in (1.0, factor)
-    )
+    plain = _with_factor(left, what, np.full(len(members), 1.0))
+    divided = _with_factor(left, what, np.full(len(members), factor))
     problem = plain
-    for _ in range(_ROUNDS // 5):
+    for _ in range(_MISREAD_ROUNDS):
         problem = _with_factor(left, what, np.where(members, factor, 1.0))
-        (values,), (sse,) = descend(problem, end.values[np.newaxis], tolerance=_ROUGH)
-        end = Optimum(values, float(sse))
+        ends, sse = descend(problem, end.values[np.newaxis], tolerance=_MISREAD_TOLERANCE)
+        end = Optimum(ends[0], float(sse[0]))
         now = _squares(left, divided, end) < _squares(left, plain, end)
         if (now == members).all():
             break

@@ -495,8 +495,8 @@ def runs_in_common(
             for part, of in parts.groupby(parts)
             if part and curves_min <= len(of) < len(runs)
         }
-    for column, set_points in runs.items():
-        match = _NOMINAL.match(str(column))
+    for name, set_points in runs.items():
+        match = _NOMINAL.match(str(name))
         if match is not None:
             quantity = match[1].replace("_", " ")
             groups[f"set point of {quantity} stated"] = set(runs.loc[set_points.notna(), "run_id"])
