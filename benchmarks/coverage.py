@@ -141,7 +141,7 @@ def _quick(curves: int):
 
 
 def _fitted(fit, oil: str, law=None) -> FittedLaw:
-    return FittedLaw.of(fit.coefficients, oil, fit.refits, fit.fit_quality, law)
+    return FittedLaw.from_tables(fit.coefficients, oil, fit.refits, fit.fit_quality, law)
 
 
 def trial(case: tuple[str, str, int, bool, int]) -> dict[str, object]:

@@ -196,7 +196,7 @@ def heated(quick: Settings) -> FittedLaw:
 
 
 def fitted(fit: CampaignTables) -> FittedLaw:
-    return FittedLaw.of(fit.coefficients, "4102", fit.refits, fit.fit_quality)
+    return FittedLaw.from_tables(fit.coefficients, "4102", fit.refits, fit.fit_quality)
 
 
 def mu_at(law: FittedLaw, *condition: float) -> np.ndarray:

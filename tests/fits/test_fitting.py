@@ -103,7 +103,7 @@ def test_one_condition_gives_a_curve_but_no_exponents(quick: Settings) -> None:
     twelve = rows.loc[[constant.name for constant in LAW.constants]]
     assert not twelve["identifiable"].any()
     assert twelve["value"].isna().all()
-    law = FittedLaw.of(coefficients, "4102")
+    law = FittedLaw.from_tables(coefficients, "4102")
     slip = np.linspace(0, 0.3, 7)
     expected = traction_coefficient(printed()["4102"], 1.25, 30.0, 70.0, slip)
     np.testing.assert_allclose(law.traction(np.array([1.25, 30, 70]), slip), expected, atol=2e-5)
@@ -181,7 +181,7 @@ def test_measured_curves_give_one_curve_and_the_fit_says_why_no_more(etm: Campai
     values = rows.loc[["A", "B", "C"], "value"].to_numpy()
     np.testing.assert_allclose(values, expected * [-1, 1, 1], rtol=1e-5)
     # mean of the rows beyond 10 % slip
-    law = FittedLaw.of(coefficients, "unrecorded-oil")
+    law = FittedLaw.from_tables(coefficients, "unrecorded-oil")
     points = etm.curated.points.query("accepted and slide_roll_ratio > 0.10")
     plateau = law.traction(np.array([1.0, 0.025, 40.0]), np.array([0.15]))[0]
     assert plateau == pytest.approx(points["traction_coefficient"].mean(), abs=0.001)

@@ -100,7 +100,7 @@ def test_the_interval_holds_new_runs(config: Settings, conditions: np.ndarray, f
         source = Campaign(truths[oil], config.common_contact())
         random = generator(3, "new runs", str(film), oil)
         fit = fit_oil(source.points(some, random, oil), oil, settings, 1)
-        fitted = FittedLaw.of(fit.coefficients, oil, fit.refits, fit.fit_quality)
+        fitted = FittedLaw.from_tables(fit.coefficients, oil, fit.refits, fit.fit_quality)
         box = some.min(axis=0), some.max(axis=0)
         new = source.points(spread_conditions(*box, 20, random), random, oil)
         new = new[new["slide_roll_ratio"] > 0]

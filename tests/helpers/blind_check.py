@@ -119,7 +119,7 @@ def _inside(fit: CampaignTables, truth: list[float]) -> Iterator[bool]:
 
 def _rms(fit: CampaignTables, laboratory: Laboratory, oil: str) -> float:
     """Relative rms error of mu against the truth over the box of the sound logs."""
-    fitted = FittedLaw.of(fit.coefficients, oil)
+    fitted = FittedLaw.from_tables(fit.coefficients, oil)
     conditions = np.array(list(product((1.0, 1.2, 1.4), (16.0, 24.0, 34.0), (42.0, 65.0, 88.0))))
     slip = np.array([0.01, 0.03, 0.08, 0.15])
     at = np.repeat(conditions, len(slip), axis=0)

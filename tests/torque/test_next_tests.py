@@ -115,7 +115,7 @@ def request_for() -> Request:
 def test_what_is_known_is_no_less_than_what_the_refits_know(results: CampaignTables) -> None:
     # Gauss and Markov: generalised least squares is the best linear estimate. The bootstrap over 12
     # curves knows a standard error to some 20 %
-    fitted = FittedLaw.of(results.coefficients, OIL, results.refits, results.fit_quality)
+    fitted = FittedLaw.from_tables(results.coefficients, OIL, results.refits, results.fit_quality)
     information = measured_information(fitted, results.points, OIL, None)
     assert not information.calibration.any()
     ours = np.diag(covariance(information.precision))[: len(TRUTH)]

@@ -120,7 +120,7 @@ def test_fit_read_back_from_its_tables_is_the_planted_traction(name: str, config
     settings = config.fit.model_copy(update={"bootstrap": 20, "searches": 1})
     points = points_of(law, noise=1e-5)
     fit = fit_oil(points, "4050", settings, config.seed, law=law)
-    fitted = FittedLaw.of(fit.coefficients, "4050", fit.refits, fit.fit_quality, law)
+    fitted = FittedLaw.from_tables(fit.coefficients, "4050", fit.refits, fit.fit_quality, law)
     levels = MATRIX[list(law.conditions)].to_numpy()
     conditions = np.repeat(levels, len(SLIP), axis=0)
     true = law.traction(internal_of(law), observe(law))

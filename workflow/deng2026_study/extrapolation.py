@@ -52,7 +52,7 @@ def extrapolate(
         for fit in quality[quality["oil"] == oil].to_dict("records"):
             law = str(fit["law"])
             own = spread.get((oil, law), refits.iloc[:0])
-            fitted = FittedLaw.of(coefficients, str(oil), own, quality, known[law])
+            fitted = FittedLaw.from_tables(coefficients, str(oil), own, quality, known[law])
             conditions = of_oil[list(fitted.law.conditions)].to_numpy()
             mu = fitted.predict(conditions, of_oil["slide_roll_ratio"].to_numpy())
             box = [[fit[f"tested_min_{name}"], fit[f"tested_max_{name}"]] for name in CONDITIONS]

@@ -61,7 +61,7 @@ def judge_printed(
             "printed_sse": squared_error(points, printed[oil]),
             "fitted_sse": quality.at[oil, "sse"],
         }
-        fitted = FittedLaw.of(results.coefficients, oil, law=LAW).coefficients.constants
+        fitted = FittedLaw.from_tables(results.coefficients, oil, law=LAW).coefficients.constants
         for box, levels in settings.boxes.model_dump().items():
             row[f"{box}_difference"] = largest_difference(
                 fitted, printed[oil], levels, settings.levels

@@ -55,7 +55,11 @@ def refit_evidence(
 ) -> View:
     """The campaign's own fits and points of the paper's oils: it says nothing of others."""
     fits, points = results.configured.coefficients, results.points
-    laws = {oil: FittedLaw.of(fits, oil) for oil in fits["oil"].unique() if oil in viscosity_order}
+    laws = {
+        oil: FittedLaw.from_tables(fits, oil)
+        for oil in fits["oil"].unique()
+        if oil in viscosity_order
+    }
     planned = points["run_id"].isin(of_matrix(results.runs, settings)["run_id"])
     measured = {
         "points": points[planned & failed_gates.failed_none_but(points, "thin_film")],

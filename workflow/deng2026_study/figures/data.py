@@ -48,7 +48,7 @@ def fig02(results: CampaignTables, settings: Settings) -> Sheet:
     """
     runs, choice = with_levels(results.runs, settings), settings.figures.fig02
     oil, temperatures = choice.oil, choice.inlet_temperature_c
-    law = FittedLaw.of(results.configured.coefficients, oil)
+    law = FittedLaw.from_tables(results.configured.coefficients, oil)
     base = style.oil_colour(oil, list(settings.oils))
     sheet = Sheet(2 * len(temperatures), 2, height=1.7, sharex=True, sharey=True)
     panels = itertools.product(temperatures, ((_PRESSURE, _SPEED), (_SPEED, _PRESSURE)))
@@ -92,7 +92,7 @@ def fig03(results: CampaignTables, settings: Settings) -> Sheet:
         series = []
         for oil in oils:
             points = _select(results.points, runs, oil, {_PRESSURE: pressure, **same})
-            law = FittedLaw.of(results.configured.coefficients, oil)
+            law = FittedLaw.from_tables(results.configured.coefficients, oil)
             series.append(Series(oil, oil, points, law, *style.oil_look(oil, oils).values()))
         draw_series(sheet.panel(number, style.level_phrases({_PRESSURE: pressure})), series)
     shown = set(sheet.drawn()["oil"])

@@ -145,7 +145,9 @@ def _laws(results: CampaignTables, coefficients: pd.DataFrame, oil: str) -> dict
     of_oil = coefficients[coefficients["oil"] == oil]
     if of_oil.empty:
         return {}
-    refit = FittedLaw.of(of_oil, oil, results.configured.refits, results.configured.fit_quality)
+    refit = FittedLaw.from_tables(
+        of_oil, oil, results.configured.refits, results.configured.fit_quality
+    )
     law, fitted = refit.law, refit.coefficients
     if law.conditions != CONDITIONS or not fitted.known.all() or np.isnan(fitted.constants).any():
         return {}
@@ -400,7 +402,7 @@ def _finely(
 ) -> tuple[FloatArray, FloatArray]:
     """Slip and mu of a fit at the mean conditions of a curve, between its plateaus as well."""
     law = laws_of(fit["oil"], settings)[fit["law"]]
-    fitted = FittedLaw.of(results.coefficients, fit["oil"], law=law)
+    fitted = FittedLaw.from_tables(results.coefficients, fit["oil"], law=law)
     # close enough together for the detail
     slip = np.linspace(0, 1, 301) ** 2 * float(curve["slide_roll_ratio"].max())
     return slip, fitted.traction(curve[list(law.conditions)].mean().to_numpy(dtype=float), slip)

@@ -380,7 +380,7 @@ def describe(
         for table in (results.coefficients, results.fit_quality, results.points, results.soundness)
     )
     wrong = [sentence for row in tables.rows(judged) for sentence in what_is_wrong(row)]
-    fitted = FittedLaw.of(coefficients, oil, quality=quality, law=law)
+    fitted = FittedLaw.from_tables(coefficients, oil, quality=quality, law=law)
     (row,) = tables.rows(quality[quality["law"] == law.name])
     accepted, meanings = points[points["accepted"]], constant_meanings(law)
     constants = tables.rows(coefficients[coefficients["law"] == law.name])

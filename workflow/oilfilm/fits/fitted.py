@@ -236,7 +236,7 @@ class FittedLaw:
         return []
 
     @classmethod
-    def of(
+    def from_tables(
         cls,
         coefficients: pd.DataFrame,
         oil: str,
@@ -293,7 +293,7 @@ class FittedLaw:
             oil: The oil.
         """
         fits = results.configured
-        return cls.of(
+        return cls.from_tables(
             fits.coefficients,
             oil,
             refits=fits.refits,

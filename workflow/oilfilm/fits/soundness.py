@@ -72,7 +72,7 @@ def _lack_of_one_fit(
         settings: `same_condition`.
     """
     oil = quality["oil"]
-    fit = FittedLaw.of(results.coefficients, oil, quality=results.fit_quality)
+    fit = FittedLaw.from_tables(results.coefficients, oil, quality=results.fit_quality)
     points = results.points
     used = points[points["accepted"] & (points["oil"] == oil)]
     # the conditions of a point are the mean conditions of its run, as in the fit
@@ -309,7 +309,7 @@ def judged_fits(
     points = results.points
     quality_of_oil = {row["oil"]: row for row in tables.rows(fits.fit_quality)}
     fitted = {
-        oil: FittedLaw.of(fits.coefficients, oil, quality=fits.fit_quality)
+        oil: FittedLaw.from_tables(fits.coefficients, oil, quality=fits.fit_quality)
         for oil, quality in quality_of_oil.items()
         if np.isfinite(quality["rmse"])
     }

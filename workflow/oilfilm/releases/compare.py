@@ -270,7 +270,7 @@ def _traction(before: StoredRelease, after: StoredRelease, drift: DriftSettings)
 def _fits_by_oil(stored: StoredRelease) -> dict[str, FittedLaw]:
     coefficients, quality = _configured_fits(stored)
     oils = coefficients["oil"].unique()
-    return {oil: FittedLaw.of(coefficients, oil, quality=quality) for oil in oils}
+    return {oil: FittedLaw.from_tables(coefficients, oil, quality=quality) for oil in oils}
 
 
 def _largest_change(

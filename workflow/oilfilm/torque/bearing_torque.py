@@ -245,7 +245,7 @@ def oils_in_bearings(
             if law_name in fitted_names and law_name in available_laws:
                 law_names[law_name] = law_name
         fits = {
-            law_name: FittedLaw.of(
+            law_name: FittedLaw.from_tables(
                 coefficients,
                 name,
                 refits_of.get((name, law_name)),

@@ -88,7 +88,7 @@ def curves(results: CampaignTables, settings: Settings) -> Sheet:
         if of_oil.empty:
             panel.say("no accepted point")
             continue
-        law = FittedLaw.of(results.configured.coefficients, oil)
+        law = FittedLaw.from_tables(results.configured.coefficients, oil)
         # one table per condition: columns that nobody draws would take most of the memory
         conditions = _conditions(runs, of_oil[["run_id", *law.law.conditions, *_MEASURED]])
         colour = style.oil_colour(oil, oils)
@@ -194,7 +194,7 @@ def _residuals(results: CampaignTables, runs: pd.DataFrame, oil: str) -> pd.Data
     points = results.points[results.points["accepted"] & (results.points["oil"] == oil)]
     if of_oil.empty or points.empty:
         return None
-    law = FittedLaw.of(of_oil, oil)
+    law = FittedLaw.from_tables(of_oil, oil)
     slip = points["slide_roll_ratio"].to_numpy()
     fitted = law.predict(points[list(law.law.conditions)].to_numpy(), slip).traction_coefficient
     if np.isnan(fitted).all():

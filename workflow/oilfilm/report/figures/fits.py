@@ -197,7 +197,7 @@ def starts_of(results: CampaignTables, oil: str, law_key: str, settings: Setting
         return pd.DataFrame({"run_id": [], "y": []})
     law = laws_of(oil, settings)[law_key]
     data = curve_data(results.points[results.points["oil"] == oil], law.conditions)
-    fitted = FittedLaw.of(fits, oil, law=law)
+    fitted = FittedLaw.from_tables(fits, oil, law=law)
     y = fitted.predict(data.conditions, np.zeros(len(data.runs))).traction_coefficient
     order = np.argsort(data.conditions[:, -1], kind="stable")
     return pd.DataFrame({"run_id": data.runs, "y": y}).iloc[order]
@@ -303,7 +303,7 @@ def _laws(results: CampaignTables) -> dict[str, FittedLaw]:
     """The configured law of each oil that has one of pressure, speed and temperature."""
     fits = results.configured
     laws = {
-        str(oil): FittedLaw.of(fits.coefficients, oil, quality=fits.fit_quality)
+        str(oil): FittedLaw.from_tables(fits.coefficients, oil, quality=fits.fit_quality)
         for oil in fits.coefficients["oil"].unique()
     }
     return {oil: law for oil, law in laws.items() if not obstacle(law)}
