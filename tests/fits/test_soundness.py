@@ -168,7 +168,7 @@ def verdict_on(config: Settings, lost: str | None, known: list[bool], **quality:
     of_run = points["run_id"] == "run000"
     column = lost or "inlet_temperature_c"
     points[column] = points[column].mask(of_run | bool(lost))
-    fit = replace(Coefficients.bare(LAW, printed()["4050"]), known=np.array(known))
+    fit = replace(Coefficients.bare(LAW, printed()["4050"]), followed=np.array(known))
     row = {"rmse": 1e-4, "relative_rms": 0.01, "certified": True, "two_level_conditions": ""}
     return verdict_of_fit(row | quality, FittedLaw(LAW, fit), points, config.fit, config.patterns)
 

@@ -149,7 +149,11 @@ def _laws(results: CampaignTables, coefficients: pd.DataFrame, oil: str) -> dict
         of_oil, oil, results.configured.refits, results.configured.fit_quality
     )
     law, fitted = refit.law, refit.coefficients
-    if law.conditions != CONDITIONS or not fitted.known.all() or np.isnan(fitted.constants).any():
+    if (
+        law.conditions != CONDITIONS
+        or not fitted.followed.all()
+        or np.isnan(fitted.constants).any()
+    ):
         return {}
     names = [constant.name for constant in law.constants]
     printed = of_oil.set_index("constant")["printed_value"].reindex(names).to_numpy(dtype=float)

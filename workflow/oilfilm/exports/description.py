@@ -241,7 +241,7 @@ class Description:
 
     def coefficients_at(self, groups: FloatArray) -> dict[str, float]:
         """The coefficients, with their signs, at one row of the law's groups."""
-        law, known = self.law, self.fitted.coefficients.known
+        law, known = self.law, self.fitted.coefficients.followed
         relative = np.where(known, groups / np.array(law.reference), 1.0)
         design = np.concatenate([[1.0], np.log(relative)])[np.newaxis]
         sizes = law.sizes(to_internal(law, self.fitted.coefficients.constants), design)[:, 0]
@@ -253,7 +253,7 @@ class Description:
         # NaN, for an end that is unknown, compares as false
         ends = np.array([condition.tested for condition in self.conditions], dtype=float)
         inside = (ends[:, 0] <= groups) & (groups <= ends[:, 1])
-        return not inside[self.fitted.coefficients.known].all()
+        return not inside[self.fitted.coefficients.followed].all()
 
     # ------------------------------------------------------------ sentences
 
@@ -397,7 +397,7 @@ def describe(
 
 
 def _conditions(fitted: FittedLaw, accepted: pd.DataFrame) -> Iterator[Condition]:
-    law, known = fitted.law, fitted.coefficients.known
+    law, known = fitted.law, fitted.coefficients.followed
     in_step = {fixed.condition for fixed in fitted.coefficients.fixed if fixed.in_step}
     groups = law.group_values(accepted[list(law.conditions)].to_numpy(dtype=float))
     tested = pd.DataFrame(groups, columns=list(law.groups), index=accepted.index)

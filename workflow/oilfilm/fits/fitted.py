@@ -52,7 +52,7 @@ class Coefficients:
     Attributes:
         constants: In the order of the law, NaN where nothing could be fitted. An exponent that
             the data could not give is 0, and X0 is then the coefficient at the tested level.
-        known: Which of the law's groups the fit follows, shape (groups,).
+        followed: Which of the law's groups the fit follows, shape (groups,).
         spread: Constants of the bootstrap over curves, shape (refits, constants).
         shifted: Constants refitted with one sensor off by its calibration's uncertainty, one row
             per sensor, shape (sensors, constants).
@@ -68,7 +68,7 @@ class Coefficients:
     """
 
     constants: FloatArray
-    known: npt.NDArray[np.bool_]
+    followed: npt.NDArray[np.bool_]
     spread: FloatArray
     shifted: FloatArray
     box: FloatArray
@@ -85,7 +85,7 @@ class Coefficients:
         no_refits = np.empty((0, len(constants)))
         return cls(
             constants=np.asarray(constants, dtype=float),
-            known=np.ones(len(law.groups), dtype=bool),
+            followed=np.ones(len(law.groups), dtype=bool),
             spread=no_refits,
             shifted=no_refits,
             box=np.full((len(law.conditions) + 1, 2), np.nan),
@@ -278,11 +278,9 @@ class FittedLaw:
         values = rows.set_index("constant")["value"]
         constants = _in_order_of_law(law, values.to_frame().T)[0]
         fitted_names = set(values.index[values.notna()])
-        followed = {
-            constant.condition for constant in law.constants if constant.name in fitted_names
-        }
-        known = np.array([group in followed for group in law.groups])
-        return cls(law, replace(Coefficients.bare(law, constants), known=known))
+        groups = {constant.condition for constant in law.constants if constant.name in fitted_names}
+        followed = np.array([group in groups for group in law.groups])
+        return cls(law, replace(Coefficients.bare(law, constants), followed=followed))
 
     @classmethod
     def of_configured(cls, results: CampaignTables, oil: str) -> "FittedLaw":
@@ -321,7 +319,7 @@ class FittedLaw:
         for away_from_condition in self.away_from(conditions).values():
             is_away |= away_from_condition
         conditions = self.on_line(conditions)
-        is_unknown = np.isnan(self.law.group_values(conditions)[:, self.coefficients.known])
+        is_unknown = np.isnan(self.law.group_values(conditions)[:, self.coefficients.followed])
         has_no_mu = is_away | is_unknown.any(axis=1)
         mu, run_ends, law_ends = self._mu_and_ends(conditions, slip, has_no_mu, level)
         sign = np.where(slip < 0, -1.0, 1.0)
@@ -504,7 +502,7 @@ class FittedLaw:
         """mu for positive slip, shape (points,), and its derivatives by the internal constants."""
         law = self.law
         coefficients = self.coefficients
-        design = law.design(conditions, coefficients.known)
+        design = law.design(conditions, coefficients.followed)
         sizes = law.sizes(to_internal(law, coefficients.constants), design)
         mu, slopes = law.value_and_slopes(sizes, np.abs(slip))
         return mu, np.hstack([slope[:, np.newaxis] * design for slope in slopes])
@@ -632,7 +630,7 @@ def _with_quality(fitted: Coefficients, law: Law, row: Mapping[str, Any]) -> Coe
         box=box,
         fixed=from_text(row["fixed_conditions"]),
         unseen=Unseen.from_columns(row),
-        degrees=degrees_of_spread(row["n_curves"], 1 + fitted.known.sum()),
+        degrees=degrees_of_spread(row["n_curves"], 1 + fitted.followed.sum()),
         two_levels=tuple(filter(None, row["two_level_conditions"].split(", "))),
         limiting_stress_ratio=float(limiting_stress_ratio),
     )

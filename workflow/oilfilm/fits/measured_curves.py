@@ -431,7 +431,7 @@ def measured_information(
     coefficients = fitted.coefficients
     if np.isnan(coefficients.constants).any():
         raise OilfilmError(f"{oil}: nothing could be fitted; see results/*/summary.txt.")
-    if coefficients.fixed or not coefficients.known.all():
+    if coefficients.fixed or not coefficients.followed.all():
         fixed = "; ".join(condition.sentence() for condition in coefficients.fixed)
         raise OilfilmError(
             f"{oil}: a plan needs a law that follows every condition ({fixed or 'it does not'}). "

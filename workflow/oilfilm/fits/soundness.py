@@ -438,7 +438,7 @@ def leftover(
     data = curve_data(points, law.conditions, natural_key)
     if not np.isfinite(data.conditions).all():
         return None
-    problem = build_problem(law, data, fitted.coefficients.known)
+    problem = build_problem(law, data, fitted.coefficients.followed)
     start = to_internal(law, fitted.coefficients.constants)[problem.free]
     optimum = polish(problem, start)
     conditions = data.conditions[data.curve]

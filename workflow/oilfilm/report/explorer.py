@@ -132,7 +132,7 @@ def sliders(fits: Mapping[str, FittedLaw], points: pd.DataFrame, settings: Setti
             near = inner <= high and outer >= low
             low, high = (min(low, inner), max(high, outer)) if near else (inner, outer)
         start = float(np.clip(centre.get(name, low), low, high))
-        followed = any(fit.coefficients.known[index] for fit in fits.values() if index < 3)
+        followed = any(fit.coefficients.followed[index] for fit in fits.values() if index < 3)
         idle = not followed and name != "slide_roll_ratio"
         axes.append(Axis.over(name, low, high, start, idle))
     return axes
@@ -173,7 +173,7 @@ def law_of(fit: FittedLaw, load_at_1_gpa: float | None = None) -> dict[str, Any]
         "inputs": [(load_at_1_gpa, 3) if name == _LOAD else (1.0, 1) for name in law.conditions],
         "reference": law.reference,
         "internal": to_internal(law, coefficients.constants),
-        "known": coefficients.known,
+        "known": coefficients.followed,
         "fixed": [
             asdict(each) | {"least_size": LEAST_SIZE.get(each.condition, 0.0)}
             for each in coefficients.fixed

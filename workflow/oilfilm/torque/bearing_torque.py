@@ -282,7 +282,7 @@ def _laws_in_bearing(
     laws = {}
     for variable, law_name in law_names.items():
         coefficients = fits[law_name].coefficients
-        if coefficients.known.all() and not np.isnan(coefficients.constants).any():
+        if coefficients.followed.all() and not np.isnan(coefficients.constants).any():
             laws[variable] = LawInBearing.of(fits[law_name], variable, rig, floor)
     return laws
 

@@ -76,7 +76,7 @@ class LawInBearing:
         stacked = np.stack(limited, axis=-1)
         law = law.in_contacts(conditions.radius_x_m.ravel(), conditions.reduced_modulus_pa)
         rows = stacked.reshape(-1, stacked.shape[-1])
-        design = law.design(rows, self.fitted.coefficients.known)
+        design = law.design(rows, self.fitted.coefficients.followed)
         design = design.reshape(*stacked.shape[:-1], -1)
         # axes: points, contacts, nodes, coefficients of the law, constants of a coefficient
         constants = self.internal.reshape(len(self.internal), 1, 1, len(law.coefficients), -1)

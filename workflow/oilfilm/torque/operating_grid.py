@@ -140,7 +140,7 @@ def obstacle(law: FittedLaw) -> str:
         return "nothing could be fitted"
     unknown_symbols = [
         QUANTITIES[name].symbol
-        for name, known in zip(CONDITIONS, law.coefficients.known, strict=True)
+        for name, known in zip(CONDITIONS, law.coefficients.followed, strict=True)
         if not known
     ]
     if unknown_symbols:
