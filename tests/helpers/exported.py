@@ -32,7 +32,7 @@ def tables_of(
     corners["load_n"] = LOAD_AT_1_GPA * corners["max_hertz_pressure_gpa"] ** 3
     points = corners.assign(run_id=["a", "b"], accepted=True)
     wild = points.assign(max_hertz_pressure_gpa=9.0, accepted=False)
-    names = [constant.name for constant in law.constants if constant.known is None]
+    names = [constant.name for constant in law.constants if constant.prescribed is None]
     constants = dict.fromkeys(names, np.nan) | values
     fixed = [
         FixedCondition(name, None if name in unknown else corners[name].mean(), 0.02)
@@ -67,7 +67,7 @@ def describe_law(config: Settings, name: str, left_out: int | None = None) -> De
     law = EVERY_LAW[name]
     planted = {}
     for constant, value in zip(law.constants, TRUTH[name], strict=True):
-        if constant.known is not None:
+        if constant.prescribed is not None:
             continue
         planted[constant.name] = value
         if left_out is not None and constant.condition in (None, law.groups[left_out]):

@@ -63,8 +63,8 @@ def planted_fit(law: Law) -> tuple[FittedLaw, float, int]:
     random, ends = np.random.default_rng(9), bounds(law)
     # thick and thin films, refits scattered by 5 %
     internal = ends[:, 0] + (ends[:, 1] - ends[:, 0]) * random.uniform(0.4, 0.6, len(ends))
-    given = [constant.known is not None for constant in law.constants]
-    internal = np.where(given, law.known, internal)
+    given = [constant.prescribed is not None for constant in law.constants]
+    internal = np.where(given, law.prescribed, internal)
     scattered = internal + np.where(given, 0, 0.05) * random.standard_normal((30, len(ends)))
     factor, power = (42.0, 3) if "load_n" in law.conditions else (1.0, 1)
     box = np.array([[1.0, 1.5], [25.0, 40.0], [25.0, 120.0], [0.0, 0.3]])

@@ -62,7 +62,7 @@ class ArrayFit:
 
     @cached_property
     def law(self) -> FittedLaw:
-        """The fitted law, with its intervals, its tested box and its faults."""
+        """The fitted law, with its intervals, its tested box and the reasons if it is not sound."""
         fit = FittedLaw.of_configured(self.tables, _UNNAMED_OIL)
         return replace(fit, wrong=tuple(what_is_wrong(self.soundness)))
 
@@ -351,7 +351,7 @@ def fit_points(
     if len(points) > 1 and n_curves > len(points) / 2:
         notes = (
             f"{len(points)} points are taken for {n_curves} curves. Points of one run share its "
-            "errors: intervals are far too narrow if they are taken apart. Give curve=.",
+            "errors: intervals are far too narrow if each point is a curve. Give curve=.",
         )
         warnings.warn(notes[0], stacklevel=3)
     fit_keys = {**config.fit.model_dump(), **settings, "law": law}
@@ -368,7 +368,7 @@ def _refuse_missing_or_impossible(values: npt.NDArray[np.float64], name: str) ->
     """Refuse a column with a gap or with a number that the quantity cannot have.
 
     Raises:
-        OilfilmError: It has one.
+        OilfilmError: A number is missing or impossible.
     """
     gaps = np.flatnonzero(~np.isfinite(values))
     if len(gaps):
@@ -399,5 +399,5 @@ def _with_systematic_errors(points: pd.DataFrame, calibration: Calibration) -> p
 
 def _points_table(points: pd.DataFrame, oil: str = _UNNAMED_OIL) -> pd.DataFrame:
     """Points as the table `points` of a campaign; columns that are not known are null."""
-    judged = points.assign(oil=oil, accepted=True, n_samples=1, first_row=points.index + 1)
-    return tables.filled(judged, "points", "the table")
+    accepted = points.assign(oil=oil, accepted=True, n_samples=1, first_row=points.index + 1)
+    return tables.filled(accepted, "points", "the table")

@@ -38,10 +38,10 @@ class FitAlone(NamedTuple):
 
     Attributes:
         oil: Name of the oil.
-        points: What was fitted, as a table of points.
+        points: The fitted points as a table of points.
         tables: The tables of the fit.
         settings: Settings of the fit.
-        source: File of the points, else empty.
+        source: File of the points; empty for arrays.
     """
 
     oil: str
@@ -98,7 +98,7 @@ def export_fit(fit: FitAlone, path: Path) -> None:
     files = export(description, provenance)
     content_by_ending: dict[str, bytes] = {}
     for file, content in files.items():
-        # of several files with one ending the first is taken
+        # the first of several files with one ending
         content_by_ending.setdefault(Path(file).suffix, content)
     if path.suffix not in content_by_ending:
         reason = description.obstacle or f"expected {', '.join(sorted(content_by_ending))}"
@@ -136,7 +136,7 @@ def _runs(fit: FitAlone, campaign: str) -> pd.DataFrame:
 
 def _settings(fit: FitAlone, campaign: str) -> Settings:
     """Settings of a campaign that has only this table."""
-    # any campaign: its own keys are replaced
+    # any campaign will do: the keys of the campaign are replaced
     shipped = resolve(CONFIG, {"campaign": "etm-slim"}).plain()
     return Settings.of(
         {

@@ -1,15 +1,15 @@
 """A law fitted to a table of mu, as a rig exports it or as it is typed from a paper.
 
 One row is one settled reading: slide-roll ratio, speed, load or pressure, temperature and mu. There
-is no time, no force and no zero. So the gates of logs cannot check it. In Python it is
-`oilfilm.fit_table`, on the command line `oilfilm fit`.
+is no time, no force and no zero, so that the gates of logs cannot check it. The Python function is
+`oilfilm.fit_table`, the command `oilfilm fit`.
 
 Decides: what the columns of a table of mu mean, and what is assumed where a unit is missing; which
 law a table is fitted with.
 """
 
 import io
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -32,12 +32,17 @@ from oilfilm.physics.contact import max_hertz_pressure, reduced_modulus
 from oilfilm.settings.base import plain_key
 from oilfilm.traction import LAWS, PAPER_LAW
 
-PRESSURE, LOAD, SPEED = "max_hertz_pressure_gpa", "load_n", "entrainment_speed_m_s"
-TEMPERATURE, SLIP, MU = "inlet_temperature_c", "slide_roll_ratio", "traction_coefficient"
-# Young's modulus in Pa and Poisson's ratio. Steel and silicon nitride as bearing steel and balls
-# have them (Harris and Kotzalas, Rolling Bearing Analysis, 5th ed., 2007); glass: Schott N-BK7.
+PRESSURE = "max_hertz_pressure_gpa"
+LOAD = "load_n"
+SPEED = "entrainment_speed_m_s"
+TEMPERATURE = "inlet_temperature_c"
+SLIP = "slide_roll_ratio"
+MU = "traction_coefficient"
+_BALL_SPEED = "ball_speed_m_s"
+_DISC_SPEED = "disc_speed_m_s"
+# Young's modulus in Pa and Poisson's ratio. Steel and silicon nitride are those of bearings (Harris
+# and Kotzalas, Rolling Bearing Analysis, 5th ed., 2007); the glass is Schott N-BK7.
 MATERIALS = {"steel": (206e9, 0.3), "silicon-nitride": (310e9, 0.26), "glass": (82e9, 0.206)}
-_BALL_SPEED, _DISC_SPEED = "ball_speed_m_s", "disc_speed_m_s"
 _COLUMNS = {PRESSURE, LOAD, SPEED, _BALL_SPEED, _DISC_SPEED, TEMPERATURE, SLIP, MU}
 # Quantity and unit of each column.
 _QUANTITY_OF_COLUMN = {
@@ -46,22 +51,25 @@ _QUANTITY_OF_COLUMN = {
     if column in _COLUMNS
 }
 VOCABULARY = Guesses("traction", "columns", _QUANTITY_OF_COLUMN, (), symbols=True)
-# Columns of text by words in their names; a name of a time or temperature is none of them.
+# Words in the names of columns of text. A column with a word for time or temperature is no label.
 _WORDS_OF_LABEL = {
     "oil": "oil öl oel lubric schmierstoff huile aceite olio lube масл 油",
     "curve": "curve kurve run test versuch messung courbe essai curva ensayo prueba prova кривая "
     "曲线",
 }
 _WORDS_OF_NO_LABEL = "temp time zeit"
-# A larger slide-roll ratio is in %.
+# A slide-roll ratio above this is in %.
 _LARGEST_SLIP = 2.0
-# A higher temperature is not in degC.
+# A temperature above this is not in degC.
 _HOTTEST_C = 300.0
 _DELIMITERS = {"comma": ",", "semicolon": ";", "tab": "\t", "bar": "|"}
 # First bytes of a file.
-_EXCEL, _PARQUET = b"PK\x03\x04", b"PAR1"
-# The law of load and the law of pressure that a table is fitted with unless one is named.
-_LAW_OF_LOAD, _LAW_OF_PRESSURE = "wang-deng-load", PAPER_LAW.name
+_EXCEL_SIGNATURE = b"PK\x03\x04"
+_PARQUET_SIGNATURE = b"PAR1"
+# Laws that are fitted to a table of load or of pressure if none is named.
+_LAW_OF_LOAD = "wang-deng-load"
+_LAW_OF_PRESSURE = PAPER_LAW.name
+# Options of the command that give a condition for all rows, as examples.
 _OPTIONS = {
     PRESSURE: "--stress 1.2GPa",
     SPEED: "--speed 2m/s",
@@ -161,7 +169,7 @@ def _refuse_missing(points: pd.DataFrame, conditions: tuple[str, ...], name: str
     """Refuse a table without a condition that the law needs.
 
     Raises:
-        OilfilmError: It lacks one.
+        OilfilmError: A column is missing.
     """
     for column in (*conditions, MU):
         if column not in points:
@@ -183,19 +191,24 @@ class MuTable:
     """A table of mu after reading.
 
     Attributes:
-        name: Its name in messages.
+        name: Name of the table in messages.
         points: Conditions, slip and mu by their columns' names; `oil` and `curve` where the table
             has them. Pressure or load may be missing.
-        notes: The meaning that each column was given, and assumptions, in sentences.
+        notes: Meaning of each column, and assumptions, in sentences.
     """
 
     name: str
     points: pd.DataFrame = field(default_factory=pd.DataFrame)
     notes: list[str] = field(default_factory=list)
 
-    def refuse(self, found: str, advice: str) -> OilfilmError:
-        """The error of a table that cannot be used."""
-        return OilfilmError(f"{self.name}: {found} {advice}")
+    def error(self, problem: str, advice: str) -> OilfilmError:
+        """The error of a table that cannot be used.
+
+        Args:
+            problem: What was found and what was expected, as a sentence after the name.
+            advice: What to do.
+        """
+        return OilfilmError(f"{self.name}: {problem} {advice}")
 
 
 def read_mu_table(table: Path | str | pd.DataFrame) -> MuTable:
@@ -214,7 +227,7 @@ def read_mu_table(table: Path | str | pd.DataFrame) -> MuTable:
         form, (logged,) = delimited_text.tables(text, VOCABULARY)
     except UnreadableLogError as error:
         advice = "Write one line of names above the rows: slide_roll_ratio and mu among them."
-        raise mu_table.refuse(f"{error.refusal.reason}.", advice) from None
+        raise mu_table.error(f"{error.refusal.reason}.", advice) from None
     columns = _columns(logged, mu_table)
     _add_points(mu_table, logged, columns)
     _add_labels(mu_table, logged, columns, _DELIMITERS.get(form.delimiter))
@@ -230,32 +243,41 @@ def _add_labels(
     """Add the columns of text, `oil` and `curve`, where the table has them."""
     if logged.show is None:
         return
-    names_of_quantities = {plain_key(name) for name, _ in columns.values()}
+    # columns without a name are no labels
+    names_in_use = {plain_key(name) for name, _ in columns.values()} | {""}
     for label, words in _WORDS_OF_LABEL.items():
-        for index, name in enumerate(logged.names):
-            is_free = plain_key(name) not in names_of_quantities | {""}
-            if is_free and has_word(name, words) and not has_word(name, _WORDS_OF_NO_LABEL):
-                texts = []
-                for number in range(logged.rows):
-                    cells = logged.show(number).split(delimiter)
-                    texts.append(cells[index].strip(' "') if index < len(cells) else "")
-                mu_table.points[label] = texts
-                break
+        index = _index_of_label(logged.names, words, names_in_use)
+        if index is None:
+            continue
+        texts = []
+        for number in range(logged.rows):
+            cells = logged.show(number).split(delimiter)
+            texts.append(cells[index].strip(' "') if index < len(cells) else "")
+        mu_table.points[label] = texts
+
+
+def _index_of_label(names: Sequence[str], words: str, names_in_use: set[str]) -> int | None:
+    """Index of the first free column that one of the words names; None if there is none."""
+    for index, name in enumerate(names):
+        is_label = has_word(name, words) and not has_word(name, _WORDS_OF_NO_LABEL)
+        if is_label and plain_key(name) not in names_in_use:
+            return index
+    return None
 
 
 def _file_text(path: Path, mu_table: MuTable) -> bytes:
     """A file as text: a workbook's first sheet and Parquet as tab-separated values."""
     content = unpack(read_bytes(path))
     try:
-        if content.startswith(_PARQUET):
+        if content.startswith(_PARQUET_SIGNATURE):
             return _tab_separated(pd.read_parquet(io.BytesIO(content)))
-        if content.startswith(_EXCEL):
+        if content.startswith(_EXCEL_SIGNATURE):
             # a sheet may have lines above the names
             sheet = pd.read_excel(checked_workbook(content), header=None, dtype=object)
             return sheet.to_csv(sep="\t", index=False, header=False).encode()
     except Exception as error:
         reason = f"cannot be read ({cut(' '.join(str(error).split()))})."
-        raise mu_table.refuse(reason, "Export it again, or as csv.") from error
+        raise mu_table.error(reason, "Export it again, or as csv.") from error
     return content
 
 
@@ -274,19 +296,22 @@ def _columns(logged: LoggedTable, mu_table: MuTable) -> dict[str, tuple[str, str
     for quantity, candidates in VOCABULARY.columns_by_quantity(names_and_units).items():
         if len(candidates) > 1:
             names = " and ".join(repr(name) for name, _ in candidates)
-            raise mu_table.refuse(
+            raise mu_table.error(
                 f"the columns {names} could both be the {quantity.replace('_', ' ')}.",
                 "Rename the one that is not.",
             )
         ((name, unit),) = candidates
-        columns[quantity] = name, unit or unit_in_name(split_unit(name)[0], quantity, VOCABULARY)
+        if not unit:
+            name_without_unit, _ = split_unit(name)
+            unit = unit_in_name(name_without_unit, quantity, VOCABULARY)
+        columns[quantity] = (name, unit)
     needed = [MU]
     if not {"ball_speed", "disc_speed"} <= columns.keys():
         needed.append(SLIP)
     missing = [quantity.replace("_", " ") for quantity in needed if quantity not in columns]
     if missing:
-        names = ", ".join(map(repr, logged.names)) or "none that can be told"
-        raise mu_table.refuse(
+        names = ", ".join(map(repr, logged.names)) or "not known"
+        raise mu_table.error(
             f"no column is the {' and the '.join(missing)}; its columns are {cut(names)}.",
             "Name the columns slide_roll_ratio and traction_coefficient, or SRR and mu.",
         )
@@ -306,7 +331,7 @@ def _add_points(
         to_unit = possible_conversion(unit, units)
         if to_unit is None:
             sentence = f"the column {name!r} is in {unit!r}; expected {' or '.join(units)}."
-            raise mu_table.refuse(sentence, "Correct the unit, or the name.")
+            raise mu_table.error(sentence, "Correct the unit, or the name.")
         column = _column_in(quantity, to_unit.unit)
         mu_table.points[column] = to_unit.of(numbers)
         in_unit = "" if unit == "1" else f", in {unit}"
@@ -332,7 +357,7 @@ def _assumed_unit(quantity: str, name: str, numbers: FloatArray, mu_table: MuTab
     """The unit of a column that states none, where the numbers leave no doubt.
 
     Raises:
-        OilfilmError: They do.
+        OilfilmError: Several units are possible.
     """
     largest = float(np.nanmax(np.abs(numbers), initial=0))
     if quantity == MU or (quantity == SLIP and largest <= _LARGEST_SLIP):
@@ -344,7 +369,7 @@ def _assumed_unit(quantity: str, name: str, numbers: FloatArray, mu_table: MuTab
         mu_table.notes.append(f"assumed: {name!r} is in degC")
         return "degC"
     units = VOCABULARY.quantities[quantity]
-    raise mu_table.refuse(
+    raise mu_table.error(
         f"the column {name!r} has no unit; it could be in {' or '.join(units)} or another one.",
         f"Write the unit behind the name, as `{name} [{units[0]}]`.",
     )
@@ -366,7 +391,7 @@ def _without_gaps(mu_table: MuTable) -> MuTable:
     points = mu_table.points.loc[is_complete].reset_index(drop=True)
     if points.empty:
         advice = "Look at decimal marks and empty cells."
-        raise mu_table.refuse("no row has all its numbers.", advice)
+        raise mu_table.error("no row has all its numbers.", advice)
     # the law is odd: slip and mu with both signs turned are the same point
     is_backwards = points[SLIP] < 0
     if (points.loc[is_backwards, MU] < 0).any():

@@ -155,7 +155,7 @@ def _exponents_in_step(law: Law, fixed_conditions: Sequence[FixedCondition]) -> 
 
 def fitted_names(law: Law) -> list[str]:
     """Names of the constants of a law that are fitted."""
-    return [constant.name for constant in law.constants if constant.known is None]
+    return [constant.name for constant in law.constants if constant.prescribed is None]
 
 
 def _estimated(solution: Solution, sign_confidence: float) -> pd.DataFrame:

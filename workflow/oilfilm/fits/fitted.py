@@ -658,7 +658,7 @@ def _in_order_of_law(law: Law, rows: pd.DataFrame) -> FloatArray:
     is_fitted = ~np.isnan(values[:, is_x0]).any(axis=1, keepdims=True)
     # exponents that the law prescribes; those of conditions that did not vary are zero
     is_not_fitted_exponent = ~is_x0 & is_fitted & np.isnan(values)
-    return np.where(is_not_fitted_exponent, law.known, values)
+    return np.where(is_not_fitted_exponent, law.prescribed, values)
 
 
 def read_fit(folder: Path | str, oil: str | None = None) -> FittedLaw:

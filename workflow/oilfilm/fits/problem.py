@@ -184,7 +184,7 @@ class Problem:
         """All internal constants from the free ones; (free,) or (free, population)."""
         population = values.shape[1:]
         full = np.empty((len(self.free), *population))
-        full.T[:] = self.law.known
+        full.T[:] = self.law.prescribed
         for index, value in self.held:
             full[index] = value
         full[self.free] = values
@@ -252,6 +252,6 @@ def build_problem(law: Law, data: CurveData, varied: BoolArray) -> Problem:
     for constant in law.constants:
         # X0 belongs to no condition
         has_effect = constant.condition is None or constant.condition in followed_groups
-        free.append(constant.known is None and has_effect)
+        free.append(constant.prescribed is None and has_effect)
     observations = Observations(law.design(data.conditions, groups), data.curve, data.slip)
     return Problem(law, data, varied, observations, data.mu, np.array(free))

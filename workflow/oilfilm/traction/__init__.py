@@ -24,8 +24,8 @@ def _files_of_laws() -> dict[str, Path]:
 _ALL_LAWS = [law for law in vars(laws).values() if isinstance(law, Law)]
 LAW_NAMES = tuple(law.name for law in _ALL_LAWS)
 LAW_TITLES = {law.name: law.title or law.name for law in _ALL_LAWS}
-# Laws that need the operating conditions only.
-LAWS = {law.name: law for law in _ALL_LAWS if law.of(None, None)}
+# Laws that need the operating conditions only, no properties of the oil or the contact.
+LAWS = {law.name: law for law in _ALL_LAWS if law.for_oil(None, None) is not None}
 # The file of each law.
 LAW_FILES = _files_of_laws()
 # The law of Deng et al. (2026), whose constants are printed.
@@ -43,7 +43,7 @@ def laws_for(oil: Oil | None, contact: Contact | None) -> dict[str, Law]:
     """
     available = {}
     for law in _ALL_LAWS:
-        law_of_oil = law.of(oil, contact)
+        law_of_oil = law.for_oil(oil, contact)
         if law_of_oil is not None:
             available[law.name] = law_of_oil
     return available

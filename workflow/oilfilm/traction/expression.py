@@ -51,7 +51,9 @@ def number(value: float) -> Node:
     return Node("number", leaf=value)
 
 
-_ZERO, _ONE, _TWO = number(0.0), number(1.0), number(2.0)
+_ZERO = number(0.0)
+_ONE = number(1.0)
+_TWO = number(2.0)
 
 
 def _negative(node: Node) -> Node:

@@ -91,7 +91,7 @@ class Constant:
         upper: Upper bound of the internal value.
         sign: Sign of X0; 0 for an exponent.
         condition: Group of the exponent; None for X0.
-        known: Value of an exponent that the law prescribes, so that it is not fitted.
+        prescribed: Value of an exponent that the law prescribes, so that it is not fitted.
         start_lower: Smallest internal value at which a search starts.
     """
 
@@ -100,7 +100,7 @@ class Constant:
     upper: float
     sign: int = 0
     condition: str | None = None
-    known: float | None = None
+    prescribed: float | None = None
     start_lower: float = -np.inf
 
 
@@ -166,8 +166,13 @@ class Law:
         """Rows of groups from rows of conditions, shape (rows, groups)."""
         return conditions
 
-    def of(self, oil: Oil | None, contact: Contact | None) -> "Law | None":
-        """The law for an oil in a contact; None if it needs one of them and that is not known."""
+    def for_oil(self, oil: Oil | None, contact: Contact | None) -> "Law | None":
+        """The law for an oil in a contact; None if the law needs one of them that is not known.
+
+        Args:
+            oil: The oil; None if its properties are not known.
+            contact: The contact; None if it is not known.
+        """
         return self
 
     def in_contacts(self, radius_m: FloatArray, reduced_modulus_pa: float) -> "Law":
@@ -291,7 +296,7 @@ class Law:
                         lower=-_LARGEST_EXPONENT,
                         upper=_LARGEST_EXPONENT,
                         condition=group,
-                        known=exponents[number],
+                        prescribed=exponents[number],
                     )
                 )
         return tuple(constants)
@@ -302,9 +307,9 @@ class Law:
         return np.array([constant.sign for constant in self.constants])
 
     @cached_property
-    def known(self) -> FloatArray:
+    def prescribed(self) -> FloatArray:
         """Internal constants with the exponents that the law prescribes, and 0 elsewhere."""
-        return np.array([constant.known or 0.0 for constant in self.constants])
+        return np.array([constant.prescribed or 0.0 for constant in self.constants])
 
     def design(self, conditions: FloatArray, varied: BoolArray | None = None) -> FloatArray:
         """Rows of 1 and the logarithms of the groups over their reference.

@@ -81,7 +81,7 @@ class WangDengGroups(Law):
     (2 pi^3/3) (p_max/E')^3 for every ball: these groups depend on stress and not on load.
 
     Attributes:
-        oil: The oil; None before `of`.
+        oil: The oil; None before `for_oil`.
         radius_m: Reduced radius of the contact along the rolling direction.
         reduced_modulus_pa: E' = 2 E*.
     """
@@ -90,8 +90,8 @@ class WangDengGroups(Law):
     radius_m: FloatArray | float = np.nan
     reduced_modulus_pa: float = np.nan
 
-    def of(self, oil: Oil | None, contact: Contact | None) -> "WangDengGroups | None":
-        """See `Law.of`."""
+    def for_oil(self, oil: Oil | None, contact: Contact | None) -> "WangDengGroups | None":
+        """See `Law.for_oil`."""
         if oil is None or contact is None:
             return None
         return replace(
@@ -103,15 +103,13 @@ class WangDengGroups(Law):
         if self.oil is None:
             raise ValueError(f"{self.name} needs the oil and the contact")
         load_n, speed_m_s, temperature_c = conditions.T
-        modulus_pa, radius_m = self.reduced_modulus_pa, self.radius_m
+        modulus_pa = self.reduced_modulus_pa
+        radius_m = self.radius_m
         inlet = InletOil.of(self.oil, temperature_c)
-        return np.column_stack(
-            [
-                load_n / (modulus_pa * radius_m**2),
-                inlet.dynamic_viscosity_pa_s * speed_m_s / (modulus_pa * radius_m),
-                inlet.thermal_loading(speed_m_s),
-            ]
-        )
+        dimensionless_load = load_n / (modulus_pa * radius_m**2)
+        dimensionless_speed = inlet.dynamic_viscosity_pa_s * speed_m_s / (modulus_pa * radius_m)
+        thermal_loading = inlet.thermal_loading(speed_m_s)
+        return np.column_stack([dimensionless_load, dimensionless_speed, thermal_loading])
 
     def in_contacts(self, radius_m: FloatArray, reduced_modulus_pa: float) -> "WangDengGroups":
         """See `Law.in_contacts`."""
