@@ -137,7 +137,7 @@ def test_dimensionless_load_depends_on_pressure_over_modulus_alone() -> None:
     for radius_m, modulus_pa in ((0.010, 221.6e9), (0.003, 221.6e9), (0.010, 443.2e9)):
         contact = Contact(radius_m, modulus_pa, 1e-8)
         load_n = float(load_for_max_hertz_pressure(pressure, radius_m, modulus_pa))
-        law = WANG_DENG_GROUPS.of(OIL, contact)
+        law = WANG_DENG_GROUPS.for_oil(OIL, contact)
         group = law.group_values(np.array([[load_n, 30.0, 70.0]]))[0, 0]
         assert group == pytest.approx(2 * np.pi**3 / 3 * (pressure / modulus_pa) ** 3, rel=1e-12)
         groups.append(group)
