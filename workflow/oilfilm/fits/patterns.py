@@ -295,6 +295,14 @@ def _surest(
 
 
 def _sized(left: Leftover, pattern: Pattern, size: float, column: FloatArray) -> Pattern:
+    """The pattern with its size, and its share of mu.
+
+    Args:
+        left: The fit.
+        pattern: The pattern.
+        size: Factor of the column.
+        column: Change of mu per unit of the size, shape (points,).
+    """
     share = abs(size) * _rms(column) / _rms(left.problem.mu)
     return replace(pattern, size=size, mu_share=share)
 
@@ -482,10 +490,12 @@ class _SumsOfCurves:
 
 
 def _bend(left: Leftover, taken: FloatArray) -> _Found | None:
+    """The bend that explains most of the residuals; None where no bend is significant."""
     return _surest(left, _bends(left), taken)
 
 
 def _change(left: Leftover, taken: FloatArray) -> _Found | None:
+    """The change over the runs that explains most of the residuals; None where there is none."""
     misread = _misread(left) if taken is left.jacobian else None
     # runs are often made in the order of their conditions: a possible bend is no change
     candidates = list(_changes(left))
@@ -515,14 +525,15 @@ def _misread(left: Leftover) -> _Found | None:
     # runs whose curve rises at larger slip than the law
     later = np.add.reduceat(left.signatures["slip"] * left.residual, left.problem.starts)
     late = later > np.median(later)
+    groups = [group for group in left.groups.values() if left.is_group(group)]
+    starts = {"speed factor": [*groups, fast], "slip factor": [*groups, uneven, ~uneven, late]}
     best: _Found | None = None
     for what, factor in (("speed factor", 2.0), ("slip factor", 2.0), ("slip factor", 0.5)):
-        groups = [group for group in left.groups.values() if left.is_group(group)]
-        for start in (*groups, *([fast] if what == "speed factor" else [uneven, ~uneven, late])):
-            members, sse, right = _read_right(left, what, factor, start)
-            lower = sse < left.limits.misread_sse_max * left.optimum.sse
-            if left.is_group(members) and lower:
-                column = right - left.fitted
+        for start in starts[what]:
+            members, sse, corrected_mu = _read_right(left, what, factor, start)
+            is_better = sse < left.limits.misread_sse_max * left.optimum.sse
+            if left.is_group(members) and is_better:
+                column = corrected_mu - left.fitted
                 pattern = _of_runs(left, what, members, factor)
                 pattern = replace(_sized(left, pattern, 1.0, column), size=pattern.size)
                 best = _larger(best, (pattern, left.optimum.sse - sse, column))
@@ -530,6 +541,7 @@ def _misread(left: Leftover) -> _Found | None:
 
 
 def _squares(left: Leftover, problem: Problem, end: Optimum) -> FloatArray:
+    """Sum of squared residuals of each curve, shape (curves,)."""
     squares = problem.residual(end.values) ** 2
     return np.asarray(
         np.bincount(left.problem.observations.curve, squares, left.problem.curves), dtype=float
