@@ -12,6 +12,7 @@ import pandas as pd
 from deng2026_study.advice import NO_CHOICE, NO_EQUILIBRIUM, OUTSIDE
 from deng2026_study.printed_law import PrintedLaw, printed, printed_law
 from deng2026_study.reference import Claim, Claims, read_claims, read_reference
+from deng2026_study.settings import default_settings, study_settings
 from oilfilm import tables
 from oilfilm.base.home import CONFIG, reference_file
 from oilfilm.base.studies import Study
@@ -227,8 +228,7 @@ def _share(share: float) -> str:
 
 def _filled(text: str, settings: Settings) -> str:
     """A text of a claim with settings in place of its braces."""
-    keys = {name: getattr(settings, name) for name in ("audit", "printed", "selection")}
-    return text.format(**keys)
+    return text.format(**dict(study_settings(settings)))
 
 
 def _printed(results: CampaignTables, campaign: Campaign) -> Section:
@@ -306,7 +306,8 @@ def _exports(
     oils: Collection[str], settings: Settings, provenance: Mapping[str, Any]
 ) -> dict[str, bytes]:
     """The printed constants of these oils, in every form."""
-    path, tested = reference_file("printed_coefficients"), settings.printed.boxes.tested
+    path = reference_file("printed_coefficients")
+    tested = study_settings(settings).printed.boxes.tested
     described = describe_printed(path, tested, settings.exports)
     chosen = [each for each in described if each.oil in oils]
     files = in_folders(chosen, provenance) if chosen else {}
@@ -315,8 +316,9 @@ def _exports(
 
 def _describe_published() -> tuple[list[Description], Path]:
     """The printed constants of every oil, and their file."""
-    path, config = reference_file("printed_coefficients"), read_config(CONFIG)
-    return describe_printed(path, config.printed.boxes.tested, config.exports), path
+    path = reference_file("printed_coefficients")
+    tested = default_settings().printed.boxes.tested
+    return describe_printed(path, tested, read_config(CONFIG).exports), path
 
 
 STUDY = Study(

@@ -22,6 +22,7 @@ from oilfilm.physics.contact import Conditions, Contact, elliptical_contact
 from oilfilm.physics.oils import Oil
 from oilfilm.physics.thermal_traction import ThermalEhl, sliding_film, thermal_ehl_traction
 from oilfilm.settings.base import present
+from oilfilm.settings.config import MatrixWithSlip
 from oilfilm.settings.resolved import Settings
 from oilfilm.traction.laws.deng2026 import traction_coefficient
 
@@ -203,8 +204,17 @@ def misfit(truth: Truth, settings: Settings) -> float:
     return round(float(np.sqrt(np.mean((mean - shown) ** 2) / np.mean(shown**2))), 6)
 
 
-def truth_grid(settings: Settings, constants: Mapping[str, FloatArray]) -> pd.DataFrame:
-    """The true traction at the conditions of `extrapolation` in config, as table `truth_grid`.
+def truth_grid(
+    settings: Settings,
+    constants: Mapping[str, FloatArray],
+    conditions_of_figures: Mapping[str, MatrixWithSlip],
+) -> pd.DataFrame:
+    """The true traction at the conditions that figures show, as table `truth_grid`.
+
+    Args:
+        settings: `rigs`, `oils` and the campaign.
+        constants: Printed constants by oil.
+        conditions_of_figures: Conditions by figure, in all combinations.
 
     Raises:
         OilfilmError: As `true_tractions`.
@@ -212,7 +222,7 @@ def truth_grid(settings: Settings, constants: Mapping[str, FloatArray]) -> pd.Da
     contact = known_contact(settings)
     grids = []
     for oil, traction in true_tractions(settings, constants).items():
-        for figure, conditions in settings.extrapolation.items():
+        for figure, conditions in conditions_of_figures.items():
             levels = conditions.model_dump()
             frame = pd.DataFrame(itertools.product(*levels.values()), columns=list(levels))
             mu = traction(*(frame[name].to_numpy(dtype=float) for name in levels))

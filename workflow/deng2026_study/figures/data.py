@@ -16,6 +16,7 @@ from matplotlib.patches import Circle, FancyArrowPatch, Patch, Rectangle
 
 from deng2026_study.printed_law import with_printed
 from deng2026_study.reference import PaperStatement, PaperTables
+from deng2026_study.settings import study_settings
 from oilfilm import tables
 from oilfilm.fits.fitted import FittedLaw
 from oilfilm.report.figures import style
@@ -37,7 +38,7 @@ _PRESSURE, _SPEED, _TEMPERATURE = CONDITIONS
     paper="Fig. 2",
     family="data",
     tables=("points", "runs", "coefficients"),
-    settings=("figures", "oils", "rigs", "same_set_point", "campaign.matrix"),
+    settings=("oils", "rigs", "same_set_point", "studies", "campaign.matrix"),
 )
 def fig02(results: CampaignTables, settings: Settings) -> Sheet:
     """Traction curves of one oil.
@@ -46,7 +47,7 @@ def fig02(results: CampaignTables, settings: Settings) -> Sheet:
     Left: by maximum Hertz pressure; right: by entrainment speed. Symbols: plateau means with
     the 95 % interval of their random error. Lines: fitted law.
     """
-    runs, choice = with_levels(results.runs, settings), settings.figures.fig02
+    runs, choice = with_levels(results.runs, settings), study_settings(settings).figures.fig02
     oil, temperatures = choice.oil, choice.inlet_temperature_c
     law = FittedLaw.of(results.configured.coefficients, oil)
     base = style.oil_colour(oil, list(settings.oils))
@@ -74,7 +75,7 @@ def fig02(results: CampaignTables, settings: Settings) -> Sheet:
     paper="Fig. 3",
     family="data",
     tables=("points", "runs", "coefficients"),
-    settings=("figures", "oils", "rigs", "same_set_point", "campaign.matrix"),
+    settings=("oils", "rigs", "same_set_point", "studies", "campaign.matrix"),
 )
 def fig03(results: CampaignTables, settings: Settings) -> Sheet:
     """Traction curves of all oils at one temperature.
@@ -82,7 +83,7 @@ def fig03(results: CampaignTables, settings: Settings) -> Sheet:
     Traction coefficient against slide-roll ratio, one panel per maximum Hertz pressure.
     Symbols: plateau means with the 95 % interval of their random error. Lines: fitted law.
     """
-    runs, choice = with_levels(results.runs, settings), settings.figures.fig03
+    runs, choice = with_levels(results.runs, settings), study_settings(settings).figures.fig03
     oils = list(settings.oils)
     same = {_SPEED: choice.entrainment_speed_m_s, _TEMPERATURE: choice.inlet_temperature_c}
     pressures = _levels_of(runs, settings.campaign, _PRESSURE)

@@ -368,7 +368,7 @@ def export_campaign(
 
     Args:
         results: Tables `points`, `coefficients`, `fit_quality` and `soundness`.
-        settings: `campaign`, `fit`, `exports` and `printed` of them.
+        settings: `campaign`, `fit`, `exports` and `studies` of them.
         provenance: Digests of code, settings and inputs.
 
     Returns:

@@ -480,7 +480,7 @@ def cage_slip_table(oils: Sequence[OilInBearing], settings: Settings) -> pd.Data
     )
     cases = Cases(bearing, [(oil, "stress", points) for oil in oils])
     terms, draws = cases.assessed(settings.seed)
-    slip_limit = settings.selection.limits.slip_limit
+    slip_limit = settings.bearing.cage_slip.slip_limit
     shares = best_shares(draws, len(oils), slip_limit, settings.gates.lambda_limit)
     return joined([terms.assign(**shares)], "cage_slip")
 

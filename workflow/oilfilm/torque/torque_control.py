@@ -18,7 +18,7 @@ def torque_control(results: CampaignTables, settings: Settings) -> pd.DataFrame:
 
     Args:
         results: Tables `torque_truth` and `fit_quality`.
-        settings: Section `audit`, and `oils` and `twin` of the campaign.
+        settings: Section `torque_logs`, and `oils` and `twin` of the campaign.
     """
     law_of_oil = results.configured.fit_quality.set_index("oil")["law"]
     misfit_of_oil = results.torque_truth.groupby("oil")["law_misfit"].first()
@@ -27,7 +27,7 @@ def torque_control(results: CampaignTables, settings: Settings) -> pd.DataFrame:
         if oil not in misfit_of_oil.index:
             continue
         misfit = misfit_of_oil[oil]
-        if misfit > settings.audit.twin_misfit_max:
+        if misfit > settings.torque_logs.twin_misfit_max:
             verdict = "two truths"
         elif settings.campaign.truth_is_law and law_of_oil.get(oil) == PAPER_LAW.name:
             verdict = "positive control"
