@@ -193,10 +193,8 @@ def contradictions(settings: Settings) -> Iterator[tuple[tuple[str, ...], str]]:
     """Contradictions with the campaign: the key of its file to blame, and a sentence."""
     shown_oil = study_settings(settings).figures.fig02.oil
     if "fig02" in settings.campaign.figures and shown_oil not in settings.oils:
-        advice = (
-            "name one of its own under `settings: {studies: {%s: {figures: {fig02: {oil: ...}}}}}`"
-        )
         yield (
             ("figures",),
-            f"fig02 shows the oil {shown_oil!r}, which the campaign lacks; {advice % NAME}.",
+            f"fig02 shows the oil {shown_oil!r}, which the campaign lacks; name one of its own "
+            f"under `settings`, as studies: {{{NAME}: {{figures: {{fig02: {{oil: ...}}}}}}}}.",
         )

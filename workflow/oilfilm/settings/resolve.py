@@ -9,6 +9,7 @@ figure needs to be drawn.
 import re
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from dataclasses import replace
+from functools import partial
 from itertools import chain
 from pathlib import Path
 from typing import Any
@@ -270,11 +271,12 @@ def _check_studies(
                 f"one of {expected}."
             )
         if name in study_files:
-            steps_to_study = ("studies", name)
             model = studies.settings_module(name).StudySettings
-            check(
-                values, model, lambda steps, to_study=steps_to_study: location_of(to_study + steps)
-            )
+            check(values, model, partial(_location_in_study, name, location_of))
+
+
+def _location_in_study(name: str, location_of: Callable[[Steps], str], steps: Steps) -> str:
+    return location_of(("studies", name, *steps))
 
 
 def _all_steps(values: Any) -> set[Steps]:
