@@ -12,12 +12,18 @@ import pandas as pd
 from deng2026_study.advice import NO_CHOICE, NO_EQUILIBRIUM, OUTSIDE
 from deng2026_study.printed_law import PrintedLaw, printed, printed_law
 from deng2026_study.reference import Claim, Claims, read_claims, read_reference
-from deng2026_study.settings import default_settings, study_settings
+from deng2026_study.settings import NAME, default_settings, study_settings
 from oilfilm import tables
 from oilfilm.base.home import CONFIG, reference_file
-from oilfilm.base.studies import Study
+from oilfilm.base.studies import Study, publication
 from oilfilm.exports.campaign import in_folders
-from oilfilm.exports.description import Condition, Description, constant_meanings, identifiers
+from oilfilm.exports.description import (
+    Condition,
+    Description,
+    Published,
+    constant_meanings,
+    identifiers,
+)
 from oilfilm.report.document import Entry, Section, facts, show_table
 from oilfilm.settings.campaign import Campaign
 from oilfilm.settings.config import Box, ExportSettings
@@ -29,6 +35,9 @@ from oilfilm.torque.best_oil import stays_best
 from oilfilm.traction import PAPER_LAW
 from oilfilm.traction.law import QUANTITIES
 from simulated_lab.printed import PrintedCoefficients
+
+# Where the printed constants are from.
+_SOURCE = f"{publication(NAME)}, Eqs 11-13"
 
 
 def describe_printed(path: Path, tested: Box, settings: ExportSettings) -> list[Description]:
@@ -58,9 +67,24 @@ def describe_printed(path: Path, tested: Box, settings: ExportSettings) -> list[
                 constants=tuple(_constants(fitted)),
                 quality=None,
                 adore_points=points,
+                published=Published(_SOURCE, tuple(_what_is_not_known(fitted))),
             )
         )
     return described
+
+
+def _what_is_not_known(fitted: PrintedLaw) -> Iterator[str]:
+    """Sentences for a user of the printed constants."""
+    constants_by_sign: dict[str, list[str]] = {}
+    for constant, how_sure in fitted.signs.items():
+        constants_by_sign.setdefault(f"sign {how_sure}", []).append(constant)
+    signs = "; ".join(f"{sign}: {', '.join(names)}" for sign, names in constants_by_sign.items())
+    yield (
+        "They are as printed, not refitted: without errors and intervals. The tested box is that "
+        "of the paper's abstract."
+    )
+    yield "The signs of the exponents were lost in the available text and are restored."
+    yield f"How sure they are: {signs}"
 
 
 def _conditions(fitted: PrintedLaw) -> Iterator[Condition]:

@@ -35,7 +35,7 @@ _PRESSURE, _SPEED, _TEMPERATURE = CONDITIONS
 
 
 @register(
-    paper="Fig. 2",
+    counterpart="Fig. 2",
     family="data",
     tables=("points", "runs", "coefficients"),
     settings=("oils", "rigs", "same_set_point", "studies", "campaign.matrix"),
@@ -72,7 +72,7 @@ def fig02(results: CampaignTables, settings: Settings) -> Sheet:
 
 
 @register(
-    paper="Fig. 3",
+    counterpart="Fig. 3",
     family="data",
     tables=("points", "runs", "coefficients"),
     settings=("oils", "rigs", "same_set_point", "studies", "campaign.matrix"),
@@ -172,7 +172,7 @@ _MATRIX = {
 
 
 @register(
-    paper="Table 1",
+    counterpart="Table 1",
     family="data",
     settings=("oils",),
     references=("paper_tables",),
@@ -201,7 +201,7 @@ def tab01(results: CampaignTables, settings: Settings, paper_tables: PaperTables
 
 
 @register(
-    paper="Table 2",
+    counterpart="Table 2",
     family="data",
     tables=("points", "runs"),
     settings=("oils", "rigs", "same_set_point", "campaign.matrix"),
@@ -237,7 +237,7 @@ def tab02(results: CampaignTables, settings: Settings, paper_tables: PaperTables
 
 
 @register(
-    paper="Table 3",
+    counterpart="Table 3",
     family="data",
     settings=("bearings", "campaign.torque"),
     references=("paper_tables",),
@@ -331,7 +331,7 @@ def _table(
     return sheet
 
 
-@register(like="constants", paper="Eqs 11-13", references=("printed_coefficients",))
+@register(like="constants", counterpart="Eqs 11-13", references=("printed_coefficients",))
 def eqs11_13(
     results: CampaignTables, settings: Settings, printed_coefficients: PrintedCoefficients
 ) -> Sheet:
@@ -357,7 +357,7 @@ _KINDS: dict[str, tuple[Any, str]] = {
 _EDGE: style.Look = {"edgecolor": "black", "linewidth": 0.6}
 
 
-@register(paper="Fig. 1", family="data", settings=("rigs",), shows_data=False)
+@register(counterpart="Fig. 1", family="data", settings=("rigs",), shows_data=False)
 def fig01(results: CampaignTables, settings: Settings) -> Sheet:
     """Traction rig.
 
@@ -382,7 +382,7 @@ def fig01(results: CampaignTables, settings: Settings) -> Sheet:
     return _draw(sheet, "fig01", titles, sizes)
 
 
-@register(paper="Fig. 5", family="data", shows_data=False)
+@register(counterpart="Fig. 5", family="data", shows_data=False)
 def fig05(results: CampaignTables, settings: Settings) -> Sheet:
     """Torque rig.
 

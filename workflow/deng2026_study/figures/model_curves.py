@@ -49,7 +49,7 @@ _BEYOND = Patch(facecolor=style.EXTRAPOLATED, label="beyond the tests")
 
 
 @register(
-    paper="Fig. 7",
+    counterpart="Fig. 7",
     family="law",
     tables=("coefficients", "refits", "fit_quality"),
     settings=("oils", "same_set_point", "studies"),
@@ -72,7 +72,7 @@ def fig07(results: CampaignTables, settings: Settings, **references: Any) -> She
     return _draw_cuts("fig07", results, settings, **references)
 
 
-@register(like="fig07", paper="Fig. 8")
+@register(like="fig07", counterpart="Fig. 8")
 def fig08(results: CampaignTables, settings: Settings, **references: Any) -> Sheet:
     """Traction against entrainment speed.
 
@@ -82,7 +82,7 @@ def fig08(results: CampaignTables, settings: Settings, **references: Any) -> She
     return _draw_cuts("fig08", results, settings, **references)
 
 
-@register(like="fig07", paper="Fig. 9")
+@register(like="fig07", counterpart="Fig. 9")
 def fig09(results: CampaignTables, settings: Settings, **references: Any) -> Sheet:
     """Traction against pressure.
 
@@ -92,7 +92,7 @@ def fig09(results: CampaignTables, settings: Settings, **references: Any) -> She
     return _draw_cuts("fig09", results, settings, **references)
 
 
-@register(like="fig07", paper="Fig. 10")
+@register(like="fig07", counterpart="Fig. 10")
 def fig10(results: CampaignTables, settings: Settings, **references: Any) -> Sheet:
     """Traction against temperature.
 
@@ -247,7 +247,7 @@ _DASHES: style.Look = {"fit": "-", "left out": style.LINES["left out"], "Eq. 7":
 
 
 @register(
-    paper="Fig. 4",
+    counterpart="Fig. 4",
     family="law",
     tables=("points", "fit_quality", "coefficients", "law_points"),
     settings=("oils", "rigs"),
