@@ -23,4 +23,5 @@ GENERATED: dict[str, Callable[[], str]] = {
         f"workflow/schemas/{name}.schema.json": partial(schemas.of_file, name)
         for name in schemas.FILES
     },
+    **{path: partial(schemas.of_study, path) for path in schemas.OF_STUDIES},
 }

@@ -4,6 +4,7 @@ import json
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+from oilfilm.base import studies
 from oilfilm.base.home import HOME
 from oilfilm.settings.campaign import CampaignFile
 from oilfilm.settings.config import Config
@@ -51,6 +52,14 @@ PAGES: dict[str, tuple[str, str, dict[str, Any]]] = {
     ),
     "bearings": ("config/bearings/<name>.yaml", "Geometry of a bearing.", {"": BearingFile}),
 }
+for study in studies.available():
+    if studies.settings_file(study).is_file():
+        PAGES[study] = (
+            f"workflow/{study}/config.yaml",
+            f"Settings of the study `{study}`. A project's `config.yaml`, or `settings` of a "
+            f"campaign, changes single ones under `studies: {{{study}: ...}}`.",
+            {"": studies.settings_module(study).StudySettings},
+        )
 
 
 def index() -> str:
@@ -74,7 +83,9 @@ def index() -> str:
 def page(name: str) -> str:
     """All keys of one kind of file: meaning, default, unit and range."""
     file, about, models = PAGES[name]
-    shipped = read_yaml(HOME / "config/config.yaml").values if name == "config" else {}
+    # these files have a value for each of their keys
+    has_every_key = (HOME / file).name == "config.yaml"
+    shipped = read_yaml(HOME / file).values if has_every_key else {}
     parts = [f"# `{file}`\n", f"{about}\n"]
     for title, model in models.items():
         parts += [f"## `{title}`\n"] if title else []
