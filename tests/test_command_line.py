@@ -63,7 +63,6 @@ MISTAKES = {
     f"predict {AT.replace('30m/s', 'fast')}": "--speed: found 'fast'; expected a number in m/s",
     f"predict {AT.replace('1.2GPa', '1.2kg')}": "--stress: found '1.2kg': the unit 'kg' is none",
     f"predict {AT.replace('1.2GPa', '1e999')}": "--stress: found '1e999': no quantity is 1e+09",
-    "export --printed --oil 4103": "--oil '4103': no constants",
     "check pipe.csv": "pipe.csv: is a pipe or a device; expected a file",
     "init made pipe.csv": "pipe.csv: is a pipe or a device",
     "verify missing": "missing: is not a release",

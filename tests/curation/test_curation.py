@@ -219,7 +219,7 @@ def test_absurd_log_is_one_refused_run(name: str, rows: slice, value: float, ver
 
 
 @pytest.mark.parametrize("start", [660, 1500])
-def test_spindle_slip_leaves_no_wrong_point(demo: Campaign, config: Settings, start: int) -> None:
+def test_spindle_slip_leaves_no_wrong_point(demo: Campaign, start: int) -> None:
     run_id = "4102_P1.25_U25_T070.csv"
     clean = demo.curated.points.query("run_id == @run_id")["slide_roll_ratio"].to_numpy()
     log = (demo.folder / run_id).read_text(encoding="utf-8")
@@ -227,7 +227,7 @@ def test_spindle_slip_leaves_no_wrong_point(demo: Campaign, config: Settings, st
     frame = pd.read_csv(io.StringIO(log), comment="#")
     frame.loc[start : start + 49, "ball_speed_rpm"] *= 0.95
     slipped = header + frame.round(4).to_csv(index=False)
-    points = check_logs([("log.csv", slipped.encode())], config).points
+    points = check_logs([("log.csv", slipped.encode())], demo.config).points
     accepted = points[points["accepted"]]
     assert 27 <= len(accepted) < 31
     # each point left is one of the clean log's, to within the errors that it reports

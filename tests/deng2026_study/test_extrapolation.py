@@ -8,6 +8,7 @@ import pytest
 
 from campaigns import ROOT, Campaign, printed
 from deng2026_study.extrapolation import extrapolate, extrapolation_errors, relative_rms
+from deng2026_study.settings import study_settings
 from oilfilm import tables
 from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
@@ -34,7 +35,7 @@ def compared(
 def truth_of(campaign: str) -> tuple[Settings, pd.DataFrame]:
     """Settings of a campaign and the truth of its twin, which no test changes."""
     config = resolve(ROOT / "config", {"campaign": campaign})
-    return config, truth_grid(config, printed())
+    return config, truth_grid(config, printed(), study_settings(config).extrapolation)
 
 
 def test_law_with_its_own_truth_has_no_error_anywhere() -> None:
@@ -46,7 +47,7 @@ def test_law_with_its_own_truth_has_no_error_anywhere() -> None:
 def test_refit_of_its_own_truth_knows_how_far_it_extrapolates(demo: Campaign) -> None:
     fits = [demo.fit(oil, bootstrap=20, searches=2) for oil in demo.config.oils]
     table = extrapolate(
-        truth_grid(demo.config, printed()),
+        truth_grid(demo.config, printed(), study_settings(demo.config).extrapolation),
         pd.concat([fit.coefficients for fit in fits]),
         pd.concat([fit.refits for fit in fits]),
         pd.concat([fit.fit_quality for fit in fits]),

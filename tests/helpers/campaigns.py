@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
+from types import ModuleType
 from typing import Any, TypeVar
 
 import numpy as np
@@ -15,7 +16,6 @@ import pandas as pd
 import pytest
 import yaml
 
-from deng2026_study.printed_constants import study_signs
 from oilfilm import tables
 from oilfilm.curation.curate import Curated, curate_ingested
 from oilfilm.curation.traction_rig import TractionRig
@@ -28,20 +28,17 @@ from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
 from oilfilm.settings.rig import OilFile, Rig
 from oilfilm.tables.campaign_tables import CampaignTables
-from simulated_lab.printed import printed_constants
-from simulated_lab.simulate import simulate_campaign
 
 if sys.platform != "win32":
     import fcntl
 
 ROOT = Path(__file__).parents[2]
 REFERENCE = ROOT / "data/reference/printed_coefficients.yaml"
-CLAIMS = ROOT / "workflow/deng2026_study/reference/claims.yaml"
 ETM = ROOT / "data/raw/etm-slim"
 REAL_PCS = ROOT.parent / "shared" / "real" / "pcs"
 # Settings of fits that take seconds: every law is compared in tests/studies.
 QUICK = {"fit": {"bootstrap": 20, "searches": 2}, "compare": {"laws": ["deng2026", "tanh"]}}
-# Constants of a film that heats itself, as in config/campaigns/thermal.yaml.
+# Constants of a film that heats itself, as in the campaign `thermal`.
 HEATED_FILM = {
     **{"eyring_stress_pa": 5e6, "limiting_stress_ratio": 0.08},
     **{"limiting_stress_reference_c": 40.0, "limiting_stress_decay_1_k": 0.003},
@@ -86,7 +83,15 @@ def rig_contact() -> Contact:
 
 @cache
 def printed() -> dict[str, np.ndarray]:
-    return printed_constants(REFERENCE)
+    """Constants of the law `deng2026` by oil: those that Deng et al. (2026) print."""
+    oils = yaml.safe_load(REFERENCE.read_text("utf-8"))["oils"]
+    return {oil: np.concatenate([block[letter] for letter in "ABC"]) for oil, block in oils.items()}
+
+
+def simulator() -> ModuleType:
+    """The module that simulates logs; a test that needs it is skipped where it is not."""
+    module: ModuleType = pytest.importorskip("simulated_lab.simulate")
+    return module
 
 
 def carry_through(config: Settings, folder: Path, files: Iterable[str]) -> Campaign:
@@ -132,11 +137,6 @@ def without(settings: Settings, *keys: str) -> Settings:
     return Settings.of({**plain, "campaign": campaign})
 
 
-def sign_study(settings: Settings) -> tuple[pd.DataFrame, pd.DataFrame]:
-    """The study of the lost signs as its rule runs it."""
-    return study_signs(printed(), settings.oils, settings.printed, settings.gates.traction_max)
-
-
 def lay_out(project: Path) -> None:
     """A copy of the project, without logs and results; its bytecode spares each run a second."""
     for name in ("config", "data/reference", "profiles", "requirements", "workflow"):
@@ -177,7 +177,7 @@ def lay_out_measured(
     del campaign["torque"], campaign["studies"]
     write_campaign(project, name, campaign)
     config = resolve(project / "config", {"campaign": name})
-    for run, content, _ in simulate_campaign(config, printed()):
+    for run, content, _ in simulator().simulate_campaign(config, printed()):
         (raw / run.name).write_bytes(content)
     del campaign["twin"]
     write_campaign(project, name, campaign)
@@ -196,6 +196,8 @@ def as_measured(project: Path, name: str) -> Path:
 
 def read_campaign(project: Path, name: str) -> dict[str, Any]:
     path = project / f"config/campaigns/{name}.yaml"
+    if name == "demo":
+        path = project / "workflow/deng2026_study/campaigns/demo.yaml"
     campaign: dict[str, Any] = yaml.safe_load(path.read_text(encoding="utf-8"))
     return campaign
 

@@ -10,6 +10,7 @@ from campaigns import rows
 from fit_points import make_points, matrix
 from oilfilm.base.randomness import generator
 from oilfilm.fits.fit import fit_oil
+from oilfilm.report.document import Section
 from oilfilm.report.html import html
 from oilfilm.report.sections.build import sections
 from oilfilm.settings.resolved import Settings
@@ -129,3 +130,19 @@ def with_hostile_names(results: CampaignTables) -> CampaignTables:
     return results.replace(
         points=renamed, quarantine=refused, torque_quarantine=refused, refused_pages=pages
     )
+
+
+def by_anchor(results: CampaignTables, config: Settings) -> dict[str, Section]:
+    return {section.anchor: section for section in sections(results, config)}
+
+
+def told(section: Section) -> str:
+    """All sentences of a section."""
+    return " ".join(f"{fact.text} {fact.advice}" for fact in section.facts)
+
+
+def cells(section: Section, table: str, first: str) -> dict[str, str]:
+    """The row of a table that begins with a text, by heading."""
+    (shown,) = (each for each in section.tables if each.name == table)
+    (row,) = (row for row in shown.rows if row[0] == first)
+    return dict(zip((column.heading for column in shown.columns), row, strict=True))

@@ -219,7 +219,9 @@ def test_calibration_that_no_sensor_has_is_refused(error: float) -> None:
 )
 def test_mistake_of_a_campaign_file_is_told(tmp_path: Path, text: str, told: str) -> None:
     shutil.copytree(ROOT / "config", tmp_path, dirs_exist_ok=True)
-    with (tmp_path / "campaigns/demo.yaml").open("a") as file:
+    own = tmp_path / "campaigns/laboratory.yaml"
+    shutil.copy(ROOT / "tests/laboratory/campaigns/laboratory.yaml", own)
+    with own.open("a") as file:
         file.write(text)
     with pytest.raises(OilfilmError, match=re.escape(told)):
-        resolve(tmp_path, {"campaign": "demo"})
+        resolve(tmp_path, {"campaign": "laboratory"})

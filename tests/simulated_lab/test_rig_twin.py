@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from campaigns import ROOT, Campaign, carry_logs, printed
+from deng2026_study.settings import default_settings
 from oilfilm.base.errors import OilfilmError
 from oilfilm.bearing.ellipse import TractionLaw
 from oilfilm.settings.resolve import resolve
@@ -94,10 +95,11 @@ def test_misfit_is_what_the_torque_rig_has_too_much(config: Settings) -> None:
 
 def test_truth_grid_has_every_condition_of_figs_7_to_10_for_every_oil() -> None:
     config = resolve(ROOT / "config", {"campaign": "thermal"})
-    grid = truth_grid(config, printed())
+    extrapolated = default_settings().extrapolation
+    grid = truth_grid(config, printed(), extrapolated)
     wanted = sum(
         np.prod([len(levels) for levels in figure.model_dump().values()])
-        for figure in config.extrapolation.values()
+        for figure in extrapolated.values()
     )
     assert grid.groupby("oil").size().to_dict() == dict.fromkeys(["4010", "4050", "4102"], wanted)
     # docs/physics.md, sanity [C, L-M]: mu of 0.02 to 0.04 at its peak; nowhere far above

@@ -217,7 +217,7 @@ def test_all_oils_of_a_draw_have_one_drag_and_the_best_of_each_draw_is_counted()
     columns = runs[["cage_slip", "torque_n_m", "lambda_ratio"]].to_numpy()
     slip, torque, film = np.moveaxis(columns.reshape(3, 41, 4, 3), -1, 0)
     full = film > config.gates.lambda_limit
-    held = full & (slip <= config.selection.limits.slip_limit)
+    held = full & (slip <= config.bearing.cage_slip.slip_limit)
     by_torque = np.where(held, torque, np.inf).argmin(axis=0)
     by_slip = np.where(full, slip, np.inf).argmin(axis=0)
     best = np.where(full.any(axis=0), np.where(held.any(axis=0), by_torque, by_slip), -1)

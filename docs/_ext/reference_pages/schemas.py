@@ -28,9 +28,8 @@ _DIALECT = {"$schema": "https://json-schema.org/draft/2020-12/schema"}
 
 def of_study(path: str) -> str:
     """The JSON schema of the settings of a study, on one line."""
-    return (
-        json.dumps(_for_editors(schema_of(OF_STUDIES[path])) | _DIALECT, ensure_ascii=False) + "\n"
-    )
+    schema = _for_editors(schema_of(OF_STUDIES[path])) | _DIALECT
+    return json.dumps(schema, ensure_ascii=False) + "\n"
 
 
 def of_file(name: str) -> str:

@@ -176,6 +176,15 @@ def _files(folder: Path, kind: str) -> dict[str, Path]:
     return dict(sorted(files.items()))
 
 
+def campaign_names(folder: Path) -> list[str]:
+    """Names of all campaigns that a project can run, those of studies included.
+
+    Args:
+        folder: The configuration folder.
+    """
+    return list(_files(folder, "campaign"))
+
+
 def _read(folder: Path, kind: str, name: object, named_at: str) -> YamlFile:
     """The file of one campaign, rig, oil or bearing."""
     files = _files(folder, kind)
