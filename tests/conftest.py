@@ -12,9 +12,18 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 import pytest
 from hypothesis import HealthCheck, settings
 
-from campaigns import ETM, REAL_PCS, ROOT, Campaign, carry_through, made_once, printed, simulator
+from campaigns import (
+    ETM,
+    LABORATORY,
+    REAL_PCS,
+    ROOT,
+    Campaign,
+    carry_through,
+    made_once,
+    printed,
+    simulator,
+)
 from oilfilm import tables
-from oilfilm.base import studies
 from oilfilm.logs.raw_files import raw_files
 from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
@@ -38,14 +47,13 @@ settings.load_profile("quick")
 @pytest.fixture(scope="session")
 def config() -> Settings:
     """Settings of a laboratory's campaign, which needs no package beside oilfilm."""
-    return resolve(ROOT / "tests/laboratory", {})
+    return resolve(LABORATORY, {})
 
 
 @pytest.fixture(scope="session")
 def demo_config() -> Settings:
     """Settings of the demonstration, which belongs to a study."""
-    if "deng2026_study" not in studies.available():
-        pytest.skip("the study of Deng et al. (2026) is not here")
+    pytest.importorskip("deng2026_study")
     simulator()
     return resolve(ROOT / "config", {"campaign": "demo"})
 

@@ -10,10 +10,9 @@ from claim_evidence import with_study
 
 from campaigns import ROOT
 from deng2026_study.advice import BY_RULES, NO_CHOICE, advice_in_band, advise, decide
-from deng2026_study.settings import NAME, study_settings
+from deng2026_study.settings import NAME, SelectionSettings, study_settings
 from oilfilm import tables
 from oilfilm.base.errors import OilfilmError
-from oilfilm.settings.config import SelectionSettings
 from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables

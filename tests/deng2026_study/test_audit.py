@@ -86,7 +86,8 @@ def test_linear_range_of_an_exponential_ends_by_algebra(judge: Judge, config: Se
 def test_peak_lies_by_algebra(judge: Judge, config: Settings, slope: float, rate: float) -> None:
     still = {f"{letter}{number}": 0.0 for letter in "ABC" for number in (1, 2, 3)}
     finding = judge("peak-decline", same(B0=slope, C0=rate, **still), "tested")
-    peak, end = 1 / rate + 0.02 / slope, config.printed.boxes.tested.slide_roll_ratio[1]
+    peak = 1 / rate + 0.02 / slope
+    end = study_settings(config).printed.boxes.tested.slide_roll_ratio[1]
     assert finding.numbers["peaks"] == float(peak < end)
     if peak < end:
         of_peak, of_end = (

@@ -17,6 +17,7 @@ import pytest
 import yaml
 
 from oilfilm import tables
+from oilfilm.base import studies
 from oilfilm.curation.curate import Curated, curate_ingested
 from oilfilm.curation.traction_rig import TractionRig
 from oilfilm.fits.fit import fit_oil
@@ -34,6 +35,8 @@ if sys.platform != "win32":
 
 ROOT = Path(__file__).parents[2]
 REFERENCE = ROOT / "data/reference/printed_coefficients.yaml"
+# Configuration of a laboratory for tests: it needs no package beside oilfilm.
+LABORATORY = ROOT / "tests/laboratory"
 ETM = ROOT / "data/raw/etm-slim"
 REAL_PCS = ROOT.parent / "shared" / "real" / "pcs"
 # Settings of fits that take seconds: every law is compared in tests/studies.
@@ -88,6 +91,12 @@ def printed() -> dict[str, np.ndarray]:
     return {oil: np.concatenate([block[letter] for letter in "ABC"]) for oil, block in oils.items()}
 
 
+needs_study = pytest.mark.skipif(
+    "deng2026_study" not in studies.available(),
+    reason="the study of Deng et al. (2026) is not here",
+)
+
+
 def simulator() -> ModuleType:
     """The module that simulates logs; a test that needs it is skipped where it is not."""
     module: ModuleType = pytest.importorskip("simulated_lab.simulate")
@@ -130,6 +139,17 @@ def rows(table: str, *given: dict[str, Any], flag: bool = False) -> pd.DataFrame
     return pd.DataFrame([{**empty, **row} for row in given], columns=list(empty))
 
 
+def laboratory_campaign() -> dict[str, Any]:
+    """Keys of a measured campaign, which needs no package beside oilfilm."""
+    return _read(LABORATORY / "campaigns/laboratory.yaml")
+
+
+def simulated_campaign() -> dict[str, Any]:
+    """Keys of a simulated campaign; the test is skipped where nothing simulates logs."""
+    simulator()
+    return _read(LABORATORY / "campaigns/simulated.yaml")
+
+
 def without(settings: Settings, *keys: str) -> Settings:
     """Settings of a campaign whose file lacks some keys."""
     plain = settings.plain()
@@ -148,11 +168,9 @@ def lay_out(project: Path) -> None:
 
 def lay_out_small(project: Path) -> None:
     """The same with the campaign `small`: simulated, one oil, 12 runs, two defects."""
+    campaign = simulated_campaign()
     lay_out(project)
-    campaign = read_campaign(project, "demo")
     campaign["oils"] = ["4102"]
-    campaign["figures"] = ["constants", "curves"]
-    del campaign["studies"]
     del campaign["torque"]
     campaign["matrix"] = SMALL_MATRIX
     campaign["twin"]["defects"] = [
@@ -167,14 +185,14 @@ def lay_out_measured(
     project: Path, name: str, oils: list[str], matrix: dict[str, list[float]]
 ) -> Path:
     """A campaign of simulated logs as if a user had measured them; the folder of its logs."""
+    campaign = simulated_campaign()
     raw = project / "data/raw" / name
     raw.mkdir(parents=True)
     lay_out(project)
-    campaign = read_campaign(project, "demo")
     campaign |= {"oils": oils, "matrix": matrix, "figures": ["curves"]}
     campaign["settings"] = {**QUICK, "compare": {"laws": ["tanh"]}, "split": {"runs": 6}}
     campaign["twin"] |= {"slip_steps": 9, "sampling_rate_hz": 20, "defects": []}
-    del campaign["torque"], campaign["studies"]
+    del campaign["torque"]
     write_campaign(project, name, campaign)
     config = resolve(project / "config", {"campaign": name})
     for run, content, _ in simulator().simulate_campaign(config, printed()):
@@ -195,9 +213,10 @@ def as_measured(project: Path, name: str) -> Path:
 
 
 def read_campaign(project: Path, name: str) -> dict[str, Any]:
-    path = project / f"config/campaigns/{name}.yaml"
-    if name == "demo":
-        path = project / "workflow/deng2026_study/campaigns/demo.yaml"
+    return _read(project / f"config/campaigns/{name}.yaml")
+
+
+def _read(path: Path) -> dict[str, Any]:
     campaign: dict[str, Any] = yaml.safe_load(path.read_text(encoding="utf-8"))
     return campaign
 

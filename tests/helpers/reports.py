@@ -107,7 +107,7 @@ def report_of(
     results: CampaignTables,
     config: Settings,
     folder: Path,
-    names: Sequence[str] = ("fig02", "coverage"),
+    names: Sequence[str] = ("curves", "coverage"),
 ) -> str:
     """A report with small pictures in place of the figures and of the page of the refused run."""
     pngs = [folder / f"{name}.png" for name in (*names, "stuck")]

@@ -35,8 +35,8 @@ def rows(table: str, count: int) -> pandas.DataFrame:
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    folder = tmp_path_factory.mktemp("project") / "results/demo/tables"
-    provenance = {"campaign": "demo", "data": "simulated"}
+    folder = tmp_path_factory.mktemp("project") / "results/laboratory/tables"
+    provenance = {"campaign": "laboratory", "data": "measured"}
     for number, path in enumerate(SAMPLES, start=1):
         tables.write(rows("samples", number), "samples", folder / path, provenance)
     for table in DESCRIBED[1:]:

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from campaigns import ROOT
+from campaigns import LABORATORY
 from oilfilm import tables
 from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
@@ -17,7 +17,7 @@ MAP = {"pitch_speed_mm_rpm": [1e6, 3e6], "axial_load_n": [1000, 20000]}
 
 @pytest.fixture(scope="module")
 def config() -> Settings:
-    return resolve(ROOT / "tests/laboratory", {}).with_changes({"bearing": {"cage_slip": MAP}})
+    return resolve(LABORATORY, {}).with_changes({"bearing": {"cage_slip": MAP}})
 
 
 @pytest.fixture(scope="module")

@@ -7,7 +7,7 @@ from typing import Any
 
 from pydantic import BaseModel
 
-from oilfilm.base.home import HOME
+from oilfilm.base.home import CONFIG
 from oilfilm.curation.gate import RULES, Gate
 from oilfilm.curation.plateau_gates import PLATEAU_GATES, advice_for
 from oilfilm.curation.rig_kind import TORQUE, TRACTION
@@ -15,8 +15,8 @@ from oilfilm.curation.run_gates import RUN_GATES
 from oilfilm.curation.torque_rig import TorqueRig
 from oilfilm.curation.traction_rig import TractionRig
 from oilfilm.logs.run_sheet import EXCLUDED
-from oilfilm.settings.resolve import resolve
-from oilfilm.settings.resolved import Settings
+from oilfilm.settings.config import Config
+from oilfilm.settings.resolve import read_config
 
 _RIGS = {TRACTION: TractionRig, TORQUE: TorqueRig}
 _BEGINS = """# Gates
@@ -39,7 +39,7 @@ _PARTS = {
 
 def page() -> str:
     """The text of the page."""
-    settings = resolve(HOME / "config", {"campaign": "demo"})
+    settings = read_config(CONFIG)
     parts: list[str] = [_BEGINS]
     gates: tuple[list[Gate[Any]], ...] = (RUN_GATES, PLATEAU_GATES)
     for (title, about), several in zip(_PARTS.items(), gates, strict=True):
@@ -49,7 +49,7 @@ def page() -> str:
     return "\n".join(parts)
 
 
-def _section(gate: Gate[Any], settings: Settings) -> str:
+def _section(gate: Gate[Any], settings: Config) -> str:
     meaning = (inspect.getdoc(gate.judge) or "").splitlines()[0]
     lines = [
         f"### {gate.name}\n",
@@ -77,7 +77,7 @@ def _advice(rule: str, rigs: list[str]) -> list[str]:
     return [f"({rig} rigs) {advice}" for rig, advice in by_rig.items()]
 
 
-def _limits(gate: Gate[Any], settings: Settings) -> Iterator[str]:
+def _limits(gate: Gate[Any], settings: Config) -> Iterator[str]:
     """Keys that the gate compares with, each with its value and meaning."""
     of_rig: dict[str, tuple[str, BaseModel]] = {
         TRACTION: ("gates", settings.gates),
