@@ -35,7 +35,7 @@ def rows(table: str, count: int) -> pandas.DataFrame:
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    folder = tmp_path_factory.mktemp("project") / "results/laboratory/tables"
+    folder = tmp_path_factory.mktemp("project") / "results/demo/tables"
     provenance = {"campaign": "laboratory", "data": "measured"}
     for number, path in enumerate(SAMPLES, start=1):
         tables.write(rows("samples", number), "samples", folder / path, provenance)
@@ -109,8 +109,8 @@ def test_hashes_sizes_and_rows_are_the_files_own(package: dict[str, Any], folder
 
 
 def test_table_that_contradicts_its_campaign_is_refused(folder: Path) -> None:
-    with pytest.raises(OilfilmError, match=r"data are simulated.*that they are measured"):
-        package_of(folder, settings_with({}, data="measured"))
+    with pytest.raises(OilfilmError, match=r"data are measured.*that they are simulated"):
+        package_of(folder, settings_with({}, data="simulated"))
 
 
 def test_licence_creators_and_sources_are_stated(package: dict[str, Any], folder: Path) -> None:
