@@ -61,7 +61,7 @@ def index() -> str:
     ]
     lines = [
         "# Settings\n",
-        "For users who set up a campaign. Look up each key: its meaning, unit, default and range.\n",
+        "For users who set up a campaign. Look up each key: meaning, unit, default and range.\n",
         "Each YAML file of `config` describes one thing. Most projects write a campaign and a rig,",
         "and leave the rest as it comes. `oilfilm init` writes both files from your logs.\n",
         "| file | what it holds |\n| --- | --- |",
