@@ -6,10 +6,11 @@
 from collections.abc import Callable
 from functools import partial
 
-from reference_pages import commands, configuration, decisions, gates, laws, schemas, tables
+from reference_pages import commands, configuration, decisions, gates, laws, schemas, tables, ways
 
 GENERATED: dict[str, Callable[[], str]] = {
     "docs/explanation/decisions.md": decisions.page,
+    "docs/explanation/ways.md": ways.page,
     "docs/reference/commands.md": commands.page,
     "docs/reference/configuration.md": configuration.index,
     **{

@@ -30,10 +30,10 @@ def page() -> str:
     sections = []
     for room in _rooms():
         files = sorted((library / room).rglob("*.py"))
-        sections.append(_section(f"`{room}`: {_first_line(files)}", files))
+        sections.append(_section(f"`{room}`: {first_line(files[0])}", files))
     for name in reversed(studies.available()):
         files = sorted(studies.folder(name).rglob("*.py"))
-        sections.append(_section(f"Beside the library, `{name}`: {_first_line(files)}", files))
+        sections.append(_section(f"Beside the library, `{name}`: {first_line(files[0])}", files))
     for title, pattern in _OTHERS.items():
         sections.append(_section(title, sorted(HOME.glob(pattern))))
     return "\n".join([_BEGINS, *filter(None, sections)])
@@ -41,7 +41,7 @@ def page() -> str:
 
 def decided(file: Path) -> list[str]:
     """What a file says that it decides, in its order."""
-    found = re.search(r"(?ms)^Decides: (.+?)\.?\s*(?:\n\s*\n|\Z)", _head(file))
+    found = re.search(r"(?ms)^Decides: (.+?)\.?\s*(?:\n\s*\n|\Z)", head_of(file))
     return re.split(r";\s+", " ".join(found[1].split())) if found else []
 
 
@@ -66,7 +66,7 @@ def _rooms() -> Iterator[str]:
                 yield name
 
 
-def _head(file: Path) -> str:
+def head_of(file: Path) -> str:
     """The docstring of a module; of another file the comment that it begins with."""
     text = file.read_text("utf-8")
     if file.suffix == ".py":
@@ -75,6 +75,6 @@ def _head(file: Path) -> str:
     return re.sub(r"(?m)^# ?", "", comment[0] if comment else "")
 
 
-def _first_line(files: list[Path]) -> str:
-    """What is in a room, as its `__init__` begins."""
-    return _head(files[0]).partition("\n")[0].rstrip(".")
+def first_line(file: Path) -> str:
+    """What is in a file, or in the room that it begins, as its head says first."""
+    return head_of(file).partition("\n")[0].rstrip(".")
