@@ -4,12 +4,14 @@
 """
 
 import json
+import re
 import subprocess
 import sys
 from pathlib import Path
 from typing import Any
 
 from oilfilm.base.home import HOME
+from oilfilm.tables.table_needs import OF_FIT
 from reference_pages.decisions import first_line
 
 _BEGINS = """# Ways through the code
@@ -41,7 +43,7 @@ def page() -> str:
         [sys.executable, str(program)], stdout=subprocess.PIPE, check=True, encoding="utf-8"
     )
     ways: dict[str, list[dict[str, Any]]] = json.loads(traced.stdout)
-    lines = [_BEGINS]
+    lines = [_BEGINS, *_rules()]
     shown: list[dict[str, Any]] = []
     for name, title in _WAYS.items():
         steps = ways[name]
@@ -54,6 +56,27 @@ def page() -> str:
             passed.update(step["files"])
         shown += steps
     return "\n".join(lines)
+
+
+def _rules() -> list[str]:
+    """The lines on the rules of the workflow, in the order in which they are included."""
+    lines = [
+        "## The rules of a run\n",
+        "The tables are explained in [All tables](../reference/tables.md).\n",
+        "| rule | what it makes | tables |",
+        "| --- | --- | --- |",
+    ]
+    main = (HOME / "workflow/Snakefile").read_text("utf-8")
+    for name in re.findall(r'include: "(.+\.smk)"', main):
+        file = f"workflow/{name}"
+        text = (HOME / file).read_text("utf-8")
+        for rule, content in re.findall(r"(?ms)^(?:rule|checkpoint) (\w+):\n(.+?)(?=^\S|\Z)", text):
+            (meaning,) = re.findall(r'\A\s+"(.+)"$', content, re.MULTILINE)
+            lists = "".join(re.findall(r"\*\*written\(([^)]*)\)", content))
+            written = [*(OF_FIT if "*OF_FIT" in lists else ()), *re.findall(r'"(\w+)"', lists)]
+            tables = ", ".join(f"`{table}`" for table in written)
+            lines.append(f"| [`{rule}`](../../{file}) | {meaning} | {tables} |")
+    return [*lines, ""]
 
 
 def _files(step: dict[str, Any], passed: set[str]) -> list[str]:
