@@ -76,7 +76,7 @@ def page(name: str) -> str:
     """All keys of one kind of file: meaning, default, unit and range."""
     file, about, models = PAGES[name]
     shipped = read_yaml(HOME / "config/config.yaml").values if name == "config" else {}
-    parts = [f"# `{file}`\n", f"{about}\n"]
+    parts = [f"# `{file}`\n", f"For users who write this file. Look up its keys.\n\n{about}\n"]
     for title, model in models.items():
         parts += [f"## `{title}`\n"] if title else []
         parts += _groups(schema_of(model), shipped, "###" if title else "##")
