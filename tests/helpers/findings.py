@@ -1,4 +1,4 @@
-"""Hold README.md and two pages of docs/explanation against finished runs of `demo` and `thermal`.
+"""Hold README.md and two pages of docs/study against finished runs of `demo` and `thermal`.
 
     python tests/helpers/findings.py
 
@@ -21,9 +21,9 @@ PAPER_LAW = "deng2026"
 # What names of numbers begin with.
 CAMPAIGNS = {"demo": "", "thermal": "hot_"}
 PAGES = {
-    "bearing": ROOT / "docs/explanation/bearing.md",
+    "bearing": ROOT / "docs/study/bearing.md",
     "README": ROOT / "README.md",
-    "findings": ROOT / "docs/explanation/findings.md",
+    "findings": ROOT / "docs/study/findings.md",
 }
 
 

@@ -6,15 +6,20 @@
 from collections.abc import Callable
 from functools import partial
 
-from reference_pages import commands, configuration, decisions, gates, laws, schemas, tables
+from reference_pages import commands, configuration, decisions, gates, laws, schemas, tables, ways
 
 GENERATED: dict[str, Callable[[], str]] = {
     "docs/explanation/decisions.md": decisions.page,
+    "docs/explanation/ways.md": ways.page,
     "docs/reference/commands.md": commands.page,
     "docs/reference/configuration.md": configuration.index,
     **{
         f"docs/reference/configuration/{name}.md": partial(configuration.page, name)
         for name in configuration.PAGES
+    },
+    **{
+        "docs/study/settings.md": partial(configuration.page, study)
+        for study in configuration.OF_STUDIES
     },
     "docs/reference/gates.md": gates.page,
     "docs/reference/laws.md": laws.page,
