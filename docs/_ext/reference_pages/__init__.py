@@ -17,10 +17,6 @@ GENERATED: dict[str, Callable[[], str]] = {
         f"docs/reference/configuration/{name}.md": partial(configuration.page, name)
         for name in configuration.PAGES
     },
-    **{
-        "docs/study/settings.md": partial(configuration.page, study)
-        for study in configuration.OF_STUDIES
-    },
     "docs/reference/gates.md": gates.page,
     "docs/reference/laws.md": laws.page,
     "docs/reference/tables.md": tables.page,
@@ -30,3 +26,6 @@ GENERATED: dict[str, Callable[[], str]] = {
     },
     **{path: partial(schemas.of_study, path) for path in schemas.OF_STUDIES},
 }
+# The pages of studies are those of one study.
+for study in configuration.OF_STUDIES:
+    GENERATED["docs/study/settings.md"] = partial(configuration.page, study)
