@@ -11,17 +11,14 @@ import pytest
 from campaigns import printed
 from fit_points import LAW, polished
 from oilfilm import tables
-from oilfilm.base.home import CONFIG
 from oilfilm.fits import soundness
 from oilfilm.fits.conditions import FixedCondition, to_text
 from oilfilm.fits.fitted import Coefficients, FittedLaw
 from oilfilm.fits.patterns import Leftover, find_patterns
 from oilfilm.fits.soundness import runs_in_common, verdict_of_fit
 from oilfilm.fits.soundness_words import what_is_wrong
-from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
-from simulated_lab.truth import LawTruth, Truth, true_tractions
-from simulated_points import Campaign, Drift
+from simulated_points import Campaign, Drift, Truth, heated_film_truth, law_truth
 
 RUNS = 24
 NUMBER = np.arange(RUNS)
@@ -48,10 +45,7 @@ def leftover(
 ) -> Leftover:
     random = np.random.default_rng(seed)
     campaign = Campaign(
-        truth or LawTruth(printed()[oil]),
-        settings.common_contact(),
-        drift=drift,
-        other=LawTruth(printed()["4010"]),
+        truth or law_truth(oil), settings.common_contact(), drift=drift, other=law_truth("4010")
     )
     points = campaign.points(matrix()[random.permutation(RUNS)], random, oil)
     return Leftover(*polished(points, printed()[oil]), groups or {}, {}, settings.patterns)
@@ -100,7 +94,7 @@ def test_runs_with_another_force_are_named_by_header_or_columns(
     config: Settings, column: str, texts: tuple[str, str], name: str
 ) -> None:
     contact, drift = config.common_contact(), Drift(force=1 + 0.1 * HALF)
-    points = Campaign(LawTruth(printed()["4102"]), contact, drift=drift).points(
+    points = Campaign(law_truth("4102"), contact, drift=drift).points(
         matrix(), np.random.default_rng(1), "4102"
     )
     runs = pd.DataFrame({"run_id": points["run_id"].unique(), "columns": "", "stated": ""})
@@ -152,7 +146,7 @@ def smooth_step(*at: np.ndarray) -> np.ndarray:
 @pytest.mark.parametrize("seed", [4, 5, 6])
 @pytest.mark.parametrize("name", ["heated film", "smooth step"])
 def test_untrue_law_is_found_and_no_run_is_blamed(config: Settings, name: str, seed: int) -> None:
-    film = true_tractions(resolve(CONFIG, {"campaign": "thermal"}), {})["4050"]
+    film = heated_film_truth("4050")
     truth = film if name == "heated film" else smooth_step
     first, *others = find_patterns(leftover(config, Drift(), seed, truth=truth))
     assert first.when == "law"
@@ -163,7 +157,7 @@ def test_untrue_law_is_found_and_no_run_is_blamed(config: Settings, name: str, s
 
 def verdict_on(config: Settings, lost: str | None, known: list[bool], **quality: str) -> dict:
     """The verdict where a condition is not known: in all runs, or in the first one."""
-    campaign = Campaign(LawTruth(printed()["4050"]), config.common_contact())
+    campaign = Campaign(law_truth("4050"), config.common_contact())
     points = campaign.points(matrix(), np.random.default_rng(3), "4050")
     of_run = points["run_id"] == "run000"
     column = lost or "inlet_temperature_c"

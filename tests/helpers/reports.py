@@ -47,7 +47,7 @@ def measured(oil: str) -> pd.DataFrame:
 
 
 def results_of(config: Settings, oils: tuple[str, ...] = OILS) -> CampaignTables:
-    """Three oils fitted; one run, one log and one torque log refused; two claims."""
+    """Three oils fitted; one run, one log and one torque log refused."""
     points = pd.concat([measured(oil) for oil in oils], ignore_index=True)
     settings = config.fit.model_copy(update={"searches": 2, "bootstrap": 40})
     fits = [fit_oil(points, oil, settings, config.seed) for oil in oils]
@@ -87,11 +87,6 @@ def results_of(config: Settings, oils: tuple[str, ...] = OILS) -> CampaignTables
             "soundness",
             {"oil": "4102", "sound": True, **sound},
             {"oil": "4050", **sound, **changed, "bend": "shape"},
-        ),
-        claims=rows(
-            "claims",
-            {**claim, "basis": "refit", "verdict": "holds", "share": 1.0},
-            {**claim, "basis": "printed", "verdict": "fails", "share": 0.1},
         ),
         torque_runs=rows("torque_runs", {"run_id": "torque2.csv", "accepted": True}),
         torque_quarantine=rows("quarantine", {"file": "torque.csv", "rule": "zero_drift"}),

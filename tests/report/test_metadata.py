@@ -17,7 +17,7 @@ from oilfilm.report.metadata import data_package
 from oilfilm.settings.resolved import Settings
 
 SAMPLES = [f"samples/oil={oil}/part-{part}.parquet" for oil in ("4010", "4102") for part in (0, 1)]
-DESCRIBED = ("samples", "runs", "points", "quarantine", "coverage", "torque", "slip_advice")
+DESCRIBED = ("samples", "runs", "points", "quarantine", "coverage", "torque", "heat_balance")
 RESULTS_PAGE = (ROOT / "docs/reference/results.md").read_text(encoding="utf-8")
 ONE_LINERS = re.findall(r"^(?:duckdb|pandas|polars)\..*$", RESULTS_PAGE, re.M)
 
@@ -64,7 +64,7 @@ def schema_of(package: dict[str, Any], table: str) -> dict[str, Any]:
     return resource["schema"]
 
 
-def settings_with(about: dict[str, Any], data: str = "simulated") -> Settings:
+def settings_with(about: dict[str, Any], data: str = "measured") -> Settings:
     """Settings of a campaign with this description of its data."""
     campaign = {"name": "demo", "data": data, "description": "A campaign."}
     return Settings.of({"campaign": campaign, "dataset": about})

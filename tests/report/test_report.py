@@ -96,7 +96,7 @@ def test_data_that_could_not_be_fitted_make_a_page(write: Write, results: Campai
         identifiable=False,
         verdict="not identifiable",
     )
-    empty = ("refits", "points", "runs", "quarantine", "claims", "torque")
+    empty = ("refits", "points", "runs", "quarantine", "torque")
     page = Page(
         write(
             coefficients=nothing,

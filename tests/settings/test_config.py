@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 import yaml
 
-from campaigns import without
+from campaigns import needs_study, without
 from oilfilm.base.errors import OilfilmError
 from oilfilm.settings.base import Group
 from oilfilm.settings.campaign import CampaignFile, Semantics
@@ -69,7 +69,10 @@ MISTAKES = [
     (ETM, "description:", "# description:", ["the key 'description' is missing"]),
     (ETM, RIGS, "set_points: {load_n: 4e1}", ["'4e1'", "Write 40."]),
     (ETM, RIGS, "set_points: {load_n: .nan}", ["nan", "finite"]),
-    (ETM, "[curves", "[fig02, curves", ["line 10", "fig02", "study 'deng2026_study'"]),
+    pytest.param(
+        *(ETM, "[curves", "[fig02, curves", ["line 10", "fig02", "study 'deng2026_study'"]),
+        marks=needs_study,
+    ),
     (ETM, "[curves", "[size-effect, curves", ["line 10", "`size-effect` needs `torque`"]),
     (ETM, "rigs:", "semantics_of_rig: {mtm: {zero: standstill}}\nrigs:", ["'mtm'", "pcs-etm"]),
     (ETM, "data: measured", "data: measured\ntwin: {}", ["`twin"]),

@@ -1,6 +1,6 @@
 """Hold README.md and two pages of docs/study against finished runs of `demo` and `thermal`.
 
-    python tests/helpers/findings.py
+    python tests/deng2026_study/findings.py
 
 Each text of `findings.yaml` must stand in its page with the numbers of the tables of `results`.
 """
