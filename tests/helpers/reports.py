@@ -68,7 +68,6 @@ def results_of(config: Settings, oils: tuple[str, ...] = OILS) -> CampaignTables
     stuck = {"run_id": "stuck.csv", "file": "stuck.csv", "verdict": "refused"}
     runs.append({**stuck, "rule": "stuck_sensor", "reason": "the force stays"})
     about = {"rule": "stuck_sensor", "reason": "the force stays", "advice": "Check the sensor."}
-    claim = {"claim": "zero-slip", "judged_on": "extrapolated", "cases": 10}
     unread = {"rule": "unreadable", "reason": "no data", "advice": "Log again."}
     torque = {"oil": "4102", "torque_n_m": 1.0, "traction_torque_n_m": 0.2, "converged": True}
     return CampaignTables.in_memory(
