@@ -41,9 +41,8 @@ audit: $(AUDITED) ## known weaknesses: bandit, zizmor, licences; advisories, if 
 	$(BIN)/python tests/lint/licences.py
 	$(BIN)/python tests/lint/advisories.py $(AUDIT)/bin/pip-audit
 
-# The packages beside oilfilm, with their tests and pages. Whoever needs none of them may delete these.
-BESIDE := workflow/deng2026_study workflow/simulated_lab tests/deng2026_study tests/simulated_lab \
-	docs/study
+# The packages beside oilfilm, with their tests. Whoever needs none of them may delete these.
+BESIDE := workflow/deng2026_study workflow/simulated_lab tests/deng2026_study tests/simulated_lab
 
 .PHONY: apart
 apart: ## the tests in a copy of the last commit without the packages beside oilfilm (5 min)

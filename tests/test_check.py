@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from bad_logs import good
-from campaigns import ROOT, laboratory_campaign, write_campaign
+from campaigns import LABORATORY, ROOT, laboratory_campaign, write_campaign
 from command_line import printed_objects
 from damages import SOUND
 from oilfilm.cli import main
@@ -80,13 +80,13 @@ def test_columns_and_set_points_are_shown(
 
 def test_folder_of_a_log_says_its_kind(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     # a project may have the name of its campaign
-    demo = tmp_path / "demo"
-    logs = {"traction": demo / "april/a.csv", "torque": demo / "demo-torque/b.csv"}
+    project = tmp_path / "laboratory"
+    logs = {"traction": project / "april/a.csv", "torque": project / "laboratory-torque/b.csv"}
     for kind, path in logs.items():
         path.parent.mkdir(parents=True)
         path.write_bytes(SOUND[kind].text())
     # a folder is checked with all its subfolders
-    traction, torque = checked(capsys, tmp_path / "demo", *CONFIG)
+    traction, torque = checked(capsys, project, "--config", LABORATORY)
     assert (traction["rig_kind"], torque["rig_kind"]) == ("traction", "torque")
     assert (traction["verdict"], torque["verdict"]) == ("accepted", "accepted")
     (run,) = torque["runs"]

@@ -58,7 +58,7 @@ MISTAKES = {
     "check folder": "folder: holds no logs",
     "check loop": "loop: cannot be read (Too many levels of symbolic links). Check the path",
     "check good.csv --config folder": "folder/config.yaml: there is no such file",
-    f"predict {AT}": "results/demo: has no results of a campaign",
+    f"predict {AT}": ": has no results of a campaign",
     f"predict {AT} --results damaged": "coefficients.parquet: cannot be read as Parquet",
     f"predict {AT.replace('30m/s', 'fast')}": "--speed: found 'fast'; expected a number in m/s",
     f"predict {AT.replace('1.2GPa', '1.2kg')}": "--stress: found '1.2kg': the unit 'kg' is none",

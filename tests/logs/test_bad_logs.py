@@ -14,7 +14,7 @@ from pandas.testing import assert_frame_equal
 import bad_logs
 import formats
 from bad_logs import CONFIG, KEYS, UNITS, csv, good
-from campaigns import ROOT
+from campaigns import LABORATORY, ROOT
 from oilfilm.base.errors import OilfilmError
 from oilfilm.curation.curate import check_logs
 from oilfilm.logs.ingest import read_log
@@ -220,7 +220,7 @@ def test_calibration_that_no_sensor_has_is_refused(error: float) -> None:
 def test_mistake_of_a_campaign_file_is_told(tmp_path: Path, text: str, told: str) -> None:
     shutil.copytree(ROOT / "config", tmp_path, dirs_exist_ok=True)
     own = tmp_path / "campaigns/laboratory.yaml"
-    shutil.copy(ROOT / "tests/laboratory/campaigns/laboratory.yaml", own)
+    shutil.copy(LABORATORY / "campaigns/laboratory.yaml", own)
     with own.open("a") as file:
         file.write(text)
     with pytest.raises(OilfilmError, match=re.escape(told)):

@@ -15,7 +15,7 @@ from pathlib import Path
 import pytest
 import yaml
 
-from campaigns import ROOT
+from campaigns import ROOT, needs_study
 from nights import nightly
 from oilfilm.cli import main
 from oilfilm.logs.ingest import ingest_logs
@@ -113,6 +113,7 @@ def test_readme_prints_what_it_says() -> None:
 YAML = [each for each in page_blocks() if each.language == "yaml" and "tutorials" not in each.page]
 
 
+@needs_study
 @pytest.mark.parametrize("block", YAML, ids=lambda block: block.page)
 def test_settings_of_a_page_are_accepted(block: Block, tmp_path: Path) -> None:
     """As keys of a campaign file, of config.yaml or as the file of a rig."""

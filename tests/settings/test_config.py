@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 import yaml
 
-from campaigns import needs_study, without
+from campaigns import LABORATORY, needs_study, without
 from oilfilm.base.errors import OilfilmError
 from oilfilm.settings.base import Group
 from oilfilm.settings.campaign import CampaignFile, Semantics
@@ -29,7 +29,7 @@ ROOT = Path(__file__).parents[2]
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
     shutil.copytree(ROOT / "config", tmp_path / "config")
-    shutil.copy(ROOT / "tests/laboratory/campaigns/laboratory.yaml", tmp_path / "config/campaigns")
+    shutil.copy(LABORATORY / "campaigns/laboratory.yaml", tmp_path / "config/campaigns")
     return tmp_path / "config"
 
 
@@ -140,7 +140,7 @@ def test_no_value_of_the_command_line_ends_in_a_traceback(folder: Path, value: o
 
 
 def test_unknown_campaign_names_the_known_ones(folder: Path) -> None:
-    with pytest.raises(OilfilmError, match=r"names the campaign 'june'.*demo.*template"):
+    with pytest.raises(OilfilmError, match=r"names the campaign 'june'.*laboratory.*template"):
         resolve(folder, {"campaign": "june"})
 
 
@@ -176,7 +176,9 @@ def test_oil_of_a_project_wins_over_the_one_that_comes_with_oilfilm(folder: Path
         (folder / f"oils/{name}.yaml").unlink()
     path = folder / "oils/4102.yaml"
     path.write_text(path.read_text("utf-8").replace("name:", "name: own, ", 1), "utf-8")
-    own, given = (resolve(where, {}).plain()["oils"] for where in (folder, ROOT / "config"))
+    own, given = (
+        resolve(where, {"campaign": "laboratory"}).plain()["oils"] for where in (folder, LABORATORY)
+    )
     assert own["4050"] == given["4050"]
     assert own["4102"]["name"].startswith("own, ")
 
