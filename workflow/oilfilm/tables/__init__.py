@@ -23,11 +23,11 @@ import pyarrow.parquet as parquet
 
 from oilfilm.base.atomic_write import atomic_file
 from oilfilm.base.errors import OilfilmError, cut
-from oilfilm.tables.dictionary import BY_ROW as BY_ROW
+from oilfilm.tables.declaration import BY_ROW as BY_ROW
+from oilfilm.tables.declaration import UNITS as UNITS
 from oilfilm.tables.dictionary import COLUMNS as COLUMNS
 from oilfilm.tables.dictionary import LARGEST as LARGEST
 from oilfilm.tables.dictionary import TABLES as TABLES
-from oilfilm.tables.dictionary import UNITS as UNITS
 from oilfilm.tables.dictionary import Column as Column
 from oilfilm.tables.dictionary import Table as Table
 from oilfilm.tables.dictionary import unit_of as unit_of
