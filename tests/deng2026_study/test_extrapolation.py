@@ -7,13 +7,12 @@ import pandas as pd
 import pytest
 
 from campaigns import ROOT, Campaign, printed
-from deng2026_study.extrapolation import extrapolate, extrapolation_errors, relative_rms
+from deng2026_study.extrapolation import extrapolate, extrapolation_errors, relative_rms, truth_grid
 from oilfilm import tables
 from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
 from oilfilm.traction.law import CONDITIONS
 from planted_fits import printed_fits
-from simulated_lab.truth import truth_grid
 
 
 def constants_of(values: dict[str, np.ndarray]) -> pd.DataFrame:
@@ -120,3 +119,15 @@ def test_each_law_has_one_row_of_errors() -> None:
     parts = row["inside_relative_rms"] ** 2, row["beyond_relative_rms"] ** 2
     assert row["law"] == "deng2026"
     assert np.dot(parts, true) == pytest.approx(row["relative_rms"] ** 2 * true.sum())
+
+
+def test_truth_grid_has_every_condition_of_figs_7_to_10_for_every_oil() -> None:
+    config = resolve(ROOT / "config", {"campaign": "thermal"})
+    grid = truth_grid(config, printed())
+    wanted = sum(
+        np.prod([len(levels) for levels in figure.model_dump().values()])
+        for figure in config.extrapolation.values()
+    )
+    assert grid.groupby("oil").size().to_dict() == dict.fromkeys(["4010", "4050", "4102"], wanted)
+    # docs/physics.md, sanity [C, L-M]: mu of 0.02 to 0.04 at its peak; nowhere far above
+    assert 0.03 < grid["traction_coefficient"].max() < 0.05

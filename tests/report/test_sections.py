@@ -10,7 +10,7 @@ import pytest
 from campaigns import CLAIMS, REFERENCE, Campaign, printed, sign_study, without
 from deng2026_study import study
 from deng2026_study.audit.audit import audit, printed_evidence
-from deng2026_study.extrapolation import extrapolate, extrapolation_errors
+from deng2026_study.extrapolation import extrapolate, extrapolation_errors, truth_grid
 from deng2026_study.printed_constants import judge_printed
 from deng2026_study.printed_law import with_printed
 from deng2026_study.reference import read_claims
@@ -25,7 +25,6 @@ from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.torque.best_oil import NOT_KNOWN
 from reports import OILS, report_of, rows
 from simulated_lab.printed import PrintedCoefficients
-from simulated_lab.truth import truth_grid
 
 _PAPER = re.compile(r"paper|claim|Printed|Fig\. ")
 

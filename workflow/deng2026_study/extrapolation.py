@@ -4,6 +4,7 @@ The answer is about laws, not about oils: a law that fails here fails in a world
 one, and nothing is decided about the real oils.
 """
 
+import itertools
 from collections.abc import Mapping
 
 import numpy as np
@@ -14,12 +15,34 @@ from oilfilm import tables
 from oilfilm.base.ties import first_largest, reaches
 from oilfilm.base.units import FloatArray
 from oilfilm.fits.fitted import INTERVALS, FittedLaw
+from oilfilm.settings.resolved import Settings
 from oilfilm.traction import LAWS
 from oilfilm.traction.law import CONDITIONS, Law
+from simulated_lab.truth import known_contact, true_tractions
 
 _CUT_OFF = 1e6  # of mu, for laws that run away: its errors must be numbers of a table
 _AT = [*CONDITIONS, "slide_roll_ratio", "true_traction_coefficient", "traction_coefficient"]
 _SHORT_NAMES = np.array(["pressure", "speed", "temperature"])  # of CONDITIONS
+
+
+def truth_grid(settings: Settings, constants: Mapping[str, FloatArray]) -> pd.DataFrame:
+    """The true traction at the conditions of `extrapolation` in config, as table `truth_grid`.
+
+    Raises:
+        OilfilmError: As `true_tractions`.
+    """
+    contact = known_contact(settings)
+    grids = []
+    for oil, traction in true_tractions(settings, constants).items():
+        for figure, conditions in settings.extrapolation.items():
+            levels = conditions.model_dump()
+            frame = pd.DataFrame(itertools.product(*levels.values()), columns=list(levels))
+            mu = traction(*(frame[name].to_numpy(dtype=float) for name in levels))
+            load_n = contact.load_n(frame["max_hertz_pressure_gpa"].to_numpy())
+            grids.append(
+                frame.assign(oil=oil, figure=figure, load_n=load_n, traction_coefficient=mu)
+            )
+    return tables.conform(pd.concat(grids, ignore_index=True), "truth_grid", "truth of the twin")
 
 
 def extrapolate(

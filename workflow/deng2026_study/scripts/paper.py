@@ -4,12 +4,11 @@ from pathlib import Path
 
 import oilfilm.run.job as run
 from deng2026_study.audit.audit import audit_campaign
-from deng2026_study.extrapolation import extrapolate, extrapolation_errors
+from deng2026_study.extrapolation import extrapolate, extrapolation_errors, truth_grid
 from deng2026_study.printed_constants import judge_printed, study_signs
 from oilfilm.fits.fit import laws_of
 from oilfilm.tables import empty
 from simulated_lab.printed import printed_constants
-from simulated_lab.truth import truth_grid
 
 with run.job(snakemake) as job:
     printed, claims = Path(snakemake.input.printed), Path(snakemake.input.claims)
