@@ -167,7 +167,7 @@ def test_signs_are_those_of_the_fit(demo_tables: CampaignTables, demo: Campaign)
 def test_law_is_judged_once_for_oils(
     results: CampaignTables, config: Settings, verdict: str
 ) -> None:
-    ties = "deng2026, tanh" if verdict == "tie" else "tanh"
+    ties = ("deng2026", "tanh") if verdict == "tie" else ("tanh",)
     row = {"law": "deng2026", "verdict": verdict, "better_law": "tanh"} | dict.fromkeys(
         ("left_out_ties", "bic_ties"), ties
     )

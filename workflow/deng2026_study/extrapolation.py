@@ -80,9 +80,10 @@ def extrapolate(
             mu = fitted.predict(conditions, of_oil["slide_roll_ratio"].to_numpy())
             box = [[fit[f"tested_min_{name}"], fit[f"tested_max_{name}"]] for name in CONDITIONS]
             outside = is_beyond(of_oil[list(CONDITIONS)].to_numpy(), np.array(box), within)
+            regions = [tuple(_SHORT_NAMES[row].tolist()) for row in outside]
             predicted = named.assign(
                 law=law,
-                beyond=[", ".join(_SHORT_NAMES[row]) for row in outside],
+                beyond=tables.lists(regions, named.index),
                 traction_coefficient=mu.traction_coefficient,
                 **{name: getattr(mu, name) for name in INTERVALS},
             )
@@ -103,7 +104,7 @@ def extrapolation_errors(compared: pd.DataFrame) -> pd.DataFrame:
     """
     rows = []
     for law, group in compared.dropna(subset="traction_coefficient").groupby("law", sort=False):
-        beyond = group[group["beyond"] != ""]
+        beyond = group[group["beyond"].map(len) > 0]
         true = beyond["true_traction_coefficient"]
         held = true.between(beyond["obs_ci_lower"], beyond["obs_ci_upper"]).mean()
         error = group["traction_coefficient"] - group["true_traction_coefficient"]

@@ -39,8 +39,9 @@ PHYSICAL_UNITS = (
 )
 UNITS = ("1", BY_ROW, *PHYSICAL_UNITS)
 Unit = Annotated[str, OneOf(UNITS)]
-# A share is a number from 0 to 1; a count is a whole number from 0.
-Kind = Literal["number", "share", "count", "text", "flag"]
+# A share is a number from 0 to 1; a count is a whole number from 0; texts are a list, which may be
+# empty.
+Kind = Literal["number", "share", "count", "text", "texts", "flag"]
 
 
 def _one_line(text: str) -> str:
@@ -54,12 +55,11 @@ class Limits(Group):
     """What the values of a column may be."""
 
     required: bool | None = optional(
-        "Whether every row has a value. If left out, numbers and shares may be null, and counts, "
-        "texts and flags may not."
+        "Whether every row has a value. If left out, only numbers and shares may be null."
     )
     at_least: float | None = optional("Smallest value allowed.")
     at_most: float | None = optional("Largest value allowed.")
-    allowed: Levels[str] | None = optional("The only texts allowed.")
+    allowed: Levels[str] | None = optional("The only texts allowed, in a list too.")
 
 
 class ColumnEntry(Limits):

@@ -30,10 +30,16 @@ from oilfilm.tables.declaration import (
 
 # Infinity passes a plain lower bound; no quantity of a traction rig comes near this one.
 LARGEST = 1e12
-Type = Literal["number", "integer", "text", "flag"]
+Type = Literal["number", "integer", "text", "texts", "flag"]
 # A check over several columns: a complaint, or an empty text where all is well.
 Check = Callable[[pd.DataFrame], str]
-_DTYPES = {"number": "float64", "integer": "int64", "text": "str", "flag": "bool"}
+_DTYPES = {
+    "number": "float64",
+    "integer": "int64",
+    "text": "str",
+    "texts": "object",  # a tuple of texts, or None where it is not known
+    "flag": "bool",
+}
 
 
 @dataclass(frozen=True)
@@ -43,13 +49,13 @@ class Column:
     Attributes:
         name: Of the column; it ends in the unit where the unit is not 1.
         type: Type of its values.
-        unit: One of `UNITS`; empty for text and flags.
+        unit: One of `UNITS`; empty for text, lists of texts and flags.
         meaning: What it is, in every table.
         caveat: What a user must know before trusting it ("calibration is not included").
         nullable: Whether values may be missing.
         at_least: Smallest value allowed.
         at_most: Largest value allowed.
-        allowed: The only texts allowed; empty where any is.
+        allowed: The only texts allowed, in a list too; empty where any is.
         note: What one table adds, as "mean over the plateau".
         dictionary: Whether one table stores it dictionary-encoded, because few texts repeat.
     """
@@ -88,6 +94,14 @@ class Column:
     def description(self) -> str:
         """Meaning, note and caveat in one line."""
         return "; ".join(filter(None, (self.meaning_here, self.caveat)))
+
+    def is_list_allowed(self, value: object) -> bool:
+        """Whether a value is a tuple of texts that this column of lists may hold."""
+        if not isinstance(value, tuple):
+            return False
+        if not all(isinstance(text, str) for text in value):
+            return False
+        return not self.allowed or set(value) <= set(self.allowed)
 
 
 @dataclass(frozen=True, eq=False)
@@ -161,7 +175,9 @@ def _pandera_column(column: Column) -> Any:
         checks.append(pa.Check.ge(column.at_least))
     if column.at_most is not None:
         checks.append(pa.Check.le(column.at_most))
-    if column.allowed:
+    if column.type == "texts":
+        checks.append(pa.Check(column.is_list_allowed, element_wise=True, name="list_of_texts"))
+    elif column.allowed:
         checks.append(pa.Check.isin(column.allowed))
     return pa.Column(
         str if column.dtype == "str" else column.dtype,
@@ -194,6 +210,7 @@ _KINDS: dict[str, dict[str, Any]] = {
     "share": {"type": "number", "unit": "1", "nullable": True, "at_least": 0, "at_most": 1},
     "count": {"type": "integer", "unit": "1", "at_least": 0},
     "text": {"type": "text"},
+    "texts": {"type": "texts"},
     "flag": {"type": "flag"},
 }
 
@@ -337,7 +354,7 @@ def unit_of(name: str) -> str:
 
 
 def _verdict_agrees_with_failed_gates(frame: pd.DataFrame) -> str:
-    wrong = int((frame["accepted"] != (frame["failed_gates"] == "")).sum())
+    wrong = int((frame["accepted"] != (frame["failed_gates"].map(len) == 0)).sum())
     return f"{wrong} points are accepted with a failed gate or refused without one" if wrong else ""
 
 
