@@ -125,7 +125,7 @@ def test_transient_that_outlasts_the_settling_time_is_measured_and_refused() -> 
     log = [("log", bad_logs.csv(values))]
     points = check_logs(log, bad_logs.CONFIG).points.query("slide_roll_ratio > 0.02")
     # the plateau of pure rolling alone does not save the run
-    assert set(points["failed_gates"]) == {"no_point_left;transient_not_ended"}
+    assert set(points["failed_gates"]) == {("no_point_left", "transient_not_ended")}
     # 62 rows are left from 0.8 s on; the noise of 0.02 N over 82 N moves a mean by some 1e-4
     steady = decay[80 + 16 : 80 + 78]
     expected = steady[:12].mean() - steady[12:].mean()

@@ -78,7 +78,7 @@ def of_thermal() -> dict[str, Any]:
     quality, truth = thermal("fit_quality"), thermal("extrapolation")
     own, at = quality[quality["law"] == PAPER_LAW], truth[truth["law"] == PAPER_LAW]
     assert own["certified"].all()
-    beyond = at[at["beyond"] != ""].groupby("oil")
+    beyond = at[at["beyond"].map(len) > 0].groupby("oil")
     off = at[at["figure"] == "fig07"].eval("traction_coefficient / true_traction_coefficient - 1")
     mean = 100 * off.groupby(at["slide_roll_ratio"].round(2)).mean()
     inside = {

@@ -285,8 +285,9 @@ def test_prediction_is_judged_at_left_out_ends_and_by_truth(config: Settings, ju
     fits = pd.DataFrame({"oil": ["4102"], "law": "deng2026", **errors}).assign(
         speed_end_out_relative_rms=0.2
     )
+    regions: list[tuple[str, ...]] = [("temperature",)] * 3 + [()]
     truth = pd.DataFrame({"traction_coefficient": [0.0104, 0.02, 0.011, 0.5]}).assign(
-        oil="4102", law="deng2026", true_traction_coefficient=0.01, beyond=["T", "T", "T", ""]
+        oil="4102", law="deng2026", true_traction_coefficient=0.01, beyond=regions
     )
     evidence = evidence_of(printed(), config, fit_quality=fits, extrapolation=truth)
     finding = judge("extrapolates", evidence)

@@ -10,7 +10,7 @@ from claim_evidence import CLAIMS, sign_study
 from campaigns import REFERENCE, Campaign, printed, without
 from deng2026_study import study
 from deng2026_study.audit.audit import audit, printed_evidence
-from deng2026_study.extrapolation import extrapolate, extrapolation_errors
+from deng2026_study.extrapolation import extrapolate, extrapolation_errors, truth_grid
 from deng2026_study.printed_constants import judge_printed
 from deng2026_study.printed_law import with_printed
 from deng2026_study.reference import read_claims
@@ -23,7 +23,6 @@ from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from reports import by_anchor, cells, told
 from simulated_lab.printed import PrintedCoefficients
-from simulated_lab.truth import truth_grid
 
 
 @pytest.fixture(scope="module")
@@ -34,7 +33,7 @@ def demo_tables(demo: Campaign) -> CampaignTables:
     fitted = fit.coefficients, fit.refits, fit.fit_quality
     signs, sign_verdicts = sign_study(config)
     within = config.same_set_point.relative
-    truth = truth_grid(config, printed(), study_settings(config).extrapolation)
+    truth = truth_grid(config, printed())
     results = CampaignTables.in_memory(
         **{name: getattr(curated, name) for name in ("runs", "points", "quarantine")},
         **dict(zip(("coefficients", "refits", "fit_quality"), fitted, strict=True)),

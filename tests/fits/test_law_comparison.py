@@ -200,7 +200,7 @@ def test_bounds_of_the_comparison_are_those_of_the_constants(quick: Settings) ->
     constants = frames.coefficients
     held = constants[constants["verdict"] == "at a bound"].groupby("law")["constant"].apply(set)
     for row in tables.rows(frames.fit_quality):
-        names = set(filter(None, row["active_bounds"].split(", ")))
+        names = set(row["active_bounds"])
         assert names == held.get(row["law"], set())
         assert not (names and row["certified"])
     assert len(held)

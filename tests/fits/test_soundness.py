@@ -86,19 +86,21 @@ def test_a_change_over_the_runs_is_named(config: Settings, name: str) -> None:
 @pytest.mark.parametrize(
     ("column", "texts", "name"),
     [
-        ("stated", ("ball=B7; day=1", "day=1"), "ball=B7"),
-        ("columns", ("time [s], T [K]", "time [s]"), "the column T [K]"),
+        ("stated", [("ball=B7", "day=1"), ("day=1",)], "ball=B7"),
+        ("columns", [("time [s]", "T [K]"), ("time [s]",)], "the column T [K]"),
     ],
 )
 def test_runs_with_another_force_are_named_by_header_or_columns(
-    config: Settings, column: str, texts: tuple[str, str], name: str
+    config: Settings, column: str, texts: list[tuple[str, ...]], name: str
 ) -> None:
     contact, drift = config.common_contact(), Drift(force=1 + 0.1 * HALF)
     points = Campaign(law_truth("4102"), contact, drift=drift).points(
         matrix(), np.random.default_rng(1), "4102"
     )
-    runs = pd.DataFrame({"run_id": points["run_id"].unique(), "columns": "", "stated": ""})
-    runs[column] = np.where(HALF, *texts)
+    names = points["run_id"].unique()
+    nothing: list[tuple[str, ...]] = [()] * len(names)
+    runs = pd.DataFrame({"run_id": names, "columns": nothing, "stated": nothing})
+    runs[column] = [texts[0] if is_of_half else texts[1] for is_of_half in HALF]
     runs = runs.reindex(columns=[*tables.columns("runs")])
     fitted = FittedLaw(LAW, Coefficients.bare(LAW, printed()["4102"]))
     groups = runs_in_common(runs, points, config.patterns.curves_min)
@@ -163,7 +165,8 @@ def verdict_on(config: Settings, lost: str | None, known: list[bool], **quality:
     column = lost or "inlet_temperature_c"
     points[column] = points[column].mask(of_run | bool(lost))
     fit = replace(Coefficients.bare(LAW, printed()["4050"]), known=np.array(known))
-    row = {"rmse": 1e-4, "relative_rms": 0.01, "certified": True, "two_level_conditions": ""}
+    row = {"rmse": 1e-4, "relative_rms": 0.01, "certified": True}
+    row |= {"two_level_conditions": (), "incomplete_curves": ()}
     return verdict_of_fit(row | quality, FittedLaw(LAW, fit), points, config.fit, config.patterns)
 
 
@@ -177,6 +180,27 @@ def test_campaign_of_unknown_pressure_gets_a_verdict(config: Settings) -> None:
     assert len(what_is_wrong(row)) == 1
 
 
+def test_run_with_a_comma_in_its_name_counts_as_one(config: Settings) -> None:
+    campaign = Campaign(
+        law_truth("4102"), config.common_contact(), drift=Drift(force=1 + 0.1 * HALF)
+    )
+    points = campaign.points(matrix(), np.random.default_rng(1), "4102")
+    points["run_id"] = "run, " + points["run_id"].str.removeprefix("run")
+    row = verdict_of_fit(
+        {"rmse": 1e-4, "relative_rms": 0.01, "certified": True, "fixed_conditions": ""}
+        | {"two_level_conditions": (), "incomplete_curves": ()},
+        FittedLaw(LAW, Coefficients.bare(LAW, printed()["4102"])),
+        points,
+        config.fit,
+        config.patterns,
+    )
+    changed = row["changed_runs"]
+    assert 1 < len(changed) < len(HALF)
+    assert set(changed) <= set(points["run_id"])
+    (sentence,) = what_is_wrong(row | {"bend_relative_rms": np.nan})
+    assert f"{len(changed)} runs" in sentence
+
+
 def test_a_run_that_the_fit_left_out_spoils_no_verdict(config: Settings) -> None:
-    row = verdict_on(config, None, [True] * 3, fixed_conditions="", incomplete_curves="run000")
+    row = verdict_on(config, None, [True] * 3, fixed_conditions="", incomplete_curves=("run000",))
     assert (row["law_verdict"], row["campaign_verdict"]) == ("adequate", "steady")

@@ -134,7 +134,7 @@ def made_once(name: str, make: Callable[[Path], Made], factory: pytest.TempPathF
 
 def rows(table: str, *given: dict[str, Any], flag: bool = False) -> pd.DataFrame:
     """Rows of a table; what is not given is nothing, zero or false."""
-    nothing = {"number": np.nan, "integer": 0, "flag": flag, "text": ""}
+    nothing = {"number": np.nan, "integer": 0, "flag": flag, "text": "", "texts": ()}
     empty = {column.name: nothing[column.type] for column in tables.TABLES[table].columns}
     return pd.DataFrame([{**empty, **row} for row in given], columns=list(empty))
 

@@ -42,7 +42,7 @@ def measured(oil: str) -> pd.DataFrame:
         entrainment_speed_systematic_m_s=0.03,
         inlet_temperature_systematic_c=0.5,
         lambda_ratio=7.0,
-        failed_gates="",
+        failed_gates=[()] * len(points),
     )
 
 
@@ -64,7 +64,7 @@ def results_of(config: Settings, oils: tuple[str, ...] = OILS) -> CampaignTables
     ]
     sound = {"optimum_confirmed": True, "law_verdict": "adequate", "campaign_verdict": "steady"}
     changed = {"law_verdict": "bend", "campaign_verdict": "changed", "change": "load"}
-    changed |= {"change_size": 8.0, "change_course": "from", "changed_runs": "b, c"}
+    changed |= {"change_size": 8.0, "change_course": "from", "changed_runs": ("b", "c")}
     stuck = {"run_id": "stuck.csv", "file": "stuck.csv", "verdict": "refused"}
     runs.append({**stuck, "rule": "stuck_sensor", "reason": "the force stays"})
     about = {"rule": "stuck_sensor", "reason": "the force stays", "advice": "Check the sensor."}
@@ -85,7 +85,7 @@ def results_of(config: Settings, oils: tuple[str, ...] = OILS) -> CampaignTables
         soundness=rows(
             "soundness",
             {"oil": "4102", "sound": True, **sound},
-            {"oil": "4050", **sound, **changed, "bend": "shape"},
+            {"oil": "4050", **sound, **changed, "bend": ("shape",)},
         ),
         torque_runs=rows("torque_runs", {"run_id": "torque2.csv", "accepted": True}),
         torque_quarantine=rows("quarantine", {"file": "torque.csv", "rule": "zero_drift"}),

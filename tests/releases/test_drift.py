@@ -135,7 +135,8 @@ def test_each_difference_is_in_its_section(
 ) -> None:
     points, coefficients = frames["points"].copy(), frames["coefficients"].copy()
     first = points.index[points["accepted"]][0]
-    points.loc[first, ["accepted", "failed_gates"]] = [False, "thin_film"]
+    points.at[first, "accepted"] = False
+    points.at[first, "failed_gates"] = ("thin_film",)
     coefficients.loc[3, "verdict"] = "sign unknown"
     config = demo.config.with_changes({"gates": {"lambda_limit": 2.5}})
     after = make(config, points=points, coefficients=coefficients)

@@ -26,8 +26,9 @@ def rows(table: str, count: int) -> pandas.DataFrame:
     """Rows that the table allows; the numbers mean nothing."""
     frame = {}
     for column in tables.TABLES[table].columns:
-        text = (*column.allowed, "" if column.name == "failed_gates" else "x")[0]
+        text = (*column.allowed, "x")[0]
         of_type: dict[str, Any] = {"number": 1.0, "integer": 1, "flag": True, "text": text}
+        of_type["texts"] = ()
         frame[column.name] = [of_type[column.type]] * count
     frame |= {key: range(1, count + 1) for key in ("first_row", "row") if key in frame}
     return tables.conform(pandas.DataFrame(frame), table, "made up")

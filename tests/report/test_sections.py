@@ -33,7 +33,7 @@ def test_laboratory_without_the_paper_reads_nothing_of_it(
 def test_law_is_judged_once_for_oils(
     results: CampaignTables, config: Settings, verdict: str
 ) -> None:
-    ties = "deng2026, tanh" if verdict == "tie" else "tanh"
+    ties = ("deng2026", "tanh") if verdict == "tie" else ("tanh",)
     row = {"law": "deng2026", "verdict": verdict, "better_law": "tanh"} | dict.fromkeys(
         ("left_out_ties", "bic_ties"), ties
     )

@@ -55,7 +55,7 @@ def plateaus(
 ) -> pd.DataFrame:
     """Accepted plateaus of oil 4050 at 20 kN and 100 degC."""
     columns = {"run_id": "a.csv", "oil": "4050", "axial_load_n": 20e3, "oil_temperature_c": 100.0}
-    columns |= {"torque_n_m_se": se, "accepted": True, "failed_gates": ""}
+    columns |= {"torque_n_m_se": se, "accepted": True, "failed_gates": ()}
     pairs = zip(torque_n_m, speed_rpm, strict=True)
     return rows(
         "torque_runs",

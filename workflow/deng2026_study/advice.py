@@ -158,20 +158,24 @@ def _choices(at: SlipMap, settings: SelectionSettings, lambda_limit: float) -> p
     )
     names = np.array([*oils, ""])
     return points.assign(
-        oils_within_limit=_joined(within, oils),
+        oils_within_limit=tables.lists(_names_of(within, oils), points.index),
         selection_rule=np.array([rule.name for rule in settings.rules])[deciding],
         advised_oil=names[advised],
         best_oil=names[best],
-        good_oils=_joined(good, oils),
+        good_oils=tables.lists(_names_of(good, oils), points.index),
         judgement=judgement,
         **dict(zip(oils, good, strict=True)),
     )
 
 
-def _joined(chosen: BoolArray, oils: Sequence[str]) -> np.ndarray:
-    """Names of the oils that are chosen at each operating point."""
-    kinds, kind = np.unique(chosen.T, axis=0, return_inverse=True)
-    return np.array(["; ".join(itertools.compress(oils, each)) for each in kinds])[kind]
+def _names_of(chosen: BoolArray, oils: Sequence[str]) -> list[tuple[str, ...]]:
+    """Names of the oils that are chosen at each operating point.
+
+    Args:
+        chosen: Shape (oils, points).
+        oils: Their names.
+    """
+    return [tuple(itertools.compress(oils, at_point)) for at_point in chosen.T]
 
 
 def decide(

@@ -12,7 +12,7 @@ from oilfilm.base.studies import settings_file
 from oilfilm.bearing.kinematics import entrainment_speed_m_s, inner_slide_roll_ratio
 from oilfilm.settings import quantities as q
 from oilfilm.settings.base import Group, contradiction, key
-from oilfilm.settings.config import Box, LawOfConditions, MatrixWithSlip
+from oilfilm.settings.config import Box, LawOfConditions, Matrix
 from oilfilm.settings.messages import load
 from oilfilm.settings.resolved import Settings
 
@@ -157,6 +157,12 @@ class Fig03Settings(Group):
 
     inlet_temperature_c: q.TemperatureC = key("Temperature.")
     entrainment_speed_m_s: q.SpeedMs = key("Speed.")
+
+
+class MatrixWithSlip(Matrix):
+    """Conditions of a figure: all combinations of levels."""
+
+    slide_roll_ratio: q.Levels[q.SlideRollRatioOrZero] = key("Slide-roll ratios.")
 
 
 class FigureSettings(Group):

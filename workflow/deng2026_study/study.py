@@ -294,7 +294,7 @@ def _choice(results: CampaignTables) -> Section:
     others = judged[judged["judgement"] != "agree"]
     counts, band = others["judgement"].value_counts(), results.advice_band
     share = band["agreeing_points"] / band["operating_points"]
-    advised = [oil for oils in judged["good_oils"] for oil in oils.split("; ") if oil]
+    advised = judged["good_oils"].explode().tolist()
     drawn = stays_best(results.cage_slip, _STAYS_BEST)
     made = facts(
         "deng2026_study/choice.jinja",

@@ -1,6 +1,7 @@
 """Compare measured torque with the fitted law; calculate what the oil's own heating changes."""
 
 import oilfilm.run.job as run
+from oilfilm.base import studies
 from oilfilm.torque.bearing_torque import oils_in_bearings, torque_table
 from oilfilm.torque.heat_balance import heat_balance_table
 from oilfilm.torque.torque_control import torque_control
@@ -8,6 +9,7 @@ from oilfilm.torque.torque_control import torque_control
 with run.job(snakemake) as job:
     coefficients, quality = job.tables.coefficients, job.tables.fit_quality
     settings = job.settings
+    studies.declare_tables([studies.simulator()])
     oils = oils_in_bearings(coefficients, quality, settings, job.tables.refits)
     torque, inversion = torque_table(job.tables.torque_runs, oils, settings)
     # without bootstrap constants: the heat balance has no uncertainty

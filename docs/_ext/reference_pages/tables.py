@@ -68,6 +68,8 @@ def _row(column: Column, example: Any) -> str:
 def _example(value: Any) -> str:
     if value is None:
         return "-"
+    if isinstance(value, list):
+        return ", ".join(f"`{text}`" for text in value)
     if isinstance(value, str):
         return f"`{value}`"  # as code, because no character of it is markup
     if isinstance(value, bool):

@@ -310,7 +310,7 @@ def extrapolates(view: View) -> Outcome:
     left_out = fits["left_out_rmse"] * fits["relative_rms"] / fits["rmse"]
     truth = view.measured.extrapolation
     own = (truth["law"] == view.study.audit.stress_law) & truth["oil"].isin(fits["oil"])
-    truth = truth[own & (truth["beyond"] != "")]
+    truth = truth[own & (truth["beyond"].map(len) > 0)]
     error = (truth["traction_coefficient"] / truth["true_traction_coefficient"] - 1).abs()
     return outcome(
         ends.assign(holds=reaches(limit, ends["value"])),

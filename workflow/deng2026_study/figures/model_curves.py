@@ -12,7 +12,7 @@ from matplotlib.ticker import MaxNLocator
 
 from deng2026_study.extrapolation import is_beyond
 from deng2026_study.printed_law import with_printed
-from deng2026_study.settings import study_settings
+from deng2026_study.settings import MatrixWithSlip, study_settings
 from oilfilm import tables
 from oilfilm.base.ties import first_largest, reaches
 from oilfilm.base.units import FloatArray
@@ -23,7 +23,6 @@ from oilfilm.report.figures import style
 from oilfilm.report.figures.fits import starts_of, symbol_of
 from oilfilm.report.figures.sheet import Panel, Sheet, register
 from oilfilm.report.words import law_name
-from oilfilm.settings.config import MatrixWithSlip
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction.law import CONDITIONS

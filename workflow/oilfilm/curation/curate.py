@@ -612,7 +612,7 @@ def _judge(measured: _MeasuredRuns) -> Curated:
     failed = judge_plateaus(points, rig)
     unrefused = ~points["run_id"].isin(list(refused))
     refused_by_plateaus = list(runs_not_usable(points[unrefused], failed[unrefused], rig))
-    points = points.assign(failed_gates=failed_gates.as_text(failed), accepted=~failed.any(axis=1))
+    points = points.assign(failed_gates=failed_gates.names_of(failed), accepted=~failed.any(axis=1))
     points = _refuse_plateaus(points, list(refused.values()), type(rig))
     # plateaus of runs that are refused by their plateaus stay in the table of every rig. Accepted
     # ones get the rule of their run

@@ -116,9 +116,9 @@ def fit_oil(
     quality: dict[str, Any] = {
         **{"oil": oil, "law": law.name, "configured": True},
         **{"n_points": len(data.mu), "n_curves": len(data.runs)},
-        "incomplete_curves": "; ".join(left_out),
+        "incomplete_curves": tuple(left_out),
         "fixed_conditions": to_text(fixed),
-        "two_level_conditions": ", ".join(two),
+        "two_level_conditions": tuple(two),
     }
     accepted = points.loc[points["accepted"], list(BOX)].abs()
     for end, values in (("min", accepted.min()), ("max", accepted.max())):

@@ -318,7 +318,7 @@ def certify(
         "condition_number": condition,
         "hessian_smallest": low,
         "hessian_largest": high,
-        "active_bounds": ", ".join(problem.at_bounds),
+        "active_bounds": tuple(problem.at_bounds),
     }
     checks = _checks(numbers, largest, settings)
     failing = [what for holds, _, what in checks if not holds]

@@ -22,7 +22,7 @@ def what_is_wrong(row: Mapping[str, Any]) -> list[str]:
         sentences.append(_of_change(row))
     if row["law_verdict"] != "adequate":
         size = "" if np.isnan(row["bend_relative_rms"]) else f"{row['bend_relative_rms']:.1%}"
-        bend = " and ".join(_name(each) for each in row["bend"].split())
+        bend = " and ".join(_name(each) for each in row["bend"])
         sentences.append(_LAW[row["law_verdict"]].format(bend=bend, size=size))
     if row["campaign_verdict"] == "too few curves" and row["law_verdict"] != "too few curves":
         sentences.append("The runs are too few to show whether the campaign was steady.")
@@ -61,7 +61,7 @@ def _name(code: str) -> str:
 
 def _of_change(row: Mapping[str, Any]) -> str:
     what, size, course = row["change"], row["change_size"], row["change_course"]
-    runs = row["changed_runs"].split(", ")
+    runs = row["changed_runs"]
     named = f"{runs[0]} to {runs[-1]}" if course == "from" else ", ".join(runs)
     where = {
         "trend": "Over the runs",

@@ -476,12 +476,6 @@ class Matrix(Group):
     inlet_temperature_c: q.Levels[q.TemperatureC] = key("Inlet temperatures.")
 
 
-class MatrixWithSlip(Matrix):
-    """Conditions of a figure: all combinations of levels."""
-
-    slide_roll_ratio: q.Levels[q.SlideRollRatioOrZero] = key("Slide-roll ratios.")
-
-
 class NearbySettings(Group):
     """Measured points are shown beside a curve whose other conditions are this near."""
 

@@ -17,9 +17,12 @@ def torque_control(results: CampaignTables, settings: Settings) -> pd.DataFrame:
     """One row per oil with simulated torque logs; no rows where the torque was measured.
 
     Args:
-        results: Tables `torque_truth` and `fit_quality`.
-        settings: Section `torque_logs`, and `oils` and `twin` of the campaign.
+        results: Table `fit_quality`, and `torque_truth` of the package that simulates logs.
+        settings: Section `torque_logs`, and `oils`, `torque` and `twin` of the campaign.
     """
+    torque_logs = settings.campaign.torque
+    if torque_logs is None or torque_logs.twin is None:
+        return tables.empty("torque_control")
     law_of_oil = results.configured.fit_quality.set_index("oil")["law"]
     misfit_of_oil = results.torque_truth.groupby("oil")["law_misfit"].first()
     rows = []

@@ -239,8 +239,8 @@ def law_facts(verdicts: pd.DataFrame, quality: pd.DataFrame, tie: str = "") -> l
     groups: dict[str, dict[str, Any]] = {}
     for row in tables.rows(verdicts):
         fits = {fit["law"]: fit for fit in tables.rows(quality[quality["oil"] == row["oil"]])}
-        by_bic, better = row["bic_ties"].split(", "), row["better_law"]
-        ties = [each for each in row["left_out_ties"].split(", ") if each and each in by_bic]
+        by_bic, better = row["bic_ties"] or (), row["better_law"]
+        ties = [law for law in row["left_out_ties"] or () if law in by_bic]
         told = {
             "verdict": row["verdict"],
             "law": row["law"],
