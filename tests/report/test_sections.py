@@ -14,9 +14,10 @@ from deng2026_study.extrapolation import extrapolate, extrapolation_errors, trut
 from deng2026_study.printed_constants import judge_printed
 from deng2026_study.printed_law import with_printed
 from deng2026_study.reference import read_claims
+from oilfilm import tables
 from oilfilm.curation.coverage import coverage, gate_counts
 from oilfilm.logs.run_sheet import UNLISTED
-from oilfilm.report.document import Fact, Section, facts, percent
+from oilfilm.report.document import Fact, Section, _declarations, facts, percent
 from oilfilm.report.sections.build import sections
 from oilfilm.report.text import text
 from oilfilm.settings.messages import load
@@ -234,6 +235,14 @@ def test_best_oils_of_a_heated_bearing_are_compared_where_both_are_known(
     balance = rows("heat_balance", *points)
     section = by_anchor(results.replace(heat_balance=balance), config)["bearing"]
     assert "the best oil at 1 of 2 operating points. It is not known at 2 more" in told(section)
+
+
+def test_lists_of_tables_are_joined_where_they_are_shown() -> None:
+    for name, shown in _declarations("shown_tables").items():
+        model = tables.TABLES.get(shown.get("model", name))
+        for column, given in shown["columns"].items():
+            if model and column in model.names and model[column].type == "texts":
+                assert given["form"] in ("list", "laws"), (name, column)
 
 
 def test_remarks_on_the_sheet_are_no_refusals(results: CampaignTables, config: Settings) -> None:
