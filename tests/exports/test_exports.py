@@ -264,7 +264,9 @@ def test_every_file_says_whether_its_data_are_real(
 @pytest.fixture(scope="module")
 def hostile(config: Settings) -> tuple[list[Description], dict[str, str]]:
     tables = tables_of(DENG, HOSTILE, PRINTED_4102)
-    quality = tables.fit_quality.assign(certificate=" ".join(HOSTILE), certified=False)
+    quality = tables.fit_quality.assign(certified=False)
+    quality["doubts"] = [("at bounds",)] * len(quality)
+    quality["active_bounds"] = [tuple(HOSTILE)] * len(quality)
     tables = tables.replace(fit_quality=quality)
     settings = config.with_changes({"campaign": {"description": " ".join(HOSTILE)}})
     names = identifiers(HOSTILE).items()
@@ -374,8 +376,8 @@ def test_fit_of_one_level_stands_at_that_level_once(curve_only: Description) -> 
 
 def test_fit_without_a_curve_is_listed_with_the_reason(config: Settings) -> None:
     tables = tables_of(DENG, ["4102"], {})
-    why = "not fitted: 3 accepted points, at least 13 are needed"
-    lost = {"certificate": why, "certified": False, "rmse": np.nan, "max_error": np.nan}
+    why = "not fitted: 0 accepted points"
+    lost = {"no_fit": "no points", "certified": False, "rmse": np.nan, "max_error": np.nan}
     tables = tables.replace(fit_quality=tables.fit_quality.assign(**lost))
     files = export_campaign(tables, config, PROVENANCE)
     fitted = {name for name in files if not name.startswith("printed-constants/")}

@@ -39,7 +39,6 @@ def tables_of(
     quality = {
         **{"n_points": 62, "n_curves": 2, "rmse": 1e-4, "max_error": 5e-4},
         **{"searches": 5, "searches_agreeing": 5, "fixed_conditions": to_text(fixed)},
-        "certificate": "certified: 5 of 5 searches agree; and more",
         "tested_min_slide_roll_ratio": 0.002,
         **corners.min().add_prefix("tested_min_"),
         **corners.max().add_prefix("tested_max_"),

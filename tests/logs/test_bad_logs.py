@@ -196,8 +196,8 @@ def test_rig_that_is_like_no_other_is_doubted(rig: dict[str, object], told: str)
     """The set point is a load, so that no pressure depends on radius and modulus."""
     settings = CONFIG.with_changes({"rigs": {RIG: rig}})
     content = csv(good(), load_n=82.2, max_hertz_pressure_gpa=None)
-    (warning,) = check_logs([("log", content)], settings).runs["warning"]
-    assert (told in warning) if told else warning == ""
+    (warnings,) = check_logs([("log", content)], settings).runs["warning"]
+    assert (told in "; ".join(warnings)) if told else warnings == ()
 
 
 @pytest.mark.parametrize("error", [0, 0.5])

@@ -7,8 +7,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from oilfilm import tables
 from oilfilm.logs.run_sheet import UNLISTED
-from oilfilm.report.document import Fact, facts, percent
+from oilfilm.report.document import Fact, _shown_tables, facts, percent
 from oilfilm.report.sections.build import sections
 from oilfilm.report.text import text
 from oilfilm.settings.resolved import Settings
@@ -100,6 +101,14 @@ def test_best_oils_of_a_heated_bearing_are_compared_where_both_are_known(
     balance = rows("heat_balance", *points)
     section = by_anchor(results.replace(heat_balance=balance), config)["bearing"]
     assert "the best oil at 1 of 2 operating points. It is not known at 2 more" in told(section)
+
+
+def test_lists_of_tables_are_joined_where_they_are_shown() -> None:
+    for name, shown in _shown_tables().items():
+        model = tables.TABLES.get(shown.get("model", name))
+        for column, given in shown["columns"].items():
+            if model and column in model.names and model[column].type == "texts":
+                assert given["form"] in ("list", "laws"), (name, column)
 
 
 def test_remarks_on_the_sheet_are_no_refusals(results: CampaignTables, config: Settings) -> None:

@@ -85,7 +85,8 @@ def test_every_column_has_an_example_that_its_declaration_allows(model: tables.T
         name: empty.get(model[name].type) if value is None else value
         for name, value in shown.items()
     }
-    lists = {name: tuple(row[name]) for name in row if model[name].type == "texts"}
+    # a list of JSON is a tuple in a table; a text is none
+    lists = {name: tuple(value) for name, value in row.items() if isinstance(value, list)}
     model.schema.validate(pd.DataFrame([row | lists]), lazy=True)
 
 

@@ -6,10 +6,12 @@ from oilfilm.torque.bearing_torque import oils_in_bearings, torque_table
 from oilfilm.torque.heat_balance import heat_balance_table
 from oilfilm.torque.torque_control import torque_control
 
+# the truth behind simulated torque logs is a table of the package that simulates them
+studies.declare_tables([studies.simulator()])
+
 with run.job(snakemake) as job:
     coefficients, quality = job.tables.coefficients, job.tables.fit_quality
     settings = job.settings
-    studies.declare_tables([studies.simulator()])
     oils = oils_in_bearings(coefficients, quality, settings, job.tables.refits)
     torque, inversion = torque_table(job.tables.torque_runs, oils, settings)
     # without bootstrap constants: the heat balance has no uncertainty

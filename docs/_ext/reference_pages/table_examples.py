@@ -77,13 +77,15 @@ def _shown(value: Any, column: Column) -> Any:
     if column.type == "number":
         return float(f"{value:.4g}")
     if column.type == "texts":
-        return list(value)[:_MOST_TEXTS]
-    if column.type != "text":
-        return value.item()
-    value = value.replace("`", "")  # the page shows it between such marks
-    if " " in value:
-        return textwrap.shorten(value, _LONGEST, placeholder=" …", break_on_hyphens=False)
-    return value if len(value) <= _LONGEST else f"{value[:12]}…"
+        return [_short(text) for text in value[:_MOST_TEXTS]]
+    return _short(value) if column.type == "text" else value.item()
+
+
+def _short(text: str) -> str:
+    text = text.replace("`", "")  # the page shows it between such marks
+    if " " in text:
+        return textwrap.shorten(text, _LONGEST, placeholder=" …", break_on_hyphens=False)
+    return text if len(text) <= _LONGEST else f"{text[:12]}…"
 
 
 def write_examples(*results: Path) -> None:

@@ -214,6 +214,7 @@ def _checked_run(
     is_traction = kind.name == TRACTION
     ranges = points[list(MEASURED[kind.name])].agg(["min", "max"])
     checked: Plain = {name: run[name] for name in _RUN_COLUMNS}
+    checked["warning"] = "; ".join(run["warning"])
     checked["oil_source"] = sources.get("oil", _CAMPAIGN)
     checked["rig_source"] = sources.get("rig" if is_traction else "bearing", _CAMPAIGN)
     checked["rows"] = run["samples"]

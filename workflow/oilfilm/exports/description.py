@@ -19,6 +19,7 @@ import pandas as pd
 
 from oilfilm import tables
 from oilfilm.base.units import FloatArray
+from oilfilm.fits.certificate_words import certificate
 from oilfilm.fits.fitted import FittedLaw
 from oilfilm.fits.soundness_words import what_is_wrong
 from oilfilm.report.captions import credit
@@ -227,7 +228,7 @@ class Description:
     def obstacle(self) -> str:
         """Why no function of mu can be written; empty where one can."""
         lost = np.isnan(self.fitted.coefficients.constants).any()
-        return str(self.quality["certificate"]) if lost and self.quality else ""
+        return certificate(self.quality) if lost and self.quality else ""
 
     @property
     def values(self) -> dict[str, float]:
@@ -334,9 +335,7 @@ class Description:
         fit = self.quality
         if fit is None:
             return "as printed, not refitted: without errors and intervals"
-        if fit["certified"]:
-            return f"certified: {fit['searches_agreeing']} of {fit['searches']} searches agree"
-        return plain(str(fit["certificate"]))
+        return plain(certificate(fit))
 
     @property
     def law_sentences(self) -> list[str]:

@@ -344,13 +344,15 @@ def verdict_of_fit(
     }
     steady = next((name for name, holds in of_campaign.items() if holds), "steady")
     optimum = bool(quality["certified"])
+    other_oil = change.what.removeprefix("oil ") if change.what.startswith("oil ") else ""
     return {
         "optimum_confirmed": optimum,
         "law_verdict": law,
         "bend": tuple(bend.what.split()),
         "bend_relative_rms": bend.mu_share,
         "campaign_verdict": steady,
-        "change": change.what,
+        "change": "oil" if other_oil else change.what,
+        "change_oil": other_oil,
         "change_course": change.when,
         "change_group": change.group,
         "changed_runs": () if change.when == "trend" else tuple(map(str, change.runs)),

@@ -72,8 +72,8 @@ def _of_change(row: Mapping[str, Any]) -> str:
     if what.endswith(" factor"):
         quantity = "the entrainment speed" if what == "speed factor" else "the slip"
         found = f"{quantity} reads {size:g} times as large as in the others"
-    elif what.startswith("oil "):
-        found = f"mu is that of a mixture with {size:.0%} of {what.removeprefix('oil ')}"
+    elif what == "oil":
+        found = f"mu is that of a mixture with {size:.0%} of {row['change_oil']}"
     else:
         amount = f"{abs(size):.2g} {_UNITS[what]}" if what in _UNITS else f"{abs(size):.1%}"
         found = f"the {what} reads {'higher' if size > 0 else 'lower'} by {amount}"

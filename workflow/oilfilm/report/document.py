@@ -285,6 +285,7 @@ FORMS: dict[str, Form] = {
     "gate": gate_name,
     "law": law_name,
     "laws": law_names,
+    "list": ", ".join,
     "load variable": load_variable,
     "yes or no": lambda flag: "yes" if flag else "no",
 }
