@@ -8,6 +8,7 @@ import pytest
 
 from campaigns import ROOT, Campaign, printed
 from deng2026_study.extrapolation import extrapolate, extrapolation_errors, relative_rms, truth_grid
+from deng2026_study.settings import study_settings
 from oilfilm import tables
 from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
@@ -126,7 +127,7 @@ def test_truth_grid_has_every_condition_of_figs_7_to_10_for_every_oil() -> None:
     grid = truth_grid(config, printed())
     wanted = sum(
         np.prod([len(levels) for levels in figure.model_dump().values()])
-        for figure in config.extrapolation.values()
+        for figure in study_settings(config).extrapolation.values()
     )
     assert grid.groupby("oil").size().to_dict() == dict.fromkeys(["4010", "4050", "4102"], wanted)
     # docs/physics.md, sanity [C, L-M]: mu of 0.02 to 0.04 at its peak; nowhere far above
