@@ -87,18 +87,14 @@ def tables_of_fit(
     )
 
 
-def tables_without_fit(
-    constants: Sequence[str], quality: Mapping[str, Any], reason: str
-) -> CampaignTables:
-    """The tables of data that cannot be fitted: no values, and the reason as the certificate.
+def tables_without_fit(constants: Sequence[str], quality: Mapping[str, Any]) -> CampaignTables:
+    """The tables of data that cannot be fitted: no values, and the reason.
 
     Args:
         constants: Names of the constants of the law that are fitted.
-        quality: As in `tables_of_fit`.
-        reason: Why there is no fit.
+        quality: As in `tables_of_fit`, with the reason as `no_fit`.
     """
     rows = pd.DataFrame({"constant": constants}).assign(verdict="not identifiable")
-    quality = {**quality, "certificate": f"not fitted: {reason}"}
     return _with_oil_and_law(quality, coefficients=rows)
 
 
@@ -357,52 +353,31 @@ def certify(
         "condition_number": condition_number,
         "hessian_smallest": hessian_smallest,
         "hessian_largest": hessian_largest,
-        "active_bounds": ", ".join(problem.at_bounds),
+        "active_bounds": tuple(problem.at_bounds),
     }
-    checks = _checks(numbers, float(np.abs(mu).max()), settings)
-    failing = [what for holds, _, what in checks if not holds]
-    holding = [what for _, what, _ in checks]
-    sentence = f"{'not certified' if failing else 'certified'}: {'; '.join(failing or holding)}"
-    return {**numbers, "certified": not failing, "certificate": sentence}
+    doubts = _doubts(numbers, float(np.abs(mu).max()), settings)
+    return {**numbers, "certified": not doubts, "doubts": tuple(doubts)}
 
 
-def _checks(
-    numbers: Mapping[str, Any], largest: float, settings: FitSettings
-) -> list[tuple[bool, str, str]]:
-    """The checks of a certificate.
+def _doubts(numbers: Mapping[str, Any], largest: float, settings: FitSettings) -> list[str]:
+    """Codes of the checks of a certificate that fail.
 
     Args:
         numbers: Columns of `fit_quality`.
         largest: Largest |mu| over the tested box.
         settings: Limits of config's fit.
-
-    Returns:
-        Of each check, whether it holds, its text where it holds, and its text where it fails. The
-        first text has the limit instead of the number, because the number is rounding.
     """
-
-    def up_to(limit: float, name: str, text: str) -> tuple[bool, str, str]:
-        value = numbers[name]
-        return value <= limit, text.format(f"{limit:g} at most"), text.format(f"{value:.1e}")
-
-    agree = f"{numbers['searches_agreeing']} of {numbers['searches']} searches agree"
-    apart = "their constants, in standard errors, by {}"
-    smallest = numbers["min_traction"]
-    bounds = numbers["active_bounds"]
-    curved = numbers["hessian_smallest"] > 0 and not np.isnan(numbers["condition_number"])
-    return [
-        (numbers["searches_agreeing"] == numbers["searches"], agree, agree),
-        up_to(settings.agreement_sse, "sse_spread", "their SSE differ by {}"),
-        up_to(settings.agreement_constants, "constant_spread", apart),
-        up_to(settings.gradient_cosine_max, "gradient_cosine", "gradient cosine {}"),
-        (
-            bool(reaches(smallest, 0.0, size=largest)),
-            "mu is not negative over the tested box",
-            f"mu >= {smallest:.1e} over the tested box",
-        ),
-        (curved, "curved in every direction", "flat in a direction"),
-        (not bounds, "no bounds reached", f"bounds reached: {bounds}"),
-    ]
+    is_singular = np.isnan(numbers["condition_number"])
+    fails = {
+        "searches disagree": numbers["searches_agreeing"] != numbers["searches"],
+        "errors differ": not numbers["sse_spread"] <= settings.agreement_sse,
+        "constants differ": not numbers["constant_spread"] <= settings.agreement_constants,
+        "gradient": not numbers["gradient_cosine"] <= settings.gradient_cosine_max,
+        "negative traction": not reaches(numbers["min_traction"], 0.0, size=largest),
+        "flat": is_singular or not numbers["hessian_smallest"] > 0,
+        "at bounds": len(numbers["active_bounds"]) > 0,
+    }
+    return [doubt for doubt, is_failing in fails.items() if is_failing]
 
 
 def gradient_cosine(problem: Problem, optimum: Optimum) -> float:

@@ -631,7 +631,7 @@ def _with_quality(fitted: Coefficients, law: Law, row: Mapping[str, Any]) -> Coe
         fixed=from_text(row["fixed_conditions"]),
         unseen=Unseen.from_columns(row),
         degrees=degrees_of_spread(row["n_curves"], 1 + fitted.followed.sum()),
-        two_levels=tuple(filter(None, row["two_level_conditions"].split(", "))),
+        two_levels=row["two_level_conditions"],
         limiting_stress_ratio=float(limiting_stress_ratio),
     )
 

@@ -356,8 +356,7 @@ def verdict_of_fit(
     no_fit = fitted is None or np.isnan(quality["rmse"])
     if fitted is not None and not no_fit:
         # a condition of these runs is unknown
-        left_out = str(quality.get("incomplete_curves") or "").split("; ")
-        used = points[~points["run_id"].isin(left_out)]
+        used = points[~points["run_id"].isin(quality["incomplete_curves"])]
         groups = {} if runs is None else runs_in_common(runs, used, patterns.curves_min)
         residuals = leftover(fitted, used, groups, others or {}, patterns)
     bend = change = _NO_PATTERN
@@ -376,7 +375,7 @@ def verdict_of_fit(
             "bend": bend is not _NO_PATTERN,
             "lack of fit": lack_shown,
             "too few curves": residuals is None or too_few_curves,
-            "two levels": bool(quality["two_level_conditions"]),
+            "two levels": len(quality["two_level_conditions"]) > 0,
         },
         otherwise="adequate",
     )
@@ -391,16 +390,18 @@ def verdict_of_fit(
     )
     optimum_confirmed = bool(quality["certified"])
     is_sound = optimum_confirmed and law_verdict == "adequate" and campaign_verdict == "steady"
+    other_oil = change.what.removeprefix("oil ") if change.what.startswith("oil ") else ""
     return {
         "optimum_confirmed": optimum_confirmed,
         "law_verdict": law_verdict,
-        "bend": bend.what,
+        "bend": tuple(bend.what.split()),
         "bend_relative_rms": bend.mu_share,
         "campaign_verdict": campaign_verdict,
-        "change": change.what,
+        "change": "oil" if other_oil else change.what,
+        "change_oil": other_oil,
         "change_course": change.when,
         "change_group": change.group,
-        "changed_runs": ", ".join(change.runs) if change.when != "trend" else "",
+        "changed_runs": () if change.when == "trend" else tuple(map(str, change.runs)),
         "change_size": change.size,
         "change_relative_rms": change.mu_share,
         "sound": is_sound,
@@ -488,13 +489,11 @@ def runs_in_common(
     for column in _GROUP_COLUMNS:
         for value, runs_with_value in runs.groupby(column):
             groups[f"{column} {value}"] = set(runs_with_value["run_id"])
-    for column, label, mark in (("columns", "the column ", ", "), ("stated", "", "; ")):
-        parts = runs.set_index("run_id")[column].str.split(mark).explode().dropna()
-        groups |= {
-            f"{label}{part}": set(of.index)
-            for part, of in parts.groupby(parts)
-            if part and curves_min <= len(of) < len(runs)
-        }
+    for column, label in (("columns", "the column "), ("stated", "")):
+        entries = runs.set_index("run_id")[column].explode().dropna()
+        for entry, runs_with_entry in entries.groupby(entries):
+            if entry and curves_min <= len(runs_with_entry) < len(runs):
+                groups[f"{label}{entry}"] = set(runs_with_entry.index)
     for name, set_points in runs.items():
         match = _NOMINAL.match(str(name))
         if match is not None:

@@ -22,7 +22,7 @@ def what_is_wrong(row: Mapping[str, Any]) -> list[str]:
         sentences.append(_of_change(row))
     if row["law_verdict"] != "adequate":
         size = "" if np.isnan(row["bend_relative_rms"]) else f"{row['bend_relative_rms']:.1%}"
-        bend = " and ".join(_quantity(code) for code in row["bend"].split())
+        bend = " and ".join(_quantity(code) for code in row["bend"])
         sentences.append(_LAW[row["law_verdict"]].format(bend=bend, size=size))
     if row["campaign_verdict"] == "too few curves" and row["law_verdict"] != "too few curves":
         sentences.append("The runs are too few to show whether the campaign was steady.")
@@ -67,7 +67,7 @@ def _of_change(row: Mapping[str, Any]) -> str:
     cause = row["change"]
     size = row["change_size"]
     course = row["change_course"]
-    runs = row["changed_runs"].split(", ")
+    runs = row["changed_runs"]
     named = f"{runs[0]} to {runs[-1]}" if course == "from" else ", ".join(runs)
     where = {
         "trend": "Over the runs",
@@ -78,9 +78,8 @@ def _of_change(row: Mapping[str, Any]) -> str:
     if cause.endswith(" factor"):
         quantity = "the entrainment speed" if cause == "speed factor" else "the slip"
         change = f"{quantity} reads {size:g} times as large as in the others"
-    elif cause.startswith("oil "):
-        other_oil = cause.removeprefix("oil ")
-        change = f"mu is that of a mixture with {size:.0%} of {other_oil}"
+    elif cause == "oil":
+        change = f"mu is that of a mixture with {size:.0%} of {row['change_oil']}"
     else:
         amount = f"{abs(size):.2g} {_UNITS[cause]}" if cause in _UNITS else f"{abs(size):.1%}"
         direction = "higher" if size > 0 else "lower"
