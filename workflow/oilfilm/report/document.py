@@ -306,7 +306,11 @@ FORMS: dict[str, Form] = {
 
 
 def show_table(
-    frame: pd.DataFrame, declared: str, caption: str = "", name: str = "", most: int | None = None
+    frame: pd.DataFrame,
+    declared: str,
+    caption: str = "",
+    name: str = "",
+    rows_max: int | None = None,
 ) -> ShownTable:
     """A table of `shown_tables.yaml`; columns that the frame does not have are left out.
 
@@ -315,7 +319,7 @@ def show_table(
         declared: Its name there.
         caption: Its caption, if not declared there.
         name: Its name in the page, if not `declared`.
-        most: Largest number of rows that are shown; all if None.
+        rows_max: Largest number of rows that are shown; no limit if None.
     """
     declaration = _declarations("shown_tables")[declared]
     table = declaration.get("model", declared)
@@ -326,7 +330,7 @@ def show_table(
             continue
         column = _declared_column(column_name, keys)
         columns.append(column if model is None else column.described(model))
-    shown = frame[:most]
+    shown = frame[:rows_max]
     return ShownTable(
         name=name or declared,
         caption=caption or declaration["caption"],
