@@ -409,7 +409,7 @@ def save(figure: Figure, *paths: Path) -> None:
 def _write_png(figure: Figure, path: Path) -> None:
     """Write a PNG with a palette, which has a third of the bytes."""
     # `Figure.savefig` would draw the figure twice
-    canvas = FigureCanvasAgg(figure)
+    canvas: Any = FigureCanvasAgg(figure)
     canvas.draw()
     image = Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB")
     # ten times as fast as the median cut

@@ -221,7 +221,7 @@ def constants(results: CampaignTables) -> Section:
     coefficients = results.configured.coefficients
     quality = results.configured.fit_quality.set_index("oil")
     fits = []
-    shown_tables = []
+    shown_tables: list[ShownTable] = []
     for oil, rows in coefficients.groupby("oil", sort=False):
         shown_tables.append(_constants_table(rows, f"constants{len(shown_tables)}"))
         if rows["value"].notna().any():
