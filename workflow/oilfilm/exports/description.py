@@ -30,7 +30,7 @@ from oilfilm.traction.expression import Node
 from oilfilm.traction.law import QUANTITIES, Law, to_internal
 
 # Largest number of letters of an oil's identifier. With the longest word before it
-# (`traction_coefficient_`) a name has at most 63 letters. Fortran 2003 and MATLAB allow no more, and
+# (`traction_coefficient_`) a name has at most 63 letters. Fortran 2003 and MATLAB allow no more.
 # C99 compares no more.
 _IDENTIFIER_LETTERS_MAX = 40
 _DIGEST_LETTERS = 8
