@@ -138,6 +138,9 @@ def table_changes(before: Path, after: Path) -> Iterator[str]:
 def _with_errors(path: Path) -> pd.DataFrame:
     """A table; refits with the standard errors of their constants."""
     frame = pd.read_parquet(path)
+    for name in frame.columns[frame.dtypes == object]:
+        # lists come as arrays, which cannot be compared
+        frame[name] = frame[name].map(lambda value: tuple(value) if np.ndim(value) else value)
     if path.stem != "refits":
         return frame
     key = ["oil", "law", "constant"]

@@ -26,6 +26,7 @@ import yaml
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
 from oilfilm import tables
+from oilfilm.base import studies
 from oilfilm.report.words import gate_name, law_name, law_names, load_variable
 
 _LIBRARY = Path(__file__).parents[1]
@@ -92,7 +93,7 @@ class Section:
 
 def meanings(sections: Iterable[Section]) -> dict[str, str]:
     """The words that a report explains, with their meanings; `glossary.yaml` has the first ones."""
-    meaning_of = dict(_declarations("glossary"))
+    meaning_of = dict(_declarations(Path(__file__).with_name("glossary.yaml")))
     for section in sections:
         meaning_of |= section.words
     return meaning_of
@@ -300,6 +301,7 @@ FORMS: dict[str, Form] = {
     "gate": gate_name,
     "law": law_name,
     "laws": law_names,
+    "list": ", ".join,
     "load variable": load_variable,
     "yes or no": lambda flag: "yes" if flag else "no",
 }
@@ -321,7 +323,7 @@ def show_table(
         name: Its name in the page, if not `declared`.
         rows_max: Largest number of rows that are shown; no limit if None.
     """
-    declaration = _declarations("shown_tables")[declared]
+    declaration = _shown_tables()[declared]
     table = declaration.get("model", declared)
     model = tables.TABLES.get(table)
     columns = []
@@ -343,9 +345,17 @@ def show_table(
 
 
 @cache
-def _declarations(name: str) -> dict[str, Any]:
-    """Content of a YAML file beside this module."""
-    path = Path(__file__).with_name(f"{name}.yaml")
+def _shown_tables() -> dict[str, Any]:
+    """Declarations of the shown tables of oilfilm and of all studies, by name."""
+    declarations = dict(_declarations(Path(__file__).with_name("shown_tables.yaml")))
+    for file in studies.shown_tables(studies.available()):
+        declarations |= _declarations(file)
+    return declarations
+
+
+@cache
+def _declarations(path: Path) -> dict[str, Any]:
+    """Content of a YAML file."""
     return dict(yaml.safe_load(path.read_text(encoding="utf-8")))
 
 

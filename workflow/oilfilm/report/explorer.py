@@ -156,7 +156,7 @@ def explored_fits(results: CampaignTables, load_at_1_gpa: float | None) -> dict[
 
 
 def sliders(fits: Mapping[str, FittedLaw], points: pd.DataFrame, settings: Settings) -> list[Axis]:
-    """Sliders over all tested conditions, and over the range of the printed figures if it is near.
+    """Sliders over all tested conditions, and over the ranges of `report.sliders` if they overlap.
 
     Args:
         fits: By oil.
@@ -164,12 +164,12 @@ def sliders(fits: Mapping[str, FittedLaw], points: pd.DataFrame, settings: Setti
         settings: All settings of the campaign.
     """
     load_n = load_at_1_gpa(settings)
-    printed_ranges = settings.printed.boxes.extrapolated
+    usual_ranges = settings.report.sliders
     start_point = _central_point(points[points["accepted"]])
     boxes = [_box_over_axes(fit.coefficients.box, fit.law, load_n) for fit in fits.values()]
     axes = []
     for index, name in enumerate(AXES):
-        low, high = getattr(printed_ranges, name)
+        low, high = getattr(usual_ranges, name)
         tested_ranges = [box[index] for box in boxes if not np.isnan(box[index]).any()]
         if tested_ranges:
             lowest_tested = min(tested_low for tested_low, _ in tested_ranges)

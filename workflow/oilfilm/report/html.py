@@ -131,10 +131,7 @@ def _gallery(pngs: Sequence[Path]) -> dict[str, list[Picture]]:
     gallery: dict[str, list[Picture]] = {}
     for png in pngs:
         figure = figures()[png.stem]
-        title = figure.title
-        if figure.paper:
-            title = f"{figure.paper.rstrip('.')}. {title}"
-        picture = Picture(png, f"figures/{png.name}", title, captions.caption(png.stem))
+        picture = Picture(png, f"figures/{png.name}", figure.full_title, figure.caption)
         gallery.setdefault(figure.category, []).append(picture)
     return gallery
 

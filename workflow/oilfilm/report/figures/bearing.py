@@ -117,7 +117,7 @@ def _with_set_points(table: pd.DataFrame, settings: Settings) -> pd.DataFrame:
 
     A set point is the mean of neighbouring measured values that are the same within the setting.
     """
-    within = settings.figures.fig06.same_within
+    within = settings.figures.torque.same_within
 
     def set_points(measured: "pd.Series[float]") -> "pd.Series[float]":
         ranked = measured.sort_values()
@@ -160,12 +160,7 @@ def _motion_labels(rows: pd.DataFrame, *, two_motions: str, one_motion: str) -> 
     return labels.where(rows["bistable"].notna(), f"{one_motion}, perhaps bistable")
 
 
-@register(
-    family="bearing",
-    tables=("cage_slip",),
-    settings=("oils", "bearing", "selection"),
-    requires="torque",
-)
+@register(family="bearing", tables=("cage_slip",), settings=("oils", "bearing"), requires="torque")
 def cage_slip(results: CampaignTables, settings: Settings) -> Sheet:
     """Cage slip.
 
@@ -176,7 +171,7 @@ def cage_slip(results: CampaignTables, settings: Settings) -> Sheet:
     """
     table = results.cage_slip
     table = table.assign(**in_units_of_axes(table))
-    limit = settings.selection.limits.slip_limit
+    limit = settings.bearing.cage_slip.slip_limit
     sheet, panels = oil_grid(style.oils_in(table, settings), _NO_LAW, height=1.7, right=0.75)
     sheet.axes[0].set_yscale("log")
     sheet.axes[0].yaxis.set_major_formatter("{x:g}")

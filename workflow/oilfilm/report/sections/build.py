@@ -19,6 +19,7 @@ from oilfilm import tables
 from oilfilm.base import studies
 from oilfilm.curation.coverage import planned_states
 from oilfilm.fits.best_law import FEWEST_CURVES
+from oilfilm.fits.certificate_words import certificate
 from oilfilm.fits.conditions import from_text
 from oilfilm.fits.fit import TIE
 from oilfilm.fits.fitted import FittedLaw
@@ -67,7 +68,10 @@ def fits(results: CampaignTables) -> Section:
         "report/sections/fits.jinja",
         fitted=tables.rows(quality[quality["rmse"].notna()]),
         wrong={str(row["oil"]): what_is_wrong(row) for row in tables.rows(results.soundness)},
-        lost=tables.rows(quality[quality["rmse"].isna()]),
+        lost=[
+            {"oil": row["oil"], "certificate": certificate(row)}
+            for row in tables.rows(quality[quality["rmse"].isna()])
+        ],
         odd_curves=_odd_curves(results.configured.curve_residuals),
         same_gain=_SAME_GAIN,
         misfits=tables.rows(lack_of_fit),
@@ -303,8 +307,8 @@ def _law_comparison(row: Mapping[str, Any], quality: pd.DataFrame) -> dict[str, 
     """
     fits = {fit["law"]: fit for fit in tables.rows(quality)}
     better_law = row["better_law"]
-    bic_ties = row["bic_ties"].split(", ")
-    ties = [law for law in row["left_out_ties"].split(", ") if law and law in bic_ties]
+    bic_ties = row["bic_ties"] or ()
+    ties = [law for law in row["left_out_ties"] or () if law in bic_ties]
     return {
         "verdict": row["verdict"],
         "law": row["law"],
@@ -424,7 +428,7 @@ def bearing(results: CampaignTables, settings: Settings) -> Section:
         bistable=len(converged[is_bistable(converged)].drop_duplicates(plateau)),
         undecided=undecided_plateaus(converged),
         bistable_points=bistable_points(converged),
-        why_lost=torque.loc[~torque["converged"], "why"].unique().tolist(),
+        why_lost=_why_lost(torque[~torque["converged"]]),
         has_uncertainty=converged.empty or (of_one_motion["verdict"] != "not known").any(),
         control=_control(results.torque_control),
         by_stress=converged[converged["load_variable"] == "stress"],
@@ -435,6 +439,30 @@ def bearing(results: CampaignTables, settings: Settings) -> Section:
     rows_max = settings.report.rows_max
     refusals = refusal_table(refused, "torque_quarantine", rows_max, caption)
     return Section("bearing", "Bearing", sentences, [_error_table(of_one_motion), refusals])
+
+
+def _why_lost(torque: pd.DataFrame) -> list[str]:
+    """Why friction equilibria were not found, a sentence per reason.
+
+    Args:
+        torque: Rows of the table `torque` without an equilibrium.
+    """
+    sentences = []
+    too_wide = torque[torque["no_equilibrium"] == "contacts too wide"]
+    if len(too_wide):
+        widest = too_wide["widest_contact"].max()
+        sentences.append(
+            f"at {len(too_wide)} the contacts would be up to {widest:.2g} times as wide as the "
+            "balls; check the axial load and its unit"
+        )
+    unbalanced = torque[torque["no_equilibrium"] == "out of balance"]
+    if len(unbalanced):
+        largest = unbalanced["residual"].max(skipna=False)
+        size = "" if np.isnan(largest) else f" by up to {largest:.2g} of a ball's load"
+        sentences.append(
+            f"at {len(unbalanced)} forces stay out of balance{size}; no steady motion was found"
+        )
+    return sentences
 
 
 def _control(control: pd.DataFrame) -> list[dict[str, Any]]:
