@@ -112,7 +112,7 @@ def carry_logs(
 ) -> Campaign:
     ingested = ingest_logs(logs, config)
     curated = curate_ingested(ingested, TractionRig(config))
-    return Campaign(config, folder, tables.empty("truth"), ingested, curated)
+    return Campaign(config, folder, pd.DataFrame(), ingested, curated)
 
 
 def made_once(name: str, make: Callable[[Path], Made], factory: pytest.TempPathFactory) -> Made:

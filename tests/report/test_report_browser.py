@@ -12,7 +12,7 @@ import pytest
 from browsers import Page, Tab
 from nights import nightly
 from oilfilm.fits.fitted import FittedLaw
-from oilfilm.report.explorer import law_of
+from oilfilm.report.explorer import law_as_json
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction import LAWS
@@ -106,7 +106,7 @@ def test_every_law_of_the_page_is_that_of_python(page: Page) -> None:
         expected = fit.predict(conditions, points[:, 3])
         predictions = page.evaluate(
             "([law, points]) => points.map(p => oilfilm.predict(law, p))",
-            [law_of(fit, factor), points.tolist()],
+            [law_as_json(fit, factor), points.tolist()],
         )
         assert 20 < expected.away.sum() < 180
         assert [at["away"] for at in predictions] == expected.away.tolist(), name

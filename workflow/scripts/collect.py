@@ -35,7 +35,7 @@ with run.job(snakemake) as job:
     )
     write_csv(quarantine, Path(outputs.spreadsheet))
     for oil, path in zip(params.oils, outputs.of_oil, strict=True):
-        # only the logs of this oil, so that another oil's log changes no byte and no fit
+        # the footer names only the logs of this oil: the log of another oil changes no byte
         runs_of_oil = runs[runs["oil"] == oil]
         log_digests = dict(zip(runs_of_oil["file"], runs_of_oil["sha256"], strict=True))
         inputs_of_oil = {f"logs of {oil}": settings_digest(log_digests)[:16]}

@@ -6,17 +6,17 @@ import oilfilm.run.job as run
 from oilfilm.base import studies
 from oilfilm.report.figures.sheet import draw_figures
 
-# the tables of a study are known when its package is imported
+# importing the package of a study declares its tables
 studies.declare_tables(studies.available())
 
 with run.job(snakemake) as job:
     inputs, outputs = snakemake.input, snakemake.output
+    # a study is imported only where a figure has a reference file
     loaded = studies.load(studies.available()) if inputs.references else []
-    references = {
-        path.stem: study.read_reference(path)
-        for path in map(Path, inputs.references)
-        for study in loaded
-    }
+    references = {}
+    for file in inputs.references:
+        for study in loaded:
+            references[Path(file).stem] = study.read_reference(Path(file))
     draw_figures(
         zip(outputs.png, outputs.svg, outputs.drawn, strict=True),
         job.tables,

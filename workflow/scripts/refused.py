@@ -13,7 +13,10 @@ from oilfilm.tables.table_file import samples_by_run
 with run.job(snakemake) as job:
     inputs = snakemake.input
     samples = samples_by_run([Path(path) for path in inputs.samples])
-    rigs = [Judged(TractionRig, job.tables.runs, job.tables.points, job.tables.quarantine, samples)]
+    traction = Judged(
+        TractionRig, job.tables.runs, job.tables.points, job.tables.quarantine, samples
+    )
+    rigs = [traction]
     if job.settings.campaign.torque is not None:
         refused = job.tables.torque_quarantine
         logs = job.raw_logs(f"{job.settings.campaign.name}-torque")

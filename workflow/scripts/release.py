@@ -16,13 +16,13 @@ with run.job(snakemake) as job:
     releases, package = Path(params.releases), Path(inputs.package)
     if code_tree_digest(HOME) != params.tree:
         raise OilfilmError("The code has changed while it ran. Run `snakemake release` again.")
-    others = {*inputs.digests, *inputs.simulated, *inputs.made}
+    not_released = {*inputs.digests, *inputs.simulated, *inputs.made}
     finished = FinishedRun(
         root=Path(),
         home=HOME,
         settings=job.settings,
         results=package.parents[1],
-        files=[Path(path) for path in inputs if path not in others],
+        files=[Path(path) for path in inputs if path not in not_released],
         raw=read_listings(*map(Path, inputs.digests)) | params.sheets,
         made=[Path(path) for path in inputs.made],
         copies=package.parents[3],  # local copies of object storage; else this folder

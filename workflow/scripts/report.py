@@ -1,4 +1,4 @@
-"""Write the report of a campaign, as a page and as text; describe its tables as a data package."""
+"""Write the report of a campaign as a page and as text, and a data package of its tables."""
 
 from pathlib import Path
 

@@ -1,1 +1,1 @@
-"""The fit's result in the forms that bearing engineers use, each made from one `Description`."""
+"""A fit in the forms that bearing engineers use; each is made from one `Description`."""

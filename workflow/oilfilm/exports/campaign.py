@@ -1,15 +1,15 @@
 """All exports of a campaign, as the contents of files: JSON, csv, ADORE, and one per language.
 
-In the workbook constants are cells, so that every formula shows where its numbers come from and a
-user can change them. Formulas are made from the law's expression, as those of the languages are.
+In the workbook, constants are cells: a formula refers to them, and a user can change them. Formulas
+are made from the law's expression, as the functions in other languages are.
 
 The four constants of the ADORE bearing-dynamics code at single operating points are those of
 
     mu = (A + B u) exp(-C u) + D
 
-with u = S U the slip velocity in m/s, 0 or more. A law that has this form over the slide-roll
-ratio S says so (`Law.adore`); B and C are then divided by U. D is mu far beyond the peak, A is mu
-at rest less D, and with the peak (u_m, mu_m) C = B/(A + B u_m).
+with u = S U the slip velocity in m/s, 0 or more. `Law.adore` has this form over the slide-roll
+ratio S, for the laws that have it; B and C are then divided by U. D is mu far beyond the peak, A is
+mu at rest less D, and with the peak (u_m, mu_m) C = B/(A + B u_m).
 
 Reference: P. K. Gupta, Advanced Dynamics of Rolling Elements, Springer, 1984.
 
@@ -21,7 +21,7 @@ import io
 import json
 import math
 import zipfile
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, replace
 from typing import Any, NamedTuple
 
@@ -55,11 +55,11 @@ from oilfilm.traction.expression import Form, Language
 
 # ---------------------------------------------------------------- workbook
 
-# Spreadsheets lack two functions; both forms are without cancellation at small x.
+# Spreadsheets lack two functions; these forms have no cancellation at small x.
 _EXPM1 = "IF({0}>0.5,EXP({0})-1,2*TANH({0}/2)/(1-TANH({0}/2)))"
 _LOG1P = "2*ATANH({0}/(2+{0}))"
-_SAME = ("exp", "sqrt", "tanh", "asinh", "abs", "sign")
-_FORMS = {name: Form(f"{name.upper()}({{}})") for name in _SAME} | {
+_FUNCTIONS_OF_SAME_NAME = ("exp", "sqrt", "tanh", "asinh", "abs", "sign")
+_SPREADSHEET_FORMS = {name: Form(f"{name.upper()}({{}})") for name in _FUNCTIONS_OF_SAME_NAME} | {
     "log": Form("LN({})"),
     # a minus sign binds more strongly than a power there: -2^2 is 4
     "negative": Form("-{}", 1, (5,)),
@@ -69,10 +69,13 @@ _FORMS = {name: Form(f"{name.upper()}({{}})") for name in _SAME} | {
     "log1p": Form(_LOG1P, 5, (5,)),
 }
 _IMPOSSIBLE = "IMPOSSIBLE: above the limiting shear stress of the oil"
-_EPOCH = datetime.datetime(1980, 1, 1)
-_BOLD, _TITLE = Font(bold=True), Font(bold=True, size=14)
-_GIVEN = PatternFill("solid", fgColor="FFF2CC")
+_FIXED_TIME = datetime.datetime(1980, 1, 1)  # in place of the clock
+_TIME_FORMAT = "%Y-%m-%dT%H:%M:%SZ"
+_BOLD = Font(bold=True)
+_TITLE = Font(bold=True, size=14)
+_INPUT_COLOUR = PatternFill("solid", fgColor="FFF2CC")
 _COLUMNS = "ABCDEFGH"
+_COLUMN_WIDTHS = (12, 18, 16, 16, 16, 16, 16, 16)  # in characters
 
 
 def workbook(description: Description) -> bytes:
@@ -83,28 +86,61 @@ def workbook(description: Description) -> bytes:
     book = Workbook()
     book.properties.creator = "oilfilm"
     book.properties.title = f"Traction coefficient of the oil {plain(description.oil)}"
-    book.properties.created = book.properties.modified = _EPOCH
+    book.properties.created = _FIXED_TIME
+    book.properties.modified = _FIXED_TIME
     book.calculation = CalcProperties(fullCalcOnLoad=True)
     book.active.title = "mu"
     _fill(book.active, description)
-    for letter, width in zip(_COLUMNS, (12, 18, *[16] * 6), strict=True):
+    for letter, width in zip(_COLUMNS, _COLUMN_WIDTHS, strict=True):
         book.active.column_dimensions[letter].width = width
     return _fixed_bytes(book)
 
 
 def _add(sheet: Any, *values: Any, font: Font | None = None) -> int:
-    """Write the next row; returns its number. A text that begins with "=" is a formula."""
+    """Write the next row. A text that begins with "=" is a formula.
+
+    Returns:
+        Number of the row.
+    """
     sheet.append(values)
-    for cell in sheet[sheet.max_row] if font else ():
-        cell.font = font
+    if font is not None:
+        for cell in sheet[sheet.max_row]:
+            cell.font = font
     return int(sheet.max_row)
 
 
 def _fill(sheet: Any, description: Description) -> None:
-    """Write what is known of the fit, cells for the operating point, constants and formulas.
+    """Write a head, cells for the operating point, mu, the constants and the steps to mu.
 
-    No text begins with a name or sentence of the campaign, which could be a formula.
+    No text begins with a name or sentence of the campaign, because it could be a formula.
     """
+    _add_head(sheet, description)
+    cell_of_name, outside_count = _add_inputs(sheet, description)
+    _add(sheet, None)
+    mu_row = _add(sheet, "mu", None, "1", "traction force over load, of the sign of S", font=_TITLE)
+    inside = f'IF(ABS(B{mu_row})>{description.limit!r},"{_IMPOSSIBLE}","inside the tested box")'
+    outside = '"EXTRAPOLATED: outside the tested box"'
+    _add(sheet, "range", f"=IF({outside_count}=0,{inside},{outside})")
+    _add(sheet, NOT_MARKED)
+    _add(sheet, None)
+    cell_of_name |= _add_constants(sheet, description)
+    _add(sheet, None)
+    _add(sheet, "Steps", font=_BOLD)
+    spreadsheet = Language(_SPREADSHEET_FORMS, identifier=lambda name: cell_of_name[name])
+    for name, value in description.steps(named=True):
+        row = _add(sheet, name, f"={spreadsheet.write(value)}")
+        cell_of_name[name] = f"$B${row}"
+    size = cell_of_name["mu"]
+    mu = f"IF({cell_of_name[SLIP]}<0,-{size},{size})"
+    positive = [f"{cell_of_name[condition.name]}>0" for condition in description.arguments]
+    if positive:
+        mu = f"IF(AND({','.join(positive)}),{mu},NA())"
+    sheet.cell(mu_row, 2).value = f"={mu}"
+    sheet.cell(mu_row, 2).number_format = "0.00000"
+
+
+def _add_head(sheet: Any, description: Description) -> None:
+    """Write the oil, the origin of the constants, the quality of the fit and the law."""
     _add(sheet, f"Traction coefficient of the oil {plain(description.oil)}", font=_TITLE)
     _add(sheet, description.origin, font=_BOLD)
     for line in (*description.fit_sentences, *description.law_sentences):
@@ -112,65 +148,87 @@ def _fill(sheet: Any, description: Description) -> None:
     if description.where_known:
         _add(sheet, f"{KNOWN_WHERE_TESTED}: {description.where_known}")
     _add(sheet, None)
+
+
+def _add_inputs(sheet: Any, description: Description) -> tuple[dict[str, str], str]:
+    """Write one row per argument: a cell for its value, its tested range, whether it is inside.
+
+    Returns:
+        The cell of each argument by name, and a formula for the number of arguments outside.
+    """
     _add(sheet, "Type numbers into the yellow cells", font=_BOLD)
-    first = 1 + _add(
-        sheet, "symbol", "value", "unit", "tested from", "to", "", "meaning", font=_BOLD
-    )
-    cells = {}
-    last = description.slip.tested[1] or 0.0
-    inputs = [(each, *each.tested, each.meaning) for each in description.arguments]
-    slip = f"slide-roll ratio, {SLIP_MEANING}, either sign"
-    for condition, lower, upper, meaning in (*inputs, (description.slip, -last, last, slip)):
-        middle = None if lower is None or upper is None else (lower + upper) / 2
-        start = (last or 0.1) / 6 if condition.name == SLIP else middle
+    heads = ("symbol", "value", "unit", "tested from", "to", "", "meaning")
+    head_row = _add(sheet, *heads, font=_BOLD)
+    cell_of_name = {}
+    for condition in (*description.arguments, description.slip):
+        lower, upper = condition.tested
+        meaning = condition.meaning
+        start = None if lower is None or upper is None else (lower + upper) / 2
+        if condition.name == SLIP:
+            largest_slip = upper or 0.0
+            lower = -largest_slip
+            upper = largest_slip
+            meaning = f"slide-roll ratio, {SLIP_MEANING}, either sign"
+            start = (largest_slip or 0.1) / 6
         row = sheet.max_row + 1
         inside = f"AND(ISNUMBER(B{row}),B{row}>=D{row},B{row}<=E{row})"
         tested = f'=IF({inside},"tested","OUTSIDE")'
         _add(sheet, condition.symbol, start, condition.unit, lower, upper, tested, meaning)
-        sheet.cell(row, 2).fill = _GIVEN
-        cells[condition.name] = f"$B${row}"
-    outside = f'COUNTIF(F{first}:F{sheet.max_row},"OUTSIDE")'
-    _add(sheet, None)
-    result = _add(sheet, "mu", None, "1", "traction force over load, of the sign of S", font=_TITLE)
-    within = f'IF(ABS(B{result})>{description.limit!r},"{_IMPOSSIBLE}","inside the tested box")'
-    beyond = '"EXTRAPOLATED: outside the tested box"'
-    _add(sheet, "range", f"=IF({outside}=0,{within},{beyond})")
-    _add(sheet, NOT_MARKED)
-    _add(sheet, None)
+        sheet.cell(row, 2).fill = _INPUT_COLOUR
+        cell_of_name[condition.name] = f"$B${row}"
+    return cell_of_name, f'COUNTIF(F{head_row + 1}:F{sheet.max_row},"OUTSIDE")'
+
+
+def _add_constants(sheet: Any, description: Description) -> dict[str, str]:
+    """Write one row of constants per coefficient of the law.
+
+    Returns:
+        The cell of each constant by name.
+    """
     _add(sheet, "Constants (power law of each coefficient)", font=_BOLD)
-    groups = [f"exponent of {condition.symbol}" for condition in description.conditions]
-    _add(sheet, "", "at the reference", *groups, font=_BOLD)
-    for name in description.law.local_constants:
-        names = [f"{name}{number}" for number in range(len(groups) + 1)]
-        row = _add(sheet, name, *(description.values[each] for each in names))
-        cells |= {each: f"${_COLUMNS[at]}${row}" for at, each in enumerate(names, 1)}
-    _add(sheet, None)
-    _add(sheet, "Steps", font=_BOLD)
-    for name, value in description.steps(named=True):
-        formula = f"={Language(_FORMS, identifier=cells.__getitem__).write(value)}"
-        cells[name] = f"$B${_add(sheet, name, formula)}"
-    positive = ",".join(f"{cells[condition.name]}>0" for condition in description.arguments)
-    mu = f"IF({cells[SLIP]}<0,-{cells['mu']},{cells['mu']})"
-    sheet.cell(result, 2).value = f"=IF(AND({positive}),{mu},NA())" if positive else f"={mu}"
-    sheet.cell(result, 2).number_format = "0.00000"
+    exponents = [f"exponent of {condition.symbol}" for condition in description.conditions]
+    _add(sheet, "", "at the reference", *exponents, font=_BOLD)
+    cell_of_name = {}
+    for coefficient in description.law.local_constants:
+        names = [f"{coefficient}{number}" for number in range(len(exponents) + 1)]
+        row = _add(sheet, coefficient, *(description.values[name] for name in names))
+        # column A has the name of the coefficient
+        for column, name in zip(_COLUMNS[1:], names, strict=False):
+            cell_of_name[name] = f"${column}${row}"
+    return cell_of_name
 
 
 def _fixed_bytes(book: Workbook) -> bytes:
     """The workbook without the clock, and uncompressed: another zlib gives other bytes."""
-    written, fixed = io.BytesIO(), io.BytesIO()
-    book.save(written)
-    with zipfile.ZipFile(written) as source, zipfile.ZipFile(fixed, "w") as target:
+    saved = io.BytesIO()
+    fixed = io.BytesIO()
+    book.save(saved)
+    # openpyxl sets the time of the last change when it saves
+    saved_time = book.properties.modified.strftime(_TIME_FORMAT).encode()
+    fixed_time = _FIXED_TIME.strftime(_TIME_FORMAT).encode()
+    with zipfile.ZipFile(saved) as source, zipfile.ZipFile(fixed, "w") as target:
         for name in source.namelist():
             content = source.read(name)
             if name == "docProps/core.xml":
-                now = book.properties.modified.strftime("%Y-%m-%dT%H:%M:%SZ")
-                content = content.replace(now.encode(), _EPOCH.strftime("%Y-%m-%dT%XZ").encode())
-            target.writestr(zipfile.ZipInfo(name, _EPOCH.timetuple()[:6]), content)
+                content = content.replace(saved_time, fixed_time)
+            target.writestr(zipfile.ZipInfo(name, _FIXED_TIME.timetuple()[:6]), content)
     return fixed.getvalue()
 
 
 # ---------------------------------------------------------------- JSON and csv
 
+_CSV_COLUMNS = [
+    "kind",
+    "quantity",
+    "value",
+    "unit",
+    "standard_error",
+    "lower",
+    "upper",
+    "systematic_standard_error",
+    "verdict",
+    "meaning",
+]
 UNITS = {"A": "1", "B": "s/m", "C": "s/m", "D": "1", "peak_slip_velocity": "m/s", "peak_mu": "1"}
 
 
@@ -181,30 +239,38 @@ def csv_table(description: Description) -> str:
     that gives no exponent), tested minimum or tested maximum.
     """
     constants = pd.DataFrame(description.constants)
-    ends = pd.DataFrame(constants["interval"].tolist(), columns=["lower", "upper"])
+    intervals = pd.DataFrame(constants["interval"].tolist(), columns=["lower", "upper"])
+    constants = constants.join(intervals).rename(columns={"name": "quantity"})
+    constants = constants.assign(kind="constant")
     slip = replace(description.slip, name=f"|{SLIP}|", meaning=SLIP_MEANING)
-    conditions = [row for condition in (*description.conditions, slip) for row in _rows(condition)]
-    rows = pd.concat(
-        [
-            constants.join(ends).rename(columns={"name": "quantity"}).assign(kind="constant"),
-            pd.DataFrame(conditions),
-        ],
-        ignore_index=True,
-    )
-    columns = """kind quantity value unit standard_error lower upper
-        systematic_standard_error verdict meaning""".split()
-    rows = rows[columns].fillna({"verdict": ""}).astype({"value": float})
+    condition_rows: list[dict[str, Any]] = []
+    for condition in (*description.conditions, slip):
+        condition_rows += _condition_rows(condition)
+    rows = pd.concat([constants, pd.DataFrame(condition_rows)], ignore_index=True)
+    rows = rows[_CSV_COLUMNS].fillna({"verdict": ""}).astype({"value": float})
     return csv_text(pd.DataFrame(description.identity, index=rows.index).join(rows))
 
 
-def _rows(condition: Condition) -> Iterator[dict[str, Any]]:
-    about = {"quantity": condition.name, "unit": condition.unit, "meaning": condition.meaning}
+def _condition_rows(condition: Condition) -> list[dict[str, Any]]:
+    """Rows of the csv table for one condition: its reference, level and tested range."""
+    lowest, highest = condition.tested
+    value_of_kind: dict[str, float | None] = {}
     if condition.reference is not None:
-        yield {"kind": "reference", "value": condition.reference, **about}
+        value_of_kind["reference"] = condition.reference
     if condition.role == "fixed":
-        yield {"kind": "level", "value": condition.level, **about}
-    for kind, end in zip(("tested minimum", "tested maximum"), condition.tested, strict=True):
-        yield {"kind": kind, "value": end, **about}
+        value_of_kind["level"] = condition.level
+    value_of_kind["tested minimum"] = lowest
+    value_of_kind["tested maximum"] = highest
+    return [
+        {
+            "kind": kind,
+            "quantity": condition.name,
+            "value": value,
+            "unit": condition.unit,
+            "meaning": condition.meaning,
+        }
+        for kind, value in value_of_kind.items()
+    ]
 
 
 def json_text(
@@ -217,18 +283,21 @@ def json_text(
 
     Args:
         description: The fit.
-        files: Form -> file beside this one.
-        not_written: Form -> why there is no such file.
-        provenance: What the constants were made from, as digests.
+        files: File of each form, beside this one.
+        not_written: Forms that have no file, with the reason.
+        provenance: Digests of what the constants were made from.
     """
-    law, campaign, quality = description.law, description.campaign, description.quality
-    fixed_conditions = description.fitted.coefficients.fixed
+    law = description.law
+    campaign = description.campaign
+    campaign_as_json = None
+    if campaign is not None:
+        campaign_as_json = {"name": campaign.name, "description": campaign.description}
     content = {
         "format": "oilfilm traction law",
         "format_version": 5,
         "oil": description.oil,
         "origin": description.origin,
-        "campaign": campaign and {"name": campaign.name, "description": campaign.description},
+        "campaign": campaign_as_json,
         "data": description.data,
         "law": {
             "name": law.name,
@@ -245,26 +314,35 @@ def json_text(
             },
             "source": law.source,
         },
-        "conditions": list(map(asdict, (*description.conditions, description.slip))),
+        "conditions": [
+            asdict(condition) for condition in (*description.conditions, description.slip)
+        ],
         "limiting_stress_over_pressure": description.limit,
         "constants": list(description.constants),
-        "not_sound": [*description.fitted.wrong],
-        "fit": quality
-        and {
-            "certified": description.certified,
-            "verdict": certificate(quality),
-            "not_sound_because": list(description.fitted.wrong),
-            "points": int(quality["n_points"]),
-            "runs": int(quality["n_curves"]),
-            "rms_error_of_mu": number_or_none(quality["rmse"]),
-            "largest_error_of_mu": number_or_none(quality["max_error"]),
-            "fixed_conditions": [asdict(fixed) for fixed in fixed_conditions],
-        },
+        "not_sound": list(description.fitted.wrong),
+        "fit": _fit_as_json(description),
         "files": files,
         "not_written": not_written,
         "provenance": dict(provenance),
     }
     return json.dumps(content, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+
+
+def _fit_as_json(description: Description) -> dict[str, Any] | None:
+    """Quality of the fit; None for printed constants."""
+    quality = description.quality
+    if quality is None:
+        return None
+    return {
+        "certified": description.certified,
+        "verdict": certificate(quality),
+        "not_sound_because": list(description.fitted.wrong),
+        "points": int(quality["n_points"]),
+        "runs": int(quality["n_curves"]),
+        "rms_error_of_mu": number_or_none(quality["rmse"]),
+        "largest_error_of_mu": number_or_none(quality["max_error"]),
+        "fixed_conditions": [asdict(fixed) for fixed in description.fitted.coefficients.fixed],
+    }
 
 
 # ---------------------------------------------------------------- ADORE
@@ -280,12 +358,12 @@ def adore_csv(description: Description) -> str:
 def adore_rows(description: Description) -> list[dict[str, Any]]:
     """The constants at each requested operating point, in the units of `UNITS`.
 
-    Conditions that the fit does not follow are given where they were tested; operating points that
-    become the same are given once.
+    Conditions on which the fit does not depend have their tested level. Operating points that are
+    then the same occur once.
     """
     rows: list[dict[str, Any]] = []
     for point in description.adore_points:
-        row = _row(description, point)
+        row = _adore_row(description, point)
         if row not in rows:
             rows.append(row)
     return rows
@@ -296,51 +374,73 @@ def adore_obstacle(description: Description) -> str:
     law = description.law
     if law.adore is None:
         return f"the law {law.name} has not the form mu = (A + B u) exp(-C u) + D"
-    lacking = {
-        name for point in description.adore_points for name in law.conditions if name not in point
-    }
+    lacking: set[str] = set()
+    for point in description.adore_points:
+        lacking |= set(law.conditions) - set(point)
     if lacking:
         return f"the points of exports.adore_points lack {', '.join(sorted(lacking))}"
     return ""
 
 
-def _row(description: Description, requested: Mapping[str, float]) -> dict[str, Any]:
+def _adore_row(description: Description, requested: Mapping[str, float]) -> dict[str, Any]:
+    """The constants at one operating point, in the units of `UNITS`.
+
+    Args:
+        description: The fit.
+        requested: The operating point, by column.
+
+    Raises:
+        ValueError: The speed was not known in every run, so that the point has none.
+    """
     law = description.law
-    fixed = {each.condition for each in description.fitted.coefficients.fixed}
-    asked = [[np.nan if name in fixed else requested[name] for name in law.conditions]]
-    conditions = description.fitted.on_line(np.array(asked))
-    point = dict(zip(law.conditions, map(number_or_none, conditions[0]), strict=True))
+    fixed_names = {fixed.condition for fixed in description.fitted.coefficients.fixed}
+    # NaN: `on_line` sets the tested level
+    free_levels = [np.nan if name in fixed_names else requested[name] for name in law.conditions]
+    conditions = description.fitted.on_line(np.array([free_levels]))
+    levels = [number_or_none(level) for level in conditions[0]]
+    point = dict(zip(law.conditions, levels, strict=True))
     speed = point["entrainment_speed_m_s"]
     if speed is None:
         raise ValueError("the point has no entrainment speed")
     groups = law.group_values(conditions)[0]
-    a, b, c, d = _form_at(description, groups)
-    peak = 1 / c - a / b
+    a, b, c, d = _adore_constants(description, groups)
+    peak_slip = 1 / c - a / b
+    peak_mu = (a + b * peak_slip) * math.exp(-c * peak_slip) + d
     return {
         **point,
         "A": a,
         "B": b / speed,
         "C": c / speed,
         "D": d,
-        "peak_slip_velocity": peak * speed,
-        "peak_mu": (a + b * peak) * math.exp(-c * peak) + d,
+        "peak_slip_velocity": peak_slip * speed,
+        "peak_mu": peak_mu,
         "outside_tested_box": description.outside(groups),
-        "peak_above_limiting_stress": (a + b * peak) * math.exp(-c * peak) + d > description.limit,
-        "peak_outside_tested_slip": peak > (description.slip.tested[1] or 0.0),
+        "peak_above_limiting_stress": peak_mu > description.limit,
+        "peak_outside_tested_slip": peak_slip > (description.slip.tested[1] or 0.0),
     }
 
 
-def _form_at(description: Description, groups: FloatArray) -> tuple[float, ...]:
-    """A, B, C and D over the slide-roll ratio."""
-    law = description.law
-    values = description.coefficients_at(groups)
-    names = {name: expression.name(name) for name in values}
-    form = [expression.parse(text, names) for text in law.adore or ()]
-    return tuple(map(float, expression.compiled(list(names), form)(*values.values())))
+def _adore_constants(
+    description: Description, groups: FloatArray
+) -> tuple[float, float, float, float]:
+    """A, B, C and D over the slide-roll ratio, at one row of the law's groups."""
+    coefficients = description.coefficients_at(groups)
+    nodes = {name: expression.name(name) for name in coefficients}
+    form = [expression.parse(text, nodes) for text in description.law.adore or ()]
+    evaluate = expression.compiled(list(coefficients), form)
+    a, b, c, d = evaluate(*coefficients.values())
+    return float(a), float(b), float(c), float(d)
 
 
-class _Form(NamedTuple):
-    """One form: its file, whom it is for, how it is used, and what writes it."""
+class _ExportForm(NamedTuple):
+    """One form of export.
+
+    Attributes:
+        file: Name of its file, with `*` for the oil.
+        users: Programs that read it.
+        use: How a user takes it into use.
+        write: Makes its content.
+    """
 
     file: str
     users: str
@@ -350,22 +450,28 @@ class _Form(NamedTuple):
 
 # These need all coefficients of the law.
 FORMS = {
-    "Python": _Form("traction_*.py", "Python", "import it; needs NumPy; arrays too", PYTHON.source),
-    "spreadsheet": _Form("traction_*.xlsx", "Excel, LibreOffice", "type P, U, T and S", workbook),
-    "C": _Form("traction_*.h", "C99, C++11", "include it; needs libm (`-lm`) only", C.source),
-    "Fortran": _Form("traction_*.f90", "Fortran 2008", "compile it; arrays too", FORTRAN.source),
-    "Modelica": _Form("Traction_*.mo", "Modelica", "load it; Pa, m/s, K", MODELICA.source),
-    "MATLAB, Octave": _Form(
+    "Python": _ExportForm(
+        "traction_*.py", "Python", "import it; needs NumPy; arrays too", PYTHON.source
+    ),
+    "spreadsheet": _ExportForm(
+        "traction_*.xlsx", "Excel, LibreOffice", "type P, U, T and S", workbook
+    ),
+    "C": _ExportForm("traction_*.h", "C99, C++11", "include it; needs libm (`-lm`) only", C.source),
+    "Fortran": _ExportForm(
+        "traction_*.f90", "Fortran 2008", "compile it; arrays too", FORTRAN.source
+    ),
+    "Modelica": _ExportForm("Traction_*.mo", "Modelica", "load it; Pa, m/s, K", MODELICA.source),
+    "MATLAB, Octave": _ExportForm(
         "traction_coefficient_*.m", "MATLAB, GNU Octave", "put it on the path", MATLAB.source
     ),
-    "ADORE": _Form("adore_*.csv", "ADORE", "A to D of (A + B u) exp(-C u) + D", adore_csv),
+    "ADORE": _ExportForm("adore_*.csv", "ADORE", "A to D of (A + B u) exp(-C u) + D", adore_csv),
 }
 
 
 def export_campaign(
     results: CampaignTables, settings: Settings, provenance: Mapping[str, Any]
 ) -> dict[str, bytes]:
-    """Every oil's fit in every form, and what the campaign's studies export beside them.
+    """The fit of each oil in every form, and the exports of the campaign's studies.
 
     Args:
         results: Tables `points`, `coefficients`, `fit_quality` and `soundness`.
@@ -373,74 +479,102 @@ def export_campaign(
         provenance: Digests of code, settings and inputs.
 
     Returns:
-        File, relative to the folder of the exports -> its content. A form that cannot be
-        written is named in the JSON file, with the reason.
+        Content of each file, by its path below the folder of the exports. The JSON file names the
+        forms that cannot be written, with the reason.
     """
-    law, quality = LAWS[settings.fit.law], results.fit_quality
-    names = identifiers(quality.loc[quality["law"] == law.name, "oil"])
-    fits = [describe(results, oil, name, law, settings) for oil, name in names.items()]
-    sources = {key: provenance[key] for key in ("code", "settings", "inputs")}
-    files: dict[str, bytes] = {}
-    links = []
+    law = LAWS[settings.fit.law]
+    quality = results.fit_quality
+    identifier_of_oil = identifiers(quality.loc[quality["law"] == law.name, "oil"])
+    fits = [
+        describe(results, oil, identifier, law, settings)
+        for oil, identifier in identifier_of_oil.items()
+    ]
+    digests = {key: provenance[key] for key in ("code", "settings", "inputs")}
+    files_of_studies: dict[str, bytes] = {}
+    sentences_of_studies = ""
     for study in studies.load(settings.campaign.studies):
-        if of_study := study.exports(names, settings, sources):
-            files |= of_study
-            links.append(f"\n{study.exported}\n")
-    return in_folders(fits, sources, "".join(links)) | files
+        files_of_study = study.exports(identifier_of_oil, settings, digests)
+        if files_of_study:
+            files_of_studies |= files_of_study
+            sentences_of_studies += f"\n{study.exported}\n"
+    return in_folders(fits, digests, sentences_of_studies) | files_of_studies
 
 
 def in_folders(
     descriptions: Sequence[Description], provenance: Mapping[str, Any], below: str = ""
 ) -> dict[str, bytes]:
-    """Several oils in every form, and the page that lists them: file -> its content.
+    """Several oils in every form, and the page that lists them.
 
     Args:
-        descriptions: One per oil; its files are in a folder of its name.
-        provenance: What they were made from, as digests.
-        below: A line below the list.
+        descriptions: One per oil; a folder of its identifier has its files.
+        provenance: Digests of what they were made from.
+        below: Text below the list.
+
+    Returns:
+        Content of each file, by path.
     """
     files = {"README.md": _index(descriptions, below).encode()}
-    for each in descriptions:
-        contents = export(each, provenance).items()
-        files |= {f"{each.identifier}/{file}": content for file, content in contents}
+    for description in descriptions:
+        for file, content in export(description, provenance).items():
+            files[f"{description.identifier}/{file}"] = content
     return files
 
 
 def export(fit: Description, provenance: Mapping[str, Any]) -> dict[str, bytes]:
-    """One oil's constants in every form: file -> its content."""
-    name = fit.identifier
-    files, not_written = {"CSV": f"traction_{name}.csv"}, {}
-    texts: dict[str, str | bytes] = {files["CSV"]: csv_table(fit)}
-    for name_of_form, form in FORMS.items():
-        obstacle = fit.obstacle or (adore_obstacle(fit) if name_of_form == "ADORE" else "")
+    """One oil's constants in every form.
+
+    Args:
+        fit: The oil's fit.
+        provenance: Digests of what it was made from.
+
+    Returns:
+        Content of each file, by name.
+    """
+    csv_file = f"traction_{fit.identifier}.csv"
+    file_of_form = {"CSV": csv_file}
+    not_written = {}
+    contents: dict[str, str | bytes] = {csv_file: csv_table(fit)}
+    for form_name, form in FORMS.items():
+        obstacle = fit.obstacle
+        if not obstacle and form_name == "ADORE":
+            obstacle = adore_obstacle(fit)
         if obstacle:
-            not_written[name_of_form] = obstacle
-        else:
-            files[name_of_form] = form.file.replace("*", name)
-            texts[files[name_of_form]] = form.write(fit)
-    texts[f"traction_{name}.json"] = json_text(fit, files, not_written, provenance)
-    return {
-        file: text if isinstance(text, bytes) else text.encode() for file, text in texts.items()
-    }
+            not_written[form_name] = obstacle
+            continue
+        file = form.file.replace("*", fit.identifier)
+        file_of_form[form_name] = file
+        contents[file] = form.write(fit)
+    json_file = f"traction_{fit.identifier}.json"
+    contents[json_file] = json_text(fit, file_of_form, not_written, provenance)
+    files = {}
+    for file, content in contents.items():
+        files[file] = content.encode() if isinstance(content, str) else content
+    return files
 
 
 def _index(fits: Sequence[Description], below: str) -> str:
-    """The page that says which file is for whom, in Markdown."""
+    """A page in Markdown: the oils, and the programs that read each file."""
+    oils = []
+    for fit in fits:
+        oils.append(
+            {
+                "name": plain(fit.oil),
+                "folder": fit.identifier,
+                "certificate": fit.certificate,
+                "depends": _depends(fit),
+            }
+        )
     return TEMPLATES.get_template("README.md.jinja").render(
         origins=dict.fromkeys(fit.origin for fit in fits),
-        oils=[
-            {"name": plain(fit.oil), "folder": fit.identifier, "certificate": fit.certificate}
-            | {"depends": _depends(fit)}
-            for fit in fits
-        ],
+        oils=oils,
         forms=FORMS.values(),
         below=below,
     )
 
 
 def _depends(fit: Description) -> str:
-    """What mu depends on, and where it is known."""
+    """The variables of mu, and the levels of the other conditions."""
     if fit.obstacle:
         return "unknown"
-    symbols = ", ".join([*(condition.symbol for condition in fit.arguments), "S"])
+    symbols = ", ".join([condition.symbol for condition in fit.arguments] + ["S"])
     return f"{symbols}; {fit.where_known}" if fit.where_known else symbols

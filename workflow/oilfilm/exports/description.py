@@ -1,8 +1,8 @@
-"""The one description of an oil's constants from which every form of export is made.
+"""The description of an oil's constants from which every form of export is made.
 
-Its sentences are what every exported file says of itself, as lines of plain text. Names of oils and
-sentences of a campaign file are untrusted. As an identifier or in a comment they must not be able
-to end it, so only a short list of characters passes (`plain`, `identifiers`).
+Its sentences are the head of every exported file, as lines of plain text. Names of oils and
+sentences of a campaign file are untrusted: they must not end an identifier or a comment. Only a
+short list of characters passes (`plain`, `identifiers`).
 """
 
 import hashlib
@@ -31,17 +31,19 @@ from oilfilm.traction import expression
 from oilfilm.traction.expression import Node
 from oilfilm.traction.law import QUANTITIES, Law, to_internal
 
-# Letters of an oil's identifier. With the longest word before it (`traction_coefficient_`) a name
-# has no more than the 63 that Fortran 2003 and MATLAB allow and that C99 tells apart.
-_LONGEST = 40
+# Largest number of letters of an oil's identifier. With the longest word before it
+# (`traction_coefficient_`) a name has at most 63 letters. Fortran 2003 and MATLAB allow no more.
+# C99 compares no more.
+_IDENTIFIER_LETTERS_MAX = 40
+_DIGEST_LETTERS = 8
 # No double quote, backslash, asterisk, brace, question mark (trigraphs) or control character, and
-# nothing beyond ASCII: no comment of C, Fortran or MATLAB and no string of Modelica can be ended
-# by what is left.
+# ASCII only: the remaining characters cannot end a comment of C, Fortran or MATLAB or a string of
+# Modelica.
 _NOT_PLAIN = re.compile(r"[^A-Za-z0-9 .,:;()<>=+/%'_-]")
 
 
 def plain(text: str) -> str:
-    """The text on one line, accents dropped and '_' for all that could end a comment or string.
+    """The text on one line, without accents, and '_' for what could end a comment or a string.
 
     Examples:
         >>> plain('*/ int x; /*')
@@ -53,49 +55,52 @@ def plain(text: str) -> str:
 
 
 def identifiers(oils: Iterable[str]) -> Mapping[str, str]:
-    """What each oil is called inside identifiers and file names.
+    """The identifier of each oil, for names in code and of files.
 
-    Lower case, because Fortran and some file systems know no other; names that would become the
-    same, or too long, carry a digest of the whole name.
+    Identifiers are in lower case, because Fortran and some file systems do not distinguish case. An
+    identifier that is empty, too long or that of another oil, too, gets a digest of the oil's name.
 
     Examples:
         >>> identifiers(["4102", "Ester 5"])
         {'4102': '4102', 'Ester 5': 'ester_5'}
     """
-    cleaned = {oil: re.sub(r"[^a-z0-9]+", "_", oil.lower()).strip("_") for oil in oils}
-    uses = Counter(cleaned.values())
-    for oil, name in cleaned.items():
-        if not name or uses[name] > 1 or len(name) > _LONGEST:
-            digest = hashlib.sha256(oil.encode()).hexdigest()[:8]
-            cleaned[oil] = f"{name[: _LONGEST - 9]}_{digest}".strip("_")
-    return cleaned
+    plain_names = {oil: re.sub(r"[^a-z0-9]+", "_", oil.lower()).strip("_") for oil in oils}
+    uses = Counter(plain_names.values())
+    identifier_of_oil = {}
+    for oil, name in plain_names.items():
+        identifier = name
+        if not name or uses[name] > 1 or len(name) > _IDENTIFIER_LETTERS_MAX:
+            digest = hashlib.sha256(oil.encode()).hexdigest()[:_DIGEST_LETTERS]
+            beginning = name[: _IDENTIFIER_LETTERS_MAX - _DIGEST_LETTERS - 1]
+            identifier = f"{beginning}_{digest}".strip("_")
+        identifier_of_oil[oil] = identifier
+    return identifier_of_oil
 
 
 SLIP = "slide_roll_ratio"
 SLIP_MEANING = "sliding speed over entrainment speed"
 _PRESSURE = "max_hertz_pressure_gpa"
 _LOAD = "load_n"
-# Fortran ends a line at 132 characters; an editor shows fewer.
-_WIDTH = 92
+_HEAD_WIDTH = 92  # characters of a line in the head of a file
 KNOWN_WHERE_TESTED = "mu is known only where it was tested"
 NOT_MARKED = (
     "The tested box is a rectangle: inside it, conditions far from every run are not marked "
     "(oilfilm predict marks them)"
 )
-# Contacts whose load over the cube of the pressure differs by less than this share are one contact.
+# Two contacts are the same if load over pressure cubed differs by less than this share.
 _SAME_CONTACT = 1e-6
 
 
 @dataclass(frozen=True)
 class Condition:
-    """What the law's coefficients are power laws of, or the slide-roll ratio S.
+    """A variable of the law's coefficients, or the slide-roll ratio S.
 
     Attributes:
         name: Column of the tables, with its unit; or a dimensionless group of the law.
         symbol: As in the law's equation.
-        meaning: What it is.
-        unit: Unit of every value here.
-        role: "fixed" where the data give no exponent, so that mu is known where it was tested only.
+        meaning: Its name in words.
+        unit: Unit of the values below.
+        role: "fixed" where the data give no exponent: mu is known only where it was tested.
         level: Its level; None where it is an argument, varies in step with others, or is unknown.
         reference: Value at which its power is 1; None for S.
         tested: Smallest and largest value tested, of |S| for S; None where unknown.
@@ -138,7 +143,7 @@ class Description:
         identifier: Its name in file names and identifiers.
         campaign: The campaign behind the fit; None where the constants are published ones.
         fitted: The law with its constants.
-        conditions: What the law's coefficients are power laws of, in the law's order.
+        conditions: The variables of the law's coefficients, in the law's order.
         constants: All constants in the law's order, as in the JSON file.
         quality: The oil's row of the table `fit_quality`; None for published constants.
         adore_points: Operating points (by column) at which the ADORE form is wanted.
@@ -162,7 +167,7 @@ class Description:
 
     @property
     def data(self) -> Literal["measured", "simulated", "printed"]:
-        """What the constants come from."""
+        """The kind of data behind the constants."""
         return "printed" if self.campaign is None else self.campaign.data
 
     @property
@@ -172,7 +177,7 @@ class Description:
 
     @property
     def identity(self) -> dict[str, Any]:
-        """The first columns of every row of a csv file: where the row comes from."""
+        """The first columns of every row of a csv file: the source of the row."""
         return {
             "oil": self.oil,
             "law": self.law.name,
@@ -189,7 +194,7 @@ class Description:
 
     @property
     def where_known(self) -> str:
-        """Where the conditions were tested that are no arguments; empty where there are none."""
+        """The tested level or line of each condition that is no argument; empty without one."""
         return "; ".join(fixed.sentence() for fixed in self.fitted.coefficients.fixed)
 
     @property
@@ -207,58 +212,69 @@ class Description:
     @property
     def argument_names(self) -> list[str]:
         """Arguments of the exported functions."""
-        return [*(condition.name for condition in self.arguments), SLIP]
+        return [condition.name for condition in self.arguments] + [SLIP]
 
     @property
     def argument_meanings(self) -> str:
         """The arguments before S in a few words: "pressure and speed"."""
-        *first, last = (condition.meaning.partition(",")[0] for condition in self.arguments)
-        return f"{', '.join(first)} and {last}" if first else last
+        meanings = [condition.meaning.partition(",")[0] for condition in self.arguments]
+        if len(meanings) == 1:
+            return meanings[0]
+        return f"{', '.join(meanings[:-1])} and {meanings[-1]}"
 
     def power_law(self, conditions: Sequence[Condition]) -> str:
-        """How the coefficients depend on these of the conditions."""
-        powers = (
-            f"({condition.symbol} / {condition.reference:g} {condition.unit})"
-            f"^X{self.conditions.index(condition) + 1}"
-            for condition in conditions
-        )
+        """The power law of the coefficients in these conditions, as an equation."""
+        powers = []
+        for condition in conditions:
+            number = self.conditions.index(condition) + 1
+            powers.append(
+                f"({condition.symbol} / {condition.reference:g} {condition.unit})^X{number}"
+            )
         return f"X = X0 {' '.join(powers)} for X = {', '.join(self.law.local_constants)}"
 
     @property
     def obstacle(self) -> str:
         """Why no function of mu can be written; empty where one can."""
-        lost = np.isnan(self.fitted.coefficients.constants).any()
-        return certificate(self.quality) if lost and self.quality else ""
+        lacks_constants = np.isnan(self.fitted.coefficients.constants).any()
+        return certificate(self.quality) if lacks_constants and self.quality else ""
 
     @property
     def values(self) -> dict[str, float]:
         """Every constant by its name, with those that the law gives."""
-        names = (constant.name for constant in self.law.constants)
+        names = [constant.name for constant in self.law.constants]
         return dict(zip(names, self.fitted.coefficients.constants.tolist(), strict=True))
 
     def steps(self, *, named: bool = False) -> list[tuple[str, Node]]:
         """mu in straight-line form: name and value of each step from the arguments to "mu".
 
-        mu is that of |S|; the last thing a function does is to give it the sign of S.
+        mu is that of |S|; the exported functions give it the sign of S.
 
         Args:
-            named: Whether the constants are by their names, else by their values.
+            named: Whether a constant appears by its name; by its value otherwise.
         """
-        written = {name: name if named else repr(value) for name, value in self.values.items()}
-        steps = [(each.relative, f"{each.name}/{each.reference!r}") for each in self.arguments]
-        for name in self.law.local_constants:
-            powers = [
-                f"{condition.relative}**{written[f'{name}{number}']}"
-                for number, condition in enumerate(self.conditions, 1)
-                if condition.role == "argument" and self.values[f"{name}{number}"] != 0
-            ]
-            steps.append((name, " * ".join([written[f"{name}0"], *powers])))
-        steps += [("S", f"abs({SLIP})"), *self.law.steps]
-        return expression.parse_steps(steps, (*self.argument_names, *written))
+        constants = {name: name if named else repr(value) for name, value in self.values.items()}
+        steps = []
+        for condition in self.arguments:
+            steps.append((condition.relative, f"{condition.name}/{condition.reference!r}"))
+        for coefficient in self.law.local_constants:
+            factors = [constants[f"{coefficient}0"]]
+            for number, condition in enumerate(self.conditions, 1):
+                exponent = f"{coefficient}{number}"
+                if condition.role == "argument" and self.values[exponent] != 0:
+                    factors.append(f"{condition.relative}**{constants[exponent]}")
+            steps.append((coefficient, " * ".join(factors)))
+        steps.append(("S", f"abs({SLIP})"))
+        steps += self.law.steps
+        return expression.parse_steps(steps, (*self.argument_names, *constants))
 
     def coefficients_at(self, groups: FloatArray) -> dict[str, float]:
-        """The coefficients, with their signs, at one row of the law's groups."""
-        law, known = self.law, self.fitted.coefficients.followed
+        """The coefficients, with their signs, by name.
+
+        Args:
+            groups: One row of the law's groups, shape (groups,).
+        """
+        law = self.law
+        known = self.fitted.coefficients.followed
         relative = np.where(known, groups / np.array(law.reference), 1.0)
         design = np.concatenate([[1.0], np.log(relative)])[np.newaxis]
         sizes = law.sizes(to_internal(law, self.fitted.coefficients.constants), design)[:, 0]
@@ -266,8 +282,8 @@ class Description:
         return dict(zip(law.local_constants, (sizes * signs).tolist(), strict=True))
 
     def outside(self, groups: FloatArray) -> bool:
-        """Whether a row of the law's groups lies outside the tested box, whatever the slip."""
-        # NaN, for an end that is unknown, compares as false
+        """Whether a row of the law's groups is outside the tested box, at any slip."""
+        # an unknown end is NaN: every comparison with it is false
         ends = np.array([condition.tested for condition in self.conditions], dtype=float)
         inside = (ends[:, 0] <= groups) & (groups <= ends[:, 1])
         return not inside[self.fitted.coefficients.followed].all()
@@ -275,14 +291,13 @@ class Description:
     # ------------------------------------------------------------ sentences
 
     def header(self, sentences: Iterable[str], mark: str, *results: str) -> str:
-        """The head of a source file, as a comment whose every line begins with `mark`.
+        """The head of a source file, as a comment whose lines begin with `mark`.
 
         Args:
-            sentences: One per argument: name, meaning, unit, range tested.
+            sentences: One sentence for each argument: name, meaning, unit, range tested.
             mark: What makes a line a comment.
-            results: What the functions give back, and for which arguments they give nothing.
+            results: Sentences on what the functions return.
         """
-        where = f"Not an argument, because {KNOWN_WHERE_TESTED}: {self.where_known}"
         texts = [
             f"Traction coefficient mu (traction force over load) of the oil {plain(self.oil)}",
             "",
@@ -293,45 +308,45 @@ class Description:
             *self.law_sentences,
             "",
             "Arguments, and the box tested",
-            *(f"  {sentence}" for sentence in sentences),
-            *([where] if self.where_known else []),
-            "",
-            *results,
-            NOT_MARKED,
         ]
-        wrapper = textwrap.TextWrapper(_WIDTH, subsequent_indent="  ")
-        lines = [line for text in texts for line in wrapper.wrap(text) or [""]]
+        texts += [f"  {sentence}" for sentence in sentences]
+        if self.where_known:
+            texts.append(f"Not an argument, because {KNOWN_WHERE_TESTED}: {self.where_known}")
+        texts += ["", *results, NOT_MARKED]
+        wrapper = textwrap.TextWrapper(_HEAD_WIDTH, subsequent_indent="  ")
+        lines = []
+        for text in texts:
+            # the wrapper gives no line for an empty text
+            lines += wrapper.wrap(text) or [""]
         return "\n".join(f"{mark}{line}".rstrip() for line in lines)
 
     @property
     def origin(self) -> str:
-        """Where the constants come from, and whether the data behind them are real."""
+        """The source of the constants, and whether the data behind them are measured."""
         if self.published is not None:
             return f"PRINTED CONSTANTS of {self.published.source}"
         campaign = present(self.campaign, "campaign", "the description of a fit")
-        kind = (
-            plain(f"Measured data{credit(campaign)}")
-            if campaign.data == "measured"
-            else "SIMULATED DATA, not for design"
-        )
-        return f"{kind}. Campaign {plain(campaign.name)}: {plain(campaign.description)}"
+        data = "SIMULATED DATA, not for design"
+        if campaign.data == "measured":
+            data = plain(f"Measured data{credit(campaign)}")
+        return f"{data}. Campaign {plain(campaign.name)}: {plain(campaign.description)}"
 
     @property
     def fit_sentences(self) -> list[str]:
-        """How good the fit is; for published constants, what is not known of them."""
-        not_sound = [plain(f"NOT SOUND: {sentence}") for sentence in self.fitted.wrong]
+        """The quality of the fit; for published constants, what is uncertain about them."""
         if self.published is not None:
-            return [*self.published.sentences, *not_sound]
-        fit = present(self.quality, "quality", "the description of a fit")
-        return [
-            f"Fit: {fit['n_points']} points of {fit['n_curves']} runs, rms error of mu "
-            f"{fit['rmse']:.2g}; {self.certificate}",
-            *not_sound,
-        ]
+            sentences = list(self.published.sentences)
+        else:
+            fit = present(self.quality, "quality", "the description of a fit")
+            sentences = [
+                f"Fit: {fit['n_points']} points of {fit['n_curves']} runs, rms error of mu "
+                f"{fit['rmse']:.2g}; {self.certificate}"
+            ]
+        return sentences + [plain(f"NOT SOUND: {sentence}") for sentence in self.fitted.wrong]
 
     @property
     def certificate(self) -> str:
-        """How many searches agree where the fit is certified, else why it is not."""
+        """The number of searches that agree; why the fit is not certified, where it is not."""
         fit = self.quality
         if fit is None:
             return "as printed, not refitted: without errors and intervals"
@@ -340,28 +355,28 @@ class Description:
     @property
     def law_sentences(self) -> list[str]:
         """The law, its powers and its source."""
-        given, law = self.arguments, self.law
-        return [
-            f"Law {law.name}: {law.formula} for S >= 0, and mu(-S) = -mu(S)",
-            *([f"with {self.power_law(given)}"] if given else []),
-            law.source,
-        ]
+        law = self.law
+        sentences = [f"Law {law.name}: {law.formula} for S >= 0, and mu(-S) = -mu(S)"]
+        if self.arguments:
+            sentences.append(f"with {self.power_law(self.arguments)}")
+        sentences.append(law.source)
+        return sentences
 
     @property
     def argument_sentences(self) -> list[str]:
         """One sentence per argument, in the units of the tables."""
-        return [
-            *(
+        sentences = []
+        for condition in self.arguments:
+            sentences.append(
                 f"{condition.name}: {condition.symbol}, {condition.meaning}, {condition.unit}; "
                 f"{span(*condition.tested)}"
-                for condition in self.arguments
-            ),
-            f"{SLIP}: {self.slip_range}",
-        ]
+            )
+        sentences.append(f"{SLIP}: {self.slip_range}")
+        return sentences
 
     @property
     def slip_range(self) -> str:
-        """What S is, and how far it was tested."""
+        """S in words, and its tested range."""
         return f"S, {SLIP_MEANING}, either sign; |S| {span(*self.slip.tested)}"
 
 
@@ -371,65 +386,89 @@ def describe(
     """Describe one oil's fit.
 
     Args:
-        results: Tables `points` (what was tested), `coefficients`, `fit_quality`, `soundness`.
+        results: Tables `points`, `coefficients`, `fit_quality` and `soundness`.
         oil: The oil.
-        identifier: Its name in identifiers (`identifiers`).
+        identifier: Its identifier, as of `identifiers`.
         law: The fitted law.
         settings: `campaign` and `exports` of them.
     """
-    requested = [point.model_dump() for point in settings.exports.adore_points]
-    coefficients, quality, points, judged = (
-        table[table["oil"] == oil]
-        for table in (results.coefficients, results.fit_quality, results.points, results.soundness)
-    )
-    wrong = [sentence for row in tables.rows(judged) for sentence in what_is_wrong(row)]
+    points = results.points[results.points["oil"] == oil]
+    accepted = points[points["accepted"]]
+    coefficients = results.coefficients[results.coefficients["oil"] == oil]
+    quality = results.fit_quality[results.fit_quality["oil"] == oil]
+    wrong: list[str] = []
+    for row in tables.rows(results.soundness[results.soundness["oil"] == oil]):
+        wrong += what_is_wrong(row)
     fitted = FittedLaw.from_tables(coefficients, oil, quality=quality, law=law)
-    (row,) = tables.rows(quality[quality["law"] == law.name])
-    accepted, meanings = points[points["accepted"]], constant_meanings(law)
-    constants = tables.rows(coefficients[coefficients["law"] == law.name])
+    meanings = constant_meanings(law)
+    constants = [
+        _constant(row, meanings[row["constant"]])
+        for row in tables.rows(coefficients[coefficients["law"] == law.name])
+    ]
+    (quality_of_law,) = tables.rows(quality[quality["law"] == law.name])
+    requested_points = [point.model_dump() for point in settings.exports.adore_points]
     return Description(
         oil=oil,
         identifier=identifier,
         campaign=settings.campaign,
         fitted=replace(fitted, wrong=tuple(wrong)),
         conditions=tuple(_conditions(fitted, accepted)),
-        constants=tuple(_constant(each, meanings[each["constant"]]) for each in constants),
-        quality=row,
-        adore_points=_with_load(requested, accepted),
+        constants=tuple(constants),
+        quality=quality_of_law,
+        adore_points=_with_load(requested_points, accepted),
     )
 
 
 def _conditions(fitted: FittedLaw, accepted: pd.DataFrame) -> Iterator[Condition]:
-    law, known = fitted.law, fitted.coefficients.followed
+    """The law's groups with their tested ranges.
+
+    Args:
+        fitted: The fit.
+        accepted: Accepted rows of the table of points, of the oil.
+    """
+    law = fitted.law
     in_step = {fixed.condition for fixed in fitted.coefficients.fixed if fixed.in_step}
     groups = law.group_values(accepted[list(law.conditions)].to_numpy(dtype=float))
     tested = pd.DataFrame(groups, columns=list(law.groups), index=accepted.index)
+    # every run counts once; unknown where a run lacks the condition
     levels = tested.groupby(accepted["run_id"]).mean().mean(skipna=False)
+    known = fitted.coefficients.followed
     for name, reference, is_argument in zip(law.groups, law.reference, known, strict=True):
         quantity = QUANTITIES[name]
+        has_level = not is_argument and name not in in_step
         yield Condition(
-            name,
-            quantity.symbol,
-            quantity.meaning,
-            quantity.unit,
-            "argument" if is_argument else "fixed",
-            None if is_argument or name in in_step else number_or_none(levels[name]),
-            reference,
-            (number_or_none(tested[name].min()), number_or_none(tested[name].max())),
+            name=name,
+            symbol=quantity.symbol,
+            meaning=quantity.meaning,
+            unit=quantity.unit,
+            role="argument" if is_argument else "fixed",
+            level=number_or_none(levels[name]) if has_level else None,
+            reference=reference,
+            tested=(number_or_none(tested[name].min()), number_or_none(tested[name].max())),
         )
 
 
 def _with_load(
     requested: Sequence[Mapping[str, float]], accepted: pd.DataFrame
 ) -> tuple[Mapping[str, float], ...]:
-    """Operating points with the load besides, where all points were measured in one contact.
+    """Operating points with their load, where all points were measured in one contact.
 
-    W goes with p_max^3 in a circular contact.
+    W/p_max^3 is constant in a circular contact.
+
+    Args:
+        requested: Operating points, by column.
+        accepted: Accepted rows of the table of points, of the oil.
     """
     factors = (accepted[_LOAD] / accepted[_PRESSURE] ** 3).to_numpy(dtype=float)
-    if not len(factors) or not np.ptp(factors) <= _SAME_CONTACT * factors.max():
+    # a comparison with NaN is false
+    is_one_contact = len(factors) > 0 and np.ptp(factors) <= _SAME_CONTACT * factors.max()
+    if not is_one_contact:
         return tuple(requested)
-    return tuple({**point, _LOAD: float(factors[0]) * point[_PRESSURE] ** 3} for point in requested)
+    points = []
+    for point in requested:
+        load_n = float(factors[0]) * point[_PRESSURE] ** 3
+        points.append({**point, _LOAD: load_n})
+    return tuple(points)
 
 
 def number_or_none(value: float) -> float | None:
@@ -438,20 +477,26 @@ def number_or_none(value: float) -> float | None:
 
 
 def constant_meanings(law: Law) -> dict[str, str]:
-    """What each constant of a law is, by its name."""
+    """The meaning of each constant of a law, by name."""
     meanings = {}
-    for name in law.local_constants:
-        meanings[f"{name}0"] = f"{name} at the reference condition"
-        meanings[name] = f"{name} where the rest was tested, at the reference of the arguments"
+    for coefficient in law.local_constants:
+        meanings[f"{coefficient}0"] = f"{coefficient} at the reference condition"
+        meanings[coefficient] = (
+            f"{coefficient} where the rest was tested, at the reference of the arguments"
+        )
         for number, group in enumerate(law.groups, 1):
-            meanings[f"{name}{number}"] = f"exponent of {QUANTITIES[group].symbol} in {name}"
+            symbol = QUANTITIES[group].symbol
+            meanings[f"{coefficient}{number}"] = f"exponent of {symbol} in {coefficient}"
     return meanings
 
 
 def _constant(row: Mapping[str, Any], meaning: str) -> dict[str, Any]:
+    """A constant as in the JSON file, from its row of the table of coefficients."""
+    if row["verdict"] == "in step":
+        meaning = f"{meaning}, along the tested line"
     return {
         "name": row["constant"],
-        "meaning": meaning + (", along the tested line" if row["verdict"] == "in step" else ""),
+        "meaning": meaning,
         "value": number_or_none(row["value"]),
         "unit": "1",
         "standard_error": number_or_none(row["standard_error"]),
@@ -463,4 +508,6 @@ def _constant(row: Mapping[str, Any], meaning: str) -> dict[str, Any]:
 
 def span(lower: float | None, upper: float | None) -> str:
     """A range in words."""
-    return "unknown" if lower is None or upper is None else f"{lower:.4g} to {upper:.4g}"
+    if lower is None or upper is None:
+        return "unknown"
+    return f"{lower:.4g} to {upper:.4g}"

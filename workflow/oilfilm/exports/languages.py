@@ -1,11 +1,10 @@
-"""The law as source code: one template per language, and how each writes the law's expression.
+"""The law as source code: a template and the forms of expressions for each language.
 
 Decides: how an exported function is written in C, Fortran, MATLAB, Modelica and Python.
 """
 
 import html
 import textwrap
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import NamedTuple
@@ -16,9 +15,9 @@ from oilfilm.base.units import ABSOLUTE_ZERO_C, PA_PER_GPA
 from oilfilm.exports.description import SLIP, Condition, Description, plain, span
 from oilfilm.traction.expression import Form, Language, functions_of
 
-_WIDTH = 88  # leaves room for indentation within Fortran's 132 columns
-_NUMPY = ("exp", "expm1", "log", "log1p", "sqrt", "tanh", "abs", "sign")
-_LABELS = {"simulated": ", SIMULATED DATA", "printed": ", PRINTED CONSTANTS", "measured": ""}
+_EXPRESSION_WIDTH = 88  # leaves room for indentation within Fortran's 132 columns
+_NUMPY_FUNCTIONS = ("exp", "expm1", "log", "log1p", "sqrt", "tanh", "abs", "sign")
+_LABEL_OF_DATA = {"simulated": ", SIMULATED DATA", "printed": ", PRINTED CONSTANTS", "measured": ""}
 
 TEMPLATES = Environment(
     loader=PackageLoader("oilfilm.exports"),
@@ -28,12 +27,20 @@ TEMPLATES = Environment(
     keep_trailing_newline=True,
     autoescape=False,  # noqa: S701 - source code, whose names and texts `plain` has cleaned
 )
-# Of pages in Markdown, which may hold HTML.
+# For pages in Markdown, where HTML has an effect.
 TEMPLATES.filters["shown"] = partial(html.escape, quote=False)
 
 
-class _Input(NamedTuple):
-    """A condition in SI units, as Modelica has it: `factor` times its value, plus `offset`."""
+class _SiInput(NamedTuple):
+    """A condition in SI units, for Modelica: `factor` times its value, plus `offset`.
+
+    Attributes:
+        name: Name of the argument.
+        unit: Unit of the argument.
+        shown_unit: Unit that a Modelica tool shows.
+        factor: SI units per unit of the tables.
+        offset: In SI units.
+    """
 
     name: str
     unit: str
@@ -50,24 +57,28 @@ class _Input(NamedTuple):
 
     def sentence(self, condition: Condition) -> str:
         """Name, meaning, unit and tested range."""
-        ends = (e if e is None else self.factor * e + self.offset for e in condition.tested)
-        return f"{self.name}: {condition.symbol}, {condition.meaning}, {self.unit}; {span(*ends)}"
+        lower, upper = condition.tested
+        tested = span(self._in_si(lower), self._in_si(upper))
+        return f"{self.name}: {condition.symbol}, {condition.meaning}, {self.unit}; {tested}"
+
+    def _in_si(self, value: float | None) -> float | None:
+        return None if value is None else self.factor * value + self.offset
 
 
-_SI = {
-    "max_hertz_pressure_gpa": _Input("maxHertzPressure", "Pa", "GPa", factor=PA_PER_GPA),
-    "entrainment_speed_m_s": _Input("entrainmentSpeed", "m/s"),
-    "inlet_temperature_c": _Input("inletTemperature", "K", "degC", offset=-ABSOLUTE_ZERO_C),
-    "load_n": _Input("normalLoad", "N"),
-    "dimensionless_load": _Input("dimensionlessLoad", "1"),
-    "dimensionless_speed": _Input("dimensionlessSpeed", "1"),
-    "thermal_loading_parameter": _Input("thermalLoadingParameter", "1"),
-    SLIP: _Input("slideRollRatio", "1"),
+_SI_INPUTS = {
+    "max_hertz_pressure_gpa": _SiInput("maxHertzPressure", "Pa", "GPa", factor=PA_PER_GPA),
+    "entrainment_speed_m_s": _SiInput("entrainmentSpeed", "m/s"),
+    "inlet_temperature_c": _SiInput("inletTemperature", "K", "degC", offset=-ABSOLUTE_ZERO_C),
+    "load_n": _SiInput("normalLoad", "N"),
+    "dimensionless_load": _SiInput("dimensionlessLoad", "1"),
+    "dimensionless_speed": _SiInput("dimensionlessSpeed", "1"),
+    "thermal_loading_parameter": _SiInput("thermalLoadingParameter", "1"),
+    SLIP: _SiInput("slideRollRatio", "1"),
 }
 
 
 def _modelica_name(name: str) -> str:
-    return _SI[name].in_table_units if name in _SI else name
+    return _SI_INPUTS[name].in_table_units if name in _SI_INPUTS else name
 
 
 def _fortran_name(name: str) -> str:
@@ -77,7 +88,13 @@ def _fortran_name(name: str) -> str:
 
 @dataclass(frozen=True)
 class Target:
-    """A language: its template, how expressions look in it, and how a long line is continued."""
+    """A language.
+
+    Attributes:
+        template: File of its template, without `.jinja`.
+        language: Forms of expressions.
+        continued: Text between two lines of one expression.
+    """
 
     template: str
     language: Language
@@ -85,15 +102,16 @@ class Target:
 
     def source(self, description: Description) -> str:
         """The functions of a law: mu, and whether it is extrapolated."""
-        values = [value for _, value in description.steps()]
-        given = description.arguments
+        steps = description.steps()
+        functions = functions_of([value for _, value in steps])
+        arguments = description.arguments
         return TEMPLATES.get_template(f"{self.template}.jinja").render(
             name=description.identifier,
             oil=plain(description.oil),
-            label=_LABELS[description.data],
-            given=given,
+            label=_LABEL_OF_DATA[description.data],
+            given=arguments,
             names=description.argument_names,
-            meanings=given and description.argument_meanings,
+            meanings=description.argument_meanings if arguments else "",
             slip=SLIP,
             slip_end=description.slip.tested[1],
             limit=repr(description.limit),
@@ -101,44 +119,58 @@ class Target:
             f"{description.limit:g}, the oil's limiting shear stress over the pressure",
             steps=[
                 (self.language.identifier(name), self._wrapped(self.language.write(value)))
-                for name, value in description.steps()
+                for name, value in steps
             ],
-            needs=lambda *functions: not functions_of(values).isdisjoint(functions),
+            needs=lambda *names: not functions.isdisjoint(names),
             head=partial(description.header, description.argument_sentences),
             head_si=partial(description.header, _si_sentences(description)),
             result=partial(_result, description),
             box=partial(self._box, description),
-            si=lambda condition: _SI[condition.name],
+            si=lambda condition: _SI_INPUTS[condition.name],
         )
 
-    def _wrapped(self, value: str) -> str:
-        # outside names and numbers the languages do not mind where a line breaks
-        return self.continued.join(textwrap.wrap(value, _WIDTH, break_on_hyphens=False))
+    def _wrapped(self, expression: str) -> str:
+        """An expression on several lines, broken at blanks, which all languages allow."""
+        lines = textwrap.wrap(expression, _EXPRESSION_WIDTH, break_on_hyphens=False)
+        return self.continued.join(lines)
 
-    def _box(self, description: Description, both: str, size: str) -> list[str]:
-        """The conditions of the tested box, one per argument, with the language's "and"."""
+    def _box(self, description: Description, and_operator: str, size: str) -> list[str]:
+        """The comparisons of the tested box, one text per argument.
 
-        def between(condition: Condition) -> str:
-            lower, upper = map(self._number, condition.tested)
-            return f"{condition.name} >= {lower} {both} {condition.name} <= {upper}"
+        Args:
+            description: The fit.
+            and_operator: The language's "and".
+            size: The language's function of the absolute value.
+        """
+        comparisons = []
+        for condition in description.arguments:
+            lower, upper = condition.tested
+            comparisons.append(
+                f"{condition.name} >= {self._number(lower)} {and_operator} "
+                f"{condition.name} <= {self._number(upper)}"
+            )
+        largest_slip = self._number(description.slip.tested[1])
+        comparisons.append(f"{size}({SLIP}) <= {largest_slip}")
+        return comparisons
 
-        sides = map(between, description.arguments)
-        return [*sides, f"{size}({SLIP}) <= {self._number(description.slip.tested[1])}"]
-
-    def _number(self, end: float | None) -> str:
-        return repr(end) if end is None else self.language.numeral(end)
+    def _number(self, value: float | None) -> str:
+        return repr(value) if value is None else self.language.numeral(value)
 
 
-def _result(description: Description, without: str) -> str:
-    """What is given back, and what the function does (`without`) where the law has no value."""
+def _result(description: Description, no_value: str) -> str:
+    """A sentence on the result of the function; `no_value` is its result without a mu."""
     if not description.arguments:
         return "mu, of the sign of S"
-    return f"mu, of the sign of S; {without} unless {description.argument_meanings} are above 0"
+    return f"mu, of the sign of S; {no_value} unless {description.argument_meanings} are above 0"
 
 
-def _si_sentences(description: Description) -> Sequence[str]:
-    named = [_SI[each.name].sentence(each) for each in description.arguments]
-    return [*named, f"{_SI[SLIP].name}: {description.slip_range}"]
+def _si_sentences(description: Description) -> list[str]:
+    """One sentence per argument, in SI units."""
+    sentences = [
+        _SI_INPUTS[condition.name].sentence(condition) for condition in description.arguments
+    ]
+    sentences.append(f"{_SI_INPUTS[SLIP].name}: {description.slip_range}")
+    return sentences
 
 
 C = Target("c.h", Language({"**": Form("pow({}, {})"), "abs": Form("fabs({})")}))
@@ -166,7 +198,8 @@ MODELICA = Target(
 PYTHON = Target(
     "python.py",
     Language(
-        {name: Form(f"np.{name}({{}})") for name in _NUMPY} | {"asinh": Form("np.arcsinh({})")}
+        {name: Form(f"np.{name}({{}})") for name in _NUMPY_FUNCTIONS}
+        | {"asinh": Form("np.arcsinh({})")}
     ),
     " \\\n        ",
 )

@@ -24,11 +24,11 @@ from oilfilm.settings.config import DriftSettings
 from oilfilm.traction import LAWS
 
 Row = tuple[str, ...]
-# Largest change of a number by another kernel, in its standard errors.
+# Largest change of a number by another BLAS or NumPy kernel, in standard errors.
 # `tests/workflow/test_kernels.py` compares all tables of a campaign.
 KERNEL_CHANGE = 1e-6
-# Tables with verdicts: the column of the verdict, then those that explain it.
-_JUDGED = {
+# Columns of tables with verdicts: the verdict, then the columns that explain it.
+_VERDICT_COLUMNS = {
     "runs": ["verdict", "rule", "reason"],
     "points": ["accepted", "failed_gates"],
     "coefficients": ["verdict"],
@@ -182,6 +182,7 @@ def _values_by_section(stored: StoredRelease) -> dict[str, dict[str, str]]:
 
 
 def _hashes(records: Iterable[FileRecord]) -> dict[str, str]:
+    """The beginning of the hash of each file, by path."""
     return {record.path: record.sha256[:12] for record in records}
 
 
@@ -191,9 +192,9 @@ def _leaves(tree: dict[str, Any]) -> dict[str, str]:
 
 
 def _verdicts(before: StoredRelease, after: StoredRelease) -> Iterator[Row]:
-    """Rows whose verdict, the first of the columns in `_JUDGED`, has changed."""
+    """Rows whose verdict, the first of the columns in `_VERDICT_COLUMNS`, has changed."""
     studies.declare_tables(studies.available())
-    for table, columns in _JUDGED.items():
+    for table, columns in _VERDICT_COLUMNS.items():
         old, new = before.table(table), after.table(table)
         if old is None or new is None:
             continue
@@ -272,6 +273,7 @@ def _traction(before: StoredRelease, after: StoredRelease, drift: DriftSettings)
 
 
 def _fits_by_oil(stored: StoredRelease) -> dict[str, FittedLaw]:
+    """The fit of the configured law of each oil."""
     coefficients, quality = _configured_fits(stored)
     oils = coefficients["oil"].unique()
     return {oil: FittedLaw.from_tables(coefficients, oil, quality=quality) for oil in oils}

@@ -22,26 +22,28 @@ from oilfilm.settings.base import Group, key, optional
 from oilfilm.settings.messages import first_mistake
 
 MANIFEST = "manifest.json"
-# The same in a pin, which keeps only some of the files that its manifest names.
+# The manifest of a pin, which keeps only some of the files that its manifest names.
 PINNED_MANIFEST = "pinned-manifest.json"
-# Beside a manifest: the same hashes for `sha256sum -c`, and their signature by `ssh-keygen`.
-CHECKSUMS, SIGNATURE = "SHA256SUMS", "SHA256SUMS.sig"
+CHECKSUMS = "SHA256SUMS"  # the hashes of a manifest, for `sha256sum -c`
+SIGNATURE = "SHA256SUMS.sig"  # signature of the checksums, by `ssh-keygen`
 # Files of a release that its manifest does not name.
 BESIDE = {MANIFEST, PINNED_MANIFEST, CHECKSUMS, SIGNATURE}
-# Files of every release, and the folder of its code.
-CONFIG, LOCK, ENVIRONMENT, CODE = "config.yaml", "requirements.lock", "environment.json", "code"
-# Most bytes of a manifest. One with a hundred thousand files has about so many.
+# Files of every release.
+CONFIG = "config.yaml"
+LOCK = "requirements.lock"
+ENVIRONMENT = "environment.json"
+CODE = "code"  # a folder
+# Largest manifest that is read, in bytes: one with a hundred thousand files has about this size.
 MOST_BYTES = 1 << 25
 # A backslash separates folders on Windows. A line break would begin a line of SHA256SUMS.
 _FORBIDDEN_LETTERS = {"\\", "\x7f"} | {chr(code) for code in range(32)}
-# Most letters of a message that quotes the manifest.
-_LONGEST_MESSAGE = 500
-# Most records of files in a list.
-
+# Largest number of letters that a message quotes from the manifest.
+_QUOTED_LETTERS_MAX = 500
 
 Sha256 = Annotated[str, Field(pattern=r"^[0-9a-f]{64}$", description="sha256 in hex.")]
 ShortText = Annotated[str, Field(max_length=200)]
-_MOST = Field(max_length=100_000)
+# Largest number of records in a list of files.
+_RECORDS_MAX = Field(max_length=100_000)
 
 
 class FileRecord(Group):
@@ -100,7 +102,7 @@ class MadeFrom(Group):
     code: Sha256
     lock: Sha256
     environment: Environment = key("The environment.")
-    raw: Annotated[list[FileRecord], _MOST, FailFast()] = key(
+    raw: Annotated[list[FileRecord], _RECORDS_MAX, FailFast()] = key(
         "Raw logs; their paths are from the top folder of the project."
     )
     schema_version: Annotated[int, Field(ge=1, le=10**6)] | None = optional(
@@ -127,10 +129,10 @@ class Manifest(Group):
     )
     version: ShortText = key("<tag>-<12 hex digits>", min_length=1)
     made_from: MadeFrom = key("What the release was made from.")
-    files: Annotated[list[FileRecord], _MOST, FailFast()] = key(
+    files: Annotated[list[FileRecord], _RECORDS_MAX, FailFast()] = key(
         "Every file of the release but the manifest itself."
     )
-    samples: Annotated[list[FileRecord], _MOST, FailFast()] = key(
+    samples: Annotated[list[FileRecord], _RECORDS_MAX, FailFast()] = key(
         "Samples of each oil, which the release leaves out: one hash over all their runs."
     )
     sha256: Sha256
@@ -172,6 +174,7 @@ def sha256_of(text: str) -> str:
 
 
 def _digest(content: Any) -> str:
+    """sha256 of a content's canonical JSON."""
     return sha256_of(canonical(content))
 
 
@@ -200,6 +203,11 @@ def read_manifest(folder: Path) -> tuple[Manifest, bool]:
 
 
 def _parse(path: Path) -> Manifest:
+    """Read and check a manifest.
+
+    Raises:
+        OilfilmError: As in `read_manifest`.
+    """
     if path.stat().st_size > MOST_BYTES:
         raise OilfilmError(f"{path}: is larger than {MOST_BYTES} bytes, so it is not a manifest.")
     try:
@@ -210,7 +218,7 @@ def _parse(path: Path) -> Manifest:
     mistake = first_mistake(content, Manifest)
     if mistake:
         # a quoted value may be as long as the file
-        raise OilfilmError(f"{path}: {mistake[:_LONGEST_MESSAGE]}")
+        raise OilfilmError(f"{path}: {mistake[:_QUOTED_LETTERS_MAX]}")
     stated = Manifest(**content)
     contradiction = _contradiction(stated)
     if contradiction:

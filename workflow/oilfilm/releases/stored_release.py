@@ -45,8 +45,8 @@ _PINNED_FILES = (
     "tables/runs.parquet",
     "tables/torque_runs.parquet",
 )
-# Most bytes of a file that is read into memory, and of a configuration.
-_MOST_BYTES, _MOST_CONFIG_BYTES = 1 << 28, 1 << 20
+_MOST_BYTES = 1 << 28  # of a file that is read into memory
+_MOST_CONFIG_BYTES = 1 << 20
 
 
 @dataclass(frozen=True)
@@ -56,7 +56,7 @@ class StoredRelease:
     Attributes:
         folder: The folder.
         manifest: Its manifest.
-        pinned: Whether it is a pin, which has only some of the files.
+        pinned: Whether it is a pin, which keeps only some of the files.
     """
 
     folder: Path

@@ -38,12 +38,12 @@ _LINE_END = re.compile(r"[\r\n]+")
 
 @dataclass(frozen=True)
 class Fact:
-    """Something that the campaign shows, told in a sentence or two.
+    """A result of the campaign in one or two sentences.
 
     Attributes:
         text: The sentences.
         advice: What to do about it.
-        is_trouble: Whether a reader must know it before all else.
+        is_trouble: Whether the report shows it before all sections.
     """
 
     text: str
@@ -53,12 +53,12 @@ class Fact:
 
 @dataclass(frozen=True)
 class Entry:
-    """Something that a page shows folded: a line, and what one reads when it is opened.
+    """A folded entry of the page: a line, and the text that appears when a reader opens it.
 
     Attributes:
         title: The line.
-        verdicts: Short verdicts beside it, each with what it is based on.
-        paragraphs: What is inside.
+        verdicts: Short verdicts beside it, each with its basis.
+        paragraphs: The text inside.
     """
 
     title: str
@@ -73,10 +73,10 @@ class Section:
     Attributes:
         anchor: Its name in addresses and templates, as `bearing`.
         title: Its heading.
-        facts: What it tells, in sentences (`facts` makes them).
-        tables: What it shows; the text has those that say so.
-        entries: Details, which only a page shows.
-        words: Meanings of its own words, beside those of `glossary.yaml`.
+        facts: Its sentences (`facts` makes them).
+        tables: Its tables; the text report has only those with `in_text`.
+        entries: Details, which only the page shows.
+        words: Words that only this section uses, with their meanings.
     """
 
     anchor: str
@@ -87,16 +87,16 @@ class Section:
     words: Mapping[str, str] = field(default_factory=dict)
 
     def __bool__(self) -> bool:
-        """True where it has something to say."""
+        """True where it has any content."""
         return bool(self.facts or any(self.tables) or self.entries)
 
 
 def meanings(sections: Iterable[Section]) -> dict[str, str]:
-    """The words of a report that need a meaning, each with its meaning."""
-    known = dict(_declarations(Path(__file__).with_name("glossary.yaml")))
+    """The words that a report explains, with their meanings; `glossary.yaml` has the first ones."""
+    meaning_of = dict(_declarations(Path(__file__).with_name("glossary.yaml")))
     for section in sections:
-        known |= section.words
-    return known
+        meaning_of |= section.words
+    return meaning_of
 
 
 def facts(template: str, **numbers: Any) -> list[Fact]:
@@ -104,29 +104,30 @@ def facts(template: str, **numbers: Any) -> list[Fact]:
 
     Args:
         template: File below the library's folder, as `report/sections/data.jinja`.
-        numbers: What the template names. A line end within a text becomes a blank.
+        numbers: The variables of the template. A line end within a text becomes a blank.
 
     Raises:
-        ValueError: A line of the template begins with no mark.
+        ValueError: A line of the template does not begin with a mark.
 
     Examples:
         >>> facts("report/sections/laws.jinja", rows=[], tie="A tie by construction")[0].text
         'A tie by construction.'
     """
-    made: list[Fact] = []
-    for line in _environment().get_template(template).render(numbers).split("\n"):
-        mark, _, text = line.strip().partition(" ")
+    sentences: list[Fact] = []
+    text = _environment().get_template(template).render(numbers)
+    for line in text.split("\n"):
+        mark, _, words = line.strip().partition(" ")
         match mark:
             case "":
                 continue
             case "-" | "!":
-                # what begins with a name keeps its small letter
-                made.append(Fact(f"{text.strip().rstrip('.')}.", is_trouble=mark == "!"))
-            case ">" if made:
-                made[-1] = replace(made[-1], advice=sentence(text))
+                # the first word may be a name: it keeps its small letter
+                sentences.append(Fact(f"{words.strip().rstrip('.')}.", is_trouble=mark == "!"))
+            case ">" if sentences:
+                sentences[-1] = replace(sentences[-1], advice=sentence(words))
             case _:
                 raise ValueError(f"{template}: the line {line!r} begins with no mark")
-    return made
+    return sentences
 
 
 def sentence(text: str) -> str:
@@ -137,7 +138,9 @@ def sentence(text: str) -> str:
         'The log is cut.'
     """
     text = text.strip()
-    return f"{text[:1].upper()}{text[1:].rstrip('.')}." if text else ""
+    if not text:
+        return ""
+    return f"{text[0].upper()}{text[1:].rstrip('.')}."
 
 
 def _percent(share: float, digits: int = 1) -> str:
@@ -150,13 +153,13 @@ def _number(value: float, form: str = ".3g") -> str:
     return UNKNOWN if np.isnan(value) else format(value, form)
 
 
-def counted(count: int, what: str) -> str:
-    """A number of things, as `1 log` or `2 logs`."""
-    return f"{count} {what}{'' if count == 1 else 's'}"
+def counted(count: int, noun: str) -> str:
+    """A count with its noun, as `1 log` or `2 logs`."""
+    return f"{count} {noun}" if count == 1 else f"{count} {noun}s"
 
 
 def listed(values: Iterable[Any]) -> str:
-    """Values with commas; of a mapping each value with its count.
+    """Values joined by commas; in a mapping, each key with its count.
 
     Examples:
         >>> listed(["4102", "4050"]), listed({"thin film": 3, "drift": 1})
@@ -167,6 +170,11 @@ def listed(values: Iterable[Any]) -> str:
     return ", ".join(map(str, values))
 
 
+def _on_one_line(value: Any) -> Any:
+    """A value of a template: a name from a log must not begin a line of its own."""
+    return _LINE_END.sub(" ", value) if isinstance(value, str) else value
+
+
 @cache
 def _environment() -> Environment:
     environment = Environment(
@@ -175,8 +183,7 @@ def _environment() -> Environment:
         undefined=StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
-        # a name from a log cannot begin a line of its own
-        finalize=lambda value: _LINE_END.sub(" ", value) if isinstance(value, str) else value,
+        finalize=_on_one_line,
     )
     environment.filters |= {
         "percent": _percent,
@@ -190,10 +197,10 @@ def _environment() -> Environment:
     return environment
 
 
-_NONE = "\N{EN DASH}"
+_NO_VALUE = "\N{EN DASH}"
 _MINUS = "\N{MINUS SIGN}"
 
-
+# From a value to the text of its cell.
 Form = Callable[[Any], str]
 
 
@@ -203,12 +210,12 @@ class Column:
 
     Attributes:
         name: Name in the frame.
-        heading: What is printed above it.
-        form: How its values are printed.
+        heading: Printed above it.
+        form: Makes the text of a cell.
         unit: Unit of the printed values; that of the table's model if None.
-        meaning: What it is; that of the table's model if None.
-        is_number: Whether the values are numbers; what the model says if it has the column.
-        is_verdict: Whether the colour of a value says how good it is.
+        meaning: Meaning of the column; that of the table's model if None.
+        is_number: Whether the values are numbers; the model decides where it has the column.
+        is_verdict: Whether a value has a colour that shows how good it is.
     """
 
     name: str
@@ -220,7 +227,7 @@ class Column:
     is_verdict: bool = False
 
     def described(self, model: tables.Table) -> "Column":
-        """The column with what the model of its table says of it."""
+        """The column, completed with unit, meaning and type from the model of its table."""
         if self.name not in model.names:
             return replace(self, unit=self.unit or "")
         column = model[self.name]
@@ -238,14 +245,14 @@ class ShownTable:
     """A table as it is printed: plain texts, which the page escapes.
 
     Attributes:
-        name: Of it in the page, unique.
-        caption: What it shows.
+        name: Its unique name in the page.
+        caption: Its caption.
         columns: Its columns.
         rows: One text per cell.
-        left_out: Rows that are not shown, because there are too many.
-        source: File of the campaign's results that has all of it.
-        links: Where the first cell of each row leads; nowhere without them.
-        in_text: Whether the text has it, beside the page.
+        left_out: Number of rows that are not shown, because there are too many.
+        source: File with all rows, below the campaign's results.
+        links: Address behind the first cell of each row; no links if empty.
+        in_text: Whether the text report has it, too.
     """
 
     name: str
@@ -263,24 +270,33 @@ class ShownTable:
 
 
 def significant(error: float) -> str:
-    """Format that shows two digits of an error, which is all that a value is good for."""
+    """Format of a value that shows two digits of its error: further digits mean nothing."""
     if np.isnan(error) or error <= 0:
         return ".4g"
-    return f".{int(np.clip(1 - np.floor(np.log10(error)), 0, 8))}f"
+    decimals = np.clip(1 - np.floor(np.log10(error)), 0, 8)
+    return f".{int(decimals)}f"
 
 
 def number(digits: str) -> Form:
-    """A number with a proper minus; a dash where there is none."""
-    return lambda value: _NONE if np.isnan(value) else f"{value:{digits}}".replace("-", _MINUS)
+    """Form of a number, with a minus sign for print; a dash for NaN."""
+
+    def text(value: float) -> str:
+        return _NO_VALUE if np.isnan(value) else f"{value:{digits}}".replace("-", _MINUS)
+
+    return text
 
 
 def percent(digits: int) -> Form:
-    """A share in percent."""
-    share = number(f".{digits}f")
-    return lambda value: _NONE if np.isnan(value) else f"{share(100 * value)} %"
+    """Form of a share, in percent; a dash for NaN."""
+    percentage = number(f".{digits}f")
+
+    def text(share: float) -> str:
+        return _NO_VALUE if np.isnan(share) else f"{percentage(100 * share)} %"
+
+    return text
 
 
-# What a declared column calls its form, beside formats of numbers and percents.
+# Forms by their names in `shown_tables.yaml`, beside formats of numbers and percentages.
 FORMS: dict[str, Form] = {
     "gate": gate_name,
     "law": law_name,
@@ -292,55 +308,72 @@ FORMS: dict[str, Form] = {
 
 
 def show_table(
-    frame: pd.DataFrame, declared: str, caption: str = "", name: str = "", most: int | None = None
+    frame: pd.DataFrame,
+    declared: str,
+    caption: str = "",
+    name: str = "",
+    rows_max: int | None = None,
 ) -> ShownTable:
     """A table of `shown_tables.yaml`; columns that the frame does not have are left out.
 
     Args:
         frame: Its rows.
         declared: Its name there.
-        caption: What it shows, if not said there.
-        name: Of it in the page, if another one.
-        most: Rows that are shown at most.
+        caption: Its caption, if not declared there.
+        name: Its name in the page, if not `declared`.
+        rows_max: Largest number of rows that are shown; no limit if None.
     """
-    about = _shown_tables()[declared]
+    declaration = _shown_tables()[declared]
+    table = declaration.get("model", declared)
+    model = tables.TABLES.get(table)
     columns = []
-    for column, given in about["columns"].items():
-        keys = {"heading": given} if isinstance(given, str) else dict(given)
-        if column in frame:
-            columns.append(Column(column, **keys | {"form": _form(keys.get("form", ""))}))
-    table = about.get("model", declared)
-    if model := tables.TABLES.get(table):
-        columns = [column.described(model) for column in columns]
+    for column_name, keys in declaration["columns"].items():
+        if column_name not in frame:
+            continue
+        column = _declared_column(column_name, keys)
+        columns.append(column if model is None else column.described(model))
+    shown = frame[:rows_max]
     return ShownTable(
-        name or declared,
-        caption or about["caption"],
-        columns,
-        [
-            [column.form(row[column.name]) for column in columns]
-            for row in tables.rows(frame[:most])
-        ],
-        left_out=len(frame[most:]) if most is not None else 0,
+        name=name or declared,
+        caption=caption or declaration["caption"],
+        columns=columns,
+        rows=[[column.form(row[column.name]) for column in columns] for row in tables.rows(shown)],
+        left_out=len(frame) - len(shown),
         source=f"tables/{table}.parquet",
-        in_text=about.get("in_text", False),
+        in_text=declaration.get("in_text", False),
     )
 
 
 @cache
 def _shown_tables() -> dict[str, Any]:
     """Declarations of the shown tables of oilfilm and of all studies, by name."""
-    declared = dict(_declarations(Path(__file__).with_name("shown_tables.yaml")))
+    declarations = dict(_declarations(Path(__file__).with_name("shown_tables.yaml")))
     for file in studies.shown_tables(studies.available()):
-        declared |= _declarations(file)
-    return declared
+        declarations |= _declarations(file)
+    return declarations
 
 
 @cache
 def _declarations(path: Path) -> dict[str, Any]:
+    """Content of a YAML file."""
     return dict(yaml.safe_load(path.read_text(encoding="utf-8")))
 
 
+def _declared_column(name: str, keys: str | Mapping[str, Any]) -> Column:
+    """A column as `shown_tables.yaml` declares it: its heading alone, or attributes of `Column`."""
+    if isinstance(keys, str):
+        return Column(name, heading=keys)
+    attributes = dict(keys)
+    attributes["form"] = _form(attributes.get("form", ""))
+    return Column(name, **attributes)
+
+
 def _form(name: str) -> Form:
-    if name in FORMS or not name:
-        return FORMS.get(name, str)
-    return percent(int(name[:-1])) if name.endswith("%") else number(name)
+    """A form by its declared name: `law`, `.3g`, `1%`; plain text if empty."""
+    if not name:
+        return str
+    if name in FORMS:
+        return FORMS[name]
+    if name.endswith("%"):
+        return percent(int(name.removesuffix("%")))
+    return number(name)

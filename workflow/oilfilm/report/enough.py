@@ -3,7 +3,8 @@
 Decides: when a run fails because too few runs were accepted.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
+from typing import Any
 
 import pandas as pd
 
@@ -13,12 +14,13 @@ from oilfilm.logs.run_sheet import REMARKS
 from oilfilm.settings.campaign import Campaign
 from oilfilm.tables.campaign_tables import CampaignTables
 
-# Oil, empty for all of them -> accepted runs and runs.
-_Counts = dict[str, tuple[int, int]]
+_ALL_OILS = ""
+# Oil, or `_ALL_OILS` -> number of accepted runs, number of all runs.
+_RunCounts = dict[str, tuple[int, int]]
 
 
 def accepted_runs_text(results: CampaignTables, campaign: Campaign) -> str:
-    """Accepted runs of each oil, a line each.
+    """Accepted runs of each oil, one line per oil.
 
     Args:
         results: Tables `runs`, `quarantine`, `torque_runs` and `torque_quarantine`.
@@ -27,70 +29,99 @@ def accepted_runs_text(results: CampaignTables, campaign: Campaign) -> str:
     Raises:
         OilfilmError: There are too few.
     """
-    if lacking := shortfalls(results, campaign):
+    sentences = shortfalls(results, campaign)
+    if sentences:
         folder = f"results/{campaign.name}"
         raise OilfilmError(
-            f"campaign {campaign.name!r}: too few accepted runs ({'; '.join(lacking)}). Everything "
-            f"else is made: {folder}/summary.txt, the pages in {folder}/refused and "
-            f"{folder}/tables/quarantine.csv say why runs were refused and what to do. Where fewer "
-            "accepted runs are enough, say so in the campaign file (min_accepted_runs, "
-            "min_accepted_share)."
+            f"campaign {campaign.name!r}: too few accepted runs ({'; '.join(sentences)}). All "
+            f"other files are made: {folder}/summary.txt, the pages in {folder}/refused and "
+            f"{folder}/tables/quarantine.csv give the reason of each refusal and what to do. If "
+            "fewer accepted runs are enough, set min_accepted_runs or min_accepted_share in the "
+            "campaign file."
         )
-    return "".join(
-        f"  {oil}: {accepted} of {runs}\n" if oil else f"{kind}: {accepted} of {runs} accepted\n"
-        for kind, counts in _accepted_runs(results, campaign)
-        for oil, (accepted, runs) in counts.items()
-    )
+    lines = []
+    for kind, counts in _accepted_runs(results, campaign):
+        for oil, (accepted, runs) in counts.items():
+            if oil == _ALL_OILS:
+                lines.append(f"{kind}: {accepted} of {runs} accepted\n")
+            else:
+                lines.append(f"  {oil}: {accepted} of {runs}\n")
+    return "".join(lines)
 
 
 def shortfalls(results: CampaignTables, campaign: Campaign) -> list[str]:
-    """What is lacking in accepted runs, as sentences without an end; none where there are enough.
+    """Oils and kinds of rig with too few accepted runs, as sentences without a full stop.
 
-    Arguments are those of `accepted_runs_text`.
+    Empty where there are enough. Arguments are those of `accepted_runs_text`.
     """
-    fewest, share = campaign.min_accepted_runs, campaign.min_accepted_share
-    lacking = []
+    fewest = campaign.min_accepted_runs
+    smallest_share = campaign.min_accepted_share
+    sentences = []
     for kind, counts in _accepted_runs(results, campaign):
-        accepted, runs = counts[""]
-        few = [oil for oil, (accepted_of_oil, _) in counts.items() if accepted_of_oil < fewest]
-        for oil in [""] if "" in few else few:
-            name = f"oil {oil}: " if oil else ""
-            count = f"{counts[oil][0]} of {counts[oil][1]}"
-            lacking.append(f"{name}{count} {kind} accepted, expected at least {fewest}")
-        if "" not in few and exceeds(share * runs, accepted):
-            lacking.append(
-                f"{accepted} of {runs} {kind} accepted, expected at least {share:.0%} of them"
+        accepted, runs = counts[_ALL_OILS]
+        if accepted < fewest:
+            sentences.append(_too_few(kind, accepted, runs, fewest))
+            continue
+        for oil, (accepted_of_oil, runs_of_oil) in counts.items():
+            if accepted_of_oil < fewest:
+                sentence = _too_few(kind, accepted_of_oil, runs_of_oil, fewest)
+                sentences.append(f"oil {oil}: {sentence}")
+        if exceeds(smallest_share * runs, accepted):
+            sentences.append(
+                f"{accepted} of {runs} {kind} accepted, "
+                f"expected at least {smallest_share:.0%} of them"
             )
-    return lacking
+    return sentences
+
+
+def _too_few(kind: str, accepted: int, runs: int, fewest: int) -> str:
+    return f"{accepted} of {runs} {kind} accepted, expected at least {fewest}"
 
 
 def unread_logs(results: CampaignTables) -> set[str]:
-    """Logs of which no run could be read; remarks on the run sheet refuse nothing."""
+    """Logs of which no run could be read; a remark on the run sheet is no refusal."""
     quarantine = results.quarantine
-    refused = quarantine.loc[~quarantine["rule"].isin(REMARKS), "file"]
-    return set(refused) - set(results.runs["file"])
+    refused_files = quarantine.loc[~quarantine["rule"].isin(REMARKS), "file"]
+    return set(refused_files) - set(results.runs["file"])
 
 
-def _accepted_runs(results: CampaignTables, campaign: Campaign) -> Iterator[tuple[str, _Counts]]:
-    """Accepted runs and runs of each kind of rig, by oil."""
+def _accepted_runs(results: CampaignTables, campaign: Campaign) -> Iterator[tuple[str, _RunCounts]]:
+    """Accepted runs and all runs of each kind of rig, by oil."""
     runs = results.runs
-    known = runs[["oil"]].assign(accepted=runs["verdict"] == "accepted")
-    yield "runs", _counts(known, len(unread_logs(results)))
+    traction_runs = pd.DataFrame(
+        {"oil": runs["oil"], "accepted": runs["verdict"] == "accepted"}, index=runs.index
+    )
+    yield "runs", _counts(traction_runs, len(unread_logs(results)))
     if campaign.torque is not None:
-        quarantine = results.torque_quarantine
-        refused = quarantine[~quarantine["rule"].isin(REMARKS)]
-        runs = results.torque_runs.groupby("run_id").agg(
-            oil=("oil", "first"), accepted=("accepted", "any")
-        )
-        # of a refused run, or a log that could not be read, there is no plateau
-        names = refused["run_id"].where(refused["run_id"] != "", refused["file"])
-        logs = {str(run).rpartition(":")[0] or run for run in runs.index}
-        yield "torque runs", _counts(runs, len({*names} - {*runs.index} - logs))
+        by_run = results.torque_runs.groupby("run_id")
+        torque_runs = by_run.agg(oil=("oil", "first"), accepted=("accepted", "any"))
+        lost = _lost_torque_runs(results.torque_quarantine, torque_runs.index)
+        yield "torque runs", _counts(torque_runs, len(lost))
 
 
-def _counts(runs: pd.DataFrame, lost: int) -> _Counts:
-    """Counts by oil, those of all runs first; of lost ones not even the oil is known."""
-    counts = {"": (int(runs["accepted"].sum()), len(runs) + lost)}
-    for oil, accepted in runs.loc[runs["oil"] != ""].groupby("oil", sort=False)["accepted"]:
-        counts[str(oil)] = int(accepted.sum()), len(accepted)
+def _lost_torque_runs(quarantine: pd.DataFrame, run_ids: Iterable[Any]) -> set[str]:
+    """Refused torque runs and unread logs, which have no plateau.
+
+    Args:
+        quarantine: Table `torque_quarantine`.
+        run_ids: Runs with a plateau, as `LOG` or `LOG:RUN`.
+    """
+    refused = quarantine[~quarantine["rule"].isin(REMARKS)]
+    names = refused["run_id"].where(refused["run_id"] != "", refused["file"])
+    runs = {str(run_id) for run_id in run_ids}
+    logs_of_runs = {run_id.rpartition(":")[0] or run_id for run_id in runs}
+    return set(names) - runs - logs_of_runs
+
+
+def _counts(runs: pd.DataFrame, lost: int) -> _RunCounts:
+    """Counts of all runs, then by oil.
+
+    Args:
+        runs: Columns `oil` and `accepted`.
+        lost: Number of runs and logs beside them, whose oil is not known.
+    """
+    counts = {_ALL_OILS: (int(runs["accepted"].sum()), len(runs) + lost)}
+    with_known_oil = runs[runs["oil"] != ""]
+    for oil, accepted in with_known_oil.groupby("oil", sort=False)["accepted"]:
+        counts[str(oil)] = (int(accepted.sum()), len(accepted))
     return counts

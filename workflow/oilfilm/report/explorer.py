@@ -1,13 +1,13 @@
-"""What the explorer of the report computes with: laws, intervals, the tested box, the sliders.
+"""Data and script of the report's explorer: laws, intervals, the tested box, the sliders.
 
-`page.js` evaluates there what `FittedLaw.predict` evaluates here, with the script that
-`law_script` writes from the equations that Python evaluates. The covariance travels as its root, so
-that the page needs no linear algebra.
+`page.js` gives the values of `FittedLaw.predict`. It calls the script that `law_script` writes from
+the equations that Python evaluates. The page receives the root of the covariance, so that it needs
+no linear algebra.
 
 Decides: how the explorer computes mu and its interval in the browser, and with which numbers.
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -23,27 +23,29 @@ from oilfilm.report.words import CONDITIONS, oil_colour
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.torque.operating_grid import AXES
-from oilfilm.traction.expression import Form, Language, in_steps
+from oilfilm.traction.expression import Form, Language, Node, in_steps
 from oilfilm.traction.law import Law, to_internal
 
-LEVEL = 0.95
+LEVEL = 0.95  # confidence level of the intervals in the report
 _LOAD = "load_n"
-_STEPS = 100  # of a slider, at least
+_FEWEST_STEPS = 100  # of a slider
+# Of one step: a limit that differs by less from a whole number of steps is on that step.
+_STEP_TOLERANCE = 1e-9
 
 
 @dataclass(frozen=True)
 class Axis:
-    """One of P, U, T and S: a slider, or the abscissa.
+    """One of P, U, T and S: a slider, or the abscissa. Values are in the unit of the column.
 
     Attributes:
         name: Column of the table of points.
         low: Smallest value of the slider.
         high: Largest value.
         step: Distance between its values.
-        steps: How many of them.
-        digits: Decimals that every value has.
-        start: Value it begins with.
-        idle: True where no fit follows it: it was tested at one level, or is not known.
+        steps: Number of steps from `low` to `high`.
+        digits: Decimals of every value.
+        start: First value.
+        idle: True where no fit depends on it: it was tested at one level, or is not known.
     """
 
     name: str
@@ -57,15 +59,35 @@ class Axis:
 
     @classmethod
     def over(cls, name: str, low: float, high: float, start: float, idle: bool = False) -> "Axis":
-        """A slider from `low` to `high` at least, by a power of ten of at least 100 steps."""
+        """A slider over `low` to `high`; the step is a power of ten that gives 100 steps or more.
+
+        Args:
+            name: Column of the table of points.
+            low: Value that the slider reaches at least.
+            high: Value that the slider reaches at least.
+            start: First value.
+            idle: As the attribute.
+        """
         span = high - low or abs(low) or 1.0
-        # a step above `low` would begin at zero, where a power law has no value
-        widest = min(span / _STEPS, low) if low > 0 else span / _STEPS
-        power = int(np.floor(np.log10(widest)))
-        step, digits = 10.0**power, max(0, -power)
-        first, last = np.floor(low / step + 1e-9), np.ceil(high / step - 1e-9)
-        low, high, start = (round(float(at), digits) for at in (first * step, last * step, start))
-        return cls(name, low, high, step, int(last - first), digits, start, idle)
+        largest_step = span / _FEWEST_STEPS
+        if low > 0:
+            # a larger step would begin at zero, where a power law has no value
+            largest_step = min(largest_step, low)
+        power = int(np.floor(np.log10(largest_step)))
+        step = 10.0**power
+        digits = max(0, -power)
+        first_step = np.floor(low / step + _STEP_TOLERANCE)
+        last_step = np.ceil(high / step - _STEP_TOLERANCE)
+        return cls(
+            name=name,
+            low=round(float(first_step * step), digits),
+            high=round(float(last_step * step), digits),
+            step=step,
+            steps=int(last_step - first_step),
+            digits=digits,
+            start=round(float(start), digits),
+            idle=idle,
+        )
 
 
 def explorer(results: CampaignTables, settings: Settings) -> dict[str, Any]:
@@ -77,42 +99,64 @@ def explorer(results: CampaignTables, settings: Settings) -> dict[str, Any]:
     """
     load_n = load_at_1_gpa(settings)
     fits = explored_fits(results, load_n)
-    nearby, axes = settings.report.nearby.model_dump(), []
-    for axis in sliders(fits, results.points, settings):
-        symbol, label, unit = CONDITIONS[axis.name]
-        relative = nearby.get(f"{axis.name}_relative")
-        width = {"nearby": nearby.get(axis.name, relative), "relative": relative is not None}
-        axes.append({**asdict(axis), "symbol": symbol, "label": label, "unit": unit, **width})
+    nearby = settings.report.nearby.model_dump()
+    axes = [_axis_as_json(axis, nearby) for axis in sliders(fits, results.points, settings)]
     oils = []
     for oil, fit in fits.items():
-        about = {"name": oil, "colour": oil_colour(oil, list(settings.oils))}
-        where = [fixed.sentence() for fixed in fit.coefficients.fixed]
-        oils.append({**about, "where": where, **law_of(fit, load_n)})
+        oil_as_json = {
+            "name": oil,
+            "colour": oil_colour(oil, list(settings.oils)),
+            "where": [fixed.sentence() for fixed in fit.coefficients.fixed],
+        }
+        oil_as_json.update(law_as_json(fit, load_n))
+        oils.append(oil_as_json)
     return {"axes": axes, "oils": oils}
 
 
+def _axis_as_json(axis: Axis, nearby: Mapping[str, float]) -> dict[str, Any]:
+    """A slider with its name, and with the distance within which a measured point is near it.
+
+    Args:
+        axis: The slider.
+        nearby: Largest distance by condition, absolute or (`_relative`) as a share.
+    """
+    symbol, label, unit = CONDITIONS[axis.name]
+    relative_key = f"{axis.name}_relative"
+    is_relative = relative_key in nearby
+    axis_as_json = asdict(axis)
+    axis_as_json["symbol"] = symbol
+    axis_as_json["label"] = label
+    axis_as_json["unit"] = unit
+    axis_as_json["nearby"] = nearby[relative_key if is_relative else axis.name]
+    axis_as_json["relative"] = is_relative
+    return axis_as_json
+
+
 def load_at_1_gpa(settings: Settings) -> float | None:
-    """Load of the rig's contact at 1 GPa; None where the contact is not known, or not one."""
+    """Load (N) of the rigs' contact at 1 GPa; None where the rigs have no common contact."""
     contact = settings.common_contact()
     return None if contact is None else float(contact.load_n(1.0))
 
 
 def explored_fits(results: CampaignTables, load_at_1_gpa: float | None) -> dict[str, FittedLaw]:
-    """The fits of the configured law that can be evaluated at P, U, T and S, by oil."""
-    fits = {
-        str(oil): FittedLaw.of_configured(results, oil)
-        for oil in results.configured.fit_quality["oil"]
-    }
-    return {
-        oil: fit
-        for oil, fit in fits.items()
-        if not np.isnan(fit.coefficients.constants).any()
-        and (load_at_1_gpa is not None or _LOAD not in fit.law.conditions)
-    }
+    """The fits of the configured law that can be evaluated at P, U, T and S, by oil.
+
+    Args:
+        results: Tables `points`, `coefficients`, `refits` and `fit_quality`.
+        load_at_1_gpa: As of the function `load_at_1_gpa`; laws of load need it.
+    """
+    fits = {}
+    for oil in results.configured.fit_quality["oil"]:
+        fit = FittedLaw.of_configured(results, oil)
+        lacks_constants = np.isnan(fit.coefficients.constants).any()
+        lacks_load = load_at_1_gpa is None and _LOAD in fit.law.conditions
+        if not lacks_constants and not lacks_load:
+            fits[str(oil)] = fit
+    return fits
 
 
 def sliders(fits: Mapping[str, FittedLaw], points: pd.DataFrame, settings: Settings) -> list[Axis]:
-    """Sliders over everything tested, and over the ranges of `report.sliders` where they overlap.
+    """Sliders over all tested conditions, and over the ranges of `report.sliders` if they overlap.
 
     Args:
         fits: By oil.
@@ -120,89 +164,136 @@ def sliders(fits: Mapping[str, FittedLaw], points: pd.DataFrame, settings: Setti
         settings: All settings of the campaign.
     """
     load_n = load_at_1_gpa(settings)
-    ranges = settings.report.sliders
-    centre = _central(points[points["accepted"]])
-    boxes = np.array([_over_axes(fit.coefficients.box, fit.law, load_n) for fit in fits.values()])
+    usual_ranges = settings.report.sliders
+    start_point = _central_point(points[points["accepted"]])
+    boxes = [_box_over_axes(fit.coefficients.box, fit.law, load_n) for fit in fits.values()]
     axes = []
     for index, name in enumerate(AXES):
-        low, high = getattr(ranges, name)
-        tested = boxes.reshape(-1, len(AXES), 2)[:, index]
-        tested = tested[~np.isnan(tested).any(axis=1)]
-        if len(tested):
-            inner, outer = tested[:, 0].min(), tested[:, 1].max()
-            near = inner <= high and outer >= low
-            low, high = (min(low, inner), max(high, outer)) if near else (inner, outer)
-        start = float(np.clip(centre.get(name, low), low, high))
-        followed = any(fit.coefficients.followed[index] for fit in fits.values() if index < 3)
-        idle = not followed and name != "slide_roll_ratio"
+        low, high = getattr(usual_ranges, name)
+        tested_ranges = [box[index] for box in boxes if not np.isnan(box[index]).any()]
+        if tested_ranges:
+            lowest_tested = min(tested_low for tested_low, _ in tested_ranges)
+            highest_tested = max(tested_high for _, tested_high in tested_ranges)
+            if lowest_tested <= high and highest_tested >= low:
+                low = min(low, lowest_tested)
+                high = max(high, highest_tested)
+            else:
+                low = lowest_tested
+                high = highest_tested
+        start = float(np.clip(start_point.get(name, low), low, high))
+        # every law depends on the slide-roll ratio
+        idle = name != "slide_roll_ratio" and not any(
+            fit.coefficients.followed[index] for fit in fits.values()
+        )
         axes.append(Axis.over(name, low, high, start, idle))
     return axes
 
 
-def _central(points: pd.DataFrame) -> dict[str, float]:
-    """Conditions of the accepted point nearest to the middle of all, so that some are shown."""
-    known = points[list(AXES)].dropna(axis="columns", how="all").dropna()
-    if known.empty:
+def _central_point(points: pd.DataFrame) -> dict[str, float]:
+    """Conditions of the point nearest to the middle of all, so that the chart shows some points."""
+    conditions = points[list(AXES)].dropna(axis="columns", how="all").dropna()
+    if conditions.empty:
         return {}
-    low, high = known.min(), known.max()
+    low = conditions.min()
+    high = conditions.max()
     width = (high - low).where(high > low, 1.0)
-    distance = (((known - (low + high) / 2) / width) ** 2).sum(axis="columns")
-    nearest = known.iloc[int(first_smallest(distance))]
+    distance = (((conditions - (low + high) / 2) / width) ** 2).sum(axis="columns")
+    nearest = conditions.iloc[int(first_smallest(distance))]
     return {str(name): float(value) for name, value in nearest.items()}
 
 
-def law_of(fit: FittedLaw, load_at_1_gpa: float | None = None) -> dict[str, Any]:
+def law_as_json(fit: FittedLaw, load_at_1_gpa: float | None = None) -> dict[str, Any]:
     """A fitted law with its interval and its tested box, as the page computes with it.
 
     Args:
         fit: The fit.
-        load_at_1_gpa: Load of the rig's contact at 1 GPa, which laws on load need; it goes with
-            the cube of the pressure.
+        load_at_1_gpa: Load (N) of the rig's contact at 1 GPa, which laws of load need; the load
+            goes with the cube of the pressure.
 
     Returns:
-        Its numbers over its own conditions; `inputs` has factor and power of each, from P, U and T.
+        Numbers over the conditions of the law. `inputs` has a factor and a power by condition,
+        which give the condition from P, U or T.
     """
-    law, coefficients = fit.law, fit.coefficients
+    law = fit.law
+    coefficients = fit.coefficients
     band, _, level = coefficients.bands(law, LEVEL)
-    place = law.conditions.index
-    fixed_names = {each.condition for each in coefficients.fixed}
-    followed = [name for name in law.conditions if name not in fixed_names]
-    lattice = zip(followed, fit.lattice[1], strict=True) if len(coefficients.tested) else ()
-    law_as_json = {
+    contents = {
         "law": law.name,
         "conditions": law.conditions,
         "inputs": [(load_at_1_gpa, 3) if name == _LOAD else (1.0, 1) for name in law.conditions],
         "reference": law.reference,
         "internal": to_internal(law, coefficients.constants),
         "known": coefficients.followed,
-        "fixed": [
-            asdict(each) | {"least_size": LEAST_SIZE.get(each.condition, 0.0)}
-            for each in coefficients.fixed
-        ],
+        "fixed": _fixed_conditions(fit),
         "level": level,
         "limit": coefficients.limiting_stress_ratio,
-        # tested levels of each followed condition, by curve, and their largest step
-        "lattice": [
-            {"condition": name, "step": step, "tested": coefficients.tested[:, place(name)]}
-            | {"log": name not in LEAST_SIZE}
-            for name, step in lattice
-            if np.isfinite(step)
-        ],
-        "two_levels": [
-            dict(zip(("low", "high"), coefficients.box[place(name)], strict=True), condition=name)
-            for name in coefficients.two_levels
-        ],
-        "band": None if np.isnan(band.reach).any() else asdict(band) | {"reach": band.reach.T},
+        "lattice": _tested_lattice(fit),
+        "two_levels": _two_levels(fit),
+        "band": None,
         "box": fit.reach,
     }
-    return {key: plain(value) for key, value in law_as_json.items()}
+    if not np.isnan(band.reach).any():
+        contents["band"] = {
+            "reach": band.reach.T,
+            "absolute": band.absolute,
+            "relative": band.relative,
+        }
+    return {key: plain(value) for key, value in contents.items()}
 
 
-def _over_axes(box: FloatArray, law: Law, load_at_1_gpa: float | None) -> FloatArray:
-    """A box of the law's conditions over P, U, T and S: the load is the cube of P."""
+def _fixed_conditions(fit: FittedLaw) -> list[dict[str, Any]]:
+    """The conditions on which the fit does not depend, each with its tested level or line."""
+    conditions = []
+    for fixed in fit.coefficients.fixed:
+        condition = asdict(fixed)
+        condition["least_size"] = LEAST_SIZE.get(fixed.condition, 0.0)
+        conditions.append(condition)
+    return conditions
+
+
+def _tested_lattice(fit: FittedLaw) -> list[dict[str, Any]]:
+    """Tested levels of each other condition, by curve, and the largest step between levels.
+
+    Empty where the tested conditions are not known.
+    """
+    coefficients = fit.coefficients
+    if not len(coefficients.tested):
+        return []
+    fixed_names = {fixed.condition for fixed in coefficients.fixed}
+    followed = [name for name in fit.law.conditions if name not in fixed_names]
+    _, largest_steps = fit.lattice
+    lattice = []
+    for name, step in zip(followed, largest_steps, strict=True):
+        if np.isfinite(step):
+            tested = coefficients.tested[:, fit.law.conditions.index(name)]
+            is_logarithmic = name not in LEAST_SIZE
+            lattice.append(
+                {"condition": name, "step": step, "tested": tested, "log": is_logarithmic}
+            )
+    return lattice
+
+
+def _two_levels(fit: FittedLaw) -> list[dict[str, Any]]:
+    """The conditions that were tested at two levels only, with these levels."""
+    conditions = []
+    for name in fit.coefficients.two_levels:
+        low, high = fit.coefficients.box[fit.law.conditions.index(name)]
+        conditions.append({"low": low, "high": high, "condition": name})
+    return conditions
+
+
+def _box_over_axes(box: FloatArray, law: Law, load_at_1_gpa: float | None) -> FloatArray:
+    """The tested box over P, U, T and S, shape (4, 2): the load goes with the cube of P.
+
+    Args:
+        box: Over the conditions of the law and S, shape (4, 2).
+        law: The law.
+        load_at_1_gpa: Load (N) of the rig's contact at 1 GPa.
+    """
     if _LOAD not in law.conditions or load_at_1_gpa is None:
         return box
-    return np.vstack([np.cbrt(box[:1] / load_at_1_gpa), box[1:]])
+    pressure_gpa = np.cbrt(box[:1] / load_at_1_gpa)
+    return np.vstack([pressure_gpa, box[1:]])
 
 
 def plain(value: Any, digits: int = 0) -> Any:
@@ -210,29 +301,26 @@ def plain(value: Any, digits: int = 0) -> Any:
 
     Args:
         value: A number, an array, or lists and mappings of them.
-        digits: So many of each number, if any.
+        digits: Significant digits of each number; all of them if 0.
     """
     if isinstance(value, Mapping):
-        return {key: plain(each, digits) for key, each in value.items()}
+        return {key: plain(content, digits) for key, content in value.items()}
     if isinstance(value, list | tuple | np.ndarray | pd.Series):
-        return [plain(each, digits) for each in value]
+        return [plain(content, digits) for content in value]
     if isinstance(value, float | np.floating):
-        known = float(f"{value:.{digits}g}") if digits else float(value)
-        return known if np.isfinite(known) else None
+        rounded = float(f"{value:.{digits}g}") if digits else float(value)
+        return rounded if np.isfinite(rounded) else None
     return value.item() if isinstance(value, np.generic) else value
 
 
 _FUNCTIONS = ("exp", "expm1", "log", "log1p", "sqrt", "tanh", "asinh", "abs", "sign")
-JAVASCRIPT = Language(
-    {
-        "**": Form("{} ** {}", 4, (5, 5)),
-        **{function: Form(f"Math.{function}({{}})") for function in _FUNCTIONS},
-    }
-)
+_FUNCTION_FORMS = {function: Form(f"Math.{function}({{}})") for function in _FUNCTIONS}
+JAVASCRIPT = Language({"**": Form("{} ** {}", 4, (5, 5))} | _FUNCTION_FORMS)
 
 
-# mu and its interval at `at`, the conditions of the law and S, which is not negative, by the
-# numbers of `explorer.law_of`. `band` is a `Band`, its reach by columns.
+# mu and its interval at `at`: the conditions of the law and S, which is not negative. `fit` has the
+# numbers of `law_as_json`; its `band` is a `Band`, with the columns of `reach` one after another.
+# The two places are for the ends of the interval.
 _TRACTION = """
 function traction(fit, at) {
   const { law, reference, known, internal, band } = fit;
@@ -261,20 +349,27 @@ function traction(fit, at) {
 def law_script(laws: Iterable[Law]) -> str:
     """JavaScript's `traction(fit, at)`: mu of a fitted law with its interval.
 
-    `LAWS` in it: name -> function of the coefficients' sizes |X| and S that gives mu, and its
-    derivatives by each ln|X|.
+    Its table `LAWS` has one function per law, by the law's name. The function takes the sizes |X|
+    of the coefficients and S. It gives mu and the derivatives of mu by each ln|X|.
     """
-    ends = tuple(
-        f"[{', '.join(map(JAVASCRIPT.write, nodes))}]" for nodes in (RELATIVE_ENDS, ABSOLUTE_ENDS)
-    )
-    return f"const LAWS = {{\n{''.join(map(_law, laws))}}};\n{_TRACTION % ends}"
+    functions = "".join(_law_function(law) for law in laws)
+    ends = (_array(RELATIVE_ENDS), _array(ABSOLUTE_ENDS))
+    return f"const LAWS = {{\n{functions}}};\n{_TRACTION % ends}"
 
 
-def _law(law: Law) -> str:
-    steps, (mu, *slopes) = in_steps(law.graphs)
+def _law_function(law: Law) -> str:
+    """One entry of the table `LAWS`."""
+    steps, results = in_steps(law.graphs)
+    mu = results[0]
+    slopes = results[1:]
+    arguments = ", ".join(law.local_constants)
     lines = "".join(f"    const {name} = {JAVASCRIPT.write(node)};\n" for name, node in steps)
-    written = ", ".join(map(JAVASCRIPT.write, slopes))
     return (
-        f'  "{law.name}": ([{", ".join(law.local_constants)}], S) => {{\n'
-        f"{lines}    return {{ mu: {JAVASCRIPT.write(mu)}, slopes: [{written}] }};\n  }},\n"
+        f'  "{law.name}": ([{arguments}], S) => {{\n'
+        f"{lines}    return {{ mu: {JAVASCRIPT.write(mu)}, slopes: {_array(slopes)} }};\n  }},\n"
     )
+
+
+def _array(nodes: Sequence[Node]) -> str:
+    """Expressions as an array of JavaScript."""
+    return f"[{', '.join(JAVASCRIPT.write(node) for node in nodes)}]"

@@ -6,6 +6,7 @@ Decides: how verdicts look, and which pictures and files a page has room for.
 import base64
 import hashlib
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -26,19 +27,55 @@ from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction import LAWS
 from oilfilm.traction.typeset import mathml
 
-_HERE = Path(__file__).parent
-# How verdicts look; the first one that a text begins with.
-_LOOKS = {
-    "good": "known, holds, yes, best, tie, not shown, accepted, certified, sound, ties",
-    "fair": "sign unknown, no interval, holds in part, criteria disagree, too few curves, "
-    "no repeats, shown",
-    "bad": "at a bound, not identifiable, fails, another law is better, refused, not certified, "
-    "no, not sound, worse",
+_FOLDER = Path(__file__).parent
+# How good each verdict is. A cell may have more words behind its verdict.
+_LOOK_OF_VERDICT = {
+    "known": "good",
+    "holds": "good",
+    "yes": "good",
+    "best": "good",
+    "tie": "good",
+    "not shown": "good",
+    "accepted": "good",
+    "certified": "good",
+    "sound": "good",
+    "ties": "good",
+    "sign unknown": "fair",
+    "no interval": "fair",
+    "holds in part": "fair",
+    "criteria disagree": "fair",
+    "too few curves": "fair",
+    "no repeats": "fair",
+    "shown": "fair",
+    "at a bound": "bad",
+    "not identifiable": "bad",
+    "fails": "bad",
+    "another law is better": "bad",
+    "refused": "bad",
+    "not certified": "bad",
+    "no": "bad",
+    "not sound": "bad",
+    "worse": "bad",
 }
+# Bytes of a picture in the page beside its content: its tag, at most.
+_LARGEST_TAG = 200
 
 
-# Of a picture in the page, beside its content.
-_LONGEST_TAG = 200
+@dataclass(frozen=True)
+class Picture:
+    """A picture of the page.
+
+    Attributes:
+        png: The picture.
+        file: Its path below the campaign's results, which the page shows where it has no room.
+        title: Its title.
+        caption: Its caption.
+    """
+
+    png: Path
+    file: str
+    title: str
+    caption: str
 
 
 def html(
@@ -49,43 +86,23 @@ def html(
     settings: Settings,
     provenance: Mapping[str, Any],
 ) -> str:
-    """The page: the sections, and what only a page can show.
+    """The page: the sections, the explorer, the figures and the signals of refused runs.
 
     Args:
-        sections: Of the campaign's report.
+        sections: Sections of the campaign's report.
         results: The tables of the campaign.
         pngs: The figures by name, in the order in which they are shown.
-        refused: Folder of the pages of refused runs, as `refused_pages` names them.
+        refused: Folder of the pages of refused runs, as the table `refused_pages` names them.
         settings: All settings of the campaign.
         provenance: Of the job that writes the report.
 
     Returns:
         HTML; the same results give the same text.
     """
-    gallery: dict[str, list[dict[str, Any]]] = {}
-    for png in pngs:
-        figure = figures()[png.stem]
-        picture = {
-            "png": png,
-            "file": f"figures/{png.name}",
-            "title": figure.full_title,
-            "caption": figure.caption,
-        }
-        gallery.setdefault(figure.category, []).append(picture)
-    signals = [
-        {
-            "png": refused / row["page"],
-            "file": f"refused/{row['page']}",
-            "title": f"Signals of {row['run_id']}",
-            "caption": f"{row['run_id']}: {row['reason']}",
-        }
-        for row in tables.rows(results.refused_pages)
-        if row["page"]
-    ]
-    data = {
-        **explorer(results, settings),
-        "points": drawn_points(results.points, settings.report.points_max),
-    }
+    gallery = _gallery(pngs)
+    signals = _signals(results, refused)
+    data = explorer(results, settings)
+    data["points"] = drawn_points(results.points, settings.report.points_max)
     context = {
         "sections": sections,
         "words": meanings(sections).items(),
@@ -103,39 +120,77 @@ def html(
         "data": data,
         "scripts": [Markup(law_script(LAWS.values())), _asset("page.js")],  # noqa: S704
     }
-    pictures = [*(each for shown in gallery.values() for each in shown), *signals]
-    files = {each["file"]: base64.b64encode(each["png"].read_bytes()).decode() for each in pictures}
+    page_without_pictures = _template().render(context, embedded={})
+    room = settings.report.size_max_mb * 1e6 - len(page_without_pictures.encode())
+    pictures = [picture for of_category in gallery.values() for picture in of_category]
+    return _template().render(context, embedded=_embedded(pictures + signals, room))
+
+
+def _gallery(pngs: Sequence[Path]) -> dict[str, list[Picture]]:
+    """The figures by category."""
+    gallery: dict[str, list[Picture]] = {}
+    for png in pngs:
+        figure = figures()[png.stem]
+        picture = Picture(png, f"figures/{png.name}", figure.full_title, figure.caption)
+        gallery.setdefault(figure.category, []).append(picture)
+    return gallery
+
+
+def _signals(results: CampaignTables, refused: Path) -> list[Picture]:
+    """The pages of refused runs.
+
+    Args:
+        results: Table `refused_pages`.
+        refused: Folder of the pages.
+    """
+    return [
+        Picture(
+            png=refused / row["page"],
+            file=f"refused/{row['page']}",
+            title=f"Signals of {row['run_id']}",
+            caption=f"{row['run_id']}: {row['reason']}",
+        )
+        for row in tables.rows(results.refused_pages)
+        if row["page"]
+    ]
+
+
+def _embedded(pictures: Sequence[Picture], room: float) -> dict[str, str]:
+    """Pictures as data URLs, by file: as many as fit into `room` bytes, the smallest ones first."""
+    base64_of_file = {
+        picture.file: base64.b64encode(picture.png.read_bytes()).decode() for picture in pictures
+    }
     embedded: dict[str, str] = {}
-    page = _template().render(context, embedded=embedded)
-    room = settings.report.size_max_mb * 1e6 - len(page.encode())
-    # the smallest files first: as many as there is room for
-    for file, content in sorted(files.items(), key=lambda each: len(each[1])):
-        room -= len(content) + _LONGEST_TAG
+    for file in sorted(base64_of_file, key=lambda file: len(base64_of_file[file])):
+        room -= len(base64_of_file[file]) + _LARGEST_TAG
         if room > 0:
-            embedded[file] = f"data:image/png;base64,{content}"
-    return _template().render(context, embedded=embedded)
+            embedded[file] = f"data:image/png;base64,{base64_of_file[file]}"
+    return embedded
 
 
-def _look(verdict: str) -> str:
-    """How a verdict looks: good, fair or bad."""
-    looks = {text: look for look, texts in _LOOKS.items() for text in texts.split(", ")}
-    fitting = [text for text in looks if f"{verdict} ".startswith(f"{text} ")]
-    return looks[max(fitting, key=len)] if fitting else ""
+def _look(text: str) -> str:
+    """How good a verdict is: good, fair or bad; empty for another text.
+
+    The longest verdict with which the text begins decides.
+    """
+    verdicts = [verdict for verdict in _LOOK_OF_VERDICT if f"{text} ".startswith(f"{verdict} ")]
+    return _LOOK_OF_VERDICT[max(verdicts, key=len)] if verdicts else ""
 
 
 def _asset(name: str) -> Markup:
-    return Markup((_HERE / name).read_text(encoding="utf-8"))  # noqa: S704  (our own file)
+    """Content of a file beside this module, which the page takes as it is."""
+    return Markup((_FOLDER / name).read_text(encoding="utf-8"))  # noqa: S704  (our own file)
 
 
 def _source_hash(script: str) -> str:
-    """What a content security policy knows an inline script by."""
+    """Hash by which a content security policy allows an inline script."""
     return base64.b64encode(hashlib.sha256(script.encode()).digest()).decode("ascii")
 
 
 @cache
 def _template() -> Template:
     environment = Environment(
-        loader=FileSystemLoader(_HERE),
+        loader=FileSystemLoader(_FOLDER),
         autoescape=True,
         undefined=StrictUndefined,
         trim_blocks=True,

@@ -2,7 +2,7 @@
 
 Names, types, units, meanings, caveats and keys come from the declaration of the tables. The same
 tables give the same bytes: no clock, and everything in a fixed order. Paths are relative to the
-folder of the tables, which can be moved as a whole.
+folder of the tables, so that the folder can be moved.
 """
 
 import json
@@ -31,22 +31,56 @@ _RAW_LOGS = Source(title="raw logs of the campaign; runs.parquet has the name an
 def data_package(settings: Settings, folder: Path, paths: Iterable[Path]) -> str:
     """The text of `datapackage.json` (Data Package standard, version 1).
 
-    A table in several files has a list of paths. The standard has no key for the hash of each, so
-    `files` has path, hash, bytes and rows of every one.
+    A table in several files has a list of paths. The standard has no key for the hash of each
+    file, so the key `files` has path, hash, bytes and rows of every file.
 
     Args:
         settings: At least the campaign's name, data and description, and the dataset.
-        folder: Of the tables.
+        folder: Folder of the tables.
         paths: The written tables in it, in any order.
 
     Raises:
         OilfilmError: A table is missing, damaged or was not written by oilfilm, or its footer and
             the campaign disagree on whether the data are simulated.
     """
-    campaign, about = settings.campaign, settings.dataset
-    of_table: dict[str, list[dict[str, Any]]] = {name: [] for name in tables.TABLES}
-    files = {path.relative_to(folder).as_posix(): path for path in paths}
-    for name, path in sorted(files.items()):
+    campaign = settings.campaign
+    dataset = settings.dataset
+    files_of_table = _files_of_tables(settings, folder, paths)
+    licences = []
+    if dataset.licence:
+        key = "path" if "://" in dataset.licence else "name"
+        licences.append({key: dataset.licence})
+    sources = [_RAW_LOGS, *(dataset.sources or ())]
+    descriptor = {
+        # The standard allows fewer letters in a name than a campaign may have.
+        "name": re.sub(r"[^a-z0-9._-]", "-", campaign.name.lower()),
+        "title": dataset.title or f"Traction campaign {campaign.name}",
+        "description": "\n".join(_description(settings)),
+        "data": campaign.data,
+        "licenses": licences,
+        "contributors": [{"title": name, "role": "author"} for name in dataset.creators or ()],
+        "sources": [
+            _without_empty({"title": source.title, "path": source.address}) for source in sources
+        ],
+        "resources": [
+            _resource(table, files, files_of_table) for table, files in files_of_table.items()
+        ],
+    }
+    return json.dumps(_without_empty(descriptor), indent=2, ensure_ascii=False) + "\n"
+
+
+def _files_of_tables(
+    settings: Settings, folder: Path, paths: Iterable[Path]
+) -> dict[str, list[dict[str, Any]]]:
+    """Path, hash, bytes and rows of each file, by table in the order of their declarations.
+
+    Raises:
+        OilfilmError: As in `data_package`.
+    """
+    campaign = settings.campaign
+    files_of_table: dict[str, list[dict[str, Any]]] = {name: [] for name in tables.TABLES}
+    path_of_file = {path.relative_to(folder).as_posix(): path for path in paths}
+    for name, path in sorted(path_of_file.items()):
         footer = tables.read_footer(path)
         if footer["data"] != campaign.data:
             raise OilfilmError(
@@ -54,38 +88,34 @@ def data_package(settings: Settings, folder: Path, paths: Iterable[Path]) -> str
                 f"{campaign.name!r} that they are {campaign.data}. Delete it and run snakemake "
                 "again."
             )
-        file: dict[str, Any] = {"path": name, "hash": f"sha256:{file_digest(path)}"}
-        file |= {"bytes": path.stat().st_size, "rows": parquet.read_metadata(path).num_rows}
-        of_table[footer["table"]].append(file)
-    present = {table: of_this for table, of_this in of_table.items() if of_this}
-    description = [
+        file = {
+            "path": name,
+            "hash": f"sha256:{file_digest(path)}",
+            "bytes": path.stat().st_size,
+            "rows": parquet.read_metadata(path).num_rows,
+        }
+        files_of_table[footer["table"]].append(file)
+    return {table: files for table, files in files_of_table.items() if files}
+
+
+def _description(settings: Settings) -> list[str]:
+    """Sentences on the data, their licence and creators, and on logs that were changed."""
+    campaign = settings.campaign
+    dataset = settings.dataset
+    creators = ", ".join(dataset.creators or ())
+    sentences = [
         campaign.description,
         _ORIGIN[campaign.data],
-        f"Licence: {about.licence or _NOT_STATED}.",
-        f"Creators: {', '.join(about.creators or ()) or _NOT_STATED}.",
+        f"Licence: {dataset.licence or _NOT_STATED}.",
+        f"Creators: {creators or _NOT_STATED}.",
     ]
-    for change in about.acknowledged_changes:
+    for change in dataset.acknowledged_changes:
         log = f"{change.log} ({change.was}, now {change.now})"
-        description.append(f"Changed after it was first read: {log}: {change.reason}")
-    licence = about.licence or ""
-    descriptor = {
-        # The standard allows fewer letters in a name than a campaign may have.
-        "name": re.sub(r"[^a-z0-9._-]", "-", campaign.name.lower()),
-        "title": about.title or f"Traction campaign {campaign.name}",
-        "description": "\n".join(description),
-        "data": campaign.data,
-        "licenses": [{"path" if "://" in licence else "name": licence}] if licence else [],
-        "contributors": [{"title": name, "role": "author"} for name in about.creators or ()],
-        "sources": [
-            _given({"title": source.title, "path": source.address})
-            for source in (_RAW_LOGS, *(about.sources or ()))
-        ],
-        "resources": [_resource(table, of_this, present) for table, of_this in present.items()],
-    }
-    return json.dumps(_given(descriptor), indent=2, ensure_ascii=False) + "\n"
+        sentences.append(f"Changed after it was first read: {log}: {change.reason}")
+    return sentences
 
 
-def _given(keys: dict[str, Any]) -> dict[str, Any]:
+def _without_empty(keys: dict[str, Any]) -> dict[str, Any]:
     """The keys that have a value: the standard allows no empty ones."""
     return {key: value for key, value in keys.items() if value not in ("", None, [], {})}
 
@@ -93,46 +123,61 @@ def _given(keys: dict[str, Any]) -> dict[str, Any]:
 def _resource(
     table: str, files: Sequence[dict[str, Any]], present: Container[str]
 ) -> dict[str, Any]:
-    model, first = tables.TABLES[table], files[0]
+    """One table of the package.
+
+    Args:
+        table: Its name.
+        files: Its files, as of `_files_of_tables`.
+        present: Names of all tables in the package.
+    """
+    model = tables.TABLES[table]
+    first_file = files[0]
+    is_one_file = len(files) == 1
     resource = {
         "name": table,
         "type": "table",
         "description": model.about,
-        "path": first["path"] if len(files) == 1 else [file["path"] for file in files],
+        "path": first_file["path"] if is_one_file else [file["path"] for file in files],
         "format": "parquet",
         "mediatype": "application/vnd.apache.parquet",
         "bytes": sum(file["bytes"] for file in files),
-        "hash": first["hash"] if len(files) == 1 else "",
+        "hash": first_file["hash"] if is_one_file else "",
         "rows": sum(file["rows"] for file in files),
         "files": files,
         "schema": _schema(model, present),
     }
-    # columns that are in the names of the folders and not in the files
-    partitions = [part.partition("=")[0] for part in first["path"].split("/") if "=" in part]
-    return _given(resource) | {"partitions": partitions}
+    contents = _without_empty(resource)
+    # columns that are in the names of the folders (`oil=4102`) and not in the files
+    folders = first_file["path"].split("/")
+    contents["partitions"] = [name.partition("=")[0] for name in folders if "=" in name]
+    return contents
 
 
 def _schema(model: tables.Table, present: Container[str]) -> dict[str, Any]:
     """Columns and keys; only keys to tables that are in the package."""
     # the standard forbids nulls in a primary key
-    with_nulls = any(model[name].nullable for name in model.key)
-    foreign = [
+    key_has_nulls = any(model[name].nullable for name in model.key)
+    foreign_keys = [
         {"fields": list(columns), "reference": {"resource": table, "fields": list(columns)}}
         for table, columns in model.references.items()
         if table in present
     ]
     schema = {
         "fields": [_field(column) for column in model.columns],
-        "uniqueKeys": [list(model.key)] if with_nulls else [],
-        "primaryKey": [] if with_nulls else list(model.key),
-        "foreignKeys": foreign,
+        "uniqueKeys": [list(model.key)] if key_has_nulls else [],
+        "primaryKey": [] if key_has_nulls else list(model.key),
+        "foreignKeys": foreign_keys,
     }
+    contents = _without_empty(schema)
     # an empty text is a value here
-    return _given(schema) | {"missingValues": []}
+    contents["missingValues"] = []
+    return contents
 
 
 def _field(column: tables.Column) -> dict[str, Any]:
-    low, high = column.at_least, column.at_most
+    """One column, with its unit and caveat beside what the standard has."""
+    low = column.at_least
+    high = column.at_most
     constraints = {
         "required": not column.nullable or None,
         "minimum": low if low is not None and low > -tables.LARGEST else None,
@@ -146,6 +191,6 @@ def _field(column: tables.Column) -> dict[str, Any]:
         "description": column.meaning_here,
         "unit": "" if column.unit == tables.BY_ROW else column.unit,
         "caveat": column.caveat,
-        "constraints": _given(constraints),
+        "constraints": _without_empty(constraints),
     }
-    return _given(field)
+    return _without_empty(field)

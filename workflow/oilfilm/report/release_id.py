@@ -1,24 +1,24 @@
-"""Which release a report lies in: the one thing in the page that a release writes."""
+"""The release of a report: the only text of the page that a release writes."""
 
 from markupsafe import Markup
 
-_MARK = Markup('<dd id="release">{}</dd>')
-UNRELEASED = _MARK.format("not released")
+_FIELD = Markup('<dd id="release">{}</dd>')
+UNRELEASED = _FIELD.format("not released")
 
 
 def with_release(page: str, version: str) -> str:
-    """A report that says which release it is of, wherever it is passed on to.
+    """A report with the version of its release.
 
-    Nothing else in the page can look like the mark: names and texts are escaped in it.
+    The field occurs once in a page: names and texts of a campaign are escaped there.
 
     Args:
         page: A report as a run makes it.
-        version: Of the release that it goes into.
+        version: Version of the release that will have the report.
 
     Raises:
-        ValueError: It is no such report.
+        ValueError: The page has no field for the version.
     """
-    before, mark, after = page.partition(UNRELEASED)
-    if not mark:
-        raise ValueError("the page has no field for the id of a release")
-    return f"{before}{_MARK.format(version)}{after}"
+    before, field, after = page.partition(UNRELEASED)
+    if not field:
+        raise ValueError("the page has no field for the version of a release")
+    return f"{before}{_FIELD.format(version)}{after}"

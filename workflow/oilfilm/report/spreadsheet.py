@@ -1,4 +1,4 @@
-"""Tables for people with a spreadsheet, in which a cell of a log can start no formula."""
+"""Tables for spreadsheets, in which no text of a log becomes a formula."""
 
 from pathlib import Path
 
@@ -6,14 +6,14 @@ import pandas as pd
 
 from oilfilm.base.atomic_write import write_text
 
-# What a spreadsheet takes for the beginning of a formula or a command.
+# A spreadsheet may run a text that begins with one of these.
 _FORMULA_STARTS = ("=", "+", "-", "@", "\t", "\r")
 
 
 def write_csv(frame: pd.DataFrame, path: Path) -> None:
-    """Write a table as csv (see `csv_text`), whole or not at all.
+    """Write a table as csv (see `csv_text`), completely or not at all.
 
-    The file is UTF-8 with a mark, without which some spreadsheets take it for another encoding.
+    The file is UTF-8 with a byte-order mark. Without it some spreadsheets assume another encoding.
     """
     write_text(csv_text(frame), path, encoding="utf-8-sig")
 

@@ -11,7 +11,7 @@ from oilfilm.report.captions import provenance
 from oilfilm.report.document import Fact, Section, ShownTable, meanings, sentence
 from oilfilm.settings.campaign import Campaign
 
-_PLACES = (
+_CONTENTS_OF_RESULTS = (
     ("Report", "report.html (open it in a browser; it needs no network)"),
     ("Tables", "tables (start with quarantine.csv)"),
     ("Figures", "figures"),
@@ -21,53 +21,66 @@ _PLACES = (
 
 
 def text(
-    sections: Sequence[Section], campaign: Campaign, where: Sequence[tuple[str, str]] = _PLACES
+    sections: Sequence[Section],
+    campaign: Campaign,
+    contents_of_results: Sequence[tuple[str, str]] = _CONTENTS_OF_RESULTS,
 ) -> str:
     """The sections as text.
 
     Args:
-        sections: Of the campaign's report.
+        sections: Sections of the campaign's report; the first one is the answer.
         campaign: Name, description and origin of the data.
-        where: What is in which file of the results.
+        contents_of_results: What there is in the results, each with its file or folder.
     """
-    first, *others = sections
-    places = [f"- {what}: results/{campaign.name}/{place}" for what, place in where]
+    answer = sections[0]
+    files = [f"- {what}: results/{campaign.name}/{file}" for what, file in contents_of_results]
+    words = meanings(sections).items()
     lines = [
         sentence(f"Campaign {campaign.name}: {campaign.description}"),
         sentence(provenance(campaign)),
         "",
-        *_headed(first.title, _contents(first)),
-        *_headed("Trouble", _trouble(sections)),
-        *_headed("Where to find what", places),
     ]
-    for section in others:
-        lines += _headed(section.title, _contents(section))
-    words = meanings(sections).items()
-    lines += _headed("Words", [f"- {word}: {sentence(meaning)}" for word, meaning in words])
+    lines += _with_heading(answer.title, _contents(answer))
+    lines += _with_heading("Trouble", _trouble(sections))
+    lines += _with_heading("Where to find what", files)
+    for section in sections[1:]:
+        lines += _with_heading(section.title, _contents(section))
+    lines += _with_heading("Words", [f"- {word}: {sentence(meaning)}" for word, meaning in words])
     return "\n".join(map(printable, lines)).rstrip() + "\n"
 
 
-def _headed(title: str, lines: Iterable[str]) -> list[str]:
+def _with_heading(title: str, lines: Iterable[str]) -> list[str]:
+    """Lines below their heading, with one empty line at the end; nothing without lines."""
     body = list(lines)
-    while body[-1:] == [""]:
+    while body and not body[-1]:
         body.pop()
-    return [title, "-" * len(title), *body, ""] if body else []
+    if not body:
+        return []
+    return [title, "-" * len(title), *body, ""]
 
 
 def _contents(section: Section) -> Iterator[str]:
-    own = [fact for fact in section.facts if not fact.is_trouble]
-    yield from (*_bullets(own), *([""] if own else []))
+    """Lines of the facts that are no trouble, and of the tables."""
+    facts = [fact for fact in section.facts if not fact.is_trouble]
+    if facts:
+        yield from _bullets(facts)
+        yield ""
     for table in section.tables:
         yield from _table(table)
 
 
 def _trouble(sections: Iterable[Section]) -> Iterator[str]:
+    """Lines of all trouble, below the titles of the sections."""
     for section in sections:
-        if trouble := [fact for fact in section.facts if fact.is_trouble]:
-            yield from (f"{section.title}:", *_bullets(trouble), "")
+        trouble = [fact for fact in section.facts if fact.is_trouble]
+        if trouble:
+            yield f"{section.title}:"
+            yield from _bullets(trouble)
+            yield ""
 
 
 def _bullets(facts: Iterable[Fact]) -> Iterator[str]:
+    """Lines of facts, each with its advice."""
     for fact in facts:
         yield f"- {fact.text}"
         if fact.advice:
@@ -75,14 +88,19 @@ def _bullets(facts: Iterable[Fact]) -> Iterator[str]:
 
 
 def _table(table: ShownTable) -> Iterator[str]:
+    """Lines of a table; none where it has no rows or is for the page alone."""
     if not table or not table.in_text:
         return
-    heads = [
+    headings = [
         f"{column.heading} ({column.unit})" if column.unit else column.heading
         for column in table.columns
     ]
-    # a minus that a search for -0.1 finds
+    # a reader who searches for -0.1 types the minus of a keyboard
     rows = [[cell.replace("\N{MINUS SIGN}", "-") for cell in row] for row in table.rows]
-    yield from (f"{table.caption}:", "", *markdown_table(heads, rows), "")
+    yield f"{table.caption}:"
+    yield ""
+    yield from markdown_table(headings, rows)
+    yield ""
     if table.left_out:
-        yield from (f"And {table.left_out} more rows: {table.source}.", "")
+        yield f"And {table.left_out} more rows: {table.source}."
+        yield ""

@@ -8,14 +8,14 @@ from collections.abc import Sequence
 
 from oilfilm.traction import LAW_TITLES
 
-# Symbol, label and unit of what mu is a function of.
+# Symbol, label and unit of the quantities on which mu depends.
 CONDITIONS = {
     "max_hertz_pressure_gpa": ("P", "Maximum Hertz pressure", "GPa"),
     "entrainment_speed_m_s": ("U", "Entrainment speed", "m/s"),
     "inlet_temperature_c": ("T", "Inlet temperature", "\N{DEGREE SIGN}C"),
     "slide_roll_ratio": ("S", "Slide-roll ratio", ""),
 }
-# Okabe and Ito's colours, which stay apart for every kind of colour vision.
+# Colours of Okabe and Ito, distinct for every kind of colour vision.
 _PALETTE = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 LOAD_VARIABLES = {
     **LAW_TITLES,
@@ -23,8 +23,8 @@ LOAD_VARIABLES = {
     "load": "load-based",
     "dimensionless_load": "dimensionless load",
 }
-# What tables write in letters that every terminal has, as it is printed; in this order.
-_PRINTED = {
+# Tables have only characters of every terminal. Pattern -> symbol of print, applied in this order.
+_SYMBOLS_OF_PRINT = {
     r"\bmu\b": "\N{GREEK SMALL LETTER MU}",
     r"\bdegC\b": "\N{DEGREE SIGN}C",
     r"\bum\b": "\N{MICRO SIGN}m",
@@ -37,12 +37,17 @@ _PRINTED = {
 
 
 def oil_colour(oil: str, oils: Sequence[str]) -> str:
-    """The colour of an oil: its place in the campaign decides, everywhere alike."""
+    """The colour of an oil, the same in all figures.
+
+    Args:
+        oil: Its name.
+        oils: All oils of the campaign; their order decides.
+    """
     return _PALETTE[list(oils).index(oil) % len(_PALETTE)]
 
 
 def law_name(key: str) -> str:
-    """The title of a law; laws that are not installed keep their name.
+    """The title of a law; the name itself where the law is not installed.
 
     Examples:
         >>> law_name("deng2026"), law_name("my-law")
@@ -62,7 +67,7 @@ def law_names(keys: Sequence[str] | None) -> str:
 
 
 def load_variable(key: str) -> str:
-    """A law and what it is evaluated with in the bearing, in words.
+    """A law, or the load variable with which a bearing evaluates it, in words.
 
     Examples:
         >>> load_variable("load")
@@ -72,7 +77,7 @@ def load_variable(key: str) -> str:
 
 
 def gate_name(key: str) -> str:
-    """A gate, or another rule of refusal, in words.
+    """The name of a gate or of another rule of refusal, in words.
 
     Examples:
         >>> gate_name("stuck_sensor")
@@ -82,12 +87,12 @@ def gate_name(key: str) -> str:
 
 
 def printed(text: str) -> str:
-    """A sentence with the symbols of print.
+    """A sentence with the symbols of print in place of plain characters.
 
     Examples:
         >>> printed("mu >= 0")
         'μ ≥ 0'
     """
-    for plain, sign in _PRINTED.items():
-        text = re.sub(plain, sign, text)
+    for pattern, symbol in _SYMBOLS_OF_PRINT.items():
+        text = re.sub(pattern, symbol, text)
     return text

@@ -1,4 +1,4 @@
-"""What was measured: mu against slip with the fit, what the fit leaves, coverage of the matrix."""
+"""Figures of the measurements: mu against slip with the fit, residuals, coverage of the matrix."""
 
 import itertools
 from collections.abc import Iterable, Sequence
@@ -24,17 +24,26 @@ _CONDITIONS_TOLD_APART = 6
 _POINTS_TOLD_APART = 2000
 # More lines than this in one panel are one dark area, and each takes 2 kB of SVG.
 _FITS_DRAWN = 500
-# Its multiples modulo 1 are spread evenly without a period. Every third condition, by contrast, may
-# have the same temperature.
+# Multiples of this number modulo 1 are spread evenly without a period. A fixed step could choose
+# conditions of one temperature only.
 _GOLDEN_RATIO = (5**0.5 - 1) / 2
 _MEASURED = ["slide_roll_ratio", "traction_coefficient", "traction_coefficient_se"]
-_GROUPS = 15  # of equally many points, where no set points tell levels apart
-_MILLI = 1e3
+_GROUPS = 15  # groups of equally many points, where no set points define levels
+_THOUSANDTHS_PER_UNIT = 1e3
 
 
 @dataclass(frozen=True)
 class Series:
-    """One curve of a panel: the points of some runs and the fit at their mean conditions."""
+    """One curve of a panel: the points of some runs and the fit at their mean conditions.
+
+    Attributes:
+        label: For the legend.
+        oil: Name of the oil.
+        points: Rows of the table of points.
+        law: The fitted law.
+        colour: Colour of points and line.
+        marker: Symbol of the points.
+    """
 
     label: str
     oil: str
@@ -44,26 +53,25 @@ class Series:
     marker: str
 
     def fit(self, largest_slip: float) -> tuple[Any, Any]:
-        """Slip and fitted mu at the mean conditions of the points."""
+        """Slip from 0 to `largest_slip`, and fitted mu at the mean conditions of the points."""
         condition = self.points[list(self.law.law.conditions)].mean().to_numpy(dtype=np.float64)
         slip = np.linspace(0, largest_slip, 151)
         return slip, self.law.traction(condition, slip)
 
 
 def draw_series(panel: Panel, series: Iterable[Series]) -> None:
-    """Points with their errors, and the fit through them, of each curve that has points."""
-    nothing = True
-    for curve in series:
-        if curve.points.empty:
-            continue
-        nothing = False
-        x, y, se = curve.points[_MEASURED].to_numpy(dtype=float).T
-        bar = style.SE_DRAWN * se
-        about: style.Look = {"oil": curve.oil, "label": curve.label}
-        look = {"marker": curve.marker, "color": curve.colour, "label": curve.label}
-        panel.dots("measured", x, y, look | style.BAR_LOOK, lower=y - bar, upper=y + bar, **about)
-        panel.line("fit", *curve.fit(np.abs(x).max()), {"color": curve.colour}, **about)
-    if nothing:
+    """Draw the points of each curve with their errors, and the fit through them."""
+    curves_with_points = [curve for curve in series if not curve.points.empty]
+    for curve in curves_with_points:
+        slip, mu, standard_error = curve.points[_MEASURED].to_numpy(dtype=float).T
+        half_bar = style.SE_DRAWN * standard_error
+        fit_slip, fit_mu = curve.fit(np.abs(slip).max())
+        names = {"oil": curve.oil, "label": curve.label}
+        look: style.Look = {"marker": curve.marker, "color": curve.colour, "label": curve.label}
+        look.update(style.BAR_LOOK)
+        panel.dots("measured", slip, mu, look, lower=mu - half_bar, upper=mu + half_bar, **names)
+        panel.line("fit", fit_slip, fit_mu, {"color": curve.colour}, **names)
+    if not curves_with_points:
         panel.say(NO_POINT)
 
 
@@ -81,7 +89,7 @@ def curves(results: CampaignTables, settings: Settings) -> Sheet:
     """
     oils = list(settings.oils)
     sheet, panels = oil_grid(oils, height=2.2)
-    # runs at speeds that nobody stated are no repeats of one condition
+    # runs without a stated speed get their measured one: they need not be repeats
     runs = with_levels(with_measured(results.runs, results.points), settings)
     for panel, _, oil in panels:
         of_oil = results.points[results.points["accepted"] & (results.points["oil"] == oil)]
@@ -92,14 +100,17 @@ def curves(results: CampaignTables, settings: Settings) -> Sheet:
         # one table per condition: columns that nobody draws would take most of the memory
         conditions = _conditions(runs, of_oil[["run_id", *law.law.conditions, *_MEASURED]])
         colour = style.oil_colour(oil, oils)
-        apart = len(conditions) <= _CONDITIONS_TOLD_APART and len(of_oil) <= _POINTS_TOLD_APART
-        shades = style.shades(colour, len(conditions)) if apart else itertools.repeat("black")
-        looks = zip(shades, itertools.cycle(style.MARKERS), strict=False)
+        few_conditions = len(conditions) <= _CONDITIONS_TOLD_APART
+        few_points = len(of_oil) <= _POINTS_TOLD_APART
+        shades = style.shades(colour, len(conditions))
+        markers = itertools.cycle(style.MARKERS)
         series = [
-            Series(label, oil, points, law, *look)
-            for (label, points), look in zip(conditions.items(), looks, strict=False)
+            Series(label, oil, points, law, shade, marker)
+            for (label, points), shade, marker in zip(
+                conditions.items(), shades, markers, strict=False
+            )
         ]
-        if apart:
+        if few_conditions and few_points:
             draw_series(panel, series)
         else:
             _draw_cloud(panel, colour, series)
@@ -113,35 +124,53 @@ def curves(results: CampaignTables, settings: Settings) -> Sheet:
 
 
 def _conditions(runs: pd.DataFrame, points: pd.DataFrame) -> dict[str, pd.DataFrame]:
-    """The points of each set of set points by its phrase; `runs` are those of `with_levels`."""
-    names, units = list(SET_POINTS), ("GPa", "N", "m/s", "\N{DEGREE SIGN}C")
-    by_phrase = {}
+    """The points of each combination of set points, by the set points in words.
+
+    Args:
+        runs: As of `with_levels`.
+        points: Points of one oil, with `run_id`.
+    """
+    names = list(SET_POINTS)
+    units = ("GPa", "N", "m/s", "\N{DEGREE SIGN}C")
+    points_of_condition = {}
     with_set_points = points.merge(runs[["run_id", *names]], on="run_id")
     for _, group in with_set_points.groupby(names, dropna=False):
-        levels = zip(group[names].iloc[0], units, strict=True)
-        phrase = ", ".join(f"{level:.4g} {unit}" for level, unit in levels if not np.isnan(level))
-        by_phrase[phrase] = group
-    return by_phrase
+        levels = group[names].iloc[0]
+        stated = [
+            f"{level:.4g} {unit}"
+            for level, unit in zip(levels, units, strict=True)
+            if not np.isnan(level)
+        ]
+        points_of_condition[", ".join(stated)] = group
+    return points_of_condition
 
 
 def _draw_cloud(panel: Panel, colour: str, series: Sequence[Series]) -> None:
-    """All points in one colour, with the fits at their conditions."""
+    """Draw all points in one colour, and the fits at their conditions in black."""
     points = pd.concat([condition.points for condition in series])
-    x, y, _ = points[_MEASURED].to_numpy(dtype=float).T
-    look: style.Look = {"marker": ".", "color": colour, "alpha": 0.7, "markersize": 1.6}
+    slip, mu, _ = points[_MEASURED].to_numpy(dtype=float).T
     # so many error bars would hide the points: none is drawn
-    panel.dots("measured", x, y, look | {"rasterized": True}, oil=series[0].oil)
-    # a sample in the legend that can be seen
+    dot_look: style.Look = {"marker": ".", "color": colour, "alpha": 0.7, "markersize": 1.6}
+    panel.dots("measured", slip, mu, dot_look | {"rasterized": True}, oil=series[0].oil)
+    # the legend has a larger dot
     panel.axis.plot([], [], ".", color=colour, markersize=5, label=f"points ({len(points)})")
-    spread = np.argsort(np.arange(len(series)) * _GOLDEN_RATIO % 1)[:_FITS_DRAWN]
-    # few lines are drawn over their points, many lines under all points
-    few = len(series) <= _CONDITIONS_TOLD_APART
-    look = {"color": "black", "linewidth": 1.1 if few else 0.3, "zorder": 3 if few else 1.5}
-    for condition in (series[number] for number in sorted(spread)):
-        at, mu = condition.fit(float(np.abs(x).max()))
-        panel.line("fit", at, mu, look, oil=condition.oil, label=condition.label)
-    not_all = f" ({len(spread)} of {len(series)} conditions)" if len(spread) < len(series) else ""
-    panel.axis.plot([], [], color="black", label=f"fit{not_all}")
+    spread_order = np.argsort(np.arange(len(series)) * _GOLDEN_RATIO % 1)
+    drawn = sorted(spread_order[:_FITS_DRAWN])
+    line_look: style.Look = {"color": "black"}
+    if len(series) <= _CONDITIONS_TOLD_APART:
+        # few lines are drawn over their points, many lines under all points
+        line_look.update(linewidth=1.1, zorder=3)
+    else:
+        line_look.update(linewidth=0.3, zorder=1.5)
+    largest_slip = float(np.abs(slip).max())
+    for number in drawn:
+        condition = series[number]
+        fit_slip, fit_mu = condition.fit(largest_slip)
+        panel.line("fit", fit_slip, fit_mu, line_look, oil=condition.oil, label=condition.label)
+    label = "fit"
+    if len(drawn) < len(series):
+        label = f"fit ({len(drawn)} of {len(series)} conditions)"
+    panel.axis.plot([], [], color="black", label=label)
 
 
 @register(
@@ -157,29 +186,25 @@ def residuals(results: CampaignTables, settings: Settings) -> Sheet:
     ratio. Symbols with bars: mean and scatter at each level. A mean away from zero shows a
     systematic error of the law.
     """
-    oils, runs = list(settings.oils), with_levels(results.runs, settings)
+    oils = list(settings.oils)
+    runs = with_levels(results.runs, settings)
+    columns = len(CONDITION_WORDS)
     layout: style.Look = {"height": 1.1, "down": 0.3, "sharex": "col", "sharey": "row"}
-    sheet = Sheet(len(oils) * len(CONDITION_WORDS), len(CONDITION_WORDS), **layout)
-    panels = itertools.product(oils, CONDITION_WORDS.items())
-    for number, (oil, (condition, (symbol, _, unit))) in enumerate(panels):
-        panel = sheet.panel(number)
-        if number % len(CONDITION_WORDS) == 0:
-            points = _residuals(results, runs, oil)
-        panel.axis.set_xlabel(f"{symbol} ({unit})" if unit else f"|{symbol}|")
-        delta = f"\N{GREEK CAPITAL LETTER DELTA}{style.MU} ({style.THOUSANDTHS})"
-        panel.axis.set_ylabel(f"{oil}: {delta}", fontsize=7)
-        if points is None or points[condition].isna().all():
-            panel.say("no fit" if points is None else "not known")
-            continue
-        look: style.Look = {"alpha": 0.25, "markersize": 1.2, "rasterized": True, "marker": "."}
-        look["color"] = style.oil_colour(oil, oils)
-        panel.dots("point", points[condition], points["residual"], look, oil=oil)
-        panel.axis.axhline(0, color="black", linewidth=0.6)
-        groups = points.groupby(_levels(points, condition), observed=True)
-        means = groups.agg(x=(condition, "mean"), y=("residual", "mean"), sd=("residual", "std"))
-        at, mean, sd = means.to_numpy().T
-        look = {"marker": "o", "color": "black", **style.BAR_LOOK}
-        panel.dots("mean", at, mean, look, oil=oil, lower=mean - sd, upper=mean + sd)
+    sheet = Sheet(len(oils) * columns, columns, **layout)
+    delta_mu = f"\N{GREEK CAPITAL LETTER DELTA}{style.MU} ({style.THOUSANDTHS})"
+    for row, oil in enumerate(oils):
+        points = _residuals(results, runs, oil)
+        colour = style.oil_colour(oil, oils)
+        for column, (condition, (symbol, _, unit)) in enumerate(CONDITION_WORDS.items()):
+            panel = sheet.panel(row * columns + column)
+            panel.axis.set_xlabel(f"{symbol} ({unit})" if unit else f"|{symbol}|")
+            panel.axis.set_ylabel(f"{oil}: {delta_mu}", fontsize=7)
+            if points is None:
+                panel.say("no fit")
+            elif points[condition].isna().all():
+                panel.say("not known")
+            else:
+                _draw_residuals(panel, points, condition, oil, colour)
     sheet.label()
     plateau = style.symbol_handle("plateau", ".", color="black", markersize=3)
     label = "mean of a level, with the standard deviation of its plateaus"
@@ -188,9 +213,35 @@ def residuals(results: CampaignTables, settings: Settings) -> Sheet:
     return sheet
 
 
+def _draw_residuals(
+    panel: Panel, points: pd.DataFrame, condition: str, oil: str, colour: str
+) -> None:
+    """Draw all residuals against one condition, and their mean and scatter at each level.
+
+    Args:
+        panel: The panel.
+        points: As of `_residuals`.
+        condition: Column of the abscissa.
+        oil: Name of the oil.
+        colour: Its colour.
+    """
+    dot_look: style.Look = {"alpha": 0.25, "markersize": 1.2, "rasterized": True, "marker": "."}
+    dot_look["color"] = colour
+    panel.dots("point", points[condition], points["residual"], dot_look, oil=oil)
+    panel.axis.axhline(0, color="black", linewidth=0.6)
+    groups = points.groupby(_levels(points, condition), observed=True)
+    means = groups.agg(x=(condition, "mean"), y=("residual", "mean"), sd=("residual", "std"))
+    level, mean, deviation = means.to_numpy().T
+    mean_look: style.Look = {"marker": "o", "color": "black"}
+    mean_look.update(style.BAR_LOOK)
+    ends = {"lower": mean - deviation, "upper": mean + deviation}
+    panel.dots("mean", level, mean, mean_look, oil=oil, **ends)
+
+
 def _residuals(results: CampaignTables, runs: pd.DataFrame, oil: str) -> pd.DataFrame | None:
-    """Accepted points with their residual and the levels of their run; None without a fit."""
-    of_oil = results.configured.coefficients[results.configured.coefficients["oil"] == oil]
+    """Accepted points with residual (1e-3) and the set points of the run; None without a fit."""
+    coefficients = results.configured.coefficients
+    of_oil = coefficients[coefficients["oil"] == oil]
     points = results.points[results.points["accepted"] & (results.points["oil"] == oil)]
     if of_oil.empty or points.empty:
         return None
@@ -201,12 +252,13 @@ def _residuals(results: CampaignTables, runs: pd.DataFrame, oil: str) -> pd.Data
         return None
     # slip and traction of a rig that reverses the slip change sign together
     residual = np.where(slip < 0, -1, 1) * (points["traction_coefficient"] - fitted)
-    known = points.assign(residual=_MILLI * residual, slide_roll_ratio=np.abs(slip))
-    return known.merge(runs[["run_id", *(f"nominal_{name}" for name in CONDITIONS)]], on="run_id")
+    points = points.assign(residual=_THOUSANDTHS_PER_UNIT * residual, slide_roll_ratio=np.abs(slip))
+    set_points = [f"nominal_{name}" for name in CONDITIONS]
+    return points.merge(runs[["run_id", *set_points]], on="run_id")
 
 
 def _levels(points: pd.DataFrame, condition: str) -> "pd.Series[Any]":
-    """The level of each point: its set point, or a group of equally many points."""
+    """The level of each point: its set point, or one of `_GROUPS` groups of equally many points."""
     nominal = f"nominal_{condition}"
     if nominal in points and points[nominal].notna().all():
         return points[nominal]
@@ -231,13 +283,16 @@ def coverage(results: CampaignTables, settings: Settings) -> Sheet:
     are not stated as a whole are not shown.
     """
     table = results.coverage
-    force, phrase = (_PRESSURE, "P = {:g} GPa") if table[_PRESSURE].any() else (_LOAD, "W = {:g} N")
+    has_pressures = table[_PRESSURE].any()
+    load_column = _PRESSURE if has_pressures else _LOAD
+    level_phrase = "P = {:g} GPa" if has_pressures else "W = {:g} N"
     table = table.assign(runs=table["runs_accepted"] + table["runs_refused"])
-    conditions = table.groupby(["oil", _TEMPERATURE, _SPEED, force], as_index=False)
+    conditions = table.groupby(["oil", _TEMPERATURE, _SPEED, load_column], as_index=False)
     cells = conditions[["runs_accepted", "runs"]].sum()
-    states = cells["runs_accepted"] > 0, cells["runs"] > 0
-    cells["state"] = np.select(states, ["accepted", "refused"], "missing")
-    levels = sorted(cells[force].unique())
+    has_accepted = cells["runs_accepted"] > 0
+    has_runs = cells["runs"] > 0
+    cells["state"] = np.select([has_accepted, has_runs], ["accepted", "refused"], "missing")
+    levels = sorted(cells[load_column].unique())
     if not 0 < len(levels) <= _MOST_ROWS:
         raise NothingToDrawError(
             f"Conditions at {len(levels)} pressures or loads: there is nothing to cover,\n"
@@ -248,20 +303,14 @@ def coverage(results: CampaignTables, settings: Settings) -> Sheet:
     sheet, panels = oil_grid(
         style.oils_in(cells, settings),
         rows=levels,
-        title=lambda level, oil: f"{oil}, {phrase.format(level)}",
+        title=lambda level, oil: f"{oil}, {level_phrase.format(level)}",
         height=1.1,
     )
     for panel, level, oil in panels:
-        of_panel = cells[(cells["oil"] == oil) & (cells[force] == level)]
+        of_panel = cells[(cells["oil"] == oil) & (cells[load_column] == level)]
         panel.axis.margins(0.15)
         for state, of_state in of_panel.groupby("state"):
-            x, y, look = of_state[_SPEED], of_state[_TEMPERATURE], _symbol(str(state))
-            counts = of_state["runs_accepted"].astype(str) + "/" + of_state["runs"].astype(str)
-            labels = counts.where(counts != "1/1", "")
-            panel.dots(state, x, y, look | {"markersize": 3.6}, oil=oil, label=labels)
-            for number in labels.index[labels != ""]:
-                place: style.Look = {"xytext": (3, -2), "textcoords": "offset points"}
-                panel.axis.annotate(labels[number], (x[number], y[number]), **place, fontsize=6)
+            _draw_state(panel, str(state), of_state, oil)
     sheet.label("U (m/s)", "T (\N{DEGREE SIGN}C)", fontsize=7)
     counts = cells["state"].value_counts()
     handles = [
@@ -270,6 +319,20 @@ def coverage(results: CampaignTables, settings: Settings) -> Sheet:
     ]
     sheet.legend(handles, "Conditions by state; beside a symbol: accepted/all runs")
     return sheet
+
+
+def _draw_state(panel: Panel, state: str, cells: pd.DataFrame, oil: str) -> None:
+    """Draw the conditions of one state, with `accepted/all runs` beside each that is not 1/1."""
+    speed = cells[_SPEED]
+    temperature = cells[_TEMPERATURE]
+    counts = cells["runs_accepted"].astype(str) + "/" + cells["runs"].astype(str)
+    labels = counts.where(counts != "1/1", "")
+    look = _symbol(state)
+    look["markersize"] = 3.6
+    panel.dots(state, speed, temperature, look, oil=oil, label=labels)
+    beside: style.Look = {"xytext": (3, -2), "textcoords": "offset points", "fontsize": 6}
+    for index in labels.index[labels != ""]:
+        panel.axis.annotate(labels[index], (speed[index], temperature[index]), **beside)
 
 
 def _symbol(state: str) -> style.Look:

@@ -1,7 +1,7 @@
-"""What the fits are worth, and what they say to a tribologist.
+"""Figures of the fits.
 
-Constants, how well data tell them apart, errors of all laws; mu over speed and slip, mu over film
-or Hersey number, heat removed.
+Constants, their correlations and the errors of all laws; mu over speed and slip, mu over the film,
+mu without the film's own heat.
 """
 
 from collections.abc import Mapping, Sequence
@@ -37,10 +37,10 @@ from oilfilm.torque.operating_grid import Grid, films, obstacle, traction
 from oilfilm.traction import LAWS
 from oilfilm.traction.law import CONDITIONS, QUANTITIES, Law
 
-_ROW_IN = 0.17
-_ENDS = ("pressure", "speed", "temperature")
-# Kinds of error, from those on the fitted curves themselves to the farthest: how each is drawn.
-_KINDS: dict[str, style.Look] = {
+_ROW_IN = 0.17  # height of a row of a table
+_END_LEVELS = ("pressure", "speed", "temperature")
+# Symbols of the kinds of error: on the fitted curves, and farther and farther away from them.
+_LOOK_OF_ERROR: dict[str, style.Look] = {
     "fitted curves": {"marker": "o", "markersize": 3.4},
     "curve left out": {"marker": "D", "markersize": 3.4},
     "end level left out": {"marker": "^", "markersize": 4},
@@ -69,33 +69,37 @@ def draw_constants(table: pd.DataFrame, oils: Sequence[str], note: str = "") -> 
     """
     # a constant that no oil has, neither fitted nor printed, is no row
     shown = table.dropna(subset=["value", "printed_value"], how="all")
-    names = list(dict.fromkeys(shown["constant"])) or ["no constants"]
+    constants_shown = list(dict.fromkeys(shown["constant"])) or ["no constants"]
     any_printed = bool(shown["printed_value"].notna().any())
-    left = 0.12 if len(oils) == 1 else 0.06
-    span = (1 - left) / len(oils)
-    width = style.SINGLE_COLUMN_IN if len(oils) == 1 else style.DOUBLE_COLUMN_IN
     notes = [_powers(LAWS[name]) for name in table["law"].unique()]
-    notes += [note] if any_printed else []
-    sheet, panel, write = table_page(width, len(names), _ROW_IN, 2 * _ROW_IN, notes)
-    write(0, "", names, fontweight="bold")
-    for place, oil in enumerate(oils):
-        name: style.Look = {"color": style.oil_colour(oil, oils), "fontweight": "bold"}
-        write(left + (place + 0.53) * span, f"{oil}\n", [], ha="center", **name)
-        rows = table[table["oil"] == oil].set_index("constant").reindex(names)
-        for share, (head, texts) in _of_oil(rows).items():
-            at, grey = left + (place + share) * span, {"color": style.GREY}
-            write(at, f"\n{head}", texts, grey, ha="right")
-    about = {"oil": table["oil"], "label": table["constant"]}
-    error = table["standard_error"]
-    ends = {"lower": table["value"] - error, "upper": table["value"] + error}
-    panel.keep("fitted", np.nan, value=table["value"], **ends, **about)
     if any_printed:
-        panel.keep("printed", np.nan, value=table["printed_value"], **about)
+        notes.append(note)
+    one_oil = len(oils) == 1
+    width = style.SINGLE_COLUMN_IN if one_oil else style.DOUBLE_COLUMN_IN
+    # as shares of the width: the column of names, and the columns of one oil
+    names_share = 0.12 if one_oil else 0.06
+    oil_share = (1 - names_share) / len(oils)
+    sheet, panel, write = table_page(width, len(constants_shown), _ROW_IN, 2 * _ROW_IN, notes)
+    write(0, "", constants_shown, fontweight="bold")
+    for number_of_oil, oil in enumerate(oils):
+        left = names_share + number_of_oil * oil_share
+        colour = style.oil_colour(oil, oils)
+        write(left + 0.53 * oil_share, f"{oil}\n", [], ha="center", color=colour, fontweight="bold")
+        rows = table[table["oil"] == oil].set_index("constant").reindex(constants_shown)
+        for right_edge, head, texts in _columns_of_oil(rows):
+            x = left + right_edge * oil_share
+            write(x, f"\n{head}", texts, {"color": style.GREY}, ha="right")
+    names = {"oil": table["oil"], "label": table["constant"]}
+    value = table["value"]
+    error = table["standard_error"]
+    panel.keep("fitted", np.nan, value=value, lower=value - error, upper=value + error, **names)
+    if any_printed:
+        panel.keep("printed", np.nan, value=table["printed_value"], **names)
     return sheet
 
 
 def _powers(law: Law) -> str:
-    """What the constants of a law are powers of."""
+    """The quantities whose powers make the coefficients of a law, each over its reference."""
     powers = ", ".join(
         f"{QUANTITIES[group].symbol} over {reference:g} {QUANTITIES[group].unit}"
         for group, reference in zip(law.groups, law.reference, strict=True)
@@ -103,21 +107,26 @@ def _powers(law: Law) -> str:
     return f"{law_name(law.name)}: {powers}"
 
 
-def _of_oil(rows: pd.DataFrame) -> dict[float, tuple[str, list[str]]]:
-    """Head and texts of each column of one oil, by its place within the oil's width."""
-    # digits beyond the second of the error say nothing
-    forms = list(map(significant, rows["standard_error"].fillna(rows["naive_standard_error"])))
+def _columns_of_oil(rows: pd.DataFrame) -> list[tuple[float, str, list[str]]]:
+    """Right edge (share of the oil's width), head and texts of each column of one oil."""
+    errors = rows["standard_error"].fillna(rows["naive_standard_error"])
+    digits = [significant(error) for error in errors]
 
-    def texts(column: str, forms: Sequence[str]) -> list[str]:
-        return [number(form)(value) for value, form in zip(rows[column], forms, strict=True)]
+    def texts(column: str, digits: Sequence[str]) -> list[str]:
+        return [number(form)(value) for value, form in zip(rows[column], digits, strict=True)]
 
-    fitted = "fitted", texts("value", forms)
-    errors = "\N{PLUS-MINUS SIGN} s.e.", texts("standard_error", forms)
+    fitted_texts = texts("value", digits)
+    error_head = "\N{PLUS-MINUS SIGN} s.e."
+    error_texts = texts("standard_error", digits)
     if rows["printed_value"].isna().all():
-        return {0.5: fitted, 0.97: errors}
-    # what is printed has every digit of the print
-    printed = "printed", texts("printed_value", [".10g"] * len(rows))
-    return {0.29: fitted, 0.59: errors, 0.98: printed}
+        return [(0.5, "fitted", fitted_texts), (0.97, error_head, error_texts)]
+    # printed values keep all their printed digits
+    printed_texts = texts("printed_value", [".10g"] * len(rows))
+    return [
+        (0.29, "fitted", fitted_texts),
+        (0.59, error_head, error_texts),
+        (0.98, "printed", printed_texts),
+    ]
 
 
 @register(family="law", tables=("correlations",), settings=("oils",))
@@ -164,16 +173,19 @@ def law_errors(results: CampaignTables, settings: Settings) -> Sheet:
     out. Open symbols: fit not certified (the table of the comparison says why). The groups and
     readings of the Wang-Deng laws are ours.
     """
-    compared, oils = results.fit_quality.dropna(subset="rmse"), list(settings.oils)
+    compared = results.fit_quality.dropna(subset="rmse")
+    oils = list(settings.oils)
     laws = list(dict.fromkeys(compared["law"]))
     if not laws:
         raise NothingToDrawError("no law could be fitted")
     sheet = Sheet(width=style.DOUBLE_COLUMN_IN, left=1.75, height=0.34 * len(laws) + 0.1)
     panel = sheet.panel(title=None)
+    # laws have a distance of one; all oils of a law stay within 0.8
+    distance_of_oils = min(0.24, 0.8 / len(oils))
     for fit in tables.rows(compared):
-        # laws are apart by one, their oils by so much that many stay within their law
-        among = oils.index(fit["oil"]) - (len(oils) - 1) / 2
-        _draw_errors(panel, fit, laws.index(fit["law"]) + among * min(0.24, 0.8 / len(oils)), oils)
+        oils_from_middle = oils.index(fit["oil"]) - (len(oils) - 1) / 2
+        y = laws.index(fit["law"]) + oils_from_middle * distance_of_oils
+        _draw_errors(panel, fit, y, oils)
     axis = panel.axis
     axis.set_yticks(range(len(laws)), map(law_name, laws))
     axis.set(ylim=(len(laws) - 0.45, -0.55), xscale="log")
@@ -184,13 +196,20 @@ def law_errors(results: CampaignTables, settings: Settings) -> Sheet:
     axis.grid(visible=False, axis="y")
     axis.set_xlabel(f"Rms error over rms of measured {style.MU}")
     white: style.Look = {"color": "black", "markerfacecolor": "white", "linestyle": ""}
-    kinds = [style.line_handle(kind, **white, **look) for kind, look in _KINDS.items()]
+    kinds = [style.line_handle(kind, **white, **look) for kind, look in _LOOK_OF_ERROR.items()]
     sheet.legend([*style.oil_patches(style.oils_in(compared, settings), oils), *kinds])
     return sheet
 
 
 def starts_of(results: CampaignTables, oil: str, law_key: str, settings: Settings) -> pd.DataFrame:
-    """mu at no slip of each curve (`run_id`, `y`), in the order of rising temperature."""
+    """mu of a law at zero slip for each curve (`run_id`, `y`), in order of rising temperature.
+
+    Args:
+        results: Tables `points` and `coefficients`.
+        oil: Name of the oil.
+        law_key: Name of the law.
+        settings: Settings of the campaign.
+    """
     fits = results.coefficients
     of_fit = (fits["oil"] == oil) & (fits["law"] == law_key)
     if fits.loc[of_fit, "value"].isna().all():
@@ -203,33 +222,54 @@ def starts_of(results: CampaignTables, oil: str, law_key: str, settings: Setting
     return pd.DataFrame({"run_id": data.runs, "y": y}).iloc[order]
 
 
-def _draw_errors(panel: Panel, fit: Mapping[str, Any], height: float, oils: Sequence[str]) -> None:
-    """Each kind of error of one fit, on a line from the smallest to the largest."""
-    colour = style.oil_colour(fit["oil"], oils)
+def _draw_errors(panel: Panel, fit: Mapping[str, Any], y: float, oils: Sequence[str]) -> None:
+    """Draw each kind of error of one fit, on a line from the smallest to the largest.
+
+    Args:
+        panel: The panel.
+        fit: Row of the table of fit quality.
+        y: Ordinate of the fit.
+        oils: Oils of the campaign.
+    """
+    oil = fit["oil"]
     left_out = fit["left_out_rmse"] * fit["relative_rms"] / fit["rmse"]
-    ends = [fit[f"{end}_end_out_relative_rms"] for end in _ENDS]
-    errors = [fit["relative_rms"]], [left_out], ends
-    line = [np.nanmin(np.concatenate(errors)), np.nanmax(np.concatenate(errors))]
-    panel.axis.plot(line, [height] * 2, color=colour, linewidth=0.6)
-    face = {"color": colour, "markerfacecolor": colour if fit["certified"] else "white"}
+    errors_of_kind = {
+        "fitted curves": np.array([fit["relative_rms"]]),
+        "curve left out": np.array([left_out]),
+        "end level left out": np.array(
+            [fit[f"{level}_end_out_relative_rms"] for level in _END_LEVELS]
+        ),
+    }
+    all_errors = np.concatenate(list(errors_of_kind.values()))
+    colour = style.oil_colour(oil, oils)
+    line = [np.nanmin(all_errors), np.nanmax(all_errors)]
+    panel.axis.plot(line, [y, y], color=colour, linewidth=0.6)
     label = fit["law"] if fit["certified"] else f"{fit['law']}, not certified"
-    for (kind, look), values in zip(_KINDS.items(), errors, strict=True):
-        known = np.array(values)[~np.isnan(values)]
-        panel.dots(
-            kind, known, np.full(len(known), height), face | look, oil=fit["oil"], label=label
-        )
+    for kind, errors in errors_of_kind.items():
+        known_errors = errors[~np.isnan(errors)]
+        look: style.Look = {"color": colour, "markerfacecolor": "white"}
+        if fit["certified"]:
+            look["markerfacecolor"] = colour
+        look.update(_LOOK_OF_ERROR[kind])
+        panel.dots(kind, known_errors, np.full(len(known_errors), y), look, oil=oil, label=label)
 
 
 def symbol_of(fit: Mapping[str, Any], oils: Sequence[str]) -> style.Look:
     """Symbol of an oil, open where the fit is not certified."""
     look = style.oil_look(fit["oil"], oils)
-    face = look["color"] if fit["certified"] else "white"
-    return {**look, "markerfacecolor": face, "linestyle": ""}
+    look["markerfacecolor"] = look["color"] if fit["certified"] else "white"
+    look["linestyle"] = ""
+    return look
 
 
-_STEPS = 41  # along each axis of a map
-_EXTRAPOLATED = 0.7  # of the lowest tested speed, and of 1 over the largest slip
-_ROUNDS = 30  # in which a colder inlet and the heat of its film come to agree
+_GRID_POINTS = 41  # along each axis of a map
+# The farthest test that `without_heat` uses: this share of the lowest tested speed, and the largest
+# tested slip over this share.
+_EXTRAPOLATED = 0.7
+# Iterations until a colder inlet and the heat of its film agree.
+_ITERATIONS = 30
+# The central film goes with speed to the power 0.67 (Hamrock and Dowson): its inverse.
+_SPEED_PER_FILM = 1 / 0.67
 _SPEED_TICKS = (1, 2, 5, 10, 20, 50, 100, 200)
 _SLIP_TICKS = (0.001, 0.003, 0.01, 0.03, 0.1, 0.3)
 _FILM_TICKS = (0.5, 1, 2, 5, 10, 20, 50, 100)
@@ -249,72 +289,93 @@ def friction_map(results: CampaignTables, settings: Settings) -> Sheet:
     1979); no film carries more. Dashed line: limit of lambda, below which the film is not full.
     Frame: tested conditions.
     """
-    choice, laws = settings.figures.friction_map, _laws(results)
-    pressures, temperature = choice.max_hertz_pressure_gpa, choice.inlet_temperature_c
+    choice = settings.figures.friction_map
+    laws = _laws(results)
+    pressures = choice.max_hertz_pressure_gpa
+    temperature = choice.inlet_temperature_c
     sheet, panels = oil_grid(
         list(laws),
         "No oil has a fitted law of pressure, speed and temperature.",
         list(enumerate(pressures)),
         lambda row, oil: f"{oil}, {row[1]:g} GPa",
-        **{"height": 1.55, "right": 0.75, "across": 0.25, "width": style.DOUBLE_COLUMN_IN},
+        height=1.55,
+        right=0.75,
+        across=0.25,
+        width=style.DOUBLE_COLUMN_IN,
     )
-    ranges = choice.entrainment_speed_m_s, choice.slide_roll_ratio
-    speed, slip = (np.geomspace(low, high, _STEPS) for low, high in ranges)
+    slowest, fastest = choice.entrainment_speed_m_s
+    smallest_slip, largest_slip = choice.slide_roll_ratio
+    speed = np.geomspace(slowest, fastest, _GRID_POINTS)
+    slip = np.geomspace(smallest_slip, largest_slip, _GRID_POINTS)
+    speed_mesh, slip_mesh = np.meshgrid(speed, slip)
     grid = Grid(np.array(pressures), speed, np.array([temperature]), slip)
-    mesh, limit = np.meshgrid(speed, slip), settings.gates.lambda_limit
-    mu = {oil: traction(law, grid) for oil, law in laws.items()}
-    over_roughness = {oil: film.over(grid)[1] for oil, film in films(settings).items()}
-    highest, handles = max(float(np.nanmax(field)) for field in mu.values()), dict[str, Any]()
+    mu_of_oil = {oil: traction(law, grid) for oil, law in laws.items()}
+    lambda_of_oil = {}
+    for oil, film in films(settings).items():
+        _, lambda_of_oil[oil] = film.over(grid)
+    lambda_limit = settings.gates.lambda_limit
+    highest = max(float(np.nanmax(mu)) for mu in mu_of_oil.values())
     levels = MaxNLocator(20).tick_values(0, highest)
-    for panel, (row, pressure), oil in panels:
+    handles: dict[str, Any] = {}
+    for panel, (number_of_pressure, pressure), oil in panels:
         panel.axis.set(xscale="log", yscale="log")
-        field = mu[oil][row, :, 0].T
-        lambda_ratio = np.full_like(field, np.nan)
-        if oil in over_roughness:
-            lambda_ratio = over_roughness[oil][row, :, 0].T
-        image = panel.axis.contourf(speed, slip, field, levels)
-        most = laws[oil].coefficients.limiting_stress_ratio
-        for label, of_line, level, dashes, width in (
-            ("limiting shear stress", field, most, ":", 1.6),
-            (f"lambda = {limit:g}", lambda_ratio, limit, "--", 0.9),
+        mu = mu_of_oil[oil][number_of_pressure, :, 0].T
+        lambda_ratio = np.full_like(mu, np.nan)
+        if oil in lambda_of_oil:
+            lambda_ratio = lambda_of_oil[oil][number_of_pressure, :, 0].T
+        image = panel.axis.contourf(speed, slip, mu, levels)
+        stress_limit = laws[oil].coefficients.limiting_stress_ratio
+        for label, field, level, dashes, width in (
+            ("limiting shear stress", mu, stress_limit, ":", 1.6),
+            (f"lambda = {lambda_limit:g}", lambda_ratio, lambda_limit, "--", 0.9),
         ):
-            look: style.Look = {"colors": "black", "linestyles": dashes, "linewidths": width}
-            drawn = panel.axis.contour(speed, slip, of_line, [level], **look)
-            if any(len(path) for path in drawn.get_paths()):
-                look = {"color": "black", "linestyle": dashes, "linewidth": width}
-                handles[label] = style.line_handle(label, **look)
-        _frame(panel, laws[oil], pressure, temperature)
+            contour = panel.axis.contour(
+                speed, slip, field, [level], colors="black", linestyles=dashes, linewidths=width
+            )
+            if any(len(path) for path in contour.get_paths()):
+                handles[label] = style.line_handle(
+                    label, color="black", linestyle=dashes, linewidth=width
+                )
+        _draw_tested_frame(panel, laws[oil], pressure, temperature)
         panel.axis.grid(False)
-        for series, values in (("mu", field), ("lambda", lambda_ratio)):
-            panel.keep(series, mesh[0].ravel(), mesh[1].ravel(), oil=oil, value=values.ravel())
+        for series, field in (("mu", mu), ("lambda", lambda_ratio)):
+            panel.keep(series, speed_mesh.ravel(), slip_mesh.ravel(), oil=oil, value=field.ravel())
     style.log_ticks(sheet.axes[0].xaxis, _SPEED_TICKS)
     style.log_ticks(sheet.axes[0].yaxis, _SLIP_TICKS)
     sheet.axes[0].set(xlim=(speed[0], speed[-1]), ylim=(slip[0], slip[-1]))
     sheet.label("U (m/s)", style.CONDITION_LABELS["slide_roll_ratio"])
     sheet.colour_bar(image, style.TRACTION_LABEL)
-    look = {"facecolor": "#3b528b", "edgecolor": "white", "label": "white frame: tested"}
-    tested = Rectangle((0, 0), 1, 1, **look)
-    at = style.level_phrases({"inlet_temperature_c": temperature})
-    sheet.legend([*handles.values(), tested], at)
+    frame: style.Look = {"facecolor": "#3b528b", "edgecolor": "white"}
+    frame_handle = Rectangle((0, 0), 1, 1, label="white frame: tested", **frame)
+    title = style.level_phrases({"inlet_temperature_c": temperature})
+    sheet.legend([*handles.values(), frame_handle], title)
     return sheet
 
 
 def _laws(results: CampaignTables) -> dict[str, FittedLaw]:
     """The configured law of each oil that has one of pressure, speed and temperature."""
     fits = results.configured
-    laws = {
-        str(oil): FittedLaw.from_tables(fits.coefficients, oil, quality=fits.fit_quality)
-        for oil in fits.coefficients["oil"].unique()
-    }
-    return {oil: law for oil, law in laws.items() if not obstacle(law)}
+    laws = {}
+    for oil in fits.coefficients["oil"].unique():
+        law = FittedLaw.from_tables(fits.coefficients, oil, quality=fits.fit_quality)
+        if not obstacle(law):
+            laws[str(oil)] = law
+    return laws
 
 
-def _frame(panel: Panel, law: FittedLaw, pressure: float, temperature: float) -> None:
-    """The tested speeds and slips, where pressure and temperature were tested as well."""
-    (least_p, most_p), (slow, fast), (cold, hot), (_, slip) = law.reach
-    if least_p * 0.99 <= pressure <= most_p * 1.01 and cold - 1 <= temperature <= hot + 1:
-        low = panel.axis.get_ylim()[0]
-        frame = Rectangle((slow, low), fast - slow, slip - low, fill=False, edgecolor="white")
+def _draw_tested_frame(
+    panel: Panel, law: FittedLaw, pressure_gpa: float, temperature_c: float
+) -> None:
+    """Draw a frame round the tested speeds and slips, if pressure and temperature were tested."""
+    pressures, speeds, temperatures, slips = law.reach
+    pressure_tested = pressures[0] * 0.99 <= pressure_gpa <= pressures[1] * 1.01
+    temperature_tested = temperatures[0] - 1 <= temperature_c <= temperatures[1] + 1
+    if pressure_tested and temperature_tested:
+        # an axis of logarithms has no zero: the frame begins at its lower end
+        lower_end, _ = panel.axis.get_ylim()
+        width = speeds[1] - speeds[0]
+        height = slips[1] - lower_end
+        frame = Rectangle((speeds[0], lower_end), width, height, fill=False, edgecolor="white")
         panel.axis.add_patch(frame)
 
 
@@ -335,14 +396,17 @@ def stribeck(results: CampaignTables, settings: Settings) -> Sheet:
         height=1.9,
         right=0.75,
     )
-    pressure = points["max_hertz_pressure_gpa"]
+    all_pressures = points["max_hertz_pressure_gpa"]
+    dot_look: style.Look = {"s": 9, "cmap": "viridis_r", "linewidths": 0}
+    dot_look.update(vmin=all_pressures.min(), vmax=all_pressures.max())
     for panel, _, oil in panels:
         of_oil = points[points["oil"] == oil]
-        xy = of_oil["lambda_ratio"], of_oil["traction_coefficient"].abs()
-        colour = of_oil["max_hertz_pressure_gpa"]
-        span: style.Look = {"vmin": pressure.min(), "vmax": pressure.max(), "linewidths": 0}
-        dots = panel.axis.scatter(*xy, c=colour, s=9, cmap="viridis_r", **span)
-        panel.keep("measured", *xy, oil=oil, value=colour, label=of_oil["run_id"])
+        lambda_ratio = of_oil["lambda_ratio"]
+        mu = of_oil["traction_coefficient"].abs()
+        pressure = of_oil["max_hertz_pressure_gpa"]
+        dots = panel.axis.scatter(lambda_ratio, mu, c=pressure, **dot_look)
+        run_ids = of_oil["run_id"]
+        panel.keep("measured", lambda_ratio, mu, oil=oil, value=pressure, label=run_ids)
         panel.axis.set_xscale("log")
         panel.axis.set_ylim(bottom=0)
         style.log_ticks(panel.axis.xaxis, _FILM_TICKS)
@@ -353,11 +417,11 @@ def stribeck(results: CampaignTables, settings: Settings) -> Sheet:
 
 
 def _of_one_slip(points: pd.DataFrame, slide_roll_ratio: float) -> pd.DataFrame:
-    """Of each run the accepted point nearest to a slip, where it is within a quarter of it."""
+    """The accepted point of each run that is nearest to a slip, if within a quarter of the slip."""
     accepted = points[points["accepted"]]
-    off = (accepted["slide_roll_ratio"].abs() - slide_roll_ratio).abs()
-    near = accepted.assign(off=off)[off <= 0.25 * slide_roll_ratio]
-    return near.loc[near.groupby("run_id")["off"].idxmin()]
+    distance = (accepted["slide_roll_ratio"].abs() - slide_roll_ratio).abs()
+    near = accepted.assign(distance=distance)[distance <= 0.25 * slide_roll_ratio]
+    return near.loc[near.groupby("run_id")["distance"].idxmin()]
 
 
 @register(
@@ -378,37 +442,51 @@ def isothermal(results: CampaignTables, settings: Settings) -> Sheet:
     colder than the tests, slower than 0.7 of the lowest tested speed or beyond the largest slip
     by as much are left out.
     """
-    choice, laws = settings.figures.isothermal, _laws(results)
-    contact = next(filter(None, (rig.contact() for rig in settings.rigs.values())), None)
-    nothing = "The heat of no contact is known:\ngive rig, oil and a fitted law."
-    if contact is None:
-        raise NothingToDrawError(nothing)
+    choice = settings.figures.isothermal
+    laws = _laws(results)
+    contacts = [rig.contact() for rig in settings.rigs.values()]
+    known_contacts = [contact for contact in contacts if contact is not None]
+    nothing_known = "The heat of no contact is known:\ngive rig, oil and a fitted law."
+    if not known_contacts:
+        raise NothingToDrawError(nothing_known)
+    contact = known_contacts[0]
     oils = [oil for oil in settings.oils if oil in laws and settings.properties_of(oil)]
-    sheet, panels = oil_grid(oils, nothing, height=1.9)
-    levels: dict[float, str] = {}
+    sheet, panels = oil_grid(oils, nothing_known, height=1.9)
+    marker_of_pressure: dict[float, str] = {}
     for panel, _, oil in panels:
-        for run, curve in _curves_of(results.points, oil, choice).groupby("run_id"):
+        colour = style.oil_colour(oil, list(settings.oils))
+        for run_id, curve in _curves_of(results.points, oil, choice).groupby("run_id"):
+            # to steps of 0.05 GPa
             pressure = 0.05 * round(20 * float(curve["max_hertz_pressure_gpa"].mean()))
-            marker = levels.setdefault(pressure, style.MARKERS[len(levels) % len(style.MARKERS)])
-            corrected = without_heat(curve, laws[oil], contact, settings)
-            about: style.Look = {"oil": oil, "label": str(run)}
-            look = {"marker": marker, "color": style.oil_colour(oil, list(settings.oils))}
-            x = curve["slide_roll_ratio"].abs()
+            next_marker = style.MARKERS[len(marker_of_pressure) % len(style.MARKERS)]
+            marker = marker_of_pressure.setdefault(pressure, next_marker)
+            filled: style.Look = {"marker": marker, "color": colour}
+            open_symbol: style.Look = {
+                "marker": marker,
+                "color": colour,
+                "markerfacecolor": "white",
+            }
+            names = {"oil": oil, "label": str(run_id)}
+            slip = curve["slide_roll_ratio"].abs()
             measured = curve["traction_coefficient"].abs()
-            panel.dots("measured", x, measured, look | {"markerfacecolor": "white"}, **about)
-            y = corrected["traction_coefficient"].abs()
-            panel.dots("isothermal", x, y, look, value=corrected["rise_k"], **about)
+            panel.dots("measured", slip, measured, open_symbol, **names)
+            corrected = without_heat(curve, laws[oil], contact, settings)
+            isothermal_mu = corrected["traction_coefficient"].abs()
+            rise_k = corrected["rise_k"]
+            panel.dots("isothermal", slip, isothermal_mu, filled, value=rise_k, **names)
         if not panel.axis.lines:
             panel.say("no accepted point here\n(config: figures, isothermal)")
     sheet.axes[0].set(xlim=(0, None), ylim=(0, None))
     sheet.label(style.CONDITION_LABELS["slide_roll_ratio"], style.TRACTION_LABEL)
     grey: style.Look = {"color": style.GREY}
-    pressures = [(f"P = {pressure:.3g} GPa", marker) for pressure, marker in sorted(levels.items())]
-    handles = [style.symbol_handle(*of_level, **grey) for of_level in pressures]
+    handles = [
+        style.symbol_handle(f"P = {pressure:.3g} GPa", marker, **grey)
+        for pressure, marker in sorted(marker_of_pressure.items())
+    ]
     handles.append(style.symbol_handle("measured", "o", markerfacecolor="white", **grey))
     handles.append(style.symbol_handle("isothermal", "o", **grey))
-    at = choice.model_dump(include={"entrainment_speed_m_s", "inlet_temperature_c"})
-    sheet.legend(handles, style.level_phrases(at))
+    levels = choice.model_dump(include={"entrainment_speed_m_s", "inlet_temperature_c"})
+    sheet.legend(handles, style.level_phrases(levels))
     return sheet
 
 
@@ -416,17 +494,17 @@ def _curves_of(points: pd.DataFrame, oil: str, choice: Any) -> pd.DataFrame:
     """Accepted points of an oil at the chosen speed and temperature."""
     of_oil = points[points["accepted"] & (points["oil"] == oil)]
     means = of_oil.groupby("run_id")[list(CONDITIONS)].transform("mean")
-    speed, temperature = means["entrainment_speed_m_s"], means["inlet_temperature_c"]
-    near = ((speed / choice.entrainment_speed_m_s - 1).abs() < choice.same_within) & (
-        (temperature - choice.inlet_temperature_c).abs() < choice.same_temperature_c
-    )
-    return of_oil[near]
+    relative_speed = means["entrainment_speed_m_s"] / choice.entrainment_speed_m_s - 1
+    warmer_by = means["inlet_temperature_c"] - choice.inlet_temperature_c
+    same_speed = relative_speed.abs() < choice.same_within
+    same_temperature = warmer_by.abs() < choice.same_temperature_c
+    return of_oil[same_speed & same_temperature]
 
 
 def without_heat(
     curve: pd.DataFrame, law: FittedLaw, contact: Contact, settings: Settings
 ) -> pd.DataFrame:
-    """mu of points with a film as cold as their inlet, and the heat of that film (`rise_k`).
+    """mu of points with a film as cold as their inlet, and the heating of that film (`rise_k`).
 
     A test with a colder inlet T*, a lower speed U* and a larger slip S* has the same film thickness
     and sliding speed, and its film is as hot as the inlet was:
@@ -434,42 +512,69 @@ def without_heat(
         T* + dT(T*, U*, S*) = T,   h(T*, U*) = h(T, U),   S* U* = S U
         mu_isothermal = mu law(T*, U*, S*)/law(T, U, S)
 
-    NaN where that test is colder than the tests, or much slower, or at much more slip.
+    mu is NaN where that test is colder than the tests, much slower, or at much more slip.
+
+    Args:
+        curve: Rows of the table of points, of one oil.
+        law: The fitted law of pressure, speed and temperature.
+        contact: Geometry and stiffness of the rig's contact.
+        settings: Settings of the campaign.
     """
-    choice, oil = settings.figures.isothermal, settings.known_oil(str(curve["oil"].iloc[0]))
-    load_n, pressure, speed, temperature, slip, mu = (
-        curve[name].to_numpy(dtype=float)
-        for name in ("load_n", *CONDITIONS, "slide_roll_ratio", "traction_coefficient")
-    )
-    coldest, slowest = law.reach[2, 0], _EXTRAPOLATED * law.reach[1, 0]
+    choice = settings.figures.isothermal
+    oil = settings.known_oil(str(curve["oil"].iloc[0]))
+    load_n = curve["load_n"].to_numpy(dtype=float)
+    pressure = curve["max_hertz_pressure_gpa"].to_numpy(dtype=float)
+    speed = curve["entrainment_speed_m_s"].to_numpy(dtype=float)
+    temperature = curve["inlet_temperature_c"].to_numpy(dtype=float)
+    slip = curve["slide_roll_ratio"].to_numpy(dtype=float)
+    mu = curve["traction_coefficient"].to_numpy(dtype=float)
+    _, speeds, temperatures, slips = law.reach
+    coldest = temperatures[0]
+    slowest = _EXTRAPOLATED * speeds[0]
+    largest_slip = slips[1] / _EXTRAPOLATED
     radius = np.asarray(contact.radius_m)
 
-    def state(speed: FloatArray, inlet_c: FloatArray) -> tuple[InletOil, Conditions]:
-        at = Conditions(load_n, pressure, speed, inlet_c, radius, contact.reduced_modulus_pa)
-        return InletOil.of(oil, inlet_c), at
+    def film_state(speed: FloatArray, inlet_c: FloatArray) -> tuple[InletOil, Conditions]:
+        conditions = Conditions(
+            load_n, pressure, speed, inlet_c, radius, contact.reduced_modulus_pa
+        )
+        return InletOil.of(oil, inlet_c), conditions
 
     def mu_by_law(speed: FloatArray, inlet_c: FloatArray, slip: FloatArray) -> FloatArray:
         conditions = np.column_stack([pressure, speed, inlet_c])
         return law.predict(conditions, slip).traction_coefficient
 
-    wanted_m = film_thickness(*state(speed, temperature), slip, "central")
-    at_inlet = mu_by_law(speed, temperature, slip)
-    cold, rise, slower = mu, np.zeros_like(mu), speed
-    for _ in range(_ROUNDS):
-        inlet_c = np.maximum(temperature - rise, coldest)
-        colder = state(slower, inlet_c)
-        faster_slip = slip * speed / slower
-        thickness_m = film_thickness(*colder, faster_slip, "central")
+    measured_film_m = film_thickness(*film_state(speed, temperature), slip, "central")
+    law_mu = mu_by_law(speed, temperature, slip)
+    # without slip there is no traction, and nothing to correct
+    no_traction = law_mu == 0
+    divisor = np.where(no_traction, 1.0, law_mu)
+    cold_mu = mu
+    cold_speed = speed
+    rise_k = np.zeros_like(mu)
+    for _ in range(_ITERATIONS):
+        cold_inlet_c = np.maximum(temperature - rise_k, coldest)
+        cold_state = film_state(cold_speed, cold_inlet_c)
+        cold_slip = slip * speed / cold_speed
+        cold_film_m = film_thickness(*cold_state, cold_slip, "central")
         # beyond its range the thermal reduction gives no film
-        thickness_m = np.where(thickness_m > 0, thickness_m, np.nan)
-        slower = np.maximum(slower * (wanted_m / thickness_m) ** (1 / 0.67), slowest)
-        solids = choice.solid_conductivity_w_mk, choice.solid_volumetric_heat_j_m3k
-        before, rise = rise, mean_film_rise(*colder, cold, faster_slip, *solids)
-        there = mu_by_law(slower, inlet_c, faster_slip)
-        # without slip there is no traction, and nothing to correct
-        cold = mu * np.where(at_inlet == 0, 1.0, there / np.where(at_inlet == 0, 1.0, at_inlet))
-    _, most_slip = law.reach[3]
-    # in a film that runs away from its inlet the two never agree
-    tested = (temperature - rise >= coldest) & (slower > slowest) & (rise - before <= 0.01 * rise)
-    tested &= np.abs(faster_slip) <= most_slip / _EXTRAPOLATED
-    return pd.DataFrame({"traction_coefficient": np.where(tested, cold, np.nan), "rise_k": rise})
+        cold_film_m = np.where(cold_film_m > 0, cold_film_m, np.nan)
+        cold_speed = cold_speed * (measured_film_m / cold_film_m) ** _SPEED_PER_FILM
+        cold_speed = np.maximum(cold_speed, slowest)
+        previous_rise_k = rise_k
+        rise_k = mean_film_rise(
+            *cold_state,
+            cold_mu,
+            cold_slip,
+            choice.solid_conductivity_w_mk,
+            choice.solid_volumetric_heat_j_m3k,
+        )
+        cold_law_mu = mu_by_law(cold_speed, cold_inlet_c, cold_slip)
+        cold_mu = mu * np.where(no_traction, 1.0, cold_law_mu / divisor)
+    # inlet and heat do not agree where the heating of the film grows without end
+    is_steady = rise_k - previous_rise_k <= 0.01 * rise_k
+    is_known = is_steady & (temperature - rise_k >= coldest) & (cold_speed > slowest)
+    is_known &= np.abs(cold_slip) <= largest_slip
+    return pd.DataFrame(
+        {"traction_coefficient": np.where(is_known, cold_mu, np.nan), "rise_k": rise_k}
+    )

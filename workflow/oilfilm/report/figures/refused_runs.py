@@ -14,6 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from oilfilm import tables
+from oilfilm.base.units import FloatArray
 from oilfilm.curation.curate import arrays_of, curate
 from oilfilm.curation.plateau_gates import PLATEAU_GATES
 from oilfilm.curation.rig_kind import RigKind, Signals
@@ -22,13 +23,14 @@ from oilfilm.curation.traction_rig import TractionRig
 from oilfilm.logs.ingest import ingest_logs
 from oilfilm.logs.run_sheet import NO_SHEET, REMARKS, RunSheet
 from oilfilm.report.figures import style
-from oilfilm.report.figures.sheet import SIMULATED, Sheet, save
+from oilfilm.report.figures.sheet import SIMULATED, Panel, Sheet, save
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables import failed_gates
 from oilfilm.tables.set_points import describe_condition
 
-# Letters of 7 pt in a line of the page.
-_LETTERS = 112
+# Number of letters of 7 pt in a line of the page.
+_LETTERS_PER_LINE = 112
+_MARKERS_MAX = 200  # a signal of fewer rows is drawn with its points
 _PASSING: style.Look = {"facecolor": style.tint("#56B4E9", 0.25), "linewidth": 0.4}
 _FAILING: style.Look = {
     "facecolor": style.tint("#E69F00", 0.25),
@@ -40,7 +42,15 @@ _FAILING: style.Look = {
 
 @dataclass(frozen=True)
 class Judged:
-    """What curation made of the logs of one kind of rig; `samples` gives those of a run by name."""
+    """Results of curation for the logs of one kind of rig.
+
+    Attributes:
+        kind: The kind of rig.
+        runs: Table of runs.
+        points: Table of plateaus.
+        quarantine: Table of refusals.
+        samples: Gives the samples of a run by its name.
+    """
 
     kind: type[RigKind]
     runs: pd.DataFrame
@@ -55,28 +65,49 @@ def judged_torque_logs(
     settings: Settings,
     sheet: RunSheet = NO_SHEET,
 ) -> Judged:
-    """Refused torque logs by name and content, read again: their samples are in no table."""
+    """Refused torque logs, read again: no table has their samples.
+
+    Args:
+        logs: Name and content of each log.
+        quarantine: Table `torque_quarantine`.
+        settings: Settings of the campaign.
+        sheet: Run sheet of the torque logs.
+    """
     ingested = ingest_logs(logs, settings, TorqueRig.logs, sheet)
     samples = ingested.all_samples()
     curated = curate(samples, ingested.runs, TorqueRig(settings))
-    by_run = samples.groupby("run_id").get_group
-    return Judged(TorqueRig, curated.runs, curated.points, quarantine, by_run)
+    samples_of_run = samples.groupby("run_id").get_group
+    return Judged(TorqueRig, curated.runs, curated.points, quarantine, samples_of_run)
 
 
-def draw_pages(rigs: Iterable[Judged], settings: Settings, most: int, folder: Path) -> pd.DataFrame:
-    """Draw the pages of refused runs in a folder, up to `most`; gives the table `refused_pages`."""
+def draw_pages(
+    rigs: Iterable[Judged], settings: Settings, pages_max: int, folder: Path
+) -> pd.DataFrame:
+    """Draw the pages of refused runs in a folder.
+
+    Args:
+        rigs: Logs of each kind of rig.
+        settings: Settings of the campaign.
+        pages_max: Largest number of pages.
+        folder: For the pages.
+
+    Returns:
+        Table `refused_pages`.
+    """
     listings = []
+    pages_left = pages_max
     for judged in rigs:
-        runs, points = judged.runs, judged.points
-        pages = listing(runs, points, judged.quarantine, most, judged.kind)
-        for entry in tables.rows(pages[pages["page"] != ""]):
+        entries = listing(judged.runs, judged.points, judged.quarantine, pages_left, judged.kind)
+        with_page = entries[entries["page"] != ""]
+        for entry in tables.rows(with_page):
             run_id = entry["run_id"]
-            (run,) = tables.rows(runs[runs["run_id"] == run_id])
-            plateaus, samples = points[points["run_id"] == run_id], judged.samples(run_id)
+            (run,) = tables.rows(judged.runs[judged.runs["run_id"] == run_id])
+            plateaus = judged.points[judged.points["run_id"] == run_id]
+            samples = judged.samples(run_id)
             page = draw_page(entry, run, samples, plateaus, settings, judged.kind)
             save(page, folder / entry["page"])
-            most -= 1
-        listings.append(pages)
+        pages_left -= len(with_page)
+        listings.append(entries)
     return pd.concat(listings, ignore_index=True)
 
 
@@ -84,42 +115,67 @@ def listing(
     runs: pd.DataFrame,
     points: pd.DataFrame,
     quarantine: pd.DataFrame,
-    most: int,
+    pages_max: int,
     kind: type[RigKind] = TractionRig,
 ) -> pd.DataFrame:
-    """Every refused run and whatever gave no run at all, with the page of each run that gets one.
+    """Every refused run and every log without a run, with the name of its page if it gets one.
 
-    Where there are more runs than pages, each gate gets pages in turn, so that many runs refused
-    for one reason do not hide another. There are `most` pages at most.
+    Where there are more runs than pages, the gates get pages in turn. So many runs that are refused
+    for one reason do not hide another reason.
+
+    Args:
+        runs: Table of runs.
+        points: Table of plateaus.
+        quarantine: Table of refusals.
+        pages_max: Largest number of pages.
+        kind: The kind of rig.
+
+    Returns:
+        Table `refused_pages`.
     """
-    about = runs.set_index("run_id")
-    without_run = ~quarantine["run_id"].isin(about.index)
-    # a remark on a file that has runs is no refusal of the file
-    of_file = quarantine["run_id"].eq("") & quarantine["file"].isin(runs["file"])
-    # levels that were held too briefly refuse no run
-    of_run = quarantine["stage"].eq("curate") & quarantine["rule"].eq(
-        quarantine["run_id"].map(about["rule"])
-    )
-    refused = quarantine[(of_run | (without_run & ~of_file)) & ~quarantine["rule"].isin(REMARKS)]
-    refused = refused.sort_values(["file", "run_id"], kind="stable").reset_index(drop=True)
-    samples = refused["run_id"].map(about["samples"]).fillna(0)
-    turn = refused[samples > 0].groupby("rule").cumcount().sort_values(kind="stable")
-    marks = {}
-    for number in turn.index[:most]:
-        run_id, reason = refused.loc[number, ["run_id", "reason"]]
-        same = quarantine["run_id"].eq(run_id) & quarantine["reason"].eq(reason)
-        marked = _marked(quarantine[same], points[points["run_id"] == run_id])
-        marks[number] = (*marked, page_name(run_id, kind.name))
-    shown = [marks.get(number, ("", 0, 0, "")) for number in refused.index]
+    refused = _refusals_of_runs_and_logs(runs, quarantine)
+    run_by_id = runs.set_index("run_id")
+    samples = refused["run_id"].map(run_by_id["samples"]).fillna(0)
+    turn_of_gate = refused[samples > 0].groupby("rule").cumcount().sort_values(kind="stable")
+    with_page = set(turn_of_gate.index[:pages_max])
+    marks = []
+    for number in refused.index:
+        if number not in with_page:
+            marks.append({"place": "", "first_row": 0, "last_row": 0, "page": ""})
+            continue
+        run_id = refused["run_id"][number]
+        reason = refused["reason"][number]
+        same_refusal = quarantine["run_id"].eq(run_id) & quarantine["reason"].eq(reason)
+        place, first_row, last_row = _marked(
+            quarantine[same_refusal], points[points["run_id"] == run_id]
+        )
+        page = page_name(run_id, kind.name)
+        marks.append({"place": place, "first_row": first_row, "last_row": last_row, "page": page})
+    oils = refused["run_id"].map(run_by_id["oil"].get).fillna("")
+    entries = refused[["run_id", "file", "rule", "reason", "advice"]].assign(oil=oils)
     columns = ["place", "first_row", "last_row", "page"]
-    oils = refused["run_id"].map(about["oil"].get).fillna("")
-    listed = refused[["run_id", "file", "rule", "reason", "advice"]].assign(oil=oils)
-    listed = listed.join(pd.DataFrame(shown, refused.index, columns))
-    return tables.conform(listed, "refused_pages", "refused runs")
+    entries = entries.join(pd.DataFrame(marks, refused.index, columns))
+    return tables.conform(entries, "refused_pages", "refused runs")
+
+
+def _refusals_of_runs_and_logs(runs: pd.DataFrame, quarantine: pd.DataFrame) -> pd.DataFrame:
+    """The rows of the quarantine that refuse a run, or a log without any run, by file and run."""
+    rule_of_run = runs.set_index("run_id")["rule"]
+    # other rows of the quarantine concern single levels of a run
+    refuses_run = quarantine["stage"].eq("curate") & quarantine["rule"].eq(
+        quarantine["run_id"].map(rule_of_run)
+    )
+    has_no_run = ~quarantine["run_id"].isin(runs["run_id"])
+    # a row without a run, on a file that has runs, does not refuse the file
+    concerns_part_of_file = quarantine["run_id"].eq("") & quarantine["file"].isin(runs["file"])
+    refuses_log = has_no_run & ~concerns_part_of_file
+    is_remark = quarantine["rule"].isin(REMARKS)
+    refused = quarantine[(refuses_run | refuses_log) & ~is_remark]
+    return refused.sort_values(["file", "run_id"], kind="stable").reset_index(drop=True)
 
 
 def page_name(run_id: str, rig: str) -> str:
-    """A file name that is safe on every system, and another one for every run of a kind of rig.
+    """A file name that is safe on every system and different for each run of each kind of rig.
 
     Example:
         >>> page_name("../a b.csv", "traction")
@@ -149,54 +205,86 @@ def draw_page(
         kind: The kind of rig.
     """
     signals = kind.signals(arrays_of(samples), run["rig"], settings)
-    timed = bool(np.isfinite(signals.time_s).all())
-    if not timed:
+    has_times = bool(np.isfinite(signals.time_s).all())
+    if not has_times:
         signals = replace(signals, time_s=signals.row.astype(float))
     time_s = signals.time_s
-    head, count = _head(entry, run), len(kind.shown_signals)
-    layout: style.Look = {"width": style.DOUBLE_COLUMN_IN, "height": 5.6 / count, "left": 0.85}
-    sheet = Sheet(count, down=0.1, top=0.1 + 0.13 * len(head), sharex=True, **layout)
-    failing = _fail_own_gates(points)
+    head = _head(entry, run)
+    count = len(kind.shown_signals)
+    sheet = Sheet(
+        count,
+        width=style.DOUBLE_COLUMN_IN,
+        height=5.6 / count,
+        left=0.85,
+        down=0.1,
+        top=0.1 + 0.13 * len(head),
+        sharex=True,
+    )
+    fails = _fail_own_gates(points)
+    refused_times = _times(signals, entry["first_row"], entry["last_row"])
     for number, (name, label) in enumerate(kind.shown_signals.items()):
         panel = sheet.panel(number, None)
-        axis, values = panel.axis, signals[name]
-        axis.set_ylabel(label, fontsize=7)
-        axis.yaxis.set_label_coords(-0.095, 0.5)
-        axis.grid(axis="x", visible=False)
-        if np.isfinite(values).any():
-            marker = "." if len(values) < 200 else ""
-            axis.plot(time_s, values, color="black", linewidth=0.6, marker=marker, markersize=2)
-            axis.ticklabel_format(axis="y", useOffset=False)
-            axis.margins(y=0.12)
-            axis.locator_params(nbins=5)
-        else:
-            panel.say("not logged")
-            axis.set_yticks([])
-        for plateaus, look in ((points[~failing], _PASSING), (points[failing], _FAILING)):
-            rows = zip(plateaus["first_row"], plateaus["last_row"], strict=True)
-            spans = [_times(signals, first, last) for first, last in rows]
-            bars = [(start, stop - start) for start, stop in spans]
-            axis.broken_barh(bars, (0, 1), transform=axis.get_xaxis_transform(), zorder=0.5, **look)
-        for edge in _times(signals, entry["first_row"], entry["last_row"]):
-            axis.axvline(edge, color=style.STATE_COLOURS["refused"], linewidth=1.0)
+        panel.axis.set_ylabel(label, fontsize=7)
+        panel.axis.yaxis.set_label_coords(-0.095, 0.5)
+        panel.axis.grid(axis="x", visible=False)
+        _draw_signal(panel, time_s, signals[name])
+        _shade_plateaus(panel, signals, points[~fails], _PASSING)
+        _shade_plateaus(panel, signals, points[fails], _FAILING)
+        for time in refused_times:
+            panel.axis.axvline(time, color=style.STATE_COLOURS["refused"], linewidth=1.0)
     margin = 0.01 * (time_s.max() - time_s.min()) or 1.0
     sheet.axes[0].set_xlim(time_s.min() - margin, time_s.max() + margin)
-    sheet.axes[-1].set_xlabel("Time since the log's start (s)" if timed else "Row of the log")
+    sheet.axes[-1].set_xlabel("Time since the log's start (s)" if has_times else "Row of the log")
     sheet.axes[0].set_title("\n".join(head), x=-0.11, fontsize=7, parse_math=False)
-    first, last = entry["first_row"], entry["last_row"]
-    concerned = f"rows {first} to {last}" if last else "concerns the whole run"
-    marked = style.line_handle(concerned, color=style.STATE_COLOURS["refused"])
-    passing = Patch(**_PASSING, label="plateau that passes its own gates")
-    sheet.legend([passing, Patch(**_FAILING, label="plateau refused by its own gates"), marked])
+    marked_rows = "concerns the whole run"
+    if entry["last_row"]:
+        marked_rows = f"rows {entry['first_row']} to {entry['last_row']}"
+    sheet.legend(
+        [
+            Patch(**_PASSING, label="plateau that passes its own gates"),
+            Patch(**_FAILING, label="plateau refused by its own gates"),
+            style.line_handle(marked_rows, color=style.STATE_COLOURS["refused"]),
+        ]
+    )
     return sheet.finish(SIMULATED if settings.campaign.data == "simulated" else "")
 
 
+def _draw_signal(panel: Panel, time_s: FloatArray, values: FloatArray) -> None:
+    """Draw one signal against time, or write that it was not logged."""
+    if not np.isfinite(values).any():
+        panel.say("not logged")
+        panel.axis.set_yticks([])
+        return
+    marker = "." if len(values) < _MARKERS_MAX else ""
+    panel.axis.plot(time_s, values, color="black", linewidth=0.6, marker=marker, markersize=2)
+    panel.axis.ticklabel_format(axis="y", useOffset=False)
+    panel.axis.margins(y=0.12)
+    panel.axis.locator_params(nbins=5)
+
+
+def _shade_plateaus(
+    panel: Panel, signals: Signals, plateaus: pd.DataFrame, look: style.Look
+) -> None:
+    """Shade the times of plateaus behind a signal."""
+    bars = []
+    for first_row, last_row in zip(plateaus["first_row"], plateaus["last_row"], strict=True):
+        start, stop = _times(signals, first_row, last_row)
+        bars.append((start, stop - start))
+    # from the bottom to the top of the panel
+    transform = panel.axis.get_xaxis_transform()
+    panel.axis.broken_barh(bars, (0, 1), transform=transform, zorder=0.5, **look)
+
+
 def _marked(refusals: pd.DataFrame, points: pd.DataFrame) -> tuple[str, int, int]:
-    """What to mark: the rows of the refusals, else failing plateaus, else the whole run."""
+    """Kind, first and last of the rows to mark.
+
+    They are the rows of the refusals, else those of failing plateaus, else the whole run (0, 0).
+    """
     with_rows = refusals[refusals["first_row"] > 0]
-    for name, rows in (("rows", with_rows), ("plateaus", points[_fail_own_gates(points)])):
+    failing_plateaus = points[_fail_own_gates(points)]
+    for kind, rows in (("rows", with_rows), ("plateaus", failing_plateaus)):
         if len(rows):
-            return name, int(rows["first_row"].min()), int(rows["last_row"].max())
+            return kind, int(rows["first_row"].min()), int(rows["last_row"].max())
     return "whole run", 0, 0
 
 
@@ -208,26 +296,34 @@ def _fail_own_gates(points: pd.DataFrame) -> "pd.Series[bool]":
 def _head(entry: Mapping[str, Any], run: Mapping[str, Any]) -> list[str]:
     """Lines of the head, in plain characters."""
     file = "" if entry["file"] == entry["run_id"] else f"file {entry['file']}, "
-    about = (
+    description = (
         f"{file}oil {run['oil']}, rig {run['rig']}, set points: {describe_condition(run)}; "
         f"{run['samples']} rows"
     )
-    # a long text is cut after so many lines; the listing has all of it
-    reason, advice = f"{entry['rule']}: {entry['reason']}", f"What to do: {entry['advice']}"
-    texts = ((f"REFUSED: {entry['run_id']}", 1), (about, 2), (reason, 4), (advice, 4))
-    return [
-        line
-        for text, lines in texts
-        for line in textwrap.wrap(style.plain(text), _LETTERS, max_lines=lines, placeholder=" ...")
-    ]
+    # a long text is cut after its largest number of lines; the listing has all of it
+    lines_max_of_text = (
+        (f"REFUSED: {entry['run_id']}", 1),
+        (description, 2),
+        (f"{entry['rule']}: {entry['reason']}", 4),
+        (f"What to do: {entry['advice']}", 4),
+    )
+    lines: list[str] = []
+    for text, lines_max in lines_max_of_text:
+        wrapper = textwrap.TextWrapper(_LETTERS_PER_LINE, max_lines=lines_max, placeholder=" ...")
+        lines += wrapper.wrap(style.plain(text))
+    return lines
 
 
 def _times(signals: Signals, first_row: int, last_row: int) -> tuple[float, float]:
-    """First and last time of a range of rows.
+    """First and last time (s) of a range of rows.
 
     From 0 to 0 means all rows. Where no row of the range was read, the nearest one is taken.
     """
-    inside = (signals.row >= first_row) & (signals.row <= last_row) | (last_row == 0)
+    inside = (signals.row >= first_row) & (signals.row <= last_row)
+    if last_row == 0:
+        inside[:] = True
     if not inside.any():
-        inside[np.abs(signals.row - first_row).argmin()] = True
-    return float(signals.time_s[inside].min()), float(signals.time_s[inside].max())
+        nearest = np.abs(signals.row - first_row).argmin()
+        inside[nearest] = True
+    times = signals.time_s[inside]
+    return float(times.min()), float(times.max())

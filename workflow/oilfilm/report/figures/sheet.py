@@ -1,14 +1,17 @@
-"""A figure: lettered panels on a grid in inches, a legend below them, and what they draw as rows.
+"""A figure: lettered panels on a grid in inches, a legend below them, and the drawn values as rows.
 
-A figure is a function with the decorator `register`; its name leads to it and to its table.
+A figure is a function with the decorator `register`. The function's name is that of the figure and
+of its table.
 
-Positions follow from sizes in inches alone: no solver measures texts, whose last bits differ.
+Positions follow from sizes in inches alone. A layout solver would measure texts, and the last bits
+of such sizes differ from machine to machine.
 
 Decides: what is kept of what a figure draws.
 """
 
 import io
 import itertools
+import math
 import re
 import string
 import textwrap
@@ -30,42 +33,63 @@ from PIL import Image
 from oilfilm import tables
 from oilfilm.base.atomic_write import atomic_file
 from oilfilm.base.figure_catalogue import figures
+from oilfilm.base.units import IndexArray
 from oilfilm.report.figures.style import DOUBLE_COLUMN_IN, GREY, SINGLE_COLUMN_IN, Look, plain
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 
 # Room around and between panels, as `Sheet` describes it.
 _ROOM_IN = {"left": 0.62, "right": 0.1, "top": 0.22, "bottom": 0.4, "across": 0.15, "down": 0.27}
-_MARK_IN = 0.14  # the line that says that data are simulated
-# Of a legend, in inches: height of a line, width of a symbol with its gaps, width of a letter.
-_LINE_IN, _SYMBOL_IN, _LETTER_IN = 0.155, 0.42, 0.061
-_SMALL_LETTER_IN = 0.049  # width of a letter of notes
+_MARK_IN = 0.14  # height of the line with the mark of simulated data
+_LEGEND_LINE_IN = 0.155  # height of a line of a legend
+_LEGEND_SYMBOL_IN = 0.42  # width of a symbol of a legend with its gaps
+_LEGEND_LETTER_IN = 0.061  # width of a letter of a legend
+_NOTE_LETTER_IN = 0.049  # width of a letter of notes
 _COLOUR_BAR = "<colorbar>"
-_CLIP = re.compile(r'(  <clipPath id="(p\w+)">\n(.*?)  </clipPath>\n)', re.DOTALL)
+_CLIP_PATH = re.compile(r'(  <clipPath id="(p\w+)">\n(.*?)  </clipPath>\n)', re.DOTALL)
 
 
 class Panel:
     """A panel; what it draws is kept as rows of the table `drawn`."""
 
     def __init__(self, axis: Axes, letter: str, parts: list[dict[str, Any]]) -> None:
-        """Take the axes; rows are added to `parts`."""
-        self.axis, self.letter, self.parts = axis, letter, parts
-
-    def keep(self, series: Any, x: Any, y: Any = np.nan, **about: Any) -> None:
-        """Keep marks that matplotlib draws otherwise: arrays of one length, or one value for all.
+        """Take the axes.
 
         Args:
-            series: Which line, symbol or row of the panel.
+            axis: Axes of the panel.
+            letter: Letter of the panel; may be empty.
+            parts: Receives what the panel draws: columns of the table `drawn`, part by part.
+        """
+        self.axis = axis
+        self.letter = letter
+        self.parts = parts
+
+    def keep(self, series: Any, x: Any, y: Any = np.nan, **about: Any) -> None:
+        """Keep marks without drawing them: arrays of one length, or one value for all marks.
+
+        Args:
+            series: Name of the line or symbol, or the row of the panel.
             x: Abscissa.
             y: Ordinate.
-            about: `oil`; `label`, which is drawn there or tells the mark apart; `value` that a
-                colour or a number shows; `lower` and `upper` end of a bar or band; `panel`, a
-                column of a table, in place of the panel's letter.
+            about: `oil`; `label`, which is drawn beside the mark or distinguishes it; `value`,
+                which a colour or a number shows; `lower` and `upper` end of a bar or band; `panel`,
+                a column of a table, in place of the panel's letter.
         """
-        given = {"panel": self.letter, "series": series, "oil": "", "label": "", "x": x, "y": y}
-        given |= {"value": np.nan, "lower": np.nan, "upper": np.nan, **about}
-        arrays = np.broadcast_arrays(*map(np.atleast_1d, map(np.asarray, given.values())))
-        self.parts.append(dict(zip(tables.columns("drawn"), arrays, strict=True)))
+        columns = {
+            "panel": self.letter,
+            "series": series,
+            "oil": "",
+            "label": "",
+            "x": x,
+            "y": y,
+            "value": np.nan,
+            "lower": np.nan,
+            "upper": np.nan,
+        }
+        columns.update(about)
+        arrays = [np.atleast_1d(np.asarray(values)) for values in columns.values()]
+        rows = np.broadcast_arrays(*arrays)
+        self.parts.append(dict(zip(tables.columns("drawn"), rows, strict=True)))
 
     def line(self, series: Any, x: Any, y: Any, look: Look, **about: Any) -> None:
         """Draw and keep a line, with a band from `lower` to `upper` where these are given."""
@@ -86,9 +110,9 @@ class Panel:
         self.keep(series, x, y, **about)
 
     def say(self, sentence: str, **look: Any) -> None:
-        """Say in the middle of the panel why it is empty."""
-        place: Look = {"ha": "center", "va": "center", "transform": self.axis.transAxes}
-        self.axis.text(0.5, 0.5, sentence, **place, **look)
+        """Write in the middle of the panel why it is empty."""
+        middle: Look = {"ha": "center", "va": "center", "transform": self.axis.transAxes}
+        self.axis.text(0.5, 0.5, sentence, **middle, **look)
 
 
 class Sheet:
@@ -114,17 +138,20 @@ class Sheet:
                 `bottom` for the abscissa, gaps `across` columns and `down` rows; and keywords of
                 `Figure.subplots`.
         """
-        room = {side: layout.pop(side, usual) for side, usual in _ROOM_IN.items()}
-        rows = -(-count // columns)
+        self._room = {side: layout.pop(side, usual) for side, usual in _ROOM_IN.items()}
+        rows = math.ceil(count / columns)
         self.heights = [height] * rows if isinstance(height, float | int) else list(height)
         self._width = width or (DOUBLE_COLUMN_IN if columns > 1 else SINGLE_COLUMN_IN)
-        self._room, self._columns, self._legend_in = room, columns, 0.0
+        self._columns = columns
+        self._legend_in = 0.0
         self._bar: Axes | None = None
         # not by pyplot, which would keep every figure open
         self.figure = Figure()
         FigureCanvasAgg(self.figure)  # measures texts without a trial drawing
-        ratios = {"height_ratios": self.heights, **layout}
-        axes = list(self.figure.subplots(rows, columns, squeeze=False, **ratios).flat)
+        grid = self.figure.subplots(
+            rows, columns, squeeze=False, height_ratios=self.heights, **layout
+        )
+        axes = list(grid.flat)
         for axis in axes[count:]:
             axis.remove()
         self.axes = axes[:count]
@@ -133,48 +160,63 @@ class Sheet:
         self.parts: list[dict[str, Any]] = []
 
     def drawn(self) -> pd.DataFrame:
-        """The table of what the panels have drawn so far."""
+        """The table `drawn`: what the panels have drawn so far."""
         if not self.parts:
             return tables.empty("drawn")
-        columns = {
-            name: np.concatenate([part[name] for part in self.parts]) for name in self.parts[0]
-        }
+        columns = {}
+        for name in self.parts[0]:
+            columns[name] = np.concatenate([part[name] for part in self.parts])
         return tables.conform(pd.DataFrame(columns), "drawn", "a figure")
 
     def panel(self, number: int = 0, title: str | None = "", **look: Any) -> Panel:
         """A panel, with its letter before its title; without a title it has no letter."""
-        axis, letter = self.axes[number], ""
+        axis = self.axes[number]
+        letter = ""
         if title is not None:
             letter = string.ascii_letters[number]
-            axis.set_title(f"({letter}) {plain(title)}".rstrip(), **{"parse_math": False, **look})
+            look.setdefault("parse_math", False)
+            axis.set_title(f"({letter}) {plain(title)}".rstrip(), **look)
         axis.set_label(letter)
         return Panel(axis, letter, self.parts)
 
     def label(self, x: str = "", y: str = "", **look: Any) -> None:
-        """Name the axes; inner panels have the names for the table alone."""
+        """Name the axes, if not named yet.
+
+        Inner panels show no names: theirs are for the table.
+
+        Args:
+            x: Name of the abscissa; unchanged if empty.
+            y: Name of the ordinate; unchanged if empty.
+            look: Of the names.
+        """
         for number, axis in enumerate(self.axes):
-            axis.set(**{f"{name}label": text for name, text in (("x", x), ("y", y)) if text})
+            if x:
+                axis.set_xlabel(x)
+            if y:
+                axis.set_ylabel(y)
+            is_lowest = number + self._columns >= len(self.axes)
+            is_leftmost = number % self._columns == 0
             axis.xaxis.label.set(**look)
-            lowest = number + self._columns >= len(self.axes)
-            axis.xaxis.label.set_visible(lowest)
+            axis.xaxis.label.set_visible(is_lowest)
             axis.yaxis.label.set(**look)
-            axis.yaxis.label.set_visible(number % self._columns == 0)
+            axis.yaxis.label.set_visible(is_leftmost)
 
     def legend(self, handles: Sequence[Any], title: str = "", columns: int = 0) -> None:
-        """What colours, symbols and lines mean, below the panels, where it covers no data."""
+        """Explain colours, symbols and lines below the panels, where the legend covers no data.
+
+        Args:
+            handles: Entries of matplotlib's legend.
+            title: Above the entries.
+            columns: Number of columns; if 0, as many as fit into the width.
+        """
         labels = [str(handle.get_label()).split("\n") for handle in handles] or [[""]]
-        letters = np.array([max(map(len, label)) for label in labels])
-
-        def width_in(count: int) -> float:
-            """The entries fill one column after another, the first ones with one more."""
-            widest = [column.max() for column in np.array_split(letters, count)]
-            return float(sum(_SYMBOL_IN + _LETTER_IN * longest for longest in widest))
-
-        fitting = [n for n in range(1, len(labels) + 1) if width_in(n) < self._width]
-        columns = columns or max(fitting, default=1)
-        tall = max(column.sum() for column in np.array_split([*map(len, labels)], columns))
-        lines = tall + (title.count("\n") + 1 if title else 0)
-        self._legend_in = _LINE_IN * lines + 0.06
+        lines_of_label = np.array([len(lines) for lines in labels])
+        letters_of_label = np.array([max(len(line) for line in lines) for lines in labels])
+        if not columns:
+            columns = _legend_columns(letters_of_label, self._width)
+        lines_of_column = [column.sum() for column in np.array_split(lines_of_label, columns)]
+        lines_of_title = title.count("\n") + 1 if title else 0
+        self._legend_in = _LEGEND_LINE_IN * (max(lines_of_column) + lines_of_title) + 0.06
         self.figure.legend(
             handles=handles,
             loc="lower left",
@@ -196,12 +238,21 @@ class Sheet:
         return self._bar
 
     def finish(self, mark: str = "") -> Figure:
-        """The figure with everything in its place, and above it what its data are."""
-        room, width = self._room, self._width
-        across, down = room["across"], room["down"]
-        above = room["top"] + (_MARK_IN if mark else 0)
+        """Place everything and return the figure.
+
+        Args:
+            mark: Text in the upper right corner, as that of simulated data.
+        """
+        room = self._room
+        width = self._width
+        across = room["across"]
+        down = room["down"]
+        rows = len(self.heights)
+        columns = self._columns
+        above = room["top"]
+        if mark:
+            above += _MARK_IN
         below = room["bottom"] + self._legend_in
-        rows, columns = len(self.heights), self._columns
         panels_in = sum(self.heights) + down * (rows - 1)
         height = above + panels_in + below
         self.figure.set_size_inches(width, height)
@@ -215,17 +266,36 @@ class Sheet:
             hspace=down * rows / sum(self.heights),
         )
         if self._bar is not None:
-            x = 1 - (room["right"] - 0.1) / width
-            y, tall = (below + 0.1 * panels_in) / height, 0.8 * panels_in / height
-            self._bar.set_position((x, y, 0.1 / width, tall))
+            bar_left = 1 - (room["right"] - 0.1) / width
+            bar_bottom = (below + 0.1 * panels_in) / height
+            bar_width = 0.1 / width
+            bar_height = 0.8 * panels_in / height
+            self._bar.set_position((bar_left, bar_bottom, bar_width, bar_height))
         if mark:
-            place: Look = {"ha": "right", "va": "top", "fontsize": 6.5, "fontweight": "bold"}
-            self.figure.text(1 - 0.03 / width, 1 - 0.02 / height, mark, color="#555555", **place)
+            corner: Look = {"ha": "right", "va": "top", "fontsize": 6.5, "fontweight": "bold"}
+            self.figure.text(1 - 0.03 / width, 1 - 0.02 / height, mark, color=GREY, **corner)
         return self.figure
 
 
+def _legend_columns(letters_of_label: IndexArray, width_in: float) -> int:
+    """The largest number of columns of a legend that fits into a width; at least 1.
+
+    Args:
+        letters_of_label: Length of each label.
+        width_in: Width of the figure.
+    """
+    fitting = 1
+    for columns in range(1, len(letters_of_label) + 1):
+        # matplotlib fills one column after another; the first ones have one entry more
+        longest_labels = [column.max() for column in np.array_split(letters_of_label, columns)]
+        column_widths = [_LEGEND_SYMBOL_IN + _LEGEND_LETTER_IN * label for label in longest_labels]
+        if sum(column_widths) < width_in:
+            fitting = columns
+    return fitting
+
+
 class NothingToDrawError(Exception):
-    """A figure has nothing to draw; its message says why, in place of the figure."""
+    """A figure has nothing to draw. The message gives the reason; it is drawn instead."""
 
 
 def oil_grid(
@@ -235,14 +305,14 @@ def oil_grid(
     title: Callable[[Any, str], str] = lambda _, oil: oil,
     **layout: Any,
 ) -> tuple[Sheet, list[tuple[Panel, Any, str]]]:
-    """A figure with one column of panels per oil; of one row at most three are side by side.
+    """A figure with one column of panels per oil; a single row has at most three side by side.
 
     Args:
-        oils: Those that are shown.
-        otherwise: What to say where there is none.
-        rows: What each row of panels is for.
+        oils: Oils that are shown.
+        otherwise: The message where there is no oil.
+        rows: Level or quantity of each row of panels.
         title: Of a panel, from its row and oil.
-        layout: As `Sheet`; all panels have the same axes unless it says otherwise.
+        layout: As `Sheet`. All panels have the same axes unless `sharex` or `sharey` changes that.
 
     Returns:
         The figure, and each panel with its row and oil.
@@ -254,8 +324,13 @@ def oil_grid(
         raise NothingToDrawError(otherwise)
     cells = list(itertools.product(rows, oils))
     columns = len(oils) if len(rows) > 1 else min(len(oils), 3)
-    sheet = Sheet(len(cells), columns, **{"sharex": True, "sharey": True, **layout})
-    return sheet, [(sheet.panel(n, title(*cell)), *cell) for n, cell in enumerate(cells)]
+    layout.setdefault("sharex", True)
+    layout.setdefault("sharey", True)
+    sheet = Sheet(len(cells), columns, **layout)
+    panels = []
+    for number, (row, oil) in enumerate(cells):
+        panels.append((sheet.panel(number, title(row, oil)), row, oil))
+    return sheet, panels
 
 
 def page(width: float, height: float, *, bottom: float, top: float) -> tuple[Sheet, Panel]:
@@ -269,7 +344,7 @@ def page(width: float, height: float, *, bottom: float, top: float) -> tuple[She
 
 
 def sentences(lines: str) -> Sheet:
-    """A figure of text: why there is nothing to draw."""
+    """A figure of text, which explains why there is nothing to draw."""
     sheet, panel = page(SINGLE_COLUMN_IN, 0.14 * (lines.count("\n") + 1), bottom=0, top=1)
     look: Look = {"va": "top", "fontsize": 7, "linespacing": 1.3, "parse_math": False}
     panel.axis.text(0, 1, lines, **look)
@@ -289,69 +364,85 @@ def table_page(
         notes: Below the table; they are wrapped.
 
     Returns:
-        Figure, panel, and a function that writes a column: place from 0 to 1 of the width, head,
-        texts of the rows, keywords of the head and of all.
+        Figure, panel, and a function that writes a column. Its arguments: position from 0 to 1 of
+        the width, head, texts of the rows, keywords of the head alone, keywords of all texts.
     """
     heights = np.broadcast_to(row_in, count)
-    letters = round(width / _SMALL_LETTER_IN)
-    small = [line for note in notes for line in textwrap.wrap(note, letters)]
+    letters_per_line = round(width / _NOTE_LETTER_IN)
+    note_lines = [line for note in notes for line in textwrap.wrap(note, letters_per_line)]
     table_in = head_in + heights.sum()
-    height_in = table_in + 0.08 + 0.1 * len(small)
+    height_in = table_in + 0.08 + 0.1 * len(note_lines)
     sheet, panel = page(width, height_in, bottom=height_in, top=0)
 
     def write(
         x: float, head: str, texts: Iterable[str], head_look: Look | None = None, **look: Any
     ) -> None:
-        # all cells alike: with line spacings of their own they are at different heights
-        look = {"va": "center", "fontsize": 7, "parse_math": False, **look}
-        panel.axis.text(x, head_in / 2, head, **look | (head_look or {}))
-        for y, text in zip(head_in + heights.cumsum() - heights / 2, texts, strict=False):
-            panel.axis.text(x, y, text, **look)
+        # one line spacing for all cells: with different ones they are at different heights
+        cell_look: Look = {"va": "center", "fontsize": 7, "parse_math": False}
+        cell_look.update(look)
+        panel.axis.text(x, head_in / 2, head, **cell_look | (head_look or {}))
+        middles = head_in + heights.cumsum() - heights / 2
+        for y, text in zip(middles, texts, strict=False):
+            panel.axis.text(x, y, text, **cell_look)
 
     for edge in (0.0, head_in, table_in):
         panel.axis.axhline(edge, color="black", linewidth=0.6)
-    below: Look = {"va": "bottom", "fontsize": 6, "linespacing": 1.15, "parse_math": False}
-    panel.axis.text(0, height_in, "\n".join(small), color=GREY, **below)
+    note_look: Look = {"va": "bottom", "fontsize": 6, "linespacing": 1.15, "parse_math": False}
+    panel.axis.text(0, height_in, "\n".join(note_lines), color=GREY, **note_look)
     return sheet, panel, write
 
 
 def save(figure: Figure, *paths: Path) -> None:
-    """Write a figure as PNG or SVG, the same bytes each time, whole or not at all.
+    """Write a figure as PNG or SVG by the suffix of each path, completely or not at all.
 
-    A PNG has a palette: that makes it a third in size.
+    The same figure gives the same bytes.
     """
-    dpi = mpl.rcParams["savefig.dpi"]
-    figure.set_dpi(dpi)
+    figure.set_dpi(mpl.rcParams["savefig.dpi"])
     for path in paths:
-        with atomic_file(path) as aside:
-            # `Figure.savefig` would draw the figure twice
+        with atomic_file(path) as temporary:
             if path.suffix == ".png":
-                canvas: Any = FigureCanvasAgg(figure)
-                canvas.draw()
-                image = Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB")
-                # ten times as fast as the median cut
-                image = image.quantize(256, Image.Quantize.FASTOCTREE, dither=Image.Dither.NONE)
-                image.save(aside, "PNG", dpi=(dpi, dpi))
+                _write_png(figure, temporary)
             else:
-                text = io.StringIO()
-                canvas = FigureCanvasSVG(figure)
-                canvas.print_svg(text, metadata={"Date": None})
-                aside.write_text(_with_stable_clips(text.getvalue()), encoding="utf-8")
+                _write_svg(figure, temporary)
 
 
-def _with_stable_clips(svg: str) -> str:
-    """Clipping paths named after what is written of them.
+def _write_png(figure: Figure, path: Path) -> None:
+    """Write a PNG with a palette, which has a third of the bytes."""
+    # `Figure.savefig` would draw the figure twice
+    canvas: Any = FigureCanvasAgg(figure)
+    canvas.draw()
+    image = Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB")
+    # ten times as fast as the median cut
+    image = image.quantize(256, Image.Quantize.FASTOCTREE, dither=Image.Dither.NONE)
+    image.save(path, "PNG", dpi=(figure.dpi, figure.dpi))
 
-    Matplotlib names them after all digits of their positions, of which the last depends on the
+
+def _write_svg(figure: Figure, path: Path) -> None:
+    """Write an SVG without the date."""
+    text = io.StringIO()
+    canvas: Any = FigureCanvasSVG(figure)
+    canvas.print_svg(text, metadata={"Date": None})
+    path.write_text(_with_stable_clip_paths(text.getvalue()), encoding="utf-8")
+
+
+def _with_stable_clip_paths(svg: str) -> str:
+    """An SVG whose clipping paths have names that follow from their written positions.
+
+    Matplotlib derives the names from all digits of the positions. The last digit depends on the
     version of Python.
     """
-    names: dict[str, str] = {}
-    for whole, name, content in _CLIP.findall(svg):
-        stable = f"p{sha256(content.encode()).hexdigest()[:10]}"
-        if stable in names.values():  # two that differ in no digit that is written
-            svg = svg.replace(whole, "", 1)
-        names[name] = stable
-    return re.sub(r"\bp[0-9a-f]{10}\b", lambda found: names.get(found[0], found[0]), svg)
+    stable_names: dict[str, str] = {}
+    for element, name, content in _CLIP_PATH.findall(svg):
+        stable_name = f"p{sha256(content.encode()).hexdigest()[:10]}"
+        if stable_name in stable_names.values():
+            # the same written positions: one path is enough
+            svg = svg.replace(element, "", 1)
+        stable_names[name] = stable_name
+
+    def stable(match: re.Match[str]) -> str:
+        return stable_names.get(match[0], match[0])
+
+    return re.sub(r"\bp[0-9a-f]{10}\b", stable, svg)
 
 
 # From the campaign's tables and settings, and reference files by name, to the figure.
@@ -372,7 +463,7 @@ def register(**declared: Any) -> Callable[[Draw], Draw]:
 def draw_figure(
     name: str, results: CampaignTables, settings: Settings, references: Mapping[str, Any]
 ) -> tuple[Figure, pd.DataFrame]:
-    """A figure, which says whether its data are simulated, and the table of what it draws.
+    """A figure, with a mark if its data are simulated, and the table of what it draws.
 
     Args:
         name: Name of the figure.
@@ -385,13 +476,14 @@ def draw_figure(
     """
     declared = figures()[name]
     draw: Draw = getattr(import_module(declared.module), declared.name.replace("-", "_"))
-    shown = {reference: references[reference] for reference in declared.references}
+    own_references = {reference: references[reference] for reference in declared.references}
     try:
-        sheet = draw(results, settings, **shown)
+        sheet = draw(results, settings, **own_references)
     except NothingToDrawError as reason:
         sheet = sentences(str(reason))
-    simulated = declared.shows_data and settings.campaign.data == "simulated"
-    return sheet.finish(SIMULATED if simulated else ""), sheet.drawn()
+    is_simulated = declared.shows_data and settings.campaign.data == "simulated"
+    figure = sheet.finish(SIMULATED if is_simulated else "")
+    return figure, sheet.drawn()
 
 
 def draw_figures(
@@ -412,12 +504,15 @@ def draw_figures(
     """
     for png, svg, drawn_file in files:
         figure, drawn = draw_figure(Path(png).stem, results, settings, references)
-        # what x and y are, with their units
-        panels = {
-            str(axes.get_label()): {"title": axes.get_title("left")}
-            | {"x": axes.get_xlabel(), "y": axes.get_ylabel()}
-            for axes in figure.axes
-            if axes.get_label() != _COLOUR_BAR
-        }
+        # the table has x and y of all panels: the names of the axes have the units
+        panels = {}
+        for axes in figure.axes:
+            letter = str(axes.get_label())
+            if letter != _COLOUR_BAR:
+                panels[letter] = {
+                    "title": axes.get_title("left"),
+                    "x": axes.get_xlabel(),
+                    "y": axes.get_ylabel(),
+                }
         tables.write(drawn, "drawn", Path(drawn_file), {**provenance, "panels": panels})
         save(figure, Path(png), Path(svg))

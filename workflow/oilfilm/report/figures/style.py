@@ -18,14 +18,14 @@ from oilfilm.bearing.kinematics import entrainment_speed_m_s
 from oilfilm.report import words
 from oilfilm.settings.resolved import Settings
 
-# Columns of a page, 84 and 174 mm.
+# Widths of figures: one column of a page (84 mm), and two (174 mm).
 SINGLE_COLUMN_IN = 84 / 25.4
 DOUBLE_COLUMN_IN = 174 / 25.4
 
-Look = dict[str, Any]  # keywords of matplotlib
+Look = dict[str, Any]  # keywords of a function of matplotlib
 oil_colour = words.oil_colour
 MARKERS = ("o", "s", "^", "D", "v", "P")
-# One style per meaning: what a law was fitted to, or where its constants are from.
+# One line style per meaning: the basis of a law, or the source of its constants.
 LINES: Look = {
     "fit": "-",
     "printed": (0, (4, 2)),
@@ -34,8 +34,8 @@ LINES: Look = {
     "dimensionless load": ":",
     "not planned": (0, (6, 1.5)),
 }
-GREY = "#555555"  # of words and keys that belong to no oil
-EXTRAPOLATED = "#ececec"  # behind what no test reaches
+GREY = "#555555"  # of text and legend entries that belong to no oil
+EXTRAPOLATED = "#ececec"  # background of conditions outside the tests
 MU = "\N{GREEK SMALL LETTER MU}"
 # No mathematics of matplotlib: its parser takes half a second to load.
 THOUSANDTHS = "10\N{SUPERSCRIPT MINUS}\N{SUPERSCRIPT THREE}"
@@ -53,8 +53,8 @@ SPEED_LABEL = "Speed of the inner ring (1000 rpm)"
 DMN_LABEL = "dmN (million mm rpm)"
 DMN_AS_SPEED = f"dmN of 1 million mm rpm is U = {entrainment_speed_m_s(1e6):.0f} m/s"
 AXIAL_LOAD_LABEL = "Axial load (kN)"
-SE_DRAWN = 1.96  # error bars are 95 % intervals
-# What became of something: colour and symbol together, so that print in grey tells it as well.
+SE_DRAWN = 1.96  # standard errors to each side of an error bar: 95 % intervals
+# Colour and symbol of a verdict, so that print in grey shows it, too.
 STATE_COLOURS = {"accepted": "#0072B2", "refused": "#D55E00", "missing": "#555555"}
 STATE_MARKERS = {"accepted": "o", "refused": "X", "missing": "D"}
 BAR_LOOK: Look = {"markerfacecolor": "white", "markeredgewidth": 0.7, "elinewidth": 0.7}
@@ -80,14 +80,20 @@ def oil_patches(shown: Iterable[str], oils: Sequence[str]) -> list[Any]:
 def shades(colour: str, count: int) -> list[tuple[float, float, float]]:
     """`count` shades of one colour, from the colour itself darkened to a light tint of it."""
     red, green, blue = to_rgb(colour)
-    steps = [0.45 + 1.0 * number / max(count - 1, 1) for number in range(count)]
-    return [(red * s, green * s, blue * s) if s <= 1 else tint(colour, 2 - s) for s in steps]
+    colours = []
+    for number in range(count):
+        brightness = 0.45 + 1.0 * number / max(count - 1, 1)
+        if brightness <= 1:
+            colours.append((red * brightness, green * brightness, blue * brightness))
+        else:
+            colours.append(tint(colour, 2 - brightness))
+    return colours
 
 
 def tint(colour: str, share: float) -> tuple[float, float, float]:
     """White with a share of a colour in it."""
-    red, green, blue = (1 - share * (1 - part) for part in to_rgb(colour))
-    return red, green, blue
+    red, green, blue = to_rgb(colour)
+    return 1 - share * (1 - red), 1 - share * (1 - green), 1 - share * (1 - blue)
 
 
 def level_phrases(levels: Mapping[str, float]) -> str:
@@ -106,39 +112,48 @@ def symbol_handle(label: str, marker: str, **look: Any) -> Line2D:
 
 
 def lost_handles(oils: Iterable[str], reason: str = "") -> list[Patch]:
-    """Entries of a legend for oils that are not drawn, with the reason; without one, gaps."""
+    """Entries of a legend for oils that are not drawn, with the reason; empty ones without it."""
     label = f"{{}}: {reason}" if reason else " "
     return [Patch(fill=False, linewidth=0, label=label.format(oil)) for oil in oils]
 
 
-def log_ticks(side: Any, ticks: Sequence[float]) -> None:
-    """A logarithmic axis with these ticks alone, as plain numbers."""
-    side.set_major_locator(FixedLocator(ticks))
-    side.set_major_formatter("{x:g}")
-    side.set_minor_locator(NullLocator())
-    side.set_minor_formatter(NullFormatter())
+def log_ticks(axis: Any, ticks: Sequence[float]) -> None:
+    """Give a logarithmic axis (`Axes.xaxis` or `Axes.yaxis`) only these ticks, as plain numbers."""
+    axis.set_major_locator(FixedLocator(ticks))
+    axis.set_major_formatter("{x:g}")
+    axis.set_minor_locator(NullLocator())
+    axis.set_minor_formatter(NullFormatter())
 
 
 def cell_edges(centres: FloatArray, scale: str = "linear") -> FloatArray:
-    """Edges of cells around rising centres, half way along a linear or logarithmic scale."""
+    """Edges of cells, shape (n + 1,), half way between their centres.
+
+    Args:
+        centres: Rising, shape (n,).
+        scale: `linear`, or `log` for half way along a logarithmic scale.
+    """
     levels = np.log(centres) if scale == "log" else centres
-    beyond = 2 * levels[0] - levels[1:2], 2 * levels[-1] - levels[-2:-1]
-    around = np.concatenate([beyond[0], levels, beyond[1]])
     if len(levels) == 1:
-        around = levels + np.array([-1.0, 0.0, 1.0])
-    edges = (around[1:] + around[:-1]) / 2
+        below = levels - 1.0
+        above = levels + 1.0
+    else:
+        below = 2 * levels[0] - levels[1:2]
+        above = 2 * levels[-1] - levels[-2:-1]
+    extended = np.concatenate([below, levels, above])
+    edges = (extended[1:] + extended[:-1]) / 2
     return np.exp(edges) if scale == "log" else edges
 
 
 def plain(text: str) -> str:
-    """Text of a log that can be drawn as it stands: what the font lacks is written as its code.
+    """Text of a log for a figure: characters that the font lacks become their codes.
 
-    To be drawn with `parse_math=False`, or `$` would begin a formula.
+    Draw it with `parse_math=False`: otherwise `$` begins a formula.
     """
     font = get_font(findfont(FontProperties()))
-    return "".join(
-        letter
-        if letter.isprintable() and font.get_char_index(ord(letter))
-        else letter.encode("unicode_escape").decode("ascii")
-        for letter in text
-    )
+    characters = []
+    for character in text:
+        if character.isprintable() and font.get_char_index(ord(character)):
+            characters.append(character)
+        else:
+            characters.append(character.encode("unicode_escape").decode("ascii"))
+    return "".join(characters)

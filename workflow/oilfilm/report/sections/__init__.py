@@ -1,4 +1,4 @@
-"""Topics of the report: one module builds one section, from the finished tables.
+"""Sections of the report, from the finished tables; the templates have the sentences.
 
-The templates beside them have the sentences. What belongs to one study only is in its room.
+Sections of a study are in the package of the study.
 """

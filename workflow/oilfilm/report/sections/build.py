@@ -1,11 +1,12 @@
 """The sections of a campaign's report, in their order.
 
-First what was read, accepted and refused, and why, and what torque logs and the bearing come to;
-then what the fits are worth: the answer, errors and noise, constants, the laws side by side.
+The answer comes first. Then: data, refusals, fits, constants, comparison of laws, bearing. A
+function builds one section; the templates beside this module have its sentences.
 
 Decides: which sections a report has, and what they tell.
 """
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
@@ -35,7 +36,7 @@ from oilfilm.report.document import (
     significant,
 )
 from oilfilm.report.enough import shortfalls, unread_logs
-from oilfilm.report.explorer import LEVEL, explored_fits, load_at_1_gpa, plain, sliders
+from oilfilm.report.explorer import LEVEL, Axis, explored_fits, load_at_1_gpa, plain, sliders
 from oilfilm.report.words import CONDITIONS, gate_name, law_name
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables import failed_gates
@@ -50,36 +51,37 @@ from oilfilm.torque.torque_control import (
 )
 from oilfilm.traction import LAWS
 
-# What is told and how, no verdict: the tables have those.
-# A curve of which mu differs less than this as a whole is odd by its shape.
+# These constants choose words and what is counted. Verdicts are in the tables.
+# A curve whose mean ratio to the fit is nearer to 1 than this has another shape.
 _SAME_GAIN = 0.03
-# Share of the points at which mu is known at least so well.
-_MOST = 0.95
-# Of the largest mu of the law: below it a point has no traction to speak of.
-_CLEAR = 0.01
+# The table of fits has the uncertainty below which this share of the points is.
+_SHARE_OF_POINTS = 0.95
+# Share of the largest mu: a relative uncertainty of a smaller mu means nothing.
+_SMALLEST_RELATIVE_MU = 0.01
 
 
 def fits(results: CampaignTables) -> Section:
-    """Misfit, certificate and certainty of each fit, noise and lack of fit."""
-    quality, sure = results.configured.fit_quality, certainty(results)
-    fitted = tables.rows(quality[quality["rmse"].notna()])
-    made = facts(
+    """Misfit, certificate and uncertainty of each fit, noise and lack of fit."""
+    quality = results.configured.fit_quality
+    lack_of_fit = results.lack_of_fit
+    sentences = facts(
         "report/sections/fits.jinja",
-        fitted=fitted,
+        fitted=tables.rows(quality[quality["rmse"].notna()]),
         wrong={str(row["oil"]): what_is_wrong(row) for row in tables.rows(results.soundness)},
         lost=[
             {"oil": row["oil"], "certificate": certificate(row)}
             for row in tables.rows(quality[quality["rmse"].isna()])
         ],
-        **_odd(results.configured.curve_residuals),
-        misfits=tables.rows(results.lack_of_fit),
-        unrepeated=tables.rows(results.lack_of_fit.query("verdict == 'no repeats'")),
+        odd_curves=_odd_curves(results.configured.curve_residuals),
+        same_gain=_SAME_GAIN,
+        misfits=tables.rows(lack_of_fit),
+        unrepeated=tables.rows(lack_of_fit[lack_of_fit["verdict"] == "no repeats"]),
     )
-    shown = [
-        show_table(quality.join(sure, on="oil"), "fit_quality"),
-        show_table(results.lack_of_fit, "lack_of_fit"),
+    shown_tables = [
+        show_table(quality.join(relative_uncertainty(results), on="oil"), "fit_quality"),
+        show_table(lack_of_fit, "lack_of_fit"),
     ]
-    return Section("fits", "Fits", made, shown)
+    return Section("fits", "Fits", sentences, shown_tables)
 
 
 def curve_facts(quality: pd.DataFrame, residuals: pd.DataFrame) -> list[Fact]:
@@ -90,189 +92,243 @@ def curve_facts(quality: pd.DataFrame, residuals: pd.DataFrame) -> list[Fact]:
         residuals: Table of curve residuals, of the same fits.
     """
     fitted = tables.rows(quality)
-    return facts("report/sections/curves.jinja", fitted=fitted, **_odd(residuals))
+    return facts(
+        "report/sections/curves.jinja",
+        fitted=fitted,
+        odd_curves=_odd_curves(residuals),
+        same_gain=_SAME_GAIN,
+    )
 
 
-def _odd(residuals: pd.DataFrame) -> dict[str, Any]:
+def _odd_curves(residuals: pd.DataFrame) -> dict[str, list[dict[str, Any]]]:
+    """Rows of the curves that pull a fit away, by oil; the strongest ones first."""
     odd = residuals[residuals["odd"]].sort_values("robust_weight", kind="stable")
-    of_oil = {str(oil): tables.rows(rows) for oil, rows in odd.groupby("oil")}
-    return {"odd_curves": of_oil, "same_gain": _SAME_GAIN}
+    return {str(oil): tables.rows(rows) for oil, rows in odd.groupby("oil")}
 
 
-def certainty(results: CampaignTables) -> pd.DataFrame:
-    """How sure mu of the next run is at the accepted points: half of its 95 % interval over mu.
+def relative_uncertainty(results: CampaignTables) -> pd.DataFrame:
+    """Half of the 95 % interval of the next run's mu, over mu, at the accepted points of each oil.
 
-    Columns median and largest (below which 95 % of the points are) by oil; null where the fit has
-    no interval. Rolling without slip is left out: an interval over a mu of
-    nearly zero says nothing.
+    Columns `median` and `largest` by oil; `largest` is the 95 % quantile over the points. Null
+    where the fit has no interval. Points near pure rolling are left out, because their mu is nearly
+    zero.
     """
-    certainties = {}
+    rows = {}
     accepted = results.points[results.points["accepted"]]
     for oil in results.configured.fit_quality["oil"]:
         fit = FittedLaw.of_configured(results, oil)
         points = accepted[accepted["oil"] == oil]
-        conditions, slip = points[list(fit.law.conditions)], points["slide_roll_ratio"]
-        prediction = fit.predict(conditions.to_numpy(float), slip.to_numpy(float))
-        size = np.abs(prediction.traction_coefficient)
+        conditions = points[list(fit.law.conditions)].to_numpy(float)
+        slip = points["slide_roll_ratio"].to_numpy(float)
+        prediction = fit.predict(conditions, slip)
+        mu_size = np.abs(prediction.traction_coefficient)
         width = prediction.obs_ci_upper - prediction.obs_ci_lower
-        clear = size > _CLEAR * size.max(initial=0.0)
-        half = pd.Series(width[clear] / 2 / size[clear])
-        certainties[oil] = half.median(), half.quantile(_MOST)
-    index = pd.Index(certainties, dtype=str)
-    return pd.DataFrame([*certainties.values()], index, columns=["median", "largest"])
+        is_large_enough = mu_size > _SMALLEST_RELATIVE_MU * mu_size.max(initial=0.0)
+        relative = pd.Series(width[is_large_enough] / 2 / mu_size[is_large_enough])
+        rows[oil] = (relative.median(), relative.quantile(_SHARE_OF_POINTS))
+    index = pd.Index(rows, dtype=str)
+    return pd.DataFrame(list(rows.values()), index, columns=["median", "largest"])
 
 
-_BESIDE = {"best": "best of those compared", "tie": "ties with others"}
+_COMPARISON_WORDS = {"best": "best of those compared", "tie": "ties with others"}
 
 
 def answer(results: CampaignTables, settings: Settings) -> Section:
-    """A row per oil: mu at one operating point with its interval, the law, runs, soundness."""
+    """One row per oil: mu at one operating point with its interval, the law, runs, soundness."""
     load_n = load_at_1_gpa(settings)
     fits = explored_fits(results, load_n)
     axes = sliders(fits, results.points, settings)
-    at = [np.nan if axis.idle else axis.start for axis in axes]
-    oil, quality = results.configured.fit_quality["oil"], results.configured.fit_quality
-    known = {name: _at_point(fit, at, load_n) for name, fit in fits.items()}
-    beside = {row["oil"]: _beside_others(row) for row in tables.rows(results.law_verdicts)}
-    sound = {row["oil"]: _soundness(row) for row in tables.rows(results.soundness)}
-    accepted = (results.runs["verdict"] == "accepted").groupby(results.runs["oil"])
-    runs = {name: f"{of_oil.sum()} of {len(of_oil)}" for name, of_oil in accepted}
-    rows = quality.assign(
-        mu=[known.get(name, (np.nan, ""))[0] for name in oil],
-        interval=[known.get(name, (np.nan, "not known"))[1] for name in oil],
-        beside=[beside.get(name, "not compared") for name in oil],
-        fit=[sound.get(name, "not sound") for name in oil],
-        runs=[runs.get(name, "none") for name in oil],
+    operating_point = [np.nan if axis.idle else axis.start for axis in axes]
+    predictions = {oil: _predicted(fit, operating_point, load_n) for oil, fit in fits.items()}
+    comparisons = {row["oil"]: _comparison(row) for row in tables.rows(results.law_verdicts)}
+    soundness = {row["oil"]: _soundness(row) for row in tables.rows(results.soundness)}
+    is_accepted = results.runs["verdict"] == "accepted"
+    runs = {
+        oil: f"{of_oil.sum()} of {len(of_oil)}"
+        for oil, of_oil in is_accepted.groupby(results.runs["oil"])
+    }
+    oils = results.configured.fit_quality["oil"]
+    not_predicted = (np.nan, "not known")
+    answers = results.configured.fit_quality.assign(
+        mu=[predictions.get(oil, not_predicted)[0] for oil in oils],
+        interval=[predictions.get(oil, not_predicted)[1] for oil in oils],
+        beside=[comparisons.get(oil, "not compared") for oil in oils],
+        fit=[soundness.get(oil, "not sound") for oil in oils],
+        runs=[runs.get(oil, "none") for oil in oils],
     )
-    point = ", ".join(
-        f"{symbol} {axis.start:.{axis.digits}f} {unit}".rstrip()
-        for axis, (symbol, _, unit) in zip(axes, CONDITIONS.values(), strict=True)
-        if not axis.idle
-    )
-    table = show_table(rows, "answers", f"At {point}")
+    table = show_table(answers, "answers", f"At {_point_in_words(axes)}")
     return Section("answer", "Answer", tables=[table])
 
 
-def _at_point(
-    fit: FittedLaw, at: Sequence[float], load_at_1_gpa: float | None
+def _point_in_words(axes: Sequence[Axis]) -> str:
+    """The first values of sliders, as `P 1.25 GPa, U 25 m/s`; without idle ones."""
+    levels = []
+    for axis in axes:
+        if not axis.idle:
+            symbol, _, unit = CONDITIONS[axis.name]
+            levels.append(f"{symbol} {axis.start:.{axis.digits}f} {unit}".rstrip())
+    return ", ".join(levels)
+
+
+def _predicted(
+    fit: FittedLaw, operating_point: Sequence[float], load_at_1_gpa: float | None
 ) -> tuple[float, str]:
-    """mu of a fit at P, U, T and S, and its interval in words."""
-    pressure, *others, slip = at
+    """mu of a fit, and its interval in words.
+
+    Args:
+        fit: The fit.
+        operating_point: P, U, T and S.
+        load_at_1_gpa: Load (N) of the rig's contact at 1 GPa.
+    """
+    conditions = np.array([operating_point[:3]])
+    slip = np.array(operating_point[3:])
     if load_at_1_gpa is not None and "load_n" in fit.law.conditions:
-        pressure = load_at_1_gpa * pressure**3
-    found = fit.predict(np.array([[pressure, *others]]), np.array([slip]))
-    lower, upper, interval = found.obs_ci_lower[0], found.obs_ci_upper[0], "not known"
-    if not np.isnan([lower, upper]).any():
-        level = fit.coefficients.bands(fit.law, LEVEL)[2]
+        conditions[0, 0] = load_at_1_gpa * operating_point[0] ** 3
+    prediction = fit.predict(conditions, slip)
+    lower = prediction.obs_ci_lower[0]
+    upper = prediction.obs_ci_upper[0]
+    interval = "not known"
+    if not np.isnan(lower) and not np.isnan(upper):
+        _, _, level = fit.coefficients.bands(fit.law, LEVEL)
         interval = f"{lower:#.3g} to {upper:#.3g} ({100 * level:.2g} %)"
-    interval += ", not tested there" if found.outside[0] else ""
-    interval += ", above the limiting shear stress" if found.over_limit[0] else ""
-    return found.traction_coefficient[0], interval
+    if prediction.outside[0]:
+        interval += ", not tested there"
+    if prediction.over_limit[0]:
+        interval += ", above the limiting shear stress"
+    return prediction.traction_coefficient[0], interval
 
 
 def _soundness(row: Mapping[str, Any]) -> str:
-    """Whether a fit is sound, and otherwise which parts are not; sentences are among trouble."""
-    parts = [] if row["optimum_confirmed"] else ["optimum not confirmed"]
-    parts += [f"law: {row['law_verdict']}"] if row["law_verdict"] != "adequate" else []
-    parts += [f"campaign: {row['campaign_verdict']}"] if row["campaign_verdict"] != "steady" else []
-    return "sound" if row["sound"] else f"not sound ({'; '.join(parts)})"
+    """Whether a fit is sound; if not, which verdicts are against it. Trouble has the sentences."""
+    if row["sound"]:
+        return "sound"
+    defects = []
+    if not row["optimum_confirmed"]:
+        defects.append("optimum not confirmed")
+    if row["law_verdict"] != "adequate":
+        defects.append(f"law: {row['law_verdict']}")
+    if row["campaign_verdict"] != "steady":
+        defects.append(f"campaign: {row['campaign_verdict']}")
+    return f"not sound ({'; '.join(defects)})"
 
 
-def _beside_others(row: Mapping[str, Any]) -> str:
-    """How the configured law compares with the others."""
-    if row["verdict"] == "another law is better":
+def _comparison(row: Mapping[str, Any]) -> str:
+    """The configured law compared with the others, in words."""
+    verdict = row["verdict"]
+    if verdict == "another law is better":
         return f"worse than {law_name(row['better_law'])}"
-    return _BESIDE.get(row["verdict"], f"not decided: {row['verdict']}")
+    return _COMPARISON_WORDS.get(verdict, f"not decided: {verdict}")
 
 
 def constants(results: CampaignTables) -> Section:
-    """A table per oil, and a sentence for each constant that the data do not determine."""
-    fits = results.configured
-    quality = fits.fit_quality.set_index("oil")
-    by_oil = [(str(oil), rows) for oil, rows in fits.coefficients.groupby("oil", sort=False)]
-    made = facts(
-        "report/sections/constants.jinja",
-        fits=[
-            {
-                "oil": oil,
-                "curves": quality["n_curves"][oil],
-                "constants": tables.rows(rows),
-                "fixed": [each.sentence() for each in from_text(quality["fixed_conditions"][oil])],
-            }
-            for oil, rows in by_oil
-            if rows["value"].notna().any()
-        ],
-    )
-    shown = [_of_oil(rows, place) for place, (_, rows) in enumerate(by_oil)]
-    return Section("constants", "Constants", made, shown)
+    """One table per oil, and a sentence for each constant that the data do not determine."""
+    coefficients = results.configured.coefficients
+    quality = results.configured.fit_quality.set_index("oil")
+    fits = []
+    shown_tables: list[ShownTable] = []
+    for oil, rows in coefficients.groupby("oil", sort=False):
+        shown_tables.append(_constants_table(rows, f"constants{len(shown_tables)}"))
+        if rows["value"].notna().any():
+            fixed_conditions = from_text(quality["fixed_conditions"][oil])
+            fits.append(
+                {
+                    "oil": str(oil),
+                    "curves": quality["n_curves"][oil],
+                    "constants": tables.rows(rows),
+                    "fixed": [fixed.sentence() for fixed in fixed_conditions],
+                }
+            )
+    sentences = facts("report/sections/constants.jinja", fits=fits)
+    return Section("constants", "Constants", sentences, shown_tables)
 
 
-def _of_oil(rows: pd.DataFrame, place: int) -> ShownTable:
-    """Constants of one oil with their errors. Digits beyond the second of the error say nothing."""
-    names = ["value", "standard_error", "systematic_standard_error", "lower", "upper"]
+def _constants_table(rows: pd.DataFrame, name: str) -> ShownTable:
+    """Constants of one oil with their errors; a value has the digits that its error allows."""
+    numbers = ["value", "standard_error", "systematic_standard_error", "lower", "upper"]
     texts = rows.astype(object)
     for index, row in rows.iterrows():
         error = row["standard_error"]
-        form = number(significant(row["naive_standard_error"] if np.isnan(error) else error))
-        texts.loc[index, names] = [form(row[name]) for name in names]
+        if np.isnan(error):
+            error = row["naive_standard_error"]
+        form = number(significant(error))
+        texts.loc[index, numbers] = [form(row[column]) for column in numbers]
     interval = texts["lower"] + " \N{HORIZONTAL ELLIPSIS} " + texts["upper"]
     texts["lower"] = texts["lower"].where(rows["lower"].isna(), interval)
-    return show_table(texts, "constants", rows["oil"].iloc[0], f"constants{place}")
+    return show_table(texts, "constants", rows["oil"].iloc[0], name)
 
 
 def laws(results: CampaignTables, settings: Settings) -> Section:
-    """Which law describes each oil best, what to do, and every law's errors side by side."""
-    # what must be said wherever the laws of a simulated campaign are compared
+    """The best law of each oil, what to do, and the errors of all laws side by side."""
+    # the comparison of laws on simulated data of such a truth always needs this sentence
     tie = f"Wang-Deng here: {TIE}" if settings.campaign.truth_is_law else ""
-    made = law_facts(results.law_verdicts, results.fit_quality, tie)
-    errors = show_table(results.fit_quality, "comparison")
+    sentences = law_facts(results.law_verdicts, results.fit_quality, tie)
     verdicts = show_table(results.law_verdicts, "law_verdicts")
-    return Section("laws", "Laws", made, [verdicts, errors])
+    errors = show_table(results.fit_quality, "comparison")
+    return Section("laws", "Laws", sentences, [verdicts, errors])
 
 
 def law_facts(verdicts: pd.DataFrame, quality: pd.DataFrame, tie: str = "") -> list[Fact]:
-    """What the comparison says of the configured law of the oils, and what to do.
+    """The configured law of each oil compared with the others, and what to do.
 
-    Oils of which the same is true have one sentence.
+    Oils with the same comparison share one sentence.
 
     Args:
         verdicts: Table `law_verdicts`.
-        quality: Table of fit quality, of every law.
-        tie: What must be said of the laws of this campaign.
+        quality: Table `fit_quality`, with every law.
+        tie: A sentence on the laws of this campaign; none if empty.
     """
-    groups: dict[str, dict[str, Any]] = {}
+    comparisons: list[dict[str, Any]] = []
+    oils_of_comparison: list[list[str]] = []
     for row in tables.rows(verdicts):
-        fits = {fit["law"]: fit for fit in tables.rows(quality[quality["oil"] == row["oil"]])}
-        by_bic, better = row["bic_ties"] or (), row["better_law"]
-        ties = [law for law in row["left_out_ties"] or () if law in by_bic]
-        told = {
-            "verdict": row["verdict"],
-            "law": row["law"],
-            "better_law": better,
-            "shared": sorted(law_name(each) for each in ties if each != row["law"]),
-            "fewest": min(ties, key=lambda each: fits[each]["n_constants"], default=""),
-            "unconfirmed": better in fits and not fits[better]["certified"],
-        }
-        groups.setdefault(repr(told), {**told, "oils": []})["oils"].append(row["oil"])
+        comparison = _law_comparison(row, quality[quality["oil"] == row["oil"]])
+        if comparison not in comparisons:
+            comparisons.append(comparison)
+            oils_of_comparison.append([])
+        oils_of_comparison[comparisons.index(comparison)].append(row["oil"])
+    rows = [
+        comparison | {"oils": oils}
+        for comparison, oils in zip(comparisons, oils_of_comparison, strict=True)
+    ]
     return facts(
         "report/sections/laws.jinja",
-        rows=list(groups.values()),
+        rows=rows,
         tie=tie,
         fewest_curves=FEWEST_CURVES,
         can_be_set=list(LAWS),
     )
 
 
+def _law_comparison(row: Mapping[str, Any], quality: pd.DataFrame) -> dict[str, Any]:
+    """The comparison of laws for one oil, as the template needs it.
+
+    Args:
+        row: Row of the table `law_verdicts`.
+        quality: Rows of the table `fit_quality` of the oil.
+    """
+    fits = {fit["law"]: fit for fit in tables.rows(quality)}
+    better_law = row["better_law"]
+    bic_ties = row["bic_ties"] or ()
+    ties = [law for law in row["left_out_ties"] or () if law in bic_ties]
+    return {
+        "verdict": row["verdict"],
+        "law": row["law"],
+        "better_law": better_law,
+        "shared": sorted(law_name(law) for law in ties if law != row["law"]),
+        "fewest": min(ties, key=lambda law: fits[law]["n_constants"], default=""),
+        "unconfirmed": better_law in fits and not fits[better_law]["certified"],
+    }
+
+
 _STATES = ("accepted", "refused", "missing")
 
 
 def data(results: CampaignTables, settings: Settings) -> Section:
-    """What was read and accepted, which conditions are covered, what is known of the film."""
+    """Accepted runs and points, coverage of the test matrix, and whether the film was judged."""
     points = results.points
     has_matrix = results.coverage["planned"].any()
     conditions = planned_states(results.coverage) if has_matrix else results.coverage
     unjudged = points["accepted"] & (points["film_judgement"] == "cannot be judged")
-    made = facts(
+    sentences = facts(
         "report/sections/data.jinja",
         results=results,
         settings=settings,
@@ -283,97 +339,106 @@ def data(results: CampaignTables, settings: Settings) -> Section:
         unjudged=points.loc[unjudged, "oil"],
         stand_ins=[name for name, oil in settings.oils.items() if oil and oil.stand_in],
     )
-    return Section("data", "Data", made, [run_list(results, settings.report.rows_max)])
+    return Section("data", "Data", sentences, [run_list(results, settings.report.rows_max)])
 
 
 def refused(results: CampaignTables, settings: Settings) -> Section:
     """Everything that was refused, the first case of each gate in words."""
+    runs = results.runs
     counts = results.gate_counts
     counts = counts[~counts["gate"].isin(REMARKS)]
-    made = facts(
+    sentences = facts(
         "report/sections/refused.jinja",
-        verdicts=_named(results.runs.query("verdict == 'refused'")["rule"].value_counts()),
-        unread=_named(_of_unread_logs(results).value_counts()),
+        verdicts=_by_gate_name(runs[runs["verdict"] == "refused"]["rule"].value_counts()),
+        unread=_by_gate_name(_rules_of_unread_logs(results).value_counts()),
         points=(~results.points["accepted"]).sum(),
         cases=first_cases(results.quarantine),
         other_gates=counts[~counts["gate"].isin(results.quarantine["rule"])].to_dict("records"),
     )
-    listed = refusals(results.quarantine, "quarantine", settings.report.rows_max)
-    shown = [show_table(counts, "gate_counts"), listed]
-    return Section("refused", "Refused", made, shown)
+    refusals = refusal_table(results.quarantine, "quarantine", settings.report.rows_max)
+    return Section("refused", "Refused", sentences, [show_table(counts, "gate_counts"), refusals])
 
 
-def refusals(quarantine: pd.DataFrame, name: str, most: int, caption: str = "") -> ShownTable:
-    """What was refused, why, and what to do; remarks on the run sheet refuse nothing."""
+def refusal_table(
+    quarantine: pd.DataFrame, name: str, rows_max: int, caption: str = ""
+) -> ShownTable:
+    """Logs, runs and plateaus that were refused, with reason and advice.
+
+    Args:
+        quarantine: Table of refusals; a remark on the run sheet is none.
+        name: Of the table in the page.
+        rows_max: Largest number of rows that are shown.
+        caption: Its caption, if not the declared one.
+    """
     quarantine = quarantine[~quarantine["rule"].isin(REMARKS)]
-    return show_table(quarantine, "quarantine", caption, name, most)
+    return show_table(quarantine, "quarantine", caption, name, rows_max)
 
 
 def first_cases(quarantine: pd.DataFrame) -> list[dict[str, object]]:
     """The first case of each gate with the number of cases; most cases first."""
     quarantine = quarantine[~quarantine["rule"].isin(REMARKS)]
-    sizes = quarantine["rule"].value_counts()
-    first = quarantine.drop_duplicates("rule").set_index("rule").loc[sizes.index]
+    cases_of_rule = quarantine["rule"].value_counts()
+    first = quarantine.drop_duplicates("rule").set_index("rule").loc[cases_of_rule.index]
     names = np.where(first["run_id"] != "", first["run_id"], first["file"])
-    return tables.rows(
-        first.assign(gate=first.index.map(gate_name), name=names, count=sizes).reset_index()
-    )
+    gates = first.index.map(gate_name)
+    cases = first.assign(gate=gates, name=names, count=cases_of_rule)
+    return tables.rows(cases.reset_index())
 
 
-def refused_points(points: pd.DataFrame) -> dict[str, int]:
-    """How many points each gate refused, most first."""
-    return _named(failed_gates.counts(points))
-
-
-def _of_unread_logs(results: CampaignTables) -> "pd.Series[str]":
+def _rules_of_unread_logs(results: CampaignTables) -> "pd.Series[str]":
     """The rule that refused each log of which no run could be read."""
-    of_logs = results.quarantine[results.quarantine["file"].isin(unread_logs(results))]
-    return of_logs.drop_duplicates("file")["rule"]
+    is_unread = results.quarantine["file"].isin(unread_logs(results))
+    return results.quarantine[is_unread].drop_duplicates("file")["rule"]
 
 
-def _named(counts: "pd.Series[int]") -> dict[str, int]:
+def _by_gate_name(counts: "pd.Series[int]") -> dict[str, int]:
+    """Counts by the names of gates in words."""
     return {gate_name(str(gate)): int(count) for gate, count in counts.items()}
 
 
 def bearing(results: CampaignTables, settings: Settings) -> Section:
-    """Logs and plateaus, errors, soundness, what traction decides, heat; empty without logs."""
-    runs, refused, torque = results.torque_runs, results.torque_quarantine, results.torque
+    """Torque logs, errors of the torque, share of traction, heat; empty without torque logs."""
+    runs = results.torque_runs
+    refused = results.torque_quarantine
+    torque = results.torque
     if runs.empty and refused.empty:
         return Section("bearing", "Bearing")
-    kept = {run_id.rpartition(":")[0] or run_id for run_id in runs["run_id"]}
-    # of a refused run no plateau is kept
-    read = kept | set(refused.loc[refused["stage"] == "curate", "file"])
-    logs = read | set(refused.loc[~refused["rule"].isin(REMARKS), "file"])
+    # `LOG` or `LOG:RUN`
+    kept_logs = {run_id.rpartition(":")[0] or run_id for run_id in runs["run_id"]}
+    # a refused run has no row in the table of runs
+    read_logs = kept_logs | set(refused.loc[refused["stage"] == "curate", "file"])
+    all_logs = read_logs | set(refused.loc[~refused["rule"].isin(REMARKS), "file"])
     without_torque = runs[runs["accepted"] & ~runs["oil"].isin(torque["oil"])]
-    sound = torque[torque["converged"]]
-    sure = without_bistable(sound)
-    by_stress = sound[sound["load_variable"] == "stress"]
-    made = facts(
+    converged = torque[torque["converged"]]
+    of_one_motion = without_bistable(converged)
+    plateau = ["run_id", "first_row"]
+    sentences = facts(
         "report/sections/bearing.jinja",
-        kept=len(kept),
-        read=len(read),
-        logs=len(logs),
+        kept=len(kept_logs),
+        read=len(read_logs),
+        logs=len(all_logs),
         plateaus=runs,
         limits_gpa=settings.bearing.pressure_limits_gpa,
-        refused_plateaus=refused_points(runs),
+        refused_plateaus=_by_gate_name(failed_gates.counts(runs)),
         cases=first_cases(refused),
         not_calculated=without_torque["oil"].value_counts().to_dict(),
         torque=torque,
-        sound=sound,
-        plateaus_calculated=len(sound.drop_duplicates(["run_id", "first_row"])),
-        bistable=len(sound[is_bistable(sound)].drop_duplicates(["run_id", "first_row"])),
-        undecided=undecided_plateaus(sound),
-        bistable_points=bistable_points(sound),
+        sound=converged,
+        plateaus_calculated=len(converged.drop_duplicates(plateau)),
+        bistable=len(converged[is_bistable(converged)].drop_duplicates(plateau)),
+        undecided=undecided_plateaus(converged),
+        bistable_points=bistable_points(converged),
         why_lost=_why_lost(torque[~torque["converged"]]),
-        has_uncertainty=not len(sound) or (sure["verdict"] != "not known").any(),
+        has_uncertainty=converged.empty or (of_one_motion["verdict"] != "not known").any(),
         control=_control(results.torque_control),
-        by_stress=by_stress,
+        by_stress=converged[converged["load_variable"] == "stress"],
         inversion=results.torque_inversion["verdict"].tolist(),
         **_heat(results.heat_balance),
     )
     caption = "Refused torque logs, runs and plateaus"
-    listed = refusals(refused, "torque_quarantine", settings.report.rows_max, caption)
-    return Section("bearing", "Bearing", made, [_error_table(sure), listed])
+    rows_max = settings.report.rows_max
+    refusals = refusal_table(refused, "torque_quarantine", rows_max, caption)
+    return Section("bearing", "Bearing", sentences, [_error_table(of_one_motion), refusals])
 
 
 def _why_lost(torque: pd.DataFrame) -> list[str]:
@@ -401,7 +466,7 @@ def _why_lost(torque: pd.DataFrame) -> list[str]:
 
 
 def _control(control: pd.DataFrame) -> list[dict[str, Any]]:
-    """What a comparison with simulated torque shows, by verdict."""
+    """Oils and misfit of the simulated truths of both rigs, by verdict."""
     return [
         {"verdict": verdict, "misfit": rows["law_misfit"].max(), "oils": rows["oil"].tolist()}
         for verdict, rows in control.groupby("verdict", sort=False)
@@ -409,34 +474,41 @@ def _control(control: pd.DataFrame) -> list[dict[str, Any]]:
 
 
 def _heat(balance: pd.DataFrame) -> dict[str, Any]:
-    """What the oil's own heating changes on the map of cage slip."""
+    """Effect of friction heat on the map of cage slip: temperatures, torque, best oils."""
+    # rows with a run are those of torque logs
     on_map = balance[balance["run_id"] == ""]
-    known = on_map["balanced"].notna()
-    hot = on_map[on_map["balanced"].fillna(False)]
+    balanced = on_map[on_map["balanced"].fillna(False)]
     points = on_map.drop_duplicates(["inner_speed_rpm", "axial_load_n"])
-    both = points[(points[["best_oil", "heated_best_oil"]] != NOT_KNOWN).all(axis=1)]
+    has_best_oils = (points[["best_oil", "heated_best_oil"]] != NOT_KNOWN).all(axis=1)
+    with_best_oils = points[has_best_oils]
+    relative_change = balanced["heated_torque_n_m"] / balanced["torque_n_m"] - 1
+    is_other_oil = with_best_oils["best_oil"] != with_best_oils["heated_best_oil"]
     return {
-        "heat_cases": known.sum(),
-        "balanced": len(hot),
-        "outlet": hot["outlet_temperature_c"],
-        # + 0.0 takes the minus sign from a rounded zero
-        "change": (hot["heated_torque_n_m"] / hot["torque_n_m"] - 1).round(2) + 0.0,
-        "other_best_oil": (both["best_oil"] != both["heated_best_oil"]).sum(),
-        "both_known": len(both),
+        "heat_cases": on_map["balanced"].notna().sum(),
+        "balanced": len(balanced),
+        "outlet": balanced["outlet_temperature_c"],
+        # adding 0.0 turns a rounded -0.0 into 0.0
+        "change": relative_change.round(2) + 0.0,
+        "other_best_oil": is_other_oil.sum(),
+        "both_known": len(with_best_oils),
         "map_points": len(points),
     }
 
 
-def _error_table(sure: pd.DataFrame) -> ShownTable:
-    """How far the calculated torque is from the measured one, by oil and load variable."""
-    known = sure.dropna(subset=["relative_error"])
-    known = known.assign(
-        size=known["relative_error"].abs(),
-        share=known["traction_torque_n_m"] / known["torque_n_m"],
-        agrees=known["verdict"] == "compatible",
-        is_judged=known["verdict"] != "not known",
+def _error_table(torque: pd.DataFrame) -> ShownTable:
+    """Error of the calculated torque against the measured one, by oil and load variable.
+
+    Args:
+        torque: Converged rows of the table `torque`, without those of a bistable cage.
+    """
+    with_error = torque.dropna(subset=["relative_error"])
+    with_error = with_error.assign(
+        size=with_error["relative_error"].abs(),
+        share=with_error["traction_torque_n_m"] / with_error["torque_n_m"],
+        agrees=with_error["verdict"] == "compatible",
+        is_judged=with_error["verdict"] != "not known",
     )
-    errors = known.groupby(["oil", "load_variable"], sort=False, as_index=False).agg(
+    errors = with_error.groupby(["oil", "load_variable"], sort=False, as_index=False).agg(
         points=("size", "size"),
         median=("size", "median"),
         largest=("size", "max"),
@@ -451,57 +523,69 @@ def _error_table(sure: pd.DataFrame) -> ShownTable:
     return show_table(errors, "torque")
 
 
-_DIGITS = 6  # of a drawn value
-
-
-def run_list(results: CampaignTables, most: int) -> ShownTable:
+def run_list(results: CampaignTables, rows_max: int) -> ShownTable:
     """One row per run with its conditions and verdict, refused ones first.
 
-    Its name leads to its operating point in the chart, or to its signals.
+    The first cell is a link to the run's operating point in the chart, or to its signals.
+
+    Args:
+        results: Tables `runs`, `points` and `refused_pages`.
+        rows_max: Largest number of rows that are shown.
     """
     runs = results.runs.assign(refused=results.runs["verdict"] != "accepted")
     runs = runs.sort_values("refused", ascending=False, kind="stable")
-    of_runs = results.points.groupby("run_id")["accepted"].agg(["sum", "size"])
-    counts = of_runs.reindex(runs["run_id"], fill_value=0).astype(int)
-    passed = [f"{good} of {size}" for good, size in counts.to_numpy()]
-    shown = runs.assign(passed=passed, why=runs["rule"]).dropna(axis="columns", how="all")
-    listed = show_table(shown, "run-list", most=most)
-    pages = results.refused_pages.query("page != ''").set_index("run_id")["page"]
-    anchors = "refused-" + pages.str.removesuffix(".png")
-    links = [f"#{anchors.get(name, f'run?name={quote(name)}')}" for name in runs["run_id"]]
-    return replace(listed, links=links[:most])
+    points_of_run = results.points.groupby("run_id")["accepted"].agg(["sum", "size"])
+    counts = points_of_run.reindex(runs["run_id"], fill_value=0).astype(int)
+    passed = [f"{accepted} of {points}" for accepted, points in counts.to_numpy()]
+    rows = runs.assign(passed=passed, why=runs["rule"]).dropna(axis="columns", how="all")
+    table = show_table(rows, "run-list", rows_max=rows_max)
+    with_page = results.refused_pages[results.refused_pages["page"] != ""]
+    # a torque run may have the same name: its page comes later
+    pages = with_page.drop_duplicates("run_id").set_index("run_id")["page"]
+    links = []
+    for run_id in runs["run_id"][:rows_max]:
+        if run_id in pages.index:
+            links.append(f"#refused-{pages[run_id].removesuffix('.png')}")
+        else:
+            links.append(f"#run?name={quote(run_id)}")
+    return replace(table, links=links)
 
 
-def drawn_points(points: pd.DataFrame, most: int) -> dict[str, Any]:
-    """The accepted points that the page draws, evenly chosen, as columns of numbers.
+_DIGITS = 6  # significant digits of a drawn value
+_ERROR_DIGITS = 2
+
+
+def drawn_points(points: pd.DataFrame, points_max: int) -> dict[str, Any]:
+    """The accepted points that the page draws, as columns of numbers.
 
     Args:
         points: Table of points.
-        most: Points at most.
+        points_max: Largest number of points that are drawn; they are evenly chosen.
     """
     accepted = points[points["accepted"]]
-    points = accepted.iloc[:: max(-(-len(accepted) // most), 1)]
-    run, names = pd.factorize(points["run_id"])
-    half = normal_quantile(LEVEL) * points["traction_coefficient_se"]
+    every_nth = max(math.ceil(len(accepted) / points_max), 1)
+    drawn = accepted.iloc[::every_nth]
+    run_number, run_names = pd.factorize(drawn["run_id"])
+    half_width = normal_quantile(LEVEL) * drawn["traction_coefficient_se"]
     return {
-        "names": names.tolist(),
-        "run": run.tolist(),
-        "oil": points["oil"].tolist(),
-        "axes": [plain(points[name], _DIGITS) for name in AXES],
-        "mu": plain(points["traction_coefficient"], _DIGITS),
-        "half": plain(half.fillna(0), 2),
-        "left_out": len(accepted) - len(points),
+        "names": run_names.tolist(),
+        "run": run_number.tolist(),
+        "oil": drawn["oil"].tolist(),
+        "axes": [plain(drawn[name], _DIGITS) for name in AXES],
+        "mu": plain(drawn["traction_coefficient"], _DIGITS),
+        "half": plain(half_width.fillna(0), _ERROR_DIGITS),
+        "left_out": len(accepted) - len(drawn),
     }
 
 
 def sections(results: CampaignTables, settings: Settings) -> list[Section]:
-    """The sections that have something to say; those of the campaign's studies are the last.
+    """All sections that have any content; those of the campaign's studies are the last.
 
     Args:
         results: The finished tables.
         settings: All settings of the campaign.
     """
-    made = [
+    all_sections = [
         answer(results, settings),
         data(results, settings),
         refused(results, settings),
@@ -511,5 +595,5 @@ def sections(results: CampaignTables, settings: Settings) -> list[Section]:
         bearing(results, settings),
     ]
     for study in studies.load(settings.campaign.studies):
-        made += study.sections(results, settings)
-    return [section for section in made if section]
+        all_sections += study.sections(results, settings)
+    return [section for section in all_sections if section]
