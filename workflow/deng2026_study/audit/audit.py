@@ -15,7 +15,7 @@ from deng2026_study.reference import Claim, read_claims
 from oilfilm import tables
 from oilfilm.base.ties import exceeds, reaches
 from oilfilm.base.units import FloatArray
-from oilfilm.curation.coverage import of_matrix
+from oilfilm.curation.coverage import runs_of_matrix
 from oilfilm.fits.fitted import Coefficients, FittedLaw
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables import failed_gates
@@ -56,7 +56,7 @@ def refit_evidence(
     """The campaign's own fits and points of the paper's oils: it says nothing of others."""
     fits, points = results.configured.coefficients, results.points
     laws = {oil: FittedLaw.of(fits, oil) for oil in fits["oil"].unique() if oil in viscosity_order}
-    planned = points["run_id"].isin(of_matrix(results.runs, settings)["run_id"])
+    planned = points["run_id"].isin(runs_of_matrix(results.runs, settings)["run_id"])
     measured = {
         "points": points[planned & failed_gates.failed_none_but(points, "thin_film")],
         **{name: results.table(name) for name in ("fit_quality", "torque", "torque_control")},
