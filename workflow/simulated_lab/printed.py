@@ -45,7 +45,7 @@ class PrintedCoefficients(Group):
 
     def signs(self, oil: str) -> dict[str, str]:
         """How sure the sign of each exponent of an oil is, by the name of the constant."""
-        certainty_of_constant = {}
+        certainty_of_constant: dict[str, str] = {}
         for letter, certainties in self.oils[oil].signs.items():
             for number, certainty in enumerate(certainties, start=1):
                 certainty_of_constant[f"{letter}{number}"] = certainty
